@@ -1,0 +1,59 @@
+# Everything this repository knows how to do. `make` says what.
+# Set PYTHON to choose the interpreter that makes .venv, CC to choose the compiler.
+PY = .venv/bin/python
+export CC
+
+help: ## say what each target does
+	@sed -n 's/^\([a-z-]*\):[^#]*## /\1|/p' Makefile | awk -F'|' '{ printf "make %-17s %s\n", $$1, $$2 }'
+
+run: compiler venv ## set up .venv, derive and compile the formulas, solve a stance at 0 A and at 3 A, draw both into out/
+	$(PY) -m derive
+	$(PY) tools/build_library.py
+	@mkdir -p out
+	.venv/bin/hopform stance --robot hopper_c --height 0.20 --u 0 --plot out/stance_0A.png
+	.venv/bin/hopform stance --robot hopper_c --height 0.20 --u 3 --plot out/stance_3A.png
+
+test: compiler venv-dev ## prove it: the derivation, the generated code against the symbols, the house rules
+	$(PY) tools/build_library.py
+	$(PY) -m pytest
+
+generate: venv ## derive the formulas and write generated/
+	$(PY) -m derive
+
+check: venv ## fail if generated/ is not what derive/ and templates/ say
+	$(PY) -m derive --check
+
+lint: venv-dev ## style and types
+	$(PY) -m ruff check .
+	$(PY) -m ruff format --check .
+	$(PY) -m mypy
+	$(PY) -m pyright
+
+wheel: venv-dev ## build the sdist, from it the wheel, and look inside
+	@rm -rf dist
+	$(PY) -m build --no-isolation
+	.venv/bin/check-wheel-contents dist
+
+mutants: compiler venv-dev ## break the derivation on purpose, one place at a time, and see a test fail each time
+	$(PY) tools/build_library.py
+	$(PY) tools/mutants.py
+
+test-determinism: venv-dev ## derive with every Python, several sympy and hash seeds: the same bytes each time
+	$(PY) tools/determinism.py
+
+clean: ## remove everything that these targets made, except generated/
+	rm -rf .venv out dist build .pytest_cache .mypy_cache .ruff_cache .hypothesis runtime/hopform/_libhopform.*
+	find . -name __pycache__ -type d -prune -exec rm -rf {} +
+
+compiler:
+	@command -v $(firstword $(CC)) >/dev/null || \
+	{ echo "hopform: no C compiler: $(firstword $(CC)) not found (set CC, or on Debian: apt install gcc)" >&2; exit 1; }
+
+venv:
+	@sh tools/venv.sh derive,plot
+
+venv-dev:
+	@sh tools/venv.sh dev
+
+.NOTPARALLEL:
+.PHONY: help run test generate check lint wheel mutants test-determinism clean compiler venv venv-dev

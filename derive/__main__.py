@@ -1,0 +1,140 @@
+"""`python -m derive` derives the formulas and writes generated/; `--check` says whether it is up to date.
+
+With `--model FILE.py --out DIR` the same for a robot with further terms in its equations of motion.
+"""
+
+import argparse
+import difflib
+import os
+import sys
+import tempfile
+from pathlib import Path
+
+from derive.model import HOPPER, ModelError, read_model
+from derive.render import GENERATED, MANIFEST, PRECISIONS, Options, manifest, render
+
+
+def main(arguments: list[str] | None = None) -> int:
+    chosen = _parser().parse_args(arguments)
+    try:
+        options = _options(chosen)
+        if chosen.check:
+            return check(render(options), chosen.out or GENERATED)
+        write(render(options), chosen.out or GENERATED)
+    except (ModelError, OSError) as error:
+        print(f"derive: {error}", file=sys.stderr)
+        return 2
+    return 0
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(prog="python -m derive", description=__doc__.splitlines()[0])
+    parser.add_argument("--check", action="store_true", help="write nothing; exit 1 and say what differs if it is stale")
+    parser.add_argument("--out", type=Path, metavar="DIR", help="where to write instead of generated/")
+    parser.add_argument("--model", type=Path, metavar="FILE", help="equations of motion with further terms; needs --out")
+    parser.add_argument("--prefix", default="hopform", metavar="NAME", help="prefix of every public name; needs --out")
+    one = parser.add_mutually_exclusive_group()
+    one.add_argument("--float32", action="store_const", const=("f32",), dest="precisions", help="C in single precision only")
+    one.add_argument("--float64", action="store_const", const=("f64",), dest="precisions", help="C in double precision only")
+    return parser
+
+
+def _options(chosen: argparse.Namespace) -> Options:
+    own = chosen.model is not None or chosen.prefix != "hopform" or chosen.precisions is not None
+    if own and chosen.out is None:
+        raise ModelError("--model, --prefix, --float32 and --float64 need --out DIR: generated/ holds the hopper of the paper")
+    if not (chosen.prefix.isidentifier() and chosen.prefix.isascii() and chosen.prefix.islower()):
+        raise ModelError(f"--prefix must be a lower-case identifier of C, got {chosen.prefix!r}")
+    model = read_model(chosen.model) if chosen.model is not None else HOPPER
+    return Options(model, chosen.prefix, chosen.precisions or PRECISIONS)
+
+
+def write(texts: dict[Path, str], folder: Path) -> None:
+    """Write what differs, each file aside and then renamed; remove what an earlier run made and this one does not."""
+    for path, text in texts.items():
+        target = folder / path
+        if not target.is_file() or target.read_text("utf-8") != text:
+            _replace(target, text)
+    for stray in _stray(texts, folder):
+        (folder / stray).unlink()
+
+
+def _replace(target: Path, text: str) -> None:
+    target.parent.mkdir(parents=True, exist_ok=True)
+    handle, aside = tempfile.mkstemp(dir=target.parent, prefix=f".{target.name}.")
+    with os.fdopen(handle, "w", encoding="utf-8", newline="\n") as file:
+        file.write(text)
+    Path(aside).chmod(0o644)
+    Path(aside).replace(target)
+
+
+def _stray(texts: dict[Path, str], folder: Path) -> list[Path]:
+    """Files in a folder that a former run made, by its MANIFEST, or that lie in generated/ without being made."""
+    if folder.resolve() == GENERATED.resolve():
+        there = {path.relative_to(folder) for path in folder.rglob("*") if path.is_file()}
+        present = {path for path in there if "__pycache__" not in path.parts}
+    else:
+        made, _ = _read_manifest(folder)
+        present = {path for path in made if (folder / path).is_file()}
+    return sorted(present - texts.keys())
+
+
+def check(texts: dict[Path, str], folder: Path) -> int:
+    """Print how a folder differs from what the derivation says, and whose doing it is; 1 if it does."""
+    differing = [path for path, text in sorted(texts.items()) if _read(folder / path) != text]
+    stray = _stray(texts, folder)
+    for path in differing:
+        old, new = _read(folder / path).splitlines(True), texts[path].splitlines(True)
+        sys.stdout.writelines(list(difflib.unified_diff(old, new, str(folder / path), "as derived"))[:40])
+    for path in stray:
+        print(f"derive: {path} is a stray file: no template makes it", file=sys.stderr)
+    for reason in _reasons(texts, folder, differing):
+        print(f"derive: {reason}", file=sys.stderr)
+    if differing or stray:
+        print(f"derive: {folder.name}/ is out of date: run `make generate`", file=sys.stderr)
+    return 1 if differing or stray else 0
+
+
+def _reasons(texts: dict[Path, str], folder: Path, differing: list[Path]) -> list[str]:
+    """What was changed: the model, a template, the generator, a file itself, or none of them."""
+    if not differing:
+        return []
+    made, makers = _read_manifest(folder)
+    _, makers_now = _parse_manifest(texts[MANIFEST])
+    current, _ = _parse_manifest(manifest({path: _read(folder / path) for path in texts if path != MANIFEST}))
+    reasons = [
+        f"{path} was edited by hand or is missing" for path in differing if path != MANIFEST and current.get(path) != made.get(path)
+    ]
+    for path in sorted(makers.keys() | makers_now.keys()):
+        if makers.get(path) != makers_now.get(path):
+            kind = "template" if path.parts[0] == "templates" else "model" if path.stem in _MODEL else "generator"
+            reasons.append(f"the {kind} was changed since: {path}")
+    return reasons or ["all hashes agree but the text differs: a tool's version did it"]
+
+
+_MODEL = {"quantities", "model", "laplace", "partial_fractions", "time_domain", "modes", "energy", "control", "equations"}
+
+
+def _read(path: Path) -> str:
+    return path.read_text("utf-8") if path.is_file() else ""
+
+
+def _read_manifest(folder: Path) -> tuple[dict[Path, str], dict[Path, str]]:
+    return _parse_manifest(_read(folder / MANIFEST))
+
+
+def _parse_manifest(text: str) -> tuple[dict[Path, str], dict[Path, str]]:
+    """Hashes of what was made and of what it was made from, by path."""
+    parts: list[dict[Path, str]] = [{}, {}]
+    section = 0
+    for line in text.splitlines():
+        if line == "# made from":
+            section = 1
+        elif line and not line.startswith("#"):
+            digest, _, path = line.partition("  ")
+            parts[section][Path(path)] = digest
+    return parts[0], parts[1]
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

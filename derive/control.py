@@ -1,0 +1,90 @@
+"""Quantities of the energy-based controller, (25)-(27), the apex, and how a phase depends on its inputs.
+
+Hop heights count from L_0 + c above the ground under the foot. At take-off y = 0, so with x_1(T) = x_1
+
+    apex = x_1 + max(v_2, 0)^2/(2 g)
+    m_s g (h_des + L_0 + c + datum) = m_s v_2^2/2 + m_s g (L_0 + c + x_1(0)) + k x_1(0)^2/2 + AED - k x_1(T)^2/2     (27)
+"""
+
+import sympy as sp
+
+from derive import laplace
+from derive.ir import Step
+from derive.model import Model
+from derive.quantities import f1, g, gamma2, height, impact_loss, k, m_eff, m_s, u, v1, v2, x1, y
+
+apex, E_td, E_dist, J, aed, v_up, v_after, u_threshold = sp.symbols(
+    "apex E_td E_dist J aed v_up v_after u_threshold", real=True
+)
+x1_T, h_des, datum, x2_ground, step = sp.symbols("x1_T h_des datum x2_ground step", real=True)
+
+
+def touchdown_velocity() -> tuple[Step, ...]:
+    """Velocity of the body after the impact of a drop from a hop height."""
+    return (Step(v_after, -sp.sqrt(2 * g * height * (1 - impact_loss)), "drop from rest, after the impact"),)
+
+
+def apex_of_takeoff() -> tuple[Step, ...]:
+    """Hop height of the apex after take-off; v_up = max(v_2, 0)."""
+    return (Step(apex, x1 + v_up**2 / (2 * g), "apex of the ballistic flight"),)
+
+
+def apex_from_energy() -> tuple[Step, ...]:
+    """Hop height of the apex from the energies at touchdown and the AED, (25)-(27) with what they leave out."""
+    return (
+        Step(E_td, m_s * v2**2 / 2, "(25), after the impact"),
+        Step(E_dist, m_s * g * step, "(26) without the 1/2, signed"),
+        Step(
+            apex,
+            (E_td + k * x1**2 / 2 + aed - k * x1_T**2 / 2) / (m_s * g) + x1 - E_dist / (m_s * g),
+            "(27) with the spring coordinate",
+        ),
+    )
+
+
+def printed_objective() -> tuple[Step, ...]:
+    """J of (27) with (25), (26) as printed."""
+    return (
+        Step(E_td, m_s * v2**2 / 2, "(25)"),
+        Step(E_dist, m_s * g * sp.Abs(step) / 2, "(26) as printed"),
+        Step(J, sp.Abs(aed - (m_s * g * h_des - E_td - E_dist)), "(27) as printed"),
+    )
+
+
+def threshold() -> tuple[Step, ...]:
+    """Current at which the unloaded actuator starts to move: (5) as a magnitude."""
+    return (Step(u_threshold, m_eff * f1 / sp.Abs(gamma2), "(5) as a magnitude"),)
+
+
+def variations(model: Model) -> dict[sp.Symbol, tuple[sp.Expr, sp.Expr]]:
+    """For u and each parameter: the derivatives of the two right sides (3), (4) at a fixed state.
+
+    With z = (y, v_1, v_2) the derivative of the state with respect to theta obeys
+    (dz/dtheta)' = M dz/dtheta + (0, first, second), an equation of the same poles, each twice.
+    """
+    first, second = model.in_compression
+    return {symbol: (first.diff(symbol), second.diff(symbol)) for symbol in (u, *model.robot.symbols)}
+
+
+def transformed_variation(model: Model, parameter: sp.Symbol) -> sp.Matrix:
+    """The Laplace transform of d(y, v_1, v_2)/d parameter: the derivative of (s - M)^-1 (z(0) + d/s)."""
+    matrix, constant = system(model)
+    resolvent = (laplace.s * sp.eye(3) - matrix).adjugate() / (laplace.s * sp.eye(3) - matrix).det()
+    z = resolvent * (laplace.START + constant / laplace.s)
+    return resolvent * (matrix.diff(parameter) * z + constant.diff(parameter) / laplace.s)
+
+
+def transformed_start(model: Model) -> sp.Matrix:
+    """The Laplace transform of d(y, v_1, v_2)/d(y(0), v_1(0), v_2(0))."""
+    matrix, _ = system(model)
+    characteristic = laplace.s * sp.eye(3) - matrix
+    return characteristic.adjugate() / characteristic.det()
+
+
+def system(model: Model) -> tuple[sp.Matrix, sp.Matrix]:
+    """M and d of z' = M z + d with both masses moving, in the robot's parameters."""
+    first, second = model.in_compression
+    right = sp.Matrix([v1 - v2, first, second])
+    return right.jacobian([y, v1, v2]), right.subs({y: 0, v1: 0, v2: 0})
+
+

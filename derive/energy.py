@@ -1,0 +1,155 @@
+"""Energy of the body, (22)-(24), and the ledger of the whole robot.
+
+    E = m_s v_2^2/2 + m_s g x_2 + k (x_2 - L_0 - c)^2/2          E(t) - E(0) = U_delta, the paper's AED
+    AED = int k x_1 v_2 - int b_2 v_2^2 - m_s f_2 int |v_2|                                       (24), signs mended
+    H = m_eff v_1^2/2 + m_s v_2^2/2 + m_s g x_2 + k (x_1 - x_2 + L_0 + c)^2/2
+
+Every term of the ledger is the integral of a power, a quadratic form in 1, x_1 - x_1(0), y, v_1, v_2 within a phase; the
+integrals of the products (`Moments`) have a closed form of their own, so each term is computed by itself.
+"""
+
+import sympy as sp
+
+from derive import model as equations
+from derive.ir import Quantity, Record, Step
+from derive.model import Model
+from derive.quantities import (
+    L0,
+    LEDGER,
+    b1,
+    b2,
+    body,
+    c,
+    coulomb_1,
+    coulomb_2,
+    f1,
+    f2,
+    g,
+    gamma2,
+    int_v1,
+    int_v1v1,
+    int_v1v2,
+    int_v2,
+    int_v2v2,
+    int_xv2,
+    int_yv1,
+    int_yv2,
+    k,
+    m_eff,
+    m_s,
+    motor_work,
+    offset_work,
+    side_1,
+    side_2,
+    spring_work,
+    total,
+    u,
+    v1,
+    v2,
+    viscous_1,
+    viscous_2,
+    x1,
+    x2,
+    y,
+)
+
+x1_0 = sp.Symbol("x1_0", real=True)
+displacement = sp.Symbol("displacement", real=True)
+length = sp.Symbol("length", real=True)
+
+body_energy = m_s * v2**2 / 2 + m_s * g * x2 + k * (x2 - L0 - c) ** 2 / 2
+total_energy = equations.kinetic + equations.potential
+
+# The products whose integrals are known, by their integral.
+PRODUCTS = {
+    int_v1: v1,
+    int_v2: v2,
+    int_v1v1: v1**2,
+    int_v1v2: v1 * v2,
+    int_v2v2: v2**2,
+    int_yv1: y * v1,
+    int_yv2: y * v2,
+    int_xv2: displacement * v2,
+}
+
+
+def powers(model: Model) -> dict[sp.Symbol, sp.Expr]:
+    """The power of each entry of the ledger, in the order of its fields."""
+    entries = {
+        motor_work: -gamma2 * u * v1,
+        offset_work: k * c * v1,
+        viscous_1: -b1 * v1**2,
+        viscous_2: -b2 * v2**2,
+        coulomb_1: -m_eff * f1 * side_1 * v1,
+        coulomb_2: -m_s * f2 * side_2 * v2,
+        spring_work: k * x1 * v2,
+    }
+    for term in model.terms:
+        work_1, work_2 = _work_symbols(term.name)
+        entries |= {work_1: term.force_1 * v1, work_2: term.force_2 * v2}
+    return entries
+
+
+def ledger_record(model: Model) -> Record:
+    """The fields of the ledger: those of the hopper, then the work of each further term on each mass."""
+    further = tuple(
+        Quantity(str(symbol), str(symbol), "J", f"work of the term '{term.name}' on the {mass}")
+        for term in model.terms
+        for symbol, mass in zip(_work_symbols(term.name), ("actuator", "body"), strict=True)
+    )
+    return Record(LEDGER.name, LEDGER.meaning, LEDGER.quantities + further)
+
+
+def whole_robot_entries(model: Model) -> tuple[sp.Symbol, ...]:
+    """The entries whose sum, with the loss at stops, is the change of H: all but the spring's work on the body."""
+    return tuple(entry for entry in powers(model) if entry != spring_work)
+
+
+def body_entries(model: Model) -> tuple[sp.Symbol, ...]:
+    """The entries whose sum is the AED, the change of E."""
+    return (spring_work, viscous_2, coulomb_2, *(_work_symbols(term.name)[1] for term in model.terms))
+
+
+def ledger(model: Model) -> tuple[Step, ...]:
+    """Each entry of the ledger over a part of a phase, from the integrals of products."""
+    return tuple(
+        Step(entry, _integrate(power), "(24)" if entry in body_entries(model) else "ledger")
+        for entry, power in powers(model).items()
+    )
+
+
+def energies() -> tuple[Step, ...]:
+    """E and H of a state; x_2 - L_0 - c is the actuator's displacement less the compression."""
+    return (
+        Step(length, x1 - y, "x_2 - L_0 - c"),
+        Step(body, m_s * v2**2 / 2 + m_s * g * (length + (L0 + c)) + k * length**2 / 2, "(22), (23)"),
+        Step(total, m_eff * v1**2 / 2 + m_s * v2**2 / 2 + m_s * g * (length + (L0 + c)) + k * y**2 / 2, "energy of the whole robot"),
+    )
+
+
+def body_energy_gain() -> tuple[Step, ...]:
+    """E(t) - E(0), with each difference of squares factored: nothing large is subtracted."""
+    x1_t, v2_t, y_t = sp.symbols("x1_t v2_t y_t", real=True)
+    length_t, gain = sp.symbols("length_t gain", real=True)
+    return (
+        Step(length, x1 - y, "x_2 - L_0 - c at the start"),
+        Step(length_t, x1_t - y_t, "x_2 - L_0 - c at the end"),
+        Step(
+            gain,
+            m_s * (v2_t - v2) * (v2_t + v2) / 2 + (length_t - length) * (m_s * g + k * (length_t + length) / 2),
+            "(22)-(24) U_delta",
+        ),
+    )
+
+
+def _work_symbols(name: str) -> tuple[sp.Symbol, sp.Symbol]:
+    word = "".join(letter if letter.isalnum() else "_" for letter in name)
+    return sp.Symbol(f"{word}_1", real=True), sp.Symbol(f"{word}_2", real=True)
+
+
+def _integrate(power: sp.Expr) -> sp.Expr:
+    """The power with every product replaced by its integral."""
+    in_phase = sp.expand(power.subs(x1 - x2, y - L0 - c).subs(x2, x1 + L0 + c - y).subs(x1, x1_0 + displacement))
+    polynomial = sp.Poly(in_phase, displacement, y, v1, v2)
+    integrals = {sp.Poly(product, displacement, y, v1, v2).monoms()[0]: name for name, product in PRODUCTS.items()}
+    return sum((coefficient * integrals[monomial] for monomial, coefficient in polynomial.terms()), sp.S.Zero)

@@ -1,0 +1,294 @@
+"""How a function of the intermediate form is spelled in NumPy and in C: the only module that knows either grammar.
+
+Both languages print the same steps in the same order; only the punctuation differs. The printer is our own so that
+the text depends on no version of sympy: terms and factors are ordered by the names in them.
+
+C templates are written in a type `real` with plain literals and names that end in _real; `C.spell` turns them
+into one precision: float literals get their f, `sqrt` becomes `sqrtf`, `hopform_state_real` becomes `hopform_state_f32`.
+"""
+
+import re
+import struct
+from collections.abc import Iterable, Iterator
+
+import sympy as sp
+
+from derive.ir import Function, Program, Quantity, Record
+
+Line = tuple[str, str]
+
+
+def expression(value: sp.Expr) -> str:
+    """An expression in the punctuation that Python and C share: + - * / and calls of sqrt and fabs."""
+    return _sum(sp.sympify(value))
+
+
+def _sum(value: sp.Expr) -> str:
+    terms = sorted(sp.Add.make_args(value), key=_term_order)
+    text = ""
+    for term in terms:
+        negative = term.could_extract_minus_sign()
+        body = _product(-term if negative else term)
+        if text:
+            text += f" - {body}" if negative else f" + {body}"
+        else:
+            text = f"-{body}" if negative else body
+    return text
+
+
+def _term_order(term: sp.Expr) -> tuple[bool, int, str]:
+    """Positive terms first, then numbers, then the shorter names."""
+    negative = bool(term.could_extract_minus_sign())
+    body = -term if negative else term
+    return negative, len(body.free_symbols), _product(body)
+
+
+def _product(value: sp.Expr) -> str:
+    above: list[str] = []
+    below: list[str] = []
+    number = root = sp.S.One
+    for factor in sp.Mul.make_args(value):
+        base, exponent = factor.as_base_exp()
+        if factor.is_Rational:
+            number *= factor
+        elif exponent == sp.S.Half:
+            root *= base
+        elif exponent.is_Integer:
+            (above if exponent > 0 else below).extend([_factor(base)] * abs(int(exponent)))
+        else:
+            raise TypeError(f"no spelling for {factor}")
+    if root != 1:
+        above.append(f"sqrt({_sum(root)})")
+    above.sort(key=_factor_order)
+    below.sort(key=_factor_order)
+    if number.p != 1 and (number.q == 1 or number.q in (2, 4, 8)):
+        above.insert(0, _number(float(number)))
+    elif number.q != 1:
+        if number.p != 1:
+            above.insert(0, _number(float(number.p)))
+        below.insert(0, _number(float(number.q))) if number.q not in (2, 4, 8) else above.insert(0, _number(1.0 / number.q))
+    top = "*".join(above) or "1.0"
+    if not below:
+        return top
+    return f"{top}/{below[0]}" if len(below) == 1 else f"{top}/({'*'.join(below)})"
+
+
+def _factor_order(text: str) -> tuple[bool, str]:
+    return text.startswith("("), text
+
+
+def _factor(base: sp.Expr) -> str:
+    if base.is_Symbol:
+        return str(base.name)
+    if base.is_Rational:
+        return _number(float(base))
+    if isinstance(base, sp.Abs):
+        return f"fabs({_sum(base.args[0])})"
+    return f"({_sum(base)})"
+
+
+def _number(value: float) -> str:
+    return repr(value)
+
+
+def _aligned(lines: Iterable[Line]) -> Iterator[str]:
+    pairs = list(lines)
+    width = max((len(code) for code, _ in pairs), default=0)
+    yield from (f"{code.ljust(width)}  {comment}".rstrip() for code, comment in pairs)
+
+
+def _argument(argument: Record | Quantity) -> str:
+    """The name of an argument: a record's name in lower case with underscores."""
+    return snake(argument.name) if isinstance(argument, Record) else argument.name
+
+
+def snake(name: str) -> str:
+    return re.sub(r"(?<!^)(?=[A-Z])", "_", name).lower()
+
+
+class NumPy:
+    """Spelling in Python: scalars and broadcastable arrays alike."""
+
+    def signature(self, function: Function) -> str:
+        arguments = ", ".join(
+            f"{_argument(a)}: {a.name if isinstance(a, Record) else 'Real'}" for a in function.takes
+        )
+        returns = function.returns.name if isinstance(function.returns, Record) else "Real"
+        return f"def {function.name}({arguments}) -> {returns}:"
+
+    def body(self, function: Function) -> Iterator[str]:
+        for argument, symbols in function.arguments():
+            if isinstance(argument, Record):
+                name = _argument(argument)
+                for chunk in _chunks(symbols, 100, len(name) + 5):
+                    targets = ", ".join(map(str, chunk))
+                    yield f"{targets} = {', '.join(f'{name}.{symbol}' for symbol in chunk)}"
+        yield from _aligned((f"{s.symbol} = {expression(s.value)}", f"# {s.source}") for s in function.steps)
+        values = ", ".join(map(str, function.returns.symbols))
+        yield f"return {function.returns.name}({values})" if isinstance(function.returns, Record) else f"return {values}"
+
+    def docstring(self, function: Function) -> Iterator[str]:
+        yield f'"""{function.meaning}'
+        yield ""
+        for argument in function.takes:
+            if isinstance(argument, Quantity):
+                yield f"{argument.name} [{argument.unit}] {argument.meaning}."
+        if isinstance(function.returns, Quantity):
+            yield f"Returns {function.returns.name} [{function.returns.unit}], {function.returns.meaning}."
+        yield '"""'
+
+    def field(self, quantity: Quantity) -> str:
+        """The arguments of a `Field`: plain literals."""
+        infinite = {float("inf"): 'float("inf")', float("-inf"): 'float("-inf")'}
+        default = "None" if quantity.default is None else infinite.get(quantity.default, repr(quantity.default))
+        texts = (quantity.name, quantity.glyph, quantity.unit, quantity.domain, quantity.meaning)
+        return ", ".join(f'"{text}"'.replace("\\", "\\\\") for text in texts) + f", {default}"
+
+    def attribute(self, quantity: Quantity) -> str:
+        """A field of a dataclass, with its default if it has one."""
+        if quantity.default is None:
+            return f"{quantity.name}: float"
+        infinite = {float("inf"): "math.inf", float("-inf"): "-math.inf"}
+        return f"{quantity.name}: float = {infinite.get(quantity.default, repr(quantity.default))}"
+
+    def names(self, symbols: Iterable[sp.Symbol]) -> str:
+        """A tuple of names as text."""
+        return "(" + "".join(f'"{symbol}", ' for symbol in symbols).rstrip() + ")"
+
+    def record_names(self, program: Program) -> list[str]:
+        """The records that the formulas name, sorted, with the type of a number."""
+        used = {r.name for f in program.functions for r in (*f.takes, f.returns) if isinstance(r, Record)}
+        return sorted(used | {"Real"})
+
+    def calls(self, functions: Iterable[Function]) -> str:
+        """The elementary functions that the formulas call, for their import line."""
+        text = " ".join(expression(step.value) for function in functions for step in function.steps)
+        return ", ".join(name for name in ("fabs", "sqrt") if f"{name}(" in text)
+
+
+class C:
+    """Spelling in C of one precision, float or double."""
+
+    def __init__(self, prefix: str, precision: str) -> None:
+        self.prefix = prefix
+        self.suffix = precision
+        self.single = precision == "f32"
+        epsilon = 2.0**-23 if self.single else 2.0**-52
+        literal = _single if self.single else repr
+        self.constants = {
+            "EPSILON": literal(epsilon),
+            "ROOT_EPSILON": literal(epsilon**0.5),
+            "NEVER": literal(1e38 if self.single else 1e300),
+        }
+        self.terms = 24 if self.single else 40
+
+    def type(self, record: Record) -> str:
+        return f"hopform_{snake(record.name)}_real"
+
+    def signature(self, function: Function) -> str:
+        arguments = ", ".join(
+            f"const {self.type(a)} *{_argument(a)}" if isinstance(a, Record) else f"real {a.name}" for a in function.takes
+        )
+        returns = self.type(function.returns) if isinstance(function.returns, Record) else "real"
+        return f"{returns} hopform_{function.name}_real({arguments})"
+
+    def body(self, function: Function) -> Iterator[str]:
+        for argument, symbols in function.arguments():
+            if isinstance(argument, Record):
+                name = _argument(argument)
+                yield from (
+                    f"const real {', '.join(f'{symbol} = {name}->{symbol}' for symbol in chunk)};"
+                    for chunk in _chunks(symbols, 100, len(name) + 7)
+                )
+        yield from _aligned(
+            (f"const real {s.symbol} = {expression(s.value)};", f"/* {s.source} */") for s in function.steps
+        )
+        if isinstance(function.returns, Record):
+            values = ", ".join(map(str, function.returns.symbols))
+            yield f"const {self.type(function.returns)} result = {{{values}}};"
+            yield "return result;"
+        else:
+            yield f"return {function.returns.symbol};"
+
+    def members(self, record: Record) -> Iterator[str]:
+        yield from _aligned((f"real {q.name};", f"/* [{q.unit}] {q.meaning} */") for q in record.quantities)
+
+    def zeros(self, record: Record) -> str:
+        """An initialiser that names no field and leaves none out."""
+        return "{" + ", ".join("0.0" for _ in record.quantities) + "}"
+
+    def conditions(self, record: Record) -> Iterator[str]:
+        """One condition a quantity, true where the value is out of its domain or not a number."""
+        for quantity in record.quantities:
+            value = f"robot->{quantity.name}"
+            yield {
+                "real": f"!({value} >= -NEVER && {value} <= NEVER)",
+                "positive": f"!({value} > 0.0 && {value} <= NEVER)",
+                "nonnegative": f"!({value} >= 0.0 && {value} <= NEVER)",
+                "bound": f"!({value} >= 0.0)",
+                "fraction": f"!({value} >= 0.0 && {value} < 1.0)",
+                "lower": f"!({value} <= NEVER)",
+                "upper": f"!({value} >= -NEVER)",
+            }[quantity.domain]
+
+    def spell(self, text: str) -> str:
+        """Template text in `real` as C text in this precision, with the library's prefix."""
+        text = re.sub(r"_real\b", f"_{self.suffix}", text)
+        text = _TOKEN.sub(self._token, text)
+        return rename(text, self.prefix)
+
+    def _token(self, match: re.Match[str]) -> str:
+        token = match.group()
+        if match.lastgroup == "comment" or match.lastgroup == "string":
+            return token
+        if match.lastgroup == "number":
+            return _single(float(token)) if self.single else repr(float(token))
+        if token == "real":
+            return "float" if self.single else "double"
+        if token in self.constants:
+            return self.constants[token]
+        if token in _ELEMENTARY and self.single:
+            return token + "f"
+        return token
+
+
+_ELEMENTARY = {"sqrt", "fabs", "exp", "sin", "cos", "atan2", "log", "cbrt", "floor", "fmax", "fmin"}
+_TOKEN = re.compile(
+    r"(?P<comment>/\*.*?\*/)"
+    r'|(?P<string>"[^"\n]*"|#include[^\n]*)'
+    r"|(?P<number>(?<![\w.])(?:\d+\.\d*(?:[eE][+-]?\d+)?|\d+[eE][+-]?\d+)(?![\w.]))"
+    r"|(?P<word>[A-Za-z_]\w*)",
+    re.DOTALL,
+)
+
+
+def rename(text: str, prefix: str) -> str:
+    """Every public name with another prefix: hopform_solve -> NAME_solve, HOPFORM_H -> NAME_H."""
+    if prefix == "hopform":
+        return text
+    return re.sub(r"hopform", prefix, re.sub(r"HOPFORM", prefix.upper(), text))
+
+
+def _single(value: float) -> str:
+    """The shortest literal that reads back as this number in single precision."""
+    nearest: float = struct.unpack("f", struct.pack("f", value))[0]
+    text = next(t for n in range(1, 10) if struct.unpack("f", struct.pack("f", float(t := f"{nearest:.{n}g}")))[0] == nearest)
+    if "e" in text:
+        mantissa, exponent = text.split("e")
+        text = f"{mantissa}e{int(exponent)}"
+    return (text if "." in text or "e" in text else text + ".0") + "f"
+
+
+def _chunks(symbols: tuple[sp.Symbol, ...], width: int, extra: int) -> Iterator[tuple[sp.Symbol, ...]]:
+    """The symbols in groups whose line, with each name twice and `extra` characters around it, fits in a width."""
+    group: list[sp.Symbol] = []
+    length = 0
+    for symbol in symbols:
+        size = 2 * len(str(symbol)) + extra
+        if group and length + size > width:
+            yield tuple(group)
+            group, length = [], 0
+        group.append(symbol)
+        length += size
+    if group:
+        yield tuple(group)

@@ -1,0 +1,155 @@
+"""Laplace transform of (3), (4), the elimination (6)-(11), and the poles by name.
+
+With z = (y, v_1, v_2), z' = M z + d within a phase, so Z(s) = (s - M)^-1 (z(0) + d/s), and for
+each coordinate h of z
+
+    H(s) = h(0)/s + (H_3 s^2 + H_2 s + H_1) / (s P(s)),    P(s) = s^3 + s_1 s^2 + s_2 s + s_3.
+
+x_i has one factor 1/s more, which is the s^2 of (11). H_3, H_2, H_1 are those of (13)-(15)
+counted from x_2(0) and v_2(0): no large numbers are subtracted, and b_1 = b_2 = 0 is no exception.
+"""
+
+import sympy as sp
+
+from derive.ir import Step
+from derive.model import Model
+from derive.quantities import (
+    C_1,
+    C_2,
+    L0,
+    H1_1,
+    H1_2,
+    H1_y,
+    H2_1,
+    H2_2,
+    H2_y,
+    H3_1,
+    H3_2,
+    H3_y,
+    a1_0,
+    a1_u,
+    a1_v1,
+    a1_v2,
+    a1_y,
+    a2_0,
+    a2_v1,
+    a2_v2,
+    a2_y,
+    c,
+    f1,
+    f2,
+    p_1,
+    p_2,
+    q_1,
+    q_2,
+    s_1,
+    s_2,
+    s_3,
+    side_1,
+    side_2,
+    u,
+    v1,
+    v2,
+    x1,
+    x2,
+    y,
+)
+
+s = sp.Symbol("s")
+
+# The system with named coefficients; `rates` gives the coefficients of a model.
+MATRIX = sp.Matrix([[0, 1, -1], [a1_y, a1_v1, a1_v2], [a2_y, a2_v1, a2_v2]])
+START = sp.Matrix([y, v1, v2])
+CONSTANT = sp.Matrix([0, C_1, C_2])
+
+
+def rates(model: Model) -> tuple[Step, ...]:
+    """Coefficients of the equations of motion and of the characteristic polynomials."""
+    steps = []
+    smooth = [acc.subs({side_1: 0, side_2: 0}) for acc in model.in_compression]
+    for number, acc, names in ((1, smooth[0], (a1_y, a1_v1, a1_v2)), (2, smooth[1], (a2_y, a2_v1, a2_v2))):
+        source = f"({number + 2})"
+        steps += [Step(name, acc.diff(v), f"{source} per {v}") for name, v in zip(names, (y, v1, v2), strict=True)]
+    steps += [
+        Step(a1_u, smooth[0].diff(u), "(3) per u"),
+        Step(a1_0, smooth[0].subs({y: 0, v1: 0, v2: 0, u: 0}), "(3) constant"),
+        Step(a2_0, smooth[1].subs({y: 0, v1: 0, v2: 0, u: 0}), "(4) constant"),
+    ]
+    entries = {step.symbol: step.value for step in steps}
+    for name, coefficient in zip((s_1, s_2, s_3), _polynomial(MATRIX.subs(entries)), strict=True):
+        steps.append(Step(name, coefficient, "(11) denominator"))
+    for names, rows in (((p_1, q_1), (0, 1)), ((p_2, q_2), (0, 2))):
+        polynomial = _polynomial(MATRIX.extract(rows, rows).subs(entries))
+        steps += [Step(n, v, f"{'(6)' if rows[1] == 1 else '(7)'} denominator") for n, v in zip(names, polynomial, strict=True)]
+    return tuple(steps)
+
+
+def _polynomial(matrix: sp.Matrix) -> list[sp.Expr]:
+    """Coefficients behind the leading one of det(s - matrix), expanded, so that nothing cancels."""
+    size = matrix.rows
+    characteristic = sp.Poly((s * sp.eye(size) - matrix).det(method="berkowitz"), s)
+    return [sp.expand(coefficient) for coefficient in characteristic.all_coeffs()[1:]]
+
+
+def drive() -> tuple[Step, ...]:
+    """Constant accelerations of a phase."""
+    return (
+        Step(C_1, a1_0 + a1_u * u - f1 * side_1, "(3), in (10) lambda_2 measured from y = 0"),
+        Step(C_2, a2_0 - f2 * side_2, "(4), in (8) -gamma measured from y = 0"),
+    )
+
+
+# Where a numerator stands in the paper: (13)-(15) for the body, the same of X_1 for (16), (17).
+SOURCE = {0: "(11) of y = x_1 - x_2 + L_0 + c", 1: "(16), (17) over the cubic", 2: "({}) from x_2(0), v_2(0)"}
+NAMES = {0: (H3_y, H2_y, H1_y), 1: (H3_1, H2_1, H1_1), 2: (H3_2, H2_2, H1_2)}
+
+
+def numerators(moving: tuple[int, ...]) -> tuple[Step, ...]:
+    """H_3, H_2, H_1 of y, v_1, v_2 in the mode where the masses `moving` slip and the others are held.
+
+    H_3 is the initial rate M z(0) + d. With both masses moving H_2 = (M + s_1) H_3 and
+    H_1 = adj(-M) d - s_3 z(0). With one mass held the denominator is s^2 + p s + q alone:
+    H_2 = adj(-M) d - q z(0), H_1 = 0.
+    """
+    rows = [0, *moving]
+    matrix, constant = MATRIX.extract(rows, rows), CONSTANT.extract(rows, [0])
+    start = START.extract(rows, [0])
+    rate = matrix * start + constant
+    adjugate = (s * sp.eye(len(rows)) - matrix).adjugate()
+    lowest = adjugate.subs(s, 0) * constant - (s_3 if len(rows) == 3 else {1: q_1, 2: q_2}[moving[0]]) * start
+    if len(rows) == 3:
+        transform = adjugate * sp.Matrix([NAMES[row][0] for row in rows])
+        middle = [sp.Poly(entry, s).coeff_monomial(s) for entry in transform]
+        columns = [list(rate), middle, list(lowest)]
+    else:
+        columns = [list(rate), list(lowest), [sp.S.Zero] * len(rows)]
+    steps = [
+        Step(NAMES[row][column], sp.expand(values[index]), SOURCE[row].format(13 + column))
+        for column, values in enumerate(columns)
+        for index, row in enumerate(rows)
+    ]
+    held = [name for row in (1, 2) if row not in rows for name in NAMES[row]]
+    return (*steps, *(Step(name, sp.S.Zero, "held") for name in held))
+
+
+def paper_frame(model: Model) -> dict[str, sp.Expr]:
+    """beta, gamma, lambda_2 and H_4..H_1 of (8)-(15) as they follow from (3), (4), in the paper's frame.
+
+    (6), (7) are solved for X_2(s); H_n is the coefficient of s^(n-1) of its numerator over s^2 P(s).
+    """
+    x1_0, v1_0, x2_0, v2_0 = initial = sp.symbols("x1_0 v1_0 x2_0 v2_0", real=True)
+    X1, X2 = sp.symbols("X1 X2")
+    equations = []
+    for acc, X, x_0, v_0 in zip(model.accelerations, (X1, X2), initial[::2], initial[1::2], strict=True):
+        transform = acc.subs({v1: s * X1 - x1_0, v2: s * X2 - x2_0, x1: X1, x2: X2})
+        constant = acc.subs({v1: 0, v2: 0, x1: 0, x2: 0})
+        equations.append(s**2 * X - s * x_0 - v_0 - (transform - constant) - constant / s)
+    solution = sp.solve(equations, (X1, X2), dict=True)[0]
+    polynomial = sp.Poly(sp.expand((s * sp.eye(3) - MATRIX).det()), s).as_expr()
+    entries = {step.symbol: step.value for step in rates(model) if step.symbol in MATRIX.free_symbols}
+    denominator = s**2 * polynomial.subs(entries)
+    printed = {}
+    for name, X in (("X1", X1), ("X2", X2)):
+        numerator = sp.Poly(sp.cancel(sp.together(solution[X] * denominator)), s)
+        printed |= {f"{name}_H{power + 1}": sp.expand(numerator.coeff_monomial(s**power)) for power in range(5)}
+    return printed

@@ -1,0 +1,135 @@
+"""Equations of motion of the hopper in stance, (1)-(5): the only place that has any.
+
+From the Lagrangian of two masses and one spring, with the current, the offset force and friction
+as generalised forces:
+
+    m_eff a_1 = -k (x_1 - x_2 + L_0 + c) + k c - b_1 v_1 - gamma_2 u - m_eff f_1 sign(v_1)      (3)
+    m_s   a_2 =  k (x_1 - x_2 + L_0 + c) - m_s g - b_2 v_2 - m_s f_2 sign(v_2)                  (4)
+
+(1), (2) are their case f_1 = f_2 = 0. A robot with further terms is a `Model` with `terms`; the
+generator reads them from a file (`python -m derive --model FILE.py`).
+"""
+
+import runpy
+from dataclasses import dataclass, replace
+from functools import cached_property
+from pathlib import Path
+
+import sympy as sp
+
+from derive import quantities as Q
+from derive.ir import Quantity, Record
+from derive.quantities import L0, b1, b2, c, f1, f2, g, gamma2, k, m_eff, m_s, side_1, side_2, u, v1, v2, x1, x2, y
+
+
+@dataclass(frozen=True)
+class Term:
+    """A further force on each mass, linear in v1, v2, x1 - x2 or constant, [N]."""
+
+    name: str
+    force_1: sp.Expr
+    force_2: sp.Expr
+    meaning: str = "a further term"
+
+
+class ModelError(ValueError):
+    """A term that the closed form cannot carry."""
+
+
+@dataclass(frozen=True)
+class Model:
+    """The hopper with further terms and the parameters that they bring."""
+
+    terms: tuple[Term, ...] = ()
+    parameters: tuple[Quantity, ...] = ()
+
+    def __post_init__(self) -> None:
+        for term in self.terms:
+            _refuse_what_the_closed_form_cannot_carry(term)
+
+    @property
+    def robot(self) -> Record:
+        return replace(Q.ROBOT, quantities=Q.ROBOT.quantities + self.parameters)
+
+    @cached_property
+    def forces(self) -> tuple[sp.Expr, sp.Expr]:
+        """What is not in the Lagrangian: current, offset, friction, further terms, [N]."""
+        actuator = k * c - gamma2 * u - b1 * v1 - m_eff * f1 * side_1
+        body = -b2 * v2 - m_s * f2 * side_2
+        return (
+            actuator + sum((term.force_1 for term in self.terms), sp.S.Zero),
+            body + sum((term.force_2 for term in self.terms), sp.S.Zero),
+        )
+
+    @cached_property
+    def accelerations(self) -> tuple[sp.Expr, sp.Expr]:
+        """(3), (4) with sign(v_i) written as side_i, in x1, x2, v1, v2."""
+        masses, coordinates = (m_eff, m_s), (x1, x2)
+        return tuple(  # type: ignore[return-value]
+            sp.expand((LAGRANGIAN.diff(coordinate) + force) / mass)
+            for mass, coordinate, force in zip(masses, coordinates, self.forces, strict=True)
+        )
+
+    @cached_property
+    def in_compression(self) -> tuple[sp.Expr, sp.Expr]:
+        """The accelerations in y, v1, v2: translation invariance leaves no other coordinate."""
+        return tuple(sp.expand(acc.subs(x1, y + x2 - L0 - c)) for acc in self.accelerations)  # type: ignore[return-value]
+
+
+compression = x1 - x2 + L0 + c
+kinetic = (m_eff * v1**2 + m_s * v2**2) / 2
+potential = m_s * g * x2 + k * compression**2 / 2
+LAGRANGIAN = kinetic - potential
+SPRING_FORCE = k * compression
+
+
+def threshold_current() -> sp.Expr:
+    """Current at which the unloaded actuator starts to move, from (3): the friction identity (5)."""
+    return m_eff * f1 / sp.Abs(gamma2)
+
+
+def read_model(path: Path) -> Model:
+    """The model of a file that defines `terms` and `parameters`; errors name the file."""
+    if not path.is_file():
+        raise ModelError(f"--model: there is no file {path}")
+    try:
+        defined = runpy.run_path(str(path))
+        terms = tuple(defined["terms"])
+        parameters = tuple(defined.get("parameters", ()))
+        taken = {quantity.name for quantity in Q.ROBOT.quantities}
+        for parameter in parameters:
+            if parameter.name in taken:
+                raise ModelError(f"parameter {parameter.name} is one of the robot's already")
+        model = Model(terms, parameters)
+    except KeyError as missing:
+        raise ModelError(f"{path} must define {missing}: a tuple of derive.model.Term") from None
+    except ModelError as error:
+        raise ModelError(f"{path}: {error}") from None
+    unknown = {symbol for force in model.forces for symbol in force.free_symbols} - _known(model)
+    if unknown:
+        raise ModelError(f"{path}: {', '.join(sorted(map(str, unknown)))} is not declared in `parameters`")
+    return model
+
+
+def _known(model: Model) -> set[sp.Symbol]:
+    return {*model.robot.symbols, x1, x2, v1, v2, u, side_1, side_2}
+
+
+def _refuse_what_the_closed_form_cannot_carry(term: Term) -> None:
+    for number, force in ((1, sp.sympify(term.force_1)), (2, sp.sympify(term.force_2))):
+        for variable in (x1, x2, v1, v2):
+            if force.diff(variable).free_symbols & {x1, x2, v1, v2}:
+                raise ModelError(
+                    f"the term '{term.name}' is not linear in {variable}: force_{number} = {force}; "
+                    "the Laplace transform (6), (7) needs a linear equation in each phase"
+                )
+        if (ground := sp.expand(force.diff(x1) + force.diff(x2))) != 0:
+            raise ModelError(
+                f"the term '{term.name}' ties mass {number} to the ground: force_{number} = {force} changes by {ground} "
+                "per metre when both masses move together; the factor s^2 in the denominator of (11) would be lost"
+            )
+        if force.free_symbols & {u, side_1, side_2}:
+            raise ModelError(f"the term '{term.name}' may not contain u, side_1 or side_2: force_{number} = {force}")
+
+
+HOPPER = Model()

@@ -1,0 +1,61 @@
+"""What each mass may do and what ends it: slipping up, slipping down, or held.
+
+Mass i is held at v_i = 0 while |a_i| <= f_i, where the free acceleration a_i is the right side of (3) or (4) at
+v_i = 0 without the friction of mass i. In each of the four combinations of slipping and held masses the motion is
+linear, so it has the closed form of time_domain.py; it ends at the first of
+
+    v_i = 0                 slipping: reverse if |a_i| > f_i, else stick
+    |a_i| = f_i             held: slip in the direction of a_i
+    x_1 = x1_min or x1_max  slipping: the actuator loses v_1
+    y = 0                   with the leg extending: take-off, because the spring force is k y
+"""
+
+import sympy as sp
+
+from derive.ir import Step
+from derive.quantities import (
+    H1,
+    H2,
+    H3,
+    H1_1,
+    H1_2,
+    H1_y,
+    H2_1,
+    H2_2,
+    H2_y,
+    H3_1,
+    H3_2,
+    H3_y,
+    a1_0,
+    a1_u,
+    a1_v2,
+    a1_y,
+    a2_0,
+    a2_v1,
+    a2_y,
+    free_1,
+    free_2,
+    u,
+    v1,
+    v2,
+    y,
+)
+
+# The masses that slip, in the order in which the generated code tries them.
+MOVING = {"both": (1, 2), "actuator": (1,), "body": (2,)}
+
+
+def free() -> tuple[Step, ...]:
+    """Free accelerations: (3), (4) at v_i = 0 without the friction of mass i."""
+    return (
+        Step(free_1, a1_0 + a1_u * u + a1_y * y + a1_v2 * v2, "(3) at v_1 = 0"),
+        Step(free_2, a2_0 + a2_y * y + a2_v1 * v1, "(4) at v_2 = 0"),
+    )
+
+
+def free_numerator(number: int) -> tuple[Step, ...]:
+    """How the free acceleration of a held mass leaves its initial value while the other one moves."""
+    per_y, per_v, other = ((a1_y, a1_v2, (H3_2, H2_2, H1_2)), (a2_y, a2_v1, (H3_1, H2_1, H1_1)))[number - 1]
+    of_y = (H3_y, H2_y, H1_y)
+    values = [per_y * h_y + per_v * h_v for h_y, h_v in zip(of_y, other, strict=True)]
+    return tuple(Step(name, sp.expand(v), f"({number + 2}) held") for name, v in zip((H3, H2, H1), values, strict=True))

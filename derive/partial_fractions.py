@@ -1,0 +1,151 @@
+"""Partial fractions of (11), in real arithmetic and safe where poles coincide.
+
+The paper splits 1/(s^2 (s+a)(s+b)(s+c)) into single poles, which divides by every difference of
+poles and twice by the slow one. Here the inverse transform of the three poles alone,
+
+    W(t) = L^-1 1/((s + a)(s^2 + p s + q)),        W1 = int W,  W2 = int W1,
+
+carries the motion (time_domain.py), and only the real pole is split from the pair,
+
+    1/((s + a)(s^2 + p s + q)) = [1/(s + a) - (s + p - a)/(s^2 + p s + q)] / chi,   chi = a^2 - p a + q,
+
+so that the only divisor is chi, which is large when a is the most isolated root. The integrals W1, W2
+take the integrals of exp(-a t) and of R = L^-1 1/(s^2 + p s + q), not quotients by a or q. Where chi t^2 is
+small, W comes from its power series, around s = 0 or around the mean of the three poles.
+"""
+
+import sympy as sp
+
+from derive.ir import Step
+from derive.laplace import s
+from derive.quantities import (
+    H1,
+    H2,
+    H3,
+    R1,
+    R2,
+    R3,
+    W1,
+    W2,
+    W3,
+    W4,
+    A,
+    B,
+    R,
+    Rd,
+    W,
+    Wd,
+    Wdd,
+    X,
+    Y,
+    a,
+    chi,
+    e,
+    e1,
+    e2,
+    p,
+    q,
+    s_1,
+    s_2,
+    s_3,
+    sigma,
+    slow,
+    t,
+)
+
+pair_denominator = s**2 + p * s + q
+denominator = (s + a) * pair_denominator
+
+split_off_pole = Step(chi, q - a * (p - a), "(18) residue at s = -a")
+
+
+def split() -> tuple[Step, ...]:
+    """W, its derivatives and integrals from those of exp(-a t) and of R."""
+    rest = p - a
+    # d/dt e = -a e, d/dt Rd = -p Rd - q R; the derivative of R at 0 is 1, so W starts at 0, 0, 1.
+    return (
+        Step(W, (e - Rd - rest * R) / chi, "(18) all poles"),
+        Step(W1, (e1 - R - rest * R1) / chi, "(18) integral"),
+        Step(W2, (e2 - R1 - rest * R2) / chi, "(18) integral of the integral"),
+        Step(Wd, (a * (Rd - e) + q * R) / chi, "(19) all poles"),
+        Step(Wdd, (a**2 * e - (a * p - q) * Rd - a * q * R) / chi, "(19) derivative"),
+    )
+
+
+def pair_by_quotient() -> tuple[Step, ...]:
+    """Integrals of R where q t^2 is not small: R'' + p R' + q R = 0, integrated once and twice."""
+    return (
+        Step(R1, (1 - Rd - p * R) / q, "(18) pair, integral"),
+        Step(R2, (t - R - p * R1) / q, "(18) pair, integral of the integral"),
+    )
+
+
+def pair_from_series() -> tuple[Step, ...]:
+    """R and R' from the two highest integrals: the same equation, read the other way."""
+    return (
+        Step(R1, t**2 / 2 - p * R2 - q * R3, "(18) pair, short time"),
+        Step(R, t - p * R1 - q * R2, "(18) pair, short time"),
+        Step(Rd, 1 - p * R - q * R1, "(19) pair, short time"),
+    )
+
+
+def all_from_series() -> tuple[Step, ...]:
+    """W and its derivatives from the three highest integrals: P(d/dt) W = 0, integrated."""
+    return (
+        Step(W1, t**3 / 6 - s_1 * W2 - s_2 * W3 - s_3 * W4, "(18) short time"),
+        Step(W, t**2 / 2 - s_1 * W1 - s_2 * W2 - s_3 * W3, "(18) short time"),
+        Step(Wd, t - s_1 * W - s_2 * W1 - s_3 * W2, "(19) short time"),
+        Step(Wdd, 1 - s_1 * Wd - s_2 * W - s_3 * W1, "(19) short time"),
+    )
+
+
+# The shifted polynomial P(s - sigma) = s^3 + Q s + T of three nearly equal roots, from the factors.
+Q_s, T_s = sp.symbols("Q_s T_s", real=True)
+V, Vd, Vdd, decay = sp.symbols("V Vd Vdd decay", real=True)
+apart, disc = sp.symbols("apart disc", real=True)
+
+
+def shift() -> tuple[Step, ...]:
+    """The mean sigma of the three rates, and P(s - sigma) = s^3 + Q_s s + T_s, which has no square term."""
+    return (
+        Step(sigma, (a + p) / 3, "(11) mean of the poles"),
+        Step(apart, (2 * a - p) / 6, "(11) the pair's mean is sigma - apart, a is sigma + 2 apart"),
+        Step(disc, (p / 2) ** 2 - q, "(11) discriminant of the pair"),
+        Step(Q_s, -3 * apart**2 - disc, "(11) shifted by sigma"),
+        Step(T_s, 2 * apart * (apart**2 - disc), "(11) shifted by sigma"),
+    )
+
+
+def unshift() -> tuple[Step, ...]:
+    """W from the series V of the shifted polynomial: W = exp(-sigma t) V."""
+    return (
+        Step(W, decay * V, "(18) nearly triple pole"),
+        Step(Wd, decay * (Vd - sigma * V), "(19) nearly triple pole"),
+        Step(Wdd, decay * (Vdd - 2 * sigma * Vd + sigma**2 * V), "(19) nearly triple pole"),
+    )
+
+
+def integrals_by_recursion() -> tuple[Step, ...]:
+    """W1, W2 of nearly equal poles, none of them slow: P(d/dt) W1 = 1, P(d/dt) W2 = t."""
+    return (
+        Step(W1, (1 - Wdd - s_1 * Wd - s_2 * W) / s_3, "(18) integral, poles close together"),
+        Step(W2, (t - Wd - s_1 * W - s_2 * W1) / s_3, "(18) integral of the integral, poles close together"),
+    )
+
+
+def behind_the_pole() -> tuple[Step, ...]:
+    """(d/dt + a) h' is a motion of the pair alone: (A s + B)/(s^2 + p s + q), whatever the poles."""
+    return (
+        Step(A, H2 - p * H3, "(18) terms in s, pole a removed"),
+        Step(B, H1 - q * H3, "(18) constant terms, pole a removed"),
+    )
+
+
+def ringing() -> tuple[Step, ...]:
+    """h - h(0) = slow + X R' + Y R: what oscillates and what does not, chi and q not small."""
+    rest = p - a
+    return (
+        Step(slow, (H1 * (e1 - rest / q) + (H2 - a * H3) * e) / chi, "(18) without the pair"),
+        Step(X, (H1 * rest / q - H2 + a * H3) / chi, "(18) pair, share of R'"),
+        Step(Y, (H1 * (rest * p / q - 1) - H2 * rest + H3 * q) / chi, "(18) pair, share of R"),
+    )

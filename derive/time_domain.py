@@ -1,0 +1,64 @@
+"""The states over time, (18)-(21), in terms of W: one form for every pole configuration.
+
+From H(s) = h(0)/s + (H_3 s^2 + H_2 s + H_1)/(s P(s)) for h = y, v_1, v_2:
+
+    h(t)  = h(0) + H_3 W' + H_2 W + H_1 W1            h'(t) = H_3 W'' + H_2 W' + H_1 W
+    x_i(t) = x_i(0) + v_i(0) t + H_3 W + H_2 W1 + H_1 W2
+
+With b_1 + b_2 > 0 and distinct poles these are A + B t + C exp(-a t) + D exp(-b t) + E exp(-c t) of (18)
+and, for x_1, (20) without the hats F, G, whose poles d, e cancel.
+"""
+
+import sympy as sp
+
+from derive.ir import Step
+from derive.quantities import (
+    H1,
+    H2,
+    H3,
+    W1,
+    W2,
+    H1_1,
+    H1_2,
+    H1_y,
+    H2_1,
+    H2_2,
+    H2_y,
+    H3_1,
+    H3_2,
+    H3_y,
+    W,
+    Wd,
+    Wdd,
+    s_1,
+    s_2,
+    s_3,
+    t,
+    v1,
+    v2,
+    x1,
+    y,
+)
+
+rise, rise_rate, rise_curvature = sp.symbols("rise rise_rate rise_curvature", real=True)
+x1_t, v1_t, v2_t, y_t, acc1_t, acc2_t = sp.symbols("x1_t v1_t v2_t y_t acc1_t acc2_t", real=True)
+
+
+def rises() -> tuple[Step, ...]:
+    """h(t) - h(0) of a coordinate of (y, v_1, v_2), and its first two derivatives."""
+    third = -s_1 * Wdd - s_2 * Wd - s_3 * W
+    return (
+        Step(rise, H3 * Wd + H2 * W + H1 * W1, "(19), (21)"),
+        Step(rise_rate, H3 * Wdd + H2 * Wd + H1 * W, "derivative of (19), (21)"),
+        Step(rise_curvature, H3 * third + H2 * Wdd + H1 * Wd, "second derivative of (19), (21)"),
+    )
+
+
+def state() -> tuple[Step, ...]:
+    """The state at time t of a phase."""
+    return (
+        Step(x1_t, x1 + (v1 * t + H3_1 * W + H2_1 * W1 + H1_1 * W2), "(20)"),
+        Step(v1_t, v1 + (H3_1 * Wd + H2_1 * W + H1_1 * W1), "(21)"),
+        Step(v2_t, v2 + (H3_2 * Wd + H2_2 * W + H1_2 * W1), "(19)"),
+        Step(y_t, y + (H3_y * Wd + H2_y * W + H1_y * W1), "(18) of y"),
+    )

@@ -1,0 +1,33 @@
+"""The wheel's build hook: compile generated/c, and ship its sources as hopform/c."""
+
+import os
+import runpy
+from pathlib import Path
+from typing import Any
+
+from hatchling.builders.hooks.plugin.interface import BuildHookInterface
+from packaging.tags import sys_tags
+
+
+class LibraryBuildHook(BuildHookInterface):
+    """With a compiler the wheel is for one platform and any Python 3; without, it is pure and NumPy does the work."""
+
+    def initialize(self, version: str, build_data: dict[str, Any]) -> None:
+        tool = runpy.run_path(str(Path(self.root, "tools", "build_library.py")))
+        try:
+            tool["build_library"](Path(self.root))
+        except tool["LibraryNotBuilt"] as error:
+            if os.environ.get("HOPFORM_REQUIRE_C", "0") not in ("", "0"):
+                self.app.abort(f"hopform: HOPFORM_REQUIRE_C is set, but {error.args[0]}")
+            self.app.display_warning(f"hopform: NumPy only, without the C library: {error.args[0]}")
+        else:
+            build_data["pure_python"] = False
+            build_data["tag"] = f"py3-none-{platform()}"
+        if version == "standard":
+            build_data["force_include"]["generated/c"] = "hopform/c"
+
+
+def platform() -> str:
+    """This machine's wheel platform; manylinux and musllinux are for tools that inspect the library first."""
+    platforms = (tag.platform for tag in sys_tags())
+    return next(name for name in platforms if not name.startswith(("manylinux", "musllinux")))

@@ -1,0 +1,55 @@
+"""The exact stance of a series-elastic hopper with dry friction, in microseconds.
+
+    >>> import hopform
+    >>> robot = hopform.load_robot("hopper_c")
+    >>> stance = hopform.solve_stance(robot, v2=hopform.touchdown_velocity(robot, 0.2), u=3.0)
+    >>> stance.status, round(stance.duration, 5), round(stance.apex, 5), round(stance.aed, 4)
+    ('takeoff', 0.18813, 0.22329, 1.9216)
+
+Importing hopform loads NumPy alone. Equation numbers are those of the paper that the register (`hopform.equations`) covers.
+"""
+
+from hopform_solver.equations import EQUATIONS, Equation
+
+from hopform.backends import backends, library_message
+from hopform.errors import BackendError, HopformError, MissingExtra
+from hopform.hopping import Hop, Run, hop
+from hopform.robots import ROBOTS, Robot, load_robot
+from hopform.stance import Energy, Event, Ledger, Phase, Stance, State, solve_stance, touchdown_velocity
+
+__version__ = "0.1.0"
+
+
+def equations() -> tuple[Equation, ...]:
+    """The register: each equation of the paper as printed, as derived, a verdict, the reason, the code that computes it.
+
+    >>> [equation.number for equation in equations()] == list(range(1, 28))
+    True
+    """
+    return EQUATIONS
+
+
+__all__ = [
+    "ROBOTS",
+    "BackendError",
+    "Energy",
+    "Equation",
+    "Event",
+    "Hop",
+    "HopformError",
+    "Ledger",
+    "MissingExtra",
+    "Phase",
+    "Robot",
+    "Run",
+    "Stance",
+    "State",
+    "__version__",
+    "backends",
+    "equations",
+    "hop",
+    "library_message",
+    "load_robot",
+    "solve_stance",
+    "touchdown_velocity",
+]

@@ -1,0 +1,74 @@
+"""The NumPy back end: one stance of the vectorised solver, seen as the C back end shows it."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import hopform_solver
+import numpy as np
+from hopform_solver.energy import energy_at, ledger_at
+from hopform_solver.records import Energy, Ledger, Robot, State
+from hopform_solver.stance import Solution, state_at
+from numpy.typing import NDArray
+
+from hopform.errors import HopformError
+
+
+@dataclass(frozen=True)
+class Solved:
+    """A stance solved on arrays of length one."""
+
+    solution: Solution
+
+    @property
+    def ending(self) -> int:
+        return int(self.solution.ending)
+
+    @property
+    def duration(self) -> float:
+        return float(self.solution.duration)
+
+    @property
+    def end(self) -> State:
+        return State(*(float(field) for field in self.solution.end))
+
+    @property
+    def apex(self) -> float:
+        return float(self.solution.apex)
+
+    @property
+    def aed(self) -> float:
+        return float(self.solution.aed)
+
+    def phase_rows(self) -> list[tuple[float, State, int, int, int]]:
+        """Each phase: when and where it starts, its mode, the event that starts it, the step of the current."""
+        p = self.solution.phases
+        columns = (p.t, p.x1, p.v1, p.v2, p.y, p.mode, p.event, p.step)
+        rows = zip(*(column.tolist() for column in columns), strict=True)
+        return [(t, State(x1, v1, v2, y), mode, event, step) for t, x1, v1, v2, y, mode, event, step in rows]
+
+    def state_at(self, t: NDArray[np.floating]) -> State:
+        """States at times of one dimension."""
+        return state_at(self.solution, 0, t)
+
+    def energy_at(self, t: NDArray[np.floating]) -> tuple[Energy, Ledger, NDArray[np.floating]]:
+        """Energies, ledger and loss at stops at times of one dimension."""
+        ledger, losses = ledger_at(self.solution, 0, t)
+        return energy_at(self.solution, 0, t), ledger, losses
+
+
+def solve(
+    parameters: Robot,
+    start: State,
+    steps: tuple[tuple[float, float], ...],
+    horizon: float,
+    max_phases: int,
+    dtype: np.dtype[Any],
+) -> Solved:
+    """Solve one stance on arrays; HopformError if the numbers leave the range of the precision."""
+    times, values = zip(*steps, strict=True)
+    u = values[0] if len(values) == 1 else values
+    with np.errstate(all="ignore"):
+        solution = hopform_solver.solve(parameters, start, u, times, horizon, max_phases, dtype.type)
+    if not all(np.isfinite(value) for value in (solution.duration, solution.aed, *solution.end)):
+        raise HopformError("the numbers left the range of the precision: scale the robot or use float64")
+    return Solved(solution)

@@ -1,0 +1,327 @@
+"""One stance: from touchdown to take-off, solved exactly, then evaluated at any time."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple, SupportsFloat
+
+import numpy as np
+from hopform_solver import formulas
+from hopform_solver import records as solver_records
+from hopform_solver.records import ENDINGS, EVENTS
+from numpy.typing import ArrayLike, NDArray
+
+from hopform.arrays import Solved as ArraySolved
+from hopform.backends import MODULES, Backend, choose
+from hopform.errors import HopformError
+from hopform.native import Solved as NativeSolved
+from hopform.robots import Robot
+
+Real = float | NDArray[np.floating]
+Current = SupportsFloat | Sequence[tuple[SupportsFloat, SupportsFloat]]
+
+_TOUCHING_ULP = 4.0
+
+
+class State(NamedTuple):
+    """The hopper at one instant, or at the times of an array."""
+
+    x1: Real
+    """[m] displacement of the actuator"""
+    v1: Real
+    """[m/s] its velocity"""
+    x2: Real
+    """[m] height of the body over the ground under the foot"""
+    v2: Real
+    """[m/s] its velocity"""
+
+
+class Event(NamedTuple):
+    """Something that happened during a stance; kinds are the words of the model's page."""
+
+    time: float
+    """[s] since touchdown"""
+    kind: str
+
+
+class Phase(NamedTuple):
+    """A part of a stance in which the mode stays: each mass slips up (+1), down (-1) or is held (0)."""
+
+    start: float
+    """[s] since touchdown"""
+    end: float
+    """[s]"""
+    mode_1: int
+    mode_2: int
+    u: float
+    """[A]"""
+    state: State
+    """where it starts"""
+
+
+class Energy(NamedTuple):
+    """Energies at one instant, or at the times of an array, (22), (23)."""
+
+    body: Real
+    """[J] E = m_s v2^2/2 + m_s g x2 + k (x2 - L0 - c)^2/2"""
+    total: Real
+    """[J] H = m_eff v1^2/2 + m_s v2^2/2 + m_s g x2 + k (x1 - x2 + L0 + c)^2/2"""
+
+
+class Ledger(NamedTuple):
+    """Where energy came from and went to since touchdown, signed as it enters, [J].
+
+    All but spring_work sum to the change of H; spring_work, viscous_2 and coulomb_2 sum to that of E, the AED (24).
+    """
+
+    motor_work: Real
+    offset_work: Real
+    viscous_1: Real
+    viscous_2: Real
+    coulomb_1: Real
+    coulomb_2: Real
+    stop_loss: Real
+    spring_work: Real
+
+
+@dataclass(frozen=True)
+class Stance:
+    """A stance, solved. Times in s from touchdown, heights in m over the ground under the foot.
+
+    status: "takeoff", "rest", "horizon" or "too_many_phases". duration: time of the ending. takeoff: the state there, None
+    without take-off. end: the state at the ending. apex: hop height of the apex, NaN without take-off. aed: change
+    of the body's energy over the stance (24). warnings: what a user should know, e.g. u above u_max.
+    """
+
+    robot: Robot
+    u: tuple[tuple[float, float], ...]
+    backend: Backend
+    dtype: np.dtype[Any]
+    status: str
+    duration: float
+    end: State
+    takeoff: State | None
+    apex: float
+    aed: float
+    events: tuple[Event, ...]
+    phases: tuple[Phase, ...]
+    warnings: tuple[str, ...]
+    _solved: NativeSolved | ArraySolved = field(repr=False, compare=False)
+
+    def at(self, t: ArrayLike) -> State:
+        """The state at times t [s], in t's shape; 0 <= t <= duration, any t >= 0 after rest, else ValueError.
+
+        >>> from hopform import load_robot
+        >>> stance = solve_stance(load_robot("hopper_c"), v2=-1.93, u=2.0)
+        >>> print(round(float(stance.at(0.05).x2), 6))
+        0.318279
+        """
+        state = self._solver_state(t)
+        x2 = state.x1 - state.y + (self.robot.L0 + self.robot.c)
+        return State(*(self._shaped(value, t) for value in (state.x1, state.v1, x2, state.v2)))
+
+    def compression(self, t: ArrayLike) -> Real:
+        """Compression of the spring [m] at times t [s], x1 - x2 + L0 + c, to its own last digit; the force is k times it."""
+        return self._shaped(self._solver_state(t).y, t)
+
+    def energy(self, t: ArrayLike) -> Energy:
+        """Energies [J] of the body and of the robot at times t [s], in t's shape; t as for `at`."""
+        energy, _, _ = self._energies(t)
+        return Energy(*(self._shaped(value, t) for value in energy))
+
+    def ledger(self, t: ArrayLike) -> Ledger:
+        """The ledger [J] from touchdown to times t [s], in t's shape; each entry from its own closed form, t as for `at`."""
+        _, entries, losses = self._energies(t)
+        by_name = entries._asdict() | {"stop_loss": losses}
+        return Ledger(**{name: self._shaped(by_name[name], t) for name in Ledger._fields})
+
+    def _solver_state(self, t: ArrayLike) -> solver_records.State:
+        times = self._times(t)
+        return self._solved.state_at(times)
+
+    def _energies(self, t: ArrayLike) -> tuple[solver_records.Energy, solver_records.Ledger, NDArray[np.floating]]:
+        times = self._times(t)
+        order = np.argsort(times, kind="stable")
+        energy, ledger, losses = self._solved.energy_at(times[order])
+        back = np.argsort(order, kind="stable")
+        return (
+            solver_records.Energy(*(np.asarray(value)[back] for value in energy)),
+            solver_records.Ledger(*(np.asarray(value)[back] for value in ledger)),
+            losses[back],
+        )
+
+    def _times(self, t: ArrayLike) -> NDArray[np.floating]:
+        times = np.asarray(t, dtype=self.dtype).reshape(-1)
+        longest = math.inf if self.status == "rest" else self.duration
+        if times.size and not bool(np.all((times >= 0.0) & (times <= longest) & np.isfinite(times))):
+            bad = times[~((times >= 0.0) & (times <= longest) & np.isfinite(times))][0]
+            allowed = "0 <= t" if self.status == "rest" else f"0 <= t <= {self.duration!r} s"
+            raise HopformError(f"t must be {allowed}, got {float(bad)!r}")
+        return times
+
+    def _shaped(self, value: Any, t: ArrayLike) -> Real:
+        shape = np.shape(t)
+        return float(np.asarray(value).reshape(-1)[0]) if shape == () else np.asarray(value).reshape(shape)
+
+
+def solve_stance(
+    robot: Robot,
+    *,
+    v2: SupportsFloat,
+    x1: SupportsFloat = 0.0,
+    v1: SupportsFloat = 0.0,
+    x2: SupportsFloat | None = None,
+    u: Current = 0.0,
+    horizon: SupportsFloat = 2.0,
+    max_phases: int = 4096,
+    backend: str | None = None,
+    dtype: Any = np.float64,
+) -> Stance:
+    """The stance that follows from a state at touchdown, by (3), (4), exactly: every mode, every event, every ending.
+
+    v1, v2 [m/s]: velocities after the impact; x1 [m]; x2 [m]: height of the body, from F = 0 if left out. u [A]: a current, or
+    steps [(t, u), ...] from t = 0 on. horizon [s]: longest time. backend: "c", "numpy", or None for the best there is.
+    dtype: float64 or float32. Raises HopformError (a ValueError) for a value that is not allowed.
+
+    >>> from hopform import load_robot
+    >>> stance = solve_stance(load_robot("hopper_c"), v2=-1.93, u=2.0)
+    >>> stance.status, round(stance.duration, 4), [event.kind for event in stance.events]
+    ('takeoff', 0.1841, ['x2_reverses'])
+    """
+    precision = _precision(dtype)
+    start = _start(robot, x1, v1, x2, v2)
+    steps = _steps(u)
+    longest = _positive("horizon", horizon, "s")
+    if isinstance(max_phases, bool) or not isinstance(max_phases, int) or not 1 <= max_phases < 2**31:
+        raise HopformError(f"max_phases must be a whole number >= 1, got {max_phases!r}")
+    chosen = choose(backend)
+    solved = MODULES[chosen].solve(robot.parameters, start, steps, longest, max_phases, precision)
+    return _stance(robot, steps, chosen, precision, solved)
+
+
+def touchdown_velocity(robot: Robot, height: SupportsFloat) -> float:
+    """Velocity of the body [m/s] after the impact of a drop from rest at a hop height [m], x1 = 0; negative.
+
+    >>> from hopform import load_robot
+    >>> round(touchdown_velocity(load_robot("hopper_c"), 0.2), 4)
+    -1.9308
+    """
+    drop = _finite("height", height, "m")
+    if drop < 0.0:
+        raise HopformError(f"height must be >= 0 m, got {drop!r}")
+    return float(formulas.touchdown_velocity(robot.parameters, drop))
+
+
+def _stance(
+    robot: Robot,
+    steps: tuple[tuple[float, float], ...],
+    backend: Backend,
+    dtype: np.dtype[Any],
+    solved: NativeSolved | ArraySolved,
+) -> Stance:
+    rows = solved.phase_rows()
+    ends = [row[0] for row in rows[1:]] + [solved.duration]
+    phases = tuple(
+        Phase(t, end, mode // 3 - 1, mode % 3 - 1, steps[step][1], _with_height(robot, state))
+        for (t, state, mode, _, step), end in zip(rows, ends, strict=True)
+    )
+    status = ENDINGS[solved.ending]
+    end_state = _with_height(robot, solved.end)
+    lifts = status == "takeoff"
+    apex = solved.apex if lifts and robot.g > 0.0 else math.nan
+    return Stance(
+        robot=robot,
+        u=steps,
+        backend=backend,
+        dtype=dtype,
+        status=status,
+        duration=solved.duration,
+        end=end_state,
+        takeoff=end_state if lifts else None,
+        apex=apex,
+        aed=solved.aed,
+        events=tuple(Event(t, EVENTS[event]) for t, _, _, event, _ in rows if event),
+        phases=phases,
+        warnings=_warnings(robot, steps, status),
+        _solved=solved,
+    )
+
+
+def _with_height(robot: Robot, state: solver_records.State) -> State:
+    return State(state.x1, state.v1, state.x1 - state.y + (robot.L0 + robot.c), state.v2)
+
+
+def _warnings(robot: Robot, steps: tuple[tuple[float, float], ...], status: str) -> tuple[str, ...]:
+    largest = max((u for _, u in steps), key=abs)
+    found = []
+    if abs(largest) > robot.u_max:
+        found.append(f"u = {largest!r} A is above u_max = {robot.u_max!r} A")
+    if status == "takeoff" and robot.g == 0.0:
+        found.append("g = 0: there is no apex")
+    return tuple(found)
+
+
+def _start(robot: Robot, x1: object, v1: object, x2: object, v2: object) -> solver_records.State:
+    """The state at touchdown with the compression as a coordinate of its own; 0 where x2 is left out."""
+    x_1, v_1, v_2 = _finite("x1", x1, "m"), _finite("v1", v1, "m/s"), _finite("v2", v2, "m/s")
+    if not robot.x1_min <= x_1 <= robot.x1_max:
+        raise HopformError(f"x1 must be within its stroke {robot.x1_min!r} .. {robot.x1_max!r} m, got {x_1!r}")
+    if x2 is None:
+        return solver_records.State(x_1, v_1, v_2, 0.0)
+    y = x_1 - _finite("x2", x2, "m") + robot.L0 + robot.c
+    if abs(y) <= _TOUCHING_ULP * math.ulp(robot.L0):
+        y = 0.0
+    if y < 0.0:
+        highest = x_1 + robot.L0 + robot.c
+        raise HopformError(f"x2 must be <= x1 + L0 + c = {highest!r} m, or the spring pulls, got {float(x2)!r}")  # type: ignore[arg-type]
+    return solver_records.State(x_1, v_1, v_2, y)
+
+
+def _steps(u: Current) -> tuple[tuple[float, float], ...]:
+    if isinstance(u, (SupportsFloat, str)):
+        return ((0.0, _finite("u", u, "A")),)
+    pairs = list(u)
+    if not pairs:
+        raise HopformError("u must be a current in A or at least one step (t, u), got no step")
+    steps = []
+    for number, pair in enumerate(pairs):
+        if isinstance(pair, str) or not isinstance(pair, Sequence) or len(pair) != 2:
+            raise HopformError(f"u[{number}] must be a pair (t, u), got {pair!r}")
+        steps.append((_finite(f"u[{number}] time", pair[0], "s"), _finite(f"u[{number}] current", pair[1], "A")))
+    if steps[0][0] != 0.0:
+        raise HopformError(f"u must start at t = 0 s, got {steps[0][0]!r}")
+    for (before, _), (after, _) in zip(steps, steps[1:], strict=False):
+        if not after > before:
+            raise HopformError(f"the times of u must increase, got {after!r} s after {before!r} s")
+    if len(steps) > 65535:
+        raise HopformError(f"u may have up to 65535 steps, got {len(steps)}")
+    return tuple(steps)
+
+
+def _finite(name: str, value: object, unit: str) -> float:
+    if isinstance(value, (bool, str)) or not isinstance(value, SupportsFloat):
+        raise HopformError(f"{name} must be a number in {unit}, got {value!r}")
+    try:
+        number = float(value)
+    except (TypeError, ValueError):
+        raise HopformError(f"{name} must be a number in {unit}, got {value!r}") from None
+    if not math.isfinite(number):
+        raise HopformError(f"{name} must be finite {unit}, got {number!r}")
+    return number
+
+
+def _positive(name: str, value: object, unit: str) -> float:
+    number = _finite(name, value, unit)
+    if not number > 0.0:
+        raise HopformError(f"{name} must be > 0 {unit}, got {number!r}")
+    return number
+
+
+def _precision(dtype: Any) -> np.dtype[Any]:
+    try:
+        precision = np.dtype(dtype)
+    except TypeError:
+        precision = np.dtype(object)
+    if precision not in (np.dtype(np.float32), np.dtype(np.float64)):
+        raise HopformError(f"dtype must be float64 or float32, got {dtype!r}")
+    return precision

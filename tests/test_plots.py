@@ -1,0 +1,186 @@
+"""The pictures: they show the numbers they claim to show, look the same every time, and need no display."""
+
+import os
+import re
+import struct
+import subprocess
+import sys
+from pathlib import Path
+
+import matplotlib as mpl
+import numpy as np
+import pytest
+from matplotlib.colors import to_rgb
+
+import hopform
+from hopform import plots
+from hopform.tables import mode
+
+HOPPER = hopform.load_robot("hopper_c")
+STANCES: dict[str, dict] = {
+    "takeoff": {"v2": -1.93, "u": 3.0},
+    "rest": {"v2": -0.3, "u": 1.0},
+    "horizon": {"v2": -1.0, "horizon": 0.05},
+    "takeoff at once": {"v2": 1.0},
+    "steps": {"v2": -0.61, "u": [(0.0, 0.0), (0.05, 2.0), (0.1, -3.0)]},
+    "single precision": {"v2": -1.93, "u": 2.0, "dtype": np.float32},
+}
+
+
+@pytest.fixture(scope="module")
+def stance():
+    return hopform.solve_stance(HOPPER, **STANCES["steps"])
+
+
+@pytest.fixture(scope="module")
+def run():
+    return hopform.hop(HOPPER, height=0.2, u=3.0, hops=3)
+
+
+@pytest.fixture(scope="module")
+def figure(stance):
+    return plots.plot_stance(stance)
+
+
+@pytest.fixture(scope="module")
+def svg(figure):
+    return plots.render(figure, ".svg")
+
+
+@pytest.fixture(scope="module")
+def run_figure(run):
+    return plots.plot_run(run)
+
+
+def texts(svg):
+    """What an SVG says: its letters are paths, with the text beside them as a comment."""
+    return re.findall(r"<!-- (.*?) -->", svg.decode())
+
+
+def curves(axes):
+    """The curves of a panel with their legends."""
+    return {line.get_label(): line.get_xydata().T for line in axes.get_lines()}
+
+
+def only_curve(axes):
+    (curve,) = curves(axes).values()
+    return curve
+
+
+def test_a_stance_has_labels_with_units_and_legends(svg):
+    said = texts(svg)
+    for text in (
+        "actuator $x_1$ [cm]", "body $x_2$ [cm]", "spring force [N]", "body energy [J]", "current $u$ [A]",
+        "time since touchdown [ms]", "kinetic + potential", "E(0) + analytical energy delta (24)",
+        "slips up", "slips down", "at stop",
+    ):  # fmt: skip
+        assert text in said
+
+
+def test_a_run_has_labels_with_units_and_legends(run_figure):
+    said = texts(plots.render(run_figure, ".svg"))
+    for text in ("hop height [cm]", "body energy [J]", "time since the drop [s]", "stance", "kinetic + potential"):
+        assert text in said
+
+
+def test_the_curves_are_the_stance(stance, figure):
+    actuator, body, force, *_ = figure.axes
+    t = only_curve(body)[0] / 1000.0
+    t = np.minimum(t, stance.duration)
+    # Times went through ms and back: a few ulp at speeds of less than 10 m/s.
+    np.testing.assert_allclose(only_curve(actuator)[1], 100.0 * stance.at(t).x1, rtol=0, atol=1e-12)
+    np.testing.assert_allclose(only_curve(body)[1], 100.0 * stance.at(t).x2, rtol=0, atol=1e-12)
+    np.testing.assert_allclose(only_curve(force)[1], HOPPER.k * stance.compression(t), rtol=0, atol=1e-11)
+
+
+def test_the_analytical_energy_lies_on_the_energy(figure, run_figure):
+    for axes, tolerance in ((figure.axes[3], 1e-12), (run_figure.axes[2], 1e-11)):
+        energy, foretold = curves(axes).values()
+        np.testing.assert_allclose(foretold, energy, rtol=0, atol=tolerance)
+
+
+def test_an_energy_jump_at_an_impact_is_drawn_upright(run, run_figure):
+    t, energy = next(iter(curves(run_figure.axes[2]).values()))
+    first = run.hops[0]
+    before, after = np.searchsorted(t, first.touchdown_time) - 1, np.searchsorted(t, first.touchdown_time)
+    assert energy[before] - energy[after] == pytest.approx(first.energy_lost_at_impact, abs=1e-12)
+    assert t[after] - t[before] < 1e-15
+
+
+def test_shades_cover_the_stance_and_change_with_the_mode(stance):
+    body = [mode(phase.mode_2) for phase in stance.phases]
+    spans = list(plots.spans(stance.phases, body))
+    assert [word for _, _, word in spans] == ["slips down", "slips up"]
+    assert spans[0][0] == 0.0 and spans[-1][1] == stance.duration
+    assert spans[0][1] == spans[1][0]
+
+
+@pytest.mark.parametrize("arguments", STANCES.values(), ids=STANCES)
+@pytest.mark.filterwarnings("error")
+def test_every_ending_can_be_drawn_without_a_warning(arguments):
+    solved = hopform.solve_stance(HOPPER, **arguments)
+    picture = plots.render(plots.plot_stance(solved), ".svg")
+    assert b"</svg>" in picture and len(picture) > 20_000
+
+
+@pytest.mark.parametrize("name", hopform.ROBOTS)
+@pytest.mark.filterwarnings("error")
+def test_every_shipped_robot_can_be_drawn_hopping(name):
+    run = hopform.hop(hopform.load_robot(name), height=0.1, u=0.0, hops=2)
+    assert len(plots.render(plots.plot_run(run), ".png")) > 20_000
+
+
+def test_the_energy_of_the_ideal_hopper_is_a_line():
+    ideal = hopform.hop(hopform.load_robot("ideal"), height=0.2, hops=3)
+    axes = plots.plot_run(ideal).axes[2]
+    energy = next(iter(curves(axes).values()))[1]
+    assert np.ptp(energy) < 1e-12
+    assert np.ptp(axes.get_ylim()) >= 0.5
+
+
+def test_a_picture_is_the_same_in_every_process_which_needs_no_pyplot(stance, svg):
+    code = f"""
+import sys, hopform, hopform.plots as plots
+stance = hopform.solve_stance(hopform.load_robot("hopper_c"), **{STANCES["steps"]})
+sys.stdout.buffer.write(plots.render(plots.plot_stance(stance), ".svg"))
+assert "matplotlib.pyplot" not in sys.modules
+"""
+    environment = {name: value for name, value in os.environ.items() if name not in ("DISPLAY", "MPLBACKEND")}
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, check=True, env=environment)
+    assert done.stdout == svg
+
+
+@pytest.mark.parametrize("suffix", [".svg", ".pdf", ".png"])
+def test_a_picture_bears_no_date_and_no_version(figure, suffix):
+    picture = plots.render(figure, suffix)
+    assert len(picture) > 10_000
+    assert not re.search(rb"dc:date|CreationDate|tIME|matplotlib\.org|Matplotlib v", picture)
+
+
+def test_a_users_own_settings_change_nothing(stance, svg):
+    with mpl.rc_context({"lines.linewidth": 9.0, "font.size": 30.0, "svg.fonttype": "none", "axes.grid": True}):
+        assert plots.render(plots.plot_stance(stance), ".svg") == svg
+        assert mpl.rcParams["lines.linewidth"] == 9.0
+
+
+def test_a_png_is_wide_enough_for_a_column(figure):
+    picture = plots.render(figure, ".png")
+    assert picture.startswith(b"\x89PNG")
+    assert struct.unpack(">I", picture[16:20])[0] >= 1000
+
+
+def test_a_robots_name_is_drawn_as_it_is():
+    odd = hopform.Robot(name=r"$a_b^ \frac", m_eff=25.0, m_s=3.0, k=1200.0, L0=0.4)
+    picture = plots.render(plots.plot_stance(hopform.solve_stance(odd, v2=-1.0)), ".svg")
+    assert any("frac" in text for text in texts(picture))
+
+
+def test_a_suffix_that_cannot_be_drawn_is_refused():
+    with pytest.raises(hopform.HopformError, match=r"\.svg, \.pdf or \.png"):
+        plots.check_suffix(Path("stance.bmp"))
+
+
+def test_colours_of_energy_differ_for_every_reader():
+    """Luminance tells the two energies apart even without colour."""
+    pale, dark = (np.dot(to_rgb(colour), [0.2126, 0.7152, 0.0722]) for colour in (plots.PALE_BLUE, plots.MAGENTA))
+    assert pale - dark > 0.4

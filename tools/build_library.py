@@ -1,0 +1,79 @@
+"""Compile generated/c into the shared library that Python loads: `python tools/build_library.py`.
+
+The only place that says how: the wheel's build hook and the Makefile both come here. The library is plain C99, called
+through ctypes, so it needs no Python.h, and it is built for the processor's portable baseline.
+"""
+
+import os
+import shlex
+import subprocess
+import sys
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parent.parent
+FLAGS = ["-std=c99", "-O2", "-fPIC", "-shared", "-fvisibility=default", "-ffp-contract=off", "-fno-math-errno"]
+SUFFIX = ".dylib" if sys.platform == "darwin" else ".so"
+
+
+class LibraryNotBuilt(Exception):
+    """Why there is no library now, in one line; what the compiler said may follow as a second argument."""
+
+
+def library(root: Path = ROOT) -> Path:
+    """Where the library stands in a checkout."""
+    return root / "runtime" / "hopform" / f"_libhopform{SUFFIX}"
+
+
+def is_fresh(root: Path = ROOT) -> bool:
+    """Whether the library is younger than all it is made of; folders count too, so a deleted source is noticed."""
+    target, c = library(root), root / "generated" / "c"
+    made_of = [Path(__file__), c / "src", c / "include", *(c / "src").rglob("*"), *(c / "include").rglob("*")]
+    return target.exists() and all(path.exists() and path.stat().st_mtime < target.stat().st_mtime for path in made_of)
+
+
+def build_library(root: Path = ROOT) -> Path:
+    """Compile generated/c/src/*.c with $CC (cc if unset) and return the library; raise `LibraryNotBuilt` if that fails.
+
+    It is written aside and renamed, so a running program keeps the one it loaded and nobody ever loads half a file.
+    After a failure none is left: an old one would pass for the new sources'.
+    """
+    target = library(root)
+    aside = target.with_name(f"{target.stem}.{os.getpid()}.tmp")
+    try:
+        compile_sources(root / "generated" / "c", aside)
+        os.replace(aside, target)
+    except LibraryNotBuilt:
+        target.unlink(missing_ok=True)
+        raise
+    finally:
+        aside.unlink(missing_ok=True)
+    return target
+
+
+def compile_sources(c: Path, output: Path) -> None:
+    compiler = shlex.split(os.environ.get("CC") or "cc")
+    sources = sorted((c / "src").glob("*.c"))
+    if not sources:
+        raise LibraryNotBuilt("generated/c/src holds no C file (`make generate` writes them)")
+    command = [*compiler, *FLAGS, "-I", c / "include", *sources, "-o", output, "-lm"]
+    try:
+        subprocess.run(command, check=True, capture_output=True, text=True, errors="replace")
+    except OSError as error:
+        hint = "set CC, or on Debian: apt install gcc"
+        raise LibraryNotBuilt(f"no C compiler: {compiler[0]}: {error.strerror} ({hint})") from error
+    except subprocess.CalledProcessError as error:
+        first = next((line for line in error.stderr.splitlines() if "error" in line), f"exit code {error.returncode}")
+        raise LibraryNotBuilt(f"{compiler[0]} does not compile generated/c: {first}", error.stderr) from error
+
+
+def main() -> None:
+    if is_fresh():
+        return
+    try:
+        print(f"built {build_library().relative_to(ROOT)}")
+    except LibraryNotBuilt as error:
+        sys.exit("\n".join(["hopform: " + error.args[0], *error.args[1:]]))
+
+
+if __name__ == "__main__":
+    main()

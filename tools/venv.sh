@@ -1,0 +1,25 @@
+#!/bin/sh
+# Make .venv, or bring it up to date: `sh tools/venv.sh dev` installs this checkout, editable, with its extra `dev`.
+# A stamp, written last, says for which checkout and which pyproject.toml; a moved, copied or half-made .venv is made anew.
+set -eu
+extras=$1
+cd "$(dirname "$0")/.."
+here=$(pwd)
+current="$here $(cksum <pyproject.toml)"
+
+clear=--clear
+if [ -x .venv/bin/python ]; then
+    for stamp in ".venv/with-$extras" .venv/with-dev; do # dev holds everything
+        case "$(cat "$stamp" 2>/dev/null)" in
+        "$current") exit 0 ;;
+        "$here "*) clear= ;;
+        esac
+    done
+fi
+
+python=$(sh tools/find_python.sh)
+echo "setting up .venv with hopform[$extras] ..."
+[ -z "$clear" ] || "$python" -m venv --clear .venv
+# The library is for tools/build_library.py: it stops at an error, which here would hide in pip's output.
+HOPFORM_REQUIRE_C='' .venv/bin/python -m pip install --quiet --disable-pip-version-check --editable ".[$extras]"
+echo "$current" >".venv/with-$extras"
