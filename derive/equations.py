@@ -1,7 +1,7 @@
-r"""The register of the paper's equations (1)-(27): as printed, as derived, verdict, reason, computed by. Errata are data here.
+r"""The register of the paper's equations (1)-(27): as printed, as derived, verdict, reason, steps. Errata are data.
 
 What follows is derived from (3), (4), never from what is printed further down. `printed` and `derived` are LaTeX in the
-paper's glyphs; `printed_expr` and `derived_expr` are the same as algebra, where algebra can decide, so that a verdict is a
+paper's glyphs; `printed_expr` and `derived_expr` are the same as algebra, where algebra can decide: then a verdict is a
 statement about their difference. In them
 
     x_i(0), v_i(0)     x1_0, v1_0, x2_0, v2_0, the initial values of the Laplace transform
@@ -30,7 +30,7 @@ from derive.quantities import (
     f2,
     g,
     gamma2,
-    impact_loss,
+    height,
     k,
     m_eff,
     m_s,
@@ -126,7 +126,12 @@ A, B, C, D, E = COEFFICIENTS = sp.symbols("A B C D E")
 HATS = sp.symbols("A_hat B_hat C_hat D_hat E_hat F_hat G_hat")
 
 # The polynomials as printed: below (11), and behind s in the denominators of (6), (7).
-cubic = s**3 + s**2 * (b2 / m_s + b1 / m_eff) + s * (k / m_s + k / m_eff + b1 * b2 / (m_eff * m_s)) + k * (b1 + b2) / (m_eff * m_s)
+cubic = (
+    s**3
+    + s**2 * (b2 / m_s + b1 / m_eff)
+    + s * (k / m_s + k / m_eff + b1 * b2 / (m_eff * m_s))
+    + k * (b1 + b2) / (m_eff * m_s)
+)
 quadratic_1 = s**2 + s * b1 / m_eff + k / m_eff
 quadratic_2 = s**2 + s * b2 / m_s + k / m_s
 
@@ -140,31 +145,28 @@ def _transformed(number: int) -> sp.Expr:
     return sp.solve(s**2 * own - s * x_0 - v_0 - moving - constant / s, own)[0]
 
 
-def _over(number: int, position: str) -> sp.Expr:
-    """The part of x_i(0) s + v_i(0) + ... in the transform of (3) or (4) that the paper calls by a letter."""
-    own, quadratic = ((X1, quadratic_1), (X2, quadratic_2))[number - 1]
-    numerator = sp.Poly(sp.cancel(_transformed(number) * s * quadratic), s, X2 if own == X1 else X1)
-    return numerator.coeff_monomial({"s": s, "1": 1}[position])
+def _numerator(number: int, monomial: sp.Expr) -> sp.Expr:
+    """The coefficient of s or 1 in the numerator of the transformed (3) or (4), over s (s^2 + ...) as in (6), (7)."""
+    other, quadratic = ((X2, quadratic_1), (X1, quadratic_2))[number - 1]
+    return sp.Poly(sp.cancel(_transformed(number) * s * quadratic), s, other).coeff_monomial(monomial)
 
 
 _frame = laplace.paper_frame(HOPPER)
 
 # What the letters stand for, as it follows from (3), (4).
 LETTERS: dict[sp.Symbol, sp.Expr] = {
-    gamma: sp.expand(-_over(2, "1")),
-    beta: sp.expand(_over(2, "s")),
-    lambda_2: sp.expand(_over(1, "1")),
+    gamma: sp.expand(-_numerator(2, sp.S.One)),
+    beta: sp.expand(_numerator(2, s)),
+    lambda_2: sp.expand(_numerator(1, sp.S.One)),
     H_4: _frame["X2_H4"],
     H_3: _frame["X2_H3"],
     H_2: _frame["X2_H2"],
     H_1: _frame["X2_H1"],
 }
-_transform_1, _transform_2 = (
-    sum(_frame[f"X{i}_H{n + 1}"] * s**n for n in range(5)) / (s**2 * cubic) for i in (1, 2)
-)
+_transform_1, _transform_2 = (sum(_frame[f"X{i}_H{n + 1}"] * s**n for n in range(5)) / (s**2 * cubic) for i in (1, 2))
 
 _spring = sp.diff(LAGRANGIAN, x1)
-_start_1 = s**2 * x1_0 + s * (v1_0 + x1_0 * b1 / m_eff) + lambda_2
+start_1 = s**2 * x1_0 + s * (v1_0 + x1_0 * b1 / m_eff) + lambda_2
 _numerator_11 = x2_0 * s**4 + H_4 * s**3 + H_3 * s**2 + H_2 * s + H_1
 _decays = [sp.exp(-rate * t) for rate in POLES]
 _printed_18 = A + B * t + sum(share * decay for share, decay in zip((C, D, E), _decays, strict=False))
@@ -181,10 +183,10 @@ REGISTER: tuple[Equation, ...] = (
         r"\ddot{x}_1 = \frac{1}{m_{eff}}(k(x_2 - x_1 - L_0) - b_1\dot{x}_1 - \gamma_2 u)",
         r"\ddot{x}_1 = \frac{1}{m_{eff}}(k(x_2 - x_1 - L_0 - c) - b_1\dot{x}_1 - \gamma_2 u)",
         "incomplete",
-        "A Lagrangian with one spring gives L_0 + c here as in (2). Printed with L_0 alone, (1) contains a further constant "
-        "force k c on the actuator that has no partner on the body; it is kept, and its work is an entry of the ledger. With "
-        "c = 0 both are the same. The force is not small: from c = 16 mm on it alone overcomes the actuator's friction. "
-        "Gravity does not act on x_1: m_eff is an inertia, not a weight.",
+        "A Lagrangian with one spring gives L_0 + c here as in (2). Printed with L_0 alone, (1) contains a further "
+        "constant force k c on the actuator that has no partner on the body; it is kept, and its work is an entry of "
+        "the ledger. With c = 0 both are the same. The force is not small: from c = 16 mm on it alone overcomes the "
+        "actuator's friction. Gravity does not act on x_1: m_eff is an inertia, not a weight.",
         ("rates_of: a1_y, a1_v1, a1_u, a1_0", "ledger_of: offset_work"),
         (k * (x2 - x1 - L0) - b1 * v1 - gamma2 * u) / m_eff,
         (_spring - b1 * v1 - gamma2 * u) / m_eff,
@@ -204,11 +206,12 @@ REGISTER: tuple[Equation, ...] = (
         3,
         "Motion of the actuator",
         r"\ddot{x}_1 = \frac{1}{m_{eff}}(k(x_2 - x_1 - L_0) - b_1\dot{x}_1 - \gamma_2 u) - f_1 \text{sign}(\dot{x}_1)",
-        r"\ddot{x}_1 = \frac{1}{m_{eff}}(k(x_2 - x_1 - L_0 - c) - b_1\dot{x}_1 - \gamma_2 u) - f_1 \text{sign}(\dot{x}_1)",
+        r"\ddot{x}_1 = \frac{1}{m_{eff}}(k(x_2 - x_1 - L_0 - c) - b_1\dot{x}_1 - \gamma_2 u) - f_1 "
+        r"\text{sign}(\dot{x}_1)",
         "incomplete",
-        "L_0 against L_0 + c as in (1). And sign(0) is any number of [-1, 1]: the actuator sticks wherever the other terms "
-        "stay within f_1, which the paper's count of N pieces leaves out. At 0.75 A it sticks, slips and meets its stop "
-        "within one stance; without current it stands on its stop from touchdown to take-off.",
+        "L_0 against L_0 + c as in (1). And sign(0) is any number of [-1, 1]: the actuator sticks wherever the other "
+        "terms stay within f_1, which the paper's count of N pieces leaves out. At 0.75 A it sticks, slips and meets "
+        "its stop within one stance; without current it stands on its stop from touchdown to take-off.",
         ("rates_of: a1_y, a1_v1, a1_u, a1_0", "drive_of: C_1", "free_accelerations: free_1"),
         (k * (x2 - x1 - L0) - b1 * v1 - gamma2 * u) / m_eff - f1 * side_1,
         (_spring - b1 * v1 - gamma2 * u) / m_eff - f1 * side_1,
@@ -219,8 +222,8 @@ REGISTER: tuple[Equation, ...] = (
         r"\ddot{x}_2 = \frac{1}{m_s}(k(x_1 - x_2 + L_0 + c) - b_2\dot{x}_2 - m_s g) - f_2 \text{sign}(\dot{x}_2)",
         r"\ddot{x}_2 = \frac{1}{m_s}(k(x_1 - x_2 + L_0 + c) - b_2\dot{x}_2 - m_s g) - f_2 \text{sign}(\dot{x}_2)",
         "agrees",
-        "What the Lagrangian gives. f_2 stands outside the bracket over m_s, so it is an acceleration, here, in (5) and in "
-        "(10); sign(0) as in (3).",
+        "What the Lagrangian gives. f_2 stands outside the bracket over m_s, so it is an acceleration, here, in (5) "
+        "and in (10); sign(0) as in (3).",
         ("rates_of: a2_y, a2_v2, a2_0", "drive_of: C_2", "free_accelerations: free_2"),
         (k * (x1 - x2 + L0 + c) - b2 * v2 - m_s * g) / m_s - f2 * side_2,
         HOPPER.accelerations[1],
@@ -231,9 +234,9 @@ REGISTER: tuple[Equation, ...] = (
         r"f_1 = u_* \frac{\gamma_2}{m_{eff}}",
         r"f_1 = \frac{|k(x_2 - x_1 - L_0) - \gamma_2 u_*|}{m_{eff}}",
         "incomplete",
-        "Holds for magnitudes (gamma_2 may be negative) and where the spring carries no load. A robot that stands on its leg "
-        "starts to move upwards at 0.75 A, not at 0.30 A, and below 0.15 A it sinks, because its weight is more than the "
-        "friction of its actuator; half the distance of the two thresholds is 0.30 A.",
+        "Holds for magnitudes (gamma_2 may be negative) and where the spring carries no load. A robot that stands on "
+        "its leg starts to move upwards at 0.75 A, not at 0.30 A, and below 0.15 A it sinks, because its weight is "
+        "more than the friction of its actuator; half the distance of the two thresholds is 0.30 A.",
         ("threshold_current: u_threshold", "free_accelerations: free_1"),
         u_star * gamma2 / m_eff,
         sp.Abs(k * (x2 - x1 - L0) - gamma2 * u_star) / m_eff,
@@ -241,21 +244,23 @@ REGISTER: tuple[Equation, ...] = (
     Equation(
         6,
         "Laplace transform of (3)",
-        r"X_1(s) = \frac{s^2 x_1(0) + s(\dot{x}_1(0) + \frac{x_1(0)b_1}{m_{eff}}) + \lambda_2 + sX_2(s) \frac{k}{m_{eff}}}"
-        r"{s(s^2 + s \frac{b_1}{m_{eff}} + \frac{k}{m_{eff}})}",
-        r"X_1(s) = \frac{s^2 x_1(0) + s(\dot{x}_1(0) + \frac{x_1(0)b_1}{m_{eff}}) + \lambda_2 + sX_2(s) \frac{k}{m_{eff}}}"
-        r"{s(s^2 + s \frac{b_1}{m_{eff}} + \frac{k}{m_{eff}})}",
+        r"X_1(s) = \frac{s^2 x_1(0) + s(\dot{x}_1(0) + \frac{x_1(0)b_1}{m_{eff}}) + \lambda_2 + sX_2(s) "
+        r"\frac{k}{m_{eff}}}{s(s^2 + s \frac{b_1}{m_{eff}} + \frac{k}{m_{eff}})}",
+        r"X_1(s) = \frac{s^2 x_1(0) + s(\dot{x}_1(0) + \frac{x_1(0)b_1}{m_{eff}}) + \lambda_2 + sX_2(s) "
+        r"\frac{k}{m_{eff}}}{s(s^2 + s \frac{b_1}{m_{eff}} + \frac{k}{m_{eff}})}",
         "agrees",
         "The current is a step, u/s, so that u stands in lambda_2 without a factor of s.",
         ("rates_of: p_1, q_1", "motion_of_actuator: H3_1, H2_1"),
-        (_start_1 + s * X2 * k / m_eff) / (s * quadratic_1),
+        (start_1 + s * X2 * k / m_eff) / (s * quadratic_1),
         _transformed(1),
     ),
     Equation(
         7,
         "Laplace transform of (4)",
-        r"X_2(s) = \frac{s^2 x_2(0) + s\beta - \gamma + s \frac{k}{m_2} X_1(s)}{s(s^2 + s \frac{b_2}{m_s} + \frac{k}{m_s})}",
-        r"X_2(s) = \frac{s^2 x_2(0) + s\beta - \gamma + s \frac{k}{m_s} X_1(s)}{s(s^2 + s \frac{b_2}{m_s} + \frac{k}{m_s})}",
+        r"X_2(s) = \frac{s^2 x_2(0) + s\beta - \gamma + s \frac{k}{m_2} X_1(s)}{s(s^2 + s \frac{b_2}{m_s} + "
+        r"\frac{k}{m_s})}",
+        r"X_2(s) = \frac{s^2 x_2(0) + s\beta - \gamma + s \frac{k}{m_s} X_1(s)}{s(s^2 + s \frac{b_2}{m_s} + "
+        r"\frac{k}{m_s})}",
         "typographical slip",
         "m_2 is m_s.",
         ("rates_of: p_2, q_2", "motion_of_body: H3_2, H2_2"),
@@ -268,8 +273,8 @@ REGISTER: tuple[Equation, ...] = (
         r"\gamma = -\frac{f_2}{m_s} + g - \frac{k(L_0 + c)}{m_s}",
         r"\gamma = f_2 \text{sign}(\dot{x}_2) + g - \frac{k(L_0 + c)}{m_s}",
         "wrong",
-        "f_2 is an acceleration in (4), f_2/m_s is none: the body comes 1.1 mm lower at 3 A. The sign printed is that of "
-        "compression alone; kept until take-off, with f_2 mended, it lifts the body by 4.3 mm.",
+        "f_2 is an acceleration in (4), f_2/m_s is none: the body comes 1.1 mm lower at 3 A. The sign printed is "
+        "that of compression alone; kept until take-off, with f_2 mended, it lifts the body by 4.3 mm.",
         ("drive_of: C_2",),
         -f2 / m_s + g - k * (L0 + c) / m_s,
         LETTERS[gamma],
@@ -291,8 +296,8 @@ REGISTER: tuple[Equation, ...] = (
         r"\lambda_2 = -\frac{\gamma_2 u}{m_{eff}} - \frac{kL_0}{m_{eff}} - f_1",
         r"\lambda_2 = -\frac{\gamma_2 u}{m_{eff}} - \frac{kL_0}{m_{eff}} - f_1 \text{sign}(\dot{x}_1)",
         "incomplete",
-        "Holds while the actuator moves up. A free actuator without current goes down instead: with the printed sign it is "
-        "4.9 mm too low where the body turns, because friction pushes along.",
+        "Holds while the actuator moves up. A free actuator without current goes down instead: with the printed sign "
+        "it is 4.9 mm too low where the body turns, because friction pushes along.",
         ("drive_of: C_1",),
         -gamma2 * u / m_eff - k * L0 / m_eff - f1,
         LETTERS[lambda_2],
@@ -303,8 +308,9 @@ REGISTER: tuple[Equation, ...] = (
         r"X_2(s) = \frac{x_2(0)s^4 + H_4 s^3 + H_3 s^2 + H_2 s + H_1}{s^2(s+a)(s+b)(s+c)}",
         r"X_2(s) = \frac{x_2(0)s^4 + H_4 s^3 + H_3 s^2 + H_2 s + H_1}{s^2(s+a)(s+b)(s+c)}",
         "clash of symbols",
-        "Transform and polynomial hold. c is the offset of (2), (4) already. And a, b, c are not roots of the polynomial, as "
-        "the text below says, but their negatives: the roots have no positive real part, and with them (18) would grow.",
+        "Transform and polynomial hold. c is the offset of (2), (4) already. And a, b, c are not roots of the "
+        "polynomial, as the text below says, but their negatives: the roots have no positive real part, and with "
+        "them (18) would grow.",
         ("rates_of: s_1, s_2, s_3",),
         _numerator_11 / (s**2 * cubic),
         _transform_2,
@@ -334,11 +340,13 @@ REGISTER: tuple[Equation, ...] = (
     Equation(
         14,
         "Numerator of (11), terms in s",
-        r"H_2 = (\dot{x}_1(0) + \frac{x_1(0)b_1}{b_{eff}}) \frac{k}{m_s} + \frac{k\beta}{m_{eff}} + \frac{b_1 \gamma}{m_1}",
-        r"H_2 = (\dot{x}_1(0) + \frac{x_1(0)b_1}{m_{eff}}) \frac{k}{m_s} + \frac{k\beta}{m_{eff}} - \frac{b_1 \gamma}{m_{eff}}",
+        r"H_2 = (\dot{x}_1(0) + \frac{x_1(0)b_1}{b_{eff}}) \frac{k}{m_s} + \frac{k\beta}{m_{eff}} + \frac{b_1 "
+        r"\gamma}{m_1}",
+        r"H_2 = (\dot{x}_1(0) + \frac{x_1(0)b_1}{m_{eff}}) \frac{k}{m_s} + \frac{k\beta}{m_{eff}} - \frac{b_1 "
+        r"\gamma}{m_{eff}}",
         "wrong",
-        "b_eff and m_1 are m_eff, and gamma enters with a minus sign, as in (7): with the plus sign the body is 13 cm off at "
-        "the end of one compression at 3 A.",
+        "b_eff and m_1 are m_eff, and gamma enters with a minus sign, as in (7): with the plus sign the body is 13 "
+        "cm off at the end of one compression at 3 A.",
         ("motion_of_both: H2_2",),
         (v1_0 + x1_0 * b1 / b_eff) * k / m_s + k * beta / m_eff + b1 * gamma / m_1,
         LETTERS[H_2],
@@ -346,12 +354,13 @@ REGISTER: tuple[Equation, ...] = (
     Equation(
         15,
         "Numerator of (11), constant terms",
-        r"H_1 = \frac{-\gamma k}{m_{eff}} - \frac{uk\gamma_2}{m_s m_{eff}} - \left( \frac{L_0 k}{m_{eff}} + f_1 \right) \frac{k}{m_s}",
-        r"H_1 = \frac{-\gamma k}{m_{eff}} - \frac{uk\gamma_2}{m_s m_{eff}} "
-        r"- \left( \frac{L_0 k}{m_{eff}} + f_1 \text{sign}(\dot{x}_1) \right) \frac{k}{m_s}",
+        r"H_1 = \frac{-\gamma k}{m_{eff}} - \frac{uk\gamma_2}{m_s m_{eff}} - \left( \frac{L_0 k}{m_{eff}} + f_1 "
+        r"\right) \frac{k}{m_s}",
+        r"H_1 = \frac{-\gamma k}{m_{eff}} - \frac{uk\gamma_2}{m_s m_{eff}} - \left( \frac{L_0 k}{m_{eff}} + f_1 "
+        r"\text{sign}(\dot{x}_1) \right) \frac{k}{m_s}",
         "incomplete",
-        "Holds while the actuator moves up. L_0 cancels against (8), c does not, because (3) lacks it: k c stays as a force "
-        "that drives both masses for ever, and the code never forms the terms that cancel.",
+        "Holds while the actuator moves up. L_0 cancels against (8), c does not, because (3) lacks it: k c stays as "
+        "a force that drives both masses for ever, and the code never forms the terms that cancel.",
         ("motion_of_both: H1_2",),
         -gamma * k / m_eff - u * k * gamma2 / (m_s * m_eff) - (L0 * k / m_eff + f1) * k / m_s,
         LETTERS[H_1],
@@ -360,24 +369,27 @@ REGISTER: tuple[Equation, ...] = (
         16,
         "Transform of the actuator's displacement",
         r"X_1(s) = \frac{s^2 x_1(0) + s(\dot{x}_1(0) + \frac{x_1(0)b_1}{m_{eff}}) + \lambda_2}{s(s+d)(s+e)} + Z(s)",
-        r"X_1(s) = \frac{(s^2 + s \frac{b_2}{m_s} + \frac{k}{m_s})(s^2 x_1(0) + s(\dot{x}_1(0) + \frac{x_1(0)b_1}{m_{eff}}) + "
-        r"\lambda_2) + \frac{k}{m_{eff}}(s^2 x_2(0) + s\beta - \gamma)}{s^2(s+a)(s+b)(s+c)}",
+        r"X_1(s) = \frac{(s^2 + s \frac{b_2}{m_s} + \frac{k}{m_s})(s^2 x_1(0) + s(\dot{x}_1(0) + "
+        r"\frac{x_1(0)b_1}{m_{eff}}) + \lambda_2) + \frac{k}{m_{eff}}(s^2 x_2(0) + s\beta - "
+        r"\gamma)}{s^2(s+a)(s+b)(s+c)}",
         "incomplete",
-        "True, but d and e are no poles of X_1: their residues here and in (17) cancel identically, so x_1 has the poles of "
-        "x_2. The denominator of (6) has three roots, one of them 0; d and e are the negatives of the other two.",
+        "True, but d and e are no poles of X_1: their residues here and in (17) cancel identically, so x_1 has the "
+        "poles of x_2. The denominator of (6) has three roots, one of them 0; d and e are the negatives of the other "
+        "two.",
         ("motion_of_both: H3_1, H2_1, H1_1",),
-        _start_1 / (s * quadratic_1) + _printed_17,
-        (quadratic_2 * _start_1 + k / m_eff * (s**2 * x2_0 + s * beta - gamma)) / (s**2 * cubic),
+        start_1 / (s * quadratic_1) + _printed_17,
+        _transform_1,
     ),
     Equation(
         17,
         "What the body adds to (16)",
         r"Z(s) = \frac{\frac{k}{m_{eff}}(x_2(0)s^4 + H_4 s^3 + H_3 s^2 + H_2 s + H_1)}{s^2(s+a)(s+b)(s+c)(s+d)(s+e)}",
-        r"\mathop{\text{Res}}_{s=-d,-e} Z(s) = -\mathop{\text{Res}}_{s=-d,-e} "
-        r"\frac{s^2 x_1(0) + s(\dot{x}_1(0) + \frac{x_1(0)b_1}{m_{eff}}) + \lambda_2}{s(s+d)(s+e)}",
+        r"\mathop{\text{Res}}_{s=-d,-e} Z(s) = -\mathop{\text{Res}}_{s=-d,-e} \frac{s^2 x_1(0) + s(\dot{x}_1(0) + "
+        r"\frac{x_1(0)b_1}{m_{eff}}) + \lambda_2}{s(s+d)(s+e)}",
         "incomplete",
-        "True, but the poles d and e cancel in (16); split by themselves they divide by zero where b_1^2 = 4 k m_eff, a robot "
-        "that moves as smoothly as any other. The letter e is the base of the exponentials of (18) as well.",
+        "True, but the poles d and e cancel in (16); split by themselves they divide by zero where b_1^2 = 4 k "
+        "m_eff, a robot that moves as smoothly as any other. The letter e is the base of the exponentials of (18) as "
+        "well.",
         ("motion_of_both: H3_1, H2_1, H1_1",),
         _printed_17,
     ),
@@ -385,14 +397,15 @@ REGISTER: tuple[Equation, ...] = (
         18,
         "Height of the body over time",
         r"x_2(t) = A + Bt + Ce^{-at} + De^{-bt} + Ee^{-ct}",
-        r"x_2(t) = x_2(0) + \dot{x}_2(0) t + \ddot{x}_2(0) W + H_2' \int W + H_1 \iint W, \quad "
-        r"W = \mathcal{L}^{-1} \frac{1}{(s+a)(s+b)(s+c)}",
+        r"x_2(t) = x_2(0) + \dot{x}_2(0) t + \ddot{x}_2(0) W + H_2' \int W + H_1 \iint W, \quad W = \mathcal{L}^{-1} "
+        r"\frac{1}{(s+a)(s+b)(s+c)}",
         "incomplete",
-        "Needs distinct poles and b_1 + b_2 > 0. Without viscous friction a third pole lies at 0 and a term in t^2 is missing; "
-        "near it A and B grow without bound and cancel: at b_1 = b_2 = 1e-6 N s/m the sum in double precision is more than 1 cm "
-        "off although every coefficient is right to the last bit. Mostly two poles are complex, and so are two coefficients. B = "
-        "(k c - gamma_2 u - m_s g - m_eff f_1 sign(x_1') - m_s f_2 sign(x_2'))/(b_1 + b_2) is a terminal velocity: the hopper has "
-        "no resting height. E is an energy in (25)-(27). H_2' is H_2 counted from x_2(0), x_2'(0).",
+        "Needs distinct poles and b_1 + b_2 > 0. Without viscous friction a third pole lies at 0 and a term in t^2 "
+        "is missing; near it A and B grow without bound and cancel: at b_1 = b_2 = 1e-6 N s/m the sum in double "
+        "precision is more than 1 cm off although every coefficient is right to the last bit. Mostly two poles are "
+        "complex, and so are two coefficients. B = (k c - gamma_2 u - m_s g - m_eff f_1 sign(x_1') - m_s f_2 "
+        "sign(x_2'))/(b_1 + b_2) is a terminal velocity: the hopper has no resting height. E is an energy in "
+        "(25)-(27). H_2' is H_2 counted from x_2(0), x_2'(0).",
         ("residue: chi", "split: W, W1, W2", "state_at: x1_t, y_t"),
         _printed_18,
     ),
@@ -410,11 +423,12 @@ REGISTER: tuple[Equation, ...] = (
     Equation(
         20,
         "Displacement of the actuator over time",
-        r"x_1(t) = \hat{A} + \hat{B}t + \hat{C}e^{-at} + \hat{D}e^{-bt} + \hat{E}e^{-ct} + \hat{F}e^{-dt} + \hat{G}e^{-et}",
+        r"x_1(t) = \hat{A} + \hat{B}t + \hat{C}e^{-at} + \hat{D}e^{-bt} + \hat{E}e^{-ct} + \hat{F}e^{-dt} + "
+        r"\hat{G}e^{-et}",
         r"x_1(t) = \hat{A} + \hat{B}t + \hat{C}e^{-at} + \hat{D}e^{-bt} + \hat{E}e^{-ct}",
         "incomplete",
-        "The coefficients F and G are zero for every robot and every start, because the poles d and e cancel; otherwise the "
-        "limits of (18). B is the same in both: the masses end with one velocity.",
+        "The coefficients F and G are zero for every robot and every start, because the poles d and e cancel; "
+        "otherwise the limits of (18). B is the same in both: the masses end with one velocity.",
         ("split: W, W1, W2", "state_at: x1_t"),
         _printed_20,
         _printed_20.subs({HATS[5]: 0, HATS[6]: 0}),
@@ -422,7 +436,8 @@ REGISTER: tuple[Equation, ...] = (
     Equation(
         21,
         "Velocity of the actuator over time",
-        r"\dot{x}_1(t) = \hat{B} - a\hat{C}e^{-at} - b\hat{D}e^{-bt} - c\hat{E}e^{-ct} - d\hat{F}e^{-dt} - e\hat{G}e^{-et}",
+        r"\dot{x}_1(t) = \hat{B} - a\hat{C}e^{-at} - b\hat{D}e^{-bt} - c\hat{E}e^{-ct} - d\hat{F}e^{-dt} - "
+        r"e\hat{G}e^{-et}",
         r"\dot{x}_1(t) = \hat{B} - a\hat{C}e^{-at} - b\hat{D}e^{-bt} - c\hat{E}e^{-ct}",
         "incomplete",
         "The time derivative of (20), whose last two terms are zero.",
@@ -436,8 +451,8 @@ REGISTER: tuple[Equation, ...] = (
         r"U_{x_2} = \int m_s \ddot{x}_2 dx_2",
         r"E = \frac{1}{2} m_s \dot{x}_2^2 + m_s g x_2 + \frac{1}{2} k (x_2 - L_0 - c)^2",
         "incomplete",
-        "The integral is the change of the kinetic energy alone. What the paper plots, and what U_delta changes, is E: it adds "
-        "gravity and the spring without the actuator's share.",
+        "The integral is the change of the kinetic energy alone. What the paper plots, and what U_delta changes, is "
+        "E: it adds gravity and the spring without the actuator's share.",
         ("energies: body", "body_energy_gain: gain"),
         m_s * acc2 * v2,
         energy.body_energy.diff(v2) * acc2 + energy.body_energy.diff(x2) * v2,
@@ -459,9 +474,10 @@ REGISTER: tuple[Equation, ...] = (
         r"U_{delta} = f_2(L_0 - x_2) + \int b_2 \dot{x}_2^2 dt + \int kx_1 \dot{x}_2 dt",
         r"U_{delta} = \int kx_1 \dot{x}_2 dt - \int b_2 \dot{x}_2^2 dt - m_s f_2 \int |\dot{x}_2| dt",
         "wrong",
-        "The losses enter with minus signs: with plus signs the apex at 3 A is overpredicted by 18 cm. f_2 is an acceleration, so "
-        "m_s is missing, and L_0 - x_2 comes back to where it was while friction takes from the whole path. The last term is what "
-        "reaches the body through the spring, 4.6 J at 3 A, not what the actuator adds: the motor does 7.7 J.",
+        "The losses enter with minus signs: with plus signs the apex at 3 A is overpredicted by 18 cm. f_2 is an "
+        "acceleration, so m_s is missing, and L_0 - x_2 comes back to where it was while friction takes from the "
+        "whole path. The last term is what reaches the body through the spring, 4.6 J at 3 A, not what the actuator "
+        "adds: the motor does 7.7 J.",
         ("ledger_of: viscous_2, coulomb_2, spring_work", "body_energy_gain: gain"),
         -f2 * v2 + b2 * v2**2 + k * x1 * v2,
         _delta_power,
@@ -472,11 +488,12 @@ REGISTER: tuple[Equation, ...] = (
         r"E_{td} = \frac{1}{2} m_s v_{td}^2",
         r"E_{td} = \frac{1}{2} m_s (1 - \eta) v_{td}^2",
         "incomplete",
-        "v_td has to be taken after the impact, which costs the fraction eta of the energy: taken before it, a drop from 20 cm "
-        "promises 1.0 cm too much. Height and spring at touchdown, m_s g x_1(0) + k x_1(0)^2/2, are left to (27).",
+        "v_td has to be taken after the impact, which costs the fraction eta of the energy: taken before it, a drop "
+        "from 20 cm promises 1.0 cm too much. Height and spring at touchdown, m_s g x_1(0) + k x_1(0)^2/2, are left "
+        "to (27).",
         ("touchdown_velocity: v_after", "apex_from_energy: E_td"),
         m_s * v_td**2 / 2,
-        m_s * control.touchdown_velocity()[0].value.subs(control.height, v_td**2 / (2 * g)) ** 2 / 2,
+        m_s * control.touchdown_velocity()[0].value.subs(height, v_td**2 / (2 * g)) ** 2 / 2,
     ),
     Equation(
         26,
@@ -484,9 +501,9 @@ REGISTER: tuple[Equation, ...] = (
         r"E_{dist} = \frac{1}{2} m_s g |x_{2ground} - x_2|",
         r"E_{dist} = m_s g (x_{2ground} - x_2)",
         "wrong",
-        "The energy of a height has no 1/2, and a step down is not a step up: a step down by 5 cm misplaces the apex by 7.5 cm, a "
-        "step up by 2.5 cm. x_2 has to be read as the level from which h_des counts; as the height of the body the difference "
-        "is the length of the leg on any ground.",
+        "The energy of a height has no 1/2, and a step down is not a step up: a step down by 5 cm misplaces the apex "
+        "by 7.5 cm, a step up by 2.5 cm. x_2 has to be read as the level from which h_des counts; as the height of "
+        "the body the difference is the length of the leg on any ground.",
         ("apex_from_energy: E_dist", "printed_objective: E_dist"),
         m_s * g * sp.Abs(x2_ground - x2) / 2,
         m_s * g * (x2_ground - x2),
@@ -495,11 +512,12 @@ REGISTER: tuple[Equation, ...] = (
         27,
         "What the controller minimises",
         r"J = |E_{delta}(u) - (m_s g h_{des} - E_{td} - E_{dist})|",
-        r"J = |E_{delta}(u) + \frac{1}{2} k x_1(0)^2 - \frac{1}{2} k x_1(T)^2 + m_s g x_1(0) - (m_s g h_{des} - E_{td} - E_{dist})|",
+        r"J = |E_{delta}(u) + \frac{1}{2} k x_1(0)^2 - \frac{1}{2} k x_1(T)^2 + m_s g x_1(0) - (m_s g h_{des} - "
+        r"E_{td} - E_{dist})|",
         "incomplete",
-        "Leaves out the spring coordinate: E counts k x_1^2/2 that leaves with the foot at take-off, 3.2 cm of apex at 3 A. h_des "
-        "counts from L_0 + c. E_delta needs a take-off; where there is none J is undefined, and as a function of u it has jumps "
-        "and several minima, so the code solves apex(u) = h_des instead.",
+        "Leaves out the spring coordinate: E counts k x_1^2/2 that leaves with the foot at take-off, 3.2 cm of apex "
+        "at 3 A. h_des counts from L_0 + c. E_delta needs a take-off; where there is none J is undefined, and as a "
+        "function of u it has jumps and several minima, so the code solves apex(u) = h_des instead.",
         ("apex_from_energy: apex", "apex_of_takeoff: apex", "printed_objective: J"),
         sp.Abs(E_delta - (m_s * g * h_des - E_td - E_dist)),
         sp.Abs(E_delta + k * x1_0**2 / 2 - k * x1_T**2 / 2 + m_s * g * x1_0 - (m_s * g * h_des - E_td - E_dist)),

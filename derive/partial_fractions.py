@@ -73,10 +73,11 @@ def split() -> tuple[Step, ...]:
 
 
 def pair_by_quotient() -> tuple[Step, ...]:
-    """Integrals of R where q t^2 is not small: R'' + p R' + q R = 0, integrated once and twice."""
+    """Integrals of R where q t^2 is not small: R'' + p R' + q R = 0, integrated up to three times."""
     return (
         Step(R1, (1 - Rd - p * R) / q, "(18) pair, integral"),
         Step(R2, (t - R - p * R1) / q, "(18) pair, integral of the integral"),
+        Step(R3, (t**2 / 2 - R1 - p * R2) / q, "(18) pair, third integral"),
     )
 
 

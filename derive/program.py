@@ -57,7 +57,7 @@ AT = Record(
     ),
 )
 DECAY_PAIR = Record("PairCore", "R and its derivative.", Q.PAIR.quantities[:2])
-PAIR_INTEGRALS = Record("PairIntegrals", "The two integrals of R.", Q.PAIR.quantities[2:])
+PAIR_INTEGRALS = Record("PairIntegrals", "The integrals of R.", Q.PAIR.quantities[2:])
 UNSHIFTED = Record("KnownPair", "R, its derivative and its first integral.", Q.PAIR.quantities[:3])
 SHORT = Record("KnownBasis", "W, its derivatives and its first integral.", Q.BASIS.quantities[:4])
 

@@ -123,9 +123,10 @@ DECAY = Record(
         Quantity("e", r"e^{-at}", "1", "exp(-a t)"),
         Quantity("e1", r"\int e^{-at}", "s", "integral of e, t phi_1(-a t)"),
         Quantity("e2", r"\iint e^{-at}", "s^2", "integral of e1, t^2 phi_2(-a t)"),
+        Quantity("e3", r"\iiint e^{-at}", "s^3", "integral of e2, t^3 phi_3(-a t)"),
     ),
 )
-e, e1, e2 = DECAY.symbols
+e, e1, e2, e3 = DECAY.symbols
 
 PAIR = Record(
     "Pair",
@@ -135,9 +136,10 @@ PAIR = Record(
         Quantity("R", r"R", "s", "response of the pair of poles to an impulse"),
         Quantity("R1", r"\int R", "s^2", "integral of R"),
         Quantity("R2", r"\iint R", "s^3", "integral of R1"),
+        Quantity("R3", r"\iiint R", "s^4", "integral of R2"),
     ),
 )
-Rd, R, R1, R2 = PAIR.symbols
+Rd, R, R1, R2, R3 = PAIR.symbols
 
 BASIS = Record(
     "Basis",
@@ -171,7 +173,6 @@ PAIR_SERIES = Record(
         Quantity("R3", r"\iiint R", "s^4", "third integral of R"),
     ),
 )
-R3 = PAIR_SERIES.symbols[1]
 
 FREE = Record(
     "Free",

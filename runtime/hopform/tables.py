@@ -23,6 +23,12 @@ Record = dict[str, Any]
 MOST_ROWS = 40
 """A table that would be longer shows its first and its last rows."""
 
+READABLE = 90
+"""Columns of a paragraph, however wide the line may be."""
+
+PROSE = ("title", "meaning")
+"""Columns of a table that may be broken into lines where a terminal is narrow."""
+
 ENDINGS = {
     "takeoff": "takes off after",
     "rest": "comes to rest after",
@@ -107,7 +113,7 @@ def table(title: str, *columns: str, words: Iterable[str] = ()) -> Table:
     made = Table(title=title, title_justify="left", title_style="bold", box=box.SIMPLE_HEAD)
     made.show_edge, made.padding = False, (0, 1, 0, 0)
     for column in columns:
-        made.add_column(column, justify="left" if column in words else "right", no_wrap="meaning" not in column)
+        made.add_column(column, justify="left" if column in words else "right", no_wrap=column not in PROSE)
     return made
 
 
@@ -156,18 +162,18 @@ def equations(shown: Sequence[Equation]) -> Iterator[RenderableType]:
 def equation(shown: Equation) -> Iterator[RenderableType]:
     """All that the register holds on one equation."""
     yield Text(f"({shown.number}) {shown.title}: {shown.verdict}", style="bold")
-    made = Table(box=None, show_header=False, pad_edge=False, padding=(0, 2, 1, 0))
+    made = Table(box=None, show_header=False, pad_edge=False, padding=(0, 2, 0, 0))
     made.add_column(style="bold", no_wrap=True)
-    made.add_column(overflow="fold")
+    made.add_column(max_width=READABLE)
     rows = {
         "as printed": shown.printed,
         "as derived": shown.derived,
         "reason": shown.reason,
-        "computed by": shown.computed_by,
+        "computed by": "\n".join(shown.computed_by),
     }
     for name, text in rows.items():
-        if text:
-            made.add_row(name, str(text))
+        made.add_row(name, text)
+    yield ""
     yield made
 
 
@@ -284,7 +290,7 @@ def hop_row(hop: Hop) -> tuple[str, ...]:
 
 def to_json(record: Record) -> str:
     """Strict JSON: what is not a number, or has no limit, is null."""
-    return json.dumps(strict(record), indent=2, allow_nan=False, ensure_ascii=False)
+    return json.dumps(strict(record), indent=2, allow_nan=False)
 
 
 def strict(value: Any) -> Any:

@@ -27,10 +27,10 @@ def scales(robot: Mapping[str, Number], reference: Reference, v2: Number) -> dic
 
 
 def outcome(reference: Reference, units: Mapping[str, Real]) -> list[Real]:
-    """Ending time and state in those units."""
+    """Ending time, state and AED in those units."""
     s = reference.final
     return [reference.duration / units["time"], s.x1 / units["position"], s.v1 / units["velocity"],
-            s.x2 / units["position"], s.v2 / units["velocity"]]
+            s.x2 / units["position"], s.v2 / units["velocity"], reference.aed / units["energy"]]
 
 
 def perturbed(

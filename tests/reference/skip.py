@@ -18,6 +18,7 @@ from .records import GUARD, Matrix, Real, mp
 from .roots import bernstein_floats
 
 GAP = 4  # ratio of magnitudes that separates two groups
+NARROW = 1e-15  # relative distance below which two roots are one pair of real ones
 SPAN = 3  # L H of a long step
 DEGREE = 32  # 3^33/33! < 1e-21: what is cut off is below MARGIN
 MARGIN = 1e-11  # relative; the floats here are good to 1e-13
@@ -52,13 +53,26 @@ def factors(poly: Sequence[Real]) -> list[tuple[Real, ...]]:
         companion[degree - 1, i] = -poly[i]
         if i:
             companion[i - 1, i] = 1
+    roots = sorted(mp.eig(companion, left=False, right=False), key=abs)
+    units = [[q] for q in roots if not swings(q)] + [[q, mp.conj(q)] for q in roots if swings(q) and mp.im(q) > 0]
     groups: list[list[Real]] = []
-    for root in sorted(mp.eig(companion, left=False, right=False), key=abs):
-        if groups and abs(root) < GAP * abs(groups[-1][-1]):
-            groups[-1].append(root)
+    for unit in sorted(units, key=lambda unit: abs(unit[0])):
+        if groups and alike(groups[-1][-1], unit[0]):
+            groups[-1] += unit
         else:
-            groups.append([root])
+            groups.append(unit)
     return [tuple(poly)] if len(groups) == 1 else [product(group) for group in groups]
+
+
+def swings(root: Real) -> bool:
+    """Whether a root is one of a pair that oscillates; nearly double real roots are left together as real ones."""
+    return bool(abs(mp.im(root)) > abs(root) * NARROW)
+
+
+def alike(slow: Real, fast: Real) -> bool:
+    """Whether two roots belong into one group: of like magnitude, and not an oscillation beside a plain decay."""
+    apart = swings(slow) != swings(fast) and abs(slow - fast) > abs(fast) / GAP
+    return bool(abs(fast) < GAP * abs(slow)) and not apart
 
 
 def product(roots: Sequence[Real]) -> tuple[Real, ...]:
@@ -147,19 +161,20 @@ def long_step(flow: Flow, functions: Sequence[Sequence[int]], limit: Real) -> Re
     for coefficients in functions:
         start = [mp.ldexp(mp.mpf(c * factorial(n)), -flow.bits) for n, c in enumerate(coefficients[:order])]
         parts.append([[mp.fdot(row, start) for row in g.rows] for g in groups])
+    best = mp.zero
     for level in range(1, len(groups) + 1):
         norm = max(g.norm for g in groups[:level])
         step = min(limit, SPAN / norm) if norm else limit
         if step < WORTH:
-            return mp.zero
+            break
         step = mp.ldexp(1, int(mp.floor(mp.log(step, 2))))  # few different steps, so few matrix exponentials
-        bounds = [lower_bound(groups, part, level, step) for part in parts]
-        while step >= WORTH:
+        bounds = [lower_bound(groups, part, level, step) for part in parts] if step > best else []
+        while step >= WORTH and step > best:
             if all(clear(slow, fast) for slow, fast in bounds):
-                return step
+                best = step
             step /= 4
             bounds = [([c / 4**n for n, c in enumerate(slow)], fast) for slow, fast in bounds]
-    return mp.zero
+    return best
 
 
 def lower_bound(

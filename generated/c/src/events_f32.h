@@ -41,7 +41,8 @@ static inline hopform_sample_f32 hopform_sample_at_f32(const hopform_watch_f32 *
     sample.curvature = watch->sign * rise.rise_curvature;
     const hopform_numerator_f32 size = {fabsf(watch->numerator.H3), fabsf(watch->numerator.H2), fabsf(watch->numerator.H1)};
     sample.noise = 16.0f * 1.1920929e-7f
-                   * (fabsf(watch->start) + size.H3 * fabsf(basis.Wd) + size.H2 * fabsf(basis.W) + size.H1 * fabsf(basis.W1));
+                   * (fabsf(watch->start) + size.H3 * fabsf(basis.Wd) + size.H2 * fabsf(basis.W) + size.H1 * fabsf(basis.W1)
+                      + t * fabsf(sample.rate));
     return sample;
 }
 

@@ -41,7 +41,8 @@ static inline hopform_sample_f64 hopform_sample_at_f64(const hopform_watch_f64 *
     sample.curvature = watch->sign * rise.rise_curvature;
     const hopform_numerator_f64 size = {fabs(watch->numerator.H3), fabs(watch->numerator.H2), fabs(watch->numerator.H1)};
     sample.noise = 16.0 * 2.220446049250313e-16
-                   * (fabs(watch->start) + size.H3 * fabs(basis.Wd) + size.H2 * fabs(basis.W) + size.H1 * fabs(basis.W1));
+                   * (fabs(watch->start) + size.H3 * fabs(basis.Wd) + size.H2 * fabs(basis.W) + size.H1 * fabs(basis.W1)
+                      + t * fabs(sample.rate));
     return sample;
 }
 

@@ -41,6 +41,7 @@ typedef struct {
     double e;   /* [1] exp(-a t) */
     double e1;  /* [s] integral of e, t phi_1(-a t) */
     double e2;  /* [s^2] integral of e1, t^2 phi_2(-a t) */
+    double e3;  /* [s^3] integral of e2, t^3 phi_3(-a t) */
 } hopform_decay_f64;
 
 /* The inverse transform R of 1/(s^2 + p s + q), its derivative and its integrals. */
@@ -49,6 +50,7 @@ typedef struct {
     double R;   /* [s] response of the pair of poles to an impulse */
     double R1;  /* [s^2] integral of R */
     double R2;  /* [s^3] integral of R1 */
+    double R3;  /* [s^4] integral of R2 */
 } hopform_pair_f64;
 
 /* R and its derivative. */
@@ -57,10 +59,11 @@ typedef struct {
     double R;   /* [s] response of the pair of poles to an impulse */
 } hopform_pair_core_f64;
 
-/* The two integrals of R. */
+/* The integrals of R. */
 typedef struct {
     double R1;  /* [s^2] integral of R */
     double R2;  /* [s^3] integral of R1 */
+    double R3;  /* [s^4] integral of R2 */
 } hopform_pair_integrals_f64;
 
 /* R over a short time, from its power series: the two highest integrals. */
@@ -334,9 +337,10 @@ static inline hopform_pair_integrals_f64 hopform_pair_by_quotient_f64(const hopf
 {
     const double p = poles->p, q = poles->q;
     const double Rd = pair_core->Rd, R = pair_core->R;
-    const double R1 = (1.0 - Rd - R*p)/q;  /* (18) pair, integral */
-    const double R2 = (t - R - R1*p)/q;    /* (18) pair, integral of the integral */
-    const hopform_pair_integrals_f64 result = {R1, R2};
+    const double R1 = (1.0 - Rd - R*p)/q;       /* (18) pair, integral */
+    const double R2 = (t - R - R1*p)/q;         /* (18) pair, integral of the integral */
+    const double R3 = (0.5*t*t - R1 - R2*p)/q;  /* (18) pair, third integral */
+    const hopform_pair_integrals_f64 result = {R1, R2, R3};
     return result;
 }
 

@@ -10,25 +10,27 @@
 
 enum { HOPFORM_TERMS_f64 = 40 };
 
-/* exp(-a t) and its integrals t phi_1(-a t), t^2 phi_2(-a t). */
+/* exp(-a t) and its integrals t phi_1(-a t), t^2 phi_2(-a t), t^3 phi_3(-a t). */
 static inline hopform_decay_f64 hopform_decay_at_f64(double a, double t)
 {
     const double z = a * t;
     hopform_decay_f64 decay;
     if (fabs(z) < 1.0) {
-        double term = 0.5;
-        double sum = 0.5;
-        for (int n = 3; n < HOPFORM_TERMS_f64 && fabs(term) > 0.1 * 2.220446049250313e-16 * fabs(sum); n++) {
+        double term = 1.0 / 6.0;
+        double sum = term;
+        for (int n = 4; n < HOPFORM_TERMS_f64 && fabs(term) > 0.1 * 2.220446049250313e-16 * fabs(sum); n++) {
             term *= -z / (double)n;
             sum += term;
         }
-        decay.e2 = t * t * sum;
+        decay.e3 = t * t * t * sum;
+        decay.e2 = 0.5 * t * t - a * decay.e3;
         decay.e1 = t - a * decay.e2;
         decay.e = 1.0 - a * decay.e1;
     } else {
         decay.e = exp(-z);
         decay.e1 = (1.0 - decay.e) / a;
         decay.e2 = (t - decay.e1) / a;
+        decay.e3 = (0.5 * t * t - decay.e2) / a;
     }
     return decay;
 }
@@ -54,7 +56,7 @@ static inline hopform_pair_f64 hopform_short_pair_f64(const hopform_poles_f64 *p
     series.R2 *= t * t * t;
     series.R3 *= t * t * t * t;
     const hopform_known_pair_f64 known = hopform_pair_from_series_f64(poles, &series, t);
-    const hopform_pair_f64 pair = {known.Rd, known.R, known.R1, series.R2};
+    const hopform_pair_f64 pair = {known.Rd, known.R, known.R1, series.R2, series.R3};
     return pair;
 }
 
@@ -68,6 +70,7 @@ static inline hopform_pair_f64 hopform_distinct_pair_f64(double slow, double fas
     pair.R = (of_slow.e - of_fast.e) / apart;
     pair.R1 = (of_slow.e1 - of_fast.e1) / apart;
     pair.R2 = (of_slow.e2 - of_fast.e2) / apart;
+    pair.R3 = (of_slow.e3 - of_fast.e3) / apart;
     pair.Rd = of_fast.e - slow * pair.R;
     return pair;
 }
@@ -102,7 +105,7 @@ static inline hopform_pair_f64 hopform_pair_at_f64(const hopform_poles_f64 *pole
         core.Rd = envelope - slow * core.R;
     }
     const hopform_pair_integrals_f64 integrals = hopform_pair_by_quotient_f64(poles, &core, t);
-    const hopform_pair_f64 pair = {core.Rd, core.R, integrals.R1, integrals.R2};
+    const hopform_pair_f64 pair = {core.Rd, core.R, integrals.R1, integrals.R2, integrals.R3};
     return pair;
 }
 
@@ -164,12 +167,12 @@ static inline hopform_basis_f64 hopform_split_basis_f64(const hopform_poles_f64 
     return basis;
 }
 
-/* W, its derivatives and integrals at t; a = 0 stands for a mode with one mass held. */
+/* W, its derivatives and integrals at t. With a = 0, as where one mass is held, W is the integral of R. */
 static inline hopform_basis_f64 hopform_basis_at_f64(const hopform_poles_f64 *poles, double t)
 {
     if (!(fabs(poles->a) > 0.0)) {
         const hopform_pair_f64 pair = hopform_pair_at_f64(poles, t);
-        const hopform_basis_f64 basis = {pair.Rd, pair.R, pair.R1, pair.R2, 0.0};
+        const hopform_basis_f64 basis = {pair.Rd, pair.R, pair.R1, pair.R2, pair.R3};
         return basis;
     }
     const double chi = hopform_residue_f64(poles);

@@ -6,5 +6,5 @@
 
 const char *hopform_source(void)
 {
-    return "d0c161281657c7a6";
+    return "976dd1db55a1cfac";
 }

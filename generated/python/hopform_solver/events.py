@@ -47,12 +47,13 @@ def sample_at(watch: Watch, t: Array) -> Sample:
     H3, H2, H1 = (np.abs(field) for field in watch.numerator)
     Wd, W, W1 = (np.abs(field) for field in basis[1:4])
     ulps = 16.0 * np.finfo(t.dtype).eps
+    rate = watch.sign * rise.rise_rate
     return Sample(
         t,
         watch.sign * (watch.start + rise.rise),
-        watch.sign * rise.rise_rate,
+        rate,
         watch.sign * rise.rise_curvature,
-        ulps * (np.abs(watch.start) + H3 * Wd + H2 * W + H1 * W1),
+        ulps * (np.abs(watch.start) + H3 * Wd + H2 * W + H1 * W1 + t * np.abs(rate)),
     )
 
 

@@ -208,9 +208,10 @@ def pair_by_quotient(poles: Poles, pair_core: PairCore, t: Real) -> PairIntegral
     """
     p, q = poles.p, poles.q
     Rd, R = pair_core.Rd, pair_core.R
-    R1 = (1.0 - Rd - R*p)/q  # (18) pair, integral
-    R2 = (t - R - R1*p)/q    # (18) pair, integral of the integral
-    return PairIntegrals(R1, R2)
+    R1 = (1.0 - Rd - R*p)/q       # (18) pair, integral
+    R2 = (t - R - R1*p)/q         # (18) pair, integral of the integral
+    R3 = (0.5*t*t - R1 - R2*p)/q  # (18) pair, third integral
+    return PairIntegrals(R1, R2, R3)
 
 
 def pair_from_series(poles: Poles, pair_series: PairSeries, t: Real) -> KnownPair:

@@ -23,26 +23,28 @@ TERMS = {np.dtype(np.float32): 24, np.dtype(np.float64): 40}
 
 
 def decay_at(a: Array, t: Array) -> Decay:
-    """exp(-a t) and its integrals t phi_1(-a t), t^2 phi_2(-a t)."""
+    """exp(-a t) and its integrals t phi_1(-a t), t^2 phi_2(-a t), t^3 phi_3(-a t)."""
     z = a * t
     decay = blank(Decay, z)
     short = np.abs(z) < 1.0
     if short.any():
         a_s, t_s, z_s = a[short], t[short], z[short]
-        term = np.full_like(z_s, 0.5)
+        term = np.full_like(z_s, 1.0 / 6.0)
         total = term.copy()
-        for n in range(3, TERMS[z.dtype]):
+        for n in range(4, TERMS[z.dtype]):
             term = term * (-z_s / n)
             total = total + term
-        e2 = t_s * t_s * total
+        e3 = t_s * t_s * t_s * total
+        e2 = 0.5 * t_s * t_s - a_s * e3
         e1 = t_s - a_s * e2
-        put(decay, short, (1.0 - a_s * e1, e1, e2))
+        put(decay, short, (1.0 - a_s * e1, e1, e2, e3))
     long = ~short
     if long.any():
         a_l, t_l = a[long], t[long]
         e = np.exp(-z[long])
         e1 = (1.0 - e) / a_l
-        put(decay, long, (e, e1, (t_l - e1) / a_l))
+        e2 = (t_l - e1) / a_l
+        put(decay, long, (e, e1, e2, (0.5 * t_l * t_l - e2) / a_l))
     return decay
 
 
@@ -57,7 +59,7 @@ def short_pair(poles: Poles, t: Array) -> Pair:
         r3 = r3 + term / (n + 4)
     series = PairSeries(r2 * (t * t * t), r3 * (t * t * t * t))
     known = formulas.pair_from_series(poles, series, t)
-    return Pair(known.Rd, known.R, known.R1, series.R2)
+    return Pair(known.Rd, known.R, known.R1, series.R2, series.R3)
 
 
 def distinct_pair(slow: Array, fast: Array, t: Array) -> Pair:
@@ -65,7 +67,8 @@ def distinct_pair(slow: Array, fast: Array, t: Array) -> Pair:
     of_slow, of_fast = decay_at(slow, t), decay_at(fast, t)
     apart = fast - slow
     r = (of_slow.e - of_fast.e) / apart
-    return Pair(of_fast.e - slow * r, r, (of_slow.e1 - of_fast.e1) / apart, (of_slow.e2 - of_fast.e2) / apart)
+    integrals = ((s - f) / apart for s, f in zip(of_slow[1:], of_fast[1:], strict=True))
+    return Pair(of_fast.e - slow * r, r, *integrals)
 
 
 def pair_at(poles: Poles, t: Array) -> Pair:
@@ -139,14 +142,14 @@ def split_basis(poles: Poles, chi: Array, t: Array) -> Basis:
 
 
 def basis_at(poles: Poles, t: Array) -> Basis:
-    """W, its derivatives and integrals at t; a = 0 stands for a mode with one mass held."""
+    """W, its derivatives and integrals at t. With a = 0, as where one mass is held, W is the integral of R."""
     basis = blank(Basis, t)
     held = poles.a == 0.0
     chi = formulas.residue(poles)
     split = ~held & (chi * t * t >= 1.0)
     short = ~held & ~split & (poles.s_1 * t < 4.0)
     if held.any():
-        put(basis, held, (*pair_at(take(poles, held), t[held]), 0.0))
+        put(basis, held, pair_at(take(poles, held), t[held]))
     if split.any():
         put(basis, split, split_basis(take(poles, split), chi[split], t[split]))
     if short.any():

@@ -220,6 +220,8 @@ class Decay(NamedTuple):
     """[s] integral of e, t phi_1(-a t)"""
     e2: Real
     """[s^2] integral of e1, t^2 phi_2(-a t)"""
+    e3: Real
+    """[s^3] integral of e2, t^3 phi_3(-a t)"""
 
 
 class Pair(NamedTuple):
@@ -233,6 +235,8 @@ class Pair(NamedTuple):
     """[s^2] integral of R"""
     R2: Real
     """[s^3] integral of R1"""
+    R3: Real
+    """[s^4] integral of R2"""
 
 
 class PairCore(NamedTuple):
@@ -245,12 +249,14 @@ class PairCore(NamedTuple):
 
 
 class PairIntegrals(NamedTuple):
-    """The two integrals of R."""
+    """The integrals of R."""
 
     R1: Real
     """[s^2] integral of R"""
     R2: Real
     """[s^3] integral of R1"""
+    R3: Real
+    """[s^4] integral of R2"""
 
 
 class PairSeries(NamedTuple):

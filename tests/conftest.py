@@ -1,0 +1,30 @@
+"""What the tests share: the robots, and the rule that in CI a skipped test fails."""
+
+import os
+
+import pytest
+
+import hopform
+
+
+@pytest.fixture(scope="session")
+def hopper_c() -> hopform.Robot:
+    return hopform.load_robot("hopper_c")
+
+
+@pytest.fixture(params=hopform.backends())
+def backend(request: pytest.FixtureRequest) -> str:
+    return str(request.param)
+
+
+def pytest_report_header() -> str:
+    return f"hopform {hopform.__version__}, back ends: {', '.join(hopform.backends())}; {hopform.library_message() or ''}"
+
+
+def pytest_sessionfinish(session: pytest.Session) -> None:
+    """With HOPFORM_CI set nothing is absent, so a skipped test is a failure."""
+    reporter = session.config.pluginmanager.get_plugin("terminalreporter")
+    skipped = len(reporter.stats.get("skipped", [])) if reporter else 0
+    if os.environ.get("HOPFORM_CI") and skipped and session.exitstatus == 0:
+        print(f"\nHOPFORM_CI is set and {skipped} tests were skipped: that is a failure here")
+        session.exitstatus = pytest.ExitCode.TESTS_FAILED

@@ -1,0 +1,362 @@
+"""The generated code against what it was generated from: units, formulas at 40 digits, and W for poles of every kind.
+
+Errors are counted in eps = 2^-52. A formula may lose what its own sums cancel, so its bound is in eps times the sum of
+the magnitudes of its terms, carried from step to step. W'', W', W and its integrals are compared with the power series
+of their differential equation at 110 digits; the scale of each is the largest magnitude that the function has up to t.
+"""
+
+import inspect
+from typing import NamedTuple
+
+import mpmath
+import numpy as np
+import pytest
+import sympy as sp
+
+from derive import quantities as Q
+from derive.ir import Function, Quantity, Record
+from derive.program import program
+from hopform_solver import formulas, records
+from hopform_solver.kernels import basis_at, decay_at, factor_cubic
+from hopform_solver.records import Poles
+
+EPS = 2.0**-52
+PROGRAM = program()
+FUNCTIONS = pytest.mark.parametrize("function", PROGRAM.functions, ids=lambda function: function.name)
+
+# ---- units balance ----
+
+BASE = {
+    "kg": (1, 0, 0, 0), "m": (0, 1, 0, 0), "s": (0, 0, 1, 0), "A": (0, 0, 0, 1), "N": (1, 1, -2, 0), "J": (1, 2, -2, 0), "1": (0, 0, 0, 0),
+}  # fmt: skip
+Unit = tuple[sp.Expr, ...]
+NONE: Unit = (sp.S.Zero,) * 4
+
+# A numerator is that of a function of any unit F: H_3 is its rate. F is written as a current, which no such function has.
+GENERIC = {
+    Q.H3: "A/s", Q.H2: "A/s^2", Q.H1: "A/s^3", Q.A: "A/s^2", Q.B: "A/s^3", Q.slow: "A", Q.X: "A", Q.Y: "A/s",
+    sp.Symbol("rise", real=True): "A", sp.Symbol("rise_rate", real=True): "A/s", sp.Symbol("rise_curvature", real=True): "A/s^2",
+}  # fmt: skip
+
+
+def unit_of(text: str) -> Unit:
+    """kg, m, s, A exponents of a unit such as "m/s^2/A" or "N s/m"."""
+    total = NONE
+    for number, group in enumerate(text.split("/")):
+        for word in group.split():
+            name, _, power = word.partition("^")
+            exponent = int(power or 1) * (1 if number == 0 else -1)
+            total = tuple(a + exponent * b for a, b in zip(total, BASE[name], strict=True))
+    return total
+
+
+def unit(expression: sp.Expr, known: dict[sp.Symbol, Unit]) -> Unit | None:
+    """The unit of an expression, None for zero; a sum of unlike units is an error."""
+    if expression == 0:
+        return None
+    if expression.is_Number:
+        return NONE
+    if expression.is_Symbol:
+        return known[expression]
+    parts = [unit(part, known) for part in expression.args]
+    if expression.is_Add:
+        found = {part for part in parts if part is not None}
+        assert len(found) == 1, f"{expression} adds {found}"
+        return found.pop()
+    if expression.is_Mul:
+        return tuple(sum(column) for column in zip(*parts, strict=True))
+    if expression.is_Pow:
+        return tuple(expression.exp * n for n in parts[0])
+    assert isinstance(expression, sp.Abs)
+    return parts[0]
+
+
+def declared(things: tuple[Record | Quantity, ...], function: Function) -> dict[sp.Symbol, Unit]:
+    generic = not function.name.startswith("free_numerator")
+    of_free = {Q.H3: "m/s^3", Q.H2: "m/s^4", Q.H1: "m/s^5"}
+    units = {quantity.symbol: quantity.unit for thing in things for quantity in thing.quantities}
+    return {symbol: unit_of((GENERIC if generic else of_free).get(symbol, text)) for symbol, text in units.items()}
+
+
+@FUNCTIONS
+def test_units_balance_in_every_step(function):
+    known, returned = declared(function.takes, function), declared((function.returns,), function)
+    for step in function.steps:
+        found = unit(sp.sympify(step.value), known)
+        expected = returned.get(step.symbol)
+        assert found is None or expected is None or found == expected, step
+        known[step.symbol] = expected or found or NONE
+
+
+def test_a_unit_is_read_as_it_is_written():
+    assert unit_of("m/s^2/A") == (0, 1, -2, -1)
+    assert unit_of("N s/m") == (1, 0, -1, 0)
+    assert unit_of("1/s^3") == (0, 0, -3, 0)
+
+
+def test_a_sum_of_unlike_units_is_seen():
+    with pytest.raises(AssertionError):
+        unit(Q.f2 - Q.f2 / Q.m_s, {Q.f2: unit_of("m/s^2"), Q.m_s: unit_of("kg")})
+
+
+# ---- the generated formulas are the derived ones ----
+
+
+class Sized(NamedTuple):
+    """A value and the sum of the magnitudes of the terms that went into it."""
+
+    value: mpmath.mpf
+    size: mpmath.mpf
+
+
+def sized(expression: sp.Expr, known: dict[sp.Symbol, Sized]) -> Sized:
+    """Value at the working precision and size: sums add sizes, products multiply, quotients and roots keep the relative one."""
+    if expression.is_Symbol:
+        return known[expression]
+    if expression.is_Number:
+        number = mpmath.mpf(expression.p) / expression.q
+        return Sized(number, abs(number))
+    parts = [sized(part, known) for part in expression.args]
+    if expression.is_Add:
+        return Sized(mpmath.fsum(p.value for p in parts), mpmath.fsum(p.size for p in parts))
+    if expression.is_Mul:
+        return Sized(mpmath.fprod(p.value for p in parts), mpmath.fprod(p.size for p in parts))
+    if expression.is_Pow:
+        exponent = mpmath.mpf(expression.exp.p) / expression.exp.q
+        value = parts[0].value ** exponent
+        return Sized(value, abs(value) * (parts[0].size / abs(parts[0].value)) ** abs(exponent))
+    assert isinstance(expression, sp.Abs)
+    return Sized(abs(parts[0].value), parts[0].size)
+
+
+def random_argument(thing: Record | Quantity, rng: np.random.Generator) -> tuple[float, ...]:
+    """Magnitudes over four decades, of both signs where the domain has both."""
+    return tuple(
+        float(
+            10 ** rng.uniform(-2, 2)
+            * (rng.choice([-1.0, 1.0]) if q.domain == "real" else 0.009 if q.domain == "fraction" else 1.0)
+        )
+        for q in thing.quantities
+    )
+
+
+@FUNCTIONS
+def test_the_generated_formula_has_the_value_of_its_derivation_at_forty_digits(function):
+    rng = np.random.default_rng(len(function.name))
+    generated = getattr(formulas, function.name)
+    for _ in range(20):
+        numbers = [random_argument(thing, rng) for thing in function.takes]
+        numbers = [tuple(map(abs, n)) if function.name == "touchdown_velocity" else n for n in numbers]
+        arguments = [
+            getattr(records, thing.name)(*n) if isinstance(thing, Record) else n[0]
+            for thing, n in zip(function.takes, numbers, strict=True)
+        ]
+        got = generated(*arguments)
+        got = got if isinstance(function.returns, Record) else (got,)
+        with mpmath.workdps(40):
+            known = {
+                symbol: Sized(mpmath.mpf(number), abs(mpmath.mpf(number)))
+                for thing, n in zip(function.takes, numbers, strict=True)
+                for symbol, number in zip(thing.symbols, n, strict=True)
+            }
+            for step in function.steps:
+                known[step.symbol] = sized(sp.sympify(step.value), known)
+            for symbol, number in zip(function.returns.symbols, got, strict=True):
+                assert abs(known[symbol].value - mpmath.mpf(float(number))) <= 16 * EPS * known[symbol].size, symbol
+
+
+def test_every_function_of_the_program_is_generated_and_no_other():
+    public = {
+        name
+        for name, thing in inspect.getmembers(formulas, inspect.isfunction)
+        if thing.__module__ == formulas.__name__
+    }
+    assert public == {function.name for function in PROGRAM.functions}
+
+
+# ---- W, its derivatives and integrals, in every configuration of poles ----
+
+
+class Reference(NamedTuple):
+    """W'', W', W and its two integrals at 110 digits."""
+
+    Wdd: mpmath.mpf
+    Wd: mpmath.mpf
+    W: mpmath.mpf
+    W1: mpmath.mpf
+    W2: mpmath.mpf
+
+
+def power_series(a: float, p: float, q: float, t: float) -> Reference:
+    """W'''  = -s_1 W'' - s_2 W' - s_3 W from W'' = 1: the coefficients obey the same recursion, times t^n/n!.
+
+    Terms reach e^(s t), s t <= 50 here, so of 110 digits at least 80 are right.
+    """
+    with mpmath.workdps(110):
+        a, p, q, t = map(mpmath.mpf, (a, p, q, t))
+        h, hh, hhh = (a + p) * t, (q + a * p) * t**2, a * q * t**3
+        term, once, twice, n = mpmath.mpf(1), mpmath.mpf(0), mpmath.mpf(0), 0
+        sums = [mpmath.mpf(0)] * 5
+        while n < 8 or max(abs(term), abs(once), abs(twice)) > mpmath.mpf(10) ** -90:
+            part = term
+            for order in range(5):
+                sums[order] += part
+                part /= n + order + 1
+            # term_n = w_n t^n/n!, so that its predecessors carry 1/n, 1/(n (n-1)), 1/(n (n-1) (n-2))
+            n += 1
+            new = -(h * term + (hh * once + hhh * twice / max(n - 2, 1)) / max(n - 1, 1)) / n
+            term, once, twice = new, term, once
+        return Reference(*(value * t**order for order, value in enumerate(sums)))
+
+
+def by_matrix_exponential(a: float, p: float, q: float, t: float) -> Reference:
+    """The same from exp(M t) of the companion system of (W2, W1, W, W', W'')."""
+    with mpmath.workdps(60):
+        a, p, q = map(mpmath.mpf, (a, p, q))
+        m = mpmath.zeros(5, 5)
+        for row in range(4):
+            m[row, row + 1] = 1
+        m[4, 2], m[4, 3], m[4, 4] = -a * q, -(q + a * p), -(a + p)
+        column = mpmath.expm(m * mpmath.mpf(t))[:, 4]
+        return Reference(*(column[row] for row in (4, 3, 2, 1, 0)))
+
+
+def spread(rng: np.random.Generator, low: float, high: float, size: int) -> np.ndarray:
+    return 10.0 ** rng.uniform(low, high, size)
+
+
+def configurations(kind: str, rng: np.random.Generator, size: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Poles as (a, p, q)."""
+    a, rate, ratio = spread(rng, -2, 2, size), spread(rng, -2, 2, size), rng.uniform(0.0, 2.0, size)
+    if kind == "real":
+        other = spread(rng, -2, 2, size)
+        return a, rate + other, rate * other
+    if kind == "complex":
+        return a, 2 * np.minimum(ratio, 0.99) * rate, rate**2
+    if kind == "undamped":
+        return a, 0 * rate, rate**2
+    if kind == "double":
+        return a, 2 * rate, rate**2
+    if kind == "double with a":
+        return a, a + rate, a * rate
+    if kind == "triple":
+        return a, 2 * a, a**2
+    if kind == "nearly triple":
+        mean = a * (1 + spread(rng, -16, -0.3, size) * rng.choice([-1, 1], size))
+        return a, 2 * mean, mean**2 * (1 + spread(rng, -16, -0.3, size) * rng.choice([-1, 1], size))
+    if kind == "one slow":
+        return spread(rng, -14, -3, size), 2 * ratio * rate, rate**2
+    if kind == "two slow":
+        slow = spread(rng, -9, -3, size)
+        return a, 2 * ratio * slow, slow**2
+    if kind == "one mass held":
+        return 0 * a, 2 * ratio * rate, rate**2
+    raise ValueError(kind)
+
+
+KINDS = [
+    "real",
+    "complex",
+    "undamped",
+    "double",
+    "double with a",
+    "triple",
+    "nearly triple",
+    "one slow",
+    "two slow",
+    "one mass held",
+]
+CASES = 200
+
+
+def factored(kind: str, a: np.ndarray, p: np.ndarray, q: np.ndarray) -> Poles:
+    """As the solver gets them: from the coefficients of the cubic, a the most isolated root; a held mass has a = 0."""
+    if kind == "one mass held":
+        return Poles(a, p, q, p, q, a)
+    return factor_cubic(a + p, q + a * p, a * q)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_w_is_exact_in_double_precision_for_any_poles_and_times(kind):
+    """Worst of 6000 cases a kind: 30 eps for W'', W', W, 40 eps for its integral and 121 eps for the integral of that,
+
+    where exp(-a t) and the pair are split at chi t^2 = 1. Times reach from 1e-6 to 50 over the fastest rate.
+    """
+    rng = np.random.default_rng(KINDS.index(kind))
+    poles = factored(kind, *configurations(kind, rng, CASES))
+    fastest = poles.s_1 + np.sqrt(poles.s_2)
+    t = spread(rng, -6, np.log10(50), CASES) / fastest
+    t[0], t[1] = 1e-6 / fastest[0], 50 / fastest[1]
+    got = np.array(basis_at(poles, t))
+    largest = np.max([np.abs(basis_at(poles, t * part)) for part in np.linspace(0.025, 1.0, 40)], axis=0)
+    largest[0] = np.maximum(largest[0], 1.0)
+    for lane in range(CASES):
+        exact = power_series(poles.a[lane], poles.p[lane], poles.q[lane], t[lane])
+        for order, bound in enumerate((64, 64, 64, 128, 256)):
+            error = abs(float(mpmath.mpf(float(got[order, lane])) - exact[order]))
+            assert error <= bound * EPS * largest[order, lane], (
+                exact._fields[order],
+                *(x[lane] for x in (*poles[:3], t)),
+            )
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_the_power_series_is_the_matrix_exponential(kind):
+    rng = np.random.default_rng(1)
+    a, p, q = (float(x[0]) for x in configurations(kind, rng, 1))
+    t = 7.0 / (a + p + np.sqrt(q))
+    for one, other in zip(power_series(a, p, q, t), by_matrix_exponential(a, p, q, t), strict=True):
+        assert abs(one - other) <= mpmath.mpf(10) ** -40 * (abs(other) + mpmath.mpf(10) ** -30)
+
+
+def test_w_is_smooth_where_the_regimes_meet():
+    """No jump larger than the bound across chi t^2 = 1 and s_1 t = 4, from one float to the next."""
+    for a, p, q in ((2.0, 5.0, 1.5), (1.0, 0.2, 40.0), (30.0, 61.0, 931.0), (1e-8, 3.0, 9.0)):
+        poles = factor_cubic(*(np.array([x]) for x in (a + p, q + a * p, a * q)))
+        chi = float(formulas.residue(poles)[0])
+        for t in (chi**-0.5 if chi > 0 else 1.0, 4.0 / float(poles.s_1[0])):
+            around = np.array([t * (1 - EPS), t, t * (1 + 2 * EPS)])
+            lanes = Poles(*(np.repeat(x, 3) for x in poles))
+            for values in basis_at(lanes, around):
+                assert np.ptp(values) <= 256 * EPS * max(np.abs(values).max(), t**2 * 1e-3)
+
+
+def test_decay_integrals_keep_their_digits_as_the_pole_goes_to_zero():
+    """Relative error of exp(-a t) and of its integrals, all positive; a t itself is good for a t eps. Worst seen: XX eps."""
+    rng = np.random.default_rng(5)
+    a, t = spread(rng, -18, 2, 300), spread(rng, -4, 0, 300)
+    for lane, values in enumerate(zip(*decay_at(a, t), strict=True)):
+        with mpmath.workdps(120):
+            a_l, t_l = mpmath.mpf(a[lane]), mpmath.mpf(t[lane])
+            e = mpmath.exp(-a_l * t_l)
+            e1 = (1 - e) / a_l
+            e2 = (t_l - e1) / a_l
+            e3 = (t_l**2 / 2 - e2) / a_l
+            for value, truth in zip(values, (e, e1, e2, e3), strict=True):
+                assert abs(mpmath.mpf(float(value)) / truth - 1) <= 16 * EPS * (1.0 + a[lane] * t[lane])
+
+
+@pytest.mark.parametrize("kind", KINDS[:-1])
+def test_the_factors_of_the_cubic_multiply_to_its_coefficients(kind):
+    """Backward error: each coefficient within 4 eps of itself and of what the scale of the poles makes of it."""
+    rng = np.random.default_rng(3)
+    a, p, q = configurations(kind, rng, 300)
+    poles = factor_cubic(a + p, q + a * p, a * q)
+    for lane in range(a.size):
+        with mpmath.workdps(50):
+            a_l, p_l, q_l, *coefficients = (mpmath.mpf(float(field[lane])) for field in poles)
+            scale = max(coefficients[0], mpmath.sqrt(coefficients[1]))
+            products = (a_l + p_l, q_l + a_l * p_l, a_l * q_l)
+            for order, (product, coefficient) in enumerate(zip(products, coefficients, strict=True), 1):
+                assert abs(product - coefficient) <= 4 * EPS * scale**order, (kind, order, a[lane], p[lane], q[lane])
+
+
+def test_the_real_factor_is_the_most_isolated_root():
+    """Then chi, the only divisor, is at least a half of the square of the distance to anything it could meet."""
+    rng = np.random.default_rng(4)
+    rates = np.sort(np.stack([spread(rng, -1, 1, 200) for _ in range(3)]), axis=0)
+    s_1, s_2, s_3 = rates.sum(axis=0), rates[0] * rates[1] + rates[2] * (rates[0] + rates[1]), rates.prod(axis=0)
+    poles = factor_cubic(s_1, s_2, s_3)
+    lonely = np.where(rates[2] - rates[1] > rates[1] - rates[0], rates[2], rates[0])
+    clear = np.abs((rates[2] - rates[1]) / (rates[1] - rates[0]) - 1) > 1e-3
+    assert np.allclose(poles.a[clear], lonely[clear], rtol=1e-9, atol=0.0)
