@@ -1,7 +1,7 @@
 """The derivation obeys what it starts from: (3), (4), their initial conditions, their energies, their transforms.
 
-Everything here is exact. Time derivatives are taken by the rules that define W, R and exp(-a t); Laplace transforms replace
-them by the rational functions that they stand for. A difference is zero if its numerator expands to zero.
+Everything here is exact. Time derivatives are taken by the rules that define W, R and exp(-a t); Laplace transforms
+replace them by the rational functions that they stand for. A difference is zero if its numerator expands to zero.
 """
 
 from functools import cache
@@ -41,7 +41,7 @@ def parameters(model: Model) -> dict[sp.Symbol, sp.Expr]:
 
 
 def held(moving: tuple[int, ...]) -> dict[sp.Symbol, sp.Expr]:
-    """In a mode with one mass held the third pole is a = 0, so P = s (s^2 + p s + q); its side is 0, and so is its speed."""
+    """With one mass held the third pole is a = 0, so P = s (s^2 + p s + q), and its side and speed are 0."""
     if len(moving) == 2:
         return {}
     p, q = ((Q.p_1, Q.q_1), (Q.p_2, Q.q_2))[moving[0] - 1]
@@ -248,7 +248,7 @@ def test_friction_only_takes():
 
 @MODELS
 def test_the_ledger_integrates_the_powers_and_nothing_else(model):
-    """Every integral replaced by what it integrates gives back the power, with x_1 and x_2 counted from the phase's start."""
+    """Every integral replaced by what it integrates gives back the power; x_1 counts from the start of the phase."""
     powers = energy.powers(model)
     start = {energy.displacement: Q.x1 - energy.x1_0}
     in_phase = {Q.x2: Q.x1 + Q.L0 + Q.c - Q.y}

@@ -169,6 +169,16 @@ def test_moving_into_a_stop_at_the_start_costs_energy_and_is_no_event():
     assert abs(whole - sum(q for name, q in ledger.items() if name != "spring_work")) < TINY
 
 
+@pytest.mark.parametrize("u", ["0.5", "0.7", "1.1", "1.3", "1.7", "1.9"])
+def test_an_actuator_without_friction_leaves_its_stop_in_one_step(u):
+    """Held until k y = u: whatever the last digit of k y says there, it slips and is not held anew."""
+    stance = solve({**BARE, "x1_min": 0, "gamma2": -1}, v2=-1, x2="0.4", u=u)
+    slip = stance.events[kinds(stance).index("x1_slips")]
+    at = stance.at(slip.time)
+    assert abs(100 * (at.x1 - at.x2 + mp.mpf("0.5")) - mp.mpf(u)) < TINY
+    assert len(stance.phases) == len(stance.events) + 1
+
+
 def test_an_exact_tie_is_settled_by_the_first_derivative_that_is_not_zero():
     """f1 = 0, u = 0: no force at touchdown, but the spring will push down; held if the stop is below."""
     assert solve(BARE, v2=-1).phases[0].modes == (-1, -1)
