@@ -29,20 +29,30 @@ def main(arguments: list[str] | None = None) -> int:
 
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(prog="python -m derive", description=__doc__.splitlines()[0])
-    parser.add_argument("--check", action="store_true", help="write nothing; exit 1 and say what differs if it is stale")
+    parser.add_argument(
+        "--check", action="store_true", help="write nothing; exit 1 and say what differs if it is stale"
+    )
     parser.add_argument("--out", type=Path, metavar="DIR", help="where to write instead of generated/")
-    parser.add_argument("--model", type=Path, metavar="FILE", help="equations of motion with further terms; needs --out")
+    parser.add_argument(
+        "--model", type=Path, metavar="FILE", help="equations of motion with further terms; needs --out"
+    )
     parser.add_argument("--prefix", default="hopform", metavar="NAME", help="prefix of every public name; needs --out")
     one = parser.add_mutually_exclusive_group()
-    one.add_argument("--float32", action="store_const", const=("f32",), dest="precisions", help="C in single precision only")
-    one.add_argument("--float64", action="store_const", const=("f64",), dest="precisions", help="C in double precision only")
+    one.add_argument(
+        "--float32", action="store_const", const=("f32",), dest="precisions", help="C in single precision only"
+    )
+    one.add_argument(
+        "--float64", action="store_const", const=("f64",), dest="precisions", help="C in double precision only"
+    )
     return parser
 
 
 def _options(chosen: argparse.Namespace) -> Options:
     own = chosen.model is not None or chosen.prefix != "hopform" or chosen.precisions is not None
     if own and chosen.out is None:
-        raise ModelError("--model, --prefix, --float32 and --float64 need --out DIR: generated/ holds the hopper of the paper")
+        raise ModelError(
+            "--model, --prefix, --float32 and --float64 need --out DIR: generated/ holds the hopper of the paper"
+        )
     if not (chosen.prefix.isidentifier() and chosen.prefix.isascii() and chosen.prefix.islower()):
         raise ModelError(f"--prefix must be a lower-case identifier of C, got {chosen.prefix!r}")
     model = read_model(chosen.model) if chosen.model is not None else HOPPER
@@ -103,7 +113,9 @@ def _reasons(texts: dict[Path, str], folder: Path, differing: list[Path]) -> lis
     _, makers_now = _parse_manifest(texts[MANIFEST])
     current, _ = _parse_manifest(manifest({path: _read(folder / path) for path in texts if path != MANIFEST}))
     reasons = [
-        f"{path} was edited by hand or is missing" for path in differing if path != MANIFEST and current.get(path) != made.get(path)
+        f"{path} was edited by hand or is missing"
+        for path in differing
+        if path != MANIFEST and current.get(path) != made.get(path)
     ]
     for path in sorted(makers.keys() | makers_now.keys()):
         if makers.get(path) != makers_now.get(path):
@@ -112,7 +124,17 @@ def _reasons(texts: dict[Path, str], folder: Path, differing: list[Path]) -> lis
     return reasons or ["all hashes agree but the text differs: a tool's version did it"]
 
 
-_MODEL = {"quantities", "model", "laplace", "partial_fractions", "time_domain", "modes", "energy", "control", "equations"}
+_MODEL = {
+    "quantities",
+    "model",
+    "laplace",
+    "partial_fractions",
+    "time_domain",
+    "modes",
+    "energy",
+    "control",
+    "equations",
+}
 
 
 def _read(path: Path) -> str:

@@ -86,5 +86,3 @@ def system(model: Model) -> tuple[sp.Matrix, sp.Matrix]:
     first, second = model.in_compression
     right = sp.Matrix([v1 - v2, first, second])
     return right.jacobian([y, v1, v2]), right.subs({y: 0, v1: 0, v2: 0})
-
-

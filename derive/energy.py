@@ -123,7 +123,11 @@ def energies() -> tuple[Step, ...]:
     return (
         Step(length, x1 - y, "x_2 - L_0 - c"),
         Step(body, m_s * v2**2 / 2 + m_s * g * (length + (L0 + c)) + k * length**2 / 2, "(22), (23)"),
-        Step(total, m_eff * v1**2 / 2 + m_s * v2**2 / 2 + m_s * g * (length + (L0 + c)) + k * y**2 / 2, "energy of the whole robot"),
+        Step(
+            total,
+            m_eff * v1**2 / 2 + m_s * v2**2 / 2 + m_s * g * (length + (L0 + c)) + k * y**2 / 2,
+            "energy of the whole robot",
+        ),
     )
 
 

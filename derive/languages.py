@@ -66,7 +66,9 @@ def _product(value: sp.Expr) -> str:
     elif number.q != 1:
         if number.p != 1:
             above.insert(0, _number(float(number.p)))
-        below.insert(0, _number(float(number.q))) if number.q not in (2, 4, 8) else above.insert(0, _number(1.0 / number.q))
+        below.insert(0, _number(float(number.q))) if number.q not in (2, 4, 8) else above.insert(
+            0, _number(1.0 / number.q)
+        )
     top = "*".join(above) or "1.0"
     if not below:
         return top
@@ -110,9 +112,7 @@ class NumPy:
     """Spelling in Python: scalars and broadcastable arrays alike."""
 
     def signature(self, function: Function) -> str:
-        arguments = ", ".join(
-            f"{_argument(a)}: {a.name if isinstance(a, Record) else 'Real'}" for a in function.takes
-        )
+        arguments = ", ".join(f"{_argument(a)}: {a.name if isinstance(a, Record) else 'Real'}" for a in function.takes)
         returns = function.returns.name if isinstance(function.returns, Record) else "Real"
         return f"def {function.name}({arguments}) -> {returns}:"
 
@@ -125,7 +125,9 @@ class NumPy:
                     yield f"{targets} = {', '.join(f'{name}.{symbol}' for symbol in chunk)}"
         yield from _aligned((f"{s.symbol} = {expression(s.value)}", f"# {s.source}") for s in function.steps)
         values = ", ".join(map(str, function.returns.symbols))
-        yield f"return {function.returns.name}({values})" if isinstance(function.returns, Record) else f"return {values}"
+        yield (
+            f"return {function.returns.name}({values})" if isinstance(function.returns, Record) else f"return {values}"
+        )
 
     def docstring(self, function: Function) -> Iterator[str]:
         yield f'"""{function.meaning}'
@@ -187,7 +189,8 @@ class C:
 
     def signature(self, function: Function) -> str:
         arguments = ", ".join(
-            f"const {self.type(a)} *{_argument(a)}" if isinstance(a, Record) else f"real {a.name}" for a in function.takes
+            f"const {self.type(a)} *{_argument(a)}" if isinstance(a, Record) else f"real {a.name}"
+            for a in function.takes
         )
         returns = self.type(function.returns) if isinstance(function.returns, Record) else "real"
         return f"{returns} hopform_{function.name}_real({arguments})"
@@ -239,7 +242,7 @@ class C:
 
     def _token(self, match: re.Match[str]) -> str:
         token = match.group()
-        if match.lastgroup == "comment" or match.lastgroup == "string":
+        if match.lastgroup in {"comment", "string"}:
             return token
         if match.lastgroup == "number":
             return _single(float(token)) if self.single else repr(float(token))
@@ -272,7 +275,9 @@ def rename(text: str, prefix: str) -> str:
 def _single(value: float) -> str:
     """The shortest literal that reads back as this number in single precision."""
     nearest: float = struct.unpack("f", struct.pack("f", value))[0]
-    text = next(t for n in range(1, 10) if struct.unpack("f", struct.pack("f", float(t := f"{nearest:.{n}g}")))[0] == nearest)
+    text = next(
+        t for n in range(1, 10) if struct.unpack("f", struct.pack("f", float(t := f"{nearest:.{n}g}")))[0] == nearest
+    )
     if "e" in text:
         mantissa, exponent = text.split("e")
         text = f"{mantissa}e{int(exponent)}"

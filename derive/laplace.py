@@ -16,15 +16,14 @@ from derive.model import Model
 from derive.quantities import (
     C_1,
     C_2,
-    L0,
     H1_1,
     H1_2,
-    H1_y,
     H2_1,
     H2_2,
-    H2_y,
     H3_1,
     H3_2,
+    H1_y,
+    H2_y,
     H3_y,
     a1_0,
     a1_u,
@@ -35,7 +34,6 @@ from derive.quantities import (
     a2_v1,
     a2_v2,
     a2_y,
-    c,
     f1,
     f2,
     p_1,
@@ -78,9 +76,9 @@ def rates(model: Model) -> tuple[Step, ...]:
     entries = {step.symbol: step.value for step in steps}
     for name, coefficient in zip((s_1, s_2, s_3), _polynomial(MATRIX.subs(entries)), strict=True):
         steps.append(Step(name, coefficient, "(11) denominator"))
-    for names, rows in (((p_1, q_1), (0, 1)), ((p_2, q_2), (0, 2))):
+    for pair, rows, source in (((p_1, q_1), (0, 1), "(6)"), ((p_2, q_2), (0, 2), "(7)")):
         polynomial = _polynomial(MATRIX.extract(rows, rows).subs(entries))
-        steps += [Step(n, v, f"{'(6)' if rows[1] == 1 else '(7)'} denominator") for n, v in zip(names, polynomial, strict=True)]
+        steps += [Step(name, value, f"{source} denominator") for name, value in zip(pair, polynomial, strict=True)]
     return tuple(steps)
 
 
@@ -148,7 +146,7 @@ def paper_frame(model: Model) -> dict[str, sp.Expr]:
     polynomial = sp.Poly(sp.expand((s * sp.eye(3) - MATRIX).det()), s).as_expr()
     entries = {step.symbol: step.value for step in rates(model) if step.symbol in MATRIX.free_symbols}
     denominator = s**2 * polynomial.subs(entries)
-    printed = {}
+    printed: dict[str, sp.Expr] = {}
     for name, X in (("X1", X1), ("X2", X2)):
         numerator = sp.Poly(sp.cancel(sp.together(solution[X] * denominator)), s)
         printed |= {f"{name}_H{power + 1}": sp.expand(numerator.coeff_monomial(s**power)) for power in range(5)}

@@ -65,7 +65,7 @@ class Model:
     def accelerations(self) -> tuple[sp.Expr, sp.Expr]:
         """(3), (4) with sign(v_i) written as side_i, in x1, x2, v1, v2."""
         masses, coordinates = (m_eff, m_s), (x1, x2)
-        return tuple(  # type: ignore[return-value]
+        return tuple(
             sp.expand((LAGRANGIAN.diff(coordinate) + force) / mass)
             for mass, coordinate, force in zip(masses, coordinates, self.forces, strict=True)
         )
@@ -73,7 +73,7 @@ class Model:
     @cached_property
     def in_compression(self) -> tuple[sp.Expr, sp.Expr]:
         """The accelerations in y, v1, v2: translation invariance leaves no other coordinate."""
-        return tuple(sp.expand(acc.subs(x1, y + x2 - L0 - c)) for acc in self.accelerations)  # type: ignore[return-value]
+        return tuple(sp.expand(acc.subs(x1, y + x2 - L0 - c)) for acc in self.accelerations)
 
 
 compression = x1 - x2 + L0 + c

@@ -91,7 +91,13 @@ def program(model: Model = HOPPER) -> Program:
             )
             for who, moving in modes.MOVING.items()
         ),
-        Function("free_accelerations", "Free accelerations of both masses.", (Q.RATES, Q.STATE, Q.CURRENT), modes.free(), Q.FREE),
+        Function(
+            "free_accelerations",
+            "Free accelerations of both masses.",
+            (Q.RATES, Q.STATE, Q.CURRENT),
+            modes.free(),
+            Q.FREE,
+        ),
         *(
             Function(
                 f"free_numerator_{number}",
@@ -131,9 +137,15 @@ def program(model: Model = HOPPER) -> Program:
             partial_fractions.all_from_series(),
             SHORT,
         ),
-        Function("shift", "Three nearly equal roots, seen from their mean.", (Q.POLES,), partial_fractions.shift(), SHIFTED),
         Function(
-            "unshift", "W from the series around the mean root.", (Q.SHIFT, SHIFTED_SERIES), partial_fractions.unshift(), RESPONSE
+            "shift", "Three nearly equal roots, seen from their mean.", (Q.POLES,), partial_fractions.shift(), SHIFTED
+        ),
+        Function(
+            "unshift",
+            "W from the series around the mean root.",
+            (Q.SHIFT, SHIFTED_SERIES),
+            partial_fractions.unshift(),
+            RESPONSE,
         ),
         Function(
             "integrals_by_recursion",
@@ -163,7 +175,9 @@ def program(model: Model = HOPPER) -> Program:
             time_domain.rises(),
             RISE,
         ),
-        Function("state_at", "The state at time t of a phase.", (Q.STATE, Q.MOTION, Q.BASIS, Q.TIME), time_domain.state(), AT),
+        Function(
+            "state_at", "The state at time t of a phase.", (Q.STATE, Q.MOTION, Q.BASIS, Q.TIME), time_domain.state(), AT
+        ),
         Function("energies", "Energy of the body and of the robot.", (robot, Q.STATE), energy.energies(), Q.ENERGY),
         Function(
             "body_energy_gain",
@@ -264,7 +278,6 @@ def program(model: Model = HOPPER) -> Program:
         Q.MOMENTS,
         ledger,
     )
-    return Program("Closed-form stance of a series-elastic hopper with viscous and Coulomb friction.", records, functions)
-
-
-
+    return Program(
+        "Closed-form stance of a series-elastic hopper with viscous and Coulomb friction.", records, functions
+    )

@@ -23,7 +23,9 @@ ROBOT = Record(
         Quantity("x1_min", r"x_{1,min}", "m", "lower end of the actuator's stroke", "lower", float("-inf")),
         Quantity("x1_max", r"x_{1,max}", "m", "upper end of the actuator's stroke", "upper", float("inf")),
         Quantity("u_max", r"u_{max}", "A", "current limit", "bound", float("inf")),
-        Quantity("impact_loss", r"\eta", "1", "fraction of the body's kinetic energy lost at touchdown", "fraction", 0.0),
+        Quantity(
+            "impact_loss", r"\eta", "1", "fraction of the body's kinetic energy lost at touchdown", "fraction", 0.0
+        ),
     ),
 )
 m_eff, m_s, k, L0, c, b1, b2, f1, f2, gamma2, g, x1_min, x1_max, u_max, impact_loss = ROBOT.symbols
@@ -241,7 +243,12 @@ LEDGER = Record(
         Quantity("viscous_2", r"-\int b_2 v_2^2", "J", "viscous loss of the body"),
         Quantity("coulomb_1", r"-m_{eff} f_1\int|v_1|", "J", "Coulomb loss of the actuator"),
         Quantity("coulomb_2", r"-m_s f_2\int|v_2|", "J", "Coulomb loss of the body"),
-        Quantity("spring_work", r"\int k x_1 v_2", "J", "what the actuator's displacement does to the body through the spring"),
+        Quantity(
+            "spring_work",
+            r"\int k x_1 v_2",
+            "J",
+            "what the actuator's displacement does to the body through the spring",
+        ),
     ),
 )
 motor_work, offset_work, viscous_1, viscous_2, coulomb_1, coulomb_2, spring_work = LEDGER.symbols

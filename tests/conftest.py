@@ -18,7 +18,9 @@ def backend(request: pytest.FixtureRequest) -> str:
 
 
 def pytest_report_header() -> str:
-    return f"hopform {hopform.__version__}, back ends: {', '.join(hopform.backends())}; {hopform.library_message() or ''}"
+    return (
+        f"hopform {hopform.__version__}, back ends: {', '.join(hopform.backends())}; {hopform.library_message() or ''}"
+    )
 
 
 def pytest_sessionfinish(session: pytest.Session) -> None:

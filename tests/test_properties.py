@@ -48,8 +48,8 @@ currents = st.one_of(st.just(0.0), st.floats(-3.0, 3.0))
 @SOME
 @given(robots(), velocities, currents, st.floats(0.05, 0.95))
 def test_a_stance_cut_in_two_is_the_same_stance(robot, v2, u, share):
-    whole = hopform.solve_stance(robot, v2=v2, u=u)
-    assume(whole.status == "takeoff" and len(whole.phases) < 30)
+    whole = hopform.solve_stance(robot, v2=v2, u=u, max_phases=30)
+    assume(whole.status == "takeoff")
     cut = share * whole.duration
     assume(min(abs(cut - event.time) for event in (*whole.events, hopform.Event(0.0, ""))) > 1e-6 * whole.duration)
     middle = whole.at(cut)
@@ -75,10 +75,9 @@ def test_other_units_of_length_mass_and_time_give_the_same_stance(robot, v2, u):
         return result
 
     scaled = {field.name: getattr(robot, field.name) * factor(field.unit) for field in robot.fields()}
-    here = hopform.solve_stance(robot, v2=v2, u=u)
-    assume(len(here.phases) < 30)
+    here = hopform.solve_stance(robot, v2=v2, u=u, max_phases=30)
     there = hopform.solve_stance(
-        hopform.Robot(**scaled), v2=v2 * factor("m/s"), u=u * ampere, horizon=2.0 * second, x1=0.0
+        hopform.Robot(**scaled), v2=v2 * factor("m/s"), u=u * ampere, horizon=2.0 * second, max_phases=30
     )
     assert [event.kind for event in there.events] == [event.kind for event in here.events]
     assert there.status == here.status
@@ -91,7 +90,7 @@ def test_other_units_of_length_mass_and_time_give_the_same_stance(robot, v2, u):
 @given(robots(), velocities, st.floats(-0.02, 0.02))
 def test_without_current_the_energy_less_the_offset_work_never_rises(robot, v2, c):
     robot = dataclasses.replace(robot, c=c)
-    stance = hopform.solve_stance(robot, v2=v2)
+    stance = hopform.solve_stance(robot, v2=v2, max_phases=100)
     times = np.linspace(0.0, stance.duration, 200)
     passive = np.asarray(stance.energy(times).total) - robot.k * c * np.asarray(stance.at(times).x1)
     assert np.all(np.diff(passive) <= 1e-12 * np.max(np.abs(passive)))
@@ -111,7 +110,9 @@ def test_with_the_actuator_locked_more_friction_never_raises_the_apex(robot, v2,
 @SOME
 @given(robots(), velocities, currents, st.sampled_from([np.float64, np.float32]))
 def test_both_back_ends_give_the_same_stance(robot, v2, u, dtype):
-    stances = [hopform.solve_stance(robot, v2=v2, u=u, backend=one, dtype=dtype) for one in hopform.backends()]
+    stances = [
+        hopform.solve_stance(robot, v2=v2, u=u, max_phases=30, backend=one, dtype=dtype) for one in hopform.backends()
+    ]
     for one in stances[1:]:
         assert [event.kind for event in one.events] == [event.kind for event in stances[0].events]
         close = {"rel": 2e-3, "abs": 1e-4} if dtype is np.float32 else {"rel": 1e-9, "abs": 1e-10}

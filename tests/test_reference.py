@@ -1,7 +1,8 @@
 """The 50-digit reference solver stands on its own feet: printed figures, the equations of motion, the energy balance.
 
-    E(T) - E(0) = int k x1 v2 - int b2 v2^2 - m_s f2 int |v2|,      H(t) - H(0) = sum of the ledger
+E(T) - E(0) = int k x1 v2 - int b2 v2^2 - m_s f2 int |v2|,      H(t) - H(0) = sum of the ledger
 """
+
 from __future__ import annotations
 
 import ast
@@ -17,8 +18,21 @@ from tests.reference import condition, scales, solve
 from tests.reference.records import mp
 
 HOPPER = {
-    "m_eff": 25, "m_s": 3, "k": 1200, "L0": "0.40", "c": 0, "b1": 150, "b2": 5, "f1": "0.78", "f2": "0.60",
-    "gamma2": -65, "g": "9.81", "x1_min": 0, "x1_max": "0.08", "u_max": 3, "impact_loss": "0.05",
+    "m_eff": 25,
+    "m_s": 3,
+    "k": 1200,
+    "L0": "0.40",
+    "c": 0,
+    "b1": 150,
+    "b2": 5,
+    "f1": "0.78",
+    "f2": "0.60",
+    "gamma2": -65,
+    "g": "9.81",
+    "x1_min": 0,
+    "x1_max": "0.08",
+    "u_max": 3,
+    "impact_loss": "0.05",
 }
 DROP = -mp.sqrt(2 * mp.mpf("9.81") * mp.mpf("0.2") * mp.mpf("0.95"))
 BARE = {"m_eff": 2, "m_s": 1, "k": 100, "g": 10, "L0": "0.5"}
@@ -39,21 +53,36 @@ def random_robot(source):
     m_eff = m_s * 10 ** source.uniform(-2, 2)
     loss = [source.choice([0, 2 * math.sqrt(k * m) * 10 ** source.uniform(-3, 1)]) for m in (m_eff, m_s, m_s)]
     return {
-        "m_eff": m_eff, "m_s": m_s, "k": k, "L0": 0.4, "c": source.choice([0, 0.01]), "b1": loss[0], "b2": loss[1],
-        "b12": loss[2], "f1": source.choice([0, 0.7]), "f2": source.choice([0, 0.5]), "gamma2": -10.0, "g": 9.81,
-        "x1_min": 0, "x1_max": source.choice([0.001, 0.08, math.inf]),
+        "m_eff": m_eff,
+        "m_s": m_s,
+        "k": k,
+        "L0": 0.4,
+        "c": source.choice([0, 0.01]),
+        "b1": loss[0],
+        "b2": loss[1],
+        "b12": loss[2],
+        "f1": source.choice([0, 0.7]),
+        "f2": source.choice([0, 0.5]),
+        "gamma2": -10.0,
+        "g": 9.81,
+        "x1_min": 0,
+        "x1_max": source.choice([0.001, 0.08, math.inf]),
     }
 
 
-RANDOM = [(random_robot(random.Random(seed)), {"v2": -0.5 - seed % 3, "u": [(0, seed % 4), (0.05, -1)]})
-          for seed in range(12)]
+RANDOM = [
+    (random_robot(random.Random(seed)), {"v2": -0.5 - seed % 3, "u": [(0, seed % 4), (0.05, -1)]}) for seed in range(12)
+]
 
 
-@pytest.mark.parametrize(("u", "duration", "apex", "x1", "aed"), [
-    (0, "0.18529", "0.11816", None, None),
-    (2, "0.18406", "0.13990", "0.892e-2", None),
-    (3, "0.18813", "0.22329", "3.962e-2", "1.9216"),
-])
+@pytest.mark.parametrize(
+    ("u", "duration", "apex", "x1", "aed"),
+    [
+        (0, "0.18529", "0.11816", None, None),
+        (2, "0.18406", "0.13990", "0.892e-2", None),
+        (3, "0.18813", "0.22329", "3.962e-2", "1.9216"),
+    ],
+)
 def test_the_hopper_does_what_is_printed(u, duration, apex, x1, aed):
     stance = solve(HOPPER, v2=DROP, u=u)
     assert stance.status == "takeoff" and kinds(stance) == ["x2_reverses"]
@@ -71,16 +100,23 @@ def test_the_equations_of_motion_hold_inside_phases(robot, arguments):
         if end - phase.start < 1e-9 or phase.modes == (0, 0):
             continue
         t = (phase.start + end) / 2
-        rates = [mp.sqrt(r.k / r.m_eff), mp.sqrt(r.k / r.m_s), *((b + r.b12) / m for b in (r.b1, r.b2)
-                                                              for m in (r.m_eff, r.m_s))]
+        rates = [
+            mp.sqrt(r.k / r.m_eff),
+            mp.sqrt(r.k / r.m_s),
+            *((b + r.b12) / m for b in (r.b1, r.b2) for m in (r.m_eff, r.m_s)),
+        ]
         d = min(end - phase.start, 1 / max(rates)) / 10**20
         left, here, right = (stance.at(t + n * d) for n in (-1, 0, 1))
         slope = [(q - p) / (2 * d) for p, q in zip(left, right, strict=True)]
         relative = r.b12 * (here.v1 - here.v2)
         a1 = (r.k * (here.x2 - here.x1 - r.L0) - r.b1 * here.v1 - relative - r.gamma2 * phase.u) / r.m_eff
         a2 = (r.k * (here.x1 - here.x2 + r.L0 + r.c) - r.b2 * here.v2 + relative) / r.m_s - r.g
-        wanted = [here.v1, (a1 - r.f1 * phase.modes[0]) * abs(phase.modes[0]),
-                  here.v2, (a2 - r.f2 * phase.modes[1]) * abs(phase.modes[1])]
+        wanted = [
+            here.v1,
+            (a1 - r.f1 * phase.modes[0]) * abs(phase.modes[0]),
+            here.v2,
+            (a2 - r.f2 * phase.modes[1]) * abs(phase.modes[1]),
+        ]
         size = max(rates) * (1 + sum(map(abs, here)) + sum(map(abs, wanted)))
         assert all(abs(p - q) < mp.mpf("1e-38") * size for p, q in zip(slope, wanted, strict=True))
 

@@ -106,7 +106,9 @@ def test_states_in_between_agree_with_the_reference(hopper_c, backend):
     times = np.linspace(0.0, min(stance.duration, float(exact.duration)), 40)
     states = np.array(stance.at(times))
     expected = np.array([[float(value) for value in exact.at(t)] for t in times.tolist()]).T
-    np.testing.assert_allclose(states / [[0.1], [1], [0.1], [1]], expected / [[0.1], [1], [0.1], [1]], rtol=0, atol=1e-12)
+    np.testing.assert_allclose(
+        states / [[0.1], [1], [0.1], [1]], expected / [[0.1], [1], [0.1], [1]], rtol=0, atol=1e-12
+    )
 
 
 LEDGERS = [{}, {"u": 2.0}, {"u": -3.0, "v1": 0.3, "x1": 0.02}, {"u": [(0.0, 3.0), (0.06, -3.0)], "x1": 0.07, "v1": 0.5}]

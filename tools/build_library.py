@@ -55,7 +55,7 @@ def compile_sources(c: Path, output: Path) -> None:
     sources = sorted((c / "src").glob("*.c"))
     if not sources:
         raise LibraryNotBuilt("generated/c/src holds no C file (`make generate` writes them)")
-    command = [*compiler, *FLAGS, "-I", c / "include", *sources, "-o", output, "-lm"]
+    command = [*compiler, *FLAGS, "-I", str(c / "include"), *map(str, sources), "-o", str(output), "-lm"]
     try:
         subprocess.run(command, check=True, capture_output=True, text=True, errors="replace")
     except OSError as error:

@@ -9,13 +9,12 @@
 Importing hopform loads NumPy alone. Equation numbers are those of the paper that the register (`hopform.equations`) covers.
 """
 
-from hopform_solver.equations import EQUATIONS, Equation
-
 from hopform.backends import backends, library_message
 from hopform.errors import BackendError, HopformError, MissingExtra
 from hopform.hopping import Hop, Run, hop
 from hopform.robots import ROBOTS, Robot, load_robot
 from hopform.stance import Energy, Event, Ledger, Phase, Stance, State, solve_stance, touchdown_velocity
+from hopform_solver.equations import EQUATIONS, Equation
 
 __version__ = "0.1.0"
 

@@ -3,14 +3,14 @@
 from dataclasses import dataclass
 from typing import Any
 
-import hopform_solver
 import numpy as np
+from numpy.typing import NDArray
+
+import hopform_solver
+from hopform.errors import HopformError
 from hopform_solver.energy import energy_at, ledger_at
 from hopform_solver.records import Energy, Ledger, Robot, State
 from hopform_solver.stance import Solution, state_at
-from numpy.typing import NDArray
-
-from hopform.errors import HopformError
 
 
 @dataclass(frozen=True)

@@ -167,4 +167,4 @@ def _home(robot: Robot) -> float:
 
 def _within(times: Array, hop: Hop) -> Array:
     """Times since touchdown, kept inside the stance against rounding."""
-    return np.clip(times - hop.touchdown_time, 0.0, hop.stance.duration)
+    return np.asarray(np.clip(times - hop.touchdown_time, 0.0, hop.stance.duration))

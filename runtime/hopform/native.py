@@ -11,13 +11,13 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
-import hopform_solver
 import numpy as np
-from hopform_solver import records as hopper_records
-from hopform_solver.records import Energy, Ledger, State
 from numpy.typing import NDArray
 
+import hopform_solver
 from hopform.errors import BackendError, HopformError
+from hopform_solver import records as hopper_records
+from hopform_solver.records import Energy, Ledger, State
 
 LIBRARY = Path(__file__).with_name("_libhopform.dylib" if sys.platform == "darwin" else "_libhopform.so")
 PHASES_NOT_KEPT = 1
@@ -50,7 +50,12 @@ class Types:
         self.energy, self.ledger = record("Energy"), record("Ledger")
         poles = record("Poles")
         self.plan = struct(
-            "Plan", ("robot", self.robot), ("rates", record("Rates")), ("both", poles), ("actuator", poles), ("body", poles)
+            "Plan",
+            ("robot", self.robot),
+            ("rates", record("Rates")),
+            ("both", poles),
+            ("actuator", poles),
+            ("body", poles),
         )
         self.step = struct("Step", ("t", real), ("u", real))
         self.phase = struct(

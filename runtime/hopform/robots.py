@@ -8,10 +8,9 @@ from importlib import resources
 from pathlib import Path
 from typing import Any, NoReturn
 
+from hopform.errors import HopformError
 from hopform_solver import checked
 from hopform_solver.records import ROBOT_FIELDS, Field
-
-from hopform.errors import HopformError
 
 ROBOTS = ("hopper_c", "hopper_b", "ideal")
 """Names of the shipped robots. They are this project's own, not the paper's, which gives no values."""
@@ -114,7 +113,9 @@ def _no_such_robot(name: str) -> NoReturn:
     looks_like_a_file = "/" in name or "\\" in name or name.endswith(".toml")
     if looks_like_a_file:
         raise HopformError(f"there is no file {name!r}")
-    raise HopformError(f"there is no robot {name!r}{_nearest(name, list(ROBOTS))} Known: {', '.join(ROBOTS)}, or a TOML file")
+    raise HopformError(
+        f"there is no robot {name!r}{_nearest(name, list(ROBOTS))} Known: {', '.join(ROBOTS)}, or a TOML file"
+    )
 
 
 assert {field.name for field in fields(Robot)} == {field.name for field in ROBOT_FIELDS} | {"name", "description"}

@@ -6,9 +6,6 @@ from dataclasses import dataclass, field
 from typing import Any, NamedTuple, SupportsFloat
 
 import numpy as np
-from hopform_solver import formulas
-from hopform_solver import records as solver_records
-from hopform_solver.records import ENDINGS, EVENTS
 from numpy.typing import ArrayLike, NDArray
 
 from hopform.arrays import Solved as ArraySolved
@@ -16,6 +13,9 @@ from hopform.backends import MODULES, Backend, choose
 from hopform.errors import HopformError
 from hopform.native import Solved as NativeSolved
 from hopform.robots import Robot
+from hopform_solver import formulas
+from hopform_solver import records as solver_records
+from hopform_solver.records import ENDINGS, EVENTS
 
 Real = float | NDArray[np.floating]
 Current = SupportsFloat | Sequence[tuple[SupportsFloat, SupportsFloat]]
@@ -319,7 +319,7 @@ def _positive(name: str, value: object, unit: str) -> float:
 
 def _precision(dtype: Any) -> np.dtype[Any]:
     try:
-        precision = np.dtype(dtype)
+        precision: np.dtype[Any] = np.dtype(dtype)
     except TypeError:
         precision = np.dtype(object)
     if precision not in (np.dtype(np.float32), np.dtype(np.float64)):

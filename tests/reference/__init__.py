@@ -4,6 +4,7 @@ It shares nothing with what it judges: no import but the standard library and mp
 motion.py is the phase, roots.py the first sign change, certified, skip.py the long steps of stiff robots, chain.py what
 sticks, slips and stops, stance.py the whole; energy.py is the ledger, measure.py scales errors and conditions them.
 """
+
 from .measure import condition, scales
 from .records import Event, Phase, State
 from .stance import Reference, solve

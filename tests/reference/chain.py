@@ -8,6 +8,7 @@ velocities allow is tried, held ones first, and the one whose functions all star
 non-zero derivative decides; friction is a monotone law, so there is one. A zero at the left end of a window is divided
 out before roots are sought.
 """
+
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence

@@ -1,9 +1,10 @@
 """Energies, and the work that went where: products of Taylor series in a window, Gramians over longer steps.
 
-    E = m_s v2^2/2 + m_s g x2 + k (x2 - L0 - c)^2/2
-    H = m_eff v1^2/2 + m_s v2^2/2 + m_s g x2 + k (x1 - x2 + L0 + c)^2/2
-    W(h) = int_0^h z z^T dt,    W(2 h) = W(h) + exp(A h) W(h) exp(A h)^T
+E = m_s v2^2/2 + m_s g x2 + k (x2 - L0 - c)^2/2
+H = m_eff v1^2/2 + m_s v2^2/2 + m_s g x2 + k (x1 - x2 + L0 + c)^2/2
+W(h) = int_0^h z z^T dt,    W(2 h) = W(h) + exp(A h) W(h) exp(A h)^T
 """
+
 from __future__ import annotations
 
 from collections.abc import Sequence
@@ -11,8 +12,17 @@ from collections.abc import Sequence
 from .motion import Flow, advance, expand, exponential, in_window, integral, multiply
 from .records import GUARD, Matrix, Point, Real, Robot, State, mp
 
-FIELDS = ("motor_work", "offset_work", "viscous_1", "viscous_2", "coulomb_1", "coulomb_2", "stop_loss", "spring_work",
-          "viscous_12")
+FIELDS = (
+    "motor_work",
+    "offset_work",
+    "viscous_1",
+    "viscous_2",
+    "coulomb_1",
+    "coulomb_2",
+    "stop_loss",
+    "spring_work",
+    "viscous_12",
+)
 
 
 def energies(r: Robot, s: State, y: Real) -> tuple[Real, Real]:
@@ -33,8 +43,9 @@ def gramian(flow: Flow, z: Point, h: Real) -> Matrix:
             n += 1
             half = multiply(a, term)
             term = [[(half[i][j] + half[j][i]) / n for j in range(6)] for i in range(6)]
-            total = [[p + q * step / (n + 1) for p, q in zip(*rows, strict=True)]
-                     for rows in zip(total, term, strict=True)]
+            total = [
+                [p + q * step / (n + 1) for p, q in zip(*rows, strict=True)] for rows in zip(total, term, strict=True)
+            ]
             weight *= mp.mpf(2) / n  # the terms fall like (2 |A| step)^n/n!
         e = exponential(flow, step)
         for _ in range(halvings):

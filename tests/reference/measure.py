@@ -1,7 +1,8 @@
 """How errors are scaled, and how much of an input's rounding an exact answer shows.
 
-    condition = max over inputs p of max over outputs q of |q(p (1 + d)) - q(p)|/(d scale_q),   d = 1e-25
+condition = max over inputs p of max over outputs q of |q(p (1 + d)) - q(p)|/(d scale_q),   d = 1e-25
 """
+
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
@@ -29,8 +30,14 @@ def scales(robot: Mapping[str, Number], reference: Reference, v2: Number) -> dic
 def outcome(reference: Reference, units: Mapping[str, Real]) -> list[Real]:
     """Ending time, state and AED in those units."""
     s = reference.final
-    return [reference.duration / units["time"], s.x1 / units["position"], s.v1 / units["velocity"],
-            s.x2 / units["position"], s.v2 / units["velocity"], reference.aed / units["energy"]]
+    return [
+        reference.duration / units["time"],
+        s.x1 / units["position"],
+        s.v1 / units["velocity"],
+        s.x2 / units["position"],
+        s.v2 / units["velocity"],
+        reference.aed / units["energy"],
+    ]
 
 
 def perturbed(
@@ -41,13 +48,21 @@ def perturbed(
     start = {"x1": 0, **{name: value for name, value in arguments.items() if value is not None}}
     values = {name: exact(q) for name, q in {**start, **robot}.items() if name not in NO_INPUTS}
     u = parse_current(arguments.get("u", 0))
-    groups = {frozenset(other for other in values if other == name or (
-        {name, other} <= set(STROKE) and values[other] == values[name])) for name in values}
+    groups = {
+        frozenset(
+            other
+            for other in values
+            if other == name or ({name, other} <= set(STROKE) and values[other] == values[name])
+        )
+        for name in values
+    }
     for names in groups:
         moved = {name: values[name] * factor for name in names}
         if all(mp.isfinite(q) and q for q in moved.values()):
-            yield {**robot, **{n: q for n, q in moved.items() if n in robot}}, {
-                **arguments, **{n: q for n, q in moved.items() if n not in robot}}
+            yield (
+                {**robot, **{n: q for n, q in moved.items() if n in robot}},
+                {**arguments, **{n: q for n, q in moved.items() if n not in robot}},
+            )
     for place, (_, value) in enumerate(u):
         if value:
             yield dict(robot), {**arguments, "u": [(t, q * factor if i == place else q) for i, (t, q) in enumerate(u)]}

@@ -8,6 +8,7 @@ A held mass keeps v_i = 0; its n_i, with sign_i = 0, is what pulls at it. A wind
 of the system in the units (nu, rho nu): there the series is cut where the next term is below 2^-230 nu, and its
 coefficients are fixed-point integers. Longer steps use exp(A h) by scaling and squaring.
 """
+
 from __future__ import annotations
 
 from collections.abc import Sequence
@@ -119,6 +120,7 @@ def horner(coefficients: Sequence[int], tau: int, bits: int) -> int:
 
 def evaluate(flow: Flow, z: Point, s: Series, tau: int) -> Point:
     """The state at tau h, 0 <= tau <= 2^bits."""
+
     def value(coefficients: Sequence[int], unit: Real) -> Real:
         return mp.ldexp(mp.mpf(horner(coefficients, tau, flow.bits)), -flow.bits) * unit
 

@@ -1,7 +1,8 @@
 """What goes into the reference solver and what comes out: exact numbers, records, and the precision they are kept at.
 
-    float -> the same number,   "0.05" -> 5/100,   all arithmetic with 30 digits more than are promised
+float -> the same number,   "0.05" -> 5/100,   all arithmetic with 30 digits more than are promised
 """
+
 from __future__ import annotations
 
 import math
@@ -20,8 +21,19 @@ Number = Any  # what a caller may give: int, float, decimal string, mpf
 Current = Number | Sequence[tuple[Number, Number]]
 
 DEFAULTS: dict[str, Number] = {
-    "L0": 0, "c": 0, "b1": 0, "b2": 0, "b12": 0, "f1": 0, "f2": 0, "gamma2": 0, "g": "9.81",
-    "x1_min": "-inf", "x1_max": "+inf", "u_max": "+inf", "impact_loss": 0,
+    "L0": 0,
+    "c": 0,
+    "b1": 0,
+    "b2": 0,
+    "b12": 0,
+    "f1": 0,
+    "f2": 0,
+    "gamma2": 0,
+    "g": "9.81",
+    "x1_min": "-inf",
+    "x1_max": "+inf",
+    "u_max": "+inf",
+    "impact_loss": 0,
 }
 
 

@@ -5,6 +5,7 @@
 No change: no root. One change: one root, found by Newton steps inside its bracket. More: either the derivative changes
 sign once, then the extremum decides, or the interval is halved. What was cut off the series is far below `noise`.
 """
+
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
@@ -51,7 +52,7 @@ def certainly_positive(coefficients: Sequence[int]) -> bool:
     if not scale:
         return False
     floats = [c / scale for c in coefficients]
-    tail = sum(map(abs, floats[SCREEN + 1:]))
+    tail = sum(map(abs, floats[SCREEN + 1 :]))
     return min(bernstein_floats(floats[: SCREEN + 1])) > tail + NEAR
 
 

@@ -7,6 +7,7 @@ its derivatives by one linear system per spectrum. Slow parts are Taylor polynom
 below by Bernstein coefficients; fast parts by a norm that never grows or by their sign. So a stiff overdamped robot
 needs some windows for each group of modes and not one for each of its shortest time constants.
 """
+
 from __future__ import annotations
 
 from collections.abc import Sequence
@@ -87,7 +88,7 @@ def follow(chi: Sequence[Any], start: Sequence[Any], count: int) -> list[Any]:
     """The derivatives 0 ... count - 1 of a solution of chi(d/dt) g = 0."""
     found = list(start)[:count]
     while len(found) < count:
-        found.append(-sum(c * q for c, q in zip(chi[:-1], found[1 - len(chi):], strict=True)))
+        found.append(-sum(c * q for c, q in zip(chi[:-1], found[1 - len(chi) :], strict=True)))
     return found
 
 
@@ -107,8 +108,11 @@ def spectrum(flow: Flow) -> Sequence[Group]:
                 zeros, poly = zeros + 1, poly[1:]
             chis = [(*[mp.zero] * zeros, mp.one), *factors(poly)]
             order = sum(len(chi) - 1 for chi in chis)
-            columns = [follow(chi, [mp.mpf(int(i == j)) for j in range(len(chi) - 1)], order)
-                       for chi in chis for i in range(len(chi) - 1)]
+            columns = [
+                follow(chi, [mp.mpf(int(i == j)) for j in range(len(chi) - 1)], order)
+                for chi in chis
+                for i in range(len(chi) - 1)
+            ]
             inverse = mp.inverse(mp.matrix(columns).T).tolist()
             groups, first = [], 0
             for chi in chis:

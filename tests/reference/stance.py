@@ -1,8 +1,9 @@
 """solve: one stance of the series-elastic leg, every event and every state, to 50 digits.
 
-    x1'' = (k (x2 - x1 - L0) - b1 x1' - gamma2 u)/m_eff - f1 sign(x1')          (3)
-    x2'' = (k (x1 - x2 + L0 + c) - b2 x2' - m_s g)/m_s - f2 sign(x2')           (4)
+x1'' = (k (x2 - x1 - L0) - b1 x1' - gamma2 u)/m_eff - f1 sign(x1')          (3)
+x2'' = (k (x1 - x2 + L0 + c) - b2 x2' - m_s g)/m_s - f2 sign(x2')           (4)
 """
+
 from __future__ import annotations
 
 from bisect import bisect_right
@@ -128,8 +129,16 @@ class Reference:
 
 
 def solve(
-    robot: Mapping[str, Number], *, v2: Number, x1: Number = 0, v1: Number = 0, x2: Number | None = None,
-    u: Current = 0, horizon: Number = 2, max_phases: int = 4096, digits: int = 50,
+    robot: Mapping[str, Number],
+    *,
+    v2: Number,
+    x1: Number = 0,
+    v1: Number = 0,
+    x2: Number | None = None,
+    u: Current = 0,
+    horizon: Number = 2,
+    max_phases: int = 4096,
+    digits: int = 50,
 ) -> Reference:
     """The stance from touchdown (v2 after the impact) to its ending; inputs are exact numbers in SI units.
 
@@ -211,5 +220,15 @@ def finish(leg: Leg, status: str, t: Real, z: Point) -> Reference:
     for before, after in zip(times, times[1:], strict=False):
         leg.near((after - before) / max(after, unit))
     state = leg.state(z)
-    return Reference(status, t, state if status == "takeoff" else None, state, tuple(leg.events), tuple(leg.phases),
-                     leg.margin, leg.digits, leg, z)
+    return Reference(
+        status,
+        t,
+        state if status == "takeoff" else None,
+        state,
+        tuple(leg.events),
+        tuple(leg.phases),
+        leg.margin,
+        leg.digits,
+        leg,
+        z,
+    )

@@ -134,10 +134,10 @@ static inline hopform_sample_f32 hopform_extremum_between_f32(const hopform_watc
 {
     hopform_sample_f32 last = hopform_sample_at_f32(watch, low + 0.5f * (high - low));
     for (int n = 0; n < 100 && !(sign_after > 0.0f && last.value < -last.noise); n++) {
-        if (sign_after * last.rate > 0.0f) {
-            high = last.t;
-        } else {
+        if (sign_after * last.rate < 0.0f) {
             low = last.t;
+        } else { /* a rate that has faded to 0 lies behind the extremum */
+            high = last.t;
         }
         const bool usable = fabsf(last.curvature) > 0.0f;
         const float step = usable ? last.rate / last.curvature : 0.0f;
@@ -201,7 +201,7 @@ static inline float hopform_first_root_f32(const hopform_watch_f32 *watch, float
             const hopform_sample_f32 top = hopform_extremum_between_f32(watch, before.t, here.t, -1.0f);
             return top.value > 0.0f ? hopform_root_between_f32(watch, top.t, here) : before.t;
         }
-        if (before.rate < 0.0f && here.rate > 0.0f) {
+        if (before.rate < 0.0f && !(here.rate < 0.0f)) {
             const hopform_sample_f32 bottom = hopform_extremum_between_f32(watch, before.t, here.t, 1.0f);
             if (bottom.value < -bottom.noise) {
                 return from_zero ? before.t : hopform_root_between_f32(watch, before.t, bottom);

@@ -134,10 +134,10 @@ static inline hopform_sample_f64 hopform_extremum_between_f64(const hopform_watc
 {
     hopform_sample_f64 last = hopform_sample_at_f64(watch, low + 0.5 * (high - low));
     for (int n = 0; n < 100 && !(sign_after > 0.0 && last.value < -last.noise); n++) {
-        if (sign_after * last.rate > 0.0) {
-            high = last.t;
-        } else {
+        if (sign_after * last.rate < 0.0) {
             low = last.t;
+        } else { /* a rate that has faded to 0 lies behind the extremum */
+            high = last.t;
         }
         const bool usable = fabs(last.curvature) > 0.0;
         const double step = usable ? last.rate / last.curvature : 0.0;
@@ -201,7 +201,7 @@ static inline double hopform_first_root_f64(const hopform_watch_f64 *watch, doub
             const hopform_sample_f64 top = hopform_extremum_between_f64(watch, before.t, here.t, -1.0);
             return top.value > 0.0 ? hopform_root_between_f64(watch, top.t, here) : before.t;
         }
-        if (before.rate < 0.0 && here.rate > 0.0) {
+        if (before.rate < 0.0 && !(here.rate < 0.0)) {
             const hopform_sample_f64 bottom = hopform_extremum_between_f64(watch, before.t, here.t, 1.0);
             if (bottom.value < -bottom.noise) {
                 return from_zero ? before.t : hopform_root_between_f64(watch, before.t, bottom);

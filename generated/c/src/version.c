@@ -6,5 +6,5 @@
 
 const char *hopform_source(void)
 {
-    return "976dd1db55a1cfac";
+    return "15a57559526be569";
 }

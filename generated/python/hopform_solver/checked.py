@@ -2,14 +2,15 @@
 """The robot as people build it: a frozen dataclass whose fields are checked at construction."""
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from numbers import Real as Number
 
 from hopform_solver.records import ROBOT_FIELDS, Field
 from hopform_solver.records import Robot as Parameters
 
-_ALLOWED = {
-    "real": ("finite", lambda value: math.isfinite(value)),
+_ALLOWED: dict[str, tuple[str, Callable[[float], bool]]] = {
+    "real": ("finite", math.isfinite),
     "positive": ("> 0", lambda value: 0.0 < value < math.inf),
     "nonnegative": (">= 0 and finite", lambda value: 0.0 <= value < math.inf),
     "bound": (">= 0", lambda value: value >= 0.0),

@@ -12,7 +12,7 @@ import numpy as np
 
 from hopform_solver import formulas
 from hopform_solver.kernels import basis_at, decay_at
-from hopform_solver.lanes import Array, Lanes, take
+from hopform_solver.lanes import Array, Lanes, put, take
 from hopform_solver.records import Numerator, Poles
 
 NEVER = {np.dtype(np.float32): 1e38, np.dtype(np.float64): 1e300}
@@ -140,8 +140,8 @@ def extremum_between(watch: Watch, low: Array, high: Array, sign_after: float) -
     lanes = np.arange(low.size)
     for n in range(100):
         going = ~((sign_after > 0.0) & (last.value < -last.noise))
-        falls = sign_after * last.rate > 0.0
-        high, low = np.where(falls, last.t, high), np.where(falls, low, last.t)
+        ahead = sign_after * last.rate < 0.0  # a rate that has faded to 0 lies behind the extremum
+        high, low = np.where(ahead, high, last.t), np.where(ahead, last.t, low)
         usable = last.curvature != 0.0
         step = np.zeros_like(last.rate)
         step[usable] = last.rate[usable] / last.curvature[usable]
@@ -177,63 +177,82 @@ def quiet_until(watch: Watch, start: Array, limit: Array, half_turn: Array) -> A
     return until
 
 
-def first_root(watch: Watch, limit: Array) -> Array:
-    """First times in (0, limit] at which g loses its sign, NEVER where it keeps it.
+class _Search:
+    """Where each lane's search stands: the last time looked at, with g and g' there, and how many zeros lie behind."""
 
-    An extremum within rounding of zero is a touch, not a crossing, and so is a g that fades away below its rounding. A g that starts at zero is taken to begin with its
-    sign; the zero at the start is no root.
-    """
-    never = NEVER[watch.start.dtype]
-    root = np.full_like(watch.start, never)
-    first, spacing = zeros_of_pair(watch)
-    t, value, rate = np.zeros_like(root), watch.sign * watch.start, watch.sign * watch.numerator.H3
-    wrong = value < 0.0
-    root[wrong & (rate <= 0.0)] = 0.0
-    value = np.where(wrong, 0.0, value)
-    turn, patience = np.zeros_like(root), np.full_like(root, 8.0)
-    lanes = np.flatnonzero((root == never) & (t < limit))
-    while lanes.size:
-        part = lanes_of(watch, lanes)
-        end = limit[lanes]
-        turns = turn[lanes]
-        zero = first[lanes] + np.where(turns > 0.0, turns * np.where(turns > 0.0, spacing[lanes], 0.0), 0.0)
-        turn[lanes] += 1.0
-        here = sample_at(part, np.minimum(zero, end))
-        before_t, before_value, before_rate = t[lanes], value[lanes], rate[lanes]
-        from_zero = ~(before_value > 0.0)
+    def __init__(self, watch: Watch, limit: Array) -> None:
+        self.watch, self.limit = watch, limit
+        self.never = NEVER[watch.start.dtype]
+        self.first, self.spacing = zeros_of_pair(watch)
+        self.t, self.rate = np.zeros_like(watch.start), watch.sign * watch.numerator.H3
+        value = watch.sign * watch.start
+        self.root = np.where((value < 0.0) & (self.rate <= 0.0), np.zeros_like(value), np.full_like(value, self.never))
+        self.value = np.maximum(value, 0.0)
+        self.turn, self.patience = np.zeros_like(value), np.full_like(value, 8.0)
+
+    def next_time(self, lanes: Lanes) -> Array:
+        """The next zero of the pair, or the limit."""
+        turn = self.turn[lanes]
+        ahead = np.where(turn > 0.0, turn * np.where(turn > 0.0, self.spacing[lanes], 0.0), 0.0)
+        self.turn[lanes] += 1.0
+        return np.asarray(np.minimum(self.first[lanes] + ahead, self.limit[lanes]))
+
+    def move(self, lanes: Lanes, here: Sample) -> None:
+        self.t[lanes], self.value[lanes], self.rate[lanes] = here.t, np.maximum(here.value, 0.0), here.rate
+
+    def look(self, lanes: Lanes) -> np.ndarray:
+        """Look at the next monotone piece of some lanes; True where it ends the search with a root."""
+        part = lanes_of(self.watch, lanes)
+        here = sample_at(part, self.next_time(lanes))
+        before_t, before_rate = self.t[lanes], self.rate[lanes]
+        from_zero = ~(self.value[lanes] > 0.0)
         # Below zero by more than rounding, or so steep that the root is near; else it touches, or has faded away.
         steep = here.rate * (here.t - before_t) < -here.noise
         crosses = (here.value < 0.0) & ((here.value < -here.noise) | steep)
-        low = before_t.copy()
+        low, last = before_t.copy(), Sample(*(field.copy() for field in here))
         lost = crosses & from_zero & ~(before_rate > 0.0)
         if (rises := crosses & from_zero & (before_rate > 0.0)).any():
             top = extremum_between(lanes_of(part, rises), before_t[rises], here.t[rises], -1.0)
             low[rises] = np.where(top.value > 0.0, top.t, before_t[rises])
             lost[rises] = ~(top.value > 0.0)
-        last = Sample(*(field.copy() for field in here))
-        if (dips := ~crosses & (before_rate < 0.0) & (here.rate > 0.0)).any():
+        if (dips := ~crosses & (before_rate < 0.0) & ~(here.rate < 0.0)).any():
             bottom = extremum_between(lanes_of(part, dips), before_t[dips], here.t[dips], 1.0)
-            through = bottom.value < -bottom.noise
-            for field, found in zip(last, bottom, strict=True):
-                field[dips] = found
-            crosses[dips] = through
-            lost[dips] = through & from_zero[dips]
-        root[lanes[lost]] = before_t[lost]
+            put(last, dips, bottom)
+            crosses[dips] = bottom.value < -bottom.noise
+            lost[dips] = crosses[dips] & from_zero[dips]
+        self.root[lanes[lost]] = before_t[lost]
         if (bracketed := crosses & ~lost).any():
-            root[lanes[bracketed]] = root_between(lanes_of(part, bracketed), low[bracketed], take(last, bracketed))
-        t[lanes], value[lanes], rate[lanes] = here.t, np.maximum(here.value, 0.0), here.rate
-        patience[lanes] -= 1.0
-        lanes = lanes[~crosses & (here.t < end)]
-        waits = lanes[(patience[lanes] <= 0.0) & (spacing[lanes] < never) & (limit[lanes] - t[lanes] > 8.0 * spacing[lanes])]
-        if waits.size:
-            still = lanes_of(watch, waits)
-            until = quiet_until(still, t[waits], limit[waits], spacing[waits])
-            skips = until > t[waits]
-            patience[waits[~skips]] = 8.0
-            if skips.any():
-                ahead = waits[skips]
-                after = sample_at(lanes_of(watch, ahead), until[skips])
-                t[ahead], value[ahead], rate[ahead] = after.t, np.maximum(after.value, 0.0), after.rate
-                turn[ahead] = np.floor((after.t - first[ahead]) / spacing[ahead]) + 1.0
-            lanes = lanes[t[lanes] < limit[lanes]]
-    return root
+            self.root[lanes[bracketed]] = root_between(lanes_of(part, bracketed), low[bracketed], take(last, bracketed))
+        self.move(lanes, here)
+        return np.asarray(crosses)
+
+    def skip(self, lanes: Lanes) -> None:
+        """Lanes that have waited for long jump over the time in which g certainly has no root."""
+        self.patience[lanes] -= 1.0
+        many = self.limit[lanes] - self.t[lanes] > 8.0 * np.minimum(self.spacing[lanes], 0.1 * self.never)
+        waits = lanes[(self.patience[lanes] <= 0.0) & (self.spacing[lanes] < self.never) & many]
+        if not waits.size:
+            return
+        until = quiet_until(lanes_of(self.watch, waits), self.t[waits], self.limit[waits], self.spacing[waits])
+        skips = until > self.t[waits]
+        self.patience[waits[~skips]] = 8.0
+        if skips.any():
+            ahead = waits[skips]
+            self.move(ahead, sample_at(lanes_of(self.watch, ahead), until[skips]))
+            self.turn[ahead] = np.floor((self.t[ahead] - self.first[ahead]) / self.spacing[ahead]) + 1.0
+
+
+def first_root(watch: Watch, limit: Array) -> Array:
+    """First times in (0, limit] at which g loses its sign, NEVER where it keeps it.
+
+    An extremum within rounding of zero is a touch, not a crossing, and so is a g that fades away below its rounding. A g
+    that starts at zero is taken to begin with its sign; the zero at the start is no root.
+    """
+    search = _Search(watch, limit)
+    lanes = np.flatnonzero((search.root == search.never) & (search.t < limit))
+    while lanes.size:
+        found = search.look(lanes)
+        lanes = lanes[~found & (search.t[lanes] < limit[lanes])]
+        search.skip(lanes)
+        lanes = lanes[search.t[lanes] < limit[lanes]]
+    return search.root

@@ -144,7 +144,7 @@ def split_basis(poles: Poles, chi: Array, t: Array) -> Basis:
 def basis_at(poles: Poles, t: Array) -> Basis:
     """W, its derivatives and integrals at t. With a = 0, as where one mass is held, W is the integral of R."""
     basis = blank(Basis, t)
-    held = poles.a == 0.0
+    held = np.asarray(poles.a == 0.0)
     chi = formulas.residue(poles)
     split = ~held & (chi * t * t >= 1.0)
     short = ~held & ~split & (poles.s_1 * t < 4.0)

@@ -2,25 +2,25 @@
 """Records of arrays, taken apart and put together lane by lane: each branch computes its own lanes only."""
 
 from collections.abc import Iterable
-from typing import TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.floating]
 Lanes = NDArray[np.bool_] | NDArray[np.intp]
-Record = TypeVar("Record", bound=tuple[object, ...])
+Record = TypeVar("Record", bound=tuple[Any, ...])
 
 
 def take(record: Record, lanes: Lanes) -> Record:
     """The record of some lanes; every field is an array of one dimension."""
-    return type(record)(*(field[lanes] for field in record))  # type: ignore[index]
+    return type(record)(*(field[lanes] for field in record))
 
 
-def put(record: tuple[object, ...], lanes: Lanes, values: Iterable[object]) -> None:
+def put(record: tuple[Any, ...], lanes: Lanes, values: Iterable[object]) -> None:
     """Write the fields of some lanes."""
     for field, value in zip(record, values, strict=True):
-        field[lanes] = value  # type: ignore[index]
+        field[lanes] = value
 
 
 def blank(kind: type[Record], like: Array) -> Record:

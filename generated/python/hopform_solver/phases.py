@@ -42,7 +42,8 @@ def plan_of(robot: Robot) -> Plan:
 
 
 def plan_lanes(plan: Plan, lanes: Lanes) -> Plan:
-    return Plan(*(take(record, lanes) for record in plan))
+    robot, rates, both, actuator, body = plan
+    return Plan(take(robot, lanes), take(rates, lanes), take(both, lanes), take(actuator, lanes), take(body, lanes))
 
 
 def poles_of(plan: Plan, side: Side) -> Poles:

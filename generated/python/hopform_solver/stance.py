@@ -15,7 +15,7 @@ from hopform_solver.events import NEVER, Watch, first_root
 from hopform_solver.kernels import basis_at
 from hopform_solver.lanes import Array, take
 from hopform_solver.phases import Plan, Side, arrive, motion_of, plan_lanes, plan_of, poles_of, state_in_phase
-from hopform_solver.records import ENDINGS, EVENTS, Motion, Numerator, Poles, Robot, State
+from hopform_solver.records import ENDINGS, EVENTS, At, Motion, Numerator, Poles, Robot, State
 
 _ENDING = {text: number for number, text in ENDINGS.items()}
 _EVENT = {text: number for number, text in EVENTS.items()} | {"": 0}
@@ -119,7 +119,7 @@ def _drift_of_free(chain: _Chain, mass: int, lanes: NDArray[np.bool_]) -> Array:
     formula = (formulas.free_numerator_1, formulas.free_numerator_2)[mass - 1]
     free = formula(plan.rates, motion_of(plan, state, u, side))
     later = np.where(free.H2 != 0.0, free.H2, free.H1 - poles_of(plan, side).s_1 * free.H2)
-    return np.where(free.H3 != 0.0, free.H3, later)
+    return np.asarray(np.where(free.H3 != 0.0, free.H3, later))
 
 
 def _direction(chain: _Chain, mass: int) -> Array:
@@ -133,7 +133,7 @@ def _direction(chain: _Chain, mass: int) -> Array:
         side[tie] = np.where(acceleration[tie] * drift >= 0.0, np.sign(drift), 0.0)
     if mass == 1:
         side[_blocked(robot, chain.state.x1, side)] = 0.0
-    return side
+    return np.asarray(side)
 
 
 def _settle(chain: _Chain, rests_1: NDArray[np.bool_], rests_2: NDArray[np.bool_]) -> None:
@@ -296,8 +296,8 @@ def _rest_of_actuator(chain: _Chain, log: _Log, end: _End) -> None:
     close = np.isfinite(stop)
     close[close] = np.abs(chain.state.x1[lanes][close] - stop[close]) <= 4.0 * eps * np.abs(stop[close])
     hits = (end.kind[lanes] == STOP) | close
-    chain.state.v1[lanes] = 0.0  # type: ignore[index]
-    chain.state.x1[lanes[hits]] = stop[hits]  # type: ignore[index]
+    chain.state.v1[lanes] = 0.0
+    chain.state.x1[lanes[hits]] = stop[hits]
     sticks = np.where(hits, _EVENT["x1_hits_stop"], _EVENT["x1_sticks"])
     reverses = np.where(hits, _EVENT["x1_hits_stop"], _EVENT["x1_reverses"])
     _after_rest(chain, log, 1, lanes, sticks, reverses)
@@ -306,7 +306,7 @@ def _rest_of_actuator(chain: _Chain, log: _Log, end: _End) -> None:
 def _rest_of_body(chain: _Chain, log: _Log, end: _End) -> None:
     lanes = np.flatnonzero(end.kind == VELOCITY_2)
     if lanes.size:
-        chain.state.v2[lanes] = 0.0  # type: ignore[index]
+        chain.state.v2[lanes] = 0.0
         sticks, reverses = np.full(lanes.shape, _EVENT["x2_sticks"]), np.full(lanes.shape, _EVENT["x2_reverses"])
         _after_rest(chain, log, 2, lanes, sticks, reverses)
 
@@ -376,7 +376,7 @@ class _Result:
         where = chain.lane[lanes]
         self.duration[where], self.ending[where], self.count[where] = chain.t[lanes], _ENDING[ending], chain.count[lanes]
         for field, value in zip(self.state, chain.state, strict=True):
-            field[where] = value[lanes]  # type: ignore[index]
+            field[where] = value[lanes]
 
 
 def _run(chain: _Chain, log: _Log, result: _Result) -> Array:
@@ -398,7 +398,7 @@ def _run(chain: _Chain, log: _Log, result: _Result) -> Array:
         chain.state = arrive(chain.state, motion, basis_at(poles, end.t), chain.side, end.t)
         chain.t = np.where(end.kind == LIMIT, until, chain.t + end.t)
         lifts = end.kind == TAKEOFF
-        chain.state.y[lifts] = 0.0  # type: ignore[index]
+        chain.state.y[lifts] = 0.0
         over = (end.kind == LIMIT) & ~(until < chain.horizon)
         result.close(chain, lifts, "takeoff")
         result.close(chain, over, "horizon")
@@ -446,10 +446,10 @@ def solve(
     log, result = _Log(), _Result(like)
     loss = _run(chain, log, result)
     end = result.state
-    aed = formulas.body_energy_gain(robots, first, formulas.At(*end))
+    aed = formulas.body_energy_gain(robots, first, At(*end))
     lifts = (result.ending == _ENDING["takeoff"]) & (robots.g > 0.0)
     apex = np.full_like(like, np.nan)
-    apex[lifts] = formulas.apex_of_takeoff(take(robots, lifts), end.x1[lifts], np.maximum(end.v2[lifts], 0.0))  # type: ignore[index]
+    apex[lifts] = formulas.apex_of_takeoff(take(robots, lifts), end.x1[lifts], np.maximum(end.v2[lifts], 0.0))
     phases = log.phases()
     kept = np.arange(phases.lane.size) - np.searchsorted(phases.lane, phases.lane) < result.count[phases.lane]
     return Solution(

@@ -1,0 +1,287 @@
+"""`python -m derive`: what it writes, what `--check` says of whose doing, and what it refuses.
+
+Every test works on a copy of derive/, templates/ and generated/, by the command that people type.
+"""
+
+import ctypes
+import hashlib
+import importlib
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import hopform
+import hopform_solver
+from hopform import native
+from hopform_solver.records import State
+from tools.build_library import compile_sources
+
+ROOT = Path(__file__).resolve().parent.parent
+FORMULAS = "python/hopform_solver/formulas.py"
+OLD, NEW = "C_2 = a2_0 - f2*side_2", "C_2 = a2_0 + f2*side_2"
+
+
+def derive(tree: Path, *options: str | Path, seed: str = "0") -> subprocess.CompletedProcess[str]:
+    """Run `python -m derive` of a copy."""
+    return subprocess.run(
+        [sys.executable, "-m", "derive", *options],
+        cwd=tree,
+        env=os.environ | {"PYTHONHASHSEED": seed, "PYTHONDONTWRITEBYTECODE": "1", "PYTHONPATH": ""},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+
+
+def copy(source: Path, target: Path) -> Path:
+    for folder in ("derive", "templates", "generated"):
+        shutil.copytree(source / folder, target / folder, ignore=shutil.ignore_patterns("__pycache__"))
+    return target
+
+
+@pytest.fixture(scope="module")
+def fresh(tmp_path_factory) -> Path:
+    """A copy whose generated/ was thrown away and made again."""
+    tree = copy(ROOT, tmp_path_factory.mktemp("fresh"))
+    shutil.rmtree(tree / "generated")
+    done = derive(tree)
+    assert done.returncode == 0, done.stderr
+    return tree
+
+
+@pytest.fixture
+def tree(fresh, tmp_path) -> Path:
+    """A copy of one's own, to break."""
+    return copy(fresh, tmp_path)
+
+
+def contents(folder: Path) -> dict[str, bytes]:
+    found = [path for path in folder.rglob("*") if path.is_file()]
+    return {path.relative_to(folder).as_posix(): path.read_bytes() for path in found}
+
+
+def replace(path: Path, old: str, new: str) -> None:
+    text = path.read_text("utf-8")
+    assert old in text, f"{path.name} has no {old!r}"
+    path.write_text(text.replace(old, new, 1), "utf-8")
+
+
+def said(tree: Path) -> list[str]:
+    """What `--check` says of a stale copy, in lines; it exits with 1 and writes nothing."""
+    before = contents(tree)
+    done = derive(tree, "--check")
+    assert done.returncode == 1, done.stdout + done.stderr
+    assert contents(tree) == before
+    assert done.stderr.splitlines()[-1] == "derive: generated/ is out of date: run `make generate`"
+    return done.stderr.splitlines()[:-1]
+
+
+# ---- what --check says ----
+
+
+def test_a_fresh_copy_passes_in_silence(tree):
+    done = derive(tree, "--check")
+    assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
+
+
+def test_a_hand_edit_is_called_one_and_shown(tree):
+    replace(tree / "generated" / FORMULAS, OLD, NEW)
+    done = derive(tree, "--check")
+    assert [line[0] for line in done.stdout.splitlines() if OLD in line or NEW in line] == ["-", "+"]
+    assert said(tree) == [f"derive: {FORMULAS} was edited by hand or is missing"]
+
+
+def test_a_file_that_is_missing_is_named(tree):
+    (tree / "generated" / "c" / "src" / "version.c").unlink()
+    assert said(tree) == ["derive: c/src/version.c was edited by hand or is missing"]
+
+
+def test_a_stray_file_is_named_and_caches_are_none(tree):
+    (tree / "generated" / "python" / "hopform_solver" / "__pycache__").mkdir()
+    (tree / "generated" / "python" / "hopform_solver" / "__pycache__" / "stance.pyc").write_bytes(b"")
+    (tree / "generated" / "c" / "src" / "old.c").write_text("int old;\n")
+    assert said(tree) == ["derive: c/src/old.c is a stray file: no template makes it"]
+
+
+@pytest.mark.parametrize(
+    ("path", "old", "new", "kind"),
+    [
+        ("templates/c/src/version.c.j2", "What this library", "Where this library", "template"),
+        ("derive/laplace.py", "a2_0 - f2 * side_2", "a2_0 + f2 * side_2", "model"),
+        ("derive/model.py", '"""', '"""\n', "model"),
+        ("derive/languages.py", '"""', '"""\n', "generator"),
+    ],
+)
+def test_whoever_was_changed_is_named(tree, path, old, new, kind):
+    """Whether or not the text changes by it: a comment may hide a formula that is not what it was."""
+    replace(tree / path, old, new)
+    assert said(tree) == [f"derive: the {kind} was changed since: {path}"]
+
+
+def test_a_changed_template_and_a_hand_edit_are_both_named(tree):
+    replace(tree / "templates/c/src/version.c.j2", "What this library", "Where this library")
+    replace(tree / "generated" / FORMULAS, OLD, NEW)
+    assert sorted(said(tree)) == [
+        f"derive: {FORMULAS} was edited by hand or is missing",
+        "derive: the template was changed since: templates/c/src/version.c.j2",
+    ]
+
+
+def test_another_text_with_the_same_hashes_is_laid_on_a_tool(tree):
+    """As if another version of a tool had written it: the file is what MANIFEST says, made from what is here."""
+    path, manifest = tree / "generated" / FORMULAS, tree / "generated" / "MANIFEST"
+    before = hashlib.sha256(path.read_bytes()).hexdigest()
+    replace(path, OLD, NEW)
+    replace(manifest, before, hashlib.sha256(path.read_bytes()).hexdigest())
+    assert said(tree) == ["derive: all hashes agree but the text differs: a tool's version did it"]
+
+
+# ---- what it writes ----
+
+
+def test_a_second_run_rewrites_nothing(tree):
+    files = [path for path in (tree / "generated").rglob("*") if path.is_file()]
+    before = [(path.stat().st_mtime_ns, path.stat().st_ino) for path in files]
+    assert derive(tree).returncode == 0
+    assert [(path.stat().st_mtime_ns, path.stat().st_ino) for path in files] == before
+
+
+def test_a_run_takes_away_what_is_stray_and_mends_what_was_edited(tree, fresh):
+    replace(tree / "generated" / FORMULAS, OLD, NEW)
+    (tree / "generated" / "c" / "src" / "old.c").write_text("int old;\n")
+    assert derive(tree).returncode == 0
+    assert contents(tree / "generated") == contents(fresh / "generated")
+
+
+def test_another_hash_seed_gives_the_same_bytes_and_out_writes_a_whole_tree(fresh, tmp_path):
+    assert derive(fresh, "--out", tmp_path / "out", seed="20261").returncode == 0
+    assert contents(tmp_path / "out") == contents(fresh / "generated")
+
+
+def test_an_output_folder_keeps_what_is_not_of_the_generator(fresh, tmp_path):
+    (tmp_path / "mine.txt").write_text("mine")
+    assert derive(fresh, "--out", tmp_path).returncode == 0
+    assert derive(fresh, "--out", tmp_path, "--float32").returncode == 0
+    assert (tmp_path / "mine.txt").read_text() == "mine"
+    assert not list(tmp_path.rglob("*_f64*"))
+
+
+# ---- another name ----
+
+
+@pytest.fixture(scope="module")
+def renamed(fresh, tmp_path_factory) -> Path:
+    out = tmp_path_factory.mktemp("renamed")
+    done = derive(fresh, "--out", out, "--prefix", "monopod")
+    assert done.returncode == 0, done.stderr
+    return out
+
+
+def test_a_prefix_renames_every_name_and_leaves_none(renamed, fresh):
+    ours, theirs = contents(renamed), contents(fresh / "generated")
+    made_of = theirs["MANIFEST"].partition(b"# made from")[2]
+    assert {path.replace("monopod", "hopform") for path in ours} == theirs.keys()
+    assert ours["MANIFEST"].partition(b"# made from")[2] == made_of
+    for path, data in ours.items():
+        if path.startswith(("c/", "python/")):
+            text = data.decode().split("\n", 1)[-1]  # below the header, which names a template
+            assert "hopform" not in path + text.lower(), path
+
+
+@pytest.fixture(scope="module")
+def monopod(renamed):
+    """The renamed package, and its library."""
+    sys.path.insert(0, str(renamed / "python"))
+    try:
+        package = importlib.import_module("monopod_solver")
+        library = renamed / "libmonopod.so"
+        compile_sources(renamed / "c", library)
+        yield package, native.Library(library, "monopod", package)
+    finally:
+        sys.path.remove(str(renamed / "python"))
+
+
+CASES = [(v2, u) for v2 in (-0.4, -1.93) for u in (-3.0, 0.0, 2.0, 3.0)]
+
+
+def test_a_renamed_package_answers_the_same_numbers(monopod, hopper_c):
+    package, _ = monopod
+    velocities, currents = np.array(CASES).T
+    parameters = hopper_c.parameters
+    ours = package.solve(package.Robot(*parameters), package.State(0.0, 0.0, velocities, 0.0), currents)
+    theirs = hopform_solver.solve(parameters, State(0.0, 0.0, velocities, 0.0), currents)
+    for name in ("duration", "apex", "aed", "ending", "phase_count"):
+        np.testing.assert_array_equal(getattr(ours, name), getattr(theirs, name))
+    np.testing.assert_array_equal(ours.end, theirs.end)
+
+
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+def test_a_renamed_library_answers_the_same_numbers(monopod, hopper_c, dtype):
+    _, library = monopod
+    for v2, u in CASES:
+        arguments = (hopper_c.parameters, State(0.0, 0.0, v2, 0.0), ((0.0, u),), 2.0, 4096, np.dtype(dtype))
+        ours, theirs = (
+            native.solve(*arguments, with_library=library),
+            hopform.solve_stance(hopper_c, v2=v2, u=u, dtype=dtype),
+        )
+        assert theirs.backend == "c"
+        assert (ours.duration, ours.apex, ours.aed) == (theirs.duration, theirs.apex, theirs.aed)
+        assert len(ours.phase_rows()) == len(theirs.phases)
+
+
+# ---- one precision ----
+
+
+@pytest.mark.parametrize(("option", "kept", "left_out"), [("--float32", "f32", "f64"), ("--float64", "f64", "f32")])
+def test_one_precision_leaves_the_other_out(fresh, tmp_path, hopper_c, option, kept, left_out):
+    done = derive(fresh, "--out", tmp_path, option)
+    assert done.returncode == 0, done.stderr
+    everything = contents(fresh / "generated")
+    made = contents(tmp_path)
+    assert made.keys() == {path for path in everything if left_out not in path}
+    assert not [path for path, data in made.items() if path.startswith("c/") and f"_{left_out}\n".encode() in data]
+    library = tmp_path / "libone.so"
+    compile_sources(tmp_path / "c", library)
+    handle = ctypes.CDLL(str(library))
+    assert hasattr(handle, f"hopform_solve_stance_{kept}")
+    assert not hasattr(handle, f"hopform_solve_stance_{left_out}")
+
+
+# ---- what it refuses ----
+
+
+@pytest.mark.parametrize(
+    ("options", "why"),
+    [
+        (("--prefix", "monopod"), "need --out DIR"),
+        (("--float32",), "need --out DIR"),
+        (("--model", "robot.py"), "need --out DIR"),
+        (("--prefix", "2legs", "--out", "out"), "'2legs'"),
+        (("--prefix", "Monopod", "--out", "out"), "'Monopod'"),
+        (("--prefix", "mono-pod", "--out", "out"), "'mono-pod'"),
+        (("--prefix", "größe", "--out", "out"), "'größe'"),
+        (("--prefix", "", "--out", "out"), "''"),
+        (("--model", "nowhere.py", "--out", "out"), "there is no file nowhere.py"),
+        (("--out", "derive/model.py"), "derive/model.py"),
+    ],
+)
+def test_what_cannot_be_is_refused_in_one_line_and_nothing_is_written(tree, options, why):
+    before = contents(tree)
+    done = derive(tree, *options)
+    assert done.returncode == 2
+    (line,) = done.stderr.splitlines()
+    assert line.startswith("derive: ")
+    assert why in line
+    assert contents(tree) == before
+
+
+def test_two_precisions_exclude_each_other(fresh, tmp_path):
+    done = derive(fresh, "--out", tmp_path / "out", "--float32", "--float64")
+    assert done.returncode == 2
+    assert "not allowed with" in done.stderr
+    assert not (tmp_path / "out").exists()

@@ -1,0 +1,42 @@
+"""The README is true: its Python runs, its paths exist, its commands are the ones that exist."""
+
+import doctest
+import re
+from pathlib import Path
+
+from hopform import cli
+
+ROOT = Path(__file__).resolve().parent.parent
+README = (ROOT / "README.md").read_text("utf-8")
+
+
+def test_the_ten_lines_run():
+    outcome = doctest.testfile(str(ROOT / "README.md"), module_relative=False)
+    assert outcome.attempted >= 7
+    assert outcome.failed == 0
+
+
+def test_every_path_that_it_links_exists():
+    links = re.findall(r"\]\(([^)#:]+)\)", README)
+    assert links
+    assert [link for link in links if not (ROOT / link).exists()] == []
+
+
+def test_every_folder_of_the_tree_exists():
+    tree = README.split("## The tree")[1].split("```")[1]
+    folders = re.findall(r"^(\w+)/", tree, re.MULTILINE)
+    assert folders
+    assert [folder for folder in folders if not (ROOT / folder).is_dir()] == []
+
+
+def test_every_hopform_command_in_it_runs():
+    lines = [line.split("#")[0].split()[1:] for line in README.splitlines() if line.startswith("hopform ")]
+    assert len(lines) == 4
+    for arguments in lines:
+        assert cli.main(arguments) == 0, arguments
+
+
+def test_every_make_target_in_it_exists():
+    makefile = (ROOT / "Makefile").read_text("utf-8")
+    for target in set(re.findall(r"`make ([\w-]+)`|^make ([\w-]+)", README, re.MULTILINE)):
+        assert re.search(rf"^{''.join(target)}:", makefile, re.MULTILINE), target
