@@ -14,6 +14,7 @@ import mpmath
 import numpy as np
 import pytest
 import sympy as sp
+from numpy.typing import ArrayLike
 
 from derive import quantities as Q
 from derive import time_domain
@@ -222,7 +223,8 @@ def by_matrix_exponential(a: float, p: float, q: float, t: float) -> Reference:
         return Reference(*(column[row] for row in (4, 3, 2, 1, 0)))
 
 
-def spread(rng: np.random.Generator, low: float, high: float, size: int | tuple[int, ...]) -> np.ndarray:
+def spread(rng: np.random.Generator, low: ArrayLike, high: float, size: int | tuple[int, ...]) -> np.ndarray:
+    """Numbers from 10^low to 10^high, spread evenly over their decades."""
     return 10.0 ** rng.uniform(low, high, size)
 
 
@@ -237,7 +239,7 @@ class Draw(NamedTuple):
 
 
 def draw(rng: np.random.Generator, size: int) -> Draw:
-    near = spread(rng, -16, -0.3, (2, size)) * rng.choice([-1, 1], (2, size))
+    near = spread(rng, rng.choice([-16, -2], (2, size)), -0.3, (2, size)) * rng.choice([-1, 1], (2, size))
     a, rate = spread(rng, -2, 2, (2, size))
     return Draw(a, rate, spread(rng, -14, -3, size), rng.uniform(0.0, 2.0, size), near)
 
@@ -248,6 +250,7 @@ CONFIGURATIONS: dict[str, Callable[[Draw], tuple[np.ndarray, np.ndarray, np.ndar
     "complex": lambda d: (d.a, 0.99 * d.ratio * d.rate, d.rate**2),
     "undamped": lambda d: (d.a, 0 * d.rate, d.rate**2),
     "double": lambda d: (d.a, 2 * d.rate, d.rate**2),
+    "nearly double": lambda d: (d.a, 2 * d.rate, d.rate**2 * (1 + d.near[0])),
     "double with a": lambda d: (d.a, d.a + d.rate, d.a * d.rate),
     "triple": lambda d: (d.a, 2 * d.a, d.a**2),
     "nearly triple": lambda d: (d.a, 2 * d.a * (1 + d.near[0]), (d.a * (1 + d.near[0])) ** 2 * (1 + d.near[1])),
@@ -302,8 +305,9 @@ def test_w_is_exact_in_double_precision_for_any_poles_and_times(kind):
     """
     poles = factored(kind, *configurations(kind, KINDS.index(kind), CASES))
     fastest = poles.s_1 + np.sqrt(poles.s_2)
-    t = spread(np.random.default_rng(1), -6, np.log10(50), CASES) / fastest
-    t[0], t[1] = 1e-6 / fastest[0], 50 / fastest[1]
+    rng = np.random.default_rng(1)
+    t = spread(rng, rng.choice([-6, -1], CASES), np.log10(50), CASES) / fastest
+    t[:2] = np.array([1e-6, 50]) / fastest[:2]
     assert_accurate(poles, t, power_series, (128.0, 128.0, 128.0, 128.0, 192.0))
 
 

@@ -1,6 +1,7 @@
 """`python -m derive`: what it writes, what `--check` says of whose doing, and what it refuses.
 
-Every test works on a copy of derive/, templates/ and generated/, by the command that people type.
+Every test works on a copy of derive/, templates/ and generated/. Where a formula changes, or the hash seed, the command
+runs as people type it; elsewhere its main function runs here, with the copy's folders in place of the real ones.
 """
 
 import ctypes
@@ -10,13 +11,17 @@ import os
 import shutil
 import subprocess
 import sys
+from collections.abc import Callable
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 import pytest
 
+import derive.__main__ as command
 import hopform
 import hopform_solver
+from derive import render
 from hopform import native
 from hopform_solver.records import State
 from tools.build_library import compile_sources
@@ -26,9 +31,17 @@ FORMULAS = "python/hopform_solver/formulas.py"
 OLD, NEW = "C_2 = a2_0 - f2*side_2", "C_2 = a2_0 + f2*side_2"
 
 
-def derive(tree: Path, *options: str | Path, seed: str = "0") -> subprocess.CompletedProcess[str]:
-    """Run `python -m derive` of a copy."""
-    return subprocess.run(
+class Ran(NamedTuple):
+    """How a run ended and what it printed."""
+
+    code: int
+    out: str
+    err: str
+
+
+def derive(tree: Path, *options: str | Path, seed: str = "0") -> Ran:
+    """`python -m derive` of a copy, as people type it."""
+    done = subprocess.run(
         [sys.executable, "-m", "derive", *options],
         cwd=tree,
         env=os.environ | {"PYTHONHASHSEED": seed, "PYTHONDONTWRITEBYTECODE": "1", "PYTHONPATH": ""},
@@ -36,6 +49,26 @@ def derive(tree: Path, *options: str | Path, seed: str = "0") -> subprocess.Comp
         text=True,
         check=False,
     )
+    return Ran(done.returncode, done.stdout, done.stderr)
+
+
+@pytest.fixture
+def run(tree, monkeypatch, capsys) -> Callable[..., Ran]:
+    """The same in this process."""
+    monkeypatch.chdir(tree)
+    for module, name, path in (
+        (render, "ROOT", tree),
+        (render, "DERIVE", tree / "derive"),
+        (render, "TEMPLATES", tree / "templates"),
+        (render, "GENERATED", tree / "generated"),
+        (command, "GENERATED", tree / "generated"),
+    ):
+        monkeypatch.setattr(module, name, path)
+
+    def here(*options: str | Path) -> Ran:
+        return Ran(command.main([str(option) for option in options]), *capsys.readouterr())
+
+    return here
 
 
 def copy(source: Path, target: Path) -> Path:
@@ -50,7 +83,7 @@ def fresh(tmp_path_factory) -> Path:
     tree = copy(ROOT, tmp_path_factory.mktemp("fresh"))
     shutil.rmtree(tree / "generated")
     done = derive(tree)
-    assert done.returncode == 0, done.stderr
+    assert done.code == 0, done.err
     return tree
 
 
@@ -71,104 +104,112 @@ def replace(path: Path, old: str, new: str) -> None:
     path.write_text(text.replace(old, new, 1), "utf-8")
 
 
-def said(tree: Path) -> list[str]:
-    """What `--check` says of a stale copy, in lines; it exits with 1 and writes nothing."""
-    before = contents(tree)
-    done = derive(tree, "--check")
-    assert done.returncode == 1, done.stdout + done.stderr
-    assert contents(tree) == before
-    assert done.stderr.splitlines()[-1] == "derive: generated/ is out of date: run `make generate`"
-    return done.stderr.splitlines()[:-1]
+def complaints(ran: Ran) -> list[str]:
+    """What `--check` says of a stale copy, line by line, without its last one."""
+    assert ran.code == 1, ran
+    *lines, last = ran.err.splitlines()
+    assert last == "derive: generated/ is out of date: run `make generate`"
+    return lines
 
 
 # ---- what --check says ----
 
 
-def test_a_fresh_copy_passes_in_silence(tree):
-    done = derive(tree, "--check")
-    assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
+def test_a_fresh_copy_passes_in_silence(run):
+    assert run("--check") == (0, "", "")
 
 
-def test_a_hand_edit_is_called_one_and_shown(tree):
+def test_a_hand_edit_is_called_one_and_shown_and_left_alone(run, tree):
     replace(tree / "generated" / FORMULAS, OLD, NEW)
-    done = derive(tree, "--check")
-    assert [line[0] for line in done.stdout.splitlines() if OLD in line or NEW in line] == ["-", "+"]
-    assert said(tree) == [f"derive: {FORMULAS} was edited by hand or is missing"]
+    before = contents(tree)
+    ran = run("--check")
+    assert complaints(ran) == [f"derive: {FORMULAS} was edited by hand or is missing"]
+    assert [line[0] for line in ran.out.splitlines() if OLD in line or NEW in line] == ["-", "+"]
+    assert contents(tree) == before
 
 
-def test_a_file_that_is_missing_is_named(tree):
+def test_a_file_that_is_missing_is_named(run, tree):
     (tree / "generated" / "c" / "src" / "version.c").unlink()
-    assert said(tree) == ["derive: c/src/version.c was edited by hand or is missing"]
+    assert complaints(run("--check")) == ["derive: c/src/version.c was edited by hand or is missing"]
 
 
-def test_a_stray_file_is_named_and_caches_are_none(tree):
+def test_a_stray_file_is_named_and_caches_are_none(run, tree):
     (tree / "generated" / "python" / "hopform_solver" / "__pycache__").mkdir()
     (tree / "generated" / "python" / "hopform_solver" / "__pycache__" / "stance.pyc").write_bytes(b"")
     (tree / "generated" / "c" / "src" / "old.c").write_text("int old;\n")
-    assert said(tree) == ["derive: c/src/old.c is a stray file: no template makes it"]
+    assert complaints(run("--check")) == ["derive: c/src/old.c is a stray file: no template makes it"]
 
 
 @pytest.mark.parametrize(
     ("path", "old", "new", "kind"),
     [
         ("templates/c/src/version.c.j2", "What this library", "Where this library", "template"),
-        ("derive/laplace.py", "a2_0 - f2 * side_2", "a2_0 + f2 * side_2", "model"),
         ("derive/model.py", '"""', '"""\n', "model"),
         ("derive/languages.py", '"""', '"""\n', "generator"),
     ],
 )
-def test_whoever_was_changed_is_named(tree, path, old, new, kind):
-    """Whether or not the text changes by it: a comment may hide a formula that is not what it was."""
+def test_whoever_was_changed_is_named_even_where_no_text_changes_by_it(run, tree, path, old, new, kind):
     replace(tree / path, old, new)
-    assert said(tree) == [f"derive: the {kind} was changed since: {path}"]
+    assert complaints(run("--check")) == [f"derive: the {kind} was changed since: {path}"]
 
 
-def test_a_changed_template_and_a_hand_edit_are_both_named(tree):
+def test_a_changed_formula_is_laid_on_the_model_and_shown_in_both_languages(tree):
+    replace(tree / "derive/laplace.py", "a2_0 - f2 * side_2", "a2_0 + f2 * side_2")
+    before = contents(tree)
+    ran = derive(tree, "--check")
+    assert complaints(ran) == ["derive: the model was changed since: derive/laplace.py"]
+    for line in (f"-    {OLD} ", f"+    {NEW} ", f"-    const double {OLD};", f"+    const float {NEW};"):
+        assert any(shown.startswith(line) for shown in ran.out.splitlines()), line
+    assert contents(tree) == before
+
+
+def test_a_changed_template_and_a_hand_edit_are_both_named(run, tree):
     replace(tree / "templates/c/src/version.c.j2", "What this library", "Where this library")
     replace(tree / "generated" / FORMULAS, OLD, NEW)
-    assert sorted(said(tree)) == [
+    assert sorted(complaints(run("--check"))) == [
         f"derive: {FORMULAS} was edited by hand or is missing",
         "derive: the template was changed since: templates/c/src/version.c.j2",
     ]
 
 
-def test_another_text_with_the_same_hashes_is_laid_on_a_tool(tree):
+def test_another_text_with_the_same_hashes_is_laid_on_a_tool(run, tree):
     """As if another version of a tool had written it: the file is what MANIFEST says, made from what is here."""
     path, manifest = tree / "generated" / FORMULAS, tree / "generated" / "MANIFEST"
     before = hashlib.sha256(path.read_bytes()).hexdigest()
     replace(path, OLD, NEW)
     replace(manifest, before, hashlib.sha256(path.read_bytes()).hexdigest())
-    assert said(tree) == ["derive: all hashes agree but the text differs: a tool's version did it"]
+    assert complaints(run("--check")) == ["derive: all hashes agree but the text differs: a tool's version did it"]
 
 
 # ---- what it writes ----
 
 
-def test_a_second_run_rewrites_nothing(tree):
+def test_a_second_run_rewrites_nothing(run, tree):
     files = [path for path in (tree / "generated").rglob("*") if path.is_file()]
     before = [(path.stat().st_mtime_ns, path.stat().st_ino) for path in files]
-    assert derive(tree).returncode == 0
+    assert run() == (0, "", "")
     assert [(path.stat().st_mtime_ns, path.stat().st_ino) for path in files] == before
 
 
-def test_a_run_takes_away_what_is_stray_and_mends_what_was_edited(tree, fresh):
+def test_a_run_takes_away_what_is_stray_and_mends_what_was_edited(run, tree, fresh):
     replace(tree / "generated" / FORMULAS, OLD, NEW)
     (tree / "generated" / "c" / "src" / "old.c").write_text("int old;\n")
-    assert derive(tree).returncode == 0
+    assert run().code == 0
     assert contents(tree / "generated") == contents(fresh / "generated")
 
 
 def test_another_hash_seed_gives_the_same_bytes_and_out_writes_a_whole_tree(fresh, tmp_path):
-    assert derive(fresh, "--out", tmp_path / "out", seed="20261").returncode == 0
-    assert contents(tmp_path / "out") == contents(fresh / "generated")
+    assert derive(fresh, "--out", tmp_path / "new" / "out", seed="20261").code == 0
+    assert contents(tmp_path / "new" / "out") == contents(fresh / "generated")
 
 
-def test_an_output_folder_keeps_what_is_not_of_the_generator(fresh, tmp_path):
-    (tmp_path / "mine.txt").write_text("mine")
-    assert derive(fresh, "--out", tmp_path).returncode == 0
-    assert derive(fresh, "--out", tmp_path, "--float32").returncode == 0
-    assert (tmp_path / "mine.txt").read_text() == "mine"
-    assert not list(tmp_path.rglob("*_f64*"))
+def test_an_output_folder_loses_what_an_earlier_run_made_and_keeps_what_is_not_of_the_generator(run, tmp_path):
+    out = tmp_path / "out"
+    assert run("--out", out).code == 0
+    (out / "mine.txt").write_text("mine")
+    assert run("--out", out, "--float32").code == 0
+    assert (out / "mine.txt").read_text() == "mine"
+    assert not list(out.rglob("*_f64*"))
 
 
 # ---- another name ----
@@ -178,7 +219,7 @@ def test_an_output_folder_keeps_what_is_not_of_the_generator(fresh, tmp_path):
 def renamed(fresh, tmp_path_factory) -> Path:
     out = tmp_path_factory.mktemp("renamed")
     done = derive(fresh, "--out", out, "--prefix", "monopod")
-    assert done.returncode == 0, done.stderr
+    assert done.code == 0, done.err
     return out
 
 
@@ -224,29 +265,26 @@ def test_a_renamed_package_answers_the_same_numbers(monopod, hopper_c):
 def test_a_renamed_library_answers_the_same_numbers(monopod, hopper_c, dtype):
     _, library = monopod
     for v2, u in CASES:
-        arguments = (hopper_c.parameters, State(0.0, 0.0, v2, 0.0), ((0.0, u),), 2.0, 4096, np.dtype(dtype))
-        ours, theirs = (
-            native.solve(*arguments, with_library=library),
-            hopform.solve_stance(hopper_c, v2=v2, u=u, dtype=dtype),
+        ours = native.solve(
+            hopper_c.parameters, State(0.0, 0.0, v2, 0.0), ((0.0, u),), 2.0, 4096, np.dtype(dtype), library
         )
-        assert theirs.backend == "c"
-        assert (ours.duration, ours.apex, ours.aed) == (theirs.duration, theirs.apex, theirs.aed)
-        assert len(ours.phase_rows()) == len(theirs.phases)
+        theirs = hopform.solve_stance(hopper_c, v2=v2, u=u, dtype=dtype, backend="c")
+        assert (ours.duration, ours.aed) == (theirs.duration, theirs.aed)
+        assert [row[0] for row in ours.phase_rows()] == [phase.start for phase in theirs.phases]
 
 
 # ---- one precision ----
 
 
 @pytest.mark.parametrize(("option", "kept", "left_out"), [("--float32", "f32", "f64"), ("--float64", "f64", "f32")])
-def test_one_precision_leaves_the_other_out(fresh, tmp_path, hopper_c, option, kept, left_out):
-    done = derive(fresh, "--out", tmp_path, option)
-    assert done.returncode == 0, done.stderr
-    everything = contents(fresh / "generated")
-    made = contents(tmp_path)
+def test_one_precision_leaves_the_other_out(run, fresh, tmp_path, option, kept, left_out):
+    out = tmp_path / "out"
+    assert run("--out", out, option) == (0, "", "")
+    everything, made = contents(fresh / "generated"), contents(out)
     assert made.keys() == {path for path in everything if left_out not in path}
     assert not [path for path, data in made.items() if path.startswith("c/") and f"_{left_out}\n".encode() in data]
     library = tmp_path / "libone.so"
-    compile_sources(tmp_path / "c", library)
+    compile_sources(out / "c", library)
     handle = ctypes.CDLL(str(library))
     assert hasattr(handle, f"hopform_solve_stance_{kept}")
     assert not hasattr(handle, f"hopform_solve_stance_{left_out}")
@@ -270,18 +308,18 @@ def test_one_precision_leaves_the_other_out(fresh, tmp_path, hopper_c, option, k
         (("--out", "derive/model.py"), "derive/model.py"),
     ],
 )
-def test_what_cannot_be_is_refused_in_one_line_and_nothing_is_written(tree, options, why):
+def test_what_cannot_be_is_refused_in_one_line_and_nothing_is_written(run, tree, options, why):
     before = contents(tree)
-    done = derive(tree, *options)
-    assert done.returncode == 2
-    (line,) = done.stderr.splitlines()
+    ran = run(*options)
+    assert ran.code == 2
+    (line,) = ran.err.splitlines()
     assert line.startswith("derive: ")
     assert why in line
     assert contents(tree) == before
 
 
-def test_two_precisions_exclude_each_other(fresh, tmp_path):
-    done = derive(fresh, "--out", tmp_path / "out", "--float32", "--float64")
-    assert done.returncode == 2
-    assert "not allowed with" in done.stderr
-    assert not (tmp_path / "out").exists()
+def test_two_precisions_exclude_each_other(run, tree):
+    with pytest.raises(SystemExit) as refused:
+        run("--out", "out", "--float32", "--float64")
+    assert refused.value.code == 2
+    assert not (tree / "out").exists()

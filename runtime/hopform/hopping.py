@@ -11,9 +11,10 @@ from typing import SupportsFloat
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from hopform.checks import finite
 from hopform.errors import HopformError
 from hopform.robots import Robot
-from hopform.stance import Stance, State, _finite, solve_stance
+from hopform.stance import Stance, State, solve_stance
 
 Array = NDArray[np.floating]
 
@@ -133,7 +134,7 @@ def hop(
         raise HopformError(f"hops must be a whole number >= 1, got {hops!r}")
     if not robot.g > 0.0:
         raise HopformError(f"hopping needs g > 0 m/s^2, got {robot.g!r}")
-    drop, home = _finite("height", height, "m"), _home(robot)
+    drop, home = finite("height", height, "m"), _home(robot)
     if not drop > home:
         raise HopformError(f"height must be > {home!r} m, the foot must be above the ground, got {drop!r}")
     found: list[Hop] = []

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from hopform.arrays import Solved as ArraySolved
 from hopform.backends import MODULES, Backend, choose
+from hopform.checks import finite, positive
 from hopform.errors import HopformError
 from hopform.native import Solved as NativeSolved
 from hopform.robots import Robot
@@ -191,7 +192,7 @@ def solve_stance(
     precision = _precision(dtype)
     start = _start(robot, x1, v1, x2, v2)
     steps = _steps(u)
-    longest = _positive("horizon", horizon, "s")
+    longest = positive("horizon", horizon, "s")
     if isinstance(max_phases, bool) or not isinstance(max_phases, int) or not 1 <= max_phases < 2**31:
         raise HopformError(f"max_phases must be a whole number >= 1, got {max_phases!r}")
     chosen = choose(backend)
@@ -206,7 +207,7 @@ def touchdown_velocity(robot: Robot, height: SupportsFloat) -> float:
     >>> round(touchdown_velocity(load_robot("hopper_c"), 0.2), 4)
     -1.9308
     """
-    drop = _finite("height", height, "m")
+    drop = finite("height", height, "m")
     if drop < 0.0:
         raise HopformError(f"height must be >= 0 m, got {drop!r}")
     return float(formulas.touchdown_velocity(robot.parameters, drop))
@@ -253,7 +254,7 @@ def _with_height(robot: Robot, state: solver_records.State) -> State:
 
 def _warnings(robot: Robot, steps: tuple[tuple[float, float], ...], status: str) -> tuple[str, ...]:
     largest = max((u for _, u in steps), key=abs)
-    found = []
+    found: list[str] = []
     if abs(largest) > robot.u_max:
         found.append(f"u = {largest!r} A is above u_max = {robot.u_max!r} A")
     if status == "takeoff" and robot.g == 0.0:
@@ -263,12 +264,12 @@ def _warnings(robot: Robot, steps: tuple[tuple[float, float], ...], status: str)
 
 def _start(robot: Robot, x1: object, v1: object, x2: object, v2: object) -> solver_records.State:
     """The state at touchdown with the compression as a coordinate of its own; 0 where x2 is left out."""
-    x_1, v_1, v_2 = _finite("x1", x1, "m"), _finite("v1", v1, "m/s"), _finite("v2", v2, "m/s")
+    x_1, v_1, v_2 = finite("x1", x1, "m"), finite("v1", v1, "m/s"), finite("v2", v2, "m/s")
     if not robot.x1_min <= x_1 <= robot.x1_max:
         raise HopformError(f"x1 must be within its stroke {robot.x1_min!r} .. {robot.x1_max!r} m, got {x_1!r}")
     if x2 is None:
         return solver_records.State(x_1, v_1, v_2, 0.0)
-    y = x_1 - _finite("x2", x2, "m") + robot.L0 + robot.c
+    y = x_1 - finite("x2", x2, "m") + robot.L0 + robot.c
     if abs(y) <= _TOUCHING_ULP * math.ulp(robot.L0):
         y = 0.0
     if y < 0.0:
@@ -279,15 +280,15 @@ def _start(robot: Robot, x1: object, v1: object, x2: object, v2: object) -> solv
 
 def _steps(u: Current) -> tuple[tuple[float, float], ...]:
     if isinstance(u, (SupportsFloat, str)):
-        return ((0.0, _finite("u", u, "A")),)
+        return ((0.0, finite("u", u, "A")),)
     pairs = list(u)
     if not pairs:
         raise HopformError("u must be a current in A or at least one step (t, u), got no step")
-    steps = []
+    steps: list[tuple[float, float]] = []
     for number, pair in enumerate(pairs):
         if isinstance(pair, str) or not isinstance(pair, Sequence) or len(pair) != 2:
             raise HopformError(f"u[{number}] must be a pair (t, u), got {pair!r}")
-        steps.append((_finite(f"u[{number}] time", pair[0], "s"), _finite(f"u[{number}] current", pair[1], "A")))
+        steps.append((finite(f"u[{number}] time", pair[0], "s"), finite(f"u[{number}] current", pair[1], "A")))
     if steps[0][0] != 0.0:
         raise HopformError(f"u must start at t = 0 s, got {steps[0][0]!r}")
     for (before, _), (after, _) in zip(steps, steps[1:], strict=False):
@@ -296,25 +297,6 @@ def _steps(u: Current) -> tuple[tuple[float, float], ...]:
     if len(steps) > 65535:
         raise HopformError(f"u may have up to 65535 steps, got {len(steps)}")
     return tuple(steps)
-
-
-def _finite(name: str, value: object, unit: str) -> float:
-    if isinstance(value, (bool, str)) or not isinstance(value, SupportsFloat):
-        raise HopformError(f"{name} must be a number in {unit}, got {value!r}")
-    try:
-        number = float(value)
-    except (TypeError, ValueError):
-        raise HopformError(f"{name} must be a number in {unit}, got {value!r}") from None
-    if not math.isfinite(number):
-        raise HopformError(f"{name} must be finite {unit}, got {number!r}")
-    return number
-
-
-def _positive(name: str, value: object, unit: str) -> float:
-    number = _finite(name, value, unit)
-    if not number > 0.0:
-        raise HopformError(f"{name} must be > 0 {unit}, got {number!r}")
-    return number
 
 
 def _precision(dtype: Any) -> np.dtype[Any]:

@@ -6,5 +6,5 @@
 
 const char *hopform_source(void)
 {
-    return "15a57559526be569";
+    return "236b83e42cecb083";
 }

@@ -79,7 +79,7 @@ def pair_at(poles: Poles, t: Array) -> Pair:
     half = np.sqrt(np.abs(discriminant))
     swings = discriminant < 0.0
     fast = mean + half
-    short = np.where(swings, poles.q * t * t < 1.0, fast * t < 2.0)
+    short = (swings & (poles.q * t * t < 1.0)) | (~swings & (fast * t < 2.0))
     apart = ~swings & ~short & (half * t > 0.5)
     if short.any():
         put(pair, short, short_pair(take(poles, short), t[short]))

@@ -26,3 +26,9 @@ def put(record: tuple[Any, ...], lanes: Lanes, values: Iterable[object]) -> None
 def blank(kind: type[Record], like: Array) -> Record:
     """A record of zeros with the length and precision of an array."""
     return kind(*(np.zeros_like(like) for _ in kind._fields))  # type: ignore[attr-defined]
+
+
+def choose(where: Any, first: Any, second: Any) -> Array:
+    """`first` where a condition holds, `second` elsewhere; for values at hand, not for branches to compute."""
+    chosen: Array = np.where(where, first, second)
+    return chosen

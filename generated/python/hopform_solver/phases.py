@@ -7,7 +7,7 @@ import numpy as np
 
 from hopform_solver import formulas
 from hopform_solver.kernels import basis_at, factor_cubic
-from hopform_solver.lanes import Array, Lanes, blank, put, take
+from hopform_solver.lanes import Array, Lanes, blank, choose, put, take
 from hopform_solver.records import Basis, Drive, Motion, Poles, Rates, Robot, State
 
 
@@ -51,7 +51,7 @@ def poles_of(plan: Plan, side: Side) -> Poles:
     holds_1, holds_2 = side.first == 0.0, side.second == 0.0
     return Poles(
         *(
-            np.where(holds_1, body, np.where(holds_2, actuator, both))
+            choose(holds_1, body, choose(holds_2, actuator, both))
             for both, actuator, body in zip(plan.both, plan.actuator, plan.body, strict=True)
         )
     )

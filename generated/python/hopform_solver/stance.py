@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from hopform_solver import formulas
 from hopform_solver.events import NEVER, Watch, first_root
 from hopform_solver.kernels import basis_at
-from hopform_solver.lanes import Array, take
+from hopform_solver.lanes import Array, choose, take
 from hopform_solver.phases import Plan, Side, arrive, motion_of, plan_lanes, plan_of, poles_of, state_in_phase
 from hopform_solver.records import ENDINGS, EVENTS, At, Motion, Numerator, Poles, Robot, State
 
@@ -118,7 +118,7 @@ def _drift_of_free(chain: _Chain, mass: int, lanes: NDArray[np.bool_]) -> Array:
     side = Side(np.zeros_like(first), second) if mass == 1 else Side(first, np.zeros_like(second))
     formula = (formulas.free_numerator_1, formulas.free_numerator_2)[mass - 1]
     free = formula(plan.rates, motion_of(plan, state, u, side))
-    later = np.where(free.H2 != 0.0, free.H2, free.H1 - poles_of(plan, side).s_1 * free.H2)
+    later = choose(free.H2 != 0.0, free.H2, free.H1 - poles_of(plan, side).s_1 * free.H2)
     return np.asarray(np.where(free.H3 != 0.0, free.H3, later))
 
 
@@ -197,16 +197,16 @@ def _watch_thresholds(chain: _Chain, poles: Poles, motion: Motion, mass: int, en
 def _watch_stop(chain: _Chain, poles: Poles, motion: Motion, end: _End) -> None:
     """Within a phase x_1 is monotone: it has met the stop ahead if it is beyond it at the end."""
     robot, eps = chain.plan.robot, np.finfo(end.t.dtype).eps
-    stop_ahead = np.where(chain.side.first > 0.0, robot.x1_max, robot.x1_min)
+    stop_ahead = choose(chain.side.first > 0.0, robot.x1_max, robot.x1_min)
     lanes = np.flatnonzero((chain.side.first != 0.0) & np.isfinite(stop_ahead))
     low, high, t = np.zeros(lanes.size, end.t.dtype), end.t[lanes], end.t[lanes]
-    met = []
+    met: list[tuple[NDArray[np.intp], Array]] = []
     for n in range(100):
         at = formulas.state_at(
             take(chain.state, lanes), take(motion, lanes), basis_at(take(poles, lanes), t), t
         )
         sign = chain.side.first[lanes]
-        beyond = sign * (at.x1_t - stop_ahead[lanes])
+        beyond: Array = sign * (at.x1_t - stop_ahead[lanes])
         if n == 0:
             over = beyond > 0.0
             lanes, low, high, t, beyond, sign = lanes[over], low[over], high[over], t[over], beyond[over], sign[over]
@@ -292,7 +292,7 @@ def _rest_of_actuator(chain: _Chain, log: _Log, end: _End) -> None:
     if not lanes.size:
         return
     robot, eps = chain.plan.robot, np.finfo(chain.t.dtype).eps
-    stop = np.where(chain.side.first > 0.0, robot.x1_max, robot.x1_min)[lanes]
+    stop = choose(chain.side.first > 0.0, robot.x1_max, robot.x1_min)[lanes]
     close = np.isfinite(stop)
     close[close] = np.abs(chain.state.x1[lanes][close] - stop[close]) <= 4.0 * eps * np.abs(stop[close])
     hits = (end.kind[lanes] == STOP) | close
@@ -347,7 +347,7 @@ def _pass(chain: _Chain, log: _Log, end: _End) -> None:
 def _extends_at_once(chain: _Chain) -> NDArray[np.bool_]:
     """The leg leaves the ground at once: y = 0, and its first non-zero derivative is negative."""
     motion, poles = motion_of(chain.plan, chain.state, chain.u, chain.side), poles_of(chain.plan, chain.side)
-    later = np.where(motion.H2_y != 0.0, motion.H2_y, motion.H1_y - poles.s_1 * motion.H2_y)
+    later = choose(motion.H2_y != 0.0, motion.H2_y, motion.H1_y - poles.s_1 * motion.H2_y)
     return np.asarray((chain.state.y == 0.0) & (np.where(motion.H3_y != 0.0, motion.H3_y, later) < 0.0))
 
 

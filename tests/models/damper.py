@@ -1,0 +1,14 @@
+"""The hopper with a damper between its masses: the cable that is the spring loses something, too.
+
+m_eff a_1 = ... - b_12 (v_1 - v_2),        m_s a_2 = ... + b_12 (v_1 - v_2)
+"""
+
+from derive.ir import Quantity
+from derive.model import Term
+from derive.quantities import v1, v2
+
+damping = Quantity("b12", r"b_{12}", "N s/m", "viscous friction between the masses", "nonnegative", 0.0)
+b12 = damping.symbol
+
+terms = (Term("damper", -b12 * (v1 - v2), b12 * (v1 - v2)),)
+parameters = (damping,)

@@ -1,0 +1,10 @@
+"""Drag of the air on the body, quadratic in its velocity: no phase is linear, so there is no transform."""
+
+from derive.ir import Quantity
+from derive.model import Term
+from derive.quantities import v2
+
+drag = Quantity("d2", r"d_2", "kg/m", "drag of the body", "nonnegative", 0.0)
+
+terms = (Term("drag", 0, -drag.symbol * v2**2),)
+parameters = (drag,)

@@ -1,0 +1,129 @@
+"""The compiled library and what stands in for it: one that is missing, broken or stale is refused by name, and NumPy solves."""
+
+import shutil
+import warnings
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+import hopform
+import hopform_solver
+from hopform import native
+from hopform.backends import _default
+from tools.build_library import LibraryNotBuilt, compile_sources
+
+ROOT = Path(__file__).resolve().parent.parent
+
+
+def has_compiler(folder: Path) -> bool:
+    (folder / "src").mkdir(parents=True)
+    (folder / "src" / "nothing.c").write_text("int nothing;\n")
+    try:
+        compile_sources(folder, folder / "nothing.so")
+    except LibraryNotBuilt:
+        return False
+    return True
+
+
+def forget() -> None:
+    """Back ends are chosen once a process."""
+    native.library.cache_clear()
+    _default.cache_clear()
+
+
+@pytest.fixture
+def library(tmp_path, monkeypatch) -> Iterator[Path]:
+    """Where the library is looked for in a test: a file that is not there yet."""
+    path = tmp_path / native.LIBRARY.name
+    monkeypatch.setattr(native, "LIBRARY", path)
+    forget()
+    yield path
+    forget()
+
+
+def stale(library: Path) -> str:
+    sources = library.with_name("c")
+    shutil.copytree(ROOT / "generated" / "c", sources)
+    version = sources / "src" / "version.c"
+    other = hopform_solver.SOURCE[::-1]
+    assert hopform_solver.SOURCE in version.read_text("utf-8")
+    version.write_text(version.read_text("utf-8").replace(hopform_solver.SOURCE, other), "utf-8")
+    compile_sources(sources, library)
+    return f"is stale: it was built from {other}, hopform_solver from {hopform_solver.SOURCE}"
+
+
+def missing(library: Path) -> str:
+    return f"there is no compiled library {library.name}"
+
+
+def broken(library: Path) -> str:
+    library.write_bytes(b"half a library")
+    return f"the compiled library {library.name} cannot be loaded"
+
+
+def foreign(library: Path) -> str:
+    sources = library.with_name("c")
+    (sources / "src").mkdir(parents=True)
+    (sources / "src" / "other.c").write_text("int other;\n")
+    compile_sources(sources, library)
+    return library.name
+
+
+UNUSABLE = pytest.mark.parametrize("prepare", [stale, missing, broken, foreign])
+
+
+def test_the_library_of_this_checkout_is_the_one_of_its_sources(tmp_path):
+    """Else every other test would judge NumPy alone: a stale library is refused, and that is no failure of its own."""
+    if has_compiler(tmp_path / "c"):
+        assert hopform.library_message() is None
+        assert hopform.backends() == ("c", "numpy")
+
+
+@UNUSABLE
+def test_the_default_falls_back_to_numpy_and_says_so_once(library, hopper_c, prepare):
+    why = prepare(library)
+    with pytest.warns(RuntimeWarning, match="hopform uses its NumPy back end: ") as caught:
+        first = hopform.solve_stance(hopper_c, v2=-1.93, u=2.0)
+    (warning,) = caught
+    assert why in str(warning.message)
+    assert warning.filename == __file__, "it points at the caller"
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        second = hopform.solve_stance(hopper_c, v2=-1.93, u=2.0)
+    assert first.backend == second.backend == "numpy"
+    assert first.duration == second.duration
+
+
+@UNUSABLE
+def test_asking_for_c_is_refused_with_the_reason(library, hopper_c, prepare):
+    why = prepare(library)
+    with pytest.raises(hopform.BackendError) as refused:
+        hopform.solve_stance(hopper_c, v2=-1.93, backend="c")
+    assert why in str(refused.value)
+    assert hopform.library_message() == str(refused.value)
+    assert len(str(refused.value).splitlines()) == 1
+    assert hopform.backends() == ("numpy",)
+
+
+@UNUSABLE
+def test_asking_for_numpy_works_in_silence(library, hopper_c, prepare):
+    prepare(library)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        stance = hopform.solve_stance(hopper_c, v2=-1.93, u=2.0, backend="numpy")
+    assert (stance.backend, stance.status) == ("numpy", "takeoff")
+
+
+def test_a_current_library_elsewhere_is_used_in_silence(library, hopper_c):
+    compile_sources(ROOT / "generated" / "c", library)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        stance = hopform.solve_stance(hopper_c, v2=-1.93, u=2.0)
+    assert stance.backend == "c"
+    assert hopform.library_message() is None
+
+
+def test_a_back_end_of_no_such_name_is_refused(hopper_c):
+    with pytest.raises(ValueError, match="backend must be 'c' or 'numpy', got 'fortran'"):
+        hopform.solve_stance(hopper_c, v2=-1.93, backend="fortran")
