@@ -10,7 +10,7 @@ import sympy as sp
 
 from derive import laplace
 from derive.ir import Step
-from derive.model import Model
+from derive.model import Model, threshold_current
 from derive.quantities import f1, g, gamma2, height, impact_loss, k, m_eff, m_s, u, v1, v2, x1, y
 
 apex, E_td, E_dist, J, aed, v_up, v_after, u_threshold = sp.symbols(
@@ -33,10 +33,10 @@ def apex_from_energy() -> tuple[Step, ...]:
     """Hop height of the apex from the energies at touchdown and the AED, (25)-(27) with what they leave out."""
     return (
         Step(E_td, m_s * v2**2 / 2, "(25), after the impact"),
-        Step(E_dist, m_s * g * step, "(26) without the 1/2, signed"),
+        Step(E_dist, -m_s * g * step, "(26) without the 1/2, signed"),
         Step(
             apex,
-            (E_td + k * x1**2 / 2 + aed - k * x1_T**2 / 2) / (m_s * g) + x1 - E_dist / (m_s * g),
+            (E_td + E_dist + k * x1**2 / 2 + aed - k * x1_T**2 / 2) / (m_s * g) + x1,
             "(27) with the spring coordinate",
         ),
     )
@@ -53,7 +53,7 @@ def printed_objective() -> tuple[Step, ...]:
 
 def threshold() -> tuple[Step, ...]:
     """Current at which the unloaded actuator starts to move: (5) as a magnitude."""
-    return (Step(u_threshold, m_eff * f1 / sp.Abs(gamma2), "(5) as a magnitude"),)
+    return (Step(u_threshold, threshold_current(), "(5) as a magnitude"),)
 
 
 def variations(model: Model) -> dict[sp.Symbol, tuple[sp.Expr, sp.Expr]]:

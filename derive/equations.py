@@ -397,15 +397,15 @@ REGISTER: tuple[Equation, ...] = (
         18,
         "Height of the body over time",
         r"x_2(t) = A + Bt + Ce^{-at} + De^{-bt} + Ee^{-ct}",
-        r"x_2(t) = x_2(0) + \dot{x}_2(0) t + \ddot{x}_2(0) W + H_2' \int W + H_1 \iint W, \quad W = \mathcal{L}^{-1} "
-        r"\frac{1}{(s+a)(s+b)(s+c)}",
+        r"x_2(t) = x_2(0) + \dot{x}_2(0) t + \ddot{x}_2(0) W + \tilde{H}_2 \int W + \tilde{H}_1 \iint W, \quad "
+        r"W = \mathcal{L}^{-1} \frac{1}{(s+a)(s+b)(s+c)}",
         "incomplete",
         "Needs distinct poles and b_1 + b_2 > 0. Without viscous friction a third pole lies at 0 and a term in t^2 "
         "is missing; near it A and B grow without bound and cancel: at b_1 = b_2 = 1e-6 N s/m the sum in double "
         "precision is more than 1 cm off although every coefficient is right to the last bit. Mostly two poles are "
         "complex, and so are two coefficients. B = (k c - gamma_2 u - m_s g - m_eff f_1 sign(x_1') - m_s f_2 "
-        "sign(x_2'))/(b_1 + b_2) is a terminal velocity: the hopper has no resting height. E is an energy in "
-        "(25)-(27). H_2' is H_2 counted from x_2(0), x_2'(0).",
+        "sign(x_2'))/(b_1 + b_2) is a terminal velocity: while both masses slip there is no resting height. E is an "
+        "energy in (25)-(27). The tilde counts H_2, H_1 from x_2(0), x_2'(0).",
         ("residue: chi", "split: W, W1, W2", "state_at: x1_t, y_t"),
         _printed_18,
     ),
@@ -413,7 +413,7 @@ REGISTER: tuple[Equation, ...] = (
         19,
         "Velocity of the body over time",
         r"\dot{x}_2(t) = B - aCe^{-at} - bDe^{-bt} - cEe^{-ct}",
-        r"\dot{x}_2(t) = \dot{x}_2(0) + \ddot{x}_2(0) \dot{W} + H_2' W + H_1 \int W",
+        r"\dot{x}_2(t) = \dot{x}_2(0) + \ddot{x}_2(0) \dot{W} + \tilde{H}_2 W + \tilde{H}_1 \int W",
         "agrees",
         "The time derivative of (18), with the limits of (18).",
         ("split: Wd, W, W1", "state_at: v2_t"),

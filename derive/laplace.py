@@ -97,8 +97,9 @@ def drive() -> tuple[Step, ...]:
     )
 
 
-# Where a numerator stands in the paper: (13)-(15) for the body, the same of X_1 for (16), (17).
+# Where a numerator stands in the paper: (13)-(15) for the body, the same of X_1 for (16), (17); one mass alone is (6) or (7).
 SOURCE = {0: "(11) of y = x_1 - x_2 + L_0 + c", 1: "(16), (17) over the cubic", 2: "({}) from x_2(0), v_2(0)"}
+ALONE = {0: "{} of y, the other mass held", 1: "{} with x_2 held", 2: "{} with x_1 held"}
 NAMES = {0: (H3_y, H2_y, H1_y), 1: (H3_1, H2_1, H1_1), 2: (H3_2, H2_2, H1_2)}
 
 
@@ -122,12 +123,18 @@ def numerators(moving: tuple[int, ...]) -> tuple[Step, ...]:
     else:
         columns = [list(rate), list(lowest), [sp.S.Zero] * len(rows)]
     steps = [
-        Step(NAMES[row][column], sp.expand(values[index]), SOURCE[row].format(13 + column))
+        Step(NAMES[row][column], sp.expand(values[index]), _source(moving, row, column))
         for column, values in enumerate(columns)
         for index, row in enumerate(rows)
     ]
     held = [name for row in (1, 2) if row not in rows for name in NAMES[row]]
     return (*steps, *(Step(name, sp.S.Zero, "held") for name in held))
+
+
+def _source(moving: tuple[int, ...], row: int, column: int) -> str:
+    return (
+        SOURCE[row].format(13 + column) if len(moving) == 2 else ALONE[row].format("(6)" if moving == (1,) else "(7)")
+    )
 
 
 def paper_frame(model: Model) -> dict[str, sp.Expr]:

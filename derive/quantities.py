@@ -111,9 +111,9 @@ NUMERATOR = Record(
     "Numerator",
     "One numerator H_3 s^2 + H_2 s + H_1: how one function of time leaves its initial value.",
     (
-        Quantity("H3", r"H_3", "1", "terms in s^2: the initial rate"),
-        Quantity("H2", r"H_2", "1/s", "terms in s"),
-        Quantity("H1", r"H_1", "1/s^2", "constant terms"),
+        Quantity("H3", r"H_3", "1/s", "terms in s^2: the initial rate"),
+        Quantity("H2", r"H_2", "1/s^2", "terms in s"),
+        Quantity("H1", r"H_1", "1/s^3", "constant terms"),
     ),
 )
 H3, H2, H1 = NUMERATOR.symbols
@@ -201,8 +201,8 @@ PAIR_NUMERATOR = Record(
     "PairNumerator",
     "What is left of a numerator behind the factor s + a: A s + B over s^2 + p s + q.",
     (
-        Quantity("A", r"A", "1/s", "terms in s"),
-        Quantity("B", r"B", "1/s^2", "constant terms"),
+        Quantity("A", r"A", "1/s^2", "terms in s"),
+        Quantity("B", r"B", "1/s^3", "constant terms"),
     ),
 )
 A, B = PAIR_NUMERATOR.symbols

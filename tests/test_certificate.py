@@ -14,7 +14,6 @@ import mpmath
 import numpy as np
 import pytest
 import sympy as sp
-from numpy.typing import ArrayLike
 
 from derive import quantities as Q
 from derive import time_domain
@@ -223,7 +222,7 @@ def by_matrix_exponential(a: float, p: float, q: float, t: float) -> Reference:
         return Reference(*(column[row] for row in (4, 3, 2, 1, 0)))
 
 
-def spread(rng: np.random.Generator, low: ArrayLike, high: float, size: int | tuple[int, ...]) -> np.ndarray:
+def spread(rng: np.random.Generator, low: float | np.ndarray, high: float, size: int | tuple[int, ...]) -> np.ndarray:
     """Numbers from 10^low to 10^high, spread evenly over their decades."""
     return 10.0 ** rng.uniform(low, high, size)
 

@@ -1,0 +1,317 @@
+"""Break the house on purpose, one place at a time, and see a test fail each time: `python tools/mutants.py [WORD ...]`.
+
+Each mutant is applied to a copy of the project, which is derived and compiled anew unless the mutant is about staleness,
+and judged by the fast part of the tests, which import the copy. A mutant that no test notices survives: then, or if the
+copy is red before anything is broken, the exit code is 1. A word picks the mutants that have it in their names.
+"""
+
+import os
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parent.parent
+LEFT_OUT = (".*", "__pycache__", "out", "dist", "build", "docs")
+TIME_LIMIT = 240.0
+
+# The fast part of the tests, nearest first: 40 random robots, wheels, plots and command lines are left out.
+ALGEBRA = ("tests/test_derivation.py", "tests/test_certificate.py")
+MOTION = ("tests/test_stance.py", "tests/test_properties.py")
+HOUSE = ("tests/test_library.py", "tests/test_house.py")
+NEAREST = {
+    "derive": ALGEBRA + MOTION + HOUSE,
+    "templates": MOTION + HOUSE + ALGEBRA,
+    "generated": HOUSE + MOTION + ALGEBRA,
+}
+LEFT_OUT_TESTS = "not random_robots"
+
+DERIVED = ("-m", "derive")
+COMPILED = ("tools/build_library.py",)
+
+
+@dataclass(frozen=True)
+class Mutant:
+    """One place, broken: `old`, which stands there exactly once, becomes `new`; a file that is not there yet has no old."""
+
+    name: str
+    path: str
+    old: str
+    new: str
+    after: tuple[tuple[str, ...], ...] = (DERIVED, COMPILED)
+
+    def apply(self, tree: Path) -> None:
+        target = tree / self.path
+        text = target.read_text("utf-8") if target.is_file() else ""
+        found = text.count(self.old) if self.old else int(not target.is_file())
+        if found != 1:
+            raise Stillborn(f"{self.name}: what it replaces stands {found} times in {self.path}")
+        target.write_text(text.replace(self.old, self.new) if self.old else self.new, "utf-8")
+
+
+class Stillborn(Exception):
+    """A mutant that is none: its place is not there, or nothing can be derived or compiled from it."""
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """By which test a mutant was killed, None if it survived, and what pytest printed."""
+
+    mutant: Mutant | None
+    killer: str | None
+    seconds: float
+    output: str
+
+
+MUTANTS = (
+    # ---- what the paper prints and what follows ----
+    Mutant(
+        "(14) with the printed sign of b_1 gamma/m_eff",
+        "derive/laplace.py",
+        "columns = [list(rate), middle, list(lowest)]",
+        "columns = [list(rate), [*middle[:2], middle[2] + 2 * a1_v1 * C_2], list(lowest)]",
+    ),
+    Mutant(
+        "(8) with f_2/m_s, in the drive",
+        "derive/laplace.py",
+        "Step(C_2, a2_0 - f2 * side_2,",
+        'Step(C_2, a2_0 - f2 * side_2 / sp.Symbol("m_s", real=True),',
+    ),
+    Mutant("(8) with f_2/m_s, in the model", "derive/model.py", "- m_s * f2 * side_2\n", "- f2 * side_2\n"),
+    Mutant("(24) with the printed plus", "derive/energy.py", "viscous_2: -b2 * v2**2,", "viscous_2: b2 * v2**2,"),
+    Mutant("the ledger with a swapped sign", "derive/energy.py", "motor_work: -gamma2 * u", "motor_work: gamma2 * u"),
+    Mutant(
+        "(18) with another sign in chi",
+        "derive/partial_fractions.py",
+        "Step(chi, q - a * (p - a),",
+        "Step(chi, q + a * (p - a),",
+    ),
+    Mutant("a drop without its impact", "derive/control.py", "(1 - impact_loss)", "(1 - 0 * impact_loss)"),
+    Mutant("f_2 in N", "derive/quantities.py", 'Quantity("f2", r"f_2", "m/s^2"', 'Quantity("f2", r"f_2", "N"'),
+    # ---- what is stale ----
+    Mutant(
+        "a hand edit that changes no number",
+        "generated/python/hopform_solver/formulas.py",
+        "C_2 = a2_0 - f2*side_2 ",
+        "C_2 = a2_0 - side_2*f2 ",
+        after=(),
+    ),
+    Mutant("a stray file", "generated/python/hopform_solver/extra.py", "", '"""No template makes this."""\n', after=()),
+    Mutant(
+        "a stale library",
+        "templates/c/src/stance_real.c.j2",
+        "/* The chain while it grows. */",
+        "/* The chain as it grows. */",
+        after=(DERIVED,),
+    ),
+    Mutant("a stale derivation", "derive/laplace.py", "a2_0 - f2 * side_2", "a2_0 + f2 * side_2", after=()),
+    # ---- what a mass does next ----
+    Mutant(
+        "C: a reversal taken for a stick",
+        "templates/c/src/stance_real.c.j2",
+        "    settle(chain, mass == 1, mass == 2);\n    const int side =",
+        "    settle(chain, mass == 1, mass == 2);\n"
+        "    if (mass == 1 && chain->side_1 == -side_before) {\n        chain->side_1 = 0;\n    }\n"
+        "    if (mass == 2 && chain->side_2 == -side_before) {\n        chain->side_2 = 0;\n    }\n"
+        "    const int side =",
+    ),
+    Mutant(
+        "NumPy: a reversal taken for a stick",
+        "templates/python/hopform_solver/stance.py.j2",
+        "    after = chain.side[mass - 1][lanes]\n",
+        "    chain.side[mass - 1][lanes] *= chain.side[mass - 1][lanes] == before\n    after = chain.side[mass - 1][lanes]\n",
+    ),
+    Mutant(
+        "C: a held mass heeds no friction",
+        "templates/c/src/stance_real.c.j2",
+        "const real friction = mass == 1 ? robot->f1 : robot->f2;\n    for",
+        "const real friction = 0.0 * robot->f1;\n    for",
+    ),
+    Mutant(
+        "NumPy: a held mass heeds no friction",
+        "templates/python/hopform_solver/stance.py.j2",
+        "start = friction[lanes] - side * free[lanes]",
+        "start = 0.0 * friction[lanes] - side * free[lanes]",
+    ),
+    Mutant(
+        "C: a stop takes no energy",
+        "templates/c/src/energy_real.c.j2",
+        "loss += loss_before(plan, steps, phases, n + 1);",
+        "loss += 0.0 * loss_before(plan, steps, phases, n + 1);",
+    ),
+    Mutant(
+        "NumPy: a stop at the start takes no energy",
+        "templates/python/hopform_solver/stance.py.j2",
+        "np.where(struck, -0.5 * robot.m_eff * v1 * v1, 0.0)",
+        "np.where(struck, -0.0 * robot.m_eff * v1 * v1, 0.0)",
+    ),
+    # ---- the first event ----
+    Mutant(
+        "C: an event before the take-off at the same time",
+        "templates/c/src/stance_real.c.j2",
+        "const real tie = end.t * (1.0 + 8.0 * EPSILON);",
+        "const real tie = end.t * (1.0 - 8.0 * EPSILON);",
+    ),
+    Mutant(
+        "NumPy: an event before the take-off at the same time",
+        "templates/python/hopform_solver/stance.py.j2",
+        "tie = end.t[lanes] * (1.0 + end.tie)",
+        "tie = end.t[lanes] * (1.0 - end.tie)",
+    ),
+    Mutant(
+        "C: a touch taken for a crossing",
+        "templates/c/src/events_real.h.j2",
+        "if (bottom.value < -bottom.noise) {",
+        "if (bottom.value < bottom.noise) {",
+    ),
+    Mutant(
+        "C: rounding taken for a crossing",
+        "templates/c/src/events_real.h.j2",
+        "if (here.value < 0.0 && (here.value < -here.noise || steep)) {",
+        "(void)steep;\n        if (here.value < 0.0) {",
+    ),
+    Mutant(
+        "NumPy: a dip between two samples is not seen",
+        "templates/python/hopform_solver/events.py.j2",
+        "crosses[dips] = bottom.value < -bottom.noise",
+        "crosses[dips] = bottom.value < -1.0e9 * bottom.noise",
+    ),
+    Mutant(
+        "C: everything is quiet",
+        "templates/c/src/events_real.h.j2",
+        "return least > 1.001 * amplitude * exp(-mean * from);",
+        "return least > -1.001 * amplitude * exp(-mean * from);",
+    ),
+    Mutant(
+        "C: a mass that has just slipped may return at once",
+        "templates/c/src/stance_real.c.j2",
+        "chain->fresh_1 = end->kind == END_THRESHOLD_1;",
+        "chain->fresh_1 = false;",
+    ),
+    # ---- the kernels ----
+    Mutant(
+        "C: the split formula at every time",
+        "templates/c/src/kernels_real.h.j2",
+        "if (chi * t * t >= 1.0) {",
+        "if (chi * t * t >= 1.0e-9) {",
+    ),
+    Mutant(
+        "NumPy: factors of the cubic that are not polished",
+        "templates/python/hopform_solver/kernels.py.j2",
+        "for _ in range(3):",
+        "for _ in range(0):",
+    ),
+)
+
+
+def main() -> int:
+    chosen = [mutant for mutant in MUTANTS if not sys.argv[1:] or any(word in mutant.name for word in sys.argv[1:])]
+    began = time.monotonic()
+    with tempfile.TemporaryDirectory(prefix="hopform-mutants-") as folder:
+        whole = Path(folder, "unbroken")
+        shutil.copytree(ROOT, whole, ignore=shutil.ignore_patterns(*LEFT_OUT))
+        for command in (DERIVED, COMPILED):
+            run(whole, *command)
+        assert_imports_the_copy(whole)
+        survivors = report(judge_all([None, *chosen], whole), len(chosen))
+    print(f"{len(chosen)} mutants, {survivors or 'none'} survived, {time.monotonic() - began:.0f} s")
+    return 1 if survivors else 0
+
+
+def judge_all(mutants: list[Mutant | None], whole: Path) -> Iterator[Outcome]:
+    """The outcomes in order, two at a time or as many as there are processors for."""
+    with ThreadPoolExecutor(max_workers=min(4, os.cpu_count() or 1)) as pool:
+        yield from pool.map(partial(judge, whole=whole), mutants)
+
+
+def report(outcomes: Iterator[Outcome], mutants: int) -> int:
+    """Print the table as it comes about; the number of survivors, all of them if the copy is red unbroken."""
+    survivors = 0
+    for outcome in outcomes:
+        if outcome.mutant is None and outcome.killer is not None:
+            print(f"{outcome.output}\nhopform: the copy is red before anything is broken: {outcome.killer}", flush=True)
+            return mutants
+        survived = outcome.mutant is not None and outcome.killer is None
+        survivors += survived
+        name = outcome.mutant.name if outcome.mutant else "nothing is broken"
+        verdict = outcome.killer or ("SURVIVED" if survived else "all green")
+        print(f"{name:<54} {outcome.seconds:4.0f} s  {verdict}", flush=True)
+    return survivors
+
+
+def judge(mutant: Mutant | None, whole: Path) -> Outcome:
+    """Break a copy, make what follows from it, and run the tests up to the first that fails."""
+    began = time.monotonic()
+    with tempfile.TemporaryDirectory(prefix="hopform-mutant-") as folder:
+        tree = Path(folder, "hopform")
+        shutil.copytree(whole, tree, ignore=shutil.ignore_patterns("__pycache__"))
+        if mutant:
+            mutant.apply(tree)
+            for command in mutant.after:
+                run(tree, *command)
+        done = tests(tree, NEAREST[mutant.path.split("/")[0] if mutant else "generated"])
+    return Outcome(mutant, killer(done), time.monotonic() - began, done.stdout)
+
+
+def run(tree: Path, *command: str) -> None:
+    done = python(tree, *command)
+    if done.returncode != 0:
+        raise Stillborn(f"python {' '.join(command)} fails:\n{done.stdout}{done.stderr}")
+
+
+def tests(tree: Path, files: tuple[str, ...]) -> subprocess.CompletedProcess[str]:
+    present = [file for file in files if (tree / file).is_file()]
+    options = ["-x", "-q", "--tb=short", "-rfE", "-p", "no:cacheprovider", "-k", LEFT_OUT_TESTS]
+    return python(tree, "-m", "pytest", *options, *present)
+
+
+def killer(done: subprocess.CompletedProcess[str]) -> str | None:
+    """The test that failed, None if none did; tests that cannot be run are no verdict."""
+    if done.returncode == 0:
+        return None
+    if done.returncode == TIMED_OUT:
+        return f"no answer in {TIME_LIMIT:.0f} s"
+    failed = re.findall(r"^(?:FAILED|ERROR) tests/(\S+?)(?: - .*)?$", done.stdout, flags=re.MULTILINE)
+    if done.returncode != 1 or not failed:
+        raise Stillborn(f"pytest ends with {done.returncode}:\n{done.stdout}{done.stderr}")
+    return str(failed[0])
+
+
+TIMED_OUT = -1
+
+
+def python(tree: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
+    """This interpreter in a copy, whose packages come before those that are installed."""
+    paths = [str(tree / "runtime"), str(tree / "generated" / "python"), str(tree)]
+    environment = os.environ | {"PYTHONPATH": os.pathsep.join(paths), "PYTHONDONTWRITEBYTECODE": "1"}
+    command = [sys.executable, *arguments]
+    try:
+        return subprocess.run(
+            command, cwd=tree, env=environment, capture_output=True, text=True, timeout=TIME_LIMIT, check=False
+        )
+    except subprocess.TimeoutExpired:
+        return subprocess.CompletedProcess(command, TIMED_OUT, "", "")
+
+
+def assert_imports_the_copy(tree: Path) -> None:
+    """Else every mutant would survive, or be killed, for nothing."""
+    where = (
+        "import derive, hopform, hopform_solver as s; print(derive.__file__, hopform.__file__, s.__file__, sep='\\n')"
+    )
+    files = python(tree, "-c", where).stdout.splitlines()
+    if len(files) != 3 or not all(Path(file).resolve().is_relative_to(tree.resolve()) for file in files):
+        raise Stillborn(f"the copy in {tree} is not what is imported: {files}")
+
+
+if __name__ == "__main__":
+    try:
+        sys.exit(main())
+    except Stillborn as error:
+        sys.exit(f"hopform: {error}")
