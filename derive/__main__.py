@@ -61,11 +61,12 @@ def _options(chosen: argparse.Namespace) -> Options:
 
 def write(texts: dict[Path, str], folder: Path) -> None:
     """Write what differs, each file aside and then renamed; remove what an earlier run made and this one does not."""
+    strays = _stray(texts, folder)
     for path, text in texts.items():
         target = folder / path
         if not target.is_file() or target.read_text("utf-8") != text:
             _replace(target, text)
-    for stray in _stray(texts, folder):
+    for stray in strays:
         (folder / stray).unlink()
 
 

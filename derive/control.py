@@ -11,7 +11,7 @@ import sympy as sp
 from derive import laplace
 from derive.ir import Step
 from derive.model import Model, threshold_current
-from derive.quantities import f1, g, gamma2, height, impact_loss, k, m_eff, m_s, u, v1, v2, x1, y
+from derive.quantities import g, height, impact_loss, k, m_s, u, v1, v2, x1, y
 
 apex, E_td, E_dist, J, aed, v_up, v_after, u_threshold = sp.symbols(
     "apex E_td E_dist J aed v_up v_after u_threshold", real=True

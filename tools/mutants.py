@@ -57,7 +57,7 @@ class Mutant:
 
 
 class Stillborn(Exception):
-    """A mutant that is none: its place is not there, or nothing can be derived or compiled from it."""
+    """Nothing to judge: the unbroken copy is red, or a mutant's place is not there, or nothing compiles from it."""
 
 
 @dataclass(frozen=True)
@@ -220,7 +220,7 @@ def main() -> int:
         for command in (DERIVED, COMPILED):
             run(whole, *command)
         assert_imports_the_copy(whole)
-        survivors = report(judge_all([None, *chosen], whole), len(chosen))
+        survivors = report(judge_all([None, *chosen], whole))
     print(f"{len(chosen)} mutants, {survivors or 'none'} survived, {time.monotonic() - began:.0f} s")
     return 1 if survivors else 0
 
@@ -231,13 +231,12 @@ def judge_all(mutants: list[Mutant | None], whole: Path) -> Iterator[Outcome]:
         yield from pool.map(partial(judge, whole=whole), mutants)
 
 
-def report(outcomes: Iterator[Outcome], mutants: int) -> int:
-    """Print the table as it comes about; the number of survivors, all of them if the copy is red unbroken."""
+def report(outcomes: Iterator[Outcome]) -> int:
+    """Print the table as it comes about; the number of survivors."""
     survivors = 0
     for outcome in outcomes:
         if outcome.mutant is None and outcome.killer is not None:
-            print(f"{outcome.output}\nhopform: the copy is red before anything is broken: {outcome.killer}", flush=True)
-            return mutants
+            raise Stillborn(f"the copy is red before anything is broken: {outcome.killer}\n{outcome.output}")
         survived = outcome.mutant is not None and outcome.killer is None
         survivors += survived
         name = outcome.mutant.name if outcome.mutant else "nothing is broken"

@@ -88,7 +88,10 @@ class Library:
             raise BackendError(f"the compiled library {path.name} cannot be loaded: {error}") from None
         self._prefix = prefix
         self.records: ModuleType = sys.modules[f"{package.__name__}.records"]
-        source = self._function("source", ctypes.c_char_p)().decode()
+        try:
+            source = self._function("source", ctypes.c_char_p)().decode()
+        except AttributeError:
+            raise BackendError(f"{path.name} is no library of {package.__name__}: it does not say its source") from None
         if source != package.SOURCE:
             raise BackendError(
                 f"the compiled library {path.name} is stale: it was built from {source}, {package.__name__} from "
