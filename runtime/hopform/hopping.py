@@ -128,7 +128,7 @@ def hop(
     >>> from hopform import load_robot
     >>> run = hop(load_robot("hopper_c"), height=0.2, u=3.0, hops=2)
     >>> run.status, [round(h.apex, 4) for h in run.hops]
-    ('completed', [0.2233, 0.238])
+    ('completed', [0.2233, 0.2362])
     """
     if isinstance(hops, bool) or not isinstance(hops, int) or hops < 1:
         raise HopformError(f"hops must be a whole number >= 1, got {hops!r}")

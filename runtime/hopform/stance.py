@@ -115,7 +115,7 @@ class Stance:
         >>> from hopform import load_robot
         >>> stance = solve_stance(load_robot("hopper_c"), v2=-1.93, u=2.0)
         >>> print(round(float(stance.at(0.05).x2), 6))
-        0.318279
+        0.312109
         """
         state = self._solver_state(t)
         x2 = state.x1 - state.y + (self.robot.L0 + self.robot.c)

@@ -6,5 +6,5 @@
 
 const char *hopform_source(void)
 {
-    return "e72b85ed31f0eace";
+    return "f11e2c1df3f18cb9";
 }
