@@ -91,8 +91,10 @@ def seen(robot: hopform.Robot, solved: Any, dtype: Any, ledger: Any, loss: Any, 
 def by_library(robot: hopform.Robot, b12: float, start: dict[str, Any], dtype: Any, library: native.Library) -> Seen:
     steps = start["u"] if isinstance(start["u"], tuple) else ((0.0, start["u"]),)
     state = records.State(start.get("x1", 0.0), start.get("v1", 0.0), start["v2"], 0.0)
-    parameters = (*robot.parameters, b12)
-    solved = native.solve(parameters, state, steps, 2.0, start.get("max_phases", 4096), np.dtype(dtype), library)
+    solved = native.solve(
+        (*robot.parameters, b12), state, steps, start.get("horizon", 2.0), start.get("max_phases", 4096),
+        np.dtype(dtype), library,
+    )  # fmt: skip
     energy, ledger, loss = solved.energy_at(np.array([0.0, solved.duration], dtype))
     return seen(robot, solved, dtype, ledger, loss, energy.total)
 
@@ -104,7 +106,7 @@ def by_package(robot: hopform.Robot, b12: float, start: dict[str, Any], dtype: A
     with np.errstate(all="ignore"):
         solution = package.solve(
             package.Robot(*robot.parameters, b12), state, currents if len(steps) > 1 else currents[0], times,
-            max_phases=start.get("max_phases", 4096), dtype=dtype,
+            start.get("horizon", 2.0), start.get("max_phases", 4096), dtype,
         )  # fmt: skip
         energy = importlib.import_module("damped_solver.energy")
         at = np.array([0.0, float(solution.duration)], dtype)
@@ -135,6 +137,11 @@ def hoppers() -> dict[str, tuple[hopform.Robot, float, dict[str, Any]]]:
     )
     heavy_friction = hopform.Robot(m_eff=3.0, m_s=3.0, k=800.0, L0=0.4, b2=60.0, f1=0.3, f2=6.0, gamma2=-60.0)
     cases["a body that sticks, pushed up"] = heavy_friction, 10.0, {"v2": -0.9, "v1": 0.3, "u": 1.0}
+    cases["a body let go: the force touches zero once a period"] = (
+        hopform.load_robot("ideal"),
+        0.0,
+        {"v2": 0.0, "u": 0.0},
+    )
     some_friction = hopform.Robot(m_eff=3.0, m_s=3.0, k=800.0, L0=0.4, b2=5.0, f1=0.3, f2=3.0, gamma2=-60.0)
     cases["a body that sticks, let down"] = some_friction, 1.0, {"v2": -0.4, "v1": 0.6, "u": 0.0}
     for seed in range(16):
@@ -197,6 +204,20 @@ def test_the_cases_visit_every_mode_and_every_event(library):
     stances = [by_library(robot, b12, start, np.float64, library) for robot, b12, start in hoppers().values()]
     assert {event.kind for stance in stances for event in stance.events} == EVERY_EVENT
     assert {mode for stance in stances for mode in stance.modes} == EVERY_MODE
+
+
+def test_a_take_off_comes_before_what_else_happens_then(package, library, hopper_c):
+    """The horizon, say: a stance that is cut at its own duration takes off, and cut 64 eps earlier it does not."""
+    for u in (0.0, 2.0, 3.0):
+        start = {"v2": -1.93, "u": u}
+        for solve, with_what in ((by_library, library), (by_package, package)):
+            whole = solve(hopper_c, 2.0, start, np.float64, with_what)
+            assert whole.status == "takeoff"
+            endings = {
+                horizon: solve(hopper_c, 2.0, start | {"horizon": horizon}, np.float64, with_what).status
+                for horizon in (whole.duration * (1.0 - 64.0 * 2.0**-52), whole.duration)
+            }
+            assert list(endings.values()) == ["horizon", "takeoff"]
 
 
 def test_without_its_damper_the_damped_hopper_is_the_hopper(library, hopper_c):

@@ -22,16 +22,12 @@ ROOT = Path(__file__).resolve().parent.parent
 LEFT_OUT = (".*", "__pycache__", "out", "dist", "build", "docs")
 TIME_LIMIT = 240.0
 
-# The fast part of the tests, nearest first: 40 random robots, wheels, plots and command lines are left out.
+# The fast part of the tests, in the order in which they judge: random robots, wheels, plots, command lines are left out.
 ALGEBRA = ("tests/test_derivation.py", "tests/test_certificate.py")
-MOTION = ("tests/test_stance.py", "tests/test_properties.py")
-HOUSE = ("tests/test_library.py", "tests/test_house.py")
-NEAREST = {
-    "derive": ALGEBRA + MOTION + HOUSE,
-    "templates": MOTION + HOUSE + ALGEBRA,
-    "generated": HOUSE + MOTION + ALGEBRA,
-}
-LEFT_OUT_TESTS = "not random_robots"
+MOTION = ("tests/test_stance.py", "tests/test_properties.py", "tests/test_model_file.py")
+HOUSE = ("tests/test_house.py", "tests/test_library.py")
+NEAREST = {"derive": ALGEBRA + MOTION + HOUSE, "templates": MOTION + HOUSE + ALGEBRA}
+LEFT_OUT_TESTS = "not random"
 
 DERIVED = ("-m", "derive")
 COMPILED = ("tools/build_library.py",)
@@ -46,6 +42,14 @@ class Mutant:
     old: str
     new: str
     after: tuple[tuple[str, ...], ...] = (DERIVED, COMPILED)
+    first: tuple[str, ...] = ()
+
+    @property
+    def judges(self) -> tuple[str, ...]:
+        """The files of tests, those first that are nearest to what is broken."""
+        stale = HOUSE if self.after != (DERIVED, COMPILED) else ()
+        order = (*self.first, *stale, *NEAREST.get(self.path.split("/")[0], HOUSE + MOTION + ALGEBRA))
+        return tuple(dict.fromkeys(order))
 
     def apply(self, tree: Path) -> None:
         target = tree / self.path
@@ -110,6 +114,7 @@ MUTANTS = (
         "/* The chain while it grows. */",
         "/* The chain as it grows. */",
         after=(DERIVED,),
+        first=("tests/test_library.py",),
     ),
     Mutant("a stale derivation", "derive/laplace.py", "a2_0 - f2 * side_2", "a2_0 + f2 * side_2", after=()),
     # ---- what a mass does next ----
@@ -158,18 +163,21 @@ MUTANTS = (
         "templates/c/src/stance_real.c.j2",
         "const real tie = end.t * (1.0 + 8.0 * EPSILON);",
         "const real tie = end.t * (1.0 - 8.0 * EPSILON);",
+        first=("tests/test_model_file.py",),
     ),
     Mutant(
         "NumPy: an event before the take-off at the same time",
         "templates/python/hopform_solver/stance.py.j2",
         "tie = end.t[lanes] * (1.0 + end.tie)",
         "tie = end.t[lanes] * (1.0 - end.tie)",
+        first=("tests/test_model_file.py",),
     ),
     Mutant(
         "C: a touch taken for a crossing",
         "templates/c/src/events_real.h.j2",
         "if (bottom.value < -bottom.noise) {",
         "if (bottom.value < bottom.noise) {",
+        first=("tests/test_model_file.py",),
     ),
     Mutant(
         "C: rounding taken for a crossing",
@@ -255,7 +263,7 @@ def judge(mutant: Mutant | None, whole: Path) -> Outcome:
             mutant.apply(tree)
             for command in mutant.after:
                 run(tree, *command)
-        done = tests(tree, NEAREST[mutant.path.split("/")[0] if mutant else "generated"])
+        done = tests(tree, mutant.judges if mutant else HOUSE + ALGEBRA + MOTION[:1])
     return Outcome(mutant, killer(done), time.monotonic() - began, done.stdout)
 
 
@@ -277,7 +285,7 @@ def killer(done: subprocess.CompletedProcess[str]) -> str | None:
         return None
     if done.returncode == TIMED_OUT:
         return f"no answer in {TIME_LIMIT:.0f} s"
-    failed = re.findall(r"^(?:FAILED|ERROR) tests/(\S+?)(?: - .*)?$", done.stdout, flags=re.MULTILINE)
+    failed = re.findall(r"^(?:FAILED|ERROR) tests/(.+?)(?: - .*)?$", done.stdout, flags=re.MULTILINE)
     if done.returncode != 1 or not failed:
         raise Stillborn(f"pytest ends with {done.returncode}:\n{done.stdout}{done.stderr}")
     return str(failed[0])
