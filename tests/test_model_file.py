@@ -142,6 +142,8 @@ def hoppers() -> dict[str, tuple[hopform.Robot, float, dict[str, Any]]]:
         0.0,
         {"v2": 0.0, "u": 0.0},
     )
+    stiff = hopform.Robot(m_eff=25.0, m_s=1.0, k=4e6, L0=0.4, b1=600.0, b2=1000.0, f1=0.5, f2=0.01, gamma2=100.0)
+    cases["a leg that rings for long before the actuator reverses"] = stiff, 0.0, {"v2": -0.1, "v1": 1.0, "u": 2.0}
     some_friction = hopform.Robot(m_eff=3.0, m_s=3.0, k=800.0, L0=0.4, b2=5.0, f1=0.3, f2=3.0, gamma2=-60.0)
     cases["a body that sticks, let down"] = some_friction, 1.0, {"v2": -0.4, "v1": 0.6, "u": 0.0}
     for seed in range(16):

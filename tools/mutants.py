@@ -195,7 +195,8 @@ MUTANTS = (
         "C: everything is quiet",
         "templates/c/src/events_real.h.j2",
         "return least > 1.001 * amplitude * exp(-mean * from);",
-        "return least > -1.001 * amplitude * exp(-mean * from);",
+        "return least > 1.001 * amplitude * exp(-mean * from) || least <= NEVER;",
+        first=("tests/test_model_file.py",),
     ),
     Mutant(
         "C: a mass that has just slipped may return at once",
@@ -215,6 +216,7 @@ MUTANTS = (
         "templates/python/hopform_solver/kernels.py.j2",
         "for _ in range(3):",
         "for _ in range(0):",
+        first=("tests/test_certificate.py",),
     ),
 )
 
