@@ -53,6 +53,8 @@ def _options(chosen: argparse.Namespace) -> Options:
         raise ModelError(
             "--model, --prefix, --float32 and --float64 need --out DIR: generated/ holds the hopper of the paper"
         )
+    if own and chosen.out.resolve().is_relative_to(GENERATED.resolve()):
+        raise ModelError(f"--out {chosen.out} lies in generated/, which holds the hopper of the paper alone")
     if not (chosen.prefix.isidentifier() and chosen.prefix.isascii() and chosen.prefix.islower()):
         raise ModelError(f"--prefix must be a lower-case identifier of C, got {chosen.prefix!r}")
     model = read_model(chosen.model) if chosen.model is not None else HOPPER

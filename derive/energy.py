@@ -156,4 +156,7 @@ def _integrate(power: sp.Expr) -> sp.Expr:
     in_phase = sp.expand(power.subs(x1 - x2, y - L0 - c).subs(x2, x1 + L0 + c - y).subs(x1, x1_0 + displacement))
     polynomial = sp.Poly(in_phase, displacement, y, v1, v2)
     integrals = {sp.Poly(product, displacement, y, v1, v2).monoms()[0]: name for name, product in PRODUCTS.items()}
-    return sum((coefficient * integrals[monomial] for monomial, coefficient in polynomial.terms()), sp.S.Zero)
+    return sum(
+        (coefficient * integrals[monomial] for monomial, coefficient in polynomial.terms() if coefficient != 0),
+        sp.S.Zero,
+    )

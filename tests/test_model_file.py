@@ -15,6 +15,7 @@ import numpy as np
 import pytest
 
 import hopform
+import hopform_solver
 from derive.__main__ import main
 from hopform import native
 from hopform_solver import records
@@ -236,6 +237,21 @@ def test_the_new_parameter_is_checked_and_documented_like_the_others(package):
     assert package.ROBOT_FIELDS[-1].meaning == "viscous friction between the masses"
     with pytest.raises(ValueError, match=r"b12 must be >= 0 and finite N s/m, got -1\.0"):
         robot(m_eff=25.0, m_s=3.0, k=1200.0, L0=0.4, b12=-1.0)
+
+
+def test_a_force_on_one_mass_alone_is_what_the_hopper_has_already(tmp_path, monkeypatch, hopper_c):
+    """More viscous friction of the actuator is a larger b1, a pull on the body less weight: within 1e-13 relative."""
+    assert main(["--model", str(MODELS / "bearing.py"), "--out", str(tmp_path), "--prefix", "bearing"]) == 0
+    monkeypatch.syspath_prepend(tmp_path / "python")
+    bearing = importlib.import_module("bearing_solver")
+    u = np.array([0.0, 2.0, 3.0])
+    start = records.State(0.0, 0.0, -1.93, 0.0)
+    ours = bearing.solve(bearing.Robot(*hopper_c.parameters, 50.0, 6.0), bearing.State(*start), u)
+    same = hopper_c.parameters._replace(b1=hopper_c.b1 + 50.0, g=hopper_c.g - 6.0 / hopper_c.m_s)
+    theirs = hopform_solver.solve(same, start, u)
+    np.testing.assert_array_equal(ours.ending, theirs.ending)
+    np.testing.assert_allclose(ours.duration, theirs.duration, rtol=1e-13)
+    np.testing.assert_allclose(ours.end, theirs.end, rtol=1e-12, atol=1e-15)
 
 
 # ---- what is refused ----
