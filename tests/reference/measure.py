@@ -27,8 +27,10 @@ def scales(robot: Mapping[str, Number], reference: Reference, v2: Number) -> dic
     }
 
 
-def outcome(reference: Reference, units: Mapping[str, Real]) -> list[Real]:
-    """Ending time, state and AED in those units."""
+def outcome(reference: Reference, units: Mapping[str, Real], of: str) -> list[Real]:
+    """Ending time and state in those units, or the AED: each is judged by its own condition."""
+    if of == "aed":
+        return [reference.aed / units["energy"]]
     s = reference.final
     return [
         reference.duration / units["time"],
@@ -36,7 +38,6 @@ def outcome(reference: Reference, units: Mapping[str, Real]) -> list[Real]:
         s.v1 / units["velocity"],
         s.x2 / units["position"],
         s.v2 / units["velocity"],
-        reference.aed / units["energy"],
     ]
 
 
@@ -69,17 +70,17 @@ def perturbed(
 
 
 def condition(robot: Mapping[str, Number], **arguments: Any) -> float:
-    """The condition number of the outcome; inf if the events change under the perturbation."""
-    digits = arguments.pop("digits", 50)
+    """The condition number of the outcome, `of` "state" or "aed"; inf if the events change under the perturbation."""
+    digits, of = arguments.pop("digits", 50), arguments.pop("of", "state")
     with mp.workdps(digits + 30):
         base = solve(robot, digits=digits, **arguments)
         units = scales(robot, base, arguments["v2"])
-        answer, worst = outcome(base, units), mp.zero
+        answer, worst = outcome(base, units, of), mp.zero
         for other_robot, other in perturbed(robot, arguments):
             reference = solve(other_robot, digits=digits, **other)
             if kinds(reference) != kinds(base):
                 return float("inf")
-            moved = outcome(reference, units)
+            moved = outcome(reference, units, of)
             worst = max(worst, *(abs(p - q) for p, q in zip(answer, moved, strict=True)))
         return float(worst / mp.mpf(DIFFERENCE))
 
