@@ -7,9 +7,11 @@ C templates are written in a type `real` with plain literals and names that end 
 into one precision: float literals get their f, `sqrt` becomes `sqrtf`, `hopform_state_real` becomes `hopform_state_f32`.
 """
 
+import math
 import re
 import struct
 from collections.abc import Iterable, Iterator
+from fractions import Fraction
 
 import sympy as sp
 
@@ -183,6 +185,26 @@ class C:
             "NEVER": literal(1e38 if self.single else 1e300),
         }
         self.terms = 24 if self.single else 40
+        self.words = {"BITS": f"uint{32 if self.single else 64}_t", "SIGNED_BITS": f"int{32 if self.single else 64}_t"}
+        self.inverses = [_number(1.0 / n) for n in range(1, self.terms + 8)]
+        self.exponential = _inverse_factorials(range(8 if self.single else 14))
+        self.decay_tail = _alternating(_inverse_factorials(range(3, 14 if self.single else 21)))
+        self.sine = _alternating(_inverse_factorials(range(1, 10 if self.single else 18, 2)))
+        self.cosine = _alternating(_inverse_factorials(range(0, 10 if self.single else 18, 2)))
+        bits = 12 if self.single else 32
+        self.constants |= {
+            "LOG_2_HIGH": literal(_leading(_LOG_2, bits)),
+            "LOG_2_LOW": literal(float(_LOG_2 - Fraction(_leading(_LOG_2, bits)))),
+            "QUARTER_HIGH": literal(_leading(_QUARTER_TURN, bits)),
+            "QUARTER_MIDDLE": literal(_leading(_QUARTER_TURN - Fraction(_leading(_QUARTER_TURN, bits)), bits)),
+            "QUARTER_LOW": literal(float(_QUARTER_TURN - Fraction(_leading(_QUARTER_TURN, 2 * bits)))),
+            "SMALLEST_EXPONENT": literal(-87.0 if self.single else -708.0),
+            "LARGEST_ANGLE": literal(1e6 if self.single else 1e15),
+            "FRACTION_BITS": "23" if self.single else "52",
+            "EXPONENT_BIAS": "127" if self.single else "1023",
+            "SIGNED_BITS": "int32_t" if self.single else "int64_t",
+            "REAL_BITS": "uint32_t" if self.single else "uint64_t",
+        }
 
     def type(self, record: Record) -> str:
         return f"hopform_{snake(record.name)}_real"
@@ -253,6 +275,27 @@ class C:
         if token in _ELEMENTARY and self.single:
             return token + "f"
         return token
+
+
+# Digits of ln 2 and of pi/2, for reductions in two and three parts.
+_LOG_2 = Fraction("0.693147180559945309417232121458176568075500134360255254120680009")
+_QUARTER_TURN = Fraction("1.57079632679489661923132169163975144209858469968755291048747230")
+
+
+def _leading(value: Fraction, bits: int) -> float:
+    """The number cut off behind its first bits, which a float holds with room for a factor."""
+    scale = Fraction(2) ** (bits - math.frexp(float(value))[1])
+    return float(Fraction(math.floor(value * scale)) / scale)
+
+
+def _inverse_factorials(degrees: Iterable[int]) -> list[float]:
+    """Coefficients 1/n! of a power series, the highest first, as Horner's rule takes them."""
+    return [1.0 / math.factorial(n) for n in reversed(list(degrees))]
+
+
+def _alternating(coefficients: list[float]) -> list[float]:
+    """The same with signs that alternate from the lowest, which is positive."""
+    return [coefficient * (-1) ** (len(coefficients) - 1 - n) for n, coefficient in enumerate(coefficients)]
 
 
 _ELEMENTARY = {"sqrt", "fabs", "exp", "sin", "cos", "atan2", "log", "cbrt", "floor", "fmax", "fmin"}

@@ -53,6 +53,7 @@ from derive.quantities import (
     t,
 )
 
+m = sp.Symbol("m", real=True)
 pair_denominator = s**2 + p * s + q
 denominator = (s + a) * pair_denominator
 
@@ -139,6 +140,15 @@ def behind_the_pole() -> tuple[Step, ...]:
     return (
         Step(A, H2 - p * H3, "(18) terms in s, pole a removed"),
         Step(B, H1 - q * H3, "(18) constant terms, pole a removed"),
+    )
+
+
+def turning() -> tuple[Step, ...]:
+    """(d/dt + a) h' = A R' + B R at one time, with R = (d/dt + a) W."""
+    return (
+        Step(R, Wd + a * W, "(18) pair from all poles"),
+        Step(Rd, Wdd + a * Wd, "(19) pair from all poles"),
+        Step(m, A * Rd + B * R, "(18) pole a removed, over time"),
     )
 
 

@@ -18,11 +18,12 @@ def _scalar(symbol: sp.Symbol, unit: str, meaning: str) -> Quantity:
 
 RISE = Record(
     "Rise",
-    "How far a function of time has left its initial value, and its first two derivatives.",
+    "How far a function of time has left its initial value, and its first three derivatives.",
     (
         _scalar(time_domain.rise, "1", "the function less its initial value"),
         _scalar(time_domain.rise_rate, "1/s", "its rate"),
         _scalar(time_domain.rise_curvature, "1/s^2", "the derivative of its rate"),
+        _scalar(time_domain.rise_third, "1/s^3", "the derivative of that"),
     ),
 )
 SHIFTED = Record(
@@ -160,6 +161,13 @@ def program(model: Model = HOPPER) -> Program:
             (Q.POLES, Q.NUMERATOR),
             partial_fractions.behind_the_pole(),
             Q.PAIR_NUMERATOR,
+        ),
+        Function(
+            "turning",
+            "How fast a function of time turns, but for the real pole: a motion of the pair alone.",
+            (Q.POLES, Q.PAIR_NUMERATOR, Q.BASIS),
+            partial_fractions.turning(),
+            _scalar(partial_fractions.m, "1/s^2", "A R' + B R"),
         ),
         Function(
             "ringing_at",

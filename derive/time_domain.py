@@ -40,17 +40,20 @@ from derive.quantities import (
     y,
 )
 
-rise, rise_rate, rise_curvature = sp.symbols("rise rise_rate rise_curvature", real=True)
+rise, rise_rate, rise_curvature, rise_third = sp.symbols("rise rise_rate rise_curvature rise_third", real=True)
+W_third, W_fourth = sp.symbols("W_third W_fourth", real=True)
 x1_t, v1_t, v2_t, y_t, acc1_t, acc2_t = sp.symbols("x1_t v1_t v2_t y_t acc1_t acc2_t", real=True)
 
 
 def rises() -> tuple[Step, ...]:
-    """h(t) - h(0) of a coordinate of (y, v_1, v_2), and its first two derivatives."""
-    third = -s_1 * Wdd - s_2 * Wd - s_3 * W
+    """h(t) - h(0) of a coordinate of (y, v_1, v_2), and its first three derivatives."""
     return (
+        Step(W_third, -s_1 * Wdd - s_2 * Wd - s_3 * W, "(11) denominator on W"),
+        Step(W_fourth, -s_1 * W_third - s_2 * Wdd - s_3 * Wd, "(11) denominator on W'"),
         Step(rise, H3 * Wd + H2 * W + H1 * W1, "(19), (21)"),
         Step(rise_rate, H3 * Wdd + H2 * Wd + H1 * W, "derivative of (19), (21)"),
-        Step(rise_curvature, H3 * third + H2 * Wdd + H1 * Wd, "second derivative of (19), (21)"),
+        Step(rise_curvature, H3 * W_third + H2 * Wdd + H1 * Wd, "second derivative of (19), (21)"),
+        Step(rise_third, H3 * W_fourth + H2 * W_third + H1 * Wdd, "third derivative of (19), (21)"),
     )
 
 

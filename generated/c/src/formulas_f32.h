@@ -150,11 +150,12 @@ typedef struct {
     float free_2;  /* [m/s^2] free acceleration of the body */
 } hopform_free_f32;
 
-/* How far a function of time has left its initial value, and its first two derivatives. */
+/* How far a function of time has left its initial value, and its first three derivatives. */
 typedef struct {
     float rise;            /* [1] the function less its initial value */
     float rise_rate;       /* [1/s] its rate */
     float rise_curvature;  /* [1/s^2] the derivative of its rate */
+    float rise_third;      /* [1/s^3] the derivative of that */
 } hopform_rise_f32;
 
 /* The state at time t of a phase. */
@@ -416,6 +417,18 @@ static inline hopform_pair_numerator_f32 hopform_behind_the_pole_f32(const hopfo
     return result;
 }
 
+/* How fast a function of time turns, but for the real pole: a motion of the pair alone. */
+static inline float hopform_turning_f32(const hopform_poles_f32 *poles, const hopform_pair_numerator_f32 *pair_numerator, const hopform_basis_f32 *basis)
+{
+    const float a = poles->a;
+    const float A = pair_numerator->A, B = pair_numerator->B;
+    const float Wdd = basis->Wdd, Wd = basis->Wd, W = basis->W;
+    const float R = Wd + W*a;     /* (18) pair from all poles */
+    const float Rd = Wdd + Wd*a;  /* (19) pair from all poles */
+    const float m = A*Rd + B*R;   /* (18) pole a removed, over time */
+    return m;
+}
+
 /* A function of time as a slow part and an oscillation. */
 static inline hopform_ringing_f32 hopform_ringing_at_f32(const hopform_poles_f32 *poles, float chi, const hopform_numerator_f32 *numerator, const hopform_decay_f32 *decay)
 {
@@ -435,10 +448,13 @@ static inline hopform_rise_f32 hopform_rises_f32(const hopform_poles_f32 *poles,
     const float s_1 = poles->s_1, s_2 = poles->s_2, s_3 = poles->s_3;
     const float H3 = numerator->H3, H2 = numerator->H2, H1 = numerator->H1;
     const float Wdd = basis->Wdd, Wd = basis->Wd, W = basis->W, W1 = basis->W1;
-    const float rise = H1*W1 + H2*W + H3*Wd;                                       /* (19), (21) */
-    const float rise_rate = H1*W + H2*Wd + H3*Wdd;                                 /* derivative of (19), (21) */
-    const float rise_curvature = H1*Wd + H2*Wdd + H3*(-W*s_3 - Wd*s_2 - Wdd*s_1);  /* second derivative of (19), (21) */
-    const hopform_rise_f32 result = {rise, rise_rate, rise_curvature};
+    const float W_third = -W*s_3 - Wd*s_2 - Wdd*s_1;             /* (11) denominator on W */
+    const float W_fourth = -W_third*s_1 - Wd*s_3 - Wdd*s_2;      /* (11) denominator on W' */
+    const float rise = H1*W1 + H2*W + H3*Wd;                     /* (19), (21) */
+    const float rise_rate = H1*W + H2*Wd + H3*Wdd;               /* derivative of (19), (21) */
+    const float rise_curvature = H1*Wd + H2*Wdd + H3*W_third;    /* second derivative of (19), (21) */
+    const float rise_third = H1*Wdd + H2*W_third + H3*W_fourth;  /* third derivative of (19), (21) */
+    const hopform_rise_f32 result = {rise, rise_rate, rise_curvature, rise_third};
     return result;
 }
 

@@ -150,11 +150,12 @@ typedef struct {
     double free_2;  /* [m/s^2] free acceleration of the body */
 } hopform_free_f64;
 
-/* How far a function of time has left its initial value, and its first two derivatives. */
+/* How far a function of time has left its initial value, and its first three derivatives. */
 typedef struct {
     double rise;            /* [1] the function less its initial value */
     double rise_rate;       /* [1/s] its rate */
     double rise_curvature;  /* [1/s^2] the derivative of its rate */
+    double rise_third;      /* [1/s^3] the derivative of that */
 } hopform_rise_f64;
 
 /* The state at time t of a phase. */
@@ -416,6 +417,18 @@ static inline hopform_pair_numerator_f64 hopform_behind_the_pole_f64(const hopfo
     return result;
 }
 
+/* How fast a function of time turns, but for the real pole: a motion of the pair alone. */
+static inline double hopform_turning_f64(const hopform_poles_f64 *poles, const hopform_pair_numerator_f64 *pair_numerator, const hopform_basis_f64 *basis)
+{
+    const double a = poles->a;
+    const double A = pair_numerator->A, B = pair_numerator->B;
+    const double Wdd = basis->Wdd, Wd = basis->Wd, W = basis->W;
+    const double R = Wd + W*a;     /* (18) pair from all poles */
+    const double Rd = Wdd + Wd*a;  /* (19) pair from all poles */
+    const double m = A*Rd + B*R;   /* (18) pole a removed, over time */
+    return m;
+}
+
 /* A function of time as a slow part and an oscillation. */
 static inline hopform_ringing_f64 hopform_ringing_at_f64(const hopform_poles_f64 *poles, double chi, const hopform_numerator_f64 *numerator, const hopform_decay_f64 *decay)
 {
@@ -435,10 +448,13 @@ static inline hopform_rise_f64 hopform_rises_f64(const hopform_poles_f64 *poles,
     const double s_1 = poles->s_1, s_2 = poles->s_2, s_3 = poles->s_3;
     const double H3 = numerator->H3, H2 = numerator->H2, H1 = numerator->H1;
     const double Wdd = basis->Wdd, Wd = basis->Wd, W = basis->W, W1 = basis->W1;
-    const double rise = H1*W1 + H2*W + H3*Wd;                                       /* (19), (21) */
-    const double rise_rate = H1*W + H2*Wd + H3*Wdd;                                 /* derivative of (19), (21) */
-    const double rise_curvature = H1*Wd + H2*Wdd + H3*(-W*s_3 - Wd*s_2 - Wdd*s_1);  /* second derivative of (19), (21) */
-    const hopform_rise_f64 result = {rise, rise_rate, rise_curvature};
+    const double W_third = -W*s_3 - Wd*s_2 - Wdd*s_1;             /* (11) denominator on W */
+    const double W_fourth = -W_third*s_1 - Wd*s_3 - Wdd*s_2;      /* (11) denominator on W' */
+    const double rise = H1*W1 + H2*W + H3*Wd;                     /* (19), (21) */
+    const double rise_rate = H1*W + H2*Wd + H3*Wdd;               /* derivative of (19), (21) */
+    const double rise_curvature = H1*Wd + H2*Wdd + H3*W_third;    /* second derivative of (19), (21) */
+    const double rise_third = H1*Wdd + H2*W_third + H3*W_fourth;  /* third derivative of (19), (21) */
+    const hopform_rise_f64 result = {rise, rise_rate, rise_curvature, rise_third};
     return result;
 }
 

@@ -13,6 +13,7 @@ typedef struct {
     double t; /* since the phase began */
     end_kind kind;
     int side; /* of a threshold: where the mass goes */
+    hopform_basis_f64 basis; /* at t */
 } phase_end;
 
 /* The chain while it grows. */
@@ -34,12 +35,6 @@ typedef struct {
     int32_t capacity;
     int32_t count;
 } stance_chain;
-
-static hopform_watch_f64 watch_of(const hopform_poles_f64 *poles, double h3, double h2, double h1, double start, double sign)
-{
-    const hopform_watch_f64 watch = {*poles, {h3, h2, h1}, start, sign};
-    return watch;
-}
 
 static double sign_of(double value)
 {
@@ -103,25 +98,27 @@ static void settle(stance_chain *chain, bool rests_1, bool rests_2)
 
 /* ---- the end of a phase ---- */
 
-/* Keep the earlier of two ends; the first to be tried wins a tie. */
-static void earlier(phase_end *end, double t, end_kind kind, int side)
-{
-    if (t < end->t * (1.0 - 8.0 * 2.220446049250313e-16)) {
-        end->t = t;
-        end->kind = kind;
-        end->side = side;
-    }
-}
+enum { MOST_WATCHES = 4 };
+
+/* What is watched in a phase: take-off first, then what mass 1 does, then mass 2, which is also who wins a tie. */
+typedef struct {
+    const hopform_poles_f64 *poles;
+    const hopform_motion_f64 *motion;
+    hopform_watch_f64 watch[MOST_WATCHES];
+    hopform_sample_f64 from[MOST_WATCHES];
+    int32_t count;
+    double frequency;
+    double half_turn;
+} hopform_guard;
 
 /* A held mass slips where its free acceleration leaves [-f, f]; a stop holds on its side whatever the force. */
-static void watch_thresholds(const stance_chain *chain, const hopform_poles_f64 *poles, const hopform_motion_f64 *motion,
-                             int mass, phase_end *end)
+static void watch_thresholds(const stance_chain *chain, hopform_guard *guard, int mass)
 {
     const hopform_robot_f64 *robot = &chain->plan->robot;
     const hopform_rates_f64 *rates = &chain->plan->rates;
     const hopform_free_f64 at_rest = hopform_free_accelerations_f64(rates, &chain->state, chain->steps[chain->step].u);
     const hopform_numerator_f64 h =
-        mass == 1 ? hopform_free_numerator_1_f64(rates, motion) : hopform_free_numerator_2_f64(rates, motion);
+        mass == 1 ? hopform_free_numerator_1_f64(rates, guard->motion) : hopform_free_numerator_2_f64(rates, guard->motion);
     const double acceleration = mass == 1 ? at_rest.free_1 : at_rest.free_2;
     const double friction = mass == 1 ? robot->f1 : robot->f2;
     for (int side = -1; side <= 1; side += 2) {
@@ -129,31 +126,160 @@ static void watch_thresholds(const stance_chain *chain, const hopform_poles_f64 
             continue;
         }
         const double sign = (double)side;
-        const hopform_watch_f64 watch =
-            watch_of(poles, -sign * h.H3, -sign * h.H2, -sign * h.H1, friction - sign * acceleration, 1.0);
-        earlier(end, hopform_first_root_f64(&watch, end->t), mass == 1 ? END_THRESHOLD_1 : END_THRESHOLD_2, side);
+        guard->watch[guard->count++] = hopform_watch_of_f64(guard->poles, -sign * h.H3, -sign * h.H2, -sign * h.H1,
+                                                             friction - sign * acceleration, 1.0,
+                                                             mass == 1 ? END_THRESHOLD_1 : END_THRESHOLD_2, side);
     }
 }
 
-/* Within a phase x_1 is monotone: it has met the stop ahead if it is beyond it at the end. */
-static void watch_stop(const stance_chain *chain, const hopform_poles_f64 *poles, const hopform_motion_f64 *motion,
-                       phase_end *end)
+static hopform_guard guard_of(const stance_chain *chain, const hopform_poles_f64 *poles, const hopform_motion_f64 *motion)
+{
+    hopform_guard guard;
+    guard.poles = poles;
+    guard.motion = motion;
+    guard.count = 1;
+    guard.watch[0] = hopform_watch_of_f64(poles, motion->H3_y, motion->H2_y, motion->H1_y, chain->state.y, 1.0, END_TAKEOFF, 0);
+    if (chain->side_1 != 0) {
+        guard.watch[guard.count++] =
+            hopform_watch_of_f64(poles, chain->fresh_1 ? 0.0 : motion->H3_1, motion->H2_1, motion->H1_1, chain->state.v1,
+                                  (double)chain->side_1, END_VELOCITY_1, 0);
+    } else {
+        watch_thresholds(chain, &guard, 1);
+    }
+    if (chain->side_2 != 0) {
+        guard.watch[guard.count++] =
+            hopform_watch_of_f64(poles, chain->fresh_2 ? 0.0 : motion->H3_2, motion->H2_2, motion->H1_2, chain->state.v2,
+                                  (double)chain->side_2, END_VELOCITY_2, 0);
+    } else {
+        watch_thresholds(chain, &guard, 2);
+    }
+    for (int32_t n = 0; n < guard.count; n++) {
+        guard.from[n] = hopform_first_sample_f64(&guard.watch[n], poles);
+    }
+    guard.frequency = hopform_frequency_f64(poles);
+    guard.half_turn = guard.frequency > 0.0 ? 3.141592653589793 / guard.frequency : 1e+300;
+    return guard;
+}
+
+/* A window of a phase that ends at `t`, with what is known there. */
+typedef struct {
+    double t;
+    hopform_basis_f64 basis;
+    hopform_sample_f64 at[MOST_WATCHES];
+    int32_t found; /* the watch that has its root at t, -1 for none */
+} window;
+
+static void sample_window(const hopform_guard *guard, window *end)
+{
+    for (int32_t n = 0; n < guard->count; n++) {
+        end->at[n] = hopform_sample_at_f64(&guard->watch[n], guard->poles, &end->basis, end->t);
+    }
+}
+
+static void close_window(const hopform_guard *guard, window *end, double t)
+{
+    end->t = t;
+    end->found = -1;
+    end->basis = hopform_basis_at_f64(guard->poles, t);
+    sample_window(guard, end);
+}
+
+/* The window ends where a watch has its root. */
+static void end_at_root(const hopform_guard *guard, window *end, int32_t n, double low)
+{
+    const hopform_point_f64 last = {end->t, end->basis, end->at[n]};
+    const hopform_point_f64 root = hopform_root_between_f64(&guard->watch[n], guard->poles, low, last);
+    end->t = root.t;
+    end->basis = root.basis;
+    end->found = n;
+    sample_window(guard, end);
+}
+
+/* A little beyond the first root that swinging on would bring, or as far as one window may reach. */
+static double reach_of(const hopform_guard *guard, double low, int32_t windows)
+{
+    const double w = guard->frequency > 0.0 ? guard->frequency : sqrt(guard->poles->q);
+    const double longest = 0.96875 * guard->half_turn;
+    double reach = 1e+300;
+    for (int32_t n = 0; n < guard->count; n++) {
+        const double swing = hopform_swing_to_zero_f64(&guard->from[n], w);
+        reach = swing < reach ? swing : reach;
+    }
+    reach = reach < 1e+300 ? 1.015625 * reach : longest;
+    const double least = windows > 3 ? (guard->frequency > 0.0 ? 0.125 * guard->half_turn : low) : 64.0 * 2.220446049250313e-16 * low;
+    reach = reach > least ? reach : least;
+    return reach < longest ? reach : longest;
+}
+
+/* Two events within rounding are at the same time, and the watch with the lower number wins. */
+static bool is_before(const hopform_sample_f64 *at, bool wins_ties)
+{
+    return at->value < -at->noise || (wins_ties && at->value < at->noise && at->rate < 0.0);
+}
+
+/* Shorten the window until each watch is known to keep its sign in it, but for the one that is found at its end. */
+static void settle_window(const hopform_guard *guard, double low, window *end)
+{
+    const double a = guard->poles->a;
+    for (int32_t n = 0, cuts = 0; n < guard->count && cuts < 400; n++) {
+        if (n == end->found) {
+            continue;
+        }
+        const hopform_sample_f64 *from = &guard->from[n];
+        const double h = end->t - low;
+        hopform_verdict_f64 verdict = hopform_judge_f64(from, &end->at[n], a, h, h <= 0.5 * guard->half_turn);
+        if (verdict == KEEPS_SIGN && end->found > n && is_before(&end->at[n], true)) {
+            end->found = n; /* a tie */
+            continue;
+        }
+        if (verdict == LOSES_SIGN && end->found >= 0 && !is_before(&end->at[n], n < end->found)) {
+            continue; /* a tie that the other wins */
+        }
+        if (verdict == DIPS) {
+            const double first = low + h * (from->rate / (from->rate - end->at[n].rate));
+            const hopform_point_f64 bottom = hopform_bottom_between_f64(&guard->watch[n], guard->poles, low, end->t, first);
+            if (bottom.at.value < -bottom.at.noise) {
+                close_window(guard, end, bottom.t);
+                verdict = LOSES_SIGN;
+            }
+        }
+        if (verdict == LOSES_SIGN) {
+            if (!(from->value > 0.0) && (from->rate < 0.0 || (!(from->rate > 0.0) && !(from->turning > 0.0)))) {
+                close_window(guard, end, low);
+                end->found = n;
+                return;
+            }
+            end_at_root(guard, end, n, low);
+            n = -1; /* the others must keep their signs up to here */
+            cuts++;
+        } else if (verdict == UNDECIDED) {
+            close_window(guard, end, low + hopform_turn_between_f64(from, &end->at[n], h));
+            n = -1;
+            cuts++;
+        }
+    }
+}
+
+/* The stop ahead, which x_1, monotone within a phase, has met if it is beyond it at the end of the window. */
+static bool meets_stop(const stance_chain *chain, const hopform_guard *guard, double low, window *end)
 {
     const hopform_robot_f64 *robot = &chain->plan->robot;
     const double stop = chain->side_1 > 0 ? robot->x1_max : robot->x1_min;
     const double sign = (double)chain->side_1;
-    if (!is_finite(stop)) {
-        return;
+    if (chain->side_1 == 0 || !is_finite(stop)) {
+        return false;
     }
-    double low = 0.0;
     double high = end->t;
     double t = end->t;
+    hopform_basis_f64 basis = end->basis;
     for (int n = 0; n < 100; n++) {
-        const hopform_basis_f64 basis = hopform_basis_at_f64(poles, t);
-        const hopform_at_f64 at = hopform_state_at_f64(&chain->state, motion, &basis, t);
+        if (n > 0) {
+            basis = hopform_basis_at_f64(guard->poles, t);
+        }
+        const hopform_at_f64 at = hopform_state_at_f64(&chain->state, guard->motion, &basis, t);
         const double beyond = sign * (at.x1_t - stop);
         if (n == 0 && !(beyond > 0.0)) {
-            return;
+            return false;
         }
         if (beyond > 0.0) {
             high = t;
@@ -174,42 +300,83 @@ static void watch_stop(const stance_chain *chain, const hopform_poles_f64 *poles
         }
         t = next;
     }
-    end->t = t < end->t ? t : end->t;
-    end->kind = END_STOP;
+    end->t = t;
+    end->basis = basis;
+    return true;
+}
+
+/* While nothing happens in many half turns: up to where all watches are known to keep quiet, `from` if that is not far. */
+static double quiet_until(const hopform_guard *guard, double from, double limit)
+{
+    for (double reach = limit - from; reach > 8.0 * guard->half_turn; reach *= 0.125) {
+        bool quiet = true;
+        for (int32_t n = 0; n < guard->count && quiet; n++) {
+            quiet = hopform_is_quiet_f64(&guard->watch[n], guard->poles, from, from + reach);
+        }
+        if (quiet) {
+            return from + reach;
+        }
+    }
+    return from;
+}
+
+/* A watch that is below zero already when the phase begins; -1 if there is none. */
+static int32_t lost_at_once(hopform_guard *guard)
+{
+    for (int32_t n = 0; n < guard->count; n++) {
+        if (guard->from[n].value < 0.0) {
+            if (guard->from[n].rate <= 0.0) {
+                return n;
+            }
+            guard->from[n].value = 0.0;
+        }
+    }
+    return -1;
 }
 
 /* The first event of the phase that starts at the chain's state. */
 static phase_end find_end(const stance_chain *chain, const hopform_poles_f64 *poles, const hopform_motion_f64 *motion, double limit)
 {
-    phase_end end = {limit, END_LIMIT, 0};
+    const hopform_basis_f64 start = {1.0, 0.0, 0.0, 0.0, 0.0};
+    phase_end result = {0.0, END_LIMIT, 0, start};
     if (chain->side_1 == 0 && chain->side_2 == 0) {
-        return end;
+        result.t = limit;
+        return result;
     }
-    if (chain->side_1 != 0) {
-        const hopform_watch_f64 watch = watch_of(poles, chain->fresh_1 ? 0.0 : motion->H3_1, motion->H2_1, motion->H1_1,
-                                                  chain->state.v1, (double)chain->side_1);
-        earlier(&end, hopform_first_root_f64(&watch, end.t), END_VELOCITY_1, 0);
-    } else {
-        watch_thresholds(chain, poles, motion, 1, &end);
+    hopform_guard guard = guard_of(chain, poles, motion);
+    window end = {0.0, start, {{0.0, 0.0, 0.0, 0.0, 0.0, 0.0}}, lost_at_once(&guard)};
+    bool stops = false;
+    int32_t patience = 8;
+    for (int32_t windows = 0; end.found < 0 && !stops && end.t < limit; windows++) {
+        const double low = end.t;
+        const double reach = reach_of(&guard, low, windows);
+        double quiet = low;
+        if (--patience <= 0) {
+            quiet = quiet_until(&guard, low, limit);
+            patience = quiet > low ? 1 : 8;
+        }
+        if (quiet > low) {
+            close_window(&guard, &end, quiet);
+        } else {
+            close_window(&guard, &end, reach < limit - low ? low + reach : limit);
+            settle_window(&guard, low, &end);
+        }
+        const double t = end.t;
+        stops = meets_stop(chain, &guard, low, &end) && !(end.found == 0 && t <= end.t * (1.0 + 8.0 * 2.220446049250313e-16));
+        for (int32_t n = 0; n < guard.count; n++) {
+            guard.from[n] = end.at[n];
+            guard.from[n].value = end.at[n].value > 0.0 ? end.at[n].value : 0.0;
+        }
     }
-    if (chain->side_2 != 0) {
-        const hopform_watch_f64 watch = watch_of(poles, chain->fresh_2 ? 0.0 : motion->H3_2, motion->H2_2, motion->H1_2,
-                                                  chain->state.v2, (double)chain->side_2);
-        earlier(&end, hopform_first_root_f64(&watch, end.t), END_VELOCITY_2, 0);
-    } else {
-        watch_thresholds(chain, poles, motion, 2, &end);
+    result.t = end.t;
+    result.basis = end.basis;
+    if (stops) {
+        result.kind = END_STOP;
+    } else if (end.found >= 0) {
+        result.kind = (end_kind)guard.watch[end.found].kind;
+        result.side = guard.watch[end.found].side;
     }
-    if (chain->side_1 != 0) {
-        watch_stop(chain, poles, motion, &end);
-    }
-    const hopform_watch_f64 leg = watch_of(poles, motion->H3_y, motion->H2_y, motion->H1_y, chain->state.y, 1.0);
-    const double tie = end.t * (1.0 + 8.0 * 2.220446049250313e-16);
-    const double lift = hopform_first_root_f64(&leg, tie);
-    if (lift <= tie) {
-        end.t = lift;
-        end.kind = END_TAKEOFF;
-    }
-    return end;
+    return result;
 }
 
 /* ---- the chain ---- */
@@ -360,8 +527,7 @@ static int32_t run(stance_chain *chain)
         const hopform_motion_f64 motion = hopform_motion_of_f64(
             chain->plan, &chain->state, chain->steps[chain->step].u, chain->side_1, chain->side_2);
         const phase_end end = find_end(chain, poles, &motion, until - chain->t);
-        const hopform_basis_f64 basis = hopform_basis_at_f64(poles, end.t);
-        chain->state = hopform_arrive_f64(&chain->state, &motion, &basis, chain->side_1, chain->side_2, end.t);
+        chain->state = hopform_arrive_f64(&chain->state, &motion, &end.basis, chain->side_1, chain->side_2, end.t);
         chain->t = end.kind == END_LIMIT ? until : chain->t + end.t;
         if (end.kind == END_TAKEOFF) {
             chain->state.y = 0.0;

@@ -177,6 +177,13 @@ def quiet_until(watch: Watch, start: Array, limit: Array, half_turn: Array) -> A
     return until
 
 
+def brief_rise(watch: Watch, t: Array) -> Array:
+    """Root of a g that rises from zero at t and falls again within too short a time for rounding to show its top."""
+    start = sample_at(watch, t)
+    falls = start.curvature < 0.0
+    return t + np.where(falls, 2.0 * start.rate / np.where(falls, -start.curvature, 1.0), 0.0)
+
+
 class _Search:
     """Where each lane's search stands: the last time looked at, with g and g' there, and how many zeros lie behind."""
 
@@ -221,6 +228,8 @@ class _Search:
             crosses[dips] = bottom.value < -bottom.noise
             lost[dips] = crosses[dips] & from_zero[dips]
         self.root[lanes[lost]] = before_t[lost]
+        if (brief := lost & from_zero & (before_rate > 0.0)).any():
+            self.root[lanes[brief]] = brief_rise(lanes_of(part, brief), before_t[brief])
         if (bracketed := crosses & ~lost).any():
             self.root[lanes[bracketed]] = root_between(lanes_of(part, bracketed), low[bracketed], take(last, bracketed))
         self.move(lanes, here)

@@ -289,6 +289,20 @@ def behind_the_pole(poles: Poles, numerator: Numerator) -> PairNumerator:
     return PairNumerator(A, B)
 
 
+def turning(poles: Poles, pair_numerator: PairNumerator, basis: Basis) -> Real:
+    """How fast a function of time turns, but for the real pole: a motion of the pair alone.
+
+    Returns m [1/s^2], A R' + B R.
+    """
+    a = poles.a
+    A, B = pair_numerator.A, pair_numerator.B
+    Wdd, Wd, W = basis.Wdd, basis.Wd, basis.W
+    R = Wd + W*a     # (18) pair from all poles
+    Rd = Wdd + Wd*a  # (19) pair from all poles
+    m = A*Rd + B*R   # (18) pole a removed, over time
+    return m
+
+
 def ringing_at(poles: Poles, chi: Real, numerator: Numerator, decay: Decay) -> Ringing:
     """A function of time as a slow part and an oscillation.
 
@@ -310,10 +324,13 @@ def rises(poles: Poles, numerator: Numerator, basis: Basis) -> Rise:
     s_1, s_2, s_3 = poles.s_1, poles.s_2, poles.s_3
     H3, H2, H1 = numerator.H3, numerator.H2, numerator.H1
     Wdd, Wd, W, W1 = basis.Wdd, basis.Wd, basis.W, basis.W1
-    rise = H1*W1 + H2*W + H3*Wd                                       # (19), (21)
-    rise_rate = H1*W + H2*Wd + H3*Wdd                                 # derivative of (19), (21)
-    rise_curvature = H1*Wd + H2*Wdd + H3*(-W*s_3 - Wd*s_2 - Wdd*s_1)  # second derivative of (19), (21)
-    return Rise(rise, rise_rate, rise_curvature)
+    W_third = -W*s_3 - Wd*s_2 - Wdd*s_1             # (11) denominator on W
+    W_fourth = -W_third*s_1 - Wd*s_3 - Wdd*s_2      # (11) denominator on W'
+    rise = H1*W1 + H2*W + H3*Wd                     # (19), (21)
+    rise_rate = H1*W + H2*Wd + H3*Wdd               # derivative of (19), (21)
+    rise_curvature = H1*Wd + H2*Wdd + H3*W_third    # second derivative of (19), (21)
+    rise_third = H1*Wdd + H2*W_third + H3*W_fourth  # third derivative of (19), (21)
+    return Rise(rise, rise_rate, rise_curvature, rise_third)
 
 
 def state_at(state: State, motion: Motion, basis: Basis, t: Real) -> At:

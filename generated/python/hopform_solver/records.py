@@ -390,7 +390,7 @@ class Free(NamedTuple):
 
 
 class Rise(NamedTuple):
-    """How far a function of time has left its initial value, and its first two derivatives."""
+    """How far a function of time has left its initial value, and its first three derivatives."""
 
     rise: Real
     """[1] the function less its initial value"""
@@ -398,6 +398,8 @@ class Rise(NamedTuple):
     """[1/s] its rate"""
     rise_curvature: Real
     """[1/s^2] the derivative of its rate"""
+    rise_third: Real
+    """[1/s^3] the derivative of that"""
 
 
 class At(NamedTuple):

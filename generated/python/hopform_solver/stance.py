@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from hopform_solver import formulas
-from hopform_solver.events import NEVER, Watch, first_root
+from hopform_solver.events import NEVER, Watch, first_root, sample_at
 from hopform_solver.kernels import basis_at
 from hopform_solver.lanes import Array, choose, take
 from hopform_solver.phases import Plan, Side, arrive, motion_of, plan_lanes, plan_of, poles_of, state_in_phase
@@ -245,6 +245,9 @@ def _find_end(chain: _Chain, poles: Poles, motion: Motion, limit: Array) -> _End
         tie = end.t[lanes] * (1.0 + end.tie)
         lift = first_root(leg, tie)
         lifts = lift <= tie
+        there = sample_at(leg, end.t[lanes])
+        touches = ~lifts & (end.kind[lanes] != LIMIT) & (there.value <= there.noise) & (there.rate < 0.0)
+        lift, lifts = np.where(touches, end.t[lanes], lift), lifts | touches
         end.t[lanes[lifts]], end.kind[lanes[lifts]] = lift[lifts], TAKEOFF
     return end
 
