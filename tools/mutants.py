@@ -161,29 +161,29 @@ MUTANTS = (
     Mutant(
         "C: an event before the take-off at the same time",
         "templates/c/src/stance_real.c.j2",
-        "const real tie = end.t * (1.0 + 8.0 * EPSILON);",
-        "const real tie = end.t * (1.0 - 8.0 * EPSILON);",
+        "leg->value < -8.0 * EPSILON * limit * leg->rate",
+        "leg->value < 8.0 * EPSILON * limit * leg->rate",
         first=("tests/test_model_file.py",),
     ),
     Mutant(
         "NumPy: an event before the take-off at the same time",
         "templates/python/hopform_solver/stance.py.j2",
         "tie = end.t[lanes] * (1.0 + end.tie)",
-        "tie = end.t[lanes] * (1.0 - end.tie)",
+        "tie = end.t[lanes] * (1.0 - 64.0 * end.tie)",
         first=("tests/test_model_file.py",),
     ),
     Mutant(
         "C: a touch taken for a crossing",
-        "templates/c/src/events_real.h.j2",
-        "if (bottom.value < -bottom.noise) {",
-        "if (bottom.value < bottom.noise) {",
+        "templates/c/src/stance_real.c.j2",
+        "if (bottom.at.value < -bottom.at.noise) {",
+        "if (bottom.at.value < bottom.at.noise) {",
         first=("tests/test_model_file.py",),
     ),
     Mutant(
         "C: rounding taken for a crossing",
         "templates/c/src/events_real.h.j2",
-        "if (here.value < 0.0 && (here.value < -here.noise || steep)) {",
-        "(void)steep;\n        if (here.value < 0.0) {",
+        "if (to->value < 0.0 && (to->value < -to->noise || to->rate * h < -to->noise)) {",
+        "if (to->value < 0.0) {",
     ),
     Mutant(
         "NumPy: a dip between two samples is not seen",
@@ -194,8 +194,8 @@ MUTANTS = (
     Mutant(
         "C: everything is quiet",
         "templates/c/src/events_real.h.j2",
-        "return least > 1.001 * amplitude * exp(-mean * from);",
-        "return least > 1.001 * amplitude * exp(-mean * from) || least <= NEVER;",
+        "return least > 1.001 * amplitude * hopform_exp_real(-mean * from);",
+        "return least > 1.001 * amplitude * hopform_exp_real(-mean * from) || least <= NEVER;",
         first=("tests/test_model_file.py",),
     ),
     Mutant(

@@ -155,6 +155,12 @@ static inline float hopform_step_to_root_f32(const hopform_sample_f32 *at)
     return fabsf(below) > 0.0f ? at->value * (6.0f * rate2 - 3.0f * at->value * at->curvature) / below : 1e38f;
 }
 
+/* True where one more of these steps lands on the root: its error is of the fourth order in the step. */
+static inline bool hopform_is_last_step_f32(const hopform_sample_f32 *at, float step)
+{
+    return fabsf(step * at->curvature) <= 0.0003f * fabsf(at->rate) && step * step * fabsf(at->third) <= 1e-7f * fabsf(at->rate);
+}
+
 /* A time, what the poles do until then, and g there. */
 typedef struct {
     float t;
@@ -180,7 +186,11 @@ static inline hopform_point_f32 hopform_root_between_f32(const hopform_watch_f32
         if (fabsf(last.at.value) <= 1.1920929e-7f * last.t * fabsf(last.at.rate)) { /* Newton's step: the other is 0 at an extremum */
             return last;
         }
-        float next = last.t - hopform_step_to_root_f32(&last.at);
+        const float step = hopform_step_to_root_f32(&last.at);
+        float next = last.t - step;
+        if (next > low && next < high.t && hopform_is_last_step_f32(&last.at, step)) {
+            return hopform_point_at_f32(watch, poles, next);
+        }
         if (!(next > low && next < high.t) || (n > 8 && n % 2 == 1)) {
             next = low + 0.5f * (high.t - low);
         }
@@ -197,6 +207,32 @@ static inline hopform_point_f32 hopform_root_between_f32(const hopform_watch_f32
         }
     }
     return high;
+}
+
+/* The root of g that Householder's steps find from a guess, if it is between two times and g falls there; else `t` is 0. */
+static inline hopform_point_f32 hopform_root_ahead_f32(const hopform_watch_f32 *watch, const hopform_poles_f32 *poles,
+                                                         float low, float guess, float high)
+{
+    hopform_point_f32 none = {0.0f, {1.0f, 0.0f, 0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f}};
+    float t = guess;
+    for (int n = 0; n < 6; n++) {
+        const hopform_point_f32 point = hopform_point_at_f32(watch, poles, t);
+        const float step = hopform_step_to_root_f32(&point.at);
+        t = point.t - step;
+        if (!(point.at.rate < 0.0f)) {
+            return none;
+        }
+        if (fabsf(point.at.value) <= 1.1920929e-7f * point.t * fabsf(point.at.rate)) {
+            return point;
+        }
+        if (!(t > low && t < high)) {
+            return none;
+        }
+        if (hopform_is_last_step_f32(&point.at, step)) {
+            return hopform_point_at_f32(watch, poles, t);
+        }
+    }
+    return none;
 }
 
 /* The minimum of g between two times between which its rate becomes positive; ends early where g < 0 is found. */

@@ -155,6 +155,12 @@ static inline double hopform_step_to_root_f64(const hopform_sample_f64 *at)
     return fabs(below) > 0.0 ? at->value * (6.0 * rate2 - 3.0 * at->value * at->curvature) / below : 1e+300;
 }
 
+/* True where one more of these steps lands on the root: its error is of the fourth order in the step. */
+static inline bool hopform_is_last_step_f64(const hopform_sample_f64 *at, double step)
+{
+    return fabs(step * at->curvature) <= 0.0003 * fabs(at->rate) && step * step * fabs(at->third) <= 1e-07 * fabs(at->rate);
+}
+
 /* A time, what the poles do until then, and g there. */
 typedef struct {
     double t;
@@ -180,7 +186,11 @@ static inline hopform_point_f64 hopform_root_between_f64(const hopform_watch_f64
         if (fabs(last.at.value) <= 2.220446049250313e-16 * last.t * fabs(last.at.rate)) { /* Newton's step: the other is 0 at an extremum */
             return last;
         }
-        double next = last.t - hopform_step_to_root_f64(&last.at);
+        const double step = hopform_step_to_root_f64(&last.at);
+        double next = last.t - step;
+        if (next > low && next < high.t && hopform_is_last_step_f64(&last.at, step)) {
+            return hopform_point_at_f64(watch, poles, next);
+        }
         if (!(next > low && next < high.t) || (n > 8 && n % 2 == 1)) {
             next = low + 0.5 * (high.t - low);
         }
@@ -197,6 +207,32 @@ static inline hopform_point_f64 hopform_root_between_f64(const hopform_watch_f64
         }
     }
     return high;
+}
+
+/* The root of g that Householder's steps find from a guess, if it is between two times and g falls there; else `t` is 0. */
+static inline hopform_point_f64 hopform_root_ahead_f64(const hopform_watch_f64 *watch, const hopform_poles_f64 *poles,
+                                                         double low, double guess, double high)
+{
+    hopform_point_f64 none = {0.0, {1.0, 0.0, 0.0, 0.0, 0.0}, {0.0, 0.0, 0.0, 0.0, 0.0, 0.0}};
+    double t = guess;
+    for (int n = 0; n < 6; n++) {
+        const hopform_point_f64 point = hopform_point_at_f64(watch, poles, t);
+        const double step = hopform_step_to_root_f64(&point.at);
+        t = point.t - step;
+        if (!(point.at.rate < 0.0)) {
+            return none;
+        }
+        if (fabs(point.at.value) <= 2.220446049250313e-16 * point.t * fabs(point.at.rate)) {
+            return point;
+        }
+        if (!(t > low && t < high)) {
+            return none;
+        }
+        if (hopform_is_last_step_f64(&point.at, step)) {
+            return hopform_point_at_f64(watch, poles, t);
+        }
+    }
+    return none;
 }
 
 /* The minimum of g between two times between which its rate becomes positive; ends early where g < 0 is found. */

@@ -185,30 +185,52 @@ static void close_window(const hopform_guard *guard, window *end, float t)
 }
 
 /* The window ends where a watch has its root. */
-static void end_at_root(const hopform_guard *guard, window *end, int32_t n, float low)
+static void end_at(const hopform_guard *guard, window *end, int32_t n, const hopform_point_f32 *root)
 {
-    const hopform_point_f32 last = {end->t, end->basis, end->at[n]};
-    const hopform_point_f32 root = hopform_root_between_f32(&guard->watch[n], guard->poles, low, last);
-    end->t = root.t;
-    end->basis = root.basis;
+    end->t = root->t;
+    end->basis = root->basis;
     end->found = n;
     sample_window(guard, end);
 }
 
-/* A little beyond the first root that swinging on would bring, or as far as one window may reach. */
-static float reach_of(const hopform_guard *guard, float low, int32_t windows)
+/* Which root swinging on would bring first, and when. */
+typedef struct {
+    int32_t watch; /* -1 if none */
+    float after;
+} outlook;
+
+static outlook look_ahead(const hopform_guard *guard)
 {
     const float w = guard->frequency > 0.0f ? guard->frequency : sqrtf(guard->poles->q);
-    const float longest = 0.96875f * guard->half_turn;
-    float reach = 1e38f;
+    outlook ahead = {-1, 0.96875f * guard->half_turn};
     for (int32_t n = 0; n < guard->count; n++) {
         const float swing = hopform_swing_to_zero_f32(&guard->from[n], w);
-        reach = swing < reach ? swing : reach;
+        if (swing < ahead.after) {
+            ahead.watch = n;
+            ahead.after = swing;
+        }
     }
-    reach = reach < 1e38f ? 1.015625f * reach : longest;
+    return ahead;
+}
+
+/* Close the window at the root that is expected first, or a little beyond where it was expected. */
+static void reach_ahead(const hopform_guard *guard, float low, float limit, int32_t windows, window *end)
+{
+    const outlook ahead = look_ahead(guard);
+    const float longest = 0.96875f * guard->half_turn;
+    const float far = longest < limit - low ? low + longest : limit;
+    if (ahead.watch >= 0) {
+        const hopform_point_f32 root = hopform_root_ahead_f32(&guard->watch[ahead.watch], guard->poles, low,
+                                                                low + ahead.after < far ? low + ahead.after : far, far);
+        if (root.t > low) {
+            end_at(guard, end, ahead.watch, &root);
+            return;
+        }
+    }
     const float least = windows > 3 ? (guard->frequency > 0.0f ? 0.125f * guard->half_turn : low) : 64.0f * 1.1920929e-7f * low;
-    reach = reach > least ? reach : least;
-    return reach < longest ? reach : longest;
+    const float reach = ahead.watch >= 0 ? 1.015625f * ahead.after : longest;
+    const float t = low + (reach > least ? reach : least);
+    close_window(guard, end, t < far ? t : far);
 }
 
 /* Two events within rounding are at the same time, and the watch with the lower number wins. */
@@ -222,12 +244,14 @@ static void settle_window(const hopform_guard *guard, float low, window *end)
 {
     const float a = guard->poles->a;
     for (int32_t n = 0, cuts = 0; n < guard->count && cuts < 400; n++) {
-        if (n == end->found) {
-            continue;
-        }
         const hopform_sample_f32 *from = &guard->from[n];
         const float h = end->t - low;
-        hopform_verdict_f32 verdict = hopform_judge_f32(from, &end->at[n], a, h, h <= 0.5f * guard->half_turn);
+        hopform_sample_f32 to = end->at[n];
+        to.value = n == end->found ? -2.0f * to.noise : to.value; /* just beyond its root, which must be its first */
+        hopform_verdict_f32 verdict = hopform_judge_f32(from, &to, a, h, h <= 0.5f * guard->half_turn);
+        if (n == end->found && verdict == LOSES_SIGN) {
+            continue;
+        }
         if (verdict == KEEPS_SIGN && end->found > n && is_before(&end->at[n], true)) {
             end->found = n; /* a tie */
             continue;
@@ -249,7 +273,9 @@ static void settle_window(const hopform_guard *guard, float low, window *end)
                 end->found = n;
                 return;
             }
-            end_at_root(guard, end, n, low);
+            const hopform_point_f32 last = {end->t, end->basis, end->at[n]};
+            const hopform_point_f32 root = hopform_root_between_f32(&guard->watch[n], guard->poles, low, last);
+            end_at(guard, end, n, &root);
             n = -1; /* the others must keep their signs up to here */
             cuts++;
         } else if (verdict == UNDECIDED) {
@@ -334,6 +360,15 @@ static int32_t lost_at_once(hopform_guard *guard)
     return -1;
 }
 
+/* A take-off comes before the limit at the same time. */
+static void lift_at_the_limit(float limit, window *end)
+{
+    const hopform_sample_f32 *leg = &end->at[0];
+    if (end->found < 0 && !(end->t < limit) && leg->rate < 0.0f && leg->value < -8.0f * 1.1920929e-7f * limit * leg->rate) {
+        end->found = 0;
+    }
+}
+
 /* The first event of the phase that starts at the chain's state. */
 static phase_end find_end(const stance_chain *chain, const hopform_poles_f32 *poles, const hopform_motion_f32 *motion, float limit)
 {
@@ -349,7 +384,6 @@ static phase_end find_end(const stance_chain *chain, const hopform_poles_f32 *po
     int32_t patience = 8;
     for (int32_t windows = 0; end.found < 0 && !stops && end.t < limit; windows++) {
         const float low = end.t;
-        const float reach = reach_of(&guard, low, windows);
         float quiet = low;
         if (--patience <= 0) {
             quiet = quiet_until(&guard, low, limit);
@@ -358,8 +392,9 @@ static phase_end find_end(const stance_chain *chain, const hopform_poles_f32 *po
         if (quiet > low) {
             close_window(&guard, &end, quiet);
         } else {
-            close_window(&guard, &end, reach < limit - low ? low + reach : limit);
+            reach_ahead(&guard, low, limit, windows, &end);
             settle_window(&guard, low, &end);
+            lift_at_the_limit(limit, &end);
         }
         const float t = end.t;
         stops = meets_stop(chain, &guard, low, &end) && !(end.found == 0 && t <= end.t * (1.0f + 8.0f * 1.1920929e-7f));

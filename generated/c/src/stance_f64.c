@@ -185,30 +185,52 @@ static void close_window(const hopform_guard *guard, window *end, double t)
 }
 
 /* The window ends where a watch has its root. */
-static void end_at_root(const hopform_guard *guard, window *end, int32_t n, double low)
+static void end_at(const hopform_guard *guard, window *end, int32_t n, const hopform_point_f64 *root)
 {
-    const hopform_point_f64 last = {end->t, end->basis, end->at[n]};
-    const hopform_point_f64 root = hopform_root_between_f64(&guard->watch[n], guard->poles, low, last);
-    end->t = root.t;
-    end->basis = root.basis;
+    end->t = root->t;
+    end->basis = root->basis;
     end->found = n;
     sample_window(guard, end);
 }
 
-/* A little beyond the first root that swinging on would bring, or as far as one window may reach. */
-static double reach_of(const hopform_guard *guard, double low, int32_t windows)
+/* Which root swinging on would bring first, and when. */
+typedef struct {
+    int32_t watch; /* -1 if none */
+    double after;
+} outlook;
+
+static outlook look_ahead(const hopform_guard *guard)
 {
     const double w = guard->frequency > 0.0 ? guard->frequency : sqrt(guard->poles->q);
-    const double longest = 0.96875 * guard->half_turn;
-    double reach = 1e+300;
+    outlook ahead = {-1, 0.96875 * guard->half_turn};
     for (int32_t n = 0; n < guard->count; n++) {
         const double swing = hopform_swing_to_zero_f64(&guard->from[n], w);
-        reach = swing < reach ? swing : reach;
+        if (swing < ahead.after) {
+            ahead.watch = n;
+            ahead.after = swing;
+        }
     }
-    reach = reach < 1e+300 ? 1.015625 * reach : longest;
+    return ahead;
+}
+
+/* Close the window at the root that is expected first, or a little beyond where it was expected. */
+static void reach_ahead(const hopform_guard *guard, double low, double limit, int32_t windows, window *end)
+{
+    const outlook ahead = look_ahead(guard);
+    const double longest = 0.96875 * guard->half_turn;
+    const double far = longest < limit - low ? low + longest : limit;
+    if (ahead.watch >= 0) {
+        const hopform_point_f64 root = hopform_root_ahead_f64(&guard->watch[ahead.watch], guard->poles, low,
+                                                                low + ahead.after < far ? low + ahead.after : far, far);
+        if (root.t > low) {
+            end_at(guard, end, ahead.watch, &root);
+            return;
+        }
+    }
     const double least = windows > 3 ? (guard->frequency > 0.0 ? 0.125 * guard->half_turn : low) : 64.0 * 2.220446049250313e-16 * low;
-    reach = reach > least ? reach : least;
-    return reach < longest ? reach : longest;
+    const double reach = ahead.watch >= 0 ? 1.015625 * ahead.after : longest;
+    const double t = low + (reach > least ? reach : least);
+    close_window(guard, end, t < far ? t : far);
 }
 
 /* Two events within rounding are at the same time, and the watch with the lower number wins. */
@@ -222,12 +244,14 @@ static void settle_window(const hopform_guard *guard, double low, window *end)
 {
     const double a = guard->poles->a;
     for (int32_t n = 0, cuts = 0; n < guard->count && cuts < 400; n++) {
-        if (n == end->found) {
-            continue;
-        }
         const hopform_sample_f64 *from = &guard->from[n];
         const double h = end->t - low;
-        hopform_verdict_f64 verdict = hopform_judge_f64(from, &end->at[n], a, h, h <= 0.5 * guard->half_turn);
+        hopform_sample_f64 to = end->at[n];
+        to.value = n == end->found ? -2.0 * to.noise : to.value; /* just beyond its root, which must be its first */
+        hopform_verdict_f64 verdict = hopform_judge_f64(from, &to, a, h, h <= 0.5 * guard->half_turn);
+        if (n == end->found && verdict == LOSES_SIGN) {
+            continue;
+        }
         if (verdict == KEEPS_SIGN && end->found > n && is_before(&end->at[n], true)) {
             end->found = n; /* a tie */
             continue;
@@ -249,7 +273,9 @@ static void settle_window(const hopform_guard *guard, double low, window *end)
                 end->found = n;
                 return;
             }
-            end_at_root(guard, end, n, low);
+            const hopform_point_f64 last = {end->t, end->basis, end->at[n]};
+            const hopform_point_f64 root = hopform_root_between_f64(&guard->watch[n], guard->poles, low, last);
+            end_at(guard, end, n, &root);
             n = -1; /* the others must keep their signs up to here */
             cuts++;
         } else if (verdict == UNDECIDED) {
@@ -334,6 +360,15 @@ static int32_t lost_at_once(hopform_guard *guard)
     return -1;
 }
 
+/* A take-off comes before the limit at the same time. */
+static void lift_at_the_limit(double limit, window *end)
+{
+    const hopform_sample_f64 *leg = &end->at[0];
+    if (end->found < 0 && !(end->t < limit) && leg->rate < 0.0 && leg->value < -8.0 * 2.220446049250313e-16 * limit * leg->rate) {
+        end->found = 0;
+    }
+}
+
 /* The first event of the phase that starts at the chain's state. */
 static phase_end find_end(const stance_chain *chain, const hopform_poles_f64 *poles, const hopform_motion_f64 *motion, double limit)
 {
@@ -349,7 +384,6 @@ static phase_end find_end(const stance_chain *chain, const hopform_poles_f64 *po
     int32_t patience = 8;
     for (int32_t windows = 0; end.found < 0 && !stops && end.t < limit; windows++) {
         const double low = end.t;
-        const double reach = reach_of(&guard, low, windows);
         double quiet = low;
         if (--patience <= 0) {
             quiet = quiet_until(&guard, low, limit);
@@ -358,8 +392,9 @@ static phase_end find_end(const stance_chain *chain, const hopform_poles_f64 *po
         if (quiet > low) {
             close_window(&guard, &end, quiet);
         } else {
-            close_window(&guard, &end, reach < limit - low ? low + reach : limit);
+            reach_ahead(&guard, low, limit, windows, &end);
             settle_window(&guard, low, &end);
+            lift_at_the_limit(limit, &end);
         }
         const double t = end.t;
         stops = meets_stop(chain, &guard, low, &end) && !(end.found == 0 && t <= end.t * (1.0 + 8.0 * 2.220446049250313e-16));

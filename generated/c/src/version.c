@@ -6,5 +6,5 @@
 
 const char *hopform_source(void)
 {
-    return "39133cf9b5cd2ef7";
+    return "73ff636646b4c205";
 }
