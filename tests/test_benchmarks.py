@@ -5,8 +5,9 @@ import shutil
 import numpy as np
 import pytest
 
-from tests.benchmarks import jobs, native, numba_peer, rows, scipy_peers, truth
-from tests.benchmarks.judge import is_right, judge
+from tests.benchmarks import jobs, native, numba_peer, report, rows, scipy_peers, truth
+from tests.benchmarks.judge import Verdict, is_right, judge
+from tests.benchmarks.measure import Outcome, Result
 
 SETS = [of.first(3) for of in jobs.sets()]
 each_set = pytest.mark.parametrize("of", SETS, ids=lambda of: of.name)
@@ -91,3 +92,34 @@ def test_a_peer_that_cannot_be_built_is_left_out_by_name(monkeypatch, tmp_path):
     monkeypatch.setenv("CC", f"{shutil.which('false')}")
     with pytest.raises(native.NotBuilt, match="failed"):
         native.cvode()
+
+
+def result(name: str, tolerance: float | None, time: float, wrong: int = 0, error: float = 1e-15) -> Result:
+    row = rows.Row(name, tolerance, lambda of: pytest.fail("not to be run"))
+    return Result(row, dict.fromkeys(report.SETS, time), dict.fromkeys(report.SETS, Verdict(wrong, error)))
+
+
+OUTCOME = Outcome(
+    (
+        result(rows.BASE, None, 2.0),
+        result(f"{rows.BASE}, plan included", None, 4.0),
+        result("hasty", 1e-6, 1.0, wrong=1),
+        result("right", 1e-8, 20.0, error=1e-6),
+        result("accurate", 1e-10, 60.0, error=1e-10),
+    ),
+    ("absent: not installed",), 3, 1,
+)  # fmt: skip
+
+
+def test_the_headline_is_the_ratio_to_the_fastest_peer_without_a_wrong_event_list():
+    text = report.headline(OUTCOME)
+    assert "without a wrong event list is right, rtol 1e-08, largest error 1e-06: it takes 10.0 x on hopper_c" in text
+    assert "up to 1e-09 is accurate, rtol 1e-10, largest error 1e-10: it takes 30.0 x on hopper_c" in text
+    assert "hasty" not in text
+
+
+def test_the_page_names_what_was_left_out_and_the_readme_keeps_its_other_lines():
+    assert "Left out: absent: not installed." in report.markdown(OUTCOME, {})
+    text = report.into_readme(OUTCOME, f"before\n{report.FROM}old\n{report.TO}after\n")
+    assert text.startswith("before\n") and text.endswith(f"{report.TO}after\n")
+    assert "old" not in text and "| right, rtol 1e-08 | 20.0 | 10.0 |" in text

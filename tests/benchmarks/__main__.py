@@ -1,4 +1,4 @@
-"""`python -m tests.benchmarks [--quick]`: the table, docs/benchmark.md and .svg; --quick writes into out/ instead."""
+"""`python -m tests.benchmarks [--quick]`: the table, docs/benchmark.*, the README's; --quick writes into out/ instead."""
 
 import sys
 
@@ -10,7 +10,7 @@ from tests.benchmarks.measure import measure
 from tests.benchmarks.pieces import pieces
 
 QUICK = {"count": 20, "repetitions": 3}
-FULL = {"count": COUNT, "repetitions": 7}
+FULL = {"count": COUNT, "repetitions": 9}
 
 
 def main() -> None:
@@ -29,6 +29,9 @@ def main() -> None:
     report.terminal(outcome, found, console)
     folder = native.OUT if quick else native.ROOT / "docs"
     (folder / "benchmark.md").write_text(report.markdown(outcome, found), "utf-8")
+    if not quick:
+        readme = native.ROOT / "README.md"
+        readme.write_text(report.into_readme(outcome, readme.read_text("utf-8")), "utf-8")
     report.picture(outcome, folder / "benchmark.svg")
     console.print(f"written: {folder.relative_to(native.ROOT)}/benchmark.md and .svg", markup=False)
 

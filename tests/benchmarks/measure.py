@@ -1,5 +1,8 @@
 """Time every row in one run: the repetitions of all rows interleaved, the median of each kept.
 
+Everything runs on one thread and is timed by the processor's time, so what else the machine does counts little. Rows that take
+long have three repetitions.
+
 What has been timed is kept in out/benchmarks as it comes in, so a run that was stopped goes on where it was.
 """
 
@@ -18,8 +21,8 @@ from tests.benchmarks.judge import Verdict, judge
 from tests.benchmarks.native import OUT, C, NotBuilt, versions
 from tests.benchmarks.rows import Ready, Row, every_row
 
-SHORTEST = 0.02
-"""[s] a repetition solves its jobs over and over for as long as this."""
+SHORTEST, LONG, FEW = 0.02, 0.2, 3
+"""[s] a repetition solves its jobs over and over for as long as SHORTEST; where it takes LONG, FEW are enough."""
 
 
 @dataclass(frozen=True)
@@ -51,6 +54,7 @@ class _Entry:
     jobs: Jobs
     ready: Ready
     loops: int
+    few: bool
     verdict: Verdict
 
     @property
@@ -59,19 +63,20 @@ class _Entry:
 
     def time(self) -> float:
         """Microseconds per stance, once."""
-        begin = time.perf_counter()
+        begin = time.process_time()
         self.ready.run(self.loops)
-        return (time.perf_counter() - begin) / (self.loops * self.ready.stances) * 1e6
+        return (time.process_time() - begin) / (self.loops * self.ready.stances) * 1e6
 
 
 def _entry(row: Row, jobs: Jobs, exact: list[dict[str, Any]]) -> _Entry:
     """A row made ready, judged, and timed once to see how often it fits into a repetition."""
     ready = row.ready(jobs)
     ready.run(1)  # compilers, caches
-    begin = time.perf_counter()
+    begin = time.process_time()
     verdict_on = ready.run(1)
-    took = time.perf_counter() - begin
-    return _Entry(row, jobs, ready, max(1, round(SHORTEST / took)), judge(jobs, ready.answers(verdict_on), exact))
+    took = time.process_time() - begin
+    loops = max(1, round(SHORTEST / max(took, 1e-6)))
+    return _Entry(row, jobs, ready, loops, took > LONG, judge(jobs, ready.answers(verdict_on), exact))
 
 
 def _entries(jobs: tuple[Jobs, ...], say: Callable[[str], None]) -> tuple[list[_Entry], list[str]]:
@@ -102,7 +107,7 @@ def measure(count: int, repetitions: int, say: Callable[[str], None]) -> Outcome
     for repetition in range(repetitions):
         for entry in entries:
             of = times.setdefault(entry.key, [])
-            if len(of) <= repetition:
+            if len(of) <= repetition and not (entry.few and repetition >= FEW):
                 say(f"repetition {repetition + 1} of {repetitions}: {entry.row.name}")
                 of.append(entry.time())
         kept.parent.mkdir(parents=True, exist_ok=True)

@@ -115,26 +115,49 @@ def _markdown(titles: tuple[str, ...], rows: list[tuple[str, ...]], texts: int) 
     return "\n".join("| " + " | ".join(line) + " |" for line in (titles, tuple(rule), *rows)) + "\n"
 
 
+FROM, TO = "<!-- `make bench` writes from here -->\n", "<!-- to here -->\n"
+
+
+def into_readme(outcome: Outcome, text: str) -> str:
+    """A README with the short table between its two marks: hopform's main rows and each peer's fastest right row."""
+    one, shown = base(outcome), list[Result]()
+    for result in outcome.results:
+        if result.row.is_ours and "f32" not in result.row.name and "plan included" not in result.row.name:
+            shown.append(result)
+    for solver in dict.fromkeys(result.row.solver for result in outcome.results if not result.row.is_ours):
+        right = [result for result in outcome.results if result.row.solver == solver and result.wrong == 0]
+        shown += sorted(right, key=lambda result: sum(result.times.values()))[:1]
+    table = _markdown(TITLES, [cells(result, one) for result in shown], 1)
+    before, rest = text.split(FROM)
+    after = rest.split(TO)[1]
+    return f"{before}{FROM}{headline(outcome)}\n\n{table}{TO}{after}"
+
+
 def markdown(outcome: Outcome, pieces: Pieces) -> str:
     """The page docs/benchmark.md."""
     one = base(outcome)
     left_out = "".join(f"\nLeft out: {line}.\n" for line in outcome.left_out)
     return f"""# Benchmarks
 
-`make bench` makes this page and its picture: {outcome.count} stances of each set, one thread, all rows in one run, repetitions
-interleaved, the median of {outcome.repetitions}. hopform is compiled with the flags it ships with (-O2, portable
-baseline), the peers with -O3 -march=native.
+`make bench` makes this page, its picture and the README's table: {outcome.count} stances of each set, one thread, processor
+time, all rows in one run, repetitions interleaved, the median of {outcome.repetitions} (3 for slow rows). hopform is compiled
+with the flags it ships with (-O2, portable baseline), the peers with -O3 -march=native.
 
 {headline(outcome)}
 
 ![Work and precision](benchmark.svg)
 
-The job: touchdown state and a constant current in; take-off time and state, every event with its time, and the AED out, by
-the same rules for sticking, slipping, reversals and stops. `hopper_c`: drops from 2 to 40 cm at -3 to 3 A. `random`: a robot of its
-own for each stance, mass ratio 1e-2 to 1e2, k 1e2 to 1e5 N/m, Coulomb friction, a third with stops. ratio: time over that of
-{BASE}. error: the largest scaled error of times, state and AED against the 50-digit reference, over the condition number where
-that is above 1. wrong: stances whose ending or event list is not the reference's (not in the error). Every peer starts anew at
-every switch, with a first step within which no event function that starts at zero returns; for expm + brentq the tolerance sets the scan.
+The job: touchdown state and a constant current in; take-off time and state, every event with its time, and the AED out,
+by the same rules for sticking, slipping, reversals and stops.
+
+- `hopper_c`: drops from 2 to 40 cm at -3 to 3 A. `random`: a robot of its own for each stance, mass ratio 1e-2 to 1e2,
+  k 1e2 to 1e5 N/m, Coulomb friction, a third with stops.
+- ratio: time over that of {BASE}. The plan of a robot is made once, unless a row says otherwise.
+- error: the largest scaled error of times, state and AED against the 50-digit reference, over the condition number where
+  that is above 1.
+- wrong: stances whose ending or event list is not the reference's; they are not in the error.
+- Every peer starts anew at every switch, with a first step within which no event function that starts at zero returns.
+  For expm + brentq the tolerance sets how densely it scans.
 
 {_markdown(TITLES, [cells(result, one) for result in outcome.results], 1)}{left_out}
 ## hopform's C alone
