@@ -45,6 +45,10 @@ mutants-all: compiler venv-dev ## the same with every mutant that tools/mutants.
 test-determinism: venv-dev ## derive with every Python, several sympy and hash seeds: the same bytes each time
 	$(PY) tools/determinism.py
 
+bench: compiler venv-bench ## time hopform against other solvers, judge all by the reference, write docs/benchmark.*; QUICK=1 is short
+	$(PY) tools/build_library.py
+	OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1 $(PY) -m tests.benchmarks $(if $(QUICK),--quick)
+
 clean: ## remove everything that these targets made, except generated/
 	rm -rf .venv out dist build .pytest_cache .mypy_cache .ruff_cache .hypothesis runtime/hopform/_libhopform.*
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +
@@ -59,5 +63,8 @@ venv:
 venv-dev:
 	@sh tools/venv.sh dev
 
+venv-bench:
+	@sh tools/venv.sh bench
+
 .NOTPARALLEL:
-.PHONY: help run test generate check lint wheel mutants mutants-all test-determinism clean compiler venv venv-dev
+.PHONY: help run test generate check lint wheel mutants mutants-all test-determinism bench clean compiler venv venv-dev venv-bench

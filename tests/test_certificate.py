@@ -16,7 +16,7 @@ import pytest
 import sympy as sp
 
 from derive import quantities as Q
-from derive import time_domain
+from derive import partial_fractions, time_domain
 from derive.ir import Function, Quantity, Record
 from derive.program import program
 from hopform_solver import formulas, records

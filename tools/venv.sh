@@ -9,7 +9,8 @@ current="$here $(cksum <pyproject.toml)"
 
 clear=--clear
 if [ -x .venv/bin/python ]; then
-    for stamp in ".venv/with-$extras" .venv/with-dev; do # dev holds everything
+    # dev holds everything but the peers of the benchmarks, bench holds dev.
+    for stamp in ".venv/with-$extras" .venv/with-bench $([ "$extras" = bench ] || echo .venv/with-dev); do
         case "$(cat "$stamp" 2>/dev/null)" in
         "$current") exit 0 ;;
         "$here "*) clear= ;;
