@@ -53,9 +53,7 @@ def changed(value: sp.Expr, inputs: Iterable[sp.Symbol]) -> sp.Expr:
     return sp.expand(sum((value.diff(symbol) * change_of(symbol) for symbol in inputs), sp.S.Zero))
 
 
-def changed_steps(
-    steps: Sequence[Step], inputs: Sequence[sp.Symbol], wanted: Sequence[sp.Symbol]
-) -> tuple[Step, ...]:
+def changed_steps(steps: Sequence[Step], inputs: Sequence[sp.Symbol], wanted: Sequence[sp.Symbol]) -> tuple[Step, ...]:
     """The changes `wanted`, step by step, with those of the steps themselves that they read."""
     moving, made = list(inputs), list[Step]()
     for step in steps:

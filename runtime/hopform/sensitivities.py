@@ -31,7 +31,9 @@ class Sensitivities:
         row, column = names
         for name, known in ((row, self.rows), (column, self.columns)):
             if name not in known:
-                raise HopformError(f"there is no sensitivity {row!r}, {column!r}: {name!r} is not one of {', '.join(known)}")
+                raise HopformError(
+                    f"there is no sensitivity {row!r}, {column!r}: {name!r} is not one of {', '.join(known)}"
+                )
         return float(self.matrix[self.rows.index(row), self.columns.index(column)])
 
 
