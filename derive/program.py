@@ -60,7 +60,6 @@ DECAY_PAIR = Record("PairCore", "R and its derivative.", Q.PAIR.quantities[:2])
 PAIR_INTEGRALS = Record("PairIntegrals", "The integrals of R.", Q.PAIR.quantities[2:])
 UNSHIFTED = Record("KnownPair", "R, its derivative and its first integral.", Q.PAIR.quantities[:3])
 SHORT = Record("KnownBasis", "W, its derivatives and its first integral.", Q.BASIS.quantities[:4])
-AT_CHANGE = sensitivity.changes(AT)
 V_UP = _scalar(control.v_up, "m/s", "max(v_2, 0) at take-off")
 
 
@@ -258,11 +257,11 @@ def program(model: Model = HOPPER) -> Program:
             sensitivity.SLOPES,
         ),
         Function(
-            "gain_change",
-            "How the AED changes with the robot and both states.",
-            (robot, Q.STATE, AT, robot_change, sensitivity.STATE_CHANGE, AT_CHANGE),
-            sensitivity.gain_change(model),
-            _scalar(sensitivity.change_of(sp.Symbol("gain", real=True)), "J", "change of the AED"),
+            "body_energy_change",
+            "How the energy of the body changes with the robot and the state, x_2 counted from L_0 + c.",
+            (robot, Q.STATE, robot_change, sensitivity.STATE_CHANGE),
+            sensitivity.body_energy_change(model),
+            _scalar(sensitivity.change_of(Q.body), "J", "change of the energy"),
         ),
         Function(
             "apex_change",
@@ -309,7 +308,6 @@ def program(model: Model = HOPPER) -> Program:
         ledger,
         robot_change,
         sensitivity.STATE_CHANGE,
-        AT_CHANGE,
         sensitivity.SLOPES,
     )
     return Program(

@@ -8,7 +8,7 @@ from collections.abc import Iterable, Sequence
 
 import sympy as sp
 
-from derive import control, laplace, time_domain
+from derive import control, laplace
 from derive.ir import Quantity, Record, Step
 from derive.model import Model
 from derive.quantities import CURRENT, RATES, STATE, g, k, m_s, u, v2, x1, y
@@ -73,22 +73,17 @@ def slopes(model: Model) -> tuple[Step, ...]:
     return changed_steps((*rates, *laplace.drive()), (*model.robot.symbols, u), SLOPES.symbols)
 
 
-def gain_change(model: Model) -> tuple[Step, ...]:
-    """Change of the AED from the changes of the robot and of the states between which the body's energy is taken."""
-    length, length_t, rise, kinetic, weight, spring, gain = sp.symbols(
-        "length length_t rise kinetic weight spring gain", real=True
-    )
-    x1_t, v2_t, y_t = time_domain.x1_t, time_domain.v2_t, time_domain.y_t
+def body_energy_change(model: Model) -> tuple[Step, ...]:
+    """Change of the body's energy with x_2 from L_0 + c; that at the end less that at the start is the change of the AED."""
+    length, kinetic, weight, spring, body = sp.symbols("length kinetic weight spring body", real=True)
     steps = (
-        Step(length, x1 - y, "x_2 - L_0 - c at the start"),
-        Step(length_t, x1_t - y_t, "x_2 - L_0 - c at the end"),
-        Step(rise, length_t - length, "x_2, how far it has moved"),
-        Step(kinetic, m_s * (v2_t**2 - v2**2) / 2, "(22) kinetic share"),
-        Step(weight, m_s * g * rise, "(22), (23) share of the weight"),
-        Step(spring, k * (length_t**2 - length**2) / 2, "(22), (23) share of the spring"),
-        Step(gain, kinetic + weight + spring, "(22)-(24) U_delta"),
+        Step(length, x1 - y, "x_2 - L_0 - c"),
+        Step(kinetic, m_s * v2**2 / 2, "(22) kinetic"),
+        Step(weight, m_s * g * length, "(22), (23) weight"),
+        Step(spring, k * length**2 / 2, "(22), (23) spring"),
+        Step(body, kinetic + weight + spring, "(22), (23)"),
     )
-    return changed_steps(steps, (*model.robot.symbols, x1, v2, y, x1_t, v2_t, y_t), (change_of(gain),))
+    return changed_steps(steps, (*model.robot.symbols, x1, v2, y), (change_of(body),))
 
 
 def apex_change() -> tuple[Step, ...]:

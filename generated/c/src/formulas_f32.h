@@ -204,14 +204,6 @@ typedef struct {
     float d_y;   /* [m] change of the compression of the spring, x_1 - x_2 + L_0 + c */
 } hopform_state_change_f32;
 
-/* Changes: The state at time t of a phase. */
-typedef struct {
-    float d_x1_t;  /* [m] change of the displacement of the actuator */
-    float d_v1_t;  /* [m/s] change of the velocity of the actuator */
-    float d_v2_t;  /* [m/s] change of the velocity of the body */
-    float d_y_t;   /* [m] change of the compression of the spring */
-} hopform_at_change_f32;
-
 /* Change of the right sides of (3), (4), by what each share of it goes with. */
 typedef struct {
     float d_C_1;    /* [m/s^2] change of the acceleration of the actuator, constant in a phase */
@@ -618,26 +610,20 @@ static inline hopform_slopes_f32 hopform_slopes_of_f32(const hopform_robot_f32 *
     return result;
 }
 
-/* How the AED changes with the robot and both states. */
-static inline float hopform_gain_change_f32(const hopform_robot_f32 *robot, const hopform_state_f32 *state, const hopform_at_f32 *at, const hopform_robot_change_f32 *robot_change, const hopform_state_change_f32 *state_change, const hopform_at_change_f32 *at_change)
+/* How the energy of the body changes with the robot and the state, x_2 counted from L_0 + c. */
+static inline float hopform_body_energy_change_f32(const hopform_robot_f32 *robot, const hopform_state_f32 *state, const hopform_robot_change_f32 *robot_change, const hopform_state_change_f32 *state_change)
 {
     const float m_s = robot->m_s, k = robot->k, g = robot->g;
     const float x1 = state->x1, v2 = state->v2, y = state->y;
-    const float x1_t = at->x1_t, v2_t = at->v2_t, y_t = at->y_t;
     const float d_m_s = robot_change->d_m_s, d_k = robot_change->d_k, d_g = robot_change->d_g;
     const float d_x1 = state_change->d_x1, d_v2 = state_change->d_v2, d_y = state_change->d_y;
-    const float d_x1_t = at_change->d_x1_t, d_v2_t = at_change->d_v2_t, d_y_t = at_change->d_y_t;
-    const float length = x1 - y;                                                                                           /* x_2 - L_0 - c at the start */
-    const float d_length = d_x1 - d_y;                                                                                     /* change of x_2 - L_0 - c at the start */
-    const float length_t = x1_t - y_t;                                                                                     /* x_2 - L_0 - c at the end */
-    const float d_length_t = d_x1_t - d_y_t;                                                                               /* change of x_2 - L_0 - c at the end */
-    const float rise = length_t - length;                                                                                  /* x_2, how far it has moved */
-    const float d_rise = d_length_t - d_length;                                                                            /* change of x_2, how far it has moved */
-    const float d_kinetic = 0.5f*d_m_s*v2_t*v2_t + d_v2_t*m_s*v2_t - 0.5f*d_m_s*v2*v2 - d_v2*m_s*v2;                         /* change of (22) kinetic share */
-    const float d_weight = d_g*m_s*rise + d_m_s*g*rise + d_rise*g*m_s;                                                     /* change of (22), (23) share of the weight */
-    const float d_spring = 0.5f*d_k*length_t*length_t + d_length_t*k*length_t - 0.5f*d_k*length*length - d_length*k*length;  /* change of (22), (23) share of the spring */
-    const float d_gain = d_kinetic + d_spring + d_weight;                                                                  /* change of (22)-(24) U_delta */
-    return d_gain;
+    const float length = x1 - y;                                              /* x_2 - L_0 - c */
+    const float d_length = d_x1 - d_y;                                        /* change of x_2 - L_0 - c */
+    const float d_kinetic = 0.5f*d_m_s*v2*v2 + d_v2*m_s*v2;                    /* change of (22) kinetic */
+    const float d_weight = d_g*length*m_s + d_length*g*m_s + d_m_s*g*length;  /* change of (22), (23) weight */
+    const float d_spring = 0.5f*d_k*length*length + d_length*k*length;         /* change of (22), (23) spring */
+    const float d_body = d_kinetic + d_spring + d_weight;                     /* change of (22), (23) */
+    return d_body;
 }
 
 /* How the apex changes with gravity and the state at take-off. */

@@ -271,7 +271,6 @@ static bool finish(const hopform_plan_f32 *plan, const hopform_step_f32 *steps, 
     const hopform_robot_f32 *robot = &plan->robot;
     const hopform_phase_f32 *last = &phases[stance->phases_kept - 1];
     const hopform_state_f32 start = {phases[0].x1, phases[0].v1, phases[0].v2, phases[0].y};
-    const hopform_at_f32 end = {stance->end.x1, stance->end.v1, stance->end.v2, stance->end.y};
     const float v_up = stance->end.v2 > 0.0f ? stance->end.v2 : 0.0f;
     float speed[SIZE];
     speeds(plan, steps, last, &stance->end, speed);
@@ -286,7 +285,7 @@ static bool finish(const hopform_plan_f32 *plan, const hopform_step_f32 *steps, 
         const float d_v2 = change->at[V2][column] + speed[V2] * late;
         const hopform_state_change_f32 at_start = {column == BY_X1 ? 1.0f : 0.0f, column == BY_V1 ? 1.0f : 0.0f,
                                                     column == BY_V2 ? 1.0f : 0.0f, column == BY_Y ? 1.0f : 0.0f};
-        const hopform_at_change_f32 at_end = {d_x1, d_v1, d_v2, 0.0f};
+        const hopform_state_change_f32 at_end = {d_x1, d_v1, d_v2, 0.0f};
         matrix[ROW_T * COLUMNS + column] = late;
         matrix[ROW_X1 * COLUMNS + column] = d_x1;
         matrix[ROW_V1 * COLUMNS + column] = d_v1;
@@ -294,7 +293,8 @@ static bool finish(const hopform_plan_f32 *plan, const hopform_step_f32 *steps, 
         matrix[ROW_V2 * COLUMNS + column] = d_v2;
         matrix[ROW_APEX * COLUMNS + column] =
             robot->g > 0.0f ? hopform_apex_change_f32(robot, v_up, &by, d_x1, d_v2) : 0.0f;
-        matrix[ROW_AED * COLUMNS + column] = hopform_gain_change_f32(robot, &start, &end, &by, &at_start, &at_end);
+        matrix[ROW_AED * COLUMNS + column] = hopform_body_energy_change_f32(robot, &stance->end, &by, &at_end)
+                                             - hopform_body_energy_change_f32(robot, &start, &by, &at_start);
     }
     return true;
 }

@@ -6,5 +6,5 @@
 
 const char *hopform_source(void)
 {
-    return "1660c7c7cdfd111c";
+    return "0f9e9e09b9a6f3c3";
 }

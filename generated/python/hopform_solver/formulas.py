@@ -8,7 +8,6 @@ from numpy import fabs, sqrt
 
 from hopform_solver.records import (
     At,
-    AtChange,
     Basis,
     Decay,
     Drive,
@@ -477,28 +476,22 @@ def slopes_of(robot: Robot, u: Real, side_1: Real, side_2: Real, robot_change: R
     return Slopes(d_C_1, d_a1_y, d_a1_v1, d_a1_v2, d_C_2, d_a2_y, d_a2_v1, d_a2_v2)
 
 
-def gain_change(robot: Robot, state: State, at: At, robot_change: RobotChange, state_change: StateChange, at_change: AtChange) -> Real:
-    """How the AED changes with the robot and both states.
+def body_energy_change(robot: Robot, state: State, robot_change: RobotChange, state_change: StateChange) -> Real:
+    """How the energy of the body changes with the robot and the state, x_2 counted from L_0 + c.
 
-    Returns d_gain [J], change of the AED.
+    Returns d_body [J], change of the energy.
     """
     m_s, k, g = robot.m_s, robot.k, robot.g
     x1, v2, y = state.x1, state.v2, state.y
-    x1_t, v2_t, y_t = at.x1_t, at.v2_t, at.y_t
     d_m_s, d_k, d_g = robot_change.d_m_s, robot_change.d_k, robot_change.d_g
     d_x1, d_v2, d_y = state_change.d_x1, state_change.d_v2, state_change.d_y
-    d_x1_t, d_v2_t, d_y_t = at_change.d_x1_t, at_change.d_v2_t, at_change.d_y_t
-    length = x1 - y                                                                                           # x_2 - L_0 - c at the start
-    d_length = d_x1 - d_y                                                                                     # change of x_2 - L_0 - c at the start
-    length_t = x1_t - y_t                                                                                     # x_2 - L_0 - c at the end
-    d_length_t = d_x1_t - d_y_t                                                                               # change of x_2 - L_0 - c at the end
-    rise = length_t - length                                                                                  # x_2, how far it has moved
-    d_rise = d_length_t - d_length                                                                            # change of x_2, how far it has moved
-    d_kinetic = 0.5*d_m_s*v2_t*v2_t + d_v2_t*m_s*v2_t - 0.5*d_m_s*v2*v2 - d_v2*m_s*v2                         # change of (22) kinetic share
-    d_weight = d_g*m_s*rise + d_m_s*g*rise + d_rise*g*m_s                                                     # change of (22), (23) share of the weight
-    d_spring = 0.5*d_k*length_t*length_t + d_length_t*k*length_t - 0.5*d_k*length*length - d_length*k*length  # change of (22), (23) share of the spring
-    d_gain = d_kinetic + d_spring + d_weight                                                                  # change of (22)-(24) U_delta
-    return d_gain
+    length = x1 - y                                              # x_2 - L_0 - c
+    d_length = d_x1 - d_y                                        # change of x_2 - L_0 - c
+    d_kinetic = 0.5*d_m_s*v2*v2 + d_v2*m_s*v2                    # change of (22) kinetic
+    d_weight = d_g*length*m_s + d_length*g*m_s + d_m_s*g*length  # change of (22), (23) weight
+    d_spring = 0.5*d_k*length*length + d_length*k*length         # change of (22), (23) spring
+    d_body = d_kinetic + d_spring + d_weight                     # change of (22), (23)
+    return d_body
 
 
 def apex_change(robot: Robot, v_up: Real, robot_change: RobotChange, d_x1: Real, d_v_up: Real) -> Real:

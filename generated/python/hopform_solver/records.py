@@ -510,19 +510,6 @@ class StateChange(NamedTuple):
     """[m] change of the compression of the spring, x_1 - x_2 + L_0 + c"""
 
 
-class AtChange(NamedTuple):
-    """Changes: The state at time t of a phase."""
-
-    d_x1_t: Real
-    """[m] change of the displacement of the actuator"""
-    d_v1_t: Real
-    """[m/s] change of the velocity of the actuator"""
-    d_v2_t: Real
-    """[m/s] change of the velocity of the body"""
-    d_y_t: Real
-    """[m] change of the compression of the spring"""
-
-
 class Slopes(NamedTuple):
     """Change of the right sides of (3), (4), by what each share of it goes with."""
 

@@ -21,7 +21,7 @@ from hopform_solver import formulas
 from hopform_solver.lanes import Array, choose, take
 from hopform_solver.linear import ONE, V1, V2, X, Y, doublings_of, system, transition
 from hopform_solver.phases import Plan, Side, motion_of, plan_lanes, state_in_phase
-from hopform_solver.records import ENDINGS, EVENTS, At, AtChange, Robot, RobotChange, State, StateChange
+from hopform_solver.records import ENDINGS, EVENTS, Robot, RobotChange, State, StateChange
 from hopform_solver.stance import Phases, Solution, sides_of
 
 ROWS = ("T", "x1", "v1", "x2", "v2", "apex", "aed")
@@ -196,9 +196,11 @@ def _finish(chains: _Chains, end: State, change: Array) -> Array:
     unit = np.eye(len(COLUMNS), dtype=dtype)
     at_start = StateChange(*(unit[np.newaxis, _BY[name]] for name in State._fields))
     robot = _column(take(chains.plan.robot, chains.first))
-    start, at = _column(take(chains.states, chains.first)), _column(At(*end))
-    aed = formulas.gain_change(robot, start, at, by, at_start, AtChange(d_x1, d_v1, d_v2, np.zeros_like(d_x1)))
-    apex = formulas.apex_change(robot, np.maximum(at.v2_t, 0.0), by, d_x1, d_v2)
+    start, end = _column(take(chains.states, chains.first)), _column(end)
+    at_end = StateChange(d_x1, d_v1, d_v2, np.zeros_like(d_x1))
+    before = formulas.body_energy_change(robot, start, by, at_start)
+    aed = formulas.body_energy_change(robot, end, by, at_end) - before
+    apex = formulas.apex_change(robot, np.maximum(end.v2, 0.0), by, d_x1, d_v2)
     return np.stack([late, d_x1, d_v1, d_x1 + by.d_L0 + by.d_c, d_v2, apex, aed], axis=1)
 
 
