@@ -6,5 +6,5 @@
 
 const char *hopform_source(void)
 {
-    return "0f9e9e09b9a6f3c3";
+    return "736d7682a59be622";
 }

@@ -52,4 +52,4 @@ def doublings_of(plan: Plan, side: Side, t: Array) -> NDArray[np.int64]:
     """How often a time in which little moves must be doubled to give t."""
     poles = poles_of(plan, side)
     fastest = (poles.s_1 + np.sqrt(poles.s_2)) * t
-    return np.ceil(np.log2(np.maximum(2.0 * fastest, 1.0))).astype(np.int64)
+    return np.asarray(np.ceil(np.log2(np.maximum(2.0 * fastest, 1.0))), dtype=np.int64)

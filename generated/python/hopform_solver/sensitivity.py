@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hopform_solver import formulas
-from hopform_solver.lanes import Array, choose, take
+from hopform_solver.lanes import Array, Record, choose, take
 from hopform_solver.linear import ONE, V1, V2, X, Y, doublings_of, system, transition
 from hopform_solver.phases import Plan, Side, motion_of, plan_lanes, state_in_phase
 from hopform_solver.records import ENDINGS, EVENTS, Robot, RobotChange, State, StateChange
@@ -116,7 +116,7 @@ def _robot_change(dtype: Any) -> RobotChange:
     return RobotChange(*(unit[np.newaxis, _BY[name]] for name in Robot._fields))
 
 
-def _column(record: Any) -> Any:
+def _column(record: Record) -> Record:
     """A record of lanes, to broadcast against columns."""
     return type(record)(*(field[:, np.newaxis] for field in record))
 
@@ -127,9 +127,8 @@ def _advance(chains: _Chains, index: NDArray[np.intp], change: Array) -> Array:
     phi, by_share = _responses(plan, start, u, side, chains.length[index])
     dtype = change.dtype
     by_u = np.eye(len(COLUMNS), dtype=dtype)[np.newaxis, _BY["u"]]
-    slopes = formulas.slopes_of(
-        _column(plan.robot), u[:, np.newaxis], *_column(side), _robot_change(dtype), by_u
-    )
+    robot, at = _column(plan.robot), _column(side)
+    slopes = formulas.slopes_of(robot, u[:, np.newaxis], at.first, at.second, _robot_change(dtype), by_u)
     shape = (index.size, len(COLUMNS))
     of_share = np.stack([np.broadcast_to(np.asarray(slope, dtype=dtype), shape) for slope in slopes], axis=1)
     return np.asarray(phi @ change + by_share @ of_share)
