@@ -59,45 +59,61 @@ static int column_of(int share)
     return place == 0 ? ONE : X + place;
 }
 
-/* sum += a b */
+/* sum += a b; half of what stands in M and Phi is zero. */
 static void add_product(hopform_matrix_f64 *sum, const hopform_matrix_f64 *a, const hopform_matrix_f64 *b)
 {
     for (int i = 0; i < SIZE; i++) {
         for (int k = 0; k < SIZE; k++) {
-            for (int j = 0; j < SIZE; j++) {
-                sum->at[i][j] += a->at[i][k] * b->at[k][j];
+            const double factor = a->at[i][k];
+            if (fabs(factor) > 0.0) {
+                for (int j = 0; j < SIZE; j++) {
+                    sum->at[i][j] += factor * b->at[k][j];
+                }
             }
         }
     }
 }
 
-/* G of a share over a short time h: the power series of the derivative of exp(M h). */
-static hopform_matrix_f64 short_response(const hopform_matrix_f64 *m, int share, double h)
+/* (m a + added) factor in place of a. */
+static void next_term(hopform_matrix_f64 *a, const hopform_matrix_f64 *m, const hopform_matrix_f64 *added, double factor)
+{
+    hopform_matrix_f64 sum = *added;
+    add_product(&sum, m, a);
+    for (int i = 0; i < SIZE; i++) {
+        for (int j = 0; j < SIZE; j++) {
+            a->at[i][j] = sum.at[i][j] * factor;
+        }
+    }
+}
+
+/* G of each share over a short time h: the power series of the derivative of exp(M h). */
+static void short_responses(const hopform_matrix_f64 *m, double h, hopform_matrix_f64 shares[SHARES])
 {
     const hopform_matrix_f64 zero = {{{0}}};
     hopform_matrix_f64 power = zero;
-    hopform_matrix_f64 term = zero;
-    hopform_matrix_f64 sum = zero;
+    hopform_matrix_f64 terms[SHARES];
     for (int i = 0; i < SIZE; i++) {
         power.at[i][i] = 1.0;
     }
+    for (int share = 0; share < SHARES; share++) {
+        terms[share] = zero;
+        shares[share] = zero;
+    }
     for (int n = 1; n < RESPONSE_TERMS; n++) {
-        hopform_matrix_f64 next = zero;
-        hopform_matrix_f64 next_power = zero;
-        add_product(&next, m, &term);
-        add_product(&next_power, m, &power);
-        for (int j = 0; j < SIZE; j++) {
-            next.at[row_of(share)][j] += power.at[column_of(share)][j];
-        }
-        for (int i = 0; i < SIZE; i++) {
+        for (int share = 0; share < SHARES; share++) {
+            hopform_matrix_f64 added = zero;
             for (int j = 0; j < SIZE; j++) {
-                term.at[i][j] = next.at[i][j] * h / (double)n;
-                power.at[i][j] = next_power.at[i][j] * h / (double)n;
-                sum.at[i][j] += term.at[i][j];
+                added.at[row_of(share)][j] = power.at[column_of(share)][j];
+            }
+            next_term(&terms[share], m, &added, h / (double)n);
+            for (int i = 0; i < SIZE; i++) {
+                for (int j = 0; j < SIZE; j++) {
+                    shares[share].at[i][j] += terms[share].at[i][j];
+                }
             }
         }
+        next_term(&power, m, &zero, h / (double)n);
     }
-    return sum;
 }
 
 /* The response of a phase of length t. A share of a mass that is held has none. */
@@ -116,9 +132,7 @@ static response response_of(const hopform_plan_f64 *plan, const hopform_phase_f6
         doublings++;
     }
     hopform_matrix_f64 shares[SHARES];
-    for (int share = 0; share < SHARES; share++) {
-        shares[share] = short_response(&m, share, h);
-    }
+    short_responses(&m, h, shares);
     for (; doublings > 0; doublings--) {
         const hopform_matrix_f64 phi = hopform_transition_f64(plan, &drive, side_1, side_2, h);
         for (int share = 0; share < SHARES; share++) {

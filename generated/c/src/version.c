@@ -6,5 +6,5 @@
 
 const char *hopform_source(void)
 {
-    return "736d7682a59be622";
+    return "30a0f110112328dd";
 }
