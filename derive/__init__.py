@@ -11,6 +11,7 @@ Read in this order, which is also the order of the paper and of the imports:
     modes               what each mass may do, and what ends it
     energy              the energy of the body and the ledger                       (22)-(24)
     control             the controller's quantities, the apex, variations           (25)-(27)
+    sensitivity         how states, apex and AED change with their inputs
     equations           the register: as printed, as derived, verdict, reason
     program             the named steps, ordered into functions
     languages, render   functions into NumPy and C text

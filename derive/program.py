@@ -6,7 +6,7 @@ events, the chain of phases) stands once per language under templates/ and calls
 
 import sympy as sp
 
-from derive import control, energy, laplace, modes, partial_fractions, time_domain
+from derive import control, energy, laplace, modes, partial_fractions, sensitivity, time_domain
 from derive import quantities as Q
 from derive.ir import Function, Program, Quantity, Record
 from derive.model import HOPPER, Model
@@ -61,12 +61,14 @@ DECAY_PAIR = Record("PairCore", "R and its derivative.", Q.PAIR.quantities[:2])
 PAIR_INTEGRALS = Record("PairIntegrals", "The integrals of R.", Q.PAIR.quantities[2:])
 UNSHIFTED = Record("KnownPair", "R, its derivative and its first integral.", Q.PAIR.quantities[:3])
 SHORT = Record("KnownBasis", "W, its derivatives and its first integral.", Q.BASIS.quantities[:4])
+V_UP = _scalar(control.v_up, "m/s", "max(v_2, 0) at take-off")
 
 
 def program(model: Model = HOPPER) -> Program:
     """The functions and records of a model."""
     robot = model.robot
     ledger = energy.ledger_record(model)
+    robot_change = sensitivity.changes(robot)
     functions = (
         Function(
             "rates_of",
@@ -218,7 +220,7 @@ def program(model: Model = HOPPER) -> Program:
         Function(
             "apex_of_takeoff",
             "Hop height of the apex after a take-off.",
-            (robot, Q.STATE.quantities[0], _scalar(control.v_up, "m/s", "max(v_2, 0) at take-off")),
+            (robot, Q.STATE.quantities[0], V_UP),
             control.apex_of_takeoff(),
             _scalar(control.apex, "m", "hop height of the apex"),
         ),
@@ -255,6 +257,33 @@ def program(model: Model = HOPPER) -> Program:
             control.threshold(),
             _scalar(control.u_threshold, "A", "threshold of the current"),
         ),
+        Function(
+            "slopes_of",
+            "How the right sides of (3), (4) change with the robot and the current.",
+            (robot, Q.CURRENT, Q.SIDE_1, Q.SIDE_2, robot_change, sensitivity.CURRENT_CHANGE),
+            sensitivity.slopes(model),
+            sensitivity.SLOPES,
+        ),
+        Function(
+            "body_energy_change",
+            "How the energy of the body changes with the robot and the state, x_2 counted from L_0 + c.",
+            (robot, Q.STATE, robot_change, sensitivity.STATE_CHANGE),
+            sensitivity.body_energy_change(model),
+            _scalar(sensitivity.change_of(Q.body), "J", "change of the energy"),
+        ),
+        Function(
+            "apex_change",
+            "How the apex changes with gravity and the state at take-off.",
+            (
+                robot,
+                V_UP,
+                robot_change,
+                _scalar(sensitivity.change_of(Q.x1), "m", "change of the actuator's displacement at take-off"),
+                _scalar(sensitivity.change_of(control.v_up), "m/s", "change of v_up"),
+            ),
+            sensitivity.apex_change(),
+            _scalar(sensitivity.change_of(control.apex), "m", "change of the hop height of the apex"),
+        ),
     )
     records = (
         robot,
@@ -285,6 +314,9 @@ def program(model: Model = HOPPER) -> Program:
         Q.ENERGY,
         Q.MOMENTS,
         ledger,
+        robot_change,
+        sensitivity.STATE_CHANGE,
+        sensitivity.SLOPES,
     )
     return Program(
         "Closed-form stance of a series-elastic hopper with viscous and Coulomb friction.", records, functions

@@ -4,6 +4,7 @@ Package and library are derived, compiled and compared with the 50-digit referen
 term that the closed form cannot carry is refused by name.
 """
 
+import dataclasses
 import importlib
 import math
 import sys
@@ -20,6 +21,7 @@ from derive.__main__ import main
 from hopform import native
 from hopform_solver import records
 from tests import reference
+from tests.differences import differences, scaled_error, size_of
 from tests.measure import TOLERANCE, plain_errors, random_robot, rounded
 from tools.build_library import compile_sources
 
@@ -114,6 +116,31 @@ def by_package(robot: hopform.Robot, b12: float, start: dict[str, Any], dtype: A
         ledger, loss = energy.ledger_at(solution, 0, at)
         total = energy.energy_at(solution, 0, at).total
     return seen(robot, hopform.arrays.Solved(solution), dtype, ledger, loss, total)
+
+
+# ---- the derivatives are those of the reference ----
+
+
+def test_derivatives_with_a_damper_are_those_of_the_reference(package, library):
+    """The damper fills both rows of the equations, and a stop that takes v1 changes the acceleration of the body at once."""
+    robot, b12 = dataclasses.replace(hopform.load_robot("hopper_c"), x1_max=0.05), 10.0
+    start = {"v2": -1.93, "x1": 0.02, "v1": 0.9, "u": 1.0}
+    solved = native.solve(
+        (*robot.parameters, b12), records.State(0.02, 0.9, -1.93, 0.0), ((0.0, 1.0),), 2.0, 4096,
+        np.dtype(np.float64), library,
+    )  # fmt: skip
+    assert {records.EVENTS[row[3]] for row in solved.phase_rows()[1:]} >= {"x1_hits_stop", "x1_reverses", "x2_reverses"}
+    solution = package.solve(package.Robot(*robot.parameters, b12), package.State(0.02, 0.9, -1.93, 0.0), 1.0)
+    by_package = importlib.import_module("damped_solver.sensitivity")
+    exact, sizes, columns = {**rounded(robot, np.float64), "b12": b12}, [], []
+    for name in by_package.COLUMNS:
+        value = exact.get(name, start.get(name, 0.0))
+        sizes.append(size_of(name, value))
+        known = name not in ("y", "u_max", "impact_loss")
+        columns.append(differences(exact, start, name, sizes[-1]) if known else [0.0] * 7)
+    columns[by_package.COLUMNS.index("y")] = [math.nan] * 7
+    for ours in (solved.sensitivities(), by_package.sensitivities_of(solution)):
+        assert scaled_error(ours, np.array(columns).T, np.array(sizes)) <= 1e-12
 
 
 # ---- the answers are those of the reference ----

@@ -157,6 +157,27 @@ MUTANTS = (
         "np.where(struck, -0.5 * robot.m_eff * v1 * v1, 0.0)",
         "np.where(struck, -0.0 * robot.m_eff * v1 * v1, 0.0)",
     ),
+    Mutant(
+        "C: an event moves without what its move brings",
+        "templates/c/src/sensitivity_real.c.j2",
+        "change->at[i][column] += (before[i] - after[i]) * late;",
+        "change->at[i][column] += 0.0 * (before[i] - after[i]) * late;",
+        first=("tests/test_sensitivities.py",),
+    ),
+    Mutant(
+        "NumPy: a stop that is moved is met where it was",
+        "templates/python/hopform_solver/sensitivity.py.j2",
+        "bound[hits, stop[hits]] = 1.0",
+        "bound[hits, stop[hits]] = 0.0",
+        first=("tests/test_sensitivities.py",),
+    ),
+    Mutant(
+        "the current's own share in how the accelerations change",
+        "derive/sensitivity.py",
+        "(*model.robot.symbols, u), SLOPES.symbols",
+        "model.robot.symbols, SLOPES.symbols",
+        first=("tests/test_sensitivities.py",),
+    ),
     # ---- the first event ----
     Mutant(
         "C: an event before the take-off at the same time",

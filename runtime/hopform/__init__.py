@@ -13,6 +13,7 @@ from hopform.backends import backends, library_message
 from hopform.errors import BackendError, HopformError, MissingExtra
 from hopform.hopping import Hop, Run, hop
 from hopform.robots import ROBOTS, Robot, load_robot
+from hopform.sensitivities import Sensitivities
 from hopform.stance import Energy, Event, Ledger, Phase, Stance, State, solve_stance, touchdown_velocity
 from hopform_solver.equations import EQUATIONS, Equation
 
@@ -41,6 +42,7 @@ __all__ = [
     "Phase",
     "Robot",
     "Run",
+    "Sensitivities",
     "Stance",
     "State",
     "__version__",

@@ -10,6 +10,7 @@ import hopform_solver
 from hopform.errors import HopformError
 from hopform_solver.energy import energy_at, ledger_at
 from hopform_solver.records import Energy, Ledger, Robot, State
+from hopform_solver.sensitivity import sensitivities_of
 from hopform_solver.stance import Solution, state_at
 
 
@@ -54,6 +55,10 @@ class Solved:
         """Energies, ledger and loss at stops at times of one dimension."""
         ledger, losses = ledger_at(self.solution, 0, t)
         return energy_at(self.solution, 0, t), ledger, losses
+
+    def sensitivities(self) -> NDArray[np.floating]:
+        """Derivatives, rows times columns as in hopform_solver.sensitivity; NaN where there are none."""
+        return sensitivities_of(self.solution)
 
 
 def solve(

@@ -18,9 +18,11 @@ import hopform_solver
 from hopform.errors import BackendError, HopformError
 from hopform_solver import records as hopper_records
 from hopform_solver.records import Energy, Ledger, State
+from hopform_solver.sensitivity import ROWS
 
 LIBRARY = Path(__file__).with_name("_libhopform.dylib" if sys.platform == "darwin" else "_libhopform.so")
 PHASES_NOT_KEPT = 1
+NO_DERIVATIVE = 2
 _FIRST_CAPACITY = 64
 _REASONS = {
     -2: "a parameter of the robot is out of its domain",
@@ -186,6 +188,20 @@ class Solved:
         ledger = np.array([[getattr(row, name) for name in names] for row in ledgers], dtype=t.dtype)
         columns = ledger.reshape(-1, len(names)).T
         return Energy(*energy.T), self.library.records.Ledger(*columns), np.array(losses[:], dtype=t.dtype)
+
+    def sensitivities(self) -> NDArray[np.floating]:
+        """Derivatives, rows times columns as in hopform_solver.sensitivity; NaN where there are none."""
+        shape = (len(ROWS), 5 + len(self.library.records.Robot._fields))
+        matrix = np.empty(shape, dtype=np.dtype(self.types.real))
+        status = self.library.call(
+            "stance_sensitivities", self.types, ctypes.byref(self.plan), self.steps, self.phases,
+            ctypes.byref(self.stance), matrix.ctypes.data_as(ctypes.c_void_p),
+        )  # fmt: skip
+        if status == NO_DERIVATIVE:
+            matrix[:] = np.nan
+        if not self.plan.robot.g > 0.0:
+            matrix[ROWS.index("apex")] = np.nan
+        return matrix
 
 
 def solve(

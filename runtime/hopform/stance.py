@@ -14,6 +14,7 @@ from hopform.checks import finite, positive
 from hopform.errors import HopformError
 from hopform.native import Solved as NativeSolved
 from hopform.robots import Robot
+from hopform.sensitivities import Sensitivities, of_matrix
 from hopform_solver import formulas
 from hopform_solver import records as solver_records
 from hopform_solver.records import ENDINGS, EVENTS
@@ -108,6 +109,7 @@ class Stance:
     phases: tuple[Phase, ...]
     warnings: tuple[str, ...]
     _solved: NativeSolved | ArraySolved = field(repr=False, compare=False)
+    _x2_is_given: bool = field(repr=False, compare=False)
 
     def at(self, t: ArrayLike) -> State:
         """The state at times t [s], in t's shape; 0 <= t <= duration, any t >= 0 after rest, else ValueError.
@@ -135,6 +137,22 @@ class Stance:
         _, entries, losses = self._energies(t)
         by_name = entries._asdict() | {"stop_loss": losses}
         return Ledger(**{name: self._shaped(by_name[name], t) for name in Ledger._fields})
+
+    @property
+    def sensitivities(self) -> Sensitivities:
+        """Derivatives of take-off time T, take-off state, apex and AED by initial state, current and robot, through every event.
+
+        They are those of the events as they are: none appears or goes. With x2 left out it follows x1, L0 and c, and its own
+        column is 0. A mass that is held at the start keeps its velocity 0. An actuator that starts on a stop and is held there
+        stays where it starts (column x1); x1_min, x1_max count where a stop is met later. With a list of steps u moves all
+        currents alike. NaN without take-off and where an event grazes; the apex' row without gravity.
+
+        >>> from hopform import load_robot
+        >>> stance = solve_stance(load_robot("hopper_c"), v2=-1.93, u=3.0)
+        >>> print(round(stance.sensitivities["apex", "u"], 6))
+        0.089756
+        """
+        return of_matrix(self._solved.sensitivities(), self._x2_is_given)
 
     def _solver_state(self, t: ArrayLike) -> solver_records.State:
         times = self._times(t)
@@ -197,7 +215,7 @@ def solve_stance(
         raise HopformError(f"max_phases must be a whole number >= 1, got {max_phases!r}")
     chosen = choose(backend)
     solved = MODULES[chosen].solve(robot.parameters, start, steps, longest, max_phases, precision)
-    return _stance(robot, steps, chosen, precision, solved)
+    return _stance(robot, steps, chosen, precision, solved, x2 is not None)
 
 
 def touchdown_velocity(robot: Robot, height: SupportsFloat) -> float:
@@ -219,6 +237,7 @@ def _stance(
     backend: Backend,
     dtype: np.dtype[Any],
     solved: NativeSolved | ArraySolved,
+    x2_is_given: bool,
 ) -> Stance:
     rows = solved.phase_rows()
     ends = [row[0] for row in rows[1:]] + [solved.duration]
@@ -245,6 +264,7 @@ def _stance(
         phases=phases,
         warnings=_warnings(robot, steps, status),
         _solved=solved,
+        _x2_is_given=x2_is_given,
     )
 
 

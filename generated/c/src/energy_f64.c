@@ -9,40 +9,14 @@
  */
 #include <stdbool.h>
 
-#include "phase_f64.h"
+#include "linear_f64.h"
 
-enum { ONE, X, Y, V1, V2, SIZE, MOMENT_TERMS = 24 };
-
-typedef struct {
-    double at[SIZE][SIZE];
-} matrix;
-
-/* M of the mode. */
-static matrix system_of(const hopform_rates_f64 *rates, const hopform_drive_f64 *drive, int side_1, int side_2)
-{
-    matrix m = {{{0}}};
-    m.at[X][V1] = side_1 != 0 ? 1.0 : 0.0;
-    m.at[Y][V1] = side_1 != 0 ? 1.0 : 0.0;
-    m.at[Y][V2] = side_2 != 0 ? -1.0 : 0.0;
-    if (side_1 != 0) {
-        m.at[V1][ONE] = drive->C_1;
-        m.at[V1][Y] = rates->a1_y;
-        m.at[V1][V1] = rates->a1_v1;
-        m.at[V1][V2] = rates->a1_v2;
-    }
-    if (side_2 != 0) {
-        m.at[V2][ONE] = drive->C_2;
-        m.at[V2][Y] = rates->a2_y;
-        m.at[V2][V1] = rates->a2_v1;
-        m.at[V2][V2] = rates->a2_v2;
-    }
-    return m;
-}
+enum { MOMENT_TERMS = 24 };
 
 /* m s, for a symmetric s. */
-static matrix times(const matrix *m, const matrix *s)
+static hopform_matrix_f64 times(const hopform_matrix_f64 *m, const hopform_matrix_f64 *s)
 {
-    matrix product = {{{0}}};
+    hopform_matrix_f64 product = {{{0}}};
     for (int i = 0; i < SIZE; i++) {
         for (int k = 0; k < SIZE; k++) {
             const double factor = m->at[i][k];
@@ -57,10 +31,10 @@ static matrix times(const matrix *m, const matrix *s)
 }
 
 /* Integral of z z^T over a short time h from z = start: its power series, (z z^T)' = M z z^T + z z^T M^T. */
-static matrix short_moments(const matrix *m, const double start[SIZE], double h)
+static hopform_matrix_f64 short_moments(const hopform_matrix_f64 *m, const double start[SIZE], double h)
 {
-    matrix product;
-    matrix sum;
+    hopform_matrix_f64 product;
+    hopform_matrix_f64 sum;
     for (int i = 0; i < SIZE; i++) {
         for (int j = 0; j < SIZE; j++) {
             product.at[i][j] = start[i] * start[j] * h;
@@ -68,7 +42,7 @@ static matrix short_moments(const matrix *m, const double start[SIZE], double h)
         }
     }
     for (int n = 1; n < MOMENT_TERMS; n++) {
-        const matrix half = times(m, &product);
+        const hopform_matrix_f64 half = times(m, &product);
         for (int i = 0; i < SIZE; i++) {
             for (int j = 0; j < SIZE; j++) {
                 product.at[i][j] = (half.at[i][j] + half.at[j][i]) * h / (double)(n + 1);
@@ -79,38 +53,13 @@ static matrix short_moments(const matrix *m, const double start[SIZE], double h)
     return sum;
 }
 
-/* Phi(h) of a mode: its columns are the motions from rest under the drive and from unit initial values. */
-static matrix transition(const hopform_plan_f64 *plan, const hopform_drive_f64 *drive, int side_1, int side_2, double h)
-{
-    const hopform_basis_f64 basis = hopform_basis_at_f64(hopform_poles_of_f64(plan, side_1, side_2), h);
-    const hopform_drive_f64 none = {0.0, 0.0};
-    matrix phi = {{{0}}};
-    phi.at[ONE][ONE] = 1.0;
-    phi.at[X][X] = 1.0;
-    for (int column = ONE; column < SIZE; column++) {
-        if (column == X || (column == V1 && side_1 == 0) || (column == V2 && side_2 == 0)) {
-            continue;
-        }
-        const hopform_state_f64 start = {0.0, column == V1 ? 1.0 : 0.0, column == V2 ? 1.0 : 0.0,
-                                          column == Y ? 1.0 : 0.0};
-        const hopform_motion_f64 motion =
-            hopform_motion_under_f64(&plan->rates, column == ONE ? drive : &none, &start, side_1, side_2);
-        const hopform_state_f64 end = hopform_arrive_f64(&start, &motion, &basis, side_1, side_2, h);
-        phi.at[X][column] = end.x1;
-        phi.at[Y][column] = end.y;
-        phi.at[V1][column] = end.v1;
-        phi.at[V2][column] = end.v2;
-    }
-    return phi;
-}
-
 /* Integral of z z^T over the first t of a phase. */
-static matrix moments_of(const hopform_plan_f64 *plan, const hopform_phase_f64 *phase, double u, double t)
+static hopform_matrix_f64 moments_of(const hopform_plan_f64 *plan, const hopform_phase_f64 *phase, double u, double t)
 {
     const int side_1 = hopform_side_1_f64(phase);
     const int side_2 = hopform_side_2_f64(phase);
     const hopform_drive_f64 drive = hopform_drive_of_f64(&plan->robot, &plan->rates, u, (double)side_1, (double)side_2);
-    const matrix m = system_of(&plan->rates, &drive, side_1, side_2);
+    const hopform_matrix_f64 m = hopform_system_of_f64(&plan->rates, &drive, side_1, side_2);
     const double start[SIZE] = {1.0, 0.0, phase->y, phase->v1, phase->v2};
     const hopform_poles_f64 *poles = hopform_poles_of_f64(plan, side_1, side_2);
     const double fastest = poles->s_1 + sqrt(poles->s_2);
@@ -120,10 +69,10 @@ static matrix moments_of(const hopform_plan_f64 *plan, const hopform_phase_f64 *
         h *= 0.5;
         doublings++;
     }
-    matrix sum = short_moments(&m, start, h);
+    hopform_matrix_f64 sum = short_moments(&m, start, h);
     for (; doublings > 0; doublings--) {
-        const matrix phi = transition(plan, &drive, side_1, side_2, h);
-        const matrix left = times(&phi, &sum);
+        const hopform_matrix_f64 phi = hopform_transition_f64(plan, &drive, side_1, side_2, h);
+        const hopform_matrix_f64 left = times(&phi, &sum);
         for (int i = 0; i < SIZE; i++) {
             for (int j = 0; j < SIZE; j++) {
                 for (int k = 0; k < SIZE; k++) {
@@ -139,7 +88,7 @@ static matrix moments_of(const hopform_plan_f64 *plan, const hopform_phase_f64 *
 /* The ledger over the first t of a phase. */
 static hopform_ledger_f64 ledger_in_phase(const hopform_plan_f64 *plan, const hopform_phase_f64 *phase, double u, double t)
 {
-    const matrix sum = moments_of(plan, phase, u, t);
+    const hopform_matrix_f64 sum = moments_of(plan, phase, u, t);
     const hopform_moments_f64 moments = {sum.at[ONE][V1], sum.at[ONE][V2], sum.at[V1][V1], sum.at[V1][V2],
                                           sum.at[V2][V2],  sum.at[Y][V1],   sum.at[Y][V2],  sum.at[X][V2]};
     return hopform_ledger_of_f64(&plan->robot, &moments, u, (double)hopform_side_1_f64(phase),

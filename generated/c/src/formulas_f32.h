@@ -178,6 +178,45 @@ typedef struct {
     float int_xv2;   /* [m^2] integral of (x_1 - x_1(0)) v_2 */
 } hopform_moments_f32;
 
+/* Changes: What the hopper is made of. */
+typedef struct {
+    float d_m_eff;        /* [kg] change of the effective mass of the actuator */
+    float d_m_s;          /* [kg] change of the sprung mass of the body */
+    float d_k;            /* [N/m] change of the stiffness of the spring */
+    float d_L0;           /* [m] change of the spring offset, the leg's length at rest */
+    float d_c;            /* [m] change of the extra offset in (4) */
+    float d_b1;           /* [N s/m] change of the viscous friction of the actuator */
+    float d_b2;           /* [N s/m] change of the viscous friction of the body */
+    float d_f1;           /* [m/s^2] change of the Coulomb friction of the actuator, per unit mass */
+    float d_f2;           /* [m/s^2] change of the Coulomb friction of the body, per unit mass */
+    float d_gamma2;       /* [N/A] change of the force per current; the actuator feels -gamma2 u */
+    float d_g;            /* [m/s^2] change of the gravity */
+    float d_x1_min;       /* [m] change of the lower end of the actuator's stroke */
+    float d_x1_max;       /* [m] change of the upper end of the actuator's stroke */
+    float d_u_max;        /* [A] change of the current limit */
+    float d_impact_loss;  /* [1] change of the fraction of the body's kinetic energy lost at touchdown */
+} hopform_robot_change_f32;
+
+/* Changes: The hopper at one instant; x_2 = x_1 - y + L_0 + c. */
+typedef struct {
+    float d_x1;  /* [m] change of the displacement of the actuator */
+    float d_v1;  /* [m/s] change of the velocity of the actuator */
+    float d_v2;  /* [m/s] change of the velocity of the body */
+    float d_y;   /* [m] change of the compression of the spring, x_1 - x_2 + L_0 + c */
+} hopform_state_change_f32;
+
+/* Change of the right sides of (3), (4), by what each share of it goes with. */
+typedef struct {
+    float d_C_1;    /* [m/s^2] change of the acceleration of the actuator, constant in a phase */
+    float d_a1_y;   /* [1/s^2] the same per y */
+    float d_a1_v1;  /* [1/s] the same per v_1 */
+    float d_a1_v2;  /* [1/s] the same per v_2 */
+    float d_C_2;    /* [m/s^2] change of the acceleration of the body, constant in a phase */
+    float d_a2_y;   /* [1/s^2] the same per y */
+    float d_a2_v1;  /* [1/s] the same per v_1 */
+    float d_a2_v2;  /* [1/s] the same per v_2 */
+} hopform_slopes_f32;
+
 /* Coefficients of the equations of motion and of their characteristic polynomials. */
 static inline hopform_rates_f32 hopform_rates_of_f32(const hopform_robot_f32 *robot)
 {
@@ -560,6 +599,56 @@ static inline float hopform_threshold_current_f32(const hopform_robot_f32 *robot
     const float m_eff = robot->m_eff, f1 = robot->f1, gamma2 = robot->gamma2;
     const float u_threshold = f1*m_eff/fabsf(gamma2);  /* (5) as a magnitude */
     return u_threshold;
+}
+
+/* How the right sides of (3), (4) change with the robot and the current. */
+static inline hopform_slopes_f32 hopform_slopes_of_f32(const hopform_robot_f32 *robot, float u, float side_1, float side_2, const hopform_robot_change_f32 *robot_change, float d_u)
+{
+    const float m_eff = robot->m_eff, m_s = robot->m_s, k = robot->k, c = robot->c, b1 = robot->b1, b2 = robot->b2;
+    const float gamma2 = robot->gamma2;
+    const float d_m_eff = robot_change->d_m_eff, d_m_s = robot_change->d_m_s, d_k = robot_change->d_k;
+    const float d_c = robot_change->d_c, d_b1 = robot_change->d_b1, d_b2 = robot_change->d_b2;
+    const float d_f1 = robot_change->d_f1, d_f2 = robot_change->d_f2, d_gamma2 = robot_change->d_gamma2;
+    const float d_g = robot_change->d_g;
+    const float d_a1_y = d_m_eff*k/(m_eff*m_eff) - d_k/m_eff;                    /* change of (3) per y */
+    const float d_a1_v1 = b1*d_m_eff/(m_eff*m_eff) - d_b1/m_eff;                 /* change of (3) per v1 */
+    const float d_a1_v2 = 0.0f;                                                   /* change of (3) per v2 */
+    const float d_a2_y = d_k/m_s - d_m_s*k/(m_s*m_s);                            /* change of (4) per y */
+    const float d_a2_v1 = 0.0f;                                                   /* change of (4) per v1 */
+    const float d_a2_v2 = b2*d_m_s/(m_s*m_s) - d_b2/m_s;                         /* change of (4) per v2 */
+    const float a1_u = -gamma2/m_eff;                                            /* (3) per u */
+    const float d_a1_u = d_m_eff*gamma2/(m_eff*m_eff) - d_gamma2/m_eff;          /* change of (3) per u */
+    const float d_a1_0 = c*d_k/m_eff + d_c*k/m_eff - c*d_m_eff*k/(m_eff*m_eff);  /* change of (3) constant */
+    const float d_a2_0 = -d_g;                                                   /* change of (4) constant */
+    const float d_C_1 = d_a1_0 + a1_u*d_u + d_a1_u*u - d_f1*side_1;              /* change of (3), in (10) lambda_2 measured from y = 0 */
+    const float d_C_2 = d_a2_0 - d_f2*side_2;                                    /* change of (4), in (8) -gamma measured from y = 0 */
+    const hopform_slopes_f32 result = {d_C_1, d_a1_y, d_a1_v1, d_a1_v2, d_C_2, d_a2_y, d_a2_v1, d_a2_v2};
+    return result;
+}
+
+/* How the energy of the body changes with the robot and the state, x_2 counted from L_0 + c. */
+static inline float hopform_body_energy_change_f32(const hopform_robot_f32 *robot, const hopform_state_f32 *state, const hopform_robot_change_f32 *robot_change, const hopform_state_change_f32 *state_change)
+{
+    const float m_s = robot->m_s, k = robot->k, g = robot->g;
+    const float x1 = state->x1, v2 = state->v2, y = state->y;
+    const float d_m_s = robot_change->d_m_s, d_k = robot_change->d_k, d_g = robot_change->d_g;
+    const float d_x1 = state_change->d_x1, d_v2 = state_change->d_v2, d_y = state_change->d_y;
+    const float length = x1 - y;                                              /* x_2 - L_0 - c */
+    const float d_length = d_x1 - d_y;                                        /* change of x_2 - L_0 - c */
+    const float d_kinetic = 0.5f*d_m_s*v2*v2 + d_v2*m_s*v2;                    /* change of (22) kinetic */
+    const float d_weight = d_g*length*m_s + d_length*g*m_s + d_m_s*g*length;  /* change of (22), (23) weight */
+    const float d_spring = 0.5f*d_k*length*length + d_length*k*length;         /* change of (22), (23) spring */
+    const float d_body = d_kinetic + d_spring + d_weight;                     /* change of (22), (23) */
+    return d_body;
+}
+
+/* How the apex changes with gravity and the state at take-off. */
+static inline float hopform_apex_change_f32(const hopform_robot_f32 *robot, float v_up, const hopform_robot_change_f32 *robot_change, float d_x1, float d_v_up)
+{
+    const float g = robot->g;
+    const float d_g = robot_change->d_g;
+    const float d_apex = d_x1 + d_v_up*v_up/g - 0.5f*d_g*v_up*v_up/(g*g);  /* change of apex of the ballistic flight */
+    return d_apex;
 }
 
 #endif

@@ -178,6 +178,45 @@ typedef struct {
     double int_xv2;   /* [m^2] integral of (x_1 - x_1(0)) v_2 */
 } hopform_moments_f64;
 
+/* Changes: What the hopper is made of. */
+typedef struct {
+    double d_m_eff;        /* [kg] change of the effective mass of the actuator */
+    double d_m_s;          /* [kg] change of the sprung mass of the body */
+    double d_k;            /* [N/m] change of the stiffness of the spring */
+    double d_L0;           /* [m] change of the spring offset, the leg's length at rest */
+    double d_c;            /* [m] change of the extra offset in (4) */
+    double d_b1;           /* [N s/m] change of the viscous friction of the actuator */
+    double d_b2;           /* [N s/m] change of the viscous friction of the body */
+    double d_f1;           /* [m/s^2] change of the Coulomb friction of the actuator, per unit mass */
+    double d_f2;           /* [m/s^2] change of the Coulomb friction of the body, per unit mass */
+    double d_gamma2;       /* [N/A] change of the force per current; the actuator feels -gamma2 u */
+    double d_g;            /* [m/s^2] change of the gravity */
+    double d_x1_min;       /* [m] change of the lower end of the actuator's stroke */
+    double d_x1_max;       /* [m] change of the upper end of the actuator's stroke */
+    double d_u_max;        /* [A] change of the current limit */
+    double d_impact_loss;  /* [1] change of the fraction of the body's kinetic energy lost at touchdown */
+} hopform_robot_change_f64;
+
+/* Changes: The hopper at one instant; x_2 = x_1 - y + L_0 + c. */
+typedef struct {
+    double d_x1;  /* [m] change of the displacement of the actuator */
+    double d_v1;  /* [m/s] change of the velocity of the actuator */
+    double d_v2;  /* [m/s] change of the velocity of the body */
+    double d_y;   /* [m] change of the compression of the spring, x_1 - x_2 + L_0 + c */
+} hopform_state_change_f64;
+
+/* Change of the right sides of (3), (4), by what each share of it goes with. */
+typedef struct {
+    double d_C_1;    /* [m/s^2] change of the acceleration of the actuator, constant in a phase */
+    double d_a1_y;   /* [1/s^2] the same per y */
+    double d_a1_v1;  /* [1/s] the same per v_1 */
+    double d_a1_v2;  /* [1/s] the same per v_2 */
+    double d_C_2;    /* [m/s^2] change of the acceleration of the body, constant in a phase */
+    double d_a2_y;   /* [1/s^2] the same per y */
+    double d_a2_v1;  /* [1/s] the same per v_1 */
+    double d_a2_v2;  /* [1/s] the same per v_2 */
+} hopform_slopes_f64;
+
 /* Coefficients of the equations of motion and of their characteristic polynomials. */
 static inline hopform_rates_f64 hopform_rates_of_f64(const hopform_robot_f64 *robot)
 {
@@ -560,6 +599,56 @@ static inline double hopform_threshold_current_f64(const hopform_robot_f64 *robo
     const double m_eff = robot->m_eff, f1 = robot->f1, gamma2 = robot->gamma2;
     const double u_threshold = f1*m_eff/fabs(gamma2);  /* (5) as a magnitude */
     return u_threshold;
+}
+
+/* How the right sides of (3), (4) change with the robot and the current. */
+static inline hopform_slopes_f64 hopform_slopes_of_f64(const hopform_robot_f64 *robot, double u, double side_1, double side_2, const hopform_robot_change_f64 *robot_change, double d_u)
+{
+    const double m_eff = robot->m_eff, m_s = robot->m_s, k = robot->k, c = robot->c, b1 = robot->b1, b2 = robot->b2;
+    const double gamma2 = robot->gamma2;
+    const double d_m_eff = robot_change->d_m_eff, d_m_s = robot_change->d_m_s, d_k = robot_change->d_k;
+    const double d_c = robot_change->d_c, d_b1 = robot_change->d_b1, d_b2 = robot_change->d_b2;
+    const double d_f1 = robot_change->d_f1, d_f2 = robot_change->d_f2, d_gamma2 = robot_change->d_gamma2;
+    const double d_g = robot_change->d_g;
+    const double d_a1_y = d_m_eff*k/(m_eff*m_eff) - d_k/m_eff;                    /* change of (3) per y */
+    const double d_a1_v1 = b1*d_m_eff/(m_eff*m_eff) - d_b1/m_eff;                 /* change of (3) per v1 */
+    const double d_a1_v2 = 0.0;                                                   /* change of (3) per v2 */
+    const double d_a2_y = d_k/m_s - d_m_s*k/(m_s*m_s);                            /* change of (4) per y */
+    const double d_a2_v1 = 0.0;                                                   /* change of (4) per v1 */
+    const double d_a2_v2 = b2*d_m_s/(m_s*m_s) - d_b2/m_s;                         /* change of (4) per v2 */
+    const double a1_u = -gamma2/m_eff;                                            /* (3) per u */
+    const double d_a1_u = d_m_eff*gamma2/(m_eff*m_eff) - d_gamma2/m_eff;          /* change of (3) per u */
+    const double d_a1_0 = c*d_k/m_eff + d_c*k/m_eff - c*d_m_eff*k/(m_eff*m_eff);  /* change of (3) constant */
+    const double d_a2_0 = -d_g;                                                   /* change of (4) constant */
+    const double d_C_1 = d_a1_0 + a1_u*d_u + d_a1_u*u - d_f1*side_1;              /* change of (3), in (10) lambda_2 measured from y = 0 */
+    const double d_C_2 = d_a2_0 - d_f2*side_2;                                    /* change of (4), in (8) -gamma measured from y = 0 */
+    const hopform_slopes_f64 result = {d_C_1, d_a1_y, d_a1_v1, d_a1_v2, d_C_2, d_a2_y, d_a2_v1, d_a2_v2};
+    return result;
+}
+
+/* How the energy of the body changes with the robot and the state, x_2 counted from L_0 + c. */
+static inline double hopform_body_energy_change_f64(const hopform_robot_f64 *robot, const hopform_state_f64 *state, const hopform_robot_change_f64 *robot_change, const hopform_state_change_f64 *state_change)
+{
+    const double m_s = robot->m_s, k = robot->k, g = robot->g;
+    const double x1 = state->x1, v2 = state->v2, y = state->y;
+    const double d_m_s = robot_change->d_m_s, d_k = robot_change->d_k, d_g = robot_change->d_g;
+    const double d_x1 = state_change->d_x1, d_v2 = state_change->d_v2, d_y = state_change->d_y;
+    const double length = x1 - y;                                              /* x_2 - L_0 - c */
+    const double d_length = d_x1 - d_y;                                        /* change of x_2 - L_0 - c */
+    const double d_kinetic = 0.5*d_m_s*v2*v2 + d_v2*m_s*v2;                    /* change of (22) kinetic */
+    const double d_weight = d_g*length*m_s + d_length*g*m_s + d_m_s*g*length;  /* change of (22), (23) weight */
+    const double d_spring = 0.5*d_k*length*length + d_length*k*length;         /* change of (22), (23) spring */
+    const double d_body = d_kinetic + d_spring + d_weight;                     /* change of (22), (23) */
+    return d_body;
+}
+
+/* How the apex changes with gravity and the state at take-off. */
+static inline double hopform_apex_change_f64(const hopform_robot_f64 *robot, double v_up, const hopform_robot_change_f64 *robot_change, double d_x1, double d_v_up)
+{
+    const double g = robot->g;
+    const double d_g = robot_change->d_g;
+    const double d_apex = d_x1 + d_v_up*v_up/g - 0.5*d_g*v_up*v_up/(g*g);  /* change of apex of the ballistic flight */
+    return d_apex;
 }
 
 #endif

@@ -6,5 +6,5 @@
 
 const char *hopform_source(void)
 {
-    return "73ff636646b4c205";
+    return "1cb0079995f8746e";
 }

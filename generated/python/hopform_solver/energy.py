@@ -13,31 +13,14 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from hopform_solver import formulas
-from hopform_solver.kernels import basis_at
 from hopform_solver.lanes import Array, take
-from hopform_solver.phases import Plan, Side, arrive, motion_under, plan_lanes, poles_of, state_in_phase
-from hopform_solver.records import EVENTS, Drive, Energy, Ledger, Moments, State
+from hopform_solver.linear import ONE, V1, V2, X, Y, doublings_of, system, transition
+from hopform_solver.phases import Plan, Side, plan_lanes, state_in_phase
+from hopform_solver.records import EVENTS, Energy, Ledger, Moments, State
 from hopform_solver.stance import Solution, locate, sides_of, state_at
 
-ONE, X, Y, V1, V2 = range(5)
 TERMS = 24
 _HITS = next(number for number, text in EVENTS.items() if text == "x1_hits_stop")
-
-
-def _system(plan: Plan, drive: Drive, side: Side) -> Array:
-    """M of the mode."""
-    moves_1, moves_2 = np.abs(side.first), np.abs(side.second)
-    rates = plan.rates
-    m = np.zeros((*side.first.shape, 5, 5), dtype=side.first.dtype)
-    m[:, X, V1] = m[:, Y, V1] = moves_1
-    m[:, Y, V2] = -moves_2
-    for row, moves, entries in (
-        (V1, moves_1, {ONE: drive.C_1, Y: rates.a1_y, V1: rates.a1_v1, V2: rates.a1_v2}),
-        (V2, moves_2, {ONE: drive.C_2, Y: rates.a2_y, V1: rates.a2_v1, V2: rates.a2_v2}),
-    ):
-        for column, value in entries.items():
-            m[:, row, column] = np.where(moves > 0.0, value, 0.0)
-    return m
 
 
 def _short_moments(m: Array, start: Array, h: Array) -> Array:
@@ -52,38 +35,16 @@ def _short_moments(m: Array, start: Array, h: Array) -> Array:
     return total
 
 
-def _transition(plan: Plan, drive: Drive, side: Side, h: Array) -> Array:
-    """Phi(h) of a mode: its columns are the motions from rest under the drive and from unit initial values."""
-    basis = basis_at(poles_of(plan, side), h)
-    zero = np.zeros_like(h)
-    none = Drive(zero, zero)
-    phi = np.zeros((*h.shape, 5, 5), dtype=h.dtype)
-    phi[:, ONE, ONE] = phi[:, X, X] = 1.0
-    unit = {
-        ONE: State(zero, zero, zero, zero),
-        Y: State(zero, zero, zero, zero + 1.0),
-        V1: State(zero, np.abs(side.first), zero, zero),
-        V2: State(zero, zero, np.abs(side.second), zero),
-    }
-    for column, start in unit.items():
-        motion = motion_under(plan.rates, drive if column == ONE else none, start, side)
-        end = arrive(start, motion, basis, side, h)
-        phi[:, X, column], phi[:, Y, column], phi[:, V1, column], phi[:, V2, column] = end.x1, end.y, end.v1, end.v2
-    return phi
-
-
 def moments_of(plan: Plan, start: State, u: Array, side: Side, t: Array) -> Moments:
     """Integrals of the products over the first t of phases."""
     drive = formulas.drive_of(plan.robot, plan.rates, u, *side)
-    poles = poles_of(plan, side)
-    fastest = (poles.s_1 + np.sqrt(poles.s_2)) * t
-    doublings = np.ceil(np.log2(np.maximum(2.0 * fastest, 1.0))).astype(np.int64)
+    doublings = doublings_of(plan, side, t)
     h = np.ldexp(t, -doublings)
     z = np.stack([np.ones_like(t), np.zeros_like(t), start.y, start.v1, start.v2], axis=1)
-    total = _short_moments(_system(plan, drive, side), z, h)
+    total = _short_moments(system(plan, drive, side), z, h)
     for n in range(int(doublings.max(initial=0))):
         lanes = np.flatnonzero(doublings > n)
-        phi = _transition(plan_lanes(plan, lanes), take(drive, lanes), take(side, lanes), h[lanes])
+        phi = transition(plan_lanes(plan, lanes), take(drive, lanes), take(side, lanes), h[lanes])
         total[lanes] += phi @ total[lanes] @ np.swapaxes(phi, 1, 2)
         h[lanes] *= 2.0
     pairs = ((ONE, V1), (ONE, V2), (V1, V1), (V1, V2), (V2, V2), (Y, V1), (Y, V2), (X, V2))

@@ -32,10 +32,13 @@ from hopform_solver.records import (
     Ringing,
     Rise,
     Robot,
+    RobotChange,
     Series,
     Shifted,
     ShiftedSeries,
+    Slopes,
     State,
+    StateChange,
 )
 
 
@@ -460,3 +463,63 @@ def threshold_current(robot: Robot) -> Real:
     m_eff, f1, gamma2 = robot.m_eff, robot.f1, robot.gamma2
     u_threshold = f1*m_eff/fabs(gamma2)  # (5) as a magnitude
     return u_threshold
+
+
+def slopes_of(robot: Robot, u: Real, side_1: Real, side_2: Real, robot_change: RobotChange, d_u: Real) -> Slopes:
+    """How the right sides of (3), (4) change with the robot and the current.
+
+    u [A] current.
+    side_1 [1] sign of v_1 in the phase, 0 if held.
+    side_2 [1] sign of v_2 in the phase, 0 if held.
+    d_u [A] change of the current.
+    """
+    m_eff, m_s, k, c, b1, b2 = robot.m_eff, robot.m_s, robot.k, robot.c, robot.b1, robot.b2
+    gamma2 = robot.gamma2
+    d_m_eff, d_m_s, d_k = robot_change.d_m_eff, robot_change.d_m_s, robot_change.d_k
+    d_c, d_b1, d_b2, d_f1 = robot_change.d_c, robot_change.d_b1, robot_change.d_b2, robot_change.d_f1
+    d_f2, d_gamma2, d_g = robot_change.d_f2, robot_change.d_gamma2, robot_change.d_g
+    d_a1_y = d_m_eff*k/(m_eff*m_eff) - d_k/m_eff                    # change of (3) per y
+    d_a1_v1 = b1*d_m_eff/(m_eff*m_eff) - d_b1/m_eff                 # change of (3) per v1
+    d_a1_v2 = 0.0                                                   # change of (3) per v2
+    d_a2_y = d_k/m_s - d_m_s*k/(m_s*m_s)                            # change of (4) per y
+    d_a2_v1 = 0.0                                                   # change of (4) per v1
+    d_a2_v2 = b2*d_m_s/(m_s*m_s) - d_b2/m_s                         # change of (4) per v2
+    a1_u = -gamma2/m_eff                                            # (3) per u
+    d_a1_u = d_m_eff*gamma2/(m_eff*m_eff) - d_gamma2/m_eff          # change of (3) per u
+    d_a1_0 = c*d_k/m_eff + d_c*k/m_eff - c*d_m_eff*k/(m_eff*m_eff)  # change of (3) constant
+    d_a2_0 = -d_g                                                   # change of (4) constant
+    d_C_1 = d_a1_0 + a1_u*d_u + d_a1_u*u - d_f1*side_1              # change of (3), in (10) lambda_2 measured from y = 0
+    d_C_2 = d_a2_0 - d_f2*side_2                                    # change of (4), in (8) -gamma measured from y = 0
+    return Slopes(d_C_1, d_a1_y, d_a1_v1, d_a1_v2, d_C_2, d_a2_y, d_a2_v1, d_a2_v2)
+
+
+def body_energy_change(robot: Robot, state: State, robot_change: RobotChange, state_change: StateChange) -> Real:
+    """How the energy of the body changes with the robot and the state, x_2 counted from L_0 + c.
+
+    Returns d_body [J], change of the energy.
+    """
+    m_s, k, g = robot.m_s, robot.k, robot.g
+    x1, v2, y = state.x1, state.v2, state.y
+    d_m_s, d_k, d_g = robot_change.d_m_s, robot_change.d_k, robot_change.d_g
+    d_x1, d_v2, d_y = state_change.d_x1, state_change.d_v2, state_change.d_y
+    length = x1 - y                                              # x_2 - L_0 - c
+    d_length = d_x1 - d_y                                        # change of x_2 - L_0 - c
+    d_kinetic = 0.5*d_m_s*v2*v2 + d_v2*m_s*v2                    # change of (22) kinetic
+    d_weight = d_g*length*m_s + d_length*g*m_s + d_m_s*g*length  # change of (22), (23) weight
+    d_spring = 0.5*d_k*length*length + d_length*k*length         # change of (22), (23) spring
+    d_body = d_kinetic + d_spring + d_weight                     # change of (22), (23)
+    return d_body
+
+
+def apex_change(robot: Robot, v_up: Real, robot_change: RobotChange, d_x1: Real, d_v_up: Real) -> Real:
+    """How the apex changes with gravity and the state at take-off.
+
+    v_up [m/s] max(v_2, 0) at take-off.
+    d_x1 [m] change of the actuator's displacement at take-off.
+    d_v_up [m/s] change of v_up.
+    Returns d_apex [m], change of the hop height of the apex.
+    """
+    g = robot.g
+    d_g = robot_change.d_g
+    d_apex = d_x1 + d_v_up*v_up/g - 0.5*d_g*v_up*v_up/(g*g)  # change of apex of the ballistic flight
+    return d_apex

@@ -462,3 +462,72 @@ class Ledger(NamedTuple):
     """[J] Coulomb loss of the body"""
     spring_work: Real
     """[J] what the actuator's displacement does to the body through the spring"""
+
+
+class RobotChange(NamedTuple):
+    """Changes: What the hopper is made of."""
+
+    d_m_eff: Real
+    """[kg] change of the effective mass of the actuator"""
+    d_m_s: Real
+    """[kg] change of the sprung mass of the body"""
+    d_k: Real
+    """[N/m] change of the stiffness of the spring"""
+    d_L0: Real
+    """[m] change of the spring offset, the leg's length at rest"""
+    d_c: Real
+    """[m] change of the extra offset in (4)"""
+    d_b1: Real
+    """[N s/m] change of the viscous friction of the actuator"""
+    d_b2: Real
+    """[N s/m] change of the viscous friction of the body"""
+    d_f1: Real
+    """[m/s^2] change of the Coulomb friction of the actuator, per unit mass"""
+    d_f2: Real
+    """[m/s^2] change of the Coulomb friction of the body, per unit mass"""
+    d_gamma2: Real
+    """[N/A] change of the force per current; the actuator feels -gamma2 u"""
+    d_g: Real
+    """[m/s^2] change of the gravity"""
+    d_x1_min: Real
+    """[m] change of the lower end of the actuator's stroke"""
+    d_x1_max: Real
+    """[m] change of the upper end of the actuator's stroke"""
+    d_u_max: Real
+    """[A] change of the current limit"""
+    d_impact_loss: Real
+    """[1] change of the fraction of the body's kinetic energy lost at touchdown"""
+
+
+class StateChange(NamedTuple):
+    """Changes: The hopper at one instant; x_2 = x_1 - y + L_0 + c."""
+
+    d_x1: Real
+    """[m] change of the displacement of the actuator"""
+    d_v1: Real
+    """[m/s] change of the velocity of the actuator"""
+    d_v2: Real
+    """[m/s] change of the velocity of the body"""
+    d_y: Real
+    """[m] change of the compression of the spring, x_1 - x_2 + L_0 + c"""
+
+
+class Slopes(NamedTuple):
+    """Change of the right sides of (3), (4), by what each share of it goes with."""
+
+    d_C_1: Real
+    """[m/s^2] change of the acceleration of the actuator, constant in a phase"""
+    d_a1_y: Real
+    """[1/s^2] the same per y"""
+    d_a1_v1: Real
+    """[1/s] the same per v_1"""
+    d_a1_v2: Real
+    """[1/s] the same per v_2"""
+    d_C_2: Real
+    """[m/s^2] change of the acceleration of the body, constant in a phase"""
+    d_a2_y: Real
+    """[1/s^2] the same per y"""
+    d_a2_v1: Real
+    """[1/s] the same per v_1"""
+    d_a2_v2: Real
+    """[1/s] the same per v_2"""

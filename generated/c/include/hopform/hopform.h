@@ -24,6 +24,7 @@ extern "C" {
 /* Status: 0 ok, negative an error, positive an answer with a warning. */
 #define HOPFORM_OK 0
 #define HOPFORM_PHASES_NOT_KEPT 1     /* the phase buffer was too small; everything else is exact */
+#define HOPFORM_NO_DERIVATIVE 2       /* no take-off, an event that grazes, or derivatives out of range */
 #define HOPFORM_ERROR_NULL (-1)       /* a pointer is NULL */
 #define HOPFORM_ERROR_ROBOT (-2)      /* a parameter is not finite or out of its domain */
 #define HOPFORM_ERROR_STATE (-3)      /* an initial value is not finite, or x_1 is outside its stroke */
@@ -48,6 +49,11 @@ extern "C" {
 #define HOPFORM_EVENT_X2_REVERSES 5
 #define HOPFORM_EVENT_X2_STICKS 6
 #define HOPFORM_EVENT_X2_SLIPS 7
+
+/* Sensitivities: rows T, x1, v1, x2, v2 (time and state of the take-off), apex, aed; columns x1, v1, y, v2, u, then the
+ * parameters of the robot in the order of hopform_robot. */
+#define HOPFORM_SENSITIVITY_ROWS 7
+#define HOPFORM_SENSITIVITY_COLUMNS (5 + 15)
 
 /* Text that this library and a package generated with it have in common. */
 const char *hopform_source(void);

@@ -149,6 +149,17 @@ int32_t hopform_stance_energy_f32(const hopform_plan_f32 *plan, const hopform_st
                                    int32_t count, hopform_energy_f32 *energies, hopform_ledger_f32 *ledgers,
                                    float *stop_losses);
 
+/* Derivatives of a solved stance through its events: HOPFORM_SENSITIVITY_ROWS times HOPFORM_SENSITIVITY_COLUMNS numbers, row
+ * by row; zeros if there are none (positive status).
+ *
+ * Column y holds the others' x1, L0, c at a fixed compression: where x_2 is given, y = x1 - x_2 + L0 + c passes it on to them.
+ * Column u moves every step's current alike. A mass at rest that is held keeps its velocity 0, an actuator that starts on a stop
+ * stays where it starts (x1) until it leaves; x1_min, x1_max count where a stop is met later.
+ */
+int32_t hopform_stance_sensitivities_f32(const hopform_plan_f32 *plan, const hopform_step_f32 *steps,
+                                          const hopform_phase_f32 *phases, const hopform_stance_f32 *stance,
+                                          float *matrix);
+
 #ifdef __cplusplus
 }
 #endif

@@ -149,6 +149,17 @@ int32_t hopform_stance_energy_f64(const hopform_plan_f64 *plan, const hopform_st
                                    int32_t count, hopform_energy_f64 *energies, hopform_ledger_f64 *ledgers,
                                    double *stop_losses);
 
+/* Derivatives of a solved stance through its events: HOPFORM_SENSITIVITY_ROWS times HOPFORM_SENSITIVITY_COLUMNS numbers, row
+ * by row; zeros if there are none (positive status).
+ *
+ * Column y holds the others' x1, L0, c at a fixed compression: where x_2 is given, y = x1 - x_2 + L0 + c passes it on to them.
+ * Column u moves every step's current alike. A mass at rest that is held keeps its velocity 0, an actuator that starts on a stop
+ * stays where it starts (x1) until it leaves; x1_min, x1_max count where a stop is met later.
+ */
+int32_t hopform_stance_sensitivities_f64(const hopform_plan_f64 *plan, const hopform_step_f64 *steps,
+                                          const hopform_phase_f64 *phases, const hopform_stance_f64 *stance,
+                                          double *matrix);
+
 #ifdef __cplusplus
 }
 #endif
