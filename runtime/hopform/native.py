@@ -75,6 +75,7 @@ class Types:
             ("ending", ctypes.c_int32),
             ("phase_count", ctypes.c_int32),
             ("phases_kept", ctypes.c_int32),
+            ("event_count", ctypes.c_int32),
         )
 
 

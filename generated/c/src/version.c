@@ -6,5 +6,5 @@
 
 const char *hopform_source(void)
 {
-    return "f11e2c1df3f18cb9";
+    return "3b9cadada515b5f5";
 }

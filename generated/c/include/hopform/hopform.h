@@ -49,6 +49,9 @@ extern "C" {
 #define HOPFORM_EVENT_X2_STICKS 6
 #define HOPFORM_EVENT_X2_SLIPS 7
 
+/* Members of hopform_robot. */
+#define HOPFORM_ROBOT_FIELDS 15
+
 /* Text that this library and a package generated with it have in common. */
 const char *hopform_source(void);
 
