@@ -105,6 +105,12 @@ class Library:
         function.restype = result
         return function
 
+    def address(self, name: str) -> int:
+        """Where a function of the library lies in memory."""
+        address = ctypes.cast(self._function(name), ctypes.c_void_p).value
+        assert address is not None
+        return address
+
     def types(self, dtype: np.dtype[Any]) -> Types:
         suffix = {np.dtype(np.float32): "f32", np.dtype(np.float64): "f64"}[dtype]
         if suffix not in self._types:
