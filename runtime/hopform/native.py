@@ -180,6 +180,14 @@ class Solved:
             row[:] = (state.x1, state.v1, state.v2, state.y)
         return State(*rows.T)
 
+    def grid(self, dt: float, out: State) -> None:
+        """Put the states at i dt, i = 0, 1, ..., into arrays of one dimension, each in one piece."""
+        self.library.call(
+            "stance_grid", self.types, ctypes.byref(self.plan), self.steps, self.phases, ctypes.byref(self.stance),
+            self.types.real(0.0), self.types.real(dt), ctypes.c_int32(out.x1.size),
+            *(ctypes.c_void_p(column.ctypes.data) for column in out),
+        )  # fmt: skip
+
     def energy_at(self, t: NDArray[np.floating]) -> tuple[Energy, Ledger, NDArray[np.floating]]:
         """Energies, ledger and loss at stops at times of one dimension, which must not decrease."""
         energies, ledgers = (self.types.energy * t.size)(), (self.types.ledger * t.size)()
