@@ -5,7 +5,8 @@
 Inputs: the state at touchdown [m, m/s, m/s, m] with the compression y = 0 where the spring carries no load, the current [A],
 the longest time [s], and the robot's fields as a last axis, in the order of `Robot.fields()`. Results: status, a key of
 `STATUS`; time of the ending [s]; the state there, x2 the height of the body over the ground; apex [m], NaN without take-off;
-aed [J]; how many events there were. A stance that is refused has a negative status and NaN elsewhere: nothing raises.
+aed [J]; how many events there were. A stance that is refused, for instance because its robot has another number of fields, has a
+negative status and NaN elsewhere: nothing raises. Up to 4096 phases, as in `solve_stance`.
 """
 
 import ctypes
@@ -23,7 +24,7 @@ from hopform_solver.records import ENDINGS, ROBOT_FIELDS, Robot, State
 INPUTS = ("x1", "v1", "v2", "y", "u", "horizon", "robot")
 RESULTS = ("status", "duration", "x1", "v1", "x2", "v2", "apex", "aed", "event_count")
 CODES = ("status", "event_count")
-SIGNATURE = f"{'(),' * (len(INPUTS) - 1)}({len(ROBOT_FIELDS)})->{','.join(['()'] * len(RESULTS))}"
+SIGNATURE = f"{'(),' * (len(INPUTS) - 1)}(p)->{','.join(['()'] * len(RESULTS))}"
 MAX_PHASES = 4096
 CHUNK = 16384
 """Stances that are solved at a time."""
@@ -89,8 +90,10 @@ def stance_on_arrays(*inputs: ArrayLike, out: Sequence[NDArray[Any]] | None = No
     single = all(np.can_cast(array.dtype, np.float32) for array in arrays)
     real = np.dtype(np.float32 if single else np.float64)
     *lanes, robot = arrays
-    if not robot.shape or robot.shape[-1] != len(ROBOT_FIELDS):
-        raise ValueError(f"robot must have {len(ROBOT_FIELDS)} fields on its last axis, got shape {robot.shape}")
+    if not robot.shape:
+        raise ValueError(f"robot must have {len(ROBOT_FIELDS)} fields on its last axis, got {robot!r}")
+    if robot.shape[-1] != len(ROBOT_FIELDS):
+        robot = np.full((*robot.shape[:-1], len(ROBOT_FIELDS)), np.nan, real)
     shape = np.broadcast_shapes(*(lane.shape for lane in lanes), robot.shape[:-1])
     results = _results_like(shape, real) if out is None else tuple(out)
     columns = [*lanes, *(robot[..., n] for n in range(len(ROBOT_FIELDS)))]

@@ -160,9 +160,11 @@ void hopform_stance_loop_f64(char **args, const ptrdiff_t *dimensions, const ptr
         states[n]->first = args[n];
         states[n]->stride = steps[n];
     }
+    const double none = (double)NAN;
+    const int fits = dimensions[1] == HOPFORM_ROBOT_FIELDS;
     for (int n = 0; n < HOPFORM_ROBOT_FIELDS; n++) {
-        in.robot[n].first = args[inputs] + n * steps[inputs + 1 + RESULTS];
-        in.robot[n].stride = steps[inputs];
+        in.robot[n].first = fits ? (const void *)(args[inputs] + n * steps[inputs + 1 + RESULTS]) : (const void *)&none;
+        in.robot[n].stride = fits ? steps[inputs] : 0;
     }
     in.max_phases = PHASES_OF_LOOP;
     hopform_stances_out_f64 out;

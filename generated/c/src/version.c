@@ -6,5 +6,5 @@
 
 const char *hopform_source(void)
 {
-    return "3b9cadada515b5f5";
+    return "92997c1e40108ede";
 }

@@ -209,7 +209,7 @@ int32_t hopform_solve_stances_f32(int64_t count, const hopform_stances_in_f32 *i
 
 /* The same as an inner loop of NumPy's generalized ufuncs: (x1, v1, v2, y, u, horizon, robot) to the nine columns of
  * hopform_stances_out, up to 4096 phases. args: their first elements; dimensions: the number of stances, then the
- * fields of the robot; steps: the strides of args, then that of a robot's fields. */
+ * fields of the robot (refused unless HOPFORM_ROBOT_FIELDS); steps: the strides of args, then that of a robot's fields. */
 void hopform_stance_loop_f32(char **args, const ptrdiff_t *dimensions, const ptrdiff_t *steps, void *data);
 
 #ifdef __cplusplus
