@@ -1,5 +1,6 @@
 """Many stances at once are the same stances, whatever the shapes, strides, back end, process or machinery around them."""
 
+import doctest
 import os
 import pickle
 import subprocess
@@ -130,7 +131,12 @@ def test_without_a_takeoff_there_is_none(backend):
 
 def test_everything_broadcasts(backend):
     batch = hopform.solve_stances(
-        HOPPER, v2=np.linspace(-3, -1, 4), u=[[0.0], [2.0], [3.0]], k=np.full((2, 1, 1), 1200.0), backend=backend, events=True
+        HOPPER,
+        v2=np.linspace(-3, -1, 4),
+        u=[[0.0], [2.0], [3.0]],
+        k=np.full((2, 1, 1), 1200.0),
+        backend=backend,
+        events=True,
     )
     assert batch.status.shape == batch.duration.shape == batch.end.x2.shape == batch.apex.shape == (2, 3, 4)
     assert batch.event_time.shape[:-1] == (2, 3, 4)
@@ -202,9 +208,7 @@ def test_the_ufunc_writes_into_arrays_of_the_caller(function):
     v2 = np.linspace(-3, -1, 50)
     expected = function(0.0, 0.0, v2, 0.0, 2.0, 2.0, VECTOR)
     table = np.zeros((50, 12))
-    out = tuple(
-        np.zeros(50, np.intc) if name in ufuncs.CODES else table[:, n] for n, name in enumerate(ufuncs.RESULTS)
-    )
+    out = tuple(np.zeros(50, np.intc) if name in ufuncs.CODES else table[:, n] for n, name in enumerate(ufuncs.RESULTS))
     got = function(0.0, 0.0, v2, 0.0, 2.0, 2.0, VECTOR, out=out)
     for mine, given, other in zip(got, out, expected, strict=True):
         assert mine is given
@@ -318,7 +322,8 @@ def test_an_interrupt_ends_a_batch_at_once(threads):
 def test_a_million_stances_need_little_memory():
     code = (
         "import resource, sys, numpy as np, hopform\n"
-        "batch = hopform.solve_stances(hopform.load_robot('hopper_c'), v2=np.linspace(-3, -1, 10**6), backend='c', horizon=1e-6)\n"
+        "v2, robot = np.linspace(-3, -1, 10**6), hopform.load_robot('hopper_c')\n"
+        "batch = hopform.solve_stances(robot, v2=v2, backend='c', horizon=1e-6)\n"
         "assert batch.apex.shape == (10**6,)\n"
         "print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / (1 if sys.platform == 'darwin' else 1024) / 1024)\n"
     )
@@ -403,3 +408,8 @@ def test_a_sweep_survives_the_death_of_a_worker(tmp_path):
         survivors = {int(mark.name) for mark in folder.iterdir()}
     assert len(survivors) >= 2
     assert np.array_equal(found, hopform.solve_stances(HOPPER, v2=v2, u=2.0).apex)
+
+
+def test_the_page_on_batches_says_what_is_computed():
+    page = Path(__file__).resolve().parent.parent / "docs" / "batch.md"
+    assert doctest.testfile(str(page), module_relative=False) == doctest.TestResults(failed=0, attempted=8)

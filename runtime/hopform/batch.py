@@ -20,10 +20,10 @@ from hopform import native, ufuncs
 from hopform.backends import Backend, choose
 from hopform.errors import HopformError
 from hopform.robots import Robot
-from hopform.stance import State
+from hopform.stance import State, precision_of
 from hopform.ufuncs import CHUNK, CODES, MAX_PHASES, RESULTS, STATUS
 from hopform_solver import checked
-from hopform_solver.records import EVENTS, ROBOT_FIELDS
+from hopform_solver.records import EVENTS, ROBOT_FIELDS, Field
 
 Progress = Callable[[int, int], object]
 
@@ -134,7 +134,7 @@ def solve_stances(
     >>> batch.apex.shape, batch.words[0].tolist()
     ((2, 3), ['takeoff', 'takeoff', 'takeoff'])
     """
-    real = precision(dtype)
+    real = precision_of(dtype)
     _check_counts(max_phases, threads)
     states = {"x1": x1, "v1": v1, "v2": v2, "u": u, "horizon": horizon}
     given = {name: numbers(name, value, _UNITS[name]) for name, value in states.items()}
@@ -182,13 +182,13 @@ def _run(
     def solve(part: slice) -> int:
         if backend == "numpy":
             listed = _solve_on_arrays(job, part)
-        elif events or job.max_phases != MAX_PHASES:
+        elif events or job.max_phases != MAX_PHASES or not isinstance(ufuncs.stance, np.ufunc):
             listed = _solve_in_c(job, part, events)
         else:
             listed = _solve_by_ufunc(job, part)
         if events:
             found[part.start] = listed
-        return part.stop - part.start
+        return int(part.stop - part.start)
 
     parts = [slice(first, min(first + CHUNK, job.size)) for first in range(0, job.size, CHUNK)]
     done = 0
@@ -335,17 +335,6 @@ def _by_lane(lists: _Events, first: int) -> _Events:
 # ---- what goes in ----
 
 
-def precision(dtype: Any) -> np.dtype[Any]:
-    """float64 or float32 as a dtype of NumPy; HopformError for anything else."""
-    try:
-        real: np.dtype[Any] = np.dtype(dtype)
-    except TypeError:
-        real = np.dtype(object)
-    if real not in (np.dtype(np.float32), np.dtype(np.float64)):
-        raise HopformError(f"dtype must be float64 or float32, got {dtype!r}")
-    return real
-
-
 def numbers(name: str, value: object, unit: str) -> NDArray[Any]:
     """The value as an array of finite numbers; HopformError names the first that is none, with its index."""
     array = _array(name, value, unit)
@@ -368,8 +357,8 @@ def robot_columns(robot: Robot, fields: dict[str, Any]) -> dict[str, NDArray[Any
             array = _array(name, fields[name], field.unit)
             fits = np.asarray(ufuncs.ALLOWED[field.domain](array, np.finfo(np.float64).max))
 
-            def reason(bad: float, name: str = name) -> str:
-                return (checked.refusal(known[name], bad) or f"{name} is not allowed: {bad!r}").removeprefix(f"{name} ")
+            def reason(bad: float, name: str = name, field: Field = field) -> str:
+                return (checked.refusal(field, bad) or f"{name} is not allowed: {bad!r}").removeprefix(f"{name} ")
 
             _refuse(name, array, fits, reason)
         columns[name] = array
@@ -377,13 +366,20 @@ def robot_columns(robot: Robot, fields: dict[str, Any]) -> dict[str, NDArray[Any
         ordered = np.asarray(columns["x1_min"] <= columns["x1_max"])
     except ValueError:
         return columns
-    _refuse("x1_min", np.broadcast_to(columns["x1_min"], ordered.shape), ordered, lambda bad: f"must be <= x1_max m, got {bad!r}")
+    _refuse(
+        "x1_min",
+        np.broadcast_to(columns["x1_min"], ordered.shape),
+        ordered,
+        lambda bad: f"must be <= x1_max m, got {bad!r}",
+    )
     return columns
 
 
 def _array(name: str, value: object, unit: str) -> NDArray[Any]:
     if isinstance(value, Sequence) and any(isinstance(each, tuple) for each in value):  # pyright: ignore[reportUnknownVariableType]
-        raise HopformError(f"{name} must be a number per stance in {unit}; steps (t, u) are for solve_stance, got {value!r}")
+        raise HopformError(
+            f"{name} must be a number per stance in {unit}; steps (t, u) are for solve_stance, got {value!r}"
+        )
     try:
         array = np.asarray(value)
     except ValueError:

@@ -122,7 +122,7 @@ class Stance:
         return State(*(self._shaped(value, t) for value in (state.x1, state.v1, x2, state.v2)))
 
     def grid(
-        self, count: int | None = None, *, dt: SupportsFloat | None = None, out: State | None = None
+        self, count: int | None = None, *, dt: SupportsFloat | None = None, out: Sequence[Any] | None = None
     ) -> tuple[NDArray[np.floating], State]:
         """Times from 0 to the ending and the states there: `count` of them, or one every dt [s]; faster than `at`.
 
@@ -136,8 +136,8 @@ class Stance:
         (True, True)
         """
         t, step = uniform_times(self.duration, count, dt, self.dtype)
-        into = State(*np.empty((4, t.size), self.dtype)) if out is None else fitting(out, t)
-        whole = all(np.asarray(column).flags.c_contiguous for column in into)
+        into = list(np.empty((4, t.size), self.dtype)) if out is None else fitting(out, t)
+        whole = all(column.flags.c_contiguous for column in into)
         x1, v1, x2, v2 = into if whole else np.empty((4, t.size), self.dtype)
         if self.duration > 0.0:
             self._solved.grid(step, solver_records.State(x1, v1, v2, x2))
@@ -148,8 +148,8 @@ class Stance:
         np.add(x2, self.robot.L0 + self.robot.c, out=x2)
         if not whole:
             for column, values in zip(into, (x1, v1, x2, v2), strict=True):
-                np.copyto(np.asarray(column), values)
-        return t, into
+                column[...] = values
+        return t, State(*into)
 
     def compression(self, t: ArrayLike) -> Real:
         """Compression of the spring [m] at times t [s], x1 - x2 + L0 + c, to its own last digit; the force is k times it."""
@@ -219,7 +219,7 @@ def solve_stance(
     >>> stance.status, round(stance.duration, 4), [event.kind for event in stance.events]
     ('takeoff', 0.1841, ['x2_reverses'])
     """
-    precision = _precision(dtype)
+    precision = precision_of(dtype)
     start = _start(robot, x1, v1, x2, v2)
     steps = _steps(u)
     longest = positive("horizon", horizon, "s")
@@ -253,15 +253,16 @@ def uniform_times(
     return t, step or 1.0
 
 
-def fitting(out: State, t: NDArray[np.floating]) -> State:
+def fitting(out: Sequence[Any], t: NDArray[np.floating]) -> list[NDArray[Any]]:
     """The arrays if they can take the states at times t; HopformError if not."""
     if len(out) != len(State._fields):
         raise HopformError(f"out must be {len(State._fields)} arrays, got {len(out)}")
     for name, column in zip(State._fields, out, strict=True):
-        if not isinstance(column, np.ndarray) or column.shape != t.shape or column.dtype != t.dtype:
-            got = f"{column.dtype} of shape {column.shape}" if isinstance(column, np.ndarray) else repr(column)
+        array: NDArray[Any] | None = column if isinstance(column, np.ndarray) else None
+        if array is None or array.shape != t.shape or array.dtype != t.dtype:
+            got = repr(column) if array is None else f"{array.dtype} of shape {array.shape}"
             raise HopformError(f"out.{name} must be an array of {t.dtype} of shape {t.shape}, got {got}")
-    return State(*out)
+    return list(out)
 
 
 def touchdown_velocity(robot: Robot, height: SupportsFloat) -> float:
@@ -363,7 +364,7 @@ def _steps(u: Current) -> tuple[tuple[float, float], ...]:
     return tuple(steps)
 
 
-def _precision(dtype: Any) -> np.dtype[Any]:
+def precision_of(dtype: Any) -> np.dtype[Any]:
     try:
         precision: np.dtype[Any] = np.dtype(dtype)
     except TypeError:

@@ -10,6 +10,7 @@ negative status and NaN elsewhere: nothing raises. Up to 4096 phases, as in `sol
 """
 
 import ctypes
+import importlib
 from collections.abc import Callable, Sequence
 from typing import Any
 
@@ -50,14 +51,10 @@ _kept: list[Any] = []
 
 def _from_library(library: native.Library) -> Any:
     """The ufunc over the loops of the compiled library, made as an extension module makes one, without Python.h."""
-    from numpy._core import _multiarray_umath  # pyright: ignore[reportPrivateUsage]
-
     api: Any = ctypes.pythonapi
     pointer_of = ctypes.PYFUNCTYPE(ctypes.c_void_p, ctypes.py_object, ctypes.c_char_p)(("PyCapsule_GetPointer", api))
-    table = ctypes.cast(
-        pointer_of(_multiarray_umath._UFUNC_API, None),  # type: ignore[attr-defined]  # pyright: ignore
-        ctypes.POINTER(ctypes.c_void_p),
-    )
+    capsule = importlib.import_module("numpy._core._multiarray_umath")._UFUNC_API
+    table = ctypes.cast(pointer_of(capsule, None), ctypes.POINTER(ctypes.c_void_p))
     integers = (ctypes.c_int,) * 4
     prototype = ctypes.PYFUNCTYPE(
         ctypes.py_object, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_void_p, *integers,
@@ -140,9 +137,7 @@ def solve_columns(
     return results, (lane, t, kind)
 
 
-def _refusals(
-    start: State, u: NDArray[Any], horizon: NDArray[Any], robot: Robot, max_phases: int
-) -> NDArray[np.intc]:
+def _refusals(start: State, u: NDArray[Any], horizon: NDArray[Any], robot: Robot, max_phases: int) -> NDArray[np.intc]:
     """The negative status of what the C library refuses, 0 for what it solves."""
     limit = _LIMITS[u.dtype]
 
@@ -178,4 +173,3 @@ def _stance() -> Any:
 
 stance: Any = _stance()
 """The ufunc itself where the compiled library is there, else `stance_on_arrays`, which takes and gives the same."""
-
