@@ -214,7 +214,10 @@ def _in_threads(solve: Callable[[slice], int], parts: list[slice], threads: int)
 def _solve_by_ufunc(job: _Job, part: slice) -> _Events:
     columns = job.chunk(part)
     fields = columns[len(_STATES) :]
-    robot = np.stack(np.broadcast_arrays(*fields), axis=-1)
+    rows = np.empty((len(fields), *np.broadcast_shapes(*(field.shape for field in fields))), job.real)
+    for n, field in enumerate(fields):
+        rows[n] = field
+    robot = np.moveaxis(rows, 0, -1)
     out = tuple(result[part] for result in job.results)
     with np.errstate(all="ignore"):
         ufuncs.stance(*columns[: len(_STATES)], robot, out=out)

@@ -258,9 +258,10 @@ def fitting(out: Sequence[Any], t: NDArray[np.floating]) -> list[NDArray[Any]]:
     if len(out) != len(State._fields):
         raise HopformError(f"out must be {len(State._fields)} arrays, got {len(out)}")
     for name, column in zip(State._fields, out, strict=True):
-        array: NDArray[Any] | None = column if isinstance(column, np.ndarray) else None
-        if array is None or array.shape != t.shape or array.dtype != t.dtype:
-            got = repr(column) if array is None else f"{array.dtype} of shape {array.shape}"
+        array: Any = column
+        holds = isinstance(column, np.ndarray)
+        if not (holds and array.shape == t.shape and array.dtype == t.dtype):
+            got = f"{array.dtype} of shape {array.shape}" if holds else repr(array)
             raise HopformError(f"out.{name} must be an array of {t.dtype} of shape {t.shape}, got {got}")
     return list(out)
 

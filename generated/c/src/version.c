@@ -6,5 +6,5 @@
 
 const char *hopform_source(void)
 {
-    return "92997c1e40108ede";
+    return "47ebd4cc896e3d29";
 }

@@ -175,7 +175,7 @@ typedef struct {
 
 /* Many stances: where their robots, states at touchdown, constant currents and longest times are read. */
 typedef struct {
-    hopform_input_f32 robot[HOPFORM_ROBOT_FIELDS]; /* in the order of the robot's members */
+    hopform_input_f32 robot[15]; /* HOPFORM_ROBOT_FIELDS, in the order of the robot's members */
     hopform_input_f32 x1;                          /* [m] */
     hopform_input_f32 v1;                          /* [m/s] after the impact */
     hopform_input_f32 v2;                          /* [m/s] after the impact */
