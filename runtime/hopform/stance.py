@@ -132,7 +132,7 @@ class Stance:
         >>> from hopform import load_robot
         >>> stance = solve_stance(load_robot("hopper_c"), v2=-1.93, u=2.0)
         >>> t, state = stance.grid(1001)
-        >>> t[-1] == stance.duration, round(float(state.x2[500]), 6) == round(float(stance.at(t[500]).x2), 6)
+        >>> float(t[-1]) == stance.duration, round(float(state.x2[500]), 6) == round(float(stance.at(t[500]).x2), 6)
         (True, True)
         """
         t, step = uniform_times(self.duration, count, dt, self.dtype)
