@@ -9,7 +9,9 @@
 Importing hopform loads NumPy alone. Equation numbers are those of the paper that the register (`hopform.equations`) covers.
 """
 
+from hopform import ufuncs
 from hopform.backends import backends, library_message
+from hopform.batch import Batch, solve_stances
 from hopform.errors import BackendError, HopformError, MissingExtra
 from hopform.hopping import Hop, Run, hop
 from hopform.robots import ROBOTS, Robot, load_robot
@@ -32,6 +34,7 @@ def equations() -> tuple[Equation, ...]:
 __all__ = [
     "ROBOTS",
     "BackendError",
+    "Batch",
     "Energy",
     "Equation",
     "Event",
@@ -52,5 +55,7 @@ __all__ = [
     "library_message",
     "load_robot",
     "solve_stance",
+    "solve_stances",
     "touchdown_velocity",
+    "ufuncs",
 ]

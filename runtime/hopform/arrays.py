@@ -51,6 +51,13 @@ class Solved:
         """States at times of one dimension."""
         return state_at(self.solution, 0, t)
 
+    def grid(self, dt: float, out: State) -> None:
+        """Put the states at i dt, i = 0, 1, ..., into arrays of one dimension."""
+        real = self.solution.duration.dtype.type
+        t = np.arange(out.x1.size, dtype=real) * real(dt)
+        for column, values in zip(out, self.state_at(t), strict=True):
+            column[...] = values
+
     def energy_at(self, t: NDArray[np.floating]) -> tuple[Energy, Ledger, NDArray[np.floating]]:
         """Energies, ledger and loss at stops at times of one dimension."""
         ledger, losses = ledger_at(self.solution, 0, t)

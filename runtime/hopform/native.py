@@ -77,6 +77,7 @@ class Types:
             ("ending", ctypes.c_int32),
             ("phase_count", ctypes.c_int32),
             ("phases_kept", ctypes.c_int32),
+            ("event_count", ctypes.c_int32),
         )
 
 
@@ -105,6 +106,12 @@ class Library:
         function = getattr(self._handle, f"{self._prefix}_{name}")
         function.restype = result
         return function
+
+    def address(self, name: str) -> int:
+        """Where a function of the library lies in memory."""
+        address = ctypes.cast(self._function(name), ctypes.c_void_p).value
+        assert address is not None
+        return address
 
     def types(self, dtype: np.dtype[Any]) -> Types:
         suffix = {np.dtype(np.float32): "f32", np.dtype(np.float64): "f64"}[dtype]
@@ -174,6 +181,14 @@ class Solved:
             )  # fmt: skip
             row[:] = (state.x1, state.v1, state.v2, state.y)
         return State(*rows.T)
+
+    def grid(self, dt: float, out: State) -> None:
+        """Put the states at i dt, i = 0, 1, ..., into arrays of one dimension, each in one piece."""
+        self.library.call(
+            "stance_grid", self.types, ctypes.byref(self.plan), self.steps, self.phases, ctypes.byref(self.stance),
+            self.types.real(0.0), self.types.real(dt), ctypes.c_int32(out.x1.size),
+            *(ctypes.c_void_p(column.ctypes.data) for column in out),
+        )  # fmt: skip
 
     def energy_at(self, t: NDArray[np.floating]) -> tuple[Energy, Ledger, NDArray[np.floating]]:
         """Energies, ledger and loss at stops at times of one dimension, which must not decrease."""

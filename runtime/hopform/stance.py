@@ -123,6 +123,36 @@ class Stance:
         x2 = state.x1 - state.y + (self.robot.L0 + self.robot.c)
         return State(*(self._shaped(value, t) for value in (state.x1, state.v1, x2, state.v2)))
 
+    def grid(
+        self, count: int | None = None, *, dt: SupportsFloat | None = None, out: Sequence[Any] | None = None
+    ) -> tuple[NDArray[np.floating], State]:
+        """Times from 0 to the ending and the states there: `count` of them, or one every dt [s]; faster than `at`.
+
+        out: four arrays of one dimension, of the stance's dtype, that take the states. Raises HopformError if not exactly
+        one of count >= 1 and dt > 0 is given, or if out does not fit.
+
+        >>> from hopform import load_robot
+        >>> stance = solve_stance(load_robot("hopper_c"), v2=-1.93, u=2.0)
+        >>> t, state = stance.grid(1001)
+        >>> float(t[-1]) == stance.duration, round(float(state.x2[500]), 6) == round(float(stance.at(t[500]).x2), 6)
+        (True, True)
+        """
+        t, step = uniform_times(self.duration, count, dt, self.dtype)
+        into = list(np.empty((4, t.size), self.dtype)) if out is None else fitting(out, t)
+        whole = all(column.flags.c_contiguous for column in into)
+        x1, v1, x2, v2 = into if whole else np.empty((4, t.size), self.dtype)
+        if self.duration > 0.0:
+            self._solved.grid(step, solver_records.State(x1, v1, v2, x2))
+        else:
+            for column, values in zip((x1, v1, v2, x2), self._solver_state(t), strict=True):
+                column[...] = values
+        np.subtract(x1, x2, out=x2)
+        np.add(x2, self.robot.L0 + self.robot.c, out=x2)
+        if not whole:
+            for column, values in zip(into, (x1, v1, x2, v2), strict=True):
+                column[...] = values
+        return t, State(*into)
+
     def compression(self, t: ArrayLike) -> Real:
         """Compression of the spring [m] at times t [s], x1 - x2 + L0 + c, to its own last digit; the force is k times it."""
         return self._shaped(self._solver_state(t).y, t)
@@ -207,7 +237,7 @@ def solve_stance(
     >>> stance.status, round(stance.duration, 4), [event.kind for event in stance.events]
     ('takeoff', 0.1841, ['x2_reverses'])
     """
-    precision = _precision(dtype)
+    precision = precision_of(dtype)
     start = _start(robot, x1, v1, x2, v2)
     steps = _steps(u)
     longest = positive("horizon", horizon, "s")
@@ -216,6 +246,42 @@ def solve_stance(
     chosen = choose(backend)
     solved = MODULES[chosen].solve(robot.parameters, start, steps, longest, max_phases, precision)
     return _stance(robot, steps, chosen, precision, solved, x2 is not None)
+
+
+def uniform_times(
+    duration: float, count: int | None, dt: SupportsFloat | None, dtype: np.dtype[Any]
+) -> tuple[NDArray[np.floating], float]:
+    """Times of a uniform grid over [0, duration] and their distance [s], any where there is but one time."""
+    if (count is None) == (dt is None):
+        raise HopformError(f"either count or dt must be given, got count = {count!r}, dt = {dt!r}")
+    if dt is None:
+        if isinstance(count, bool) or not isinstance(count, int) or not 1 <= count < 2**31:
+            raise HopformError(f"count must be a whole number >= 1, got {count!r}")
+        step = duration / (count - 1) if count > 1 else 0.0
+        number = count
+    else:
+        step = positive("dt", dt, "s")
+        number = math.floor(duration / step * (1.0 + 4.0 * float(np.finfo(dtype).eps))) + 1
+        if number >= 2**31:
+            raise HopformError(f"dt must be > {duration / 2**31!r} s for a stance of {duration!r} s, got {step!r}")
+    t = np.arange(number, dtype=dtype) * dtype.type(step)
+    if dt is None and number > 1:
+        t[-1] = duration
+    np.minimum(t, dtype.type(duration), out=t)
+    return t, step or 1.0
+
+
+def fitting(out: Sequence[Any], t: NDArray[np.floating]) -> list[NDArray[Any]]:
+    """The arrays if they can take the states at times t; HopformError if not."""
+    if len(out) != len(State._fields):
+        raise HopformError(f"out must be {len(State._fields)} arrays, got {len(out)}")
+    for name, column in zip(State._fields, out, strict=True):
+        array: Any = column
+        holds = isinstance(column, np.ndarray)
+        if not (holds and array.shape == t.shape and array.dtype == t.dtype):
+            got = f"{array.dtype} of shape {array.shape}" if holds else repr(array)
+            raise HopformError(f"out.{name} must be an array of {t.dtype} of shape {t.shape}, got {got}")
+    return list(out)
 
 
 def touchdown_velocity(robot: Robot, height: SupportsFloat) -> float:
@@ -319,7 +385,7 @@ def _steps(u: Current) -> tuple[tuple[float, float], ...]:
     return tuple(steps)
 
 
-def _precision(dtype: Any) -> np.dtype[Any]:
+def precision_of(dtype: Any) -> np.dtype[Any]:
     try:
         precision: np.dtype[Any] = np.dtype(dtype)
     except TypeError:

@@ -34,6 +34,7 @@ typedef struct {
     hopform_phase_f32 *phases;
     int32_t capacity;
     int32_t count;
+    int32_t event_count;
 } stance_chain;
 
 static float sign_of(float value)
@@ -429,6 +430,9 @@ static void record(stance_chain *chain, int event)
         phase->event = (int8_t)event;
         phase->step = (uint16_t)chain->step;
     }
+    if (event != HOPFORM_EVENT_NONE && chain->count < chain->max_phases) {
+        chain->event_count++;
+    }
     chain->count++;
 }
 
@@ -612,6 +616,7 @@ static void report(const stance_chain *chain, const hopform_state_f32 *start, in
     stance->start_loss = chain->start_loss;
     stance->ending = ending;
     stance->phase_count = chain->count;
+    stance->event_count = chain->event_count;
     stance->phases_kept = chain->count < chain->capacity ? chain->count : chain->capacity;
     stance->apex = 0.0f;
     if (ending == HOPFORM_ENDING_TAKEOFF && robot->g > 0.0f) {
@@ -670,7 +675,7 @@ int32_t hopform_solve_stance_f32(const hopform_plan_f32 *plan, const hopform_sta
     if (plan == NULL || start == NULL || steps == NULL || stance == NULL || (phases == NULL && capacity > 0)) {
         return HOPFORM_ERROR_NULL;
     }
-    const hopform_stance_f32 zero = {0, {0, 0, 0, 0}, 0, 0, 0, 0, 0, 0};
+    const hopform_stance_f32 zero = {0, {0, 0, 0, 0}, 0, 0, 0, 0, 0, 0, 0};
     *stance = zero;
     if (!(plan->robot.m_eff > 0.0f)) {
         return HOPFORM_ERROR_ROBOT;
@@ -685,7 +690,7 @@ int32_t hopform_solve_stance_f32(const hopform_plan_f32 *plan, const hopform_sta
     if (!(horizon > 0.0f && horizon <= 1e38f) || max_phases < 1 || capacity < 0) {
         return HOPFORM_ERROR_HORIZON;
     }
-    stance_chain chain = {plan, steps, step_count, 0, horizon, 0.0f, *start, 0, 0, false, false, 0.0f, max_phases, phases, capacity, 0};
+    stance_chain chain = {plan, steps, step_count, 0, horizon, 0.0f, *start, 0, 0, false, false, 0.0f, max_phases, phases, capacity, 0, 0};
     const int32_t ending = run(&chain);
     report(&chain, start, ending, stance);
     if (!is_finite(stance->duration) || !is_finite(stance->end.x1) || !is_finite(stance->end.v1)

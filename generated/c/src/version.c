@@ -6,5 +6,5 @@
 
 const char *hopform_source(void)
 {
-    return "1cb0079995f8746e";
+    return "6ea600ebdbb6ce7f";
 }

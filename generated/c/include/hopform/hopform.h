@@ -55,6 +55,9 @@ extern "C" {
 #define HOPFORM_SENSITIVITY_ROWS 7
 #define HOPFORM_SENSITIVITY_COLUMNS (5 + 15)
 
+/* Members of hopform_robot. */
+#define HOPFORM_ROBOT_FIELDS 15
+
 /* Text that this library and a package generated with it have in common. */
 const char *hopform_source(void);
 

@@ -6,6 +6,7 @@
 #ifndef HOPFORM_H_f64
 #define HOPFORM_H_f64
 
+#include <stddef.h>
 #include <stdint.h>
 
 #ifdef __cplusplus
@@ -123,6 +124,7 @@ typedef struct {
     int32_t ending;           /* HOPFORM_ENDING_... */
     int32_t phase_count;      /* phases of the stance, kept or not */
     int32_t phases_kept;      /* phases in the caller's buffer */
+    int32_t event_count;      /* events of the stance, kept or not */
 } hopform_stance_f64;
 
 /* Coefficients and poles of a robot. Negative status and a zeroed plan on bad parameters. */
@@ -159,6 +161,67 @@ int32_t hopform_stance_energy_f64(const hopform_plan_f64 *plan, const hopform_st
 int32_t hopform_stance_sensitivities_f64(const hopform_plan_f64 *plan, const hopform_step_f64 *steps,
                                           const hopform_phase_f64 *phases, const hopform_stance_f64 *stance,
                                           double *matrix);
+
+/* States of a solved stance at the times t0 + i dt, i = 0 .. count - 1, as four arrays; y is the compression.
+ *
+ * The grid ends at the stance's duration (a rest may be followed on for any time); dt > 0. About as exact as
+ * hopform_stance_at at each time, at the cost of a few sums.
+ */
+int32_t hopform_stance_grid_f64(const hopform_plan_f64 *plan, const hopform_step_f64 *steps,
+                                 const hopform_phase_f64 *phases, const hopform_stance_f64 *stance, double t0, double dt,
+                                 int32_t count, double *x1, double *v1, double *v2, double *y);
+
+/* A column of numbers, one per stance, anywhere in memory: each lies `stride` bytes behind the one before; stride 0
+ * repeats a single number. */
+typedef struct {
+    const void *first;
+    ptrdiff_t stride;
+} hopform_input_f64;
+
+/* A column that is written; `first` may be NULL where it is not wanted. */
+typedef struct {
+    void *first;
+    ptrdiff_t stride;
+} hopform_output_f64;
+
+/* Many stances: where their robots, states at touchdown, constant currents and longest times are read. */
+typedef struct {
+    hopform_input_f64 robot[15]; /* HOPFORM_ROBOT_FIELDS, in the order of the robot's members */
+    hopform_input_f64 x1;                          /* [m] */
+    hopform_input_f64 v1;                          /* [m/s] after the impact */
+    hopform_input_f64 v2;                          /* [m/s] after the impact */
+    hopform_input_f64 y;                           /* [m] compression, 0 at touchdown */
+    hopform_input_f64 u;                           /* [A] */
+    hopform_input_f64 horizon;                     /* [s] */
+    int32_t max_phases;
+} hopform_stances_in_f64;
+
+/* Many stances: where their results go. A stance that is refused has a negative status and NaN everywhere else. */
+typedef struct {
+    hopform_output_f64 status;      /* int32_t: HOPFORM_ENDING_..., or HOPFORM_ERROR_... */
+    hopform_output_f64 duration;    /* [s] time of the ending */
+    hopform_output_f64 x1;          /* [m] at the ending, as the next three */
+    hopform_output_f64 v1;          /* [m/s] */
+    hopform_output_f64 x2;          /* [m] height of the body over the ground */
+    hopform_output_f64 v2;          /* [m/s] */
+    hopform_output_f64 apex;        /* [m] hop height of the apex; NaN without take-off, and where g = 0 */
+    hopform_output_f64 aed;         /* [J] analytical energy delta */
+    hopform_output_f64 event_count; /* int32_t */
+    hopform_phase_f64 *phases;      /* where one stance after the other is solved; NULL where no events are wanted */
+    int32_t phase_capacity;
+    double *event_time;      /* [s] event_capacity a stance, NaN behind its last; NULL where no events are wanted */
+    int8_t *event_kind;    /* HOPFORM_EVENT_..., HOPFORM_EVENT_NONE behind its last */
+    int32_t event_capacity;
+} hopform_stances_out_f64;
+
+/* Solve `count` stances, each as hopform_solve_stance does, to the same bits. The plan is made again only where the
+ * robot changes. HOPFORM_PHASES_NOT_KEPT if the events of a stance did not fit, which event_count tells of each. */
+int32_t hopform_solve_stances_f64(int64_t count, const hopform_stances_in_f64 *in, const hopform_stances_out_f64 *out);
+
+/* The same as an inner loop of NumPy's generalized ufuncs: (x1, v1, v2, y, u, horizon, robot) to the nine columns of
+ * hopform_stances_out, up to 4096 phases. args: their first elements; dimensions: the number of stances, then the
+ * fields of the robot (refused unless HOPFORM_ROBOT_FIELDS); steps: the strides of args, then that of a robot's fields. */
+void hopform_stance_loop_f64(char **args, const ptrdiff_t *dimensions, const ptrdiff_t *steps, void *data);
 
 #ifdef __cplusplus
 }
