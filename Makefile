@@ -26,6 +26,10 @@ test-exhaustive-slice: compiler venv-dev ## the same for 20 000 of them, 500 wit
 	$(PY) tools/build_library.py
 	$(PY) -m tests.exhaustive --count 20000 --reference 500 --cases out/cases.json
 
+SECONDS = 60
+fuzz: ## arbitrary bit patterns into each C entry point, SECONDS (60) each, under the sanitizers; needs clang
+	@SECONDS_EACH=$(SECONDS) sh tests/fuzz/run.sh
+
 generate: venv ## derive the formulas and write generated/
 	$(PY) -m derive
 
@@ -69,4 +73,4 @@ venv-dev:
 	@sh tools/venv.sh dev
 
 .NOTPARALLEL:
-.PHONY: help run test test-exhaustive test-exhaustive-slice generate check lint wheel mutants mutants-all test-determinism clean compiler venv venv-dev
+.PHONY: help run test test-exhaustive test-exhaustive-slice fuzz generate check lint wheel mutants mutants-all test-determinism clean compiler venv venv-dev
