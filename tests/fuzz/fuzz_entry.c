@@ -1,11 +1,12 @@
 /* A libFuzzer target: the C entry points on arbitrary bit patterns.
  *
  * -DENTRY=n picks what is called (1 hopform_plan_init, 2 hopform_solve_stance, 3 hopform_stance_at, 4 hopform_stance_energy),
- * -DSINGLE single precision. The bytes become numbers as they are, or, by the first byte, numbers of a sensible size, so that
+ * -DSINGLE single precision, -DDESCRIBE prints what the bytes mean. The bytes become numbers as they are, or, by the first byte, numbers of a sensible size, so that
  * the solver is entered and not only its gate. An answer that is not finite, or not within its own bounds, aborts.
  */
 #include <math.h>
 #include <stdint.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -72,6 +73,23 @@ static T(robot) next_robot(source *from, int kind)
     return robot;
 }
 
+/* The numbers of a finding, robot first. */
+static void describe(const char *what, const void *numbers, size_t bytes)
+{
+#ifdef DESCRIBE
+    const real *values = numbers;
+    fprintf(stderr, "%s:", what);
+    for (size_t i = 0; i < bytes / sizeof(real); i++) {
+        fprintf(stderr, " %.17g", (double)values[i]);
+    }
+    fprintf(stderr, "\n");
+#else
+    (void)what;
+    (void)numbers;
+    (void)bytes;
+#endif
+}
+
 static void must(int truth)
 {
     if (!truth) {
@@ -85,6 +103,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     const int kind = next_byte(&from), sensible = kind & 1;
     const T(robot) robot = next_robot(&from, kind);
     T(plan) plan;
+    describe("robot", &robot, sizeof robot);
     if (T(plan_init)(&plan, &robot) != HOPFORM_OK || ENTRY == 1) {
         return 0;
     }
@@ -98,6 +117,9 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     const int32_t capacity = kind & 16 ? next_byte(&from) % MAX_PHASES : MAX_PHASES + 1;
     const real horizon = next_real(&from, sensible, 1);
     T(phase) phases[MAX_PHASES + 1];
+    describe("x1 v1 v2 y", &start, sizeof start);
+    describe("t u t u", steps, sizeof steps);
+    describe("horizon", &horizon, sizeof horizon);
     T(stance) stance;
     const int32_t status = T(solve_stance)(&plan, &start, steps, step_count, horizon, max_phases, phases, capacity, &stance);
     if (status < 0) {

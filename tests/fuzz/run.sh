@@ -1,5 +1,5 @@
 #!/bin/sh
-# Fuzz each C entry point for SECONDS (default 60), in both precisions; a finding stops it and stays in out/fuzz.
+# Fuzz each C entry point for SECONDS (default 60), in both precisions; a finding stops it and stays in out/fuzz; tests/fuzz/found holds earlier ones.
 set -eu
 cd "$(dirname "$0")/../.."
 clang=${CLANG:-clang}
@@ -14,7 +14,7 @@ for precision in DOUBLE SINGLE; do
         mkdir -p "out/fuzz/corpus_$name"
         echo "entry $entry, $precision: ${SECONDS_EACH:-60} s"
         "out/fuzz/$name" -max_total_time="${SECONDS_EACH:-60}" -max_len=256 -timeout=10 -verbosity=0 \
-            -print_final_stats=1 -artifact_prefix="out/fuzz/${name}_" "out/fuzz/corpus_$name" 2>"out/fuzz/$name.log" || {
+            -print_final_stats=1 -artifact_prefix="out/fuzz/${name}_" "out/fuzz/corpus_$name" tests/fuzz/found 2>"out/fuzz/$name.log" || {
             echo "a finding: out/fuzz/$name.log" >&2
             grep -m 3 -e 'runtime error' -e 'ERROR' -e 'Test unit' "out/fuzz/$name.log" >&2
             [ -n "${KEEP_GOING:-}" ] || exit 1
