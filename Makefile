@@ -4,7 +4,7 @@ PY = .venv/bin/python
 export CC
 
 help: ## say what each target does
-	@sed -n 's/^\([a-z-]*\):[^#]*## /\1|/p' Makefile | awk -F'|' '{ printf "make %-17s %s\n", $$1, $$2 }'
+	@sed -n 's/^\([a-z-]*\):[^#]*## /\1|/p' Makefile | awk -F'|' '{ printf "make %-21s %s\n", $$1, $$2 }'
 
 run: compiler venv ## set up .venv, derive and compile the formulas, solve a stance at 0 A and at 3 A, draw both into out/
 	$(PY) -m derive
@@ -16,6 +16,19 @@ run: compiler venv ## set up .venv, derive and compile the formulas, solve a sta
 test: compiler venv-dev ## prove it: the derivation, the generated code against the symbols, the house rules
 	$(PY) tools/build_library.py
 	$(PY) -m pytest
+
+N = 1000000
+test-exhaustive: compiler venv-dev ## certify N random stances, a million if not given, with a checker in higher precision
+	$(PY) tools/build_library.py
+	$(PY) -m tests.exhaustive --count $(N) --reference 2000 --cases out/cases.json
+
+test-exhaustive-slice: compiler venv-dev ## the same for 20 000 of them, 500 with the 50-digit reference
+	$(PY) tools/build_library.py
+	$(PY) -m tests.exhaustive --count 20000 --reference 500 --cases out/cases.json
+
+SECONDS = 60
+fuzz: ## arbitrary bit patterns into each C entry point, SECONDS (60) each, under the sanitizers; needs clang
+	@SECONDS_EACH=$(SECONDS) sh tests/fuzz/run.sh
 
 generate: venv ## derive the formulas and write generated/
 	$(PY) -m derive
@@ -67,4 +80,5 @@ venv-bench:
 	@sh tools/venv.sh bench
 
 .NOTPARALLEL:
-.PHONY: help run test generate check lint wheel mutants mutants-all test-determinism bench clean compiler venv venv-dev venv-bench
+.PHONY: help run test test-exhaustive test-exhaustive-slice fuzz generate check lint wheel mutants mutants-all test-determinism bench
+.PHONY: clean compiler venv venv-dev venv-bench

@@ -311,6 +311,10 @@ static inline hopform_poles_f32 hopform_factor_cubic_f32(float s_1, float s_2, f
     const float root_2 = sqrtf(s_2);
     const float root_3 = cbrtf(s_3);
     const float scale = s_1 > root_2 ? (s_1 > root_3 ? s_1 : root_3) : (root_2 > root_3 ? root_2 : root_3);
+    const hopform_poles_f32 none = {0.0f, 0.0f, 0.0f, s_1, s_2, s_3};
+    if (!(scale * scale * scale > 0.0f)) {
+        return none; /* slower than the type can say */
+    }
     const float c_1 = s_1 / scale;
     const float c_2 = s_2 / (scale * scale);
     const float c_3 = s_3 / scale / (scale * scale);

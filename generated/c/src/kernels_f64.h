@@ -348,6 +348,10 @@ static inline hopform_poles_f64 hopform_factor_cubic_f64(double s_1, double s_2,
     const double root_2 = sqrt(s_2);
     const double root_3 = cbrt(s_3);
     const double scale = s_1 > root_2 ? (s_1 > root_3 ? s_1 : root_3) : (root_2 > root_3 ? root_2 : root_3);
+    const hopform_poles_f64 none = {0.0, 0.0, 0.0, s_1, s_2, s_3};
+    if (!(scale * scale * scale > 0.0)) {
+        return none; /* slower than the type can say */
+    }
     const double c_1 = s_1 / scale;
     const double c_2 = s_2 / (scale * scale);
     const double c_3 = s_3 / scale / (scale * scale);

@@ -651,12 +651,15 @@ int32_t hopform_plan_init_f32(hopform_plan_f32 *plan, const hopform_robot_f32 *r
     ) {
         return HOPFORM_ERROR_ROBOT;
     }
+    if (!(robot->m_eff * robot->m_s > 0.0f)) {
+        return HOPFORM_ERROR_NUMBERS;
+    }
     const hopform_rates_f32 rates = hopform_rates_of_f32(robot);
     const hopform_poles_f32 actuator = {0.0f, rates.p_1, rates.q_1, rates.p_1, rates.q_1, 0.0f};
     const hopform_poles_f32 body = {0.0f, rates.p_2, rates.q_2, rates.p_2, rates.q_2, 0.0f};
     const hopform_poles_f32 both = hopform_factor_cubic_f32(rates.s_1, rates.s_2, rates.s_3);
     if (!is_finite(rates.s_1) || !is_finite(rates.s_2) || !is_finite(rates.s_3) || !is_finite(both.a)
-        || !is_finite(both.p) || !is_finite(both.q) || !is_finite(rates.a1_0) || !is_finite(rates.a1_u)) {
+        || !is_finite(both.p) || !(both.q > 0.0f && both.q <= 1e38f) || !is_finite(rates.a1_0) || !is_finite(rates.a1_u)) {
         return HOPFORM_ERROR_NUMBERS;
     }
     plan->robot = *robot;

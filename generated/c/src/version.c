@@ -6,5 +6,5 @@
 
 const char *hopform_source(void)
 {
-    return "6ea600ebdbb6ce7f";
+    return "7ca95f1f8d092619";
 }
