@@ -235,9 +235,10 @@ static void reach_ahead(const hopform_guard *guard, double low, double limit, in
 }
 
 /* Two events within rounding are at the same time, and the watch with the lower number wins. */
-static bool is_before(const hopform_sample_f64 *at, bool wins_ties)
+static bool is_before(const hopform_sample_f64 *at, double h, bool wins_ties)
 {
-    return at->value < -at->noise || (wins_ties && at->value < at->noise && at->rate < 0.0);
+    const bool crosses = at->rate * h < -16.0 * at->noise;
+    return at->value < -at->noise || (wins_ties && crosses && at->value < at->noise);
 }
 
 /* Shorten the window until each watch is known to keep its sign in it, but for the one that is found at its end. */
@@ -253,11 +254,11 @@ static void settle_window(const hopform_guard *guard, double low, window *end)
         if (n == end->found && verdict == LOSES_SIGN) {
             continue;
         }
-        if (verdict == KEEPS_SIGN && end->found > n && is_before(&end->at[n], true)) {
+        if (verdict == KEEPS_SIGN && end->found > n && is_before(&end->at[n], h, true)) {
             end->found = n; /* a tie */
             continue;
         }
-        if (verdict == LOSES_SIGN && end->found >= 0 && !is_before(&end->at[n], n < end->found)) {
+        if (verdict == LOSES_SIGN && end->found >= 0 && !is_before(&end->at[n], h, n < end->found)) {
             continue; /* a tie that the other wins */
         }
         if (verdict == DIPS) {

@@ -6,5 +6,5 @@
 
 const char *hopform_source(void)
 {
-    return "7ca95f1f8d092619";
+    return "8b13a32e470006bb";
 }

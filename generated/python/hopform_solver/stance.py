@@ -246,7 +246,8 @@ def _find_end(chain: _Chain, poles: Poles, motion: Motion, limit: Array) -> _End
         lift = first_root(leg, tie)
         lifts = lift <= tie
         there = sample_at(leg, end.t[lanes])
-        touches = ~lifts & (end.kind[lanes] != LIMIT) & (there.value <= there.noise) & (there.rate < 0.0)
+        touches = ~lifts & (end.kind[lanes] != LIMIT) & (there.value <= there.noise)
+        touches &= there.rate * there.t < -16.0 * there.noise  # it crosses, and does not just touch
         lift, lifts = np.where(touches, end.t[lanes], lift), lifts | touches
         end.t[lanes[lifts]], end.kind[lanes[lifts]] = lift[lifts], TAKEOFF
     return end
