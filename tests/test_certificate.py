@@ -15,8 +15,8 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from derive import quantities as Q
 from derive import partial_fractions, time_domain
+from derive import quantities as Q
 from derive.ir import Function, Quantity, Record
 from derive.program import program
 from hopform_solver import formulas, records
