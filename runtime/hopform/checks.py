@@ -8,6 +8,8 @@ from hopform.errors import HopformError
 
 def finite(name: str, value: object, unit: str) -> float:
     """The value as a float; HopformError unless it is a finite number."""
+    if type(value) is float and math.isfinite(value):  # the common case, before a protocol is asked
+        return value
     if isinstance(value, (bool, str)) or not isinstance(value, SupportsFloat):
         raise HopformError(f"{name} must be a number in {unit}, got {value!r}")
     try:

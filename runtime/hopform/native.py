@@ -6,7 +6,7 @@ A library that was built from other sources than the package is refused by name,
 import ctypes
 import sys
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, lru_cache
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -101,6 +101,7 @@ class Library:
                 f"{package.SOURCE}; rebuild it with `make test` or reinstall hopform"
             )
         self._types: dict[str, Types] = {}
+        self._functions: dict[tuple[str, str], Any] = {}
 
     def _function(self, name: str, result: Any = ctypes.c_int32) -> Any:
         function = getattr(self._handle, f"{self._prefix}_{name}")
@@ -120,7 +121,10 @@ class Library:
         return self._types[suffix]
 
     def call(self, name: str, types: Types, *arguments: Any) -> int:
-        status: int = self._function(f"{name}_{types.suffix}")(*arguments)
+        key = name, types.suffix
+        if key not in self._functions:
+            self._functions[key] = self._function(f"{name}_{types.suffix}")
+        status: int = self._functions[key](*arguments)
         if status < 0:
             raise HopformError(_REASONS.get(status, f"{name} failed with status {status}"))
         return status
@@ -219,6 +223,14 @@ class Solved:
         return matrix
 
 
+@lru_cache(maxsize=256)
+def _plan_of(lib: Library, types: Types, parameters: tuple[Any, ...]) -> Any:
+    """The plan of a robot, which nobody writes to once it is made."""
+    plan = types.plan()
+    lib.call("plan_init", types, ctypes.byref(plan), ctypes.byref(types.robot(*parameters)))
+    return plan
+
+
 def solve(
     parameters: tuple[Any, ...],
     start: State,
@@ -231,8 +243,7 @@ def solve(
     """Solve one stance with the compiled library; inputs as `hopform_solver.solve` takes them."""
     lib = with_library or library()
     types = lib.types(dtype)
-    plan, stance = types.plan(), types.stance()
-    lib.call("plan_init", types, ctypes.byref(plan), ctypes.byref(types.robot(*parameters)))
+    plan, stance = _plan_of(lib, types, parameters), types.stance()
     c_steps = (types.step * len(steps))(*(types.step(*step) for step in steps))
     begin = types.state(*start)
     capacity = min(_FIRST_CAPACITY, max_phases + 1)

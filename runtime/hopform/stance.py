@@ -365,7 +365,7 @@ def _start(robot: Robot, x1: object, v1: object, x2: object, v2: object) -> solv
 
 
 def _steps(u: Current) -> tuple[tuple[float, float], ...]:
-    if isinstance(u, (SupportsFloat, str)):
+    if isinstance(u, (float, SupportsFloat, str)):
         return ((0.0, finite("u", u, "A")),)
     pairs = list(u)
     if not pairs:
