@@ -223,7 +223,7 @@ static void reach_ahead(const hopform_guard *guard, float low, float limit, int3
     if (ahead.watch >= 0) {
         const hopform_point_f32 root = hopform_root_ahead_f32(&guard->watch[ahead.watch], guard->poles, low,
                                                                 low + ahead.after < far ? low + ahead.after : far, far);
-        if (root.t > low) {
+        if (root.t > low && root.at.rate * (root.t - low) < -root.at.noise) { /* not what rounding makes of a g that fades */
             end_at(guard, end, ahead.watch, &root);
             return;
         }

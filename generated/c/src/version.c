@@ -6,5 +6,5 @@
 
 const char *hopform_source(void)
 {
-    return "8b13a32e470006bb";
+    return "ef8038da59f4fe77";
 }
