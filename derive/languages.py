@@ -183,6 +183,7 @@ class C:
             "EPSILON": literal(epsilon),
             "ROOT_EPSILON": literal(epsilon**0.5),
             "NEVER": literal(1e38 if self.single else 1e300),
+            "FAINT": literal(1e-30 if self.single else 1e-280),
         }
         self.terms = 24 if self.single else 40
         self.words = {"BITS": f"uint{32 if self.single else 64}_t", "SIGNED_BITS": f"int{32 if self.single else 64}_t"}
@@ -191,6 +192,7 @@ class C:
         self.decay_tail = _alternating(_inverse_factorials(range(3, 14 if self.single else 21)))
         self.sine = _alternating(_inverse_factorials(range(1, 10 if self.single else 18, 2)))
         self.cosine = _alternating(_inverse_factorials(range(0, 10 if self.single else 18, 2)))
+        self.area_tangent = [1.0 / n for n in reversed(range(1, 11 if self.single else 23, 2))]
         bits = 12 if self.single else 32
         self.constants |= {
             "LOG_2_HIGH": literal(_leading(_LOG_2, bits)),

@@ -105,6 +105,52 @@ static inline hopform_turn_f32 hopform_turn_by_f32(float x)
     return turn;
 }
 
+/* The angle of (x, y), y >= 0, from 0 to pi: a rational guess, turned back, leaves an angle whose series is short. */
+static inline float hopform_angle_f32(float x, float y)
+{
+    const bool steep = y > fabsf(x);
+    const float tangent = steep ? fabsf(x) / y : y / fabsf(x);
+    const float near = tangent * (1.0584f - 0.273f * tangent);
+    const float first = steep ? 1.5707964f - near : near;
+    const float guess = x < 0.0f ? 3.1415927f - first : first;
+    const hopform_turn_f32 turn = hopform_turn_by_f32(guess);
+    const float e = (y * turn.cosine - x * turn.sine) / (x * turn.cosine + y * turn.sine);
+    const float ee = e * e;
+    return guess + e * (1.0f - ee * (1.0f / 3.0f - ee * (0.2f - ee / 7.0f)));
+}
+
+/* artanh(s)/s for |s| <= 0.1716, by its power series. */
+static inline float hopform_area_tangent_f32(float s)
+{
+    const float ss = s * s;
+    float sum = 0.0f;
+    sum = sum * ss + 0.11111111f;
+    sum = sum * ss + 0.14285715f;
+    sum = sum * ss + 0.2f;
+    sum = sum * ss + 0.33333334f;
+    sum = sum * ss + 1.0f;
+    return sum;
+}
+
+/* ln(x) for a normal x > 0: x = 2^n m with m between sqrt(1/2) and sqrt(2), ln(m) = 2 artanh((m - 1)/(m + 1)). */
+static inline float hopform_log_f32(float x)
+{
+    union {
+        uint32_t bits;
+        float value;
+    } mantissa;
+    mantissa.value = x;
+    int32_t n = (int32_t)(mantissa.bits >> 23) - 127;
+    mantissa.bits -= (uint32_t)n << 23;
+    float m = mantissa.value;
+    if (m > 1.4142135f) {
+        m *= 0.5f;
+        n++;
+    }
+    const float s = (m - 1.0f) / (m + 1.0f);
+    return (float)n * 0.69311523f + ((float)n * 3.1946183e-5f + 2.0f * s * hopform_area_tangent_f32(s));
+}
+
 /* exp(-a t) and its integrals t phi_1(-a t), t^2 phi_2(-a t), t^3 phi_3(-a t). */
 static inline hopform_decay_f32 hopform_decay_at_f32(float a, float t)
 {

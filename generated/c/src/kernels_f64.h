@@ -135,6 +135,58 @@ static inline hopform_turn_f64 hopform_turn_by_f64(double x)
     return turn;
 }
 
+/* The angle of (x, y), y >= 0, from 0 to pi: a rational guess, turned back, leaves an angle whose series is short. */
+static inline double hopform_angle_f64(double x, double y)
+{
+    const bool steep = y > fabs(x);
+    const double tangent = steep ? fabs(x) / y : y / fabs(x);
+    const double near = tangent * (1.0584 - 0.273 * tangent);
+    const double first = steep ? 1.5707963267948966 - near : near;
+    const double guess = x < 0.0 ? 3.141592653589793 - first : first;
+    const hopform_turn_f64 turn = hopform_turn_by_f64(guess);
+    const double e = (y * turn.cosine - x * turn.sine) / (x * turn.cosine + y * turn.sine);
+    const double ee = e * e;
+    return guess + e * (1.0 - ee * (1.0 / 3.0 - ee * (0.2 - ee / 7.0)));
+}
+
+/* artanh(s)/s for |s| <= 0.1716, by its power series. */
+static inline double hopform_area_tangent_f64(double s)
+{
+    const double ss = s * s;
+    double sum = 0.0;
+    sum = sum * ss + 0.047619047619047616;
+    sum = sum * ss + 0.05263157894736842;
+    sum = sum * ss + 0.058823529411764705;
+    sum = sum * ss + 0.06666666666666667;
+    sum = sum * ss + 0.07692307692307693;
+    sum = sum * ss + 0.09090909090909091;
+    sum = sum * ss + 0.1111111111111111;
+    sum = sum * ss + 0.14285714285714285;
+    sum = sum * ss + 0.2;
+    sum = sum * ss + 0.3333333333333333;
+    sum = sum * ss + 1.0;
+    return sum;
+}
+
+/* ln(x) for a normal x > 0: x = 2^n m with m between sqrt(1/2) and sqrt(2), ln(m) = 2 artanh((m - 1)/(m + 1)). */
+static inline double hopform_log_f64(double x)
+{
+    union {
+        uint64_t bits;
+        double value;
+    } mantissa;
+    mantissa.value = x;
+    int64_t n = (int64_t)(mantissa.bits >> 52) - 1023;
+    mantissa.bits -= (uint64_t)n << 52;
+    double m = mantissa.value;
+    if (m > 1.4142135623730951) {
+        m *= 0.5;
+        n++;
+    }
+    const double s = (m - 1.0) / (m + 1.0);
+    return (double)n * 0.6931471803691238 + ((double)n * 1.9082149292705877e-10 + 2.0 * s * hopform_area_tangent_f64(s));
+}
+
 /* exp(-a t) and its integrals t phi_1(-a t), t^2 phi_2(-a t), t^3 phi_3(-a t). */
 static inline hopform_decay_f64 hopform_decay_at_f64(double a, double t)
 {

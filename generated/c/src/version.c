@@ -6,5 +6,5 @@
 
 const char *hopform_source(void)
 {
-    return "ef8038da59f4fe77";
+    return "4a8dfe74b8c60696";
 }
