@@ -188,7 +188,7 @@ class C:
         self.terms = 24 if self.single else 40
         self.words = {"BITS": f"uint{32 if self.single else 64}_t", "SIGNED_BITS": f"int{32 if self.single else 64}_t"}
         self.inverses = [_number(1.0 / n) for n in range(1, self.terms + 8)]
-        self.exponential = _inverse_factorials(range(8 if self.single else 14))
+        self.exponential = _inverse_factorials(range(1, 9 if self.single else 15))
         self.decay_tail = _alternating(_inverse_factorials(range(3, 14 if self.single else 21)))
         self.sine = _alternating(_inverse_factorials(range(1, 10 if self.single else 18, 2)))
         self.cosine = _alternating(_inverse_factorials(range(0, 10 if self.single else 18, 2)))

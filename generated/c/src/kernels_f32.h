@@ -48,15 +48,24 @@ static const float hopform_inverse_f32[] = {0.0f,
     0.032258064f,
 };
 
-/* exp(x) for x <= 0, by x = n ln 2 + r with |r| <= ln(2)/2 and the power series of exp(r); 0 below the normal numbers. */
-static inline float hopform_exp_f32(float x)
+/* What is left of 1, and what is gone. */
+typedef struct {
+    float left;
+    float gone;
+} hopform_fade_f32;
+
+/* exp(x) and 1 - exp(x) for x <= 0, by x = n ln 2 + r with |r| <= ln(2)/2 and the power series of (exp(r) - 1)/r;
+ * exp(x) counts as 0 below the normal numbers. */
+static inline hopform_fade_f32 hopform_fade_by_f32(float x)
 {
+    hopform_fade_f32 fade = {0.0f, 1.0f};
     if (!(x > -87.0f)) {
-        return 0.0f;
+        return fade;
     }
     const int32_t n = (int32_t)(x * 1.442695f - 0.5f);
     const float r = x - (float)n * 0.69311523f - (float)n * 3.1946183e-5f;
     float sum = 0.0f;
+    sum = sum * r + 2.4801588e-5f;
     sum = sum * r + 0.0001984127f;
     sum = sum * r + 0.0013888889f;
     sum = sum * r + 0.008333334f;
@@ -64,13 +73,19 @@ static inline float hopform_exp_f32(float x)
     sum = sum * r + 0.16666667f;
     sum = sum * r + 0.5f;
     sum = sum * r + 1.0f;
-    sum = sum * r + 1.0f;
     union {
         uint32_t bits;
         float value;
     } power;
     power.bits = (uint32_t)(n + 127) << 23;
-    return sum * power.value;
+    fade.left = (1.0f + r * sum) * power.value;
+    fade.gone = n == 0 ? -r * sum : 1.0f - fade.left;
+    return fade;
+}
+
+static inline float hopform_exp_f32(float x)
+{
+    return hopform_fade_by_f32(x).left;
 }
 
 typedef struct {
@@ -234,10 +249,12 @@ static inline hopform_pair_f32 hopform_pair_at_f32(const hopform_poles_f32 *pole
             return hopform_short_pair_f32(poles, t);
         }
         const float omega = sqrtf(-discriminant);
-        const float envelope = hopform_exp_f32(-mean * t);
-        const hopform_turn_f32 turn = hopform_turn_by_f32(omega * t);
-        core.R = envelope * (turn.sine / omega);
-        core.Rd = envelope * turn.cosine - mean * core.R;
+        const hopform_fade_f32 fade = hopform_fade_by_f32(-mean * t);
+        const hopform_turn_f32 half = hopform_turn_by_f32(0.5f * omega * t);
+        const float versine = 2.0f * half.sine * half.sine;
+        core.R = fade.left * (2.0f * half.sine * half.cosine / omega);
+        core.Rd = fade.left * (1.0f - versine) - mean * core.R;
+        core.turned = fade.gone + fade.left * versine - mean * core.R;
     } else {
         const float half = sqrtf(discriminant);
         const float fast = mean + half;
@@ -252,6 +269,7 @@ static inline hopform_pair_f32 hopform_pair_at_f32(const hopform_poles_f32 *pole
         const float envelope = hopform_exp_f32(-fast * t);
         core.R = envelope * spread.e1;
         core.Rd = envelope - slow * core.R;
+        core.turned = 1.0f - core.Rd - poles->p * core.R;
     }
     const hopform_pair_integrals_f32 integrals = hopform_pair_by_quotient_f32(poles, &core, t);
     const hopform_pair_f32 pair = {core.Rd, core.R, integrals.R1, integrals.R2, integrals.R3};
@@ -307,6 +325,9 @@ static inline hopform_basis_f32 hopform_split_basis_f32(const hopform_poles_f32 
     const hopform_decay_f32 decay = hopform_decay_at_f32(poles->a, t);
     const hopform_pair_f32 pair = hopform_pair_at_f32(poles, t);
     hopform_basis_f32 basis = hopform_split_f32(poles, chi, &decay, &pair);
+    if (poles->a * t < 0.5f) {
+        basis.W = hopform_split_soon_f32(poles, chi, &decay, &pair);
+    }
     if (chi < 0.05f * poles->q) {
         const hopform_response_f32 response = {basis.Wdd, basis.Wd, basis.W};
         const hopform_integrals_f32 integrals = hopform_integrals_by_recursion_f32(poles, &response, t);

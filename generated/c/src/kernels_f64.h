@@ -64,15 +64,24 @@ static const double hopform_inverse_f64[] = {0.0,
     0.02127659574468085,
 };
 
-/* exp(x) for x <= 0, by x = n ln 2 + r with |r| <= ln(2)/2 and the power series of exp(r); 0 below the normal numbers. */
-static inline double hopform_exp_f64(double x)
+/* What is left of 1, and what is gone. */
+typedef struct {
+    double left;
+    double gone;
+} hopform_fade_f64;
+
+/* exp(x) and 1 - exp(x) for x <= 0, by x = n ln 2 + r with |r| <= ln(2)/2 and the power series of (exp(r) - 1)/r;
+ * exp(x) counts as 0 below the normal numbers. */
+static inline hopform_fade_f64 hopform_fade_by_f64(double x)
 {
+    hopform_fade_f64 fade = {0.0, 1.0};
     if (!(x > -708.0)) {
-        return 0.0;
+        return fade;
     }
     const int64_t n = (int64_t)(x * 1.4426950408889634 - 0.5);
     const double r = x - (double)n * 0.6931471803691238 - (double)n * 1.9082149292705877e-10;
     double sum = 0.0;
+    sum = sum * r + 1.1470745597729725e-11;
     sum = sum * r + 1.6059043836821613e-10;
     sum = sum * r + 2.08767569878681e-09;
     sum = sum * r + 2.505210838544172e-08;
@@ -86,13 +95,19 @@ static inline double hopform_exp_f64(double x)
     sum = sum * r + 0.16666666666666666;
     sum = sum * r + 0.5;
     sum = sum * r + 1.0;
-    sum = sum * r + 1.0;
     union {
         uint64_t bits;
         double value;
     } power;
     power.bits = (uint64_t)(n + 1023) << 52;
-    return sum * power.value;
+    fade.left = (1.0 + r * sum) * power.value;
+    fade.gone = n == 0 ? -r * sum : 1.0 - fade.left;
+    return fade;
+}
+
+static inline double hopform_exp_f64(double x)
+{
+    return hopform_fade_by_f64(x).left;
 }
 
 typedef struct {
@@ -277,10 +292,12 @@ static inline hopform_pair_f64 hopform_pair_at_f64(const hopform_poles_f64 *pole
             return hopform_short_pair_f64(poles, t);
         }
         const double omega = sqrt(-discriminant);
-        const double envelope = hopform_exp_f64(-mean * t);
-        const hopform_turn_f64 turn = hopform_turn_by_f64(omega * t);
-        core.R = envelope * (turn.sine / omega);
-        core.Rd = envelope * turn.cosine - mean * core.R;
+        const hopform_fade_f64 fade = hopform_fade_by_f64(-mean * t);
+        const hopform_turn_f64 half = hopform_turn_by_f64(0.5 * omega * t);
+        const double versine = 2.0 * half.sine * half.sine;
+        core.R = fade.left * (2.0 * half.sine * half.cosine / omega);
+        core.Rd = fade.left * (1.0 - versine) - mean * core.R;
+        core.turned = fade.gone + fade.left * versine - mean * core.R;
     } else {
         const double half = sqrt(discriminant);
         const double fast = mean + half;
@@ -295,6 +312,7 @@ static inline hopform_pair_f64 hopform_pair_at_f64(const hopform_poles_f64 *pole
         const double envelope = hopform_exp_f64(-fast * t);
         core.R = envelope * spread.e1;
         core.Rd = envelope - slow * core.R;
+        core.turned = 1.0 - core.Rd - poles->p * core.R;
     }
     const hopform_pair_integrals_f64 integrals = hopform_pair_by_quotient_f64(poles, &core, t);
     const hopform_pair_f64 pair = {core.Rd, core.R, integrals.R1, integrals.R2, integrals.R3};
@@ -350,6 +368,9 @@ static inline hopform_basis_f64 hopform_split_basis_f64(const hopform_poles_f64 
     const hopform_decay_f64 decay = hopform_decay_at_f64(poles->a, t);
     const hopform_pair_f64 pair = hopform_pair_at_f64(poles, t);
     hopform_basis_f64 basis = hopform_split_f64(poles, chi, &decay, &pair);
+    if (poles->a * t < 0.5) {
+        basis.W = hopform_split_soon_f64(poles, chi, &decay, &pair);
+    }
     if (chi < 0.05 * poles->q) {
         const hopform_response_f64 response = {basis.Wdd, basis.Wd, basis.W};
         const hopform_integrals_f64 integrals = hopform_integrals_by_recursion_f64(poles, &response, t);

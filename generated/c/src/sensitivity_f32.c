@@ -271,6 +271,9 @@ static bool pass(const hopform_plan_f32 *plan, const hopform_step_f32 *steps, co
         return true; /* nothing jumps where a mass slips or the current steps */
     }
     speeds(plan, steps, old, &state, before);
+    if (coordinate != X && !(fabsf(before[coordinate] - after[coordinate]) > 0.0f)) {
+        return true; /* without friction nothing jumps, however little of a velocity is left */
+    }
     if (!(fabsf(before[coordinate]) > 0.0f)) {
         return false;
     }

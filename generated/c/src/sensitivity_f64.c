@@ -271,6 +271,9 @@ static bool pass(const hopform_plan_f64 *plan, const hopform_step_f64 *steps, co
         return true; /* nothing jumps where a mass slips or the current steps */
     }
     speeds(plan, steps, old, &state, before);
+    if (coordinate != X && !(fabs(before[coordinate] - after[coordinate]) > 0.0)) {
+        return true; /* without friction nothing jumps, however little of a velocity is left */
+    }
     if (!(fabs(before[coordinate]) > 0.0)) {
         return false;
     }

@@ -145,11 +145,11 @@ static void watch_velocity(const stance_chain *chain, hopform_guard *guard, end_
     if (kind == END_VELOCITY_1) {
         guard->watch[guard->count++] =
             hopform_watch_of_f32(guard->poles, chain->fresh_1 ? 0.0f : motion->H3_1, motion->H2_1, motion->H1_1,
-                                  chain->state.v1, (float)chain->side_1, kind, 0);
+                                  chain->state.v1, (float)chain->side_1, (int32_t)kind, 0);
     } else {
         guard->watch[guard->count++] =
             hopform_watch_of_f32(guard->poles, chain->fresh_2 ? 0.0f : motion->H3_2, motion->H2_2, motion->H1_2,
-                                  chain->state.v2, (float)chain->side_2, kind, 0);
+                                  chain->state.v2, (float)chain->side_2, (int32_t)kind, 0);
     }
 }
 

@@ -6,5 +6,5 @@
 
 const char *hopform_source(void)
 {
-    return "4a8dfe74b8c60696";
+    return "55c48480da2db7e5";
 }
