@@ -11,25 +11,37 @@
 
 #include "linear_f32.h"
 
-enum { MOMENT_TERMS = 13, NODES = 6 };
+enum { TERMS = 17, NODES = 7 };
 
 /* Gauss's rule over 0 .. 1 (Abramowitz and Stegun, Handbook of Mathematical Functions, 25.4.30). */
 static const float place[NODES] = {
-    0.03376524f,
-    0.16939531f,
-    0.3806904f,
-    0.6193096f,
-    0.8306047f,
-    0.96623474f,
+    0.025446044f,
+    0.1292344f,
+    0.29707742f,
+    0.5f,
+    0.7029226f,
+    0.87076557f,
+    0.97455394f,
 };
 static const float weight[NODES] = {
-    0.085662246f,
-    0.18038079f,
-    0.23395696f,
-    0.23395696f,
-    0.18038079f,
-    0.085662246f,
+    0.06474248f,
+    0.1398527f,
+    0.19091502f,
+    0.20897959f,
+    0.19091502f,
+    0.1398527f,
+    0.06474248f,
 };
+
+/* What stands above the diagonal, below it. */
+static void mirror(hopform_matrix_f32 *s)
+{
+    for (int i = 1; i < SIZE; i++) {
+        for (int j = 0; j < i; j++) {
+            s->at[i][j] = s->at[j][i];
+        }
+    }
+}
 
 /* m s, for a symmetric s. */
 static hopform_matrix_f32 times(const hopform_matrix_f32 *m, const hopform_matrix_f32 *s)
@@ -48,40 +60,54 @@ static hopform_matrix_f32 times(const hopform_matrix_f32 *m, const hopform_matri
     return product;
 }
 
-/* Integral of z z^T over a short time h from z = start: Gauss's rule over the power series of z, whose terms fade by then. */
-static hopform_matrix_f32 short_moments(const hopform_matrix_f32 *m, const float start[SIZE], float h)
+/* Terms of the power series of z after a time h. */
+static void series_of(const hopform_matrix_f32 *m, const hopform_phase_f32 *phase, float h, hopform_state_f32 term[TERMS])
 {
-    float series[MOMENT_TERMS][SIZE] = {{start[ONE], start[X], start[Y], start[V1], start[V2]}};
-    for (int n = 1; n < MOMENT_TERMS; n++) {
+    const float(*rate)[SIZE] = m->at;
+    const hopform_state_f32 start = {0.0f, phase->v1, phase->v2, phase->y};
+    float one = 1.0f;
+    term[0] = start;
+    for (int n = 1; n < TERMS; n++) {
+        const hopform_state_f32 *last = &term[n - 1];
         const float factor = h * hopform_inverse_f32[n];
-        for (int i = X; i < SIZE; i++) {
-            float rate = 0.0f;
-            for (int j = 0; j < SIZE; j++) {
-                rate += m->at[i][j] * series[n - 1][j];
-            }
-            series[n][i] = rate * factor;
-        }
+        const float y = last->y;
+        const float v1 = last->v1;
+        const float v2 = last->v2;
+        term[n].x1 = factor * (rate[X][V1] * v1);
+        term[n].y = factor * (rate[Y][V1] * v1 + rate[Y][V2] * v2);
+        term[n].v1 = factor * (rate[V1][ONE] * one + rate[V1][Y] * y + rate[V1][V1] * v1 + rate[V1][V2] * v2);
+        term[n].v2 = factor * (rate[V2][ONE] * one + rate[V2][Y] * y + rate[V2][V1] * v1 + rate[V2][V2] * v2);
+        one = 0.0f;
     }
+}
+
+/* Integral of z z^T over a short time h: Gauss's rule over the power series of z, whose terms fade by then. */
+static hopform_matrix_f32 short_moments(const hopform_matrix_f32 *m, const hopform_phase_f32 *phase, float h)
+{
+    hopform_state_f32 term[TERMS];
+    series_of(m, phase, h, term);
     hopform_matrix_f32 sum = {{{0}}};
     for (int node = 0; node < NODES; node++) {
-        float z[SIZE] = {1.0f, 0.0f, 0.0f, 0.0f, 0.0f};
-        for (int n = MOMENT_TERMS - 1; n >= 0; n--) {
-            for (int i = X; i < SIZE; i++) {
-                z[i] = z[i] * place[node] + series[n][i];
-            }
+        const float s = place[node];
+        float x = 0.0f;
+        float y = 0.0f;
+        float v1 = 0.0f;
+        float v2 = 0.0f;
+        for (int n = TERMS - 1; n >= 0; n--) {
+            x = x * s + term[n].x1;
+            y = y * s + term[n].y;
+            v1 = v1 * s + term[n].v1;
+            v2 = v2 * s + term[n].v2;
         }
+        const float z[SIZE] = {1.0f, x, y, v1, v2};
         for (int i = 0; i < SIZE; i++) {
-            const float weighed = z[i] * weight[node] * h;
+            const float weighed = z[i] * (weight[node] * h);
             for (int j = i; j < SIZE; j++) {
                 sum.at[i][j] += weighed * z[j];
             }
         }
     }
-    for (int i = 1; i < SIZE; i++) {
-        for (int j = 0; j < i; j++) {
-            sum.at[i][j] = sum.at[j][i];
-        }
-    }
+    mirror(&sum);
     return sum;
 }
 
@@ -92,26 +118,26 @@ static hopform_matrix_f32 moments_of(const hopform_plan_f32 *plan, const hopform
     const int side_2 = hopform_side_2_f32(phase);
     const hopform_drive_f32 drive = hopform_drive_of_f32(&plan->robot, &plan->rates, u, (float)side_1, (float)side_2);
     const hopform_matrix_f32 m = hopform_system_of_f32(&plan->rates, &drive, side_1, side_2);
-    const float start[SIZE] = {1.0f, 0.0f, phase->y, phase->v1, phase->v2};
     const hopform_poles_f32 *poles = hopform_poles_of_f32(plan, side_1, side_2);
     const float fastest = poles->s_1 + sqrtf(poles->s_2);
     int doublings = 0;
     float h = t;
-    while (fastest * h > 1.0f && doublings < 200) {
+    while (fastest * h > 2.0f && doublings < 200) {
         h *= 0.5f;
         doublings++;
     }
-    hopform_matrix_f32 sum = short_moments(&m, start, h);
+    hopform_matrix_f32 sum = short_moments(&m, phase, h);
     for (; doublings > 0; doublings--) {
         const hopform_matrix_f32 phi = hopform_transition_f32(plan, &drive, side_1, side_2, h);
         const hopform_matrix_f32 left = times(&phi, &sum);
         for (int i = 0; i < SIZE; i++) {
-            for (int j = 0; j < SIZE; j++) {
+            for (int j = i; j < SIZE; j++) {
                 for (int k = 0; k < SIZE; k++) {
                     sum.at[i][j] += left.at[i][k] * phi.at[j][k];
                 }
             }
         }
+        mirror(&sum);
         h *= 2.0f;
     }
     return sum;

@@ -6,5 +6,5 @@
 
 const char *hopform_source(void)
 {
-    return "fb86d896668e37ea";
+    return "369edc2fa675240d";
 }
