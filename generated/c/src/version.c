@@ -6,5 +6,5 @@
 
 const char *hopform_source(void)
 {
-    return "369edc2fa675240d";
+    return "83a2806fa372cce1";
 }
