@@ -186,8 +186,7 @@ class C:
             "NEVER": literal(1e38 if self.single else 1e300),
         }
         self.terms = 24 if self.single else 40
-        self.moment_terms = 17 if self.single else 28
-        self.nodes = _gauss_rule(7 if self.single else 11)
+        self.nodes = _gauss_rule(8 if self.single else 12)
         self.words = {"BITS": f"uint{32 if self.single else 64}_t", "SIGNED_BITS": f"int{32 if self.single else 64}_t"}
         self.inverses = [_number(1.0 / n) for n in range(1, self.terms + 8)]
         self.exponential = _inverse_factorials(range(8 if self.single else 14))

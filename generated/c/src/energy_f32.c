@@ -11,28 +11,6 @@
 
 #include "linear_f32.h"
 
-enum { TERMS = 17, NODES = 7 };
-
-/* Gauss's rule over 0 .. 1 (Abramowitz and Stegun, Handbook of Mathematical Functions, 25.4.30). */
-static const float place[NODES] = {
-    0.025446044f,
-    0.1292344f,
-    0.29707742f,
-    0.5f,
-    0.7029226f,
-    0.87076557f,
-    0.97455394f,
-};
-static const float weight[NODES] = {
-    0.06474248f,
-    0.1398527f,
-    0.19091502f,
-    0.20897959f,
-    0.19091502f,
-    0.1398527f,
-    0.06474248f,
-};
-
 /* What stands above the diagonal, below it. */
 static void mirror(hopform_matrix_f32 *s)
 {
@@ -60,48 +38,20 @@ static hopform_matrix_f32 times(const hopform_matrix_f32 *m, const hopform_matri
     return product;
 }
 
-/* Terms of the power series of z after a time h. */
-static void series_of(const hopform_matrix_f32 *m, const hopform_phase_f32 *phase, float h, hopform_state_f32 term[TERMS])
+/* Integral of z z^T over a time h from the start of a phase, by Gauss's rule over its states. */
+static hopform_matrix_f32 short_moments(const hopform_poles_f32 *poles, const hopform_motion_f32 *motion,
+                                         const hopform_phase_f32 *phase, float h)
 {
-    const float(*rate)[SIZE] = m->at;
     const hopform_state_f32 start = {0.0f, phase->v1, phase->v2, phase->y};
-    float one = 1.0f;
-    term[0] = start;
-    for (int n = 1; n < TERMS; n++) {
-        const hopform_state_f32 *last = &term[n - 1];
-        const float factor = h * hopform_inverse_f32[n];
-        const float y = last->y;
-        const float v1 = last->v1;
-        const float v2 = last->v2;
-        term[n].x1 = factor * (rate[X][V1] * v1);
-        term[n].y = factor * (rate[Y][V1] * v1 + rate[Y][V2] * v2);
-        term[n].v1 = factor * (rate[V1][ONE] * one + rate[V1][Y] * y + rate[V1][V1] * v1 + rate[V1][V2] * v2);
-        term[n].v2 = factor * (rate[V2][ONE] * one + rate[V2][Y] * y + rate[V2][V1] * v1 + rate[V2][V2] * v2);
-        one = 0.0f;
-    }
-}
-
-/* Integral of z z^T over a short time h: Gauss's rule over the power series of z, whose terms fade by then. */
-static hopform_matrix_f32 short_moments(const hopform_matrix_f32 *m, const hopform_phase_f32 *phase, float h)
-{
-    hopform_state_f32 term[TERMS];
-    series_of(m, phase, h, term);
     hopform_matrix_f32 sum = {{{0}}};
-    for (int node = 0; node < NODES; node++) {
-        const float s = place[node];
-        float x = 0.0f;
-        float y = 0.0f;
-        float v1 = 0.0f;
-        float v2 = 0.0f;
-        for (int n = TERMS - 1; n >= 0; n--) {
-            x = x * s + term[n].x1;
-            y = y * s + term[n].y;
-            v1 = v1 * s + term[n].v1;
-            v2 = v2 * s + term[n].v2;
-        }
-        const float z[SIZE] = {1.0f, x, y, v1, v2};
+    for (int node = 0; node < HOPFORM_NODES_f32; node++) {
+        const float t = hopform_place_f32[node] * h;
+        const hopform_basis_f32 basis = hopform_basis_at_f32(poles, t);
+        const hopform_state_f32 at =
+            hopform_arrive_f32(&start, motion, &basis, hopform_side_1_f32(phase), hopform_side_2_f32(phase), t);
+        const float z[SIZE] = {1.0f, at.x1, at.y, at.v1, at.v2};
         for (int i = 0; i < SIZE; i++) {
-            const float weighed = z[i] * (weight[node] * h);
+            const float weighed = z[i] * (hopform_weight_f32[node] * h);
             for (int j = i; j < SIZE; j++) {
                 sum.at[i][j] += weighed * z[j];
             }
@@ -117,16 +67,12 @@ static hopform_matrix_f32 moments_of(const hopform_plan_f32 *plan, const hopform
     const int side_1 = hopform_side_1_f32(phase);
     const int side_2 = hopform_side_2_f32(phase);
     const hopform_drive_f32 drive = hopform_drive_of_f32(&plan->robot, &plan->rates, u, (float)side_1, (float)side_2);
-    const hopform_matrix_f32 m = hopform_system_of_f32(&plan->rates, &drive, side_1, side_2);
+    const hopform_state_f32 start = {0.0f, phase->v1, phase->v2, phase->y};
+    const hopform_motion_f32 motion = hopform_motion_under_f32(&plan->rates, &drive, &start, side_1, side_2);
     const hopform_poles_f32 *poles = hopform_poles_of_f32(plan, side_1, side_2);
-    const float fastest = poles->s_1 + sqrtf(poles->s_2);
-    int doublings = 0;
-    float h = t;
-    while (fastest * h > 2.0f && doublings < 200) {
-        h *= 0.5f;
-        doublings++;
-    }
-    hopform_matrix_f32 sum = short_moments(&m, phase, h);
+    int doublings = hopform_doublings_f32(poles, t);
+    float h = hopform_halved_f32(t, doublings);
+    hopform_matrix_f32 sum = short_moments(poles, &motion, phase, h);
     for (; doublings > 0; doublings--) {
         const hopform_matrix_f32 phi = hopform_transition_f32(plan, &drive, side_1, side_2, h);
         const hopform_matrix_f32 left = times(&phi, &sum);

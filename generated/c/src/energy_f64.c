@@ -11,36 +11,6 @@
 
 #include "linear_f64.h"
 
-enum { TERMS = 28, NODES = 11 };
-
-/* Gauss's rule over 0 .. 1 (Abramowitz and Stegun, Handbook of Mathematical Functions, 25.4.30). */
-static const double place[NODES] = {
-    0.010885670926971503,
-    0.05646870011595235,
-    0.13492399721297535,
-    0.2404519353965941,
-    0.3652284220238275,
-    0.5,
-    0.6347715779761725,
-    0.759548064603406,
-    0.8650760027870247,
-    0.9435312998840476,
-    0.9891143290730285,
-};
-static const double weight[NODES] = {
-    0.02783428355808683,
-    0.0627901847324523,
-    0.09314510546386713,
-    0.11659688229599524,
-    0.13140227225512333,
-    0.1364625433889503,
-    0.13140227225512333,
-    0.11659688229599524,
-    0.09314510546386713,
-    0.0627901847324523,
-    0.02783428355808683,
-};
-
 /* What stands above the diagonal, below it. */
 static void mirror(hopform_matrix_f64 *s)
 {
@@ -68,48 +38,20 @@ static hopform_matrix_f64 times(const hopform_matrix_f64 *m, const hopform_matri
     return product;
 }
 
-/* Terms of the power series of z after a time h. */
-static void series_of(const hopform_matrix_f64 *m, const hopform_phase_f64 *phase, double h, hopform_state_f64 term[TERMS])
+/* Integral of z z^T over a time h from the start of a phase, by Gauss's rule over its states. */
+static hopform_matrix_f64 short_moments(const hopform_poles_f64 *poles, const hopform_motion_f64 *motion,
+                                         const hopform_phase_f64 *phase, double h)
 {
-    const double(*rate)[SIZE] = m->at;
     const hopform_state_f64 start = {0.0, phase->v1, phase->v2, phase->y};
-    double one = 1.0;
-    term[0] = start;
-    for (int n = 1; n < TERMS; n++) {
-        const hopform_state_f64 *last = &term[n - 1];
-        const double factor = h * hopform_inverse_f64[n];
-        const double y = last->y;
-        const double v1 = last->v1;
-        const double v2 = last->v2;
-        term[n].x1 = factor * (rate[X][V1] * v1);
-        term[n].y = factor * (rate[Y][V1] * v1 + rate[Y][V2] * v2);
-        term[n].v1 = factor * (rate[V1][ONE] * one + rate[V1][Y] * y + rate[V1][V1] * v1 + rate[V1][V2] * v2);
-        term[n].v2 = factor * (rate[V2][ONE] * one + rate[V2][Y] * y + rate[V2][V1] * v1 + rate[V2][V2] * v2);
-        one = 0.0;
-    }
-}
-
-/* Integral of z z^T over a short time h: Gauss's rule over the power series of z, whose terms fade by then. */
-static hopform_matrix_f64 short_moments(const hopform_matrix_f64 *m, const hopform_phase_f64 *phase, double h)
-{
-    hopform_state_f64 term[TERMS];
-    series_of(m, phase, h, term);
     hopform_matrix_f64 sum = {{{0}}};
-    for (int node = 0; node < NODES; node++) {
-        const double s = place[node];
-        double x = 0.0;
-        double y = 0.0;
-        double v1 = 0.0;
-        double v2 = 0.0;
-        for (int n = TERMS - 1; n >= 0; n--) {
-            x = x * s + term[n].x1;
-            y = y * s + term[n].y;
-            v1 = v1 * s + term[n].v1;
-            v2 = v2 * s + term[n].v2;
-        }
-        const double z[SIZE] = {1.0, x, y, v1, v2};
+    for (int node = 0; node < HOPFORM_NODES_f64; node++) {
+        const double t = hopform_place_f64[node] * h;
+        const hopform_basis_f64 basis = hopform_basis_at_f64(poles, t);
+        const hopform_state_f64 at =
+            hopform_arrive_f64(&start, motion, &basis, hopform_side_1_f64(phase), hopform_side_2_f64(phase), t);
+        const double z[SIZE] = {1.0, at.x1, at.y, at.v1, at.v2};
         for (int i = 0; i < SIZE; i++) {
-            const double weighed = z[i] * (weight[node] * h);
+            const double weighed = z[i] * (hopform_weight_f64[node] * h);
             for (int j = i; j < SIZE; j++) {
                 sum.at[i][j] += weighed * z[j];
             }
@@ -125,16 +67,12 @@ static hopform_matrix_f64 moments_of(const hopform_plan_f64 *plan, const hopform
     const int side_1 = hopform_side_1_f64(phase);
     const int side_2 = hopform_side_2_f64(phase);
     const hopform_drive_f64 drive = hopform_drive_of_f64(&plan->robot, &plan->rates, u, (double)side_1, (double)side_2);
-    const hopform_matrix_f64 m = hopform_system_of_f64(&plan->rates, &drive, side_1, side_2);
+    const hopform_state_f64 start = {0.0, phase->v1, phase->v2, phase->y};
+    const hopform_motion_f64 motion = hopform_motion_under_f64(&plan->rates, &drive, &start, side_1, side_2);
     const hopform_poles_f64 *poles = hopform_poles_of_f64(plan, side_1, side_2);
-    const double fastest = poles->s_1 + sqrt(poles->s_2);
-    int doublings = 0;
-    double h = t;
-    while (fastest * h > 2.0 && doublings < 200) {
-        h *= 0.5;
-        doublings++;
-    }
-    hopform_matrix_f64 sum = short_moments(&m, phase, h);
+    int doublings = hopform_doublings_f64(poles, t);
+    double h = hopform_halved_f64(t, doublings);
+    hopform_matrix_f64 sum = short_moments(poles, &motion, phase, h);
     for (; doublings > 0; doublings--) {
         const hopform_matrix_f64 phi = hopform_transition_f64(plan, &drive, side_1, side_2, h);
         const hopform_matrix_f64 left = times(&phi, &sum);

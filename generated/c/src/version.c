@@ -6,5 +6,5 @@
 
 const char *hopform_source(void)
 {
-    return "83a2806fa372cce1";
+    return "3d583ced70122cce";
 }
