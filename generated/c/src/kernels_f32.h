@@ -353,10 +353,59 @@ static inline hopform_basis_f32 hopform_basis_at_f32(const hopform_poles_f32 *po
     return poles->s_1 * t < 4.0f ? hopform_short_basis_f32(poles, t) : hopform_close_basis_f32(poles, t);
 }
 
+/* The number whose bits are these. */
+static inline float hopform_real_of_bits_f32(uint32_t bits)
+{
+    const union {
+        uint32_t bits;
+        float value;
+    } number = {bits};
+    return number.value;
+}
+
+static inline uint32_t hopform_bits_of_real_f32(float value)
+{
+    union {
+        uint32_t bits;
+        float value;
+    } number;
+    number.value = value;
+    return number.bits;
+}
+
+/* A step of Halley's towards the cube root of x, from y to the third power of its relative error. */
+static inline float hopform_toward_cube_root_f32(float x, float y)
+{
+    const float other = x / (y * y);
+    return y + y * ((other - y) / (y + y + other));
+}
+
+/* The cube root of x >= 0, to two thirds of the last digit's unit; 0 of what is not above 0.
+ *
+ * A third of the exponent, fraction included, is right to 1/16; Halley's step makes that 1/6000, a second one more than a type
+ * holds. The last one starts from half the digits, whose square is exact: only its quotient and its sum are rounded. They are
+ * rounded up, so that the quotient lies below the root and is not coarser than it.
+ */
+static inline float hopform_cube_root_f32(float x)
+{
+    if (!(x > 0.0f)) {
+        return 0.0f;
+    }
+    const bool tiny = x < 1.1754944e-38f;
+    const float scaled = tiny ? x * 16777216.0f : x;
+    const uint32_t third_of_bias = ((uint32_t)127 << 23) / 3;
+    float y = hopform_real_of_bits_f32(hopform_bits_of_real_f32(scaled) / 3 + 2 * third_of_bias);
+    y = hopform_toward_cube_root_f32(scaled, y);
+    y = hopform_toward_cube_root_f32(scaled, y);
+    y = hopform_real_of_bits_f32(((hopform_bits_of_real_f32(y) >> 12) + 1) << 12);
+    y = hopform_toward_cube_root_f32(scaled, y);
+    return tiny ? y * 0.00390625f : y;
+}
+
 /* The positive root z of z^3 + P z = T, T > 0: Newton from above, where the cubic is convex. */
 static inline float hopform_positive_root_f32(float P, float T)
 {
-    float z = sqrtf(fabsf(P)) + cbrtf(T);
+    float z = sqrtf(fabsf(P)) + hopform_cube_root_f32(T);
     for (int n = 0; n < 60; n++) {
         const float step = ((z * z + P) * z - T) / (3.0f * z * z + P);
         const float next = z - step;
@@ -376,7 +425,7 @@ static inline float hopform_positive_root_f32(float P, float T)
 static inline hopform_poles_f32 hopform_factor_cubic_f32(float s_1, float s_2, float s_3)
 {
     const float root_2 = sqrtf(s_2);
-    const float root_3 = cbrtf(s_3);
+    const float root_3 = hopform_cube_root_f32(s_3);
     const float scale = s_1 > root_2 ? (s_1 > root_3 ? s_1 : root_3) : (root_2 > root_3 ? root_2 : root_3);
     const hopform_poles_f32 none = {0.0f, 0.0f, 0.0f, s_1, s_2, s_3};
     if (!(scale * scale * scale > 0.0f)) {

@@ -396,10 +396,59 @@ static inline hopform_basis_f64 hopform_basis_at_f64(const hopform_poles_f64 *po
     return poles->s_1 * t < 4.0 ? hopform_short_basis_f64(poles, t) : hopform_close_basis_f64(poles, t);
 }
 
+/* The number whose bits are these. */
+static inline double hopform_real_of_bits_f64(uint64_t bits)
+{
+    const union {
+        uint64_t bits;
+        double value;
+    } number = {bits};
+    return number.value;
+}
+
+static inline uint64_t hopform_bits_of_real_f64(double value)
+{
+    union {
+        uint64_t bits;
+        double value;
+    } number;
+    number.value = value;
+    return number.bits;
+}
+
+/* A step of Halley's towards the cube root of x, from y to the third power of its relative error. */
+static inline double hopform_toward_cube_root_f64(double x, double y)
+{
+    const double other = x / (y * y);
+    return y + y * ((other - y) / (y + y + other));
+}
+
+/* The cube root of x >= 0, to two thirds of the last digit's unit; 0 of what is not above 0.
+ *
+ * A third of the exponent, fraction included, is right to 1/16; Halley's step makes that 1/6000, a second one more than a type
+ * holds. The last one starts from half the digits, whose square is exact: only its quotient and its sum are rounded. They are
+ * rounded up, so that the quotient lies below the root and is not coarser than it.
+ */
+static inline double hopform_cube_root_f64(double x)
+{
+    if (!(x > 0.0)) {
+        return 0.0;
+    }
+    const bool tiny = x < 2.2250738585072014e-308;
+    const double scaled = tiny ? x * 1.8014398509481984e+16 : x;
+    const uint64_t third_of_bias = ((uint64_t)1023 << 52) / 3;
+    double y = hopform_real_of_bits_f64(hopform_bits_of_real_f64(scaled) / 3 + 2 * third_of_bias);
+    y = hopform_toward_cube_root_f64(scaled, y);
+    y = hopform_toward_cube_root_f64(scaled, y);
+    y = hopform_real_of_bits_f64(((hopform_bits_of_real_f64(y) >> 27) + 1) << 27);
+    y = hopform_toward_cube_root_f64(scaled, y);
+    return tiny ? y * 3.814697265625e-06 : y;
+}
+
 /* The positive root z of z^3 + P z = T, T > 0: Newton from above, where the cubic is convex. */
 static inline double hopform_positive_root_f64(double P, double T)
 {
-    double z = sqrt(fabs(P)) + cbrt(T);
+    double z = sqrt(fabs(P)) + hopform_cube_root_f64(T);
     for (int n = 0; n < 60; n++) {
         const double step = ((z * z + P) * z - T) / (3.0 * z * z + P);
         const double next = z - step;
@@ -419,7 +468,7 @@ static inline double hopform_positive_root_f64(double P, double T)
 static inline hopform_poles_f64 hopform_factor_cubic_f64(double s_1, double s_2, double s_3)
 {
     const double root_2 = sqrt(s_2);
-    const double root_3 = cbrt(s_3);
+    const double root_3 = hopform_cube_root_f64(s_3);
     const double scale = s_1 > root_2 ? (s_1 > root_3 ? s_1 : root_3) : (root_2 > root_3 ? root_2 : root_3);
     const hopform_poles_f64 none = {0.0, 0.0, 0.0, s_1, s_2, s_3};
     if (!(scale * scale * scale > 0.0)) {

@@ -6,5 +6,5 @@
 
 const char *hopform_source(void)
 {
-    return "55c48480da2db7e5";
+    return "f0b8b7f7edda45df";
 }
