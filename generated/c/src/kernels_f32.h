@@ -223,7 +223,7 @@ static inline hopform_pair_f32 hopform_short_pair_f32(const hopform_poles_f32 *p
     return pair;
 }
 
-/* R of two real poles further apart than 1/t: quotients of differences, no quotient by q. */
+/* R of two real poles at least 1/t apart: quotients of differences, no quotient by q. */
 static inline hopform_pair_f32 hopform_distinct_pair_f32(float slow, float fast, float t)
 {
     const hopform_decay_f32 of_slow = hopform_decay_at_f32(slow, t);
@@ -262,7 +262,7 @@ static inline hopform_pair_f32 hopform_pair_at_f32(const hopform_poles_f32 *pole
         if (fast * t < 2.0f) {
             return hopform_short_pair_f32(poles, t);
         }
-        if (half * t > 0.5f) {
+        if (half * t >= 0.5f) {
             return hopform_distinct_pair_f32(slow, fast, t);
         }
         const hopform_decay_f32 spread = hopform_decay_at_f32(-2.0f * half, t);

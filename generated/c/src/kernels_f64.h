@@ -266,7 +266,7 @@ static inline hopform_pair_f64 hopform_short_pair_f64(const hopform_poles_f64 *p
     return pair;
 }
 
-/* R of two real poles further apart than 1/t: quotients of differences, no quotient by q. */
+/* R of two real poles at least 1/t apart: quotients of differences, no quotient by q. */
 static inline hopform_pair_f64 hopform_distinct_pair_f64(double slow, double fast, double t)
 {
     const hopform_decay_f64 of_slow = hopform_decay_at_f64(slow, t);
@@ -305,7 +305,7 @@ static inline hopform_pair_f64 hopform_pair_at_f64(const hopform_poles_f64 *pole
         if (fast * t < 2.0) {
             return hopform_short_pair_f64(poles, t);
         }
-        if (half * t > 0.5) {
+        if (half * t >= 0.5) {
             return hopform_distinct_pair_f64(slow, fast, t);
         }
         const hopform_decay_f64 spread = hopform_decay_at_f64(-2.0 * half, t);

@@ -6,5 +6,5 @@
 
 const char *hopform_source(void)
 {
-    return "f0b8b7f7edda45df";
+    return "f1995213724f746b";
 }

@@ -63,7 +63,7 @@ def short_pair(poles: Poles, t: Array) -> Pair:
 
 
 def distinct_pair(slow: Array, fast: Array, t: Array) -> Pair:
-    """R of two real poles further apart than 1/t: quotients of differences, no quotient by q."""
+    """R of two real poles at least 1/t apart: quotients of differences, no quotient by q."""
     of_slow, of_fast = decay_at(slow, t), decay_at(fast, t)
     apart = fast - slow
     r = (of_slow.e - of_fast.e) / apart
@@ -80,7 +80,7 @@ def pair_at(poles: Poles, t: Array) -> Pair:
     swings = discriminant < 0.0
     fast = mean + half
     short = (swings & (poles.q * t * t < 1.0)) | (~swings & (fast * t < 2.0))
-    apart = ~swings & ~short & (half * t > 0.5)
+    apart = ~swings & ~short & (half * t >= 0.5)
     if short.any():
         put(pair, short, short_pair(take(poles, short), t[short]))
     if apart.any():
