@@ -6,5 +6,5 @@
 
 const char *hopform_source(void)
 {
-    return "89ef8350629fd361";
+    return "cfd47bc7c1d65e65";
 }
