@@ -5,13 +5,21 @@
  *     I(2h) = I(h) + Phi(h) I(h) Phi(h)^T,        Phi(h) = exp(M h) from the closed form
  *
  * (Van Loan, "Computing integrals involving the matrix exponential", 1978): a sum of squares, in which nothing cancels, and
- * which knows no pole configuration. It starts from the power series over a time in which little moves.
+ * which knows no pole configuration. It starts from a time in which little moves.
  */
 #include <stdbool.h>
 
 #include "linear_f64.h"
 
-enum { MOMENT_TERMS = 24 };
+/* What stands above the diagonal, below it. */
+static void mirror(hopform_matrix_f64 *s)
+{
+    for (int i = 1; i < SIZE; i++) {
+        for (int j = 0; j < i; j++) {
+            s->at[i][j] = s->at[j][i];
+        }
+    }
+}
 
 /* m s, for a symmetric s. */
 static hopform_matrix_f64 times(const hopform_matrix_f64 *m, const hopform_matrix_f64 *s)
@@ -30,26 +38,26 @@ static hopform_matrix_f64 times(const hopform_matrix_f64 *m, const hopform_matri
     return product;
 }
 
-/* Integral of z z^T over a short time h from z = start: its power series, (z z^T)' = M z z^T + z z^T M^T. */
-static hopform_matrix_f64 short_moments(const hopform_matrix_f64 *m, const double start[SIZE], double h)
+/* Integral of z z^T over a time h from the start of a phase, by Gauss's rule over its states. */
+static hopform_matrix_f64 short_moments(const hopform_poles_f64 *poles, const hopform_motion_f64 *motion,
+                                         const hopform_phase_f64 *phase, double h)
 {
-    hopform_matrix_f64 product;
-    hopform_matrix_f64 sum;
-    for (int i = 0; i < SIZE; i++) {
-        for (int j = 0; j < SIZE; j++) {
-            product.at[i][j] = start[i] * start[j] * h;
-            sum.at[i][j] = product.at[i][j];
-        }
-    }
-    for (int n = 1; n < MOMENT_TERMS; n++) {
-        const hopform_matrix_f64 half = times(m, &product);
+    const hopform_state_f64 start = {0.0, phase->v1, phase->v2, phase->y};
+    hopform_matrix_f64 sum = {{{0}}};
+    for (int node = 0; node < HOPFORM_NODES_f64; node++) {
+        const double t = hopform_place_f64[node] * h;
+        const hopform_basis_f64 basis = hopform_basis_at_f64(poles, t);
+        const hopform_state_f64 at =
+            hopform_arrive_f64(&start, motion, &basis, hopform_side_1_f64(phase), hopform_side_2_f64(phase), t);
+        const double z[SIZE] = {1.0, at.x1, at.y, at.v1, at.v2};
         for (int i = 0; i < SIZE; i++) {
-            for (int j = 0; j < SIZE; j++) {
-                product.at[i][j] = (half.at[i][j] + half.at[j][i]) * h / (double)(n + 1);
-                sum.at[i][j] += product.at[i][j];
+            const double weighed = z[i] * (hopform_weight_f64[node] * h);
+            for (int j = i; j < SIZE; j++) {
+                sum.at[i][j] += weighed * z[j];
             }
         }
     }
+    mirror(&sum);
     return sum;
 }
 
@@ -59,27 +67,23 @@ static hopform_matrix_f64 moments_of(const hopform_plan_f64 *plan, const hopform
     const int side_1 = hopform_side_1_f64(phase);
     const int side_2 = hopform_side_2_f64(phase);
     const hopform_drive_f64 drive = hopform_drive_of_f64(&plan->robot, &plan->rates, u, (double)side_1, (double)side_2);
-    const hopform_matrix_f64 m = hopform_system_of_f64(&plan->rates, &drive, side_1, side_2);
-    const double start[SIZE] = {1.0, 0.0, phase->y, phase->v1, phase->v2};
+    const hopform_state_f64 start = {0.0, phase->v1, phase->v2, phase->y};
+    const hopform_motion_f64 motion = hopform_motion_under_f64(&plan->rates, &drive, &start, side_1, side_2);
     const hopform_poles_f64 *poles = hopform_poles_of_f64(plan, side_1, side_2);
-    const double fastest = poles->s_1 + sqrt(poles->s_2);
-    int doublings = 0;
-    double h = t;
-    while (fastest * h > 0.5 && doublings < 200) {
-        h *= 0.5;
-        doublings++;
-    }
-    hopform_matrix_f64 sum = short_moments(&m, start, h);
+    int doublings = hopform_doublings_f64(poles, t);
+    double h = hopform_halved_f64(t, doublings);
+    hopform_matrix_f64 sum = short_moments(poles, &motion, phase, h);
     for (; doublings > 0; doublings--) {
         const hopform_matrix_f64 phi = hopform_transition_f64(plan, &drive, side_1, side_2, h);
         const hopform_matrix_f64 left = times(&phi, &sum);
         for (int i = 0; i < SIZE; i++) {
-            for (int j = 0; j < SIZE; j++) {
+            for (int j = i; j < SIZE; j++) {
                 for (int k = 0; k < SIZE; k++) {
                     sum.at[i][j] += left.at[i][k] * phi.at[j][k];
                 }
             }
         }
+        mirror(&sum);
         h *= 2.0;
     }
     return sum;
@@ -124,8 +128,9 @@ int32_t hopform_stance_energy_f64(const hopform_plan_f64 *plan, const hopform_st
                                    int32_t count, hopform_energy_f64 *energies, hopform_ledger_f64 *ledgers,
                                    double *stop_losses)
 {
+    const bool wanted = ledgers != NULL && stop_losses != NULL;
     if (plan == NULL || steps == NULL || phases == NULL || stance == NULL || times == NULL || energies == NULL
-        || ledgers == NULL || stop_losses == NULL) {
+        || (ledgers == NULL) != (stop_losses == NULL)) {
         return HOPFORM_ERROR_NULL;
     }
     hopform_ledger_f64 sum = {0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0};
@@ -134,8 +139,12 @@ int32_t hopform_stance_energy_f64(const hopform_plan_f64 *plan, const hopform_st
     for (int32_t i = 0; i < count; i++) {
         hopform_state_f64 state;
         const int32_t status = hopform_stance_at_f64(plan, steps, phases, stance, times[i], &state);
-        if (status < 0 || (i > 0 && times[i] < times[i - 1])) {
+        if (status < 0 || (wanted && i > 0 && times[i] < times[i - 1])) {
             return HOPFORM_ERROR_TIME;
+        }
+        energies[i] = hopform_energies_f64(&plan->robot, &state);
+        if (!wanted) {
+            continue;
         }
         const double t = times[i] < stance->duration ? times[i] : stance->duration;
         for (; n + 1 < stance->phases_kept && phases[n + 1].t <= t; n++) {
@@ -144,11 +153,12 @@ int32_t hopform_stance_energy_f64(const hopform_plan_f64 *plan, const hopform_st
             add(&sum, &whole);
             loss += loss_before(plan, steps, phases, n + 1);
         }
-        const hopform_ledger_f64 part = ledger_in_phase(plan, &phases[n], steps[phases[n].step].u, t - phases[n].t);
         ledgers[i] = sum;
-        add(&ledgers[i], &part);
         stop_losses[i] = loss;
-        energies[i] = hopform_energies_f64(&plan->robot, &state);
+        if (t > phases[n].t) {
+            const hopform_ledger_f64 part = ledger_in_phase(plan, &phases[n], steps[phases[n].step].u, t - phases[n].t);
+            add(&ledgers[i], &part);
+        }
     }
     return HOPFORM_OK;
 }

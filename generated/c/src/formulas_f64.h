@@ -53,10 +53,11 @@ typedef struct {
     double R3;  /* [s^4] integral of R2 */
 } hopform_pair_f64;
 
-/* R and its derivative. */
+/* R, its derivative and what is left of the initial 1. */
 typedef struct {
-    double Rd;  /* [1] derivative of R */
-    double R;   /* [s] response of the pair of poles to an impulse */
+    double Rd;      /* [1] derivative of R */
+    double R;       /* [s] response of the pair of poles to an impulse */
+    double turned;  /* [1] 1 - Rd - p R = q R1, small after a full turn */
 } hopform_pair_core_f64;
 
 /* The integrals of R. */
@@ -372,12 +373,22 @@ static inline hopform_basis_f64 hopform_split_f64(const hopform_poles_f64 *poles
     return result;
 }
 
+/* W while exp(-a t) is near 1. */
+static inline double hopform_split_soon_f64(const hopform_poles_f64 *poles, double chi, const hopform_decay_f64 *decay, const hopform_pair_f64 *pair)
+{
+    const double a = poles->a, q = poles->q;
+    const double e1 = decay->e1;
+    const double R = pair->R, R1 = pair->R1;
+    const double W = (R1*q - a*(e1 - R))/chi;  /* (18) all poles, a t not large */
+    return W;
+}
+
 /* Integrals of R where q t^2 is not small. */
 static inline hopform_pair_integrals_f64 hopform_pair_by_quotient_f64(const hopform_poles_f64 *poles, const hopform_pair_core_f64 *pair_core, double t)
 {
     const double p = poles->p, q = poles->q;
-    const double Rd = pair_core->Rd, R = pair_core->R;
-    const double R1 = (1.0 - Rd - R*p)/q;       /* (18) pair, integral */
+    const double R = pair_core->R, turned = pair_core->turned;
+    const double R1 = turned/q;                 /* (18) pair, integral */
     const double R2 = (t - R - R1*p)/q;         /* (18) pair, integral of the integral */
     const double R3 = (0.5*t*t - R1 - R2*p)/q;  /* (18) pair, third integral */
     const hopform_pair_integrals_f64 result = {R1, R2, R3};

@@ -6,5 +6,5 @@
 
 const char *hopform_source(void)
 {
-    return "5c4229ed6b2c37b7";
+    return "f1995213724f746b";
 }

@@ -204,14 +204,27 @@ def split(poles: Poles, chi: Real, decay: Decay, pair: Pair) -> Basis:
     return Basis(Wdd, Wd, W, W1, W2)
 
 
+def split_soon(poles: Poles, chi: Real, decay: Decay, pair: Pair) -> Real:
+    """W while exp(-a t) is near 1.
+
+    chi [1/s^2] s^2 + p s + q at s = -a: what (18) divides by.
+    Returns W [s^2], response of the three poles to an impulse.
+    """
+    a, q = poles.a, poles.q
+    e1 = decay.e1
+    R, R1 = pair.R, pair.R1
+    W = (R1*q - a*(e1 - R))/chi  # (18) all poles, a t not large
+    return W
+
+
 def pair_by_quotient(poles: Poles, pair_core: PairCore, t: Real) -> PairIntegrals:
     """Integrals of R where q t^2 is not small.
 
     t [s] time since the phase began.
     """
     p, q = poles.p, poles.q
-    Rd, R = pair_core.Rd, pair_core.R
-    R1 = (1.0 - Rd - R*p)/q       # (18) pair, integral
+    R, turned = pair_core.R, pair_core.turned
+    R1 = turned/q                 # (18) pair, integral
     R2 = (t - R - R1*p)/q         # (18) pair, integral of the integral
     R3 = (0.5*t*t - R1 - R2*p)/q  # (18) pair, third integral
     return PairIntegrals(R1, R2, R3)
