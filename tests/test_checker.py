@@ -17,9 +17,12 @@ WORD = {text: number for number, text in EVENTS.items()}
 
 
 def test_every_random_stance_is_certified():
-    """Of 1000, by the seed that the head of the test run shows; `make test-exhaustive` is for the rare ones."""
+    """Of 1000, by the seed that the head of the test run shows: by the checker, or by the reference where 113 bits do not settle it."""
     found = examine(seed=SEED, count=1000, sampled=0, with_numpy=False)
-    assert found.outcomes[CERTIFIED] == found.stances, f"HOPFORM_SEED={SEED}: {found.reasons}"
+    assert found.outcomes[CERTIFIED] >= 0.99 * found.stances, f"HOPFORM_SEED={SEED}: {found.reasons}"
+    wrong = [case for case in map(refer, found.flagged) if case["verdict"] != "right"]
+    assert not wrong, f"HOPFORM_SEED={SEED}"
+    assert len(found.flagged) >= found.stances - found.outcomes[CERTIFIED]
     assert max(found.worst.values()) <= TOLERANCE, f"HOPFORM_SEED={SEED}"
     assert len(found.modes) == 9 and len(found.events) == len(EVENTS), f"HOPFORM_SEED={SEED}"
 
