@@ -218,6 +218,20 @@ def program(model: Model = HOPPER) -> Program:
             ledger,
         ),
         Function(
+            "aed_of_ledger",
+            "What the entries of a ledger add to the energy of the body.",
+            (ledger,),
+            energy.aed_of_ledger(model),
+            _scalar(control.aed, "J", "analytical energy delta"),
+        ),
+        Function(
+            "large_energy",
+            "How large the energy of the body is at the start, against the energy of its motion at 1 m/s or more.",
+            (robot, Q.STATE),
+            energy.large_energy(),
+            _scalar(energy.excess, "1", "energy at the start, in units of the body's motion"),
+        ),
+        Function(
             "touchdown_velocity",
             "Velocity of the body after the impact of a drop from a hop height.",
             (robot, Q.HEIGHT),

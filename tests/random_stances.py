@@ -11,7 +11,7 @@ from hopform_solver.records import Robot, State
 from tests.checker import ANSWER, PHASE, PROBLEM, ROBOT, START
 
 MAX_PHASES = 100
-MOST_OFFSET, MOST_PUSH, MOST_SPEED = 20.0, 30.0, 100.0  # m/s^2, m/s^2, m/s
+MOST_PUSH, MOST_PULL, MOST_SPEED = 30.0, 20.0, 100.0  # m/s^2 by the offset, by the motor; m/s
 DEGENERATE = (
     "frictionless",
     "triple",
@@ -72,16 +72,16 @@ def _confine(draw: Any, p: Any, below: Any, above: Any) -> None:
 
 
 def _restrain(p: Any) -> None:
-    """Offset and motor push a free actuator with MOST_OFFSET and MOST_PUSH at most; the spring gives MOST_SPEED at most.
+    """Offset and motor push a free actuator no harder than that, and the spring makes nobody faster than MOST_SPEED.
 
     Else an actuator is up to 1e9 m away at the horizon, and whatever is wrong in the last bit of k or c is metres there.
-    What is between two stops may be pushed by anything. The two limits differ, or they would often cancel to the last bit.
+    What is between two stops may be pushed by anything.
     """
     free = np.isinf(p["x1_max"])
-    offset, most = MOST_OFFSET * p["m_eff"] / p["k"], MOST_PUSH * p["m_eff"]
-    p["c"] = np.where(free, np.clip(p["c"], -offset, offset), p["c"])
-    pull = np.abs(p["gamma2"] * p["u"])
-    p["gamma2"] *= np.where(free & (pull > most), most / np.maximum(pull, most), 1.0)
+    most = MOST_PUSH * p["m_eff"]
+    p["c"] = np.where(free, np.clip(p["c"], -most / p["k"], most / p["k"]), p["c"])
+    pull, limit = np.abs(p["gamma2"] * p["u"]), MOST_PULL * p["m_eff"]
+    p["gamma2"] *= np.where(free & (pull > limit), limit / np.maximum(pull, limit), 1.0)
     p["y"] = np.minimum(p["y"], MOST_SPEED / np.sqrt(p["k"] * (1.0 / p["m_s"] + 1.0 / p["m_eff"])))
 
 

@@ -566,6 +566,24 @@ static inline hopform_ledger_f32 hopform_ledger_of_f32(const hopform_robot_f32 *
     return result;
 }
 
+/* What the entries of a ledger add to the energy of the body. */
+static inline float hopform_aed_of_ledger_f32(const hopform_ledger_f32 *ledger)
+{
+    const float viscous_2 = ledger->viscous_2, coulomb_2 = ledger->coulomb_2, spring_work = ledger->spring_work;
+    const float aed = coulomb_2 + spring_work + viscous_2;  /* (24) */
+    return aed;
+}
+
+/* How large the energy of the body is at the start, against the energy of its motion at 1 m/s or more. */
+static inline float hopform_large_energy_f32(const hopform_robot_f32 *robot, const hopform_state_f32 *state)
+{
+    const float m_s = robot->m_s, k = robot->k;
+    const float x1 = state->x1, v2 = state->v2, y = state->y;
+    const float length = x1 - y;                               /* x_2 - L_0 - c at the start */
+    const float excess = k*length*length/(m_s*(1.0f + v2*v2));  /* (22), (23) at the start */
+    return excess;
+}
+
 /* Velocity of the body after the impact of a drop from a hop height. */
 static inline float hopform_touchdown_velocity_f32(const hopform_robot_f32 *robot, float height)
 {

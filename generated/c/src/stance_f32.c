@@ -4,7 +4,7 @@
  * which a mass reverses, sticks, slips or hits a stop, or in which the spring force returns to zero.
  */
 #include "events_f32.h"
-#include "phase_f32.h"
+#include "ledger_f32.h"
 
 /* How a phase ends. */
 typedef enum { END_LIMIT, END_VELOCITY_1, END_THRESHOLD_1, END_STOP, END_VELOCITY_2, END_THRESHOLD_2, END_TAKEOFF } end_kind;
@@ -32,6 +32,8 @@ typedef struct {
     int alone; /* the mass that has just come to rest while the other one was held, 0 if none has */
     float free; /* its free acceleration, from before the state lost its digits */
     float start_loss;
+    bool adds_up; /* the AED is the sum of its entries, not a difference of energies that are much larger */
+    float aed;
     int32_t max_phases;
     hopform_phase_f32 *phases;
     int32_t capacity;
@@ -553,6 +555,16 @@ static hopform_motion_f32 motion_from(const stance_chain *chain)
     return motion;
 }
 
+/* The AED of a phase that lasts for t. */
+static float aed_in_phase(const stance_chain *chain, float t)
+{
+    const hopform_state_f32 *state = &chain->state;
+    const hopform_phase_f32 phase = {0.0f, state->x1, state->v1, state->v2, state->y,
+                                      (int8_t)(3 * (chain->side_1 + 1) + chain->side_2 + 1), 0, 0};
+    const hopform_ledger_f32 ledger = hopform_ledger_in_phase_f32(chain->plan, &phase, chain->steps[chain->step].u, t);
+    return hopform_aed_of_ledger_f32(&ledger);
+}
+
 /* The state and modes right after the end of a phase, recorded as the next phase. */
 static void pass(stance_chain *chain, const hopform_motion_f32 *motion, const phase_end *end)
 {
@@ -638,6 +650,7 @@ static int32_t run(stance_chain *chain)
         const hopform_poles_f32 *poles = hopform_poles_of_f32(chain->plan, chain->side_1, chain->side_2);
         const hopform_motion_f32 motion = motion_from(chain);
         const phase_end end = find_end(chain, poles, &motion, until - chain->t);
+        chain->aed += chain->adds_up ? aed_in_phase(chain, end.t) : 0.0f;
         chain->state = hopform_arrive_f32(&chain->state, &motion, &end.basis, chain->side_1, chain->side_2, end.t);
         chain->t = end.kind == END_LIMIT ? until : chain->t + end.t;
         if (end.kind == END_TAKEOFF) {
@@ -684,7 +697,7 @@ static void report(const stance_chain *chain, const hopform_state_f32 *start, in
     const hopform_at_f32 at = {end->x1, end->v1, end->v2, end->y};
     stance->duration = chain->t;
     stance->end = *end;
-    stance->aed = hopform_body_energy_gain_f32(robot, start, &at);
+    stance->aed = chain->adds_up ? chain->aed : hopform_body_energy_gain_f32(robot, start, &at);
     stance->start_loss = chain->start_loss;
     stance->ending = ending;
     stance->phase_count = chain->count;
@@ -765,7 +778,8 @@ int32_t hopform_solve_stance_f32(const hopform_plan_f32 *plan, const hopform_sta
     if (!(horizon > 0.0f && horizon <= 1e38f) || max_phases < 1 || capacity < 0) {
         return HOPFORM_ERROR_HORIZON;
     }
-    stance_chain chain = {plan, steps, step_count, 0, horizon, 0.0f, *start, 0, 0, false, false, 0, 0.0f, 0.0f, max_phases, phases, capacity, 0, 0};
+    stance_chain chain = {plan, steps, step_count, 0, horizon, 0.0f, *start, 0, 0, false, false, 0, 0.0f, 0.0f,
+                          hopform_large_energy_f32(&plan->robot, start) > 64.0f, 0.0f, max_phases, phases, capacity, 0, 0};
     const int32_t ending = run(&chain);
     report(&chain, start, ending, stance);
     if (!is_finite(stance->duration) || !is_finite(stance->end.x1) || !is_finite(stance->end.v1)

@@ -6,5 +6,5 @@
 
 const char *hopform_source(void)
 {
-    return "f1995213724f746b";
+    return "89ef8350629fd361";
 }

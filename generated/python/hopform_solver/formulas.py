@@ -413,6 +413,28 @@ def ledger_of(robot: Robot, moments: Moments, u: Real, side_1: Real, side_2: Rea
     return Ledger(motor_work, offset_work, viscous_1, viscous_2, coulomb_1, coulomb_2, spring_work)
 
 
+def aed_of_ledger(ledger: Ledger) -> Real:
+    """What the entries of a ledger add to the energy of the body.
+
+    Returns aed [J], analytical energy delta.
+    """
+    viscous_2, coulomb_2, spring_work = ledger.viscous_2, ledger.coulomb_2, ledger.spring_work
+    aed = coulomb_2 + spring_work + viscous_2  # (24)
+    return aed
+
+
+def large_energy(robot: Robot, state: State) -> Real:
+    """How large the energy of the body is at the start, against the energy of its motion at 1 m/s or more.
+
+    Returns excess [1], energy at the start, in units of the body's motion.
+    """
+    m_s, k = robot.m_s, robot.k
+    x1, v2, y = state.x1, state.v2, state.y
+    length = x1 - y                               # x_2 - L_0 - c at the start
+    excess = k*length*length/(m_s*(1.0 + v2*v2))  # (22), (23) at the start
+    return excess
+
+
 def touchdown_velocity(robot: Robot, height: Real) -> Real:
     """Velocity of the body after the impact of a drop from a hop height.
 

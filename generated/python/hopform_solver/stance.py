@@ -14,6 +14,7 @@ from hopform_solver import formulas
 from hopform_solver.events import FAINT, NEVER, Watch, first_root, halt_time, sample_at
 from hopform_solver.kernels import basis_at
 from hopform_solver.lanes import Array, choose, take
+from hopform_solver.ledgers import ledger_over
 from hopform_solver.phases import Plan, Side, arrive, motion_of, plan_lanes, plan_of, poles_of, state_in_phase
 from hopform_solver.records import ENDINGS, EVENTS, At, Basis, Motion, Numerator, Poles, Robot, State
 
@@ -457,6 +458,21 @@ def _run(chain: _Chain, log: _Log, result: _Result) -> Array:
     return loss
 
 
+def _add_up(plan: Plan, start: State, u_values: Array, phases: Phases, duration: Array, aed: Array) -> None:
+    """The AED as the sum of its entries where it is the difference of energies that are much larger."""
+    large = formulas.large_energy(plan.robot, start) > 64.0
+    if not (index := np.flatnonzero(large[phases.lane])).size:
+        return
+    lane = phases.lane[index]
+    last = np.append(phases.lane[1:] != phases.lane[:-1], True)[index]
+    following = np.minimum(index + 1, phases.lane.size - 1)
+    t = np.where(last, duration[lane], phases.t[following]) - phases.t[index]
+    own = take(phases, index)
+    state = State(own.x1, own.v1, own.v2, own.y)
+    ledger = ledger_over(plan_lanes(plan, lane), state, u_values[lane, own.step], sides_of(own.mode, t.dtype), t)
+    aed[large] = np.bincount(lane, formulas.aed_of_ledger(ledger), aed.size)[large]
+
+
 def solve(
     robot: Robot,
     start: State,
@@ -498,10 +514,12 @@ def solve(
     apex[lifts] = formulas.apex_of_takeoff(take(robots, lifts), end.x1[lifts], np.maximum(end.v2[lifts], 0.0))
     phases = log.phases()
     kept = np.arange(phases.lane.size) - np.searchsorted(phases.lane, phases.lane) < result.count[phases.lane]
+    phases = take(phases, kept)
+    _add_up(plan, first, values, phases, result.duration, aed)
     return Solution(
         shape, plan, times, values, first, result.duration.reshape(shape),
         State(*(np.reshape(field, shape) for field in end)), apex.reshape(shape), np.reshape(aed, shape),
-        loss.reshape(shape), result.ending.reshape(shape), result.count.reshape(shape), take(phases, kept),
+        loss.reshape(shape), result.ending.reshape(shape), result.count.reshape(shape), phases,
     )  # fmt: skip
 
 
