@@ -6,5 +6,5 @@
 
 const char *hopform_source(void)
 {
-    return "89ef8350629fd361";
+    return "54a01ddd10e4a6b9";
 }
