@@ -115,8 +115,10 @@ static inline hopform_verdict_f32 hopform_judge_f32(const hopform_sample_f32 *fr
         const float growth = a * h < 1.0f ? 1.0f + 2.0f * a * h : 1e38f;
         monotone = short_of_quarter && fabsf(from->rate) > fabsf(from->turning) * h * growth;
         if (!monotone) {
-            const float steepest = from->rate < to->rate * growth ? from->rate : to->rate * growth;
-            const bool far = from->rate < 0.0f && to->value > 0.0f && from->value + steepest * h > from->noise + to->noise;
+            const float least = from->rate < to->rate * growth ? from->rate : to->rate * growth;
+            const float lowest = short_of_quarter ? from->rate - fabsf(from->turning) * h * growth : -1e38f;
+            const float steepest = from->rate < 0.0f ? least : lowest;
+            const bool far = to->value > 0.0f && from->value + steepest * h > from->noise + to->noise;
             return far ? KEEPS_SIGN : UNDECIDED;
         }
     }

@@ -115,8 +115,10 @@ static inline hopform_verdict_f64 hopform_judge_f64(const hopform_sample_f64 *fr
         const double growth = a * h < 1.0 ? 1.0 + 2.0 * a * h : 1e+300;
         monotone = short_of_quarter && fabs(from->rate) > fabs(from->turning) * h * growth;
         if (!monotone) {
-            const double steepest = from->rate < to->rate * growth ? from->rate : to->rate * growth;
-            const bool far = from->rate < 0.0 && to->value > 0.0 && from->value + steepest * h > from->noise + to->noise;
+            const double least = from->rate < to->rate * growth ? from->rate : to->rate * growth;
+            const double lowest = short_of_quarter ? from->rate - fabs(from->turning) * h * growth : -1e+300;
+            const double steepest = from->rate < 0.0 ? least : lowest;
+            const bool far = to->value > 0.0 && from->value + steepest * h > from->noise + to->noise;
             return far ? KEEPS_SIGN : UNDECIDED;
         }
     }

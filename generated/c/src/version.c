@@ -6,5 +6,5 @@
 
 const char *hopform_source(void)
 {
-    return "cfd47bc7c1d65e65";
+    return "33b80fa5524783da";
 }
