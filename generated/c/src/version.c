@@ -6,5 +6,5 @@
 
 const char *hopform_source(void)
 {
-    return "3d583ced70122cce";
+    return "0bbe936f33b154b6";
 }
