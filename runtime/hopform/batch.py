@@ -323,7 +323,9 @@ def _solve_in_c(job: _Job, part: slice, events: bool) -> _Events:
 
 
 def _differentiate_in_c(job: _Job, part: slice, matrices: NDArray[Any]) -> None:
-    columns, lanes, room = job.chunk(part), np.arange(part.stop - part.start), _FIRST_PHASES
+    columns, room = job.chunk(part), _FIRST_PHASES
+    count = int(part.stop - part.start)
+    lanes = np.arange(count)
     while lanes.size:
         chosen = [column if column.shape == () else column[lanes] for column in columns]
         found, status = _matrices(job, chosen, lanes.size, room)
