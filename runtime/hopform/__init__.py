@@ -15,7 +15,7 @@ from hopform.batch import Batch, solve_stances
 from hopform.errors import BackendError, HopformError, MissingExtra
 from hopform.hopping import Hop, Run, hop
 from hopform.robots import ROBOTS, Robot, load_robot
-from hopform.sensitivities import Sensitivities
+from hopform.sensitivities import ManySensitivities, Sensitivities
 from hopform.stance import Energy, Event, Ledger, Phase, Stance, State, solve_stance, touchdown_velocity
 from hopform_solver.equations import EQUATIONS, Equation
 
@@ -41,6 +41,7 @@ __all__ = [
     "Hop",
     "HopformError",
     "Ledger",
+    "ManySensitivities",
     "MissingExtra",
     "Phase",
     "Robot",

@@ -6,5 +6,5 @@
 
 const char *hopform_source(void)
 {
-    return "33b80fa5524783da";
+    return "effd85a181d5c9d6";
 }

@@ -229,6 +229,13 @@ int32_t hopform_solve_stances_f64(int64_t count, const hopform_stances_in_f64 *i
  * fields of the robot (refused unless HOPFORM_ROBOT_FIELDS); steps: the strides of args, then that of a robot's fields. */
 void hopform_stance_loop_f64(char **args, const ptrdiff_t *dimensions, const ptrdiff_t *steps, void *data);
 
+/* Derivatives of `count` stances, each as hopform_stance_sensitivities gives it: one matrix after the other, NaN where there
+ * is none. phases: where one stance after the other is solved. status: one a stance, HOPFORM_OK, HOPFORM_NO_DERIVATIVE,
+ * HOPFORM_PHASES_NOT_KEPT where `capacity` phases were too few (returned too, then), or an error. The apex' row is NaN
+ * without gravity. */
+int32_t hopform_stances_sensitivities_f64(int64_t count, const hopform_stances_in_f64 *in, hopform_phase_f64 *phases,
+                                           int32_t capacity, double *matrices, int32_t *status);
+
 #ifdef __cplusplus
 }
 #endif
