@@ -61,6 +61,11 @@ EVENTS = (
     Word(6, "x2_sticks", "the body comes to rest"),
     Word(7, "x2_slips", "the body starts to move"),
 )
+COMMANDS = (
+    Word(1, "reached", "the next apex is the desired one"),
+    Word(2, "nearest", "no admissible current reaches it; this one comes nearest"),
+    Word(3, "no_takeoff", "no current is admissible"),
+)
 
 
 @dataclass(frozen=True)
@@ -139,6 +144,7 @@ def _context(made: Program, options: Options, precision: str) -> dict[str, Any]:
         "certificate": CERTIFICATE,
         "endings": ENDINGS,
         "events": EVENTS,
+        "commands": COMMANDS,
         "precisions": options.precisions,
         "body_entries": energy.body_entries(options.model),
         "robot_entries": energy.whole_robot_entries(options.model),

@@ -6,5 +6,5 @@
 
 const char *hopform_source(void)
 {
-    return "fc2c927ed6271eca";
+    return "e5301b36cadf65c7";
 }
