@@ -15,7 +15,7 @@ import jinja2
 from derive import energy
 from derive.equations import CERTIFICATE, REGISTER, VERDICTS, tallies
 from derive.ir import Program
-from derive.languages import C, NumPy, rename
+from derive.languages import NEAR_WITHIN, REACHED_WITHIN, C, NumPy, rename
 from derive.model import HOPPER, Model
 from derive.program import program
 
@@ -145,6 +145,8 @@ def _context(made: Program, options: Options, precision: str) -> dict[str, Any]:
         "endings": ENDINGS,
         "events": EVENTS,
         "commands": COMMANDS,
+        **{f"reached_within_{name}": metres for name, metres in REACHED_WITHIN.items()},
+        **{f"near_within_{name}": metres for name, metres in NEAR_WITHIN.items()},
         "precisions": options.precisions,
         "body_entries": energy.body_entries(options.model),
         "robot_entries": energy.whole_robot_entries(options.model),

@@ -61,7 +61,7 @@ def choose_current(
     >>> robot = load_robot("hopper_c")
     >>> command = choose_current(robot, v2=touchdown_velocity(robot, 0.20), h_des=0.20)
     >>> command.status, round(command.u, 6), round(command.apex, 9)
-    ('reached', 2.743266, 0.2)
+    ('reached', 2.735551, 0.2)
     """
     precision = precision_of(dtype)
     start = start_of(robot, x1, v1, x2, v2)
@@ -84,7 +84,9 @@ def _target(
         raise HopformError(f"the controller needs a finite u_max, got {robot.u_max!r} A")
     apex, level = finite("h_des", h_des, "m"), finite("datum", datum, "m")
     if apex + level < 0.0:
-        raise HopformError(f"h_des + datum must be >= 0 m, the apex must not lie below the ground, got {apex + level!r}")
+        raise HopformError(
+            f"h_des + datum must be >= 0 m, the apex must not lie below the ground, got {apex + level!r}"
+        )
     margin = finite("stop_margin", stop_margin, "m")
     if margin < 0.0:
         raise HopformError(f"stop_margin must be >= 0 m, got {margin!r}")

@@ -75,7 +75,7 @@ def draw_touchdowns(robot: hopform.Robot, seed: int, count: int) -> list[Touchdo
     draw = np.random.default_rng(seed)
     found: list[Touchdown] = []
     while len(found) < count:
-        height = draw.uniform(0.0, 0.4) ** draw.choice((1, 2)) 
+        height = draw.uniform(0.0, 0.4) ** draw.choice((1, 2))
         x1 = draw.choice((robot.x1_min, draw.uniform(robot.x1_min, robot.x1_max)))
         v1 = draw.choice((0.0, draw.normal(0.0, 0.2)))
         v2 = hopform.touchdown_velocity(robot, height)
@@ -101,6 +101,7 @@ class Findings:
 
     statuses: dict[str, int] = field(default_factory=dict)
     solved: list[int] = field(default_factory=list)
+    words: list[str] = field(default_factory=list)
     smaller: list[tuple[Touchdown, Any]] = field(default_factory=list)
     nearer: list[tuple[Touchdown, Any]] = field(default_factory=list)
     untrue: list[tuple[Touchdown, Any]] = field(default_factory=list)
@@ -108,7 +109,7 @@ class Findings:
     def add(self, other: "Findings") -> None:
         for status, number in other.statuses.items():
             self.statuses[status] = self.statuses.get(status, 0) + number
-        for name in ("solved", "smaller", "nearer", "untrue"):
+        for name in ("solved", "words", "smaller", "nearer", "untrue"):
             getattr(self, name).extend(getattr(other, name))
 
 
@@ -141,10 +142,13 @@ def compare(robot: hopform.Robot, touchdowns: list[Touchdown], step: float, **ho
             found.untrue.append((touchdown, answer))
         if command.status == "reached" and result.root < abs(command.u) - 1e-6:
             found.smaller.append((touchdown, answer))
-        if result.gap < abs(gap) - NEARER and command.status != "reached" or (
-            command.status != "reached" and result.root < math.inf
+        if (
+            result.gap < abs(gap) - NEARER
+            and command.status != "reached"
+            or (command.status != "reached" and result.root < math.inf)
         ):
             found.nearer.append((touchdown, answer))
         found.statuses[command.status] = found.statuses.get(command.status, 0) + 1
         found.solved.append(command.solved)
+        found.words.append(command.status)
     return found

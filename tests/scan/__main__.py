@@ -1,4 +1,7 @@
-"""The controller against brute force at random touchdowns: `python -m tests.scan --count 10000`. Exit code 1 if anything is wrong."""
+"""The controller against brute force at random touchdowns: `python -m tests.scan --count 10000`.
+
+Exit code 1 if anything is wrong.
+"""
 
 import argparse
 import math
@@ -41,6 +44,9 @@ def main() -> int:
               f"solved: mean {np.mean(total.solved):.1f}, median {np.median(total.solved):.0f}, most {max(total.solved)}; "
               + ", ".join(f"{len(cases)} {each}" for each, cases in wrong.items())
               + f"; {time.monotonic() - begin:.0f} s", flush=True)  # fmt: skip
+        for status in sorted(total.statuses):
+            of = [n for n, word in zip(total.solved, total.words, strict=True) if word == status]
+            print(f"  {status}: mean {np.mean(of):.1f}, median {np.median(of):.0f}, most {max(of)}")
         for each, cases in wrong.items():
             for case in cases[:20]:
                 print(" ", each, *case)

@@ -11,9 +11,6 @@
  */
 #include "trial_f32.h"
 
-/* [m] The apex is reached within this; an edge of what is admissible is met within this. */
-#define REACH (0.01f * 0.00034526698f)
-
 /* Cells wider than this share of u_max are not judged by their ends. */
 #define COARSE 0.125f
 
@@ -93,10 +90,10 @@ static curve curve_of(const cell *c, float from, float from_u, float to, float t
 static curve gap_of(const cell *c, float wanted)
 {
     curve gap = curve_of(c, c->from->apex - wanted, c->from->apex_u, c->to->apex - wanted, c->to->apex_u);
-    if (fabsf(gap.to) <= REACH) {
-        gap.to = gap.from > 0.0f ? REACH : -REACH;
-    } else if (fabsf(gap.from) <= REACH) {
-        gap.from = gap.to > 0.0f ? REACH : -REACH;
+    if (fabsf(gap.to) <= 3e-6f) {
+        gap.to = gap.from > 0.0f ? 3e-6f : -3e-6f;
+    } else if (fabsf(gap.from) <= 3e-6f) {
+        gap.from = gap.to > 0.0f ? 3e-6f : -3e-6f;
     }
     return gap;
 }
@@ -128,7 +125,7 @@ static float worth(const hopform_search_f32 *search)
     if (!search->found) {
         return 1e38f;
     }
-    const float gap = fabsf(search->best.apex - search->apex) - 2.0f * REACH;
+    const float gap = fabsf(search->best.apex - search->apex) - 2.0f * 4e-6f;
     return gap > 0.0f ? gap : 0.0f;
 }
 
@@ -212,7 +209,7 @@ static float share_to_try(const hopform_search_f32 *search, const cell *c)
     }
     if (is_admissible(search, from) != is_admissible(search, to)) {
         const float steep = fabsf(gap.from_rate) + fabsf(gap.to_rate) + fabsf(chord(&gap));
-        const float aside = 0.25f * REACH / (steep * c->width + REACH);
+        const float aside = 0.25f * 4e-6f / (steep * c->width + 4e-6f);
         const float share = share_of_limit(search, c) - aside;
         return is_admissible(search, from) ? share : 1.0f - share;
     }
@@ -229,7 +226,7 @@ static bool is_better(const hopform_search_f32 *search, const hopform_trial_f32 
     if (!search->found) {
         return true;
     }
-    if (gap <= REACH) {
+    if (gap <= 3e-6f) {
         return !search->reached || fabsf(trial->u) < fabsf(search->best.u);
     }
     return gap < best && !search->reached;
@@ -240,7 +237,7 @@ static void consider(hopform_search_f32 *search, const hopform_trial_f32 *trial)
     if (is_admissible(search, trial) && is_better(search, trial)) {
         search->best = *trial;
         search->found = true;
-        search->reached = fabsf(trial->apex - search->apex) <= REACH;
+        search->reached = fabsf(trial->apex - search->apex) <= 3e-6f;
     }
 }
 
@@ -270,13 +267,13 @@ static int32_t side_to_do(const hopform_search_f32 *search)
 /* Leave the cells that are done and choose the next current; false if nothing is left. */
 static bool go_on(hopform_search_f32 *search)
 {
-    for (int n = 0; n < 2 * HOPFORM_SEARCH_DEPTH; n++) {
+    for (int n = 0; n < 2 * HOPFORM_SEARCH_DEPTH_f32; n++) {
         const int32_t side = side_to_do(search);
         if (side < 0) {
             return false;
         }
         const cell c = innermost(search, side);
-        if (!is_done(search, &c) && search->waiting[side] < HOPFORM_SEARCH_DEPTH) {
+        if (!is_done(search, &c) && search->waiting[side] < HOPFORM_SEARCH_DEPTH_f32) {
             float share = share_to_try(search, &c);
             if (!(share > 0.0f && share < 1.0f)) {
                 share = 0.5f;
@@ -289,10 +286,9 @@ static bool go_on(hopform_search_f32 *search)
             }
             return true;
         }
-        search->partial = search->partial || search->waiting[side] >= HOPFORM_SEARCH_DEPTH;
+        search->partial = search->partial || search->waiting[side] >= HOPFORM_SEARCH_DEPTH_f32;
         search->inner[side] = *c.to;
         search->waiting[side]--;
-        search->slow = 0;
     }
     return false;
 }
@@ -323,7 +319,8 @@ static void say(const hopform_search_f32 *search, hopform_command_f32 *command)
 {
     command->u = search->best.u;
     command->apex = search->found ? search->best.apex - search->datum : 0.0f;
-    command->status = search->reached ? HOPFORM_COMMAND_REACHED
+    const bool reaches = search->found && fabsf(search->best.apex - search->apex) <= 4e-6f;
+    command->status = reaches ? HOPFORM_COMMAND_REACHED
                                       : (search->found ? HOPFORM_COMMAND_NEAREST : HOPFORM_COMMAND_NO_TAKEOFF);
 }
 

@@ -11,9 +11,6 @@
  */
 #include "trial_f64.h"
 
-/* [m] The apex is reached within this; an edge of what is admissible is met within this. */
-#define REACH (0.01 * 1.4901161193847656e-08)
-
 /* Cells wider than this share of u_max are not judged by their ends. */
 #define COARSE 0.125
 
@@ -93,10 +90,10 @@ static curve curve_of(const cell *c, double from, double from_u, double to, doub
 static curve gap_of(const cell *c, double wanted)
 {
     curve gap = curve_of(c, c->from->apex - wanted, c->from->apex_u, c->to->apex - wanted, c->to->apex_u);
-    if (fabs(gap.to) <= REACH) {
-        gap.to = gap.from > 0.0 ? REACH : -REACH;
-    } else if (fabs(gap.from) <= REACH) {
-        gap.from = gap.to > 0.0 ? REACH : -REACH;
+    if (fabs(gap.to) <= 1e-12) {
+        gap.to = gap.from > 0.0 ? 1e-12 : -1e-12;
+    } else if (fabs(gap.from) <= 1e-12) {
+        gap.from = gap.to > 0.0 ? 1e-12 : -1e-12;
     }
     return gap;
 }
@@ -128,7 +125,7 @@ static double worth(const hopform_search_f64 *search)
     if (!search->found) {
         return 1e+300;
     }
-    const double gap = fabs(search->best.apex - search->apex) - 2.0 * REACH;
+    const double gap = fabs(search->best.apex - search->apex) - 2.0 * 2e-10;
     return gap > 0.0 ? gap : 0.0;
 }
 
@@ -212,7 +209,7 @@ static double share_to_try(const hopform_search_f64 *search, const cell *c)
     }
     if (is_admissible(search, from) != is_admissible(search, to)) {
         const double steep = fabs(gap.from_rate) + fabs(gap.to_rate) + fabs(chord(&gap));
-        const double aside = 0.25 * REACH / (steep * c->width + REACH);
+        const double aside = 0.25 * 2e-10 / (steep * c->width + 2e-10);
         const double share = share_of_limit(search, c) - aside;
         return is_admissible(search, from) ? share : 1.0 - share;
     }
@@ -229,7 +226,7 @@ static bool is_better(const hopform_search_f64 *search, const hopform_trial_f64 
     if (!search->found) {
         return true;
     }
-    if (gap <= REACH) {
+    if (gap <= 1e-12) {
         return !search->reached || fabs(trial->u) < fabs(search->best.u);
     }
     return gap < best && !search->reached;
@@ -240,7 +237,7 @@ static void consider(hopform_search_f64 *search, const hopform_trial_f64 *trial)
     if (is_admissible(search, trial) && is_better(search, trial)) {
         search->best = *trial;
         search->found = true;
-        search->reached = fabs(trial->apex - search->apex) <= REACH;
+        search->reached = fabs(trial->apex - search->apex) <= 1e-12;
     }
 }
 
@@ -270,13 +267,13 @@ static int32_t side_to_do(const hopform_search_f64 *search)
 /* Leave the cells that are done and choose the next current; false if nothing is left. */
 static bool go_on(hopform_search_f64 *search)
 {
-    for (int n = 0; n < 2 * HOPFORM_SEARCH_DEPTH; n++) {
+    for (int n = 0; n < 2 * HOPFORM_SEARCH_DEPTH_f64; n++) {
         const int32_t side = side_to_do(search);
         if (side < 0) {
             return false;
         }
         const cell c = innermost(search, side);
-        if (!is_done(search, &c) && search->waiting[side] < HOPFORM_SEARCH_DEPTH) {
+        if (!is_done(search, &c) && search->waiting[side] < HOPFORM_SEARCH_DEPTH_f64) {
             double share = share_to_try(search, &c);
             if (!(share > 0.0 && share < 1.0)) {
                 share = 0.5;
@@ -289,10 +286,9 @@ static bool go_on(hopform_search_f64 *search)
             }
             return true;
         }
-        search->partial = search->partial || search->waiting[side] >= HOPFORM_SEARCH_DEPTH;
+        search->partial = search->partial || search->waiting[side] >= HOPFORM_SEARCH_DEPTH_f64;
         search->inner[side] = *c.to;
         search->waiting[side]--;
-        search->slow = 0;
     }
     return false;
 }
@@ -323,7 +319,8 @@ static void say(const hopform_search_f64 *search, hopform_command_f64 *command)
 {
     command->u = search->best.u;
     command->apex = search->found ? search->best.apex - search->datum : 0.0;
-    command->status = search->reached ? HOPFORM_COMMAND_REACHED
+    const bool reaches = search->found && fabs(search->best.apex - search->apex) <= 2e-10;
+    command->status = reaches ? HOPFORM_COMMAND_REACHED
                                       : (search->found ? HOPFORM_COMMAND_NEAREST : HOPFORM_COMMAND_NO_TAKEOFF);
 }
 

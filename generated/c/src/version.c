@@ -6,5 +6,5 @@
 
 const char *hopform_source(void)
 {
-    return "e5301b36cadf65c7";
+    return "5b9e2d0bae300c2d";
 }

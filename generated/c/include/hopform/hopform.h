@@ -40,7 +40,6 @@ extern "C" {
 #define HOPFORM_COMMAND_REACHED 1
 #define HOPFORM_COMMAND_NEAREST 2
 #define HOPFORM_COMMAND_NO_TAKEOFF 3
-#define HOPFORM_SEARCH_DEPTH 64      /* currents that wait on one side */
 #define HOPFORM_SEARCH_TRIALS 4096   /* currents tried at most */
 
 /* How a stance ended. */

@@ -203,6 +203,8 @@ typedef struct {
     bool smooth;     /* the derivatives exist */
 } hopform_trial_f32;
 
+enum { HOPFORM_SEARCH_DEPTH_f32 = 64 }; /* currents that wait on one side */
+
 /* A search for a current, which goes outward from 0 on both sides; the caller's memory. */
 typedef struct {
     const hopform_plan_f32 *plan;
@@ -213,7 +215,7 @@ typedef struct {
     float datum;   /* [m] */
     hopform_trial_f32 best;                             /* the nearest so far; u = 0 until one is admissible */
     hopform_trial_f32 inner[2];                         /* by side: all nearer to 0 is done */
-    hopform_trial_f32 outer[2][HOPFORM_SEARCH_DEPTH];   /* by side: tried further out, the innermost last */
+    hopform_trial_f32 outer[2][HOPFORM_SEARCH_DEPTH_f32];   /* by side: tried further out, the innermost last */
     int32_t waiting[2];
     float next;    /* [A] what to try */
     int32_t side; /* of it */
