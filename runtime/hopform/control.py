@@ -65,7 +65,7 @@ def choose_current(
     """
     precision = precision_of(dtype)
     start = start_of(robot, x1, v1, x2, v2)
-    target = _target(robot, h_des, datum, stop_margin, horizon)
+    target = checked_target(robot, h_des, datum, stop_margin, horizon)
     if choose_backend(backend) == "c":
         u, apex, code, solved = native_control.choose(robot.parameters, start, target, MAX_PHASES, precision)
     else:
@@ -74,7 +74,7 @@ def choose_current(
     return Command(u, math.nan if status == "no_takeoff" else apex, status, solved)
 
 
-def _target(
+def checked_target(
     robot: Robot, h_des: object, datum: object, stop_margin: object, horizon: object
 ) -> tuple[float, float, float, float]:
     """h_des, datum, stop_margin, horizon, checked, and that the robot can be controlled at all."""

@@ -324,6 +324,22 @@ static void say(const hopform_search_f64 *search, hopform_command_f64 *command)
                                       : (search->found ? HOPFORM_COMMAND_NEAREST : HOPFORM_COMMAND_NO_TAKEOFF);
 }
 
+/* ---- a current ---- */
+
+static int32_t attempt(const hopform_plan_f64 *plan, const hopform_state_f64 *start, double u, double horizon,
+                       hopform_phase_f64 *phases, int32_t capacity, hopform_trial_f64 *trial, bool *fits)
+{
+    const hopform_step_f64 step = {0.0, u};
+    hopform_stance_f64 stance;
+    const int32_t status =
+        hopform_solve_stance_f64(plan, start, &step, 1, horizon, capacity, phases, capacity, &stance);
+    if (status >= 0) {
+        *fits = stance.ending != HOPFORM_ENDING_TOO_MANY_PHASES;
+        *trial = hopform_trial_of_f64(plan, u, phases, &stance);
+    }
+    return status;
+}
+
 /* ---- what users call ---- */
 
 static bool is_finite(double value)
@@ -385,18 +401,17 @@ int32_t hopform_choose_current_step_f64(hopform_search_f64 *search, hopform_phas
         say(search, command);
         return search->status;
     }
-    const hopform_step_f64 step = {0.0, search->next};
-    hopform_stance_f64 stance;
-    const int32_t status = hopform_solve_stance_f64(search->plan, &search->start, &step, 1, search->horizon, capacity, phases,
-                                                     capacity, &stance);
+    hopform_trial_f64 trial;
+    bool fits = true;
+    const int32_t status =
+        attempt(search->plan, &search->start, search->next, search->horizon, phases, capacity, &trial, &fits);
     if (status < 0) {
         const hopform_command_f64 safe = {0.0, 0.0, HOPFORM_COMMAND_NO_TAKEOFF};
         *command = safe;
         search->status = status;
         return status;
     }
-    search->partial = search->partial || stance.ending == HOPFORM_ENDING_TOO_MANY_PHASES;
-    const hopform_trial_f64 trial = hopform_trial_of_f64(search->plan, search->next, phases, &stance);
+    search->partial = search->partial || !fits;
     if (!take_in(search, &trial)) {
         search->status = search->partial ? HOPFORM_PHASES_NOT_KEPT : HOPFORM_OK;
     }
@@ -413,4 +428,29 @@ int32_t hopform_choose_current_f64(hopform_search_f64 *search, const hopform_pla
         status = hopform_choose_current_step_f64(search, phases, capacity, command);
     }
     return status == HOPFORM_SEARCHING ? HOPFORM_PHASES_NOT_KEPT : status;
+}
+
+int32_t hopform_try_currents_f64(const hopform_plan_f64 *plan, const hopform_state_f64 *starts, int32_t start_count,
+                                  const double *currents, int32_t current_count, double horizon, hopform_phase_f64 *phases,
+                                  int32_t capacity, hopform_trial_f64 *trials)
+{
+    if (plan == NULL || starts == NULL || currents == NULL || phases == NULL || trials == NULL) {
+        return HOPFORM_ERROR_NULL;
+    }
+    if (!(plan->robot.g > 0.0)) {
+        return HOPFORM_ERROR_ROBOT;
+    }
+    int32_t kept = HOPFORM_OK;
+    for (int32_t i = 0; i < start_count; i++) {
+        for (int32_t j = 0; j < current_count; j++) {
+            bool fits = true;
+            const int32_t status =
+                attempt(plan, &starts[i], currents[j], horizon, phases, capacity, &trials[i * current_count + j], &fits);
+            if (status < 0) {
+                return status;
+            }
+            kept = fits ? kept : HOPFORM_PHASES_NOT_KEPT;
+        }
+    }
+    return kept;
 }

@@ -6,5 +6,5 @@
 
 const char *hopform_source(void)
 {
-    return "5b9e2d0bae300c2d";
+    return "0c03732672dc85de";
 }

@@ -203,6 +203,12 @@ typedef struct {
     bool smooth;     /* the derivatives exist */
 } hopform_trial_f64;
 
+/* Try each of some currents from each of some states; trials, state by state, current by current. A stance with more phases
+ * than fit into the buffer counts as one without take-off. */
+int32_t hopform_try_currents_f64(const hopform_plan_f64 *plan, const hopform_state_f64 *starts, int32_t start_count,
+                                  const double *currents, int32_t current_count, double horizon, hopform_phase_f64 *phases,
+                                  int32_t capacity, hopform_trial_f64 *trials);
+
 enum { HOPFORM_SEARCH_DEPTH_f64 = 64 }; /* currents that wait on one side */
 
 /* A search for a current, which goes outward from 0 on both sides; the caller's memory. */
