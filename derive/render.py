@@ -15,7 +15,7 @@ import jinja2
 from derive import energy
 from derive.equations import CERTIFICATE, REGISTER, VERDICTS, tallies
 from derive.ir import Program
-from derive.languages import C, NumPy, rename
+from derive.languages import NEAR_WITHIN, REACHED_WITHIN, C, NumPy, rename
 from derive.model import HOPPER, Model
 from derive.program import program
 
@@ -60,6 +60,11 @@ EVENTS = (
     Word(5, "x2_reverses", "the body reverses"),
     Word(6, "x2_sticks", "the body comes to rest"),
     Word(7, "x2_slips", "the body starts to move"),
+)
+COMMANDS = (
+    Word(1, "reached", "the next apex is the desired one"),
+    Word(2, "nearest", "no admissible current reaches it; this one comes nearest"),
+    Word(3, "no_takeoff", "no current is admissible"),
 )
 
 
@@ -139,6 +144,9 @@ def _context(made: Program, options: Options, precision: str) -> dict[str, Any]:
         "certificate": CERTIFICATE,
         "endings": ENDINGS,
         "events": EVENTS,
+        "commands": COMMANDS,
+        **{f"reached_within_{name}": metres for name, metres in REACHED_WITHIN.items()},
+        **{f"near_within_{name}": metres for name, metres in NEAR_WITHIN.items()},
         "precisions": options.precisions,
         "body_entries": energy.body_entries(options.model),
         "robot_entries": energy.whole_robot_entries(options.model),

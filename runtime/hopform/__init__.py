@@ -12,6 +12,7 @@ Importing hopform loads NumPy alone. Equation numbers are those of the paper tha
 from hopform import ufuncs
 from hopform.backends import backends, library_message
 from hopform.batch import Batch, solve_stances
+from hopform.control import Command, choose_current
 from hopform.errors import BackendError, HopformError, MissingExtra
 from hopform.hopping import Hop, Run, hop
 from hopform.robots import ROBOTS, Robot, load_robot
@@ -35,6 +36,7 @@ __all__ = [
     "ROBOTS",
     "BackendError",
     "Batch",
+    "Command",
     "Energy",
     "Equation",
     "Event",
@@ -51,6 +53,7 @@ __all__ = [
     "State",
     "__version__",
     "backends",
+    "choose_current",
     "equations",
     "hop",
     "library_message",

@@ -32,6 +32,7 @@ _REASONS = {
     -5: "the steps of the current do not start at 0 or do not increase",
     -6: "horizon or max_phases is not positive",
     -7: "a time is outside the stance",
+    -9: "the desired apex is below the ground",
     -8: "the numbers left the range of the precision: scale the robot or use float64",
 }
 
@@ -303,11 +304,17 @@ def _solved_again(source: str, dtype: np.dtype[Any], *structs: bytes) -> Solved:
 
 
 @lru_cache(maxsize=256)
+def plan_of(lib: Library, types: Types, parameters: tuple[Any, ...]) -> Any:
+    """The plan of a robot, which nobody writes to once it is made."""
+    plan = types.plan()
+    lib.call("plan_init", types, ctypes.byref(plan), ctypes.byref(types.robot(*parameters)))
+    return plan
+
+
+@lru_cache(maxsize=256)
 def _plan_of(desk: Desk, parameters: tuple[Any, ...]) -> bytes:
-    """The plan of a robot."""
-    types, plan = desk.types, desk.types.plan()
-    desk.library.call("plan_init", types, ctypes.byref(plan), ctypes.byref(types.robot(*parameters)))
-    return bytes(plan)
+    """The same as bytes."""
+    return bytes(plan_of(desk.library, desk.types, parameters))
 
 
 def solve(

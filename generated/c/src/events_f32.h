@@ -157,10 +157,11 @@ static inline float hopform_step_to_root_f32(const hopform_sample_f32 *at)
     return fabsf(below) > 0.0f ? at->value * (6.0f * rate2 - 3.0f * at->value * at->curvature) / below : 1e38f;
 }
 
-/* True where one more of these steps lands on the root: its error is of the fourth order in the step. */
+/* True where one more of these steps lands on the root: its error is of the fourth order in the step, which is Newton's but
+ * for a little, and not short because its numerator vanishes. */
 static inline bool hopform_is_last_step_f32(const hopform_sample_f32 *at, float step)
 {
-    return fabsf(step * at->curvature) <= 0.0003f * fabsf(at->rate) && step * step * fabsf(at->third) <= 1e-7f * fabsf(at->rate);
+    return fabsf(at->value) <= 2.0f * fabsf(step * at->rate) && fabsf(step * at->curvature) <= 0.0003f * fabsf(at->rate) && step * step * fabsf(at->third) <= 1e-7f * fabsf(at->rate);
 }
 
 /* A time, what the poles do until then, and g there. */

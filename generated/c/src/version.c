@@ -6,5 +6,5 @@
 
 const char *hopform_source(void)
 {
-    return "effd85a181d5c9d6";
+    return "a88570f36950f830";
 }

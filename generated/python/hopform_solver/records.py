@@ -57,6 +57,12 @@ EVENTS = {
     7: "x2_slips",  # the body starts to move
 }
 
+COMMANDS = {
+    1: "reached",  # the next apex is the desired one
+    2: "nearest",  # no admissible current reaches it; this one comes nearest
+    3: "no_takeoff",  # no current is admissible
+}
+
 LEDGER_OF_BODY = ("spring_work", "viscous_2", "coulomb_2",)
 """Entries of the ledger whose sum is the AED, the change of the body's energy."""
 

@@ -6,6 +6,7 @@
 #ifndef HOPFORM_H_f32
 #define HOPFORM_H_f32
 
+#include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 
@@ -176,6 +177,87 @@ int32_t hopform_stance_sensitivities_f32(const hopform_plan_f32 *plan, const hop
 int32_t hopform_stance_grid_f32(const hopform_plan_f32 *plan, const hopform_step_f32 *steps,
                                  const hopform_phase_f32 *phases, const hopform_stance_f32 *stance, float t0, float dt,
                                  int32_t count, float *x1, float *v1, float *v2, float *y);
+
+/* What the controller is asked for. */
+typedef struct {
+    float h_des;       /* [m] hop height of the next apex */
+    float datum;       /* [m] the level that h_des counts from, less that of the ground under the foot */
+    float stop_margin; /* [m] x_1 stays below x1_max by more than this */
+    float horizon;     /* [s] longest time of a stance */
+} hopform_target_f32;
+
+/* The answer of the controller. */
+typedef struct {
+    float u;         /* [A] */
+    float apex;      /* [m] hop height that follows, as h_des; 0 without take-off */
+    int32_t status; /* HOPFORM_COMMAND_... */
+} hopform_command_f32;
+
+/* A current that was tried, and what its stance does. */
+typedef struct {
+    float u;          /* [A] */
+    float apex;       /* [m] 0 without take-off */
+    float apex_u;     /* [m/A] its derivative by u, as the next ones */
+    float peak;       /* [m] the largest x_1 */
+    float peak_u;     /* [m/A] */
+    float dip;        /* [m] the least minimum of y before the ending */
+    float dip_u;      /* [m/A] */
+    uint32_t events; /* stands for the order of modes and events */
+    int32_t dips;    /* how many minima of y there are */
+    bool takes_off;
+    bool held;       /* the actuator never moves */
+    bool smooth;     /* the derivatives exist */
+} hopform_trial_f32;
+
+/* Try each of some currents from each of some states; trials, state by state, current by current. A stance with more phases
+ * than fit into the buffer counts as one without take-off. */
+int32_t hopform_try_currents_f32(const hopform_plan_f32 *plan, const hopform_state_f32 *starts, int32_t start_count,
+                                  const float *currents, int32_t current_count, float horizon, hopform_phase_f32 *phases,
+                                  int32_t capacity, hopform_trial_f32 *trials);
+
+enum { HOPFORM_SEARCH_DEPTH_f32 = 64 }; /* currents that wait on one side */
+
+/* A search for a current, which goes outward from 0 on both sides; the caller's memory. */
+typedef struct {
+    const hopform_plan_f32 *plan;
+    hopform_state_f32 start;
+    float apex;    /* [m] wanted, over the ground */
+    float limit;   /* [m] x_1 stays below */
+    float horizon; /* [s] */
+    float datum;   /* [m] */
+    hopform_trial_f32 best;                             /* the nearest so far; u = 0 until one is admissible */
+    hopform_trial_f32 inner[2];                         /* by side: all nearer to 0 is done */
+    hopform_trial_f32 outer[2][HOPFORM_SEARCH_DEPTH_f32];   /* by side: tried further out, the innermost last */
+    int32_t waiting[2];
+    float next;    /* [A] what to try */
+    int32_t side; /* of it */
+    int32_t slow; /* splits in a row that left most of a cell */
+    int32_t trials;
+    int32_t status; /* HOPFORM_SEARCHING, HOPFORM_OK when done, or an error */
+    bool found;   /* one is admissible */
+    bool reached;
+    bool partial; /* a stance or the search outgrew the memory given */
+} hopform_search_f32;
+
+/* Begin to look for the current in [-u_max, u_max] after which the next apex is nearest to h_des, the least |u| if several
+ * reach it. Admissible are currents with a take-off and x_1 < x1_max - stop_margin throughout (any if the actuator is locked).
+ *
+ * start: state after the impact, y = 0 at touchdown. command: u = 0 for the time being.
+ */
+int32_t hopform_choose_current_begin_f32(hopform_search_f32 *search, const hopform_plan_f32 *plan,
+                                          const hopform_state_f32 *start, const hopform_target_f32 *target,
+                                          hopform_command_f32 *command);
+
+/* Solve one stance more, in the caller's buffer of phases. HOPFORM_SEARCHING while there is more to do; command is the best
+ * admissible one so far. HOPFORM_PHASES_NOT_KEPT if, in the end, a stance had more phases than fit and was left out.
+ */
+int32_t hopform_choose_current_step_f32(hopform_search_f32 *search, hopform_phase_f32 *phases, int32_t capacity,
+                                         hopform_command_f32 *command);
+
+/* Both, up to the end. */
+int32_t hopform_choose_current_f32(hopform_search_f32 *search, const hopform_plan_f32 *plan, const hopform_state_f32 *start,
+                                    const hopform_target_f32 *target, hopform_phase_f32 *phases, int32_t capacity,
+                                    hopform_command_f32 *command);
 
 /* A column of numbers, one per stance, anywhere in memory: each lies `stride` bytes behind the one before; stride 0
  * repeats a single number. */

@@ -6,6 +6,7 @@
 #ifndef HOPFORM_H_f64
 #define HOPFORM_H_f64
 
+#include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 
@@ -176,6 +177,87 @@ int32_t hopform_stance_sensitivities_f64(const hopform_plan_f64 *plan, const hop
 int32_t hopform_stance_grid_f64(const hopform_plan_f64 *plan, const hopform_step_f64 *steps,
                                  const hopform_phase_f64 *phases, const hopform_stance_f64 *stance, double t0, double dt,
                                  int32_t count, double *x1, double *v1, double *v2, double *y);
+
+/* What the controller is asked for. */
+typedef struct {
+    double h_des;       /* [m] hop height of the next apex */
+    double datum;       /* [m] the level that h_des counts from, less that of the ground under the foot */
+    double stop_margin; /* [m] x_1 stays below x1_max by more than this */
+    double horizon;     /* [s] longest time of a stance */
+} hopform_target_f64;
+
+/* The answer of the controller. */
+typedef struct {
+    double u;         /* [A] */
+    double apex;      /* [m] hop height that follows, as h_des; 0 without take-off */
+    int32_t status; /* HOPFORM_COMMAND_... */
+} hopform_command_f64;
+
+/* A current that was tried, and what its stance does. */
+typedef struct {
+    double u;          /* [A] */
+    double apex;       /* [m] 0 without take-off */
+    double apex_u;     /* [m/A] its derivative by u, as the next ones */
+    double peak;       /* [m] the largest x_1 */
+    double peak_u;     /* [m/A] */
+    double dip;        /* [m] the least minimum of y before the ending */
+    double dip_u;      /* [m/A] */
+    uint32_t events; /* stands for the order of modes and events */
+    int32_t dips;    /* how many minima of y there are */
+    bool takes_off;
+    bool held;       /* the actuator never moves */
+    bool smooth;     /* the derivatives exist */
+} hopform_trial_f64;
+
+/* Try each of some currents from each of some states; trials, state by state, current by current. A stance with more phases
+ * than fit into the buffer counts as one without take-off. */
+int32_t hopform_try_currents_f64(const hopform_plan_f64 *plan, const hopform_state_f64 *starts, int32_t start_count,
+                                  const double *currents, int32_t current_count, double horizon, hopform_phase_f64 *phases,
+                                  int32_t capacity, hopform_trial_f64 *trials);
+
+enum { HOPFORM_SEARCH_DEPTH_f64 = 64 }; /* currents that wait on one side */
+
+/* A search for a current, which goes outward from 0 on both sides; the caller's memory. */
+typedef struct {
+    const hopform_plan_f64 *plan;
+    hopform_state_f64 start;
+    double apex;    /* [m] wanted, over the ground */
+    double limit;   /* [m] x_1 stays below */
+    double horizon; /* [s] */
+    double datum;   /* [m] */
+    hopform_trial_f64 best;                             /* the nearest so far; u = 0 until one is admissible */
+    hopform_trial_f64 inner[2];                         /* by side: all nearer to 0 is done */
+    hopform_trial_f64 outer[2][HOPFORM_SEARCH_DEPTH_f64];   /* by side: tried further out, the innermost last */
+    int32_t waiting[2];
+    double next;    /* [A] what to try */
+    int32_t side; /* of it */
+    int32_t slow; /* splits in a row that left most of a cell */
+    int32_t trials;
+    int32_t status; /* HOPFORM_SEARCHING, HOPFORM_OK when done, or an error */
+    bool found;   /* one is admissible */
+    bool reached;
+    bool partial; /* a stance or the search outgrew the memory given */
+} hopform_search_f64;
+
+/* Begin to look for the current in [-u_max, u_max] after which the next apex is nearest to h_des, the least |u| if several
+ * reach it. Admissible are currents with a take-off and x_1 < x1_max - stop_margin throughout (any if the actuator is locked).
+ *
+ * start: state after the impact, y = 0 at touchdown. command: u = 0 for the time being.
+ */
+int32_t hopform_choose_current_begin_f64(hopform_search_f64 *search, const hopform_plan_f64 *plan,
+                                          const hopform_state_f64 *start, const hopform_target_f64 *target,
+                                          hopform_command_f64 *command);
+
+/* Solve one stance more, in the caller's buffer of phases. HOPFORM_SEARCHING while there is more to do; command is the best
+ * admissible one so far. HOPFORM_PHASES_NOT_KEPT if, in the end, a stance had more phases than fit and was left out.
+ */
+int32_t hopform_choose_current_step_f64(hopform_search_f64 *search, hopform_phase_f64 *phases, int32_t capacity,
+                                         hopform_command_f64 *command);
+
+/* Both, up to the end. */
+int32_t hopform_choose_current_f64(hopform_search_f64 *search, const hopform_plan_f64 *plan, const hopform_state_f64 *start,
+                                    const hopform_target_f64 *target, hopform_phase_f64 *phases, int32_t capacity,
+                                    hopform_command_f64 *command);
 
 /* A column of numbers, one per stance, anywhere in memory: each lies `stride` bytes behind the one before; stride 0
  * repeats a single number. */
