@@ -13,11 +13,13 @@ from hopform import ufuncs
 from hopform.backends import backends, library_message
 from hopform.batch import Batch, solve_stances
 from hopform.errors import BackendError, HopformError, MissingExtra
+from hopform.flight import Flight, FlightLedger, FlightPhase, design_return, solve_flight
 from hopform.hopping import Hop, Run, hop
 from hopform.robots import ROBOTS, Robot, load_robot
 from hopform.sensitivities import Sensitivities
 from hopform.stance import Energy, Event, Ledger, Phase, Stance, State, solve_stance, touchdown_velocity
 from hopform_solver.equations import EQUATIONS, Equation
+from hopform_solver.records import Gains
 
 __version__ = "0.1.0"
 
@@ -38,6 +40,10 @@ __all__ = [
     "Energy",
     "Equation",
     "Event",
+    "Flight",
+    "FlightLedger",
+    "FlightPhase",
+    "Gains",
     "Hop",
     "HopformError",
     "Ledger",
@@ -50,10 +56,12 @@ __all__ = [
     "State",
     "__version__",
     "backends",
+    "design_return",
     "equations",
     "hop",
     "library_message",
     "load_robot",
+    "solve_flight",
     "solve_stance",
     "solve_stances",
     "touchdown_velocity",

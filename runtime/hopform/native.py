@@ -32,6 +32,7 @@ _REASONS = {
     -6: "horizon or max_phases is not positive",
     -7: "a time is outside the stance",
     -8: "the numbers left the range of the precision: scale the robot or use float64",
+    -9: "a gain is negative or not finite",
 }
 
 
@@ -224,7 +225,7 @@ class Solved:
 
 
 @lru_cache(maxsize=256)
-def _plan_of(lib: Library, types: Types, parameters: tuple[Any, ...]) -> Any:
+def plan_of(lib: Library, types: Types, parameters: tuple[Any, ...]) -> Any:
     """The plan of a robot, which nobody writes to once it is made."""
     plan = types.plan()
     lib.call("plan_init", types, ctypes.byref(plan), ctypes.byref(types.robot(*parameters)))
@@ -243,7 +244,7 @@ def solve(
     """Solve one stance with the compiled library; inputs as `hopform_solver.solve` takes them."""
     lib = with_library or library()
     types = lib.types(dtype)
-    plan, stance = _plan_of(lib, types, parameters), types.stance()
+    plan, stance = plan_of(lib, types, parameters), types.stance()
     c_steps = (types.step * len(steps))(*(types.step(*step) for step in steps))
     begin = types.state(*start)
     capacity = min(_FIRST_CAPACITY, max_phases + 1)

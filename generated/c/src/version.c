@@ -6,5 +6,5 @@
 
 const char *hopform_source(void)
 {
-    return "ef8038da59f4fe77";
+    return "e5d66e21d689a815";
 }
