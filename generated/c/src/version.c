@@ -6,5 +6,5 @@
 
 const char *hopform_source(void)
 {
-    return "e5d66e21d689a815";
+    return "9688aca5d1c91886";
 }

@@ -11,10 +11,11 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from hopform_solver import formulas
 from hopform_solver.kernels import decay_at, pair_at
+from hopform_solver.lanes import Array
 from hopform_solver.records import (
     FLIGHT_ENDINGS,
     FLIGHT_EVENTS,
@@ -76,6 +77,10 @@ class FlightSolution:
     start_loss: Real
     ending: int
     phases: tuple[FlightPhase, ...]
+
+    def times(self, t: ArrayLike) -> Array:
+        """Times in the precision of the flight."""
+        return np.asarray(t, dtype=np.asarray(self.duration).dtype)
 
 
 # ---- a phase over time ----
@@ -182,7 +187,7 @@ class _Chain:
     phases: list[FlightPhase]
 
     def __post_init__(self) -> None:
-        self.highest = (-np.inf, self.t, self.start, 0)
+        self.highest: tuple[Real, Real, State, int] = (-np.inf, self.t, self.start, 0)
         self.start_loss = self.t * 0.0
         self.eps = np.finfo(self.t.dtype).eps
 
@@ -490,10 +495,10 @@ def _report(chain: _Chain, ending: str, end: State) -> FlightSolution:
 
 def flight_at(flight: FlightSolution, t: ArrayLike) -> State:
     """States at times t [s], 0 <= t <= duration, in t's shape."""
-    times = np.asarray(t, dtype=type(flight.duration))
+    times = flight.times(t)
     columns = np.empty((len(State._fields), times.size), dtype=times.dtype)
-    for column, time in zip(columns.T, times.reshape(-1), strict=True):
-        column[:] = _state_at(flight, time)
+    for n, time in enumerate(times.reshape(-1)):
+        columns[:, n] = _state_at(flight, time)
     return State(*(column.reshape(times.shape) for column in columns))
 
 
@@ -525,7 +530,7 @@ def _square_of_velocity(poles: Poles, phase: FlightPhase, t: Real) -> Real:
     fastest = float(poles.p + np.sqrt(poles.q)) * float(t)
     doublings = max(0, int(np.ceil(np.log2(fastest / 0.5)))) if fastest > 0.5 else 0
     h = t * type(t)(0.5**doublings)
-    m: NDArray[Any] = np.array([[0.0, 1.0], [-poles.q, -poles.p]], dtype=type(t))
+    m = np.array([[t * 0.0, t * 0.0 + 1.0], [-poles.q, -poles.p]])
     z = np.array([phase.v1, phase.acc1])
     product = np.outer(z, z) * h
     total = product.copy()
@@ -541,7 +546,7 @@ def _square_of_velocity(poles: Poles, phase: FlightPhase, t: Real) -> Real:
     return total[0, 0]
 
 
-def _ledger_in_phase(flight: FlightSolution, phase: FlightPhase, t: Real) -> NDArray[Any]:
+def _ledger_in_phase(flight: FlightSolution, phase: FlightPhase, t: Real) -> Array:
     largest = largest_force(flight.robot)
     rates = formulas.flight_rates_of(flight.robot, flight.gains, largest)
     moved = _at_in_phase(flight, phase, t).moved
@@ -549,12 +554,12 @@ def _ledger_in_phase(flight: FlightSolution, phase: FlightPhase, t: Real) -> NDA
     entries = formulas.flight_ledger_of(
         flight.robot, flight.gains, largest, phase.x1, phase.side, phase.limit, Way(moved, squares)
     )
-    return np.array(entries, dtype=type(t))
+    return flight.times(entries)
 
 
-def flight_ledger_at(flight: FlightSolution, t: ArrayLike) -> tuple[FlightLedger, NDArray[Any]]:
+def flight_ledger_at(flight: FlightSolution, t: ArrayLike) -> tuple[FlightLedger, Array]:
     """The ledger from take-off to times t [s], and the energy lost at stops [J], in t's shape."""
-    times = np.asarray(t, dtype=type(flight.duration))
+    times = flight.times(t)
     phases, hits = flight.phases, _EVENT["x1_hits_stop"]
     lengths = [after.t - before.t for before, after in zip(phases, phases[1:], strict=False)]
     whole = [_ledger_in_phase(flight, phase, length) for phase, length in zip(phases, lengths, strict=False)]
@@ -566,11 +571,9 @@ def flight_ledger_at(flight: FlightSolution, t: ArrayLike) -> tuple[FlightLedger
     lost = np.cumsum(losses)
     starts = np.array([phase.t for phase in phases])
     index = np.searchsorted(starts, times.reshape(-1), side="right") - 1
-    rows = [
-        sums[n] + _ledger_in_phase(flight, phases[n], time - phases[n].t)
-        for n, time in zip(index.tolist(), times.reshape(-1), strict=True)
-    ]
-    columns = np.array(rows, dtype=times.dtype).reshape(-1, len(FlightLedger._fields)).T
+    columns = np.empty((len(FlightLedger._fields), times.size), dtype=times.dtype)
+    for column, (n, time) in enumerate(zip(index, times.reshape(-1), strict=True)):
+        columns[:, column] = sums[n] + _ledger_in_phase(flight, phases[n], time - phases[n].t)
     return FlightLedger(*(column.reshape(times.shape) for column in columns)), lost[index].reshape(times.shape)
 
 
