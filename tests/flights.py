@@ -61,6 +61,7 @@ def solved(
     robot: hopform.Robot, inputs: dict[str, Any], backend: str, dtype: Any = np.float64
 ) -> tuple[hopform.Flight, dict[str, Any]]:
     """The flight, and its inputs as the solver saw them: rounded to the type, with y formed from x2."""
+    robot = hopform.Robot(**rounded(robot, dtype))
     seen = {name: float(dtype(inputs[name])) for name in ("x1", "v1", "v2")}
     length = robot.L0 + robot.c
     x2 = None if inputs["y"] == 0.0 else seen["x1"] - inputs["y"] + length
@@ -71,9 +72,9 @@ def solved(
     return flight, {**seen, "y": y, "gains": gains, **settings}
 
 
-def outcome(exact: FlightReference, robot: hopform.Robot, inputs: dict[str, Any]) -> list[Any]:
-    """Times, state and ledger in the units of the measure."""
-    time = max(float(exact.duration), math.sqrt(robot.m_s / robot.k))
+def outcome(exact: FlightReference, robot: hopform.Robot, inputs: dict[str, Any], duration: float) -> list[Any]:
+    """Times, state and ledger in the units of the measure, for a flight of that duration."""
+    time = max(duration, math.sqrt(robot.m_s / robot.k))
     fastest = max(abs(inputs["v1"]), abs(inputs["v2"]), 1.0)
     energy = max(robot.m_s, robot.m_eff) * fastest**2 / 2.0
     x1, v1, v2, y = exact.end
@@ -94,7 +95,8 @@ def condition(robot: hopform.Robot, inputs: dict[str, Any], dtype: Any, exact: F
     """How much an outcome moves for a relative change of one input, the largest of all."""
     parameters = {name: value for name, value in rounded(robot, dtype).items() if math.isfinite(value) and value}
     numbers = {name: inputs[name] for name in ("x1", "v1", "v2", "y") if inputs[name]}
-    here = outcome(exact, robot, inputs)
+    duration = float(exact.duration)
+    here = outcome(exact, robot, inputs, duration)
     largest = 0.0
     for name in [*parameters, *numbers, "Kp", "Kd"]:
         changed, robot_changed = dict(inputs), rounded(robot, dtype)
@@ -110,7 +112,7 @@ def condition(robot: hopform.Robot, inputs: dict[str, Any], dtype: Any, exact: F
             if name in pair and inputs["x1"] == getattr(robot, pair[1]):
                 changed["x1"] = mp.mpf(inputs["x1"]) * factor
                 robot_changed[pair[1]] = mp.mpf(inputs["x1"]) * factor
-        moved = outcome(solve_flight(robot_changed, **changed), robot, inputs)
+        moved = outcome(solve_flight(robot_changed, **changed), robot, inputs, duration)
         if len(moved) == len(here):
             largest = max(largest, *(float(abs(a - b) / DIFFERENCE) for a, b in zip(moved, here, strict=True)))
     return largest
@@ -125,7 +127,8 @@ def assert_same_flight(robot: hopform.Robot, inputs: dict[str, Any], backend: st
     kept = exact.events[: inputs["max_phases"] - 1]
     assert [event.kind for event in flight.events] == [event.kind for event in kept], (exact.events, what)
     exact.events = kept
-    pairs = zip(outcome(of_flight(flight), robot, seen), outcome(exact, robot, seen), strict=True)
+    both = (outcome(one, robot, seen, float(exact.duration)) for one in (of_flight(flight), exact))
+    pairs = zip(*both, strict=True)
     error = max(abs(float(ours - theirs)) for ours, theirs in pairs)
     if error > TOLERANCE[dtype]:
         error /= max(1.0, condition(robot, seen, dtype, exact))

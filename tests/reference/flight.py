@@ -126,8 +126,7 @@ def _product(a: Sequence[Real], b: Sequence[Real], tau: Real) -> Real:
     """Integral of the product of two series from 0 to tau."""
     scales = [max(map(abs, series)) or mp.one for series in (a, b)]
     first, second = (
-        [int(mp.nint(mp.ldexp(c / scale, BITS))) for c in series]
-        for series, scale in zip((a, b), scales, strict=True)
+        [int(mp.nint(mp.ldexp(c / scale, BITS))) for c in series] for series, scale in zip((a, b), scales, strict=True)
     )
     product = [0] * (len(first) + len(second) - 1)
     for i, left in enumerate(first):
@@ -202,9 +201,7 @@ class _Flight:
 
     def _result(self, status: str, foot: Real) -> FlightReference:
         now, r = self.now, self.now.robot
-        ledger = Ledger(
-            now.motor, r.k * r.c * now.way, -r.b1 * now.squares, -r.m_eff * r.f1 * now.path, now.lost
-        )
+        ledger = Ledger(now.motor, r.k * r.c * now.way, -r.b1 * now.squares, -r.m_eff * r.f1 * now.path, now.lost)
         end = (now.x, now.v, self.rise - r.g * now.t, mp.zero if status == "touchdown" else -foot)
         return FlightReference(status, now.t, end, list(self.events), ledger)
 
@@ -223,10 +220,10 @@ class _Flight:
                     return self._result("too_many_phases", self.foot)
 
     def _is_too_low(self) -> bool:
-        """Whether the body falls and is so low that not even the shortest leg is above the ground."""
+        """Whether the body falls and is so low that not even with the shortest leg the foot comes as high again."""
         now, r = self.now, self.now.robot
         shortest = now.x - r.x1_min
-        return bool(not self.airborne and self.rise < r.g * now.t and self.foot + shortest < 0)
+        return bool(not self.airborne and self.rise < r.g * now.t and self.foot + shortest < self.best_foot)
 
     def _window(self) -> str:
         """Go on to the next thing that happens, or to the end of a window; says which."""

@@ -245,39 +245,52 @@ static int split(const flight_chain *chain, function_of_time function, instant *
     return count;
 }
 
-/* The pair's frequency, 0 if its poles are real. */
-static float frequency_of(const hopform_poles_f32 *poles)
+/* The first zero behind the start of the phase of a function that is a motion of the pair; false if there is none up to `until`. */
+static bool zero_of_pair(const flight_chain *chain, function_of_time function, float until, instant *zero)
 {
-    const float mean = 0.5f * poles->p;
-    const float square = poles->q - mean * mean;
-    return square > 0.0f ? sqrtf(square) : 0.0f;
+    const instant start = look(chain, 0.0f);
+    const sample from = sample_of(chain, &start, function);
+    const float sign = from.value > 0.0f ? 1.0f : -1.0f;
+    const float mean = 0.5f * chain->poles.p;
+    const float square = mean * mean - chain->poles.q;
+    const float half_turn = square < 0.0f ? 3.1415927f / sqrtf(-square) : 1e38f;
+    if (!(fabsf(from.value) > 0.0f)) { /* the next one is a half turn later */
+        *zero = half_turn < until ? look(chain, half_turn) : start;
+        return half_turn < until;
+    }
+    const float fast = mean + (square > 0.0f ? sqrtf(square) : 0.0f);
+    const float falls = -sign * from.rate;
+    if (!(square < 0.0f) && !(falls > fast * fabsf(from.value))) {
+        return false; /* two real poles, and the slower one does not bring it to the other side */
+    }
+    const float longest = half_turn < until ? half_turn : until;
+    float low = 0.0f;
+    float reach = falls * longest > 1.5f * fabsf(from.value) ? 1.5f * fabsf(from.value) / falls : longest;
+    reach = reach > longest * 1.1920929e-7f ? reach : longest * 1.1920929e-7f;
+    for (int n = 0; n < 60; n++) {
+        const instant end = look(chain, reach);
+        if (sign * sample_of(chain, &end, function).value < 0.0f) {
+            *zero = root_between(chain, function, sign, 0.0f, low, &end);
+            return true;
+        }
+        if (!(reach < longest)) {
+            *zero = end;
+            return half_turn <= until; /* a half turn later it has the other sign, or is 0 to rounding */
+        }
+        low = reach;
+        reach = 2.0f * reach < longest ? 2.0f * reach : longest;
+    }
+    return false;
 }
 
-/* Where the velocity first vanishes behind the start of the phase; NEVER if not up to `until`. */
-static float end_of_velocity(const flight_chain *chain, float until)
+/* Points between which the functions whose rate the given one is are monotone; their number. */
+static int turned(const flight_chain *chain, function_of_time function, float until, instant *points)
 {
-    const float sign = (float)chain->side;
-    const float speed = sign * chain->actuator.v1;
-    const float frequency = frequency_of(&chain->poles);
-    const float half_turn = frequency > 0.0f ? 3.1415927f / frequency : 1e38f;
-    if (!(speed > 0.0f)) {
-        return half_turn < until ? half_turn : 1e38f;
-    }
-    if (!(frequency > 0.0f)) {
-        /* Two real poles: it ends on the other side only if the slow one brings it there. */
-        const float mean = 0.5f * chain->poles.p;
-        const float square = mean * mean - chain->poles.q;
-        const float fast = mean + (square > 0.0f ? sqrtf(square) : 0.0f);
-        if (!(sign * chain->actuator.acc1 + fast * speed < 0.0f)) {
-            return 1e38f;
-        }
-    }
-    const bool certain = half_turn <= until; /* a velocity that is not 0 now has the other sign a half turn later */
-    const instant end = look(chain, certain ? half_turn : until);
-    if (!(sign * end.actuator.v1_t < 0.0f)) {
-        return certain ? half_turn : 1e38f;
-    }
-    return root_between(chain, VELOCITY, sign, 0.0f, 0.0f, &end).t;
+    points[0] = look(chain, 0.0f);
+    const bool turns = chain->side != 0 && zero_of_pair(chain, function, until, &points[1]) && points[1].t < until;
+    const int count = turns ? 3 : 2;
+    points[count - 1] = look(chain, until);
+    return count;
 }
 
 /* ---- the end of a phase ---- */
@@ -330,9 +343,7 @@ static void watch_pull(const flight_chain *chain, phase_end *end)
     if (!(chain->gains.Kp > 0.0f || chain->gains.Kd > 0.0f)) {
         return;
     }
-    points[0] = look(chain, 0.0f);
-    points[1] = look(chain, end->t);
-    const int count = split(chain, PULL_RATE, points, 2);
+    const int count = turned(chain, PULL_RATE, end->t, points);
     if (chain->limit == 0) {
         watch_level(chain, points, count, 1.0f, chain->largest, 1, end);
         watch_level(chain, points, count, -1.0f, -chain->largest, -1, end);
@@ -380,13 +391,11 @@ static void remember_highest(flight_chain *chain, const instant *at)
 static void watch_foot(flight_chain *chain, phase_end *end)
 {
     instant points[MOST_POINTS];
-    points[0] = look(chain, 0.0f);
-    points[1] = look(chain, end->t);
-    if (chain->airborne && stays_above(chain, &points[1])) {
+    const instant last = look(chain, end->t);
+    if (chain->airborne && stays_above(chain, &last)) {
         return;
     }
-    int count = 2;
-    count = split(chain, JERK, points, count);
+    int count = turned(chain, JERK, end->t, points);
     count = split(chain, FOOT_CURVATURE, points, count);
     count = split(chain, FOOT_RATE, points, count);
     for (int n = 1; n < count; n++) {
@@ -410,9 +419,9 @@ static phase_end find_end(flight_chain *chain, float until)
 {
     phase_end end = {until, END_LIMIT, chain->limit};
     if (chain->side != 0) {
-        const float velocity = end_of_velocity(chain, until);
-        if (velocity <= until) {
-            end.t = velocity;
+        instant still;
+        if (zero_of_pair(chain, VELOCITY, until, &still)) {
+            end.t = still.t;
             end.kind = END_VELOCITY;
         }
         watch_stop(chain, &end);
@@ -532,11 +541,12 @@ static void begin(flight_chain *chain)
     record(chain, HOPFORM_EVENT_NONE);
 }
 
-/* True if the foot cannot get above the ground any more: the body falls, and is too low for the shortest leg. */
+/* True if the foot cannot come as high again as it was: the body falls, and is too low for the shortest leg. */
 static bool too_low(const flight_chain *chain)
 {
     const float shortest = chain->actuator.x1 - chain->robot->x1_min;
-    return !chain->airborne && chain->ballistic.v2 < 0.0f && is_finite(shortest) && chain->ballistic.foot + shortest < 0.0f;
+    return !chain->airborne && chain->ballistic.v2 < 0.0f && is_finite(shortest)
+           && chain->ballistic.foot + shortest < chain->highest;
 }
 
 static int32_t trip(flight_chain *chain, hopform_state_f32 *end)

@@ -245,39 +245,52 @@ static int split(const flight_chain *chain, function_of_time function, instant *
     return count;
 }
 
-/* The pair's frequency, 0 if its poles are real. */
-static double frequency_of(const hopform_poles_f64 *poles)
+/* The first zero behind the start of the phase of a function that is a motion of the pair; false if there is none up to `until`. */
+static bool zero_of_pair(const flight_chain *chain, function_of_time function, double until, instant *zero)
 {
-    const double mean = 0.5 * poles->p;
-    const double square = poles->q - mean * mean;
-    return square > 0.0 ? sqrt(square) : 0.0;
+    const instant start = look(chain, 0.0);
+    const sample from = sample_of(chain, &start, function);
+    const double sign = from.value > 0.0 ? 1.0 : -1.0;
+    const double mean = 0.5 * chain->poles.p;
+    const double square = mean * mean - chain->poles.q;
+    const double half_turn = square < 0.0 ? 3.141592653589793 / sqrt(-square) : 1e+300;
+    if (!(fabs(from.value) > 0.0)) { /* the next one is a half turn later */
+        *zero = half_turn < until ? look(chain, half_turn) : start;
+        return half_turn < until;
+    }
+    const double fast = mean + (square > 0.0 ? sqrt(square) : 0.0);
+    const double falls = -sign * from.rate;
+    if (!(square < 0.0) && !(falls > fast * fabs(from.value))) {
+        return false; /* two real poles, and the slower one does not bring it to the other side */
+    }
+    const double longest = half_turn < until ? half_turn : until;
+    double low = 0.0;
+    double reach = falls * longest > 1.5 * fabs(from.value) ? 1.5 * fabs(from.value) / falls : longest;
+    reach = reach > longest * 2.220446049250313e-16 ? reach : longest * 2.220446049250313e-16;
+    for (int n = 0; n < 60; n++) {
+        const instant end = look(chain, reach);
+        if (sign * sample_of(chain, &end, function).value < 0.0) {
+            *zero = root_between(chain, function, sign, 0.0, low, &end);
+            return true;
+        }
+        if (!(reach < longest)) {
+            *zero = end;
+            return half_turn <= until; /* a half turn later it has the other sign, or is 0 to rounding */
+        }
+        low = reach;
+        reach = 2.0 * reach < longest ? 2.0 * reach : longest;
+    }
+    return false;
 }
 
-/* Where the velocity first vanishes behind the start of the phase; NEVER if not up to `until`. */
-static double end_of_velocity(const flight_chain *chain, double until)
+/* Points between which the functions whose rate the given one is are monotone; their number. */
+static int turned(const flight_chain *chain, function_of_time function, double until, instant *points)
 {
-    const double sign = (double)chain->side;
-    const double speed = sign * chain->actuator.v1;
-    const double frequency = frequency_of(&chain->poles);
-    const double half_turn = frequency > 0.0 ? 3.141592653589793 / frequency : 1e+300;
-    if (!(speed > 0.0)) {
-        return half_turn < until ? half_turn : 1e+300;
-    }
-    if (!(frequency > 0.0)) {
-        /* Two real poles: it ends on the other side only if the slow one brings it there. */
-        const double mean = 0.5 * chain->poles.p;
-        const double square = mean * mean - chain->poles.q;
-        const double fast = mean + (square > 0.0 ? sqrt(square) : 0.0);
-        if (!(sign * chain->actuator.acc1 + fast * speed < 0.0)) {
-            return 1e+300;
-        }
-    }
-    const bool certain = half_turn <= until; /* a velocity that is not 0 now has the other sign a half turn later */
-    const instant end = look(chain, certain ? half_turn : until);
-    if (!(sign * end.actuator.v1_t < 0.0)) {
-        return certain ? half_turn : 1e+300;
-    }
-    return root_between(chain, VELOCITY, sign, 0.0, 0.0, &end).t;
+    points[0] = look(chain, 0.0);
+    const bool turns = chain->side != 0 && zero_of_pair(chain, function, until, &points[1]) && points[1].t < until;
+    const int count = turns ? 3 : 2;
+    points[count - 1] = look(chain, until);
+    return count;
 }
 
 /* ---- the end of a phase ---- */
@@ -330,9 +343,7 @@ static void watch_pull(const flight_chain *chain, phase_end *end)
     if (!(chain->gains.Kp > 0.0 || chain->gains.Kd > 0.0)) {
         return;
     }
-    points[0] = look(chain, 0.0);
-    points[1] = look(chain, end->t);
-    const int count = split(chain, PULL_RATE, points, 2);
+    const int count = turned(chain, PULL_RATE, end->t, points);
     if (chain->limit == 0) {
         watch_level(chain, points, count, 1.0, chain->largest, 1, end);
         watch_level(chain, points, count, -1.0, -chain->largest, -1, end);
@@ -380,13 +391,11 @@ static void remember_highest(flight_chain *chain, const instant *at)
 static void watch_foot(flight_chain *chain, phase_end *end)
 {
     instant points[MOST_POINTS];
-    points[0] = look(chain, 0.0);
-    points[1] = look(chain, end->t);
-    if (chain->airborne && stays_above(chain, &points[1])) {
+    const instant last = look(chain, end->t);
+    if (chain->airborne && stays_above(chain, &last)) {
         return;
     }
-    int count = 2;
-    count = split(chain, JERK, points, count);
+    int count = turned(chain, JERK, end->t, points);
     count = split(chain, FOOT_CURVATURE, points, count);
     count = split(chain, FOOT_RATE, points, count);
     for (int n = 1; n < count; n++) {
@@ -410,9 +419,9 @@ static phase_end find_end(flight_chain *chain, double until)
 {
     phase_end end = {until, END_LIMIT, chain->limit};
     if (chain->side != 0) {
-        const double velocity = end_of_velocity(chain, until);
-        if (velocity <= until) {
-            end.t = velocity;
+        instant still;
+        if (zero_of_pair(chain, VELOCITY, until, &still)) {
+            end.t = still.t;
             end.kind = END_VELOCITY;
         }
         watch_stop(chain, &end);
@@ -532,11 +541,12 @@ static void begin(flight_chain *chain)
     record(chain, HOPFORM_EVENT_NONE);
 }
 
-/* True if the foot cannot get above the ground any more: the body falls, and is too low for the shortest leg. */
+/* True if the foot cannot come as high again as it was: the body falls, and is too low for the shortest leg. */
 static bool too_low(const flight_chain *chain)
 {
     const double shortest = chain->actuator.x1 - chain->robot->x1_min;
-    return !chain->airborne && chain->ballistic.v2 < 0.0 && is_finite(shortest) && chain->ballistic.foot + shortest < 0.0;
+    return !chain->airborne && chain->ballistic.v2 < 0.0 && is_finite(shortest)
+           && chain->ballistic.foot + shortest < chain->highest;
 }
 
 static int32_t trip(flight_chain *chain, hopform_state_f64 *end)

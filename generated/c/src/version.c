@@ -6,5 +6,5 @@
 
 const char *hopform_source(void)
 {
-    return "9688aca5d1c91886";
+    return "8d04ad183db4dd62";
 }

@@ -401,9 +401,10 @@ def _begin(chain: _Chain) -> None:
 
 
 def _too_low(chain: _Chain) -> bool:
-    """The foot cannot get above the ground any more: the body falls, and is too low for the shortest leg."""
+    """The foot cannot come as high again as it was: the body falls, and is too low for the shortest leg."""
     shortest = chain.actuator.x1 - chain.robot.x1_min
-    return bool(not chain.airborne and chain.v2 < 0.0 and np.isfinite(shortest) and chain.foot + shortest < 0.0)
+    falls = chain.v2 < 0.0 and np.isfinite(shortest)
+    return bool(not chain.airborne and falls and chain.foot + shortest < chain.highest[0])
 
 
 def _trip(chain: _Chain) -> tuple[str, State]:
@@ -572,8 +573,10 @@ def flight_ledger_at(flight: FlightSolution, t: ArrayLike) -> tuple[FlightLedger
     starts = np.array([phase.t for phase in phases])
     index = np.searchsorted(starts, times.reshape(-1), side="right") - 1
     columns = np.empty((len(FlightLedger._fields), times.size), dtype=times.dtype)
-    for column, (n, time) in enumerate(zip(index, times.reshape(-1), strict=True)):
-        columns[:, column] = sums[n] + _ledger_in_phase(flight, phases[n], time - phases[n].t)
+    for column, time in enumerate(times.reshape(-1)):
+        n = int(index[column])
+        phase = phases[n]
+        columns[:, column] = sums[n] + _ledger_in_phase(flight, phase, time - phase.t)
     return FlightLedger(*(column.reshape(times.shape) for column in columns)), lost[index].reshape(times.shape)
 
 
