@@ -32,8 +32,9 @@ _REASONS = {
     -5: "the steps of the current do not start at 0 or do not increase",
     -6: "horizon or max_phases is not positive",
     -7: "a time is outside the stance",
-    -9: "the desired apex is below the ground",
     -8: "the numbers left the range of the precision: scale the robot or use float64",
+    -9: "the desired apex is below the ground",
+    -10: "a gain is negative or not finite",
 }
 
 

@@ -6,5 +6,5 @@
 
 const char *hopform_source(void)
 {
-    return "a88570f36950f830";
+    return "6ec11a6aab02d75d";
 }

@@ -33,8 +33,9 @@ extern "C" {
 #define HOPFORM_ERROR_STEPS (-5)      /* the steps of the current do not start at 0 or do not increase */
 #define HOPFORM_ERROR_HORIZON (-6)    /* horizon or max_phases is not positive */
 #define HOPFORM_ERROR_TIME (-7)       /* a time is not finite or outside the stance */
-#define HOPFORM_ERROR_TARGET (-9)     /* the desired apex is below the ground, not finite, or stop_margin is negative */
 #define HOPFORM_ERROR_NUMBERS (-8)    /* the result is not finite: the numbers left the range of the type */
+#define HOPFORM_ERROR_TARGET (-9)     /* the desired apex is below the ground, not finite, or stop_margin is negative */
+#define HOPFORM_ERROR_GAINS (-10)     /* a gain is negative or not finite */
 
 /* What the controller found. */
 #define HOPFORM_COMMAND_REACHED 1
@@ -57,6 +58,14 @@ extern "C" {
 #define HOPFORM_EVENT_X2_REVERSES 5
 #define HOPFORM_EVENT_X2_STICKS 6
 #define HOPFORM_EVENT_X2_SLIPS 7
+
+/* How a flight ended, and what starts a phase of it beside what the actuator does. */
+#define HOPFORM_FLIGHT_TOUCHDOWN 1
+#define HOPFORM_FLIGHT_TRIPPED 2
+#define HOPFORM_FLIGHT_HORIZON 3
+#define HOPFORM_FLIGHT_TOO_MANY_PHASES 4
+#define HOPFORM_FLIGHT_EVENT_U_SATURATES 8
+#define HOPFORM_FLIGHT_EVENT_U_DESATURATES 9
 
 /* Sensitivities: rows T, x1, v1, x2, v2 (time and state of the take-off), apex, aed; columns x1, v1, y, v2, u, then the
  * parameters of the robot in the order of hopform_robot. */

@@ -88,6 +88,20 @@ typedef struct {
     float spring_work;  /* [J] what the actuator's displacement does to the body through the spring */
 } hopform_ledger_f32;
 
+/* The law of the actuator in flight, gamma_2 u = K_p x_1 + K_d v_1 within the limit of the current. */
+typedef struct {
+    float Kp;  /* [N/m] force per displacement */
+    float Kd;  /* [N s/m] force per velocity */
+} hopform_gains_f32;
+
+/* Where the actuator's energy came from and went to in flight, signed as it enters. */
+typedef struct {
+    float motor_work;   /* [J] work of the motor */
+    float offset_work;  /* [J] work of the constant force k c */
+    float viscous_1;    /* [J] viscous loss of the actuator */
+    float coulomb_1;    /* [J] Coulomb loss of the actuator */
+} hopform_flight_ledger_f32;
+
 /* What is computed once per robot: coefficients of the equations of motion and poles of each mode. */
 typedef struct {
     hopform_robot_f32 robot;
@@ -258,6 +272,59 @@ int32_t hopform_choose_current_step_f32(hopform_search_f32 *search, hopform_phas
 int32_t hopform_choose_current_f32(hopform_search_f32 *search, const hopform_plan_f32 *plan, const hopform_state_f32 *start,
                                     const hopform_target_f32 *target, hopform_phase_f32 *phases, int32_t capacity,
                                     hopform_command_f32 *command);
+
+/* A phase of a flight: where and when it starts, and in which mode. */
+typedef struct {
+    float t;       /* [s] time since take-off */
+    float x1;      /* [m] */
+    float v1;      /* [m/s] */
+    float acc1;    /* [m/s^2] */
+    int8_t side;  /* sign of v1, 0 if held */
+    int8_t limit; /* sign of the motor's pull gamma2 u at its limit, 0 under the law */
+    int8_t event; /* HOPFORM_EVENT_X1_..., HOPFORM_FLIGHT_EVENT_..., HOPFORM_EVENT_NONE: what started it */
+    int8_t spare; /* 0 */
+} hopform_flight_phase_f32;
+
+/* A flight, solved. In its states y is how far the foot is below the ground ahead. */
+typedef struct {
+    hopform_gains_f32 gains; /* of the law; 0 where the motor has no force */
+    hopform_state_f32 start; /* as given */
+    float duration;            /* [s] time of the ending */
+    hopform_state_f32 end;   /* state at the ending: before the impact */
+    float v2_after;            /* [m/s] velocity of the body after the impact */
+    float apex;                /* [m] highest hop height of the body over the ground ahead, up to the ending */
+    float apex_time;           /* [s] */
+    float impact_loss;         /* [J] energy lost at the impact, negative */
+    float start_loss;          /* [J] energy lost at a stop at t = 0, negative */
+    int32_t ending;           /* HOPFORM_FLIGHT_... */
+    int32_t phase_count;      /* phases of the flight, kept or not */
+    int32_t phases_kept;      /* phases in the caller's buffer */
+    int32_t event_count;      /* events of the flight, kept or not */
+} hopform_flight_f32;
+
+/* Gains with which the actuator, from rest, is back within 1/100 of its way in a time [s], critically damped. */
+int32_t hopform_design_return_f32(const hopform_plan_f32 *plan, float time, hopform_gains_f32 *gains);
+
+/* Solve one flight, from take-off to the first downward crossing of the ground ahead by the foot after it has been above it.
+ *
+ * start: state at take-off; y is the height of the ground ahead over the foot, 0 on flat ground. gains: of the law
+ * gamma2 u = Kp x1 + Kd v1, which stays within u_max; NULL for those of hopform_design_return, settled 50 ms before the touchdown
+ * on the ground that was left (20 ms at least). A flight that never gets above the ground ahead ends, tripped, where its foot
+ * came highest. g must be > 0.
+ */
+int32_t hopform_solve_flight_f32(const hopform_plan_f32 *plan, const hopform_state_f32 *start,
+                                  const hopform_gains_f32 *gains, float horizon, int32_t max_phases,
+                                  hopform_flight_phase_f32 *phases, int32_t capacity, hopform_flight_f32 *flight);
+
+/* States at `count` times of a solved flight, 0 <= t <= duration. */
+int32_t hopform_flight_at_f32(const hopform_plan_f32 *plan, const hopform_flight_phase_f32 *phases,
+                               const hopform_flight_f32 *flight, const float *times, int32_t count,
+                               hopform_state_f32 *states);
+
+/* Energies and ledgers from take-off to each of `count` times, which must not decrease. */
+int32_t hopform_flight_energy_f32(const hopform_plan_f32 *plan, const hopform_flight_phase_f32 *phases,
+                                   const hopform_flight_f32 *flight, const float *times, int32_t count,
+                                   hopform_energy_f32 *energies, hopform_flight_ledger_f32 *ledgers, float *stop_losses);
 
 /* A column of numbers, one per stance, anywhere in memory: each lies `stride` bytes behind the one before; stride 0
  * repeats a single number. */

@@ -88,6 +88,20 @@ typedef struct {
     double spring_work;  /* [J] what the actuator's displacement does to the body through the spring */
 } hopform_ledger_f64;
 
+/* The law of the actuator in flight, gamma_2 u = K_p x_1 + K_d v_1 within the limit of the current. */
+typedef struct {
+    double Kp;  /* [N/m] force per displacement */
+    double Kd;  /* [N s/m] force per velocity */
+} hopform_gains_f64;
+
+/* Where the actuator's energy came from and went to in flight, signed as it enters. */
+typedef struct {
+    double motor_work;   /* [J] work of the motor */
+    double offset_work;  /* [J] work of the constant force k c */
+    double viscous_1;    /* [J] viscous loss of the actuator */
+    double coulomb_1;    /* [J] Coulomb loss of the actuator */
+} hopform_flight_ledger_f64;
+
 /* What is computed once per robot: coefficients of the equations of motion and poles of each mode. */
 typedef struct {
     hopform_robot_f64 robot;
@@ -258,6 +272,59 @@ int32_t hopform_choose_current_step_f64(hopform_search_f64 *search, hopform_phas
 int32_t hopform_choose_current_f64(hopform_search_f64 *search, const hopform_plan_f64 *plan, const hopform_state_f64 *start,
                                     const hopform_target_f64 *target, hopform_phase_f64 *phases, int32_t capacity,
                                     hopform_command_f64 *command);
+
+/* A phase of a flight: where and when it starts, and in which mode. */
+typedef struct {
+    double t;       /* [s] time since take-off */
+    double x1;      /* [m] */
+    double v1;      /* [m/s] */
+    double acc1;    /* [m/s^2] */
+    int8_t side;  /* sign of v1, 0 if held */
+    int8_t limit; /* sign of the motor's pull gamma2 u at its limit, 0 under the law */
+    int8_t event; /* HOPFORM_EVENT_X1_..., HOPFORM_FLIGHT_EVENT_..., HOPFORM_EVENT_NONE: what started it */
+    int8_t spare; /* 0 */
+} hopform_flight_phase_f64;
+
+/* A flight, solved. In its states y is how far the foot is below the ground ahead. */
+typedef struct {
+    hopform_gains_f64 gains; /* of the law; 0 where the motor has no force */
+    hopform_state_f64 start; /* as given */
+    double duration;            /* [s] time of the ending */
+    hopform_state_f64 end;   /* state at the ending: before the impact */
+    double v2_after;            /* [m/s] velocity of the body after the impact */
+    double apex;                /* [m] highest hop height of the body over the ground ahead, up to the ending */
+    double apex_time;           /* [s] */
+    double impact_loss;         /* [J] energy lost at the impact, negative */
+    double start_loss;          /* [J] energy lost at a stop at t = 0, negative */
+    int32_t ending;           /* HOPFORM_FLIGHT_... */
+    int32_t phase_count;      /* phases of the flight, kept or not */
+    int32_t phases_kept;      /* phases in the caller's buffer */
+    int32_t event_count;      /* events of the flight, kept or not */
+} hopform_flight_f64;
+
+/* Gains with which the actuator, from rest, is back within 1/100 of its way in a time [s], critically damped. */
+int32_t hopform_design_return_f64(const hopform_plan_f64 *plan, double time, hopform_gains_f64 *gains);
+
+/* Solve one flight, from take-off to the first downward crossing of the ground ahead by the foot after it has been above it.
+ *
+ * start: state at take-off; y is the height of the ground ahead over the foot, 0 on flat ground. gains: of the law
+ * gamma2 u = Kp x1 + Kd v1, which stays within u_max; NULL for those of hopform_design_return, settled 50 ms before the touchdown
+ * on the ground that was left (20 ms at least). A flight that never gets above the ground ahead ends, tripped, where its foot
+ * came highest. g must be > 0.
+ */
+int32_t hopform_solve_flight_f64(const hopform_plan_f64 *plan, const hopform_state_f64 *start,
+                                  const hopform_gains_f64 *gains, double horizon, int32_t max_phases,
+                                  hopform_flight_phase_f64 *phases, int32_t capacity, hopform_flight_f64 *flight);
+
+/* States at `count` times of a solved flight, 0 <= t <= duration. */
+int32_t hopform_flight_at_f64(const hopform_plan_f64 *plan, const hopform_flight_phase_f64 *phases,
+                               const hopform_flight_f64 *flight, const double *times, int32_t count,
+                               hopform_state_f64 *states);
+
+/* Energies and ledgers from take-off to each of `count` times, which must not decrease. */
+int32_t hopform_flight_energy_f64(const hopform_plan_f64 *plan, const hopform_flight_phase_f64 *phases,
+                                   const hopform_flight_f64 *flight, const double *times, int32_t count,
+                                   hopform_energy_f64 *energies, hopform_flight_ledger_f64 *ledgers, double *stop_losses);
 
 /* A column of numbers, one per stance, anywhere in memory: each lies `stride` bytes behind the one before; stride 0
  * repeats a single number. */
