@@ -6,5 +6,5 @@
 
 const char *hopform_source(void)
 {
-    return "ef8038da59f4fe77";
+    return "ca963af051db0695";
 }

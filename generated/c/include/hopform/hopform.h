@@ -33,6 +33,15 @@ extern "C" {
 #define HOPFORM_ERROR_HORIZON (-6)    /* horizon or max_phases is not positive */
 #define HOPFORM_ERROR_TIME (-7)       /* a time is not finite or outside the stance */
 #define HOPFORM_ERROR_NUMBERS (-8)    /* the result is not finite: the numbers left the range of the type */
+#define HOPFORM_ERROR_VARIANT (-9)    /* no such variant of a batch on this processor */
+
+/* How a batch is solved, each to the same bits: the fastest that the processor has; one stance after the other; many at a
+ * time in vector registers, those of every such processor or those of AVX2, AVX-512. */
+#define HOPFORM_VARIANT_BEST 0
+#define HOPFORM_VARIANT_ONE_BY_ONE 1
+#define HOPFORM_VARIANT_BASELINE 2
+#define HOPFORM_VARIANT_AVX2 3
+#define HOPFORM_VARIANT_AVX512 4
 
 /* How a stance ended. */
 #define HOPFORM_ENDING_TAKEOFF 1
