@@ -29,6 +29,30 @@ enum { NO_END, BY_TAKEOFF, BY_VELOCITY_1, BY_THRESHOLD_1, BY_VELOCITY_2, BY_THRE
 /* What is done about a watch. */
 enum { NOTHING, LEAVE, FIND_BOTTOM, FIND_ROOT };
 
+static inline bool within_range(float value)
+{
+    return (value >= -1e38f) & (value <= 1e38f);
+}
+
+static inline float flag(bool yes)
+{
+    return yes ? 1.0f : 0.0f;
+}
+
+/* A quotient whose divisor may be zero where the result is not used. */
+static inline float over(float value, float divisor)
+{
+    return value / (fabsf(divisor) > 0.0f ? divisor : 1.0f);
+}
+
+/* A number is put only where a flag says so. */
+static inline void keep(float *place, bool yes, float value)
+{
+    const float before = *place;
+    const float after = yes ? value : before;
+    *place = after;
+}
+
 /* ---- records, a column for each member ---- */
 
 typedef struct {
@@ -76,21 +100,21 @@ static inline void put_robot_columns(robot_columns *columns, int l, const hopfor
 
 static inline void keep_robot_columns(robot_columns *columns, int l, bool yes, const hopform_robot_f32 *one)
 {
-    columns->m_eff[l] = yes ? one->m_eff : columns->m_eff[l];
-    columns->m_s[l] = yes ? one->m_s : columns->m_s[l];
-    columns->k[l] = yes ? one->k : columns->k[l];
-    columns->L0[l] = yes ? one->L0 : columns->L0[l];
-    columns->c[l] = yes ? one->c : columns->c[l];
-    columns->b1[l] = yes ? one->b1 : columns->b1[l];
-    columns->b2[l] = yes ? one->b2 : columns->b2[l];
-    columns->f1[l] = yes ? one->f1 : columns->f1[l];
-    columns->f2[l] = yes ? one->f2 : columns->f2[l];
-    columns->gamma2[l] = yes ? one->gamma2 : columns->gamma2[l];
-    columns->g[l] = yes ? one->g : columns->g[l];
-    columns->x1_min[l] = yes ? one->x1_min : columns->x1_min[l];
-    columns->x1_max[l] = yes ? one->x1_max : columns->x1_max[l];
-    columns->u_max[l] = yes ? one->u_max : columns->u_max[l];
-    columns->impact_loss[l] = yes ? one->impact_loss : columns->impact_loss[l];
+    keep(&columns->m_eff[l], yes, one->m_eff);
+    keep(&columns->m_s[l], yes, one->m_s);
+    keep(&columns->k[l], yes, one->k);
+    keep(&columns->L0[l], yes, one->L0);
+    keep(&columns->c[l], yes, one->c);
+    keep(&columns->b1[l], yes, one->b1);
+    keep(&columns->b2[l], yes, one->b2);
+    keep(&columns->f1[l], yes, one->f1);
+    keep(&columns->f2[l], yes, one->f2);
+    keep(&columns->gamma2[l], yes, one->gamma2);
+    keep(&columns->g[l], yes, one->g);
+    keep(&columns->x1_min[l], yes, one->x1_min);
+    keep(&columns->x1_max[l], yes, one->x1_max);
+    keep(&columns->u_max[l], yes, one->u_max);
+    keep(&columns->impact_loss[l], yes, one->impact_loss);
 }
 
 typedef struct {
@@ -140,22 +164,22 @@ static inline void put_rates_columns(rates_columns *columns, int l, const hopfor
 
 static inline void keep_rates_columns(rates_columns *columns, int l, bool yes, const hopform_rates_f32 *one)
 {
-    columns->a1_y[l] = yes ? one->a1_y : columns->a1_y[l];
-    columns->a1_v1[l] = yes ? one->a1_v1 : columns->a1_v1[l];
-    columns->a1_v2[l] = yes ? one->a1_v2 : columns->a1_v2[l];
-    columns->a1_u[l] = yes ? one->a1_u : columns->a1_u[l];
-    columns->a1_0[l] = yes ? one->a1_0 : columns->a1_0[l];
-    columns->a2_y[l] = yes ? one->a2_y : columns->a2_y[l];
-    columns->a2_v1[l] = yes ? one->a2_v1 : columns->a2_v1[l];
-    columns->a2_v2[l] = yes ? one->a2_v2 : columns->a2_v2[l];
-    columns->a2_0[l] = yes ? one->a2_0 : columns->a2_0[l];
-    columns->s_1[l] = yes ? one->s_1 : columns->s_1[l];
-    columns->s_2[l] = yes ? one->s_2 : columns->s_2[l];
-    columns->s_3[l] = yes ? one->s_3 : columns->s_3[l];
-    columns->p_1[l] = yes ? one->p_1 : columns->p_1[l];
-    columns->q_1[l] = yes ? one->q_1 : columns->q_1[l];
-    columns->p_2[l] = yes ? one->p_2 : columns->p_2[l];
-    columns->q_2[l] = yes ? one->q_2 : columns->q_2[l];
+    keep(&columns->a1_y[l], yes, one->a1_y);
+    keep(&columns->a1_v1[l], yes, one->a1_v1);
+    keep(&columns->a1_v2[l], yes, one->a1_v2);
+    keep(&columns->a1_u[l], yes, one->a1_u);
+    keep(&columns->a1_0[l], yes, one->a1_0);
+    keep(&columns->a2_y[l], yes, one->a2_y);
+    keep(&columns->a2_v1[l], yes, one->a2_v1);
+    keep(&columns->a2_v2[l], yes, one->a2_v2);
+    keep(&columns->a2_0[l], yes, one->a2_0);
+    keep(&columns->s_1[l], yes, one->s_1);
+    keep(&columns->s_2[l], yes, one->s_2);
+    keep(&columns->s_3[l], yes, one->s_3);
+    keep(&columns->p_1[l], yes, one->p_1);
+    keep(&columns->q_1[l], yes, one->q_1);
+    keep(&columns->p_2[l], yes, one->p_2);
+    keep(&columns->q_2[l], yes, one->q_2);
 }
 
 typedef struct {
@@ -185,12 +209,12 @@ static inline void put_poles_columns(poles_columns *columns, int l, const hopfor
 
 static inline void keep_poles_columns(poles_columns *columns, int l, bool yes, const hopform_poles_f32 *one)
 {
-    columns->a[l] = yes ? one->a : columns->a[l];
-    columns->p[l] = yes ? one->p : columns->p[l];
-    columns->q[l] = yes ? one->q : columns->q[l];
-    columns->s_1[l] = yes ? one->s_1 : columns->s_1[l];
-    columns->s_2[l] = yes ? one->s_2 : columns->s_2[l];
-    columns->s_3[l] = yes ? one->s_3 : columns->s_3[l];
+    keep(&columns->a[l], yes, one->a);
+    keep(&columns->p[l], yes, one->p);
+    keep(&columns->q[l], yes, one->q);
+    keep(&columns->s_1[l], yes, one->s_1);
+    keep(&columns->s_2[l], yes, one->s_2);
+    keep(&columns->s_3[l], yes, one->s_3);
 }
 
 typedef struct {
@@ -216,10 +240,10 @@ static inline void put_state_columns(state_columns *columns, int l, const hopfor
 
 static inline void keep_state_columns(state_columns *columns, int l, bool yes, const hopform_state_f32 *one)
 {
-    columns->x1[l] = yes ? one->x1 : columns->x1[l];
-    columns->v1[l] = yes ? one->v1 : columns->v1[l];
-    columns->v2[l] = yes ? one->v2 : columns->v2[l];
-    columns->y[l] = yes ? one->y : columns->y[l];
+    keep(&columns->x1[l], yes, one->x1);
+    keep(&columns->v1[l], yes, one->v1);
+    keep(&columns->v2[l], yes, one->v2);
+    keep(&columns->y[l], yes, one->y);
 }
 
 typedef struct {
@@ -255,15 +279,15 @@ static inline void put_motion_columns(motion_columns *columns, int l, const hopf
 
 static inline void keep_motion_columns(motion_columns *columns, int l, bool yes, const hopform_motion_f32 *one)
 {
-    columns->H3_1[l] = yes ? one->H3_1 : columns->H3_1[l];
-    columns->H2_1[l] = yes ? one->H2_1 : columns->H2_1[l];
-    columns->H1_1[l] = yes ? one->H1_1 : columns->H1_1[l];
-    columns->H3_2[l] = yes ? one->H3_2 : columns->H3_2[l];
-    columns->H2_2[l] = yes ? one->H2_2 : columns->H2_2[l];
-    columns->H1_2[l] = yes ? one->H1_2 : columns->H1_2[l];
-    columns->H3_y[l] = yes ? one->H3_y : columns->H3_y[l];
-    columns->H2_y[l] = yes ? one->H2_y : columns->H2_y[l];
-    columns->H1_y[l] = yes ? one->H1_y : columns->H1_y[l];
+    keep(&columns->H3_1[l], yes, one->H3_1);
+    keep(&columns->H2_1[l], yes, one->H2_1);
+    keep(&columns->H1_1[l], yes, one->H1_1);
+    keep(&columns->H3_2[l], yes, one->H3_2);
+    keep(&columns->H2_2[l], yes, one->H2_2);
+    keep(&columns->H1_2[l], yes, one->H1_2);
+    keep(&columns->H3_y[l], yes, one->H3_y);
+    keep(&columns->H2_y[l], yes, one->H2_y);
+    keep(&columns->H1_y[l], yes, one->H1_y);
 }
 
 typedef struct {
@@ -291,11 +315,11 @@ static inline void put_basis_columns(basis_columns *columns, int l, const hopfor
 
 static inline void keep_basis_columns(basis_columns *columns, int l, bool yes, const hopform_basis_f32 *one)
 {
-    columns->Wdd[l] = yes ? one->Wdd : columns->Wdd[l];
-    columns->Wd[l] = yes ? one->Wd : columns->Wd[l];
-    columns->W[l] = yes ? one->W : columns->W[l];
-    columns->W1[l] = yes ? one->W1 : columns->W1[l];
-    columns->W2[l] = yes ? one->W2 : columns->W2[l];
+    keep(&columns->Wdd[l], yes, one->Wdd);
+    keep(&columns->Wd[l], yes, one->Wd);
+    keep(&columns->W[l], yes, one->W);
+    keep(&columns->W1[l], yes, one->W1);
+    keep(&columns->W2[l], yes, one->W2);
 }
 
 /* A watch, one a lane. */
@@ -342,29 +366,7 @@ typedef struct {
     int32_t listed[LANES]; /* events in the caller's list */
 } lanes;
 
-static inline bool within_range(float value)
-{
-    return (value >= -1e38f) & (value <= 1e38f);
-}
-
-static inline float flag(bool yes)
-{
-    return yes ? 1.0f : 0.0f;
-}
-
-/* A quotient whose divisor may be zero where the result is not used. */
-static inline float over(float value, float divisor)
-{
-    return value / (fabsf(divisor) > 0.0f ? divisor : 1.0f);
-}
-
-/* A number is put only where a flag says so. */
-static inline void keep(float *place, bool yes, float value)
-{
-    *place = yes ? value : *place;
-}
-
-LANES_CODE static bool any(const column flags)
+LANES_CODE static bool any(const float *restrict flags)
 {
     int32_t found = 0;
     for (int l = 0; l < LANES; l++) {
@@ -373,7 +375,7 @@ LANES_CODE static bool any(const column flags)
     return found != 0;
 }
 
-LANES_CODE static void leave(lanes *w, const column who, float why)
+LANES_CODE static void leave(lanes *restrict w, const float *restrict who, float why)
 {
     for (int l = 0; l < LANES; l++) {
         keep(&w->left[l], (who[l] > 0.0f) & (w->live[l] > 0.0f), why);
@@ -383,15 +385,17 @@ LANES_CODE static void leave(lanes *w, const column who, float why)
 /* ---- kernels: as those of kernels_f32.h, for all lanes ---- */
 
 /* exp(x) for x <= 0. */
-LANES_CODE static void exponentials(const column x, column result)
+LANES_CODE static void exponentials(const float *restrict x, float *restrict result)
 {
-    column power;
+    column safe, power;
     uint32_t bits[LANES];
     for (int l = 0; l < LANES; l++) {
         const float far = x[l] > -87.0f ? x[l] : -87.0f;
-        const float safe = far < 0.0f ? far : 0.0f;
-        const int32_t n = (int32_t)(safe * 1.442695f - 0.5f);
-        const float r = safe - (float)n * 0.69311523f - (float)n * 3.1946183e-5f;
+        safe[l] = far < 0.0f ? far : 0.0f;
+    }
+    for (int l = 0; l < LANES; l++) {
+        const int32_t n = (int32_t)(safe[l] * 1.442695f - 0.5f);
+        const float r = safe[l] - (float)n * 0.69311523f - (float)n * 3.1946183e-5f;
         float sum = 0.0f;
         sum = sum * r + 0.0001984127f;
         sum = sum * r + 0.0013888889f;
@@ -401,24 +405,28 @@ LANES_CODE static void exponentials(const column x, column result)
         sum = sum * r + 0.5f;
         sum = sum * r + 1.0f;
         sum = sum * r + 1.0f;
-        result[l] = x[l] > -87.0f ? sum : 0.0f;
+        result[l] = sum;
         bits[l] = (uint32_t)(int32_t)(n + 127) << 23;
     }
     memcpy(power, bits, sizeof power);
     for (int l = 0; l < LANES; l++) {
-        result[l] *= power[l];
+        const float product = result[l] * power[l];
+        result[l] = x[l] > -87.0f ? product : 0.0f;
     }
 }
 
 /* sin(x) and cos(x) for 0 <= x < LARGEST_TURN. */
-LANES_CODE static void turns(const column x, column sine, column cosine)
+LANES_CODE static void turns(const float *restrict x, float *restrict sine, float *restrict cosine)
 {
-    column swap, minus_sine, minus_cosine;
+    column angle, swap, minus_sine, minus_cosine;
     int32_t quarter[LANES];
     for (int l = 0; l < LANES; l++) {
-        const float angle = (x[l] >= 0.0f) & (x[l] < 1e6f) ? x[l] : 0.0f;
-        const int32_t n = (int32_t)(angle * 0.63661975f + 0.5f);
-        const float r = angle - (float)n * 1.5703125f - (float)n * 0.0004837513f - (float)n * 7.54979e-8f;
+        const float small = x[l] < 1e6f ? x[l] : 0.0f;
+        angle[l] = small > 0.0f ? small : 0.0f;
+    }
+    for (int l = 0; l < LANES; l++) {
+        const int32_t n = (int32_t)(angle[l] * 0.63661975f + 0.5f);
+        const float r = angle[l] - (float)n * 1.5703125f - (float)n * 0.0004837513f - (float)n * 7.54979e-8f;
         const float rr = r * r;
         float s = 0.0f;
         float c = 0.0f;
@@ -454,7 +462,7 @@ typedef struct {
     column e, e1, e2;
 } decay_columns;
 
-LANES_CODE static void decays(const column a, const column t, const column wanted, decay_columns *decay)
+LANES_CODE static void decays(const float *restrict a, const float *restrict t, const float *restrict wanted, decay_columns *restrict decay)
 {
     column slow, fast, exponent, e;
     for (int l = 0; l < LANES; l++) {
@@ -502,7 +510,7 @@ typedef struct {
 } pair_columns;
 
 /* The pair over a time that is short for it. */
-LANES_CODE static void short_pairs(const lanes *w, const column t, const column wanted, pair_columns *pair)
+LANES_CODE static void short_pairs(const lanes *restrict w, const float *restrict t, const float *restrict wanted, pair_columns *restrict pair)
 {
     column pt, qtt, before, term, R2, R3, going;
     for (int l = 0; l < LANES; l++) {
@@ -545,7 +553,7 @@ LANES_CODE static void short_pairs(const lanes *w, const column t, const column 
 }
 
 /* A pair that swings. */
-LANES_CODE static void swinging_pairs(const lanes *w, const column t, const column wanted, pair_columns *pair)
+LANES_CODE static void swinging_pairs(const lanes *restrict w, const float *restrict t, const float *restrict wanted, pair_columns *restrict pair)
 {
     column angle, exponent, envelope, sine, cosine;
     for (int l = 0; l < LANES; l++) {
@@ -569,7 +577,7 @@ LANES_CODE static void swinging_pairs(const lanes *w, const column t, const colu
 }
 
 /* W of three poles over a short time. */
-LANES_CODE static void short_bases(const lanes *w, const column t, const column wanted, basis_columns *basis)
+LANES_CODE static void short_bases(const lanes *restrict w, const float *restrict t, const float *restrict wanted, basis_columns *restrict basis)
 {
     column h, hh, hhh, term_0, term_1, term_2, W2, W3, W4, going;
     for (int l = 0; l < LANES; l++) {
@@ -617,7 +625,7 @@ LANES_CODE static void short_bases(const lanes *w, const column t, const column 
 }
 
 /* W at t where `wanted`; a lane whose poles are of another kind is left. */
-LANES_CODE static void bases_at(lanes *w, const column t, const column wanted, basis_columns *basis)
+LANES_CODE static void bases_at(lanes *restrict w, const float *restrict t, const float *restrict wanted, basis_columns *restrict basis)
 {
     column brief, pairs, swift, swings, splits, close, beyond;
     for (int l = 0; l < LANES; l++) {
@@ -712,8 +720,8 @@ static inline hopform_sample_f32 one_sample(const sample_columns *samples, int l
 }
 
 /* One watch where `wanted`. */
-LANES_CODE static void sample_watch(const lanes *w, const watch_columns *watch, const basis_columns *basis, const column t, const column wanted,
-                                    sample_columns *samples)
+LANES_CODE static void sample_watch(const lanes *restrict w, const watch_columns *restrict watch, const basis_columns *restrict basis, const float *restrict t, const float *restrict wanted,
+                                    sample_columns *restrict samples)
 {
     for (int l = 0; l < LANES; l++) {
         const hopform_basis_f32 one = one_of_basis_columns(basis, l);
@@ -723,7 +731,7 @@ LANES_CODE static void sample_watch(const lanes *w, const watch_columns *watch, 
 }
 
 /* All watches at the end of the window, where `wanted`. */
-LANES_CODE static void sample_ends(lanes *w, const column wanted)
+LANES_CODE static void sample_ends(lanes *restrict w, const float *restrict wanted)
 {
     for (int s = 0; s < SLOTS; s++) {
         if (any(w->on[s])) {
@@ -735,7 +743,7 @@ LANES_CODE static void sample_ends(lanes *w, const column wanted)
 /* ---- the start of a phase ---- */
 
 /* Poles of the mode; lanes with two real poles in the pair are left. */
-LANES_CODE static void start_poles(lanes *w)
+LANES_CODE static void start_poles(lanes *restrict w)
 {
     column overdamped;
     for (int l = 0; l < LANES; l++) {
@@ -763,7 +771,7 @@ LANES_CODE static void start_poles(lanes *w)
     leave(w, overdamped, POLES_CLOSE);
 }
 
-LANES_CODE static void start_motion(lanes *w)
+LANES_CODE static void start_motion(lanes *restrict w)
 {
     for (int l = 0; l < LANES; l++) {
         const hopform_robot_f32 robot = one_of_robot_columns(&w->robot, l);
@@ -782,18 +790,19 @@ LANES_CODE static void start_motion(lanes *w)
     }
 }
 
+/* Whether a lane's actuator is kept from moving up or down, a side. */
 static inline bool blocks(const lanes *w, int l, float side)
 {
     const float x1_min = w->robot.x1_min[l];
     const float x1_max = w->robot.x1_max[l];
-    const bool locked = !(x1_min < x1_max);
-    return locked | ((side < 0.0f) & (w->state.x1[l] <= x1_min)) | ((side > 0.0f) & (w->state.x1[l] >= x1_max));
+    const bool at_end = side < 0.0f ? w->state.x1[l] <= x1_min : w->state.x1[l] >= x1_max;
+    return at_end | !(x1_min < x1_max);
 }
 
-static inline void put_watch(lanes *w, int s, int l, bool on, float kind, float side, const hopform_watch_f32 *watch)
+static inline void put_watch(lanes *w, int s, int l, float on, float kind, float side, const hopform_watch_f32 *watch)
 {
     const bool begins = w->begins[l] > 0.0f;
-    keep(&w->on[s][l], begins, flag(on));
+    keep(&w->on[s][l], begins, on);
     keep(&w->kind[s][l], begins, kind);
     keep(&w->side[s][l], begins, side);
     keep(&w->watch[s].H3[l], begins, watch->numerator.H3);
@@ -817,13 +826,18 @@ static inline hopform_numerator_f32 times(float sign, const hopform_numerator_f3
 }
 
 /* Take-off, then mass 1 (its velocity, or where it slips to on either side), then mass 2. */
-LANES_CODE static void start_watches(lanes *w)
+LANES_CODE static void start_watches(lanes *restrict w)
 {
+    column blocked_below, blocked_above;
+    for (int l = 0; l < LANES; l++) {
+        blocked_below[l] = flag(blocks(w, l, -1.0f));
+        blocked_above[l] = flag(blocks(w, l, 1.0f));
+    }
     for (int l = 0; l < LANES; l++) {
         const hopform_poles_f32 poles = one_of_poles_columns(&w->poles, l);
         const hopform_motion_f32 m = one_of_motion_columns(&w->motion, l);
         const hopform_watch_f32 leg = hopform_watch_of_f32(&poles, m.H3_y, m.H2_y, m.H1_y, w->state.y[l], 1.0f, 0, 0);
-        put_watch(w, 0, l, true, BY_TAKEOFF, 0.0f, &leg);
+        put_watch(w, 0, l, 1.0f, BY_TAKEOFF, 0.0f, &leg);
     }
     for (int l = 0; l < LANES; l++) {
         const hopform_poles_f32 poles = one_of_poles_columns(&w->poles, l);
@@ -847,72 +861,105 @@ LANES_CODE static void start_watches(lanes *w)
         const hopform_numerator_f32 h1 = chosen(held_1, &free_1, &velocity_1);
         const hopform_watch_f32 first =
             hopform_watch_of_f32(&poles, h1.H3, h1.H2, h1.H1, held_1 ? f1 + free.free_1 : state.v1, held_1 ? 1.0f : side_1, 0, 0);
-        put_watch(w, 1, l, !held_1 | !blocks(w, l, -1.0f), held_1 ? (float)BY_THRESHOLD_1 : (float)BY_VELOCITY_1, -1.0f, &first);
+        put_watch(w, 1, l, 1.0f - flag(held_1) * blocked_below[l], held_1 ? (float)BY_THRESHOLD_1 : (float)BY_VELOCITY_1, -1.0f, &first);
 
         const hopform_numerator_f32 of_2 = chosen(held_2, &free_2, &velocity_2);
         const hopform_numerator_f32 h2 = chosen(held_1, &minus_1, &of_2);
         const float start_2 = held_2 ? f2 + free.free_2 : state.v2;
         const hopform_watch_f32 second = hopform_watch_of_f32(&poles, h2.H3, h2.H2, h2.H1, held_1 ? f1 - free.free_1 : start_2,
-                                                                held_1 | held_2 ? 1.0f : side_2, 0, 0);
+                                                                (held_1 | held_2) ? 1.0f : side_2, 0, 0);
         const float kind_2 = held_2 ? (float)BY_THRESHOLD_2 : (float)BY_VELOCITY_2;
-        put_watch(w, 2, l, !held_1 | !blocks(w, l, 1.0f), held_1 ? (float)BY_THRESHOLD_1 : kind_2, held_1 ? 1.0f : -1.0f, &second);
+        put_watch(w, 2, l, 1.0f - flag(held_1) * blocked_above[l], held_1 ? (float)BY_THRESHOLD_1 : kind_2, held_1 ? 1.0f : -1.0f, &second);
 
         const hopform_numerator_f32 h3 = chosen(held_2, &minus_2, &velocity_2);
         const hopform_watch_f32 third = hopform_watch_of_f32(&poles, h3.H3, h3.H2, h3.H1, held_2 ? f2 - free.free_2 : state.v2,
                                                                held_2 ? 1.0f : side_2, 0, 0);
-        put_watch(w, 3, l, held_1 | held_2, held_2 ? (float)BY_THRESHOLD_2 : (float)BY_VELOCITY_2, 1.0f, &third);
+        put_watch(w, 3, l, flag(held_1 | held_2), held_2 ? (float)BY_THRESHOLD_2 : (float)BY_VELOCITY_2, 1.0f, &third);
     }
 }
 
-/* What is known when a phase begins; a lane in which an event comes at once is left. */
-LANES_CODE static void start_samples(lanes *w)
+/* What is known of a watch when a phase begins, and whether it is below zero already. */
+LANES_CODE static void start_samples(const lanes *restrict w, const watch_columns *restrict watch, const float *restrict on,
+                                     sample_columns *restrict from, float *restrict lost)
 {
-    column none, lost;
+    column below;
     const hopform_basis_f32 basis = {1.0f, 0.0f, 0.0f, 0.0f, 0.0f};
     for (int l = 0; l < LANES; l++) {
-        none[l] = 0.0f;
+        const hopform_sample_f32 sample = sample_of(watch, &w->poles, &basis, l, 0.0f);
+        keep_sample(from, l, w->begins[l] > 0.0f, &sample);
+        below[l] = flag(w->begins[l] > 0.0f) * flag(on[l] > 0.0f) * flag(sample.value < 0.0f);
+    }
+    for (int l = 0; l < LANES; l++) {
+        keep(&from->value[l], below[l] > 0.0f, 0.0f);
+        lost[l] += below[l] * flag(from->rate[l] <= 0.0f);
+    }
+}
+
+/* A lane in which an event comes at once is left. */
+LANES_CODE static void start_phases(lanes *restrict w)
+{
+    column lost;
+    start_poles(w);
+    start_motion(w);
+    start_watches(w);
+    for (int l = 0; l < LANES; l++) {
         lost[l] = 0.0f;
     }
     for (int s = 0; s < SLOTS; s++) {
-        for (int l = 0; l < LANES; l++) {
-            const bool begins = w->begins[l] > 0.0f;
-            hopform_sample_f32 sample = sample_of(&w->watch[s], &w->poles, &basis, l, none[l]);
-            const bool below = begins & (w->on[s][l] > 0.0f) & (sample.value < 0.0f);
-            lost[l] = flag((lost[l] > 0.0f) | (below & (sample.rate <= 0.0f)));
-            sample.value = below ? 0.0f : sample.value;
-            keep_sample(&w->from[s], l, begins, &sample);
-        }
+        start_samples(w, &w->watch[s], w->on[s], &w->from[s], lost);
     }
     leave(w, lost, AT_ONCE);
 }
 
-LANES_CODE static void start_phases(lanes *w)
-{
-    start_poles(w);
-    start_motion(w);
-    start_watches(w);
-    start_samples(w);
-}
-
 /* ---- a window ---- */
 
-static inline float swing_to_zero(const sample_columns *from, int l, float w)
+/* Time to the root of a watch if it swung with the pair's frequency about a constant, as hopform_swing_to_zero_f32 has it. */
+LANES_CODE static void swings_to_zero(const sample_columns *restrict from, const float *restrict omega, float *restrict swing)
 {
-    const float slope = from->rate[l] / w;
-    const float bend = 2.0f * from->curvature[l] / (w * w);
-    const float value = from->value[l] > 0.0f ? from->value[l] : 0.0f;
-    const float discriminant = slope * slope - (value + bend) * value;
-    const bool starts_above = value > 0.0f;
-    const float root = sqrtf(discriminant > 0.0f ? discriminant : 0.0f);
-    const float above = starts_above ? value : -2.0f * slope;
-    const float below = starts_above ? root - slope : bend;
-    const bool falls = (starts_above & (below > 0.0f)) | (!starts_above & (slope > 0.0f) & (below < 0.0f));
-    const float tangent = over(above, below);
-    const bool far = tangent > 1.0f;
-    const float near = far ? over(1.0f, tangent) : tangent;
-    const float angle = near * (1.0584f - 0.273f * near);
-    const float time = 2.0f * (far ? 1.5708f - angle : angle) / w;
-    return (discriminant >= 0.0f) & falls ? time : 1e38f;
+    column above, below, falls, tangent, angle;
+    for (int l = 0; l < LANES; l++) {
+        const float value = from->value[l] > 0.0f ? from->value[l] : 0.0f;
+        const float slope = from->rate[l] / omega[l];
+        const float bend = 2.0f * from->curvature[l] / (omega[l] * omega[l]);
+        const float discriminant = slope * slope - (value + bend) * value;
+        const float root = sqrtf(discriminant > 0.0f ? discriminant : 0.0f);
+        const float least = slope < -bend ? slope : -bend;
+        above[l] = value > 0.0f ? value : -2.0f * slope;
+        below[l] = value > 0.0f ? root - slope : bend;
+        falls[l] = value > 0.0f ? root - slope : least;
+        angle[l] = discriminant;
+    }
+    for (int l = 0; l < LANES; l++) {
+        falls[l] = angle[l] >= 0.0f ? falls[l] : -1.0f;
+        tangent[l] = over(above[l], below[l]);
+    }
+    for (int l = 0; l < LANES; l++) {
+        const float inverse = over(1.0f, tangent[l]);
+        const float near = tangent[l] > 1.0f ? inverse : tangent[l];
+        angle[l] = near * (1.0584f - 0.273f * near);
+    }
+    for (int l = 0; l < LANES; l++) {
+        const float from_quarter = 1.5708f - angle[l];
+        angle[l] = tangent[l] > 1.0f ? from_quarter : angle[l];
+    }
+    for (int l = 0; l < LANES; l++) {
+        const float time = 2.0f * angle[l] / omega[l];
+        swing[l] = falls[l] > 0.0f ? time : 1e38f;
+    }
+}
+
+/* A watch where a flag says so. */
+LANES_CODE static void choose_watch(const watch_columns *restrict watch, const float *restrict yes, watch_columns *restrict chosen)
+{
+    for (int l = 0; l < LANES; l++) {
+        const bool here = yes[l] > 0.0f;
+        keep(&chosen->H3[l], here, watch->H3[l]);
+        keep(&chosen->H2[l], here, watch->H2[l]);
+        keep(&chosen->H1[l], here, watch->H1[l]);
+        keep(&chosen->A[l], here, watch->A[l]);
+        keep(&chosen->B[l], here, watch->B[l]);
+        keep(&chosen->start[l], here, watch->start[l]);
+    }
 }
 
 /* The search for the first root that swinging on would bring. */
@@ -923,41 +970,45 @@ typedef struct {
     column t, seeks, lands, closes;
 } outlook;
 
-LANES_CODE static void look_ahead(const lanes *w, outlook *ahead)
+LANES_CODE static void look_ahead(const lanes *restrict w, outlook *restrict ahead)
 {
-    column after;
+    column after, swing, sooner;
     for (int l = 0; l < LANES; l++) {
         after[l] = 0.96875f * w->half_turn[l];
         ahead->number[l] = -1.0f;
     }
     for (int s = 0; s < SLOTS; s++) {
-        if (!any(w->on[s])) {
+        const float *on = w->on[s];
+        if (!any(on)) {
             continue;
         }
+        swings_to_zero(&w->from[s], w->omega, swing);
         for (int l = 0; l < LANES; l++) {
-            const float swing = swing_to_zero(&w->from[s], l, w->omega[l]);
-            const bool sooner = (w->on[s][l] > 0.0f) & (swing < after[l]);
-            keep(&after[l], sooner, swing);
-            keep(&ahead->number[l], sooner, (float)s);
-            keep(&ahead->watch.H3[l], sooner, w->watch[s].H3[l]);
-            keep(&ahead->watch.H2[l], sooner, w->watch[s].H2[l]);
-            keep(&ahead->watch.H1[l], sooner, w->watch[s].H1[l]);
-            keep(&ahead->watch.A[l], sooner, w->watch[s].A[l]);
-            keep(&ahead->watch.B[l], sooner, w->watch[s].B[l]);
-            keep(&ahead->watch.start[l], sooner, w->watch[s].start[l]);
+            sooner[l] = flag((on[l] > 0.0f) & (swing[l] < after[l]));
         }
+        for (int l = 0; l < LANES; l++) {
+            keep(&after[l], sooner[l] > 0.0f, swing[l]);
+            keep(&ahead->number[l], sooner[l] > 0.0f, (float)s);
+        }
+        choose_watch(&w->watch[s], sooner, &ahead->watch);
     }
     for (int l = 0; l < LANES; l++) {
         const float low = w->low[l];
         const float longest = 0.96875f * w->half_turn[l];
-        const bool seeks = ahead->number[l] >= 0.0f;
-        ahead->far[l] = longest < w->limit[l] - low ? low + longest : w->limit[l];
         const float least = w->windows[l] > 3.0f ? 0.125f * w->half_turn[l] : 64.0f * 1.1920929e-7f * low;
-        const float reach = seeks ? 1.015625f * after[l] : longest;
-        const float t = low + (reach > least ? reach : least);
-        const float guess = low + after[l] < ahead->far[l] ? low + after[l] : ahead->far[l];
-        ahead->close[l] = t < ahead->far[l] ? t : ahead->far[l];
-        ahead->t[l] = seeks ? guess : ahead->close[l];
+        const float wanted = ahead->number[l] >= 0.0f ? 1.015625f * after[l] : longest;
+        const float reach = wanted > least ? wanted : least;
+        ahead->far[l] = longest < w->limit[l] - low ? low + longest : w->limit[l];
+        ahead->close[l] = low + reach;
+        ahead->t[l] = low + after[l];
+    }
+    for (int l = 0; l < LANES; l++) {
+        ahead->close[l] = ahead->close[l] < ahead->far[l] ? ahead->close[l] : ahead->far[l];
+        ahead->t[l] = ahead->t[l] < ahead->far[l] ? ahead->t[l] : ahead->far[l];
+    }
+    for (int l = 0; l < LANES; l++) {
+        const bool seeks = ahead->number[l] >= 0.0f;
+        ahead->t[l] = seeks ? ahead->t[l] : ahead->close[l];
         ahead->seeks[l] = flag((w->live[l] > 0.0f) & seeks);
         ahead->closes[l] = flag((w->live[l] > 0.0f) & !seeks);
         ahead->lands[l] = 0.0f;
@@ -978,7 +1029,7 @@ static inline float step_to_root(const hopform_sample_f32 *at)
 }
 
 /* Householder's steps towards the root that is expected first; the window ends there, or where it would without it. */
-LANES_CODE static void reach_ahead(lanes *w, outlook *ahead)
+LANES_CODE static void reach_ahead(lanes *restrict w, outlook *restrict ahead)
 {
     basis_columns basis;
     column wanted;
@@ -1022,39 +1073,54 @@ LANES_CODE static void reach_ahead(lanes *w, outlook *ahead)
     }
 }
 
-/* ---- what the window says: as hopform_judge_f32 ---- */
+/* ---- what the window says ---- */
 
-enum { KEEPS = KEEPS_SIGN, LOSES = LOSES_SIGN, DIPPING = DIPS, UNKNOWN = UNDECIDED };
-
-static inline float judged(const hopform_sample_f32 *from, const hopform_sample_f32 *to, float a, float h, bool short_of_quarter)
+/* hopform_judge_f32 by arithmetic with flags, for the lanes' watches of one number; `value` is g at the end. */
+LANES_CODE static void judge(const lanes *restrict w, const sample_columns *restrict from, const sample_columns *restrict to,
+                             const float *restrict value, float *restrict verdict)
 {
-    const bool from_falls = from->rate < 0.0f;
-    const bool to_falls = to->rate < 0.0f;
-    const bool keeps_direction = (from_falls & to_falls) | (!from_falls & !to_falls);
-    const bool turns = from->turning * to->turning < 0.0f;
-    const bool rises_later = from->turning > 0.0f;
-    const bool nears_zero = turns & keeps_direction & ((from_falls & rises_later) | (!from_falls & !rises_later));
-    const float growth = a * h < 1.0f ? 1.0f + 2.0f * a * h : 1e38f;
-    const bool away = short_of_quarter & (fabsf(from->rate) > fabsf(from->turning) * h * growth);
-    const bool monotone = (nears_zero & away) | (!nears_zero & keeps_direction);
-    const float grown = to->rate * growth;
-    const float steepest = from->rate < grown ? from->rate : grown;
-    const float noise = from->noise + to->noise;
-    const bool far = from_falls & (to->value > 0.0f) & (from->value + steepest * h > noise);
-    const bool below = (to->value < 0.0f) & ((to->value < -to->noise) | (to->rate * h < -to->noise));
-    const float last = a * h < 1.0f ? to->rate * (1.0f + a * h) : 1e38f;
-    const float cross = over(from->value - to->value + last * h, last - from->rate);
-    const float reach = cross < h ? (cross > 0.0f ? cross : 0.0f) : h;
-    const bool above_tangents = !(from->turning < 0.0f) & !(to->turning < 0.0f) & (from->value + from->rate * reach > noise);
-    const bool dips = !monotone & from_falls & !above_tangents;
-    const float decided = below ? (float)LOSES : (dips ? (float)DIPPING : (float)KEEPS);
-    return nears_zero & !away ? (far ? (float)KEEPS : (float)UNKNOWN) : decided;
-}
-
-static inline bool is_earlier(const hopform_sample_f32 *at, float h, bool wins_ties)
-{
-    const bool crosses = at->rate * h < -16.0f * at->noise;
-    return (at->value < -at->noise) | (wins_ties & crosses & (at->value < at->noise));
+    column falls, falls_later, rises, turns, straight, away, far, below, steepest, last, cross, reach, growth;
+    for (int l = 0; l < LANES; l++) {
+        const float h = w->end_t[l] - w->low[l];
+        const float ah = w->poles.a[l] * h;
+        growth[l] = ah < 1.0f ? 1.0f + 2.0f * w->poles.a[l] * h : 1e38f;
+        last[l] = ah < 1.0f ? to->rate[l] * (1.0f + ah) : 1e38f;
+        falls[l] = flag(from->rate[l] < 0.0f);
+        falls_later[l] = flag(to->rate[l] < 0.0f);
+        rises[l] = flag(from->turning[l] > 0.0f);
+        turns[l] = flag(from->turning[l] * to->turning[l] < 0.0f);
+        straight[l] = flag(!(from->turning[l] < 0.0f)) * flag(!(to->turning[l] < 0.0f));
+    }
+    for (int l = 0; l < LANES; l++) {
+        const float h = w->end_t[l] - w->low[l];
+        const float grown = to->rate[l] * growth[l];
+        const float quarter = flag(h <= 0.5f * w->half_turn[l]);
+        steepest[l] = from->rate[l] < grown ? from->rate[l] : grown;
+        away[l] = quarter * flag(fabsf(from->rate[l]) > fabsf(from->turning[l]) * h * growth[l]);
+        cross[l] = over(from->value[l] - value[l] + last[l] * h, last[l] - from->rate[l]);
+        below[l] = flag(value[l] < 0.0f) * flag((value[l] < -to->noise[l]) | (to->rate[l] * h < -to->noise[l]));
+    }
+    for (int l = 0; l < LANES; l++) {
+        const float h = w->end_t[l] - w->low[l];
+        const float noise = from->noise[l] + to->noise[l];
+        far[l] = falls[l] * flag(value[l] > 0.0f) * flag(from->value[l] + steepest[l] * h > noise);
+        reach[l] = cross[l] > 0.0f ? cross[l] : 0.0f;
+    }
+    for (int l = 0; l < LANES; l++) {
+        const float h = w->end_t[l] - w->low[l];
+        reach[l] = cross[l] < h ? reach[l] : h;
+    }
+    for (int l = 0; l < LANES; l++) {
+        const float noise = from->noise[l] + to->noise[l];
+        const float above_tangents = straight[l] * flag(from->value[l] + from->rate[l] * reach[l] > noise);
+        const float same = falls[l] * falls_later[l] + (1.0f - falls[l]) * (1.0f - falls_later[l]);
+        const float nears_zero = turns[l] * same * (falls[l] * rises[l] + (1.0f - falls[l]) * (1.0f - rises[l]));
+        const float open = nears_zero * (1.0f - away[l]);
+        const float monotone = nears_zero * away[l] + (1.0f - nears_zero) * same;
+        const float dips = (1.0f - monotone) * falls[l] * (1.0f - above_tangents);
+        const float decided = below[l] * (float)LOSES_SIGN + (1.0f - below[l]) * dips * (float)DIPS;
+        verdict[l] = open * (1.0f - far[l]) * (float)UNDECIDED + (1.0f - open) * decided;
+    }
 }
 
 /* A search in the window of a lane: which watch, and where it has got to. */
@@ -1065,88 +1131,117 @@ typedef struct {
     column number, low, high, t, going, done;
 } search;
 
-/* The first watch of each lane, from `first` on, about which something is to be done, and what. */
-LANES_CODE static void settle_verdicts(const lanes *w, const column unsettled, const column first, column what, search *found)
+/* Whether something is to be done about watch s of a lane, and what. */
+LANES_CODE static void act_on(const lanes *restrict w, int s, const float *restrict unsettled, const float *restrict first,
+                              float *restrict here, float *restrict what)
 {
+    column value, is_found, later_found, other_found, early, nearly, at_once, verdict;
+    const sample_columns *from = &w->from[s];
+    const sample_columns *to = &w->to[s];
+    const float number = (float)s;
+    for (int l = 0; l < LANES; l++) {
+        const float h = w->end_t[l] - w->low[l];
+        is_found[l] = flag(w->found[l] >= number) * flag(w->found[l] <= number);
+        later_found[l] = flag(w->found[l] > number);
+        other_found[l] = flag(w->found[l] >= 0.0f) * (1.0f - is_found[l]);
+        early[l] = flag(to->value[l] < -to->noise[l]);
+        nearly[l] = flag(to->rate[l] * h < -16.0f * to->noise[l]) * flag(to->value[l] < to->noise[l]);
+        at_once[l] = flag(!(from->value[l] > 0.0f))
+                     * flag((from->rate[l] < 0.0f) | ((from->rate[l] <= 0.0f) & (from->turning[l] <= 0.0f)));
+    }
+    for (int l = 0; l < LANES; l++) {
+        value[l] = is_found[l] > 0.0f ? -2.0f * to->noise[l] : to->value[l];
+    }
+    judge(w, from, to, value, verdict);
+    for (int l = 0; l < LANES; l++) {
+        const float keeps = flag(verdict[l] < 0.5f);
+        const float loses = flag(verdict[l] > 0.5f) * flag(verdict[l] < 1.5f);
+        const float dips = flag(verdict[l] > 1.5f) * flag(verdict[l] < 2.5f);
+        const float unknown = flag(verdict[l] > 2.5f);
+        const float ties = early[l] + nearly[l];
+        const float comes_before = early[l] + later_found[l] * nearly[l];
+        const float leaves = flag(unknown + keeps * later_found[l] * ties + loses * other_found[l] * flag(comes_before < 0.5f)
+                                     + loses * (1.0f - is_found[l]) * at_once[l] + dips * is_found[l]
+                                 > 0.5f);
+        const float acts = (1.0f - keeps) * (1.0f - loses * is_found[l]);
+        here[l] = unsettled[l] * flag(w->on[s][l] > 0.0f) * flag(first[l] <= number) * flag(acts + leaves > 0.5f);
+        what[l] = leaves * (float)LEAVE + (1.0f - leaves) * (dips * (float)FIND_BOTTOM + (1.0f - dips) * (float)FIND_ROOT);
+    }
+}
+
+/* The first watch of each lane, from `first` on, about which something is to be done, and what. */
+LANES_CODE static void settle_verdicts(const lanes *restrict w, const float *restrict unsettled, const float *restrict first, float *restrict what,
+                                       search *restrict found)
+{
+    column here, deed;
     for (int l = 0; l < LANES; l++) {
         what[l] = NOTHING;
         found->number[l] = 0.0f;
     }
     for (int s = SLOTS - 1; s >= 0; s--) {
+        const sample_columns *from = &w->from[s];
+        const sample_columns *to = &w->to[s];
         if (!any(w->on[s])) {
             continue;
         }
-        for (int l = 0; l < LANES; l++) {
-            const hopform_sample_f32 from = one_sample(&w->from[s], l);
-            hopform_sample_f32 to = one_sample(&w->to[s], l);
-            const float h = w->end_t[l] - w->low[l];
-            const bool is_found = (w->found[l] >= (float)s) & (w->found[l] <= (float)s);
-            const bool other_found = (w->found[l] >= 0.0f) & !is_found;
-            const bool later_found = w->found[l] > (float)s;
-            const bool ties = is_earlier(&to, h, true);
-            const bool comes_before = is_earlier(&to, h, w->found[l] > (float)s);
-            to.value = is_found ? -2.0f * to.noise : to.value;
-            const float verdict = judged(&from, &to, w->poles.a[l], h, h <= 0.5f * w->half_turn[l]);
-            const bool keeps = verdict < 0.5f;
-            const bool loses = (verdict > 0.5f) & (verdict < 1.5f);
-            const bool dips = (verdict > 1.5f) & (verdict < 2.5f);
-            const bool unknown = verdict > 2.5f;
-            const bool falls_at_once = !(from.value > 0.0f) & ((from.rate < 0.0f) | (!(from.rate > 0.0f) & !(from.turning > 0.0f)));
-            const bool leaves = unknown | (keeps & later_found & ties) | (loses & other_found & !comes_before)
-                                | (loses & !is_found & falls_at_once) | (dips & is_found);
-            const bool acts = !keeps & !(loses & is_found);
-            const bool here = (unsettled[l] > 0.0f) & (w->on[s][l] > 0.0f) & (first[l] <= (float)s) & (acts | leaves);
-            keep(&what[l], here, leaves ? (float)LEAVE : (dips ? (float)FIND_BOTTOM : (float)FIND_ROOT));
-            keep(&found->number[l], here, (float)s);
-            keep(&found->watch.H3[l], here, w->watch[s].H3[l]);
-            keep(&found->watch.H2[l], here, w->watch[s].H2[l]);
-            keep(&found->watch.H1[l], here, w->watch[s].H1[l]);
-            keep(&found->watch.A[l], here, w->watch[s].A[l]);
-            keep(&found->watch.B[l], here, w->watch[s].B[l]);
-            keep(&found->watch.start[l], here, w->watch[s].start[l]);
-            const hopform_sample_f32 end = one_sample(&w->to[s], l);
-            keep_sample(&found->at, l, here, &end);
-            const float guess = w->low[l] + h * over(from.rate, from.rate - end.rate);
-            keep(&found->t[l], here, dips ? guess : w->end_t[l]);
+        act_on(w, s, unsettled, first, here, deed);
+        if (!any(here)) {
+            continue;
         }
+        for (int l = 0; l < LANES; l++) {
+            const bool yes = here[l] > 0.0f;
+            const hopform_sample_f32 end = one_sample(to, l);
+            const float h = w->end_t[l] - w->low[l];
+            keep(&what[l], yes, deed[l]);
+            keep(&found->number[l], yes, (float)s);
+            keep(&found->t[l], yes, w->low[l] + h * over(from->rate[l], from->rate[l] - to->rate[l]));
+            keep_sample(&found->at, l, yes, &end);
+        }
+        choose_watch(&w->watch[s], here, &found->watch);
     }
 }
 
 /* The minimum of a watch in the window; a lane where it is below zero, or hard to find, is left. */
-LANES_CODE static void find_bottoms(lanes *w, const column what, search *find)
+LANES_CODE static void find_bottoms(lanes *restrict w, const float *restrict what, search *restrict find)
 {
-    column stuck;
+    column stuck, next, falls, ready, bisects;
     for (int l = 0; l < LANES; l++) {
         const float low = w->low[l];
         const float high = w->end_t[l];
         find->going[l] = flag((what[l] > (float)LEAVE) & (what[l] < (float)FIND_ROOT));
         find->low[l] = low;
         find->high[l] = high;
-        find->t[l] = (find->t[l] > low) & (find->t[l] < high) ? find->t[l] : low + 0.5f * (high - low);
+        find->t[l] = ((find->t[l] > low) & (find->t[l] < high)) ? find->t[l] : low + 0.5f * (high - low);
     }
     for (int n = 0; n < MOST_STEPS && any(find->going); n++) {
+        const bool halves = n > 8 && n % 2 == 1;
         bases_at(w, find->t, find->going, &find->basis);
         for (int l = 0; l < LANES; l++) {
             const hopform_basis_f32 one = one_of_basis_columns(&find->basis, l);
             const float t = find->t[l];
             const hopform_sample_f32 at = sample_of(&find->watch, &w->poles, &one, l, t);
-            const bool below = at.value < -at.noise;
-            const bool falls = at.rate < 0.0f;
-            const float low = falls ? t : find->low[l];
-            const float high = falls ? find->high[l] : t;
             const bool usable = fabsf(at.curvature) > 0.0f;
-            const float step = usable ? over(at.rate, at.curvature) : 0.0f;
-            const bool ready = usable & (fabsf(step) <= 0.001f * 0.00034526698f * t);
-            const float newton = t - step;
-            const bool bisects = !usable | !((newton > low) & (newton < high)) | ((n > 8) & (n % 2 == 1));
-            const float next = bisects ? low + 0.5f * (high - low) : newton;
-            const bool goes = find->going[l] > 0.0f;
-            const bool goes_on = goes & !below & !ready & (next > low) & (next < high);
-            keep(&find->low[l], goes, low);
-            keep(&find->high[l], goes, high);
-            find->done[l] = flag(goes & below);
-            find->t[l] = goes_on ? next : t;
-            find->going[l] = flag(goes_on);
+            const float step = over(at.rate, at.curvature);
+            next[l] = t - step;
+            falls[l] = at.rate;
+            ready[l] = flag(usable) * flag(fabsf(step) <= 0.001f * 0.00034526698f * t);
+            bisects[l] = halves ? 1.0f : flag(!usable);
+            find->done[l] = find->going[l] * flag(at.value < -at.noise);
+        }
+        for (int l = 0; l < LANES; l++) {
+            keep(&find->low[l], (find->going[l] > 0.0f) & (falls[l] < 0.0f), find->t[l]);
+            keep(&find->high[l], (find->going[l] > 0.0f) & !(falls[l] < 0.0f), find->t[l]);
+        }
+        for (int l = 0; l < LANES; l++) {
+            const bool inside = (next[l] > find->low[l]) & (next[l] < find->high[l]) & !(bisects[l] > 0.0f);
+            next[l] = inside ? next[l] : find->low[l] + 0.5f * (find->high[l] - find->low[l]);
+        }
+        for (int l = 0; l < LANES; l++) {
+            const bool inside = (next[l] > find->low[l]) & (next[l] < find->high[l]);
+            find->going[l] *= (1.0f - find->done[l]) * (1.0f - ready[l]) * flag(inside);
+        }
+        for (int l = 0; l < LANES; l++) {
+            keep(&find->t[l], find->going[l] > 0.0f, next[l]);
         }
         leave(w, find->done, STUCK);
     }
@@ -1157,36 +1252,45 @@ LANES_CODE static void find_bottoms(lanes *w, const column what, search *find)
 }
 
 /* The window ends at the one root of a watch in it. */
-LANES_CODE static void find_roots(lanes *w, const column what, search *find)
+LANES_CODE static void find_roots(lanes *restrict w, const float *restrict what, search *restrict find)
 {
-    column lands, arrived;
+    column lands, arrived, ready, inside, next;
     for (int l = 0; l < LANES; l++) {
         const bool here = what[l] > (float)FIND_BOTTOM;
         find->going[l] = flag(here);
         find->low[l] = w->low[l];
         find->high[l] = w->end_t[l];
+        keep(&find->t[l], here, w->end_t[l]);
         keep(&w->found[l], here, find->number[l]);
         lands[l] = 0.0f;
         arrived[l] = 0.0f;
     }
     for (int n = 0; n < MOST_STEPS && any(find->going); n++) {
+        const bool halves = n > 8 && n % 2 == 1;
         for (int l = 0; l < LANES; l++) {
             const hopform_sample_f32 at = one_sample(&find->at, l);
-            const float t = find->t[l];
-            const bool goes = find->going[l] > 0.0f;
-            const bool ready = (arrived[l] > 0.0f) | (fabsf(at.value) <= 1.1920929e-7f * t * fabsf(at.rate));
             const float step = step_to_root(&at);
-            const float ahead = t - step;
-            const bool inside = (ahead > find->low[l]) & (ahead < find->high[l]);
-            const bool last = inside & one_step_left(&at, step);
-            const bool bisects = !last & (!inside | ((n > 8) & (n % 2 == 1)));
-            const float next = bisects ? find->low[l] + 0.5f * (find->high[l] - find->low[l]) : ahead;
-            const bool between = (next > find->low[l]) & (next < find->high[l]);
-            const bool goes_on = goes & !ready & between;
-            find->done[l] = flag(goes & !ready & !between);
-            lands[l] = flag(goes_on & last);
-            keep(&find->t[l], goes_on, next);
-            find->going[l] = flag(goes_on);
+            next[l] = find->t[l] - step;
+            lands[l] = flag(one_step_left(&at, step));
+            ready[l] = flag((arrived[l] > 0.0f) | (fabsf(at.value) <= 1.1920929e-7f * find->t[l] * fabsf(at.rate)));
+        }
+        for (int l = 0; l < LANES; l++) {
+            inside[l] = flag((next[l] > find->low[l]) & (next[l] < find->high[l]));
+            lands[l] *= inside[l];
+        }
+        for (int l = 0; l < LANES; l++) {
+            const float newton = halves ? lands[l] : inside[l];
+            next[l] = newton > 0.0f ? next[l] : find->low[l] + 0.5f * (find->high[l] - find->low[l]);
+        }
+        for (int l = 0; l < LANES; l++) {
+            const float between = flag((next[l] > find->low[l]) & (next[l] < find->high[l]));
+            find->going[l] *= 1.0f - ready[l];
+            find->done[l] = find->going[l] * (1.0f - between);
+            find->going[l] *= between;
+            lands[l] *= find->going[l];
+        }
+        for (int l = 0; l < LANES; l++) {
+            keep(&find->t[l], find->going[l] > 0.0f, next[l]);
         }
         leave(w, find->done, STUCK);
         if (!any(find->going)) {
@@ -1210,7 +1314,7 @@ LANES_CODE static void find_roots(lanes *w, const column what, search *find)
 }
 
 /* Shorten each window until every watch is known to keep its sign in it, but for the one that is found at its end. */
-LANES_CODE static void settle_windows(lanes *w)
+LANES_CODE static void settle_windows(lanes *restrict w)
 {
     column what, first, unsettled, left, roots;
     search find;
@@ -1244,7 +1348,7 @@ LANES_CODE static void settle_windows(lanes *w)
 }
 
 /* A take-off comes before the limit at the same time. */
-LANES_CODE static void lift_at_the_limit(lanes *w)
+LANES_CODE static void lift_at_the_limit(lanes *restrict w)
 {
     for (int l = 0; l < LANES; l++) {
         const float value = w->to[0].value[l];
@@ -1265,14 +1369,14 @@ static inline void beyond_stop(const lanes *w, const hopform_basis_f32 *basis, i
     const hopform_at_f32 at = hopform_state_at_f32(&state, &motion, basis, t);
     const float sign = w->side_1[l];
     const float stop = sign > 0.0f ? w->robot.x1_max[l] : w->robot.x1_min[l];
-    *beyond = (fabsf(sign) > 0.0f) & within_range(stop) ? sign * (at.x1_t - (within_range(stop) ? stop : 0.0f)) : -1.0f;
+    *beyond = ((fabsf(sign) > 0.0f) & within_range(stop)) ? sign * (at.x1_t - (within_range(stop) ? stop : 0.0f)) : -1.0f;
     *rate = sign * at.v1_t;
 }
 
 /* Windows end where x_1 meets its stop; `stops` says which. */
-LANES_CODE static void meet_stops(lanes *w, column stops)
+LANES_CODE static void meet_stops(lanes *restrict w, float *restrict stops)
 {
-    column low, high, t, going, tied, meets;
+    column low, high, t, going, tied;
     basis_columns basis;
     for (int l = 0; l < LANES; l++) {
         const hopform_basis_f32 one = one_of_basis_columns(&w->end, l);
@@ -1304,7 +1408,7 @@ LANES_CODE static void meet_stops(lanes *w, column stops)
             const float step = rate > 0.0f ? over(beyond, rate) : 1e38f;
             const bool ready = fabsf(step) <= 1.1920929e-7f * t[l];
             const float newton = t[l] - step;
-            const bool bisects = !((newton > lower) & (newton < upper)) | ((n > 8) & (n % 2 == 1));
+            const bool bisects = (!((newton > lower) & (newton < upper))) | ((n > 8) & (n % 2 == 1));
             const float next = bisects ? lower + 0.5f * (upper - lower) : newton;
             const bool goes = going[l] > 0.0f;
             const bool goes_on = goes & !ready & (next > lower) & (next < upper);
@@ -1319,7 +1423,6 @@ LANES_CODE static void meet_stops(lanes *w, column stops)
         const hopform_basis_f32 one = one_of_basis_columns(&basis, l);
         const bool here = stops[l] > 0.0f;
         tied[l] = flag(here & (w->found[l] >= 0.0f) & (w->found[l] <= 0.0f) & (w->end_t[l] <= t[l] * (1.0f + 8.0f * 1.1920929e-7f)));
-        meets[l] = stops[l];
         keep_basis_columns(&w->end, l, here, &one);
         keep(&w->end_t[l], here, t[l]);
     }
@@ -1331,8 +1434,8 @@ LANES_CODE static void meet_stops(lanes *w, column stops)
 /* Where a mass at rest goes; exactly on its threshold is left to the scalar code. */
 static inline float side_from_rest(float acceleration, float friction, bool blocked_below, bool blocked_above)
 {
-    const float side = (acceleration > friction) & !blocked_above ? 1.0f : 0.0f;
-    return (acceleration < -friction) & !blocked_below ? -1.0f : side;
+    const float side = ((acceleration > friction) & !blocked_above) ? 1.0f : 0.0f;
+    return ((acceleration < -friction) & !blocked_below) ? -1.0f : side;
 }
 
 static inline bool on_threshold(float acceleration, float friction)
@@ -1340,72 +1443,121 @@ static inline bool on_threshold(float acceleration, float friction)
     return !(fabsf(acceleration) < friction) & !(acceleration > friction) & !(acceleration < -friction);
 }
 
-/* The state and the modes after the end of a phase. */
-LANES_CODE static void pass(lanes *w, const column how)
+static inline float is(float kind, int one)
 {
-    column threshold, crowded;
+    return flag(kind >= (float)one) * flag(kind <= (float)one);
+}
+
+/* A mass that has come to rest stays there, is stopped, or goes on: its velocity is 0. */
+LANES_CODE static void come_to_rest(lanes *restrict w, const float *restrict how, float *restrict hits)
+{
+    column stop;
+    for (int l = 0; l < LANES; l++) {
+        stop[l] = w->side_1[l] > 0.0f ? w->robot.x1_max[l] : w->robot.x1_min[l];
+    }
+    for (int l = 0; l < LANES; l++) {
+        const bool near_stop = within_range(stop[l]) & (fabsf(w->state.x1[l] - stop[l]) <= 4.0f * 1.1920929e-7f * fabsf(stop[l]));
+        hits[l] = is(how[l], BY_STOP) + is(how[l], BY_VELOCITY_1) * flag(near_stop);
+    }
+    for (int l = 0; l < LANES; l++) {
+        keep(&w->state.x1[l], hits[l] > 0.0f, stop[l]);
+        keep(&w->state.v1[l], is(how[l], BY_VELOCITY_1) + hits[l] > 0.0f, 0.0f);
+        keep(&w->state.v2[l], is(how[l], BY_VELOCITY_2) > 0.0f, 0.0f);
+        keep(&w->state.y[l], is(how[l], BY_TAKEOFF) > 0.0f, 0.0f);
+    }
+}
+
+/* Where each mass would go from rest; exactly on its threshold is left to the scalar code. */
+LANES_CODE static void sides_from_rest(lanes *restrict w, const float *restrict rests_1, const float *restrict rests_2, float *restrict side_1,
+                                       float *restrict side_2)
+{
+    column free_1, free_2, threshold, blocked_below, blocked_above;
     for (int l = 0; l < LANES; l++) {
         const hopform_rates_f32 rates = one_of_rates_columns(&w->rates, l);
-        const bool ends = how[l] > (float)NO_END;
-        const bool by_velocity_1 = (how[l] >= (float)BY_VELOCITY_1) & (how[l] <= (float)BY_VELOCITY_1);
-        const bool by_stop = (how[l] >= (float)BY_STOP) & (how[l] <= (float)BY_STOP);
-        const bool by_velocity_2 = (how[l] >= (float)BY_VELOCITY_2) & (how[l] <= (float)BY_VELOCITY_2);
-        const bool by_threshold_1 = (how[l] >= (float)BY_THRESHOLD_1) & (how[l] <= (float)BY_THRESHOLD_1);
-        const bool by_threshold_2 = (how[l] >= (float)BY_THRESHOLD_2) & (how[l] <= (float)BY_THRESHOLD_2);
-        const bool by_takeoff = (how[l] >= (float)BY_TAKEOFF) & (how[l] <= (float)BY_TAKEOFF);
-        const bool by_limit = how[l] > (float)BY_STOP;
-        const bool rests_1 = by_velocity_1 | by_stop;
-        const float before_1 = w->side_1[l];
-        const float before_2 = w->side_2[l];
-        const float stop = before_1 > 0.0f ? w->robot.x1_max[l] : w->robot.x1_min[l];
-        const float place = within_range(stop) ? stop : 0.0f;
-        const bool near_stop = within_range(stop) & (fabsf(w->state.x1[l] - place) <= 4.0f * 1.1920929e-7f * fabsf(place));
-        const bool hits = by_stop | (by_velocity_1 & near_stop);
-        keep(&w->state.x1[l], hits, place);
-        keep(&w->state.v1[l], rests_1, 0.0f);
-        keep(&w->state.v2[l], by_velocity_2, 0.0f);
-        keep(&w->state.y[l], by_takeoff, 0.0f);
         const hopform_state_f32 state = one_of_state_columns(&w->state, l);
         const hopform_free_f32 free = hopform_free_accelerations_f32(&rates, &state, w->u[l]);
-        const float from_rest_1 = side_from_rest(free.free_1, w->robot.f1[l], blocks(w, l, -1.0f), blocks(w, l, 1.0f));
-        const float from_rest_2 = side_from_rest(free.free_2, w->robot.f2[l], false, false);
-        const bool sticks_1 = !(fabsf(from_rest_1) > 0.0f);
-        const bool sticks_2 = !(fabsf(from_rest_2) > 0.0f);
-        const bool reverses_1 = from_rest_1 * before_1 < 0.0f;
-        const bool reverses_2 = from_rest_2 * before_2 < 0.0f;
-        const float threshold_side = w->found[l] > 2.5f ? w->side[3][l] : (w->found[l] > 1.5f ? w->side[2][l] : w->side[1][l]);
-        const float side_1 = rests_1 ? from_rest_1 : (by_threshold_1 ? threshold_side : before_1);
-        const float side_2 = by_velocity_2 ? from_rest_2 : (by_threshold_2 ? threshold_side : before_2);
-        const float of_reversal = hits ? (float)HOPFORM_EVENT_X1_HITS_STOP : (float)HOPFORM_EVENT_X1_REVERSES;
-        const float of_stick = hits ? (float)HOPFORM_EVENT_X1_HITS_STOP : (float)HOPFORM_EVENT_X1_STICKS;
-        const float event_1 = sticks_1 ? of_stick : (reverses_1 ? of_reversal : (float)HOPFORM_EVENT_NONE);
-        const float event_2 = sticks_2 ? (float)HOPFORM_EVENT_X2_STICKS : (reverses_2 ? (float)HOPFORM_EVENT_X2_REVERSES : (float)HOPFORM_EVENT_NONE);
-        const float event_of_rest = rests_1 ? event_1 : (by_velocity_2 ? event_2 : (float)HOPFORM_EVENT_NONE);
-        const float event = by_threshold_1 ? (float)HOPFORM_EVENT_X1_SLIPS : (by_threshold_2 ? (float)HOPFORM_EVENT_X2_SLIPS : event_of_rest);
-        const bool goes_on = ends & !by_takeoff & !by_limit;
-        const float count = w->count[l] + (goes_on ? 1.0f : 0.0f);
-        const bool rests = goes_on & !(fabsf(side_1) > 0.0f) & !(fabsf(side_2) > 0.0f);
-        keep(&w->side_1[l], goes_on, side_1);
-        keep(&w->side_2[l], goes_on, side_2);
-        keep(&w->fresh_1[l], goes_on, flag(by_threshold_1));
-        keep(&w->fresh_2[l], goes_on, flag(by_threshold_2));
-        w->count[l] = count;
-        w->events[l] += (goes_on & (event > 0.0f)) ? 1.0f : 0.0f;
-        w->event[l] = goes_on ? event : 0.0f;
-        const float ending = by_takeoff ? (float)HOPFORM_ENDING_TAKEOFF : (by_limit ? (float)HOPFORM_ENDING_HORIZON : 0.0f);
-        w->ending[l] = rests ? (float)HOPFORM_ENDING_REST : ending;
-        w->begins[l] = flag(goes_on);
-        threshold[l] = flag((rests_1 & on_threshold(free.free_1, w->robot.f1[l])) | (by_velocity_2 & on_threshold(free.free_2, w->robot.f2[l])));
-        crowded[l] = flag(goes_on & (count > w->max_phases[l]));
+        free_1[l] = free.free_1;
+        free_2[l] = free.free_2;
+        blocked_below[l] = flag(blocks(w, l, -1.0f));
+        blocked_above[l] = flag(blocks(w, l, 1.0f));
+    }
+    for (int l = 0; l < LANES; l++) {
+        const float up_1 = flag(free_1[l] > w->robot.f1[l]);
+        const float down_1 = flag(free_1[l] < -w->robot.f1[l]);
+        const float up_2 = flag(free_2[l] > w->robot.f2[l]);
+        const float down_2 = flag(free_2[l] < -w->robot.f2[l]);
+        const float doubt_1 = flag(!(fabsf(free_1[l]) < w->robot.f1[l])) * (1.0f - up_1) * (1.0f - down_1);
+        const float doubt_2 = flag(!(fabsf(free_2[l]) < w->robot.f2[l])) * (1.0f - up_2) * (1.0f - down_2);
+        side_1[l] = up_1 * (1.0f - blocked_above[l]) - down_1 * (1.0f - blocked_below[l]);
+        side_2[l] = up_2 - down_2;
+        threshold[l] = rests_1[l] * doubt_1 + rests_2[l] * doubt_2;
     }
     leave(w, threshold, THRESHOLD);
+}
+
+/* The state and the modes after the end of a phase. */
+LANES_CODE static void pass(lanes *restrict w, const float *restrict how)
+{
+    column hits, rests_1, rests_2, slips_1, slips_2, side_1, side_2, side, goes_on, crowded;
+    come_to_rest(w, how, hits);
+    for (int l = 0; l < LANES; l++) {
+        rests_1[l] = is(how[l], BY_VELOCITY_1) + is(how[l], BY_STOP);
+        rests_2[l] = is(how[l], BY_VELOCITY_2);
+        slips_1[l] = is(how[l], BY_THRESHOLD_1);
+        slips_2[l] = is(how[l], BY_THRESHOLD_2);
+        goes_on[l] = rests_1[l] + rests_2[l] + slips_1[l] + slips_2[l];
+    }
+    sides_from_rest(w, rests_1, rests_2, side_1, side_2);
+    for (int l = 0; l < LANES; l++) {
+        const float number = w->found[l];
+        side[l] = is(number, 1) * w->side[1][l] + is(number, 2) * w->side[2][l] + is(number, 3) * w->side[3][l];
+    }
+    for (int l = 0; l < LANES; l++) {
+        const float sticks_1 = rests_1[l] * (1.0f - fabsf(side_1[l]));
+        const float sticks_2 = rests_2[l] * (1.0f - fabsf(side_2[l]));
+        const float reverses_1 = rests_1[l] * flag(side_1[l] * w->side_1[l] < 0.0f);
+        const float reverses_2 = rests_2[l] * flag(side_2[l] * w->side_2[l] < 0.0f);
+        w->event[l] = hits[l] * (sticks_1 + reverses_1) * (float)HOPFORM_EVENT_X1_HITS_STOP
+                      + (1.0f - hits[l]) * (sticks_1 * (float)HOPFORM_EVENT_X1_STICKS + reverses_1 * (float)HOPFORM_EVENT_X1_REVERSES)
+                      + sticks_2 * (float)HOPFORM_EVENT_X2_STICKS + reverses_2 * (float)HOPFORM_EVENT_X2_REVERSES
+                      + slips_1[l] * (float)HOPFORM_EVENT_X1_SLIPS + slips_2[l] * (float)HOPFORM_EVENT_X2_SLIPS;
+        w->events[l] += flag(w->event[l] > 0.0f);
+        w->count[l] += goes_on[l];
+        crowded[l] = goes_on[l] * flag(w->count[l] > w->max_phases[l]);
+    }
+    for (int l = 0; l < LANES; l++) {
+        keep(&w->side_1[l], rests_1[l] > 0.0f, side_1[l]);
+        keep(&w->side_2[l], rests_2[l] > 0.0f, side_2[l]);
+        keep(&w->fresh_1[l], goes_on[l] > 0.0f, slips_1[l]);
+        keep(&w->fresh_2[l], goes_on[l] > 0.0f, slips_2[l]);
+        w->begins[l] = goes_on[l];
+    }
+    for (int l = 0; l < LANES; l++) {
+        keep(&w->side_1[l], slips_1[l] > 0.0f, side[l]);
+        keep(&w->side_2[l], slips_2[l] > 0.0f, side[l]);
+    }
+    for (int l = 0; l < LANES; l++) {
+        const float rests = goes_on[l] * (1.0f - fabsf(w->side_1[l])) * (1.0f - fabsf(w->side_2[l]));
+        w->ending[l] = is(how[l], BY_TAKEOFF) * (float)HOPFORM_ENDING_TAKEOFF + is(how[l], BY_LIMIT) * (float)HOPFORM_ENDING_HORIZON
+                       + rests * (float)HOPFORM_ENDING_REST;
+    }
     leave(w, crowded, MANY_PHASES);
 }
 
-/* The next window of a phase, or what follows its end. */
-LANES_CODE static void end_windows(lanes *w, const column stops)
+/* A window begins where the one before has ended. */
+LANES_CODE static void next_samples(const sample_columns *restrict to, const float *restrict yes, sample_columns *restrict from)
 {
-    column how, late;
+    for (int l = 0; l < LANES; l++) {
+        hopform_sample_f32 sample = one_sample(to, l);
+        sample.value = sample.value > 0.0f ? sample.value : 0.0f;
+        keep_sample(from, l, yes[l] > 0.0f, &sample);
+    }
+}
+
+/* The next window of a phase, or what follows its end. */
+LANES_CODE static void end_windows(lanes *restrict w, const float *restrict stops)
+{
+    column how, late, goes_on;
     for (int l = 0; l < LANES; l++) {
         const float found = w->found[l];
         const float kind_23 = found > 2.5f ? w->kind[3][l] : w->kind[2][l];
@@ -1413,19 +1565,19 @@ LANES_CODE static void end_windows(lanes *w, const column stops)
         const float kind = found > 1.5f ? kind_23 : kind_01;
         const float reached = !(w->end_t[l] < w->limit[l]) ? (float)BY_LIMIT : (float)NO_END;
         const float event = found >= 0.0f ? kind : reached;
-        how[l] = w->live[l] > 0.0f ? (stops[l] > 0.0f ? (float)BY_STOP : event) : (float)NO_END;
-        const bool goes_on = (w->live[l] > 0.0f) & !(how[l] > (float)NO_END);
-        keep(&w->windows[l], goes_on, w->windows[l] + 1.0f);
-        keep(&w->low[l], goes_on, w->end_t[l]);
-        late[l] = flag(goes_on & (w->windows[l] >= (float)MOST_WINDOWS));
+        how[l] = stops[l] > 0.0f ? (float)BY_STOP : event;
+    }
+    for (int l = 0; l < LANES; l++) {
+        keep(&how[l], !(w->live[l] > 0.0f), (float)NO_END);
+        goes_on[l] = flag(w->live[l] > 0.0f) * flag(how[l] <= (float)NO_END);
+        w->windows[l] += goes_on[l];
+        keep(&w->low[l], goes_on[l] > 0.0f, w->end_t[l]);
+        late[l] = goes_on[l] * flag(w->windows[l] >= (float)MOST_WINDOWS);
     }
     leave(w, late, MANY_WINDOWS);
-    for (int s = 0; s < SLOTS; s++) {
-        for (int l = 0; l < LANES; l++) {
-            const bool goes_on = (w->live[l] > 0.0f) & !(how[l] > (float)NO_END);
-            hopform_sample_f32 from = one_sample(&w->to[s], l);
-            from.value = from.value > 0.0f ? from.value : 0.0f;
-            keep_sample(&w->from[s], l, goes_on, &from);
+    if (any(goes_on)) {
+        for (int s = 0; s < SLOTS; s++) {
+            next_samples(&w->to[s], goes_on, &w->from[s]);
         }
     }
     for (int l = 0; l < LANES; l++) {
@@ -1446,7 +1598,7 @@ LANES_CODE static void end_windows(lanes *w, const column stops)
 }
 
 /* One window of each stance. */
-LANES_CODE static void advance(lanes *w)
+LANES_CODE static void advance(lanes *restrict w)
 {
     outlook ahead;
     column stops;

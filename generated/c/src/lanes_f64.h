@@ -29,6 +29,30 @@ enum { NO_END, BY_TAKEOFF, BY_VELOCITY_1, BY_THRESHOLD_1, BY_VELOCITY_2, BY_THRE
 /* What is done about a watch. */
 enum { NOTHING, LEAVE, FIND_BOTTOM, FIND_ROOT };
 
+static inline bool within_range(double value)
+{
+    return (value >= -1e+300) & (value <= 1e+300);
+}
+
+static inline double flag(bool yes)
+{
+    return yes ? 1.0 : 0.0;
+}
+
+/* A quotient whose divisor may be zero where the result is not used. */
+static inline double over(double value, double divisor)
+{
+    return value / (fabs(divisor) > 0.0 ? divisor : 1.0);
+}
+
+/* A number is put only where a flag says so. */
+static inline void keep(double *place, bool yes, double value)
+{
+    const double before = *place;
+    const double after = yes ? value : before;
+    *place = after;
+}
+
 /* ---- records, a column for each member ---- */
 
 typedef struct {
@@ -76,21 +100,21 @@ static inline void put_robot_columns(robot_columns *columns, int l, const hopfor
 
 static inline void keep_robot_columns(robot_columns *columns, int l, bool yes, const hopform_robot_f64 *one)
 {
-    columns->m_eff[l] = yes ? one->m_eff : columns->m_eff[l];
-    columns->m_s[l] = yes ? one->m_s : columns->m_s[l];
-    columns->k[l] = yes ? one->k : columns->k[l];
-    columns->L0[l] = yes ? one->L0 : columns->L0[l];
-    columns->c[l] = yes ? one->c : columns->c[l];
-    columns->b1[l] = yes ? one->b1 : columns->b1[l];
-    columns->b2[l] = yes ? one->b2 : columns->b2[l];
-    columns->f1[l] = yes ? one->f1 : columns->f1[l];
-    columns->f2[l] = yes ? one->f2 : columns->f2[l];
-    columns->gamma2[l] = yes ? one->gamma2 : columns->gamma2[l];
-    columns->g[l] = yes ? one->g : columns->g[l];
-    columns->x1_min[l] = yes ? one->x1_min : columns->x1_min[l];
-    columns->x1_max[l] = yes ? one->x1_max : columns->x1_max[l];
-    columns->u_max[l] = yes ? one->u_max : columns->u_max[l];
-    columns->impact_loss[l] = yes ? one->impact_loss : columns->impact_loss[l];
+    keep(&columns->m_eff[l], yes, one->m_eff);
+    keep(&columns->m_s[l], yes, one->m_s);
+    keep(&columns->k[l], yes, one->k);
+    keep(&columns->L0[l], yes, one->L0);
+    keep(&columns->c[l], yes, one->c);
+    keep(&columns->b1[l], yes, one->b1);
+    keep(&columns->b2[l], yes, one->b2);
+    keep(&columns->f1[l], yes, one->f1);
+    keep(&columns->f2[l], yes, one->f2);
+    keep(&columns->gamma2[l], yes, one->gamma2);
+    keep(&columns->g[l], yes, one->g);
+    keep(&columns->x1_min[l], yes, one->x1_min);
+    keep(&columns->x1_max[l], yes, one->x1_max);
+    keep(&columns->u_max[l], yes, one->u_max);
+    keep(&columns->impact_loss[l], yes, one->impact_loss);
 }
 
 typedef struct {
@@ -140,22 +164,22 @@ static inline void put_rates_columns(rates_columns *columns, int l, const hopfor
 
 static inline void keep_rates_columns(rates_columns *columns, int l, bool yes, const hopform_rates_f64 *one)
 {
-    columns->a1_y[l] = yes ? one->a1_y : columns->a1_y[l];
-    columns->a1_v1[l] = yes ? one->a1_v1 : columns->a1_v1[l];
-    columns->a1_v2[l] = yes ? one->a1_v2 : columns->a1_v2[l];
-    columns->a1_u[l] = yes ? one->a1_u : columns->a1_u[l];
-    columns->a1_0[l] = yes ? one->a1_0 : columns->a1_0[l];
-    columns->a2_y[l] = yes ? one->a2_y : columns->a2_y[l];
-    columns->a2_v1[l] = yes ? one->a2_v1 : columns->a2_v1[l];
-    columns->a2_v2[l] = yes ? one->a2_v2 : columns->a2_v2[l];
-    columns->a2_0[l] = yes ? one->a2_0 : columns->a2_0[l];
-    columns->s_1[l] = yes ? one->s_1 : columns->s_1[l];
-    columns->s_2[l] = yes ? one->s_2 : columns->s_2[l];
-    columns->s_3[l] = yes ? one->s_3 : columns->s_3[l];
-    columns->p_1[l] = yes ? one->p_1 : columns->p_1[l];
-    columns->q_1[l] = yes ? one->q_1 : columns->q_1[l];
-    columns->p_2[l] = yes ? one->p_2 : columns->p_2[l];
-    columns->q_2[l] = yes ? one->q_2 : columns->q_2[l];
+    keep(&columns->a1_y[l], yes, one->a1_y);
+    keep(&columns->a1_v1[l], yes, one->a1_v1);
+    keep(&columns->a1_v2[l], yes, one->a1_v2);
+    keep(&columns->a1_u[l], yes, one->a1_u);
+    keep(&columns->a1_0[l], yes, one->a1_0);
+    keep(&columns->a2_y[l], yes, one->a2_y);
+    keep(&columns->a2_v1[l], yes, one->a2_v1);
+    keep(&columns->a2_v2[l], yes, one->a2_v2);
+    keep(&columns->a2_0[l], yes, one->a2_0);
+    keep(&columns->s_1[l], yes, one->s_1);
+    keep(&columns->s_2[l], yes, one->s_2);
+    keep(&columns->s_3[l], yes, one->s_3);
+    keep(&columns->p_1[l], yes, one->p_1);
+    keep(&columns->q_1[l], yes, one->q_1);
+    keep(&columns->p_2[l], yes, one->p_2);
+    keep(&columns->q_2[l], yes, one->q_2);
 }
 
 typedef struct {
@@ -185,12 +209,12 @@ static inline void put_poles_columns(poles_columns *columns, int l, const hopfor
 
 static inline void keep_poles_columns(poles_columns *columns, int l, bool yes, const hopform_poles_f64 *one)
 {
-    columns->a[l] = yes ? one->a : columns->a[l];
-    columns->p[l] = yes ? one->p : columns->p[l];
-    columns->q[l] = yes ? one->q : columns->q[l];
-    columns->s_1[l] = yes ? one->s_1 : columns->s_1[l];
-    columns->s_2[l] = yes ? one->s_2 : columns->s_2[l];
-    columns->s_3[l] = yes ? one->s_3 : columns->s_3[l];
+    keep(&columns->a[l], yes, one->a);
+    keep(&columns->p[l], yes, one->p);
+    keep(&columns->q[l], yes, one->q);
+    keep(&columns->s_1[l], yes, one->s_1);
+    keep(&columns->s_2[l], yes, one->s_2);
+    keep(&columns->s_3[l], yes, one->s_3);
 }
 
 typedef struct {
@@ -216,10 +240,10 @@ static inline void put_state_columns(state_columns *columns, int l, const hopfor
 
 static inline void keep_state_columns(state_columns *columns, int l, bool yes, const hopform_state_f64 *one)
 {
-    columns->x1[l] = yes ? one->x1 : columns->x1[l];
-    columns->v1[l] = yes ? one->v1 : columns->v1[l];
-    columns->v2[l] = yes ? one->v2 : columns->v2[l];
-    columns->y[l] = yes ? one->y : columns->y[l];
+    keep(&columns->x1[l], yes, one->x1);
+    keep(&columns->v1[l], yes, one->v1);
+    keep(&columns->v2[l], yes, one->v2);
+    keep(&columns->y[l], yes, one->y);
 }
 
 typedef struct {
@@ -255,15 +279,15 @@ static inline void put_motion_columns(motion_columns *columns, int l, const hopf
 
 static inline void keep_motion_columns(motion_columns *columns, int l, bool yes, const hopform_motion_f64 *one)
 {
-    columns->H3_1[l] = yes ? one->H3_1 : columns->H3_1[l];
-    columns->H2_1[l] = yes ? one->H2_1 : columns->H2_1[l];
-    columns->H1_1[l] = yes ? one->H1_1 : columns->H1_1[l];
-    columns->H3_2[l] = yes ? one->H3_2 : columns->H3_2[l];
-    columns->H2_2[l] = yes ? one->H2_2 : columns->H2_2[l];
-    columns->H1_2[l] = yes ? one->H1_2 : columns->H1_2[l];
-    columns->H3_y[l] = yes ? one->H3_y : columns->H3_y[l];
-    columns->H2_y[l] = yes ? one->H2_y : columns->H2_y[l];
-    columns->H1_y[l] = yes ? one->H1_y : columns->H1_y[l];
+    keep(&columns->H3_1[l], yes, one->H3_1);
+    keep(&columns->H2_1[l], yes, one->H2_1);
+    keep(&columns->H1_1[l], yes, one->H1_1);
+    keep(&columns->H3_2[l], yes, one->H3_2);
+    keep(&columns->H2_2[l], yes, one->H2_2);
+    keep(&columns->H1_2[l], yes, one->H1_2);
+    keep(&columns->H3_y[l], yes, one->H3_y);
+    keep(&columns->H2_y[l], yes, one->H2_y);
+    keep(&columns->H1_y[l], yes, one->H1_y);
 }
 
 typedef struct {
@@ -291,11 +315,11 @@ static inline void put_basis_columns(basis_columns *columns, int l, const hopfor
 
 static inline void keep_basis_columns(basis_columns *columns, int l, bool yes, const hopform_basis_f64 *one)
 {
-    columns->Wdd[l] = yes ? one->Wdd : columns->Wdd[l];
-    columns->Wd[l] = yes ? one->Wd : columns->Wd[l];
-    columns->W[l] = yes ? one->W : columns->W[l];
-    columns->W1[l] = yes ? one->W1 : columns->W1[l];
-    columns->W2[l] = yes ? one->W2 : columns->W2[l];
+    keep(&columns->Wdd[l], yes, one->Wdd);
+    keep(&columns->Wd[l], yes, one->Wd);
+    keep(&columns->W[l], yes, one->W);
+    keep(&columns->W1[l], yes, one->W1);
+    keep(&columns->W2[l], yes, one->W2);
 }
 
 /* A watch, one a lane. */
@@ -342,29 +366,7 @@ typedef struct {
     int32_t listed[LANES]; /* events in the caller's list */
 } lanes;
 
-static inline bool within_range(double value)
-{
-    return (value >= -1e+300) & (value <= 1e+300);
-}
-
-static inline double flag(bool yes)
-{
-    return yes ? 1.0 : 0.0;
-}
-
-/* A quotient whose divisor may be zero where the result is not used. */
-static inline double over(double value, double divisor)
-{
-    return value / (fabs(divisor) > 0.0 ? divisor : 1.0);
-}
-
-/* A number is put only where a flag says so. */
-static inline void keep(double *place, bool yes, double value)
-{
-    *place = yes ? value : *place;
-}
-
-LANES_CODE static bool any(const column flags)
+LANES_CODE static bool any(const double *restrict flags)
 {
     int32_t found = 0;
     for (int l = 0; l < LANES; l++) {
@@ -373,7 +375,7 @@ LANES_CODE static bool any(const column flags)
     return found != 0;
 }
 
-LANES_CODE static void leave(lanes *w, const column who, double why)
+LANES_CODE static void leave(lanes *restrict w, const double *restrict who, double why)
 {
     for (int l = 0; l < LANES; l++) {
         keep(&w->left[l], (who[l] > 0.0) & (w->live[l] > 0.0), why);
@@ -383,15 +385,17 @@ LANES_CODE static void leave(lanes *w, const column who, double why)
 /* ---- kernels: as those of kernels_f64.h, for all lanes ---- */
 
 /* exp(x) for x <= 0. */
-LANES_CODE static void exponentials(const column x, column result)
+LANES_CODE static void exponentials(const double *restrict x, double *restrict result)
 {
-    column power;
+    column safe, power;
     uint64_t bits[LANES];
     for (int l = 0; l < LANES; l++) {
         const double far = x[l] > -708.0 ? x[l] : -708.0;
-        const double safe = far < 0.0 ? far : 0.0;
-        const int32_t n = (int32_t)(safe * 1.4426950408889634 - 0.5);
-        const double r = safe - (double)n * 0.6931471803691238 - (double)n * 1.9082149292705877e-10;
+        safe[l] = far < 0.0 ? far : 0.0;
+    }
+    for (int l = 0; l < LANES; l++) {
+        const int32_t n = (int32_t)(safe[l] * 1.4426950408889634 - 0.5);
+        const double r = safe[l] - (double)n * 0.6931471803691238 - (double)n * 1.9082149292705877e-10;
         double sum = 0.0;
         sum = sum * r + 1.6059043836821613e-10;
         sum = sum * r + 2.08767569878681e-09;
@@ -407,24 +411,28 @@ LANES_CODE static void exponentials(const column x, column result)
         sum = sum * r + 0.5;
         sum = sum * r + 1.0;
         sum = sum * r + 1.0;
-        result[l] = x[l] > -708.0 ? sum : 0.0;
+        result[l] = sum;
         bits[l] = (uint64_t)(int64_t)(n + 1023) << 52;
     }
     memcpy(power, bits, sizeof power);
     for (int l = 0; l < LANES; l++) {
-        result[l] *= power[l];
+        const double product = result[l] * power[l];
+        result[l] = x[l] > -708.0 ? product : 0.0;
     }
 }
 
 /* sin(x) and cos(x) for 0 <= x < LARGEST_TURN. */
-LANES_CODE static void turns(const column x, column sine, column cosine)
+LANES_CODE static void turns(const double *restrict x, double *restrict sine, double *restrict cosine)
 {
-    column swap, minus_sine, minus_cosine;
+    column angle, swap, minus_sine, minus_cosine;
     int32_t quarter[LANES];
     for (int l = 0; l < LANES; l++) {
-        const double angle = (x[l] >= 0.0) & (x[l] < 1000000.0) ? x[l] : 0.0;
-        const int32_t n = (int32_t)(angle * 0.6366197723675814 + 0.5);
-        const double r = angle - (double)n * 1.5707963267341256 - (double)n * 6.077100506303966e-11 - (double)n * 6.123233995736766e-17;
+        const double small = x[l] < 1000000.0 ? x[l] : 0.0;
+        angle[l] = small > 0.0 ? small : 0.0;
+    }
+    for (int l = 0; l < LANES; l++) {
+        const int32_t n = (int32_t)(angle[l] * 0.6366197723675814 + 0.5);
+        const double r = angle[l] - (double)n * 1.5707963267341256 - (double)n * 6.077100506303966e-11 - (double)n * 6.123233995736766e-17;
         const double rr = r * r;
         double s = 0.0;
         double c = 0.0;
@@ -468,7 +476,7 @@ typedef struct {
     column e, e1, e2;
 } decay_columns;
 
-LANES_CODE static void decays(const column a, const column t, const column wanted, decay_columns *decay)
+LANES_CODE static void decays(const double *restrict a, const double *restrict t, const double *restrict wanted, decay_columns *restrict decay)
 {
     column slow, fast, exponent, e;
     for (int l = 0; l < LANES; l++) {
@@ -523,7 +531,7 @@ typedef struct {
 } pair_columns;
 
 /* The pair over a time that is short for it. */
-LANES_CODE static void short_pairs(const lanes *w, const column t, const column wanted, pair_columns *pair)
+LANES_CODE static void short_pairs(const lanes *restrict w, const double *restrict t, const double *restrict wanted, pair_columns *restrict pair)
 {
     column pt, qtt, before, term, R2, R3, going;
     for (int l = 0; l < LANES; l++) {
@@ -566,7 +574,7 @@ LANES_CODE static void short_pairs(const lanes *w, const column t, const column 
 }
 
 /* A pair that swings. */
-LANES_CODE static void swinging_pairs(const lanes *w, const column t, const column wanted, pair_columns *pair)
+LANES_CODE static void swinging_pairs(const lanes *restrict w, const double *restrict t, const double *restrict wanted, pair_columns *restrict pair)
 {
     column angle, exponent, envelope, sine, cosine;
     for (int l = 0; l < LANES; l++) {
@@ -590,7 +598,7 @@ LANES_CODE static void swinging_pairs(const lanes *w, const column t, const colu
 }
 
 /* W of three poles over a short time. */
-LANES_CODE static void short_bases(const lanes *w, const column t, const column wanted, basis_columns *basis)
+LANES_CODE static void short_bases(const lanes *restrict w, const double *restrict t, const double *restrict wanted, basis_columns *restrict basis)
 {
     column h, hh, hhh, term_0, term_1, term_2, W2, W3, W4, going;
     for (int l = 0; l < LANES; l++) {
@@ -638,7 +646,7 @@ LANES_CODE static void short_bases(const lanes *w, const column t, const column 
 }
 
 /* W at t where `wanted`; a lane whose poles are of another kind is left. */
-LANES_CODE static void bases_at(lanes *w, const column t, const column wanted, basis_columns *basis)
+LANES_CODE static void bases_at(lanes *restrict w, const double *restrict t, const double *restrict wanted, basis_columns *restrict basis)
 {
     column brief, pairs, swift, swings, splits, close, beyond;
     for (int l = 0; l < LANES; l++) {
@@ -733,8 +741,8 @@ static inline hopform_sample_f64 one_sample(const sample_columns *samples, int l
 }
 
 /* One watch where `wanted`. */
-LANES_CODE static void sample_watch(const lanes *w, const watch_columns *watch, const basis_columns *basis, const column t, const column wanted,
-                                    sample_columns *samples)
+LANES_CODE static void sample_watch(const lanes *restrict w, const watch_columns *restrict watch, const basis_columns *restrict basis, const double *restrict t, const double *restrict wanted,
+                                    sample_columns *restrict samples)
 {
     for (int l = 0; l < LANES; l++) {
         const hopform_basis_f64 one = one_of_basis_columns(basis, l);
@@ -744,7 +752,7 @@ LANES_CODE static void sample_watch(const lanes *w, const watch_columns *watch, 
 }
 
 /* All watches at the end of the window, where `wanted`. */
-LANES_CODE static void sample_ends(lanes *w, const column wanted)
+LANES_CODE static void sample_ends(lanes *restrict w, const double *restrict wanted)
 {
     for (int s = 0; s < SLOTS; s++) {
         if (any(w->on[s])) {
@@ -756,7 +764,7 @@ LANES_CODE static void sample_ends(lanes *w, const column wanted)
 /* ---- the start of a phase ---- */
 
 /* Poles of the mode; lanes with two real poles in the pair are left. */
-LANES_CODE static void start_poles(lanes *w)
+LANES_CODE static void start_poles(lanes *restrict w)
 {
     column overdamped;
     for (int l = 0; l < LANES; l++) {
@@ -784,7 +792,7 @@ LANES_CODE static void start_poles(lanes *w)
     leave(w, overdamped, POLES_CLOSE);
 }
 
-LANES_CODE static void start_motion(lanes *w)
+LANES_CODE static void start_motion(lanes *restrict w)
 {
     for (int l = 0; l < LANES; l++) {
         const hopform_robot_f64 robot = one_of_robot_columns(&w->robot, l);
@@ -803,18 +811,19 @@ LANES_CODE static void start_motion(lanes *w)
     }
 }
 
+/* Whether a lane's actuator is kept from moving up or down, a side. */
 static inline bool blocks(const lanes *w, int l, double side)
 {
     const double x1_min = w->robot.x1_min[l];
     const double x1_max = w->robot.x1_max[l];
-    const bool locked = !(x1_min < x1_max);
-    return locked | ((side < 0.0) & (w->state.x1[l] <= x1_min)) | ((side > 0.0) & (w->state.x1[l] >= x1_max));
+    const bool at_end = side < 0.0 ? w->state.x1[l] <= x1_min : w->state.x1[l] >= x1_max;
+    return at_end | !(x1_min < x1_max);
 }
 
-static inline void put_watch(lanes *w, int s, int l, bool on, double kind, double side, const hopform_watch_f64 *watch)
+static inline void put_watch(lanes *w, int s, int l, double on, double kind, double side, const hopform_watch_f64 *watch)
 {
     const bool begins = w->begins[l] > 0.0;
-    keep(&w->on[s][l], begins, flag(on));
+    keep(&w->on[s][l], begins, on);
     keep(&w->kind[s][l], begins, kind);
     keep(&w->side[s][l], begins, side);
     keep(&w->watch[s].H3[l], begins, watch->numerator.H3);
@@ -838,13 +847,18 @@ static inline hopform_numerator_f64 times(double sign, const hopform_numerator_f
 }
 
 /* Take-off, then mass 1 (its velocity, or where it slips to on either side), then mass 2. */
-LANES_CODE static void start_watches(lanes *w)
+LANES_CODE static void start_watches(lanes *restrict w)
 {
+    column blocked_below, blocked_above;
+    for (int l = 0; l < LANES; l++) {
+        blocked_below[l] = flag(blocks(w, l, -1.0));
+        blocked_above[l] = flag(blocks(w, l, 1.0));
+    }
     for (int l = 0; l < LANES; l++) {
         const hopform_poles_f64 poles = one_of_poles_columns(&w->poles, l);
         const hopform_motion_f64 m = one_of_motion_columns(&w->motion, l);
         const hopform_watch_f64 leg = hopform_watch_of_f64(&poles, m.H3_y, m.H2_y, m.H1_y, w->state.y[l], 1.0, 0, 0);
-        put_watch(w, 0, l, true, BY_TAKEOFF, 0.0, &leg);
+        put_watch(w, 0, l, 1.0, BY_TAKEOFF, 0.0, &leg);
     }
     for (int l = 0; l < LANES; l++) {
         const hopform_poles_f64 poles = one_of_poles_columns(&w->poles, l);
@@ -868,72 +882,105 @@ LANES_CODE static void start_watches(lanes *w)
         const hopform_numerator_f64 h1 = chosen(held_1, &free_1, &velocity_1);
         const hopform_watch_f64 first =
             hopform_watch_of_f64(&poles, h1.H3, h1.H2, h1.H1, held_1 ? f1 + free.free_1 : state.v1, held_1 ? 1.0 : side_1, 0, 0);
-        put_watch(w, 1, l, !held_1 | !blocks(w, l, -1.0), held_1 ? (double)BY_THRESHOLD_1 : (double)BY_VELOCITY_1, -1.0, &first);
+        put_watch(w, 1, l, 1.0 - flag(held_1) * blocked_below[l], held_1 ? (double)BY_THRESHOLD_1 : (double)BY_VELOCITY_1, -1.0, &first);
 
         const hopform_numerator_f64 of_2 = chosen(held_2, &free_2, &velocity_2);
         const hopform_numerator_f64 h2 = chosen(held_1, &minus_1, &of_2);
         const double start_2 = held_2 ? f2 + free.free_2 : state.v2;
         const hopform_watch_f64 second = hopform_watch_of_f64(&poles, h2.H3, h2.H2, h2.H1, held_1 ? f1 - free.free_1 : start_2,
-                                                                held_1 | held_2 ? 1.0 : side_2, 0, 0);
+                                                                (held_1 | held_2) ? 1.0 : side_2, 0, 0);
         const double kind_2 = held_2 ? (double)BY_THRESHOLD_2 : (double)BY_VELOCITY_2;
-        put_watch(w, 2, l, !held_1 | !blocks(w, l, 1.0), held_1 ? (double)BY_THRESHOLD_1 : kind_2, held_1 ? 1.0 : -1.0, &second);
+        put_watch(w, 2, l, 1.0 - flag(held_1) * blocked_above[l], held_1 ? (double)BY_THRESHOLD_1 : kind_2, held_1 ? 1.0 : -1.0, &second);
 
         const hopform_numerator_f64 h3 = chosen(held_2, &minus_2, &velocity_2);
         const hopform_watch_f64 third = hopform_watch_of_f64(&poles, h3.H3, h3.H2, h3.H1, held_2 ? f2 - free.free_2 : state.v2,
                                                                held_2 ? 1.0 : side_2, 0, 0);
-        put_watch(w, 3, l, held_1 | held_2, held_2 ? (double)BY_THRESHOLD_2 : (double)BY_VELOCITY_2, 1.0, &third);
+        put_watch(w, 3, l, flag(held_1 | held_2), held_2 ? (double)BY_THRESHOLD_2 : (double)BY_VELOCITY_2, 1.0, &third);
     }
 }
 
-/* What is known when a phase begins; a lane in which an event comes at once is left. */
-LANES_CODE static void start_samples(lanes *w)
+/* What is known of a watch when a phase begins, and whether it is below zero already. */
+LANES_CODE static void start_samples(const lanes *restrict w, const watch_columns *restrict watch, const double *restrict on,
+                                     sample_columns *restrict from, double *restrict lost)
 {
-    column none, lost;
+    column below;
     const hopform_basis_f64 basis = {1.0, 0.0, 0.0, 0.0, 0.0};
     for (int l = 0; l < LANES; l++) {
-        none[l] = 0.0;
+        const hopform_sample_f64 sample = sample_of(watch, &w->poles, &basis, l, 0.0);
+        keep_sample(from, l, w->begins[l] > 0.0, &sample);
+        below[l] = flag(w->begins[l] > 0.0) * flag(on[l] > 0.0) * flag(sample.value < 0.0);
+    }
+    for (int l = 0; l < LANES; l++) {
+        keep(&from->value[l], below[l] > 0.0, 0.0);
+        lost[l] += below[l] * flag(from->rate[l] <= 0.0);
+    }
+}
+
+/* A lane in which an event comes at once is left. */
+LANES_CODE static void start_phases(lanes *restrict w)
+{
+    column lost;
+    start_poles(w);
+    start_motion(w);
+    start_watches(w);
+    for (int l = 0; l < LANES; l++) {
         lost[l] = 0.0;
     }
     for (int s = 0; s < SLOTS; s++) {
-        for (int l = 0; l < LANES; l++) {
-            const bool begins = w->begins[l] > 0.0;
-            hopform_sample_f64 sample = sample_of(&w->watch[s], &w->poles, &basis, l, none[l]);
-            const bool below = begins & (w->on[s][l] > 0.0) & (sample.value < 0.0);
-            lost[l] = flag((lost[l] > 0.0) | (below & (sample.rate <= 0.0)));
-            sample.value = below ? 0.0 : sample.value;
-            keep_sample(&w->from[s], l, begins, &sample);
-        }
+        start_samples(w, &w->watch[s], w->on[s], &w->from[s], lost);
     }
     leave(w, lost, AT_ONCE);
 }
 
-LANES_CODE static void start_phases(lanes *w)
-{
-    start_poles(w);
-    start_motion(w);
-    start_watches(w);
-    start_samples(w);
-}
-
 /* ---- a window ---- */
 
-static inline double swing_to_zero(const sample_columns *from, int l, double w)
+/* Time to the root of a watch if it swung with the pair's frequency about a constant, as hopform_swing_to_zero_f64 has it. */
+LANES_CODE static void swings_to_zero(const sample_columns *restrict from, const double *restrict omega, double *restrict swing)
 {
-    const double slope = from->rate[l] / w;
-    const double bend = 2.0 * from->curvature[l] / (w * w);
-    const double value = from->value[l] > 0.0 ? from->value[l] : 0.0;
-    const double discriminant = slope * slope - (value + bend) * value;
-    const bool starts_above = value > 0.0;
-    const double root = sqrt(discriminant > 0.0 ? discriminant : 0.0);
-    const double above = starts_above ? value : -2.0 * slope;
-    const double below = starts_above ? root - slope : bend;
-    const bool falls = (starts_above & (below > 0.0)) | (!starts_above & (slope > 0.0) & (below < 0.0));
-    const double tangent = over(above, below);
-    const bool far = tangent > 1.0;
-    const double near = far ? over(1.0, tangent) : tangent;
-    const double angle = near * (1.0584 - 0.273 * near);
-    const double time = 2.0 * (far ? 1.5708 - angle : angle) / w;
-    return (discriminant >= 0.0) & falls ? time : 1e+300;
+    column above, below, falls, tangent, angle;
+    for (int l = 0; l < LANES; l++) {
+        const double value = from->value[l] > 0.0 ? from->value[l] : 0.0;
+        const double slope = from->rate[l] / omega[l];
+        const double bend = 2.0 * from->curvature[l] / (omega[l] * omega[l]);
+        const double discriminant = slope * slope - (value + bend) * value;
+        const double root = sqrt(discriminant > 0.0 ? discriminant : 0.0);
+        const double least = slope < -bend ? slope : -bend;
+        above[l] = value > 0.0 ? value : -2.0 * slope;
+        below[l] = value > 0.0 ? root - slope : bend;
+        falls[l] = value > 0.0 ? root - slope : least;
+        angle[l] = discriminant;
+    }
+    for (int l = 0; l < LANES; l++) {
+        falls[l] = angle[l] >= 0.0 ? falls[l] : -1.0;
+        tangent[l] = over(above[l], below[l]);
+    }
+    for (int l = 0; l < LANES; l++) {
+        const double inverse = over(1.0, tangent[l]);
+        const double near = tangent[l] > 1.0 ? inverse : tangent[l];
+        angle[l] = near * (1.0584 - 0.273 * near);
+    }
+    for (int l = 0; l < LANES; l++) {
+        const double from_quarter = 1.5708 - angle[l];
+        angle[l] = tangent[l] > 1.0 ? from_quarter : angle[l];
+    }
+    for (int l = 0; l < LANES; l++) {
+        const double time = 2.0 * angle[l] / omega[l];
+        swing[l] = falls[l] > 0.0 ? time : 1e+300;
+    }
+}
+
+/* A watch where a flag says so. */
+LANES_CODE static void choose_watch(const watch_columns *restrict watch, const double *restrict yes, watch_columns *restrict chosen)
+{
+    for (int l = 0; l < LANES; l++) {
+        const bool here = yes[l] > 0.0;
+        keep(&chosen->H3[l], here, watch->H3[l]);
+        keep(&chosen->H2[l], here, watch->H2[l]);
+        keep(&chosen->H1[l], here, watch->H1[l]);
+        keep(&chosen->A[l], here, watch->A[l]);
+        keep(&chosen->B[l], here, watch->B[l]);
+        keep(&chosen->start[l], here, watch->start[l]);
+    }
 }
 
 /* The search for the first root that swinging on would bring. */
@@ -944,41 +991,45 @@ typedef struct {
     column t, seeks, lands, closes;
 } outlook;
 
-LANES_CODE static void look_ahead(const lanes *w, outlook *ahead)
+LANES_CODE static void look_ahead(const lanes *restrict w, outlook *restrict ahead)
 {
-    column after;
+    column after, swing, sooner;
     for (int l = 0; l < LANES; l++) {
         after[l] = 0.96875 * w->half_turn[l];
         ahead->number[l] = -1.0;
     }
     for (int s = 0; s < SLOTS; s++) {
-        if (!any(w->on[s])) {
+        const double *on = w->on[s];
+        if (!any(on)) {
             continue;
         }
+        swings_to_zero(&w->from[s], w->omega, swing);
         for (int l = 0; l < LANES; l++) {
-            const double swing = swing_to_zero(&w->from[s], l, w->omega[l]);
-            const bool sooner = (w->on[s][l] > 0.0) & (swing < after[l]);
-            keep(&after[l], sooner, swing);
-            keep(&ahead->number[l], sooner, (double)s);
-            keep(&ahead->watch.H3[l], sooner, w->watch[s].H3[l]);
-            keep(&ahead->watch.H2[l], sooner, w->watch[s].H2[l]);
-            keep(&ahead->watch.H1[l], sooner, w->watch[s].H1[l]);
-            keep(&ahead->watch.A[l], sooner, w->watch[s].A[l]);
-            keep(&ahead->watch.B[l], sooner, w->watch[s].B[l]);
-            keep(&ahead->watch.start[l], sooner, w->watch[s].start[l]);
+            sooner[l] = flag((on[l] > 0.0) & (swing[l] < after[l]));
         }
+        for (int l = 0; l < LANES; l++) {
+            keep(&after[l], sooner[l] > 0.0, swing[l]);
+            keep(&ahead->number[l], sooner[l] > 0.0, (double)s);
+        }
+        choose_watch(&w->watch[s], sooner, &ahead->watch);
     }
     for (int l = 0; l < LANES; l++) {
         const double low = w->low[l];
         const double longest = 0.96875 * w->half_turn[l];
-        const bool seeks = ahead->number[l] >= 0.0;
-        ahead->far[l] = longest < w->limit[l] - low ? low + longest : w->limit[l];
         const double least = w->windows[l] > 3.0 ? 0.125 * w->half_turn[l] : 64.0 * 2.220446049250313e-16 * low;
-        const double reach = seeks ? 1.015625 * after[l] : longest;
-        const double t = low + (reach > least ? reach : least);
-        const double guess = low + after[l] < ahead->far[l] ? low + after[l] : ahead->far[l];
-        ahead->close[l] = t < ahead->far[l] ? t : ahead->far[l];
-        ahead->t[l] = seeks ? guess : ahead->close[l];
+        const double wanted = ahead->number[l] >= 0.0 ? 1.015625 * after[l] : longest;
+        const double reach = wanted > least ? wanted : least;
+        ahead->far[l] = longest < w->limit[l] - low ? low + longest : w->limit[l];
+        ahead->close[l] = low + reach;
+        ahead->t[l] = low + after[l];
+    }
+    for (int l = 0; l < LANES; l++) {
+        ahead->close[l] = ahead->close[l] < ahead->far[l] ? ahead->close[l] : ahead->far[l];
+        ahead->t[l] = ahead->t[l] < ahead->far[l] ? ahead->t[l] : ahead->far[l];
+    }
+    for (int l = 0; l < LANES; l++) {
+        const bool seeks = ahead->number[l] >= 0.0;
+        ahead->t[l] = seeks ? ahead->t[l] : ahead->close[l];
         ahead->seeks[l] = flag((w->live[l] > 0.0) & seeks);
         ahead->closes[l] = flag((w->live[l] > 0.0) & !seeks);
         ahead->lands[l] = 0.0;
@@ -999,7 +1050,7 @@ static inline double step_to_root(const hopform_sample_f64 *at)
 }
 
 /* Householder's steps towards the root that is expected first; the window ends there, or where it would without it. */
-LANES_CODE static void reach_ahead(lanes *w, outlook *ahead)
+LANES_CODE static void reach_ahead(lanes *restrict w, outlook *restrict ahead)
 {
     basis_columns basis;
     column wanted;
@@ -1043,39 +1094,54 @@ LANES_CODE static void reach_ahead(lanes *w, outlook *ahead)
     }
 }
 
-/* ---- what the window says: as hopform_judge_f64 ---- */
+/* ---- what the window says ---- */
 
-enum { KEEPS = KEEPS_SIGN, LOSES = LOSES_SIGN, DIPPING = DIPS, UNKNOWN = UNDECIDED };
-
-static inline double judged(const hopform_sample_f64 *from, const hopform_sample_f64 *to, double a, double h, bool short_of_quarter)
+/* hopform_judge_f64 by arithmetic with flags, for the lanes' watches of one number; `value` is g at the end. */
+LANES_CODE static void judge(const lanes *restrict w, const sample_columns *restrict from, const sample_columns *restrict to,
+                             const double *restrict value, double *restrict verdict)
 {
-    const bool from_falls = from->rate < 0.0;
-    const bool to_falls = to->rate < 0.0;
-    const bool keeps_direction = (from_falls & to_falls) | (!from_falls & !to_falls);
-    const bool turns = from->turning * to->turning < 0.0;
-    const bool rises_later = from->turning > 0.0;
-    const bool nears_zero = turns & keeps_direction & ((from_falls & rises_later) | (!from_falls & !rises_later));
-    const double growth = a * h < 1.0 ? 1.0 + 2.0 * a * h : 1e+300;
-    const bool away = short_of_quarter & (fabs(from->rate) > fabs(from->turning) * h * growth);
-    const bool monotone = (nears_zero & away) | (!nears_zero & keeps_direction);
-    const double grown = to->rate * growth;
-    const double steepest = from->rate < grown ? from->rate : grown;
-    const double noise = from->noise + to->noise;
-    const bool far = from_falls & (to->value > 0.0) & (from->value + steepest * h > noise);
-    const bool below = (to->value < 0.0) & ((to->value < -to->noise) | (to->rate * h < -to->noise));
-    const double last = a * h < 1.0 ? to->rate * (1.0 + a * h) : 1e+300;
-    const double cross = over(from->value - to->value + last * h, last - from->rate);
-    const double reach = cross < h ? (cross > 0.0 ? cross : 0.0) : h;
-    const bool above_tangents = !(from->turning < 0.0) & !(to->turning < 0.0) & (from->value + from->rate * reach > noise);
-    const bool dips = !monotone & from_falls & !above_tangents;
-    const double decided = below ? (double)LOSES : (dips ? (double)DIPPING : (double)KEEPS);
-    return nears_zero & !away ? (far ? (double)KEEPS : (double)UNKNOWN) : decided;
-}
-
-static inline bool is_earlier(const hopform_sample_f64 *at, double h, bool wins_ties)
-{
-    const bool crosses = at->rate * h < -16.0 * at->noise;
-    return (at->value < -at->noise) | (wins_ties & crosses & (at->value < at->noise));
+    column falls, falls_later, rises, turns, straight, away, far, below, steepest, last, cross, reach, growth;
+    for (int l = 0; l < LANES; l++) {
+        const double h = w->end_t[l] - w->low[l];
+        const double ah = w->poles.a[l] * h;
+        growth[l] = ah < 1.0 ? 1.0 + 2.0 * w->poles.a[l] * h : 1e+300;
+        last[l] = ah < 1.0 ? to->rate[l] * (1.0 + ah) : 1e+300;
+        falls[l] = flag(from->rate[l] < 0.0);
+        falls_later[l] = flag(to->rate[l] < 0.0);
+        rises[l] = flag(from->turning[l] > 0.0);
+        turns[l] = flag(from->turning[l] * to->turning[l] < 0.0);
+        straight[l] = flag(!(from->turning[l] < 0.0)) * flag(!(to->turning[l] < 0.0));
+    }
+    for (int l = 0; l < LANES; l++) {
+        const double h = w->end_t[l] - w->low[l];
+        const double grown = to->rate[l] * growth[l];
+        const double quarter = flag(h <= 0.5 * w->half_turn[l]);
+        steepest[l] = from->rate[l] < grown ? from->rate[l] : grown;
+        away[l] = quarter * flag(fabs(from->rate[l]) > fabs(from->turning[l]) * h * growth[l]);
+        cross[l] = over(from->value[l] - value[l] + last[l] * h, last[l] - from->rate[l]);
+        below[l] = flag(value[l] < 0.0) * flag((value[l] < -to->noise[l]) | (to->rate[l] * h < -to->noise[l]));
+    }
+    for (int l = 0; l < LANES; l++) {
+        const double h = w->end_t[l] - w->low[l];
+        const double noise = from->noise[l] + to->noise[l];
+        far[l] = falls[l] * flag(value[l] > 0.0) * flag(from->value[l] + steepest[l] * h > noise);
+        reach[l] = cross[l] > 0.0 ? cross[l] : 0.0;
+    }
+    for (int l = 0; l < LANES; l++) {
+        const double h = w->end_t[l] - w->low[l];
+        reach[l] = cross[l] < h ? reach[l] : h;
+    }
+    for (int l = 0; l < LANES; l++) {
+        const double noise = from->noise[l] + to->noise[l];
+        const double above_tangents = straight[l] * flag(from->value[l] + from->rate[l] * reach[l] > noise);
+        const double same = falls[l] * falls_later[l] + (1.0 - falls[l]) * (1.0 - falls_later[l]);
+        const double nears_zero = turns[l] * same * (falls[l] * rises[l] + (1.0 - falls[l]) * (1.0 - rises[l]));
+        const double open = nears_zero * (1.0 - away[l]);
+        const double monotone = nears_zero * away[l] + (1.0 - nears_zero) * same;
+        const double dips = (1.0 - monotone) * falls[l] * (1.0 - above_tangents);
+        const double decided = below[l] * (double)LOSES_SIGN + (1.0 - below[l]) * dips * (double)DIPS;
+        verdict[l] = open * (1.0 - far[l]) * (double)UNDECIDED + (1.0 - open) * decided;
+    }
 }
 
 /* A search in the window of a lane: which watch, and where it has got to. */
@@ -1086,88 +1152,117 @@ typedef struct {
     column number, low, high, t, going, done;
 } search;
 
-/* The first watch of each lane, from `first` on, about which something is to be done, and what. */
-LANES_CODE static void settle_verdicts(const lanes *w, const column unsettled, const column first, column what, search *found)
+/* Whether something is to be done about watch s of a lane, and what. */
+LANES_CODE static void act_on(const lanes *restrict w, int s, const double *restrict unsettled, const double *restrict first,
+                              double *restrict here, double *restrict what)
 {
+    column value, is_found, later_found, other_found, early, nearly, at_once, verdict;
+    const sample_columns *from = &w->from[s];
+    const sample_columns *to = &w->to[s];
+    const double number = (double)s;
+    for (int l = 0; l < LANES; l++) {
+        const double h = w->end_t[l] - w->low[l];
+        is_found[l] = flag(w->found[l] >= number) * flag(w->found[l] <= number);
+        later_found[l] = flag(w->found[l] > number);
+        other_found[l] = flag(w->found[l] >= 0.0) * (1.0 - is_found[l]);
+        early[l] = flag(to->value[l] < -to->noise[l]);
+        nearly[l] = flag(to->rate[l] * h < -16.0 * to->noise[l]) * flag(to->value[l] < to->noise[l]);
+        at_once[l] = flag(!(from->value[l] > 0.0))
+                     * flag((from->rate[l] < 0.0) | ((from->rate[l] <= 0.0) & (from->turning[l] <= 0.0)));
+    }
+    for (int l = 0; l < LANES; l++) {
+        value[l] = is_found[l] > 0.0 ? -2.0 * to->noise[l] : to->value[l];
+    }
+    judge(w, from, to, value, verdict);
+    for (int l = 0; l < LANES; l++) {
+        const double keeps = flag(verdict[l] < 0.5);
+        const double loses = flag(verdict[l] > 0.5) * flag(verdict[l] < 1.5);
+        const double dips = flag(verdict[l] > 1.5) * flag(verdict[l] < 2.5);
+        const double unknown = flag(verdict[l] > 2.5);
+        const double ties = early[l] + nearly[l];
+        const double comes_before = early[l] + later_found[l] * nearly[l];
+        const double leaves = flag(unknown + keeps * later_found[l] * ties + loses * other_found[l] * flag(comes_before < 0.5)
+                                     + loses * (1.0 - is_found[l]) * at_once[l] + dips * is_found[l]
+                                 > 0.5);
+        const double acts = (1.0 - keeps) * (1.0 - loses * is_found[l]);
+        here[l] = unsettled[l] * flag(w->on[s][l] > 0.0) * flag(first[l] <= number) * flag(acts + leaves > 0.5);
+        what[l] = leaves * (double)LEAVE + (1.0 - leaves) * (dips * (double)FIND_BOTTOM + (1.0 - dips) * (double)FIND_ROOT);
+    }
+}
+
+/* The first watch of each lane, from `first` on, about which something is to be done, and what. */
+LANES_CODE static void settle_verdicts(const lanes *restrict w, const double *restrict unsettled, const double *restrict first, double *restrict what,
+                                       search *restrict found)
+{
+    column here, deed;
     for (int l = 0; l < LANES; l++) {
         what[l] = NOTHING;
         found->number[l] = 0.0;
     }
     for (int s = SLOTS - 1; s >= 0; s--) {
+        const sample_columns *from = &w->from[s];
+        const sample_columns *to = &w->to[s];
         if (!any(w->on[s])) {
             continue;
         }
-        for (int l = 0; l < LANES; l++) {
-            const hopform_sample_f64 from = one_sample(&w->from[s], l);
-            hopform_sample_f64 to = one_sample(&w->to[s], l);
-            const double h = w->end_t[l] - w->low[l];
-            const bool is_found = (w->found[l] >= (double)s) & (w->found[l] <= (double)s);
-            const bool other_found = (w->found[l] >= 0.0) & !is_found;
-            const bool later_found = w->found[l] > (double)s;
-            const bool ties = is_earlier(&to, h, true);
-            const bool comes_before = is_earlier(&to, h, w->found[l] > (double)s);
-            to.value = is_found ? -2.0 * to.noise : to.value;
-            const double verdict = judged(&from, &to, w->poles.a[l], h, h <= 0.5 * w->half_turn[l]);
-            const bool keeps = verdict < 0.5;
-            const bool loses = (verdict > 0.5) & (verdict < 1.5);
-            const bool dips = (verdict > 1.5) & (verdict < 2.5);
-            const bool unknown = verdict > 2.5;
-            const bool falls_at_once = !(from.value > 0.0) & ((from.rate < 0.0) | (!(from.rate > 0.0) & !(from.turning > 0.0)));
-            const bool leaves = unknown | (keeps & later_found & ties) | (loses & other_found & !comes_before)
-                                | (loses & !is_found & falls_at_once) | (dips & is_found);
-            const bool acts = !keeps & !(loses & is_found);
-            const bool here = (unsettled[l] > 0.0) & (w->on[s][l] > 0.0) & (first[l] <= (double)s) & (acts | leaves);
-            keep(&what[l], here, leaves ? (double)LEAVE : (dips ? (double)FIND_BOTTOM : (double)FIND_ROOT));
-            keep(&found->number[l], here, (double)s);
-            keep(&found->watch.H3[l], here, w->watch[s].H3[l]);
-            keep(&found->watch.H2[l], here, w->watch[s].H2[l]);
-            keep(&found->watch.H1[l], here, w->watch[s].H1[l]);
-            keep(&found->watch.A[l], here, w->watch[s].A[l]);
-            keep(&found->watch.B[l], here, w->watch[s].B[l]);
-            keep(&found->watch.start[l], here, w->watch[s].start[l]);
-            const hopform_sample_f64 end = one_sample(&w->to[s], l);
-            keep_sample(&found->at, l, here, &end);
-            const double guess = w->low[l] + h * over(from.rate, from.rate - end.rate);
-            keep(&found->t[l], here, dips ? guess : w->end_t[l]);
+        act_on(w, s, unsettled, first, here, deed);
+        if (!any(here)) {
+            continue;
         }
+        for (int l = 0; l < LANES; l++) {
+            const bool yes = here[l] > 0.0;
+            const hopform_sample_f64 end = one_sample(to, l);
+            const double h = w->end_t[l] - w->low[l];
+            keep(&what[l], yes, deed[l]);
+            keep(&found->number[l], yes, (double)s);
+            keep(&found->t[l], yes, w->low[l] + h * over(from->rate[l], from->rate[l] - to->rate[l]));
+            keep_sample(&found->at, l, yes, &end);
+        }
+        choose_watch(&w->watch[s], here, &found->watch);
     }
 }
 
 /* The minimum of a watch in the window; a lane where it is below zero, or hard to find, is left. */
-LANES_CODE static void find_bottoms(lanes *w, const column what, search *find)
+LANES_CODE static void find_bottoms(lanes *restrict w, const double *restrict what, search *restrict find)
 {
-    column stuck;
+    column stuck, next, falls, ready, bisects;
     for (int l = 0; l < LANES; l++) {
         const double low = w->low[l];
         const double high = w->end_t[l];
         find->going[l] = flag((what[l] > (double)LEAVE) & (what[l] < (double)FIND_ROOT));
         find->low[l] = low;
         find->high[l] = high;
-        find->t[l] = (find->t[l] > low) & (find->t[l] < high) ? find->t[l] : low + 0.5 * (high - low);
+        find->t[l] = ((find->t[l] > low) & (find->t[l] < high)) ? find->t[l] : low + 0.5 * (high - low);
     }
     for (int n = 0; n < MOST_STEPS && any(find->going); n++) {
+        const bool halves = n > 8 && n % 2 == 1;
         bases_at(w, find->t, find->going, &find->basis);
         for (int l = 0; l < LANES; l++) {
             const hopform_basis_f64 one = one_of_basis_columns(&find->basis, l);
             const double t = find->t[l];
             const hopform_sample_f64 at = sample_of(&find->watch, &w->poles, &one, l, t);
-            const bool below = at.value < -at.noise;
-            const bool falls = at.rate < 0.0;
-            const double low = falls ? t : find->low[l];
-            const double high = falls ? find->high[l] : t;
             const bool usable = fabs(at.curvature) > 0.0;
-            const double step = usable ? over(at.rate, at.curvature) : 0.0;
-            const bool ready = usable & (fabs(step) <= 0.001 * 1.4901161193847656e-08 * t);
-            const double newton = t - step;
-            const bool bisects = !usable | !((newton > low) & (newton < high)) | ((n > 8) & (n % 2 == 1));
-            const double next = bisects ? low + 0.5 * (high - low) : newton;
-            const bool goes = find->going[l] > 0.0;
-            const bool goes_on = goes & !below & !ready & (next > low) & (next < high);
-            keep(&find->low[l], goes, low);
-            keep(&find->high[l], goes, high);
-            find->done[l] = flag(goes & below);
-            find->t[l] = goes_on ? next : t;
-            find->going[l] = flag(goes_on);
+            const double step = over(at.rate, at.curvature);
+            next[l] = t - step;
+            falls[l] = at.rate;
+            ready[l] = flag(usable) * flag(fabs(step) <= 0.001 * 1.4901161193847656e-08 * t);
+            bisects[l] = halves ? 1.0 : flag(!usable);
+            find->done[l] = find->going[l] * flag(at.value < -at.noise);
+        }
+        for (int l = 0; l < LANES; l++) {
+            keep(&find->low[l], (find->going[l] > 0.0) & (falls[l] < 0.0), find->t[l]);
+            keep(&find->high[l], (find->going[l] > 0.0) & !(falls[l] < 0.0), find->t[l]);
+        }
+        for (int l = 0; l < LANES; l++) {
+            const bool inside = (next[l] > find->low[l]) & (next[l] < find->high[l]) & !(bisects[l] > 0.0);
+            next[l] = inside ? next[l] : find->low[l] + 0.5 * (find->high[l] - find->low[l]);
+        }
+        for (int l = 0; l < LANES; l++) {
+            const bool inside = (next[l] > find->low[l]) & (next[l] < find->high[l]);
+            find->going[l] *= (1.0 - find->done[l]) * (1.0 - ready[l]) * flag(inside);
+        }
+        for (int l = 0; l < LANES; l++) {
+            keep(&find->t[l], find->going[l] > 0.0, next[l]);
         }
         leave(w, find->done, STUCK);
     }
@@ -1178,36 +1273,45 @@ LANES_CODE static void find_bottoms(lanes *w, const column what, search *find)
 }
 
 /* The window ends at the one root of a watch in it. */
-LANES_CODE static void find_roots(lanes *w, const column what, search *find)
+LANES_CODE static void find_roots(lanes *restrict w, const double *restrict what, search *restrict find)
 {
-    column lands, arrived;
+    column lands, arrived, ready, inside, next;
     for (int l = 0; l < LANES; l++) {
         const bool here = what[l] > (double)FIND_BOTTOM;
         find->going[l] = flag(here);
         find->low[l] = w->low[l];
         find->high[l] = w->end_t[l];
+        keep(&find->t[l], here, w->end_t[l]);
         keep(&w->found[l], here, find->number[l]);
         lands[l] = 0.0;
         arrived[l] = 0.0;
     }
     for (int n = 0; n < MOST_STEPS && any(find->going); n++) {
+        const bool halves = n > 8 && n % 2 == 1;
         for (int l = 0; l < LANES; l++) {
             const hopform_sample_f64 at = one_sample(&find->at, l);
-            const double t = find->t[l];
-            const bool goes = find->going[l] > 0.0;
-            const bool ready = (arrived[l] > 0.0) | (fabs(at.value) <= 2.220446049250313e-16 * t * fabs(at.rate));
             const double step = step_to_root(&at);
-            const double ahead = t - step;
-            const bool inside = (ahead > find->low[l]) & (ahead < find->high[l]);
-            const bool last = inside & one_step_left(&at, step);
-            const bool bisects = !last & (!inside | ((n > 8) & (n % 2 == 1)));
-            const double next = bisects ? find->low[l] + 0.5 * (find->high[l] - find->low[l]) : ahead;
-            const bool between = (next > find->low[l]) & (next < find->high[l]);
-            const bool goes_on = goes & !ready & between;
-            find->done[l] = flag(goes & !ready & !between);
-            lands[l] = flag(goes_on & last);
-            keep(&find->t[l], goes_on, next);
-            find->going[l] = flag(goes_on);
+            next[l] = find->t[l] - step;
+            lands[l] = flag(one_step_left(&at, step));
+            ready[l] = flag((arrived[l] > 0.0) | (fabs(at.value) <= 2.220446049250313e-16 * find->t[l] * fabs(at.rate)));
+        }
+        for (int l = 0; l < LANES; l++) {
+            inside[l] = flag((next[l] > find->low[l]) & (next[l] < find->high[l]));
+            lands[l] *= inside[l];
+        }
+        for (int l = 0; l < LANES; l++) {
+            const double newton = halves ? lands[l] : inside[l];
+            next[l] = newton > 0.0 ? next[l] : find->low[l] + 0.5 * (find->high[l] - find->low[l]);
+        }
+        for (int l = 0; l < LANES; l++) {
+            const double between = flag((next[l] > find->low[l]) & (next[l] < find->high[l]));
+            find->going[l] *= 1.0 - ready[l];
+            find->done[l] = find->going[l] * (1.0 - between);
+            find->going[l] *= between;
+            lands[l] *= find->going[l];
+        }
+        for (int l = 0; l < LANES; l++) {
+            keep(&find->t[l], find->going[l] > 0.0, next[l]);
         }
         leave(w, find->done, STUCK);
         if (!any(find->going)) {
@@ -1231,7 +1335,7 @@ LANES_CODE static void find_roots(lanes *w, const column what, search *find)
 }
 
 /* Shorten each window until every watch is known to keep its sign in it, but for the one that is found at its end. */
-LANES_CODE static void settle_windows(lanes *w)
+LANES_CODE static void settle_windows(lanes *restrict w)
 {
     column what, first, unsettled, left, roots;
     search find;
@@ -1265,7 +1369,7 @@ LANES_CODE static void settle_windows(lanes *w)
 }
 
 /* A take-off comes before the limit at the same time. */
-LANES_CODE static void lift_at_the_limit(lanes *w)
+LANES_CODE static void lift_at_the_limit(lanes *restrict w)
 {
     for (int l = 0; l < LANES; l++) {
         const double value = w->to[0].value[l];
@@ -1286,14 +1390,14 @@ static inline void beyond_stop(const lanes *w, const hopform_basis_f64 *basis, i
     const hopform_at_f64 at = hopform_state_at_f64(&state, &motion, basis, t);
     const double sign = w->side_1[l];
     const double stop = sign > 0.0 ? w->robot.x1_max[l] : w->robot.x1_min[l];
-    *beyond = (fabs(sign) > 0.0) & within_range(stop) ? sign * (at.x1_t - (within_range(stop) ? stop : 0.0)) : -1.0;
+    *beyond = ((fabs(sign) > 0.0) & within_range(stop)) ? sign * (at.x1_t - (within_range(stop) ? stop : 0.0)) : -1.0;
     *rate = sign * at.v1_t;
 }
 
 /* Windows end where x_1 meets its stop; `stops` says which. */
-LANES_CODE static void meet_stops(lanes *w, column stops)
+LANES_CODE static void meet_stops(lanes *restrict w, double *restrict stops)
 {
-    column low, high, t, going, tied, meets;
+    column low, high, t, going, tied;
     basis_columns basis;
     for (int l = 0; l < LANES; l++) {
         const hopform_basis_f64 one = one_of_basis_columns(&w->end, l);
@@ -1325,7 +1429,7 @@ LANES_CODE static void meet_stops(lanes *w, column stops)
             const double step = rate > 0.0 ? over(beyond, rate) : 1e+300;
             const bool ready = fabs(step) <= 2.220446049250313e-16 * t[l];
             const double newton = t[l] - step;
-            const bool bisects = !((newton > lower) & (newton < upper)) | ((n > 8) & (n % 2 == 1));
+            const bool bisects = (!((newton > lower) & (newton < upper))) | ((n > 8) & (n % 2 == 1));
             const double next = bisects ? lower + 0.5 * (upper - lower) : newton;
             const bool goes = going[l] > 0.0;
             const bool goes_on = goes & !ready & (next > lower) & (next < upper);
@@ -1340,7 +1444,6 @@ LANES_CODE static void meet_stops(lanes *w, column stops)
         const hopform_basis_f64 one = one_of_basis_columns(&basis, l);
         const bool here = stops[l] > 0.0;
         tied[l] = flag(here & (w->found[l] >= 0.0) & (w->found[l] <= 0.0) & (w->end_t[l] <= t[l] * (1.0 + 8.0 * 2.220446049250313e-16)));
-        meets[l] = stops[l];
         keep_basis_columns(&w->end, l, here, &one);
         keep(&w->end_t[l], here, t[l]);
     }
@@ -1352,8 +1455,8 @@ LANES_CODE static void meet_stops(lanes *w, column stops)
 /* Where a mass at rest goes; exactly on its threshold is left to the scalar code. */
 static inline double side_from_rest(double acceleration, double friction, bool blocked_below, bool blocked_above)
 {
-    const double side = (acceleration > friction) & !blocked_above ? 1.0 : 0.0;
-    return (acceleration < -friction) & !blocked_below ? -1.0 : side;
+    const double side = ((acceleration > friction) & !blocked_above) ? 1.0 : 0.0;
+    return ((acceleration < -friction) & !blocked_below) ? -1.0 : side;
 }
 
 static inline bool on_threshold(double acceleration, double friction)
@@ -1361,72 +1464,121 @@ static inline bool on_threshold(double acceleration, double friction)
     return !(fabs(acceleration) < friction) & !(acceleration > friction) & !(acceleration < -friction);
 }
 
-/* The state and the modes after the end of a phase. */
-LANES_CODE static void pass(lanes *w, const column how)
+static inline double is(double kind, int one)
 {
-    column threshold, crowded;
+    return flag(kind >= (double)one) * flag(kind <= (double)one);
+}
+
+/* A mass that has come to rest stays there, is stopped, or goes on: its velocity is 0. */
+LANES_CODE static void come_to_rest(lanes *restrict w, const double *restrict how, double *restrict hits)
+{
+    column stop;
+    for (int l = 0; l < LANES; l++) {
+        stop[l] = w->side_1[l] > 0.0 ? w->robot.x1_max[l] : w->robot.x1_min[l];
+    }
+    for (int l = 0; l < LANES; l++) {
+        const bool near_stop = within_range(stop[l]) & (fabs(w->state.x1[l] - stop[l]) <= 4.0 * 2.220446049250313e-16 * fabs(stop[l]));
+        hits[l] = is(how[l], BY_STOP) + is(how[l], BY_VELOCITY_1) * flag(near_stop);
+    }
+    for (int l = 0; l < LANES; l++) {
+        keep(&w->state.x1[l], hits[l] > 0.0, stop[l]);
+        keep(&w->state.v1[l], is(how[l], BY_VELOCITY_1) + hits[l] > 0.0, 0.0);
+        keep(&w->state.v2[l], is(how[l], BY_VELOCITY_2) > 0.0, 0.0);
+        keep(&w->state.y[l], is(how[l], BY_TAKEOFF) > 0.0, 0.0);
+    }
+}
+
+/* Where each mass would go from rest; exactly on its threshold is left to the scalar code. */
+LANES_CODE static void sides_from_rest(lanes *restrict w, const double *restrict rests_1, const double *restrict rests_2, double *restrict side_1,
+                                       double *restrict side_2)
+{
+    column free_1, free_2, threshold, blocked_below, blocked_above;
     for (int l = 0; l < LANES; l++) {
         const hopform_rates_f64 rates = one_of_rates_columns(&w->rates, l);
-        const bool ends = how[l] > (double)NO_END;
-        const bool by_velocity_1 = (how[l] >= (double)BY_VELOCITY_1) & (how[l] <= (double)BY_VELOCITY_1);
-        const bool by_stop = (how[l] >= (double)BY_STOP) & (how[l] <= (double)BY_STOP);
-        const bool by_velocity_2 = (how[l] >= (double)BY_VELOCITY_2) & (how[l] <= (double)BY_VELOCITY_2);
-        const bool by_threshold_1 = (how[l] >= (double)BY_THRESHOLD_1) & (how[l] <= (double)BY_THRESHOLD_1);
-        const bool by_threshold_2 = (how[l] >= (double)BY_THRESHOLD_2) & (how[l] <= (double)BY_THRESHOLD_2);
-        const bool by_takeoff = (how[l] >= (double)BY_TAKEOFF) & (how[l] <= (double)BY_TAKEOFF);
-        const bool by_limit = how[l] > (double)BY_STOP;
-        const bool rests_1 = by_velocity_1 | by_stop;
-        const double before_1 = w->side_1[l];
-        const double before_2 = w->side_2[l];
-        const double stop = before_1 > 0.0 ? w->robot.x1_max[l] : w->robot.x1_min[l];
-        const double place = within_range(stop) ? stop : 0.0;
-        const bool near_stop = within_range(stop) & (fabs(w->state.x1[l] - place) <= 4.0 * 2.220446049250313e-16 * fabs(place));
-        const bool hits = by_stop | (by_velocity_1 & near_stop);
-        keep(&w->state.x1[l], hits, place);
-        keep(&w->state.v1[l], rests_1, 0.0);
-        keep(&w->state.v2[l], by_velocity_2, 0.0);
-        keep(&w->state.y[l], by_takeoff, 0.0);
         const hopform_state_f64 state = one_of_state_columns(&w->state, l);
         const hopform_free_f64 free = hopform_free_accelerations_f64(&rates, &state, w->u[l]);
-        const double from_rest_1 = side_from_rest(free.free_1, w->robot.f1[l], blocks(w, l, -1.0), blocks(w, l, 1.0));
-        const double from_rest_2 = side_from_rest(free.free_2, w->robot.f2[l], false, false);
-        const bool sticks_1 = !(fabs(from_rest_1) > 0.0);
-        const bool sticks_2 = !(fabs(from_rest_2) > 0.0);
-        const bool reverses_1 = from_rest_1 * before_1 < 0.0;
-        const bool reverses_2 = from_rest_2 * before_2 < 0.0;
-        const double threshold_side = w->found[l] > 2.5 ? w->side[3][l] : (w->found[l] > 1.5 ? w->side[2][l] : w->side[1][l]);
-        const double side_1 = rests_1 ? from_rest_1 : (by_threshold_1 ? threshold_side : before_1);
-        const double side_2 = by_velocity_2 ? from_rest_2 : (by_threshold_2 ? threshold_side : before_2);
-        const double of_reversal = hits ? (double)HOPFORM_EVENT_X1_HITS_STOP : (double)HOPFORM_EVENT_X1_REVERSES;
-        const double of_stick = hits ? (double)HOPFORM_EVENT_X1_HITS_STOP : (double)HOPFORM_EVENT_X1_STICKS;
-        const double event_1 = sticks_1 ? of_stick : (reverses_1 ? of_reversal : (double)HOPFORM_EVENT_NONE);
-        const double event_2 = sticks_2 ? (double)HOPFORM_EVENT_X2_STICKS : (reverses_2 ? (double)HOPFORM_EVENT_X2_REVERSES : (double)HOPFORM_EVENT_NONE);
-        const double event_of_rest = rests_1 ? event_1 : (by_velocity_2 ? event_2 : (double)HOPFORM_EVENT_NONE);
-        const double event = by_threshold_1 ? (double)HOPFORM_EVENT_X1_SLIPS : (by_threshold_2 ? (double)HOPFORM_EVENT_X2_SLIPS : event_of_rest);
-        const bool goes_on = ends & !by_takeoff & !by_limit;
-        const double count = w->count[l] + (goes_on ? 1.0 : 0.0);
-        const bool rests = goes_on & !(fabs(side_1) > 0.0) & !(fabs(side_2) > 0.0);
-        keep(&w->side_1[l], goes_on, side_1);
-        keep(&w->side_2[l], goes_on, side_2);
-        keep(&w->fresh_1[l], goes_on, flag(by_threshold_1));
-        keep(&w->fresh_2[l], goes_on, flag(by_threshold_2));
-        w->count[l] = count;
-        w->events[l] += (goes_on & (event > 0.0)) ? 1.0 : 0.0;
-        w->event[l] = goes_on ? event : 0.0;
-        const double ending = by_takeoff ? (double)HOPFORM_ENDING_TAKEOFF : (by_limit ? (double)HOPFORM_ENDING_HORIZON : 0.0);
-        w->ending[l] = rests ? (double)HOPFORM_ENDING_REST : ending;
-        w->begins[l] = flag(goes_on);
-        threshold[l] = flag((rests_1 & on_threshold(free.free_1, w->robot.f1[l])) | (by_velocity_2 & on_threshold(free.free_2, w->robot.f2[l])));
-        crowded[l] = flag(goes_on & (count > w->max_phases[l]));
+        free_1[l] = free.free_1;
+        free_2[l] = free.free_2;
+        blocked_below[l] = flag(blocks(w, l, -1.0));
+        blocked_above[l] = flag(blocks(w, l, 1.0));
+    }
+    for (int l = 0; l < LANES; l++) {
+        const double up_1 = flag(free_1[l] > w->robot.f1[l]);
+        const double down_1 = flag(free_1[l] < -w->robot.f1[l]);
+        const double up_2 = flag(free_2[l] > w->robot.f2[l]);
+        const double down_2 = flag(free_2[l] < -w->robot.f2[l]);
+        const double doubt_1 = flag(!(fabs(free_1[l]) < w->robot.f1[l])) * (1.0 - up_1) * (1.0 - down_1);
+        const double doubt_2 = flag(!(fabs(free_2[l]) < w->robot.f2[l])) * (1.0 - up_2) * (1.0 - down_2);
+        side_1[l] = up_1 * (1.0 - blocked_above[l]) - down_1 * (1.0 - blocked_below[l]);
+        side_2[l] = up_2 - down_2;
+        threshold[l] = rests_1[l] * doubt_1 + rests_2[l] * doubt_2;
     }
     leave(w, threshold, THRESHOLD);
+}
+
+/* The state and the modes after the end of a phase. */
+LANES_CODE static void pass(lanes *restrict w, const double *restrict how)
+{
+    column hits, rests_1, rests_2, slips_1, slips_2, side_1, side_2, side, goes_on, crowded;
+    come_to_rest(w, how, hits);
+    for (int l = 0; l < LANES; l++) {
+        rests_1[l] = is(how[l], BY_VELOCITY_1) + is(how[l], BY_STOP);
+        rests_2[l] = is(how[l], BY_VELOCITY_2);
+        slips_1[l] = is(how[l], BY_THRESHOLD_1);
+        slips_2[l] = is(how[l], BY_THRESHOLD_2);
+        goes_on[l] = rests_1[l] + rests_2[l] + slips_1[l] + slips_2[l];
+    }
+    sides_from_rest(w, rests_1, rests_2, side_1, side_2);
+    for (int l = 0; l < LANES; l++) {
+        const double number = w->found[l];
+        side[l] = is(number, 1) * w->side[1][l] + is(number, 2) * w->side[2][l] + is(number, 3) * w->side[3][l];
+    }
+    for (int l = 0; l < LANES; l++) {
+        const double sticks_1 = rests_1[l] * (1.0 - fabs(side_1[l]));
+        const double sticks_2 = rests_2[l] * (1.0 - fabs(side_2[l]));
+        const double reverses_1 = rests_1[l] * flag(side_1[l] * w->side_1[l] < 0.0);
+        const double reverses_2 = rests_2[l] * flag(side_2[l] * w->side_2[l] < 0.0);
+        w->event[l] = hits[l] * (sticks_1 + reverses_1) * (double)HOPFORM_EVENT_X1_HITS_STOP
+                      + (1.0 - hits[l]) * (sticks_1 * (double)HOPFORM_EVENT_X1_STICKS + reverses_1 * (double)HOPFORM_EVENT_X1_REVERSES)
+                      + sticks_2 * (double)HOPFORM_EVENT_X2_STICKS + reverses_2 * (double)HOPFORM_EVENT_X2_REVERSES
+                      + slips_1[l] * (double)HOPFORM_EVENT_X1_SLIPS + slips_2[l] * (double)HOPFORM_EVENT_X2_SLIPS;
+        w->events[l] += flag(w->event[l] > 0.0);
+        w->count[l] += goes_on[l];
+        crowded[l] = goes_on[l] * flag(w->count[l] > w->max_phases[l]);
+    }
+    for (int l = 0; l < LANES; l++) {
+        keep(&w->side_1[l], rests_1[l] > 0.0, side_1[l]);
+        keep(&w->side_2[l], rests_2[l] > 0.0, side_2[l]);
+        keep(&w->fresh_1[l], goes_on[l] > 0.0, slips_1[l]);
+        keep(&w->fresh_2[l], goes_on[l] > 0.0, slips_2[l]);
+        w->begins[l] = goes_on[l];
+    }
+    for (int l = 0; l < LANES; l++) {
+        keep(&w->side_1[l], slips_1[l] > 0.0, side[l]);
+        keep(&w->side_2[l], slips_2[l] > 0.0, side[l]);
+    }
+    for (int l = 0; l < LANES; l++) {
+        const double rests = goes_on[l] * (1.0 - fabs(w->side_1[l])) * (1.0 - fabs(w->side_2[l]));
+        w->ending[l] = is(how[l], BY_TAKEOFF) * (double)HOPFORM_ENDING_TAKEOFF + is(how[l], BY_LIMIT) * (double)HOPFORM_ENDING_HORIZON
+                       + rests * (double)HOPFORM_ENDING_REST;
+    }
     leave(w, crowded, MANY_PHASES);
 }
 
-/* The next window of a phase, or what follows its end. */
-LANES_CODE static void end_windows(lanes *w, const column stops)
+/* A window begins where the one before has ended. */
+LANES_CODE static void next_samples(const sample_columns *restrict to, const double *restrict yes, sample_columns *restrict from)
 {
-    column how, late;
+    for (int l = 0; l < LANES; l++) {
+        hopform_sample_f64 sample = one_sample(to, l);
+        sample.value = sample.value > 0.0 ? sample.value : 0.0;
+        keep_sample(from, l, yes[l] > 0.0, &sample);
+    }
+}
+
+/* The next window of a phase, or what follows its end. */
+LANES_CODE static void end_windows(lanes *restrict w, const double *restrict stops)
+{
+    column how, late, goes_on;
     for (int l = 0; l < LANES; l++) {
         const double found = w->found[l];
         const double kind_23 = found > 2.5 ? w->kind[3][l] : w->kind[2][l];
@@ -1434,19 +1586,19 @@ LANES_CODE static void end_windows(lanes *w, const column stops)
         const double kind = found > 1.5 ? kind_23 : kind_01;
         const double reached = !(w->end_t[l] < w->limit[l]) ? (double)BY_LIMIT : (double)NO_END;
         const double event = found >= 0.0 ? kind : reached;
-        how[l] = w->live[l] > 0.0 ? (stops[l] > 0.0 ? (double)BY_STOP : event) : (double)NO_END;
-        const bool goes_on = (w->live[l] > 0.0) & !(how[l] > (double)NO_END);
-        keep(&w->windows[l], goes_on, w->windows[l] + 1.0);
-        keep(&w->low[l], goes_on, w->end_t[l]);
-        late[l] = flag(goes_on & (w->windows[l] >= (double)MOST_WINDOWS));
+        how[l] = stops[l] > 0.0 ? (double)BY_STOP : event;
+    }
+    for (int l = 0; l < LANES; l++) {
+        keep(&how[l], !(w->live[l] > 0.0), (double)NO_END);
+        goes_on[l] = flag(w->live[l] > 0.0) * flag(how[l] <= (double)NO_END);
+        w->windows[l] += goes_on[l];
+        keep(&w->low[l], goes_on[l] > 0.0, w->end_t[l]);
+        late[l] = goes_on[l] * flag(w->windows[l] >= (double)MOST_WINDOWS);
     }
     leave(w, late, MANY_WINDOWS);
-    for (int s = 0; s < SLOTS; s++) {
-        for (int l = 0; l < LANES; l++) {
-            const bool goes_on = (w->live[l] > 0.0) & !(how[l] > (double)NO_END);
-            hopform_sample_f64 from = one_sample(&w->to[s], l);
-            from.value = from.value > 0.0 ? from.value : 0.0;
-            keep_sample(&w->from[s], l, goes_on, &from);
+    if (any(goes_on)) {
+        for (int s = 0; s < SLOTS; s++) {
+            next_samples(&w->to[s], goes_on, &w->from[s]);
         }
     }
     for (int l = 0; l < LANES; l++) {
@@ -1467,7 +1619,7 @@ LANES_CODE static void end_windows(lanes *w, const column stops)
 }
 
 /* One window of each stance. */
-LANES_CODE static void advance(lanes *w)
+LANES_CODE static void advance(lanes *restrict w)
 {
     outlook ahead;
     column stops;

@@ -6,5 +6,5 @@
 
 const char *hopform_source(void)
 {
-    return "ca963af051db0695";
+    return "f18283b4f7f89a34";
 }
