@@ -16,9 +16,16 @@
 #include "events_f32.h"
 #include "phase_f32.h"
 
+#ifndef REFILL
+#define REFILL (LANES / 2)
+#endif
 enum { LANES = 32, SLOTS = 4, ROOT_STEPS = 6, MOST_STEPS = 12, MOST_CUTS = 8, MOST_WINDOWS = 7 };
 
+#if defined(__GNUC__)
+typedef float column[LANES] __attribute__((aligned(64)));
+#else
 typedef float column[LANES];
+#endif
 
 /* What keeps a stance from being solved here. */
 enum { PLAIN, POLES_CLOSE, TOO_FAST, THRESHOLD, AT_ONCE, TIE, UNDECIDED_WINDOW, MANY_WINDOWS, STUCK, MANY_PHASES };
@@ -366,17 +373,23 @@ typedef struct {
     int32_t listed[LANES]; /* events in the caller's list */
 } lanes;
 
-LANES_CODE static bool any(const float *restrict flags)
+/* Whether a flag is 1 somewhere; 0 has no bit that is set. */
+static inline bool any(const float *flags)
 {
-    int32_t found = 0;
-    for (int l = 0; l < LANES; l++) {
-        found |= flags[l] > 0.0f ? 1 : 0;
+    uint64_t words[sizeof(column) / sizeof(uint64_t)];
+    uint64_t found = 0;
+    memcpy(words, flags, sizeof words);
+    for (size_t n = 0; n < sizeof words / sizeof words[0]; n++) {
+        found |= words[n];
     }
     return found != 0;
 }
 
-LANES_CODE static void leave(lanes *restrict w, const float *restrict who, float why)
+static inline void leave(lanes *restrict w, const float *restrict who, float why)
 {
+    if (!any(who)) {
+        return;
+    }
     for (int l = 0; l < LANES; l++) {
         keep(&w->left[l], (who[l] > 0.0f) & (w->live[l] > 0.0f), why);
     }
@@ -509,10 +522,10 @@ typedef struct {
     column Rd, R, R1, R2, R3;
 } pair_columns;
 
-/* The pair over a time that is short for it. */
-LANES_CODE static void short_pairs(const lanes *restrict w, const float *restrict t, const float *restrict wanted, pair_columns *restrict pair)
+/* The pair over a time that is short for it; its series as in short_bases. */
+LANES_CODE static void short_pairs(lanes *restrict w, const float *restrict t, const float *restrict wanted, pair_columns *restrict pair)
 {
-    column pt, qtt, before, term, R2, R3, going;
+    column pt, qtt, before, term, R2, R3, going, small;
     for (int l = 0; l < LANES; l++) {
         pt[l] = w->poles.p[l] * t[l];
         qtt[l] = w->poles.q[l] * t[l] * t[l];
@@ -520,20 +533,17 @@ LANES_CODE static void short_pairs(const lanes *restrict w, const float *restric
         term[l] = 1.0f / 6.0f;
         R2[l] = 1.0f / 6.0f;
         R3[l] = 1.0f / 24.0f;
-        going[l] = wanted[l];
     }
-    for (int n = 1; n < HOPFORM_TERMS_f32; n++) {
-        const float inverse_2 = hopform_inverse_f32[n + 2];
-        const float inverse_3 = hopform_inverse_f32[n + 3];
-        const float inverse_4 = hopform_inverse_f32[n + 4];
+    for (int n = 1; n < HOPFORM_TERMS_f32 - 1; n += 2) {
+        const float *inverse = &hopform_inverse_f32[n];
         for (int l = 0; l < LANES; l++) {
-            const bool goes = going[l] > 0.0f;
-            const float next = -(pt[l] * term[l] + qtt[l] * before[l] * inverse_2) * inverse_3;
-            before[l] = term[l];
-            term[l] = next;
-            R2[l] = goes ? R2[l] + next : R2[l];
-            R3[l] = goes ? R3[l] + next * inverse_4 : R3[l];
-            going[l] = flag(goes & !(fabsf(next) + fabsf(before[l]) < 0.01f * 1.1920929e-7f));
+            const float first = -(pt[l] * term[l] + qtt[l] * before[l] * inverse[2]) * inverse[3];
+            const float second = -(pt[l] * first + qtt[l] * term[l] * inverse[3]) * inverse[4];
+            R2[l] = R2[l] + first + second;
+            R3[l] = R3[l] + first * inverse[4] + second * inverse[5];
+            before[l] = first;
+            term[l] = second;
+            going[l] = wanted[l] * flag(!(fabsf(second) + fabsf(first) < 0.01f * 1.1920929e-7f));
         }
         if (!any(going)) {
             break;
@@ -549,7 +559,10 @@ LANES_CODE static void short_pairs(const lanes *restrict w, const float *restric
         keep(&pair->R1[l], here, known.R1);
         keep(&pair->R2[l], here, series.R2);
         keep(&pair->R3[l], here, series.R3);
+        small[l] = wanted[l] * flag(!((R2[l] > 0.0625f) & (R3[l] > 0.015625f)));
     }
+    leave(w, going, POLES_CLOSE);
+    leave(w, small, POLES_CLOSE);
 }
 
 /* A pair that swings. */
@@ -576,10 +589,14 @@ LANES_CODE static void swinging_pairs(const lanes *restrict w, const float *rest
     }
 }
 
-/* W of three poles over a short time. */
-LANES_CODE static void short_bases(const lanes *restrict w, const float *restrict t, const float *restrict wanted, basis_columns *restrict basis)
+/* W of three poles over a short time.
+ *
+ * Lanes whose series has ended go on with the others: three terms that are this small are followed by smaller ones, which
+ * change no sum that is not small itself, and where one is, the lane is left.
+ */
+LANES_CODE static void short_bases(lanes *restrict w, const float *restrict t, const float *restrict wanted, basis_columns *restrict basis)
 {
-    column h, hh, hhh, term_0, term_1, term_2, W2, W3, W4, going;
+    column h, hh, hhh, term_0, term_1, term_2, W2, W3, W4, going, small;
     for (int l = 0; l < LANES; l++) {
         h[l] = w->poles.s_1[l] * t[l];
         hh[l] = w->poles.s_2[l] * t[l] * t[l];
@@ -590,25 +607,23 @@ LANES_CODE static void short_bases(const lanes *restrict w, const float *restric
         W2[l] = 1.0f / 24.0f;
         W3[l] = 1.0f / 1.2e2f;
         W4[l] = 1.0f / 7.2e2f;
-        going[l] = wanted[l];
     }
-    for (int n = 1; n < HOPFORM_TERMS_f32; n++) {
+    for (int n = 1; n < HOPFORM_TERMS_f32 - 2; n += 3) {
         const float *inverse = &hopform_inverse_f32[n];
-        const float inverse_2 = inverse[2];
-        const float inverse_3 = inverse[3];
-        const float inverse_4 = inverse[4];
-        const float inverse_5 = inverse[5];
-        const float inverse_6 = inverse[6];
         for (int l = 0; l < LANES; l++) {
-            const bool goes = going[l] > 0.0f;
-            const float next = -(h[l] * term_0[l] + (hh[l] * term_1[l] + hhh[l] * term_2[l] * inverse_2) * inverse_3) * inverse_4;
-            term_2[l] = term_1[l];
-            term_1[l] = term_0[l];
-            term_0[l] = next;
-            W2[l] = goes ? W2[l] + next : W2[l];
-            W3[l] = goes ? W3[l] + next * inverse_5 : W3[l];
-            W4[l] = goes ? W4[l] + next * inverse_5 * inverse_6 : W4[l];
-            going[l] = flag(goes & !(fabsf(next) + fabsf(term_1[l]) + fabsf(term_2[l]) < 0.002f * 1.1920929e-7f));
+            const float a = h[l];
+            const float b = hh[l];
+            const float c = hhh[l];
+            const float first = -(a * term_0[l] + (b * term_1[l] + c * term_2[l] * inverse[2]) * inverse[3]) * inverse[4];
+            const float second = -(a * first + (b * term_0[l] + c * term_1[l] * inverse[3]) * inverse[4]) * inverse[5];
+            const float third = -(a * second + (b * first + c * term_0[l] * inverse[4]) * inverse[5]) * inverse[6];
+            W2[l] = W2[l] + first + second + third;
+            W3[l] = W3[l] + first * inverse[5] + second * inverse[6] + third * inverse[7];
+            W4[l] = W4[l] + first * inverse[5] * inverse[6] + second * inverse[6] * inverse[7] + third * inverse[7] * inverse[8];
+            term_2[l] = first;
+            term_1[l] = second;
+            term_0[l] = third;
+            going[l] = wanted[l] * flag(!(fabsf(third) + fabsf(second) + fabsf(first) < 0.002f * 1.1920929e-7f));
         }
         if (!any(going)) {
             break;
@@ -621,7 +636,10 @@ LANES_CODE static void short_bases(const lanes *restrict w, const float *restric
         const hopform_known_basis_f32 known = hopform_all_from_series_f32(&poles, &series, t[l]);
         const hopform_basis_f32 one = {known.Wdd, known.Wd, known.W, known.W1, series.W2};
         keep_basis_columns(basis, l, wanted[l] > 0.0f, &one);
+        small[l] = wanted[l] * flag(!((W2[l] > 0.0078125f) & (W3[l] > 0.0009765625f) & (W4[l] > 0.00012207031f)));
     }
+    leave(w, going, POLES_CLOSE);
+    leave(w, small, POLES_CLOSE);
 }
 
 /* W at t where `wanted`; a lane whose poles are of another kind is left. */
@@ -1393,7 +1411,7 @@ LANES_CODE static void meet_stops(lanes *restrict w, float *restrict stops)
         return;
     }
     memcpy(&basis, &w->end, sizeof basis);
-    for (int n = 0; n < MOST_STEPS && any(going); n++) {
+    for (int n = 0; n < 100 && any(going); n++) {
         if (n > 0) {
             bases_at(w, t, going, &basis);
         }
@@ -1794,7 +1812,11 @@ int32_t LANES_NAME(int64_t count, const hopform_stances_in_f32 *in, const hopfor
     queue stances = {count, in, out, 0, {{0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f}}, 0, HOPFORM_OK, HOPFORM_OK};
     clear(&w);
     for (;;) {
+        int32_t idle = 0;
         for (int l = 0; l < LANES; l++) {
+            idle += w.live[l] > 0.0f ? 0 : 1;
+        }
+        for (int l = 0; l < LANES && idle >= REFILL; l++) {
             if (!(w.live[l] > 0.0f)) {
                 refill(&w, l, &stances);
             }

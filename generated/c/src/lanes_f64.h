@@ -16,9 +16,16 @@
 #include "events_f64.h"
 #include "phase_f64.h"
 
+#ifndef REFILL
+#define REFILL (LANES / 2)
+#endif
 enum { LANES = 16, SLOTS = 4, ROOT_STEPS = 6, MOST_STEPS = 12, MOST_CUTS = 8, MOST_WINDOWS = 7 };
 
+#if defined(__GNUC__)
+typedef double column[LANES] __attribute__((aligned(64)));
+#else
 typedef double column[LANES];
+#endif
 
 /* What keeps a stance from being solved here. */
 enum { PLAIN, POLES_CLOSE, TOO_FAST, THRESHOLD, AT_ONCE, TIE, UNDECIDED_WINDOW, MANY_WINDOWS, STUCK, MANY_PHASES };
@@ -366,17 +373,23 @@ typedef struct {
     int32_t listed[LANES]; /* events in the caller's list */
 } lanes;
 
-LANES_CODE static bool any(const double *restrict flags)
+/* Whether a flag is 1 somewhere; 0 has no bit that is set. */
+static inline bool any(const double *flags)
 {
-    int32_t found = 0;
-    for (int l = 0; l < LANES; l++) {
-        found |= flags[l] > 0.0 ? 1 : 0;
+    uint64_t words[sizeof(column) / sizeof(uint64_t)];
+    uint64_t found = 0;
+    memcpy(words, flags, sizeof words);
+    for (size_t n = 0; n < sizeof words / sizeof words[0]; n++) {
+        found |= words[n];
     }
     return found != 0;
 }
 
-LANES_CODE static void leave(lanes *restrict w, const double *restrict who, double why)
+static inline void leave(lanes *restrict w, const double *restrict who, double why)
 {
+    if (!any(who)) {
+        return;
+    }
     for (int l = 0; l < LANES; l++) {
         keep(&w->left[l], (who[l] > 0.0) & (w->live[l] > 0.0), why);
     }
@@ -530,10 +543,10 @@ typedef struct {
     column Rd, R, R1, R2, R3;
 } pair_columns;
 
-/* The pair over a time that is short for it. */
-LANES_CODE static void short_pairs(const lanes *restrict w, const double *restrict t, const double *restrict wanted, pair_columns *restrict pair)
+/* The pair over a time that is short for it; its series as in short_bases. */
+LANES_CODE static void short_pairs(lanes *restrict w, const double *restrict t, const double *restrict wanted, pair_columns *restrict pair)
 {
-    column pt, qtt, before, term, R2, R3, going;
+    column pt, qtt, before, term, R2, R3, going, small;
     for (int l = 0; l < LANES; l++) {
         pt[l] = w->poles.p[l] * t[l];
         qtt[l] = w->poles.q[l] * t[l] * t[l];
@@ -541,20 +554,17 @@ LANES_CODE static void short_pairs(const lanes *restrict w, const double *restri
         term[l] = 1.0 / 6.0;
         R2[l] = 1.0 / 6.0;
         R3[l] = 1.0 / 24.0;
-        going[l] = wanted[l];
     }
-    for (int n = 1; n < HOPFORM_TERMS_f64; n++) {
-        const double inverse_2 = hopform_inverse_f64[n + 2];
-        const double inverse_3 = hopform_inverse_f64[n + 3];
-        const double inverse_4 = hopform_inverse_f64[n + 4];
+    for (int n = 1; n < HOPFORM_TERMS_f64 - 1; n += 2) {
+        const double *inverse = &hopform_inverse_f64[n];
         for (int l = 0; l < LANES; l++) {
-            const bool goes = going[l] > 0.0;
-            const double next = -(pt[l] * term[l] + qtt[l] * before[l] * inverse_2) * inverse_3;
-            before[l] = term[l];
-            term[l] = next;
-            R2[l] = goes ? R2[l] + next : R2[l];
-            R3[l] = goes ? R3[l] + next * inverse_4 : R3[l];
-            going[l] = flag(goes & !(fabs(next) + fabs(before[l]) < 0.01 * 2.220446049250313e-16));
+            const double first = -(pt[l] * term[l] + qtt[l] * before[l] * inverse[2]) * inverse[3];
+            const double second = -(pt[l] * first + qtt[l] * term[l] * inverse[3]) * inverse[4];
+            R2[l] = R2[l] + first + second;
+            R3[l] = R3[l] + first * inverse[4] + second * inverse[5];
+            before[l] = first;
+            term[l] = second;
+            going[l] = wanted[l] * flag(!(fabs(second) + fabs(first) < 0.01 * 2.220446049250313e-16));
         }
         if (!any(going)) {
             break;
@@ -570,7 +580,10 @@ LANES_CODE static void short_pairs(const lanes *restrict w, const double *restri
         keep(&pair->R1[l], here, known.R1);
         keep(&pair->R2[l], here, series.R2);
         keep(&pair->R3[l], here, series.R3);
+        small[l] = wanted[l] * flag(!((R2[l] > 0.0625) & (R3[l] > 0.015625)));
     }
+    leave(w, going, POLES_CLOSE);
+    leave(w, small, POLES_CLOSE);
 }
 
 /* A pair that swings. */
@@ -597,10 +610,14 @@ LANES_CODE static void swinging_pairs(const lanes *restrict w, const double *res
     }
 }
 
-/* W of three poles over a short time. */
-LANES_CODE static void short_bases(const lanes *restrict w, const double *restrict t, const double *restrict wanted, basis_columns *restrict basis)
+/* W of three poles over a short time.
+ *
+ * Lanes whose series has ended go on with the others: three terms that are this small are followed by smaller ones, which
+ * change no sum that is not small itself, and where one is, the lane is left.
+ */
+LANES_CODE static void short_bases(lanes *restrict w, const double *restrict t, const double *restrict wanted, basis_columns *restrict basis)
 {
-    column h, hh, hhh, term_0, term_1, term_2, W2, W3, W4, going;
+    column h, hh, hhh, term_0, term_1, term_2, W2, W3, W4, going, small;
     for (int l = 0; l < LANES; l++) {
         h[l] = w->poles.s_1[l] * t[l];
         hh[l] = w->poles.s_2[l] * t[l] * t[l];
@@ -611,25 +628,23 @@ LANES_CODE static void short_bases(const lanes *restrict w, const double *restri
         W2[l] = 1.0 / 24.0;
         W3[l] = 1.0 / 120.0;
         W4[l] = 1.0 / 720.0;
-        going[l] = wanted[l];
     }
-    for (int n = 1; n < HOPFORM_TERMS_f64; n++) {
+    for (int n = 1; n < HOPFORM_TERMS_f64 - 2; n += 3) {
         const double *inverse = &hopform_inverse_f64[n];
-        const double inverse_2 = inverse[2];
-        const double inverse_3 = inverse[3];
-        const double inverse_4 = inverse[4];
-        const double inverse_5 = inverse[5];
-        const double inverse_6 = inverse[6];
         for (int l = 0; l < LANES; l++) {
-            const bool goes = going[l] > 0.0;
-            const double next = -(h[l] * term_0[l] + (hh[l] * term_1[l] + hhh[l] * term_2[l] * inverse_2) * inverse_3) * inverse_4;
-            term_2[l] = term_1[l];
-            term_1[l] = term_0[l];
-            term_0[l] = next;
-            W2[l] = goes ? W2[l] + next : W2[l];
-            W3[l] = goes ? W3[l] + next * inverse_5 : W3[l];
-            W4[l] = goes ? W4[l] + next * inverse_5 * inverse_6 : W4[l];
-            going[l] = flag(goes & !(fabs(next) + fabs(term_1[l]) + fabs(term_2[l]) < 0.002 * 2.220446049250313e-16));
+            const double a = h[l];
+            const double b = hh[l];
+            const double c = hhh[l];
+            const double first = -(a * term_0[l] + (b * term_1[l] + c * term_2[l] * inverse[2]) * inverse[3]) * inverse[4];
+            const double second = -(a * first + (b * term_0[l] + c * term_1[l] * inverse[3]) * inverse[4]) * inverse[5];
+            const double third = -(a * second + (b * first + c * term_0[l] * inverse[4]) * inverse[5]) * inverse[6];
+            W2[l] = W2[l] + first + second + third;
+            W3[l] = W3[l] + first * inverse[5] + second * inverse[6] + third * inverse[7];
+            W4[l] = W4[l] + first * inverse[5] * inverse[6] + second * inverse[6] * inverse[7] + third * inverse[7] * inverse[8];
+            term_2[l] = first;
+            term_1[l] = second;
+            term_0[l] = third;
+            going[l] = wanted[l] * flag(!(fabs(third) + fabs(second) + fabs(first) < 0.002 * 2.220446049250313e-16));
         }
         if (!any(going)) {
             break;
@@ -642,7 +657,10 @@ LANES_CODE static void short_bases(const lanes *restrict w, const double *restri
         const hopform_known_basis_f64 known = hopform_all_from_series_f64(&poles, &series, t[l]);
         const hopform_basis_f64 one = {known.Wdd, known.Wd, known.W, known.W1, series.W2};
         keep_basis_columns(basis, l, wanted[l] > 0.0, &one);
+        small[l] = wanted[l] * flag(!((W2[l] > 0.0078125) & (W3[l] > 0.0009765625) & (W4[l] > 0.0001220703125)));
     }
+    leave(w, going, POLES_CLOSE);
+    leave(w, small, POLES_CLOSE);
 }
 
 /* W at t where `wanted`; a lane whose poles are of another kind is left. */
@@ -1414,7 +1432,7 @@ LANES_CODE static void meet_stops(lanes *restrict w, double *restrict stops)
         return;
     }
     memcpy(&basis, &w->end, sizeof basis);
-    for (int n = 0; n < MOST_STEPS && any(going); n++) {
+    for (int n = 0; n < 100 && any(going); n++) {
         if (n > 0) {
             bases_at(w, t, going, &basis);
         }
@@ -1815,7 +1833,11 @@ int32_t LANES_NAME(int64_t count, const hopform_stances_in_f64 *in, const hopfor
     queue stances = {count, in, out, 0, {{0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0}, {0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0}, {0.0, 0.0, 0.0, 0.0, 0.0, 0.0}, {0.0, 0.0, 0.0, 0.0, 0.0, 0.0}, {0.0, 0.0, 0.0, 0.0, 0.0, 0.0}}, 0, HOPFORM_OK, HOPFORM_OK};
     clear(&w);
     for (;;) {
+        int32_t idle = 0;
         for (int l = 0; l < LANES; l++) {
+            idle += w.live[l] > 0.0 ? 0 : 1;
+        }
+        for (int l = 0; l < LANES && idle >= REFILL; l++) {
             if (!(w.live[l] > 0.0)) {
                 refill(&w, l, &stances);
             }

@@ -6,5 +6,5 @@
 
 const char *hopform_source(void)
 {
-    return "f18283b4f7f89a34";
+    return "ab6063598f8b45df";
 }
