@@ -19,7 +19,7 @@
 #ifndef REFILL
 #define REFILL (LANES / 2)
 #endif
-enum { LANES = 32, SLOTS = 4, ROOT_STEPS = 6, MOST_STEPS = 12, MOST_CUTS = 8, MOST_WINDOWS = 7 };
+enum { LANES = 32, SLOTS = 4, ROOT_STEPS = 6, MOST_STEPS = 12, MOST_CUTS = 24, MOST_WINDOWS = 7 };
 
 #if defined(__GNUC__)
 typedef float column[LANES] __attribute__((aligned(64)));
@@ -34,7 +34,7 @@ enum { PLAIN, POLES_CLOSE, TOO_FAST, THRESHOLD, AT_ONCE, TIE, UNDECIDED_WINDOW, 
 enum { NO_END, BY_TAKEOFF, BY_VELOCITY_1, BY_THRESHOLD_1, BY_VELOCITY_2, BY_THRESHOLD_2, BY_STOP, BY_LIMIT };
 
 /* What is done about a watch. */
-enum { NOTHING, LEAVE, FIND_BOTTOM, FIND_ROOT };
+enum { NOTHING, LEAVE, FIND_BOTTOM, FIND_ROOT, CUT };
 
 static inline bool within_range(float value)
 {
@@ -44,6 +44,11 @@ static inline bool within_range(float value)
 static inline float flag(bool yes)
 {
     return yes ? 1.0f : 0.0f;
+}
+
+static inline float is(float kind, int one)
+{
+    return flag(kind >= (float)one) * flag(kind <= (float)one);
 }
 
 /* A quotient whose divisor may be zero where the result is not used. */
@@ -1146,7 +1151,7 @@ typedef struct {
     watch_columns watch;
     sample_columns at;
     basis_columns basis;
-    column number, low, high, t, going, done;
+    column number, low, high, t, going, done, turning;
 } search;
 
 /* Whether something is to be done about watch s of a lane, and what. */
@@ -1178,12 +1183,13 @@ LANES_CODE static void act_on(const lanes *restrict w, int s, const float *restr
         const float unknown = flag(verdict[l] > 2.5f);
         const float ties = early[l] + nearly[l];
         const float comes_before = early[l] + later_found[l] * nearly[l];
-        const float leaves = flag(unknown + keeps * later_found[l] * ties + loses * other_found[l] * flag(comes_before < 0.5f)
+        const float leaves = flag(keeps * later_found[l] * ties + loses * other_found[l] * flag(comes_before < 0.5f)
                                      + loses * (1.0f - is_found[l]) * at_once[l] + dips * is_found[l]
                                  > 0.5f);
         const float acts = (1.0f - keeps) * (1.0f - loses * is_found[l]);
         here[l] = unsettled[l] * flag(w->on[s][l] > 0.0f) * flag(first[l] <= number) * flag(acts + leaves > 0.5f);
-        what[l] = leaves * (float)LEAVE + (1.0f - leaves) * (dips * (float)FIND_BOTTOM + (1.0f - dips) * (float)FIND_ROOT);
+        what[l] = leaves * (float)LEAVE
+                  + (1.0f - leaves) * (dips * (float)FIND_BOTTOM + loses * (float)FIND_ROOT + unknown * (float)CUT);
     }
 }
 
@@ -1212,6 +1218,7 @@ LANES_CODE static void settle_verdicts(const lanes *restrict w, const float *res
             const float h = w->end_t[l] - w->low[l];
             keep(&what[l], yes, deed[l]);
             keep(&found->number[l], yes, (float)s);
+            keep(&found->turning[l], yes, from->turning[l]);
             keep(&found->t[l], yes, w->low[l] + h * over(from->rate[l], from->rate[l] - to->rate[l]));
             keep_sample(&found->at, l, yes, &end);
         }
@@ -1226,7 +1233,7 @@ LANES_CODE static void find_bottoms(lanes *restrict w, const float *restrict wha
     for (int l = 0; l < LANES; l++) {
         const float low = w->low[l];
         const float high = w->end_t[l];
-        find->going[l] = flag((what[l] > (float)LEAVE) & (what[l] < (float)FIND_ROOT));
+        find->going[l] = is(what[l], FIND_BOTTOM);
         find->low[l] = low;
         find->high[l] = high;
         find->t[l] = ((find->t[l] > low) & (find->t[l] < high)) ? find->t[l] : low + 0.5f * (high - low);
@@ -1274,7 +1281,7 @@ LANES_CODE static void find_roots(lanes *restrict w, const float *restrict what,
 {
     column lands, arrived, ready, inside, next;
     for (int l = 0; l < LANES; l++) {
-        const bool here = what[l] > (float)FIND_BOTTOM;
+        const bool here = is(what[l], FIND_ROOT) > 0.0f;
         find->going[l] = flag(here);
         find->low[l] = w->low[l];
         find->high[l] = w->end_t[l];
@@ -1331,6 +1338,26 @@ LANES_CODE static void find_roots(lanes *restrict w, const float *restrict what,
     leave(w, find->going, STUCK);
 }
 
+/* Windows in which a watch cannot be judged end where its m has its zero. */
+LANES_CODE static void cut_windows(lanes *restrict w, const float *restrict what, search *restrict find)
+{
+    column inside;
+    for (int l = 0; l < LANES; l++) {
+        find->going[l] = is(what[l], CUT);
+        inside[l] = over(find->turning[l], find->turning[l] - find->at.turning[l]);
+    }
+    for (int l = 0; l < LANES; l++) {
+        inside[l] = inside[l] < 0.984375f ? inside[l] : 0.984375f;
+    }
+    for (int l = 0; l < LANES; l++) {
+        inside[l] = inside[l] > 0.015625f ? inside[l] : 0.015625f;
+        const float t = w->low[l] + inside[l] * (w->end_t[l] - w->low[l]);
+        keep(&w->end_t[l], find->going[l] > 0.0f, t);
+        keep(&w->found[l], find->going[l] > 0.0f, -1.0f);
+    }
+    bases_at(w, w->end_t, find->going, &w->end);
+}
+
 /* Shorten each window until every watch is known to keep its sign in it, but for the one that is found at its end. */
 LANES_CODE static void settle_windows(lanes *restrict w)
 {
@@ -1350,7 +1377,7 @@ LANES_CODE static void settle_windows(lanes *restrict w)
         for (int l = 0; l < LANES; l++) {
             unsettled[l] = flag(what[l] > (float)LEAVE);
             left[l] = flag((what[l] > (float)NOTHING) & !(what[l] > (float)LEAVE));
-            roots[l] = flag(what[l] > (float)FIND_BOTTOM);
+            roots[l] = flag(what[l] > (float)FIND_BOTTOM); /* the window has another end */
             first[l] = roots[l] > 0.0f ? 0.0f : find.number[l] + 1.0f;
         }
         leave(w, left, UNDECIDED_WINDOW);
@@ -1359,6 +1386,7 @@ LANES_CODE static void settle_windows(lanes *restrict w)
         }
         if (any(roots)) {
             find_roots(w, what, &find);
+            cut_windows(w, what, &find);
         }
         find_bottoms(w, what, &find);
     }
@@ -1459,11 +1487,6 @@ static inline float side_from_rest(float acceleration, float friction, bool bloc
 static inline bool on_threshold(float acceleration, float friction)
 {
     return !(fabsf(acceleration) < friction) & !(acceleration > friction) & !(acceleration < -friction);
-}
-
-static inline float is(float kind, int one)
-{
-    return flag(kind >= (float)one) * flag(kind <= (float)one);
 }
 
 /* A mass that has come to rest stays there, is stopped, or goes on: its velocity is 0. */

@@ -19,7 +19,7 @@
 #ifndef REFILL
 #define REFILL (LANES / 2)
 #endif
-enum { LANES = 16, SLOTS = 4, ROOT_STEPS = 6, MOST_STEPS = 12, MOST_CUTS = 8, MOST_WINDOWS = 7 };
+enum { LANES = 16, SLOTS = 4, ROOT_STEPS = 6, MOST_STEPS = 12, MOST_CUTS = 24, MOST_WINDOWS = 7 };
 
 #if defined(__GNUC__)
 typedef double column[LANES] __attribute__((aligned(64)));
@@ -34,7 +34,7 @@ enum { PLAIN, POLES_CLOSE, TOO_FAST, THRESHOLD, AT_ONCE, TIE, UNDECIDED_WINDOW, 
 enum { NO_END, BY_TAKEOFF, BY_VELOCITY_1, BY_THRESHOLD_1, BY_VELOCITY_2, BY_THRESHOLD_2, BY_STOP, BY_LIMIT };
 
 /* What is done about a watch. */
-enum { NOTHING, LEAVE, FIND_BOTTOM, FIND_ROOT };
+enum { NOTHING, LEAVE, FIND_BOTTOM, FIND_ROOT, CUT };
 
 static inline bool within_range(double value)
 {
@@ -44,6 +44,11 @@ static inline bool within_range(double value)
 static inline double flag(bool yes)
 {
     return yes ? 1.0 : 0.0;
+}
+
+static inline double is(double kind, int one)
+{
+    return flag(kind >= (double)one) * flag(kind <= (double)one);
 }
 
 /* A quotient whose divisor may be zero where the result is not used. */
@@ -1167,7 +1172,7 @@ typedef struct {
     watch_columns watch;
     sample_columns at;
     basis_columns basis;
-    column number, low, high, t, going, done;
+    column number, low, high, t, going, done, turning;
 } search;
 
 /* Whether something is to be done about watch s of a lane, and what. */
@@ -1199,12 +1204,13 @@ LANES_CODE static void act_on(const lanes *restrict w, int s, const double *rest
         const double unknown = flag(verdict[l] > 2.5);
         const double ties = early[l] + nearly[l];
         const double comes_before = early[l] + later_found[l] * nearly[l];
-        const double leaves = flag(unknown + keeps * later_found[l] * ties + loses * other_found[l] * flag(comes_before < 0.5)
+        const double leaves = flag(keeps * later_found[l] * ties + loses * other_found[l] * flag(comes_before < 0.5)
                                      + loses * (1.0 - is_found[l]) * at_once[l] + dips * is_found[l]
                                  > 0.5);
         const double acts = (1.0 - keeps) * (1.0 - loses * is_found[l]);
         here[l] = unsettled[l] * flag(w->on[s][l] > 0.0) * flag(first[l] <= number) * flag(acts + leaves > 0.5);
-        what[l] = leaves * (double)LEAVE + (1.0 - leaves) * (dips * (double)FIND_BOTTOM + (1.0 - dips) * (double)FIND_ROOT);
+        what[l] = leaves * (double)LEAVE
+                  + (1.0 - leaves) * (dips * (double)FIND_BOTTOM + loses * (double)FIND_ROOT + unknown * (double)CUT);
     }
 }
 
@@ -1233,6 +1239,7 @@ LANES_CODE static void settle_verdicts(const lanes *restrict w, const double *re
             const double h = w->end_t[l] - w->low[l];
             keep(&what[l], yes, deed[l]);
             keep(&found->number[l], yes, (double)s);
+            keep(&found->turning[l], yes, from->turning[l]);
             keep(&found->t[l], yes, w->low[l] + h * over(from->rate[l], from->rate[l] - to->rate[l]));
             keep_sample(&found->at, l, yes, &end);
         }
@@ -1247,7 +1254,7 @@ LANES_CODE static void find_bottoms(lanes *restrict w, const double *restrict wh
     for (int l = 0; l < LANES; l++) {
         const double low = w->low[l];
         const double high = w->end_t[l];
-        find->going[l] = flag((what[l] > (double)LEAVE) & (what[l] < (double)FIND_ROOT));
+        find->going[l] = is(what[l], FIND_BOTTOM);
         find->low[l] = low;
         find->high[l] = high;
         find->t[l] = ((find->t[l] > low) & (find->t[l] < high)) ? find->t[l] : low + 0.5 * (high - low);
@@ -1295,7 +1302,7 @@ LANES_CODE static void find_roots(lanes *restrict w, const double *restrict what
 {
     column lands, arrived, ready, inside, next;
     for (int l = 0; l < LANES; l++) {
-        const bool here = what[l] > (double)FIND_BOTTOM;
+        const bool here = is(what[l], FIND_ROOT) > 0.0;
         find->going[l] = flag(here);
         find->low[l] = w->low[l];
         find->high[l] = w->end_t[l];
@@ -1352,6 +1359,26 @@ LANES_CODE static void find_roots(lanes *restrict w, const double *restrict what
     leave(w, find->going, STUCK);
 }
 
+/* Windows in which a watch cannot be judged end where its m has its zero. */
+LANES_CODE static void cut_windows(lanes *restrict w, const double *restrict what, search *restrict find)
+{
+    column inside;
+    for (int l = 0; l < LANES; l++) {
+        find->going[l] = is(what[l], CUT);
+        inside[l] = over(find->turning[l], find->turning[l] - find->at.turning[l]);
+    }
+    for (int l = 0; l < LANES; l++) {
+        inside[l] = inside[l] < 0.984375 ? inside[l] : 0.984375;
+    }
+    for (int l = 0; l < LANES; l++) {
+        inside[l] = inside[l] > 0.015625 ? inside[l] : 0.015625;
+        const double t = w->low[l] + inside[l] * (w->end_t[l] - w->low[l]);
+        keep(&w->end_t[l], find->going[l] > 0.0, t);
+        keep(&w->found[l], find->going[l] > 0.0, -1.0);
+    }
+    bases_at(w, w->end_t, find->going, &w->end);
+}
+
 /* Shorten each window until every watch is known to keep its sign in it, but for the one that is found at its end. */
 LANES_CODE static void settle_windows(lanes *restrict w)
 {
@@ -1371,7 +1398,7 @@ LANES_CODE static void settle_windows(lanes *restrict w)
         for (int l = 0; l < LANES; l++) {
             unsettled[l] = flag(what[l] > (double)LEAVE);
             left[l] = flag((what[l] > (double)NOTHING) & !(what[l] > (double)LEAVE));
-            roots[l] = flag(what[l] > (double)FIND_BOTTOM);
+            roots[l] = flag(what[l] > (double)FIND_BOTTOM); /* the window has another end */
             first[l] = roots[l] > 0.0 ? 0.0 : find.number[l] + 1.0;
         }
         leave(w, left, UNDECIDED_WINDOW);
@@ -1380,6 +1407,7 @@ LANES_CODE static void settle_windows(lanes *restrict w)
         }
         if (any(roots)) {
             find_roots(w, what, &find);
+            cut_windows(w, what, &find);
         }
         find_bottoms(w, what, &find);
     }
@@ -1480,11 +1508,6 @@ static inline double side_from_rest(double acceleration, double friction, bool b
 static inline bool on_threshold(double acceleration, double friction)
 {
     return !(fabs(acceleration) < friction) & !(acceleration > friction) & !(acceleration < -friction);
-}
-
-static inline double is(double kind, int one)
-{
-    return flag(kind >= (double)one) * flag(kind <= (double)one);
 }
 
 /* A mass that has come to rest stays there, is stopped, or goes on: its velocity is 0. */

@@ -6,5 +6,5 @@
 
 const char *hopform_source(void)
 {
-    return "ab6063598f8b45df";
+    return "8090c39b37699cde";
 }
