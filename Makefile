@@ -26,6 +26,10 @@ test-exhaustive-slice: compiler venv-dev ## the same for 20 000 of them, 500 wit
 	$(PY) tools/build_library.py
 	$(PY) -m tests.exhaustive --count 20000 --reference 500 --cases out/cases.json
 
+scans: compiler venv-dev ## sweep across every case distinction of the solver, write docs/switchovers.*
+	$(PY) tools/build_library.py
+	$(PY) -m tests.scans
+
 SECONDS = 60
 fuzz: ## arbitrary bit patterns into each C entry point, SECONDS (60) each, under the sanitizers; needs clang
 	@SECONDS_EACH=$(SECONDS) sh tests/fuzz/run.sh
@@ -80,5 +84,5 @@ venv-bench:
 	@sh tools/venv.sh bench
 
 .NOTPARALLEL:
-.PHONY: help run test test-exhaustive test-exhaustive-slice fuzz generate check lint wheel mutants mutants-all test-determinism bench
+.PHONY: help run test test-exhaustive test-exhaustive-slice scans fuzz generate check lint wheel mutants mutants-all test-determinism bench
 .PHONY: clean compiler venv venv-dev venv-bench

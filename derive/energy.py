@@ -56,6 +56,8 @@ from derive.quantities import (
 x1_0 = sp.Symbol("x1_0", real=True)
 displacement = sp.Symbol("displacement", real=True)
 length = sp.Symbol("length", real=True)
+aed = sp.Symbol("aed", real=True)
+excess = sp.Symbol("excess", real=True)
 
 body_energy = m_s * v2**2 / 2 + m_s * g * x2 + k * (x2 - L0 - c) ** 2 / 2
 total_energy = equations.kinetic + equations.potential
@@ -115,6 +117,19 @@ def ledger(model: Model) -> tuple[Step, ...]:
     return tuple(
         Step(entry, _integrate(power), "(24)" if entry in body_entries(model) else "ledger")
         for entry, power in powers(model).items()
+    )
+
+
+def aed_of_ledger(model: Model) -> tuple[Step, ...]:
+    """The AED as the sum of what adds to the body's energy."""
+    return (Step(aed, sum(body_entries(model), sp.S.Zero), "(24)"),)
+
+
+def large_energy() -> tuple[Step, ...]:
+    """E(0) over m_s max(v_2^2, 1)/2: where it is large, the difference of two E has lost the digits of the AED."""
+    return (
+        Step(length, x1 - y, "x_2 - L_0 - c at the start"),
+        Step(excess, k * length**2 / (m_s * (1 + v2**2)), "(22), (23) at the start"),
     )
 
 

@@ -12,6 +12,7 @@ import re
 import struct
 from collections.abc import Iterable, Iterator
 from fractions import Fraction
+from typing import NamedTuple
 
 import sympy as sp
 
@@ -183,14 +184,17 @@ class C:
             "EPSILON": literal(epsilon),
             "ROOT_EPSILON": literal(epsilon**0.5),
             "NEVER": literal(1e38 if self.single else 1e300),
+            "FAINT": literal(1e-30 if self.single else 1e-280),
         }
         self.terms = 24 if self.single else 40
+        self.nodes = _gauss_rule(8 if self.single else 12)
         self.words = {"BITS": f"uint{32 if self.single else 64}_t", "SIGNED_BITS": f"int{32 if self.single else 64}_t"}
         self.inverses = [_number(1.0 / n) for n in range(1, self.terms + 8)]
-        self.exponential = _inverse_factorials(range(8 if self.single else 14))
+        self.exponential = _inverse_factorials(range(1, 9 if self.single else 15))
         self.decay_tail = _alternating(_inverse_factorials(range(3, 14 if self.single else 21)))
         self.sine = _alternating(_inverse_factorials(range(1, 10 if self.single else 18, 2)))
         self.cosine = _alternating(_inverse_factorials(range(0, 10 if self.single else 18, 2)))
+        self.area_tangent = [1.0 / n for n in reversed(range(1, 11 if self.single else 23, 2))]
         bits = 12 if self.single else 32
         self.constants |= {
             "LOG_2_HIGH": literal(_leading(_LOG_2, bits)),
@@ -201,6 +205,10 @@ class C:
             "SMALLEST_EXPONENT": literal(-87.0 if self.single else -708.0),
             "LARGEST_ANGLE": literal(1e6 if self.single else 1e15),
             "FRACTION_BITS": "23" if self.single else "52",
+            "LOWER_HALF": "12" if self.single else "27",
+            "SMALLEST_NORMAL": literal(2.0**-126 if self.single else 2.0**-1022),
+            "TINY_UP": literal(2.0**24 if self.single else 2.0**54),
+            "TINY_DOWN": literal(2.0**-8 if self.single else 2.0**-18),
             "EXPONENT_BIAS": "127" if self.single else "1023",
             "SIGNED_BITS": "int32_t" if self.single else "int64_t",
             "REAL_BITS": "uint32_t" if self.single else "uint64_t",
@@ -303,6 +311,23 @@ def _leading(value: Fraction, bits: int) -> float:
 def _inverse_factorials(degrees: Iterable[int]) -> list[float]:
     """Coefficients 1/n! of a power series, the highest first, as Horner's rule takes them."""
     return [1.0 / math.factorial(n) for n in reversed(list(degrees))]
+
+
+class Node(NamedTuple):
+    """A place between 0 and 1 at which a function is taken, and its weight."""
+
+    place: float
+    weight: float
+
+
+def _gauss_rule(count: int) -> list[Node]:
+    """The nodes of Gauss's rule over 0 .. 1: the roots of the Legendre polynomial, to 40 digits before they are rounded."""
+    x = sp.Symbol("x")
+    polynomial = sp.legendre_poly(count, x)
+    slope = sp.diff(polynomial, x)
+    roots = sorted(sp.Poly(polynomial, x).nroots(n=40, maxsteps=200))
+    weights = [2 / ((1 - root**2) * slope.subs(x, root) ** 2) for root in roots]
+    return [Node(float((1 + root) / 2), float(weight / 2)) for root, weight in zip(roots, weights, strict=True)]
 
 
 def _alternating(coefficients: list[float]) -> list[float]:

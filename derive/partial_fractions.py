@@ -51,6 +51,7 @@ from derive.quantities import (
     sigma,
     slow,
     t,
+    turned,
 )
 
 m = sp.Symbol("m", real=True)
@@ -73,10 +74,15 @@ def split() -> tuple[Step, ...]:
     )
 
 
+def split_soon() -> tuple[Step, ...]:
+    """W while exp(-a t) is near 1: after a full turn of the pair it is small, and this is no difference of ones."""
+    return (Step(W, (q * R1 - a * (e1 - R)) / chi, "(18) all poles, a t not large"),)
+
+
 def pair_by_quotient() -> tuple[Step, ...]:
-    """Integrals of R where q t^2 is not small: R'' + p R' + q R = 0, integrated up to three times."""
+    """Integrals of R where q t^2 is not small: R'' + p R' + q R = 0, integrated up to three times; turned = 1 - R' - p R."""
     return (
-        Step(R1, (1 - Rd - p * R) / q, "(18) pair, integral"),
+        Step(R1, turned / q, "(18) pair, integral"),
         Step(R2, (t - R - p * R1) / q, "(18) pair, integral of the integral"),
         Step(R3, (t**2 / 2 - R1 - p * R2) / q, "(18) pair, third integral"),
     )

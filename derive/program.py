@@ -57,7 +57,7 @@ AT = Record(
         _scalar(time_domain.y_t, "m", "compression of the spring"),
     ),
 )
-DECAY_PAIR = Record("PairCore", "R and its derivative.", Q.PAIR.quantities[:2])
+DECAY_PAIR = Record("PairCore", "R, its derivative and what is left of the initial 1.", (*Q.PAIR.quantities[:2], Q.TURNED))
 PAIR_INTEGRALS = Record("PairIntegrals", "The integrals of R.", Q.PAIR.quantities[2:])
 UNSHIFTED = Record("KnownPair", "R, its derivative and its first integral.", Q.PAIR.quantities[:3])
 SHORT = Record("KnownBasis", "W, its derivatives and its first integral.", Q.BASIS.quantities[:4])
@@ -118,6 +118,13 @@ def program(model: Model = HOPPER) -> Program:
             (Q.POLES, Q.CHI, Q.DECAY, Q.PAIR),
             partial_fractions.split(),
             Q.BASIS,
+        ),
+        Function(
+            "split_soon",
+            "W while exp(-a t) is near 1.",
+            (Q.POLES, Q.CHI, Q.DECAY, Q.PAIR),
+            partial_fractions.split_soon(),
+            _scalar(partial_fractions.W, "s^2", "response of the three poles to an impulse"),
         ),
         Function(
             "pair_by_quotient",
@@ -209,6 +216,20 @@ def program(model: Model = HOPPER) -> Program:
             ),
             energy.ledger(model),
             ledger,
+        ),
+        Function(
+            "aed_of_ledger",
+            "What the entries of a ledger add to the energy of the body.",
+            (ledger,),
+            energy.aed_of_ledger(model),
+            _scalar(control.aed, "J", "analytical energy delta"),
+        ),
+        Function(
+            "large_energy",
+            "How large the energy of the body is at the start, against the energy of its motion at 1 m/s or more.",
+            (robot, Q.STATE),
+            energy.large_energy(),
+            _scalar(energy.excess, "1", "energy at the start, in units of the body's motion"),
         ),
         Function(
             "touchdown_velocity",

@@ -142,6 +142,8 @@ PAIR = Record(
     ),
 )
 Rd, R, R1, R2, R3 = PAIR.symbols
+TURNED = Quantity("turned", r"q \int R", "1", "1 - Rd - p R = q R1, small after a full turn")
+turned = TURNED.symbol
 
 BASIS = Record(
     "Basis",

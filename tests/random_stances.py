@@ -11,6 +11,7 @@ from hopform_solver.records import Robot, State
 from tests.checker import ANSWER, PHASE, PROBLEM, ROBOT, START
 
 MAX_PHASES = 100
+MOST_PUSH, MOST_PULL, MOST_SPEED = 30.0, 20.0, 100.0  # m/s^2 by the offset, by the motor; m/s
 DEGENERATE = (
     "frictionless",
     "triple",
@@ -49,6 +50,7 @@ def draw_stances(seed: int, count: int) -> Any:
     _confine(draw, p, over(1e-4, 0.1), over(1e-4, 0.1))
     for kind in DEGENERATE:
         _degenerate(draw, p, kind, draw.random(count) < 0.025)
+    _restrain(p)
     p["v1"] = np.where(p["y"] > 0.0, p["v1"], np.maximum(p["v1"], 0.5 * p["v2"]))  # or the leg would not compress
     return p
 
@@ -67,6 +69,20 @@ def _confine(draw: Any, p: Any, below: Any, above: Any) -> None:
     locked = kind < 0.1
     p["x1_min"][stops] = np.where(locked | ((kind > 0.1) & (kind < 0.3)), 0.0, -below)[stops]
     p["x1_max"][stops] = np.where(locked | ((kind > 0.3) & (kind < 0.4)), 0.0, above)[stops]
+
+
+def _restrain(p: Any) -> None:
+    """Offset and motor push a free actuator no harder than that, and the spring makes nobody faster than MOST_SPEED.
+
+    Else an actuator is up to 1e9 m away at the horizon, and whatever is wrong in the last bit of k or c is metres there.
+    What is between two stops may be pushed by anything.
+    """
+    free = np.isinf(p["x1_max"])
+    most = MOST_PUSH * p["m_eff"]
+    p["c"] = np.where(free, np.clip(p["c"], -most / p["k"], most / p["k"]), p["c"])
+    pull, limit = np.abs(p["gamma2"] * p["u"]), MOST_PULL * p["m_eff"]
+    p["gamma2"] *= np.where(free & (pull > limit), limit / np.maximum(pull, limit), 1.0)
+    p["y"] = np.minimum(p["y"], MOST_SPEED / np.sqrt(p["k"] * (1.0 / p["m_s"] + 1.0 / p["m_eff"])))
 
 
 def _degenerate(draw: Any, p: Any, kind: str, here: Any) -> None:

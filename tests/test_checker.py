@@ -9,7 +9,7 @@ import pytest
 
 from hopform_solver.records import EVENTS
 from tests.checker import CERTIFIED, REASONS, judge
-from tests.exhaustive import TOLERANCE, case_of, examine, refer
+from tests.exhaustive import HIGH_CONDITION, SHARE_OF_HIGH, TOLERANCE, case_of, examine, refer
 from tests.random_stances import draw_stances, solve_with_c
 
 WORD = {text: number for number, text in EVENTS.items()}
@@ -41,6 +41,27 @@ def test_the_reference_measures_the_errors_that_the_checker_measures():
                 assert error == pytest.approx(ours, rel=1e-2), (row, of)
                 compared += 1
     assert compared >= 25
+
+
+def test_hardly_a_random_stance_is_ill_conditioned():
+    """Those above 1000, or that other inputs take to other events, are at most 0.1 %: an error is hardly ever excused."""
+    problems = draw_stances(25, 4000)
+    verdicts = judge(problems, *solve_with_c(problems))
+    sure = verdicts["outcome"] == CERTIFIED
+    assert sure.mean() > 0.99
+    assert (verdicts["condition_state"][sure] > HIGH_CONDITION).mean() <= SHARE_OF_HIGH
+
+
+def test_a_start_against_a_stop_has_a_condition():
+    """v1 is lost at once, whatever it was, so other inputs lead to the same events."""
+    problems = draw_stances(26, 1000)
+    problems["x1_min"], problems["x1_max"], problems["x1"] = 0.0, 0.05, 0.0
+    problems["v1"] = np.where(problems["y"] > 0.0, -0.1, 0.5 * problems["v2"])
+    problems["c"] = 0.0
+    verdicts = judge(problems, *solve_with_c(problems))
+    sure = verdicts["outcome"] == CERTIFIED
+    assert sure.sum() >= 990
+    assert np.isfinite(verdicts["condition_state"][sure]).mean() >= 0.998
 
 
 def test_both_back_ends_list_the_same_events():

@@ -74,15 +74,14 @@ class Seen:
 
 def seen(robot: hopform.Robot, solved: Any, dtype: Any, ledger: Any, loss: Any, total: Any) -> Seen:
     rows = solved.phase_rows()
-    end = hopform.State(
-        solved.end.x1, solved.end.v1, solved.end.x1 - solved.end.y + (robot.L0 + robot.c), solved.end.v2
-    )
+    ending, duration, state, _, aed = solved.outcome()
+    end = hopform.State(state.x1, state.v1, state.x1 - state.y + (robot.L0 + robot.c), state.v2)
     return Seen(
         np.dtype(dtype),
-        records.ENDINGS[solved.ending],
-        solved.duration,
+        records.ENDINGS[ending],
+        duration,
         end,
-        solved.aed,
+        aed,
         tuple(hopform.Event(t, records.EVENTS[event]) for t, _, _, event, _ in rows if event),
         tuple((mode // 3 - 1, mode % 3 - 1) for _, _, mode, _, _ in rows),
         type(ledger)(*(float(entry[-1]) for entry in ledger)),
@@ -98,8 +97,8 @@ def by_library(robot: hopform.Robot, b12: float, start: dict[str, Any], dtype: A
         (*robot.parameters, b12), state, steps, start.get("horizon", 2.0), start.get("max_phases", 4096),
         np.dtype(dtype), library,
     )  # fmt: skip
-    energy, ledger, loss = solved.energy_at(np.array([0.0, solved.duration], dtype))
-    return seen(robot, solved, dtype, ledger, loss, energy.total)
+    times = np.array([0.0, solved.outcome()[1]], dtype)
+    return seen(robot, solved, dtype, *solved.ledger_at(times), solved.energy_at(times).total)
 
 
 def by_package(robot: hopform.Robot, b12: float, start: dict[str, Any], dtype: Any, package: Any) -> Seen:

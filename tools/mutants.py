@@ -24,7 +24,7 @@ TIME_LIMIT = 240.0
 
 # The fast part of the tests, in the order in which they judge: random robots, wheels, plots, command lines are left out.
 ALGEBRA = ("tests/test_derivation.py", "tests/test_certificate.py")
-MOTION = ("tests/test_stance.py", "tests/test_properties.py", "tests/test_model_file.py")
+MOTION = ("tests/test_stance.py", "tests/test_ties.py", "tests/test_properties.py", "tests/test_model_file.py")
 HOUSE = ("tests/test_house.py", "tests/test_library.py")
 NEAREST = {"derive": ALGEBRA + MOTION + HOUSE, "templates": MOTION + HOUSE + ALGEBRA}
 LEFT_OUT_TESTS = "not random"
@@ -184,33 +184,48 @@ MUTANTS = (
         "templates/c/src/stance_real.c.j2",
         "leg->value < -8.0 * EPSILON * limit * leg->rate",
         "leg->value < 8.0 * EPSILON * limit * leg->rate",
-        first=("tests/test_model_file.py",),
+        first=("tests/test_ties.py",),
     ),
     Mutant(
         "NumPy: an event before the take-off at the same time",
         "templates/python/hopform_solver/stance.py.j2",
         "tie = end.t[lanes] * (1.0 + end.tie)",
         "tie = end.t[lanes] * (1.0 - 64.0 * end.tie)",
-        first=("tests/test_model_file.py",),
+        first=("tests/test_ties.py",),
     ),
     Mutant(
         "C: a touch taken for a crossing",
         "templates/c/src/stance_real.c.j2",
         "if (bottom.at.value < -bottom.at.noise) {",
         "if (bottom.at.value < bottom.at.noise) {",
-        first=("tests/test_model_file.py",),
+        first=("tests/test_ties.py",),
     ),
     Mutant(
         "C: rounding taken for a crossing",
         "templates/c/src/events_real.h.j2",
         "if (to->value < 0.0 && (to->value < -to->noise || to->rate * h < -to->noise)) {",
         "if (to->value < 0.0) {",
+        first=("tests/test_ties.py",),
     ),
     Mutant(
         "NumPy: a dip between two samples is not seen",
         "templates/python/hopform_solver/events.py.j2",
         "crosses[dips] = bottom.value < -bottom.noise",
         "crosses[dips] = bottom.value < -1.0e9 * bottom.noise",
+    ),
+    Mutant(
+        "NumPy: a touch taken for a crossing",
+        "templates/python/hopform_solver/events.py.j2",
+        "crosses[dips] = bottom.value < -bottom.noise",
+        "crosses[dips] = bottom.value < bottom.noise",
+        first=("tests/test_ties.py",),
+    ),
+    Mutant(
+        "NumPy: rounding taken for a crossing",
+        "templates/python/hopform_solver/events.py.j2",
+        "crosses = (here.value < 0.0) & ((here.value < -here.noise) | steep)",
+        "crosses = here.value < 0.0",
+        first=("tests/test_ties.py",),
     ),
     Mutant(
         "C: everything is quiet",

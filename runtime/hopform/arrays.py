@@ -20,25 +20,15 @@ class Solved:
 
     solution: Solution
 
-    @property
-    def ending(self) -> int:
-        return int(self.solution.ending)
+    def outcome(self) -> tuple[int, float, State, float, float]:
+        """Ending, duration, state at the ending, apex, AED."""
+        of = self.solution
+        end = State(*(float(field) for field in of.end))
+        return int(of.ending), float(of.duration), end, float(of.apex), float(of.aed)
 
-    @property
-    def duration(self) -> float:
-        return float(self.solution.duration)
-
-    @property
-    def end(self) -> State:
-        return State(*(float(field) for field in self.solution.end))
-
-    @property
-    def apex(self) -> float:
-        return float(self.solution.apex)
-
-    @property
-    def aed(self) -> float:
-        return float(self.solution.aed)
+    def event_rows(self) -> list[tuple[float, int]]:
+        """Time and number of each event."""
+        return [(t, event) for t, _, _, event, _ in self.phase_rows() if event]
 
     def phase_rows(self) -> list[tuple[float, State, int, int, int]]:
         """Each phase: when and where it starts, its mode, the event that starts it, the step of the current."""
@@ -46,6 +36,10 @@ class Solved:
         columns = (p.t, p.x1, p.v1, p.v2, p.y, p.mode, p.event, p.step)
         rows = zip(*(column.tolist() for column in columns), strict=True)
         return [(t, State(x1, v1, v2, y), mode, event, step) for t, x1, v1, v2, y, mode, event, step in rows]
+
+    def state(self, t: float) -> State:
+        """The state at one time."""
+        return State(*(float(column[0]) for column in self.state_at(np.array([t], self.solution.duration.dtype))))
 
     def state_at(self, t: NDArray[np.floating]) -> State:
         """States at times of one dimension."""
@@ -58,10 +52,17 @@ class Solved:
         for column, values in zip(out, self.state_at(t), strict=True):
             column[...] = values
 
-    def energy_at(self, t: NDArray[np.floating]) -> tuple[Energy, Ledger, NDArray[np.floating]]:
-        """Energies, ledger and loss at stops at times of one dimension."""
-        ledger, losses = ledger_at(self.solution, 0, t)
-        return energy_at(self.solution, 0, t), ledger, losses
+    def energy(self, t: float) -> Energy:
+        """Energies at one time."""
+        return Energy(*(float(column[0]) for column in self.energy_at(np.array([t], self.solution.duration.dtype))))
+
+    def energy_at(self, t: NDArray[np.floating]) -> Energy:
+        """Energies at times of one dimension."""
+        return energy_at(self.solution, 0, t)
+
+    def ledger_at(self, t: NDArray[np.floating]) -> tuple[Ledger, NDArray[np.floating]]:
+        """Ledger and loss at stops at times of one dimension."""
+        return ledger_at(self.solution, 0, t)
 
     def sensitivities(self) -> NDArray[np.floating]:
         """Derivatives, rows times columns as in hopform_solver.sensitivity; NaN where there are none."""

@@ -4,8 +4,9 @@ A library that was built from other sources than the package is refused by name,
 """
 
 import ctypes
+import struct
 import sys
-from dataclasses import dataclass
+from collections.abc import Callable
 from functools import cache, lru_cache
 from pathlib import Path
 from types import ModuleType
@@ -41,17 +42,17 @@ class Types:
     def __init__(self, suffix: str, records: ModuleType = hopper_records) -> None:
         real = {"f32": ctypes.c_float, "f64": ctypes.c_double}[suffix]
 
-        def struct(name: str, *fields: tuple[str, Any]) -> Any:
+        def structure(name: str, *fields: tuple[str, Any]) -> Any:
             return type(name, (ctypes.Structure,), {"_fields_": list(fields)})
 
         def record(name: str) -> Any:
-            return struct(name, *((field, real) for field in getattr(records, name)._fields))
+            return structure(name, *((field, real) for field in getattr(records, name)._fields))
 
         self.suffix, self.real = suffix, real
         self.robot, self.state = record("Robot"), record("State")
         self.energy, self.ledger = record("Energy"), record("Ledger")
         poles = record("Poles")
-        self.plan = struct(
+        self.plan = structure(
             "Plan",
             ("robot", self.robot),
             ("rates", record("Rates")),
@@ -59,15 +60,15 @@ class Types:
             ("actuator", poles),
             ("body", poles),
         )
-        self.step = struct("Step", ("t", real), ("u", real))
-        self.phase = struct(
+        self.step = structure("Step", ("t", real), ("u", real))
+        self.phase = structure(
             "Phase",
             *((name, real) for name in ("t", "x1", "v1", "v2", "y")),
             ("mode", ctypes.c_int8),
             ("event", ctypes.c_int8),
             ("step", ctypes.c_uint16),
         )
-        self.stance = struct(
+        self.stance = structure(
             "Stance",
             ("duration", real),
             ("end", self.state),
@@ -102,6 +103,8 @@ class Library:
             )
         self._types: dict[str, Types] = {}
         self._functions: dict[tuple[str, str], Any] = {}
+        self._desks: dict[str, Desk] = {}
+        self.source = source
 
     def _function(self, name: str, result: Any = ctypes.c_int32) -> Any:
         function = getattr(self._handle, f"{self._prefix}_{name}")
@@ -126,8 +129,62 @@ class Library:
             self._functions[key] = self._function(f"{name}_{types.suffix}")
         status: int = self._functions[key](*arguments)
         if status < 0:
-            raise HopformError(_REASONS.get(status, f"{name} failed with status {status}"))
+            raise refusal(name, status)
         return status
+
+    def desk(self, dtype: np.dtype[Any]) -> "Desk":
+        """Where stances of one precision are solved."""
+        try:
+            return self._desks[dtype.char]
+        except KeyError:
+            return self._desks.setdefault(dtype.char, Desk(self, self.types(dtype)))
+
+    def function(self, name: str, types: Types) -> Any:
+        """A function in one precision, which returns a status."""
+        return self._function(f"{name}_{types.suffix}")
+
+
+def refusal(name: str, status: int) -> HopformError:
+    """What a negative status of a function means."""
+    return HopformError(_REASONS.get(status, f"{name} failed with status {status}"))
+
+
+class Desk:
+    """One precision of a library at hand: its functions, how its structs are packed, and memory to solve in.
+
+    Memory is taken from `free` and put back, so that no two stances are ever solved in the same: not those of two
+    threads, nor that of a signal handler which comes in between.
+    """
+
+    def __init__(self, library: Library, types: Types) -> None:
+        double = types.suffix == "f64"
+        state = len(State._fields)
+        self.library, self.types = library, types
+        self.solve_stance = library.function("solve_stance", types)
+        self.stance_at = library.function("stance_at", types)
+        self.stance_energy = library.function("stance_energy", types)
+        self.pack: Callable[..., bytes] = _packed_doubles if double else _packed_floats
+        letter = "d" if double else "f"
+        self.stance = struct.Struct(f"{state + 4}{letter}4i")
+        self.phase = struct.Struct(f"{state + 1}{letter}2bH0{letter}")
+        self.state = struct.Struct(f"{state}{letter}")
+        self.energy = struct.Struct(f"2{letter}")
+        assert (self.stance.size, self.phase.size) == (ctypes.sizeof(types.stance), ctypes.sizeof(types.phase))
+        self.one_state, self.one_energy = (ctypes.c_char * each.size for each in (self.state, self.energy))
+        self.free: list[tuple[Any, Any]] = []
+
+    def memory(self, capacity: int = _FIRST_CAPACITY) -> tuple[Any, Any]:
+        """Room for a stance and its phases."""
+        return (ctypes.c_char * self.stance.size)(), (ctypes.c_char * (self.phase.size * capacity))()
+
+
+def _packed_doubles(*numbers: float) -> bytes:
+    return struct.pack(f"{len(numbers)}d", *numbers)
+
+
+def _packed_floats(*numbers: float) -> bytes:
+    """As C rounds them, to infinity what is too large; `struct` would raise."""
+    return bytes((ctypes.c_float * len(numbers))(*numbers))
 
 
 @cache
@@ -138,97 +195,119 @@ def library() -> Library:
     return Library(LIBRARY)
 
 
-@dataclass(frozen=True)
 class Solved:
-    """A stance solved by the library: the caller's view of its structs."""
+    """A stance solved by the library, as the bytes of its structs: nothing changes them, and they can be pickled."""
 
-    library: Library
-    types: Types
-    plan: Any
-    steps: Any
-    phases: Any
-    stance: Any
+    __slots__ = ("desk", "phases", "plan", "stance", "steps")
 
-    @property
-    def ending(self) -> int:
-        return int(self.stance.ending)
+    def __init__(self, desk: Desk, plan: bytes, steps: bytes, phases: bytes, stance: bytes) -> None:
+        self.desk, self.plan, self.steps, self.phases, self.stance = desk, plan, steps, phases, stance
 
-    @property
-    def duration(self) -> float:
-        return float(self.stance.duration)
+    def __reduce__(self) -> Any:
+        desk = self.desk
+        return _solved_again, (
+            desk.library.source, np.dtype(desk.types.real), self.plan, self.steps, self.phases, self.stance,
+        )  # fmt: skip
 
-    @property
-    def end(self) -> State:
-        return _state(self.stance.end)
+    def outcome(self) -> tuple[int, float, State, float, float]:
+        """Ending, duration, state at the ending, apex, AED."""
+        duration, x1, v1, v2, y, apex, aed, _, ending, *_ = self.desk.stance.unpack(self.stance)
+        return ending, duration, State(x1, v1, v2, y), apex, aed
 
-    @property
-    def apex(self) -> float:
-        return float(self.stance.apex)
-
-    @property
-    def aed(self) -> float:
-        return float(self.stance.aed)
+    def event_rows(self) -> list[tuple[float, int]]:
+        """Time and number of each event."""
+        return [(row[0], row[-2]) for row in self.desk.phase.iter_unpack(self.phases) if row[-2]]
 
     def phase_rows(self) -> list[tuple[float, State, int, int, int]]:
         """Each phase: when and where it starts, its mode, the event that starts it, the step of the current."""
-        kept = self.phases[: self.stance.phases_kept]
-        return [(p.t, State(p.x1, p.v1, p.v2, p.y), p.mode, p.event, p.step) for p in kept]
+        rows = self.desk.phase.iter_unpack(self.phases)
+        return [(t, State(x1, v1, v2, y), mode, event, step) for t, x1, v1, v2, y, mode, event, step in rows]
+
+    def state(self, t: float) -> State:
+        """The state at one time."""
+        desk, state = self.desk, self.desk.one_state()
+        status = desk.stance_at(self.plan, self.steps, self.phases, self.stance, desk.types.real(t), state)
+        if status < 0:
+            raise refusal("stance_at", status)
+        return State._make(desk.state.unpack(state))
 
     def state_at(self, t: NDArray[np.floating]) -> State:
         """States at times of one dimension."""
-        state = self.types.state()
-        rows = np.empty((t.size, len(State._fields)), dtype=t.dtype)
-        for row, time in zip(rows, t.tolist(), strict=True):
-            self.library.call(
-                "stance_at", self.types, ctypes.byref(self.plan), self.steps, self.phases,
-                ctypes.byref(self.stance), self.types.real(time), ctypes.byref(state),
-            )  # fmt: skip
-            row[:] = (state.x1, state.v1, state.v2, state.y)
-        return State(*rows.T)
+        rows = np.empty((len(State._fields), t.size), dtype=t.dtype)
+        self._call("stance_states", _pointer(t), ctypes.c_int32(t.size), *map(_pointer, rows))
+        return State(*rows)
 
     def grid(self, dt: float, out: State) -> None:
         """Put the states at i dt, i = 0, 1, ..., into arrays of one dimension, each in one piece."""
-        self.library.call(
-            "stance_grid", self.types, ctypes.byref(self.plan), self.steps, self.phases, ctypes.byref(self.stance),
-            self.types.real(0.0), self.types.real(dt), ctypes.c_int32(out.x1.size),
-            *(ctypes.c_void_p(column.ctypes.data) for column in out),
-        )  # fmt: skip
+        real = self.desk.types.real
+        self._call("stance_grid", real(0.0), real(dt), ctypes.c_int32(out.x1.size), *map(_pointer, out))
 
-    def energy_at(self, t: NDArray[np.floating]) -> tuple[Energy, Ledger, NDArray[np.floating]]:
-        """Energies, ledger and loss at stops at times of one dimension, which must not decrease."""
-        energies, ledgers = (self.types.energy * t.size)(), (self.types.ledger * t.size)()
-        losses = (self.types.real * t.size)()
-        self.library.call(
-            "stance_energy", self.types, ctypes.byref(self.plan), self.steps, self.phases, ctypes.byref(self.stance),
-            (self.types.real * t.size)(*t.tolist()), ctypes.c_int32(t.size), energies, ledgers, losses,
-        )  # fmt: skip
-        names = self.library.records.Ledger._fields
-        energy = np.array([(e.body, e.total) for e in energies], dtype=t.dtype).reshape(-1, 2)
-        ledger = np.array([[getattr(row, name) for name in names] for row in ledgers], dtype=t.dtype)
-        columns = ledger.reshape(-1, len(names)).T
-        return Energy(*energy.T), self.library.records.Ledger(*columns), np.array(losses[:], dtype=t.dtype)
+    def energy(self, t: float) -> Energy:
+        """Energies at one time."""
+        desk, energy = self.desk, self.desk.one_energy()
+        status = desk.stance_energy(
+            self.plan, self.steps, self.phases, self.stance, desk.pack(t), 1, energy, None, None
+        )
+        if status < 0:
+            raise refusal("stance_energy", status)
+        return Energy._make(desk.energy.unpack(energy))
+
+    def energy_at(self, t: NDArray[np.floating]) -> Energy:
+        """Energies at times of one dimension."""
+        energies = np.empty((t.size, len(Energy._fields)), dtype=t.dtype)
+        self._call("stance_energy", _pointer(t), ctypes.c_int32(t.size), _pointer(energies), None, None)
+        return Energy(*energies.T)
+
+    def ledger_at(self, t: NDArray[np.floating]) -> tuple[Ledger, NDArray[np.floating]]:
+        """Ledger and loss at stops at times of one dimension, which must not decrease."""
+        record = self.desk.library.records.Ledger
+        energies = np.empty((t.size, len(Energy._fields)), dtype=t.dtype)
+        ledgers, losses = np.empty((t.size, len(record._fields)), dtype=t.dtype), np.empty_like(t)
+        self._call(
+            "stance_energy",
+            _pointer(t),
+            ctypes.c_int32(t.size),
+            _pointer(energies),
+            _pointer(ledgers),
+            _pointer(losses),
+        )
+        return record(*ledgers.T), losses
 
     def sensitivities(self) -> NDArray[np.floating]:
         """Derivatives, rows times columns as in hopform_solver.sensitivity; NaN where there are none."""
-        shape = (len(ROWS), 5 + len(self.library.records.Robot._fields))
-        matrix = np.empty(shape, dtype=np.dtype(self.types.real))
-        status = self.library.call(
-            "stance_sensitivities", self.types, ctypes.byref(self.plan), self.steps, self.phases,
-            ctypes.byref(self.stance), matrix.ctypes.data_as(ctypes.c_void_p),
-        )  # fmt: skip
-        if status == NO_DERIVATIVE:
+        types = self.desk.types
+        shape = (len(ROWS), 5 + len(self.desk.library.records.Robot._fields))
+        matrix = np.empty(shape, dtype=np.dtype(types.real))
+        if self._call("stance_sensitivities", _pointer(matrix)) == NO_DERIVATIVE:
             matrix[:] = np.nan
-        if not self.plan.robot.g > 0.0:
+        if not types.plan.from_buffer_copy(self.plan).robot.g > 0.0:
             matrix[ROWS.index("apex")] = np.nan
         return matrix
 
+    def _call(self, name: str, *arguments: Any) -> int:
+        return self.desk.library.call(
+            name, self.desk.types, self.plan, self.steps, self.phases, self.stance, *arguments
+        )
+
+
+def _pointer(array: NDArray[Any]) -> ctypes.c_void_p:
+    return ctypes.c_void_p(array.ctypes.data)
+
+
+def _solved_again(source: str, dtype: np.dtype[Any], *structs: bytes) -> Solved:
+    """The stance of a pickle; BackendError where another library would read its bytes."""
+    ours = library()
+    if source != ours.source:
+        raise BackendError(f"the stance was solved by a library built from {source}, this one is from {ours.source}")
+    return Solved(ours.desk(dtype), *structs)
+
 
 @lru_cache(maxsize=256)
-def _plan_of(lib: Library, types: Types, parameters: tuple[Any, ...]) -> Any:
-    """The plan of a robot, which nobody writes to once it is made."""
-    plan = types.plan()
-    lib.call("plan_init", types, ctypes.byref(plan), ctypes.byref(types.robot(*parameters)))
-    return plan
+def _plan_of(desk: Desk, parameters: tuple[Any, ...]) -> bytes:
+    """The plan of a robot."""
+    types, plan = desk.types, desk.types.plan()
+    desk.library.call("plan_init", types, ctypes.byref(plan), ctypes.byref(types.robot(*parameters)))
+    return bytes(plan)
 
 
 def solve(
@@ -241,22 +320,26 @@ def solve(
     with_library: Library | None = None,
 ) -> Solved:
     """Solve one stance with the compiled library; inputs as `hopform_solver.solve` takes them."""
-    lib = with_library or library()
-    types = lib.types(dtype)
-    plan, stance = _plan_of(lib, types, parameters), types.stance()
-    c_steps = (types.step * len(steps))(*(types.step(*step) for step in steps))
-    begin = types.state(*start)
+    desk = (with_library or library()).desk(dtype)
+    plan = _plan_of(desk, parameters)
+    flat = steps[0] if len(steps) == 1 else [number for step in steps for number in step]
+    packed, begin, longest = desk.pack(*flat), desk.pack(*start), desk.types.real(horizon)
     capacity = min(_FIRST_CAPACITY, max_phases + 1)
+    try:
+        stance, phases = desk.free.pop()
+    except IndexError:
+        stance, phases = desk.memory()
     while True:
-        phases = (types.phase * capacity)()
-        status = lib.call(
-            "solve_stance", types, ctypes.byref(plan), ctypes.byref(begin), c_steps, ctypes.c_int32(len(steps)),
-            types.real(horizon), ctypes.c_int32(max_phases), phases, ctypes.c_int32(capacity), ctypes.byref(stance),
-        )  # fmt: skip
+        status = desk.solve_stance(plan, begin, packed, len(steps), longest, max_phases, phases, capacity, stance)
         if status != PHASES_NOT_KEPT:
-            return Solved(lib, types, plan, c_steps, phases, stance)
-        capacity = int(stance.phase_count)
-
-
-def _state(struct: Any) -> State:
-    return State(struct.x1, struct.v1, struct.v2, struct.y)
+            break
+        capacity = desk.stance.unpack(stance)[-3]
+        stance, phases = desk.memory(capacity)
+    if status < 0:
+        raise refusal("solve_stance", status)
+    found: bytes = stance[:]
+    count = desk.stance.unpack(found)[-2]
+    solved = Solved(desk, plan, packed, phases[: count * desk.phase.size], found)
+    if capacity <= _FIRST_CAPACITY:
+        desk.free.append((stance, phases))
+    return solved

@@ -1,9 +1,10 @@
 """One stance: from touchdown to take-off, solved exactly, then evaluated at any time."""
 
 import math
+import sys
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple, SupportsFloat
+from typing import TYPE_CHECKING, Any, NamedTuple, SupportsFloat
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -22,7 +23,10 @@ from hopform_solver.records import ENDINGS, EVENTS
 Real = float | NDArray[np.floating]
 Current = SupportsFloat | Sequence[tuple[SupportsFloat, SupportsFloat]]
 
+_Solved = NativeSolved | ArraySolved
+
 _TOUCHING_ULP = 4.0
+_DOUBLE = np.dtype(np.float64)
 
 
 class State(NamedTuple):
@@ -108,8 +112,18 @@ class Stance:
     events: tuple[Event, ...]
     phases: tuple[Phase, ...]
     warnings: tuple[str, ...]
-    _solved: NativeSolved | ArraySolved = field(repr=False, compare=False)
+    _solved: _Solved = field(repr=False, compare=False)
     _x2_is_given: bool = field(repr=False, compare=False)
+
+    if not TYPE_CHECKING:  # a type checker sees the fields as they are
+
+        def __getattr__(self, name: str) -> Any:
+            """A field that nobody has asked for yet; two threads that ask at a time put the same values in."""
+            unfold = _UNFOLDS.get(name)
+            if unfold is None or "_solved" not in self.__dict__:
+                raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}", name=name, obj=self)
+            self.__dict__.update(unfold(self, self._solved))
+            return self.__dict__[name]
 
     def at(self, t: ArrayLike) -> State:
         """The state at times t [s], in t's shape; 0 <= t <= duration, any t >= 0 after rest, else ValueError.
@@ -119,6 +133,8 @@ class Stance:
         >>> print(round(float(stance.at(0.05).x2), 6))
         0.312109
         """
+        if type(t) is float and self.dtype is _DOUBLE:
+            return _with_height(self.robot, self._solved.state(self._time(t)))
         state = self._solver_state(t)
         x2 = state.x1 - state.y + (self.robot.L0 + self.robot.c)
         return State(*(self._shaped(value, t) for value in (state.x1, state.v1, x2, state.v2)))
@@ -159,14 +175,18 @@ class Stance:
 
     def energy(self, t: ArrayLike) -> Energy:
         """Energies [J] of the body and of the robot at times t [s], in t's shape; t as for `at`."""
-        energy, _, _ = self._energies(t)
-        return Energy(*(self._shaped(value, t) for value in energy))
+        if type(t) is float and self.dtype is _DOUBLE:
+            return Energy(*self._solved.energy(self._time(t)))
+        return Energy(*(self._shaped(value, t) for value in self._solved.energy_at(self._times(t))))
 
     def ledger(self, t: ArrayLike) -> Ledger:
         """The ledger [J] from touchdown to times t [s], in t's shape; each entry from its own closed form, t as for `at`."""
-        _, entries, losses = self._energies(t)
+        times = self._times(t)
+        order = np.argsort(times, kind="stable")
+        entries, losses = self._solved.ledger_at(times[order])
         by_name = entries._asdict() | {"stop_loss": losses}
-        return Ledger(**{name: self._shaped(by_name[name], t) for name in Ledger._fields})
+        back = np.argsort(order, kind="stable")
+        return Ledger(**{name: self._shaped(by_name[name][back], t) for name in Ledger._fields})
 
     @property
     def sensitivities(self) -> Sensitivities:
@@ -188,19 +208,13 @@ class Stance:
         times = self._times(t)
         return self._solved.state_at(times)
 
-    def _energies(self, t: ArrayLike) -> tuple[solver_records.Energy, solver_records.Ledger, NDArray[np.floating]]:
-        times = self._times(t)
-        order = np.argsort(times, kind="stable")
-        energy, ledger, losses = self._solved.energy_at(times[order])
-        back = np.argsort(order, kind="stable")
-        return (
-            solver_records.Energy(*(np.asarray(value)[back] for value in energy)),
-            solver_records.Ledger(*(np.asarray(value)[back] for value in ledger)),
-            losses[back],
-        )
+    def _time(self, t: float) -> float:
+        if not 0.0 <= t <= (sys.float_info.max if self.status == "rest" else self.duration):
+            self._times(t)
+        return t
 
     def _times(self, t: ArrayLike) -> NDArray[np.floating]:
-        times = np.asarray(t, dtype=self.dtype).reshape(-1)
+        times = np.ascontiguousarray(t, dtype=self.dtype).reshape(-1)
         longest = math.inf if self.status == "rest" else self.duration
         if times.size and not bool(np.all((times >= 0.0) & (times <= longest) & np.isfinite(times))):
             bad = times[~((times >= 0.0) & (times <= longest) & np.isfinite(times))][0]
@@ -245,7 +259,7 @@ def solve_stance(
         raise HopformError(f"max_phases must be a whole number >= 1, got {max_phases!r}")
     chosen = choose(backend)
     solved = MODULES[chosen].solve(robot.parameters, start, steps, longest, max_phases, precision)
-    return _stance(robot, steps, chosen, precision, solved, x2 is not None)
+    return _stance(robot=robot, u=steps, backend=chosen, dtype=precision, _solved=solved, _x2_is_given=x2 is not None)
 
 
 def uniform_times(
@@ -297,55 +311,62 @@ def touchdown_velocity(robot: Robot, height: SupportsFloat) -> float:
     return float(formulas.touchdown_velocity(robot.parameters, drop))
 
 
-def _stance(
-    robot: Robot,
-    steps: tuple[tuple[float, float], ...],
-    backend: Backend,
-    dtype: np.dtype[Any],
-    solved: NativeSolved | ArraySolved,
-    x2_is_given: bool,
-) -> Stance:
+def _stance(**solved: Any) -> Stance:
+    """A stance with the fields that are given; the others unfold from what the back end found when they are asked for."""
+    stance = object.__new__(Stance)
+    stance.__dict__.update(solved)
+    return stance
+
+
+def _ending_of(stance: Stance, solved: _Solved) -> dict[str, Any]:
+    robot = stance.robot
+    ending, duration, state, apex, aed = solved.outcome()
+    status, end = ENDINGS[ending], _with_height(robot, state)
+    lifts = status == "takeoff"
+    return {
+        "status": status,
+        "duration": duration,
+        "end": end,
+        "takeoff": end if lifts else None,
+        "apex": apex if lifts and robot.g > 0.0 else math.nan,
+        "aed": aed,
+    }
+
+
+def _events_of(stance: Stance, solved: _Solved) -> dict[str, Any]:
+    return {"events": tuple([Event(t, EVENTS[event]) for t, event in solved.event_rows()])}
+
+
+def _phases_of(stance: Stance, solved: _Solved) -> dict[str, Any]:
     rows = solved.phase_rows()
-    ends = [row[0] for row in rows[1:]] + [solved.duration]
+    ends = [row[0] for row in rows[1:]] + [stance.duration]
     phases = tuple(
-        Phase(t, end, mode // 3 - 1, mode % 3 - 1, steps[step][1], _with_height(robot, state))
+        Phase(t, end, mode // 3 - 1, mode % 3 - 1, stance.u[step][1], _with_height(stance.robot, state))
         for (t, state, mode, _, step), end in zip(rows, ends, strict=True)
     )
-    status = ENDINGS[solved.ending]
-    end_state = _with_height(robot, solved.end)
-    lifts = status == "takeoff"
-    apex = solved.apex if lifts and robot.g > 0.0 else math.nan
-    return Stance(
-        robot=robot,
-        u=steps,
-        backend=backend,
-        dtype=dtype,
-        status=status,
-        duration=solved.duration,
-        end=end_state,
-        takeoff=end_state if lifts else None,
-        apex=apex,
-        aed=solved.aed,
-        events=tuple(Event(t, EVENTS[event]) for t, _, _, event, _ in rows if event),
-        phases=phases,
-        warnings=_warnings(robot, steps, status),
-        _solved=solved,
-        _x2_is_given=x2_is_given,
-    )
+    return {"phases": phases}
 
 
 def _with_height(robot: Robot, state: solver_records.State) -> State:
     return State(state.x1, state.v1, state.x1 - state.y + (robot.L0 + robot.c), state.v2)
 
 
-def _warnings(robot: Robot, steps: tuple[tuple[float, float], ...], status: str) -> tuple[str, ...]:
-    largest = max((u for _, u in steps), key=abs)
-    found: list[str] = []
+def _warnings_of(stance: Stance, solved: _Solved) -> dict[str, Any]:
+    robot, found = stance.robot, list[str]()
+    largest = max((u for _, u in stance.u), key=abs)
     if abs(largest) > robot.u_max:
         found.append(f"u = {largest!r} A is above u_max = {robot.u_max!r} A")
-    if status == "takeoff" and robot.g == 0.0:
+    if stance.status == "takeoff" and robot.g == 0.0:
         found.append("g = 0: there is no apex")
-    return tuple(found)
+    return {"warnings": tuple(found)}
+
+
+_UNFOLDS = {
+    **dict.fromkeys(("status", "duration", "end", "takeoff", "apex", "aed"), _ending_of),
+    "events": _events_of,
+    "phases": _phases_of,
+    "warnings": _warnings_of,
+}
 
 
 def _start(robot: Robot, x1: object, v1: object, x2: object, v2: object) -> solver_records.State:
@@ -365,6 +386,8 @@ def _start(robot: Robot, x1: object, v1: object, x2: object, v2: object) -> solv
 
 
 def _steps(u: Current) -> tuple[tuple[float, float], ...]:
+    if type(u) is float and math.isfinite(u):  # the common case, before a protocol is asked
+        return ((0.0, u),)
     if isinstance(u, (float, SupportsFloat, str)):
         return ((0.0, finite("u", u, "A")),)
     pairs = list(u)
@@ -386,6 +409,8 @@ def _steps(u: Current) -> tuple[tuple[float, float], ...]:
 
 
 def precision_of(dtype: Any) -> np.dtype[Any]:
+    if dtype is np.float64:
+        return _DOUBLE
     try:
         precision: np.dtype[Any] = np.dtype(dtype)
     except TypeError:

@@ -441,7 +441,7 @@ static void measure(judge *j)
     j->verdict->error_aed = fabs((double)(exact_gain(&j->in, &start, z) - a->aed)) / energy_unit(j->problem);
 }
 
-enum { INPUTS = sizeof(quick_inputs) / sizeof(long double), L0 = 3, C = 4, X1_MIN = 11, X1_MAX, X1, Y = 17, OUTPUTS = 6 };
+enum { INPUTS = sizeof(quick_inputs) / sizeof(long double), X1_MIN = 11, X1_MAX, X1, OUTPUTS = 6 };
 
 /* Time, end state and AED, scaled, of the chain from other inputs; 0 if it cannot be followed. */
 static int outcome_of(const judge *j, const quick_inputs *in, long double out[OUTPUTS])
@@ -450,7 +450,7 @@ static int outcome_of(const judge *j, const quick_inputs *in, long double out[OU
     const quick_point start = {in->x1, in->y, in->v1, in->v2};
     quick_point z = start;
     long double time = 0;
-    if (j->links[0].side_1 == 0) {
+    if (j->phases[0].v1 == 0) { /* against a stop it is lost at once, wherever it goes then */
         z.v1 = 0;
     }
     for (int n = 0; n < j->answer->count; n++) {
@@ -472,7 +472,7 @@ static int outcome_of(const judge *j, const quick_inputs *in, long double out[OU
     return 1;
 }
 
-/* max |q(p (1 + d)) - q(p)|/(d scale) over inputs and outputs. */
+/* max |q(p (1 + d)) - q(p)|/(d scale) over outputs and inputs, which are those of the solver: y, not x2. */
 static void condition(judge *j)
 {
     const checker_problem *p = j->problem;
@@ -496,10 +496,6 @@ static void condition(judge *j)
             other.x1 *= i != X1 && base.x1 == values[i] ? 1 + d : 1;
             other.x1_min *= i != X1_MIN && base.x1_min == values[i] ? 1 + d : 1;
             other.x1_max *= i != X1_MAX && base.x1_max == values[i] ? 1 + d : 1;
-        }
-        if (base.y != 0) { /* it was given by x2, from which the spring's lengths take it */
-            other.y = i == Y ? base.y - (base.x1 - base.y + base.L0 + base.c) * d : base.y;
-            other.y += i == L0 || i == C || i == X1 ? values[i] * d : 0;
         }
         follows = outcome_of(j, &other, there);
         for (int q = 0; q < OUTPUTS - 1; q++) {

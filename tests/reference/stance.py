@@ -135,6 +135,7 @@ def solve(
     x1: Number = 0,
     v1: Number = 0,
     x2: Number | None = None,
+    y: Number | None = None,
     u: Current = 0,
     horizon: Number = 2,
     max_phases: int = 4096,
@@ -142,11 +143,16 @@ def solve(
 ) -> Reference:
     """The stance from touchdown (v2 after the impact) to its ending; inputs are exact numbers in SI units.
 
+    Where the body is says x2, or the compression y = x1 - x2 + L0 + c, or, if both are left out, F(0) = 0.
+
     Raises ValueError for values outside the model and for F(0) < 0.
     """
     with mp.workdps(digits + GUARD):
+        r, begin = parse_robot(robot), exact(x1)
         height = None if x2 is None else exact(x2)
-        leg, z = touchdown(parse_robot(robot), exact(x1), exact(v1), height, exact(v2), digits)
+        if y is not None and exact(y):
+            height = mp.fsum((begin, -exact(y), r.L0, r.c))
+        leg, z = touchdown(r, begin, exact(v1), height, exact(v2), digits)
         return run(leg, z, parse_current(u), exact(horizon), max_phases)
 
 

@@ -263,6 +263,37 @@ static inline hopform_point_f32 hopform_bottom_between_f32(const hopform_watch_f
     return last;
 }
 
+/* When a mass that slips alone comes to rest, NEVER if it does not: v and v' = acc at t = 0, times its sign.
+ *
+ * v'' + p v' + q v = 0 without a constant force, so v keeps its relative accuracy however far it has faded: its first
+ * zero is where v cos(w t) + (acc + p v/2) sin(w t)/w is 0, or where two decays have become equal.
+ */
+static inline float hopform_halt_time_f32(const hopform_poles_f32 *poles, float v, float acc)
+{
+    const float mean = 0.5f * poles->p;
+    const float discriminant = mean * mean - poles->q;
+    if (!(v > 0.0f)) { /* from rest a mass swings for a half turn, or creeps */
+        return acc > 0.0f ? (discriminant < 0.0f ? 3.1415927f / sqrtf(-discriminant) : 1e38f) : (acc < 0.0f ? 0.0f : 1e38f);
+    }
+    if (discriminant < 0.0f) {
+        const float omega = sqrtf(-discriminant);
+        return hopform_angle_f32(-(acc + mean * v) / omega, v) / omega;
+    }
+    const float half = sqrtf(discriminant);
+    const float slow = poles->q / (mean + half);
+    const float back = -(acc + slow * v); /* what the slow decay alone would leave over */
+    const float x = back > 0.0f ? 2.0f * half * (v / back) : 1.0f;
+    if (!(x < 1.0f)) {
+        return 1e38f;
+    }
+    const float s = x / (2.0f - x);
+    if (s < 0.1716f) {
+        return 2.0f * (v / back) * hopform_area_tangent_f32(s) / (2.0f - x);
+    }
+    const float ratio = -(acc + (mean + half) * v) / back;
+    return ratio > 0.0f ? -hopform_log_f32(ratio) / (2.0f * half) : 1e38f;
+}
+
 /* True if g has no root in [from, to]: its slow part, monotone, stays larger than the oscillation around it. */
 static inline bool hopform_is_quiet_f32(const hopform_watch_f32 *watch, const hopform_poles_f32 *poles, float from, float to)
 {

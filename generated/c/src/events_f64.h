@@ -263,6 +263,37 @@ static inline hopform_point_f64 hopform_bottom_between_f64(const hopform_watch_f
     return last;
 }
 
+/* When a mass that slips alone comes to rest, NEVER if it does not: v and v' = acc at t = 0, times its sign.
+ *
+ * v'' + p v' + q v = 0 without a constant force, so v keeps its relative accuracy however far it has faded: its first
+ * zero is where v cos(w t) + (acc + p v/2) sin(w t)/w is 0, or where two decays have become equal.
+ */
+static inline double hopform_halt_time_f64(const hopform_poles_f64 *poles, double v, double acc)
+{
+    const double mean = 0.5 * poles->p;
+    const double discriminant = mean * mean - poles->q;
+    if (!(v > 0.0)) { /* from rest a mass swings for a half turn, or creeps */
+        return acc > 0.0 ? (discriminant < 0.0 ? 3.141592653589793 / sqrt(-discriminant) : 1e+300) : (acc < 0.0 ? 0.0 : 1e+300);
+    }
+    if (discriminant < 0.0) {
+        const double omega = sqrt(-discriminant);
+        return hopform_angle_f64(-(acc + mean * v) / omega, v) / omega;
+    }
+    const double half = sqrt(discriminant);
+    const double slow = poles->q / (mean + half);
+    const double back = -(acc + slow * v); /* what the slow decay alone would leave over */
+    const double x = back > 0.0 ? 2.0 * half * (v / back) : 1.0;
+    if (!(x < 1.0)) {
+        return 1e+300;
+    }
+    const double s = x / (2.0 - x);
+    if (s < 0.1716) {
+        return 2.0 * (v / back) * hopform_area_tangent_f64(s) / (2.0 - x);
+    }
+    const double ratio = -(acc + (mean + half) * v) / back;
+    return ratio > 0.0 ? -hopform_log_f64(ratio) / (2.0 * half) : 1e+300;
+}
+
 /* True if g has no root in [from, to]: its slow part, monotone, stays larger than the oscillation around it. */
 static inline bool hopform_is_quiet_f64(const hopform_watch_f64 *watch, const hopform_poles_f64 *poles, double from, double to)
 {

@@ -53,10 +53,11 @@ typedef struct {
     double R3;  /* [s^4] integral of R2 */
 } hopform_pair_f64;
 
-/* R and its derivative. */
+/* R, its derivative and what is left of the initial 1. */
 typedef struct {
-    double Rd;  /* [1] derivative of R */
-    double R;   /* [s] response of the pair of poles to an impulse */
+    double Rd;      /* [1] derivative of R */
+    double R;       /* [s] response of the pair of poles to an impulse */
+    double turned;  /* [1] 1 - Rd - p R = q R1, small after a full turn */
 } hopform_pair_core_f64;
 
 /* The integrals of R. */
@@ -372,12 +373,22 @@ static inline hopform_basis_f64 hopform_split_f64(const hopform_poles_f64 *poles
     return result;
 }
 
+/* W while exp(-a t) is near 1. */
+static inline double hopform_split_soon_f64(const hopform_poles_f64 *poles, double chi, const hopform_decay_f64 *decay, const hopform_pair_f64 *pair)
+{
+    const double a = poles->a, q = poles->q;
+    const double e1 = decay->e1;
+    const double R = pair->R, R1 = pair->R1;
+    const double W = (R1*q - a*(e1 - R))/chi;  /* (18) all poles, a t not large */
+    return W;
+}
+
 /* Integrals of R where q t^2 is not small. */
 static inline hopform_pair_integrals_f64 hopform_pair_by_quotient_f64(const hopform_poles_f64 *poles, const hopform_pair_core_f64 *pair_core, double t)
 {
     const double p = poles->p, q = poles->q;
-    const double Rd = pair_core->Rd, R = pair_core->R;
-    const double R1 = (1.0 - Rd - R*p)/q;       /* (18) pair, integral */
+    const double R = pair_core->R, turned = pair_core->turned;
+    const double R1 = turned/q;                 /* (18) pair, integral */
     const double R2 = (t - R - R1*p)/q;         /* (18) pair, integral of the integral */
     const double R3 = (0.5*t*t - R1 - R2*p)/q;  /* (18) pair, third integral */
     const hopform_pair_integrals_f64 result = {R1, R2, R3};
@@ -553,6 +564,24 @@ static inline hopform_ledger_f64 hopform_ledger_of_f64(const hopform_robot_f64 *
     const double spring_work = int_xv2*k + int_v2*k*x1_0;  /* (24) */
     const hopform_ledger_f64 result = {motor_work, offset_work, viscous_1, viscous_2, coulomb_1, coulomb_2, spring_work};
     return result;
+}
+
+/* What the entries of a ledger add to the energy of the body. */
+static inline double hopform_aed_of_ledger_f64(const hopform_ledger_f64 *ledger)
+{
+    const double viscous_2 = ledger->viscous_2, coulomb_2 = ledger->coulomb_2, spring_work = ledger->spring_work;
+    const double aed = coulomb_2 + spring_work + viscous_2;  /* (24) */
+    return aed;
+}
+
+/* How large the energy of the body is at the start, against the energy of its motion at 1 m/s or more. */
+static inline double hopform_large_energy_f64(const hopform_robot_f64 *robot, const hopform_state_f64 *state)
+{
+    const double m_s = robot->m_s, k = robot->k;
+    const double x1 = state->x1, v2 = state->v2, y = state->y;
+    const double length = x1 - y;                               /* x_2 - L_0 - c at the start */
+    const double excess = k*length*length/(m_s*(1.0 + v2*v2));  /* (22), (23) at the start */
+    return excess;
 }
 
 /* Velocity of the body after the impact of a drop from a hop height. */

@@ -48,15 +48,24 @@ static const float hopform_inverse_f32[] = {0.0f,
     0.032258064f,
 };
 
-/* exp(x) for x <= 0, by x = n ln 2 + r with |r| <= ln(2)/2 and the power series of exp(r); 0 below the normal numbers. */
-static inline float hopform_exp_f32(float x)
+/* What is left of 1, and what is gone. */
+typedef struct {
+    float left;
+    float gone;
+} hopform_fade_f32;
+
+/* exp(x) and 1 - exp(x) for x <= 0, by x = n ln 2 + r with |r| <= ln(2)/2 and the power series of (exp(r) - 1)/r;
+ * exp(x) counts as 0 below the normal numbers. */
+static inline hopform_fade_f32 hopform_fade_by_f32(float x)
 {
+    hopform_fade_f32 fade = {0.0f, 1.0f};
     if (!(x > -87.0f)) {
-        return 0.0f;
+        return fade;
     }
     const int32_t n = (int32_t)(x * 1.442695f - 0.5f);
     const float r = x - (float)n * 0.69311523f - (float)n * 3.1946183e-5f;
     float sum = 0.0f;
+    sum = sum * r + 2.4801588e-5f;
     sum = sum * r + 0.0001984127f;
     sum = sum * r + 0.0013888889f;
     sum = sum * r + 0.008333334f;
@@ -64,13 +73,19 @@ static inline float hopform_exp_f32(float x)
     sum = sum * r + 0.16666667f;
     sum = sum * r + 0.5f;
     sum = sum * r + 1.0f;
-    sum = sum * r + 1.0f;
     union {
         uint32_t bits;
         float value;
     } power;
     power.bits = (uint32_t)(n + 127) << 23;
-    return sum * power.value;
+    fade.left = (1.0f + r * sum) * power.value;
+    fade.gone = n == 0 ? -r * sum : 1.0f - fade.left;
+    return fade;
+}
+
+static inline float hopform_exp_f32(float x)
+{
+    return hopform_fade_by_f32(x).left;
 }
 
 typedef struct {
@@ -103,6 +118,52 @@ static inline hopform_turn_f32 hopform_turn_by_f32(float x)
     const float second = swap ? sine : cosine;
     const hopform_turn_f32 turn = {(n & 2) != 0 ? -first : first, ((n + 1) & 2) != 0 ? -second : second};
     return turn;
+}
+
+/* The angle of (x, y), y >= 0, from 0 to pi: a rational guess, turned back, leaves an angle whose series is short. */
+static inline float hopform_angle_f32(float x, float y)
+{
+    const bool steep = y > fabsf(x);
+    const float tangent = steep ? fabsf(x) / y : y / fabsf(x);
+    const float near = tangent * (1.0584f - 0.273f * tangent);
+    const float first = steep ? 1.5707964f - near : near;
+    const float guess = x < 0.0f ? 3.1415927f - first : first;
+    const hopform_turn_f32 turn = hopform_turn_by_f32(guess);
+    const float e = (y * turn.cosine - x * turn.sine) / (x * turn.cosine + y * turn.sine);
+    const float ee = e * e;
+    return guess + e * (1.0f - ee * (1.0f / 3.0f - ee * (0.2f - ee / 7.0f)));
+}
+
+/* artanh(s)/s for |s| <= 0.1716, by its power series. */
+static inline float hopform_area_tangent_f32(float s)
+{
+    const float ss = s * s;
+    float sum = 0.0f;
+    sum = sum * ss + 0.11111111f;
+    sum = sum * ss + 0.14285715f;
+    sum = sum * ss + 0.2f;
+    sum = sum * ss + 0.33333334f;
+    sum = sum * ss + 1.0f;
+    return sum;
+}
+
+/* ln(x) for a normal x > 0: x = 2^n m with m between sqrt(1/2) and sqrt(2), ln(m) = 2 artanh((m - 1)/(m + 1)). */
+static inline float hopform_log_f32(float x)
+{
+    union {
+        uint32_t bits;
+        float value;
+    } mantissa;
+    mantissa.value = x;
+    int32_t n = (int32_t)(mantissa.bits >> 23) - 127;
+    mantissa.bits -= (uint32_t)n << 23;
+    float m = mantissa.value;
+    if (m > 1.4142135f) {
+        m *= 0.5f;
+        n++;
+    }
+    const float s = (m - 1.0f) / (m + 1.0f);
+    return (float)n * 0.69311523f + ((float)n * 3.1946183e-5f + 2.0f * s * hopform_area_tangent_f32(s));
 }
 
 /* exp(-a t) and its integrals t phi_1(-a t), t^2 phi_2(-a t), t^3 phi_3(-a t). */
@@ -162,7 +223,7 @@ static inline hopform_pair_f32 hopform_short_pair_f32(const hopform_poles_f32 *p
     return pair;
 }
 
-/* R of two real poles further apart than 1/t: quotients of differences, no quotient by q. */
+/* R of two real poles at least 1/t apart: quotients of differences, no quotient by q. */
 static inline hopform_pair_f32 hopform_distinct_pair_f32(float slow, float fast, float t)
 {
     const hopform_decay_f32 of_slow = hopform_decay_at_f32(slow, t);
@@ -188,10 +249,12 @@ static inline hopform_pair_f32 hopform_pair_at_f32(const hopform_poles_f32 *pole
             return hopform_short_pair_f32(poles, t);
         }
         const float omega = sqrtf(-discriminant);
-        const float envelope = hopform_exp_f32(-mean * t);
-        const hopform_turn_f32 turn = hopform_turn_by_f32(omega * t);
-        core.R = envelope * (turn.sine / omega);
-        core.Rd = envelope * turn.cosine - mean * core.R;
+        const hopform_fade_f32 fade = hopform_fade_by_f32(-mean * t);
+        const hopform_turn_f32 half = hopform_turn_by_f32(0.5f * omega * t);
+        const float versine = 2.0f * half.sine * half.sine;
+        core.R = fade.left * (2.0f * half.sine * half.cosine / omega);
+        core.Rd = fade.left * (1.0f - versine) - mean * core.R;
+        core.turned = fade.gone + fade.left * versine - mean * core.R;
     } else {
         const float half = sqrtf(discriminant);
         const float fast = mean + half;
@@ -199,13 +262,14 @@ static inline hopform_pair_f32 hopform_pair_at_f32(const hopform_poles_f32 *pole
         if (fast * t < 2.0f) {
             return hopform_short_pair_f32(poles, t);
         }
-        if (half * t > 0.5f) {
+        if (half * t >= 0.5f) {
             return hopform_distinct_pair_f32(slow, fast, t);
         }
         const hopform_decay_f32 spread = hopform_decay_at_f32(-2.0f * half, t);
         const float envelope = hopform_exp_f32(-fast * t);
         core.R = envelope * spread.e1;
         core.Rd = envelope - slow * core.R;
+        core.turned = 1.0f - core.Rd - poles->p * core.R;
     }
     const hopform_pair_integrals_f32 integrals = hopform_pair_by_quotient_f32(poles, &core, t);
     const hopform_pair_f32 pair = {core.Rd, core.R, integrals.R1, integrals.R2, integrals.R3};
@@ -261,6 +325,9 @@ static inline hopform_basis_f32 hopform_split_basis_f32(const hopform_poles_f32 
     const hopform_decay_f32 decay = hopform_decay_at_f32(poles->a, t);
     const hopform_pair_f32 pair = hopform_pair_at_f32(poles, t);
     hopform_basis_f32 basis = hopform_split_f32(poles, chi, &decay, &pair);
+    if (poles->a * t < 0.5f) {
+        basis.W = hopform_split_soon_f32(poles, chi, &decay, &pair);
+    }
     if (chi < 0.05f * poles->q) {
         const hopform_response_f32 response = {basis.Wdd, basis.Wd, basis.W};
         const hopform_integrals_f32 integrals = hopform_integrals_by_recursion_f32(poles, &response, t);
@@ -286,10 +353,59 @@ static inline hopform_basis_f32 hopform_basis_at_f32(const hopform_poles_f32 *po
     return poles->s_1 * t < 4.0f ? hopform_short_basis_f32(poles, t) : hopform_close_basis_f32(poles, t);
 }
 
+/* The number whose bits are these. */
+static inline float hopform_real_of_bits_f32(uint32_t bits)
+{
+    const union {
+        uint32_t bits;
+        float value;
+    } number = {bits};
+    return number.value;
+}
+
+static inline uint32_t hopform_bits_of_real_f32(float value)
+{
+    union {
+        uint32_t bits;
+        float value;
+    } number;
+    number.value = value;
+    return number.bits;
+}
+
+/* A step of Halley's towards the cube root of x, from y to the third power of its relative error. */
+static inline float hopform_toward_cube_root_f32(float x, float y)
+{
+    const float other = x / (y * y);
+    return y + y * ((other - y) / (y + y + other));
+}
+
+/* The cube root of x >= 0, to two thirds of the last digit's unit; 0 of what is not above 0.
+ *
+ * A third of the exponent, fraction included, is right to 1/16; Halley's step makes that 1/6000, a second one more than a type
+ * holds. The last one starts from half the digits, whose square is exact: only its quotient and its sum are rounded. They are
+ * rounded up, so that the quotient lies below the root and is not coarser than it.
+ */
+static inline float hopform_cube_root_f32(float x)
+{
+    if (!(x > 0.0f)) {
+        return 0.0f;
+    }
+    const bool tiny = x < 1.1754944e-38f;
+    const float scaled = tiny ? x * 16777216.0f : x;
+    const uint32_t third_of_bias = ((uint32_t)127 << 23) / 3;
+    float y = hopform_real_of_bits_f32(hopform_bits_of_real_f32(scaled) / 3 + 2 * third_of_bias);
+    y = hopform_toward_cube_root_f32(scaled, y);
+    y = hopform_toward_cube_root_f32(scaled, y);
+    y = hopform_real_of_bits_f32(((hopform_bits_of_real_f32(y) >> 12) + 1) << 12);
+    y = hopform_toward_cube_root_f32(scaled, y);
+    return tiny ? y * 0.00390625f : y;
+}
+
 /* The positive root z of z^3 + P z = T, T > 0: Newton from above, where the cubic is convex. */
 static inline float hopform_positive_root_f32(float P, float T)
 {
-    float z = sqrtf(fabsf(P)) + cbrtf(T);
+    float z = sqrtf(fabsf(P)) + hopform_cube_root_f32(T);
     for (int n = 0; n < 60; n++) {
         const float step = ((z * z + P) * z - T) / (3.0f * z * z + P);
         const float next = z - step;
@@ -309,7 +425,7 @@ static inline float hopform_positive_root_f32(float P, float T)
 static inline hopform_poles_f32 hopform_factor_cubic_f32(float s_1, float s_2, float s_3)
 {
     const float root_2 = sqrtf(s_2);
-    const float root_3 = cbrtf(s_3);
+    const float root_3 = hopform_cube_root_f32(s_3);
     const float scale = s_1 > root_2 ? (s_1 > root_3 ? s_1 : root_3) : (root_2 > root_3 ? root_2 : root_3);
     const hopform_poles_f32 none = {0.0f, 0.0f, 0.0f, s_1, s_2, s_3};
     if (!(scale * scale * scale > 0.0f)) {

@@ -64,15 +64,24 @@ static const double hopform_inverse_f64[] = {0.0,
     0.02127659574468085,
 };
 
-/* exp(x) for x <= 0, by x = n ln 2 + r with |r| <= ln(2)/2 and the power series of exp(r); 0 below the normal numbers. */
-static inline double hopform_exp_f64(double x)
+/* What is left of 1, and what is gone. */
+typedef struct {
+    double left;
+    double gone;
+} hopform_fade_f64;
+
+/* exp(x) and 1 - exp(x) for x <= 0, by x = n ln 2 + r with |r| <= ln(2)/2 and the power series of (exp(r) - 1)/r;
+ * exp(x) counts as 0 below the normal numbers. */
+static inline hopform_fade_f64 hopform_fade_by_f64(double x)
 {
+    hopform_fade_f64 fade = {0.0, 1.0};
     if (!(x > -708.0)) {
-        return 0.0;
+        return fade;
     }
     const int64_t n = (int64_t)(x * 1.4426950408889634 - 0.5);
     const double r = x - (double)n * 0.6931471803691238 - (double)n * 1.9082149292705877e-10;
     double sum = 0.0;
+    sum = sum * r + 1.1470745597729725e-11;
     sum = sum * r + 1.6059043836821613e-10;
     sum = sum * r + 2.08767569878681e-09;
     sum = sum * r + 2.505210838544172e-08;
@@ -86,13 +95,19 @@ static inline double hopform_exp_f64(double x)
     sum = sum * r + 0.16666666666666666;
     sum = sum * r + 0.5;
     sum = sum * r + 1.0;
-    sum = sum * r + 1.0;
     union {
         uint64_t bits;
         double value;
     } power;
     power.bits = (uint64_t)(n + 1023) << 52;
-    return sum * power.value;
+    fade.left = (1.0 + r * sum) * power.value;
+    fade.gone = n == 0 ? -r * sum : 1.0 - fade.left;
+    return fade;
+}
+
+static inline double hopform_exp_f64(double x)
+{
+    return hopform_fade_by_f64(x).left;
 }
 
 typedef struct {
@@ -133,6 +148,58 @@ static inline hopform_turn_f64 hopform_turn_by_f64(double x)
     const double second = swap ? sine : cosine;
     const hopform_turn_f64 turn = {(n & 2) != 0 ? -first : first, ((n + 1) & 2) != 0 ? -second : second};
     return turn;
+}
+
+/* The angle of (x, y), y >= 0, from 0 to pi: a rational guess, turned back, leaves an angle whose series is short. */
+static inline double hopform_angle_f64(double x, double y)
+{
+    const bool steep = y > fabs(x);
+    const double tangent = steep ? fabs(x) / y : y / fabs(x);
+    const double near = tangent * (1.0584 - 0.273 * tangent);
+    const double first = steep ? 1.5707963267948966 - near : near;
+    const double guess = x < 0.0 ? 3.141592653589793 - first : first;
+    const hopform_turn_f64 turn = hopform_turn_by_f64(guess);
+    const double e = (y * turn.cosine - x * turn.sine) / (x * turn.cosine + y * turn.sine);
+    const double ee = e * e;
+    return guess + e * (1.0 - ee * (1.0 / 3.0 - ee * (0.2 - ee / 7.0)));
+}
+
+/* artanh(s)/s for |s| <= 0.1716, by its power series. */
+static inline double hopform_area_tangent_f64(double s)
+{
+    const double ss = s * s;
+    double sum = 0.0;
+    sum = sum * ss + 0.047619047619047616;
+    sum = sum * ss + 0.05263157894736842;
+    sum = sum * ss + 0.058823529411764705;
+    sum = sum * ss + 0.06666666666666667;
+    sum = sum * ss + 0.07692307692307693;
+    sum = sum * ss + 0.09090909090909091;
+    sum = sum * ss + 0.1111111111111111;
+    sum = sum * ss + 0.14285714285714285;
+    sum = sum * ss + 0.2;
+    sum = sum * ss + 0.3333333333333333;
+    sum = sum * ss + 1.0;
+    return sum;
+}
+
+/* ln(x) for a normal x > 0: x = 2^n m with m between sqrt(1/2) and sqrt(2), ln(m) = 2 artanh((m - 1)/(m + 1)). */
+static inline double hopform_log_f64(double x)
+{
+    union {
+        uint64_t bits;
+        double value;
+    } mantissa;
+    mantissa.value = x;
+    int64_t n = (int64_t)(mantissa.bits >> 52) - 1023;
+    mantissa.bits -= (uint64_t)n << 52;
+    double m = mantissa.value;
+    if (m > 1.4142135623730951) {
+        m *= 0.5;
+        n++;
+    }
+    const double s = (m - 1.0) / (m + 1.0);
+    return (double)n * 0.6931471803691238 + ((double)n * 1.9082149292705877e-10 + 2.0 * s * hopform_area_tangent_f64(s));
 }
 
 /* exp(-a t) and its integrals t phi_1(-a t), t^2 phi_2(-a t), t^3 phi_3(-a t). */
@@ -199,7 +266,7 @@ static inline hopform_pair_f64 hopform_short_pair_f64(const hopform_poles_f64 *p
     return pair;
 }
 
-/* R of two real poles further apart than 1/t: quotients of differences, no quotient by q. */
+/* R of two real poles at least 1/t apart: quotients of differences, no quotient by q. */
 static inline hopform_pair_f64 hopform_distinct_pair_f64(double slow, double fast, double t)
 {
     const hopform_decay_f64 of_slow = hopform_decay_at_f64(slow, t);
@@ -225,10 +292,12 @@ static inline hopform_pair_f64 hopform_pair_at_f64(const hopform_poles_f64 *pole
             return hopform_short_pair_f64(poles, t);
         }
         const double omega = sqrt(-discriminant);
-        const double envelope = hopform_exp_f64(-mean * t);
-        const hopform_turn_f64 turn = hopform_turn_by_f64(omega * t);
-        core.R = envelope * (turn.sine / omega);
-        core.Rd = envelope * turn.cosine - mean * core.R;
+        const hopform_fade_f64 fade = hopform_fade_by_f64(-mean * t);
+        const hopform_turn_f64 half = hopform_turn_by_f64(0.5 * omega * t);
+        const double versine = 2.0 * half.sine * half.sine;
+        core.R = fade.left * (2.0 * half.sine * half.cosine / omega);
+        core.Rd = fade.left * (1.0 - versine) - mean * core.R;
+        core.turned = fade.gone + fade.left * versine - mean * core.R;
     } else {
         const double half = sqrt(discriminant);
         const double fast = mean + half;
@@ -236,13 +305,14 @@ static inline hopform_pair_f64 hopform_pair_at_f64(const hopform_poles_f64 *pole
         if (fast * t < 2.0) {
             return hopform_short_pair_f64(poles, t);
         }
-        if (half * t > 0.5) {
+        if (half * t >= 0.5) {
             return hopform_distinct_pair_f64(slow, fast, t);
         }
         const hopform_decay_f64 spread = hopform_decay_at_f64(-2.0 * half, t);
         const double envelope = hopform_exp_f64(-fast * t);
         core.R = envelope * spread.e1;
         core.Rd = envelope - slow * core.R;
+        core.turned = 1.0 - core.Rd - poles->p * core.R;
     }
     const hopform_pair_integrals_f64 integrals = hopform_pair_by_quotient_f64(poles, &core, t);
     const hopform_pair_f64 pair = {core.Rd, core.R, integrals.R1, integrals.R2, integrals.R3};
@@ -298,6 +368,9 @@ static inline hopform_basis_f64 hopform_split_basis_f64(const hopform_poles_f64 
     const hopform_decay_f64 decay = hopform_decay_at_f64(poles->a, t);
     const hopform_pair_f64 pair = hopform_pair_at_f64(poles, t);
     hopform_basis_f64 basis = hopform_split_f64(poles, chi, &decay, &pair);
+    if (poles->a * t < 0.5) {
+        basis.W = hopform_split_soon_f64(poles, chi, &decay, &pair);
+    }
     if (chi < 0.05 * poles->q) {
         const hopform_response_f64 response = {basis.Wdd, basis.Wd, basis.W};
         const hopform_integrals_f64 integrals = hopform_integrals_by_recursion_f64(poles, &response, t);
@@ -323,10 +396,59 @@ static inline hopform_basis_f64 hopform_basis_at_f64(const hopform_poles_f64 *po
     return poles->s_1 * t < 4.0 ? hopform_short_basis_f64(poles, t) : hopform_close_basis_f64(poles, t);
 }
 
+/* The number whose bits are these. */
+static inline double hopform_real_of_bits_f64(uint64_t bits)
+{
+    const union {
+        uint64_t bits;
+        double value;
+    } number = {bits};
+    return number.value;
+}
+
+static inline uint64_t hopform_bits_of_real_f64(double value)
+{
+    union {
+        uint64_t bits;
+        double value;
+    } number;
+    number.value = value;
+    return number.bits;
+}
+
+/* A step of Halley's towards the cube root of x, from y to the third power of its relative error. */
+static inline double hopform_toward_cube_root_f64(double x, double y)
+{
+    const double other = x / (y * y);
+    return y + y * ((other - y) / (y + y + other));
+}
+
+/* The cube root of x >= 0, to two thirds of the last digit's unit; 0 of what is not above 0.
+ *
+ * A third of the exponent, fraction included, is right to 1/16; Halley's step makes that 1/6000, a second one more than a type
+ * holds. The last one starts from half the digits, whose square is exact: only its quotient and its sum are rounded. They are
+ * rounded up, so that the quotient lies below the root and is not coarser than it.
+ */
+static inline double hopform_cube_root_f64(double x)
+{
+    if (!(x > 0.0)) {
+        return 0.0;
+    }
+    const bool tiny = x < 2.2250738585072014e-308;
+    const double scaled = tiny ? x * 1.8014398509481984e+16 : x;
+    const uint64_t third_of_bias = ((uint64_t)1023 << 52) / 3;
+    double y = hopform_real_of_bits_f64(hopform_bits_of_real_f64(scaled) / 3 + 2 * third_of_bias);
+    y = hopform_toward_cube_root_f64(scaled, y);
+    y = hopform_toward_cube_root_f64(scaled, y);
+    y = hopform_real_of_bits_f64(((hopform_bits_of_real_f64(y) >> 27) + 1) << 27);
+    y = hopform_toward_cube_root_f64(scaled, y);
+    return tiny ? y * 3.814697265625e-06 : y;
+}
+
 /* The positive root z of z^3 + P z = T, T > 0: Newton from above, where the cubic is convex. */
 static inline double hopform_positive_root_f64(double P, double T)
 {
-    double z = sqrt(fabs(P)) + cbrt(T);
+    double z = sqrt(fabs(P)) + hopform_cube_root_f64(T);
     for (int n = 0; n < 60; n++) {
         const double step = ((z * z + P) * z - T) / (3.0 * z * z + P);
         const double next = z - step;
@@ -346,7 +468,7 @@ static inline double hopform_positive_root_f64(double P, double T)
 static inline hopform_poles_f64 hopform_factor_cubic_f64(double s_1, double s_2, double s_3)
 {
     const double root_2 = sqrt(s_2);
-    const double root_3 = cbrt(s_3);
+    const double root_3 = hopform_cube_root_f64(s_3);
     const double scale = s_1 > root_2 ? (s_1 > root_3 ? s_1 : root_3) : (root_2 > root_3 ? root_2 : root_3);
     const hopform_poles_f64 none = {0.0, 0.0, 0.0, s_1, s_2, s_3};
     if (!(scale * scale * scale > 0.0)) {

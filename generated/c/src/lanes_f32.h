@@ -415,13 +415,13 @@ LANES_CODE static void exponentials(const float *restrict x, float *restrict res
         const int32_t n = (int32_t)(safe[l] * 1.442695f - 0.5f);
         const float r = safe[l] - (float)n * 0.69311523f - (float)n * 3.1946183e-5f;
         float sum = 0.0f;
+        sum = sum * r + 2.4801588e-5f;
         sum = sum * r + 0.0001984127f;
         sum = sum * r + 0.0013888889f;
         sum = sum * r + 0.008333334f;
         sum = sum * r + 0.041666668f;
         sum = sum * r + 0.16666667f;
         sum = sum * r + 0.5f;
-        sum = sum * r + 1.0f;
         sum = sum * r + 1.0f;
         result[l] = sum;
         bits[l] = (uint32_t)(int32_t)(n + 127) << 23;

@@ -415,6 +415,7 @@ LANES_CODE static void exponentials(const double *restrict x, double *restrict r
         const int32_t n = (int32_t)(safe[l] * 1.4426950408889634 - 0.5);
         const double r = safe[l] - (double)n * 0.6931471803691238 - (double)n * 1.9082149292705877e-10;
         double sum = 0.0;
+        sum = sum * r + 1.1470745597729725e-11;
         sum = sum * r + 1.6059043836821613e-10;
         sum = sum * r + 2.08767569878681e-09;
         sum = sum * r + 2.505210838544172e-08;
@@ -427,7 +428,6 @@ LANES_CODE static void exponentials(const double *restrict x, double *restrict r
         sum = sum * r + 0.041666666666666664;
         sum = sum * r + 0.16666666666666666;
         sum = sum * r + 0.5;
-        sum = sum * r + 1.0;
         sum = sum * r + 1.0;
         result[l] = sum;
         bits[l] = (uint64_t)(int64_t)(n + 1023) << 52;

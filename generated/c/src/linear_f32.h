@@ -13,28 +13,6 @@ typedef struct {
     float at[SIZE][SIZE];
 } hopform_matrix_f32;
 
-/* M of the mode. */
-static inline hopform_matrix_f32 hopform_system_of_f32(const hopform_rates_f32 *rates, const hopform_drive_f32 *drive, int side_1, int side_2)
-{
-    hopform_matrix_f32 m = {{{0}}};
-    m.at[X][V1] = side_1 != 0 ? 1.0f : 0.0f;
-    m.at[Y][V1] = side_1 != 0 ? 1.0f : 0.0f;
-    m.at[Y][V2] = side_2 != 0 ? -1.0f : 0.0f;
-    if (side_1 != 0) {
-        m.at[V1][ONE] = drive->C_1;
-        m.at[V1][Y] = rates->a1_y;
-        m.at[V1][V1] = rates->a1_v1;
-        m.at[V1][V2] = rates->a1_v2;
-    }
-    if (side_2 != 0) {
-        m.at[V2][ONE] = drive->C_2;
-        m.at[V2][Y] = rates->a2_y;
-        m.at[V2][V1] = rates->a2_v1;
-        m.at[V2][V2] = rates->a2_v2;
-    }
-    return m;
-}
-
 /* Phi(h) of a mode: its columns are the motions from rest under the drive and from unit initial values. */
 static inline hopform_matrix_f32 hopform_transition_f32(const hopform_plan_f32 *plan, const hopform_drive_f32 *drive, int side_1, int side_2, float h)
 {
@@ -58,6 +36,52 @@ static inline hopform_matrix_f32 hopform_transition_f32(const hopform_plan_f32 *
         phi.at[V2][column] = end.v2;
     }
     return phi;
+}
+
+/* Gauss's rule over 0 .. 1 (Abramowitz and Stegun, Handbook of Mathematical Functions, 25.4.30): exact to rounding for a
+ * product of two motions over a time in which neither turns or fades by more than a factor of e^4. */
+enum { HOPFORM_NODES_f32 = 8 };
+
+static const float hopform_place_f32[HOPFORM_NODES_f32] = {
+    0.01985507f,
+    0.10166676f,
+    0.23723379f,
+    0.40828267f,
+    0.5917173f,
+    0.7627662f,
+    0.89833325f,
+    0.9801449f,
+};
+
+static const float hopform_weight_f32[HOPFORM_NODES_f32] = {
+    0.050614268f,
+    0.11119052f,
+    0.15685332f,
+    0.18134189f,
+    0.18134189f,
+    0.15685332f,
+    0.11119052f,
+    0.050614268f,
+};
+
+/* How often t is to be halved until the rule is exact: no pole is further from 0 than s_1 + sqrt(s_2). */
+static inline int hopform_doublings_f32(const hopform_poles_f32 *poles, float t)
+{
+    const float fastest = poles->s_1 + sqrtf(poles->s_2);
+    int doublings = 0;
+    while (fastest * t > 4.0f && doublings < 200) {
+        t *= 0.5f;
+        doublings++;
+    }
+    return doublings;
+}
+
+static inline float hopform_halved_f32(float t, int times)
+{
+    for (; times > 0; times--) {
+        t *= 0.5f;
+    }
+    return t;
 }
 
 #endif

@@ -13,28 +13,6 @@ typedef struct {
     double at[SIZE][SIZE];
 } hopform_matrix_f64;
 
-/* M of the mode. */
-static inline hopform_matrix_f64 hopform_system_of_f64(const hopform_rates_f64 *rates, const hopform_drive_f64 *drive, int side_1, int side_2)
-{
-    hopform_matrix_f64 m = {{{0}}};
-    m.at[X][V1] = side_1 != 0 ? 1.0 : 0.0;
-    m.at[Y][V1] = side_1 != 0 ? 1.0 : 0.0;
-    m.at[Y][V2] = side_2 != 0 ? -1.0 : 0.0;
-    if (side_1 != 0) {
-        m.at[V1][ONE] = drive->C_1;
-        m.at[V1][Y] = rates->a1_y;
-        m.at[V1][V1] = rates->a1_v1;
-        m.at[V1][V2] = rates->a1_v2;
-    }
-    if (side_2 != 0) {
-        m.at[V2][ONE] = drive->C_2;
-        m.at[V2][Y] = rates->a2_y;
-        m.at[V2][V1] = rates->a2_v1;
-        m.at[V2][V2] = rates->a2_v2;
-    }
-    return m;
-}
-
 /* Phi(h) of a mode: its columns are the motions from rest under the drive and from unit initial values. */
 static inline hopform_matrix_f64 hopform_transition_f64(const hopform_plan_f64 *plan, const hopform_drive_f64 *drive, int side_1, int side_2, double h)
 {
@@ -58,6 +36,60 @@ static inline hopform_matrix_f64 hopform_transition_f64(const hopform_plan_f64 *
         phi.at[V2][column] = end.v2;
     }
     return phi;
+}
+
+/* Gauss's rule over 0 .. 1 (Abramowitz and Stegun, Handbook of Mathematical Functions, 25.4.30): exact to rounding for a
+ * product of two motions over a time in which neither turns or fades by more than a factor of e^4. */
+enum { HOPFORM_NODES_f64 = 12 };
+
+static const double hopform_place_f64[HOPFORM_NODES_f64] = {
+    0.009219682876640375,
+    0.04794137181476257,
+    0.11504866290284765,
+    0.2063410228566913,
+    0.3160842505009099,
+    0.43738329574426554,
+    0.5626167042557345,
+    0.6839157494990901,
+    0.7936589771433087,
+    0.8849513370971523,
+    0.9520586281852375,
+    0.9907803171233597,
+};
+
+static const double hopform_weight_f64[HOPFORM_NODES_f64] = {
+    0.023587668193255914,
+    0.05346966299765921,
+    0.08003916427167311,
+    0.10158371336153296,
+    0.1167462682691774,
+    0.12457352290670139,
+    0.12457352290670139,
+    0.1167462682691774,
+    0.10158371336153296,
+    0.08003916427167311,
+    0.05346966299765921,
+    0.023587668193255914,
+};
+
+/* How often t is to be halved until the rule is exact: no pole is further from 0 than s_1 + sqrt(s_2). */
+static inline int hopform_doublings_f64(const hopform_poles_f64 *poles, double t)
+{
+    const double fastest = poles->s_1 + sqrt(poles->s_2);
+    int doublings = 0;
+    while (fastest * t > 4.0 && doublings < 200) {
+        t *= 0.5;
+        doublings++;
+    }
+    return doublings;
+}
+
+static inline double hopform_halved_f64(double t, int times)
+{
+    for (; times > 0; times--) {
+        t *= 0.5;
+    }
+    return t;
 }
 
 #endif

@@ -4,7 +4,7 @@
  * which a mass reverses, sticks, slips or hits a stop, or in which the spring force returns to zero.
  */
 #include "events_f32.h"
-#include "phase_f32.h"
+#include "ledger_f32.h"
 
 /* How a phase ends. */
 typedef enum { END_LIMIT, END_VELOCITY_1, END_THRESHOLD_1, END_STOP, END_VELOCITY_2, END_THRESHOLD_2, END_TAKEOFF } end_kind;
@@ -29,7 +29,11 @@ typedef struct {
     int side_2;
     bool fresh_1; /* mass 1 has just crossed its friction threshold: its acceleration is exactly zero */
     bool fresh_2;
+    int alone; /* the mass that has just come to rest while the other one was held, 0 if none has */
+    float free; /* its free acceleration, from before the state lost its digits */
     float start_loss;
+    bool adds_up; /* the AED is the sum of its entries, not a difference of energies that are much larger */
+    float aed;
     int32_t max_phases;
     hopform_phase_f32 *phases;
     int32_t capacity;
@@ -77,7 +81,7 @@ static int direction(const stance_chain *chain, int mass)
     const hopform_robot_f32 *robot = &chain->plan->robot;
     const hopform_free_f32 free =
         hopform_free_accelerations_f32(&chain->plan->rates, &chain->state, chain->steps[chain->step].u);
-    const float acceleration = mass == 1 ? free.free_1 : free.free_2;
+    const float acceleration = chain->alone == mass ? chain->free : (mass == 1 ? free.free_1 : free.free_2);
     const float friction = mass == 1 ? robot->f1 : robot->f2;
     float goes = acceleration > friction ? 1.0f : (acceleration < -friction ? -1.0f : 0.0f);
     if (!(fabsf(acceleration) < friction) && !(fabsf(goes) > 0.0f)) {
@@ -101,7 +105,8 @@ static void settle(stance_chain *chain, bool rests_1, bool rests_2)
 
 enum { MOST_WATCHES = 4 };
 
-/* What is watched in a phase: take-off first, then what mass 1 does, then mass 2, which is also who wins a tie. */
+/* What is watched in a phase: take-off first, then what mass 1 does, then mass 2, which is also who wins a tie.
+ * Not the velocity of a mass that slips alone: its zero is known. */
 typedef struct {
     const hopform_poles_f32 *poles;
     const hopform_motion_f32 *motion;
@@ -110,6 +115,8 @@ typedef struct {
     int32_t count;
     float frequency;
     float half_turn;
+    float halt; /* when the mass that slips alone comes to rest */
+    end_kind halts;
 } hopform_guard;
 
 /* A held mass slips where its free acceleration leaves [-f, f]; a stop holds on its side whatever the force. */
@@ -133,6 +140,21 @@ static void watch_thresholds(const stance_chain *chain, hopform_guard *guard, in
     }
 }
 
+/* Where both masses slip, each watches its velocity. */
+static void watch_velocity(const stance_chain *chain, hopform_guard *guard, end_kind kind)
+{
+    const hopform_motion_f32 *motion = guard->motion;
+    if (kind == END_VELOCITY_1) {
+        guard->watch[guard->count++] =
+            hopform_watch_of_f32(guard->poles, chain->fresh_1 ? 0.0f : motion->H3_1, motion->H2_1, motion->H1_1,
+                                  chain->state.v1, (float)chain->side_1, (int32_t)kind, 0);
+    } else {
+        guard->watch[guard->count++] =
+            hopform_watch_of_f32(guard->poles, chain->fresh_2 ? 0.0f : motion->H3_2, motion->H2_2, motion->H1_2,
+                                  chain->state.v2, (float)chain->side_2, (int32_t)kind, 0);
+    }
+}
+
 static hopform_guard guard_of(const stance_chain *chain, const hopform_poles_f32 *poles, const hopform_motion_f32 *motion)
 {
     hopform_guard guard;
@@ -140,19 +162,25 @@ static hopform_guard guard_of(const stance_chain *chain, const hopform_poles_f32
     guard.motion = motion;
     guard.count = 1;
     guard.watch[0] = hopform_watch_of_f32(poles, motion->H3_y, motion->H2_y, motion->H1_y, chain->state.y, 1.0f, END_TAKEOFF, 0);
-    if (chain->side_1 != 0) {
-        guard.watch[guard.count++] =
-            hopform_watch_of_f32(poles, chain->fresh_1 ? 0.0f : motion->H3_1, motion->H2_1, motion->H1_1, chain->state.v1,
-                                  (float)chain->side_1, END_VELOCITY_1, 0);
-    } else {
+    guard.halt = 1e38f;
+    guard.halts = END_LIMIT;
+    if (chain->side_1 == 0) {
         watch_thresholds(chain, &guard, 1);
-    }
-    if (chain->side_2 != 0) {
-        guard.watch[guard.count++] =
-            hopform_watch_of_f32(poles, chain->fresh_2 ? 0.0f : motion->H3_2, motion->H2_2, motion->H1_2, chain->state.v2,
-                                  (float)chain->side_2, END_VELOCITY_2, 0);
+    } else if (chain->side_2 == 0) {
+        const float sign = (float)chain->side_1;
+        guard.halt = hopform_halt_time_f32(poles, sign * chain->state.v1, sign * motion->H3_1);
+        guard.halts = END_VELOCITY_1;
     } else {
+        watch_velocity(chain, &guard, END_VELOCITY_1);
+    }
+    if (chain->side_2 == 0) {
         watch_thresholds(chain, &guard, 2);
+    } else if (chain->side_1 == 0) {
+        const float sign = (float)chain->side_2;
+        guard.halt = hopform_halt_time_f32(poles, sign * chain->state.v2, sign * motion->H3_2);
+        guard.halts = END_VELOCITY_2;
+    } else {
+        watch_velocity(chain, &guard, END_VELOCITY_2);
     }
     for (int32_t n = 0; n < guard.count; n++) {
         guard.from[n] = hopform_first_sample_f32(&guard.watch[n], poles);
@@ -362,25 +390,45 @@ static int32_t lost_at_once(hopform_guard *guard)
     return -1;
 }
 
-/* A take-off comes before the limit at the same time. */
-static void lift_at_the_limit(float limit, window *end)
+/* At the time of the limit a take-off comes before it, and before mass 2 comes to rest what mass 1 does. */
+static void cross_at_the_limit(const hopform_guard *guard, float limit, window *end)
 {
-    const hopform_sample_f32 *leg = &end->at[0];
-    if (end->found < 0 && !(end->t < limit) && leg->rate < 0.0f && leg->value < -8.0f * 1.1920929e-7f * limit * leg->rate) {
-        end->found = 0;
+    for (int32_t n = 0; n < guard->count && end->found < 0 && !(end->t < limit); n++) {
+        const bool is_first = n == 0 || (guard->watch[n].kind == END_THRESHOLD_1 && !(guard->halt > limit));
+        const hopform_sample_f32 *at = &end->at[n];
+        if (is_first && at->rate < 0.0f && at->value < -8.0f * 1.1920929e-7f * limit * at->rate) {
+            end->found = n;
+        }
     }
 }
 
+/* What ends the phase at the end of its last window. */
+static phase_end end_of(const hopform_guard *guard, const window *end, bool stops, float limit)
+{
+    phase_end result = {end->t, END_LIMIT, 0, end->basis};
+    const bool halts = !(guard->halt > limit) && !(end->t < limit * (1.0f - 8.0f * 1.1920929e-7f));
+    const bool wins = guard->halts == END_VELOCITY_1 && end->found > 0; /* over mass 2 at the same time */
+    if (stops) {
+        result.kind = END_STOP;
+    } else if (end->found >= 0 && !(halts && wins)) {
+        result.kind = (end_kind)guard->watch[end->found].kind;
+        result.side = guard->watch[end->found].side;
+    } else if (halts) {
+        result.kind = guard->halts;
+    }
+    return result;
+}
+
 /* The first event of the phase that starts at the chain's state. */
-static phase_end find_end(const stance_chain *chain, const hopform_poles_f32 *poles, const hopform_motion_f32 *motion, float limit)
+static phase_end find_end(const stance_chain *chain, const hopform_poles_f32 *poles, const hopform_motion_f32 *motion, float until)
 {
     const hopform_basis_f32 start = {1.0f, 0.0f, 0.0f, 0.0f, 0.0f};
-    phase_end result = {0.0f, END_LIMIT, 0, start};
     if (chain->side_1 == 0 && chain->side_2 == 0) {
-        result.t = limit;
+        const phase_end result = {until, END_LIMIT, 0, start};
         return result;
     }
     hopform_guard guard = guard_of(chain, poles, motion);
+    const float limit = guard.halt < until ? guard.halt : until;
     window end = {0.0f, start, {{0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f}}, lost_at_once(&guard)};
     bool stops = false;
     int32_t patience = 8;
@@ -396,7 +444,7 @@ static phase_end find_end(const stance_chain *chain, const hopform_poles_f32 *po
         } else {
             reach_ahead(&guard, low, limit, windows, &end);
             settle_window(&guard, low, &end);
-            lift_at_the_limit(limit, &end);
+            cross_at_the_limit(&guard, limit, &end);
         }
         const float t = end.t;
         stops = meets_stop(chain, &guard, low, &end) && !(end.found == 0 && t <= end.t * (1.0f + 8.0f * 1.1920929e-7f));
@@ -405,15 +453,7 @@ static phase_end find_end(const stance_chain *chain, const hopform_poles_f32 *po
             guard.from[n].value = end.at[n].value > 0.0f ? end.at[n].value : 0.0f;
         }
     }
-    result.t = end.t;
-    result.basis = end.basis;
-    if (stops) {
-        result.kind = END_STOP;
-    } else if (end.found >= 0) {
-        result.kind = (end_kind)guard.watch[end.found].kind;
-        result.side = guard.watch[end.found].side;
-    }
-    return result;
+    return end_of(&guard, &end, stops, limit);
 }
 
 /* ---- the chain ---- */
@@ -482,9 +522,53 @@ static void next_step(stance_chain *chain)
     }
 }
 
-/* The state and modes right after the end of a phase, recorded as the next phase. */
-static void pass(stance_chain *chain, const phase_end *end)
+/* A mass that rings alone fades far below the digits of the state; its acceleration at rest is known from the motion.
+ * Without friction nothing but the sign is left of it in the end, and that is kept.
+ */
+static void keep_free_acceleration(stance_chain *chain, const hopform_motion_f32 *motion, const phase_end *end)
 {
+    chain->alone = 0;
+    if (end->kind == END_VELOCITY_1 && chain->side_2 == 0) {
+        const float back = fabsf(motion->H3_1 * end->basis.Wdd + motion->H2_1 * end->basis.Wd);
+        chain->alone = 1;
+        chain->free = (float)chain->side_1 * (chain->plan->robot.f1 - (back > 1e-30f ? back : 1e-30f));
+    } else if (end->kind == END_VELOCITY_2 && chain->side_1 == 0) {
+        const float back = fabsf(motion->H3_2 * end->basis.Wdd + motion->H2_2 * end->basis.Wd);
+        chain->alone = 2;
+        chain->free = (float)chain->side_2 * (chain->plan->robot.f2 - (back > 1e-30f ? back : 1e-30f));
+    }
+}
+
+/* The numerators of the next phase. */
+static hopform_motion_f32 motion_from(const stance_chain *chain)
+{
+    const hopform_robot_f32 *robot = &chain->plan->robot;
+    hopform_motion_f32 motion = hopform_motion_of_f32(chain->plan, &chain->state, chain->steps[chain->step].u,
+                                                        chain->side_1, chain->side_2);
+    if (chain->alone == 1 && chain->side_1 != 0) {
+        motion.H3_1 = chain->free - (float)chain->side_1 * robot->f1;
+        motion.H2_y = motion.H3_1;
+    } else if (chain->alone == 2 && chain->side_2 != 0) {
+        motion.H3_2 = chain->free - (float)chain->side_2 * robot->f2;
+        motion.H2_y = -motion.H3_2;
+    }
+    return motion;
+}
+
+/* The AED of a phase that lasts for t. */
+static float aed_in_phase(const stance_chain *chain, float t)
+{
+    const hopform_state_f32 *state = &chain->state;
+    const hopform_phase_f32 phase = {0.0f, state->x1, state->v1, state->v2, state->y,
+                                      (int8_t)(3 * (chain->side_1 + 1) + chain->side_2 + 1), 0, 0};
+    const hopform_ledger_f32 ledger = hopform_ledger_in_phase_f32(chain->plan, &phase, chain->steps[chain->step].u, t);
+    return hopform_aed_of_ledger_f32(&ledger);
+}
+
+/* The state and modes right after the end of a phase, recorded as the next phase. */
+static void pass(stance_chain *chain, const hopform_motion_f32 *motion, const phase_end *end)
+{
+    keep_free_acceleration(chain, motion, end);
     chain->fresh_1 = end->kind == END_THRESHOLD_1;
     chain->fresh_2 = end->kind == END_THRESHOLD_2;
     switch (end->kind) {
@@ -564,9 +648,9 @@ static int32_t run(stance_chain *chain)
                                ? chain->horizon
                                : chain->steps[chain->step + 1].t;
         const hopform_poles_f32 *poles = hopform_poles_of_f32(chain->plan, chain->side_1, chain->side_2);
-        const hopform_motion_f32 motion = hopform_motion_of_f32(
-            chain->plan, &chain->state, chain->steps[chain->step].u, chain->side_1, chain->side_2);
+        const hopform_motion_f32 motion = motion_from(chain);
         const phase_end end = find_end(chain, poles, &motion, until - chain->t);
+        chain->aed += chain->adds_up ? aed_in_phase(chain, end.t) : 0.0f;
         chain->state = hopform_arrive_f32(&chain->state, &motion, &end.basis, chain->side_1, chain->side_2, end.t);
         chain->t = end.kind == END_LIMIT ? until : chain->t + end.t;
         if (end.kind == END_TAKEOFF) {
@@ -576,7 +660,7 @@ static int32_t run(stance_chain *chain)
         if (end.kind == END_LIMIT && !(until < chain->horizon)) {
             return HOPFORM_ENDING_HORIZON;
         }
-        pass(chain, &end);
+        pass(chain, &motion, &end);
     }
     chain->count--;
     return HOPFORM_ENDING_TOO_MANY_PHASES;
@@ -613,7 +697,7 @@ static void report(const stance_chain *chain, const hopform_state_f32 *start, in
     const hopform_at_f32 at = {end->x1, end->v1, end->v2, end->y};
     stance->duration = chain->t;
     stance->end = *end;
-    stance->aed = hopform_body_energy_gain_f32(robot, start, &at);
+    stance->aed = chain->adds_up ? chain->aed : hopform_body_energy_gain_f32(robot, start, &at);
     stance->start_loss = chain->start_loss;
     stance->ending = ending;
     stance->phase_count = chain->count;
@@ -694,7 +778,8 @@ int32_t hopform_solve_stance_f32(const hopform_plan_f32 *plan, const hopform_sta
     if (!(horizon > 0.0f && horizon <= 1e38f) || max_phases < 1 || capacity < 0) {
         return HOPFORM_ERROR_HORIZON;
     }
-    stance_chain chain = {plan, steps, step_count, 0, horizon, 0.0f, *start, 0, 0, false, false, 0.0f, max_phases, phases, capacity, 0, 0};
+    stance_chain chain = {plan, steps, step_count, 0, horizon, 0.0f, *start, 0, 0, false, false, 0, 0.0f, 0.0f,
+                          hopform_large_energy_f32(&plan->robot, start) > 64.0f, 0.0f, max_phases, phases, capacity, 0, 0};
     const int32_t ending = run(&chain);
     report(&chain, start, ending, stance);
     if (!is_finite(stance->duration) || !is_finite(stance->end.x1) || !is_finite(stance->end.v1)

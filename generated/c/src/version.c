@@ -6,5 +6,5 @@
 
 const char *hopform_source(void)
 {
-    return "8090c39b37699cde";
+    return "9fc2a15523957e45";
 }

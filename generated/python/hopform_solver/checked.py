@@ -4,6 +4,7 @@
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 from numbers import Real as Number
 
 from hopform_solver.records import ROBOT_FIELDS, Field
@@ -77,7 +78,7 @@ class Robot:
         if not self.x1_min <= self.x1_max:
             raise ValueError(f"x1_min must be <= x1_max m, got {self.x1_min!r} > {self.x1_max!r}")
 
-    @property
+    @cached_property
     def parameters(self) -> Parameters:
         """The fields as the record that the solver takes."""
         return Parameters(*(getattr(self, field.name) for field in ROBOT_FIELDS))

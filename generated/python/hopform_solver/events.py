@@ -16,6 +16,7 @@ from hopform_solver.lanes import Array, Lanes, put, take
 from hopform_solver.records import Numerator, Poles
 
 NEVER = {np.dtype(np.float32): 1e38, np.dtype(np.float64): 1e300}
+FAINT = {np.dtype(np.float32): 1e-30, np.dtype(np.float64): 1e-280}
 
 
 class Watch(NamedTuple):
@@ -84,6 +85,38 @@ def zeros_of_pair(watch: Watch) -> tuple[Array, Array]:
         zero[near] = ratio[near] * (1.0 + tangent[near] * tangent[near] / 3.0)
         first[creeps] = zero
     return first, spacing
+
+
+def halt_time(poles: Poles, v: Array, acc: Array) -> Array:
+    """When masses that slip alone come to rest, NEVER if they do not: v and v' = acc at t = 0, times their signs.
+
+    v'' + p v' + q v = 0 without a constant force, so v keeps its relative accuracy however far it has faded: its first
+    zero is where v cos(w t) + (acc + p v/2) sin(w t)/w is 0, or where two decays have become equal.
+    """
+    never = NEVER[v.dtype]
+    time = np.full_like(v, never)
+    mean = 0.5 * poles.p
+    discriminant = mean * mean - poles.q
+    root = np.sqrt(np.abs(discriminant))
+    swings, rests = discriminant < 0.0, ~(v > 0.0)
+    half_turn = np.full_like(v, never)
+    half_turn[swings] = np.pi / root[swings]
+    time[rests] = np.where(acc > 0.0, half_turn, np.where(acc < 0.0, 0.0, never))[rests]
+    if (some := swings & ~rests).any():
+        w = root[some]
+        time[some] = np.arctan2(v[some], -(acc + mean * v)[some] / w) / w
+    back = -(acc + poles.q / np.where(swings, 1.0, mean + root) * v)  # what the slow decay alone would leave over
+    if (some := ~swings & ~rests & (back > 0.0)).any():
+        v_s, back_s, root_s = v[some], back[some], root[some]
+        x = 2.0 * root_s * (v_s / back_s)
+        near, found = x < 0.25, (x < 1.0) & (acc[some] + (mean + root)[some] * v_s < 0.0)
+        times = v_s / back_s
+        small, large = near & (x > 0.0), ~near & found
+        times[small] *= -np.log1p(-x[small]) / x[small]
+        left = -(acc + (mean + root) * v)[some][large]
+        times[large] = -np.log(left / back_s[large]) / (2.0 * root_s[large])
+        time[some] = np.where(found, times, never)
+    return time
 
 
 def is_quiet(watch: Watch, start: Array, end: Array) -> np.ndarray:
@@ -181,7 +214,15 @@ def brief_rise(watch: Watch, t: Array) -> Array:
     """Root of a g that rises from zero at t and falls again within too short a time for rounding to show its top."""
     start = sample_at(watch, t)
     falls = start.curvature < 0.0
-    return t + np.where(falls, 2.0 * start.rate / np.where(falls, -start.curvature, 1.0), 0.0)
+    first = t + np.where(falls, 2.0 * start.rate / np.where(falls, -start.curvature, 1.0), 0.0)
+    root = first.copy()
+    for _ in range(4):
+        there = sample_at(watch, root)
+        steep = there.rate < 0.0
+        step = np.zeros_like(root)
+        step[steep] = there.value[steep] / there.rate[steep]
+        root = np.where(np.abs(step) < 0.5 * (first - t), root - step, root)
+    return np.where(np.abs(root - first) < 0.5 * (first - t), root, first)
 
 
 class _Search:

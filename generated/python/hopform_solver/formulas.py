@@ -204,14 +204,27 @@ def split(poles: Poles, chi: Real, decay: Decay, pair: Pair) -> Basis:
     return Basis(Wdd, Wd, W, W1, W2)
 
 
+def split_soon(poles: Poles, chi: Real, decay: Decay, pair: Pair) -> Real:
+    """W while exp(-a t) is near 1.
+
+    chi [1/s^2] s^2 + p s + q at s = -a: what (18) divides by.
+    Returns W [s^2], response of the three poles to an impulse.
+    """
+    a, q = poles.a, poles.q
+    e1 = decay.e1
+    R, R1 = pair.R, pair.R1
+    W = (R1*q - a*(e1 - R))/chi  # (18) all poles, a t not large
+    return W
+
+
 def pair_by_quotient(poles: Poles, pair_core: PairCore, t: Real) -> PairIntegrals:
     """Integrals of R where q t^2 is not small.
 
     t [s] time since the phase began.
     """
     p, q = poles.p, poles.q
-    Rd, R = pair_core.Rd, pair_core.R
-    R1 = (1.0 - Rd - R*p)/q       # (18) pair, integral
+    R, turned = pair_core.R, pair_core.turned
+    R1 = turned/q                 # (18) pair, integral
     R2 = (t - R - R1*p)/q         # (18) pair, integral of the integral
     R3 = (0.5*t*t - R1 - R2*p)/q  # (18) pair, third integral
     return PairIntegrals(R1, R2, R3)
@@ -398,6 +411,28 @@ def ledger_of(robot: Robot, moments: Moments, u: Real, side_1: Real, side_2: Rea
     coulomb_2 = -f2*int_v2*m_s*side_2        # (24)
     spring_work = int_xv2*k + int_v2*k*x1_0  # (24)
     return Ledger(motor_work, offset_work, viscous_1, viscous_2, coulomb_1, coulomb_2, spring_work)
+
+
+def aed_of_ledger(ledger: Ledger) -> Real:
+    """What the entries of a ledger add to the energy of the body.
+
+    Returns aed [J], analytical energy delta.
+    """
+    viscous_2, coulomb_2, spring_work = ledger.viscous_2, ledger.coulomb_2, ledger.spring_work
+    aed = coulomb_2 + spring_work + viscous_2  # (24)
+    return aed
+
+
+def large_energy(robot: Robot, state: State) -> Real:
+    """How large the energy of the body is at the start, against the energy of its motion at 1 m/s or more.
+
+    Returns excess [1], energy at the start, in units of the body's motion.
+    """
+    m_s, k = robot.m_s, robot.k
+    x1, v2, y = state.x1, state.v2, state.y
+    length = x1 - y                               # x_2 - L_0 - c at the start
+    excess = k*length*length/(m_s*(1.0 + v2*v2))  # (22), (23) at the start
+    return excess
 
 
 def touchdown_velocity(robot: Robot, height: Real) -> Real:

@@ -63,7 +63,7 @@ def short_pair(poles: Poles, t: Array) -> Pair:
 
 
 def distinct_pair(slow: Array, fast: Array, t: Array) -> Pair:
-    """R of two real poles further apart than 1/t: quotients of differences, no quotient by q."""
+    """R of two real poles at least 1/t apart: quotients of differences, no quotient by q."""
     of_slow, of_fast = decay_at(slow, t), decay_at(fast, t)
     apart = fast - slow
     r = (of_slow.e - of_fast.e) / apart
@@ -80,7 +80,7 @@ def pair_at(poles: Poles, t: Array) -> Pair:
     swings = discriminant < 0.0
     fast = mean + half
     short = (swings & (poles.q * t * t < 1.0)) | (~swings & (fast * t < 2.0))
-    apart = ~swings & ~short & (half * t > 0.5)
+    apart = ~swings & ~short & (half * t >= 0.5)
     if short.any():
         put(pair, short, short_pair(take(poles, short), t[short]))
     if apart.any():
@@ -89,18 +89,21 @@ def pair_at(poles: Poles, t: Array) -> Pair:
     core = blank(PairCore, t)
     if (turning := swings & ~short).any():
         t_s, mean_s, omega = t[turning], mean[turning], half[turning]
-        envelope = np.exp(-mean_s * t_s)
-        r = envelope * (np.sin(omega * t_s) / omega)
-        put(core, turning, (envelope * np.cos(omega * t_s) - mean_s * r, r))
+        gone = -np.expm1(-mean_s * t_s)
+        envelope, sine, cosine = np.exp(-mean_s * t_s), np.sin(0.5 * omega * t_s), np.cos(0.5 * omega * t_s)
+        versine = 2.0 * sine * sine
+        r = envelope * (2.0 * sine * cosine / omega)
+        put(core, turning, (envelope * (1.0 - versine) - mean_s * r, r, gone + envelope * versine - mean_s * r))
     if (close := ~swings & ~short & ~apart).any():
         t_c, fast_c = t[close], fast[close]
         envelope = np.exp(-fast_c * t_c)
         r = envelope * decay_at(-2.0 * half[close], t_c).e1
-        put(core, close, (envelope - poles.q[close] / fast_c * r, r))
+        rd = envelope - poles.q[close] / fast_c * r
+        put(core, close, (rd, r, 1.0 - rd - poles.p[close] * r))
     if (rest := ~short & ~apart).any():
         known = take(core, rest)
         integrals = formulas.pair_by_quotient(take(poles, rest), known, t[rest])
-        put(pair, rest, (*known, *integrals))
+        put(pair, rest, (*known[:2], *integrals))
     return pair
 
 
@@ -133,7 +136,10 @@ def close_basis(poles: Poles, t: Array) -> Basis:
 
 def split_basis(poles: Poles, chi: Array, t: Array) -> Basis:
     """W split into the real pole and the pair."""
-    basis = formulas.split(poles, chi, decay_at(poles.a, t), pair_at(poles, t))
+    decay, pair = decay_at(poles.a, t), pair_at(poles, t)
+    basis = formulas.split(poles, chi, decay, pair)
+    if (soon := poles.a * t < 0.5).any():
+        basis.W[soon] = formulas.split_soon(take(poles, soon), chi[soon], take(decay, soon), take(pair, soon))
     if (close := chi < 0.05 * poles.q).any():
         response = take(Response(*basis[:3]), close)
         integrals = formulas.integrals_by_recursion(take(poles, close), response, t[close])

@@ -238,12 +238,14 @@ class Pair(NamedTuple):
 
 
 class PairCore(NamedTuple):
-    """R and its derivative."""
+    """R, its derivative and what is left of the initial 1."""
 
     Rd: Real
     """[1] derivative of R"""
     R: Real
     """[s] response of the pair of poles to an impulse"""
+    turned: Real
+    """[1] 1 - Rd - p R = q R1, small after a full turn"""
 
 
 class PairIntegrals(NamedTuple):

@@ -165,6 +165,8 @@ def _pass(chains: _Chains, old: NDArray[np.intp], change: Array) -> Array:
     stop = np.where(side.first > 0.0, _BY["x1_max"], _BY["x1_min"])
     bound[hits, stop[hits]] = 1.0
     each = np.arange(lanes.size)
+    smooth = ~hits & (before == after).all(axis=1)  # without friction nothing jumps, however little of a velocity is left
+    before[smooth, coordinate[smooth]] = after[smooth, coordinate[smooth]] = 1.0
     late = (bound - change[lanes, coordinate]) / before[each, coordinate, np.newaxis]
     passed = change[lanes] + (before - after)[:, :, np.newaxis] * late[:, np.newaxis]
     passed[each, coordinate] = bound - after[each, coordinate, np.newaxis] * late

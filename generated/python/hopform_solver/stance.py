@@ -11,11 +11,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from hopform_solver import formulas
-from hopform_solver.events import NEVER, Watch, first_root, sample_at
+from hopform_solver.events import FAINT, NEVER, Watch, first_root, halt_time, sample_at
 from hopform_solver.kernels import basis_at
 from hopform_solver.lanes import Array, choose, take
+from hopform_solver.ledgers import ledger_over
 from hopform_solver.phases import Plan, Side, arrive, motion_of, plan_lanes, plan_of, poles_of, state_in_phase
-from hopform_solver.records import ENDINGS, EVENTS, At, Motion, Numerator, Poles, Robot, State
+from hopform_solver.records import ENDINGS, EVENTS, At, Basis, Motion, Numerator, Poles, Robot, State
 
 _ENDING = {text: number for number, text in ENDINGS.items()}
 _EVENT = {text: number for number, text in EVENTS.items()} | {"": 0}
@@ -75,6 +76,8 @@ class _Chain:
     step: NDArray[np.int64]
     fresh_1: NDArray[np.bool_]
     fresh_2: NDArray[np.bool_]
+    alone: NDArray[np.int64]  # the mass that has just come to rest while the other one was held, 0 if none has
+    free: Array  # its free acceleration, from before the state lost its digits
     count: NDArray[np.int64]
 
     @property
@@ -99,6 +102,8 @@ class _Chain:
             self.step[keep],
             self.fresh_1[keep],
             self.fresh_2[keep],
+            self.alone[keep],
+            self.free[keep],
             self.count[keep],
         )
 
@@ -126,6 +131,7 @@ def _direction(chain: _Chain, mass: int) -> Array:
     """Where masses at rest go: held while |a_i| <= f_i; on the threshold the first non-zero derivative decides."""
     robot = chain.plan.robot
     acceleration = formulas.free_accelerations(chain.plan.rates, chain.state, chain.u)[mass - 1]
+    acceleration = np.where(chain.alone == mass, chain.free, acceleration)
     friction = (robot.f1, robot.f2)[mass - 1]
     side = np.where(acceleration > friction, 1.0, np.where(acceleration < -friction, -1.0, 0.0)).astype(friction.dtype)
     if (tie := np.abs(acceleration) == friction).any():
@@ -166,12 +172,22 @@ class _End:
         self.t[lanes], self.kind[lanes], self.side[lanes] = t[wins], kind, side
 
 
+def _halt(chain: _Chain, poles: Poles, motion: Motion, mass: int, end: _End) -> None:
+    """The velocity of a mass that slips alone has its zero in closed form."""
+    side, velocity = chain.side[mass - 1], (chain.state.v1, chain.state.v2)[mass - 1]
+    if (lanes := np.flatnonzero((side != 0.0) & (chain.side[2 - mass] == 0.0))).size:
+        sign = side[lanes]
+        t = halt_time(take(poles, lanes), sign * velocity[lanes], sign * motion[3 * (mass - 1)][lanes])
+        end.earlier(lanes, t, (VELOCITY_1, VELOCITY_2)[mass - 1])
+
+
 def _watch_velocity(chain: _Chain, poles: Poles, motion: Motion, mass: int, end: _End) -> None:
+    """Where both masses slip, each watches its velocity."""
     side, velocity = chain.side[mass - 1], (chain.state.v1, chain.state.v2)[mass - 1]
     numerator = Numerator(*motion[3 * (mass - 1) : 3 * mass])
     fresh = (chain.fresh_1, chain.fresh_2)[mass - 1]
     numerator = numerator._replace(H3=np.where(fresh, 0.0, numerator.H3).astype(velocity.dtype))
-    if (lanes := np.flatnonzero(side != 0.0)).size:
+    if (lanes := np.flatnonzero((side != 0.0) & (chain.side[2 - mass] != 0.0))).size:
         watch = Watch(take(poles, lanes), take(numerator, lanes), velocity[lanes], side[lanes])
         end.earlier(lanes, first_root(watch, end.t[lanes]), (VELOCITY_1, VELOCITY_2)[mass - 1])
 
@@ -236,6 +252,7 @@ def _find_end(chain: _Chain, poles: Poles, motion: Motion, limit: Array) -> _End
     """The first event of the phases that start at the chain's states."""
     end = _End(limit)
     for mass in (1, 2):
+        _halt(chain, poles, motion, mass, end)
         _watch_velocity(chain, poles, motion, mass, end)
         _watch_thresholds(chain, poles, motion, mass, end)
     _watch_stop(chain, poles, motion, end)
@@ -338,6 +355,30 @@ def _next_step(chain: _Chain, log: _Log, end: _End) -> None:
     log.add(chain, both, np.full(both.shape, _EVENT["x2_slips"]))
 
 
+def _keep_free_accelerations(chain: _Chain, motion: Motion, basis: Basis, end: _End) -> None:
+    """A mass that rings alone fades far below the digits of the state; its acceleration at rest is known from the motion.
+
+    Without friction nothing but the sign is left of it in the end, and that is kept.
+    """
+    chain.alone, chain.free = np.zeros_like(chain.alone), np.zeros_like(chain.free)
+    for mass, kind, friction in ((1, VELOCITY_1, chain.plan.robot.f1), (2, VELOCITY_2, chain.plan.robot.f2)):
+        lanes = np.flatnonzero((end.kind == kind) & (chain.side[2 - mass] == 0.0))
+        H3, H2 = (field[lanes] for field in motion[3 * (mass - 1) : 3 * mass - 1])
+        back = np.maximum(np.abs(H3 * basis.Wdd[lanes] + H2 * basis.Wd[lanes]), FAINT[chain.free.dtype])
+        chain.alone[lanes], chain.free[lanes] = mass, chain.side[mass - 1][lanes] * (friction[lanes] - back)
+
+
+def _motion_from(chain: _Chain) -> Motion:
+    """The numerators of the next phases."""
+    motion = motion_of(chain.plan, chain.state, chain.u, chain.side)
+    robot = chain.plan.robot
+    for mass, start, friction in ((1, motion.H3_1, robot.f1), (2, motion.H3_2, robot.f2)):
+        lanes = np.flatnonzero((chain.alone == mass) & (chain.side[mass - 1] != 0.0))
+        start[lanes] = (chain.free - chain.side[mass - 1] * friction)[lanes]
+        motion.H2_y[lanes] = start[lanes] if mass == 1 else -start[lanes]
+    return motion
+
+
 def _pass(chain: _Chain, log: _Log, end: _End) -> None:
     """The states and modes right after the end of a phase, recorded as the next phase."""
     chain.fresh_1, chain.fresh_2 = end.kind == THRESHOLD_1, end.kind == THRESHOLD_2
@@ -397,9 +438,10 @@ def _run(chain: _Chain, log: _Log, result: _Result) -> Array:
         next_times = np.append(chain.u_times, chain.u_times.dtype.type(NEVER[chain.t.dtype]))
         until = np.minimum(next_times[chain.step + 1], chain.horizon)
         poles = poles_of(chain.plan, chain.side)
-        motion = motion_of(chain.plan, chain.state, chain.u, chain.side)
+        motion = _motion_from(chain)
         end = _find_end(chain, poles, motion, until - chain.t)
-        chain.state = arrive(chain.state, motion, basis_at(poles, end.t), chain.side, end.t)
+        basis = basis_at(poles, end.t)
+        chain.state = arrive(chain.state, motion, basis, chain.side, end.t)
         chain.t = np.where(end.kind == LIMIT, until, chain.t + end.t)
         lifts = end.kind == TAKEOFF
         chain.state.y[lifts] = 0.0
@@ -407,12 +449,28 @@ def _run(chain: _Chain, log: _Log, result: _Result) -> Array:
         result.close(chain, lifts, "takeoff")
         result.close(chain, over, "horizon")
         end.kind[over] = TAKEOFF
+        _keep_free_accelerations(chain, motion, basis, end)
         _pass(chain, log, end)
         full = (chain.count > chain.max_phases) & ~lifts & ~over
         result.close(chain, full, "too_many_phases")
         result.count[chain.lane[full]] -= 1
         chain = chain.only(~(lifts | over | full))
     return loss
+
+
+def _add_up(plan: Plan, start: State, u_values: Array, phases: Phases, duration: Array, aed: Array) -> None:
+    """The AED as the sum of its entries where it is the difference of energies that are much larger."""
+    large = formulas.large_energy(plan.robot, start) > 64.0
+    if not (index := np.flatnonzero(large[phases.lane])).size:
+        return
+    lane = phases.lane[index]
+    last = np.append(phases.lane[1:] != phases.lane[:-1], True)[index]
+    following = np.minimum(index + 1, phases.lane.size - 1)
+    t = np.where(last, duration[lane], phases.t[following]) - phases.t[index]
+    own = take(phases, index)
+    state = State(own.x1, own.v1, own.v2, own.y)
+    ledger = ledger_over(plan_lanes(plan, lane), state, u_values[lane, own.step], sides_of(own.mode, t.dtype), t)
+    aed[large] = np.bincount(lane, formulas.aed_of_ledger(ledger), aed.size)[large]
 
 
 def solve(
@@ -445,7 +503,7 @@ def solve(
     side = Side(np.zeros_like(like), np.zeros_like(like))
     chain = _Chain(
         plan, times, values, flat[-1], max_phases, np.arange(like.size), State(*(field.copy() for field in first)), side,
-        np.zeros_like(like), counts.copy(), nothing, nothing, counts.copy(),
+        np.zeros_like(like), counts.copy(), nothing, nothing, counts.copy(), np.zeros_like(like), counts.copy(),
     )  # fmt: skip
     log, result = _Log(), _Result(like)
     loss = _run(chain, log, result)
@@ -456,10 +514,12 @@ def solve(
     apex[lifts] = formulas.apex_of_takeoff(take(robots, lifts), end.x1[lifts], np.maximum(end.v2[lifts], 0.0))
     phases = log.phases()
     kept = np.arange(phases.lane.size) - np.searchsorted(phases.lane, phases.lane) < result.count[phases.lane]
+    phases = take(phases, kept)
+    _add_up(plan, first, values, phases, result.duration, aed)
     return Solution(
         shape, plan, times, values, first, result.duration.reshape(shape),
         State(*(np.reshape(field, shape) for field in end)), apex.reshape(shape), np.reshape(aed, shape),
-        loss.reshape(shape), result.ending.reshape(shape), result.count.reshape(shape), take(phases, kept),
+        loss.reshape(shape), result.ending.reshape(shape), result.count.reshape(shape), phases,
     )  # fmt: skip
 
 

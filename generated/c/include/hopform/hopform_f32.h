@@ -145,7 +145,13 @@ int32_t hopform_stance_at_f32(const hopform_plan_f32 *plan, const hopform_step_f
                                const hopform_phase_f32 *phases, const hopform_stance_f32 *stance, float t,
                                hopform_state_f32 *state);
 
-/* Energies and ledgers from the start of a solved stance to each of `count` times, which must not decrease. */
+/* States at `count` times of any order, each as hopform_stance_at gives it, as four arrays; y is the compression. */
+int32_t hopform_stance_states_f32(const hopform_plan_f32 *plan, const hopform_step_f32 *steps,
+                                   const hopform_phase_f32 *phases, const hopform_stance_f32 *stance, const float *times,
+                                   int32_t count, float *x1, float *v1, float *v2, float *y);
+
+/* Energies and ledgers from the start of a solved stance to each of `count` times, which must not decrease. Without
+ * ledgers and stop_losses (both NULL) the energies alone, at a fraction of the cost, at times of any order. */
 int32_t hopform_stance_energy_f32(const hopform_plan_f32 *plan, const hopform_step_f32 *steps,
                                    const hopform_phase_f32 *phases, const hopform_stance_f32 *stance, const float *times,
                                    int32_t count, hopform_energy_f32 *energies, hopform_ledger_f32 *ledgers,

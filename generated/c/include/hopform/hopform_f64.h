@@ -145,7 +145,13 @@ int32_t hopform_stance_at_f64(const hopform_plan_f64 *plan, const hopform_step_f
                                const hopform_phase_f64 *phases, const hopform_stance_f64 *stance, double t,
                                hopform_state_f64 *state);
 
-/* Energies and ledgers from the start of a solved stance to each of `count` times, which must not decrease. */
+/* States at `count` times of any order, each as hopform_stance_at gives it, as four arrays; y is the compression. */
+int32_t hopform_stance_states_f64(const hopform_plan_f64 *plan, const hopform_step_f64 *steps,
+                                   const hopform_phase_f64 *phases, const hopform_stance_f64 *stance, const double *times,
+                                   int32_t count, double *x1, double *v1, double *v2, double *y);
+
+/* Energies and ledgers from the start of a solved stance to each of `count` times, which must not decrease. Without
+ * ledgers and stop_losses (both NULL) the energies alone, at a fraction of the cost, at times of any order. */
 int32_t hopform_stance_energy_f64(const hopform_plan_f64 *plan, const hopform_step_f64 *steps,
                                    const hopform_phase_f64 *phases, const hopform_stance_f64 *stance, const double *times,
                                    int32_t count, hopform_energy_f64 *energies, hopform_ledger_f64 *ledgers,

@@ -1,0 +1,99 @@
+"""Ties and touches whose truth is known by algebra, over robots of every size: a touch is no crossing, a take-off wins a tie.
+
+Each test draws a few hundred robots, because what rounding makes of a touch is luck. Truth is exact for the rounded inputs,
+whatever they are: the touches come from y = 0, v1 = v2 and no friction, the take-off of a locked actuator is
+2 (pi - atan(v w/g))/w, w^2 = k/m_s.
+"""
+
+import math
+from typing import Any
+
+import mpmath
+import numpy as np
+import pytest
+
+from hopform import ufuncs
+from hopform_solver.records import ROBOT_FIELDS
+
+COUNT = 400
+G = 9.81
+NAMES = [field.name for field in ROBOT_FIELDS]
+DEFAULTS = {"L0": 0.4, "g": G, "gamma2": -1.0, "x1_min": -math.inf, "x1_max": math.inf, "u_max": 3.0}
+
+both_functions = pytest.mark.parametrize(
+    "function", [ufuncs.stance, ufuncs.stance_on_arrays], ids=["stance", "on arrays"]
+)
+both_precisions = pytest.mark.parametrize("dtype", [np.float64, np.float32])
+
+
+def over(rng: np.random.Generator, low: float, high: float) -> Any:
+    return np.exp(rng.uniform(np.log(low), np.log(high), COUNT))
+
+
+def solve(function: Any, dtype: Any, robot: dict[str, Any], horizon: Any, **start: Any) -> tuple[list[str], list[int]]:
+    """Endings in words and numbers of events."""
+    columns = [robot.get(name, DEFAULTS.get(name, 0.0)) for name in NAMES]
+    robots = np.stack([np.broadcast_to(column, COUNT) for column in columns], axis=-1).astype(dtype)
+    inputs = [np.asarray(start.get(name, 0.0), dtype=dtype) for name in ("x1", "v1", "v2", "y", "u")]
+    status, *_, events = function(*inputs, np.asarray(horizon, dtype=dtype), robots)
+    return [ufuncs.STATUS[int(code)] for code in status], events.tolist()
+
+
+def locked(dtype: Any, seed: int) -> tuple[dict[str, Any], Any, list[Any]]:
+    """Robots of one spring and one mass, how fast they fall in, and when they take off, to 50 digits, for the rounded inputs."""
+    rng = np.random.default_rng(seed)
+    k, m_s, share = over(rng, 1.0, 2e4), over(rng, 0.1, 10.0), over(rng, 0.4, 7.0)
+    v = share * G / np.sqrt(k / m_s)
+    k, m_s, v = (values.astype(dtype) for values in (k, m_s, v))
+    times = []
+    with mpmath.workdps(50):
+        g = mpmath.mpf(float(dtype(G)))
+        for lane in zip(k, m_s, v, strict=True):
+            stiffness, mass, speed = (mpmath.mpf(float(value)) for value in lane)
+            w = mpmath.sqrt(stiffness / mass)
+            times.append(2 * (mpmath.pi - mpmath.atan(speed * w / g)) / w)
+    return {"m_eff": 1.0, "m_s": m_s, "k": k, "x1_min": 0.0, "x1_max": 0.0}, -v, times
+
+
+@both_functions
+@both_precisions
+def test_a_take_off_wins_against_a_horizon_that_is_the_next_number_after_it(function, dtype):
+    """And 64 units in the last place earlier the horizon wins."""
+    robot, v2, times = locked(dtype, 1)
+    nearest = np.array([dtype(float(t)) for t in times])
+    early = np.array([mpmath.mpf(float(h)) < t for h, t in zip(nearest, times, strict=True)])
+    horizon = np.where(early, np.nextafter(nearest, dtype(np.inf)), nearest)
+    assert solve(function, dtype, robot, horizon, v2=v2)[0] == ["takeoff"] * COUNT
+    before = horizon * dtype(1.0 - 64.0 * np.finfo(dtype).eps)
+    assert solve(function, dtype, robot, before, v2=v2)[0] == ["horizon"] * COUNT
+
+
+@both_functions
+def test_a_spring_force_that_touches_zero_once_a_period_is_no_take_off(function):
+    """y = A (1 - cos w t), A > 0, between two masses that fall together; three touches, neither mass ever turns."""
+    rng = np.random.default_rng(2)
+    k, m_s, ratio = over(rng, 1.0, 2e4), over(rng, 0.1, 10.0), over(rng, 0.05, 20.0)
+    m_eff = m_s * ratio
+    w = np.sqrt(k * (1.0 / m_s + 1.0 / m_eff))
+    v = -10.0 * G * (1.0 + 1.0 / ratio) / w - 1.0
+    got = solve(
+        function, np.float64, {"m_eff": m_eff, "m_s": m_s, "k": k}, 3.3 * 2.0 * np.pi / w, v1=v, v2=v, u=m_s * G
+    )
+    assert got == (["horizon"] * COUNT, [0] * COUNT)
+
+
+@both_functions
+@both_precisions
+def test_a_velocity_that_fades_away_never_turns_back(function, dtype):
+    """Over 80 time constants: a body held by friction, an actuator without any that creeps to its equilibrium."""
+    rng = np.random.default_rng(3)
+    k, m_eff, zeta = over(rng, 50.0, 3000.0), over(rng, 0.15, 7.0), rng.uniform(1.05, 4.0, COUNT)
+    b1 = 2.0 * zeta * np.sqrt(k * m_eff)
+    slow = (b1 - np.sqrt(b1**2 - 4.0 * k * m_eff)) / (2.0 * m_eff)
+    fast = b1 / m_eff - slow
+    first, second = 0.02 * rng.uniform(0.1, 1.0, COUNT), 0.01 * rng.uniform(0.0, 1.0, COUNT)
+    got = solve(
+        function, dtype, {"m_eff": m_eff, "m_s": 1.0, "k": k, "b1": b1, "f2": 1e5}, 80.0 / slow,
+        v1=first * slow + second * fast, y=0.1 - first - second, u=0.1 * k,
+    )  # fmt: skip
+    assert got == (["horizon"] * COUNT, [0] * COUNT)
