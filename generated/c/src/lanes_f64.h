@@ -19,7 +19,7 @@
 #ifndef REFILL
 #define REFILL (LANES / 2)
 #endif
-enum { LANES = 16, SLOTS = 4, ROOT_STEPS = 6, MOST_STEPS = 12, MOST_CUTS = 24, MOST_WINDOWS = 7 };
+enum { LANES = 16, SLOTS = 3, ROOT_STEPS = 6, MOST_STEPS = 12, MOST_CUTS = 24, MOST_WINDOWS = 7 };
 
 #if defined(__GNUC__)
 typedef double column[LANES] __attribute__((aligned(64)));
@@ -355,9 +355,10 @@ typedef struct {
     column u, horizon, max_phases;
 
     column t, side_1, side_2, fresh_1, fresh_2, count, events;
+    column alone, free; /* the mass that has come to rest while the other was held, and its free acceleration */
     state_columns state;
 
-    column limit; /* of the phase, since it began, as all its times */
+    column halt, limit; /* when a mass that slips alone comes to rest, and the end of the phase: since it began, as all its times */
     poles_columns poles;
     column chi, omega, longest, half_turn;
     motion_columns motion;
@@ -367,7 +368,7 @@ typedef struct {
     column low, windows; /* the window, and what is known at its ends */
     sample_columns from[SLOTS];
     sample_columns to[SLOTS];
-    column end_t, found;
+    column end_t, found, settled; /* 1 where a watch was found */
     basis_columns end;
 
     column event, ending; /* what a round has brought */
@@ -402,11 +403,16 @@ static inline void leave(lanes *restrict w, const double *restrict who, double w
 
 /* ---- kernels: as those of kernels_f64.h, for all lanes ---- */
 
-/* exp(x) for x <= 0. */
-LANES_CODE static void exponentials(const double *restrict x, double *restrict result)
+/* exp(x) and 1 - exp(x) for x <= 0. */
+typedef struct {
+    column left, gone;
+} fade_columns;
+
+LANES_CODE static void fades_by(const double *restrict x, fade_columns *restrict fade)
 {
-    column safe, power;
+    column safe, power, near;
     uint64_t bits[LANES];
+    int32_t halvings[LANES];
     for (int l = 0; l < LANES; l++) {
         const double far = x[l] > -708.0 ? x[l] : -708.0;
         safe[l] = far < 0.0 ? far : 0.0;
@@ -429,13 +435,23 @@ LANES_CODE static void exponentials(const double *restrict x, double *restrict r
         sum = sum * r + 0.16666666666666666;
         sum = sum * r + 0.5;
         sum = sum * r + 1.0;
-        result[l] = sum;
+        fade->left[l] = 1.0 + r * sum;
+        fade->gone[l] = -r * sum;
         bits[l] = (uint64_t)(int64_t)(n + 1023) << 52;
+        halvings[l] = n;
     }
     memcpy(power, bits, sizeof power);
     for (int l = 0; l < LANES; l++) {
-        const double product = result[l] * power[l];
-        result[l] = x[l] > -708.0 ? product : 0.0;
+        near[l] = (double)halvings[l];
+        fade->left[l] *= power[l];
+    }
+    for (int l = 0; l < LANES; l++) {
+        const double far = 1.0 - fade->left[l];
+        fade->gone[l] = near[l] < 0.0 ? far : fade->gone[l];
+    }
+    for (int l = 0; l < LANES; l++) {
+        fade->left[l] = x[l] > -708.0 ? fade->left[l] : 0.0;
+        fade->gone[l] = x[l] > -708.0 ? fade->gone[l] : 1.0;
     }
 }
 
@@ -496,7 +512,8 @@ typedef struct {
 
 LANES_CODE static void decays(const double *restrict a, const double *restrict t, const double *restrict wanted, decay_columns *restrict decay)
 {
-    column slow, fast, exponent, e;
+    column slow, fast, exponent;
+    fade_columns fade;
     for (int l = 0; l < LANES; l++) {
         const double z = a[l] * t[l];
         slow[l] = flag((wanted[l] > 0.0) & (fabs(z) < 1.0));
@@ -532,12 +549,12 @@ LANES_CODE static void decays(const double *restrict a, const double *restrict t
         }
     }
     if (any(fast)) {
-        exponentials(exponent, e);
+        fades_by(exponent, &fade);
         for (int l = 0; l < LANES; l++) {
             const double inverse = over(1.0, a[l]);
-            const double e1 = (1.0 - e[l]) * inverse;
+            const double e1 = (1.0 - fade.left[l]) * inverse;
             const double e2 = (t[l] - e1) * inverse;
-            keep(&decay->e[l], fast[l] > 0.0, e[l]);
+            keep(&decay->e[l], fast[l] > 0.0, fade.left[l]);
             keep(&decay->e1[l], fast[l] > 0.0, e1);
             keep(&decay->e2[l], fast[l] > 0.0, e2);
         }
@@ -594,17 +611,21 @@ LANES_CODE static void short_pairs(lanes *restrict w, const double *restrict t, 
 /* A pair that swings. */
 LANES_CODE static void swinging_pairs(const lanes *restrict w, const double *restrict t, const double *restrict wanted, pair_columns *restrict pair)
 {
-    column angle, exponent, envelope, sine, cosine;
+    column half_angle, exponent, sine, cosine;
+    fade_columns fade;
     for (int l = 0; l < LANES; l++) {
-        angle[l] = w->omega[l] * t[l];
+        half_angle[l] = 0.5 * w->omega[l] * t[l];
         exponent[l] = -(0.5 * w->poles.p[l]) * t[l];
     }
-    exponentials(exponent, envelope);
-    turns(angle, sine, cosine);
+    fades_by(exponent, &fade);
+    turns(half_angle, sine, cosine);
     for (int l = 0; l < LANES; l++) {
         const hopform_poles_f64 poles = one_of_poles_columns(&w->poles, l);
-        const double R = envelope[l] * (sine[l] / w->omega[l]);
-        const hopform_pair_core_f64 core = {envelope[l] * cosine[l] - 0.5 * poles.p * R, R};
+        const double mean = 0.5 * poles.p;
+        const double versine = 2.0 * sine[l] * sine[l];
+        const double R = fade.left[l] * (2.0 * sine[l] * cosine[l] / w->omega[l]);
+        const double Rd = fade.left[l] * (1.0 - versine) - mean * R;
+        const hopform_pair_core_f64 core = {Rd, R, fade.gone[l] + fade.left[l] * versine - mean * R};
         const hopform_pair_integrals_f64 integrals = hopform_pair_by_quotient_f64(&poles, &core, t[l]);
         const bool here = wanted[l] > 0.0;
         keep(&pair->Rd[l], here, core.Rd);
@@ -720,7 +741,9 @@ LANES_CODE static void bases_at(lanes *restrict w, const double *restrict t, con
         const hopform_pair_f64 one_pair = {pair.Rd[l], pair.R[l], pair.R1[l], pair.R2[l], 0.0};
         const double chi = splits[l] > 0.0 ? w->chi[l] : 1.0;
         const hopform_basis_f64 split = hopform_split_f64(&poles, chi, &one_decay, &one_pair);
+        const double soon = hopform_split_soon_f64(&poles, chi, &one_decay, &one_pair);
         keep_basis_columns(basis, l, splits[l] > 0.0, &split);
+        keep(&basis->W[l], (splits[l] > 0.0) & (poles.a * t[l] < 0.5), soon);
         close[l] = flag((splits[l] > 0.0) & (chi < 0.05 * poles.q));
     }
     if (any(close)) {
@@ -808,7 +831,6 @@ LANES_CODE static void start_poles(lanes *restrict w)
         w->chi[l] = hopform_residue_f64(&now);
         w->omega[l] = omega;
         w->half_turn[l] = 3.141592653589793 / omega;
-        keep(&w->limit[l], begins, w->horizon[l] - w->t[l]);
         keep(&w->low[l], begins, 0.0);
         keep(&w->windows[l], begins, 0.0);
     }
@@ -832,6 +854,73 @@ LANES_CODE static void start_motion(lanes *restrict w)
         keep_motion_columns(&w->motion, l, begins & held_2, &actuator);
         keep_motion_columns(&w->motion, l, begins & held_1, &body);
     }
+    for (int l = 0; l < LANES; l++) {
+        const bool alone_1 = (is(w->alone[l], 1) > 0.0) & (fabs(w->side_1[l]) > 0.0) & (w->begins[l] > 0.0);
+        const bool alone_2 = (is(w->alone[l], 2) > 0.0) & (fabs(w->side_2[l]) > 0.0) & (w->begins[l] > 0.0);
+        const double H3_1 = w->free[l] - w->side_1[l] * w->robot.f1[l];
+        const double H3_2 = w->free[l] - w->side_2[l] * w->robot.f2[l];
+        keep(&w->motion.H3_1[l], alone_1, H3_1);
+        keep(&w->motion.H3_2[l], alone_2, H3_2);
+        keep(&w->motion.H2_y[l], alone_1, H3_1);
+        keep(&w->motion.H2_y[l], alone_2, -H3_2);
+    }
+}
+
+/* When each mass that slips alone comes to rest, as hopform_halt_time_f64 of a pair that swings; the phase ends there at last. */
+LANES_CODE static void start_halts(lanes *restrict w)
+{
+    column alone, v, acc, x, steep, tangent, guess, sine, cosine, at_once, halt;
+    for (int l = 0; l < LANES; l++) {
+        const bool only_1 = !(fabs(w->side_2[l]) > 0.0);
+        const double sign = only_1 ? w->side_1[l] : w->side_2[l];
+        v[l] = sign * (only_1 ? w->state.v1[l] : w->state.v2[l]);
+        acc[l] = sign * (only_1 ? w->motion.H3_1[l] : w->motion.H3_2[l]);
+        alone[l] = w->begins[l] * (1.0 - fabs(w->side_1[l] * w->side_2[l]));
+        halt[l] = 1e+300;
+        at_once[l] = 0.0;
+    }
+    if (any(alone)) {
+        for (int l = 0; l < LANES; l++) {
+            const double mean = 0.5 * w->poles.p[l];
+            x[l] = -(acc[l] + mean * v[l]) / w->omega[l];
+            steep[l] = flag(v[l] > fabs(x[l]));
+        }
+        for (int l = 0; l < LANES; l++) {
+            const double below = steep[l] > 0.0 ? v[l] : fabs(x[l]);
+            const double above = steep[l] > 0.0 ? fabs(x[l]) : v[l];
+            tangent[l] = over(above, below);
+        }
+        for (int l = 0; l < LANES; l++) {
+            const double near = tangent[l] * (1.0584 - 0.273 * tangent[l]);
+            const double from_quarter = 1.5707963267948966 - near;
+            guess[l] = steep[l] > 0.0 ? from_quarter : near;
+        }
+        for (int l = 0; l < LANES; l++) {
+            const double back = 3.141592653589793 - guess[l];
+            guess[l] = x[l] < 0.0 ? back : guess[l];
+        }
+        turns(guess, sine, cosine);
+        for (int l = 0; l < LANES; l++) {
+            const double e = over(v[l] * cosine[l] - x[l] * sine[l], x[l] * cosine[l] + v[l] * sine[l]);
+            const double ee = e * e;
+            const double angle = guess[l] + e * (1.0 - ee * (1.0 / 3.0 - ee * (0.2 - ee / 7.0)));
+            halt[l] = angle / w->omega[l];
+            at_once[l] = alone[l] * flag(!(v[l] > 0.0)) * flag(!(acc[l] > 0.0));
+        }
+        for (int l = 0; l < LANES; l++) {
+            halt[l] = v[l] > 0.0 ? halt[l] : w->half_turn[l];
+        }
+        for (int l = 0; l < LANES; l++) {
+            halt[l] = alone[l] > 0.0 ? halt[l] : 1e+300;
+        }
+    }
+    for (int l = 0; l < LANES; l++) {
+        const bool begins = w->begins[l] > 0.0;
+        const double until = w->horizon[l] - w->t[l];
+        keep(&w->halt[l], begins, halt[l]);
+        keep(&w->limit[l], begins, halt[l] < until ? halt[l] : until);
+    }
+    leave(w, at_once, AT_ONCE);
 }
 
 /* Whether a lane's actuator is kept from moving up or down, a side. */
@@ -857,68 +946,63 @@ static inline void put_watch(lanes *w, int s, int l, double on, double kind, dou
     keep(&w->watch[s].start[l], begins, watch->start);
 }
 
-static inline hopform_numerator_f64 chosen(bool first, const hopform_numerator_f64 *one, const hopform_numerator_f64 *other)
+static inline hopform_watch_f64 chosen(bool first, const hopform_watch_f64 *one, const hopform_watch_f64 *other)
 {
-    const hopform_numerator_f64 numerator = {first ? one->H3 : other->H3, first ? one->H2 : other->H2, first ? one->H1 : other->H1};
-    return numerator;
+    const hopform_watch_f64 watch = {
+        {first ? one->numerator.H3 : other->numerator.H3, first ? one->numerator.H2 : other->numerator.H2,
+         first ? one->numerator.H1 : other->numerator.H1},
+        {first ? one->left.A : other->left.A, first ? one->left.B : other->left.B},
+        first ? one->start : other->start, 0, 0};
+    return watch;
 }
 
-static inline hopform_numerator_f64 times(double sign, const hopform_numerator_f64 *h)
-{
-    const hopform_numerator_f64 numerator = {sign * h->H3, sign * h->H2, sign * h->H1};
-    return numerator;
-}
-
-/* Take-off, then mass 1 (its velocity, or where it slips to on either side), then mass 2. */
+/* Take-off; then the velocities of both masses, or where a mass that is held slips to on either side. */
 LANES_CODE static void start_watches(lanes *restrict w)
 {
-    column blocked_below, blocked_above;
-    for (int l = 0; l < LANES; l++) {
-        blocked_below[l] = flag(blocks(w, l, -1.0));
-        blocked_above[l] = flag(blocks(w, l, 1.0));
-    }
+    column blocked_below, blocked_above, free, friction;
+    watch_columns slips;
     for (int l = 0; l < LANES; l++) {
         const hopform_poles_f64 poles = one_of_poles_columns(&w->poles, l);
         const hopform_motion_f64 m = one_of_motion_columns(&w->motion, l);
         const hopform_watch_f64 leg = hopform_watch_of_f64(&poles, m.H3_y, m.H2_y, m.H1_y, w->state.y[l], 1.0, 0, 0);
         put_watch(w, 0, l, 1.0, BY_TAKEOFF, 0.0, &leg);
+        blocked_below[l] = flag(blocks(w, l, -1.0));
+        blocked_above[l] = flag(blocks(w, l, 1.0));
     }
     for (int l = 0; l < LANES; l++) {
-        const hopform_poles_f64 poles = one_of_poles_columns(&w->poles, l);
         const hopform_rates_f64 rates = one_of_rates_columns(&w->rates, l);
         const hopform_state_f64 state = one_of_state_columns(&w->state, l);
         const hopform_motion_f64 m = one_of_motion_columns(&w->motion, l);
-        const hopform_free_f64 free = hopform_free_accelerations_f64(&rates, &state, w->u[l]);
+        const hopform_free_f64 at_rest = hopform_free_accelerations_f64(&rates, &state, w->u[l]);
         const hopform_numerator_f64 free_1 = hopform_free_numerator_1_f64(&rates, &m);
         const hopform_numerator_f64 free_2 = hopform_free_numerator_2_f64(&rates, &m);
-        const hopform_numerator_f64 minus_1 = times(-1.0, &free_1);
-        const hopform_numerator_f64 minus_2 = times(-1.0, &free_2);
-        const hopform_numerator_f64 velocity_1 = {w->fresh_1[l] > 0.0 ? 0.0 : m.H3_1, m.H2_1, m.H1_1};
-        const hopform_numerator_f64 velocity_2 = {w->fresh_2[l] > 0.0 ? 0.0 : m.H3_2, m.H2_2, m.H1_2};
+        const bool held_1 = !(fabs(w->side_1[l]) > 0.0);
+        free[l] = held_1 ? at_rest.free_1 : at_rest.free_2;
+        friction[l] = held_1 ? w->robot.f1[l] : w->robot.f2[l];
+        slips.H3[l] = held_1 ? free_1.H3 : free_2.H3;
+        slips.H2[l] = held_1 ? free_1.H2 : free_2.H2;
+        slips.H1[l] = held_1 ? free_1.H1 : free_2.H1;
+    }
+    for (int l = 0; l < LANES; l++) {
+        const hopform_poles_f64 poles = one_of_poles_columns(&w->poles, l);
+        const hopform_motion_f64 m = one_of_motion_columns(&w->motion, l);
         const double side_1 = w->side_1[l];
         const double side_2 = w->side_2[l];
-        const double f1 = w->robot.f1[l];
-        const double f2 = w->robot.f2[l];
-        const bool held_1 = !(fabs(side_1) > 0.0);
-        const bool held_2 = !(fabs(side_2) > 0.0);
-
-        const hopform_numerator_f64 h1 = chosen(held_1, &free_1, &velocity_1);
-        const hopform_watch_f64 first =
-            hopform_watch_of_f64(&poles, h1.H3, h1.H2, h1.H1, held_1 ? f1 + free.free_1 : state.v1, held_1 ? 1.0 : side_1, 0, 0);
-        put_watch(w, 1, l, 1.0 - flag(held_1) * blocked_below[l], held_1 ? (double)BY_THRESHOLD_1 : (double)BY_VELOCITY_1, -1.0, &first);
-
-        const hopform_numerator_f64 of_2 = chosen(held_2, &free_2, &velocity_2);
-        const hopform_numerator_f64 h2 = chosen(held_1, &minus_1, &of_2);
-        const double start_2 = held_2 ? f2 + free.free_2 : state.v2;
-        const hopform_watch_f64 second = hopform_watch_of_f64(&poles, h2.H3, h2.H2, h2.H1, held_1 ? f1 - free.free_1 : start_2,
-                                                                (held_1 | held_2) ? 1.0 : side_2, 0, 0);
-        const double kind_2 = held_2 ? (double)BY_THRESHOLD_2 : (double)BY_VELOCITY_2;
-        put_watch(w, 2, l, 1.0 - flag(held_1) * blocked_above[l], held_1 ? (double)BY_THRESHOLD_1 : kind_2, held_1 ? 1.0 : -1.0, &second);
-
-        const hopform_numerator_f64 h3 = chosen(held_2, &minus_2, &velocity_2);
-        const hopform_watch_f64 third = hopform_watch_of_f64(&poles, h3.H3, h3.H2, h3.H1, held_2 ? f2 - free.free_2 : state.v2,
-                                                               held_2 ? 1.0 : side_2, 0, 0);
-        put_watch(w, 3, l, flag(held_1 | held_2), held_2 ? (double)BY_THRESHOLD_2 : (double)BY_VELOCITY_2, 1.0, &third);
+        const bool both = fabs(side_1 * side_2) > 0.0;
+        const double held_1 = 1.0 - fabs(side_1);
+        const double H3_1 = w->fresh_1[l] > 0.0 ? 0.0 : m.H3_1;
+        const double H3_2 = w->fresh_2[l] > 0.0 ? 0.0 : m.H3_2;
+        const hopform_watch_f64 velocity_1 = hopform_watch_of_f64(&poles, H3_1, m.H2_1, m.H1_1, w->state.v1[l], side_1, 0, 0);
+        const hopform_watch_f64 velocity_2 = hopform_watch_of_f64(&poles, H3_2, m.H2_2, m.H1_2, w->state.v2[l], side_2, 0, 0);
+        const hopform_watch_f64 below =
+            hopform_watch_of_f64(&poles, slips.H3[l], slips.H2[l], slips.H1[l], friction[l] + free[l], 1.0, 0, 0);
+        const hopform_watch_f64 above =
+            hopform_watch_of_f64(&poles, -slips.H3[l], -slips.H2[l], -slips.H1[l], friction[l] - free[l], 1.0, 0, 0);
+        const hopform_watch_f64 first = chosen(both, &velocity_1, &below);
+        const hopform_watch_f64 second = chosen(both, &velocity_2, &above);
+        const double by_threshold = held_1 * (double)BY_THRESHOLD_1 + (1.0 - held_1) * (double)BY_THRESHOLD_2;
+        put_watch(w, 1, l, 1.0 - held_1 * blocked_below[l], both ? (double)BY_VELOCITY_1 : by_threshold, -1.0, &first);
+        put_watch(w, 2, l, 1.0 - held_1 * blocked_above[l], both ? (double)BY_VELOCITY_2 : by_threshold, 1.0, &second);
     }
 }
 
@@ -945,6 +1029,7 @@ LANES_CODE static void start_phases(lanes *restrict w)
     column lost;
     start_poles(w);
     start_motion(w);
+    start_halts(w);
     start_watches(w);
     for (int l = 0; l < LANES; l++) {
         lost[l] = 0.0;
@@ -1414,15 +1499,21 @@ LANES_CODE static void settle_windows(lanes *restrict w)
     leave(w, unsettled, UNDECIDED_WINDOW);
 }
 
-/* A take-off comes before the limit at the same time. */
-LANES_CODE static void lift_at_the_limit(lanes *restrict w)
+/* At the time of the limit a take-off comes before it, and before mass 2 comes to rest what mass 1 does. */
+LANES_CODE static void cross_at_the_limit(lanes *restrict w)
 {
-    for (int l = 0; l < LANES; l++) {
-        const double value = w->to[0].value[l];
-        const double rate = w->to[0].rate[l];
-        const bool lifts = (w->found[l] < 0.0) & !(w->end_t[l] < w->limit[l]) & (rate < 0.0)
-                           & (value < -8.0 * 2.220446049250313e-16 * w->limit[l] * rate);
-        keep(&w->found[l], lifts, 0.0);
+    column crosses;
+    for (int s = SLOTS - 1; s >= 0; s--) {
+        const sample_columns *to = &w->to[s];
+        for (int l = 0; l < LANES; l++) {
+            const double reached = flag(!(w->end_t[l] < w->limit[l])) * flag(w->on[s][l] > 0.0);
+            const double is_first = s == 0 ? 1.0 : is(w->kind[s][l], BY_THRESHOLD_1) * flag(!(w->halt[l] > w->limit[l]));
+            crosses[l] = reached * is_first * flag(to->rate[l] < 0.0)
+                         * flag(to->value[l] < -8.0 * 2.220446049250313e-16 * w->limit[l] * to->rate[l]) * (1.0 - w->settled[l]);
+        }
+        for (int l = 0; l < LANES; l++) {
+            keep(&w->found[l], crosses[l] > 0.0, (double)s);
+        }
     }
 }
 
@@ -1529,6 +1620,29 @@ LANES_CODE static void come_to_rest(lanes *restrict w, const double *restrict ho
     }
 }
 
+/* A mass that comes to rest alone: its free acceleration from the motion, not from the state. */
+LANES_CODE static void keep_free_accelerations(lanes *restrict w, const double *restrict how)
+{
+    column alone, back, friction;
+    for (int l = 0; l < LANES; l++) {
+        const double back_1 = fabs(w->motion.H3_1[l] * w->end.Wdd[l] + w->motion.H2_1[l] * w->end.Wd[l]);
+        const double back_2 = fabs(w->motion.H3_2[l] * w->end.Wdd[l] + w->motion.H2_2[l] * w->end.Wd[l]);
+        const double alone_1 = is(how[l], BY_VELOCITY_1) * (1.0 - fabs(w->side_2[l]));
+        const double alone_2 = is(how[l], BY_VELOCITY_2) * (1.0 - fabs(w->side_1[l]));
+        alone[l] = alone_1 + 2.0 * alone_2;
+        back[l] = alone_1 > 0.0 ? back_1 : back_2;
+        friction[l] = alone_1 > 0.0 ? w->robot.f1[l] : w->robot.f2[l];
+    }
+    for (int l = 0; l < LANES; l++) {
+        back[l] = back[l] > 1e-280 ? back[l] : 1e-280;
+    }
+    for (int l = 0; l < LANES; l++) {
+        const double side = is(alone[l], 1) * w->side_1[l] + is(alone[l], 2) * w->side_2[l];
+        keep(&w->free[l], alone[l] > 0.0, side * (friction[l] - back[l]));
+        keep(&w->alone[l], how[l] > (double)NO_END, alone[l]);
+    }
+}
+
 /* Where each mass would go from rest; exactly on its threshold is left to the scalar code. */
 LANES_CODE static void sides_from_rest(lanes *restrict w, const double *restrict rests_1, const double *restrict rests_2, double *restrict side_1,
                                        double *restrict side_2)
@@ -1542,6 +1656,10 @@ LANES_CODE static void sides_from_rest(lanes *restrict w, const double *restrict
         free_2[l] = free.free_2;
         blocked_below[l] = flag(blocks(w, l, -1.0));
         blocked_above[l] = flag(blocks(w, l, 1.0));
+    }
+    for (int l = 0; l < LANES; l++) {
+        keep(&free_1[l], is(w->alone[l], 1) > 0.0, w->free[l]);
+        keep(&free_2[l], is(w->alone[l], 2) > 0.0, w->free[l]);
     }
     for (int l = 0; l < LANES; l++) {
         const double up_1 = flag(free_1[l] > w->robot.f1[l]);
@@ -1561,6 +1679,7 @@ LANES_CODE static void sides_from_rest(lanes *restrict w, const double *restrict
 LANES_CODE static void pass(lanes *restrict w, const double *restrict how)
 {
     column hits, rests_1, rests_2, slips_1, slips_2, side_1, side_2, side, goes_on, crowded;
+    keep_free_accelerations(w, how);
     come_to_rest(w, how, hits);
     for (int l = 0; l < LANES; l++) {
         rests_1[l] = is(how[l], BY_VELOCITY_1) + is(how[l], BY_STOP);
@@ -1572,7 +1691,7 @@ LANES_CODE static void pass(lanes *restrict w, const double *restrict how)
     sides_from_rest(w, rests_1, rests_2, side_1, side_2);
     for (int l = 0; l < LANES; l++) {
         const double number = w->found[l];
-        side[l] = is(number, 1) * w->side[1][l] + is(number, 2) * w->side[2][l] + is(number, 3) * w->side[3][l];
+        side[l] = is(number, 1) * w->side[1][l] + is(number, 2) * w->side[2][l];
     }
     for (int l = 0; l < LANES; l++) {
         const double sticks_1 = rests_1[l] * (1.0 - fabs(side_1[l]));
@@ -1621,13 +1740,17 @@ LANES_CODE static void end_windows(lanes *restrict w, const double *restrict sto
 {
     column how, late, goes_on;
     for (int l = 0; l < LANES; l++) {
-        const double found = w->found[l];
-        const double kind_23 = found > 2.5 ? w->kind[3][l] : w->kind[2][l];
-        const double kind_01 = found > 0.5 ? w->kind[1][l] : w->kind[0][l];
-        const double kind = found > 1.5 ? kind_23 : kind_01;
-        const double reached = !(w->end_t[l] < w->limit[l]) ? (double)BY_LIMIT : (double)NO_END;
-        const double event = found >= 0.0 ? kind : reached;
-        how[l] = stops[l] > 0.0 ? (double)BY_STOP : event;
+        const double kind = is(w->found[l], 0) * w->kind[0][l] + is(w->found[l], 1) * w->kind[1][l] + is(w->found[l], 2) * w->kind[2][l];
+        const double only_1 = 1.0 - fabs(w->side_2[l]);
+        const double halts = flag(!(w->halt[l] > w->limit[l])) * flag(!(w->end_t[l] < w->limit[l] * (1.0 - 8.0 * 2.220446049250313e-16)));
+        const double wins = halts * only_1 * flag(w->found[l] > 0.0); /* over mass 2 at the same time */
+        const double happens = flag(w->found[l] >= 0.0) * (1.0 - wins);
+        const double by_halt = only_1 * (double)BY_VELOCITY_1 + (1.0 - only_1) * (double)BY_VELOCITY_2;
+        const double reached = flag(!(w->end_t[l] < w->limit[l])) * (double)BY_LIMIT;
+        const double ends = flag(happens + wins > 0.0) + flag(reached > 0.0);
+        const double at_the_end = halts * by_halt + (1.0 - halts) * reached;
+        const double event = flag(ends > 0.0) * (happens * kind + (1.0 - happens) * at_the_end);
+        how[l] = stops[l] * (double)BY_STOP + (1.0 - stops[l]) * event;
     }
     for (int l = 0; l < LANES; l++) {
         keep(&how[l], !(w->live[l] > 0.0), (double)NO_END);
@@ -1669,7 +1792,10 @@ LANES_CODE static void advance(lanes *restrict w)
     look_ahead(w, &ahead);
     reach_ahead(w, &ahead);
     settle_windows(w);
-    lift_at_the_limit(w);
+    for (int l = 0; l < LANES; l++) {
+        w->settled[l] = flag(w->found[l] >= 0.0);
+    }
+    cross_at_the_limit(w);
     meet_stops(w, stops);
     end_windows(w, stops);
 }
@@ -1709,7 +1835,7 @@ static bool take(lanes *w, int l, const queue *from, int64_t i)
                                 hopform_number_f64(&in->y, i)};
     const double u = hopform_number_f64(&in->u, i);
     const double horizon = hopform_number_f64(&in->horizon, i);
-    if (from->robot_status < 0 || !within_range(state.x1) || !within_range(state.v1) || !within_range(state.v2)
+    if (from->robot_status < 0 || !(hopform_large_energy_f64(robot, &state) <= 64.0) || !within_range(state.x1) || !within_range(state.v1) || !within_range(state.v2)
         || !(state.y >= 0.0 && state.y <= 1e+300) || !(state.x1 >= robot->x1_min && state.x1 <= robot->x1_max)
         || !within_range(u) || !(horizon > 0.0 && horizon <= 1e+300)) {
         return false;
@@ -1741,7 +1867,7 @@ static bool take(lanes *w, int l, const queue *from, int64_t i)
     w->max_phases[l] = (double)in->max_phases;
     w->side_1[l] = side_1;
     w->side_2[l] = side_2;
-    w->fresh_1[l] = w->fresh_2[l] = w->t[l] = w->events[l] = w->left[l] = w->event[l] = w->ending[l] = 0.0;
+    w->fresh_1[l] = w->fresh_2[l] = w->alone[l] = w->free[l] = w->t[l] = w->events[l] = w->left[l] = w->event[l] = w->ending[l] = 0.0;
     w->count[l] = w->live[l] = w->begins[l] = 1.0;
     w->index[l] = i;
     w->listed[l] = 0;

@@ -6,5 +6,5 @@
 
 const char *hopform_source(void)
 {
-    return "9fc2a15523957e45";
+    return "060bd1bccfbb6fc0";
 }
