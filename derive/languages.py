@@ -219,6 +219,7 @@ class C:
             "EXPONENT_BIAS": "127" if self.single else "1023",
             "SIGNED_BITS": "int32_t" if self.single else "int64_t",
             "REAL_BITS": "uint32_t" if self.single else "uint64_t",
+            "LANE_COUNT": "32" if self.single else "16",
         }
 
     def type(self, record: Record) -> str:
@@ -256,6 +257,17 @@ class C:
     def zeros(self, record: Record) -> str:
         """An initialiser that names no field and leaves none out."""
         return "{" + ", ".join("0.0" for _ in record.quantities) + "}"
+
+    def in_lanes(self, program: Program) -> list[Record]:
+        """The records that the batch keeps a column for each member of."""
+        return [program.record(name) for name in ("Robot", "Rates", "Poles", "State", "Motion", "Basis")]
+
+    def columns_of(self, record: Record) -> str:
+        return f"{snake(record.name)}_columns"
+
+    def in_lane(self, record: Record) -> str:
+        """An initialiser from the columns at lane l."""
+        return "{" + ", ".join(f"columns->{q.name}[l]" for q in record.quantities) + "}"
 
     def conditions(self, record: Record) -> Iterator[str]:
         """One condition a quantity, true where the value is out of its domain or not a number."""

@@ -6,5 +6,5 @@
 
 const char *hopform_source(void)
 {
-    return "6ec11a6aab02d75d";
+    return "11bfd305c9ee31b5";
 }

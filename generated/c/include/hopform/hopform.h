@@ -36,12 +36,21 @@ extern "C" {
 #define HOPFORM_ERROR_NUMBERS (-8)    /* the result is not finite: the numbers left the range of the type */
 #define HOPFORM_ERROR_TARGET (-9)     /* the desired apex is below the ground, not finite, or stop_margin is negative */
 #define HOPFORM_ERROR_GAINS (-10)     /* a gain is negative or not finite */
+#define HOPFORM_ERROR_VARIANT (-11)   /* no such variant of a batch on this processor */
 
 /* What the controller found. */
 #define HOPFORM_COMMAND_REACHED 1
 #define HOPFORM_COMMAND_NEAREST 2
 #define HOPFORM_COMMAND_NO_TAKEOFF 3
 #define HOPFORM_SEARCH_TRIALS 4096   /* currents tried at most */
+
+/* How a batch is solved, each to the same bits: the fastest that the processor has; one stance after the other; many at a
+ * time in vector registers, those of every such processor or those of AVX2, AVX-512. */
+#define HOPFORM_VARIANT_BEST 0
+#define HOPFORM_VARIANT_ONE_BY_ONE 1
+#define HOPFORM_VARIANT_BASELINE 2
+#define HOPFORM_VARIANT_AVX2 3
+#define HOPFORM_VARIANT_AVX512 4
 
 /* How a stance ended. */
 #define HOPFORM_ENDING_TAKEOFF 1
