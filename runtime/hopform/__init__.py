@@ -9,13 +9,13 @@
 Importing hopform loads NumPy alone. Equation numbers are those of the paper that the register (`hopform.equations`) covers.
 """
 
-from hopform import ufuncs
+from hopform import controllers, terrain, ufuncs
 from hopform.backends import backends, library_message
 from hopform.batch import Batch, solve_stances
 from hopform.control import Command, choose_current
 from hopform.errors import BackendError, HopformError, MissingExtra
 from hopform.flight import Flight, FlightLedger, FlightPhase, design_return, solve_flight
-from hopform.hopping import Hop, Run, hop
+from hopform.hopping import Errors, Hop, Run, simulate
 from hopform.robots import ROBOTS, Robot, load_robot
 from hopform.sensitivities import ManySensitivities, Sensitivities
 from hopform.stance import Energy, Event, Ledger, Phase, Stance, State, solve_stance, touchdown_velocity
@@ -35,12 +35,12 @@ def equations() -> tuple[Equation, ...]:
 
 
 __all__ = [
-    "ROBOTS",
     "BackendError",
     "Batch",
     "Command",
     "Energy",
     "Equation",
+    "Errors",
     "Event",
     "Flight",
     "FlightLedger",
@@ -52,6 +52,7 @@ __all__ = [
     "ManySensitivities",
     "MissingExtra",
     "Phase",
+    "ROBOTS",
     "Robot",
     "Run",
     "Sensitivities",
@@ -60,14 +61,16 @@ __all__ = [
     "__version__",
     "backends",
     "choose_current",
+    "controllers",
     "design_return",
     "equations",
-    "hop",
     "library_message",
     "load_robot",
+    "simulate",
     "solve_flight",
     "solve_stance",
     "solve_stances",
+    "terrain",
     "touchdown_velocity",
     "ufuncs",
 ]
