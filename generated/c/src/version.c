@@ -6,5 +6,5 @@
 
 const char *hopform_source(void)
 {
-    return "54a01ddd10e4a6b9";
+    return "e897721bdbd85a93";
 }
