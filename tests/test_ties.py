@@ -102,7 +102,7 @@ def test_a_velocity_that_fades_away_never_turns_back(function, dtype):
 
 @both_functions
 def test_a_velocity_that_pauses_once_a_period_goes_on(function):
-    """v2 = A (t - sin(w t)/w), whose rate touches zero, far from zero itself: a body that its spring just carries at the start."""
+    """v2 = A (t - sin(w t)/w), whose rate touches zero, far from zero itself: the spring just carries the body at the start."""
     rng = np.random.default_rng(4)
     k, m_s = (2.0 ** np.round(np.log2(over(rng, low, high))) for low, high in ((10.0, 2e4), (0.1, 10.0)))
     m_eff, y = m_s * over(rng, 1.1, 20.0), m_s * G / k  # exactly
