@@ -116,7 +116,8 @@ static inline hopform_verdict_f32 hopform_judge_f32(const hopform_sample_f32 *fr
         monotone = short_of_quarter && fabsf(from->rate) > fabsf(from->turning) * h * growth;
         if (!monotone) {
             const float least = from->rate < to->rate * growth ? from->rate : to->rate * growth;
-            const float lowest = short_of_quarter ? from->rate - fabsf(from->turning) * h * growth : -1e38f;
+            /* A rate that begins above zero falls by no more than g'' = m - a g' lets it while m is below. */
+            const float lowest = short_of_quarter ? -fabsf(from->turning) * (a * h < 1.0f ? h : 1.0f / a) : -1e38f;
             const float steepest = from->rate < 0.0f ? least : lowest;
             const bool far = to->value > 0.0f && from->value + steepest * h > from->noise + to->noise;
             return far ? KEEPS_SIGN : UNDECIDED;

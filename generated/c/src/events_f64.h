@@ -116,7 +116,8 @@ static inline hopform_verdict_f64 hopform_judge_f64(const hopform_sample_f64 *fr
         monotone = short_of_quarter && fabs(from->rate) > fabs(from->turning) * h * growth;
         if (!monotone) {
             const double least = from->rate < to->rate * growth ? from->rate : to->rate * growth;
-            const double lowest = short_of_quarter ? from->rate - fabs(from->turning) * h * growth : -1e+300;
+            /* A rate that begins above zero falls by no more than g'' = m - a g' lets it while m is below. */
+            const double lowest = short_of_quarter ? -fabs(from->turning) * (a * h < 1.0 ? h : 1.0 / a) : -1e+300;
             const double steepest = from->rate < 0.0 ? least : lowest;
             const bool far = to->value > 0.0 && from->value + steepest * h > from->noise + to->noise;
             return far ? KEEPS_SIGN : UNDECIDED;

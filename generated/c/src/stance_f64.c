@@ -309,9 +309,12 @@ static void settle_window(const hopform_guard *guard, double low, window *end)
             n = -1; /* the others must keep their signs up to here */
             cuts++;
         } else if (verdict == UNDECIDED) {
-            close_window(guard, end, low + hopform_turn_between_f64(from, &end->at[n], h));
-            n = -1;
-            cuts++;
+            const double cut = low + hopform_turn_between_f64(from, &end->at[n], h);
+            if (cut > low && cut < end->t) { /* else there is no number in between */
+                close_window(guard, end, cut);
+                n = -1;
+                cuts++;
+            }
         }
     }
 }
@@ -663,7 +666,7 @@ static int32_t run(stance_chain *chain)
         }
         pass(chain, &motion, &end);
     }
-    chain->count--;
+    chain->count = chain->max_phases; /* a step of the current may have begun two */
     return HOPFORM_ENDING_TOO_MANY_PHASES;
 }
 
