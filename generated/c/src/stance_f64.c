@@ -246,7 +246,11 @@ static outlook look_ahead(const hopform_guard *guard)
 static void reach_ahead(const hopform_guard *guard, double low, double limit, int32_t windows, window *end)
 {
     const outlook ahead = look_ahead(guard);
-    const double longest = 0.96875 * guard->half_turn;
+    const double p = guard->poles->p; /* a window in which the pair fades away tells little */
+    const double fades = p * guard->half_turn > 8.0 ? 8.0 / p : guard->half_turn;
+    const double half = 0.96875 * guard->half_turn;
+    const double patient = fades > 3.0 * low ? fades : 3.0 * low;
+    const double longest = half < patient ? half : patient;
     const double far = longest < limit - low ? low + longest : limit;
     if (ahead.watch >= 0) {
         const hopform_point_f64 root = hopform_root_ahead_f64(&guard->watch[ahead.watch], guard->poles, low,

@@ -6,5 +6,5 @@
 
 const char *hopform_source(void)
 {
-    return "c9fe28a7bcd709d5";
+    return "7901fc225e1ef904";
 }
