@@ -31,7 +31,7 @@ scans: compiler venv-dev ## sweep across every case distinction of the solver, w
 	$(PY) -m tests.scans
 
 SECONDS = 60
-fuzz: ## arbitrary bit patterns into each C entry point, SECONDS (60) each, under the sanitizers; needs clang
+fuzz: ## arbitrary bit patterns into each C entry point, SECONDS (60) each, side by side, under the sanitizers; needs clang
 	@SECONDS_EACH=$(SECONDS) sh tests/fuzz/run.sh
 
 generate: venv ## derive the formulas and write generated/

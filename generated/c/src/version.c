@@ -6,5 +6,5 @@
 
 const char *hopform_source(void)
 {
-    return "11bfd305c9ee31b5";
+    return "7901fc225e1ef904";
 }
