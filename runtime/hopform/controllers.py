@@ -9,7 +9,7 @@ may use; what it returns is then asked in its place.
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
-from typing import NamedTuple, Protocol, SupportsFloat, runtime_checkable
+from typing import NamedTuple, Protocol, SupportsFloat, cast, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -203,7 +203,7 @@ class Tracking:
 
     def compression(self, apex: float, h_des: float) -> float:
         """The current [A] that the maps give for an apex [m] and the wish for the next one; the least |u| if several do."""
-        measured = np.array([np.interp(apex, self.heights, column) for column in self.maps.T])
+        measured: Array = np.array([float(np.interp(apex, self.heights, column)) for column in self.maps.T])
         miss = measured - h_des
         crossings = np.flatnonzero(np.sign(miss[:-1]) * np.sign(miss[1:]) <= 0.0)
         if not crossings.size:
@@ -250,7 +250,8 @@ def wish(h_des: SupportsFloat | Sequence[SupportsFloat], index: int) -> float:
 def wishes(h_des: SupportsFloat | Sequence[SupportsFloat]) -> Heights:
     """The desired apexes [m] as floats: one, or one per hop; HopformError for what is not finite."""
     if isinstance(h_des, (Sequence, np.ndarray)) and not isinstance(h_des, str):
-        return tuple(finite(f"h_des[{number}]", each, "m") for number, each in enumerate(h_des))
+        each = cast(Sequence[SupportsFloat], h_des)
+        return tuple(finite(f"h_des[{number}]", value, "m") for number, value in enumerate(each))
     return finite("h_des", h_des, "m")
 
 

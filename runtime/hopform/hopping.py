@@ -8,7 +8,7 @@ import math
 from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any, SupportsFloat
+from typing import Any, SupportsFloat, cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -310,7 +310,8 @@ def _legs_of(run: Run) -> list[_Leg]:
     ground = run.terrain[0]
     level = float(first.energy(0.0).body) + weight * ground
     legs = [_Leg(0.0, first, ground, level)]
-    for hop, after in zip(run.hops, [*(hop.flight for hop in run.hops[1:]), run.last], strict=True):
+    flights = [*(hop.flight for hop in run.hops), run.last]
+    for hop, after in zip(run.hops, flights[1:], strict=True):
         level += robot.k * float(hop.touchdown.x1) ** 2 / 2.0 - hop.energy_lost_at_impact
         legs.append(_Leg(hop.touchdown_time, hop.stance, hop.ground, level))
         level += hop.stance.aed - robot.k * float(hop.stance.end.x1) ** 2 / 2.0
@@ -357,10 +358,21 @@ def simulate(
     model = robot if errors.model is None else errors.model
     first = _start(robot, height, start)
     asked: Any = ConstantCurrent(float(controller)) if isinstance(controller, SupportsFloat) else controller
-    asked = asked.prepare(model, grounds) if isinstance(asked, Preparing) else asked
-    if not callable(asked):
+    prepared: Any = asked.prepare(model, grounds) if isinstance(asked, Preparing) else asked
+    if not callable(prepared):
         raise HopformError(f"controller must be a current in A or a callable, got {controller!r}")
-    task = _Task(plant, model, grounds, asked, gains, errors, np.random.default_rng(seed), longest, max_phases, backend)
+    task = _Task(
+        plant,
+        model,
+        grounds,
+        cast(Controller, prepared),
+        gains,
+        errors,
+        np.random.default_rng(seed),
+        longest,
+        max_phases,
+        backend,
+    )
     return _run(task, first)
 
 
@@ -445,8 +457,11 @@ def _gains(task: _Task, x1: float, v2: float) -> tuple[SupportsFloat, SupportsFl
 def _hop(task: _Task, index: int, time: float, height: float, flight: Flight) -> Hop:
     """The controller's answer at a touchdown, and the stance that follows."""
     ground = task.grounds[index]
-    answer = task.controller(_seen(task, index, time, height, flight))
-    stance = _stance(task, answer, ground, time, flight)
+    try:
+        answer = task.controller(_seen(task, index, time, height, flight))
+        stance = _stance(task, answer, ground, time, flight)
+    except HopformError as error:
+        raise HopformError(f"hop {index}: {error}") from None
     return Hop(index, ground, height, time, flight, stance, stance.apex + ground, -flight.impact_loss)
 
 

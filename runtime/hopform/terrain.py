@@ -107,8 +107,9 @@ def heights_of(terrain: Iterable[Any]) -> Heights:
     """The heights of a terrain as floats; HopformError if there is none, or one is not finite."""
     if isinstance(terrain, (str, bytes)) or not isinstance(terrain, Iterable):
         raise HopformError(f"terrain must be a sequence of heights in m, got {terrain!r}")
-    if isinstance(terrain, np.ndarray) and terrain.ndim != 1:
-        raise HopformError(f"terrain must be of one dimension, got {terrain.ndim}")
+    dimensions = getattr(terrain, "ndim", 1)
+    if dimensions != 1:
+        raise HopformError(f"terrain must be of one dimension, got {dimensions}")
     heights = tuple(finite(f"terrain[{number}]", height, "m") for number, height in enumerate(terrain))
     if not heights:
         raise HopformError("terrain must have at least one height, under the first touchdown, got none")
