@@ -57,7 +57,9 @@ AT = Record(
         _scalar(time_domain.y_t, "m", "compression of the spring"),
     ),
 )
-DECAY_PAIR = Record("PairCore", "R, its derivative and what is left of the initial 1.", (*Q.PAIR.quantities[:2], Q.TURNED))
+DECAY_PAIR = Record(
+    "PairCore", "R, its derivative and what is left of the initial 1.", (*Q.PAIR.quantities[:2], Q.TURNED)
+)
 PAIR_INTEGRALS = Record("PairIntegrals", "The integrals of R.", Q.PAIR.quantities[2:])
 UNSHIFTED = Record("KnownPair", "R, its derivative and its first integral.", Q.PAIR.quantities[:3])
 SHORT = Record("KnownBasis", "W, its derivatives and its first integral.", Q.BASIS.quantities[:4])
