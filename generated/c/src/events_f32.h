@@ -171,11 +171,16 @@ static inline float hopform_step_to_root_f32(const hopform_sample_f32 *at)
     return fabsf(below) > 0.0f ? at->value * (6.0f * rate2 - 3.0f * at->value * at->curvature) / below : 1e38f;
 }
 
-/* True where one more of these steps lands on the root: its error is of the fourth order in the step, which is Newton's but
- * for a little, and not short because its numerator vanishes. */
-static inline bool hopform_is_last_step_f32(const hopform_sample_f32 *at, float step)
+/* True where one more of these steps lands on the root to rounding. Its error is of the fourth order in the step: products of
+ * the derivatives up to the fourth, which the poles give from the others. A step is also short where its numerator vanishes. */
+static inline bool hopform_is_last_step_f32(const hopform_poles_f32 *poles, const hopform_sample_f32 *at, float t, float step)
 {
-    return fabsf(at->value) <= 2.0f * fabsf(step * at->rate) && fabsf(step * at->curvature) <= 0.0003f * fabsf(at->rate) && step * step * fabsf(at->third) <= 1e-7f * fabsf(at->rate);
+    const float per_rate = fabsf(step) / (fabsf(at->rate) > 0.0f ? fabsf(at->rate) : 1.0f);
+    const float bend = per_rate * fabsf(at->curvature);
+    const float twist = per_rate * fabsf(step * at->third);
+    const float fourth = poles->s_1 * at->third + poles->s_2 * at->curvature + poles->s_3 * at->rate;
+    const float error = bend * (0.7f * bend * bend + 0.5f * twist) + 0.05f * per_rate * fabsf(step * step * fourth);
+    return fabsf(at->value) <= 2.0f * fabsf(step * at->rate) && fabsf(step) * error <= 1.1920929e-7f * t;
 }
 
 /* A time, what the poles do until then, and g there. */
@@ -205,7 +210,7 @@ static inline hopform_point_f32 hopform_root_between_f32(const hopform_watch_f32
         }
         const float step = hopform_step_to_root_f32(&last.at);
         float next = last.t - step;
-        if (next > low && next < high.t && hopform_is_last_step_f32(&last.at, step)) {
+        if (next > low && next < high.t && hopform_is_last_step_f32(poles, &last.at, next, step)) {
             return hopform_point_at_f32(watch, poles, next);
         }
         if (!(next > low && next < high.t) || (n > 8 && n % 2 == 1)) {
@@ -245,7 +250,7 @@ static inline hopform_point_f32 hopform_root_ahead_f32(const hopform_watch_f32 *
         if (!(t > low && t < high)) {
             return none;
         }
-        if (hopform_is_last_step_f32(&point.at, step)) {
+        if (hopform_is_last_step_f32(poles, &point.at, t, step)) {
             return hopform_point_at_f32(watch, poles, t);
         }
     }

@@ -171,11 +171,16 @@ static inline double hopform_step_to_root_f64(const hopform_sample_f64 *at)
     return fabs(below) > 0.0 ? at->value * (6.0 * rate2 - 3.0 * at->value * at->curvature) / below : 1e+300;
 }
 
-/* True where one more of these steps lands on the root: its error is of the fourth order in the step, which is Newton's but
- * for a little, and not short because its numerator vanishes. */
-static inline bool hopform_is_last_step_f64(const hopform_sample_f64 *at, double step)
+/* True where one more of these steps lands on the root to rounding. Its error is of the fourth order in the step: products of
+ * the derivatives up to the fourth, which the poles give from the others. A step is also short where its numerator vanishes. */
+static inline bool hopform_is_last_step_f64(const hopform_poles_f64 *poles, const hopform_sample_f64 *at, double t, double step)
 {
-    return fabs(at->value) <= 2.0 * fabs(step * at->rate) && fabs(step * at->curvature) <= 0.0003 * fabs(at->rate) && step * step * fabs(at->third) <= 1e-07 * fabs(at->rate);
+    const double per_rate = fabs(step) / (fabs(at->rate) > 0.0 ? fabs(at->rate) : 1.0);
+    const double bend = per_rate * fabs(at->curvature);
+    const double twist = per_rate * fabs(step * at->third);
+    const double fourth = poles->s_1 * at->third + poles->s_2 * at->curvature + poles->s_3 * at->rate;
+    const double error = bend * (0.7 * bend * bend + 0.5 * twist) + 0.05 * per_rate * fabs(step * step * fourth);
+    return fabs(at->value) <= 2.0 * fabs(step * at->rate) && fabs(step) * error <= 2.220446049250313e-16 * t;
 }
 
 /* A time, what the poles do until then, and g there. */
@@ -205,7 +210,7 @@ static inline hopform_point_f64 hopform_root_between_f64(const hopform_watch_f64
         }
         const double step = hopform_step_to_root_f64(&last.at);
         double next = last.t - step;
-        if (next > low && next < high.t && hopform_is_last_step_f64(&last.at, step)) {
+        if (next > low && next < high.t && hopform_is_last_step_f64(poles, &last.at, next, step)) {
             return hopform_point_at_f64(watch, poles, next);
         }
         if (!(next > low && next < high.t) || (n > 8 && n % 2 == 1)) {
@@ -245,7 +250,7 @@ static inline hopform_point_f64 hopform_root_ahead_f64(const hopform_watch_f64 *
         if (!(t > low && t < high)) {
             return none;
         }
-        if (hopform_is_last_step_f64(&point.at, step)) {
+        if (hopform_is_last_step_f64(poles, &point.at, t, step)) {
             return hopform_point_at_f64(watch, poles, t);
         }
     }

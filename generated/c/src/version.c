@@ -6,5 +6,5 @@
 
 const char *hopform_source(void)
 {
-    return "7901fc225e1ef904";
+    return "07ae37ef7b93b0a0";
 }
