@@ -203,8 +203,13 @@ class Tracking:
 
     def compression(self, apex: float, h_des: float) -> float:
         """The current [A] that the maps give for an apex [m] and the wish for the next one; the least |u| if several do."""
-        measured: Array = np.array([float(np.interp(apex, self.heights, column)) for column in self.maps.T])
-        miss = measured - h_des
+        place = min(max(int(np.searchsorted(self.heights, apex)), 1), self.heights.size - 1)
+        low, high = float(self.heights[place - 1]), float(self.heights[place])
+        share = min(max((apex - low) / (high - low), 0.0), 1.0)
+        return self._crossing(self.maps[place - 1] + share * (self.maps[place] - self.maps[place - 1]) - h_des)
+
+    def _crossing(self, miss: Array) -> float:
+        """The current [A] of least |u| at which this vanishes between two of the maps, or the nearest of them."""
         crossings = np.flatnonzero(np.sign(miss[:-1]) * np.sign(miss[1:]) <= 0.0)
         if not crossings.size:
             return float(self.currents[int(np.nanargmin(np.abs(miss)))]) if np.isfinite(miss).any() else 0.0
