@@ -386,7 +386,7 @@ class _Task:
     controller: Controller
     gains: tuple[SupportsFloat, SupportsFloat] | None
     errors: Errors
-    draw: np.random.Generator
+    draw: "np.random.Generator"
     horizon: float
     max_phases: int
     backend: str | None
