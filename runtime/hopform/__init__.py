@@ -15,6 +15,8 @@ from hopform.batch import Batch, solve_stances
 from hopform.control import Command, choose_current
 from hopform.errors import BackendError, HopformError, MissingExtra
 from hopform.hopping import Hop, Run, hop
+from hopform.printed import PrintedCommand, choose_current_as_printed
+from hopform.reaching import FixedPoint, Reachability, next_apex, reachability
 from hopform.robots import ROBOTS, Robot, load_robot
 from hopform.sensitivities import Sensitivities
 from hopform.stance import Energy, Event, Ledger, Phase, Stance, State, solve_stance, touchdown_velocity
@@ -40,11 +42,14 @@ __all__ = [
     "Energy",
     "Equation",
     "Event",
+    "FixedPoint",
     "Hop",
     "HopformError",
     "Ledger",
     "MissingExtra",
     "Phase",
+    "PrintedCommand",
+    "Reachability",
     "Robot",
     "Run",
     "Sensitivities",
@@ -53,10 +58,13 @@ __all__ = [
     "__version__",
     "backends",
     "choose_current",
+    "choose_current_as_printed",
     "equations",
     "hop",
     "library_message",
     "load_robot",
+    "next_apex",
+    "reachability",
     "solve_stance",
     "solve_stances",
     "touchdown_velocity",

@@ -6,5 +6,5 @@
 
 const char *hopform_source(void)
 {
-    return "0c03732672dc85de";
+    return "ed53719e66cb3f2d";
 }
