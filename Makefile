@@ -4,7 +4,7 @@ PY = .venv/bin/python
 export CC
 
 help: ## say what each target does
-	@sed -n 's/^\([a-z-]*\):[^#]*## /\1|/p' Makefile | awk -F'|' '{ printf "make %-21s %s\n", $$1, $$2 }'
+	@sed -n 's/^\([a-z-]*\):[^#]*## /\1|/p' Makefile | awk -F'|' '{ printf "make %-24s %s\n", $$1, $$2 }'
 
 run: compiler venv ## set up .venv, derive and compile the formulas, solve a stance at 0 A and at 3 A, draw both into out/
 	$(PY) -m derive
@@ -25,6 +25,11 @@ test-exhaustive: compiler venv-dev ## certify N random stances, a million if not
 test-exhaustive-slice: compiler venv-dev ## the same for 20 000 of them, 500 with the 50-digit reference
 	$(PY) tools/build_library.py
 	$(PY) -m tests.exhaustive --count 20000 --reference 500 --cases out/cases.json
+
+TOUCHDOWNS = 10000
+test-control-exhaustive: compiler venv-dev ## scan all currents in steps of 1e-4 A at TOUCHDOWNS (10 000) touchdowns, against the controller
+	$(PY) tools/build_library.py
+	$(PY) -m tests.scan --count $(TOUCHDOWNS) --step 1e-4
 
 SECONDS = 60
 fuzz: ## arbitrary bit patterns into each C entry point, SECONDS (60) each, under the sanitizers; needs clang
@@ -80,5 +85,5 @@ venv-bench:
 	@sh tools/venv.sh bench
 
 .NOTPARALLEL:
-.PHONY: help run test test-exhaustive test-exhaustive-slice fuzz generate check lint wheel mutants mutants-all test-determinism bench
+.PHONY: help run test test-exhaustive test-exhaustive-slice test-control-exhaustive fuzz generate check lint wheel mutants mutants-all test-determinism bench
 .PHONY: clean compiler venv venv-dev venv-bench

@@ -90,10 +90,10 @@ static curve curve_of(const cell *c, double from, double from_u, double to, doub
 static curve gap_of(const cell *c, double wanted)
 {
     curve gap = curve_of(c, c->from->apex - wanted, c->from->apex_u, c->to->apex - wanted, c->to->apex_u);
-    if (fabs(gap.to) <= 1e-12) {
-        gap.to = gap.from > 0.0 ? 1e-12 : -1e-12;
-    } else if (fabs(gap.from) <= 1e-12) {
-        gap.from = gap.to > 0.0 ? 1e-12 : -1e-12;
+    if (fabs(gap.to) <= 1e-14) {
+        gap.to = gap.from > 0.0 ? 1e-14 : -1e-14;
+    } else if (fabs(gap.from) <= 1e-14) {
+        gap.from = gap.to > 0.0 ? 1e-14 : -1e-14;
     }
     return gap;
 }
@@ -226,7 +226,7 @@ static bool is_better(const hopform_search_f64 *search, const hopform_trial_f64 
     if (!search->found) {
         return true;
     }
-    if (gap <= 1e-12) {
+    if (gap <= 1e-14) {
         return !search->reached || fabs(trial->u) < fabs(search->best.u);
     }
     return gap < best && !search->reached;
@@ -237,7 +237,7 @@ static void consider(hopform_search_f64 *search, const hopform_trial_f64 *trial)
     if (is_admissible(search, trial) && is_better(search, trial)) {
         search->best = *trial;
         search->found = true;
-        search->reached = fabs(trial->apex - search->apex) <= 1e-12;
+        search->reached = fabs(trial->apex - search->apex) <= 1e-14;
     }
 }
 

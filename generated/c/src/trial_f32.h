@@ -147,6 +147,16 @@ static inline float hopform_follow_f32(hopform_tally_f32 *tally, const hopform_p
     return rate;
 }
 
+/* Whether y, which changed by `rises` per time before the event between two phases, falls no more after it. Where both masses
+ * stand still at the event, what they do before and after tells, and not what rounding leaves of their velocities. */
+static inline bool hopform_turns_up_f32(const hopform_phase_f32 *old, const hopform_phase_f32 *now, float rises)
+{
+    if (fabsf(now->v1) > 0.0f || fabsf(now->v2) > 0.0f) {
+        return rises < 0.0f && !(now->v1 - now->v2 < 0.0f);
+    }
+    return hopform_side_1_f32(old) < hopform_side_2_f32(old) && hopform_side_1_f32(now) >= hopform_side_2_f32(now);
+}
+
 /* The change per A right after the event between two phases; false where its time does not move in proportion to u. */
 static inline bool hopform_cross_f32(hopform_tally_f32 *tally, const hopform_phase_f32 *old, const hopform_phase_f32 *now,
                                       float u, float rises)
@@ -234,7 +244,7 @@ static inline hopform_trial_f32 hopform_trial_of_f32(const hopform_plan_f32 *pla
         if (n > 0) {
             trial.smooth = hopform_cross_f32(&tally, &phases[n - 1], phase, u, rises) && trial.smooth;
             hopform_note_peak_f32(&tally, phase->x1, tally.change.x1);
-            if (rises < 0.0f && !(phase->v1 - phase->v2 < 0.0f)) {
+            if (hopform_turns_up_f32(&phases[n - 1], phase, rises)) {
                 hopform_note_dip_f32(&tally, phase->y, tally.change.y);
             }
         }

@@ -147,6 +147,16 @@ static inline double hopform_follow_f64(hopform_tally_f64 *tally, const hopform_
     return rate;
 }
 
+/* Whether y, which changed by `rises` per time before the event between two phases, falls no more after it. Where both masses
+ * stand still at the event, what they do before and after tells, and not what rounding leaves of their velocities. */
+static inline bool hopform_turns_up_f64(const hopform_phase_f64 *old, const hopform_phase_f64 *now, double rises)
+{
+    if (fabs(now->v1) > 0.0 || fabs(now->v2) > 0.0) {
+        return rises < 0.0 && !(now->v1 - now->v2 < 0.0);
+    }
+    return hopform_side_1_f64(old) < hopform_side_2_f64(old) && hopform_side_1_f64(now) >= hopform_side_2_f64(now);
+}
+
 /* The change per A right after the event between two phases; false where its time does not move in proportion to u. */
 static inline bool hopform_cross_f64(hopform_tally_f64 *tally, const hopform_phase_f64 *old, const hopform_phase_f64 *now,
                                       double u, double rises)
@@ -234,7 +244,7 @@ static inline hopform_trial_f64 hopform_trial_of_f64(const hopform_plan_f64 *pla
         if (n > 0) {
             trial.smooth = hopform_cross_f64(&tally, &phases[n - 1], phase, u, rises) && trial.smooth;
             hopform_note_peak_f64(&tally, phase->x1, tally.change.x1);
-            if (rises < 0.0 && !(phase->v1 - phase->v2 < 0.0)) {
+            if (hopform_turns_up_f64(&phases[n - 1], phase, rises)) {
                 hopform_note_dip_f64(&tally, phase->y, tally.change.y);
             }
         }

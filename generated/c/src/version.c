@@ -6,5 +6,5 @@
 
 const char *hopform_source(void)
 {
-    return "ed53719e66cb3f2d";
+    return "4c42e46e4b883a15";
 }
