@@ -88,8 +88,8 @@ def test_of_two_currents_with_one_apex_the_smaller_is_chosen():
 
 
 def test_an_apex_that_lies_in_the_gap_is_not_reached():
-    """From 2 cm no current takes off between about 0.82 and 1.36 A: 0.28 cm below that, 2.3 cm above it."""
-    for h_des, u, apex in ((0.01, 0.8125, 0.0028), (0.02, 1.36, 0.023)):
+    """From 2 cm no current takes off between about 0.82 and 1.37 A: 0.28 cm below that, 2.3 cm above it."""
+    for h_des, u, apex in ((0.01, 0.8125, 0.0028), (0.02, 1.378, 0.023)):
         command = drop(HOPPER, 0.02, h_des)
         assert command.status == "nearest"
         assert command.u == pytest.approx(u, abs=0.01)

@@ -6,5 +6,5 @@
 
 const char *hopform_source(void)
 {
-    return "4c42e46e4b883a15";
+    return "829b0841a831cf19";
 }

@@ -193,7 +193,8 @@ def _cross(
     fell = np.where(stands, old_side.first < old_side.second, rate[lanes] < 0.0)
     falls = np.where(stands, new_side.first < new_side.second, state.v1 < state.v2)
     turns = np.flatnonzero(fell & ~falls)
-    _note(trials.dip, trials.dip_u, lanes[turns], state.y[turns], new.y[turns], -1.0)
+    met = np.asarray(old.y + before.y * late)
+    _note(trials.dip, trials.dip_u, lanes[turns], state.y[turns], met[turns], -1.0)
 
 
 def _lift(solution: Solution, trials: Trials, change: State, last: NDArray[np.intp], gravity: Array) -> None:
