@@ -162,7 +162,9 @@ def _increasing(name: str, value: ArrayLike, unit: str) -> Array:
         raise HopformError(f"{name} must be a list of at least one number in {unit}, got shape {array.shape}")
     if not bool(np.all(np.diff(array) > 0.0)):
         index = int(np.flatnonzero(~(np.diff(array) > 0.0))[0])
-        raise HopformError(f"{name} must increase, got {array[index + 1]!r} {unit} after {array[index]!r}")
+        raise HopformError(
+            f"{name} must increase, got {float(array[index + 1])!r} {unit} after {float(array[index])!r}"
+        )
     return array
 
 

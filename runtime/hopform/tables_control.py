@@ -5,7 +5,6 @@ from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from rich.console import RenderableType
 from rich.text import Text
 
@@ -92,16 +91,7 @@ def reach_record(found: Reachability) -> Record:
         "hopform": hopform.__version__,
         "robot": robot_record(found.robot),
         "stop_margin": found.stop_margin,
-        "heights": _list(found.heights),
-        "currents": _list(found.currents),
-        "apex": [_list(row) for row in found.apex],
-        "admissible": [[bool(each) for each in row] for row in found.admissible],
-        "lowest": _list(found.lowest),
-        "u_lowest": _list(found.u_lowest),
-        "highest": _list(found.highest),
-        "u_highest": _list(found.u_highest),
-        "hold": _list(found.hold),
-        "gaps": [[list(gap) for gap in found.gaps(row)] for row in range(found.heights.size)],
+        "rows": [_row_record(found, row) for row in range(found.heights.size)],
         "fixed_points": [
             {
                 "u": point.u,
@@ -119,8 +109,15 @@ def _heights(apex: float, h_des: float) -> tuple[str, str]:
     return ("-", "-") if math.isnan(apex) else (f"{100.0 * apex:.6g}", f"{100.0 * (apex - h_des):+.2g}")
 
 
-def _list(values: NDArray[np.float64]) -> list[float]:
-    return [float(value) for value in values]
+def _row_record(found: Reachability, row: int) -> Record:
+    names = ("lowest", "u_lowest", "highest", "u_highest", "hold")
+    cells = zip(found.currents, found.apex[row], found.admissible[row], strict=True)
+    return {
+        "height": float(found.heights[row]),
+        **{name: float(getattr(found, name)[row]) for name in names},
+        "gaps": [{"above": low, "below": high} for low, high in found.gaps(row)],
+        "cells": [{"u": float(u), "apex": float(apex), "admissible": bool(fine)} for u, apex, fine in cells],
+    }
 
 
 def _number(value: float, form: str = ".5g", scale: float = 1.0) -> str:
