@@ -1,7 +1,10 @@
 """The controller: it finds the current, the least one, and nothing that a scan of all currents would improve on."""
 
 import ctypes
+import doctest
 import math
+import re
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -9,6 +12,7 @@ import pytest
 
 import hopform
 from hopform import native, native_control
+from hopform.tables_control import PRINTED
 from hopform_solver.records import COMMANDS, State
 from hopform_solver.trial import try_currents
 from tests.scan import Judge, compare, compare_single, draw_touchdowns
@@ -356,3 +360,37 @@ def test_without_take_off_the_printed_controller_has_no_current():
     assert (found.status, found.u) == ("no_takeoff", 0.0)
     with pytest.raises(hopform.HopformError, match="grid must be > 0 A"):
         printed(0.2, 0.2, grid=0.0)
+
+
+# ---- docs/control.md ----
+
+DOCUMENT = Path(__file__).resolve().parent.parent / "docs" / "control.md"
+
+
+def test_the_lines_of_the_page_run():
+    outcome = doctest.testfile(str(DOCUMENT), module_relative=False)
+    assert outcome.attempted >= 7
+    assert outcome.failed == 0
+
+
+def printed_errors(datum: float, count: int) -> dict[str, np.ndarray]:
+    """|apex - h_des| [cm] of each printed form, at drops from which h_des is reachable."""
+    draw = np.random.default_rng(17)
+    errors: dict[str, list[float]] = {form: [] for form in PRINTED}
+    while len(errors["all three"]) < count:
+        height, h_des = draw.uniform(0.05, 0.3), draw.uniform(0.05, 0.25)
+        if drop(HOPPER, height, h_des, datum=datum).status == "reached":
+            for form, options in PRINTED.items():
+                apex = printed(height, h_des, datum=datum, **options).apex
+                errors[form].append(100.0 * abs(apex - h_des))
+    return {form: np.array(found) for form, found in errors.items()}
+
+
+def test_the_errors_of_the_printed_forms_are_those_of_the_page():
+    rows = re.findall(r"^\| ([^|]+) \|" + r" ([\d.]+) \|" * 6 + "$", DOCUMENT.read_text("utf-8"), re.MULTILINE)
+    page = {form: [float(cell) for cell in cells] for form, *cells in rows}
+    assert set(page) == set(PRINTED)
+    for column, datum in enumerate((0.0, 0.03, -0.03)):
+        for form, found in printed_errors(datum, 200).items():
+            assert found.mean() == pytest.approx(page[form][2 * column], abs=0.006)
+            assert found.max() == pytest.approx(page[form][2 * column + 1], abs=0.006)
