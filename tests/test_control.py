@@ -394,3 +394,26 @@ def test_the_errors_of_the_printed_forms_are_those_of_the_page():
         for form, found in printed_errors(datum, 200).items():
             assert found.mean() == pytest.approx(page[form][2 * column], abs=0.006)
             assert found.max() == pytest.approx(page[form][2 * column + 1], abs=0.006)
+
+
+def test_arbitrary_bits_give_an_error_or_a_finite_safe_command():
+    draw = np.random.default_rng(20)
+    refused = 0
+    for dtype, words in ((np.float32, np.uint32), (np.float64, np.uint64)):
+        for _ in range(200):
+            with np.errstate(invalid="ignore"):
+                bits = draw.integers(0, np.iinfo(words).max, size=8, dtype=words).view(dtype).astype(float)
+            keep = draw.random(8) < 0.7
+            values = np.where(keep, [0.0, 0.0, -1.5, 0.0, 0.2, 0.0, 0.0, 2.0], bits).tolist()
+            try:
+                search = Resumable(HOPPER, State(*values[:4]), tuple(values[4:]), dtype)
+                for _ in range(400):
+                    if search.step() != 3:
+                        break
+                command = search.command
+            except hopform.HopformError:
+                refused += 1
+                continue
+            assert abs(command.u) <= HOPPER.u_max
+            assert math.isfinite(command.apex)
+    assert 50 < refused < 350
