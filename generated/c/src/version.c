@@ -6,5 +6,5 @@
 
 const char *hopform_source(void)
 {
-    return "829b0841a831cf19";
+    return "3823d62d1d1bdf29";
 }
