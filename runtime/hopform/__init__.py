@@ -16,6 +16,8 @@ from hopform.control import Command, choose_current
 from hopform.errors import BackendError, HopformError, MissingExtra
 from hopform.flight import Flight, FlightLedger, FlightPhase, design_return, solve_flight
 from hopform.hopping import Hop, Run, hop
+from hopform.printed import PrintedCommand, choose_current_as_printed
+from hopform.reaching import FixedPoint, Reachability, next_apex, reachability
 from hopform.robots import ROBOTS, Robot, load_robot
 from hopform.sensitivities import ManySensitivities, Sensitivities
 from hopform.stance import Energy, Event, Ledger, Phase, Stance, State, solve_stance, touchdown_velocity
@@ -46,12 +48,15 @@ __all__ = [
     "FlightLedger",
     "FlightPhase",
     "Gains",
+    "FixedPoint",
     "Hop",
     "HopformError",
     "Ledger",
     "ManySensitivities",
     "MissingExtra",
     "Phase",
+    "PrintedCommand",
+    "Reachability",
     "Robot",
     "Run",
     "Sensitivities",
@@ -61,11 +66,14 @@ __all__ = [
     "backends",
     "choose_current",
     "design_return",
+    "choose_current_as_printed",
     "equations",
     "hop",
     "library_message",
     "load_robot",
     "solve_flight",
+    "next_apex",
+    "reachability",
     "solve_stance",
     "solve_stances",
     "touchdown_velocity",

@@ -6,5 +6,5 @@
 
 const char *hopform_source(void)
 {
-    return "07ae37ef7b93b0a0";
+    return "de5fa45ba8c0845f";
 }
