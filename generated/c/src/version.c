@@ -6,5 +6,5 @@
 
 const char *hopform_source(void)
 {
-    return "8d04ad183db4dd62";
+    return "92cca9bd7a0ff2c9";
 }

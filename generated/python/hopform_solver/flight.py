@@ -258,11 +258,15 @@ class _End(NamedTuple):
 
 
 def _watch_stop(chain: _Chain, end: _End) -> _End:
-    """x_1 is monotone in a phase: it has met the stop ahead if it is beyond it at the end."""
+    """x_1 is monotone in a phase: it has met the stop ahead if it is beyond it at the end, or comes to rest at it."""
     stop = chain.robot.x1_max if chain.side > 0 else chain.robot.x1_min
     way = stop - chain.actuator.x1
     last = chain.look(end.t)
-    if np.isfinite(stop) and chain.side * (last.actuator.moved - way) > 0.0:
+    beyond = chain.side * (last.actuator.moved - way)
+    size = abs(stop) + abs(chain.actuator.x1) + abs(last.actuator.moved)
+    if end.kind == "velocity" and np.isfinite(stop) and abs(beyond) <= 16.0 * chain.eps * size:
+        return _End(end.t, "stop")
+    if np.isfinite(stop) and beyond > 0.0:
         return _End(chain.root_between(_way, -chain.side, way, end.t * 0.0, last).t, "stop")
     return end
 
@@ -369,8 +373,7 @@ def _rest(chain: _Chain, kind: str) -> None:
     """The actuator has come to rest. Without dry friction its acceleration goes on as it was."""
     before, acceleration, robot = chain.side, chain.actuator.acc1, chain.robot
     stop = robot.x1_max if before > 0 else robot.x1_min
-    near = np.isfinite(stop) and abs(chain.actuator.x1 - stop) <= 4.0 * chain.eps * abs(stop)
-    hits = kind == "stop" or bool(near)
+    hits = kind == "stop"
     zero = abs(acceleration) * 0.0
     chain.actuator = Actuator(stop if hits else chain.actuator.x1, zero, zero)
     if hits:
