@@ -18,6 +18,7 @@ from hopform.hopping import Hop, Run, hop
 from hopform.robots import ROBOTS, Robot, load_robot
 from hopform.sensitivities import Sensitivities
 from hopform.stance import Energy, Event, Ledger, Phase, Stance, State, solve_stance, touchdown_velocity
+from hopform.touchdown import TouchdownDetector, delayed_apex
 from hopform_solver.equations import EQUATIONS, Equation
 from hopform_solver.records import Gains
 
@@ -54,8 +55,10 @@ __all__ = [
     "Sensitivities",
     "Stance",
     "State",
+    "TouchdownDetector",
     "__version__",
     "backends",
+    "delayed_apex",
     "design_return",
     "equations",
     "hop",

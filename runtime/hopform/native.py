@@ -33,6 +33,7 @@ _REASONS = {
     -7: "a time is outside the stance",
     -8: "the numbers left the range of the precision: scale the robot or use float64",
     -9: "a gain is negative or not finite",
+    -10: "a sample or threshold is not finite, low > high, or count < 1",
 }
 
 

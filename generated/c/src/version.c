@@ -6,5 +6,5 @@
 
 const char *hopform_source(void)
 {
-    return "92cca9bd7a0ff2c9";
+    return "687c340ffc8b51e8";
 }

@@ -34,6 +34,7 @@ extern "C" {
 #define HOPFORM_ERROR_TIME (-7)       /* a time is not finite or outside the stance */
 #define HOPFORM_ERROR_NUMBERS (-8)    /* the result is not finite: the numbers left the range of the type */
 #define HOPFORM_ERROR_GAINS (-9)      /* a gain is negative or not finite */
+#define HOPFORM_ERROR_DETECTOR (-10)  /* a sample or threshold is not finite, low > high, or count < 1 */
 
 /* How a stance ended. */
 #define HOPFORM_ENDING_TAKEOFF 1
@@ -58,6 +59,10 @@ extern "C" {
 #define HOPFORM_FLIGHT_TOO_MANY_PHASES 4
 #define HOPFORM_FLIGHT_EVENT_U_SATURATES 8
 #define HOPFORM_FLIGHT_EVENT_U_DESATURATES 9
+
+/* What a sample of the signal of contact has told. */
+#define HOPFORM_CONTACT_TOUCHDOWN 1
+#define HOPFORM_CONTACT_TAKEOFF 2
 
 /* Sensitivities: rows T, x1, v1, x2, v2 (time and state of the take-off), apex, aed; columns x1, v1, y, v2, u, then the
  * parameters of the robot in the order of hopform_robot. */
