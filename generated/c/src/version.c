@@ -6,5 +6,5 @@
 
 const char *hopform_source(void)
 {
-    return "687c340ffc8b51e8";
+    return "bb3eb3ce77bda376";
 }
