@@ -192,6 +192,7 @@ def solve_array(
     """Solve one flight with NumPy; HopformError if the numbers leave the range of the precision."""
     with np.errstate(all="ignore"):
         flight = solver.solve_flight(robot.parameters, start, gains, horizon, max_phases, dtype.type)
-    if not all(np.isfinite(value) for value in (flight.duration, flight.apex, flight.v2_after, *flight.end)):
+    numbers = (flight.duration, flight.apex, flight.v2_after, *flight.end)
+    if not flight.phases or not all(np.isfinite(value) for value in numbers):
         raise HopformError("the numbers left the range of the precision: scale the robot or use float64")
     return ArrayFlight(flight)

@@ -446,11 +446,18 @@ static hopform_state_f64 state_of(const flight_chain *chain, const instant *at)
     return state;
 }
 
+/* Time since take-off, not behind the horizon by rounding. */
+static double time_of(const flight_chain *chain, const instant *at)
+{
+    const double t = chain->t + at->t;
+    return t < chain->horizon ? t : chain->horizon;
+}
+
 static void remember_highest(flight_chain *chain, const instant *at)
 {
     if (at->foot.foot_t > chain->highest) {
         chain->highest = at->foot.foot_t;
-        chain->highest_t = chain->t + at->t;
+        chain->highest_t = time_of(chain, at);
         chain->highest_state = state_of(chain, at);
         chain->highest_count = chain->count;
         chain->highest_event_count = chain->event_count;
@@ -700,7 +707,7 @@ static int32_t run(flight_chain *chain, hopform_state_f64 *end_state)
         const phase_end end = find_end(chain);
         const instant last = end.at;
         *end_state = state_of(chain, &last);
-        chain->t = end.kind == END_LIMIT ? chain->horizon : chain->t + last.t;
+        chain->t = end.kind == END_LIMIT ? chain->horizon : time_of(chain, &last);
         if (end.kind == END_TOUCHDOWN) {
             end_state->y = 0.0;
             return HOPFORM_FLIGHT_TOUCHDOWN;
@@ -758,9 +765,10 @@ static void report(const flight_chain *chain, int32_t ending, const hopform_stat
     flight->event_count = chain->event_count;
 }
 
+/* Numbers out of range leave no phase, or show here. */
 static bool is_sound(const hopform_flight_f64 *flight)
 {
-    return is_finite(flight->duration) && is_finite(flight->end.x1) && is_finite(flight->end.v1) && is_finite(flight->end.v2)
+    return flight->phase_count > 0 && is_finite(flight->duration) && is_finite(flight->end.x1) && is_finite(flight->end.v1) && is_finite(flight->end.v2)
            && is_finite(flight->end.y) && is_finite(flight->v2_after) && is_finite(flight->apex) && is_finite(flight->apex_time)
            && is_finite(flight->impact_loss) && is_finite(flight->start_loss);
 }

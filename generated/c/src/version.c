@@ -6,5 +6,5 @@
 
 const char *hopform_source(void)
 {
-    return "bb3eb3ce77bda376";
+    return "ac6312fab1246394";
 }
