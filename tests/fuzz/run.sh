@@ -6,11 +6,13 @@ clang=${CLANG:-clang}
 command -v "$clang" >/dev/null || { echo "hopform: no clang: $clang not found (set CLANG, or on Debian: apt install clang)" >&2; exit 1; }
 mkdir -p out/fuzz
 for precision in DOUBLE SINGLE; do
-    for entry in 1 2 3 4; do
+    for entry in 1 2 3 4 flight; do
         name=fuzz_${entry}_$precision
+        target=tests/fuzz/fuzz_entry.c
+        [ "$entry" != flight ] || target=tests/fuzz/fuzz_flight.c
         "$clang" -std=c99 -g -O1 -ffp-contract=off -D_GNU_SOURCE -D"$precision" -DENTRY="$entry" -Igenerated/c/include \
             -fsanitize=fuzzer,address,undefined,float-divide-by-zero,float-cast-overflow -fno-sanitize-recover=all \
-            tests/fuzz/fuzz_entry.c generated/c/src/*.c -o "out/fuzz/$name" -lm
+            "$target" generated/c/src/*.c -o "out/fuzz/$name" -lm
         mkdir -p "out/fuzz/corpus_$name"
         echo "entry $entry, $precision: ${SECONDS_EACH:-60} s"
         "out/fuzz/$name" -max_total_time="${SECONDS_EACH:-60}" -max_len=256 -timeout=10 -verbosity=0 \

@@ -330,7 +330,7 @@ static inline hopform_poles_f32 hopform_factor_cubic_f32(float s_1, float s_2, f
         const float r_2 = c_2 - (q + a * p);
         const float r_3 = c_3 - a * q;
         const float chi = q - a * (p - a);
-        const float da = (r_3 - a * (r_2 - a * r_1)) / chi;
+        const float da = fabsf(chi) > 0.0f ? (r_3 - a * (r_2 - a * r_1)) / chi : 1.0f;
         if (!(da * da < 1.1920929e-7f)) {
             break;
         }

@@ -367,7 +367,7 @@ static inline hopform_poles_f64 hopform_factor_cubic_f64(double s_1, double s_2,
         const double r_2 = c_2 - (q + a * p);
         const double r_3 = c_3 - a * q;
         const double chi = q - a * (p - a);
-        const double da = (r_3 - a * (r_2 - a * r_1)) / chi;
+        const double da = fabs(chi) > 0.0 ? (r_3 - a * (r_2 - a * r_1)) / chi : 1.0;
         if (!(da * da < 2.220446049250313e-16)) {
             break;
         }

@@ -6,5 +6,5 @@
 
 const char *hopform_source(void)
 {
-    return "ac6312fab1246394";
+    return "a3d17d0e662ce0df";
 }
