@@ -21,6 +21,7 @@ from hopform.reaching import FixedPoint, Reachability, next_apex, reachability
 from hopform.robots import ROBOTS, Robot, load_robot
 from hopform.sensitivities import ManySensitivities, Sensitivities
 from hopform.stance import Energy, Event, Ledger, Phase, Stance, State, solve_stance, touchdown_velocity
+from hopform.touchdown import TouchdownDetector, delayed_apex
 from hopform_solver.equations import EQUATIONS, Equation
 from hopform_solver.records import Gains
 
@@ -62,9 +63,11 @@ __all__ = [
     "Sensitivities",
     "Stance",
     "State",
+    "TouchdownDetector",
     "__version__",
     "backends",
     "choose_current",
+    "delayed_apex",
     "design_return",
     "choose_current_as_printed",
     "equations",

@@ -6,5 +6,5 @@
 
 const char *hopform_source(void)
 {
-    return "de5fa45ba8c0845f";
+    return "c301eec7cd960d48";
 }
