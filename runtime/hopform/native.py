@@ -33,6 +33,7 @@ _REASONS = {
     -6: "horizon or max_phases is not positive",
     -7: "a time is outside the stance",
     -8: "the numbers left the range of the precision: scale the robot or use float64",
+    -9: "this processor lacks the vector registers of the variant",
 }
 
 

@@ -382,7 +382,7 @@ typedef struct {
 /* Whether a flag is 1 somewhere; 0 has no bit that is set. */
 static inline bool any(const double *flags)
 {
-    uint64_t words[sizeof(column) / sizeof(uint64_t)];
+    uint64_t words[sizeof(column) / (sizeof(uint64_t))];
     uint64_t found = 0;
     memcpy(words, flags, sizeof words);
     for (size_t n = 0; n < sizeof words / sizeof words[0]; n++) {

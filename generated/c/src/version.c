@@ -6,5 +6,5 @@
 
 const char *hopform_source(void)
 {
-    return "060bd1bccfbb6fc0";
+    return "0dadd90bc6b5ef32";
 }
