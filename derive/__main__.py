@@ -135,6 +135,7 @@ _MODEL = {
     "time_domain",
     "modes",
     "energy",
+    "flight",
     "control",
     "equations",
 }

@@ -171,6 +171,11 @@ class NumPy:
         return ", ".join(name for name in ("fabs", "sqrt") if f"{name}(" in text)
 
 
+# [m] How near an apex must come: what the controller goes on to, and what it calls reached, or an edge of what is admissible.
+REACHED_WITHIN = {"f32": 3e-6, "f64": 1e-12}
+NEAR_WITHIN = {"f32": 4e-6, "f64": 2e-10}
+
+
 class C:
     """Spelling in C of one precision, float or double."""
 
@@ -185,6 +190,8 @@ class C:
             "ROOT_EPSILON": literal(epsilon**0.5),
             "NEVER": literal(1e38 if self.single else 1e300),
             "FAINT": literal(1e-30 if self.single else 1e-280),
+            "REACHED_WITHIN": literal(REACHED_WITHIN[precision]),
+            "NEAR_WITHIN": literal(NEAR_WITHIN[precision]),
         }
         self.terms = 24 if self.single else 40
         self.nodes = _gauss_rule(8 if self.single else 12)

@@ -6,7 +6,7 @@ events, the chain of phases) stands once per language under templates/ and calls
 
 import sympy as sp
 
-from derive import control, energy, laplace, modes, partial_fractions, sensitivity, time_domain
+from derive import control, energy, flight, laplace, modes, partial_fractions, sensitivity, time_domain
 from derive import quantities as Q
 from derive.ir import Function, Program, Quantity, Record
 from derive.model import HOPPER, Model
@@ -57,7 +57,9 @@ AT = Record(
         _scalar(time_domain.y_t, "m", "compression of the spring"),
     ),
 )
-DECAY_PAIR = Record("PairCore", "R, its derivative and what is left of the initial 1.", (*Q.PAIR.quantities[:2], Q.TURNED))
+DECAY_PAIR = Record(
+    "PairCore", "R, its derivative and what is left of the initial 1.", (*Q.PAIR.quantities[:2], Q.TURNED)
+)
 PAIR_INTEGRALS = Record("PairIntegrals", "The integrals of R.", Q.PAIR.quantities[2:])
 UNSHIFTED = Record("KnownPair", "R, its derivative and its first integral.", Q.PAIR.quantities[:3])
 SHORT = Record("KnownBasis", "W, its derivatives and its first integral.", Q.BASIS.quantities[:4])
@@ -272,6 +274,23 @@ def program(model: Model = HOPPER) -> Program:
             _scalar(control.J, "J", "what the printed controller minimises"),
         ),
         Function(
+            "objective",
+            "The same objective with a weight for each of what it does otherwise than the exact form.",
+            (
+                robot,
+                Q.STATE,
+                _scalar(control.aed, "J", "analytical energy delta of the stance"),
+                _scalar(control.x1_T, "m", "displacement of the actuator at take-off"),
+                _scalar(control.h_des, "m", "desired apex"),
+                _scalar(control.step, "m", "reference level less the ground under the foot"),
+                _scalar(control.half, "1", "share of the step's energy in (26), printed 1/2"),
+                _scalar(control.direction, "1", "0: its absolute value as printed, 1: its sign"),
+                _scalar(control.spring, "1", "0: without the spring coordinate as printed, 1: with it"),
+            ),
+            control.objective(),
+            _scalar(control.J, "J", "what the controller minimises"),
+        ),
+        Function(
             "threshold_current",
             "Current at which the unloaded actuator starts to move.",
             (robot,),
@@ -305,6 +324,7 @@ def program(model: Model = HOPPER) -> Program:
             sensitivity.apex_change(),
             _scalar(sensitivity.change_of(control.apex), "m", "change of the hop height of the apex"),
         ),
+        *_of_flight(model),
     )
     records = (
         robot,
@@ -338,7 +358,109 @@ def program(model: Model = HOPPER) -> Program:
         robot_change,
         sensitivity.STATE_CHANGE,
         sensitivity.SLOPES,
+        flight.GAINS,
+        flight.FLIGHT_RATES,
+        flight.ACTUATOR,
+        flight.ACTUATOR_AT,
+        flight.PULL,
+        flight.BALLISTIC,
+        flight.FOOT_AT,
+        flight.WAY,
+        flight.FLIGHT_LEDGER,
     )
     return Program(
         "Closed-form stance of a series-elastic hopper with viscous and Coulomb friction.", records, functions
+    )
+
+
+def _of_flight(model: Model) -> tuple[Function, ...]:
+    """The functions of the flight."""
+    robot, gains, rates, actuator = model.robot, flight.GAINS, flight.FLIGHT_RATES, flight.ACTUATOR
+    start = actuator.quantities[2]
+    return (
+        Function(
+            "flight_rates_of",
+            "Poles and accelerations of the actuator in flight.",
+            (robot, gains, flight.LIMIT_FORCE),
+            flight.rates(model),
+            rates,
+        ),
+        Function(
+            "acceleration_under_law",
+            "Acceleration with which a phase of the flight under the law begins.",
+            (robot, rates, *actuator.quantities[:2], Q.SIDE_1),
+            flight.start_under_law(),
+            start,
+        ),
+        Function(
+            "acceleration_at_limit",
+            "Acceleration with which a phase of the flight at the limit of the current begins.",
+            (robot, rates, actuator.quantities[1], Q.SIDE_1, flight.LIMIT),
+            flight.start_at_limit(),
+            start,
+        ),
+        Function(
+            "actuator_in_flight",
+            "The actuator at time t of a phase of the flight.",
+            (actuator, Q.POLES, Q.PAIR),
+            flight.motion(),
+            flight.ACTUATOR_AT,
+        ),
+        Function(
+            "pull_of_law",
+            "What the law asks of the motor at time t of a phase of the flight.",
+            (gains, actuator, flight.ACTUATOR_AT),
+            flight.pulls(),
+            flight.PULL,
+        ),
+        Function(
+            "foot_in_flight",
+            "The foot at time t of a phase of the flight.",
+            (robot, flight.BALLISTIC, flight.ACTUATOR_AT, Q.TIME),
+            flight.feet(),
+            flight.FOOT_AT,
+        ),
+        Function(
+            "critical_gains",
+            "Gains that bring the actuator back in a given time, critically damped.",
+            (robot, flight.SETTLING),
+            flight.design(model),
+            gains,
+        ),
+        Function(
+            "time_of_fall",
+            "Time after which the body has come down from a height.",
+            (robot, Q.STATE.quantities[2], flight.DROP),
+            flight.fall(),
+            _scalar(flight.touchdown_time, "s", "time of the touchdown"),
+        ),
+        Function(
+            "velocity_after_impact",
+            "Velocity of the body after the impact.",
+            (robot, Q.STATE.quantities[2]),
+            flight.impact(),
+            _scalar(flight.v2_after, "m/s", "velocity of the body after the impact"),
+        ),
+        Function(
+            "flight_energies",
+            "Energy of the body and of the robot in flight.",
+            (robot, *Q.STATE.quantities[1:3], flight.BODY_HEIGHT),
+            flight.energies(),
+            Q.ENERGY,
+        ),
+        Function(
+            "flight_ledger_of",
+            "Each entry of the flight's ledger over a part of a phase.",
+            (
+                robot,
+                gains,
+                flight.LIMIT_FORCE,
+                *actuator.quantities[:1],
+                Q.SIDE_1,
+                flight.LIMIT,
+                flight.WAY,
+            ),
+            flight.ledger(model),
+            flight.FLIGHT_LEDGER,
+        ),
     )

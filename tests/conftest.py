@@ -5,6 +5,7 @@ import os
 import pytest
 
 import hopform
+from tests.seeds import SEED
 
 
 @pytest.fixture(scope="session")
@@ -17,10 +18,11 @@ def backend(request: pytest.FixtureRequest) -> str:
     return str(request.param)
 
 
-def pytest_report_header() -> str:
-    return (
-        f"hopform {hopform.__version__}, back ends: {', '.join(hopform.backends())}; {hopform.library_message() or ''}"
-    )
+def pytest_report_header() -> list[str]:
+    return [
+        f"hopform {hopform.__version__}, back ends: {', '.join(hopform.backends())}; {hopform.library_message() or ''}",
+        f"seed {SEED} (HOPFORM_SEED={SEED} repeats it, HOPFORM_SEED=fresh draws another)",
+    ]
 
 
 def pytest_sessionfinish(session: pytest.Session) -> None:

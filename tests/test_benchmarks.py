@@ -5,7 +5,7 @@ import shutil
 import numpy as np
 import pytest
 
-from tests.benchmarks import jobs, native, numba_peer, report, rows, scipy_peers, truth
+from tests.benchmarks import beside, jobs, native, numba_peer, report, rows, scipy_peers, truth
 from tests.benchmarks.judge import Verdict, is_right, judge
 from tests.benchmarks.measure import Outcome, Result
 
@@ -123,3 +123,50 @@ def test_the_page_names_what_was_left_out_and_the_readme_keeps_its_other_lines()
     text = report.into_readme(OUTCOME, f"before\n{report.FROM}old\n{report.TO}after\n")
     assert text.startswith("before\n") and text.endswith(f"{report.TO}after\n")
     assert "old" not in text and "| right, rtol 1e-08 | 20.0 | 10.0 |" in text
+
+
+# ---- beside the table ----
+
+
+def test_the_closed_form_by_hand_is_right_where_its_sequence_is():
+    of, exact = beside.paper_sequence()
+    assert len(of) >= 20
+    try:
+        library = native.by_hand()
+    except native.NotBuilt:
+        pytest.skip("there is no C++ compiler")
+    library.prepare(of)
+    verdict = judge(of, library.function("by_hand", of)(1), exact)
+    assert verdict.wrong == 0
+    assert verdict.error <= 1e-12
+    everything = jobs.hopper_c()
+    library.prepare(everything)
+    wrong = judge(everything, library.function("by_hand", everything)(1), truth.load()["hopper_c"]).wrong
+    assert wrong > 20, "it knows no other sequence"
+
+
+def test_many_stances_are_the_jobs_over_and_over():
+    for of in SETS:
+        robot, inputs = beside._inputs(of, 7)
+        assert inputs["v2"].tolist() == [of.start(n % 3)["v2"] for n in range(7)]
+        fields = inputs.get("k", np.full(7, robot.k))
+        assert fields.tolist() == [of.robot(n % 3)["k"] for n in range(7)]
+
+
+def test_a_batch_of_a_million_stances_stays_below_400_megabytes():
+    """On the C back end without event lists, measured in a process of its own."""
+    peak, before = beside.memory()
+    assert 10.0 < before.value < peak.value < 400.0
+
+
+def test_calls_are_timed_in_turns():
+    seen = []
+    spent = beside.medians({"one": lambda: seen.append(1), "two": lambda: seen.append(2)}, 2)
+    assert seen == [1, 2] * 3
+    assert set(spent) == {"one", "two"}
+
+
+def test_the_page_has_a_line_for_each_number_beside_the_table():
+    lines = [beside.Line("a grid", 1.734, "ns/sample"), beside.Line("many", 0.5, "us/stance", 0.25)]
+    page = report.markdown(OUTCOME, {}, lines)
+    assert "| a grid | 1.73 | ns/sample |  |\n| many | 0.50 | us/stance | 0.25 |\n" in page

@@ -11,16 +11,25 @@ from hopform_solver.records import EVENTS
 from tests.checker import CERTIFIED, REASONS, judge
 from tests.exhaustive import HIGH_CONDITION, SHARE_OF_HIGH, TOLERANCE, case_of, examine, refer
 from tests.random_stances import draw_stances, solve_with_c
+from tests.seeds import SEED, chosen
 
 WORD = {text: number for number, text in EVENTS.items()}
 
 
 def test_every_random_stance_is_certified():
-    """Of 1000; `make test-exhaustive` is for the rare ones."""
-    found = examine(seed=39, count=1000, sampled=0, with_numpy=False)
-    assert found.outcomes[CERTIFIED] == found.stances
-    assert max(found.worst.values()) <= TOLERANCE
-    assert len(found.modes) == 9 and len(found.events) == len(EVENTS)
+    """Of 1000, by the seed that the head of the run shows: by the checker, or by the reference where 113 bits are too few."""
+    found = examine(seed=SEED, count=1000, sampled=0, with_numpy=False)
+    assert found.outcomes[CERTIFIED] >= 0.99 * found.stances, f"HOPFORM_SEED={SEED}: {found.reasons}"
+    wrong = [case for case in map(refer, found.flagged) if case["verdict"] != "right"]
+    assert not wrong, f"HOPFORM_SEED={SEED}"
+    assert len(found.flagged) >= found.stances - found.outcomes[CERTIFIED]
+    assert max(found.worst.values()) <= TOLERANCE, f"HOPFORM_SEED={SEED}"
+    assert len(found.modes) == 9 and len(found.events) == len(EVENTS), f"HOPFORM_SEED={SEED}"
+
+
+def test_a_seed_is_repeated_or_fresh():
+    assert chosen("123") == 123
+    assert len({chosen("fresh") for _ in range(10)}) > 1
 
 
 def test_the_reference_measures_the_errors_that_the_checker_measures():

@@ -17,7 +17,7 @@ pytestmark = pytest.mark.skipif("c" not in hopform.backends(), reason="there is 
 
 ONE_BY_ONE, BASELINE, AVX2, AVX512 = 1, 2, 3, 4
 VARIANTS = {"baseline": BASELINE, "AVX2": AVX2, "AVX-512": AVX512}
-ERROR_VARIANT = -9
+ERROR_VARIANT = -11
 STATES = ("x1", "v1", "v2", "y", "u", "horizon")
 NAMES = [field.name for field in ROBOT_FIELDS]
 HOPPER = hopform.load_robot("hopper_c")

@@ -1,15 +1,19 @@
 """The compiled library and what stands in for it: one that is missing, broken or stale is refused by name, and NumPy solves."""
 
+import os
 import shutil
+import subprocess
+import sys
 import warnings
 from collections.abc import Iterator
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import hopform
 import hopform_solver
-from hopform import native
+from hopform import native, ufuncs
 from hopform.backends import _default
 from tools.build_library import LibraryNotBuilt, compile_sources
 
@@ -115,3 +119,46 @@ def test_asking_for_numpy_works_in_silence(library, hopper_c, prepare):
 def test_a_back_end_of_no_such_name_is_refused(hopper_c):
     with pytest.raises(ValueError, match="backend must be 'c' or 'numpy', got 'fortran'"):
         hopform.solve_stance(hopper_c, v2=-1.93, backend="fortran")
+
+
+WITHOUT_LIBRARY = """
+import pickle
+import sys
+import warnings
+
+import numpy as np
+
+import hopform
+from hopform import ufuncs
+
+assert hopform.backends() == ("numpy",), hopform.backends()
+assert ufuncs.stance is ufuncs.stance_on_arrays
+assert pickle.loads(pickle.dumps(ufuncs.stance)) is ufuncs.stance
+robot = hopform.load_robot("hopper_c")
+v2, u = np.linspace(-2.5, -0.5, 5)[:, np.newaxis], np.linspace(-3.0, 3.0, 4)
+out = tuple(np.empty((5, 4), np.intc if name in ufuncs.CODES else float) for name in ufuncs.RESULTS)
+assert all(a is b for a, b in zip(ufuncs.stance(0.0, 0.0, v2, 0.0, u, 2.0, np.array(robot.parameters), out=out), out))
+with warnings.catch_warnings(record=True) as said:
+    warnings.simplefilter("always")
+    batch = hopform.solve_stances(robot, v2=v2, u=u)
+assert ["no compiled library" in str(warning.message) for warning in said] == [True], said
+np.savez(sys.argv[1], *out, duration_of_batch=batch.duration)
+"""
+
+
+def test_the_ufunc_works_where_there_is_no_library(tmp_path):
+    """An installation without a compiler: NumPy stands in, for the ufunc too, with the numbers of the library."""
+    for package, folder in (("hopform", "runtime"), ("hopform_solver", "generated/python")):
+        shutil.copytree(
+            ROOT / folder / package, tmp_path / package, ignore=shutil.ignore_patterns("_lib*", "__pycache__")
+        )
+    environment = os.environ | {"PYTHONPATH": str(tmp_path)}
+    result = tmp_path / "results.npz"
+    subprocess.run([sys.executable, "-c", WITHOUT_LIBRARY, str(result)], env=environment, cwd=tmp_path, check=True)
+    found = np.load(result)
+    v2, u = np.linspace(-2.5, -0.5, 5)[:, np.newaxis], np.linspace(-3.0, 3.0, 4)
+    robot = hopform.load_robot("hopper_c")
+    expected = ufuncs.stance(0.0, 0.0, v2, 0.0, u, 2.0, np.array(robot.parameters))
+    for n, values in enumerate(expected):
+        np.testing.assert_allclose(found[f"arr_{n}"], values, rtol=1e-12, atol=1e-13)
+    np.testing.assert_array_equal(found["duration_of_batch"], found["arr_1"])

@@ -97,3 +97,14 @@ def test_a_velocity_that_fades_away_never_turns_back(function, dtype):
         v1=first * slow + second * fast, y=0.1 - first - second, u=0.1 * k,
     )  # fmt: skip
     assert got == (["horizon"] * COUNT, [0] * COUNT)
+
+
+@both_functions
+def test_a_velocity_that_pauses_once_a_period_goes_on(function):
+    """v2 = A (t - sin(w t)/w): its rate touches zero, itself it is far from it; a body that its spring just carries at the start."""
+    rng = np.random.default_rng(4)
+    k, m_s = (2.0 ** np.round(np.log2(over(rng, low, high))) for low, high in ((10.0, 2e4), (0.1, 10.0)))
+    m_eff, y = m_s * over(rng, 1.1, 20.0), m_s * G / k  # exactly
+    w = np.sqrt(k * (1.0 / m_s + 1.0 / m_eff))
+    robot = {"m_eff": m_eff, "m_s": m_s, "k": k, "c": y * over(rng, 2.0, 1e5)}
+    assert solve(function, np.float64, robot, 8.3 * 2.0 * np.pi / w, y=y) == (["horizon"] * COUNT, [0] * COUNT)

@@ -248,6 +248,13 @@ MUTANTS = (
         "if (chi * t * t >= 1.0e-9) {",
     ),
     Mutant(
+        "C: a spread of the pair beyond the range of the exponential",
+        "templates/c/src/kernels_real.h.j2",
+        "if (half * t >= 0.5) {",
+        "if (half * t > 0.5) {",
+        first=("tests/test_switchovers.py",),
+    ),
+    Mutant(
         "NumPy: factors of the cubic that are not polished",
         "templates/python/hopform_solver/kernels.py.j2",
         "for _ in range(3):",

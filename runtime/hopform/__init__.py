@@ -12,12 +12,15 @@ Importing hopform loads NumPy alone. Equation numbers are those of the paper tha
 from hopform import ufuncs
 from hopform.backends import backends, library_message
 from hopform.batch import Batch, solve_stances
+from hopform.control import Command, choose_current
 from hopform.errors import BackendError, HopformError, MissingExtra
+from hopform.flight import Flight, FlightLedger, FlightPhase, design_return, solve_flight
 from hopform.hopping import Hop, Run, hop
 from hopform.robots import ROBOTS, Robot, load_robot
-from hopform.sensitivities import Sensitivities
+from hopform.sensitivities import ManySensitivities, Sensitivities
 from hopform.stance import Energy, Event, Ledger, Phase, Stance, State, solve_stance, touchdown_velocity
 from hopform_solver.equations import EQUATIONS, Equation
+from hopform_solver.records import Gains
 
 __version__ = "0.1.0"
 
@@ -35,12 +38,18 @@ __all__ = [
     "ROBOTS",
     "BackendError",
     "Batch",
+    "Command",
     "Energy",
     "Equation",
     "Event",
+    "Flight",
+    "FlightLedger",
+    "FlightPhase",
+    "Gains",
     "Hop",
     "HopformError",
     "Ledger",
+    "ManySensitivities",
     "MissingExtra",
     "Phase",
     "Robot",
@@ -50,10 +59,13 @@ __all__ = [
     "State",
     "__version__",
     "backends",
+    "choose_current",
+    "design_return",
     "equations",
     "hop",
     "library_message",
     "load_robot",
+    "solve_flight",
     "solve_stance",
     "solve_stances",
     "touchdown_velocity",

@@ -16,19 +16,24 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+import hopform_solver
 from hopform import native, ufuncs
 from hopform.backends import Backend, choose
 from hopform.errors import HopformError
 from hopform.robots import Robot
+from hopform.sensitivities import COLUMNS, ManySensitivities, of_matrices
 from hopform.stance import State, precision_of
 from hopform.ufuncs import CHUNK, CODES, MAX_PHASES, RESULTS, STATUS
 from hopform_solver import checked
+from hopform_solver import records as solver_records
 from hopform_solver.records import EVENTS, ROBOT_FIELDS, Field
+from hopform_solver.sensitivity import ROWS, sensitivities_of
 
 Progress = Callable[[int, int], object]
 
 _TOUCHING_ULP = 4.0
 _FIRST_EVENTS = 16
+_FIRST_PHASES = 64
 _STATES = ("x1", "v1", "v2", "y", "u", "horizon")
 _UNITS = {"x1": "m", "v1": "m/s", "v2": "m/s", "x2": "m", "u": "A", "horizon": "s"}
 
@@ -41,6 +46,7 @@ class Batch:
     every other field there); `words` has them as text. duration: time of the ending. end: the state there. apex: NaN
     without take-off. aed: change of the body's energy. event_count: how many events. event_time, event_kind: the events,
     with a further last axis, NaN and 0 behind the last one; None unless asked for. Kinds are keys of `EVENTS`.
+    sensitivities: the derivatives as `Stance.sensitivities` has them, as arrays; None unless asked for.
     """
 
     status: NDArray[np.int32]
@@ -52,6 +58,7 @@ class Batch:
     event_time: NDArray[np.floating] | None
     event_kind: NDArray[np.int8] | None
     backend: Backend
+    sensitivities: ManySensitivities | None = None
 
     @property
     def words(self) -> NDArray[np.str_]:
@@ -88,6 +95,7 @@ class _Job:
     max_phases: int
     real: np.dtype[Any]
     results: tuple[NDArray[Any], ...]
+    matrices: NDArray[Any] | None
 
     def chunk(self, part: slice) -> list[NDArray[Any]]:
         """The columns of some stances: numbers stay numbers, a column in one piece is not copied."""
@@ -115,6 +123,7 @@ def solve_stances(
     horizon: ArrayLike = 2.0,
     max_phases: int = MAX_PHASES,
     events: bool = False,
+    sensitivities: bool = False,
     backend: str | None = None,
     dtype: Any = np.float64,
     threads: int = 1,
@@ -124,9 +133,10 @@ def solve_stances(
     """The stances of all combinations that the inputs broadcast to, each as `solve_stance` gives it.
 
     Inputs as for `solve_stance`, as arrays; u is a constant current per stance. Any field of the robot may be given
-    as an array too: `solve_stances(robot, v2=-2.0, k=np.linspace(800, 1600, 9))`. events: list them all. threads:
-    how many solve at a time. progress: called with the number of stances done and their total, now and then; what it
-    raises ends the batch. Raises HopformError, which names field, index, value and what is allowed.
+    as an array too: `solve_stances(robot, v2=-2.0, k=np.linspace(800, 1600, 9))`. events: list them all.
+    sensitivities: derivatives through the events, 140 numbers a stance. threads: how many solve at a time. progress:
+    called with the number of stances done and their total, now and then; what it raises ends the batch.
+    Raises HopformError, which names field, index, value and what is allowed.
 
     >>> import numpy as np
     >>> from hopform import load_robot
@@ -149,13 +159,16 @@ def solve_stances(
         raise HopformError(f"the shapes of the inputs must broadcast, got {shapes}") from None
     size = math.prod(shape)
     results = tuple(np.empty(size, np.int32 if name in CODES else real) for name in RESULTS)
-    job = _Job(columns, shape, size, max_phases, real, results)
+    matrices = np.empty((size, len(ROWS), len(COLUMNS)), real) if sensitivities else None
+    job = _Job(columns, shape, size, max_phases, real, results, matrices)
     chosen = choose(backend)
     lists = _run(job, chosen, events, threads, progress)
-    return _batch(job, chosen, lists)
+    return _batch(job, chosen, lists, x2 is not None)
 
 
-def _batch(job: _Job, backend: Backend, lists: tuple[NDArray[Any], NDArray[np.int8]] | None) -> Batch:
+def _batch(
+    job: _Job, backend: Backend, lists: tuple[NDArray[Any], NDArray[np.int8]] | None, x2_is_given: bool
+) -> Batch:
     of = {name: result.reshape(job.shape) for name, result in zip(RESULTS, job.results, strict=True)}
     times, kinds = lists if lists else (None, None)
     return Batch(
@@ -168,6 +181,9 @@ def _batch(job: _Job, backend: Backend, lists: tuple[NDArray[Any], NDArray[np.in
         event_time=None if times is None else times.reshape(*job.shape, times.shape[-1]),
         event_kind=None if kinds is None else kinds.reshape(*job.shape, kinds.shape[-1]),
         backend=backend,
+        sensitivities=None
+        if job.matrices is None
+        else of_matrices(job.matrices.reshape(*job.shape, *job.matrices.shape[1:]), x2_is_given),
     )
 
 
@@ -188,6 +204,9 @@ def _run(
             listed = _solve_by_ufunc(job, part)
         if events:
             found[part.start] = listed
+        if job.matrices is not None:
+            differentiate = _differentiate_on_arrays if backend == "numpy" else _differentiate_in_c
+            differentiate(job, part, job.matrices[part])
         return int(part.stop - part.start)
 
     parts = [slice(first, min(first + CHUNK, job.size)) for first in range(0, job.size, CHUNK)]
@@ -225,11 +244,26 @@ def _solve_by_ufunc(job: _Job, part: slice) -> _Events:
 
 
 def _solve_on_arrays(job: _Job, part: slice) -> _Events:
-    columns = [np.broadcast_to(column, part.stop - part.start) for column in job.chunk(part)]
+    columns = _whole(job, part)
     results, (lane, t, kind) = ufuncs.solve_columns(columns, job.max_phases, job.real)
     for result, values in zip(job.results, results, strict=True):
         result[part] = values
     return [(lane + part.start, t, kind)]
+
+
+def _whole(job: _Job, part: slice) -> list[NDArray[Any]]:
+    return [np.broadcast_to(column, part.stop - part.start) for column in job.chunk(part)]
+
+
+def _differentiate_on_arrays(job: _Job, part: slice, matrices: NDArray[Any]) -> None:
+    matrices[...] = np.nan
+    sound = np.flatnonzero(job.results[0][part] >= 0)
+    if sound.size:
+        x1, v1, v2, y, u, horizon, *fields = (column[sound] for column in _whole(job, part))
+        robot, start = solver_records.Robot(*fields), solver_records.State(x1, v1, v2, y)
+        with np.errstate(all="ignore"):
+            solution = hopform_solver.solve(robot, start, u, 0.0, horizon, job.max_phases, job.real.type)
+        matrices[sound] = sensitivities_of(solution)
 
 
 def _joined(job: _Job, lists: _Events) -> tuple[NDArray[Any], NDArray[np.int8]]:
@@ -288,19 +322,48 @@ def _solve_in_c(job: _Job, part: slice, events: bool) -> _Events:
     return _by_lane(kept, part.start)
 
 
+def _differentiate_in_c(job: _Job, part: slice, matrices: NDArray[Any]) -> None:
+    columns, room = job.chunk(part), _FIRST_PHASES
+    count = int(part.stop - part.start)
+    lanes = np.arange(count)
+    while lanes.size:
+        chosen = [column if column.shape == () else column[lanes] for column in columns]
+        found, status = _matrices(job, chosen, lanes.size, room)
+        matrices[lanes] = found
+        lanes, room = lanes[status == native.PHASES_NOT_KEPT], 16 * room
+
+
+def _matrices(job: _Job, columns: list[NDArray[Any]], count: int, room: int) -> tuple[NDArray[Any], NDArray[np.int32]]:
+    """Derivatives of the columns' stances, and whether each had room for its phases."""
+    library = native.library()
+    types = library.types(job.real)
+    phases = (types.phase * room)()
+    matrices, status = np.empty((count, len(ROWS), len(COLUMNS)), job.real), np.empty(count, np.int32)
+    library.call(
+        "stances_sensitivities", types, ctypes.c_int64(count), ctypes.byref(_arguments(job, columns)), phases, room,
+        ctypes.c_void_p(matrices.ctypes.data), ctypes.c_void_p(status.ctypes.data),
+    )  # fmt: skip
+    return matrices, status
+
+
+def _arguments(job: _Job, columns: list[NDArray[Any]]) -> Any:
+    """hopform_stances_in for these columns, which must outlive it."""
+    arguments = _structs()[0]()
+    for name, column in zip(_STATES, columns, strict=False):
+        setattr(arguments, name, _column(column))
+    for n, column in enumerate(columns[len(_STATES) :]):
+        arguments.robot[n] = _column(column)
+    arguments.max_phases = job.max_phases
+    return arguments
+
+
 def _call(
     job: _Job, columns: list[NDArray[Any]], results: list[NDArray[Any]], room: int
 ) -> tuple[NDArray[Any], NDArray[np.int8]]:
     """Solve the columns; the first `room` events of each stance."""
     library = native.library()
     types = library.types(job.real)
-    arguments, out = (struct() for struct in _structs())
-    fields = dict(zip((*_STATES, *(field.name for field in ROBOT_FIELDS)), columns, strict=True))
-    for name in _STATES:
-        setattr(arguments, name, _column(fields[name]))
-    for n, field in enumerate(ROBOT_FIELDS):
-        arguments.robot[n] = _column(fields[field.name])
-    arguments.max_phases = job.max_phases
+    arguments, out = _arguments(job, columns), _structs()[1]()
     for name, result in zip(RESULTS, results, strict=True):
         setattr(out, name, _column(result))
     count = results[0].size

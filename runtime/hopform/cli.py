@@ -129,6 +129,9 @@ Dtype = Annotated[Precision, option("--dtype", "precision of the computation")]
 Hops = Annotated[int, option("--hops", "how often it meets the ground", metavar="N", min=1)]
 Samples = Annotated[int, option("--samples", "uniform times in the CSV", metavar="N", min=2)]
 Json = Annotated[bool, option("--json", "print JSON (docs/json.md has its schema)")]
+WithSensitivities = Annotated[
+    bool, option("--sensitivities", "show what the take-off depends on, which JSON always has")
+]
 Toml = Annotated[bool, option("--toml", "print a TOML to start from (of hopper_c if no NAME)")]
 Csv = Annotated[str | None, option("--csv", "write a table over time; - prints it", metavar="FILE|-")]
 Plot = Annotated[Path | None, option("--plot", "draw it: .svg, .pdf or .png", metavar="FILE")]
@@ -196,6 +199,7 @@ def stance(
     backend: Backend = None,
     dtype: Dtype = Precision.float64,
     samples: Samples = 500,
+    sensitivities: WithSensitivities = False,
     json: Json = False,
     csv: Csv = None,
     plot: Plot = None,
@@ -221,7 +225,7 @@ def stance(
         json=(lambda: tables.stance_record(solved, height)) if json else None,
         csv=(csv, lambda: tables.stance_csv(solved, samples)) if csv else None,
         plot=(plot, lambda: figures().plot_stance(solved)) if plot else None,
-        readable=lambda: tables.stance(solved),
+        readable=lambda: tables.stance(solved, sensitivities),
         warnings=solved.warnings,
     )
 

@@ -33,7 +33,9 @@ _REASONS = {
     -6: "horizon or max_phases is not positive",
     -7: "a time is outside the stance",
     -8: "the numbers left the range of the precision: scale the robot or use float64",
-    -9: "this processor lacks the vector registers of the variant",
+    -9: "the desired apex is below the ground",
+    -10: "a gain is negative or not finite",
+    -11: "this processor lacks the vector registers of the variant",
 }
 
 
@@ -304,11 +306,17 @@ def _solved_again(source: str, dtype: np.dtype[Any], *structs: bytes) -> Solved:
 
 
 @lru_cache(maxsize=256)
+def plan_of(lib: Library, types: Types, parameters: tuple[Any, ...]) -> Any:
+    """The plan of a robot, which nobody writes to once it is made."""
+    plan = types.plan()
+    lib.call("plan_init", types, ctypes.byref(plan), ctypes.byref(types.robot(*parameters)))
+    return plan
+
+
+@lru_cache(maxsize=256)
 def _plan_of(desk: Desk, parameters: tuple[Any, ...]) -> bytes:
-    """The plan of a robot."""
-    types, plan = desk.types, desk.types.plan()
-    desk.library.call("plan_init", types, ctypes.byref(plan), ctypes.byref(types.robot(*parameters)))
-    return bytes(plan)
+    """The same as bytes."""
+    return bytes(plan_of(desk.library, desk.types, parameters))
 
 
 def solve(

@@ -28,13 +28,29 @@ class Sensitivities:
 
     def __getitem__(self, names: tuple[str, str]) -> float:
         """The derivative of a row by a column, by their names; HopformError if there is none of that name."""
-        row, column = names
-        for name, known in ((row, self.rows), (column, self.columns)):
-            if name not in known:
-                raise HopformError(
-                    f"there is no sensitivity {row!r}, {column!r}: {name!r} is not one of {', '.join(known)}"
-                )
-        return float(self.matrix[self.rows.index(row), self.columns.index(column)])
+        return float(self.matrix[_place(*names)])
+
+
+@dataclass(frozen=True)
+class ManySensitivities:
+    """The same of many stances, as arrays of their shape: matrix has two further axes, rows and columns."""
+
+    rows: tuple[str, ...]
+    columns: tuple[str, ...]
+    matrix: NDArray[np.floating] = field(compare=False)
+
+    def __getitem__(self, names: tuple[str, str]) -> NDArray[np.floating]:
+        """The derivatives of a row by a column, by their names; HopformError if there is none of that name."""
+        return np.asarray(self.matrix[(..., *_place(*names))])
+
+
+def _place(row: str, column: str) -> tuple[int, int]:
+    for name, known in ((row, ROWS), (column, COLUMNS)):
+        if name not in known:
+            raise HopformError(
+                f"there is no sensitivity {row!r}, {column!r}: {name!r} is not one of {', '.join(known)}"
+            )
+    return ROWS.index(row), COLUMNS.index(column)
 
 
 def in_height(solved: NDArray[Any], x2_is_given: bool) -> NDArray[Any]:
@@ -56,3 +72,10 @@ def of_matrix(solved: NDArray[Any], x2_is_given: bool) -> Sensitivities:
     matrix = in_height(solved, x2_is_given)
     matrix.setflags(write=False)
     return Sensitivities(ROWS, COLUMNS, matrix)
+
+
+def of_matrices(solved: NDArray[Any], x2_is_given: bool) -> ManySensitivities:
+    """The sensitivities of many stances from what a back end computes."""
+    matrix = in_height(solved, x2_is_given)
+    matrix.setflags(write=False)
+    return ManySensitivities(ROWS, COLUMNS, matrix)

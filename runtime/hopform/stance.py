@@ -252,7 +252,7 @@ def solve_stance(
     ('takeoff', 0.1841, ['x2_reverses'])
     """
     precision = precision_of(dtype)
-    start = _start(robot, x1, v1, x2, v2)
+    start = start_of(robot, x1, v1, x2, v2)
     steps = _steps(u)
     longest = positive("horizon", horizon, "s")
     if isinstance(max_phases, bool) or not isinstance(max_phases, int) or not 1 <= max_phases < 2**31:
@@ -369,7 +369,7 @@ _UNFOLDS = {
 }
 
 
-def _start(robot: Robot, x1: object, v1: object, x2: object, v2: object) -> solver_records.State:
+def start_of(robot: Robot, x1: object, v1: object, x2: object, v2: object) -> solver_records.State:
     """The state at touchdown with the compression as a coordinate of its own; 0 where x2 is left out."""
     x_1, v_1, v_2 = finite("x1", x1, "m"), finite("v1", v1, "m/s"), finite("v2", v2, "m/s")
     if not robot.x1_min <= x_1 <= robot.x1_max:

@@ -16,7 +16,7 @@ from rich.table import Table
 from rich.text import Text
 
 import hopform
-from hopform import Energy, Equation, Hop, Ledger, Phase, Robot, Run, Stance, State
+from hopform import Energy, Equation, Hop, Ledger, Phase, Robot, Run, Sensitivities, Stance, State
 
 Record = dict[str, Any]
 
@@ -177,14 +177,15 @@ def equation(shown: Equation) -> Iterator[RenderableType]:
     yield made
 
 
-def stance(solved: Stance) -> Iterator[RenderableType]:
-    """A stance: its ending, phases with the events that begin them, states and energies."""
+def stance(solved: Stance, with_sensitivities: bool = False) -> Iterator[RenderableType]:
+    """A stance: its ending, phases with the events that begin them, states and energies; derivatives where asked for."""
     first = solved.phases[0].state
     head = (
         f"{name_of(solved.robot)}: touchdown at {float(first.v2) + 0.0:.4g} m/s, {current(solved.u)}; {ending(solved)}"
     )
     yield Text(head, style="bold")
-    for part in (phases(solved), states(solved), ledger(solved)):
+    parts = [phases(solved), states(solved), ledger(solved)]
+    for part in [*parts, sensitivities(solved)] if with_sensitivities else parts:
         yield ""
         yield part
     yield ""
@@ -251,6 +252,22 @@ def ledger(solved: Stance) -> Table:
     made.add_row("sum", *(f"{each:+.6f}" for each in sums))
     made.add_row("change of energy H, E", *(f"{each:+.6f}" for each in changes))
     made.add_row("difference", *(f"{a - b:.1e}" for a, b in zip(sums, changes, strict=True)))
+    return made
+
+
+def sensitivities(solved: Stance) -> Table:
+    """What the take-off depends on: a row per input, a column per result, "-" where there is no derivative."""
+    derivatives = solved.sensitivities
+    units = {"x1": "m", "v1": "m/s", "x2": "m", "v2": "m/s", "u": "A"}
+    units |= {field.name: field.unit for field in Robot.fields()}
+    of = {"T": "s", "apex": "m", "aed": "J"}
+    heads = [f"{row} [{of.get(row) or units[row]}]" for row in derivatives.rows]
+    made = table("Sensitivities: change of the take-off per unit of", "", *heads, words=("",))
+    for column in derivatives.columns:
+        values = [derivatives[row, column] for row in derivatives.rows]
+        made.add_row(
+            f"{column} [{units[column]}]", *("-" if math.isnan(value) else f"{value + 0.0:.5g}" for value in values)
+        )
     return made
 
 
@@ -342,6 +359,7 @@ def stance_record(solved: Stance, height: float | None) -> Record:
         "phases": [phase_record(phase) for phase in solved.phases],
         "energy": {"start": energy_record(solved.energy(0.0)), "end": energy_record(solved.energy(solved.duration))},
         "ledger": ledger_record(solved.ledger(solved.duration)),
+        "sensitivities": sensitivities_record(solved.sensitivities),
         "warnings": list(solved.warnings),
     }
 
@@ -364,6 +382,10 @@ def energy_record(energy: Energy) -> Record:
 
 def ledger_record(entries: Ledger) -> Record:
     return dict(entries._asdict())
+
+
+def sensitivities_record(derivatives: Sensitivities) -> Record:
+    return {row: {column: derivatives[row, column] for column in derivatives.columns} for row in derivatives.rows}
 
 
 def phase_record(phase: Phase) -> Record:

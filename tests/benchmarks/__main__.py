@@ -4,7 +4,7 @@ import sys
 
 from rich.console import Console
 
-from tests.benchmarks import native, report
+from tests.benchmarks import beside, native, report
 from tests.benchmarks.jobs import COUNT, sets
 from tests.benchmarks.measure import measure
 from tests.benchmarks.pieces import pieces
@@ -26,9 +26,11 @@ def main() -> None:
             for of in sets()
             for precision in native.REALS
         }
-    report.terminal(outcome, found, console)
+        status.update("beside the table")
+        lines = beside.measure(size["repetitions"])
+    report.terminal(outcome, found, lines, console)
     folder = native.OUT if quick else native.ROOT / "docs"
-    (folder / "benchmark.md").write_text(report.markdown(outcome, found), "utf-8")
+    (folder / "benchmark.md").write_text(report.markdown(outcome, found, lines), "utf-8")
     if not quick:
         readme = native.ROOT / "README.md"
         readme.write_text(report.into_readme(outcome, readme.read_text("utf-8")), "utf-8")

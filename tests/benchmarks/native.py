@@ -119,6 +119,11 @@ def odeint() -> Library:
     return Library(_build(command, [HERE / "odeint.cpp"], "odeint", []))
 
 
+def by_hand() -> Library:
+    """The paper's closed form without hopform."""
+    return Library(_build([*compilers()[1], "-std=c++14", *PEER_FLAGS], [HERE / "by_hand.cpp"], "by_hand", []))
+
+
 def cvode() -> Library:
     libraries = ["-lsundials_cvode", "-lsundials_nvecserial"]
     return Library(_build([*compilers()[0], "-std=gnu99", *PEER_FLAGS], [HERE / "cvode.c"], "cvode", libraries))

@@ -2,12 +2,13 @@
 
 import io
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from rich.console import Console
 from rich.table import Table
 
+from tests.benchmarks.beside import Line
 from tests.benchmarks.measure import Outcome, Result
 from tests.benchmarks.pieces import Piece
 from tests.benchmarks.rows import BASE
@@ -75,7 +76,7 @@ def headline(outcome: Outcome) -> str:
     return f"{text} The fastest of those with errors up to {ACCURATE:.0e} is {against(outcome, accurate, one)}"
 
 
-def terminal(outcome: Outcome, pieces: Pieces, console: Console) -> None:
+def terminal(outcome: Outcome, pieces: Pieces, lines: Sequence[Line], console: Console) -> None:
     """Print everything."""
     table = Table(title=f"{outcome.count} stances of each set, median of {outcome.repetitions} repetitions")
     for n, title in enumerate(TITLES):
@@ -89,6 +90,10 @@ def terminal(outcome: Outcome, pieces: Pieces, console: Console) -> None:
     for row in piece_cells(pieces):
         alone.add_row(*row)
     console.print(alone)
+    besides = Table(*LINE_TITLES, title="beside the table")
+    for cells_of in line_cells(lines):
+        besides.add_row(*cells_of)
+    console.print(besides)
     console.print(headline(outcome), markup=False)
 
 
@@ -106,6 +111,15 @@ def piece_cells(pieces: Pieces) -> list[tuple[str, ...]]:
         )
         for (of, precision), found in pieces.items()
         for piece in found
+    ]
+
+
+LINE_TITLES = ("what", "value", "unit", "ratio")
+
+
+def line_cells(lines: Sequence[Line]) -> list[tuple[str, ...]]:
+    return [
+        (line.name, _short(line.value), line.unit, "" if line.ratio is None else _short(line.ratio)) for line in lines
     ]
 
 
@@ -133,7 +147,7 @@ def into_readme(outcome: Outcome, text: str) -> str:
     return f"{before}{FROM}{headline(outcome)}\n\n{table}{TO}{after}"
 
 
-def markdown(outcome: Outcome, pieces: Pieces) -> str:
+def markdown(outcome: Outcome, pieces: Pieces, lines: Sequence[Line] = ()) -> str:
     """The page docs/benchmark.md."""
     one = base(outcome)
     left_out = "".join(f"\nLeft out: {line}.\n" for line in outcome.left_out)
@@ -164,7 +178,15 @@ by the same rules for sticking, slipping, reversals and stops.
 
 Instructions are counted by callgrind, so they are the same on a busy machine; per call, on the same stances.
 
-{_markdown(("function", *PIECE_TITLES), piece_cells(pieces), 3)}"""
+{_markdown(("function", *PIECE_TITLES), piece_cells(pieces), 3)}
+## Beside the table
+
+The paper's sequence, both masses moving, the body turning once, then take-off, has a closed form that one can write by
+hand; it proves nothing and knows no other event. Many stances: ratios are to the C loop over the same stances, which has
+the plans ready; where every stance has its own robot `solve_stances` makes them too. The memory is that of a process of its
+own, without event lists.
+
+{_markdown(LINE_TITLES, line_cells(lines), 1)}"""
 
 
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#7F7F7F")

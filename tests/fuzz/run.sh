@@ -1,23 +1,39 @@
 #!/bin/sh
-# Fuzz each C entry point for SECONDS (default 60), in both precisions; a finding stops it and stays in out/fuzz; tests/fuzz/found holds earlier ones.
+# Fuzz each C entry point for SECONDS_EACH (default 60), in both precisions, JOBS (default: processors) at a time. A finding stops it,
+# unless KEEP_GOING is set, and stays in out/fuzz; tests/fuzz/found holds earlier ones, which are tried first.
 set -eu
 cd "$(dirname "$0")/../.."
 clang=${CLANG:-clang}
+seconds=${SECONDS_EACH:-60}
+checks="-fsanitize=fuzzer-no-link,address,undefined,float-divide-by-zero,float-cast-overflow -fno-sanitize-recover=all"
+flags="-std=c99 -g -O1 -ffp-contract=off -D_GNU_SOURCE -Igenerated/c/include"
+
+if [ $# -eq 2 ]; then # one entry point in one precision
+    name=fuzz_$1_$2
+    # shellcheck disable=SC2086
+    "$clang" $flags $checks -fsanitize=fuzzer -D"$2" -DENTRY="$1" tests/fuzz/fuzz_entry.c out/fuzz/objects/*.o -o "out/fuzz/$name" -lm
+    mkdir -p "out/fuzz/corpus_$name"
+    status=0
+    "out/fuzz/$name" -max_total_time="$seconds" -max_len=256 -timeout=10 -verbosity=0 -print_final_stats=1 \
+        -artifact_prefix="out/fuzz/${name}_" "out/fuzz/corpus_$name" tests/fuzz/found 2>"out/fuzz/$name.log" || status=$?
+    runs=$(sed -n 's/^stat::number_of_executed_units: *//p' "out/fuzz/$name.log")
+    slowest=$(sed -n 's/^stat::slowest_unit_time_sec: *//p' "out/fuzz/$name.log")
+    echo "entry $1, $2: ${runs:-?} inputs in $seconds s, slowest ${slowest:-?} s"
+    [ "$status" -eq 0 ] && exit 0
+    echo "a finding: out/fuzz/$name.log" >&2
+    grep -m 3 -e 'runtime error' -e 'ERROR' -e 'Test unit' "out/fuzz/$name.log" >&2
+    exit "$([ -n "${KEEP_GOING:-}" ] && echo 1 || echo 255)" # 255: no more are begun
+fi
+
 command -v "$clang" >/dev/null || { echo "hopform: no clang: $clang not found (set CLANG, or on Debian: apt install clang)" >&2; exit 1; }
-mkdir -p out/fuzz
+rm -rf out/fuzz/objects
+mkdir -p out/fuzz/objects
+jobs=${JOBS:-$(getconf _NPROCESSORS_ONLN)}
+for source in generated/c/src/*.c; do
+    echo "$source" "out/fuzz/objects/$(basename "$source" .c).o"
+done | xargs -n 2 -P "$jobs" sh -c "$clang $flags $checks -c \"\$0\" -o \"\$1\""
 for precision in DOUBLE SINGLE; do
     for entry in 1 2 3 4; do
-        name=fuzz_${entry}_$precision
-        "$clang" -std=c99 -g -O1 -ffp-contract=off -D_GNU_SOURCE -D"$precision" -DENTRY="$entry" -Igenerated/c/include \
-            -fsanitize=fuzzer,address,undefined,float-divide-by-zero,float-cast-overflow -fno-sanitize-recover=all \
-            tests/fuzz/fuzz_entry.c generated/c/src/*.c -o "out/fuzz/$name" -lm
-        mkdir -p "out/fuzz/corpus_$name"
-        echo "entry $entry, $precision: ${SECONDS_EACH:-60} s"
-        "out/fuzz/$name" -max_total_time="${SECONDS_EACH:-60}" -max_len=256 -timeout=10 -verbosity=0 \
-            -print_final_stats=1 -artifact_prefix="out/fuzz/${name}_" "out/fuzz/corpus_$name" tests/fuzz/found 2>"out/fuzz/$name.log" || {
-            echo "a finding: out/fuzz/$name.log" >&2
-            grep -m 3 -e 'runtime error' -e 'ERROR' -e 'Test unit' "out/fuzz/$name.log" >&2
-            [ -n "${KEEP_GOING:-}" ] || exit 1
-        }
+        echo "$entry $precision"
     done
-done
+done | SECONDS_EACH=$seconds xargs -n 2 -P "$jobs" sh tests/fuzz/run.sh

@@ -115,8 +115,10 @@ static inline hopform_verdict_f32 hopform_judge_f32(const hopform_sample_f32 *fr
         const float growth = a * h < 1.0f ? 1.0f + 2.0f * a * h : 1e38f;
         monotone = short_of_quarter && fabsf(from->rate) > fabsf(from->turning) * h * growth;
         if (!monotone) {
-            const float steepest = from->rate < to->rate * growth ? from->rate : to->rate * growth;
-            const bool far = from->rate < 0.0f && to->value > 0.0f && from->value + steepest * h > from->noise + to->noise;
+            const float least = from->rate < to->rate * growth ? from->rate : to->rate * growth;
+            const float lowest = short_of_quarter ? from->rate - fabsf(from->turning) * h * growth : -1e38f;
+            const float steepest = from->rate < 0.0f ? least : lowest;
+            const bool far = to->value > 0.0f && from->value + steepest * h > from->noise + to->noise;
             return far ? KEEPS_SIGN : UNDECIDED;
         }
     }
@@ -155,10 +157,11 @@ static inline float hopform_step_to_root_f32(const hopform_sample_f32 *at)
     return fabsf(below) > 0.0f ? at->value * (6.0f * rate2 - 3.0f * at->value * at->curvature) / below : 1e38f;
 }
 
-/* True where one more of these steps lands on the root: its error is of the fourth order in the step. */
+/* True where one more of these steps lands on the root: its error is of the fourth order in the step, which is Newton's but
+ * for a little, and not short because its numerator vanishes. */
 static inline bool hopform_is_last_step_f32(const hopform_sample_f32 *at, float step)
 {
-    return fabsf(step * at->curvature) <= 0.0003f * fabsf(at->rate) && step * step * fabsf(at->third) <= 1e-7f * fabsf(at->rate);
+    return fabsf(at->value) <= 2.0f * fabsf(step * at->rate) && fabsf(step * at->curvature) <= 0.0003f * fabsf(at->rate) && step * step * fabsf(at->third) <= 1e-7f * fabsf(at->rate);
 }
 
 /* A time, what the poles do until then, and g there. */

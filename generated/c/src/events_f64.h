@@ -115,8 +115,10 @@ static inline hopform_verdict_f64 hopform_judge_f64(const hopform_sample_f64 *fr
         const double growth = a * h < 1.0 ? 1.0 + 2.0 * a * h : 1e+300;
         monotone = short_of_quarter && fabs(from->rate) > fabs(from->turning) * h * growth;
         if (!monotone) {
-            const double steepest = from->rate < to->rate * growth ? from->rate : to->rate * growth;
-            const bool far = from->rate < 0.0 && to->value > 0.0 && from->value + steepest * h > from->noise + to->noise;
+            const double least = from->rate < to->rate * growth ? from->rate : to->rate * growth;
+            const double lowest = short_of_quarter ? from->rate - fabs(from->turning) * h * growth : -1e+300;
+            const double steepest = from->rate < 0.0 ? least : lowest;
+            const bool far = to->value > 0.0 && from->value + steepest * h > from->noise + to->noise;
             return far ? KEEPS_SIGN : UNDECIDED;
         }
     }
@@ -155,10 +157,11 @@ static inline double hopform_step_to_root_f64(const hopform_sample_f64 *at)
     return fabs(below) > 0.0 ? at->value * (6.0 * rate2 - 3.0 * at->value * at->curvature) / below : 1e+300;
 }
 
-/* True where one more of these steps lands on the root: its error is of the fourth order in the step. */
+/* True where one more of these steps lands on the root: its error is of the fourth order in the step, which is Newton's but
+ * for a little, and not short because its numerator vanishes. */
 static inline bool hopform_is_last_step_f64(const hopform_sample_f64 *at, double step)
 {
-    return fabs(step * at->curvature) <= 0.0003 * fabs(at->rate) && step * step * fabs(at->third) <= 1e-07 * fabs(at->rate);
+    return fabs(at->value) <= 2.0 * fabs(step * at->rate) && fabs(step * at->curvature) <= 0.0003 * fabs(at->rate) && step * step * fabs(at->third) <= 1e-07 * fabs(at->rate);
 }
 
 /* A time, what the poles do until then, and g there. */

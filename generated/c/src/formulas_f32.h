@@ -218,6 +218,56 @@ typedef struct {
     float d_a2_v2;  /* [1/s] the same per v_2 */
 } hopform_slopes_f32;
 
+/* The actuator in flight: accelerations, and poles under the law and at its limit. */
+typedef struct {
+    float p_law;      /* [1/s] sum of the rates under the law */
+    float q_law;      /* [1/s^2] product of the rates under the law */
+    float p_free;     /* [1/s] rate of the actuator under a constant force */
+    float a_free;     /* [m/s^2] constant acceleration without the motor */
+    float a_largest;  /* [m/s^2] largest acceleration by the motor */
+} hopform_flight_rates_f32;
+
+/* The actuator at one instant of the flight. */
+typedef struct {
+    float x1;    /* [m] displacement */
+    float v1;    /* [m/s] velocity */
+    float acc1;  /* [m/s^2] acceleration */
+} hopform_actuator_f32;
+
+/* The actuator at time t of a phase of the flight. */
+typedef struct {
+    float moved;    /* [m] how far it has moved since the phase began */
+    float v1_t;     /* [m/s] velocity */
+    float acc1_t;   /* [m/s^2] acceleration */
+    float jerk1_t;  /* [m/s^3] its rate */
+} hopform_actuator_at_f32;
+
+/* What the law asks of the motor, and how that changes. */
+typedef struct {
+    float pull;            /* [N] force */
+    float pull_rate;       /* [N/s] its rate */
+    float pull_curvature;  /* [N/s^2] the rate of that */
+} hopform_pull_f32;
+
+/* Body and foot where a phase of the flight begins. */
+typedef struct {
+    float foot;  /* [m] height of the foot over the ground ahead */
+    float v2;    /* [m/s] velocity of the body */
+} hopform_ballistic_f32;
+
+/* The foot at time t of a phase of the flight. */
+typedef struct {
+    float foot_t;          /* [m] height over the ground ahead */
+    float foot_rate;       /* [m/s] its rate */
+    float foot_curvature;  /* [m/s^2] the rate of that */
+} hopform_foot_at_f32;
+
+/* What a part of a phase of the flight leaves behind. */
+typedef struct {
+    float moved;     /* [m] how far it has moved since the phase began */
+    float int_v1v1;  /* [m^2/s] integral of v_1^2 */
+} hopform_way_f32;
+
 /* Coefficients of the equations of motion and of their characteristic polynomials. */
 static inline hopform_rates_f32 hopform_rates_of_f32(const hopform_robot_f32 *robot)
 {
@@ -622,6 +672,18 @@ static inline float hopform_printed_objective_f32(const hopform_robot_f32 *robot
     return J;
 }
 
+/* The same objective with a weight for each of what it does otherwise than the exact form. */
+static inline float hopform_objective_f32(const hopform_robot_f32 *robot, const hopform_state_f32 *state, float aed, float x1_T, float h_des, float step, float half, float direction, float spring)
+{
+    const float m_s = robot->m_s, k = robot->k, g = robot->g;
+    const float x1 = state->x1, v2 = state->v2;
+    const float E_td = 0.5f*m_s*v2*v2;                                                 /* (25), after the impact */
+    const float E_dist = g*half*m_s*(fabsf(step)*(1.0f - direction) - direction*step);  /* (26), half = 1/2 as printed */
+    const float E_spring = 0.5f*k*x1*x1 + g*m_s*x1 - 0.5f*k*x1_T*x1_T;                  /* what (27) leaves out */
+    const float J = fabsf(E_dist + E_td + aed + E_spring*spring - g*h_des*m_s);        /* (27) */
+    return J;
+}
+
 /* Current at which the unloaded actuator starts to move. */
 static inline float hopform_threshold_current_f32(const hopform_robot_f32 *robot)
 {
@@ -678,6 +740,132 @@ static inline float hopform_apex_change_f32(const hopform_robot_f32 *robot, floa
     const float d_g = robot_change->d_g;
     const float d_apex = d_x1 + d_v_up*v_up/g - 0.5f*d_g*v_up*v_up/(g*g);  /* change of apex of the ballistic flight */
     return d_apex;
+}
+
+/* Poles and accelerations of the actuator in flight. */
+static inline hopform_flight_rates_f32 hopform_flight_rates_of_f32(const hopform_robot_f32 *robot, const hopform_gains_f32 *gains, float largest)
+{
+    const float m_eff = robot->m_eff, k = robot->k, c = robot->c, b1 = robot->b1;
+    const float Kp = gains->Kp, Kd = gains->Kd;
+    const float p_law = Kd/m_eff + b1/m_eff;  /* (3) under the law, per v_1 */
+    const float q_law = Kp/m_eff;             /* (3) under the law, per x_1 */
+    const float p_free = b1/m_eff;            /* (3) in flight, per v_1 */
+    const float a_free = c*k/m_eff;           /* (3) in flight, constant */
+    const float a_largest = largest/m_eff;    /* (3) per u, at the limit */
+    const hopform_flight_rates_f32 result = {p_law, q_law, p_free, a_free, a_largest};
+    return result;
+}
+
+/* Acceleration with which a phase of the flight under the law begins. */
+static inline float hopform_acceleration_under_law_f32(const hopform_robot_f32 *robot, const hopform_flight_rates_f32 *flight_rates, float x1, float v1, float side_1)
+{
+    const float f1 = robot->f1;
+    const float p_law = flight_rates->p_law, q_law = flight_rates->q_law, a_free = flight_rates->a_free;
+    const float acc1 = a_free - f1*side_1 - p_law*v1 - q_law*x1;  /* (3) under the law */
+    return acc1;
+}
+
+/* Acceleration with which a phase of the flight at the limit of the current begins. */
+static inline float hopform_acceleration_at_limit_f32(const hopform_robot_f32 *robot, const hopform_flight_rates_f32 *flight_rates, float v1, float side_1, float limit)
+{
+    const float f1 = robot->f1;
+    const float p_free = flight_rates->p_free, a_free = flight_rates->a_free, a_largest = flight_rates->a_largest;
+    const float acc1 = a_free - a_largest*limit - f1*side_1 - p_free*v1;  /* (3) at the limit */
+    return acc1;
+}
+
+/* The actuator at time t of a phase of the flight. */
+static inline hopform_actuator_at_f32 hopform_actuator_in_flight_f32(const hopform_actuator_f32 *actuator, const hopform_poles_f32 *poles, const hopform_pair_f32 *pair)
+{
+    const float v1 = actuator->v1, acc1 = actuator->acc1;
+    const float p = poles->p, q = poles->q;
+    const float Rd = pair->Rd, R = pair->R, R1 = pair->R1;
+    const float moved = R1*acc1 + v1*(R + R1*p);  /* (3) in flight, integral */
+    const float v1_t = R*acc1 + v1*(Rd + R*p);    /* (3) in flight */
+    const float acc1_t = Rd*acc1 - R*q*v1;        /* (3) in flight, derivative */
+    const float jerk1_t = -acc1_t*p - q*v1_t;     /* (3) in flight, differentiated */
+    const hopform_actuator_at_f32 result = {moved, v1_t, acc1_t, jerk1_t};
+    return result;
+}
+
+/* What the law asks of the motor at time t of a phase of the flight. */
+static inline hopform_pull_f32 hopform_pull_of_law_f32(const hopform_gains_f32 *gains, const hopform_actuator_f32 *actuator, const hopform_actuator_at_f32 *actuator_at)
+{
+    const float Kp = gains->Kp, Kd = gains->Kd;
+    const float x1 = actuator->x1;
+    const float moved = actuator_at->moved, v1_t = actuator_at->v1_t, acc1_t = actuator_at->acc1_t;
+    const float jerk1_t = actuator_at->jerk1_t;
+    const float pull = Kd*v1_t + Kp*(moved + x1);         /* PD law */
+    const float pull_rate = Kd*acc1_t + Kp*v1_t;          /* derivative of the law */
+    const float pull_curvature = Kd*jerk1_t + Kp*acc1_t;  /* second derivative of the law */
+    const hopform_pull_f32 result = {pull, pull_rate, pull_curvature};
+    return result;
+}
+
+/* The foot at time t of a phase of the flight. */
+static inline hopform_foot_at_f32 hopform_foot_in_flight_f32(const hopform_robot_f32 *robot, const hopform_ballistic_f32 *ballistic, const hopform_actuator_at_f32 *actuator_at, float t)
+{
+    const float g = robot->g;
+    const float foot = ballistic->foot, v2 = ballistic->v2;
+    const float moved = actuator_at->moved, v1_t = actuator_at->v1_t, acc1_t = actuator_at->acc1_t;
+    const float foot_t = foot + t*v2 - moved - 0.5f*g*t*t;  /* x_2 - L_0 - c - x_1 */
+    const float foot_rate = v2 - v1_t - g*t;               /* its derivative */
+    const float foot_curvature = -acc1_t - g;              /* its second derivative */
+    const hopform_foot_at_f32 result = {foot_t, foot_rate, foot_curvature};
+    return result;
+}
+
+/* Gains that bring the actuator back in a given time, critically damped. */
+static inline hopform_gains_f32 hopform_critical_gains_f32(const hopform_robot_f32 *robot, float time)
+{
+    const float m_eff = robot->m_eff, b1 = robot->b1;
+    const float settled_rate = 2e1f/(3.0f*time);                    /* (1 + 20/3) exp(-20/3) < 1/100 */
+    const float shortfall = 2.0f*m_eff*settled_rate - b1;           /* critical damping less b_1 */
+    const float Kd = 0.5f*fabsf(shortfall) + 0.5f*shortfall;          /* what the motor adds to b_1 */
+    const float damping = Kd + b1;                                 /* b_1 + K_d */
+    const float Kp = settled_rate*(damping - m_eff*settled_rate);  /* the slower pole at the settling rate */
+    const hopform_gains_f32 result = {Kp, Kd};
+    return result;
+}
+
+/* Time after which the body has come down from a height. */
+static inline float hopform_time_of_fall_f32(const hopform_robot_f32 *robot, float v2, float drop)
+{
+    const float g = robot->g;
+    const float touchdown_time = (v2 + sqrtf(v2*v2 + 2.0f*drop*g))/g;  /* ballistic */
+    return touchdown_time;
+}
+
+/* Velocity of the body after the impact. */
+static inline float hopform_velocity_after_impact_f32(const hopform_robot_f32 *robot, float v2)
+{
+    const float impact_loss = robot->impact_loss;
+    const float v2_after = sqrtf(1.0f - impact_loss)*v2;  /* impact loss */
+    return v2_after;
+}
+
+/* Energy of the body and of the robot in flight. */
+static inline hopform_energy_f32 hopform_flight_energies_f32(const hopform_robot_f32 *robot, float v1, float v2, float hop_height)
+{
+    const float m_eff = robot->m_eff, m_s = robot->m_s, L0 = robot->L0, c = robot->c, g = robot->g;
+    const float body = 0.5f*m_s*v2*v2 + g*m_s*(L0 + c + hop_height);  /* energy of the body in flight */
+    const float total = body + 0.5f*m_eff*v1*v1;                      /* energy of the whole robot in flight */
+    const hopform_energy_f32 result = {body, total};
+    return result;
+}
+
+/* Each entry of the flight's ledger over a part of a phase. */
+static inline hopform_flight_ledger_f32 hopform_flight_ledger_of_f32(const hopform_robot_f32 *robot, const hopform_gains_f32 *gains, float largest, float x1, float side_1, float limit, const hopform_way_f32 *way)
+{
+    const float m_eff = robot->m_eff, k = robot->k, c = robot->c, b1 = robot->b1, f1 = robot->f1;
+    const float Kp = gains->Kp, Kd = gains->Kd;
+    const float moved = way->moved, int_v1v1 = way->int_v1v1;
+    const float motor_work = (Kd*int_v1v1 + Kp*moved*(0.5f*moved + x1))*(limit*limit - 1.0f) - largest*limit*moved;  /* law, or limit */
+    const float offset_work = c*k*moved;                                                                           /* constant force */
+    const float viscous_1 = -b1*int_v1v1;                                                                          /* ledger */
+    const float coulomb_1 = -f1*m_eff*moved*side_1;                                                                /* ledger */
+    const hopform_flight_ledger_f32 result = {motor_work, offset_work, viscous_1, coulomb_1};
+    return result;
 }
 
 #endif

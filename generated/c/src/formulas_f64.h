@@ -218,6 +218,56 @@ typedef struct {
     double d_a2_v2;  /* [1/s] the same per v_2 */
 } hopform_slopes_f64;
 
+/* The actuator in flight: accelerations, and poles under the law and at its limit. */
+typedef struct {
+    double p_law;      /* [1/s] sum of the rates under the law */
+    double q_law;      /* [1/s^2] product of the rates under the law */
+    double p_free;     /* [1/s] rate of the actuator under a constant force */
+    double a_free;     /* [m/s^2] constant acceleration without the motor */
+    double a_largest;  /* [m/s^2] largest acceleration by the motor */
+} hopform_flight_rates_f64;
+
+/* The actuator at one instant of the flight. */
+typedef struct {
+    double x1;    /* [m] displacement */
+    double v1;    /* [m/s] velocity */
+    double acc1;  /* [m/s^2] acceleration */
+} hopform_actuator_f64;
+
+/* The actuator at time t of a phase of the flight. */
+typedef struct {
+    double moved;    /* [m] how far it has moved since the phase began */
+    double v1_t;     /* [m/s] velocity */
+    double acc1_t;   /* [m/s^2] acceleration */
+    double jerk1_t;  /* [m/s^3] its rate */
+} hopform_actuator_at_f64;
+
+/* What the law asks of the motor, and how that changes. */
+typedef struct {
+    double pull;            /* [N] force */
+    double pull_rate;       /* [N/s] its rate */
+    double pull_curvature;  /* [N/s^2] the rate of that */
+} hopform_pull_f64;
+
+/* Body and foot where a phase of the flight begins. */
+typedef struct {
+    double foot;  /* [m] height of the foot over the ground ahead */
+    double v2;    /* [m/s] velocity of the body */
+} hopform_ballistic_f64;
+
+/* The foot at time t of a phase of the flight. */
+typedef struct {
+    double foot_t;          /* [m] height over the ground ahead */
+    double foot_rate;       /* [m/s] its rate */
+    double foot_curvature;  /* [m/s^2] the rate of that */
+} hopform_foot_at_f64;
+
+/* What a part of a phase of the flight leaves behind. */
+typedef struct {
+    double moved;     /* [m] how far it has moved since the phase began */
+    double int_v1v1;  /* [m^2/s] integral of v_1^2 */
+} hopform_way_f64;
+
 /* Coefficients of the equations of motion and of their characteristic polynomials. */
 static inline hopform_rates_f64 hopform_rates_of_f64(const hopform_robot_f64 *robot)
 {
@@ -622,6 +672,18 @@ static inline double hopform_printed_objective_f64(const hopform_robot_f64 *robo
     return J;
 }
 
+/* The same objective with a weight for each of what it does otherwise than the exact form. */
+static inline double hopform_objective_f64(const hopform_robot_f64 *robot, const hopform_state_f64 *state, double aed, double x1_T, double h_des, double step, double half, double direction, double spring)
+{
+    const double m_s = robot->m_s, k = robot->k, g = robot->g;
+    const double x1 = state->x1, v2 = state->v2;
+    const double E_td = 0.5*m_s*v2*v2;                                                 /* (25), after the impact */
+    const double E_dist = g*half*m_s*(fabs(step)*(1.0 - direction) - direction*step);  /* (26), half = 1/2 as printed */
+    const double E_spring = 0.5*k*x1*x1 + g*m_s*x1 - 0.5*k*x1_T*x1_T;                  /* what (27) leaves out */
+    const double J = fabs(E_dist + E_td + aed + E_spring*spring - g*h_des*m_s);        /* (27) */
+    return J;
+}
+
 /* Current at which the unloaded actuator starts to move. */
 static inline double hopform_threshold_current_f64(const hopform_robot_f64 *robot)
 {
@@ -678,6 +740,132 @@ static inline double hopform_apex_change_f64(const hopform_robot_f64 *robot, dou
     const double d_g = robot_change->d_g;
     const double d_apex = d_x1 + d_v_up*v_up/g - 0.5*d_g*v_up*v_up/(g*g);  /* change of apex of the ballistic flight */
     return d_apex;
+}
+
+/* Poles and accelerations of the actuator in flight. */
+static inline hopform_flight_rates_f64 hopform_flight_rates_of_f64(const hopform_robot_f64 *robot, const hopform_gains_f64 *gains, double largest)
+{
+    const double m_eff = robot->m_eff, k = robot->k, c = robot->c, b1 = robot->b1;
+    const double Kp = gains->Kp, Kd = gains->Kd;
+    const double p_law = Kd/m_eff + b1/m_eff;  /* (3) under the law, per v_1 */
+    const double q_law = Kp/m_eff;             /* (3) under the law, per x_1 */
+    const double p_free = b1/m_eff;            /* (3) in flight, per v_1 */
+    const double a_free = c*k/m_eff;           /* (3) in flight, constant */
+    const double a_largest = largest/m_eff;    /* (3) per u, at the limit */
+    const hopform_flight_rates_f64 result = {p_law, q_law, p_free, a_free, a_largest};
+    return result;
+}
+
+/* Acceleration with which a phase of the flight under the law begins. */
+static inline double hopform_acceleration_under_law_f64(const hopform_robot_f64 *robot, const hopform_flight_rates_f64 *flight_rates, double x1, double v1, double side_1)
+{
+    const double f1 = robot->f1;
+    const double p_law = flight_rates->p_law, q_law = flight_rates->q_law, a_free = flight_rates->a_free;
+    const double acc1 = a_free - f1*side_1 - p_law*v1 - q_law*x1;  /* (3) under the law */
+    return acc1;
+}
+
+/* Acceleration with which a phase of the flight at the limit of the current begins. */
+static inline double hopform_acceleration_at_limit_f64(const hopform_robot_f64 *robot, const hopform_flight_rates_f64 *flight_rates, double v1, double side_1, double limit)
+{
+    const double f1 = robot->f1;
+    const double p_free = flight_rates->p_free, a_free = flight_rates->a_free, a_largest = flight_rates->a_largest;
+    const double acc1 = a_free - a_largest*limit - f1*side_1 - p_free*v1;  /* (3) at the limit */
+    return acc1;
+}
+
+/* The actuator at time t of a phase of the flight. */
+static inline hopform_actuator_at_f64 hopform_actuator_in_flight_f64(const hopform_actuator_f64 *actuator, const hopform_poles_f64 *poles, const hopform_pair_f64 *pair)
+{
+    const double v1 = actuator->v1, acc1 = actuator->acc1;
+    const double p = poles->p, q = poles->q;
+    const double Rd = pair->Rd, R = pair->R, R1 = pair->R1;
+    const double moved = R1*acc1 + v1*(R + R1*p);  /* (3) in flight, integral */
+    const double v1_t = R*acc1 + v1*(Rd + R*p);    /* (3) in flight */
+    const double acc1_t = Rd*acc1 - R*q*v1;        /* (3) in flight, derivative */
+    const double jerk1_t = -acc1_t*p - q*v1_t;     /* (3) in flight, differentiated */
+    const hopform_actuator_at_f64 result = {moved, v1_t, acc1_t, jerk1_t};
+    return result;
+}
+
+/* What the law asks of the motor at time t of a phase of the flight. */
+static inline hopform_pull_f64 hopform_pull_of_law_f64(const hopform_gains_f64 *gains, const hopform_actuator_f64 *actuator, const hopform_actuator_at_f64 *actuator_at)
+{
+    const double Kp = gains->Kp, Kd = gains->Kd;
+    const double x1 = actuator->x1;
+    const double moved = actuator_at->moved, v1_t = actuator_at->v1_t, acc1_t = actuator_at->acc1_t;
+    const double jerk1_t = actuator_at->jerk1_t;
+    const double pull = Kd*v1_t + Kp*(moved + x1);         /* PD law */
+    const double pull_rate = Kd*acc1_t + Kp*v1_t;          /* derivative of the law */
+    const double pull_curvature = Kd*jerk1_t + Kp*acc1_t;  /* second derivative of the law */
+    const hopform_pull_f64 result = {pull, pull_rate, pull_curvature};
+    return result;
+}
+
+/* The foot at time t of a phase of the flight. */
+static inline hopform_foot_at_f64 hopform_foot_in_flight_f64(const hopform_robot_f64 *robot, const hopform_ballistic_f64 *ballistic, const hopform_actuator_at_f64 *actuator_at, double t)
+{
+    const double g = robot->g;
+    const double foot = ballistic->foot, v2 = ballistic->v2;
+    const double moved = actuator_at->moved, v1_t = actuator_at->v1_t, acc1_t = actuator_at->acc1_t;
+    const double foot_t = foot + t*v2 - moved - 0.5*g*t*t;  /* x_2 - L_0 - c - x_1 */
+    const double foot_rate = v2 - v1_t - g*t;               /* its derivative */
+    const double foot_curvature = -acc1_t - g;              /* its second derivative */
+    const hopform_foot_at_f64 result = {foot_t, foot_rate, foot_curvature};
+    return result;
+}
+
+/* Gains that bring the actuator back in a given time, critically damped. */
+static inline hopform_gains_f64 hopform_critical_gains_f64(const hopform_robot_f64 *robot, double time)
+{
+    const double m_eff = robot->m_eff, b1 = robot->b1;
+    const double settled_rate = 20.0/(3.0*time);                    /* (1 + 20/3) exp(-20/3) < 1/100 */
+    const double shortfall = 2.0*m_eff*settled_rate - b1;           /* critical damping less b_1 */
+    const double Kd = 0.5*fabs(shortfall) + 0.5*shortfall;          /* what the motor adds to b_1 */
+    const double damping = Kd + b1;                                 /* b_1 + K_d */
+    const double Kp = settled_rate*(damping - m_eff*settled_rate);  /* the slower pole at the settling rate */
+    const hopform_gains_f64 result = {Kp, Kd};
+    return result;
+}
+
+/* Time after which the body has come down from a height. */
+static inline double hopform_time_of_fall_f64(const hopform_robot_f64 *robot, double v2, double drop)
+{
+    const double g = robot->g;
+    const double touchdown_time = (v2 + sqrt(v2*v2 + 2.0*drop*g))/g;  /* ballistic */
+    return touchdown_time;
+}
+
+/* Velocity of the body after the impact. */
+static inline double hopform_velocity_after_impact_f64(const hopform_robot_f64 *robot, double v2)
+{
+    const double impact_loss = robot->impact_loss;
+    const double v2_after = sqrt(1.0 - impact_loss)*v2;  /* impact loss */
+    return v2_after;
+}
+
+/* Energy of the body and of the robot in flight. */
+static inline hopform_energy_f64 hopform_flight_energies_f64(const hopform_robot_f64 *robot, double v1, double v2, double hop_height)
+{
+    const double m_eff = robot->m_eff, m_s = robot->m_s, L0 = robot->L0, c = robot->c, g = robot->g;
+    const double body = 0.5*m_s*v2*v2 + g*m_s*(L0 + c + hop_height);  /* energy of the body in flight */
+    const double total = body + 0.5*m_eff*v1*v1;                      /* energy of the whole robot in flight */
+    const hopform_energy_f64 result = {body, total};
+    return result;
+}
+
+/* Each entry of the flight's ledger over a part of a phase. */
+static inline hopform_flight_ledger_f64 hopform_flight_ledger_of_f64(const hopform_robot_f64 *robot, const hopform_gains_f64 *gains, double largest, double x1, double side_1, double limit, const hopform_way_f64 *way)
+{
+    const double m_eff = robot->m_eff, k = robot->k, c = robot->c, b1 = robot->b1, f1 = robot->f1;
+    const double Kp = gains->Kp, Kd = gains->Kd;
+    const double moved = way->moved, int_v1v1 = way->int_v1v1;
+    const double motor_work = (Kd*int_v1v1 + Kp*moved*(0.5*moved + x1))*(limit*limit - 1.0) - largest*limit*moved;  /* law, or limit */
+    const double offset_work = c*k*moved;                                                                           /* constant force */
+    const double viscous_1 = -b1*int_v1v1;                                                                          /* ledger */
+    const double coulomb_1 = -f1*m_eff*moved*side_1;                                                                /* ledger */
+    const hopform_flight_ledger_f64 result = {motor_work, offset_work, viscous_1, coulomb_1};
+    return result;
 }
 
 #endif

@@ -446,6 +446,9 @@ static inline hopform_poles_f32 hopform_factor_cubic_f32(float s_1, float s_2, f
         const float r_2 = c_2 - (q + a * p);
         const float r_3 = c_3 - a * q;
         const float chi = q - a * (p - a);
+        if (!(fabsf(chi) > 0.0f)) {
+            break; /* three roots in one */
+        }
         const float da = (r_3 - a * (r_2 - a * r_1)) / chi;
         if (!(da * da < 1.1920929e-7f)) {
             break;

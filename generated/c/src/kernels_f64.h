@@ -489,6 +489,9 @@ static inline hopform_poles_f64 hopform_factor_cubic_f64(double s_1, double s_2,
         const double r_2 = c_2 - (q + a * p);
         const double r_3 = c_3 - a * q;
         const double chi = q - a * (p - a);
+        if (!(fabs(chi) > 0.0)) {
+            break; /* three roots in one */
+        }
         const double da = (r_3 - a * (r_2 - a * r_1)) / chi;
         if (!(da * da < 2.220446049250313e-16)) {
             break;

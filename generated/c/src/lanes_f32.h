@@ -1125,7 +1125,7 @@ LANES_CODE static void look_ahead(const lanes *restrict w, outlook *restrict ahe
 
 static inline bool one_step_left(const hopform_sample_f32 *at, float step)
 {
-    return (fabsf(step * at->curvature) <= 0.0003f * fabsf(at->rate)) & (step * step * fabsf(at->third) <= 1e-7f * fabsf(at->rate));
+    return (fabsf(at->value) <= 2.0f * fabsf(step * at->rate)) & (fabsf(step * at->curvature) <= 0.0003f * fabsf(at->rate)) & (step * step * fabsf(at->third) <= 1e-7f * fabsf(at->rate));
 }
 
 static inline float step_to_root(const hopform_sample_f32 *at)
@@ -1187,7 +1187,7 @@ LANES_CODE static void reach_ahead(lanes *restrict w, outlook *restrict ahead)
 LANES_CODE static void judge(const lanes *restrict w, const sample_columns *restrict from, const sample_columns *restrict to,
                              const float *restrict value, float *restrict verdict)
 {
-    column falls, falls_later, rises, turns, straight, away, far, below, steepest, last, cross, reach, growth;
+    column falls, falls_later, rises, turns, straight, away, far, below, steepest, lowest, last, cross, reach, growth;
     for (int l = 0; l < LANES; l++) {
         const float h = w->end_t[l] - w->low[l];
         const float ah = w->poles.a[l] * h;
@@ -1203,7 +1203,9 @@ LANES_CODE static void judge(const lanes *restrict w, const sample_columns *rest
         const float h = w->end_t[l] - w->low[l];
         const float grown = to->rate[l] * growth[l];
         const float quarter = flag(h <= 0.5f * w->half_turn[l]);
+        const float change = from->rate[l] - fabsf(from->turning[l]) * h * growth[l];
         steepest[l] = from->rate[l] < grown ? from->rate[l] : grown;
+        lowest[l] = quarter > 0.0f ? change : -1e38f;
         away[l] = quarter * flag(fabsf(from->rate[l]) > fabsf(from->turning[l]) * h * growth[l]);
         cross[l] = over(from->value[l] - value[l] + last[l] * h, last[l] - from->rate[l]);
         below[l] = flag(value[l] < 0.0f) * flag((value[l] < -to->noise[l]) | (to->rate[l] * h < -to->noise[l]));
@@ -1211,7 +1213,8 @@ LANES_CODE static void judge(const lanes *restrict w, const sample_columns *rest
     for (int l = 0; l < LANES; l++) {
         const float h = w->end_t[l] - w->low[l];
         const float noise = from->noise[l] + to->noise[l];
-        far[l] = falls[l] * flag(value[l] > 0.0f) * flag(from->value[l] + steepest[l] * h > noise);
+        const float slope = falls[l] > 0.0f ? steepest[l] : lowest[l];
+        far[l] = flag(value[l] > 0.0f) * flag(from->value[l] + slope * h > noise);
         reach[l] = cross[l] > 0.0f ? cross[l] : 0.0f;
     }
     for (int l = 0; l < LANES; l++) {
@@ -1487,7 +1490,7 @@ LANES_CODE static void cross_at_the_limit(lanes *restrict w)
         for (int l = 0; l < LANES; l++) {
             const float reached = flag(!(w->end_t[l] < w->limit[l])) * flag(w->on[s][l] > 0.0f);
             const float is_first = s == 0 ? 1.0f : is(w->kind[s][l], BY_THRESHOLD_1) * flag(!(w->halt[l] > w->limit[l]));
-            crosses[l] = reached * is_first * flag(to->rate[l] < 0.0f)
+            crosses[l] = reached * is_first * flag(to->rate[l] * w->limit[l] < -16.0f * to->noise[l])
                          * flag(to->value[l] < -8.0f * 1.1920929e-7f * w->limit[l] * to->rate[l]) * (1.0f - w->settled[l]);
         }
         for (int l = 0; l < LANES; l++) {

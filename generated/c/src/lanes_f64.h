@@ -1146,7 +1146,7 @@ LANES_CODE static void look_ahead(const lanes *restrict w, outlook *restrict ahe
 
 static inline bool one_step_left(const hopform_sample_f64 *at, double step)
 {
-    return (fabs(step * at->curvature) <= 0.0003 * fabs(at->rate)) & (step * step * fabs(at->third) <= 1e-07 * fabs(at->rate));
+    return (fabs(at->value) <= 2.0 * fabs(step * at->rate)) & (fabs(step * at->curvature) <= 0.0003 * fabs(at->rate)) & (step * step * fabs(at->third) <= 1e-07 * fabs(at->rate));
 }
 
 static inline double step_to_root(const hopform_sample_f64 *at)
@@ -1208,7 +1208,7 @@ LANES_CODE static void reach_ahead(lanes *restrict w, outlook *restrict ahead)
 LANES_CODE static void judge(const lanes *restrict w, const sample_columns *restrict from, const sample_columns *restrict to,
                              const double *restrict value, double *restrict verdict)
 {
-    column falls, falls_later, rises, turns, straight, away, far, below, steepest, last, cross, reach, growth;
+    column falls, falls_later, rises, turns, straight, away, far, below, steepest, lowest, last, cross, reach, growth;
     for (int l = 0; l < LANES; l++) {
         const double h = w->end_t[l] - w->low[l];
         const double ah = w->poles.a[l] * h;
@@ -1224,7 +1224,9 @@ LANES_CODE static void judge(const lanes *restrict w, const sample_columns *rest
         const double h = w->end_t[l] - w->low[l];
         const double grown = to->rate[l] * growth[l];
         const double quarter = flag(h <= 0.5 * w->half_turn[l]);
+        const double change = from->rate[l] - fabs(from->turning[l]) * h * growth[l];
         steepest[l] = from->rate[l] < grown ? from->rate[l] : grown;
+        lowest[l] = quarter > 0.0 ? change : -1e+300;
         away[l] = quarter * flag(fabs(from->rate[l]) > fabs(from->turning[l]) * h * growth[l]);
         cross[l] = over(from->value[l] - value[l] + last[l] * h, last[l] - from->rate[l]);
         below[l] = flag(value[l] < 0.0) * flag((value[l] < -to->noise[l]) | (to->rate[l] * h < -to->noise[l]));
@@ -1232,7 +1234,8 @@ LANES_CODE static void judge(const lanes *restrict w, const sample_columns *rest
     for (int l = 0; l < LANES; l++) {
         const double h = w->end_t[l] - w->low[l];
         const double noise = from->noise[l] + to->noise[l];
-        far[l] = falls[l] * flag(value[l] > 0.0) * flag(from->value[l] + steepest[l] * h > noise);
+        const double slope = falls[l] > 0.0 ? steepest[l] : lowest[l];
+        far[l] = flag(value[l] > 0.0) * flag(from->value[l] + slope * h > noise);
         reach[l] = cross[l] > 0.0 ? cross[l] : 0.0;
     }
     for (int l = 0; l < LANES; l++) {
@@ -1508,7 +1511,7 @@ LANES_CODE static void cross_at_the_limit(lanes *restrict w)
         for (int l = 0; l < LANES; l++) {
             const double reached = flag(!(w->end_t[l] < w->limit[l])) * flag(w->on[s][l] > 0.0);
             const double is_first = s == 0 ? 1.0 : is(w->kind[s][l], BY_THRESHOLD_1) * flag(!(w->halt[l] > w->limit[l]));
-            crosses[l] = reached * is_first * flag(to->rate[l] < 0.0)
+            crosses[l] = reached * is_first * flag(to->rate[l] * w->limit[l] < -16.0 * to->noise[l])
                          * flag(to->value[l] < -8.0 * 2.220446049250313e-16 * w->limit[l] * to->rate[l]) * (1.0 - w->settled[l]);
         }
         for (int l = 0; l < LANES; l++) {

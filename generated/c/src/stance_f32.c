@@ -396,7 +396,8 @@ static void cross_at_the_limit(const hopform_guard *guard, float limit, window *
     for (int32_t n = 0; n < guard->count && end->found < 0 && !(end->t < limit); n++) {
         const bool is_first = n == 0 || (guard->watch[n].kind == END_THRESHOLD_1 && !(guard->halt > limit));
         const hopform_sample_f32 *at = &end->at[n];
-        if (is_first && at->rate < 0.0f && at->value < -8.0f * 1.1920929e-7f * limit * at->rate) {
+        const bool crosses = at->rate * limit < -16.0f * at->noise; /* and does not just touch */
+        if (is_first && crosses && at->value < -8.0f * 1.1920929e-7f * limit * at->rate) {
             end->found = n;
         }
     }

@@ -396,7 +396,8 @@ static void cross_at_the_limit(const hopform_guard *guard, double limit, window 
     for (int32_t n = 0; n < guard->count && end->found < 0 && !(end->t < limit); n++) {
         const bool is_first = n == 0 || (guard->watch[n].kind == END_THRESHOLD_1 && !(guard->halt > limit));
         const hopform_sample_f64 *at = &end->at[n];
-        if (is_first && at->rate < 0.0 && at->value < -8.0 * 2.220446049250313e-16 * limit * at->rate) {
+        const bool crosses = at->rate * limit < -16.0 * at->noise; /* and does not just touch */
+        if (is_first && crosses && at->value < -8.0 * 2.220446049250313e-16 * limit * at->rate) {
             end->found = n;
         }
     }

@@ -6,5 +6,5 @@
 
 const char *hopform_source(void)
 {
-    return "0dadd90bc6b5ef32";
+    return "609d01e342c316cb";
 }

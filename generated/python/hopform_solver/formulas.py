@@ -7,12 +7,19 @@ The straight-line formulas, one line a step, for floats and for arrays; equation
 from numpy import fabs, sqrt
 
 from hopform_solver.records import (
+    Actuator,
+    ActuatorAt,
     At,
+    Ballistic,
     Basis,
     Decay,
     Drive,
     Energy,
+    FlightLedger,
+    FlightRates,
+    FootAt,
     Free,
+    Gains,
     Integrals,
     KnownBasis,
     KnownPair,
@@ -26,6 +33,7 @@ from hopform_solver.records import (
     PairNumerator,
     PairSeries,
     Poles,
+    Pull,
     Rates,
     Real,
     Response,
@@ -39,6 +47,7 @@ from hopform_solver.records import (
     Slopes,
     State,
     StateChange,
+    Way,
 )
 
 
@@ -490,6 +499,27 @@ def printed_objective(robot: Robot, state: State, aed: Real, h_des: Real, step: 
     return J
 
 
+def objective(robot: Robot, state: State, aed: Real, x1_T: Real, h_des: Real, step: Real, half: Real, direction: Real, spring: Real) -> Real:
+    """The same objective with a weight for each of what it does otherwise than the exact form.
+
+    aed [J] analytical energy delta of the stance.
+    x1_T [m] displacement of the actuator at take-off.
+    h_des [m] desired apex.
+    step [m] reference level less the ground under the foot.
+    half [1] share of the step's energy in (26), printed 1/2.
+    direction [1] 0: its absolute value as printed, 1: its sign.
+    spring [1] 0: without the spring coordinate as printed, 1: with it.
+    Returns J [J], what the controller minimises.
+    """
+    m_s, k, g = robot.m_s, robot.k, robot.g
+    x1, v2 = state.x1, state.v2
+    E_td = 0.5*m_s*v2*v2                                                 # (25), after the impact
+    E_dist = g*half*m_s*(fabs(step)*(1.0 - direction) - direction*step)  # (26), half = 1/2 as printed
+    E_spring = 0.5*k*x1*x1 + g*m_s*x1 - 0.5*k*x1_T*x1_T                  # what (27) leaves out
+    J = fabs(E_dist + E_td + aed + E_spring*spring - g*h_des*m_s)        # (27)
+    return J
+
+
 def threshold_current(robot: Robot) -> Real:
     """Current at which the unloaded actuator starts to move.
 
@@ -558,3 +588,156 @@ def apex_change(robot: Robot, v_up: Real, robot_change: RobotChange, d_x1: Real,
     d_g = robot_change.d_g
     d_apex = d_x1 + d_v_up*v_up/g - 0.5*d_g*v_up*v_up/(g*g)  # change of apex of the ballistic flight
     return d_apex
+
+
+def flight_rates_of(robot: Robot, gains: Gains, largest: Real) -> FlightRates:
+    """Poles and accelerations of the actuator in flight.
+
+    largest [N] largest force of the motor.
+    """
+    m_eff, k, c, b1 = robot.m_eff, robot.k, robot.c, robot.b1
+    Kp, Kd = gains.Kp, gains.Kd
+    p_law = Kd/m_eff + b1/m_eff  # (3) under the law, per v_1
+    q_law = Kp/m_eff             # (3) under the law, per x_1
+    p_free = b1/m_eff            # (3) in flight, per v_1
+    a_free = c*k/m_eff           # (3) in flight, constant
+    a_largest = largest/m_eff    # (3) per u, at the limit
+    return FlightRates(p_law, q_law, p_free, a_free, a_largest)
+
+
+def acceleration_under_law(robot: Robot, flight_rates: FlightRates, x1: Real, v1: Real, side_1: Real) -> Real:
+    """Acceleration with which a phase of the flight under the law begins.
+
+    x1 [m] displacement.
+    v1 [m/s] velocity.
+    side_1 [1] sign of v_1 in the phase, 0 if held.
+    Returns acc1 [m/s^2], acceleration.
+    """
+    f1 = robot.f1
+    p_law, q_law, a_free = flight_rates.p_law, flight_rates.q_law, flight_rates.a_free
+    acc1 = a_free - f1*side_1 - p_law*v1 - q_law*x1  # (3) under the law
+    return acc1
+
+
+def acceleration_at_limit(robot: Robot, flight_rates: FlightRates, v1: Real, side_1: Real, limit: Real) -> Real:
+    """Acceleration with which a phase of the flight at the limit of the current begins.
+
+    v1 [m/s] velocity.
+    side_1 [1] sign of v_1 in the phase, 0 if held.
+    limit [1] sign of the motor's pull at its limit, 0 under the law.
+    Returns acc1 [m/s^2], acceleration.
+    """
+    f1 = robot.f1
+    p_free, a_free, a_largest = flight_rates.p_free, flight_rates.a_free, flight_rates.a_largest
+    acc1 = a_free - a_largest*limit - f1*side_1 - p_free*v1  # (3) at the limit
+    return acc1
+
+
+def actuator_in_flight(actuator: Actuator, poles: Poles, pair: Pair) -> ActuatorAt:
+    """The actuator at time t of a phase of the flight.
+
+    """
+    v1, acc1 = actuator.v1, actuator.acc1
+    p, q = poles.p, poles.q
+    Rd, R, R1 = pair.Rd, pair.R, pair.R1
+    moved = R1*acc1 + v1*(R + R1*p)  # (3) in flight, integral
+    v1_t = R*acc1 + v1*(Rd + R*p)    # (3) in flight
+    acc1_t = Rd*acc1 - R*q*v1        # (3) in flight, derivative
+    jerk1_t = -acc1_t*p - q*v1_t     # (3) in flight, differentiated
+    return ActuatorAt(moved, v1_t, acc1_t, jerk1_t)
+
+
+def pull_of_law(gains: Gains, actuator: Actuator, actuator_at: ActuatorAt) -> Pull:
+    """What the law asks of the motor at time t of a phase of the flight.
+
+    """
+    Kp, Kd = gains.Kp, gains.Kd
+    x1 = actuator.x1
+    moved, v1_t, acc1_t = actuator_at.moved, actuator_at.v1_t, actuator_at.acc1_t
+    jerk1_t = actuator_at.jerk1_t
+    pull = Kd*v1_t + Kp*(moved + x1)         # PD law
+    pull_rate = Kd*acc1_t + Kp*v1_t          # derivative of the law
+    pull_curvature = Kd*jerk1_t + Kp*acc1_t  # second derivative of the law
+    return Pull(pull, pull_rate, pull_curvature)
+
+
+def foot_in_flight(robot: Robot, ballistic: Ballistic, actuator_at: ActuatorAt, t: Real) -> FootAt:
+    """The foot at time t of a phase of the flight.
+
+    t [s] time since the phase began.
+    """
+    g = robot.g
+    foot, v2 = ballistic.foot, ballistic.v2
+    moved, v1_t, acc1_t = actuator_at.moved, actuator_at.v1_t, actuator_at.acc1_t
+    foot_t = foot + t*v2 - moved - 0.5*g*t*t  # x_2 - L_0 - c - x_1
+    foot_rate = v2 - v1_t - g*t               # its derivative
+    foot_curvature = -acc1_t - g              # its second derivative
+    return FootAt(foot_t, foot_rate, foot_curvature)
+
+
+def critical_gains(robot: Robot, time: Real) -> Gains:
+    """Gains that bring the actuator back in a given time, critically damped.
+
+    time [s] time to settle.
+    """
+    m_eff, b1 = robot.m_eff, robot.b1
+    settled_rate = 20.0/(3.0*time)                    # (1 + 20/3) exp(-20/3) < 1/100
+    shortfall = 2.0*m_eff*settled_rate - b1           # critical damping less b_1
+    Kd = 0.5*fabs(shortfall) + 0.5*shortfall          # what the motor adds to b_1
+    damping = Kd + b1                                 # b_1 + K_d
+    Kp = settled_rate*(damping - m_eff*settled_rate)  # the slower pole at the settling rate
+    return Gains(Kp, Kd)
+
+
+def time_of_fall(robot: Robot, v2: Real, drop: Real) -> Real:
+    """Time after which the body has come down from a height.
+
+    v2 [m/s] velocity of the body.
+    drop [m] height of the body over where it comes back to.
+    Returns touchdown_time [s], time of the touchdown.
+    """
+    g = robot.g
+    touchdown_time = (v2 + sqrt(v2*v2 + 2.0*drop*g))/g  # ballistic
+    return touchdown_time
+
+
+def velocity_after_impact(robot: Robot, v2: Real) -> Real:
+    """Velocity of the body after the impact.
+
+    v2 [m/s] velocity of the body.
+    Returns v2_after [m/s], velocity of the body after the impact.
+    """
+    impact_loss = robot.impact_loss
+    v2_after = sqrt(1.0 - impact_loss)*v2  # impact loss
+    return v2_after
+
+
+def flight_energies(robot: Robot, v1: Real, v2: Real, hop_height: Real) -> Energy:
+    """Energy of the body and of the robot in flight.
+
+    v1 [m/s] velocity of the actuator.
+    v2 [m/s] velocity of the body.
+    hop_height [m] height of the body, counted from L_0 + c.
+    """
+    m_eff, m_s, L0, c, g = robot.m_eff, robot.m_s, robot.L0, robot.c, robot.g
+    body = 0.5*m_s*v2*v2 + g*m_s*(L0 + c + hop_height)  # energy of the body in flight
+    total = body + 0.5*m_eff*v1*v1                      # energy of the whole robot in flight
+    return Energy(body, total)
+
+
+def flight_ledger_of(robot: Robot, gains: Gains, largest: Real, x1: Real, side_1: Real, limit: Real, way: Way) -> FlightLedger:
+    """Each entry of the flight's ledger over a part of a phase.
+
+    largest [N] largest force of the motor.
+    x1 [m] displacement.
+    side_1 [1] sign of v_1 in the phase, 0 if held.
+    limit [1] sign of the motor's pull at its limit, 0 under the law.
+    """
+    m_eff, k, c, b1, f1 = robot.m_eff, robot.k, robot.c, robot.b1, robot.f1
+    Kp, Kd = gains.Kp, gains.Kd
+    moved, int_v1v1 = way.moved, way.int_v1v1
+    motor_work = (Kd*int_v1v1 + Kp*moved*(0.5*moved + x1))*(limit*limit - 1.0) - largest*limit*moved  # law, or limit
+    offset_work = c*k*moved                                                                           # constant force
+    viscous_1 = -b1*int_v1v1                                                                          # ledger
+    coulomb_1 = -f1*m_eff*moved*side_1                                                                # ledger
+    return FlightLedger(motor_work, offset_work, viscous_1, coulomb_1)

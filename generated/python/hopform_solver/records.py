@@ -57,6 +57,28 @@ EVENTS = {
     7: "x2_slips",  # the body starts to move
 }
 
+COMMANDS = {
+    1: "reached",  # the next apex is the desired one
+    2: "nearest",  # no admissible current reaches it; this one comes nearest
+    3: "no_takeoff",  # no current is admissible
+}
+
+FLIGHT_ENDINGS = {
+    1: "touchdown",  # the foot has met the ground from above
+    2: "tripped",  # the foot never got above the ground ahead
+    3: "horizon",  # the longest time was reached
+    4: "too_many_phases",  # the cap on phases was reached
+}
+
+FLIGHT_EVENTS = {
+    1: "x1_reverses",  # the actuator reverses
+    2: "x1_sticks",  # the actuator comes to rest
+    3: "x1_slips",  # the actuator starts to move, or leaves a stop
+    4: "x1_hits_stop",  # the actuator meets a stop
+    8: "u_saturates",  # the current reaches its limit
+    9: "u_desaturates",  # the current leaves its limit
+}
+
 LEDGER_OF_BODY = ("spring_work", "viscous_2", "coulomb_2",)
 """Entries of the ledger whose sum is the AED, the change of the body's energy."""
 
@@ -533,3 +555,104 @@ class Slopes(NamedTuple):
     """[1/s] the same per v_1"""
     d_a2_v2: Real
     """[1/s] the same per v_2"""
+
+
+class Gains(NamedTuple):
+    """The law of the actuator in flight, gamma_2 u = K_p x_1 + K_d v_1 within the limit of the current."""
+
+    Kp: Real
+    """[N/m] force per displacement"""
+    Kd: Real
+    """[N s/m] force per velocity"""
+
+
+class FlightRates(NamedTuple):
+    """The actuator in flight: accelerations, and poles under the law and at its limit."""
+
+    p_law: Real
+    """[1/s] sum of the rates under the law"""
+    q_law: Real
+    """[1/s^2] product of the rates under the law"""
+    p_free: Real
+    """[1/s] rate of the actuator under a constant force"""
+    a_free: Real
+    """[m/s^2] constant acceleration without the motor"""
+    a_largest: Real
+    """[m/s^2] largest acceleration by the motor"""
+
+
+class Actuator(NamedTuple):
+    """The actuator at one instant of the flight."""
+
+    x1: Real
+    """[m] displacement"""
+    v1: Real
+    """[m/s] velocity"""
+    acc1: Real
+    """[m/s^2] acceleration"""
+
+
+class ActuatorAt(NamedTuple):
+    """The actuator at time t of a phase of the flight."""
+
+    moved: Real
+    """[m] how far it has moved since the phase began"""
+    v1_t: Real
+    """[m/s] velocity"""
+    acc1_t: Real
+    """[m/s^2] acceleration"""
+    jerk1_t: Real
+    """[m/s^3] its rate"""
+
+
+class Pull(NamedTuple):
+    """What the law asks of the motor, and how that changes."""
+
+    pull: Real
+    """[N] force"""
+    pull_rate: Real
+    """[N/s] its rate"""
+    pull_curvature: Real
+    """[N/s^2] the rate of that"""
+
+
+class Ballistic(NamedTuple):
+    """Body and foot where a phase of the flight begins."""
+
+    foot: Real
+    """[m] height of the foot over the ground ahead"""
+    v2: Real
+    """[m/s] velocity of the body"""
+
+
+class FootAt(NamedTuple):
+    """The foot at time t of a phase of the flight."""
+
+    foot_t: Real
+    """[m] height over the ground ahead"""
+    foot_rate: Real
+    """[m/s] its rate"""
+    foot_curvature: Real
+    """[m/s^2] the rate of that"""
+
+
+class Way(NamedTuple):
+    """What a part of a phase of the flight leaves behind."""
+
+    moved: Real
+    """[m] how far it has moved since the phase began"""
+    int_v1v1: Real
+    """[m^2/s] integral of v_1^2"""
+
+
+class FlightLedger(NamedTuple):
+    """Where the actuator's energy came from and went to in flight, signed as it enters."""
+
+    motor_work: Real
+    """[J] work of the motor"""
+    offset_work: Real
+    """[J] work of the constant force k c"""
+    viscous_1: Real
+    """[J] viscous loss of the actuator"""
+    coulomb_1: Real
+    """[J] Coulomb loss of the actuator"""

@@ -6,6 +6,7 @@
 #ifndef HOPFORM_H_f64
 #define HOPFORM_H_f64
 
+#include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 
@@ -86,6 +87,20 @@ typedef struct {
     double coulomb_2;    /* [J] Coulomb loss of the body */
     double spring_work;  /* [J] what the actuator's displacement does to the body through the spring */
 } hopform_ledger_f64;
+
+/* The law of the actuator in flight, gamma_2 u = K_p x_1 + K_d v_1 within the limit of the current. */
+typedef struct {
+    double Kp;  /* [N/m] force per displacement */
+    double Kd;  /* [N s/m] force per velocity */
+} hopform_gains_f64;
+
+/* Where the actuator's energy came from and went to in flight, signed as it enters. */
+typedef struct {
+    double motor_work;   /* [J] work of the motor */
+    double offset_work;  /* [J] work of the constant force k c */
+    double viscous_1;    /* [J] viscous loss of the actuator */
+    double coulomb_1;    /* [J] Coulomb loss of the actuator */
+} hopform_flight_ledger_f64;
 
 /* What is computed once per robot: coefficients of the equations of motion and poles of each mode. */
 typedef struct {
@@ -177,6 +192,140 @@ int32_t hopform_stance_grid_f64(const hopform_plan_f64 *plan, const hopform_step
                                  const hopform_phase_f64 *phases, const hopform_stance_f64 *stance, double t0, double dt,
                                  int32_t count, double *x1, double *v1, double *v2, double *y);
 
+/* What the controller is asked for. */
+typedef struct {
+    double h_des;       /* [m] hop height of the next apex */
+    double datum;       /* [m] the level that h_des counts from, less that of the ground under the foot */
+    double stop_margin; /* [m] x_1 stays below x1_max by more than this */
+    double horizon;     /* [s] longest time of a stance */
+} hopform_target_f64;
+
+/* The answer of the controller. */
+typedef struct {
+    double u;         /* [A] */
+    double apex;      /* [m] hop height that follows, as h_des; 0 without take-off */
+    int32_t status; /* HOPFORM_COMMAND_... */
+} hopform_command_f64;
+
+/* A current that was tried, and what its stance does. */
+typedef struct {
+    double u;          /* [A] */
+    double apex;       /* [m] 0 without take-off */
+    double apex_u;     /* [m/A] its derivative by u, as the next ones */
+    double peak;       /* [m] the largest x_1 */
+    double peak_u;     /* [m/A] */
+    double dip;        /* [m] the least minimum of y before the ending */
+    double dip_u;      /* [m/A] */
+    uint32_t events; /* stands for the order of modes and events */
+    int32_t dips;    /* how many minima of y there are */
+    bool takes_off;
+    bool held;       /* the actuator never moves */
+    bool smooth;     /* the derivatives exist */
+} hopform_trial_f64;
+
+/* Try each of some currents from each of some states; trials, state by state, current by current. A stance with more phases
+ * than fit into the buffer counts as one without take-off. */
+int32_t hopform_try_currents_f64(const hopform_plan_f64 *plan, const hopform_state_f64 *starts, int32_t start_count,
+                                  const double *currents, int32_t current_count, double horizon, hopform_phase_f64 *phases,
+                                  int32_t capacity, hopform_trial_f64 *trials);
+
+enum { HOPFORM_SEARCH_DEPTH_f64 = 64 }; /* currents that wait on one side */
+
+/* A search for a current, which goes outward from 0 on both sides; the caller's memory. */
+typedef struct {
+    const hopform_plan_f64 *plan;
+    hopform_state_f64 start;
+    double apex;    /* [m] wanted, over the ground */
+    double limit;   /* [m] x_1 stays below */
+    double horizon; /* [s] */
+    double datum;   /* [m] */
+    hopform_trial_f64 best;                             /* the nearest so far; u = 0 until one is admissible */
+    hopform_trial_f64 inner[2];                         /* by side: all nearer to 0 is done */
+    hopform_trial_f64 outer[2][HOPFORM_SEARCH_DEPTH_f64];   /* by side: tried further out, the innermost last */
+    int32_t waiting[2];
+    double next;    /* [A] what to try */
+    int32_t side; /* of it */
+    int32_t slow; /* splits in a row that left most of a cell */
+    int32_t trials;
+    int32_t status; /* HOPFORM_SEARCHING, HOPFORM_OK when done, or an error */
+    bool found;   /* one is admissible */
+    bool reached;
+    bool partial; /* a stance or the search outgrew the memory given */
+} hopform_search_f64;
+
+/* Begin to look for the current in [-u_max, u_max] after which the next apex is nearest to h_des, the least |u| if several
+ * reach it. Admissible are currents with a take-off and x_1 < x1_max - stop_margin throughout (any if the actuator is locked).
+ *
+ * start: state after the impact, y = 0 at touchdown. command: u = 0 for the time being.
+ */
+int32_t hopform_choose_current_begin_f64(hopform_search_f64 *search, const hopform_plan_f64 *plan,
+                                          const hopform_state_f64 *start, const hopform_target_f64 *target,
+                                          hopform_command_f64 *command);
+
+/* Solve one stance more, in the caller's buffer of phases. HOPFORM_SEARCHING while there is more to do; command is the best
+ * admissible one so far. HOPFORM_PHASES_NOT_KEPT if, in the end, a stance had more phases than fit and was left out.
+ */
+int32_t hopform_choose_current_step_f64(hopform_search_f64 *search, hopform_phase_f64 *phases, int32_t capacity,
+                                         hopform_command_f64 *command);
+
+/* Both, up to the end. */
+int32_t hopform_choose_current_f64(hopform_search_f64 *search, const hopform_plan_f64 *plan, const hopform_state_f64 *start,
+                                    const hopform_target_f64 *target, hopform_phase_f64 *phases, int32_t capacity,
+                                    hopform_command_f64 *command);
+
+/* A phase of a flight: where and when it starts, and in which mode. */
+typedef struct {
+    double t;       /* [s] time since take-off */
+    double x1;      /* [m] */
+    double v1;      /* [m/s] */
+    double acc1;    /* [m/s^2] */
+    int8_t side;  /* sign of v1, 0 if held */
+    int8_t limit; /* sign of the motor's pull gamma2 u at its limit, 0 under the law */
+    int8_t event; /* HOPFORM_EVENT_X1_..., HOPFORM_FLIGHT_EVENT_..., HOPFORM_EVENT_NONE: what started it */
+    int8_t spare; /* 0 */
+} hopform_flight_phase_f64;
+
+/* A flight, solved. In its states y is how far the foot is below the ground ahead. */
+typedef struct {
+    hopform_gains_f64 gains; /* of the law; 0 where the motor has no force */
+    hopform_state_f64 start; /* as given */
+    double duration;            /* [s] time of the ending */
+    hopform_state_f64 end;   /* state at the ending: before the impact */
+    double v2_after;            /* [m/s] velocity of the body after the impact */
+    double apex;                /* [m] highest hop height of the body over the ground ahead, up to the ending */
+    double apex_time;           /* [s] */
+    double impact_loss;         /* [J] energy lost at the impact, negative */
+    double start_loss;          /* [J] energy lost at a stop at t = 0, negative */
+    int32_t ending;           /* HOPFORM_FLIGHT_... */
+    int32_t phase_count;      /* phases of the flight, kept or not */
+    int32_t phases_kept;      /* phases in the caller's buffer */
+    int32_t event_count;      /* events of the flight, kept or not */
+} hopform_flight_f64;
+
+/* Gains with which the actuator, from rest, is back within 1/100 of its way in a time [s], critically damped. */
+int32_t hopform_design_return_f64(const hopform_plan_f64 *plan, double time, hopform_gains_f64 *gains);
+
+/* Solve one flight, from take-off to the first downward crossing of the ground ahead by the foot after it has been above it.
+ *
+ * start: state at take-off; y is the height of the ground ahead over the foot, 0 on flat ground. gains: of the law
+ * gamma2 u = Kp x1 + Kd v1, which stays within u_max; NULL for those of hopform_design_return, settled 50 ms before the touchdown
+ * on the ground that was left (20 ms at least). A flight that never gets above the ground ahead ends, tripped, where its foot
+ * came highest. g must be > 0.
+ */
+int32_t hopform_solve_flight_f64(const hopform_plan_f64 *plan, const hopform_state_f64 *start,
+                                  const hopform_gains_f64 *gains, double horizon, int32_t max_phases,
+                                  hopform_flight_phase_f64 *phases, int32_t capacity, hopform_flight_f64 *flight);
+
+/* States at `count` times of a solved flight, 0 <= t <= duration. */
+int32_t hopform_flight_at_f64(const hopform_plan_f64 *plan, const hopform_flight_phase_f64 *phases,
+                               const hopform_flight_f64 *flight, const double *times, int32_t count,
+                               hopform_state_f64 *states);
+
+/* Energies and ledgers from take-off to each of `count` times, which must not decrease. */
+int32_t hopform_flight_energy_f64(const hopform_plan_f64 *plan, const hopform_flight_phase_f64 *phases,
+                                   const hopform_flight_f64 *flight, const double *times, int32_t count,
+                                   hopform_energy_f64 *energies, hopform_flight_ledger_f64 *ledgers, double *stop_losses);
+
 /* A column of numbers, one per stance, anywhere in memory: each lies `stride` bytes behind the one before; stride 0
  * repeats a single number. */
 typedef struct {
@@ -235,6 +384,13 @@ int32_t hopform_has_variant_f64(int32_t variant);
  * hopform_stances_out, up to 4096 phases. args: their first elements; dimensions: the number of stances, then the
  * fields of the robot (refused unless HOPFORM_ROBOT_FIELDS); steps: the strides of args, then that of a robot's fields. */
 void hopform_stance_loop_f64(char **args, const ptrdiff_t *dimensions, const ptrdiff_t *steps, void *data);
+
+/* Derivatives of `count` stances, each as hopform_stance_sensitivities gives it: one matrix after the other, NaN where there
+ * is none. phases: where one stance after the other is solved. status: one a stance, HOPFORM_OK, HOPFORM_NO_DERIVATIVE,
+ * HOPFORM_PHASES_NOT_KEPT where `capacity` phases were too few (returned too, then), or an error. The apex' row is NaN
+ * without gravity. */
+int32_t hopform_stances_sensitivities_f64(int64_t count, const hopform_stances_in_f64 *in, hopform_phase_f64 *phases,
+                                           int32_t capacity, double *matrices, int32_t *status);
 
 #ifdef __cplusplus
 }

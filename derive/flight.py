@@ -1,0 +1,270 @@
+"""Flight: the body is ballistic, and the actuator returns under a PD law, up to the limit of its current.
+
+The foot has no mass, so the leg carries nothing: y = 0, and the body moves with the actuator as seen from the foot. From (3)
+
+    x_1'' = (k c - b_1 v_1 - gamma_2 u)/m_eff - f_1 sign(v_1),      gamma_2 u = K_p x_1 + K_d v_1, within +-|gamma_2| u_max
+
+which is linear in each of its modes: s^2 + p s + q with p = (b_1 + K_d)/m_eff, q = K_p/m_eff under the law, and with
+p = b_1/m_eff, q = 0 at the limit. With R, the response of the pair to an impulse, from x_1, v_1 and the acceleration a
+
+    v_1(t) = v_1 (R' + p R) + a R        x_1(t) - x_1 = v_1 (R + p R1) + a R1        v_1''' + p v_1'' + q v_1' = 0
+
+nothing is divided by p or q. The foot is above the ground by foot + v_2 t - g t^2/2 - (x_1(t) - x_1).
+"""
+
+import sympy as sp
+
+from derive.ir import Quantity, Record, Step
+from derive.model import Model
+from derive.quantities import (
+    L0,
+    MOMENTS,
+    R1,
+    R,
+    Rd,
+    body,
+    c,
+    coulomb_1,
+    f1,
+    g,
+    gamma2,
+    impact_loss,
+    int_v1v1,
+    m_eff,
+    m_s,
+    motor_work,
+    offset_work,
+    p,
+    q,
+    side_1,
+    t,
+    total,
+    u,
+    v1,
+    v2,
+    viscous_1,
+    x1,
+    y,
+)
+
+GAINS = Record(
+    "Gains",
+    "The law of the actuator in flight, gamma_2 u = K_p x_1 + K_d v_1 within the limit of the current.",
+    (
+        Quantity("Kp", r"K_p", "N/m", "force per displacement", "nonnegative"),
+        Quantity("Kd", r"K_d", "N s/m", "force per velocity", "nonnegative"),
+    ),
+)
+Kp, Kd = GAINS.symbols
+
+LIMIT_FORCE = Quantity("largest", r"|\gamma_2| u_{max}", "N", "largest force of the motor", "nonnegative")
+LIMIT = Quantity("limit", r"\mathrm{sat}", "1", "sign of the motor's pull at its limit, 0 under the law")
+SETTLING = Quantity("time", r"T", "s", "time to settle", "positive")
+largest, limit, time = LIMIT_FORCE.symbol, LIMIT.symbol, SETTLING.symbol
+
+FLIGHT_RATES = Record(
+    "FlightRates",
+    "The actuator in flight: accelerations, and poles under the law and at its limit.",
+    (
+        Quantity("p_law", r"p", "1/s", "sum of the rates under the law"),
+        Quantity("q_law", r"q", "1/s^2", "product of the rates under the law"),
+        Quantity("p_free", r"p_0", "1/s", "rate of the actuator under a constant force"),
+        Quantity("a_free", r"a_0", "m/s^2", "constant acceleration without the motor"),
+        Quantity("a_largest", r"a_{max}", "m/s^2", "largest acceleration by the motor"),
+    ),
+)
+p_law, q_law, p_free, a_free, a_largest = FLIGHT_RATES.symbols
+
+ACTUATOR = Record(
+    "Actuator",
+    "The actuator at one instant of the flight.",
+    (
+        Quantity("x1", r"x_1", "m", "displacement"),
+        Quantity("v1", r"\dot{x}_1", "m/s", "velocity"),
+        Quantity("acc1", r"\ddot{x}_1", "m/s^2", "acceleration"),
+    ),
+)
+acc1 = ACTUATOR.symbols[2]
+
+ACTUATOR_AT = Record(
+    "ActuatorAt",
+    "The actuator at time t of a phase of the flight.",
+    (
+        Quantity("moved", r"x_1(t) - x_1", "m", "how far it has moved since the phase began"),
+        Quantity("v1_t", r"\dot{x}_1(t)", "m/s", "velocity"),
+        Quantity("acc1_t", r"\ddot{x}_1(t)", "m/s^2", "acceleration"),
+        Quantity("jerk1_t", r"\dddot{x}_1(t)", "m/s^3", "its rate"),
+    ),
+)
+moved, v1_t, acc1_t, jerk1_t = ACTUATOR_AT.symbols
+
+PULL = Record(
+    "Pull",
+    "What the law asks of the motor, and how that changes.",
+    (
+        Quantity("pull", r"K_p x_1 + K_d v_1", "N", "force"),
+        Quantity("pull_rate", r"", "N/s", "its rate"),
+        Quantity("pull_curvature", r"", "N/s^2", "the rate of that"),
+    ),
+)
+pull, pull_rate, pull_curvature = PULL.symbols
+
+BALLISTIC = Record(
+    "Ballistic",
+    "Body and foot where a phase of the flight begins.",
+    (
+        Quantity("foot", r"h", "m", "height of the foot over the ground ahead"),
+        Quantity("v2", r"\dot{x}_2", "m/s", "velocity of the body"),
+    ),
+)
+foot = BALLISTIC.symbols[0]
+
+FOOT_AT = Record(
+    "FootAt",
+    "The foot at time t of a phase of the flight.",
+    (
+        Quantity("foot_t", r"h(t)", "m", "height over the ground ahead"),
+        Quantity("foot_rate", r"\dot{h}(t)", "m/s", "its rate"),
+        Quantity("foot_curvature", r"\ddot{h}(t)", "m/s^2", "the rate of that"),
+    ),
+)
+foot_t, foot_rate, foot_curvature = FOOT_AT.symbols
+
+FLIGHT_LEDGER = Record(
+    "FlightLedger",
+    "Where the actuator's energy came from and went to in flight, signed as it enters.",
+    (
+        Quantity("motor_work", r"-\int\gamma_2 u v_1", "J", "work of the motor"),
+        Quantity("offset_work", r"k c \Delta x_1", "J", "work of the constant force k c"),
+        Quantity("viscous_1", r"-\int b_1 v_1^2", "J", "viscous loss of the actuator"),
+        Quantity("coulomb_1", r"-m_{eff} f_1\int|v_1|", "J", "Coulomb loss of the actuator"),
+    ),
+)
+BODY_HEIGHT = Quantity("hop_height", r"x_2 - L_0 - c", "m", "height of the body, counted from L_0 + c")
+DROP = Quantity("drop", r"h", "m", "height of the body over where it comes back to", "nonnegative")
+WAY = Record(
+    "Way",
+    "What a part of a phase of the flight leaves behind.",
+    (ACTUATOR_AT.quantities[0], MOMENTS.quantities[2]),
+)
+hop_height, drop = BODY_HEIGHT.symbol, DROP.symbol
+touchdown_time, v2_after, settled_rate, damping, shortfall = sp.symbols(
+    "touchdown_time v2_after settled_rate damping shortfall", real=True
+)
+
+# A critically damped return from rest is at 1/100 of its way after 20/3 of its time constant: (1 + 20/3) exp(-20/3) < 1/100.
+SETTLED = sp.Rational(20, 3)
+
+
+def acceleration(model: Model) -> sp.Expr:
+    """(3) while the leg carries nothing: y = 0, and seen from the foot the body moves as the actuator does."""
+    return sp.expand(model.in_compression[0].subs({y: 0, v2: v1}))
+
+
+def under_law(model: Model) -> sp.Expr:
+    """The acceleration with the current of the law."""
+    return sp.expand(acceleration(model).subs(u, (Kp * x1 + Kd * v1) / gamma2))
+
+
+def at_limit(model: Model) -> sp.Expr:
+    """The acceleration with the motor at its limit."""
+    return sp.expand(acceleration(model).subs(u, limit * largest / gamma2))
+
+
+def rates(model: Model) -> tuple[Step, ...]:
+    """Poles and accelerations of the actuator in flight."""
+    law, limited = under_law(model), at_limit(model)
+    free = {x1: 0, v1: 0, side_1: 0, limit: 0}
+    return (
+        Step(p_law, -law.diff(v1), "(3) under the law, per v_1"),
+        Step(q_law, -law.diff(x1), "(3) under the law, per x_1"),
+        Step(p_free, -limited.diff(v1), "(3) in flight, per v_1"),
+        Step(a_free, limited.subs(free), "(3) in flight, constant"),
+        Step(a_largest, -limited.diff(limit), "(3) per u, at the limit"),
+    )
+
+
+def start_under_law() -> tuple[Step, ...]:
+    """The acceleration with which a phase under the law begins."""
+    return (Step(acc1, a_free - q_law * x1 - p_law * v1 - f1 * side_1, "(3) under the law"),)
+
+
+def start_at_limit() -> tuple[Step, ...]:
+    """The acceleration with which a phase at the limit begins."""
+    return (Step(acc1, a_free - a_largest * limit - p_free * v1 - f1 * side_1, "(3) at the limit"),)
+
+
+def motion() -> tuple[Step, ...]:
+    """The actuator at time t of a phase, from R, its derivative and its integral."""
+    return (
+        Step(moved, v1 * (R + p * R1) + acc1 * R1, "(3) in flight, integral"),
+        Step(v1_t, v1 * (Rd + p * R) + acc1 * R, "(3) in flight"),
+        Step(acc1_t, acc1 * Rd - q * v1 * R, "(3) in flight, derivative"),
+        Step(jerk1_t, -p * acc1_t - q * v1_t, "(3) in flight, differentiated"),
+    )
+
+
+def pulls() -> tuple[Step, ...]:
+    """What the law asks of the motor at time t of a phase."""
+    return (
+        Step(pull, Kp * (x1 + moved) + Kd * v1_t, "PD law"),
+        Step(pull_rate, Kp * v1_t + Kd * acc1_t, "derivative of the law"),
+        Step(pull_curvature, Kp * acc1_t + Kd * jerk1_t, "second derivative of the law"),
+    )
+
+
+def feet() -> tuple[Step, ...]:
+    """The foot at time t of a phase: the body's parabola less what the actuator has moved."""
+    return (
+        Step(foot_t, foot + (v2 * t - g * t**2 / 2 - moved), "x_2 - L_0 - c - x_1"),
+        Step(foot_rate, v2 - g * t - v1_t, "its derivative"),
+        Step(foot_curvature, -g - acc1_t, "its second derivative"),
+    )
+
+
+def design(model: Model) -> tuple[Step, ...]:
+    """Gains of a critically damped return within 1/100 in a given time.
+
+    The friction b_1 is part of the damping. Where it is more than critical K_d is 0, and K_p puts the slower pole where both
+    would be.
+    """
+    own = sp.expand(-acceleration(model).diff(v1) * m_eff)
+    critical = 2 * m_eff * settled_rate
+    return (
+        Step(settled_rate, SETTLED / time, "(1 + 20/3) exp(-20/3) < 1/100"),
+        Step(shortfall, critical - own, "critical damping less b_1"),
+        Step(Kd, (shortfall + sp.Abs(shortfall)) / 2, "what the motor adds to b_1"),
+        Step(damping, own + Kd, "b_1 + K_d"),
+        Step(Kp, settled_rate * (damping - m_eff * settled_rate), "the slower pole at the settling rate"),
+    )
+
+
+def fall() -> tuple[Step, ...]:
+    """When a body comes back down on its parabola."""
+    return (Step(touchdown_time, (v2 + sp.sqrt(v2**2 + 2 * g * drop)) / g, "ballistic"),)
+
+
+def impact() -> tuple[Step, ...]:
+    """Velocity of the body after the impact."""
+    return (Step(v2_after, v2 * sp.sqrt(1 - impact_loss), "impact loss"),)
+
+
+def energies() -> tuple[Step, ...]:
+    """Energy of the body and of the robot in flight, where the spring carries nothing."""
+    return (
+        Step(body, m_s * v2**2 / 2 + m_s * g * (hop_height + (L0 + c)), "energy of the body in flight"),
+        Step(total, body + m_eff * v1**2 / 2, "energy of the whole robot in flight"),
+    )
+
+
+def ledger(model: Model) -> tuple[Step, ...]:
+    """Each entry of the ledger over a part of a phase, from the way moved and the integral of v_1^2."""
+    follows = 1 - limit**2
+    force = sp.expand(acceleration(model).subs({u: 0, side_1: 0}) * m_eff)
+    of_law = Kp * moved * (x1 + moved / 2) + Kd * int_v1v1
+    return (
+        Step(motor_work, -follows * of_law - limit * largest * moved, "law, or limit"),
+        Step(offset_work, sp.expand(force.subs(v1, 0)) * moved, "constant force"),
+        Step(viscous_1, force.diff(v1) * int_v1v1, "ledger"),
+        Step(coulomb_1, -m_eff * f1 * side_1 * moved, "ledger"),
+    )

@@ -1,0 +1,164 @@
+"""Flights on both back ends: the compiled library by ctypes, and the solver of hopform_solver, seen alike."""
+
+import ctypes
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hopform import native
+from hopform.errors import HopformError
+from hopform_solver import flight as solver
+from hopform_solver.records import Energy, FlightLedger, Gains, Robot, State
+
+_CAPACITY = 32
+
+
+class Row(NamedTuple):
+    """A phase: when and where it starts, the sign of v_1, that of the pull at its limit, and the event that starts it."""
+
+    t: float
+    x1: float
+    v1: float
+    side: int
+    limit: int
+    event: int
+
+
+class _Types:
+    """The structs of flights in one precision."""
+
+    def __init__(self, types: native.Types) -> None:
+        real = types.real
+
+        def struct(name: str, *fields: tuple[str, Any]) -> Any:
+            return type(name, (ctypes.Structure,), {"_fields_": list(fields)})
+
+        self.base = types
+        self.gains = struct("Gains", *((name, real) for name in Gains._fields))
+        self.ledger = struct("FlightLedger", *((name, real) for name in FlightLedger._fields))
+        numbers = ((name, real) for name in ("t", "x1", "v1", "acc1"))
+        codes = ((name, ctypes.c_int8) for name in ("side", "limit", "event", "spare"))
+        self.phase = struct("FlightPhase", *numbers, *codes)
+        self.phases = self.phase * _CAPACITY
+        self.flight = struct(
+            "Flight",
+            ("gains", self.gains),
+            ("start", types.state),
+            ("duration", real),
+            ("end", types.state),
+            *((name, real) for name in ("v2_after", "apex", "apex_time", "impact_loss", "start_loss")),
+            *((name, ctypes.c_int32) for name in ("ending", "phase_count", "phases_kept", "event_count")),
+        )
+
+
+@lru_cache(maxsize=8)
+def _types_of(types: native.Types) -> _Types:
+    return _Types(types)
+
+
+@dataclass(frozen=True)
+class NativeFlight:
+    """A flight solved by the library."""
+
+    library: native.Library
+    types: _Types
+    plan: Any
+    phases: Any
+    flight: Any
+
+    @property
+    def gains(self) -> Gains:
+        return Gains(self.flight.gains.Kp, self.flight.gains.Kd)
+
+    @property
+    def end(self) -> State:
+        end = self.flight.end
+        return State(end.x1, end.v1, end.v2, end.y)
+
+    def rows(self) -> list[Row]:
+        kept = self.phases[: self.flight.phases_kept]
+        return [Row(p.t, p.x1, p.v1, p.side, p.limit, p.event) for p in kept]
+
+    def state_at(self, t: NDArray[np.floating]) -> State:
+        """States at times of one dimension."""
+        rows = np.empty((t.size, len(State._fields)), dtype=t.dtype)
+        self._call("flight_at", np.ascontiguousarray(t), rows)
+        return State(*rows.T)
+
+    def energy_at(self, t: NDArray[np.floating]) -> tuple[Energy, FlightLedger, NDArray[np.floating]]:
+        """Energies, ledger and loss at stops at times of one dimension, which do not decrease."""
+        energy = np.empty((t.size, len(Energy._fields)), dtype=t.dtype)
+        ledger = np.empty((t.size, len(FlightLedger._fields)), dtype=t.dtype)
+        losses = np.empty_like(t)
+        self._call("flight_energy", np.ascontiguousarray(t), energy, ledger, losses)
+        return Energy(*energy.T), FlightLedger(*ledger.T), losses
+
+    def _call(self, name: str, t: NDArray[np.floating], *out: NDArray[np.floating]) -> None:
+        pointers = (ctypes.c_void_p(array.ctypes.data) for array in out)
+        self.library.call(
+            name, self.types.base, ctypes.byref(self.plan), self.phases, ctypes.byref(self.flight),
+            ctypes.c_void_p(t.ctypes.data), ctypes.c_int32(t.size), *pointers,
+        )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class ArrayFlight:
+    """A flight solved with NumPy."""
+
+    flight: solver.FlightSolution
+
+    @property
+    def gains(self) -> Gains:
+        return Gains(*map(float, self.flight.gains))
+
+    @property
+    def end(self) -> State:
+        return State(*map(float, self.flight.end))
+
+    def rows(self) -> list[Row]:
+        phases = self.flight.phases
+        return [Row(float(p.t), float(p.x1), float(p.v1), p.side, p.limit, p.event) for p in phases]
+
+    def state_at(self, t: NDArray[np.floating]) -> State:
+        """States at times of one dimension."""
+        return solver.flight_at(self.flight, t)
+
+    def energy_at(self, t: NDArray[np.floating]) -> tuple[Energy, FlightLedger, NDArray[np.floating]]:
+        """Energies, ledger and loss at stops at times of one dimension."""
+        ledger, losses = solver.flight_ledger_at(self.flight, t)
+        return solver.flight_energy_at(self.flight, t), ledger, losses
+
+
+def solve_native(
+    robot: Robot, start: State, gains: Gains | None, horizon: float, max_phases: int, dtype: np.dtype[Any]
+) -> NativeFlight:
+    """Solve one flight with the compiled library."""
+    library = native.library()
+    base = library.types(dtype)
+    types = _types_of(base)
+    plan, flight, phases, capacity = native.plan_of(library, base, robot), types.flight(), types.phases(), _CAPACITY
+    begin = ctypes.byref(base.state(*start))
+    law = None if gains is None else ctypes.byref(types.gains(*gains))
+    while True:
+        status = library.call(
+            "solve_flight", base, ctypes.byref(plan), begin, law, base.real(horizon), ctypes.c_int32(max_phases),
+            phases, ctypes.c_int32(capacity), ctypes.byref(flight),
+        )  # fmt: skip
+        if status != native.PHASES_NOT_KEPT:
+            return NativeFlight(library, types, plan, phases, flight)
+        capacity = int(flight.phase_count)
+        phases = (types.phase * capacity)()
+
+
+def solve_array(
+    robot: Robot, start: State, gains: Gains | None, horizon: float, max_phases: int, dtype: np.dtype[Any]
+) -> ArrayFlight:
+    """Solve one flight with NumPy; HopformError if the numbers leave the range of the precision."""
+    with np.errstate(all="ignore"):
+        flight = solver.solve_flight(robot, start, gains, horizon, max_phases, dtype.type)
+    if not all(np.isfinite(value) for value in (flight.duration, flight.apex, flight.v2_after, *flight.end)):
+        raise HopformError("the numbers left the range of the precision: scale the robot or use float64")
+    return ArrayFlight(flight)

@@ -1,0 +1,105 @@
+"""The controller of the compiled library, called through ctypes; its structs follow hopform.h."""
+
+import ctypes
+from functools import cache
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hopform import native
+from hopform_solver.records import Robot, State
+
+FIRST_CAPACITY = 64
+"""Phases that the buffer holds at first; hardly any stance has more."""
+
+
+TRIAL = ("u", "apex", "apex_u", "peak", "peak_u", "dip", "dip_u")
+
+
+@cache
+def trial_of(types: native.Types) -> Any:
+    """hopform_trial of one precision."""
+    fields = [
+        *((name, types.real) for name in TRIAL),
+        ("events", ctypes.c_uint32),
+        ("dips", ctypes.c_int32),
+        *((name, ctypes.c_bool) for name in ("takes_off", "held", "smooth")),
+    ]
+    return type("Trial", (ctypes.Structure,), {"_fields_": fields})
+
+
+@cache
+def structs(types: native.Types) -> tuple[Any, Any, Any]:
+    """hopform_target, hopform_command and hopform_search of one precision."""
+    real, count, flag = types.real, ctypes.c_int32, ctypes.c_bool
+
+    def struct(name: str, *fields: tuple[str, Any]) -> Any:
+        return type(name, (ctypes.Structure,), {"_fields_": list(fields)})
+
+    target = struct("Target", *((name, real) for name in ("h_des", "datum", "stop_margin", "horizon")))
+    command = struct("Command", ("u", real), ("apex", real), ("status", count))
+    trial = trial_of(types)
+    depth = 64
+    search = struct(
+        "Search",
+        ("plan", ctypes.c_void_p),
+        ("start", types.state),
+        *((name, real) for name in ("apex", "limit", "horizon", "datum")),
+        ("best", trial),
+        ("inner", trial * 2),
+        ("outer", (trial * depth) * 2),
+        ("waiting", count * 2),
+        ("next", real),
+        *((name, count) for name in ("side", "slow", "trials", "status")),
+        *((name, flag) for name in ("found", "reached", "partial")),
+    )
+    return target, command, search
+
+
+def choose(
+    parameters: Robot, start: State, target: tuple[float, float, float, float], max_phases: int, dtype: np.dtype[Any]
+) -> tuple[float, float, int, int]:
+    """Current [A], hop height [m] (0 without take-off), status as in COMMANDS, and how many stances were solved.
+
+    target: h_des, datum, stop_margin [m], horizon [s].
+    """
+    library = native.library()
+    types = library.types(dtype)
+    plan = native.plan_of(library, types, parameters)
+    target_type, command_type, search_type = structs(types)
+    command, search = command_type(), search_type()
+    begin, wish = types.state(*start), target_type(*target)
+    capacity = min(FIRST_CAPACITY, max_phases)
+    while True:
+        phases = (types.phase * capacity)()
+        status = library.call(
+            "choose_current", types, ctypes.byref(search), ctypes.byref(plan), ctypes.byref(begin), ctypes.byref(wish),
+            phases, ctypes.c_int32(capacity), ctypes.byref(command),
+        )  # fmt: skip
+        if status != native.PHASES_NOT_KEPT or capacity == max_phases:
+            return float(command.u), float(command.apex), int(command.status), int(search.trials)
+        capacity = min(8 * capacity, max_phases)
+
+
+def try_currents(
+    parameters: Robot, starts: list[State], currents: NDArray[np.float64], horizon: float, max_phases: int
+) -> NDArray[Any]:
+    """What each current does from each state, (states, currents), a structured array with the fields of hopform_trial."""
+    library = native.library()
+    types = library.types(np.dtype(np.float64))
+    plan = native.plan_of(library, types, parameters)
+    trials = np.zeros((len(starts), currents.size), np.dtype(trial_of(types)))
+    states = (types.state * len(starts))(*(types.state(*start) for start in starts))
+    values = np.ascontiguousarray(currents, dtype=np.float64)
+    capacity = min(FIRST_CAPACITY, max_phases)
+    while True:
+        phases = (types.phase * capacity)()
+        status = library.call(
+            "try_currents", types, ctypes.byref(plan), states, ctypes.c_int32(len(starts)),
+            ctypes.c_void_p(values.ctypes.data), ctypes.c_int32(values.size), types.real(horizon),
+            phases, ctypes.c_int32(capacity), ctypes.c_void_p(trials.ctypes.data),
+        )  # fmt: skip
+        if status != native.PHASES_NOT_KEPT or capacity == max_phases:
+            return trials
+        capacity = min(8 * capacity, max_phases)

@@ -1,0 +1,201 @@
+"""What the table of peers does not say: the paper's sequence by hand, many stances at once, a sample of a grid, memory.
+
+A line is a name, a number and its unit, and the ratio to hopform's C loop over the same stances where there is one. Whatever
+is compared is timed in one run, interleaved, by the processor's time.
+"""
+
+import dataclasses
+import statistics
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+import hopform
+from hopform_solver import records
+from tests.benchmarks import native, truth
+from tests.benchmarks.jobs import ROBOT, Jobs, hopper_c, random_robots
+from tests.benchmarks.judge import judge
+
+MANY, FEW, SAMPLES = 100_000, 10_000, 10_000
+PAPER = ["x2_reverses"]
+MEMORY = """
+import resource, sys
+import numpy as np
+import hopform
+from hopform_solver import records
+robot = hopform.load_robot("hopper_c")
+count = int(sys.argv[1])
+before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+batch = hopform.solve_stances(robot, v2=np.linspace(-3.0, -0.3, count), u=np.linspace(-3.0, 3.0, count), backend="c")
+after = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+unit = 1 if sys.platform == "darwin" else 1024
+print(before * unit, after * unit, int((batch.status == 1).sum()))
+"""
+
+
+@dataclass(frozen=True)
+class Line:
+    """A measured number; `ratio` to the C loop over the same stances, None where there is none."""
+
+    name: str
+    value: float
+    unit: str
+    ratio: float | None = None
+
+
+def medians(calls: Mapping[str, Callable[[], object]], repetitions: int) -> dict[str, float]:
+    """The median time of each call in s, all interleaved; the first round is not counted."""
+    times: dict[str, list[float]] = {name: [] for name in calls}
+    for _ in range(repetitions + 1):
+        for name, call in calls.items():
+            begin = time.process_time()
+            call()
+            times[name].append(time.process_time() - begin)
+    return {name: statistics.median(each[1:]) for name, each in times.items()}
+
+
+# ---- by hand ----
+
+
+def paper_sequence() -> tuple[Jobs, list[dict[str, Any]]]:
+    """Those stances of hopper_c in which the actuator goes up throughout and the body turns once, and their truth."""
+    jobs, exact = hopper_c(), truth.load()["hopper_c"]
+    chosen = [
+        n
+        for n in range(len(jobs))
+        if exact[n]["status"] == "takeoff"
+        and [kind for _, kind in exact[n]["events"]] == PAPER
+        and {phase.mode_1 for phase in hopform.solve_stance(hopform.Robot(**jobs.robot(n)), **jobs.start(n)).phases}
+        == {1}
+    ]
+    return dataclasses.replace(jobs, table=jobs.table[chosen]), [exact[n] for n in chosen]
+
+
+def by_hand(repetitions: int) -> list[Line]:
+    """The paper's closed form written by hand, and hopform on the same stances; native.NotBuilt without a compiler."""
+    jobs, exact = paper_sequence()
+    hand, ours = native.by_hand(), native.hopform("f64")
+    calls = {"hand": hand.function("by_hand", jobs), "hopform": ours.function("planned", jobs)}
+    hand.prepare(jobs)
+    ours.prepare(jobs)
+    verdicts = {name: judge(jobs, call(1), exact) for name, call in calls.items()}
+    loops = max(1, 20_000 // len(jobs))
+    spent = medians({name: lambda call=call: call(loops) for name, call in calls.items()}, repetitions)
+    of = f"paper's sequence, {len(jobs)} stances of hopper_c"
+    words = {"hand": "closed form by hand, C++, no event but these", "hopform": "hopform C, f64"}
+    return [
+        Line(
+            f"{words[name]}: {of}, error {verdicts[name].error:.0e}, wrong {verdicts[name].wrong}",
+            each / (loops * len(jobs)) * 1e6,
+            "us/stance",
+            each / spent["hopform"],
+        )
+        for name, each in spent.items()
+    ]
+
+
+# ---- many ----
+
+
+def _inputs(jobs: Jobs, count: int) -> tuple[hopform.Robot, dict[str, Any]]:
+    """The stances over and over, as columns; one robot for all of them where they have one."""
+    table = np.resize(jobs.table, (count, jobs.table.shape[1]))
+    inputs = dict(zip((*ROBOT, "x1", "v1", "v2", "u"), table.T.copy(), strict=True))
+    robot = hopform.Robot(**jobs.robot(0))
+    if (jobs.table[:, : len(ROBOT)] == jobs.table[0, : len(ROBOT)]).all():
+        inputs = {name: values for name, values in inputs.items() if name not in ROBOT}
+    return robot, inputs
+
+
+def many(jobs: Jobs, repetitions: int) -> list[Line]:
+    """`solve_stances` on both back ends in both precisions, beside the C loop over the same stances."""
+    library = native.hopform("f64")
+    loop = library.function("planned", jobs)
+    library.prepare(jobs)
+    robot, inputs = _inputs(jobs, MANY)
+    _, fewer = _inputs(jobs, FEW)
+    one_robot = ROBOT[0] not in inputs
+    variants: dict[str, tuple[int, Callable[[], object]]] = {
+        "the C loop, f64": (10 * len(jobs), lambda: loop(10)),
+    }
+    for dtype in (np.float64, np.float32):
+        short = {np.float64: "f64", np.float32: "f32"}[dtype]
+        variants[f"solve_stances, C {short}, {MANY} at once"] = (
+            MANY, lambda dtype=dtype: hopform.solve_stances(robot, **inputs, dtype=dtype, backend="c"),
+        )  # fmt: skip
+        variants[f"solve_stances, C {short}, {FEW}, events"] = (
+            FEW, lambda dtype=dtype: hopform.solve_stances(robot, **fewer, dtype=dtype, events=True, backend="c"),
+        )  # fmt: skip
+        variants[f"solve_stances, C {short}, {FEW}, sensitivities"] = (
+            FEW, lambda dtype=dtype: hopform.solve_stances(robot, **fewer, dtype=dtype, sensitivities=True, backend="c"),
+        )  # fmt: skip
+        variants[f"solve_stances, NumPy {short}, {FEW}"] = (
+            FEW, lambda dtype=dtype: hopform.solve_stances(robot, **fewer, dtype=dtype, backend="numpy"),
+        )  # fmt: skip
+    spent = medians({name: call for name, (_, call) in variants.items()}, repetitions)
+    each = {name: spent[name] / count for name, (count, _) in variants.items()}
+    first = each["the C loop, f64"]
+    note = "" if one_robot else ", plans included but for the loop"
+    return [
+        Line(f"{jobs.name}: {name}{note}", seconds * 1e6, "us/stance", seconds / first)
+        for name, seconds in each.items()
+    ]
+
+
+# ---- a grid, memory ----
+
+
+def grid(repetitions: int) -> list[Line]:
+    """States of one stance on a uniform grid, per sample of four."""
+    stance = hopform.solve_stance(hopform.load_robot("hopper_c"), v2=-1.93, u=3.0, backend="c")
+    out = hopform.State(*np.empty((4, SAMPLES)))
+    solver_out = records.State(*np.empty((4, SAMPLES)))
+    step = stance.duration / (SAMPLES - 1)
+    t = np.linspace(0.0, stance.duration, SAMPLES)
+
+    def often(call: Callable[[], object]) -> Callable[[], None]:
+        return lambda: [call() for _ in range(50)] and None
+
+    spent = medians(
+        {
+            "hopform_stance_grid": often(lambda: stance._solved.grid(step, solver_out)),
+            "stance.grid, with t and x2": often(lambda: stance.grid(SAMPLES, out=out)),
+            "stance.at of as many times": often(lambda: stance.at(t)),
+        },
+        repetitions,
+    )
+    return [
+        Line(f"{name}, {SAMPLES} samples", seconds / (50 * SAMPLES) * 1e9, "ns/sample")
+        for name, seconds in spent.items()
+    ]
+
+
+def memory(count: int = 1_000_000) -> list[Line]:
+    """The peak of a process that solves a batch without event lists, measured in a child of its own."""
+    done = subprocess.run(
+        [sys.executable, "-c", MEMORY, str(count)], capture_output=True, text=True, check=True, cwd=native.ROOT
+    )
+    before, after, _ = map(int, done.stdout.split())
+    return [
+        Line(f"memory of a process that solves {count} stances, peak", after / 2**20, "MiB"),
+        Line("of which Python, NumPy and the library before", before / 2**20, "MiB"),
+    ]
+
+
+def measure(repetitions: int) -> list[Line]:
+    """Every line; what cannot be built is left out."""
+    lines: list[Line] = []
+    for part in (
+        lambda: by_hand(repetitions), lambda: many(hopper_c(), repetitions), lambda: many(random_robots(), repetitions),
+        lambda: grid(repetitions), memory,
+    ):  # fmt: skip
+        try:
+            lines += part()
+        except native.NotBuilt as error:
+            lines.append(Line(f"left out: {error}", float("nan"), ""))
+    return lines

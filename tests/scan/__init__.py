@@ -1,0 +1,154 @@
+"""Brute force against the controller: every current of a fine grid is tried, at random touchdown states.
+
+`compare` draws touchdowns, asks the controller, scans the currents (scan.c), and says where the scan found an admissible
+current that is smaller, or an apex that is nearer by more than 1e-9 m. `python -m tests.scan --count 10000` does many.
+"""
+
+import ctypes
+import math
+import os
+import shlex
+import subprocess
+import tempfile
+from dataclasses import dataclass, field
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import hopform
+from hopform import native
+from hopform.control import choose_current
+
+HERE = Path(__file__).parent
+C = HERE.parents[1] / "generated" / "c"
+FLAGS = ["-std=c99", "-O2", "-Wall", "-Wextra", "-Werror", "-fPIC", "-shared", "-ffp-contract=off", "-fno-math-errno"]
+NEARER = 1e-9
+
+
+class _Task(ctypes.Structure):
+    _fields_ = [
+        *((name, ctypes.c_double) for name in ("x1", "v1", "v2", "y", "wanted", "limit", "u_max", "stop")),
+        ("grid", ctypes.c_int),
+    ]
+
+
+class _Result(ctypes.Structure):
+    _fields_ = [(name, ctypes.c_double) for name in ("gap", "u", "root")]
+
+
+@cache
+def _library() -> Any:
+    with tempfile.TemporaryDirectory() as folder:
+        target = Path(folder) / "scan.so"
+        sources = [*sorted((C / "src").glob("*.c")), HERE / "scan.c"]
+        command = [*shlex.split(os.environ.get("CC") or "cc"), *FLAGS, "-I", str(C / "include"), *map(str, sources)]
+        subprocess.run([*command, "-o", str(target), "-lm"], check=True)
+        library = ctypes.CDLL(str(target))
+    library.scan_gap.restype = ctypes.c_double
+    return library
+
+
+@dataclass(frozen=True)
+class Touchdown:
+    """What the controller is asked: a state after the impact, and what is wanted."""
+
+    x1: float
+    v1: float
+    v2: float
+    y: float
+    h_des: float
+    datum: float
+    stop_margin: float
+
+    def ask(self, robot: hopform.Robot, **how: Any) -> hopform.Command:
+        x2 = None if self.y == 0.0 else self.x1 - self.y + robot.L0 + robot.c
+        return choose_current(
+            robot, x1=self.x1, v1=self.v1, v2=self.v2, x2=x2, h_des=self.h_des, datum=self.datum,
+            stop_margin=self.stop_margin, **how,
+        )  # fmt: skip
+
+
+def draw_touchdowns(robot: hopform.Robot, seed: int, count: int) -> list[Touchdown]:
+    """Drops from 0 to 40 cm with the actuator anywhere and moving or not; half of what is wanted is what some current gives."""
+    draw = np.random.default_rng(seed)
+    found: list[Touchdown] = []
+    while len(found) < count:
+        height = draw.uniform(0.0, 0.4) ** draw.choice((1, 2))
+        x1 = draw.choice((robot.x1_min, draw.uniform(robot.x1_min, robot.x1_max)))
+        v1 = draw.choice((0.0, draw.normal(0.0, 0.2)))
+        v2 = hopform.touchdown_velocity(robot, height)
+        y = draw.choice((0.0, 0.0, 0.0, draw.uniform(0.0, 0.01)))
+        if not v2 < v1 - 1e-6:
+            continue
+        y = 0.0 if y == 0.0 else float(x1 - (x1 - y + robot.L0 + robot.c) + robot.L0 + robot.c)
+        h_des = draw.uniform(0.0, 0.4)
+        if draw.random() < 0.5:
+            height_of = None if y == 0.0 else x1 - y + robot.L0 + robot.c
+            u = draw.uniform(-robot.u_max, robot.u_max)
+            apex = hopform.solve_stance(robot, x1=x1, v1=v1, v2=v2, x2=height_of, u=u).apex
+            h_des = apex if apex >= 0.0 else h_des
+        datum = draw.choice((0.0, draw.uniform(-h_des, 0.05)))
+        margin = draw.choice((0.0, draw.uniform(0.0, 0.02)))
+        found.append(Touchdown(*map(float, (x1, v1, v2, y, h_des - datum, datum, margin))))
+    return found
+
+
+@dataclass
+class Findings:
+    """What was seen in a number of touchdowns."""
+
+    statuses: dict[str, int] = field(default_factory=dict)
+    solved: list[int] = field(default_factory=list)
+    words: list[str] = field(default_factory=list)
+    smaller: list[tuple[Touchdown, Any]] = field(default_factory=list)
+    nearer: list[tuple[Touchdown, Any]] = field(default_factory=list)
+    untrue: list[tuple[Touchdown, Any]] = field(default_factory=list)
+
+    def add(self, other: "Findings") -> None:
+        for status, number in other.statuses.items():
+            self.statuses[status] = self.statuses.get(status, 0) + number
+        for name in ("solved", "words", "smaller", "nearer", "untrue"):
+            getattr(self, name).extend(getattr(other, name))
+
+
+def compare(robot: hopform.Robot, touchdowns: list[Touchdown], step: float, **how: Any) -> Findings:
+    """The controller's answers against a scan of the currents in steps [A]."""
+    library, found = _library(), Findings()
+    types = native.library().types(np.dtype(np.float64))
+    plan = native.plan_of(native.library(), types, robot.parameters)
+    locked = not robot.x1_min < robot.x1_max
+    for touchdown in touchdowns:
+        command = touchdown.ask(robot, **how)
+        wanted = touchdown.h_des + touchdown.datum
+        limit = math.inf if locked else robot.x1_max - touchdown.stop_margin
+        stop = abs(command.u) if command.status == "reached" else math.inf
+        task = _Task(
+            touchdown.x1, touchdown.v1, touchdown.v2, touchdown.y, wanted, limit, robot.u_max, stop,
+            math.ceil(robot.u_max / step),
+        )  # fmt: skip
+        result = _Result()
+        library.scan(ctypes.byref(plan), ctypes.byref(task), ctypes.byref(result))
+        gap = library.scan_gap(ctypes.byref(plan), ctypes.byref(task), ctypes.c_double(command.u))
+        answer = (command, (result.gap, result.u, result.root))
+        if command.status == "no_takeoff":
+            sound = command.u == 0.0 and math.isnan(command.apex)
+            gap = math.inf
+        else:
+            sound = abs(command.u) <= robot.u_max and abs(gap - (command.apex - touchdown.h_des)) <= 1e-12
+            sound &= command.status != "reached" or abs(gap) <= NEARER
+        if not sound:
+            found.untrue.append((touchdown, answer))
+        if command.status == "reached" and result.root < abs(command.u) - 1e-6:
+            found.smaller.append((touchdown, answer))
+        if (
+            result.gap < abs(gap) - NEARER
+            and command.status != "reached"
+            or (command.status != "reached" and result.root < math.inf)
+        ):
+            found.nearer.append((touchdown, answer))
+        found.statuses[command.status] = found.statuses.get(command.status, 0) + 1
+        found.solved.append(command.solved)
+        found.words.append(command.status)
+    return found
