@@ -4,7 +4,8 @@
  * vector instructions. The steps, their order and so the bits are those of stance_f32.c. What is rare there is not done
  * here: such a stance is left to hopform_solve_stance_f32. Numbers, flags (1 or 0) and kinds are all of one type.
  *
- * Before it is included, LANES_NAME is the function to make and LANES_CODE what goes before each function.
+ * Before it is included, LANES_NAME is the function to make, LANES_CODE what goes before each function, and LANES_WORTH
+ * how many evaluations for all lanes a stance is worth: where it takes more, stances are solved one by one for a while.
  */
 #ifndef HOPFORM_LANES_H_f32
 #define HOPFORM_LANES_H_f32
@@ -16,10 +17,10 @@
 #include "events_f32.h"
 #include "phase_f32.h"
 
-#ifndef REFILL
-#define REFILL (LANES / 2)
-#endif
-enum { LANES = 32, SLOTS = 3, ROOT_STEPS = 6, MOST_STEPS = 12, MOST_CUTS = 24, MOST_WINDOWS = 7 };
+enum { LANES = 32, SLOTS = 3, ROOT_STEPS = 6, MOST_STEPS = 12, MOST_CUTS = 24, MOST_WINDOWS = 7, SHORT_RUN = 128, LONG_RUN = 4096 };
+
+/* Lanes wait for each other, so that most are alike: idle ones are filled when there are so many. */
+enum { FEWEST_IDLE = 3 * LANES / 4 };
 
 #if defined(__GNUC__)
 typedef float column[LANES] __attribute__((aligned(64)));
@@ -372,6 +373,8 @@ typedef struct {
     basis_columns end;
 
     column event, ending; /* what a round has brought */
+    int64_t evaluations;  /* of W for all lanes */
+    int64_t solved;
 
     hopform_plan_f32 plan[LANES];
     int64_t index[LANES];
@@ -672,6 +675,7 @@ LANES_CODE static void short_bases(lanes *restrict w, const float *restrict t, c
 LANES_CODE static void bases_at(lanes *restrict w, const float *restrict t, const float *restrict wanted, basis_columns *restrict basis)
 {
     column brief, pairs, swift, swings, splits, close, beyond;
+    w->evaluations++;
     for (int l = 0; l < LANES; l++) {
         const bool here = wanted[l] > 0.0f;
         const bool held = !(fabsf(w->poles.a[l]) > 0.0f);
@@ -1790,6 +1794,7 @@ typedef struct {
     const hopform_stances_in_f32 *in;
     const hopform_stances_out_f32 *out;
     int64_t next;
+    int64_t pause; /* where lanes are filled no further, to look whether they are worth it */
     hopform_plan_f32 plan; /* of the robot of the stance that was taken last */
     int64_t robot_number;
     int32_t robot_status;
@@ -1856,23 +1861,51 @@ static bool take(lanes *w, int l, const queue *from, int64_t i)
     return true;
 }
 
+/* The number of the next stance, its robot at hand. */
+static int64_t next_stance(queue *from)
+{
+    const int64_t i = from->next++;
+    if (i == 0 || hopform_robot_changes_f32(from->in, i)) {
+        const hopform_robot_f32 robot = hopform_robot_of_f32(from->in, i);
+        from->robot_status = hopform_plan_init_f32(&from->plan, &robot);
+        from->robot_number++;
+    }
+    return i;
+}
+
+static void solve_alone(queue *from, const hopform_plan_f32 *plan, int32_t robot_status, int64_t i)
+{
+    if (hopform_solve_column_f32(plan, robot_status, from->in, from->out, i) != HOPFORM_OK) {
+        from->kept = HOPFORM_PHASES_NOT_KEPT;
+    }
+}
+
 /* Fill a lane with the next stance that can be solved here; those that cannot are solved on the way. */
 static void refill(lanes *w, int l, queue *from)
 {
-    while (from->next < from->count) {
-        const int64_t i = from->next++;
-        if (i == 0 || hopform_robot_changes_f32(from->in, i)) {
-            const hopform_robot_f32 robot = hopform_robot_of_f32(from->in, i);
-            from->robot_status = hopform_plan_init_f32(&from->plan, &robot);
-            from->robot_number++;
-        }
+    while (from->next < from->pause) {
+        const int64_t i = next_stance(from);
         if (take(w, l, from, i)) {
             return;
         }
-        if (hopform_solve_column_f32(&from->plan, from->robot_status, from->in, from->out, i) != HOPFORM_OK) {
-            from->kept = HOPFORM_PHASES_NOT_KEPT;
-        }
+        solve_alone(from, &from->plan, from->robot_status, i);
     }
+}
+
+/* With all lanes empty: if they have not been worth it, solve as many stances as a long run of them one by one. */
+static void look_back(lanes *w, queue *from)
+{
+    const int64_t run = w->evaluations > 0 ? LONG_RUN : SHORT_RUN;
+    const bool worth = w->evaluations <= LANES_WORTH * w->solved;
+    const int64_t until = from->count - from->next < run ? from->count : from->next + run;
+    while (!worth && from->next < until) {
+        const int64_t i = next_stance(from);
+        solve_alone(from, &from->plan, from->robot_status, i);
+    }
+    const int64_t ahead = worth ? run : SHORT_RUN;
+    from->pause = from->count - from->next < ahead ? from->count : from->next + ahead;
+    w->evaluations = 0;
+    w->solved = 0;
 }
 
 /* List the event that a window has ended with, if its phase could be kept. */
@@ -1940,8 +1973,10 @@ static void collect(lanes *w, queue *to)
             }
             left = !write(w, l, to);
         }
-        if (left && hopform_solve_column_f32(&w->plan[l], HOPFORM_OK, to->in, to->out, w->index[l]) != HOPFORM_OK) {
-            to->kept = HOPFORM_PHASES_NOT_KEPT;
+        if (left) {
+            solve_alone(to, &w->plan[l], HOPFORM_OK, w->index[l]);
+        } else {
+            w->solved++;
         }
         w->live[l] = 0.0f;
         w->begins[l] = 0.0f;
@@ -1961,23 +1996,28 @@ static void clear(lanes *w)
 int32_t LANES_NAME(int64_t count, const hopform_stances_in_f32 *in, const hopform_stances_out_f32 *out)
 {
     lanes w;
-    queue stances = {count, in, out, 0, {{0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f}}, 0, HOPFORM_OK, HOPFORM_OK};
+    queue stances = {count, in, out, 0, 0, {{0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f}}, 0, HOPFORM_OK, HOPFORM_OK};
     clear(&w);
     for (;;) {
-        int32_t idle = 0;
-        for (int l = 0; l < LANES; l++) {
-            idle += w.live[l] > 0.0f ? 0 : 1;
-        }
-        for (int l = 0; l < LANES && idle >= REFILL; l++) {
-            if (!(w.live[l] > 0.0f)) {
-                refill(&w, l, &stances);
+        if (stances.next < stances.pause) {
+            int32_t idle = 0;
+            for (int l = 0; l < LANES; l++) {
+                idle += w.live[l] > 0.0f ? 0 : 1;
+            }
+            for (int l = 0; l < LANES && idle >= FEWEST_IDLE; l++) {
+                if (!(w.live[l] > 0.0f)) {
+                    refill(&w, l, &stances);
+                }
             }
         }
-        if (!any(w.live)) {
+        if (any(w.live)) {
+            advance(&w);
+            collect(&w, &stances);
+        } else if (stances.next < count) {
+            look_back(&w, &stances);
+        } else {
             return stances.kept;
         }
-        advance(&w);
-        collect(&w, &stances);
     }
 }
 

@@ -6,5 +6,5 @@
 
 const char *hopform_source(void)
 {
-    return "609d01e342c316cb";
+    return "dcdc250c9a384bb8";
 }
