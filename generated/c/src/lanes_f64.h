@@ -17,7 +17,7 @@
 #include "events_f64.h"
 #include "phase_f64.h"
 
-enum { LANES = 16, SLOTS = 3, ROOT_STEPS = 6, MOST_STEPS = 12, MOST_CUTS = 24, MOST_WINDOWS = 7, SHORT_RUN = 128, LONG_RUN = 4096 };
+enum { LANES = 32, SLOTS = 3, ROOT_STEPS = 6, MOST_STEPS = 12, MOST_CUTS = 24, MOST_WINDOWS = 7, SHORT_RUN = 2 * LANES, LONG_RUN = 4096 };
 
 /* Lanes wait for each other, so that most are alike: idle ones are filled when there are so many. */
 enum { FEWEST_IDLE = 3 * LANES / 4 };
@@ -843,6 +843,7 @@ LANES_CODE static void start_poles(lanes *restrict w)
 
 LANES_CODE static void start_motion(lanes *restrict w)
 {
+    column alone_1, alone_2, alone_H2;
     for (int l = 0; l < LANES; l++) {
         const hopform_robot_f64 robot = one_of_robot_columns(&w->robot, l);
         const hopform_rates_f64 rates = one_of_rates_columns(&w->rates, l);
@@ -859,14 +860,21 @@ LANES_CODE static void start_motion(lanes *restrict w)
         keep_motion_columns(&w->motion, l, begins & held_1, &body);
     }
     for (int l = 0; l < LANES; l++) {
-        const bool alone_1 = (is(w->alone[l], 1) > 0.0) & (fabs(w->side_1[l]) > 0.0) & (w->begins[l] > 0.0);
-        const bool alone_2 = (is(w->alone[l], 2) > 0.0) & (fabs(w->side_2[l]) > 0.0) & (w->begins[l] > 0.0);
+        alone_1[l] = w->begins[l] * is(w->alone[l], 1) * fabs(w->side_1[l]);
+        alone_2[l] = w->begins[l] * is(w->alone[l], 2) * fabs(w->side_2[l]);
+    }
+    if (!any(alone_1) && !any(alone_2)) {
+        return;
+    }
+    for (int l = 0; l < LANES; l++) {
         const double H3_1 = w->free[l] - w->side_1[l] * w->robot.f1[l];
         const double H3_2 = w->free[l] - w->side_2[l] * w->robot.f2[l];
-        keep(&w->motion.H3_1[l], alone_1, H3_1);
-        keep(&w->motion.H3_2[l], alone_2, H3_2);
-        keep(&w->motion.H2_y[l], alone_1, H3_1);
-        keep(&w->motion.H2_y[l], alone_2, -H3_2);
+        keep(&w->motion.H3_1[l], alone_1[l] > 0.0, H3_1);
+        keep(&w->motion.H3_2[l], alone_2[l] > 0.0, H3_2);
+        alone_H2[l] = alone_1[l] > 0.0 ? H3_1 : -H3_2;
+    }
+    for (int l = 0; l < LANES; l++) {
+        keep(&w->motion.H2_y[l], alone_1[l] + alone_2[l] > 0.0, alone_H2[l]);
     }
 }
 
@@ -1526,29 +1534,38 @@ LANES_CODE static void cross_at_the_limit(lanes *restrict w)
 
 /* ---- stops ---- */
 
-/* How far x_1 is beyond the stop ahead, and how fast it gets there. */
-static inline void beyond_stop(const lanes *w, const hopform_basis_f64 *basis, int l, double t, double *beyond, double *rate)
+/* How far x_1 is beyond the stop ahead, below 0 where there is none, and how fast it gets there. */
+LANES_CODE static void beyond_stops(const lanes *restrict w, const double *restrict stop, const double *restrict ahead,
+                                    const basis_columns *restrict basis, const double *restrict t, double *restrict beyond,
+                                    double *restrict rate)
 {
-    const hopform_state_f64 state = one_of_state_columns(&w->state, l);
-    const hopform_motion_f64 motion = one_of_motion_columns(&w->motion, l);
-    const hopform_at_f64 at = hopform_state_at_f64(&state, &motion, basis, t);
-    const double sign = w->side_1[l];
-    const double stop = sign > 0.0 ? w->robot.x1_max[l] : w->robot.x1_min[l];
-    *beyond = ((fabs(sign) > 0.0) & within_range(stop)) ? sign * (at.x1_t - (within_range(stop) ? stop : 0.0)) : -1.0;
-    *rate = sign * at.v1_t;
+    for (int l = 0; l < LANES; l++) {
+        const hopform_state_f64 state = one_of_state_columns(&w->state, l);
+        const hopform_motion_f64 motion = one_of_motion_columns(&w->motion, l);
+        const hopform_basis_f64 one = one_of_basis_columns(basis, l);
+        const hopform_at_f64 at = hopform_state_at_f64(&state, &motion, &one, t[l]);
+        beyond[l] = w->side_1[l] * (at.x1_t - stop[l]);
+        rate[l] = w->side_1[l] * at.v1_t;
+    }
+    for (int l = 0; l < LANES; l++) {
+        beyond[l] = ahead[l] > 0.0 ? beyond[l] : -1.0;
+    }
 }
 
 /* Windows end where x_1 meets its stop; `stops` says which. */
 LANES_CODE static void meet_stops(lanes *restrict w, double *restrict stops)
 {
-    column low, high, t, going, tied;
+    column low, high, t, going, tied, stop, ahead, beyond, rate, next;
     basis_columns basis;
     for (int l = 0; l < LANES; l++) {
-        const hopform_basis_f64 one = one_of_basis_columns(&w->end, l);
-        double beyond;
-        double rate;
-        beyond_stop(w, &one, l, w->end_t[l], &beyond, &rate);
-        going[l] = flag((w->live[l] > 0.0) & (beyond > 0.0));
+        stop[l] = w->side_1[l] > 0.0 ? w->robot.x1_max[l] : w->robot.x1_min[l];
+    }
+    for (int l = 0; l < LANES; l++) {
+        ahead[l] = fabs(w->side_1[l]) * flag(within_range(stop[l]));
+    }
+    beyond_stops(w, stop, ahead, &w->end, w->end_t, beyond, rate);
+    for (int l = 0; l < LANES; l++) {
+        going[l] = w->live[l] * (1.0 - flag(w->left[l] > 0.0)) * flag(beyond[l] > 0.0);
         stops[l] = going[l];
         low[l] = w->low[l];
         high[l] = w->end_t[l];
@@ -1559,28 +1576,30 @@ LANES_CODE static void meet_stops(lanes *restrict w, double *restrict stops)
     }
     memcpy(&basis, &w->end, sizeof basis);
     for (int n = 0; n < 100 && any(going); n++) {
+        const bool halves = n > 8 && n % 2 == 1;
         if (n > 0) {
             bases_at(w, t, going, &basis);
         }
+        if (n > 0) {
+            beyond_stops(w, stop, ahead, &basis, t, beyond, rate);
+        }
         for (int l = 0; l < LANES; l++) {
-            const hopform_basis_f64 one = one_of_basis_columns(&basis, l);
-            double beyond;
-            double rate;
-            beyond_stop(w, &one, l, t[l], &beyond, &rate);
-            const bool past = beyond > 0.0;
-            const double lower = past ? low[l] : t[l];
-            const double upper = past ? t[l] : high[l];
-            const double step = rate > 0.0 ? over(beyond, rate) : 1e+300;
-            const bool ready = fabs(step) <= 2.220446049250313e-16 * t[l];
-            const double newton = t[l] - step;
-            const bool bisects = (!((newton > lower) & (newton < upper))) | ((n > 8) & (n % 2 == 1));
-            const double next = bisects ? lower + 0.5 * (upper - lower) : newton;
-            const bool goes = going[l] > 0.0;
-            const bool goes_on = goes & !ready & (next > lower) & (next < upper);
-            low[l] = lower;
-            high[l] = upper;
-            t[l] = goes_on ? next : t[l];
-            going[l] = flag(goes_on);
+            const double step = over(beyond[l], rate[l]);
+            const double exact = flag(fabs(step) <= 2.220446049250313e-16 * t[l]) * flag(rate[l] > 0.0);
+            next[l] = rate[l] > 0.0 ? t[l] - step : -1e+300;
+            keep(&low[l], !(beyond[l] > 0.0), t[l]);
+            keep(&high[l], beyond[l] > 0.0, t[l]);
+            going[l] *= 1.0 - exact;
+        }
+        for (int l = 0; l < LANES; l++) {
+            const bool inside = (next[l] > low[l]) & (next[l] < high[l]) & !halves;
+            next[l] = inside ? next[l] : low[l] + 0.5 * (high[l] - low[l]);
+        }
+        for (int l = 0; l < LANES; l++) {
+            going[l] *= flag((next[l] > low[l]) & (next[l] < high[l]));
+        }
+        for (int l = 0; l < LANES; l++) {
+            keep(&t[l], going[l] > 0.0, next[l]);
         }
     }
     leave(w, going, STUCK);

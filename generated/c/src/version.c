@@ -6,5 +6,5 @@
 
 const char *hopform_source(void)
 {
-    return "dcdc250c9a384bb8";
+    return "607f273760cc9c79";
 }
