@@ -683,7 +683,8 @@ LANES_CODE static void bases_at(lanes *restrict w, const float *restrict t, cons
         const bool soon = w->poles.s_1[l] * t[l] < 4.0f;
         const bool early = w->poles.q[l] * t[l] * t[l] < 1.0f;
         brief[l] = flag(here & !held & !late & soon);
-        close[l] = flag(here & !held & !late & !soon);
+        const bool faded = (0.5f * w->poles.p[l] - w->poles.a[l]) * t[l] > 1e1f;
+        close[l] = flag(here & !held & (faded | (!late & !soon)));
         pairs[l] = flag(here & (held | late));
         swift[l] = flag(here & (held | late) & early);
         swings[l] = flag(here & (held | late) & !early);
@@ -748,8 +749,15 @@ static inline hopform_sample_f32 sample_of(const watch_columns *watch, const pol
                                             float t)
 {
     const hopform_poles_f32 one = one_of_poles_columns(poles, l);
-    const hopform_watch_f32 of = {{watch->H3[l], watch->H2[l], watch->H1[l]}, {watch->A[l], watch->B[l]}, watch->start[l], 0, 0};
-    return hopform_sample_at_f32(&of, &one, basis, t);
+    const hopform_numerator_f32 h = {watch->H3[l], watch->H2[l], watch->H1[l]};
+    const hopform_pair_numerator_f32 left = {watch->A[l], watch->B[l]};
+    const hopform_rise_f32 rise = hopform_rises_f32(&one, &h, basis);
+    const float noise = 16.0f * 1.1920929e-7f
+                       * (fabsf(watch->start[l]) + fabsf(h.H3 * basis->Wd) + fabsf(h.H2 * basis->W) + fabsf(h.H1 * basis->W1)
+                          + t * fabsf(rise.rise_rate));
+    const hopform_sample_f32 sample = {watch->start[l] + rise.rise, rise.rise_rate, rise.rise_curvature, rise.rise_third,
+                                        hopform_turning_f32(&one, &left, basis), noise};
+    return sample;
 }
 
 static inline void keep_sample(sample_columns *samples, int l, bool yes, const hopform_sample_f32 *sample)
@@ -1092,7 +1100,7 @@ typedef struct {
 
 LANES_CODE static void look_ahead(const lanes *restrict w, outlook *restrict ahead)
 {
-    column after, swing, sooner;
+    column after, swing, sooner, after_fade;
     for (int l = 0; l < LANES; l++) {
         after[l] = 0.96875f * w->half_turn[l];
         ahead->number[l] = -1.0f;
@@ -1113,8 +1121,21 @@ LANES_CODE static void look_ahead(const lanes *restrict w, outlook *restrict ahe
         choose_watch(&w->watch[s], sooner, &ahead->watch);
     }
     for (int l = 0; l < LANES; l++) {
+        const float p = w->poles.p[l];
+        const float in_fade = over(8.0f, p);
+        after_fade[l] = p * w->half_turn[l] > 8.0f ? in_fade : w->half_turn[l];
+    }
+    for (int l = 0; l < LANES; l++) {
+        const float low = 3.0f * w->low[l];
+        after_fade[l] = after_fade[l] > low ? after_fade[l] : low;
+    }
+    for (int l = 0; l < LANES; l++) {
+        const float half = 0.96875f * w->half_turn[l];
+        after_fade[l] = half < after_fade[l] ? half : after_fade[l];
+    }
+    for (int l = 0; l < LANES; l++) {
         const float low = w->low[l];
-        const float longest = 0.96875f * w->half_turn[l];
+        const float longest = after_fade[l];
         const float least = w->windows[l] > 3.0f ? 0.125f * w->half_turn[l] : 64.0f * 1.1920929e-7f * low;
         const float wanted = ahead->number[l] >= 0.0f ? 1.015625f * after[l] : longest;
         const float reach = wanted > least ? wanted : least;
@@ -1135,9 +1156,14 @@ LANES_CODE static void look_ahead(const lanes *restrict w, outlook *restrict ahe
     }
 }
 
-static inline bool one_step_left(const hopform_sample_f32 *at, float step)
+static inline bool one_step_left(const poles_columns *poles, int l, const hopform_sample_f32 *at, float t, float step)
 {
-    return (fabsf(at->value) <= 2.0f * fabsf(step * at->rate)) & (fabsf(step * at->curvature) <= 0.0003f * fabsf(at->rate)) & (step * step * fabsf(at->third) <= 1e-7f * fabsf(at->rate));
+    const float per_rate = over(fabsf(step), fabsf(at->rate));
+    const float bend = per_rate * fabsf(at->curvature);
+    const float twist = per_rate * fabsf(step * at->third);
+    const float fourth = poles->s_1[l] * at->third + poles->s_2[l] * at->curvature + poles->s_3[l] * at->rate;
+    const float error = bend * (0.7f * bend * bend + 0.5f * twist) + 0.05f * per_rate * fabsf(step * step * fourth);
+    return (fabsf(at->value) <= 2.0f * fabsf(step * at->rate)) & (fabsf(step) * error <= 1.1920929e-7f * t);
 }
 
 static inline float step_to_root(const hopform_sample_f32 *at)
@@ -1178,7 +1204,7 @@ LANES_CODE static void reach_ahead(lanes *restrict w, outlook *restrict ahead)
             const bool arrives = lands | (seeks & falls & exact);
             const bool real_root = (t > low) & (at.rate * (t - low) < -at.noise);
             const bool goes_on = seeks & falls & !exact & inside;
-            const bool last = goes_on & one_step_left(&at, step);
+            const bool last = goes_on & one_step_left(&w->poles, l, &at, next, step);
             const bool found = arrives & real_root;
             const bool more = goes_on & !last & (n + 1 < ROOT_STEPS);
             const bool fails = (seeks | lands) & !found & !last & !more;
@@ -1199,7 +1225,7 @@ LANES_CODE static void reach_ahead(lanes *restrict w, outlook *restrict ahead)
 LANES_CODE static void judge(const lanes *restrict w, const sample_columns *restrict from, const sample_columns *restrict to,
                              const float *restrict value, float *restrict verdict)
 {
-    column falls, falls_later, rises, turns, straight, away, far, below, steepest, lowest, last, cross, reach, growth;
+    column falls, falls_later, rises, turns, straight, away, far, below, steepest, lowest, pauses, span, last, cross, reach, growth;
     for (int l = 0; l < LANES; l++) {
         const float h = w->end_t[l] - w->low[l];
         const float ah = w->poles.a[l] * h;
@@ -1208,14 +1234,17 @@ LANES_CODE static void judge(const lanes *restrict w, const sample_columns *rest
         falls[l] = flag(from->rate[l] < 0.0f);
         falls_later[l] = flag(to->rate[l] < 0.0f);
         rises[l] = flag(from->turning[l] > 0.0f);
-        turns[l] = flag(from->turning[l] * to->turning[l] < 0.0f);
+        turns[l] = flag((from->turning[l] * to->turning[l] < 0.0f)
+                        | ((fabsf(from->turning[l]) > 0.0f) & !(fabsf(to->turning[l]) > 0.0f)));
+        pauses[l] = flag(!(fabsf(to->rate[l]) * h > to->noise[l]));
+        span[l] = ah < 1.0f ? h : over(1.0f, w->poles.a[l]);
         straight[l] = flag(!(from->turning[l] < 0.0f)) * flag(!(to->turning[l] < 0.0f));
     }
     for (int l = 0; l < LANES; l++) {
         const float h = w->end_t[l] - w->low[l];
         const float grown = to->rate[l] * growth[l];
         const float quarter = flag(h <= 0.5f * w->half_turn[l]);
-        const float change = from->rate[l] - fabsf(from->turning[l]) * h * growth[l];
+        const float change = -fabsf(from->turning[l]) * span[l];
         steepest[l] = from->rate[l] < grown ? from->rate[l] : grown;
         lowest[l] = quarter > 0.0f ? change : -1e38f;
         away[l] = quarter * flag(fabsf(from->rate[l]) > fabsf(from->turning[l]) * h * growth[l]);
@@ -1236,7 +1265,8 @@ LANES_CODE static void judge(const lanes *restrict w, const sample_columns *rest
     for (int l = 0; l < LANES; l++) {
         const float noise = from->noise[l] + to->noise[l];
         const float above_tangents = straight[l] * flag(from->value[l] + from->rate[l] * reach[l] > noise);
-        const float same = falls[l] * falls_later[l] + (1.0f - falls[l]) * (1.0f - falls_later[l]);
+        const float alike = falls[l] * falls_later[l] + (1.0f - falls[l]) * (1.0f - falls_later[l]);
+        const float same = pauses[l] * turns[l] + (1.0f - pauses[l]) * alike;
         const float nears_zero = turns[l] * same * (falls[l] * rises[l] + (1.0f - falls[l]) * (1.0f - rises[l]));
         const float open = nears_zero * (1.0f - away[l]);
         const float monotone = nears_zero * away[l] + (1.0f - nears_zero) * same;
@@ -1396,7 +1426,7 @@ LANES_CODE static void find_roots(lanes *restrict w, const float *restrict what,
             const hopform_sample_f32 at = one_sample(&find->at, l);
             const float step = step_to_root(&at);
             next[l] = find->t[l] - step;
-            lands[l] = flag(one_step_left(&at, step));
+            lands[l] = flag(one_step_left(&w->poles, l, &at, next[l], step));
             ready[l] = flag((arrived[l] > 0.0f) | (fabsf(at.value) <= 1.1920929e-7f * find->t[l] * fabsf(at.rate)));
         }
         for (int l = 0; l < LANES; l++) {
@@ -1447,14 +1477,19 @@ LANES_CODE static void cut_windows(lanes *restrict w, const float *restrict what
         inside[l] = over(find->turning[l], find->turning[l] - find->at.turning[l]);
     }
     for (int l = 0; l < LANES; l++) {
+        inside[l] = fabsf(find->at.turning[l]) > 0.0f ? inside[l] : 0.25f;
+    }
+    for (int l = 0; l < LANES; l++) {
         inside[l] = inside[l] < 0.984375f ? inside[l] : 0.984375f;
     }
     for (int l = 0; l < LANES; l++) {
         inside[l] = inside[l] > 0.015625f ? inside[l] : 0.015625f;
         const float t = w->low[l] + inside[l] * (w->end_t[l] - w->low[l]);
+        find->done[l] = find->going[l] * (1.0f - flag((t > w->low[l]) & (t < w->end_t[l])));
         keep(&w->end_t[l], find->going[l] > 0.0f, t);
         keep(&w->found[l], find->going[l] > 0.0f, -1.0f);
     }
+    leave(w, find->done, STUCK);
     bases_at(w, w->end_t, find->going, &w->end);
 }
 

@@ -704,7 +704,8 @@ LANES_CODE static void bases_at(lanes *restrict w, const double *restrict t, con
         const bool soon = w->poles.s_1[l] * t[l] < 4.0;
         const bool early = w->poles.q[l] * t[l] * t[l] < 1.0;
         brief[l] = flag(here & !held & !late & soon);
-        close[l] = flag(here & !held & !late & !soon);
+        const bool faded = (0.5 * w->poles.p[l] - w->poles.a[l]) * t[l] > 10.0;
+        close[l] = flag(here & !held & (faded | (!late & !soon)));
         pairs[l] = flag(here & (held | late));
         swift[l] = flag(here & (held | late) & early);
         swings[l] = flag(here & (held | late) & !early);
@@ -769,8 +770,15 @@ static inline hopform_sample_f64 sample_of(const watch_columns *watch, const pol
                                             double t)
 {
     const hopform_poles_f64 one = one_of_poles_columns(poles, l);
-    const hopform_watch_f64 of = {{watch->H3[l], watch->H2[l], watch->H1[l]}, {watch->A[l], watch->B[l]}, watch->start[l], 0, 0};
-    return hopform_sample_at_f64(&of, &one, basis, t);
+    const hopform_numerator_f64 h = {watch->H3[l], watch->H2[l], watch->H1[l]};
+    const hopform_pair_numerator_f64 left = {watch->A[l], watch->B[l]};
+    const hopform_rise_f64 rise = hopform_rises_f64(&one, &h, basis);
+    const double noise = 16.0 * 2.220446049250313e-16
+                       * (fabs(watch->start[l]) + fabs(h.H3 * basis->Wd) + fabs(h.H2 * basis->W) + fabs(h.H1 * basis->W1)
+                          + t * fabs(rise.rise_rate));
+    const hopform_sample_f64 sample = {watch->start[l] + rise.rise, rise.rise_rate, rise.rise_curvature, rise.rise_third,
+                                        hopform_turning_f64(&one, &left, basis), noise};
+    return sample;
 }
 
 static inline void keep_sample(sample_columns *samples, int l, bool yes, const hopform_sample_f64 *sample)
@@ -1113,7 +1121,7 @@ typedef struct {
 
 LANES_CODE static void look_ahead(const lanes *restrict w, outlook *restrict ahead)
 {
-    column after, swing, sooner;
+    column after, swing, sooner, after_fade;
     for (int l = 0; l < LANES; l++) {
         after[l] = 0.96875 * w->half_turn[l];
         ahead->number[l] = -1.0;
@@ -1134,8 +1142,21 @@ LANES_CODE static void look_ahead(const lanes *restrict w, outlook *restrict ahe
         choose_watch(&w->watch[s], sooner, &ahead->watch);
     }
     for (int l = 0; l < LANES; l++) {
+        const double p = w->poles.p[l];
+        const double in_fade = over(8.0, p);
+        after_fade[l] = p * w->half_turn[l] > 8.0 ? in_fade : w->half_turn[l];
+    }
+    for (int l = 0; l < LANES; l++) {
+        const double low = 3.0 * w->low[l];
+        after_fade[l] = after_fade[l] > low ? after_fade[l] : low;
+    }
+    for (int l = 0; l < LANES; l++) {
+        const double half = 0.96875 * w->half_turn[l];
+        after_fade[l] = half < after_fade[l] ? half : after_fade[l];
+    }
+    for (int l = 0; l < LANES; l++) {
         const double low = w->low[l];
-        const double longest = 0.96875 * w->half_turn[l];
+        const double longest = after_fade[l];
         const double least = w->windows[l] > 3.0 ? 0.125 * w->half_turn[l] : 64.0 * 2.220446049250313e-16 * low;
         const double wanted = ahead->number[l] >= 0.0 ? 1.015625 * after[l] : longest;
         const double reach = wanted > least ? wanted : least;
@@ -1156,9 +1177,14 @@ LANES_CODE static void look_ahead(const lanes *restrict w, outlook *restrict ahe
     }
 }
 
-static inline bool one_step_left(const hopform_sample_f64 *at, double step)
+static inline bool one_step_left(const poles_columns *poles, int l, const hopform_sample_f64 *at, double t, double step)
 {
-    return (fabs(at->value) <= 2.0 * fabs(step * at->rate)) & (fabs(step * at->curvature) <= 0.0003 * fabs(at->rate)) & (step * step * fabs(at->third) <= 1e-07 * fabs(at->rate));
+    const double per_rate = over(fabs(step), fabs(at->rate));
+    const double bend = per_rate * fabs(at->curvature);
+    const double twist = per_rate * fabs(step * at->third);
+    const double fourth = poles->s_1[l] * at->third + poles->s_2[l] * at->curvature + poles->s_3[l] * at->rate;
+    const double error = bend * (0.7 * bend * bend + 0.5 * twist) + 0.05 * per_rate * fabs(step * step * fourth);
+    return (fabs(at->value) <= 2.0 * fabs(step * at->rate)) & (fabs(step) * error <= 2.220446049250313e-16 * t);
 }
 
 static inline double step_to_root(const hopform_sample_f64 *at)
@@ -1199,7 +1225,7 @@ LANES_CODE static void reach_ahead(lanes *restrict w, outlook *restrict ahead)
             const bool arrives = lands | (seeks & falls & exact);
             const bool real_root = (t > low) & (at.rate * (t - low) < -at.noise);
             const bool goes_on = seeks & falls & !exact & inside;
-            const bool last = goes_on & one_step_left(&at, step);
+            const bool last = goes_on & one_step_left(&w->poles, l, &at, next, step);
             const bool found = arrives & real_root;
             const bool more = goes_on & !last & (n + 1 < ROOT_STEPS);
             const bool fails = (seeks | lands) & !found & !last & !more;
@@ -1220,7 +1246,7 @@ LANES_CODE static void reach_ahead(lanes *restrict w, outlook *restrict ahead)
 LANES_CODE static void judge(const lanes *restrict w, const sample_columns *restrict from, const sample_columns *restrict to,
                              const double *restrict value, double *restrict verdict)
 {
-    column falls, falls_later, rises, turns, straight, away, far, below, steepest, lowest, last, cross, reach, growth;
+    column falls, falls_later, rises, turns, straight, away, far, below, steepest, lowest, pauses, span, last, cross, reach, growth;
     for (int l = 0; l < LANES; l++) {
         const double h = w->end_t[l] - w->low[l];
         const double ah = w->poles.a[l] * h;
@@ -1229,14 +1255,17 @@ LANES_CODE static void judge(const lanes *restrict w, const sample_columns *rest
         falls[l] = flag(from->rate[l] < 0.0);
         falls_later[l] = flag(to->rate[l] < 0.0);
         rises[l] = flag(from->turning[l] > 0.0);
-        turns[l] = flag(from->turning[l] * to->turning[l] < 0.0);
+        turns[l] = flag((from->turning[l] * to->turning[l] < 0.0)
+                        | ((fabs(from->turning[l]) > 0.0) & !(fabs(to->turning[l]) > 0.0)));
+        pauses[l] = flag(!(fabs(to->rate[l]) * h > to->noise[l]));
+        span[l] = ah < 1.0 ? h : over(1.0, w->poles.a[l]);
         straight[l] = flag(!(from->turning[l] < 0.0)) * flag(!(to->turning[l] < 0.0));
     }
     for (int l = 0; l < LANES; l++) {
         const double h = w->end_t[l] - w->low[l];
         const double grown = to->rate[l] * growth[l];
         const double quarter = flag(h <= 0.5 * w->half_turn[l]);
-        const double change = from->rate[l] - fabs(from->turning[l]) * h * growth[l];
+        const double change = -fabs(from->turning[l]) * span[l];
         steepest[l] = from->rate[l] < grown ? from->rate[l] : grown;
         lowest[l] = quarter > 0.0 ? change : -1e+300;
         away[l] = quarter * flag(fabs(from->rate[l]) > fabs(from->turning[l]) * h * growth[l]);
@@ -1257,7 +1286,8 @@ LANES_CODE static void judge(const lanes *restrict w, const sample_columns *rest
     for (int l = 0; l < LANES; l++) {
         const double noise = from->noise[l] + to->noise[l];
         const double above_tangents = straight[l] * flag(from->value[l] + from->rate[l] * reach[l] > noise);
-        const double same = falls[l] * falls_later[l] + (1.0 - falls[l]) * (1.0 - falls_later[l]);
+        const double alike = falls[l] * falls_later[l] + (1.0 - falls[l]) * (1.0 - falls_later[l]);
+        const double same = pauses[l] * turns[l] + (1.0 - pauses[l]) * alike;
         const double nears_zero = turns[l] * same * (falls[l] * rises[l] + (1.0 - falls[l]) * (1.0 - rises[l]));
         const double open = nears_zero * (1.0 - away[l]);
         const double monotone = nears_zero * away[l] + (1.0 - nears_zero) * same;
@@ -1417,7 +1447,7 @@ LANES_CODE static void find_roots(lanes *restrict w, const double *restrict what
             const hopform_sample_f64 at = one_sample(&find->at, l);
             const double step = step_to_root(&at);
             next[l] = find->t[l] - step;
-            lands[l] = flag(one_step_left(&at, step));
+            lands[l] = flag(one_step_left(&w->poles, l, &at, next[l], step));
             ready[l] = flag((arrived[l] > 0.0) | (fabs(at.value) <= 2.220446049250313e-16 * find->t[l] * fabs(at.rate)));
         }
         for (int l = 0; l < LANES; l++) {
@@ -1468,14 +1498,19 @@ LANES_CODE static void cut_windows(lanes *restrict w, const double *restrict wha
         inside[l] = over(find->turning[l], find->turning[l] - find->at.turning[l]);
     }
     for (int l = 0; l < LANES; l++) {
+        inside[l] = fabs(find->at.turning[l]) > 0.0 ? inside[l] : 0.25;
+    }
+    for (int l = 0; l < LANES; l++) {
         inside[l] = inside[l] < 0.984375 ? inside[l] : 0.984375;
     }
     for (int l = 0; l < LANES; l++) {
         inside[l] = inside[l] > 0.015625 ? inside[l] : 0.015625;
         const double t = w->low[l] + inside[l] * (w->end_t[l] - w->low[l]);
+        find->done[l] = find->going[l] * (1.0 - flag((t > w->low[l]) & (t < w->end_t[l])));
         keep(&w->end_t[l], find->going[l] > 0.0, t);
         keep(&w->found[l], find->going[l] > 0.0, -1.0);
     }
+    leave(w, find->done, STUCK);
     bases_at(w, w->end_t, find->going, &w->end);
 }
 

@@ -6,5 +6,5 @@
 
 const char *hopform_source(void)
 {
-    return "607f273760cc9c79";
+    return "8cb653e1886896ff";
 }
