@@ -34,7 +34,9 @@ class Answers:
 
     def bits(self) -> list[bytes]:
         """Each stance's answer as bytes, so that -0 is not 0 and one NaN is another."""
-        columns = [np.ascontiguousarray(column) for column in (*self.results.values(), self.event_time, self.event_kind)]
+        columns = [
+            np.ascontiguousarray(column) for column in (*self.results.values(), self.event_time, self.event_kind)
+        ]
         return [b"".join(column[i].tobytes() for column in columns) for i in range(len(self.event_time))]
 
 

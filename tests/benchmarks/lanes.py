@@ -49,7 +49,10 @@ def jobs() -> list[Job]:
     for name, value in {"x1": 0.0, "v1": 0.0, "v2": -1.93, "y": 0.0, "horizon": 2.0}.items():
         currents[name] = value
     currents["u"] = np.linspace(0.0, 3.0, COUNT)
-    return [Job(f"{COUNT} currents on hopper_c", currents, True), Job(f"{MANY} random robots", draw_stances(1, MANY), False)]
+    return [
+        Job(f"{COUNT} currents on hopper_c", currents, True),
+        Job(f"{MANY} random robots", draw_stances(1, MANY), False),
+    ]
 
 
 def driver(folder: Path, precision: str) -> Path:
@@ -80,7 +83,9 @@ def arguments(path: Path, job: Job, rounds: int, variant: int) -> list[str]:
 
 def nanoseconds(program: Path, path: Path, job: Job, variant: int) -> float | None:
     """Least time a stance, None if the processor lacks the variant."""
-    done = subprocess.run([program, *arguments(path, job, ROUNDS, variant)], capture_output=True, text=True, check=False)
+    done = subprocess.run(
+        [program, *arguments(path, job, ROUNDS, variant)], capture_output=True, text=True, check=False
+    )
     return float(done.stdout) if done.returncode == 0 else None
 
 
