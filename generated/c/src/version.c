@@ -6,5 +6,5 @@
 
 const char *hopform_source(void)
 {
-    return "c301eec7cd960d48";
+    return "959e4a7bc547012f";
 }
