@@ -6,12 +6,13 @@ export CC
 help: ## say what each target does
 	@sed -n 's/^\([a-z-]*\):[^#]*## /\1|/p' Makefile | awk -F'|' '{ printf "make %-24s %s\n", $$1, $$2 }'
 
-run: compiler venv ## set up .venv, derive and compile the formulas, solve a stance at 0 A and at 3 A, draw both into out/
+run: compiler venv ## set up .venv, derive and compile the formulas, solve stances, hop over rough terrain, draw it all into out/
 	$(PY) -m derive
 	$(PY) tools/build_library.py
 	@mkdir -p out
 	.venv/bin/hopform stance --robot hopper_c --height 0.20 --u 0 --plot out/stance_0A.png
 	.venv/bin/hopform stance --robot hopper_c --height 0.20 --u 3 --plot out/stance_3A.png
+	.venv/bin/hopform hop --height 0.20 --terrain uniform --seed 1 --controller exact --h-des 0.20 --hops 12 --plot out/rough.png
 
 test: compiler venv-dev ## prove it: the derivation, the generated code against the symbols, the house rules
 	$(PY) tools/build_library.py

@@ -239,32 +239,39 @@ def plot_run(run: Run) -> Figure:
         figure = Figure(figsize=(6.4, 5.4), layout="constrained")
         rows: list[Axes] = list(figure.subplots(3, 1, sharex=True, height_ratios=[1.0, 0.7, 1.5]))
         draw_heights(rows[0], run, t)
-        draw_strokes(rows[1], run)
-        draw_twice(rows[2], t, run.energy(t), run.aed(t), FORETOLD)
+        draw_strokes(rows[1], run, t)
+        draw_twice(rows[2], t, np.asarray(run.energy(t).body), np.asarray(run.aed(t)), FORETOLD)
         for axes in rows:
             for hop in run.hops:
                 axes.axvspan(hop.touchdown_time, hop.takeoff_time, zorder=0, **STANCE)
         lines, words = rows[-1].get_legend_handles_labels()
         figure.legend([Patch(**STANCE), *lines], ["stance", *words], loc="outside lower center", ncols=3)
-        rows[-1].set_xlabel("time since the drop [s]")
+        rows[-1].set_xlabel("time since the start [s]")
         figure.align_ylabels(rows)
-        first = run.hops[0]
-        figure.suptitle(
-            plain(f"{name_of(run.robot)} dropped from {100.0 * first.height:.4g} cm, {current(first.stance.u)}")
-        )
+        figure.suptitle(plain(title_of_run(run)))
     return figure
+
+
+def title_of_run(run: Run) -> str:
+    start = f"{name_of(run.robot)} from {100.0 * (float(run.at(0.0).x2) - run.robot.L0 - run.robot.c):.4g} cm"
+    currents = {hop.stance.u for hop in run.hops}
+    return f"{start}, {current(currents.pop())}" if len(currents) == 1 else f"{start}, {len(run.hops)} hops"
 
 
 def draw_heights(axes: Axes, run: Run, t: Curve) -> None:
     axes.plot(t, 100.0 * (np.asarray(run.at(t).x2) - (run.robot.L0 + run.robot.c)), color=BLUE)
+    if any(run.terrain):
+        axes.step(t, 100.0 * np.asarray(run.ground(t)), color=GREY, linewidth=1.0, where="post")
+        apexes = [(hop.takeoff_time + max(float(hop.stance.takeoff.v2), 0.0) / run.robot.g, 100.0 * hop.apex)
+                  for hop in run.hops if hop.stance.takeoff is not None]  # fmt: skip
+        axes.plot(
+            *zip(*(apex for apex in apexes if apex[0] <= run.duration), strict=True), "o", color=BLUE, markersize=3.0
+        )
     axes.set_ylabel("hop height [cm]")
 
 
-def draw_strokes(axes: Axes, run: Run) -> None:
-    """The actuator in stance; what it does in flight is not simulated."""
-    for hop in run.hops:
-        t = np.linspace(0.0, hop.stance.duration, 100)
-        axes.plot(hop.touchdown_time + t, 100.0 * np.asarray(hop.stance.at(t).x1), color=BLUE)
+def draw_strokes(axes: Axes, run: Run, t: Curve) -> None:
+    axes.plot(t, 100.0 * np.asarray(run.at(t).x1), color=BLUE)
     axes.set_ylabel("actuator $x_1$ [cm]")
     room_for_a_constant(axes, 0.5)
 
