@@ -41,7 +41,7 @@ def test_every_folder_of_the_tree_exists():
 
 def test_every_hopform_command_in_it_runs():
     lines = [line.split("#")[0].split()[1:] for line in README.splitlines() if line.startswith("hopform ")]
-    assert len(lines) == 4
+    assert len(lines) == 6
     for arguments in lines:
         assert cli.main(arguments) == 0, arguments
 

@@ -6,5 +6,5 @@
 
 const char *hopform_source(void)
 {
-    return "07ae37ef7b93b0a0";
+    return "959e4a7bc547012f";
 }
