@@ -257,6 +257,12 @@ def test_a_touchdown_that_is_seen_late_delays_the_current(controller):
     assert late.hops[0].apex != prompt.hops[0].apex
 
 
+def test_a_delay_costs_what_the_detectors_page_says():
+    (hop,) = hops([0.0], 3.0, errors=hopform.Errors(delay=0.008)).hops
+    start = hop.touchdown
+    assert hop.apex == hopform.delayed_apex(HOPPER, 0.008, x1=start.x1, v1=start.v1, v2=start.v2, u=3.0)[0]
+
+
 def test_a_clock_sees_a_touchdown_at_its_next_tick():
     run = hops(ROUGH, 3.0, errors=hopform.Errors(quantum=0.004, delay=0.001))
     for hop in run.hops:
