@@ -219,6 +219,8 @@ def test_what_is_measured_scatters_as_it_is_told_and_within_the_stroke():
     spread = (seen - truth).std(axis=0)  # of 2000: within 5 % but once in a thousand
     assert spread[1:] == pytest.approx([2e-2, 1e-2, 5e-3], rel=0.06)
     assert seen[:, 0].min() >= HOPPER.x1_min
+    related = np.corrcoef((seen - truth)[:, 1:].T) - np.eye(3)
+    assert np.abs(related).max() < 0.1  # of 2000: four and a half standard deviations
 
 
 def test_a_current_that_flows_less_than_asked_for_is_a_weaker_motor():
