@@ -126,7 +126,7 @@ def program(model: Model = HOPPER) -> Program:
             "W while exp(-a t) is near 1.",
             (Q.POLES, Q.CHI, Q.DECAY, Q.PAIR),
             partial_fractions.split_soon(),
-            _scalar(partial_fractions.W, "s^2", "response of the three poles to an impulse"),
+            _scalar(Q.W, "s^2", "response of the three poles to an impulse"),
         ),
         Function(
             "pair_by_quotient",
