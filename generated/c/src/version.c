@@ -6,5 +6,5 @@
 
 const char *hopform_source(void)
 {
-    return "959e4a7bc547012f";
+    return "c7d6ab050870a92e";
 }
