@@ -182,8 +182,8 @@ MUTANTS = (
     Mutant(
         "C: an event before the take-off at the same time",
         "templates/c/src/stance_real.c.j2",
-        "leg->value < -8.0 * EPSILON * limit * leg->rate",
-        "leg->value < 8.0 * EPSILON * limit * leg->rate",
+        "at->value < -8.0 * EPSILON * limit * at->rate",
+        "at->value < 8.0 * EPSILON * limit * at->rate",
         first=("tests/test_ties.py",),
     ),
     Mutant(
