@@ -19,6 +19,7 @@ from hopform.hopping import Errors, Hop, Run, simulate
 from hopform.robots import ROBOTS, Robot, load_robot
 from hopform.sensitivities import ManySensitivities, Sensitivities
 from hopform.stance import Energy, Event, Ledger, Phase, Stance, State, solve_stance, touchdown_velocity
+from hopform.touchdown import TouchdownDetector, delayed_apex
 from hopform_solver.equations import EQUATIONS, Equation
 from hopform_solver.records import Gains
 
@@ -58,10 +59,12 @@ __all__ = [
     "Sensitivities",
     "Stance",
     "State",
+    "TouchdownDetector",
     "__version__",
     "backends",
     "choose_current",
     "controllers",
+    "delayed_apex",
     "design_return",
     "equations",
     "library_message",

@@ -6,5 +6,5 @@
 
 const char *hopform_source(void)
 {
-    return "07ae37ef7b93b0a0";
+    return "67e5cd1b8c2d4a5a";
 }
