@@ -1,4 +1,5 @@
-"""`hopform figures DIR`: the paper's figures from this project's robots, as SVG and PNG, with their captions and an animation."""
+"""`hopform figures DIR`: the paper's figures from this project's robots, as SVG and PNG, with their captions and an "
+"animation."""
 
 import tempfile
 from collections.abc import Iterable
@@ -90,9 +91,7 @@ def drawn(wanted: Iterable[int | str]) -> "tuple[dict[str, bytes], list[Picture]
                 files["animation.gif"] = moving()
             else:
                 pictures.append(draw(what))
-                files |= {
-                    f"fig_{what:02d}{suffix}": plots.render(pictures[-1].figure, suffix) for suffix in FORMATS
-                }
+                files |= {f"fig_{what:02d}{suffix}": plots.render(pictures[-1].figure, suffix) for suffix in FORMATS}
             bar.advance(task)
     if pictures:
         files["captions.md"] = captions(pictures).encode()
@@ -111,7 +110,10 @@ def moving() -> bytes:
 
 def captions(pictures: "Iterable[Picture]") -> str:
     """The captions as Markdown."""
-    parts = ["# The figures, from this project's robots\n\nWritten by `hopform figures`; the numbers are computed as they are drawn.\n"]
+    parts = [
+        "# The figures, from this project's robots\n\nWritten by `hopform figures`; the numbers are computed as they "
+        "are drawn.\n"
+    ]
     parts += [
         f"## Fig. {each.number}. {each.title}\n\n![Fig. {each.number}](fig_{each.number:02d}.svg)\n\n"
         f"**The paper** shows {each.paper}.\n\n**Here:** {each.ours}.\n\n"

@@ -1,4 +1,5 @@
-"""What the actuator can do: its step response (Fig. 2), its stroke in steady hopping (Fig. 3), its dry friction (Fig. 9)."""
+"""What the actuator can do: its step response (Fig. 2), its stroke in steady hopping (Fig. 3), its dry friction "
+"(Fig. 9)."""
 
 # pyright: reportUnknownMemberType=false
 
@@ -17,9 +18,7 @@ from hopform.terrain import flat
 def step_response() -> Picture:
     """Fig. 2: the largest current for a short time, hopper_c standing."""
     robot, pulse = load_robot("hopper_c"), 0.12
-    stance = solve_stance(
-        robot, v2=0.0, x2=standing(robot), u=[(0.0, robot.u_max), (pulse, 0.0)], horizon=0.6
-    )
+    stance = solve_stance(robot, v2=0.0, x2=standing(robot), u=[(0.0, robot.u_max), (pulse, 0.0)], horizon=0.6)
     t = np.linspace(0.0, stance.duration, 600)
     state, u = stance.at(t), np.where(t < pulse, robot.u_max, 0.0)
     x1, v1 = np.asarray(state.x1), np.asarray(state.v1)
@@ -30,7 +29,9 @@ def step_response() -> Picture:
         top.plot(1e3 * t, 100.0 * x1, color=BLUE)
         top.set_ylabel("actuator $x_1$ [cm]")
         middle.plot(1e3 * t, v1, color=BLUE, label=r"velocity $\dot x_1$")
-        middle.plot(1e3 * t, free, color=BLACK, linestyle=":", label="motor and viscous friction alone, at the full current")
+        middle.plot(
+            1e3 * t, free, color=BLACK, linestyle=":", label="motor and viscous friction alone, at the full current"
+        )
         middle.set_ylabel("velocity [m/s]")
         legend(middle)
         bottom.step(1e3 * t, u, color=ORANGE, where="post")
@@ -38,8 +39,10 @@ def step_response() -> Picture:
         bottom.set_xlabel("time [ms]")
     ours = (
         f"{robot.u_max:g} A for {1e3 * pulse:.0f} ms while it stands on its spring. After that pulse x1 has moved "
-        f"{cm(float(stance.at(pulse).x1))}, its velocity is at most {v1.max():.2f} m/s, and it comes to {cm(float(x1.max()))} "
-        f"{'when the leg takes off' if stance.status == 'takeoff' else 'before it sinks back'} at {1e3 * stance.duration:.0f} ms: "
+        f"{cm(float(stance.at(pulse).x1))}, its velocity is at most {v1.max():.2f} m/s, and it comes to "
+        f"{cm(float(x1.max()))} "
+        f"{'when the leg takes off' if stance.status == 'takeoff' else 'before it sinks back'} at "
+        f"{1e3 * stance.duration:.0f} ms: "
         "neither the length of the leg nor its acceleration can be commanded at once"
     )
     paper = "Hopper C's actuator under the largest current step for a brief time: its velocity is limited"
@@ -65,9 +68,7 @@ def compression_cycles() -> Picture:
         for axes in (top, bottom):
             for hop in run.hops[-shown:]:
                 label = "stance" if hop is first else ""
-                axes.axvspan(
-                    hop.touchdown_time - t[0], hop.takeoff_time - t[0], zorder=0, label=label, **STANCE
-                )
+                axes.axvspan(hop.touchdown_time - t[0], hop.takeoff_time - t[0], zorder=0, label=label, **STANCE)
         top.plot(t - t[0], 100.0 * np.asarray(state.x1), color=BLUE, label="actuator $x_1$")
         top.plot(takeoffs - t[0], 100.0 * x1, "o", color=ORANGE, markersize=4.5, label="take-off, still compressing")
         top.set_ylabel("actuator $x_1$ [cm]")
@@ -76,7 +77,8 @@ def compression_cycles() -> Picture:
         bottom.set_ylabel("body $x_2$ [cm]")
         bottom.set_xlabel("time [s]")
     ours = (
-        f"the last {shown} of {len(run.hops)} hops at {robot.u_max:g} A, settled at an apex of {cm(run.hops[-1].apex)}. At take-off "
+        f"the last {shown} of {len(run.hops)} hops at {robot.u_max:g} A, settled at an apex of "
+        f"{cm(run.hops[-1].apex)}. At take-off "
         f"x1 is {cm(float(x1[-1]))} and still compresses at {v1[-1]:.2f} m/s; it reaches {cm(peak)} only in flight"
     )
     paper = "compression cycles of Hopper C in steady hopping: x1 is still compressing when the stance has ended"
@@ -117,8 +119,10 @@ def friction_threshold() -> Picture:
         bottom.set_ylabel("current $u$ [A]")
         bottom.set_xlabel("time [s]")
     ours = (
-        f"a ramp of {rate:g} A/s in steps of 5 ms, noise of 0.02 mm on x1. With the spring unloaded x1 moves from {onset['spring unloaded']:.3f} A "
-        f"on, and (5), taken in magnitudes, gives f1 = {found:.3f} m/s^2; the robot has {robot.f1:g}. Standing it moves from "
+        f"a ramp of {rate:g} A/s in steps of 5 ms, noise of 0.02 mm on x1. With the spring unloaded x1 moves from "
+        f"{onset['spring unloaded']:.3f} A "
+        f"on, and (5), taken in magnitudes, gives f1 = {found:.3f} m/s^2; the robot has {robot.f1:g}. Standing it "
+        f"moves from "
         f"{onset['standing']:.3f} A on, as the weight rests on the spring: read by (5), that would be f1 = "
         f"{onset['standing'] * abs(robot.gamma2) / robot.m_eff:.2f} m/s^2"
     )
@@ -129,5 +133,3 @@ def friction_threshold() -> Picture:
 def moves(stance: Stance, rate: float) -> float:
     """The current [A] of a ramp at which the actuator begins to slip."""
     return rate * next(event.time for event in stance.events if event.kind == "x1_slips")
-
-

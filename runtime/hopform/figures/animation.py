@@ -6,11 +6,13 @@ from pathlib import Path
 
 import numpy as np
 from matplotlib.animation import PillowWriter
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Rectangle
 
 from hopform.controllers import FeedForward
-from hopform.figures.picture import BLACK, BLUE, GREEN, GROUND, ORANGE, Array, Axes, Figure, cm
+from hopform.figures.picture import BLACK, BLUE, GREEN, GROUND, ORANGE, Array, cm
 from hopform.hopping import Run, simulate
 from hopform.plots import house_style
 from hopform.robots import load_robot
@@ -23,10 +25,11 @@ WANTED = 0.18
 COILS = 7
 
 
-def animate(path: Path, seconds: float | None = None, rate: int = 15) -> Run:
-    """Write a GIF of 8 hops at half speed, or of its first seconds, `rate` pictures a second; the run that it shows."""
+def animate(path: Path, seconds: float | None = None, rate: int = 12) -> Run:
+    """Write a GIF of 6 hops at half speed, or of its first seconds, `rate` pictures a second; the run that it "
+    "shows."""
     robot = load_robot("hopper_c")
-    run = simulate(robot, uniform(8, 0.04, seed=4), FeedForward(WANTED), height=WANTED)
+    run = simulate(robot, uniform(6, 0.04, seed=4), FeedForward(WANTED), height=WANTED)
     end = run.duration if seconds is None else min(seconds / 2.0, run.duration)
     times = np.arange(0.0, end, 0.5 / rate)
     with house_style():
@@ -61,10 +64,12 @@ def scene(axes: Axes, run: Run) -> dict[str, Line2D | Rectangle]:
     (trace,) = axes.plot([], [], color=BLUE, linewidth=0.9, label="body")
     (spring,) = axes.plot([], [], color=BLACK, linewidth=1.4)
     (rod,) = axes.plot([], [], color=GREEN, linewidth=3.0)
-    body = axes.add_patch(Rectangle((0.0, 0.0), *BODY, facecolor=BLUE, edgecolor=BLACK, linewidth=0.8, zorder=3))
-    actuator = axes.add_patch(
-        Rectangle((0.0, 0.0), *ACTUATOR, facecolor=ORANGE, edgecolor=BLACK, linewidth=0.8, zorder=3, label="actuator")
+    body = Rectangle((0.0, 0.0), *BODY, facecolor=BLUE, edgecolor=BLACK, linewidth=0.8, zorder=3)
+    actuator = Rectangle(
+        (0.0, 0.0), *ACTUATOR, facecolor=ORANGE, edgecolor=BLACK, linewidth=0.8, zorder=3, label="actuator"
     )
+    for box in (body, actuator):
+        axes.add_patch(box)
     axes.set_ylim(-0.09, 0.78)
     axes.set_ylabel("height [m]")
     axes.set_xticks([])

@@ -1,12 +1,26 @@
-"""Touchdown from a noisy Hall signal (Fig. 15): what it looks like, how late and how wrong it is, and what that costs."""
+"""Touchdown from a noisy Hall signal (Fig. 15): what it looks like, how late and how wrong it is, and what that "
+"costs."""
 
 # pyright: reportUnknownMemberType=false
 
 import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
 from hopform.controllers import FeedForward
 from hopform.figures.picture import (
-    BLACK, BLUE, GREEN, MAGENTA, ORANGE, WIDTH, Array, Axes, Figure, Picture, finished, legend, mm, sampled_length,
+    BLACK,
+    BLUE,
+    GREEN,
+    MAGENTA,
+    ORANGE,
+    WIDTH,
+    Array,
+    Picture,
+    finished,
+    legend,
+    mm,
+    sampled_length,
 )  # fmt: skip
 from hopform.hopping import Run, simulate
 from hopform.plots import STANCE, house_style
@@ -53,9 +67,12 @@ def hall_sensor() -> Picture:
         places["D"].set_ylabel("apex error [mm]")
     late = told[: true.size] - true
     ours = (
-        f"a synthetic signal of {true.size} hops at 1 kHz, noise {NOISE:g} of the step, through hysteresis ({detector.low:g}, {detector.high:g}) and {detector.count} samples in a "
-        f"row. {told.size} touchdowns told for {true.size}, {1e3 * late.mean():.1f} ms late on average; expected {1e3 * detector.mean_delay(NOISE):.1f} ms and "
-        f"{detector.false_alarm_rate(NOISE):.1e} false alarms a second. At noise {noise[-1]:g} it would be {1e3 * mean[-1]:.1f} ms and {alarms[-1]:.1f} a second. A current that "
+        f"a synthetic signal of {true.size} hops at 1 kHz, noise {NOISE:g} of the step, through hysteresis "
+        f"({detector.low:g}, {detector.high:g}) and {detector.count} samples in a "
+        f"row. {told.size} touchdowns told for {true.size}, {1e3 * late.mean():.1f} ms late on average; expected "
+        f"{1e3 * detector.mean_delay(NOISE):.1f} ms and "
+        f"{detector.false_alarm_rate(NOISE):.1e} false alarms a second. At noise {noise[-1]:g} it would be "
+        f"{1e3 * mean[-1]:.1f} ms and {alarms[-1]:.1f} a second. A current that "
         f"comes {1e3 * delays[5]:.0f} ms late costs {mm(-cost[5])} of a {100 * first.apex:.0f} cm apex"
     )
     paper = "the Hall sensor's signal on Hopper C in real hopping: noisy, ground contact easily detected"

@@ -5,9 +5,21 @@
 from typing import Any
 
 import numpy as np
+from matplotlib.figure import Figure
 
 from hopform.figures.picture import (
-    BLUE, GREEN, MAGENTA, ORANGE, SKY, Array, Figure, Picture, cm, finished, legend, panels, shade_stances,
+    BLUE,
+    GREEN,
+    MAGENTA,
+    ORANGE,
+    SKY,
+    Array,
+    Picture,
+    cm,
+    finished,
+    legend,
+    panels,
+    shade_stances,
 )  # fmt: skip
 from hopform.hopping import Run, simulate
 from hopform.plots import house_style, room_for_a_constant, run_times
@@ -24,7 +36,8 @@ def ideal_drop() -> Picture:
     energy = data["energy"]
     span = float(np.ptp(energy)) / float(energy[0])
     ours = (
-        f"a drop of {cm(HEIGHT, 0)}, {len(run.hops)} hops. Kinetic, gravitational and spring energy add up to {energy[0]:.4f} J throughout; "
+        f"a drop of {cm(HEIGHT, 0)}, {len(run.hops)} hops. Kinetic, gravitational and spring energy add up to "
+        f"{energy[0]:.4f} J throughout; "
         f"the sum varies by {span:.0e} of that"
     )
     paper = "the energy of an ideal hopper in a static drop, constant over all time"
@@ -38,12 +51,15 @@ def real_drop() -> Picture:
     first = run.hops[0]
     loss = data["energy"][0] - data["energy"][-1]
     ours = (
-        f"a drop of {cm(HEIGHT, 0)} at 0 A, {len(run.hops)} hops ({run.status}), {loss:.2f} J lost. At the first impact {first.energy_lost_at_impact:.3f} J go at "
-        f"once, {-float(first.stance.aed):.3f} J over the stance. The AED of (24), foretold at each touchdown, and the energy after the fact differ by at most "
+        f"a drop of {cm(HEIGHT, 0)} at 0 A, {len(run.hops)} hops ({run.status}), {loss:.2f} J lost. At the first "
+        f"impact {first.energy_lost_at_impact:.3f} J go at "
+        f"once, {-float(first.stance.aed):.3f} J over the stance. The AED of (24), foretold at each touchdown, and "
+        f"the energy after the fact differ by at most "
         f"{data['foretold off']:.0e} J"
     )
     paper = (
-        "the energy of a real hopper in a static drop: an instantaneous loss at impact, friction in stance, and the precomputed "
+        "the energy of a real hopper in a static drop: an instantaneous loss at impact, friction in stance, and the "
+        "precomputed "
         "AED equal to kinetic plus potential energy"
     )
     return finished(13, "Energy of a passive drop", paper, ours, run.robot.name, figure, data)
@@ -56,8 +72,10 @@ def actuated() -> Picture:
     data, figure = drawn(run)
     heights = run.table["apex"]
     ours = (
-        f"the same drop at 3 A, {len(run.hops)} hops: apexes rise from {cm(heights[0])} to {cm(heights[-1], 2)} and settle at {cm(steady, 2)}. The dips in stance are the "
-        f"actuator's work on the body. AED foretold and energy after the fact differ by at most {data['foretold off']:.0e} J"
+        f"the same drop at 3 A, {len(run.hops)} hops: apexes rise from {cm(heights[0])} to {cm(heights[-1], 2)} and "
+        f"settle at {cm(steady, 2)}. The dips in stance are the "
+        f"actuator's work on the body. AED foretold and energy after the fact differ by at most "
+        f"{data['foretold off']:.0e} J"
     )
     paper = "the same with 3 A: energy added in U-shaped dips between the flights' plateaus, settling at a steady hopping height"
     data["steady"] = steady
@@ -66,7 +84,7 @@ def actuated() -> Picture:
 
 def drawn(run: Run) -> tuple[dict[str, Any], Figure]:
     """Parts and sum of the body's energy over a run, with the sum as (24) foretells it; and these numbers."""
-    t = run_times(run)
+    t = np.asarray(run_times(run), dtype=float)
     kinetic, weight, spring = parts(run, t)
     energy, foretold = np.asarray(run.energy(t).body), np.asarray(run.aed(t))
     with house_style():
@@ -83,7 +101,9 @@ def drawn(run: Run) -> tuple[dict[str, Any], Figure]:
         bottom.plot(t, spring, color=ORANGE, linewidth=1.0, linestyle="-.", label="spring")
         bottom.set_ylabel("its parts [J]")
         bottom.set_xlabel("time [s]")
-        bottom.legend(handles=bottom.get_lines(), loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=3, borderaxespad=0.2)
+        bottom.legend(
+            handles=bottom.get_lines(), loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=3, borderaxespad=0.2
+        )
     off = float(np.abs(energy - foretold).max())
     data = {"run": run, "t": t, "energy": energy, "foretold": foretold, "kinetic": kinetic, "weight": weight,
             "spring": spring, "foretold off": off}  # fmt: skip

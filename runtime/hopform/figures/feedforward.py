@@ -3,10 +3,11 @@
 # pyright: reportUnknownMemberType=false
 
 import numpy as np
+from matplotlib.figure import Figure
 
 from hopform.controllers import AsPrinted, FeedForward
 from hopform.figures.first_controller import draw_heights, rms, worst
-from hopform.figures.picture import BLACK, GREEN, ORANGE, Array, Figure, Picture, cm, finished, legend, mm, panels
+from hopform.figures.picture import BLACK, GREEN, ORANGE, Array, Picture, cm, finished, legend, mm, panels
 from hopform.hopping import Run, simulate
 from hopform.plots import house_style
 from hopform.robots import load_robot
@@ -42,8 +43,10 @@ def picture(number: int, ground: Heights, title: str, paper: str, where: str) ->
     with house_style():
         figure = drawn(run, np.abs(miss), np.abs(miss_printed))
     ours = (
-        f"{len(run.hops)} hops {where}, wanted {', '.join(cm(each, 0) for each in dict.fromkeys(REFERENCE))}. With apex(u) = h_des solved exactly every apex is "
-        f"within {worst(miss):.0e} m of the wish, at {np.abs(run.table['u']).max():.2f} A of {robot.u_max:g} A at most. (26), (27) as printed, J minimised on a grid of "
+        f"{len(run.hops)} hops {where}, wanted {', '.join(cm(each, 0) for each in dict.fromkeys(REFERENCE))}. With "
+        f"apex(u) = h_des solved exactly every apex is "
+        f"within {worst(miss):.0e} m of the wish, at {np.abs(run.table['u']).max():.2f} A of {robot.u_max:g} A at "
+        f"most. (26), (27) as printed, J minimised on a grid of "
         f"0.01 A: {mm(rms(miss_printed))} rms, {mm(worst(miss_printed))} at most"
     )
     data = {"run": run, "printed": printed, "wanted": REFERENCE, "miss": miss, "miss printed": miss_printed}
@@ -58,7 +61,15 @@ def drawn(run: Run, miss: Array, miss_printed: Array) -> Figure:
     middle.plot(t, np.asarray(run.current(t)), color=ORANGE, linewidth=0.9)
     middle.set_ylabel("current $u$ [A]")
     times = np.array([hop.touchdown_time for hop in run.hops])
-    bottom.semilogy(times[: miss_printed.size], miss_printed, "s", color=BLACK, markersize=3.5, markerfacecolor="none", label="as printed")
+    bottom.semilogy(
+        times[: miss_printed.size],
+        miss_printed,
+        "s",
+        color=BLACK,
+        markersize=3.5,
+        markerfacecolor="none",
+        label="as printed",
+    )
     bottom.semilogy(times, np.maximum(miss, LEAST), "o", color=GREEN, markersize=3.5, label="exact")
     bottom.set_ylim(LEAST / 3.0, 1.0)
     bottom.set_ylabel("apex error [m]")

@@ -19,6 +19,7 @@ from hopform.robots import Robot
 try:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+    from matplotlib.layout_engine import ConstrainedLayoutEngine
 except ModuleNotFoundError as error:
     if error.name is None or error.name.partition(".")[0] != "matplotlib":
         raise
@@ -65,9 +66,7 @@ def caption(number: int, title: str, paper: str, ours: str, robot: str) -> str:
     )
 
 
-def panels(
-    rows: int, height: float, columns: int = 1, **how: Any
-) -> tuple[Figure, list[Axes]]:
+def panels(rows: int, height: float, columns: int = 1, **how: Any) -> tuple[Figure, list[Axes]]:
     """A figure of so many panels, row by row, and so many inches; call it within `house_style`."""
     figure = Figure(figsize=(WIDTH, height), layout="constrained")
     return figure, list(figure.subplots(rows, columns, squeeze=False, **how).flat)
@@ -77,13 +76,18 @@ def finished(
     number: int, title: str, paper: str, ours: str, robot: str, figure: Figure, data: Mapping[str, Any]
 ) -> Picture:
     """The picture, its caption set under the panels."""
-    text = re.sub(r"(\d) (?=(?:[cmk]?m|[mk]?[sV]|k?Hz|[AJN])\b)", "\\1\N{NO-BREAK SPACE}", caption(number, title, paper, ours, robot))
+    text = re.sub(
+        r"(\d) (?=(?:[cmk]?m|[mk]?[sV]|k?Hz|[AJN])\b)",
+        "\\1\N{NO-BREAK SPACE}",
+        caption(number, title, paper, ours, robot),
+    )
     lines = textwrap.wrap(text, _COLUMNS)
     width, height = (float(each) for each in figure.get_size_inches())
     foot = _LINE * len(lines) + 0.12
     with house_style():
         figure.set_size_inches(width, height + foot)
-        figure.get_layout_engine().set(rect=(0.0, foot / (height + foot), 1.0, height / (height + foot)), w_pad=0.06, h_pad=0.05)  # type: ignore[union-attr]
+        share = foot / (height + foot)
+        figure.set_layout_engine(ConstrainedLayoutEngine(rect=(0.0, share, 1.0, 1.0 - share), w_pad=0.06, h_pad=0.05))
         figure.align_ylabels()
         figure.text(
             0.012, (foot - 0.06) / (height + foot), plain("\n".join(lines)), va="top", fontsize=7.2, linespacing=1.25
@@ -110,8 +114,8 @@ def stairs(axes: Axes, run: Run, values: Array, **how: Any) -> None:
 
 def hop_heights(run: Run) -> tuple[Array, Array]:
     """Times [s], and the body's height [m] over level 0 less that in which the leg stands unloaded."""
-    t = run_times(run)
-    return t, np.asarray(run.at(t).x2) - (run.robot.L0 + run.robot.c)
+    t = np.asarray(run_times(run), dtype=float)
+    return t, np.asarray(run.at(t).x2, dtype=float) - (run.robot.L0 + run.robot.c)
 
 
 def apexes(run: Run) -> tuple[Array, Array]:

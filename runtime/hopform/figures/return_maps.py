@@ -3,10 +3,24 @@
 # pyright: reportUnknownMemberType=false
 
 import numpy as np
+from matplotlib.axes import Axes
 
 from hopform.control import choose_current
 from hopform.controllers import Touchdown
-from hopform.figures.picture import BLACK, BLUE, MAGENTA, ORANGE, SKY, Array, Axes, Picture, cm, finished, legend, mm, panels
+from hopform.figures.picture import (
+    BLACK,
+    BLUE,
+    MAGENTA,
+    ORANGE,
+    SKY,
+    Array,
+    Picture,
+    cm,
+    finished,
+    legend,
+    mm,
+    panels,
+)
 from hopform.hopping import simulate
 from hopform.plots import house_style
 from hopform.reaching import Reachability, reachability
@@ -32,11 +46,15 @@ def maps_of_hopper_b() -> Picture:
         fixed_points(axes, reach)
         diagonal(axes, reach)
         legend(axes)
-    points = "; ".join(f"{cm(point.height)} at {point.u:g} V (multiplier {point.multiplier:.2f})" for point in reach.fixed_points)
+    points = "; ".join(
+        f"{cm(point.height)} at {point.u:g} V (multiplier {point.multiplier:.2f})" for point in reach.fixed_points
+    )
     ours = (
-        f"the next apex after drops of {cm(reach.heights[0])} to {cm(reach.heights[-1])}, actuator at its origin, under {currents.size} "
+        f"the next apex after drops of {cm(reach.heights[0])} to {cm(reach.heights[-1])}, actuator at its origin, "
+        f"under {currents.size} "
         f"constant voltages. Heights that a voltage gives back: {points}. Without actuation {cm(0.2, 0)} become "
-        f"{cm(float(np.interp(0.2, reach.heights, reach.apex[:, 0])))}; the highest that can be held is {cm(highest_held(reach))}"
+        f"{cm(float(np.interp(0.2, reach.heights, reach.apex[:, 0])))}; the highest that can be held is "
+        f"{cm(highest_held(reach))}"
     )
     paper = "overlaid return maps of Hopper B for different control actions, measured"
     data = {"reach": reach}
@@ -61,21 +79,39 @@ def map_of_hopper_c() -> Picture:
                           linewidth=0.0, label="reachable")  # fmt: skip
         axes.plot(100 * reach.heights, 100 * reach.highest, color=BLUE, label="highest, within the stroke's margin")
         axes.plot(100 * reach.heights, 100 * reach.apex[:, 0], color=MAGENTA, linestyle="--", label="no actuation")
-        axes.plot(100 * seen, 100 * most, "^", color=BLUE, markersize=4.5, markerfacecolor="none", label="hops, most current")
-        axes.plot(100 * seen, 100 * least, "v", color=MAGENTA, markersize=4.5, markerfacecolor="none", label="hops, no current")
+        axes.plot(
+            100 * seen, 100 * most, "^", color=BLUE, markersize=4.5, markerfacecolor="none", label="hops, most current"
+        )
+        axes.plot(
+            100 * seen,
+            100 * least,
+            "v",
+            color=MAGENTA,
+            markersize=4.5,
+            markerfacecolor="none",
+            label="hops, no current",
+        )
         fixed_points(axes, reach)
         diagonal(axes, reach)
         legend(axes)
     top = [point for point in reach.fixed_points if point.u == robot.u_max]
-    holds = f"at {robot.u_max:g} A {cm(top[0].height)} is given back (multiplier {top[0].multiplier:.2f})" if top else "none is held"
+    holds = (
+        f"at {robot.u_max:g} A {cm(top[0].height)} is given back (multiplier {top[0].multiplier:.2f})"
+        if top
+        else "none is held"
+    )
     ours = (
-        f"the lowest curve is a drop at 0 A ({cm(0.2, 0)} become {cm(float(np.interp(0.2, reach.heights, reach.apex[:, 0])))}), the upper one the "
-        f"highest apex of all currents up to {robot.u_max:g} A that keep x1 {cm(margin)} off its stop; {holds}. The stroke limits "
-        f"{int(reach.limited.any(axis=1).sum())} of {reach.heights.size} heights. Markers: simulated hops, {mm(noise)} noise on each height; "
+        f"the lowest curve is a drop at 0 A ({cm(0.2, 0)} become "
+        f"{cm(float(np.interp(0.2, reach.heights, reach.apex[:, 0])))}), the upper one the "
+        f"highest apex of all currents up to {robot.u_max:g} A that keep x1 {cm(margin)} off its stop; {holds}. The "
+        f"stroke limits "
+        f"{int(reach.limited.any(axis=1).sum())} of {reach.heights.size} heights. Markers: simulated hops, "
+        f"{mm(noise)} noise on each height; "
         f"rms distance to the curves {mm(float(np.sqrt(np.mean(misses**2))))}"
     )
     paper = (
-        "the next apex over the current one for Hopper C, measured and computed: bottom without actuation, top at about "
+        "the next apex over the current one for Hopper C, measured and computed: bottom without actuation, top at "
+        "about "
         "the largest compression, x1 kept 1 to 2 cm off its end"
     )
     data = {"reach": reach, "seen": seen, "least": least, "most": most, "misses": misses, "noise": noise}
@@ -83,7 +119,8 @@ def map_of_hopper_c() -> Picture:
 
 
 def measured(height: float, highest: bool, margin: float) -> float:
-    """The apex [m] of one simulated hop from a height [m]: without actuation, or with the current that leads highest."""
+    """The apex [m] of one simulated hop from a height [m]: without actuation, or with the current that leads "
+    "highest."""
     robot = load_robot("hopper_c")
 
     def controller(touchdown: Touchdown) -> float:
@@ -121,4 +158,3 @@ def diagonal(axes: Axes, reach: Reachability) -> None:
     axes.plot(ends, ends, color=BLACK, linestyle=":", linewidth=1.0, label="next = current")
     axes.set_xlabel("current apex [cm]")
     axes.set_ylabel("next apex [cm]")
-

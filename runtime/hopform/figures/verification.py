@@ -10,9 +10,10 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
+from matplotlib.figure import Figure
 
 from hopform.figures.first_controller import rms
-from hopform.figures.picture import BLACK, BLUE, ORANGE, Array, Figure, Picture, finished, legend, mm, panels, standing
+from hopform.figures.picture import BLACK, BLUE, ORANGE, Array, Picture, finished, legend, mm, panels, standing
 from hopform.hopping import simulate
 from hopform.plots import house_style
 from hopform.robots import Robot, load_robot
@@ -43,12 +44,22 @@ def initial_model() -> Picture:
         figure = drawn(measured, {"model (1), (2), fitted": (model, ORANGE, "-")}, f"{u:g} V for {PULSE:g} s")
     off_1, off_2 = measured.x1 - model.x1, measured.x2 - model.x2
     ours = (
-        f"synthetic recordings of hopper_b with noise of {mm(NOISE)}: a step of {u:g} V for {PULSE:g} s while standing, and a drop of {100 * DROP:.0f} cm with no input. "
-        f"Model (1), (2) with the best viscous coefficients, b1 = {fitted.b1:.0f} and b2 = {fitted.b2:.1f} N s/m (the robot: {robot.b1:g} and {robot.b2:g}), "
-        f"leaves {mm(rms(off_1))} rms in x1 and {mm(rms(off_2))} in x2, and ends {mm(abs(float(off_2[-20:].mean())))} off the height at rest"
+        f"synthetic recordings of hopper_b with noise of {mm(NOISE)}: a step of {u:g} V for {PULSE:g} s while "
+        f"standing, and a drop of {100 * DROP:.0f} cm with no input. "
+        f"Model (1), (2) with the best viscous coefficients, b1 = {fitted.b1:.0f} and b2 = {fitted.b2:.1f} N s/m "
+        f"(the robot: {robot.b1:g} and {robot.b2:g}), "
+        f"leaves {mm(rms(off_1))} rms in x1 and {mm(rms(off_2))} in x2, and ends "
+        f"{mm(abs(float(off_2[-20:].mean())))} off the height at rest"
     )
     paper = "measured and simulated drop tests (x2) and step responses (x1) of Hopper B: fair for x2, off for small hops and for x1"
-    data = {"robot": robot, "fitted": fitted, "measured": measured, "model": model, "rms x1": rms(off_1), "rms x2": rms(off_2)}
+    data = {
+        "robot": robot,
+        "fitted": fitted,
+        "measured": measured,
+        "model": model,
+        "rms x1": rms(off_1),
+        "rms x2": rms(off_2),
+    }
     return finished(4, "Initial model", paper, ours, f"{robot.name} (its input is in V)", figure, data)
 
 
@@ -60,14 +71,19 @@ def improved_model() -> Picture:
     with house_style():
         looks = {"model (3), (4)": (new, BLUE, "-"), "model (1), (2), fitted": (old, ORANGE, "--")}
         figure = drawn(measured, looks, f"{u:g} A for {PULSE:g} s")
-    left = {name: (rms(measured.x1 - model.x1), rms(measured.x2 - model.x2)) for name, model in (("old", old), ("new", new))}
+    left = {
+        name: (rms(measured.x1 - model.x1), rms(measured.x2 - model.x2)) for name, model in (("old", old), ("new", new))
+    }
     ours = (
-        f"synthetic recordings of hopper_c with noise of {mm(NOISE)}: a step of {u:g} A for {PULSE:g} s while standing, and a drop of {100 * DROP:.0f} cm at 0 A. With dry friction "
-        f"{mm(left['new'][0], 2)} rms remain in x1 and {mm(left['new'][1], 2)} in x2: the noise, as the recordings are this model's own. Without it, viscous friction fitted "
+        f"synthetic recordings of hopper_c with noise of {mm(NOISE)}: a step of {u:g} A for {PULSE:g} s while "
+        f"standing, and a drop of {100 * DROP:.0f} cm at 0 A. With dry friction "
+        f"{mm(left['new'][0], 2)} rms remain in x1 and {mm(left['new'][1], 2)} in x2: the noise, as the recordings "
+        f"are this model's own. Without it, viscous friction fitted "
         f"(b1 = {fitted.b1:.0f}, b2 = {fitted.b2:.1f} N s/m), {mm(left['old'][0], 2)} and {mm(left['old'][1], 2)}"
     )
     paper = (
-        "measured step responses (x1, top) and drop tests (x2, bottom) of Hopper C against the improved model: transient and "
+        "measured step responses (x1, top) and drop tests (x2, bottom) of Hopper C against the improved model: "
+        "transient and "
         "steady state are better than in Fig. 4"
     )
     data = {"robot": robot, "fitted": fitted, "measured": measured, "old": old, "new": new, "rms": left}
@@ -87,10 +103,11 @@ def drop(robot: Robot) -> Array:
 
 def step(robot: Robot, u: float) -> Array:
     """x1 [m] at `STEP_TIMES` of the standing robot under a current for a time; NaN behind a take-off."""
-    start = {"v2": 0.0, "x2": standing(robot)}
-    stance = solve_stance(robot, **start, u=[(0.0, u), (PULSE, 0.0)], horizon=float(STEP_TIMES[-1]) + 0.01)
+    stance = solve_stance(
+        robot, v2=0.0, x2=standing(robot), u=[(0.0, u), (PULSE, 0.0)], horizon=float(STEP_TIMES[-1]) + 0.01
+    )
     x1 = np.asarray(stance.at(np.minimum(STEP_TIMES, stance.duration)).x1)
-    return np.where((STEP_TIMES <= stance.duration) | (stance.status == "rest"), x1, np.nan)
+    return np.where((stance.duration >= STEP_TIMES) | (stance.status == "rest"), x1, np.nan)
 
 
 def measure(robot: Robot, u: float, seed: int) -> Recordings:
@@ -100,11 +117,19 @@ def measure(robot: Robot, u: float, seed: int) -> Recordings:
 
 
 def fit(robot: Robot, u: float, seed: int) -> Robot:
-    """The robot without dry friction, b1 and b2 fitted to its recordings with noise, each to the one that shows it."""
+    """The robot without dry friction, b1 and b2 fitted to its recordings with noise, each to the one that shows "
+    "it."""
     measured, smooth = measure(robot, u, seed), replace(robot, f1=0.0, f2=0.0)
-    b2 = least(lambda b2: misfit(measured.x2, drop(replace(smooth, b2=b2))), robot.b2, 8.0 * robot.b2)
-    smooth = replace(smooth, b2=b2)
-    return replace(smooth, b1=least(lambda b1: misfit(measured.x1, step(replace(smooth, b1=b1), u)), robot.b1, 8.0 * robot.b1))
+
+    def cost_2(b2: float) -> float:
+        return misfit(measured.x2, drop(replace(smooth, b2=b2)))
+
+    smooth = replace(smooth, b2=least(cost_2, robot.b2, 8.0 * robot.b2))
+
+    def cost_1(b1: float) -> float:
+        return misfit(measured.x1, step(replace(smooth, b1=b1), u))
+
+    return replace(smooth, b1=least(cost_1, robot.b1, 8.0 * robot.b1))
 
 
 def misfit(measured: Array, model: Array) -> float:
