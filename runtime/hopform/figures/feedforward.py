@@ -21,8 +21,8 @@ LEAST = 1e-17  # [m] what an error of 0 is drawn as
 def on_even_ground() -> Picture:
     """Fig. 16."""
     return picture(
-        16, flat(len(REFERENCE)), "Energy-based controller, even ground", "simulations of the energy-based controller on even terrain",
-        "over flat ground",
+        16, flat(len(REFERENCE)), "Energy-based controller, even ground",
+        "simulations of the energy-based controller on even terrain", "over flat ground",
     )  # fmt: skip
 
 
