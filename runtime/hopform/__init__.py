@@ -16,6 +16,8 @@ from hopform.control import Command, choose_current
 from hopform.errors import BackendError, HopformError, MissingExtra
 from hopform.flight import Flight, FlightLedger, FlightPhase, design_return, solve_flight
 from hopform.hopping import Errors, Hop, Run, simulate
+from hopform.printed import PrintedCommand, choose_current_as_printed
+from hopform.reaching import FixedPoint, Reachability, next_apex, reachability
 from hopform.robots import ROBOTS, Robot, load_robot
 from hopform.sensitivities import ManySensitivities, Sensitivities
 from hopform.stance import Energy, Event, Ledger, Phase, Stance, State, solve_stance, touchdown_velocity
@@ -47,12 +49,15 @@ __all__ = [
     "FlightLedger",
     "FlightPhase",
     "Gains",
+    "FixedPoint",
     "Hop",
     "HopformError",
     "Ledger",
     "ManySensitivities",
     "MissingExtra",
     "Phase",
+    "PrintedCommand",
+    "Reachability",
     "ROBOTS",
     "Robot",
     "Run",
@@ -63,14 +68,17 @@ __all__ = [
     "__version__",
     "backends",
     "choose_current",
-    "controllers",
     "delayed_apex",
+    "controllers",
     "design_return",
+    "choose_current_as_printed",
     "equations",
     "library_message",
     "load_robot",
     "simulate",
     "solve_flight",
+    "next_apex",
+    "reachability",
     "solve_stance",
     "solve_stances",
     "terrain",

@@ -18,11 +18,12 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 import typer
+from numpy.typing import NDArray
 from rich.console import Console, RenderableType
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
 import hopform
-from hopform import figures_command, tables
+from hopform import figures_command, tables, tables_control
 from hopform.hopping import csv_of
 
 if TYPE_CHECKING:
@@ -145,8 +146,7 @@ Terrain = Annotated[
 Size = Annotated[float, quantity("--size", "m", "of the terrain: step, half width or standard deviation")]
 Seed = Annotated[int, option("--seed", "of terrain and errors", metavar="N", min=0)]
 ControllerOption = Annotated[ControllerName, option("--controller", "what chooses the current")]
-HDes = Annotated[float | None, quantity("--h-des", "m", "hop height wanted, over the terrain's zero")]
-StopMargin = Annotated[float, quantity("--stop-margin", "m", "distance of x1 to its upper stop")]
+HopTarget = Annotated[float | None, quantity("--h-des", "m", "hop height wanted, over the terrain's zero")]
 NoiseX1 = Annotated[float, quantity("--noise-x1", "m", "standard deviation of the actuator as measured")]
 NoiseV1 = Annotated[float, quantity("--noise-v1", "m/s", "of its velocity")]
 NoiseX2 = Annotated[float, quantity("--noise-x2", "m", "of the body's height, for return-map")]
@@ -159,6 +159,14 @@ Model = Annotated[str | None, option("--model", "the robot the controller believ
 HopsCsv = Annotated[Path | None, option("--hops-csv", "write a table of the hops", metavar="FILE")]
 Npz = Annotated[Path | None, option("--npz", "write table and states for NumPy", metavar="FILE")]
 Samples = Annotated[int, option("--samples", "uniform times in the CSV", metavar="N", min=2)]
+HDes = Annotated[float, quantity("--h-des", "m", "desired hop height of the next apex")]
+Datum = Annotated[float, quantity("--datum", "m", "level that heights count from, less the ground under the foot")]
+StopMargin = Annotated[float, quantity("--stop-margin", "m", "x1 stays below x1_max by more than this")]
+Lowest = Annotated[float, quantity("--from", "m", "lowest hop height of the map")]
+Highest = Annotated[float, quantity("--to", "m", "highest hop height of the map")]
+Rows = Annotated[int, option("--heights", "hop heights of the map", metavar="N", min=2)]
+Columns = Annotated[int, option("--currents", "currents of the map, over all that is allowed", metavar="N", min=1)]
+Printed = Annotated[bool, option("--printed", "compare with (26), (27) as printed, on a grid of 0.01 A")]
 Json = Annotated[bool, option("--json", "print JSON (docs/json.md has its schema)")]
 WithSensitivities = Annotated[
     bool, option("--sensitivities", "show what the take-off depends on, which JSON always has")
@@ -271,7 +279,7 @@ def hop(
     seed: Seed = 0,
     controller: ControllerOption = ControllerName.constant,
     u: U = 0.0,
-    h_des: HDes = None,
+    h_des: HopTarget = None,
     stop_margin: StopMargin = 0.0,
     noise_x1: NoiseX1 = 0.0,
     noise_v1: NoiseV1 = 0.0,
@@ -320,6 +328,105 @@ def hop(
             *([(npz, lambda: archive(run, samples))] if npz else []),
         ],
     )
+
+
+@app.command()
+def control(
+    h_des: HDes,
+    robot: RobotName = "hopper_c",
+    height: HeightOrNone = None,
+    v2: V2 = None,
+    x1: X1 = 0.0,
+    v1: V1 = 0.0,
+    x2: X2 = None,
+    datum: Datum = 0.0,
+    stop_margin: StopMargin = 0.0,
+    horizon: Horizon = 2.0,
+    backend: Backend = None,
+    dtype: Dtype = Precision.float64,
+    printed: Printed = False,
+    json: Json = False,
+    plot: Plot = None,
+) -> None:
+    """Choose the current after which the next apex is the desired one, (25)-(27)."""
+    check_outputs(json, None, plot)
+    hopper = hopform.load_robot(robot)
+    start: dict[str, Any] = {"x1": x1, "v1": v1, "v2": velocity_after_impact(hopper, height, v2), "x2": x2}
+    asked: dict[str, Any] = {"h_des": h_des, "datum": datum}
+    how: dict[str, Any] = {"horizon": horizon, "backend": backend}
+    with patience("solving"):
+        found = hopform.choose_current(
+            hopper, **start, **asked, stop_margin=stop_margin, **how, dtype=np.dtype(dtype.value)
+        )
+        others = [
+            (words, hopform.choose_current_as_printed(hopper, **start, **asked, **form, **how))
+            for words, form in (tables_control.PRINTED.items() if printed else ())
+        ]
+    deliver(
+        json=(
+            lambda: tables_control.command_record(hopper, start | asked | {"stop_margin": stop_margin}, found, others)
+        )
+        if json
+        else None,
+        csv=None,
+        plot=(plot, lambda: figures().plot_command(hopper, *curve(hopper, start, datum, stop_margin), h_des, found))
+        if plot
+        else None,
+        readable=lambda: tables_control.command(hopper, h_des, found, others),
+        warnings=(),
+    )
+
+
+@app.command()
+def reach(
+    robot: RobotName = "hopper_c",
+    lowest: Lowest = 0.02,
+    highest: Highest = 0.4,
+    heights: Rows = 39,
+    currents: Columns = 61,
+    stop_margin: StopMargin = 0.0,
+    horizon: Horizon = 2.0,
+    backend: Backend = None,
+    json: Json = False,
+    plot: Plot = None,
+) -> None:
+    """Map the next apex over the current one for all currents (Figs. 5, 11): bounds, gaps, fixed points, what can be held."""
+    check_outputs(json, None, plot)
+    hopper = hopform.load_robot(robot)
+    if not lowest < highest:
+        raise hopform.HopformError(f"--from must be below --to, got {lowest!r} and {highest!r} m")
+    if not math.isfinite(hopper.u_max):
+        raise hopform.HopformError(f"the controller needs a finite u_max, got {hopper.u_max!r} A")
+    range_of_u = np.linspace(-hopper.u_max, hopper.u_max, currents if hopper.u_max > 0.0 else 1)
+    with patience(f"{heights} heights") as advance:
+        found = hopform.reachability(
+            hopper,
+            np.linspace(lowest, highest, heights),
+            np.unique(range_of_u),
+            stop_margin=stop_margin,
+            horizon=horizon,
+            backend=backend,
+            progress=advance,
+        )
+    deliver(
+        json=(lambda: tables_control.reach_record(found)) if json else None,
+        csv=None,
+        plot=(plot, lambda: figures().plot_reach(found)) if plot else None,
+        readable=lambda: tables_control.reach(found),
+        warnings=(),
+    )
+
+
+def curve(
+    robot: hopform.Robot, start: dict[str, Any], datum: float, stop_margin: float
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Currents over all that is allowed, and the next apex [m], NaN where one is not admissible."""
+    u = np.linspace(-robot.u_max, robot.u_max, 601)
+    trials = [hopform.solve_stance(robot, **start, u=each) for each in u.tolist()]
+    limit = robot.x1_max - stop_margin if robot.x1_min < robot.x1_max else math.inf
+    peaks = [max(each.end.x1, *(phase.state.x1 for phase in each.phases)) for each in trials]
+    apex = [each.apex if peak < limit else math.nan for each, peak in zip(trials, peaks, strict=True)]
+    return u, np.array(apex) - datum
 
 
 def terrain_of(name: str, size: float, hops: int | None, seed: int) -> tuple[float, ...]:
@@ -458,16 +565,19 @@ def show(parts: Iterable[RenderableType]) -> None:
 
 
 @contextmanager
-def patience(what: str) -> Generator[None, None, None]:
-    """A moving bar on the error stream if this takes longer than `PATIENCE` and a person is there to see it."""
+def patience(what: str) -> Generator[Callable[[int, int], None], None, None]:
+    """A moving bar on the error stream if this takes longer than `PATIENCE` and a person is there to see it.
+
+    What it gives tells the bar how much is done, of how much.
+    """
     console = Console(stderr=True)
     columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
     bar = Progress(*columns, console=console, transient=True, disable=not console.is_terminal)
-    bar.add_task(what, total=None)
+    task = bar.add_task(what, total=None)
     timer = threading.Timer(PATIENCE, bar.start)
     timer.start()
     try:
-        yield
+        yield lambda done, total: bar.update(task, completed=done, total=total)
     finally:
         timer.cancel()
         timer.join()

@@ -144,7 +144,7 @@ def _size(size: SupportsFloat) -> float:
     return value
 
 
-def _generator(seed: object) -> np.random.Generator:
+def _generator(seed: object) -> "np.random.Generator":
     if isinstance(seed, bool) or not isinstance(seed, int) or seed < 0:
         raise HopformError(f"seed must be a whole number >= 0, got {seed!r}")
     return np.random.default_rng(seed)

@@ -6,5 +6,5 @@
 
 const char *hopform_source(void)
 {
-    return "67e5cd1b8c2d4a5a";
+    return "c7d6ab050870a92e";
 }
