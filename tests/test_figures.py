@@ -16,6 +16,8 @@ from matplotlib.colors import to_rgb
 import hopform
 from hopform import cli, figures, figures_command, plots
 from hopform.figures import animation, picture
+from tests.test_cli import fits
+from tests.test_house import packages
 
 ALL = [*range(2, 18)]
 
@@ -229,7 +231,7 @@ def test_axes_have_names_with_units_and_the_curves_fit(number):
 
 
 def test_the_colours_stay_apart_for_colour_blind_eyes():
-    """As seen without red, green or blue cones (matrices of Vienot, Brettel, Mollon 1999, and of Brettel for blue)."""
+    """As seen without red or green cones, by the matrices of Vienot, Brettel and Mollon (1999) for linear RGB."""
     blind = {
         "red": [[0.11238, 0.88762, 0.0], [0.11238, 0.88762, 0.0], [0.00401, -0.00401, 1.0]],
         "green": [[0.29275, 0.70725, 0.0], [0.29275, 0.70725, 0.0], [-0.02234, 0.02234, 1.0]],
@@ -258,6 +260,7 @@ def test_each_number_is_written_as_svg_and_png_with_its_caption(tmp_path, monkey
     captions = (tmp_path / "out" / "captions.md").read_text("utf-8")
     assert drawn(number).ours in captions and drawn(number).paper in captions and "the paper gives none" in captions
     assert record["figures"][0]["ours"] == drawn(number).ours
+    assert fits(record, "`hopform figures --json`")
 
 
 def test_only_what_is_asked_for_is_drawn_in_the_papers_order():
@@ -328,3 +331,10 @@ def test_figures_without_matplotlib_are_refused_in_one_line(tmp_path):
 def test_importing_the_figures_loads_no_matplotlib(tmp_path):
     loaded = "import sys, hopform.figures, hopform.figures_command; print('matplotlib' in sys.modules)"
     assert python(loaded, cwd=tmp_path) == (0, "False\n", "")
+
+
+def test_the_figures_need_numpy_and_matplotlib_alone():
+    """The rule of the house for the runtime, in this folder of it."""
+    found = sorted(Path(figures.__file__).parent.glob("*.py"))
+    assert len(found) == 10
+    assert {name for path in found for name in packages(path)} == {"hopform", "numpy", "matplotlib"}

@@ -31,6 +31,7 @@ def figures(folder: Folder, only: Only = None, json: Json = False) -> None:
 
     Each becomes an SVG and a PNG with its caption; captions.md has the captions of what was drawn, animation.gif moves.
     """
+    import hopform
     from hopform import tables
     from hopform.cli import show, write
 
@@ -41,7 +42,11 @@ def figures(folder: Folder, only: Only = None, json: Json = False) -> None:
     for name, content in files.items():
         write(folder / name, content)
     if json:
-        record = {"figures": [record_of(each) for each in pictures], "files": [str(folder / name) for name in files]}
+        record = {
+            "hopform": hopform.__version__,
+            "figures": [record_of(each) for each in pictures],
+            "files": [str(folder / name) for name in files],
+        }
         print(tables.to_json(record))
     else:
         show([*(f"Fig. {each.number:<3} {each.title}" for each in pictures), f"wrote {len(files)} files to {folder}"])
