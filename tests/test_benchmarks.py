@@ -1,5 +1,6 @@
 """The benchmarks solve the job that they say: their stances, their truth, two of the peers, hopform's own rows."""
 
+import importlib.util
 import shutil
 import sys
 from pathlib import Path
@@ -187,16 +188,21 @@ def test_the_page_has_a_line_for_each_number_beside_the_table():
     assert "| a grid | 1.73 | ns/sample |  |\n| many | 0.50 | us/stance | 0.25 |\n" in page
 
 
-# ---- peers of optional packages ----
+# ---- peers of optional packages, which the extra `bench` holds and the tests' own `dev` does not ----
+
+OPTIONAL = [
+    peer for name, peer in (("casadi", casadi_peer), ("diffrax", diffrax_peer)) if importlib.util.find_spec(name)
+]
 
 
-@each_set
-@pytest.mark.parametrize(("package", "peer"), [("casadi", casadi_peer), ("diffrax", diffrax_peer)])
-def test_a_peer_of_an_optional_package_gives_the_reference_s_events(of, package, peer):
-    pytest.importorskip(package)
-    verdict = judge(of, peer.solve(of, 1e-10), truth.load()[of.name])
-    assert verdict.wrong == 0
-    assert verdict.error <= 1e-6
+if OPTIONAL:
+
+    @each_set
+    @pytest.mark.parametrize("peer", OPTIONAL)
+    def test_a_peer_of_an_optional_package_gives_the_reference_s_events(of, peer):
+        verdict = judge(of, peer.solve(of, 1e-10), truth.load()[of.name])
+        assert verdict.wrong == 0
+        assert verdict.error <= 1e-6
 
 
 def test_the_linear_functions_of_diffrax_are_those_that_are_watched():
