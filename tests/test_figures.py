@@ -105,6 +105,12 @@ def test_the_margin_to_the_stop_limits_low_hops_only():
     assert np.all(np.diff(limited.astype(int)) <= 0)
     assert np.all(reach.highest[limited] < reach.apex[limited, -1])
     np.testing.assert_allclose(reach.highest[~limited], reach.apex[~limited, -1], rtol=0, atol=1e-9)
+    assert 0.01 <= reach.stop_margin <= 0.02
+    for height, u in zip(reach.heights[limited], reach.u_highest[limited], strict=True):
+        v2 = hopform.touchdown_velocity(reach.robot, height)
+        stance = hopform.solve_stance(reach.robot, v2=v2, u=u)
+        peak = np.asarray(stance.at(np.linspace(0.0, stance.duration, 4001)).x1).max()
+        assert peak == pytest.approx(reach.robot.x1_max - reach.stop_margin, abs=1e-6)
 
 
 def test_hops_with_noise_lie_around_the_bounds():
