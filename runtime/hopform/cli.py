@@ -23,7 +23,7 @@ from rich.console import Console, RenderableType
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
 import hopform
-from hopform import tables, tables_control
+from hopform import figures_command, tables, tables_control
 from hopform.hopping import csv_of
 
 if TYPE_CHECKING:
@@ -476,6 +476,9 @@ def velocity_after_impact(robot: hopform.Robot, height: float | None, v2: float 
     if height is not None and v2 is None:
         return hopform.touchdown_velocity(robot, height)
     raise hopform.HopformError("give either --height or --v2")
+
+
+app.command("figures")(figures_command.figures)
 
 
 # ---- what becomes of an answer ----

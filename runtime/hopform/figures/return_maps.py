@@ -1,0 +1,160 @@
+"""Return maps: the next apex over the current one (Figs. 5, 11)."""
+
+# pyright: reportUnknownMemberType=false
+
+import numpy as np
+from matplotlib.axes import Axes
+
+from hopform.control import choose_current
+from hopform.controllers import Touchdown
+from hopform.figures.picture import (
+    BLACK,
+    BLUE,
+    MAGENTA,
+    ORANGE,
+    SKY,
+    Array,
+    Picture,
+    cm,
+    finished,
+    legend,
+    mm,
+    panels,
+)
+from hopform.hopping import simulate
+from hopform.plots import house_style
+from hopform.reaching import Reachability, reachability
+from hopform.robots import load_robot
+from hopform.terrain import flat
+
+
+def maps_of_hopper_b() -> Picture:
+    """Fig. 5: a family of return maps, one per control action, hopper_b."""
+    robot = load_robot("hopper_b")
+    currents = np.linspace(0.0, robot.u_max, 6)
+    reach = reachability(robot, np.linspace(0.02, 0.36, 69), currents)
+    colours = [f"#{int(200 - 36 * n):02x}{int(215 - 22 * n):02x}{int(235 - 12 * n):02x}" for n in range(currents.size)]
+    with house_style():
+        figure, (axes,) = panels(1, 4.3)
+        axes.fill_between(100 * reach.heights, 100 * reach.lowest, 100 * reach.highest, color=SKY, alpha=0.18,
+                          linewidth=0.0, label="reachable by some voltage")  # fmt: skip
+        for column, colour in enumerate(colours):
+            axes.plot(100 * reach.heights, 100 * reach.apex[:, column], color=colour)
+        for height, words in grouped(100 * reach.apex[-1], currents, 1.2):
+            axes.annotate(f"{words} V", (100 * reach.heights[-1], height), (3, 0), textcoords="offset points",
+                          va="center", fontsize=8)  # fmt: skip
+        fixed_points(axes, reach)
+        diagonal(axes, reach)
+        legend(axes)
+    points = "; ".join(
+        f"{cm(point.height)} at {point.u:g} V (multiplier {point.multiplier:.2f})" for point in reach.fixed_points
+    )
+    ours = (
+        f"the next apex after drops of {cm(reach.heights[0])} to {cm(reach.heights[-1])}, actuator at its origin, "
+        f"under {currents.size} "
+        f"constant voltages. Heights that a voltage gives back: {points}. Without actuation {cm(0.2, 0)} become "
+        f"{cm(float(np.interp(0.2, reach.heights, reach.apex[:, 0])))}; the highest that can be held is "
+        f"{cm(highest_held(reach))}"
+    )
+    paper = "overlaid return maps of Hopper B for different control actions, measured"
+    data = {"reach": reach}
+    return finished(5, "Apex reachability of Hopper B", paper, ours, f"{robot.name} (its input is in V)", figure, data)
+
+
+def map_of_hopper_c() -> Picture:
+    """Fig. 11: what a current can reach, bounds from the closed form, markers from simulated hops with errors."""
+    robot, margin, noise = load_robot("hopper_c"), 0.015, 0.003
+    reach = reachability(robot, np.linspace(0.02, 0.40, 77), np.array([0.0, robot.u_max]), stop_margin=margin)
+    draw = np.random.default_rng(11)
+    drops = np.repeat(np.linspace(0.04, 0.38, 12), 2)
+    least, most = (np.array([measured(height, highest, margin) for height in drops]) for highest in (False, True))
+    seen = drops + noise * draw.standard_normal(drops.size)
+    least, most = (values + noise * draw.standard_normal(drops.size) for values in (least, most))
+    misses = np.concatenate([
+        least - np.interp(seen, reach.heights, reach.apex[:, 0]), most - np.interp(seen, reach.heights, reach.highest)
+    ])  # fmt: skip
+    with house_style():
+        figure, (axes,) = panels(1, 4.3)
+        axes.fill_between(100 * reach.heights, 100 * reach.lowest, 100 * reach.highest, color=SKY, alpha=0.18,
+                          linewidth=0.0, label="reachable")  # fmt: skip
+        axes.plot(100 * reach.heights, 100 * reach.highest, color=BLUE, label="highest, within the stroke's margin")
+        axes.plot(100 * reach.heights, 100 * reach.apex[:, 0], color=MAGENTA, linestyle="--", label="no actuation")
+        axes.plot(
+            100 * seen, 100 * most, "^", color=BLUE, markersize=4.5, markerfacecolor="none", label="hops, most current"
+        )
+        axes.plot(
+            100 * seen,
+            100 * least,
+            "v",
+            color=MAGENTA,
+            markersize=4.5,
+            markerfacecolor="none",
+            label="hops, no current",
+        )
+        fixed_points(axes, reach)
+        diagonal(axes, reach)
+        legend(axes)
+    top = [point for point in reach.fixed_points if point.u == robot.u_max]
+    holds = (
+        f"at {robot.u_max:g} A {cm(top[0].height)} is given back (multiplier {top[0].multiplier:.2f})"
+        if top
+        else "none is held"
+    )
+    ours = (
+        f"the lowest curve is a drop at 0 A ({cm(0.2, 0)} become "
+        f"{cm(float(np.interp(0.2, reach.heights, reach.apex[:, 0])))}), the upper one the "
+        f"highest apex of all currents up to {robot.u_max:g} A that keep x1 {cm(margin)} off its stop; {holds}. The "
+        f"stroke limits "
+        f"{int(reach.limited.any(axis=1).sum())} of {reach.heights.size} heights. Markers: simulated hops, "
+        f"{mm(noise)} noise on each height; "
+        f"rms distance to the curves {mm(float(np.sqrt(np.mean(misses**2))))}"
+    )
+    paper = (
+        "the next apex over the current one for Hopper C, measured and computed: bottom without actuation, top at "
+        "about "
+        "the largest compression, x1 kept 1 to 2 cm off its end"
+    )
+    data = {"reach": reach, "seen": seen, "least": least, "most": most, "misses": misses, "noise": noise}
+    return finished(11, "Apex reachability of Hopper C", paper, ours, robot.name, figure, data)
+
+
+def measured(height: float, highest: bool, margin: float) -> float:
+    """The apex [m] of one simulated hop from a height [m]: without actuation, or with the current that leads "
+    "highest."""
+    robot = load_robot("hopper_c")
+
+    def controller(touchdown: Touchdown) -> float:
+        return choose_current(robot, v2=touchdown.v2, h_des=10.0, stop_margin=margin).u if highest else 0.0
+
+    return simulate(robot, flat(1), controller, height=height).hops[0].apex
+
+
+def grouped(ends: Array, currents: Array, least: float) -> list[tuple[float, str]]:
+    """Where curves end and what they are called; those that end closer than `least` share a label."""
+    groups: list[list[int]] = []
+    for column in np.argsort(ends).tolist():
+        if groups and ends[column] - ends[groups[-1][-1]] < least:
+            groups[-1].append(column)
+        else:
+            groups.append([column])
+    return [(float(ends[group].mean()), ", ".join(f"{currents[n]:g}" for n in sorted(group))) for group in groups]
+
+
+def highest_held(reach: Reachability) -> float:
+    """The highest height [m] that some current gives back."""
+    held = reach.heights[np.isfinite(reach.hold)]
+    return float(held.max())
+
+
+def fixed_points(axes: Axes, reach: Reachability) -> None:
+    """A dot where a current gives its height back."""
+    heights = [100 * point.height for point in reach.fixed_points]
+    axes.plot(heights, heights, "o", color=ORANGE, markersize=5.0, zorder=4, label="fixed point")
+
+
+def diagonal(axes: Axes, reach: Reachability) -> None:
+    """Where the next apex is the current one, and the axes' names."""
+    ends = 100 * reach.heights[[0, -1]]
+    axes.plot(ends, ends, color=BLACK, linestyle=":", linewidth=1.0, label="next = current")
+    axes.set_xlabel("current apex [cm]")
+    axes.set_ylabel("next apex [cm]")

@@ -1,0 +1,135 @@
+"""`hopform figures DIR`: the paper's figures from this project's robots, as SVG and PNG, with their captions and an "
+"animation."""
+
+import tempfile
+from collections.abc import Iterable
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+
+from hopform.errors import HopformError
+from hopform.figures import DRAWN, draw
+
+if TYPE_CHECKING:
+    from hopform.figures.picture import Picture
+
+ANIMATION = "animation"
+FORMATS = (".svg", ".png")
+
+Folder = Annotated[Path, typer.Argument(metavar="DIR", help="where to; made if it is not there")]
+Only = Annotated[
+    str | None, typer.Option("--only", metavar="N,N,...", help="these figures, or the word animation; all if left out")
+]
+Json = Annotated[bool, typer.Option("--json", help="print what was written, with the captions")]
+
+
+def figures(folder: Folder, only: Only = None, json: Json = False) -> None:
+    """Draw the paper's figures 2 to 17 from this project's robots, and the hopper on rough ground.
+
+    Each becomes an SVG and a PNG with its caption; captions.md has the captions of what was drawn, animation.gif moves.
+    """
+    import hopform
+    from hopform import tables
+    from hopform.cli import show, write
+
+    wanted = asked_for(only)
+    check(folder)
+    files, pictures = drawn(wanted)
+    make(folder)
+    for name, content in files.items():
+        write(folder / name, content)
+    if json:
+        record = {
+            "hopform": hopform.__version__,
+            "figures": [record_of(each) for each in pictures],
+            "files": [str(folder / name) for name in files],
+        }
+        print(tables.to_json(record))
+    else:
+        show([*(f"Fig. {each.number:<3} {each.title}" for each in pictures), f"wrote {len(files)} files to {folder}"])
+
+
+def asked_for(only: str | None) -> tuple[int | str, ...]:
+    """What `--only` names, in the paper's order; HopformError for what is not drawn."""
+    if only is None:
+        return (*DRAWN, ANIMATION)
+    known = {str(number): number for number in DRAWN} | {ANIMATION: ANIMATION}
+    words = [word.strip() for word in only.split(",")]
+    for word in words:
+        if word not in known:
+            raise HopformError(f"--only takes {', '.join(known)}, separated by commas, got {word!r}")
+    return tuple(what for word, what in known.items() if word in words)
+
+
+def check(folder: Path) -> None:
+    """HopformError, before anything is drawn, if nothing can be written there."""
+    if folder.exists() and not folder.is_dir():
+        raise HopformError(f"{folder} is a file, not a folder")
+    if not folder.parent.is_dir():
+        raise HopformError(f"{folder} cannot be made: there is no folder {folder.parent}")
+
+
+def make(folder: Path) -> None:
+    """The folder, if it is not there."""
+    try:
+        folder.mkdir(exist_ok=True)
+    except OSError as error:
+        raise HopformError(f"{folder} cannot be made: {error.strerror}") from None
+
+
+def drawn(wanted: Iterable[int | str]) -> "tuple[dict[str, bytes], list[Picture]]":
+    """The files, by their names, and the pictures; a bar on the error stream if a person is there to see it."""
+    from hopform import plots
+
+    wanted = list(wanted)
+    files, pictures = dict[str, bytes](), list["Picture"]()
+    console = Console(stderr=True)
+    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
+    with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:
+        task = bar.add_task("drawing", total=len(wanted))
+        for what in wanted:
+            bar.update(task, description="animation" if isinstance(what, str) else f"Fig. {what}")
+            if isinstance(what, str):
+                files["animation.gif"] = moving()
+            else:
+                pictures.append(draw(what))
+                files |= {f"fig_{what:02d}{suffix}": plots.render(pictures[-1].figure, suffix) for suffix in FORMATS}
+            bar.advance(task)
+    if pictures:
+        files["captions.md"] = captions(pictures).encode()
+    return files, pictures
+
+
+def moving() -> bytes:
+    """The animation's bytes; matplotlib's writer wants a file."""
+    from hopform.figures.animation import animate
+
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "animation.gif"
+        animate(path)
+        return path.read_bytes()
+
+
+def captions(pictures: "Iterable[Picture]") -> str:
+    """The captions as Markdown."""
+    parts = [
+        "# The figures, from this project's robots\n\nWritten by `hopform figures`; the numbers are computed as they "
+        "are drawn.\n"
+    ]
+    parts += [
+        f"## Fig. {each.number}. {each.title}\n\n![Fig. {each.number}](fig_{each.number:02d}.svg)\n\n"
+        f"**The paper** shows {each.paper}.\n\n**Here:** {each.ours}.\n\n"
+        f"Parameters: {each.robot}, this project's own; the paper gives none.\n"
+        for each in pictures
+    ]
+    return "\n".join(parts)
+
+
+def record_of(picture: "Picture") -> dict[str, object]:
+    """A picture for JSON."""
+    return {
+        "number": picture.number, "title": picture.title, "paper": picture.paper, "ours": picture.ours, "robot": picture.robot,
+    }  # fmt: skip
