@@ -6,5 +6,5 @@
 
 const char *hopform_source(void)
 {
-    return "11bfd305c9ee31b5";
+    return "7ce86861981850d1";
 }
