@@ -1,0 +1,269 @@
+"""What a fit hands back: parameters with their intervals, how well each recording is met, and what the data cannot tell."""
+
+import dataclasses
+import math
+import time as clock
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from hopform.errors import HopformError
+from hopform.identification import estimation
+from hopform.identification.estimation import Estimate, Parameter, Progress, Solution, Tests
+from hopform.identification.motion import Array
+from hopform.identification.rigs import UNITS, Experiment
+from hopform.robots import Robot
+
+Model = str
+OLD, NEW = "(1), (2): viscous friction alone", "(3), (4): with Coulomb friction"
+
+
+@dataclass(frozen=True)
+class Trace:
+    """A recording beside what the fit makes of it: times [s], positions [m]; the old model (1), (2) where it was fitted."""
+
+    label: str
+    quantity: str
+    time: Array
+    measured: Array
+    predicted: Array
+    old: Array | None
+    tests: Tests
+    old_rms: float
+    holdout: float
+    """[m] rms over its last third of a fit to the rest alone; NaN where that was not asked for"""
+
+
+@dataclass(frozen=True)
+class Fit:
+    """A fit. `values` has every parameter, `estimates` their intervals, `traces` a recording each.
+
+    kind: drop, step, force, robot. correlations: of the fitted parameters that belong to no single recording. statements: what
+    the data tell and what they do not, and which recording would help. warnings: what was odd about the data.
+    """
+
+    kind: str
+    estimates: tuple[Estimate, ...]
+    known: Mapping[str, float]
+    correlations: Mapping[tuple[str, str], float]
+    traces: tuple[Trace, ...]
+    statements: tuple[str, ...]
+    warnings: tuple[str, ...]
+    evaluations: int
+    seconds: float
+    solution: Solution | None = field(default=None, repr=False, compare=False)
+
+    @property
+    def values(self) -> dict[str, float]:
+        """Every parameter, fitted or known."""
+        return {**self.known, **{each.name: each.value for each in self.estimates}}
+
+    def __getitem__(self, name: str) -> Estimate:
+        """The estimate of a parameter; HopformError if there is none of that name."""
+        for each in self.estimates:
+            if each.name == name:
+                return each
+        raise HopformError(f"there is no estimate {name!r}; there are {', '.join(e.name for e in self.estimates)}")
+
+    @property
+    def rms(self) -> float:
+        """Of all residuals [m]."""
+        return _together([trace.tests.rms for trace in self.traces], self.traces)
+
+    @property
+    def old_rms(self) -> float:
+        """The same with viscous friction alone [m]."""
+        return _together([trace.old_rms for trace in self.traces], self.traces)
+
+    def robot(self, base: Robot) -> Robot:
+        """A robot with what was fitted, and the rest from `base`; friction of several recordings as their mean."""
+        known = {field.name for field in Robot.fields()}
+        found = dict[str, list[float]]()
+        for name, value in self.values.items():
+            letter = "L0" if name == "length" else name.partition("@")[0]
+            if letter in known and not math.isnan(value):
+                found.setdefault(letter, []).append(value)
+        fields = {name: float(np.mean(values)) for name, values in found.items()}
+        return dataclasses.replace(base, **fields)  # type: ignore[arg-type]
+
+
+def _together(each: Sequence[float], traces: Sequence[Trace]) -> float:
+    sizes = [trace.time.size for trace in traces]
+    return math.sqrt(sum(rms**2 * size for rms, size in zip(each, sizes, strict=True)) / max(sum(sizes), 1))
+
+
+@dataclass(frozen=True)
+class Problem:
+    """What is to be fitted: experiments, parameters with their starts, other starts worth a try, and what is known."""
+
+    kind: str
+    quantity: str
+    experiments: tuple[Experiment, ...]
+    parameters: tuple[Parameter, ...]
+    starts: tuple[Mapping[str, float], ...]
+    known: Mapping[str, float]
+    statements: tuple[str, ...]
+    warnings: tuple[str, ...]
+    coulomb: tuple[str, ...]
+    """names of the parameters that the old model lacks"""
+
+
+def from_start(parameters: Sequence[Parameter], start: Mapping[str, float]) -> list[Parameter]:
+    return [p._replace(start=start.get(p.name, p.start)) for p in parameters]
+
+
+def minimise(problem: Problem, loss: str, parts: Sequence[float], fixed: Mapping[str, float] | None = None) -> Solution:
+    """The best minimum from all starts: first over the beginning of each recording, the best of these over more and more."""
+    held = dict(fixed or {})
+    free = [p for p in problem.parameters if p.name not in held]
+    constants = {**held}
+    solutions = list[Solution]()
+    for start in problem.starts or ({},):
+        short = [each.upto(_part(each, parts[0])) for each in problem.experiments]
+        solutions.append(
+            estimation.solve(short, from_start(free, start), fixed=constants, loss=loss, most=25, precision=1e-6)
+        )
+    found = estimation.best(solutions)
+    for part in parts[1:]:
+        longer = [each.upto(_part(each, part)) for each in problem.experiments]
+        found = estimation.solve(longer, estimation.started(found), fixed=constants, loss=loss, most=25, precision=1e-6)
+    return _weighed(problem, found, constants, loss)
+
+
+def _weighed(problem: Problem, found: Solution, fixed: Mapping[str, float], loss: str) -> Solution:
+    """Once more with each recording counted by its own noise, until nothing changes any more."""
+    for _ in range(3):
+        noise = estimation.deviations(found) if len(found.residuals) == len(problem.experiments) else None
+        again = estimation.solve(
+            problem.experiments, estimation.started(found), sigma=noise, fixed=fixed, loss=loss, most=40, precision=1e-10
+        )  # fmt: skip
+        settled = all(
+            abs(again.values[p.name] - found.values[p.name]) <= 1e-5 * p.scale + 1e-6 * abs(found.values[p.name])
+            for p in again.parameters
+        )
+        found = again
+        if settled:
+            break
+    return found
+
+
+def _part(experiment: Experiment, part: float) -> int:
+    return max(int(part * experiment.time.size), min(20, experiment.time.size))
+
+
+def finish(
+    problem: Problem,
+    *,
+    loss: str,
+    parts: Sequence[float] = (1.0,),
+    compare: bool = True,
+    holdout: bool = True,
+    progress: Progress | None = None,
+) -> Fit:
+    """Fit, compare with the old model, hold a third out, find the intervals, and say what can be known."""
+    began = clock.perf_counter()
+    say: Callable[[str], None] = progress or (lambda _: None)
+    check_loss(loss)
+    say("fit")
+    solution = minimise(problem, loss, parts)
+    say("the old model")
+    old = minimise(problem, loss, parts, {n: 0.0 for n in problem.coulomb}) if compare and problem.coulomb else None
+    tests = [estimation.tests_of(residual) for residual in solution.residuals]
+    inflation = max(each.inflation for each in tests)
+    estimates, spread = estimation.estimates(solution, problem.experiments, loss=loss, inflation=inflation, progress=progress)
+    say("hold-out")
+    left_out = _holdout(problem, solution, loss) if holdout else [math.nan] * len(tests)
+    traces = tuple(
+        Trace(
+            each.label, problem.quantity, each.time + each.begin, each.measured, each.measured + residual,
+            each.measured + old.residuals[n] if old else None, tests[n],
+            estimation.tests_of(old.residuals[n]).rms if old else math.nan, left_out[n],
+        )
+        for n, (each, residual) in enumerate(zip(problem.experiments, solution.residuals, strict=True))
+    )  # fmt: skip
+    statements = (*problem.statements, *_blind(spread), *_boundary(estimates))
+    warnings = (*problem.warnings, *_coloured(traces, inflation))
+    return Fit(
+        problem.kind, estimates, problem.known, _correlations(estimates, spread), traces, statements, warnings,
+        solution.evaluations, clock.perf_counter() - began, solution,
+    )  # fmt: skip
+
+
+def check_loss(loss: str) -> None:
+    if loss not in ("linear", "soft_l1", "huber", "cauchy"):
+        raise HopformError(f"loss must be linear, soft_l1, huber or cauchy, got {loss!r}")
+
+
+def _holdout(problem: Problem, solution: Solution, loss: str) -> list[float]:
+    """rms over the last third of each recording, of a fit to the first two."""
+    short = [each.upto(_part(each, 2.0 / 3.0)) for each in problem.experiments]
+    fitted = estimation.solve(
+        short, estimation.started(solution), sigma=solution.sigma, loss=loss, most=20, precision=1e-6
+    )
+    errors = list[float]()
+    for whole, part in zip(problem.experiments, short, strict=True):
+        try:
+            predicted, _ = whole.predict(fitted.values)
+            rest = (predicted - whole.measured)[part.time.size :]
+            errors.append(math.sqrt(float((rest**2).mean())))
+        except HopformError:
+            errors.append(math.nan)
+    return errors
+
+
+def _blind(spread: estimation.Spread) -> list[str]:
+    said = list[str]()
+    if spread.weak:
+        said.append(f"not identifiable from these recordings: {', '.join(spread.weak)}")
+    said += [f"only a combination of {together.replace(' * ', ', ')} is fixed" for together in spread.combinations]
+    return said
+
+
+def _boundary(estimates: Sequence[Estimate]) -> list[str]:
+    return [
+        f"{each.name} may be 0: its 95 % upper limit is {each.high:.4g} {each.unit}".rstrip()
+        for each in estimates
+        if each.method.endswith("at 0")
+    ]
+
+
+def _coloured(traces: Sequence[Trace], inflation: float) -> list[str]:
+    said = [
+        f"{trace.label}: the residuals are not white (autocorrelation {trace.tests.autocorrelation:.2f}, runs z "
+        f"{trace.tests.runs_z:.1f}): the model misses something, or the noise has a memory"
+        for trace in traces
+        if not trace.tests.white
+    ]
+    if said:
+        said.append(f"intervals are widened by sqrt({inflation:.3g}) for what neighbouring residuals have in common")
+    return said
+
+
+def _correlations(estimates: Sequence[Estimate], spread: estimation.Spread) -> dict[tuple[str, str], float]:
+    found = dict[tuple[str, str], float]()
+    size = np.sqrt(np.diag(spread.covariance))
+    for i, first in enumerate(estimates):
+        for j in range(i):
+            second = estimates[j]
+            if not (first.own or second.own) and math.isfinite(size[i] * size[j]) and size[i] * size[j] > 0.0:
+                found[second.name, first.name] = float(spread.covariance[i, j] / (size[i] * size[j]))
+    return found
+
+
+def checked_known(known: Mapping[str, float] | None, allowed: Sequence[str]) -> dict[str, float]:
+    """The known values; HopformError for a name that is no parameter here or a value that is out of its domain."""
+    values = dict[str, float]()
+    for name, value in (known or {}).items():
+        if name not in allowed:
+            raise HopformError(f"known: there is no parameter {name!r} in this fit; there are {', '.join(allowed)}")
+        number: Any = value
+        if isinstance(number, (bool, str)) or not math.isfinite(float(number)):
+            raise HopformError(f"known: {name} must be a finite number in {UNITS[name] or '1'}, got {value!r}")
+        if name in ("m_s", "m_eff", "k") and not number > 0.0:
+            raise HopformError(f"known: {name} must be > 0 {UNITS[name]}, got {value!r}")
+        if name in ("b1", "b2", "f1", "f2", "g", "impact_loss") and number < 0.0:
+            raise HopformError(f"known: {name} must be >= 0 {UNITS[name]}, got {value!r}")
+        values[name] = float(number)
+    return values
