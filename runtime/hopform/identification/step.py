@@ -1,0 +1,206 @@
+"""Step responses and current pulses: x1 over time, by (3), with the body held or the leg in the air; and the fit in force.
+
+    m_eff x1'' = -k (x1 - rest) - b1 x1' - gamma2 u - m_eff f1 sign(x1')
+
+The measured current enters as a piecewise constant input, each piece exact. A fit in force filters both sides alike, decimates
+them and solves a linear least squares: that is what a recording in closed loop wants, where position and current depend on each
+other through the controller; an error of the current then does not add up twice into position.
+"""
+
+import math
+import time as clock
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from hopform.errors import HopformError, MissingExtra
+from hopform.identification import estimation
+from hopform.identification import recordings as of_recordings
+from hopform.identification.estimation import LEVEL, Estimate, Parameter, Progress
+from hopform.identification.fits import Fit, Problem, Trace, check_loss, checked_known, finish, minimise
+from hopform.identification.motion import Array
+from hopform.identification.recordings import FEWEST, Recording
+from hopform.identification.rigs import UNITS, Experiment, Kind
+
+_LETTERS = {"held": ("m_eff", "k", "b1", "f1", "gamma2"), "air": ("m_eff", "b1", "f1", "gamma2", "offset")}
+_SCALED = ("m_eff", "k", "b1", "gamma2")
+"""Motion and current fix these only up to one common factor."""
+
+
+def fit_step_response(
+    recordings: Sequence[Recording] | Recording,
+    *,
+    spring: bool = True,
+    known: Mapping[str, float] | None = None,
+    loss: str = "linear",
+    compare: bool = True,
+    holdout: bool = True,
+    backend: str | None = None,
+    progress: Progress | None = None,
+) -> Fit:
+    """Mass, friction and force constant of an actuator from recordings of x1 and the current.
+
+    spring: the actuator works against its spring, the body being held; False: the leg is in the air, there is no spring and
+    `offset` [A] is a constant force as a current. known: values of m_eff, k, b1, f1, gamma2, offset: one of m_eff, k, gamma2 at
+    least, else m_eff is taken as 1 kg and k, b1, gamma2 are per kg of it. loss, compare as in `fit_drop_test`. Raises
+    HopformError for data that cannot be a step response, MissingExtra without scipy.
+    """
+    several = (recordings,) if isinstance(recordings, Recording) else tuple(recordings)
+    problem = step_problem(several, spring, known, backend)
+    return finish(problem, loss=loss, compare=compare, holdout=holdout, progress=progress)
+
+
+def step_problem(
+    recordings: Sequence[Recording],
+    spring: bool = True,
+    known: Mapping[str, float] | None = None,
+    backend: str | None = None,
+) -> Problem:
+    """The least-squares problem of step responses."""
+    if not recordings:
+        raise HopformError("a fit needs at least one recording, got none")
+    kind: Kind = "held" if spring else "air"
+    letters = _LETTERS[kind]
+    values = checked_known(known, letters)
+    statements = list[str]()
+    if not {"m_eff", "k", "gamma2"} & set(values):
+        values["m_eff"] = 1.0
+        statements.append(
+            "motion and current fix m_eff, k, b1, gamma2 only up to a common factor: they are per kg of m_eff; give a weighed "
+            "mass, the stiffness or the force constant as known"
+        )
+    guesses = [_regress(each, letters, values) for each in recordings]
+    experiments, parameters = list[Experiment](), dict[str, Parameter]()
+    for n, recording in enumerate(recordings):
+        x = recording.position("x1")
+        own = ("rest", "x", "v") if spring else ("x", "v")
+        constants = {**values}
+        if rests_at_first(x):
+            constants["v"] = 0.0
+            own = own[:-1]
+        names = {letter: letter for letter in letters if letter not in values} | {letter: f"{letter}@{n}" for letter in own}
+        for letter, name in names.items():
+            start = float(np.median([guess[letter] for guess in guesses])) if letter not in own else guesses[n][letter]
+            parameters.setdefault(name, _parameter(letter, name, start, x))
+        experiments.append(
+            Experiment(recording.source, kind, recording.time, x, names, constants, steps_of(recording), backend=backend)
+        )
+    notes = tuple(f"{each.source}: {note}" for each in recordings for note in each.notes)
+    return Problem(
+        "step", "x1", tuple(experiments), tuple(parameters.values()), _starts(parameters), values, tuple(statements), notes,
+        ("f1",) if "f1" in parameters else (),
+    )  # fmt: skip
+
+
+def rests_at_first(x: Array) -> bool:
+    """Whether a recording starts at rest: its first samples differ by noise alone."""
+    noise = max(of_recordings.noise_of(x), of_recordings.quantum_of(x), 1e-12)
+    return float(np.ptp(x[:10])) <= 8.0 * noise and float(np.ptp(x[:10])) < 0.02 * float(np.ptp(x))
+
+
+def steps_of(recording: Recording) -> tuple[tuple[float, float], ...]:
+    """The measured current as steps: a sample holds until the next one; equal neighbours are one step."""
+    time, u = recording.time, recording.current()
+    if time.size >= 2**16:
+        raise recording.error(f"has {time.size} samples; a fit in position takes up to {2**16 - 1}: record at a lower rate")
+    starts = np.concatenate([[True], u[1:] != u[:-1]])
+    return tuple(zip(time[starts].tolist(), u[starts].tolist(), strict=True))
+
+
+# ---- filtered equations: a start for the fit in position, and the fit in force ----
+
+
+def _signal() -> Any:
+    try:
+        from scipy import signal
+    except ImportError:
+        raise MissingExtra("identification", "identify") from None
+    return signal
+
+
+@dataclass(frozen=True)
+class Filtered:
+    """Both sides of the equation of motion, filtered alike and decimated: rows of acceleration, v, x, sign v, u, 1."""
+
+    time: Array
+    acceleration: Array
+    v: Array
+    x: Array
+    side: Array
+    u: Array
+    one: Array
+
+
+def filtered(recording: Recording, cutoff: float | None = None) -> Filtered:
+    """A recording on even times, its derivatives by a zero-phase Butterworth filter, all through a second one, decimated.
+
+    cutoff [Hz]: of the filters; a tenth of the sampling rate, 50 Hz at most, if not given.
+    """
+    signal, x, u = _signal(), recording.position("x1"), recording.current()
+    step = float(np.median(np.diff(recording.time)))
+    t = np.arange(recording.time[0], recording.time[-1] + 0.5 * step, step)
+    rate = 1.0 / step
+    cut = min(cutoff or min(0.1 * rate, 50.0), 0.45 * rate)
+    smooth = signal.butter(4, cut, fs=rate, output="sos")
+    position = signal.sosfiltfilt(smooth, np.interp(t, recording.time, x))
+    current = u[np.clip(np.searchsorted(recording.time, t + 1e-3 * step, side="right") - 1, 0, u.size - 1)]
+    v = np.gradient(position, step)
+    still = 3.0 * max(of_recordings.noise_of(x), of_recordings.quantum_of(x)) * cut
+    side = np.where(np.abs(v) > still, np.sign(v), 0.0)
+    columns = np.stack([np.gradient(v, step), v, position, side, current, np.ones_like(v)])
+    columns = signal.sosfiltfilt(signal.butter(4, 0.8 * cut, fs=rate, output="sos"), columns, axis=1)
+    edge = min(int(2.0 * rate / cut), t.size // 8)
+    every = max(int(0.5 * rate / cut), 1)
+    kept = columns[:, edge : t.size - edge : every]
+    return Filtered(t[edge : t.size - edge : every], *kept)
+
+
+def _regress(recording: Recording, letters: Sequence[str], known: Mapping[str, float]) -> dict[str, float]:
+    """A start from the filtered equation, a linear least squares per unit of m_eff, scaled by what is known."""
+    x = recording.position("x1")
+    rows = filtered(recording, 8.0 * _bandwidth(recording.time, x))
+    spring = "k" in letters
+    columns = [-rows.v, -rows.side, -rows.u, rows.one] + ([-rows.x] if spring else [])
+    moving = np.abs(rows.v) > 0.02 * float(np.abs(rows.v).max())
+    found = np.linalg.lstsq(np.stack(columns, axis=1)[moving], rows.acceleration[moving], rcond=None)[0].tolist()
+    b, f, gamma, constant = found[:4]
+    k = max(found[4], 1e-3) if spring else 0.0
+    mass = next(
+        (known[name] / per for name, per in (("m_eff", 1.0), ("k", k), ("gamma2", gamma)) if name in known and per != 0.0), 1.0
+    )
+    mass = mass if mass > 0.0 else 1.0
+    start = {"m_eff": mass, "b1": max(b, 0.01) * mass, "f1": max(f, 0.0), "gamma2": gamma * mass, "k": k * mass}
+    start |= {"rest": constant / k if spring else 0.0, "offset": -constant / gamma if gamma else 0.0}
+    return start | {"x": float(np.median(x[:5])), "v": float(np.polyfit(recording.time[:5], x[:5], 1)[0])}
+
+
+def _bandwidth(time: Array, x: Array) -> float:
+    """Where half of the velocity's power lies below [Hz]."""
+    step = float(np.median(np.diff(time)))
+    even = np.interp(np.arange(time[0], time[-1], step), time, x)
+    noise = of_recordings.noise_of(x)
+    power = np.maximum(np.abs(np.fft.rfft(np.diff(even) * np.hanning(even.size - 1))) ** 2 - 4.0 * noise**2 * even.size, 0.0)
+    total = float(power.sum())
+    half = int(np.searchsorted(np.cumsum(power), 0.5 * total)) if total > 0.0 else 1
+    return max(half, 1) / (step * (even.size - 1))
+
+
+def _parameter(letter: str, name: str, start: float, x: Array) -> Parameter:
+    reach = float(np.ptp(x))
+    kind = {"m_eff": "positive", "k": "positive", "b1": "nonnegative", "f1": "nonnegative"}.get(letter, "real")
+    scale = {"rest": 0.1 * reach, "x": 0.1 * reach, "v": reach, "offset": 0.1}.get(letter, max(abs(start), 0.1))
+    return Parameter(name, UNITS[letter], start, scale, kind, profiled=letter == "f1", own=letter in ("rest", "x", "v"))
+
+
+def _starts(parameters: Mapping[str, Parameter]) -> tuple[dict[str, float], ...]:
+    """Starts: what the filtered equation says; more and less Coulomb friction; other dampings."""
+    first = {name: each.start for name, each in parameters.items()}
+    tries = [first]
+    if "f1" in first and "b1" in first:
+        tries += [
+            first | {"f1": 0.3 * first["f1"] + 0.02, "b1": 1.5 * first["b1"]},
+            first | {"f1": 1.5 * first["f1"] + 0.1, "b1": 0.5 * first["b1"]},
+        ]
+    return tuple(tries)
