@@ -135,39 +135,53 @@ def solve(
     held = dict(fixed or {})
     weights = tuple(sigma or [1e-4] * len(experiments))
     coordinates = _Coordinates(parameters)
-    kept: dict[bytes, tuple[list[Array], Array]] = {}
+    per_sample = np.repeat(weights, [each.time.size for each in experiments])
+    last: list[tuple[bytes, Array, Array]] = []
     evaluations = 0
 
-    def evaluate(z: Array) -> tuple[list[Array], Array]:
+    def evaluate(z: Array) -> tuple[Array, Array]:
+        """Residuals and Jacobian as the optimiser sees them; it asks for both at one place, one after the other."""
         nonlocal evaluations
         key = z.tobytes()
-        if key not in kept:
+        if not last or last[0][0] != key:
             evaluations += 1
-            kept.clear()
-            kept[key] = _residuals(experiments, parameters, coordinates.out(z) | held)
-        return kept[key]
-
-    def residual(z: Array) -> Array:
-        parts, _ = evaluate(z)
-        return np.concatenate([part / s for part, s in zip(parts, weights, strict=True)])
-
-    def jacobian(z: Array) -> Array:
-        parts, rows = evaluate(z)
-        per_sample = np.repeat(weights, [part.size for part in parts])
-        return rows * coordinates.slopes(coordinates.out(z)) / per_sample[:, np.newaxis]
+            parts, rows = _residuals(experiments, parameters, coordinates.out(z) | held)
+            scaled = rows * coordinates.slopes(coordinates.out(z)) / per_sample[:, np.newaxis]
+            last[:] = [(key, *_condensed(np.concatenate(parts) / per_sample, scaled, loss))]
+        return last[0][1], last[0][2]
 
     start = coordinates.into({p.name: p.start for p in parameters})
     if parameters:
         found = optimize.least_squares(
-            residual, start, jacobian, bounds=(coordinates.low, coordinates.high), loss=loss, f_scale=2.0, max_nfev=most,
+            lambda z: evaluate(z)[0], start, lambda z: evaluate(z)[1], bounds=(coordinates.low, coordinates.high), loss=loss, f_scale=2.0, max_nfev=most,
             ftol=precision, xtol=precision, gtol=1e-12,
         )  # fmt: skip
-        start, cost = found.x, 2.0 * float(found.cost)
-    else:
-        cost = float((residual(start) ** 2).sum())
-    parts, rows = evaluate(start)
+        start = found.x
     values = coordinates.out(start) | held
+    parts, rows = _residuals(experiments, parameters, values)
+    left = np.concatenate(parts) / per_sample
+    cost = 2.0 * float(found.cost) if parameters else float(left @ left)
     return Solution(tuple(parameters), values, tuple(parts), weights, rows, cost, evaluations)
+
+
+def _condensed(residual: Array, jacobian: Array, loss: str) -> tuple[Array, Array]:
+    """(f, J) as (Q^T f and what is left of |f|, R), J = Q R: the same gradient, steps and cost in p + 1 rows, not thousands.
+
+    A robust loss weighs each sample, so it takes them all.
+    """
+    if loss != "linear" or jacobian.shape[1] == 0:
+        return residual, jacobian
+    r = triangle(np.column_stack([jacobian, residual]))
+    return r[:, -1], r[:, :-1]
+
+
+def triangle(matrix: Array) -> Array:
+    """R of a tall matrix' QR, block by block: blocks so small that no library of linear algebra starts threads for them."""
+    width = matrix.shape[1]
+    found = np.empty((0, width))
+    for begin in range(0, matrix.shape[0], 256):
+        found = np.linalg.qr(np.vstack([found, matrix[begin : begin + 256]]), mode="r")
+    return np.asarray(found)
 
 
 def _residuals(
@@ -211,7 +225,7 @@ def spread(solution: Solution) -> Spread:
     scaled = solution.jacobian * scales / sigma[:, np.newaxis]
     norms = np.sqrt((scaled**2).sum(axis=0))
     alive = norms > 1e-9 * norms.max(initial=0.0)
-    _, singular, directions = np.linalg.svd(scaled[:, alive] / norms[alive], full_matrices=False)
+    _, singular, directions = np.linalg.svd(triangle(scaled[:, alive] / norms[alive]))
     unseen = singular <= _WEAK * singular[0] if singular.size else np.zeros(0, bool)
     names = np.array([p.name for p in solution.parameters])
     part = directions[~unseen].T / singular[~unseen]
