@@ -97,7 +97,7 @@ def fit_drop_test(
     """
     several = (recordings,) if isinstance(recordings, Recording) else tuple(recordings)
     problem = drop_problem(several, attached, known, backend)
-    parts = (1.0,) if attached else (0.35, 0.65, 1.0)
+    parts = (0.3, 1.0) if attached else (0.35, 0.65, 1.0)
     return finish(problem, loss=loss, parts=parts, compare=compare, holdout=holdout, progress=progress)
 
 

@@ -13,6 +13,7 @@ from hopform.errors import HopformError
 from hopform.identification import estimation
 from hopform.identification.estimation import Estimate, Parameter, Progress, Solution, Tests
 from hopform.identification.motion import Array
+from hopform.identification.recordings import noise_of, quantum_of
 from hopform.identification.rigs import UNITS, Experiment
 from hopform.robots import Robot
 
@@ -115,21 +116,86 @@ def from_start(parameters: Sequence[Parameter], start: Mapping[str, float]) -> l
 
 
 def minimise(problem: Problem, loss: str, parts: Sequence[float], fixed: Mapping[str, float] | None = None) -> Solution:
-    """The best minimum from all starts: first over the beginning of each recording, the best of these over more and more."""
+    """The best minimum from all starts: first over the beginning of each recording, the best of these over more and more.
+
+    Where it stays far from the data, by more than noise and half a percent of the motion, it looks again from further away.
+    """
     held = dict(fixed or {})
     free = [p for p in problem.parameters if p.name not in held]
-    constants = {**held}
-    solutions = list[Solution]()
-    for start in problem.starts or ({},):
-        short = [each.upto(_part(each, parts[0])) for each in problem.experiments]
-        solutions.append(
-            estimation.solve(short, from_start(free, start), fixed=constants, loss=loss, most=25, precision=1e-6)
-        )
-    found = estimation.best(solutions)
+    found = _from(problem, loss, parts, held, free, problem.starts or ({},))
+    if not held and any(_is_far(each, rest) for each, rest in zip(problem.experiments, found.residuals, strict=True)):
+        again = _from(problem, loss, parts, held, free, _further(free, found.values))
+        found = estimation.best([found, again])
+    found = _weighed(problem, found, held, loss)
+    return found if held else _shaken(problem, found, loss)
+
+
+def _shaken(problem: Problem, found: Solution, loss: str) -> Solution:
+    """Out of kinks: where the last swing of a decay comes to stick the sum of squares has some, and least squares ends in them.
+
+    Residuals that are no white noise are the sign; friction of one kind is then traded for the other, and the best is kept.
+    """
+    if all(estimation.tests_of(rest).white for rest in found.residuals):
+        return found
+    viscous = [p.name for p in found.parameters if p.name[:1] == "b"]
+    coulomb = [p.name for p in found.parameters if p.name[:1] == "f"]
+    for b, f in ((0.6, 1.3), (1.3, 0.6), (0.0, 1.6), (0.9, 0.9), (1.1, 1.1)):
+        moved = {name: b * found.values[name] for name in viscous} | {name: f * found.values[name] for name in coulomb}
+        again = estimation.solve(
+            problem.experiments, from_start(estimation.started(found), moved), sigma=found.sigma, loss=loss, most=30,
+            precision=1e-8,
+        )  # fmt: skip
+        if again.cost < found.cost * (1.0 - 1e-6):
+            found = again
+    return _weighed(problem, found, {}, loss)
+
+
+_FINALISTS = 4
+"""Starts that are followed to their minimum; others are judged by where they start."""
+
+
+def _from(
+    problem: Problem,
+    loss: str,
+    parts: Sequence[float],
+    held: Mapping[str, float],
+    free: Sequence[Parameter],
+    starts: Sequence[Mapping[str, float]],
+) -> Solution:
+    short = [each.upto(_part(each, parts[0])) for each in problem.experiments]
+    tried = [from_start(free, start) for start in starts]
+    if len(tried) > _FINALISTS:
+        first = [estimation.solve(short, each, fixed=held, loss=loss, most=1).cost for each in tried]
+        tried = [tried[n] for n in np.argsort(first, kind="stable")[:_FINALISTS]]
+    found = estimation.best([
+        estimation.solve(short, each, fixed=held, loss=loss, most=25, precision=1e-6) for each in tried
+    ])  # fmt: skip
     for part in parts[1:]:
         longer = [each.upto(_part(each, part)) for each in problem.experiments]
-        found = estimation.solve(longer, estimation.started(found), fixed=constants, loss=loss, most=25, precision=1e-6)
-    return _weighed(problem, found, constants, loss)
+        found = estimation.solve(longer, estimation.started(found), fixed=held, loss=loss, most=25, precision=1e-6)
+    return found
+
+
+def _is_far(experiment: Experiment, residual: Array) -> bool:
+    noise = max(noise_of(experiment.measured), quantum_of(experiment.measured))
+    return float(np.sqrt((residual**2).mean())) > max(1.3 * noise, 0.005 * float(np.ptp(experiment.measured)))
+
+
+def _further(parameters: Sequence[Parameter], found: Mapping[str, float]) -> list[dict[str, float]]:
+    """Starts all around: what is shared by factors of up to 2, friction from none to much, drawn alike every time."""
+    rng = np.random.default_rng(len(parameters))
+    starts = list[dict[str, float]]()
+    for _ in range(12):
+        start = dict[str, float]()
+        for p in parameters:
+            if p.own:
+                start[p.name] = p.start
+            elif p.kind in ("nonnegative", "fraction"):
+                start[p.name] = float(rng.uniform(0.0, 2.0)) * max(found[p.name], p.start, 0.1 * p.scale)
+            else:
+                start[p.name] = p.start * math.exp(float(rng.uniform(-0.7, 0.7)))
+        starts.append(start)
+    return starts
 
 
 def _weighed(problem: Problem, found: Solution, fixed: Mapping[str, float], loss: str) -> Solution:

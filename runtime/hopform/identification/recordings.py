@@ -104,6 +104,11 @@ class Recording:
             raise self.error(
                 f"column {column.title!r} jumps and column {smooth.title!r} is smooth: are the two swapped?", 1
             )
+        noise = max(noise_of(values), quantum_of(values))
+        if float(np.std(values)) < 3.0 * noise:
+            raise self.error(
+                f"column {column.title!r} does not move beyond its noise of {noise:.2g} m: let it move further", self.line
+            )
 
 
 def _roughness(values: Array) -> float:

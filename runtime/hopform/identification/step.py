@@ -27,6 +27,8 @@ from hopform.identification.rigs import UNITS, Experiment, Kind
 _LETTERS = {"held": ("m_eff", "k", "b1", "f1", "gamma2"), "air": ("m_eff", "b1", "f1", "gamma2", "offset")}
 _SCALED = ("m_eff", "k", "b1", "gamma2")
 """Motion and current fix these only up to one common factor."""
+_CUTOFFS = (4.0, 8.0, 16.0, 32.0)
+"""[Hz] of filters whose linear least squares are starts of the fit in position."""
 
 
 def fit_step_response(
@@ -71,7 +73,8 @@ def step_problem(
             "motion and current fix m_eff, k, b1, gamma2 only up to a common factor: they are per kg of m_eff; give a weighed "
             "mass, the stiffness or the force constant as known"
         )
-    guesses = [_regress(each, letters, values) for each in recordings]
+    tries = [[_regress(each, letters, values, cutoff) for each in recordings] for cutoff in _CUTOFFS]
+    guesses = tries[1]
     experiments, parameters = list[Experiment](), dict[str, Parameter]()
     for n, recording in enumerate(recordings):
         x = recording.position("x1")
@@ -89,7 +92,7 @@ def step_problem(
         )
     notes = tuple(f"{each.source}: {note}" for each in recordings for note in each.notes)
     return Problem(
-        "step", "x1", tuple(experiments), tuple(parameters.values()), _starts(parameters), values, tuple(statements), notes,
+        "step", "x1", tuple(experiments), tuple(parameters.values()), _starts(parameters, tries), values, tuple(statements), notes,
         ("f1",) if "f1" in parameters else (),
     )  # fmt: skip
 
@@ -157,10 +160,12 @@ def filtered(recording: Recording, cutoff: float | None = None) -> Filtered:
     return Filtered(t[edge : t.size - edge : every], *kept)
 
 
-def _regress(recording: Recording, letters: Sequence[str], known: Mapping[str, float]) -> dict[str, float]:
+def _regress(
+    recording: Recording, letters: Sequence[str], known: Mapping[str, float], cutoff: float
+) -> dict[str, float]:
     """A start from the filtered equation, a linear least squares per unit of m_eff, scaled by what is known."""
     x = recording.position("x1")
-    rows = filtered(recording, 8.0 * _bandwidth(recording.time, x))
+    rows = filtered(recording, cutoff)
     spring = "k" in letters
     columns = [-rows.v, -rows.side, -rows.u, rows.one] + ([-rows.x] if spring else [])
     moving = np.abs(rows.v) > 0.02 * float(np.abs(rows.v).max())
@@ -176,17 +181,6 @@ def _regress(recording: Recording, letters: Sequence[str], known: Mapping[str, f
     return start | {"x": float(np.median(x[:5])), "v": float(np.polyfit(recording.time[:5], x[:5], 1)[0])}
 
 
-def _bandwidth(time: Array, x: Array) -> float:
-    """Where half of the velocity's power lies below [Hz]."""
-    step = float(np.median(np.diff(time)))
-    even = np.interp(np.arange(time[0], time[-1], step), time, x)
-    noise = of_recordings.noise_of(x)
-    power = np.maximum(np.abs(np.fft.rfft(np.diff(even) * np.hanning(even.size - 1))) ** 2 - 4.0 * noise**2 * even.size, 0.0)
-    total = float(power.sum())
-    half = int(np.searchsorted(np.cumsum(power), 0.5 * total)) if total > 0.0 else 1
-    return max(half, 1) / (step * (even.size - 1))
-
-
 def _parameter(letter: str, name: str, start: float, x: Array) -> Parameter:
     reach = float(np.ptp(x))
     kind = {"m_eff": "positive", "k": "positive", "b1": "nonnegative", "f1": "nonnegative"}.get(letter, "real")
@@ -194,16 +188,21 @@ def _parameter(letter: str, name: str, start: float, x: Array) -> Parameter:
     return Parameter(name, UNITS[letter], start, scale, kind, profiled=letter == "f1", own=letter in ("rest", "x", "v"))
 
 
-def _starts(parameters: Mapping[str, Parameter]) -> tuple[dict[str, float], ...]:
-    """Starts: what the filtered equation says; more and less Coulomb friction; other dampings."""
-    first = {name: each.start for name, each in parameters.items()}
-    tries = [first]
-    if "f1" in first and "b1" in first:
-        tries += [
-            first | {"f1": 0.3 * first["f1"] + 0.02, "b1": 1.5 * first["b1"]},
-            first | {"f1": 1.5 * first["f1"] + 0.1, "b1": 0.5 * first["b1"]},
-        ]
-    return tuple(tries)
+def _starts(
+    parameters: Mapping[str, Parameter], tries: Sequence[Sequence[Mapping[str, float]]]
+) -> tuple[dict[str, float], ...]:
+    """Starts: what the equation says through each filter, then more and less Coulomb friction."""
+    starts = list[dict[str, float]]()
+    for guesses in tries:
+        start = dict[str, float]()
+        for name in parameters:
+            letter, _, n = name.partition("@")
+            start[name] = guesses[int(n)][letter] if n else float(np.median([guess[letter] for guess in guesses]))
+        starts.append(start)
+    if "f1" in parameters and "b1" in parameters:
+        starts += [first | {"f1": 0.3 * first["f1"] + 0.02, "b1": 1.5 * first["b1"]} for first in starts[1:3]]
+        starts += [first | {"f1": 1.5 * first["f1"] + 0.1, "b1": 0.5 * first["b1"]} for first in starts[1:3]]
+    return tuple(starts)
 
 
 def fit_force(
