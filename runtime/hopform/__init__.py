@@ -16,6 +16,15 @@ from hopform.control import Command, choose_current
 from hopform.errors import BackendError, HopformError, MissingExtra
 from hopform.flight import Flight, FlightLedger, FlightPhase, design_return, solve_flight
 from hopform.hopping import Hop, Run, hop
+from hopform.identification import (
+    fit_drop_test,
+    fit_force,
+    fit_robot,
+    fit_step_response,
+    friction_threshold,
+    read_recording,
+    record,
+)
 from hopform.robots import ROBOTS, Robot, load_robot
 from hopform.sensitivities import ManySensitivities, Sensitivities
 from hopform.stance import Energy, Event, Ledger, Phase, Stance, State, solve_stance, touchdown_velocity
@@ -62,9 +71,16 @@ __all__ = [
     "choose_current",
     "design_return",
     "equations",
+    "fit_drop_test",
+    "fit_force",
+    "fit_robot",
+    "fit_step_response",
+    "friction_threshold",
     "hop",
     "library_message",
     "load_robot",
+    "read_recording",
+    "record",
     "solve_flight",
     "solve_stance",
     "solve_stances",

@@ -106,8 +106,9 @@ def drop_problem(
     attached: bool = False,
     known: Mapping[str, float] | None = None,
     backend: str | None = None,
+    first: int = 0,
 ) -> Problem:
-    """The least-squares problem of drop tests."""
+    """The least-squares problem of drop tests; first: the number of the first recording in names of parameters (x@0)."""
     if not recordings:
         raise HopformError("a fit needs at least one recording, got none")
     letters = ("m_s", "k", "b2", "f2") + (() if attached else ("length", "impact_loss"))
@@ -132,13 +133,13 @@ def drop_problem(
     shared = _shared_starts(values, guesses, [each.added_mass for each in recordings], attached)
     kind: Kind = "attached" if attached else "ground"
     experiments, parameters = list[Experiment](), dict[str, Parameter]()
-    for n, (recording, (time, x, begin)) in enumerate(zip(recordings, cut, strict=True)):
+    for n, (recording, (time, x, begin)) in enumerate(zip(recordings, cut, strict=True), first):
         own = ("rest", "x", "v") if attached else ("x", "v")
         names = {letter: f"{letter}@{n}" if apart and letter in ("b2", "f2") else letter for letter in letters}
         names = {letter: name for letter, name in names.items() if letter not in values}
         names |= {letter: f"{letter}@{n}" for letter in own}
         for letter, name in names.items():
-            start = shared[letter][n] if letter in shared else _own_start(letter, time, x, guesses[n])
+            start = shared[letter][n - first] if letter in shared else _own_start(letter, time, x, guesses[n - first])
             parameters.setdefault(name, _parameter(letter, name, start, x))
         experiments.append(
             Experiment(

@@ -10,7 +10,7 @@ squares has grown by the factor 1 + t^2/(n - p).
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -133,7 +133,7 @@ def solve(
     """The least squares from where the parameters start; experiments count by their sigma [m], all alike if not given."""
     optimize = scipy_optimize()
     held = dict(fixed or {})
-    weights = tuple(sigma or [1e-4] * len(experiments))
+    weights = tuple(sigma or [each.noise or 1e-4 for each in experiments])
     coordinates = _Coordinates(parameters)
     per_sample = np.repeat(weights, [each.time.size for each in experiments])
     last: list[tuple[bytes, Array, Array]] = []
@@ -204,10 +204,13 @@ def best(solutions: Sequence[Solution]) -> Solution:
     return min(solutions, key=lambda each: each.cost)
 
 
-def deviations(solution: Solution) -> tuple[float, ...]:
-    """Standard deviation of each recording's residuals, each counted for its share of the parameters."""
+def deviations(solution: Solution, experiments: Sequence[Experiment]) -> tuple[float, ...]:
+    """Standard deviation of each recording's residuals, each counted for its share of the parameters, or its known noise."""
     share = solution.freedom / solution.count
-    return tuple(math.sqrt(max(float((part**2).mean()), 1e-24) / share) for part in solution.residuals)
+    return tuple(
+        each.noise or math.sqrt(max(float((part**2).mean()), 1e-24) / share)
+        for each, part in zip(experiments, solution.residuals, strict=True)
+    )
 
 
 class Spread(NamedTuple):
@@ -340,10 +343,6 @@ def _cross(growth: Callable[[float], float], value: float, step: float, wanted: 
 def started(solution: Solution) -> list[Parameter]:
     """The parameters, to start again from where they came to."""
     return [p._replace(start=solution.values[p.name]) for p in solution.parameters]
-
-
-def with_backend(experiments: Sequence[Experiment], backend: str | None) -> list[Experiment]:
-    return [replace(each, backend=backend) for each in experiments]
 
 
 class Tests(NamedTuple):

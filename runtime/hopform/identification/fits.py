@@ -4,7 +4,7 @@ import dataclasses
 import math
 import time as clock
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -23,7 +23,10 @@ OLD, NEW = "(1), (2): viscous friction alone", "(3), (4): with Coulomb friction"
 
 @dataclass(frozen=True)
 class Trace:
-    """A recording beside what the fit makes of it: times [s], positions [m]; the old model (1), (2) where it was fitted."""
+    """A recording beside what the fit makes of it: times [s], positions [m]; the old model (1), (2) where it was fitted.
+
+    quantity: x1, x2; "force", then all are in N; "threshold", then they are in A.
+    """
 
     label: str
     quantity: str
@@ -91,8 +94,8 @@ class Fit:
 
 
 def _together(each: Sequence[float], traces: Sequence[Trace]) -> float:
-    sizes = [trace.time.size for trace in traces]
-    return math.sqrt(sum(rms**2 * size for rms, size in zip(each, sizes, strict=True)) / max(sum(sizes), 1))
+    sizes = [0 if trace.quantity == "threshold" else trace.time.size for trace in traces]
+    return math.sqrt(sum(rms**2 * size for rms, size in zip(each, sizes, strict=True) if size) / max(sum(sizes), 1))
 
 
 @dataclass(frozen=True)
@@ -177,7 +180,7 @@ def _from(
 
 
 def _is_far(experiment: Experiment, residual: Array) -> bool:
-    noise = max(noise_of(experiment.measured), quantum_of(experiment.measured))
+    noise = experiment.noise or max(noise_of(experiment.measured), quantum_of(experiment.measured))
     return float(np.sqrt((residual**2).mean())) > max(1.3 * noise, 0.005 * float(np.ptp(experiment.measured)))
 
 
@@ -201,7 +204,7 @@ def _further(parameters: Sequence[Parameter], found: Mapping[str, float]) -> lis
 def _weighed(problem: Problem, found: Solution, fixed: Mapping[str, float], loss: str) -> Solution:
     """Once more with each recording counted by its own noise, until nothing changes any more."""
     for _ in range(3):
-        noise = estimation.deviations(found) if len(found.residuals) == len(problem.experiments) else None
+        noise = estimation.deviations(found, problem.experiments)
         again = estimation.solve(
             problem.experiments, estimation.started(found), sigma=noise, fixed=fixed, loss=loss, most=40, precision=1e-10
         )  # fmt: skip
@@ -235,7 +238,7 @@ def finish(
     say("fit")
     solution = minimise(problem, loss, parts)
     say("the old model")
-    old = minimise(problem, loss, parts, {n: 0.0 for n in problem.coulomb}) if compare and problem.coulomb else None
+    old = _old(problem, loss, parts) if compare and problem.coulomb else {}
     tests = [estimation.tests_of(residual) for residual in solution.residuals]
     inflation = max(each.inflation for each in tests)
     estimates, spread = estimation.estimates(solution, problem.experiments, loss=loss, inflation=inflation, progress=progress)
@@ -243,9 +246,9 @@ def finish(
     left_out = _holdout(problem, solution, loss) if holdout else [math.nan] * len(tests)
     traces = tuple(
         Trace(
-            each.label, problem.quantity, each.time + each.begin, each.measured, each.measured + residual,
-            each.measured + old.residuals[n] if old else None, tests[n],
-            estimation.tests_of(old.residuals[n]).rms if old else math.nan, left_out[n],
+            each.label, _QUANTITY[each.kind], each.time + each.begin, each.measured, each.measured + residual,
+            each.measured + old[n] if n in old else None, tests[n],
+            estimation.tests_of(old[n]).rms if n in old else math.nan, left_out[n],
         )
         for n, (each, residual) in enumerate(zip(problem.experiments, solution.residuals, strict=True))
     )  # fmt: skip
@@ -255,6 +258,17 @@ def finish(
         problem.kind, estimates, problem.known, _correlations(estimates, spread), traces, statements, warnings,
         solution.evaluations, clock.perf_counter() - began, solution,
     )  # fmt: skip
+
+
+def _old(problem: Problem, loss: str, parts: Sequence[float]) -> dict[int, Array]:
+    """Residuals of the model without Coulomb friction, by the experiment's number; it has no threshold to compare."""
+    kept = [n for n, each in enumerate(problem.experiments) if each.kind != "threshold"]
+    without = replace(problem, experiments=tuple(problem.experiments[n] for n in kept))
+    solution = minimise(without, loss, parts, {name: 0.0 for name in problem.coulomb})
+    return dict(zip(kept, solution.residuals, strict=True))
+
+
+_QUANTITY = {"attached": "x2", "ground": "x2", "held": "x1", "air": "x1", "threshold": "threshold"}
 
 
 def check_loss(loss: str) -> None:
@@ -273,7 +287,7 @@ def _holdout(problem: Problem, solution: Solution, loss: str) -> list[float]:
         try:
             predicted, _ = whole.predict(fitted.values)
             rest = (predicted - whole.measured)[part.time.size :]
-            errors.append(math.sqrt(float((rest**2).mean())))
+            errors.append(math.sqrt(float((rest**2).mean())) if rest.size else math.nan)
         except HopformError:
             errors.append(math.nan)
     return errors

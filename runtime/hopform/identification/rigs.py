@@ -6,10 +6,11 @@
 | ground | a body that falls, meets the ground and may hop | (4), actuator locked, flight and impact between stances |
 | held | an actuator on a spring whose other end is held | (3), body held; the spring is relaxed at x1 = `rest` |
 | air | an actuator without a spring: the leg in the air, an axis | (3) with k = 0; `offset` is a constant current |
+| threshold | nothing yet: the current at which the actuator begins to move | (5) |
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Literal
 
 import numpy as np
@@ -18,13 +19,14 @@ from hopform.identification import motion
 from hopform.identification.motion import AT, Array
 from hopform_solver import records
 
-Kind = Literal["attached", "ground", "held", "air"]
+Kind = Literal["attached", "ground", "held", "air", "threshold"]
 
 LETTERS: dict[Kind, tuple[str, ...]] = {
     "attached": ("m_s", "k", "b2", "f2", "g", "rest", "x", "v"),
     "ground": ("m_s", "k", "b2", "f2", "g", "length", "impact_loss", "x", "v"),
     "held": ("m_eff", "k", "b1", "f1", "gamma2", "rest", "x", "v"),
     "air": ("m_eff", "b1", "f1", "gamma2", "offset", "x", "v"),
+    "threshold": ("m_eff", "f1", "gamma2"),
 }
 """What a rig's motion depends on; x, v are position and velocity at its start."""
 
@@ -44,7 +46,8 @@ class Experiment:
     """A recording on its rig: what was measured when, under which current, and which parameter each letter stands for.
 
     time [s] from 0, not decreasing; measured [m]: x2 of a body, x1 of an actuator; steps: the current. names: a letter's
-    parameter. constants: letters that are known. added_mass [kg] on the body. backend: of the solver, the best if None.
+    parameter. constants: letters that are known. added_mass [kg] on the body. backend: of the solver, the best if None. noise:
+    standard deviation of what was measured, where the residuals are too few to show it.
     """
 
     label: str
@@ -57,6 +60,7 @@ class Experiment:
     added_mass: float = 0.0
     begin: float = 0.0
     backend: str | None = None
+    noise: float | None = None
     preload: float = field(init=False)
 
     def __post_init__(self) -> None:
@@ -80,8 +84,6 @@ class Experiment:
 
     def upto(self, count: int) -> "Experiment":
         """Its first samples alone."""
-        from dataclasses import replace
-
         return replace(self, time=self.time[:count], measured=self.measured[:count])
 
 
@@ -135,4 +137,11 @@ def _actuator(of: Experiment, at: Mapping[str, float], time: Array) -> tuple[Arr
     return moved.states[:, 0], by
 
 
-_PREDICT = {"attached": _attached, "ground": _ground, "held": _actuator, "air": _actuator}
+def _threshold(of: Experiment, at: Mapping[str, float], time: Array) -> tuple[Array, dict[str, Array]]:
+    """The current of (5) in A, in place of a position."""
+    u = at["m_eff"] * at["f1"] / abs(at["gamma2"])
+    by = {"m_eff": u / at["m_eff"], "f1": at["m_eff"] / abs(at["gamma2"]), "gamma2": -u / at["gamma2"]}
+    return np.full(time.shape, u), {letter: np.full(time.shape, value) for letter, value in by.items()}
+
+
+_PREDICT = {"attached": _attached, "ground": _ground, "held": _actuator, "air": _actuator, "threshold": _threshold}

@@ -25,7 +25,7 @@ from hopform.identification.recordings import FEWEST, Recording
 from hopform.identification.rigs import UNITS, Experiment, Kind
 
 _LETTERS = {"held": ("m_eff", "k", "b1", "f1", "gamma2"), "air": ("m_eff", "b1", "f1", "gamma2", "offset")}
-_SCALED = ("m_eff", "k", "b1", "gamma2")
+SCALED = ("m_eff", "k", "b1", "gamma2")
 """Motion and current fix these only up to one common factor."""
 _CUTOFFS = (4.0, 8.0, 16.0, 32.0)
 """[Hz] of filters whose linear least squares are starts of the fit in position."""
@@ -59,15 +59,20 @@ def step_problem(
     spring: bool = True,
     known: Mapping[str, float] | None = None,
     backend: str | None = None,
+    first: int = 0,
+    scaled: bool = False,
 ) -> Problem:
-    """The least-squares problem of step responses."""
+    """The least-squares problem of step responses; first: the number of the first recording in names of parameters (x@0).
+
+    scaled: other recordings give the scale, so that m_eff is no longer 1 kg if nothing is known.
+    """
     if not recordings:
         raise HopformError("a fit needs at least one recording, got none")
     kind: Kind = "held" if spring else "air"
     letters = _LETTERS[kind]
     values = checked_known(known, letters)
     statements = list[str]()
-    if not {"m_eff", "k", "gamma2"} & set(values):
+    if not ({"m_eff", "k", "gamma2"} & set(values) or scaled):
         values["m_eff"] = 1.0
         statements.append(
             "motion and current fix m_eff, k, b1, gamma2 only up to a common factor: they are per kg of m_eff; give a weighed "
@@ -76,7 +81,7 @@ def step_problem(
     tries = [[_regress(each, letters, values, cutoff) for each in recordings] for cutoff in _CUTOFFS]
     guesses = tries[1]
     experiments, parameters = list[Experiment](), dict[str, Parameter]()
-    for n, recording in enumerate(recordings):
+    for n, recording in enumerate(recordings, first):
         x = recording.position("x1")
         own = ("rest", "x", "v") if spring else ("x", "v")
         constants = {**values}
@@ -85,14 +90,14 @@ def step_problem(
             own = own[:-1]
         names = {letter: letter for letter in letters if letter not in values} | {letter: f"{letter}@{n}" for letter in own}
         for letter, name in names.items():
-            start = float(np.median([guess[letter] for guess in guesses])) if letter not in own else guesses[n][letter]
+            start = float(np.median([guess[letter] for guess in guesses])) if letter not in own else guesses[n - first][letter]
             parameters.setdefault(name, _parameter(letter, name, start, x))
         experiments.append(
             Experiment(recording.source, kind, recording.time, x, names, constants, steps_of(recording), backend=backend)
         )
     notes = tuple(f"{each.source}: {note}" for each in recordings for note in each.notes)
     return Problem(
-        "step", "x1", tuple(experiments), tuple(parameters.values()), _starts(parameters, tries), values, tuple(statements), notes,
+        "step", "x1", tuple(experiments), tuple(parameters.values()), _starts(parameters, tries, first), values, tuple(statements), notes,
         ("f1",) if "f1" in parameters else (),
     )  # fmt: skip
 
@@ -189,7 +194,7 @@ def _parameter(letter: str, name: str, start: float, x: Array) -> Parameter:
 
 
 def _starts(
-    parameters: Mapping[str, Parameter], tries: Sequence[Sequence[Mapping[str, float]]]
+    parameters: Mapping[str, Parameter], tries: Sequence[Sequence[Mapping[str, float]]], first: int
 ) -> tuple[dict[str, float], ...]:
     """Starts: what the equation says through each filter, then more and less Coulomb friction."""
     starts = list[dict[str, float]]()
@@ -197,11 +202,12 @@ def _starts(
         start = dict[str, float]()
         for name in parameters:
             letter, _, n = name.partition("@")
-            start[name] = guesses[int(n)][letter] if n else float(np.median([guess[letter] for guess in guesses]))
+            start[name] = guesses[int(n) - first][letter] if n else float(np.median([guess[letter] for guess in guesses]))
         starts.append(start)
     if "f1" in parameters and "b1" in parameters:
-        starts += [first | {"f1": 0.3 * first["f1"] + 0.02, "b1": 1.5 * first["b1"]} for first in starts[1:3]]
-        starts += [first | {"f1": 1.5 * first["f1"] + 0.1, "b1": 0.5 * first["b1"]} for first in starts[1:3]]
+        less = [start | {"f1": 0.3 * start["f1"] + 0.02, "b1": 1.5 * start["b1"]} for start in starts[1:3]]
+        more = [start | {"f1": 1.5 * start["f1"] + 0.1, "b1": 0.5 * start["b1"]} for start in starts[1:3]]
+        starts += less + more
     return tuple(starts)
 
 
