@@ -154,13 +154,17 @@ Identified = Annotated[Identification, typer.Argument(help="what the files are")
 Recordings = Annotated[
     list[str], typer.Argument(metavar="FILES", help="CSV; with `all`, each may be ROLE:FILE, drop|decay|step|air|ramp")
 ]
-Known = Annotated[list[str] | None, option("--known", "a known parameter, in SI units; repeatable", metavar="NAME=VALUE")]
+Known = Annotated[
+    list[str] | None, option("--known", "a known parameter, in SI units; repeatable", metavar="NAME=VALUE")
+]
 Attached = Annotated[bool, option("--attached", "the body is fixed to its spring, which pushes and pulls")]
 Air = Annotated[bool, option("--air", "the leg is in the air: no spring")]
 Force = Annotated[bool, option("--force", "fit in force: no spring, recorded in closed loop")]
 AddedMasses = Annotated[str, option("--added-mass", "[kg] what the body carried, one per file", metavar="M,M,...")]
 Loss = Annotated[str, option("--loss", "linear, or against outliers soft_l1, huber, cauchy")]
-TomlOut = Annotated[Path | None, option("--out", "write the robot as TOML; --robot gives what is not fitted", metavar="FILE")]
+TomlOut = Annotated[
+    Path | None, option("--out", "write the robot as TOML; --robot gives what is not fitted", metavar="FILE")
+]
 Report = Annotated[Path | None, option("--report", "write a report with plots: .md or .html", metavar="FILE")]
 Recorded = Annotated[Recordable, typer.Argument(help="the test")]
 Version = Annotated[bool, option("--version", "print the version and exit")]

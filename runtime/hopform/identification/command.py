@@ -128,7 +128,9 @@ def files_of(
     files = list[tuple[Path, bytes]]()
     if isinstance(answer, Threshold):
         if written or plot:
-            raise HopformError("a ramp has no report and no picture of its own; its onsets are in the table and in --json")
+            raise HopformError(
+                "a ramp has no report and no picture of its own; its onsets are in the table and in --json"
+            )
         if out:
             if np.isnan(answer.f1):
                 raise HopformError("--out needs f1: give --known m_eff=... and --known gamma2=...")

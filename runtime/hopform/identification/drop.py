@@ -18,7 +18,7 @@ from hopform.identification import recordings as of_recordings
 from hopform.identification.estimation import Parameter, Progress
 from hopform.identification.fits import Fit, Problem, checked_known, finish
 from hopform.identification.motion import Array
-from hopform.identification.recordings import FEWEST, Recording
+from hopform.identification.recordings import Recording
 from hopform.identification.rigs import UNITS, Experiment, Kind
 
 _SHARED = ("m_s", "k", "b2", "f2", "length", "impact_loss")
@@ -143,7 +143,15 @@ def drop_problem(
             parameters.setdefault(name, _parameter(letter, name, start, x))
         experiments.append(
             Experiment(
-                recording.source, kind, time, x, names, values, added_mass=recording.added_mass, begin=begin, backend=backend
+                recording.source,
+                kind,
+                time,
+                x,
+                names,
+                values,
+                added_mass=recording.added_mass,
+                begin=begin,
+                backend=backend,
             )
         )
     coulomb = tuple(name for name in parameters if name.startswith("f2"))
@@ -157,12 +165,9 @@ def drop_problem(
 def _cut(recording: Recording, attached: bool) -> tuple[Array, Array, float]:
     """Times from the release on, positions, and when that was."""
     values = recording.position("x2")
-    find = of_recordings.free_decay_start if attached else of_recordings.drop_start
-    start = find(recording, values)
-    time = recording.time[start:]
-    if time.size < FEWEST:
-        raise recording.error(f"too short: {time.size} samples follow the release, at least {FEWEST} are needed", recording.line + start)
-    return time - time[0], values[start:], float(time[0])
+    start, end = of_recordings.free_decay(recording, values) if attached else of_recordings.drop(recording, values)
+    time = recording.time[start:end]
+    return time - time[0], values[start:end], float(time[0])
 
 
 def _guess(time: Array, x: Array, attached: bool, g: float) -> Swing:
@@ -198,7 +203,9 @@ def _shared_starts(
         "f2": [guess.coulomb for guess in guesses],
     }
     if not attached:
-        length = float(np.mean([guess.rest + (mass + m) * known["g"] / k for guess, m in zip(guesses, added, strict=True)]))
+        length = float(
+            np.mean([guess.rest + (mass + m) * known["g"] / k for guess, m in zip(guesses, added, strict=True)])
+        )
         starts |= {"length": [length] * len(guesses), "impact_loss": [0.05] * len(guesses)}
     return starts
 
@@ -213,7 +220,9 @@ def _own_start(letter: str, time: Array, x: Array, guess: Swing) -> float:
 
 def _parameter(letter: str, name: str, start: float, x: Array) -> Parameter:
     reach = float(np.ptp(x))
-    kind = {"m_s": "positive", "k": "positive", "length": "positive", "b2": "nonnegative", "f2": "nonnegative"}.get(letter, "real")
+    kind = {"m_s": "positive", "k": "positive", "length": "positive", "b2": "nonnegative", "f2": "nonnegative"}.get(
+        letter, "real"
+    )
     if letter == "impact_loss":
         kind = "fraction"
     scale = {"rest": 0.1 * reach, "x": 0.1 * reach, "v": reach, "impact_loss": 0.1}.get(letter, max(abs(start), 0.1))

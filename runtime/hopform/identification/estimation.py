@@ -192,11 +192,15 @@ def _residuals(
     for experiment in experiments:
         try:
             predicted, by = experiment.predict(values)
-        except HopformError:  # a motion that the parameters cannot make: far from every measurement, so the step is refused
+        except (
+            HopformError
+        ):  # a motion that the parameters cannot make: far from every measurement, so the step is refused
             predicted, by = np.full_like(experiment.measured, 1e3), {}
         parts.append(predicted - experiment.measured)
         zero = np.zeros(experiment.time.size)
-        rows.append(np.stack([by.get(p.name, zero) for p in parameters], axis=1) if parameters else np.empty((zero.size, 0)))
+        rows.append(
+            np.stack([by.get(p.name, zero) for p in parameters], axis=1) if parameters else np.empty((zero.size, 0))
+        )
     return parts, np.concatenate(rows)
 
 
@@ -260,7 +264,18 @@ def estimates(
         value = solution.values[parameter.name]
         stderr = math.sqrt(seen.covariance[index, index] * inflation)
         if parameter.name in seen.weak:
-            found.append(Estimate(parameter.name, parameter.unit, value, math.inf, -math.inf, math.inf, "not identifiable", parameter.own))
+            found.append(
+                Estimate(
+                    parameter.name,
+                    parameter.unit,
+                    value,
+                    math.inf,
+                    -math.inf,
+                    math.inf,
+                    "not identifiable",
+                    parameter.own,
+                )
+            )
             continue
         low, high, method = value - t * stderr, value + t * stderr, "t"
         if parameter.kind == "positive":

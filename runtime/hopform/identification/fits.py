@@ -241,7 +241,9 @@ def finish(
     old = _old(problem, loss, parts) if compare and problem.coulomb else {}
     tests = [estimation.tests_of(residual) for residual in solution.residuals]
     inflation = max(each.inflation for each in tests)
-    estimates, spread = estimation.estimates(solution, problem.experiments, loss=loss, inflation=inflation, progress=progress)
+    estimates, spread = estimation.estimates(
+        solution, problem.experiments, loss=loss, inflation=inflation, progress=progress
+    )
     say("hold-out")
     left_out = _holdout(problem, solution, loss) if holdout else [math.nan] * len(tests)
     traces = tuple(

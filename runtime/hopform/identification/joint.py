@@ -44,7 +44,9 @@ def fit_robot(
     values = checked_known(known, LETTERS)
     problems = _problems(drops, decays, steps, air, values, backend)
     if not problems:
-        raise HopformError("a fit needs at least one recording of a drop, a decay or a step; a ramp alone gives a threshold")
+        raise HopformError(
+            "a fit needs at least one recording of a drop, a decay or a step; a ramp alone gives a threshold"
+        )
     together = merged(problems)
     names = {p.name for p in together.parameters}
     extra = list[str]()
@@ -106,7 +108,9 @@ def merged(problems: Sequence[Problem]) -> Problem:
         for p in problem.parameters:
             factor = scale if p.name in SCALED else 1.0
             parameters.setdefault(p.name, p._replace(start=p.start * factor, scale=max(p.scale * factor, 1e-12)))
-        starts = [a | {k: v for k, v in b.items() if k not in a} for a in starts for b in several] if starts else several
+        starts = (
+            [a | {k: v for k, v in b.items() if k not in a} for a in starts for b in several] if starts else several
+        )
         known |= problem.known
     return Problem(
         "robot", "x1, x2", tuple(each for p in problems for each in p.experiments), tuple(parameters.values()),
@@ -135,8 +139,9 @@ def _missing(names: set[str], known: Mapping[str, float]) -> list[str]:
     if "b2" not in has:
         said.append("nothing was recorded of the body: a drop test gives k/m_s, b2, f2, L0 + c and impact_loss")
     elif "length" not in has:
-        said.append("L0 + c and impact_loss are not told by a body that is fixed to its spring: drop it onto the ground")
+        said.append(
+            "L0 + c and impact_loss are not told by a body that is fixed to its spring: drop it onto the ground"
+        )
     if "b1" not in has:
         said.append("nothing was recorded of the actuator: a step response gives m_eff, b1, f1 and gamma2")
     return said
-

@@ -147,7 +147,9 @@ def _flight(robot: records.Robot, run: "_Run", times: Array) -> tuple[Motion, "_
     after_by[2], after_by[3] = _LENGTH_BY, kept * down_by
     after_by[3, AT["impact_loss"]] -= down / (2.0 * kept)
     after = np.array([0.0, 0.0, length, kept * down])
-    return Motion(states, rows), _Run(run.begin + airtime, run.begin_by + late, after, after_by, flies=False, touches=True)
+    return Motion(states, rows), _Run(
+        run.begin + airtime, run.begin_by + late, after, after_by, flies=False, touches=True
+    )
 
 
 def _hop(robot: records.Robot, run: "_Run", times: Array, backend: str | None) -> tuple[Motion, "_Run"]:
@@ -190,5 +192,7 @@ def drop(robot: records.Robot, start: Sequence[float], times: Array, backend: st
         if done == times.size:
             break
     else:
-        raise HopformError(f"the drop hops more than {_MOST_HOPS // 2} times: give a shorter recording, or more friction")
+        raise HopformError(
+            f"the drop hops more than {_MOST_HOPS // 2} times: give a shorter recording, or more friction"
+        )
     return Motion(np.concatenate([each.states for each in pieces]), np.concatenate([each.by for each in pieces]))

@@ -72,7 +72,9 @@ def friction_threshold(
         raise HopformError("a threshold needs at least one recording, got none")
     for name, value in (("m_eff", m_eff), ("gamma2", gamma2)):
         if value is not None and (not math.isfinite(value) or value == 0.0 or (name == "m_eff" and value < 0.0)):
-            raise HopformError(f"{name} must be {'> 0 kg' if name == 'm_eff' else 'a number but 0 in N/A'}, got {value!r}")
+            raise HopformError(
+                f"{name} must be {'> 0 kg' if name == 'm_eff' else 'a number but 0 in N/A'}, got {value!r}"
+            )
     onsets = tuple(onset for each in several for onset in _onsets(each))
     u, spread, load, statements = _both(onsets)
     per = abs(gamma2) / m_eff if m_eff is not None and gamma2 is not None else math.nan
@@ -111,7 +113,9 @@ def _onsets(recording: Recording) -> list[Onset]:
         if end - begin >= 20:
             found.append(_onset(recording, x, u, begin, end))
     if not found:
-        raise recording.error("no ramp is found: the current must grow slowly from 0, in 20 samples at least", recording.line)
+        raise recording.error(
+            "no ramp is found: the current must grow slowly from 0, in 20 samples at least", recording.line
+        )
     return found
 
 
@@ -135,7 +139,9 @@ def _onset(recording: Recording, x: Array, u: Array, begin: int, end: int) -> On
     beyond = np.abs(x - rest) > 8.0 * noise
     later = np.flatnonzero(beyond & (np.cumsum(~beyond[::-1])[::-1] <= 0.02 * x.size))
     if not later.size:
-        raise recording.error("the actuator does not move under the ramp: let the current grow further", recording.line + begin)
+        raise recording.error(
+            "the actuator does not move under the ramp: let the current grow further", recording.line + begin
+        )
     seen = int(later[0])
     if seen < 10:
         raise recording.error("the actuator moves before the ramp begins", recording.line + begin)
@@ -144,7 +150,9 @@ def _onset(recording: Recording, x: Array, u: Array, begin: int, end: int) -> On
     at = _least(cost, float(t[2]), float(t[seen]))
     freedom = max(fit_end - 4, 1)
     limit = cost(at) * (1.0 + student(0.5 + 0.5 * LEVEL, freedom) ** 2 / freedom)
-    low, high = (_reach(cost, at, limit, end, float(np.median(np.diff(t)))) for end in (float(t[0]), float(t[last - 4])))
+    low, high = (
+        _reach(cost, at, limit, end, float(np.median(np.diff(t)))) for end in (float(t[0]), float(t[last - 4]))
+    )
     direction = 1 if float(x[last - 1]) > rest else -1
     line = np.polyfit(t[:last], u[:last], 3 if last > 50 else 1)
     wobble = float(np.std(u[:last] - np.polyval(line, t[:last]))) / math.sqrt(max(last, 1))
@@ -185,7 +193,9 @@ def _costs(t: Array, x: Array) -> tuple[Callable[[float], float], int]:
 
     def cost(begin: float) -> float:
         """Over rates from none to one that settles at once."""
-        return of_rate(begin, math.exp(_least(lambda log: of_rate(begin, math.exp(log)), math.log(0.01), math.log(1e3), 15)))
+        return of_rate(
+            begin, math.exp(_least(lambda log: of_rate(begin, math.exp(log)), math.log(0.01), math.log(1e3), 15))
+        )
 
     return cost, t.size
 

@@ -66,7 +66,9 @@ class Recording:
         """The measured current [A] (volts, for a robot whose input is one)."""
         column = self._one_of(CURRENTS, None, "a current")
         if column.quantity not in ("current", "voltage"):
-            raise self.error(f"column {column.title!r} is to be a current, but its unit is that of a {column.quantity}", 1)
+            raise self.error(
+                f"column {column.title!r} is to be a current, but its unit is that of a {column.quantity}", 1
+            )
         return column.values
 
     def has_current(self) -> bool:
@@ -86,7 +88,9 @@ class Recording:
                     )
                 return column
         titles = ", ".join(column.title for column in self.columns.values())
-        raise self.error(f"no column is {what}: one must be named {' or '.join(names)}, with its unit; there are {titles}", 1)
+        raise self.error(
+            f"no column is {what}: one must be named {' or '.join(names)}, with its unit; there are {titles}", 1
+        )
 
     def _check_position(self, column: Column) -> None:
         values = column.values
@@ -107,7 +111,8 @@ class Recording:
         noise = max(noise_of(values), quantum_of(values))
         if float(np.std(values)) < 3.0 * noise:
             raise self.error(
-                f"column {column.title!r} does not move beyond its noise of {noise:.2g} m: let it move further", self.line
+                f"column {column.title!r} does not move beyond its noise of {noise:.2g} m: let it move further",
+                self.line,
             )
 
 
@@ -138,7 +143,11 @@ def read_recording(path: str | Path, *, added_mass: float = 0.0) -> Recording:
 
 def parse_recording(text: str, source: str, added_mass: float = 0.0) -> Recording:
     """The recording in a CSV text; source is what errors call it."""
-    rows = [(number, row) for number, row in enumerate(csv.reader(text.splitlines()), 1) if row and any(c.strip() for c in row)]
+    rows = [
+        (number, row)
+        for number, row in enumerate(csv.reader(text.splitlines()), 1)
+        if row and any(c.strip() for c in row)
+    ]
     if not rows:
         raise HopformError(f"{source}: is empty")
     head_line, head = rows[0]
@@ -161,7 +170,9 @@ def _title(title: str, source: str, line: int, place: int) -> tuple[str, str, fl
     name, _, unit = title.rpartition("_")
     if not name or unit not in UNITS:
         if not name and _is_number(title):
-            raise HopformError(f"{source}, line {line}: the first line must name the columns, as in time_s,x2_mm, got {title!r}")
+            raise HopformError(
+                f"{source}, line {line}: the first line must name the columns, as in time_s,x2_mm, got {title!r}"
+            )
         raise HopformError(
             f"{source}, line {line}, column {place + 1}: {title!r} has no unit that is known: a name ends in one of "
             f"{', '.join('_' + known for known in UNITS)}"
@@ -186,7 +197,9 @@ def _numbers(row: list[str], titles: list[str], source: str, line: int) -> list[
         try:
             number = float(cell)
         except ValueError:
-            raise HopformError(f"{source}, line {line}, column {title!r}: must be a number, got {cell.strip()!r}") from None
+            raise HopformError(
+                f"{source}, line {line}, column {title!r}: must be a number, got {cell.strip()!r}"
+            ) from None
         if not math.isfinite(number):
             raise HopformError(f"{source}, line {line}, column {title!r}: must be finite, got {cell.strip()!r}")
         numbers.append(number)
@@ -196,10 +209,14 @@ def _numbers(row: list[str], titles: list[str], source: str, line: int) -> list[
 def _time(columns: Mapping[str, Column], source: str, first: int) -> Array:
     name = next((name for name in TIMES if name in columns), None)
     if name is None:
-        raise HopformError(f"{source}, line 1: no column is the time: one must be named time or t, with its unit, as in time_s")
+        raise HopformError(
+            f"{source}, line 1: no column is the time: one must be named time or t, with its unit, as in time_s"
+        )
     column = columns[name]
     if column.quantity != "time":
-        raise HopformError(f"{source}, line 1: column {column.title!r} is to be the time, but its unit is that of a {column.quantity}")
+        raise HopformError(
+            f"{source}, line 1: column {column.title!r} is to be the time, but its unit is that of a {column.quantity}"
+        )
     steps = np.diff(column.values)
     if not bool((steps > 0.0).all()):
         back = int(np.argmin(steps > 0.0)) + 1
@@ -260,7 +277,9 @@ def _notes(time: Array, columns: Mapping[str, Column]) -> tuple[str, ...]:
     gaps = gaps_of(time)
     if gaps:
         begin, length = max(gaps, key=lambda gap: gap[1])
-        notes.append(f"{len(gaps)} gap{'s' * (len(gaps) > 1)} in time, the longest of {length:.4g} s after {begin - time[0]:.4g} s")
+        notes.append(
+            f"{len(gaps)} gap{'s' * (len(gaps) > 1)} in time, the longest of {length:.4g} s after {begin - time[0]:.4g} s"
+        )
     steps = np.diff(time)
     if float(np.ptp(steps)) > 0.02 * float(np.median(steps)) and not gaps:
         notes.append(f"time stamps are uneven: {steps.min():.3g} to {steps.max():.3g} s apart")
@@ -272,24 +291,43 @@ def _notes(time: Array, columns: Mapping[str, Column]) -> tuple[str, ...]:
     return tuple(notes)
 
 
-def free_decay_start(recording: Recording, values: Array) -> int:
-    """The first sample of a free decay about its rest: just after the largest deviation; before it there is a hand."""
+def free_decay(recording: Recording, values: Array) -> tuple[int, int]:
+    """First and last sample (exclusive) of a free decay about its rest.
+
+    It starts just after the largest deviation, before which there is a hand, and ends where swings grow again: at the next hand.
+    """
     tail = values[-max(values.size // 20, 5) :]
     rest, noise = float(np.median(tail)), max(noise_of(values), quantum_of(values))
     start = int(np.abs(values - rest).argmax())
-    reach = abs(float(values[start]) - rest)
-    left = values[start:] - rest
-    crossings = int((np.signbit(left[1:]) != np.signbit(left[:-1])).sum())
-    if reach <= 10.0 * noise or values.size - start < FEWEST or (crossings == 0 and abs(float(left[-1])) > 0.5 * reach):
-        raise recording.error("the release is not found: no decay follows the largest deviation", recording.line + start)
-    return min(start + 1, values.size - FEWEST)
+    reach, left = abs(float(values[start]) - rest), values[start:] - rest
+    crossings = np.flatnonzero(np.signbit(left[1:]) != np.signbit(left[:-1])) + 1
+    if reach <= 10.0 * noise or left.size <= FEWEST or (not crossings.size and abs(float(left[-1])) > 0.5 * reach):
+        raise recording.error(
+            "the release is not found: no decay follows the largest deviation", recording.line + start
+        )
+    edges = [0, *crossings.tolist(), left.size]
+    sizes = [float(np.abs(left[a:b]).max()) for a, b in zip(edges[:-1], edges[1:], strict=True)]
+    grows = [n for n in range(2, len(sizes)) if sizes[n] > 1.3 * max(sizes[n - 2 : n]) + max(8.0 * noise, 0.05 * reach)]
+    end = start + (edges[grows[0] - 1] if grows else left.size)
+    start = min(start + 1, end - 1)
+    if end - start < FEWEST:
+        raise recording.error(
+            f"too short: {end - start} samples follow the release, at least {FEWEST} are needed", recording.line + start
+        )
+    return start, end
 
 
-def drop_start(recording: Recording, values: Array) -> int:
-    """The first sample of a fall: where the height has left that at which it was held by more than noise."""
+def drop(recording: Recording, values: Array) -> tuple[int, int]:
+    """First and last sample (exclusive) of a fall: it starts where the height has left that at which it was held by more than noise."""
     noise = max(noise_of(values), quantum_of(values), 1e-9)
     level = float(np.median(values[:5]))
     fallen = np.flatnonzero(values < level - max(8.0 * noise, 0.002 * float(np.ptp(values))))
-    if not fallen.size or values.size - int(fallen[0]) < FEWEST:
+    if not fallen.size:
         raise recording.error("the release is not found: the height does not fall", recording.line)
-    return max(int(fallen[0]), 0)
+    start = int(fallen[0])
+    if values.size - start < FEWEST:
+        raise recording.error(
+            f"too short: {values.size - start} samples follow the release, at least {FEWEST} are needed",
+            recording.line + start,
+        )
+    return start, values.size

@@ -199,7 +199,8 @@ def _sections(fit: Fit) -> list[tuple[str, tuple[str, ...], list[tuple[str, ...]
 def _said(fit: Fit) -> list[str]:
     compared = [trace for trace in fit.traces if not math.isnan(trace.old_rms) and trace.quantity in ("x1", "x2")]
     said = [
-        f"{Path(t.label).name}: rms {1e3 * t.tests.rms:.3g} mm by {NEW}; {1e3 * t.old_rms:.3g} mm by {OLD}" for t in compared
+        f"{Path(t.label).name}: rms {1e3 * t.tests.rms:.3g} mm by {NEW}; {1e3 * t.old_rms:.3g} mm by {OLD}"
+        for t in compared
     ]
     return [*said, *fit.statements, *fit.warnings]
 
@@ -209,7 +210,14 @@ def _markdown(fit: Fit, picture: str) -> str:
     for title, head, rows in _sections(fit):
         parts += [f"## {title}", "", "| " + " | ".join(head) + " |", "|" + "---|" * len(head)]
         parts += ["| " + " | ".join(row) + " |" for row in rows] + [""]
-    parts += ["## What the data tell", "", *(f"- {each}" for each in _said(fit)), "", f"![fit, residuals, intervals]({picture})", ""]
+    parts += [
+        "## What the data tell",
+        "",
+        *(f"- {each}" for each in _said(fit)),
+        "",
+        f"![fit, residuals, intervals]({picture})",
+        "",
+    ]
     return "\n".join(parts)
 
 

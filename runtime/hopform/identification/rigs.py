@@ -109,7 +109,16 @@ def _attached(of: Experiment, at: Mapping[str, float], time: Array) -> tuple[Arr
 
 
 _BODY = {"m_s": "m_s", "k": "k", "b2": "b2", "f2": "f2", "g": "g", "length": "L0", "x": "x2", "v": "v2"}
-_ACTUATOR = {"m_eff": "m_eff", "k": "k", "b1": "b1", "f1": "f1", "gamma2": "gamma2", "offset": "u", "x": "x1", "v": "v1"}
+_ACTUATOR = {
+    "m_eff": "m_eff",
+    "k": "k",
+    "b1": "b1",
+    "f1": "f1",
+    "gamma2": "gamma2",
+    "offset": "u",
+    "x": "x1",
+    "v": "v1",
+}
 
 
 def _ground(of: Experiment, at: Mapping[str, float], time: Array) -> tuple[Array, dict[str, Array]]:
@@ -119,7 +128,9 @@ def _ground(of: Experiment, at: Mapping[str, float], time: Array) -> tuple[Array
     )  # fmt: skip
     moved = motion.drop(robot, (0.0, 0.0, at["x"], at["v"]), time, of.backend)
     row = moved.by[:, 2]
-    return moved.states[:, 2], {letter: row[:, AT[field]] for letter, field in (_BODY | {"impact_loss": "impact_loss"}).items()}
+    return moved.states[:, 2], {
+        letter: row[:, AT[field]] for letter, field in (_BODY | {"impact_loss": "impact_loss"}).items()
+    }
 
 
 def _actuator(of: Experiment, at: Mapping[str, float], time: Array) -> tuple[Array, dict[str, Array]]:

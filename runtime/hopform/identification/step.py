@@ -88,12 +88,20 @@ def step_problem(
         if rests_at_first(x):
             constants["v"] = 0.0
             own = own[:-1]
-        names = {letter: letter for letter in letters if letter not in values} | {letter: f"{letter}@{n}" for letter in own}
+        names = {letter: letter for letter in letters if letter not in values} | {
+            letter: f"{letter}@{n}" for letter in own
+        }
         for letter, name in names.items():
-            start = float(np.median([guess[letter] for guess in guesses])) if letter not in own else guesses[n - first][letter]
+            start = (
+                float(np.median([guess[letter] for guess in guesses]))
+                if letter not in own
+                else guesses[n - first][letter]
+            )
             parameters.setdefault(name, _parameter(letter, name, start, x))
         experiments.append(
-            Experiment(recording.source, kind, recording.time, x, names, constants, steps_of(recording), backend=backend)
+            Experiment(
+                recording.source, kind, recording.time, x, names, constants, steps_of(recording), backend=backend
+            )
         )
     notes = tuple(f"{each.source}: {note}" for each in recordings for note in each.notes)
     return Problem(
@@ -112,7 +120,9 @@ def steps_of(recording: Recording) -> tuple[tuple[float, float], ...]:
     """The measured current as steps: a sample holds until the next one; equal neighbours are one step."""
     time, u = recording.time, recording.current()
     if time.size >= 2**16:
-        raise recording.error(f"has {time.size} samples; a fit in position takes up to {2**16 - 1}: record at a lower rate")
+        raise recording.error(
+            f"has {time.size} samples; a fit in position takes up to {2**16 - 1}: record at a lower rate"
+        )
     starts = np.concatenate([[True], u[1:] != u[:-1]])
     return tuple(zip(time[starts].tolist(), u[starts].tolist(), strict=True))
 
@@ -178,7 +188,12 @@ def _regress(
     b, f, gamma, constant = found[:4]
     k = max(found[4], 1e-3) if spring else 0.0
     mass = next(
-        (known[name] / per for name, per in (("m_eff", 1.0), ("k", k), ("gamma2", gamma)) if name in known and per != 0.0), 1.0
+        (
+            known[name] / per
+            for name, per in (("m_eff", 1.0), ("k", k), ("gamma2", gamma))
+            if name in known and per != 0.0
+        ),
+        1.0,
     )
     mass = mass if mass > 0.0 else 1.0
     start = {"m_eff": mass, "b1": max(b, 0.01) * mass, "f1": max(f, 0.0), "gamma2": gamma * mass, "k": k * mass}
@@ -202,7 +217,9 @@ def _starts(
         start = dict[str, float]()
         for name in parameters:
             letter, _, n = name.partition("@")
-            start[name] = guesses[int(n) - first][letter] if n else float(np.median([guess[letter] for guess in guesses]))
+            start[name] = (
+                guesses[int(n) - first][letter] if n else float(np.median([guess[letter] for guess in guesses]))
+            )
         starts.append(start)
     if "f1" in parameters and "b1" in parameters:
         less = [start | {"f1": 0.3 * start["f1"] + 0.02, "b1": 1.5 * start["b1"]} for start in starts[1:3]]
@@ -332,7 +349,15 @@ def _beside(recordings: Sequence[Recording], fit: Fit) -> tuple[str, ...]:
         names = {each: each for each in ("m_eff", "b1", "f1", "offset")} | {"x": f"x@{n}", "v": f"v@{n}"}
         constants = {"gamma2": values["gamma2"]}
         experiments.append(
-            Experiment(recording.source, "air", recording.time[::every], x[::every], names, constants, _coarse(recording, every))
+            Experiment(
+                recording.source,
+                "air",
+                recording.time[::every],
+                x[::every],
+                names,
+                constants,
+                _coarse(recording, every),
+            )
         )
         slope = float(np.polyfit(recording.time[:20], x[:20], 1)[0])
         start = {"x": float(x[0]), "v": slope}

@@ -84,7 +84,16 @@ def _measured(title: str, place: int, x: Array, noise: float, quantum: float, se
 def _body(robot: Robot, test: str, time: Array, height: float, still: float, added: float) -> Array:
     """x2 of a body that is let go after a while, or that swings from t = 0 on."""
     if test == "decay":
-        values = {"m_s": robot.m_s, "k": robot.k, "b2": robot.b2, "f2": robot.f2, "g": 0.0, "rest": 0.0, "x": -height, "v": 0.0}
+        values = {
+            "m_s": robot.m_s,
+            "k": robot.k,
+            "b2": robot.b2,
+            "f2": robot.f2,
+            "g": 0.0,
+            "rest": 0.0,
+            "x": -height,
+            "v": 0.0,
+        }
         return _of("attached", values, time, added)
     values = {
         "m_s": robot.m_s, "k": robot.k, "b2": robot.b2, "f2": robot.f2, "g": robot.g, "length": robot.L0 + robot.c,
