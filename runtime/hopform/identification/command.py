@@ -1,4 +1,4 @@
-"""What `hopform identify` does between its options and its output: files into recordings, recordings into a fit, a fit into files."""
+"""What `hopform identify` does between its options and its output: files to recordings, recordings to a fit, a fit to files."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace

@@ -35,8 +35,9 @@ class Swing(NamedTuple):
 
 def swing_of(time: Array, values: Array) -> Swing:
     """Frequency and friction of an oscillation about a rest, from its extrema; a guess where there are too few."""
-    rest = float(np.median(values[-max(values.size // 10, 5) :]))
     noise = max(of_recordings.noise_of(values), of_recordings.quantum_of(values))
+    values = of_recordings.calm(values)
+    rest = float(np.median(values[-max(values.size // 10, 5) :]))
     omega = _spectral_peak(time, values - rest)
     extrema = _extrema(time, values - rest, math.pi / omega, 4.0 * noise)
     if len(extrema) < 3:
@@ -58,7 +59,7 @@ def _spectral_peak(time: Array, values: Array) -> float:
     even = even - even.mean()
     length = 8 * even.size
     power = np.abs(np.fft.rfft(even * np.hanning(2 * even.size)[even.size :], length))
-    return 2.0 * math.pi * max(int(power[1:].argmax()) + 1, 1) / (length * step)
+    return float(2.0 * math.pi * max(int(power[1:].argmax()) + 1, 1) / (length * step))
 
 
 def _extrema(time: Array, values: Array, half: float, least: float) -> list[tuple[float, float]]:
@@ -220,12 +221,10 @@ def _own_start(letter: str, time: Array, x: Array, guess: Swing) -> float:
 
 def _parameter(letter: str, name: str, start: float, x: Array) -> Parameter:
     reach = float(np.ptp(x))
-    kind = {"m_s": "positive", "k": "positive", "length": "positive", "b2": "nonnegative", "f2": "nonnegative"}.get(
-        letter, "real"
-    )
-    if letter == "impact_loss":
-        kind = "fraction"
-    scale = {"rest": 0.1 * reach, "x": 0.1 * reach, "v": reach, "impact_loss": 0.1}.get(letter, max(abs(start), 0.1))
+    kinds = {"m_s": "positive", "k": "positive", "b2": "nonnegative", "f2": "nonnegative", "impact_loss": "fraction"}
+    kind = kinds.get(letter, "real")
+    scales = {"rest": 0.1 * reach, "x": 0.1 * reach, "length": 0.1 * reach, "v": reach, "impact_loss": 0.1}
+    scale = scales.get(letter, max(abs(start), 0.1))
     return Parameter(name, UNITS[letter], start, scale, kind, profiled=letter == "f2", own=letter in ("rest", "x", "v"))
 
 

@@ -101,10 +101,11 @@ class _Coordinates:
 
     def into(self, values: Mapping[str, float]) -> Array:
         z = np.array([
-            math.log(values[p.name]) if p.kind == "positive" else values[p.name] / p.scale for p in self.parameters
+            math.log(max(values[p.name], 1e-9 * p.scale)) if p.kind == "positive" else values[p.name] / p.scale
+            for p in self.parameters
         ])  # fmt: skip
         inside = 1e-10
-        return np.minimum(np.maximum(z, self.low + inside), self.high - inside)
+        return np.asarray(np.minimum(np.maximum(z, self.low + inside), self.high - inside))
 
     def out(self, z: Array) -> dict[str, float]:
         return {
@@ -150,17 +151,23 @@ def solve(
             last[:] = [(key, *_condensed(np.concatenate(parts) / per_sample, scaled, loss))]
         return last[0][1], last[0][2]
 
-    start = coordinates.into({p.name: p.start for p in parameters})
+    def residual(z: Array) -> Array:
+        return evaluate(z)[0]
+
+    def jacobian(z: Array) -> Array:
+        return evaluate(z)[1]
+
+    start, cost = coordinates.into({p.name: p.start for p in parameters}), math.nan
     if parameters:
         found = optimize.least_squares(
-            lambda z: evaluate(z)[0], start, lambda z: evaluate(z)[1], bounds=(coordinates.low, coordinates.high), loss=loss, f_scale=2.0, max_nfev=most,
+            residual, start, jacobian, bounds=(coordinates.low, coordinates.high), loss=loss, f_scale=2.0, max_nfev=most,
             ftol=precision, xtol=precision, gtol=1e-12,
         )  # fmt: skip
-        start = found.x
+        start, cost = found.x, 2.0 * float(found.cost)
     values = coordinates.out(start) | held
     parts, rows = _residuals(experiments, parameters, values)
     left = np.concatenate(parts) / per_sample
-    cost = 2.0 * float(found.cost) if parameters else float(left @ left)
+    cost = cost if parameters else float(left @ left)
     return Solution(tuple(parameters), values, tuple(parts), weights, rows, cost, evaluations)
 
 
@@ -180,8 +187,9 @@ def triangle(matrix: Array) -> Array:
     width = matrix.shape[1]
     found = np.empty((0, width))
     for begin in range(0, matrix.shape[0], 256):
-        found = np.linalg.qr(np.vstack([found, matrix[begin : begin + 256]]), mode="r")
-    return np.asarray(found)
+        rows = np.vstack([found, matrix[begin : begin + 256]])
+        found = np.asarray(np.linalg.qr(rows, mode="r"))
+    return found
 
 
 def _residuals(
@@ -208,13 +216,18 @@ def best(solutions: Sequence[Solution]) -> Solution:
     return min(solutions, key=lambda each: each.cost)
 
 
-def deviations(solution: Solution, experiments: Sequence[Experiment]) -> tuple[float, ...]:
-    """Standard deviation of each recording's residuals, each counted for its share of the parameters, or its known noise."""
+def deviations(solution: Solution, experiments: Sequence[Experiment], loss: str) -> tuple[float, ...]:
+    """Standard deviation of each recording's residuals, each counted for its share of the parameters, or its known noise.
+
+    Under a robust loss that of the bulk, by the median, which outliers do not move.
+    """
     share = solution.freedom / solution.count
-    return tuple(
-        each.noise or math.sqrt(max(float((part**2).mean()), 1e-24) / share)
-        for each, part in zip(experiments, solution.residuals, strict=True)
-    )
+
+    def size(part: Array) -> float:
+        square = float((part**2).mean()) if loss == "linear" else (1.4826 * float(np.median(np.abs(part)))) ** 2
+        return math.sqrt(max(square, 1e-24) / share)
+
+    return tuple(each.noise or size(part) for each, part in zip(experiments, solution.residuals, strict=True))
 
 
 class Spread(NamedTuple):
@@ -345,10 +358,7 @@ def _cross(growth: Callable[[float], float], value: float, step: float, wanted: 
         if abs(height - target) <= 0.02 * target:
             break
         slope = (height - root) / (x - near) if x != near else 0.0
-        if slope * step <= 0.0:
-            moved = x + target * step
-        else:
-            moved = x + (target - height) / slope
+        moved = x + target * step if slope * step <= 0.0 else x + (target - height) / slope
         moved = min(max(moved, value - 4.0 * abs(x - value)), value + 4.0 * abs(x - value))
         near, root = x, height
         x = max(moved, end) if math.isfinite(end) else moved

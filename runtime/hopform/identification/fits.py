@@ -169,7 +169,8 @@ def _from(
     tried = [from_start(free, start) for start in starts]
     if len(tried) > _FINALISTS:
         first = [estimation.solve(short, each, fixed=held, loss=loss, most=1).cost for each in tried]
-        tried = [tried[n] for n in np.argsort(first, kind="stable")[:_FINALISTS]]
+        order: list[int] = np.argsort(first, kind="stable").tolist()
+        tried = [tried[n] for n in order[:_FINALISTS]]
     found = estimation.best([
         estimation.solve(short, each, fixed=held, loss=loss, most=25, precision=1e-6) for each in tried
     ])  # fmt: skip
@@ -204,7 +205,7 @@ def _further(parameters: Sequence[Parameter], found: Mapping[str, float]) -> lis
 def _weighed(problem: Problem, found: Solution, fixed: Mapping[str, float], loss: str) -> Solution:
     """Once more with each recording counted by its own noise, until nothing changes any more."""
     for _ in range(3):
-        noise = estimation.deviations(found, problem.experiments)
+        noise = estimation.deviations(found, problem.experiments, loss)
         again = estimation.solve(
             problem.experiments, estimation.started(found), sigma=noise, fixed=fixed, loss=loss, most=40, precision=1e-10
         )  # fmt: skip

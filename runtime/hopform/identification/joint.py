@@ -1,7 +1,7 @@
 """All recordings of a robot, fitted together into one robot.
 
-The spring is the same in drop tests and in step responses against it: one weighed mass gives the scale of every force. A ramp adds
-its threshold (5) with its uncertainty. Each recording counts by its own noise.
+The spring is the same in drop tests and in step responses against it: one weighed mass gives the scale of every force. A ramp
+adds its threshold (5) with its uncertainty. Each recording counts by its own noise.
 """
 
 from collections.abc import Mapping, Sequence
@@ -115,7 +115,8 @@ def merged(problems: Sequence[Problem]) -> Problem:
     return Problem(
         "robot", "x1, x2", tuple(each for p in problems for each in p.experiments), tuple(parameters.values()),
         tuple(starts[:24]), {n: v for n, v in known.items() if n not in parameters},
-        tuple(dict.fromkeys(each for p in problems for each in p.statements)), tuple(each for p in problems for each in p.warnings),
+        tuple(dict.fromkeys(each for p in problems for each in p.statements)),
+        tuple(each for p in problems for each in p.warnings),
         tuple(name for name in parameters if name[:2] in ("f1", "f2")),
     )  # fmt: skip
 

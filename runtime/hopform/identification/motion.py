@@ -5,14 +5,13 @@ spring is fixed at both ends pushes and pulls. Under
 
     c -> c + P,     g -> g + k P/m_s
 
-y grows by P while both (3) and (4) stay as they are: k (x_2 - x_1 - L0) does not know c, and k (y + P) - m_s g - k P = k y - m_s g.
+y grows by P while both (3) and (4) stay as they are: k (x_2 - x_1 - L0) knows no c, and k (y + P) - m_s g - k P = k y - m_s g.
 So a spring that pulls is one that is preloaded by more than it ever moves.
 """
 
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -130,7 +129,7 @@ def _flight(robot: records.Robot, run: "_Run", times: Array) -> tuple[Motion, "_
     down = -math.sqrt(max(v * v + 2.0 * robot.g * (x - length), 0.0))
     airtime = (v - down) / robot.g
     t = times[: int(np.searchsorted(times, run.begin + airtime, side="right"))] - run.begin
-    zero, velocity = np.zeros_like(t), v - robot.g * t
+    zero, velocity = np.zeros(t.size), v - robot.g * t
     states = np.stack([zero, zero, x + v * t - 0.5 * robot.g * t * t, velocity], axis=1)
     rows = np.zeros((t.size, 4, len(COLUMNS)))
     rows[:, 2] = by[2] + t[:, np.newaxis] * by[3] - velocity[:, np.newaxis] * run.begin_by

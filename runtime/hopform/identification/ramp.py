@@ -62,7 +62,7 @@ class Threshold:
 def friction_threshold(
     recordings: Sequence[Recording] | Recording, *, m_eff: float | None = None, gamma2: float | None = None
 ) -> Threshold:
-    """The friction threshold (5) from recordings of x1 while the current slowly grows in magnitude, in both directions if need be.
+    """The friction threshold (5) from recordings of x1 while the current slowly grows in magnitude, best in both directions.
 
     m_eff [kg], gamma2 [N/A]: with both, f1 = |gamma2| u*/m_eff is given too. One recording may hold several ramps from 0. Raises
     HopformError where no motion begins, or where it begins before the ramp does.
@@ -91,8 +91,8 @@ def _both(onsets: Sequence[Onset]) -> tuple[float, float, float, tuple[str, ...]
     for sign in (1.0, -1.0):
         some = [each for each in onsets if each.u * sign > 0.0]
         if some:
-            half = np.array([0.5 * (each.u_high - each.u_low) for each in some])
-            weight = 1.0 / np.maximum(half, 1e-12) ** 2
+            widths = np.array([0.5 * (each.u_high - each.u_low) for each in some])
+            weight = 1.0 / np.maximum(widths, 1e-12) ** 2
             values = np.array([each.u for each in some])
             means.append(float((values * weight).sum() / weight.sum()))
             own = 1.0 / math.sqrt(float(weight.sum()))

@@ -1,6 +1,6 @@
 """Recordings: a CSV with named columns and units, read into SI units, and what its samples show by themselves.
 
-The first line names the columns, each with its unit: `time_s,x_mm,current_A`. Every fault is one line that says file, line, column.
+The first line names the columns, each with its unit: `time_s,x_mm,current_A`. Every fault is one line with file, line, column.
 """
 
 import csv
@@ -251,6 +251,12 @@ def noise_of(values: Array) -> float:
     return float(np.median(np.abs(third - np.median(third)))) / (0.6745 * math.sqrt(20.0)) if third.size else 0.0
 
 
+def calm(values: Array) -> Array:
+    """Running medians of five: what single outliers do not move."""
+    padded = np.concatenate([np.repeat(values[:1], 2), values, np.repeat(values[-1:], 2)])
+    return np.asarray(np.median(np.lib.stride_tricks.sliding_window_view(padded, 5), axis=1))
+
+
 def saturated(values: Array, least: int = 8) -> tuple[int, int] | None:
     """First and last sample of the longest stay at an extreme that noise does not explain, or None."""
     noise = noise_of(values)
@@ -296,17 +302,19 @@ def free_decay(recording: Recording, values: Array) -> tuple[int, int]:
 
     It starts just after the largest deviation, before which there is a hand, and ends where swings grow again: at the next hand.
     """
+    noise, values = max(noise_of(values), quantum_of(values)), calm(values)
     tail = values[-max(values.size // 20, 5) :]
-    rest, noise = float(np.median(tail)), max(noise_of(values), quantum_of(values))
+    rest = float(np.median(tail))
     start = int(np.abs(values - rest).argmax())
     reach, left = abs(float(values[start]) - rest), values[start:] - rest
     crossings = np.flatnonzero(np.signbit(left[1:]) != np.signbit(left[:-1])) + 1
-    if reach <= 10.0 * noise or left.size <= FEWEST or (not crossings.size and abs(float(left[-1])) > 0.5 * reach):
+    edges = [0, *crossings.tolist(), left.size]
+    sizes = [float(np.abs(left[a:b]).max()) for a, b in zip(edges[:-1], edges[1:], strict=True)]
+    swings = sum(size > max(8.0 * noise, 0.1 * reach) for size in sizes)
+    if reach <= 10.0 * noise or left.size <= FEWEST or (swings < 2 and float(np.ptp(tail)) > 0.05 * reach):
         raise recording.error(
             "the release is not found: no decay follows the largest deviation", recording.line + start
         )
-    edges = [0, *crossings.tolist(), left.size]
-    sizes = [float(np.abs(left[a:b]).max()) for a, b in zip(edges[:-1], edges[1:], strict=True)]
     grows = [n for n in range(2, len(sizes)) if sizes[n] > 1.3 * max(sizes[n - 2 : n]) + max(8.0 * noise, 0.05 * reach)]
     end = start + (edges[grows[0] - 1] if grows else left.size)
     start = min(start + 1, end - 1)
@@ -318,8 +326,8 @@ def free_decay(recording: Recording, values: Array) -> tuple[int, int]:
 
 
 def drop(recording: Recording, values: Array) -> tuple[int, int]:
-    """First and last sample (exclusive) of a fall: it starts where the height has left that at which it was held by more than noise."""
-    noise = max(noise_of(values), quantum_of(values), 1e-9)
+    """First and last sample (exclusive) of a fall, which starts where the height is lower than it was held by more than noise."""
+    noise, values = max(noise_of(values), quantum_of(values), 1e-9), calm(values)
     level = float(np.median(values[:5]))
     fallen = np.flatnonzero(values < level - max(8.0 * noise, 0.002 * float(np.ptp(values))))
     if not fallen.size:

@@ -1,5 +1,8 @@
 """What a fit says, for people and for programs: tables, JSON, a picture, a report in Markdown or HTML."""
 
+# pyright: reportUnknownMemberType=false
+# matplotlib's own annotations leave the type of **kwargs open.
+
 import html
 import math
 from collections.abc import Iterator, Sequence
@@ -28,7 +31,7 @@ def _number(value: float, digits: int = 6) -> str:
 
 def parameter_rows(fit: Fit) -> list[tuple[str, ...]]:
     """Name, value, unit, interval and how it was found, of each parameter; what was known last."""
-    rows = [
+    rows: list[tuple[str, ...]] = [
         (e.name, _number(e.value), e.unit, f"{_number(e.low)} .. {_number(e.high)}", e.method) for e in fit.estimates
     ]
     return rows + [(name, _number(value), "", "", "known") for name, value in fit.known.items()]
@@ -190,10 +193,17 @@ def files_of(fit: Fit, path: Path) -> list[tuple[Path, bytes]]:
     return [(path, _markdown(fit, beside.name).encode()), (beside, picture)]
 
 
-def _sections(fit: Fit) -> list[tuple[str, tuple[str, ...], list[tuple[str, ...]]]]:
-    found = [("Parameters", PARAMETER_HEAD, parameter_rows(fit)), ("Recordings", TRACE_HEAD, trace_rows(fit))]
-    pairs = [(a, b, f"{r:+.3f}") for (a, b), r in fit.correlations.items()]
-    return [*found, ("Correlations", ("first", "second", "correlation"), pairs)] if pairs else found
+_Section = tuple[str, tuple[str, ...], list[tuple[str, ...]]]
+
+
+def _sections(fit: Fit) -> list[_Section]:
+    pairs: list[tuple[str, ...]] = [(a, b, f"{r:+.3f}") for (a, b), r in fit.correlations.items()]
+    found: list[_Section] = [
+        ("Parameters", PARAMETER_HEAD, parameter_rows(fit)),
+        ("Recordings", TRACE_HEAD, trace_rows(fit)),
+        ("Correlations", ("first", "second", "correlation"), pairs),
+    ]
+    return [section for section in found if section[2]]
 
 
 def _said(fit: Fit) -> list[str]:

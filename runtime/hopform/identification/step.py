@@ -21,7 +21,7 @@ from hopform.identification import recordings as of_recordings
 from hopform.identification.estimation import LEVEL, Estimate, Parameter, Progress
 from hopform.identification.fits import Fit, Problem, Trace, check_loss, checked_known, finish, minimise
 from hopform.identification.motion import Array
-from hopform.identification.recordings import FEWEST, Recording
+from hopform.identification.recordings import Recording
 from hopform.identification.rigs import UNITS, Experiment, Kind
 
 _LETTERS = {"held": ("m_eff", "k", "b1", "f1", "gamma2"), "air": ("m_eff", "b1", "f1", "gamma2", "offset")}
@@ -83,7 +83,7 @@ def step_problem(
     experiments, parameters = list[Experiment](), dict[str, Parameter]()
     for n, recording in enumerate(recordings, first):
         x = recording.position("x1")
-        own = ("rest", "x", "v") if spring else ("x", "v")
+        own: tuple[str, ...] = ("rest", "x", "v") if spring else ("x", "v")
         constants = {**values}
         if rests_at_first(x):
             constants["v"] = 0.0
@@ -105,8 +105,8 @@ def step_problem(
         )
     notes = tuple(f"{each.source}: {note}" for each in recordings for note in each.notes)
     return Problem(
-        "step", "x1", tuple(experiments), tuple(parameters.values()), _starts(parameters, tries, first), values, tuple(statements), notes,
-        ("f1",) if "f1" in parameters else (),
+        "step", "x1", tuple(experiments), tuple(parameters.values()), _starts(parameters, tries, first), values,
+        tuple(statements), notes, ("f1",) if "f1" in parameters else (),
     )  # fmt: skip
 
 
@@ -292,16 +292,19 @@ def _linear(a: Array, b: Array, loss: str) -> tuple[list[float], Array, Array]:
     """Coefficients, covariance with what neighbours have in common, and residuals b - a p."""
     size = np.abs(a).max(axis=0)
     scaled = a / size
-    found = np.linalg.lstsq(scaled, b, rcond=None)[0]
+    found = np.asarray(np.linalg.lstsq(scaled, b, rcond=None)[0], dtype=np.float64)
     if loss != "linear":
         spread = float(np.std(b - scaled @ found))
-        found = estimation.scipy_optimize().least_squares(
-            lambda p: (scaled @ p - b) / spread, found, lambda _: scaled / spread, loss=loss
-        ).x  # fmt: skip
-    residual = b - scaled @ found
+
+        def missed(p: Array) -> Array:
+            return np.asarray((scaled @ p - b) / spread)
+
+        found = np.asarray(estimation.scipy_optimize().least_squares(missed, found, loss=loss).x, dtype=np.float64)
+    residual = np.asarray(b - scaled @ found, dtype=np.float64)
     tests = estimation.tests_of(residual)
     variance = float((residual**2).sum()) / max(b.size - found.size, 1) * tests.inflation
-    covariance = np.linalg.inv(scaled.T @ scaled) * variance / np.outer(size, size)
+    inverse = np.asarray(np.linalg.inv(scaled.T @ scaled), dtype=np.float64)
+    covariance = inverse * variance / np.outer(size, size)
     return (found / size).tolist(), covariance, residual
 
 
@@ -377,5 +380,5 @@ def _beside(recordings: Sequence[Recording], fit: Fit) -> tuple[str, ...]:
     return (
         f"the fit in position, by the same current without feedback, gives {told}, rms {1e3 * rms:.3g} mm",
         "a closed loop keeps the position near its reference whatever the model misses, so an error of the force of 1 % adds up "
-        "twice into position, unopposed: the fit in position bends the parameters to follow that drift, the one in force does not",
+        "twice into position, unopposed: the fit in position bends the parameters after that drift, the one in force does not",
     )
