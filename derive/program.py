@@ -275,16 +275,14 @@ def program(model: Model = HOPPER) -> Program:
         ),
         Function(
             "objective",
-            "The same objective with a weight for each of what it does otherwise than the exact form.",
+            "The same objective with another share of the step, and with the spring coordinate.",
             (
                 robot,
                 Q.STATE,
                 _scalar(control.aed, "J", "analytical energy delta of the stance"),
                 _scalar(control.x1_T, "m", "displacement of the actuator at take-off"),
                 _scalar(control.h_des, "m", "desired apex"),
-                _scalar(control.step, "m", "reference level less the ground under the foot"),
-                _scalar(control.half, "1", "share of the step's energy in (26), printed 1/2"),
-                _scalar(control.direction, "1", "0: its absolute value as printed, 1: its sign"),
+                _scalar(control.rise, "m", "what (26) counts of the step, printed half its size"),
                 _scalar(control.spring, "1", "0: without the spring coordinate as printed, 1: with it"),
             ),
             control.objective(),

@@ -11,6 +11,7 @@ import sys
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -24,17 +25,18 @@ from tests.benchmarks.judge import judge
 MANY, FEW, SAMPLES = 100_000, 10_000, 10_000
 PAPER = ["x2_reverses"]
 MEMORY = """
-import resource, sys
+import sys
+from pathlib import Path
 import numpy as np
 import hopform
-from hopform_solver import records
+def peak():
+    (line,) = [line for line in Path("/proc/self/status").read_text().splitlines() if line.startswith("VmHWM:")]
+    return int(line.split()[1]) * 1024
 robot = hopform.load_robot("hopper_c")
 count = int(sys.argv[1])
-before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+before = peak()
 batch = hopform.solve_stances(robot, v2=np.linspace(-3.0, -0.3, count), u=np.linspace(-3.0, 3.0, count), backend="c")
-after = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-unit = 1 if sys.platform == "darwin" else 1024
-print(before * unit, after * unit, int((batch.status == 1).sum()))
+print(before, peak())
 """
 
 
@@ -176,15 +178,32 @@ def grid(repetitions: int) -> list[Line]:
 
 
 def memory(count: int = 1_000_000) -> list[Line]:
-    """The peak of a process that solves a batch without event lists, measured in a child of its own."""
+    """The peak of a process that solves a batch without event lists, measured in a child of its own; needs Linux's /proc."""
+    if not Path("/proc/self/status").exists():
+        raise native.NotBuilt("the memory of a batch: there is no /proc here")
     done = subprocess.run(
         [sys.executable, "-c", MEMORY, str(count)], capture_output=True, text=True, check=True, cwd=native.ROOT
     )
-    before, after, _ = map(int, done.stdout.split())
+    before, after = map(int, done.stdout.split())
     return [
         Line(f"memory of a process that solves {count} stances, peak", after / 2**20, "MiB"),
         Line("of which Python, NumPy and the library before", before / 2**20, "MiB"),
     ]
+
+
+def hopping(repetitions: int) -> list[Line]:
+    """1000 hops of `hopper_c` on rough ground, each a flight, a control solve and a stance: the best of all repetitions."""
+    robot, ground = hopform.load_robot("hopper_c"), hopform.terrain.uniform(1000, 0.02, seed=3)
+    controllers = {"the exact controller": hopform.controllers.FeedForward(0.2), "a constant current": 3.0}
+    lines: list[Line] = []
+    for name, controller in controllers.items():
+        spent: list[float] = []
+        for _ in range(repetitions + 1):
+            begin = time.process_time()
+            hopform.simulate(robot, ground, controller, height=0.2, backend="c")
+            spent.append(time.process_time() - begin)
+        lines.append(Line(f"simulate, {len(ground)} hops on rough ground under {name}", min(spent), "s"))
+    return lines
 
 
 def measure(repetitions: int) -> list[Line]:
@@ -192,7 +211,7 @@ def measure(repetitions: int) -> list[Line]:
     lines: list[Line] = []
     for part in (
         lambda: by_hand(repetitions), lambda: many(hopper_c(), repetitions), lambda: many(random_robots(), repetitions),
-        lambda: grid(repetitions), memory,
+        lambda: grid(repetitions), memory, lambda: hopping(repetitions),
     ):  # fmt: skip
         try:
             lines += part()

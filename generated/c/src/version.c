@@ -6,5 +6,5 @@
 
 const char *hopform_source(void)
 {
-    return "7ce86861981850d1";
+    return "16b882bba264b87a";
 }

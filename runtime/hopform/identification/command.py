@@ -20,6 +20,8 @@ from hopform.identification.step import fit_force, fit_step_response
 from hopform.robots import Robot
 
 KINDS = ("drop", "step", "ramp", "all")
+STAGES = 6
+"""Of a fit, about: it, the old model, intervals, what is left out."""
 ROLES = ("drop", "decay", "step", "air", "ramp")
 
 
