@@ -78,6 +78,7 @@ test-determinism: venv-dev ## derive with every Python, several sympy and hash s
 bench: compiler venv-bench ## time hopform against other solvers, judge all by the reference, write docs/benchmark.*; QUICK=1 is short
 	$(PY) tools/build_library.py
 	OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1 $(PY) -m tests.benchmarks $(if $(QUICK),--quick)
+	OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1 $(PY) -m tests.benchmarks.identification
 	OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1 $(PY) -m tests.benchmarks.lanes
 
 clean: ## remove everything that these targets made, except generated/

@@ -15,6 +15,7 @@ from hopform.identification.recordings import Column, Recording, noise_of, parse
 from hopform.identification.rigs import LETTERS, Experiment
 from hopform.identification.synthetic import record, to_csv
 from tests import coverage
+from tests.test_cli import SCHEMA, fits, strict_json
 
 HOPPER = hopform.load_robot("hopper_c")
 PULSES = tuple((0.05 * n, 0.6 * math.sin(0.5 * n) + 0.1) for n in range(40))
@@ -332,6 +333,12 @@ def test_good_data_pass_the_same_way(tmp_path, capsys):
     assert hopform.load_robot(out).k == pytest.approx(35.0**2, rel=0.02)
 
 
+def test_a_position_and_a_current_that_are_swapped_are_refused():
+    text = to_csv(record(HOPPER, "step", seed=2)).replace("x1_m,current_A", "current_A,x1_m", 1)
+    with pytest.raises(hopform.HopformError, match="line 1: column 'x1_m' jumps .* swapped"):
+        fit_step_response(parse_recording(text, "swapped.csv"), known={"m_eff": 25.0})
+
+
 def test_a_ramp_under_which_nothing_moves_is_refused():
     stuck = dataclasses.replace(HOPPER, f1=20.0)
     with pytest.raises(hopform.HopformError, match="does not move"):
@@ -417,3 +424,17 @@ def test_options_are_checked(arguments, words, tmp_path, capsys):
     file.write_text(to_csv(record(HOPPER, "drop", seed=1)), "utf-8")
     assert main(["identify", "drop", str(file), *arguments]) == 2
     assert words in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("kind", ["drop", "ramp"])
+def test_json_is_what_the_document_says(kind, tmp_path, capsys):
+    """Every field that docs/json.md names, of the type that it names, and no other."""
+    file = tmp_path / f"{kind}.csv"
+    made = record(HOPPER, kind, duration=8.0 if kind == "ramp" else 1.5, current=1.0, seed=1)
+    file.write_text(to_csv(made), "utf-8")
+    assert main(["identify", kind, str(file), "--json"]) == 0
+    said = strict_json(capsys.readouterr().out)
+    schema = SCHEMA["`hopform identify --json`" if kind == "drop" else "`hopform identify ramp --json`"]
+    assert list(said) == list(schema)
+    for name, expected in schema.items():
+        assert expected == "known" or fits(said[name], expected), name

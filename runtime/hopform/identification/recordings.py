@@ -103,8 +103,8 @@ class Recording:
                 self.line + worst,
             )
         others = [c for c in self.columns.values() if c.quantity in ("current", "voltage", "force")]
-        if others and _roughness(values) > 0.5 and min(_roughness(c.values) for c in others) < 0.02:
-            smooth = min(others, key=lambda c: _roughness(c.values))
+        if others and _jump(values) > 0.3 and min(_jump(c.values) for c in others) < 0.1:
+            smooth = min(others, key=lambda c: _jump(c.values))
             raise self.error(
                 f"column {column.title!r} jumps and column {smooth.title!r} is smooth: are the two swapped?", 1
             )
@@ -116,10 +116,11 @@ class Recording:
             )
 
 
-def _roughness(values: Array) -> float:
-    """How much of what a signal does is between neighbours: 0 for a motion, about 1 for noise."""
-    total = float(np.std(values))
-    return float(np.std(np.diff(values))) / (math.sqrt(2.0) * total) if total > 0.0 else 0.0
+def _jump(values: Array) -> float:
+    """The largest step from sample to sample, outliers and noise apart, as a share of the range: of a motion a small one."""
+    steady = calm(values)
+    reach = float(np.ptp(steady))
+    return float(np.abs(np.diff(steady)).max()) / reach if reach > 10.0 * noise_of(values) else 0.0
 
 
 def read_recording(path: str | Path, *, added_mass: float = 0.0) -> Recording:

@@ -37,8 +37,8 @@ def record(
 
     test: "drop" (released at hop height `height` [m], actuator held, flights and impacts included), "decay" (the body fixed to
     its spring, pulled down by `height`), "step" (the body held, currents +-`current` [A] in turn), "air" (the same without a
-    spring), "ramp" (in the air too, the current grows to `current` [A] and, from rest again, to its negative). current: u_max if
-    not given. hold [s]: of stillness at first, but in a decay. rate [Hz], noise [m] (standard deviation), quantum [m] (0 for none).
+    spring), "ramp" (in the air, the current grows to `current` [A] and, from rest again, to its negative). current: u_max if not
+    given. hold [s]: of stillness at first, but in a decay. rate [Hz], noise [m] (standard deviation), quantum [m] (0 for none).
     The same seed gives the same recording. Raises HopformError for a value that is not allowed.
 
     >>> import hopform
