@@ -39,6 +39,11 @@ class Trace:
     holdout: float
     """[m] rms over its last third of a fit to the rest alone; NaN where that was not asked for"""
 
+    @property
+    def quantum(self) -> float:
+        """The encoder's step [m], of which all measured values are multiples; 0 if none is seen."""
+        return quantum_of(self.measured) if self.quantity in ("x1", "x2") else 0.0
+
 
 @dataclass(frozen=True)
 class Fit:

@@ -128,7 +128,7 @@ def _flight(robot: records.Robot, run: "_Run", times: Array) -> tuple[Motion, "_
     length, x, v, by = robot.L0 + robot.c, run.state[2], run.state[3], run.state_by
     down = -math.sqrt(max(v * v + 2.0 * robot.g * (x - length), 0.0))
     airtime = (v - down) / robot.g
-    t = times[: int(np.searchsorted(times, run.begin + airtime, side="right"))] - run.begin
+    t = times[: int(np.count_nonzero(times <= run.begin + airtime))] - run.begin
     zero, velocity = np.zeros(t.size), v - robot.g * t
     states = np.stack([zero, zero, x + v * t - 0.5 * robot.g * t * t, velocity], axis=1)
     rows = np.zeros((t.size, 4, len(COLUMNS)))

@@ -291,8 +291,6 @@ def _notes(time: Array, columns: Mapping[str, Column]) -> tuple[str, ...]:
     if float(np.ptp(steps)) > 0.02 * float(np.median(steps)) and not gaps:
         notes.append(f"time stamps are uneven: {steps.min():.3g} to {steps.max():.3g} s apart")
     for column in columns.values():
-        if column.quantity == "length" and (step := quantum_of(column.values)) > 0.0:
-            notes.append(f"{column.title} is a multiple of {step:.4g} m")
         if column.quantity in ("current", "voltage") and (stay := saturated(column.values)) is not None:
             notes.append(f"{column.title} stays at its limit from sample {stay[0] + 1} to {stay[1] + 1}")
     return tuple(notes)

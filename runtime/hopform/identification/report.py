@@ -38,20 +38,30 @@ def parameter_rows(fit: Fit) -> list[tuple[str, ...]]:
 
 
 def trace_rows(fit: Fit) -> list[tuple[str, ...]]:
-    """Each recording: samples, rms under both models, hold-out error, autocorrelation."""
+    """Each recording: samples, rms under both models, hold-out error, the encoder's step, autocorrelation."""
     rows = list[tuple[str, ...]]()
     for trace in fit.traces:
         unit, factor = _UNIT[trace.quantity]
-        errors = (trace.tests.rms, trace.old_rms, trace.holdout)
+        lengths = (trace.tests.rms, trace.old_rms, trace.holdout, trace.quantum or math.nan)
         rows.append((
-            trace.label, str(trace.time.size), *(_number(factor * value, 4) for value in errors), unit,
+            trace.label, str(trace.time.size), *(_number(factor * value, 4) for value in lengths), unit,
             f"{trace.tests.autocorrelation:.2f}", "yes" if trace.tests.white else "no",
         ))  # fmt: skip
     return rows
 
 
 PARAMETER_HEAD = ("parameter", "value", "unit", "95 % interval", "by")
-TRACE_HEAD = ("recording", "samples", "rms", "rms, viscous alone", "hold-out", "unit", "autocorrelation", "white")
+TRACE_HEAD = (
+    "recording",
+    "samples",
+    "rms",
+    "rms, viscous alone",
+    "hold-out",
+    "quantum",
+    "unit",
+    "autocorrelation",
+    "white",
+)
 ONSET_HEAD = ("recording", "direction of x1", "t [s]", "u [A]", "95 % interval")
 
 
@@ -100,7 +110,8 @@ def fit_record(fit: Fit) -> dict[str, Any]:
             {
                 "source": trace.label, "quantity": trace.quantity, "samples": trace.time.size, "rms": trace.tests.rms,
                 "rms_viscous": trace.old_rms, "holdout": trace.holdout, "largest": trace.tests.largest,
-                "autocorrelation": trace.tests.autocorrelation, "runs_z": trace.tests.runs_z, "white": trace.tests.white,
+                "quantum": trace.quantum, "autocorrelation": trace.tests.autocorrelation, "runs_z": trace.tests.runs_z,
+                "white": trace.tests.white,
             }
             for trace in fit.traces
         ],
