@@ -137,25 +137,27 @@ def solve(
     weights = tuple(sigma or [each.noise or 1e-4 for each in experiments])
     coordinates = _Coordinates(parameters)
     per_sample = np.repeat(weights, [each.time.size for each in experiments])
-    last: list[tuple[bytes, Array, Array]] = []
+    known: dict[bytes, _Place] = {}
     evaluations = 0
 
-    def evaluate(z: Array) -> tuple[Array, Array]:
-        """Residuals and Jacobian as the optimiser sees them; it asks for both at one place, one after the other."""
+    def at(z: Array) -> _Place:
+        """Residuals and Jacobian at a place; the optimiser asks for one after the other, and goes back after a step too far."""
         nonlocal evaluations
         key = z.tobytes()
-        if not last or last[0][0] != key:
+        if key not in known:
             evaluations += 1
             parts, rows = _residuals(experiments, parameters, coordinates.out(z) | held)
             scaled = rows * coordinates.slopes(coordinates.out(z)) / per_sample[:, np.newaxis]
-            last[:] = [(key, *_condensed(np.concatenate(parts) / per_sample, scaled, loss))]
-        return last[0][1], last[0][2]
+            known[key] = _Place(parts, rows, *_condensed(np.concatenate(parts) / per_sample, scaled, loss))
+            while len(known) > 3:
+                del known[next(iter(known))]
+        return known[key]
 
     def residual(z: Array) -> Array:
-        return evaluate(z)[0]
+        return at(z).seen
 
     def jacobian(z: Array) -> Array:
-        return evaluate(z)[1]
+        return at(z).slopes
 
     start, cost = coordinates.into({p.name: p.start for p in parameters}), math.nan
     if parameters:
@@ -165,10 +167,19 @@ def solve(
         )  # fmt: skip
         start, cost = found.x, 2.0 * float(found.cost)
     values = coordinates.out(start) | held
-    parts, rows = _residuals(experiments, parameters, values)
-    left = np.concatenate(parts) / per_sample
+    end = at(start)
+    left = np.concatenate(end.parts) / per_sample
     cost = cost if parameters else float(left @ left)
-    return Solution(tuple(parameters), values, tuple(parts), weights, rows, cost, evaluations)
+    return Solution(tuple(parameters), values, tuple(end.parts), weights, end.rows, cost, evaluations)
+
+
+class _Place(NamedTuple):
+    """Residuals [m] per experiment and their derivatives by the parameters, and both as the optimiser sees them."""
+
+    parts: list[Array]
+    rows: Array
+    seen: Array
+    slopes: Array
 
 
 def _condensed(residual: Array, jacobian: Array, loss: str) -> tuple[Array, Array]:
@@ -327,7 +338,7 @@ def _profile(
             p._replace(start=_clip(p, p.start + s * (trial - value))) for p, s in zip(rest, slope.tolist(), strict=True)
         ]
         held = solve(
-            experiments, near, sigma=solution.sigma, fixed={parameter.name: trial}, loss=loss, most=8, precision=1e-5
+            experiments, near, sigma=solution.sigma, fixed={parameter.name: trial}, loss=loss, most=5, precision=1e-4
         )  # fmt: skip
         return (held.cost - solution.cost) / (solution.cost / solution.freedom * inflation)
 
@@ -353,7 +364,7 @@ def _cross(growth: Callable[[float], float], value: float, step: float, wanted: 
     near, x = value, value + target * step
     if math.isfinite(end):
         x = max(x, end)
-    for _ in range(8):
+    for _ in range(6):
         height = math.sqrt(max(growth(x), 0.0))
         if abs(height - target) <= 0.02 * target:
             break

@@ -147,15 +147,16 @@ def _shaken(problem: Problem, found: Solution, loss: str) -> Solution:
         return found
     viscous = [p.name for p in found.parameters if p.name[:1] == "b"]
     coulomb = [p.name for p in found.parameters if p.name[:1] == "f"]
+    best = found
     for b, f in ((0.6, 1.3), (1.3, 0.6), (0.0, 1.6), (0.9, 0.9), (1.1, 1.1)):
         moved = {name: b * found.values[name] for name in viscous} | {name: f * found.values[name] for name in coulomb}
         again = estimation.solve(
-            problem.experiments, from_start(estimation.started(found), moved), sigma=found.sigma, loss=loss, most=30,
-            precision=1e-8,
+            problem.experiments, from_start(estimation.started(found), moved), sigma=found.sigma, loss=loss, most=12,
+            precision=1e-5,
         )  # fmt: skip
-        if again.cost < found.cost * (1.0 - 1e-6):
-            found = again
-    return _weighed(problem, found, {}, loss)
+        if again.cost < best.cost * (1.0 - 1e-5):
+            best = again
+    return found if best is found else _weighed(problem, best, {}, loss)
 
 
 _FINALISTS = 4
@@ -177,9 +178,9 @@ def _from(
         order: list[int] = np.argsort(first, kind="stable").tolist()
         tried = [tried[n] for n in order[:_FINALISTS]]
     found = estimation.best([
-        estimation.solve(short, each, fixed=held, loss=loss, most=25, precision=1e-6) for each in tried
+        estimation.solve(short, each, fixed=held, loss=loss, most=12, precision=1e-4) for each in tried
     ])  # fmt: skip
-    for part in parts[1:]:
+    for part in parts:
         longer = [each.upto(_part(each, part)) for each in problem.experiments]
         found = estimation.solve(longer, estimation.started(found), fixed=held, loss=loss, most=25, precision=1e-6)
     return found
