@@ -219,6 +219,8 @@ def test_what_is_measured_scatters_as_it_is_told_and_within_the_stroke():
     spread = (seen - truth).std(axis=0)  # of 2000: within 5 % but once in a thousand
     assert spread[1:] == pytest.approx([2e-2, 1e-2, 5e-3], rel=0.06)
     assert seen[:, 0].min() >= HOPPER.x1_min
+    related = np.corrcoef((seen - truth)[:, 1:].T) - np.eye(3)
+    assert np.abs(related).max() < 0.1  # of 2000: four and a half standard deviations
 
 
 def test_a_current_that_flows_less_than_asked_for_is_a_weaker_motor():
@@ -255,6 +257,12 @@ def test_a_touchdown_that_is_seen_late_delays_the_current(controller):
     if len(asked) == 2:
         assert late.hops[0].stance.u[2] == (0.038, 3.0)
     assert late.hops[0].apex != prompt.hops[0].apex
+
+
+def test_a_delay_costs_what_the_detectors_page_says():
+    (hop,) = hops([0.0], 3.0, errors=hopform.Errors(delay=0.008)).hops
+    start = hop.touchdown
+    assert hop.apex == hopform.delayed_apex(HOPPER, 0.008, x1=start.x1, v1=start.v1, v2=start.v2, u=3.0)[0]
 
 
 def test_a_clock_sees_a_touchdown_at_its_next_tick():

@@ -14,17 +14,21 @@ from typing import NamedTuple, Protocol, SupportsFloat, cast, runtime_checkable
 import numpy as np
 from numpy.typing import NDArray
 
+from hopform import native_control
+from hopform.backends import choose as choose_backend
 from hopform.batch import solve_stances
 from hopform.checks import finite, positive
-from hopform.control import checked_target, choose_current
+from hopform.control import MAX_PHASES, checked_target, choose_current
 from hopform.errors import HopformError
 from hopform.printed import choose_current_as_printed
 from hopform.reaching import home_of
 from hopform.robots import Robot
 from hopform.stance import Current, Stance, State, solve_stance, touchdown_velocity
+from hopform_solver import records as solver_records
 
 Array = NDArray[np.float64]
 Heights = float | tuple[float, ...]
+_DOUBLE = np.dtype(np.float64)
 
 
 class Touchdown(NamedTuple):
@@ -112,6 +116,10 @@ class FeedForward:
         return replace(self, h_des=wishes(self.h_des))
 
     def __call__(self, touchdown: Touchdown) -> float:
+        if type(self.h_des) is float and choose_backend(self.backend) == "c":  # checked once, when it was prepared
+            ground, start = touchdown.ground, solver_records.State(touchdown.x1, touchdown.v1, touchdown.v2, 0.0)
+            target = (self.h_des if self.h_des > ground else ground, -ground, self.stop_margin, self.horizon)
+            return native_control.choose(touchdown.robot.parameters, start, target, MAX_PHASES, _DOUBLE)[0]
         return choose_current(
             touchdown.robot, x1=touchdown.x1, v1=touchdown.v1, v2=touchdown.v2, **target_of(self.h_des, touchdown),
             stop_margin=self.stop_margin, horizon=self.horizon, backend=self.backend,
@@ -249,6 +257,8 @@ class Tracking:
 
 def wish(h_des: SupportsFloat | Sequence[SupportsFloat], index: int) -> float:
     """The desired apex [m] after a touchdown."""
+    if type(h_des) is float:  # the common case, before a protocol is asked
+        return h_des
     return float(h_des[index]) if isinstance(h_des, Sequence) else float(h_des)
 
 

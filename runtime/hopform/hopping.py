@@ -7,6 +7,7 @@ the actuator's return in flight is carried into the next stance.
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from pathlib import Path
 from typing import Any, SupportsFloat, cast
 
@@ -153,17 +154,18 @@ class Run:
     last: Flight | None = field(repr=False)
     """the flight behind the last hop; None if that has no take-off"""
 
-    @property
+    @cached_property
     def table(self) -> NDArray[Any]:
-        """A row per hop, a structured array with the columns of `COLUMNS`.
+        """A row per hop, a structured array with the columns of `COLUMNS`, to read.
 
         >>> from hopform import load_robot
         >>> run = simulate(load_robot("hopper_c"), [0.0, 0.01], 3.0, height=0.2)
         >>> run.table["apex"].round(4).tolist()
         [0.2233, 0.24]
         """
-        rows = [_row(hop) for hop in self.hops]
-        return np.array(rows, dtype=[(name, kind) for name, kind, _ in COLUMNS])
+        rows = np.array([_row(hop) for hop in self.hops], dtype=[(name, kind) for name, kind, _ in COLUMNS])
+        rows.flags.writeable = False
+        return rows
 
     @property
     def backend(self) -> str:
@@ -265,7 +267,7 @@ class Run:
         good = (times >= 0.0) & (times <= self.duration)
         if not bool(np.all(good)):
             raise HopformError(f"t must be 0 <= t <= {self.duration!r} s, got {float(times[~good][0])!r}")
-        legs = self._all_legs()
+        legs = self._all_legs
         begins = np.maximum.accumulate(
             [math.nextafter(leg.begin, math.inf) if leg.after_takeoff else leg.begin for leg in legs]
         )
@@ -279,11 +281,9 @@ class Run:
             found.append((leg, group, np.clip(times[group] - leg.begin, 0.0, leg.motion.duration)))
         return found
 
+    @cached_property
     def _all_legs(self) -> "list[_Leg]":
-        kept = self.__dict__.get("_kept_legs")
-        if kept is None:
-            kept = self.__dict__["_kept_legs"] = _legs_of(self)
-        return kept
+        return _legs_of(self)
 
 
 @dataclass(frozen=True)

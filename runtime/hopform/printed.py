@@ -58,7 +58,7 @@ def choose_current_as_printed(
     >>> robot = load_robot("hopper_c")
     >>> command = choose_current_as_printed(robot, v2=touchdown_velocity(robot, 0.20), h_des=0.20)
     >>> round(command.u, 2), round(command.apex, 3)
-    (2.53, 0.176)
+    (2.57, 0.186)
     """
     start = start_of(robot, x1, v1, x2, v2)
     wanted, level, _, longest = checked_target(robot, h_des, datum, 0.0, horizon)

@@ -1876,7 +1876,7 @@ static bool take(lanes *w, int l, const queue *from, int64_t i)
                                 hopform_number_f32(&in->y, i)};
     const float u = hopform_number_f32(&in->u, i);
     const float horizon = hopform_number_f32(&in->horizon, i);
-    if (from->robot_status < 0 || !(hopform_large_energy_f32(robot, &state) <= 64.0f) || !within_range(state.x1) || !within_range(state.v1) || !within_range(state.v2)
+    if (from->robot_status < 0 || hopform_stores_much_f32(robot, &state) || !within_range(state.x1) || !within_range(state.v1) || !within_range(state.v2)
         || !(state.y >= 0.0f && state.y <= 1e38f) || !(state.x1 >= robot->x1_min && state.x1 <= robot->x1_max)
         || !within_range(u) || !(horizon > 0.0f && horizon <= 1e38f)) {
         return false;

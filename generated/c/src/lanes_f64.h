@@ -1897,7 +1897,7 @@ static bool take(lanes *w, int l, const queue *from, int64_t i)
                                 hopform_number_f64(&in->y, i)};
     const double u = hopform_number_f64(&in->u, i);
     const double horizon = hopform_number_f64(&in->horizon, i);
-    if (from->robot_status < 0 || !(hopform_large_energy_f64(robot, &state) <= 64.0) || !within_range(state.x1) || !within_range(state.v1) || !within_range(state.v2)
+    if (from->robot_status < 0 || hopform_stores_much_f64(robot, &state) || !within_range(state.x1) || !within_range(state.v1) || !within_range(state.v2)
         || !(state.y >= 0.0 && state.y <= 1e+300) || !(state.x1 >= robot->x1_min && state.x1 <= robot->x1_max)
         || !within_range(u) || !(horizon > 0.0 && horizon <= 1e+300)) {
         return false;

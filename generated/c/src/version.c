@@ -6,5 +6,5 @@
 
 const char *hopform_source(void)
 {
-    return "16b882bba264b87a";
+    return "030b9c7bf9ee26f7";
 }
