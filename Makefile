@@ -4,7 +4,7 @@ PY = .venv/bin/python
 export CC
 
 help: ## say what each target does
-	@sed -n 's/^\([a-z-]*\):[^#]*## /\1|/p' Makefile | awk -F'|' '{ printf "make %-24s %s\n", $$1, $$2 }'
+	@sed -n 's/^\([a-z-]*\):[^#]*## /\1|/p' Makefile | awk -F'|' '{ printf "make %-31s %s\n", $$1, $$2 }'
 
 run: compiler venv ## set up .venv, derive and compile the formulas, solve stances, hop over rough terrain, draw it all into out/
 	$(PY) -m derive
@@ -26,6 +26,14 @@ test-exhaustive: compiler venv-dev ## certify N random stances, a million if not
 test-exhaustive-slice: compiler venv-dev ## the same for 20 000 of them, 500 with the 50-digit reference
 	$(PY) tools/build_library.py
 	$(PY) -m tests.exhaustive --count 20000 --reference 500 --cases out/cases.json
+
+test-exhaustive-identification: compiler venv-dev ## fit 300 random robots, count how often the 95 % intervals hold the truth
+	$(PY) tools/build_library.py
+	$(PY) -m tests.coverage --count 300
+
+validate-data: compiler venv-dev ## fit the real recordings in the folder HOPFORM_DATA, compare with what is published of their rigs
+	@$(PY) tools/build_library.py
+	@$(PY) tools/validate_data.py
 
 scans: compiler venv-dev ## sweep across every case distinction of the solver, write docs/switchovers.*
 	$(PY) tools/build_library.py
@@ -70,6 +78,7 @@ test-determinism: venv-dev ## derive with every Python, several sympy and hash s
 bench: compiler venv-bench ## time hopform against other solvers, judge all by the reference, write docs/benchmark.*; QUICK=1 is short
 	$(PY) tools/build_library.py
 	OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1 $(PY) -m tests.benchmarks $(if $(QUICK),--quick)
+	OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1 $(PY) -m tests.benchmarks.identification
 	OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1 $(PY) -m tests.benchmarks.lanes
 
 clean: ## remove everything that these targets made, except generated/
@@ -90,6 +99,7 @@ venv-bench:
 	@sh tools/venv.sh bench
 
 .NOTPARALLEL:
+.PHONY: test-exhaustive-identification validate-data
 .PHONY: help run test test-exhaustive test-exhaustive-slice scans fuzz generate check lint wheel mutants mutants-all test-determinism
 .PHONY: bench test-control-exhaustive
 .PHONY: clean compiler venv venv-dev venv-bench

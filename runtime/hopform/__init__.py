@@ -16,6 +16,15 @@ from hopform.control import Command, choose_current
 from hopform.errors import BackendError, HopformError, MissingExtra
 from hopform.flight import Flight, FlightLedger, FlightPhase, design_return, solve_flight
 from hopform.hopping import Errors, Hop, Run, simulate
+from hopform.identification import (
+    fit_drop_test,
+    fit_force,
+    fit_robot,
+    fit_step_response,
+    friction_threshold,
+    read_recording,
+    record,
+)
 from hopform.printed import PrintedCommand, choose_current_as_printed
 from hopform.reaching import FixedPoint, Reachability, next_apex, reachability
 from hopform.robots import ROBOTS, Robot, load_robot
@@ -73,8 +82,15 @@ __all__ = [
     "design_return",
     "choose_current_as_printed",
     "equations",
+    "fit_drop_test",
+    "fit_force",
+    "fit_robot",
+    "fit_step_response",
+    "friction_threshold",
     "library_message",
     "load_robot",
+    "read_recording",
+    "record",
     "simulate",
     "solve_flight",
     "next_apex",

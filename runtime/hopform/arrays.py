@@ -10,7 +10,7 @@ import hopform_solver
 from hopform.errors import HopformError
 from hopform_solver.energy import energy_at, ledger_at
 from hopform_solver.records import Energy, Ledger, Robot, State
-from hopform_solver.sensitivity import sensitivities_of
+from hopform_solver.sensitivity import sensitivities_of, tangents_of
 from hopform_solver.stance import Solution, state_at
 
 
@@ -67,6 +67,10 @@ class Solved:
     def sensitivities(self) -> NDArray[np.floating]:
         """Derivatives, rows times columns as in hopform_solver.sensitivity; NaN where there are none."""
         return sensitivities_of(self.solution)
+
+    def tangents(self, t: NDArray[np.floating]) -> tuple[State, NDArray[np.floating]]:
+        """States at times of one dimension, which do not decrease, and the derivatives of x1, v1, v2, y there."""
+        return self.state_at(t), tangents_of(self.solution, t)
 
 
 def solve(

@@ -58,6 +58,21 @@ class Precision(StrEnum):
     float32 = "float32"
 
 
+class Identification(StrEnum):
+    drop = "drop"
+    step = "step"
+    ramp = "ramp"
+    all = "all"
+
+
+class Recordable(StrEnum):
+    drop = "drop"
+    decay = "decay"
+    step = "step"
+    air = "air"
+    ramp = "ramp"
+
+
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line on `arguments` (the process's own if None) and return the exit code."""
     try:
@@ -174,6 +189,23 @@ WithSensitivities = Annotated[
 Toml = Annotated[bool, option("--toml", "print a TOML to start from (of hopper_c if no NAME)")]
 Csv = Annotated[str | None, option("--csv", "write a table over time; - prints it", metavar="FILE|-")]
 Plot = Annotated[Path | None, option("--plot", "draw it: .svg, .pdf or .png", metavar="FILE")]
+Identified = Annotated[Identification, typer.Argument(help="what the files are")]
+Recordings = Annotated[
+    list[str], typer.Argument(metavar="FILES", help="CSV; with `all`, each may be ROLE:FILE, drop|decay|step|air|ramp")
+]
+Known = Annotated[
+    list[str] | None, option("--known", "a known parameter, in SI units; repeatable", metavar="NAME=VALUE")
+]
+Attached = Annotated[bool, option("--attached", "the body is fixed to its spring, which pushes and pulls")]
+Air = Annotated[bool, option("--air", "the leg is in the air: no spring")]
+Force = Annotated[bool, option("--force", "fit in force: no spring, recorded in closed loop")]
+AddedMasses = Annotated[str, option("--added-mass", "[kg] what the body carried, one per file", metavar="M,M,...")]
+Loss = Annotated[str, option("--loss", "linear, or against outliers soft_l1, huber, cauchy")]
+TomlOut = Annotated[
+    Path | None, option("--out", "write the robot as TOML; --robot gives what is not fitted", metavar="FILE")
+]
+Report = Annotated[Path | None, option("--report", "write a report with plots: .md or .html", metavar="FILE")]
+Recorded = Annotated[Recordable, typer.Argument(help="the test")]
 Version = Annotated[bool, option("--version", "print the version and exit")]
 
 
@@ -328,6 +360,80 @@ def hop(
             *([(npz, lambda: archive(run, samples))] if npz else []),
         ],
     )
+
+
+@app.command()
+def identify(
+    kind: Identified,
+    files: Recordings,
+    known: Known = None,
+    attached: Attached = False,
+    air: Air = False,
+    force: Force = False,
+    added_mass: AddedMasses = "",
+    loss: Loss = "linear",
+    robot: RobotName = "hopper_c",
+    out: TomlOut = None,
+    report: Report = None,
+    json: Json = False,
+    plot: Plot = None,
+) -> None:
+    """Identify a robot from CSV recordings: drop tests, step responses, slow ramps of the current, or all together."""
+    from hopform.identification import command
+    from hopform.identification.report import check_suffix
+
+    check_outputs(json, str(out) if out else None, plot)
+    if report is not None:
+        check_suffix(report)
+        check_outputs(json, str(report), plot)
+        figures()
+    base = hopform.load_robot(robot)
+    masses, values = command.added_masses(added_mass), command.known_values(known or [])
+    with patience("identification") as advance:
+        wanted = command.Wanted(kind.value, tuple(files), values, masses, attached, air, force, loss)
+        stages = iter(range(command.STAGES))
+        answer = command.identify(wanted, lambda _: advance(next(stages, command.STAGES), command.STAGES))
+        written = command.files_of(answer, base, out, report, plot)
+    printed = tables.to_json({"hopform": hopform.__version__, **command.record_of(answer)}) if json else ""
+    shown = [] if json else [*command.tables_of(answer), *(f"wrote {path}" for path, _ in written)]
+    for path, content in written:
+        write(path, content)
+    for warning in answer.warnings:
+        print(f"hopform: warning: {warning}", file=sys.stderr)
+    if json:
+        print(printed)
+    show(shown)
+
+
+@app.command()
+def record(
+    test: Recorded,
+    robot: RobotName = "hopper_c",
+    duration: Annotated[float, quantity("--duration", "s", "how long")] = 2.0,
+    rate: Annotated[float, quantity("--rate", "Hz", "samples per second")] = 500.0,
+    noise: Annotated[float, quantity("--noise", "m", "standard deviation of the position's noise")] = 2e-4,
+    quantum: Annotated[float, quantity("--quantum", "m", "step of the encoder, 0 for none")] = 1.0 / 56000.0,
+    height: Annotated[float, quantity("--height", "m", "hop height of a drop, pull of a decay")] = 0.2,
+    current: Annotated[float | None, quantity("--current", "A", "largest current; u_max if left out")] = None,
+    hold: Annotated[float, quantity("--hold", "s", "stillness at first")] = 0.2,
+    added_mass: Annotated[float, quantity("--added-mass", "kg", "mass that the body carries beside its own")] = 0.0,
+    seed: Annotated[int | None, option("--seed", "of the noise", metavar="N", min=0)] = None,
+    csv: Csv = "-",
+) -> None:
+    """Make a synthetic recording of a robot, as a lab would record it, to plan experiments with."""
+    from hopform.identification import record as make
+    from hopform.identification import to_csv
+
+    check_outputs(False, csv, None)
+    made = make(
+        hopform.load_robot(robot), test.value, duration=duration, rate=rate, noise=noise, quantum=quantum, height=height,
+        current=current, hold=hold, added_mass=added_mass, seed=seed,
+    )  # fmt: skip
+    if csv is None or csv == "-":
+        print(to_csv(made), end="")
+    else:
+        write(Path(csv), to_csv(made).encode())
+        show([f"wrote {csv}"])
 
 
 @app.command()

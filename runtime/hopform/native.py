@@ -288,6 +288,14 @@ class Solved:
             matrix[ROWS.index("apex")] = np.nan
         return matrix
 
+    def tangents(self, t: NDArray[np.floating]) -> tuple[State, NDArray[np.floating]]:
+        """States at times of one dimension, which do not decrease, and the derivatives of x1, v1, v2, y there."""
+        states = np.empty((t.size, len(State._fields)), dtype=t.dtype)
+        columns = 5 + len(self.desk.library.records.Robot._fields)
+        tangents = np.empty((t.size, len(State._fields), columns), dtype=t.dtype)
+        self._call("stance_tangents", _pointer(t), ctypes.c_int32(t.size), _pointer(states), _pointer(tangents))
+        return State(*states.T), tangents
+
     def _call(self, name: str, *arguments: Any) -> int:
         return self.desk.library.call(
             name, self.desk.types, self.plan, self.steps, self.phases, self.stance, *arguments

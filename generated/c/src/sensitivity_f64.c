@@ -330,3 +330,60 @@ int32_t hopform_stance_sensitivities_f64(const hopform_plan_f64 *plan, const hop
     }
     return sound(exists && finish(plan, steps, phases, stance, &change, matrix), matrix);
 }
+
+/* Go from one time in a phase to a later one: the state, and its changes. */
+static void travel(const hopform_plan_f64 *plan, const hopform_step_f64 *steps, hopform_phase_f64 *place, double t,
+                   changes *change)
+{
+    const double u = steps[place->step].u;
+    const double h = t - place->t;
+    if (h > 0.0 && (hopform_side_1_f64(place) != 0 || hopform_side_2_f64(place) != 0)) {
+        const hopform_state_f64 state = hopform_state_in_phase_f64(plan, place, u, h);
+        advance(plan, place, u, h, change);
+        place->x1 = state.x1;
+        place->v1 = state.v1;
+        place->v2 = state.v2;
+        place->y = state.y;
+    }
+    place->t = t;
+}
+
+int32_t hopform_stance_tangents_f64(const hopform_plan_f64 *plan, const hopform_step_f64 *steps,
+                                     const hopform_phase_f64 *phases, const hopform_stance_f64 *stance,
+                                     const double *times, int32_t count, hopform_state_f64 *states, double *tangents)
+{
+    if (plan == NULL || steps == NULL || phases == NULL || stance == NULL || times == NULL || states == NULL
+        || tangents == NULL) {
+        return HOPFORM_ERROR_NULL;
+    }
+    if (stance->phases_kept < stance->phase_count || stance->phases_kept < 1) {
+        return HOPFORM_ERROR_TIME;
+    }
+    const bool rests = stance->ending == HOPFORM_ENDING_REST;
+    changes change = start_of(&phases[0], stance);
+    hopform_phase_f64 place = phases[0];
+    bool exists = true;
+    int32_t n = 0;
+    for (int32_t i = 0; i < count; i++) {
+        const double t = times[i];
+        if (!(t >= 0.0 && t <= 1e+300) || (t > stance->duration && !rests) || (i > 0 && t < times[i - 1])) {
+            return HOPFORM_ERROR_TIME;
+        }
+        const double within = t < stance->duration ? t : stance->duration;
+        for (; n + 1 < stance->phases_kept && phases[n + 1].t <= within; n++) {
+            travel(plan, steps, &place, phases[n + 1].t, &change);
+            exists = pass(plan, steps, &phases[n], &phases[n + 1], &change) && exists;
+            place = phases[n + 1];
+        }
+        travel(plan, steps, &place, within, &change);
+        const hopform_state_f64 state = {place.x1, place.v1, place.v2, place.y};
+        states[i] = state;
+        const int coordinate[HOPFORM_TANGENT_ROWS] = {X, V1, V2, Y};
+        for (int row = 0; row < HOPFORM_TANGENT_ROWS; row++) {
+            for (int column = 0; column < COLUMNS; column++) {
+                tangents[(i * HOPFORM_TANGENT_ROWS + row) * COLUMNS + column] = change.at[coordinate[row]][column];
+            }
+        }
+    }
+    return exists ? HOPFORM_OK : HOPFORM_NO_DERIVATIVE;
+}

@@ -6,5 +6,5 @@
 
 const char *hopform_source(void)
 {
-    return "c7d6ab050870a92e";
+    return "030b9c7bf9ee26f7";
 }

@@ -14,7 +14,7 @@ An exact solver by itself, on NumPy arrays, generated from the derivation:
 from hopform_solver.records import ENDINGS, EVENTS, ROBOT_FIELDS, Ledger, Robot, State
 from hopform_solver.stance import Solution, solve
 
-SOURCE = "c7d6ab050870a92e"
+SOURCE = "030b9c7bf9ee26f7"
 """What this package was generated from; the C library carries the same text."""
 
 __all__ = ["ENDINGS", "EVENTS", "ROBOT_FIELDS", "SOURCE", "Ledger", "Robot", "Solution", "State", "solve"]

@@ -236,3 +236,44 @@ def sensitivities_of(solution: Solution) -> Array:
     matrix[~exists] = np.nan
     matrix[~np.isfinite(matrix[:, ROWS.index("apex")]).all(axis=1), ROWS.index("apex")] = np.nan
     return matrix.reshape(*solution.shape, len(ROWS), len(COLUMNS))
+
+
+def _between(chains: _Chains, n: int, t: Array) -> _Chains:
+    """Pieces of one phase from its start or a time to the next time, each a phase of its own."""
+    index = np.full(t.size, n)
+    begin = np.concatenate([chains.phases.t[n : n + 1], t[:-1]])
+    plan, start, u, side = chains.only(index)
+    at = state_in_phase(plan, start, u, side, begin - chains.phases.t[n])
+    at = State(*(np.where(begin > chains.phases.t[n], later, now) for later, now in zip(at, start, strict=True)))
+    phases = take(chains.phases, index)._replace(t=begin, x1=at.x1, v1=at.v1, v2=at.v2, y=at.y)
+    one = np.zeros(1, dtype=np.intp)
+    return _Chains(plan, phases, t - begin, u, side, one, np.full(1, t.size, dtype=np.int64))
+
+
+def tangents_of(solution: Solution, times: Array) -> Array:
+    """Derivatives (times, 4, columns) of the states x_1, v_1, v_2, y of one solved stance at times that do not decrease.
+
+    Through the events before each time; where an event grazes, those of a motion that does not notice it.
+    """
+    chains = _chains_of(solution, np.zeros(1, dtype=np.intp))
+    change = _begin(chains, solution.start_loss.reshape(-1)[:1] < 0.0)
+    within = np.minimum(times, solution.duration.reshape(-1)[0])
+    found = np.zeros((times.size, 4, len(COLUMNS)), dtype=within.dtype)
+    rows = [X, V1, V2, Y]
+    with np.errstate(all="ignore"):
+        for n in range(int(chains.count[0])):
+            last = n + 1 == chains.count[0]
+            end = np.inf if last else chains.phases.t[n + 1]
+            here = np.flatnonzero((within >= chains.phases.t[n]) & (within < end))
+            stops = within[here] if last else np.append(within[here], end)
+            if not stops.size:
+                break
+            pieces = _between(chains, n, np.asarray(stops, dtype=within.dtype))
+            for piece in range(stops.size):
+                change = _advance(pieces, np.array([piece]), change)
+                if piece < here.size:
+                    found[here[piece]] = change[0, rows]
+            if not last:
+                passed = _pass(chains, np.array([n]), change)
+                change = np.where(np.isfinite(passed).all(), passed, change)
+    return found

@@ -85,6 +85,7 @@ extern "C" {
  * parameters of the robot in the order of hopform_robot. */
 #define HOPFORM_SENSITIVITY_ROWS 7
 #define HOPFORM_SENSITIVITY_COLUMNS (5 + 15)
+#define HOPFORM_TANGENT_ROWS 4 /* x1, v1, v2, y: members of the state */
 
 /* Members of hopform_robot. */
 #define HOPFORM_ROBOT_FIELDS 15

@@ -183,6 +183,14 @@ int32_t hopform_stance_sensitivities_f64(const hopform_plan_f64 *plan, const hop
                                           const hopform_phase_f64 *phases, const hopform_stance_f64 *stance,
                                           double *matrix);
 
+/* States of a solved stance at `count` times, which must not decrease, and their derivatives through the events before them:
+ * HOPFORM_TANGENT_ROWS times HOPFORM_SENSITIVITY_COLUMNS numbers a time, rows x1, v1, v2, y, columns as in
+ * hopform_stance_sensitivities. Where an event grazes (HOPFORM_NO_DERIVATIVE) they are those of a motion that does not notice it.
+ */
+int32_t hopform_stance_tangents_f64(const hopform_plan_f64 *plan, const hopform_step_f64 *steps,
+                                     const hopform_phase_f64 *phases, const hopform_stance_f64 *stance,
+                                     const double *times, int32_t count, hopform_state_f64 *states, double *tangents);
+
 /* States of a solved stance at the times t0 + i dt, i = 0 .. count - 1, as four arrays; y is the compression.
  *
  * The grid ends at the stance's duration (a rest may be followed on for any time); dt > 0. About as exact as

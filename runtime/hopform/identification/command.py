@@ -1,0 +1,149 @@
+"""What `hopform identify` does between its options and its output: files to recordings, recordings to a fit, a fit to files."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from rich.console import RenderableType
+
+from hopform.errors import HopformError
+from hopform.identification import report
+from hopform.identification.drop import fit_drop_test
+from hopform.identification.estimation import Progress
+from hopform.identification.fits import Fit
+from hopform.identification.joint import LETTERS, fit_robot
+from hopform.identification.ramp import Threshold, friction_threshold
+from hopform.identification.recordings import Recording, read_recording
+from hopform.identification.step import fit_force, fit_step_response
+from hopform.robots import Robot
+
+KINDS = ("drop", "step", "ramp", "all")
+STAGES = 6
+"""Of a fit, about: it, the old model, intervals, what is left out."""
+ROLES = ("drop", "decay", "step", "air", "ramp")
+
+
+@dataclass(frozen=True)
+class Wanted:
+    """What was asked for. attached, air, force: which rig or fit; added_mass [kg], one per file or none."""
+
+    kind: str
+    files: tuple[str, ...]
+    known: Mapping[str, float]
+    added_mass: tuple[float, ...] = ()
+    attached: bool = False
+    air: bool = False
+    force: bool = False
+    loss: str = "linear"
+
+
+def known_values(pairs: Sequence[str]) -> dict[str, float]:
+    """Known parameters from name=value."""
+    values = dict[str, float]()
+    for pair in pairs:
+        name, equals, value = pair.partition("=")
+        try:
+            number = float(value)
+        except ValueError:
+            number = float("nan")
+        if not equals or not np.isfinite(number):
+            raise HopformError(f"--known takes name=value in SI units, as in m_s=3.0, got {pair!r}")
+        if name not in LETTERS:
+            raise HopformError(f"--known: there is no parameter {name!r}; there are {', '.join(LETTERS)}")
+        values[name] = number
+    return values
+
+
+def added_masses(text: str) -> tuple[float, ...]:
+    """Masses [kg] from "0,0.986"."""
+    try:
+        masses = tuple(float(each) for each in text.split(",")) if text else ()
+    except ValueError:
+        masses = (float("nan"),)
+    if not all(np.isfinite(each) and each >= 0.0 for each in masses):
+        raise HopformError(f"--added-mass takes masses >= 0 in kg, one per file, as in 0,0.986, got {text!r}")
+    return masses
+
+
+def identify(wanted: Wanted, progress: Progress | None = None) -> Fit | Threshold:
+    """The answer; HopformError names what is wrong with a file."""
+    if wanted.added_mass and len(wanted.added_mass) != len(wanted.files):
+        raise HopformError(f"--added-mass names {len(wanted.added_mass)} masses for {len(wanted.files)} files")
+    roles, recordings = _read(wanted)
+    if wanted.kind == "ramp":
+        return friction_threshold(recordings, m_eff=wanted.known.get("m_eff"), gamma2=wanted.known.get("gamma2"))
+    if wanted.kind == "drop":
+        return fit_drop_test(
+            recordings, attached=wanted.attached, known=wanted.known, loss=wanted.loss, progress=progress
+        )
+    if wanted.kind == "step" and wanted.force:
+        return fit_force(recordings, known=wanted.known, loss=wanted.loss, progress=progress)
+    if wanted.kind == "step":
+        return fit_step_response(
+            recordings, spring=not wanted.air, known=wanted.known, loss=wanted.loss, progress=progress
+        )
+    of = {role: [r for r, own in zip(recordings, roles, strict=True) if own == role] for role in ROLES}
+    return fit_robot(
+        drops=of["drop"], decays=of["decay"], steps=of["step"], air=of["air"], ramps=of["ramp"], known=wanted.known,
+        loss=wanted.loss, progress=progress,
+    )  # fmt: skip
+
+
+def _read(wanted: Wanted) -> tuple[list[str], list[Recording]]:
+    roles, recordings = list[str](), list[Recording]()
+    for n, name in enumerate(wanted.files):
+        role, colon, rest = name.partition(":")
+        given = role in ROLES and bool(colon)
+        recording = read_recording(rest if given else name)
+        mass = wanted.added_mass[n] if wanted.added_mass else 0.0
+        recordings.append(replace(recording, added_mass=mass))
+        roles.append(role if given else _role(recording, wanted))
+    return roles, recordings
+
+
+def _role(recording: Recording, wanted: Wanted) -> str:
+    """What a recording is, where nobody says so: without a current a drop; with one that creeps a ramp, else steps."""
+    if not recording.has_current():
+        return "decay" if wanted.attached else "drop"
+    u = recording.current()
+    width = max(u.size // 20, 1)
+    share = float(np.median(np.abs(u[width:] - u[:-width]))) / max(float(np.ptp(u)), 1e-12)
+    if 0.02 < share < 0.3:
+        return "ramp"
+    return "air" if wanted.air else "step"
+
+
+def tables_of(answer: Fit | Threshold) -> Iterator[RenderableType]:
+    return report.fit_tables(answer) if isinstance(answer, Fit) else report.threshold_tables(answer)
+
+
+def record_of(answer: Fit | Threshold) -> dict[str, Any]:
+    return report.fit_record(answer) if isinstance(answer, Fit) else report.threshold_record(answer)
+
+
+def files_of(
+    answer: Fit | Threshold, base: Robot, out: Path | None, written: Path | None, plot: Path | None
+) -> list[tuple[Path, bytes]]:
+    """The files that were asked for: a robot's TOML, a report, a picture."""
+    files = list[tuple[Path, bytes]]()
+    if isinstance(answer, Threshold):
+        if written or plot:
+            raise HopformError(
+                "a ramp has no report and no picture of its own; its onsets are in the table and in --json"
+            )
+        if out:
+            if np.isnan(answer.f1):
+                raise HopformError("--out needs f1: give --known m_eff=... and --known gamma2=...")
+            files.append((out, replace(base, f1=answer.f1).to_toml().encode()))
+        return files
+    if out:
+        files.append((out, replace(answer.robot(base), name=out.stem, description="identified").to_toml().encode()))
+    if written:
+        files += report.files_of(answer, written)
+    if plot:
+        from hopform import plots
+
+        files.append((plot, plots.render(report.plot_fit(answer), plot.suffix)))
+    return files

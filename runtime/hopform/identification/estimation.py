@@ -1,0 +1,411 @@
+"""Least squares on exact residuals with exact derivatives, and what the data say about each parameter.
+
+    minimise sum_i ((predicted_i(p) - measured_i)/sigma_i)^2
+
+Masses, stiffness and the like, which are positive, are fitted as their logarithms; friction is bounded by 0. Covariance from the
+Jacobian at the solution; intervals of Student's t, those of Coulomb friction by profile likelihood, because its effect is not
+proportional and 0 is its end: all other parameters are fitted anew at each trial value, and the interval ends where the sum of
+squares has grown by the factor 1 + t^2/(n - p).
+"""
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from hopform.errors import HopformError, MissingExtra
+from hopform.identification.motion import Array
+from hopform.identification.rigs import Experiment
+
+LEVEL = 0.95
+_WEAK = 1e-7
+"""Below this share of the largest singular value of the scaled Jacobian a direction is one that the data do not see."""
+
+
+class Parameter(NamedTuple):
+    """What is fitted: its unit, where the fit starts, the size of a change that matters, and its kind."""
+
+    name: str
+    unit: str
+    start: float
+    scale: float
+    kind: str = "real"
+    """real, positive (fitted as a logarithm), nonnegative, fraction (0 .. 1)"""
+    profiled: bool = False
+    own: bool = False
+    """belongs to one recording: where and how fast it starts"""
+
+
+class Estimate(NamedTuple):
+    """A parameter as the data have it."""
+
+    name: str
+    unit: str
+    value: float
+    stderr: float
+    low: float
+    high: float
+    method: str
+    """how the interval was found: "t", "profile", "profile, one-sided at 0", "known", "not identifiable" """
+    own: bool = False
+
+
+@dataclass(frozen=True)
+class Solution:
+    """A minimum: values of all parameters, residuals per experiment [m], the scaled Jacobian's decomposition."""
+
+    parameters: tuple[Parameter, ...]
+    values: dict[str, float]
+    residuals: tuple[Array, ...]
+    sigma: tuple[float, ...]
+    jacobian: Array
+    cost: float
+    evaluations: int
+
+    @property
+    def count(self) -> int:
+        return sum(each.size for each in self.residuals)
+
+    @property
+    def freedom(self) -> int:
+        return max(self.count - len(self.parameters), 1)
+
+
+def scipy_optimize() -> Any:
+    try:
+        from scipy import optimize
+    except ImportError:
+        raise MissingExtra("identification", "identify") from None
+    return optimize
+
+
+def student(level: float, freedom: float) -> float:
+    """The quantile of Student's t."""
+    try:
+        from scipy.special import stdtrit
+    except ImportError:
+        raise MissingExtra("identification", "identify") from None
+    return float(stdtrit(freedom, level))
+
+
+class _Coordinates:
+    """Between parameters and the numbers that the optimiser moves."""
+
+    def __init__(self, parameters: Sequence[Parameter]) -> None:
+        self.parameters = parameters
+        self.low = np.array([{"nonnegative": 0.0, "fraction": 0.0}.get(p.kind, -np.inf) for p in parameters])
+        self.low = np.array([low / p.scale for low, p in zip(self.low, parameters, strict=True)])
+        self.high = np.array([0.999 / p.scale if p.kind == "fraction" else np.inf for p in parameters])
+
+    def into(self, values: Mapping[str, float]) -> Array:
+        z = np.array([
+            math.log(max(values[p.name], 1e-9 * p.scale)) if p.kind == "positive" else values[p.name] / p.scale
+            for p in self.parameters
+        ])  # fmt: skip
+        inside = 1e-10
+        return np.asarray(np.minimum(np.maximum(z, self.low + inside), self.high - inside))
+
+    def out(self, z: Array) -> dict[str, float]:
+        return {
+            p.name: math.exp(min(value, 300.0)) if p.kind == "positive" else float(value) * p.scale
+            for p, value in zip(self.parameters, z.tolist(), strict=True)
+        }
+
+    def slopes(self, values: Mapping[str, float]) -> Array:
+        """d parameter / d coordinate."""
+        return np.array([values[p.name] if p.kind == "positive" else p.scale for p in self.parameters])
+
+
+Progress = Callable[[str], None]
+
+
+def solve(
+    experiments: Sequence[Experiment],
+    parameters: Sequence[Parameter],
+    *,
+    sigma: Sequence[float] | None = None,
+    fixed: Mapping[str, float] | None = None,
+    loss: str = "linear",
+    most: int = 60,
+    precision: float = 1e-9,
+) -> Solution:
+    """The least squares from where the parameters start; experiments count by their sigma [m], all alike if not given."""
+    optimize = scipy_optimize()
+    held = dict(fixed or {})
+    weights = tuple(sigma or [each.noise or 1e-4 for each in experiments])
+    coordinates = _Coordinates(parameters)
+    per_sample = np.repeat(weights, [each.time.size for each in experiments])
+    known: dict[bytes, _Place] = {}
+    evaluations = 0
+
+    def at(z: Array) -> _Place:
+        """Residuals and Jacobian at a place; the optimiser asks for one after the other, and goes back after a step too far."""
+        nonlocal evaluations
+        key = z.tobytes()
+        if key not in known:
+            evaluations += 1
+            parts, rows = _residuals(experiments, parameters, coordinates.out(z) | held)
+            scaled = rows * coordinates.slopes(coordinates.out(z)) / per_sample[:, np.newaxis]
+            known[key] = _Place(parts, rows, *_condensed(np.concatenate(parts) / per_sample, scaled, loss))
+            while len(known) > 3:
+                del known[next(iter(known))]
+        return known[key]
+
+    def residual(z: Array) -> Array:
+        return at(z).seen
+
+    def jacobian(z: Array) -> Array:
+        return at(z).slopes
+
+    start, cost = coordinates.into({p.name: p.start for p in parameters}), math.nan
+    if parameters:
+        found = optimize.least_squares(
+            residual, start, jacobian, bounds=(coordinates.low, coordinates.high), loss=loss, f_scale=2.0, max_nfev=most,
+            ftol=precision, xtol=precision, gtol=1e-12,
+        )  # fmt: skip
+        start, cost = found.x, 2.0 * float(found.cost)
+    values = coordinates.out(start) | held
+    end = at(start)
+    left = np.concatenate(end.parts) / per_sample
+    cost = cost if parameters else float(left @ left)
+    return Solution(tuple(parameters), values, tuple(end.parts), weights, end.rows, cost, evaluations)
+
+
+class _Place(NamedTuple):
+    """Residuals [m] per experiment and their derivatives by the parameters, and both as the optimiser sees them."""
+
+    parts: list[Array]
+    rows: Array
+    seen: Array
+    slopes: Array
+
+
+def _condensed(residual: Array, jacobian: Array, loss: str) -> tuple[Array, Array]:
+    """(f, J) as (Q^T f and what is left of |f|, R), J = Q R: the same gradient, steps and cost in p + 1 rows, not thousands.
+
+    A robust loss weighs each sample, so it takes them all.
+    """
+    if loss != "linear" or jacobian.shape[1] == 0:
+        return residual, jacobian
+    r = triangle(np.column_stack([jacobian, residual]))
+    return r[:, -1], r[:, :-1]
+
+
+def triangle(matrix: Array) -> Array:
+    """R of a tall matrix' QR, block by block: blocks so small that no library of linear algebra starts threads for them."""
+    width = matrix.shape[1]
+    found = np.empty((0, width))
+    for begin in range(0, matrix.shape[0], 256):
+        rows = np.vstack([found, matrix[begin : begin + 256]])
+        found = np.asarray(np.linalg.qr(rows, mode="r"))
+    return found
+
+
+def _residuals(
+    experiments: Sequence[Experiment], parameters: Sequence[Parameter], values: Mapping[str, float]
+) -> tuple[list[Array], Array]:
+    """Predicted less measured [m] per experiment, and the derivatives of all of them by the parameters."""
+    parts, rows = list[Array](), list[Array]()
+    for experiment in experiments:
+        try:
+            predicted, by = experiment.predict(values)
+        except (
+            HopformError
+        ):  # a motion that the parameters cannot make: far from every measurement, so the step is refused
+            predicted, by = np.full_like(experiment.measured, 1e3), {}
+        parts.append(predicted - experiment.measured)
+        zero = np.zeros(experiment.time.size)
+        rows.append(
+            np.stack([by.get(p.name, zero) for p in parameters], axis=1) if parameters else np.empty((zero.size, 0))
+        )
+    return parts, np.concatenate(rows)
+
+
+def best(solutions: Sequence[Solution]) -> Solution:
+    return min(solutions, key=lambda each: each.cost)
+
+
+def deviations(solution: Solution, experiments: Sequence[Experiment], loss: str) -> tuple[float, ...]:
+    """Standard deviation of each recording's residuals, each counted for its share of the parameters, or its known noise.
+
+    Under a robust loss that of the bulk, by the median, which outliers do not move.
+    """
+    share = solution.freedom / solution.count
+
+    def size(part: Array) -> float:
+        square = float((part**2).mean()) if loss == "linear" else (1.4826 * float(np.median(np.abs(part)))) ** 2
+        return math.sqrt(max(square, 1e-24) / share)
+
+    return tuple(each.noise or size(part) for each, part in zip(experiments, solution.residuals, strict=True))
+
+
+class Spread(NamedTuple):
+    """What the Jacobian says: covariance, which parameters the data do not fix, and along which combinations."""
+
+    covariance: Array
+    weak: tuple[str, ...]
+    combinations: tuple[str, ...]
+
+
+def spread(solution: Solution) -> Spread:
+    """The covariance of the parameters under the noise that the residuals show; infinite where the data say nothing."""
+    sigma = np.repeat(solution.sigma, [part.size for part in solution.residuals])
+    scales = _Coordinates(solution.parameters).slopes(solution.values)
+    scaled = solution.jacobian * scales / sigma[:, np.newaxis]
+    norms = np.sqrt((scaled**2).sum(axis=0))
+    alive = norms > 1e-9 * norms.max(initial=0.0)
+    _, singular, directions = np.linalg.svd(triangle(scaled[:, alive] / norms[alive]))
+    unseen = singular <= _WEAK * singular[0] if singular.size else np.zeros(0, bool)
+    names = np.array([p.name for p in solution.parameters])
+    part = directions[~unseen].T / singular[~unseen]
+    covariance = np.full((names.size, names.size), 0.0)
+    inside = part @ part.T / np.outer(norms[alive], norms[alive]) * np.outer(scales[alive], scales[alive])
+    covariance[np.ix_(alive, alive)] = inside * solution.cost / solution.freedom
+    blind = np.abs(directions[unseen]) > 1e-3
+    weak = set(names[~alive]) | {name for row in blind for name in names[alive][row]}
+    together = tuple(" * ".join(names[alive][row]) for row in blind)
+    for index, name in enumerate(names):
+        if name in weak:
+            covariance[index, index] = np.inf
+    return Spread(covariance, tuple(name for name in names if name in weak), together)
+
+
+def estimates(
+    solution: Solution,
+    experiments: Sequence[Experiment],
+    *,
+    loss: str = "linear",
+    inflation: float = 1.0,
+    progress: Progress | None = None,
+) -> tuple[tuple[Estimate, ...], Spread]:
+    """Each parameter with its 95 % interval; inflation: of the variance, by what the residuals have in common in time."""
+    seen = spread(solution)
+    t = student(0.5 + 0.5 * LEVEL, solution.freedom)
+    found = list[Estimate]()
+    for index, parameter in enumerate(solution.parameters):
+        value = solution.values[parameter.name]
+        stderr = math.sqrt(seen.covariance[index, index] * inflation)
+        if parameter.name in seen.weak:
+            found.append(
+                Estimate(
+                    parameter.name,
+                    parameter.unit,
+                    value,
+                    math.inf,
+                    -math.inf,
+                    math.inf,
+                    "not identifiable",
+                    parameter.own,
+                )
+            )
+            continue
+        low, high, method = value - t * stderr, value + t * stderr, "t"
+        if parameter.kind == "positive":
+            factor = math.exp(min(t * stderr / value, 300.0))
+            low, high = value / factor, value * factor
+        elif parameter.kind in ("nonnegative", "fraction"):
+            low = max(low, 0.0)
+        if parameter.profiled:
+            if progress:
+                progress(f"interval of {parameter.name}")
+            low, high, method = _profile(solution, experiments, parameter, stderr, loss, inflation)
+        found.append(Estimate(parameter.name, parameter.unit, value, stderr, low, high, method, parameter.own))
+    return tuple(found), seen
+
+
+def _profile(
+    solution: Solution,
+    experiments: Sequence[Experiment],
+    parameter: Parameter,
+    stderr: float,
+    loss: str,
+    inflation: float,
+) -> tuple[float, float, str]:
+    """Where the sum of squares, with all else fitted anew, has grown by the quantile, on both sides of the estimate."""
+    value = solution.values[parameter.name]
+    two, one = (student(level, solution.freedom) ** 2 for level in (0.5 + 0.5 * LEVEL, LEVEL))
+    rest = [p._replace(start=solution.values[p.name]) for p in solution.parameters if p is not parameter]
+    index = [n for n, p in enumerate(solution.parameters) if p is not parameter]
+    seen = spread(solution).covariance
+    own = solution.parameters.index(parameter)
+
+    def growth(trial: float) -> float:
+        """How much the sum of squares grows, in variances, if the parameter is held at a value."""
+        slope = seen[index, own] / max(seen[own, own], 1e-300)
+        near = [
+            p._replace(start=_clip(p, p.start + s * (trial - value))) for p, s in zip(rest, slope.tolist(), strict=True)
+        ]
+        held = solve(
+            experiments, near, sigma=solution.sigma, fixed={parameter.name: trial}, loss=loss, most=5, precision=1e-4
+        )  # fmt: skip
+        return (held.cost - solution.cost) / (solution.cost / solution.freedom * inflation)
+
+    upper = _cross(growth, value, stderr, two, math.inf)
+    if value <= 1e-6 * stderr or growth(0.0) <= two:
+        return 0.0, _cross(growth, value, stderr, one, math.inf), "profile, one-sided at 0"
+    return _cross(growth, value, -stderr, two, 0.0), upper, "profile"
+
+
+def _clip(parameter: Parameter, value: float) -> float:
+    if parameter.kind == "positive":
+        return max(value, 0.1 * parameter.start)
+    if parameter.kind in ("nonnegative", "fraction"):
+        return max(value, 0.0)
+    return value
+
+
+def _cross(growth: Callable[[float], float], value: float, step: float, wanted: float, end: float) -> float:
+    """Where the growth, about (x - value)^2/step^2, reaches what is wanted; its root is nearly straight, so secants do it."""
+    if not math.isfinite(step) or step == 0.0:
+        return end if math.isfinite(end) else math.inf
+    root, target = 0.0, math.sqrt(wanted)
+    near, x = value, value + target * step
+    if math.isfinite(end):
+        x = max(x, end)
+    for _ in range(6):
+        height = math.sqrt(max(growth(x), 0.0))
+        if abs(height - target) <= 0.02 * target:
+            break
+        slope = (height - root) / (x - near) if x != near else 0.0
+        moved = x + target * step if slope * step <= 0.0 else x + (target - height) / slope
+        moved = min(max(moved, value - 4.0 * abs(x - value)), value + 4.0 * abs(x - value))
+        near, root = x, height
+        x = max(moved, end) if math.isfinite(end) else moved
+    return x
+
+
+def started(solution: Solution) -> list[Parameter]:
+    """The parameters, to start again from where they came to."""
+    return [p._replace(start=solution.values[p.name]) for p in solution.parameters]
+
+
+class Tests(NamedTuple):
+    """What is left of a recording: rms [m], what neighbours have in common, and whether signs change as chance would have it."""
+
+    rms: float
+    largest: float
+    autocorrelation: float
+    runs_z: float
+    white: bool
+    inflation: float
+    """of the variance of a mean of such residuals, over that of as many independent ones"""
+
+
+def tests_of(residual: Array) -> Tests:
+    """Tests of one recording's residuals."""
+    n, centred = residual.size, residual - residual.mean()
+    power = max(float((centred**2).sum()), 1e-300)
+    lag = float((centred[1:] * centred[:-1]).sum()) / power
+    signs = centred > 0.0
+    above, below = int(signs.sum()), n - int(signs.sum())
+    runs = 1 + int((signs[1:] != signs[:-1]).sum())
+    mean = 1.0 + 2.0 * above * below / n
+    variance = max((mean - 1.0) * (mean - 2.0) / max(n - 1, 1), 1e-300)
+    z = (runs - mean) / math.sqrt(variance)
+    white = abs(lag) <= 3.0 / math.sqrt(n) and abs(z) <= 3.0
+    inflation = 1.0 if white else max((1.0 + lag) / max(1.0 - lag, 1e-3), 1.0)
+    return Tests(
+        math.sqrt(float((residual**2).mean())), float(np.abs(residual).max()), lag, z, white, inflation
+    )  # fmt: skip

@@ -1,0 +1,358 @@
+"""What a fit hands back: parameters with their intervals, how well each recording is met, and what the data cannot tell."""
+
+import dataclasses
+import math
+import time as clock
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+
+from hopform.errors import HopformError
+from hopform.identification import estimation
+from hopform.identification.estimation import Estimate, Parameter, Progress, Solution, Tests
+from hopform.identification.motion import Array
+from hopform.identification.recordings import noise_of, quantum_of
+from hopform.identification.rigs import UNITS, Experiment
+from hopform.robots import Robot
+
+Model = str
+OLD, NEW = "(1), (2): viscous friction alone", "(3), (4): with Coulomb friction"
+
+
+@dataclass(frozen=True)
+class Trace:
+    """A recording beside what the fit makes of it: times [s], positions [m]; the old model (1), (2) where it was fitted.
+
+    quantity: x1, x2; "force", then all are in N; "threshold", then they are in A.
+    """
+
+    label: str
+    quantity: str
+    time: Array
+    measured: Array
+    predicted: Array
+    old: Array | None
+    tests: Tests
+    old_rms: float
+    holdout: float
+    """[m] rms over its last third of a fit to the rest alone; NaN where that was not asked for"""
+
+    @property
+    def quantum(self) -> float:
+        """The encoder's step [m], of which all measured values are multiples; 0 if none is seen."""
+        return quantum_of(self.measured) if self.quantity in ("x1", "x2") else 0.0
+
+
+@dataclass(frozen=True)
+class Fit:
+    """A fit. `values` has every parameter, `estimates` their intervals, `traces` a recording each.
+
+    kind: drop, step, force, robot. correlations: of the fitted parameters that belong to no single recording. statements: what
+    the data tell and what they do not, and which recording would help. warnings: what was odd about the data.
+    """
+
+    kind: str
+    estimates: tuple[Estimate, ...]
+    known: Mapping[str, float]
+    correlations: Mapping[tuple[str, str], float]
+    traces: tuple[Trace, ...]
+    statements: tuple[str, ...]
+    warnings: tuple[str, ...]
+    evaluations: int
+    seconds: float
+    solution: Solution | None = field(default=None, repr=False, compare=False)
+
+    @property
+    def values(self) -> dict[str, float]:
+        """Every parameter, fitted or known."""
+        return {**self.known, **{each.name: each.value for each in self.estimates}}
+
+    def __getitem__(self, name: str) -> Estimate:
+        """The estimate of a parameter; HopformError if there is none of that name."""
+        for each in self.estimates:
+            if each.name == name:
+                return each
+        raise HopformError(f"there is no estimate {name!r}; there are {', '.join(e.name for e in self.estimates)}")
+
+    @property
+    def rms(self) -> float:
+        """Of all residuals [m]."""
+        return _together([trace.tests.rms for trace in self.traces], self.traces)
+
+    @property
+    def old_rms(self) -> float:
+        """The same with viscous friction alone [m]."""
+        return _together([trace.old_rms for trace in self.traces], self.traces)
+
+    def robot(self, base: Robot) -> Robot:
+        """A robot with what was fitted, and the rest from `base`; friction of several recordings as their mean."""
+        known = {field.name for field in Robot.fields()}
+        found = dict[str, list[float]]()
+        for name, value in self.values.items():
+            letter = "L0" if name == "length" else name.partition("@")[0]
+            if letter in known and not math.isnan(value):
+                found.setdefault(letter, []).append(value)
+        fields = {name: float(np.mean(values)) for name, values in found.items()}
+        return dataclasses.replace(base, **fields)  # type: ignore[arg-type]
+
+
+def _together(each: Sequence[float], traces: Sequence[Trace]) -> float:
+    sizes = [0 if trace.quantity == "threshold" else trace.time.size for trace in traces]
+    return math.sqrt(sum(rms**2 * size for rms, size in zip(each, sizes, strict=True) if size) / max(sum(sizes), 1))
+
+
+@dataclass(frozen=True)
+class Problem:
+    """What is to be fitted: experiments, parameters with their starts, other starts worth a try, and what is known."""
+
+    kind: str
+    quantity: str
+    experiments: tuple[Experiment, ...]
+    parameters: tuple[Parameter, ...]
+    starts: tuple[Mapping[str, float], ...]
+    known: Mapping[str, float]
+    statements: tuple[str, ...]
+    warnings: tuple[str, ...]
+    coulomb: tuple[str, ...]
+    """names of the parameters that the old model lacks"""
+
+
+def from_start(parameters: Sequence[Parameter], start: Mapping[str, float]) -> list[Parameter]:
+    return [p._replace(start=start.get(p.name, p.start)) for p in parameters]
+
+
+def minimise(problem: Problem, loss: str, parts: Sequence[float], fixed: Mapping[str, float] | None = None) -> Solution:
+    """The best minimum from all starts: first over the beginning of each recording, the best of these over more and more.
+
+    Where it stays far from the data, by more than noise and half a percent of the motion, it looks again from further away.
+    """
+    held = dict(fixed or {})
+    free = [p for p in problem.parameters if p.name not in held]
+    found = _from(problem, loss, parts, held, free, problem.starts or ({},))
+    if not held and any(_is_far(each, rest) for each, rest in zip(problem.experiments, found.residuals, strict=True)):
+        again = _from(problem, loss, parts, held, free, _further(free, found.values))
+        found = estimation.best([found, again])
+    found = _weighed(problem, found, held, loss)
+    return found if held else _shaken(problem, found, loss)
+
+
+def _shaken(problem: Problem, found: Solution, loss: str) -> Solution:
+    """Out of kinks: where the last swing of a decay comes to stick the sum of squares has some, and least squares ends in them.
+
+    Residuals that are no white noise are the sign; friction of one kind is then traded for the other, and the best is kept.
+    """
+    if all(estimation.tests_of(rest).white for rest in found.residuals):
+        return found
+    viscous = [p.name for p in found.parameters if p.name[:1] == "b"]
+    coulomb = [p.name for p in found.parameters if p.name[:1] == "f"]
+    best = found
+    for b, f in ((0.6, 1.3), (1.3, 0.6), (0.0, 1.6), (0.9, 0.9), (1.1, 1.1)):
+        moved = {name: b * found.values[name] for name in viscous} | {name: f * found.values[name] for name in coulomb}
+        again = estimation.solve(
+            problem.experiments, from_start(estimation.started(found), moved), sigma=found.sigma, loss=loss, most=12,
+            precision=1e-5,
+        )  # fmt: skip
+        if again.cost < best.cost * (1.0 - 1e-5):
+            best = again
+    return found if best is found else _weighed(problem, best, {}, loss)
+
+
+_FINALISTS = 4
+"""Starts that are followed to their minimum; others are judged by where they start."""
+
+
+def _from(
+    problem: Problem,
+    loss: str,
+    parts: Sequence[float],
+    held: Mapping[str, float],
+    free: Sequence[Parameter],
+    starts: Sequence[Mapping[str, float]],
+) -> Solution:
+    short = [each.upto(_part(each, parts[0])) for each in problem.experiments]
+    tried = [from_start(free, start) for start in starts]
+    if len(tried) > _FINALISTS:
+        first = [estimation.solve(short, each, fixed=held, loss=loss, most=1).cost for each in tried]
+        order: list[int] = np.argsort(first, kind="stable").tolist()
+        tried = [tried[n] for n in order[:_FINALISTS]]
+    found = estimation.best([
+        estimation.solve(short, each, fixed=held, loss=loss, most=12, precision=1e-4) for each in tried
+    ])  # fmt: skip
+    for part in parts:
+        longer = [each.upto(_part(each, part)) for each in problem.experiments]
+        found = estimation.solve(longer, estimation.started(found), fixed=held, loss=loss, most=25, precision=1e-6)
+    return found
+
+
+def _is_far(experiment: Experiment, residual: Array) -> bool:
+    noise = experiment.noise or max(noise_of(experiment.measured), quantum_of(experiment.measured))
+    return float(np.sqrt((residual**2).mean())) > max(1.3 * noise, 0.005 * float(np.ptp(experiment.measured)))
+
+
+def _further(parameters: Sequence[Parameter], found: Mapping[str, float]) -> list[dict[str, float]]:
+    """Starts all around: what is shared by factors of up to 2, friction from none to much, drawn alike every time."""
+    rng = np.random.default_rng(len(parameters))
+    starts = list[dict[str, float]]()
+    for _ in range(12):
+        start = dict[str, float]()
+        for p in parameters:
+            if p.own:
+                start[p.name] = p.start
+            elif p.kind in ("nonnegative", "fraction"):
+                start[p.name] = float(rng.uniform(0.0, 2.0)) * max(found[p.name], p.start, 0.1 * p.scale)
+            else:
+                start[p.name] = p.start * math.exp(float(rng.uniform(-0.7, 0.7)))
+        starts.append(start)
+    return starts
+
+
+def _weighed(problem: Problem, found: Solution, fixed: Mapping[str, float], loss: str) -> Solution:
+    """Once more with each recording counted by its own noise, until nothing changes any more."""
+    for _ in range(3):
+        noise = estimation.deviations(found, problem.experiments, loss)
+        again = estimation.solve(
+            problem.experiments, estimation.started(found), sigma=noise, fixed=fixed, loss=loss, most=40, precision=1e-10
+        )  # fmt: skip
+        settled = all(
+            abs(again.values[p.name] - found.values[p.name]) <= 1e-5 * p.scale + 1e-6 * abs(found.values[p.name])
+            for p in again.parameters
+        )
+        found = again
+        if settled:
+            break
+    return found
+
+
+def _part(experiment: Experiment, part: float) -> int:
+    return max(int(part * experiment.time.size), min(20, experiment.time.size))
+
+
+def finish(
+    problem: Problem,
+    *,
+    loss: str,
+    parts: Sequence[float] = (1.0,),
+    compare: bool = True,
+    holdout: bool = True,
+    progress: Progress | None = None,
+) -> Fit:
+    """Fit, compare with the old model, hold a third out, find the intervals, and say what can be known."""
+    began = clock.perf_counter()
+    say: Callable[[str], None] = progress or (lambda _: None)
+    check_loss(loss)
+    say("fit")
+    solution = minimise(problem, loss, parts)
+    say("the old model")
+    old = _old(problem, loss, parts) if compare and problem.coulomb else {}
+    tests = [estimation.tests_of(residual) for residual in solution.residuals]
+    inflation = max(each.inflation for each in tests)
+    estimates, spread = estimation.estimates(
+        solution, problem.experiments, loss=loss, inflation=inflation, progress=progress
+    )
+    say("hold-out")
+    left_out = _holdout(problem, solution, loss) if holdout else [math.nan] * len(tests)
+    traces = tuple(
+        Trace(
+            each.label, _QUANTITY[each.kind], each.time + each.begin, each.measured, each.measured + residual,
+            each.measured + old[n] if n in old else None, tests[n],
+            estimation.tests_of(old[n]).rms if n in old else math.nan, left_out[n],
+        )
+        for n, (each, residual) in enumerate(zip(problem.experiments, solution.residuals, strict=True))
+    )  # fmt: skip
+    statements = (*problem.statements, *_blind(spread), *_boundary(estimates))
+    warnings = (*problem.warnings, *_coloured(traces, inflation))
+    return Fit(
+        problem.kind, estimates, problem.known, _correlations(estimates, spread), traces, statements, warnings,
+        solution.evaluations, clock.perf_counter() - began, solution,
+    )  # fmt: skip
+
+
+def _old(problem: Problem, loss: str, parts: Sequence[float]) -> dict[int, Array]:
+    """Residuals of the model without Coulomb friction, by the experiment's number; it has no threshold to compare."""
+    kept = [n for n, each in enumerate(problem.experiments) if each.kind != "threshold"]
+    without = replace(problem, experiments=tuple(problem.experiments[n] for n in kept))
+    solution = minimise(without, loss, parts, {name: 0.0 for name in problem.coulomb})
+    return dict(zip(kept, solution.residuals, strict=True))
+
+
+_QUANTITY = {"attached": "x2", "ground": "x2", "held": "x1", "air": "x1", "threshold": "threshold"}
+
+
+def check_loss(loss: str) -> None:
+    if loss not in ("linear", "soft_l1", "huber", "cauchy"):
+        raise HopformError(f"loss must be linear, soft_l1, huber or cauchy, got {loss!r}")
+
+
+def _holdout(problem: Problem, solution: Solution, loss: str) -> list[float]:
+    """rms over the last third of each recording, of a fit to the first two."""
+    short = [each.upto(_part(each, 2.0 / 3.0)) for each in problem.experiments]
+    fitted = estimation.solve(
+        short, estimation.started(solution), sigma=solution.sigma, loss=loss, most=20, precision=1e-6
+    )
+    errors = list[float]()
+    for whole, part in zip(problem.experiments, short, strict=True):
+        try:
+            predicted, _ = whole.predict(fitted.values)
+            rest = (predicted - whole.measured)[part.time.size :]
+            errors.append(math.sqrt(float((rest**2).mean())) if rest.size else math.nan)
+        except HopformError:
+            errors.append(math.nan)
+    return errors
+
+
+def _blind(spread: estimation.Spread) -> list[str]:
+    said = list[str]()
+    if spread.weak:
+        said.append(f"not identifiable from these recordings: {', '.join(spread.weak)}")
+    said += [f"only a combination of {together.replace(' * ', ', ')} is fixed" for together in spread.combinations]
+    return said
+
+
+def _boundary(estimates: Sequence[Estimate]) -> list[str]:
+    return [
+        f"{each.name} may be 0: its 95 % upper limit is {each.high:.4g} {each.unit}".rstrip()
+        for each in estimates
+        if each.method.endswith("at 0")
+    ]
+
+
+def _coloured(traces: Sequence[Trace], inflation: float) -> list[str]:
+    said = [
+        f"{trace.label}: the residuals are not white (autocorrelation {trace.tests.autocorrelation:.2f}, runs z "
+        f"{trace.tests.runs_z:.1f}): the model misses something, or the noise has a memory"
+        for trace in traces
+        if not trace.tests.white
+    ]
+    if said:
+        said.append(f"intervals are widened by sqrt({inflation:.3g}) for what neighbouring residuals have in common")
+    return said
+
+
+def _correlations(estimates: Sequence[Estimate], spread: estimation.Spread) -> dict[tuple[str, str], float]:
+    found = dict[tuple[str, str], float]()
+    size = np.sqrt(np.diag(spread.covariance))
+    for i, first in enumerate(estimates):
+        for j in range(i):
+            second = estimates[j]
+            if not (first.own or second.own) and math.isfinite(size[i] * size[j]) and size[i] * size[j] > 0.0:
+                found[second.name, first.name] = float(spread.covariance[i, j] / (size[i] * size[j]))
+    return found
+
+
+def checked_known(known: Mapping[str, float] | None, allowed: Sequence[str]) -> dict[str, float]:
+    """The known values; HopformError for a name that is no parameter here or a value that is out of its domain."""
+    values = dict[str, float]()
+    for name, value in (known or {}).items():
+        if name not in allowed:
+            raise HopformError(f"known: there is no parameter {name!r} in this fit; there are {', '.join(allowed)}")
+        number: Any = value
+        if isinstance(number, (bool, str)) or not math.isfinite(float(number)):
+            raise HopformError(f"known: {name} must be a finite number in {UNITS[name] or '1'}, got {value!r}")
+        if name in ("m_s", "m_eff", "k") and not number > 0.0:
+            raise HopformError(f"known: {name} must be > 0 {UNITS[name]}, got {value!r}")
+        if name in ("b1", "b2", "f1", "f2", "g", "impact_loss") and number < 0.0:
+            raise HopformError(f"known: {name} must be >= 0 {UNITS[name]}, got {value!r}")
+        values[name] = float(number)
+    return values

@@ -1,0 +1,228 @@
+"""The threshold of friction, (5), from a slow ramp: at which current the actuator begins to move, in noise.
+
+    |gamma2| |u*| = m_eff f1      (magnitudes; the spring carries no load)
+
+Until it slips the actuator rests. From then on the ramp's surplus grows with time against viscous friction,
+
+    x1'' = a s - r x1',    x1 = x0 + a s^3 phi(r s),    phi(z) = (z^2/2 - z + 1 - e^-z)/z^3,    s = t - t* > 0
+
+t* is where the least sum of squares over x0, a, r is least, between samples too, and its interval where that has grown by what
+chance allows. The leg is in the air, or the way so short that the spring does not matter. A constant load (gravity) shifts the
+thresholds of both directions alike: their half difference is friction, their mean the load.
+"""
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from hopform.errors import HopformError
+from hopform.identification import recordings as of_recordings
+from hopform.identification.estimation import LEVEL, student
+from hopform.identification.motion import Array
+from hopform.identification.recordings import Recording
+
+
+class Onset(NamedTuple):
+    """The beginning of a motion: time [s] and current [A], each with its interval; direction of x1, its noise [m]."""
+
+    source: str
+    direction: int
+    time: float
+    time_low: float
+    time_high: float
+    u: float
+    u_low: float
+    u_high: float
+    noise: float
+
+
+@dataclass(frozen=True)
+class Threshold:
+    """The current that friction takes, f1 m_eff/|gamma2| [A], with its 95 % interval, and the load that shifts it.
+
+    load [A]: the mean of the thresholds of both directions, NaN with one direction alone. onsets: each one found. f1 [m/s^2]: if
+    m_eff and gamma2 are given, else NaN. statements: what this tells and what it does not.
+    """
+
+    u: float
+    low: float
+    high: float
+    load: float
+    f1: float
+    f1_low: float
+    f1_high: float
+    onsets: tuple[Onset, ...]
+    statements: tuple[str, ...]
+    warnings: tuple[str, ...] = ()
+
+
+def friction_threshold(
+    recordings: Sequence[Recording] | Recording, *, m_eff: float | None = None, gamma2: float | None = None
+) -> Threshold:
+    """The friction threshold (5) from recordings of x1 while the current slowly grows in magnitude, best in both directions.
+
+    m_eff [kg], gamma2 [N/A]: with both, f1 = |gamma2| u*/m_eff is given too. One recording may hold several ramps from 0. Raises
+    HopformError where no motion begins, or where it begins before the ramp does.
+    """
+    several = (recordings,) if isinstance(recordings, Recording) else tuple(recordings)
+    if not several:
+        raise HopformError("a threshold needs at least one recording, got none")
+    for name, value in (("m_eff", m_eff), ("gamma2", gamma2)):
+        if value is not None and (not math.isfinite(value) or value == 0.0 or (name == "m_eff" and value < 0.0)):
+            raise HopformError(
+                f"{name} must be {'> 0 kg' if name == 'm_eff' else 'a number but 0 in N/A'}, got {value!r}"
+            )
+    onsets = tuple(onset for each in several for onset in _onsets(each))
+    u, spread, load, statements = _both(onsets)
+    per = abs(gamma2) / m_eff if m_eff is not None and gamma2 is not None else math.nan
+    if math.isnan(per):
+        statements += ("a ramp fixes f1 m_eff/|gamma2| alone: m_eff and gamma2, as from step responses, make it f1",)
+    notes = tuple(f"{each.source}: {note}" for each in several for note in each.notes)
+    low, high = max(u - spread, 0.0), u + spread
+    return Threshold(u, low, high, load, u * per, low * per, high * per, onsets, statements, notes)
+
+
+def _both(onsets: Sequence[Onset]) -> tuple[float, float, float, tuple[str, ...]]:
+    """Threshold, half its interval, load: from the means of either direction of the current."""
+    means, halves = list[float](), list[float]()
+    for sign in (1.0, -1.0):
+        some = [each for each in onsets if each.u * sign > 0.0]
+        if some:
+            widths = np.array([0.5 * (each.u_high - each.u_low) for each in some])
+            weight = 1.0 / np.maximum(widths, 1e-12) ** 2
+            values = np.array([each.u for each in some])
+            means.append(float((values * weight).sum() / weight.sum()))
+            own = 1.0 / math.sqrt(float(weight.sum()))
+            scatter = float(np.std(values, ddof=1)) / math.sqrt(len(some)) if len(some) > 1 else 0.0
+            halves.append(max(own, scatter * student(0.5 + 0.5 * LEVEL, max(len(some) - 1, 1))))
+    if len(means) == 2:
+        half = 0.5 * math.hypot(*halves)
+        return 0.5 * (means[0] - means[1]), half, 0.5 * (means[0] + means[1]), ()
+    said = "one direction alone: a constant load (gravity, a preloaded spring) counts as friction; record a ramp the other way"
+    return abs(means[0]), halves[0], math.nan, (said,)
+
+
+def _onsets(recording: Recording) -> list[Onset]:
+    """The onset in each ramp of a recording: ramps begin where the current leaves 0, and go on while its sign stays."""
+    x, u = recording.position("x1"), recording.current()
+    found = list[Onset]()
+    for begin, end in _ramps(u):
+        if end - begin >= 20:
+            found.append(_onset(recording, x, u, begin, end))
+    if not found:
+        raise recording.error(
+            "no ramp is found: the current must grow slowly from 0, in 20 samples at least", recording.line
+        )
+    return found
+
+
+def _ramps(u: Array) -> list[tuple[int, int]]:
+    """Spans of one sign of the smoothed current, each up to where its magnitude is largest."""
+    width = max(u.size // 200, 1)
+    smooth = np.convolve(np.pad(u, width, mode="edge"), np.ones(2 * width + 1) / (2 * width + 1), mode="valid")
+    sign = np.where(np.abs(smooth) > 0.02 * float(np.abs(smooth).max()), np.sign(smooth), 0.0)
+    edges = [0, *(np.flatnonzero(sign[1:] != sign[:-1]) + 1).tolist(), u.size]
+    spans = [(a, b) for a, b in zip(edges[:-1], edges[1:], strict=True) if sign[a] != 0.0]
+    most = max((float(np.abs(smooth[a:b]).max()) for a, b in spans), default=0.0)
+    large = [(a, b) for a, b in spans if float(np.abs(smooth[a:b]).max()) > 0.3 * most]
+    return [(max(a - 2 * width, 0), a + int(np.abs(smooth[a:b]).argmax()) + 1) for a, b in large]
+
+
+def _onset(recording: Recording, x: Array, u: Array, begin: int, end: int) -> Onset:
+    t, x, u = recording.time[begin:end], x[begin:end], u[begin:end]
+    noise = max(of_recordings.noise_of(x), 0.3 * of_recordings.quantum_of(x), 1e-12)
+    rest = float(np.median(x[: max(x.size // 20, 5)]))
+    # Far from rest for good: a fifth of a second's samples beyond eight times the noise.
+    beyond = np.abs(x - rest) > 8.0 * noise
+    later = np.flatnonzero(beyond & (np.cumsum(~beyond[::-1])[::-1] <= 0.02 * x.size))
+    if not later.size:
+        raise recording.error(
+            "the actuator does not move under the ramp: let the current grow further", recording.line + begin
+        )
+    seen = int(later[0])
+    if seen < 10:
+        raise recording.error("the actuator moves before the ramp begins", recording.line + begin)
+    last = _window(x, rest, noise, seen)
+    cost, fit_end = _costs(t[:last], x[:last])
+    at = _least(cost, float(t[2]), float(t[seen]))
+    freedom = max(fit_end - 4, 1)
+    limit = cost(at) * (1.0 + student(0.5 + 0.5 * LEVEL, freedom) ** 2 / freedom)
+    low, high = (
+        _reach(cost, at, limit, end, float(np.median(np.diff(t)))) for end in (float(t[0]), float(t[last - 4]))
+    )
+    direction = 1 if float(x[last - 1]) > rest else -1
+    line = np.polyfit(t[:last], u[:last], 3 if last > 50 else 1)
+    wobble = float(np.std(u[:last] - np.polyval(line, t[:last]))) / math.sqrt(max(last, 1))
+    currents = [float(np.polyval(line, each)) for each in (low, at, high)]
+    around = student(0.5 + 0.5 * LEVEL, freedom) * 2.0 * wobble
+    half = math.hypot(max(abs(currents[1] - currents[0]), abs(currents[2] - currents[1])), around)
+    return Onset(
+        recording.source, direction, at, low, high, currents[1], currents[1] - half, currents[1] + half, noise
+    )  # fmt: skip
+
+
+def _window(x: Array, rest: float, noise: float, seen: int) -> int:
+    """How far the cubic is followed: to 60 times the noise, and no longer past the onset than it took to be seen, thrice."""
+    far = np.flatnonzero(np.abs(x - rest) > 60.0 * noise)
+    last = int(far[0]) if far.size else x.size
+    return min(max(last, seen + 8), x.size)
+
+
+def _rise(s: Array, rate: float) -> Array:
+    """s^3 phi(rate s), by its series where that is exact."""
+    z = rate * s
+    small = z < 0.05
+    safe = np.where(small, 1.0, z)
+    closed = (0.5 * safe * safe - safe - np.expm1(-safe)) / safe**3
+    return np.asarray(s**3 * np.where(small, 1.0 / 6.0 - z / 24.0 + z * z / 120.0 - z**3 / 720.0, closed))
+
+
+def _costs(t: Array, x: Array) -> tuple[Callable[[float], float], int]:
+    """The least sum of squares for each beginning t*, over rest, slope of the ramp's force and rate of the friction."""
+    span = float(t[-1] - t[0])
+    total, mean = float(((x - x.mean()) ** 2).sum()), x - x.mean()
+
+    def of_rate(begin: float, rate: float) -> float:
+        rise = _rise(np.maximum(t - begin, 0.0) / span, rate)
+        rise = rise - rise.mean()
+        power = float(rise @ rise)
+        return total - float(rise @ mean) ** 2 / power if power > 0.0 else total
+
+    def cost(begin: float) -> float:
+        """Over rates from none to one that settles at once."""
+        return of_rate(
+            begin, math.exp(_least(lambda log: of_rate(begin, math.exp(log)), math.log(0.01), math.log(1e3), 15))
+        )
+
+    return cost, t.size
+
+
+def _least(cost: Callable[[float], float], low: float, high: float, places: int = 61) -> float:
+    """Where a cost is least: on a grid, then by golden sections around its best place."""
+    grid = np.linspace(low, high, places)
+    n = int(np.argmin([cost(float(each)) for each in grid]))
+    a, b = float(grid[max(n - 1, 0)]), float(grid[min(n + 1, grid.size - 1)])
+    golden = 0.5 * (math.sqrt(5.0) - 1.0)
+    while b - a > 1e-5 * (high - low):
+        left, right = b - golden * (b - a), a + golden * (b - a)
+        a, b = (a, right) if cost(left) < cost(right) else (left, b)
+    return 0.5 * (a + b)
+
+
+def _reach(cost: Callable[[float], float], at: float, limit: float, end: float, step: float) -> float:
+    """How far the cost stays under a limit towards an end, from outside in steps that double, then halved."""
+    sign, inside, reach = math.copysign(1.0, end - at), 0.0, step
+    most = abs(end - at)
+    while reach < most and cost(at + sign * reach) <= limit:
+        inside, reach = reach, 2.0 * reach
+    outside = min(reach, most)
+    for _ in range(30):
+        middle = 0.5 * (inside + outside)
+        if cost(at + sign * middle) <= limit:
+            inside = middle
+        else:
+            outside = middle
+    return at + sign * outside

@@ -1,0 +1,340 @@
+"""Recordings: a CSV with named columns and units, read into SI units, and what its samples show by themselves.
+
+The first line names the columns, each with its unit: `time_s,x_mm,current_A`. Every fault is one line with file, line, column.
+"""
+
+import csv
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from hopform.errors import HopformError
+from hopform.identification.motion import Array
+
+UNITS: dict[str, tuple[str, float]] = {
+    "s": ("time", 1.0), "ms": ("time", 1e-3), "us": ("time", 1e-6),
+    "m": ("length", 1.0), "cm": ("length", 1e-2), "mm": ("length", 1e-3), "um": ("length", 1e-6),
+    "A": ("current", 1.0), "mA": ("current", 1e-3),
+    "V": ("voltage", 1.0), "mV": ("voltage", 1e-3),
+    "N": ("force", 1.0), "kN": ("force", 1e3),
+}  # fmt: skip
+"""What may follow the last underscore of a column's name: the quantity, and the SI unit's multiple."""
+
+TIMES = ("time", "t")
+POSITIONS = {
+    "x1": ("x1", "actuator", "x", "position", "pos"),
+    "x2": ("x2", "height", "body", "x", "position", "pos"),
+}
+CURRENTS = ("current", "u", "i", "drive_current", "drive_voltage", "voltage")
+FEWEST = 20
+
+
+class Column(NamedTuple):
+    """A column in SI units: its name in the file, its quantity, its place, its values."""
+
+    title: str
+    quantity: str
+    place: int
+    values: Array
+
+
+@dataclass(frozen=True)
+class Recording:
+    """What was recorded: times [s] that increase, and columns in SI units by their names without the unit.
+
+    line: that of the first sample in the file. added_mass [kg]: what the body carried beside itself.
+    """
+
+    source: str
+    time: Array
+    columns: Mapping[str, Column]
+    line: int = 2
+    added_mass: float = 0.0
+    notes: tuple[str, ...] = field(default=(), compare=False)
+
+    def position(self, of: str) -> Array:
+        """The measured x1 or x2 [m]; HopformError if there is none, or if it cannot be one."""
+        column = self._one_of(POSITIONS[of], "length", f"a position {of}")
+        self._check_position(column)
+        return column.values
+
+    def current(self) -> Array:
+        """The measured current [A] (volts, for a robot whose input is one)."""
+        column = self._one_of(CURRENTS, None, "a current")
+        if column.quantity not in ("current", "voltage"):
+            raise self.error(
+                f"column {column.title!r} is to be a current, but its unit is that of a {column.quantity}", 1
+            )
+        return column.values
+
+    def has_current(self) -> bool:
+        return any(name in self.columns for name in CURRENTS)
+
+    def error(self, message: str, line: int | None = None) -> HopformError:
+        """An error that says where it is."""
+        return HopformError(f"{self.source}{f', line {line}' if line else ''}: {message}")
+
+    def _one_of(self, names: tuple[str, ...], quantity: str | None, what: str) -> Column:
+        for name in names:
+            if name in self.columns:
+                column = self.columns[name]
+                if quantity is not None and column.quantity != quantity:
+                    raise self.error(
+                        f"column {column.title!r} is to be {what}, but its unit is that of a {column.quantity}", 1
+                    )
+                return column
+        titles = ", ".join(column.title for column in self.columns.values())
+        raise self.error(
+            f"no column is {what}: one must be named {' or '.join(names)}, with its unit; there are {titles}", 1
+        )
+
+    def _check_position(self, column: Column) -> None:
+        values = column.values
+        if float(np.ptp(values)) == 0.0:
+            raise self.error(f"column {column.title!r} is constant: nothing moves", self.line)
+        if float(np.abs(values).max()) > 20.0:
+            worst = int(np.abs(values).argmax())
+            raise self.error(
+                f"column {column.title!r} reaches {values[worst]:.6g} m, which is no position of a hopper: is its unit right?",
+                self.line + worst,
+            )
+        others = [c for c in self.columns.values() if c.quantity in ("current", "voltage", "force")]
+        if others and _jump(values) > 0.3 and min(_jump(c.values) for c in others) < 0.1:
+            smooth = min(others, key=lambda c: _jump(c.values))
+            raise self.error(
+                f"column {column.title!r} jumps and column {smooth.title!r} is smooth: are the two swapped?", 1
+            )
+        noise = max(noise_of(values), quantum_of(values))
+        if float(np.std(values)) < 3.0 * noise:
+            raise self.error(
+                f"column {column.title!r} does not move beyond its noise of {noise:.2g} m: let it move further",
+                self.line,
+            )
+
+
+def _jump(values: Array) -> float:
+    """The largest step from sample to sample, outliers and noise apart, as a share of the range: of a motion a small one."""
+    steady = calm(values)
+    reach = float(np.ptp(steady))
+    return float(np.abs(np.diff(steady)).max()) / reach if reach > 10.0 * noise_of(values) else 0.0
+
+
+def read_recording(path: str | Path, *, added_mass: float = 0.0) -> Recording:
+    """The recording in a CSV file, in SI units; HopformError names file, line and column of what is wrong.
+
+    >>> import tempfile
+    >>> path = Path(tempfile.mkdtemp()) / "drop.csv"
+    >>> rows = ["time_ms,x2_mm"] + [f"{5 * n},{400 - n * n / 4}" for n in range(30)]
+    >>> _ = path.write_text("\\n".join(rows))
+    >>> recording = read_recording(path)
+    >>> round(float(recording.time[-1]), 3), round(float(recording.position("x2")[2]), 4)
+    (0.145, 0.399)
+    """
+    file = Path(path)
+    try:
+        text = file.read_text("utf-8-sig")
+    except (OSError, UnicodeDecodeError) as error:
+        raise HopformError(f"{file}: cannot be read: {getattr(error, 'strerror', None) or error}") from None
+    return parse_recording(text, str(path), added_mass)
+
+
+def parse_recording(text: str, source: str, added_mass: float = 0.0) -> Recording:
+    """The recording in a CSV text; source is what errors call it."""
+    rows = [
+        (number, row)
+        for number, row in enumerate(csv.reader(text.splitlines()), 1)
+        if row and any(c.strip() for c in row)
+    ]
+    if not rows:
+        raise HopformError(f"{source}: is empty")
+    head_line, head = rows[0]
+    titles = [title.strip() for title in head]
+    known = [_title(title, source, head_line, n) for n, title in enumerate(titles)]
+    table = np.array([_numbers(row, titles, source, number) for number, row in rows[1:]], dtype=float)
+    if len(table) < FEWEST:
+        raise HopformError(f"{source}: has {len(table)} samples, at least {FEWEST} are needed")
+    first = rows[1][0]
+    columns = {
+        name: Column(title, quantity, place + 1, table[:, place] * factor)
+        for place, (title, (name, quantity, factor)) in enumerate(zip(titles, known, strict=True))
+    }
+    time = _time(columns, source, first)
+    rest = {name: column for name, column in columns.items() if name not in TIMES}
+    return Recording(source, time - time[0], rest, first, added_mass, _notes(time, rest))
+
+
+def _title(title: str, source: str, line: int, place: int) -> tuple[str, str, float]:
+    name, _, unit = title.rpartition("_")
+    if not name or unit not in UNITS:
+        if not name and _is_number(title):
+            raise HopformError(
+                f"{source}, line {line}: the first line must name the columns, as in time_s,x2_mm, got {title!r}"
+            )
+        raise HopformError(
+            f"{source}, line {line}, column {place + 1}: {title!r} has no unit that is known: a name ends in one of "
+            f"{', '.join('_' + known for known in UNITS)}"
+        )
+    quantity, factor = UNITS[unit]
+    return name.lower(), quantity, factor
+
+
+def _is_number(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True
+
+
+def _numbers(row: list[str], titles: list[str], source: str, line: int) -> list[float]:
+    if len(row) != len(titles):
+        raise HopformError(f"{source}, line {line}: has {len(row)} columns, the first line names {len(titles)}")
+    numbers = list[float]()
+    for title, cell in zip(titles, row, strict=True):
+        try:
+            number = float(cell)
+        except ValueError:
+            raise HopformError(
+                f"{source}, line {line}, column {title!r}: must be a number, got {cell.strip()!r}"
+            ) from None
+        if not math.isfinite(number):
+            raise HopformError(f"{source}, line {line}, column {title!r}: must be finite, got {cell.strip()!r}")
+        numbers.append(number)
+    return numbers
+
+
+def _time(columns: Mapping[str, Column], source: str, first: int) -> Array:
+    name = next((name for name in TIMES if name in columns), None)
+    if name is None:
+        raise HopformError(
+            f"{source}, line 1: no column is the time: one must be named time or t, with its unit, as in time_s"
+        )
+    column = columns[name]
+    if column.quantity != "time":
+        raise HopformError(
+            f"{source}, line 1: column {column.title!r} is to be the time, but its unit is that of a {column.quantity}"
+        )
+    steps = np.diff(column.values)
+    if not bool((steps > 0.0).all()):
+        back = int(np.argmin(steps > 0.0)) + 1
+        rising = [c.title for n, c in columns.items() if n != name and bool((np.diff(c.values) > 0.0).all())]
+        hint = f"; column {rising[0]!r} does: are the two swapped?" if rising else ""
+        went = "stands still" if steps[back - 1] == 0.0 else "goes back"
+        raise HopformError(
+            f"{source}, line {first + back}, column {column.title!r}: time {went}, from {column.values[back - 1]!r} to "
+            f"{column.values[back]!r} s; it must increase{hint}"
+        )
+    if not 1e-6 <= float(np.median(steps)) <= 0.5:
+        raise HopformError(
+            f"{source}, column {column.title!r}: samples are {float(np.median(steps)):.3g} s apart: is its unit right?"
+        )
+    return column.values
+
+
+def quantum_of(values: Array) -> float:
+    """The encoder's step, of which all differences are multiples; 0 if there is none to be seen."""
+    steps = np.unique(np.round(np.abs(np.diff(values)), 12))
+    steps = steps[steps > 0.0]
+    if steps.size == 0 or steps.size > 0.5 * values.size:
+        return 0.0
+    smallest = float(steps[0])
+    counts = steps[steps < 50.0 * smallest] / smallest
+    return smallest if bool((np.abs(counts - np.round(counts)) < 0.02 * np.maximum(counts, 1.0)).all()) else 0.0
+
+
+def noise_of(values: Array) -> float:
+    """Standard deviation of what cannot be a motion: third differences, whose noise is sqrt(20) times that of a sample."""
+    third = np.diff(values, 3)
+    return float(np.median(np.abs(third - np.median(third)))) / (0.6745 * math.sqrt(20.0)) if third.size else 0.0
+
+
+def calm(values: Array) -> Array:
+    """Running medians of five: what single outliers do not move."""
+    padded = np.concatenate([np.repeat(values[:1], 2), values, np.repeat(values[-1:], 2)])
+    return np.asarray(np.median(np.lib.stride_tricks.sliding_window_view(padded, 5), axis=1))
+
+
+def saturated(values: Array, least: int = 8) -> tuple[int, int] | None:
+    """First and last sample of the longest stay at an extreme that noise does not explain, or None."""
+    noise = noise_of(values)
+    for extreme in (values.max(), values.min()):
+        at = np.flatnonzero(np.abs(values - extreme) <= 1e-12 * max(abs(float(extreme)), 1.0))
+        if at.size < least or noise == 0.0:
+            continue
+        runs = np.split(at, np.flatnonzero(np.diff(at) > 1) + 1)
+        longest = max(runs, key=len)
+        if len(longest) >= least:
+            return int(longest[0]), int(longest[-1])
+    return None
+
+
+def gaps_of(time: Array) -> list[tuple[float, float]]:
+    """Where samples are missing: begin and length [s] of each pause that is over 2.5 times the usual one."""
+    steps = np.diff(time)
+    usual = float(np.median(steps))
+    return [(float(time[n]), float(steps[n])) for n in np.flatnonzero(steps > 2.5 * usual)]
+
+
+def _notes(time: Array, columns: Mapping[str, Column]) -> tuple[str, ...]:
+    notes = list[str]()
+    gaps = gaps_of(time)
+    if gaps:
+        begin, length = max(gaps, key=lambda gap: gap[1])
+        notes.append(
+            f"{len(gaps)} gap{'s' * (len(gaps) > 1)} in time, the longest of {length:.4g} s after {begin - time[0]:.4g} s"
+        )
+    steps = np.diff(time)
+    if float(np.ptp(steps)) > 0.02 * float(np.median(steps)) and not gaps:
+        notes.append(f"time stamps are uneven: {steps.min():.3g} to {steps.max():.3g} s apart")
+    for column in columns.values():
+        if column.quantity in ("current", "voltage") and (stay := saturated(column.values)) is not None:
+            notes.append(f"{column.title} stays at its limit from sample {stay[0] + 1} to {stay[1] + 1}")
+    return tuple(notes)
+
+
+def free_decay(recording: Recording, values: Array) -> tuple[int, int]:
+    """First and last sample (exclusive) of a free decay about its rest.
+
+    It starts just after the largest deviation, before which there is a hand, and ends where swings grow again: at the next hand.
+    """
+    noise, values = max(noise_of(values), quantum_of(values)), calm(values)
+    tail = values[-max(values.size // 20, 5) :]
+    rest = float(np.median(tail))
+    start = int(np.abs(values - rest).argmax())
+    reach, left = abs(float(values[start]) - rest), values[start:] - rest
+    crossings = np.flatnonzero(np.signbit(left[1:]) != np.signbit(left[:-1])) + 1
+    edges = [0, *crossings.tolist(), left.size]
+    sizes = [float(np.abs(left[a:b]).max()) for a, b in zip(edges[:-1], edges[1:], strict=True)]
+    swings = sum(size > max(8.0 * noise, 0.1 * reach) for size in sizes)
+    if reach <= 10.0 * noise or left.size <= FEWEST or (swings < 2 and float(np.ptp(tail)) > 0.05 * reach):
+        raise recording.error(
+            "the release is not found: no decay follows the largest deviation", recording.line + start
+        )
+    grows = [n for n in range(2, len(sizes)) if sizes[n] > 1.3 * max(sizes[n - 2 : n]) + max(8.0 * noise, 0.05 * reach)]
+    end = start + (edges[grows[0] - 1] if grows else left.size)
+    start = min(start + 1, end - 1)
+    if end - start < FEWEST:
+        raise recording.error(
+            f"too short: {end - start} samples follow the release, at least {FEWEST} are needed", recording.line + start
+        )
+    return start, end
+
+
+def drop(recording: Recording, values: Array) -> tuple[int, int]:
+    """First and last sample (exclusive) of a fall, which starts where the height is lower than it was held by more than noise."""
+    noise, values = max(noise_of(values), quantum_of(values), 1e-9), calm(values)
+    level = float(np.median(values[:5]))
+    fallen = np.flatnonzero(values < level - max(8.0 * noise, 0.002 * float(np.ptp(values))))
+    if not fallen.size:
+        raise recording.error("the release is not found: the height does not fall", recording.line)
+    start = int(fallen[0])
+    if values.size - start < FEWEST:
+        raise recording.error(
+            f"too short: {values.size - start} samples follow the release, at least {FEWEST} are needed",
+            recording.line + start,
+        )
+    return start, values.size

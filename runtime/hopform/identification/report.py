@@ -1,0 +1,257 @@
+"""What a fit says, for people and for programs: tables, JSON, a picture, a report in Markdown or HTML."""
+
+# pyright: reportUnknownMemberType=false
+# matplotlib's own annotations leave the type of **kwargs open.
+
+import html
+import math
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from rich.console import RenderableType
+
+from hopform import tables
+from hopform.errors import HopformError
+from hopform.identification.fits import NEW, OLD, Fit, Trace
+from hopform.identification.ramp import Threshold
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+SUFFIXES = (".md", ".html")
+_UNIT = {"x1": ("mm", 1e3), "x2": ("mm", 1e3), "force": ("N", 1.0), "threshold": ("A", 1.0)}
+
+
+def _number(value: float, digits: int = 6) -> str:
+    return "-" if math.isnan(value) else f"{value:.{digits}g}"
+
+
+def parameter_rows(fit: Fit) -> list[tuple[str, ...]]:
+    """Name, value, unit, interval and how it was found, of each parameter; what was known last."""
+    rows: list[tuple[str, ...]] = [
+        (e.name, _number(e.value), e.unit, f"{_number(e.low)} .. {_number(e.high)}", e.method) for e in fit.estimates
+    ]
+    return rows + [(name, _number(value), "", "", "known") for name, value in fit.known.items()]
+
+
+def trace_rows(fit: Fit) -> list[tuple[str, ...]]:
+    """Each recording: samples, rms under both models, hold-out error, the encoder's step, autocorrelation."""
+    rows = list[tuple[str, ...]]()
+    for trace in fit.traces:
+        unit, factor = _UNIT[trace.quantity]
+        lengths = (trace.tests.rms, trace.old_rms, trace.holdout, trace.quantum or math.nan)
+        rows.append((
+            trace.label, str(trace.time.size), *(_number(factor * value, 4) for value in lengths), unit,
+            f"{trace.tests.autocorrelation:.2f}", "yes" if trace.tests.white else "no",
+        ))  # fmt: skip
+    return rows
+
+
+PARAMETER_HEAD = ("parameter", "value", "unit", "95 % interval", "by")
+TRACE_HEAD = (
+    "recording",
+    "samples",
+    "rms",
+    "rms, viscous alone",
+    "hold-out",
+    "quantum",
+    "unit",
+    "autocorrelation",
+    "white",
+)
+ONSET_HEAD = ("recording", "direction of x1", "t [s]", "u [A]", "95 % interval")
+
+
+def fit_tables(fit: Fit) -> Iterator[RenderableType]:
+    """A fit for a terminal."""
+    made = tables.table("Parameters", *PARAMETER_HEAD, words=("parameter", "unit", "by"))
+    tables.add_rows(made, parameter_rows(fit))
+    yield made
+    made = tables.table("Recordings", *TRACE_HEAD, words=("recording", "unit", "white"))
+    tables.add_rows(made, trace_rows(fit))
+    yield made
+    strong = [(a, b, r) for (a, b), r in fit.correlations.items() if abs(r) > 0.9]
+    if strong:
+        yield "strong correlations: " + ", ".join(f"{a} with {b} {r:+.3f}" for a, b, r in strong)
+    yield from (f"note: {each}" for each in fit.statements)
+
+
+def threshold_rows(threshold: Threshold) -> list[tuple[str, ...]]:
+    return [
+        (o.source, f"{o.direction:+d}", _number(o.time, 5), _number(o.u, 5), f"{_number(o.u_low, 5)} .. {_number(o.u_high, 5)}")
+        for o in threshold.onsets
+    ]  # fmt: skip
+
+
+def threshold_tables(threshold: Threshold) -> Iterator[RenderableType]:
+    """A threshold for a terminal."""
+    made = tables.table("Onsets of motion", *ONSET_HEAD, words=("recording",))
+    tables.add_rows(made, threshold_rows(threshold))
+    yield made
+    yield f"u* = {threshold.u:.5g} A, 95 % interval {threshold.low:.5g} .. {threshold.high:.5g} A"
+    if not math.isnan(threshold.load):
+        yield f"constant load: {threshold.load:.4g} A"
+    if not math.isnan(threshold.f1):
+        yield f"f1 = {threshold.f1:.5g} m/s^2, {threshold.f1_low:.5g} .. {threshold.f1_high:.5g}"
+    yield from (f"note: {each}" for each in threshold.statements)
+
+
+def fit_record(fit: Fit) -> dict[str, Any]:
+    """A fit for JSON."""
+    return {
+        "kind": fit.kind,
+        "parameters": [each._asdict() for each in fit.estimates],
+        "known": dict(fit.known),
+        "correlations": [{"first": a, "second": b, "value": r} for (a, b), r in fit.correlations.items()],
+        "recordings": [
+            {
+                "source": trace.label, "quantity": trace.quantity, "samples": trace.time.size, "rms": trace.tests.rms,
+                "rms_viscous": trace.old_rms, "holdout": trace.holdout, "largest": trace.tests.largest,
+                "quantum": trace.quantum, "autocorrelation": trace.tests.autocorrelation, "runs_z": trace.tests.runs_z,
+                "white": trace.tests.white,
+            }
+            for trace in fit.traces
+        ],
+        "statements": list(fit.statements),
+        "warnings": list(fit.warnings),
+        "evaluations": fit.evaluations,
+        "seconds": fit.seconds,
+    }  # fmt: skip
+
+
+def threshold_record(threshold: Threshold) -> dict[str, Any]:
+    """A threshold for JSON."""
+    return {
+        "kind": "ramp",
+        "u": threshold.u, "low": threshold.low, "high": threshold.high, "load": threshold.load,
+        "f1": threshold.f1, "f1_low": threshold.f1_low, "f1_high": threshold.f1_high,
+        "onsets": [each._asdict() for each in threshold.onsets],
+        "statements": list(threshold.statements),
+        "warnings": list(threshold.warnings),
+    }  # fmt: skip
+
+
+# ---- pictures ----
+
+
+def plot_fit(fit: Fit) -> "Figure":
+    """Each recording with both models, the residuals below it, and the intervals of the parameters."""
+    from matplotlib.figure import Figure
+
+    from hopform import plots
+
+    traces = [trace for trace in fit.traces if trace.time.size > 1]
+    with plots.house_style():
+        figure = Figure(figsize=(8.0, 2.9 * len(traces) + 2.2), layout="constrained")
+        grid = figure.subplots(2 * len(traces) + 1, 1, height_ratios=[*([2.0, 1.0] * len(traces)), 1.8])
+        for n, trace in enumerate(traces):
+            _draw_trace(grid[2 * n], grid[2 * n + 1], trace)
+        _draw_intervals(grid[-1], fit)
+        figure.suptitle(f"Identification: {fit.kind}")
+    return figure
+
+
+def _draw_trace(above: "Axes", below: "Axes", trace: Trace) -> None:
+    from hopform import plots
+
+    unit, factor = _UNIT[trace.quantity]
+    above.plot(trace.time, factor * trace.measured, ".", ms=2, color=plots.GREY, label="measured")
+    if trace.old is not None:
+        above.plot(trace.time, factor * trace.old, "--", lw=0.9, color=plots.MAGENTA, label=OLD)
+        below.plot(trace.time, factor * (trace.old - trace.measured), lw=0.6, color=plots.MAGENTA)
+    above.plot(trace.time, factor * trace.predicted, lw=1.1, color=plots.BLUE, label=NEW)
+    below.plot(trace.time, factor * (trace.predicted - trace.measured), lw=0.6, color=plots.BLUE)
+    above.set(ylabel=f"{trace.quantity} [{unit}]", title=Path(trace.label).name)
+    below.set(xlabel="t [s]", ylabel=f"residual [{unit}]")
+    above.legend(loc="best", fontsize=7)
+
+
+def _draw_intervals(axes: "Axes", fit: Fit) -> None:
+    """95 % intervals as shares of the values, on a scale that shows small and large ones."""
+    from hopform import plots
+
+    shown = [each for each in fit.estimates if not each.own and math.isfinite(each.high) and each.value != 0.0]
+    for row, each in enumerate(shown):
+        ends = 100.0 * (np.array([each.low, each.high]) - each.value) / abs(each.value)
+        axes.plot(ends, [row, row], "|-", color=plots.BLUE)
+        axes.plot([0.0], [row], "o", ms=3, color=plots.BLUE)
+    axes.set(xlabel="95 % interval about the value [%]", yticks=range(len(shown)), xscale="symlog")
+    axes.set_yticklabels([each.name for each in shown])
+    axes.margins(x=0.05, y=0.1)
+
+
+# ---- reports ----
+
+
+def check_suffix(path: Path) -> None:
+    """Raise HopformError for a report whose name does not end in .md or .html."""
+    if path.suffix.lower() not in SUFFIXES:
+        raise HopformError(f"a report's name must end in {' or '.join(SUFFIXES)}, got {str(path)!r}")
+
+
+def files_of(fit: Fit, path: Path) -> list[tuple[Path, bytes]]:
+    """The files of a report: an HTML page with its picture inside, or Markdown and its picture beside it."""
+    from hopform import plots
+
+    check_suffix(path)
+    picture = plots.render(plot_fit(fit), ".svg")
+    if path.suffix.lower() == ".html":
+        return [(path, _html(fit, picture.decode()).encode())]
+    beside = path.with_suffix(".svg")
+    return [(path, _markdown(fit, beside.name).encode()), (beside, picture)]
+
+
+_Section = tuple[str, tuple[str, ...], list[tuple[str, ...]]]
+
+
+def _sections(fit: Fit) -> list[_Section]:
+    pairs: list[tuple[str, ...]] = [(a, b, f"{r:+.3f}") for (a, b), r in fit.correlations.items()]
+    found: list[_Section] = [
+        ("Parameters", PARAMETER_HEAD, parameter_rows(fit)),
+        ("Recordings", TRACE_HEAD, trace_rows(fit)),
+        ("Correlations", ("first", "second", "correlation"), pairs),
+    ]
+    return [section for section in found if section[2]]
+
+
+def _said(fit: Fit) -> list[str]:
+    compared = [trace for trace in fit.traces if not math.isnan(trace.old_rms) and trace.quantity in ("x1", "x2")]
+    said = [
+        f"{Path(t.label).name}: rms {1e3 * t.tests.rms:.3g} mm by {NEW}; {1e3 * t.old_rms:.3g} mm by {OLD}"
+        for t in compared
+    ]
+    return [*said, *fit.statements, *fit.warnings]
+
+
+def _markdown(fit: Fit, picture: str) -> str:
+    parts = [f"# Identification: {fit.kind}", ""]
+    for title, head, rows in _sections(fit):
+        parts += [f"## {title}", "", "| " + " | ".join(head) + " |", "|" + "---|" * len(head)]
+        parts += ["| " + " | ".join(row) + " |" for row in rows] + [""]
+    parts += [
+        "## What the data tell",
+        "",
+        *(f"- {each}" for each in _said(fit)),
+        "",
+        f"![fit, residuals, intervals]({picture})",
+        "",
+    ]
+    return "\n".join(parts)
+
+
+def _html(fit: Fit, picture: str) -> str:
+    def row(cells: Sequence[str], tag: str) -> str:
+        return "<tr>" + "".join(f"<{tag}>{html.escape(cell)}</{tag}>" for cell in cells) + "</tr>"
+
+    style = "body{font:15px sans-serif;max-width:60em;margin:2em auto}td,th{padding:.2em .7em;text-align:left}svg{max-width:100%}"
+    parts = [
+        "<!DOCTYPE html>", f'<html lang="en"><head><meta charset="utf-8"><title>Identification: {fit.kind}</title>',
+        f"<style>{style}</style></head><body>", f"<h1>Identification: {html.escape(fit.kind)}</h1>",
+    ]  # fmt: skip
+    for title, head, rows in _sections(fit):
+        parts += [f"<h2>{title}</h2>", "<table>", row(head, "th"), *(row(cells, "td") for cells in rows), "</table>"]
+    parts += ["<h2>What the data tell</h2>", "<ul>", *(f"<li>{html.escape(each)}</li>" for each in _said(fit)), "</ul>"]
+    return "\n".join([*parts, picture[picture.index("<svg") :], "</body></html>", ""])

@@ -1,0 +1,141 @@
+"""Synthetic recordings of any robot, with noise, encoder quantum and rate: to plan experiments with, and to prove the fits."""
+
+import math
+from typing import Literal, SupportsFloat
+
+import numpy as np
+
+from hopform.checks import finite, positive
+from hopform.errors import HopformError
+from hopform.identification import rigs
+from hopform.identification.motion import Array
+from hopform.identification.recordings import Column, Recording
+from hopform.robots import Robot
+
+Test = Literal["drop", "decay", "step", "air", "ramp"]
+TESTS: tuple[Test, ...] = ("drop", "decay", "step", "air", "ramp")
+
+NOISE = 2e-4
+QUANTUM = 1.0 / 56000.0
+
+
+def record(
+    robot: Robot,
+    test: str,
+    *,
+    duration: SupportsFloat = 2.0,
+    rate: SupportsFloat = 500.0,
+    noise: SupportsFloat = NOISE,
+    quantum: SupportsFloat = QUANTUM,
+    height: SupportsFloat = 0.2,
+    current: SupportsFloat | None = None,
+    hold: SupportsFloat = 0.2,
+    added_mass: SupportsFloat = 0.0,
+    seed: int | None = None,
+) -> Recording:
+    """What a lab would record of a robot in a test.
+
+    test: "drop" (released at hop height `height` [m], actuator held, flights and impacts included), "decay" (the body fixed to
+    its spring, pulled down by `height`), "step" (the body held, currents +-`current` [A] in turn), "air" (the same without a
+    spring), "ramp" (in the air, the current grows to `current` [A] and, from rest again, to its negative). current: u_max if not
+    given. hold [s]: of stillness at first, but in a decay. rate [Hz], noise [m] (standard deviation), quantum [m] (0 for none).
+    The same seed gives the same recording. Raises HopformError for a value that is not allowed.
+
+    >>> import hopform
+    >>> recording = record(hopform.load_robot("hopper_c"), "step", seed=1)
+    >>> recording.time.size, sorted(recording.columns)
+    (1001, ['current', 'x1'])
+    """
+    if test not in TESTS:
+        raise HopformError(f"test must be one of {', '.join(TESTS)}, got {test!r}")
+    span, hertz = positive("duration", duration, "s"), positive("rate", rate, "Hz")
+    sigma, step = finite("noise", noise, "m"), finite("quantum", quantum, "m")
+    if sigma < 0.0 or step < 0.0:
+        raise HopformError(f"noise and quantum must be >= 0 m, got {sigma!r} and {step!r}")
+    count = round(span * hertz) + 1
+    if not 20 <= count < 2**16:
+        raise HopformError(f"duration times rate must give 20 to {2**16 - 1} samples, got {count}")
+    time = np.arange(count) / hertz
+    still, mass = finite("hold", hold, "s"), finite("added_mass", added_mass, "kg")
+    most = positive("current", robot.u_max if current is None and math.isfinite(robot.u_max) else current or 1.0, "A")
+    if test in ("drop", "decay"):
+        x = _body(robot, test, time, positive("height", height, "m"), still, mass)
+        columns = {"x2": _measured("x2_m", 2, x, sigma, step, seed)}
+    else:
+        u = _ramps(time, still, most) if test == "ramp" else _pulses(time, still, most)
+        x = _actuator(robot, "held" if test == "step" else "air", time, u)
+        columns = {"x1": _measured("x1_m", 2, x, sigma, step, seed), "current": Column("current_A", "current", 3, u)}
+    return Recording(f"{robot.name or 'robot'}, {test}", time, columns, 2, mass)
+
+
+def to_csv(recording: Recording) -> str:
+    """A recording as the CSV text that `read_recording` reads."""
+    columns = sorted(recording.columns.values(), key=lambda column: column.place)
+    head = ",".join(["time_s", *(column.title for column in columns)])
+    rows = zip(recording.time.tolist(), *(column.values.tolist() for column in columns), strict=True)
+    return "\n".join([head, *(",".join(f"{value:.9g}" for value in row) for row in rows)]) + "\n"
+
+
+def _measured(title: str, place: int, x: Array, noise: float, quantum: float, seed: int | None) -> Column:
+    values = x + noise * np.random.default_rng(seed).standard_normal(x.size)
+    return Column(title, "length", place, quantum * np.round(values / quantum) if quantum > 0.0 else values)
+
+
+def _body(robot: Robot, test: str, time: Array, height: float, still: float, added: float) -> Array:
+    """x2 of a body that is let go after a while, or that swings from t = 0 on."""
+    if test == "decay":
+        values = {
+            "m_s": robot.m_s,
+            "k": robot.k,
+            "b2": robot.b2,
+            "f2": robot.f2,
+            "g": 0.0,
+            "rest": 0.0,
+            "x": -height,
+            "v": 0.0,
+        }
+        return _of("attached", values, time, added)
+    values = {
+        "m_s": robot.m_s, "k": robot.k, "b2": robot.b2, "f2": robot.f2, "g": robot.g, "length": robot.L0 + robot.c,
+        "impact_loss": robot.impact_loss, "x": robot.L0 + robot.c + height, "v": 0.0,
+    }  # fmt: skip
+    falls = time >= still
+    x = np.full(time.size, values["x"])
+    x[falls] = _of("ground", values, time[falls] - still, added)
+    return x
+
+
+def _actuator(robot: Robot, kind: Literal["held", "air"], time: Array, u: Array) -> Array:
+    values = {
+        "m_eff": robot.m_eff, "k": robot.k, "b1": robot.b1, "f1": robot.f1, "gamma2": robot.gamma2, "rest": 0.0, "offset": 0.0,
+        "x": 0.0, "v": 0.0,
+    }  # fmt: skip
+    starts = np.concatenate([[True], u[1:] != u[:-1]])
+    steps = tuple(zip(time[starts].tolist(), u[starts].tolist(), strict=True))
+    return _of(kind, values, time, 0.0, steps)
+
+
+def _of(
+    kind: rigs.Kind,
+    values: dict[str, float],
+    time: Array,
+    added: float,
+    steps: tuple[tuple[float, float], ...] = ((0.0, 0.0),),
+) -> Array:
+    reach = np.array([0.0, abs(values["x"]) + 1.0])
+    experiment = rigs.Experiment("", kind, time, reach, {}, values, steps, added)
+    return experiment.predict({})[0]
+
+
+def _pulses(time: Array, still: float, most: float) -> Array:
+    """Currents of both signs and two sizes, a quarter of the time each, after stillness."""
+    part = np.floor(4.0 * (time - still) / max(float(time[-1]) - still, 1e-9)).astype(int)
+    return np.where(time < still, 0.0, np.array([1.0, -1.0, 0.5, -0.5])[np.clip(part, 0, 3)] * most)
+
+
+def _ramps(time: Array, still: float, most: float) -> Array:
+    """Up to the largest current in the first half, back to 0, down to its negative in the second."""
+    half = 0.5 * float(time[-1])
+    part = np.where(time < half, time, time - half)
+    sign = np.where(time < half, 1.0, -1.0)
+    return sign * most * np.clip((part - still) / max(half - still, 1e-9), 0.0, 1.0)
