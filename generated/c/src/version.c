@@ -6,5 +6,5 @@
 
 const char *hopform_source(void)
 {
-    return "11bfd305c9ee31b5";
+    return "553b1e16b53a32ae";
 }

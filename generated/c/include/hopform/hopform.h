@@ -16,6 +16,9 @@
 #if defined(__FAST_MATH__)
 #error "hopform checks for NaN and infinities, which -ffast-math deletes"
 #endif
+#if defined(__FLT_EVAL_METHOD__) && __FLT_EVAL_METHOD__ != 0 && __FLT_EVAL_METHOD__ != 16
+#error "hopform needs each result rounded to its type: FLT_EVAL_METHOD must be 0 (on x86, -msse2 -mfpmath=sse)"
+#endif
 
 #ifdef __cplusplus
 extern "C" {
@@ -43,6 +46,8 @@ extern "C" {
 #define HOPFORM_COMMAND_NEAREST 2
 #define HOPFORM_COMMAND_NO_TAKEOFF 3
 #define HOPFORM_SEARCH_TRIALS 4096   /* currents tried at most */
+
+#define HOPFORM_SELFTEST_PHASES 32   /* phases that hopform_selftest works in */
 
 /* How a batch is solved, each to the same bits: the fastest that the processor has; one stance after the other; many at a
  * time in vector registers, those of every such processor or those of AVX2, AVX-512. */

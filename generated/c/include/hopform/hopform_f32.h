@@ -326,6 +326,11 @@ int32_t hopform_flight_energy_f32(const hopform_plan_f32 *plan, const hopform_fl
                                    const hopform_flight_f32 *flight, const float *times, int32_t count,
                                    hopform_energy_f32 *energies, hopform_flight_ledger_f32 *ledgers, float *stop_losses);
 
+/* Solves fixed cases that visit every mode, kind of event, ending and branch of the kernels, and hashes all bits of what
+ * comes out: the same word on every processor, with every compiler and optimisation that keeps to IEEE 754.
+ * search, phases: memory to work in; capacity >= HOPFORM_SELFTEST_PHASES, else the word is 0, which no selftest gives. */
+uint32_t hopform_selftest_f32(hopform_search_f32 *search, hopform_phase_f32 *phases, int32_t capacity);
+
 /* A column of numbers, one per stance, anywhere in memory: each lies `stride` bytes behind the one before; stride 0
  * repeats a single number. */
 typedef struct {
