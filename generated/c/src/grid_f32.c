@@ -197,7 +197,8 @@ int32_t hopform_stance_grid_f32(const hopform_plan_f32 *plan, const hopform_step
     const bool rests = stance->ending == HOPFORM_ENDING_REST;
     const float last = t0 + (float)(count - 1) * dt;
     const float latest = rests ? 1e38f : stance->duration + 8.0f * 1.1920929e-7f * stance->duration;
-    if (count < 0 || !(t0 >= 0.0f) || !(dt > 0.0f) || !(last <= latest) || stance->phases_kept < stance->phase_count) {
+    if (count < 0 || !(t0 >= 0.0f) || !(dt > 0.0f) || !(last <= latest) || stance->phases_kept < stance->phase_count
+        || stance->phases_kept < 1 || !hopform_is_made_f32(plan)) {
         return HOPFORM_ERROR_TIME;
     }
     const grid_arrays all = {x1, v1, v2, y};

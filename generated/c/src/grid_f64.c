@@ -197,7 +197,8 @@ int32_t hopform_stance_grid_f64(const hopform_plan_f64 *plan, const hopform_step
     const bool rests = stance->ending == HOPFORM_ENDING_REST;
     const double last = t0 + (double)(count - 1) * dt;
     const double latest = rests ? 1e+300 : stance->duration + 8.0 * 2.220446049250313e-16 * stance->duration;
-    if (count < 0 || !(t0 >= 0.0) || !(dt > 0.0) || !(last <= latest) || stance->phases_kept < stance->phase_count) {
+    if (count < 0 || !(t0 >= 0.0) || !(dt > 0.0) || !(last <= latest) || stance->phases_kept < stance->phase_count
+        || stance->phases_kept < 1 || !hopform_is_made_f64(plan)) {
         return HOPFORM_ERROR_TIME;
     }
     const grid_arrays all = {x1, v1, v2, y};

@@ -716,7 +716,7 @@ int32_t hopform_plan_init_f32(hopform_plan_f32 *plan, const hopform_robot_f32 *r
         return HOPFORM_ERROR_NULL;
     }
     const hopform_poles_f32 nowhere = {0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f};
-    const hopform_plan_f32 zero = {{0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f}, nowhere, nowhere, nowhere};
+    const hopform_plan_f32 zero = {{0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f}, nowhere, nowhere, nowhere, 0};
     *plan = zero;
     if (!(robot->x1_min <= robot->x1_max)
         || !(robot->m_eff > 0.0f && robot->m_eff <= 1e38f)
@@ -753,6 +753,7 @@ int32_t hopform_plan_init_f32(hopform_plan_f32 *plan, const hopform_robot_f32 *r
     plan->both = both;
     plan->actuator = actuator;
     plan->body = body;
+    plan->made = HOPFORM_PLAN_MADE;
     return HOPFORM_OK;
 }
 
@@ -766,7 +767,7 @@ int32_t hopform_solve_stance_f32(const hopform_plan_f32 *plan, const hopform_sta
     }
     const hopform_stance_f32 zero = {0, {0, 0, 0, 0}, 0, 0, 0, 0, 0, 0, 0};
     *stance = zero;
-    if (!(plan->robot.m_eff > 0.0f)) {
+    if (!hopform_is_made_f32(plan)) {
         return HOPFORM_ERROR_ROBOT;
     }
     const int32_t status = start_status(&plan->robot, start);
@@ -802,7 +803,11 @@ int32_t hopform_stance_at_f32(const hopform_plan_f32 *plan, const hopform_step_f
     const hopform_state_f32 zero = {0.0f, 0.0f, 0.0f, 0.0f};
     *state = zero;
     const bool rests = stance->ending == HOPFORM_ENDING_REST;
-    if (!(t >= 0.0f && t <= 1e38f) || (t > stance->duration && !rests) || stance->phases_kept < stance->phase_count) {
+    if (!hopform_is_made_f32(plan)) {
+        return HOPFORM_ERROR_ROBOT;
+    }
+    if (!(t >= 0.0f && t <= 1e38f) || (t > stance->duration && !rests) || stance->phases_kept < stance->phase_count
+        || stance->phases_kept < 1) {
         return HOPFORM_ERROR_TIME;
     }
     const float within = t < stance->duration ? t : stance->duration;

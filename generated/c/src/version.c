@@ -6,5 +6,5 @@
 
 const char *hopform_source(void)
 {
-    return "553b1e16b53a32ae";
+    return "583244c1a9daed57";
 }

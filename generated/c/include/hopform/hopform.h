@@ -30,7 +30,7 @@ extern "C" {
 #define HOPFORM_NO_DERIVATIVE 2       /* no take-off, an event that grazes, or derivatives out of range */
 #define HOPFORM_SEARCHING 3           /* the search for a current goes on */
 #define HOPFORM_ERROR_NULL (-1)       /* a pointer is NULL */
-#define HOPFORM_ERROR_ROBOT (-2)      /* a parameter is not finite or out of its domain */
+#define HOPFORM_ERROR_ROBOT (-2)      /* a parameter is not finite or out of its domain, or the plan was not made */
 #define HOPFORM_ERROR_STATE (-3)      /* an initial value is not finite, or x_1 is outside its stroke */
 #define HOPFORM_ERROR_EXTENDED (-4)   /* the spring force at the start is negative */
 #define HOPFORM_ERROR_STEPS (-5)      /* the steps of the current do not start at 0 or do not increase */
@@ -47,6 +47,7 @@ extern "C" {
 #define HOPFORM_COMMAND_NO_TAKEOFF 3
 #define HOPFORM_SEARCH_TRIALS 4096   /* currents tried at most */
 
+#define HOPFORM_PLAN_MADE 0x686f7066u /* tells a plan from memory that holds anything */
 #define HOPFORM_SELFTEST_PHASES 32   /* phases that hopform_selftest works in */
 
 /* How a batch is solved, each to the same bits: the fastest that the processor has; one stance after the other; many at a

@@ -109,6 +109,7 @@ typedef struct {
     hopform_poles_f32 both;     /* both masses slip */
     hopform_poles_f32 actuator; /* the body is held */
     hopform_poles_f32 body;     /* the actuator is held */
+    uint32_t made;               /* HOPFORM_PLAN_MADE once hopform_plan_init was content */
 } hopform_plan_f32;
 
 /* A step of the current: u from time t on. */
