@@ -34,6 +34,20 @@ SECONDS = 60
 fuzz: ## arbitrary bit patterns into each C entry point, SECONDS (60) each, under the sanitizers; needs clang
 	@SECONDS_EACH=$(SECONDS) sh tests/fuzz/run.sh
 
+firmware-test: compiler venv-dev ## the C library on emulated processors, twelve combinations: selftest, golden vectors, garbage, costs
+	sh tests/firmware/install.sh
+	$(PY) tools/build_library.py
+	$(PY) -m tests.firmware
+
+firmware-test-all: compiler venv-dev ## the same for every processor, compiler and optimisation, in both precisions
+	sh tests/firmware/install.sh
+	$(PY) tools/build_library.py
+	$(PY) -m tests.firmware --all
+
+firmware-report: compiler venv-dev ## count instructions, flash and stack on the emulated processors, write docs/firmware-costs.*
+	sh tests/firmware/install.sh
+	$(PY) -m tests.firmware --report
+
 generate: venv ## derive the formulas and write generated/
 	$(PY) -m derive
 
@@ -85,4 +99,4 @@ venv-bench:
 
 .NOTPARALLEL:
 .PHONY: help run test test-exhaustive test-exhaustive-slice scans fuzz generate check lint wheel mutants mutants-all test-determinism bench
-.PHONY: clean compiler venv venv-dev venv-bench
+.PHONY: firmware-test firmware-test-all firmware-report clean compiler venv venv-dev venv-bench

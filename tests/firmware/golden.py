@@ -1,5 +1,8 @@
 """Golden vectors for the emulated processors, from the 50-digit reference: `python -m tests.firmware.golden` writes golden.h.
 
+cost_cases.h, written beside it, holds what is counted: the selftest's stances (set `modes`) and drops of both hoppers
+(set `drops`), of which the paper's sequence of signs is the common case.
+
 Inputs are rounded to single precision first. Each stance carries the condition number of its state and of its AED, at
 least 1: the error that a target may show is 1e-5 of the scale times that.
 """
@@ -13,12 +16,11 @@ from hopform_solver.records import Robot
 from tests import reference
 
 HEADER = Path(__file__).with_name("golden.h")
+COST_HEADER = Path(__file__).with_name("cost_cases.h")
 ENDINGS = {"takeoff": 1, "rest": 2, "horizon": 3, "too_many_phases": 4}
 KINDS = ("x1_reverses", "x1_sticks", "x1_slips", "x1_hits_stop", "x2_reverses", "x2_sticks", "x2_slips")
 MOST_EVENTS = 16
-DROPS = tuple(
-    (robot, v2, u) for robot in (HOPPER_C, HOPPER_B) for v2 in (-0.7, -1.93, -2.6) for u in (-1.0, 0.5, 2.75)
-)
+DROPS = tuple((robot, v2, u) for robot in (HOPPER_C, HOPPER_B) for v2 in (-0.7, -1.93, -2.6) for u in (-1.0, 0.5, 2.75))
 
 
 def single(value: float) -> float:
@@ -101,5 +103,46 @@ static const golden goldens[] = {{
 """
 
 
+def cost_row(robot: int, start: dict[str, Any]) -> str:
+    (_, u), (later, then) = start["u"]
+    numbers = [start["x1"], start["v1"], start["v2"], start["y"], u, later, then, start["horizon"]]
+    return f"    {{{robot}, " + ", ".join(map(number, numbers)) + "},"
+
+
+def cost_text() -> str:
+    """The robots and starts that are counted, as C."""
+    robots = "\n".join("    {" + ", ".join(map(number, fields(robot).values())) + "}," for robot in ROBOTS)
+    given = [start for _, start in inputs()]
+    modes = "\n".join(cost_row(case.robot, start) for case, start in zip(CASES, given, strict=False))
+    places = [ROBOTS.index(robot) for robot, _, _ in DROPS]
+    drops = "\n".join(cost_row(robot, start) for robot, start in zip(places, given[len(CASES) :], strict=True))
+    return f"""/* Written by `python -m tests.firmware.golden`. Do not edit. */
+#ifndef COST_CASES_H
+#define COST_CASES_H
+
+#include "hopform/hopform.h"
+
+typedef struct {{
+    int robot;
+    float x1, v1, v2, y, u, later, then, horizon;
+}} cost_case;
+
+static const hopform_robot_f32 cost_robots[] = {{
+{robots}
+}};
+
+static const cost_case cost_cases_modes[] = {{
+{modes}
+}};
+
+static const cost_case cost_cases_drops[] = {{
+{drops}
+}};
+
+#endif
+"""
+
+
 if __name__ == "__main__":
     HEADER.write_text(text(), "utf-8")
+    COST_HEADER.write_text(cost_text(), "utf-8")

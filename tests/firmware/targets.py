@@ -102,7 +102,10 @@ def run(command: list[str], timeout: float = 120.0) -> str:
 
 def sources(precisions: tuple[str, ...] = ("f32", "f64")) -> list[Path]:
     """The library's sources for firmware."""
-    return [*(C / "src" / f"{unit}_{precision}.c" for unit in UNITS for precision in precisions), C / "src" / "version.c"]
+    return [
+        *(C / "src" / f"{unit}_{precision}.c" for unit in UNITS for precision in precisions),
+        C / "src" / "version.c",
+    ]
 
 
 @cache
@@ -118,7 +121,9 @@ def objects(build: Build, precisions: tuple[str, ...] = ("f32", "f64"), *extra: 
     return tuple(made)
 
 
-def link(build: Build, program: str, *, precisions: tuple[str, ...] = ("f32", "f64"), define: tuple[str, ...] = ()) -> Path:
+def link(
+    build: Build, program: str, *, precisions: tuple[str, ...] = ("f32", "f64"), define: tuple[str, ...] = ()
+) -> Path:
     """An image of tests/firmware/`program`.c with the library; boards and startup are always compiled by gcc."""
     target, folder = build.target, build.folder
     library = objects(build, precisions)

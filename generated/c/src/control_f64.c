@@ -136,8 +136,8 @@ static double share_of_limit(const hopform_search_f64 *search, const cell *c)
     const bool starts = is_admissible(search, c->from);
     const hopform_trial_f64 *end = starts ? c->from : c->to;
     const double toward = (starts ? c->sign : -c->sign) * end->peak_u * c->width;
-    const double share = (search->limit - end->peak) / toward;
-    return toward > 0.0 && share <= 1.0 ? share : 1e+300;
+    const double share = toward > 0.0 ? (search->limit - end->peak) / toward : 1e+300;
+    return share <= 1.0 ? share : 1e+300;
 }
 
 /* Only a part of the cell, next to its admissible end, is admissible, and nothing better lies in it. */

@@ -6,5 +6,5 @@
 
 const char *hopform_source(void)
 {
-    return "583244c1a9daed57";
+    return "514926ac5fc61455";
 }
