@@ -51,6 +51,7 @@ TARGETS = (
         "riscv64-unknown-elf-gcc",
         ("--specs=picolibc.specs", "-march=rv32imafc", "-misa-spec=2.2", "-mabi=ilp32f", "-mcmodel=medany"),
         ("--target=riscv32-unknown-elf", "-march=rv32imafc", "-mabi=ilp32f", "-mcmodel=medany", "-mno-relax",
+         "-msmall-data-limit=0",
          "-isystem", "/usr/lib/picolibc/riscv64-unknown-elf/include"),
         "riscv_virt.ld",
         "riscv_startup.S",

@@ -6,5 +6,5 @@
 
 const char *hopform_source(void)
 {
-    return "514926ac5fc61455";
+    return "06c904cdc8dc17d2";
 }
