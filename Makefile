@@ -15,7 +15,7 @@ run: compiler venv ## set up .venv, derive and compile the formulas, solve a sta
 
 test: compiler venv-dev ## prove it: the derivation, the generated code against the symbols, the house rules
 	$(PY) tools/build_library.py
-	$(PY) -m pytest
+	$(PY) -m pytest -n auto --dist worksteal
 
 N = 1000000
 test-exhaustive: compiler venv-dev ## certify N random stances, a million if not given, with a checker in higher precision
@@ -31,7 +31,7 @@ scans: compiler venv-dev ## sweep across every case distinction of the solver, w
 	$(PY) -m tests.scans
 
 SECONDS = 60
-fuzz: ## arbitrary bit patterns into each C entry point, SECONDS (60) each, under the sanitizers; needs clang
+fuzz: ## arbitrary bit patterns into each C entry point, SECONDS (60) each, side by side, under the sanitizers; needs clang
 	@SECONDS_EACH=$(SECONDS) sh tests/fuzz/run.sh
 
 firmware-test: compiler venv-dev ## the C library on emulated processors, twelve combinations: selftest, golden vectors, garbage, costs

@@ -3,7 +3,7 @@
 import os
 import secrets
 
-DEFAULT = "39"
+DEFAULT = "fresh"
 """A number, or "fresh"."""
 
 
@@ -13,3 +13,4 @@ def chosen(asked: str) -> int:
 
 
 SEED = chosen(os.environ.get("HOPFORM_SEED") or DEFAULT)
+os.environ["HOPFORM_SEED"] = str(SEED)  # processes that are started from here draw the same ones

@@ -1,11 +1,25 @@
 """The benchmarks solve the job that they say: their stances, their truth, two of the peers, hopform's own rows."""
 
 import shutil
+import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
 
-from tests.benchmarks import beside, jobs, native, numba_peer, report, rows, scipy_peers, truth
+from tests.benchmarks import (
+    beside,
+    casadi_peer,
+    diffrax_peer,
+    jobs,
+    native,
+    numba_peer,
+    report,
+    rows,
+    rules,
+    scipy_peers,
+    truth,
+)
 from tests.benchmarks.judge import Verdict, is_right, judge
 from tests.benchmarks.measure import Outcome, Result
 
@@ -153,6 +167,7 @@ def test_many_stances_are_the_jobs_over_and_over():
         assert fields.tolist() == [of.robot(n % 3)["k"] for n in range(7)]
 
 
+@pytest.mark.skipif(not Path("/proc/self/status").exists(), reason="a process's peak is read from /proc")
 def test_a_batch_of_a_million_stances_stays_below_400_megabytes():
     """On the C back end without event lists, measured in a process of its own."""
     peak, before = beside.memory()
@@ -170,3 +185,34 @@ def test_the_page_has_a_line_for_each_number_beside_the_table():
     lines = [beside.Line("a grid", 1.734, "ns/sample"), beside.Line("many", 0.5, "us/stance", 0.25)]
     page = report.markdown(OUTCOME, {}, lines)
     assert "| a grid | 1.73 | ns/sample |  |\n| many | 0.50 | us/stance | 0.25 |\n" in page
+
+
+# ---- peers of optional packages ----
+
+
+@each_set
+@pytest.mark.parametrize(("package", "peer"), [("casadi", casadi_peer), ("diffrax", diffrax_peer)])
+def test_a_peer_of_an_optional_package_gives_the_reference_s_events(of, package, peer):
+    pytest.importorskip(package)
+    verdict = judge(of, peer.solve(of, 1e-10), truth.load()[of.name])
+    assert verdict.wrong == 0
+    assert verdict.error <= 1e-6
+
+
+def test_the_linear_functions_of_diffrax_are_those_that_are_watched():
+    """Anywhere within a mode, stops and held masses among them."""
+    for of in SETS:
+        for job in of.table.tolist():
+            leg = rules.leg_of(tuple(job))
+            z, side_1, side_2 = rules.begin(tuple(job), leg)
+            rows = diffrax_peer._functions(leg, side_1, side_2, z)
+            there = rules.Point(z.x1 + 0.01 * side_1, 0.3 * side_1, -0.2 * side_2, 0.03)
+            expected = np.minimum(rules.watched(leg, side_1, side_2, there), 1e6)
+            np.testing.assert_allclose(rows @ [*there, 1.0], expected, rtol=1e-9)
+
+
+def test_a_package_that_is_not_there_is_left_out_by_name(monkeypatch):
+    monkeypatch.setitem(sys.modules, "casadi", None)
+    row = next(row for row in rows.peers() if row.solver == "CVODES by CasADi")
+    with pytest.raises(ImportError, match="casadi"):
+        row.ready(SETS[0])

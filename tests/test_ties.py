@@ -12,6 +12,7 @@ import mpmath
 import numpy as np
 import pytest
 
+import hopform
 from hopform import ufuncs
 from hopform_solver.records import ROBOT_FIELDS
 
@@ -101,10 +102,22 @@ def test_a_velocity_that_fades_away_never_turns_back(function, dtype):
 
 @both_functions
 def test_a_velocity_that_pauses_once_a_period_goes_on(function):
-    """v2 = A (t - sin(w t)/w): its rate touches zero, itself it is far from it; a body that its spring just carries at the start."""
+    """v2 = A (t - sin(w t)/w), whose rate touches zero, far from zero itself: the spring just carries the body at the start."""
     rng = np.random.default_rng(4)
     k, m_s = (2.0 ** np.round(np.log2(over(rng, low, high))) for low, high in ((10.0, 2e4), (0.1, 10.0)))
     m_eff, y = m_s * over(rng, 1.1, 20.0), m_s * G / k  # exactly
     w = np.sqrt(k * (1.0 / m_s + 1.0 / m_eff))
     robot = {"m_eff": m_eff, "m_s": m_s, "k": k, "c": y * over(rng, 2.0, 1e5)}
     assert solve(function, np.float64, robot, 8.3 * 2.0 * np.pi / w, y=y) == (["horizon"] * COUNT, [0] * COUNT)
+
+
+def test_two_masses_that_a_step_of_the_current_lets_go_at_once_are_two_phases(backend):
+    """Also where only one is left: the body is exactly at its threshold, and follows an actuator that gives way."""
+    robot = hopform.Robot(m_eff=1.0, m_s=1.0, k=100.0, L0=0.4, f1=0.1, f2=8.0, g=8.0, gamma2=1.0)
+    start = {"v2": 0.0, "u": [(0.0, 0.0), (0.1, 5.0)], "backend": backend}
+    free = hopform.solve_stance(robot, **start)
+    assert [event.kind for event in free.events] == ["x1_slips", "x2_slips"]
+    assert [event.time for event in free.events] == [0.1, 0.1]
+    for most in (1, 2):
+        stance = hopform.solve_stance(robot, max_phases=most, **start)
+        assert (stance.status, len(stance.phases)) == ("too_many_phases", most)

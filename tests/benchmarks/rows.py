@@ -1,6 +1,7 @@
 """The rows of the table: every solver, at every tolerance, ready to run on a set of jobs."""
 
 import dataclasses
+import importlib
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import partial
@@ -12,7 +13,7 @@ from numpy.typing import NDArray
 import hopform
 import hopform_solver
 from hopform_solver.records import ENDINGS, EVENTS
-from tests.benchmarks import native, numba_peer, scipy_peers
+from tests.benchmarks import casadi_peer, diffrax_peer, native, numba_peer, scipy_peers
 from tests.benchmarks.jobs import HORIZON, MAX_PHASES, ROBOT, Jobs, answers, write
 
 TOLERANCES = (1e-6, 1e-8, 1e-10)
@@ -182,6 +183,12 @@ def _scipy(call: Callable[[Jobs, float], Answers], tolerance: float, jobs: Jobs)
     return Ready(run, lambda found: found, len(jobs))
 
 
+def _installed(package: str, call: Callable[[Jobs, float], Answers], tolerance: float, jobs: Jobs) -> Ready:
+    """A peer of an optional package; ImportError where it is not there."""
+    importlib.import_module(package)
+    return _scipy(call, tolerance, jobs)
+
+
 def peers() -> Iterator[Row]:
     """Everybody else, at every tolerance."""
     for tolerance in TOLERANCES:
@@ -190,6 +197,8 @@ def peers() -> Iterator[Row]:
         yield Row("CVODE Adams, C", tolerance, partial(_peer, "run_adams", native.cvode, tolerance))
         yield Row("CVODE BDF, C", tolerance, partial(_peer, "run_bdf", native.cvode, tolerance))
         yield Row("expm + brentq, scipy", tolerance, partial(_scipy, scipy_peers.expm, tolerance))
+        yield Row("diffrax Tsit5, vmap", tolerance, partial(_installed, "diffrax", diffrax_peer.solve, tolerance))
+        yield Row("CVODES by CasADi", tolerance, partial(_installed, "casadi", casadi_peer.solve, tolerance))
         for method in ("DOP853", "LSODA"):
             solver = partial(_ivp, method)
             yield Row(f"solve_ivp {method}, scipy", tolerance, partial(_scipy, solver, tolerance))

@@ -105,7 +105,7 @@ static void must(int truth)
 static real bounded(real horizon, const T(robot) *robot)
 {
     const double rate = sqrt(robot->k / (double)robot->m_eff + robot->k / (double)robot->m_s);
-    const double most = MOST_HALF_TURNS * 3.141592653589793 / rate;
+    const double most = rate > 0 ? MOST_HALF_TURNS * 3.141592653589793 / rate : INFINITY;
     return isfinite(horizon) && horizon > most && (real)most > 0 ? (real)most : horizon;
 }
 

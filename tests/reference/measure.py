@@ -28,7 +28,7 @@ def scales(robot: Mapping[str, Number], reference: Reference, v2: Number) -> dic
 
 
 def outcome(reference: Reference, units: Mapping[str, Real], of: str) -> list[Real]:
-    """Ending time and state in those units, or the AED: each is judged by its own condition."""
+    """Times of the ending and of all events, and the state, in those units; or the AED: judged by its own condition."""
     if of == "aed":
         return [reference.aed / units["energy"]]
     s = reference.final
@@ -38,6 +38,7 @@ def outcome(reference: Reference, units: Mapping[str, Real], of: str) -> list[Re
         s.v1 / units["velocity"],
         s.x2 / units["position"],
         s.v2 / units["velocity"],
+        *(event.time / units["time"] for event in reference.events),
     ]
 
 

@@ -41,6 +41,17 @@ static inline hopform_watch_f32 hopform_watch_of_f32(const hopform_poles_f32 *po
     return watch;
 }
 
+/* m; where the pair has faded against the real pole it is lost in W, and taken from the pair itself. */
+static inline float hopform_turning_at_f32(const hopform_poles_f32 *poles, const hopform_pair_numerator_f32 *left,
+                                           const hopform_basis_f32 *basis, float t)
+{
+    if (poles->a > 0.0f && (0.5f * poles->p - poles->a) * t > 1e1f) {
+        const hopform_pair_f32 pair = hopform_pair_at_f32(poles, t);
+        return left->A * pair.Rd + left->B * pair.R;
+    }
+    return hopform_turning_f32(poles, left, basis);
+}
+
 static inline hopform_sample_f32 hopform_sample_at_f32(const hopform_watch_f32 *watch, const hopform_poles_f32 *poles,
                                                          const hopform_basis_f32 *basis, float t)
 {
@@ -51,7 +62,7 @@ static inline hopform_sample_f32 hopform_sample_at_f32(const hopform_watch_f32 *
     sample.rate = rise.rise_rate;
     sample.curvature = rise.rise_curvature;
     sample.third = rise.rise_third;
-    sample.turning = hopform_turning_f32(poles, &watch->left, basis);
+    sample.turning = hopform_turning_at_f32(poles, &watch->left, basis, t);
     sample.noise = 16.0f * 1.1920929e-7f
                    * (fabsf(watch->start) + fabsf(h->H3 * basis->Wd) + fabsf(h->H2 * basis->W) + fabsf(h->H1 * basis->W1)
                       + t * fabsf(rise.rise_rate));
@@ -110,8 +121,10 @@ typedef enum { KEEPS_SIGN, LOSES_SIGN, DIPS, UNDECIDED } hopform_verdict_f32;
 static inline hopform_verdict_f32 hopform_judge_f32(const hopform_sample_f32 *from, const hopform_sample_f32 *to, float a,
                                                       float h, bool short_of_quarter)
 {
-    const bool turns = from->turning * to->turning < 0.0f;
-    const bool keeps_direction = (from->rate < 0.0f) == (to->rate < 0.0f);
+    /* What has faded away has no sign to go by, and what it may hide is looked for. */
+    const bool pauses = !(fabsf(to->rate) * h > to->noise);
+    const bool turns = from->turning * to->turning < 0.0f || (fabsf(from->turning) > 0.0f && !(fabsf(to->turning) > 0.0f));
+    const bool keeps_direction = pauses ? turns : (from->rate < 0.0f) == (to->rate < 0.0f);
     bool monotone = keeps_direction;
     if (turns && keeps_direction && (from->rate < 0.0f) == (from->turning > 0.0f)) {
         /* exp(a t) g' comes nearer to zero and goes back: by no more than the integral of |m|. */
@@ -119,7 +132,8 @@ static inline hopform_verdict_f32 hopform_judge_f32(const hopform_sample_f32 *fr
         monotone = short_of_quarter && fabsf(from->rate) > fabsf(from->turning) * h * growth;
         if (!monotone) {
             const float least = from->rate < to->rate * growth ? from->rate : to->rate * growth;
-            const float lowest = short_of_quarter ? from->rate - fabsf(from->turning) * h * growth : -1e38f;
+            /* A rate that begins above zero falls by no more than g'' = m - a g' lets it while m is below. */
+            const float lowest = short_of_quarter ? -fabsf(from->turning) * (a * h < 1.0f ? h : 1.0f / a) : -1e38f;
             const float steepest = from->rate < 0.0f ? least : lowest;
             const bool far = to->value > 0.0f && from->value + steepest * h > from->noise + to->noise;
             return far ? KEEPS_SIGN : UNDECIDED;
@@ -147,7 +161,7 @@ static inline hopform_verdict_f32 hopform_judge_f32(const hopform_sample_f32 *fr
 /* Where m, which has changed its sign within a window, has its zero: the chord's, kept off the ends. */
 static inline float hopform_turn_between_f32(const hopform_sample_f32 *from, const hopform_sample_f32 *to, float h)
 {
-    const float share = from->turning / (from->turning - to->turning);
+    const float share = fabsf(to->turning) > 0.0f ? from->turning / (from->turning - to->turning) : 0.25f;
     const float inside = share > 0.015625f ? (share < 0.984375f ? share : 0.984375f) : 0.015625f;
     return inside * h;
 }
@@ -160,11 +174,16 @@ static inline float hopform_step_to_root_f32(const hopform_sample_f32 *at)
     return fabsf(below) > 0.0f ? at->value * (6.0f * rate2 - 3.0f * at->value * at->curvature) / below : 1e38f;
 }
 
-/* True where one more of these steps lands on the root: its error is of the fourth order in the step, which is Newton's but
- * for a little, and not short because its numerator vanishes. */
-static inline bool hopform_is_last_step_f32(const hopform_sample_f32 *at, float step)
+/* True where one more of these steps lands on the root to rounding. Its error is of the fourth order in the step: products of
+ * the derivatives up to the fourth, which the poles give from the others. A step is also short where its numerator vanishes. */
+static inline bool hopform_is_last_step_f32(const hopform_poles_f32 *poles, const hopform_sample_f32 *at, float t, float step)
 {
-    return fabsf(at->value) <= 2.0f * fabsf(step * at->rate) && fabsf(step * at->curvature) <= 0.0003f * fabsf(at->rate) && step * step * fabsf(at->third) <= 1e-7f * fabsf(at->rate);
+    const float per_rate = fabsf(step) / (fabsf(at->rate) > 0.0f ? fabsf(at->rate) : 1.0f);
+    const float bend = per_rate * fabsf(at->curvature);
+    const float twist = per_rate * fabsf(step * at->third);
+    const float fourth = poles->s_1 * at->third + poles->s_2 * at->curvature + poles->s_3 * at->rate;
+    const float error = bend * (0.7f * bend * bend + 0.5f * twist) + 0.05f * per_rate * fabsf(step * step * fourth);
+    return fabsf(at->value) <= 2.0f * fabsf(step * at->rate) && fabsf(step) * error <= 1.1920929e-7f * t;
 }
 
 /* A time, what the poles do until then, and g there. */
@@ -194,7 +213,7 @@ static inline hopform_point_f32 hopform_root_between_f32(const hopform_watch_f32
         }
         const float step = hopform_step_to_root_f32(&last.at);
         float next = last.t - step;
-        if (next > low && next < high.t && hopform_is_last_step_f32(&last.at, step)) {
+        if (next > low && next < high.t && hopform_is_last_step_f32(poles, &last.at, next, step)) {
             return hopform_point_at_f32(watch, poles, next);
         }
         if (!(next > low && next < high.t) || (n > 8 && n % 2 == 1)) {
@@ -234,7 +253,7 @@ static inline hopform_point_f32 hopform_root_ahead_f32(const hopform_watch_f32 *
         if (!(t > low && t < high)) {
             return none;
         }
-        if (hopform_is_last_step_f32(&point.at, step)) {
+        if (hopform_is_last_step_f32(poles, &point.at, t, step)) {
             return hopform_point_at_f32(watch, poles, t);
         }
     }

@@ -41,6 +41,17 @@ static inline hopform_watch_f64 hopform_watch_of_f64(const hopform_poles_f64 *po
     return watch;
 }
 
+/* m; where the pair has faded against the real pole it is lost in W, and taken from the pair itself. */
+static inline double hopform_turning_at_f64(const hopform_poles_f64 *poles, const hopform_pair_numerator_f64 *left,
+                                           const hopform_basis_f64 *basis, double t)
+{
+    if (poles->a > 0.0 && (0.5 * poles->p - poles->a) * t > 10.0) {
+        const hopform_pair_f64 pair = hopform_pair_at_f64(poles, t);
+        return left->A * pair.Rd + left->B * pair.R;
+    }
+    return hopform_turning_f64(poles, left, basis);
+}
+
 static inline hopform_sample_f64 hopform_sample_at_f64(const hopform_watch_f64 *watch, const hopform_poles_f64 *poles,
                                                          const hopform_basis_f64 *basis, double t)
 {
@@ -51,7 +62,7 @@ static inline hopform_sample_f64 hopform_sample_at_f64(const hopform_watch_f64 *
     sample.rate = rise.rise_rate;
     sample.curvature = rise.rise_curvature;
     sample.third = rise.rise_third;
-    sample.turning = hopform_turning_f64(poles, &watch->left, basis);
+    sample.turning = hopform_turning_at_f64(poles, &watch->left, basis, t);
     sample.noise = 16.0 * 2.220446049250313e-16
                    * (fabs(watch->start) + fabs(h->H3 * basis->Wd) + fabs(h->H2 * basis->W) + fabs(h->H1 * basis->W1)
                       + t * fabs(rise.rise_rate));
@@ -110,8 +121,10 @@ typedef enum { KEEPS_SIGN, LOSES_SIGN, DIPS, UNDECIDED } hopform_verdict_f64;
 static inline hopform_verdict_f64 hopform_judge_f64(const hopform_sample_f64 *from, const hopform_sample_f64 *to, double a,
                                                       double h, bool short_of_quarter)
 {
-    const bool turns = from->turning * to->turning < 0.0;
-    const bool keeps_direction = (from->rate < 0.0) == (to->rate < 0.0);
+    /* What has faded away has no sign to go by, and what it may hide is looked for. */
+    const bool pauses = !(fabs(to->rate) * h > to->noise);
+    const bool turns = from->turning * to->turning < 0.0 || (fabs(from->turning) > 0.0 && !(fabs(to->turning) > 0.0));
+    const bool keeps_direction = pauses ? turns : (from->rate < 0.0) == (to->rate < 0.0);
     bool monotone = keeps_direction;
     if (turns && keeps_direction && (from->rate < 0.0) == (from->turning > 0.0)) {
         /* exp(a t) g' comes nearer to zero and goes back: by no more than the integral of |m|. */
@@ -119,7 +132,8 @@ static inline hopform_verdict_f64 hopform_judge_f64(const hopform_sample_f64 *fr
         monotone = short_of_quarter && fabs(from->rate) > fabs(from->turning) * h * growth;
         if (!monotone) {
             const double least = from->rate < to->rate * growth ? from->rate : to->rate * growth;
-            const double lowest = short_of_quarter ? from->rate - fabs(from->turning) * h * growth : -1e+300;
+            /* A rate that begins above zero falls by no more than g'' = m - a g' lets it while m is below. */
+            const double lowest = short_of_quarter ? -fabs(from->turning) * (a * h < 1.0 ? h : 1.0 / a) : -1e+300;
             const double steepest = from->rate < 0.0 ? least : lowest;
             const bool far = to->value > 0.0 && from->value + steepest * h > from->noise + to->noise;
             return far ? KEEPS_SIGN : UNDECIDED;
@@ -147,7 +161,7 @@ static inline hopform_verdict_f64 hopform_judge_f64(const hopform_sample_f64 *fr
 /* Where m, which has changed its sign within a window, has its zero: the chord's, kept off the ends. */
 static inline double hopform_turn_between_f64(const hopform_sample_f64 *from, const hopform_sample_f64 *to, double h)
 {
-    const double share = from->turning / (from->turning - to->turning);
+    const double share = fabs(to->turning) > 0.0 ? from->turning / (from->turning - to->turning) : 0.25;
     const double inside = share > 0.015625 ? (share < 0.984375 ? share : 0.984375) : 0.015625;
     return inside * h;
 }
@@ -160,11 +174,16 @@ static inline double hopform_step_to_root_f64(const hopform_sample_f64 *at)
     return fabs(below) > 0.0 ? at->value * (6.0 * rate2 - 3.0 * at->value * at->curvature) / below : 1e+300;
 }
 
-/* True where one more of these steps lands on the root: its error is of the fourth order in the step, which is Newton's but
- * for a little, and not short because its numerator vanishes. */
-static inline bool hopform_is_last_step_f64(const hopform_sample_f64 *at, double step)
+/* True where one more of these steps lands on the root to rounding. Its error is of the fourth order in the step: products of
+ * the derivatives up to the fourth, which the poles give from the others. A step is also short where its numerator vanishes. */
+static inline bool hopform_is_last_step_f64(const hopform_poles_f64 *poles, const hopform_sample_f64 *at, double t, double step)
 {
-    return fabs(at->value) <= 2.0 * fabs(step * at->rate) && fabs(step * at->curvature) <= 0.0003 * fabs(at->rate) && step * step * fabs(at->third) <= 1e-07 * fabs(at->rate);
+    const double per_rate = fabs(step) / (fabs(at->rate) > 0.0 ? fabs(at->rate) : 1.0);
+    const double bend = per_rate * fabs(at->curvature);
+    const double twist = per_rate * fabs(step * at->third);
+    const double fourth = poles->s_1 * at->third + poles->s_2 * at->curvature + poles->s_3 * at->rate;
+    const double error = bend * (0.7 * bend * bend + 0.5 * twist) + 0.05 * per_rate * fabs(step * step * fourth);
+    return fabs(at->value) <= 2.0 * fabs(step * at->rate) && fabs(step) * error <= 2.220446049250313e-16 * t;
 }
 
 /* A time, what the poles do until then, and g there. */
@@ -194,7 +213,7 @@ static inline hopform_point_f64 hopform_root_between_f64(const hopform_watch_f64
         }
         const double step = hopform_step_to_root_f64(&last.at);
         double next = last.t - step;
-        if (next > low && next < high.t && hopform_is_last_step_f64(&last.at, step)) {
+        if (next > low && next < high.t && hopform_is_last_step_f64(poles, &last.at, next, step)) {
             return hopform_point_at_f64(watch, poles, next);
         }
         if (!(next > low && next < high.t) || (n > 8 && n % 2 == 1)) {
@@ -234,7 +253,7 @@ static inline hopform_point_f64 hopform_root_ahead_f64(const hopform_watch_f64 *
         if (!(t > low && t < high)) {
             return none;
         }
-        if (hopform_is_last_step_f64(&point.at, step)) {
+        if (hopform_is_last_step_f64(poles, &point.at, t, step)) {
             return hopform_point_at_f64(watch, poles, t);
         }
     }

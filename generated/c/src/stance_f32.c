@@ -246,7 +246,11 @@ static outlook look_ahead(const stance_guard *guard)
 static void reach_ahead(const stance_guard *guard, float low, float limit, int32_t windows, window *end)
 {
     const outlook ahead = look_ahead(guard);
-    const float longest = 0.96875f * guard->half_turn;
+    const float p = guard->poles->p; /* a window in which the pair fades away tells little */
+    const float fades = p * guard->half_turn > 8.0f ? 8.0f / p : guard->half_turn;
+    const float half = 0.96875f * guard->half_turn;
+    const float patient = fades > 3.0f * low ? fades : 3.0f * low;
+    const float longest = half < patient ? half : patient;
     const float far = longest < limit - low ? low + longest : limit;
     if (ahead.watch >= 0) {
         const hopform_point_f32 root = hopform_root_ahead_f32(&guard->watch[ahead.watch], guard->poles, low,
@@ -309,9 +313,12 @@ static void settle_window(const stance_guard *guard, float low, window *end)
             n = -1; /* the others must keep their signs up to here */
             cuts++;
         } else if (verdict == UNDECIDED) {
-            close_window(guard, end, low + hopform_turn_between_f32(from, &end->at[n], h));
-            n = -1;
-            cuts++;
+            const float cut = low + hopform_turn_between_f32(from, &end->at[n], h);
+            if (cut > low && cut < end->t) { /* else there is no number in between */
+                close_window(guard, end, cut);
+                n = -1;
+                cuts++;
+            }
         }
     }
 }
@@ -663,7 +670,7 @@ static int32_t run(stance_chain *chain)
         }
         pass(chain, &motion, &end);
     }
-    chain->count--;
+    chain->count = chain->max_phases; /* a step of the current may have begun two */
     return HOPFORM_ENDING_TOO_MANY_PHASES;
 }
 

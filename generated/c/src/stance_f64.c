@@ -246,7 +246,11 @@ static outlook look_ahead(const stance_guard *guard)
 static void reach_ahead(const stance_guard *guard, double low, double limit, int32_t windows, window *end)
 {
     const outlook ahead = look_ahead(guard);
-    const double longest = 0.96875 * guard->half_turn;
+    const double p = guard->poles->p; /* a window in which the pair fades away tells little */
+    const double fades = p * guard->half_turn > 8.0 ? 8.0 / p : guard->half_turn;
+    const double half = 0.96875 * guard->half_turn;
+    const double patient = fades > 3.0 * low ? fades : 3.0 * low;
+    const double longest = half < patient ? half : patient;
     const double far = longest < limit - low ? low + longest : limit;
     if (ahead.watch >= 0) {
         const hopform_point_f64 root = hopform_root_ahead_f64(&guard->watch[ahead.watch], guard->poles, low,
@@ -309,9 +313,12 @@ static void settle_window(const stance_guard *guard, double low, window *end)
             n = -1; /* the others must keep their signs up to here */
             cuts++;
         } else if (verdict == UNDECIDED) {
-            close_window(guard, end, low + hopform_turn_between_f64(from, &end->at[n], h));
-            n = -1;
-            cuts++;
+            const double cut = low + hopform_turn_between_f64(from, &end->at[n], h);
+            if (cut > low && cut < end->t) { /* else there is no number in between */
+                close_window(guard, end, cut);
+                n = -1;
+                cuts++;
+            }
         }
     }
 }
@@ -663,7 +670,7 @@ static int32_t run(stance_chain *chain)
         }
         pass(chain, &motion, &end);
     }
-    chain->count--;
+    chain->count = chain->max_phases; /* a step of the current may have begun two */
     return HOPFORM_ENDING_TOO_MANY_PHASES;
 }
 

@@ -6,5 +6,5 @@
 
 const char *hopform_source(void)
 {
-    return "06c904cdc8dc17d2";
+    return "5992c5841c5c9202";
 }

@@ -263,7 +263,7 @@ class _Search:
             top = extremum_between(lanes_of(part, rises), before_t[rises], here.t[rises], -1.0)
             low[rises] = np.where(top.value > 0.0, top.t, before_t[rises])
             lost[rises] = ~(top.value > 0.0)
-        if (dips := ~crosses & (before_rate < 0.0) & ~(here.rate < 0.0)).any():
+        if (dips := ~crosses & (before_rate < 0.0) & ~steep).any():  # a rate that has faded may hide one
             bottom = extremum_between(lanes_of(part, dips), before_t[dips], here.t[dips], 1.0)
             put(last, dips, bottom)
             crosses[dips] = bottom.value < -bottom.noise

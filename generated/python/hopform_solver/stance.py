@@ -453,7 +453,7 @@ def _run(chain: _Chain, log: _Log, result: _Result) -> Array:
         _pass(chain, log, end)
         full = (chain.count > chain.max_phases) & ~lifts & ~over
         result.close(chain, full, "too_many_phases")
-        result.count[chain.lane[full]] -= 1
+        result.count[chain.lane[full]] = chain.max_phases  # a step of the current may have begun two
         chain = chain.only(~(lifts | over | full))
     return loss
 
