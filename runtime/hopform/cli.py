@@ -21,7 +21,7 @@ from rich.console import Console, RenderableType
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
 import hopform
-from hopform import tables
+from hopform import cli_export, tables
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -364,6 +364,8 @@ def patience(what: str) -> Generator[None, None, None]:
         timer.join()
         bar.stop()
 
+
+cli_export.add_to(app)
 
 if __name__ == "__main__":
     sys.exit(main())

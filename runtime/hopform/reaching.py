@@ -213,8 +213,15 @@ def _fixed_points(
     found: list[FixedPoint] = []
     for column, u in enumerate(currents.tolist()):
         signs = np.sign(gain[:, column])
-        for row in np.flatnonzero((signs[:-1] != signs[1:]) & (signs[:-1] != 0.0) & np.isfinite(signs[:-1] + signs[1:])):
-            bracket = (float(heights[row]), float(gain[row, column]), float(heights[row + 1]), float(gain[row + 1, column]))
+        for row in np.flatnonzero(
+            (signs[:-1] != signs[1:]) & (signs[:-1] != 0.0) & np.isfinite(signs[:-1] + signs[1:])
+        ):
+            bracket = (
+                float(heights[row]),
+                float(gain[row, column]),
+                float(heights[row + 1]),
+                float(gain[row + 1, column]),
+            )
             found += _fixed_point(robot, u, bracket, limit, horizon, backend)
         for row in np.flatnonzero(signs == 0.0):
             found += _at(robot, u, float(heights[row]), limit, horizon, backend)[1]

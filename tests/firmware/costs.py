@@ -138,14 +138,22 @@ def page(builds: dict[str, dict[str, Any]]) -> str:
     budget = [
         [what, f"{spaced(m4f[f'{name} mean'])} / {spaced(m4f[f'{name} max'])}", limit] for what, name, limit in BUDGETS
     ]
+    small = builds["m4f-gcc-Os"]
+
+    def both(name: str) -> str:
+        return f"{spaced(m4f[name])} / {spaced(small[name])} B"
+
+    def stacks(call: str, over: str) -> str:
+        return f"{m4f[f'{call} static stack']} / {m4f[f'{call} {over} painted stack']} B"
+
     budget += [
-        ["flash, stance, -O2 / -Os", f"{spaced(m4f['flash ' + IMAGES[1]])} / {spaced(builds['m4f-gcc-Os']['flash ' + IMAGES[1]])} B", "8 kB"],
-        ["flash, everything, -O2 / -Os", f"{spaced(m4f['flash ' + IMAGES[3]])} / {spaced(builds['m4f-gcc-Os']['flash ' + IMAGES[3]])} B", "8 kB"],
-        ["stack of solve_stance, static / painted", f"{m4f['solve_stance static stack']} / {m4f['solve_stance modes painted stack']} B", "384 B"],
-        ["stack of choose_current, static / painted", f"{m4f['choose_current static stack']} / {m4f['choose_current drops painted stack']} B", "384 B"],
+        ["flash, stance, -O2 / -Os", both(f"flash {IMAGES[1]}"), "8 kB"],
+        ["flash, everything, -O2 / -Os", both(f"flash {IMAGES[3]}"), "8 kB"],
+        ["stack of solve_stance, static / painted", stacks("solve_stance", "modes"), "384 B"],
+        ["stack of choose_current, static / painted", stacks("choose_current", "drops"), "384 B"],
         [".data + .bss", f"{m4f['data + bss']} B", "0"],
         ["plan / stance", f"{m4f['bytes of plan']} / {m4f['bytes of stance']} B", "160 / 96 B"],
-    ]  # fmt: skip
+    ]
 
     def part(ending: str) -> str:
         rows = [[name.removesuffix(ending).strip(), *(spaced(builds[b][name]) for b in names)]

@@ -294,7 +294,8 @@ static void settle_window(const stance_guard *guard, float low, window *end)
             continue; /* a tie that the other wins */
         }
         if (verdict == DIPS) {
-            const float first = low + h * (from->rate / (from->rate - end->at[n].rate));
+            const float turn = from->rate - end->at[n].rate;
+            const float first = low + h * (turn < 0.0f ? from->rate / turn : 0.5f);
             const hopform_point_f32 bottom = hopform_bottom_between_f32(&guard->watch[n], guard->poles, low, end->t, first);
             if (bottom.at.value < -bottom.at.noise) {
                 close_window(guard, end, bottom.t);

@@ -294,7 +294,8 @@ static void settle_window(const stance_guard *guard, double low, window *end)
             continue; /* a tie that the other wins */
         }
         if (verdict == DIPS) {
-            const double first = low + h * (from->rate / (from->rate - end->at[n].rate));
+            const double turn = from->rate - end->at[n].rate;
+            const double first = low + h * (turn < 0.0 ? from->rate / turn : 0.5);
             const hopform_point_f64 bottom = hopform_bottom_between_f64(&guard->watch[n], guard->poles, low, end->t, first);
             if (bottom.at.value < -bottom.at.noise) {
                 close_window(guard, end, bottom.t);

@@ -6,5 +6,5 @@
 
 const char *hopform_source(void)
 {
-    return "5992c5841c5c9202";
+    return "abbeb71d1ec4d045";
 }
