@@ -196,7 +196,7 @@ def prefixed(text: str, words: set[str], stem: str) -> str:
     def put(text: str) -> str:
         return pattern.sub(lambda match: f"{stem}_{match.group(1)}", text)
 
-    lines = []
+    lines: list[str] = []
     for line in text.split("\n"):
         member = _MEMBER.match(line)
         kept = member is not None and member.group(2) in words and member.group(1).strip() != "return"

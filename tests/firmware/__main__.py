@@ -12,7 +12,7 @@ from concurrent.futures import ThreadPoolExecutor
 from functools import partial
 from pathlib import Path
 
-from tests.firmware import costs
+from tests.firmware import costs, strict
 from tests.firmware.targets import BY_NAME, TARGETS, Build, Failed, emulate, link, needed, objects, run
 
 LEVELS = ("-O0", "-O1", "-O2", "-O3", "-Os", "-Oz")
@@ -111,6 +111,8 @@ def main() -> int:
             (b, pool.submit(costs.measure, b)) for b in (costs.BUILDS if chosen.all else costs.QUICK)
         ]:
             wrong += costs.grown(build, figures.result())
+        checks = [pool.submit(strict.compilers), pool.submit(strict.misra)]
+        wrong += [what for check in checks for what in check.result()]
     python, found = of_python(), words(lines)
     wrong += [
         f"the selftest's words differ: {name} {sorted(found[name])}, Python {word}"
