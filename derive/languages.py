@@ -359,6 +359,13 @@ _TOKEN = re.compile(
 )
 
 
+def documented(text: str) -> str:
+    """The text of a public header with its comments marked for Doxygen, but for the first, which is about the file."""
+    first, _, rest = text.partition("\n")
+    above = re.sub(r"^/\* ", "/** ", rest, flags=re.MULTILINE)
+    return first + "\n" + re.sub(r"^((?:#define|    \w|enum).*?)/\* ", r"\1/**< ", above, flags=re.MULTILINE)
+
+
 def rename(text: str, prefix: str) -> str:
     """Every public name with another prefix: hopform_solve -> NAME_solve, HOPFORM_H -> NAME_H."""
     if prefix == "hopform":

@@ -15,7 +15,7 @@ import jinja2
 from derive import energy
 from derive.equations import CERTIFICATE, REGISTER, VERDICTS, tallies
 from derive.ir import Program
-from derive.languages import NEAR_WITHIN, REACHED_WITHIN, C, NumPy, rename
+from derive.languages import NEAR_WITHIN, REACHED_WITHIN, C, NumPy, documented, rename
 from derive.model import HOPPER, Model
 from derive.program import program
 from derive.selftest import CASES, ROBOTS
@@ -132,6 +132,7 @@ def _texts(options: Options) -> dict[Path, str]:
         for precision in options.precisions if target.startswith("c/") and "_real" in target else ("",):
             text = environment.get_template(name).render(_context(made, options, precision))
             path, text = _spelled(target, text, options.prefix, precision)
+            text = documented(text) if target.startswith("c/include/") else text
             text = text.replace(HEADER_MARK, HEADER.format(name))
             texts[Path(path)] = "\n".join(line.rstrip() for line in text.split("\n"))
     return texts

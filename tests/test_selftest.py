@@ -120,3 +120,14 @@ def test_flags_that_would_break_it_are_refused_by_the_header(tmp_path, flags, wh
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert done.returncode != 0
     assert "#error" in done.stderr and why in done.stderr
+
+
+@pytest.mark.parametrize("precision", ["f32", "f64"])
+def test_every_public_function_and_struct_is_documented(precision):
+    """A Doxygen comment stands right above; members say their unit or meaning behind."""
+    text = (C / "include" / "hopform" / f"hopform_{precision}.h").read_text("utf-8")
+    declared = list(re.finditer(r"^(?:u?int32_t|void) hopform_\w+\(|^typedef struct \{", text, re.MULTILINE))
+    assert len(declared) > 30
+    for match in declared:
+        above = text[: match.start()].rstrip().rpartition("/**")[2]
+        assert above.endswith("*/") and above.count("*/") == 1, match.group()

@@ -22,6 +22,9 @@ QUICK = (
 )  # fmt: skip
 """What CI runs; the first one in double precision too."""
 
+HOPPING = ("m4f-gcc-O2", "rv32-clang-O2")
+"""Where a robot hops, too: the plant in one task, the library in another, at 1 kHz."""
+
 LIBM = re.compile(r"^(a?sin|a?cos|a?tan2?|exp2?|expm1|log|pow|cbrt|fmod|hypot|floor|ceil|fmax|fmin)f?$")
 DOUBLE = re.compile(r"^(__aeabi_d|__aeabi_f2d|__aeabi_[iu]l?2d|__\w+df\d?$|__extendsfdf2|__truncdfsf2|sqrt$)")
 
@@ -59,6 +62,8 @@ def prove(build: Build, doubles: bool) -> tuple[str, list[str]]:
     try:
         word = emulate(build.target, link(build, "selftest", precisions=precisions, define=define)).strip()
         lines = [emulate(build.target, link(build, name, precisions=precisions)) for name in ("golden", "garbage")]
+        hops = emulate(build.target, link(build, "hops", precisions=precisions)) if build.name in HOPPING else ""
+        hops = f"{hops.strip().splitlines()[-1]}; " if hops else ""
         wrong = (
             symbols(objects(build, precisions)[:: len(precisions)]) if doubles else symbols(objects(build, precisions))
         )
@@ -66,7 +71,9 @@ def prove(build: Build, doubles: bool) -> tuple[str, list[str]]:
         return f"{build.name:16} FAILED", [f"{build.name}: {error}"]
     golden, garbage = (line.strip().splitlines()[-1] for line in lines)
     took = time.perf_counter() - began
-    return f"{build.name:16} {word:27} {golden}; {garbage}; {took:.0f} s", [f"{build.name}: {what}" for what in wrong]
+    return f"{build.name:16} {word:27} {golden}; {garbage}; {hops}{took:.0f} s", [
+        f"{build.name}: {what}" for what in wrong
+    ]
 
 
 def words(lines: list[str]) -> dict[str, set[str]]:

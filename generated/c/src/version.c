@@ -6,5 +6,5 @@
 
 const char *hopform_source(void)
 {
-    return "abbeb71d1ec4d045";
+    return "d4a5914c0fd8063f";
 }
