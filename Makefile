@@ -4,14 +4,15 @@ PY = .venv/bin/python
 export CC
 
 help: ## say what each target does
-	@sed -n 's/^\([a-z-]*\):[^#]*## /\1|/p' Makefile | awk -F'|' '{ printf "make %-21s %s\n", $$1, $$2 }'
+	@sed -n 's/^\([a-z-]*\):[^#]*## /\1|/p' Makefile | awk -F'|' '{ printf "make %-24s %s\n", $$1, $$2 }'
 
-run: compiler venv ## set up .venv, derive and compile the formulas, solve a stance at 0 A and at 3 A, draw both into out/
+run: compiler venv ## set up .venv, derive and compile the formulas, solve stances, hop over rough terrain, draw it all into out/
 	$(PY) -m derive
 	$(PY) tools/build_library.py
 	@mkdir -p out
 	.venv/bin/hopform stance --robot hopper_c --height 0.20 --u 0 --plot out/stance_0A.png
 	.venv/bin/hopform stance --robot hopper_c --height 0.20 --u 3 --plot out/stance_3A.png
+	.venv/bin/hopform hop --height 0.20 --terrain uniform --seed 1 --controller exact --h-des 0.20 --hops 12 --plot out/rough.png
 
 test: compiler venv-dev ## prove it: the derivation, the generated code against the symbols, the house rules
 	$(PY) tools/build_library.py
@@ -29,6 +30,10 @@ test-exhaustive-slice: compiler venv-dev ## the same for 20 000 of them, 500 wit
 scans: compiler venv-dev ## sweep across every case distinction of the solver, write docs/switchovers.*
 	$(PY) tools/build_library.py
 	$(PY) -m tests.scans
+TOUCHDOWNS = 10000
+test-control-exhaustive: compiler venv-dev ## scan all currents in steps of 1e-4 A at TOUCHDOWNS (10 000) touchdowns, against the controller
+	$(PY) tools/build_library.py
+	$(PY) -m tests.scan --count $(TOUCHDOWNS) --step 1e-4
 
 SECONDS = 60
 fuzz: ## arbitrary bit patterns into each C entry point, SECONDS (60) each, side by side, under the sanitizers; needs clang
@@ -79,6 +84,7 @@ test-determinism: venv-dev ## derive with every Python, several sympy and hash s
 bench: compiler venv-bench ## time hopform against other solvers, judge all by the reference, write docs/benchmark.*; QUICK=1 is short
 	$(PY) tools/build_library.py
 	OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1 $(PY) -m tests.benchmarks $(if $(QUICK),--quick)
+	OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1 $(PY) -m tests.benchmarks.lanes
 
 clean: ## remove everything that these targets made, except generated/
 	rm -rf .venv out dist build .pytest_cache .mypy_cache .ruff_cache .hypothesis runtime/hopform/_libhopform.*
@@ -98,5 +104,7 @@ venv-bench:
 	@sh tools/venv.sh bench
 
 .NOTPARALLEL:
-.PHONY: help run test test-exhaustive test-exhaustive-slice scans fuzz generate check lint wheel mutants mutants-all test-determinism bench
-.PHONY: firmware-test firmware-test-all firmware-report clean compiler venv venv-dev venv-bench
+.PHONY: help run test test-exhaustive test-exhaustive-slice scans fuzz generate check lint wheel mutants mutants-all test-determinism
+.PHONY: bench test-control-exhaustive
+.PHONY: firmware-test firmware-test-all firmware-report
+.PHONY: clean compiler venv venv-dev venv-bench

@@ -16,7 +16,7 @@ from derive.quantities import g, height, impact_loss, k, m_s, u, v1, v2, x1, y
 apex, E_td, E_dist, J, aed, v_up, v_after, u_threshold = sp.symbols(
     "apex E_td E_dist J aed v_up v_after u_threshold", real=True
 )
-half, direction, spring, E_spring = sp.symbols("half direction spring E_spring", real=True)
+lift, spring, E_spring = sp.symbols("lift spring E_spring", real=True)
 x1_T, h_des, datum, x2_ground, step = sp.symbols("x1_T h_des datum x2_ground step", real=True)
 
 
@@ -53,13 +53,13 @@ def printed_objective() -> tuple[Step, ...]:
 
 
 def objective() -> tuple[Step, ...]:
-    """J of (27) with a weight for each of what (26), (27) do otherwise than the exact form.
+    """J of (27), where the ground lies `lift` higher than it counts from, and with a weight of what (27) leaves out.
 
-    half 1/2, direction 0, spring 0 is printed_objective; half 1, direction 1, spring 1 vanishes where the apex is h_des.
+    lift = |step|/2, spring 0 is printed_objective; lift = -step, spring 1 vanishes where the apex is h_des.
     """
     return (
         Step(E_td, m_s * v2**2 / 2, "(25), after the impact"),
-        Step(E_dist, half * m_s * g * ((1 - direction) * sp.Abs(step) - direction * step), "(26), half = 1/2 as printed"),
+        Step(E_dist, m_s * g * lift, "(26)"),
         Step(E_spring, k * x1**2 / 2 - k * x1_T**2 / 2 + m_s * g * x1, "what (27) leaves out"),
         Step(J, sp.Abs(aed - (m_s * g * h_des - E_td - E_dist - spring * E_spring)), "(27)"),
     )

@@ -57,7 +57,7 @@ x1_0 = sp.Symbol("x1_0", real=True)
 displacement = sp.Symbol("displacement", real=True)
 length = sp.Symbol("length", real=True)
 aed = sp.Symbol("aed", real=True)
-excess = sp.Symbol("excess", real=True)
+stored = sp.Symbol("stored", real=True)
 
 body_energy = m_s * v2**2 / 2 + m_s * g * x2 + k * (x2 - L0 - c) ** 2 / 2
 total_energy = equations.kinetic + equations.potential
@@ -125,11 +125,11 @@ def aed_of_ledger(model: Model) -> tuple[Step, ...]:
     return (Step(aed, sum(body_entries(model), sp.S.Zero), "(24)"),)
 
 
-def large_energy() -> tuple[Step, ...]:
-    """E(0) over m_s max(v_2^2, 1)/2: where it is large, the difference of two E has lost the digits of the AED."""
+def stored_energy() -> tuple[Step, ...]:
+    """Where this is large against m_s max(v_2^2, 1)/2, the difference of two E has lost the digits of the AED."""
     return (
         Step(length, x1 - y, "x_2 - L_0 - c at the start"),
-        Step(excess, k * length**2 / (m_s * (1 + v2**2)), "(22), (23) at the start"),
+        Step(stored, k * length**2 / 2, "(22), (23)"),
     )
 
 

@@ -172,7 +172,7 @@ class NumPy:
 
 
 # [m] How near an apex must come: what the controller goes on to, and what it calls reached, or an edge of what is admissible.
-REACHED_WITHIN = {"f32": 3e-6, "f64": 1e-12}
+REACHED_WITHIN = {"f32": 3e-6, "f64": 1e-14}
 NEAR_WITHIN = {"f32": 4e-6, "f64": 2e-10}
 
 
@@ -219,7 +219,7 @@ class C:
             "EXPONENT_BIAS": "127" if self.single else "1023",
             "SIGNED_BITS": "int32_t" if self.single else "int64_t",
             "REAL_BITS": "uint32_t" if self.single else "uint64_t",
-            "LANE_COUNT": "32" if self.single else "16",
+            "LANE_COUNT": "32" if self.single else "32",
         }
 
     def type(self, record: Record) -> str:

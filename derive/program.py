@@ -126,7 +126,7 @@ def program(model: Model = HOPPER) -> Program:
             "W while exp(-a t) is near 1.",
             (Q.POLES, Q.CHI, Q.DECAY, Q.PAIR),
             partial_fractions.split_soon(),
-            _scalar(partial_fractions.W, "s^2", "response of the three poles to an impulse"),
+            _scalar(Q.W, "s^2", "response of the three poles to an impulse"),
         ),
         Function(
             "pair_by_quotient",
@@ -227,11 +227,11 @@ def program(model: Model = HOPPER) -> Program:
             _scalar(control.aed, "J", "analytical energy delta"),
         ),
         Function(
-            "large_energy",
-            "How large the energy of the body is at the start, against the energy of its motion at 1 m/s or more.",
+            "stored_energy",
+            "What the energy of the body has beside its motion and its height.",
             (robot, Q.STATE),
-            energy.large_energy(),
-            _scalar(energy.excess, "1", "energy at the start, in units of the body's motion"),
+            energy.stored_energy(),
+            _scalar(energy.stored, "J", "k (x_2 - L_0 - c)^2/2"),
         ),
         Function(
             "touchdown_velocity",
@@ -275,16 +275,14 @@ def program(model: Model = HOPPER) -> Program:
         ),
         Function(
             "objective",
-            "The same objective with a weight for each of what it does otherwise than the exact form.",
+            "The same objective with another share of the step, and with the spring coordinate.",
             (
                 robot,
                 Q.STATE,
                 _scalar(control.aed, "J", "analytical energy delta of the stance"),
                 _scalar(control.x1_T, "m", "displacement of the actuator at take-off"),
                 _scalar(control.h_des, "m", "desired apex"),
-                _scalar(control.step, "m", "reference level less the ground under the foot"),
-                _scalar(control.half, "1", "share of the step's energy in (26), printed 1/2"),
-                _scalar(control.direction, "1", "0: its absolute value as printed, 1: its sign"),
+                _scalar(control.lift, "m", "what (26) counts of the step, printed half its size"),
                 _scalar(control.spring, "1", "0: without the spring coordinate as printed, 1: with it"),
             ),
             control.objective(),

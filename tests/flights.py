@@ -1,6 +1,6 @@
 """Random flights, degenerate ones among them, and how far a flight of hopform is from the 50-digit reference.
 
-    time/max(T, sqrt(m_s/k))   position/0.1 m   velocity/(1 m/s)   energy/(max(m_s, m_eff) max(|v|, 1 m/s)^2/2)
+    time/max(T, sqrt(m_s/k))   position/0.1 m   velocity/(1 m/s)   energy/(max(m_s, m_eff) max(|v|, 1 m/s)^2/2, Kp x1^2/2)
 
 An error above the tolerance is divided by the condition number: what a relative change of an input by d does, over d.
 """
@@ -76,7 +76,7 @@ def outcome(exact: FlightReference, robot: hopform.Robot, inputs: dict[str, Any]
     """Times, state and ledger in the units of the measure, for a flight of that duration."""
     time = max(duration, math.sqrt(robot.m_s / robot.k))
     fastest = max(abs(inputs["v1"]), abs(inputs["v2"]), 1.0)
-    energy = max(robot.m_s, robot.m_eff) * fastest**2 / 2.0
+    energy = max(max(robot.m_s, robot.m_eff) * fastest**2, inputs["gains"][0] * inputs["x1"] ** 2) / 2.0
     x1, v1, v2, y = exact.end
     state = [exact.duration / time, x1 * 10, v1, v2, y * 10]
     return [*state, *(event.time / time for event in exact.events), *(entry / energy for entry in exact.ledger)]

@@ -11,7 +11,17 @@ import pytest
 
 from hopform_solver.records import EVENTS
 from tests.checker import CERTIFIED, REASONS, judge
-from tests.exhaustive import BY_EVENT, HIGH_CONDITION, RIGHT, SHARE_OF_HIGH, case_of, examine, refer, solved_again
+from tests.exhaustive import (
+    BY_EVENT,
+    HIGH_CONDITION,
+    RIGHT,
+    SHARE_OF_HIGH,
+    TOLERANCE,
+    case_of,
+    examine,
+    refer,
+    solved_again,
+)
 from tests.random_stances import draw_stances, solve_with_c
 from tests.seeds import SEED, chosen
 

@@ -133,6 +133,9 @@ def fits(value, kind):
         ("stance", "--height", "0.2", "--dtype", "float32"),
         ("hop", "--height", "0.2", "--u", "3", "--hops", "2"),
         ("hop", "--height", "0.05", "--hops", "20"),
+        ("hop", "--height", "0.2", "--terrain", "uniform", "--seed", "3", "--controller", "exact", "--h-des", "0.2"),
+        ("hop", "--height", "0.2", "--hops", "2", "--controller", "return-map", "--h-des", "0.2", "--delay", "0.002"),
+        ("hop", "--height", "-0.1"),
         ("robots",),
         ("robots", "ideal"),
         ("equations",),
@@ -270,7 +273,7 @@ def test_initial_values_and_options_reach_the_solver(answer):
 def test_hops_are_told_in_a_row_each(answer):
     output = answer("hop", "--height", "0.2", "--u", "3", "--hops", "3")
     assert "hops on after 3 touchdowns" in output
-    assert re.search(r"1 +20 +0\.20193 +188\.13 +takeoff +22\.329 +\+1\.9216", output)
+    assert re.search(r"1 +0 +20 +0\.20193 +3 +188\.13 +takeoff +22\.329 +\+1\.9216", output)
 
 
 def test_a_hopper_that_stays_on_the_ground_says_so(answer):
@@ -306,6 +309,33 @@ def test_csv_of_a_stance_is_its_states_and_energies(answer):
     gained = [energy - columns["E"][0] for energy in columns["E"]]
     assert gained == pytest.approx(columns["AED"], abs=1e-12)
     assert columns["AED"][-1] == pytest.approx(stance.aed, abs=1e-12)
+
+
+def test_what_hop_is_asked_reaches_the_simulation(answer, tmp_path):
+    ground = tmp_path / "ground.csv"
+    ground.write_text("0\n0.01\n-0.01\n")
+    wrong = tmp_path / "wrong.toml"
+    wrong.write_text(dataclasses.replace(HOPPER, m_s=2.9).to_toml())
+    noise = {"x1": 1e-3, "v1": 2e-2, "x2": 3e-3, "v2": 1e-2, "ground": 2e-3}
+    options = [part for name, value in noise.items() for part in (f"--noise-{name}", value)]
+    options += ["--current-scale", 0.95, "--quantum", 0.002, "--delay", 0.001, "--model", wrong, "--seed", 7]
+    arguments = ["--height", 0.2, "--terrain", ground, "--controller", "return-map", "--h-des", 0.19, *options]
+    table, archive = tmp_path / "hops.csv", tmp_path / "run.npz"
+    answer("hop", *arguments, "--hops-csv", table, "--npz", archive)
+    errors = hopform.Errors(**noise, current_scale=0.95, quantum=0.002, delay=0.001, model=hopform.load_robot(wrong))
+    run = hopform.simulate(
+        HOPPER, [0.0, 0.01, -0.01], hopform.controllers.ReturnMap(0.19), height=0.2, errors=errors, seed=7
+    )
+    with np.load(archive) as found:
+        assert (found["table"] == run.table).all()
+    assert table.read_text().count("\n") == 4
+    assert table.read_text().split("\n", maxsplit=1)[0].split(",") == list(SCHEMA["Table of a run"])
+
+
+def test_the_margin_of_the_exact_controller_is_kept(answer):
+    arguments = ("hop", "--height", "0.2", "--controller", "exact", "--h-des", "0.25", "--json")
+    free, kept = (strict_json(answer(*arguments, *more))["hops"] for more in ((), ("--stop-margin", "0.05")))
+    assert free[0]["apex"] > kept[0]["apex"] + 0.01
 
 
 def test_csv_of_a_run_has_the_documented_columns_and_agrees_with_itself(answer):
@@ -435,11 +465,38 @@ def test_an_output_that_cannot_be_is_refused_before_anything_is_computed(run, tm
         (("robots", "hoper_b"), "'hopper_b'"),
         (("hop",), "--height"),
         (("hop", "--height", "0.2", "--hops", "0"), "--hops"),
-        (("hop", "--height", "-1"), "height must be > 0"),
+        (
+            ("hop", "--height", "0.2", "--terrain", "hills"),
+            "there is no terrain 'hills'; known: flat, steps, uniform, gaussian",
+        ),
+        (("hop", "--height", "0.2", "--size", "-0.1", "--terrain", "gaussian"), "size must be >= 0 m"),
+        (("hop", "--height", "0.2", "--controller", "exact"), "--h-des goes with every controller but constant"),
+        (("hop", "--height", "0.2", "--h-des", "0.2"), "--h-des goes with every controller but constant"),
+        (("hop", "--height", "0.2", "--controller", "exact", "--h-des", "-0.1"), "h_des must not lie below the ground"),
+        (
+            ("hop", "--height", "0.2", "--controller", "exact", "--h-des", "0.2", "--u", "1"),
+            "--u goes with the constant",
+        ),
+        (("hop", "--height", "0.2", "--stop-margin", "0.01"), "--stop-margin goes with the exact controller"),
+        (("hop", "--height", "0.2", "--noise-v2", "-1"), "v2 must be >= 0 m/s"),
+        (("hop", "--height", "0.2", "--model", "hoper_c"), "did you mean 'hopper_c'?"),
+        (("hop", "--height", "0.2", "--csv", "a.csv", "--hops-csv", "a.csv"), "two outputs name the same file"),
+        (("hop", "--height", "nan"), "finite number"),
     ],
 )
 def test_other_commands_refuse_in_one_line_too(run, tmp_path, arguments, said):
     assert said in refused(run, tmp_path, *arguments)
+
+
+def test_a_terrain_with_a_hole_is_refused_by_file_line_and_column(run, tmp_path):
+    path = tmp_path / "ground.csv"
+    path.write_text("x,height\n1,0.0\n2,nan\n")
+    message = refused(run, tmp_path, "hop", "--height", "0.2", "--terrain", path, "--npz", tmp_path / "run.npz")
+    assert "ground.csv, line 3, column 'height': a height must be a finite number in m, got 'nan'" in message
+    path.write_text("0.0\n")
+    assert "has 1 heights, too few for --hops 2" in refused(
+        run, tmp_path, "hop", "--height", "0.2", "--terrain", path, "--hops", "2"
+    )
 
 
 def test_an_old_file_survives_a_refusal(run, tmp_path):

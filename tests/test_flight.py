@@ -1,7 +1,9 @@
 """Flights: the equations, the reference, both back ends, what must hold of every flight."""
 
+import doctest
 import math
 import re
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -415,3 +417,9 @@ def test_the_reference_agrees_with_a_parabola_and_an_oscillation():
     assert float(exact.events[0].time) == pytest.approx(math.pi / 20.0, rel=1e-15)
     assert float(exact.end[0]) == pytest.approx(0.01 * math.cos(20.0 * t), rel=1e-12)
     assert t - 9.81 * t**2 / 2.0 - 0.01 * (math.cos(20.0 * t) - 1.0) == pytest.approx(0.0, abs=1e-15)
+
+
+def test_the_page_on_flights_is_true():
+    outcome = doctest.testfile(str(Path(__file__).parents[1] / "docs" / "flight.md"), module_relative=False)
+    assert outcome.attempted >= 8
+    assert outcome.failed == 0

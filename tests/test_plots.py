@@ -34,7 +34,7 @@ def stance():
 
 @pytest.fixture(scope="module")
 def run():
-    return hopform.hop(HOPPER, height=0.2, u=3.0, hops=3)
+    return hopform.simulate(HOPPER, [0.0] * 3, 3.0, height=0.2)
 
 
 @pytest.fixture(scope="module")
@@ -79,7 +79,7 @@ def test_a_stance_has_labels_with_units_and_legends(svg):
 
 def test_a_run_has_labels_with_units_and_legends(run_figure):
     said = texts(plots.render(run_figure, ".svg"))
-    for text in ("hop height [cm]", "body energy [J]", "time since the drop [s]", "stance", "kinetic + potential"):
+    for text in ("hop height [cm]", "body energy [J]", "time since the start [s]", "stance", "kinetic + potential"):
         assert text in said
 
 
@@ -126,12 +126,12 @@ def test_every_ending_can_be_drawn_without_a_warning(arguments):
 @pytest.mark.parametrize("name", hopform.ROBOTS)
 @pytest.mark.filterwarnings("error")
 def test_every_shipped_robot_can_be_drawn_hopping(name):
-    run = hopform.hop(hopform.load_robot(name), height=0.1, u=0.0, hops=2)
+    run = hopform.simulate(hopform.load_robot(name), [0.0, 0.01], height=0.1)
     assert len(plots.render(plots.plot_run(run), ".png")) > 20_000
 
 
 def test_the_energy_of_the_ideal_hopper_is_a_line():
-    ideal = hopform.hop(hopform.load_robot("ideal"), height=0.2, hops=3)
+    ideal = hopform.simulate(hopform.load_robot("ideal"), [0.0] * 3, height=0.2)
     axes = plots.plot_run(ideal).axes[2]
     energy = next(iter(curves(axes).values()))[1]
     assert np.ptp(energy) < 1e-12

@@ -5,6 +5,7 @@ import re
 from pathlib import Path
 
 from hopform import cli
+from tests.benchmarks.hopping import misses
 
 ROOT = Path(__file__).resolve().parent.parent
 README = (ROOT / "README.md").read_text("utf-8")
@@ -14,6 +15,15 @@ def test_the_ten_lines_run():
     outcome = doctest.testfile(str(ROOT / "README.md"), module_relative=False)
     assert outcome.attempted >= 7
     assert outcome.failed == 0
+
+
+def test_the_page_on_hopping_runs_and_its_table_is_what_the_benchmark_prints():
+    outcome = doctest.testfile(str(ROOT / "docs" / "hopping.md"), module_relative=False)
+    assert outcome.attempted >= 9
+    assert outcome.failed == 0
+    page = (ROOT / "docs" / "hopping.md").read_text("utf-8")
+    rows = misses()
+    assert [row for row in rows if not row.startswith("| exact") and row not in page] == []
 
 
 def test_every_path_that_it_links_exists():
@@ -31,7 +41,7 @@ def test_every_folder_of_the_tree_exists():
 
 def test_every_hopform_command_in_it_runs():
     lines = [line.split("#")[0].split()[1:] for line in README.splitlines() if line.startswith("hopform ")]
-    assert len(lines) == 4
+    assert len(lines) == 6
     for arguments in lines:
         assert cli.main(arguments) == 0, arguments
 

@@ -240,6 +240,28 @@ MUTANTS = (
         "chain->fresh_1 = end->kind == END_THRESHOLD_1;",
         "chain->fresh_1 = false;",
     ),
+    # ---- many stances in vector registers ----
+    Mutant(
+        "C lanes: windows that are not judged",
+        "templates/c/src/lanes_real.h.j2",
+        "    settle_windows(w);\n",
+        "    (void)settle_windows;\n",
+        first=("tests/test_lanes.py",),
+    ),
+    Mutant(
+        "C lanes: a series that ends too early",
+        "templates/c/src/lanes_real.h.j2",
+        "fabs(first) < 0.002 * EPSILON",
+        "fabs(first) < 20.0 * EPSILON",
+        first=("tests/test_lanes.py",),
+    ),
+    Mutant(
+        "C lanes: a stance that depends on its neighbours",
+        "templates/c/src/lanes_real.h.j2",
+        "keep(&w->alone[l], how[l] > (real)NO_END, alone[l]);",
+        "keep(&w->alone[l], how[l] > (real)NO_END, alone[(l + 1) % LANES]);",
+        first=("tests/test_lanes.py",),
+    ),
     # ---- the kernels ----
     Mutant(
         "C: the split formula at every time",

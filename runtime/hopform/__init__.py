@@ -9,16 +9,19 @@
 Importing hopform loads NumPy alone. Equation numbers are those of the paper that the register (`hopform.equations`) covers.
 """
 
-from hopform import ufuncs
+from hopform import controllers, terrain, ufuncs
 from hopform.backends import backends, library_message
 from hopform.batch import Batch, solve_stances
 from hopform.control import Command, choose_current
 from hopform.errors import BackendError, HopformError, MissingExtra
 from hopform.flight import Flight, FlightLedger, FlightPhase, design_return, solve_flight
-from hopform.hopping import Hop, Run, hop
+from hopform.hopping import Errors, Hop, Run, simulate
+from hopform.printed import PrintedCommand, choose_current_as_printed
+from hopform.reaching import FixedPoint, Reachability, next_apex, reachability
 from hopform.robots import ROBOTS, Robot, load_robot
 from hopform.sensitivities import ManySensitivities, Sensitivities
 from hopform.stance import Energy, Event, Ledger, Phase, Stance, State, solve_stance, touchdown_velocity
+from hopform.touchdown import TouchdownDetector, delayed_apex
 from hopform_solver.equations import EQUATIONS, Equation
 from hopform_solver.records import Gains
 
@@ -35,39 +38,50 @@ def equations() -> tuple[Equation, ...]:
 
 
 __all__ = [
-    "ROBOTS",
     "BackendError",
     "Batch",
     "Command",
     "Energy",
     "Equation",
+    "Errors",
     "Event",
     "Flight",
     "FlightLedger",
     "FlightPhase",
     "Gains",
+    "FixedPoint",
     "Hop",
     "HopformError",
     "Ledger",
     "ManySensitivities",
     "MissingExtra",
     "Phase",
+    "PrintedCommand",
+    "Reachability",
+    "ROBOTS",
     "Robot",
     "Run",
     "Sensitivities",
     "Stance",
     "State",
+    "TouchdownDetector",
     "__version__",
     "backends",
     "choose_current",
+    "delayed_apex",
+    "controllers",
     "design_return",
+    "choose_current_as_printed",
     "equations",
-    "hop",
     "library_message",
     "load_robot",
+    "simulate",
     "solve_flight",
+    "next_apex",
+    "reachability",
     "solve_stance",
     "solve_stances",
+    "terrain",
     "touchdown_velocity",
     "ufuncs",
 ]

@@ -4,6 +4,7 @@
 line on the error stream says which, and nothing was written; 1, a fault of hopform, or a pipe that was closed.
 """
 
+import io
 import math
 import os
 import sys
@@ -17,11 +18,13 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 import typer
+from numpy.typing import NDArray
 from rich.console import Console, RenderableType
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
 import hopform
-from hopform import cli_export, tables
+from hopform import cli_export, tables, tables_control
+from hopform.hopping import csv_of
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -41,6 +44,13 @@ app = typer.Typer(add_completion=False, rich_markup_mode=None, pretty_exceptions
 class BackendName(StrEnum):
     c = "c"
     numpy = "numpy"
+
+
+class ControllerName(StrEnum):
+    constant = "constant"
+    exact = "exact"
+    printed = "printed"
+    return_map = "return-map"
 
 
 class Precision(StrEnum):
@@ -126,8 +136,37 @@ Horizon = Annotated[float, quantity("--horizon", "s", "longest time of a stance"
 MaxPhases = Annotated[int, option("--max-phases", "longest chain of phases", metavar="N", min=1)]
 Backend = Annotated[BackendName | None, option("--backend", "the fastest there is if left out")]
 Dtype = Annotated[Precision, option("--dtype", "precision of the computation")]
-Hops = Annotated[int, option("--hops", "how often it meets the ground", metavar="N", min=1)]
+Hops = Annotated[
+    int | None,
+    option("--hops", "how often it meets the ground; 8, or the whole file, if left out", metavar="N", min=1),
+]
+Terrain = Annotated[
+    str, option("--terrain", "flat, steps, uniform, gaussian, or a CSV of heights", metavar="NAME|FILE")
+]
+Size = Annotated[float, quantity("--size", "m", "of the terrain: step, half width or standard deviation")]
+Seed = Annotated[int, option("--seed", "of terrain and errors", metavar="N", min=0)]
+ControllerOption = Annotated[ControllerName, option("--controller", "what chooses the current")]
+HopTarget = Annotated[float | None, quantity("--h-des", "m", "hop height wanted, over the terrain's zero")]
+NoiseX1 = Annotated[float, quantity("--noise-x1", "m", "standard deviation of the actuator as measured")]
+NoiseV1 = Annotated[float, quantity("--noise-v1", "m/s", "of its velocity")]
+NoiseX2 = Annotated[float, quantity("--noise-x2", "m", "of the body's height, for return-map")]
+NoiseV2 = Annotated[float, quantity("--noise-v2", "m/s", "of the body's velocity")]
+NoiseGround = Annotated[float, quantity("--noise-ground", "m", "of the height of the ground")]
+CurrentScale = Annotated[float, quantity("--current-scale", "1", "current that flows over current asked for")]
+Quantum = Annotated[float, quantity("--quantum", "s", "touchdown is seen at the next tick of this clock")]
+Delay = Annotated[float, quantity("--delay", "s", "and so much later")]
+Model = Annotated[str | None, option("--model", "the robot the controller believes in", metavar="NAME|FILE.toml")]
+HopsCsv = Annotated[Path | None, option("--hops-csv", "write a table of the hops", metavar="FILE")]
+Npz = Annotated[Path | None, option("--npz", "write table and states for NumPy", metavar="FILE")]
 Samples = Annotated[int, option("--samples", "uniform times in the CSV", metavar="N", min=2)]
+HDes = Annotated[float, quantity("--h-des", "m", "desired hop height of the next apex")]
+Datum = Annotated[float, quantity("--datum", "m", "level that heights count from, less the ground under the foot")]
+StopMargin = Annotated[float, quantity("--stop-margin", "m", "x1 stays below x1_max by more than this")]
+Lowest = Annotated[float, quantity("--from", "m", "lowest hop height of the map")]
+Highest = Annotated[float, quantity("--to", "m", "highest hop height of the map")]
+Rows = Annotated[int, option("--heights", "hop heights of the map", metavar="N", min=2)]
+Columns = Annotated[int, option("--currents", "currents of the map, over all that is allowed", metavar="N", min=1)]
+Printed = Annotated[bool, option("--printed", "compare with (26), (27) as printed, on a grid of 0.01 A")]
 Json = Annotated[bool, option("--json", "print JSON (docs/json.md has its schema)")]
 WithSensitivities = Annotated[
     bool, option("--sensitivities", "show what the take-off depends on, which JSON always has")
@@ -234,28 +273,200 @@ def stance(
 def hop(
     height: Height,
     robot: RobotName = "hopper_c",
+    terrain: Terrain = "flat",
+    size: Size = 0.02,
+    hops: Hops = None,
+    seed: Seed = 0,
+    controller: ControllerOption = ControllerName.constant,
     u: U = 0.0,
-    hops: Hops = 8,
+    h_des: HopTarget = None,
+    stop_margin: StopMargin = 0.0,
+    noise_x1: NoiseX1 = 0.0,
+    noise_v1: NoiseV1 = 0.0,
+    noise_x2: NoiseX2 = 0.0,
+    noise_v2: NoiseV2 = 0.0,
+    noise_ground: NoiseGround = 0.0,
+    current_scale: CurrentScale = 1.0,
+    quantum: Quantum = 0.0,
+    delay: Delay = 0.0,
+    model: Model = None,
     horizon: Horizon = 2.0,
     backend: Backend = None,
     samples: Samples = 2000,
     json: Json = False,
     csv: Csv = None,
+    hops_csv: HopsCsv = None,
+    npz: Npz = None,
     plot: Plot = None,
 ) -> None:
-    """Drop the robot and let it hop: its heights and its energy over time (the paper's Figs. 12 to 14)."""
-    check_outputs(json, csv, plot)
+    """Drop the robot and let it hop, over rough terrain and under a controller: heights and energy over time.
+
+    The terrain is flat, steps, uniform, gaussian (with --size and --seed) or a CSV file of heights. The controllers: constant
+    (--u), exact (the energy-based feedforward), printed (the same as the paper prints it), return-map (Hopper B's first one).
+    """
+    check_outputs(json, csv, plot, hops_csv, npz)
     hopper = hopform.load_robot(robot)
-    with patience(f"{hops} hops"):
-        run = hopform.hop(hopper, height=height, u=u, hops=hops, horizon=horizon, backend=backend)
-    warnings = dict.fromkeys(warning for each in run.hops for warning in each.stance.warnings)
+    ground = terrain_of(terrain, size, hops, seed)
+    asked = controller_of(controller, u, h_des, stop_margin, horizon, backend)
+    errors = hopform.Errors(
+        noise_x1, noise_v1, noise_x2, noise_v2, noise_ground, current_scale, quantum, delay,
+        None if model is None else hopform.load_robot(model),
+    )  # fmt: skip
+    with patience(f"{len(ground)} hops"):
+        run = hopform.simulate(
+            hopper, ground, asked, height=height, errors=errors, seed=seed, horizon=horizon, backend=backend
+        )
+    settings = {"height": height, "controller": controller.value, "u": u if h_des is None else None, "h_des": h_des}
     deliver(
-        json=(lambda: tables.run_record(run)) if json else None,
+        json=(lambda: tables.run_record(run, settings | {"seed": seed})) if json else None,
         csv=(csv, lambda: tables.run_csv(run, samples)) if csv else None,
         plot=(plot, lambda: figures().plot_run(run)) if plot else None,
         readable=lambda: tables.run(run),
-        warnings=warnings,
+        warnings=run.warnings,
+        more=[
+            *([(hops_csv, lambda: csv_of(run.table).encode())] if hops_csv else []),
+            *([(npz, lambda: archive(run, samples))] if npz else []),
+        ],
     )
+
+
+@app.command()
+def control(
+    h_des: HDes,
+    robot: RobotName = "hopper_c",
+    height: HeightOrNone = None,
+    v2: V2 = None,
+    x1: X1 = 0.0,
+    v1: V1 = 0.0,
+    x2: X2 = None,
+    datum: Datum = 0.0,
+    stop_margin: StopMargin = 0.0,
+    horizon: Horizon = 2.0,
+    backend: Backend = None,
+    dtype: Dtype = Precision.float64,
+    printed: Printed = False,
+    json: Json = False,
+    plot: Plot = None,
+) -> None:
+    """Choose the current after which the next apex is the desired one, (25)-(27)."""
+    check_outputs(json, None, plot)
+    hopper = hopform.load_robot(robot)
+    start: dict[str, Any] = {"x1": x1, "v1": v1, "v2": velocity_after_impact(hopper, height, v2), "x2": x2}
+    asked: dict[str, Any] = {"h_des": h_des, "datum": datum}
+    how: dict[str, Any] = {"horizon": horizon, "backend": backend}
+    with patience("solving"):
+        found = hopform.choose_current(
+            hopper, **start, **asked, stop_margin=stop_margin, **how, dtype=np.dtype(dtype.value)
+        )
+        others = [
+            (words, hopform.choose_current_as_printed(hopper, **start, **asked, **form, **how))
+            for words, form in (tables_control.PRINTED.items() if printed else ())
+        ]
+    deliver(
+        json=(
+            lambda: tables_control.command_record(hopper, start | asked | {"stop_margin": stop_margin}, found, others)
+        )
+        if json
+        else None,
+        csv=None,
+        plot=(plot, lambda: figures().plot_command(hopper, *curve(hopper, start, datum, stop_margin), h_des, found))
+        if plot
+        else None,
+        readable=lambda: tables_control.command(hopper, h_des, found, others),
+        warnings=(),
+    )
+
+
+@app.command()
+def reach(
+    robot: RobotName = "hopper_c",
+    lowest: Lowest = 0.02,
+    highest: Highest = 0.4,
+    heights: Rows = 39,
+    currents: Columns = 61,
+    stop_margin: StopMargin = 0.0,
+    horizon: Horizon = 2.0,
+    backend: Backend = None,
+    json: Json = False,
+    plot: Plot = None,
+) -> None:
+    """Map the next apex over the current one for all currents (Figs. 5, 11): bounds, gaps, fixed points, what can be held."""
+    check_outputs(json, None, plot)
+    hopper = hopform.load_robot(robot)
+    if not lowest < highest:
+        raise hopform.HopformError(f"--from must be below --to, got {lowest!r} and {highest!r} m")
+    if not math.isfinite(hopper.u_max):
+        raise hopform.HopformError(f"the controller needs a finite u_max, got {hopper.u_max!r} A")
+    range_of_u = np.linspace(-hopper.u_max, hopper.u_max, currents if hopper.u_max > 0.0 else 1)
+    with patience(f"{heights} heights") as advance:
+        found = hopform.reachability(
+            hopper,
+            np.linspace(lowest, highest, heights),
+            np.unique(range_of_u),
+            stop_margin=stop_margin,
+            horizon=horizon,
+            backend=backend,
+            progress=advance,
+        )
+    deliver(
+        json=(lambda: tables_control.reach_record(found)) if json else None,
+        csv=None,
+        plot=(plot, lambda: figures().plot_reach(found)) if plot else None,
+        readable=lambda: tables_control.reach(found),
+        warnings=(),
+    )
+
+
+def curve(
+    robot: hopform.Robot, start: dict[str, Any], datum: float, stop_margin: float
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Currents over all that is allowed, and the next apex [m], NaN where one is not admissible."""
+    u = np.linspace(-robot.u_max, robot.u_max, 601)
+    trials = [hopform.solve_stance(robot, **start, u=each) for each in u.tolist()]
+    limit = robot.x1_max - stop_margin if robot.x1_min < robot.x1_max else math.inf
+    peaks = [max(each.end.x1, *(phase.state.x1 for phase in each.phases)) for each in trials]
+    apex = [each.apex if peak < limit else math.nan for each, peak in zip(trials, peaks, strict=True)]
+    return u, np.array(apex) - datum
+
+
+def terrain_of(name: str, size: float, hops: int | None, seed: int) -> tuple[float, ...]:
+    """The heights that `hop` is asked for: as many as the file has, 8 or as said otherwise."""
+    if name in hopform.terrain.NAMES:
+        return hopform.terrain.generate(name, 8 if hops is None else hops, size, seed)
+    if not Path(name).is_file():
+        raise hopform.HopformError(
+            f"there is no terrain {name!r}; known: {', '.join(hopform.terrain.NAMES)}, or a CSV file"
+        )
+    heights = hopform.terrain.read(name)
+    if hops is not None and hops > len(heights):
+        raise hopform.HopformError(f"{name} has {len(heights)} heights, too few for --hops {hops}")
+    return heights[:hops]
+
+
+def controller_of(
+    name: ControllerName, u: float, h_des: float | None, stop_margin: float, horizon: float, backend: str | None
+) -> Any:
+    """The controller that `hop` is asked for; HopformError for an option that it does not have."""
+    if (name is ControllerName.constant) != (h_des is None):
+        raise hopform.HopformError(f"--h-des goes with every controller but constant, and each needs it: {name.value}")
+    if u and name is not ControllerName.constant:
+        raise hopform.HopformError(f"--u goes with the constant controller, not with {name.value}")
+    if stop_margin and name is not ControllerName.exact:
+        raise hopform.HopformError(f"--stop-margin goes with the exact controller, not with {name.value}")
+    if h_des is None:
+        return hopform.controllers.ConstantCurrent(u)
+    if name is ControllerName.exact:
+        return hopform.controllers.FeedForward(h_des, stop_margin, horizon, backend)
+    if name is ControllerName.printed:
+        return hopform.controllers.AsPrinted(h_des, horizon=horizon, backend=backend)
+    return hopform.controllers.ReturnMap(h_des, horizon=horizon)
+
+
+def archive(run: hopform.Run, samples: int) -> bytes:
+    """The bytes of the NumPy archive of a run."""
+    buffer = io.BytesIO()
+    np.savez_compressed(buffer, **run.arrays(samples))
+    return buffer.getvalue()
 
 
 def velocity_after_impact(robot: hopform.Robot, height: float | None, v2: float | None) -> float:
@@ -277,11 +488,11 @@ def figures() -> ModuleType:
     return plots
 
 
-def check_outputs(json: bool, csv: str | None, plot: Path | None) -> None:
+def check_outputs(json: bool, csv: str | None, plot: Path | None, *more: Path | None) -> None:
     """Refuse, before anything is computed, what could not be printed or written afterwards."""
     if json and csv == "-":
         raise hopform.HopformError("--json and --csv - both print; give --csv a file")
-    files = [Path(csv)] if csv and csv != "-" else []
+    files = [path for path in (Path(csv) if csv and csv != "-" else None, *more) if path is not None]
     if plot is not None:
         figures().check_suffix(plot)
         files.append(plot)
@@ -291,7 +502,7 @@ def check_outputs(json: bool, csv: str | None, plot: Path | None) -> None:
         if not path.parent.is_dir():
             raise hopform.HopformError(f"{path} cannot be written: there is no folder {path.parent}")
     if len({path.resolve() for path in files}) < len(files):
-        raise hopform.HopformError("--csv and --plot name the same file")
+        raise hopform.HopformError("two outputs name the same file")
 
 
 def deliver(
@@ -301,6 +512,7 @@ def deliver(
     plot: tuple[Path, Callable[[], "Figure"]] | None,
     readable: Callable[[], Iterable[RenderableType]],
     warnings: Iterable[str],
+    more: Iterable[tuple[Path, Callable[[], bytes]]] = (),
 ) -> None:
     """Make everything that was asked for; only then write the files, then print."""
     printed, shown, files = "", list[RenderableType](), list[tuple[Path, bytes]]()
@@ -311,6 +523,7 @@ def deliver(
             printed = csv[1]()
         if plot is not None:
             files.append((plot[0], figures().render(plot[1](), plot[0].suffix)))
+        files += [(path, content()) for path, content in more]
         if json is not None:
             printed = tables.to_json(json()) + "\n"
         if not printed:
@@ -349,16 +562,19 @@ def show(parts: Iterable[RenderableType]) -> None:
 
 
 @contextmanager
-def patience(what: str) -> Generator[None, None, None]:
-    """A moving bar on the error stream if this takes longer than `PATIENCE` and a person is there to see it."""
+def patience(what: str) -> Generator[Callable[[int, int], None], None, None]:
+    """A moving bar on the error stream if this takes longer than `PATIENCE` and a person is there to see it.
+
+    What it gives tells the bar how much is done, of how much.
+    """
     console = Console(stderr=True)
     columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
     bar = Progress(*columns, console=console, transient=True, disable=not console.is_terminal)
-    bar.add_task(what, total=None)
+    task = bar.add_task(what, total=None)
     timer = threading.Timer(PATIENCE, bar.start)
     timer.start()
     try:
-        yield
+        yield lambda done, total: bar.update(task, completed=done, total=total)
     finally:
         timer.cancel()
         timer.join()

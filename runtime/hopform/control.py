@@ -71,6 +71,7 @@ def choose_current(
     else:
         u, apex, code, solved = numpy_control.choose(robot.parameters, start, target, MAX_PHASES, precision.type)
     status = COMMANDS[code]
+    u = min(max(u, -robot.u_max), robot.u_max)  # which single precision may have rounded up
     return Command(u, math.nan if status == "no_takeoff" else apex, status, solved)
 
 

@@ -25,6 +25,7 @@ from hopform_solver import records as solver_records
 from hopform_solver.records import FLIGHT_ENDINGS, FLIGHT_EVENTS, Gains
 
 _TOUCHING_ULP = 4.0
+_DOUBLE = np.dtype(np.float64)
 
 
 class FlightPhase(NamedTuple):
@@ -171,7 +172,7 @@ def solve_flight(
     >>> flight.status, round(flight.duration, 4), [event.kind for event in flight.events]
     ('touchdown', 0.4109, ['x1_reverses', 'u_desaturates'])
     """
-    precision = precision_of(dtype)
+    precision = _DOUBLE if dtype is np.float64 else precision_of(dtype)
     if not robot.g > 0.0:
         raise HopformError(f"a flight needs g > 0 m/s^2, got {robot.g!r}")
     start = _start(robot, x1, v1, x2, v2)
@@ -181,7 +182,7 @@ def solve_flight(
         raise HopformError(f"max_phases must be a whole number >= 1, got {max_phases!r}")
     chosen = choose(backend)
     solve = solve_native if chosen == "c" else solve_array
-    solved = solve(robot.parameters, start, law, longest, max_phases, precision)
+    solved = solve(robot, start, law, longest, max_phases, precision)
     flight = solved.flight
     status = FLIGHT_ENDINGS[flight.ending]
     state, length = solved.end, robot.L0 + robot.c

@@ -3,7 +3,7 @@
 import ctypes
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +14,13 @@ from hopform_solver import flight as solver
 from hopform_solver.records import Energy, FlightLedger, Gains, Robot, State
 
 _CAPACITY = 32
+
+
+class Parametrised(Protocol):
+    """A robot: what has the parameters that a solver takes."""
+
+    @property
+    def parameters(self) -> Robot: ...
 
 
 class Row(NamedTuple):
@@ -55,8 +62,35 @@ class _Types:
 
 
 @lru_cache(maxsize=8)
-def _types_of(types: native.Types) -> _Types:
-    return _Types(types)
+def _opened(dtype: np.dtype[Any]) -> tuple[native.Library, _Types]:
+    library = native.library()
+    return library, _Types(library.types(dtype))
+
+
+@lru_cache(maxsize=256)
+def _plan_of(parameters: Robot, dtype: np.dtype[Any]) -> Any:
+    library, types = _opened(dtype)
+    return ctypes.byref(native.plan_of(library, types.base, parameters))
+
+
+class _Recent:
+    """The plans of the robots that flew last; a robot is known by being the same object, which costs no hash."""
+
+    def __init__(self) -> None:
+        self._plans: dict[tuple[int, np.dtype[Any]], tuple[Parametrised, Any]] = {}
+
+    def plan(self, robot: Parametrised, dtype: np.dtype[Any]) -> Any:
+        known = self._plans.get((id(robot), dtype))
+        if known is not None and known[0] is robot:
+            return known[1]
+        plan = _plan_of(robot.parameters, dtype)
+        if len(self._plans) >= 64:
+            self._plans.clear()
+        self._plans[id(robot), dtype] = robot, plan
+        return plan
+
+
+_RECENT = _Recent()
 
 
 @dataclass(frozen=True)
@@ -99,7 +133,7 @@ class NativeFlight:
     def _call(self, name: str, t: NDArray[np.floating], *out: NDArray[np.floating]) -> None:
         pointers = (ctypes.c_void_p(array.ctypes.data) for array in out)
         self.library.call(
-            name, self.types.base, ctypes.byref(self.plan), self.phases, ctypes.byref(self.flight),
+            name, self.types.base, self.plan, self.phases, ctypes.byref(self.flight),
             ctypes.c_void_p(t.ctypes.data), ctypes.c_int32(t.size), *pointers,
         )  # fmt: skip
 
@@ -133,18 +167,17 @@ class ArrayFlight:
 
 
 def solve_native(
-    robot: Robot, start: State, gains: Gains | None, horizon: float, max_phases: int, dtype: np.dtype[Any]
+    robot: Parametrised, start: State, gains: Gains | None, horizon: float, max_phases: int, dtype: np.dtype[Any]
 ) -> NativeFlight:
     """Solve one flight with the compiled library."""
-    library = native.library()
-    base = library.types(dtype)
-    types = _types_of(base)
-    plan, flight, phases, capacity = native.plan_of(library, base, robot), types.flight(), types.phases(), _CAPACITY
+    library, types = _opened(dtype)
+    base, plan = types.base, _RECENT.plan(robot, dtype)
+    flight, phases, capacity = types.flight(), types.phases(), _CAPACITY
     begin = ctypes.byref(base.state(*start))
     law = None if gains is None else ctypes.byref(types.gains(*gains))
     while True:
         status = library.call(
-            "solve_flight", base, ctypes.byref(plan), begin, law, base.real(horizon), ctypes.c_int32(max_phases),
+            "solve_flight", base, plan, begin, law, base.real(horizon), ctypes.c_int32(max_phases),
             phases, ctypes.c_int32(capacity), ctypes.byref(flight),
         )  # fmt: skip
         if status != native.PHASES_NOT_KEPT:
@@ -154,11 +187,12 @@ def solve_native(
 
 
 def solve_array(
-    robot: Robot, start: State, gains: Gains | None, horizon: float, max_phases: int, dtype: np.dtype[Any]
+    robot: Parametrised, start: State, gains: Gains | None, horizon: float, max_phases: int, dtype: np.dtype[Any]
 ) -> ArrayFlight:
     """Solve one flight with NumPy; HopformError if the numbers leave the range of the precision."""
     with np.errstate(all="ignore"):
-        flight = solver.solve_flight(robot, start, gains, horizon, max_phases, dtype.type)
-    if not all(np.isfinite(value) for value in (flight.duration, flight.apex, flight.v2_after, *flight.end)):
+        flight = solver.solve_flight(robot.parameters, start, gains, horizon, max_phases, dtype.type)
+    numbers = (flight.duration, flight.apex, flight.v2_after, *flight.end)
+    if not flight.phases or not all(np.isfinite(value) for value in numbers):
         raise HopformError("the numbers left the range of the precision: scale the robot or use float64")
     return ArrayFlight(flight)

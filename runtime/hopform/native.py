@@ -35,6 +35,8 @@ _REASONS = {
     -8: "the numbers left the range of the precision: scale the robot or use float64",
     -9: "the desired apex is below the ground",
     -10: "a gain is negative or not finite",
+    -11: "this processor lacks the vector registers of the variant",
+    -12: "a sample or threshold is not finite, low > high, or count < 1",
 }
 
 

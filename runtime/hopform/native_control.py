@@ -67,19 +67,39 @@ def choose(
     library = native.library()
     types = library.types(dtype)
     plan = native.plan_of(library, types, parameters)
-    target_type, command_type, search_type = structs(types)
-    command, search = command_type(), search_type()
-    begin, wish = types.state(*start), target_type(*target)
     capacity = min(FIRST_CAPACITY, max_phases)
+    free = _free(types)
+    try:
+        memory = free.pop()
+    except IndexError:
+        memory = _Memory(types, FIRST_CAPACITY)
+    begin, wish = types.state(*start), memory.target(*target)
     while True:
-        phases = (types.phase * capacity)()
         status = library.call(
-            "choose_current", types, ctypes.byref(search), ctypes.byref(plan), ctypes.byref(begin), ctypes.byref(wish),
-            phases, ctypes.c_int32(capacity), ctypes.byref(command),
+            "choose_current", types, ctypes.byref(memory.search), ctypes.byref(plan), ctypes.byref(begin), ctypes.byref(wish),
+            memory.phases, ctypes.c_int32(capacity), ctypes.byref(memory.command),
         )  # fmt: skip
         if status != native.PHASES_NOT_KEPT or capacity == max_phases:
-            return float(command.u), float(command.apex), int(command.status), int(search.trials)
+            break
         capacity = min(8 * capacity, max_phases)
+        memory = _Memory(types, capacity)
+    found = memory.command.u, memory.command.apex, memory.command.status, memory.search.trials
+    if capacity <= FIRST_CAPACITY:
+        free.append(memory)
+    return found
+
+
+class _Memory:
+    """Room for one search; taken from `_free` and put back, so that no two searches are ever in the same."""
+
+    def __init__(self, types: native.Types, capacity: int) -> None:
+        self.target, command, search = structs(types)
+        self.command, self.search, self.phases = command(), search(), (types.phase * capacity)()
+
+
+@cache
+def _free(types: native.Types) -> list[_Memory]:
+    return []
 
 
 def try_currents(

@@ -17,8 +17,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from hopform.control import Command
 from hopform.errors import HopformError, MissingExtra
 from hopform.hopping import Run
+from hopform.reaching import Reachability
+from hopform.robots import Robot
 from hopform.stance import Phase, Stance
 from hopform.tables import current, ending, mode, mode_of_actuator, name_of, unit_of_time
 
@@ -236,32 +239,39 @@ def plot_run(run: Run) -> Figure:
         figure = Figure(figsize=(6.4, 5.4), layout="constrained")
         rows: list[Axes] = list(figure.subplots(3, 1, sharex=True, height_ratios=[1.0, 0.7, 1.5]))
         draw_heights(rows[0], run, t)
-        draw_strokes(rows[1], run)
-        draw_twice(rows[2], t, run.energy(t), run.aed(t), FORETOLD)
+        draw_strokes(rows[1], run, t)
+        draw_twice(rows[2], t, np.asarray(run.energy(t).body), np.asarray(run.aed(t)), FORETOLD)
         for axes in rows:
             for hop in run.hops:
                 axes.axvspan(hop.touchdown_time, hop.takeoff_time, zorder=0, **STANCE)
         lines, words = rows[-1].get_legend_handles_labels()
         figure.legend([Patch(**STANCE), *lines], ["stance", *words], loc="outside lower center", ncols=3)
-        rows[-1].set_xlabel("time since the drop [s]")
+        rows[-1].set_xlabel("time since the start [s]")
         figure.align_ylabels(rows)
-        first = run.hops[0]
-        figure.suptitle(
-            plain(f"{name_of(run.robot)} dropped from {100.0 * first.height:.4g} cm, {current(first.stance.u)}")
-        )
+        figure.suptitle(plain(title_of_run(run)))
     return figure
+
+
+def title_of_run(run: Run) -> str:
+    start = f"{name_of(run.robot)} from {100.0 * (float(run.at(0.0).x2) - run.robot.L0 - run.robot.c):.4g} cm"
+    currents = {hop.stance.u for hop in run.hops}
+    return f"{start}, {current(currents.pop())}" if len(currents) == 1 else f"{start}, {len(run.hops)} hops"
 
 
 def draw_heights(axes: Axes, run: Run, t: Curve) -> None:
     axes.plot(t, 100.0 * (np.asarray(run.at(t).x2) - (run.robot.L0 + run.robot.c)), color=BLUE)
+    if any(run.terrain):
+        axes.step(t, 100.0 * np.asarray(run.ground(t)), color=GREY, linewidth=1.0, where="post")
+        apexes = [(hop.takeoff_time + max(float(hop.stance.takeoff.v2), 0.0) / run.robot.g, 100.0 * hop.apex)
+                  for hop in run.hops if hop.stance.takeoff is not None]  # fmt: skip
+        axes.plot(
+            *zip(*(apex for apex in apexes if apex[0] <= run.duration), strict=True), "o", color=BLUE, markersize=3.0
+        )
     axes.set_ylabel("hop height [cm]")
 
 
-def draw_strokes(axes: Axes, run: Run) -> None:
-    """The actuator in stance; what it does in flight is not simulated."""
-    for hop in run.hops:
-        t = np.linspace(0.0, hop.stance.duration, 100)
-        axes.plot(hop.touchdown_time + t, 100.0 * np.asarray(hop.stance.at(t).x1), color=BLUE)
+def draw_strokes(axes: Axes, run: Run, t: Curve) -> None:
+    axes.plot(t, 100.0 * np.asarray(run.at(t).x1), color=BLUE)
     axes.set_ylabel("actuator $x_1$ [cm]")
     room_for_a_constant(axes, 0.5)
 
@@ -272,3 +282,49 @@ def run_times(run: Run) -> Curve:
     both = np.concatenate([np.nextafter(corners, -np.inf), corners, np.nextafter(corners, np.inf)])
     uniform = np.linspace(0.0, run.duration, min(200 * (len(run.hops) + 1), 6000))
     return np.asarray(np.minimum(np.union1d(uniform, both), run.duration))
+
+
+# ---- where a hop may lead ----
+
+
+def plot_reach(found: Reachability) -> Figure:
+    """The next apex over the current one (Figs. 5, 11): the reachable, each current's curve, fixed points, the stroke."""
+    with house_style():
+        figure = Figure(figsize=(5.2, 4.8), layout="constrained")
+        axes: Axes = figure.subplots()
+        heights, apex = 100.0 * found.heights, 100.0 * found.apex
+        inside, beyond = np.where(found.admissible, apex, np.nan), np.where(found.limited, apex, np.nan)
+        axes.fill_between(
+            heights, 100.0 * found.lowest, 100.0 * found.highest, color=PALE_BLUE, alpha=0.5, label="reachable"
+        )
+        axes.plot(heights, inside, color=BLUE, linewidth=0.5, label=["one current each", *[""] * (apex.shape[1] - 1)])
+        axes.plot(heights, beyond, color=GREY, linewidth=0.5, label=["beyond the stroke", *[""] * (apex.shape[1] - 1)])
+        axes.plot(heights, heights, color=GREY, linestyle="--", linewidth=0.8, label="height held")
+        for stable, marker, words in ((True, "o", "settles"), (False, "x", "leaves")):
+            points = [100.0 * each.height for each in found.fixed_points if each.stable is stable and each.admissible]
+            if points:
+                axes.plot(points, points, marker, color=MAGENTA, markersize=4.0, label=f"fixed point, {words}")
+        axes.set_xlabel("apex [cm]")
+        axes.set_ylabel("next apex [cm]")
+        lines, words_of = axes.get_legend_handles_labels()
+        shown = [(line, word) for line, word in zip(lines, words_of, strict=True) if word and not word.startswith("_")]
+        figure.legend(*zip(*shown, strict=True), loc="outside lower center", ncols=3)
+        margin = f", stop margin {100.0 * found.stop_margin:.3g} cm" if found.stop_margin else ""
+        figure.suptitle(plain(f"{name_of(found.robot)}, {found.currents[0]:.4g} to {found.currents[-1]:.4g} A{margin}"))
+    return figure
+
+
+def plot_command(robot: Robot, u: Curve, apex: Curve, h_des: float, found: Command) -> Figure:
+    """The next apex over the current, NaN where none is admissible, what is desired, and the current that was chosen."""
+    with house_style():
+        figure = Figure(figsize=(6.0, 3.4), layout="constrained")
+        axes: Axes = figure.subplots()
+        axes.plot(u, 100.0 * apex, color=BLUE, label="next apex, admissible currents")
+        axes.axhline(100.0 * h_des, color=GREY, linestyle="--", linewidth=0.8, label="desired")
+        if found.status != "no_takeoff":
+            axes.plot([found.u], [100.0 * found.apex], "o", color=MAGENTA, label=found.status)
+        axes.set_xlabel("current [A]")
+        axes.set_ylabel("next apex [cm]")
+        axes.legend()
+        figure.suptitle(plain(f"{name_of(robot)}: {found.u:.5g} A"))
+    return figure

@@ -58,7 +58,7 @@ def choose_current_as_printed(
     >>> robot = load_robot("hopper_c")
     >>> command = choose_current_as_printed(robot, v2=touchdown_velocity(robot, 0.20), h_des=0.20)
     >>> round(command.u, 2), round(command.apex, 3)
-    (2.53, 0.176)
+    (2.57, 0.186)
     """
     start = start_of(robot, x1, v1, x2, v2)
     wanted, level, _, longest = checked_target(robot, h_des, datum, 0.0, horizon)
@@ -72,10 +72,11 @@ def choose_current_as_printed(
     lifts = np.flatnonzero(batch.status == _TAKEOFF)
     if not lifts.size:
         return PrintedCommand(0.0, math.nan, math.nan, "no_takeoff")
+    rise = (-level if signed else abs(level)) * (0.5 if half else 1.0)
+    x1_end = np.asarray(batch.end.x1)[lifts]
     objective = formulas.objective(
-        robot.parameters, start, batch.aed[lifts], batch.end.x1[lifts], wanted, level,
-        0.5 if half else 1.0, float(signed), float(spring_coordinate),
-    )  # fmt: skip
+        robot.parameters, start, batch.aed[lifts], x1_end, wanted, rise, float(spring_coordinate)
+    )
     best = int(np.argmin(objective))
     place = lifts[best]
     return PrintedCommand(float(u[place]), float(batch.apex[place]) - level, float(objective[best]), "found")

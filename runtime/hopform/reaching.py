@@ -145,7 +145,10 @@ def reachability(
     limit = _limit(robot, margin)
     admissible = np.isfinite(apex) & (peak < limit)
     points = _fixed_points(robot, rows, columns, apex, limit, longest, chosen)
-    return Reachability(robot, rows, columns, margin, apex, admissible, *bounds, points)
+    lowest, u_lowest, highest, u_highest, hold = bounds
+    return Reachability(
+        robot, rows, columns, margin, apex, admissible, lowest, u_lowest, highest, u_highest, hold, points
+    )
 
 
 def _limit(robot: Robot, margin: float) -> float:
@@ -159,7 +162,9 @@ def _increasing(name: str, value: ArrayLike, unit: str) -> Array:
         raise HopformError(f"{name} must be a list of at least one number in {unit}, got shape {array.shape}")
     if not bool(np.all(np.diff(array) > 0.0)):
         index = int(np.flatnonzero(~(np.diff(array) > 0.0))[0])
-        raise HopformError(f"{name} must increase, got {array[index + 1]!r} {unit} after {array[index]!r}")
+        raise HopformError(
+            f"{name} must increase, got {float(array[index + 1])!r} {unit} after {float(array[index])!r}"
+        )
     return array
 
 
@@ -186,7 +191,8 @@ def _trials(robot: Robot, starts: list[State], currents: Array, horizon: float, 
     with np.errstate(all="ignore"):
         found = try_currents(robot.parameters, columns, np.tile(currents, len(starts)), horizon, MAX_PHASES)
     shape = len(starts), currents.size
-    return np.where(found.takes_off, found.apex, np.nan).reshape(shape), np.asarray(found.peak).reshape(shape)
+    apex = np.where(found.takes_off, found.apex, np.nan).astype(float)
+    return apex.reshape(shape), found.peak.astype(float).reshape(shape)
 
 
 def _bounds(
@@ -196,7 +202,7 @@ def _bounds(
     ask: dict[str, Any] = {"stop_margin": margin, "horizon": horizon, "backend": backend}
     low = choose_current(robot, x1=start.x1, v2=start.v2, h_des=0.0, **ask)
     if low.status == "no_takeoff":
-        return (math.nan,) * 5
+        return math.nan, math.nan, math.nan, math.nan, math.nan
     far = 1.0 + 2.0 * float(np.nanmax(np.append(apex, low.apex)))
     high = choose_current(robot, x1=start.x1, v2=start.v2, h_des=far, **ask)
     hold = choose_current(robot, x1=start.x1, v2=start.v2, h_des=height, **ask)
@@ -234,7 +240,7 @@ def _fixed_point(
     """The fixed point in a bracket, by the slope kept inside it; none where it closes on a jump."""
     low, at_low, high, at_high = bracket
     height = low + (high - low) * at_low / (at_low - at_high)
-    points: list[FixedPoint] = []
+    gain, points = at_low, list[FixedPoint]()
     for n in range(100):
         gain, points = _at(robot, u, height, limit, horizon, backend)
         if not abs(gain) > 4e-16 * height or not low < height < high:

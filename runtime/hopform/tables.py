@@ -56,6 +56,11 @@ LEDGER = {
 }
 OF_ROBOT = tuple(name for name in LEDGER if name != "spring_work")
 OF_BODY = ("spring_work", "viscous_2", "coulomb_2")
+OUTCOMES = {
+    "completed": "hops on",
+    "stopped": "stays on the ground",
+    "tripped": "trips over the ground ahead",
+}
 OURS = "Values of shipped robots are this project's own: the paper gives none."
 
 
@@ -273,18 +278,17 @@ def sensitivities(solved: Stance) -> Table:
 
 def run(solved: Run) -> Iterator[RenderableType]:
     """A run: a row per hop."""
-    robot = solved.robot
     count = len(solved.hops)
-    words = {"completed": "hops on", "stopped": "stays on the ground"}.get(solved.status, solved.status)
-    head = f"{name_of(robot)}, {current(solved.hops[0].stance.u)}: {words} after {count} touchdowns"
+    head = f"{name_of(solved.robot)}: {OUTCOMES[solved.status]} after {count} touchdowns"
     yield Text(head.replace(" 1 touchdowns", " 1 touchdown"), style="bold")
     yield ""
-    columns = ("hop", "from [cm]", "at [s]", "stance [ms]", "ending", "apex [cm]", "AED [J]", "impact [J]")
-    made = table("Hops", *columns, words=("ending",))
+    numbers = ("hop", "ground [cm]", "from [cm]", "at [s]", "u [A]", "stance [ms]")
+    columns = (*numbers, "ending", "apex [cm]", "AED [J]", "impact [J]", "stops")
+    made = table("Hops", *columns, words=("ending", "stops"))
     add_rows(made, [hop_row(each) for each in solved.hops])
     yield made
     yield ""
-    yield "Heights are hop heights: 0 where the unloaded leg touches the ground."
+    yield "Heights are hop heights over the terrain's zero: 0 where the unloaded leg touches ground of height 0."
 
 
 def hop_row(hop: Hop) -> tuple[str, ...]:
@@ -292,13 +296,16 @@ def hop_row(hop: Hop) -> tuple[str, ...]:
     height, time, duration, apex = (f"{number:.5g}" for number in numbers)
     return (
         str(hop.index + 1),
+        f"{100.0 * hop.ground + 0.0:.4g}",
         height,
         time,
+        f"{hop.u + 0.0:.4g}",
         duration,
         hop.stance.status.replace("_", " "),
         "-" if math.isnan(hop.apex) else apex,
         f"{hop.stance.aed:+.4f}",
         f"{-hop.energy_lost_at_impact + 0.0:+.4f}",
+        "bottoms out" if hop.bottoms_out else "hits a stop" if hop.hits_stop else "",
     )
 
 
@@ -392,30 +399,35 @@ def phase_record(phase: Phase) -> Record:
     return {**phase._asdict(), "state": state_record(phase.state)}
 
 
-def run_record(solved: Run) -> Record:
-    """A run; each hop with the ending of its stance."""
-    warnings = dict.fromkeys(warning for hop in solved.hops for warning in hop.stance.warnings)
+def run_record(solved: Run, settings: Record) -> Record:
+    """A run with the settings that it was asked with; each hop with the ending of its stance."""
     return {
         "hopform": hopform.__version__,
         "robot": robot_record(solved.robot),
-        "height": solved.hops[0].height,
-        "u": steps_record(solved.hops[0].stance.u),
-        "backend": solved.hops[0].stance.backend,
+        **settings,
+        "terrain": list(solved.terrain),
+        "backend": solved.backend,
         "status": solved.status,
         "duration": solved.duration,
         "hops": [hop_record(hop) for hop in solved.hops],
-        "warnings": list(warnings),
+        "warnings": list(solved.warnings),
     }
 
 
 def hop_record(hop: Hop) -> Record:
     return {
         "index": hop.index,
+        "ground": hop.ground,
         "height": hop.height,
         "touchdown_time": hop.touchdown_time,
+        "touchdown": state_record(hop.touchdown),
+        "u": steps_record(hop.stance.u),
         "takeoff_time": None if hop.stance.takeoff is None else hop.takeoff_time,
+        "takeoff": None if hop.stance.takeoff is None else state_record(hop.stance.takeoff),
         "apex": hop.apex,
         "energy_lost_at_impact": hop.energy_lost_at_impact,
+        "hits_stop": hop.hits_stop,
+        "bottoms_out": hop.bottoms_out,
         "stance": ending_record(hop.stance),
     }
 
@@ -439,10 +451,19 @@ def stance_csv(solved: Stance, samples: int) -> str:
 
 def run_csv(solved: Run, samples: int) -> str:
     """A run over time: uniform times, and those of touchdowns and take-offs."""
-    t = times(solved.duration, samples, (at for hop in solved.hops for at in (hop.touchdown_time, hop.takeoff_time)))
-    energy = solved.energy(t)
-    foretold = solved.aed(t)
-    return to_csv({"t": t, **solved.at(t)._asdict(), "E": energy, "AED": foretold - foretold[0]})
+    t = solved.times(samples)
+    energy, foretold = solved.energy(t), np.asarray(solved.aed(t))
+    columns = {
+        "t": t,
+        **solved.at(t)._asdict(),
+        "ground": solved.ground(t),
+        "foot": solved.foot(t),
+        "u": solved.current(t),
+        "E": energy.body,
+        "H": energy.total,
+        "AED": foretold - foretold[0],
+    }
+    return to_csv(columns)
 
 
 def times(duration: float, samples: int, events: Iterable[float]) -> NDArray[np.float64]:

@@ -15,6 +15,7 @@ from pathlib import Path
 import numpy as np
 
 import hopform
+from hopform import native
 from tools.build_library import FLAGS, ROOT
 
 COUNT = 100_000
@@ -97,7 +98,7 @@ int main(void)
 
 
 def in_c(robot: hopform.Robot) -> tuple[float, float, float]:
-    """Seconds per stance one by one and as a batch, and per sample of a grid of 10 000, compiled as the library is."""
+    """Seconds per stance one by one and as a batch, and per sample of a grid of 10 000, by the compiled library."""
     c = ROOT / "generated" / "c"
     numbers = ", ".join(repr(value).replace("inf", "1e999") for value in robot.parameters)
     with tempfile.TemporaryDirectory() as folder:
@@ -105,8 +106,9 @@ def in_c(robot: hopform.Robot) -> tuple[float, float, float]:
         source.write_text(SOURCE % {"count": COUNT, "rounds": ROUNDS, "robot": numbers})
         compiler = shlex.split(os.environ.get("CC") or "cc")
         flags = [flag for flag in FLAGS if flag not in ("-shared", "-fPIC") and not flag.startswith("-std")]
-        command = [*compiler, "-std=gnu99", *flags, "-I", str(c / "include"), str(source)]
-        subprocess.run([*command, *map(str, (c / "src").glob("*.c")), "-o", str(program), "-lm"], check=True)
+        command = [*compiler, "-std=gnu99", *flags, "-I", str(c / "include"), str(source), str(native.LIBRARY)]
+        command += [f"-Wl,-rpath,{native.LIBRARY.parent}", "-o", str(program), "-lm"]
+        subprocess.run(command, check=True)
         done = subprocess.run([str(program)], check=True, capture_output=True, text=True)
     single, batch, grid = map(float, done.stdout.split())
     return single, batch, grid

@@ -191,12 +191,27 @@ def memory(count: int = 1_000_000) -> list[Line]:
     ]
 
 
+def hopping(repetitions: int) -> list[Line]:
+    """1000 hops of `hopper_c` on rough ground, each a flight, a control solve and a stance: the best of all repetitions."""
+    robot, ground = hopform.load_robot("hopper_c"), hopform.terrain.uniform(1000, 0.02, seed=3)
+    controllers = {"the exact controller": hopform.controllers.FeedForward(0.2), "a constant current": 3.0}
+    lines: list[Line] = []
+    for name, controller in controllers.items():
+        spent: list[float] = []
+        for _ in range(repetitions + 1):
+            begin = time.process_time()
+            hopform.simulate(robot, ground, controller, height=0.2, backend="c")
+            spent.append(time.process_time() - begin)
+        lines.append(Line(f"simulate, {len(ground)} hops on rough ground under {name}", min(spent), "s"))
+    return lines
+
+
 def measure(repetitions: int) -> list[Line]:
     """Every line; what cannot be built is left out."""
     lines: list[Line] = []
     for part in (
         lambda: by_hand(repetitions), lambda: many(hopper_c(), repetitions), lambda: many(random_robots(), repetitions),
-        lambda: grid(repetitions), memory,
+        lambda: grid(repetitions), memory, lambda: hopping(repetitions),
     ):  # fmt: skip
         try:
             lines += part()

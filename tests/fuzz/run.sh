@@ -10,8 +10,10 @@ flags="-std=c99 -g -O1 -ffp-contract=off -D_GNU_SOURCE -Igenerated/c/include"
 
 if [ $# -eq 2 ]; then # one entry point in one precision
     name=fuzz_$1_$2
+    target=tests/fuzz/fuzz_entry.c
+    [ "$1" != flight ] || target=tests/fuzz/fuzz_flight.c
     # shellcheck disable=SC2086
-    "$clang" $flags $checks -fsanitize=fuzzer -D"$2" -DENTRY="$1" tests/fuzz/fuzz_entry.c out/fuzz/objects/*.o -o "out/fuzz/$name" -lm
+    "$clang" $flags $checks -fsanitize=fuzzer -D"$2" -DENTRY="$1" "$target" out/fuzz/objects/*.o -o "out/fuzz/$name" -lm
     mkdir -p "out/fuzz/corpus_$name"
     status=0
     "out/fuzz/$name" -max_total_time="$seconds" -max_len=256 -timeout=10 -verbosity=0 -print_final_stats=1 \
@@ -33,7 +35,7 @@ for source in generated/c/src/*.c; do
     echo "$source" "out/fuzz/objects/$(basename "$source" .c).o"
 done | xargs -n 2 -P "$jobs" sh -c "$clang $flags $checks -c \"\$0\" -o \"\$1\""
 for precision in DOUBLE SINGLE; do
-    for entry in 1 2 3 4; do
+    for entry in 1 2 3 4 flight; do
         echo "$entry $precision"
     done
 done | SECONDS_EACH=$seconds xargs -n 2 -P "$jobs" sh tests/fuzz/run.sh

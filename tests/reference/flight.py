@@ -304,9 +304,10 @@ class _Flight:
             self.events.append(Event(now.t, "u_saturates" if now.limit else "u_desaturates"))
             return
         before, acc = now.side, now.acc
-        if kind == "stop":
+        stop = now.robot.x1_max if before > 0 else now.robot.x1_min
+        if kind == "stop" or abs(now.x - stop) <= mp.mpf(10) ** -40:  # an actuator that comes to rest at the stop
             now.lost -= now.robot.m_eff * now.v**2 / 2
-            now.x, now.v = (now.robot.x1_max if before > 0 else now.robot.x1_min), mp.zero
+            now.x, now.v = stop, mp.zero
             now.choose_limit()
             now.settle()
             self.events.append(Event(now.t, "x1_hits_stop"))

@@ -24,7 +24,9 @@ from hopform.control import choose_current
 HERE = Path(__file__).parent
 C = HERE.parents[1] / "generated" / "c"
 FLAGS = ["-std=c99", "-O2", "-Wall", "-Wextra", "-Werror", "-fPIC", "-shared", "-ffp-contract=off", "-fno-math-errno"]
-NEARER = 1e-9
+NEARER = 1e-9  # [m]
+SMALLER = 1e-6  # [A]
+SINGLE = 1e-5  # [m]
 
 
 class _Task(ctypes.Structure):
@@ -105,50 +107,84 @@ class Findings:
     smaller: list[tuple[Touchdown, Any]] = field(default_factory=list)
     nearer: list[tuple[Touchdown, Any]] = field(default_factory=list)
     untrue: list[tuple[Touchdown, Any]] = field(default_factory=list)
+    single: list[tuple[Touchdown, Any]] = field(default_factory=list)
+    worst_single: float = 0.0
 
     def add(self, other: "Findings") -> None:
         for status, number in other.statuses.items():
             self.statuses[status] = self.statuses.get(status, 0) + number
-        for name in ("solved", "words", "smaller", "nearer", "untrue"):
+        for name in ("solved", "words", "smaller", "nearer", "untrue", "single"):
             getattr(self, name).extend(getattr(other, name))
+        self.worst_single = max(self.worst_single, other.worst_single)
+
+
+class Judge:
+    """The scan of one robot in double precision."""
+
+    def __init__(self, robot: hopform.Robot) -> None:
+        self.robot, self.library = robot, _library()
+        types = native.library().types(np.dtype(np.float64))
+        self.plan = native.plan_of(native.library(), types, robot.parameters)
+
+    def task(self, touchdown: Touchdown, stop: float, step: float) -> Any:
+        robot = self.robot
+        limit = robot.x1_max - touchdown.stop_margin if robot.x1_min < robot.x1_max else math.inf
+        return _Task(
+            touchdown.x1, touchdown.v1, touchdown.v2, touchdown.y, touchdown.h_des + touchdown.datum, limit, robot.u_max,
+            stop, math.ceil(robot.u_max / step),
+        )  # fmt: skip
+
+    def gap(self, touchdown: Touchdown, u: float) -> float:
+        """Apex less what is wanted [m]; NaN if u is not admissible."""
+        task = self.task(touchdown, math.inf, 1.0)
+        return float(self.library.scan_gap(ctypes.byref(self.plan), ctypes.byref(task), ctypes.c_double(u)))
+
+    def scan(self, touchdown: Touchdown, stop: float, step: float) -> Any:
+        result = _Result()
+        task = self.task(touchdown, stop, step)
+        self.library.scan(ctypes.byref(self.plan), ctypes.byref(task), ctypes.byref(result))
+        return result
 
 
 def compare(robot: hopform.Robot, touchdowns: list[Touchdown], step: float, **how: Any) -> Findings:
     """The controller's answers against a scan of the currents in steps [A]."""
-    library, found = _library(), Findings()
-    types = native.library().types(np.dtype(np.float64))
-    plan = native.plan_of(native.library(), types, robot.parameters)
-    locked = not robot.x1_min < robot.x1_max
+    judge, found = Judge(robot), Findings()
     for touchdown in touchdowns:
         command = touchdown.ask(robot, **how)
-        wanted = touchdown.h_des + touchdown.datum
-        limit = math.inf if locked else robot.x1_max - touchdown.stop_margin
-        stop = abs(command.u) if command.status == "reached" else math.inf
-        task = _Task(
-            touchdown.x1, touchdown.v1, touchdown.v2, touchdown.y, wanted, limit, robot.u_max, stop,
-            math.ceil(robot.u_max / step),
-        )  # fmt: skip
-        result = _Result()
-        library.scan(ctypes.byref(plan), ctypes.byref(task), ctypes.byref(result))
-        gap = library.scan_gap(ctypes.byref(plan), ctypes.byref(task), ctypes.c_double(command.u))
+        result = judge.scan(touchdown, abs(command.u) if command.status == "reached" else math.inf, step)
         answer = (command, (result.gap, result.u, result.root))
-        if command.status == "no_takeoff":
-            sound = command.u == 0.0 and math.isnan(command.apex)
-            gap = math.inf
-        else:
-            sound = abs(command.u) <= robot.u_max and abs(gap - (command.apex - touchdown.h_des)) <= 1e-12
-            sound &= command.status != "reached" or abs(gap) <= NEARER
-        if not sound:
+        gap = math.inf if command.status == "no_takeoff" else judge.gap(touchdown, command.u)
+        if not _is_true(robot, touchdown, command, gap):
             found.untrue.append((touchdown, answer))
-        if command.status == "reached" and result.root < abs(command.u) - 1e-6:
+        if command.status == "reached" and result.root < abs(command.u) - SMALLER:
             found.smaller.append((touchdown, answer))
-        if (
-            result.gap < abs(gap) - NEARER
-            and command.status != "reached"
-            or (command.status != "reached" and result.root < math.inf)
-        ):
+        if command.status != "reached" and (result.gap < abs(gap) - NEARER or result.root < math.inf):
             found.nearer.append((touchdown, answer))
         found.statuses[command.status] = found.statuses.get(command.status, 0) + 1
         found.solved.append(command.solved)
         found.words.append(command.status)
+    return found
+
+
+def _is_true(robot: hopform.Robot, touchdown: Touchdown, command: hopform.Command, gap: float) -> bool:
+    """Whether a command does what it says; its gap is NaN if it is not admissible."""
+    if command.status == "no_takeoff":
+        return command.u == 0.0 and math.isnan(command.apex)
+    foretold = abs(gap - (command.apex - touchdown.h_des)) <= 1e-12
+    return foretold and abs(command.u) <= robot.u_max and (command.status != "reached" or abs(gap) <= NEARER)
+
+
+def compare_single(robot: hopform.Robot, touchdowns: list[Touchdown]) -> Findings:
+    """The controller in single precision: its currents in the model in double precision."""
+    judge, found = Judge(robot), Findings()
+    for touchdown in touchdowns:
+        command = touchdown.ask(robot, dtype=np.float32)
+        if command.status == "no_takeoff":
+            continue
+        gap = judge.gap(touchdown, command.u)
+        reached = command.status == "reached"
+        if not abs(command.u) <= robot.u_max or math.isnan(gap) or (reached and abs(gap) > SINGLE):
+            found.single.append((touchdown, (command, gap)))
+        elif reached:
+            found.worst_single = max(found.worst_single, abs(gap))
     return found

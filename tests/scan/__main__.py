@@ -14,14 +14,33 @@ from concurrent.futures import ProcessPoolExecutor, as_completed
 import numpy as np
 
 import hopform
-from tests.scan import Findings, compare, draw_touchdowns
+from tests.scan import Findings, compare, compare_single, draw_touchdowns
 
 CHUNK = 50
 
 
 def _part(name: str, seed: int, step: float) -> Findings:
     robot = hopform.load_robot(name)
-    return compare(robot, draw_touchdowns(robot, seed, CHUNK), step)
+    touchdowns = draw_touchdowns(robot, seed, CHUNK)
+    found = compare(robot, touchdowns, step)
+    found.add(compare_single(robot, touchdowns))
+    return found
+
+
+def report(found: Findings) -> bool:
+    """Print what was seen; whether anything is wrong."""
+    for status, number in sorted(found.statuses.items()):
+        of = [n for n, word in zip(found.solved, found.words, strict=True) if word == status]
+        print(
+            f"  {number} {status}: stances solved {np.mean(of):.1f} (mean), {np.median(of):.0f} (median), {max(of)} (most)"
+        )
+    print(f"  float32, where reached: at most {found.worst_single:.1e} m off in double precision")
+    wrong = {each: getattr(found, each) for each in ("smaller", "nearer", "untrue", "single")}
+    print("  " + ", ".join(f"{len(cases)} {each}" for each, cases in wrong.items()), flush=True)
+    for each, cases in wrong.items():
+        for case in cases[:20]:
+            print("   ", each, *case)
+    return any(wrong.values())
 
 
 def main() -> int:
@@ -39,18 +58,8 @@ def main() -> int:
             seeds = range(options.seed, options.seed + math.ceil(options.count / CHUNK))
             for done in as_completed([pool.submit(_part, name, seed, options.step) for seed in seeds]):
                 total.add(done.result())
-        wrong = {each: getattr(total, each) for each in ("smaller", "nearer", "untrue")}
-        print(f"{name}: {len(total.solved)} touchdowns, currents in steps of {options.step:g} A, {total.statuses}; stances "
-              f"solved: mean {np.mean(total.solved):.1f}, median {np.median(total.solved):.0f}, most {max(total.solved)}; "
-              + ", ".join(f"{len(cases)} {each}" for each, cases in wrong.items())
-              + f"; {time.monotonic() - begin:.0f} s", flush=True)  # fmt: skip
-        for status in sorted(total.statuses):
-            of = [n for n, word in zip(total.solved, total.words, strict=True) if word == status]
-            print(f"  {status}: mean {np.mean(of):.1f}, median {np.median(of):.0f}, most {max(of)}")
-        for each, cases in wrong.items():
-            for case in cases[:20]:
-                print(" ", each, *case)
-                failed = True
+        print(f"{name}: {len(total.solved)} touchdowns, {time.monotonic() - begin:.0f} s", flush=True)
+        failed |= report(total)
     return int(failed)
 
 

@@ -2,6 +2,8 @@
  *
  * Many stances, from columns to columns, by the fastest way that the processor has.
  */
+#include <fenv.h>
+
 #include "columns_f64.h"
 #include "variants_f64.h"
 
@@ -58,6 +60,51 @@ static int32_t best_variant(int64_t count)
     return hopform_has_variant_f64(HOPFORM_VARIANT_AVX2) ? HOPFORM_VARIANT_AVX2 : HOPFORM_VARIANT_BASELINE;
 }
 
+static int32_t solve_by(int32_t variant, int64_t count, const hopform_stances_in_f64 *in, const hopform_stances_out_f64 *out)
+{
+    switch (variant) {
+#if defined(HOPFORM_X86_LANES)
+    case HOPFORM_VARIANT_AVX2:
+        return hopform_lanes_avx2_f64(count, in, out);
+    case HOPFORM_VARIANT_AVX512:
+        return hopform_lanes_avx512_f64(count, in, out);
+#endif
+    case HOPFORM_VARIANT_BASELINE:
+        return hopform_lanes_baseline_f64(count, in, out);
+    default:
+        return one_by_one(count, in, out);
+    }
+}
+
+/* A lane computes what it does not use as well: what that does to the processor's flags is no news to the caller. */
+#if defined(HOPFORM_X86_LANES)
+typedef unsigned int float_flags;
+
+static float_flags flags_now(void)
+{
+    return __builtin_ia32_stmxcsr();
+}
+
+static void restore_flags(const float_flags *flags)
+{
+    __builtin_ia32_ldmxcsr(*flags);
+}
+#else
+typedef fenv_t float_flags;
+
+static float_flags flags_now(void)
+{
+    fenv_t flags;
+    (void)fegetenv(&flags);
+    return flags;
+}
+
+static void restore_flags(const float_flags *flags)
+{
+    (void)fesetenv(flags);
+}
+#endif
+
 /* ---- what users call ---- */
 
 int32_t hopform_solve_stances_by_f64(int32_t variant, int64_t count, const hopform_stances_in_f64 *in,
@@ -70,18 +117,10 @@ int32_t hopform_solve_stances_by_f64(int32_t variant, int64_t count, const hopfo
     if (!hopform_has_variant_f64(variant)) {
         return HOPFORM_ERROR_VARIANT;
     }
-    switch (variant == HOPFORM_VARIANT_BEST ? best_variant(count) : variant) {
-#if defined(HOPFORM_X86_LANES)
-    case HOPFORM_VARIANT_AVX2:
-        return hopform_lanes_avx2_f64(count, in, out);
-    case HOPFORM_VARIANT_AVX512:
-        return hopform_lanes_avx512_f64(count, in, out);
-#endif
-    case HOPFORM_VARIANT_BASELINE:
-        return hopform_lanes_baseline_f64(count, in, out);
-    default:
-        return one_by_one(count, in, out);
-    }
+    const float_flags before = flags_now();
+    const int32_t kept = solve_by(variant == HOPFORM_VARIANT_BEST ? best_variant(count) : variant, count, in, out);
+    restore_flags(&before);
+    return kept;
 }
 
 int32_t hopform_solve_stances_f64(int64_t count, const hopform_stances_in_f64 *in, const hopform_stances_out_f64 *out)

@@ -136,8 +136,8 @@ static float share_of_limit(const hopform_search_f32 *search, const cell *c)
     const bool starts = is_admissible(search, c->from);
     const hopform_trial_f32 *end = starts ? c->from : c->to;
     const float toward = (starts ? c->sign : -c->sign) * end->peak_u * c->width;
-    const float share = toward > 0.0f ? (search->limit - end->peak) / toward : 1e38f;
-    return share <= 1.0f ? share : 1e38f;
+    const float room = search->limit - end->peak;
+    return room <= toward && toward > 0.0f ? room / toward : 1e38f;
 }
 
 /* Only a part of the cell, next to its admissible end, is admissible, and nothing better lies in it. */

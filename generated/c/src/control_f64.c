@@ -90,10 +90,10 @@ static curve curve_of(const cell *c, double from, double from_u, double to, doub
 static curve gap_of(const cell *c, double wanted)
 {
     curve gap = curve_of(c, c->from->apex - wanted, c->from->apex_u, c->to->apex - wanted, c->to->apex_u);
-    if (fabs(gap.to) <= 1e-12) {
-        gap.to = gap.from > 0.0 ? 1e-12 : -1e-12;
-    } else if (fabs(gap.from) <= 1e-12) {
-        gap.from = gap.to > 0.0 ? 1e-12 : -1e-12;
+    if (fabs(gap.to) <= 1e-14) {
+        gap.to = gap.from > 0.0 ? 1e-14 : -1e-14;
+    } else if (fabs(gap.from) <= 1e-14) {
+        gap.from = gap.to > 0.0 ? 1e-14 : -1e-14;
     }
     return gap;
 }
@@ -136,8 +136,8 @@ static double share_of_limit(const hopform_search_f64 *search, const cell *c)
     const bool starts = is_admissible(search, c->from);
     const hopform_trial_f64 *end = starts ? c->from : c->to;
     const double toward = (starts ? c->sign : -c->sign) * end->peak_u * c->width;
-    const double share = toward > 0.0 ? (search->limit - end->peak) / toward : 1e+300;
-    return share <= 1.0 ? share : 1e+300;
+    const double room = search->limit - end->peak;
+    return room <= toward && toward > 0.0 ? room / toward : 1e+300;
 }
 
 /* Only a part of the cell, next to its admissible end, is admissible, and nothing better lies in it. */
@@ -226,7 +226,7 @@ static bool is_better(const hopform_search_f64 *search, const hopform_trial_f64 
     if (!search->found) {
         return true;
     }
-    if (gap <= 1e-12) {
+    if (gap <= 1e-14) {
         return !search->reached || fabs(trial->u) < fabs(search->best.u);
     }
     return gap < best && !search->reached;
@@ -237,7 +237,7 @@ static void consider(hopform_search_f64 *search, const hopform_trial_f64 *trial)
     if (is_admissible(search, trial) && is_better(search, trial)) {
         search->best = *trial;
         search->found = true;
-        search->reached = fabs(trial->apex - search->apex) <= 1e-12;
+        search->reached = fabs(trial->apex - search->apex) <= 1e-14;
     }
 }
 

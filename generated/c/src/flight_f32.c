@@ -26,15 +26,16 @@ typedef struct {
     hopform_foot_at_f32 foot;
 } instant;
 
-/* A function of time and its first two derivatives. */
+/* A function of time and its first three derivatives. */
 typedef struct {
     float value;
     float rate;
     float curvature;
+    float third;
 } sample;
 
 typedef struct {
-    float t;
+    instant at;
     end_kind kind;
     int limit; /* of END_PULL: what the motor does from here on */
 } phase_end;
@@ -46,12 +47,15 @@ typedef struct {
     hopform_flight_rates_f32 rates;
     float largest;
     float horizon;
-    float body; /* hop height of the body at take-off */
-    float v2;   /* its velocity there */
+    float x1; /* at take-off, as the next two */
+    float y;
+    float v2;
     float t;
     hopform_actuator_f32 actuator;
     hopform_ballistic_f32 ballistic;
     hopform_poles_f32 poles;
+    instant first; /* of the phase */
+    float fastest;  /* rate of the poles */
     int side;
     int limit;
     bool airborne;
@@ -101,6 +105,10 @@ static hopform_poles_f32 poles_in_flight(const hopform_flight_rates_f32 *rates, 
 /* R, its derivative and its integral; with q = 0 R is the integral of exp(-p t). */
 static hopform_pair_f32 response_at(const hopform_poles_f32 *poles, float t)
 {
+    if (!(t > 0.0f)) {
+        const hopform_pair_f32 start = {1.0f, 0.0f, 0.0f, 0.0f, 0.0f};
+        return start;
+    }
     if (poles->q > 0.0f) {
         return hopform_pair_at_f32(poles, t);
     }
@@ -136,48 +144,56 @@ static sample sample_of(const flight_chain *chain, const instant *at, function_o
     const float q = chain->poles.q;
     const float snap = -p * x->jerk1_t - q * x->acc1_t;
     const float crackle = -p * snap - q * x->jerk1_t;
-    sample found = {0.0f, 0.0f, 0.0f};
+    sample found = {0.0f, 0.0f, 0.0f, 0.0f};
     switch (function) {
     case VELOCITY:
         found.value = x->v1_t;
         found.rate = x->acc1_t;
         found.curvature = x->jerk1_t;
+        found.third = snap;
         break;
     case JERK:
         found.value = x->jerk1_t;
         found.rate = snap;
         found.curvature = crackle;
+        found.third = -p * crackle - q * snap;
         break;
     case PULL_RATE:
         found.value = at->pull.pull_rate;
         found.rate = at->pull.pull_curvature;
         found.curvature = -p * at->pull.pull_curvature - q * at->pull.pull_rate;
+        found.third = -p * found.curvature - q * found.rate;
         break;
     case WAY:
         found.value = x->moved;
         found.rate = x->v1_t;
         found.curvature = x->acc1_t;
+        found.third = x->jerk1_t;
         break;
     case PULL:
         found.value = at->pull.pull;
         found.rate = at->pull.pull_rate;
         found.curvature = at->pull.pull_curvature;
+        found.third = -p * found.curvature - q * found.rate;
         break;
     case FOOT_CURVATURE:
         found.value = at->foot.foot_curvature;
         found.rate = -x->jerk1_t;
         found.curvature = -snap;
+        found.third = -crackle;
         break;
     case FOOT_RATE:
         found.value = at->foot.foot_rate;
         found.rate = at->foot.foot_curvature;
         found.curvature = -x->jerk1_t;
+        found.third = -snap;
         break;
     case FOOT:
     default:
         found.value = at->foot.foot_t;
         found.rate = at->foot.foot_rate;
         found.curvature = at->foot.foot_curvature;
+        found.third = -x->jerk1_t;
         break;
     }
     return found;
@@ -185,11 +201,21 @@ static sample sample_of(const flight_chain *chain, const instant *at, function_o
 
 /* ---- roots ---- */
 
-/* The root of sign (f - level) between a time where it is positive and one where it is negative and in between monotone. */
-static instant root_between(const flight_chain *chain, function_of_time function, float sign, float level, float low, const instant *end)
+/* True if a step of Halley's method lands on the root: its error is the cube of the step times (f2/2)^2 - f3/6, over f1. What
+ * the higher derivatives add is of the order of the poles' rates. */
+static bool is_last_step(const flight_chain *chain, const sample *at, float step, float t)
 {
-    instant last = *end;
-    float high = end->t;
+    const float bend = 0.5f * step * at->curvature;
+    const float twist = step * step * at->third * at->rate / 6.0f;
+    const float swift = chain->fastest * step;
+    const float size = at->rate * at->rate;
+    return bend * bend <= 1e-6f * size
+           && (bend * bend + fabsf(twist) + swift * swift * size) * fabsf(step) <= 0.25f * 1.1920929e-7f * size * t;
+}
+
+/* The one root of sign (f - level) between a time where it is positive and one where it is negative, looked for from `last` on. */
+static instant root_from(const flight_chain *chain, function_of_time function, float sign, float level, float low, float high, instant last)
+{
     for (int n = 0; n < 100; n++) {
         const sample at = sample_of(chain, &last, function);
         const float value = sign * (at.value - level);
@@ -205,15 +231,26 @@ static instant root_between(const flight_chain *chain, function_of_time function
         const float below = rate * rate - 0.5f * value * sign * at.curvature;
         const float step = fabsf(below) > 0.0f ? value * rate / below : 1e38f;
         float next = last.t - step;
-        if (!(next > low && next < high) || (n > 8 && n % 2 == 1)) {
+        const bool leaves = !(next > low && next < high) || (n > 8 && n % 2 == 1);
+        if (leaves) {
             next = low + 0.5f * (high - low);
         }
         if (!(next > low && next < high)) {
             return last;
         }
+        const bool sure = !leaves && is_last_step(chain, &at, step, next);
         last = look(chain, next);
+        if (sure) {
+            return last;
+        }
     }
     return last;
+}
+
+/* The same from its end on. */
+static instant root_between(const flight_chain *chain, function_of_time function, float sign, float level, float low, const instant *end)
+{
+    return root_from(chain, function, sign, level, low, end->t, *end);
 }
 
 /* Where a function changes sign between two instants, between which it does so at most once; false if it does not. */
@@ -245,25 +282,47 @@ static int split(const flight_chain *chain, function_of_time function, instant *
     return count;
 }
 
+/* The times at which a motion of the pair may first vanish; a half turn lies between its zeros. */
+typedef struct {
+    float half_turn;
+    float fast;
+} swing;
+
+static swing swing_of(const hopform_poles_f32 *poles)
+{
+    const float mean = 0.5f * poles->p;
+    const float square = mean * mean - poles->q;
+    swing found = {1e38f, mean};
+    if (square < 0.0f) {
+        found.half_turn = 3.1415927f / sqrtf(-square);
+    } else {
+        found.fast = mean + sqrtf(square);
+    }
+    return found;
+}
+
+/* Two real poles, and the slower one does not bring a motion of the pair, which begins so, to the other side. */
+static bool never_turns(const swing *pair, const sample *from)
+{
+    const float sign = from->value > 0.0f ? 1.0f : -1.0f;
+    return !(pair->half_turn < 1e38f) && !(-sign * from->rate > pair->fast * fabsf(from->value));
+}
+
 /* The first zero behind the start of the phase of a function that is a motion of the pair; false if there is none up to `until`. */
 static bool zero_of_pair(const flight_chain *chain, function_of_time function, float until, instant *zero)
 {
-    const instant start = look(chain, 0.0f);
-    const sample from = sample_of(chain, &start, function);
+    const sample from = sample_of(chain, &chain->first, function);
+    const swing pair = swing_of(&chain->poles);
     const float sign = from.value > 0.0f ? 1.0f : -1.0f;
-    const float mean = 0.5f * chain->poles.p;
-    const float square = mean * mean - chain->poles.q;
-    const float half_turn = square < 0.0f ? 3.1415927f / sqrtf(-square) : 1e38f;
-    if (!(fabsf(from.value) > 0.0f)) { /* the next one is a half turn later */
-        *zero = half_turn < until ? look(chain, half_turn) : start;
-        return half_turn < until;
-    }
-    const float fast = mean + (square > 0.0f ? sqrtf(square) : 0.0f);
     const float falls = -sign * from.rate;
-    if (!(square < 0.0f) && !(falls > fast * fabsf(from.value))) {
-        return false; /* two real poles, and the slower one does not bring it to the other side */
+    if (!(fabsf(from.value) > 0.0f)) { /* the next one is a half turn later */
+        *zero = pair.half_turn < until ? look(chain, pair.half_turn) : chain->first;
+        return pair.half_turn < until;
     }
-    const float longest = half_turn < until ? half_turn : until;
+    if (never_turns(&pair, &from)) {
+        return false;
+    }
+    const float longest = pair.half_turn < until ? pair.half_turn : until;
     float low = 0.0f;
     float reach = falls * longest > 1.5f * fabsf(from.value) ? 1.5f * fabsf(from.value) / falls : longest;
     reach = reach > longest * 1.1920929e-7f ? reach : longest * 1.1920929e-7f;
@@ -275,7 +334,7 @@ static bool zero_of_pair(const flight_chain *chain, function_of_time function, f
         }
         if (!(reach < longest)) {
             *zero = end;
-            return half_turn <= until; /* a half turn later it has the other sign, or is 0 to rounding */
+            return pair.half_turn <= until; /* a half turn later it has the other sign, or is 0 to rounding */
         }
         low = reach;
         reach = 2.0f * reach < longest ? 2.0f * reach : longest;
@@ -284,29 +343,39 @@ static bool zero_of_pair(const flight_chain *chain, function_of_time function, f
 }
 
 /* Points between which the functions whose rate the given one is are monotone; their number. */
-static int turned(const flight_chain *chain, function_of_time function, float until, instant *points)
+static int turned(const flight_chain *chain, function_of_time function, const instant *last, instant *points)
 {
-    points[0] = look(chain, 0.0f);
-    const bool turns = chain->side != 0 && zero_of_pair(chain, function, until, &points[1]) && points[1].t < until;
+    points[0] = chain->first;
+    const bool turns = chain->side != 0 && zero_of_pair(chain, function, last->t, &points[1]) && points[1].t < last->t;
     const int count = turns ? 3 : 2;
-    points[count - 1] = look(chain, until);
+    points[count - 1] = *last;
     return count;
 }
 
 /* ---- the end of a phase ---- */
 
-/* The stop ahead; x_1 is monotone in a phase, so it has met it if it is beyond it at the end. */
+/* Whether x_1 is at the stop ahead within rounding. */
+static bool is_at_stop(const flight_chain *chain, const instant *at)
+{
+    const float stop = chain->side > 0 ? chain->robot->x1_max : chain->robot->x1_min;
+    const float beyond = at->actuator.moved - (stop - chain->actuator.x1);
+    return is_finite(stop)
+           && fabsf(beyond) <= 16.0f * 1.1920929e-7f * (fabsf(stop) + fabsf(chain->actuator.x1) + fabsf(at->actuator.moved));
+}
+
+/* The stop ahead; x_1 is monotone in a phase, so it has met it if it is beyond it at the end. One that comes to rest there is at
+ * it when its velocity says so. */
 static void watch_stop(const flight_chain *chain, phase_end *end)
 {
     const float stop = chain->side > 0 ? chain->robot->x1_max : chain->robot->x1_min;
-    if (!is_finite(stop)) {
-        return;
-    }
     const float sign = (float)chain->side;
     const float way = stop - chain->actuator.x1;
-    const instant last = look(chain, end->t);
-    if (sign * (last.actuator.moved - way) > 0.0f) {
-        end->t = root_between(chain, WAY, -sign, way, 0.0f, &last).t;
+    if (end->kind == END_VELOCITY && is_at_stop(chain, &end->at)) {
+        end->kind = END_STOP;
+        return;
+    }
+    if (is_finite(stop) && sign * (end->at.actuator.moved - way) > 0.0f) {
+        end->at = root_between(chain, WAY, -sign, way, 0.0f, &end->at);
         end->kind = END_STOP;
     }
 }
@@ -325,9 +394,10 @@ static void watch_level(const flight_chain *chain, const instant *points, int co
         const float before = sign * (level - points[n - 1].pull.pull);
         const float after = sign * (level - points[n].pull.pull);
         if (after < -noise_of_pull(chain, &points[n])) {
-            const float t = before > 0.0f ? root_between(chain, PULL, -sign, level, points[n - 1].t, &points[n]).t : points[n - 1].t;
-            if (t < end->t) {
-                end->t = t;
+            const instant root =
+                before > 0.0f ? root_between(chain, PULL, -sign, level, points[n - 1].t, &points[n]) : points[n - 1];
+            if (root.t < end->at.t) {
+                end->at = root;
                 end->kind = END_PULL;
                 end->limit = limit;
             }
@@ -343,7 +413,7 @@ static void watch_pull(const flight_chain *chain, phase_end *end)
     if (!(chain->gains.Kp > 0.0f || chain->gains.Kd > 0.0f)) {
         return;
     }
-    const int count = turned(chain, PULL_RATE, end->t, points);
+    const int count = turned(chain, PULL_RATE, &end->at, points);
     if (chain->limit == 0) {
         watch_level(chain, points, count, 1.0f, chain->largest, 1, end);
         watch_level(chain, points, count, -1.0f, -chain->largest, -1, end);
@@ -376,26 +446,52 @@ static hopform_state_f32 state_of(const flight_chain *chain, const instant *at)
     return state;
 }
 
+/* Time since take-off, not behind the horizon by rounding. */
+static float time_of(const flight_chain *chain, const instant *at)
+{
+    const float t = chain->t + at->t;
+    return t < chain->horizon ? t : chain->horizon;
+}
+
 static void remember_highest(flight_chain *chain, const instant *at)
 {
     if (at->foot.foot_t > chain->highest) {
         chain->highest = at->foot.foot_t;
-        chain->highest_t = chain->t + at->t;
+        chain->highest_t = time_of(chain, at);
         chain->highest_state = state_of(chain, at);
         chain->highest_count = chain->count;
         chain->highest_event_count = chain->event_count;
     }
 }
 
-/* The foot's first downward crossing of the ground after it has been above it. */
-static void watch_foot(flight_chain *chain, phase_end *end)
+/* True if the foot's way is certainly concave: its acceleration, monotone because the jerk keeps its sign, is negative at both ends. */
+static bool is_concave(const flight_chain *chain, const instant *last)
+{
+    if (!(chain->first.foot.foot_curvature < 0.0f && last->foot.foot_curvature < 0.0f)) {
+        return false;
+    }
+    const sample from = sample_of(chain, &chain->first, JERK);
+    const swing pair = swing_of(&chain->poles);
+    return chain->side == 0 || never_turns(&pair, &from) || from.value * last->actuator.jerk1_t > 0.0f;
+}
+
+/* A concave way of the foot has one root behind its start; it is looked for from where the body alone would come down. */
+static void land(const flight_chain *chain, phase_end *end)
+{
+    const float v2 = chain->ballistic.v2;
+    const float g = chain->robot->g;
+    const float square = v2 * v2 + 2.0f * g * (chain->ballistic.foot - end->at.actuator.moved);
+    const float guess = square > 0.0f ? (v2 + sqrtf(square)) / g : 0.0f;
+    const instant from = guess > 0.0f && guess < end->at.t ? look(chain, guess) : end->at;
+    end->at = root_from(chain, FOOT, 1.0f, 0.0f, 0.0f, end->at.t, from);
+    end->kind = END_TOUCHDOWN;
+}
+
+/* The foot's first downward crossing of the ground, or where it gets above it, on pieces on which it is monotone. */
+static void search_foot(flight_chain *chain, phase_end *end)
 {
     instant points[MOST_POINTS];
-    const instant last = look(chain, end->t);
-    if (chain->airborne && stays_above(chain, &last)) {
-        return;
-    }
-    int count = turned(chain, JERK, end->t, points);
+    int count = turned(chain, JERK, &end->at, points);
     count = split(chain, FOOT_CURVATURE, points, count);
     count = split(chain, FOOT_RATE, points, count);
     for (int n = 1; n < count; n++) {
@@ -404,7 +500,7 @@ static void watch_foot(flight_chain *chain, phase_end *end)
         const float noise = noise_of_foot(chain, to);
         const bool falls = to->foot.foot_t < from->foot.foot_t;
         if (chain->airborne && falls && to->foot.foot_t < 0.0f && (to->foot.foot_t < -noise || to->foot.foot_rate * to->t < -noise)) {
-            end->t = from->foot.foot_t > 0.0f ? root_between(chain, FOOT, 1.0f, 0.0f, from->t, to).t : from->t;
+            end->at = from->foot.foot_t > 0.0f ? root_between(chain, FOOT, 1.0f, 0.0f, from->t, to) : *from;
             end->kind = END_TOUCHDOWN;
             return;
         }
@@ -415,15 +511,51 @@ static void watch_foot(flight_chain *chain, phase_end *end)
     }
 }
 
-static phase_end find_end(flight_chain *chain, float until)
+/* The foot's first downward crossing of the ground after it has been above it: the usual cases first. */
+static void watch_foot(flight_chain *chain, phase_end *end)
 {
-    phase_end end = {until, END_LIMIT, chain->limit};
-    if (chain->side != 0) {
-        instant still;
-        if (zero_of_pair(chain, VELOCITY, until, &still)) {
-            end.t = still.t;
-            end.kind = END_VELOCITY;
+    const hopform_foot_at_f32 *first = &chain->first.foot;
+    const float last = end->at.foot.foot_t;
+    if (chain->airborne && stays_above(chain, &end->at)) {
+        return;
+    }
+    const bool rises = !(first->foot_t < 0.0f) && first->foot_rate > 0.0f;
+    if ((chain->airborne ? first->foot_t > 0.0f : rises) && is_concave(chain, &end->at)) {
+        const float noise = noise_of_foot(chain, &end->at);
+        if (last > noise) {
+            chain->airborne = true;
+            return;
         }
+        if (last < -noise && first->foot_t > 0.0f) {
+            land(chain, end);
+            return;
+        }
+    }
+    search_foot(chain, end);
+}
+
+/* Up to when a phase may last: a foot that is above the ground is below it when not even the shortest leg would do. */
+static float longest_phase(const flight_chain *chain)
+{
+    const float until = chain->horizon - chain->t;
+    const float height = chain->ballistic.foot + (chain->actuator.x1 - chain->robot->x1_min);
+    if (!chain->airborne || !(height >= 0.0f && height <= 1e38f)) {
+        return until;
+    }
+    const float fallen = 1.01f * hopform_time_of_fall_f32(chain->robot, chain->ballistic.v2, height);
+    return fallen < until && fallen > 0.0f ? fallen : until;
+}
+
+static phase_end find_end(flight_chain *chain)
+{
+    const float until = longest_phase(chain);
+    phase_end end = {chain->first, END_LIMIT, chain->limit};
+    if (chain->side != 0 && zero_of_pair(chain, VELOCITY, until, &end.at)) {
+        end.kind = END_VELOCITY;
+    } else {
+        end.at = look(chain, until);
+    }
+    if (chain->side != 0) {
         watch_stop(chain, &end);
         watch_pull(chain, &end);
     }
@@ -495,9 +627,8 @@ static void rest(flight_chain *chain, end_kind kind)
     const int before = chain->side;
     const float stop = before > 0 ? robot->x1_max : robot->x1_min;
     const float acceleration = chain->actuator.acc1;
-    const bool at_stop = is_finite(stop) && fabsf(chain->actuator.x1 - stop) <= 4.0f * 1.1920929e-7f * fabsf(stop);
     chain->actuator.v1 = 0.0f;
-    if (kind == END_STOP || at_stop) {
+    if (kind == END_STOP) {
         chain->actuator.x1 = stop;
         choose_limit(chain);
         settle(chain);
@@ -518,8 +649,10 @@ static void place_body(flight_chain *chain)
 {
     const float g = chain->robot->g;
     chain->ballistic.v2 = chain->v2 - g * chain->t;
-    chain->ballistic.foot = chain->body - chain->actuator.x1 + (chain->v2 - 0.5f * g * chain->t) * chain->t;
+    chain->ballistic.foot = (chain->x1 - chain->actuator.x1) + (chain->v2 - 0.5f * g * chain->t) * chain->t - chain->y;
     chain->poles = poles_in_flight(&chain->rates, chain->limit);
+    chain->fastest = chain->side == 0 ? 0.0f : chain->poles.p + sqrtf(chain->poles.q);
+    chain->first = look(chain, 0.0f);
 }
 
 /* What the actuator does at the start; no event. */
@@ -563,21 +696,18 @@ static int32_t run(flight_chain *chain, hopform_state_f32 *end_state)
     bool first = true;
     begin(chain);
     while (chain->count <= chain->max_phases) {
-        const float foot = chain->ballistic.foot;
         place_body(chain);
-        chain->ballistic.foot = first ? foot : chain->ballistic.foot; /* as given, not by a difference */
         if (first) {
-            const instant start = look(chain, 0.0f);
-            remember_highest(chain, &start);
+            remember_highest(chain, &chain->first);
             first = false;
         }
         if (too_low(chain)) {
             return trip(chain, end_state);
         }
-        const phase_end end = find_end(chain, chain->horizon - chain->t);
-        const instant last = look(chain, end.t);
+        const phase_end end = find_end(chain);
+        const instant last = end.at;
         *end_state = state_of(chain, &last);
-        chain->t = end.kind == END_LIMIT ? chain->horizon : chain->t + end.t;
+        chain->t = end.kind == END_LIMIT ? chain->horizon : time_of(chain, &last);
         if (end.kind == END_TOUCHDOWN) {
             end_state->y = 0.0f;
             return HOPFORM_FLIGHT_TOUCHDOWN;
@@ -625,7 +755,7 @@ static void report(const flight_chain *chain, int32_t ending, const hopform_stat
     flight->end = *end;
     flight->v2_after = ending == HOPFORM_FLIGHT_TOUCHDOWN ? hopform_velocity_after_impact_f32(chain->robot, end->v2) : end->v2;
     flight->apex_time = top;
-    flight->apex = chain->body + (chain->v2 - 0.5f * g * top) * top;
+    flight->apex = chain->x1 - chain->y + (chain->v2 - 0.5f * g * top) * top;
     flight->impact_loss =
         ending == HOPFORM_FLIGHT_TOUCHDOWN ? -0.5f * chain->robot->m_s * end->v2 * end->v2 * chain->robot->impact_loss : 0.0f;
     flight->start_loss = chain->start_loss;
@@ -635,9 +765,10 @@ static void report(const flight_chain *chain, int32_t ending, const hopform_stat
     flight->event_count = chain->event_count;
 }
 
+/* Numbers out of range leave no phase, or show here. */
 static bool is_sound(const hopform_flight_f32 *flight)
 {
-    return is_finite(flight->duration) && is_finite(flight->end.x1) && is_finite(flight->end.v1) && is_finite(flight->end.v2)
+    return flight->phase_count > 0 && is_finite(flight->duration) && is_finite(flight->end.x1) && is_finite(flight->end.v1) && is_finite(flight->end.v2)
            && is_finite(flight->end.y) && is_finite(flight->v2_after) && is_finite(flight->apex) && is_finite(flight->apex_time)
            && is_finite(flight->impact_loss) && is_finite(flight->start_loss);
 }
@@ -693,11 +824,11 @@ int32_t hopform_solve_flight_f32(const hopform_plan_f32 *plan, const hopform_sta
     }
     chain.rates = hopform_flight_rates_of_f32(robot, &chain.gains, chain.largest);
     chain.horizon = horizon;
-    chain.body = start->x1 - start->y;
+    chain.x1 = start->x1;
+    chain.y = start->y;
     chain.v2 = start->v2;
     chain.actuator.x1 = start->x1;
     chain.actuator.v1 = start->v1;
-    chain.ballistic.foot = -start->y;
     chain.airborne = start->y < 0.0f;
     chain.max_phases = max_phases;
     chain.phases = phases;

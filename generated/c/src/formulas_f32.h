@@ -624,14 +624,14 @@ static inline float hopform_aed_of_ledger_f32(const hopform_ledger_f32 *ledger)
     return aed;
 }
 
-/* How large the energy of the body is at the start, against the energy of its motion at 1 m/s or more. */
-static inline float hopform_large_energy_f32(const hopform_robot_f32 *robot, const hopform_state_f32 *state)
+/* What the energy of the body has beside its motion and its height. */
+static inline float hopform_stored_energy_f32(const hopform_robot_f32 *robot, const hopform_state_f32 *state)
 {
-    const float m_s = robot->m_s, k = robot->k;
-    const float x1 = state->x1, v2 = state->v2, y = state->y;
-    const float length = x1 - y;                               /* x_2 - L_0 - c at the start */
-    const float excess = k*length*length/(m_s*(1.0f + v2*v2));  /* (22), (23) at the start */
-    return excess;
+    const float k = robot->k;
+    const float x1 = state->x1, y = state->y;
+    const float length = x1 - y;               /* x_2 - L_0 - c at the start */
+    const float stored = 0.5f*k*length*length;  /* (22), (23) */
+    return stored;
 }
 
 /* Velocity of the body after the impact of a drop from a hop height. */
@@ -672,15 +672,15 @@ static inline float hopform_printed_objective_f32(const hopform_robot_f32 *robot
     return J;
 }
 
-/* The same objective with a weight for each of what it does otherwise than the exact form. */
-static inline float hopform_objective_f32(const hopform_robot_f32 *robot, const hopform_state_f32 *state, float aed, float x1_T, float h_des, float step, float half, float direction, float spring)
+/* The same objective with another share of the step, and with the spring coordinate. */
+static inline float hopform_objective_f32(const hopform_robot_f32 *robot, const hopform_state_f32 *state, float aed, float x1_T, float h_des, float lift, float spring)
 {
     const float m_s = robot->m_s, k = robot->k, g = robot->g;
     const float x1 = state->x1, v2 = state->v2;
-    const float E_td = 0.5f*m_s*v2*v2;                                                 /* (25), after the impact */
-    const float E_dist = g*half*m_s*(fabsf(step)*(1.0f - direction) - direction*step);  /* (26), half = 1/2 as printed */
-    const float E_spring = 0.5f*k*x1*x1 + g*m_s*x1 - 0.5f*k*x1_T*x1_T;                  /* what (27) leaves out */
-    const float J = fabsf(E_dist + E_td + aed + E_spring*spring - g*h_des*m_s);        /* (27) */
+    const float E_td = 0.5f*m_s*v2*v2;                                           /* (25), after the impact */
+    const float E_dist = g*lift*m_s;                                            /* (26) */
+    const float E_spring = 0.5f*k*x1*x1 + g*m_s*x1 - 0.5f*k*x1_T*x1_T;            /* what (27) leaves out */
+    const float J = fabsf(E_dist + E_td + aed + E_spring*spring - g*h_des*m_s);  /* (27) */
     return J;
 }
 

@@ -624,14 +624,14 @@ static inline double hopform_aed_of_ledger_f64(const hopform_ledger_f64 *ledger)
     return aed;
 }
 
-/* How large the energy of the body is at the start, against the energy of its motion at 1 m/s or more. */
-static inline double hopform_large_energy_f64(const hopform_robot_f64 *robot, const hopform_state_f64 *state)
+/* What the energy of the body has beside its motion and its height. */
+static inline double hopform_stored_energy_f64(const hopform_robot_f64 *robot, const hopform_state_f64 *state)
 {
-    const double m_s = robot->m_s, k = robot->k;
-    const double x1 = state->x1, v2 = state->v2, y = state->y;
-    const double length = x1 - y;                               /* x_2 - L_0 - c at the start */
-    const double excess = k*length*length/(m_s*(1.0 + v2*v2));  /* (22), (23) at the start */
-    return excess;
+    const double k = robot->k;
+    const double x1 = state->x1, y = state->y;
+    const double length = x1 - y;               /* x_2 - L_0 - c at the start */
+    const double stored = 0.5*k*length*length;  /* (22), (23) */
+    return stored;
 }
 
 /* Velocity of the body after the impact of a drop from a hop height. */
@@ -672,15 +672,15 @@ static inline double hopform_printed_objective_f64(const hopform_robot_f64 *robo
     return J;
 }
 
-/* The same objective with a weight for each of what it does otherwise than the exact form. */
-static inline double hopform_objective_f64(const hopform_robot_f64 *robot, const hopform_state_f64 *state, double aed, double x1_T, double h_des, double step, double half, double direction, double spring)
+/* The same objective with another share of the step, and with the spring coordinate. */
+static inline double hopform_objective_f64(const hopform_robot_f64 *robot, const hopform_state_f64 *state, double aed, double x1_T, double h_des, double lift, double spring)
 {
     const double m_s = robot->m_s, k = robot->k, g = robot->g;
     const double x1 = state->x1, v2 = state->v2;
-    const double E_td = 0.5*m_s*v2*v2;                                                 /* (25), after the impact */
-    const double E_dist = g*half*m_s*(fabs(step)*(1.0 - direction) - direction*step);  /* (26), half = 1/2 as printed */
-    const double E_spring = 0.5*k*x1*x1 + g*m_s*x1 - 0.5*k*x1_T*x1_T;                  /* what (27) leaves out */
-    const double J = fabs(E_dist + E_td + aed + E_spring*spring - g*h_des*m_s);        /* (27) */
+    const double E_td = 0.5*m_s*v2*v2;                                           /* (25), after the impact */
+    const double E_dist = g*lift*m_s;                                            /* (26) */
+    const double E_spring = 0.5*k*x1*x1 + g*m_s*x1 - 0.5*k*x1_T*x1_T;            /* what (27) leaves out */
+    const double J = fabs(E_dist + E_td + aed + E_spring*spring - g*h_des*m_s);  /* (27) */
     return J;
 }
 

@@ -4,7 +4,8 @@
  * vector instructions. The steps, their order and so the bits are those of stance_f32.c. What is rare there is not done
  * here: such a stance is left to hopform_solve_stance_f32. Numbers, flags (1 or 0) and kinds are all of one type.
  *
- * Before it is included, LANES_NAME is the function to make and LANES_CODE what goes before each function.
+ * Before it is included, LANES_NAME is the function to make, LANES_CODE what goes before each function, and LANES_WORTH
+ * how many evaluations for all lanes a stance is worth: where it takes more, stances are solved one by one for a while.
  */
 #ifndef HOPFORM_LANES_H_f32
 #define HOPFORM_LANES_H_f32
@@ -16,10 +17,10 @@
 #include "events_f32.h"
 #include "phase_f32.h"
 
-#ifndef REFILL
-#define REFILL (LANES / 2)
-#endif
-enum { LANES = 32, SLOTS = 3, ROOT_STEPS = 6, MOST_STEPS = 12, MOST_CUTS = 24, MOST_WINDOWS = 7 };
+enum { LANES = 32, SLOTS = 3, ROOT_STEPS = 6, MOST_STEPS = 12, MOST_CUTS = 24, MOST_WINDOWS = 7, SHORT_RUN = 2 * LANES, LONG_RUN = 4096 };
+
+/* Lanes wait for each other, so that most are alike: idle ones are filled when there are so many. */
+enum { FEWEST_IDLE = 3 * LANES / 4 };
 
 #if defined(__GNUC__)
 typedef float column[LANES] __attribute__((aligned(64)));
@@ -372,6 +373,8 @@ typedef struct {
     basis_columns end;
 
     column event, ending; /* what a round has brought */
+    int64_t evaluations;  /* of W for all lanes */
+    int64_t solved;
 
     hopform_plan_f32 plan[LANES];
     int64_t index[LANES];
@@ -382,7 +385,7 @@ typedef struct {
 /* Whether a flag is 1 somewhere; 0 has no bit that is set. */
 static inline bool any(const float *flags)
 {
-    uint64_t words[sizeof(column) / sizeof(uint64_t)];
+    uint64_t words[sizeof(column) / (sizeof(uint64_t))];
     uint64_t found = 0;
     memcpy(words, flags, sizeof words);
     for (size_t n = 0; n < sizeof words / sizeof words[0]; n++) {
@@ -672,6 +675,7 @@ LANES_CODE static void short_bases(lanes *restrict w, const float *restrict t, c
 LANES_CODE static void bases_at(lanes *restrict w, const float *restrict t, const float *restrict wanted, basis_columns *restrict basis)
 {
     column brief, pairs, swift, swings, splits, close, beyond;
+    w->evaluations++;
     for (int l = 0; l < LANES; l++) {
         const bool here = wanted[l] > 0.0f;
         const bool held = !(fabsf(w->poles.a[l]) > 0.0f);
@@ -679,7 +683,8 @@ LANES_CODE static void bases_at(lanes *restrict w, const float *restrict t, cons
         const bool soon = w->poles.s_1[l] * t[l] < 4.0f;
         const bool early = w->poles.q[l] * t[l] * t[l] < 1.0f;
         brief[l] = flag(here & !held & !late & soon);
-        close[l] = flag(here & !held & !late & !soon);
+        const bool faded = (0.5f * w->poles.p[l] - w->poles.a[l]) * t[l] > 1e1f;
+        close[l] = flag(here & !held & (faded | (!late & !soon)));
         pairs[l] = flag(here & (held | late));
         swift[l] = flag(here & (held | late) & early);
         swings[l] = flag(here & (held | late) & !early);
@@ -744,8 +749,15 @@ static inline hopform_sample_f32 sample_of(const watch_columns *watch, const pol
                                             float t)
 {
     const hopform_poles_f32 one = one_of_poles_columns(poles, l);
-    const hopform_watch_f32 of = {{watch->H3[l], watch->H2[l], watch->H1[l]}, {watch->A[l], watch->B[l]}, watch->start[l], 0, 0};
-    return hopform_sample_at_f32(&of, &one, basis, t);
+    const hopform_numerator_f32 h = {watch->H3[l], watch->H2[l], watch->H1[l]};
+    const hopform_pair_numerator_f32 left = {watch->A[l], watch->B[l]};
+    const hopform_rise_f32 rise = hopform_rises_f32(&one, &h, basis);
+    const float noise = 16.0f * 1.1920929e-7f
+                       * (fabsf(watch->start[l]) + fabsf(h.H3 * basis->Wd) + fabsf(h.H2 * basis->W) + fabsf(h.H1 * basis->W1)
+                          + t * fabsf(rise.rise_rate));
+    const hopform_sample_f32 sample = {watch->start[l] + rise.rise, rise.rise_rate, rise.rise_curvature, rise.rise_third,
+                                        hopform_turning_f32(&one, &left, basis), noise};
+    return sample;
 }
 
 static inline void keep_sample(sample_columns *samples, int l, bool yes, const hopform_sample_f32 *sample)
@@ -818,6 +830,7 @@ LANES_CODE static void start_poles(lanes *restrict w)
 
 LANES_CODE static void start_motion(lanes *restrict w)
 {
+    column alone_1, alone_2, alone_H2;
     for (int l = 0; l < LANES; l++) {
         const hopform_robot_f32 robot = one_of_robot_columns(&w->robot, l);
         const hopform_rates_f32 rates = one_of_rates_columns(&w->rates, l);
@@ -834,14 +847,21 @@ LANES_CODE static void start_motion(lanes *restrict w)
         keep_motion_columns(&w->motion, l, begins & held_1, &body);
     }
     for (int l = 0; l < LANES; l++) {
-        const bool alone_1 = (is(w->alone[l], 1) > 0.0f) & (fabsf(w->side_1[l]) > 0.0f) & (w->begins[l] > 0.0f);
-        const bool alone_2 = (is(w->alone[l], 2) > 0.0f) & (fabsf(w->side_2[l]) > 0.0f) & (w->begins[l] > 0.0f);
+        alone_1[l] = w->begins[l] * is(w->alone[l], 1) * fabsf(w->side_1[l]);
+        alone_2[l] = w->begins[l] * is(w->alone[l], 2) * fabsf(w->side_2[l]);
+    }
+    if (!any(alone_1) && !any(alone_2)) {
+        return;
+    }
+    for (int l = 0; l < LANES; l++) {
         const float H3_1 = w->free[l] - w->side_1[l] * w->robot.f1[l];
         const float H3_2 = w->free[l] - w->side_2[l] * w->robot.f2[l];
-        keep(&w->motion.H3_1[l], alone_1, H3_1);
-        keep(&w->motion.H3_2[l], alone_2, H3_2);
-        keep(&w->motion.H2_y[l], alone_1, H3_1);
-        keep(&w->motion.H2_y[l], alone_2, -H3_2);
+        keep(&w->motion.H3_1[l], alone_1[l] > 0.0f, H3_1);
+        keep(&w->motion.H3_2[l], alone_2[l] > 0.0f, H3_2);
+        alone_H2[l] = alone_1[l] > 0.0f ? H3_1 : -H3_2;
+    }
+    for (int l = 0; l < LANES; l++) {
+        keep(&w->motion.H2_y[l], alone_1[l] + alone_2[l] > 0.0f, alone_H2[l]);
     }
 }
 
@@ -1080,7 +1100,7 @@ typedef struct {
 
 LANES_CODE static void look_ahead(const lanes *restrict w, outlook *restrict ahead)
 {
-    column after, swing, sooner;
+    column after, swing, sooner, after_fade;
     for (int l = 0; l < LANES; l++) {
         after[l] = 0.96875f * w->half_turn[l];
         ahead->number[l] = -1.0f;
@@ -1101,8 +1121,21 @@ LANES_CODE static void look_ahead(const lanes *restrict w, outlook *restrict ahe
         choose_watch(&w->watch[s], sooner, &ahead->watch);
     }
     for (int l = 0; l < LANES; l++) {
+        const float p = w->poles.p[l];
+        const float in_fade = over(8.0f, p);
+        after_fade[l] = p * w->half_turn[l] > 8.0f ? in_fade : w->half_turn[l];
+    }
+    for (int l = 0; l < LANES; l++) {
+        const float low = 3.0f * w->low[l];
+        after_fade[l] = after_fade[l] > low ? after_fade[l] : low;
+    }
+    for (int l = 0; l < LANES; l++) {
+        const float half = 0.96875f * w->half_turn[l];
+        after_fade[l] = half < after_fade[l] ? half : after_fade[l];
+    }
+    for (int l = 0; l < LANES; l++) {
         const float low = w->low[l];
-        const float longest = 0.96875f * w->half_turn[l];
+        const float longest = after_fade[l];
         const float least = w->windows[l] > 3.0f ? 0.125f * w->half_turn[l] : 64.0f * 1.1920929e-7f * low;
         const float wanted = ahead->number[l] >= 0.0f ? 1.015625f * after[l] : longest;
         const float reach = wanted > least ? wanted : least;
@@ -1123,9 +1156,14 @@ LANES_CODE static void look_ahead(const lanes *restrict w, outlook *restrict ahe
     }
 }
 
-static inline bool one_step_left(const hopform_sample_f32 *at, float step)
+static inline bool one_step_left(const poles_columns *poles, int l, const hopform_sample_f32 *at, float t, float step)
 {
-    return (fabsf(step * at->curvature) <= 0.0003f * fabsf(at->rate)) & (step * step * fabsf(at->third) <= 1e-7f * fabsf(at->rate));
+    const float per_rate = over(fabsf(step), fabsf(at->rate));
+    const float bend = per_rate * fabsf(at->curvature);
+    const float twist = per_rate * fabsf(step * at->third);
+    const float fourth = poles->s_1[l] * at->third + poles->s_2[l] * at->curvature + poles->s_3[l] * at->rate;
+    const float error = bend * (0.7f * bend * bend + 0.5f * twist) + 0.05f * per_rate * fabsf(step * step * fourth);
+    return (fabsf(at->value) <= 2.0f * fabsf(step * at->rate)) & (fabsf(step) * error <= 1.1920929e-7f * t);
 }
 
 static inline float step_to_root(const hopform_sample_f32 *at)
@@ -1166,7 +1204,7 @@ LANES_CODE static void reach_ahead(lanes *restrict w, outlook *restrict ahead)
             const bool arrives = lands | (seeks & falls & exact);
             const bool real_root = (t > low) & (at.rate * (t - low) < -at.noise);
             const bool goes_on = seeks & falls & !exact & inside;
-            const bool last = goes_on & one_step_left(&at, step);
+            const bool last = goes_on & one_step_left(&w->poles, l, &at, next, step);
             const bool found = arrives & real_root;
             const bool more = goes_on & !last & (n + 1 < ROOT_STEPS);
             const bool fails = (seeks | lands) & !found & !last & !more;
@@ -1187,7 +1225,7 @@ LANES_CODE static void reach_ahead(lanes *restrict w, outlook *restrict ahead)
 LANES_CODE static void judge(const lanes *restrict w, const sample_columns *restrict from, const sample_columns *restrict to,
                              const float *restrict value, float *restrict verdict)
 {
-    column falls, falls_later, rises, turns, straight, away, far, below, steepest, last, cross, reach, growth;
+    column falls, falls_later, rises, turns, straight, away, far, below, steepest, lowest, pauses, span, last, cross, reach, growth;
     for (int l = 0; l < LANES; l++) {
         const float h = w->end_t[l] - w->low[l];
         const float ah = w->poles.a[l] * h;
@@ -1196,14 +1234,19 @@ LANES_CODE static void judge(const lanes *restrict w, const sample_columns *rest
         falls[l] = flag(from->rate[l] < 0.0f);
         falls_later[l] = flag(to->rate[l] < 0.0f);
         rises[l] = flag(from->turning[l] > 0.0f);
-        turns[l] = flag(from->turning[l] * to->turning[l] < 0.0f);
+        turns[l] = flag((from->turning[l] * to->turning[l] < 0.0f)
+                        | ((fabsf(from->turning[l]) > 0.0f) & !(fabsf(to->turning[l]) > 0.0f)));
+        pauses[l] = flag(!(fabsf(to->rate[l]) * h > to->noise[l]));
+        span[l] = ah < 1.0f ? h : over(1.0f, w->poles.a[l]);
         straight[l] = flag(!(from->turning[l] < 0.0f)) * flag(!(to->turning[l] < 0.0f));
     }
     for (int l = 0; l < LANES; l++) {
         const float h = w->end_t[l] - w->low[l];
         const float grown = to->rate[l] * growth[l];
         const float quarter = flag(h <= 0.5f * w->half_turn[l]);
+        const float change = -fabsf(from->turning[l]) * span[l];
         steepest[l] = from->rate[l] < grown ? from->rate[l] : grown;
+        lowest[l] = quarter > 0.0f ? change : -1e38f;
         away[l] = quarter * flag(fabsf(from->rate[l]) > fabsf(from->turning[l]) * h * growth[l]);
         cross[l] = over(from->value[l] - value[l] + last[l] * h, last[l] - from->rate[l]);
         below[l] = flag(value[l] < 0.0f) * flag((value[l] < -to->noise[l]) | (to->rate[l] * h < -to->noise[l]));
@@ -1211,7 +1254,8 @@ LANES_CODE static void judge(const lanes *restrict w, const sample_columns *rest
     for (int l = 0; l < LANES; l++) {
         const float h = w->end_t[l] - w->low[l];
         const float noise = from->noise[l] + to->noise[l];
-        far[l] = falls[l] * flag(value[l] > 0.0f) * flag(from->value[l] + steepest[l] * h > noise);
+        const float slope = falls[l] > 0.0f ? steepest[l] : lowest[l];
+        far[l] = flag(value[l] > 0.0f) * flag(from->value[l] + slope * h > noise);
         reach[l] = cross[l] > 0.0f ? cross[l] : 0.0f;
     }
     for (int l = 0; l < LANES; l++) {
@@ -1221,7 +1265,8 @@ LANES_CODE static void judge(const lanes *restrict w, const sample_columns *rest
     for (int l = 0; l < LANES; l++) {
         const float noise = from->noise[l] + to->noise[l];
         const float above_tangents = straight[l] * flag(from->value[l] + from->rate[l] * reach[l] > noise);
-        const float same = falls[l] * falls_later[l] + (1.0f - falls[l]) * (1.0f - falls_later[l]);
+        const float alike = falls[l] * falls_later[l] + (1.0f - falls[l]) * (1.0f - falls_later[l]);
+        const float same = pauses[l] * turns[l] + (1.0f - pauses[l]) * alike;
         const float nears_zero = turns[l] * same * (falls[l] * rises[l] + (1.0f - falls[l]) * (1.0f - rises[l]));
         const float open = nears_zero * (1.0f - away[l]);
         const float monotone = nears_zero * away[l] + (1.0f - nears_zero) * same;
@@ -1381,7 +1426,7 @@ LANES_CODE static void find_roots(lanes *restrict w, const float *restrict what,
             const hopform_sample_f32 at = one_sample(&find->at, l);
             const float step = step_to_root(&at);
             next[l] = find->t[l] - step;
-            lands[l] = flag(one_step_left(&at, step));
+            lands[l] = flag(one_step_left(&w->poles, l, &at, next[l], step));
             ready[l] = flag((arrived[l] > 0.0f) | (fabsf(at.value) <= 1.1920929e-7f * find->t[l] * fabsf(at.rate)));
         }
         for (int l = 0; l < LANES; l++) {
@@ -1432,14 +1477,19 @@ LANES_CODE static void cut_windows(lanes *restrict w, const float *restrict what
         inside[l] = over(find->turning[l], find->turning[l] - find->at.turning[l]);
     }
     for (int l = 0; l < LANES; l++) {
+        inside[l] = fabsf(find->at.turning[l]) > 0.0f ? inside[l] : 0.25f;
+    }
+    for (int l = 0; l < LANES; l++) {
         inside[l] = inside[l] < 0.984375f ? inside[l] : 0.984375f;
     }
     for (int l = 0; l < LANES; l++) {
         inside[l] = inside[l] > 0.015625f ? inside[l] : 0.015625f;
         const float t = w->low[l] + inside[l] * (w->end_t[l] - w->low[l]);
+        find->done[l] = find->going[l] * (1.0f - flag((t > w->low[l]) & (t < w->end_t[l])));
         keep(&w->end_t[l], find->going[l] > 0.0f, t);
         keep(&w->found[l], find->going[l] > 0.0f, -1.0f);
     }
+    leave(w, find->done, STUCK);
     bases_at(w, w->end_t, find->going, &w->end);
 }
 
@@ -1487,7 +1537,7 @@ LANES_CODE static void cross_at_the_limit(lanes *restrict w)
         for (int l = 0; l < LANES; l++) {
             const float reached = flag(!(w->end_t[l] < w->limit[l])) * flag(w->on[s][l] > 0.0f);
             const float is_first = s == 0 ? 1.0f : is(w->kind[s][l], BY_THRESHOLD_1) * flag(!(w->halt[l] > w->limit[l]));
-            crosses[l] = reached * is_first * flag(to->rate[l] < 0.0f)
+            crosses[l] = reached * is_first * flag(to->rate[l] * w->limit[l] < -16.0f * to->noise[l])
                          * flag(to->value[l] < -8.0f * 1.1920929e-7f * w->limit[l] * to->rate[l]) * (1.0f - w->settled[l]);
         }
         for (int l = 0; l < LANES; l++) {
@@ -1498,29 +1548,38 @@ LANES_CODE static void cross_at_the_limit(lanes *restrict w)
 
 /* ---- stops ---- */
 
-/* How far x_1 is beyond the stop ahead, and how fast it gets there. */
-static inline void beyond_stop(const lanes *w, const hopform_basis_f32 *basis, int l, float t, float *beyond, float *rate)
+/* How far x_1 is beyond the stop ahead, below 0 where there is none, and how fast it gets there. */
+LANES_CODE static void beyond_stops(const lanes *restrict w, const float *restrict stop, const float *restrict ahead,
+                                    const basis_columns *restrict basis, const float *restrict t, float *restrict beyond,
+                                    float *restrict rate)
 {
-    const hopform_state_f32 state = one_of_state_columns(&w->state, l);
-    const hopform_motion_f32 motion = one_of_motion_columns(&w->motion, l);
-    const hopform_at_f32 at = hopform_state_at_f32(&state, &motion, basis, t);
-    const float sign = w->side_1[l];
-    const float stop = sign > 0.0f ? w->robot.x1_max[l] : w->robot.x1_min[l];
-    *beyond = ((fabsf(sign) > 0.0f) & within_range(stop)) ? sign * (at.x1_t - (within_range(stop) ? stop : 0.0f)) : -1.0f;
-    *rate = sign * at.v1_t;
+    for (int l = 0; l < LANES; l++) {
+        const hopform_state_f32 state = one_of_state_columns(&w->state, l);
+        const hopform_motion_f32 motion = one_of_motion_columns(&w->motion, l);
+        const hopform_basis_f32 one = one_of_basis_columns(basis, l);
+        const hopform_at_f32 at = hopform_state_at_f32(&state, &motion, &one, t[l]);
+        beyond[l] = w->side_1[l] * (at.x1_t - stop[l]);
+        rate[l] = w->side_1[l] * at.v1_t;
+    }
+    for (int l = 0; l < LANES; l++) {
+        beyond[l] = ahead[l] > 0.0f ? beyond[l] : -1.0f;
+    }
 }
 
 /* Windows end where x_1 meets its stop; `stops` says which. */
 LANES_CODE static void meet_stops(lanes *restrict w, float *restrict stops)
 {
-    column low, high, t, going, tied;
+    column low, high, t, going, tied, stop, ahead, beyond, rate, next;
     basis_columns basis;
     for (int l = 0; l < LANES; l++) {
-        const hopform_basis_f32 one = one_of_basis_columns(&w->end, l);
-        float beyond;
-        float rate;
-        beyond_stop(w, &one, l, w->end_t[l], &beyond, &rate);
-        going[l] = flag((w->live[l] > 0.0f) & (beyond > 0.0f));
+        stop[l] = w->side_1[l] > 0.0f ? w->robot.x1_max[l] : w->robot.x1_min[l];
+    }
+    for (int l = 0; l < LANES; l++) {
+        ahead[l] = fabsf(w->side_1[l]) * flag(within_range(stop[l]));
+    }
+    beyond_stops(w, stop, ahead, &w->end, w->end_t, beyond, rate);
+    for (int l = 0; l < LANES; l++) {
+        going[l] = w->live[l] * (1.0f - flag(w->left[l] > 0.0f)) * flag(beyond[l] > 0.0f);
         stops[l] = going[l];
         low[l] = w->low[l];
         high[l] = w->end_t[l];
@@ -1531,28 +1590,30 @@ LANES_CODE static void meet_stops(lanes *restrict w, float *restrict stops)
     }
     memcpy(&basis, &w->end, sizeof basis);
     for (int n = 0; n < 100 && any(going); n++) {
+        const bool halves = n > 8 && n % 2 == 1;
         if (n > 0) {
             bases_at(w, t, going, &basis);
         }
+        if (n > 0) {
+            beyond_stops(w, stop, ahead, &basis, t, beyond, rate);
+        }
         for (int l = 0; l < LANES; l++) {
-            const hopform_basis_f32 one = one_of_basis_columns(&basis, l);
-            float beyond;
-            float rate;
-            beyond_stop(w, &one, l, t[l], &beyond, &rate);
-            const bool past = beyond > 0.0f;
-            const float lower = past ? low[l] : t[l];
-            const float upper = past ? t[l] : high[l];
-            const float step = rate > 0.0f ? over(beyond, rate) : 1e38f;
-            const bool ready = fabsf(step) <= 1.1920929e-7f * t[l];
-            const float newton = t[l] - step;
-            const bool bisects = (!((newton > lower) & (newton < upper))) | ((n > 8) & (n % 2 == 1));
-            const float next = bisects ? lower + 0.5f * (upper - lower) : newton;
-            const bool goes = going[l] > 0.0f;
-            const bool goes_on = goes & !ready & (next > lower) & (next < upper);
-            low[l] = lower;
-            high[l] = upper;
-            t[l] = goes_on ? next : t[l];
-            going[l] = flag(goes_on);
+            const float step = over(beyond[l], rate[l]);
+            const float exact = flag(fabsf(step) <= 1.1920929e-7f * t[l]) * flag(rate[l] > 0.0f);
+            next[l] = rate[l] > 0.0f ? t[l] - step : -1e38f;
+            keep(&low[l], !(beyond[l] > 0.0f), t[l]);
+            keep(&high[l], beyond[l] > 0.0f, t[l]);
+            going[l] *= 1.0f - exact;
+        }
+        for (int l = 0; l < LANES; l++) {
+            const bool inside = (next[l] > low[l]) & (next[l] < high[l]) & !halves;
+            next[l] = inside ? next[l] : low[l] + 0.5f * (high[l] - low[l]);
+        }
+        for (int l = 0; l < LANES; l++) {
+            going[l] *= flag((next[l] > low[l]) & (next[l] < high[l]));
+        }
+        for (int l = 0; l < LANES; l++) {
+            keep(&t[l], going[l] > 0.0f, next[l]);
         }
     }
     leave(w, going, STUCK);
@@ -1787,6 +1848,7 @@ typedef struct {
     const hopform_stances_in_f32 *in;
     const hopform_stances_out_f32 *out;
     int64_t next;
+    int64_t pause; /* where lanes are filled no further, to look whether they are worth it */
     hopform_plan_f32 plan; /* of the robot of the stance that was taken last */
     int64_t robot_number;
     int32_t robot_status;
@@ -1814,7 +1876,7 @@ static bool take(lanes *w, int l, const queue *from, int64_t i)
                                 hopform_number_f32(&in->y, i)};
     const float u = hopform_number_f32(&in->u, i);
     const float horizon = hopform_number_f32(&in->horizon, i);
-    if (from->robot_status < 0 || !(hopform_large_energy_f32(robot, &state) <= 64.0f) || !within_range(state.x1) || !within_range(state.v1) || !within_range(state.v2)
+    if (from->robot_status < 0 || hopform_stores_much_f32(robot, &state) || !within_range(state.x1) || !within_range(state.v1) || !within_range(state.v2)
         || !(state.y >= 0.0f && state.y <= 1e38f) || !(state.x1 >= robot->x1_min && state.x1 <= robot->x1_max)
         || !within_range(u) || !(horizon > 0.0f && horizon <= 1e38f)) {
         return false;
@@ -1853,23 +1915,51 @@ static bool take(lanes *w, int l, const queue *from, int64_t i)
     return true;
 }
 
+/* The number of the next stance, its robot at hand. */
+static int64_t next_stance(queue *from)
+{
+    const int64_t i = from->next++;
+    if (i == 0 || hopform_robot_changes_f32(from->in, i)) {
+        const hopform_robot_f32 robot = hopform_robot_of_f32(from->in, i);
+        from->robot_status = hopform_plan_init_f32(&from->plan, &robot);
+        from->robot_number++;
+    }
+    return i;
+}
+
+static void solve_alone(queue *from, const hopform_plan_f32 *plan, int32_t robot_status, int64_t i)
+{
+    if (hopform_solve_column_f32(plan, robot_status, from->in, from->out, i) != HOPFORM_OK) {
+        from->kept = HOPFORM_PHASES_NOT_KEPT;
+    }
+}
+
 /* Fill a lane with the next stance that can be solved here; those that cannot are solved on the way. */
 static void refill(lanes *w, int l, queue *from)
 {
-    while (from->next < from->count) {
-        const int64_t i = from->next++;
-        if (i == 0 || hopform_robot_changes_f32(from->in, i)) {
-            const hopform_robot_f32 robot = hopform_robot_of_f32(from->in, i);
-            from->robot_status = hopform_plan_init_f32(&from->plan, &robot);
-            from->robot_number++;
-        }
+    while (from->next < from->pause) {
+        const int64_t i = next_stance(from);
         if (take(w, l, from, i)) {
             return;
         }
-        if (hopform_solve_column_f32(&from->plan, from->robot_status, from->in, from->out, i) != HOPFORM_OK) {
-            from->kept = HOPFORM_PHASES_NOT_KEPT;
-        }
+        solve_alone(from, &from->plan, from->robot_status, i);
     }
+}
+
+/* With all lanes empty: if they have not been worth it, solve as many stances as a long run of them one by one. */
+static void look_back(lanes *w, queue *from)
+{
+    const int64_t run = w->evaluations > 0 ? LONG_RUN : SHORT_RUN;
+    const bool worth = w->evaluations <= LANES_WORTH * w->solved;
+    const int64_t until = from->count - from->next < run ? from->count : from->next + run;
+    while (!worth && from->next < until) {
+        const int64_t i = next_stance(from);
+        solve_alone(from, &from->plan, from->robot_status, i);
+    }
+    const int64_t ahead = worth ? run : SHORT_RUN;
+    from->pause = from->count - from->next < ahead ? from->count : from->next + ahead;
+    w->evaluations = 0;
+    w->solved = 0;
 }
 
 /* List the event that a window has ended with, if its phase could be kept. */
@@ -1937,8 +2027,10 @@ static void collect(lanes *w, queue *to)
             }
             left = !write(w, l, to);
         }
-        if (left && hopform_solve_column_f32(&w->plan[l], HOPFORM_OK, to->in, to->out, w->index[l]) != HOPFORM_OK) {
-            to->kept = HOPFORM_PHASES_NOT_KEPT;
+        if (left) {
+            solve_alone(to, &w->plan[l], HOPFORM_OK, w->index[l]);
+        } else {
+            w->solved++;
         }
         w->live[l] = 0.0f;
         w->begins[l] = 0.0f;
@@ -1958,23 +2050,28 @@ static void clear(lanes *w)
 int32_t LANES_NAME(int64_t count, const hopform_stances_in_f32 *in, const hopform_stances_out_f32 *out)
 {
     lanes w;
-    queue stances = {count, in, out, 0, {{0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f}}, 0, HOPFORM_OK, HOPFORM_OK};
+    queue stances = {count, in, out, 0, 0, {{0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f}, 0}, 0, HOPFORM_OK, HOPFORM_OK};
     clear(&w);
     for (;;) {
-        int32_t idle = 0;
-        for (int l = 0; l < LANES; l++) {
-            idle += w.live[l] > 0.0f ? 0 : 1;
-        }
-        for (int l = 0; l < LANES && idle >= REFILL; l++) {
-            if (!(w.live[l] > 0.0f)) {
-                refill(&w, l, &stances);
+        if (stances.next < stances.pause) {
+            int32_t idle = 0;
+            for (int l = 0; l < LANES; l++) {
+                idle += w.live[l] > 0.0f ? 0 : 1;
+            }
+            for (int l = 0; l < LANES && idle >= FEWEST_IDLE; l++) {
+                if (!(w.live[l] > 0.0f)) {
+                    refill(&w, l, &stances);
+                }
             }
         }
-        if (!any(w.live)) {
+        if (any(w.live)) {
+            advance(&w);
+            collect(&w, &stances);
+        } else if (stances.next < count) {
+            look_back(&w, &stances);
+        } else {
             return stances.kept;
         }
-        advance(&w);
-        collect(&w, &stances);
     }
 }
 

@@ -4,7 +4,8 @@
  * vector instructions. The steps, their order and so the bits are those of stance_f64.c. What is rare there is not done
  * here: such a stance is left to hopform_solve_stance_f64. Numbers, flags (1 or 0) and kinds are all of one type.
  *
- * Before it is included, LANES_NAME is the function to make and LANES_CODE what goes before each function.
+ * Before it is included, LANES_NAME is the function to make, LANES_CODE what goes before each function, and LANES_WORTH
+ * how many evaluations for all lanes a stance is worth: where it takes more, stances are solved one by one for a while.
  */
 #ifndef HOPFORM_LANES_H_f64
 #define HOPFORM_LANES_H_f64
@@ -16,10 +17,10 @@
 #include "events_f64.h"
 #include "phase_f64.h"
 
-#ifndef REFILL
-#define REFILL (LANES / 2)
-#endif
-enum { LANES = 16, SLOTS = 3, ROOT_STEPS = 6, MOST_STEPS = 12, MOST_CUTS = 24, MOST_WINDOWS = 7 };
+enum { LANES = 32, SLOTS = 3, ROOT_STEPS = 6, MOST_STEPS = 12, MOST_CUTS = 24, MOST_WINDOWS = 7, SHORT_RUN = 2 * LANES, LONG_RUN = 4096 };
+
+/* Lanes wait for each other, so that most are alike: idle ones are filled when there are so many. */
+enum { FEWEST_IDLE = 3 * LANES / 4 };
 
 #if defined(__GNUC__)
 typedef double column[LANES] __attribute__((aligned(64)));
@@ -372,6 +373,8 @@ typedef struct {
     basis_columns end;
 
     column event, ending; /* what a round has brought */
+    int64_t evaluations;  /* of W for all lanes */
+    int64_t solved;
 
     hopform_plan_f64 plan[LANES];
     int64_t index[LANES];
@@ -382,7 +385,7 @@ typedef struct {
 /* Whether a flag is 1 somewhere; 0 has no bit that is set. */
 static inline bool any(const double *flags)
 {
-    uint64_t words[sizeof(column) / sizeof(uint64_t)];
+    uint64_t words[sizeof(column) / (sizeof(uint64_t))];
     uint64_t found = 0;
     memcpy(words, flags, sizeof words);
     for (size_t n = 0; n < sizeof words / sizeof words[0]; n++) {
@@ -693,6 +696,7 @@ LANES_CODE static void short_bases(lanes *restrict w, const double *restrict t, 
 LANES_CODE static void bases_at(lanes *restrict w, const double *restrict t, const double *restrict wanted, basis_columns *restrict basis)
 {
     column brief, pairs, swift, swings, splits, close, beyond;
+    w->evaluations++;
     for (int l = 0; l < LANES; l++) {
         const bool here = wanted[l] > 0.0;
         const bool held = !(fabs(w->poles.a[l]) > 0.0);
@@ -700,7 +704,8 @@ LANES_CODE static void bases_at(lanes *restrict w, const double *restrict t, con
         const bool soon = w->poles.s_1[l] * t[l] < 4.0;
         const bool early = w->poles.q[l] * t[l] * t[l] < 1.0;
         brief[l] = flag(here & !held & !late & soon);
-        close[l] = flag(here & !held & !late & !soon);
+        const bool faded = (0.5 * w->poles.p[l] - w->poles.a[l]) * t[l] > 10.0;
+        close[l] = flag(here & !held & (faded | (!late & !soon)));
         pairs[l] = flag(here & (held | late));
         swift[l] = flag(here & (held | late) & early);
         swings[l] = flag(here & (held | late) & !early);
@@ -765,8 +770,15 @@ static inline hopform_sample_f64 sample_of(const watch_columns *watch, const pol
                                             double t)
 {
     const hopform_poles_f64 one = one_of_poles_columns(poles, l);
-    const hopform_watch_f64 of = {{watch->H3[l], watch->H2[l], watch->H1[l]}, {watch->A[l], watch->B[l]}, watch->start[l], 0, 0};
-    return hopform_sample_at_f64(&of, &one, basis, t);
+    const hopform_numerator_f64 h = {watch->H3[l], watch->H2[l], watch->H1[l]};
+    const hopform_pair_numerator_f64 left = {watch->A[l], watch->B[l]};
+    const hopform_rise_f64 rise = hopform_rises_f64(&one, &h, basis);
+    const double noise = 16.0 * 2.220446049250313e-16
+                       * (fabs(watch->start[l]) + fabs(h.H3 * basis->Wd) + fabs(h.H2 * basis->W) + fabs(h.H1 * basis->W1)
+                          + t * fabs(rise.rise_rate));
+    const hopform_sample_f64 sample = {watch->start[l] + rise.rise, rise.rise_rate, rise.rise_curvature, rise.rise_third,
+                                        hopform_turning_f64(&one, &left, basis), noise};
+    return sample;
 }
 
 static inline void keep_sample(sample_columns *samples, int l, bool yes, const hopform_sample_f64 *sample)
@@ -839,6 +851,7 @@ LANES_CODE static void start_poles(lanes *restrict w)
 
 LANES_CODE static void start_motion(lanes *restrict w)
 {
+    column alone_1, alone_2, alone_H2;
     for (int l = 0; l < LANES; l++) {
         const hopform_robot_f64 robot = one_of_robot_columns(&w->robot, l);
         const hopform_rates_f64 rates = one_of_rates_columns(&w->rates, l);
@@ -855,14 +868,21 @@ LANES_CODE static void start_motion(lanes *restrict w)
         keep_motion_columns(&w->motion, l, begins & held_1, &body);
     }
     for (int l = 0; l < LANES; l++) {
-        const bool alone_1 = (is(w->alone[l], 1) > 0.0) & (fabs(w->side_1[l]) > 0.0) & (w->begins[l] > 0.0);
-        const bool alone_2 = (is(w->alone[l], 2) > 0.0) & (fabs(w->side_2[l]) > 0.0) & (w->begins[l] > 0.0);
+        alone_1[l] = w->begins[l] * is(w->alone[l], 1) * fabs(w->side_1[l]);
+        alone_2[l] = w->begins[l] * is(w->alone[l], 2) * fabs(w->side_2[l]);
+    }
+    if (!any(alone_1) && !any(alone_2)) {
+        return;
+    }
+    for (int l = 0; l < LANES; l++) {
         const double H3_1 = w->free[l] - w->side_1[l] * w->robot.f1[l];
         const double H3_2 = w->free[l] - w->side_2[l] * w->robot.f2[l];
-        keep(&w->motion.H3_1[l], alone_1, H3_1);
-        keep(&w->motion.H3_2[l], alone_2, H3_2);
-        keep(&w->motion.H2_y[l], alone_1, H3_1);
-        keep(&w->motion.H2_y[l], alone_2, -H3_2);
+        keep(&w->motion.H3_1[l], alone_1[l] > 0.0, H3_1);
+        keep(&w->motion.H3_2[l], alone_2[l] > 0.0, H3_2);
+        alone_H2[l] = alone_1[l] > 0.0 ? H3_1 : -H3_2;
+    }
+    for (int l = 0; l < LANES; l++) {
+        keep(&w->motion.H2_y[l], alone_1[l] + alone_2[l] > 0.0, alone_H2[l]);
     }
 }
 
@@ -1101,7 +1121,7 @@ typedef struct {
 
 LANES_CODE static void look_ahead(const lanes *restrict w, outlook *restrict ahead)
 {
-    column after, swing, sooner;
+    column after, swing, sooner, after_fade;
     for (int l = 0; l < LANES; l++) {
         after[l] = 0.96875 * w->half_turn[l];
         ahead->number[l] = -1.0;
@@ -1122,8 +1142,21 @@ LANES_CODE static void look_ahead(const lanes *restrict w, outlook *restrict ahe
         choose_watch(&w->watch[s], sooner, &ahead->watch);
     }
     for (int l = 0; l < LANES; l++) {
+        const double p = w->poles.p[l];
+        const double in_fade = over(8.0, p);
+        after_fade[l] = p * w->half_turn[l] > 8.0 ? in_fade : w->half_turn[l];
+    }
+    for (int l = 0; l < LANES; l++) {
+        const double low = 3.0 * w->low[l];
+        after_fade[l] = after_fade[l] > low ? after_fade[l] : low;
+    }
+    for (int l = 0; l < LANES; l++) {
+        const double half = 0.96875 * w->half_turn[l];
+        after_fade[l] = half < after_fade[l] ? half : after_fade[l];
+    }
+    for (int l = 0; l < LANES; l++) {
         const double low = w->low[l];
-        const double longest = 0.96875 * w->half_turn[l];
+        const double longest = after_fade[l];
         const double least = w->windows[l] > 3.0 ? 0.125 * w->half_turn[l] : 64.0 * 2.220446049250313e-16 * low;
         const double wanted = ahead->number[l] >= 0.0 ? 1.015625 * after[l] : longest;
         const double reach = wanted > least ? wanted : least;
@@ -1144,9 +1177,14 @@ LANES_CODE static void look_ahead(const lanes *restrict w, outlook *restrict ahe
     }
 }
 
-static inline bool one_step_left(const hopform_sample_f64 *at, double step)
+static inline bool one_step_left(const poles_columns *poles, int l, const hopform_sample_f64 *at, double t, double step)
 {
-    return (fabs(step * at->curvature) <= 0.0003 * fabs(at->rate)) & (step * step * fabs(at->third) <= 1e-07 * fabs(at->rate));
+    const double per_rate = over(fabs(step), fabs(at->rate));
+    const double bend = per_rate * fabs(at->curvature);
+    const double twist = per_rate * fabs(step * at->third);
+    const double fourth = poles->s_1[l] * at->third + poles->s_2[l] * at->curvature + poles->s_3[l] * at->rate;
+    const double error = bend * (0.7 * bend * bend + 0.5 * twist) + 0.05 * per_rate * fabs(step * step * fourth);
+    return (fabs(at->value) <= 2.0 * fabs(step * at->rate)) & (fabs(step) * error <= 2.220446049250313e-16 * t);
 }
 
 static inline double step_to_root(const hopform_sample_f64 *at)
@@ -1187,7 +1225,7 @@ LANES_CODE static void reach_ahead(lanes *restrict w, outlook *restrict ahead)
             const bool arrives = lands | (seeks & falls & exact);
             const bool real_root = (t > low) & (at.rate * (t - low) < -at.noise);
             const bool goes_on = seeks & falls & !exact & inside;
-            const bool last = goes_on & one_step_left(&at, step);
+            const bool last = goes_on & one_step_left(&w->poles, l, &at, next, step);
             const bool found = arrives & real_root;
             const bool more = goes_on & !last & (n + 1 < ROOT_STEPS);
             const bool fails = (seeks | lands) & !found & !last & !more;
@@ -1208,7 +1246,7 @@ LANES_CODE static void reach_ahead(lanes *restrict w, outlook *restrict ahead)
 LANES_CODE static void judge(const lanes *restrict w, const sample_columns *restrict from, const sample_columns *restrict to,
                              const double *restrict value, double *restrict verdict)
 {
-    column falls, falls_later, rises, turns, straight, away, far, below, steepest, last, cross, reach, growth;
+    column falls, falls_later, rises, turns, straight, away, far, below, steepest, lowest, pauses, span, last, cross, reach, growth;
     for (int l = 0; l < LANES; l++) {
         const double h = w->end_t[l] - w->low[l];
         const double ah = w->poles.a[l] * h;
@@ -1217,14 +1255,19 @@ LANES_CODE static void judge(const lanes *restrict w, const sample_columns *rest
         falls[l] = flag(from->rate[l] < 0.0);
         falls_later[l] = flag(to->rate[l] < 0.0);
         rises[l] = flag(from->turning[l] > 0.0);
-        turns[l] = flag(from->turning[l] * to->turning[l] < 0.0);
+        turns[l] = flag((from->turning[l] * to->turning[l] < 0.0)
+                        | ((fabs(from->turning[l]) > 0.0) & !(fabs(to->turning[l]) > 0.0)));
+        pauses[l] = flag(!(fabs(to->rate[l]) * h > to->noise[l]));
+        span[l] = ah < 1.0 ? h : over(1.0, w->poles.a[l]);
         straight[l] = flag(!(from->turning[l] < 0.0)) * flag(!(to->turning[l] < 0.0));
     }
     for (int l = 0; l < LANES; l++) {
         const double h = w->end_t[l] - w->low[l];
         const double grown = to->rate[l] * growth[l];
         const double quarter = flag(h <= 0.5 * w->half_turn[l]);
+        const double change = -fabs(from->turning[l]) * span[l];
         steepest[l] = from->rate[l] < grown ? from->rate[l] : grown;
+        lowest[l] = quarter > 0.0 ? change : -1e+300;
         away[l] = quarter * flag(fabs(from->rate[l]) > fabs(from->turning[l]) * h * growth[l]);
         cross[l] = over(from->value[l] - value[l] + last[l] * h, last[l] - from->rate[l]);
         below[l] = flag(value[l] < 0.0) * flag((value[l] < -to->noise[l]) | (to->rate[l] * h < -to->noise[l]));
@@ -1232,7 +1275,8 @@ LANES_CODE static void judge(const lanes *restrict w, const sample_columns *rest
     for (int l = 0; l < LANES; l++) {
         const double h = w->end_t[l] - w->low[l];
         const double noise = from->noise[l] + to->noise[l];
-        far[l] = falls[l] * flag(value[l] > 0.0) * flag(from->value[l] + steepest[l] * h > noise);
+        const double slope = falls[l] > 0.0 ? steepest[l] : lowest[l];
+        far[l] = flag(value[l] > 0.0) * flag(from->value[l] + slope * h > noise);
         reach[l] = cross[l] > 0.0 ? cross[l] : 0.0;
     }
     for (int l = 0; l < LANES; l++) {
@@ -1242,7 +1286,8 @@ LANES_CODE static void judge(const lanes *restrict w, const sample_columns *rest
     for (int l = 0; l < LANES; l++) {
         const double noise = from->noise[l] + to->noise[l];
         const double above_tangents = straight[l] * flag(from->value[l] + from->rate[l] * reach[l] > noise);
-        const double same = falls[l] * falls_later[l] + (1.0 - falls[l]) * (1.0 - falls_later[l]);
+        const double alike = falls[l] * falls_later[l] + (1.0 - falls[l]) * (1.0 - falls_later[l]);
+        const double same = pauses[l] * turns[l] + (1.0 - pauses[l]) * alike;
         const double nears_zero = turns[l] * same * (falls[l] * rises[l] + (1.0 - falls[l]) * (1.0 - rises[l]));
         const double open = nears_zero * (1.0 - away[l]);
         const double monotone = nears_zero * away[l] + (1.0 - nears_zero) * same;
@@ -1402,7 +1447,7 @@ LANES_CODE static void find_roots(lanes *restrict w, const double *restrict what
             const hopform_sample_f64 at = one_sample(&find->at, l);
             const double step = step_to_root(&at);
             next[l] = find->t[l] - step;
-            lands[l] = flag(one_step_left(&at, step));
+            lands[l] = flag(one_step_left(&w->poles, l, &at, next[l], step));
             ready[l] = flag((arrived[l] > 0.0) | (fabs(at.value) <= 2.220446049250313e-16 * find->t[l] * fabs(at.rate)));
         }
         for (int l = 0; l < LANES; l++) {
@@ -1453,14 +1498,19 @@ LANES_CODE static void cut_windows(lanes *restrict w, const double *restrict wha
         inside[l] = over(find->turning[l], find->turning[l] - find->at.turning[l]);
     }
     for (int l = 0; l < LANES; l++) {
+        inside[l] = fabs(find->at.turning[l]) > 0.0 ? inside[l] : 0.25;
+    }
+    for (int l = 0; l < LANES; l++) {
         inside[l] = inside[l] < 0.984375 ? inside[l] : 0.984375;
     }
     for (int l = 0; l < LANES; l++) {
         inside[l] = inside[l] > 0.015625 ? inside[l] : 0.015625;
         const double t = w->low[l] + inside[l] * (w->end_t[l] - w->low[l]);
+        find->done[l] = find->going[l] * (1.0 - flag((t > w->low[l]) & (t < w->end_t[l])));
         keep(&w->end_t[l], find->going[l] > 0.0, t);
         keep(&w->found[l], find->going[l] > 0.0, -1.0);
     }
+    leave(w, find->done, STUCK);
     bases_at(w, w->end_t, find->going, &w->end);
 }
 
@@ -1508,7 +1558,7 @@ LANES_CODE static void cross_at_the_limit(lanes *restrict w)
         for (int l = 0; l < LANES; l++) {
             const double reached = flag(!(w->end_t[l] < w->limit[l])) * flag(w->on[s][l] > 0.0);
             const double is_first = s == 0 ? 1.0 : is(w->kind[s][l], BY_THRESHOLD_1) * flag(!(w->halt[l] > w->limit[l]));
-            crosses[l] = reached * is_first * flag(to->rate[l] < 0.0)
+            crosses[l] = reached * is_first * flag(to->rate[l] * w->limit[l] < -16.0 * to->noise[l])
                          * flag(to->value[l] < -8.0 * 2.220446049250313e-16 * w->limit[l] * to->rate[l]) * (1.0 - w->settled[l]);
         }
         for (int l = 0; l < LANES; l++) {
@@ -1519,29 +1569,38 @@ LANES_CODE static void cross_at_the_limit(lanes *restrict w)
 
 /* ---- stops ---- */
 
-/* How far x_1 is beyond the stop ahead, and how fast it gets there. */
-static inline void beyond_stop(const lanes *w, const hopform_basis_f64 *basis, int l, double t, double *beyond, double *rate)
+/* How far x_1 is beyond the stop ahead, below 0 where there is none, and how fast it gets there. */
+LANES_CODE static void beyond_stops(const lanes *restrict w, const double *restrict stop, const double *restrict ahead,
+                                    const basis_columns *restrict basis, const double *restrict t, double *restrict beyond,
+                                    double *restrict rate)
 {
-    const hopform_state_f64 state = one_of_state_columns(&w->state, l);
-    const hopform_motion_f64 motion = one_of_motion_columns(&w->motion, l);
-    const hopform_at_f64 at = hopform_state_at_f64(&state, &motion, basis, t);
-    const double sign = w->side_1[l];
-    const double stop = sign > 0.0 ? w->robot.x1_max[l] : w->robot.x1_min[l];
-    *beyond = ((fabs(sign) > 0.0) & within_range(stop)) ? sign * (at.x1_t - (within_range(stop) ? stop : 0.0)) : -1.0;
-    *rate = sign * at.v1_t;
+    for (int l = 0; l < LANES; l++) {
+        const hopform_state_f64 state = one_of_state_columns(&w->state, l);
+        const hopform_motion_f64 motion = one_of_motion_columns(&w->motion, l);
+        const hopform_basis_f64 one = one_of_basis_columns(basis, l);
+        const hopform_at_f64 at = hopform_state_at_f64(&state, &motion, &one, t[l]);
+        beyond[l] = w->side_1[l] * (at.x1_t - stop[l]);
+        rate[l] = w->side_1[l] * at.v1_t;
+    }
+    for (int l = 0; l < LANES; l++) {
+        beyond[l] = ahead[l] > 0.0 ? beyond[l] : -1.0;
+    }
 }
 
 /* Windows end where x_1 meets its stop; `stops` says which. */
 LANES_CODE static void meet_stops(lanes *restrict w, double *restrict stops)
 {
-    column low, high, t, going, tied;
+    column low, high, t, going, tied, stop, ahead, beyond, rate, next;
     basis_columns basis;
     for (int l = 0; l < LANES; l++) {
-        const hopform_basis_f64 one = one_of_basis_columns(&w->end, l);
-        double beyond;
-        double rate;
-        beyond_stop(w, &one, l, w->end_t[l], &beyond, &rate);
-        going[l] = flag((w->live[l] > 0.0) & (beyond > 0.0));
+        stop[l] = w->side_1[l] > 0.0 ? w->robot.x1_max[l] : w->robot.x1_min[l];
+    }
+    for (int l = 0; l < LANES; l++) {
+        ahead[l] = fabs(w->side_1[l]) * flag(within_range(stop[l]));
+    }
+    beyond_stops(w, stop, ahead, &w->end, w->end_t, beyond, rate);
+    for (int l = 0; l < LANES; l++) {
+        going[l] = w->live[l] * (1.0 - flag(w->left[l] > 0.0)) * flag(beyond[l] > 0.0);
         stops[l] = going[l];
         low[l] = w->low[l];
         high[l] = w->end_t[l];
@@ -1552,28 +1611,30 @@ LANES_CODE static void meet_stops(lanes *restrict w, double *restrict stops)
     }
     memcpy(&basis, &w->end, sizeof basis);
     for (int n = 0; n < 100 && any(going); n++) {
+        const bool halves = n > 8 && n % 2 == 1;
         if (n > 0) {
             bases_at(w, t, going, &basis);
         }
+        if (n > 0) {
+            beyond_stops(w, stop, ahead, &basis, t, beyond, rate);
+        }
         for (int l = 0; l < LANES; l++) {
-            const hopform_basis_f64 one = one_of_basis_columns(&basis, l);
-            double beyond;
-            double rate;
-            beyond_stop(w, &one, l, t[l], &beyond, &rate);
-            const bool past = beyond > 0.0;
-            const double lower = past ? low[l] : t[l];
-            const double upper = past ? t[l] : high[l];
-            const double step = rate > 0.0 ? over(beyond, rate) : 1e+300;
-            const bool ready = fabs(step) <= 2.220446049250313e-16 * t[l];
-            const double newton = t[l] - step;
-            const bool bisects = (!((newton > lower) & (newton < upper))) | ((n > 8) & (n % 2 == 1));
-            const double next = bisects ? lower + 0.5 * (upper - lower) : newton;
-            const bool goes = going[l] > 0.0;
-            const bool goes_on = goes & !ready & (next > lower) & (next < upper);
-            low[l] = lower;
-            high[l] = upper;
-            t[l] = goes_on ? next : t[l];
-            going[l] = flag(goes_on);
+            const double step = over(beyond[l], rate[l]);
+            const double exact = flag(fabs(step) <= 2.220446049250313e-16 * t[l]) * flag(rate[l] > 0.0);
+            next[l] = rate[l] > 0.0 ? t[l] - step : -1e+300;
+            keep(&low[l], !(beyond[l] > 0.0), t[l]);
+            keep(&high[l], beyond[l] > 0.0, t[l]);
+            going[l] *= 1.0 - exact;
+        }
+        for (int l = 0; l < LANES; l++) {
+            const bool inside = (next[l] > low[l]) & (next[l] < high[l]) & !halves;
+            next[l] = inside ? next[l] : low[l] + 0.5 * (high[l] - low[l]);
+        }
+        for (int l = 0; l < LANES; l++) {
+            going[l] *= flag((next[l] > low[l]) & (next[l] < high[l]));
+        }
+        for (int l = 0; l < LANES; l++) {
+            keep(&t[l], going[l] > 0.0, next[l]);
         }
     }
     leave(w, going, STUCK);
@@ -1808,6 +1869,7 @@ typedef struct {
     const hopform_stances_in_f64 *in;
     const hopform_stances_out_f64 *out;
     int64_t next;
+    int64_t pause; /* where lanes are filled no further, to look whether they are worth it */
     hopform_plan_f64 plan; /* of the robot of the stance that was taken last */
     int64_t robot_number;
     int32_t robot_status;
@@ -1835,7 +1897,7 @@ static bool take(lanes *w, int l, const queue *from, int64_t i)
                                 hopform_number_f64(&in->y, i)};
     const double u = hopform_number_f64(&in->u, i);
     const double horizon = hopform_number_f64(&in->horizon, i);
-    if (from->robot_status < 0 || !(hopform_large_energy_f64(robot, &state) <= 64.0) || !within_range(state.x1) || !within_range(state.v1) || !within_range(state.v2)
+    if (from->robot_status < 0 || hopform_stores_much_f64(robot, &state) || !within_range(state.x1) || !within_range(state.v1) || !within_range(state.v2)
         || !(state.y >= 0.0 && state.y <= 1e+300) || !(state.x1 >= robot->x1_min && state.x1 <= robot->x1_max)
         || !within_range(u) || !(horizon > 0.0 && horizon <= 1e+300)) {
         return false;
@@ -1874,23 +1936,51 @@ static bool take(lanes *w, int l, const queue *from, int64_t i)
     return true;
 }
 
+/* The number of the next stance, its robot at hand. */
+static int64_t next_stance(queue *from)
+{
+    const int64_t i = from->next++;
+    if (i == 0 || hopform_robot_changes_f64(from->in, i)) {
+        const hopform_robot_f64 robot = hopform_robot_of_f64(from->in, i);
+        from->robot_status = hopform_plan_init_f64(&from->plan, &robot);
+        from->robot_number++;
+    }
+    return i;
+}
+
+static void solve_alone(queue *from, const hopform_plan_f64 *plan, int32_t robot_status, int64_t i)
+{
+    if (hopform_solve_column_f64(plan, robot_status, from->in, from->out, i) != HOPFORM_OK) {
+        from->kept = HOPFORM_PHASES_NOT_KEPT;
+    }
+}
+
 /* Fill a lane with the next stance that can be solved here; those that cannot are solved on the way. */
 static void refill(lanes *w, int l, queue *from)
 {
-    while (from->next < from->count) {
-        const int64_t i = from->next++;
-        if (i == 0 || hopform_robot_changes_f64(from->in, i)) {
-            const hopform_robot_f64 robot = hopform_robot_of_f64(from->in, i);
-            from->robot_status = hopform_plan_init_f64(&from->plan, &robot);
-            from->robot_number++;
-        }
+    while (from->next < from->pause) {
+        const int64_t i = next_stance(from);
         if (take(w, l, from, i)) {
             return;
         }
-        if (hopform_solve_column_f64(&from->plan, from->robot_status, from->in, from->out, i) != HOPFORM_OK) {
-            from->kept = HOPFORM_PHASES_NOT_KEPT;
-        }
+        solve_alone(from, &from->plan, from->robot_status, i);
     }
+}
+
+/* With all lanes empty: if they have not been worth it, solve as many stances as a long run of them one by one. */
+static void look_back(lanes *w, queue *from)
+{
+    const int64_t run = w->evaluations > 0 ? LONG_RUN : SHORT_RUN;
+    const bool worth = w->evaluations <= LANES_WORTH * w->solved;
+    const int64_t until = from->count - from->next < run ? from->count : from->next + run;
+    while (!worth && from->next < until) {
+        const int64_t i = next_stance(from);
+        solve_alone(from, &from->plan, from->robot_status, i);
+    }
+    const int64_t ahead = worth ? run : SHORT_RUN;
+    from->pause = from->count - from->next < ahead ? from->count : from->next + ahead;
+    w->evaluations = 0;
+    w->solved = 0;
 }
 
 /* List the event that a window has ended with, if its phase could be kept. */
@@ -1958,8 +2048,10 @@ static void collect(lanes *w, queue *to)
             }
             left = !write(w, l, to);
         }
-        if (left && hopform_solve_column_f64(&w->plan[l], HOPFORM_OK, to->in, to->out, w->index[l]) != HOPFORM_OK) {
-            to->kept = HOPFORM_PHASES_NOT_KEPT;
+        if (left) {
+            solve_alone(to, &w->plan[l], HOPFORM_OK, w->index[l]);
+        } else {
+            w->solved++;
         }
         w->live[l] = 0.0;
         w->begins[l] = 0.0;
@@ -1979,23 +2071,28 @@ static void clear(lanes *w)
 int32_t LANES_NAME(int64_t count, const hopform_stances_in_f64 *in, const hopform_stances_out_f64 *out)
 {
     lanes w;
-    queue stances = {count, in, out, 0, {{0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0}, {0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0}, {0.0, 0.0, 0.0, 0.0, 0.0, 0.0}, {0.0, 0.0, 0.0, 0.0, 0.0, 0.0}, {0.0, 0.0, 0.0, 0.0, 0.0, 0.0}}, 0, HOPFORM_OK, HOPFORM_OK};
+    queue stances = {count, in, out, 0, 0, {{0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0}, {0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0}, {0.0, 0.0, 0.0, 0.0, 0.0, 0.0}, {0.0, 0.0, 0.0, 0.0, 0.0, 0.0}, {0.0, 0.0, 0.0, 0.0, 0.0, 0.0}, 0}, 0, HOPFORM_OK, HOPFORM_OK};
     clear(&w);
     for (;;) {
-        int32_t idle = 0;
-        for (int l = 0; l < LANES; l++) {
-            idle += w.live[l] > 0.0 ? 0 : 1;
-        }
-        for (int l = 0; l < LANES && idle >= REFILL; l++) {
-            if (!(w.live[l] > 0.0)) {
-                refill(&w, l, &stances);
+        if (stances.next < stances.pause) {
+            int32_t idle = 0;
+            for (int l = 0; l < LANES; l++) {
+                idle += w.live[l] > 0.0 ? 0 : 1;
+            }
+            for (int l = 0; l < LANES && idle >= FEWEST_IDLE; l++) {
+                if (!(w.live[l] > 0.0)) {
+                    refill(&w, l, &stances);
+                }
             }
         }
-        if (!any(w.live)) {
+        if (any(w.live)) {
+            advance(&w);
+            collect(&w, &stances);
+        } else if (stances.next < count) {
+            look_back(&w, &stances);
+        } else {
             return stances.kept;
         }
-        advance(&w);
-        collect(&w, &stances);
     }
 }
 

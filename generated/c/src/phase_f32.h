@@ -7,6 +7,13 @@
 
 #include "kernels_f32.h"
 
+/* True where the AED is a small difference of two energies of the body, and added up from the ledger instead. */
+static inline bool hopform_stores_much_f32(const hopform_robot_f32 *robot, const hopform_state_f32 *start)
+{
+    const float motion = 0.5f * robot->m_s * (1.0f + start->v2 * start->v2);
+    return !(hopform_stored_energy_f32(robot, start) <= 64.0f * motion);
+}
+
 /* The poles of a mode; side_i is the sign of v_i, 0 if mass i is held. */
 static inline const hopform_poles_f32 *hopform_poles_of_f32(const hopform_plan_f32 *plan, int side_1, int side_2)
 {

@@ -7,6 +7,13 @@
 
 #include "kernels_f64.h"
 
+/* True where the AED is a small difference of two energies of the body, and added up from the ledger instead. */
+static inline bool hopform_stores_much_f64(const hopform_robot_f64 *robot, const hopform_state_f64 *start)
+{
+    const double motion = 0.5 * robot->m_s * (1.0 + start->v2 * start->v2);
+    return !(hopform_stored_energy_f64(robot, start) <= 64.0 * motion);
+}
+
 /* The poles of a mode; side_i is the sign of v_i, 0 if mass i is held. */
 static inline const hopform_poles_f64 *hopform_poles_of_f64(const hopform_plan_f64 *plan, int side_1, int side_2)
 {

@@ -789,7 +789,7 @@ int32_t hopform_solve_stance_f32(const hopform_plan_f32 *plan, const hopform_sta
         return HOPFORM_ERROR_HORIZON;
     }
     stance_chain chain = {plan, steps, step_count, 0, horizon, 0.0f, *start, 0, 0, false, false, 0, 0.0f, 0.0f,
-                          hopform_large_energy_f32(&plan->robot, start) > 64.0f, 0.0f, max_phases, phases, capacity, 0, 0};
+                          hopform_stores_much_f32(&plan->robot, start), 0.0f, max_phases, phases, capacity, 0, 0};
     const int32_t ending = run(&chain);
     report(&chain, start, ending, stance);
     if (!is_finite(stance->duration) || !is_finite(stance->end.x1) || !is_finite(stance->end.v1)

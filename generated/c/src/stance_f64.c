@@ -789,7 +789,7 @@ int32_t hopform_solve_stance_f64(const hopform_plan_f64 *plan, const hopform_sta
         return HOPFORM_ERROR_HORIZON;
     }
     stance_chain chain = {plan, steps, step_count, 0, horizon, 0.0, *start, 0, 0, false, false, 0, 0.0, 0.0,
-                          hopform_large_energy_f64(&plan->robot, start) > 64.0, 0.0, max_phases, phases, capacity, 0, 0};
+                          hopform_stores_much_f64(&plan->robot, start), 0.0, max_phases, phases, capacity, 0, 0};
     const int32_t ending = run(&chain);
     report(&chain, start, ending, stance);
     if (!is_finite(stance->duration) || !is_finite(stance->end.x1) || !is_finite(stance->end.v1)

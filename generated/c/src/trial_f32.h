@@ -5,7 +5,7 @@
  *
  * A phase is linear, so its change d_z with u obeys the equations of motion without friction, weight and offset, under the
  * acceleration that 1 A gives. An event adds (z' before it - z' after it) d_tau, as in sensitivity_f32.c. Extrema of x_1
- * and of y move to first order as if their time stood still.
+ * and of y move to first order as if their time stood still; where y' jumps, at a stop, the time counts.
  */
 #ifndef HOPFORM_TRIAL_H_f32
 #define HOPFORM_TRIAL_H_f32
@@ -16,6 +16,7 @@
 typedef struct {
     const hopform_plan_f32 *plan;
     hopform_state_f32 change; /* of x_1, v_1, v_2, y at a fixed time, per A */
+    float met_y;                /* change of y at the last event, whose time moves */
     hopform_trial_f32 *trial;
 } hopform_tally_f32;
 
@@ -147,6 +148,16 @@ static inline float hopform_follow_f32(hopform_tally_f32 *tally, const hopform_p
     return rate;
 }
 
+/* Whether y, which changed by `rises` per time before the event between two phases, falls no more after it. Where both masses
+ * stand still at the event, what they do before and after tells, and not what rounding leaves of their velocities. */
+static inline bool hopform_turns_up_f32(const hopform_phase_f32 *old, const hopform_phase_f32 *now, float rises)
+{
+    if (fabsf(now->v1) > 0.0f || fabsf(now->v2) > 0.0f) {
+        return rises < 0.0f && !(now->v1 - now->v2 < 0.0f);
+    }
+    return hopform_side_1_f32(old) < hopform_side_2_f32(old) && hopform_side_1_f32(now) >= hopform_side_2_f32(now);
+}
+
 /* The change per A right after the event between two phases; false where its time does not move in proportion to u. */
 static inline bool hopform_cross_f32(hopform_tally_f32 *tally, const hopform_phase_f32 *old, const hopform_phase_f32 *now,
                                       float u, float rises)
@@ -156,6 +167,7 @@ static inline bool hopform_cross_f32(hopform_tally_f32 *tally, const hopform_pha
     const hopform_state_f32 after =
         hopform_speeds_f32(tally->plan, &state, u, hopform_side_1_f32(now), hopform_side_2_f32(now));
     const bool stops = now->event == HOPFORM_EVENT_X1_HITS_STOP;
+    tally->met_y = change->y;
     const bool rests_1 = now->event == HOPFORM_EVENT_X1_REVERSES || now->event == HOPFORM_EVENT_X1_STICKS;
     const bool rests_2 = now->event == HOPFORM_EVENT_X2_REVERSES || now->event == HOPFORM_EVENT_X2_STICKS;
     if (!stops && !rests_1 && !rests_2) {
@@ -175,6 +187,7 @@ static inline bool hopform_cross_f32(hopform_tally_f32 *tally, const hopform_pha
     change->x1 += (before.x1 - after.x1) * late;
     change->v1 += (before.v1 - after.v1) * late;
     change->v2 += (before.v2 - after.v2) * late;
+    tally->met_y += before.y * late;
     change->y += (before.y - after.y) * late;
     if (stops) {
         change->x1 = -after.x1 * late;
@@ -221,7 +234,7 @@ static inline hopform_trial_f32 hopform_trial_of_f32(const hopform_plan_f32 *pla
                                                        const hopform_stance_f32 *stance)
 {
     hopform_trial_f32 trial = {0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 1e38f, 0.0f, 0, 0, false, true, true};
-    hopform_tally_f32 tally = {plan, {0.0f, 0.0f, 0.0f, 0.0f}, &trial};
+    hopform_tally_f32 tally = {plan, {0.0f, 0.0f, 0.0f, 0.0f}, 0.0f, &trial};
     trial.u = u;
     trial.peak = phases[0].x1;
     trial.takes_off = stance->ending == HOPFORM_ENDING_TAKEOFF;
@@ -234,8 +247,8 @@ static inline hopform_trial_f32 hopform_trial_of_f32(const hopform_plan_f32 *pla
         if (n > 0) {
             trial.smooth = hopform_cross_f32(&tally, &phases[n - 1], phase, u, rises) && trial.smooth;
             hopform_note_peak_f32(&tally, phase->x1, tally.change.x1);
-            if (rises < 0.0f && !(phase->v1 - phase->v2 < 0.0f)) {
-                hopform_note_dip_f32(&tally, phase->y, tally.change.y);
+            if (hopform_turns_up_f32(&phases[n - 1], phase, rises)) {
+                hopform_note_dip_f32(&tally, phase->y, tally.met_y);
             }
         }
         rises = hopform_follow_f32(&tally, phase, u, (last ? stance->duration : phases[n + 1].t) - phase->t);

@@ -5,7 +5,7 @@
  *
  * A phase is linear, so its change d_z with u obeys the equations of motion without friction, weight and offset, under the
  * acceleration that 1 A gives. An event adds (z' before it - z' after it) d_tau, as in sensitivity_f64.c. Extrema of x_1
- * and of y move to first order as if their time stood still.
+ * and of y move to first order as if their time stood still; where y' jumps, at a stop, the time counts.
  */
 #ifndef HOPFORM_TRIAL_H_f64
 #define HOPFORM_TRIAL_H_f64
@@ -16,6 +16,7 @@
 typedef struct {
     const hopform_plan_f64 *plan;
     hopform_state_f64 change; /* of x_1, v_1, v_2, y at a fixed time, per A */
+    double met_y;                /* change of y at the last event, whose time moves */
     hopform_trial_f64 *trial;
 } hopform_tally_f64;
 
@@ -147,6 +148,16 @@ static inline double hopform_follow_f64(hopform_tally_f64 *tally, const hopform_
     return rate;
 }
 
+/* Whether y, which changed by `rises` per time before the event between two phases, falls no more after it. Where both masses
+ * stand still at the event, what they do before and after tells, and not what rounding leaves of their velocities. */
+static inline bool hopform_turns_up_f64(const hopform_phase_f64 *old, const hopform_phase_f64 *now, double rises)
+{
+    if (fabs(now->v1) > 0.0 || fabs(now->v2) > 0.0) {
+        return rises < 0.0 && !(now->v1 - now->v2 < 0.0);
+    }
+    return hopform_side_1_f64(old) < hopform_side_2_f64(old) && hopform_side_1_f64(now) >= hopform_side_2_f64(now);
+}
+
 /* The change per A right after the event between two phases; false where its time does not move in proportion to u. */
 static inline bool hopform_cross_f64(hopform_tally_f64 *tally, const hopform_phase_f64 *old, const hopform_phase_f64 *now,
                                       double u, double rises)
@@ -156,6 +167,7 @@ static inline bool hopform_cross_f64(hopform_tally_f64 *tally, const hopform_pha
     const hopform_state_f64 after =
         hopform_speeds_f64(tally->plan, &state, u, hopform_side_1_f64(now), hopform_side_2_f64(now));
     const bool stops = now->event == HOPFORM_EVENT_X1_HITS_STOP;
+    tally->met_y = change->y;
     const bool rests_1 = now->event == HOPFORM_EVENT_X1_REVERSES || now->event == HOPFORM_EVENT_X1_STICKS;
     const bool rests_2 = now->event == HOPFORM_EVENT_X2_REVERSES || now->event == HOPFORM_EVENT_X2_STICKS;
     if (!stops && !rests_1 && !rests_2) {
@@ -175,6 +187,7 @@ static inline bool hopform_cross_f64(hopform_tally_f64 *tally, const hopform_pha
     change->x1 += (before.x1 - after.x1) * late;
     change->v1 += (before.v1 - after.v1) * late;
     change->v2 += (before.v2 - after.v2) * late;
+    tally->met_y += before.y * late;
     change->y += (before.y - after.y) * late;
     if (stops) {
         change->x1 = -after.x1 * late;
@@ -221,7 +234,7 @@ static inline hopform_trial_f64 hopform_trial_of_f64(const hopform_plan_f64 *pla
                                                        const hopform_stance_f64 *stance)
 {
     hopform_trial_f64 trial = {0.0, 0.0, 0.0, 0.0, 0.0, 1e+300, 0.0, 0, 0, false, true, true};
-    hopform_tally_f64 tally = {plan, {0.0, 0.0, 0.0, 0.0}, &trial};
+    hopform_tally_f64 tally = {plan, {0.0, 0.0, 0.0, 0.0}, 0.0, &trial};
     trial.u = u;
     trial.peak = phases[0].x1;
     trial.takes_off = stance->ending == HOPFORM_ENDING_TAKEOFF;
@@ -234,8 +247,8 @@ static inline hopform_trial_f64 hopform_trial_of_f64(const hopform_plan_f64 *pla
         if (n > 0) {
             trial.smooth = hopform_cross_f64(&tally, &phases[n - 1], phase, u, rises) && trial.smooth;
             hopform_note_peak_f64(&tally, phase->x1, tally.change.x1);
-            if (rises < 0.0 && !(phase->v1 - phase->v2 < 0.0)) {
-                hopform_note_dip_f64(&tally, phase->y, tally.change.y);
+            if (hopform_turns_up_f64(&phases[n - 1], phase, rises)) {
+                hopform_note_dip_f64(&tally, phase->y, tally.met_y);
             }
         }
         rises = hopform_follow_f64(&tally, phase, u, (last ? stance->duration : phases[n + 1].t) - phase->t);

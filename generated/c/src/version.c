@@ -6,5 +6,5 @@
 
 const char *hopform_source(void)
 {
-    return "d4a5914c0fd8063f";
+    return "956fac78ff4409e7";
 }

@@ -22,7 +22,7 @@ GRID = 64
 """Cells to begin with."""
 WAVES = 400
 """How often all cells are split at most."""
-REACHED_WITHIN = {"f4": 3e-06, "f8": 1e-12}
+REACHED_WITHIN = {"f4": 3e-06, "f8": 1e-14}
 NEAR_WITHIN = {"f4": 4e-06, "f8": 2e-10}
 """[m] What is gone on to, and what counts as reached."""
 

@@ -178,6 +178,7 @@ class _Chain:
     rates: FlightRates
     largest: Real
     start: State
+    horizon: Real
     t: Real
     actuator: Actuator
     foot: Real
@@ -208,6 +209,10 @@ class _Chain:
     def state_of(self, at: _Instant) -> State:
         v2 = self.start.v2 - self.robot.g * (self.t + at.t)
         return State(self.actuator.x1 + at.actuator.moved, at.actuator.v1_t, v2, -at.foot.foot_t)
+
+    def time_of(self, t: Real) -> Real:
+        """Time since take-off, not behind the horizon by rounding."""
+        return min(self.t + t, self.horizon)
 
     def record(self, event: str) -> None:
         self.phases.append(FlightPhase(self.t, *self.actuator, self.side, self.limit, _EVENT[event]))
@@ -258,11 +263,15 @@ class _End(NamedTuple):
 
 
 def _watch_stop(chain: _Chain, end: _End) -> _End:
-    """x_1 is monotone in a phase: it has met the stop ahead if it is beyond it at the end."""
+    """x_1 is monotone in a phase: it has met the stop ahead if it is beyond it at the end, or comes to rest at it."""
     stop = chain.robot.x1_max if chain.side > 0 else chain.robot.x1_min
     way = stop - chain.actuator.x1
     last = chain.look(end.t)
-    if np.isfinite(stop) and chain.side * (last.actuator.moved - way) > 0.0:
+    beyond = chain.side * (last.actuator.moved - way)
+    size = abs(stop) + abs(chain.actuator.x1) + abs(last.actuator.moved)
+    if end.kind == "velocity" and np.isfinite(stop) and abs(beyond) <= 16.0 * chain.eps * size:
+        return _End(end.t, "stop")
+    if np.isfinite(stop) and beyond > 0.0:
         return _End(chain.root_between(_way, -chain.side, way, end.t * 0.0, last).t, "stop")
     return end
 
@@ -314,7 +323,7 @@ def _watch_foot(chain: _Chain, end: _End) -> _End:
 
 def _remember_highest(chain: _Chain, at: _Instant) -> None:
     if at.foot.foot_t > chain.highest[0]:
-        chain.highest = (at.foot.foot_t, chain.t + at.t, chain.state_of(at), len(chain.phases))
+        chain.highest = (at.foot.foot_t, chain.time_of(at.t), chain.state_of(at), len(chain.phases))
 
 
 def _find_end(chain: _Chain, until: Real) -> _End:
@@ -369,8 +378,7 @@ def _rest(chain: _Chain, kind: str) -> None:
     """The actuator has come to rest. Without dry friction its acceleration goes on as it was."""
     before, acceleration, robot = chain.side, chain.actuator.acc1, chain.robot
     stop = robot.x1_max if before > 0 else robot.x1_min
-    near = np.isfinite(stop) and abs(chain.actuator.x1 - stop) <= 4.0 * chain.eps * abs(stop)
-    hits = kind == "stop" or bool(near)
+    hits = kind == "stop"
     zero = abs(acceleration) * 0.0
     chain.actuator = Actuator(stop if hits else chain.actuator.x1, zero, zero)
     if hits:
@@ -413,16 +421,16 @@ def _trip(chain: _Chain) -> tuple[str, State]:
     return "tripped", state
 
 
-def _run(chain: _Chain, horizon: Real, max_phases: int) -> tuple[str, State]:
+def _run(chain: _Chain, max_phases: int) -> tuple[str, State]:
     _begin(chain)
     _remember_highest(chain, chain.look(chain.t))
     while True:
         if _too_low(chain):
             return _trip(chain)
-        end = _find_end(chain, horizon - chain.t)
+        end = _find_end(chain, chain.horizon - chain.t)
         last = chain.look(end.t)
         state = chain.state_of(last)
-        chain.t = horizon if end.kind == "limit" else chain.t + end.t
+        chain.t = chain.horizon if end.kind == "limit" else chain.time_of(end.t)
         if end.kind == "touchdown":
             return "touchdown", state._replace(y=abs(state.y) * 0.0)
         if end.kind == "limit":
@@ -474,10 +482,10 @@ def solve_flight(
         law = Gains(*(dtype(gain) for gain in wanted))
     zero = dtype(0.0)
     chain = _Chain(
-        one, law, formulas.flight_rates_of(one, law, largest), largest, first, zero, Actuator(first.x1, first.v1, zero),
-        -first.y, 0, 0, bool(first.y < 0.0), [],
+        one, law, formulas.flight_rates_of(one, law, largest), largest, first, dtype(horizon), zero,
+        Actuator(first.x1, first.v1, zero), -first.y, 0, 0, bool(first.y < 0.0), [],
     )  # fmt: skip
-    ending, end = _run(chain, dtype(horizon), max_phases)
+    ending, end = _run(chain, max_phases)
     return _report(chain, ending, end)
 
 

@@ -432,16 +432,16 @@ def aed_of_ledger(ledger: Ledger) -> Real:
     return aed
 
 
-def large_energy(robot: Robot, state: State) -> Real:
-    """How large the energy of the body is at the start, against the energy of its motion at 1 m/s or more.
+def stored_energy(robot: Robot, state: State) -> Real:
+    """What the energy of the body has beside its motion and its height.
 
-    Returns excess [1], energy at the start, in units of the body's motion.
+    Returns stored [J], k (x_2 - L_0 - c)^2/2.
     """
-    m_s, k = robot.m_s, robot.k
-    x1, v2, y = state.x1, state.v2, state.y
-    length = x1 - y                               # x_2 - L_0 - c at the start
-    excess = k*length*length/(m_s*(1.0 + v2*v2))  # (22), (23) at the start
-    return excess
+    k = robot.k
+    x1, y = state.x1, state.y
+    length = x1 - y               # x_2 - L_0 - c at the start
+    stored = 0.5*k*length*length  # (22), (23)
+    return stored
 
 
 def touchdown_velocity(robot: Robot, height: Real) -> Real:
@@ -499,24 +499,22 @@ def printed_objective(robot: Robot, state: State, aed: Real, h_des: Real, step: 
     return J
 
 
-def objective(robot: Robot, state: State, aed: Real, x1_T: Real, h_des: Real, step: Real, half: Real, direction: Real, spring: Real) -> Real:
-    """The same objective with a weight for each of what it does otherwise than the exact form.
+def objective(robot: Robot, state: State, aed: Real, x1_T: Real, h_des: Real, lift: Real, spring: Real) -> Real:
+    """The same objective with another share of the step, and with the spring coordinate.
 
     aed [J] analytical energy delta of the stance.
     x1_T [m] displacement of the actuator at take-off.
     h_des [m] desired apex.
-    step [m] reference level less the ground under the foot.
-    half [1] share of the step's energy in (26), printed 1/2.
-    direction [1] 0: its absolute value as printed, 1: its sign.
+    lift [m] what (26) counts of the step, printed half its size.
     spring [1] 0: without the spring coordinate as printed, 1: with it.
     Returns J [J], what the controller minimises.
     """
     m_s, k, g = robot.m_s, robot.k, robot.g
     x1, v2 = state.x1, state.v2
-    E_td = 0.5*m_s*v2*v2                                                 # (25), after the impact
-    E_dist = g*half*m_s*(fabs(step)*(1.0 - direction) - direction*step)  # (26), half = 1/2 as printed
-    E_spring = 0.5*k*x1*x1 + g*m_s*x1 - 0.5*k*x1_T*x1_T                  # what (27) leaves out
-    J = fabs(E_dist + E_td + aed + E_spring*spring - g*h_des*m_s)        # (27)
+    E_td = 0.5*m_s*v2*v2                                           # (25), after the impact
+    E_dist = g*lift*m_s                                            # (26)
+    E_spring = 0.5*k*x1*x1 + g*m_s*x1 - 0.5*k*x1_T*x1_T            # what (27) leaves out
+    J = fabs(E_dist + E_td + aed + E_spring*spring - g*h_des*m_s)  # (27)
     return J
 
 

@@ -460,7 +460,7 @@ def _run(chain: _Chain, log: _Log, result: _Result) -> Array:
 
 def _add_up(plan: Plan, start: State, u_values: Array, phases: Phases, duration: Array, aed: Array) -> None:
     """The AED as the sum of its entries where it is the difference of energies that are much larger."""
-    large = formulas.large_energy(plan.robot, start) > 64.0
+    large = formulas.stored_energy(plan.robot, start) > 32.0 * plan.robot.m_s * (1.0 + start.v2 * start.v2)
     if not (index := np.flatnonzero(large[phases.lane])).size:
         return
     lane = phases.lane[index]

@@ -187,8 +187,14 @@ def _cross(
     put(change, lanes, new)
     trials.smooth[lanes] &= ~grazes
     _note(trials.peak, trials.peak_u, lanes, state.x1, new.x1, 1.0)
-    turns = np.flatnonzero((rate[lanes] < 0.0) & ~(state.v1 < state.v2))
-    _note(trials.dip, trials.dip_u, lanes[turns], state.y[turns], new.y[turns], -1.0)
+    # Where both masses stand still, what they do before and after tells, and not what rounding leaves of their velocities.
+    old_side, new_side = sides_of(phases.mode[now - 1], dtype), sides_of(phases.mode[now], dtype)
+    stands = (state.v1 == 0.0) & (state.v2 == 0.0)
+    fell = np.where(stands, old_side.first < old_side.second, rate[lanes] < 0.0)
+    falls = np.where(stands, new_side.first < new_side.second, state.v1 < state.v2)
+    turns = np.flatnonzero(fell & ~falls)
+    met = np.asarray(old.y + before.y * late)
+    _note(trials.dip, trials.dip_u, lanes[turns], state.y[turns], met[turns], -1.0)
 
 
 def _lift(solution: Solution, trials: Trials, change: State, last: NDArray[np.intp], gravity: Array) -> None:

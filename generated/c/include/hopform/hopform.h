@@ -40,6 +40,7 @@ extern "C" {
 #define HOPFORM_ERROR_TARGET (-9)     /**< the desired apex is below the ground, not finite, or stop_margin is negative */
 #define HOPFORM_ERROR_GAINS (-10)     /**< a gain is negative or not finite */
 #define HOPFORM_ERROR_VARIANT (-11)   /**< no such variant of a batch on this processor */
+#define HOPFORM_ERROR_DETECTOR (-12)  /**< a sample or threshold is not finite, low > high, or count < 1 */
 
 /** What the controller found. */
 #define HOPFORM_COMMAND_REACHED 1
@@ -81,6 +82,10 @@ extern "C" {
 #define HOPFORM_FLIGHT_TOO_MANY_PHASES 4
 #define HOPFORM_FLIGHT_EVENT_U_SATURATES 8
 #define HOPFORM_FLIGHT_EVENT_U_DESATURATES 9
+
+/** What a sample of the signal of contact has told. */
+#define HOPFORM_CONTACT_TOUCHDOWN 1
+#define HOPFORM_CONTACT_TAKEOFF 2
 
 /** Sensitivities: rows T, x1, v1, x2, v2 (time and state of the take-off), apex, aed; columns x1, v1, y, v2, u, then the
  * parameters of the robot in the order of hopform_robot. */

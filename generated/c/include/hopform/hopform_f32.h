@@ -332,6 +332,24 @@ int32_t hopform_flight_energy_f32(const hopform_plan_f32 *plan, const hopform_fl
  * search, phases: memory to work in; capacity >= HOPFORM_SELFTEST_PHASES, else the word is 0, which no selftest gives. */
 uint32_t hopform_selftest_f32(hopform_search_f32 *search, hopform_phase_f32 *phases, int32_t capacity);
 
+/** How touchdown is told from a noisy signal of contact. */
+typedef struct {
+    float high;     /**< the signal is above where it reaches this */
+    float low;      /**< and no longer where it falls below this; low <= high */
+    int32_t count; /**< samples in a row that must say the same, >= 1 */
+} hopform_detector_f32;
+
+/** What is known of the contact; begins as zeros. */
+typedef struct {
+    int32_t above;   /**< 1 if the signal is above */
+    int32_t touches; /**< 1 if the foot is taken to touch */
+    int32_t run;     /**< for how many samples the signal has said otherwise */
+} hopform_contact_f32;
+
+/** Take one sample; HOPFORM_CONTACT_TOUCHDOWN or HOPFORM_CONTACT_TAKEOFF if that is what it has told, else 0. What is known stays
+ * as it is where the sample is refused. */
+int32_t hopform_touchdown_f32(const hopform_detector_f32 *detector, hopform_contact_f32 *contact, float sample);
+
 /** A column of numbers, one per stance, anywhere in memory: each lies `stride` bytes behind the one before; stride 0
  * repeats a single number. */
 typedef struct {

@@ -1,0 +1,295 @@
+"""Controllers: what `simulate` asks at every touchdown for the current of the stance.
+
+A controller is any callable that takes a `Touchdown` and returns a current [A], steps of it [(t, u), ...] with t in s since
+touchdown, or a `Sampled` law, which then sees the stance at every tick of its clock. If it has a method
+`prepare(robot, terrain)`, that is called once, before anything is simulated, with the model of the robot that the controller
+may use; what it returns is then asked in its place.
+"""
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+from typing import NamedTuple, Protocol, SupportsFloat, cast, runtime_checkable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hopform import native_control
+from hopform.backends import choose as choose_backend
+from hopform.batch import solve_stances
+from hopform.checks import finite, positive
+from hopform.control import MAX_PHASES, checked_target, choose_current
+from hopform.errors import HopformError
+from hopform.printed import choose_current_as_printed
+from hopform.reaching import home_of
+from hopform.robots import Robot
+from hopform.stance import Current, Stance, State, solve_stance, touchdown_velocity
+from hopform_solver import records as solver_records
+
+Array = NDArray[np.float64]
+Heights = float | tuple[float, ...]
+_DOUBLE = np.dtype(np.float64)
+
+
+class Touchdown(NamedTuple):
+    """What a controller is told, with the errors of its sensors; heights count from level 0, that of the terrain's zero."""
+
+    hop: int
+    """0 for the first touchdown"""
+    time: float
+    """[s] since the start"""
+    x1: float
+    """[m]"""
+    v1: float
+    """[m/s]"""
+    v2: float
+    """[m/s] after the impact"""
+    ground: float
+    """[m] height of the ground under the foot: known at touchdown, not before"""
+    apex: float
+    """[m] hop height, over level 0, of the apex before"""
+    robot: Robot
+    """the model that the controller has of the robot"""
+
+
+@dataclass(frozen=True)
+class Sampled:
+    """A law that is asked for the current [A] every `period` [s] of the stance, which is held until the next time.
+
+    law(t, state): t [s] since the touchdown was detected; state as measured there, x2 over level 0.
+    """
+
+    period: float
+    law: Callable[[float, State], float]
+
+    def __post_init__(self) -> None:
+        positive("period", self.period, "s")
+
+
+Answer = Current | Sampled
+Controller = Callable[[Touchdown], Answer]
+
+
+@runtime_checkable
+class Preparing(Protocol):
+    """A controller that wants to know the robot first."""
+
+    def prepare(self, robot: Robot, terrain: tuple[float, ...]) -> Controller:
+        """What is asked in its place."""
+        ...
+
+
+@dataclass(frozen=True)
+class ConstantCurrent:
+    """The same current [A] in every stance."""
+
+    u: float = 0.0
+
+    def __post_init__(self) -> None:
+        finite("u", self.u, "A")
+
+    def __call__(self, touchdown: Touchdown) -> float:
+        return self.u
+
+
+@dataclass(frozen=True)
+class FeedForward:
+    """The energy-based controller (25)-(27), exact: the current of least |u| after which the next apex is h_des.
+
+    h_des [m]: hop height over level 0, or one per hop. Where no current reaches it the nearest admissible is taken.
+    stop_margin [m] and horizon [s] as for `choose_current`.
+
+    >>> from hopform import load_robot, simulate
+    >>> run = simulate(load_robot("hopper_c"), [0.0, 0.02, -0.01], FeedForward(0.2), height=0.2)
+    >>> [round(hop.apex, 9) for hop in run.hops]
+    [0.2, 0.2, 0.2]
+    """
+
+    h_des: SupportsFloat | Sequence[SupportsFloat]
+    stop_margin: float = 0.0
+    horizon: float = 2.0
+    backend: str | None = None
+
+    def prepare(self, robot: Robot, terrain: tuple[float, ...]) -> "FeedForward":
+        """Itself, if every wish is above its ground; HopformError if not."""
+        check_wishes(robot, self.h_des, terrain, self.stop_margin, self.horizon)
+        return replace(self, h_des=wishes(self.h_des))
+
+    def __call__(self, touchdown: Touchdown) -> float:
+        if type(self.h_des) is float and choose_backend(self.backend) == "c":  # checked once, when it was prepared
+            ground, start = touchdown.ground, solver_records.State(touchdown.x1, touchdown.v1, touchdown.v2, 0.0)
+            target = (self.h_des if self.h_des > ground else ground, -ground, self.stop_margin, self.horizon)
+            return native_control.choose(touchdown.robot.parameters, start, target, MAX_PHASES, _DOUBLE)[0]
+        return choose_current(
+            touchdown.robot, x1=touchdown.x1, v1=touchdown.v1, v2=touchdown.v2, **target_of(self.h_des, touchdown),
+            stop_margin=self.stop_margin, horizon=self.horizon, backend=self.backend,
+        ).u  # fmt: skip
+
+
+@dataclass(frozen=True)
+class AsPrinted:
+    """The controller as the paper prints it: J of (27) minimised on a grid; options as for `choose_current_as_printed`."""
+
+    h_des: SupportsFloat | Sequence[SupportsFloat]
+    grid: float = 0.01
+    half: bool = True
+    signed: bool = False
+    spring_coordinate: bool = False
+    horizon: float = 2.0
+    backend: str | None = None
+
+    def prepare(self, robot: Robot, terrain: tuple[float, ...]) -> "AsPrinted":
+        """Itself, if every wish is above its ground; HopformError if not."""
+        check_wishes(robot, self.h_des, terrain, 0.0, self.horizon)
+        positive("grid", self.grid, "A")
+        return replace(self, h_des=wishes(self.h_des))
+
+    def __call__(self, touchdown: Touchdown) -> float:
+        return choose_current_as_printed(
+            touchdown.robot, x1=touchdown.x1, v1=touchdown.v1, v2=touchdown.v2, **target_of(self.h_des, touchdown),
+            grid=self.grid, half=self.half, signed=self.signed, spring_coordinate=self.spring_coordinate,
+            horizon=self.horizon, backend=self.backend,
+        ).u  # fmt: skip
+
+
+@dataclass(frozen=True)
+class ReturnMap:
+    """Hopper B's first controller (section II): return maps for the compression, feedback in the expansion.
+
+    The current of the compression is read from return maps, the next apex over the last one for a family of constant
+    currents, measured once in drops on even ground with the actuator at its origin. In expansion a law of 1/period tracks
+    a height x2 over time that was recorded in a hop from h_des to h_des: the current of the compression plus
+    Kp (x2 recorded - x2) + Kd (v2 recorded - v2), within u_max. It knows neither the ground nor the actuator's state at
+    touchdown, so rough ground throws it off (Fig. 7).
+
+    h_des [m]: hop height over level 0, or one per hop. Kp [A/m], Kd [A s/m]: for a force that lifts. drops, currents: how
+    many of each are measured.
+    """
+
+    h_des: SupportsFloat | Sequence[SupportsFloat]
+    Kp: float = 60.0
+    Kd: float = 3.0
+    period: float = 1e-3
+    drops: int = 40
+    currents: int = 61
+    horizon: float = 2.0
+
+    def prepare(self, robot: Robot, terrain: tuple[float, ...]) -> "Tracking":
+        """The controller with its return maps."""
+        check_wishes(robot, self.h_des, terrain, 0.0, self.horizon)
+        positive("period", self.period, "s")
+        for name, count in (("drops", self.drops), ("currents", self.currents)):
+            if isinstance(count, bool) or not isinstance(count, int) or count < 2:
+                raise HopformError(f"{name} must be a whole number >= 2, got {count!r}")
+        for name, gain, unit in (("Kp", self.Kp, "A/m"), ("Kd", self.Kd, "A s/m")):
+            finite(name, gain, unit)
+        h_des = wishes(self.h_des)
+        highest = max(h_des) if isinstance(h_des, tuple) else h_des
+        heights = np.linspace(0.0, 2.0 * highest, self.drops + 1)[1:]
+        family = np.linspace(-robot.u_max, robot.u_max, self.currents)
+        home = home_of(robot)
+        speeds = np.array([touchdown_velocity(robot, height) for height in heights])
+        maps = solve_stances(robot, x1=home, v2=speeds[:, None], u=family, horizon=self.horizon).apex.astype(float)
+        return Tracking(self, h_des, robot, home, heights, family, maps)
+
+    def __call__(self, touchdown: Touchdown) -> Answer:
+        return self.prepare(touchdown.robot, (0.0,))(touchdown)
+
+
+@dataclass(frozen=True)
+class Tracking:
+    """A `ReturnMap` with its maps (drops, currents), and what it has recorded so far."""
+
+    settings: ReturnMap
+    h_des: Heights
+    robot: Robot
+    home: float
+    heights: Array
+    currents: Array
+    maps: Array
+    _recorded: dict[float, Stance] = field(default_factory=dict[float, Stance], repr=False, compare=False)
+
+    def compression(self, apex: float, h_des: float) -> float:
+        """The current [A] that the maps give for an apex [m] and the wish for the next one; the least |u| if several do."""
+        place = min(max(int(np.searchsorted(self.heights, apex)), 1), self.heights.size - 1)
+        low, high = float(self.heights[place - 1]), float(self.heights[place])
+        share = min(max((apex - low) / (high - low), 0.0), 1.0)
+        return self._crossing(self.maps[place - 1] + share * (self.maps[place] - self.maps[place - 1]) - h_des)
+
+    def _crossing(self, miss: Array) -> float:
+        """The current [A] of least |u| at which this vanishes between two of the maps, or the nearest of them."""
+        crossings = np.flatnonzero(np.sign(miss[:-1]) * np.sign(miss[1:]) <= 0.0)
+        if not crossings.size:
+            return float(self.currents[int(np.nanargmin(np.abs(miss)))]) if np.isfinite(miss).any() else 0.0
+        low, high = miss[crossings], miss[crossings + 1]
+        share = np.divide(low, low - high, out=np.zeros_like(low), where=low != high)
+        found = self.currents[crossings] + share * (self.currents[crossings + 1] - self.currents[crossings])
+        return float(found[int(np.argmin(np.abs(found)))])
+
+    def recorded(self, h_des: float) -> Stance:
+        """The hop from h_des to h_des on even ground whose expansion is tracked."""
+        if h_des not in self._recorded:
+            u = self.compression(h_des, h_des)
+            v2 = touchdown_velocity(self.robot, h_des)
+            self._recorded[h_des] = solve_stance(self.robot, x1=self.home, v2=v2, u=u, horizon=self.settings.horizon)
+        return self._recorded[h_des]
+
+    def __call__(self, touchdown: Touchdown) -> Sampled:
+        h_des = wish(self.h_des, touchdown.hop)
+        return Sampled(self.settings.period, self._law(self.compression(touchdown.apex, h_des), self.recorded(h_des)))
+
+    def _law(self, command: float, recorded: Stance) -> Callable[[float, State], float]:
+        turns = next((event.time for event in recorded.events if event.kind == "x2_reverses"), 0.0)
+        lift = -math.copysign(1.0, self.robot.gamma2)
+        began: list[float] = []
+
+        def law(t: float, state: State) -> float:
+            if not began and float(state.v2) <= 0.0:
+                return command
+            if not began:
+                began.append(t)
+            there = recorded.at(min(turns + t - began[0], recorded.duration))
+            error = self.settings.Kp * float(there.x2 - state.x2) + self.settings.Kd * float(there.v2 - state.v2)
+            return min(max(command + lift * error, -self.robot.u_max), self.robot.u_max)
+
+        return law
+
+
+def wish(h_des: SupportsFloat | Sequence[SupportsFloat], index: int) -> float:
+    """The desired apex [m] after a touchdown."""
+    if type(h_des) is float:  # the common case, before a protocol is asked
+        return h_des
+    return float(h_des[index]) if isinstance(h_des, Sequence) else float(h_des)
+
+
+def wishes(h_des: SupportsFloat | Sequence[SupportsFloat]) -> Heights:
+    """The desired apexes [m] as floats: one, or one per hop; HopformError for what is not finite."""
+    if isinstance(h_des, (Sequence, np.ndarray)) and not isinstance(h_des, str):
+        each = cast(Sequence[SupportsFloat], h_des)
+        return tuple(finite(f"h_des[{number}]", value, "m") for number, value in enumerate(each))
+    return finite("h_des", h_des, "m")
+
+
+def target_of(h_des: SupportsFloat | Sequence[SupportsFloat], touchdown: Touchdown) -> dict[str, float]:
+    """The wish as `choose_current` takes it: never below the ground, where a sensor may have put it."""
+    return {"h_des": max(wish(h_des, touchdown.hop), touchdown.ground), "datum": -touchdown.ground}
+
+
+def check_wishes(
+    robot: Robot,
+    h_des: SupportsFloat | Sequence[SupportsFloat],
+    terrain: tuple[float, ...],
+    stop_margin: float,
+    horizon: float,
+) -> None:
+    """HopformError if a wish lies below its ground, or there are too few."""
+    asked = wishes(h_des)
+    if isinstance(asked, tuple) and len(asked) < len(terrain):
+        raise HopformError(f"h_des must be one height, or one per hop: got {len(asked)} for {len(terrain)} hops")
+    for index, ground in enumerate(terrain):
+        wanted = wish(asked, index)
+        if wanted < ground:
+            raise HopformError(
+                f"h_des must not lie below the ground: got {wanted!r} m at hop {index}, where the ground is at {ground!r} m"
+            )
+    checked_target(robot, wish(asked, 0), -terrain[0], stop_margin, horizon)

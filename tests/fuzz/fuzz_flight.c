@@ -1,0 +1,142 @@
+/* A libFuzzer target: flights and the touchdown detector on arbitrary bit patterns, -DSINGLE in single precision.
+ *
+ * The bytes become numbers as they are or, by the first one, of a sensible size, so that the solver is entered and not only its gate. An
+ * answer that is not finite, or not within its own bounds, aborts.
+ */
+#include <math.h>
+#include <stdint.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "hopform/hopform.h"
+
+#ifdef SINGLE
+typedef float real;
+#define T(name) hopform_##name##_f32
+#else
+typedef double real;
+#define T(name) hopform_##name##_f64
+#endif
+
+enum { MAX_PHASES = 64, ROBOT = sizeof(T(robot)) / sizeof(real) };
+
+typedef struct {
+    const uint8_t *data;
+    size_t left;
+} source;
+
+static uint8_t next_byte(source *from)
+{
+    const uint8_t value = from->left > 0 ? *from->data : 0;
+    from->data += from->left > 0;
+    from->left -= from->left > 0;
+    return value;
+}
+
+static real next_real(source *from, int sensible, int positive)
+{
+    real value = 0;
+    uint8_t bytes[sizeof(real)];
+    if (sensible) { /* sign, magnitude 1e-4 to 1e4, and often exactly zero or the same as others */
+        const uint8_t size = next_byte(from);
+        const int sign = !positive && size % 2 ? -1 : 1;
+        return size < 16 && !positive ? 0 : (real)(sign * pow(10.0, (size / 2 - 64) / 16.0));
+    }
+    for (size_t i = 0; i < sizeof bytes; i++) {
+        bytes[i] = next_byte(from);
+    }
+    memcpy(&value, bytes, sizeof value);
+    return value;
+}
+
+static T(robot) next_robot(source *from, int kind)
+{
+    T(robot) robot;
+    real fields[ROBOT];
+    for (int i = 0; i < ROBOT; i++) {
+        fields[i] = next_real(from, kind & 1, i < 3);
+    }
+    memcpy(&robot, fields, sizeof robot);
+    if (kind & 1) {
+        robot.b1 = (real)fabs(robot.b1);
+        robot.b2 = (real)fabs(robot.b2);
+        robot.f1 = (real)fabs(robot.f1);
+        robot.f2 = (real)fabs(robot.f2);
+        robot.g = (real)fabs(robot.g);
+        robot.x1_min = (real)(kind & 2 ? -INFINITY : -fabs(robot.x1_min));
+        robot.x1_max = (real)(kind & 2 ? INFINITY : fabs(robot.x1_max));
+        robot.u_max = (real)fabs(robot.u_max);
+        robot.impact_loss = 0;
+    }
+    return robot;
+}
+
+static void must(int truth)
+{
+    if (!truth) {
+        abort();
+    }
+}
+
+static void detect(source *from)
+{
+    const T(detector) detector = {next_real(from, 0, 0), next_real(from, 0, 0), next_byte(from) - 8};
+    T(contact) contact = {0, 0, 0};
+    for (int n = 0; n < 8; n++) {
+        const T(contact) before = contact;
+        const int32_t told = T(touchdown)(&detector, &contact, next_real(from, 0, 0));
+        must(told >= 0 || (before.run == contact.run && before.above == contact.above && before.touches == contact.touches));
+        must(told <= HOPFORM_CONTACT_TAKEOFF && (told != HOPFORM_CONTACT_TOUCHDOWN || contact.touches == 1));
+        must(contact.run >= 0 && (told < 0 || contact.run < detector.count));
+    }
+}
+
+static void read_flight(const T(plan) *plan, const T(flight_phase) *phases, const T(flight) *flight, real early)
+{
+    const real times[2] = {early, flight->duration};
+    T(state) states[2];
+    T(energy) energies[2];
+    T(flight_ledger) ledgers[2];
+    real losses[2];
+    T(flight_at)(plan, phases, flight, times, 2, states);
+    T(flight_energy)(plan, phases, flight, times, 2, energies, ledgers, losses);
+}
+
+int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
+{
+    source from = {data, size};
+    const int kind = next_byte(&from), sensible = kind & 1;
+    const T(robot) robot = next_robot(&from, kind);
+    T(plan) plan;
+    if (T(plan_init)(&plan, &robot) != HOPFORM_OK) {
+        detect(&from);
+        return 0;
+    }
+    T(state) start;
+    start.x1 = sensible ? 0 : next_real(&from, 0, 0);
+    start.v1 = next_real(&from, sensible, 0);
+    start.v2 = next_real(&from, sensible, 0);
+    start.y = kind & 4 ? 0 : next_real(&from, sensible, 0);
+    const T(gains) gains = {next_real(&from, sensible, 1), next_real(&from, sensible, 1)};
+    const int32_t max_phases = 1 + next_byte(&from) % MAX_PHASES;
+    const int32_t capacity = kind & 16 ? next_byte(&from) % MAX_PHASES : MAX_PHASES + 1;
+    const real horizon = next_real(&from, sensible, 1);
+    T(flight_phase) phases[MAX_PHASES + 1];
+    T(flight) flight;
+    const int32_t status =
+        T(solve_flight)(&plan, &start, kind & 8 ? NULL : &gains, horizon, max_phases, phases, capacity, &flight);
+    if (status < 0) {
+        return 0;
+    }
+    must(isfinite(flight.duration) && isfinite(flight.end.x1) && isfinite(flight.end.v1) && isfinite(flight.end.v2));
+    must(isfinite(flight.end.y) && isfinite(flight.apex) && isfinite(flight.v2_after) && flight.start_loss <= 0);
+    must(flight.duration >= 0 && flight.duration <= horizon && flight.ending >= 1 && flight.ending <= 4);
+    must(flight.phases_kept <= capacity && flight.phase_count <= max_phases && flight.phase_count >= 1);
+    must((status == HOPFORM_PHASES_NOT_KEPT) == (flight.phases_kept < flight.phase_count));
+    for (int32_t n = 0; n < flight.phases_kept; n++) {
+        must(phases[n].side >= -1 && phases[n].side <= 1 && phases[n].limit >= -1 && phases[n].limit <= 1);
+        must(n == 0 || phases[n].t >= phases[n - 1].t);
+    }
+    read_flight(&plan, phases, &flight, kind & 32 ? next_real(&from, 0, 0) : flight.duration / 3);
+    return 0;
+}
