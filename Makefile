@@ -47,6 +47,20 @@ SECONDS = 60
 fuzz: ## arbitrary bit patterns into each C entry point, SECONDS (60) each, side by side, under the sanitizers; needs clang
 	@SECONDS_EACH=$(SECONDS) sh tests/fuzz/run.sh
 
+firmware-test: compiler venv-dev ## the C library on emulated processors, twelve combinations: selftest, golden vectors, garbage, costs
+	sh tests/firmware/install.sh
+	$(PY) tools/build_library.py
+	$(PY) -m tests.firmware
+
+firmware-test-all: compiler venv-dev ## the same for every processor, compiler and optimisation, in both precisions
+	sh tests/firmware/install.sh
+	$(PY) tools/build_library.py
+	$(PY) -m tests.firmware --all
+
+firmware-report: compiler venv-dev ## count instructions, flash and stack on the emulated processors, write docs/firmware-costs.*
+	sh tests/firmware/install.sh
+	$(PY) -m tests.firmware --report
+
 generate: venv ## derive the formulas and write generated/
 	$(PY) -m derive
 
@@ -102,4 +116,5 @@ venv-bench:
 .PHONY: test-exhaustive-identification validate-data
 .PHONY: help run test test-exhaustive test-exhaustive-slice scans fuzz generate check lint wheel mutants mutants-all test-determinism
 .PHONY: bench test-control-exhaustive
+.PHONY: firmware-test firmware-test-all firmware-report
 .PHONY: clean compiler venv venv-dev venv-bench

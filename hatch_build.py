@@ -25,6 +25,7 @@ class LibraryBuildHook(BuildHookInterface):
             build_data["tag"] = f"py3-none-{platform()}"
         if version == "standard":
             build_data["force_include"]["generated/c"] = "hopform/c"
+            build_data["force_include"]["docs/firmware-costs.md"] = "hopform/firmware-costs.md"
 
 
 def platform() -> str:

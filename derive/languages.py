@@ -10,7 +10,7 @@ into one precision: float literals get their f, `sqrt` becomes `sqrtf`, `hopform
 import math
 import re
 import struct
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from fractions import Fraction
 from typing import NamedTuple
 
@@ -258,9 +258,16 @@ class C:
         """An initialiser that names no field and leaves none out."""
         return "{" + ", ".join("0.0" for _ in record.quantities) + "}"
 
+    def values(self, record: Record, known: Mapping[str, float]) -> str:
+        """An initialiser of a record with some numbers known and the others 0."""
+        return "{" + ", ".join(repr(float(known.get(q.name, 0.0))) for q in record.quantities) + "}"
+
     def in_lanes(self, program: Program) -> list[Record]:
         """The records that the batch keeps a column for each member of."""
         return [program.record(name) for name in ("Robot", "Rates", "Poles", "State", "Motion", "Basis")]
+
+    def with_record(self, record: Record) -> str:
+        return f"with_{snake(record.name)}"
 
     def columns_of(self, record: Record) -> str:
         return f"{snake(record.name)}_columns"
@@ -350,6 +357,13 @@ _TOKEN = re.compile(
     r"|(?P<word>[A-Za-z_]\w*)",
     re.DOTALL,
 )
+
+
+def documented(text: str) -> str:
+    """The text of a public header with its comments marked for Doxygen, but for the first, which is about the file."""
+    first, _, rest = text.partition("\n")
+    above = re.sub(r"^/\* ", "/** ", rest, flags=re.MULTILINE)
+    return first + "\n" + re.sub(r"^((?:#define|    \w|enum).*?)/\* ", r"\1/**< ", above, flags=re.MULTILINE)
 
 
 def rename(text: str, prefix: str) -> str:

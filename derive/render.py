@@ -15,9 +15,10 @@ import jinja2
 from derive import energy
 from derive.equations import CERTIFICATE, REGISTER, VERDICTS, tallies
 from derive.ir import Program
-from derive.languages import NEAR_WITHIN, REACHED_WITHIN, C, NumPy, rename
+from derive.languages import NEAR_WITHIN, REACHED_WITHIN, C, NumPy, documented, rename
 from derive.model import HOPPER, Model
 from derive.program import program
+from derive.selftest import CASES, ROBOTS
 
 ROOT = Path(__file__).resolve().parent.parent
 DERIVE = ROOT / "derive"
@@ -31,6 +32,9 @@ HEADER_MARK = "@header@"
 
 # Records that appear in the public C header; the others belong to the formulas.
 PUBLIC = ("Robot", "Rates", "Poles", "State", "Energy", "Ledger", "Gains", "FlightLedger")
+
+# Records whose members hopform_selftest hashes.
+HASHED = ("Rates", "Poles", "State", "Energy", "Ledger", "FlightLedger")
 
 
 @dataclass(frozen=True)
@@ -128,6 +132,7 @@ def _texts(options: Options) -> dict[Path, str]:
         for precision in options.precisions if target.startswith("c/") and "_real" in target else ("",):
             text = environment.get_template(name).render(_context(made, options, precision))
             path, text = _spelled(target, text, options.prefix, precision)
+            text = documented(text) if target.startswith("c/include/") else text
             text = text.replace(HEADER_MARK, HEADER.format(name))
             texts[Path(path)] = "\n".join(line.rstrip() for line in text.split("\n"))
     return texts
@@ -161,6 +166,9 @@ def _context(made: Program, options: Options, precision: str) -> dict[str, Any]:
         "current_events": CURRENT_EVENTS,
         "flight_events": (*EVENTS[:4], *CURRENT_EVENTS),
         "precisions": options.precisions,
+        "selftest_robots": ROBOTS,
+        "selftest_cases": CASES,
+        "selftest_records": [record for record in made.records if record.name in HASHED],
         "body_entries": energy.body_entries(options.model),
         "robot_entries": energy.whole_robot_entries(options.model),
         "terms_f32": C("", "f32").terms,

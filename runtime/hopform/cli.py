@@ -23,7 +23,7 @@ from rich.console import Console, RenderableType
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
 import hopform
-from hopform import figures_command, tables, tables_control
+from hopform import cli_export, figures_command, tables, tables_control
 from hopform.hopping import csv_of
 
 if TYPE_CHECKING:
@@ -689,6 +689,8 @@ def patience(what: str) -> Generator[Callable[[int, int], None], None, None]:
         timer.join()
         bar.stop()
 
+
+cli_export.add_to(app)
 
 if __name__ == "__main__":
     sys.exit(main())

@@ -63,6 +63,7 @@ class Types:
             ("both", poles),
             ("actuator", poles),
             ("body", poles),
+            ("made", ctypes.c_uint32),
         )
         self.step = structure("Step", ("t", real), ("u", real))
         self.phase = structure(

@@ -363,7 +363,7 @@ int32_t hopform_choose_current_begin_f32(hopform_search_f32 *search, const hopfo
     }
     const hopform_robot_f32 *robot = &plan->robot;
     search->status = HOPFORM_SEARCHING;
-    if (!(robot->m_eff > 0.0f) || !(robot->g > 0.0f) || !(robot->u_max <= 1e38f)) {
+    if (!hopform_is_made_f32(plan) || !(robot->g > 0.0f) || !(robot->u_max <= 1e38f)) {
         search->status = HOPFORM_ERROR_ROBOT;
     } else if (!is_finite(target->h_des) || !is_finite(target->datum) || !(target->h_des + target->datum >= 0.0f)
                || !(target->stop_margin >= 0.0f && target->stop_margin <= 1e38f)) {
@@ -437,7 +437,7 @@ int32_t hopform_try_currents_f32(const hopform_plan_f32 *plan, const hopform_sta
     if (plan == NULL || starts == NULL || currents == NULL || phases == NULL || trials == NULL) {
         return HOPFORM_ERROR_NULL;
     }
-    if (!(plan->robot.g > 0.0f)) {
+    if (!hopform_is_made_f32(plan) || !(plan->robot.g > 0.0f)) {
         return HOPFORM_ERROR_ROBOT;
     }
     int32_t kept = HOPFORM_OK;

@@ -363,7 +363,7 @@ int32_t hopform_choose_current_begin_f64(hopform_search_f64 *search, const hopfo
     }
     const hopform_robot_f64 *robot = &plan->robot;
     search->status = HOPFORM_SEARCHING;
-    if (!(robot->m_eff > 0.0) || !(robot->g > 0.0) || !(robot->u_max <= 1e+300)) {
+    if (!hopform_is_made_f64(plan) || !(robot->g > 0.0) || !(robot->u_max <= 1e+300)) {
         search->status = HOPFORM_ERROR_ROBOT;
     } else if (!is_finite(target->h_des) || !is_finite(target->datum) || !(target->h_des + target->datum >= 0.0)
                || !(target->stop_margin >= 0.0 && target->stop_margin <= 1e+300)) {
@@ -437,7 +437,7 @@ int32_t hopform_try_currents_f64(const hopform_plan_f64 *plan, const hopform_sta
     if (plan == NULL || starts == NULL || currents == NULL || phases == NULL || trials == NULL) {
         return HOPFORM_ERROR_NULL;
     }
-    if (!(plan->robot.g > 0.0)) {
+    if (!hopform_is_made_f64(plan) || !(plan->robot.g > 0.0)) {
         return HOPFORM_ERROR_ROBOT;
     }
     int32_t kept = HOPFORM_OK;

@@ -87,6 +87,9 @@ static inline float hopform_frequency_f32(const hopform_poles_f32 *poles)
 /* Time to the root of g if it swung with the frequency w about a constant, NEVER if it keeps its sign for a half turn. */
 static inline float hopform_swing_to_zero_f32(const hopform_sample_f32 *from, float w)
 {
+    if (!(w * w > 0.0f)) {
+        return 1e38f;
+    }
     const float slope = from->rate / w;
     const float bend = 2.0f * from->curvature / (w * w);
     const float value = from->value > 0.0f ? from->value : 0.0f;

@@ -87,6 +87,9 @@ static inline double hopform_frequency_f64(const hopform_poles_f64 *poles)
 /* Time to the root of g if it swung with the frequency w about a constant, NEVER if it keeps its sign for a half turn. */
 static inline double hopform_swing_to_zero_f64(const hopform_sample_f64 *from, double w)
 {
+    if (!(w * w > 0.0)) {
+        return 1e+300;
+    }
     const double slope = from->rate / w;
     const double bend = 2.0 * from->curvature / (w * w);
     const double value = from->value > 0.0 ? from->value : 0.0;

@@ -780,6 +780,9 @@ int32_t hopform_design_return_f64(const hopform_plan_f64 *plan, double time, hop
     }
     gains->Kp = 0.0;
     gains->Kd = 0.0;
+    if (plan->made != HOPFORM_PLAN_MADE) {
+        return HOPFORM_ERROR_ROBOT;
+    }
     if (!(time > 0.0 && time <= 1e+300)) {
         return HOPFORM_ERROR_TIME;
     }
@@ -800,7 +803,7 @@ int32_t hopform_solve_flight_f64(const hopform_plan_f64 *plan, const hopform_sta
     }
     *flight = nothing;
     const hopform_robot_f64 *robot = &plan->robot;
-    if (!(robot->m_eff > 0.0 && robot->g > 0.0)) {
+    if (plan->made != HOPFORM_PLAN_MADE || !(robot->g > 0.0)) {
         return HOPFORM_ERROR_ROBOT;
     }
     if (!is_finite(start->x1) || !is_finite(start->v1) || !is_finite(start->v2) || !is_finite(start->y)

@@ -10,6 +10,12 @@
 
 #include "phase_f32.h"
 
+#ifdef __cplusplus
+#define RESTRICT
+#else
+#define RESTRICT restrict
+#endif
+
 enum { BLOCK = 64, FINE = 8, SEED_BLOCKS = 32 };
 
 /* W, its derivative and integrals at j dt, j = 0 .. BLOCK; the last entry leads to the next block. */
@@ -77,7 +83,7 @@ static void fill_table(grid_table *table, const hopform_poles_f32 *poles, float 
 }
 
 /* from + H3 f + H2 g + H1 h along a block: (18), (19), (21). A full block has a count known to the compiler. */
-static inline void sum_up(float *restrict out, const grid_table *restrict table, float from, float h3, float h2, float h1,
+static inline void sum_up(float *RESTRICT out, const grid_table *RESTRICT table, float from, float h3, float h2, float h1,
                           int32_t count)
 {
     for (int32_t j = 0; j < count; j++) {
@@ -86,7 +92,7 @@ static inline void sum_up(float *restrict out, const grid_table *restrict table,
 }
 
 /* The displacement, (20): one integral further, and the time. */
-static inline void sum_up_x1(float *restrict out, const grid_table *restrict table, const hopform_state_f32 *from,
+static inline void sum_up_x1(float *RESTRICT out, const grid_table *RESTRICT table, const hopform_state_f32 *from,
                              const hopform_motion_f32 *motion, int32_t count)
 {
     const float x1 = from->x1;
@@ -99,7 +105,7 @@ static inline void sum_up_x1(float *restrict out, const grid_table *restrict tab
     }
 }
 
-static inline void put_same(float *restrict out, float value, int32_t count)
+static inline void put_same(float *RESTRICT out, float value, int32_t count)
 {
     for (int32_t j = 0; j < count; j++) {
         out[j] = value;
@@ -197,7 +203,8 @@ int32_t hopform_stance_grid_f32(const hopform_plan_f32 *plan, const hopform_step
     const bool rests = stance->ending == HOPFORM_ENDING_REST;
     const float last = t0 + (float)(count - 1) * dt;
     const float latest = rests ? 1e38f : stance->duration + 8.0f * 1.1920929e-7f * stance->duration;
-    if (count < 0 || !(t0 >= 0.0f) || !(dt > 0.0f) || !(last <= latest) || stance->phases_kept < stance->phase_count) {
+    if (count < 0 || !(t0 >= 0.0f) || !(dt > 0.0f) || !(last <= latest) || stance->phases_kept < stance->phase_count
+        || stance->phases_kept < 1 || !hopform_is_made_f32(plan)) {
         return HOPFORM_ERROR_TIME;
     }
     const grid_arrays all = {x1, v1, v2, y};

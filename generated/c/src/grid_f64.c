@@ -10,6 +10,12 @@
 
 #include "phase_f64.h"
 
+#ifdef __cplusplus
+#define RESTRICT
+#else
+#define RESTRICT restrict
+#endif
+
 enum { BLOCK = 64, FINE = 8, SEED_BLOCKS = 32 };
 
 /* W, its derivative and integrals at j dt, j = 0 .. BLOCK; the last entry leads to the next block. */
@@ -77,7 +83,7 @@ static void fill_table(grid_table *table, const hopform_poles_f64 *poles, double
 }
 
 /* from + H3 f + H2 g + H1 h along a block: (18), (19), (21). A full block has a count known to the compiler. */
-static inline void sum_up(double *restrict out, const grid_table *restrict table, double from, double h3, double h2, double h1,
+static inline void sum_up(double *RESTRICT out, const grid_table *RESTRICT table, double from, double h3, double h2, double h1,
                           int32_t count)
 {
     for (int32_t j = 0; j < count; j++) {
@@ -86,7 +92,7 @@ static inline void sum_up(double *restrict out, const grid_table *restrict table
 }
 
 /* The displacement, (20): one integral further, and the time. */
-static inline void sum_up_x1(double *restrict out, const grid_table *restrict table, const hopform_state_f64 *from,
+static inline void sum_up_x1(double *RESTRICT out, const grid_table *RESTRICT table, const hopform_state_f64 *from,
                              const hopform_motion_f64 *motion, int32_t count)
 {
     const double x1 = from->x1;
@@ -99,7 +105,7 @@ static inline void sum_up_x1(double *restrict out, const grid_table *restrict ta
     }
 }
 
-static inline void put_same(double *restrict out, double value, int32_t count)
+static inline void put_same(double *RESTRICT out, double value, int32_t count)
 {
     for (int32_t j = 0; j < count; j++) {
         out[j] = value;
@@ -197,7 +203,8 @@ int32_t hopform_stance_grid_f64(const hopform_plan_f64 *plan, const hopform_step
     const bool rests = stance->ending == HOPFORM_ENDING_REST;
     const double last = t0 + (double)(count - 1) * dt;
     const double latest = rests ? 1e+300 : stance->duration + 8.0 * 2.220446049250313e-16 * stance->duration;
-    if (count < 0 || !(t0 >= 0.0) || !(dt > 0.0) || !(last <= latest) || stance->phases_kept < stance->phase_count) {
+    if (count < 0 || !(t0 >= 0.0) || !(dt > 0.0) || !(last <= latest) || stance->phases_kept < stance->phase_count
+        || stance->phases_kept < 1 || !hopform_is_made_f64(plan)) {
         return HOPFORM_ERROR_TIME;
     }
     const grid_arrays all = {x1, v1, v2, y};

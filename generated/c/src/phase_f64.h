@@ -61,6 +61,12 @@ static inline hopform_state_f64 hopform_arrive_f64(const hopform_state_f64 *stat
 }
 
 /* Index of the last phase that starts at or before t. */
+/* A plan that hopform_plan_init made, not memory that holds anything. */
+static inline bool hopform_is_made_f64(const hopform_plan_f64 *plan)
+{
+    return plan->made == HOPFORM_PLAN_MADE;
+}
+
 static inline int32_t hopform_phase_index_f64(const hopform_phase_f64 *phases, int32_t count, double t)
 {
     int32_t low = 0;

@@ -314,7 +314,7 @@ int32_t hopform_stance_sensitivities_f32(const hopform_plan_f32 *plan, const hop
     for (int n = 0; n < HOPFORM_SENSITIVITY_ROWS * COLUMNS; n++) {
         matrix[n] = 0.0f;
     }
-    if (stance->phases_kept < stance->phase_count || stance->phases_kept < 1) {
+    if (stance->phases_kept < stance->phase_count || stance->phases_kept < 1 || !hopform_is_made_f32(plan)) {
         return HOPFORM_ERROR_TIME;
     }
     if (stance->ending != HOPFORM_ENDING_TAKEOFF) {

@@ -117,10 +117,10 @@ typedef struct {
     float half_turn;
     float halt; /* when the mass that slips alone comes to rest */
     end_kind halts;
-} hopform_guard;
+} stance_guard;
 
 /* A held mass slips where its free acceleration leaves [-f, f]; a stop holds on its side whatever the force. */
-static void watch_thresholds(const stance_chain *chain, hopform_guard *guard, int mass)
+static void watch_thresholds(const stance_chain *chain, stance_guard *guard, int mass)
 {
     const hopform_robot_f32 *robot = &chain->plan->robot;
     const hopform_rates_f32 *rates = &chain->plan->rates;
@@ -141,7 +141,7 @@ static void watch_thresholds(const stance_chain *chain, hopform_guard *guard, in
 }
 
 /* Where both masses slip, each watches its velocity. */
-static void watch_velocity(const stance_chain *chain, hopform_guard *guard, end_kind kind)
+static void watch_velocity(const stance_chain *chain, stance_guard *guard, end_kind kind)
 {
     const hopform_motion_f32 *motion = guard->motion;
     if (kind == END_VELOCITY_1) {
@@ -155,9 +155,9 @@ static void watch_velocity(const stance_chain *chain, hopform_guard *guard, end_
     }
 }
 
-static hopform_guard guard_of(const stance_chain *chain, const hopform_poles_f32 *poles, const hopform_motion_f32 *motion)
+static stance_guard guard_of(const stance_chain *chain, const hopform_poles_f32 *poles, const hopform_motion_f32 *motion)
 {
-    hopform_guard guard;
+    stance_guard guard;
     guard.poles = poles;
     guard.motion = motion;
     guard.count = 1;
@@ -198,14 +198,14 @@ typedef struct {
     int32_t found; /* the watch that has its root at t, -1 for none */
 } window;
 
-static void sample_window(const hopform_guard *guard, window *end)
+static void sample_window(const stance_guard *guard, window *end)
 {
     for (int32_t n = 0; n < guard->count; n++) {
         end->at[n] = hopform_sample_at_f32(&guard->watch[n], guard->poles, &end->basis, end->t);
     }
 }
 
-static void close_window(const hopform_guard *guard, window *end, float t)
+static void close_window(const stance_guard *guard, window *end, float t)
 {
     end->t = t;
     end->found = -1;
@@ -214,7 +214,7 @@ static void close_window(const hopform_guard *guard, window *end, float t)
 }
 
 /* The window ends where a watch has its root. */
-static void end_at(const hopform_guard *guard, window *end, int32_t n, const hopform_point_f32 *root)
+static void end_at(const stance_guard *guard, window *end, int32_t n, const hopform_point_f32 *root)
 {
     end->t = root->t;
     end->basis = root->basis;
@@ -228,7 +228,7 @@ typedef struct {
     float after;
 } outlook;
 
-static outlook look_ahead(const hopform_guard *guard)
+static outlook look_ahead(const stance_guard *guard)
 {
     const float w = guard->frequency > 0.0f ? guard->frequency : sqrtf(guard->poles->q);
     outlook ahead = {-1, 0.96875f * guard->half_turn};
@@ -243,7 +243,7 @@ static outlook look_ahead(const hopform_guard *guard)
 }
 
 /* Close the window at the root that is expected first, or a little beyond where it was expected. */
-static void reach_ahead(const hopform_guard *guard, float low, float limit, int32_t windows, window *end)
+static void reach_ahead(const stance_guard *guard, float low, float limit, int32_t windows, window *end)
 {
     const outlook ahead = look_ahead(guard);
     const float p = guard->poles->p; /* a window in which the pair fades away tells little */
@@ -274,7 +274,7 @@ static bool is_before(const hopform_sample_f32 *at, float h, bool wins_ties)
 }
 
 /* Shorten the window until each watch is known to keep its sign in it, but for the one that is found at its end. */
-static void settle_window(const hopform_guard *guard, float low, window *end)
+static void settle_window(const stance_guard *guard, float low, window *end)
 {
     const float a = guard->poles->a;
     for (int32_t n = 0, cuts = 0; n < guard->count && cuts < 400; n++) {
@@ -294,7 +294,8 @@ static void settle_window(const hopform_guard *guard, float low, window *end)
             continue; /* a tie that the other wins */
         }
         if (verdict == DIPS) {
-            const float first = low + h * (from->rate / (from->rate - end->at[n].rate));
+            const float turn = from->rate - end->at[n].rate;
+            const float first = low + h * (turn < 0.0f ? from->rate / turn : 0.5f);
             const hopform_point_f32 bottom = hopform_bottom_between_f32(&guard->watch[n], guard->poles, low, end->t, first);
             if (bottom.at.value < -bottom.at.noise) {
                 close_window(guard, end, bottom.t);
@@ -324,7 +325,7 @@ static void settle_window(const hopform_guard *guard, float low, window *end)
 }
 
 /* The stop ahead, which x_1, monotone within a phase, has met if it is beyond it at the end of the window. */
-static bool meets_stop(const stance_chain *chain, const hopform_guard *guard, float low, window *end)
+static bool meets_stop(const stance_chain *chain, const stance_guard *guard, float low, window *end)
 {
     const hopform_robot_f32 *robot = &chain->plan->robot;
     const float stop = chain->side_1 > 0 ? robot->x1_max : robot->x1_min;
@@ -369,7 +370,7 @@ static bool meets_stop(const stance_chain *chain, const hopform_guard *guard, fl
 }
 
 /* While nothing happens in many half turns: up to where all watches are known to keep quiet, `from` if that is not far. */
-static float quiet_until(const hopform_guard *guard, float from, float limit)
+static float quiet_until(const stance_guard *guard, float from, float limit)
 {
     for (float reach = limit - from; reach > 8.0f * guard->half_turn; reach *= 0.125f) {
         bool quiet = true;
@@ -384,7 +385,7 @@ static float quiet_until(const hopform_guard *guard, float from, float limit)
 }
 
 /* A watch that is below zero already when the phase begins; -1 if there is none. */
-static int32_t lost_at_once(hopform_guard *guard)
+static int32_t lost_at_once(stance_guard *guard)
 {
     for (int32_t n = 0; n < guard->count; n++) {
         if (guard->from[n].value < 0.0f) {
@@ -398,7 +399,7 @@ static int32_t lost_at_once(hopform_guard *guard)
 }
 
 /* At the time of the limit a take-off comes before it, and before mass 2 comes to rest what mass 1 does. */
-static void cross_at_the_limit(const hopform_guard *guard, float limit, window *end)
+static void cross_at_the_limit(const stance_guard *guard, float limit, window *end)
 {
     for (int32_t n = 0; n < guard->count && end->found < 0 && !(end->t < limit); n++) {
         const bool is_first = n == 0 || (guard->watch[n].kind == END_THRESHOLD_1 && !(guard->halt > limit));
@@ -411,7 +412,7 @@ static void cross_at_the_limit(const hopform_guard *guard, float limit, window *
 }
 
 /* What ends the phase at the end of its last window. */
-static phase_end end_of(const hopform_guard *guard, const window *end, bool stops, float limit)
+static phase_end end_of(const stance_guard *guard, const window *end, bool stops, float limit)
 {
     phase_end result = {end->t, END_LIMIT, 0, end->basis};
     const bool halts = !(guard->halt > limit) && !(end->t < limit * (1.0f - 8.0f * 1.1920929e-7f));
@@ -435,7 +436,7 @@ static phase_end find_end(const stance_chain *chain, const hopform_poles_f32 *po
         const phase_end result = {until, END_LIMIT, 0, start};
         return result;
     }
-    hopform_guard guard = guard_of(chain, poles, motion);
+    stance_guard guard = guard_of(chain, poles, motion);
     const float limit = guard.halt < until ? guard.halt : until;
     window end = {0.0f, start, {{0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f}}, lost_at_once(&guard)};
     bool stops = false;
@@ -723,7 +724,7 @@ int32_t hopform_plan_init_f32(hopform_plan_f32 *plan, const hopform_robot_f32 *r
         return HOPFORM_ERROR_NULL;
     }
     const hopform_poles_f32 nowhere = {0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f};
-    const hopform_plan_f32 zero = {{0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f}, nowhere, nowhere, nowhere};
+    const hopform_plan_f32 zero = {{0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f}, nowhere, nowhere, nowhere, 0};
     *plan = zero;
     if (!(robot->x1_min <= robot->x1_max)
         || !(robot->m_eff > 0.0f && robot->m_eff <= 1e38f)
@@ -760,6 +761,7 @@ int32_t hopform_plan_init_f32(hopform_plan_f32 *plan, const hopform_robot_f32 *r
     plan->both = both;
     plan->actuator = actuator;
     plan->body = body;
+    plan->made = HOPFORM_PLAN_MADE;
     return HOPFORM_OK;
 }
 
@@ -773,7 +775,7 @@ int32_t hopform_solve_stance_f32(const hopform_plan_f32 *plan, const hopform_sta
     }
     const hopform_stance_f32 zero = {0, {0, 0, 0, 0}, 0, 0, 0, 0, 0, 0, 0};
     *stance = zero;
-    if (!(plan->robot.m_eff > 0.0f)) {
+    if (!hopform_is_made_f32(plan)) {
         return HOPFORM_ERROR_ROBOT;
     }
     const int32_t status = start_status(&plan->robot, start);
@@ -809,7 +811,11 @@ int32_t hopform_stance_at_f32(const hopform_plan_f32 *plan, const hopform_step_f
     const hopform_state_f32 zero = {0.0f, 0.0f, 0.0f, 0.0f};
     *state = zero;
     const bool rests = stance->ending == HOPFORM_ENDING_REST;
-    if (!(t >= 0.0f && t <= 1e38f) || (t > stance->duration && !rests) || stance->phases_kept < stance->phase_count) {
+    if (!hopform_is_made_f32(plan)) {
+        return HOPFORM_ERROR_ROBOT;
+    }
+    if (!(t >= 0.0f && t <= 1e38f) || (t > stance->duration && !rests) || stance->phases_kept < stance->phase_count
+        || stance->phases_kept < 1) {
         return HOPFORM_ERROR_TIME;
     }
     const float within = t < stance->duration ? t : stance->duration;

@@ -117,10 +117,10 @@ typedef struct {
     double half_turn;
     double halt; /* when the mass that slips alone comes to rest */
     end_kind halts;
-} hopform_guard;
+} stance_guard;
 
 /* A held mass slips where its free acceleration leaves [-f, f]; a stop holds on its side whatever the force. */
-static void watch_thresholds(const stance_chain *chain, hopform_guard *guard, int mass)
+static void watch_thresholds(const stance_chain *chain, stance_guard *guard, int mass)
 {
     const hopform_robot_f64 *robot = &chain->plan->robot;
     const hopform_rates_f64 *rates = &chain->plan->rates;
@@ -141,7 +141,7 @@ static void watch_thresholds(const stance_chain *chain, hopform_guard *guard, in
 }
 
 /* Where both masses slip, each watches its velocity. */
-static void watch_velocity(const stance_chain *chain, hopform_guard *guard, end_kind kind)
+static void watch_velocity(const stance_chain *chain, stance_guard *guard, end_kind kind)
 {
     const hopform_motion_f64 *motion = guard->motion;
     if (kind == END_VELOCITY_1) {
@@ -155,9 +155,9 @@ static void watch_velocity(const stance_chain *chain, hopform_guard *guard, end_
     }
 }
 
-static hopform_guard guard_of(const stance_chain *chain, const hopform_poles_f64 *poles, const hopform_motion_f64 *motion)
+static stance_guard guard_of(const stance_chain *chain, const hopform_poles_f64 *poles, const hopform_motion_f64 *motion)
 {
-    hopform_guard guard;
+    stance_guard guard;
     guard.poles = poles;
     guard.motion = motion;
     guard.count = 1;
@@ -198,14 +198,14 @@ typedef struct {
     int32_t found; /* the watch that has its root at t, -1 for none */
 } window;
 
-static void sample_window(const hopform_guard *guard, window *end)
+static void sample_window(const stance_guard *guard, window *end)
 {
     for (int32_t n = 0; n < guard->count; n++) {
         end->at[n] = hopform_sample_at_f64(&guard->watch[n], guard->poles, &end->basis, end->t);
     }
 }
 
-static void close_window(const hopform_guard *guard, window *end, double t)
+static void close_window(const stance_guard *guard, window *end, double t)
 {
     end->t = t;
     end->found = -1;
@@ -214,7 +214,7 @@ static void close_window(const hopform_guard *guard, window *end, double t)
 }
 
 /* The window ends where a watch has its root. */
-static void end_at(const hopform_guard *guard, window *end, int32_t n, const hopform_point_f64 *root)
+static void end_at(const stance_guard *guard, window *end, int32_t n, const hopform_point_f64 *root)
 {
     end->t = root->t;
     end->basis = root->basis;
@@ -228,7 +228,7 @@ typedef struct {
     double after;
 } outlook;
 
-static outlook look_ahead(const hopform_guard *guard)
+static outlook look_ahead(const stance_guard *guard)
 {
     const double w = guard->frequency > 0.0 ? guard->frequency : sqrt(guard->poles->q);
     outlook ahead = {-1, 0.96875 * guard->half_turn};
@@ -243,7 +243,7 @@ static outlook look_ahead(const hopform_guard *guard)
 }
 
 /* Close the window at the root that is expected first, or a little beyond where it was expected. */
-static void reach_ahead(const hopform_guard *guard, double low, double limit, int32_t windows, window *end)
+static void reach_ahead(const stance_guard *guard, double low, double limit, int32_t windows, window *end)
 {
     const outlook ahead = look_ahead(guard);
     const double p = guard->poles->p; /* a window in which the pair fades away tells little */
@@ -274,7 +274,7 @@ static bool is_before(const hopform_sample_f64 *at, double h, bool wins_ties)
 }
 
 /* Shorten the window until each watch is known to keep its sign in it, but for the one that is found at its end. */
-static void settle_window(const hopform_guard *guard, double low, window *end)
+static void settle_window(const stance_guard *guard, double low, window *end)
 {
     const double a = guard->poles->a;
     for (int32_t n = 0, cuts = 0; n < guard->count && cuts < 400; n++) {
@@ -294,7 +294,8 @@ static void settle_window(const hopform_guard *guard, double low, window *end)
             continue; /* a tie that the other wins */
         }
         if (verdict == DIPS) {
-            const double first = low + h * (from->rate / (from->rate - end->at[n].rate));
+            const double turn = from->rate - end->at[n].rate;
+            const double first = low + h * (turn < 0.0 ? from->rate / turn : 0.5);
             const hopform_point_f64 bottom = hopform_bottom_between_f64(&guard->watch[n], guard->poles, low, end->t, first);
             if (bottom.at.value < -bottom.at.noise) {
                 close_window(guard, end, bottom.t);
@@ -324,7 +325,7 @@ static void settle_window(const hopform_guard *guard, double low, window *end)
 }
 
 /* The stop ahead, which x_1, monotone within a phase, has met if it is beyond it at the end of the window. */
-static bool meets_stop(const stance_chain *chain, const hopform_guard *guard, double low, window *end)
+static bool meets_stop(const stance_chain *chain, const stance_guard *guard, double low, window *end)
 {
     const hopform_robot_f64 *robot = &chain->plan->robot;
     const double stop = chain->side_1 > 0 ? robot->x1_max : robot->x1_min;
@@ -369,7 +370,7 @@ static bool meets_stop(const stance_chain *chain, const hopform_guard *guard, do
 }
 
 /* While nothing happens in many half turns: up to where all watches are known to keep quiet, `from` if that is not far. */
-static double quiet_until(const hopform_guard *guard, double from, double limit)
+static double quiet_until(const stance_guard *guard, double from, double limit)
 {
     for (double reach = limit - from; reach > 8.0 * guard->half_turn; reach *= 0.125) {
         bool quiet = true;
@@ -384,7 +385,7 @@ static double quiet_until(const hopform_guard *guard, double from, double limit)
 }
 
 /* A watch that is below zero already when the phase begins; -1 if there is none. */
-static int32_t lost_at_once(hopform_guard *guard)
+static int32_t lost_at_once(stance_guard *guard)
 {
     for (int32_t n = 0; n < guard->count; n++) {
         if (guard->from[n].value < 0.0) {
@@ -398,7 +399,7 @@ static int32_t lost_at_once(hopform_guard *guard)
 }
 
 /* At the time of the limit a take-off comes before it, and before mass 2 comes to rest what mass 1 does. */
-static void cross_at_the_limit(const hopform_guard *guard, double limit, window *end)
+static void cross_at_the_limit(const stance_guard *guard, double limit, window *end)
 {
     for (int32_t n = 0; n < guard->count && end->found < 0 && !(end->t < limit); n++) {
         const bool is_first = n == 0 || (guard->watch[n].kind == END_THRESHOLD_1 && !(guard->halt > limit));
@@ -411,7 +412,7 @@ static void cross_at_the_limit(const hopform_guard *guard, double limit, window 
 }
 
 /* What ends the phase at the end of its last window. */
-static phase_end end_of(const hopform_guard *guard, const window *end, bool stops, double limit)
+static phase_end end_of(const stance_guard *guard, const window *end, bool stops, double limit)
 {
     phase_end result = {end->t, END_LIMIT, 0, end->basis};
     const bool halts = !(guard->halt > limit) && !(end->t < limit * (1.0 - 8.0 * 2.220446049250313e-16));
@@ -435,7 +436,7 @@ static phase_end find_end(const stance_chain *chain, const hopform_poles_f64 *po
         const phase_end result = {until, END_LIMIT, 0, start};
         return result;
     }
-    hopform_guard guard = guard_of(chain, poles, motion);
+    stance_guard guard = guard_of(chain, poles, motion);
     const double limit = guard.halt < until ? guard.halt : until;
     window end = {0.0, start, {{0.0, 0.0, 0.0, 0.0, 0.0, 0.0}}, lost_at_once(&guard)};
     bool stops = false;
@@ -723,7 +724,7 @@ int32_t hopform_plan_init_f64(hopform_plan_f64 *plan, const hopform_robot_f64 *r
         return HOPFORM_ERROR_NULL;
     }
     const hopform_poles_f64 nowhere = {0.0, 0.0, 0.0, 0.0, 0.0, 0.0};
-    const hopform_plan_f64 zero = {{0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0}, {0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0}, nowhere, nowhere, nowhere};
+    const hopform_plan_f64 zero = {{0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0}, {0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0}, nowhere, nowhere, nowhere, 0};
     *plan = zero;
     if (!(robot->x1_min <= robot->x1_max)
         || !(robot->m_eff > 0.0 && robot->m_eff <= 1e+300)
@@ -760,6 +761,7 @@ int32_t hopform_plan_init_f64(hopform_plan_f64 *plan, const hopform_robot_f64 *r
     plan->both = both;
     plan->actuator = actuator;
     plan->body = body;
+    plan->made = HOPFORM_PLAN_MADE;
     return HOPFORM_OK;
 }
 
@@ -773,7 +775,7 @@ int32_t hopform_solve_stance_f64(const hopform_plan_f64 *plan, const hopform_sta
     }
     const hopform_stance_f64 zero = {0, {0, 0, 0, 0}, 0, 0, 0, 0, 0, 0, 0};
     *stance = zero;
-    if (!(plan->robot.m_eff > 0.0)) {
+    if (!hopform_is_made_f64(plan)) {
         return HOPFORM_ERROR_ROBOT;
     }
     const int32_t status = start_status(&plan->robot, start);
@@ -809,7 +811,11 @@ int32_t hopform_stance_at_f64(const hopform_plan_f64 *plan, const hopform_step_f
     const hopform_state_f64 zero = {0.0, 0.0, 0.0, 0.0};
     *state = zero;
     const bool rests = stance->ending == HOPFORM_ENDING_REST;
-    if (!(t >= 0.0 && t <= 1e+300) || (t > stance->duration && !rests) || stance->phases_kept < stance->phase_count) {
+    if (!hopform_is_made_f64(plan)) {
+        return HOPFORM_ERROR_ROBOT;
+    }
+    if (!(t >= 0.0 && t <= 1e+300) || (t > stance->duration && !rests) || stance->phases_kept < stance->phase_count
+        || stance->phases_kept < 1) {
         return HOPFORM_ERROR_TIME;
     }
     const double within = t < stance->duration ? t : stance->duration;

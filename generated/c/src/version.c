@@ -6,5 +6,5 @@
 
 const char *hopform_source(void)
 {
-    return "030b9c7bf9ee26f7";
+    return "f7dc3f754d54e2f5";
 }

@@ -16,36 +16,42 @@
 #if defined(__FAST_MATH__)
 #error "hopform checks for NaN and infinities, which -ffast-math deletes"
 #endif
+#if defined(__FLT_EVAL_METHOD__) && __FLT_EVAL_METHOD__ != 0 && __FLT_EVAL_METHOD__ != 16
+#error "hopform needs each result rounded to its type: FLT_EVAL_METHOD must be 0 (on x86, -msse2 -mfpmath=sse)"
+#endif
 
 #ifdef __cplusplus
 extern "C" {
 #endif
 
-/* Status: 0 ok, negative an error, positive an answer with a warning. */
+/** Status: 0 ok, negative an error, positive an answer with a warning. */
 #define HOPFORM_OK 0
-#define HOPFORM_PHASES_NOT_KEPT 1     /* the phase buffer was too small; everything else is exact */
-#define HOPFORM_NO_DERIVATIVE 2       /* no take-off, an event that grazes, or derivatives out of range */
-#define HOPFORM_SEARCHING 3           /* the search for a current goes on */
-#define HOPFORM_ERROR_NULL (-1)       /* a pointer is NULL */
-#define HOPFORM_ERROR_ROBOT (-2)      /* a parameter is not finite or out of its domain */
-#define HOPFORM_ERROR_STATE (-3)      /* an initial value is not finite, or x_1 is outside its stroke */
-#define HOPFORM_ERROR_EXTENDED (-4)   /* the spring force at the start is negative */
-#define HOPFORM_ERROR_STEPS (-5)      /* the steps of the current do not start at 0 or do not increase */
-#define HOPFORM_ERROR_HORIZON (-6)    /* horizon or max_phases is not positive */
-#define HOPFORM_ERROR_TIME (-7)       /* a time is not finite or outside the stance */
-#define HOPFORM_ERROR_NUMBERS (-8)    /* the result is not finite: the numbers left the range of the type */
-#define HOPFORM_ERROR_TARGET (-9)     /* the desired apex is below the ground, not finite, or stop_margin is negative */
-#define HOPFORM_ERROR_GAINS (-10)     /* a gain is negative or not finite */
-#define HOPFORM_ERROR_VARIANT (-11)   /* no such variant of a batch on this processor */
-#define HOPFORM_ERROR_DETECTOR (-12)  /* a sample or threshold is not finite, low > high, or count < 1 */
+#define HOPFORM_PHASES_NOT_KEPT 1     /**< the phase buffer was too small; everything else is exact */
+#define HOPFORM_NO_DERIVATIVE 2       /**< no take-off, an event that grazes, or derivatives out of range */
+#define HOPFORM_SEARCHING 3           /**< the search for a current goes on */
+#define HOPFORM_ERROR_NULL (-1)       /**< a pointer is NULL */
+#define HOPFORM_ERROR_ROBOT (-2)      /**< a parameter is not finite or out of its domain, or the plan was not made */
+#define HOPFORM_ERROR_STATE (-3)      /**< an initial value is not finite, or x_1 is outside its stroke */
+#define HOPFORM_ERROR_EXTENDED (-4)   /**< the spring force at the start is negative */
+#define HOPFORM_ERROR_STEPS (-5)      /**< the steps of the current do not start at 0 or do not increase */
+#define HOPFORM_ERROR_HORIZON (-6)    /**< horizon or max_phases is not positive */
+#define HOPFORM_ERROR_TIME (-7)       /**< a time is not finite or outside the stance */
+#define HOPFORM_ERROR_NUMBERS (-8)    /**< the result is not finite: the numbers left the range of the type */
+#define HOPFORM_ERROR_TARGET (-9)     /**< the desired apex is below the ground, not finite, or stop_margin is negative */
+#define HOPFORM_ERROR_GAINS (-10)     /**< a gain is negative or not finite */
+#define HOPFORM_ERROR_VARIANT (-11)   /**< no such variant of a batch on this processor */
+#define HOPFORM_ERROR_DETECTOR (-12)  /**< a sample or threshold is not finite, low > high, or count < 1 */
 
-/* What the controller found. */
+/** What the controller found. */
 #define HOPFORM_COMMAND_REACHED 1
 #define HOPFORM_COMMAND_NEAREST 2
 #define HOPFORM_COMMAND_NO_TAKEOFF 3
-#define HOPFORM_SEARCH_TRIALS 4096   /* currents tried at most */
+#define HOPFORM_SEARCH_TRIALS 4096   /**< currents tried at most */
 
-/* How a batch is solved, each to the same bits: the fastest that the processor has; one stance after the other; many at a
+#define HOPFORM_PLAN_MADE 0x686f7066u /**< tells a plan from memory that holds anything */
+#define HOPFORM_SELFTEST_PHASES 32   /**< phases that hopform_selftest works in */
+
+/** How a batch is solved, each to the same bits: the fastest that the processor has; one stance after the other; many at a
  * time in vector registers, those of every such processor or those of AVX2, AVX-512. */
 #define HOPFORM_VARIANT_BEST 0
 #define HOPFORM_VARIANT_ONE_BY_ONE 1
@@ -53,13 +59,13 @@ extern "C" {
 #define HOPFORM_VARIANT_AVX2 3
 #define HOPFORM_VARIANT_AVX512 4
 
-/* How a stance ended. */
+/** How a stance ended. */
 #define HOPFORM_ENDING_TAKEOFF 1
 #define HOPFORM_ENDING_REST 2
 #define HOPFORM_ENDING_HORIZON 3
 #define HOPFORM_ENDING_TOO_MANY_PHASES 4
 
-/* What starts a phase; 0 is the start of the stance or a step of the current. */
+/** What starts a phase; 0 is the start of the stance or a step of the current. */
 #define HOPFORM_EVENT_NONE 0
 #define HOPFORM_EVENT_X1_REVERSES 1
 #define HOPFORM_EVENT_X1_STICKS 2
@@ -69,7 +75,7 @@ extern "C" {
 #define HOPFORM_EVENT_X2_STICKS 6
 #define HOPFORM_EVENT_X2_SLIPS 7
 
-/* How a flight ended, and what starts a phase of it beside what the actuator does. */
+/** How a flight ended, and what starts a phase of it beside what the actuator does. */
 #define HOPFORM_FLIGHT_TOUCHDOWN 1
 #define HOPFORM_FLIGHT_TRIPPED 2
 #define HOPFORM_FLIGHT_HORIZON 3
@@ -77,20 +83,20 @@ extern "C" {
 #define HOPFORM_FLIGHT_EVENT_U_SATURATES 8
 #define HOPFORM_FLIGHT_EVENT_U_DESATURATES 9
 
-/* What a sample of the signal of contact has told. */
+/** What a sample of the signal of contact has told. */
 #define HOPFORM_CONTACT_TOUCHDOWN 1
 #define HOPFORM_CONTACT_TAKEOFF 2
 
-/* Sensitivities: rows T, x1, v1, x2, v2 (time and state of the take-off), apex, aed; columns x1, v1, y, v2, u, then the
+/** Sensitivities: rows T, x1, v1, x2, v2 (time and state of the take-off), apex, aed; columns x1, v1, y, v2, u, then the
  * parameters of the robot in the order of hopform_robot. */
 #define HOPFORM_SENSITIVITY_ROWS 7
 #define HOPFORM_SENSITIVITY_COLUMNS (5 + 15)
-#define HOPFORM_TANGENT_ROWS 4 /* x1, v1, v2, y: members of the state */
+#define HOPFORM_TANGENT_ROWS 4 /**< x1, v1, v2, y: members of the state */
 
-/* Members of hopform_robot. */
+/** Members of hopform_robot. */
 #define HOPFORM_ROBOT_FIELDS 15
 
-/* Text that this library and a package generated with it have in common. */
+/** Text that this library and a package generated with it have in common. */
 const char *hopform_source(void);
 
 #ifdef __cplusplus

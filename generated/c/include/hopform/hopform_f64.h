@@ -14,138 +14,139 @@
 extern "C" {
 #endif
 
-/* What the hopper is made of. */
+/** What the hopper is made of. */
 typedef struct {
-    double m_eff;        /* [kg] effective mass of the actuator */
-    double m_s;          /* [kg] sprung mass of the body */
-    double k;            /* [N/m] stiffness of the spring */
-    double L0;           /* [m] spring offset, the leg's length at rest */
-    double c;            /* [m] extra offset in (4) */
-    double b1;           /* [N s/m] viscous friction of the actuator */
-    double b2;           /* [N s/m] viscous friction of the body */
-    double f1;           /* [m/s^2] Coulomb friction of the actuator, per unit mass */
-    double f2;           /* [m/s^2] Coulomb friction of the body, per unit mass */
-    double gamma2;       /* [N/A] force per current; the actuator feels -gamma2 u */
-    double g;            /* [m/s^2] gravity */
-    double x1_min;       /* [m] lower end of the actuator's stroke */
-    double x1_max;       /* [m] upper end of the actuator's stroke */
-    double u_max;        /* [A] current limit */
-    double impact_loss;  /* [1] fraction of the body's kinetic energy lost at touchdown */
+    double m_eff;        /**< [kg] effective mass of the actuator */
+    double m_s;          /**< [kg] sprung mass of the body */
+    double k;            /**< [N/m] stiffness of the spring */
+    double L0;           /**< [m] spring offset, the leg's length at rest */
+    double c;            /**< [m] extra offset in (4) */
+    double b1;           /**< [N s/m] viscous friction of the actuator */
+    double b2;           /**< [N s/m] viscous friction of the body */
+    double f1;           /**< [m/s^2] Coulomb friction of the actuator, per unit mass */
+    double f2;           /**< [m/s^2] Coulomb friction of the body, per unit mass */
+    double gamma2;       /**< [N/A] force per current; the actuator feels -gamma2 u */
+    double g;            /**< [m/s^2] gravity */
+    double x1_min;       /**< [m] lower end of the actuator's stroke */
+    double x1_max;       /**< [m] upper end of the actuator's stroke */
+    double u_max;        /**< [A] current limit */
+    double impact_loss;  /**< [1] fraction of the body's kinetic energy lost at touchdown */
 } hopform_robot_f64;
 
-/* The equations of motion (3), (4) as coefficients of y, v_1, v_2 and 1, and their characteristic polynomials. */
+/** The equations of motion (3), (4) as coefficients of y, v_1, v_2 and 1, and their characteristic polynomials. */
 typedef struct {
-    double a1_y;   /* [1/s^2] acceleration of the actuator per compression */
-    double a1_v1;  /* [1/s] acceleration of the actuator per v_1 */
-    double a1_v2;  /* [1/s] acceleration of the actuator per v_2 */
-    double a1_u;   /* [m/s^2/A] acceleration of the actuator per current */
-    double a1_0;   /* [m/s^2] constant acceleration of the actuator */
-    double a2_y;   /* [1/s^2] acceleration of the body per compression */
-    double a2_v1;  /* [1/s] acceleration of the body per v_1 */
-    double a2_v2;  /* [1/s] acceleration of the body per v_2 */
-    double a2_0;   /* [m/s^2] constant acceleration of the body */
-    double s_1;    /* [1/s] sum of the poles' rates, both masses moving */
-    double s_2;    /* [1/s^2] sum of their products in pairs */
-    double s_3;    /* [1/s^3] their product */
-    double p_1;    /* [1/s] actuator moving alone: s^2 + p_1 s + q_1 */
-    double q_1;    /* [1/s^2] actuator moving alone */
-    double p_2;    /* [1/s] body moving alone: s^2 + p_2 s + q_2 */
-    double q_2;    /* [1/s^2] body moving alone */
+    double a1_y;   /**< [1/s^2] acceleration of the actuator per compression */
+    double a1_v1;  /**< [1/s] acceleration of the actuator per v_1 */
+    double a1_v2;  /**< [1/s] acceleration of the actuator per v_2 */
+    double a1_u;   /**< [m/s^2/A] acceleration of the actuator per current */
+    double a1_0;   /**< [m/s^2] constant acceleration of the actuator */
+    double a2_y;   /**< [1/s^2] acceleration of the body per compression */
+    double a2_v1;  /**< [1/s] acceleration of the body per v_1 */
+    double a2_v2;  /**< [1/s] acceleration of the body per v_2 */
+    double a2_0;   /**< [m/s^2] constant acceleration of the body */
+    double s_1;    /**< [1/s] sum of the poles' rates, both masses moving */
+    double s_2;    /**< [1/s^2] sum of their products in pairs */
+    double s_3;    /**< [1/s^3] their product */
+    double p_1;    /**< [1/s] actuator moving alone: s^2 + p_1 s + q_1 */
+    double q_1;    /**< [1/s^2] actuator moving alone */
+    double p_2;    /**< [1/s] body moving alone: s^2 + p_2 s + q_2 */
+    double q_2;    /**< [1/s^2] body moving alone */
 } hopform_rates_f64;
 
-/* The denominator of a mode, (s + a)(s^2 + p s + q); a = 0 where one mass is held. */
+/** The denominator of a mode, (s + a)(s^2 + p s + q); a = 0 where one mass is held. */
 typedef struct {
-    double a;    /* [1/s] rate of the real pole */
-    double p;    /* [1/s] sum of the rates of the pair */
-    double q;    /* [1/s^2] product of the rates of the pair */
-    double s_1;  /* [1/s] sum of the three rates */
-    double s_2;  /* [1/s^2] sum of their products in pairs */
-    double s_3;  /* [1/s^3] their product */
+    double a;    /**< [1/s] rate of the real pole */
+    double p;    /**< [1/s] sum of the rates of the pair */
+    double q;    /**< [1/s^2] product of the rates of the pair */
+    double s_1;  /**< [1/s] sum of the three rates */
+    double s_2;  /**< [1/s^2] sum of their products in pairs */
+    double s_3;  /**< [1/s^3] their product */
 } hopform_poles_f64;
 
-/* The hopper at one instant; x_2 = x_1 - y + L_0 + c. */
+/** The hopper at one instant; x_2 = x_1 - y + L_0 + c. */
 typedef struct {
-    double x1;  /* [m] displacement of the actuator */
-    double v1;  /* [m/s] velocity of the actuator */
-    double v2;  /* [m/s] velocity of the body */
-    double y;   /* [m] compression of the spring, x_1 - x_2 + L_0 + c */
+    double x1;  /**< [m] displacement of the actuator */
+    double v1;  /**< [m/s] velocity of the actuator */
+    double v2;  /**< [m/s] velocity of the body */
+    double y;   /**< [m] compression of the spring, x_1 - x_2 + L_0 + c */
 } hopform_state_f64;
 
-/* The energy of the body (22), (23) and of the whole robot. */
+/** The energy of the body (22), (23) and of the whole robot. */
 typedef struct {
-    double body;   /* [J] kinetic and potential energy of the body, spring without the actuator's share */
-    double total;  /* [J] kinetic and potential energy of the whole robot */
+    double body;   /**< [J] kinetic and potential energy of the body, spring without the actuator's share */
+    double total;  /**< [J] kinetic and potential energy of the whole robot */
 } hopform_energy_f64;
 
-/* Where energy came from and went to, signed as it enters. */
+/** Where energy came from and went to, signed as it enters. */
 typedef struct {
-    double motor_work;   /* [J] work of the motor */
-    double offset_work;  /* [J] work of the offset force k c */
-    double viscous_1;    /* [J] viscous loss of the actuator */
-    double viscous_2;    /* [J] viscous loss of the body */
-    double coulomb_1;    /* [J] Coulomb loss of the actuator */
-    double coulomb_2;    /* [J] Coulomb loss of the body */
-    double spring_work;  /* [J] what the actuator's displacement does to the body through the spring */
+    double motor_work;   /**< [J] work of the motor */
+    double offset_work;  /**< [J] work of the offset force k c */
+    double viscous_1;    /**< [J] viscous loss of the actuator */
+    double viscous_2;    /**< [J] viscous loss of the body */
+    double coulomb_1;    /**< [J] Coulomb loss of the actuator */
+    double coulomb_2;    /**< [J] Coulomb loss of the body */
+    double spring_work;  /**< [J] what the actuator's displacement does to the body through the spring */
 } hopform_ledger_f64;
 
-/* The law of the actuator in flight, gamma_2 u = K_p x_1 + K_d v_1 within the limit of the current. */
+/** The law of the actuator in flight, gamma_2 u = K_p x_1 + K_d v_1 within the limit of the current. */
 typedef struct {
-    double Kp;  /* [N/m] force per displacement */
-    double Kd;  /* [N s/m] force per velocity */
+    double Kp;  /**< [N/m] force per displacement */
+    double Kd;  /**< [N s/m] force per velocity */
 } hopform_gains_f64;
 
-/* Where the actuator's energy came from and went to in flight, signed as it enters. */
+/** Where the actuator's energy came from and went to in flight, signed as it enters. */
 typedef struct {
-    double motor_work;   /* [J] work of the motor */
-    double offset_work;  /* [J] work of the constant force k c */
-    double viscous_1;    /* [J] viscous loss of the actuator */
-    double coulomb_1;    /* [J] Coulomb loss of the actuator */
+    double motor_work;   /**< [J] work of the motor */
+    double offset_work;  /**< [J] work of the constant force k c */
+    double viscous_1;    /**< [J] viscous loss of the actuator */
+    double coulomb_1;    /**< [J] Coulomb loss of the actuator */
 } hopform_flight_ledger_f64;
 
-/* What is computed once per robot: coefficients of the equations of motion and poles of each mode. */
+/** What is computed once per robot: coefficients of the equations of motion and poles of each mode. */
 typedef struct {
     hopform_robot_f64 robot;
     hopform_rates_f64 rates;
-    hopform_poles_f64 both;     /* both masses slip */
-    hopform_poles_f64 actuator; /* the body is held */
-    hopform_poles_f64 body;     /* the actuator is held */
+    hopform_poles_f64 both;     /**< both masses slip */
+    hopform_poles_f64 actuator; /**< the body is held */
+    hopform_poles_f64 body;     /**< the actuator is held */
+    uint32_t made;               /**< HOPFORM_PLAN_MADE once hopform_plan_init was content */
 } hopform_plan_f64;
 
-/* A step of the current: u from time t on. */
+/** A step of the current: u from time t on. */
 typedef struct {
-    double t; /* [s] */
-    double u; /* [A] */
+    double t; /**< [s] */
+    double u; /**< [A] */
 } hopform_step_f64;
 
-/* A phase: where and when it starts, and in which mode. */
+/** A phase: where and when it starts, and in which mode. */
 typedef struct {
-    double t;        /* [s] time since touchdown */
-    double x1;       /* [m] */
-    double v1;       /* [m/s] */
-    double v2;       /* [m/s] */
-    double y;        /* [m] compression */
-    int8_t mode;   /* 3 (side_1 + 1) + side_2 + 1, side_i the sign of v_i, 0 if held */
-    int8_t event;  /* HOPFORM_EVENT_..., what started it */
-    uint16_t step; /* index of the step of the current */
+    double t;        /**< [s] time since touchdown */
+    double x1;       /**< [m] */
+    double v1;       /**< [m/s] */
+    double v2;       /**< [m/s] */
+    double y;        /**< [m] compression */
+    int8_t mode;   /**< 3 (side_1 + 1) + side_2 + 1, side_i the sign of v_i, 0 if held */
+    int8_t event;  /**< HOPFORM_EVENT_..., what started it */
+    uint16_t step; /**< index of the step of the current */
 } hopform_phase_f64;
 
-/* A stance, solved. */
+/** A stance, solved. */
 typedef struct {
-    double duration;            /* [s] time of the ending */
-    hopform_state_f64 end;   /* state at the ending */
-    double apex;                /* [m] hop height of the apex; 0 without take-off */
-    double aed;                 /* [J] analytical energy delta: change of the body's energy */
-    double start_loss;          /* [J] energy lost at a stop at t = 0, negative */
-    int32_t ending;           /* HOPFORM_ENDING_... */
-    int32_t phase_count;      /* phases of the stance, kept or not */
-    int32_t phases_kept;      /* phases in the caller's buffer */
-    int32_t event_count;      /* events of the stance, kept or not */
+    double duration;            /**< [s] time of the ending */
+    hopform_state_f64 end;   /**< state at the ending */
+    double apex;                /**< [m] hop height of the apex; 0 without take-off */
+    double aed;                 /**< [J] analytical energy delta: change of the body's energy */
+    double start_loss;          /**< [J] energy lost at a stop at t = 0, negative */
+    int32_t ending;           /**< HOPFORM_ENDING_... */
+    int32_t phase_count;      /**< phases of the stance, kept or not */
+    int32_t phases_kept;      /**< phases in the caller's buffer */
+    int32_t event_count;      /**< events of the stance, kept or not */
 } hopform_stance_f64;
 
-/* Coefficients and poles of a robot. Negative status and a zeroed plan on bad parameters. */
+/** Coefficients and poles of a robot. Negative status and a zeroed plan on bad parameters. */
 int32_t hopform_plan_init_f64(hopform_plan_f64 *plan, const hopform_robot_f64 *robot);
 
-/* Solve one stance from its start; phases go into the caller's buffer as far as it reaches.
+/** Solve one stance from its start; phases go into the caller's buffer as far as it reaches.
  *
  * start: state after the impact, y = 0 at touchdown. steps: the current, steps[0].t = 0, times increase.
  * horizon [s]: longest time. max_phases: after so many phases the ending is too_many_phases.
@@ -155,24 +156,24 @@ int32_t hopform_solve_stance_f64(const hopform_plan_f64 *plan, const hopform_sta
                                   int32_t max_phases, hopform_phase_f64 *phases, int32_t capacity,
                                   hopform_stance_f64 *stance);
 
-/* State at time t of a solved stance, 0 <= t <= duration (any t after rest). */
+/** State at time t of a solved stance, 0 <= t <= duration (any t after rest). */
 int32_t hopform_stance_at_f64(const hopform_plan_f64 *plan, const hopform_step_f64 *steps,
                                const hopform_phase_f64 *phases, const hopform_stance_f64 *stance, double t,
                                hopform_state_f64 *state);
 
-/* States at `count` times of any order, each as hopform_stance_at gives it, as four arrays; y is the compression. */
+/** States at `count` times of any order, each as hopform_stance_at gives it, as four arrays; y is the compression. */
 int32_t hopform_stance_states_f64(const hopform_plan_f64 *plan, const hopform_step_f64 *steps,
                                    const hopform_phase_f64 *phases, const hopform_stance_f64 *stance, const double *times,
                                    int32_t count, double *x1, double *v1, double *v2, double *y);
 
-/* Energies and ledgers from the start of a solved stance to each of `count` times, which must not decrease. Without
+/** Energies and ledgers from the start of a solved stance to each of `count` times, which must not decrease. Without
  * ledgers and stop_losses (both NULL) the energies alone, at a fraction of the cost, at times of any order. */
 int32_t hopform_stance_energy_f64(const hopform_plan_f64 *plan, const hopform_step_f64 *steps,
                                    const hopform_phase_f64 *phases, const hopform_stance_f64 *stance, const double *times,
                                    int32_t count, hopform_energy_f64 *energies, hopform_ledger_f64 *ledgers,
                                    double *stop_losses);
 
-/* Derivatives of a solved stance through its events: HOPFORM_SENSITIVITY_ROWS times HOPFORM_SENSITIVITY_COLUMNS numbers, row
+/** Derivatives of a solved stance through its events: HOPFORM_SENSITIVITY_ROWS times HOPFORM_SENSITIVITY_COLUMNS numbers, row
  * by row; zeros if there are none (positive status).
  *
  * Column y holds the others' x1, L0, c at a fixed compression: where x_2 is given, y = x1 - x_2 + L0 + c passes it on to them.
@@ -183,7 +184,7 @@ int32_t hopform_stance_sensitivities_f64(const hopform_plan_f64 *plan, const hop
                                           const hopform_phase_f64 *phases, const hopform_stance_f64 *stance,
                                           double *matrix);
 
-/* States of a solved stance at `count` times, which must not decrease, and their derivatives through the events before them:
+/** States of a solved stance at `count` times, which must not decrease, and their derivatives through the events before them:
  * HOPFORM_TANGENT_ROWS times HOPFORM_SENSITIVITY_COLUMNS numbers a time, rows x1, v1, v2, y, columns as in
  * hopform_stance_sensitivities. Where an event grazes (HOPFORM_NO_DERIVATIVE) they are those of a motion that does not notice it.
  */
@@ -191,7 +192,7 @@ int32_t hopform_stance_tangents_f64(const hopform_plan_f64 *plan, const hopform_
                                      const hopform_phase_f64 *phases, const hopform_stance_f64 *stance,
                                      const double *times, int32_t count, hopform_state_f64 *states, double *tangents);
 
-/* States of a solved stance at the times t0 + i dt, i = 0 .. count - 1, as four arrays; y is the compression.
+/** States of a solved stance at the times t0 + i dt, i = 0 .. count - 1, as four arrays; y is the compression.
  *
  * The grid ends at the stance's duration (a rest may be followed on for any time); dt > 0. About as exact as
  * hopform_stance_at at each time, at the cost of a few sums.
@@ -200,68 +201,68 @@ int32_t hopform_stance_grid_f64(const hopform_plan_f64 *plan, const hopform_step
                                  const hopform_phase_f64 *phases, const hopform_stance_f64 *stance, double t0, double dt,
                                  int32_t count, double *x1, double *v1, double *v2, double *y);
 
-/* What the controller is asked for. */
+/** What the controller is asked for. */
 typedef struct {
-    double h_des;       /* [m] hop height of the next apex */
-    double datum;       /* [m] the level that h_des counts from, less that of the ground under the foot */
-    double stop_margin; /* [m] x_1 stays below x1_max by more than this */
-    double horizon;     /* [s] longest time of a stance */
+    double h_des;       /**< [m] hop height of the next apex */
+    double datum;       /**< [m] the level that h_des counts from, less that of the ground under the foot */
+    double stop_margin; /**< [m] x_1 stays below x1_max by more than this */
+    double horizon;     /**< [s] longest time of a stance */
 } hopform_target_f64;
 
-/* The answer of the controller. */
+/** The answer of the controller. */
 typedef struct {
-    double u;         /* [A] */
-    double apex;      /* [m] hop height that follows, as h_des; 0 without take-off */
-    int32_t status; /* HOPFORM_COMMAND_... */
+    double u;         /**< [A] */
+    double apex;      /**< [m] hop height that follows, as h_des; 0 without take-off */
+    int32_t status; /**< HOPFORM_COMMAND_... */
 } hopform_command_f64;
 
-/* A current that was tried, and what its stance does. */
+/** A current that was tried, and what its stance does. */
 typedef struct {
-    double u;          /* [A] */
-    double apex;       /* [m] 0 without take-off */
-    double apex_u;     /* [m/A] its derivative by u, as the next ones */
-    double peak;       /* [m] the largest x_1 */
-    double peak_u;     /* [m/A] */
-    double dip;        /* [m] the least minimum of y before the ending */
-    double dip_u;      /* [m/A] */
-    uint32_t events; /* stands for the order of modes and events */
-    int32_t dips;    /* how many minima of y there are */
+    double u;          /**< [A] */
+    double apex;       /**< [m] 0 without take-off */
+    double apex_u;     /**< [m/A] its derivative by u, as the next ones */
+    double peak;       /**< [m] the largest x_1 */
+    double peak_u;     /**< [m/A] */
+    double dip;        /**< [m] the least minimum of y before the ending */
+    double dip_u;      /**< [m/A] */
+    uint32_t events; /**< stands for the order of modes and events */
+    int32_t dips;    /**< how many minima of y there are */
     bool takes_off;
-    bool held;       /* the actuator never moves */
-    bool smooth;     /* the derivatives exist */
+    bool held;       /**< the actuator never moves */
+    bool smooth;     /**< the derivatives exist */
 } hopform_trial_f64;
 
-/* Try each of some currents from each of some states; trials, state by state, current by current. A stance with more phases
+/** Try each of some currents from each of some states; trials, state by state, current by current. A stance with more phases
  * than fit into the buffer counts as one without take-off. */
 int32_t hopform_try_currents_f64(const hopform_plan_f64 *plan, const hopform_state_f64 *starts, int32_t start_count,
                                   const double *currents, int32_t current_count, double horizon, hopform_phase_f64 *phases,
                                   int32_t capacity, hopform_trial_f64 *trials);
 
-enum { HOPFORM_SEARCH_DEPTH_f64 = 64 }; /* currents that wait on one side */
+enum { HOPFORM_SEARCH_DEPTH_f64 = 64 }; /**< currents that wait on one side */
 
-/* A search for a current, which goes outward from 0 on both sides; the caller's memory. */
+/** A search for a current, which goes outward from 0 on both sides; the caller's memory. */
 typedef struct {
     const hopform_plan_f64 *plan;
     hopform_state_f64 start;
-    double apex;    /* [m] wanted, over the ground */
-    double limit;   /* [m] x_1 stays below */
-    double horizon; /* [s] */
-    double datum;   /* [m] */
-    hopform_trial_f64 best;                             /* the nearest so far; u = 0 until one is admissible */
-    hopform_trial_f64 inner[2];                         /* by side: all nearer to 0 is done */
-    hopform_trial_f64 outer[2][HOPFORM_SEARCH_DEPTH_f64];   /* by side: tried further out, the innermost last */
+    double apex;    /**< [m] wanted, over the ground */
+    double limit;   /**< [m] x_1 stays below */
+    double horizon; /**< [s] */
+    double datum;   /**< [m] */
+    hopform_trial_f64 best;                             /**< the nearest so far; u = 0 until one is admissible */
+    hopform_trial_f64 inner[2];                         /**< by side: all nearer to 0 is done */
+    hopform_trial_f64 outer[2][HOPFORM_SEARCH_DEPTH_f64];   /**< by side: tried further out, the innermost last */
     int32_t waiting[2];
-    double next;    /* [A] what to try */
-    int32_t side; /* of it */
-    int32_t slow; /* splits in a row that left most of a cell */
+    double next;    /**< [A] what to try */
+    int32_t side; /**< of it */
+    int32_t slow; /**< splits in a row that left most of a cell */
     int32_t trials;
-    int32_t status; /* HOPFORM_SEARCHING, HOPFORM_OK when done, or an error */
-    bool found;   /* one is admissible */
+    int32_t status; /**< HOPFORM_SEARCHING, HOPFORM_OK when done, or an error */
+    bool found;   /**< one is admissible */
     bool reached;
-    bool partial; /* a stance or the search outgrew the memory given */
+    bool partial; /**< a stance or the search outgrew the memory given */
 } hopform_search_f64;
 
-/* Begin to look for the current in [-u_max, u_max] after which the next apex is nearest to h_des, the least |u| if several
+/** Begin to look for the current in [-u_max, u_max] after which the next apex is nearest to h_des, the least |u| if several
  * reach it. Admissible are currents with a take-off and x_1 < x1_max - stop_margin throughout (any if the actuator is locked).
  *
  * start: state after the impact, y = 0 at touchdown. command: u = 0 for the time being.
@@ -270,50 +271,50 @@ int32_t hopform_choose_current_begin_f64(hopform_search_f64 *search, const hopfo
                                           const hopform_state_f64 *start, const hopform_target_f64 *target,
                                           hopform_command_f64 *command);
 
-/* Solve one stance more, in the caller's buffer of phases. HOPFORM_SEARCHING while there is more to do; command is the best
+/** Solve one stance more, in the caller's buffer of phases. HOPFORM_SEARCHING while there is more to do; command is the best
  * admissible one so far. HOPFORM_PHASES_NOT_KEPT if, in the end, a stance had more phases than fit and was left out.
  */
 int32_t hopform_choose_current_step_f64(hopform_search_f64 *search, hopform_phase_f64 *phases, int32_t capacity,
                                          hopform_command_f64 *command);
 
-/* Both, up to the end. */
+/** Both, up to the end. */
 int32_t hopform_choose_current_f64(hopform_search_f64 *search, const hopform_plan_f64 *plan, const hopform_state_f64 *start,
                                     const hopform_target_f64 *target, hopform_phase_f64 *phases, int32_t capacity,
                                     hopform_command_f64 *command);
 
-/* A phase of a flight: where and when it starts, and in which mode. */
+/** A phase of a flight: where and when it starts, and in which mode. */
 typedef struct {
-    double t;       /* [s] time since take-off */
-    double x1;      /* [m] */
-    double v1;      /* [m/s] */
-    double acc1;    /* [m/s^2] */
-    int8_t side;  /* sign of v1, 0 if held */
-    int8_t limit; /* sign of the motor's pull gamma2 u at its limit, 0 under the law */
-    int8_t event; /* HOPFORM_EVENT_X1_..., HOPFORM_FLIGHT_EVENT_..., HOPFORM_EVENT_NONE: what started it */
-    int8_t spare; /* 0 */
+    double t;       /**< [s] time since take-off */
+    double x1;      /**< [m] */
+    double v1;      /**< [m/s] */
+    double acc1;    /**< [m/s^2] */
+    int8_t side;  /**< sign of v1, 0 if held */
+    int8_t limit; /**< sign of the motor's pull gamma2 u at its limit, 0 under the law */
+    int8_t event; /**< HOPFORM_EVENT_X1_..., HOPFORM_FLIGHT_EVENT_..., HOPFORM_EVENT_NONE: what started it */
+    int8_t spare; /**< 0 */
 } hopform_flight_phase_f64;
 
-/* A flight, solved. In its states y is how far the foot is below the ground ahead. */
+/** A flight, solved. In its states y is how far the foot is below the ground ahead. */
 typedef struct {
-    hopform_gains_f64 gains; /* of the law; 0 where the motor has no force */
-    hopform_state_f64 start; /* as given */
-    double duration;            /* [s] time of the ending */
-    hopform_state_f64 end;   /* state at the ending: before the impact */
-    double v2_after;            /* [m/s] velocity of the body after the impact */
-    double apex;                /* [m] highest hop height of the body over the ground ahead, up to the ending */
-    double apex_time;           /* [s] */
-    double impact_loss;         /* [J] energy lost at the impact, negative */
-    double start_loss;          /* [J] energy lost at a stop at t = 0, negative */
-    int32_t ending;           /* HOPFORM_FLIGHT_... */
-    int32_t phase_count;      /* phases of the flight, kept or not */
-    int32_t phases_kept;      /* phases in the caller's buffer */
-    int32_t event_count;      /* events of the flight, kept or not */
+    hopform_gains_f64 gains; /**< of the law; 0 where the motor has no force */
+    hopform_state_f64 start; /**< as given */
+    double duration;            /**< [s] time of the ending */
+    hopform_state_f64 end;   /**< state at the ending: before the impact */
+    double v2_after;            /**< [m/s] velocity of the body after the impact */
+    double apex;                /**< [m] highest hop height of the body over the ground ahead, up to the ending */
+    double apex_time;           /**< [s] */
+    double impact_loss;         /**< [J] energy lost at the impact, negative */
+    double start_loss;          /**< [J] energy lost at a stop at t = 0, negative */
+    int32_t ending;           /**< HOPFORM_FLIGHT_... */
+    int32_t phase_count;      /**< phases of the flight, kept or not */
+    int32_t phases_kept;      /**< phases in the caller's buffer */
+    int32_t event_count;      /**< events of the flight, kept or not */
 } hopform_flight_f64;
 
-/* Gains with which the actuator, from rest, is back within 1/100 of its way in a time [s], critically damped. */
+/** Gains with which the actuator, from rest, is back within 1/100 of its way in a time [s], critically damped. */
 int32_t hopform_design_return_f64(const hopform_plan_f64 *plan, double time, hopform_gains_f64 *gains);
 
-/* Solve one flight, from take-off to the first downward crossing of the ground ahead by the foot after it has been above it.
+/** Solve one flight, from take-off to the first downward crossing of the ground ahead by the foot after it has been above it.
  *
  * start: state at take-off; y is the height of the ground ahead over the foot, 0 on flat ground. gains: of the law
  * gamma2 u = Kp x1 + Kd v1, which stays within u_max; NULL for those of hopform_design_return, settled 50 ms before the touchdown
@@ -324,94 +325,99 @@ int32_t hopform_solve_flight_f64(const hopform_plan_f64 *plan, const hopform_sta
                                   const hopform_gains_f64 *gains, double horizon, int32_t max_phases,
                                   hopform_flight_phase_f64 *phases, int32_t capacity, hopform_flight_f64 *flight);
 
-/* States at `count` times of a solved flight, 0 <= t <= duration. */
+/** States at `count` times of a solved flight, 0 <= t <= duration. */
 int32_t hopform_flight_at_f64(const hopform_plan_f64 *plan, const hopform_flight_phase_f64 *phases,
                                const hopform_flight_f64 *flight, const double *times, int32_t count,
                                hopform_state_f64 *states);
 
-/* Energies and ledgers from take-off to each of `count` times, which must not decrease. */
+/** Energies and ledgers from take-off to each of `count` times, which must not decrease. */
 int32_t hopform_flight_energy_f64(const hopform_plan_f64 *plan, const hopform_flight_phase_f64 *phases,
                                    const hopform_flight_f64 *flight, const double *times, int32_t count,
                                    hopform_energy_f64 *energies, hopform_flight_ledger_f64 *ledgers, double *stop_losses);
 
-/* How touchdown is told from a noisy signal of contact. */
+/** Solves fixed cases that visit every mode, kind of event, ending and branch of the kernels, and hashes all bits of what
+ * comes out: the same word on every processor, with every compiler and optimisation that keeps to IEEE 754.
+ * search, phases: memory to work in; capacity >= HOPFORM_SELFTEST_PHASES, else the word is 0, which no selftest gives. */
+uint32_t hopform_selftest_f64(hopform_search_f64 *search, hopform_phase_f64 *phases, int32_t capacity);
+
+/** How touchdown is told from a noisy signal of contact. */
 typedef struct {
-    double high;     /* the signal is above where it reaches this */
-    double low;      /* and no longer where it falls below this; low <= high */
-    int32_t count; /* samples in a row that must say the same, >= 1 */
+    double high;     /**< the signal is above where it reaches this */
+    double low;      /**< and no longer where it falls below this; low <= high */
+    int32_t count; /**< samples in a row that must say the same, >= 1 */
 } hopform_detector_f64;
 
-/* What is known of the contact; begins as zeros. */
+/** What is known of the contact; begins as zeros. */
 typedef struct {
-    int32_t above;   /* 1 if the signal is above */
-    int32_t touches; /* 1 if the foot is taken to touch */
-    int32_t run;     /* for how many samples the signal has said otherwise */
+    int32_t above;   /**< 1 if the signal is above */
+    int32_t touches; /**< 1 if the foot is taken to touch */
+    int32_t run;     /**< for how many samples the signal has said otherwise */
 } hopform_contact_f64;
 
-/* Take one sample; HOPFORM_CONTACT_TOUCHDOWN or HOPFORM_CONTACT_TAKEOFF if that is what it has told, else 0. What is known stays
+/** Take one sample; HOPFORM_CONTACT_TOUCHDOWN or HOPFORM_CONTACT_TAKEOFF if that is what it has told, else 0. What is known stays
  * as it is where the sample is refused. */
 int32_t hopform_touchdown_f64(const hopform_detector_f64 *detector, hopform_contact_f64 *contact, double sample);
 
-/* A column of numbers, one per stance, anywhere in memory: each lies `stride` bytes behind the one before; stride 0
+/** A column of numbers, one per stance, anywhere in memory: each lies `stride` bytes behind the one before; stride 0
  * repeats a single number. */
 typedef struct {
     const void *first;
     ptrdiff_t stride;
 } hopform_input_f64;
 
-/* A column that is written; `first` may be NULL where it is not wanted. */
+/** A column that is written; `first` may be NULL where it is not wanted. */
 typedef struct {
     void *first;
     ptrdiff_t stride;
 } hopform_output_f64;
 
-/* Many stances: where their robots, states at touchdown, constant currents and longest times are read. */
+/** Many stances: where their robots, states at touchdown, constant currents and longest times are read. */
 typedef struct {
-    hopform_input_f64 robot[15]; /* HOPFORM_ROBOT_FIELDS, in the order of the robot's members */
-    hopform_input_f64 x1;                          /* [m] */
-    hopform_input_f64 v1;                          /* [m/s] after the impact */
-    hopform_input_f64 v2;                          /* [m/s] after the impact */
-    hopform_input_f64 y;                           /* [m] compression, 0 at touchdown */
-    hopform_input_f64 u;                           /* [A] */
-    hopform_input_f64 horizon;                     /* [s] */
+    hopform_input_f64 robot[15]; /**< HOPFORM_ROBOT_FIELDS, in the order of the robot's members */
+    hopform_input_f64 x1;                          /**< [m] */
+    hopform_input_f64 v1;                          /**< [m/s] after the impact */
+    hopform_input_f64 v2;                          /**< [m/s] after the impact */
+    hopform_input_f64 y;                           /**< [m] compression, 0 at touchdown */
+    hopform_input_f64 u;                           /**< [A] */
+    hopform_input_f64 horizon;                     /**< [s] */
     int32_t max_phases;
 } hopform_stances_in_f64;
 
-/* Many stances: where their results go. A stance that is refused has a negative status and NaN everywhere else. */
+/** Many stances: where their results go. A stance that is refused has a negative status and NaN everywhere else. */
 typedef struct {
-    hopform_output_f64 status;      /* int32_t: HOPFORM_ENDING_..., or HOPFORM_ERROR_... */
-    hopform_output_f64 duration;    /* [s] time of the ending */
-    hopform_output_f64 x1;          /* [m] at the ending, as the next three */
-    hopform_output_f64 v1;          /* [m/s] */
-    hopform_output_f64 x2;          /* [m] height of the body over the ground */
-    hopform_output_f64 v2;          /* [m/s] */
-    hopform_output_f64 apex;        /* [m] hop height of the apex; NaN without take-off, and where g = 0 */
-    hopform_output_f64 aed;         /* [J] analytical energy delta */
-    hopform_output_f64 event_count; /* int32_t */
-    hopform_phase_f64 *phases;      /* where one stance after the other is solved; NULL where no events are wanted */
+    hopform_output_f64 status;      /**< int32_t: HOPFORM_ENDING_..., or HOPFORM_ERROR_... */
+    hopform_output_f64 duration;    /**< [s] time of the ending */
+    hopform_output_f64 x1;          /**< [m] at the ending, as the next three */
+    hopform_output_f64 v1;          /**< [m/s] */
+    hopform_output_f64 x2;          /**< [m] height of the body over the ground */
+    hopform_output_f64 v2;          /**< [m/s] */
+    hopform_output_f64 apex;        /**< [m] hop height of the apex; NaN without take-off, and where g = 0 */
+    hopform_output_f64 aed;         /**< [J] analytical energy delta */
+    hopform_output_f64 event_count; /**< int32_t */
+    hopform_phase_f64 *phases;      /**< where one stance after the other is solved; NULL where no events are wanted */
     int32_t phase_capacity;
-    double *event_time;      /* [s] event_capacity a stance, NaN behind its last; NULL where no events are wanted */
-    int8_t *event_kind;    /* HOPFORM_EVENT_..., HOPFORM_EVENT_NONE behind its last */
+    double *event_time;      /**< [s] event_capacity a stance, NaN behind its last; NULL where no events are wanted */
+    int8_t *event_kind;    /**< HOPFORM_EVENT_..., HOPFORM_EVENT_NONE behind its last */
     int32_t event_capacity;
 } hopform_stances_out_f64;
 
-/* Solve `count` stances, each as hopform_solve_stance does, to the same bits. The plan is made again only where the
+/** Solve `count` stances, each as hopform_solve_stance does, to the same bits. The plan is made again only where the
  * robot changes. HOPFORM_PHASES_NOT_KEPT if the events of a stance did not fit, which event_count tells of each. */
 int32_t hopform_solve_stances_f64(int64_t count, const hopform_stances_in_f64 *in, const hopform_stances_out_f64 *out);
 
-/* The same by one of HOPFORM_VARIANT_...; HOPFORM_ERROR_VARIANT, and nothing is written, if the processor lacks it. */
+/** The same by one of HOPFORM_VARIANT_...; HOPFORM_ERROR_VARIANT, and nothing is written, if the processor lacks it. */
 int32_t hopform_solve_stances_by_f64(int32_t variant, int64_t count, const hopform_stances_in_f64 *in,
                                       const hopform_stances_out_f64 *out);
 
-/* 1 if this processor can solve a batch by a variant, else 0. */
+/** 1 if this processor can solve a batch by a variant, else 0. */
 int32_t hopform_has_variant_f64(int32_t variant);
 
-/* The same as an inner loop of NumPy's generalized ufuncs: (x1, v1, v2, y, u, horizon, robot) to the nine columns of
+/** The same as an inner loop of NumPy's generalized ufuncs: (x1, v1, v2, y, u, horizon, robot) to the nine columns of
  * hopform_stances_out, up to 4096 phases. args: their first elements; dimensions: the number of stances, then the
  * fields of the robot (refused unless HOPFORM_ROBOT_FIELDS); steps: the strides of args, then that of a robot's fields. */
 void hopform_stance_loop_f64(char **args, const ptrdiff_t *dimensions, const ptrdiff_t *steps, void *data);
 
-/* Derivatives of `count` stances, each as hopform_stance_sensitivities gives it: one matrix after the other, NaN where there
+/** Derivatives of `count` stances, each as hopform_stance_sensitivities gives it: one matrix after the other, NaN where there
  * is none. phases: where one stance after the other is solved. status: one a stance, HOPFORM_OK, HOPFORM_NO_DERIVATIVE,
  * HOPFORM_PHASES_NOT_KEPT where `capacity` phases were too few (returned too, then), or an error. The apex' row is NaN
  * without gravity. */

@@ -1,0 +1,1 @@
+"""The generated C on emulated processors: build, run, compare and count."""

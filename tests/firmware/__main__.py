@@ -1,0 +1,136 @@
+"""`python -m tests.firmware` proves the library on emulated targets: CI's combinations; `--all` every one; `--report` counts.
+
+Each combination of target, compiler and optimisation runs the selftest, whose word must be the same everywhere, the golden
+vectors of the 50-digit reference, and garbage; then the symbols of its objects are looked through.
+"""
+
+import argparse
+import re
+import sys
+import time
+from concurrent.futures import ThreadPoolExecutor
+from functools import partial
+from pathlib import Path
+
+from tests.firmware import costs, strict
+from tests.firmware.targets import BY_NAME, TARGETS, Build, Failed, emulate, link, needed, objects, run
+
+LEVELS = ("-O0", "-O1", "-O2", "-O3", "-Os", "-Oz")
+QUICK = (
+    "m4f-gcc-O2", "m4f-gcc-O0", "m4f-clang-Oz", "m7-gcc-O3", "m7-clang-O2", "m33-gcc-Os", "m33-clang-O1",
+    "m3-gcc-O2", "m3-clang-Os", "rv32-gcc-O2", "rv32-clang-O2", "rv32-gcc-Os",
+)  # fmt: skip
+"""What CI runs; the first one in double precision too."""
+
+HOPPING = ("m4f-gcc-O2", "rv32-clang-O2")
+"""Where a robot hops, too: the plant in one task, the library in another, at 1 kHz."""
+
+LIBM = re.compile(r"^(a?sin|a?cos|a?tan2?|exp2?|expm1|log|pow|cbrt|fmod|hypot|floor|ceil|fmax|fmin)f?$")
+DOUBLE = re.compile(r"^(__aeabi_d|__aeabi_f2d|__aeabi_[iu]l?2d|__\w+df\d?$|__extendsfdf2|__truncdfsf2|sqrt$)")
+
+
+def every_build() -> list[Build]:
+    """All combinations that the compilers have; gcc 12 for these targets knows -Oz too."""
+    return [Build(target, compiler, level) for target in TARGETS for compiler in ("gcc", "clang") for level in LEVELS]
+
+
+def of_name(name: str) -> Build:
+    target, compiler, level = re.fullmatch(r"(\w+)-(gcc|clang)(-O\w)", name).groups()  # type: ignore[union-attr]
+    return Build(BY_NAME[target], compiler, level)
+
+
+def symbols(objects_f32: tuple[Path, ...]) -> list[str]:
+    """What is wrong with the symbols of single precision objects: double helpers, libm, memory of their own."""
+    wrong = []
+    for path in objects_f32:
+        for line in run(["nm", str(path)]).splitlines():
+            *_, kind, name = line.split()
+            if kind == "U" and (DOUBLE.match(name) or LIBM.match(name)):
+                wrong.append(f"{path.name} calls {name}")
+            if kind in "dDbBC":
+                wrong.append(f"{path.name} has memory: {name}")
+            if kind in "TWVR" and not name.startswith("hopform_"):
+                wrong.append(f"{path.name} gives the name {name}")
+    return wrong
+
+
+def prove(build: Build, doubles: bool) -> tuple[str, list[str]]:
+    """A line of the table, and what is wrong."""
+    began = time.perf_counter()
+    precisions = ("f32", "f64") if doubles else ("f32",)
+    define = () if doubles else ("-DSINGLE",)
+    try:
+        word = emulate(build.target, link(build, "selftest", precisions=precisions, define=define)).strip()
+        lines = [emulate(build.target, link(build, name, precisions=precisions)) for name in ("golden", "garbage")]
+        hops = emulate(build.target, link(build, "hops", precisions=precisions)) if build.name in HOPPING else ""
+        hops = f"{hops.strip().splitlines()[-1]}; " if hops else ""
+        wrong = (
+            symbols(objects(build, precisions)[:: len(precisions)]) if doubles else symbols(objects(build, precisions))
+        )
+    except Failed as error:
+        return f"{build.name:16} FAILED", [f"{build.name}: {error}"]
+    golden, garbage = (line.strip().splitlines()[-1] for line in lines)
+    took = time.perf_counter() - began
+    return f"{build.name:16} {word:27} {golden}; {garbage}; {hops}{took:.0f} s", [
+        f"{build.name}: {what}" for what in wrong
+    ]
+
+
+def words(lines: list[str]) -> dict[str, set[str]]:
+    """The selftest's words by precision."""
+    found: dict[str, set[str]] = {}
+    for line in lines:
+        for precision, word in re.findall(r"(f32|f64) ([0-9a-f]{8})", line):
+            found.setdefault(precision, set()).add(word)
+    return found
+
+
+def of_python() -> dict[str, str]:
+    """The words of the library that Python loads."""
+    import hopform
+    from hopform.selftest import selftest
+
+    if (message := hopform.library_message()) is not None:
+        sys.exit(f"hopform: {message}")
+    return {name: f"{selftest(dtype):08x}" for name, dtype in (("f32", "float32"), ("f64", "float64"))}
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(prog="python -m tests.firmware", description=__doc__)
+    parser.add_argument("--all", action="store_true", help="every combination, in both precisions")
+    parser.add_argument("--report", action="store_true", help="count, and write docs/firmware-costs.*")
+    chosen = parser.parse_args()
+    if missing := needed():
+        sys.exit(f"hopform: not installed: {', '.join(missing)} (tests/firmware/install.sh, on Debian)")
+    if chosen.report:
+        costs.report()
+        return 0
+    builds = every_build() if chosen.all else [of_name(name) for name in QUICK]
+    lines, wrong = [], []
+    with ThreadPoolExecutor(2) as pool:
+        proofs = [pool.submit(partial(prove, build, chosen.all or n == 0)) for n, build in enumerate(builds)]
+        for proof in proofs:
+            line, found = proof.result()
+            print(line, flush=True)
+            lines.append(line)
+            wrong += found
+        for build, figures in [
+            (b, pool.submit(costs.measure, b)) for b in (costs.BUILDS if chosen.all else costs.QUICK)
+        ]:
+            wrong += costs.grown(build, figures.result())
+        checks = [pool.submit(strict.compilers), pool.submit(strict.misra)]
+        wrong += [what for check in checks for what in check.result()]
+    python, found = of_python(), words(lines)
+    wrong += [
+        f"the selftest's words differ: {name} {sorted(found[name])}, Python {word}"
+        for name, word in python.items()
+        if found[name] != {word}
+    ]
+    for what in wrong:
+        print(what, file=sys.stderr)
+    print(f"{len(builds)} combinations; Python {python}; {len(wrong)} wrong")
+    return 1 if wrong else 0
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

@@ -1,0 +1,166 @@
+/* Instructions and painted stack of each call, over a stated set: what the selftest solves, which visits every mode.
+ *
+ * A line is `name set count mean max stack`; instructions as counted by the machine, less those of counting.
+ */
+#include <stddef.h>
+
+#include "board.h"
+#include "cost_cases.h"
+#include "hopform/hopform.h"
+
+#define OF(name) hopform_##name##_f32
+
+enum { CAPACITY = 32, GRID = 64 };
+static OF(phase) phases[CAPACITY];
+static OF(flight_phase) flight_phases[CAPACITY];
+static OF(search) search;
+static float columns[4][GRID];
+static uint32_t counts_of_1000;
+static uint32_t overhead;
+
+typedef struct {
+    const char *name;
+    uint32_t calls;
+    uint32_t most;
+    uint32_t stack;
+    float sum;
+} tally;
+
+static void add(tally *to, uint32_t counts)
+{
+    const uint32_t instructions = (uint32_t)((float)(counts > overhead ? counts - overhead : 0) * 1000.0f / (float)counts_of_1000);
+    to->calls++;
+    to->sum += (float)instructions;
+    to->most = instructions > to->most ? instructions : to->most;
+}
+
+static void say(const tally *of, const char *set)
+{
+    board_text(of->name);
+    board_text(" ");
+    board_text(set);
+    board_text(" ");
+    board_number((int32_t)of->calls);
+    board_text(" ");
+    board_number(of->calls > 0 ? (int32_t)(of->sum / (float)of->calls) : 0);
+    board_text(" ");
+    board_number((int32_t)of->most);
+    board_text(" ");
+    board_number((int32_t)of->stack);
+    board_text("\n");
+}
+
+#define COUNTED(what, call)                                                   \
+    do {                                                                      \
+        board_start_counter();                                                \
+        const uint32_t before = board_counter();                              \
+        (void)(call);                                                         \
+        add(&(what), board_counter() - before);                               \
+    } while (0)
+
+/* Once more, with the stack painted. */
+#define PAINTED(what, call)                                                   \
+    do {                                                                      \
+        board_paint_stack();                                                  \
+        (void)(call);                                                         \
+        const uint32_t used = board_used_stack();                             \
+        (what).stack = used > (what).stack ? used : (what).stack;             \
+    } while (0)
+
+static void measure(const cost_case *cases, int count, const char *set, int with_controller)
+{
+    tally init = {"plan_init", 0, 0, 0, 0.0f}, solve = {"solve_stance", 0, 0, 0, 0.0f}, at = {"stance_at", 0, 0, 0, 0.0f};
+    tally energy = {"stance_energy", 0, 0, 0, 0.0f}, grid = {"stance_grid_64", 0, 0, 0, 0.0f};
+    tally choose = {"choose_current", 0, 0, 0, 0.0f}, begin = {"choose_current_begin", 0, 0, 0, 0.0f};
+    tally step_of = {"choose_current_step", 0, 0, 0, 0.0f}, flown = {"solve_flight", 0, 0, 0, 0.0f};
+    for (int n = 0; n < count; n++) {
+        const cost_case *c = &cases[n];
+        OF(plan) plan;
+        OF(stance) stance;
+        OF(state) state;
+        OF(energy) energies;
+        OF(ledger) ledger;
+        OF(flight) flight;
+        float loss;
+        const OF(robot) *robot = &cost_robots[c->robot];
+        const OF(state) start = {c->x1, c->v1, c->v2, c->y};
+        const OF(step) steps[] = {{0.0f, c->u}, {c->later, c->then}};
+        const int32_t step_count = c->later < 100.0f ? 2 : 1;
+        COUNTED(init, OF(plan_init)(&plan, robot));
+        PAINTED(init, OF(plan_init)(&plan, robot));
+        COUNTED(solve, OF(solve_stance)(&plan, &start, steps, step_count, c->horizon, CAPACITY, phases, CAPACITY, &stance));
+        PAINTED(solve, OF(solve_stance)(&plan, &start, steps, step_count, c->horizon, CAPACITY, phases, CAPACITY, &stance));
+        for (int i = 0; i < 8; i++) {
+            const float t = stance.duration * ((float)i * 0.125f);
+            COUNTED(at, OF(stance_at)(&plan, steps, phases, &stance, t, &state));
+            PAINTED(at, OF(stance_at)(&plan, steps, phases, &stance, t, &state));
+        }
+        const float end = stance.duration;
+        COUNTED(energy, OF(stance_energy)(&plan, steps, phases, &stance, &end, 1, &energies, &ledger, &loss));
+        PAINTED(energy, OF(stance_energy)(&plan, steps, phases, &stance, &end, 1, &energies, &ledger, &loss));
+        if (end > 0.0f) {
+            const float dt = end / (float)GRID;
+            COUNTED(grid, OF(stance_grid)(&plan, steps, phases, &stance, 0.0f, dt, GRID, columns[0], columns[1], columns[2], columns[3]));
+            PAINTED(grid, OF(stance_grid)(&plan, steps, phases, &stance, 0.0f, dt, GRID, columns[0], columns[1], columns[2], columns[3]));
+        }
+        if (stance.ending == HOPFORM_ENDING_TAKEOFF) {
+            OF(state) away = stance.end;
+            away.y = 0.0f;
+            COUNTED(flown, OF(solve_flight)(&plan, &away, NULL, 2.0f, CAPACITY, flight_phases, CAPACITY, &flight));
+            PAINTED(flown, OF(solve_flight)(&plan, &away, NULL, 2.0f, CAPACITY, flight_phases, CAPACITY, &flight));
+        }
+        for (int i = 0; with_controller && i < 3; i++) {
+            const OF(target) target = {0.05f + 0.05f * (float)i, 0.0f, 0.001f, 2.0f};
+            OF(command) command;
+            COUNTED(begin, OF(choose_current_begin)(&search, &plan, &start, &target, &command));
+            PAINTED(begin, OF(choose_current_begin)(&search, &plan, &start, &target, &command));
+            uint32_t counts = 0;
+            for (int k = 0; k < HOPFORM_SEARCH_TRIALS && search.status == HOPFORM_SEARCHING; k++) {
+                board_start_counter();
+                const uint32_t before = board_counter();
+                (void)OF(choose_current_step)(&search, phases, CAPACITY, &command);
+                const uint32_t took = board_counter() - before;
+                add(&step_of, took);
+                counts += took > overhead ? took - overhead : 0;
+            }
+            add(&choose, counts + overhead);
+            PAINTED(choose, OF(choose_current)(&search, &plan, &start, &target, phases, CAPACITY, &command));
+        }
+    }
+    step_of.stack = choose.stack;
+    const tally *all[] = {&init, &solve, &at, &energy, &grid, &flown, &begin, &step_of, &choose};
+    for (int n = 0; n < (int)(sizeof all / sizeof all[0]); n++) {
+        if (all[n]->calls > 0) {
+            say(all[n], set);
+        }
+    }
+}
+
+static void size(const char *name, size_t bytes)
+{
+    board_text("sizeof ");
+    board_text(name);
+    board_text(" ");
+    board_number((int32_t)bytes);
+    board_text("\n");
+}
+
+int main(void)
+{
+    counts_of_1000 = board_counts_of_1000();
+    board_start_counter();
+    const uint32_t before = board_counter();
+    overhead = board_counter() - before;
+    measure(cost_cases_modes, (int)(sizeof cost_cases_modes / sizeof cost_cases_modes[0]), "modes", 0);
+    measure(cost_cases_drops, (int)(sizeof cost_cases_drops / sizeof cost_cases_drops[0]), "drops", 1);
+    size("robot", sizeof(OF(robot)));
+    size("plan", sizeof(OF(plan)));
+    size("stance", sizeof(OF(stance)));
+    size("phase", sizeof(OF(phase)));
+    size("flight", sizeof(OF(flight)));
+    size("flight_phase", sizeof(OF(flight_phase)));
+    size("search", sizeof(OF(search)));
+    size("command", sizeof(OF(command)));
+    board_exit(0);
+    return 0;
+}
