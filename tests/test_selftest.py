@@ -14,7 +14,7 @@ import hopform
 from derive.selftest import CASES, ROBOTS
 from hopform.selftest import selftest
 from tests.firmware import golden
-from tests.firmware.targets import BOARDS, COMMON, C, HERE, sources
+from tests.firmware.targets import BOARDS, COMMON, HERE, C, sources
 
 CC = shlex.split(os.environ.get("CC") or "cc")
 MODES, EVENTS = 9, 7

@@ -6,5 +6,5 @@
 
 const char *hopform_source(void)
 {
-    return "956fac78ff4409e7";
+    return "86e7716916e0ef0b";
 }
