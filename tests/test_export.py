@@ -108,8 +108,9 @@ def test_the_ten_lines_of_the_readme_compile(packages, tmp_path):
 WAYS = {
     "find_package": "find_package(hopform 0.1 REQUIRED)",
     "add_subdirectory": 'add_subdirectory("${PACKAGE}" hopform)',
-    "FetchContent": 'include(FetchContent)\nFetchContent_Declare(hopform SOURCE_DIR "${PACKAGE}")\n'
-    "FetchContent_MakeAvailable(hopform)",
+    "FetchContent": (
+        'include(FetchContent)\nFetchContent_Declare(hopform SOURCE_DIR "${PACKAGE}")\nFetchContent_MakeAvailable(hopform)'
+    ),
 }
 CONSUMER = """cmake_minimum_required(VERSION 3.16)
 project(consumer LANGUAGES C)

@@ -36,8 +36,8 @@ SOLVER, C = GENERATED / "python" / "hopform_solver", GENERATED / "c"
 # Each module may import those of the lines above it.
 LAYERS = (
     ("ir",), ("quantities",), ("model",), ("laplace",), ("partial_fractions",), ("time_domain",), ("modes",),
-    ("energy",), ("flight",), ("control",), ("sensitivity",),
-    ("equations", "program", "languages", "selftest"), ("render",), ("__main__",),
+    ("energy",), ("flight",), ("control",), ("sensitivity",), ("equations", "program", "languages", "selftest"),
+    ("render",), ("__main__",),
 )  # fmt: skip
 LEVEL = {name: level for level, names in enumerate(LAYERS) for name in names}
 

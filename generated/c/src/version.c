@@ -6,5 +6,5 @@
 
 const char *hopform_source(void)
 {
-    return "f7dc3f754d54e2f5";
+    return "68bd4e7571dfa8cc";
 }
