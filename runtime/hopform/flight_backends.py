@@ -3,24 +3,17 @@
 import ctypes
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from hopform import native
+from hopform import native, robots
 from hopform.errors import HopformError
 from hopform_solver import flight as solver
 from hopform_solver.records import Energy, FlightLedger, Gains, Robot, State
 
 _CAPACITY = 32
-
-
-class Parametrised(Protocol):
-    """A robot: what has the parameters that a solver takes."""
-
-    @property
-    def parameters(self) -> Robot: ...
 
 
 class Row(NamedTuple):
@@ -77,9 +70,9 @@ class _Recent:
     """The plans of the robots that flew last; a robot is known by being the same object, which costs no hash."""
 
     def __init__(self) -> None:
-        self._plans: dict[tuple[int, np.dtype[Any]], tuple[Parametrised, Any]] = {}
+        self._plans: dict[tuple[int, np.dtype[Any]], tuple[robots.Robot, Any]] = {}
 
-    def plan(self, robot: Parametrised, dtype: np.dtype[Any]) -> Any:
+    def plan(self, robot: robots.Robot, dtype: np.dtype[Any]) -> Any:
         known = self._plans.get((id(robot), dtype))
         if known is not None and known[0] is robot:
             return known[1]
@@ -167,7 +160,7 @@ class ArrayFlight:
 
 
 def solve_native(
-    robot: Parametrised, start: State, gains: Gains | None, horizon: float, max_phases: int, dtype: np.dtype[Any]
+    robot: robots.Robot, start: State, gains: Gains | None, horizon: float, max_phases: int, dtype: np.dtype[Any]
 ) -> NativeFlight:
     """Solve one flight with the compiled library."""
     library, types = _opened(dtype)
@@ -187,7 +180,7 @@ def solve_native(
 
 
 def solve_array(
-    robot: Parametrised, start: State, gains: Gains | None, horizon: float, max_phases: int, dtype: np.dtype[Any]
+    robot: robots.Robot, start: State, gains: Gains | None, horizon: float, max_phases: int, dtype: np.dtype[Any]
 ) -> ArrayFlight:
     """Solve one flight with NumPy; HopformError if the numbers leave the range of the precision."""
     with np.errstate(all="ignore"):
