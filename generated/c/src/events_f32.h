@@ -149,7 +149,8 @@ static inline hopform_verdict_f32 hopform_judge_f32(const hopform_sample_f32 *fr
     if (!(from->turning < 0.0f) && !(to->turning < 0.0f)) {
         /* exp(a t) g' rises, so g stays above its tangent at the start, and above one a little steeper at the end. */
         const float last = a * h < 1.0f ? to->rate * (1.0f + a * h) : 1e38f;
-        const float cross = (from->value - to->value + last * h) / (last - from->rate);
+        const float steeper = last - from->rate;
+        const float cross = fabsf(steeper) > 0.0f ? (from->value - to->value + last * h) / steeper : h;
         const float reach = cross < h ? (cross > 0.0f ? cross : 0.0f) : h;
         if (from->value + from->rate * reach > from->noise + to->noise) {
             return KEEPS_SIGN;

@@ -149,7 +149,8 @@ static inline hopform_verdict_f64 hopform_judge_f64(const hopform_sample_f64 *fr
     if (!(from->turning < 0.0) && !(to->turning < 0.0)) {
         /* exp(a t) g' rises, so g stays above its tangent at the start, and above one a little steeper at the end. */
         const double last = a * h < 1.0 ? to->rate * (1.0 + a * h) : 1e+300;
-        const double cross = (from->value - to->value + last * h) / (last - from->rate);
+        const double steeper = last - from->rate;
+        const double cross = fabs(steeper) > 0.0 ? (from->value - to->value + last * h) / steeper : h;
         const double reach = cross < h ? (cross > 0.0 ? cross : 0.0) : h;
         if (from->value + from->rate * reach > from->noise + to->noise) {
             return KEEPS_SIGN;

@@ -1248,7 +1248,8 @@ LANES_CODE static void judge(const lanes *restrict w, const sample_columns *rest
         steepest[l] = from->rate[l] < grown ? from->rate[l] : grown;
         lowest[l] = quarter > 0.0f ? change : -1e38f;
         away[l] = quarter * flag(fabsf(from->rate[l]) > fabsf(from->turning[l]) * h * growth[l]);
-        cross[l] = over(from->value[l] - value[l] + last[l] * h, last[l] - from->rate[l]);
+        const float steeper = last[l] - from->rate[l];
+        cross[l] = fabsf(steeper) > 0.0f ? over(from->value[l] - value[l] + last[l] * h, steeper) : h;
         below[l] = flag(value[l] < 0.0f) * flag((value[l] < -to->noise[l]) | (to->rate[l] * h < -to->noise[l]));
     }
     for (int l = 0; l < LANES; l++) {

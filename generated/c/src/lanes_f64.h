@@ -1269,7 +1269,8 @@ LANES_CODE static void judge(const lanes *restrict w, const sample_columns *rest
         steepest[l] = from->rate[l] < grown ? from->rate[l] : grown;
         lowest[l] = quarter > 0.0 ? change : -1e+300;
         away[l] = quarter * flag(fabs(from->rate[l]) > fabs(from->turning[l]) * h * growth[l]);
-        cross[l] = over(from->value[l] - value[l] + last[l] * h, last[l] - from->rate[l]);
+        const double steeper = last[l] - from->rate[l];
+        cross[l] = fabs(steeper) > 0.0 ? over(from->value[l] - value[l] + last[l] * h, steeper) : h;
         below[l] = flag(value[l] < 0.0) * flag((value[l] < -to->noise[l]) | (to->rate[l] * h < -to->noise[l]));
     }
     for (int l = 0; l < LANES; l++) {

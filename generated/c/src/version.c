@@ -6,5 +6,5 @@
 
 const char *hopform_source(void)
 {
-    return "68bd4e7571dfa8cc";
+    return "fd39290513426c26";
 }
