@@ -16,7 +16,7 @@ run: compiler venv ## set up .venv, derive and compile the formulas, solve stanc
 
 test: compiler venv-dev ## prove it: the derivation, the generated code against the symbols, the house rules
 	$(PY) tools/build_library.py
-	$(PY) -m pytest -n auto --dist worksteal
+	$(PY) -m pytest -n auto --dist loadfile
 
 N = 1000000
 test-exhaustive: compiler venv-dev ## certify N random stances, a million if not given, with a checker in higher precision
