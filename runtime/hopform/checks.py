@@ -6,6 +6,15 @@ from typing import SupportsFloat
 from hopform.errors import HopformError
 
 
+def is_number(text: str) -> bool:
+    """True where a text reads as a number, infinities and NaN among them."""
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True
+
+
 def finite(name: str, value: object, unit: str) -> float:
     """The value as a float; HopformError unless it is a finite number."""
     if type(value) is float and math.isfinite(value):  # the common case, before a protocol is asked

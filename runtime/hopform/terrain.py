@@ -11,7 +11,7 @@ from typing import Any, SupportsFloat
 
 import numpy as np
 
-from hopform.checks import finite
+from hopform.checks import finite, is_number
 from hopform.errors import HopformError
 
 Heights = tuple[float, ...]
@@ -91,7 +91,7 @@ def read(path: str | Path) -> Heights:
         raise HopformError(f"{path} is no CSV: {error}") from None
     rows = [(number, row) for number, row in lines if any(map(str.strip, row))]
     column, title = 0, "1"
-    if rows and not _is_number(rows[0][1][0]):
+    if rows and not is_number(rows[0][1][0]):
         head = [name.strip() for name in rows[0][1]]
         if COLUMN not in head:
             raise HopformError(f"{path}, line {rows[0][0]}: there is no column {COLUMN!r}, only {', '.join(head)}")
@@ -118,17 +118,9 @@ def heights_of(terrain: Iterable[Any]) -> Heights:
 
 def _height(row: list[str], column: int, where: str) -> float:
     text = row[column].strip() if column < len(row) else ""
-    if not _is_number(text) or not math.isfinite(float(text)):
+    if not is_number(text) or not math.isfinite(float(text)):
         raise HopformError(f"{where}: a height must be a finite number in m, got {text!r}")
     return float(text)
-
-
-def _is_number(text: str) -> bool:
-    try:
-        float(text)
-    except ValueError:
-        return False
-    return True
 
 
 def _count(number: object, name: str = "hops") -> int:

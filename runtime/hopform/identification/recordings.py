@@ -12,6 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from hopform.checks import is_number
 from hopform.errors import HopformError
 from hopform.identification.motion import Array
 
@@ -170,7 +171,7 @@ def parse_recording(text: str, source: str, added_mass: float = 0.0) -> Recordin
 def _title(title: str, source: str, line: int, place: int) -> tuple[str, str, float]:
     name, _, unit = title.rpartition("_")
     if not name or unit not in UNITS:
-        if not name and _is_number(title):
+        if not name and is_number(title):
             raise HopformError(
                 f"{source}, line {line}: the first line must name the columns, as in time_s,x2_mm, got {title!r}"
             )
@@ -180,14 +181,6 @@ def _title(title: str, source: str, line: int, place: int) -> tuple[str, str, fl
         )
     quantity, factor = UNITS[unit]
     return name.lower(), quantity, factor
-
-
-def _is_number(text: str) -> bool:
-    try:
-        float(text)
-    except ValueError:
-        return False
-    return True
 
 
 def _numbers(row: list[str], titles: list[str], source: str, line: int) -> list[float]:
