@@ -14,68 +14,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "hopform/hopform.h"
+#include "source.h"
 
-#ifdef SINGLE
-typedef float real;
-#define T(name) hopform_##name##_f32
-#else
-typedef double real;
-#define T(name) hopform_##name##_f64
-#endif
-
-enum { MAX_PHASES = 64, STEPS = 2, MOST_HALF_TURNS = 300, ROBOT = sizeof(T(robot)) / sizeof(real) };
-
-typedef struct {
-    const uint8_t *data;
-    size_t left;
-} source;
-
-static uint8_t next_byte(source *from)
-{
-    const uint8_t value = from->left > 0 ? *from->data : 0;
-    from->data += from->left > 0;
-    from->left -= from->left > 0;
-    return value;
-}
-
-static real next_real(source *from, int sensible, int positive)
-{
-    real value = 0;
-    uint8_t bytes[sizeof(real)];
-    if (sensible) { /* sign, magnitude 1e-4 to 1e4, and often exactly zero or the same as others */
-        const uint8_t size = next_byte(from);
-        const int sign = !positive && size % 2 ? -1 : 1;
-        return size < 16 && !positive ? 0 : (real)(sign * pow(10.0, (size / 2 - 64) / 16.0));
-    }
-    for (size_t i = 0; i < sizeof bytes; i++) {
-        bytes[i] = next_byte(from);
-    }
-    memcpy(&value, bytes, sizeof value);
-    return value;
-}
-
-static T(robot) next_robot(source *from, int kind)
-{
-    T(robot) robot;
-    real fields[ROBOT];
-    for (int i = 0; i < ROBOT; i++) {
-        fields[i] = next_real(from, kind & 1, i < 3);
-    }
-    memcpy(&robot, fields, sizeof robot);
-    if (kind & 1) {
-        robot.b1 = (real)fabs(robot.b1);
-        robot.b2 = (real)fabs(robot.b2);
-        robot.f1 = (real)fabs(robot.f1);
-        robot.f2 = (real)fabs(robot.f2);
-        robot.g = (real)fabs(robot.g);
-        robot.x1_min = (real)(kind & 2 ? -INFINITY : -fabs(robot.x1_min));
-        robot.x1_max = (real)(kind & 2 ? INFINITY : fabs(robot.x1_max));
-        robot.u_max = (real)fabs(robot.u_max);
-        robot.impact_loss = 0;
-    }
-    return robot;
-}
+enum { STEPS = 2, MOST_HALF_TURNS = 300 };
 
 /* The numbers of a finding, robot first. */
 static void describe(const char *what, const void *numbers, size_t bytes)
