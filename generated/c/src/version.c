@@ -6,5 +6,5 @@
 
 const char *hopform_source(void)
 {
-    return "378c518e10d76bfb";
+    return "281e125b55b45024";
 }
