@@ -344,9 +344,9 @@ def hop(
         noise_x1, noise_v1, noise_x2, noise_v2, noise_ground, current_scale, quantum, delay,
         None if model is None else hopform.load_robot(model),
     )  # fmt: skip
-    with patience(f"{len(ground)} hops"):
+    with patience(f"{len(ground)} hops") as progress:
         run = hopform.simulate(
-            hopper, ground, asked, height=height, errors=errors, seed=seed, horizon=horizon, backend=backend
+            hopper, ground, asked, height=height, errors=errors, seed=seed, horizon=horizon, backend=backend, progress=progress
         )
     settings = {"height": height, "controller": controller.value, "u": u if h_des is None else None, "h_des": h_des}
     deliver(

@@ -5,7 +5,7 @@ the actuator's return in flight is carried into the next stance.
 """
 
 import math
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
@@ -27,6 +27,7 @@ from hopform_solver.records import Gains
 
 Array = NDArray[np.float64]
 Steps = tuple[tuple[float, float], ...]
+Progress = Callable[[int, int], object]
 
 COLUMNS: tuple[tuple[str, str, str], ...] = (
     ("index", "i4", "0 for the first touchdown"),
@@ -334,14 +335,17 @@ def simulate(
     horizon: SupportsFloat = 2.0,
     max_phases: int = 4096,
     backend: str | None = None,
+    progress: Progress | None = None,
 ) -> Run:
     """The run that follows from a drop: each touchdown on the next height of a terrain, each stance as a controller wants it.
 
     terrain [m]: heights of the ground, one per hop (`hopform.terrain` makes some). controller: a current [A], or as
     `hopform.controllers` says. height [m]: hop height of the drop, the actuator at rest at its origin; or start, a state in
     the air; both over level 0. gains (Kp, Kd) of the return in flight as for `solve_flight`. errors: what the controller does
-    not know, drawn with the seed. horizon [s]: longest time of a stance. Raises HopformError for a value that is not
-    allowed: an empty terrain, g = 0, a wish below the ground; and for what a controller answers that is no current.
+    not know, drawn with the seed. horizon [s]: longest time of a stance. progress: called after every hop with the number
+    done and that of the terrain's heights; an exception from it, as from Ctrl-C, ends the run. Raises HopformError for a
+    value that is not allowed: an empty terrain, g = 0, a wish below the ground; and for what a controller answers that is no
+    current.
 
     >>> from hopform import load_robot
     >>> run = simulate(load_robot("hopper_c"), [0.0, 0.0], 3.0, height=0.2)
@@ -372,6 +376,7 @@ def simulate(
         longest,
         max_phases,
         backend,
+        progress,
     )
     return _run(task, first)
 
@@ -390,6 +395,7 @@ class _Task:
     horizon: float
     max_phases: int
     backend: str | None
+    progress: Progress | None
 
 
 def _start(robot: Robot, height: SupportsFloat | None, start: State | None) -> State:
@@ -418,6 +424,8 @@ def _run(task: _Task, start: State) -> Run:
         apex = apex if index else flight.apex + ground
         hop = _hop(task, index, time, apex, flight)
         hops.append(hop)
+        if task.progress is not None:
+            task.progress(len(hops), len(task.grounds))
         time = hop.takeoff_time
         if hop.stance.takeoff is None:
             return Run(task.plant, task.grounds, "stopped", time, tuple(hops), None)

@@ -16,7 +16,7 @@
 
 #include "source.h"
 
-enum { STEPS = 2, MOST_HALF_TURNS = 300 };
+enum { STEPS = 2 };
 
 /* The numbers of a finding, robot first. */
 static void describe(const char *what, const void *numbers, size_t bytes)
@@ -40,14 +40,6 @@ static void must(int truth)
     if (!truth) {
         abort();
     }
-}
-
-/* A horizon that is none, or infinite, stays as it is: to refuse it is part of what is tried. */
-static real bounded(real horizon, const T(robot) *robot)
-{
-    const double rate = sqrt(robot->k / (double)robot->m_eff + robot->k / (double)robot->m_s);
-    const double most = rate > 0 ? MOST_HALF_TURNS * 3.141592653589793 / rate : INFINITY;
-    return isfinite(horizon) && horizon > most && (real)most > 0 ? (real)most : horizon;
 }
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
