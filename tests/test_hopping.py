@@ -152,8 +152,8 @@ def test_the_printed_controller_misses_what_the_exact_one_reaches():
 def test_hopper_bs_first_controller_holds_a_height_on_even_ground_and_not_on_rough():
     """Figs. 6, 7."""
     even, rough = (hops(ground, ReturnMap(0.2)).table["apex"] for ground in (terrain.flat(12), ROUGH[:12]))
-    assert np.abs(even - 0.2).max() < 0.008
-    assert np.abs(rough - 0.2).max() > 0.015
+    assert np.abs(even[4:] - 0.2).max() < 1e-4
+    assert np.abs(rough - 0.2).max() > 0.01
 
 
 # ---- any controller ----
@@ -454,7 +454,7 @@ def test_a_bad_file_is_refused_with_line_and_column(tmp_path, text, said):
         ({"controller": ReturnMap(0.01), "ground": [0.02]}, "below the ground"),
         ({"controller": FeedForward([0.2]), "ground": [0.0, 0.0]}, "got 1 for 2 hops"),
         ({"controller": FeedForward(0.2, stop_margin=-1.0)}, "stop_margin must be >= 0 m"),
-        ({"controller": ReturnMap(0.2, drops=1)}, "drops must be a whole number >= 2"),
+        ({"controller": ReturnMap(0.2, heights=1)}, "heights must be a whole number >= 2"),
         ({"seed": -1}, "seed must be a whole number >= 0"),
         ({"horizon": 0.0}, "horizon must be > 0 s"),
         ({"gains": (-1.0, 0.0)}, "Kp must be >= 0"),

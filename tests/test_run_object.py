@@ -20,7 +20,6 @@ HOPPER = hopform.load_robot("hopper_c")
 ROUGH = terrain.uniform(5, 0.02, seed=5)
 
 
-
 def hops(backend="c", controller=2.9, **how):
     return hopform.simulate(HOPPER, ROUGH, controller, height=0.2, backend=backend, **how)
 
@@ -66,7 +65,9 @@ def test_runs_come_back_from_a_pool():
 
 @pytest.mark.parametrize("dtype", [np.float64, np.float32])
 def test_a_flight_of_many_phases_is_the_same_after_a_pickle(backend, dtype):
-    shaken = hopform.Robot(**{**HOPPER.parameters._asdict(), "b1": 0.0, "f1": 0.0, "x1_min": -1.0, "x1_max": 1.0, "u_max": 1e3})
+    shaken = hopform.Robot(
+        **{**HOPPER.parameters._asdict(), "b1": 0.0, "f1": 0.0, "x1_min": -1.0, "x1_max": 1.0, "u_max": 1e3}
+    )
     flight = hopform.solve_flight(shaken, x1=0.01, v2=2.0, gains=(4e6, 0.0), backend=backend, dtype=dtype)
     again = pickle.loads(pickle.dumps(flight))
     assert len(flight.phases) > flight_backends._CAPACITY

@@ -346,8 +346,9 @@ def hop(
     )  # fmt: skip
     with patience(f"{len(ground)} hops") as progress:
         run = hopform.simulate(
-            hopper, ground, asked, height=height, errors=errors, seed=seed, horizon=horizon, backend=backend, progress=progress
-        )
+            hopper, ground, asked, height=height, errors=errors, seed=seed, horizon=horizon, backend=backend,
+            progress=progress,
+        )  # fmt: skip
     settings = {"height": height, "controller": controller.value, "u": u if h_des is None else None, "h_des": h_des}
     deliver(
         json=(lambda: tables.run_record(run, settings | {"seed": seed})) if json else None,

@@ -2,7 +2,7 @@
  *
  * The bytes become numbers as they are or, by the first one, of a sensible size, so that the search is entered and not only its gate.
  * A command that is not finite, above u_max, or other than u = 0 beside an error, aborts. The search is also left after any of
- * its steps. A horizon is cut as fuzz_entry.c says, and the search to MOST_STEPS stances.
+ * its steps. A horizon is cut to MOST_HALF_TURNS, the search to MOST_STEPS stances: an input takes milliseconds.
  */
 #include <math.h>
 #include <stdint.h>
@@ -11,7 +11,7 @@
 
 #include "source.h"
 
-enum { MOST_STEPS = 40, CURRENTS = 3 };
+enum { MOST_STEPS = 4, MOST_HALF_TURNS = 30, CURRENTS = 3 };
 
 static void must(int truth)
 {
@@ -65,7 +65,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     target.h_des = next_real(&from, sensible, 1);
     target.datum = kind & 8 ? 0 : next_real(&from, sensible, 0);
     target.stop_margin = kind & 16 ? 0 : next_real(&from, sensible, 1);
-    target.horizon = made ? bounded(next_real(&from, sensible, 1), &robot) : next_real(&from, sensible, 1);
+    target.horizon = made ? bounded(next_real(&from, sensible, 1), &robot, MOST_HALF_TURNS) : next_real(&from, sensible, 1);
     const int32_t capacity = 1 + next_byte(&from) % MAX_PHASES, steps = next_byte(&from) % MOST_STEPS;
     T(phase) phases[MAX_PHASES];
     T(search) search;

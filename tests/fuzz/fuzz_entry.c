@@ -16,7 +16,7 @@
 
 #include "source.h"
 
-enum { STEPS = 2 };
+enum { STEPS = 2, MOST_HALF_TURNS = 300 };
 
 /* The numbers of a finding, robot first. */
 static void describe(const char *what, const void *numbers, size_t bytes)
@@ -60,7 +60,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     const T(step) steps[STEPS] = {{0, next_real(&from, sensible, 0)}, {next_real(&from, sensible, 1), next_real(&from, sensible, 0)}};
     const int32_t step_count = kind & 8 ? 2 : 1, max_phases = 1 + next_byte(&from) % MAX_PHASES;
     const int32_t capacity = kind & 16 ? next_byte(&from) % MAX_PHASES : MAX_PHASES + 1;
-    const real horizon = bounded(next_real(&from, sensible, 1), &robot);
+    const real horizon = bounded(next_real(&from, sensible, 1), &robot, MOST_HALF_TURNS);
     T(phase) phases[MAX_PHASES + 1];
     describe("x1 v1 v2 y", &start, sizeof start);
     describe("t u t u", steps, sizeof steps);

@@ -17,7 +17,7 @@ typedef double real;
 #define T(name) hopform_##name##_f64
 #endif
 
-enum { MAX_PHASES = 64, MOST_HALF_TURNS = 300, ROBOT = sizeof(T(robot)) / sizeof(real) };
+enum { MAX_PHASES = 64, ROBOT = sizeof(T(robot)) / sizeof(real) };
 
 typedef struct {
     const uint8_t *data;
@@ -70,12 +70,12 @@ static T(robot) next_robot(source *from, int kind)
     return robot;
 }
 
-/* A horizon of at most MOST_HALF_TURNS of the stiffest oscillation; one that is none, or infinite, stays as it is: to refuse it is
- * part of what is tried. */
-static inline real bounded(real horizon, const T(robot) *robot)
+/* A horizon of at most so many half turns of the stiffest oscillation; one that is none, or infinite, stays as it is: to refuse it
+ * is part of what is tried. */
+static inline real bounded(real horizon, const T(robot) *robot, double half_turns)
 {
     const double rate = sqrt(robot->k / (double)robot->m_eff + robot->k / (double)robot->m_s);
-    const double most = rate > 0 ? MOST_HALF_TURNS * 3.141592653589793 / rate : INFINITY;
+    const double most = rate > 0 ? half_turns * 3.141592653589793 / rate : INFINITY;
     return isfinite(horizon) && horizon > most && (real)most > 0 ? (real)most : horizon;
 }
 
