@@ -212,14 +212,14 @@ def test_the_same_seed_gives_the_same_run_and_another_another():
 
 def test_what_is_measured_scatters_as_it_is_told_and_within_the_stroke():
     told = []
-    errors = hopform.Errors(x1=1e-3, v1=2e-2, v2=1e-2, ground=5e-3)
+    errors = hopform.Errors(x1=1e-3, v1=2e-2, v2=1e-2, ground=5e-3, x2=3e-3)
     run = hops(terrain.flat(2000), lambda seen: told.append(seen) or 2.7, errors=errors)
-    truth = np.array([[*hop.touchdown[:2], hop.touchdown[3], hop.ground] for hop in run.hops])
-    seen = np.array([[each.x1, each.v1, each.v2, each.ground] for each in told])
+    truth = np.array([[*hop.touchdown[:2], hop.touchdown[3], hop.ground, hop.height] for hop in run.hops])
+    seen = np.array([[each.x1, each.v1, each.v2, each.ground, each.apex] for each in told])
     spread = (seen - truth).std(axis=0)  # of 2000: within 5 % but once in a thousand
-    assert spread[1:] == pytest.approx([2e-2, 1e-2, 5e-3], rel=0.06)
+    assert spread[1:] == pytest.approx([2e-2, 1e-2, 5e-3, 3e-3], rel=0.06)
     assert seen[:, 0].min() >= HOPPER.x1_min
-    related = np.corrcoef((seen - truth)[:, 1:].T) - np.eye(3)
+    related = np.corrcoef((seen - truth)[:, 1:].T) - np.eye(4)
     assert np.abs(related).max() < 0.1  # of 2000: four and a half standard deviations
 
 

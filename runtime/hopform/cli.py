@@ -172,7 +172,9 @@ ControllerOption = Annotated[ControllerName, option("--controller", "what choose
 HopTarget = Annotated[float | None, quantity("--h-des", "m", "hop height wanted, over the terrain's zero")]
 NoiseX1 = Annotated[float, quantity("--noise-x1", "m", "standard deviation of the actuator as measured")]
 NoiseV1 = Annotated[float, quantity("--noise-v1", "m/s", "of its velocity")]
-NoiseX2 = Annotated[float, quantity("--noise-x2", "m", "of the body's height, for return-map")]
+NoiseX2 = Annotated[
+    float, quantity("--noise-x2", "m", "of the body's height: of the apex before, and at the ticks of return-map")
+]
 NoiseV2 = Annotated[float, quantity("--noise-v2", "m/s", "of the body's velocity")]
 NoiseGround = Annotated[float, quantity("--noise-ground", "m", "of the height of the ground")]
 CurrentScale = Annotated[float, quantity("--current-scale", "1", "current that flows over current asked for")]

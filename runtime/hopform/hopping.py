@@ -58,8 +58,8 @@ COLUMNS: tuple[tuple[str, str, str], ...] = (
 class Errors:
     """What is not as the controller believes. Standard deviations of what it measures, and what is wrong in the machine.
 
-    x1 [m], v1, v2 [m/s]: of the state at touchdown and at the ticks of a sampled law; x2 [m]: at those ticks; ground [m]: of
-    the height of the ground. current_scale: current that flows over current that is asked for, in stance and in flight.
+    x1 [m], v1, v2 [m/s]: of the state at touchdown and at the ticks of a sampled law; x2 [m]: of the apex before, and at those
+    ticks; ground [m]: of the height of the ground. current_scale: current that flows over current that is asked for, in stance and in flight.
     quantum [s]: touchdown is seen at the next tick of such a clock; delay [s]: and so much later; until then no current flows,
     and the controller does not know. model: the robot that the controller believes in.
     """
@@ -479,7 +479,8 @@ def _seen(task: _Task, index: int, time: float, height: float, flight: Flight) -
     x1, v1, v2 = float(state.x1), float(state.v1), float(state.v2)
     ground, errors, model = task.grounds[index], task.errors, task.model
     if errors is not NONE:
-        noise = task.draw.standard_normal(4).tolist()
+        noise = task.draw.standard_normal(5).tolist()
+        height += errors.x2 * noise[4]
         x1 = min(max(x1 + errors.x1 * noise[0], model.x1_min), model.x1_max)
         v1, v2, ground = v1 + errors.v1 * noise[1], v2 + errors.v2 * noise[2], ground + errors.ground * noise[3]
     return Touchdown(index, time, x1, v1, v2, ground, height, model)
