@@ -59,9 +59,9 @@ class Errors:
     """What is not as the controller believes. Standard deviations of what it measures, and what is wrong in the machine.
 
     x1 [m], v1, v2 [m/s]: of the state at touchdown and at the ticks of a sampled law; x2 [m]: of the apex before, and at those
-    ticks; ground [m]: of the height of the ground. current_scale: current that flows over current that is asked for, in stance and in flight.
-    quantum [s]: touchdown is seen at the next tick of such a clock; delay [s]: and so much later; until then no current flows,
-    and the controller does not know. model: the robot that the controller believes in.
+    ticks; ground [m]: of the height of the ground. current_scale: current that flows over current that is asked for, in
+    stance and in flight. quantum [s]: touchdown is seen at the next tick of such a clock; delay [s]: and so much later; until
+    then no current flows, and the controller does not know. model: the robot that the controller believes in.
     """
 
     x1: float = 0.0
