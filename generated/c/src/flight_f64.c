@@ -97,6 +97,15 @@ static int sign_of(double value)
     return value > 0.0 ? 1 : (value < 0.0 ? -1 : 0);
 }
 
+/* x_1, which rounding or underflow may have put a last digit beyond a stop. */
+static double within_stroke(const hopform_robot_f64 *robot, double x1)
+{
+    if (x1 < robot->x1_min) {
+        return robot->x1_min;
+    }
+    return x1 > robot->x1_max ? robot->x1_max : x1;
+}
+
 /* ---- a phase over time ---- */
 
 /* The largest force of the motor, 0 if it has none. */
@@ -473,8 +482,8 @@ static bool stays_above(const flight_chain *chain, const instant *last)
 
 static hopform_state_f64 state_of(const flight_chain *chain, const instant *at)
 {
-    const hopform_state_f64 state = {chain->actuator.x1 + at->actuator.moved, at->actuator.v1_t,
-                                      chain->v2 - chain->robot->g * (chain->t + at->t), -at->foot.foot_t};
+    const double x1 = within_stroke(chain->robot, chain->actuator.x1 + at->actuator.moved);
+    const hopform_state_f64 state = {x1, at->actuator.v1_t, chain->v2 - chain->robot->g * (chain->t + at->t), -at->foot.foot_t};
     return state;
 }
 
@@ -755,7 +764,7 @@ static int32_t run(flight_chain *chain, hopform_state_f64 *end_state)
         if (end.kind == END_LIMIT) {
             return chain->airborne ? HOPFORM_FLIGHT_HORIZON : trip(chain, end_state);
         }
-        chain->actuator.x1 += last.actuator.moved;
+        chain->actuator.x1 = within_stroke(chain->robot, chain->actuator.x1 + last.actuator.moved);
         chain->actuator.v1 = last.actuator.v1_t;
         chain->actuator.acc1 = last.actuator.acc1_t;
         if (end.kind == END_PULL) {
@@ -934,7 +943,7 @@ int32_t hopform_flight_at_f64(const hopform_plan_f64 *plan, const hopform_flight
         const hopform_flight_phase_f64 *phase = &phases[phase_index(phases, flight->phases_kept, t)];
         const hopform_actuator_at_f64 at = actuator_in_phase(&rates, phase, t - phase->t);
         const double moved = (phase->x1 - flight->start.x1) + at.moved;
-        states[n].x1 = phase->x1 + at.moved;
+        states[n].x1 = within_stroke(&plan->robot, phase->x1 + at.moved);
         states[n].v1 = at.v1_t;
         states[n].v2 = flight->start.v2 - g * t;
         states[n].y = flight->start.y - ((flight->start.v2 - 0.5 * g * t) * t - moved);

@@ -6,5 +6,5 @@
 
 const char *hopform_source(void)
 {
-    return "ae1bb65376779026";
+    return "dc9dce2de8a0987f";
 }
