@@ -6,5 +6,5 @@
 
 const char *hopform_source(void)
 {
-    return "dc9dce2de8a0987f";
+    return "75a84dfedb6421ad";
 }
