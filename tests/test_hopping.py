@@ -454,6 +454,8 @@ def test_a_bad_file_is_refused_with_line_and_column(tmp_path, text, said):
         ({"controller": ReturnMap(0.01), "ground": [0.02]}, "below the ground"),
         ({"controller": FeedForward([0.2]), "ground": [0.0, 0.0]}, "got 1 for 2 hops"),
         ({"controller": FeedForward(0.2, stop_margin=-1.0)}, "stop_margin must be >= 0 m"),
+        ({"controller": ReturnMap(0.0), "ground": [0.0]}, "h_des must be > 0 m for maps"),
+        ({"controller": ReturnMap(-0.01), "ground": [-0.02]}, "h_des must be > 0 m for maps"),
         ({"controller": ReturnMap(0.2, heights=1)}, "heights must be a whole number >= 2"),
         ({"seed": -1}, "seed must be a whole number >= 0"),
         ({"horizon": 0.0}, "horizon must be > 0 s"),

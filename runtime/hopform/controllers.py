@@ -188,6 +188,8 @@ class ReturnMap:
             finite(name, gain, unit)
         h_des = wishes(self.h_des)
         highest = max(h_des) if isinstance(h_des, tuple) else h_des
+        if not highest > 0.0:
+            raise HopformError(f"h_des must be > 0 m for maps that are measured up to twice that, got {highest!r}")
         heights = np.linspace(0.0, 2.0 * highest, self.heights + 1)[1:]
         family = np.linspace(-robot.u_max, robot.u_max, self.currents)
         return Tracking(self, h_des, robot, measured(robot, heights, family, self.horizon))
@@ -238,10 +240,10 @@ def _fallen(robot: Robot, height: Array, x1: Array) -> Array:
 
 
 def _apexes(robot: Robot, heights: Array, currents: Array, x1: Array, v1: Array, horizon: float) -> Array:
-    """The apex that follows, (H, U); NaN without take-off."""
+    """The apex that follows, (H, U); NaN without take-off, and where the foot is not above the ground."""
     v2 = _fallen(robot, heights, x1)
     batch = solve_stances(robot, x1=x1[:, None], v1=v1[:, None], v2=v2[:, None], u=currents, horizon=horizon)
-    return batch.apex.astype(float)
+    return np.where((v2 < v1)[:, None], batch.apex.astype(float), np.nan)
 
 
 def _steady(robot: Robot, height: float, x1: float, v1: float, u: float, horizon: float) -> Stance | None:
