@@ -1165,7 +1165,8 @@ LANES_CODE static void look_ahead(const lanes *restrict w, outlook *restrict ahe
         ahead->t[l] = low + after[l];
     }
     for (int l = 0; l < LANES; l++) {
-        ahead->close[l] = (ahead->close[l] > w->low[l]) & (ahead->close[l] < ahead->far[l]) ? ahead->close[l] : ahead->far[l];
+        const bool inside = (ahead->close[l] > w->low[l]) & (ahead->close[l] < ahead->far[l]);
+        ahead->close[l] = inside ? ahead->close[l] : ahead->far[l];
         ahead->t[l] = ahead->t[l] < ahead->far[l] ? ahead->t[l] : ahead->far[l];
     }
     for (int l = 0; l < LANES; l++) {

@@ -6,5 +6,5 @@
 
 const char *hopform_source(void)
 {
-    return "75a84dfedb6421ad";
+    return "d289317ccf378673";
 }

@@ -302,7 +302,7 @@ def first_roots(watch: Watch, limit: Array, phase: NDArray[np.intp], tie: float)
     no root.
     """
     search = _Search(watch, limit)
-    first = np.full(phase.max(initial=-1) + 1, search.never)
+    first = np.full(phase.max(initial=-1) + 1, search.never, dtype=limit.dtype)
     np.minimum.at(first, phase, search.root)
     search.limit = np.minimum(limit, first[phase] * (1.0 + tie))
     lanes = np.flatnonzero((search.root == search.never) & (search.t < search.limit))
