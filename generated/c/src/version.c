@@ -6,5 +6,5 @@
 
 const char *hopform_source(void)
 {
-    return "281e125b55b45024";
+    return "d289317ccf378673";
 }
