@@ -9,7 +9,9 @@ import pytest
 
 import hopform
 from hopform.cli import main
-from hopform.identification import fit_drop_test, fit_force, fit_robot, fit_step_response, friction_threshold, motion
+from hopform.identification import (
+    fit_drop_test, fit_force, fit_robot, fit_step_response, friction_threshold, hopping,
+)  # fmt: skip
 from hopform.identification.drop import swing_of
 from hopform.identification.recordings import Column, Recording, noise_of, parse_recording, quantum_of, read_recording
 from hopform.identification.rigs import LETTERS, Experiment
@@ -20,11 +22,17 @@ from tests.test_cli import SCHEMA, fits, strict_json
 HOPPER = hopform.load_robot("hopper_c")
 PULSES = tuple((0.05 * n, 0.6 * math.sin(0.5 * n) + 0.1) for n in range(40))
 
+HOLDS = ((0.0, 2.0), (0.37, -1.0), (0.55, 2.5), (0.9, 0.5), (1.4, 3.0))
+
 # What each rig depends on, at values at which masses reverse, stick, slip, take off and land.
 RIGS = {
     "attached": {"m_s": 0.57, "k": 712.0, "b2": 0.5, "f2": 0.2, "g": 2.0, "rest": 0.001, "x": 0.02, "v": 0.03},
     "ground": {
         "m_s": 3.0, "k": 1200.0, "b2": 5.0, "f2": 0.6, "g": 9.81, "length": 0.4, "impact_loss": 0.05, "x": 0.6, "v": -0.1,
+    },
+    "free": {
+        "m_s": 3.0, "k": 1200.0, "b2": 5.0, "f2": 0.6, "g": 9.81, "length": 0.4, "impact_loss": 0.05, "m_eff": 25.0, "b1": 150.0,
+        "f1": 0.78, "gamma2": -65.0, "offset": 0.05, "x1_min": 0.0, "x1_max": 0.08, "x": 0.6, "v": -0.1, "x1": 0.01, "v1": 0.05,
     },
     "held": {"m_eff": 0.9, "k": 315.0, "b1": 4.0, "f1": 0.8, "gamma2": -20.0, "rest": 0.001, "x": 0.002, "v": 0.01},
     "air": {"m_eff": 25.0, "b1": 150.0, "f1": 0.3, "gamma2": -65.0, "offset": 0.01, "x": 0.0, "v": 0.01},
@@ -33,7 +41,7 @@ RIGS = {
 
 
 def experiment(kind: str, backend: str | None = None, times: int = 301) -> Experiment:
-    steps = PULSES if kind in ("held", "air") else ((0.0, 0.0),)
+    steps = PULSES if kind in ("held", "air") else HOLDS if kind == "free" else ((0.0, 0.0),)
     time = np.linspace(0.0, 2.0, times)
     return Experiment(
         "", kind, time, np.array([0.0, 0.1]), {each: each for each in LETTERS[kind]}, {}, steps, backend=backend
@@ -89,7 +97,7 @@ def test_a_drop_is_what_solve_flight_and_solve_stance_make_of_it():
         [b + np.linspace(0.01, 0.9, 7) * s.duration for b, s in zip(begins, (flight, stance, second), strict=True)]
     )
     expected = np.concatenate([s.at(np.linspace(0.01, 0.9, 7) * s.duration).x2 for s in (flight, stance, second)])
-    assert np.abs(motion.drop(robot.parameters, (0.0, 0.0, 0.6, 0.0), times).states[:, 2] - expected).max() <= 1e-12
+    assert np.abs(hopping.drop(robot.parameters, (0.0, 0.0, 0.6, 0.0), ((0.0, 0.0),), times).states[:, 2] - expected).max() <= 1e-12
 
 
 # ---- robots are found again ----
