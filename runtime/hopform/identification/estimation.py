@@ -36,6 +36,9 @@ class Parameter(NamedTuple):
     profiled: bool = False
     own: bool = False
     """belongs to one recording: where and how fast it starts"""
+    low: float = -math.inf
+    high: float = math.inf
+    """of a real one: where it must be"""
 
 
 class Estimate(NamedTuple):
@@ -90,14 +93,18 @@ def student(level: float, freedom: float) -> float:
     return float(stdtrit(freedom, level))
 
 
+_ENDS = {"positive": (-math.inf, math.inf), "nonnegative": (0.0, math.inf), "fraction": (0.0, 0.999)}
+"""Ends of a coordinate: of a positive one, a logarithm, there are none."""
+
+
 class _Coordinates:
     """Between parameters and the numbers that the optimiser moves."""
 
     def __init__(self, parameters: Sequence[Parameter]) -> None:
         self.parameters = parameters
-        self.low = np.array([{"nonnegative": 0.0, "fraction": 0.0}.get(p.kind, -np.inf) for p in parameters])
-        self.low = np.array([low / p.scale for low, p in zip(self.low, parameters, strict=True)])
-        self.high = np.array([0.999 / p.scale if p.kind == "fraction" else np.inf for p in parameters])
+        ends = [_ENDS.get(p.kind, (p.low / p.scale, p.high / p.scale)) for p in parameters]
+        self.low = np.array([low for low, _ in ends])
+        self.high = np.array([high / p.scale if p.kind == "fraction" else high for (_, high), p in zip(ends, parameters, strict=True)])
 
     def into(self, values: Mapping[str, float]) -> Array:
         z = np.array([

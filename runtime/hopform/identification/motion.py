@@ -31,6 +31,7 @@ MAX_PHASES = 200_000
 FIRM = 1e12
 """[m/s^2] friction under which no body ever moves: how a body is held."""
 _DOUBLE = np.dtype(np.float64)
+_LENGTHS = [AT["L0"], AT["c"]]
 
 
 @dataclass(frozen=True)
@@ -80,6 +81,22 @@ def solved(
     return found
 
 
+def _of_height(rows: Array, given: bool) -> Array:
+    """Derivatives of x1, v1, x2, v2 by the columns from those of x1, v1, v2, y, as `in_height` has them, in one new array."""
+    by = np.empty((rows.shape[0], len(STATE), len(COLUMNS)))
+    by[:, :2], by[:, 3] = rows[:, :2], rows[:, 2]
+    np.subtract(rows[:, 0], rows[:, 3], out=by[:, 2])
+    by[:, 2, _LENGTHS] += 1.0
+    by_y = by[:, :, AT["x2"]].copy()
+    if given:
+        for name in (AT["x1"], *_LENGTHS):
+            by[:, :, name] += by_y
+        by[:, :, AT["x2"]] = -by_y
+    else:
+        by[:, :, AT["x2"]] = 0.0
+    return by
+
+
 def stance_piece(
     robot: records.Robot,
     start: Sequence[float],
@@ -97,10 +114,7 @@ def stance_piece(
     ending, duration, last, *_ = found.outcome()
     within = times if ENDINGS[ending] == "rest" else times[times <= duration]
     at, rows = found.tangents(np.ascontiguousarray(within))
-    matrix = in_height(rows, given)
-    by = np.stack([matrix[:, 0], matrix[:, 1], matrix[:, 0] - matrix[:, 3], matrix[:, 2]], axis=1)
-    by[:, 2, AT["L0"]] += 1.0
-    by[:, 2, AT["c"]] += 1.0
+    by = _of_height(rows, given)
     height = at.x1 - at.y + robot.L0 + robot.c
     motion = Motion(np.stack([at.x1, at.v1, height, at.v2], axis=1), by)
     if ENDINGS[ending] != "takeoff":

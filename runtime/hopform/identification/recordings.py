@@ -289,45 +289,15 @@ def _notes(time: Array, columns: Mapping[str, Column]) -> tuple[str, ...]:
     return tuple(notes)
 
 
-def free_decay(recording: Recording, values: Array) -> tuple[int, int]:
-    """First and last sample (exclusive) of a free decay about its rest.
-
-    It starts just after the largest deviation, before which there is a hand, and ends where swings grow again: at the next hand.
-    """
-    noise, values = max(noise_of(values), quantum_of(values)), calm(values)
-    tail = values[-max(values.size // 20, 5) :]
-    rest = float(np.median(tail))
-    start = int(np.abs(values - rest).argmax())
-    reach, left = abs(float(values[start]) - rest), values[start:] - rest
-    crossings = np.flatnonzero(np.signbit(left[1:]) != np.signbit(left[:-1])) + 1
-    edges = [0, *crossings.tolist(), left.size]
-    sizes = [float(np.abs(left[a:b]).max()) for a, b in zip(edges[:-1], edges[1:], strict=True)]
-    swings = sum(size > max(8.0 * noise, 0.1 * reach) for size in sizes)
-    if reach <= 10.0 * noise or left.size <= FEWEST or (swings < 2 and float(np.ptp(tail)) > 0.05 * reach):
-        raise recording.error(
-            "the release is not found: no decay follows the largest deviation", recording.line + start
-        )
-    grows = [n for n in range(2, len(sizes)) if sizes[n] > 1.3 * max(sizes[n - 2 : n]) + max(8.0 * noise, 0.05 * reach)]
-    end = start + (edges[grows[0] - 1] if grows else left.size)
-    start = min(start + 1, end - 1)
-    if end - start < FEWEST:
-        raise recording.error(
-            f"too short: {end - start} samples follow the release, at least {FEWEST} are needed", recording.line + start
-        )
-    return start, end
+MOST_STEPS = 2**16 - 1
 
 
-def drop(recording: Recording, values: Array) -> tuple[int, int]:
-    """First and last sample (exclusive) of a fall, which starts where the height is lower than it was held by more than noise."""
-    noise, values = max(noise_of(values), quantum_of(values), 1e-9), calm(values)
-    level = float(np.median(values[:5]))
-    fallen = np.flatnonzero(values < level - max(8.0 * noise, 0.002 * float(np.ptp(values))))
-    if not fallen.size:
-        raise recording.error("the release is not found: the height does not fall", recording.line)
-    start = int(fallen[0])
-    if values.size - start < FEWEST:
+def steps_of(recording: Recording, start: int = 0, end: int | None = None) -> tuple[tuple[float, float], ...]:
+    """The measured current of samples start to end as steps from t = 0 on: one holds until the next; equal neighbours are one."""
+    time, u = recording.time[start:end], recording.current()[start:end]
+    if time.size > MOST_STEPS:
         raise recording.error(
-            f"too short: {values.size - start} samples follow the release, at least {FEWEST} are needed",
-            recording.line + start,
+            f"has {time.size} samples; a fit in position takes up to {MOST_STEPS}: record at a lower rate", recording.line
         )
-    return start, values.size
+    starts = np.concatenate([[True], u[1:] != u[:-1]])
+    return tuple(zip((time[starts] - time[0]).tolist(), u[starts].tolist(), strict=True))

@@ -11,15 +11,15 @@ import math
 import time as clock
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, Unpack
 
 import numpy as np
 
 from hopform.errors import HopformError, MissingExtra
 from hopform.identification import estimation
 from hopform.identification import recordings as of_recordings
-from hopform.identification.estimation import LEVEL, Estimate, Parameter, Progress
-from hopform.identification.fits import Fit, Problem, Trace, check_loss, checked_known, finish, minimise
+from hopform.identification.estimation import LEVEL, Estimate, Parameter
+from hopform.identification.fits import Fit, Options, Problem, Trace, as_several, checked_known, checked_loss, finish, minimise
 from hopform.identification.motion import Array
 from hopform.identification.recordings import Recording
 from hopform.identification.rigs import UNITS, Experiment, Kind
@@ -36,22 +36,16 @@ def fit_step_response(
     *,
     spring: bool = True,
     known: Mapping[str, float] | None = None,
-    loss: str = "linear",
-    compare: bool = True,
-    holdout: bool = True,
-    backend: str | None = None,
-    progress: Progress | None = None,
+    **options: Unpack[Options],
 ) -> Fit:
     """Mass, friction and force constant of an actuator from recordings of x1 and the current.
 
     spring: the actuator works against its spring, the body being held; False: the leg is in the air, there is no spring and
     `offset` [A] is a constant force as a current. known: values of m_eff, k, b1, f1, gamma2, offset: one of m_eff, k, gamma2 at
-    least, else m_eff is taken as 1 kg and k, b1, gamma2 are per kg of it. loss, compare as in `fit_drop_test`. Raises
-    HopformError for data that cannot be a step response, MissingExtra without scipy.
+    least, else m_eff is taken as 1 kg and k, b1, gamma2 are per kg of it. options: `Options`. Raises HopformError for data that
+    cannot be a step response, MissingExtra without scipy.
     """
-    several = (recordings,) if isinstance(recordings, Recording) else tuple(recordings)
-    problem = step_problem(several, spring, known, backend)
-    return finish(problem, loss=loss, compare=compare, holdout=holdout, progress=progress)
+    return finish(step_problem(as_several(recordings), spring, known, options.get("backend")), **options)
 
 
 def step_problem(
@@ -66,8 +60,6 @@ def step_problem(
 
     scaled: other recordings give the scale, so that m_eff is no longer 1 kg if nothing is known.
     """
-    if not recordings:
-        raise HopformError("a fit needs at least one recording, got none")
     kind: Kind = "held" if spring else "air"
     letters = _LETTERS[kind]
     values = checked_known(known, letters)
@@ -97,34 +89,30 @@ def step_problem(
                 if letter not in own
                 else guesses[n - first][letter]
             )
-            parameters.setdefault(name, _parameter(letter, name, start, x))
+            made = _parameter(letter, name, start, x)
+            parameters.setdefault(name, _near(made, x) if letter == "x" and "v" in constants else made)
         experiments.append(
             Experiment(
-                recording.source, kind, recording.time, x, names, constants, steps_of(recording), backend=backend
+                recording.source, kind, recording.time, x, names, constants, of_recordings.steps_of(recording), backend=backend
             )
         )
     notes = tuple(f"{each.source}: {note}" for each in recordings for note in each.notes)
     return Problem(
         "step", "x1", tuple(experiments), tuple(parameters.values()), _starts(parameters, tries, first), values,
-        tuple(statements), notes, ("f1",) if "f1" in parameters else (),
+        tuple(statements), notes, ("f1",) if "f1" in parameters else (), parts=(0.35, 1.0), motions=len(recordings),
     )  # fmt: skip
+
+
+def _near(position: Parameter, x: Array) -> Parameter:
+    """Where a recording begins that begins at rest: within the noise of what is measured there, whatever the fit would gain."""
+    wide = 8.0 * max(of_recordings.noise_of(x), of_recordings.quantum_of(x), 1e-9)
+    return position._replace(low=position.start - wide, high=position.start + wide)
 
 
 def rests_at_first(x: Array) -> bool:
     """Whether a recording starts at rest: its first samples differ by noise alone."""
     noise = max(of_recordings.noise_of(x), of_recordings.quantum_of(x), 1e-12)
     return float(np.ptp(x[:10])) <= 8.0 * noise and float(np.ptp(x[:10])) < 0.02 * float(np.ptp(x))
-
-
-def steps_of(recording: Recording) -> tuple[tuple[float, float], ...]:
-    """The measured current as steps: a sample holds until the next one; equal neighbours are one step."""
-    time, u = recording.time, recording.current()
-    if time.size >= 2**16:
-        raise recording.error(
-            f"has {time.size} samples; a fit in position takes up to {2**16 - 1}: record at a lower rate"
-        )
-    starts = np.concatenate([[True], u[1:] != u[:-1]])
-    return tuple(zip(time[starts].tolist(), u[starts].tolist(), strict=True))
 
 
 # ---- filtered equations: a start for the fit in position, and the fit in force ----
@@ -233,9 +221,8 @@ def fit_force(
     *,
     known: Mapping[str, float],
     cutoff: float | None = None,
-    loss: str = "linear",
     position: bool = True,
-    progress: Progress | None = None,
+    **options: Unpack[Options],
 ) -> Fit:
     """Mass and friction of an actuator without a spring by its equation of motion itself, for recordings in closed loop.
 
@@ -246,9 +233,9 @@ def fit_force(
     hold f1 m_eff [N] and the constant force on the load's side [N] beside the parameters. Residuals of the traces are in N.
     """
     began = clock.perf_counter()
-    several = (recordings,) if isinstance(recordings, Recording) else tuple(recordings)
+    several = as_several(recordings)
     values = checked_known(known, ("gamma2", "m_eff"))
-    check_loss(loss)
+    loss, progress = checked_loss(options), options.get("progress")
     if len(values) != 1:
         raise HopformError("known: a fit in force needs gamma2 or m_eff, one of them: it is the scale of all forces")
     if progress:
@@ -373,8 +360,8 @@ def _beside(recordings: Sequence[Recording], fit: Fit) -> tuple[str, ...]:
                     constants={**each.constants, "m_eff": fit.known["m_eff"]})
             for each in experiments
         ]  # fmt: skip
-    problem = Problem("step", "x1", tuple(experiments), (*shared, *parameters), (), fit.known, (), (), ())
-    solution = minimise(problem, "linear", (0.1, 0.4, 1.0))
+    problem = Problem("step", "x1", tuple(experiments), (*shared, *parameters), (), fit.known, (), (), (), parts=(0.1, 0.4, 1.0))
+    solution = minimise(problem, "linear")
     rms = math.sqrt(sum(float((r**2).sum()) for r in solution.residuals) / solution.count)
     told = ", ".join(f"{p.name} {solution.values[p.name]:.6g} {p.unit}" for p in shared)
     return (
