@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hopform.checks import is_number
 from hopform.errors import HopformError
@@ -249,6 +250,12 @@ def calm(values: Array) -> Array:
     """Running medians of five: what single outliers do not move."""
     padded = np.concatenate([np.repeat(values[:1], 2), values, np.repeat(values[-1:], 2)])
     return np.asarray(np.median(np.lib.stride_tricks.sliding_window_view(padded, 5), axis=1))
+
+
+def outliers(values: Array) -> NDArray[np.bool_]:
+    """Which samples are far off the median of their five neighbours: beyond noise, and beyond what a motion does in three samples."""
+    travel = float(np.percentile(np.abs(np.diff(values)), 90.0))
+    return np.asarray(np.abs(values - calm(values)) > max(3.0 * travel, 10.0 * noise_of(values), 10.0 * quantum_of(values)))
 
 
 def saturated(values: Array, least: int = 8) -> tuple[int, int] | None:

@@ -139,28 +139,55 @@ class Filtered:
     one: Array
 
 
-def filtered(recording: Recording, cutoff: float | None = None) -> Filtered:
+def filtered(recording: Recording, cutoff: float | None = None, *, mend: bool = False) -> Filtered:
     """A recording on even times, its derivatives by a zero-phase Butterworth filter, all through a second one, decimated.
 
-    cutoff [Hz]: of the filters; a tenth of the sampling rate, 50 Hz at most, if not given.
+    cutoff [Hz]: of the filters; a tenth of the sampling rate, 50 Hz at most, if not given. Each part between gaps is filtered by
+    itself, and its ends are left out. mend: samples of the position far off their neighbours are taken as missing.
     """
-    signal, x, u = _signal(), recording.position("x1"), recording.current()
-    step = float(np.median(np.diff(recording.time)))
-    t = np.arange(recording.time[0], recording.time[-1] + 0.5 * step, step)
-    rate = 1.0 / step
-    cut = min(cutoff or min(0.1 * rate, 50.0), 0.45 * rate)
-    smooth = signal.butter(4, cut, fs=rate, output="sos")
-    position = signal.sosfiltfilt(smooth, np.interp(t, recording.time, x))
-    current = u[np.clip(np.searchsorted(recording.time, t + 1e-3 * step, side="right") - 1, 0, u.size - 1)]
+    x, u, time = recording.position("x1"), recording.current(), recording.time
+    step = float(np.median(np.diff(time)))
+    cut = min(cutoff or min(0.1 / step, 50.0), 0.45 / step)
+    kept = ~of_recordings.outliers(x) if mend else np.full(x.size, True)
+    time, x, u = time[kept], x[kept], u[kept]
+    wide = np.flatnonzero(np.diff(time) > max(2.5 * step, 0.25 / cut)) + 1
+    edges = [0, *wide.tolist(), time.size]
+    parts = [
+        _filtered_part(time[a:b], x[a:b], u[a:b], step, cut)
+        for a, b in zip(edges[:-1], edges[1:], strict=True)
+        if time[b - 1] - time[a] >= 8.0 * _EDGE / cut
+    ]
+    if not parts:
+        raise recording.error(
+            f"too short between its gaps: a filter of {cut:.3g} Hz needs {8.0 * _EDGE / cut:.3g} s without one", recording.line
+        )
+    return Filtered(*(np.concatenate([getattr(part, name) for part in parts]) for name in Filtered.__annotations__))
+
+
+_EDGE = 2.0
+"""Ends of a filtered part that are left out, in periods of the filter's cutoff."""
+
+
+def _filtered_part(time: Array, x: Array, u: Array, step: float, cut: float) -> Filtered:
+    """A part without gaps; where its times are uneven it is interpolated, the position by cubics that do not overshoot."""
+    signal, rate = _signal(), 1.0 / step
+    t = np.arange(time[0], time[-1] + 0.5 * step, step)
+    even = np.abs(np.diff(time) - step).max() <= 1e-3 * step
+    raw = np.interp(t, time, x) if even else _interpolated(t, time, x)
+    still = 3.0 * max(of_recordings.noise_of(raw), of_recordings.quantum_of(x)) * cut
+    position = signal.sosfiltfilt(signal.butter(4, cut, fs=rate, output="sos"), raw)
     v = np.gradient(position, step)
-    still = 3.0 * max(of_recordings.noise_of(x), of_recordings.quantum_of(x)) * cut
     side = np.where(np.abs(v) > still, np.sign(v), 0.0)
-    columns = np.stack([np.gradient(v, step), v, position, side, current, np.ones_like(v)])
+    columns = np.stack([np.gradient(v, step), v, position, side, np.interp(t, time, u), np.ones_like(v)])
     columns = signal.sosfiltfilt(signal.butter(4, 0.8 * cut, fs=rate, output="sos"), columns, axis=1)
-    edge = min(int(2.0 * rate / cut), t.size // 8)
-    every = max(int(0.5 * rate / cut), 1)
-    kept = columns[:, edge : t.size - edge : every]
-    return Filtered(t[edge : t.size - edge : every], *kept)
+    edge, every = min(int(_EDGE * rate / cut), t.size // 8), max(int(0.5 * rate / cut), 1)
+    return Filtered(t[edge : t.size - edge : every], *columns[:, edge : t.size - edge : every])
+
+
+def _interpolated(t: Array, time: Array, x: Array) -> Array:
+    from scipy.interpolate import Akima1DInterpolator
+
+    return np.asarray(Akima1DInterpolator(time, x)(np.minimum(t, time[-1])))
 
 
 def _regress(
@@ -240,7 +267,7 @@ def fit_force(
         raise HopformError("known: a fit in force needs gamma2 or m_eff, one of them: it is the scale of all forces")
     if progress:
         progress("fit in force")
-    parts = [filtered(each, cutoff) for each in several]
+    parts = [filtered(each, cutoff, mend=loss != "linear") for each in several]
     names, a, b = _force_equation(parts, values)
     found, covariance, residual = _linear(a, b, loss)
     sizes = np.cumsum([part.time.size for part in parts])[:-1]
@@ -281,12 +308,12 @@ def _linear(a: Array, b: Array, loss: str) -> tuple[list[float], Array, Array]:
     scaled = a / size
     found = np.asarray(np.linalg.lstsq(scaled, b, rcond=None)[0], dtype=np.float64)
     if loss != "linear":
-        spread = float(np.std(b - scaled @ found))
+        spread = max(float(np.std(b - scaled @ found)), 1e-300)
 
         def missed(p: Array) -> Array:
             return np.asarray((scaled @ p - b) / spread)
 
-        found = np.asarray(estimation.scipy_optimize().least_squares(missed, found, loss=loss).x, dtype=np.float64)
+        found = np.asarray(estimation.scipy_optimize().least_squares(missed, found, loss=loss, f_scale=2.0).x, dtype=np.float64)
     residual = np.asarray(b - scaled @ found, dtype=np.float64)
     tests = estimation.tests_of(residual)
     variance = float((residual**2).sum()) / max(b.size - found.size, 1) * tests.inflation
