@@ -33,11 +33,30 @@ _LETTERS: dict[Rig, tuple[str, ...]] = {
 """What is fitted unless it is known."""
 _GIVEN: dict[Rig, tuple[str, ...]] = {"attached": ("g",), "ground": ("g",), "free": ("g", "x1_min", "x1_max")}
 """What may be known besides."""
+_PARTS: dict[Rig, tuple[float, ...]] = {
+    "attached": (0.3, 1.0),
+    "ground": (0.35, 0.65, 1.0),
+    "free": (0.25, 0.45, 0.7, 1.0),
+}
+"""Over how much of a recording a fit is followed at first, and then: each hop multiplies what is wrong about the one before."""
 _DEFAULTS: dict[Rig, dict[str, float]] = {
     "attached": {"g": 0.0},
     "ground": {"g": 9.81},
     "free": {"g": 9.81, "x1_min": -math.inf, "x1_max": math.inf, "x1": 0.0, "v1": 0.0},
 }
+
+
+class Cut(NamedTuple):
+    """One motion out of a recording: times [s] since the release, x2 [m], when the release was; x1 where it is recorded."""
+
+    recording: Recording
+    number: int
+    label: str
+    time: Array
+    x: Array
+    begin: float
+    steps: tuple[tuple[float, float], ...]
+    x1: Array | None
 
 
 class Swing(NamedTuple):
@@ -134,9 +153,9 @@ def drop_problem(
         raise HopformError(f"known: g must be > 0 m/s^2 for a drop, got {values['g']!r}")
     apart = len({each.added_mass for each in recordings}) > 1
     statements = _scale(values, apart)
+    cuts = [cut for number, each in enumerate(recordings) for cut in _cuts(each, number + first, rig, values["g"])]
     if rig == "free":
-        statements += _driven(values, recordings)
-    cuts = [cut for number, each in enumerate(recordings) for cut in _cuts(each, number + first, rig)]
+        statements += _driven(values, cuts)
     guesses = [_guess(cut, rig, values["g"]) for cut in cuts]
     shared = _shared_starts(values, guesses, [cut.recording.added_mass for cut in cuts], rig)
     experiments, parameters = list[Experiment](), dict[str, Parameter]()
@@ -144,13 +163,14 @@ def drop_problem(
         names = _names(letters, values, cut, n, rig, apart)
         for letter, name in names.items():
             start = shared[letter][n - first] if letter in shared else _own_start(letter, cut, guess)
-            parameters.setdefault(name, _parameter(letter, name, start, cut.x))
+            made = _parameter(letter, name, start, cut.x)
+            parameters.setdefault(name, made if letter != "x1" else _within(made, values["x1_min"], values["x1_max"]))
         experiments += _experiments(cut, rig, names, values, backend)
     coulomb = tuple(name for name in parameters if name[:2] in ("f1", "f2"))
     notes = tuple(f"{each.source}: {note}" for each in recordings for note in each.notes)
     return Problem(
         "drop", "x2", tuple(experiments), tuple(parameters.values()), _starts(parameters, rig), values, tuple(statements),
-        notes, coulomb, parts=(0.3, 1.0) if rig == "attached" else (0.35, 0.65, 1.0), motions=len(cuts),
+        notes, coulomb, parts=_PARTS[rig], motions=len(cuts),
     )  # fmt: skip
 
 
@@ -170,10 +190,9 @@ def _scale(values: dict[str, float], apart: bool) -> list[str]:
     ]
 
 
-def _driven(values: dict[str, float], recordings: Sequence[Recording]) -> list[str]:
+def _driven(values: dict[str, float], cuts: Sequence[Cut]) -> list[str]:
     """What the currents of a free actuator tell of gamma2 and of a constant load; what they do not is held and said."""
-    currents = [each.current() if each.has_current() else np.zeros(each.time.size) for each in recordings]
-    levels = np.concatenate(currents)
+    levels = np.array([u for cut in cuts for _, u in cut.steps])
     if not levels.any():
         values.setdefault("gamma2", 1.0)
         values.setdefault("offset", 0.0)
@@ -184,27 +203,17 @@ def _driven(values: dict[str, float], recordings: Sequence[Recording]) -> list[s
     return []
 
 
-class Cut(NamedTuple):
-    """One motion out of a recording: times [s] since the release, x2 [m], when the release was; x1 where it is recorded."""
-
-    recording: Recording
-    number: int
-    label: str
-    time: Array
-    x: Array
-    begin: float
-    steps: tuple[tuple[float, float], ...]
-    x1: Array | None
-
-
-def _cuts(recording: Recording, number: int, rig: Rig) -> list[Cut]:
-    """The motions of a recording from their releases on."""
+def _cuts(recording: Recording, number: int, rig: Rig, g: float) -> list[Cut]:
+    """The motions of a recording from their releases on; before that a free actuator has not moved, so it is found to a sample."""
     values = recording.position("x2")
     spans = segments.decays(recording, values) if rig == "attached" else segments.drops(recording, values)
     driven = rig == "free" and recording.has_current()
     x1 = recording.columns["x1"].values if rig == "free" and "x1" in recording.columns else None
     cuts = list[Cut]()
-    for n, (start, end) in enumerate(spans, 1):
+    step = float(np.median(np.diff(recording.time)))
+    for n, (seen, end) in enumerate(spans, 1):
+        fallen = max(float(np.median(values[max(seen - 20, 0) : max(seen - 5, 1)])) - float(values[seen]), 0.0)
+        start = max(seen - round(math.sqrt(2.0 * fallen / g) / step), 0) if rig == "free" else seen
         label = recording.source if len(spans) == 1 else f"{recording.source}, {'decay' if rig == 'attached' else 'drop'} {n}"
         time = recording.time[start:end]
         begin = float(time[0])
@@ -218,7 +227,7 @@ def _names(
 ) -> dict[str, str]:
     """Which parameter each letter of a motion stands for: where it begins is its own, friction under a mass that is added too."""
     own = {"attached": ("rest", "x", "v"), "ground": ("x", "v"), "free": ("x", "v")}[rig]
-    own += ("x1",) if cut.x1 is not None else ()
+    own += ("x1", "v1") if cut.x1 is not None else ()
     names = {letter: f"{letter}@{cut.number}" if apart and letter in ("b2", "f2") else letter for letter in letters}
     return {letter: name for letter, name in names.items() if letter not in values} | {
         letter: f"{letter}@{n}" for letter in own
@@ -242,12 +251,29 @@ def _guess(cut: Cut, rig: Rig, g: float) -> Swing:
     if rig == "attached":
         return swing_of(cut.time, cut.x)
     x = cut.x if cut.x1 is None else cut.x - cut.x1
-    rest, low, top = float(np.median(x[-max(x.size // 10, 5) :])), float(x.min()), float(x.max())
+    low, top = float(x.min()), float(x.max())
+    fall = 0.9 * (top - low)
+    if rig == "free":
+        return _first_stance(cut.time, x, g)
+    rest = float(np.median(x[-max(x.size // 10, 5) :]))
     # m_s g (top - low), less a tenth, goes into the spring: k (L0 - low)^2/2, L0 = rest + m_s g/k.
-    depth, fall = max(rest - low, 1e-6), 0.9 * (top - low)
+    depth = max(rest - low, 1e-6)
     half = fall - depth
     sag = half - math.sqrt(half * half - depth * depth) if half > depth else max(depth, 1e-4)
     return Swing(rest, math.sqrt(g / max(sag, 1e-5)), 0.1 * math.sqrt(g / max(sag, 1e-5)), 0.3)
+
+
+def _first_stance(time: Array, x: Array, g: float) -> Swing:
+    """The same of a leg that comes to no rest of its own: where it leaves its parabola is L0, and m_s g (top - low) = k (L0 - low)^2/2."""
+    noise = max(of_recordings.noise_of(x), of_recordings.quantum_of(x), 1e-9)
+    top, bottom = float(np.median(x[:3])), int(x.argmin())
+    parabola = top - 0.5 * g * (time - time[0]) ** 2
+    off = np.flatnonzero(np.abs(of_recordings.calm(x)[:bottom] - parabola[:bottom]) > 8.0 * noise + 0.01 * (top - x[bottom]))
+    length = float(parabola[int(off[0])]) if off.size else 0.5 * (top + float(x[bottom]))
+    low = float(x[bottom])
+    depth = max(length - low, 1e-3)
+    square = 2.0 * g * 0.9 * (top - low) / depth**2
+    return Swing(length - g / square, math.sqrt(square), 0.1 * math.sqrt(square), 0.3)
 
 
 def _shared_starts(
@@ -286,10 +312,10 @@ def _shared_starts(
 def _own_start(letter: str, cut: Cut, guess: Swing) -> float:
     if letter == "rest":
         return guess.rest
-    x = cut.x1 if letter == "x1" and cut.x1 is not None else cut.x
+    x = cut.x1 if letter in ("x1", "v1") and cut.x1 is not None else cut.x
     count = min(5, x.size)
     slope, height = np.polyfit(cut.time[:count], x[:count], 1)
-    return float(slope) if letter == "v" else float(height)
+    return float(slope) if letter in ("v", "v1") else float(height)
 
 
 _KINDS = {
@@ -299,11 +325,16 @@ _KINDS = {
 
 
 def _parameter(letter: str, name: str, start: float, x: Array) -> Parameter:
-    reach, own = float(np.ptp(x)), letter in ("rest", "x", "v", "x1")
-    scales = {"v": reach, "impact_loss": 0.1, "offset": 0.1} | dict.fromkeys(("rest", "x", "x1", "length"), 0.1 * reach)
+    reach, own = float(np.ptp(x)), letter in ("rest", "x", "v", "x1", "v1")
+    scales = {"v": reach, "v1": reach, "impact_loss": 0.1, "offset": 0.1} | dict.fromkeys(("rest", "x", "x1", "length"), 0.1 * reach)
     scale = scales.get(letter, max(abs(start), 0.1))
     kind = _KINDS.get(letter, "real")
     return Parameter(name, UNITS[letter], start, scale, kind, profiled=letter in ("f1", "f2"), own=own)
+
+
+def _within(x1: Parameter, low: float, high: float) -> Parameter:
+    """The actuator's place, within its stops."""
+    return x1._replace(start=min(max(x1.start, low), high), low=low, high=high)
 
 
 def _starts(parameters: Mapping[str, Parameter], rig: Rig) -> tuple[dict[str, float], ...]:
@@ -323,8 +354,10 @@ def _starts(parameters: Mapping[str, Parameter], rig: Rig) -> tuple[dict[str, fl
         tries += [first | {"k": factor * first["k"]} for factor in (0.6, 1.6)]
     if rig != "free":
         return tuple(tries)
-    changes: dict[str, tuple[float, ...]] = {"m_eff": (0.3, 1.0, 3.0), "b1": (0.3, 1.5), "gamma2": (1.0, -1.0, 4.0, -4.0)}
+    changes: dict[str, tuple[float, ...]] = {"m_eff": (0.4, 1.0, 2.5), "b1": (0.25, 1.0), "gamma2": (1.0, -1.0, 4.0, -4.0)}
     for name, factors in changes.items():
         if name in first:
             tries = [start | {name: factor * start[name]} for start in tries for factor in factors]
+        if name == "m_eff" and "b1" in first and "m_eff" in first:  # b1/m_eff is kept
+            tries = [start | {"b1": start["b1"] * start["m_eff"] / first["m_eff"]} for start in tries]
     return tuple(tries)

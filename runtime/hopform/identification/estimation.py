@@ -93,8 +93,18 @@ def student(level: float, freedom: float) -> float:
     return float(stdtrit(freedom, level))
 
 
-_ENDS = {"positive": (-math.inf, math.inf), "nonnegative": (0.0, math.inf), "fraction": (0.0, 0.999)}
-"""Ends of a coordinate: of a positive one, a logarithm, there are none."""
+_FAR = 14.0
+"""How far a logarithm may go from where it starts: a factor of a million, beyond which no leg is."""
+
+
+def _ends(p: Parameter) -> tuple[float, float]:
+    """Between which numbers the coordinate of a parameter lies."""
+    if p.kind == "positive":
+        middle = math.log(p.scale)
+        return middle - _FAR, middle + _FAR
+    if p.kind in ("nonnegative", "fraction"):
+        return 0.0, 0.999 / p.scale if p.kind == "fraction" else math.inf
+    return p.low / p.scale, p.high / p.scale
 
 
 class _Coordinates:
@@ -102,9 +112,9 @@ class _Coordinates:
 
     def __init__(self, parameters: Sequence[Parameter]) -> None:
         self.parameters = parameters
-        ends = [_ENDS.get(p.kind, (p.low / p.scale, p.high / p.scale)) for p in parameters]
-        self.low = np.array([low for low, _ in ends])
-        self.high = np.array([high / p.scale if p.kind == "fraction" else high for (_, high), p in zip(ends, parameters, strict=True)])
+        self.low, self.high = (np.array(ends) for ends in zip(*map(_ends, parameters), strict=True)) if parameters else (
+            np.empty(0), np.empty(0),
+        )  # fmt: skip
 
     def into(self, values: Mapping[str, float]) -> Array:
         z = np.array([
@@ -272,7 +282,7 @@ def spread(solution: Solution) -> Spread:
     covariance[np.ix_(alive, alive)] = inside * solution.cost / solution.freedom
     blind = np.abs(directions[unseen]) > 1e-3
     weak = set(names[~alive]) | {name for row in blind for name in names[alive][row]}
-    together = tuple(" * ".join(names[alive][row]) for row in blind)
+    together = tuple(dict.fromkeys(", ".join(names[alive][row]) for row in blind))
     for index, name in enumerate(names):
         if name in weak:
             covariance[index, index] = np.inf

@@ -152,7 +152,7 @@ def from_start(parameters: Sequence[Parameter], start: Mapping[str, float]) -> l
 def minimise(problem: Problem, loss: str, fixed: Mapping[str, float] | None = None) -> Solution:
     """The best minimum from all starts: first over the beginning of each recording, the best of these over more and more.
 
-    Where it stays far from the data, by more than noise and half a percent of the motion, it looks again from further away.
+    Where it stays far from the data, by more than noise and a two thousandth of the motion, it looks again from further away.
     """
     held = dict(fixed or {})
     free = [p for p in problem.parameters if p.name not in held]
@@ -219,7 +219,7 @@ def _from(
 
 def _is_far(experiment: Experiment, residual: Array) -> bool:
     noise = experiment.noise or max(noise_of(experiment.measured), quantum_of(experiment.measured))
-    return float(np.sqrt((residual**2).mean())) > max(1.3 * noise, 0.005 * float(np.ptp(experiment.measured)))
+    return float(np.sqrt((residual**2).mean())) > max(1.15 * noise, 5e-4 * float(np.ptp(experiment.measured)))
 
 
 def _further(parameters: Sequence[Parameter], found: Mapping[str, float]) -> list[dict[str, float]]:
@@ -337,7 +337,7 @@ def _blind(spread: estimation.Spread) -> list[str]:
     said = list[str]()
     if spread.weak:
         said.append(f"not identifiable from these recordings: {', '.join(spread.weak)}")
-    said += [f"only a combination of {together.replace(' * ', ', ')} is fixed" for together in spread.combinations]
+    said += [f"only combinations of {together} are fixed" for together in spread.combinations]
     return said
 
 

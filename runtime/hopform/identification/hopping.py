@@ -240,7 +240,7 @@ def _zero(falling: Callable[[Array], Array], low: float, high: float) -> float:
     """Where a function that is > 0 at low and < 0 at high is 0, to the last bits: secants inside a bracket that shrinks."""
     above, below = (float(falling(np.array([t]))[0]) for t in (low, high))
     for n in range(100):
-        share = 0.5 if n % 3 == 2 else above / (above - below)
+        share = 0.5 if n % 3 == 2 or above <= below else above / (above - below)
         middle = low + share * (high - low)
         if not low < middle < high:
             break

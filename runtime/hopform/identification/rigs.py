@@ -12,6 +12,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from functools import lru_cache
 from typing import Literal
 
 import numpy as np
@@ -146,6 +147,14 @@ def _ground(of: Experiment, at: Mapping[str, float], time: Array) -> tuple[Array
     return moved.states[:, 2], {letter: row[:, AT[field]] for letter, field in _LANDING.items()}
 
 
+@lru_cache(maxsize=2)
+def _dropped(
+    robot: records.Robot, start: tuple[float, ...], steps: hopping.Steps, times: bytes, backend: str | None
+) -> motion.Motion:
+    """A drop of which both x1 and x2 were measured is solved once for both."""
+    return hopping.drop(robot, start, steps, np.frombuffer(times), backend)
+
+
 def _free(of: Experiment, at: Mapping[str, float], time: Array) -> tuple[Array, dict[str, Array]]:
     robot = _robot(
         m_s=at["m_s"] + of.added_mass, k=at["k"], b2=at["b2"], f2=at["f2"], g=at["g"], L0=at["length"],
@@ -153,7 +162,7 @@ def _free(of: Experiment, at: Mapping[str, float], time: Array) -> tuple[Array, 
         x1_min=at["x1_min"], x1_max=at["x1_max"],
     )  # fmt: skip
     steps = tuple((t, u + at["offset"]) for t, u in of.steps)
-    moved = hopping.drop(robot, (at["x1"], at["v1"], at["x"], at["v"]), steps, time, of.backend)
+    moved = _dropped(robot, (at["x1"], at["v1"], at["x"], at["v"]), steps, time.tobytes(), of.backend)
     place = STATE.index(of.of)
     row = moved.by[:, place]
     return moved.states[:, place], {letter: row[:, AT[field]] for letter, field in _FREE_LEG.items()}
