@@ -349,15 +349,31 @@ def _boundary(estimates: Sequence[Estimate]) -> list[str]:
     ]
 
 
+_MISSED = 0.1
+"""Residuals that are more than this share of a motion's standard deviation are no fit."""
+
+
 def _coloured(traces: Sequence[Trace], inflation: float) -> list[str]:
-    said = [
+    """What is odd about residuals: a fit that is none, and those that are no white noise."""
+    said = list[str]()
+    for trace in traces:
+        size = float(np.std(trace.measured))
+        if trace.quantity in ("x1", "x2") and trace.tests.rms > _MISSED * size:
+            said.append(
+                f"{trace.label}: the fit misses the recording by {100.0 * trace.tests.rms / size:.2g} % of its motion: it is of "
+                "another rig, or no start led to it; give more of what is known"
+            )
+    coloured = [
         f"{trace.label}: the residuals are not white (autocorrelation {trace.tests.autocorrelation:.2f}, runs z "
         f"{trace.tests.runs_z:.1f}): the model misses something, or the noise has a memory"
         for trace in traces
         if not trace.tests.white
     ]
-    if said:
-        said.append(f"intervals are widened by sqrt({inflation:.3g}) for what neighbouring residuals have in common")
+    if coloured:
+        said += [
+            *coloured,
+            f"intervals are widened by sqrt({inflation:.3g}) for what neighbouring residuals have in common",
+        ]
     return said
 
 

@@ -59,7 +59,8 @@ def _decay(recording: Recording, whole: Array, begin: int, end: int) -> Span:
         raise recording.error("the release is not found: no decay follows the largest deviation", at)
     grows = [n for n in range(2, len(sizes)) if sizes[n] > 1.3 * max(sizes[n - 2 : n]) + max(8.0 * noise, 0.05 * reach)]
     last = start + (edges[grows[0] - 1] if grows else left.size)
-    start = min(start + 1, last - 1)
+    near = np.abs(left) > reach - 8.0 * noise  # held, or about its turn: the last sample of it
+    start = min(start + int(near[: edges[1]].nonzero()[0][-1]) + 1, last - 1)
     if last - start < FEWEST:
         raise recording.error(f"too short: {last - start} samples follow the release, at least {FEWEST} are needed", at)
     return begin + start, begin + last
@@ -131,17 +132,39 @@ def _fall(recording: Recording, whole: Array, begin: int, end: int, noise: float
 
 
 def _lifts(time: Array, values: Array, noise: float, size: float) -> list[Span]:
-    """Where a body that had come to rest is lifted, and the first sample at which it is held still higher, for each time it is."""
+    """Where a body is taken by the hand, and the first sample at which it is held higher, for each time that it is."""
     width = max(round(_HELD / float(np.median(np.diff(time)))), 5)
     if values.size < 4 * width:
         return []
-    windows = np.lib.stride_tricks.sliding_window_view(calm(values), width)
+    smooth = calm(values)
+    windows = np.lib.stride_tricks.sliding_window_view(smooth, width)
     still = windows.max(axis=1) - windows.min(axis=1) < max(8.0 * noise, 2e-3 * size)
     edges = np.flatnonzero(np.diff(np.concatenate([[False], still, [False]]).astype(int)))
     spans = [(int(a), int(b) - 1 + width) for a, b in zip(edges[::2], edges[1::2], strict=True)]
-    lifts = list[Span]()
-    for low, high in zip(spans[:-1], spans[1:], strict=True):
-        rise = float(np.median(values[slice(*high)])) - float(np.median(values[slice(*low)]))
-        if rise > _LEAST_REACH * size:
-            lifts.append((low[1], high[0]))
+    high = float(smooth.min()) + 0.5 * size
+    lifts, last = list[Span](), 0
+    for begin, end in spans:
+        if float(np.median(smooth[begin:end])) <= high:
+            continue
+        rests = [b for a, b in spans if last < a and b <= begin and float(np.median(smooth[a:b])) <= high]
+        fell = float(smooth[last : begin + 1].min()) <= high - 0.25 * size
+        if last and fell:
+            lifts.append((rests[-1] if rests else _taken(smooth, last, begin, 0.02 * size + 8.0 * noise), begin))
+        last = end
     return lifts
+
+
+def _taken(values: Array, begin: int, held: int, least: float) -> int:
+    """The last high of a motion before the low from which it is lifted: there it was surely its own."""
+    turn, extreme, rising = begin, begin, False
+    highs = [begin]
+    for n in range(begin, held):
+        if (values[n] > values[extreme]) == rising and values[n] != values[extreme]:
+            extreme = n
+        elif abs(float(values[n] - values[extreme])) > least:
+            turn, extreme, rising = extreme, n, not rising
+            if not rising:
+                highs.append(turn)
+    return highs[-1]
+
+

@@ -152,15 +152,9 @@ def filtered(recording: Recording, cutoff: float | None = None, *, mend: bool = 
     time, x, u = time[kept], x[kept], u[kept]
     wide = np.flatnonzero(np.diff(time) > max(2.5 * step, 0.25 / cut)) + 1
     edges = [0, *wide.tolist(), time.size]
-    parts = [
-        _filtered_part(time[a:b], x[a:b], u[a:b], step, cut)
-        for a, b in zip(edges[:-1], edges[1:], strict=True)
-        if time[b - 1] - time[a] >= 8.0 * _EDGE / cut
-    ]
-    if not parts:
-        raise recording.error(
-            f"too short between its gaps: a filter of {cut:.3g} Hz needs {8.0 * _EDGE / cut:.3g} s without one", recording.line
-        )
+    spans = sorted(zip(edges[:-1], edges[1:], strict=True), key=lambda span: time[span[0]] - time[span[1] - 1])
+    long = [(a, b) for a, b in spans if time[b - 1] - time[a] >= 8.0 * _EDGE / cut]
+    parts = [_filtered_part(time[a:b], x[a:b], u[a:b], step, cut) for a, b in sorted(long or spans[:1])]
     return Filtered(*(np.concatenate([getattr(part, name) for part in parts]) for name in Filtered.__annotations__))
 
 
