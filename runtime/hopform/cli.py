@@ -200,6 +200,7 @@ Known = Annotated[
 Attached = Annotated[bool, option("--attached", "the body is fixed to its spring, which pushes and pulls")]
 Free = Annotated[bool, option("--free", "the actuator is free to move while the body drops")]
 Air = Annotated[bool, option("--air", "the leg is in the air: no spring")]
+Spring = Annotated[bool, option("--spring", "a ramp against the spring, the body held")]
 Force = Annotated[bool, option("--force", "fit in force: no spring, recorded in closed loop")]
 AddedMasses = Annotated[str, option("--added-mass", "[kg] what the body carried, one per file", metavar="M,M,...")]
 Loss = Annotated[str, option("--loss", "linear, or against outliers soft_l1, huber, cauchy")]
@@ -372,6 +373,7 @@ def identify(
     attached: Attached = False,
     free: Free = False,
     air: Air = False,
+    spring: Spring = False,
     force: Force = False,
     added_mass: AddedMasses = "",
     loss: Loss = "linear",
@@ -393,7 +395,7 @@ def identify(
     base = hopform.load_robot(robot)
     masses, values = command.added_masses(added_mass), command.known_values(known or [])
     with patience("identification") as advance:
-        wanted = command.Wanted(kind.value, tuple(files), values, masses, attached, air, force, loss, free)
+        wanted = command.Wanted(kind.value, tuple(files), values, masses, attached, air, force, loss, free, spring)
         stages = iter(range(command.STAGES))
         answer = command.identify(wanted, lambda _: advance(next(stages, command.STAGES), command.STAGES))
         written = command.files_of(answer, base, out, report, plot)
@@ -421,7 +423,7 @@ def record(
     hold: Annotated[float, quantity("--hold", "s", "stillness at first")] = 0.2,
     added_mass: Annotated[float, quantity("--added-mass", "kg", "mass that the body carries beside its own")] = 0.0,
     repeats: Annotated[int, option("--repeats", "drops or decays in the recording", metavar="N", min=1)] = 1,
-    spring: Annotated[bool, option("--spring", "a ramp against the spring, the body held")] = False,
+    spring: Spring = False,
     seed: Annotated[int | None, option("--seed", "of the noise", metavar="N", min=0)] = None,
     csv: Csv = "-",
 ) -> None:

@@ -38,6 +38,7 @@ class Wanted:
     force: bool = False
     loss: str = "linear"
     free: bool = False
+    spring: bool = False
 
 
 def known_values(pairs: Sequence[str]) -> dict[str, float]:
@@ -74,7 +75,8 @@ def identify(wanted: Wanted, progress: Progress | None = None) -> Fit | Threshol
         raise HopformError(f"--added-mass names {len(wanted.added_mass)} masses for {len(wanted.files)} files")
     roles, recordings = _read(wanted)
     if wanted.kind == "ramp":
-        return friction_threshold(recordings, m_eff=wanted.known.get("m_eff"), gamma2=wanted.known.get("gamma2"))
+        given = {name: wanted.known.get(name) for name in ("m_eff", "gamma2", "k")}
+        return friction_threshold(recordings, spring=wanted.spring, **given)
     options: Options = {"loss": wanted.loss, "progress": progress}
     if wanted.kind == "drop":
         return fit_drop_test(recordings, attached=wanted.attached, free=wanted.free, known=wanted.known, **options)
