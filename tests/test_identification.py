@@ -12,7 +12,7 @@ from hopform.cli import main
 from hopform.identification import (
     fit_drop_test, fit_force, fit_robot, fit_step_response, friction_threshold, hopping,
 )  # fmt: skip
-from hopform.identification.drop import swing_of
+from hopform.identification.drop import drop_problem, swing_of
 from hopform.identification.recordings import Column, Recording, noise_of, parse_recording, quantum_of, read_recording
 from hopform.identification.rigs import LETTERS, Experiment
 from hopform.identification.synthetic import record, to_csv
@@ -260,6 +260,116 @@ def test_intervals_hold_the_truth_in_19_of_20_cases():
     assert sum(count.total.values()) > 500
     assert 0.88 <= count.share <= 0.99, dict(count.inside)
     assert count.slowest <= 2.0
+
+
+# ---- the actuator free, several motions in a recording, ramps against a spring ----
+
+
+def test_a_drop_over_a_free_actuator_is_what_solve_flight_and_solve_stance_make_of_it():
+    """Without a current both are the same motion: flights under gains of 0, stances at u = 0, one after the other."""
+    robot = dataclasses.replace(HOPPER, x1_min=-0.2, x1_max=0.2)
+    times, expected, begin = [], [], 0.0
+    state = {"x1": 0.02, "v1": 0.1, "x2": 0.6, "v2": 0.0}
+    for _ in range(2):
+        flight = hopform.solve_flight(robot, **state, gains=(0.0, 0.0))
+        stance = hopform.solve_stance(robot, **flight.touchdown._asdict() | {"x2": None})
+        for part in (flight, stance):
+            t = np.linspace(0.01, 0.9, 9) * part.duration
+            times.append(begin + t)
+            expected.append(np.stack(part.at(t)[:4], axis=1))
+            begin += part.duration
+        state = stance.takeoff._asdict()
+    moved = hopping.drop(robot.parameters, (0.02, 0.1, 0.6, 0.0), ((0.0, 0.0),), np.concatenate(times))
+    assert np.abs(moved.states - np.concatenate(expected)).max() <= 1e-11
+
+
+def test_steps_of_the_current_come_when_the_clock_says():
+    """A drop in two halves, the second from where the first came to, is the drop in one: also in flight and in stance."""
+    for change in (0.1, 0.3):
+        steps = ((0.0, 2.0), (change, -1.5), (0.9, 1.0))
+        times = np.linspace(0.0, 1.5, 151)
+        whole = hopping.drop(HOPPER.parameters, (0.0, 0.0, 0.6, 0.0), steps, times).states
+        cut = 70
+        rest = tuple((max(t - times[cut], 0.0), u) for t, u in steps[1:])
+        second = hopping.drop(HOPPER.parameters, whole[cut].tolist(), rest, times[cut:] - times[cut]).states
+        assert np.abs(second - whole[cut:]).max() <= 1e-10
+
+
+@pytest.mark.parametrize("with_x1", [True, False])
+def test_a_drop_with_the_actuator_free_tells_of_both_masses(with_x1):
+    made = record(HOPPER, "free", seed=1)
+    columns = {name: column for name, column in made.columns.items() if with_x1 or name != "x1"}
+    known = {"m_s": 3.0, "x1_min": 0.0, "x1_max": 0.08} | ({} if with_x1 else {"m_eff": 25.0, "gamma2": -65.0})
+    fit = fit_drop_test(dataclasses.replace(made, columns=columns), free=True, known=known, compare=False, holdout=False)
+    truth = {"k": 1200.0, "b2": 5.0, "f2": 0.6, "length": 0.4, "impact_loss": 0.05, "b1": 150.0, "f1": 0.78}
+    holds(fit, **truth, **({"m_eff": 25.0, "gamma2": -65.0} if with_x1 else {}))
+    assert [trace.quantity for trace in fit.traces] == ["x2", "x1"][: 1 + with_x1]
+    assert all(trace.tests.white for trace in fit.traces)
+
+
+def test_without_a_current_a_free_actuator_tells_no_force_constant_and_says_so():
+    still = dataclasses.replace(HOPPER, x1_min=-math.inf, x1_max=math.inf, gamma2=1e-9)
+    made = record(still, "free", seed=2, current=1e-9)
+    columns = {name: column for name, column in made.columns.items() if name != "current"}
+    fit = fit_drop_test(dataclasses.replace(made, columns=columns), free=True, known={"m_s": 3.0}, compare=False)
+    holds(fit, k=1200.0, m_eff=25.0, b1=150.0, f1=0.78)
+    assert "gamma2" not in {each.name for each in fit.estimates}
+    assert any("gamma2 is not told" in each for each in fit.statements)
+
+
+def test_a_held_actuator_cannot_be_free():
+    with pytest.raises(hopform.HopformError, match="exclude each other"):
+        fit_drop_test(record(HOPPER, "drop", seed=1), attached=True, free=True)
+
+
+@pytest.mark.parametrize(("test", "duration"), [("drop", 2.0), ("drop", 4.0), ("decay", 2.0), ("decay", 4.0)])
+def test_several_motions_in_a_recording_are_found_and_fitted_together(test, duration):
+    """The hand takes the body while it still swings, or after it has come to rest."""
+    made = record(HOPPER, test, height=0.2 if test == "drop" else 0.04, duration=duration, repeats=3, seed=1)
+    attached = test == "decay"
+    problem = drop_problem([made], "attached" if attached else "ground", {"m_s": 3.0})
+    assert [each.label.rpartition(" ")[2] for each in problem.experiments] == ["1", "2", "3"]
+    still = 0.2 if test == "drop" else 0.0
+    begins = [still + n * (duration + 0.9) for n in range(3)]
+    for each, begin in zip(problem.experiments, begins, strict=True):
+        assert begin <= each.begin <= begin + 0.04
+        assert each.begin + each.time[-1] <= begin - still + duration + 0.06
+    if duration == 2.0:
+        fit = fit_drop_test(made, attached=attached, known={"m_s": 3.0}, compare=False, holdout=False)
+        one = fit_drop_test(record(HOPPER, test, height=0.2 if test == "drop" else 0.04, seed=1), attached=attached,
+                            known={"m_s": 3.0}, compare=False, holdout=False)  # fmt: skip
+        holds(fit, k=1200.0, b2=5.0, f2=0.6)
+        assert fit["k"].stderr < 0.75 * one["k"].stderr
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_ramp_against_the_spring_tells_the_threshold_where_its_load_is_taken_off(seed):
+    """After the first ramp the actuator sticks 1 cm off rest: k x1 then counts for 0.2 A of the second."""
+    ramp = record(HOPPER, "ramp", duration=10.0, current=1.2, hold=1.0, spring=True, seed=seed)
+    threshold = friction_threshold(ramp, spring=True, m_eff=25.0, gamma2=-65.0, k=1200.0)
+    assert threshold.low - 0.002 <= 0.3 <= threshold.high + 0.002
+    assert threshold.high - threshold.low < 0.02
+    assert abs(threshold.load) < 0.01
+    raw = friction_threshold(ramp, spring=True)
+    assert abs(raw.u - 0.3) > 0.03
+    assert any("what the spring carries" in each for each in raw.statements)
+
+
+def test_a_closed_loop_with_gaps_uneven_times_and_outliers_is_fitted_in_force():
+    rng = np.random.default_rng(3)
+    whole = closed_loop(rng)
+    kept = rng.random(whole.time.size) < 0.8
+    kept[5000:5400] = False
+    x = whole.position("x1").copy()
+    x[rng.choice(x.size, 60, replace=False)] += 0.02
+    columns = {
+        "x1": whole.columns["x1"]._replace(values=x[kept]),
+        "current": whole.columns["current"]._replace(values=whole.current()[kept]),
+    }
+    torn = Recording("torn", whole.time[kept], columns)
+    fit = fit_force(torn, known={"gamma2": -35.15}, position=False, loss="soft_l1")
+    for name, value in {"m_eff": 95.0, "b1": 204.0, "f1 m_eff": 20.4, "offset force": -3.2}.items():
+        assert fit[name].value == pytest.approx(value, rel=0.03), name
 
 
 # ---- what the data show by themselves ----

@@ -42,7 +42,7 @@ _PARTS: dict[Rig, tuple[float, ...]] = {
 _DEFAULTS: dict[Rig, dict[str, float]] = {
     "attached": {"g": 0.0},
     "ground": {"g": 9.81},
-    "free": {"g": 9.81, "x1_min": -math.inf, "x1_max": math.inf, "x1": 0.0, "v1": 0.0},
+    "free": {"g": 9.81, "x1_min": -math.inf, "x1_max": math.inf},
 }
 
 
@@ -238,8 +238,9 @@ def _experiments(
     cut: Cut, rig: Rig, names: Mapping[str, str], values: Mapping[str, float], backend: str | None
 ) -> list[Experiment]:
     """A motion as what was measured of it: of the body, and of the actuator where that was recorded too."""
+    constants = {**values, "x1": 0.0, "v1": 0.0} if rig == "free" and cut.x1 is None else values
     body = Experiment(
-        cut.label, rig, cut.time, cut.x, names, values, cut.steps, cut.recording.added_mass, cut.begin, backend
+        cut.label, rig, cut.time, cut.x, names, constants, cut.steps, cut.recording.added_mass, cut.begin, backend
     )
     if cut.x1 is None:
         return [body]
