@@ -24,7 +24,7 @@ TRUTH = {"length": "L0", "offset": None}  # the offset is 0, no parameter of a r
 
 @dataclasses.dataclass
 class Count:
-    """Intervals that hold the truth, of how many, by parameter; the slowest fit [s] and the fits that failed."""
+    """Intervals that hold the truth, of how many, by test and parameter; the slowest fit [s] and the fits that failed."""
 
     inside: dict[str, int] = dataclasses.field(default_factory=lambda: defaultdict(int))
     total: dict[str, int] = dataclasses.field(default_factory=lambda: defaultdict(int))
@@ -58,13 +58,13 @@ def random_robot(rng: np.random.Generator) -> hopform.Robot:
     )  # fmt: skip
 
 
-def score(count: Count, fit: Fit, robot: hopform.Robot) -> None:
+def score(count: Count, fit: Fit, robot: hopform.Robot, test: str) -> None:
     for each in fit.estimates:
         name = TRUTH.get(each.name, each.name)
         if each.own or name is None or each.method == "not identifiable":
             continue
-        count.total[each.name] += 1
-        count.inside[each.name] += each.low <= getattr(robot, name) <= each.high
+        count.total[f"{test} {each.name}"] += 1
+        count.inside[f"{test} {each.name}"] += each.low <= getattr(robot, name) <= each.high
 
 
 def measure(seed: int, robots: int) -> Count:
@@ -97,7 +97,7 @@ def measure(seed: int, robots: int) -> Count:
             began = time.process_time()
             try:
                 fit = job()
-                score(count, fit, robot)
+                score(count, fit, robot, name)
                 count.odd += [f"robot {n}, {name}: {each}" for each in fit.warnings if "misses the recording" in each]
             except hopform.HopformError as error:
                 count.failed.append(f"robot {n}, {name}: {error}")
@@ -112,7 +112,7 @@ def main() -> int:
     chosen = parser.parse_args()
     count = measure(chosen.seed, chosen.count)
     for name, total in sorted(count.total.items()):
-        print(f"{name:12} {count.inside[name]:5} of {total:5} inside, {100.0 * count.inside[name] / total:6.2f} %")
+        print(f"{name:18} {count.inside[name]:5} of {total:5} inside, {100.0 * count.inside[name] / total:6.2f} %")
     print(f"pooled {100.0 * count.share:.2f} % over {chosen.count} robots; slowest fit {count.slowest:.2f} s; "
           f"{len(count.failed)} failed")  # fmt: skip
     print(*count.failed, *count.odd, sep="\n")

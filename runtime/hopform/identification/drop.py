@@ -213,6 +213,8 @@ def _cuts(recording: Recording, number: int, rig: Rig, g: float) -> list[Cut]:
     step = float(np.median(np.diff(recording.time)))
     for n, (seen, end) in enumerate(spans, 1):
         fallen = max(float(np.median(values[max(seen - 20, 0) : max(seen - 5, 1)])) - float(values[seen]), 0.0)
+        if rig != "attached":
+            _check_fall(recording, seen, values[seen:end], g)
         start = max(seen - round(math.sqrt(2.0 * fallen / g) / step), 0) if rig == "free" else seen
         label = recording.source if len(spans) == 1 else f"{recording.source}, {'decay' if rig == 'attached' else 'drop'} {n}"
         time = recording.time[start:end]
@@ -220,6 +222,23 @@ def _cuts(recording: Recording, number: int, rig: Rig, g: float) -> list[Cut]:
         steps = of_recordings.steps_of(recording, start, end) if driven else ((0.0, 0.0),)
         cuts.append(Cut(recording, number, label, time - begin, values[start:end], begin, steps, None if x1 is None else x1[start:end]))
     return cuts
+
+
+def _check_fall(recording: Recording, line: int, x: Array, g: float) -> None:
+    """A body that falls tells the units of its height and of time by g; HopformError if they cannot be right."""
+    lowest = int(x.argmin())
+    fallen = np.flatnonzero(x[:lowest] < x[0] - 0.4 * (x[0] - x[lowest]))
+    count = int(fallen[0]) if fallen.size else lowest
+    if count < 5:
+        return
+    t = recording.time[line : line + count] - recording.time[line]
+    found = -2.0 * float(np.polyfit(t, x[:count], 2)[0])
+    if not g / 3.0 < found < 3.0 * g:
+        raise recording.error_of(
+            "x2",
+            f"falls with {found:.3g} m/s^2, not about {g:.4g}: is its unit right, is that of time, is this the release?",
+            recording.line + line,
+        )
 
 
 def _names(

@@ -126,14 +126,14 @@ def _both(onsets: Sequence[Onset], carried: float) -> tuple[float, float, float,
 
 def _onsets(recording: Recording, spring: bool) -> list[Onset]:
     """The onset in each ramp of a recording: ramps begin where the current leaves 0, and go on while its sign stays."""
-    x, u = recording.position("x1"), recording.current()
+    x, u = recording.position("x1"), recording.driving_current()
     found = list[Onset]()
     for begin, end in _ramps(u):
         if end - begin >= 20:
             found.append(_onset(recording, x, u, begin, end, spring))
     if not found:
-        raise recording.error(
-            "no ramp is found: the current must grow slowly from 0, in 20 samples at least", recording.line
+        raise recording.error_of(
+            "x1", "no ramp is found: the current must grow slowly from 0, in 20 samples at least", recording.line
         )
     return found
 
@@ -158,13 +158,13 @@ def _onset(recording: Recording, x: Array, u: Array, begin: int, end: int, sprin
     beyond = np.abs(x - rest) > 8.0 * noise
     later = np.flatnonzero(beyond & (np.cumsum(~beyond[::-1])[::-1] <= 0.02 * x.size))
     if not later.size:
-        raise recording.error(
-            "the actuator does not move under the ramp: let the current grow further", recording.line + begin
+        raise recording.error_of(
+            "x1", "the actuator does not move under the ramp: let the current grow further", recording.line + begin
         )
     seen = int(later[0])
     if seen < 10:
-        raise recording.error(
-            "the actuator moves before the ramp begins: let it come to rest first", recording.line + begin
+        raise recording.error_of(
+            "x1", "the actuator moves before the ramp begins: let it come to rest first", recording.line + begin
         )
     last = _window(x, rest, noise, seen)
     cost, fit_end = _costs(t[:last], x[:last], spring)

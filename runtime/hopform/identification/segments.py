@@ -44,10 +44,9 @@ def decays(recording: Recording, values: Array) -> list[Span]:
 def _decay(recording: Recording, whole: Array, begin: int, end: int) -> Span:
     """The decay from the largest deviation of some samples on; HopformError if none follows it."""
     if end - begin <= FEWEST:
-        raise recording.error(f"too short: {end - begin} samples", recording.line + begin)
+        raise recording.error_of("x2", f"too short: {end - begin} samples", recording.line + begin)
     noise, values = max(noise_of(whole), quantum_of(whole)), calm(whole[begin:end])
-    tail = values[-max(values.size // 20, 5) :]
-    rest = float(np.median(tail))
+    rest, tail = _rest(values), values[-max(values.size // 20, 5) :]
     start = int(np.abs(values - rest).argmax())
     reach, left = abs(float(values[start]) - rest), values[start:] - rest
     crossings = np.flatnonzero(np.signbit(left[1:]) != np.signbit(left[:-1])) + 1
@@ -55,28 +54,34 @@ def _decay(recording: Recording, whole: Array, begin: int, end: int) -> Span:
     sizes = [float(np.abs(left[a:b]).max()) for a, b in zip(edges[:-1], edges[1:], strict=True)]
     swings = sum(size > max(8.0 * noise, 0.1 * reach) for size in sizes)
     at = recording.line + begin + start
-    if reach <= 10.0 * noise or left.size <= FEWEST or (swings < 2 and float(np.ptp(tail)) > 0.05 * reach):
-        raise recording.error("the release is not found: no decay follows the largest deviation", at)
+    if reach <= 10.0 * noise or left.size <= FEWEST or (swings < 3 and float(np.ptp(tail)) > 0.05 * reach):
+        raise recording.error_of("x2", "the release is not found: no decay follows the largest deviation", at)
     grows = [n for n in range(2, len(sizes)) if sizes[n] > 1.3 * max(sizes[n - 2 : n]) + max(8.0 * noise, 0.05 * reach)]
     last = start + (edges[grows[0] - 1] if grows else left.size)
     near = np.abs(left) > reach - 8.0 * noise  # held, or about its turn: the last sample of it
     start = min(start + int(near[: edges[1]].nonzero()[0][-1]) + 1, last - 1)
     if last - start < FEWEST:
-        raise recording.error(f"too short: {last - start} samples follow the release, at least {FEWEST} are needed", at)
+        raise recording.error_of(
+            "x2", f"too short: {last - start} samples follow the release, at least {FEWEST} are needed", at
+        )
     return begin + start, begin + last
+
+
+def _rest(values: Array) -> float:
+    """Where a body comes to rest."""
+    return float(np.median(values[-max(values.size // 20, 5) :]))
 
 
 def _reach(values: Array, span: Span) -> float:
     """How far a decay swings at first."""
     part = calm(values[slice(*span)])
-    return abs(float(part[0]) - float(np.median(part[-max(part.size // 20, 5) :])))
+    return abs(float(part[0]) - _rest(part))
 
 
 def _hand(values: Array, span: Span, begin: int = 0) -> int:
     """Where the hand has taken the body from rest, before a decay: the last crossing of its rest."""
     part = values[slice(*span)]
-    rest = float(np.median(part[-max(part.size // 20, 5) :]))
-    side = np.signbit(values[begin : span[0]] - rest)
+    side = np.signbit(values[begin : span[0]] - _rest(part))
     crossings = np.flatnonzero(side[1:] != side[:-1])
     return begin + int(crossings[-1]) if crossings.size else begin
 
@@ -84,7 +89,7 @@ def _hand(values: Array, span: Span, begin: int = 0) -> int:
 def _pace(recording: Recording, values: Array, span: Span) -> float:
     """Time [s] from crossing to crossing of the rest, the median of the larger swings; NaN for too few of them."""
     time, part = recording.time[slice(*span)], calm(values[slice(*span)])
-    left = part - float(np.median(part[-max(part.size // 20, 5) :]))
+    left = part - _rest(part)
     crossings = np.flatnonzero(np.signbit(left[1:]) != np.signbit(left[:-1]))
     large = [
         n for n, (a, b) in enumerate(zip(crossings[:-1], crossings[1:], strict=True))
@@ -121,14 +126,18 @@ def _fall(recording: Recording, whole: Array, begin: int, end: int, noise: float
     level = float(np.median(values[:5]))
     fallen = np.flatnonzero(values < level - max(8.0 * noise, 0.002 * float(np.ptp(values))))
     if not fallen.size:
-        raise recording.error("the release is not found: the height does not fall", recording.line + begin)
-    start = int(fallen[0])
-    if values.size - start < FEWEST:
-        raise recording.error(
-            f"too short: {values.size - start} samples follow the release, at least {FEWEST} are needed",
+        raise recording.error_of("x2", "the release is not found: the height does not fall", recording.line + begin)
+    start, last, least = int(fallen[0]), values.size, 8.0 * noise + 0.02 * float(np.ptp(values))
+    higher = np.flatnonzero(values[start:] > level + least)  # than it was let go at: there a hand is at work
+    if higher.size:
+        last = _taken(values, start, start + int(higher[0]), least)
+    if last - start < FEWEST:
+        raise recording.error_of(
+            "x2",
+            f"too short: {last - start} samples follow the release, at least {FEWEST} are needed",
             recording.line + begin + start,
         )
-    return begin + start, end
+    return begin + start, begin + last
 
 
 def _lifts(time: Array, values: Array, noise: float, size: float) -> list[Span]:

@@ -145,7 +145,7 @@ def filtered(recording: Recording, cutoff: float | None = None, *, mend: bool = 
     cutoff [Hz]: of the filters; a tenth of the sampling rate, 50 Hz at most, if not given. Each part between gaps is filtered by
     itself, and its ends are left out. mend: samples of the position far off their neighbours are taken as missing.
     """
-    x, u, time = recording.position("x1"), recording.current(), recording.time
+    x, u, time = recording.position("x1"), recording.driving_current(), recording.time
     step = float(np.median(np.diff(time)))
     cut = min(cutoff or min(0.1 / step, 50.0), 0.45 / step)
     kept = ~of_recordings.outliers(x) if mend else np.full(x.size, True)
