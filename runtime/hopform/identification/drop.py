@@ -206,14 +206,14 @@ def _driven(values: dict[str, float], cuts: Sequence[Cut]) -> list[str]:
 def _cuts(recording: Recording, number: int, rig: Rig, g: float) -> list[Cut]:
     """The motions of a recording from their releases on; before that a free actuator has not moved, so it is found to a sample."""
     values = recording.position("x2")
-    spans = segments.decays(recording, values) if rig == "attached" else segments.drops(recording, values)
+    spans = segments.decays(recording, values) if rig == "attached" else segments.drops(recording, values, rig == "free")
     driven = rig == "free" and recording.has_current()
     x1 = recording.columns["x1"].values if rig == "free" and "x1" in recording.columns else None
     cuts = list[Cut]()
     step = float(np.median(np.diff(recording.time)))
     for n, (seen, end) in enumerate(spans, 1):
         fallen = max(float(np.median(values[max(seen - 20, 0) : max(seen - 5, 1)])) - float(values[seen]), 0.0)
-        if rig != "attached":
+        if rig == "ground":
             _check_fall(recording, seen, values[seen:end], g)
         start = max(seen - round(math.sqrt(2.0 * fallen / g) / step), 0) if rig == "free" else seen
         label = recording.source if len(spans) == 1 else f"{recording.source}, {'decay' if rig == 'attached' else 'drop'} {n}"
@@ -226,7 +226,8 @@ def _cuts(recording: Recording, number: int, rig: Rig, g: float) -> list[Cut]:
 
 def _check_fall(recording: Recording, line: int, x: Array, g: float) -> None:
     """A body that falls tells the units of its height and of time by g; HopformError if they cannot be right."""
-    lowest = int(x.argmin())
+    rises = np.flatnonzero(x > np.minimum.accumulate(x) + 0.05 * float(np.ptp(x)))
+    lowest = int(x[: int(rises[0]) if rises.size else None].argmin())
     fallen = np.flatnonzero(x[:lowest] < x[0] - 0.4 * (x[0] - x[lowest]))
     count = int(fallen[0]) if fallen.size else lowest
     if count < 5:

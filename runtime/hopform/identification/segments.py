@@ -54,7 +54,8 @@ def _decay(recording: Recording, whole: Array, begin: int, end: int) -> Span:
     sizes = [float(np.abs(left[a:b]).max()) for a, b in zip(edges[:-1], edges[1:], strict=True)]
     swings = sum(size > max(8.0 * noise, 0.1 * reach) for size in sizes)
     at = recording.line + begin + start
-    if reach <= 10.0 * noise or left.size <= FEWEST or (swings < 3 and float(np.ptp(tail)) > 0.05 * reach):
+    moves = float(np.ptp(tail)) / reach if reach > 0.0 else math.inf  # at the end, still
+    if reach <= 10.0 * noise or left.size <= FEWEST or (swings < 2 and moves > 0.05) or (swings < 3 and moves > 0.3):
         raise recording.error_of("x2", "the release is not found: no decay follows the largest deviation", at)
     grows = [n for n in range(2, len(sizes)) if sizes[n] > 1.3 * max(sizes[n - 2 : n]) + max(8.0 * noise, 0.05 * reach)]
     last = start + (edges[grows[0] - 1] if grows else left.size)
@@ -102,9 +103,14 @@ def _pace(recording: Recording, values: Array, span: Span) -> float:
     return float(np.median(np.diff(moments)[large]))
 
 
-def drops(recording: Recording, values: Array) -> list[Span]:
-    """The drops of a recording: each from where the height is lower than it was held, up to where the body is lifted again."""
+def drops(recording: Recording, values: Array, driven: bool = False) -> list[Span]:
+    """The drops of a recording: each from where the height is lower than it was held, up to where the body is lifted again.
+
+    driven: by an actuator that may lift the body too: then one drop fills the recording.
+    """
     noise = max(noise_of(values), quantum_of(values), 1e-9)
+    if driven:
+        return [(_fall(recording, values, 0, values.size, noise, driven)[0], values.size)]
     first = _fall(recording, values, 0, values.size, noise)
     size = float(np.ptp(calm(values[slice(*first)])))
     lifts = _lifts(recording.time, values, noise, size)
@@ -120,7 +126,9 @@ def drops(recording: Recording, values: Array) -> list[Span]:
     return found
 
 
-def _fall(recording: Recording, whole: Array, begin: int, end: int, noise: float) -> Span:
+def _fall(
+    recording: Recording, whole: Array, begin: int, end: int, noise: float, driven: bool = False
+) -> Span:
     """A fall from the height at which some samples begin; HopformError if there is none."""
     values = calm(whole[begin:end])
     level = float(np.median(values[:5]))
@@ -129,7 +137,7 @@ def _fall(recording: Recording, whole: Array, begin: int, end: int, noise: float
         raise recording.error_of("x2", "the release is not found: the height does not fall", recording.line + begin)
     start, last, least = int(fallen[0]), values.size, 8.0 * noise + 0.02 * float(np.ptp(values))
     higher = np.flatnonzero(values[start:] > level + least)  # than it was let go at: there a hand is at work
-    if higher.size:
+    if higher.size and not driven:
         last = _taken(values, start, start + int(higher[0]), least)
     if last - start < FEWEST:
         raise recording.error_of(

@@ -125,7 +125,7 @@ def _body(
         "m_eff": robot.m_eff, "b1": robot.b1, "f1": robot.f1, "gamma2": robot.gamma2, "offset": -robot.k * robot.c / robot.gamma2,
         "x1_min": min(robot.x1_min, 0.0), "x1_max": max(robot.x1_max, 0.0), "x1": 0.0, "v1": 0.0,
     }  # fmt: skip
-    steps = _steps(since, u[falls])
+    steps = ((0.0, 0.0), *((since[0] + t, each) for t, each in _steps(since, u[falls])))  # a sample holds until the next
     x[falls], x1[falls] = (_of("free", values, since, added, steps, which) for which in ("x2", "x1"))
     return x, x1
 
