@@ -131,22 +131,16 @@ def files_of(
 ) -> list[tuple[Path, bytes]]:
     """The files that were asked for: a robot's TOML, a report, a picture."""
     files = list[tuple[Path, bytes]]()
-    if isinstance(answer, Threshold):
-        if written or plot:
-            raise HopformError(
-                "a ramp has no report and no picture of its own; its onsets are in the table and in --json"
-            )
-        if out:
-            if np.isnan(answer.f1):
-                raise HopformError("--out needs f1: give --known m_eff=... and --known gamma2=...")
-            files.append((out, replace(base, f1=answer.f1).to_toml().encode()))
-        return files
-    if out:
+    if out and isinstance(answer, Threshold):
+        if np.isnan(answer.f1):
+            raise HopformError("--out needs f1: give --known m_eff=... and --known gamma2=...")
+        files.append((out, replace(base, f1=answer.f1).to_toml().encode()))
+    elif out and isinstance(answer, Fit):
         files.append((out, replace(answer.robot(base), name=out.stem, description="identified").to_toml().encode()))
     if written:
         files += report.files_of(answer, written)
     if plot:
         from hopform import plots
 
-        files.append((plot, plots.render(report.plot_fit(answer), plot.suffix)))
+        files.append((plot, plots.render(report.plot(answer), plot.suffix)))
     return files

@@ -15,7 +15,7 @@ rests, k x0, which is taken off if k and gamma2 are known.
 import cmath
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
@@ -45,6 +45,16 @@ class Onset(NamedTuple):
     x1: float
 
 
+class Rise(NamedTuple):
+    """What was measured about an onset, and the motion that fits it best: times [s], x1 [m], current [A]."""
+
+    onset: Onset
+    time: Array
+    x1: Array
+    fitted: Array
+    u: Array
+
+
 @dataclass(frozen=True)
 class Threshold:
     """The current that friction takes, f1 m_eff/|gamma2| [A], with its 95 % interval, and the load that shifts it.
@@ -63,6 +73,7 @@ class Threshold:
     onsets: tuple[Onset, ...]
     statements: tuple[str, ...]
     warnings: tuple[str, ...] = ()
+    rises: tuple[Rise, ...] = field(default=(), repr=False, compare=False)
 
 
 def friction_threshold(
@@ -86,7 +97,8 @@ def friction_threshold(
                 f"{name} must be {'a number but 0 in N/A' if name == 'gamma2' else f'> 0 {UNITS[name]}'}, got {value!r}"
             )
     attached = spring or k is not None
-    onsets = tuple(onset for each in several for onset in _onsets(each, attached))
+    rises = tuple(rise for each in several for rise in _onsets(each, attached))
+    onsets = tuple(rise.onset for rise in rises)
     carried = k / gamma2 if k is not None and gamma2 is not None else 0.0
     u, spread, load, statements = _both(onsets, carried)
     per = abs(gamma2) / m_eff if m_eff is not None and gamma2 is not None else math.nan
@@ -98,7 +110,7 @@ def friction_threshold(
         )
     notes = tuple(f"{each.source}: {note}" for each in several for note in each.notes)
     low, high = max(u - spread, 0.0), u + spread
-    return Threshold(u, low, high, load, u * per, low * per, high * per, onsets, statements, notes)
+    return Threshold(u, low, high, load, u * per, low * per, high * per, onsets, statements, notes, rises)
 
 
 def _both(onsets: Sequence[Onset], carried: float) -> tuple[float, float, float, tuple[str, ...]]:
@@ -124,10 +136,10 @@ def _both(onsets: Sequence[Onset], carried: float) -> tuple[float, float, float,
     return abs(means[0]), halves[0], math.nan, (said,)
 
 
-def _onsets(recording: Recording, spring: bool) -> list[Onset]:
+def _onsets(recording: Recording, spring: bool) -> list[Rise]:
     """The onset in each ramp of a recording: ramps begin where the current leaves 0, and go on while its sign stays."""
     x, u = recording.position("x1"), recording.driving_current()
-    found = list[Onset]()
+    found = list[Rise]()
     for begin, end in _ramps(u):
         if end - begin >= 20:
             found.append(_onset(recording, x, u, begin, end, spring))
@@ -150,7 +162,7 @@ def _ramps(u: Array) -> list[tuple[int, int]]:
     return [(max(a - 2 * width, 0), a + int(np.abs(smooth[a:b]).argmax()) + 1) for a, b in large]
 
 
-def _onset(recording: Recording, x: Array, u: Array, begin: int, end: int, spring: bool) -> Onset:
+def _onset(recording: Recording, x: Array, u: Array, begin: int, end: int, spring: bool) -> Rise:
     t, x, u = recording.time[begin:end], x[begin:end], u[begin:end]
     noise = max(of_recordings.noise_of(x), 0.3 * of_recordings.quantum_of(x), 1e-12)
     rest = float(np.median(x[: max(x.size // 20, 5)]))
@@ -167,9 +179,13 @@ def _onset(recording: Recording, x: Array, u: Array, begin: int, end: int, sprin
             "x1", "the actuator moves before the ramp begins: let it come to rest first", recording.line + begin
         )
     last = _window(x, rest, noise, seen)
-    cost, fit_end = _costs(t[:last], x[:last], spring)
+    best, count = _costs(t[:last], x[:last], spring)
+
+    def cost(begins: float) -> float:
+        return best(begins).cost
+
     at = _least(cost, float(t[2]), float(t[seen]))
-    freedom = max(fit_end - (5 if spring else 4), 1)
+    freedom = max(count - (5 if spring else 4), 1)
     limit = cost(at) * (1.0 + student(0.5 + 0.5 * LEVEL, freedom) ** 2 / freedom)
     low, high = (
         _reach(cost, at, limit, end, float(np.median(np.diff(t)))) for end in (float(t[0]), float(t[last - 4]))
@@ -180,9 +196,10 @@ def _onset(recording: Recording, x: Array, u: Array, begin: int, end: int, sprin
     currents = [float(np.polyval(line, each)) for each in (low, at, high)]
     around = student(0.5 + 0.5 * LEVEL, freedom) * 2.0 * wobble
     half = math.hypot(max(abs(currents[1] - currents[0]), abs(currents[2] - currents[1])), around)
-    return Onset(
+    onset = Onset(
         recording.source, direction, at, low, high, currents[1], currents[1] - half, currents[1] + half, noise, rest,
     )  # fmt: skip
+    return Rise(onset, t[:last], x[:last], best(at).at(t[:last]), u[:last])
 
 
 def _window(x: Array, rest: float, noise: float, seen: int) -> int:
@@ -220,46 +237,65 @@ def _thinned(values: Array) -> Array:
     return np.asarray(values[: values.size // many * many].reshape(-1, many).mean(axis=1))
 
 
-def _costs(t: Array, x: Array, spring: bool) -> tuple[Callable[[float], float], int]:
-    """The least sum of squares for each beginning t*, over rest, slope of the ramp's force, friction's rate, and the spring."""
+class _Best(NamedTuple):
+    """The motion that fits a window best of those that begin at one time: its sum of squares, and x1 at times."""
+
+    cost: float
+    at: Callable[[Array], Array]
+
+
+def _costs(t: Array, x: Array, spring: bool) -> tuple[Callable[[float], _Best], int]:
+    """The best motion for each beginning t*, over rest, slope of the ramp's force, friction's rate, and the spring."""
     t, x = _thinned(t), _thinned(x)
     span, mean = float(t[-1] - t[0]), x - x.mean()
 
-    def missed(begin: float, rate: float, square: float) -> Array:
-        """What is left of the motion after the best rest and slope."""
-        rise = _rise(np.maximum(t - begin, 0.0) / span, rate, square)
+    def rise_of(times: Array, begin: float, rate: float, square: float) -> Array:
+        return _rise(np.maximum(times - begin, 0.0) / span, rate, square)
+
+    def slope_of(rise: Array) -> float:
         rise = rise - rise.mean()
         power = float(rise @ rise)
-        return mean - rise * (float(rise @ mean) / power) if power > 0.0 else mean
+        return float(rise @ mean) / power if power > 0.0 else 0.0
 
-    def in_the_air(begin: float) -> float:
+    def missed(begin: float, rate: float, square: float) -> Array:
+        """What is left of the motion after the best rest and slope."""
+        rise = rise_of(t, begin, rate, square)
+        return np.asarray(mean - slope_of(rise) * (rise - rise.mean()))
+
+    def found(begin: float, rate: float, square: float) -> _Best:
+        rest = missed(begin, rate, square)
+
+        def at(times: Array) -> Array:
+            rise = rise_of(t, begin, rate, square)
+            slope = slope_of(rise)
+            return np.asarray(x.mean() + slope * (rise_of(times, begin, rate, square) - rise.mean()))
+
+        return _Best(float(rest @ rest), at)
+
+    def in_the_air(begin: float) -> _Best:
         """Over rates from none to one that settles at once."""
 
         def left(log: float) -> float:
             rest = missed(begin, math.exp(log), 0.0)
             return float(rest @ rest)
 
-        return left(_least(left, math.log(0.01), math.log(1e3), 15, 1e-3))
+        return found(begin, math.exp(_least(left, math.log(0.01), math.log(1e3), 15, 1e-3)), 0.0)
 
     first = np.array([math.log(5.0), math.log(100.0)])
-    near = first
+    near, size = first, float(np.sqrt(mean @ mean))
 
-    def against_a_spring(begin: float) -> float:
+    def against_a_spring(begin: float) -> _Best:
         """Over rates and springs, from a guess and from where the last beginning had them."""
         nonlocal near
-        size = float(np.sqrt(mean @ mean))
-        found = min(
-            (
-                scipy_optimize().least_squares(
-                    lambda logs: missed(begin, math.exp(logs[0]), math.exp(logs[1])) / size, start,
-                    bounds=([-5.0, -5.0], [9.0, 14.0]), ftol=1e-9, xtol=1e-5, max_nfev=40,
-                )
-                for start in (first, near)
-            ),
-            key=lambda each: float(each.cost),
-        )  # fmt: skip
-        near = np.asarray(found.x, dtype=float)
-        return 2.0 * float(found.cost) * size**2
+        tried = [
+            scipy_optimize().least_squares(
+                lambda logs: missed(begin, math.exp(logs[0]), math.exp(logs[1])) / size, start,
+                bounds=([-5.0, -5.0], [9.0, 14.0]), ftol=1e-9, xtol=1e-5, max_nfev=40,
+            )
+            for start in (first, near)
+        ]  # fmt: skip
+        near = np.asarray(min(tried, key=lambda each: float(each.cost)).x, dtype=float)
+        return found(begin, math.exp(near[0]), math.exp(near[1]))
 
     return against_a_spring if spring else in_the_air, t.size
 
