@@ -164,7 +164,7 @@ def _lifts(time: Array, values: Array, noise: float, size: float) -> list[Span]:
         if float(np.median(smooth[begin:end])) <= high:
             continue
         rests = [b for a, b in spans if last < a and b <= begin and float(np.median(smooth[a:b])) <= high]
-        fell = float(smooth[last : begin + 1].min()) <= high - 0.25 * size
+        fell = begin > last and float(smooth[last:begin].min()) <= high - 0.25 * size
         if last and fell:
             lifts.append((rests[-1] if rests else _taken(smooth, last, begin, 0.02 * size + 8.0 * noise), begin))
         last = end

@@ -19,7 +19,17 @@ from hopform.errors import HopformError, MissingExtra
 from hopform.identification import estimation
 from hopform.identification import recordings as of_recordings
 from hopform.identification.estimation import LEVEL, Estimate, Parameter
-from hopform.identification.fits import Fit, Options, Problem, Trace, as_several, checked_known, checked_loss, finish, minimise
+from hopform.identification.fits import (
+    Fit,
+    Options,
+    Problem,
+    Trace,
+    as_several,
+    checked_known,
+    checked_loss,
+    finish,
+    minimise,
+)
 from hopform.identification.motion import Array
 from hopform.identification.recordings import Recording
 from hopform.identification.rigs import UNITS, Experiment, Kind
@@ -267,12 +277,17 @@ def fit_force(
     sizes = np.cumsum([part.time.size for part in parts])[:-1]
     estimates = _force_estimates(names, found, covariance, values, a.shape[0])
     scale = -values["gamma2"] if "gamma2" in values else -found[names.index("gamma2")]
+    old = _viscous_alone(names, a, b) if options.get("compare", True) else np.full_like(b, np.nan)
+    left_out = _left_out(parts, a, b) if options.get("holdout", True) else [math.nan] * len(parts)
     traces = tuple(
         Trace(
-            each.source, "force", part.time, scale * part.u, scale * part.u - rest, None, estimation.tests_of(rest), math.nan,
-            math.nan,
+            each.source, "force", part.time, scale * part.u, scale * part.u - rest,
+            None if np.isnan(worse).any() else scale * part.u - worse, estimation.tests_of(rest),
+            math.sqrt(float((worse**2).mean())), error,
         )
-        for each, part, rest in zip(several, parts, np.split(residual, sizes), strict=True)
+        for each, part, rest, worse, error in zip(
+            several, parts, np.split(residual, sizes), np.split(old, sizes), left_out, strict=True
+        )
     )  # fmt: skip
     fit = Fit("force", estimates, values, {}, traces, (), (), 1, clock.perf_counter() - began)
     if not position:
@@ -314,6 +329,23 @@ def _linear(a: Array, b: Array, loss: str) -> tuple[list[float], Array, Array]:
     inverse = np.asarray(np.linalg.inv(scaled.T @ scaled), dtype=np.float64)
     covariance = inverse * variance / np.outer(size, size)
     return (found / size).tolist(), covariance, residual
+
+
+def _viscous_alone(names: Sequence[str], a: Array, b: Array) -> Array:
+    """Residuals of the equation without Coulomb friction."""
+    kept = a[:, [n for n, name in enumerate(names) if name != "coulomb"]]
+    return np.asarray(b - kept @ np.linalg.lstsq(kept, b, rcond=None)[0])
+
+
+def _left_out(parts: Sequence[Filtered], a: Array, b: Array) -> list[float]:
+    """rms [N] over the last third of each recording, of a fit to the first two."""
+    last = np.concatenate([np.arange(part.time.size) >= 2 * part.time.size // 3 for part in parts])
+    missed = b - a @ np.linalg.lstsq(a[~last], b[~last], rcond=None)[0]
+    sizes = np.cumsum([part.time.size for part in parts])[:-1]
+    return [
+        math.sqrt(float((rest[chosen] ** 2).mean()))
+        for rest, chosen in zip(np.split(missed, sizes), np.split(last, sizes), strict=True)
+    ]
 
 
 def _force_estimates(
