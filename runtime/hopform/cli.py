@@ -192,7 +192,8 @@ Csv = Annotated[str | None, option("--csv", "write a table over time; - prints i
 Plot = Annotated[Path | None, option("--plot", "draw it: .svg, .pdf or .png", metavar="FILE")]
 Identified = Annotated[Identification, typer.Argument(help="what the files are")]
 Recordings = Annotated[
-    list[str], typer.Argument(metavar="FILES", help="CSV; with `all`, each may be ROLE:FILE, drop|free|decay|step|air|ramp")
+    list[str],
+    typer.Argument(metavar="FILES", help="CSV; with `all`, each may be ROLE:FILE, drop|free|decay|step|air|ramp"),
 ]
 Known = Annotated[
     list[str] | None, option("--known", "a known parameter, in SI units; repeatable", metavar="NAME=VALUE")

@@ -122,9 +122,10 @@ def fit_drop_test(
 ) -> Fit:
     """Spring, mass and friction of a body from recordings of x2, by least squares on exact motions.
 
-    The body is dropped, meets the ground and may hop, once or several times in a recording; the actuator is held. free: it is not,
-    and moves under the recorded current (0 if there is none) from x1 = 0, or from where it is if x1 is recorded too; then m_eff,
-    b1, f1, gamma2 are fitted as well. attached: the body is fixed to its spring (a cart, a clamped foot), which pushes and pulls.
+    The body is dropped, meets the ground and may hop, once or several times in a recording; the actuator is held. free: it is
+    not, and moves under the recorded current (0 if there is none) from x1 = 0, or from where it is if x1 is recorded too; then
+    m_eff, b1, f1, gamma2 are fitted as well. attached: the body is fixed to its spring (a cart, a clamped foot), which pushes
+    and pulls.
 
     known: values of m_s, k, b2, f2, length (L0 + c), impact_loss, g; g is 9.81 m/s^2 for a drop, 0 for an attached body; with
     `free` of m_eff, b1, f1, gamma2, offset, and the stops x1_min, x1_max, which are none if not given. If no mass is known and
@@ -204,9 +205,11 @@ def _driven(values: dict[str, float], cuts: Sequence[Cut]) -> list[str]:
 
 
 def _cuts(recording: Recording, number: int, rig: Rig, g: float) -> list[Cut]:
-    """The motions of a recording from their releases on; before that a free actuator has not moved, so it is found to a sample."""
+    """The motions of a recording from their releases on, found to a sample where the actuator is free: until then it rests."""
     values = recording.position("x2")
-    spans = segments.decays(recording, values) if rig == "attached" else segments.drops(recording, values, rig == "free")
+    spans = (
+        segments.decays(recording, values) if rig == "attached" else segments.drops(recording, values, rig == "free")
+    )
     driven = rig == "free" and recording.has_current()
     x1 = recording.columns["x1"].values if rig == "free" and "x1" in recording.columns else None
     cuts = list[Cut]()
@@ -216,11 +219,13 @@ def _cuts(recording: Recording, number: int, rig: Rig, g: float) -> list[Cut]:
         if rig == "ground":
             _check_fall(recording, seen, values[seen:end], g)
         start = max(seen - round(math.sqrt(2.0 * fallen / g) / step), 0) if rig == "free" else seen
-        label = recording.source if len(spans) == 1 else f"{recording.source}, {'decay' if rig == 'attached' else 'drop'} {n}"
+        which = f", {'decay' if rig == 'attached' else 'drop'} {n}" if len(spans) > 1 else ""
         time = recording.time[start:end]
         begin = float(time[0])
         steps = of_recordings.steps_of(recording, start, end) if driven else ((0.0, 0.0),)
-        cuts.append(Cut(recording, number, label, time - begin, values[start:end], begin, steps, None if x1 is None else x1[start:end]))
+        beside = None if x1 is None else x1[start:end]
+        label = f"{recording.source}{which}"
+        cuts.append(Cut(recording, number, label, time - begin, values[start:end], begin, steps, beside))
     return cuts
 
 
@@ -268,7 +273,7 @@ def _experiments(
 
 
 def _guess(cut: Cut, rig: Rig, g: float) -> Swing:
-    """What one recording shows: a decay by its swings, a drop by its lowest point and its rest (of the leg, where x1 is known)."""
+    """What one motion shows: a decay by its swings, a drop by its lowest point and its rest, of the leg where x1 is known."""
     if rig == "attached":
         return swing_of(cut.time, cut.x)
     x = cut.x if cut.x1 is None else cut.x - cut.x1
@@ -285,11 +290,13 @@ def _guess(cut: Cut, rig: Rig, g: float) -> Swing:
 
 
 def _first_stance(time: Array, x: Array, g: float) -> Swing:
-    """The same of a leg that comes to no rest of its own: where it leaves its parabola is L0, and m_s g (top - low) = k (L0 - low)^2/2."""
+    """The same of a leg without a rest of its own: it leaves its parabola at L0, and m_s g (top - low) = k (L0 - low)^2/2."""
     noise = max(of_recordings.noise_of(x), of_recordings.quantum_of(x), 1e-9)
     top, bottom = float(np.median(x[:3])), int(x.argmin())
     parabola = top - 0.5 * g * (time - time[0]) ** 2
-    off = np.flatnonzero(np.abs(of_recordings.calm(x)[:bottom] - parabola[:bottom]) > 8.0 * noise + 0.01 * (top - x[bottom]))
+    off = np.flatnonzero(
+        np.abs(of_recordings.calm(x)[:bottom] - parabola[:bottom]) > 8.0 * noise + 0.01 * (top - x[bottom])
+    )
     length = float(parabola[int(off[0])]) if off.size else 0.5 * (top + float(x[bottom]))
     low = float(x[bottom])
     depth = max(length - low, 1e-3)
@@ -347,7 +354,8 @@ _KINDS = {
 
 def _parameter(letter: str, name: str, start: float, x: Array) -> Parameter:
     reach, own = float(np.ptp(x)), letter in ("rest", "x", "v", "x1", "v1")
-    scales = {"v": reach, "v1": reach, "impact_loss": 0.1, "offset": 0.1} | dict.fromkeys(("rest", "x", "x1", "length"), 0.1 * reach)
+    scales = {"v": reach, "v1": reach, "impact_loss": 0.1, "offset": 0.1}
+    scales |= dict.fromkeys(("rest", "x", "x1", "length"), 0.1 * reach)
     scale = scales.get(letter, max(abs(start), 0.1))
     kind = _KINDS.get(letter, "real")
     return Parameter(name, UNITS[letter], start, scale, kind, profiled=letter in ("f1", "f2"), own=own)
@@ -375,7 +383,11 @@ def _starts(parameters: Mapping[str, Parameter], rig: Rig) -> tuple[dict[str, fl
         tries += [first | {"k": factor * first["k"]} for factor in (0.6, 1.6)]
     if rig != "free":
         return tuple(tries)
-    changes: dict[str, tuple[float, ...]] = {"m_eff": (0.4, 1.0, 2.5), "b1": (0.25, 1.0), "gamma2": (1.0, -1.0, 4.0, -4.0)}
+    changes: dict[str, tuple[float, ...]] = {
+        "m_eff": (0.4, 1.0, 2.5),
+        "b1": (0.25, 1.0),
+        "gamma2": (1.0, -1.0, 4.0, -4.0),
+    }
     for name, factors in changes.items():
         if name in first:
             tries = [start | {name: factor * start[name]} for start in tries for factor in factors]

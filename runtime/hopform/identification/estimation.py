@@ -112,9 +112,8 @@ class _Coordinates:
 
     def __init__(self, parameters: Sequence[Parameter]) -> None:
         self.parameters = parameters
-        self.low, self.high = (np.array(ends) for ends in zip(*map(_ends, parameters), strict=True)) if parameters else (
-            np.empty(0), np.empty(0),
-        )  # fmt: skip
+        ends = [_ends(p) for p in parameters]
+        self.low, self.high = np.array([low for low, _ in ends]), np.array([high for _, high in ends])
 
     def into(self, values: Mapping[str, float]) -> Array:
         z = np.array([

@@ -188,7 +188,7 @@ def _shaken(problem: Problem, found: Solution, loss: str) -> Solution:
 _FINALISTS = 4
 """Starts that are followed over the first part of the recordings; others are judged by where they start."""
 _CONTENDERS = 2
-"""Of these, how many are followed over more and more of the recordings: the sum of squares has kinks, and minima beside the least."""
+"""Of these, how many are followed over more and more of them: the sum of squares has kinks, and minima beside the least."""
 
 
 def _from(
@@ -283,7 +283,8 @@ def finish(problem: Problem, **options: Unpack[Options]) -> Fit:
     left_out = _holdout(problem, solution, loss) if options.get("holdout", True) else [math.nan] * len(tests)
     traces = tuple(
         Trace(
-            each.label, each.of if each.kind == "free" else _QUANTITY[each.kind], each.time + each.begin, each.measured, each.measured + residual,
+            each.label, each.of if each.kind == "free" else _QUANTITY[each.kind], each.time + each.begin, each.measured,
+            each.measured + residual,
             each.measured + old[n] if n in old else None, tests[n],
             estimation.tests_of(old[n]).rms if n in old else math.nan, left_out[n],
         )

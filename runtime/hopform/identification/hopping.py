@@ -77,7 +77,9 @@ def drop(
         pieces.append(moved)
         done += moved.states.shape[0]
         if done == times.size:
-            return Motion(np.concatenate([each.states for each in pieces]), np.concatenate([each.by for each in pieces]))
+            return Motion(
+                np.concatenate([each.states for each in pieces]), np.concatenate([each.by for each in pieces])
+            )
     raise HopformError(
         f"the drop has more than {_MOST_PIECES} flights and stances: give a shorter recording, or more friction"
     )
@@ -195,7 +197,9 @@ def _flight(rig: _Rig, run: _Run, times: Array) -> tuple[Motion, _Run | None]:
     by[:, 2, AT["x2"]], by[:, 2, AT["v2"]], by[:, 2, AT["g"]] = 1.0, moments, -0.5 * moments**2
     by[:, 3, AT["v2"]], by[:, 3, AT["g"]] = 1.0, -moments
     zero = np.zeros(moments.size)
-    rates = np.stack([v1, _acceleration(robot, v1, zero, _pull(rig, run.begin + moments)), fall, zero - robot.g], axis=1)
+    rates = np.stack(
+        [v1, _acceleration(robot, v1, zero, _pull(rig, run.begin + moments)), fall, zero - robot.g], axis=1
+    )
     local = _chain(by, run.state_by, np.zeros(len(COLUMNS)), rates)
     rows = local[: t.size] - rates[: t.size, :, np.newaxis] * run.begin_by
     moved = Motion(states[: t.size], rows)

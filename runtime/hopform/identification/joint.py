@@ -19,7 +19,9 @@ from hopform.identification.recordings import Recording
 from hopform.identification.rigs import Experiment
 from hopform.identification.step import SCALED, step_problem
 
-LETTERS = ("m_s", "k", "b2", "f2", "length", "impact_loss", "g", "m_eff", "b1", "f1", "gamma2", "offset", "x1_min", "x1_max")
+LETTERS = (
+    "m_s", "k", "b2", "f2", "length", "impact_loss", "g", "m_eff", "b1", "f1", "gamma2", "offset", "x1_min", "x1_max",
+)  # fmt: skip
 
 
 def fit_robot(
@@ -64,10 +66,7 @@ def fit_robot(
 _DROPS: dict[str, tuple[Rig, tuple[str, ...]]] = {
     "drops": ("ground", ("m_s", "k", "b2", "f2", "length", "impact_loss", "g")),
     "decays": ("attached", ("m_s", "k", "b2", "f2")),
-    "free_drops": (
-        "free",
-        ("m_s", "k", "b2", "f2", "length", "impact_loss", "g", "m_eff", "b1", "f1", "gamma2", "offset", "x1_min", "x1_max"),
-    ),
+    "free_drops": ("free", LETTERS),
 }
 _STEPS: dict[str, tuple[bool, tuple[str, ...]]] = {
     "steps": (True, ("m_eff", "b1", "f1", "gamma2", "k")),

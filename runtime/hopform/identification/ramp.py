@@ -87,8 +87,8 @@ def friction_threshold(
     """The friction threshold (5) from recordings of x1 while the current slowly grows in magnitude, best in both directions.
 
     spring: the actuator works against its spring; else the leg is in the air. m_eff [kg], gamma2 [N/A]: with both,
-    f1 = |gamma2| u*/m_eff is given too. k [N/m]: of the spring; with gamma2 what it carries where the actuator rests is taken off.
-    One recording may hold several ramps from 0. Raises HopformError where no motion begins, or before the ramp does.
+    f1 = |gamma2| u*/m_eff is given too. k [N/m]: of the spring; with gamma2 what it carries where the actuator rests is taken
+    off. One recording may hold several ramps from 0. Raises HopformError where no motion begins, or before the ramp does.
     """
     several = as_several(recordings)
     for name, value in (("m_eff", m_eff), ("gamma2", gamma2), ("k", k)):
@@ -210,7 +210,7 @@ def _window(x: Array, rest: float, noise: float, seen: int) -> int:
 
 
 def _rise(s: Array, rate: float, square: float = 0.0) -> Array:
-    """What a ramp of force from s = 0 on does to a mass with friction `rate` and a spring `square`; roots that are equal are parted."""
+    """What a ramp of force from s = 0 on does to a mass with friction r and a spring w^2; roots that are equal are parted."""
     half = 0.5 * rate
     apart = cmath.sqrt(half * half - square)
     apart = apart if abs(apart) > 1e-4 * (half + 1e-3) else 1e-4 * (half + 1e-3)
@@ -300,9 +300,7 @@ def _costs(t: Array, x: Array, spring: bool) -> tuple[Callable[[float], _Best], 
     return against_a_spring if spring else in_the_air, t.size
 
 
-def _least(
-    cost: Callable[[float], float], low: float, high: float, places: int = 61, precision: float = 1e-5
-) -> float:
+def _least(cost: Callable[[float], float], low: float, high: float, places: int = 61, precision: float = 1e-5) -> float:
     """Where a cost is least, to a share of the range: on a grid, then by golden sections around its best place."""
     grid = np.linspace(low, high, places)
     n = int(np.argmin([cost(float(each)) for each in grid]))

@@ -124,10 +124,14 @@ class Recording:
         if float(np.abs(values).max()) > _MOST_HEIGHT:
             worst = int(np.abs(values).argmax())
             raise self.error(
-                f"reaches {values[worst]:.6g} m, which is no position of a hopper: is its unit right?", self.line + worst, column
+                f"reaches {values[worst]:.6g} m, which is no position of a hopper: is its unit right?",
+                self.line + worst,
+                column,
             )
         if reach < _LEAST_WAY:
-            raise self.error(f"moves by {1e3 * reach:.2g} mm in all, which no fit can use: is its unit right?", self.line, column)
+            raise self.error(
+                f"moves by {1e3 * reach:.2g} mm in all, which no fit can use: is its unit right?", self.line, column
+            )
         others = [c for c in self.columns.values() if c.quantity in ("current", "voltage", "force")]
         if others and _jump(values) > 0.3 and min(_jump(c.values) for c in others) < 0.1:
             smooth = min(others, key=lambda c: _jump(c.values))
@@ -254,7 +258,8 @@ def _time(columns: Mapping[str, Column], source: str, first: int) -> Array:
         )
     if not 2e-5 <= float(np.median(steps)) <= 0.5:
         raise HopformError(
-            f"{source}, line {first + 1}, column {column.title!r}: samples are {float(np.median(steps)):.3g} s apart: is its unit right?"
+            f"{source}, line {first + 1}, column {column.title!r}: samples are {float(np.median(steps)):.3g} s apart: "
+            "is its unit right?"
         )
     return column.values
 
@@ -283,9 +288,11 @@ def calm(values: Array) -> Array:
 
 
 def outliers(values: Array) -> NDArray[np.bool_]:
-    """Which samples are far off the median of their five neighbours: beyond noise, and beyond what a motion does in three samples."""
+    """Which samples are off the median of their five neighbours, beyond noise and beyond what a motion does in three samples."""
     travel = float(np.percentile(np.abs(np.diff(values)), 90.0))
-    return np.asarray(np.abs(values - calm(values)) > max(3.0 * travel, 10.0 * noise_of(values), 10.0 * quantum_of(values)))
+    return np.asarray(
+        np.abs(values - calm(values)) > max(3.0 * travel, 10.0 * noise_of(values), 10.0 * quantum_of(values))
+    )
 
 
 def saturated(values: Array, least: int = 8) -> tuple[int, int] | None:
@@ -334,7 +341,9 @@ def steps_of(recording: Recording, start: int = 0, end: int | None = None) -> tu
     time, u = recording.time[start:end], recording.current()[start:end]
     if time.size > MOST_STEPS:
         raise recording.error_of(
-            "x1", f"has {time.size} samples; a fit in position takes up to {MOST_STEPS}: record at a lower rate", recording.line + MOST_STEPS
+            "x1",
+            f"has {time.size} samples; a fit in position takes up to {MOST_STEPS}: record at a lower rate",
+            recording.line + MOST_STEPS,
         )
     starts = np.concatenate([[True], u[1:] != u[:-1]])
     return tuple(zip((time[starts] - time[0]).tolist(), u[starts].tolist(), strict=True))

@@ -192,7 +192,7 @@ def _draw_trace(above: "Axes", below: "Axes", trace: Trace) -> None:
 
 
 def _with_intervals(fit: Fit) -> list[Estimate]:
-    """Estimates whose interval says something as a share of the value: not those that may be 0 either way, nor what is no robot's."""
+    """Estimates whose interval says something as a share of the value: none that may have either sign, none of one recording."""
     return [
         each for each in fit.estimates
         if not each.own and math.isfinite(each.high - each.low) and each.high - each.low < 2.0 * abs(each.value)

@@ -54,8 +54,8 @@ class Experiment:
     """A recording on its rig: what was measured when, under which current, and which parameter each letter stands for.
 
     time [s] from 0, not decreasing; measured [m]: x2 of a body, x1 of an actuator, of a free drop the one that `of` says; steps:
-    the current. names: a letter's parameter. constants: letters that are known. added_mass [kg] on the body. backend: of the solver, the best if None. noise:
-    standard deviation of what was measured, where the residuals are too few to show it.
+    the current. names: a letter's parameter. constants: letters that are known. added_mass [kg] on the body. backend: of the
+    solver, the best if None. noise: standard deviation of what was measured, where the residuals are too few to show it.
     """
 
     label: str
@@ -190,4 +190,11 @@ def _threshold(of: Experiment, at: Mapping[str, float], time: Array) -> tuple[Ar
     return np.full(time.shape, u), {letter: np.full(time.shape, value) for letter, value in by.items()}
 
 
-_PREDICT = {"attached": _attached, "ground": _ground, "free": _free, "held": _actuator, "air": _actuator, "threshold": _threshold}
+_PREDICT = {
+    "attached": _attached,
+    "ground": _ground,
+    "free": _free,
+    "held": _actuator,
+    "air": _actuator,
+    "threshold": _threshold,
+}

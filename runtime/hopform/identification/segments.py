@@ -1,7 +1,8 @@
 """Motions in a recording: where a body is released, and where what follows is no longer its own motion. Samples, end exclusive.
 
 A decay starts just after a largest deviation from rest, before which there is a hand, and ends where swings grow again: at the
-next hand. A drop starts where a height falls that was held, and ends where the body is lifted again. A recording may hold several.
+next hand. A drop starts where a height falls that was held, and ends where the body is lifted again. A recording may hold
+several.
 """
 
 import math
@@ -14,7 +15,7 @@ from hopform.identification.recordings import FEWEST, Recording, calm, noise_of,
 
 Span = tuple[int, int]
 _ALIKE = 0.03
-"""Swings of one body on one spring are as fast each time: another decay is one only within this share, what a hand does is none."""
+"""Swings of one body on one spring are as fast each time: another decay is within this share, what a hand does is not."""
 _LEAST_REACH = 0.25
 """Of the largest decay or drop: what is smaller is left out."""
 _HELD = 0.08
@@ -126,9 +127,7 @@ def drops(recording: Recording, values: Array, driven: bool = False) -> list[Spa
     return found
 
 
-def _fall(
-    recording: Recording, whole: Array, begin: int, end: int, noise: float, driven: bool = False
-) -> Span:
+def _fall(recording: Recording, whole: Array, begin: int, end: int, noise: float, driven: bool = False) -> Span:
     """A fall from the height at which some samples begin; HopformError if there is none."""
     values = calm(whole[begin:end])
     level = float(np.median(values[:5]))
@@ -183,5 +182,3 @@ def _taken(values: Array, begin: int, held: int, least: float) -> int:
             if not rising:
                 highs.append(turn)
     return highs[-1]
-
-

@@ -103,7 +103,14 @@ def step_problem(
             parameters.setdefault(name, _near(made, x) if letter == "x" and "v" in constants else made)
         experiments.append(
             Experiment(
-                recording.source, kind, recording.time, x, names, constants, of_recordings.steps_of(recording), backend=backend
+                recording.source,
+                kind,
+                recording.time,
+                x,
+                names,
+                constants,
+                of_recordings.steps_of(recording),
+                backend=backend,
             )
         )
     notes = tuple(f"{each.source}: {note}" for each in recordings for note in each.notes)
@@ -322,7 +329,9 @@ def _linear(a: Array, b: Array, loss: str) -> tuple[list[float], Array, Array]:
         def missed(p: Array) -> Array:
             return np.asarray((scaled @ p - b) / spread)
 
-        found = np.asarray(estimation.scipy_optimize().least_squares(missed, found, loss=loss, f_scale=2.0).x, dtype=np.float64)
+        found = np.asarray(
+            estimation.scipy_optimize().least_squares(missed, found, loss=loss, f_scale=2.0).x, dtype=np.float64
+        )
     residual = np.asarray(b - scaled @ found, dtype=np.float64)
     tests = estimation.tests_of(residual)
     variance = float((residual**2).sum()) / max(b.size - found.size, 1) * tests.inflation
@@ -413,7 +422,9 @@ def _beside(recordings: Sequence[Recording], fit: Fit) -> tuple[str, ...]:
                     constants={**each.constants, "m_eff": fit.known["m_eff"]})
             for each in experiments
         ]  # fmt: skip
-    problem = Problem("step", "x1", tuple(experiments), (*shared, *parameters), (), fit.known, (), (), (), parts=(0.1, 0.4, 1.0))
+    problem = Problem(
+        "step", "x1", tuple(experiments), (*shared, *parameters), (), fit.known, (), (), (), parts=(0.1, 0.4, 1.0)
+    )
     solution = minimise(problem, "linear")
     rms = math.sqrt(sum(float((r**2).sum()) for r in solution.residuals) / solution.count)
     told = ", ".join(f"{p.name} {solution.values[p.name]:.6g} {p.unit}" for p in shared)

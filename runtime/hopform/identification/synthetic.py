@@ -1,7 +1,7 @@
 """Synthetic recordings of any robot, with noise, encoder quantum and rate: to plan experiments with, and to prove the fits."""
 
 import math
-from typing import Literal, SupportsFloat
+from typing import Literal, NamedTuple, SupportsFloat
 
 import numpy as np
 
@@ -37,12 +37,12 @@ def record(
 ) -> Recording:
     """What a lab would record of a robot in a test.
 
-    test: "drop" (released at hop height `height` [m], actuator held, flights and impacts included), "free" (the same, the actuator
-    free within its stops under currents of both signs from the release on; x1 is recorded too), "decay" (the body fixed to its
-    spring, pulled down by `height`), "step" (the body held, currents +-`current` [A] in turn), "air" (the same without a spring),
-    "ramp" (in the air, or against the spring if `spring`, the current grows to `current` [A] and, from rest again, to its
-    negative). current: u_max if not given. hold [s]: of stillness at first. duration [s]: of a motion, which is repeated
-    `repeats` times if it is a drop or a decay, the body taken back by hand in between. rate [Hz], noise [m] (standard deviation),
+    test: "drop" (released at hop height `height` [m], actuator held, flights and impacts included), "free" (the same, the
+    actuator free within its stops under currents of both signs from the release on; x1 is recorded too), "decay" (the body fixed
+    to its spring, pulled down by `height`), "step" (the body held, currents +-`current` [A] in turn), "air" (the same without a
+    spring), "ramp" (in the air, or against the spring if `spring`, the current grows to `current` [A] and, from rest again, to
+    its negative). current: u_max if not given. hold [s]: of stillness at first, but in a decay. duration [s]: of a motion; a drop
+    or a decay is repeated `repeats` times, the body taken back by hand in between. rate [Hz], noise [m] (standard deviation),
     quantum [m] (0 for none). The same seed gives the same recording. Raises HopformError for a value that is not allowed.
 
     >>> import hopform
@@ -52,41 +52,29 @@ def record(
     """
     if test not in TESTS:
         raise HopformError(f"test must be one of {', '.join(TESTS)}, got {test!r}")
-    span, hertz = positive("duration", duration, "s"), positive("rate", rate, "Hz")
-    sigma, step = finite("noise", noise, "m"), finite("quantum", quantum, "m")
-    if sigma < 0.0 or step < 0.0:
-        raise HopformError(f"noise and quantum must be >= 0 m, got {sigma!r} and {step!r}")
-    count = round(span * hertz) + 1
-    if not 20 <= count < 2**16:
-        raise HopformError(f"duration times rate must give 20 to {2**16 - 1} samples, got {count}")
-    time = np.arange(count) / hertz
-    still, mass = finite("hold", hold, "s"), finite("added_mass", added_mass, "kg")
-    most = positive("current", robot.u_max if current is None and math.isfinite(robot.u_max) else current or 1.0, "A")
-    u, x1 = np.zeros(count), np.zeros(count)
-    if test == "free":
-        u = _pulses(time, still, most, _FREE_PATTERN)
-    elif test in ("step", "air"):
-        u = _pulses(time, still, most, _PATTERN)
-    elif test == "ramp":
-        u = _ramps(time, still, most)
-    if test in ("drop", "free", "decay"):
-        x, x1 = _body(robot, test, time, positive("height", height, "m"), still, mass, u)
-    else:
-        x = _actuator(robot, "held" if test == "step" or spring else "air", time, u)
     if isinstance(repeats, bool) or not isinstance(repeats, int) or repeats < 1:
         raise HopformError(f"repeats must be a whole number >= 1, got {repeats!r}")
-    if repeats > 1:
-        if test not in ("drop", "decay"):
-            raise HopformError(f"repeats are for a drop or a decay, got {test!r}")
-        x, time = _again(x, repeats, hertz)
-    rng = np.random.default_rng(seed)
-    if test in ("drop", "decay"):
-        columns = {"x2": _measured("x2_m", 2, x, sigma, step, rng)}
+    if repeats > 1 and test not in ("drop", "decay"):
+        raise HopformError(f"repeats are for a drop or a decay, got {test!r}")
+    encoder = _Encoder(finite("noise", noise, "m"), finite("quantum", quantum, "m"), np.random.default_rng(seed))
+    if encoder.noise < 0.0 or encoder.quantum < 0.0:
+        raise HopformError(f"noise and quantum must be >= 0 m, got {encoder.noise!r} and {encoder.quantum!r}")
+    time, hertz = _times(duration, rate)
+    still, mass = finite("hold", hold, "s"), finite("added_mass", added_mass, "kg")
+    most = positive("current", robot.u_max if current is None and math.isfinite(robot.u_max) else current or 1.0, "A")
+    u = _current(test, time, still, most)
+    if test in ("drop", "free", "decay"):
+        x, x1 = _body(robot, test, time, positive("height", height, "m"), still, mass, u)
+        if repeats > 1:
+            x, time = _again(x, repeats, hertz)
+        columns = {"x2": encoder.column("x2_m", 2, x)}
     else:
-        place = "x2" if test == "free" else "x1"
-        columns = {place: _measured(f"{place}_m", 2, x, sigma, step, rng), "current": Column("current_A", "current", 3, u)}
-        if test == "free":
-            columns["x1"] = _measured("x1_m", 4, x1, sigma, step, rng)
+        x1 = _actuator(robot, "held" if test == "step" or spring else "air", time, u)
+        columns = {"x1": encoder.column("x1_m", 2, x1)}
+    if test not in ("drop", "decay"):
+        columns["current"] = Column("current_A", "current", 3, u)
+    if test == "free":
+        columns["x1"] = encoder.column("x1_m", 4, x1)
     return Recording(f"{robot.name or 'robot'}, {test}", time, columns, 2, mass)
 
 
@@ -98,9 +86,36 @@ def to_csv(recording: Recording) -> str:
     return "\n".join([head, *(",".join(f"{value:.9g}" for value in row) for row in rows)]) + "\n"
 
 
-def _measured(title: str, place: int, x: Array, noise: float, quantum: float, rng: np.random.Generator) -> Column:
-    values = x + noise * rng.standard_normal(x.size)
-    return Column(title, "length", place, quantum * np.round(values / quantum) if quantum > 0.0 else values)
+class _Encoder(NamedTuple):
+    """How a position is measured: noise [m], quantum [m], and where the noise comes from."""
+
+    noise: float
+    quantum: float
+    rng: np.random.Generator
+
+    def column(self, title: str, place: int, x: Array) -> Column:
+        """A position as a column."""
+        values = x + self.noise * self.rng.standard_normal(x.size)
+        return Column(
+            title, "length", place, self.quantum * np.round(values / self.quantum) if self.quantum > 0.0 else values
+        )
+
+
+def _times(duration: SupportsFloat, rate: SupportsFloat) -> tuple[Array, float]:
+    span, hertz = positive("duration", duration, "s"), positive("rate", rate, "Hz")
+    count = round(span * hertz) + 1
+    if not 20 <= count < 2**16:
+        raise HopformError(f"duration times rate must give 20 to {2**16 - 1} samples, got {count}")
+    return np.arange(count) / hertz, hertz
+
+
+def _current(test: str, time: Array, still: float, most: float) -> Array:
+    """The current over a test; 0 where there is none."""
+    if test == "free":
+        return _pulses(time, still, most, _FREE_PATTERN)
+    if test in ("step", "air"):
+        return _pulses(time, still, most, _PATTERN)
+    return _ramps(time, still, most) if test == "ramp" else np.zeros(time.size)
 
 
 def _body(
@@ -125,7 +140,10 @@ def _body(
         "m_eff": robot.m_eff, "b1": robot.b1, "f1": robot.f1, "gamma2": robot.gamma2, "offset": -robot.k * robot.c / robot.gamma2,
         "x1_min": min(robot.x1_min, 0.0), "x1_max": max(robot.x1_max, 0.0), "x1": 0.0, "v1": 0.0,
     }  # fmt: skip
-    steps = ((0.0, 0.0), *((since[0] + t, each) for t, each in _steps(since, u[falls])))  # a sample holds until the next
+    steps = (
+        (0.0, 0.0),
+        *((since[0] + t, each) for t, each in _steps(since, u[falls])),
+    )  # a sample holds until the next
     x[falls], x1[falls] = (_of("free", values, since, added, steps, which) for which in ("x2", "x1"))
     return x, x1
 
