@@ -169,8 +169,9 @@ def drop_problem(
         experiments += _experiments(cut, rig, names, values, backend)
     coulomb = tuple(name for name in parameters if name[:2] in ("f1", "f2"))
     notes = tuple(f"{each.source}: {note}" for each in recordings for note in each.notes)
+    finite = {name: value for name, value in values.items() if math.isfinite(value)}
     return Problem(
-        "drop", "x2", tuple(experiments), tuple(parameters.values()), _starts(parameters, rig), values, tuple(statements),
+        "drop", "x2", tuple(experiments), tuple(parameters.values()), _starts(parameters, rig), finite, tuple(statements),
         notes, coulomb, parts=_PARTS[rig], motions=len(cuts),
     )  # fmt: skip
 
@@ -238,7 +239,8 @@ def _check_fall(recording: Recording, line: int, x: Array, g: float) -> None:
     if count < 5:
         return
     t = recording.time[line : line + count] - recording.time[line]
-    found = -2.0 * float(np.polyfit(t, x[:count], 2)[0])
+    curvature, _, _ = np.polyfit(t, x[:count], 2)
+    found = -2.0 * float(curvature)
     if not g / 3.0 < found < 3.0 * g:
         raise recording.error_of(
             "x2",

@@ -261,7 +261,7 @@ def _part(experiment: Experiment, part: float) -> int:
     size = experiment.time.size
     places = np.unique(np.linspace(0, size - 1, 200).astype(int))
     way = np.cumsum(np.abs(np.diff(experiment.measured[places], prepend=experiment.measured[0])))
-    covered = int(places[int(np.searchsorted(way, part * way[-1]))]) if part < 1.0 else size
+    covered = int(places[np.count_nonzero(way < part * way[-1])]) if part < 1.0 else size
     return max(int(part * size), covered, min(20, size))
 
 

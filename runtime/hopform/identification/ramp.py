@@ -224,7 +224,8 @@ def _twice(p: complex, s: Array) -> NDArray[np.complex128]:
     small = np.abs(z) < 0.02
     safe = np.where(small, 1.0, z)
     closed = (np.expm1(safe) - safe) / safe**2
-    return np.asarray(s * s * np.where(small, 0.5 + z / 6.0 + z * z / 24.0 + z**3 / 120.0 + z**4 / 720.0, closed))
+    near = 0.5 + z / 6.0 + z * z / 24.0 + z**3 / 120.0 + z**4 / 720.0
+    return np.asarray(s * s * np.where(small, near, closed), dtype=np.complex128)
 
 
 _ENOUGH = 250
@@ -287,10 +288,13 @@ def _costs(t: Array, x: Array, spring: bool) -> tuple[Callable[[float], _Best], 
     def against_a_spring(begin: float) -> _Best:
         """Over rates and springs, from a guess and from where the last beginning had them."""
         nonlocal near
+
+        def share(logs: Array) -> Array:
+            return missed(begin, math.exp(float(logs[0])), math.exp(float(logs[1]))) / size
+
         tried = [
             scipy_optimize().least_squares(
-                lambda logs: missed(begin, math.exp(logs[0]), math.exp(logs[1])) / size, start,
-                bounds=([-5.0, -5.0], [9.0, 14.0]), ftol=1e-9, xtol=1e-5, max_nfev=40,
+                share, start, bounds=([-5.0, -5.0], [9.0, 14.0]), ftol=1e-9, xtol=1e-5, max_nfev=40,
             )
             for start in (first, near)
         ]  # fmt: skip
