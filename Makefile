@@ -44,7 +44,7 @@ test-control-exhaustive: compiler venv-dev ## scan all currents in steps of 1e-4
 	$(PY) -m tests.scan --count $(TOUCHDOWNS) --step 1e-4
 
 SECONDS = 60
-fuzz: ## arbitrary bit patterns into each C entry point, SECONDS (60) each, side by side, under the sanitizers; needs clang
+fuzz: ## arbitrary bit patterns into each C entry point (or ENTRIES), SECONDS (60) each, side by side, under the sanitizers; needs clang
 	@SECONDS_EACH=$(SECONDS) sh tests/fuzz/run.sh
 
 firmware-test: compiler venv-dev ## the C library on emulated processors, twelve combinations: selftest, golden vectors, garbage, costs

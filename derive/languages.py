@@ -12,6 +12,7 @@ import re
 import struct
 from collections.abc import Iterable, Iterator, Mapping
 from fractions import Fraction
+from functools import cache
 from typing import NamedTuple
 
 import sympy as sp
@@ -334,14 +335,15 @@ class Node(NamedTuple):
     weight: float
 
 
-def _gauss_rule(count: int) -> list[Node]:
+@cache
+def _gauss_rule(count: int) -> tuple[Node, ...]:
     """The nodes of Gauss's rule over 0 .. 1: the roots of the Legendre polynomial, to 40 digits before they are rounded."""
     x = sp.Symbol("x")
     polynomial = sp.legendre_poly(count, x)
     slope = sp.diff(polynomial, x)
     roots = sorted(sp.Poly(polynomial, x).nroots(n=40, maxsteps=200))
     weights = [2 / ((1 - root**2) * slope.subs(x, root) ** 2) for root in roots]
-    return [Node(float((1 + root) / 2), float(weight / 2)) for root, weight in zip(roots, weights, strict=True)]
+    return tuple(Node(float((1 + root) / 2), float(weight / 2)) for root, weight in zip(roots, weights, strict=True))
 
 
 def _alternating(coefficients: list[float]) -> list[float]:

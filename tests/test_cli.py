@@ -332,6 +332,18 @@ def test_what_hop_is_asked_reaches_the_simulation(answer, tmp_path):
     assert table.read_text().split("\n", maxsplit=1)[0].split(",") == list(SCHEMA["Table of a run"])
 
 
+def test_the_gains_of_the_return_are_those_given_or_designed_and_are_said(answer):
+    arguments = ("hop", "--height", "0.2", "--u", "3", "--hops", "3")
+    free, given = (strict_json(answer(*arguments, *more, "--json")) for more in ((), ("--gains", "2000,300")))
+    run = hopform.simulate(HOPPER, [0.0] * 3, 3.0, height=0.2)
+    assert [hop["gains"] for hop in free["hops"]] == [hop.flight.gains._asdict() for hop in run.hops]
+    assert [hop["gains"] for hop in given["hops"]] == [{"Kp": 2000.0, "Kd": 300.0}] * 3
+    assert given["hops"][2]["apex"] != free["hops"][2]["apex"]
+    assert "gains as given: Kp = 2000 N/m, Kd = 300 N s/m." in answer(*arguments, "--gains", "2000,300")
+    low, high = sorted((run.hops[1].flight.gains.Kp, run.last.gains.Kp))
+    assert f"gains designed for each: Kp = {low:.4g} to {high:.4g} N/m" in answer(*arguments)
+
+
 def test_the_margin_of_the_exact_controller_is_kept(answer):
     arguments = ("hop", "--height", "0.2", "--controller", "exact", "--h-des", "0.25", "--json")
     free, kept = (strict_json(answer(*arguments, *more))["hops"] for more in ((), ("--stop-margin", "0.05")))
@@ -479,6 +491,9 @@ def test_an_output_that_cannot_be_is_refused_before_anything_is_computed(run, tm
         ),
         (("hop", "--height", "0.2", "--stop-margin", "0.01"), "--stop-margin goes with the exact controller"),
         (("hop", "--height", "0.2", "--noise-v2", "-1"), "v2 must be >= 0 m/s"),
+        (("hop", "--height", "0.2", "--gains", "2000"), "'--gains': takes Kp,Kd in N/m and N s/m"),
+        (("hop", "--height", "0.2", "--gains", "2000,nan"), "takes a finite number in N s/m, got 'nan'"),
+        (("hop", "--height", "0.2", "--gains", "2000,-1"), "Kd must be >= 0 N s/m"),
         (("hop", "--height", "0.2", "--model", "hoper_c"), "did you mean 'hopper_c'?"),
         (("hop", "--height", "0.2", "--csv", "a.csv", "--hops-csv", "a.csv"), "two outputs name the same file"),
         (("hop", "--height", "nan"), "finite number"),

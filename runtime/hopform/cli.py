@@ -127,6 +127,14 @@ def steps_of_current(text: str) -> list[tuple[float, float]]:
     return steps
 
 
+def gains_of_return(text: str) -> tuple[float, float]:
+    """Gains of the return in flight from "Kp,Kd"."""
+    parts = text.split(",")
+    if len(parts) != 2:
+        raise typer.BadParameter(f"takes Kp,Kd in N/m and N s/m, as in 2000,300, got {text!r}")
+    return number_in("N/m")(parts[0]), number_in("N s/m")(parts[1])
+
+
 def quantity(name: str, unit: str, meaning: str) -> Any:
     return typer.Option(name, parser=number_in(unit), metavar=unit.upper(), help=f"[{unit}] {meaning}")
 
@@ -165,12 +173,19 @@ ControllerOption = Annotated[ControllerName, option("--controller", "what choose
 HopTarget = Annotated[float | None, quantity("--h-des", "m", "hop height wanted, over the terrain's zero")]
 NoiseX1 = Annotated[float, quantity("--noise-x1", "m", "standard deviation of the actuator as measured")]
 NoiseV1 = Annotated[float, quantity("--noise-v1", "m/s", "of its velocity")]
-NoiseX2 = Annotated[float, quantity("--noise-x2", "m", "of the body's height, for return-map")]
+NoiseX2 = Annotated[
+    float, quantity("--noise-x2", "m", "of the body's height: of the apex before, and at the ticks of return-map")
+]
 NoiseV2 = Annotated[float, quantity("--noise-v2", "m/s", "of the body's velocity")]
 NoiseGround = Annotated[float, quantity("--noise-ground", "m", "of the height of the ground")]
 CurrentScale = Annotated[float, quantity("--current-scale", "1", "current that flows over current asked for")]
 Quantum = Annotated[float, quantity("--quantum", "s", "touchdown is seen at the next tick of this clock")]
 Delay = Annotated[float, quantity("--delay", "s", "and so much later")]
+ReturnGains = Annotated[
+    Any,
+    option("--gains", "of the return in flight, for a pull Kp x1 + Kd v1; designed if left out",
+           parser=gains_of_return, metavar="KP,KD"),
+]  # fmt: skip
 Model = Annotated[str | None, option("--model", "the robot the controller believes in", metavar="NAME|FILE.toml")]
 HopsCsv = Annotated[Path | None, option("--hops-csv", "write a table of the hops", metavar="FILE")]
 Npz = Annotated[Path | None, option("--npz", "write table and states for NumPy", metavar="FILE")]
@@ -326,6 +341,7 @@ def hop(
     quantum: Quantum = 0.0,
     delay: Delay = 0.0,
     model: Model = None,
+    gains: ReturnGains = None,
     horizon: Horizon = 2.0,
     backend: Backend = None,
     samples: Samples = 2000,
@@ -348,16 +364,17 @@ def hop(
         noise_x1, noise_v1, noise_x2, noise_v2, noise_ground, current_scale, quantum, delay,
         None if model is None else hopform.load_robot(model),
     )  # fmt: skip
-    with patience(f"{len(ground)} hops"):
+    with patience(f"{len(ground)} hops") as progress:
         run = hopform.simulate(
-            hopper, ground, asked, height=height, errors=errors, seed=seed, horizon=horizon, backend=backend
-        )
+            hopper, ground, asked, height=height, gains=gains, errors=errors, seed=seed, horizon=horizon, backend=backend,
+            progress=progress,
+        )  # fmt: skip
     settings = {"height": height, "controller": controller.value, "u": u if h_des is None else None, "h_des": h_des}
     deliver(
         json=(lambda: tables.run_record(run, settings | {"seed": seed})) if json else None,
         csv=(csv, lambda: tables.run_csv(run, samples)) if csv else None,
         plot=(plot, lambda: figures().plot_run(run)) if plot else None,
-        readable=lambda: tables.run(run),
+        readable=lambda: tables.run(run, designed=gains is None),
         warnings=run.warnings,
         more=[
             *([(hops_csv, lambda: csv_of(run.table).encode())] if hops_csv else []),

@@ -20,15 +20,18 @@ from hopform.batch import solve_stances
 from hopform.checks import finite, positive
 from hopform.control import MAX_PHASES, checked_target, choose_current
 from hopform.errors import HopformError
+from hopform.flight import solve_flight
 from hopform.printed import choose_current_as_printed
 from hopform.reaching import home_of
 from hopform.robots import Robot
-from hopform.stance import Current, Stance, State, solve_stance, touchdown_velocity
+from hopform.stance import Current, Stance, State, solve_stance
 from hopform_solver import records as solver_records
 
 Array = NDArray[np.float64]
 Heights = float | tuple[float, ...]
 _DOUBLE = np.dtype(np.float64)
+SETTLING = 5
+"""Hops after which one is taken to be steady."""
 
 
 class Touchdown(NamedTuple):
@@ -157,12 +160,12 @@ class ReturnMap:
     """Hopper B's first controller (section II): return maps for the compression, feedback in the expansion.
 
     The current of the compression is read from return maps, the next apex over the last one for a family of constant
-    currents, measured once in drops on even ground with the actuator at its origin. In expansion a law of 1/period tracks
-    a height x2 over time that was recorded in a hop from h_des to h_des: the current of the compression plus
-    Kp (x2 recorded - x2) + Kd (v2 recorded - v2), within u_max. It knows neither the ground nor the actuator's state at
-    touchdown, so rough ground throws it off (Fig. 7).
+    currents, measured once on even ground: the robot hops at a height until it is steady, then the current is changed for
+    one hop. In expansion a law of 1/period tracks a height x2 over time that was recorded in a steady hop from h_des to
+    h_des: the current of the compression plus Kp (x2 recorded - x2) + Kd (v2 recorded - v2), within u_max. It knows
+    neither the ground nor the actuator's state at touchdown, so rough ground throws it off (Fig. 7).
 
-    h_des [m]: hop height over level 0, or one per hop. Kp [A/m], Kd [A s/m]: for a force that lifts. drops, currents: how
+    h_des [m]: hop height over level 0, or one per hop. Kp [A/m], Kd [A s/m]: for a force that lifts. heights, currents: how
     many of each are measured.
     """
 
@@ -170,7 +173,7 @@ class ReturnMap:
     Kp: float = 60.0
     Kd: float = 3.0
     period: float = 1e-3
-    drops: int = 40
+    heights: int = 20
     currents: int = 61
     horizon: float = 2.0
 
@@ -178,78 +181,127 @@ class ReturnMap:
         """The controller with its return maps."""
         check_wishes(robot, self.h_des, terrain, 0.0, self.horizon)
         positive("period", self.period, "s")
-        for name, count in (("drops", self.drops), ("currents", self.currents)):
+        for name, count in (("heights", self.heights), ("currents", self.currents)):
             if isinstance(count, bool) or not isinstance(count, int) or count < 2:
                 raise HopformError(f"{name} must be a whole number >= 2, got {count!r}")
         for name, gain, unit in (("Kp", self.Kp, "A/m"), ("Kd", self.Kd, "A s/m")):
             finite(name, gain, unit)
         h_des = wishes(self.h_des)
         highest = max(h_des) if isinstance(h_des, tuple) else h_des
-        heights = np.linspace(0.0, 2.0 * highest, self.drops + 1)[1:]
+        if not highest > 0.0:
+            raise HopformError(f"h_des must be > 0 m for maps that are measured up to twice that, got {highest!r}")
+        heights = np.linspace(0.0, 2.0 * highest, self.heights + 1)[1:]
         family = np.linspace(-robot.u_max, robot.u_max, self.currents)
-        home = home_of(robot)
-        speeds = np.array([touchdown_velocity(robot, height) for height in heights])
-        maps = solve_stances(robot, x1=home, v2=speeds[:, None], u=family, horizon=self.horizon).apex.astype(float)
-        return Tracking(self, h_des, robot, home, heights, family, maps)
+        return Tracking(self, h_des, robot, measured(robot, heights, family, self.horizon))
 
     def __call__(self, touchdown: Touchdown) -> Answer:
         return self.prepare(touchdown.robot, (0.0,))(touchdown)
 
 
 @dataclass(frozen=True)
-class Tracking:
-    """A `ReturnMap` with its maps (drops, currents), and what it has recorded so far."""
+class ReturnMaps:
+    """Return maps measured in steady hopping: heights (H,) [m], currents (U,) [A], apex (H, U) [m] that follows.
 
-    settings: ReturnMap
-    h_des: Heights
-    robot: Robot
-    home: float
+    x1, v1 (H,) [m, m/s]: with which the actuator arrives when it hops at a height, of no hop if that does not take off.
+    """
+
     heights: Array
     currents: Array
-    maps: Array
-    _recorded: dict[float, Stance] = field(default_factory=dict[float, Stance], repr=False, compare=False)
+    apex: Array
+    x1: Array
+    v1: Array
 
-    def compression(self, apex: float, h_des: float) -> float:
+    def current(self, apex: float, h_des: float) -> float:
         """The current [A] that the maps give for an apex [m] and the wish for the next one; the least |u| if several do."""
         place = min(max(int(np.searchsorted(self.heights, apex)), 1), self.heights.size - 1)
         low, high = float(self.heights[place - 1]), float(self.heights[place])
         share = min(max((apex - low) / (high - low), 0.0), 1.0)
-        return self._crossing(self.maps[place - 1] + share * (self.maps[place] - self.maps[place - 1]) - h_des)
+        return crossing(self.currents, self.apex[place - 1] + share * (self.apex[place] - self.apex[place - 1]) - h_des)
 
-    def _crossing(self, miss: Array) -> float:
-        """The current [A] of least |u| at which this vanishes between two of the maps, or the nearest of them."""
-        crossings = np.flatnonzero(np.sign(miss[:-1]) * np.sign(miss[1:]) <= 0.0)
-        if not crossings.size:
-            return float(self.currents[int(np.nanargmin(np.abs(miss)))]) if np.isfinite(miss).any() else 0.0
-        low, high = miss[crossings], miss[crossings + 1]
-        share = np.divide(low, low - high, out=np.zeros_like(low), where=low != high)
-        found = self.currents[crossings] + share * (self.currents[crossings + 1] - self.currents[crossings])
-        return float(found[int(np.argmin(np.abs(found)))])
+
+def measured(robot: Robot, heights: Array, currents: Array, horizon: float) -> ReturnMaps:
+    """The return maps of steady hopping: at first the actuator is at its origin, then as it arrives from the hop before."""
+    x1, v1 = np.full(heights.size, home_of(robot)), np.zeros(heights.size)
+    apex = _apexes(robot, heights, currents, x1, v1, horizon)
+    for _ in range(SETTLING):
+        for row, height in enumerate(heights.tolist()):
+            u = crossing(currents, apex[row] - height)
+            stance = _steady(robot, height, float(x1[row]), float(v1[row]), u, horizon)
+            if stance is not None and stance.takeoff is not None:
+                flight = solve_flight(robot, **stance.takeoff._asdict())
+                x1[row], v1[row] = flight.end.x1, flight.end.v1
+        apex = _apexes(robot, heights, currents, x1, v1, horizon)
+    return ReturnMaps(heights, currents, apex, x1, v1)
+
+
+def _fallen(robot: Robot, height: Array, x1: Array) -> Array:
+    """Velocity of the body [m/s] after the impact of a hop from a height [m]; 0 where the foot is not above the ground."""
+    return -np.sqrt(2.0 * robot.g * np.maximum(height - x1, 0.0) * (1.0 - robot.impact_loss))
+
+
+def _apexes(robot: Robot, heights: Array, currents: Array, x1: Array, v1: Array, horizon: float) -> Array:
+    """The apex that follows, (H, U); NaN without take-off, and where the foot is not above the ground."""
+    v2 = _fallen(robot, heights, x1)
+    batch = solve_stances(robot, x1=x1[:, None], v1=v1[:, None], v2=v2[:, None], u=currents, horizon=horizon)
+    return np.where((v2 < v1)[:, None], batch.apex.astype(float), np.nan)
+
+
+def _steady(robot: Robot, height: float, x1: float, v1: float, u: float, horizon: float) -> Stance | None:
+    """The stance of a hop from a height [m]; None if its foot is not above the ground there."""
+    v2 = float(_fallen(robot, np.array(height), np.array(x1)))
+    return solve_stance(robot, x1=x1, v1=v1, v2=v2, u=u, horizon=horizon) if v2 < v1 else None
+
+
+def crossing(currents: Array, miss: Array) -> float:
+    """The current [A] of least |u| at which a miss (U,) vanishes between two currents, or the nearest; 0 if all is NaN."""
+    crossings = np.flatnonzero(np.sign(miss[:-1]) * np.sign(miss[1:]) <= 0.0)
+    if not crossings.size:
+        return float(currents[int(np.nanargmin(np.abs(miss)))]) if np.isfinite(miss).any() else 0.0
+    low, high = miss[crossings], miss[crossings + 1]
+    share = np.divide(low, low - high, out=np.zeros_like(low), where=low != high)
+    found = currents[crossings] + share * (currents[crossings + 1] - currents[crossings])
+    return float(found[int(np.argmin(np.abs(found)))])
+
+
+@dataclass(frozen=True)
+class Tracking:
+    """A `ReturnMap` with its maps, and what it has recorded so far."""
+
+    settings: ReturnMap
+    h_des: Heights
+    robot: Robot
+    maps: ReturnMaps
+    _recorded: dict[float, Stance] = field(default_factory=dict[float, Stance], repr=False, compare=False)
 
     def recorded(self, h_des: float) -> Stance:
-        """The hop from h_des to h_des on even ground whose expansion is tracked."""
+        """The steady hop from h_des to h_des on even ground whose expansion is tracked."""
         if h_des not in self._recorded:
-            u = self.compression(h_des, h_des)
-            v2 = touchdown_velocity(self.robot, h_des)
-            self._recorded[h_des] = solve_stance(self.robot, x1=self.home, v2=v2, u=u, horizon=self.settings.horizon)
+            maps, horizon = self.maps, self.settings.horizon
+            x1, v1 = (float(np.interp(h_des, maps.heights, each)) for each in (maps.x1, maps.v1))
+            v2 = float(_fallen(self.robot, np.array(h_des), np.array(x1)))
+            u = maps.current(h_des, h_des)
+            self._recorded[h_des] = solve_stance(self.robot, x1=x1, v1=v1, v2=v2, u=u, horizon=horizon)
         return self._recorded[h_des]
 
     def __call__(self, touchdown: Touchdown) -> Sampled:
         h_des = wish(self.h_des, touchdown.hop)
-        return Sampled(self.settings.period, self._law(self.compression(touchdown.apex, h_des), self.recorded(h_des)))
+        return Sampled(self.settings.period, self._law(self.maps.current(touchdown.apex, h_des), self.recorded(h_des)))
 
     def _law(self, command: float, recorded: Stance) -> Callable[[float, State], float]:
         turns = next((event.time for event in recorded.events if event.kind == "x2_reverses"), 0.0)
+        tick = min(self.settings.period, recorded.duration - turns)
+        rate = float(recorded.at(turns + tick).v2) / tick if tick > 0.0 else 0.0
         lift = -math.copysign(1.0, self.robot.gamma2)
         began: list[float] = []
 
         def law(t: float, state: State) -> float:
-            if not began and float(state.v2) <= 0.0:
+            v2 = float(state.v2)
+            if not began and v2 <= 0.0:
                 return command
-            if not began:
-                began.append(t)
+            if not began:  # a little before this tick, by what the body has gained since
+                began.append(t - min(v2 / rate, self.settings.period) if rate > 0.0 else t)
             there = recorded.at(min(turns + t - began[0], recorded.duration))
-            error = self.settings.Kp * float(there.x2 - state.x2) + self.settings.Kd * float(there.v2 - state.v2)
+            error = self.settings.Kp * float(there.x2 - state.x2) + self.settings.Kd * float(there.v2 - v2)
             return min(max(command + lift * error, -self.robot.u_max), self.robot.u_max)
 
         return law

@@ -1,5 +1,5 @@
-"""`hopform figures DIR`: the paper's figures from this project's robots, as SVG and PNG, with their captions and an "
-"animation."""
+"""`hopform figures DIR`: the paper's figures from this project's robots, as SVG and PNG, with their captions and an
+animation."""
 
 import tempfile
 from collections.abc import Iterable

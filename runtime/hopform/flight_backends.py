@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hopform import native, robots
-from hopform.errors import HopformError
+from hopform.errors import BackendError, HopformError
 from hopform_solver import flight as solver
 from hopform_solver.records import Energy, FlightLedger, Gains, Robot, State
 
@@ -88,13 +88,19 @@ _RECENT = _Recent()
 
 @dataclass(frozen=True)
 class NativeFlight:
-    """A flight solved by the library."""
+    """A flight solved by the library; it can be pickled, as parameters and the bytes of its structs."""
 
     library: native.Library
     types: _Types
+    parameters: Robot
     plan: Any
     phases: Any
     flight: Any
+
+    def __reduce__(self) -> Any:
+        kept = bytes(self.phases)[: ctypes.sizeof(self.types.phase) * self.flight.phases_kept]
+        dtype = np.dtype(self.types.base.real)
+        return _flight_again, (self.library.source, dtype, self.parameters, kept, bytes(self.flight))
 
     @property
     def gains(self) -> Gains:
@@ -159,6 +165,22 @@ class ArrayFlight:
         return solver.flight_energy_at(self.flight, t), ledger, losses
 
 
+def _flight_again(source: str, dtype: np.dtype[Any], parameters: Robot, phases: bytes, flight: bytes) -> NativeFlight:
+    """The flight of a pickle; BackendError where another library would read its bytes."""
+    library, types = _opened(dtype)
+    if source != library.source:
+        raise BackendError(f"the flight was solved by a library built from {source}, this one is from {library.source}")
+    kept = types.phase * (len(phases) // ctypes.sizeof(types.phase))
+    return NativeFlight(
+        library,
+        types,
+        parameters,
+        _plan_of(parameters, dtype),
+        kept.from_buffer_copy(phases),
+        types.flight.from_buffer_copy(flight),
+    )
+
+
 def solve_native(
     robot: robots.Robot, start: State, gains: Gains | None, horizon: float, max_phases: int, dtype: np.dtype[Any]
 ) -> NativeFlight:
@@ -174,7 +196,7 @@ def solve_native(
             phases, ctypes.c_int32(capacity), ctypes.byref(flight),
         )  # fmt: skip
         if status != native.PHASES_NOT_KEPT:
-            return NativeFlight(library, types, plan, phases, flight)
+            return NativeFlight(library, types, robot.parameters, plan, phases, flight)
         capacity = int(flight.phase_count)
         phases = (types.phase * capacity)()
 

@@ -5,7 +5,7 @@ the actuator's return in flight is carried into the next stance.
 """
 
 import math
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
@@ -27,6 +27,7 @@ from hopform_solver.records import Gains
 
 Array = NDArray[np.float64]
 Steps = tuple[tuple[float, float], ...]
+Progress = Callable[[int, int], object]
 
 COLUMNS: tuple[tuple[str, str, str], ...] = (
     ("index", "i4", "0 for the first touchdown"),
@@ -57,10 +58,10 @@ COLUMNS: tuple[tuple[str, str, str], ...] = (
 class Errors:
     """What is not as the controller believes. Standard deviations of what it measures, and what is wrong in the machine.
 
-    x1 [m], v1, v2 [m/s]: of the state at touchdown and at the ticks of a sampled law; x2 [m]: at those ticks; ground [m]: of
-    the height of the ground. current_scale: current that flows over current that is asked for, in stance and in flight.
-    quantum [s]: touchdown is seen at the next tick of such a clock; delay [s]: and so much later; until then no current flows,
-    and the controller does not know. model: the robot that the controller believes in.
+    x1 [m], v1, v2 [m/s]: of the state at touchdown and at the ticks of a sampled law; x2 [m]: of the apex before, and at those
+    ticks; ground [m]: of the height of the ground. current_scale: current that flows over current that is asked for, in
+    stance and in flight. quantum [s]: touchdown is seen at the next tick of such a clock; delay [s]: and so much later; until
+    then no current flows, and the controller does not know. model: the robot that the controller believes in.
     """
 
     x1: float = 0.0
@@ -334,14 +335,17 @@ def simulate(
     horizon: SupportsFloat = 2.0,
     max_phases: int = 4096,
     backend: str | None = None,
+    progress: Progress | None = None,
 ) -> Run:
     """The run that follows from a drop: each touchdown on the next height of a terrain, each stance as a controller wants it.
 
     terrain [m]: heights of the ground, one per hop (`hopform.terrain` makes some). controller: a current [A], or as
     `hopform.controllers` says. height [m]: hop height of the drop, the actuator at rest at its origin; or start, a state in
     the air; both over level 0. gains (Kp, Kd) of the return in flight as for `solve_flight`. errors: what the controller does
-    not know, drawn with the seed. horizon [s]: longest time of a stance. Raises HopformError for a value that is not
-    allowed: an empty terrain, g = 0, a wish below the ground; and for what a controller answers that is no current.
+    not know, drawn with the seed. horizon [s]: longest time of a stance. progress: called after every hop with the number
+    done and that of the terrain's heights; an exception from it, as from Ctrl-C, ends the run. Raises HopformError for a
+    value that is not allowed: an empty terrain, g = 0, a wish below the ground; and for what a controller answers that is no
+    current.
 
     >>> from hopform import load_robot
     >>> run = simulate(load_robot("hopper_c"), [0.0, 0.0], 3.0, height=0.2)
@@ -372,6 +376,7 @@ def simulate(
         longest,
         max_phases,
         backend,
+        progress,
     )
     return _run(task, first)
 
@@ -390,6 +395,7 @@ class _Task:
     horizon: float
     max_phases: int
     backend: str | None
+    progress: Progress | None
 
 
 def _start(robot: Robot, height: SupportsFloat | None, start: State | None) -> State:
@@ -418,6 +424,8 @@ def _run(task: _Task, start: State) -> Run:
         apex = apex if index else flight.apex + ground
         hop = _hop(task, index, time, apex, flight)
         hops.append(hop)
+        if task.progress is not None:
+            task.progress(len(hops), len(task.grounds))
         time = hop.takeoff_time
         if hop.stance.takeoff is None:
             return Run(task.plant, task.grounds, "stopped", time, tuple(hops), None)
@@ -471,7 +479,8 @@ def _seen(task: _Task, index: int, time: float, height: float, flight: Flight) -
     x1, v1, v2 = float(state.x1), float(state.v1), float(state.v2)
     ground, errors, model = task.grounds[index], task.errors, task.model
     if errors is not NONE:
-        noise = task.draw.standard_normal(4).tolist()
+        noise = task.draw.standard_normal(5).tolist()
+        height += errors.x2 * noise[4]
         x1 = min(max(x1 + errors.x1 * noise[0], model.x1_min), model.x1_max)
         v1, v2, ground = v1 + errors.v1 * noise[1], v2 + errors.v2 * noise[2], ground + errors.ground * noise[3]
     return Touchdown(index, time, x1, v1, v2, ground, height, model)

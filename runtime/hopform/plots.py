@@ -225,8 +225,8 @@ def title_of(stance: Stance) -> str:
 
 
 def plain(text: str) -> str:
-    """Text that matplotlib shows as it is, with true minus signs."""
-    return re.sub(r"-(?=\d)", "\N{MINUS SIGN}", text).replace("$", r"\$")
+    """Text that matplotlib shows as it is, with true minus signs and squares."""
+    return re.sub(r"-(?=\d)", "\N{MINUS SIGN}", text).replace("^2", "\N{SUPERSCRIPT TWO}").replace("$", r"\$")
 
 
 # ---- a run ----

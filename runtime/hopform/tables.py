@@ -276,8 +276,8 @@ def sensitivities(solved: Stance) -> Table:
     return made
 
 
-def run(solved: Run) -> Iterator[RenderableType]:
-    """A run: a row per hop."""
+def run(solved: Run, designed: bool) -> Iterator[RenderableType]:
+    """A run: a row per hop; whether the gains of the return in flight were designed for each."""
     count = len(solved.hops)
     head = f"{name_of(solved.robot)}: {OUTCOMES[solved.status]} after {count} touchdowns"
     yield Text(head.replace(" 1 touchdowns", " 1 touchdown"), style="bold")
@@ -289,6 +289,17 @@ def run(solved: Run) -> Iterator[RenderableType]:
     yield made
     yield ""
     yield "Heights are hop heights over the terrain's zero: 0 where the unloaded leg touches ground of height 0."
+    yield from gains_of(solved, designed)
+
+
+def gains_of(solved: Run, designed: bool) -> Iterator[str]:
+    """The law of the actuator in the flights between the hops, in words."""
+    flights = [each for each in (*(hop.flight for hop in solved.hops[1:]), solved.last) if each is not None]
+    if not flights:
+        return
+    ranges = [sorted({getattr(flight.gains, name) for flight in flights}) for name in ("Kp", "Kd")]
+    kp, kd = (f"{each[0]:.4g}" if each[0] == each[-1] else f"{each[0]:.4g} to {each[-1]:.4g}" for each in ranges)
+    yield f"Return in flight, gains {'designed for each' if designed else 'as given'}: Kp = {kp} N/m, Kd = {kd} N s/m."
 
 
 def hop_row(hop: Hop) -> tuple[str, ...]:
@@ -420,6 +431,7 @@ def hop_record(hop: Hop) -> Record:
         "ground": hop.ground,
         "height": hop.height,
         "touchdown_time": hop.touchdown_time,
+        "gains": hop.flight.gains._asdict(),
         "touchdown": state_record(hop.touchdown),
         "u": steps_record(hop.stance.u),
         "takeoff_time": None if hop.stance.takeoff is None else hop.takeoff_time,

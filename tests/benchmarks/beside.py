@@ -192,18 +192,37 @@ def memory(count: int = 1_000_000) -> list[Line]:
 
 
 def hopping(repetitions: int) -> list[Line]:
-    """1000 hops of `hopper_c` on rough ground, each a flight, a control solve and a stance: the best of all repetitions."""
+    """Flights, control solves, runs of 1000 hops on rough ground and a map of 200 x 200, interleaved; ratios to a stance in C."""
+    jobs, library = hopper_c(), native.hopform("f64")
+    stances, flights = (library.function(name, jobs) for name in ("planned", "only_flight"))
+    library.prepare(jobs)
     robot, ground = hopform.load_robot("hopper_c"), hopform.terrain.uniform(1000, 0.02, seed=3)
-    controllers = {"the exact controller": hopform.controllers.FeedForward(0.2), "a constant current": 3.0}
-    lines: list[Line] = []
-    for name, controller in controllers.items():
-        spent: list[float] = []
-        for _ in range(repetitions + 1):
-            begin = time.process_time()
-            hopform.simulate(robot, ground, controller, height=0.2, backend="c")
-            spent.append(time.process_time() - begin)
-        lines.append(Line(f"simulate, {len(ground)} hops on rough ground under {name}", min(spent), "s"))
-    return lines
+    exact, axis = hopform.controllers.FeedForward(0.2), np.linspace(0.02, 0.35, 200)
+    takeoff = hopform.solve_stance(robot, v2=hopform.touchdown_velocity(robot, 0.2), u=3.0).end._asdict()
+    wishes = np.linspace(-2.2, -1.6, 100).tolist()
+    calls: dict[str, tuple[int, Callable[[], object]]] = {
+        "a stance, C loop": (10 * len(jobs), lambda: stances(10)),
+        "a flight, C loop": (10 * len(jobs), lambda: flights(10)),
+        "a flight, solve_flight from Python": (
+            100, lambda: [hopform.solve_flight(robot, **takeoff, backend="c") for _ in range(100)],
+        ),
+        "a current, choose_current from Python": (
+            len(wishes), lambda: [hopform.choose_current(robot, v2=v2, h_des=0.2, backend="c") for v2 in wishes],
+        ),
+        "a hop under the exact controller, of 1000 on rough ground": (
+            len(ground), lambda: hopform.simulate(robot, ground, exact, height=0.2, backend="c"),
+        ),
+        "a hop at a constant current, of 1000 on rough ground": (
+            len(ground), lambda: hopform.simulate(robot, ground, 3.0, height=0.2, backend="c"),
+        ),
+        "a cell of a map, reachability of 200 x 200": (
+            axis.size**2, lambda: hopform.reachability(robot, axis, np.linspace(-3.0, 3.0, axis.size), backend="c"),
+        ),
+    }  # fmt: skip
+    spent = medians({name: call for name, (_, call) in calls.items()}, repetitions)
+    each = {name: spent[name] / count for name, (count, _) in calls.items()}
+    first = each["a stance, C loop"]
+    return [Line(f"hopping: {name}", seconds * 1e6, "us", seconds / first) for name, seconds in each.items()]
 
 
 def measure(repetitions: int) -> list[Line]:

@@ -1,4 +1,4 @@
-"""hopform alone: what a plan, a stance, a state and an energy ledger cost, in instructions and in time."""
+"""hopform alone: what a plan, a stance, a state, an energy ledger and a flight cost, in instructions and in time."""
 
 import re
 import shutil
@@ -19,6 +19,7 @@ PIECES = (
     ("solve_stance", "planned", 1, 2, 1),
     ("stance_at", "only_at", 2, SAMPLES, SAMPLES),
     ("stance_energy", "only_energy", 3, 1, 1),
+    ("solve_flight", "only_flight", 4, 1, 1),
 )
 
 

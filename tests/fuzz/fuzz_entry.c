@@ -42,14 +42,6 @@ static void must(int truth)
     }
 }
 
-/* A horizon that is none, or infinite, stays as it is: to refuse it is part of what is tried. */
-static real bounded(real horizon, const T(robot) *robot)
-{
-    const double rate = sqrt(robot->k / (double)robot->m_eff + robot->k / (double)robot->m_s);
-    const double most = rate > 0 ? MOST_HALF_TURNS * 3.141592653589793 / rate : INFINITY;
-    return isfinite(horizon) && horizon > most && (real)most > 0 ? (real)most : horizon;
-}
-
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 {
     source from = {data, size};
@@ -68,7 +60,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     const T(step) steps[STEPS] = {{0, next_real(&from, sensible, 0)}, {next_real(&from, sensible, 1), next_real(&from, sensible, 0)}};
     const int32_t step_count = kind & 8 ? 2 : 1, max_phases = 1 + next_byte(&from) % MAX_PHASES;
     const int32_t capacity = kind & 16 ? next_byte(&from) % MAX_PHASES : MAX_PHASES + 1;
-    const real horizon = bounded(next_real(&from, sensible, 1), &robot);
+    const real horizon = bounded(next_real(&from, sensible, 1), &robot, MOST_HALF_TURNS);
     T(phase) phases[MAX_PHASES + 1];
     describe("x1 v1 v2 y", &start, sizeof start);
     describe("t u t u", steps, sizeof steps);

@@ -70,4 +70,13 @@ static T(robot) next_robot(source *from, int kind)
     return robot;
 }
 
+/* A horizon of at most so many half turns of the stiffest oscillation; one that is none, or infinite, stays as it is: to refuse it
+ * is part of what is tried. */
+static inline real bounded(real horizon, const T(robot) *robot, double half_turns)
+{
+    const double rate = sqrt(robot->k / (double)robot->m_eff + robot->k / (double)robot->m_s);
+    const double most = rate > 0 ? half_turns * 3.141592653589793 / rate : INFINITY;
+    return isfinite(horizon) && horizon > most && (real)most > 0 ? (real)most : horizon;
+}
+
 #endif

@@ -306,7 +306,7 @@ static inline float hopform_halt_time_f32(const hopform_poles_f32 *poles, float 
         return hopform_angle_f32(-(acc + mean * v) / omega, v) / omega;
     }
     const float half = sqrtf(discriminant);
-    const float slow = poles->q / (mean + half);
+    const float slow = mean + half > 0.0f ? poles->q / (mean + half) : 0.0f;
     const float back = -(acc + slow * v); /* what the slow decay alone would leave over */
     const float x = back > 0.0f ? 2.0f * half * (v / back) : 1.0f;
     if (!(x < 1.0f)) {

@@ -306,7 +306,7 @@ static inline double hopform_halt_time_f64(const hopform_poles_f64 *poles, doubl
         return hopform_angle_f64(-(acc + mean * v) / omega, v) / omega;
     }
     const double half = sqrt(discriminant);
-    const double slow = poles->q / (mean + half);
+    const double slow = mean + half > 0.0 ? poles->q / (mean + half) : 0.0;
     const double back = -(acc + slow * v); /* what the slow decay alone would leave over */
     const double x = back > 0.0 ? 2.0 * half * (v / back) : 1.0;
     if (!(x < 1.0)) {

@@ -10,7 +10,7 @@
  */
 #include "kernels_f32.h"
 
-enum { MOST_POINTS = 12 };
+enum { MOST_POINTS = 9, MOST_TURNS = 3 };
 
 /* How a phase ends. */
 typedef enum { END_LIMIT, END_VELOCITY, END_STOP, END_PULL, END_TOUCHDOWN } end_kind;
@@ -33,6 +33,21 @@ typedef struct {
     float curvature;
     float third;
 } sample;
+
+/* What is kept of an instant where there are many: the foot there, or the pull. The whole of it is looked up again by its time. */
+typedef struct {
+    float t;
+    float foot;
+    float rate;
+    float curvature;
+    float moved;
+} foot_point;
+
+typedef struct {
+    float t;
+    float pull;
+    float noise;
+} pull_point;
 
 typedef struct {
     instant at;
@@ -80,6 +95,15 @@ static bool is_finite(float value)
 static int sign_of(float value)
 {
     return value > 0.0f ? 1 : (value < 0.0f ? -1 : 0);
+}
+
+/* x_1, which rounding or underflow may have put a last digit beyond a stop. */
+static float within_stroke(const hopform_robot_f32 *robot, float x1)
+{
+    if (x1 < robot->x1_min) {
+        return robot->x1_min;
+    }
+    return x1 > robot->x1_max ? robot->x1_max : x1;
 }
 
 /* ---- a phase over time ---- */
@@ -253,23 +277,33 @@ static instant root_between(const flight_chain *chain, function_of_time function
     return root_from(chain, function, sign, level, low, end->t, *end);
 }
 
-/* Where a function changes sign between two instants, between which it does so at most once; false if it does not. */
-static bool changes_between(const flight_chain *chain, function_of_time function, const instant *from, const instant *to, instant *root)
+static foot_point foot_point_of(const instant *at)
 {
-    const float before = sample_of(chain, from, function).value;
-    const float after = sample_of(chain, to, function).value;
+    const foot_point point = {at->t, at->foot.foot_t, at->foot.foot_rate, at->foot.foot_curvature, at->actuator.moved};
+    return point;
+}
+
+/* Where the foot's acceleration or its rate changes sign between two points, between which it does so at most once; false if it does
+ * not. */
+static bool changes_between(const flight_chain *chain, function_of_time function, const foot_point *from, const foot_point *to,
+                            foot_point *root)
+{
+    const float before = function == FOOT_RATE ? from->rate : from->curvature;
+    const float after = function == FOOT_RATE ? to->rate : to->curvature;
     if (!((before > 0.0f && after < 0.0f) || (before < 0.0f && after > 0.0f))) {
         return false;
     }
-    *root = root_between(chain, function, before > 0.0f ? 1.0f : -1.0f, 0.0f, from->t, to);
+    const instant end = look(chain, to->t);
+    const instant found = root_between(chain, function, before > 0.0f ? 1.0f : -1.0f, 0.0f, from->t, &end);
+    *root = foot_point_of(&found);
     return root->t > from->t && root->t < to->t;
 }
 
 /* Put the roots of a function, monotone between the points, among them; the new number of points. */
-static int split(const flight_chain *chain, function_of_time function, instant *points, int count)
+static int split(const flight_chain *chain, function_of_time function, foot_point *points, int count)
 {
     for (int n = 0; n + 1 < count && count < MOST_POINTS; n++) {
-        instant root;
+        foot_point root;
         if (changes_between(chain, function, &points[n], &points[n + 1], &root)) {
             for (int m = count; m > n + 1; m--) {
                 points[m] = points[m - 1];
@@ -342,14 +376,10 @@ static bool zero_of_pair(const flight_chain *chain, function_of_time function, f
     return false;
 }
 
-/* Points between which the functions whose rate the given one is are monotone; their number. */
-static int turned(const flight_chain *chain, function_of_time function, const instant *last, instant *points)
+/* Where a function changes sign before the end of a phase, on both sides of which the functions whose rate it is are monotone. */
+static bool turns_before(const flight_chain *chain, function_of_time function, float last, instant *turn)
 {
-    points[0] = chain->first;
-    const bool turns = chain->side != 0 && zero_of_pair(chain, function, last->t, &points[1]) && points[1].t < last->t;
-    const int count = turns ? 3 : 2;
-    points[count - 1] = *last;
-    return count;
+    return chain->side != 0 && zero_of_pair(chain, function, last, turn) && turn->t < last;
 }
 
 /* ---- the end of a phase ---- */
@@ -387,15 +417,21 @@ static float noise_of_pull(const flight_chain *chain, const instant *at)
               + chain->gains.Kd * (fabsf(chain->actuator.v1) + fabsf(at->actuator.v1_t)));
 }
 
+static pull_point pull_point_of(const flight_chain *chain, const instant *at)
+{
+    const pull_point point = {at->t, at->pull.pull, noise_of_pull(chain, at)};
+    return point;
+}
+
 /* Where sign (level - pull) becomes negative, on pieces on which the pull is monotone; a touch is none. */
-static void watch_level(const flight_chain *chain, const instant *points, int count, float sign, float level, int limit, phase_end *end)
+static void watch_level(const flight_chain *chain, const pull_point *points, int count, float sign, float level, int limit, phase_end *end)
 {
     for (int n = 1; n < count; n++) {
-        const float before = sign * (level - points[n - 1].pull.pull);
-        const float after = sign * (level - points[n].pull.pull);
-        if (after < -noise_of_pull(chain, &points[n])) {
-            const instant root =
-                before > 0.0f ? root_between(chain, PULL, -sign, level, points[n - 1].t, &points[n]) : points[n - 1];
+        const float before = sign * (level - points[n - 1].pull);
+        const float after = sign * (level - points[n].pull);
+        if (after < -points[n].noise) {
+            const instant to = look(chain, before > 0.0f ? points[n].t : points[n - 1].t);
+            const instant root = before > 0.0f ? root_between(chain, PULL, -sign, level, points[n - 1].t, &to) : to;
             if (root.t < end->at.t) {
                 end->at = root;
                 end->kind = END_PULL;
@@ -409,11 +445,17 @@ static void watch_level(const flight_chain *chain, const instant *points, int co
 /* Where the current reaches its limit or leaves it. */
 static void watch_pull(const flight_chain *chain, phase_end *end)
 {
-    instant points[MOST_POINTS];
     if (!(chain->gains.Kp > 0.0f || chain->gains.Kd > 0.0f)) {
         return;
     }
-    const int count = turned(chain, PULL_RATE, &end->at, points);
+    pull_point points[MOST_TURNS];
+    instant turn;
+    int count = 0;
+    points[count++] = pull_point_of(chain, &chain->first);
+    if (turns_before(chain, PULL_RATE, end->at.t, &turn)) {
+        points[count++] = pull_point_of(chain, &turn);
+    }
+    points[count++] = pull_point_of(chain, &end->at);
     if (chain->limit == 0) {
         watch_level(chain, points, count, 1.0f, chain->largest, 1, end);
         watch_level(chain, points, count, -1.0f, -chain->largest, -1, end);
@@ -423,11 +465,10 @@ static void watch_pull(const flight_chain *chain, phase_end *end)
     }
 }
 
-static float noise_of_foot(const flight_chain *chain, const instant *at)
+static float noise_of_foot(const flight_chain *chain, float t, float moved)
 {
     return 16.0f * 1.1920929e-7f
-           * (fabsf(chain->ballistic.foot) + fabsf(chain->ballistic.v2 * at->t) + 0.5f * chain->robot->g * at->t * at->t
-              + fabsf(at->actuator.moved));
+           * (fabsf(chain->ballistic.foot) + fabsf(chain->ballistic.v2 * t) + 0.5f * chain->robot->g * t * t + fabsf(moved));
 }
 
 /* True if the foot certainly stays above the ground: the lower end of the body's parabola over the higher one of x_1. */
@@ -441,8 +482,8 @@ static bool stays_above(const flight_chain *chain, const instant *last)
 
 static hopform_state_f32 state_of(const flight_chain *chain, const instant *at)
 {
-    const hopform_state_f32 state = {chain->actuator.x1 + at->actuator.moved, at->actuator.v1_t,
-                                      chain->v2 - chain->robot->g * (chain->t + at->t), -at->foot.foot_t};
+    const float x1 = within_stroke(chain->robot, chain->actuator.x1 + at->actuator.moved);
+    const hopform_state_f32 state = {x1, at->actuator.v1_t, chain->v2 - chain->robot->g * (chain->t + at->t), -at->foot.foot_t};
     return state;
 }
 
@@ -490,23 +531,31 @@ static void land(const flight_chain *chain, phase_end *end)
 /* The foot's first downward crossing of the ground, or where it gets above it, on pieces on which it is monotone. */
 static void search_foot(flight_chain *chain, phase_end *end)
 {
-    instant points[MOST_POINTS];
-    int count = turned(chain, JERK, &end->at, points);
+    foot_point points[MOST_POINTS];
+    instant turn;
+    int count = 0;
+    points[count++] = foot_point_of(&chain->first);
+    if (turns_before(chain, JERK, end->at.t, &turn)) {
+        points[count++] = foot_point_of(&turn);
+    }
+    points[count++] = foot_point_of(&end->at);
     count = split(chain, FOOT_CURVATURE, points, count);
     count = split(chain, FOOT_RATE, points, count);
     for (int n = 1; n < count; n++) {
-        const instant *from = &points[n - 1];
-        const instant *to = &points[n];
-        const float noise = noise_of_foot(chain, to);
-        const bool falls = to->foot.foot_t < from->foot.foot_t;
-        if (chain->airborne && falls && to->foot.foot_t < 0.0f && (to->foot.foot_t < -noise || to->foot.foot_rate * to->t < -noise)) {
-            end->at = from->foot.foot_t > 0.0f ? root_between(chain, FOOT, 1.0f, 0.0f, from->t, to) : *from;
+        const foot_point *from = &points[n - 1];
+        const foot_point *to = &points[n];
+        const float noise = noise_of_foot(chain, to->t, to->moved);
+        const bool falls = to->foot < from->foot;
+        if (chain->airborne && falls && to->foot < 0.0f && (to->foot < -noise || to->rate * to->t < -noise)) {
+            const instant last = look(chain, from->foot > 0.0f ? to->t : from->t);
+            end->at = from->foot > 0.0f ? root_between(chain, FOOT, 1.0f, 0.0f, from->t, &last) : last;
             end->kind = END_TOUCHDOWN;
             return;
         }
         if (!chain->airborne) {
-            remember_highest(chain, to);
-            chain->airborne = to->foot.foot_t > noise;
+            const instant there = look(chain, to->t);
+            remember_highest(chain, &there);
+            chain->airborne = to->foot > noise;
         }
     }
 }
@@ -521,7 +570,7 @@ static void watch_foot(flight_chain *chain, phase_end *end)
     }
     const bool rises = !(first->foot_t < 0.0f) && first->foot_rate > 0.0f;
     if ((chain->airborne ? first->foot_t > 0.0f : rises) && is_concave(chain, &end->at)) {
-        const float noise = noise_of_foot(chain, &end->at);
+        const float noise = noise_of_foot(chain, end->at.t, end->at.actuator.moved);
         if (last > noise) {
             chain->airborne = true;
             return;
@@ -715,7 +764,7 @@ static int32_t run(flight_chain *chain, hopform_state_f32 *end_state)
         if (end.kind == END_LIMIT) {
             return chain->airborne ? HOPFORM_FLIGHT_HORIZON : trip(chain, end_state);
         }
-        chain->actuator.x1 += last.actuator.moved;
+        chain->actuator.x1 = within_stroke(chain->robot, chain->actuator.x1 + last.actuator.moved);
         chain->actuator.v1 = last.actuator.v1_t;
         chain->actuator.acc1 = last.actuator.acc1_t;
         if (end.kind == END_PULL) {
@@ -894,7 +943,7 @@ int32_t hopform_flight_at_f32(const hopform_plan_f32 *plan, const hopform_flight
         const hopform_flight_phase_f32 *phase = &phases[phase_index(phases, flight->phases_kept, t)];
         const hopform_actuator_at_f32 at = actuator_in_phase(&rates, phase, t - phase->t);
         const float moved = (phase->x1 - flight->start.x1) + at.moved;
-        states[n].x1 = phase->x1 + at.moved;
+        states[n].x1 = within_stroke(&plan->robot, phase->x1 + at.moved);
         states[n].v1 = at.v1_t;
         states[n].v2 = flight->start.v2 - g * t;
         states[n].y = flight->start.y - ((flight->start.v2 - 0.5f * g * t) * t - moved);

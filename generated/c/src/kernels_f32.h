@@ -258,10 +258,10 @@ static inline hopform_pair_f32 hopform_pair_at_f32(const hopform_poles_f32 *pole
     } else {
         const float half = sqrtf(discriminant);
         const float fast = mean + half;
-        const float slow = poles->q / fast;
         if (fast * t < 2.0f) {
             return hopform_short_pair_f32(poles, t);
         }
+        const float slow = poles->q / fast;
         if (half * t >= 0.5f) {
             return hopform_distinct_pair_f32(slow, fast, t);
         }

@@ -301,10 +301,10 @@ static inline hopform_pair_f64 hopform_pair_at_f64(const hopform_poles_f64 *pole
     } else {
         const double half = sqrt(discriminant);
         const double fast = mean + half;
-        const double slow = poles->q / fast;
         if (fast * t < 2.0) {
             return hopform_short_pair_f64(poles, t);
         }
+        const double slow = poles->q / fast;
         if (half * t >= 0.5) {
             return hopform_distinct_pair_f64(slow, fast, t);
         }

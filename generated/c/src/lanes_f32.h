@@ -1144,7 +1144,8 @@ LANES_CODE static void look_ahead(const lanes *restrict w, outlook *restrict ahe
         ahead->t[l] = low + after[l];
     }
     for (int l = 0; l < LANES; l++) {
-        ahead->close[l] = ahead->close[l] < ahead->far[l] ? ahead->close[l] : ahead->far[l];
+        const bool inside = (ahead->close[l] > w->low[l]) & (ahead->close[l] < ahead->far[l]);
+        ahead->close[l] = inside ? ahead->close[l] : ahead->far[l];
         ahead->t[l] = ahead->t[l] < ahead->far[l] ? ahead->t[l] : ahead->far[l];
     }
     for (int l = 0; l < LANES; l++) {
@@ -1798,7 +1799,8 @@ LANES_CODE static void end_windows(lanes *restrict w, const float *restrict stop
         goes_on[l] = flag(w->live[l] > 0.0f) * flag(how[l] <= (float)NO_END);
         w->windows[l] += goes_on[l];
         keep(&w->low[l], goes_on[l] > 0.0f, w->end_t[l]);
-        late[l] = goes_on[l] * flag(w->windows[l] >= (float)MOST_WINDOWS);
+        const bool has_faded = -0.5f * w->poles.p[l] * w->end_t[l] < -87.0f;
+        late[l] = goes_on[l] * flag((w->windows[l] >= (float)MOST_WINDOWS) | has_faded);
     }
     leave(w, late, MANY_WINDOWS);
     if (any(goes_on)) {

@@ -228,11 +228,11 @@ typedef struct {
     float after;
 } outlook;
 
-static outlook look_ahead(const stance_guard *guard)
+static outlook look_ahead(const stance_guard *guard, bool has_faded)
 {
     const float w = guard->frequency > 0.0f ? guard->frequency : sqrtf(guard->poles->q);
     outlook ahead = {-1, 0.96875f * guard->half_turn};
-    for (int32_t n = 0; n < guard->count; n++) {
+    for (int32_t n = 0; n < guard->count && !has_faded; n++) {
         const float swing = hopform_swing_to_zero_f32(&guard->from[n], w);
         if (swing < ahead.after) {
             ahead.watch = n;
@@ -245,12 +245,13 @@ static outlook look_ahead(const stance_guard *guard)
 /* Close the window at the root that is expected first, or a little beyond where it was expected. */
 static void reach_ahead(const stance_guard *guard, float low, float limit, int32_t windows, window *end)
 {
-    const outlook ahead = look_ahead(guard);
     const float p = guard->poles->p; /* a window in which the pair fades away tells little */
+    const bool has_faded = -0.5f * p * low < -87.0f; /* without a digit left: what goes on is monotone */
+    const outlook ahead = look_ahead(guard, has_faded);
     const float fades = p * guard->half_turn > 8.0f ? 8.0f / p : guard->half_turn;
     const float half = 0.96875f * guard->half_turn;
     const float patient = fades > 3.0f * low ? fades : 3.0f * low;
-    const float longest = half < patient ? half : patient;
+    const float longest = has_faded ? limit - low : (half < patient ? half : patient);
     const float far = longest < limit - low ? low + longest : limit;
     if (ahead.watch >= 0) {
         const hopform_point_f32 root = hopform_root_ahead_f32(&guard->watch[ahead.watch], guard->poles, low,
@@ -263,7 +264,7 @@ static void reach_ahead(const stance_guard *guard, float low, float limit, int32
     const float least = windows > 3 ? (guard->frequency > 0.0f ? 0.125f * guard->half_turn : low) : 64.0f * 1.1920929e-7f * low;
     const float reach = ahead.watch >= 0 ? 1.015625f * ahead.after : longest;
     const float t = low + (reach > least ? reach : least);
-    close_window(guard, end, t < far ? t : far);
+    close_window(guard, end, t > low && t < far ? t : far);
 }
 
 /* Two events within rounding are at the same time, and the watch with the lower number wins. */
@@ -277,6 +278,7 @@ static bool is_before(const hopform_sample_f32 *at, float h, bool wins_ties)
 static void settle_window(const stance_guard *guard, float low, window *end)
 {
     const float a = guard->poles->a;
+    int32_t lost = -1;
     for (int32_t n = 0, cuts = 0; n < guard->count && cuts < 400; n++) {
         const hopform_sample_f32 *from = &guard->from[n];
         const float h = end->t - low;
@@ -311,6 +313,7 @@ static void settle_window(const stance_guard *guard, float low, window *end)
             const hopform_point_f32 last = {end->t, end->basis, end->at[n]};
             const hopform_point_f32 root = hopform_root_between_f32(&guard->watch[n], guard->poles, low, last);
             end_at(guard, end, n, &root);
+            lost = n;
             n = -1; /* the others must keep their signs up to here */
             cuts++;
         } else if (verdict == UNDECIDED) {
@@ -322,6 +325,7 @@ static void settle_window(const stance_guard *guard, float low, window *end)
             }
         }
     }
+    end->found = end->t > low ? end->found : lost; /* no number lies between its root and the start */
 }
 
 /* The stop ahead, which x_1, monotone within a phase, has met if it is beyond it at the end of the window. */

@@ -9,6 +9,7 @@ root there, and between roots of g' the function g is monotone: each root is bra
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hopform_solver import formulas
 from hopform_solver.kernels import basis_at, decay_at
@@ -292,17 +293,25 @@ class _Search:
             self.turn[ahead] = np.floor((self.t[ahead] - self.first[ahead]) / self.spacing[ahead]) + 1.0
 
 
-def first_root(watch: Watch, limit: Array) -> Array:
-    """First times in (0, limit] at which g loses its sign, NEVER where it keeps it.
+def first_roots(watch: Watch, limit: Array, phase: NDArray[np.intp], tie: float) -> Array:
+    """First times in (0, limit] at which each g loses its sign, NEVER where it keeps it.
 
-    An extremum within rounding of zero is a touch, not a crossing, and so is a g that fades away below its rounding. A g
-    that starts at zero is taken to begin with its sign; the zero at the start is no root.
+    Those with the same number of a phase are watched together: once one has lost its sign, the others are followed no longer
+    than to the same time, and a share `tie` of it more. An extremum within rounding of zero is a touch, not a crossing, and so is
+    a g that fades away below its rounding. A g that starts at zero is taken to begin with its sign; the zero at the start is
+    no root.
     """
     search = _Search(watch, limit)
-    lanes = np.flatnonzero((search.root == search.never) & (search.t < limit))
+    first = np.full(phase.max(initial=-1) + 1, search.never, dtype=limit.dtype)
+    np.minimum.at(first, phase, search.root)
+    search.limit = np.minimum(limit, first[phase] * (1.0 + tie))
+    lanes = np.flatnonzero((search.root == search.never) & (search.t < search.limit))
     while lanes.size:
         found = search.look(lanes)
-        lanes = lanes[~found & (search.t[lanes] < limit[lanes])]
+        if found.any():
+            np.minimum.at(first, phase[lanes[found]], search.root[lanes[found]])
+            search.limit[lanes] = np.minimum(search.limit[lanes], first[phase[lanes]] * (1.0 + tie))
+        lanes = lanes[~found & (search.t[lanes] < search.limit[lanes])]
         search.skip(lanes)
-        lanes = lanes[search.t[lanes] < limit[lanes]]
+        lanes = lanes[search.t[lanes] < search.limit[lanes]]
     return search.root

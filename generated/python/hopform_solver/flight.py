@@ -208,7 +208,11 @@ class _Chain:
 
     def state_of(self, at: _Instant) -> State:
         v2 = self.start.v2 - self.robot.g * (self.t + at.t)
-        return State(self.actuator.x1 + at.actuator.moved, at.actuator.v1_t, v2, -at.foot.foot_t)
+        return State(self.within_stroke(at.actuator.moved), at.actuator.v1_t, v2, -at.foot.foot_t)
+
+    def within_stroke(self, moved: Real) -> Real:
+        """x_1, which rounding or underflow may have put a last digit beyond a stop."""
+        return _clipped(self.robot, self.actuator.x1 + moved)
 
     def time_of(self, t: Real) -> Real:
         """Time since take-off, not behind the horizon by rounding."""
@@ -251,6 +255,10 @@ class _Chain:
         zero = zero_of_pair(self.poles, start, rate)
         times = [until * 0.0, zero, until] if zero < until else [until * 0.0, until]
         return [self.look(time) for time in times]
+
+
+def _clipped(robot: Robot, x1: Real) -> Real:
+    return robot.x1_min if x1 < robot.x1_min else robot.x1_max if x1 > robot.x1_max else x1
 
 
 # ---- the end of a phase ----
@@ -435,7 +443,7 @@ def _run(chain: _Chain, max_phases: int) -> tuple[str, State]:
             return "touchdown", state._replace(y=abs(state.y) * 0.0)
         if end.kind == "limit":
             return ("horizon", state) if chain.airborne else _trip(chain)
-        chain.actuator = Actuator(chain.actuator.x1 + last.actuator.moved, last.actuator.v1_t, last.actuator.acc1_t)
+        chain.actuator = Actuator(chain.within_stroke(last.actuator.moved), last.actuator.v1_t, last.actuator.acc1_t)
         if end.kind == "pull":
             chain.limit = end.limit
             chain.record("u_saturates" if end.limit else "u_desaturates")
@@ -520,7 +528,7 @@ def _state_at(flight: FlightSolution, t: Real) -> State:
     at = _at_in_phase(flight, phase, t - phase.t)
     moved = (phase.x1 - start.x1) + at.moved
     return State(
-        phase.x1 + at.moved, at.v1_t, start.v2 - g * t, start.y - ((start.v2 - 0.5 * g * t) * t - moved)
+        _clipped(flight.robot, phase.x1 + at.moved), at.v1_t, start.v2 - g * t, start.y - ((start.v2 - 0.5 * g * t) * t - moved)
     )
 
 

@@ -3,6 +3,8 @@
 loses no digits. Every argument is an array of one dimension or a record of such arrays.
 """
 
+import math
+
 import numpy as np
 
 from hopform_solver import formulas
@@ -20,6 +22,13 @@ from hopform_solver.records import (
 )
 
 TERMS = {np.dtype(np.float32): 24, np.dtype(np.float64): 40}
+# What is left of a series when its terms are below this adds nothing to sums above 1e-4, whichever lanes go together.
+LOST = {np.dtype(np.float32): 1e-13, np.dtype(np.float64): 1e-22}
+# 1/3!, -1/4!, 1/5!, ... as the Horner scheme wants them, the last one first.
+DECAY_TAIL = {
+    np.dtype(kind): [(-1.0) ** n / math.factorial(n + 3) for n in reversed(range(count))]
+    for kind, count in ((np.float32, 11), (np.float64, 18))
+}
 
 
 def decay_at(a: Array, t: Array) -> Decay:
@@ -29,11 +38,10 @@ def decay_at(a: Array, t: Array) -> Decay:
     short = np.abs(z) < 1.0
     if short.any():
         a_s, t_s, z_s = a[short], t[short], z[short]
-        term = np.full_like(z_s, 1.0 / 6.0)
-        total = term.copy()
-        for n in range(4, TERMS[z.dtype]):
-            term = term * (-z_s / n)
-            total = total + term
+        total = np.zeros_like(z_s)
+        for coefficient in DECAY_TAIL[z.dtype]:
+            total *= z_s
+            total += coefficient
         e3 = t_s * t_s * t_s * total
         e2 = 0.5 * t_s * t_s - a_s * e3
         e1 = t_s - a_s * e2
@@ -53,10 +61,17 @@ def short_pair(poles: Poles, t: Array) -> Pair:
     pt, qtt = poles.p * t, poles.q * t * t
     before, term = np.zeros_like(t), np.full_like(t, 1.0 / 6.0)
     r2, r3 = term.copy(), np.full_like(t, 1.0 / 24.0)
+    part = np.empty_like(t)
     for n in range(1, TERMS[t.dtype]):
-        before, term = term, -(pt * term + qtt * before / (n + 2)) / (n + 3)
-        r2 = r2 + term
-        r3 = r3 + term / (n + 4)
+        new = np.multiply(qtt, before, out=before)
+        new *= 1.0 / (n + 2)
+        new += np.multiply(pt, term, out=part)
+        new *= -1.0 / (n + 3)
+        before, term = term, new
+        r2 += term
+        r3 += np.multiply(term, 1.0 / (n + 4), out=part)
+        if n % 4 == 0 and (np.abs(term) + np.abs(before)).max() < LOST[t.dtype]:
+            break
     series = PairSeries(r2 * (t * t * t), r3 * (t * t * t * t))
     known = formulas.pair_from_series(poles, series, t)
     return Pair(known.Rd, known.R, known.R1, series.R2, series.R3)
@@ -112,12 +127,21 @@ def short_basis(poles: Poles, t: Array) -> Basis:
     h, hh, hhh = poles.s_1 * t, poles.s_2 * t * t, poles.s_3 * t * t * t
     term, once, twice = np.full_like(t, 1.0 / 24.0), np.zeros_like(t), np.zeros_like(t)
     w2, w3, w4 = term.copy(), np.full_like(t, 1.0 / 120.0), np.full_like(t, 1.0 / 720.0)
+    part = np.empty_like(t)
     for n in range(1, TERMS[t.dtype]):
-        new = -(h * term + (hh * once + hhh * twice / (n + 2)) / (n + 3)) / (n + 4)
+        new = np.multiply(hhh, twice, out=twice)
+        new *= 1.0 / (n + 2)
+        new += np.multiply(hh, once, out=part)
+        new *= 1.0 / (n + 3)
+        new += np.multiply(h, term, out=part)
+        new *= -1.0 / (n + 4)
         term, once, twice = new, term, once
-        w2 = w2 + new
-        w3 = w3 + new / (n + 5)
-        w4 = w4 + new / ((n + 5) * (n + 6))
+        w2 += new
+        w3 += np.multiply(new, 1.0 / (n + 5), out=part)
+        part *= 1.0 / (n + 6)
+        w4 += part
+        if n % 4 == 0 and (np.abs(term) + np.abs(once) + np.abs(twice)).max() < LOST[t.dtype]:
+            break
     tt = t * t
     series = Series(w2 * (tt * tt), w3 * (tt * tt * t), w4 * (tt * tt * tt))
     known = formulas.all_from_series(poles, series, t)

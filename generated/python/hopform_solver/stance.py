@@ -4,6 +4,7 @@ reverses, sticks, slips or hits a stop, or in which the spring force returns to 
 through its own events.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -11,9 +12,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from hopform_solver import formulas
-from hopform_solver.events import FAINT, NEVER, Watch, first_root, halt_time, sample_at
+from hopform_solver.events import FAINT, NEVER, Watch, first_roots, halt_time, sample_at
 from hopform_solver.kernels import basis_at
-from hopform_solver.lanes import Array, choose, take
+from hopform_solver.lanes import Array, choose, join, take
 from hopform_solver.ledgers import ledger_over
 from hopform_solver.phases import Plan, Side, arrive, motion_of, plan_lanes, plan_of, poles_of, state_in_phase
 from hopform_solver.records import ENDINGS, EVENTS, At, Basis, Motion, Numerator, Poles, Robot, State
@@ -163,7 +164,7 @@ class _End:
         self.t = limit.copy()
         self.kind = np.full(limit.shape, LIMIT)
         self.side = np.zeros_like(limit)
-        self.tie = 8.0 * np.finfo(limit.dtype).eps
+        self.tie = 8.0 * float(np.finfo(limit.dtype).eps)
 
     def earlier(self, lanes: NDArray[np.intp], t: Array, kind: int, side: float = 0.0) -> None:
         """Keep the earlier of two ends; the first to be tried wins a tie."""
@@ -172,16 +173,24 @@ class _End:
         self.t[lanes], self.kind[lanes], self.side[lanes] = t[wins], kind, side
 
 
-def _halt(chain: _Chain, poles: Poles, motion: Motion, mass: int, end: _End) -> None:
-    """The velocity of a mass that slips alone has its zero in closed form."""
+def _halts(chain: _Chain, poles: Poles, motion: Motion, mass: int) -> tuple[NDArray[np.intp], Array]:
+    """Where a mass slips alone, and when its velocity has its zero, in closed form."""
     side, velocity = chain.side[mass - 1], (chain.state.v1, chain.state.v2)[mass - 1]
-    if (lanes := np.flatnonzero((side != 0.0) & (chain.side[2 - mass] == 0.0))).size:
-        sign = side[lanes]
-        t = halt_time(take(poles, lanes), sign * velocity[lanes], sign * motion[3 * (mass - 1)][lanes])
-        end.earlier(lanes, t, (VELOCITY_1, VELOCITY_2)[mass - 1])
+    lanes = np.flatnonzero((side != 0.0) & (chain.side[2 - mass] == 0.0))
+    sign = side[lanes]
+    return lanes, halt_time(take(poles, lanes), sign * velocity[lanes], sign * motion[3 * (mass - 1)][lanes])
 
 
-def _watch_velocity(chain: _Chain, poles: Poles, motion: Motion, mass: int, end: _End) -> None:
+class _Watched(NamedTuple):
+    """What some lanes watch for, in the order in which ties are decided."""
+
+    lanes: NDArray[np.intp]
+    watch: Watch
+    kind: int
+    side: float = 0.0
+
+
+def _velocities(chain: _Chain, poles: Poles, motion: Motion, mass: int) -> Iterator[_Watched]:
     """Where both masses slip, each watches its velocity."""
     side, velocity = chain.side[mass - 1], (chain.state.v1, chain.state.v2)[mass - 1]
     numerator = Numerator(*motion[3 * (mass - 1) : 3 * mass])
@@ -189,10 +198,10 @@ def _watch_velocity(chain: _Chain, poles: Poles, motion: Motion, mass: int, end:
     numerator = numerator._replace(H3=np.where(fresh, 0.0, numerator.H3).astype(velocity.dtype))
     if (lanes := np.flatnonzero((side != 0.0) & (chain.side[2 - mass] != 0.0))).size:
         watch = Watch(take(poles, lanes), take(numerator, lanes), velocity[lanes], side[lanes])
-        end.earlier(lanes, first_root(watch, end.t[lanes]), (VELOCITY_1, VELOCITY_2)[mass - 1])
+        yield _Watched(lanes, watch, (VELOCITY_1, VELOCITY_2)[mass - 1])
 
 
-def _watch_thresholds(chain: _Chain, poles: Poles, motion: Motion, mass: int, end: _End) -> None:
+def _thresholds(chain: _Chain, poles: Poles, motion: Motion, mass: int) -> Iterator[_Watched]:
     """Held masses slip where their free acceleration leaves [-f, f]; a stop holds on its side whatever the force."""
     robot = chain.plan.robot
     held = (chain.side[mass - 1] == 0.0) & (chain.side[2 - mass] != 0.0)
@@ -207,7 +216,30 @@ def _watch_thresholds(chain: _Chain, poles: Poles, motion: Motion, mass: int, en
             leaves = Numerator(*(-side * field[lanes] for field in numerator))
             start = friction[lanes] - side * free[lanes]
             watch = Watch(take(poles, lanes), leaves, start, np.ones_like(start))
-            end.earlier(lanes, first_root(watch, end.t[lanes]), (THRESHOLD_1, THRESHOLD_2)[mass - 1], side)
+            yield _Watched(lanes, watch, (THRESHOLD_1, THRESHOLD_2)[mass - 1], side)
+
+
+def _leg(chain: _Chain, poles: Poles, motion: Motion) -> Iterator[_Watched]:
+    """The spring force, wherever something moves."""
+    if (lanes := np.flatnonzero((chain.side.first != 0.0) | (chain.side.second != 0.0))).size:
+        start = chain.state.y[lanes]
+        yield _Watched(
+            lanes, Watch(take(poles, lanes), take(Numerator(*motion[6:9]), lanes), start, np.ones_like(start)), TAKEOFF
+        )
+
+
+def _roots(watched: list[_Watched], limit: Array, tie: float) -> list[Array]:
+    """The first root of each, looked for all together."""
+    watches = [of.watch for of in watched]
+    together = Watch(
+        join([watch.poles for watch in watches]),
+        join([watch.numerator for watch in watches]),
+        np.concatenate([watch.start for watch in watches]),
+        np.concatenate([watch.sign for watch in watches]),
+    )
+    phase = np.concatenate([of.lanes for of in watched])
+    roots = first_roots(together, limit[phase] * (1.0 + tie), phase, tie)
+    return np.split(roots, np.cumsum([of.lanes.size for of in watched])[:-1])
 
 
 def _watch_stop(chain: _Chain, poles: Poles, motion: Motion, end: _End) -> None:
@@ -248,25 +280,36 @@ def _watch_stop(chain: _Chain, poles: Poles, motion: Motion, end: _End) -> None:
         end.kind[where] = STOP
 
 
+def _take_off(leg: _Watched, lift: Array, end: _End) -> None:
+    """Where the leg leaves the ground no later than what else would happen, within rounding."""
+    lanes = leg.lanes
+    lifts = lift <= end.t[lanes] * (1.0 + end.tie)
+    there = sample_at(leg.watch, end.t[lanes])
+    touches = ~lifts & (end.kind[lanes] != LIMIT) & (there.value <= there.noise)
+    touches &= there.rate * there.t < -16.0 * there.noise  # it crosses, and does not just touch
+    lift, lifts = np.where(touches, end.t[lanes], lift), lifts | touches
+    end.t[lanes[lifts]], end.kind[lanes[lifts]] = lift[lifts], TAKEOFF
+
+
 def _find_end(chain: _Chain, poles: Poles, motion: Motion, limit: Array) -> _End:
     """The first event of the phases that start at the chain's states."""
     end = _End(limit)
+    halts = [_halts(chain, poles, motion, mass) for mass in (1, 2)]
+    watched = [
+        [*_velocities(chain, poles, motion, mass), *_thresholds(chain, poles, motion, mass)] for mass in (1, 2)
+    ]
+    leg = list(_leg(chain, poles, motion))
+    limit = limit.copy()
+    for lanes, t in halts:
+        limit[lanes] = np.minimum(limit[lanes], t)
+    roots = iter(_roots([*watched[0], *watched[1], *leg], limit, end.tie) if leg else ())
     for mass in (1, 2):
-        _halt(chain, poles, motion, mass, end)
-        _watch_velocity(chain, poles, motion, mass, end)
-        _watch_thresholds(chain, poles, motion, mass, end)
+        end.earlier(*halts[mass - 1], (VELOCITY_1, VELOCITY_2)[mass - 1])
+        for of in watched[mass - 1]:
+            end.earlier(of.lanes, next(roots), of.kind, of.side)
     _watch_stop(chain, poles, motion, end)
-    if (lanes := np.flatnonzero((chain.side.first != 0.0) | (chain.side.second != 0.0))).size:
-        start = chain.state.y[lanes]
-        leg = Watch(take(poles, lanes), take(Numerator(*motion[6:9]), lanes), start, np.ones_like(start))
-        tie = end.t[lanes] * (1.0 + end.tie)
-        lift = first_root(leg, tie)
-        lifts = lift <= tie
-        there = sample_at(leg, end.t[lanes])
-        touches = ~lifts & (end.kind[lanes] != LIMIT) & (there.value <= there.noise)
-        touches &= there.rate * there.t < -16.0 * there.noise  # it crosses, and does not just touch
-        lift, lifts = np.where(touches, end.t[lanes], lift), lifts | touches
-        end.t[lanes[lifts]], end.kind[lanes[lifts]] = lift[lifts], TAKEOFF
+    for of in leg:
+        _take_off(of, next(roots), end)
     return end
 
 

@@ -38,8 +38,8 @@ DRAWN: dict[int, tuple[str, str]] = {
 
 
 def draw(number: int) -> "Picture":
-    """The figure of a number in `DRAWN`, its caption and its data; HopformError for another, MissingExtra without "
-    "matplotlib."""
+    """The figure of a number in `DRAWN`, its caption and its data; HopformError for another, MissingExtra without
+    matplotlib."""
     if number not in DRAWN:
         raise HopformError(f"figure must be one of {', '.join(map(str, DRAWN))}, got {number!r}")
     import_module("hopform.figures.picture")  # says which extra is missing

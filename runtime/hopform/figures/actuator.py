@@ -1,5 +1,5 @@
-"""What the actuator can do: its step response (Fig. 2), its stroke in steady hopping (Fig. 3), its dry friction "
-"(Fig. 9)."""
+"""What the actuator can do: its step response (Fig. 2), its stroke in steady hopping (Fig. 3), its dry friction
+(Fig. 9)."""
 
 # pyright: reportUnknownMemberType=false
 

@@ -26,8 +26,8 @@ COILS = 7
 
 
 def animate(path: Path, seconds: float | None = None, rate: int = 12) -> Run:
-    """Write a GIF of 6 hops at half speed, or of its first seconds, `rate` pictures a second; the run that it "
-    "shows."""
+    """Write a GIF of 6 hops at half speed, or of its first seconds, `rate` pictures a second; the run that it
+    shows."""
     robot = load_robot("hopper_c")
     run = simulate(robot, uniform(6, 0.04, seed=4), FeedForward(WANTED), height=WANTED)
     end = run.duration if seconds is None else min(seconds / 2.0, run.duration)

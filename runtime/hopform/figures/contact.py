@@ -1,5 +1,5 @@
-"""Touchdown from a noisy Hall signal (Fig. 15): what it looks like, how late and how wrong it is, and what that "
-"costs."""
+"""Touchdown from a noisy Hall signal (Fig. 15): what it looks like, how late and how wrong it is, and what that
+costs."""
 
 # pyright: reportUnknownMemberType=false
 
@@ -93,8 +93,8 @@ def draw_signal(axes: Axes, run: Run, t: Array, signal: Array, detector: Touchdo
     for hop in run.hops:
         axes.axvspan(hop.touchdown_time, hop.takeoff_time, zorder=0, label="" if hop.index else "stance", **STANCE)
     axes.plot(t, signal, color=BLUE, linewidth=0.6, label="signal")
-    axes.axhline(detector.high, color=GREEN, linestyle="--", linewidth=1.0, label="begins")
-    axes.axhline(detector.low, color=MAGENTA, linestyle=":", linewidth=1.2, label="goes on")
+    axes.axhline(detector.high, color=GREEN, linestyle="--", linewidth=1.0, label="touch begins above")
+    axes.axhline(detector.low, color=MAGENTA, linestyle=":", linewidth=1.2, label="ends below")
     axes.plot(told, np.full(told.size, detector.high), "v", color=ORANGE, markersize=6.0, markeredgecolor=BLACK,
               markeredgewidth=0.5, label="touchdown told")  # fmt: skip
     axes.set_ylabel("Hall signal [of its step]")

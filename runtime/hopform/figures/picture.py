@@ -33,7 +33,7 @@ BLUE, ORANGE, GREEN, MAGENTA, SKY, BLACK = "#0072B2", "#D55E00", "#009E73", "#A6
 """Of the palette of Okabe and Ito, which colour-blind readers tell apart."""
 GROUND = "#8C8C8C"
 WIDTH = 6.4  # [in]
-_COLUMNS = 118  # of a caption's line at its size
+_COLUMNS = 115  # of a caption's line at its size
 _LINE = 0.132  # [in]
 
 

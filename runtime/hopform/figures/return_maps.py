@@ -31,15 +31,18 @@ from hopform.terrain import flat
 def maps_of_hopper_b() -> Picture:
     """Fig. 5: a family of return maps, one per control action, hopper_b."""
     robot = load_robot("hopper_b")
-    currents = np.linspace(0.0, robot.u_max, 6)
-    reach = reachability(robot, np.linspace(0.02, 0.36, 69), currents)
-    colours = [f"#{int(200 - 36 * n):02x}{int(215 - 22 * n):02x}{int(235 - 12 * n):02x}" for n in range(currents.size)]
+    currents = np.array([0.0, *np.linspace(0.5, 1.0, 6) * robot.u_max])
+    reach = reachability(robot, np.linspace(0.02, 0.36, 171), currents)
+    colours = [f"#{200 - 30 * n:02x}{215 - 18 * n:02x}{235 - 10 * n:02x}" for n in range(currents.size)]
+    free, stopped = (np.where(which, 100 * reach.apex, np.nan) for which in (reach.admissible, reach.limited))
     with house_style():
         figure, (axes,) = panels(1, 4.3)
         axes.fill_between(100 * reach.heights, 100 * reach.lowest, 100 * reach.highest, color=SKY, alpha=0.18,
                           linewidth=0.0, label="reachable by some voltage")  # fmt: skip
         for column, colour in enumerate(colours):
-            axes.plot(100 * reach.heights, 100 * reach.apex[:, column], color=colour)
+            axes.plot(100 * reach.heights, free[:, column], color=colour)
+            label = "" if column < currents.size - 1 else "actuator meets its stop"
+            axes.plot(100 * reach.heights, stopped[:, column], color=colour, linestyle=":", label=label)
         for height, words in grouped(100 * reach.apex[-1], currents, 1.2):
             axes.annotate(f"{words} V", (100 * reach.heights[-1], height), (3, 0), textcoords="offset points",
                           va="center", fontsize=8)  # fmt: skip
@@ -119,8 +122,8 @@ def map_of_hopper_c() -> Picture:
 
 
 def measured(height: float, highest: bool, margin: float) -> float:
-    """The apex [m] of one simulated hop from a height [m]: without actuation, or with the current that leads "
-    "highest."""
+    """The apex [m] of one simulated hop from a height [m]: without actuation, or with the current that leads
+    highest."""
     robot = load_robot("hopper_c")
 
     def controller(touchdown: Touchdown) -> float:

@@ -120,8 +120,8 @@ def measure(robot: Robot, u: float, seed: int) -> Recordings:
 
 
 def fit(robot: Robot, u: float, seed: int) -> Robot:
-    """The robot without dry friction, b1 and b2 fitted to its recordings with noise, each to the one that shows "
-    "it."""
+    """The robot without dry friction, b1 and b2 fitted to its recordings with noise, each to the one that shows
+    it."""
     measured, smooth = measure(robot, u, seed), replace(robot, f1=0.0, f2=0.0)
 
     def cost_2(b2: float) -> float:
@@ -160,5 +160,7 @@ def drawn(measured: Recordings, models: dict[str, tuple[Recordings, str, str]], 
     top.set_xlabel(f"time since the step [s], {pulse}")
     bottom.set_ylabel("body $x_2$ [cm]")
     bottom.set_xlabel("time since the drop [s]")
+    top.set_xlim(0.0, STEP_TIMES[-1] + STEP_TIMES[1])
+    bottom.set_xlim(0.0, DROP_TIMES[-1] + DROP_TIMES[1])
     legend(top)
     return figure

@@ -239,8 +239,8 @@ def _check_fall(recording: Recording, line: int, x: Array, g: float) -> None:
     if count < 5:
         return
     t = recording.time[line : line + count] - recording.time[line]
-    curvature, _, _ = np.polyfit(t, x[:count], 2)
-    found = -2.0 * float(curvature)
+    parabola = np.asarray(np.polyfit(t, x[:count], 2), dtype=np.float64)
+    found = -2.0 * float(parabola[0])
     if not g / 3.0 < found < 3.0 * g:
         raise recording.error_of(
             "x2",

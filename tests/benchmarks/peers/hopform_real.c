@@ -131,6 +131,23 @@ void only_energy(const double *jobs, int count, double tolerance, int loops, dou
     }
 }
 
+/* The flight that follows from where the stance ended, over the same ground, under the designed return. */
+void only_flight(const double *jobs, int count, double tolerance, int loops, double *answers)
+{
+    (void)jobs;
+    (void)tolerance;
+    for (int loop = 0; loop < loops; loop++) {
+        for (int n = 0; n < count; n++) {
+            OF(hopform_state) start = stances[n].end;
+            OF(hopform_flight_phase) phases[MAX_PHASES];
+            OF(hopform_flight) flight;
+            start.y = 0;
+            OF(hopform_solve_flight)(&plans[n], &start, NULL, 10, MAX_PHASES, phases, MAX_PHASES, &flight);
+            answers[n] = (double)flight.duration;
+        }
+    }
+}
+
 #ifdef COUNT_INSTRUCTIONS
 #include <stdio.h>
 #include <stdlib.h>
@@ -141,7 +158,7 @@ int main(int arguments, char **argument)
     static double jobs[MOST * JOB], answers[MOST * WIDTH];
     const int count = (int)(fread(jobs, sizeof(double) * JOB, MOST, stdin));
     const int piece = arguments > 1 ? atoi(argument[1]) : 0;
-    void (*const pieces[])(const double *, int, double, int, double *) = {only_plan, planned, only_at, only_energy};
+    void (*const pieces[])(const double *, int, double, int, double *) = {only_plan, planned, only_at, only_energy, only_flight};
     prepare(jobs, count);
     pieces[piece](jobs, count, 0.0, 1, answers);
     printf("%d\n", count);
