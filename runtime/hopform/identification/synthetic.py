@@ -91,7 +91,7 @@ class _Encoder(NamedTuple):
 
     noise: float
     quantum: float
-    rng: np.random.Generator
+    rng: "np.random.Generator"
 
     def column(self, title: str, place: int, x: Array) -> Column:
         """A position as a column."""
