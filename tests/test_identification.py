@@ -314,6 +314,17 @@ def test_identify_all_finds_out_what_each_file_is(tmp_path, capsys):
     assert (tmp_path / "report.svg").exists()
 
 
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (("--known", "m_s"), "name=value"),
+        (("--known", "mass=3"), "no parameter 'mass'"),
+        (("--added-mass", "1,2"), "2 masses for 1 files"),
+        (("--loss", "square"), "loss must be"),
+        (("--report", "report.pdf"), ".md or .html"),
+        (("--attached", "--free"), "exclude each other"),
+    ],
+)
 def test_options_are_checked(arguments, words, tmp_path, capsys):
     file = tmp_path / "drop.csv"
     file.write_text(to_csv(record(HOPPER, "drop", seed=1)), "utf-8")
