@@ -26,6 +26,12 @@ def test_the_page_on_hopping_runs_and_its_table_is_what_the_benchmark_prints():
     assert [row for row in rows if not row.startswith("| exact") and row not in page] == []
 
 
+def test_the_page_on_identification_runs_from_recordings_to_a_controller():
+    outcome = doctest.testfile(str(ROOT / "docs" / "identification.md"), module_relative=False)
+    assert outcome.attempted >= 9
+    assert outcome.failed == 0
+
+
 def test_every_path_that_it_links_exists():
     links = re.findall(r"\]\(([^)#:]+)\)", README)
     assert links

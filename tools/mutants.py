@@ -31,6 +31,8 @@ LEFT_OUT_TESTS = "not random and not page"
 
 DERIVED = ("-m", "derive")
 COMPILED = ("tools/build_library.py",)
+IDENTIFICATION = ("tests/test_rigs.py",)
+RECORDED = ("tests/test_recordings.py",)
 
 
 @dataclass(frozen=True)
@@ -282,6 +284,55 @@ MUTANTS = (
         "for _ in range(3):",
         "for _ in range(0):",
         first=("tests/test_certificate.py",),
+    ),
+    # ---- identification ----
+    Mutant(
+        "identification: a preload that gravity does not balance",
+        "runtime/hopform/identification/rigs.py",
+        'by["k"] = by["k"] + row[:, AT["g"]] * preload / mass',
+        'by["k"] = by["k"] + 0.0 * preload / mass',
+        first=IDENTIFICATION,
+        after=(),
+    ),
+    Mutant(
+        "identification: a touchdown that does not move with the actuator",
+        "runtime/hopform/identification/hopping.py",
+        "late = (by[2] - by[0] - _LENGTH_BY) / -(rates[2] - rates[0])",
+        "late = (by[2] - by[0] - _LENGTH_BY) / -rates[2]",
+        first=IDENTIFICATION,
+        after=(),
+    ),
+    Mutant(
+        "identification: steps of the current that move with an event",
+        "runtime/hopform/identification/hopping.py",
+        "if run.begin_by.any() else []",
+        "if False else []",
+        first=IDENTIFICATION,
+        after=(),
+    ),
+    Mutant(
+        "identification: an impact that takes its share of the velocity",
+        "runtime/hopform/identification/hopping.py",
+        "kept = math.sqrt(1.0 - robot.impact_loss)",
+        "kept = 1.0 - robot.impact_loss",
+        first=IDENTIFICATION,
+        after=(),
+    ),
+    Mutant(
+        "identification: time that may stand still",
+        "runtime/hopform/identification/recordings.py",
+        "if not bool((steps > 0.0).all()):",
+        "if not bool((steps >= 0.0).all()):",
+        first=RECORDED,
+        after=(),
+    ),
+    Mutant(
+        "identification: a fall that is not held to g",
+        "runtime/hopform/identification/drop.py",
+        "if not g / 3.0 < found < 3.0 * g:",
+        "if not found < 3000.0 * g:",
+        first=RECORDED,
+        after=(),
     ),
     # ---- flight, hopping, maps, touchdown ----
     Mutant(

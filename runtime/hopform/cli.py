@@ -67,6 +67,7 @@ class Identification(StrEnum):
 
 class Recordable(StrEnum):
     drop = "drop"
+    free = "free"
     decay = "decay"
     step = "step"
     air = "air"
@@ -206,13 +207,16 @@ Csv = Annotated[str | None, option("--csv", "write a table over time; - prints i
 Plot = Annotated[Path | None, option("--plot", "draw it: .svg, .pdf or .png", metavar="FILE")]
 Identified = Annotated[Identification, typer.Argument(help="what the files are")]
 Recordings = Annotated[
-    list[str], typer.Argument(metavar="FILES", help="CSV; with `all`, each may be ROLE:FILE, drop|decay|step|air|ramp")
+    list[str],
+    typer.Argument(metavar="FILES", help="CSV; with `all`, each may be ROLE:FILE, drop|free|decay|step|air|ramp"),
 ]
 Known = Annotated[
     list[str] | None, option("--known", "a known parameter, in SI units; repeatable", metavar="NAME=VALUE")
 ]
 Attached = Annotated[bool, option("--attached", "the body is fixed to its spring, which pushes and pulls")]
+Free = Annotated[bool, option("--free", "the actuator is free to move while the body drops")]
 Air = Annotated[bool, option("--air", "the leg is in the air: no spring")]
+Spring = Annotated[bool, option("--spring", "a ramp against the spring, the body held")]
 Force = Annotated[bool, option("--force", "fit in force: no spring, recorded in closed loop")]
 AddedMasses = Annotated[str, option("--added-mass", "[kg] what the body carried, one per file", metavar="M,M,...")]
 Loss = Annotated[str, option("--loss", "linear, or against outliers soft_l1, huber, cauchy")]
@@ -385,7 +389,9 @@ def identify(
     files: Recordings,
     known: Known = None,
     attached: Attached = False,
+    free: Free = False,
     air: Air = False,
+    spring: Spring = False,
     force: Force = False,
     added_mass: AddedMasses = "",
     loss: Loss = "linear",
@@ -407,7 +413,7 @@ def identify(
     base = hopform.load_robot(robot)
     masses, values = command.added_masses(added_mass), command.known_values(known or [])
     with patience("identification") as advance:
-        wanted = command.Wanted(kind.value, tuple(files), values, masses, attached, air, force, loss)
+        wanted = command.Wanted(kind.value, tuple(files), values, masses, attached, air, force, loss, free, spring)
         stages = iter(range(command.STAGES))
         answer = command.identify(wanted, lambda _: advance(next(stages, command.STAGES), command.STAGES))
         written = command.files_of(answer, base, out, report, plot)
@@ -434,6 +440,8 @@ def record(
     current: Annotated[float | None, quantity("--current", "A", "largest current; u_max if left out")] = None,
     hold: Annotated[float, quantity("--hold", "s", "stillness at first")] = 0.2,
     added_mass: Annotated[float, quantity("--added-mass", "kg", "mass that the body carries beside its own")] = 0.0,
+    repeats: Annotated[int, option("--repeats", "drops or decays in the recording", metavar="N", min=1)] = 1,
+    spring: Spring = False,
     seed: Annotated[int | None, option("--seed", "of the noise", metavar="N", min=0)] = None,
     csv: Csv = "-",
 ) -> None:
@@ -444,7 +452,7 @@ def record(
     check_outputs(False, csv, None)
     made = make(
         hopform.load_robot(robot), test.value, duration=duration, rate=rate, noise=noise, quantum=quantum, height=height,
-        current=current, hold=hold, added_mass=added_mass, seed=seed,
+        current=current, hold=hold, added_mass=added_mass, repeats=repeats, spring=spring, seed=seed,
     )  # fmt: skip
     if csv is None or csv == "-":
         print(to_csv(made), end="")

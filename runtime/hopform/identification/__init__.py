@@ -12,7 +12,7 @@ Importing this needs NumPy alone; fitting needs the extra `identify` (scipy).
 
 from hopform.identification.drop import fit_drop_test
 from hopform.identification.estimation import Estimate
-from hopform.identification.fits import Fit, Trace
+from hopform.identification.fits import Fit, Options, Trace
 from hopform.identification.joint import fit_robot
 from hopform.identification.ramp import Onset, Threshold, friction_threshold
 from hopform.identification.recordings import Recording, parse_recording, read_recording
@@ -23,6 +23,7 @@ __all__ = [
     "Estimate",
     "Fit",
     "Onset",
+    "Options",
     "Recording",
     "Threshold",
     "Trace",

@@ -12,7 +12,7 @@ from hopform.errors import HopformError
 from hopform.identification import report
 from hopform.identification.drop import fit_drop_test
 from hopform.identification.estimation import Progress
-from hopform.identification.fits import Fit
+from hopform.identification.fits import Fit, Options
 from hopform.identification.joint import LETTERS, fit_robot
 from hopform.identification.ramp import Threshold, friction_threshold
 from hopform.identification.recordings import Recording, read_recording
@@ -22,12 +22,12 @@ from hopform.robots import Robot
 KINDS = ("drop", "step", "ramp", "all")
 STAGES = 6
 """Of a fit, about: it, the old model, intervals, what is left out."""
-ROLES = ("drop", "decay", "step", "air", "ramp")
+ROLES = ("drop", "free", "decay", "step", "air", "ramp")
 
 
 @dataclass(frozen=True)
 class Wanted:
-    """What was asked for. attached, air, force: which rig or fit; added_mass [kg], one per file or none."""
+    """What was asked for. attached, free, air, force: which rig or fit; added_mass [kg], one per file or none."""
 
     kind: str
     files: tuple[str, ...]
@@ -37,6 +37,8 @@ class Wanted:
     air: bool = False
     force: bool = False
     loss: str = "linear"
+    free: bool = False
+    spring: bool = False
 
 
 def known_values(pairs: Sequence[str]) -> dict[str, float]:
@@ -73,21 +75,19 @@ def identify(wanted: Wanted, progress: Progress | None = None) -> Fit | Threshol
         raise HopformError(f"--added-mass names {len(wanted.added_mass)} masses for {len(wanted.files)} files")
     roles, recordings = _read(wanted)
     if wanted.kind == "ramp":
-        return friction_threshold(recordings, m_eff=wanted.known.get("m_eff"), gamma2=wanted.known.get("gamma2"))
+        given = {name: wanted.known.get(name) for name in ("m_eff", "gamma2", "k")}
+        return friction_threshold(recordings, spring=wanted.spring, **given)
+    options: Options = {"loss": wanted.loss, "progress": progress}
     if wanted.kind == "drop":
-        return fit_drop_test(
-            recordings, attached=wanted.attached, known=wanted.known, loss=wanted.loss, progress=progress
-        )
+        return fit_drop_test(recordings, attached=wanted.attached, free=wanted.free, known=wanted.known, **options)
     if wanted.kind == "step" and wanted.force:
-        return fit_force(recordings, known=wanted.known, loss=wanted.loss, progress=progress)
+        return fit_force(recordings, known=wanted.known, **options)
     if wanted.kind == "step":
-        return fit_step_response(
-            recordings, spring=not wanted.air, known=wanted.known, loss=wanted.loss, progress=progress
-        )
+        return fit_step_response(recordings, spring=not wanted.air, known=wanted.known, **options)
     of = {role: [r for r, own in zip(recordings, roles, strict=True) if own == role] for role in ROLES}
     return fit_robot(
-        drops=of["drop"], decays=of["decay"], steps=of["step"], air=of["air"], ramps=of["ramp"], known=wanted.known,
-        loss=wanted.loss, progress=progress,
+        drops=of["drop"], free_drops=of["free"], decays=of["decay"], steps=of["step"], air=of["air"], ramps=of["ramp"],
+        known=wanted.known, **options,
     )  # fmt: skip
 
 
@@ -104,7 +104,10 @@ def _read(wanted: Wanted) -> tuple[list[str], list[Recording]]:
 
 
 def _role(recording: Recording, wanted: Wanted) -> str:
-    """What a recording is, where nobody says so: without a current a drop; with one that creeps a ramp, else steps."""
+    """What a recording is, where nobody says so: without a current a drop; with one and x2 a drop with the actuator free; with a
+    current that creeps a ramp, else steps."""
+    if "x2" in recording.columns and recording.has_current():
+        return "free"
     if not recording.has_current():
         return "decay" if wanted.attached else "drop"
     u = recording.current()
@@ -128,22 +131,16 @@ def files_of(
 ) -> list[tuple[Path, bytes]]:
     """The files that were asked for: a robot's TOML, a report, a picture."""
     files = list[tuple[Path, bytes]]()
-    if isinstance(answer, Threshold):
-        if written or plot:
-            raise HopformError(
-                "a ramp has no report and no picture of its own; its onsets are in the table and in --json"
-            )
-        if out:
-            if np.isnan(answer.f1):
-                raise HopformError("--out needs f1: give --known m_eff=... and --known gamma2=...")
-            files.append((out, replace(base, f1=answer.f1).to_toml().encode()))
-        return files
-    if out:
+    if out and isinstance(answer, Threshold):
+        if np.isnan(answer.f1):
+            raise HopformError("--out needs f1: give --known m_eff=... and --known gamma2=...")
+        files.append((out, replace(base, f1=answer.f1).to_toml().encode()))
+    elif out and isinstance(answer, Fit):
         files.append((out, replace(answer.robot(base), name=out.stem, description="identified").to_toml().encode()))
     if written:
         files += report.files_of(answer, written)
     if plot:
         from hopform import plots
 
-        files.append((plot, plots.render(report.plot_fit(answer), plot.suffix)))
+        files.append((plot, plots.render(report.plot(answer), plot.suffix)))
     return files

@@ -1,4 +1,4 @@
-"""Drop tests and free decays: x2 over time with the actuator held, by (4).
+"""Drop tests and free decays: x2 over time with the actuator held, by (4), or free, by (3) and (4).
 
     m_s x2'' = k (L0 + c - x2) - b2 x2' - m_s g - m_s f2 sign(x2')
 
@@ -9,19 +9,54 @@ Coulomb's, one that falls exponentially is viscous.
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import NamedTuple
+from dataclasses import replace
+from typing import Literal, NamedTuple, Unpack
 
 import numpy as np
 
 from hopform.errors import HopformError
 from hopform.identification import recordings as of_recordings
-from hopform.identification.estimation import Parameter, Progress
-from hopform.identification.fits import Fit, Problem, checked_known, finish
+from hopform.identification import segments
+from hopform.identification.estimation import Parameter
+from hopform.identification.fits import Fit, Options, Problem, as_several, checked_known, finish
 from hopform.identification.motion import Array
 from hopform.identification.recordings import Recording
-from hopform.identification.rigs import UNITS, Experiment, Kind
+from hopform.identification.rigs import UNITS, Experiment
 
-_SHARED = ("m_s", "k", "b2", "f2", "length", "impact_loss")
+Rig = Literal["attached", "ground", "free"]
+_BODY = ("m_s", "k", "b2", "f2")
+_LETTERS: dict[Rig, tuple[str, ...]] = {
+    "attached": _BODY,
+    "ground": (*_BODY, "length", "impact_loss"),
+    "free": (*_BODY, "length", "impact_loss", "m_eff", "b1", "f1", "gamma2", "offset"),
+}
+"""What is fitted unless it is known."""
+_GIVEN: dict[Rig, tuple[str, ...]] = {"attached": ("g",), "ground": ("g",), "free": ("g", "x1_min", "x1_max")}
+"""What may be known besides."""
+_PARTS: dict[Rig, tuple[float, ...]] = {
+    "attached": (0.3, 1.0),
+    "ground": (0.35, 0.65, 1.0),
+    "free": (0.25, 0.45, 0.7, 1.0),
+}
+"""Over how much of a recording a fit is followed at first, and then: each hop multiplies what is wrong about the one before."""
+_DEFAULTS: dict[Rig, dict[str, float]] = {
+    "attached": {"g": 0.0},
+    "ground": {"g": 9.81},
+    "free": {"g": 9.81, "x1_min": -math.inf, "x1_max": math.inf},
+}
+
+
+class Cut(NamedTuple):
+    """One motion out of a recording: times [s] since the release, x2 [m], when the release was; x1 where it is recorded."""
+
+    recording: Recording
+    number: int
+    label: str
+    time: Array
+    x: Array
+    begin: float
+    steps: tuple[tuple[float, float], ...]
+    x1: Array | None
 
 
 class Swing(NamedTuple):
@@ -81,121 +116,211 @@ def fit_drop_test(
     recordings: Sequence[Recording] | Recording,
     *,
     attached: bool = False,
+    free: bool = False,
     known: Mapping[str, float] | None = None,
-    loss: str = "linear",
-    compare: bool = True,
-    holdout: bool = True,
-    backend: str | None = None,
-    progress: Progress | None = None,
+    **options: Unpack[Options],
 ) -> Fit:
-    """Spring, mass and friction of a body from recordings of x2 with the actuator held, by least squares on exact motions.
+    """Spring, mass and friction of a body from recordings of x2, by least squares on exact motions.
 
-    attached: the body is fixed to its spring (a cart, a clamped foot), which pushes and pulls; else it is dropped, meets the
-    ground, and may hop. known: values of m_s, k, b2, f2, length (L0 + c), impact_loss, g; g is 9.81 m/s^2 for a drop, 0 for an
-    attached body. If no mass is known and none was added, m_s is taken as 1 kg: k is k/m_s, b2 is b2/m_s. With different added
-    masses friction is fitted per recording (b2@0, f2@0, ...). loss: linear, or soft_l1, huber, cauchy against outliers. compare:
-    fit the old model (2) too. Raises HopformError for data that cannot be a drop test, MissingExtra without scipy.
+    The body is dropped, meets the ground and may hop, once or several times in a recording; the actuator is held. free: it is
+    not, and moves under the recorded current (0 if there is none) from x1 = 0, or from where it is if x1 is recorded too; then
+    m_eff, b1, f1, gamma2 are fitted as well. attached: the body is fixed to its spring (a cart, a clamped foot), which pushes
+    and pulls.
+
+    known: values of m_s, k, b2, f2, length (L0 + c), impact_loss, g; g is 9.81 m/s^2 for a drop, 0 for an attached body; with
+    `free` of m_eff, b1, f1, gamma2, offset, and the stops x1_min, x1_max, which are none if not given. If no mass is known and
+    none was added, m_s is taken as 1 kg: k is k/m_s, b2 is b2/m_s. With different added masses friction is fitted per recording
+    (b2@0, f2@0, ...). options: `Options`. Raises HopformError for data that cannot be a drop test, MissingExtra without scipy.
     """
-    several = (recordings,) if isinstance(recordings, Recording) else tuple(recordings)
-    problem = drop_problem(several, attached, known, backend)
-    parts = (0.3, 1.0) if attached else (0.35, 0.65, 1.0)
-    return finish(problem, loss=loss, parts=parts, compare=compare, holdout=holdout, progress=progress)
+    if attached and free:
+        raise HopformError("attached and free exclude each other: a free actuator is one of a leg that drops")
+    rig: Rig = "attached" if attached else "free" if free else "ground"
+    problem = drop_problem(as_several(recordings), rig, known, options.get("backend"))
+    return finish(problem, **options)
 
 
 def drop_problem(
     recordings: Sequence[Recording],
-    attached: bool = False,
+    rig: Rig = "ground",
     known: Mapping[str, float] | None = None,
     backend: str | None = None,
     first: int = 0,
 ) -> Problem:
-    """The least-squares problem of drop tests; first: the number of the first recording in names of parameters (x@0)."""
-    if not recordings:
-        raise HopformError("a fit needs at least one recording, got none")
-    letters = ("m_s", "k", "b2", "f2") + (() if attached else ("length", "impact_loss"))
-    values = checked_known(known, (*letters, "g"))
-    values.setdefault("g", 0.0 if attached else 9.81)
-    if not attached and not values["g"] > 0.0:
+    """The least-squares problem of drop tests; first: the number of the first motion in names of parameters (x@0)."""
+    letters = _LETTERS[rig]
+    values = checked_known(known, (*letters, *_GIVEN[rig]))
+    values = _DEFAULTS[rig] | values
+    if rig != "attached" and not values["g"] > 0.0:
         raise HopformError(f"known: g must be > 0 m/s^2 for a drop, got {values['g']!r}")
-    added = {each.added_mass for each in recordings}
-    apart = len(added) > 1
-    statements = list[str]()
-    if "m_s" not in values and not apart:
-        if "k" in values:
-            statements.append("m_s follows from the known k")
-        else:
-            values["m_s"] = 1.0
-            statements.append(
-                "motion alone fixes k/m_s and b2/m_s: k and b2 are per kg of m_s; weigh the body (known m_s), or record "
-                "again with a weighed mass added"
-            )
-    cut = [_cut(each, attached) for each in recordings]
-    guesses = [_guess(time, x, attached, values["g"]) for time, x, _ in cut]
-    shared = _shared_starts(values, guesses, [each.added_mass for each in recordings], attached)
-    kind: Kind = "attached" if attached else "ground"
+    apart = len({each.added_mass for each in recordings}) > 1
+    statements = _scale(values, apart)
+    cuts = [cut for number, each in enumerate(recordings) for cut in _cuts(each, number + first, rig, values["g"])]
+    if rig == "free":
+        statements += _driven(values, cuts)
+    guesses = [_guess(cut, rig, values["g"]) for cut in cuts]
+    shared = _shared_starts(values, guesses, [cut.recording.added_mass for cut in cuts], rig)
     experiments, parameters = list[Experiment](), dict[str, Parameter]()
-    for n, (recording, (time, x, begin)) in enumerate(zip(recordings, cut, strict=True), first):
-        own = ("rest", "x", "v") if attached else ("x", "v")
-        names = {letter: f"{letter}@{n}" if apart and letter in ("b2", "f2") else letter for letter in letters}
-        names = {letter: name for letter, name in names.items() if letter not in values}
-        names |= {letter: f"{letter}@{n}" for letter in own}
+    for n, (cut, guess) in enumerate(zip(cuts, guesses, strict=True), first):
+        names = _names(letters, values, cut, n, rig, apart)
         for letter, name in names.items():
-            start = shared[letter][n - first] if letter in shared else _own_start(letter, time, x, guesses[n - first])
-            parameters.setdefault(name, _parameter(letter, name, start, x))
-        experiments.append(
-            Experiment(
-                recording.source,
-                kind,
-                time,
-                x,
-                names,
-                values,
-                added_mass=recording.added_mass,
-                begin=begin,
-                backend=backend,
-            )
-        )
-    coulomb = tuple(name for name in parameters if name.startswith("f2"))
+            start = shared[letter][n - first] if letter in shared else _own_start(letter, cut, guess)
+            made = _parameter(letter, name, start, cut.x)
+            parameters.setdefault(name, made if letter != "x1" else _within(made, values["x1_min"], values["x1_max"]))
+        experiments += _experiments(cut, rig, names, values, backend)
+    coulomb = tuple(name for name in parameters if name[:2] in ("f1", "f2"))
     notes = tuple(f"{each.source}: {note}" for each in recordings for note in each.notes)
+    finite = {name: value for name, value in values.items() if math.isfinite(value)}
     return Problem(
-        "drop", "x2", tuple(experiments), tuple(parameters.values()), _starts(parameters, attached), values, tuple(statements),
-        notes, coulomb,
+        "drop", "x2", tuple(experiments), tuple(parameters.values()), _starts(parameters, rig), finite, tuple(statements),
+        notes, coulomb, parts=_PARTS[rig], motions=len(cuts),
     )  # fmt: skip
 
 
-def _cut(recording: Recording, attached: bool) -> tuple[Array, Array, float]:
-    """Times from the release on, positions, and when that was."""
+def _scale(values: dict[str, float], apart: bool) -> list[str]:
+    """What gives the scale of all forces; if nothing does, m_s is made 1 kg."""
+    if "m_s" in values or apart:
+        return []
+    if "k" in values:
+        return ["m_s follows from the known k"]
+    forces = {"m_eff", "gamma2"} & set(values)
+    if forces:
+        return [f"the scale of all forces is that of the known {' and '.join(sorted(forces))}"]
+    values["m_s"] = 1.0
+    return [
+        "motion alone fixes k/m_s and b2/m_s: k and b2 are per kg of m_s; weigh the body (known m_s), or record again with a "
+        "weighed mass added"
+    ]
+
+
+def _driven(values: dict[str, float], cuts: Sequence[Cut]) -> list[str]:
+    """What the currents of a free actuator tell of gamma2 and of a constant load; what they do not is held and said."""
+    levels = np.array([u for cut in cuts for _, u in cut.steps])
+    if not levels.any():
+        values.setdefault("gamma2", 1.0)
+        values.setdefault("offset", 0.0)
+        return ["no current flows: gamma2 is not told; record a drop under a constant current too"]
+    if float(np.ptp(levels)) <= 0.02 * float(np.abs(levels).max()):
+        values.setdefault("offset", 0.0)
+        return ["the current is constant: a constant load of the actuator counts as part of gamma2 u"]
+    return []
+
+
+def _cuts(recording: Recording, number: int, rig: Rig, g: float) -> list[Cut]:
+    """The motions of a recording from their releases on, found to a sample where the actuator is free: until then it rests."""
     values = recording.position("x2")
-    start, end = of_recordings.free_decay(recording, values) if attached else of_recordings.drop(recording, values)
-    time = recording.time[start:end]
-    return time - time[0], values[start:end], float(time[0])
+    spans = (
+        segments.decays(recording, values) if rig == "attached" else segments.drops(recording, values, rig == "free")
+    )
+    driven = rig == "free" and recording.has_current()
+    x1 = recording.columns["x1"].values if rig == "free" and "x1" in recording.columns else None
+    cuts = list[Cut]()
+    step = float(np.median(np.diff(recording.time)))
+    for n, (seen, end) in enumerate(spans, 1):
+        fallen = max(float(np.median(values[max(seen - 20, 0) : max(seen - 5, 1)])) - float(values[seen]), 0.0)
+        if rig == "ground":
+            _check_fall(recording, seen, values[seen:end], g)
+        start = max(seen - round(math.sqrt(2.0 * fallen / g) / step), 0) if rig == "free" else seen
+        which = f", {'decay' if rig == 'attached' else 'drop'} {n}" if len(spans) > 1 else ""
+        time = recording.time[start:end]
+        begin = float(time[0])
+        steps = of_recordings.steps_of(recording, start, end) if driven else ((0.0, 0.0),)
+        beside = None if x1 is None else x1[start:end]
+        label = f"{recording.source}{which}"
+        cuts.append(Cut(recording, number, label, time - begin, values[start:end], begin, steps, beside))
+    return cuts
 
 
-def _guess(time: Array, x: Array, attached: bool, g: float) -> Swing:
-    """What one recording shows: a decay by its swings, a drop by its lowest point and its rest."""
-    if attached:
-        return swing_of(time, x)
-    rest, low, top = float(np.median(x[-max(x.size // 10, 5) :])), float(x.min()), float(x.max())
+def _check_fall(recording: Recording, line: int, x: Array, g: float) -> None:
+    """A body that falls tells the units of its height and of time by g; HopformError if they cannot be right."""
+    rises = np.flatnonzero(x > np.minimum.accumulate(x) + 0.05 * float(np.ptp(x)))
+    lowest = int(x[: int(rises[0]) if rises.size else None].argmin())
+    fallen = np.flatnonzero(x[:lowest] < x[0] - 0.4 * (x[0] - x[lowest]))
+    count = int(fallen[0]) if fallen.size else lowest
+    if count < 5:
+        return
+    t = recording.time[line : line + count] - recording.time[line]
+    parabola = np.asarray(np.polyfit(t, x[:count], 2), dtype=np.float64)
+    found = -2.0 * float(parabola[0])
+    if not g / 3.0 < found < 3.0 * g:
+        raise recording.error_of(
+            "x2",
+            f"falls with {found:.3g} m/s^2, not about {g:.4g}: is its unit right, is that of time, is this the release?",
+            recording.line + line,
+        )
+
+
+def _names(
+    letters: Sequence[str], values: Mapping[str, float], cut: Cut, n: int, rig: Rig, apart: bool
+) -> dict[str, str]:
+    """Which parameter each letter of a motion stands for: where it begins is its own, friction under a mass that is added too."""
+    own = {"attached": ("rest", "x", "v"), "ground": ("x", "v"), "free": ("x", "v")}[rig]
+    own += ("x1", "v1") if cut.x1 is not None else ()
+    names = {letter: f"{letter}@{cut.number}" if apart and letter in ("b2", "f2") else letter for letter in letters}
+    return {letter: name for letter, name in names.items() if letter not in values} | {
+        letter: f"{letter}@{n}" for letter in own
+    }
+
+
+def _experiments(
+    cut: Cut, rig: Rig, names: Mapping[str, str], values: Mapping[str, float], backend: str | None
+) -> list[Experiment]:
+    """A motion as what was measured of it: of the body, and of the actuator where that was recorded too."""
+    constants = {**values, "x1": 0.0, "v1": 0.0} if rig == "free" and cut.x1 is None else values
+    body = Experiment(
+        cut.label, rig, cut.time, cut.x, names, constants, cut.steps, cut.recording.added_mass, cut.begin, backend
+    )
+    if cut.x1 is None:
+        return [body]
+    return [body, replace(body, label=f"{cut.label}, x1", measured=cut.x1, of="x1")]
+
+
+def _guess(cut: Cut, rig: Rig, g: float) -> Swing:
+    """What one motion shows: a decay by its swings, a drop by its lowest point and its rest, of the leg where x1 is known."""
+    if rig == "attached":
+        return swing_of(cut.time, cut.x)
+    x = cut.x if cut.x1 is None else cut.x - cut.x1
+    low, top = float(x.min()), float(x.max())
+    fall = 0.9 * (top - low)
+    if rig == "free":
+        return _first_stance(cut.time, x, g)
+    rest = float(np.median(x[-max(x.size // 10, 5) :]))
     # m_s g (top - low), less a tenth, goes into the spring: k (L0 - low)^2/2, L0 = rest + m_s g/k.
-    depth, fall = max(rest - low, 1e-6), 0.9 * (top - low)
+    depth = max(rest - low, 1e-6)
     half = fall - depth
     sag = half - math.sqrt(half * half - depth * depth) if half > depth else max(depth, 1e-4)
     return Swing(rest, math.sqrt(g / max(sag, 1e-5)), 0.1 * math.sqrt(g / max(sag, 1e-5)), 0.3)
 
 
+def _first_stance(time: Array, x: Array, g: float) -> Swing:
+    """The same of a leg without a rest of its own: it leaves its parabola at L0, and m_s g (top - low) = k (L0 - low)^2/2."""
+    noise = max(of_recordings.noise_of(x), of_recordings.quantum_of(x), 1e-9)
+    top, bottom = float(np.median(x[:3])), int(x.argmin())
+    parabola = top - 0.5 * g * (time - time[0]) ** 2
+    off = np.flatnonzero(
+        np.abs(of_recordings.calm(x)[:bottom] - parabola[:bottom]) > 8.0 * noise + 0.01 * (top - x[bottom])
+    )
+    length = float(parabola[int(off[0])]) if off.size else 0.5 * (top + float(x[bottom]))
+    low = float(x[bottom])
+    depth = max(length - low, 1e-3)
+    square = 2.0 * g * 0.9 * (top - low) / depth**2
+    return Swing(length - g / square, math.sqrt(square), 0.1 * math.sqrt(square), 0.3)
+
+
 def _shared_starts(
-    known: Mapping[str, float], guesses: Sequence[Swing], added: Sequence[float], attached: bool
+    known: Mapping[str, float], guesses: Sequence[Swing], added: Sequence[float], rig: Rig
 ) -> dict[str, list[float]]:
-    """Where each letter starts, per recording, from frequencies, envelopes and added masses."""
+    """Where each letter starts, per motion, from frequencies, envelopes and added masses."""
     square = np.array([guess.omega**2 for guess in guesses])
     extra = np.array(added)
     if "m_s" in known:
         mass = known["m_s"]
     elif "k" in known:
         mass = max(float(np.mean(known["k"] / square - extra)), 1e-3)
-    else:  # 1/omega^2 = (m_s + added)/k: a line over the added mass
+    elif float(np.ptp(extra)) > 0.0:  # 1/omega^2 = (m_s + added)/k: a line over the added mass
         slope, height = np.polyfit(extra, 1.0 / square, 1)
         mass = max(float(height / slope), 1e-2 * float(extra.max())) if slope > 0.0 else float(extra.max())
+    else:
+        mass = 0.2 * known.get("m_eff", 5.0)
     k = known.get("k", float(np.mean(square * (mass + extra))))
     starts = {
         "m_s": [mass] * len(guesses),
@@ -203,41 +328,71 @@ def _shared_starts(
         "b2": [guess.viscous * (mass + m) for guess, m in zip(guesses, added, strict=True)],
         "f2": [guess.coulomb for guess in guesses],
     }
-    if not attached:
-        length = float(
-            np.mean([guess.rest + (mass + m) * known["g"] / k for guess, m in zip(guesses, added, strict=True)])
-        )
+    if rig != "attached":
+        sags = [(mass + m) * known["g"] / k for m in added]
+        length = float(np.mean([guess.rest + sag for guess, sag in zip(guesses, sags, strict=True)]))
         starts |= {"length": [length] * len(guesses), "impact_loss": [0.05] * len(guesses)}
+    if rig == "free":
+        m_eff = known.get("m_eff", 5.0 * mass)
+        actuator = {"m_eff": m_eff, "b1": 5.0 * m_eff, "f1": 0.5, "gamma2": -10.0 * mass, "offset": 0.0}
+        starts |= {letter: [value] * len(guesses) for letter, value in actuator.items()}
     return starts
 
 
-def _own_start(letter: str, time: Array, x: Array, guess: Swing) -> float:
+def _own_start(letter: str, cut: Cut, guess: Swing) -> float:
     if letter == "rest":
         return guess.rest
+    x = cut.x1 if letter in ("x1", "v1") and cut.x1 is not None else cut.x
     count = min(5, x.size)
-    slope, height = np.polyfit(time[:count], x[:count], 1)
-    return float(slope) if letter == "v" else float(height)
+    slope, height = np.polyfit(cut.time[:count], x[:count], 1)
+    return float(slope) if letter in ("v", "v1") else float(height)
+
+
+_KINDS = {
+    "m_s": "positive", "k": "positive", "m_eff": "positive", "b1": "nonnegative", "f1": "nonnegative", "b2": "nonnegative",
+    "f2": "nonnegative", "impact_loss": "fraction",
+}  # fmt: skip
 
 
 def _parameter(letter: str, name: str, start: float, x: Array) -> Parameter:
-    reach = float(np.ptp(x))
-    kinds = {"m_s": "positive", "k": "positive", "b2": "nonnegative", "f2": "nonnegative", "impact_loss": "fraction"}
-    kind = kinds.get(letter, "real")
-    scales = {"rest": 0.1 * reach, "x": 0.1 * reach, "length": 0.1 * reach, "v": reach, "impact_loss": 0.1}
+    reach, own = float(np.ptp(x)), letter in ("rest", "x", "v", "x1", "v1")
+    scales = {"v": reach, "v1": reach, "impact_loss": 0.1, "offset": 0.1}
+    scales |= dict.fromkeys(("rest", "x", "x1", "length"), 0.1 * reach)
     scale = scales.get(letter, max(abs(start), 0.1))
-    return Parameter(name, UNITS[letter], start, scale, kind, profiled=letter == "f2", own=letter in ("rest", "x", "v"))
+    kind = _KINDS.get(letter, "real")
+    return Parameter(name, UNITS[letter], start, scale, kind, profiled=letter in ("f1", "f2"), own=own)
 
 
-def _starts(parameters: Mapping[str, Parameter], attached: bool) -> tuple[dict[str, float], ...]:
-    """Starts: what the data show, then all friction viscous, then most of it Coulomb's; a drop also with other springs."""
+def _within(x1: Parameter, low: float, high: float) -> Parameter:
+    """The actuator's place, within its stops."""
+    return x1._replace(start=min(max(x1.start, low), high), low=low, high=high)
+
+
+def _starts(parameters: Mapping[str, Parameter], rig: Rig) -> tuple[dict[str, float], ...]:
+    """Starts: what the data show, then all friction viscous, then most of it Coulomb's; a drop also with other springs.
+
+    A free actuator starts from lighter and heavier, less and more damped, pushed either way: of it x2 shows little by itself.
+    """
     first = {name: each.start for name, each in parameters.items()}
     coulomb = [name for name in first if name.startswith("f2")]
     viscous = [name for name in first if name.startswith("b2")]
-    if not coulomb or not viscous:
-        return (first,)
-    less = {name: 0.5 * first[name] for name in viscous}
-    more = {name: 1.5 * first[name] + 0.05 for name in coulomb}
-    tries = [first, first | less | more]
-    if not attached and "k" in first:
+    tries = [first]
+    if coulomb and viscous:
+        less = {name: 0.5 * first[name] for name in viscous}
+        more = {name: 1.5 * first[name] + 0.05 for name in coulomb}
+        tries.append(first | less | more)
+    if rig != "attached" and "k" in first:
         tries += [first | {"k": factor * first["k"]} for factor in (0.6, 1.6)]
+    if rig != "free":
+        return tuple(tries)
+    changes: dict[str, tuple[float, ...]] = {
+        "m_eff": (0.4, 1.0, 2.5),
+        "b1": (0.25, 1.0),
+        "gamma2": (1.0, -1.0, 4.0, -4.0),
+    }
+    for name, factors in changes.items():
+        if name in first:
+            tries = [start | {name: factor * start[name]} for start in tries for factor in factors]
+        if name == "m_eff" and "b1" in first and "m_eff" in first:  # b1/m_eff is kept
+            tries = [start | {"b1": start["b1"] * start["m_eff"] / first["m_eff"]} for start in tries]
     return tuple(tries)

@@ -36,6 +36,9 @@ class Parameter(NamedTuple):
     profiled: bool = False
     own: bool = False
     """belongs to one recording: where and how fast it starts"""
+    low: float = -math.inf
+    high: float = math.inf
+    """of a real one: where it must be"""
 
 
 class Estimate(NamedTuple):
@@ -90,14 +93,27 @@ def student(level: float, freedom: float) -> float:
     return float(stdtrit(freedom, level))
 
 
+_FAR = 14.0
+"""How far a logarithm may go from where it starts: a factor of a million, beyond which no leg is."""
+
+
+def _ends(p: Parameter) -> tuple[float, float]:
+    """Between which numbers the coordinate of a parameter lies."""
+    if p.kind == "positive":
+        middle = math.log(p.scale)
+        return middle - _FAR, middle + _FAR
+    if p.kind in ("nonnegative", "fraction"):
+        return 0.0, 0.999 / p.scale if p.kind == "fraction" else math.inf
+    return p.low / p.scale, p.high / p.scale
+
+
 class _Coordinates:
     """Between parameters and the numbers that the optimiser moves."""
 
     def __init__(self, parameters: Sequence[Parameter]) -> None:
         self.parameters = parameters
-        self.low = np.array([{"nonnegative": 0.0, "fraction": 0.0}.get(p.kind, -np.inf) for p in parameters])
-        self.low = np.array([low / p.scale for low, p in zip(self.low, parameters, strict=True)])
-        self.high = np.array([0.999 / p.scale if p.kind == "fraction" else np.inf for p in parameters])
+        ends = [_ends(p) for p in parameters]
+        self.low, self.high = np.array([low for low, _ in ends]), np.array([high for _, high in ends])
 
     def into(self, values: Mapping[str, float]) -> Array:
         z = np.array([
@@ -265,7 +281,7 @@ def spread(solution: Solution) -> Spread:
     covariance[np.ix_(alive, alive)] = inside * solution.cost / solution.freedom
     blind = np.abs(directions[unseen]) > 1e-3
     weak = set(names[~alive]) | {name for row in blind for name in names[alive][row]}
-    together = tuple(" * ".join(names[alive][row]) for row in blind)
+    together = tuple(dict.fromkeys(", ".join(names[alive][row]) for row in blind))
     for index, name in enumerate(names):
         if name in weak:
             covariance[index, index] = np.inf

@@ -5,7 +5,7 @@ import math
 import time as clock
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import Any, TypedDict, Unpack
 
 import numpy as np
 
@@ -13,12 +13,26 @@ from hopform.errors import HopformError
 from hopform.identification import estimation
 from hopform.identification.estimation import Estimate, Parameter, Progress, Solution, Tests
 from hopform.identification.motion import Array
-from hopform.identification.recordings import noise_of, quantum_of
+from hopform.identification.recordings import Recording, noise_of, quantum_of
 from hopform.identification.rigs import UNITS, Experiment
 from hopform.robots import Robot
 
 Model = str
 OLD, NEW = "(1), (2): viscous friction alone", "(3), (4): with Coulomb friction"
+
+
+class Options(TypedDict, total=False):
+    """How to fit, the same for all fits.
+
+    loss: linear (the default), or soft_l1, huber, cauchy against outliers. compare: fit the old model (1), (2) too. holdout: fit
+    without the last third of each recording too. Both are done if not given. backend: of the solver. progress: told each stage.
+    """
+
+    loss: str
+    compare: bool
+    holdout: bool
+    backend: str | None
+    progress: Progress | None
 
 
 @dataclass(frozen=True)
@@ -117,22 +131,34 @@ class Problem:
     warnings: tuple[str, ...]
     coulomb: tuple[str, ...]
     """names of the parameters that the old model lacks"""
+    parts: tuple[float, ...] = (1.0,)
+    """of each recording, over which a fit is followed from its start to its end"""
+    motions: int = 0
+    """how many motions there are, each with a beginning of its own (x@0, x@1, ...)"""
+
+
+def as_several(recordings: Sequence[Recording] | Recording) -> tuple[Recording, ...]:
+    """One recording or several, as several; HopformError for none."""
+    several = (recordings,) if isinstance(recordings, Recording) else tuple(recordings)
+    if not several:
+        raise HopformError("a fit needs at least one recording, got none")
+    return several
 
 
 def from_start(parameters: Sequence[Parameter], start: Mapping[str, float]) -> list[Parameter]:
     return [p._replace(start=start.get(p.name, p.start)) for p in parameters]
 
 
-def minimise(problem: Problem, loss: str, parts: Sequence[float], fixed: Mapping[str, float] | None = None) -> Solution:
+def minimise(problem: Problem, loss: str, fixed: Mapping[str, float] | None = None) -> Solution:
     """The best minimum from all starts: first over the beginning of each recording, the best of these over more and more.
 
-    Where it stays far from the data, by more than noise and half a percent of the motion, it looks again from further away.
+    Where it stays far from the data, by more than noise and a two thousandth of the motion, it looks again from further away.
     """
     held = dict(fixed or {})
     free = [p for p in problem.parameters if p.name not in held]
-    found = _from(problem, loss, parts, held, free, problem.starts or ({},))
+    found = _from(problem, loss, held, free, problem.starts or ({},))
     if not held and any(_is_far(each, rest) for each, rest in zip(problem.experiments, found.residuals, strict=True)):
-        again = _from(problem, loss, parts, held, free, _further(free, found.values))
+        again = _from(problem, loss, held, free, _further(free, found.values))
         found = estimation.best([found, again])
     found = _weighed(problem, found, held, loss)
     return found if held else _shaken(problem, found, loss)
@@ -151,8 +177,8 @@ def _shaken(problem: Problem, found: Solution, loss: str) -> Solution:
     for b, f in ((0.6, 1.3), (1.3, 0.6), (0.0, 1.6), (0.9, 0.9), (1.1, 1.1)):
         moved = {name: b * found.values[name] for name in viscous} | {name: f * found.values[name] for name in coulomb}
         again = estimation.solve(
-            problem.experiments, from_start(estimation.started(found), moved), sigma=found.sigma, loss=loss, most=12,
-            precision=1e-5,
+            problem.experiments, from_start(estimation.started(found), moved), sigma=found.sigma, loss=loss, most=8,
+            precision=1e-4,
         )  # fmt: skip
         if again.cost < best.cost * (1.0 - 1e-5):
             best = again
@@ -160,35 +186,40 @@ def _shaken(problem: Problem, found: Solution, loss: str) -> Solution:
 
 
 _FINALISTS = 4
-"""Starts that are followed to their minimum; others are judged by where they start."""
+"""Starts that are followed over the first part of the recordings; others are judged by where they start."""
+_CONTENDERS = 2
+"""Of these, how many are followed over more and more of them: the sum of squares has kinks, and minima beside the least."""
 
 
 def _from(
     problem: Problem,
     loss: str,
-    parts: Sequence[float],
     held: Mapping[str, float],
     free: Sequence[Parameter],
     starts: Sequence[Mapping[str, float]],
 ) -> Solution:
+    parts = problem.parts
     short = [each.upto(_part(each, parts[0])) for each in problem.experiments]
     tried = [from_start(free, start) for start in starts]
     if len(tried) > _FINALISTS:
         first = [estimation.solve(short, each, fixed=held, loss=loss, most=1).cost for each in tried]
         order: list[int] = np.argsort(first, kind="stable").tolist()
         tried = [tried[n] for n in order[:_FINALISTS]]
-    found = estimation.best([
-        estimation.solve(short, each, fixed=held, loss=loss, most=12, precision=1e-4) for each in tried
-    ])  # fmt: skip
-    for part in parts:
+    found = [estimation.solve(short, each, fixed=held, loss=loss, most=8, precision=1e-3) for each in tried]
+    for part in parts[1:]:
         longer = [each.upto(_part(each, part)) for each in problem.experiments]
-        found = estimation.solve(longer, estimation.started(found), fixed=held, loss=loss, most=25, precision=1e-6)
-    return found
+        found = [
+            estimation.solve(longer, estimation.started(each), fixed=held, loss=loss, most=8, precision=1e-3)
+            for each in sorted(found, key=lambda each: each.cost)[:_CONTENDERS]
+        ]
+    last = [each.upto(_part(each, parts[-1])) for each in problem.experiments]
+    best = estimation.best(found)
+    return estimation.solve(last, estimation.started(best), fixed=held, loss=loss, most=25, precision=1e-6)
 
 
 def _is_far(experiment: Experiment, residual: Array) -> bool:
     noise = experiment.noise or max(noise_of(experiment.measured), quantum_of(experiment.measured))
-    return float(np.sqrt((residual**2).mean())) > max(1.3 * noise, 0.005 * float(np.ptp(experiment.measured)))
+    return float(np.sqrt((residual**2).mean())) > max(1.15 * noise, 5e-4 * float(np.ptp(experiment.measured)))
 
 
 def _further(parameters: Sequence[Parameter], found: Mapping[str, float]) -> list[dict[str, float]]:
@@ -213,7 +244,7 @@ def _weighed(problem: Problem, found: Solution, fixed: Mapping[str, float], loss
     for _ in range(3):
         noise = estimation.deviations(found, problem.experiments, loss)
         again = estimation.solve(
-            problem.experiments, estimation.started(found), sigma=noise, fixed=fixed, loss=loss, most=40, precision=1e-10
+            problem.experiments, estimation.started(found), sigma=noise, fixed=fixed, loss=loss, most=20, precision=1e-9
         )  # fmt: skip
         settled = all(
             abs(again.values[p.name] - found.values[p.name]) <= 1e-5 * p.scale + 1e-6 * abs(found.values[p.name])
@@ -226,36 +257,34 @@ def _weighed(problem: Problem, found: Solution, fixed: Mapping[str, float], loss
 
 
 def _part(experiment: Experiment, part: float) -> int:
-    return max(int(part * experiment.time.size), min(20, experiment.time.size))
+    """How many samples hold a part of a recording: of its samples, and of the way that it covers, stillness at first left out."""
+    size = experiment.time.size
+    places = np.unique(np.linspace(0, size - 1, 200).astype(int))
+    way = np.cumsum(np.abs(np.diff(experiment.measured[places], prepend=experiment.measured[0])))
+    covered = int(places[np.count_nonzero(way < part * way[-1])]) if part < 1.0 else size
+    return max(int(part * size), covered, min(20, size))
 
 
-def finish(
-    problem: Problem,
-    *,
-    loss: str,
-    parts: Sequence[float] = (1.0,),
-    compare: bool = True,
-    holdout: bool = True,
-    progress: Progress | None = None,
-) -> Fit:
+def finish(problem: Problem, **options: Unpack[Options]) -> Fit:
     """Fit, compare with the old model, hold a third out, find the intervals, and say what can be known."""
     began = clock.perf_counter()
+    loss, progress = checked_loss(options), options.get("progress")
     say: Callable[[str], None] = progress or (lambda _: None)
-    check_loss(loss)
     say("fit")
-    solution = minimise(problem, loss, parts)
+    solution = minimise(problem, loss)
     say("the old model")
-    old = _old(problem, loss, parts) if compare and problem.coulomb else {}
+    old = _old(problem, loss) if options.get("compare", True) and problem.coulomb else {}
     tests = [estimation.tests_of(residual) for residual in solution.residuals]
     inflation = max(each.inflation for each in tests)
     estimates, spread = estimation.estimates(
         solution, problem.experiments, loss=loss, inflation=inflation, progress=progress
     )
     say("hold-out")
-    left_out = _holdout(problem, solution, loss) if holdout else [math.nan] * len(tests)
+    left_out = _holdout(problem, solution, loss) if options.get("holdout", True) else [math.nan] * len(tests)
     traces = tuple(
         Trace(
-            each.label, _QUANTITY[each.kind], each.time + each.begin, each.measured, each.measured + residual,
+            each.label, each.of if each.kind == "free" else _QUANTITY[each.kind], each.time + each.begin, each.measured,
+            each.measured + residual,
             each.measured + old[n] if n in old else None, tests[n],
             estimation.tests_of(old[n]).rms if n in old else math.nan, left_out[n],
         )
@@ -269,20 +298,23 @@ def finish(
     )  # fmt: skip
 
 
-def _old(problem: Problem, loss: str, parts: Sequence[float]) -> dict[int, Array]:
+def _old(problem: Problem, loss: str) -> dict[int, Array]:
     """Residuals of the model without Coulomb friction, by the experiment's number; it has no threshold to compare."""
     kept = [n for n, each in enumerate(problem.experiments) if each.kind != "threshold"]
     without = replace(problem, experiments=tuple(problem.experiments[n] for n in kept))
-    solution = minimise(without, loss, parts, {name: 0.0 for name in problem.coulomb})
+    solution = minimise(without, loss, {name: 0.0 for name in problem.coulomb})
     return dict(zip(kept, solution.residuals, strict=True))
 
 
-_QUANTITY = {"attached": "x2", "ground": "x2", "held": "x1", "air": "x1", "threshold": "threshold"}
+_QUANTITY = {"attached": "x2", "ground": "x2", "free": "x2", "held": "x1", "air": "x1", "threshold": "threshold"}
 
 
-def check_loss(loss: str) -> None:
+def checked_loss(options: Options) -> str:
+    """The loss of the options; HopformError for one that is none."""
+    loss = options.get("loss", "linear")
     if loss not in ("linear", "soft_l1", "huber", "cauchy"):
         raise HopformError(f"loss must be linear, soft_l1, huber or cauchy, got {loss!r}")
+    return loss
 
 
 def _holdout(problem: Problem, solution: Solution, loss: str) -> list[float]:
@@ -306,7 +338,7 @@ def _blind(spread: estimation.Spread) -> list[str]:
     said = list[str]()
     if spread.weak:
         said.append(f"not identifiable from these recordings: {', '.join(spread.weak)}")
-    said += [f"only a combination of {together.replace(' * ', ', ')} is fixed" for together in spread.combinations]
+    said += [f"only combinations of {together} are fixed" for together in spread.combinations]
     return said
 
 
@@ -318,15 +350,31 @@ def _boundary(estimates: Sequence[Estimate]) -> list[str]:
     ]
 
 
+_MISSED = 0.1
+"""Residuals that are more than this share of a motion's standard deviation are no fit."""
+
+
 def _coloured(traces: Sequence[Trace], inflation: float) -> list[str]:
-    said = [
+    """What is odd about residuals: a fit that is none, and those that are no white noise."""
+    said = list[str]()
+    for trace in traces:
+        size = float(np.std(trace.measured))
+        if trace.quantity in ("x1", "x2") and trace.tests.rms > _MISSED * size:
+            said.append(
+                f"{trace.label}: the fit misses the recording by {100.0 * trace.tests.rms / size:.2g} % of its motion: it is of "
+                "another rig, or no start led to it; give more of what is known"
+            )
+    coloured = [
         f"{trace.label}: the residuals are not white (autocorrelation {trace.tests.autocorrelation:.2f}, runs z "
         f"{trace.tests.runs_z:.1f}): the model misses something, or the noise has a memory"
         for trace in traces
         if not trace.tests.white
     ]
-    if said:
-        said.append(f"intervals are widened by sqrt({inflation:.3g}) for what neighbouring residuals have in common")
+    if coloured:
+        said += [
+            *coloured,
+            f"intervals are widened by sqrt({inflation:.3g}) for what neighbouring residuals have in common",
+        ]
     return said
 
 
@@ -348,7 +396,7 @@ def checked_known(known: Mapping[str, float] | None, allowed: Sequence[str]) -> 
         if name not in allowed:
             raise HopformError(f"known: there is no parameter {name!r} in this fit; there are {', '.join(allowed)}")
         number: Any = value
-        if isinstance(number, (bool, str)) or not math.isfinite(float(number)):
+        if isinstance(number, (bool, str)) or not (math.isfinite(float(number)) or name in ("x1_min", "x1_max")):
             raise HopformError(f"known: {name} must be a finite number in {UNITS[name] or '1'}, got {value!r}")
         if name in ("m_s", "m_eff", "k") and not number > 0.0:
             raise HopformError(f"known: {name} must be > 0 {UNITS[name]}, got {value!r}")

@@ -6,43 +6,47 @@ adds its threshold (5) with its uncertainty. Each recording counts by its own no
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from typing import Unpack
 
 import numpy as np
 
 from hopform.errors import HopformError
-from hopform.identification.drop import drop_problem
-from hopform.identification.estimation import Parameter, Progress
-from hopform.identification.fits import Fit, Problem, checked_known, finish
+from hopform.identification.drop import Rig, drop_problem
+from hopform.identification.estimation import Parameter
+from hopform.identification.fits import Fit, Options, Problem, checked_known, finish
 from hopform.identification.ramp import Threshold, friction_threshold
 from hopform.identification.recordings import Recording
 from hopform.identification.rigs import Experiment
 from hopform.identification.step import SCALED, step_problem
 
-LETTERS = ("m_s", "k", "b2", "f2", "length", "impact_loss", "g", "m_eff", "b1", "f1", "gamma2", "offset")
+LETTERS = (
+    "m_s", "k", "b2", "f2", "length", "impact_loss", "g", "m_eff", "b1", "f1", "gamma2", "offset", "x1_min", "x1_max",
+)  # fmt: skip
 
 
 def fit_robot(
     *,
     drops: Sequence[Recording] = (),
+    free_drops: Sequence[Recording] = (),
     decays: Sequence[Recording] = (),
     steps: Sequence[Recording] = (),
     air: Sequence[Recording] = (),
     ramps: Sequence[Recording] = (),
     known: Mapping[str, float] | None = None,
-    loss: str = "linear",
-    compare: bool = True,
-    holdout: bool = True,
-    backend: str | None = None,
-    progress: Progress | None = None,
+    **options: Unpack[Options],
 ) -> Fit:
     """All parameters that the recordings tell of, from all of them together; `fit.robot(base)` puts them into a robot.
 
-    drops: of the body onto the ground; decays: of a body fixed to its spring; steps: of the actuator against its spring, the body
-    held; air: of the actuator with the leg in the air; ramps: as `friction_threshold` takes them. known, loss and the rest as in
-    `fit_drop_test`. Raises HopformError where a recording cannot be what it is given as, or none is given.
+    drops: of the body onto the ground, actuator held; free_drops: the same, actuator free; decays: of a body fixed to its spring;
+    steps: of the actuator against its spring, the body held; air: of the actuator with the leg in the air; ramps: as
+    `friction_threshold` takes them. known as in `fit_drop_test` and `fit_step_response`; options: `Options`. Raises HopformError
+    where a recording cannot be what it is given as, or none is given.
     """
     values = checked_known(known, LETTERS)
-    problems = _problems(drops, decays, steps, air, values, backend)
+    given: dict[str, Sequence[Recording]] = {
+        "drops": drops, "free_drops": free_drops, "decays": decays, "steps": steps, "air": air,
+    }  # fmt: skip
+    problems = _problems(given, values, options.get("backend"))
     if not problems:
         raise HopformError(
             "a fit needs at least one recording of a drop, a decay or a step; a ramp alone gives a threshold"
@@ -56,37 +60,37 @@ def fit_robot(
             together = replace(together, experiments=(*together.experiments, _threshold_of(threshold, together)))
         extra += [each for each in threshold.statements if each.startswith("one direction")]
     together = replace(together, statements=(*together.statements, *extra, *_missing(names, values)))
-    parts = (0.35, 0.65, 1.0) if drops else (1.0,)
-    return finish(together, loss=loss, parts=parts, compare=compare, holdout=holdout, progress=progress)
+    return finish(together, **options)
+
+
+_DROPS: dict[str, tuple[Rig, tuple[str, ...]]] = {
+    "drops": ("ground", ("m_s", "k", "b2", "f2", "length", "impact_loss", "g")),
+    "decays": ("attached", ("m_s", "k", "b2", "f2")),
+    "free_drops": ("free", LETTERS),
+}
+_STEPS: dict[str, tuple[bool, tuple[str, ...]]] = {
+    "steps": (True, ("m_eff", "b1", "f1", "gamma2", "k")),
+    "air": (False, ("m_eff", "b1", "f1", "gamma2", "offset")),
+}
 
 
 def _problems(
-    drops: Sequence[Recording],
-    decays: Sequence[Recording],
-    steps: Sequence[Recording],
-    air: Sequence[Recording],
-    values: Mapping[str, float],
-    backend: str | None,
+    given: Mapping[str, Sequence[Recording]], values: Mapping[str, float], backend: str | None
 ) -> list[Problem]:
-    """The problem of each kind, one scale through all of them."""
-
-    def of(*letters: str) -> dict[str, float]:
-        return {name: values[name] for name in letters if name in values}
-
-    body = ("m_s", "k", "b2", "f2")
+    """The problem of each kind of recording, one scale through all of them."""
     problems, count = list[Problem](), 0
-    for some, attached in ((drops, False), (decays, True)):
-        if some:
-            own = of(*body) if attached else of(*body, "length", "impact_loss", "g")
-            problems.append(drop_problem(some, attached, own, backend, count))
-            count += len(some)
+    for kind, (rig, letters) in _DROPS.items():
+        if given[kind]:
+            own = {name: values[name] for name in letters if name in values}
+            problems.append(drop_problem(given[kind], rig, own, backend, count))
+            count += problems[-1].motions
     has_k = "k" in values or any(p.name == "k" for problem in problems for p in problem.parameters)
-    for some, spring in ((steps, True), (air, False)):
-        if some:
-            own = of("m_eff", "b1", "f1", "gamma2", *(("k",) if spring else ("offset",)))
-            scaled = (spring and has_k) or (not spring and bool(steps) and has_k)
-            problems.append(step_problem(some, spring, own, backend, count, scaled))
-            count += len(some)
+    for kind, (spring, letters) in _STEPS.items():
+        if given[kind]:
+            own = {name: values[name] for name in letters if name in values}
+            scaled = has_k and (spring or bool(given["steps"]))
+            problems.append(step_problem(given[kind], spring, own, backend, count, scaled))
+            count += problems[-1].motions
     return problems
 
 
@@ -118,6 +122,7 @@ def merged(problems: Sequence[Problem]) -> Problem:
         tuple(dict.fromkeys(each for p in problems for each in p.statements)),
         tuple(each for p in problems for each in p.warnings),
         tuple(name for name in parameters if name[:2] in ("f1", "f2")),
+        parts=max((p.parts for p in problems), key=len), motions=sum(p.motions for p in problems),
     )  # fmt: skip
 
 

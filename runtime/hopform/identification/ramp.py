@@ -4,29 +4,34 @@
 
 Until it slips the actuator rests. From then on the ramp's surplus grows with time against viscous friction,
 
-    x1'' = a s - r x1',    x1 = x0 + a s^3 phi(r s),    phi(z) = (z^2/2 - z + 1 - e^-z)/z^3,    s = t - t* > 0
+    x1'' = a s - r x1' - w^2 (x1 - x0),    x1 = x0 + a (g(p) - g(q))/(p - q),    g(p) = (e^(p s) - 1 - p s)/p^2,    s = t - t* > 0
 
-t* is where the least sum of squares over x0, a, r is least, between samples too, and its interval where that has grown by what
-chance allows. The leg is in the air, or the way so short that the spring does not matter. A constant load (gravity) shifts the
-thresholds of both directions alike: their half difference is friction, their mean the load.
+p and q being the roots of z^2 + r z + w^2; w = 0 in the air. t* is where the least sum of squares over x0, a, r (and w) is least,
+between samples too, and its interval where that has grown by what chance allows. A constant load (gravity) shifts the thresholds
+of both directions alike: their half difference is friction, their mean the load. A spring adds what it carries where the actuator
+rests, k x0, which is taken off if k and gamma2 are known.
 """
 
+import cmath
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hopform.errors import HopformError
 from hopform.identification import recordings as of_recordings
-from hopform.identification.estimation import LEVEL, student
+from hopform.identification.estimation import LEVEL, scipy_optimize, student
+from hopform.identification.fits import as_several
 from hopform.identification.motion import Array
 from hopform.identification.recordings import Recording
+from hopform.identification.rigs import UNITS
 
 
 class Onset(NamedTuple):
-    """The beginning of a motion: time [s] and current [A], each with its interval; direction of x1, its noise [m]."""
+    """The beginning of a motion: time [s] and current [A], each with its interval; direction of x1, its noise and rest [m]."""
 
     source: str
     direction: int
@@ -37,6 +42,17 @@ class Onset(NamedTuple):
     u_low: float
     u_high: float
     noise: float
+    x1: float
+
+
+class Rise(NamedTuple):
+    """What was measured about an onset, and the motion that fits it best: times [s], x1 [m], current [A]."""
+
+    onset: Onset
+    time: Array
+    x1: Array
+    fitted: Array
+    u: Array
 
 
 @dataclass(frozen=True)
@@ -57,43 +73,58 @@ class Threshold:
     onsets: tuple[Onset, ...]
     statements: tuple[str, ...]
     warnings: tuple[str, ...] = ()
+    rises: tuple[Rise, ...] = field(default=(), repr=False, compare=False)
 
 
 def friction_threshold(
-    recordings: Sequence[Recording] | Recording, *, m_eff: float | None = None, gamma2: float | None = None
+    recordings: Sequence[Recording] | Recording,
+    *,
+    spring: bool = False,
+    m_eff: float | None = None,
+    gamma2: float | None = None,
+    k: float | None = None,
 ) -> Threshold:
     """The friction threshold (5) from recordings of x1 while the current slowly grows in magnitude, best in both directions.
 
-    m_eff [kg], gamma2 [N/A]: with both, f1 = |gamma2| u*/m_eff is given too. One recording may hold several ramps from 0. Raises
-    HopformError where no motion begins, or where it begins before the ramp does.
+    spring: the actuator works against its spring; else the leg is in the air. m_eff [kg], gamma2 [N/A]: with both,
+    f1 = |gamma2| u*/m_eff is given too. k [N/m]: of the spring; with gamma2 what it carries where the actuator rests is taken
+    off. One recording may hold several ramps from 0. Raises HopformError where no motion begins, or before the ramp does.
     """
-    several = (recordings,) if isinstance(recordings, Recording) else tuple(recordings)
-    if not several:
-        raise HopformError("a threshold needs at least one recording, got none")
-    for name, value in (("m_eff", m_eff), ("gamma2", gamma2)):
-        if value is not None and (not math.isfinite(value) or value == 0.0 or (name == "m_eff" and value < 0.0)):
+    several = as_several(recordings)
+    for name, value in (("m_eff", m_eff), ("gamma2", gamma2), ("k", k)):
+        if value is not None and (not math.isfinite(value) or value == 0.0 or (name != "gamma2" and value < 0.0)):
             raise HopformError(
-                f"{name} must be {'> 0 kg' if name == 'm_eff' else 'a number but 0 in N/A'}, got {value!r}"
+                f"{name} must be {'a number but 0 in N/A' if name == 'gamma2' else f'> 0 {UNITS[name]}'}, got {value!r}"
             )
-    onsets = tuple(onset for each in several for onset in _onsets(each))
-    u, spread, load, statements = _both(onsets)
+    attached = spring or k is not None
+    rises = tuple(rise for each in several for rise in _onsets(each, attached))
+    onsets = tuple(rise.onset for rise in rises)
+    carried = k / gamma2 if k is not None and gamma2 is not None else 0.0
+    u, spread, load, statements = _both(onsets, carried)
     per = abs(gamma2) / m_eff if m_eff is not None and gamma2 is not None else math.nan
     if math.isnan(per):
         statements += ("a ramp fixes f1 m_eff/|gamma2| alone: m_eff and gamma2, as from step responses, make it f1",)
+    if attached and carried == 0.0:
+        statements += (
+            "what the spring carries where the actuator rests counts as friction or load: k and gamma2 take it off",
+        )
     notes = tuple(f"{each.source}: {note}" for each in several for note in each.notes)
     low, high = max(u - spread, 0.0), u + spread
-    return Threshold(u, low, high, load, u * per, low * per, high * per, onsets, statements, notes)
+    return Threshold(u, low, high, load, u * per, low * per, high * per, onsets, statements, notes, rises)
 
 
-def _both(onsets: Sequence[Onset]) -> tuple[float, float, float, tuple[str, ...]]:
-    """Threshold, half its interval, load: from the means of either direction of the current."""
+def _both(onsets: Sequence[Onset], carried: float) -> tuple[float, float, float, tuple[str, ...]]:
+    """Threshold, half its interval, load: from the means of either direction of the current.
+
+    carried [A/m]: what the spring adds, as a current per way of the actuator.
+    """
     means, halves = list[float](), list[float]()
     for sign in (1.0, -1.0):
-        some = [each for each in onsets if each.u * sign > 0.0]
+        some = [each for each in onsets if (each.u + carried * each.x1) * sign > 0.0]
         if some:
             widths = np.array([0.5 * (each.u_high - each.u_low) for each in some])
             weight = 1.0 / np.maximum(widths, 1e-12) ** 2
-            values = np.array([each.u for each in some])
+            values = np.array([each.u + carried * each.x1 for each in some])
             means.append(float((values * weight).sum() / weight.sum()))
             own = 1.0 / math.sqrt(float(weight.sum()))
             scatter = float(np.std(values, ddof=1)) / math.sqrt(len(some)) if len(some) > 1 else 0.0
@@ -105,16 +136,16 @@ def _both(onsets: Sequence[Onset]) -> tuple[float, float, float, tuple[str, ...]
     return abs(means[0]), halves[0], math.nan, (said,)
 
 
-def _onsets(recording: Recording) -> list[Onset]:
+def _onsets(recording: Recording, spring: bool) -> list[Rise]:
     """The onset in each ramp of a recording: ramps begin where the current leaves 0, and go on while its sign stays."""
-    x, u = recording.position("x1"), recording.current()
-    found = list[Onset]()
+    x, u = recording.position("x1"), recording.driving_current()
+    found = list[Rise]()
     for begin, end in _ramps(u):
         if end - begin >= 20:
-            found.append(_onset(recording, x, u, begin, end))
+            found.append(_onset(recording, x, u, begin, end, spring))
     if not found:
-        raise recording.error(
-            "no ramp is found: the current must grow slowly from 0, in 20 samples at least", recording.line
+        raise recording.error_of(
+            "x1", "no ramp is found: the current must grow slowly from 0, in 20 samples at least", recording.line
         )
     return found
 
@@ -131,7 +162,7 @@ def _ramps(u: Array) -> list[tuple[int, int]]:
     return [(max(a - 2 * width, 0), a + int(np.abs(smooth[a:b]).argmax()) + 1) for a, b in large]
 
 
-def _onset(recording: Recording, x: Array, u: Array, begin: int, end: int) -> Onset:
+def _onset(recording: Recording, x: Array, u: Array, begin: int, end: int, spring: bool) -> Rise:
     t, x, u = recording.time[begin:end], x[begin:end], u[begin:end]
     noise = max(of_recordings.noise_of(x), 0.3 * of_recordings.quantum_of(x), 1e-12)
     rest = float(np.median(x[: max(x.size // 20, 5)]))
@@ -139,16 +170,22 @@ def _onset(recording: Recording, x: Array, u: Array, begin: int, end: int) -> On
     beyond = np.abs(x - rest) > 8.0 * noise
     later = np.flatnonzero(beyond & (np.cumsum(~beyond[::-1])[::-1] <= 0.02 * x.size))
     if not later.size:
-        raise recording.error(
-            "the actuator does not move under the ramp: let the current grow further", recording.line + begin
+        raise recording.error_of(
+            "x1", "the actuator does not move under the ramp: let the current grow further", recording.line + begin
         )
     seen = int(later[0])
     if seen < 10:
-        raise recording.error("the actuator moves before the ramp begins", recording.line + begin)
+        raise recording.error_of(
+            "x1", "the actuator moves before the ramp begins: let it come to rest first", recording.line + begin
+        )
     last = _window(x, rest, noise, seen)
-    cost, fit_end = _costs(t[:last], x[:last])
+    best, count = _costs(t[:last], x[:last], spring)
+
+    def cost(begins: float) -> float:
+        return best(begins).cost
+
     at = _least(cost, float(t[2]), float(t[seen]))
-    freedom = max(fit_end - 4, 1)
+    freedom = max(count - (5 if spring else 4), 1)
     limit = cost(at) * (1.0 + student(0.5 + 0.5 * LEVEL, freedom) ** 2 / freedom)
     low, high = (
         _reach(cost, at, limit, end, float(np.median(np.diff(t)))) for end in (float(t[0]), float(t[last - 4]))
@@ -159,9 +196,10 @@ def _onset(recording: Recording, x: Array, u: Array, begin: int, end: int) -> On
     currents = [float(np.polyval(line, each)) for each in (low, at, high)]
     around = student(0.5 + 0.5 * LEVEL, freedom) * 2.0 * wobble
     half = math.hypot(max(abs(currents[1] - currents[0]), abs(currents[2] - currents[1])), around)
-    return Onset(
-        recording.source, direction, at, low, high, currents[1], currents[1] - half, currents[1] + half, noise
+    onset = Onset(
+        recording.source, direction, at, low, high, currents[1], currents[1] - half, currents[1] + half, noise, rest,
     )  # fmt: skip
+    return Rise(onset, t[:last], x[:last], best(at).at(t[:last]), u[:last])
 
 
 def _window(x: Array, rest: float, noise: float, seen: int) -> int:
@@ -171,42 +209,108 @@ def _window(x: Array, rest: float, noise: float, seen: int) -> int:
     return min(max(last, seen + 8), x.size)
 
 
-def _rise(s: Array, rate: float) -> Array:
-    """s^3 phi(rate s), by its series where that is exact."""
-    z = rate * s
-    small = z < 0.05
+def _rise(s: Array, rate: float, square: float = 0.0) -> Array:
+    """What a ramp of force from s = 0 on does to a mass with friction r and a spring w^2; roots that are equal are parted."""
+    half = 0.5 * rate
+    apart = cmath.sqrt(half * half - square)
+    apart = apart if abs(apart) > 1e-4 * (half + 1e-3) else 1e-4 * (half + 1e-3)
+    p, q = -half + apart, -half - apart
+    return np.asarray(((_twice(p, s) - _twice(q, s)) / (p - q)).real)
+
+
+def _twice(p: complex, s: Array) -> NDArray[np.complex128]:
+    """(e^(p s) - 1 - p s)/p^2, by its series where that is exact."""
+    z = p * s
+    small = np.abs(z) < 0.02
     safe = np.where(small, 1.0, z)
-    closed = (0.5 * safe * safe - safe - np.expm1(-safe)) / safe**3
-    return np.asarray(s**3 * np.where(small, 1.0 / 6.0 - z / 24.0 + z * z / 120.0 - z**3 / 720.0, closed))
+    closed = (np.expm1(safe) - safe) / safe**2
+    near = 0.5 + z / 6.0 + z * z / 24.0 + z**3 / 120.0 + z**4 / 720.0
+    return np.asarray(s * s * np.where(small, near, closed), dtype=np.complex128)
 
 
-def _costs(t: Array, x: Array) -> tuple[Callable[[float], float], int]:
-    """The least sum of squares for each beginning t*, over rest, slope of the ramp's force and rate of the friction."""
-    span = float(t[-1] - t[0])
-    total, mean = float(((x - x.mean()) ** 2).sum()), x - x.mean()
+_ENOUGH = 250
+"""Samples of a window: more are averaged, which tells as much of so smooth a motion."""
 
-    def of_rate(begin: float, rate: float) -> float:
-        rise = _rise(np.maximum(t - begin, 0.0) / span, rate)
+
+def _thinned(values: Array) -> Array:
+    """Means of neighbours, so that not many more than enough are left."""
+    many = max(values.size // _ENOUGH, 1)
+    return np.asarray(values[: values.size // many * many].reshape(-1, many).mean(axis=1))
+
+
+class _Best(NamedTuple):
+    """The motion that fits a window best of those that begin at one time: its sum of squares, and x1 at times."""
+
+    cost: float
+    at: Callable[[Array], Array]
+
+
+def _costs(t: Array, x: Array, spring: bool) -> tuple[Callable[[float], _Best], int]:
+    """The best motion for each beginning t*, over rest, slope of the ramp's force, friction's rate, and the spring."""
+    t, x = _thinned(t), _thinned(x)
+    span, mean = float(t[-1] - t[0]), x - x.mean()
+
+    def rise_of(times: Array, begin: float, rate: float, square: float) -> Array:
+        return _rise(np.maximum(times - begin, 0.0) / span, rate, square)
+
+    def slope_of(rise: Array) -> float:
         rise = rise - rise.mean()
         power = float(rise @ rise)
-        return total - float(rise @ mean) ** 2 / power if power > 0.0 else total
+        return float(rise @ mean) / power if power > 0.0 else 0.0
 
-    def cost(begin: float) -> float:
+    def missed(begin: float, rate: float, square: float) -> Array:
+        """What is left of the motion after the best rest and slope."""
+        rise = rise_of(t, begin, rate, square)
+        return np.asarray(mean - slope_of(rise) * (rise - rise.mean()))
+
+    def found(begin: float, rate: float, square: float) -> _Best:
+        rest = missed(begin, rate, square)
+
+        def at(times: Array) -> Array:
+            rise = rise_of(t, begin, rate, square)
+            slope = slope_of(rise)
+            return np.asarray(x.mean() + slope * (rise_of(times, begin, rate, square) - rise.mean()))
+
+        return _Best(float(rest @ rest), at)
+
+    def in_the_air(begin: float) -> _Best:
         """Over rates from none to one that settles at once."""
-        return of_rate(
-            begin, math.exp(_least(lambda log: of_rate(begin, math.exp(log)), math.log(0.01), math.log(1e3), 15))
-        )
 
-    return cost, t.size
+        def left(log: float) -> float:
+            rest = missed(begin, math.exp(log), 0.0)
+            return float(rest @ rest)
+
+        return found(begin, math.exp(_least(left, math.log(0.01), math.log(1e3), 15, 1e-3)), 0.0)
+
+    first = np.array([math.log(5.0), math.log(100.0)])
+    near, size = first, float(np.sqrt(mean @ mean))
+
+    def against_a_spring(begin: float) -> _Best:
+        """Over rates and springs, from a guess and from where the last beginning had them."""
+        nonlocal near
+
+        def share(logs: Array) -> Array:
+            return missed(begin, math.exp(float(logs[0])), math.exp(float(logs[1]))) / size
+
+        tried = [
+            scipy_optimize().least_squares(
+                share, start, bounds=([-5.0, -5.0], [9.0, 14.0]), ftol=1e-9, xtol=1e-5, max_nfev=40,
+            )
+            for start in (first, near)
+        ]  # fmt: skip
+        near = np.asarray(min(tried, key=lambda each: float(each.cost)).x, dtype=float)
+        return found(begin, math.exp(near[0]), math.exp(near[1]))
+
+    return against_a_spring if spring else in_the_air, t.size
 
 
-def _least(cost: Callable[[float], float], low: float, high: float, places: int = 61) -> float:
-    """Where a cost is least: on a grid, then by golden sections around its best place."""
+def _least(cost: Callable[[float], float], low: float, high: float, places: int = 61, precision: float = 1e-5) -> float:
+    """Where a cost is least, to a share of the range: on a grid, then by golden sections around its best place."""
     grid = np.linspace(low, high, places)
     n = int(np.argmin([cost(float(each)) for each in grid]))
     a, b = float(grid[max(n - 1, 0)]), float(grid[min(n + 1, grid.size - 1)])
     golden = 0.5 * (math.sqrt(5.0) - 1.0)
-    while b - a > 1e-5 * (high - low):
+    while b - a > precision * (high - low):
         left, right = b - golden * (b - a), a + golden * (b - a)
         a, b = (a, right) if cost(left) < cost(right) else (left, b)
     return 0.5 * (a + b)

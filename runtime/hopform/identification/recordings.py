@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hopform.checks import is_number
 from hopform.errors import HopformError
@@ -32,6 +33,10 @@ POSITIONS = {
 }
 CURRENTS = ("current", "u", "i", "drive_current", "drive_voltage", "voltage")
 FEWEST = 20
+_LEAST_WAY, _MOST_HEIGHT = 5e-4, 20.0
+"""[m] what no hopper's motion is smaller, no hopper's position larger than: beyond, a unit is wrong."""
+_LEAST_CURRENT, _MOST_CURRENT = 0.01, 1000.0
+"""[A or V] the same of what drives it."""
 
 
 class Column(NamedTuple):
@@ -67,26 +72,44 @@ class Recording:
         """The measured current [A] (volts, for a robot whose input is one)."""
         column = self._one_of(CURRENTS, None, "a current")
         if column.quantity not in ("current", "voltage"):
+            raise self.error(f"is to be a current, but its unit is that of a {column.quantity}", 1, column)
+        most = float(np.abs(column.values).max())
+        if most > 0.0 and not _LEAST_CURRENT <= most <= _MOST_CURRENT:
+            worst = int(np.abs(column.values).argmax())
             raise self.error(
-                f"column {column.title!r} is to be a current, but its unit is that of a {column.quantity}", 1
+                f"reaches {column.values[worst]:.6g} {'A' if column.quantity == 'current' else 'V'}, which drives no hopper: "
+                "is its unit right?",
+                self.line + worst,
+                column,
             )
         return column.values
+
+    def driving_current(self) -> Array:
+        """The same; HopformError if it never changes, so that nothing can be told of the motor."""
+        values = self.current()
+        if float(np.ptp(values)) == 0.0:
+            column = self._one_of(CURRENTS, None, "a current")
+            raise self.error(f"is constant at {values[0]:.6g}: record its step too", self.line, column)
+        return values
 
     def has_current(self) -> bool:
         return any(name in self.columns for name in CURRENTS)
 
-    def error(self, message: str, line: int | None = None) -> HopformError:
+    def error(self, message: str, line: int | None = None, column: Column | None = None) -> HopformError:
         """An error that says where it is."""
-        return HopformError(f"{self.source}{f', line {line}' if line else ''}: {message}")
+        places = [self.source, *([f"line {line}"] if line else []), *([f"column {column.title!r}"] if column else [])]
+        return HopformError(f"{', '.join(places)}: {message}")
+
+    def error_of(self, of: str, message: str, line: int) -> HopformError:
+        """An error about the measured x1 or x2."""
+        return self.error(message, line, self._one_of(POSITIONS[of], "length", f"a position {of}"))
 
     def _one_of(self, names: tuple[str, ...], quantity: str | None, what: str) -> Column:
         for name in names:
             if name in self.columns:
                 column = self.columns[name]
                 if quantity is not None and column.quantity != quantity:
-                    raise self.error(
-                        f"column {column.title!r} is to be {what}, but its unit is that of a {column.quantity}", 1
-                    )
+                    raise self.error(f"is to be {what}, but its unit is that of a {column.quantity}", 1, column)
                 return column
         titles = ", ".join(column.title for column in self.columns.values())
         raise self.error(
@@ -95,26 +118,27 @@ class Recording:
 
     def _check_position(self, column: Column) -> None:
         values = column.values
-        if float(np.ptp(values)) == 0.0:
-            raise self.error(f"column {column.title!r} is constant: nothing moves", self.line)
-        if float(np.abs(values).max()) > 20.0:
+        reach = float(np.ptp(values))
+        if reach == 0.0:
+            raise self.error("is constant: nothing moves", self.line, column)
+        if float(np.abs(values).max()) > _MOST_HEIGHT:
             worst = int(np.abs(values).argmax())
             raise self.error(
-                f"column {column.title!r} reaches {values[worst]:.6g} m, which is no position of a hopper: is its unit right?",
+                f"reaches {values[worst]:.6g} m, which is no position of a hopper: is its unit right?",
                 self.line + worst,
+                column,
+            )
+        if reach < _LEAST_WAY:
+            raise self.error(
+                f"moves by {1e3 * reach:.2g} mm in all, which no fit can use: is its unit right?", self.line, column
             )
         others = [c for c in self.columns.values() if c.quantity in ("current", "voltage", "force")]
         if others and _jump(values) > 0.3 and min(_jump(c.values) for c in others) < 0.1:
             smooth = min(others, key=lambda c: _jump(c.values))
-            raise self.error(
-                f"column {column.title!r} jumps and column {smooth.title!r} is smooth: are the two swapped?", 1
-            )
+            raise self.error(f"jumps and column {smooth.title!r} is smooth: are the two swapped?", 1, column)
         noise = max(noise_of(values), quantum_of(values))
         if float(np.std(values)) < 3.0 * noise:
-            raise self.error(
-                f"column {column.title!r} does not move beyond its noise of {noise:.2g} m: let it move further",
-                self.line,
-            )
+            raise self.error(f"does not move beyond its noise of {noise:.2g} m: let it move further", self.line, column)
 
 
 def _jump(values: Array) -> float:
@@ -155,9 +179,17 @@ def parse_recording(text: str, source: str, added_mass: float = 0.0) -> Recordin
     head_line, head = rows[0]
     titles = [title.strip() for title in head]
     known = [_title(title, source, head_line, n) for n, title in enumerate(titles)]
+    names = [name for name, _, _ in known]
+    for n, name in enumerate(names):
+        if name in names[:n]:
+            raise HopformError(
+                f"{source}, line {head_line}, column {titles[n]!r}: {titles[names.index(name)]!r} is named {name} too"
+            )
     table = np.array([_numbers(row, titles, source, number) for number, row in rows[1:]], dtype=float)
     if len(table) < FEWEST:
-        raise HopformError(f"{source}: has {len(table)} samples, at least {FEWEST} are needed")
+        raise HopformError(
+            f"{source}, line {rows[-1][0]}: ends after {len(table)} samples, at least {FEWEST} are needed"
+        )
     first = rows[1][0]
     columns = {
         name: Column(title, quantity, place + 1, table[:, place] * factor)
@@ -170,6 +202,9 @@ def parse_recording(text: str, source: str, added_mass: float = 0.0) -> Recordin
 
 def _title(title: str, source: str, line: int, place: int) -> tuple[str, str, float]:
     name, _, unit = title.rpartition("_")
+    apart = next((mark for mark in ";\t|" if mark in title), None)
+    if apart is not None:
+        raise HopformError(f"{source}, line {line}: columns must be separated by commas, got {apart!r} in {title!r}")
     if not name or unit not in UNITS:
         if not name and is_number(title):
             raise HopformError(
@@ -218,12 +253,13 @@ def _time(columns: Mapping[str, Column], source: str, first: int) -> Array:
         hint = f"; column {rising[0]!r} does: are the two swapped?" if rising else ""
         went = "stands still" if steps[back - 1] == 0.0 else "goes back"
         raise HopformError(
-            f"{source}, line {first + back}, column {column.title!r}: time {went}, from {column.values[back - 1]!r} to "
-            f"{column.values[back]!r} s; it must increase{hint}"
+            f"{source}, line {first + back}, column {column.title!r}: time {went}, from {float(column.values[back - 1])!r} to "
+            f"{float(column.values[back])!r} s; it must increase{hint}"
         )
-    if not 1e-6 <= float(np.median(steps)) <= 0.5:
+    if not 2e-5 <= float(np.median(steps)) <= 0.5:
         raise HopformError(
-            f"{source}, column {column.title!r}: samples are {float(np.median(steps)):.3g} s apart: is its unit right?"
+            f"{source}, line {first + 1}, column {column.title!r}: samples are {float(np.median(steps)):.3g} s apart: "
+            "is its unit right?"
         )
     return column.values
 
@@ -249,6 +285,14 @@ def calm(values: Array) -> Array:
     """Running medians of five: what single outliers do not move."""
     padded = np.concatenate([np.repeat(values[:1], 2), values, np.repeat(values[-1:], 2)])
     return np.asarray(np.median(np.lib.stride_tricks.sliding_window_view(padded, 5), axis=1))
+
+
+def outliers(values: Array) -> NDArray[np.bool_]:
+    """Which samples are off the median of their five neighbours, beyond noise and beyond what a motion does in three samples."""
+    travel = float(np.percentile(np.abs(np.diff(values)), 90.0))
+    return np.asarray(
+        np.abs(values - calm(values)) > max(3.0 * travel, 10.0 * noise_of(values), 10.0 * quantum_of(values))
+    )
 
 
 def saturated(values: Array, least: int = 8) -> tuple[int, int] | None:
@@ -289,45 +333,17 @@ def _notes(time: Array, columns: Mapping[str, Column]) -> tuple[str, ...]:
     return tuple(notes)
 
 
-def free_decay(recording: Recording, values: Array) -> tuple[int, int]:
-    """First and last sample (exclusive) of a free decay about its rest.
-
-    It starts just after the largest deviation, before which there is a hand, and ends where swings grow again: at the next hand.
-    """
-    noise, values = max(noise_of(values), quantum_of(values)), calm(values)
-    tail = values[-max(values.size // 20, 5) :]
-    rest = float(np.median(tail))
-    start = int(np.abs(values - rest).argmax())
-    reach, left = abs(float(values[start]) - rest), values[start:] - rest
-    crossings = np.flatnonzero(np.signbit(left[1:]) != np.signbit(left[:-1])) + 1
-    edges = [0, *crossings.tolist(), left.size]
-    sizes = [float(np.abs(left[a:b]).max()) for a, b in zip(edges[:-1], edges[1:], strict=True)]
-    swings = sum(size > max(8.0 * noise, 0.1 * reach) for size in sizes)
-    if reach <= 10.0 * noise or left.size <= FEWEST or (swings < 2 and float(np.ptp(tail)) > 0.05 * reach):
-        raise recording.error(
-            "the release is not found: no decay follows the largest deviation", recording.line + start
-        )
-    grows = [n for n in range(2, len(sizes)) if sizes[n] > 1.3 * max(sizes[n - 2 : n]) + max(8.0 * noise, 0.05 * reach)]
-    end = start + (edges[grows[0] - 1] if grows else left.size)
-    start = min(start + 1, end - 1)
-    if end - start < FEWEST:
-        raise recording.error(
-            f"too short: {end - start} samples follow the release, at least {FEWEST} are needed", recording.line + start
-        )
-    return start, end
+MOST_STEPS = 2**16 - 1
 
 
-def drop(recording: Recording, values: Array) -> tuple[int, int]:
-    """First and last sample (exclusive) of a fall, which starts where the height is lower than it was held by more than noise."""
-    noise, values = max(noise_of(values), quantum_of(values), 1e-9), calm(values)
-    level = float(np.median(values[:5]))
-    fallen = np.flatnonzero(values < level - max(8.0 * noise, 0.002 * float(np.ptp(values))))
-    if not fallen.size:
-        raise recording.error("the release is not found: the height does not fall", recording.line)
-    start = int(fallen[0])
-    if values.size - start < FEWEST:
-        raise recording.error(
-            f"too short: {values.size - start} samples follow the release, at least {FEWEST} are needed",
-            recording.line + start,
+def steps_of(recording: Recording, start: int = 0, end: int | None = None) -> tuple[tuple[float, float], ...]:
+    """The measured current of samples start to end as steps from t = 0 on: one holds until the next; equal neighbours are one."""
+    time, u = recording.time[start:end], recording.current()[start:end]
+    if time.size > MOST_STEPS:
+        raise recording.error_of(
+            "x1",
+            f"has {time.size} samples; a fit in position takes up to {MOST_STEPS}: record at a lower rate",
+            recording.line + MOST_STEPS,
         )
-    return start, values.size
+    starts = np.concatenate([[True], u[1:] != u[:-1]])
+    return tuple(zip((time[starts] - time[0]).tolist(), u[starts].tolist(), strict=True))

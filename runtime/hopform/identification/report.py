@@ -7,21 +7,27 @@ import html
 import math
 from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from rich.console import RenderableType
 
 from hopform import tables
 from hopform.errors import HopformError
+from hopform.identification.estimation import Estimate
 from hopform.identification.fits import NEW, OLD, Fit, Trace
-from hopform.identification.ramp import Threshold
+from hopform.identification.ramp import Rise, Threshold
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 SUFFIXES = (".md", ".html")
+TITLES = {
+    "drop": "drop test", "step": "step response", "force": "in force", "robot": "all recordings together",
+    "ramp": "friction threshold (5) from a ramp",
+}  # fmt: skip
+"""What each kind of answer is called in a heading."""
 _UNIT = {"x1": ("mm", 1e3), "x2": ("mm", 1e3), "force": ("N", 1.0), "threshold": ("A", 1.0)}
 
 
@@ -86,16 +92,21 @@ def threshold_rows(threshold: Threshold) -> list[tuple[str, ...]]:
     ]  # fmt: skip
 
 
-def threshold_tables(threshold: Threshold) -> Iterator[RenderableType]:
-    """A threshold for a terminal."""
-    made = tables.table("Onsets of motion", *ONSET_HEAD, words=("recording",))
-    tables.add_rows(made, threshold_rows(threshold))
-    yield made
+def threshold_said(threshold: Threshold) -> Iterator[str]:
+    """What a threshold comes to."""
     yield f"u* = {threshold.u:.5g} A, 95 % interval {threshold.low:.5g} .. {threshold.high:.5g} A"
     if not math.isnan(threshold.load):
         yield f"constant load: {threshold.load:.4g} A"
     if not math.isnan(threshold.f1):
         yield f"f1 = {threshold.f1:.5g} m/s^2, {threshold.f1_low:.5g} .. {threshold.f1_high:.5g}"
+
+
+def threshold_tables(threshold: Threshold) -> Iterator[RenderableType]:
+    """A threshold for a terminal."""
+    made = tables.table("Onsets of motion", *ONSET_HEAD, words=("recording",))
+    tables.add_rows(made, threshold_rows(threshold))
+    yield made
+    yield from threshold_said(threshold)
     yield from (f"note: {each}" for each in threshold.statements)
 
 
@@ -137,20 +148,27 @@ def threshold_record(threshold: Threshold) -> dict[str, Any]:
 # ---- pictures ----
 
 
+def plot(answer: Fit | Threshold) -> "Figure":
+    """The picture of a fit, or of a threshold."""
+    return plot_fit(answer) if isinstance(answer, Fit) else plot_threshold(answer)
+
+
 def plot_fit(fit: Fit) -> "Figure":
     """Each recording with both models, the residuals below it, and the intervals of the parameters."""
     from matplotlib.figure import Figure
 
     from hopform import plots
 
-    traces = [trace for trace in fit.traces if trace.time.size > 1]
+    traces, shown = [trace for trace in fit.traces if trace.time.size > 1], _with_intervals(fit)
+    last = 0.7 + 0.22 * len(shown)
     with plots.house_style():
-        figure = Figure(figsize=(8.0, 2.9 * len(traces) + 2.2), layout="constrained")
-        grid = figure.subplots(2 * len(traces) + 1, 1, height_ratios=[*([2.0, 1.0] * len(traces)), 1.8])
+        figure = Figure(figsize=(8.0, 3.1 * len(traces) + last), layout="constrained")
+        heights = [*([2.0, 1.0] * len(traces)), max(last, 1.0)]
+        grid = figure.subplots(2 * len(traces) + 1, 1, height_ratios=heights)
         for n, trace in enumerate(traces):
             _draw_trace(grid[2 * n], grid[2 * n + 1], trace)
-        _draw_intervals(grid[-1], fit)
-        figure.suptitle(f"Identification: {fit.kind}")
+        _draw_intervals(grid[-1], shown)
+        figure.suptitle(f"Identification: {TITLES[fit.kind]}")
     return figure
 
 
@@ -164,23 +182,69 @@ def _draw_trace(above: "Axes", below: "Axes", trace: Trace) -> None:
         below.plot(trace.time, factor * (trace.old - trace.measured), lw=0.6, color=plots.MAGENTA)
     above.plot(trace.time, factor * trace.predicted, lw=1.1, color=plots.BLUE, label=NEW)
     below.plot(trace.time, factor * (trace.predicted - trace.measured), lw=0.6, color=plots.BLUE)
-    above.set(ylabel=f"{trace.quantity} [{unit}]", title=Path(trace.label).name)
+    above.set(ylabel=f"{trace.quantity} [{unit}]", xticklabels=[])
+    above.set_title(Path(trace.label).name, loc="left", fontsize=9)
+    ends = (float(trace.time[0]), float(trace.time[-1]))
+    above.set_xlim(ends)
+    below.set_xlim(ends)
     below.set(xlabel="t [s]", ylabel=f"residual [{unit}]")
-    above.legend(loc="best", fontsize=7)
+    above.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=3, fontsize=7, frameon=False)
 
 
-def _draw_intervals(axes: "Axes", fit: Fit) -> None:
+def _with_intervals(fit: Fit) -> list[Estimate]:
+    """Estimates whose interval says something as a share of the value: none that may have either sign, none of one recording."""
+    return [
+        each for each in fit.estimates
+        if not each.own and math.isfinite(each.high - each.low) and each.high - each.low < 2.0 * abs(each.value)
+    ]  # fmt: skip
+
+
+def _draw_intervals(axes: "Axes", shown: Sequence[Estimate]) -> None:
     """95 % intervals as shares of the values, on a scale that shows small and large ones."""
     from hopform import plots
 
-    shown = [each for each in fit.estimates if not each.own and math.isfinite(each.high) and each.value != 0.0]
-    for row, each in enumerate(shown):
+    for row, each in enumerate(reversed(shown)):
         ends = 100.0 * (np.array([each.low, each.high]) - each.value) / abs(each.value)
         axes.plot(ends, [row, row], "|-", color=plots.BLUE)
         axes.plot([0.0], [row], "o", ms=3, color=plots.BLUE)
-    axes.set(xlabel="95 % interval about the value [%]", yticks=range(len(shown)), xscale="symlog")
-    axes.set_yticklabels([each.name for each in shown])
+    axes.set(xlabel="95 % interval about the value [%]", yticks=range(len(shown)))
+    axes.set_xscale("symlog", linthresh=0.1)
+    axes.xaxis.set_major_formatter("{x:g}")
+    axes.set_yticklabels([each.name for each in reversed(shown)])
     axes.margins(x=0.05, y=0.1)
+
+
+def plot_threshold(threshold: Threshold) -> "Figure":
+    """Each onset of motion with the motion that fits it, its time and interval, and the current over the same time."""
+    from matplotlib.figure import Figure
+
+    from hopform import plots
+
+    with plots.house_style():
+        figure = Figure(figsize=(8.0, 3.1 * len(threshold.rises) + 0.4), layout="constrained")
+        grid = figure.subplots(2 * len(threshold.rises), 1, height_ratios=[2.0, 1.0] * len(threshold.rises))
+        for n, rise in enumerate(threshold.rises):
+            _draw_rise(grid[2 * n], grid[2 * n + 1], rise)
+        figure.suptitle(f"Identification: {TITLES['ramp']}")
+    return figure
+
+
+def _draw_rise(above: "Axes", below: "Axes", rise: Rise) -> None:
+    from hopform import plots
+
+    onset, begin = rise.onset, float(rise.time[0])
+    above.plot(rise.time, 1e3 * rise.x1, ".", ms=2, color=plots.GREY, label="measured")
+    above.plot(rise.time, 1e3 * rise.fitted, lw=1.1, color=plots.BLUE, label="rest, then a rise")
+    below.plot(rise.time, rise.u, lw=0.8, color=plots.BLUE)
+    for axes in (above, below):
+        axes.axvspan(onset.time_low, onset.time_high, color=plots.MAGENTA, alpha=0.2, label="onset, 95 %")
+        axes.axvline(onset.time, color=plots.MAGENTA, lw=0.9)
+        axes.set_xlim(begin, float(rise.time[-1]))
+    below.axhspan(onset.u_low, onset.u_high, color=plots.GREY, alpha=0.3)
+    above.set(ylabel="x1 [mm]", xticklabels=[])
+    above.set_title(f"{Path(onset.source).name}, direction {onset.direction:+d}", loc="left", fontsize=9)
+    below.set(xlabel="t [s]", ylabel="u [A]")
+    above.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=3, fontsize=7, frameon=False)
 
 
 # ---- reports ----
@@ -192,66 +256,79 @@ def check_suffix(path: Path) -> None:
         raise HopformError(f"a report's name must end in {' or '.join(SUFFIXES)}, got {str(path)!r}")
 
 
-def files_of(fit: Fit, path: Path) -> list[tuple[Path, bytes]]:
+def files_of(answer: Fit | Threshold, path: Path) -> list[tuple[Path, bytes]]:
     """The files of a report: an HTML page with its picture inside, or Markdown and its picture beside it."""
     from hopform import plots
 
     check_suffix(path)
-    picture = plots.render(plot_fit(fit), ".svg")
+    picture = plots.render(plot(answer), ".svg")
+    page = _fit_page(answer) if isinstance(answer, Fit) else _threshold_page(answer)
     if path.suffix.lower() == ".html":
-        return [(path, _html(fit, picture.decode()).encode())]
+        return [(path, _html(page, picture.decode()).encode())]
     beside = path.with_suffix(".svg")
-    return [(path, _markdown(fit, beside.name).encode()), (beside, picture)]
+    return [(path, _markdown(page, beside.name).encode()), (beside, picture)]
 
 
-_Section = tuple[str, tuple[str, ...], list[tuple[str, ...]]]
+class _Section(NamedTuple):
+    """A table of a report."""
+
+    title: str
+    head: tuple[str, ...]
+    rows: list[tuple[str, ...]]
 
 
-def _sections(fit: Fit) -> list[_Section]:
+class _Page(NamedTuple):
+    """What a report says besides its picture."""
+
+    title: str
+    sections: list[_Section]
+    said: list[str]
+
+
+def _fit_page(fit: Fit) -> _Page:
     pairs: list[tuple[str, ...]] = [(a, b, f"{r:+.3f}") for (a, b), r in fit.correlations.items()]
-    found: list[_Section] = [
-        ("Parameters", PARAMETER_HEAD, parameter_rows(fit)),
-        ("Recordings", TRACE_HEAD, trace_rows(fit)),
-        ("Correlations", ("first", "second", "correlation"), pairs),
+    sections = [
+        _Section("Parameters", PARAMETER_HEAD, parameter_rows(fit)),
+        _Section("Recordings", TRACE_HEAD, trace_rows(fit)),
+        _Section("Correlations", ("first", "second", "correlation"), pairs),
     ]
-    return [section for section in found if section[2]]
+    compared = [trace for trace in fit.traces if not math.isnan(trace.old_rms)]
+    said = list[str]()
+    for trace in compared:
+        unit, factor = _UNIT[trace.quantity]
+        new, old = (f"{factor * rms:.3g} {unit}" for rms in (trace.tests.rms, trace.old_rms))
+        said.append(f"{Path(trace.label).name}: rms {new} by {NEW}; {old} by {OLD}")
+    return _Page(TITLES[fit.kind], [each for each in sections if each.rows], [*said, *fit.statements, *fit.warnings])
 
 
-def _said(fit: Fit) -> list[str]:
-    compared = [trace for trace in fit.traces if not math.isnan(trace.old_rms) and trace.quantity in ("x1", "x2")]
-    said = [
-        f"{Path(t.label).name}: rms {1e3 * t.tests.rms:.3g} mm by {NEW}; {1e3 * t.old_rms:.3g} mm by {OLD}"
-        for t in compared
-    ]
-    return [*said, *fit.statements, *fit.warnings]
+def _threshold_page(threshold: Threshold) -> _Page:
+    section = _Section("Onsets of motion", ONSET_HEAD, threshold_rows(threshold))
+    return _Page(TITLES["ramp"], [section], [*threshold_said(threshold), *threshold.statements, *threshold.warnings])
 
 
-def _markdown(fit: Fit, picture: str) -> str:
-    parts = [f"# Identification: {fit.kind}", ""]
-    for title, head, rows in _sections(fit):
+def _markdown(page: _Page, picture: str) -> str:
+    parts = [f"# Identification: {page.title}", ""]
+    for title, head, rows in page.sections:
         parts += [f"## {title}", "", "| " + " | ".join(head) + " |", "|" + "---|" * len(head)]
         parts += ["| " + " | ".join(row) + " |" for row in rows] + [""]
-    parts += [
-        "## What the data tell",
-        "",
-        *(f"- {each}" for each in _said(fit)),
-        "",
-        f"![fit, residuals, intervals]({picture})",
-        "",
-    ]
-    return "\n".join(parts)
+    said = [f"- {each}" for each in page.said]
+    return "\n".join([*parts, "## What the data tell", "", *said, "", f"![the fit]({picture})", ""])
 
 
-def _html(fit: Fit, picture: str) -> str:
+def _html(page: _Page, picture: str) -> str:
     def row(cells: Sequence[str], tag: str) -> str:
         return "<tr>" + "".join(f"<{tag}>{html.escape(cell)}</{tag}>" for cell in cells) + "</tr>"
 
-    style = "body{font:15px sans-serif;max-width:60em;margin:2em auto}td,th{padding:.2em .7em;text-align:left}svg{max-width:100%}"
+    style = (
+        "body{font:15px sans-serif;max-width:62em;margin:2em auto}table{border-collapse:collapse}svg{max-width:100%;height:auto}"
+        "td,th{padding:.2em .7em;text-align:left;border-bottom:1px solid #ddd;font-variant-numeric:tabular-nums}"
+    )
+    title = f"Identification: {html.escape(page.title)}"
     parts = [
-        "<!DOCTYPE html>", f'<html lang="en"><head><meta charset="utf-8"><title>Identification: {fit.kind}</title>',
-        f"<style>{style}</style></head><body>", f"<h1>Identification: {html.escape(fit.kind)}</h1>",
+        "<!DOCTYPE html>", f'<html lang="en"><head><meta charset="utf-8"><title>{title}</title>',
+        f"<style>{style}</style></head><body>", f"<h1>{title}</h1>",
     ]  # fmt: skip
-    for title, head, rows in _sections(fit):
-        parts += [f"<h2>{title}</h2>", "<table>", row(head, "th"), *(row(cells, "td") for cells in rows), "</table>"]
-    parts += ["<h2>What the data tell</h2>", "<ul>", *(f"<li>{html.escape(each)}</li>" for each in _said(fit)), "</ul>"]
+    for heading, head, rows in page.sections:
+        parts += [f"<h2>{heading}</h2>", "<table>", row(head, "th"), *(row(cells, "td") for cells in rows), "</table>"]
+    parts += ["<h2>What the data tell</h2>", "<ul>", *(f"<li>{html.escape(each)}</li>" for each in page.said), "</ul>"]
     return "\n".join([*parts, picture[picture.index("<svg") :], "</body></html>", ""])

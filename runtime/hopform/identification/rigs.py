@@ -4,6 +4,7 @@
 |---|---|---|
 | attached | a body on a spring that pushes and pulls | (4), actuator locked; the body rests at `rest` without gravity |
 | ground | a body that falls, meets the ground and may hop | (4), actuator locked, flight and impact between stances |
+| free | the same over an actuator that moves under a given current | (3), (4), the actuator alone in flight |
 | held | an actuator on a spring whose other end is held | (3), body held; the spring is relaxed at x1 = `rest` |
 | air | an actuator without a spring: the leg in the air, an axis | (3) with k = 0; `offset` is a constant current |
 | threshold | nothing yet: the current at which the actuator begins to move | (5) |
@@ -11,28 +12,35 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from functools import lru_cache
 from typing import Literal
 
 import numpy as np
 
-from hopform.identification import motion
-from hopform.identification.motion import AT, Array
+from hopform.identification import hopping, motion
+from hopform.identification.motion import AT, STATE, Array
 from hopform_solver import records
 
-Kind = Literal["attached", "ground", "held", "air", "threshold"]
+Kind = Literal["attached", "ground", "free", "held", "air", "threshold"]
 
 LETTERS: dict[Kind, tuple[str, ...]] = {
     "attached": ("m_s", "k", "b2", "f2", "g", "rest", "x", "v"),
     "ground": ("m_s", "k", "b2", "f2", "g", "length", "impact_loss", "x", "v"),
+    "free": (
+        "m_s", "k", "b2", "f2", "g", "length", "impact_loss", "m_eff", "b1", "f1", "gamma2", "offset", "x1_min", "x1_max",
+        "x", "v", "x1", "v1",
+    ),
     "held": ("m_eff", "k", "b1", "f1", "gamma2", "rest", "x", "v"),
     "air": ("m_eff", "b1", "f1", "gamma2", "offset", "x", "v"),
     "threshold": ("m_eff", "f1", "gamma2"),
-}
-"""What a rig's motion depends on; x, v are position and velocity at its start."""
+}  # fmt: skip
+"""What a rig's motion depends on; x, v are position and velocity of what is measured at its start (of the body, if it is free,
+with x1, v1 of the actuator)."""
 
 UNITS = {
     "m_s": "kg", "m_eff": "kg", "k": "N/m", "b1": "N s/m", "b2": "N s/m", "f1": "m/s^2", "f2": "m/s^2", "gamma2": "N/A",
     "g": "m/s^2", "rest": "m", "length": "m", "L0": "m", "impact_loss": "", "x": "m", "v": "m/s", "offset": "A",
+    "x1": "m", "v1": "m/s", "x1_min": "m", "x1_max": "m",
 }  # fmt: skip
 
 SOFT = 1e-9
@@ -45,9 +53,9 @@ _FREE = {"c": 0.0, "L0": 0.0, "b1": 0.0, "b2": 0.0, "f1": 0.0, "f2": 0.0, "gamma
 class Experiment:
     """A recording on its rig: what was measured when, under which current, and which parameter each letter stands for.
 
-    time [s] from 0, not decreasing; measured [m]: x2 of a body, x1 of an actuator; steps: the current. names: a letter's
-    parameter. constants: letters that are known. added_mass [kg] on the body. backend: of the solver, the best if None. noise:
-    standard deviation of what was measured, where the residuals are too few to show it.
+    time [s] from 0, not decreasing; measured [m]: x2 of a body, x1 of an actuator, of a free drop the one that `of` says; steps:
+    the current. names: a letter's parameter. constants: letters that are known. added_mass [kg] on the body. backend: of the
+    solver, the best if None. noise: standard deviation of what was measured, where the residuals are too few to show it.
     """
 
     label: str
@@ -61,6 +69,7 @@ class Experiment:
     begin: float = 0.0
     backend: str | None = None
     noise: float | None = None
+    of: Literal["x1", "x2"] = "x2"
     preload: float = field(init=False)
 
     def __post_init__(self) -> None:
@@ -121,16 +130,42 @@ _ACTUATOR = {
 }
 
 
+_LANDING = {**_BODY, "impact_loss": "impact_loss"}
+_FREE_LEG = {
+    **_LANDING, "m_eff": "m_eff", "b1": "b1", "f1": "f1", "gamma2": "gamma2", "offset": "u", "x1_min": "x1_min",
+    "x1_max": "x1_max", "x1": "x1", "v1": "v1",
+}  # fmt: skip
+
+
 def _ground(of: Experiment, at: Mapping[str, float], time: Array) -> tuple[Array, dict[str, Array]]:
     robot = _robot(
         m_s=at["m_s"] + of.added_mass, k=at["k"], b2=at["b2"], f2=at["f2"], g=at["g"], L0=at["length"],
         impact_loss=at["impact_loss"], x1_min=0.0, x1_max=0.0,
     )  # fmt: skip
-    moved = motion.drop(robot, (0.0, 0.0, at["x"], at["v"]), time, of.backend)
+    moved = hopping.drop(robot, (0.0, 0.0, at["x"], at["v"]), ((0.0, 0.0),), time, of.backend)
     row = moved.by[:, 2]
-    return moved.states[:, 2], {
-        letter: row[:, AT[field]] for letter, field in (_BODY | {"impact_loss": "impact_loss"}).items()
-    }
+    return moved.states[:, 2], {letter: row[:, AT[field]] for letter, field in _LANDING.items()}
+
+
+@lru_cache(maxsize=2)
+def _dropped(
+    robot: records.Robot, start: tuple[float, ...], steps: hopping.Steps, times: bytes, backend: str | None
+) -> motion.Motion:
+    """A drop of which both x1 and x2 were measured is solved once for both."""
+    return hopping.drop(robot, start, steps, np.frombuffer(times), backend)
+
+
+def _free(of: Experiment, at: Mapping[str, float], time: Array) -> tuple[Array, dict[str, Array]]:
+    robot = _robot(
+        m_s=at["m_s"] + of.added_mass, k=at["k"], b2=at["b2"], f2=at["f2"], g=at["g"], L0=at["length"],
+        impact_loss=at["impact_loss"], m_eff=at["m_eff"], b1=at["b1"], f1=at["f1"], gamma2=at["gamma2"],
+        x1_min=at["x1_min"], x1_max=at["x1_max"],
+    )  # fmt: skip
+    steps = tuple((t, u + at["offset"]) for t, u in of.steps)
+    moved = _dropped(robot, (at["x1"], at["v1"], at["x"], at["v"]), steps, time.tobytes(), of.backend)
+    place = STATE.index(of.of)
+    row = moved.by[:, place]
+    return moved.states[:, place], {letter: row[:, AT[field]] for letter, field in _FREE_LEG.items()}
 
 
 def _actuator(of: Experiment, at: Mapping[str, float], time: Array) -> tuple[Array, dict[str, Array]]:
@@ -155,4 +190,11 @@ def _threshold(of: Experiment, at: Mapping[str, float], time: Array) -> tuple[Ar
     return np.full(time.shape, u), {letter: np.full(time.shape, value) for letter, value in by.items()}
 
 
-_PREDICT = {"attached": _attached, "ground": _ground, "held": _actuator, "air": _actuator, "threshold": _threshold}
+_PREDICT = {
+    "attached": _attached,
+    "ground": _ground,
+    "free": _free,
+    "held": _actuator,
+    "air": _actuator,
+    "threshold": _threshold,
+}

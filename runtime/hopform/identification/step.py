@@ -11,15 +11,25 @@ import math
 import time as clock
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, Unpack
 
 import numpy as np
 
 from hopform.errors import HopformError, MissingExtra
 from hopform.identification import estimation
 from hopform.identification import recordings as of_recordings
-from hopform.identification.estimation import LEVEL, Estimate, Parameter, Progress
-from hopform.identification.fits import Fit, Problem, Trace, check_loss, checked_known, finish, minimise
+from hopform.identification.estimation import LEVEL, Estimate, Parameter
+from hopform.identification.fits import (
+    Fit,
+    Options,
+    Problem,
+    Trace,
+    as_several,
+    checked_known,
+    checked_loss,
+    finish,
+    minimise,
+)
 from hopform.identification.motion import Array
 from hopform.identification.recordings import Recording
 from hopform.identification.rigs import UNITS, Experiment, Kind
@@ -36,22 +46,16 @@ def fit_step_response(
     *,
     spring: bool = True,
     known: Mapping[str, float] | None = None,
-    loss: str = "linear",
-    compare: bool = True,
-    holdout: bool = True,
-    backend: str | None = None,
-    progress: Progress | None = None,
+    **options: Unpack[Options],
 ) -> Fit:
     """Mass, friction and force constant of an actuator from recordings of x1 and the current.
 
     spring: the actuator works against its spring, the body being held; False: the leg is in the air, there is no spring and
     `offset` [A] is a constant force as a current. known: values of m_eff, k, b1, f1, gamma2, offset: one of m_eff, k, gamma2 at
-    least, else m_eff is taken as 1 kg and k, b1, gamma2 are per kg of it. loss, compare as in `fit_drop_test`. Raises
-    HopformError for data that cannot be a step response, MissingExtra without scipy.
+    least, else m_eff is taken as 1 kg and k, b1, gamma2 are per kg of it. options: `Options`. Raises HopformError for data that
+    cannot be a step response, MissingExtra without scipy.
     """
-    several = (recordings,) if isinstance(recordings, Recording) else tuple(recordings)
-    problem = step_problem(several, spring, known, backend)
-    return finish(problem, loss=loss, compare=compare, holdout=holdout, progress=progress)
+    return finish(step_problem(as_several(recordings), spring, known, options.get("backend")), **options)
 
 
 def step_problem(
@@ -66,8 +70,6 @@ def step_problem(
 
     scaled: other recordings give the scale, so that m_eff is no longer 1 kg if nothing is known.
     """
-    if not recordings:
-        raise HopformError("a fit needs at least one recording, got none")
     kind: Kind = "held" if spring else "air"
     letters = _LETTERS[kind]
     values = checked_known(known, letters)
@@ -97,34 +99,37 @@ def step_problem(
                 if letter not in own
                 else guesses[n - first][letter]
             )
-            parameters.setdefault(name, _parameter(letter, name, start, x))
+            made = _parameter(letter, name, start, x)
+            parameters.setdefault(name, _near(made, x) if letter == "x" and "v" in constants else made)
         experiments.append(
             Experiment(
-                recording.source, kind, recording.time, x, names, constants, steps_of(recording), backend=backend
+                recording.source,
+                kind,
+                recording.time,
+                x,
+                names,
+                constants,
+                of_recordings.steps_of(recording),
+                backend=backend,
             )
         )
     notes = tuple(f"{each.source}: {note}" for each in recordings for note in each.notes)
     return Problem(
         "step", "x1", tuple(experiments), tuple(parameters.values()), _starts(parameters, tries, first), values,
-        tuple(statements), notes, ("f1",) if "f1" in parameters else (),
+        tuple(statements), notes, ("f1",) if "f1" in parameters else (), parts=(0.35, 1.0), motions=len(recordings),
     )  # fmt: skip
+
+
+def _near(position: Parameter, x: Array) -> Parameter:
+    """Where a recording begins that begins at rest: within the noise of what is measured there, whatever the fit would gain."""
+    wide = 8.0 * max(of_recordings.noise_of(x), of_recordings.quantum_of(x), 1e-9)
+    return position._replace(low=position.start - wide, high=position.start + wide)
 
 
 def rests_at_first(x: Array) -> bool:
     """Whether a recording starts at rest: its first samples differ by noise alone."""
     noise = max(of_recordings.noise_of(x), of_recordings.quantum_of(x), 1e-12)
     return float(np.ptp(x[:10])) <= 8.0 * noise and float(np.ptp(x[:10])) < 0.02 * float(np.ptp(x))
-
-
-def steps_of(recording: Recording) -> tuple[tuple[float, float], ...]:
-    """The measured current as steps: a sample holds until the next one; equal neighbours are one step."""
-    time, u = recording.time, recording.current()
-    if time.size >= 2**16:
-        raise recording.error(
-            f"has {time.size} samples; a fit in position takes up to {2**16 - 1}: record at a lower rate"
-        )
-    starts = np.concatenate([[True], u[1:] != u[:-1]])
-    return tuple(zip(time[starts].tolist(), u[starts].tolist(), strict=True))
 
 
 # ---- filtered equations: a start for the fit in position, and the fit in force ----
@@ -151,28 +156,49 @@ class Filtered:
     one: Array
 
 
-def filtered(recording: Recording, cutoff: float | None = None) -> Filtered:
+def filtered(recording: Recording, cutoff: float | None = None, *, mend: bool = False) -> Filtered:
     """A recording on even times, its derivatives by a zero-phase Butterworth filter, all through a second one, decimated.
 
-    cutoff [Hz]: of the filters; a tenth of the sampling rate, 50 Hz at most, if not given.
+    cutoff [Hz]: of the filters; a tenth of the sampling rate, 50 Hz at most, if not given. Each part between gaps is filtered by
+    itself, and its ends are left out. mend: samples of the position far off their neighbours are taken as missing.
     """
-    signal, x, u = _signal(), recording.position("x1"), recording.current()
-    step = float(np.median(np.diff(recording.time)))
-    t = np.arange(recording.time[0], recording.time[-1] + 0.5 * step, step)
-    rate = 1.0 / step
-    cut = min(cutoff or min(0.1 * rate, 50.0), 0.45 * rate)
-    smooth = signal.butter(4, cut, fs=rate, output="sos")
-    position = signal.sosfiltfilt(smooth, np.interp(t, recording.time, x))
-    current = u[np.clip(np.searchsorted(recording.time, t + 1e-3 * step, side="right") - 1, 0, u.size - 1)]
+    x, u, time = recording.position("x1"), recording.driving_current(), recording.time
+    step = float(np.median(np.diff(time)))
+    cut = min(cutoff or min(0.1 / step, 50.0), 0.45 / step)
+    kept = ~of_recordings.outliers(x) if mend else np.full(x.size, True)
+    time, x, u = time[kept], x[kept], u[kept]
+    wide = np.flatnonzero(np.diff(time) > max(2.5 * step, 0.25 / cut)) + 1
+    edges = [0, *wide.tolist(), time.size]
+    spans = sorted(zip(edges[:-1], edges[1:], strict=True), key=lambda span: time[span[0]] - time[span[1] - 1])
+    long = [(a, b) for a, b in spans if time[b - 1] - time[a] >= 8.0 * _EDGE / cut]
+    parts = [_filtered_part(time[a:b], x[a:b], u[a:b], step, cut) for a, b in sorted(long or spans[:1])]
+    return Filtered(*(np.concatenate([getattr(part, name) for part in parts]) for name in Filtered.__annotations__))
+
+
+_EDGE = 2.0
+"""Ends of a filtered part that are left out, in periods of the filter's cutoff."""
+
+
+def _filtered_part(time: Array, x: Array, u: Array, step: float, cut: float) -> Filtered:
+    """A part without gaps; where its times are uneven it is interpolated, the position by cubics that do not overshoot."""
+    signal, rate = _signal(), 1.0 / step
+    t = np.arange(time[0], time[-1] + 0.5 * step, step)
+    even = np.abs(np.diff(time) - step).max() <= 1e-3 * step
+    raw = np.interp(t, time, x) if even else _interpolated(t, time, x)
+    still = 3.0 * max(of_recordings.noise_of(raw), of_recordings.quantum_of(x)) * cut
+    position = signal.sosfiltfilt(signal.butter(4, cut, fs=rate, output="sos"), raw)
     v = np.gradient(position, step)
-    still = 3.0 * max(of_recordings.noise_of(x), of_recordings.quantum_of(x)) * cut
     side = np.where(np.abs(v) > still, np.sign(v), 0.0)
-    columns = np.stack([np.gradient(v, step), v, position, side, current, np.ones_like(v)])
+    columns = np.stack([np.gradient(v, step), v, position, side, np.interp(t, time, u), np.ones_like(v)])
     columns = signal.sosfiltfilt(signal.butter(4, 0.8 * cut, fs=rate, output="sos"), columns, axis=1)
-    edge = min(int(2.0 * rate / cut), t.size // 8)
-    every = max(int(0.5 * rate / cut), 1)
-    kept = columns[:, edge : t.size - edge : every]
-    return Filtered(t[edge : t.size - edge : every], *kept)
+    edge, every = min(int(_EDGE * rate / cut), t.size // 8), max(int(0.5 * rate / cut), 1)
+    return Filtered(t[edge : t.size - edge : every], *columns[:, edge : t.size - edge : every])
+
+
+def _interpolated(t: Array, time: Array, x: Array) -> Array:
+    from scipy.interpolate import Akima1DInterpolator
+
+    return np.asarray(Akima1DInterpolator(time, x)(np.minimum(t, time[-1])))
 
 
 def _regress(
@@ -233,9 +259,8 @@ def fit_force(
     *,
     known: Mapping[str, float],
     cutoff: float | None = None,
-    loss: str = "linear",
     position: bool = True,
-    progress: Progress | None = None,
+    **options: Unpack[Options],
 ) -> Fit:
     """Mass and friction of an actuator without a spring by its equation of motion itself, for recordings in closed loop.
 
@@ -246,25 +271,30 @@ def fit_force(
     hold f1 m_eff [N] and the constant force on the load's side [N] beside the parameters. Residuals of the traces are in N.
     """
     began = clock.perf_counter()
-    several = (recordings,) if isinstance(recordings, Recording) else tuple(recordings)
+    several = as_several(recordings)
     values = checked_known(known, ("gamma2", "m_eff"))
-    check_loss(loss)
+    loss, progress = checked_loss(options), options.get("progress")
     if len(values) != 1:
         raise HopformError("known: a fit in force needs gamma2 or m_eff, one of them: it is the scale of all forces")
     if progress:
         progress("fit in force")
-    parts = [filtered(each, cutoff) for each in several]
+    parts = [filtered(each, cutoff, mend=loss != "linear") for each in several]
     names, a, b = _force_equation(parts, values)
     found, covariance, residual = _linear(a, b, loss)
     sizes = np.cumsum([part.time.size for part in parts])[:-1]
     estimates = _force_estimates(names, found, covariance, values, a.shape[0])
     scale = -values["gamma2"] if "gamma2" in values else -found[names.index("gamma2")]
+    old = _viscous_alone(names, a, b) if options.get("compare", True) else np.full_like(b, np.nan)
+    left_out = _left_out(parts, a, b) if options.get("holdout", True) else [math.nan] * len(parts)
     traces = tuple(
         Trace(
-            each.source, "force", part.time, scale * part.u, scale * part.u - rest, None, estimation.tests_of(rest), math.nan,
-            math.nan,
+            each.source, "force", part.time, scale * part.u, scale * part.u - rest,
+            None if np.isnan(worse).any() else scale * part.u - worse, estimation.tests_of(rest),
+            math.sqrt(float((worse**2).mean())), error,
         )
-        for each, part, rest in zip(several, parts, np.split(residual, sizes), strict=True)
+        for each, part, rest, worse, error in zip(
+            several, parts, np.split(residual, sizes), np.split(old, sizes), left_out, strict=True
+        )
     )  # fmt: skip
     fit = Fit("force", estimates, values, {}, traces, (), (), 1, clock.perf_counter() - began)
     if not position:
@@ -294,18 +324,37 @@ def _linear(a: Array, b: Array, loss: str) -> tuple[list[float], Array, Array]:
     scaled = a / size
     found = np.asarray(np.linalg.lstsq(scaled, b, rcond=None)[0], dtype=np.float64)
     if loss != "linear":
-        spread = float(np.std(b - scaled @ found))
+        spread = max(float(np.std(b - scaled @ found)), 1e-300)
 
         def missed(p: Array) -> Array:
             return np.asarray((scaled @ p - b) / spread)
 
-        found = np.asarray(estimation.scipy_optimize().least_squares(missed, found, loss=loss).x, dtype=np.float64)
+        found = np.asarray(
+            estimation.scipy_optimize().least_squares(missed, found, loss=loss, f_scale=2.0).x, dtype=np.float64
+        )
     residual = np.asarray(b - scaled @ found, dtype=np.float64)
     tests = estimation.tests_of(residual)
     variance = float((residual**2).sum()) / max(b.size - found.size, 1) * tests.inflation
     inverse = np.asarray(np.linalg.inv(scaled.T @ scaled), dtype=np.float64)
     covariance = inverse * variance / np.outer(size, size)
     return (found / size).tolist(), covariance, residual
+
+
+def _viscous_alone(names: Sequence[str], a: Array, b: Array) -> Array:
+    """Residuals of the equation without Coulomb friction."""
+    kept = a[:, [n for n, name in enumerate(names) if name != "coulomb"]]
+    return np.asarray(b - kept @ np.linalg.lstsq(kept, b, rcond=None)[0])
+
+
+def _left_out(parts: Sequence[Filtered], a: Array, b: Array) -> list[float]:
+    """rms [N] over the last third of each recording, of a fit to the first two."""
+    last = np.concatenate([np.arange(part.time.size) >= 2 * part.time.size // 3 for part in parts])
+    missed = b - a @ np.linalg.lstsq(a[~last], b[~last], rcond=None)[0]
+    sizes = np.cumsum([part.time.size for part in parts])[:-1]
+    return [
+        math.sqrt(float((rest[chosen] ** 2).mean()))
+        for rest, chosen in zip(np.split(missed, sizes), np.split(last, sizes), strict=True)
+    ]
 
 
 def _force_estimates(
@@ -373,8 +422,10 @@ def _beside(recordings: Sequence[Recording], fit: Fit) -> tuple[str, ...]:
                     constants={**each.constants, "m_eff": fit.known["m_eff"]})
             for each in experiments
         ]  # fmt: skip
-    problem = Problem("step", "x1", tuple(experiments), (*shared, *parameters), (), fit.known, (), (), ())
-    solution = minimise(problem, "linear", (0.1, 0.4, 1.0))
+    problem = Problem(
+        "step", "x1", tuple(experiments), (*shared, *parameters), (), fit.known, (), (), (), parts=(0.1, 0.4, 1.0)
+    )
+    solution = minimise(problem, "linear")
     rms = math.sqrt(sum(float((r**2).sum()) for r in solution.residuals) / solution.count)
     told = ", ".join(f"{p.name} {solution.values[p.name]:.6g} {p.unit}" for p in shared)
     return (

@@ -1,7 +1,7 @@
 """Synthetic recordings of any robot, with noise, encoder quantum and rate: to plan experiments with, and to prove the fits."""
 
 import math
-from typing import Literal, SupportsFloat
+from typing import Literal, NamedTuple, SupportsFloat
 
 import numpy as np
 
@@ -12,8 +12,8 @@ from hopform.identification.motion import Array
 from hopform.identification.recordings import Column, Recording
 from hopform.robots import Robot
 
-Test = Literal["drop", "decay", "step", "air", "ramp"]
-TESTS: tuple[Test, ...] = ("drop", "decay", "step", "air", "ramp")
+Test = Literal["drop", "free", "decay", "step", "air", "ramp"]
+TESTS: tuple[Test, ...] = ("drop", "free", "decay", "step", "air", "ramp")
 
 NOISE = 2e-4
 QUANTUM = 1.0 / 56000.0
@@ -31,15 +31,19 @@ def record(
     current: SupportsFloat | None = None,
     hold: SupportsFloat = 0.2,
     added_mass: SupportsFloat = 0.0,
+    repeats: int = 1,
+    spring: bool = False,
     seed: int | None = None,
 ) -> Recording:
     """What a lab would record of a robot in a test.
 
-    test: "drop" (released at hop height `height` [m], actuator held, flights and impacts included), "decay" (the body fixed to
-    its spring, pulled down by `height`), "step" (the body held, currents +-`current` [A] in turn), "air" (the same without a
-    spring), "ramp" (in the air, the current grows to `current` [A] and, from rest again, to its negative). current: u_max if not
-    given. hold [s]: of stillness at first, but in a decay. rate [Hz], noise [m] (standard deviation), quantum [m] (0 for none).
-    The same seed gives the same recording. Raises HopformError for a value that is not allowed.
+    test: "drop" (released at hop height `height` [m], actuator held, flights and impacts included), "free" (the same, the
+    actuator free within its stops under currents of both signs from the release on; x1 is recorded too), "decay" (the body fixed
+    to its spring, pulled down by `height`), "step" (the body held, currents +-`current` [A] in turn), "air" (the same without a
+    spring), "ramp" (in the air, or against the spring if `spring`, the current grows to `current` [A] and, from rest again, to
+    its negative). current: u_max if not given. hold [s]: of stillness at first, but in a decay. duration [s]: of a motion; a drop
+    or a decay is repeated `repeats` times, the body taken back by hand in between. rate [Hz], noise [m] (standard deviation),
+    quantum [m] (0 for none). The same seed gives the same recording. Raises HopformError for a value that is not allowed.
 
     >>> import hopform
     >>> recording = record(hopform.load_robot("hopper_c"), "step", seed=1)
@@ -48,23 +52,29 @@ def record(
     """
     if test not in TESTS:
         raise HopformError(f"test must be one of {', '.join(TESTS)}, got {test!r}")
-    span, hertz = positive("duration", duration, "s"), positive("rate", rate, "Hz")
-    sigma, step = finite("noise", noise, "m"), finite("quantum", quantum, "m")
-    if sigma < 0.0 or step < 0.0:
-        raise HopformError(f"noise and quantum must be >= 0 m, got {sigma!r} and {step!r}")
-    count = round(span * hertz) + 1
-    if not 20 <= count < 2**16:
-        raise HopformError(f"duration times rate must give 20 to {2**16 - 1} samples, got {count}")
-    time = np.arange(count) / hertz
+    if isinstance(repeats, bool) or not isinstance(repeats, int) or repeats < 1:
+        raise HopformError(f"repeats must be a whole number >= 1, got {repeats!r}")
+    if repeats > 1 and test not in ("drop", "decay"):
+        raise HopformError(f"repeats are for a drop or a decay, got {test!r}")
+    encoder = _Encoder(finite("noise", noise, "m"), finite("quantum", quantum, "m"), np.random.default_rng(seed))
+    if encoder.noise < 0.0 or encoder.quantum < 0.0:
+        raise HopformError(f"noise and quantum must be >= 0 m, got {encoder.noise!r} and {encoder.quantum!r}")
+    time, hertz = _times(duration, rate)
     still, mass = finite("hold", hold, "s"), finite("added_mass", added_mass, "kg")
     most = positive("current", robot.u_max if current is None and math.isfinite(robot.u_max) else current or 1.0, "A")
-    if test in ("drop", "decay"):
-        x = _body(robot, test, time, positive("height", height, "m"), still, mass)
-        columns = {"x2": _measured("x2_m", 2, x, sigma, step, seed)}
+    u = _current(test, time, still, most)
+    if test in ("drop", "free", "decay"):
+        x, x1 = _body(robot, test, time, positive("height", height, "m"), still, mass, u)
+        if repeats > 1:
+            x, time = _again(x, repeats, hertz)
+        columns = {"x2": encoder.column("x2_m", 2, x)}
     else:
-        u = _ramps(time, still, most) if test == "ramp" else _pulses(time, still, most)
-        x = _actuator(robot, "held" if test == "step" else "air", time, u)
-        columns = {"x1": _measured("x1_m", 2, x, sigma, step, seed), "current": Column("current_A", "current", 3, u)}
+        x1 = _actuator(robot, "held" if test == "step" or spring else "air", time, u)
+        columns = {"x1": encoder.column("x1_m", 2, x1)}
+    if test not in ("drop", "decay"):
+        columns["current"] = Column("current_A", "current", 3, u)
+    if test == "free":
+        columns["x1"] = encoder.column("x1_m", 4, x1)
     return Recording(f"{robot.name or 'robot'}, {test}", time, columns, 2, mass)
 
 
@@ -76,33 +86,80 @@ def to_csv(recording: Recording) -> str:
     return "\n".join([head, *(",".join(f"{value:.9g}" for value in row) for row in rows)]) + "\n"
 
 
-def _measured(title: str, place: int, x: Array, noise: float, quantum: float, seed: int | None) -> Column:
-    values = x + noise * np.random.default_rng(seed).standard_normal(x.size)
-    return Column(title, "length", place, quantum * np.round(values / quantum) if quantum > 0.0 else values)
+class _Encoder(NamedTuple):
+    """How a position is measured: noise [m], quantum [m], and where the noise comes from."""
+
+    noise: float
+    quantum: float
+    rng: "np.random.Generator"
+
+    def column(self, title: str, place: int, x: Array) -> Column:
+        """A position as a column."""
+        values = x + self.noise * self.rng.standard_normal(x.size)
+        return Column(
+            title, "length", place, self.quantum * np.round(values / self.quantum) if self.quantum > 0.0 else values
+        )
 
 
-def _body(robot: Robot, test: str, time: Array, height: float, still: float, added: float) -> Array:
-    """x2 of a body that is let go after a while, or that swings from t = 0 on."""
+def _times(duration: SupportsFloat, rate: SupportsFloat) -> tuple[Array, float]:
+    span, hertz = positive("duration", duration, "s"), positive("rate", rate, "Hz")
+    count = round(span * hertz) + 1
+    if not 20 <= count < 2**16:
+        raise HopformError(f"duration times rate must give 20 to {2**16 - 1} samples, got {count}")
+    return np.arange(count) / hertz, hertz
+
+
+def _current(test: str, time: Array, still: float, most: float) -> Array:
+    """The current over a test; 0 where there is none."""
+    if test == "free":
+        return _pulses(time, still, most, _FREE_PATTERN)
+    if test in ("step", "air"):
+        return _pulses(time, still, most, _PATTERN)
+    return _ramps(time, still, most) if test == "ramp" else np.zeros(time.size)
+
+
+def _body(
+    robot: Robot, test: str, time: Array, height: float, still: float, added: float, u: Array
+) -> tuple[Array, Array]:
+    """x2 and x1 of a body that is let go after a while; a decay without stillness begins with the swing."""
+    body = {"m_s": robot.m_s, "k": robot.k, "b2": robot.b2, "f2": robot.f2}
     if test == "decay":
-        values = {
-            "m_s": robot.m_s,
-            "k": robot.k,
-            "b2": robot.b2,
-            "f2": robot.f2,
-            "g": 0.0,
-            "rest": 0.0,
-            "x": -height,
-            "v": 0.0,
-        }
-        return _of("attached", values, time, added)
+        values = {**body, "g": 0.0, "rest": 0.0, "x": -height, "v": 0.0}
+        return _of("attached", values, time, added), np.zeros(time.size)
     values = {
-        "m_s": robot.m_s, "k": robot.k, "b2": robot.b2, "f2": robot.f2, "g": robot.g, "length": robot.L0 + robot.c,
-        "impact_loss": robot.impact_loss, "x": robot.L0 + robot.c + height, "v": 0.0,
+        **body, "g": robot.g, "length": robot.L0 + robot.c, "impact_loss": robot.impact_loss,
+        "x": robot.L0 + robot.c + height, "v": 0.0,
     }  # fmt: skip
     falls = time >= still
-    x = np.full(time.size, values["x"])
-    x[falls] = _of("ground", values, time[falls] - still, added)
-    return x
+    x, x1 = np.full(time.size, values["x"]), np.zeros(time.size)
+    since = time[falls] - still
+    if test == "drop":
+        x[falls] = _of("ground", values, since, added)
+        return x, x1
+    values |= {
+        "m_eff": robot.m_eff, "b1": robot.b1, "f1": robot.f1, "gamma2": robot.gamma2, "offset": -robot.k * robot.c / robot.gamma2,
+        "x1_min": min(robot.x1_min, 0.0), "x1_max": max(robot.x1_max, 0.0), "x1": 0.0, "v1": 0.0,
+    }  # fmt: skip
+    steps = (
+        (0.0, 0.0),
+        *((since[0] + t, each) for t, each in _steps(since, u[falls])),
+    )  # a sample holds until the next
+    x[falls], x1[falls] = (_of("free", values, since, added, steps, which) for which in ("x2", "x1"))
+    return x, x1
+
+
+def _again(x: Array, repeats: int, rate: float) -> tuple[Array, Array]:
+    """A motion several times, between which a hand takes the body back within 0.6 s and holds it for 0.3 s; and its times."""
+    t = np.linspace(0.0, 1.0, max(round(0.6 * rate), 2))
+    back = x[-1] + (x[0] - x[-1]) * (3.0 * t**2 - 2.0 * t**3)
+    held = np.full(max(round(0.3 * rate), 1), x[0])
+    whole = np.concatenate([x, *([back, held, x] * (repeats - 1))])
+    return whole, np.arange(whole.size) / rate
+
+
+def _steps(time: Array, u: Array) -> tuple[tuple[float, float], ...]:
+    starts = np.concatenate([[True], u[1:] != u[:-1]])
+    return tuple(zip((time[starts] - time[0]).tolist(), u[starts].tolist(), strict=True))
 
 
 def _actuator(robot: Robot, kind: Literal["held", "air"], time: Array, u: Array) -> Array:
@@ -110,9 +167,7 @@ def _actuator(robot: Robot, kind: Literal["held", "air"], time: Array, u: Array)
         "m_eff": robot.m_eff, "k": robot.k, "b1": robot.b1, "f1": robot.f1, "gamma2": robot.gamma2, "rest": 0.0, "offset": 0.0,
         "x": 0.0, "v": 0.0,
     }  # fmt: skip
-    starts = np.concatenate([[True], u[1:] != u[:-1]])
-    steps = tuple(zip(time[starts].tolist(), u[starts].tolist(), strict=True))
-    return _of(kind, values, time, 0.0, steps)
+    return _of(kind, values, time, 0.0, _steps(time, u))
 
 
 def _of(
@@ -121,16 +176,22 @@ def _of(
     time: Array,
     added: float,
     steps: tuple[tuple[float, float], ...] = ((0.0, 0.0),),
+    which: Literal["x1", "x2"] = "x2",
 ) -> Array:
     reach = np.array([0.0, abs(values["x"]) + 1.0])
-    experiment = rigs.Experiment("", kind, time, reach, {}, values, steps, added)
+    experiment = rigs.Experiment("", kind, time, reach, {}, values, steps, added, of=which)
     return experiment.predict({})[0]
 
 
-def _pulses(time: Array, still: float, most: float) -> Array:
-    """Currents of both signs and two sizes, a quarter of the time each, after stillness."""
-    part = np.floor(4.0 * (time - still) / max(float(time[-1]) - still, 1e-9)).astype(int)
-    return np.where(time < still, 0.0, np.array([1.0, -1.0, 0.5, -0.5])[np.clip(part, 0, 3)] * most)
+_PATTERN = (1.0, -1.0, 0.5, -0.5)
+_FREE_PATTERN = (0.7, -0.35, 1.0, -0.7, 0.35)
+"""Shares of the largest current, held as long each."""
+
+
+def _pulses(time: Array, still: float, most: float, pattern: tuple[float, ...]) -> Array:
+    """Currents of both signs and of several sizes after stillness."""
+    part = np.floor(len(pattern) * (time - still) / max(float(time[-1]) - still, 1e-9)).astype(int)
+    return np.where(time < still, 0.0, np.array(pattern)[np.clip(part, 0, len(pattern) - 1)] * most)
 
 
 def _ramps(time: Array, still: float, most: float) -> Array:

@@ -1,0 +1,180 @@
+"""Recordings are read in SI units, what they show by themselves is seen, and bad ones are refused with file, line and column."""
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+
+import hopform
+from hopform.cli import main
+from hopform.identification import fit_drop_test, fit_step_response, friction_threshold
+from hopform.identification.drop import swing_of
+from hopform.identification.recordings import noise_of, outliers, parse_recording, quantum_of, read_recording, saturated
+from hopform.identification.synthetic import record, to_csv
+
+HOPPER = hopform.load_robot("hopper_c")
+
+
+def test_noise_and_quantum_are_seen():
+    x = record(HOPPER, "decay", height=0.04, noise=3e-4, quantum=0.0, seed=1).position("x2")
+    assert noise_of(x) == pytest.approx(3e-4, rel=0.15)
+    still = record(HOPPER, "decay", height=0.04, noise=0.0, quantum=1.0 / 56000.0, rate=200.0).position("x2")
+    assert quantum_of(still) == pytest.approx(1.0 / 56000.0, rel=1e-6)
+    assert quantum_of(x) == 0.0
+
+
+@pytest.mark.parametrize(("b2", "f2"), [(0.0, 0.5), (6.0, 0.0), (3.0, 0.3)])
+def test_an_envelope_along_a_line_is_coulomb_s_and_an_exponential_one_viscous(b2, f2):
+    robot = dataclasses.replace(HOPPER, b2=b2, f2=f2)
+    recording = record(robot, "decay", height=0.04, noise=1e-5, quantum=0.0, duration=3.0)
+    swing = swing_of(recording.time, recording.position("x2"))
+    assert swing.omega == pytest.approx(20.0, rel=0.02)
+    assert swing.viscous == pytest.approx(b2 / 3.0, abs=0.15)
+    assert swing.coulomb == pytest.approx(f2, abs=0.08)
+
+
+# ---- bad data ----
+
+
+def rows(*lines: str, head: str = "time_s,x2_m") -> str:
+    return "\n".join([head, *lines])
+
+
+GOOD = [f"{0.005 * n},{0.02 * math.cos(35 * 0.005 * n) * math.exp(-0.01 * n)}" for n in range(200)]
+BAD = {
+    "an unknown unit": (rows(*GOOD, head="time_s,x2_parsec"), ("line 1", "x2_parsec", "_mm")),
+    "no unit": (rows(*GOOD, head="time_s,x2"), ("line 1", "'x2'")),
+    "no names": (rows(*GOOD[1:], head=GOOD[0]), ("line 1", "name the columns")),
+    "millimeters called meters": (
+        rows(*(f"{0.005 * n},{25.0 * math.cos(0.2 * n)}" for n in range(200))), ("line 2", "x2_m", "unit"),
+    ),
+    "milliseconds called seconds": (
+        rows(*(f"{5 * n},{0.02 * math.cos(0.2 * n)}" for n in range(200))), ("time_s", "unit"),
+    ),
+    "swapped columns": (rows(*(",".join(reversed(line.split(","))) for line in GOOD)), ("line", "time_s", "swapped")),
+    "a constant signal": (rows(*(f"{0.005 * n},0.1" for n in range(200))), ("x2_m", "constant")),
+    "too short": (rows(*GOOD[:12]), ("12 samples",)),
+    "NaN": (rows(*GOOD[:50], "0.25,nan", *GOOD[51:]), ("line 52", "x2_m", "finite")),
+    "a word": (rows(*GOOD[:50], "0.25,oops", *GOOD[51:]), ("line 52", "x2_m", "oops")),
+    "a missing cell": (rows(*GOOD[:50], "0.25", *GOOD[51:]), ("line 52", "1 columns")),
+    "time going backwards": (rows(*GOOD[:50], "0.2,0.0", *GOOD[51:]), ("line 52", "time_s", "goes back")),
+    "time standing still": (rows(*GOOD[:50], GOOD[49], *GOOD[51:]), ("line 52", "time_s", "stands still")),
+    "no release": (rows(*(f"{0.005 * n},{0.1 * (n / 200) ** 2}" for n in range(200))), ("line", "release")),
+    "no position": (rows(*GOOD, head="time_s,force_N"), ("line 1", "position", "force_N")),
+    "a position in ampere": (rows(*GOOD, head="time_s,x2_A"), ("line 1", "x2_A", "current")),
+    "nothing at all": ("", ("empty",)),
+    "meters called millimeters": (rows(*(f"{0.005 * n},{0.02 * math.cos(0.2 * n)}" for n in range(200)), head="time_s,x2_mm"),
+                                  ("line 2", "x2_mm", "unit")),
+    "seconds called milliseconds": (rows(*GOOD, head="time_ms,x2_m"), ("line 3", "time_ms", "unit")),
+    "semicolons": (rows(*GOOD).replace(",", ";"), ("line 1", "separated by commas")),
+    "two columns of one name": (rows(*(f"{line},0.1" for line in GOOD), head="time_s,x2_m,x2_mm"), ("line 1", "x2_mm", "x2 too")),
+    "a decay that grows": (
+        rows(*(f"{0.005 * n},{0.02 * math.cos(0.175 * n) * math.exp(0.01 * (n - 200))}" for n in range(200))),
+        ("line", "x2_m", "release"),
+    ),
+    "noise alone": (
+        rows(*(f"{0.005 * n},{x}" for n, x in enumerate(1e-4 * np.random.default_rng(1).standard_normal(200)))),
+        ("x2_m", "noise"),
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", BAD)
+def test_bad_data_are_one_clear_message_and_nothing_is_written(name, tmp_path, capsys):
+    text, words = BAD[name]
+    file, out = tmp_path / "bad.csv", tmp_path / "robot.toml"
+    file.write_text(text, "utf-8")
+    assert main(["identify", "drop", str(file), "--attached", "--out", str(out)]) == 2
+    said = capsys.readouterr()
+    assert said.out == ""
+    assert said.err.count("\n") == 1
+    for word in ("bad.csv", *words):
+        assert word in said.err
+    assert not out.exists()
+
+
+def test_good_data_pass_the_same_way(tmp_path, capsys):
+    file, out = tmp_path / "good.csv", tmp_path / "robot.toml"
+    file.write_text(rows(*GOOD), "utf-8")
+    assert main(["identify", "drop", str(file), "--attached", "--known", "m_s=1", "--out", str(out)]) == 0
+    assert hopform.load_robot(out).k == pytest.approx(35.0**2, rel=0.02)
+
+
+def test_a_position_and_a_current_that_are_swapped_are_refused():
+    text = to_csv(record(HOPPER, "step", seed=2)).replace("x1_m,current_A", "current_A,x1_m", 1)
+    with pytest.raises(hopform.HopformError, match="line 1, column 'x1_m': jumps .* swapped"):
+        fit_step_response(parse_recording(text, "swapped.csv"), known={"m_eff": 25.0})
+
+
+def dropped(change) -> str:
+    """A good drop, then changed row by row."""
+    lines = to_csv(record(HOPPER, "drop", seed=1)).splitlines()
+    return "\n".join([lines[0], *(change(*map(float, line.split(","))) for line in lines[1:])])
+
+
+BAD_DROPS = {
+    "centimeters called meters": (lambda t, x: f"{t},{10.0 * x}", ("line", "x2_m", "falls with 9", "unit")),
+    "time in ticks of 10 ms called seconds": (lambda t, x: f"{100.0 * t / 4.0},{x}", ("line", "x2_m", "falls with")),
+    "a height that is a depth": (lambda t, x: f"{t},{-x}", ("line", "x2_m")),
+    "backwards": (lambda t, x: f"{t},{0.38 + 0.1 * t * math.cos(20.0 * t)}", ("line", "x2_m", "release")),
+}
+
+
+@pytest.mark.parametrize("name", BAD_DROPS)
+def test_a_drop_that_cannot_be_one_is_refused(name):
+    change, words = BAD_DROPS[name]
+    with pytest.raises(hopform.HopformError) as refused:
+        fit_drop_test(parse_recording(dropped(change), "bad.csv"))
+    assert all(word in str(refused.value) for word in ("bad.csv", *words))
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (lambda text: text.replace("current_A", "current_mA"), "column 'current_mA': reaches 0.003 A"),
+        (lambda text: "\n".join(line.rpartition(",")[0] + (",current_A" if n == 0 else ",0.5")
+                                for n, line in enumerate(text.splitlines())), "column 'current_A': is constant at 0.5"),
+        (lambda text: text.replace(",current_A", ",force_N"), "line 1: no column is a current"),
+    ],
+)  # fmt: skip
+def test_a_current_that_cannot_be_one_is_refused(change, words):
+    text = change(to_csv(record(HOPPER, "step", seed=2)))
+    with pytest.raises(hopform.HopformError, match=words):
+        fit_step_response(parse_recording(text, "bad.csv"), known={"m_eff": 25.0})
+
+
+def test_a_current_at_its_limit_and_outliers_are_seen():
+    step = record(HOPPER, "step", noise=1e-4, seed=3)
+    u = np.clip(step.current() + 0.05 * np.random.default_rng(1).standard_normal(step.time.size), -2.0, 2.0)
+    assert saturated(u) is not None
+    assert saturated(np.sin(np.linspace(0.0, 9.0, 500))) is None
+    x = step.position("x1").copy()
+    broken = np.arange(7, x.size, 97)
+    x[broken] += 0.05
+    assert np.flatnonzero(outliers(x)).tolist() == broken.tolist()
+
+
+def test_a_ramp_under_which_nothing_moves_is_refused():
+    stuck = dataclasses.replace(HOPPER, f1=20.0)
+    with pytest.raises(hopform.HopformError, match="does not move"):
+        friction_threshold(record(stuck, "ramp", duration=4.0, current=1.0, seed=1))
+
+
+@pytest.mark.parametrize(
+    ("known", "words"),
+    [({"mass": 3.0}, "no parameter"), ({"m_s": 0.0}, "> 0 kg"), ({"b2": -1.0}, ">= 0"), ({"k": math.nan}, "finite")],
+)
+def test_known_values_are_checked(known, words):
+    with pytest.raises(hopform.HopformError, match=words):
+        fit_drop_test(record(HOPPER, "drop", seed=1), known=known)
+
+
+def test_a_recording_reads_back_as_it_was_made(tmp_path):
+    made = record(HOPPER, "step", seed=4)
+    file = tmp_path / "step.csv"
+    file.write_text(to_csv(made), "utf-8")
+    again = read_recording(file)
+    assert np.abs(again.time - made.time).max() <= 1e-9
+    assert np.abs(again.position("x1") - made.position("x1")).max() <= 1e-9
+    assert np.abs(again.current() - made.current()).max() <= 1e-9

@@ -1,0 +1,124 @@
+"""What a recording is compared with: exact motions of each rig, and their exact derivatives by everything that they depend on."""
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+
+import hopform
+from hopform.identification import hopping
+from hopform.identification.rigs import LETTERS, Experiment
+
+HOPPER = hopform.load_robot("hopper_c")
+PULSES = tuple((0.05 * n, 0.6 * math.sin(0.5 * n) + 0.1) for n in range(40))
+
+HOLDS = ((0.0, 2.0), (0.37, -1.0), (0.55, 2.5), (0.9, 0.5), (1.4, 3.0))
+
+# What each rig depends on, at values at which masses reverse, stick, slip, take off and land.
+RIGS = {
+    "attached": {"m_s": 0.57, "k": 712.0, "b2": 0.5, "f2": 0.2, "g": 2.0, "rest": 0.001, "x": 0.02, "v": 0.03},
+    "ground": {
+        "m_s": 3.0, "k": 1200.0, "b2": 5.0, "f2": 0.6, "g": 9.81, "length": 0.4, "impact_loss": 0.05, "x": 0.6, "v": -0.1,
+    },
+    "free": {
+        "m_s": 3.0, "k": 1200.0, "b2": 5.0, "f2": 0.6, "g": 9.81, "length": 0.4, "impact_loss": 0.05, "m_eff": 25.0, "b1": 150.0,
+        "f1": 0.78, "gamma2": -65.0, "offset": 0.05, "x1_min": 0.0, "x1_max": 0.08, "x": 0.6, "v": -0.1, "x1": 0.01, "v1": 0.05,
+    },
+    "held": {"m_eff": 0.9, "k": 315.0, "b1": 4.0, "f1": 0.8, "gamma2": -20.0, "rest": 0.001, "x": 0.002, "v": 0.01},
+    "air": {"m_eff": 25.0, "b1": 150.0, "f1": 0.3, "gamma2": -65.0, "offset": 0.01, "x": 0.0, "v": 0.01},
+    "threshold": {"m_eff": 25.0, "f1": 0.78, "gamma2": -65.0},
+}  # fmt: skip
+
+
+def experiment(kind: str, backend: str | None = None, times: int = 301) -> Experiment:
+    steps = PULSES if kind in ("held", "air") else HOLDS if kind == "free" else ((0.0, 0.0),)
+    time = np.linspace(0.0, 2.0, times)
+    return Experiment(
+        "", kind, time, np.array([0.0, 0.1]), {each: each for each in LETTERS[kind]}, {}, steps, backend=backend
+    )  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("kind", RIGS)
+def test_a_rig_s_derivatives_are_the_limits_of_differences(kind):
+    """Central differences of 1e-6: their rounding and their own error stay below 1e-6 of the largest derivative."""
+    rig, values = experiment(kind), RIGS[kind]
+    _, by = rig.predict(values)
+    for letter, value in values.items():
+        step = 1e-6 * max(abs(value), 0.1)
+        up, down = (rig.predict(values | {letter: value + sign * step})[0] for sign in (1.0, -1.0))
+        error = np.abs((up - down) / (2.0 * step) - by[letter])
+        assert error.max() <= 1e-6 * np.abs(by[letter]).max() + 1e-9, letter
+
+
+@pytest.mark.parametrize("kind", ["attached", "ground", "held", "air"])
+def test_both_back_ends_make_the_same_motion_and_derivatives(kind):
+    (x, by), (other, other_by) = (experiment(kind, each, 60).predict(RIGS[kind]) for each in ("c", "numpy"))
+    assert np.abs(x - other).max() <= 1e-12
+    for letter in RIGS[kind]:
+        assert np.abs(by[letter] - other_by[letter]).max() <= 1e-10 * np.abs(by[letter]).max() + 1e-12, letter
+
+
+def test_the_preload_of_a_spring_that_pulls_changes_nothing():
+    rig = experiment("attached")
+    loose, tight = rig.predict(RIGS["attached"]), dataclasses.replace(rig)
+    object.__setattr__(tight, "preload", 2.0 * rig.preload)
+    again = tight.predict(RIGS["attached"])
+    assert np.abs(loose[0] - again[0]).max() <= 1e-13
+    for letter in RIGS["attached"]:
+        assert np.abs(loose[1][letter] - again[1][letter]).max() <= 1e-10 * np.abs(loose[1][letter]).max() + 1e-13
+
+
+def test_an_attached_body_swings_about_its_rest_as_an_oscillator_does():
+    """Without friction x = rest + A cos(w t), w^2 = k/m_s: the closed form of a cart, which knows no take-off."""
+    values = RIGS["attached"] | {"b2": 0.0, "f2": 0.0, "g": 0.0, "v": 0.0}
+    rig = experiment("attached")
+    expected = 0.001 + 0.019 * np.cos(math.sqrt(712.0 / 0.57) * rig.time)
+    assert np.abs(rig.predict(values)[0] - expected).max() <= 1e-13
+
+
+def test_a_drop_is_what_solve_flight_and_solve_stance_make_of_it():
+    robot = dataclasses.replace(HOPPER, x1_min=0.0, x1_max=0.0)
+    flight = hopform.solve_flight(robot, v2=0.0, x2=0.6)
+    landed = flight.touchdown
+    stance = hopform.solve_stance(robot, v2=landed.v2)
+    second = hopform.solve_flight(robot, v2=stance.takeoff.v2)
+    begins = np.cumsum([0.0, flight.duration, stance.duration])
+    times = np.concatenate(
+        [b + np.linspace(0.01, 0.9, 7) * s.duration for b, s in zip(begins, (flight, stance, second), strict=True)]
+    )
+    expected = np.concatenate([s.at(np.linspace(0.01, 0.9, 7) * s.duration).x2 for s in (flight, stance, second)])
+    assert (
+        np.abs(hopping.drop(robot.parameters, (0.0, 0.0, 0.6, 0.0), ((0.0, 0.0),), times).states[:, 2] - expected).max()
+        <= 1e-12
+    )
+
+
+def test_a_drop_over_a_free_actuator_is_what_solve_flight_and_solve_stance_make_of_it():
+    """Without a current both are the same motion: flights under gains of 0, stances at u = 0, one after the other."""
+    robot = dataclasses.replace(HOPPER, x1_min=-0.2, x1_max=0.2)
+    times, expected, begin = [], [], 0.0
+    state = {"x1": 0.02, "v1": 0.1, "x2": 0.6, "v2": 0.0}
+    for _ in range(2):
+        flight = hopform.solve_flight(robot, **state, gains=(0.0, 0.0))
+        stance = hopform.solve_stance(robot, **flight.touchdown._asdict() | {"x2": None})
+        for part in (flight, stance):
+            t = np.linspace(0.01, 0.9, 9) * part.duration
+            times.append(begin + t)
+            expected.append(np.stack(part.at(t)[:4], axis=1))
+            begin += part.duration
+        state = stance.takeoff._asdict()
+    moved = hopping.drop(robot.parameters, (0.02, 0.1, 0.6, 0.0), ((0.0, 0.0),), np.concatenate(times))
+    assert np.abs(moved.states - np.concatenate(expected)).max() <= 1e-11
+
+
+def test_steps_of_the_current_come_when_the_clock_says():
+    """A drop in two halves, the second from where the first came to, is the drop in one: also in flight and in stance."""
+    for change in (0.1, 0.3):
+        steps = ((0.0, 2.0), (change, -1.5), (0.9, 1.0))
+        times = np.linspace(0.0, 1.5, 151)
+        whole = hopping.drop(HOPPER.parameters, (0.0, 0.0, 0.6, 0.0), steps, times).states
+        cut = 70
+        rest = tuple((max(t - times[cut], 0.0), u) for t, u in steps[1:])
+        second = hopping.drop(HOPPER.parameters, whole[cut].tolist(), rest, times[cut:] - times[cut]).states
+        assert np.abs(second - whole[cut:]).max() <= 1e-10
