@@ -6,5 +6,5 @@
 
 const char *hopform_source(void)
 {
-    return "fd39290513426c26";
+    return "abcc00de0bf36c77";
 }
