@@ -14,10 +14,17 @@
 /* Cells wider than this share of u_max are not judged by their ends: where the events are the same at both, and where not. */
 #define WIDE 0.5f
 #define COARSE 0.25f
+#define DOWN 0.0625f
 
 /* How far a slope may be off the cubic's, as a share of what the cubic's slopes differ by: of their sum, and of each. */
 #define LEAN 0.25f
 #define BEND 0.03125f
+
+/* Where the events change: how much slopes may differ where the function still rises throughout, and how deep it may dip. */
+#define KINK 0.5f
+#define DEPTH 0.75f
+#define STEP 0.00390625f
+#define EDGE 0.015625f
 
 /* A function of u on a cell, outward from 0: values and slopes at both ends; whether it is smooth in between. */
 typedef struct {
@@ -72,7 +79,7 @@ static bool rises(const curve *c)
         return least_slope(c) > 4.0f * doubt(c);
     }
     const float end = c->from_rate < c->to_rate ? c->from_rate : c->to_rate;
-    return end > 0.0f && chord(c) > 0.0f && spread(c) <= 0.25f * end;
+    return end > 0.0f && chord(c) > 0.0f && spread(c) <= KINK * end;
 }
 
 static curve mirrored(const curve *c)
@@ -85,6 +92,14 @@ static bool is_monotone(const curve *c)
 {
     const curve other = mirrored(c);
     return rises(c) || rises(&other);
+}
+
+/* Whether the slope rises throughout. */
+static bool is_convex(const curve *c)
+{
+    const float from = lean(c) + c->from_rate - chord(c);
+    const float to = lean(c) + c->to_rate - chord(c);
+    return -from > 4.0f * doubt(c) && to > 4.0f * doubt(c);
 }
 
 /* Where the cubic has its minimum, as a share of the cell; -1 if there is none in it. */
@@ -115,22 +130,28 @@ static float least(const curve *c)
         return end;
     }
     if (!c->smooth) {
-        return end - c->width * spread(c);
+        return end - DEPTH * c->width * spread(c);
+    }
+    if (is_convex(c)) {
+        const float share = (c->to_rate - chord(c)) / (c->to_rate - c->from_rate);
+        return c->from_rate < 0.0f && c->to_rate > 0.0f ? c->from + c->width * c->from_rate * share : end;
     }
     const float share = share_of_minimum(c);
     const float inside = share > 0.0f ? cubic_at(c, share) : end;
     return (inside < end ? inside : end) - c->width * doubt(c);
 }
 
-/* Where the function vanishes, as a share of the cell: the inverse as a cubic if it is monotone, else the chord's. */
+/* Where the function vanishes, as a share of the cell: the inverse as a cubic, the chord's where a slope is against it. */
 static float share_of_root(const curve *c)
 {
     const float t = c->from / (c->from - c->to);
-    if (!is_monotone(c)) {
+    if (!(c->from_rate * chord(c) > 0.0f && c->to_rate * chord(c) > 0.0f)) {
         return t;
     }
-    const float begin = chord(c) / c->from_rate;
-    const float end = chord(c) / c->to_rate;
+    const float first = chord(c) / c->from_rate;
+    const float last = chord(c) / c->to_rate;
+    const float begin = first < 3.0f ? first : 3.0f; /* with which the cubic still rises */
+    const float end = last < 3.0f ? last : 3.0f;
     return t * (begin + t * (3.0f - 2.0f * begin - end + t * (begin + end - 2.0f)));
 }
 
@@ -197,23 +218,33 @@ static bool is_admissible(const hopform_search_f32 *search, const hopform_trial_
     return trial->takes_off && trial->peak < search->limit;
 }
 
-/* How far from its admissible end x_1 reaches its limit, as a share of the cell, by the slope there: beyond it x_1 stays at
- * the stop, and tells nothing. NEVER if the slope does not lead there. */
+/* Where x_1 reaches its limit, as a share of the cell: by both ends where it rises from one to the other, else by the slope at
+ * the admissible one, as beyond it x_1 stays at the stop, and tells nothing. NEVER if that slope does not lead there. */
 static float share_of_limit(const hopform_search_f32 *search, const hopform_cell_f32 *c)
 {
+    const curve peak = peak_of(c, search->limit);
+    if (is_monotone(&peak)) {
+        return share_of_root(&peak);
+    }
     const bool starts = is_admissible(search, &c->from);
-    const hopform_trial_f32 *end = starts ? &c->from : &c->to;
-    const float toward = (starts ? sign_of_cell(c) : -sign_of_cell(c)) * end->peak_u * width_of(c);
-    const float room = search->limit - end->peak;
-    return room <= toward && toward > 0.0f ? room / toward : 1e38f;
+    const float room = starts ? peak.from : peak.to;
+    const float toward = (starts ? peak.from_rate : -peak.to_rate) * peak.width;
+    const float share = room + toward >= 0.0f && toward > 0.0f ? -room / toward : 1e38f;
+    return starts ? share : 1.0f - share;
 }
 
 /* The nearest that an admissible current can come in a cell of which only a part, next to one end, is admissible. */
 static float promise_of_edge(const hopform_search_f32 *search, const hopform_cell_f32 *c, const curve *gap)
 {
-    const float share = 2.0f * share_of_limit(search, c);
+    const curve peak = peak_of(c, search->limit);
+    if (peak.width > EDGE * search->plan->robot.u_max && !is_monotone(&peak)) {
+        return 0.0f;
+    }
+    const bool starts = is_admissible(search, &c->from);
+    const float there = share_of_limit(search, c);
+    const float share = 2.0f * (starts ? there : 1.0f - there);
     const float rate = fabsf(gap->from_rate) + fabsf(gap->to_rate) + fabsf(chord(gap));
-    const float inside = fabsf(is_admissible(search, &c->from) ? gap->from : gap->to);
+    const float inside = fabsf(starts ? gap->from : gap->to);
     return share <= 1.0f ? inside - rate * share * gap->width : 0.0f;
 }
 
@@ -222,7 +253,7 @@ static float promise_of_step(const hopform_search_f32 *search, const hopform_cel
 {
     const hopform_trial_f32 *lifts = c->from.takes_off ? &c->from : &c->to;
     const float width = width_of(c);
-    if (width > 0.00390625f * search->plan->robot.u_max) {
+    if (width > STEP * search->plan->robot.u_max) {
         return 0.0f;
     }
     const bool hopeless = !(lifts->peak - 2.0f * width * fabsf(lifts->peak_u) < search->limit);
@@ -239,7 +270,8 @@ static float promise_of(const hopform_search_f32 *search, const hopform_cell_f32
     if ((from->held && to->held) || width <= 2.0f * 1.1920929e-7f * fabsf(to->u)) {
         return 1e38f;
     }
-    if (width > (is_smooth(c) ? WIDE : COARSE) * range) {
+    const float judged = !from->takes_off && !to->takes_off ? DOWN : (is_smooth(c) ? WIDE : COARSE);
+    if (width > judged * range) {
         return 0.0f;
     }
     if (from->takes_off != to->takes_off) {
@@ -260,10 +292,11 @@ static float promise_of(const hopform_search_f32 *search, const hopform_cell_f32
     if (!in_from && !in_to && least(&peak) >= 0.0f) {
         return 1e38f;
     }
-    if (promise > 0.0f || in_from == in_to) {
+    if (in_from == in_to) {
         return promise;
     }
-    return promise_of_edge(search, c, &gap);
+    const float edge = promise_of_edge(search, c, &gap);
+    return edge > promise ? edge : promise;
 }
 
 /* Where a function that comes nearer to zero at both ends has its extremum. */
@@ -274,12 +307,26 @@ static float share_of_turn(const curve *c)
     return share > 0.0f ? (share > 0.03125f ? (share < 0.96875f ? share : 0.96875f) : 0.03125f) : 0.5f;
 }
 
+/* Just inside the limit of x_1; where a slope leads to the cell's end, which it overshot from before, some way off. */
+static float share_inside(const hopform_search_f32 *search, const hopform_cell_f32 *c, const curve *gap)
+{
+    const float steep = fabsf(gap->from_rate) + fabsf(gap->to_rate) + fabsf(chord(gap));
+    const float aside = 0.25f * 4e-6f / (steep * gap->width + 4e-6f);
+    const float there = share_of_limit(search, c);
+    if (is_admissible(search, &c->from)) {
+        const float share = there - aside;
+        return share > 0.9375f && share < 2.0f ? 0.9375f : share;
+    }
+    const float share = there + aside;
+    return share < 0.0625f && share > -1.0f ? 0.0625f : share;
+}
+
 /* Where to split the cell, as a share of it. */
 static float share_to_try(const hopform_search_f32 *search, const hopform_cell_f32 *c)
 {
     const hopform_trial_f32 *from = &c->from;
     const hopform_trial_f32 *to = &c->to;
-    if (width_of(c) > COARSE * search->plan->robot.u_max || c->slow >= 2 || from->takes_off != to->takes_off) {
+    if (width_of(c) > WIDE * search->plan->robot.u_max || c->slow >= 2 || from->takes_off != to->takes_off) {
         return 0.5f;
     }
     if (!from->takes_off) {
@@ -292,10 +339,7 @@ static float share_to_try(const hopform_search_f32 *search, const hopform_cell_f
     }
     const curve peak = peak_of(c, search->limit);
     if (is_admissible(search, from) != is_admissible(search, to)) {
-        const float steep = fabsf(gap.from_rate) + fabsf(gap.to_rate) + fabsf(chord(&gap));
-        const float aside = 0.25f * 4e-6f / (steep * gap.width + 4e-6f);
-        const float share = share_of_limit(search, c) - aside;
-        return is_admissible(search, from) ? share : 1.0f - share;
+        return share_inside(search, c, &gap);
     }
     return is_admissible(search, from) ? share_of_turn(&gap) : share_of_turn(&peak);
 }
@@ -382,9 +426,26 @@ static void sift(hopform_search_f32 *search)
     }
 }
 
-/* Choose the next current, in the most promising cell; false if nothing is left. */
+/* Whether a current of this sign pushes an actuator that 0 leaves on a stop harder onto it: it is held there as well. */
+static bool changes_nothing(const hopform_search_f32 *search, float sign)
+{
+    const hopform_robot_f32 *robot = &search->plan->robot;
+    const float push = -robot->gamma2 * sign;
+    return search->zero.held && !(push > 0.0f && search->start.x1 < robot->x1_max)
+           && !(push < 0.0f && search->start.x1 > robot->x1_min);
+}
+
+/* Choose the next current: a limit, then in the most promising cell; false if nothing is left. */
 static bool go_on(hopform_search_f32 *search)
 {
+    while (search->limits > 0) {
+        const float sign = search->limits == 2 ? 1.0f : -1.0f;
+        search->limits--;
+        if (!changes_nothing(search, sign)) {
+            search->next = sign * search->plan->robot.u_max;
+            return true;
+        }
+    }
     sift(search);
     if (search->count == 0) {
         return false;
@@ -398,7 +459,7 @@ static bool go_on(hopform_search_f32 *search)
     return true;
 }
 
-/* Take in what a current does, and choose the next one: first 0, then both limits, then into the cells. */
+/* Take in what a current does, and choose the next one: first 0, then the limits, then into the cells. */
 static bool take_in(hopform_search_f32 *search, const hopform_trial_f32 *trial)
 {
     const hopform_robot_f32 *robot = &search->plan->robot;
@@ -406,20 +467,16 @@ static bool take_in(hopform_search_f32 *search, const hopform_trial_f32 *trial)
     search->trials++;
     if (search->trials == 1) {
         search->zero = *trial;
-        search->next = robot->u_max;
-        return !search->reached && robot->u_max > 0.0f && robot->x1_min < robot->x1_max;
-    }
-    if (search->trials <= 3) {
+        if (search->reached || !(robot->u_max > 0.0f && robot->x1_min < robot->x1_max)) {
+            return false;
+        }
+    } else if (!(fabsf(trial->u) < robot->u_max)) {
         keep(search, &search->zero, trial, 0);
     } else {
         const hopform_cell_f32 split = search->cells[--search->count];
-        const float width = 0.5f * width_of(&split);
-        keep(search, &split.from, trial, fabsf(trial->u - split.from.u) > width ? split.slow + 1 : 0);
-        keep(search, trial, &split.to, fabsf(split.to.u - trial->u) > width ? split.slow + 1 : 0);
-    }
-    if (search->trials == 2) {
-        search->next = -robot->u_max;
-        return true;
+        const float half = 0.5f * width_of(&split);
+        keep(search, &split.from, trial, fabsf(trial->u - split.from.u) > half ? split.slow + 1 : 0);
+        keep(search, trial, &split.to, fabsf(split.to.u - trial->u) > half ? split.slow + 1 : 0);
     }
     return go_on(search);
 }
@@ -490,6 +547,7 @@ int32_t hopform_choose_current_begin_f32(hopform_search_f32 *search, const hopfo
     search->best = nothing;
     search->zero = nothing;
     search->count = 0;
+    search->limits = 2;
     search->next = 0.0f;
     search->trials = 0;
     search->found = false;

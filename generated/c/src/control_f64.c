@@ -14,10 +14,17 @@
 /* Cells wider than this share of u_max are not judged by their ends: where the events are the same at both, and where not. */
 #define WIDE 0.5
 #define COARSE 0.25
+#define DOWN 0.0625
 
 /* How far a slope may be off the cubic's, as a share of what the cubic's slopes differ by: of their sum, and of each. */
 #define LEAN 0.25
 #define BEND 0.03125
+
+/* Where the events change: how much slopes may differ where the function still rises throughout, and how deep it may dip. */
+#define KINK 0.5
+#define DEPTH 0.75
+#define STEP 0.00390625
+#define EDGE 0.015625
 
 /* A function of u on a cell, outward from 0: values and slopes at both ends; whether it is smooth in between. */
 typedef struct {
@@ -72,7 +79,7 @@ static bool rises(const curve *c)
         return least_slope(c) > 4.0 * doubt(c);
     }
     const double end = c->from_rate < c->to_rate ? c->from_rate : c->to_rate;
-    return end > 0.0 && chord(c) > 0.0 && spread(c) <= 0.25 * end;
+    return end > 0.0 && chord(c) > 0.0 && spread(c) <= KINK * end;
 }
 
 static curve mirrored(const curve *c)
@@ -85,6 +92,14 @@ static bool is_monotone(const curve *c)
 {
     const curve other = mirrored(c);
     return rises(c) || rises(&other);
+}
+
+/* Whether the slope rises throughout. */
+static bool is_convex(const curve *c)
+{
+    const double from = lean(c) + c->from_rate - chord(c);
+    const double to = lean(c) + c->to_rate - chord(c);
+    return -from > 4.0 * doubt(c) && to > 4.0 * doubt(c);
 }
 
 /* Where the cubic has its minimum, as a share of the cell; -1 if there is none in it. */
@@ -115,22 +130,28 @@ static double least(const curve *c)
         return end;
     }
     if (!c->smooth) {
-        return end - c->width * spread(c);
+        return end - DEPTH * c->width * spread(c);
+    }
+    if (is_convex(c)) {
+        const double share = (c->to_rate - chord(c)) / (c->to_rate - c->from_rate);
+        return c->from_rate < 0.0 && c->to_rate > 0.0 ? c->from + c->width * c->from_rate * share : end;
     }
     const double share = share_of_minimum(c);
     const double inside = share > 0.0 ? cubic_at(c, share) : end;
     return (inside < end ? inside : end) - c->width * doubt(c);
 }
 
-/* Where the function vanishes, as a share of the cell: the inverse as a cubic if it is monotone, else the chord's. */
+/* Where the function vanishes, as a share of the cell: the inverse as a cubic, the chord's where a slope is against it. */
 static double share_of_root(const curve *c)
 {
     const double t = c->from / (c->from - c->to);
-    if (!is_monotone(c)) {
+    if (!(c->from_rate * chord(c) > 0.0 && c->to_rate * chord(c) > 0.0)) {
         return t;
     }
-    const double begin = chord(c) / c->from_rate;
-    const double end = chord(c) / c->to_rate;
+    const double first = chord(c) / c->from_rate;
+    const double last = chord(c) / c->to_rate;
+    const double begin = first < 3.0 ? first : 3.0; /* with which the cubic still rises */
+    const double end = last < 3.0 ? last : 3.0;
     return t * (begin + t * (3.0 - 2.0 * begin - end + t * (begin + end - 2.0)));
 }
 
@@ -197,23 +218,33 @@ static bool is_admissible(const hopform_search_f64 *search, const hopform_trial_
     return trial->takes_off && trial->peak < search->limit;
 }
 
-/* How far from its admissible end x_1 reaches its limit, as a share of the cell, by the slope there: beyond it x_1 stays at
- * the stop, and tells nothing. NEVER if the slope does not lead there. */
+/* Where x_1 reaches its limit, as a share of the cell: by both ends where it rises from one to the other, else by the slope at
+ * the admissible one, as beyond it x_1 stays at the stop, and tells nothing. NEVER if that slope does not lead there. */
 static double share_of_limit(const hopform_search_f64 *search, const hopform_cell_f64 *c)
 {
+    const curve peak = peak_of(c, search->limit);
+    if (is_monotone(&peak)) {
+        return share_of_root(&peak);
+    }
     const bool starts = is_admissible(search, &c->from);
-    const hopform_trial_f64 *end = starts ? &c->from : &c->to;
-    const double toward = (starts ? sign_of_cell(c) : -sign_of_cell(c)) * end->peak_u * width_of(c);
-    const double room = search->limit - end->peak;
-    return room <= toward && toward > 0.0 ? room / toward : 1e+300;
+    const double room = starts ? peak.from : peak.to;
+    const double toward = (starts ? peak.from_rate : -peak.to_rate) * peak.width;
+    const double share = room + toward >= 0.0 && toward > 0.0 ? -room / toward : 1e+300;
+    return starts ? share : 1.0 - share;
 }
 
 /* The nearest that an admissible current can come in a cell of which only a part, next to one end, is admissible. */
 static double promise_of_edge(const hopform_search_f64 *search, const hopform_cell_f64 *c, const curve *gap)
 {
-    const double share = 2.0 * share_of_limit(search, c);
+    const curve peak = peak_of(c, search->limit);
+    if (peak.width > EDGE * search->plan->robot.u_max && !is_monotone(&peak)) {
+        return 0.0;
+    }
+    const bool starts = is_admissible(search, &c->from);
+    const double there = share_of_limit(search, c);
+    const double share = 2.0 * (starts ? there : 1.0 - there);
     const double rate = fabs(gap->from_rate) + fabs(gap->to_rate) + fabs(chord(gap));
-    const double inside = fabs(is_admissible(search, &c->from) ? gap->from : gap->to);
+    const double inside = fabs(starts ? gap->from : gap->to);
     return share <= 1.0 ? inside - rate * share * gap->width : 0.0;
 }
 
@@ -222,7 +253,7 @@ static double promise_of_step(const hopform_search_f64 *search, const hopform_ce
 {
     const hopform_trial_f64 *lifts = c->from.takes_off ? &c->from : &c->to;
     const double width = width_of(c);
-    if (width > 0.00390625 * search->plan->robot.u_max) {
+    if (width > STEP * search->plan->robot.u_max) {
         return 0.0;
     }
     const bool hopeless = !(lifts->peak - 2.0 * width * fabs(lifts->peak_u) < search->limit);
@@ -239,7 +270,8 @@ static double promise_of(const hopform_search_f64 *search, const hopform_cell_f6
     if ((from->held && to->held) || width <= 2.0 * 2.220446049250313e-16 * fabs(to->u)) {
         return 1e+300;
     }
-    if (width > (is_smooth(c) ? WIDE : COARSE) * range) {
+    const double judged = !from->takes_off && !to->takes_off ? DOWN : (is_smooth(c) ? WIDE : COARSE);
+    if (width > judged * range) {
         return 0.0;
     }
     if (from->takes_off != to->takes_off) {
@@ -260,10 +292,11 @@ static double promise_of(const hopform_search_f64 *search, const hopform_cell_f6
     if (!in_from && !in_to && least(&peak) >= 0.0) {
         return 1e+300;
     }
-    if (promise > 0.0 || in_from == in_to) {
+    if (in_from == in_to) {
         return promise;
     }
-    return promise_of_edge(search, c, &gap);
+    const double edge = promise_of_edge(search, c, &gap);
+    return edge > promise ? edge : promise;
 }
 
 /* Where a function that comes nearer to zero at both ends has its extremum. */
@@ -274,12 +307,26 @@ static double share_of_turn(const curve *c)
     return share > 0.0 ? (share > 0.03125 ? (share < 0.96875 ? share : 0.96875) : 0.03125) : 0.5;
 }
 
+/* Just inside the limit of x_1; where a slope leads to the cell's end, which it overshot from before, some way off. */
+static double share_inside(const hopform_search_f64 *search, const hopform_cell_f64 *c, const curve *gap)
+{
+    const double steep = fabs(gap->from_rate) + fabs(gap->to_rate) + fabs(chord(gap));
+    const double aside = 0.25 * 2e-10 / (steep * gap->width + 2e-10);
+    const double there = share_of_limit(search, c);
+    if (is_admissible(search, &c->from)) {
+        const double share = there - aside;
+        return share > 0.9375 && share < 2.0 ? 0.9375 : share;
+    }
+    const double share = there + aside;
+    return share < 0.0625 && share > -1.0 ? 0.0625 : share;
+}
+
 /* Where to split the cell, as a share of it. */
 static double share_to_try(const hopform_search_f64 *search, const hopform_cell_f64 *c)
 {
     const hopform_trial_f64 *from = &c->from;
     const hopform_trial_f64 *to = &c->to;
-    if (width_of(c) > COARSE * search->plan->robot.u_max || c->slow >= 2 || from->takes_off != to->takes_off) {
+    if (width_of(c) > WIDE * search->plan->robot.u_max || c->slow >= 2 || from->takes_off != to->takes_off) {
         return 0.5;
     }
     if (!from->takes_off) {
@@ -292,10 +339,7 @@ static double share_to_try(const hopform_search_f64 *search, const hopform_cell_
     }
     const curve peak = peak_of(c, search->limit);
     if (is_admissible(search, from) != is_admissible(search, to)) {
-        const double steep = fabs(gap.from_rate) + fabs(gap.to_rate) + fabs(chord(&gap));
-        const double aside = 0.25 * 2e-10 / (steep * gap.width + 2e-10);
-        const double share = share_of_limit(search, c) - aside;
-        return is_admissible(search, from) ? share : 1.0 - share;
+        return share_inside(search, c, &gap);
     }
     return is_admissible(search, from) ? share_of_turn(&gap) : share_of_turn(&peak);
 }
@@ -382,9 +426,26 @@ static void sift(hopform_search_f64 *search)
     }
 }
 
-/* Choose the next current, in the most promising cell; false if nothing is left. */
+/* Whether a current of this sign pushes an actuator that 0 leaves on a stop harder onto it: it is held there as well. */
+static bool changes_nothing(const hopform_search_f64 *search, double sign)
+{
+    const hopform_robot_f64 *robot = &search->plan->robot;
+    const double push = -robot->gamma2 * sign;
+    return search->zero.held && !(push > 0.0 && search->start.x1 < robot->x1_max)
+           && !(push < 0.0 && search->start.x1 > robot->x1_min);
+}
+
+/* Choose the next current: a limit, then in the most promising cell; false if nothing is left. */
 static bool go_on(hopform_search_f64 *search)
 {
+    while (search->limits > 0) {
+        const double sign = search->limits == 2 ? 1.0 : -1.0;
+        search->limits--;
+        if (!changes_nothing(search, sign)) {
+            search->next = sign * search->plan->robot.u_max;
+            return true;
+        }
+    }
     sift(search);
     if (search->count == 0) {
         return false;
@@ -398,7 +459,7 @@ static bool go_on(hopform_search_f64 *search)
     return true;
 }
 
-/* Take in what a current does, and choose the next one: first 0, then both limits, then into the cells. */
+/* Take in what a current does, and choose the next one: first 0, then the limits, then into the cells. */
 static bool take_in(hopform_search_f64 *search, const hopform_trial_f64 *trial)
 {
     const hopform_robot_f64 *robot = &search->plan->robot;
@@ -406,20 +467,16 @@ static bool take_in(hopform_search_f64 *search, const hopform_trial_f64 *trial)
     search->trials++;
     if (search->trials == 1) {
         search->zero = *trial;
-        search->next = robot->u_max;
-        return !search->reached && robot->u_max > 0.0 && robot->x1_min < robot->x1_max;
-    }
-    if (search->trials <= 3) {
+        if (search->reached || !(robot->u_max > 0.0 && robot->x1_min < robot->x1_max)) {
+            return false;
+        }
+    } else if (!(fabs(trial->u) < robot->u_max)) {
         keep(search, &search->zero, trial, 0);
     } else {
         const hopform_cell_f64 split = search->cells[--search->count];
-        const double width = 0.5 * width_of(&split);
-        keep(search, &split.from, trial, fabs(trial->u - split.from.u) > width ? split.slow + 1 : 0);
-        keep(search, trial, &split.to, fabs(split.to.u - trial->u) > width ? split.slow + 1 : 0);
-    }
-    if (search->trials == 2) {
-        search->next = -robot->u_max;
-        return true;
+        const double half = 0.5 * width_of(&split);
+        keep(search, &split.from, trial, fabs(trial->u - split.from.u) > half ? split.slow + 1 : 0);
+        keep(search, trial, &split.to, fabs(split.to.u - trial->u) > half ? split.slow + 1 : 0);
     }
     return go_on(search);
 }
@@ -490,6 +547,7 @@ int32_t hopform_choose_current_begin_f64(hopform_search_f64 *search, const hopfo
     search->best = nothing;
     search->zero = nothing;
     search->count = 0;
+    search->limits = 2;
     search->next = 0.0;
     search->trials = 0;
     search->found = false;

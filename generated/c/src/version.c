@@ -6,5 +6,5 @@
 
 const char *hopform_source(void)
 {
-    return "abcc00de0bf36c77";
+    return "1c1b2b81fd1333af";
 }

@@ -238,7 +238,7 @@ int32_t hopform_try_currents_f64(const hopform_plan_f64 *plan, const hopform_sta
                                   const double *currents, int32_t current_count, double horizon, hopform_phase_f64 *phases,
                                   int32_t capacity, hopform_trial_f64 *trials);
 
-enum { HOPFORM_SEARCH_CELLS_f64 = 48 }; /**< cells that wait */
+enum { HOPFORM_SEARCH_CELLS_f64 = 24 }; /**< cells that wait */
 
 /** The range between two currents that were tried. */
 typedef struct {
@@ -260,6 +260,7 @@ typedef struct {
     hopform_trial_f64 zero; /**< the current 0 */
     hopform_cell_f64 cells[HOPFORM_SEARCH_CELLS_f64]; /**< in which something better may lie */
     int32_t count;  /**< of them; the last one is split next */
+    int32_t limits; /**< of the range, yet to be tried */
     double next;      /**< [A] what to try */
     int32_t trials;
     int32_t status; /**< HOPFORM_SEARCHING, HOPFORM_OK when done, or an error */
