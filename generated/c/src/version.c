@@ -6,5 +6,5 @@
 
 const char *hopform_source(void)
 {
-    return "1c1b2b81fd1333af";
+    return "198d4f72f6ca3645";
 }
