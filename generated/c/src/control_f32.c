@@ -183,10 +183,10 @@ static curve curve_of(const hopform_cell_f32 *c, float from, float from_u, float
 static curve gap_of(const hopform_cell_f32 *c, float wanted)
 {
     curve gap = curve_of(c, c->from.apex - wanted, c->from.apex_u, c->to.apex - wanted, c->to.apex_u);
-    if (fabsf(gap.to) <= 3e-6f) {
-        gap.to = gap.from > 0.0f ? 3e-6f : -3e-6f;
-    } else if (fabsf(gap.from) <= 3e-6f) {
-        gap.from = gap.to > 0.0f ? 3e-6f : -3e-6f;
+    if (fabsf(gap.to) <= 1e-6f) {
+        gap.to = gap.from > 0.0f ? 1e-6f : -1e-6f;
+    } else if (fabsf(gap.from) <= 1e-6f) {
+        gap.from = gap.to > 0.0f ? 1e-6f : -1e-6f;
     }
     return gap;
 }
@@ -353,7 +353,7 @@ static bool is_better(const hopform_search_f32 *search, const hopform_trial_f32 
     if (!search->found) {
         return true;
     }
-    if (gap <= 3e-6f) {
+    if (gap <= 1e-6f) {
         return !search->reached || fabsf(trial->u) < fabsf(search->best.u);
     }
     return gap < best && !search->reached;
@@ -364,7 +364,7 @@ static void consider(hopform_search_f32 *search, const hopform_trial_f32 *trial)
     if (is_admissible(search, trial) && is_better(search, trial)) {
         search->best = *trial;
         search->found = true;
-        search->reached = fabsf(trial->apex - search->apex) <= 3e-6f;
+        search->reached = fabsf(trial->apex - search->apex) <= 1e-6f;
     }
 }
 
@@ -375,13 +375,15 @@ static float worth(const hopform_search_f32 *search)
         return 1e38f;
     }
     const float gap = fabsf(search->best.apex - search->apex) - 2.0f * 4e-6f;
-    return gap > 0.0f && !search->reached ? gap : 0.0f;
+    return gap > 0.0f ? gap : 0.0f;
 }
 
 static bool matters(const hopform_search_f32 *search, const hopform_cell_f32 *c)
 {
-    const bool further = search->reached && fabsf(c->from.u) >= fabsf(search->best.u);
-    return !further && c->promise < 1e38f && c->promise <= worth(search);
+    if (search->reached) {
+        return fabsf(c->from.u) < fabsf(search->best.u) && c->promise < 1e-6f;
+    }
+    return c->promise < 1e38f && c->promise <= worth(search);
 }
 
 /* Keep the range between two tried currents if something better may lie in it. */

@@ -375,13 +375,15 @@ static double worth(const hopform_search_f64 *search)
         return 1e+300;
     }
     const double gap = fabs(search->best.apex - search->apex) - 2.0 * 2e-10;
-    return gap > 0.0 && !search->reached ? gap : 0.0;
+    return gap > 0.0 ? gap : 0.0;
 }
 
 static bool matters(const hopform_search_f64 *search, const hopform_cell_f64 *c)
 {
-    const bool further = search->reached && fabs(c->from.u) >= fabs(search->best.u);
-    return !further && c->promise < 1e+300 && c->promise <= worth(search);
+    if (search->reached) {
+        return fabs(c->from.u) < fabs(search->best.u) && c->promise < 1e-14;
+    }
+    return c->promise < 1e+300 && c->promise <= worth(search);
 }
 
 /* Keep the range between two tried currents if something better may lie in it. */

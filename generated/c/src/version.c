@@ -6,5 +6,5 @@
 
 const char *hopform_source(void)
 {
-    return "198d4f72f6ca3645";
+    return "8ce816268ca8a252";
 }

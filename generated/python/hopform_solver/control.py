@@ -32,7 +32,7 @@ WIDE, COARSE, DOWN, STEP, EDGE = 0.5, 0.25, 0.0625, 1.0 / 256.0, 1.0 / 64.0
 where neither takes off, where one does, and where x_1 reaches its limit."""
 LEAN, BEND, KINK, DEPTH = 0.25, 0.03125, 0.5, 0.75
 """How far functions may be off what the ends foretell, as in the C library."""
-REACHED_WITHIN = {"f4": 3e-06, "f8": 1e-14}
+REACHED_WITHIN = {"f4": 1e-06, "f8": 1e-14}
 NEAR_WITHIN = {"f4": 4e-06, "f8": 2e-10}
 """[m] What is gone on to, and what counts as reached."""
 
@@ -271,7 +271,7 @@ class _Cells:
         """Whether all in the cells that might be better is known."""
         promise, search = self.promise, self.search
         if search.reached:
-            return np.asarray((promise > 0.0) | (np.minimum(np.abs(self.from_.u), np.abs(self.to.u)) >= abs(search.u)))
+            return np.asarray((promise >= search.reach) | (np.minimum(np.abs(self.from_.u), np.abs(self.to.u)) >= abs(search.u)))
         return np.asarray((promise > search.worth) | np.isinf(promise))
 
     @property
