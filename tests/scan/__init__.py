@@ -42,11 +42,12 @@ class _Result(ctypes.Structure):
 
 @cache
 def _library() -> Any:
+    """scan.c, which calls the compiled library that Python has loaded; the library is not built a second time."""
+    native.library()
     with tempfile.TemporaryDirectory() as folder:
         target = Path(folder) / "scan.so"
-        sources = [*sorted((C / "src").glob("*.c")), HERE / "scan.c"]
-        command = [*shlex.split(os.environ.get("CC") or "cc"), *FLAGS, "-I", str(C / "include"), *map(str, sources)]
-        subprocess.run([*command, "-o", str(target), "-lm"], check=True)
+        command = [*shlex.split(os.environ.get("CC") or "cc"), *FLAGS, "-I", str(C / "include"), str(HERE / "scan.c")]
+        subprocess.run([*command, str(native.LIBRARY), "-o", str(target), "-lm"], check=True)
         library = ctypes.CDLL(str(target))
     library.scan_gap.restype = ctypes.c_double
     return library
