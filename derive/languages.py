@@ -173,7 +173,7 @@ class NumPy:
 
 
 # [m] How near an apex must come: what the controller goes on to, and what it calls reached, or an edge of what is admissible.
-REACHED_WITHIN = {"f32": 3e-6, "f64": 1e-14}
+REACHED_WITHIN = {"f32": 1e-6, "f64": 1e-14}
 NEAR_WITHIN = {"f32": 4e-6, "f64": 2e-10}
 
 

@@ -6,7 +6,7 @@ import pytest
 import hopform
 from tests.seeds import SEED
 
-STATES = 5000
+STATES = 10000
 """Touchdown states of each robot."""
 
 

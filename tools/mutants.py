@@ -26,6 +26,7 @@ TIME_LIMIT = 240.0
 ALGEBRA = ("tests/test_derivation.py", "tests/test_certificate.py")
 MOTION = ("tests/test_stance.py", "tests/test_ties.py", "tests/test_properties.py", "tests/test_model_file.py")
 HOUSE = ("tests/test_house.py", "tests/test_library.py")
+CONTROL = ("tests/test_control_search.py",)
 NEAREST = {"derive": ALGEBRA + MOTION + HOUSE, "templates": MOTION + HOUSE + ALGEBRA}
 LEFT_OUT_TESTS = "not random and not page"
 
@@ -119,6 +120,70 @@ MUTANTS = (
         first=("tests/test_library.py",),
     ),
     Mutant("a stale derivation", "derive/laplace.py", "a2_0 - f2 * side_2", "a2_0 + f2 * side_2", after=()),
+    # ---- the controller ----
+    Mutant(
+        "controller, C: a root further out is as good",
+        "templates/c/src/control_real.c.j2",
+        "return fabs(c->from.u) < fabs(search->best.u) && c->promise < REACHED_WITHIN;",
+        "return fabs(c->from.u) > fabs(search->best.u) && c->promise < REACHED_WITHIN;",
+        first=CONTROL,
+    ),
+    Mutant(
+        "controller, C: nothing lies below the ends of a cell",
+        "templates/c/src/control_real.c.j2",
+        "return end - DEPTH * c->width * spread(c);",
+        "return end - 0.0 * DEPTH * c->width * spread(c);",
+        first=CONTROL,
+    ),
+    Mutant(
+        "controller, C: friction holds as a stop does",
+        "templates/c/src/control_real.c.j2",
+        "&& !(push < 0.0 && search->start.x1 > robot->x1_min);",
+        "&& !(push < 0.0 && search->start.x1 > robot->x1_max);",
+        first=CONTROL,
+    ),
+    Mutant(
+        "controller, C: the stroke has no margin",
+        "templates/c/src/control_real.c.j2",
+        "robot->x1_max - target->stop_margin - 16.0 * EPSILON",
+        "robot->x1_max - 0.0 * target->stop_margin - 16.0 * EPSILON",
+        first=CONTROL,
+    ),
+    Mutant(
+        "controller, C: half a cell is never tried",
+        "templates/c/src/control_real.c.j2",
+        "        keep(search, trial, &split.to, fabs(split.to.u - trial->u) > half ? split.slow + 1 : 0);\n",
+        "",
+        first=CONTROL,
+    ),
+    Mutant(
+        "controller, C: take-off at a fixed time",
+        "templates/c/src/trial_real.h.j2",
+        "const real late = -tally->change.y / speed.y;",
+        "const real late = -0.0 * tally->change.y / speed.y;",
+        first=CONTROL,
+    ),
+    Mutant(
+        "controller, NumPy: take-off at a fixed time",
+        "templates/python/hopform_solver/trial.py.j2",
+        "late[good] = -change.y[good] / speed.y[good]",
+        "late[good] = -0.0 * change.y[good] / speed.y[good]",
+        first=CONTROL,
+    ),
+    Mutant(
+        "controller, NumPy: the stroke has no margin",
+        "templates/python/hopform_solver/control.py.j2",
+        "self.robot.x1_max - self.target.stop_margin",
+        "self.robot.x1_max - 0.0 * self.target.stop_margin",
+        first=CONTROL,
+    ),
+    Mutant(
+        "controller, NumPy: what is wanted is far off",
+        "templates/python/hopform_solver/control.py.j2",
+        "return max(abs(self.gap) - 2.0 * self.near, 0.0)",
+        "return max(0.5 * abs(self.gap) - 2.0 * self.near, 0.0)",
+        first=CONTROL,
+    ),
     # ---- what a mass does next ----
     Mutant(
         "C: a reversal taken for a stick",

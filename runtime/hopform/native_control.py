@@ -40,18 +40,20 @@ def structs(types: native.Types) -> tuple[Any, Any, Any]:
     target = struct("Target", *((name, real) for name in ("h_des", "datum", "stop_margin", "horizon")))
     command = struct("Command", ("u", real), ("apex", real), ("status", count))
     trial = trial_of(types)
-    depth = 64
+    cell = struct("Cell", ("from", trial), ("to", trial), ("promise", real), ("slow", count))
+    cells = 24
     search = struct(
         "Search",
         ("plan", ctypes.c_void_p),
         ("start", types.state),
         *((name, real) for name in ("apex", "limit", "horizon", "datum")),
         ("best", trial),
-        ("inner", trial * 2),
-        ("outer", (trial * depth) * 2),
-        ("waiting", count * 2),
+        ("zero", trial),
+        ("cells", cell * cells),
+        ("count", count),
+        ("limits", count),
         ("next", real),
-        *((name, count) for name in ("side", "slow", "trials", "status")),
+        *((name, count) for name in ("trials", "status")),
         *((name, flag) for name in ("found", "reached", "partial")),
     )
     return target, command, search

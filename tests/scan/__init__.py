@@ -31,7 +31,7 @@ SINGLE = 1e-5  # [m]
 
 class _Task(ctypes.Structure):
     _fields_ = [
-        *((name, ctypes.c_double) for name in ("x1", "v1", "v2", "y", "wanted", "limit", "u_max", "stop")),
+        *((name, ctypes.c_double) for name in ("x1", "v1", "v2", "y", "wanted", "limit", "u_max", "stop", "nearer")),
         ("grid", ctypes.c_int),
     ]
 
@@ -42,11 +42,12 @@ class _Result(ctypes.Structure):
 
 @cache
 def _library() -> Any:
+    """scan.c, which calls the compiled library that Python has loaded; the library is not built a second time."""
+    native.library()
     with tempfile.TemporaryDirectory() as folder:
         target = Path(folder) / "scan.so"
-        sources = [*sorted((C / "src").glob("*.c")), HERE / "scan.c"]
-        command = [*shlex.split(os.environ.get("CC") or "cc"), *FLAGS, "-I", str(C / "include"), *map(str, sources)]
-        subprocess.run([*command, "-o", str(target), "-lm"], check=True)
+        command = [*shlex.split(os.environ.get("CC") or "cc"), *FLAGS, "-I", str(C / "include"), str(HERE / "scan.c")]
+        subprocess.run([*command, str(native.LIBRARY), "-o", str(target), "-lm"], check=True)
         library = ctypes.CDLL(str(target))
     library.scan_gap.restype = ctypes.c_double
     return library
@@ -126,22 +127,23 @@ class Judge:
         types = native.library().types(np.dtype(np.float64))
         self.plan = native.plan_of(native.library(), types, robot.parameters)
 
-    def task(self, touchdown: Touchdown, stop: float, step: float) -> Any:
+    def task(self, touchdown: Touchdown, stop: float, nearer: float, step: float) -> Any:
         robot = self.robot
         limit = robot.x1_max - touchdown.stop_margin if robot.x1_min < robot.x1_max else math.inf
         return _Task(
             touchdown.x1, touchdown.v1, touchdown.v2, touchdown.y, touchdown.h_des + touchdown.datum, limit, robot.u_max,
-            stop, math.ceil(robot.u_max / step),
+            stop, nearer, math.ceil(robot.u_max / step),
         )  # fmt: skip
 
     def gap(self, touchdown: Touchdown, u: float) -> float:
         """Apex less what is wanted [m]; NaN if u is not admissible."""
-        task = self.task(touchdown, math.inf, 1.0)
+        task = self.task(touchdown, math.inf, math.inf, 1.0)
         return float(self.library.scan_gap(ctypes.byref(self.plan), ctypes.byref(task), ctypes.c_double(u)))
 
-    def scan(self, touchdown: Touchdown, stop: float, step: float) -> Any:
+    def scan(self, touchdown: Touchdown, stop: float, nearer: float, step: float) -> Any:
+        """The least root below `stop` [A], and the least gap below `nearer` [m], of the admissible currents."""
         result = _Result()
-        task = self.task(touchdown, stop, step)
+        task = self.task(touchdown, stop, nearer, step)
         self.library.scan(ctypes.byref(self.plan), ctypes.byref(task), ctypes.byref(result))
         return result
 
@@ -151,14 +153,16 @@ def compare(robot: hopform.Robot, touchdowns: list[Touchdown], step: float, **ho
     judge, found = Judge(robot), Findings()
     for touchdown in touchdowns:
         command = touchdown.ask(robot, **how)
-        result = judge.scan(touchdown, abs(command.u) if command.status == "reached" else math.inf, step)
-        answer = (command, (result.gap, result.u, result.root))
         gap = math.inf if command.status == "no_takeoff" else judge.gap(touchdown, command.u)
+        reached = command.status == "reached"
+        stop, nearer = (abs(command.u), 0.0) if reached else (math.inf, abs(gap) - NEARER)
+        result = judge.scan(touchdown, stop, nearer, step)
+        answer = (command, (result.gap, result.u, result.root))
         if not _is_true(robot, touchdown, command, gap):
             found.untrue.append((touchdown, answer))
-        if command.status == "reached" and result.root < abs(command.u) - SMALLER:
+        if reached and result.root < abs(command.u) - SMALLER:
             found.smaller.append((touchdown, answer))
-        if command.status != "reached" and (result.gap < abs(gap) - NEARER or result.root < math.inf):
+        if not reached and (result.gap < math.inf or result.root < math.inf):
             found.nearer.append((touchdown, answer))
         found.statuses[command.status] = found.statuses.get(command.status, 0) + 1
         found.solved.append(command.solved)

@@ -27,6 +27,14 @@ def _part(name: str, seed: int, step: float) -> Findings:
     return found
 
 
+WRONG = ("smaller", "nearer", "untrue", "single")
+
+
+def progress(found: Findings) -> str:
+    counts = (f"{len(getattr(found, each))} {each}" for each in WRONG)
+    return f"{len(found.solved)} touchdowns, {', '.join(counts)}"
+
+
 def report(found: Findings) -> bool:
     """Print what was seen; whether anything is wrong."""
     for status, number in sorted(found.statuses.items()):
@@ -35,7 +43,7 @@ def report(found: Findings) -> bool:
             f"  {number} {status}: stances solved {np.mean(of):.1f} (mean), {np.median(of):.0f} (median), {max(of)} (most)"
         )
     print(f"  float32, where reached: at most {found.worst_single:.1e} m off in double precision")
-    wrong = {each: getattr(found, each) for each in ("smaller", "nearer", "untrue", "single")}
+    wrong = {each: getattr(found, each) for each in WRONG}
     print("  " + ", ".join(f"{len(cases)} {each}" for each, cases in wrong.items()), flush=True)
     for each, cases in wrong.items():
         for case in cases[:20]:
@@ -58,6 +66,8 @@ def main() -> int:
             seeds = range(options.seed, options.seed + math.ceil(options.count / CHUNK))
             for done in as_completed([pool.submit(_part, name, seed, options.step) for seed in seeds]):
                 total.add(done.result())
+                print(f"\r{name}: {progress(total)}", end="", file=sys.stderr, flush=True)
+        print(file=sys.stderr)
         print(f"{name}: {len(total.solved)} touchdowns, {time.monotonic() - begin:.0f} s", flush=True)
         failed |= report(total)
     return int(failed)

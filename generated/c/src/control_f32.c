@@ -11,17 +11,29 @@
  */
 #include "trial_f32.h"
 
-/* Cells wider than this share of u_max are not judged by their ends. */
-#define COARSE 0.125f
+/* Cells wider than this share of u_max are not judged by their ends: where the events are the same at both, and where not. */
+#define WIDE 0.5f
+#define COARSE 0.25f
+#define DOWN 0.0625f
 
-/* A function of u on a cell, outward from 0: values and slopes at both ends; how far it may leave the chord. */
+/* How far a slope may be off the cubic's, as a share of what the cubic's slopes differ by: of their sum, and of each. */
+#define LEAN 0.25f
+#define BEND 0.03125f
+
+/* Where the events change: how much slopes may differ where the function still rises throughout, and how deep it may dip. */
+#define KINK 0.5f
+#define DEPTH 0.75f
+#define STEP 0.00390625f
+#define EDGE 0.015625f
+
+/* A function of u on a cell, outward from 0: values and slopes at both ends; whether it is smooth in between. */
 typedef struct {
     float from;
     float from_rate;
     float to;
     float to_rate;
     float width;
-    float bend;
+    bool smooth;
 } curve;
 
 /* ---- what the ends of a cell say ---- */
@@ -37,81 +49,168 @@ static float spread(const curve *c)
     return fabsf(c->from_rate - chord(c)) + fabsf(c->to_rate - chord(c));
 }
 
+/* The slopes' sum less twice the chord's: 0 for a parabola. */
+static float lean(const curve *c)
+{
+    return c->from_rate + c->to_rate - 2.0f * chord(c);
+}
+
+/* How far a slope in the cell may be off that of the cubic which the ends determine. */
+static float doubt(const curve *c)
+{
+    return LEAN * fabsf(lean(c)) + BEND * spread(c);
+}
+
+/* The least slope of that cubic. */
+static float least_slope(const curve *c)
+{
+    const float end = c->from_rate < c->to_rate ? c->from_rate : c->to_rate;
+    const float half = c->from_rate + lean(c) - chord(c);
+    if (lean(c) > 0.0f && half > 0.0f && half < 3.0f * lean(c)) {
+        const float inside = c->from_rate - half * half / (3.0f * lean(c));
+        return inside < end ? inside : end;
+    }
+    return end;
+}
+
+static bool rises(const curve *c)
+{
+    if (c->smooth) {
+        return least_slope(c) > 4.0f * doubt(c);
+    }
+    const float end = c->from_rate < c->to_rate ? c->from_rate : c->to_rate;
+    return end > 0.0f && chord(c) > 0.0f && spread(c) <= KINK * end;
+}
+
+static curve mirrored(const curve *c)
+{
+    const curve other = {-c->from, -c->from_rate, -c->to, -c->to_rate, c->width, c->smooth};
+    return other;
+}
+
 static bool is_monotone(const curve *c)
 {
-    const float from = fabsf(c->from_rate);
-    const float to = fabsf(c->to_rate);
-    return c->from_rate * chord(c) > 0.0f && c->to_rate * chord(c) > 0.0f
-           && c->bend * spread(c) <= 0.25f * (from < to ? from : to);
+    const curve other = mirrored(c);
+    return rises(c) || rises(&other);
+}
+
+/* Whether the slope rises throughout. */
+static bool is_convex(const curve *c)
+{
+    const float from = lean(c) + c->from_rate - chord(c);
+    const float to = lean(c) + c->to_rate - chord(c);
+    return -from > 4.0f * doubt(c) && to > 4.0f * doubt(c);
+}
+
+/* Where the cubic has its minimum, as a share of the cell; -1 if there is none in it. */
+static float share_of_minimum(const curve *c)
+{
+    const float half = c->from_rate + lean(c) - chord(c);
+    const float radicand = half * half - 3.0f * lean(c) * c->from_rate;
+    if (!(radicand > 0.0f)) {
+        return -1.0f;
+    }
+    const float root = sqrtf(radicand);
+    const float share = half < 0.0f ? c->from_rate / (half - root) : (half + root) / (3.0f * lean(c));
+    return share > 0.0f && share < 1.0f ? share : -1.0f;
+}
+
+static float cubic_at(const curve *c, float share)
+{
+    const float rest = 1.0f - share;
+    const float bend = (c->from_rate - chord(c)) * rest - (c->to_rate - chord(c)) * share;
+    return c->from + c->width * share * (chord(c) + rest * bend);
 }
 
 /* The least that the function is taken to be on the cell. */
 static float least(const curve *c)
 {
     const float end = c->from < c->to ? c->from : c->to;
-    return is_monotone(c) ? end : end - c->bend * c->width * spread(c);
+    if (is_monotone(c)) {
+        return end;
+    }
+    if (!c->smooth) {
+        return end - DEPTH * c->width * spread(c);
+    }
+    if (is_convex(c)) {
+        const float share = (c->to_rate - chord(c)) / (c->to_rate - c->from_rate);
+        return c->from_rate < 0.0f && c->to_rate > 0.0f ? c->from + c->width * c->from_rate * share : end;
+    }
+    const float share = share_of_minimum(c);
+    const float inside = share > 0.0f ? cubic_at(c, share) : end;
+    return (inside < end ? inside : end) - c->width * doubt(c);
 }
 
-static float most(const curve *c)
-{
-    const curve mirrored = {-c->from, -c->from_rate, -c->to, -c->to_rate, c->width, c->bend};
-    return -least(&mirrored);
-}
-
-/* Where the function vanishes, as a share of the cell: the inverse as a cubic if it is monotone, else the chord's. */
+/* Where the function vanishes, as a share of the cell: the inverse as a cubic, the chord's where a slope is against it. */
 static float share_of_root(const curve *c)
 {
     const float t = c->from / (c->from - c->to);
-    if (!is_monotone(c)) {
+    if (!(c->from_rate * chord(c) > 0.0f && c->to_rate * chord(c) > 0.0f)) {
         return t;
     }
-    const float begin = chord(c) / c->from_rate;
-    const float end = chord(c) / c->to_rate;
+    const float first = chord(c) / c->from_rate;
+    const float last = chord(c) / c->to_rate;
+    const float begin = first < 3.0f ? first : 3.0f; /* with which the cubic still rises */
+    const float end = last < 3.0f ? last : 3.0f;
     return t * (begin + t * (3.0f - 2.0f * begin - end + t * (begin + end - 2.0f)));
 }
 
 /* ---- a cell ---- */
 
-typedef struct {
-    const hopform_trial_f32 *from;
-    const hopform_trial_f32 *to;
-    float sign; /* of its side */
-    float width;
-    float bend; /* 0.25 where the events are the same, 1 where they change */
-} cell;
-
-static curve curve_of(const cell *c, float from, float from_u, float to, float to_u)
+static float sign_of_cell(const hopform_cell_f32 *c)
 {
-    const curve made = {from, c->sign * from_u, to, c->sign * to_u, c->width, c->bend};
+    return c->to.u > c->from.u ? 1.0f : -1.0f;
+}
+
+static float width_of(const hopform_cell_f32 *c)
+{
+    return fabsf(c->to.u - c->from.u);
+}
+
+static bool is_smooth(const hopform_cell_f32 *c)
+{
+    return c->from.events == c->to.events && c->from.smooth && c->to.smooth;
+}
+
+static curve curve_of(const hopform_cell_f32 *c, float from, float from_u, float to, float to_u)
+{
+    const float sign = sign_of_cell(c);
+    const curve made = {from, sign * from_u, to, sign * to_u, width_of(c), is_smooth(c)};
     return made;
 }
 
 /* The apex less what is wanted; an end that reaches it counts as being on the side of the other one. */
-static curve gap_of(const cell *c, float wanted)
+static curve gap_of(const hopform_cell_f32 *c, float wanted)
 {
-    curve gap = curve_of(c, c->from->apex - wanted, c->from->apex_u, c->to->apex - wanted, c->to->apex_u);
-    if (fabsf(gap.to) <= 3e-6f) {
-        gap.to = gap.from > 0.0f ? 3e-6f : -3e-6f;
-    } else if (fabsf(gap.from) <= 3e-6f) {
-        gap.from = gap.to > 0.0f ? 3e-6f : -3e-6f;
+    curve gap = curve_of(c, c->from.apex - wanted, c->from.apex_u, c->to.apex - wanted, c->to.apex_u);
+    if (fabsf(gap.to) <= 1e-6f) {
+        gap.to = gap.from > 0.0f ? 1e-6f : -1e-6f;
+    } else if (fabsf(gap.from) <= 1e-6f) {
+        gap.from = gap.to > 0.0f ? 1e-6f : -1e-6f;
     }
     return gap;
 }
 
-/* No rebound in the cell takes off that does not do so at its ends: the least y of each stays above zero. */
-static bool dips_are_quiet(const cell *c)
+/* The largest x_1 less its limit. */
+static curve peak_of(const hopform_cell_f32 *c, float limit)
 {
-    const bool in_from = c->from->dips > 0;
-    const bool in_to = c->to->dips > 0;
+    return curve_of(c, c->from.peak - limit, c->from.peak_u, c->to.peak - limit, c->to.peak_u);
+}
+
+/* No rebound in the cell takes off that does not do so at its ends: the least y of each stays above zero. */
+static bool dips_are_quiet(const hopform_cell_f32 *c)
+{
+    const bool in_from = c->from.dips > 0;
+    const bool in_to = c->to.dips > 0;
     if (!in_from && !in_to) {
         return true;
     }
     if (in_from && in_to) {
-        const curve dip = curve_of(c, c->from->dip, c->from->dip_u, c->to->dip, c->to->dip_u);
+        const curve dip = curve_of(c, c->from.dip, c->from.dip_u, c->to.dip, c->to.dip_u);
         return least(&dip) > 0.0f;
     }
-    const hopform_trial_f32 *known = in_from ? c->from : c->to;
-    return known->dip > c->width * fabsf(known->dip_u);
+    const hopform_trial_f32 *known = in_from ? &c->from : &c->to;
+    return known->dip > width_of(c) * fabsf(known->dip_u);
 }
 
 static bool is_admissible(const hopform_search_f32 *search, const hopform_trial_f32 *trial)
@@ -119,84 +218,115 @@ static bool is_admissible(const hopform_search_f32 *search, const hopform_trial_
     return trial->takes_off && trial->peak < search->limit;
 }
 
-/* A gap that is worth looking for: smaller than this. */
-static float worth(const hopform_search_f32 *search)
+/* Where x_1 reaches its limit, as a share of the cell: by both ends where it rises from one to the other, else by the slope at
+ * the admissible one, as beyond it x_1 stays at the stop, and tells nothing. NEVER if that slope does not lead there. */
+static float share_of_limit(const hopform_search_f32 *search, const hopform_cell_f32 *c)
 {
-    if (!search->found) {
+    const curve peak = peak_of(c, search->limit);
+    if (is_monotone(&peak)) {
+        return share_of_root(&peak);
+    }
+    const bool starts = is_admissible(search, &c->from);
+    const float room = starts ? peak.from : peak.to;
+    const float toward = (starts ? peak.from_rate : -peak.to_rate) * peak.width;
+    const float share = room + toward >= 0.0f && toward > 0.0f ? -room / toward : 1e38f;
+    return starts ? share : 1.0f - share;
+}
+
+/* The nearest that an admissible current can come in a cell of which only a part, next to one end, is admissible. */
+static float promise_of_edge(const hopform_search_f32 *search, const hopform_cell_f32 *c, const curve *gap)
+{
+    const curve peak = peak_of(c, search->limit);
+    if (peak.width > EDGE * search->plan->robot.u_max && !is_monotone(&peak)) {
+        return 0.0f;
+    }
+    const bool starts = is_admissible(search, &c->from);
+    const float there = share_of_limit(search, c);
+    const float share = 2.0f * (starts ? there : 1.0f - there);
+    const float rate = fabsf(gap->from_rate) + fabsf(gap->to_rate) + fabsf(chord(gap));
+    const float inside = fabsf(starts ? gap->from : gap->to);
+    return share <= 1.0f ? inside - rate * share * gap->width : 0.0f;
+}
+
+/* Where one end takes off and the other does not: the apex ends like a square root. */
+static float promise_of_step(const hopform_search_f32 *search, const hopform_cell_f32 *c)
+{
+    const hopform_trial_f32 *lifts = c->from.takes_off ? &c->from : &c->to;
+    const float width = width_of(c);
+    if (width > STEP * search->plan->robot.u_max) {
+        return 0.0f;
+    }
+    const bool hopeless = !(lifts->peak - 2.0f * width * fabsf(lifts->peak_u) < search->limit);
+    return hopeless ? 1e38f : fabsf(lifts->apex - search->apex) - 3.0f * width * fabsf(lifts->apex_u);
+}
+
+/* What no admissible current in the cell comes nearer than, as far as its ends tell; NEVER if there is none in it. */
+static float promise_of(const hopform_search_f32 *search, const hopform_cell_f32 *c)
+{
+    const hopform_trial_f32 *from = &c->from;
+    const hopform_trial_f32 *to = &c->to;
+    const float range = search->plan->robot.u_max;
+    const float width = width_of(c);
+    if ((from->held && to->held) || width <= 2.0f * 1.1920929e-7f * fabsf(to->u)) {
         return 1e38f;
     }
-    const float gap = fabsf(search->best.apex - search->apex) - 2.0f * 4e-6f;
-    return gap > 0.0f ? gap : 0.0f;
-}
-
-/* How far from its admissible end x_1 reaches its limit, as a share of the cell, by the slope there: beyond it x_1 stays at
- * the stop, and tells nothing. NEVER if the slope does not lead there. */
-static float share_of_limit(const hopform_search_f32 *search, const cell *c)
-{
-    const bool starts = is_admissible(search, c->from);
-    const hopform_trial_f32 *end = starts ? c->from : c->to;
-    const float toward = (starts ? c->sign : -c->sign) * end->peak_u * c->width;
-    const float room = search->limit - end->peak;
-    return room <= toward && toward > 0.0f ? room / toward : 1e38f;
-}
-
-/* Only a part of the cell, next to its admissible end, is admissible, and nothing better lies in it. */
-static bool edge_is_near(const hopform_search_f32 *search, const cell *c, const curve *gap)
-{
-    const float share = 2.0f * share_of_limit(search, c);
-    const float rate = fabsf(gap->from_rate) + fabsf(gap->to_rate) + fabsf(chord(gap));
-    const float inside = fabsf(is_admissible(search, c->from) ? gap->from : gap->to);
-    return share <= 1.0f && inside - rate * share * c->width > worth(search);
-}
-
-/* Whether all in the cell that might be better is known. */
-static bool is_done(const hopform_search_f32 *search, const cell *c)
-{
-    const hopform_trial_f32 *from = c->from;
-    const hopform_trial_f32 *to = c->to;
-    const float range = search->plan->robot.u_max;
-    if ((from->held && to->held) || c->width <= 2.0f * 1.1920929e-7f * fabsf(to->u)) {
-        return true;
-    }
-    if (c->width > COARSE * range) {
-        return false;
-    }
-    const bool quiet = c->width <= 0.00034526698f * range || dips_are_quiet(c);
-    if (!from->takes_off && !to->takes_off) {
-        return quiet;
+    const float judged = !from->takes_off && !to->takes_off ? DOWN : (is_smooth(c) ? WIDE : COARSE);
+    if (width > judged * range) {
+        return 0.0f;
     }
     if (from->takes_off != to->takes_off) {
-        const hopform_trial_f32 *lifts = from->takes_off ? from : to;
-        const bool hopeless = !(lifts->peak - 2.0f * c->width * fabsf(lifts->peak_u) < search->limit);
-        return c->width <= 0.03125f * COARSE * range
-               && (hopeless || fabsf(lifts->apex - search->apex) - 3.0f * c->width * fabsf(lifts->apex_u) > worth(search));
+        return promise_of_step(search, c);
+    }
+    if (width > 0.00034526698f * range && !dips_are_quiet(c)) {
+        return 0.0f;
+    }
+    if (!from->takes_off) {
+        return 1e38f;
     }
     const curve gap = gap_of(c, search->apex);
-    const curve peak = curve_of(c, from->peak - search->limit, from->peak_u, to->peak - search->limit, to->peak_u);
-    if (least(&gap) > worth(search) || most(&gap) < -worth(search)) {
-        return quiet;
+    const curve peak = peak_of(c, search->limit);
+    const curve below = mirrored(&gap);
+    const float promise = gap.from > 0.0f ? least(&gap) : least(&below);
+    const bool in_from = is_admissible(search, from);
+    const bool in_to = is_admissible(search, to);
+    if (!in_from && !in_to && least(&peak) >= 0.0f) {
+        return 1e38f;
     }
-    if (!is_admissible(search, from) && !is_admissible(search, to)) {
-        return quiet && least(&peak) >= 0.0f;
+    if (in_from == in_to) {
+        return promise;
     }
-    return is_admissible(search, from) != is_admissible(search, to) && quiet && edge_is_near(search, c, &gap);
+    const float edge = promise_of_edge(search, c, &gap);
+    return edge > promise ? edge : promise;
 }
 
 /* Where a function that comes nearer to zero at both ends has its extremum. */
 static float share_of_turn(const curve *c)
 {
-    const float toward = c->from > 0.0f ? 1.0f : -1.0f;
-    const bool turns = toward * c->from_rate < 0.0f && toward * c->to_rate > 0.0f;
-    const float share = turns ? c->from_rate / (c->from_rate - c->to_rate) : 0.5f;
-    return share > 0.0625f ? (share < 0.9375f ? share : 0.9375f) : 0.0625f;
+    const curve other = mirrored(c);
+    const float share = share_of_minimum(c->from > 0.0f ? c : &other);
+    return share > 0.0f ? (share > 0.03125f ? (share < 0.96875f ? share : 0.96875f) : 0.03125f) : 0.5f;
+}
+
+/* Just inside the limit of x_1; where a slope leads to the cell's end, which it overshot from before, some way off. */
+static float share_inside(const hopform_search_f32 *search, const hopform_cell_f32 *c, const curve *gap)
+{
+    const float steep = fabsf(gap->from_rate) + fabsf(gap->to_rate) + fabsf(chord(gap));
+    const float aside = 0.25f * 4e-6f / (steep * gap->width + 4e-6f);
+    const float there = share_of_limit(search, c);
+    if (is_admissible(search, &c->from)) {
+        const float share = there - aside;
+        return share > 0.9375f && share < 2.0f ? 0.9375f : share;
+    }
+    const float share = there + aside;
+    return share < 0.0625f && share > -1.0f ? 0.0625f : share;
 }
 
 /* Where to split the cell, as a share of it. */
-static float share_to_try(const hopform_search_f32 *search, const cell *c)
+static float share_to_try(const hopform_search_f32 *search, const hopform_cell_f32 *c)
 {
-    const hopform_trial_f32 *from = c->from;
-    const hopform_trial_f32 *to = c->to;
-    if (c->width > COARSE * search->plan->robot.u_max || search->slow >= 2 || from->takes_off != to->takes_off) {
+    const hopform_trial_f32 *from = &c->from;
+    const hopform_trial_f32 *to = &c->to;
+    if (width_of(c) > WIDE * search->plan->robot.u_max || c->slow >= 2 || from->takes_off != to->takes_off) {
         return 0.5f;
     }
     if (!from->takes_off) {
@@ -207,13 +337,10 @@ static float share_to_try(const hopform_search_f32 *search, const cell *c)
     if (gap.from * gap.to < 0.0f) {
         return share_of_root(&gap);
     }
+    const curve peak = peak_of(c, search->limit);
     if (is_admissible(search, from) != is_admissible(search, to)) {
-        const float steep = fabsf(gap.from_rate) + fabsf(gap.to_rate) + fabsf(chord(&gap));
-        const float aside = 0.25f * 4e-6f / (steep * c->width + 4e-6f);
-        const float share = share_of_limit(search, c) - aside;
-        return is_admissible(search, from) ? share : 1.0f - share;
+        return share_inside(search, c, &gap);
     }
-    const curve peak = curve_of(c, from->peak - search->limit, from->peak_u, to->peak - search->limit, to->peak_u);
     return is_admissible(search, from) ? share_of_turn(&gap) : share_of_turn(&peak);
 }
 
@@ -226,7 +353,7 @@ static bool is_better(const hopform_search_f32 *search, const hopform_trial_f32 
     if (!search->found) {
         return true;
     }
-    if (gap <= 3e-6f) {
+    if (gap <= 1e-6f) {
         return !search->reached || fabsf(trial->u) < fabsf(search->best.u);
     }
     return gap < best && !search->reached;
@@ -237,80 +364,121 @@ static void consider(hopform_search_f32 *search, const hopform_trial_f32 *trial)
     if (is_admissible(search, trial) && is_better(search, trial)) {
         search->best = *trial;
         search->found = true;
-        search->reached = fabsf(trial->apex - search->apex) <= 3e-6f;
+        search->reached = fabsf(trial->apex - search->apex) <= 1e-6f;
     }
 }
 
-static cell innermost(const hopform_search_f32 *search, int32_t side)
+/* A gap that is worth looking for: smaller than this. */
+static float worth(const hopform_search_f32 *search)
 {
-    const hopform_trial_f32 *from = &search->inner[side];
-    const hopform_trial_f32 *to = &search->outer[side][search->waiting[side] - 1];
-    const cell made = {from, to, side == 0 ? 1.0f : -1.0f, fabsf(to->u - from->u),
-                       from->events == to->events && from->smooth && to->smooth ? 0.25f : 1.0f};
-    return made;
+    if (!search->found) {
+        return 1e38f;
+    }
+    const float gap = fabsf(search->best.apex - search->apex) - 2.0f * 4e-6f;
+    return gap > 0.0f ? gap : 0.0f;
 }
 
-/* The side whose innermost cell is nearest to 0; -1 if there is none that matters. */
-static int32_t side_to_do(const hopform_search_f32 *search)
+static bool matters(const hopform_search_f32 *search, const hopform_cell_f32 *c)
 {
-    int32_t side = -1;
-    for (int32_t n = 0; n < 2; n++) {
-        const float from = fabsf(search->inner[n].u);
-        const bool matters = search->waiting[n] > 0 && !(search->reached && from >= fabsf(search->best.u));
-        if (matters && (side < 0 || from < fabsf(search->inner[side].u))) {
-            side = n;
+    if (search->reached) {
+        return fabsf(c->from.u) < fabsf(search->best.u) && c->promise < 1e-6f;
+    }
+    return c->promise < 1e38f && c->promise <= worth(search);
+}
+
+/* Keep the range between two tried currents if something better may lie in it. */
+static void keep(hopform_search_f32 *search, const hopform_trial_f32 *from, const hopform_trial_f32 *to, int32_t slow)
+{
+    hopform_cell_f32 cell = {*from, *to, 0.0f, slow};
+    cell.promise = promise_of(search, &cell);
+    if (!matters(search, &cell)) {
+        return;
+    }
+    if (search->count < HOPFORM_SEARCH_CELLS_f32) {
+        search->cells[search->count++] = cell;
+    } else {
+        search->partial = true;
+    }
+}
+
+/* Forget the cells that do not matter any more; the most promising one, of several the one nearest to 0, becomes the last. */
+static void sift(hopform_search_f32 *search)
+{
+    int32_t kept = 0;
+    int32_t first = 0;
+    for (int32_t n = 0; n < search->count; n++) {
+        const hopform_cell_f32 *c = &search->cells[n];
+        if (matters(search, c)) {
+            const hopform_cell_f32 *best = &search->cells[first];
+            const bool as_good = !(c->promise > best->promise) && !(c->promise < best->promise);
+            if (kept == 0 || c->promise < best->promise || (as_good && fabsf(c->from.u) < fabsf(best->from.u))) {
+                first = kept;
+            }
+            if (kept < n) {
+                search->cells[kept] = *c;
+            }
+            kept++;
         }
     }
-    return side;
+    search->count = kept;
+    if (first + 1 < kept) {
+        const hopform_cell_f32 swapped = search->cells[first];
+        search->cells[first] = search->cells[kept - 1];
+        search->cells[kept - 1] = swapped;
+    }
 }
 
-/* Leave the cells that are done and choose the next current; false if nothing is left. */
+/* Whether a current of this sign pushes an actuator that 0 leaves on a stop harder onto it: it is held there as well. */
+static bool changes_nothing(const hopform_search_f32 *search, float sign)
+{
+    const hopform_robot_f32 *robot = &search->plan->robot;
+    const float push = -robot->gamma2 * sign;
+    return search->zero.held && !(push > 0.0f && search->start.x1 < robot->x1_max)
+           && !(push < 0.0f && search->start.x1 > robot->x1_min);
+}
+
+/* Choose the next current: a limit, then in the most promising cell; false if nothing is left. */
 static bool go_on(hopform_search_f32 *search)
 {
-    for (int n = 0; n < 2 * HOPFORM_SEARCH_DEPTH_f32; n++) {
-        const int32_t side = side_to_do(search);
-        if (side < 0) {
-            return false;
-        }
-        const cell c = innermost(search, side);
-        if (!is_done(search, &c) && search->waiting[side] < HOPFORM_SEARCH_DEPTH_f32) {
-            float share = share_to_try(search, &c);
-            if (!(share > 0.0f && share < 1.0f)) {
-                share = 0.5f;
-            }
-            search->slow = share < 0.5f || share > 0.5f ? search->slow + 1 : 0;
-            search->side = side;
-            search->next = c.from->u + c.sign * share * c.width;
-            if (!(fabsf(search->next) > fabsf(c.from->u) && fabsf(search->next) < fabsf(c.to->u))) {
-                search->next = c.from->u + 0.5f * c.sign * c.width;
-            }
+    while (search->limits > 0) {
+        const float sign = search->limits == 2 ? 1.0f : -1.0f;
+        search->limits--;
+        if (!changes_nothing(search, sign)) {
+            search->next = sign * search->plan->robot.u_max;
             return true;
         }
-        search->partial = search->partial || search->waiting[side] >= HOPFORM_SEARCH_DEPTH_f32;
-        search->inner[side] = *c.to;
-        search->waiting[side]--;
     }
-    return false;
+    sift(search);
+    if (search->count == 0) {
+        return false;
+    }
+    const hopform_cell_f32 *c = &search->cells[search->count - 1];
+    const float share = share_to_try(search, c);
+    search->next = c->from.u + (share > 0.0f && share < 1.0f ? share : 0.5f) * (c->to.u - c->from.u);
+    if (!(fabsf(search->next) > fabsf(c->from.u) && fabsf(search->next) < fabsf(c->to.u))) {
+        search->next = c->from.u + 0.5f * (c->to.u - c->from.u);
+    }
+    return true;
 }
 
-/* Take in what a current does, and choose the next one: first 0, then both limits, then into the cells. */
+/* Take in what a current does, and choose the next one: first 0, then the limits, then into the cells. */
 static bool take_in(hopform_search_f32 *search, const hopform_trial_f32 *trial)
 {
     const hopform_robot_f32 *robot = &search->plan->robot;
     consider(search, trial);
     search->trials++;
     if (search->trials == 1) {
-        search->inner[0] = *trial;
-        search->inner[1] = *trial;
-        search->next = robot->u_max;
-        search->side = 0;
-        return !search->reached && robot->u_max > 0.0f && robot->x1_min < robot->x1_max;
-    }
-    search->outer[search->side][search->waiting[search->side]++] = *trial;
-    if (search->trials == 2) {
-        search->next = -robot->u_max;
-        search->side = 1;
-        return true;
+        search->zero = *trial;
+        if (search->reached || !(robot->u_max > 0.0f && robot->x1_min < robot->x1_max)) {
+            return false;
+        }
+    } else if (!(fabsf(trial->u) < robot->u_max)) {
+        keep(search, &search->zero, trial, 0);
+    } else {
+        const hopform_cell_f32 split = search->cells[--search->count];
+        const float half = 0.5f * width_of(&split);
+        keep(search, &split.from, trial, fabsf(trial->u - split.from.u) > half ? split.slow + 1 : 0);
+        keep(search, trial, &split.to, fabsf(split.to.u - trial->u) > half ? split.slow + 1 : 0);
     }
     return go_on(search);
 }
@@ -379,11 +547,10 @@ int32_t hopform_choose_current_begin_f32(hopform_search_f32 *search, const hopfo
     search->limit = locked ? 1e38f : robot->x1_max - target->stop_margin - 16.0f * 1.1920929e-7f;
     search->horizon = target->horizon;
     search->best = nothing;
-    search->waiting[0] = 0;
-    search->waiting[1] = 0;
+    search->zero = nothing;
+    search->count = 0;
+    search->limits = 2;
     search->next = 0.0f;
-    search->side = 0;
-    search->slow = 0;
     search->trials = 0;
     search->found = false;
     search->reached = false;

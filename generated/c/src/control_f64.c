@@ -11,17 +11,29 @@
  */
 #include "trial_f64.h"
 
-/* Cells wider than this share of u_max are not judged by their ends. */
-#define COARSE 0.125
+/* Cells wider than this share of u_max are not judged by their ends: where the events are the same at both, and where not. */
+#define WIDE 0.5
+#define COARSE 0.25
+#define DOWN 0.0625
 
-/* A function of u on a cell, outward from 0: values and slopes at both ends; how far it may leave the chord. */
+/* How far a slope may be off the cubic's, as a share of what the cubic's slopes differ by: of their sum, and of each. */
+#define LEAN 0.25
+#define BEND 0.03125
+
+/* Where the events change: how much slopes may differ where the function still rises throughout, and how deep it may dip. */
+#define KINK 0.5
+#define DEPTH 0.75
+#define STEP 0.00390625
+#define EDGE 0.015625
+
+/* A function of u on a cell, outward from 0: values and slopes at both ends; whether it is smooth in between. */
 typedef struct {
     double from;
     double from_rate;
     double to;
     double to_rate;
     double width;
-    double bend;
+    bool smooth;
 } curve;
 
 /* ---- what the ends of a cell say ---- */
@@ -37,59 +49,140 @@ static double spread(const curve *c)
     return fabs(c->from_rate - chord(c)) + fabs(c->to_rate - chord(c));
 }
 
+/* The slopes' sum less twice the chord's: 0 for a parabola. */
+static double lean(const curve *c)
+{
+    return c->from_rate + c->to_rate - 2.0 * chord(c);
+}
+
+/* How far a slope in the cell may be off that of the cubic which the ends determine. */
+static double doubt(const curve *c)
+{
+    return LEAN * fabs(lean(c)) + BEND * spread(c);
+}
+
+/* The least slope of that cubic. */
+static double least_slope(const curve *c)
+{
+    const double end = c->from_rate < c->to_rate ? c->from_rate : c->to_rate;
+    const double half = c->from_rate + lean(c) - chord(c);
+    if (lean(c) > 0.0 && half > 0.0 && half < 3.0 * lean(c)) {
+        const double inside = c->from_rate - half * half / (3.0 * lean(c));
+        return inside < end ? inside : end;
+    }
+    return end;
+}
+
+static bool rises(const curve *c)
+{
+    if (c->smooth) {
+        return least_slope(c) > 4.0 * doubt(c);
+    }
+    const double end = c->from_rate < c->to_rate ? c->from_rate : c->to_rate;
+    return end > 0.0 && chord(c) > 0.0 && spread(c) <= KINK * end;
+}
+
+static curve mirrored(const curve *c)
+{
+    const curve other = {-c->from, -c->from_rate, -c->to, -c->to_rate, c->width, c->smooth};
+    return other;
+}
+
 static bool is_monotone(const curve *c)
 {
-    const double from = fabs(c->from_rate);
-    const double to = fabs(c->to_rate);
-    return c->from_rate * chord(c) > 0.0 && c->to_rate * chord(c) > 0.0
-           && c->bend * spread(c) <= 0.25 * (from < to ? from : to);
+    const curve other = mirrored(c);
+    return rises(c) || rises(&other);
+}
+
+/* Whether the slope rises throughout. */
+static bool is_convex(const curve *c)
+{
+    const double from = lean(c) + c->from_rate - chord(c);
+    const double to = lean(c) + c->to_rate - chord(c);
+    return -from > 4.0 * doubt(c) && to > 4.0 * doubt(c);
+}
+
+/* Where the cubic has its minimum, as a share of the cell; -1 if there is none in it. */
+static double share_of_minimum(const curve *c)
+{
+    const double half = c->from_rate + lean(c) - chord(c);
+    const double radicand = half * half - 3.0 * lean(c) * c->from_rate;
+    if (!(radicand > 0.0)) {
+        return -1.0;
+    }
+    const double root = sqrt(radicand);
+    const double share = half < 0.0 ? c->from_rate / (half - root) : (half + root) / (3.0 * lean(c));
+    return share > 0.0 && share < 1.0 ? share : -1.0;
+}
+
+static double cubic_at(const curve *c, double share)
+{
+    const double rest = 1.0 - share;
+    const double bend = (c->from_rate - chord(c)) * rest - (c->to_rate - chord(c)) * share;
+    return c->from + c->width * share * (chord(c) + rest * bend);
 }
 
 /* The least that the function is taken to be on the cell. */
 static double least(const curve *c)
 {
     const double end = c->from < c->to ? c->from : c->to;
-    return is_monotone(c) ? end : end - c->bend * c->width * spread(c);
+    if (is_monotone(c)) {
+        return end;
+    }
+    if (!c->smooth) {
+        return end - DEPTH * c->width * spread(c);
+    }
+    if (is_convex(c)) {
+        const double share = (c->to_rate - chord(c)) / (c->to_rate - c->from_rate);
+        return c->from_rate < 0.0 && c->to_rate > 0.0 ? c->from + c->width * c->from_rate * share : end;
+    }
+    const double share = share_of_minimum(c);
+    const double inside = share > 0.0 ? cubic_at(c, share) : end;
+    return (inside < end ? inside : end) - c->width * doubt(c);
 }
 
-static double most(const curve *c)
-{
-    const curve mirrored = {-c->from, -c->from_rate, -c->to, -c->to_rate, c->width, c->bend};
-    return -least(&mirrored);
-}
-
-/* Where the function vanishes, as a share of the cell: the inverse as a cubic if it is monotone, else the chord's. */
+/* Where the function vanishes, as a share of the cell: the inverse as a cubic, the chord's where a slope is against it. */
 static double share_of_root(const curve *c)
 {
     const double t = c->from / (c->from - c->to);
-    if (!is_monotone(c)) {
+    if (!(c->from_rate * chord(c) > 0.0 && c->to_rate * chord(c) > 0.0)) {
         return t;
     }
-    const double begin = chord(c) / c->from_rate;
-    const double end = chord(c) / c->to_rate;
+    const double first = chord(c) / c->from_rate;
+    const double last = chord(c) / c->to_rate;
+    const double begin = first < 3.0 ? first : 3.0; /* with which the cubic still rises */
+    const double end = last < 3.0 ? last : 3.0;
     return t * (begin + t * (3.0 - 2.0 * begin - end + t * (begin + end - 2.0)));
 }
 
 /* ---- a cell ---- */
 
-typedef struct {
-    const hopform_trial_f64 *from;
-    const hopform_trial_f64 *to;
-    double sign; /* of its side */
-    double width;
-    double bend; /* 0.25 where the events are the same, 1 where they change */
-} cell;
-
-static curve curve_of(const cell *c, double from, double from_u, double to, double to_u)
+static double sign_of_cell(const hopform_cell_f64 *c)
 {
-    const curve made = {from, c->sign * from_u, to, c->sign * to_u, c->width, c->bend};
+    return c->to.u > c->from.u ? 1.0 : -1.0;
+}
+
+static double width_of(const hopform_cell_f64 *c)
+{
+    return fabs(c->to.u - c->from.u);
+}
+
+static bool is_smooth(const hopform_cell_f64 *c)
+{
+    return c->from.events == c->to.events && c->from.smooth && c->to.smooth;
+}
+
+static curve curve_of(const hopform_cell_f64 *c, double from, double from_u, double to, double to_u)
+{
+    const double sign = sign_of_cell(c);
+    const curve made = {from, sign * from_u, to, sign * to_u, width_of(c), is_smooth(c)};
     return made;
 }
 
 /* The apex less what is wanted; an end that reaches it counts as being on the side of the other one. */
-static curve gap_of(const cell *c, double wanted)
+static curve gap_of(const hopform_cell_f64 *c, double wanted)
 {
-    curve gap = curve_of(c, c->from->apex - wanted, c->from->apex_u, c->to->apex - wanted, c->to->apex_u);
+    curve gap = curve_of(c, c->from.apex - wanted, c->from.apex_u, c->to.apex - wanted, c->to.apex_u);
     if (fabs(gap.to) <= 1e-14) {
         gap.to = gap.from > 0.0 ? 1e-14 : -1e-14;
     } else if (fabs(gap.from) <= 1e-14) {
@@ -98,20 +191,26 @@ static curve gap_of(const cell *c, double wanted)
     return gap;
 }
 
-/* No rebound in the cell takes off that does not do so at its ends: the least y of each stays above zero. */
-static bool dips_are_quiet(const cell *c)
+/* The largest x_1 less its limit. */
+static curve peak_of(const hopform_cell_f64 *c, double limit)
 {
-    const bool in_from = c->from->dips > 0;
-    const bool in_to = c->to->dips > 0;
+    return curve_of(c, c->from.peak - limit, c->from.peak_u, c->to.peak - limit, c->to.peak_u);
+}
+
+/* No rebound in the cell takes off that does not do so at its ends: the least y of each stays above zero. */
+static bool dips_are_quiet(const hopform_cell_f64 *c)
+{
+    const bool in_from = c->from.dips > 0;
+    const bool in_to = c->to.dips > 0;
     if (!in_from && !in_to) {
         return true;
     }
     if (in_from && in_to) {
-        const curve dip = curve_of(c, c->from->dip, c->from->dip_u, c->to->dip, c->to->dip_u);
+        const curve dip = curve_of(c, c->from.dip, c->from.dip_u, c->to.dip, c->to.dip_u);
         return least(&dip) > 0.0;
     }
-    const hopform_trial_f64 *known = in_from ? c->from : c->to;
-    return known->dip > c->width * fabs(known->dip_u);
+    const hopform_trial_f64 *known = in_from ? &c->from : &c->to;
+    return known->dip > width_of(c) * fabs(known->dip_u);
 }
 
 static bool is_admissible(const hopform_search_f64 *search, const hopform_trial_f64 *trial)
@@ -119,84 +218,115 @@ static bool is_admissible(const hopform_search_f64 *search, const hopform_trial_
     return trial->takes_off && trial->peak < search->limit;
 }
 
-/* A gap that is worth looking for: smaller than this. */
-static double worth(const hopform_search_f64 *search)
+/* Where x_1 reaches its limit, as a share of the cell: by both ends where it rises from one to the other, else by the slope at
+ * the admissible one, as beyond it x_1 stays at the stop, and tells nothing. NEVER if that slope does not lead there. */
+static double share_of_limit(const hopform_search_f64 *search, const hopform_cell_f64 *c)
 {
-    if (!search->found) {
+    const curve peak = peak_of(c, search->limit);
+    if (is_monotone(&peak)) {
+        return share_of_root(&peak);
+    }
+    const bool starts = is_admissible(search, &c->from);
+    const double room = starts ? peak.from : peak.to;
+    const double toward = (starts ? peak.from_rate : -peak.to_rate) * peak.width;
+    const double share = room + toward >= 0.0 && toward > 0.0 ? -room / toward : 1e+300;
+    return starts ? share : 1.0 - share;
+}
+
+/* The nearest that an admissible current can come in a cell of which only a part, next to one end, is admissible. */
+static double promise_of_edge(const hopform_search_f64 *search, const hopform_cell_f64 *c, const curve *gap)
+{
+    const curve peak = peak_of(c, search->limit);
+    if (peak.width > EDGE * search->plan->robot.u_max && !is_monotone(&peak)) {
+        return 0.0;
+    }
+    const bool starts = is_admissible(search, &c->from);
+    const double there = share_of_limit(search, c);
+    const double share = 2.0 * (starts ? there : 1.0 - there);
+    const double rate = fabs(gap->from_rate) + fabs(gap->to_rate) + fabs(chord(gap));
+    const double inside = fabs(starts ? gap->from : gap->to);
+    return share <= 1.0 ? inside - rate * share * gap->width : 0.0;
+}
+
+/* Where one end takes off and the other does not: the apex ends like a square root. */
+static double promise_of_step(const hopform_search_f64 *search, const hopform_cell_f64 *c)
+{
+    const hopform_trial_f64 *lifts = c->from.takes_off ? &c->from : &c->to;
+    const double width = width_of(c);
+    if (width > STEP * search->plan->robot.u_max) {
+        return 0.0;
+    }
+    const bool hopeless = !(lifts->peak - 2.0 * width * fabs(lifts->peak_u) < search->limit);
+    return hopeless ? 1e+300 : fabs(lifts->apex - search->apex) - 3.0 * width * fabs(lifts->apex_u);
+}
+
+/* What no admissible current in the cell comes nearer than, as far as its ends tell; NEVER if there is none in it. */
+static double promise_of(const hopform_search_f64 *search, const hopform_cell_f64 *c)
+{
+    const hopform_trial_f64 *from = &c->from;
+    const hopform_trial_f64 *to = &c->to;
+    const double range = search->plan->robot.u_max;
+    const double width = width_of(c);
+    if ((from->held && to->held) || width <= 2.0 * 2.220446049250313e-16 * fabs(to->u)) {
         return 1e+300;
     }
-    const double gap = fabs(search->best.apex - search->apex) - 2.0 * 2e-10;
-    return gap > 0.0 ? gap : 0.0;
-}
-
-/* How far from its admissible end x_1 reaches its limit, as a share of the cell, by the slope there: beyond it x_1 stays at
- * the stop, and tells nothing. NEVER if the slope does not lead there. */
-static double share_of_limit(const hopform_search_f64 *search, const cell *c)
-{
-    const bool starts = is_admissible(search, c->from);
-    const hopform_trial_f64 *end = starts ? c->from : c->to;
-    const double toward = (starts ? c->sign : -c->sign) * end->peak_u * c->width;
-    const double room = search->limit - end->peak;
-    return room <= toward && toward > 0.0 ? room / toward : 1e+300;
-}
-
-/* Only a part of the cell, next to its admissible end, is admissible, and nothing better lies in it. */
-static bool edge_is_near(const hopform_search_f64 *search, const cell *c, const curve *gap)
-{
-    const double share = 2.0 * share_of_limit(search, c);
-    const double rate = fabs(gap->from_rate) + fabs(gap->to_rate) + fabs(chord(gap));
-    const double inside = fabs(is_admissible(search, c->from) ? gap->from : gap->to);
-    return share <= 1.0 && inside - rate * share * c->width > worth(search);
-}
-
-/* Whether all in the cell that might be better is known. */
-static bool is_done(const hopform_search_f64 *search, const cell *c)
-{
-    const hopform_trial_f64 *from = c->from;
-    const hopform_trial_f64 *to = c->to;
-    const double range = search->plan->robot.u_max;
-    if ((from->held && to->held) || c->width <= 2.0 * 2.220446049250313e-16 * fabs(to->u)) {
-        return true;
-    }
-    if (c->width > COARSE * range) {
-        return false;
-    }
-    const bool quiet = c->width <= 1.4901161193847656e-08 * range || dips_are_quiet(c);
-    if (!from->takes_off && !to->takes_off) {
-        return quiet;
+    const double judged = !from->takes_off && !to->takes_off ? DOWN : (is_smooth(c) ? WIDE : COARSE);
+    if (width > judged * range) {
+        return 0.0;
     }
     if (from->takes_off != to->takes_off) {
-        const hopform_trial_f64 *lifts = from->takes_off ? from : to;
-        const bool hopeless = !(lifts->peak - 2.0 * c->width * fabs(lifts->peak_u) < search->limit);
-        return c->width <= 0.03125 * COARSE * range
-               && (hopeless || fabs(lifts->apex - search->apex) - 3.0 * c->width * fabs(lifts->apex_u) > worth(search));
+        return promise_of_step(search, c);
+    }
+    if (width > 1.4901161193847656e-08 * range && !dips_are_quiet(c)) {
+        return 0.0;
+    }
+    if (!from->takes_off) {
+        return 1e+300;
     }
     const curve gap = gap_of(c, search->apex);
-    const curve peak = curve_of(c, from->peak - search->limit, from->peak_u, to->peak - search->limit, to->peak_u);
-    if (least(&gap) > worth(search) || most(&gap) < -worth(search)) {
-        return quiet;
+    const curve peak = peak_of(c, search->limit);
+    const curve below = mirrored(&gap);
+    const double promise = gap.from > 0.0 ? least(&gap) : least(&below);
+    const bool in_from = is_admissible(search, from);
+    const bool in_to = is_admissible(search, to);
+    if (!in_from && !in_to && least(&peak) >= 0.0) {
+        return 1e+300;
     }
-    if (!is_admissible(search, from) && !is_admissible(search, to)) {
-        return quiet && least(&peak) >= 0.0;
+    if (in_from == in_to) {
+        return promise;
     }
-    return is_admissible(search, from) != is_admissible(search, to) && quiet && edge_is_near(search, c, &gap);
+    const double edge = promise_of_edge(search, c, &gap);
+    return edge > promise ? edge : promise;
 }
 
 /* Where a function that comes nearer to zero at both ends has its extremum. */
 static double share_of_turn(const curve *c)
 {
-    const double toward = c->from > 0.0 ? 1.0 : -1.0;
-    const bool turns = toward * c->from_rate < 0.0 && toward * c->to_rate > 0.0;
-    const double share = turns ? c->from_rate / (c->from_rate - c->to_rate) : 0.5;
-    return share > 0.0625 ? (share < 0.9375 ? share : 0.9375) : 0.0625;
+    const curve other = mirrored(c);
+    const double share = share_of_minimum(c->from > 0.0 ? c : &other);
+    return share > 0.0 ? (share > 0.03125 ? (share < 0.96875 ? share : 0.96875) : 0.03125) : 0.5;
+}
+
+/* Just inside the limit of x_1; where a slope leads to the cell's end, which it overshot from before, some way off. */
+static double share_inside(const hopform_search_f64 *search, const hopform_cell_f64 *c, const curve *gap)
+{
+    const double steep = fabs(gap->from_rate) + fabs(gap->to_rate) + fabs(chord(gap));
+    const double aside = 0.25 * 2e-10 / (steep * gap->width + 2e-10);
+    const double there = share_of_limit(search, c);
+    if (is_admissible(search, &c->from)) {
+        const double share = there - aside;
+        return share > 0.9375 && share < 2.0 ? 0.9375 : share;
+    }
+    const double share = there + aside;
+    return share < 0.0625 && share > -1.0 ? 0.0625 : share;
 }
 
 /* Where to split the cell, as a share of it. */
-static double share_to_try(const hopform_search_f64 *search, const cell *c)
+static double share_to_try(const hopform_search_f64 *search, const hopform_cell_f64 *c)
 {
-    const hopform_trial_f64 *from = c->from;
-    const hopform_trial_f64 *to = c->to;
-    if (c->width > COARSE * search->plan->robot.u_max || search->slow >= 2 || from->takes_off != to->takes_off) {
+    const hopform_trial_f64 *from = &c->from;
+    const hopform_trial_f64 *to = &c->to;
+    if (width_of(c) > WIDE * search->plan->robot.u_max || c->slow >= 2 || from->takes_off != to->takes_off) {
         return 0.5;
     }
     if (!from->takes_off) {
@@ -207,13 +337,10 @@ static double share_to_try(const hopform_search_f64 *search, const cell *c)
     if (gap.from * gap.to < 0.0) {
         return share_of_root(&gap);
     }
+    const curve peak = peak_of(c, search->limit);
     if (is_admissible(search, from) != is_admissible(search, to)) {
-        const double steep = fabs(gap.from_rate) + fabs(gap.to_rate) + fabs(chord(&gap));
-        const double aside = 0.25 * 2e-10 / (steep * c->width + 2e-10);
-        const double share = share_of_limit(search, c) - aside;
-        return is_admissible(search, from) ? share : 1.0 - share;
+        return share_inside(search, c, &gap);
     }
-    const curve peak = curve_of(c, from->peak - search->limit, from->peak_u, to->peak - search->limit, to->peak_u);
     return is_admissible(search, from) ? share_of_turn(&gap) : share_of_turn(&peak);
 }
 
@@ -241,76 +368,117 @@ static void consider(hopform_search_f64 *search, const hopform_trial_f64 *trial)
     }
 }
 
-static cell innermost(const hopform_search_f64 *search, int32_t side)
+/* A gap that is worth looking for: smaller than this. */
+static double worth(const hopform_search_f64 *search)
 {
-    const hopform_trial_f64 *from = &search->inner[side];
-    const hopform_trial_f64 *to = &search->outer[side][search->waiting[side] - 1];
-    const cell made = {from, to, side == 0 ? 1.0 : -1.0, fabs(to->u - from->u),
-                       from->events == to->events && from->smooth && to->smooth ? 0.25 : 1.0};
-    return made;
+    if (!search->found) {
+        return 1e+300;
+    }
+    const double gap = fabs(search->best.apex - search->apex) - 2.0 * 2e-10;
+    return gap > 0.0 ? gap : 0.0;
 }
 
-/* The side whose innermost cell is nearest to 0; -1 if there is none that matters. */
-static int32_t side_to_do(const hopform_search_f64 *search)
+static bool matters(const hopform_search_f64 *search, const hopform_cell_f64 *c)
 {
-    int32_t side = -1;
-    for (int32_t n = 0; n < 2; n++) {
-        const double from = fabs(search->inner[n].u);
-        const bool matters = search->waiting[n] > 0 && !(search->reached && from >= fabs(search->best.u));
-        if (matters && (side < 0 || from < fabs(search->inner[side].u))) {
-            side = n;
+    if (search->reached) {
+        return fabs(c->from.u) < fabs(search->best.u) && c->promise < 1e-14;
+    }
+    return c->promise < 1e+300 && c->promise <= worth(search);
+}
+
+/* Keep the range between two tried currents if something better may lie in it. */
+static void keep(hopform_search_f64 *search, const hopform_trial_f64 *from, const hopform_trial_f64 *to, int32_t slow)
+{
+    hopform_cell_f64 cell = {*from, *to, 0.0, slow};
+    cell.promise = promise_of(search, &cell);
+    if (!matters(search, &cell)) {
+        return;
+    }
+    if (search->count < HOPFORM_SEARCH_CELLS_f64) {
+        search->cells[search->count++] = cell;
+    } else {
+        search->partial = true;
+    }
+}
+
+/* Forget the cells that do not matter any more; the most promising one, of several the one nearest to 0, becomes the last. */
+static void sift(hopform_search_f64 *search)
+{
+    int32_t kept = 0;
+    int32_t first = 0;
+    for (int32_t n = 0; n < search->count; n++) {
+        const hopform_cell_f64 *c = &search->cells[n];
+        if (matters(search, c)) {
+            const hopform_cell_f64 *best = &search->cells[first];
+            const bool as_good = !(c->promise > best->promise) && !(c->promise < best->promise);
+            if (kept == 0 || c->promise < best->promise || (as_good && fabs(c->from.u) < fabs(best->from.u))) {
+                first = kept;
+            }
+            if (kept < n) {
+                search->cells[kept] = *c;
+            }
+            kept++;
         }
     }
-    return side;
+    search->count = kept;
+    if (first + 1 < kept) {
+        const hopform_cell_f64 swapped = search->cells[first];
+        search->cells[first] = search->cells[kept - 1];
+        search->cells[kept - 1] = swapped;
+    }
 }
 
-/* Leave the cells that are done and choose the next current; false if nothing is left. */
+/* Whether a current of this sign pushes an actuator that 0 leaves on a stop harder onto it: it is held there as well. */
+static bool changes_nothing(const hopform_search_f64 *search, double sign)
+{
+    const hopform_robot_f64 *robot = &search->plan->robot;
+    const double push = -robot->gamma2 * sign;
+    return search->zero.held && !(push > 0.0 && search->start.x1 < robot->x1_max)
+           && !(push < 0.0 && search->start.x1 > robot->x1_min);
+}
+
+/* Choose the next current: a limit, then in the most promising cell; false if nothing is left. */
 static bool go_on(hopform_search_f64 *search)
 {
-    for (int n = 0; n < 2 * HOPFORM_SEARCH_DEPTH_f64; n++) {
-        const int32_t side = side_to_do(search);
-        if (side < 0) {
-            return false;
-        }
-        const cell c = innermost(search, side);
-        if (!is_done(search, &c) && search->waiting[side] < HOPFORM_SEARCH_DEPTH_f64) {
-            double share = share_to_try(search, &c);
-            if (!(share > 0.0 && share < 1.0)) {
-                share = 0.5;
-            }
-            search->slow = share < 0.5 || share > 0.5 ? search->slow + 1 : 0;
-            search->side = side;
-            search->next = c.from->u + c.sign * share * c.width;
-            if (!(fabs(search->next) > fabs(c.from->u) && fabs(search->next) < fabs(c.to->u))) {
-                search->next = c.from->u + 0.5 * c.sign * c.width;
-            }
+    while (search->limits > 0) {
+        const double sign = search->limits == 2 ? 1.0 : -1.0;
+        search->limits--;
+        if (!changes_nothing(search, sign)) {
+            search->next = sign * search->plan->robot.u_max;
             return true;
         }
-        search->partial = search->partial || search->waiting[side] >= HOPFORM_SEARCH_DEPTH_f64;
-        search->inner[side] = *c.to;
-        search->waiting[side]--;
     }
-    return false;
+    sift(search);
+    if (search->count == 0) {
+        return false;
+    }
+    const hopform_cell_f64 *c = &search->cells[search->count - 1];
+    const double share = share_to_try(search, c);
+    search->next = c->from.u + (share > 0.0 && share < 1.0 ? share : 0.5) * (c->to.u - c->from.u);
+    if (!(fabs(search->next) > fabs(c->from.u) && fabs(search->next) < fabs(c->to.u))) {
+        search->next = c->from.u + 0.5 * (c->to.u - c->from.u);
+    }
+    return true;
 }
 
-/* Take in what a current does, and choose the next one: first 0, then both limits, then into the cells. */
+/* Take in what a current does, and choose the next one: first 0, then the limits, then into the cells. */
 static bool take_in(hopform_search_f64 *search, const hopform_trial_f64 *trial)
 {
     const hopform_robot_f64 *robot = &search->plan->robot;
     consider(search, trial);
     search->trials++;
     if (search->trials == 1) {
-        search->inner[0] = *trial;
-        search->inner[1] = *trial;
-        search->next = robot->u_max;
-        search->side = 0;
-        return !search->reached && robot->u_max > 0.0 && robot->x1_min < robot->x1_max;
-    }
-    search->outer[search->side][search->waiting[search->side]++] = *trial;
-    if (search->trials == 2) {
-        search->next = -robot->u_max;
-        search->side = 1;
-        return true;
+        search->zero = *trial;
+        if (search->reached || !(robot->u_max > 0.0 && robot->x1_min < robot->x1_max)) {
+            return false;
+        }
+    } else if (!(fabs(trial->u) < robot->u_max)) {
+        keep(search, &search->zero, trial, 0);
+    } else {
+        const hopform_cell_f64 split = search->cells[--search->count];
+        const double half = 0.5 * width_of(&split);
+        keep(search, &split.from, trial, fabs(trial->u - split.from.u) > half ? split.slow + 1 : 0);
+        keep(search, trial, &split.to, fabs(split.to.u - trial->u) > half ? split.slow + 1 : 0);
     }
     return go_on(search);
 }
@@ -379,11 +547,10 @@ int32_t hopform_choose_current_begin_f64(hopform_search_f64 *search, const hopfo
     search->limit = locked ? 1e+300 : robot->x1_max - target->stop_margin - 16.0 * 2.220446049250313e-16;
     search->horizon = target->horizon;
     search->best = nothing;
-    search->waiting[0] = 0;
-    search->waiting[1] = 0;
+    search->zero = nothing;
+    search->count = 0;
+    search->limits = 2;
     search->next = 0.0;
-    search->side = 0;
-    search->slow = 0;
     search->trials = 0;
     search->found = false;
     search->reached = false;

@@ -95,14 +95,14 @@ static inline void hopform_find_dip_f32(hopform_tally_f32 *tally, const hopform_
 }
 
 /* The minima of y inside a phase. y' = v_1 - v_2 keeps its sign unless both masses move in the same direction; then it is
- * looked at eight times in a half turn of the pair, and between three looks where it comes near zero and goes back. */
+ * looked at four times in a half turn of the pair, and between three looks where it comes near zero and goes back. */
 static inline void hopform_find_dips_f32(hopform_tally_f32 *tally, const hopform_stretch_f32 *stretch, float length,
                                           float rate, float last_rate)
 {
     if (stretch->side_1 == 0 || stretch->side_1 != stretch->side_2) {
         return;
     }
-    const float looks = 1.0f + 2.6f * sqrtf(stretch->poles->q) * length;
+    const float looks = 1.0f + 1.3f * sqrtf(stretch->poles->q) * length;
     const int count = looks < 64.0f ? (int)looks + 2 : 64;
     const float apart = length / (float)count;
     float before = rate;

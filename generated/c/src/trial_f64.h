@@ -95,14 +95,14 @@ static inline void hopform_find_dip_f64(hopform_tally_f64 *tally, const hopform_
 }
 
 /* The minima of y inside a phase. y' = v_1 - v_2 keeps its sign unless both masses move in the same direction; then it is
- * looked at eight times in a half turn of the pair, and between three looks where it comes near zero and goes back. */
+ * looked at four times in a half turn of the pair, and between three looks where it comes near zero and goes back. */
 static inline void hopform_find_dips_f64(hopform_tally_f64 *tally, const hopform_stretch_f64 *stretch, double length,
                                           double rate, double last_rate)
 {
     if (stretch->side_1 == 0 || stretch->side_1 != stretch->side_2) {
         return;
     }
-    const double looks = 1.0 + 2.6 * sqrt(stretch->poles->q) * length;
+    const double looks = 1.0 + 1.3 * sqrt(stretch->poles->q) * length;
     const int count = looks < 64.0 ? (int)looks + 2 : 64;
     const double apart = length / (double)count;
     double before = rate;

@@ -6,5 +6,5 @@
 
 const char *hopform_source(void)
 {
-    return "d289317ccf378673";
+    return "767d9817e4da17a5";
 }

@@ -2,8 +2,9 @@
 """The current after which the next apex is the desired one, (25)-(27) in their exact form: apex(u) = h_des.
 
 The range of u is a row of cells between currents that were tried. A cell is left when the values and slopes at its ends say
-that nothing better lies in it, else it is split: at the root, extremum or limit that they foretell, or in the middle. All
-cells that are not done are split at once, from a grid on: no step of this follows the order in which the C library goes.
+that nothing better lies in it, else it is split: around the root, extremum or limit that they foretell, and evenly. All cells
+that are not done are split at once into many, from a grid on, as a wave of currents costs about the same however many there are:
+no step of this follows the order in which the C library goes.
 """
 
 from dataclasses import dataclass
@@ -18,11 +19,20 @@ from hopform_solver.records import Robot, State
 from hopform_solver.trial import Trials, try_currents
 
 REACHED, NEAREST, NO_TAKEOFF = 1, 2, 3,
-GRID = 64
+GRID = 128
 """Cells to begin with."""
-WAVES = 400
+LANES = 192
+"""Currents of a wave, about."""
+WAVES = 60
 """How often all cells are split at most."""
-REACHED_WITHIN = {"f4": 3e-06, "f8": 1e-14}
+CLUSTER = (-(2.0**-5), -(2.0**-12), 0.0, 2.0**-12, 2.0**-5)
+"""Where currents are tried around a foretold one, as shares of the cell."""
+WIDE, COARSE, DOWN, STEP, EDGE = 0.5, 0.25, 0.0625, 1.0 / 256.0, 1.0 / 64.0
+"""How wide a cell may be, as a share of u_max, to be judged by its ends: where the events are the same at both, where not,
+where neither takes off, where one does, and where x_1 reaches its limit."""
+LEAN, BEND, KINK, DEPTH = 0.25, 0.03125, 0.5, 0.75
+"""How far functions may be off what the ends foretell, as in the C library."""
+REACHED_WITHIN = {"f4": 1e-06, "f8": 1e-14}
 NEAR_WITHIN = {"f4": 4e-06, "f8": 2e-10}
 """[m] What is gone on to, and what counts as reached."""
 
@@ -84,14 +94,18 @@ class _Search:
 
 
 class _Curve(NamedTuple):
-    """Functions of u on cells: values and slopes at both ends, and how far they may leave the chord."""
+    """Functions of u on cells: values and slopes at both ends, and whether they are smooth in between."""
 
     from_: Array
     from_rate: Array
     to: Array
     to_rate: Array
     width: Array
-    bend: Array
+    smooth: NDArray[np.bool_]
+
+    @property
+    def mirrored(self) -> "_Curve":
+        return _Curve(-self.from_, -self.from_rate, -self.to, -self.to_rate, self.width, self.smooth)
 
     @property
     def chord(self) -> Array:
@@ -99,40 +113,69 @@ class _Curve(NamedTuple):
 
     @property
     def spread(self) -> Array:
-        chord = self.chord
-        return np.asarray(np.abs(self.from_rate - chord) + np.abs(self.to_rate - chord))
+        """How much the slopes differ from the chord's."""
+        return np.asarray(np.abs(self.from_rate - self.chord) + np.abs(self.to_rate - self.chord))
+
+    @property
+    def lean(self) -> Array:
+        """The slopes' sum less twice the chord's: 0 for a parabola."""
+        return np.asarray(self.from_rate + self.to_rate - 2.0 * self.chord)
+
+    @property
+    def doubt(self) -> Array:
+        """How far a slope may be off that of the cubic which the ends determine."""
+        return np.asarray(LEAN * np.abs(self.lean) + BEND * self.spread)
+
+    @property
+    def half(self) -> Array:
+        return np.asarray(self.from_rate + self.lean - self.chord)
+
+    @property
+    def rises(self) -> NDArray[np.bool_]:
+        lean, half, end = self.lean, self.half, np.minimum(self.from_rate, self.to_rate)
+        turns = (lean > 0.0) & (half > 0.0) & (half < 3.0 * lean)
+        inside = np.where(turns, np.minimum(end, self.from_rate - half * half / (3.0 * lean)), end)
+        kinked = (end > 0.0) & (self.chord > 0.0) & (self.spread <= KINK * end)
+        return np.where(self.smooth, inside > 4.0 * self.doubt, kinked)
 
     @property
     def monotone(self) -> NDArray[np.bool_]:
-        chord = self.chord
-        flat = np.minimum(np.abs(self.from_rate), np.abs(self.to_rate))
-        same = (self.from_rate * chord > 0.0) & (self.to_rate * chord > 0.0)
-        return np.asarray(same & (self.bend * self.spread <= 0.25 * flat))
+        return np.asarray(self.rises | self.mirrored.rises)
+
+    @property
+    def share_of_minimum(self) -> Array:
+        """Where the cubic has its minimum, as a share of the cell; -1 if there is none in it."""
+        half, lean = self.half, self.lean
+        root = np.sqrt(np.maximum(half * half - 3.0 * lean * self.from_rate, 0.0))
+        share = np.where(half < 0.0, self.from_rate / (half - root), (half + root) / (3.0 * lean))
+        return np.where((root > 0.0) & (share > 0.0) & (share < 1.0), share, -1.0)
 
     @property
     def least(self) -> Array:
         """The least that the functions are taken to be on their cells."""
-        end = np.minimum(self.from_, self.to)
-        return np.where(self.monotone, end, end - self.bend * self.width * self.spread)
-
-    @property
-    def most(self) -> Array:
-        return -_Curve(-self.from_, -self.from_rate, -self.to, -self.to_rate, self.width, self.bend).least
+        end, share, chord = np.minimum(self.from_, self.to), self.share_of_minimum, self.chord
+        from_bend, to_bend = self.from_rate - chord, self.to_rate - chord
+        bend = from_bend * (1.0 - share) - to_bend * share
+        cubic = self.from_ + self.width * share * (chord + (1.0 - share) * bend)
+        curved = np.where(share > 0.0, np.minimum(end, cubic), end) - self.width * self.doubt
+        convex = (-(self.lean + from_bend) > 4.0 * self.doubt) & (self.lean + to_bend > 4.0 * self.doubt)
+        tangents = self.from_ + self.width * self.from_rate * to_bend / (self.to_rate - self.from_rate)
+        tangents = np.where((self.from_rate < 0.0) & (self.to_rate > 0.0), tangents, end)
+        smooth = np.where(convex, tangents, curved)
+        return np.where(self.monotone, end, np.where(self.smooth, smooth, end - DEPTH * self.width * self.spread))
 
     @property
     def share_of_root(self) -> Array:
-        """Where they vanish: the inverse as a cubic where they are monotone, else the chord's root."""
-        t = self.from_ / (self.from_ - self.to)
-        begin, end = self.chord / self.from_rate, self.chord / self.to_rate
-        cubic = t * (begin + t * (3.0 - 2.0 * begin - end + t * (begin + end - 2.0)))
-        return np.where(self.monotone, cubic, t)
+        """Where they vanish: the inverse as a cubic, the chord's root where a slope is against it."""
+        t, chord = self.from_ / (self.from_ - self.to), self.chord
+        along = (self.from_rate * chord > 0.0) & (self.to_rate * chord > 0.0)
+        begin, end = np.minimum(chord / self.from_rate, 3.0), np.minimum(chord / self.to_rate, 3.0)
+        return np.where(along, t * (begin + t * (3.0 - 2.0 * begin - end + t * (begin + end - 2.0))), t)
 
     @property
     def share_of_turn(self) -> Array:
-        """Where they have their extremum if they come nearer to zero at both ends, else the middle."""
-        toward = np.where(self.from_ > 0.0, 1.0, -1.0)
-        turns = (toward * self.from_rate < 0.0) & (toward * self.to_rate > 0.0)
-        return np.where(turns, np.clip(self.from_rate / (self.from_rate - self.to_rate), 0.0625, 0.9375), 0.5)
+        """Where they have their extremum if they come nearer to zero inside, else -1."""
+        return np.where(self.from_ > 0.0, self.share_of_minimum, self.mirrored.share_of_minimum)
 
 
 @dataclass
@@ -145,11 +188,10 @@ class _Cells:
 
     def __post_init__(self) -> None:
         self.width = self.to.u - self.from_.u
-        same = (self.from_.events == self.to.events) & self.from_.smooth & self.to.smooth
-        self.bend = np.where(same, 0.25, 1.0).astype(self.width.dtype)
+        self.smooth = (self.from_.events == self.to.events) & self.from_.smooth & self.to.smooth
 
     def curve(self, from_: Array, from_u: Array, to: Array, to_u: Array) -> _Curve:
-        return _Curve(from_, from_u, to, to_u, self.width, self.bend)
+        return _Curve(from_, from_u, to, to_u, self.width, self.smooth)
 
     @property
     def gap(self) -> _Curve:
@@ -181,50 +223,86 @@ class _Cells:
 
     @property
     def share_of_limit(self) -> Array:
-        """How far from its admissible end x_1 reaches its limit, as a share of the cell, by the slope there; inf if never."""
-        starts = self.search.admits(self.from_)
-        toward = np.where(starts, self.from_.peak_u, -self.to.peak_u) * self.width
-        share = (self.width.dtype.type(self.search.limit) - either(starts, self.from_.peak, self.to.peak)) / toward
-        return np.where((toward > 0.0) & (share <= 1.0), share, np.inf)
+        """Where x_1 reaches its limit, as a share of the cell: by both ends where it rises or falls throughout, else by the
+        slope at the admissible one; far outside if that does not lead there."""
+        starts, peak = self.search.admits(self.from_), self.peak
+        room = either(starts, peak.from_, peak.to)
+        toward = np.where(starts, peak.from_rate, -peak.to_rate) * self.width
+        share = np.where((toward > 0.0) & (room + toward >= 0.0), -room / toward, np.inf)
+        return np.where(peak.monotone, peak.share_of_root, np.where(starts, share, 1.0 - share))
+
+    @property
+    def promise_of_edge(self) -> Array:
+        """The nearest that an admissible current can come where only a part, next to one end, is admissible."""
+        gap, starts, there = self.gap, self.search.admits(self.from_), self.share_of_limit
+        share = 2.0 * np.where(starts, there, 1.0 - there)
+        rate = np.abs(gap.from_rate) + np.abs(gap.to_rate) + np.abs(gap.chord)
+        known = self.peak.monotone | (self.width <= EDGE * self.search.robot.u_max)
+        inside = np.abs(either(starts, gap.from_, gap.to))
+        return np.where(known & (share <= 1.0), inside - rate * share * self.width, 0.0)
+
+    @property
+    def promise_of_step(self) -> Array:
+        """The same where one end takes off and the other does not: the apex ends like a square root."""
+        lifts = self.from_.takes_off
+        peak, peak_u = either(lifts, self.from_.peak, self.to.peak), either(lifts, self.from_.peak_u, self.to.peak_u)
+        apex, apex_u = either(lifts, self.from_.apex, self.to.apex), either(lifts, self.from_.apex_u, self.to.apex_u)
+        hopeless = ~(peak - 2.0 * self.width * np.abs(peak_u) < self.search.limit)
+        away = np.abs(apex - self.search.wanted) - 3.0 * self.width * np.abs(apex_u)
+        fine = self.width <= STEP * self.search.robot.u_max
+        return np.where(fine, np.where(hopeless, np.inf, away), 0.0)
+
+    @property
+    def promise(self) -> Array:
+        """What no admissible current in the cell comes nearer than, as far as its ends tell; inf if there is none in it."""
+        search, from_, to, gap, range_ = self.search, self.from_, self.to, self.gap, self.search.robot.u_max
+        in_from, in_to = search.admits(from_), search.admits(to)
+        whole = np.where(gap.from_ > 0.0, gap.least, gap.mirrored.least)
+        both = np.where(in_from == in_to, whole, np.maximum(whole, self.promise_of_edge))
+        both = np.where(~in_from & ~in_to & (self.peak.least >= 0.0), np.inf, both)
+        none = ~from_.takes_off & ~to.takes_off
+        judged = np.where(self.quiet, np.where(none, np.inf, both), 0.0)
+        judged = np.where(from_.takes_off != to.takes_off, self.promise_of_step, judged)
+        wide = self.width > np.where(none, DOWN, np.where(self.smooth, WIDE, COARSE)) * range_
+        tiny = self.width <= 2.0 * search.eps * np.maximum(np.abs(from_.u), np.abs(to.u))
+        return np.where((from_.held & to.held) | tiny, np.inf, np.where(wide, 0.0, judged))
 
     def done(self) -> NDArray[np.bool_]:
         """Whether all in the cells that might be better is known."""
-        search, from_, to, gap = self.search, self.from_, self.to, self.gap
-        range_, worth, quiet = search.robot.u_max, search.worth, self.quiet
-        in_from, in_to = search.admits(from_), search.admits(to)
-        beyond = (gap.least > worth) | (gap.most < -worth)
-        rate = np.abs(gap.from_rate) + np.abs(gap.to_rate) + np.abs(gap.chord)
-        share = 2.0 * self.share_of_limit
-        edge = (share <= 1.0) & (np.abs(either(in_from, gap.from_, gap.to)) - rate * share * self.width > worth)
-        both = quiet & (beyond | np.where(in_from | in_to, (in_from != in_to) & edge, self.peak.least >= 0.0))
-        lifts = from_.takes_off
-        peak, peak_u = either(lifts, from_.peak, to.peak), either(lifts, from_.peak_u, to.peak_u)
-        apex, apex_u = either(lifts, from_.apex, to.apex), either(lifts, from_.apex_u, to.apex_u)
-        hopeless = ~(peak - 2.0 * self.width * np.abs(peak_u) < search.limit)
-        away = np.abs(apex - search.wanted) - 3.0 * self.width * np.abs(apex_u) > worth
-        one = (self.width <= range_ / 256.0) & (hopeless | away)
-        none = ~from_.takes_off & ~to.takes_off
-        judged = np.where(none, quiet, np.where(from_.takes_off == to.takes_off, both, one))
-        outside = np.minimum(np.abs(from_.u), np.abs(to.u)) >= abs(search.u) if search.reached else np.zeros_like(none)
-        tiny = self.width <= 2.0 * search.eps * np.maximum(np.abs(from_.u), np.abs(to.u))
-        return np.asarray((from_.held & to.held) | tiny | judged | outside)
+        promise, search = self.promise, self.search
+        if search.reached:
+            return np.asarray((promise >= search.reach) | (np.minimum(np.abs(self.from_.u), np.abs(self.to.u)) >= abs(search.u)))
+        return np.asarray((promise > search.worth) | np.isinf(promise))
 
-    def split(self, halve: bool) -> Array:
-        """Where to split each cell."""
+    @property
+    def foretold(self) -> Array:
+        """Where to split each cell, as a share of it; not between 0 and 1 where the ends do not foretell it."""
         search, from_, to, gap = self.search, self.from_, self.to, self.gap
         in_from, in_to = search.admits(from_), search.admits(to)
         steep = (np.abs(gap.from_rate) + np.abs(gap.to_rate) + np.abs(gap.chord)) * self.width
-        limit = self.share_of_limit - 0.25 * search.near / (steep + search.near)
-        limit = np.where(in_from, limit, 1.0 - limit)
+        aside = 0.25 * search.near / (steep + search.near)
+        limit = self.share_of_limit + np.where(in_from, -aside, aside)
         turn = np.where(in_from, gap.share_of_turn, self.peak.share_of_turn)
         lifted = np.where(gap.from_ * gap.to < 0.0, gap.share_of_root, np.where(in_from != in_to, limit, turn))
         dips = np.isfinite(from_.dip) & np.isfinite(to.dip)
-        grounded = np.where(dips, self.dip.share_of_turn, 0.5)
-        share = np.where(from_.takes_off & to.takes_off, lifted, np.where(from_.takes_off | to.takes_off, 0.5, grounded))
-        share = np.where((share > 0.0) & (share < 1.0) & (not halve), share, 0.5).astype(self.width.dtype)
-        u = from_.u + share * self.width
-        middle = from_.u + self.width.dtype.type(0.5) * self.width
-        return np.where((u > from_.u) & (u < to.u), u, middle)
+        grounded = np.where(dips, self.dip.share_of_turn, -1.0)
+        share = np.where(from_.takes_off & to.takes_off, lifted, np.where(from_.takes_off | to.takes_off, -1.0, grounded))
+        return np.where(np.isfinite(share), share, -1.0)
+
+    def split(self) -> tuple[Array, NDArray[np.intp]]:
+        """Currents to try, and the cell that each is in; in order."""
+        number = min(max(LANES // self.width.size, 1), 31)
+        even = np.arange(1, number + 1) / (number + 1.0)
+        shares = np.concatenate(
+            [np.broadcast_to(even, (self.width.size, number)), self.foretold[:, None] + np.array(CLUSTER)], axis=1
+        )
+        root = self.smooth & (self.gap.from_ * self.gap.to < 0.0)
+        shares[root, :number] = 0.5
+        u = np.sort(self.from_.u[:, None] + (shares * self.width[:, None]).astype(self.width.dtype), axis=1)
+        inside = (u > self.from_.u[:, None]) & (u < self.to.u[:, None])
+        inside[:, 1:] &= u[:, 1:] > u[:, :-1]
+        cell, place = np.nonzero(inside)
+        return u[cell, place], cell
 
 
 def choose(
@@ -248,15 +326,22 @@ def choose(
 def _search(search: _Search) -> None:
     grid = search.attempt(np.asarray(np.linspace(-search.robot.u_max, search.robot.u_max, GRID + 1), dtype=search.dtype))
     cells = _Cells(search, take(grid, np.arange(GRID)), take(grid, np.arange(1, GRID + 1)))
-    for wave in range(WAVES):
+    for _ in range(WAVES):
         left = np.flatnonzero(~cells.done())
         if not left.size:
             return
-        from_, to = take(cells.from_, left), take(cells.to, left)
-        middle = search.attempt(_Cells(search, from_, to).split(wave % 3 == 2))
-        cells = _Cells(search, _joined(from_, middle), _joined(middle, to))
+        cells = _split(_Cells(search, take(cells.from_, left), take(cells.to, left)))
 
 
-def _joined(first: Trials, second: Trials) -> Trials:
-    columns: list[Any] = [np.concatenate(pair) for pair in zip(first, second, strict=True)]
-    return Trials(*columns)
+def _split(cells: _Cells) -> _Cells:
+    """The cells between the ends and the currents that are tried inside."""
+    u, cell = cells.split()
+    every = np.arange(cells.width.size)
+    tried = [cells.from_, cells.search.attempt(u), cells.to]
+    columns: list[Any] = [np.concatenate(parts) for parts in zip(*tried, strict=True)]
+    of = np.concatenate([every, cell, every])
+    order = np.lexsort((columns[0], of))
+    first, second = order[:-1], order[1:]
+    pairs = of[first] == of[second]
+    nodes = Trials(*columns)
+    return _Cells(cells.search, take(nodes, first[pairs]), take(nodes, second[pairs]))

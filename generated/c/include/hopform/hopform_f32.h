@@ -238,9 +238,17 @@ int32_t hopform_try_currents_f32(const hopform_plan_f32 *plan, const hopform_sta
                                   const float *currents, int32_t current_count, float horizon, hopform_phase_f32 *phases,
                                   int32_t capacity, hopform_trial_f32 *trials);
 
-enum { HOPFORM_SEARCH_DEPTH_f32 = 64 }; /**< currents that wait on one side */
+enum { HOPFORM_SEARCH_CELLS_f32 = 24 }; /**< cells that wait */
 
-/** A search for a current, which goes outward from 0 on both sides; the caller's memory. */
+/** The range between two currents that were tried. */
+typedef struct {
+    hopform_trial_f32 from; /**< the one nearer to 0 */
+    hopform_trial_f32 to;
+    float promise; /**< [m] no admissible current in it comes nearer to what is wanted */
+    int32_t slow; /**< splits in a row that left most of a cell */
+} hopform_cell_f32;
+
+/** A search for a current; the caller's memory. */
 typedef struct {
     const hopform_plan_f32 *plan;
     hopform_state_f32 start;
@@ -248,18 +256,17 @@ typedef struct {
     float limit;   /**< [m] x_1 stays below */
     float horizon; /**< [s] */
     float datum;   /**< [m] */
-    hopform_trial_f32 best;                             /**< the nearest so far; u = 0 until one is admissible */
-    hopform_trial_f32 inner[2];                         /**< by side: all nearer to 0 is done */
-    hopform_trial_f32 outer[2][HOPFORM_SEARCH_DEPTH_f32];   /**< by side: tried further out, the innermost last */
-    int32_t waiting[2];
-    float next;    /**< [A] what to try */
-    int32_t side; /**< of it */
-    int32_t slow; /**< splits in a row that left most of a cell */
+    hopform_trial_f32 best; /**< the nearest so far; u = 0 until one is admissible */
+    hopform_trial_f32 zero; /**< the current 0 */
+    hopform_cell_f32 cells[HOPFORM_SEARCH_CELLS_f32]; /**< in which something better may lie */
+    int32_t count;  /**< of them; the last one is split next */
+    int32_t limits; /**< of the range, yet to be tried */
+    float next;      /**< [A] what to try */
     int32_t trials;
     int32_t status; /**< HOPFORM_SEARCHING, HOPFORM_OK when done, or an error */
-    bool found;   /**< one is admissible */
+    bool found;     /**< one is admissible */
     bool reached;
-    bool partial; /**< a stance or the search outgrew the memory given */
+    bool partial;   /**< a stance or the search outgrew the memory given */
 } hopform_search_f32;
 
 /** Begin to look for the current in [-u_max, u_max] after which the next apex is nearest to h_des, the least |u| if several

@@ -238,9 +238,17 @@ int32_t hopform_try_currents_f64(const hopform_plan_f64 *plan, const hopform_sta
                                   const double *currents, int32_t current_count, double horizon, hopform_phase_f64 *phases,
                                   int32_t capacity, hopform_trial_f64 *trials);
 
-enum { HOPFORM_SEARCH_DEPTH_f64 = 64 }; /**< currents that wait on one side */
+enum { HOPFORM_SEARCH_CELLS_f64 = 24 }; /**< cells that wait */
 
-/** A search for a current, which goes outward from 0 on both sides; the caller's memory. */
+/** The range between two currents that were tried. */
+typedef struct {
+    hopform_trial_f64 from; /**< the one nearer to 0 */
+    hopform_trial_f64 to;
+    double promise; /**< [m] no admissible current in it comes nearer to what is wanted */
+    int32_t slow; /**< splits in a row that left most of a cell */
+} hopform_cell_f64;
+
+/** A search for a current; the caller's memory. */
 typedef struct {
     const hopform_plan_f64 *plan;
     hopform_state_f64 start;
@@ -248,18 +256,17 @@ typedef struct {
     double limit;   /**< [m] x_1 stays below */
     double horizon; /**< [s] */
     double datum;   /**< [m] */
-    hopform_trial_f64 best;                             /**< the nearest so far; u = 0 until one is admissible */
-    hopform_trial_f64 inner[2];                         /**< by side: all nearer to 0 is done */
-    hopform_trial_f64 outer[2][HOPFORM_SEARCH_DEPTH_f64];   /**< by side: tried further out, the innermost last */
-    int32_t waiting[2];
-    double next;    /**< [A] what to try */
-    int32_t side; /**< of it */
-    int32_t slow; /**< splits in a row that left most of a cell */
+    hopform_trial_f64 best; /**< the nearest so far; u = 0 until one is admissible */
+    hopform_trial_f64 zero; /**< the current 0 */
+    hopform_cell_f64 cells[HOPFORM_SEARCH_CELLS_f64]; /**< in which something better may lie */
+    int32_t count;  /**< of them; the last one is split next */
+    int32_t limits; /**< of the range, yet to be tried */
+    double next;      /**< [A] what to try */
     int32_t trials;
     int32_t status; /**< HOPFORM_SEARCHING, HOPFORM_OK when done, or an error */
-    bool found;   /**< one is admissible */
+    bool found;     /**< one is admissible */
     bool reached;
-    bool partial; /**< a stance or the search outgrew the memory given */
+    bool partial;   /**< a stance or the search outgrew the memory given */
 } hopform_search_f64;
 
 /** Begin to look for the current in [-u_max, u_max] after which the next apex is nearest to h_des, the least |u| if several
