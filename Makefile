@@ -47,6 +47,10 @@ SECONDS = 60
 fuzz: ## arbitrary bit patterns into each C entry point, SECONDS (60) each, side by side, under the sanitizers; needs clang
 	@SECONDS_EACH=$(SECONDS) sh tests/fuzz/run.sh
 
+coverage-c: compiler venv-dev ## count the branches of the generated C that the tests take, by file; 95 % of firmware's must be
+	$(PY) tools/build_library.py
+	$(PY) -m tests.c_coverage
+
 firmware-test: compiler venv-dev ## the C library on emulated processors, twelve combinations: selftest, golden vectors, garbage, costs
 	sh tests/firmware/install.sh
 	$(PY) tools/build_library.py
@@ -116,5 +120,5 @@ venv-bench:
 .PHONY: test-exhaustive-identification validate-data
 .PHONY: help run test test-exhaustive test-exhaustive-slice scans fuzz generate check lint wheel mutants mutants-all test-determinism
 .PHONY: bench test-control-exhaustive
-.PHONY: firmware-test firmware-test-all firmware-report
+.PHONY: firmware-test firmware-test-all firmware-report coverage-c
 .PHONY: clean compiler venv venv-dev venv-bench

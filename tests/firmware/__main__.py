@@ -1,7 +1,7 @@
 """`python -m tests.firmware` proves the library on emulated targets: CI's combinations; `--all` every one; `--report` counts.
 
 Each combination of target, compiler and optimisation runs the selftest, whose word must be the same everywhere, the golden
-vectors of the 50-digit reference, and garbage; then the symbols of its objects are looked through.
+vectors of the 50-digit reference, garbage, and all that is to be refused; then the symbols of its objects are looked through.
 """
 
 import argparse
@@ -24,6 +24,8 @@ QUICK = (
 
 HOPPING = ("m4f-gcc-O2", "rv32-clang-O2")
 """Where a robot hops, too: the plant in one task, the library in another, at 1 kHz."""
+
+PROGRAMS = ("golden", "garbage", "refusals")
 
 LIBM = re.compile(r"^(a?sin|a?cos|a?tan2?|exp2?|expm1|log|pow|cbrt|fmod|hypot|floor|ceil|fmax|fmin)f?$")
 DOUBLE = re.compile(r"^(__aeabi_d|__aeabi_f2d|__aeabi_[iu]l?2d|__\w+df\d?$|__extendsfdf2|__truncdfsf2|sqrt$)")
@@ -61,7 +63,7 @@ def prove(build: Build, doubles: bool) -> tuple[str, list[str]]:
     define = () if doubles else ("-DSINGLE",)
     try:
         word = emulate(build.target, link(build, "selftest", precisions=precisions, define=define)).strip()
-        lines = [emulate(build.target, link(build, name, precisions=precisions)) for name in ("golden", "garbage")]
+        lines = [emulate(build.target, link(build, name, precisions=precisions)) for name in PROGRAMS]
         hops = emulate(build.target, link(build, "hops", precisions=precisions)) if build.name in HOPPING else ""
         hops = f"{hops.strip().splitlines()[-1]}; " if hops else ""
         wrong = (
@@ -69,11 +71,9 @@ def prove(build: Build, doubles: bool) -> tuple[str, list[str]]:
         )
     except Failed as error:
         return f"{build.name:16} FAILED", [f"{build.name}: {error}"]
-    golden, garbage = (line.strip().splitlines()[-1] for line in lines)
+    said = "; ".join(line.strip().splitlines()[-1] for line in lines)
     took = time.perf_counter() - began
-    return f"{build.name:16} {word:27} {golden}; {garbage}; {hops}{took:.0f} s", [
-        f"{build.name}: {what}" for what in wrong
-    ]
+    return f"{build.name:16} {word:27} {said}; {hops}{took:.0f} s", [f"{build.name}: {what}" for what in wrong]
 
 
 def words(lines: list[str]) -> dict[str, set[str]]:

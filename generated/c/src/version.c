@@ -6,5 +6,5 @@
 
 const char *hopform_source(void)
 {
-    return "fd39290513426c26";
+    return "f2fc3b1f96c50fd5";
 }
