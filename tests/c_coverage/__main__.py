@@ -141,7 +141,7 @@ def count() -> Branches:
 
 def unit_of(name: str) -> tuple[str, str]:
     """`stance_f32.c`: `stance`, `f32`."""
-    unit, _, precision = name.split(".")[0].rpartition("_")
+    unit, _, precision = name.split(".", maxsplit=1)[0].rpartition("_")
     return unit, precision
 
 
@@ -159,7 +159,7 @@ def table(counts: Branches) -> float:
         if not all_of:
             continue
         group = f"firmware, {unit_of(name)[1]}" if is_firmware(name) else "workstation"
-        for key in {group, group.split(",")[0]}:
+        for key in {group, group.split(",", maxsplit=1)[0]}:
             totals[key][0] += taken
             totals[key][1] += all_of
         print(f"{name:34}{all_of:9}{taken:8}{100 * taken / all_of:8.1f}")
