@@ -6,5 +6,5 @@
 
 const char *hopform_source(void)
 {
-    return "f2fc3b1f96c50fd5";
+    return "33a42db82fdb7e93";
 }
