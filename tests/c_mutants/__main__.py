@@ -2,8 +2,8 @@
 
 The sources for firmware in double precision are broken, whose tests are the sharper ones; single precision comes from the same
 templates. Mutants that do not compile are drawn again. The judges, in this order: judge.c (vectors of the reference with their
-tolerances, and what must be true of any answer), refusals, garbage and fuzzing targets on fixed inputs, then those of pytest
-that are nearest; and last the selftest's word, which any changed bit changes, so what it alone kills is counted apart.
+tolerances, and what must be true of any answer), refusals, garbage and fuzzing targets on fixed inputs; and last the selftest's
+word, which any changed bit changes, so what it alone kills is counted apart. With `--pytest` its nearest tests follow.
 Survivors are argued in docs/c-mutants.md: those that are listed there as equivalent are taken off, the others fail.
 """
 
@@ -89,8 +89,8 @@ def run(command: list[str], timeout: float) -> tuple[int, str]:
 class Bench:
     """A folder with the sources as links, one of them broken at a time, and what was made of the others."""
 
-    def __init__(self, folder: Path) -> None:
-        self.folder, self.src = folder, folder / "src"
+    def __init__(self, folder: Path, asks_pytest: bool) -> None:
+        self.folder, self.src, self.asks_pytest = folder, folder / "src", asks_pytest
         self.src.mkdir()
         for path in SRC.iterdir():
             (self.src / path.name).symlink_to(path)
@@ -111,7 +111,7 @@ class Bench:
     def is_c(self, unit: str) -> bool:
         """Whether a strict compiler takes it: swapped arguments of other types are no mutant."""
         strict = ["-Werror=incompatible-pointer-types", "-Werror=int-conversion", "-Werror=discarded-qualifiers"]
-        return run(["gcc", "-std=c99", "-w", *strict, "-fsyntax-only", *self.include, str(self.src / unit)], 60)[0] == 0
+        return run(["gcc", "-std=c99", *strict, "-fsyntax-only", *self.include, str(self.src / unit)], 60)[0] == 0
 
     def judge(self, objects: dict[str, Path], wanted: str) -> str | None:
         """The program that fails, None if none does."""
@@ -154,10 +154,9 @@ class Bench:
                 objects[name] = self.folder / "broken-judge.o"
                 self.compile(PROGRAMS["judge"][0], objects[name])
             killer = self.judge(objects, wanted)
-            if killer not in (None, "word"):
-                return killer
-            by_pytest = self.pytest(mutant, affected)
-            return by_pytest or killer
+            if self.asks_pytest and killer in (None, "word"):
+                return self.pytest(mutant, affected) or killer
+            return killer
         except ValueError:
             return "stillborn"
         finally:
@@ -214,7 +213,7 @@ def without_line(described: str) -> str:
     return re.sub(r":\d+:", ":", described, count=1)
 
 
-def draw(count: int, seed: int, jobs: int) -> list[Verdict]:
+def draw(count: int, seed: int, jobs: int, asks_pytest: bool) -> list[Verdict]:
     """Verdicts on so many mutants that compile, in the order drawn."""
     mutants = pool_of_mutants()
     order = random.Random(seed).sample(mutants, len(mutants))
@@ -223,11 +222,12 @@ def draw(count: int, seed: int, jobs: int) -> list[Verdict]:
     benches: Queue[Bench] = Queue()
     for n in range(jobs):
         (folder / str(n)).mkdir()
-        benches.put(Bench(folder / str(n)))
+        benches.put(Bench(folder / str(n), asks_pytest))
     first = benches.get()
     wanted = first.unbroken()
     benches.put(first)
-    whole_library()
+    if asks_pytest:
+        whole_library()
 
     def verdict(mutant: Mutant) -> Verdict:
         bench = benches.get()
@@ -257,10 +257,11 @@ def main() -> int:
     parser.add_argument("--count", type=int, default=400)
     parser.add_argument("--seed", type=int, default=None, help="drawn, and printed, if not given")
     parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1)
+    parser.add_argument("--pytest", action="store_true", help="ask the nearest tests of pytest about survivors, half a minute each")
     chosen = parser.parse_args()
     seed = chosen.seed if chosen.seed is not None else random.SystemRandom().randrange(10**6)
     began = time.perf_counter()
-    verdicts = draw(chosen.count, seed, chosen.jobs)
+    verdicts = draw(chosen.count, seed, chosen.jobs, chosen.pytest)
     killers = Counter(found.killer or "survived" for found in verdicts)
     known = argued()
     equivalent = [v for v in verdicts if v.killer is None and without_line(v.mutant.describe(text_of(v.mutant.file))) in known]

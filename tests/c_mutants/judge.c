@@ -174,6 +174,41 @@ static void all_poles(void)
     basis_of(&still);
 }
 
+/* v'' + p v' + q v = 0 from v > 0: its first zero, by small steps and halving, and what the library says. */
+static void halts(void)
+{
+    static const double damping[] = {0.0, 0.3, 0.95, 1.0, 1.05, 1.4, 3.0, 20.0};
+    for (size_t n = 0; n < sizeof damping / sizeof damping[0]; n++) {
+        for (int i = 0; i < 24; i += 4) {
+            const double q = 400.0, p = 2.0 * damping[n] * 20.0, v = 0.3, acc = -0.25 * (double)(1 + i * i) + 2.0;
+            const T(poles) poles = {0.0, p, q, p, q, 0.0};
+            const double t = hopform_halt_time_f64(&poles, v, acc);
+            long double w[5], zero = -1.0L;
+            for (int k = 1; k <= 200 && zero < 0.0L; k++) { /* v(t) = v (R' + p R) + acc R */
+                exact_basis(&poles, (double)k * 1e-2, w);
+                if ((long double)v * (w[0] + (long double)p * w[1]) + (long double)acc * w[1] < 0.0L) {
+                    long double low = (long double)(k - 1) * 1e-2L, high = (long double)k * 1e-2L;
+                    for (int m = 0; m < 50; m++) {
+                        const double middle = (double)(0.5L * (low + high));
+                        exact_basis(&poles, middle, w);
+                        if ((long double)v * (w[0] + (long double)p * w[1]) + (long double)acc * w[1] < 0.0L) {
+                            high = middle;
+                        } else {
+                            low = middle;
+                        }
+                    }
+                    zero = high;
+                }
+            }
+            if (zero >= 0.0L) {
+                near(t, (double)zero, 2e-14, "when a mass comes to rest");
+            } else {
+                must(t > 1.9, "a mass that does not come to rest");
+            }
+        }
+    }
+}
+
 /* ---- a stance ---- */
 
 typedef struct {
@@ -657,12 +692,262 @@ static void contact(void)
     }
 }
 
+/* ---- any stance, flight and command: what must be true of it ---- */
+
+static uint64_t dice = 88172645463325252u; /* Marsaglia, "Xorshift RNGs", 2003 */
+
+static double uniform(double low, double high)
+{
+    dice ^= dice << 13;
+    dice ^= dice >> 7;
+    dice ^= dice << 17;
+    return low + (high - low) * ((double)(dice >> 11) / 9007199254740992.0);
+}
+
+static double over(double low, double high)
+{
+    return low * exp(uniform(0.0, 1.0) * log(high / low));
+}
+
+static double mostly(double value, double zero)
+{
+    return uniform(0.0, 1.0) < zero ? 0.0 : value;
+}
+
+static T(robot) any_robot(void)
+{
+    T(robot) r;
+    r.m_s = over(0.3, 10.0);
+    r.m_eff = r.m_s * over(0.02, 50.0);
+    r.k = over(50.0, 50000.0);
+    r.L0 = 0.4;
+    r.c = mostly(uniform(-0.01, 0.01), 0.6);
+    r.b1 = mostly(2.0 * sqrt(r.k * r.m_eff) * over(1e-3, 4.0), 0.15);
+    r.b2 = mostly(2.0 * sqrt(r.k * r.m_s) * over(1e-3, 4.0), 0.15);
+    r.f1 = mostly(over(0.02, 10.0), 0.15);
+    r.f2 = mostly(over(0.02, 10.0), 0.15);
+    r.u_max = 3.0;
+    r.gamma2 = (uniform(0.0, 1.0) < 0.5 ? -1.0 : 1.0) * r.m_eff * over(0.1, 6.0);
+    r.g = 9.81;
+    r.x1_min = uniform(0.0, 1.0) < 0.5 ? -INFINITY : -mostly(over(1e-3, 0.05), 0.4);
+    r.x1_max = isfinite(r.x1_min) ? over(1e-3, 0.08) : INFINITY;
+    r.impact_loss = 0.05;
+    return r;
+}
+
+/* Accelerations without dry friction, (3), (4). */
+static void free_accelerations(const T(robot) *r, const T(state) *s, double u, double a[2])
+{
+    a[0] = (r->k * (r->c - s->y) - r->b1 * s->v1 - r->gamma2 * u) / r->m_eff;
+    a[1] = (r->k * s->y - r->b2 * s->v2) / r->m_s - r->g;
+}
+
+static void is_a_mode(const T(robot) *r, const T(state) *s, double u, int side_1, int side_2)
+{
+    double a[2];
+    free_accelerations(r, s, u, a);
+    const double speed = 1e-9 * (1.0 + fabs(s->v1) + fabs(s->v2));
+    const double size = 1e-9 * (1.0 + r->f1 + r->f2 + r->k * (fabs(s->y) + fabs(r->c)) * (1.0 / r->m_eff + 1.0 / r->m_s)
+                                + fabs(r->gamma2 * u) / r->m_eff + r->b1 * fabs(s->v1) / r->m_eff + r->b2 * fabs(s->v2) / r->m_s + r->g);
+    must(side_1 != 0 ? side_1 * s->v1 >= -speed : fabs(s->v1) <= 0.0, "mass 1 against its mode");
+    must(side_2 != 0 ? side_2 * s->v2 >= -speed : fabs(s->v2) <= 0.0, "mass 2 against its mode");
+    must(side_2 != 0 || fabs(a[1]) <= r->f2 + size, "mass 2 is held by too much");
+    const int locked = !(r->x1_min < r->x1_max), low = s->x1 <= r->x1_min, high = s->x1 >= r->x1_max;
+    must(side_1 != 0 || locked || ((a[0] <= r->f1 + size || high) && (a[0] >= -r->f1 - size || low)), "mass 1 is held by too much");
+    must(s->x1 >= r->x1_min - 1e-12 && s->x1 <= r->x1_max + 1e-12, "out of its stroke");
+    must(s->y >= -1e-9, "a spring that pulls");
+}
+
+/* Velocities, forces and stops agree with the modes all along; the motion obeys (3), (4) in every phase. */
+static void any_stance(void)
+{
+    problem p;
+    T(stance) stance;
+    const T(robot) robot = any_robot();
+    must(T(plan_init)(&p.plan, &robot) == HOPFORM_OK, "no plan");
+    p.start.y = mostly(over(1e-4, 0.03), 0.8);
+    p.start.x1 = mostly(uniform(0.0, 1.0), 0.5) * (isfinite(robot.x1_max) ? robot.x1_max : 0.02);
+    p.start.v2 = -over(0.05, 4.0);
+    p.start.v1 = mostly(uniform(-0.3, 1.0), 0.5);
+    p.start.v1 = p.start.y > 0.0 || p.start.v1 > p.start.v2 ? p.start.v1 : 0.0;
+    p.step_count = uniform(0.0, 1.0) < 0.3 ? 2 : 1;
+    p.steps[0].t = 0.0;
+    p.steps[0].u = mostly(uniform(-3.0, 3.0), 0.3);
+    p.steps[1].t = p.step_count > 1 ? over(0.003, 0.3) : 100.0;
+    p.steps[1].u = uniform(-3.0, 3.0);
+    p.horizon = 1.0;
+    const int32_t status = solve(&p, &stance);
+    must(status >= 0, "a stance that is refused");
+    if (stance.phases_kept < stance.phase_count || stance.ending == HOPFORM_ENDING_TOO_MANY_PHASES) {
+        return;
+    }
+    for (int n = 0; n < stance.phases_kept; n++) {
+        const double from = phases[n].t, to = n + 1 < stance.phases_kept ? phases[n + 1].t : stance.duration;
+        const double u = p.steps[phases[n].step].u;
+        const int side_1 = phases[n].mode / 3 - 1, side_2 = phases[n].mode % 3 - 1;
+        must(to >= from && phases[n].step == (p.step_count > 1 && from >= p.steps[1].t ? 1 : 0), "a phase out of its order");
+        T(state) at[11];
+        for (int i = 0; i < 11; i++) {
+            const double share = 0.002 + 0.0996 * (double)i;
+            must(T(stance_at)(&p.plan, p.steps, phases, &stance, from + share * (to - from), &at[i]) == HOPFORM_OK, "no state");
+            is_a_mode(&robot, &at[i], u, side_1, side_2);
+        }
+        if (n + 1 < stance.phases_kept && to - from > 1e-6) { /* what the next one begins with is where this one leads */
+            T(state) end;
+            must(T(stance_at)(&p.plan, p.steps, phases, &stance, from + (to - from) * (1.0 - 1e-9), &end) == HOPFORM_OK, "no state");
+            const double speed = 1e-5 * (1.0 + fabs(end.v1) + fabs(end.v2));
+            near(end.x1, phases[n + 1].x1, speed, "a jump of x1");
+            near(end.y, phases[n + 1].y, speed, "a jump of y");
+            const int stops = phases[n + 1].event == HOPFORM_EVENT_X1_HITS_STOP;
+            const double push = (robot.k * (0.1 + fabs(end.y)) / fmin(robot.m_eff, robot.m_s) + 1e3) * 1e-8 + 100.0 * speed;
+            near(stops ? phases[n + 1].v1 : end.v1, phases[n + 1].v1, push, "a jump of v1");
+            near(end.v2, phases[n + 1].v2, push, "a jump of v2");
+            const int kind = phases[n + 1].event, sides_1 = phases[n + 1].mode / 3 - 1, sides_2 = phases[n + 1].mode % 3 - 1;
+            must(kind != HOPFORM_EVENT_X1_REVERSES || sides_1 == -side_1, "x1_reverses");
+            must(kind != HOPFORM_EVENT_X2_REVERSES || sides_2 == -side_2, "x2_reverses");
+            must(kind != HOPFORM_EVENT_X1_STICKS || (sides_1 == 0 && side_1 != 0), "x1_sticks");
+            must(kind != HOPFORM_EVENT_X2_STICKS || (sides_2 == 0 && side_2 != 0), "x2_sticks");
+            must(kind != HOPFORM_EVENT_X1_SLIPS || (sides_1 != 0 && side_1 == 0), "x1_slips");
+            must(kind != HOPFORM_EVENT_X2_SLIPS || (sides_2 != 0 && side_2 == 0), "x2_slips");
+            must(!stops || !(fabs(phases[n + 1].v1) > 0.0), "x1_hits_stop");
+        }
+        const double h = 0.0996 * (to - from); /* (3), (4) by differences of velocities over the phase: Simpson's rule of the forces */
+        for (int i = 0; i + 2 < 11 && h > 0.0 && h * (sqrt(robot.k / robot.m_eff + robot.k / robot.m_s) + robot.b1 / robot.m_eff + robot.b2 / robot.m_s) < 0.02; i += 2) {
+            double a[3][2];
+            for (int j = 0; j < 3; j++) {
+                free_accelerations(&robot, &at[i + j], u, a[j]);
+            }
+            const double sum_1 = (a[0][0] + 4.0 * a[1][0] + a[2][0]) * h / 3.0 - 2.0 * h * side_1 * robot.f1;
+            const double sum_2 = (a[0][1] + 4.0 * a[1][1] + a[2][1]) * h / 3.0 - 2.0 * h * side_2 * robot.f2;
+            const double size = 1e-8 * (fabs(at[i].v1) + fabs(at[i].v2) + (fabs(a[0][0]) + fabs(a[0][1])) * h) + 1e-13;
+            near(at[i + 2].v1 - at[i].v1, side_1 != 0 ? sum_1 : 0.0, size, "(3)");
+            near(at[i + 2].v2 - at[i].v2, side_2 != 0 ? sum_2 : 0.0, size, "(4)");
+            near(at[i + 2].x1 - at[i].x1, (at[i].v1 + 4.0 * at[i + 1].v1 + at[i + 2].v1) * h / 3.0, size * h + 1e-15 + 1e-15 * fabs(at[i].x1), "x1'");
+            near(at[i + 2].y - at[i].y, (at[i].v1 - at[i].v2 + 4.0 * (at[i + 1].v1 - at[i + 1].v2) + at[i + 2].v1 - at[i + 2].v2) * h / 3.0,
+                 size * h + 1e-15, "y'");
+        }
+    }
+    if (stance.ending == HOPFORM_ENDING_TAKEOFF) {
+        must(!(fabs(stance.end.y) > 0.0) && stance.end.v1 <= stance.end.v2 + 1e-9, "a take-off of a leg that does not extend");
+    }
+    must(stance.ending != HOPFORM_ENDING_HORIZON || !(fabs(stance.duration - p.horizon) > 0.0), "a horizon that is not reached");
+    if (stance.ending == HOPFORM_ENDING_REST) {
+        must(!(fabs(stance.end.v1) > 0.0) && !(fabs(stance.end.v2) > 0.0), "a rest that moves");
+    }
+    consistent(&p, &stance, 0.5 * robot.m_s * larger(p.start.v2 * p.start.v2, 1.0), 1e4);
+    if (uniform(0.0, 1.0) < 0.2) {
+        derivatives(&p, &stance);
+    }
+}
+
+/* The law, its limit and the stops hold all along; the foot is above the ground until it touches it, coming down. */
+static void any_flight(void)
+{
+    T(plan) plan;
+    T(flight) flight;
+    T(robot) robot = any_robot();
+    robot.u_max = uniform(0.0, 1.0) < 0.4 ? INFINITY : over(0.05, 3.0);
+    robot.f1 = mostly(over(0.02, 5.0), 0.3);
+    must(T(plan_init)(&plan, &robot) == HOPFORM_OK, "no plan");
+    const double rate = over(1.0, 60.0), damping = larger(0.0, mostly(2.0 * robot.m_eff * rate * over(0.05, 3.0), 0.2) - robot.b1);
+    const T(gains) gains = {mostly(robot.m_eff * rate * rate, 0.15), damping};
+    const T(state) start = {isfinite(robot.x1_max) ? uniform(robot.x1_min, robot.x1_max) : uniform(-0.05, 0.05),
+                            mostly(uniform(-1.0, 1.0), 0.2), uniform(-0.5, 2.5), mostly(uniform(-0.1, 0.1), 0.4)};
+    const int designs = uniform(0.0, 1.0) < 0.2;
+    must(T(solve_flight)(&plan, &start, designs ? NULL : &gains, 1.0, CAPACITY, flight_phases, CAPACITY, &flight) >= 0, "a flight that is refused");
+    if (flight.phases_kept < flight.phase_count || flight.ending == HOPFORM_FLIGHT_TOO_MANY_PHASES) {
+        return;
+    }
+    if (designs) {
+        const double square = start.v2 * start.v2 + 2.0 * robot.g * start.x1;
+        const double fall = square > 0.0 ? (start.v2 + sqrt(square)) / robot.g - 0.05 : 0.0, rate_of = 20.0 / 3.0 / larger(fall, 0.02);
+        near(flight.gains.Kp, rate_of * (flight.gains.Kd + robot.b1 - robot.m_eff * rate_of), 1e-9 * rate_of * (flight.gains.Kd + robot.b1 + robot.m_eff * rate_of), "the gains of any flight");
+        near(flight.gains.Kd, larger(0.0, 2.0 * robot.m_eff * rate_of - robot.b1), 1e-9 * (robot.m_eff * rate_of + robot.b1), "the damping of any flight");
+    }
+    const double largest = fabs(robot.gamma2) * robot.u_max;
+    int above = start.y < 0.0;
+    double highest = -INFINITY;
+    for (int n = 0; n < flight.phases_kept; n++) {
+        const double from = flight_phases[n].t, to = n + 1 < flight.phases_kept ? flight_phases[n + 1].t : flight.duration;
+        for (int i = 0; i < 12; i++) {
+            const double t = fmin(from + (0.003 + 0.0903 * (double)i) * (to - from), flight.duration);
+            T(state) s;
+            must(T(flight_at)(&plan, flight_phases, &flight, &t, 1, &s) == HOPFORM_OK, "no state of a flight");
+            const double pull = flight.gains.Kp * s.x1 + flight.gains.Kd * s.v1, tiny = 1e-8 * (1.0 + fabs(pull) + flight.gains.Kd);
+            const int limit = flight_phases[n].limit, side = flight_phases[n].side;
+            must(limit != 0 ? limit * pull >= largest - tiny : fabs(pull) <= largest + tiny, "the motor's limit");
+            must(side != 0 ? side * s.v1 >= -1e-9 * (1.0 + fabs(start.v1)) : !(fabs(s.v1) > 0.0), "the actuator against its mode in flight");
+            must(s.x1 >= robot.x1_min - 1e-12 && s.x1 <= robot.x1_max + 1e-12, "out of its stroke in flight");
+            const double force = robot.k * robot.c - (limit != 0 ? limit * largest : pull);
+            must(side != 0 || !(robot.x1_min < robot.x1_max) || ((force <= robot.m_eff * robot.f1 * (1.0 + 1e-9) + tiny || s.x1 >= robot.x1_max)
+                 && (force >= -robot.m_eff * robot.f1 * (1.0 + 1e-9) - tiny || s.x1 <= robot.x1_min)), "held by too much in flight");
+            must(!above || s.y <= 1e-9, "a foot that was below the ground");
+            above = above || s.y < -1e-9;
+            highest = larger(highest, -s.y);
+        }
+    }
+    if (flight.ending == HOPFORM_FLIGHT_TOUCHDOWN) {
+        must((above || flight.duration < 1e-4) && fabs(flight.end.y) <= 1e-9 && flight.end.v2 - flight.end.v1 <= 1e-9, "a touchdown of a foot that rises");
+    }
+    must(flight.ending != HOPFORM_FLIGHT_TRIPPED || (highest <= 1e-9 && -flight.end.y >= highest - 1e-9), "tripped");
+    const double middle[2] = {0.5 * flight.duration, flight.duration};
+    T(energy) e[2];
+    T(flight_ledger) ledger[2];
+    double loss[2];
+    must(T(flight_energy)(&plan, flight_phases, &flight, middle, 2, e, ledger, loss) == HOPFORM_OK, "no energies of a flight");
+    const double begin = 0.5 * robot.m_eff * start.v1 * start.v1 + 0.5 * robot.m_s * start.v2 * start.v2 + robot.m_s * robot.g * (start.x1 - start.y);
+    for (int n = 0; n < 2; n++) {
+        const double gained = ledger[n].motor_work + ledger[n].offset_work + ledger[n].viscous_1 + ledger[n].coulomb_1 + loss[n];
+        const double other = e[1 - n].total - (ledger[1 - n].motor_work + ledger[1 - n].offset_work + ledger[1 - n].viscous_1
+                                               + ledger[1 - n].coulomb_1 + loss[1 - n]);
+        near(e[n].total - gained, other, 1e-9 * (fabs(begin) + fabs(e[n].total) + fabs(gained) + 1.0), "the sum of any flight's ledger");
+        must(ledger[n].viscous_1 <= 1e-15 && ledger[n].coulomb_1 <= 1e-15 && loss[n] <= 0.0, "friction that drives");
+    }
+}
+
+/* No current on a grid does better than the command: none with a smaller |u| reaches it, none comes nearer. */
+static void any_command(const T(robot) *robot)
+{
+    enum { GRID = 121 };
+    static T(trial) trials[GRID];
+    T(plan) plan;
+    T(command) command;
+    must(T(plan_init)(&plan, robot) == HOPFORM_OK, "no plan");
+    const T(state) start = {uniform(0.0, 0.02), mostly(uniform(-0.1, 0.3), 0.4), -over(0.4, 2.8), 0.0};
+    const T(target) target = {over(0.003, 0.4), 0.0, mostly(over(1e-4, 0.05), 0.6), 1.0};
+    must(T(choose_current)(&search, &plan, &start, &target, phases, CAPACITY, &command) >= 0, "a command that is refused");
+    double currents[GRID];
+    for (int n = 0; n < GRID; n++) {
+        currents[n] = robot->u_max * (-1.0 + 2.0 * (double)n / (GRID - 1));
+    }
+    must(T(try_currents)(&plan, &start, 1, currents, GRID, target.horizon, phases, CAPACITY, trials) >= 0, "no trials");
+    const double gap = command.status == HOPFORM_COMMAND_NO_TAKEOFF ? INFINITY : fabs(command.apex - target.h_des);
+    must(command.status != HOPFORM_COMMAND_REACHED || gap <= 2.1e-10, "an apex that is not reached");
+    for (int n = 0; n < GRID; n++) {
+        const int admissible = trials[n].takes_off && trials[n].peak < robot->x1_max - target.stop_margin - 1e-12;
+        must(!admissible || fabs(trials[n].apex - target.h_des) >= gap - 2e-9, "a better current");
+        if (n > 0 && command.status == HOPFORM_COMMAND_REACHED && trials[n].events == trials[n - 1].events && admissible && trials[n - 1].takes_off
+            && trials[n - 1].peak < robot->x1_max - target.stop_margin - 1e-12 && trials[n].dips == 0 && trials[n - 1].dips == 0) {
+            const double inner = fmin(fabs(currents[n]), fabs(currents[n - 1])), outer = larger(fabs(currents[n]), fabs(currents[n - 1]));
+            const int crosses = (trials[n].apex - target.h_des) * (trials[n - 1].apex - target.h_des) < 0.0;
+            must(!crosses || fabs(command.u) <= outer + 1e-9 || inner > outer, "a smaller current");
+        }
+    }
+    if (command.status != HOPFORM_COMMAND_NO_TAKEOFF) {
+        T(trial) chosen;
+        must(T(try_currents)(&plan, &start, 1, &command.u, 1, target.horizon, phases, CAPACITY, &chosen) >= 0 && chosen.takes_off
+                 && chosen.peak < robot->x1_max - target.stop_margin, "a command that is not admissible");
+        near(chosen.apex, command.apex, 1e-12, "the apex of any command");
+    }
+}
+
 int main(int argc, char **argv)
 {
     (void)argv;
     verbose = argc > 1;
     elementary();
     all_poles();
+    halts();
     contact();
     for (int kind = take_int(); kind != 0; kind = take_int()) {
         row++;
@@ -673,6 +958,16 @@ int main(int argc, char **argv)
         } else {
             one_command();
         }
+    }
+    for (row = 1000; row < 1500; row++) {
+        any_stance();
+    }
+    for (row = 2000; row < 2500; row++) {
+        any_flight();
+    }
+    for (row = 3000; row < 3040; row++) {
+        const T(robot) hopper = {25.0, 3.0, 1200.0, 0.4, 0.0, 150.0, 5.0, 0.78, 0.6, -65.0, 9.81, 0.0, 0.08, 3.0, 0.05};
+        any_command(&hopper);
     }
     if (verbose) {
         printf("%d rows, worst share %g, wrong %d\n", row, worst, wrong);

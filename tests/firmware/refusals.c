@@ -90,6 +90,19 @@ static void robots(void)
             IS(made.made == (refused ? 0u : HOPFORM_PLAN_MADE), 1);
         }
     }
+#ifdef DOUBLE
+    const real most = 1e300;
+#else
+    const real most = 1e38f;
+#endif
+    for (int field = 0; field < HOPFORM_ROBOT_FIELDS; field++) { /* the least that is too much */
+        for (int sign = -1; sign <= 1; sign += 2) {
+            OF(robot) large = sound;
+            ((real *)&large)[field] = (real)sign * most * (real)1.0001f;
+            const int bound = field >= 11 && field <= 13 && (sign > 0) == (field != 11);
+            IS(OF(plan_init)(&made, &large), bound ? HOPFORM_OK : HOPFORM_ERROR_ROBOT);
+        }
+    }
     OF(robot) robot = sound;
 #ifdef DOUBLE
     robot.m_eff = 1e-200;
