@@ -1,4 +1,4 @@
-"""`python -m tests.c_coverage` counts which branches of the generated C the tests take; less than 95 % of firmware's is a failure.
+"""`python -m tests.c_coverage` counts which branches of the generated C the tests take; fewer than 95 % of firmware's fail.
 
 The library is compiled by gcc without optimisation, with counters, and the tests that call C run on it: those in C as
 programs, then those of pytest. A branch is one way out of a condition, `&&`, `||` and `?:` included,

@@ -123,7 +123,7 @@ class Bench:
             if run([*compiler(), *map(str, [*own, *library]), "-o", str(image), "-lm"], 60)[0]:
                 return "link"
             arguments = [INPUTS, *map(str, sorted((FUZZ / "found").iterdir()))] if name.startswith("fuzz") else []
-            code, said = run([str(image), *arguments], 20)
+            code, said = run([str(image), *arguments], 60)
             if code or (name == "word" and said.strip() != wanted):
                 return name
         return None
@@ -134,7 +134,7 @@ class Bench:
         failed = self.judge(objects, "")
         if failed != "word":
             sys.exit(f"hopform: {failed} is red before anything is broken")
-        return run([str(self.folder / "word")], 20)[1].strip()
+        return run([str(self.folder / "word")], 60)[1].strip()
 
     def break_and_judge(self, mutant: Mutant, wanted: str) -> str | None:
         """Who kills a mutant: a program, pytest, the word; `stillborn` if it does not compile."""
@@ -191,7 +191,19 @@ def whole_library() -> tuple[Path, ...]:
     made = []
     for source in sorted(SRC.glob("*.c")):
         made.append(folder / f"{source.stem}.o")
-        command = ["gcc", *COMMON, "-O1", "-fPIC", "-w", "-I", str(C / "include"), "-c", str(source), "-o", str(made[-1])]
+        command = [
+            "gcc",
+            *COMMON,
+            "-O1",
+            "-fPIC",
+            "-w",
+            "-I",
+            str(C / "include"),
+            "-c",
+            str(source),
+            "-o",
+            str(made[-1]),
+        ]
         if run(command, 600)[0]:
             sys.exit(f"hopform: {source.name} does not compile")
     return tuple(made)
@@ -247,7 +259,9 @@ def draw(count: int, seed: int, jobs: int, asks_pytest: bool) -> list[Verdict]:
                     continue
                 verdicts.append(found)
                 if found.killer in (None, "word", "pytest"):
-                    print(f"{found.killer or 'SURVIVES'}: {found.mutant.describe(text_of(found.mutant.file))}", flush=True)
+                    print(
+                        f"{found.killer or 'SURVIVES'}: {found.mutant.describe(text_of(found.mutant.file))}", flush=True
+                    )
     shutil.rmtree(folder)
     return verdicts
 
@@ -257,14 +271,18 @@ def main() -> int:
     parser.add_argument("--count", type=int, default=400)
     parser.add_argument("--seed", type=int, default=None, help="drawn, and printed, if not given")
     parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1)
-    parser.add_argument("--pytest", action="store_true", help="ask the nearest tests of pytest about survivors, half a minute each")
+    parser.add_argument(
+        "--pytest", action="store_true", help="ask the nearest tests of pytest about survivors, half a minute each"
+    )
     chosen = parser.parse_args()
     seed = chosen.seed if chosen.seed is not None else random.SystemRandom().randrange(10**6)
     began = time.perf_counter()
     verdicts = draw(chosen.count, seed, chosen.jobs, chosen.pytest)
     killers = Counter(found.killer or "survived" for found in verdicts)
     known = argued()
-    equivalent = [v for v in verdicts if v.killer is None and without_line(v.mutant.describe(text_of(v.mutant.file))) in known]
+    equivalent = [
+        v for v in verdicts if v.killer is None and without_line(v.mutant.describe(text_of(v.mutant.file))) in known
+    ]
     survived = killers["survived"] - len(equivalent)
     killed = len(verdicts) - killers["survived"]
     without_word = killed - killers["word"]

@@ -25,7 +25,18 @@ _TOKEN = re.compile(
     re.DOTALL | re.MULTILINE,
 )
 _RELATIONAL = {"<": ("<=", ">="), "<=": ("<", ">"), ">": (">=", "<="), ">=": (">", "<"), "==": ("!=",), "!=": ("==",)}
-_ARITHMETIC = {"+": "-", "-": "+", "*": "/", "/": "*", "+=": "-=", "-=": "+=", "*=": "/=", "/=": "*=", "++": "--", "--": "++"}
+_ARITHMETIC = {
+    "+": "-",
+    "-": "+",
+    "*": "/",
+    "/": "*",
+    "+=": "-=",
+    "-=": "+=",
+    "*=": "/=",
+    "/=": "*=",
+    "++": "--",
+    "--": "++",
+}
 _LOGICAL = {"&&": "||", "||": "&&"}
 _OPEN = {"(": ")", "[": "]", "{": "}"}
 _KEYWORDS = {"if", "while", "for", "switch", "return", "sizeof", "else", "case", "const", "static", "enum", "typedef"}
@@ -104,10 +115,14 @@ Change = tuple[str, int, int, str]
 
 def _at(tokens: list[Token], pairs: dict[int, int], text: str, place: int, token: Token) -> Iterator[Change]:
     before = tokens[place - 1].text if place else ";"
-    if token.text in _RELATIONAL:
-        for other in _RELATIONAL[token.text]:
-            yield "relational", token.start, token.end, other
-    elif token.text in _ARITHMETIC:
+    if before in (";", "{", "}") and token.kind == "word":
+        yield from _statement(tokens, text, place)
+    if token.text in ("if", "while", "?", "("):
+        yield from _around(tokens, pairs, text, place)
+        return
+    for other in _RELATIONAL.get(token.text, ()):
+        yield "relational", token.start, token.end, other
+    if token.text in _ARITHMETIC:
         one_sided = token.text in ("++", "--") or len(token.text) == 2
         if one_sided or _is_binary(tokens, text, place):
             yield "arithmetic", token.start, token.end, _ARITHMETIC[token.text]
@@ -121,16 +136,19 @@ def _at(tokens: list[Token], pairs: dict[int, int], text: str, place: int, token
         yield "constant", token.start, token.end, "false" if token.text == "true" else "true"
     elif token.kind == "number":
         yield "constant", token.start, token.end, _number(token.text)
-    elif token.text in ("if", "while"):
+
+
+def _around(tokens: list[Token], pairs: dict[int, int], text: str, place: int) -> Iterator[Change]:
+    """What changes a condition as a whole, or the arguments of a call."""
+    token, before = tokens[place], tokens[place - 1]
+    if token.text in ("if", "while"):
         opening, closing = place + 1, pairs[place + 1]
         inside = text[tokens[opening].end : tokens[closing].start]
         yield "negation", tokens[opening].end, tokens[closing].start, f"!({inside})"
     elif token.text == "?":
         yield from _swapped_arms(tokens, text, place)
-    elif token.text == "(" and tokens[place - 1].kind == "word" and before not in _KEYWORDS:
+    elif before.kind == "word" and before.text not in _KEYWORDS:
         yield from _arguments(tokens, pairs, text, place)
-    if before in (";", "{", "}") and token.kind == "word":
-        yield from _statement(tokens, text, place)
 
 
 def _swapped_arms(tokens: list[Token], text: str, place: int) -> Iterator[Change]:

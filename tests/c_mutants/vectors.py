@@ -1,4 +1,4 @@
-"""Stances and flights of the 50-digit reference, and commands of the NumPy back end, for judge.c: `python -m tests.c_mutants.vectors`.
+"""Stances and flights of the 50-digit reference, commands of the NumPy back end: `python -m tests.c_mutants.vectors` writes them.
 
 A row of numbers each, one behind the other, as judge.c reads them: what goes in, what must come out, and the condition number by
 which an error may grow. Random robots are those of tests/random_stances.py and tests/flights.py.
