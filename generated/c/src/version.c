@@ -6,5 +6,5 @@
 
 const char *hopform_source(void)
 {
-    return "33a42db82fdb7e93";
+    return "6fea03245c022661";
 }
