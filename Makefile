@@ -47,6 +47,20 @@ SECONDS = 60
 fuzz: ## arbitrary bit patterns into each C entry point (or ENTRIES), SECONDS (60) each, side by side, under the sanitizers; needs clang
 	@SECONDS_EACH=$(SECONDS) sh tests/fuzz/run.sh
 
+coverage-c: compiler venv-dev ## count the branches of the generated C that the tests take, by file; 95 % of firmware's must be
+	$(PY) tools/build_library.py
+	$(PY) -m tests.c_coverage
+
+MUTANTS = 400
+mutants-c: compiler venv-dev ## break the generated C in MUTANTS (400) places drawn at random, see tests in C fail; quicker where tcc is installed
+	$(PY) -m tests.c_mutants --count $(MUTANTS)
+
+frama-c: venv-dev ## Frama-C's Eva on the library for firmware, arbitrary bit patterns as inputs; needs frama-c-base of Debian 12
+	$(PY) -m tests.firmware.eva
+
+test-exhaustive-kernels: compiler venv-dev ## every float32 input of every kernel in C against double precision, in minutes
+	nice $(PY) -m tests.c_kernels
+
 firmware-test: compiler venv-dev ## the C library on emulated processors, twelve combinations: selftest, golden vectors, garbage, costs
 	sh tests/firmware/install.sh
 	$(PY) tools/build_library.py
@@ -116,5 +130,5 @@ venv-bench:
 .PHONY: test-exhaustive-identification validate-data
 .PHONY: help run test test-exhaustive test-exhaustive-slice scans fuzz generate check lint wheel mutants mutants-all test-determinism
 .PHONY: bench test-control-exhaustive
-.PHONY: firmware-test firmware-test-all firmware-report
+.PHONY: firmware-test firmware-test-all firmware-report coverage-c mutants-c frama-c test-exhaustive-kernels
 .PHONY: clean compiler venv venv-dev venv-bench

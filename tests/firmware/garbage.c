@@ -1,11 +1,20 @@
-/* Garbage in: every call must come back with a negative status and a defined safe output, or with finite numbers. */
+/* Garbage in: every call must come back with a negative status and a defined safe output, or with finite numbers. In double
+ * precision with -DDOUBLE. */
 #include <stddef.h>
 #include <stdint.h>
 
 #include "board.h"
 #include "hopform/hopform.h"
 
+#ifdef DOUBLE
+typedef double real;
+#define OF(name) hopform_##name##_f64
+#define LARGEST 1.7976931348623157e308
+#else
+typedef float real;
 #define OF(name) hopform_##name##_f32
+#define LARGEST 3.4028234e38f
+#endif
 
 enum { CAPACITY = 16, FIELDS = HOPFORM_ROBOT_FIELDS };
 static OF(phase) phases[CAPACITY];
@@ -24,7 +33,7 @@ static void must(int truth, const char *what)
     }
 }
 
-static float of_bits(uint32_t bits)
+static real of_bits(uint32_t bits)
 {
     union {
         uint32_t bits;
@@ -42,9 +51,9 @@ enum { NASTY = (int)(sizeof nasty / sizeof nasty[0]) };
 
 static const OF(robot) sound = {25.0f, 3.0f, 1200.0f, 0.4f, 0.0f, 150.0f, 5.0f, 0.78f, 0.6f, -65.0f, 9.81f, 0.0f, 0.08f, 3.0f, 0.05f};
 
-static int is_finite(float value)
+static int is_finite(real value)
 {
-    return value >= -3.4028234e38f && value <= 3.4028234e38f;
+    return value >= -LARGEST && value <= LARGEST;
 }
 
 static int is_zero(const void *memory, size_t size)
@@ -65,7 +74,7 @@ static void count(int32_t status)
 }
 
 /* One of everything with a plan. */
-static void use(const OF(plan) *plan, const OF(state) *start, float u, float horizon, float h_des, int32_t capacity)
+static void use(const OF(plan) *plan, const OF(state) *start, real u, real horizon, real h_des, int32_t capacity)
 {
     OF(stance) stance;
     OF(state) state;
@@ -108,10 +117,10 @@ static void nasty_robots(void)
         for (int n = 0; n < NASTY; n++) {
             OF(robot) robot = sound;
             OF(plan) plan;
-            ((float *)&robot)[field] = of_bits(nasty[n]);
+            ((real *)&robot)[field] = of_bits(nasty[n]);
             const int32_t status = OF(plan_init)(&plan, &robot);
             count(status);
-            must(status >= 0 || is_zero(&plan, sizeof plan), "a refused plan is not zero");
+            must(status >= 0 || is_zero(&plan, offsetof(OF(plan), made) + sizeof plan.made), "a refused plan is not zero");
             const int not_a_number = n < 3;
             must(!not_a_number || status < 0, "a robot that is not a number");
             must(field > 1 || n != 5 || status < 0, "a mass of zero");
@@ -125,7 +134,7 @@ static void nasty_inputs(void)
     OF(plan) plan;
     must(OF(plan_init)(&plan, &sound) == HOPFORM_OK, "a sound robot is refused");
     for (int n = 0; n < NASTY; n++) {
-        const float value = of_bits(nasty[n]);
+        const real value = of_bits(nasty[n]);
         for (int place = 0; place < 7; place++) {
             const OF(state) start = {place == 0 ? value : 0.0f, place == 1 ? value : 0.0f, place == 2 ? value : -1.0f,
                                      place == 3 ? value : 0.0f};

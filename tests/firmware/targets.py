@@ -89,10 +89,12 @@ def needed() -> list[str]:
     return sorted(tool for tool in tools if shutil.which(tool) is None)
 
 
-def run(command: list[str], timeout: float = 120.0) -> str:
+def run(command: list[str], timeout: float = 120.0, cwd: Path | None = None) -> str:
     """Both streams of a command; raise `Failed` if it says no."""
     try:
-        done = subprocess.run(command, capture_output=True, text=True, errors="replace", timeout=timeout, check=False)
+        done = subprocess.run(
+            command, capture_output=True, text=True, errors="replace", timeout=timeout, check=False, cwd=cwd
+        )
     except subprocess.TimeoutExpired:
         raise Failed(f"{command[0]} took longer than {timeout:.0f} s") from None
     text = done.stdout + done.stderr

@@ -526,6 +526,10 @@ int32_t hopform_choose_current_begin_f64(hopform_search_f64 *search, const hopfo
     const hopform_command_f64 safe = {0.0, 0.0, HOPFORM_COMMAND_NO_TAKEOFF};
     *command = safe;
     search->status = HOPFORM_ERROR_NULL;
+    search->best = nothing; /* a step of a search that could not begin answers 0, whatever the memory held */
+    search->found = false;
+    search->apex = 0.0;
+    search->datum = 0.0;
     if (plan == NULL || start == NULL || target == NULL) {
         return HOPFORM_ERROR_NULL;
     }
@@ -552,7 +556,6 @@ int32_t hopform_choose_current_begin_f64(hopform_search_f64 *search, const hopfo
     search->limits = 2;
     search->next = 0.0;
     search->trials = 0;
-    search->found = false;
     search->reached = false;
     search->partial = false;
     return search->status;
@@ -573,9 +576,10 @@ int32_t hopform_choose_current_step_f64(hopform_search_f64 *search, hopform_phas
     const int32_t status =
         attempt(search->plan, &search->start, search->next, search->horizon, phases, capacity, &trial, &fits);
     if (status < 0) {
-        const hopform_command_f64 safe = {0.0, 0.0, HOPFORM_COMMAND_NO_TAKEOFF};
-        *command = safe;
+        search->best.u = 0.0; /* for good: what was found does not count after an error */
+        search->found = false;
         search->status = status;
+        say(search, command);
         return status;
     }
     search->partial = search->partial || !fits;

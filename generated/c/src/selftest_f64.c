@@ -5,7 +5,7 @@
  */
 #include "kernels_f64.h"
 
-enum { FLIGHT_PHASES = 16, TIMES = 5, GRID = 5 };
+enum { FLIGHT_PHASES = 16, TIMES = 5, GRID = 5, SAMPLES = 8, CURRENTS = 2 };
 
 /* A stance of robot number `robot`, with the current u, then `later`'s `then` for the rest. */
 typedef struct {
@@ -251,6 +251,27 @@ static uint32_t with_flight(uint32_t hash, const hopform_plan_f64 *plan, const h
     return with_number(sum, loss);
 }
 
+/* Derivatives at take-off, and the state in between with those there. */
+static uint32_t with_derivatives(uint32_t hash, const hopform_plan_f64 *plan, const hopform_step_f64 *steps,
+                                 const hopform_phase_f64 *phases, const hopform_stance_f64 *stance)
+{
+    double matrix[HOPFORM_SENSITIVITY_ROWS * HOPFORM_SENSITIVITY_COLUMNS];
+    double tangents[HOPFORM_TANGENT_ROWS * HOPFORM_SENSITIVITY_COLUMNS];
+    hopform_state_f64 state;
+    hopform_state_f64 again;
+    const double half = 0.5 * stance->duration;
+    uint32_t sum = with_int(hash, hopform_stance_sensitivities_f64(plan, steps, phases, stance, matrix));
+    for (int32_t n = 0; n < HOPFORM_SENSITIVITY_ROWS * HOPFORM_SENSITIVITY_COLUMNS; n++) {
+        sum = with_number(sum, matrix[n]);
+    }
+    sum = with_int(sum, hopform_stance_tangents_f64(plan, steps, phases, stance, &half, 1, &state, tangents));
+    for (int32_t n = 0; n < HOPFORM_TANGENT_ROWS * HOPFORM_SENSITIVITY_COLUMNS; n++) {
+        sum = with_number(sum, tangents[n]);
+    }
+    sum = with_int(sum, hopform_stance_states_f64(plan, steps, phases, stance, &half, 1, &again.x1, &again.v1, &again.v2, &again.y));
+    return with_state(with_state(sum, &state), &again);
+}
+
 static uint32_t with_case(uint32_t hash, const selftest_case *one, hopform_phase_f64 *phases)
 {
     hopform_plan_f64 plan;
@@ -269,6 +290,7 @@ static uint32_t with_case(uint32_t hash, const selftest_case *one, hopform_phase
     }
     sum = with_motion(sum, &plan, steps, phases, &stance);
     sum = with_grid(sum, &plan, steps, phases, &stance);
+    sum = with_derivatives(sum, &plan, steps, phases, &stance);
     return stance.ending == HOPFORM_ENDING_TAKEOFF ? with_flight(sum, &plan, &stance) : sum;
 }
 
@@ -286,6 +308,40 @@ static uint32_t with_search(uint32_t hash, const selftest_case *one, double h_de
     return with_int(with_int(sum, command.status), search->trials);
 }
 
+/* What two currents do from the state of a case. */
+static uint32_t with_trials(uint32_t hash, const selftest_case *one, hopform_phase_f64 *phases)
+{
+    hopform_plan_f64 plan;
+    hopform_trial_f64 trials[CURRENTS];
+    const hopform_state_f64 start = {one->x1, one->v1, one->v2, one->y};
+    const double currents[CURRENTS] = {one->u, one->then};
+    uint32_t sum = with_int(hash, hopform_plan_init_f64(&plan, &robots[one->robot]));
+    const int32_t status = hopform_try_currents_f64(&plan, &start, 1, currents, CURRENTS, one->horizon, phases,
+                                                      HOPFORM_SELFTEST_PHASES, trials);
+    sum = with_int(sum, status);
+    for (int32_t n = 0; status >= 0 && n < CURRENTS; n++) {
+        sum = with_number(with_number(sum, trials[n].apex), trials[n].apex_u);
+        sum = with_number(with_number(sum, trials[n].peak), trials[n].peak_u);
+        sum = with_number(with_number(sum, trials[n].dip), trials[n].dip_u);
+        sum = with_int(with_word(sum, trials[n].events), trials[n].dips);
+    }
+    return sum;
+}
+
+/* Contact that begins, is lost for one sample, and ends. */
+static uint32_t with_contact(uint32_t hash)
+{
+    static const double samples[SAMPLES] = {0.5, 0.6, 0.5, 0.3, 0.6, 0.3, 0.5, 0.3};
+    const hopform_detector_f64 detector = {0.6, 0.4, 2};
+    hopform_contact_f64 contact = {0, 0, 0};
+    uint32_t sum = hash;
+    for (int32_t n = 0; n < SAMPLES; n++) {
+        sum = with_int(sum, hopform_touchdown_f64(&detector, &contact, samples[n]));
+        sum = with_int(with_int(with_int(sum, contact.above), contact.touches), contact.run);
+    }
+    return sum;
+}
+
 uint32_t hopform_selftest_f64(hopform_search_f64 *search, hopform_phase_f64 *phases, int32_t capacity)
 {
     if (search == NULL || phases == NULL || capacity < HOPFORM_SELFTEST_PHASES) {
@@ -298,5 +354,8 @@ uint32_t hopform_selftest_f64(hopform_search_f64 *search, hopform_phase_f64 *pha
     sum = with_search(sum, &cases[0], 0.15, search, phases);
     sum = with_search(sum, &cases[1], 0.02, search, phases);
     sum = with_search(sum, &cases[3], 0.5, search, phases);
+    sum = with_trials(sum, &cases[0], phases);
+    sum = with_trials(sum, &cases[8], phases);
+    sum = with_contact(sum);
     return sum == 0 ? 1 : sum;
 }

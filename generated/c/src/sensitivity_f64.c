@@ -356,7 +356,7 @@ int32_t hopform_stance_tangents_f64(const hopform_plan_f64 *plan, const hopform_
         || tangents == NULL) {
         return HOPFORM_ERROR_NULL;
     }
-    if (stance->phases_kept < stance->phase_count || stance->phases_kept < 1) {
+    if (stance->phases_kept < stance->phase_count || stance->phases_kept < 1 || !hopform_is_made_f64(plan)) {
         return HOPFORM_ERROR_TIME;
     }
     const bool rests = stance->ending == HOPFORM_ENDING_REST;

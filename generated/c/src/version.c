@@ -6,5 +6,5 @@
 
 const char *hopform_source(void)
 {
-    return "767d9817e4da17a5";
+    return "e9ba4a6c8218efe3";
 }

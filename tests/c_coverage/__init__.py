@@ -1,0 +1,1 @@
+"""Which branches of the generated C the tests take."""

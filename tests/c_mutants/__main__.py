@@ -1,0 +1,299 @@
+"""`python -m tests.c_mutants` breaks the generated C in one place at a time, at random, and sees a test fail each time.
+
+The sources for firmware in double precision are broken, whose tests are the sharper ones; single precision comes from the same
+templates. Mutants that do not compile are drawn again. The judges, in this order: judge.c (vectors of the reference with their
+tolerances, and what must be true of any answer), refusals, garbage and fuzzing targets on fixed inputs; and last the selftest's
+word, which any changed bit changes, so what it alone kills is counted apart. With `--pytest` its nearest tests follow.
+Survivors are argued in docs/c-mutants.md: those that are listed there as equivalent are taken off, the others fail.
+"""
+
+import argparse
+import os
+import random
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+import time
+from collections import Counter
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from queue import Queue
+
+from tests.c_mutants.operators import Mutant, mutants_of
+from tests.firmware.targets import BOARDS, COMMON, HERE, ROOT, UNITS, C
+
+SRC = C / "src"
+MINE = Path(__file__).resolve().parent
+FUZZ = ROOT / "tests" / "fuzz"
+PAGE = ROOT / "docs" / "c-mutants.md"
+BROKEN = tuple(unit for unit in UNITS if unit != "selftest")
+LEAST = 0.90
+MOST_EQUIVALENT = 0.05
+INPUTS = "1500"
+
+PROGRAMS = {
+    "judge": (MINE / "judge.c",),
+    "refusals": (HERE / "refusals.c", BOARDS / "board.c"),
+    "garbage": (HERE / "garbage.c", BOARDS / "board.c"),
+    "fuzz_entry": (FUZZ / "fuzz_entry.c", FUZZ / "replay.c"),
+    "fuzz_flight": (FUZZ / "fuzz_flight.c", FUZZ / "replay.c"),
+    "fuzz_control": (FUZZ / "fuzz_control.c", FUZZ / "replay.c"),
+    "word": (MINE / "word.c",),
+}
+NEAREST = {
+    "flight": ("flight",), "control": ("control",), "trial": ("control",), "grid": ("grid",), "touchdown": ("touchdown",),
+    "sensitivity": ("sensitivities", "tangents"), "linear": ("sensitivities", "stance_object"), "states": ("stance_object",),
+    "energy": ("stance_object",), "ledger": ("stance_object", "stance"),
+}  # fmt: skip
+USUAL = ("ties", "false_root", "stance", "switchovers")
+
+
+@cache
+def text_of(name: str) -> str:
+    return (SRC / name).read_text("utf-8")
+
+
+@cache
+def includes(name: str) -> frozenset[str]:
+    """The headers of src that a file takes in, itself among them."""
+    found = {name}
+    for header in re.findall(r'#include "(\w+\.h)"', text_of(name)):
+        found |= includes(header)
+    return frozenset(found)
+
+
+def pool_of_mutants() -> list[Mutant]:
+    units = [f"{unit}_f64.c" for unit in BROKEN]
+    headers = sorted({header for unit in units for header in includes(unit)} - set(units))
+    return [mutant for name in (*units, *headers) for mutant in mutants_of(name, text_of(name))]
+
+
+def compiler() -> list[str]:
+    """tcc where it is installed, which takes a tenth of the time; else cc without optimisation."""
+    return ["tcc", "-w"] if shutil.which("tcc") else ["cc", "-w", "-O0"]
+
+
+def run(command: list[str], timeout: float) -> tuple[int, str]:
+    """The exit code, 124 if it took too long, and what was said."""
+    try:
+        done = subprocess.run(command, capture_output=True, text=True, errors="replace", timeout=timeout, check=False)
+    except subprocess.TimeoutExpired:
+        return 124, ""
+    return done.returncode, done.stdout + done.stderr
+
+
+class Bench:
+    """A folder with the sources as links, one of them broken at a time, and what was made of the others."""
+
+    def __init__(self, folder: Path, asks_pytest: bool) -> None:
+        self.folder, self.src, self.asks_pytest = folder, folder / "src", asks_pytest
+        self.src.mkdir()
+        for path in SRC.iterdir():
+            (self.src / path.name).symlink_to(path)
+        self.include = ["-I", str(C / "include"), "-I", str(self.src), "-I", str(BOARDS)]
+        self.units = [f"{unit}_f64.c" for unit in UNITS] + ["version.c"]
+        for unit in self.units:
+            self.compile(self.src / unit, folder / f"{unit}.o")
+        for name, sources in PROGRAMS.items():
+            for source in sources:
+                self.compile(source, folder / f"{name}-{source.name}.o")
+
+    def compile(self, source: Path, target: Path) -> None:
+        flags = ["-std=c99", "-D_GNU_SOURCE", "-DDOUBLE", "-DENTRY=4"]
+        code, said = run([*compiler(), *flags, *self.include, "-c", str(source), "-o", str(target)], 60)
+        if code:
+            raise ValueError(said)
+
+    def is_c(self, unit: str) -> bool:
+        """Whether a strict compiler takes it: swapped arguments of other types are no mutant."""
+        strict = ["-Werror=incompatible-pointer-types", "-Werror=int-conversion", "-Werror=discarded-qualifiers"]
+        return run(["gcc", "-std=c99", *strict, "-fsyntax-only", *self.include, str(self.src / unit)], 60)[0] == 0
+
+    def judge(self, objects: dict[str, Path], wanted: str) -> str | None:
+        """The program that fails, None if none does."""
+        for name, sources in PROGRAMS.items():
+            own = [self.folder / f"{name}-{source.name}.o" for source in sources]
+            own = [objects.get(path.name, path) for path in own]
+            library = [objects.get(unit, self.folder / f"{unit}.o") for unit in self.units]
+            image = self.folder / name
+            if run([*compiler(), *map(str, [*own, *library]), "-o", str(image), "-lm"], 60)[0]:
+                return "link"
+            arguments = [INPUTS, *map(str, sorted((FUZZ / "found").iterdir()))] if name.startswith("fuzz") else []
+            code, said = run([str(image), *arguments], 60)
+            if code or (name == "word" and said.strip() != wanted):
+                return name
+        return None
+
+    def unbroken(self) -> str:
+        """The selftest's word."""
+        objects: dict[str, Path] = {}
+        failed = self.judge(objects, "")
+        if failed != "word":
+            sys.exit(f"hopform: {failed} is red before anything is broken")
+        return run([str(self.folder / "word")], 60)[1].strip()
+
+    def break_and_judge(self, mutant: Mutant, wanted: str) -> str | None:
+        """Who kills a mutant: a program, pytest, the word; `stillborn` if it does not compile."""
+        link = self.src / mutant.file
+        link.unlink()
+        link.write_text(mutant.apply(text_of(mutant.file)), "utf-8")
+        try:
+            affected = [unit for unit in self.units if unit != "version.c" and mutant.file in includes(unit)]
+            if not self.is_c(affected[0]):
+                return "stillborn"
+            objects = {}
+            for unit in affected:
+                objects[unit] = self.folder / f"broken-{unit}.o"
+                self.compile(self.src / unit, objects[unit])
+            if mutant.file.endswith(".h"):
+                name = f"judge-{PROGRAMS['judge'][0].name}.o"
+                objects[name] = self.folder / "broken-judge.o"
+                self.compile(PROGRAMS["judge"][0], objects[name])
+            killer = self.judge(objects, wanted)
+            if self.asks_pytest and killer in (None, "word"):
+                return self.pytest(mutant, affected) or killer
+            return killer
+        except ValueError:
+            return "stillborn"
+        finally:
+            link.unlink()
+            link.symlink_to(SRC / mutant.file)
+
+    def pytest(self, mutant: Mutant, affected: list[str]) -> str | None:
+        """`pytest` if one of the nearest tests fails on a library with the mutant in it."""
+        library = self.folder / "library.so"
+        broken = [self.folder / f"fast-{unit}.o" for unit in affected]
+        flags = [*COMMON, "-O1", "-fPIC", "-w", *self.include]
+        for unit, made in zip(affected, broken, strict=True):
+            run(["gcc", *flags, "-c", str(self.src / unit), "-o", str(made)], 120)
+        others = [path for path in whole_library() if path.stem not in {unit.removesuffix(".c") for unit in affected}]
+        run(["gcc", "-shared", *map(str, [*broken, *others]), "-o", str(library), "-lm"], 60)
+        unit = mutant.file.rpartition("_")[0]
+        files = [f"tests/test_{name}.py" for name in dict.fromkeys((*NEAREST.get(unit, ()), *USUAL))][:4]
+        environment = os.environ | {"HOPFORM_OTHER_LIBRARY": str(library), "HOPFORM_SEED": "1"}
+        command = [sys.executable, "-m", "pytest", "-q", "-x", "-p", "tests.other_library", "-p", "no:cacheprovider",
+                   "-k", "not numpy and not random", *files]  # fmt: skip
+        try:
+            done = subprocess.run(command, cwd=ROOT, env=environment, capture_output=True, timeout=600, check=False)
+        except subprocess.TimeoutExpired:
+            return "pytest"
+        return "pytest" if done.returncode else None
+
+
+@cache
+def whole_library() -> tuple[Path, ...]:
+    """Objects of all sources, as a library for Python takes them."""
+    folder = Path(tempfile.mkdtemp(prefix="hopform-"))
+    made = []
+    for source in sorted(SRC.glob("*.c")):
+        made.append(folder / f"{source.stem}.o")
+        command = [
+            "gcc",
+            *COMMON,
+            "-O1",
+            "-fPIC",
+            "-w",
+            "-I",
+            str(C / "include"),
+            "-c",
+            str(source),
+            "-o",
+            str(made[-1]),
+        ]
+        if run(command, 600)[0]:
+            sys.exit(f"hopform: {source.name} does not compile")
+    return tuple(made)
+
+
+@dataclass(frozen=True)
+class Verdict:
+    mutant: Mutant
+    killer: str | None
+
+
+def argued() -> set[str]:
+    """Mutants that the page argues to be equivalent: their descriptions, as printed, without the line's number."""
+    text = PAGE.read_text("utf-8") if PAGE.is_file() else ""
+    return set(re.findall(r"^- (.+)$", text.partition("## Equivalent")[2], re.MULTILINE))
+
+
+def without_line(described: str) -> str:
+    return re.sub(r":\d+:", ":", described, count=1)
+
+
+def draw(count: int, seed: int, jobs: int, asks_pytest: bool) -> list[Verdict]:
+    """Verdicts on so many mutants that compile, in the order drawn."""
+    mutants = pool_of_mutants()
+    order = random.Random(seed).sample(mutants, len(mutants))
+    print(f"{len(mutants)} places to break; seed {seed}; {' '.join(compiler())}", flush=True)
+    folder = Path(tempfile.mkdtemp(prefix="hopform-"))
+    benches: Queue[Bench] = Queue()
+    for n in range(jobs):
+        (folder / str(n)).mkdir()
+        benches.put(Bench(folder / str(n), asks_pytest))
+    first = benches.get()
+    wanted = first.unbroken()
+    benches.put(first)
+    if asks_pytest:
+        whole_library()
+
+    def verdict(mutant: Mutant) -> Verdict:
+        bench = benches.get()
+        try:
+            return Verdict(mutant, bench.break_and_judge(mutant, wanted))
+        finally:
+            benches.put(bench)
+
+    verdicts: list[Verdict] = []
+    with ThreadPoolExecutor(jobs) as pool:
+        start = 0
+        while len(verdicts) < count and start < len(order):
+            batch = order[start : start + count - len(verdicts)]
+            start += len(batch)
+            for found in pool.map(verdict, batch):
+                if found.killer == "stillborn":
+                    continue
+                verdicts.append(found)
+                if found.killer in (None, "word", "pytest"):
+                    print(
+                        f"{found.killer or 'SURVIVES'}: {found.mutant.describe(text_of(found.mutant.file))}", flush=True
+                    )
+    shutil.rmtree(folder)
+    return verdicts
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(prog="python -m tests.c_mutants", description=__doc__)
+    parser.add_argument("--count", type=int, default=400)
+    parser.add_argument("--seed", type=int, default=None, help="drawn, and printed, if not given")
+    parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1)
+    parser.add_argument(
+        "--pytest", action="store_true", help="ask the nearest tests of pytest about survivors, half a minute each"
+    )
+    chosen = parser.parse_args()
+    seed = chosen.seed if chosen.seed is not None else random.SystemRandom().randrange(10**6)
+    began = time.perf_counter()
+    verdicts = draw(chosen.count, seed, chosen.jobs, chosen.pytest)
+    killers = Counter(found.killer or "survived" for found in verdicts)
+    known = argued()
+    equivalent = [
+        v for v in verdicts if v.killer is None and without_line(v.mutant.describe(text_of(v.mutant.file))) in known
+    ]
+    survived = killers["survived"] - len(equivalent)
+    killed = len(verdicts) - killers["survived"]
+    without_word = killed - killers["word"]
+    print(f"{len(verdicts)} mutants, seed {seed}, {time.perf_counter() - began:.0f} s: {dict(killers.most_common())}")
+    print("by operator, killed of drawn: " + ", ".join(
+        f"{name} {sum(v.killer is not None for v in verdicts if v.mutant.operator == name)}/{count}"
+        for name, count in sorted(Counter(v.mutant.operator for v in verdicts).items())))  # fmt: skip
+    print(f"killed {100 * killed / len(verdicts):.1f} %, without the selftest's word {100 * without_word / len(verdicts):.1f} %, "
+          f"equivalent {100 * len(equivalent) / len(verdicts):.1f} %, survived unargued {survived}")  # fmt: skip
+    return int(killed < LEAST * len(verdicts) or len(equivalent) > MOST_EQUIVALENT * len(verdicts))
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

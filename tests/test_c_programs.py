@@ -1,0 +1,92 @@
+"""The C library judged by programs in C: refusals, garbage, vectors of the reference, arbitrary inputs under the sanitizers."""
+
+import shutil
+import subprocess
+from pathlib import Path
+
+import pytest
+
+from tests.c_mutants import vectors
+from tests.firmware.targets import BOARDS, COMMON, HERE, ROOT, C, sources
+from tests.test_selftest import CC, COMPILERS
+
+FUZZ = ROOT / "tests" / "fuzz"
+JUDGE = ROOT / "tests" / "c_mutants" / "judge.c"
+CHECKS = (
+    "-O1",
+    "-g",
+    "-fsanitize=address,undefined,float-cast-overflow,float-divide-by-zero",
+    "-fno-sanitize-recover=all",
+)
+DEFINE = {"f32": "-DSINGLE", "f64": "-DDOUBLE"}
+
+
+def built(folder: Path, own: list[Path], compiler: list[str], precision: str, *flags: str) -> Path:
+    """A program with the library's sources in a precision, for this computer."""
+    image = folder / "program"
+    include = ["-I", str(C / "include"), "-I", str(C / "src"), "-I", str(BOARDS)]
+    command = [
+        *compiler,
+        *COMMON,
+        "-D_GNU_SOURCE",
+        DEFINE[precision],
+        *flags,
+        *include,
+        *map(str, [*own, *sources((precision,))]),
+        "-o",
+        str(image),
+        "-lm",
+    ]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    return image
+
+
+def says(image: Path, *arguments: str) -> str:
+    done = subprocess.run([image, *arguments], capture_output=True, text=True, check=False, timeout=120)
+    assert done.returncode == 0, done.stdout + done.stderr
+    return done.stdout + done.stderr
+
+
+@pytest.mark.parametrize("precision", DEFINE)
+@pytest.mark.parametrize("program", ["refusals", "garbage"])
+def test_bad_input_is_refused_by_name_and_leaves_safe_outputs(tmp_path, program, precision):
+    image = built(tmp_path, [HERE / f"{program}.c", BOARDS / "board.c"], CC, precision, *CHECKS)
+    assert says(image).endswith("wrong 0\n")
+
+
+@pytest.mark.parametrize("compiler", COMPILERS, ids=" ".join)
+def test_the_judge_of_mutants_finds_nothing_wrong_in_what_is_not_broken(tmp_path, compiler):
+    assert says(built(tmp_path, [JUDGE], compiler, "f64", "-O2"), "aloud").endswith("wrong 0\n")
+
+
+def test_the_judge_finds_a_constant_that_is_off(tmp_path):
+    """It can fail: the Coulomb friction of the body counts a hundred-thousandth more."""
+    shutil.copytree(C / "src", tmp_path / "src")
+    formulas = tmp_path / "src" / "formulas_f64.h"
+    text = formulas.read_text("utf-8")
+    assert text.count("- f2*side_2") > 0
+    formulas.write_text(text.replace("- f2*side_2", "- 1.00001*f2*side_2"), "utf-8")
+    files = [str(tmp_path / "src" / path.name) for path in sources(("f64",))]
+    include = ["-I", str(C / "include"), "-I", str(tmp_path / "src")]
+    image = tmp_path / "judge"
+    subprocess.run([*CC, *COMMON, "-O1", *include, str(JUDGE), *files, "-o", str(image), "-lm"], check=True)
+    assert subprocess.run([image], check=False, timeout=60).returncode == 1
+
+
+@pytest.mark.parametrize("precision", DEFINE)
+@pytest.mark.parametrize("entry", ["entry", "flight", "control"])
+def test_arbitrary_inputs_get_answers_within_bounds(tmp_path, entry, precision):
+    """What `make fuzz` looks for, on what it found before and on a fixed draw."""
+    own = [FUZZ / f"fuzz_{entry}.c", FUZZ / "replay.c"]
+    image = built(tmp_path, own, CC, precision, "-DENTRY=4", *CHECKS)
+    says(image, "4000", *map(str, sorted((FUZZ / "found").iterdir())))
+
+
+def test_the_vectors_are_those_of_the_reference():
+    """The first rows anew, to the last digit; `python -m tests.c_mutants.vectors` writes them all."""
+    text = vectors.HEADER.read_text("utf-8")
+    for robot, start in vectors.stance_inputs()[:2]:
+        assert vectors.line(vectors.stance_row, robot, start) in text
+    for row in vectors.command_rows()[:1]:
+        assert vectors.line(list, row) in text
