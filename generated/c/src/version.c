@@ -6,5 +6,5 @@
 
 const char *hopform_source(void)
 {
-    return "e9ba4a6c8218efe3";
+    return "6ddeb538de13ff05";
 }

@@ -242,12 +242,12 @@ def _roots(watched: list[_Watched], limit: Array, tie: float) -> list[Array]:
     return np.split(roots, np.cumsum([of.lanes.size for of in watched])[:-1])
 
 
-def _watch_stop(chain: _Chain, poles: Poles, motion: Motion, end: _End) -> None:
-    """Within a phase x_1 is monotone: it has met the stop ahead if it is beyond it at the end."""
+def _watch_stop(chain: _Chain, poles: Poles, motion: Motion, until: Array, end: _End) -> None:
+    """Within a phase x_1 is monotone: it has met the stop ahead if it is beyond it at the time `until` which it lasts at most."""
     robot, eps = chain.plan.robot, np.finfo(end.t.dtype).eps
     stop_ahead = choose(chain.side.first > 0.0, robot.x1_max, robot.x1_min)
     lanes = np.flatnonzero((chain.side.first != 0.0) & np.isfinite(stop_ahead))
-    low, high, t = np.zeros(lanes.size, end.t.dtype), end.t[lanes], end.t[lanes]
+    low, high, t = np.zeros(lanes.size, end.t.dtype), until[lanes], until[lanes]
     met: list[tuple[NDArray[np.intp], Array]] = []
     for n in range(100):
         at = formulas.state_at(
@@ -307,9 +307,13 @@ def _find_end(chain: _Chain, poles: Poles, motion: Motion, limit: Array) -> _End
         end.earlier(*halts[mass - 1], (VELOCITY_1, VELOCITY_2)[mass - 1])
         for of in watched[mass - 1]:
             end.earlier(of.lanes, next(roots), of.kind, of.side)
-    _watch_stop(chain, poles, motion, end)
-    for of in leg:
-        _take_off(of, next(roots), end)
+    lifts = list(roots)
+    until = end.t.copy()
+    for of, lift in zip(leg, lifts, strict=True):
+        until[of.lanes] = np.minimum(until[of.lanes], lift)
+    _watch_stop(chain, poles, motion, until, end)
+    for of, lift in zip(leg, lifts, strict=True):
+        _take_off(of, lift, end)
     return end
 
 
