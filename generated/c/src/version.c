@@ -6,5 +6,5 @@
 
 const char *hopform_source(void)
 {
-    return "6ddeb538de13ff05";
+    return "6ee9487f01599bd4";
 }

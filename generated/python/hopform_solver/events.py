@@ -174,7 +174,8 @@ def extremum_between(watch: Watch, low: Array, high: Array, sign_after: float) -
     lanes = np.arange(low.size)
     for n in range(100):
         going = ~((sign_after > 0.0) & (last.value < -last.noise))
-        ahead = sign_after * last.rate < 0.0  # a rate that has faded to 0 lies behind the extremum
+        faded = np.abs(last.rate) * (high - last.t) <= last.noise  # its sign means nothing: it lies behind the extremum
+        ahead = (sign_after * last.rate < 0.0) & ~faded
         high, low = np.where(ahead, high, last.t), np.where(ahead, last.t, low)
         usable = last.curvature != 0.0
         step = np.zeros_like(last.rate)
