@@ -9,7 +9,7 @@ import os
 from pathlib import Path
 from typing import Any
 
-OTHER = os.environ["HOPFORM_OTHER_LIBRARY"]
+OTHER = os.environ.get("HOPFORM_OTHER_LIBRARY", "")
 HERE = Path(__file__).resolve().parent.parent / "runtime" / "hopform"
 _load = ctypes.CDLL
 
@@ -20,10 +20,11 @@ class Instead(_load):  # type: ignore[misc, valid-type]
         super().__init__(OTHER if mine else name, *arguments, **named)
 
 
-ctypes.CDLL = Instead  # type: ignore[misc]
+if OTHER:
+    ctypes.CDLL = Instead  # type: ignore[misc]
 
 
 def pytest_unconfigure() -> None:
-    dump = getattr(_load(OTHER), "write_counts", None)
+    dump = getattr(_load(OTHER), "write_counts", None) if OTHER else None
     if dump is not None:
         dump()

@@ -749,7 +749,8 @@ int32_t hopform_plan_init_f32(hopform_plan_f32 *plan, const hopform_robot_f32 *r
     ) {
         return HOPFORM_ERROR_ROBOT;
     }
-    if (!(robot->m_eff * robot->m_s > 0.0f)) {
+    const float lighter = robot->m_eff < robot->m_s ? robot->m_eff : robot->m_s;
+    if (!(lighter * lighter > 0.0f)) { /* derivatives by the masses divide by their squares */
         return HOPFORM_ERROR_NUMBERS;
     }
     const hopform_rates_f32 rates = hopform_rates_of_f32(robot);

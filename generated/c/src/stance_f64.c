@@ -749,7 +749,8 @@ int32_t hopform_plan_init_f64(hopform_plan_f64 *plan, const hopform_robot_f64 *r
     ) {
         return HOPFORM_ERROR_ROBOT;
     }
-    if (!(robot->m_eff * robot->m_s > 0.0)) {
+    const double lighter = robot->m_eff < robot->m_s ? robot->m_eff : robot->m_s;
+    if (!(lighter * lighter > 0.0)) { /* derivatives by the masses divide by their squares */
         return HOPFORM_ERROR_NUMBERS;
     }
     const hopform_rates_f64 rates = hopform_rates_of_f64(robot);

@@ -6,5 +6,5 @@
 
 const char *hopform_source(void)
 {
-    return "6ee9487f01599bd4";
+    return "2901719b76ebc5e4";
 }
