@@ -23,7 +23,8 @@ int32_t hopform_touchdown_f64(const hopform_detector_f64 *detector, hopform_cont
     const bool above = sample >= (contact->above != 0 ? detector->low : detector->high);
     const bool touches = contact->touches != 0;
     contact->above = above ? 1 : 0;
-    contact->run = above != touches ? contact->run + 1 : 0;
+    const int32_t run = contact->run > 0 && contact->run < detector->count ? contact->run : 0; /* whatever the memory held */
+    contact->run = above != touches ? run + 1 : 0;
     if (contact->run < detector->count) {
         return HOPFORM_OK;
     }

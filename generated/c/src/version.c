@@ -6,5 +6,5 @@
 
 const char *hopform_source(void)
 {
-    return "2901719b76ebc5e4";
+    return "324967c933d26450";
 }
