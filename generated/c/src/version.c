@@ -6,5 +6,5 @@
 
 const char *hopform_source(void)
 {
-    return "324967c933d26450";
+    return "11fdaded08610b42";
 }

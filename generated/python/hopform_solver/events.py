@@ -174,12 +174,14 @@ def extremum_between(watch: Watch, low: Array, high: Array, sign_after: float) -
     lanes = np.arange(low.size)
     for n in range(100):
         going = ~((sign_after > 0.0) & (last.value < -last.noise))
-        faded = np.abs(last.rate) * (high - last.t) <= last.noise  # its sign means nothing: it lies behind the extremum
+        # Where nothing is left that could move g its rate has no sign: the extremum lies before.
+        faded = (np.abs(last.rate) * last.t <= last.noise) & (np.abs(last.curvature) * last.t * last.t <= last.noise)
         ahead = (sign_after * last.rate < 0.0) & ~faded
         high, low = np.where(ahead, high, last.t), np.where(ahead, last.t, low)
         usable = last.curvature != 0.0
         step = np.zeros_like(last.rate)
         step[usable] = last.rate[usable] / last.curvature[usable]
+        usable &= ~faded
         going &= ~(usable & (np.abs(step) <= tolerance * last.t))
         new = last.t - step
         outside = ~usable | ~((new > low) & (new < high))
