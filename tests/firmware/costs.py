@@ -179,7 +179,7 @@ each of them. `choose_current_step` solves one stance more.
 
 {table(["", "measured", "budget"], budget)}
 The budgets come from a hand-written solver of the paper's sequence of signs alone. This one proves each event to be the first of
-its phase, sampling all watched functions at both ends of each window, and the controller tries some 20 stances, with their
+its phase, sampling all watched functions at both ends of each window, and the controller tries some 12 stances, with their
 derivatives, where the other followed one root: that is where the instructions go. The plan keeps the robot's parameters.
 
 ## Instructions, mean

@@ -1300,7 +1300,7 @@ LANES_CODE static void act_on(const lanes *restrict w, int s, const float *restr
         later_found[l] = flag(w->found[l] > number);
         other_found[l] = flag(w->found[l] >= 0.0f) * (1.0f - is_found[l]);
         early[l] = flag(to->value[l] < -to->noise[l]);
-        nearly[l] = flag(to->rate[l] * h < -16.0f * to->noise[l]) * flag(to->value[l] < to->noise[l]);
+        nearly[l] = flag(to->rate[l] * h < -16.0f * to->noise[l]) * flag(to->value[l] < 4.0f * to->noise[l]);
         at_once[l] = flag(!(from->value[l] > 0.0f))
                      * flag((from->rate[l] < 0.0f) | ((from->rate[l] <= 0.0f) & (from->turning[l] <= 0.0f)));
     }

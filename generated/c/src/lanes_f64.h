@@ -1321,7 +1321,7 @@ LANES_CODE static void act_on(const lanes *restrict w, int s, const double *rest
         later_found[l] = flag(w->found[l] > number);
         other_found[l] = flag(w->found[l] >= 0.0) * (1.0 - is_found[l]);
         early[l] = flag(to->value[l] < -to->noise[l]);
-        nearly[l] = flag(to->rate[l] * h < -16.0 * to->noise[l]) * flag(to->value[l] < to->noise[l]);
+        nearly[l] = flag(to->rate[l] * h < -16.0 * to->noise[l]) * flag(to->value[l] < 4.0 * to->noise[l]);
         at_once[l] = flag(!(from->value[l] > 0.0))
                      * flag((from->rate[l] < 0.0) | ((from->rate[l] <= 0.0) & (from->turning[l] <= 0.0)));
     }

@@ -271,7 +271,7 @@ static void reach_ahead(const stance_guard *guard, float low, float limit, int32
 static bool is_before(const hopform_sample_f32 *at, float h, bool wins_ties)
 {
     const bool crosses = at->rate * h < -16.0f * at->noise;
-    return at->value < -at->noise || (wins_ties && crosses && at->value < at->noise);
+    return at->value < -at->noise || (wins_ties && crosses && at->value < 4.0f * at->noise);
 }
 
 /* Shorten the window until each watch is known to keep its sign in it, but for the one that is found at its end. */

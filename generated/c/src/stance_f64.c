@@ -271,7 +271,7 @@ static void reach_ahead(const stance_guard *guard, double low, double limit, int
 static bool is_before(const hopform_sample_f64 *at, double h, bool wins_ties)
 {
     const bool crosses = at->rate * h < -16.0 * at->noise;
-    return at->value < -at->noise || (wins_ties && crosses && at->value < at->noise);
+    return at->value < -at->noise || (wins_ties && crosses && at->value < 4.0 * at->noise);
 }
 
 /* Shorten the window until each watch is known to keep its sign in it, but for the one that is found at its end. */

@@ -6,5 +6,5 @@
 
 const char *hopform_source(void)
 {
-    return "11fdaded08610b42";
+    return "fe6800ee787582c9";
 }
