@@ -241,7 +241,7 @@ def monopod(renamed):
     try:
         package = importlib.import_module("monopod_solver")
         library = renamed / "libmonopod.so"
-        compile_sources(renamed / "c", library)
+        compile_sources(renamed / "c", library, "-O1")
         yield package, native.Library(library, "monopod", package)
     finally:
         sys.path.remove(str(renamed / "python"))
@@ -285,7 +285,7 @@ def test_one_precision_leaves_the_other_out(run, fresh, tmp_path, option, kept, 
     assert made.keys() == {path for path in everything if left_out not in path}
     assert not [path for path, data in made.items() if path.startswith("c/") and f"_{left_out}\n".encode() in data]
     library = tmp_path / "libone.so"
-    compile_sources(out / "c", library)
+    compile_sources(out / "c", library, "-O0")
     handle = ctypes.CDLL(str(library))
     assert hasattr(handle, f"hopform_solve_stance_{kept}")
     assert not hasattr(handle, f"hopform_solve_stance_{left_out}")

@@ -54,7 +54,8 @@ def build_library(root: Path = ROOT) -> Path:
     return target
 
 
-def compile_sources(c: Path, output: Path) -> None:
+def compile_sources(c: Path, output: Path, *more: str) -> None:
+    """Compile a tree of sources into a library; further flags come last, so that a level of optimisation takes effect."""
     compiler = shlex.split(os.environ.get("CC") or "cc")
     sources = sorted((c / "src").glob("*.c"))
     if not sources:
@@ -62,13 +63,13 @@ def compile_sources(c: Path, output: Path) -> None:
     lanes = [source for source in sources if source.name.startswith("lanes_")]
     others = [source for source in sources if source not in lanes]
     include = ["-I", str(c / "include")]
-    for_objects = [*compiler, *(flag for flag in FLAGS if flag != "-shared"), *LANE_FLAGS, *include, "-c"]
+    for_objects = [*compiler, *(flag for flag in FLAGS if flag != "-shared"), *LANE_FLAGS, *more, *include, "-c"]
     try:
         with tempfile.TemporaryDirectory() as folder, ThreadPoolExecutor(os.cpu_count()) as pool:
             objects = [str(Path(folder, f"{source.stem}.o")) for source in lanes]
             commands = ([*for_objects, str(source), "-o", made] for source, made in zip(lanes, objects, strict=True))
             list(pool.map(run, commands))
-            run([*compiler, *FLAGS, *include, *map(str, others), *objects, "-o", str(output), "-lm"])
+            run([*compiler, *FLAGS, *more, *include, *map(str, others), *objects, "-o", str(output), "-lm"])
     except OSError as error:
         hint = "set CC, or on Debian: apt install gcc"
         raise LibraryNotBuilt(f"no C compiler: {compiler[0]}: {error.strerror} ({hint})") from error
