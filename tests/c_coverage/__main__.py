@@ -56,7 +56,7 @@ def programs() -> list[Program]:
     inputs = (str(INPUTS), *map(str, sorted((fuzz / "found").iterdir())))
     for suffix, double, single in (("f32", (), ("-DSINGLE",)), ("f64", ("-DDOUBLE",), ())):
         found += [Program(f"{name}_{suffix}", (HERE / f"{name}.c", board), double) for name in ("garbage", "refusals")]
-        for entry in ("entry", "flight", "control"):
+        for entry in ("entry", "flight", "control", "reading"):
             sources = (fuzz / f"fuzz_{entry}.c", fuzz / "replay.c")
             found.append(Program(f"fuzz_{entry}_{suffix}", sources, (*single, "-DENTRY=4"), inputs))
     return found
