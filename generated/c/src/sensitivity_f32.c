@@ -267,7 +267,8 @@ static bool finish(const hopform_plan_f32 *plan, const hopform_step_f32 *steps, 
     const float v_up = stance->end.v2 > 0.0f ? stance->end.v2 : 0.0f;
     float speed[SIZE];
     speeds(plan, steps, last, &stance->end, speed);
-    if (!(fabsf(speed[Y]) > 0.0f)) {
+    const bool underflows = robot->g > 0.0f && !(robot->g * robot->g > 0.0f); /* by which the apex's derivative divides */
+    if (!(fabsf(speed[Y]) > 0.0f) || underflows) {
         return false;
     }
     for (int column = 0; column < COLUMNS; column++) {

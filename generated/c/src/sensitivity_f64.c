@@ -267,7 +267,8 @@ static bool finish(const hopform_plan_f64 *plan, const hopform_step_f64 *steps, 
     const double v_up = stance->end.v2 > 0.0 ? stance->end.v2 : 0.0;
     double speed[SIZE];
     speeds(plan, steps, last, &stance->end, speed);
-    if (!(fabs(speed[Y]) > 0.0)) {
+    const bool underflows = robot->g > 0.0 && !(robot->g * robot->g > 0.0); /* by which the apex's derivative divides */
+    if (!(fabs(speed[Y]) > 0.0) || underflows) {
         return false;
     }
     for (int column = 0; column < COLUMNS; column++) {

@@ -6,5 +6,5 @@
 
 const char *hopform_source(void)
 {
-    return "fe6800ee787582c9";
+    return "0ea1d52ebf3fa80f";
 }
