@@ -13,13 +13,6 @@
 
 enum { MOST_STEPS = 4, MOST_HALF_TURNS = 30, CURRENTS = 3 };
 
-static void must(int truth)
-{
-    if (!truth) {
-        abort();
-    }
-}
-
 static void must_be_safe(const T(command) *command, int32_t status, const T(robot) *robot)
 {
     must(isfinite(command->u) && isfinite(command->apex));

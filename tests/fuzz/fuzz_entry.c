@@ -35,13 +35,6 @@ static void describe(const char *what, const void *numbers, size_t bytes)
 #endif
 }
 
-static void must(int truth)
-{
-    if (!truth) {
-        abort();
-    }
-}
-
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 {
     source from = {data, size};

@@ -10,13 +10,6 @@
 
 #include "source.h"
 
-static void must(int truth)
-{
-    if (!truth) {
-        abort();
-    }
-}
-
 static void detect(source *from)
 {
     const T(detector) detector = {next_real(from, 0, 0), next_real(from, 0, 0), next_byte(from) - 8};

@@ -16,15 +16,6 @@ enum { MOST_HALF_TURNS = 300, GRID = 70, MATRIX = HOPFORM_SENSITIVITY_ROWS * HOP
 
 static T(phase) phases[MAX_PHASES + 1];
 
-#define must(truth) must_at((truth), __LINE__)
-static void must_at(int truth, int line)
-{
-    if (!truth) {
-        fprintf(stderr, "fuzz_reading.c, line %d\n", line);
-        abort();
-    }
-}
-
 static void read_stance(const T(plan) *plan, const T(step) *step, const T(stance) *stance, real early)
 {
     static real matrix[MATRIX], tangents[2 * HOPFORM_TANGENT_ROWS * HOPFORM_SENSITIVITY_COLUMNS], columns[4][GRID];

@@ -4,6 +4,7 @@
 
 #include <math.h>
 #include <stdint.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -18,6 +19,15 @@ typedef double real;
 #endif
 
 enum { MAX_PHASES = 64, ROBOT = sizeof(T(robot)) / sizeof(real) };
+
+#define must(truth) must_at((truth), __FILE__, __LINE__)
+static void must_at(int truth, const char *file, int line)
+{
+    if (!truth) {
+        fprintf(stderr, "%s, line %d\n", file, line);
+        abort();
+    }
+}
 
 typedef struct {
     const uint8_t *data;
