@@ -38,14 +38,14 @@ def step_response() -> Picture:
         bottom.set_ylabel("current $u$ [A]")
         bottom.set_xlabel("time [ms]")
     ours = (
-        f"{robot.u_max:g} A for {1e3 * pulse:.0f} ms while it stands on its spring. After that pulse x1 has moved "
+        f"simulated, {robot.u_max:g} A for {1e3 * pulse:.0f} ms while it stands on its spring. After that pulse x1 has moved "
         f"{cm(float(stance.at(pulse).x1))}, its velocity is at most {v1.max():.2f} m/s, and it comes to "
         f"{cm(float(x1.max()))} "
         f"{'when the leg takes off' if stance.status == 'takeoff' else 'before it sinks back'} at "
         f"{1e3 * stance.duration:.0f} ms: "
         "neither the length of the leg nor its acceleration can be commanded at once"
     )
-    paper = "Hopper C's actuator under the largest current step for a brief time: its velocity is limited"
+    paper = "Hopper C's actuator, measured, under the largest current step for a brief time: its velocity is limited"
     data = {"t": t, "x1": x1, "v1": v1, "u": u, "free": free}
     return finished(2, "Step response of the actuator", paper, ours, robot.name, figure, data)
 
@@ -77,11 +77,11 @@ def compression_cycles() -> Picture:
         bottom.set_ylabel("body $x_2$ [cm]")
         bottom.set_xlabel("time [s]")
     ours = (
-        f"the last {shown} of {len(run.hops)} hops at {robot.u_max:g} A, settled at an apex of "
+        f"the last {shown} of {len(run.hops)} simulated hops at {robot.u_max:g} A, settled at an apex of "
         f"{cm(run.hops[-1].apex)}. At take-off "
         f"x1 is {cm(float(x1[-1]))} and still compresses at {v1[-1]:.2f} m/s; it reaches {cm(peak)} only in flight"
     )
-    paper = "compression cycles of Hopper C in steady hopping: x1 is still compressing when the stance has ended"
+    paper = "measured compression cycles of Hopper C in steady hopping: x1 still compresses when the stance has ended"
     data = {"t": t, "x1": state.x1, "x2": state.x2, "takeoff_x1": x1, "takeoff_v1": v1, "peak": peak}
     return finished(3, "Compression in steady hopping", paper, ours, robot.name, figure, data)
 

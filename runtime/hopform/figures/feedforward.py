@@ -7,7 +7,7 @@ from matplotlib.figure import Figure
 
 from hopform.controllers import AsPrinted, FeedForward
 from hopform.figures.first_controller import draw_heights, rms, worst
-from hopform.figures.picture import BLACK, GREEN, ORANGE, Array, Picture, cm, finished, legend, mm, panels
+from hopform.figures.picture import BLACK, GREEN, ORANGE, Array, Picture, apexes, cm, finished, legend, mm, panels
 from hopform.hopping import Run, simulate
 from hopform.plots import house_style
 from hopform.robots import load_robot
@@ -44,10 +44,9 @@ def picture(number: int, ground: Heights, title: str, paper: str, where: str) ->
         figure = drawn(run, np.abs(miss), np.abs(miss_printed))
     ours = (
         f"{len(run.hops)} hops {where}, wanted {', '.join(cm(each, 0) for each in dict.fromkeys(REFERENCE))}. With "
-        f"apex(u) = h_des solved exactly every apex is "
-        f"within {worst(miss):.0e} m of the wish, at {np.abs(run.table['u']).max():.2f} A of {robot.u_max:g} A at "
-        f"most. (26), (27) as printed, J minimised on a grid of "
-        f"0.01 A: {mm(rms(miss_printed))} rms, {mm(worst(miss_printed))} at most"
+        f"apex(u) = h_des solved exactly every apex is within {worst(miss):.0e} m of the wish (an error of 0 is drawn as "
+        f"{LEAST:.0e} m), at {np.abs(run.table['u']).max():.2f} A of {robot.u_max:g} A at most. (26), (27) as printed, J "
+        f"minimised on a grid of 0.01 A: {mm(rms(miss_printed))} rms, {mm(worst(miss_printed))} at most"
     )
     data = {"run": run, "printed": printed, "wanted": REFERENCE, "miss": miss, "miss printed": miss_printed}
     return finished(number, title, paper, ours, robot.name, figure, data)
@@ -60,7 +59,7 @@ def drawn(run: Run, miss: Array, miss_printed: Array) -> Figure:
     t = np.linspace(0.0, run.duration, 4000)
     middle.plot(t, np.asarray(run.current(t)), color=ORANGE, linewidth=0.9)
     middle.set_ylabel("current $u$ [A]")
-    times = np.array([hop.touchdown_time for hop in run.hops])
+    times, _ = apexes(run)
     bottom.semilogy(
         times[: miss_printed.size],
         miss_printed,
@@ -68,9 +67,10 @@ def drawn(run: Run, miss: Array, miss_printed: Array) -> Figure:
         color=BLACK,
         markersize=3.5,
         markerfacecolor="none",
+        clip_on=False,
         label="as printed",
     )
-    bottom.semilogy(times, np.maximum(miss, LEAST), "o", color=GREEN, markersize=3.5, label="exact")
+    bottom.semilogy(times, np.maximum(miss, LEAST), "o", color=GREEN, markersize=3.5, clip_on=False, label="exact")
     bottom.set_ylim(LEAST / 3.0, 1.0)
     bottom.set_ylabel("apex error [m]")
     bottom.set_xlabel("time [s]")

@@ -3,7 +3,7 @@
 
 # pyright: reportUnknownMemberType=false
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -47,7 +47,7 @@ def on_even_ground() -> Picture:
     settled, up = after_steps(miss), REFERENCE.index(max(REFERENCE))
     rise = int(np.argmax(np.abs(miss[up:]) < 0.1 * (max(REFERENCE) - REFERENCE[0]))) + 1
     with house_style():
-        figure = tracked(run, REFERENCE)
+        figure = tracked(run, REFERENCE, {"first controller": run})
     ours = (
         f"{len(run.hops)} hops over flat ground, wanted {', '.join(cm(each, 0) for each in dict.fromkeys(REFERENCE))}. "
         f"The return maps were measured in simulated steady hopping; in expansion a law at 1 kHz (Kp = {KP:g} V/m, Kd = "
@@ -72,7 +72,8 @@ def on_uneven_ground() -> Picture:
     others = [simulate(robot, uniform(count, size, seed=seed), first, height=wanted) for seed in range(100, 112)]
     miss = {name: run.table["apex"] - wanted for name, run in runs.items()}
     with house_style():
-        figure = tracked(runs["rough"], (wanted,) * count, runs["exact"])
+        shown = {"first controller": runs["rough"], "exact controller": runs["exact"]}
+        figure = tracked(runs["rough"], (wanted,) * count, shown)
     spread = {name: float(np.nanstd(values[SETTLED:])) for name, values in miss.items()}
     spreads = [float(np.nanstd(run.table["apex"][SETTLED:])) for run in others]
     fallen = sum(run.status != "completed" for run in others)
@@ -102,7 +103,7 @@ def with_errors_of_measurement() -> Picture:
     before = clean.table["apex"] - np.array(REFERENCE[: len(clean.hops)])
     seen = run.table["apex"] + 3e-3 * np.random.default_rng(8).standard_normal(len(run.hops))
     with house_style():
-        figure = tracked(run, REFERENCE)
+        figure = tracked(run, REFERENCE, {"with errors of measurement": run, "without": clean})
         times, _ = apexes(run)
         figure.axes[0].plot(times, 100 * seen[: times.size], "s", color=GREEN, markersize=4.0, markerfacecolor="none",
                             clip_on=False, label="apex as measured")  # fmt: skip
@@ -127,27 +128,23 @@ def with_errors_of_measurement() -> Picture:
     return finished(8, "First controller, errors of measurement", paper, ours, ROBOT, figure, data)
 
 
-def tracked(run: Run, wanted: Sequence[float], other: Run | None = None) -> Figure:
-    """Heights and voltages of a run, its wishes, and the apexes of another controller on the same ground."""
-    figure, (top, bottom) = panels(2, 4.0, sharex=True, height_ratios=[1.5, 0.8])
+def tracked(run: Run, wanted: Sequence[float], compared: Mapping[str, Run]) -> Figure:
+    """Heights and voltages of a run, its wishes, and by how much the apexes of some runs, by name, miss them."""
+    figure, (top, middle, bottom) = panels(3, 5.0, sharex=True, height_ratios=[1.6, 0.8, 0.9])
     draw_heights(top, run, wanted)
-    if other is not None:
-        times, heights = apexes(other)
-        shown = times <= run.duration
-        top.plot(
-            times[shown],
-            100 * heights[shown],
-            "D",
-            color=GREEN,
-            markersize=4.0,
-            clip_on=False,
-            label="apex, exact controller",
-        )
-    legend(top, 5)
+    legend(top, 4)
     t = np.linspace(0.0, run.duration, 4000)
-    bottom.plot(t, np.asarray(run.current(t)), color=ORANGE, linewidth=0.9)
-    bottom.set_ylabel("input $u$ [V]")
+    middle.plot(t, np.asarray(run.current(t)), color=ORANGE, linewidth=0.9)
+    middle.set_ylabel("input $u$ [V]")
+    bottom.axhline(0.0, color=BLACK, linestyle="--", linewidth=0.8)
+    for (name, each), colour, marker in zip(compared.items(), (BLUE, GREEN), "oD", strict=False):
+        times, heights = apexes(each)
+        miss = 1e3 * (heights - np.array(wanted[: times.size]))
+        bottom.plot(times, miss, marker, color=colour, markersize=3.5, clip_on=False, label=name)
+    bottom.set_ylabel("apex error [mm]")
     bottom.set_xlabel("time [s]")
+    if len(compared) > 1:
+        legend(bottom)
     return figure
 
 

@@ -4,6 +4,7 @@
 
 import numpy as np
 from matplotlib.axes import Axes
+from numpy.typing import NDArray
 
 from hopform.control import choose_current
 from hopform.controllers import Touchdown
@@ -34,7 +35,9 @@ def maps_of_hopper_b() -> Picture:
     currents = np.array([0.0, *np.linspace(0.5, 1.0, 6) * robot.u_max])
     reach = reachability(robot, np.linspace(0.02, 0.36, 171), currents)
     colours = [f"#{200 - 30 * n:02x}{215 - 18 * n:02x}{235 - 10 * n:02x}" for n in range(currents.size)]
-    free, stopped = (np.where(which, 100 * reach.apex, np.nan) for which in (reach.admissible, reach.limited))
+    free = np.where(reach.admissible, 100 * reach.apex, np.nan)
+    stopped = np.where(beside(reach.limited), 100 * reach.apex, np.nan)
+    silent = reach.heights[np.isnan(reach.apex).any(axis=1)]
     with house_style():
         figure, (axes,) = panels(1, 4.3)
         axes.fill_between(100 * reach.heights, 100 * reach.lowest, 100 * reach.highest, color=SKY, alpha=0.18,
@@ -57,7 +60,8 @@ def maps_of_hopper_b() -> Picture:
         f"under {currents.size} "
         f"constant voltages. Heights that a voltage gives back: {points}. Without actuation {cm(0.2, 0)} become "
         f"{cm(float(np.interp(0.2, reach.heights, reach.apex[:, 0])))}; the highest that can be held is "
-        f"{cm(highest_held(reach))}"
+        f"{cm(highest_held(reach))}. Up to {cm(float(silent.max(initial=0.0)))} some voltages lead to no take-off: their "
+        "curves begin above that"
     )
     paper = "overlaid return maps of Hopper B for different control actions, measured"
     data = {"reach": reach}
@@ -119,6 +123,14 @@ def map_of_hopper_c() -> Picture:
     )
     data = {"reach": reach, "seen": seen, "least": least, "most": most, "misses": misses, "noise": noise}
     return finished(11, "Apex reachability of Hopper C", paper, ours, robot.name, figure, data)
+
+
+def beside(which: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Where it holds (H, U), and at the heights next to that, so that a curve goes on from its neighbour."""
+    wider = which.copy()
+    wider[1:] |= which[:-1]
+    wider[:-1] |= which[1:]
+    return wider
 
 
 def measured(height: float, highest: bool, margin: float) -> float:
