@@ -87,6 +87,9 @@ def test_both_draw(run, tmp_path: Path, arguments):
         (("reach", "--from", "0.3", "--to", "0.2"), "--from must be below --to"),
         (("reach", "--from", "0", "--to", "0.2"), "height must be > 0.0 m"),
         (("reach", "--robot", "hopper_d"), "there is no robot"),
+        (("reach", "--heights", "1"), "'--heights': takes a whole number >= 2, got '1'"),
+        (("hop", "--height", "0.2", "--hops", "0"), "'--hops': takes a whole number >= 1, got '0'"),
+        (("hop", "--height", "0.2", "--hops", "2.5"), "takes a whole number >= 1, got '2.5'"),
     ],
 )
 def test_bad_input_is_refused_in_one_line(run, arguments, said):

@@ -201,6 +201,27 @@ def test_a_robot_without_gravity_or_limit_is_refused(field, value):
         hopform.choose_current(with_fields(HOPPER, **{field: value}), v2=-2.0, h_des=0.2)
 
 
+@pytest.mark.parametrize(
+    "call",
+    [
+        lambda: hopform.choose_current("hopper_c", v2=-2.0, h_des=0.2),
+        lambda: hopform.choose_current_as_printed("hopper_c", v2=-2.0, h_des=0.2),
+        lambda: hopform.solve_flight("hopper_c", v2=1.0),
+        lambda: hopform.solve_stance("hopper_c", v2=-1.0),
+        lambda: hopform.reachability("hopper_c", [0.1], [1.0]),
+    ],
+)
+def test_the_name_of_a_robot_is_no_robot(call):
+    with pytest.raises(hopform.HopformError, match="robot must be a Robot, as load_robot gives it, got 'hopper_c'"):
+        call()
+
+
+@pytest.mark.parametrize(("grid", "said"), [(0.0, "grid must be > 0 A"), (1e-12, "grid must be >= 3e-06 A")])
+def test_a_grid_that_no_memory_would_hold_is_refused(grid, said):
+    with pytest.raises(hopform.HopformError, match=said):
+        hopform.choose_current_as_printed(HOPPER, v2=-2.0, h_des=0.2, grid=grid)
+
+
 # ---- one piece of work per tick ----
 
 

@@ -115,6 +115,21 @@ def number_in(unit: str) -> Callable[[str], float]:
     return parse
 
 
+def number_from(least: int) -> Callable[[str], int]:
+    """The parser of a whole number that is at least so large."""
+
+    def parse(text: str) -> int:
+        try:
+            value = int(text)
+        except ValueError:
+            value = least - 1
+        if value < least:
+            raise typer.BadParameter(f"takes a whole number >= {least}, got {text!r}")
+        return value
+
+    return parse
+
+
 def steps_of_current(text: str) -> list[tuple[float, float]]:
     """Steps of the current from "t:u,t:u,..."."""
     second, ampere = number_in("s"), number_in("A")
@@ -143,6 +158,10 @@ def option(name: str, meaning: str, **how: Any) -> Any:
     return typer.Option(name, help=meaning, **how)
 
 
+def count(name: str, least: int, meaning: str) -> Any:
+    return option(name, meaning, parser=number_from(least), metavar="N")
+
+
 RobotName = Annotated[str, option("--robot", "a shipped robot, or a TOML file", metavar="NAME|FILE.toml")]
 OneRobot = Annotated[str | None, typer.Argument(metavar="[NAME|FILE.toml]", help="one robot; all if left out")]
 OneEquation = Annotated[str | None, typer.Argument(metavar="[N]", help="an equation's number; all if left out")]
@@ -157,18 +176,15 @@ Steps = Annotated[
     Any, option("--u-steps", "[s:A] steps of the current", parser=steps_of_current, metavar="0:U,T:U,...")
 ]
 Horizon = Annotated[float, quantity("--horizon", "s", "longest time of a stance")]
-MaxPhases = Annotated[int, option("--max-phases", "longest chain of phases", metavar="N", min=1)]
+MaxPhases = Annotated[int, count("--max-phases", 1, "longest chain of phases")]
 Backend = Annotated[BackendName | None, option("--backend", "the fastest there is if left out")]
 Dtype = Annotated[Precision, option("--dtype", "precision of the computation")]
-Hops = Annotated[
-    int | None,
-    option("--hops", "how often it meets the ground; 8, or the whole file, if left out", metavar="N", min=1),
-]
+Hops = Annotated[int | None, count("--hops", 1, "how often it meets the ground; 8, or the whole file, if left out")]
 Terrain = Annotated[
     str, option("--terrain", "flat, steps, uniform, gaussian, or a CSV of heights", metavar="NAME|FILE")
 ]
 Size = Annotated[float, quantity("--size", "m", "of the terrain: step, half width or standard deviation")]
-Seed = Annotated[int, option("--seed", "of terrain and errors", metavar="N", min=0)]
+Seed = Annotated[int, count("--seed", 0, "of terrain and errors")]
 ControllerOption = Annotated[ControllerName, option("--controller", "what chooses the current")]
 HopTarget = Annotated[float | None, quantity("--h-des", "m", "hop height wanted, over the terrain's zero")]
 NoiseX1 = Annotated[float, quantity("--noise-x1", "m", "standard deviation of the actuator as measured")]
@@ -189,14 +205,14 @@ ReturnGains = Annotated[
 Model = Annotated[str | None, option("--model", "the robot the controller believes in", metavar="NAME|FILE.toml")]
 HopsCsv = Annotated[Path | None, option("--hops-csv", "write a table of the hops", metavar="FILE")]
 Npz = Annotated[Path | None, option("--npz", "write table and states for NumPy", metavar="FILE")]
-Samples = Annotated[int, option("--samples", "uniform times in the CSV", metavar="N", min=2)]
+Samples = Annotated[int, count("--samples", 2, "uniform times in the CSV")]
 HDes = Annotated[float, quantity("--h-des", "m", "desired hop height of the next apex")]
 Datum = Annotated[float, quantity("--datum", "m", "level that heights count from, less the ground under the foot")]
 StopMargin = Annotated[float, quantity("--stop-margin", "m", "x1 stays below x1_max by more than this")]
 Lowest = Annotated[float, quantity("--from", "m", "lowest hop height of the map")]
 Highest = Annotated[float, quantity("--to", "m", "highest hop height of the map")]
-Rows = Annotated[int, option("--heights", "hop heights of the map", metavar="N", min=2)]
-Columns = Annotated[int, option("--currents", "currents of the map, over all that is allowed", metavar="N", min=1)]
+Rows = Annotated[int, count("--heights", 2, "hop heights of the map")]
+Columns = Annotated[int, count("--currents", 1, "currents of the map, over all that is allowed")]
 Printed = Annotated[bool, option("--printed", "compare with (26), (27) as printed, on a grid of 0.01 A")]
 Json = Annotated[bool, option("--json", "print JSON (docs/json.md has its schema)")]
 WithSensitivities = Annotated[
@@ -440,9 +456,9 @@ def record(
     current: Annotated[float | None, quantity("--current", "A", "largest current; u_max if left out")] = None,
     hold: Annotated[float, quantity("--hold", "s", "stillness at first")] = 0.2,
     added_mass: Annotated[float, quantity("--added-mass", "kg", "mass that the body carries beside its own")] = 0.0,
-    repeats: Annotated[int, option("--repeats", "drops or decays in the recording", metavar="N", min=1)] = 1,
+    repeats: Annotated[int, count("--repeats", 1, "drops or decays in the recording")] = 1,
     spring: Spring = False,
-    seed: Annotated[int | None, option("--seed", "of the noise", metavar="N", min=0)] = None,
+    seed: Annotated[int | None, count("--seed", 0, "of the noise")] = None,
     csv: Csv = "-",
 ) -> None:
     """Make a synthetic recording of a robot, as a lab would record it, to plan experiments with."""

@@ -13,7 +13,7 @@ from hopform import native_control
 from hopform.backends import choose as choose_backend
 from hopform.checks import finite, positive
 from hopform.errors import HopformError
-from hopform.robots import Robot
+from hopform.robots import Robot, checked_robot
 from hopform.stance import precision_of, start_of
 from hopform_solver import control as numpy_control
 from hopform_solver.records import COMMANDS
@@ -79,7 +79,7 @@ def checked_target(
     robot: Robot, h_des: object, datum: object, stop_margin: object, horizon: object
 ) -> tuple[float, float, float, float]:
     """h_des, datum, stop_margin, horizon, checked, and that the robot can be controlled at all."""
-    if not robot.g > 0.0:
+    if not checked_robot(robot).g > 0.0:
         raise HopformError(f"an apex needs g > 0 m/s^2, got {robot.g!r}")
     if not math.isfinite(robot.u_max):
         raise HopformError(f"the controller needs a finite u_max, got {robot.u_max!r} A")

@@ -18,7 +18,7 @@ from hopform.backends import Backend, choose
 from hopform.checks import finite, positive
 from hopform.errors import HopformError
 from hopform.flight_backends import ArrayFlight, NativeFlight, solve_array, solve_native
-from hopform.robots import Robot
+from hopform.robots import Robot, checked_robot
 from hopform.stance import Energy, Event, Real, State, precision_of
 from hopform_solver import formulas
 from hopform_solver import records as solver_records
@@ -173,7 +173,7 @@ def solve_flight(
     ('touchdown', 0.4109, ['x1_reverses', 'u_desaturates'])
     """
     precision = _DOUBLE if dtype is np.float64 else precision_of(dtype)
-    if not robot.g > 0.0:
+    if not checked_robot(robot).g > 0.0:
         raise HopformError(f"a flight needs g > 0 m/s^2, got {robot.g!r}")
     start = _start(robot, x1, v1, x2, v2)
     law = None if gains is None else _gains(gains)

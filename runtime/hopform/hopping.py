@@ -19,8 +19,8 @@ from hopform.controllers import Answer, ConstantCurrent, Controller, Preparing, 
 from hopform.errors import HopformError
 from hopform.flight import Flight, solve_flight
 from hopform.reaching import home_of
-from hopform.robots import Robot
-from hopform.stance import Energy, Real, Stance, State, solve_stance
+from hopform.robots import Robot, checked_robot
+from hopform.stance import Energy, Real, Stance, State, solve_stance, steps_of
 from hopform.terrain import heights_of
 from hopform_solver import formulas
 from hopform_solver.records import Gains
@@ -352,10 +352,12 @@ def simulate(
     >>> run.status, [round(hop.apex, 4) for hop in run.hops]
     ('completed', [0.2233, 0.2356])
     """
-    if not robot.g > 0.0:
+    if not checked_robot(robot).g > 0.0:
         raise HopformError(f"hopping needs g > 0 m/s^2, got {robot.g!r}")
     if isinstance(seed, bool) or not isinstance(seed, int) or seed < 0:
         raise HopformError(f"seed must be a whole number >= 0, got {seed!r}")
+    if not isinstance(errors, Errors):
+        raise HopformError(f"errors must be Errors, got {errors!r}")
     grounds = heights_of(terrain)
     longest = positive("horizon", horizon, "s")
     plant = robot if errors.current_scale == 1.0 else replace(robot, gamma2=robot.gamma2 * errors.current_scale)
@@ -507,10 +509,9 @@ def _wait(errors: Errors, time: float) -> float:
     return max(tick, 0.0) + errors.delay
 
 
-def _later(answer: Any, wait: float) -> list[tuple[Any, Any]]:
+def _later(answer: Any, wait: float) -> list[tuple[float, float]]:
     """Steps of the current that begin when the touchdown is seen; none flows before."""
-    steps = [(0.0, answer)] if isinstance(answer, SupportsFloat) else list(answer)
-    return [(0.0, 0.0), *((wait + float(t), u) for t, u in steps)]
+    return [(0.0, 0.0), *((wait + t, u) for t, u in steps_of(answer))]
 
 
 def _sampled(task: _Task, answer: Sampled, ground: float, wait: float, state: State) -> list[tuple[float, float]]:

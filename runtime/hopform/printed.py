@@ -12,11 +12,14 @@ import numpy as np
 from hopform.batch import solve_stances
 from hopform.checks import finite, positive
 from hopform.control import checked_target
+from hopform.errors import HopformError
 from hopform.robots import Robot
 from hopform.stance import start_of
 from hopform_solver import formulas
 
 _TAKEOFF = 1
+MOST = 1_000_000
+"""How many currents a grid may have on either side of 0."""
 
 
 @dataclass(frozen=True)
@@ -62,7 +65,9 @@ def choose_current_as_printed(
     """
     start = start_of(robot, x1, v1, x2, v2)
     wanted, level, _, longest = checked_target(robot, h_des, datum, 0.0, horizon)
-    count = math.ceil(robot.u_max / positive("grid", grid, "A"))
+    count = math.ceil(min(robot.u_max / positive("grid", grid, "A"), MOST + 1.0))
+    if count > MOST:
+        raise HopformError(f"grid must be >= {robot.u_max / MOST!r} A, u_max/{MOST}, got {grid!r}")
     u = np.linspace(-robot.u_max, robot.u_max, 2 * count + 1)
     u = u[np.argsort(np.abs(u), kind="stable")]
     height = None if x2 is None else finite("x2", x2, "m")

@@ -53,6 +53,13 @@ class Robot(checked.Robot):
         return "\n".join(lines) + "\n"
 
 
+def checked_robot(robot: object) -> Robot:
+    """The robot; HopformError for what is none, the name of one for instance."""
+    if not isinstance(robot, Robot):
+        raise HopformError(f"robot must be a Robot, as load_robot gives it, got {robot!r}")
+    return robot
+
+
 def load_robot(name_or_path: str | Path) -> Robot:
     """A shipped robot by its name, or the robot of a TOML file whose keys are the parameter names.
 

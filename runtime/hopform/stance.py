@@ -2,7 +2,7 @@
 
 import math
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, NamedTuple, SupportsFloat
 
@@ -14,7 +14,7 @@ from hopform.backends import MODULES, Backend, choose
 from hopform.checks import finite, positive
 from hopform.errors import HopformError
 from hopform.native import Solved as NativeSolved
-from hopform.robots import Robot
+from hopform.robots import Robot, checked_robot
 from hopform.sensitivities import Sensitivities, of_matrix
 from hopform_solver import formulas
 from hopform_solver import records as solver_records
@@ -253,7 +253,7 @@ def solve_stance(
     """
     precision = precision_of(dtype)
     start = start_of(robot, x1, v1, x2, v2)
-    steps = _steps(u)
+    steps = steps_of(u)
     longest = positive("horizon", horizon, "s")
     if isinstance(max_phases, bool) or not isinstance(max_phases, int) or not 1 <= max_phases < 2**31:
         raise HopformError(f"max_phases must be a whole number >= 1, got {max_phases!r}")
@@ -371,6 +371,7 @@ _UNFOLDS = {
 
 def start_of(robot: Robot, x1: object, v1: object, x2: object, v2: object) -> solver_records.State:
     """The state at touchdown with the compression as a coordinate of its own; 0 where x2 is left out."""
+    checked_robot(robot)
     x_1, v_1, v_2 = finite("x1", x1, "m"), finite("v1", v1, "m/s"), finite("v2", v2, "m/s")
     if not robot.x1_min <= x_1 <= robot.x1_max:
         raise HopformError(f"x1 must be within its stroke {robot.x1_min!r} .. {robot.x1_max!r} m, got {x_1!r}")
@@ -385,11 +386,14 @@ def start_of(robot: Robot, x1: object, v1: object, x2: object, v2: object) -> so
     return solver_records.State(x_1, v_1, v_2, y)
 
 
-def _steps(u: Current) -> tuple[tuple[float, float], ...]:
+def steps_of(u: Current) -> tuple[tuple[float, float], ...]:
+    """A current, or steps of it, as steps (t, u) [s, A] that begin at 0; HopformError for what is neither."""
     if type(u) is float and math.isfinite(u):  # the common case, before a protocol is asked
         return ((0.0, u),)
     if isinstance(u, (float, SupportsFloat, str)):
         return ((0.0, finite("u", u, "A")),)
+    if not isinstance(u, Iterable):
+        raise HopformError(f"u must be a current in A or steps (t, u), got {u!r}")
     pairs = list(u)
     if not pairs:
         raise HopformError("u must be a current in A or at least one step (t, u), got no step")
