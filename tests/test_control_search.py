@@ -53,6 +53,17 @@ def test_a_side_is_left_untried_only_where_the_stop_holds_the_actuator():
     assert (command.status, command.u < 0.0) == ("reached", True)
 
 
+@pytest.mark.parametrize("backend", hopform.backends())
+def test_a_limit_that_reaches_does_not_hide_a_smaller_current(backend):
+    """The first current that is tried after 0 is the limit: here just what is wanted, which 1.05 A gives as well."""
+    v2, far = hopform.touchdown_velocity(HOPPER, 0.2), 1.47
+    wanted = hopform.solve_stance(HOPPER, v2=v2, u=far, backend=backend).apex
+    command = hopform.choose_current(changed(u_max=far), v2=v2, h_des=wanted, backend=backend)
+    assert command.status == "reached"
+    assert 1.0 < command.u < 1.1
+    assert hopform.solve_stance(HOPPER, v2=v2, u=command.u).apex == pytest.approx(wanted, abs=2e-10)
+
+
 def test_the_margin_keeps_the_actuator_off_its_stop():
     v2 = hopform.touchdown_velocity(HOPPER, 0.2)
     for backend in ("c", "numpy"):

@@ -314,9 +314,10 @@ def choose(
     """
     with np.errstate(all="ignore"):
         search = _Search(robot, start, Target(*target), max_phases, np.dtype(dtype))
-        search.attempt(np.zeros(1))
-        if not search.reached and robot.u_max > 0.0 and search.movable:
+        if robot.u_max > 0.0 and search.movable:
             _search(search)
+        else:
+            search.attempt(np.zeros(1))
     if not np.isfinite(search.gap):
         return 0.0, 0.0, NO_TAKEOFF, search.solved
     status = REACHED if abs(search.gap) <= search.near else NEAREST

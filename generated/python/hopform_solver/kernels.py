@@ -34,26 +34,35 @@ DECAY_TAIL = {
 def decay_at(a: Array, t: Array) -> Decay:
     """exp(-a t) and its integrals t phi_1(-a t), t^2 phi_2(-a t), t^3 phi_3(-a t)."""
     z = a * t
-    decay = blank(Decay, z)
     short = np.abs(z) < 1.0
-    if short.any():
-        a_s, t_s, z_s = a[short], t[short], z[short]
-        total = np.zeros_like(z_s)
-        for coefficient in DECAY_TAIL[z.dtype]:
-            total *= z_s
-            total += coefficient
-        e3 = t_s * t_s * t_s * total
-        e2 = 0.5 * t_s * t_s - a_s * e3
-        e1 = t_s - a_s * e2
-        put(decay, short, (1.0 - a_s * e1, e1, e2, e3))
-    long = ~short
-    if long.any():
-        a_l, t_l = a[long], t[long]
-        e = np.exp(-z[long])
-        e1 = (1.0 - e) / a_l
-        e2 = (t_l - e1) / a_l
-        put(decay, long, (e, e1, e2, (0.5 * t_l * t_l - e2) / a_l))
+    if short.all():
+        return _short_decay(a, t, z)
+    if not short.any():
+        return _long_decay(a, t, z)
+    long, decay = ~short, blank(Decay, z)
+    put(decay, short, _short_decay(a[short], t[short], z[short]))
+    put(decay, long, _long_decay(a[long], t[long], z[long]))
     return decay
+
+
+def _short_decay(a: Array, t: Array, z: Array) -> Decay:
+    """By a series, from the highest integral down."""
+    total = np.zeros_like(z)
+    for coefficient in DECAY_TAIL[z.dtype]:
+        total *= z
+        total += coefficient
+    e3 = t * t * t * total
+    e2 = 0.5 * t * t - a * e3
+    e1 = t - a * e2
+    return Decay(1.0 - a * e1, e1, e2, e3)
+
+
+def _long_decay(a: Array, t: Array, z: Array) -> Decay:
+    """By quotients, up to the highest integral."""
+    e = np.exp(-z)
+    e1 = (1.0 - e) / a
+    e2 = (t - e1) / a
+    return Decay(e, e1, e2, (0.5 * t * t - e2) / a)
 
 
 def short_pair(poles: Poles, t: Array) -> Pair:
@@ -70,7 +79,7 @@ def short_pair(poles: Poles, t: Array) -> Pair:
         before, term = term, new
         r2 += term
         r3 += np.multiply(term, 1.0 / (n + 4), out=part)
-        if n % 4 == 0 and (np.abs(term) + np.abs(before)).max() < LOST[t.dtype]:
+        if n % 4 == 0 and (np.abs(term) + np.abs(before)).max(initial=0.0) < LOST[t.dtype]:
             break
     series = PairSeries(r2 * (t * t * t), r3 * (t * t * t * t))
     known = formulas.pair_from_series(poles, series, t)
@@ -88,27 +97,27 @@ def distinct_pair(slow: Array, fast: Array, t: Array) -> Pair:
 
 def pair_at(poles: Poles, t: Array) -> Pair:
     """R, its derivative and integrals at t."""
-    pair = blank(Pair, t)
     mean = 0.5 * poles.p
     discriminant = mean * mean - poles.q
     half = np.sqrt(np.abs(discriminant))
     swings = discriminant < 0.0
     fast = mean + half
     short = (swings & (poles.q * t * t < 1.0)) | (~swings & (fast * t < 2.0))
+    turning = swings & ~short
+    if short.all():
+        return short_pair(poles, t)
+    if turning.all():
+        return _by_quotient(poles, _turning_core(mean, half, t), t)
     apart = ~swings & ~short & (half * t >= 0.5)
+    pair = blank(Pair, t)
     if short.any():
         put(pair, short, short_pair(take(poles, short), t[short]))
     if apart.any():
         f = fast[apart]
         put(pair, apart, distinct_pair(poles.q[apart] / f, f, t[apart]))
     core = blank(PairCore, t)
-    if (turning := swings & ~short).any():
-        t_s, mean_s, omega = t[turning], mean[turning], half[turning]
-        gone = -np.expm1(-mean_s * t_s)
-        envelope, sine, cosine = np.exp(-mean_s * t_s), np.sin(0.5 * omega * t_s), np.cos(0.5 * omega * t_s)
-        versine = 2.0 * sine * sine
-        r = envelope * (2.0 * sine * cosine / omega)
-        put(core, turning, (envelope * (1.0 - versine) - mean_s * r, r, gone + envelope * versine - mean_s * r))
+    if turning.any():
+        put(core, turning, _turning_core(mean[turning], half[turning], t[turning]))
     if (close := ~swings & ~short & ~apart).any():
         t_c, fast_c = t[close], fast[close]
         envelope = np.exp(-fast_c * t_c)
@@ -116,10 +125,21 @@ def pair_at(poles: Poles, t: Array) -> Pair:
         rd = envelope - poles.q[close] / fast_c * r
         put(core, close, (rd, r, 1.0 - rd - poles.p[close] * r))
     if (rest := ~short & ~apart).any():
-        known = take(core, rest)
-        integrals = formulas.pair_by_quotient(take(poles, rest), known, t[rest])
-        put(pair, rest, (*known[:2], *integrals))
+        put(pair, rest, _by_quotient(take(poles, rest), take(core, rest), t[rest]))
     return pair
+
+
+def _turning_core(mean: Array, omega: Array, t: Array) -> PairCore:
+    """Of a pair that swings."""
+    gone = -np.expm1(-mean * t)
+    envelope, sine, cosine = np.exp(-mean * t), np.sin(0.5 * omega * t), np.cos(0.5 * omega * t)
+    versine = 2.0 * sine * sine
+    r = envelope * (2.0 * sine * cosine / omega)
+    return PairCore(envelope * (1.0 - versine) - mean * r, r, gone + envelope * versine - mean * r)
+
+
+def _by_quotient(poles: Poles, known: PairCore, t: Array) -> Pair:
+    return Pair(*known[:2], *formulas.pair_by_quotient(poles, known, t))
 
 
 def short_basis(poles: Poles, t: Array) -> Basis:
@@ -140,7 +160,7 @@ def short_basis(poles: Poles, t: Array) -> Basis:
         w3 += np.multiply(new, 1.0 / (n + 5), out=part)
         part *= 1.0 / (n + 6)
         w4 += part
-        if n % 4 == 0 and (np.abs(term) + np.abs(once) + np.abs(twice)).max() < LOST[t.dtype]:
+        if n % 4 == 0 and (np.abs(term) + np.abs(once) + np.abs(twice)).max(initial=0.0) < LOST[t.dtype]:
             break
     tt = t * t
     series = Series(w2 * (tt * tt), w3 * (tt * tt * t), w4 * (tt * tt * tt))
@@ -174,13 +194,19 @@ def split_basis(poles: Poles, chi: Array, t: Array) -> Basis:
 def basis_at(poles: Poles, t: Array) -> Basis:
     """W, its derivatives and integrals at t. With a = 0, as where one mass is held, W is the integral of R.
 
-    a must be the most isolated root, as `factor_cubic` gives it.
+    a must be the most isolated root, as `factor_cubic` gives it. Lanes that are all of one kind are not taken apart.
     """
-    basis = blank(Basis, t)
     held = np.asarray(poles.a == 0.0)
+    if held.all():
+        return Basis(*pair_at(poles, t))
     chi = formulas.residue(poles)
     split = ~held & (chi * t * t >= 1.0)
+    if split.all():
+        return split_basis(poles, chi, t)
     short = ~held & ~split & (poles.s_1 * t < 4.0)
+    if short.all():
+        return short_basis(poles, t)
+    basis = blank(Basis, t)
     if held.any():
         put(basis, held, pair_at(take(poles, held), t[held]))
     if split.any():

@@ -12,15 +12,22 @@ Lanes = NDArray[np.bool_] | NDArray[np.intp]
 Record = TypeVar("Record", bound=tuple[Any, ...])
 
 
+def _places(lanes: Lanes) -> NDArray[np.intp]:
+    """The lanes by their numbers: a mask is gone through once, not once a field."""
+    return lanes.nonzero()[0] if lanes.dtype == np.bool_ else lanes.view(np.intp)
+
+
 def take(record: Record, lanes: Lanes) -> Record:
     """The record of some lanes; every field is an array of one dimension."""
-    return type(record)(*(field[lanes] for field in record))
+    places = _places(lanes)
+    return type(record)(*[field[places] for field in record])
 
 
 def put(record: tuple[Any, ...], lanes: Lanes, values: Iterable[object]) -> None:
     """Write the fields of some lanes."""
+    places = _places(lanes)
     for field, value in zip(record, values, strict=True):
-        field[lanes] = value
+        field[places] = value
 
 
 def blank(kind: type[Record], like: Array) -> Record:
