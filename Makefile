@@ -19,9 +19,10 @@ test: compiler venv-dev ## prove it: the derivation, the generated code against 
 	$(PY) -m pytest -n auto --dist loadfile
 
 N = 1000000
-test-exhaustive: compiler venv-dev ## certify N random stances, a million if not given, with a checker in higher precision
+test-exhaustive: compiler venv-dev ## certify N (1 000 000) random stances with a checker in higher precision; then test-control-exhaustive
 	$(PY) tools/build_library.py
 	$(PY) -m tests.exhaustive --count $(N) --reference 2000 --cases out/cases.json
+	$(PY) -m tests.scan --count $(TOUCHDOWNS) --step 1e-4
 
 test-exhaustive-slice: compiler venv-dev ## the same for 20 000 of them, 500 with the 50-digit reference
 	$(PY) tools/build_library.py

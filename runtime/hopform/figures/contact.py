@@ -21,9 +21,10 @@ from hopform.figures.picture import (
     legend,
     mm,
     sampled_length,
+    shade_stances,
 )  # fmt: skip
 from hopform.hopping import Run, simulate
-from hopform.plots import STANCE, house_style
+from hopform.plots import house_style
 from hopform.robots import load_robot
 from hopform.terrain import flat
 from hopform.touchdown import TouchdownDetector, delayed_apex
@@ -90,8 +91,7 @@ def in_contact(run: Run, t: Array) -> Array:
 
 
 def draw_signal(axes: Axes, run: Run, t: Array, signal: Array, detector: TouchdownDetector, told: Array) -> None:
-    for hop in run.hops:
-        axes.axvspan(hop.touchdown_time, hop.takeoff_time, zorder=0, label="" if hop.index else "stance", **STANCE)
+    shade_stances(axes, run)
     axes.plot(t, signal, color=BLUE, linewidth=0.6, label="signal")
     axes.axhline(detector.high, color=GREEN, linestyle="--", linewidth=1.0, label="touch begins above")
     axes.axhline(detector.low, color=MAGENTA, linestyle=":", linewidth=1.2, label="ends below")

@@ -2,6 +2,8 @@
 
 # pyright: reportUnknownMemberType=false
 
+from typing import Any
+
 import numpy as np
 from matplotlib.figure import Figure
 
@@ -60,17 +62,10 @@ def drawn(run: Run, miss: Array, miss_printed: Array) -> Figure:
     middle.plot(t, np.asarray(run.current(t)), color=ORANGE, linewidth=0.9)
     middle.set_ylabel("current $u$ [A]")
     times, _ = apexes(run)
-    bottom.semilogy(
-        times[: miss_printed.size],
-        miss_printed,
-        "s",
-        color=BLACK,
-        markersize=3.5,
-        markerfacecolor="none",
-        clip_on=False,
-        label="as printed",
-    )
-    bottom.semilogy(times, np.maximum(miss, LEAST), "o", color=GREEN, markersize=3.5, clip_on=False, label="exact")
+    looks: dict[str, Any] = {"markersize": 3.5, "clip_on": False}
+    shown = times[: miss_printed.size]
+    bottom.semilogy(shown, miss_printed, "s", color=BLACK, markerfacecolor="none", label="as printed", **looks)
+    bottom.semilogy(times, np.maximum(miss, LEAST), "o", color=GREEN, label="exact", **looks)
     bottom.set_ylim(LEAST / 3.0, 1.0)
     bottom.set_ylabel("apex error [m]")
     bottom.set_xlabel("time [s]")

@@ -24,6 +24,7 @@ from hopform.figures.picture import (
     hop_heights,
     legend,
     mm,
+    named,
     panels,
     stairs,
 )  # fmt: skip
@@ -35,7 +36,6 @@ from hopform.terrain import flat, uniform
 REFERENCE = (0.16,) * 6 + (0.20,) * 6 + (0.14,) * 6
 SETTLED = 3  # hops after a step of the reference that are not counted
 KP, KD = 200.0, 10.0  # [V/m], [V s/m] of the law in expansion
-ROBOT = "hopper_b (its input is in V)"
 
 
 def on_even_ground() -> Picture:
@@ -56,7 +56,7 @@ def on_even_ground() -> Picture:
     )
     paper = "simulated tracking of references by Hopper B's first controller on even ground"
     data = {"run": run, "wanted": REFERENCE, "miss": miss}
-    return finished(6, "First controller, even ground", paper, ours, ROBOT, figure, data)
+    return finished(6, "First controller, even ground", paper, ours, named(run.robot), figure, data)
 
 
 def on_uneven_ground() -> Picture:
@@ -88,7 +88,7 @@ def on_uneven_ground() -> Picture:
     )
     paper = "simulations in which Hopper B's first controller cannot hold the height on uneven terrain"
     data = {"runs": runs, "others": others, "wanted": wanted, "miss": miss, "spread": spread}
-    return finished(7, "First controller, uneven ground", paper, ours, ROBOT, figure, data)
+    return finished(7, "First controller, uneven ground", paper, ours, named(robot), figure, data)
 
 
 def with_errors_of_measurement() -> Picture:
@@ -125,7 +125,7 @@ def with_errors_of_measurement() -> Picture:
         "miss without errors": before,
         "errors": errors,
     }
-    return finished(8, "First controller, errors of measurement", paper, ours, ROBOT, figure, data)
+    return finished(8, "First controller, errors of measurement", paper, ours, named(run.robot), figure, data)
 
 
 def tracked(run: Run, wanted: Sequence[float], compared: Mapping[str, Run]) -> Figure:

@@ -139,6 +139,11 @@ def sampled_length(duration: float, rate: float) -> Array:
     return np.arange(int(duration * rate) + 1) / rate
 
 
+def named(robot: Robot) -> str:
+    """What a caption calls a robot; Hopper B's input is in V, not in A."""
+    return f"{robot.name} (its input is in V)" if robot.name == "hopper_b" else robot.name
+
+
 def cm(metres: float, digits: int = 1) -> str:
     """A length in cm."""
     return f"{100.0 * metres:.{digits}f} cm"

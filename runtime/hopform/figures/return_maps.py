@@ -2,12 +2,15 @@
 
 # pyright: reportUnknownMemberType=false
 
+from typing import Any
+
 import numpy as np
 from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
 from hopform.control import choose_current
 from hopform.controllers import Touchdown
+from hopform.figures.first_controller import rms
 from hopform.figures.picture import (
     BLACK,
     BLUE,
@@ -20,8 +23,9 @@ from hopform.figures.picture import (
     finished,
     legend,
     mm,
+    named,
     panels,
-)
+)  # fmt: skip
 from hopform.hopping import simulate
 from hopform.plots import house_style
 from hopform.reaching import Reachability, reachability
@@ -40,8 +44,7 @@ def maps_of_hopper_b() -> Picture:
     silent = reach.heights[np.isnan(reach.apex).any(axis=1)]
     with house_style():
         figure, (axes,) = panels(1, 4.3)
-        axes.fill_between(100 * reach.heights, 100 * reach.lowest, 100 * reach.highest, color=SKY, alpha=0.18,
-                          linewidth=0.0, label="reachable by some voltage")  # fmt: skip
+        shade(axes, reach, "reachable by some voltage")
         for column, colour in enumerate(colours):
             axes.plot(100 * reach.heights, free[:, column], color=colour)
             label = "" if column < currents.size - 1 else "actuator meets its stop"
@@ -59,13 +62,13 @@ def maps_of_hopper_b() -> Picture:
         f"the next apex after drops of {cm(reach.heights[0])} to {cm(reach.heights[-1])}, actuator at its origin, "
         f"under {currents.size} "
         f"constant voltages. Heights that a voltage gives back: {points}. Without actuation {cm(0.2, 0)} become "
-        f"{cm(float(np.interp(0.2, reach.heights, reach.apex[:, 0])))}; the highest that can be held is "
+        f"{cm(passive(reach, 0.2))}; the highest that can be held is "
         f"{cm(highest_held(reach))}. Up to {cm(float(silent.max(initial=0.0)))} some voltages lead to no take-off: their "
         "curves begin above that"
     )
     paper = "overlaid return maps of Hopper B for different control actions, measured"
     data = {"reach": reach}
-    return finished(5, "Apex reachability of Hopper B", paper, ours, f"{robot.name} (its input is in V)", figure, data)
+    return finished(5, "Apex reachability of Hopper B", paper, ours, named(robot), figure, data)
 
 
 def map_of_hopper_c() -> Picture:
@@ -82,22 +85,12 @@ def map_of_hopper_c() -> Picture:
     ])  # fmt: skip
     with house_style():
         figure, (axes,) = panels(1, 4.3)
-        axes.fill_between(100 * reach.heights, 100 * reach.lowest, 100 * reach.highest, color=SKY, alpha=0.18,
-                          linewidth=0.0, label="reachable")  # fmt: skip
+        shade(axes, reach, "reachable")
         axes.plot(100 * reach.heights, 100 * reach.highest, color=BLUE, label="highest, within the stroke's margin")
         axes.plot(100 * reach.heights, 100 * reach.apex[:, 0], color=MAGENTA, linestyle="--", label="no actuation")
-        axes.plot(
-            100 * seen, 100 * most, "^", color=BLUE, markersize=4.5, markerfacecolor="none", label="hops, most current"
-        )
-        axes.plot(
-            100 * seen,
-            100 * least,
-            "v",
-            color=MAGENTA,
-            markersize=4.5,
-            markerfacecolor="none",
-            label="hops, no current",
-        )
+        hollow: dict[str, Any] = {"markersize": 4.5, "markerfacecolor": "none"}
+        axes.plot(100 * seen, 100 * most, "^", color=BLUE, label="hops, most current", **hollow)
+        axes.plot(100 * seen, 100 * least, "v", color=MAGENTA, label="hops, no current", **hollow)
         fixed_points(axes, reach)
         diagonal(axes, reach)
         legend(axes)
@@ -108,21 +101,17 @@ def map_of_hopper_c() -> Picture:
         else "none is held"
     )
     ours = (
-        f"the lowest curve is a drop at 0 A ({cm(0.2, 0)} become "
-        f"{cm(float(np.interp(0.2, reach.heights, reach.apex[:, 0])))}), the upper one the "
-        f"highest apex of all currents up to {robot.u_max:g} A that keep x1 {cm(margin)} off its stop; {holds}. The "
-        f"stroke limits "
-        f"{int(reach.limited.any(axis=1).sum())} of {reach.heights.size} heights. Markers: simulated hops, "
-        f"{mm(noise)} noise on each height; "
-        f"rms distance to the curves {mm(float(np.sqrt(np.mean(misses**2))))}"
+        f"the lowest curve is a drop at 0 A ({cm(0.2, 0)} become {cm(passive(reach, 0.2))}), the upper one the highest apex "
+        f"of all currents up to {robot.u_max:g} A that keep x1 {cm(margin)} off its stop; {holds}. The stroke limits "
+        f"{int(reach.limited.any(axis=1).sum())} of {reach.heights.size} heights. Markers: simulated hops, {mm(noise)} noise on "
+        f"each height; rms distance to the curves {mm(rms(misses))}"
     )
     paper = (
-        "the next apex over the current one for Hopper C, measured and computed: bottom without actuation, top at "
-        "about "
+        "the next apex over the current one for Hopper C, measured and computed: bottom without actuation, top at about "
         "the largest compression, x1 kept 1 to 2 cm off its end"
     )
     data = {"reach": reach, "seen": seen, "least": least, "most": most, "misses": misses, "noise": noise}
-    return finished(11, "Apex reachability of Hopper C", paper, ours, robot.name, figure, data)
+    return finished(11, "Apex reachability of Hopper C", paper, ours, named(robot), figure, data)
 
 
 def beside(which: NDArray[np.bool_]) -> NDArray[np.bool_]:
@@ -134,8 +123,7 @@ def beside(which: NDArray[np.bool_]) -> NDArray[np.bool_]:
 
 
 def measured(height: float, highest: bool, margin: float) -> float:
-    """The apex [m] of one simulated hop from a height [m]: without actuation, or with the current that leads
-    highest."""
+    """The apex [m] of one simulated hop from a height [m]: without actuation, or with what leads highest."""
     robot = load_robot("hopper_c")
 
     def controller(touchdown: Touchdown) -> float:
@@ -159,6 +147,17 @@ def highest_held(reach: Reachability) -> float:
     """The highest height [m] that some current gives back."""
     held = reach.heights[np.isfinite(reach.hold)]
     return float(held.max())
+
+
+def passive(reach: Reachability, height: float) -> float:
+    """The next apex [m] without actuation, the first current of the map, from a height [m]."""
+    return float(np.interp(height, reach.heights, reach.apex[:, 0]))
+
+
+def shade(axes: Axes, reach: Reachability, words: str) -> None:
+    """What the currents that are allowed reach."""
+    ends = (100 * reach.heights, 100 * reach.lowest, 100 * reach.highest)
+    axes.fill_between(*ends, color=SKY, alpha=0.18, linewidth=0.0, label=words)
 
 
 def fixed_points(axes: Axes, reach: Reachability) -> None:

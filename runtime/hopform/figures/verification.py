@@ -13,7 +13,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from hopform.figures.first_controller import rms
-from hopform.figures.picture import BLACK, BLUE, ORANGE, Array, Picture, finished, legend, mm, panels, standing
+from hopform.figures.picture import BLACK, BLUE, ORANGE, Array, Picture, finished, legend, mm, named, panels, standing
 from hopform.hopping import simulate
 from hopform.plots import house_style
 from hopform.robots import Robot, load_robot
@@ -55,15 +55,9 @@ def initial_model() -> Picture:
         "measured and simulated drop tests (x2) and step responses (x1) of Hopper B: fair for x2, off for small hops "
         "and for x1"
     )
-    data = {
-        "robot": robot,
-        "fitted": fitted,
-        "measured": measured,
-        "model": model,
-        "rms x1": rms(off_1),
-        "rms x2": rms(off_2),
-    }
-    return finished(4, "Initial model", paper, ours, f"{robot.name} (its input is in V)", figure, data)
+    data = {"robot": robot, "fitted": fitted, "measured": measured, "model": model,
+            "rms x1": rms(off_1), "rms x2": rms(off_2)}  # fmt: skip
+    return finished(4, "Initial model", paper, ours, named(robot), figure, data)
 
 
 def improved_model() -> Picture:
@@ -90,7 +84,7 @@ def improved_model() -> Picture:
         "steady state are better than in Fig. 4"
     )
     data = {"robot": robot, "fitted": fitted, "measured": measured, "old": old, "new": new, "rms": left}
-    return finished(10, "Improved model", paper, ours, robot.name, figure, data)
+    return finished(10, "Improved model", paper, ours, named(robot), figure, data)
 
 
 def recordings(robot: Robot, u: float) -> Recordings:
