@@ -6,5 +6,5 @@
 
 const char *hopform_source(void)
 {
-    return "6533dfef31ac46d9";
+    return "5cd126a7d73317cb";
 }

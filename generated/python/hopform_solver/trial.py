@@ -139,29 +139,26 @@ def _find_dips(trials: Trials, lanes: NDArray[np.intp], phase: _Phase) -> None:
     if not row.size:
         return
     found = phase.only(may[row])
-    ends = np.array([look, look + 1])
-    t = _turn(found, found.length * share[ends], rate[row, ends])
+    low, high = found.length * share[look], found.length * share[look + 1]
+    t = _turn(found, low, high, rate[row, look], rate[row, look + 1])
     y, y_u = found.at(t).y, found.change_at(t).y
     order = np.argsort(-y, kind="stable")
     for one in order:  # the least last; hardly any stance has two
         _note(trials.dip, trials.dip_u, lanes[may[row[one : one + 1]]], y[one : one + 1], y_u[one : one + 1], -1.0)
 
 
-def _turn(phase: _Phase, ends: Array, rates: Array) -> Array:
-    """Where y' vanishes between two times of each phase, (2, n), at the first of which it is < 0: by false position, the value
-    at an end that stays being halved (Illinois)."""
-    low, high, falling, rising = *ends, *rates
-    last = new = np.asarray(high)
+def _turn(phase: _Phase, low: Array, high: Array, falling: Array, rising: Array) -> Array:
+    """Where y' vanishes between two times of each phase, with its values there, the first < 0: by false position, the value at
+    an end that stays being halved (Illinois)."""
+    last = new = high
     for _ in range(60):
         new = high - rising * (high - low) / (rising - falling)
         new = np.where((new > low) & (new < high), new, np.where(rising == 0.0, high, 0.5 * (low + high)))
         at = phase.at(new)
         rate = at.v1 - at.v2
         down, was_down = rate < 0.0, last == low
-        falling, rising = (
-            np.where(down, rate, np.where(was_down, falling, 0.5 * falling)),
-            np.where(down, np.where(was_down, 0.5 * rising, rising), rate),
-        )
+        halved = np.where(was_down, falling, 0.5 * falling), np.where(was_down, 0.5 * rising, rising)
+        falling, rising = np.where(down, rate, halved[0]), np.where(down, halved[1], rate)
         low, high = np.where(down, new, low), np.where(down, high, new)
         if bool((np.abs(new - last) <= 4.0 * np.finfo(new.dtype).eps * phase.length).all()):
             break
