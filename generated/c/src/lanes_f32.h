@@ -358,6 +358,8 @@ typedef struct {
     column t, side_1, side_2, fresh_1, fresh_2, count, events;
     column alone, free; /* the mass that has come to rest while the other was held, and its free acceleration */
     state_columns state;
+    column from_min; /* x1 - x1_min and x1 - x1_max: x1 itself has no digits for what is this close to a stop */
+    column from_max;
 
     column halt, limit; /* when a mass that slips alone comes to rest, and the end of the phase: since it began, as all its times */
     poles_columns poles;
@@ -925,10 +927,8 @@ LANES_CODE static void start_halts(lanes *restrict w)
 /* Whether a lane's actuator is kept from moving up or down, a side. */
 static inline bool blocks(const lanes *w, int l, float side)
 {
-    const float x1_min = w->robot.x1_min[l];
-    const float x1_max = w->robot.x1_max[l];
-    const bool at_end = side < 0.0f ? w->state.x1[l] <= x1_min : w->state.x1[l] >= x1_max;
-    return at_end | !(x1_min < x1_max);
+    const bool at_end = side < 0.0f ? w->from_min[l] <= 0.0f : w->from_max[l] >= 0.0f;
+    return at_end | !(w->robot.x1_min[l] < w->robot.x1_max[l]);
 }
 
 static inline void put_watch(lanes *w, int s, int l, float on, float kind, float side, const hopform_watch_f32 *watch)
@@ -1551,16 +1551,16 @@ LANES_CODE static void cross_at_the_limit(lanes *restrict w)
 /* ---- stops ---- */
 
 /* How far x_1 is beyond the stop ahead, below 0 where there is none, and how fast it gets there. */
-LANES_CODE static void beyond_stops(const lanes *restrict w, const float *restrict stop, const float *restrict ahead,
+LANES_CODE static void beyond_stops(const lanes *restrict w, const float *restrict gap, const float *restrict ahead,
                                     const basis_columns *restrict basis, const float *restrict t, float *restrict beyond,
                                     float *restrict rate)
 {
     for (int l = 0; l < LANES; l++) {
-        const hopform_state_f32 state = one_of_state_columns(&w->state, l);
+        const hopform_state_f32 from_stop = {gap[l], w->state.v1[l], w->state.v2[l], w->state.y[l]};
         const hopform_motion_f32 motion = one_of_motion_columns(&w->motion, l);
         const hopform_basis_f32 one = one_of_basis_columns(basis, l);
-        const hopform_at_f32 at = hopform_state_at_f32(&state, &motion, &one, t[l]);
-        beyond[l] = w->side_1[l] * (at.x1_t - stop[l]);
+        const hopform_at_f32 at = hopform_state_at_f32(&from_stop, &motion, &one, t[l]);
+        beyond[l] = w->side_1[l] * at.x1_t;
         rate[l] = w->side_1[l] * at.v1_t;
     }
     for (int l = 0; l < LANES; l++) {
@@ -1571,15 +1571,15 @@ LANES_CODE static void beyond_stops(const lanes *restrict w, const float *restri
 /* Windows end where x_1 meets its stop; `stops` says which. */
 LANES_CODE static void meet_stops(lanes *restrict w, float *restrict stops)
 {
-    column low, high, t, going, tied, stop, ahead, beyond, rate, next;
+    column low, high, t, going, tied, gap, ahead, beyond, rate, next;
     basis_columns basis;
     for (int l = 0; l < LANES; l++) {
-        stop[l] = w->side_1[l] > 0.0f ? w->robot.x1_max[l] : w->robot.x1_min[l];
+        gap[l] = w->side_1[l] > 0.0f ? w->from_max[l] : w->from_min[l];
     }
     for (int l = 0; l < LANES; l++) {
-        ahead[l] = fabsf(w->side_1[l]) * flag(within_range(stop[l]));
+        ahead[l] = fabsf(w->side_1[l]) * flag(within_range(gap[l]));
     }
-    beyond_stops(w, stop, ahead, &w->end, w->end_t, beyond, rate);
+    beyond_stops(w, gap, ahead, &w->end, w->end_t, beyond, rate);
     for (int l = 0; l < LANES; l++) {
         going[l] = w->live[l] * (1.0f - flag(w->left[l] > 0.0f)) * flag(beyond[l] > 0.0f);
         stops[l] = going[l];
@@ -1597,7 +1597,7 @@ LANES_CODE static void meet_stops(lanes *restrict w, float *restrict stops)
             bases_at(w, t, going, &basis);
         }
         if (n > 0) {
-            beyond_stops(w, stop, ahead, &basis, t, beyond, rate);
+            beyond_stops(w, gap, ahead, &basis, t, beyond, rate);
         }
         for (int l = 0; l < LANES; l++) {
             const float step = over(beyond[l], rate[l]);
@@ -1646,16 +1646,19 @@ static inline bool on_threshold(float acceleration, float friction)
 /* A mass that has come to rest stays there, is stopped, or goes on: its velocity is 0. */
 LANES_CODE static void come_to_rest(lanes *restrict w, const float *restrict how, float *restrict hits)
 {
-    column stop;
+    column stop, gap;
     for (int l = 0; l < LANES; l++) {
         stop[l] = w->side_1[l] > 0.0f ? w->robot.x1_max[l] : w->robot.x1_min[l];
+        gap[l] = w->side_1[l] > 0.0f ? w->from_max[l] : w->from_min[l];
     }
     for (int l = 0; l < LANES; l++) {
-        const bool near_stop = within_range(stop[l]) & (fabsf(w->state.x1[l] - stop[l]) <= 4.0f * 1.1920929e-7f * fabsf(stop[l]));
+        const bool near_stop = within_range(stop[l]) & (fabsf(gap[l]) <= 4.0f * 1.1920929e-7f * fabsf(stop[l]));
         hits[l] = is(how[l], BY_STOP) + is(how[l], BY_VELOCITY_1) * flag(near_stop);
     }
     for (int l = 0; l < LANES; l++) {
         keep(&w->state.x1[l], hits[l] > 0.0f, stop[l]);
+        keep(&w->from_min[l], hits[l] > 0.0f, stop[l] - w->robot.x1_min[l]);
+        keep(&w->from_max[l], hits[l] > 0.0f, stop[l] - w->robot.x1_max[l]);
         keep(&w->state.v1[l], is(how[l], BY_VELOCITY_1) + hits[l] > 0.0f, 0.0f);
         keep(&w->state.v2[l], is(how[l], BY_VELOCITY_2) > 0.0f, 0.0f);
         keep(&w->state.y[l], is(how[l], BY_TAKEOFF) > 0.0f, 0.0f);
@@ -1813,8 +1816,12 @@ LANES_CODE static void end_windows(lanes *restrict w, const float *restrict stop
         const hopform_motion_f32 motion = one_of_motion_columns(&w->motion, l);
         const hopform_basis_f32 basis = one_of_basis_columns(&w->end, l);
         const hopform_at_f32 at = hopform_state_at_f32(&state, &motion, &basis, w->end_t[l]);
+        const hopform_state_f32 from_zero = {0.0f, state.v1, state.v2, state.y};
+        const hopform_at_f32 moved = hopform_state_at_f32(&from_zero, &motion, &basis, w->end_t[l]);
         const bool ends = how[l] > (float)NO_END;
         const bool held_1 = !(fabsf(w->side_1[l]) > 0.0f);
+        keep(&w->from_min[l], ends & !held_1, w->from_min[l] + moved.x1_t);
+        keep(&w->from_max[l], ends & !held_1, w->from_max[l] + moved.x1_t);
         const bool held_2 = !(fabsf(w->side_2[l]) > 0.0f);
         keep(&w->state.x1[l], ends & !held_1, at.x1_t);
         keep(&w->state.v1[l], ends, held_1 ? 0.0f : at.v1_t);
@@ -1906,6 +1913,8 @@ static bool take(lanes *w, int l, const queue *from, int64_t i)
     }
     put_robot(w, l, from);
     put_state_columns(&w->state, l, &state);
+    w->from_min[l] = state.x1 - robot->x1_min;
+    w->from_max[l] = state.x1 - robot->x1_max;
     w->u[l] = u;
     w->horizon[l] = horizon;
     w->max_phases[l] = (float)in->max_phases;

@@ -358,6 +358,8 @@ typedef struct {
     column t, side_1, side_2, fresh_1, fresh_2, count, events;
     column alone, free; /* the mass that has come to rest while the other was held, and its free acceleration */
     state_columns state;
+    column from_min; /* x1 - x1_min and x1 - x1_max: x1 itself has no digits for what is this close to a stop */
+    column from_max;
 
     column halt, limit; /* when a mass that slips alone comes to rest, and the end of the phase: since it began, as all its times */
     poles_columns poles;
@@ -946,10 +948,8 @@ LANES_CODE static void start_halts(lanes *restrict w)
 /* Whether a lane's actuator is kept from moving up or down, a side. */
 static inline bool blocks(const lanes *w, int l, double side)
 {
-    const double x1_min = w->robot.x1_min[l];
-    const double x1_max = w->robot.x1_max[l];
-    const bool at_end = side < 0.0 ? w->state.x1[l] <= x1_min : w->state.x1[l] >= x1_max;
-    return at_end | !(x1_min < x1_max);
+    const bool at_end = side < 0.0 ? w->from_min[l] <= 0.0 : w->from_max[l] >= 0.0;
+    return at_end | !(w->robot.x1_min[l] < w->robot.x1_max[l]);
 }
 
 static inline void put_watch(lanes *w, int s, int l, double on, double kind, double side, const hopform_watch_f64 *watch)
@@ -1572,16 +1572,16 @@ LANES_CODE static void cross_at_the_limit(lanes *restrict w)
 /* ---- stops ---- */
 
 /* How far x_1 is beyond the stop ahead, below 0 where there is none, and how fast it gets there. */
-LANES_CODE static void beyond_stops(const lanes *restrict w, const double *restrict stop, const double *restrict ahead,
+LANES_CODE static void beyond_stops(const lanes *restrict w, const double *restrict gap, const double *restrict ahead,
                                     const basis_columns *restrict basis, const double *restrict t, double *restrict beyond,
                                     double *restrict rate)
 {
     for (int l = 0; l < LANES; l++) {
-        const hopform_state_f64 state = one_of_state_columns(&w->state, l);
+        const hopform_state_f64 from_stop = {gap[l], w->state.v1[l], w->state.v2[l], w->state.y[l]};
         const hopform_motion_f64 motion = one_of_motion_columns(&w->motion, l);
         const hopform_basis_f64 one = one_of_basis_columns(basis, l);
-        const hopform_at_f64 at = hopform_state_at_f64(&state, &motion, &one, t[l]);
-        beyond[l] = w->side_1[l] * (at.x1_t - stop[l]);
+        const hopform_at_f64 at = hopform_state_at_f64(&from_stop, &motion, &one, t[l]);
+        beyond[l] = w->side_1[l] * at.x1_t;
         rate[l] = w->side_1[l] * at.v1_t;
     }
     for (int l = 0; l < LANES; l++) {
@@ -1592,15 +1592,15 @@ LANES_CODE static void beyond_stops(const lanes *restrict w, const double *restr
 /* Windows end where x_1 meets its stop; `stops` says which. */
 LANES_CODE static void meet_stops(lanes *restrict w, double *restrict stops)
 {
-    column low, high, t, going, tied, stop, ahead, beyond, rate, next;
+    column low, high, t, going, tied, gap, ahead, beyond, rate, next;
     basis_columns basis;
     for (int l = 0; l < LANES; l++) {
-        stop[l] = w->side_1[l] > 0.0 ? w->robot.x1_max[l] : w->robot.x1_min[l];
+        gap[l] = w->side_1[l] > 0.0 ? w->from_max[l] : w->from_min[l];
     }
     for (int l = 0; l < LANES; l++) {
-        ahead[l] = fabs(w->side_1[l]) * flag(within_range(stop[l]));
+        ahead[l] = fabs(w->side_1[l]) * flag(within_range(gap[l]));
     }
-    beyond_stops(w, stop, ahead, &w->end, w->end_t, beyond, rate);
+    beyond_stops(w, gap, ahead, &w->end, w->end_t, beyond, rate);
     for (int l = 0; l < LANES; l++) {
         going[l] = w->live[l] * (1.0 - flag(w->left[l] > 0.0)) * flag(beyond[l] > 0.0);
         stops[l] = going[l];
@@ -1618,7 +1618,7 @@ LANES_CODE static void meet_stops(lanes *restrict w, double *restrict stops)
             bases_at(w, t, going, &basis);
         }
         if (n > 0) {
-            beyond_stops(w, stop, ahead, &basis, t, beyond, rate);
+            beyond_stops(w, gap, ahead, &basis, t, beyond, rate);
         }
         for (int l = 0; l < LANES; l++) {
             const double step = over(beyond[l], rate[l]);
@@ -1667,16 +1667,19 @@ static inline bool on_threshold(double acceleration, double friction)
 /* A mass that has come to rest stays there, is stopped, or goes on: its velocity is 0. */
 LANES_CODE static void come_to_rest(lanes *restrict w, const double *restrict how, double *restrict hits)
 {
-    column stop;
+    column stop, gap;
     for (int l = 0; l < LANES; l++) {
         stop[l] = w->side_1[l] > 0.0 ? w->robot.x1_max[l] : w->robot.x1_min[l];
+        gap[l] = w->side_1[l] > 0.0 ? w->from_max[l] : w->from_min[l];
     }
     for (int l = 0; l < LANES; l++) {
-        const bool near_stop = within_range(stop[l]) & (fabs(w->state.x1[l] - stop[l]) <= 4.0 * 2.220446049250313e-16 * fabs(stop[l]));
+        const bool near_stop = within_range(stop[l]) & (fabs(gap[l]) <= 4.0 * 2.220446049250313e-16 * fabs(stop[l]));
         hits[l] = is(how[l], BY_STOP) + is(how[l], BY_VELOCITY_1) * flag(near_stop);
     }
     for (int l = 0; l < LANES; l++) {
         keep(&w->state.x1[l], hits[l] > 0.0, stop[l]);
+        keep(&w->from_min[l], hits[l] > 0.0, stop[l] - w->robot.x1_min[l]);
+        keep(&w->from_max[l], hits[l] > 0.0, stop[l] - w->robot.x1_max[l]);
         keep(&w->state.v1[l], is(how[l], BY_VELOCITY_1) + hits[l] > 0.0, 0.0);
         keep(&w->state.v2[l], is(how[l], BY_VELOCITY_2) > 0.0, 0.0);
         keep(&w->state.y[l], is(how[l], BY_TAKEOFF) > 0.0, 0.0);
@@ -1834,8 +1837,12 @@ LANES_CODE static void end_windows(lanes *restrict w, const double *restrict sto
         const hopform_motion_f64 motion = one_of_motion_columns(&w->motion, l);
         const hopform_basis_f64 basis = one_of_basis_columns(&w->end, l);
         const hopform_at_f64 at = hopform_state_at_f64(&state, &motion, &basis, w->end_t[l]);
+        const hopform_state_f64 from_zero = {0.0, state.v1, state.v2, state.y};
+        const hopform_at_f64 moved = hopform_state_at_f64(&from_zero, &motion, &basis, w->end_t[l]);
         const bool ends = how[l] > (double)NO_END;
         const bool held_1 = !(fabs(w->side_1[l]) > 0.0);
+        keep(&w->from_min[l], ends & !held_1, w->from_min[l] + moved.x1_t);
+        keep(&w->from_max[l], ends & !held_1, w->from_max[l] + moved.x1_t);
         const bool held_2 = !(fabs(w->side_2[l]) > 0.0);
         keep(&w->state.x1[l], ends & !held_1, at.x1_t);
         keep(&w->state.v1[l], ends, held_1 ? 0.0 : at.v1_t);
@@ -1927,6 +1934,8 @@ static bool take(lanes *w, int l, const queue *from, int64_t i)
     }
     put_robot(w, l, from);
     put_state_columns(&w->state, l, &state);
+    w->from_min[l] = state.x1 - robot->x1_min;
+    w->from_max[l] = state.x1 - robot->x1_max;
     w->u[l] = u;
     w->horizon[l] = horizon;
     w->max_phases[l] = (double)in->max_phases;

@@ -25,6 +25,8 @@ typedef struct {
     double horizon;
     double t;
     hopform_state_f64 state;
+    double from_min; /* x1 - x1_min and x1 - x1_max: x1 itself has no digits for what is this close to a stop */
+    double from_max;
     int side_1;
     int side_2;
     bool fresh_1; /* mass 1 has just crossed its friction threshold: its acceleration is exactly zero */
@@ -53,10 +55,10 @@ static bool is_finite(double value)
 
 /* ---- the hold rule ---- */
 
-static bool blocked(const hopform_robot_f64 *robot, double x1, int side)
+static bool blocked(const stance_chain *chain, int side)
 {
-    const bool locked = !(robot->x1_min < robot->x1_max);
-    return locked || (side < 0 && x1 <= robot->x1_min) || (side > 0 && x1 >= robot->x1_max);
+    const bool locked = !(chain->plan->robot.x1_min < chain->plan->robot.x1_max);
+    return locked || (side < 0 && chain->from_min <= 0.0) || (side > 0 && chain->from_max >= 0.0);
 }
 
 /* First non-zero derivative of the free acceleration of a mass that is held. */
@@ -89,7 +91,7 @@ static int direction(const stance_chain *chain, int mass)
         goes = acceleration * drift >= 0.0 ? sign_of(drift) : 0.0;
     }
     const int side = (int)goes;
-    return mass == 1 && blocked(robot, chain->state.x1, side) ? 0 : side;
+    return mass == 1 && blocked(chain, side) ? 0 : side;
 }
 
 /* Sides of the masses that are at rest; twice, because each may depend on what the other one does. */
@@ -130,7 +132,7 @@ static void watch_thresholds(const stance_chain *chain, stance_guard *guard, int
     const double acceleration = mass == 1 ? at_rest.free_1 : at_rest.free_2;
     const double friction = mass == 1 ? robot->f1 : robot->f2;
     for (int side = -1; side <= 1; side += 2) {
-        if (mass == 1 && blocked(robot, chain->state.x1, side)) {
+        if (mass == 1 && blocked(chain, side)) {
             continue;
         }
         const double sign = (double)side;
@@ -331,10 +333,10 @@ static void settle_window(const stance_guard *guard, double low, window *end)
 /* The stop ahead, which x_1, monotone within a phase, has met if it is beyond it at the end of the window. */
 static bool meets_stop(const stance_chain *chain, const stance_guard *guard, double low, window *end)
 {
-    const hopform_robot_f64 *robot = &chain->plan->robot;
-    const double stop = chain->side_1 > 0 ? robot->x1_max : robot->x1_min;
     const double sign = (double)chain->side_1;
-    if (chain->side_1 == 0 || !is_finite(stop)) {
+    hopform_state_f64 start = chain->state;
+    start.x1 = chain->side_1 > 0 ? chain->from_max : chain->from_min; /* counted from the stop */
+    if (chain->side_1 == 0 || !is_finite(start.x1)) {
         return false;
     }
     double high = end->t;
@@ -344,8 +346,8 @@ static bool meets_stop(const stance_chain *chain, const stance_guard *guard, dou
         if (n > 0) {
             basis = hopform_basis_at_f64(guard->poles, t);
         }
-        const hopform_at_f64 at = hopform_state_at_f64(&chain->state, guard->motion, &basis, t);
-        const double beyond = sign * (at.x1_t - stop);
+        const hopform_at_f64 at = hopform_state_at_f64(&start, guard->motion, &basis, t);
+        const double beyond = sign * at.x1_t;
         if (n == 0 && !(beyond > 0.0)) {
             return false;
         }
@@ -509,10 +511,13 @@ static void end_of_velocity_1(stance_chain *chain, end_kind kind)
     const hopform_robot_f64 *robot = &chain->plan->robot;
     const int before = chain->side_1;
     const double stop = before > 0 ? robot->x1_max : robot->x1_min;
-    const bool at_stop = is_finite(stop) && fabs(chain->state.x1 - stop) <= 4.0 * 2.220446049250313e-16 * fabs(stop);
+    const double gap = before > 0 ? chain->from_max : chain->from_min;
+    const bool at_stop = is_finite(stop) && fabs(gap) <= 4.0 * 2.220446049250313e-16 * fabs(stop);
     if (kind == END_STOP || at_stop) {
         chain->state.v1 = 0.0; /* inelastic */
         chain->state.x1 = stop;
+        chain->from_min = stop - robot->x1_min;
+        chain->from_max = stop - robot->x1_max;
         after_rest(chain, 1, before, HOPFORM_EVENT_X1_HITS_STOP, HOPFORM_EVENT_X1_HITS_STOP);
     } else {
         chain->state.v1 = 0.0;
@@ -549,6 +554,18 @@ static void keep_free_acceleration(stance_chain *chain, const hopform_motion_f64
         const double back = fabs(motion->H3_2 * end->basis.Wdd + motion->H2_2 * end->basis.Wd);
         chain->alone = 2;
         chain->free = (double)chain->side_2 * (chain->plan->robot.f2 - (back > 1e-280 ? back : 1e-280));
+    }
+}
+
+/* How far from its stops the actuator is at the end of a phase. */
+static void keep_distances(stance_chain *chain, const hopform_motion_f64 *motion, const phase_end *end)
+{
+    if (chain->side_1 != 0) {
+        hopform_state_f64 start = chain->state;
+        start.x1 = 0.0;
+        const hopform_at_f64 moved = hopform_state_at_f64(&start, motion, &end->basis, end->t);
+        chain->from_min += moved.x1_t;
+        chain->from_max += moved.x1_t;
     }
 }
 
@@ -638,7 +655,7 @@ static void begin(stance_chain *chain)
     const hopform_robot_f64 *robot = &chain->plan->robot;
     chain->side_1 = (int)sign_of(chain->state.v1);
     chain->side_2 = (int)sign_of(chain->state.v2);
-    if (chain->side_1 != 0 && blocked(robot, chain->state.x1, chain->side_1)) {
+    if (chain->side_1 != 0 && blocked(chain, chain->side_1)) {
         chain->start_loss = -0.5 * robot->m_eff * chain->state.v1 * chain->state.v1;
         chain->state.v1 = 0.0;
         chain->side_1 = 0;
@@ -664,6 +681,7 @@ static int32_t run(stance_chain *chain)
         const hopform_motion_f64 motion = motion_from(chain);
         const phase_end end = find_end(chain, poles, &motion, until - chain->t);
         chain->aed += chain->adds_up ? aed_in_phase(chain, end.t) : 0.0;
+        keep_distances(chain, &motion, &end);
         chain->state = hopform_arrive_f64(&chain->state, &motion, &end.basis, chain->side_1, chain->side_2, end.t);
         chain->t = end.kind == END_LIMIT ? until : chain->t + end.t;
         if (end.kind == END_TAKEOFF) {
@@ -793,7 +811,8 @@ int32_t hopform_solve_stance_f64(const hopform_plan_f64 *plan, const hopform_sta
     if (!(horizon > 0.0 && horizon <= 1e+300) || max_phases < 1 || capacity < 0) {
         return HOPFORM_ERROR_HORIZON;
     }
-    stance_chain chain = {plan, steps, step_count, 0, horizon, 0.0, *start, 0, 0, false, false, 0, 0.0, 0.0,
+    stance_chain chain = {plan, steps, step_count, 0, horizon, 0.0, *start,
+                          start->x1 - plan->robot.x1_min, start->x1 - plan->robot.x1_max, 0, 0, false, false, 0, 0.0, 0.0,
                           hopform_stores_much_f64(&plan->robot, start), 0.0, max_phases, phases, capacity, 0, 0};
     const int32_t ending = run(&chain);
     report(&chain, start, ending, stance);

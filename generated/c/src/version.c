@@ -6,5 +6,5 @@
 
 const char *hopform_source(void)
 {
-    return "0ea1d52ebf3fa80f";
+    return "ef57693abe88f84a";
 }
