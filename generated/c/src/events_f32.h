@@ -72,8 +72,15 @@ static inline hopform_sample_f32 hopform_sample_at_f32(const hopform_watch_f32 *
 /* The same at t = 0 of the phase. */
 static inline hopform_sample_f32 hopform_first_sample_f32(const hopform_watch_f32 *watch, const hopform_poles_f32 *poles)
 {
-    const hopform_basis_f32 basis = {1.0f, 0.0f, 0.0f, 0.0f, 0.0f};
-    return hopform_sample_at_f32(watch, poles, &basis, 0.0f);
+    const hopform_numerator_f32 *h = &watch->numerator;
+    hopform_sample_f32 sample;
+    sample.value = watch->start;
+    sample.rate = h->H3;
+    sample.curvature = h->H2 - h->H3 * poles->s_1;
+    sample.third = h->H1 - h->H2 * poles->s_1 + h->H3 * (poles->s_1 * poles->s_1 - poles->s_2);
+    sample.turning = watch->left.A;
+    sample.noise = 16.0f * 1.1920929e-7f * fabsf(watch->start);
+    return sample;
 }
 
 /* The pair's frequency, 0 if its poles are real. */
@@ -114,12 +121,12 @@ static inline float hopform_swing_to_zero_f32(const hopform_sample_f32 *from, fl
 /* What a window says about g. */
 typedef enum { KEEPS_SIGN, LOSES_SIGN, DIPS, UNDECIDED } hopform_verdict_f32;
 
-/* Whether g, positive (or about to be) at the start of a window of length h, keeps its sign to the end of it.
+/* Whether g, positive (or about to be) at the start of a window of length h, keeps its sign to the end of it, where it is `value`.
  *
  * LOSES_SIGN: it has exactly one root. DIPS: it has one minimum inside, which may lie below zero.
  */
-static inline hopform_verdict_f32 hopform_judge_f32(const hopform_sample_f32 *from, const hopform_sample_f32 *to, float a,
-                                                      float h, bool short_of_quarter)
+static inline hopform_verdict_f32 hopform_judge_f32(const hopform_sample_f32 *from, const hopform_sample_f32 *to, float value,
+                                                      float a, float h, bool short_of_quarter)
 {
     /* What has faded away has no sign to go by, and what it may hide is looked for. */
     const bool pauses = !(fabsf(to->rate) * h > to->noise);
@@ -135,12 +142,12 @@ static inline hopform_verdict_f32 hopform_judge_f32(const hopform_sample_f32 *fr
             /* A rate that begins above zero falls by no more than g'' = m - a g' lets it while m is below. */
             const float lowest = short_of_quarter ? -fabsf(from->turning) * (a * h < 1.0f ? h : 1.0f / a) : -1e38f;
             const float steepest = from->rate < 0.0f ? least : lowest;
-            const bool far = to->value > 0.0f && from->value + steepest * h > from->noise + to->noise;
+            const bool far = value > 0.0f && from->value + steepest * h > from->noise + to->noise;
             return far ? KEEPS_SIGN : UNDECIDED;
         }
     }
     /* Below zero by more than rounding, or so steep that the root is near; else it touches, or has faded away. */
-    if (to->value < 0.0f && (to->value < -to->noise || to->rate * h < -to->noise)) {
+    if (value < 0.0f && (value < -to->noise || to->rate * h < -to->noise)) {
         return LOSES_SIGN;
     }
     if (monotone || !(from->rate < 0.0f)) {
@@ -150,7 +157,7 @@ static inline hopform_verdict_f32 hopform_judge_f32(const hopform_sample_f32 *fr
         /* exp(a t) g' rises, so g stays above its tangent at the start, and above one a little steeper at the end. */
         const float last = a * h < 1.0f ? to->rate * (1.0f + a * h) : 1e38f;
         const float steeper = last - from->rate;
-        const float cross = fabsf(steeper) > 0.0f ? (from->value - to->value + last * h) / steeper : h;
+        const float cross = fabsf(steeper) > 0.0f ? (from->value - value + last * h) / steeper : h;
         const float reach = cross < h ? (cross > 0.0f ? cross : 0.0f) : h;
         if (from->value + from->rate * reach > from->noise + to->noise) {
             return KEEPS_SIGN;
@@ -199,6 +206,23 @@ static inline hopform_point_f32 hopform_point_at_f32(const hopform_watch_f32 *wa
     hopform_point_f32 point;
     point.t = t;
     point.basis = hopform_basis_at_f32(poles, t);
+    point.at = hopform_sample_at_f32(watch, poles, &point.basis, t);
+    return point;
+}
+
+/* Whether what a Taylor series of the fourth order leaves out over a time d is lost in rounding: (r d)^5/120, r above all poles. */
+static inline bool hopform_is_near_f32(const hopform_poles_f32 *poles, float d)
+{
+    const float square = d * d * (poles->s_1 * poles->s_1 + poles->s_2);
+    return square * square * square <= 0.0078125f * 1.1920929e-7f;
+}
+
+/* g at a time t that is this near to a point, from what the poles do there. */
+static inline hopform_point_f32 hopform_carried_to_f32(const hopform_watch_f32 *watch, const hopform_poles_f32 *poles,
+                                                         const hopform_point_f32 *from, float t)
+{
+    const hopform_carried_f32 later = hopform_carry_f32(poles, &from->basis, t - from->t);
+    hopform_point_f32 point = {t, {later.Wdd_t, later.Wd_t, later.W_t, later.W1_t, later.W2_t}, from->at};
     point.at = hopform_sample_at_f32(watch, poles, &point.basis, t);
     return point;
 }
@@ -255,7 +279,8 @@ static inline hopform_point_f32 hopform_root_ahead_f32(const hopform_watch_f32 *
             return none;
         }
         if (hopform_is_last_step_f32(poles, &point.at, t, step)) {
-            return hopform_point_at_f32(watch, poles, t);
+            return hopform_is_near_f32(poles, t - point.t) ? hopform_carried_to_f32(watch, poles, &point, t)
+                                                            : hopform_point_at_f32(watch, poles, t);
         }
     }
     return none;

@@ -72,8 +72,15 @@ static inline hopform_sample_f64 hopform_sample_at_f64(const hopform_watch_f64 *
 /* The same at t = 0 of the phase. */
 static inline hopform_sample_f64 hopform_first_sample_f64(const hopform_watch_f64 *watch, const hopform_poles_f64 *poles)
 {
-    const hopform_basis_f64 basis = {1.0, 0.0, 0.0, 0.0, 0.0};
-    return hopform_sample_at_f64(watch, poles, &basis, 0.0);
+    const hopform_numerator_f64 *h = &watch->numerator;
+    hopform_sample_f64 sample;
+    sample.value = watch->start;
+    sample.rate = h->H3;
+    sample.curvature = h->H2 - h->H3 * poles->s_1;
+    sample.third = h->H1 - h->H2 * poles->s_1 + h->H3 * (poles->s_1 * poles->s_1 - poles->s_2);
+    sample.turning = watch->left.A;
+    sample.noise = 16.0 * 2.220446049250313e-16 * fabs(watch->start);
+    return sample;
 }
 
 /* The pair's frequency, 0 if its poles are real. */
@@ -114,12 +121,12 @@ static inline double hopform_swing_to_zero_f64(const hopform_sample_f64 *from, d
 /* What a window says about g. */
 typedef enum { KEEPS_SIGN, LOSES_SIGN, DIPS, UNDECIDED } hopform_verdict_f64;
 
-/* Whether g, positive (or about to be) at the start of a window of length h, keeps its sign to the end of it.
+/* Whether g, positive (or about to be) at the start of a window of length h, keeps its sign to the end of it, where it is `value`.
  *
  * LOSES_SIGN: it has exactly one root. DIPS: it has one minimum inside, which may lie below zero.
  */
-static inline hopform_verdict_f64 hopform_judge_f64(const hopform_sample_f64 *from, const hopform_sample_f64 *to, double a,
-                                                      double h, bool short_of_quarter)
+static inline hopform_verdict_f64 hopform_judge_f64(const hopform_sample_f64 *from, const hopform_sample_f64 *to, double value,
+                                                      double a, double h, bool short_of_quarter)
 {
     /* What has faded away has no sign to go by, and what it may hide is looked for. */
     const bool pauses = !(fabs(to->rate) * h > to->noise);
@@ -135,12 +142,12 @@ static inline hopform_verdict_f64 hopform_judge_f64(const hopform_sample_f64 *fr
             /* A rate that begins above zero falls by no more than g'' = m - a g' lets it while m is below. */
             const double lowest = short_of_quarter ? -fabs(from->turning) * (a * h < 1.0 ? h : 1.0 / a) : -1e+300;
             const double steepest = from->rate < 0.0 ? least : lowest;
-            const bool far = to->value > 0.0 && from->value + steepest * h > from->noise + to->noise;
+            const bool far = value > 0.0 && from->value + steepest * h > from->noise + to->noise;
             return far ? KEEPS_SIGN : UNDECIDED;
         }
     }
     /* Below zero by more than rounding, or so steep that the root is near; else it touches, or has faded away. */
-    if (to->value < 0.0 && (to->value < -to->noise || to->rate * h < -to->noise)) {
+    if (value < 0.0 && (value < -to->noise || to->rate * h < -to->noise)) {
         return LOSES_SIGN;
     }
     if (monotone || !(from->rate < 0.0)) {
@@ -150,7 +157,7 @@ static inline hopform_verdict_f64 hopform_judge_f64(const hopform_sample_f64 *fr
         /* exp(a t) g' rises, so g stays above its tangent at the start, and above one a little steeper at the end. */
         const double last = a * h < 1.0 ? to->rate * (1.0 + a * h) : 1e+300;
         const double steeper = last - from->rate;
-        const double cross = fabs(steeper) > 0.0 ? (from->value - to->value + last * h) / steeper : h;
+        const double cross = fabs(steeper) > 0.0 ? (from->value - value + last * h) / steeper : h;
         const double reach = cross < h ? (cross > 0.0 ? cross : 0.0) : h;
         if (from->value + from->rate * reach > from->noise + to->noise) {
             return KEEPS_SIGN;
@@ -199,6 +206,23 @@ static inline hopform_point_f64 hopform_point_at_f64(const hopform_watch_f64 *wa
     hopform_point_f64 point;
     point.t = t;
     point.basis = hopform_basis_at_f64(poles, t);
+    point.at = hopform_sample_at_f64(watch, poles, &point.basis, t);
+    return point;
+}
+
+/* Whether what a Taylor series of the fourth order leaves out over a time d is lost in rounding: (r d)^5/120, r above all poles. */
+static inline bool hopform_is_near_f64(const hopform_poles_f64 *poles, double d)
+{
+    const double square = d * d * (poles->s_1 * poles->s_1 + poles->s_2);
+    return square * square * square <= 0.0078125 * 2.220446049250313e-16;
+}
+
+/* g at a time t that is this near to a point, from what the poles do there. */
+static inline hopform_point_f64 hopform_carried_to_f64(const hopform_watch_f64 *watch, const hopform_poles_f64 *poles,
+                                                         const hopform_point_f64 *from, double t)
+{
+    const hopform_carried_f64 later = hopform_carry_f64(poles, &from->basis, t - from->t);
+    hopform_point_f64 point = {t, {later.Wdd_t, later.Wd_t, later.W_t, later.W1_t, later.W2_t}, from->at};
     point.at = hopform_sample_at_f64(watch, poles, &point.basis, t);
     return point;
 }
@@ -255,7 +279,8 @@ static inline hopform_point_f64 hopform_root_ahead_f64(const hopform_watch_f64 *
             return none;
         }
         if (hopform_is_last_step_f64(poles, &point.at, t, step)) {
-            return hopform_point_at_f64(watch, poles, t);
+            return hopform_is_near_f64(poles, t - point.t) ? hopform_carried_to_f64(watch, poles, &point, t)
+                                                            : hopform_point_at_f64(watch, poles, t);
         }
     }
     return none;

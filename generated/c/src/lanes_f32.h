@@ -1175,11 +1175,37 @@ static inline float step_to_root(const hopform_sample_f32 *at)
     return fabsf(below) > 0.0f ? step : 1e38f;
 }
 
+/* Roots whose last step is short are reached by a Taylor series from `from_t`, where the poles are known. */
+LANES_CODE static void carry_ahead(lanes *restrict w, outlook *restrict ahead, const basis_columns *restrict basis,
+                                   const float *restrict from_t)
+{
+    for (int l = 0; l < LANES; l++) {
+        const hopform_poles_f32 poles = one_of_poles_columns(&w->poles, l);
+        const hopform_basis_f32 one = one_of_basis_columns(basis, l);
+        const float t = ahead->t[l];
+        const float low = w->low[l];
+        const float d = t - from_t[l];
+        const hopform_carried_f32 later = hopform_carry_f32(&poles, &one, d);
+        const hopform_basis_f32 there = {later.Wdd_t, later.Wd_t, later.W_t, later.W1_t, later.W2_t};
+        const hopform_sample_f32 at = sample_of(&ahead->watch, &w->poles, &there, l, t);
+        const float square = d * d * (poles.s_1 * poles.s_1 + poles.s_2);
+        const bool near = (ahead->lands[l] > 0.0f) & (square * square * square <= 0.0078125f * 1.1920929e-7f);
+        const bool found = near & (t > low) & (at.rate * (t - low) < -at.noise);
+        const bool fails = near & !found;
+        keep_basis_columns(&w->end, l, found, &there);
+        keep(&w->end_t[l], found, t);
+        keep(&w->found[l], found, ahead->number[l]);
+        keep(&ahead->lands[l], near, 0.0f);
+        keep(&ahead->closes[l], fails, 1.0f);
+        keep(&ahead->t[l], fails, ahead->close[l]);
+    }
+}
+
 /* Householder's steps towards the root that is expected first; the window ends there, or where it would without it. */
 LANES_CODE static void reach_ahead(lanes *restrict w, outlook *restrict ahead)
 {
     basis_columns basis;
-    column wanted;
+    column wanted, from_t;
     memset(&basis, 0, sizeof basis);
     for (int n = 0; n < ROOT_STEPS + 2; n++) {
         for (int l = 0; l < LANES; l++) {
@@ -1216,6 +1242,10 @@ LANES_CODE static void reach_ahead(lanes *restrict w, outlook *restrict ahead)
             ahead->lands[l] = flag(last);
             ahead->closes[l] = flag(fails);
             ahead->t[l] = fails ? ahead->close[l] : (goes_on ? next : t);
+            from_t[l] = t;
+        }
+        if (any(ahead->lands)) {
+            carry_ahead(w, ahead, &basis, from_t);
         }
     }
 }

@@ -1196,11 +1196,37 @@ static inline double step_to_root(const hopform_sample_f64 *at)
     return fabs(below) > 0.0 ? step : 1e+300;
 }
 
+/* Roots whose last step is short are reached by a Taylor series from `from_t`, where the poles are known. */
+LANES_CODE static void carry_ahead(lanes *restrict w, outlook *restrict ahead, const basis_columns *restrict basis,
+                                   const double *restrict from_t)
+{
+    for (int l = 0; l < LANES; l++) {
+        const hopform_poles_f64 poles = one_of_poles_columns(&w->poles, l);
+        const hopform_basis_f64 one = one_of_basis_columns(basis, l);
+        const double t = ahead->t[l];
+        const double low = w->low[l];
+        const double d = t - from_t[l];
+        const hopform_carried_f64 later = hopform_carry_f64(&poles, &one, d);
+        const hopform_basis_f64 there = {later.Wdd_t, later.Wd_t, later.W_t, later.W1_t, later.W2_t};
+        const hopform_sample_f64 at = sample_of(&ahead->watch, &w->poles, &there, l, t);
+        const double square = d * d * (poles.s_1 * poles.s_1 + poles.s_2);
+        const bool near = (ahead->lands[l] > 0.0) & (square * square * square <= 0.0078125 * 2.220446049250313e-16);
+        const bool found = near & (t > low) & (at.rate * (t - low) < -at.noise);
+        const bool fails = near & !found;
+        keep_basis_columns(&w->end, l, found, &there);
+        keep(&w->end_t[l], found, t);
+        keep(&w->found[l], found, ahead->number[l]);
+        keep(&ahead->lands[l], near, 0.0);
+        keep(&ahead->closes[l], fails, 1.0);
+        keep(&ahead->t[l], fails, ahead->close[l]);
+    }
+}
+
 /* Householder's steps towards the root that is expected first; the window ends there, or where it would without it. */
 LANES_CODE static void reach_ahead(lanes *restrict w, outlook *restrict ahead)
 {
     basis_columns basis;
-    column wanted;
+    column wanted, from_t;
     memset(&basis, 0, sizeof basis);
     for (int n = 0; n < ROOT_STEPS + 2; n++) {
         for (int l = 0; l < LANES; l++) {
@@ -1237,6 +1263,10 @@ LANES_CODE static void reach_ahead(lanes *restrict w, outlook *restrict ahead)
             ahead->lands[l] = flag(last);
             ahead->closes[l] = flag(fails);
             ahead->t[l] = fails ? ahead->close[l] : (goes_on ? next : t);
+            from_t[l] = t;
+        }
+        if (any(ahead->lands)) {
+            carry_ahead(w, ahead, &basis, from_t);
         }
     }
 }

@@ -157,39 +157,38 @@ static void watch_velocity(const stance_chain *chain, stance_guard *guard, end_k
     }
 }
 
-static stance_guard guard_of(const stance_chain *chain, const hopform_poles_f64 *poles, const hopform_motion_f64 *motion)
+static void put_guard(stance_guard *guard, const stance_chain *chain, const hopform_poles_f64 *poles,
+                      const hopform_motion_f64 *motion)
 {
-    stance_guard guard;
-    guard.poles = poles;
-    guard.motion = motion;
-    guard.count = 1;
-    guard.watch[0] = hopform_watch_of_f64(poles, motion->H3_y, motion->H2_y, motion->H1_y, chain->state.y, 1.0, END_TAKEOFF, 0);
-    guard.halt = 1e+300;
-    guard.halts = END_LIMIT;
+    guard->poles = poles;
+    guard->motion = motion;
+    guard->count = 1;
+    guard->watch[0] = hopform_watch_of_f64(poles, motion->H3_y, motion->H2_y, motion->H1_y, chain->state.y, 1.0, END_TAKEOFF, 0);
+    guard->halt = 1e+300;
+    guard->halts = END_LIMIT;
     if (chain->side_1 == 0) {
-        watch_thresholds(chain, &guard, 1);
+        watch_thresholds(chain, guard, 1);
     } else if (chain->side_2 == 0) {
         const double sign = (double)chain->side_1;
-        guard.halt = hopform_halt_time_f64(poles, sign * chain->state.v1, sign * motion->H3_1);
-        guard.halts = END_VELOCITY_1;
+        guard->halt = hopform_halt_time_f64(poles, sign * chain->state.v1, sign * motion->H3_1);
+        guard->halts = END_VELOCITY_1;
     } else {
-        watch_velocity(chain, &guard, END_VELOCITY_1);
+        watch_velocity(chain, guard, END_VELOCITY_1);
     }
     if (chain->side_2 == 0) {
-        watch_thresholds(chain, &guard, 2);
+        watch_thresholds(chain, guard, 2);
     } else if (chain->side_1 == 0) {
         const double sign = (double)chain->side_2;
-        guard.halt = hopform_halt_time_f64(poles, sign * chain->state.v2, sign * motion->H3_2);
-        guard.halts = END_VELOCITY_2;
+        guard->halt = hopform_halt_time_f64(poles, sign * chain->state.v2, sign * motion->H3_2);
+        guard->halts = END_VELOCITY_2;
     } else {
-        watch_velocity(chain, &guard, END_VELOCITY_2);
+        watch_velocity(chain, guard, END_VELOCITY_2);
     }
-    for (int32_t n = 0; n < guard.count; n++) {
-        guard.from[n] = hopform_first_sample_f64(&guard.watch[n], poles);
+    for (int32_t n = 0; n < guard->count; n++) {
+        guard->from[n] = hopform_first_sample_f64(&guard->watch[n], poles);
     }
-    guard.frequency = hopform_frequency_f64(poles);
-    guard.half_turn = guard.frequency > 0.0 ? 3.141592653589793 / guard.frequency : 1e+300;
-    return guard;
+    guard->frequency = hopform_frequency_f64(poles);
+    guard->half_turn = guard->frequency > 0.0 ? 3.141592653589793 / guard->frequency : 1e+300;
 }
 
 /* A window of a phase that ends at `t`, with what is known there. */
@@ -203,7 +202,9 @@ typedef struct {
 static void sample_window(const stance_guard *guard, window *end)
 {
     for (int32_t n = 0; n < guard->count; n++) {
-        end->at[n] = hopform_sample_at_f64(&guard->watch[n], guard->poles, &end->basis, end->t);
+        if (n != end->found) {
+            end->at[n] = hopform_sample_at_f64(&guard->watch[n], guard->poles, &end->basis, end->t);
+        }
     }
 }
 
@@ -221,6 +222,7 @@ static void end_at(const stance_guard *guard, window *end, int32_t n, const hopf
     end->t = root->t;
     end->basis = root->basis;
     end->found = n;
+    end->at[n] = root->at;
     sample_window(guard, end);
 }
 
@@ -284,9 +286,9 @@ static void settle_window(const stance_guard *guard, double low, window *end)
     for (int32_t n = 0, cuts = 0; n < guard->count && cuts < 400; n++) {
         const hopform_sample_f64 *from = &guard->from[n];
         const double h = end->t - low;
-        hopform_sample_f64 to = end->at[n];
-        to.value = n == end->found ? -2.0 * to.noise : to.value; /* just beyond its root, which must be its first */
-        hopform_verdict_f64 verdict = hopform_judge_f64(from, &to, a, h, h <= 0.5 * guard->half_turn);
+        const hopform_sample_f64 *to = &end->at[n];
+        const double value = n == end->found ? -2.0 * to->noise : to->value; /* just beyond its root, which must be its first */
+        hopform_verdict_f64 verdict = hopform_judge_f64(from, to, value, a, h, h <= 0.5 * guard->half_turn);
         if (n == end->found && verdict == LOSES_SIGN) {
             continue;
         }
@@ -442,7 +444,8 @@ static phase_end find_end(const stance_chain *chain, const hopform_poles_f64 *po
         const phase_end result = {until, END_LIMIT, 0, start};
         return result;
     }
-    stance_guard guard = guard_of(chain, poles, motion);
+    stance_guard guard;
+    put_guard(&guard, chain, poles, motion);
     const double limit = guard.halt < until ? guard.halt : until;
     window end = {0.0, start, {{0.0, 0.0, 0.0, 0.0, 0.0, 0.0}}, lost_at_once(&guard)};
     bool stops = false;
@@ -463,7 +466,7 @@ static phase_end find_end(const stance_chain *chain, const hopform_poles_f64 *po
         }
         const double t = end.t;
         stops = meets_stop(chain, &guard, low, &end) && !(end.found == 0 && t <= end.t * (1.0 + 8.0 * 2.220446049250313e-16));
-        for (int32_t n = 0; n < guard.count; n++) {
+        for (int32_t n = 0; n < guard.count && end.found < 0 && !stops; n++) {
             guard.from[n] = end.at[n];
             guard.from[n].value = end.at[n].value > 0.0 ? end.at[n].value : 0.0;
         }

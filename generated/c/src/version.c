@@ -6,5 +6,5 @@
 
 const char *hopform_source(void)
 {
-    return "ef57693abe88f84a";
+    return "8e06c93ce3099bf5";
 }
