@@ -1157,14 +1157,19 @@ LANES_CODE static void look_ahead(const lanes *restrict w, outlook *restrict ahe
     }
 }
 
-static inline bool one_step_left(const poles_columns *poles, int l, const hopform_sample_f32 *at, float t, float step)
+static inline float fourth_of(const poles_columns *poles, int l, const hopform_sample_f32 *at)
 {
+    return poles->s_1[l] * at->third + poles->s_2[l] * at->curvature + poles->s_3[l] * at->rate;
+}
+
+static inline bool one_step_left(const poles_columns *poles, int l, const hopform_sample_f32 *at, float fourth, float t, float step)
+{
+    const hopform_poles_f32 one = one_of_poles_columns(poles, l);
     const float per_rate = over(fabsf(step), fabsf(at->rate));
     const float bend = per_rate * fabsf(at->curvature);
     const float twist = per_rate * fabsf(step * at->third);
-    const float fourth = poles->s_1[l] * at->third + poles->s_2[l] * at->curvature + poles->s_3[l] * at->rate;
     const float error = bend * (0.7f * bend * bend + 0.5f * twist) + 0.05f * per_rate * fabsf(step * step * fourth);
-    return (fabsf(at->value) <= 2.0f * fabsf(step * at->rate)) & (fabsf(step) * error <= 1.1920929e-7f * t);
+    return (fabsf(at->value) <= 2.0f * fabsf(step * at->rate)) & (fabsf(step) * error <= 1.1920929e-7f * t) & hopform_is_near_f32(&one, step);
 }
 
 static inline float step_to_root(const hopform_sample_f32 *at)
@@ -1175,7 +1180,7 @@ static inline float step_to_root(const hopform_sample_f32 *at)
     return fabsf(below) > 0.0f ? step : 1e38f;
 }
 
-/* Roots whose last step is short are reached by a Taylor series from `from_t`, where the poles are known. */
+/* The last step to a root, by a Taylor series from `from_t`, where W is known. */
 LANES_CODE static void carry_ahead(lanes *restrict w, outlook *restrict ahead, const basis_columns *restrict basis,
                                    const float *restrict from_t)
 {
@@ -1185,17 +1190,14 @@ LANES_CODE static void carry_ahead(lanes *restrict w, outlook *restrict ahead, c
         const float t = ahead->t[l];
         const float low = w->low[l];
         const float d = t - from_t[l];
-        const hopform_carried_f32 later = hopform_carry_f32(&poles, &one, d);
-        const hopform_basis_f32 there = {later.Wdd_t, later.Wd_t, later.W_t, later.W1_t, later.W2_t};
+        const hopform_basis_f32 there = hopform_carried_basis_f32(&poles, &one, d);
         const hopform_sample_f32 at = sample_of(&ahead->watch, &w->poles, &there, l, t);
-        const float square = d * d * (poles.s_1 * poles.s_1 + poles.s_2);
-        const bool near = (ahead->lands[l] > 0.0f) & (square * square * square <= 0.0078125f * 1.1920929e-7f);
-        const bool found = near & (t > low) & (at.rate * (t - low) < -at.noise);
-        const bool fails = near & !found;
+        const bool lands = ahead->lands[l] > 0.0f;
+        const bool found = lands & (t > low) & (at.rate * (t - low) < -at.noise);
+        const bool fails = lands & !found;
         keep_basis_columns(&w->end, l, found, &there);
         keep(&w->end_t[l], found, t);
         keep(&w->found[l], found, ahead->number[l]);
-        keep(&ahead->lands[l], near, 0.0f);
         keep(&ahead->closes[l], fails, 1.0f);
         keep(&ahead->t[l], fails, ahead->close[l]);
     }
@@ -1209,7 +1211,7 @@ LANES_CODE static void reach_ahead(lanes *restrict w, outlook *restrict ahead)
     memset(&basis, 0, sizeof basis);
     for (int n = 0; n < ROOT_STEPS + 2; n++) {
         for (int l = 0; l < LANES; l++) {
-            wanted[l] = flag((ahead->seeks[l] > 0.0f) | (ahead->lands[l] > 0.0f) | (ahead->closes[l] > 0.0f));
+            wanted[l] = flag((ahead->seeks[l] > 0.0f) | (ahead->closes[l] > 0.0f));
         }
         if (!any(wanted)) {
             return;
@@ -1223,18 +1225,17 @@ LANES_CODE static void reach_ahead(lanes *restrict w, outlook *restrict ahead)
             const float step = step_to_root(&at);
             const float next = t - step;
             const bool seeks = ahead->seeks[l] > 0.0f;
-            const bool lands = ahead->lands[l] > 0.0f;
             const bool closes = ahead->closes[l] > 0.0f;
             const bool falls = at.rate < 0.0f;
             const bool exact = fabsf(at.value) <= 1.1920929e-7f * t * fabsf(at.rate);
             const bool inside = (next > low) & (next < ahead->far[l]);
-            const bool arrives = lands | (seeks & falls & exact);
+            const bool arrives = seeks & falls & exact;
             const bool real_root = (t > low) & (at.rate * (t - low) < -at.noise);
             const bool goes_on = seeks & falls & !exact & inside;
-            const bool last = goes_on & one_step_left(&w->poles, l, &at, next, step);
+            const bool last = goes_on & one_step_left(&w->poles, l, &at, fourth_of(&w->poles, l, &at), next, step);
             const bool found = arrives & real_root;
             const bool more = goes_on & !last & (n + 1 < ROOT_STEPS);
-            const bool fails = (seeks | lands) & !found & !last & !more;
+            const bool fails = seeks & !found & !last & !more;
             keep_basis_columns(&w->end, l, found | closes, &one);
             keep(&w->end_t[l], found | closes, t);
             keep(&w->found[l], found | closes, closes ? -1.0f : ahead->number[l]);
@@ -1458,7 +1459,7 @@ LANES_CODE static void find_roots(lanes *restrict w, const float *restrict what,
             const hopform_sample_f32 at = one_sample(&find->at, l);
             const float step = step_to_root(&at);
             next[l] = find->t[l] - step;
-            lands[l] = flag(one_step_left(&w->poles, l, &at, next[l], step));
+            lands[l] = flag(one_step_left(&w->poles, l, &at, fourth_of(&w->poles, l, &at), next[l], step));
             ready[l] = flag((arrived[l] > 0.0f) | (fabsf(at.value) <= 1.1920929e-7f * find->t[l] * fabsf(at.rate)));
         }
         for (int l = 0; l < LANES; l++) {
@@ -1475,6 +1476,17 @@ LANES_CODE static void find_roots(lanes *restrict w, const float *restrict what,
             find->done[l] = find->going[l] * (1.0f - between);
             find->going[l] *= between;
             lands[l] *= find->going[l];
+        }
+        if (any(lands)) {
+            for (int l = 0; l < LANES; l++) {
+                const hopform_poles_f32 poles = one_of_poles_columns(&w->poles, l);
+                const hopform_basis_f32 one = one_of_basis_columns(&w->end, l);
+                const hopform_basis_f32 there = hopform_carried_basis_f32(&poles, &one, next[l] - find->t[l]);
+                const bool here = lands[l] > 0.0f;
+                keep_basis_columns(&w->end, l, here, &there);
+                keep(&w->end_t[l], here, next[l]);
+                find->going[l] *= 1.0f - lands[l];
+            }
         }
         for (int l = 0; l < LANES; l++) {
             keep(&find->t[l], find->going[l] > 0.0f, next[l]);
@@ -1494,7 +1506,7 @@ LANES_CODE static void find_roots(lanes *restrict w, const float *restrict what,
             arrived[l] = flag(!((at.value > 0.0f) | (at.value < 0.0f)));
             keep(&find->low[l], goes & (at.value > 0.0f), t);
             keep(&find->high[l], goes & (at.value < 0.0f), t);
-            find->going[l] = flag(goes & !(lands[l] > 0.0f));
+            find->going[l] = flag(goes);
         }
     }
     leave(w, find->going, STUCK);
@@ -1580,81 +1592,82 @@ LANES_CODE static void cross_at_the_limit(lanes *restrict w)
 
 /* ---- stops ---- */
 
-/* How far x_1 is beyond the stop ahead, below 0 where there is none, and how fast it gets there. */
-LANES_CODE static void beyond_stops(const lanes *restrict w, const float *restrict gap, const float *restrict ahead,
-                                    const basis_columns *restrict basis, const float *restrict t, float *restrict beyond,
-                                    float *restrict rate)
+/* The search for the stop ahead: `gap` is x_1 counted from it at the start of the phase. */
+typedef struct {
+    column gap, low, high, t, next;
+    column going, halves;
+    basis_columns basis;
+} stop_search;
+
+/* One step towards the stops. */
+LANES_CODE static void approach_stops(const lanes *restrict w, stop_search *restrict find)
 {
     for (int l = 0; l < LANES; l++) {
-        const hopform_state_f32 from_stop = {gap[l], w->state.v1[l], w->state.v2[l], w->state.y[l]};
+        const hopform_state_f32 from_stop = {find->gap[l], w->state.v1[l], w->state.v2[l], w->state.y[l]};
         const hopform_motion_f32 motion = one_of_motion_columns(&w->motion, l);
-        const hopform_basis_f32 one = one_of_basis_columns(basis, l);
-        const hopform_at_f32 at = hopform_state_at_f32(&from_stop, &motion, &one, t[l]);
-        beyond[l] = w->side_1[l] * at.x1_t;
-        rate[l] = w->side_1[l] * at.v1_t;
-    }
-    for (int l = 0; l < LANES; l++) {
-        beyond[l] = ahead[l] > 0.0f ? beyond[l] : -1.0f;
+        const hopform_poles_f32 poles = one_of_poles_columns(&w->poles, l);
+        const hopform_basis_f32 one = one_of_basis_columns(&find->basis, l);
+        const float t = find->t[l];
+        const hopform_approach_f32 to = hopform_approach_of_f32(&poles, &motion, &from_stop, w->side_1[l], &one, t);
+        const float low = to.at.value > 0.0f ? find->low[l] : t;
+        const float high = to.at.value > 0.0f ? t : find->high[l];
+        const float step = step_to_root(&to.at);
+        const float next = t - step;
+        const bool inside = (to.at.rate > 0.0f) & (next > low) & (next < high);
+        const bool goes = (find->going[l] > 0.0f) & !(fabsf(to.at.value) <= 1.1920929e-7f * t * to.at.rate);
+        const bool last = goes & inside & one_step_left(&w->poles, l, &to.at, to.fourth, next, step);
+        const hopform_basis_f32 there = hopform_carried_basis_f32(&poles, &one, next - t);
+        const float half = low + 0.5f * (high - low);
+        const float wanted = (last | (inside & !(find->halves[l] > 0.0f))) ? next : half;
+        const bool moves = goes & (wanted > low) & (wanted < high);
+        keep_basis_columns(&find->basis, l, last, &there);
+        find->low[l] = low;
+        find->high[l] = high;
+        keep(&find->t[l], moves, wanted);
+        find->going[l] = flag(moves & !last);
     }
 }
 
 /* Windows end where x_1 meets its stop; `stops` says which. */
 LANES_CODE static void meet_stops(lanes *restrict w, float *restrict stops)
 {
-    column low, high, t, going, tied, gap, ahead, beyond, rate, next;
-    basis_columns basis;
+    column tied;
+    stop_search find;
     for (int l = 0; l < LANES; l++) {
-        gap[l] = w->side_1[l] > 0.0f ? w->from_max[l] : w->from_min[l];
+        find.gap[l] = w->side_1[l] > 0.0f ? w->from_max[l] : w->from_min[l];
+        find.low[l] = w->low[l];
+        find.high[l] = w->end_t[l];
+        find.t[l] = w->end_t[l];
     }
     for (int l = 0; l < LANES; l++) {
-        ahead[l] = fabsf(w->side_1[l]) * flag(within_range(gap[l]));
+        const hopform_state_f32 from_stop = {find.gap[l], w->state.v1[l], w->state.v2[l], w->state.y[l]};
+        const hopform_motion_f32 motion = one_of_motion_columns(&w->motion, l);
+        const hopform_basis_f32 one = one_of_basis_columns(&w->end, l);
+        const hopform_at_f32 at = hopform_state_at_f32(&from_stop, &motion, &one, w->end_t[l]);
+        const bool ahead = (fabsf(w->side_1[l]) > 0.0f) & within_range(find.gap[l]);
+        stops[l] = w->live[l] * flag(ahead & !(w->left[l] > 0.0f) & (w->side_1[l] * at.x1_t > 0.0f));
+        find.going[l] = stops[l];
     }
-    beyond_stops(w, gap, ahead, &w->end, w->end_t, beyond, rate);
-    for (int l = 0; l < LANES; l++) {
-        going[l] = w->live[l] * (1.0f - flag(w->left[l] > 0.0f)) * flag(beyond[l] > 0.0f);
-        stops[l] = going[l];
-        low[l] = w->low[l];
-        high[l] = w->end_t[l];
-        t[l] = w->end_t[l];
-    }
-    if (!any(going)) {
+    if (!any(stops)) {
         return;
     }
-    memcpy(&basis, &w->end, sizeof basis);
-    for (int n = 0; n < 100 && any(going); n++) {
-        const bool halves = n > 8 && n % 2 == 1;
+    memcpy(&find.basis, &w->end, sizeof find.basis);
+    for (int n = 0; n < 100 && any(find.going); n++) {
+        for (int l = 0; l < LANES; l++) {
+            find.halves[l] = flag(n > 8 && n % 2 == 1);
+        }
         if (n > 0) {
-            bases_at(w, t, going, &basis);
+            bases_at(w, find.t, find.going, &find.basis);
         }
-        if (n > 0) {
-            beyond_stops(w, gap, ahead, &basis, t, beyond, rate);
-        }
-        for (int l = 0; l < LANES; l++) {
-            const float step = over(beyond[l], rate[l]);
-            const float exact = flag(fabsf(step) <= 1.1920929e-7f * t[l]) * flag(rate[l] > 0.0f);
-            next[l] = rate[l] > 0.0f ? t[l] - step : -1e38f;
-            keep(&low[l], !(beyond[l] > 0.0f), t[l]);
-            keep(&high[l], beyond[l] > 0.0f, t[l]);
-            going[l] *= 1.0f - exact;
-        }
-        for (int l = 0; l < LANES; l++) {
-            const bool inside = (next[l] > low[l]) & (next[l] < high[l]) & !halves;
-            next[l] = inside ? next[l] : low[l] + 0.5f * (high[l] - low[l]);
-        }
-        for (int l = 0; l < LANES; l++) {
-            going[l] *= flag((next[l] > low[l]) & (next[l] < high[l]));
-        }
-        for (int l = 0; l < LANES; l++) {
-            keep(&t[l], going[l] > 0.0f, next[l]);
-        }
+        approach_stops(w, &find);
     }
-    leave(w, going, STUCK);
+    leave(w, find.going, STUCK);
     for (int l = 0; l < LANES; l++) {
-        const hopform_basis_f32 one = one_of_basis_columns(&basis, l);
+        const hopform_basis_f32 one = one_of_basis_columns(&find.basis, l);
         const bool here = stops[l] > 0.0f;
-        tied[l] = flag(here & (w->found[l] >= 0.0f) & (w->found[l] <= 0.0f) & (w->end_t[l] <= t[l] * (1.0f + 8.0f * 1.1920929e-7f)));
+        tied[l] = flag(here & (w->found[l] >= 0.0f) & (w->found[l] <= 0.0f) & (w->end_t[l] <= find.t[l] * (1.0f + 8.0f * 1.1920929e-7f)));
         keep_basis_columns(&w->end, l, here, &one);
-        keep(&w->end_t[l], here, t[l]);
+        keep(&w->end_t[l], here, find.t[l]);
     }
     leave(w, tied, TIE);
 }

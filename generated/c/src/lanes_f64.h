@@ -1178,14 +1178,19 @@ LANES_CODE static void look_ahead(const lanes *restrict w, outlook *restrict ahe
     }
 }
 
-static inline bool one_step_left(const poles_columns *poles, int l, const hopform_sample_f64 *at, double t, double step)
+static inline double fourth_of(const poles_columns *poles, int l, const hopform_sample_f64 *at)
 {
+    return poles->s_1[l] * at->third + poles->s_2[l] * at->curvature + poles->s_3[l] * at->rate;
+}
+
+static inline bool one_step_left(const poles_columns *poles, int l, const hopform_sample_f64 *at, double fourth, double t, double step)
+{
+    const hopform_poles_f64 one = one_of_poles_columns(poles, l);
     const double per_rate = over(fabs(step), fabs(at->rate));
     const double bend = per_rate * fabs(at->curvature);
     const double twist = per_rate * fabs(step * at->third);
-    const double fourth = poles->s_1[l] * at->third + poles->s_2[l] * at->curvature + poles->s_3[l] * at->rate;
     const double error = bend * (0.7 * bend * bend + 0.5 * twist) + 0.05 * per_rate * fabs(step * step * fourth);
-    return (fabs(at->value) <= 2.0 * fabs(step * at->rate)) & (fabs(step) * error <= 2.220446049250313e-16 * t);
+    return (fabs(at->value) <= 2.0 * fabs(step * at->rate)) & (fabs(step) * error <= 2.220446049250313e-16 * t) & hopform_is_near_f64(&one, step);
 }
 
 static inline double step_to_root(const hopform_sample_f64 *at)
@@ -1196,7 +1201,7 @@ static inline double step_to_root(const hopform_sample_f64 *at)
     return fabs(below) > 0.0 ? step : 1e+300;
 }
 
-/* Roots whose last step is short are reached by a Taylor series from `from_t`, where the poles are known. */
+/* The last step to a root, by a Taylor series from `from_t`, where W is known. */
 LANES_CODE static void carry_ahead(lanes *restrict w, outlook *restrict ahead, const basis_columns *restrict basis,
                                    const double *restrict from_t)
 {
@@ -1206,17 +1211,14 @@ LANES_CODE static void carry_ahead(lanes *restrict w, outlook *restrict ahead, c
         const double t = ahead->t[l];
         const double low = w->low[l];
         const double d = t - from_t[l];
-        const hopform_carried_f64 later = hopform_carry_f64(&poles, &one, d);
-        const hopform_basis_f64 there = {later.Wdd_t, later.Wd_t, later.W_t, later.W1_t, later.W2_t};
+        const hopform_basis_f64 there = hopform_carried_basis_f64(&poles, &one, d);
         const hopform_sample_f64 at = sample_of(&ahead->watch, &w->poles, &there, l, t);
-        const double square = d * d * (poles.s_1 * poles.s_1 + poles.s_2);
-        const bool near = (ahead->lands[l] > 0.0) & (square * square * square <= 0.0078125 * 2.220446049250313e-16);
-        const bool found = near & (t > low) & (at.rate * (t - low) < -at.noise);
-        const bool fails = near & !found;
+        const bool lands = ahead->lands[l] > 0.0;
+        const bool found = lands & (t > low) & (at.rate * (t - low) < -at.noise);
+        const bool fails = lands & !found;
         keep_basis_columns(&w->end, l, found, &there);
         keep(&w->end_t[l], found, t);
         keep(&w->found[l], found, ahead->number[l]);
-        keep(&ahead->lands[l], near, 0.0);
         keep(&ahead->closes[l], fails, 1.0);
         keep(&ahead->t[l], fails, ahead->close[l]);
     }
@@ -1230,7 +1232,7 @@ LANES_CODE static void reach_ahead(lanes *restrict w, outlook *restrict ahead)
     memset(&basis, 0, sizeof basis);
     for (int n = 0; n < ROOT_STEPS + 2; n++) {
         for (int l = 0; l < LANES; l++) {
-            wanted[l] = flag((ahead->seeks[l] > 0.0) | (ahead->lands[l] > 0.0) | (ahead->closes[l] > 0.0));
+            wanted[l] = flag((ahead->seeks[l] > 0.0) | (ahead->closes[l] > 0.0));
         }
         if (!any(wanted)) {
             return;
@@ -1244,18 +1246,17 @@ LANES_CODE static void reach_ahead(lanes *restrict w, outlook *restrict ahead)
             const double step = step_to_root(&at);
             const double next = t - step;
             const bool seeks = ahead->seeks[l] > 0.0;
-            const bool lands = ahead->lands[l] > 0.0;
             const bool closes = ahead->closes[l] > 0.0;
             const bool falls = at.rate < 0.0;
             const bool exact = fabs(at.value) <= 2.220446049250313e-16 * t * fabs(at.rate);
             const bool inside = (next > low) & (next < ahead->far[l]);
-            const bool arrives = lands | (seeks & falls & exact);
+            const bool arrives = seeks & falls & exact;
             const bool real_root = (t > low) & (at.rate * (t - low) < -at.noise);
             const bool goes_on = seeks & falls & !exact & inside;
-            const bool last = goes_on & one_step_left(&w->poles, l, &at, next, step);
+            const bool last = goes_on & one_step_left(&w->poles, l, &at, fourth_of(&w->poles, l, &at), next, step);
             const bool found = arrives & real_root;
             const bool more = goes_on & !last & (n + 1 < ROOT_STEPS);
-            const bool fails = (seeks | lands) & !found & !last & !more;
+            const bool fails = seeks & !found & !last & !more;
             keep_basis_columns(&w->end, l, found | closes, &one);
             keep(&w->end_t[l], found | closes, t);
             keep(&w->found[l], found | closes, closes ? -1.0 : ahead->number[l]);
@@ -1479,7 +1480,7 @@ LANES_CODE static void find_roots(lanes *restrict w, const double *restrict what
             const hopform_sample_f64 at = one_sample(&find->at, l);
             const double step = step_to_root(&at);
             next[l] = find->t[l] - step;
-            lands[l] = flag(one_step_left(&w->poles, l, &at, next[l], step));
+            lands[l] = flag(one_step_left(&w->poles, l, &at, fourth_of(&w->poles, l, &at), next[l], step));
             ready[l] = flag((arrived[l] > 0.0) | (fabs(at.value) <= 2.220446049250313e-16 * find->t[l] * fabs(at.rate)));
         }
         for (int l = 0; l < LANES; l++) {
@@ -1496,6 +1497,17 @@ LANES_CODE static void find_roots(lanes *restrict w, const double *restrict what
             find->done[l] = find->going[l] * (1.0 - between);
             find->going[l] *= between;
             lands[l] *= find->going[l];
+        }
+        if (any(lands)) {
+            for (int l = 0; l < LANES; l++) {
+                const hopform_poles_f64 poles = one_of_poles_columns(&w->poles, l);
+                const hopform_basis_f64 one = one_of_basis_columns(&w->end, l);
+                const hopform_basis_f64 there = hopform_carried_basis_f64(&poles, &one, next[l] - find->t[l]);
+                const bool here = lands[l] > 0.0;
+                keep_basis_columns(&w->end, l, here, &there);
+                keep(&w->end_t[l], here, next[l]);
+                find->going[l] *= 1.0 - lands[l];
+            }
         }
         for (int l = 0; l < LANES; l++) {
             keep(&find->t[l], find->going[l] > 0.0, next[l]);
@@ -1515,7 +1527,7 @@ LANES_CODE static void find_roots(lanes *restrict w, const double *restrict what
             arrived[l] = flag(!((at.value > 0.0) | (at.value < 0.0)));
             keep(&find->low[l], goes & (at.value > 0.0), t);
             keep(&find->high[l], goes & (at.value < 0.0), t);
-            find->going[l] = flag(goes & !(lands[l] > 0.0));
+            find->going[l] = flag(goes);
         }
     }
     leave(w, find->going, STUCK);
@@ -1601,81 +1613,82 @@ LANES_CODE static void cross_at_the_limit(lanes *restrict w)
 
 /* ---- stops ---- */
 
-/* How far x_1 is beyond the stop ahead, below 0 where there is none, and how fast it gets there. */
-LANES_CODE static void beyond_stops(const lanes *restrict w, const double *restrict gap, const double *restrict ahead,
-                                    const basis_columns *restrict basis, const double *restrict t, double *restrict beyond,
-                                    double *restrict rate)
+/* The search for the stop ahead: `gap` is x_1 counted from it at the start of the phase. */
+typedef struct {
+    column gap, low, high, t, next;
+    column going, halves;
+    basis_columns basis;
+} stop_search;
+
+/* One step towards the stops. */
+LANES_CODE static void approach_stops(const lanes *restrict w, stop_search *restrict find)
 {
     for (int l = 0; l < LANES; l++) {
-        const hopform_state_f64 from_stop = {gap[l], w->state.v1[l], w->state.v2[l], w->state.y[l]};
+        const hopform_state_f64 from_stop = {find->gap[l], w->state.v1[l], w->state.v2[l], w->state.y[l]};
         const hopform_motion_f64 motion = one_of_motion_columns(&w->motion, l);
-        const hopform_basis_f64 one = one_of_basis_columns(basis, l);
-        const hopform_at_f64 at = hopform_state_at_f64(&from_stop, &motion, &one, t[l]);
-        beyond[l] = w->side_1[l] * at.x1_t;
-        rate[l] = w->side_1[l] * at.v1_t;
-    }
-    for (int l = 0; l < LANES; l++) {
-        beyond[l] = ahead[l] > 0.0 ? beyond[l] : -1.0;
+        const hopform_poles_f64 poles = one_of_poles_columns(&w->poles, l);
+        const hopform_basis_f64 one = one_of_basis_columns(&find->basis, l);
+        const double t = find->t[l];
+        const hopform_approach_f64 to = hopform_approach_of_f64(&poles, &motion, &from_stop, w->side_1[l], &one, t);
+        const double low = to.at.value > 0.0 ? find->low[l] : t;
+        const double high = to.at.value > 0.0 ? t : find->high[l];
+        const double step = step_to_root(&to.at);
+        const double next = t - step;
+        const bool inside = (to.at.rate > 0.0) & (next > low) & (next < high);
+        const bool goes = (find->going[l] > 0.0) & !(fabs(to.at.value) <= 2.220446049250313e-16 * t * to.at.rate);
+        const bool last = goes & inside & one_step_left(&w->poles, l, &to.at, to.fourth, next, step);
+        const hopform_basis_f64 there = hopform_carried_basis_f64(&poles, &one, next - t);
+        const double half = low + 0.5 * (high - low);
+        const double wanted = (last | (inside & !(find->halves[l] > 0.0))) ? next : half;
+        const bool moves = goes & (wanted > low) & (wanted < high);
+        keep_basis_columns(&find->basis, l, last, &there);
+        find->low[l] = low;
+        find->high[l] = high;
+        keep(&find->t[l], moves, wanted);
+        find->going[l] = flag(moves & !last);
     }
 }
 
 /* Windows end where x_1 meets its stop; `stops` says which. */
 LANES_CODE static void meet_stops(lanes *restrict w, double *restrict stops)
 {
-    column low, high, t, going, tied, gap, ahead, beyond, rate, next;
-    basis_columns basis;
+    column tied;
+    stop_search find;
     for (int l = 0; l < LANES; l++) {
-        gap[l] = w->side_1[l] > 0.0 ? w->from_max[l] : w->from_min[l];
+        find.gap[l] = w->side_1[l] > 0.0 ? w->from_max[l] : w->from_min[l];
+        find.low[l] = w->low[l];
+        find.high[l] = w->end_t[l];
+        find.t[l] = w->end_t[l];
     }
     for (int l = 0; l < LANES; l++) {
-        ahead[l] = fabs(w->side_1[l]) * flag(within_range(gap[l]));
+        const hopform_state_f64 from_stop = {find.gap[l], w->state.v1[l], w->state.v2[l], w->state.y[l]};
+        const hopform_motion_f64 motion = one_of_motion_columns(&w->motion, l);
+        const hopform_basis_f64 one = one_of_basis_columns(&w->end, l);
+        const hopform_at_f64 at = hopform_state_at_f64(&from_stop, &motion, &one, w->end_t[l]);
+        const bool ahead = (fabs(w->side_1[l]) > 0.0) & within_range(find.gap[l]);
+        stops[l] = w->live[l] * flag(ahead & !(w->left[l] > 0.0) & (w->side_1[l] * at.x1_t > 0.0));
+        find.going[l] = stops[l];
     }
-    beyond_stops(w, gap, ahead, &w->end, w->end_t, beyond, rate);
-    for (int l = 0; l < LANES; l++) {
-        going[l] = w->live[l] * (1.0 - flag(w->left[l] > 0.0)) * flag(beyond[l] > 0.0);
-        stops[l] = going[l];
-        low[l] = w->low[l];
-        high[l] = w->end_t[l];
-        t[l] = w->end_t[l];
-    }
-    if (!any(going)) {
+    if (!any(stops)) {
         return;
     }
-    memcpy(&basis, &w->end, sizeof basis);
-    for (int n = 0; n < 100 && any(going); n++) {
-        const bool halves = n > 8 && n % 2 == 1;
+    memcpy(&find.basis, &w->end, sizeof find.basis);
+    for (int n = 0; n < 100 && any(find.going); n++) {
+        for (int l = 0; l < LANES; l++) {
+            find.halves[l] = flag(n > 8 && n % 2 == 1);
+        }
         if (n > 0) {
-            bases_at(w, t, going, &basis);
+            bases_at(w, find.t, find.going, &find.basis);
         }
-        if (n > 0) {
-            beyond_stops(w, gap, ahead, &basis, t, beyond, rate);
-        }
-        for (int l = 0; l < LANES; l++) {
-            const double step = over(beyond[l], rate[l]);
-            const double exact = flag(fabs(step) <= 2.220446049250313e-16 * t[l]) * flag(rate[l] > 0.0);
-            next[l] = rate[l] > 0.0 ? t[l] - step : -1e+300;
-            keep(&low[l], !(beyond[l] > 0.0), t[l]);
-            keep(&high[l], beyond[l] > 0.0, t[l]);
-            going[l] *= 1.0 - exact;
-        }
-        for (int l = 0; l < LANES; l++) {
-            const bool inside = (next[l] > low[l]) & (next[l] < high[l]) & !halves;
-            next[l] = inside ? next[l] : low[l] + 0.5 * (high[l] - low[l]);
-        }
-        for (int l = 0; l < LANES; l++) {
-            going[l] *= flag((next[l] > low[l]) & (next[l] < high[l]));
-        }
-        for (int l = 0; l < LANES; l++) {
-            keep(&t[l], going[l] > 0.0, next[l]);
-        }
+        approach_stops(w, &find);
     }
-    leave(w, going, STUCK);
+    leave(w, find.going, STUCK);
     for (int l = 0; l < LANES; l++) {
-        const hopform_basis_f64 one = one_of_basis_columns(&basis, l);
+        const hopform_basis_f64 one = one_of_basis_columns(&find.basis, l);
         const bool here = stops[l] > 0.0;
-        tied[l] = flag(here & (w->found[l] >= 0.0) & (w->found[l] <= 0.0) & (w->end_t[l] <= t[l] * (1.0 + 8.0 * 2.220446049250313e-16)));
+        tied[l] = flag(here & (w->found[l] >= 0.0) & (w->found[l] <= 0.0) & (w->end_t[l] <= find.t[l] * (1.0 + 8.0 * 2.220446049250313e-16)));
         keep_basis_columns(&w->end, l, here, &one);
-        keep(&w->end_t[l], here, t[l]);
+        keep(&w->end_t[l], here, find.t[l]);
     }
     leave(w, tied, TIE);
 }

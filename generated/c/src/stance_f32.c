@@ -344,29 +344,31 @@ static bool meets_stop(const stance_chain *chain, const stance_guard *guard, flo
     float high = end->t;
     float t = end->t;
     hopform_basis_f32 basis = end->basis;
+    if (!(sign * hopform_state_at_f32(&start, guard->motion, &basis, t).x1_t > 0.0f)) {
+        return false;
+    }
     for (int n = 0; n < 100; n++) {
         if (n > 0) {
             basis = hopform_basis_at_f32(guard->poles, t);
         }
-        const hopform_at_f32 at = hopform_state_at_f32(&start, guard->motion, &basis, t);
-        const float beyond = sign * at.x1_t;
-        if (n == 0 && !(beyond > 0.0f)) {
-            return false;
-        }
-        if (beyond > 0.0f) {
+        const hopform_approach_f32 to = hopform_approach_of_f32(guard->poles, guard->motion, &start, sign, &basis, t);
+        if (to.at.value > 0.0f) {
             high = t;
         } else {
             low = t;
         }
-        const float rate = sign * at.v1_t;
-        const float step = rate > 0.0f ? beyond / rate : 1e38f;
-        if (fabsf(step) <= 1.1920929e-7f * t) {
+        if (fabsf(to.at.value) <= 1.1920929e-7f * t * to.at.rate) {
             break;
         }
+        const float step = hopform_step_to_root_f32(&to.at);
         float next = t - step;
-        if (!(next > low && next < high) || (n > 8 && n % 2 == 1)) {
-            next = low + 0.5f * (high - low);
+        const bool inside = to.at.rate > 0.0f && next > low && next < high;
+        if (inside && hopform_is_last_step_f32(guard->poles, &to.at, to.fourth, next, step)) {
+            basis = hopform_carried_basis_f32(guard->poles, &basis, next - t);
+            t = next;
+            break;
         }
+        next = inside && !(n > 8 && n % 2 == 1) ? next : low + 0.5f * (high - low);
         if (!(next > low && next < high)) {
             break;
         }

@@ -344,29 +344,31 @@ static bool meets_stop(const stance_chain *chain, const stance_guard *guard, dou
     double high = end->t;
     double t = end->t;
     hopform_basis_f64 basis = end->basis;
+    if (!(sign * hopform_state_at_f64(&start, guard->motion, &basis, t).x1_t > 0.0)) {
+        return false;
+    }
     for (int n = 0; n < 100; n++) {
         if (n > 0) {
             basis = hopform_basis_at_f64(guard->poles, t);
         }
-        const hopform_at_f64 at = hopform_state_at_f64(&start, guard->motion, &basis, t);
-        const double beyond = sign * at.x1_t;
-        if (n == 0 && !(beyond > 0.0)) {
-            return false;
-        }
-        if (beyond > 0.0) {
+        const hopform_approach_f64 to = hopform_approach_of_f64(guard->poles, guard->motion, &start, sign, &basis, t);
+        if (to.at.value > 0.0) {
             high = t;
         } else {
             low = t;
         }
-        const double rate = sign * at.v1_t;
-        const double step = rate > 0.0 ? beyond / rate : 1e+300;
-        if (fabs(step) <= 2.220446049250313e-16 * t) {
+        if (fabs(to.at.value) <= 2.220446049250313e-16 * t * to.at.rate) {
             break;
         }
+        const double step = hopform_step_to_root_f64(&to.at);
         double next = t - step;
-        if (!(next > low && next < high) || (n > 8 && n % 2 == 1)) {
-            next = low + 0.5 * (high - low);
+        const bool inside = to.at.rate > 0.0 && next > low && next < high;
+        if (inside && hopform_is_last_step_f64(guard->poles, &to.at, to.fourth, next, step)) {
+            basis = hopform_carried_basis_f64(guard->poles, &basis, next - t);
+            t = next;
+            break;
         }
+        next = inside && !(n > 8 && n % 2 == 1) ? next : low + 0.5 * (high - low);
         if (!(next > low && next < high)) {
             break;
         }

@@ -6,5 +6,5 @@
 
 const char *hopform_source(void)
 {
-    return "8e06c93ce3099bf5";
+    return "3d97133bd499429d";
 }
