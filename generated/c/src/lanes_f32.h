@@ -1010,9 +1010,10 @@ LANES_CODE static void start_samples(const lanes *restrict w, const watch_column
                                      sample_columns *restrict from, float *restrict lost)
 {
     column below;
-    const hopform_basis_f32 basis = {1.0f, 0.0f, 0.0f, 0.0f, 0.0f};
     for (int l = 0; l < LANES; l++) {
-        const hopform_sample_f32 sample = sample_of(watch, &w->poles, &basis, l, 0.0f);
+        const hopform_poles_f32 poles = one_of_poles_columns(&w->poles, l);
+        const hopform_watch_f32 one = {{watch->H3[l], watch->H2[l], watch->H1[l]}, {watch->A[l], watch->B[l]}, watch->start[l], 0, 0};
+        const hopform_sample_f32 sample = hopform_first_sample_f32(&one, &poles);
         keep_sample(from, l, w->begins[l] > 0.0f, &sample);
         below[l] = flag(w->begins[l] > 0.0f) * flag(on[l] > 0.0f) * flag(sample.value < 0.0f);
     }
@@ -1602,6 +1603,7 @@ typedef struct {
 /* One step towards the stops. */
 LANES_CODE static void approach_stops(const lanes *restrict w, stop_search *restrict find)
 {
+    column value, rate, next, near, exact, last, moves;
     for (int l = 0; l < LANES; l++) {
         const hopform_state_f32 from_stop = {find->gap[l], w->state.v1[l], w->state.v2[l], w->state.y[l]};
         const hopform_motion_f32 motion = one_of_motion_columns(&w->motion, l);
@@ -1609,22 +1611,40 @@ LANES_CODE static void approach_stops(const lanes *restrict w, stop_search *rest
         const hopform_basis_f32 one = one_of_basis_columns(&find->basis, l);
         const float t = find->t[l];
         const hopform_approach_f32 to = hopform_approach_of_f32(&poles, &motion, &from_stop, w->side_1[l], &one, t);
-        const float low = to.at.value > 0.0f ? find->low[l] : t;
-        const float high = to.at.value > 0.0f ? t : find->high[l];
         const float step = step_to_root(&to.at);
-        const float next = t - step;
-        const bool inside = (to.at.rate > 0.0f) & (next > low) & (next < high);
-        const bool goes = (find->going[l] > 0.0f) & !(fabsf(to.at.value) <= 1.1920929e-7f * t * to.at.rate);
-        const bool last = goes & inside & one_step_left(&w->poles, l, &to.at, to.fourth, next, step);
-        const hopform_basis_f32 there = hopform_carried_basis_f32(&poles, &one, next - t);
-        const float half = low + 0.5f * (high - low);
-        const float wanted = (last | (inside & !(find->halves[l] > 0.0f))) ? next : half;
-        const bool moves = goes & (wanted > low) & (wanted < high);
-        keep_basis_columns(&find->basis, l, last, &there);
-        find->low[l] = low;
-        find->high[l] = high;
-        keep(&find->t[l], moves, wanted);
-        find->going[l] = flag(moves & !last);
+        value[l] = to.at.value;
+        rate[l] = to.at.rate;
+        next[l] = t - step;
+        near[l] = flag(one_step_left(&w->poles, l, &to.at, to.fourth, next[l], step));
+        exact[l] = flag(fabsf(to.at.value) <= 1.1920929e-7f * t * to.at.rate);
+    }
+    for (int l = 0; l < LANES; l++) {
+        keep(&find->low[l], !(value[l] > 0.0f), find->t[l]);
+        keep(&find->high[l], value[l] > 0.0f, find->t[l]);
+        find->going[l] *= 1.0f - exact[l];
+    }
+    for (int l = 0; l < LANES; l++) {
+        const bool inside = (rate[l] > 0.0f) & (next[l] > find->low[l]) & (next[l] < find->high[l]);
+        last[l] = find->going[l] * near[l] * flag(inside);
+        moves[l] = flag(inside) * (1.0f - find->halves[l]) + last[l];
+    }
+    for (int l = 0; l < LANES; l++) {
+        next[l] = moves[l] > 0.0f ? next[l] : find->low[l] + 0.5f * (find->high[l] - find->low[l]);
+    }
+    for (int l = 0; l < LANES; l++) {
+        find->going[l] *= flag((next[l] > find->low[l]) & (next[l] < find->high[l]));
+    }
+    if (any(last)) {
+        for (int l = 0; l < LANES; l++) {
+            const hopform_poles_f32 poles = one_of_poles_columns(&w->poles, l);
+            const hopform_basis_f32 one = one_of_basis_columns(&find->basis, l);
+            const hopform_basis_f32 there = hopform_carried_basis_f32(&poles, &one, next[l] - find->t[l]);
+            keep_basis_columns(&find->basis, l, last[l] > 0.0f, &there);
+        }
+    }
+    for (int l = 0; l < LANES; l++) {
+        keep(&find->t[l], find->going[l] > 0.0f, next[l]);
+        find->going[l] *= 1.0f - last[l];
     }
 }
 

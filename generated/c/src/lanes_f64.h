@@ -1031,9 +1031,10 @@ LANES_CODE static void start_samples(const lanes *restrict w, const watch_column
                                      sample_columns *restrict from, double *restrict lost)
 {
     column below;
-    const hopform_basis_f64 basis = {1.0, 0.0, 0.0, 0.0, 0.0};
     for (int l = 0; l < LANES; l++) {
-        const hopform_sample_f64 sample = sample_of(watch, &w->poles, &basis, l, 0.0);
+        const hopform_poles_f64 poles = one_of_poles_columns(&w->poles, l);
+        const hopform_watch_f64 one = {{watch->H3[l], watch->H2[l], watch->H1[l]}, {watch->A[l], watch->B[l]}, watch->start[l], 0, 0};
+        const hopform_sample_f64 sample = hopform_first_sample_f64(&one, &poles);
         keep_sample(from, l, w->begins[l] > 0.0, &sample);
         below[l] = flag(w->begins[l] > 0.0) * flag(on[l] > 0.0) * flag(sample.value < 0.0);
     }
@@ -1623,6 +1624,7 @@ typedef struct {
 /* One step towards the stops. */
 LANES_CODE static void approach_stops(const lanes *restrict w, stop_search *restrict find)
 {
+    column value, rate, next, near, exact, last, moves;
     for (int l = 0; l < LANES; l++) {
         const hopform_state_f64 from_stop = {find->gap[l], w->state.v1[l], w->state.v2[l], w->state.y[l]};
         const hopform_motion_f64 motion = one_of_motion_columns(&w->motion, l);
@@ -1630,22 +1632,40 @@ LANES_CODE static void approach_stops(const lanes *restrict w, stop_search *rest
         const hopform_basis_f64 one = one_of_basis_columns(&find->basis, l);
         const double t = find->t[l];
         const hopform_approach_f64 to = hopform_approach_of_f64(&poles, &motion, &from_stop, w->side_1[l], &one, t);
-        const double low = to.at.value > 0.0 ? find->low[l] : t;
-        const double high = to.at.value > 0.0 ? t : find->high[l];
         const double step = step_to_root(&to.at);
-        const double next = t - step;
-        const bool inside = (to.at.rate > 0.0) & (next > low) & (next < high);
-        const bool goes = (find->going[l] > 0.0) & !(fabs(to.at.value) <= 2.220446049250313e-16 * t * to.at.rate);
-        const bool last = goes & inside & one_step_left(&w->poles, l, &to.at, to.fourth, next, step);
-        const hopform_basis_f64 there = hopform_carried_basis_f64(&poles, &one, next - t);
-        const double half = low + 0.5 * (high - low);
-        const double wanted = (last | (inside & !(find->halves[l] > 0.0))) ? next : half;
-        const bool moves = goes & (wanted > low) & (wanted < high);
-        keep_basis_columns(&find->basis, l, last, &there);
-        find->low[l] = low;
-        find->high[l] = high;
-        keep(&find->t[l], moves, wanted);
-        find->going[l] = flag(moves & !last);
+        value[l] = to.at.value;
+        rate[l] = to.at.rate;
+        next[l] = t - step;
+        near[l] = flag(one_step_left(&w->poles, l, &to.at, to.fourth, next[l], step));
+        exact[l] = flag(fabs(to.at.value) <= 2.220446049250313e-16 * t * to.at.rate);
+    }
+    for (int l = 0; l < LANES; l++) {
+        keep(&find->low[l], !(value[l] > 0.0), find->t[l]);
+        keep(&find->high[l], value[l] > 0.0, find->t[l]);
+        find->going[l] *= 1.0 - exact[l];
+    }
+    for (int l = 0; l < LANES; l++) {
+        const bool inside = (rate[l] > 0.0) & (next[l] > find->low[l]) & (next[l] < find->high[l]);
+        last[l] = find->going[l] * near[l] * flag(inside);
+        moves[l] = flag(inside) * (1.0 - find->halves[l]) + last[l];
+    }
+    for (int l = 0; l < LANES; l++) {
+        next[l] = moves[l] > 0.0 ? next[l] : find->low[l] + 0.5 * (find->high[l] - find->low[l]);
+    }
+    for (int l = 0; l < LANES; l++) {
+        find->going[l] *= flag((next[l] > find->low[l]) & (next[l] < find->high[l]));
+    }
+    if (any(last)) {
+        for (int l = 0; l < LANES; l++) {
+            const hopform_poles_f64 poles = one_of_poles_columns(&w->poles, l);
+            const hopform_basis_f64 one = one_of_basis_columns(&find->basis, l);
+            const hopform_basis_f64 there = hopform_carried_basis_f64(&poles, &one, next[l] - find->t[l]);
+            keep_basis_columns(&find->basis, l, last[l] > 0.0, &there);
+        }
+    }
+    for (int l = 0; l < LANES; l++) {
+        keep(&find->t[l], find->going[l] > 0.0, next[l]);
+        find->going[l] *= 1.0 - last[l];
     }
 }
 

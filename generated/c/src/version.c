@@ -6,5 +6,5 @@
 
 const char *hopform_source(void)
 {
-    return "3d97133bd499429d";
+    return "e677a01f66b2dd07";
 }
