@@ -188,11 +188,12 @@ static inline float hopform_fourth_f32(const hopform_poles_f32 *poles, const hop
     return poles->s_1 * at->third + poles->s_2 * at->curvature + poles->s_3 * at->rate;
 }
 
-/* Whether what a Taylor series of the fourth order leaves out over a time d is lost in rounding: (r d)^5/120, r above
- * all poles. */
-static inline bool hopform_is_near_f32(const hopform_poles_f32 *poles, float d)
+/* Whether what a Taylor series of the fourth order leaves out over a time d before or after t is lost in rounding: of the fifth
+ * order in d/t and in r d, r above all poles. */
+static inline bool hopform_is_near_f32(const hopform_poles_f32 *poles, float t, float d)
 {
-    const float square = d * d * (poles->s_1 * poles->s_1 + poles->s_2);
+    const float share = t > 0.0f ? d / t : 1.0f;
+    const float square = d * d * (poles->s_1 * poles->s_1 + poles->s_2) + share * share;
     return square * square * square <= 0.0078125f * 1.1920929e-7f;
 }
 
@@ -206,7 +207,7 @@ static inline bool hopform_is_last_step_f32(const hopform_poles_f32 *poles, cons
     const float bend = per_rate * fabsf(at->curvature);
     const float twist = per_rate * fabsf(step * at->third);
     const float error = bend * (0.7f * bend * bend + 0.5f * twist) + 0.05f * per_rate * fabsf(step * step * fourth);
-    return fabsf(at->value) <= 2.0f * fabsf(step * at->rate) && fabsf(step) * error <= 1.1920929e-7f * t && hopform_is_near_f32(poles, step);
+    return fabsf(at->value) <= 2.0f * fabsf(step * at->rate) && fabsf(step) * error <= 1.1920929e-7f * t && hopform_is_near_f32(poles, t, step);
 }
 
 /* A time, what the poles do until then, and g there. */

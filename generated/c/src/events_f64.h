@@ -188,11 +188,12 @@ static inline double hopform_fourth_f64(const hopform_poles_f64 *poles, const ho
     return poles->s_1 * at->third + poles->s_2 * at->curvature + poles->s_3 * at->rate;
 }
 
-/* Whether what a Taylor series of the fourth order leaves out over a time d is lost in rounding: (r d)^5/120, r above
- * all poles. */
-static inline bool hopform_is_near_f64(const hopform_poles_f64 *poles, double d)
+/* Whether what a Taylor series of the fourth order leaves out over a time d before or after t is lost in rounding: of the fifth
+ * order in d/t and in r d, r above all poles. */
+static inline bool hopform_is_near_f64(const hopform_poles_f64 *poles, double t, double d)
 {
-    const double square = d * d * (poles->s_1 * poles->s_1 + poles->s_2);
+    const double share = t > 0.0 ? d / t : 1.0;
+    const double square = d * d * (poles->s_1 * poles->s_1 + poles->s_2) + share * share;
     return square * square * square <= 0.0078125 * 2.220446049250313e-16;
 }
 
@@ -206,7 +207,7 @@ static inline bool hopform_is_last_step_f64(const hopform_poles_f64 *poles, cons
     const double bend = per_rate * fabs(at->curvature);
     const double twist = per_rate * fabs(step * at->third);
     const double error = bend * (0.7 * bend * bend + 0.5 * twist) + 0.05 * per_rate * fabs(step * step * fourth);
-    return fabs(at->value) <= 2.0 * fabs(step * at->rate) && fabs(step) * error <= 2.220446049250313e-16 * t && hopform_is_near_f64(poles, step);
+    return fabs(at->value) <= 2.0 * fabs(step * at->rate) && fabs(step) * error <= 2.220446049250313e-16 * t && hopform_is_near_f64(poles, t, step);
 }
 
 /* A time, what the poles do until then, and g there. */

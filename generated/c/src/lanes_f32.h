@@ -1170,7 +1170,7 @@ static inline bool one_step_left(const poles_columns *poles, int l, const hopfor
     const float bend = per_rate * fabsf(at->curvature);
     const float twist = per_rate * fabsf(step * at->third);
     const float error = bend * (0.7f * bend * bend + 0.5f * twist) + 0.05f * per_rate * fabsf(step * step * fourth);
-    return (fabsf(at->value) <= 2.0f * fabsf(step * at->rate)) & (fabsf(step) * error <= 1.1920929e-7f * t) & hopform_is_near_f32(&one, step);
+    return (fabsf(at->value) <= 2.0f * fabsf(step * at->rate)) & (fabsf(step) * error <= 1.1920929e-7f * t) & hopform_is_near_f32(&one, t, step);
 }
 
 static inline float step_to_root(const hopform_sample_f32 *at)

@@ -1191,7 +1191,7 @@ static inline bool one_step_left(const poles_columns *poles, int l, const hopfor
     const double bend = per_rate * fabs(at->curvature);
     const double twist = per_rate * fabs(step * at->third);
     const double error = bend * (0.7 * bend * bend + 0.5 * twist) + 0.05 * per_rate * fabs(step * step * fourth);
-    return (fabs(at->value) <= 2.0 * fabs(step * at->rate)) & (fabs(step) * error <= 2.220446049250313e-16 * t) & hopform_is_near_f64(&one, step);
+    return (fabs(at->value) <= 2.0 * fabs(step * at->rate)) & (fabs(step) * error <= 2.220446049250313e-16 * t) & hopform_is_near_f64(&one, t, step);
 }
 
 static inline double step_to_root(const hopform_sample_f64 *at)

@@ -6,5 +6,5 @@
 
 const char *hopform_source(void)
 {
-    return "e677a01f66b2dd07";
+    return "2ff03c5b6cc798d4";
 }
