@@ -6,5 +6,5 @@
 
 const char *hopform_source(void)
 {
-    return "5cd126a7d73317cb";
+    return "203256b0f2276919";
 }
