@@ -173,6 +173,13 @@ MUTANTS = (
         first=CONTROL,
     ),
     Mutant(
+        "controller, NumPy: a dip that is not at the turn",
+        "templates/python/hopform_solver/trial.py.j2",
+        "t = _turn(found, low, high, rate[row, look], rate[row, look + 1])",
+        "t = 0.5 * _turn(found, low, high, rate[row, look], rate[row, look + 1]) + 0.5 * high",
+        first=("tests/test_control.py",),
+    ),
+    Mutant(
         "controller, NumPy: the stroke has no margin",
         "templates/python/hopform_solver/control.py.j2",
         "self.robot.x1_max - self.target.stop_margin",
@@ -549,8 +556,8 @@ MUTANTS = (
     Mutant(
         "hopping: no gravity",
         "runtime/hopform/hopping.py",
-        "if not robot.g > 0.0:",
-        "if not robot.g >= 0.0:",
+        "if not checked_robot(robot).g > 0.0:",
+        "if not checked_robot(robot).g >= 0.0:",
         after=(),
         first=("tests/test_hopping.py",),
     ),
