@@ -59,7 +59,7 @@ def rises() -> tuple[Step, ...]:
 
 
 def carried() -> tuple[Step, ...]:
-    """W, its derivatives and integrals a short time t later, by their Taylor series: what is left out is of the fifth order in t."""
+    """W, its derivatives and integrals a short time t later, by Taylor series: what is left out is of the fifth order in t."""
     half, sixth, rest = sp.symbols("half sixth rest", real=True)
     gains = sp.symbols("more_Wdd more_Wd more_W more_W1 more_W2", real=True)
     known = (W2, W1, W, Wd, Wdd, W_third, W_fourth, W_fifth, W_sixth)
@@ -76,7 +76,9 @@ def carried() -> tuple[Step, ...]:
     for n, (gain, value) in enumerate(zip(gains, later, strict=True)):
         start = known.index(Wdd) - n
         rates = known[start + 1 : start + 5]
-        steps.append(Step(gain, t * rates[0] + half * rates[1] + sixth * rates[2] + rest * rates[3], "its Taylor series"))
+        steps.append(
+            Step(gain, t * rates[0] + half * rates[1] + sixth * rates[2] + rest * rates[3], "its Taylor series")
+        )
         steps.append(Step(value, known[start] + gain, "t later"))
     return tuple(steps)
 
