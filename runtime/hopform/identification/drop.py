@@ -72,7 +72,7 @@ def swing_of(time: Array, values: Array) -> Swing:
     """Frequency and friction of an oscillation about a rest, from its extrema; a guess where there are too few."""
     noise = max(of_recordings.noise_of(values), of_recordings.quantum_of(values))
     values = of_recordings.calm(values)
-    rest = float(np.median(values[-max(values.size // 10, 5) :]))
+    rest = segments.rest_of(values)
     omega = _spectral_peak(time, values - rest)
     extrema = _extrema(time, values - rest, math.pi / omega, 4.0 * noise)
     if len(extrema) < 3:

@@ -273,7 +273,7 @@ def finish(problem: Problem, **options: Unpack[Options]) -> Fit:
     say("fit")
     solution = minimise(problem, loss)
     say("the old model")
-    old = _old(problem, loss) if options.get("compare", True) and problem.coulomb else {}
+    old = _old(problem, solution, loss) if options.get("compare", True) and problem.coulomb else {}
     tests = [estimation.tests_of(residual) for residual in solution.residuals]
     inflation = max(each.inflation for each in tests)
     estimates, spread = estimation.estimates(
@@ -298,12 +298,26 @@ def finish(problem: Problem, **options: Unpack[Options]) -> Fit:
     )  # fmt: skip
 
 
-def _old(problem: Problem, loss: str) -> dict[int, Array]:
-    """Residuals of the model without Coulomb friction, by the experiment's number; it has no threshold to compare."""
+def _old(problem: Problem, solution: Solution, loss: str) -> dict[int, Array]:
+    """Residuals of the model without Coulomb friction, by the experiment's number; it has no threshold to compare.
+
+    It starts from the new one's parameters, with more viscous friction in place of the other, and is followed over more and more
+    of the recordings as that is.
+    """
     kept = [n for n, each in enumerate(problem.experiments) if each.kind != "threshold"]
-    without = replace(problem, experiments=tuple(problem.experiments[n] for n in kept))
-    solution = minimise(without, loss, {name: 0.0 for name in problem.coulomb})
-    return dict(zip(kept, solution.residuals, strict=True))
+    viscous = {p.name: p for p in problem.parameters if p.name[:1] == "b"}
+    starts = [
+        solution.values | {name: more * solution.values[name] + 0.02 * (more - 1.0) * p.scale for name, p in viscous.items()}
+        for more in (1.0, 1.6, 3.0)
+    ]
+    without = replace(
+        problem,
+        experiments=tuple(problem.experiments[n] for n in kept), 
+        starts=tuple(starts),
+        parts=problem.parts[-2:],
+    )
+    found = minimise(without, loss, dict.fromkeys(problem.coulomb, 0.0))
+    return dict(zip(kept, found.residuals, strict=True))
 
 
 _QUANTITY = {"attached": "x2", "ground": "x2", "free": "x2", "held": "x1", "air": "x1", "threshold": "threshold"}
@@ -351,15 +365,15 @@ def _boundary(estimates: Sequence[Estimate]) -> list[str]:
 
 
 _MISSED = 0.1
-"""Residuals that are more than this share of a motion's standard deviation are no fit."""
+"""Residuals that are more than noise and than this share of a motion's standard deviation are no fit."""
 
 
 def _coloured(traces: Sequence[Trace], inflation: float) -> list[str]:
     """What is odd about residuals: a fit that is none, and those that are no white noise."""
     said = list[str]()
     for trace in traces:
-        size = float(np.std(trace.measured))
-        if trace.quantity in ("x1", "x2") and trace.tests.rms > _MISSED * size:
+        size, noise = float(np.std(trace.measured)), max(noise_of(trace.measured), quantum_of(trace.measured))
+        if trace.quantity in ("x1", "x2") and trace.tests.rms > max(_MISSED * size, 1.5 * noise):
             said.append(
                 f"{trace.label}: the fit misses the recording by {100.0 * trace.tests.rms / size:.2g} % of its motion: it is of "
                 "another rig, or no start led to it; give more of what is known"

@@ -47,9 +47,10 @@ def _decay(recording: Recording, whole: Array, begin: int, end: int) -> Span:
     if end - begin <= FEWEST:
         raise recording.error_of("x2", f"too short: {end - begin} samples", recording.line + begin)
     noise, values = max(noise_of(whole), quantum_of(whole)), calm(whole[begin:end])
-    rest, tail = _rest(values), values[-max(values.size // 20, 5) :]
-    start = int(np.abs(values - rest).argmax())
-    reach, left = abs(float(values[start]) - rest), values[start:] - rest
+    rest, tail = rest_of(values), values[-max(values.size // 20, 5) :]
+    reach = float(np.abs(values - rest).max())
+    start = int((np.abs(values - rest) >= reach - 8.0 * noise).argmax())  # without friction all swings are as large
+    left = values[start:] - rest
     crossings = np.flatnonzero(np.signbit(left[1:]) != np.signbit(left[:-1])) + 1
     edges = [0, *crossings.tolist(), left.size]
     sizes = [float(np.abs(left[a:b]).max()) for a, b in zip(edges[:-1], edges[1:], strict=True)]
@@ -69,21 +70,25 @@ def _decay(recording: Recording, whole: Array, begin: int, end: int) -> Span:
     return begin + start, begin + last
 
 
-def _rest(values: Array) -> float:
-    """Where a body comes to rest."""
-    return float(np.median(values[-max(values.size // 20, 5) :]))
+def rest_of(values: Array) -> float:
+    """Where a body comes to rest, or, where it swings to the end, the middle of its last swings."""
+    tail = values[-max(values.size // 20, 5) :]
+    if float(np.ptp(tail)) <= 0.1 * float(np.ptp(values)):
+        return float(np.median(tail))
+    last = values[values.size // 2 :]
+    return 0.5 * float(last.max() + last.min())
 
 
 def _reach(values: Array, span: Span) -> float:
     """How far a decay swings at first."""
     part = calm(values[slice(*span)])
-    return abs(float(part[0]) - _rest(part))
+    return abs(float(part[0]) - rest_of(part))
 
 
 def _hand(values: Array, span: Span, begin: int = 0) -> int:
     """Where the hand has taken the body from rest, before a decay: the last crossing of its rest."""
     part = values[slice(*span)]
-    side = np.signbit(values[begin : span[0]] - _rest(part))
+    side = np.signbit(values[begin : span[0]] - rest_of(part))
     crossings = np.flatnonzero(side[1:] != side[:-1])
     return begin + int(crossings[-1]) if crossings.size else begin
 
@@ -91,7 +96,7 @@ def _hand(values: Array, span: Span, begin: int = 0) -> int:
 def _pace(recording: Recording, values: Array, span: Span) -> float:
     """Time [s] from crossing to crossing of the rest, the median of the larger swings; NaN for too few of them."""
     time, part = recording.time[slice(*span)], calm(values[slice(*span)])
-    left = part - _rest(part)
+    left = part - rest_of(part)
     crossings = np.flatnonzero(np.signbit(left[1:]) != np.signbit(left[:-1]))
     large = [
         n for n, (a, b) in enumerate(zip(crossings[:-1], crossings[1:], strict=True))
