@@ -18,6 +18,7 @@ from hopform.errors import HopformError
 from hopform.identification import recordings as of_recordings
 from hopform.identification import segments
 from hopform.identification.estimation import Parameter
+from hopform.identification.filtering import CUTOFFS, filtered_part, moving_rows
 from hopform.identification.fits import Fit, Options, Problem, as_several, checked_known, finish
 from hopform.identification.motion import Array
 from hopform.identification.recordings import Recording
@@ -72,7 +73,7 @@ def swing_of(time: Array, values: Array) -> Swing:
     """Frequency and friction of an oscillation about a rest, from its extrema; a guess where there are too few."""
     noise = max(of_recordings.noise_of(values), of_recordings.quantum_of(values))
     values = of_recordings.calm(values)
-    rest = segments.rest_of(values)
+    rest = segments.rest_of(values, 10)
     omega = _spectral_peak(time, values - rest)
     extrema = _extrema(time, values - rest, math.pi / omega, 4.0 * noise)
     if len(extrema) < 3:
@@ -171,7 +172,8 @@ def drop_problem(
     notes = tuple(f"{each.source}: {note}" for each in recordings for note in each.notes)
     finite = {name: value for name, value in values.items() if math.isfinite(value)}
     return Problem(
-        "drop", "x2", tuple(experiments), tuple(parameters.values()), _starts(parameters, rig), finite, tuple(statements),
+        "drop", "x2", tuple(experiments), tuple(parameters.values()),
+        _starts(parameters, rig, _driven_starts(cuts, guesses, values) if rig == "free" else []), finite, tuple(statements),
         notes, coulomb, parts=_PARTS[rig], motions=len(cuts),
     )  # fmt: skip
 
@@ -339,6 +341,37 @@ def _shared_starts(
     return starts
 
 
+def _driven_starts(cuts: Sequence[Cut], guesses: Sequence[Swing], known: Mapping[str, float]) -> list[dict[str, float]]:
+    """What (3) says of an actuator whose x1 was recorded, through each filter: acceleration over v1, current and compression."""
+    return [
+        _driven_start(cut, guess, known, cutoff)
+        for cut, guess in zip(cuts, guesses, strict=True) if cut.x1 is not None
+        for cutoff in CUTOFFS
+    ]  # fmt: skip
+
+
+def _driven_start(cut: Cut, guess: Swing, known: Mapping[str, float], cutoff: float) -> dict[str, float]:
+    x1 = cut.x if cut.x1 is None else cut.x1
+    step = float(np.median(np.diff(cut.time)))
+    cutoff = min(cutoff, 0.2 / step)
+    begins, levels = np.array(cut.steps, dtype=float).T
+    u = levels[np.searchsorted(begins, cut.time, side="right") - 1]
+    length = known.get("length", guess.rest + known["g"] / guess.omega**2)
+    rows, pressed = (
+        filtered_part(cut.time, x1, drive, step, cutoff) for drive in (u, np.maximum(x1 - cut.x + length, 0.0))
+    )
+    b, f, gamma, constant, k = moving_rows(rows, [-rows.v, -rows.side, -rows.u, rows.one, -pressed.u])
+    stiffness = known.get("k", guess.omega**2 * (known.get("m_s", 1.0) + cut.recording.added_mass))
+    masses = (
+        known.get("m_eff"), known["gamma2"] / gamma if "gamma2" in known and gamma else None, stiffness / k if k else None
+    )  # fmt: skip
+    mass = next((each for each in masses if each is not None and each > 0.0), 5.0 * known.get("m_s", 1.0))
+    return {
+        "m_eff": mass, "b1": max(b, 0.01) * mass, "f1": max(f, 0.0), "gamma2": gamma * mass,
+        "offset": -constant / gamma if gamma else 0.0,
+    }  # fmt: skip
+
+
 def _own_start(letter: str, cut: Cut, guess: Swing) -> float:
     if letter == "rest":
         return guess.rest
@@ -368,10 +401,13 @@ def _within(x1: Parameter, low: float, high: float) -> Parameter:
     return x1._replace(start=min(max(x1.start, low), high), low=low, high=high)
 
 
-def _starts(parameters: Mapping[str, Parameter], rig: Rig) -> tuple[dict[str, float], ...]:
+def _starts(
+    parameters: Mapping[str, Parameter], rig: Rig, driven: Sequence[Mapping[str, float]] = ()
+) -> tuple[dict[str, float], ...]:
     """Starts: what the data show, then all friction viscous, then most of it Coulomb's; a drop also with other springs.
 
-    A free actuator starts from lighter and heavier, less and more damped, pushed either way: of it x2 shows little by itself.
+    A free actuator starts from what its own motion shows, if that was recorded; else from lighter and heavier, less and more
+    damped, pushed either way: of it x2 shows little by itself.
     """
     first = {name: each.start for name, each in parameters.items()}
     coulomb = [name for name in first if name.startswith("f2")]
@@ -383,8 +419,15 @@ def _starts(parameters: Mapping[str, Parameter], rig: Rig) -> tuple[dict[str, fl
         tries.append(first | less | more)
     if rig != "attached" and "k" in first:
         tries += [first | {"k": factor * first["k"]} for factor in (0.6, 1.6)]
-    if rig != "free":
-        return tuple(tries)
+    if driven:
+        shown = [{name: value for name, value in each.items() if name in first} for each in driven]
+        return tuple(start | each for start in tries for each in shown)
+    return _pushed(tries) if rig == "free" else tuple(tries)
+
+
+def _pushed(tries: list[dict[str, float]]) -> tuple[dict[str, float], ...]:
+    """Starts of an actuator of which nothing is seen."""
+    first = tries[0]
     changes: dict[str, tuple[float, ...]] = {
         "m_eff": (0.4, 1.0, 2.5),
         "b1": (0.25, 1.0),

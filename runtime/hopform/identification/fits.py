@@ -199,7 +199,7 @@ def _from(
     starts: Sequence[Mapping[str, float]],
 ) -> Solution:
     parts = problem.parts
-    short = [each.upto(_part(each, parts[0])) for each in problem.experiments]
+    short = [_beginning(each, parts[0]) for each in problem.experiments]
     tried = [from_start(free, start) for start in starts]
     if len(tried) > _FINALISTS:
         first = [estimation.solve(short, each, fixed=held, loss=loss, most=1).cost for each in tried]
@@ -207,14 +207,31 @@ def _from(
         tried = [tried[n] for n in order[:_FINALISTS]]
     found = [estimation.solve(short, each, fixed=held, loss=loss, most=8, precision=1e-3) for each in tried]
     for part in parts[1:]:
-        longer = [each.upto(_part(each, part)) for each in problem.experiments]
+        longer = [_beginning(each, part) for each in problem.experiments]
         found = [
             estimation.solve(longer, estimation.started(each), fixed=held, loss=loss, most=8, precision=1e-3)
-            for each in sorted(found, key=lambda each: each.cost)[:_CONTENDERS]
+            for each in _apart(sorted(found, key=lambda each: each.cost))[:_CONTENDERS]
         ]
-    last = [each.upto(_part(each, parts[-1])) for each in problem.experiments]
+    last = [_beginning(each, parts[-1]) for each in problem.experiments]
     best = estimation.best(found)
     return estimation.solve(last, estimation.started(best), fixed=held, loss=loss, most=25, precision=1e-6)
+
+
+def _apart(found: Sequence[Solution]) -> list[Solution]:
+    """The best, and the first of the others that came to another place: two starts that agree are followed as one."""
+    best = found[0]
+    others = [
+        each for each in found[1:]
+        if any(
+            abs(each.values[p.name] - best.values[p.name]) > _SAME * max(p.scale, abs(best.values[p.name]))
+            for p in best.parameters
+        )
+    ]  # fmt: skip
+    return [best, *others]
+
+
+_SAME = 1e-3
+"""Solutions that differ by less, as a share of each parameter, are one: that is how precisely a part is fitted."""
 
 
 def _is_far(experiment: Experiment, residual: Array) -> bool:
@@ -254,6 +271,16 @@ def _weighed(problem: Problem, found: Solution, fixed: Mapping[str, float], loss
         if settled:
             break
     return found
+
+
+_ENOUGH = 400
+"""Samples of a recording that tell starts apart; the last fit takes all of them."""
+
+
+def _beginning(experiment: Experiment, part: float) -> Experiment:
+    """A part of a recording, from its beginning on, at a rate that is enough to find the way."""
+    count = _part(experiment, part)
+    return experiment.upto(count, max(count // _ENOUGH, 1))
 
 
 def _part(experiment: Experiment, part: float) -> int:
@@ -307,12 +334,13 @@ def _old(problem: Problem, solution: Solution, loss: str) -> dict[int, Array]:
     kept = [n for n, each in enumerate(problem.experiments) if each.kind != "threshold"]
     viscous = {p.name: p for p in problem.parameters if p.name[:1] == "b"}
     starts = [
-        solution.values | {name: more * solution.values[name] + 0.02 * (more - 1.0) * p.scale for name, p in viscous.items()}
+        solution.values
+        | {name: more * solution.values[name] + 0.02 * (more - 1.0) * p.scale for name, p in viscous.items()}
         for more in (1.0, 1.6, 3.0)
     ]
     without = replace(
         problem,
-        experiments=tuple(problem.experiments[n] for n in kept), 
+        experiments=tuple(problem.experiments[n] for n in kept),
         starts=tuple(starts),
         parts=problem.parts[-2:],
     )

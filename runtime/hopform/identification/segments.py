@@ -70,10 +70,10 @@ def _decay(recording: Recording, whole: Array, begin: int, end: int) -> Span:
     return begin + start, begin + last
 
 
-def rest_of(values: Array) -> float:
-    """Where a body comes to rest, or, where it swings to the end, the middle of its last swings."""
-    tail = values[-max(values.size // 20, 5) :]
-    if float(np.ptp(tail)) <= 0.1 * float(np.ptp(values)):
+def rest_of(values: Array, share: int = 20) -> float:
+    """Where a body comes to rest, by the last of so many parts; where it swings to the end, the middle of its last swings."""
+    tail = values[-max(values.size // share, 5) :]
+    if float(np.ptp(tail)) <= 0.3 * float(np.ptp(values)):
         return float(np.median(tail))
     last = values[values.size // 2 :]
     return 0.5 * float(last.max() + last.min())
