@@ -166,7 +166,9 @@ def drop_problem(
         for letter, name in names.items():
             start = shared[letter][n - first] if letter in shared else _own_start(letter, cut, guess)
             made = _parameter(letter, name, start, cut.x)
-            parameters.setdefault(name, made if letter != "x1" else _within(made, values["x1_min"], values["x1_max"]))
+            if letter in ("x1", "v1"):
+                made = _within(made, cut, values["x1_min"], values["x1_max"])
+            parameters.setdefault(name, made)
         experiments += _experiments(cut, rig, names, values, backend)
     coulomb = tuple(name for name in parameters if name[:2] in ("f1", "f2"))
     notes = tuple(f"{each.source}: {note}" for each in recordings for note in each.notes)
@@ -396,9 +398,13 @@ def _parameter(letter: str, name: str, start: float, x: Array) -> Parameter:
     return Parameter(name, UNITS[letter], start, scale, kind, profiled=letter in ("f1", "f2"), own=own)
 
 
-def _within(x1: Parameter, low: float, high: float) -> Parameter:
-    """The actuator's place, within its stops."""
-    return x1._replace(start=min(max(x1.start, low), high), low=low, high=high)
+def _within(start: Parameter, cut: Cut, low: float, high: float) -> Parameter:
+    """The actuator's place within its stops; at a stop it moves away from it, if at all: into it a velocity is lost at once."""
+    x1 = cut.x if cut.x1 is None else cut.x1
+    place, near = float(np.median(x1[:5])), 8.0 * max(of_recordings.noise_of(x1), of_recordings.quantum_of(x1))
+    if start.name[0] == "v":
+        low, high = (0.0 if place < low + near else -math.inf), (0.0 if place > high - near else math.inf)
+    return start._replace(start=min(max(start.start, low), high), low=low, high=high)
 
 
 def _starts(

@@ -94,4 +94,4 @@ def moving_rows(rows: Filtered, columns: Sequence[Array]) -> list[float]:
     """The coefficients of columns that make up the acceleration, by the rows in which something moves."""
     moving = np.abs(rows.v) > 0.02 * float(np.abs(rows.v).max())
     found = np.linalg.lstsq(np.stack(columns, axis=1)[moving], rows.acceleration[moving], rcond=None)[0]
-    return np.asarray(found, dtype=np.float64).tolist()
+    return [float(each) for each in found]

@@ -257,11 +257,12 @@ def _further(parameters: Sequence[Parameter], found: Mapping[str, float]) -> lis
 
 
 def _weighed(problem: Problem, found: Solution, fixed: Mapping[str, float], loss: str) -> Solution:
-    """Once more with each recording counted by its own noise, until nothing changes any more."""
-    for _ in range(3):
+    """Once more with each recording counted by its own noise, until nothing changes; the old model roughly."""
+    rounds, precision = (2, 1e-6) if fixed else (3, 1e-9)
+    for _ in range(rounds):
         noise = estimation.deviations(found, problem.experiments, loss)
         again = estimation.solve(
-            problem.experiments, estimation.started(found), sigma=noise, fixed=fixed, loss=loss, most=20, precision=1e-9
+            problem.experiments, estimation.started(found), sigma=noise, fixed=fixed, loss=loss, most=20, precision=precision
         )  # fmt: skip
         settled = all(
             abs(again.values[p.name] - found.values[p.name]) <= 1e-5 * p.scale + 1e-6 * abs(found.values[p.name])

@@ -12,7 +12,6 @@ of both directions alike: their half difference is friction, their mean the load
 rests, k x0, which is taken off if k and gamma2 are known.
 """
 
-import cmath
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
@@ -212,12 +211,12 @@ def _window(x: Array, rest: float, noise: float, seen: int) -> int:
 def _rise(s: Array, rate: float, square: float = 0.0) -> Array:
     """What a ramp of force from s = 0 on does to a mass with friction r and a spring w^2; roots that are equal are parted."""
     half = 0.5 * rate
-    apart = cmath.sqrt(half * half - square)
-    apart = apart if abs(apart) > 1e-4 * (half + 1e-3) else 1e-4 * (half + 1e-3)
-    p, q = -half + apart, -half - apart
-    if apart.imag == 0.0:
-        return np.asarray((_twice(p.real, s) - _twice(q.real, s)) / (2.0 * apart.real))
-    return np.asarray(_twice(p, s).imag / p.imag)
+    under, least = half * half - square, 1e-4 * (half + 1e-3)
+    apart = math.sqrt(abs(under))
+    if under > 0.0 or apart <= least:
+        apart = max(apart, least)
+        return np.asarray((_twice(apart - half, s) - _twice(-apart - half, s)) / (2.0 * apart))
+    return np.asarray(np.imag(_twice(complex(-half, apart), s)) / apart)
 
 
 def _twice(p: complex, s: Array) -> NDArray[Any]:
