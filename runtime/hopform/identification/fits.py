@@ -101,10 +101,16 @@ class Fit:
         return _together([trace.old_rms for trace in self.traces], self.traces)
 
     def robot(self, base: Robot) -> Robot:
-        """A robot with what was fitted, and the rest from `base`; friction of several recordings as their mean."""
+        """A robot with what was fitted, and the rest, as what is not identifiable, from `base`; friction of several recordings
+        as their mean."""
         known = {field.name for field in Robot.fields()}
-        found = dict[str, list[float]]()
+        found, blind = (
+            dict[str, list[float]](),
+            {each.name for each in self.estimates if each.method == "not identifiable"},
+        )
         for name, value in self.values.items():
+            if name in blind:
+                continue
             letter = "L0" if name == "length" else name.partition("@")[0]
             if letter in known and not math.isnan(value):
                 found.setdefault(letter, []).append(value)
@@ -397,15 +403,20 @@ _MISSED = 0.1
 """Residuals that are more than noise and than this share of a motion's standard deviation are no fit."""
 
 
+def missed(trace: Trace) -> bool:
+    """Whether a fit is none."""
+    size, noise = float(np.std(trace.measured)), max(noise_of(trace.measured), quantum_of(trace.measured))
+    return trace.quantity in ("x1", "x2") and trace.tests.rms > max(_MISSED * size, 1.5 * noise)
+
+
 def _coloured(traces: Sequence[Trace], inflation: float) -> list[str]:
     """What is odd about residuals: a fit that is none, and those that are no white noise."""
     said = list[str]()
     for trace in traces:
-        size, noise = float(np.std(trace.measured)), max(noise_of(trace.measured), quantum_of(trace.measured))
-        if trace.quantity in ("x1", "x2") and trace.tests.rms > max(_MISSED * size, 1.5 * noise):
+        if missed(trace):
             said.append(
-                f"{trace.label}: the fit misses the recording by {100.0 * trace.tests.rms / size:.2g} % of its motion: it is of "
-                "another rig, or no start led to it; give more of what is known"
+                f"{trace.label}: the fit misses the recording by {100.0 * trace.tests.rms / np.std(trace.measured):.2g} % of its "
+                "motion: it is of another rig, or no start led to it; give more of what is known"
             )
     coloured = [
         f"{trace.label}: the residuals are not white (autocorrelation {trace.tests.autocorrelation:.2f}, runs z "

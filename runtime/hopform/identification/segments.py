@@ -59,6 +59,9 @@ def _decay(recording: Recording, whole: Array, begin: int, end: int) -> Span:
     moves = float(np.ptp(tail)) / reach if reach > 0.0 else math.inf  # at the end, still
     if reach <= 10.0 * noise or left.size <= FEWEST or (swings < 2 and moves > 0.05) or (swings < 3 and moves > 0.3):
         raise recording.error_of("x2", "the release is not found: no decay follows the largest deviation", at)
+    turn = int(np.abs(left - left[0]).argmax())
+    if moves > 0.05 and turn >= 0.95 * (left.size - 1):
+        raise recording.error_of("x2", "too short: it ends before the body swings back", recording.line + end - 1)
     grows = [n for n in range(2, len(sizes)) if sizes[n] > 1.3 * max(sizes[n - 2 : n]) + max(8.0 * noise, 0.05 * reach)]
     last = start + (edges[grows[0] - 1] if grows else left.size)
     near = np.abs(left) > reach - 8.0 * noise  # held, or about its turn: the last sample of it
@@ -75,8 +78,10 @@ def rest_of(values: Array, share: int = 20) -> float:
     tail = values[-max(values.size // share, 5) :]
     if float(np.ptp(tail)) <= 0.3 * float(np.ptp(values)):
         return float(np.median(tail))
-    last = values[values.size // 2 :]
-    return 0.5 * float(last.max() + last.min())
+    last, edge = values[values.size // 2 :], values.size // 50
+    turns = (int(last.argmax()), int(last.argmin()))
+    swings = all(edge < turn < last.size - 1 - edge for turn in turns)
+    return 0.5 * float(last.max() + last.min()) if swings else float(np.median(tail))
 
 
 def _reach(values: Array, span: Span) -> float:

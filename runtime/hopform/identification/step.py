@@ -209,6 +209,10 @@ def fit_force(
         progress("fit in force")
     parts = [filtered(each, cutoff, mend=loss != "linear") for each in several]
     names, a, b = _force_equation(parts, values)
+    if np.linalg.matrix_rank(a / np.abs(a).max(axis=0, initial=1e-300)) < a.shape[1]:
+        raise several[0].error_of(
+            "x1", "tells friction, mass and load not apart: move both ways, at several speeds", several[0].line
+        )
     found, covariance, residual = _linear(a, b, loss)
     sizes = np.cumsum([part.time.size for part in parts])[:-1]
     estimates = _force_estimates(names, found, covariance, values, a.shape[0])
