@@ -282,11 +282,11 @@ def _guess(cut: Cut, rig: Rig, g: float) -> Swing:
     """What one motion shows: a decay by its swings, a drop by its lowest point and its rest, of the leg where x1 is known."""
     if rig == "attached":
         return swing_of(cut.time, cut.x)
-    x = cut.x if cut.x1 is None else cut.x - cut.x1
+    x = cut.x
     low, top = float(x.min()), float(x.max())
     fall = 0.9 * (top - low)
     if rig == "free":
-        return _first_stance(cut.time, x, g)
+        return _first_stance(cut.time, x, g) if cut.x1 is None else _seen_stances(cut, cut.x1, g)
     rest = float(np.median(x[-max(x.size // 10, 5) :]))
     # m_s g (top - low), less a tenth, goes into the spring: k (L0 - low)^2/2, L0 = rest + m_s g/k.
     depth = max(rest - low, 1e-6)
@@ -308,6 +308,29 @@ def _first_stance(time: Array, x: Array, g: float) -> Swing:
     depth = max(length - low, 1e-3)
     square = 2.0 * g * 0.9 * (top - low) / depth**2
     return Swing(length - g / square, math.sqrt(square), 0.1 * math.sqrt(square), 0.3)
+
+
+def _seen_stances(cut: Cut, x1: Array, g: float) -> Swing:
+    """The same of a leg whose x1 is recorded: L0 is where the body leaves its parabola, the rest what (4) says of all stances."""
+    time, x = cut.time, cut.x
+    rises = np.flatnonzero(x > np.minimum.accumulate(x) + 0.05 * float(np.ptp(x)))
+    lowest = int(x[: int(rises[0]) if rises.size else None].argmin())
+    depth = float(x[0] - x[lowest])
+    early = max(int(np.count_nonzero(x[:lowest] > x[0] - 0.3 * depth)), 5)
+    v, start = np.polyfit(time[:early], x[:early] + 0.5 * g * time[:early] ** 2, 1)
+    noise = max(of_recordings.noise_of(x), of_recordings.quantum_of(x), 1e-9)
+    off = np.abs(of_recordings.calm(x) - start - v * time + 0.5 * g * time**2)[early:] > 8.0 * noise + 0.01 * depth
+    length = float((x - x1)[early + int(off.argmax())])
+    step = float(np.median(np.diff(time)))
+    rows = filtered_part(time, x, np.maximum(length - x + x1, 0.0), step, min(CUTOFFS[-1], 0.2 / step))
+    stance = rows.u > 0.1 * float(rows.u.max())
+    sides = np.stack([rows.u, -rows.v, -rows.side], axis=1)[stance]
+    square, viscous, coulomb = np.linalg.lstsq(sides, rows.acceleration[stance] + g * rows.one[stance], rcond=None)[
+        0
+    ].tolist()
+    if not square > 0.0:
+        return _first_stance(time, x - x1, g)
+    return Swing(length - g / square, math.sqrt(square), max(viscous, 0.0), max(coulomb, 0.0))
 
 
 def _shared_starts(

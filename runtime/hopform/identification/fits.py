@@ -8,12 +8,13 @@ from dataclasses import dataclass, field, replace
 from typing import Any, TypedDict, Unpack
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hopform.errors import HopformError
 from hopform.identification import estimation
 from hopform.identification.estimation import Estimate, Parameter, Progress, Solution, Tests
 from hopform.identification.motion import Array
-from hopform.identification.recordings import Recording, noise_of, quantum_of
+from hopform.identification.recordings import Recording, noise_of, outliers, quantum_of
 from hopform.identification.rigs import UNITS, Experiment
 from hopform.robots import Robot
 
@@ -308,7 +309,8 @@ def finish(problem: Problem, **options: Unpack[Options]) -> Fit:
     solution = minimise(problem, loss)
     say("the old model")
     old = _old(problem, solution, loss) if options.get("compare", True) and problem.coulomb else {}
-    tests = [estimation.tests_of(residual) for residual in solution.residuals]
+    kept = [_bulk(residual, loss) for residual in solution.residuals]
+    tests = [estimation.tests_of(residual[some]) for residual, some in zip(solution.residuals, kept, strict=True)]
     inflation = max(each.inflation for each in tests)
     estimates, spread = estimation.estimates(
         solution, problem.experiments, loss=loss, inflation=inflation, progress=progress
@@ -320,16 +322,29 @@ def finish(problem: Problem, **options: Unpack[Options]) -> Fit:
             each.label, each.of if each.kind == "free" else _QUANTITY[each.kind], each.time + each.begin, each.measured,
             each.measured + residual,
             each.measured + old[n] if n in old else None, tests[n],
-            estimation.tests_of(old[n]).rms if n in old else math.nan, left_out[n],
+            estimation.tests_of(old[n][kept[n]]).rms if n in old else math.nan, left_out[n],
         )
         for n, (each, residual) in enumerate(zip(problem.experiments, solution.residuals, strict=True))
     )  # fmt: skip
     statements = (*problem.statements, *_blind(spread), *_boundary(estimates))
-    warnings = (*problem.warnings, *_coloured(traces, inflation))
+    warnings = (*problem.warnings, *_outlying(traces, kept), *_coloured(traces, inflation))
     return Fit(
         problem.kind, estimates, problem.known, _correlations(estimates, spread), traces, statements, warnings,
         solution.evaluations, clock.perf_counter() - began, solution,
     )  # fmt: skip
+
+
+def _bulk(residual: Array, loss: str) -> NDArray[np.bool_]:
+    """Which residuals are none of single samples far off their neighbours; all, unless a robust loss was asked for."""
+    return np.full(residual.size, True) if loss == "linear" else ~outliers(residual)
+
+
+def _outlying(traces: Sequence[Trace], kept: Sequence[NDArray[np.bool_]]) -> list[str]:
+    """What is left out of rms and tests."""
+    return [
+        f"{trace.label}: {some.size - int(some.sum())} of {some.size} samples are outliers; rms and tests leave them out"
+        for trace, some in zip(traces, kept, strict=True) if not some.all()
+    ]  # fmt: skip
 
 
 def _old(problem: Problem, solution: Solution, loss: str) -> dict[int, Array]:

@@ -59,7 +59,8 @@ def _decay(recording: Recording, whole: Array, begin: int, end: int) -> Span:
     moves = float(np.ptp(tail)) / reach if reach > 0.0 else math.inf  # at the end, still
     if reach <= 10.0 * noise or left.size <= FEWEST or (swings < 2 and moves > 0.05) or (swings < 3 and moves > 0.3):
         raise recording.error_of("x2", "the release is not found: no decay follows the largest deviation", at)
-    turn = int(np.abs(left - left[0]).argmax())
+    way = np.abs(left - left[0])
+    turn = int((way >= float(way.max()) - 8.0 * noise).argmax())
     if moves > 0.05 and turn >= 0.95 * (left.size - 1):
         raise recording.error_of("x2", "too short: it ends before the body swings back", recording.line + end - 1)
     grows = [n for n in range(2, len(sizes)) if sizes[n] > 1.3 * max(sizes[n - 2 : n]) + max(8.0 * noise, 0.05 * reach)]
@@ -74,14 +75,13 @@ def _decay(recording: Recording, whole: Array, begin: int, end: int) -> Span:
 
 
 def rest_of(values: Array, share: int = 20) -> float:
-    """Where a body comes to rest, by the last of so many parts; where it swings to the end, the middle of its last swings."""
-    tail = values[-max(values.size // share, 5) :]
-    if float(np.ptp(tail)) <= 0.3 * float(np.ptp(values)):
-        return float(np.median(tail))
-    last, edge = values[values.size // 2 :], values.size // 50
-    turns = (int(last.argmax()), int(last.argmin()))
-    swings = all(edge < turn < last.size - 1 - edge for turn in turns)
-    return 0.5 * float(last.max() + last.min()) if swings else float(np.median(tail))
+    """Where a body comes to rest, by the last of so many parts; where it swings on to the end, the middle of its last swings."""
+    last = calm(values)[values.size // 2 :]
+    middle = 0.5 * float(last.max() + last.min())
+    crossings = np.count_nonzero(np.diff(np.signbit(last - middle)))
+    if crossings >= 3 and float(np.ptp(last)) > 0.5 * float(np.ptp(values)):
+        return middle
+    return float(np.median(values[-max(values.size // share, 5) :]))
 
 
 def _reach(values: Array, span: Span) -> float:
