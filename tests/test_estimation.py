@@ -189,7 +189,7 @@ def test_an_undamped_decay_is_released_at_its_first_swing():
 def test_a_small_motion_in_noise_is_no_missed_one():
     """The motor moves its mass by a few mm, noise is a tenth of that."""
     weak = hopform.Robot(
-        **{**{f.name: getattr(HOPPER, f.name) for f in hopform.Robot.fields()}, "gamma2": -1.6, "f1": 0.01}
+        **{**{f.name: getattr(HOPPER, f.name) for f in hopform.Robot.fields()}, "gamma2": -0.9, "f1": 0.005}
     )
     fit = fit_step_response(record(weak, "step", seed=1), known={"m_eff": 25.0}, compare=False, holdout=False)
     assert np.std(fit.traces[0].measured) < 10.0 * fit.rms

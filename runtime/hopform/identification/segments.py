@@ -76,12 +76,12 @@ def _decay(recording: Recording, whole: Array, begin: int, end: int) -> Span:
 
 def rest_of(values: Array, share: int = 20) -> float:
     """Where a body comes to rest, by the last of so many parts; where it swings on to the end, the middle of its last swings."""
-    last = calm(values)[values.size // 2 :]
-    middle = 0.5 * float(last.max() + last.min())
+    tail, last = values[-max(values.size // share, 5) :], calm(values)[values.size // 2 :]
+    middle, whole = 0.5 * float(last.max() + last.min()), float(np.ptp(values))
     crossings = np.count_nonzero(np.diff(np.signbit(last - middle)))
-    if crossings >= 3 and float(np.ptp(last)) > 0.5 * float(np.ptp(values)):
+    if crossings >= 3 and float(np.ptp(last)) > 0.5 * whole and float(np.ptp(tail)) > 0.1 * whole:
         return middle
-    return float(np.median(values[-max(values.size // share, 5) :]))
+    return float(np.median(tail))
 
 
 def _reach(values: Array, span: Span) -> float:
