@@ -740,7 +740,7 @@ def run(tree: Path, *command: str) -> None:
 
 
 def tests(tree: Path, files: tuple[str, ...]) -> subprocess.CompletedProcess[str]:
-    present = [file for file in files if (tree / file).is_file()]
+    present = [file for file in files if (tree / file.partition("::")[0]).is_file()]
     options = ["-x", "-q", "--tb=short", "-rfE", "-p", "no:cacheprovider", "-k", LEFT_OUT_TESTS]
     return python(tree, "-m", "pytest", *options, *present)
 
