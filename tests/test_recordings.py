@@ -73,7 +73,9 @@ BAD = {
         rows(*(f"{0.005 * n},{0.02 * math.cos(0.175 * n) * math.exp(0.01 * (n - 200))}" for n in range(200))),
         ("line", "x2_m", "release"),
     ),
-    "a decay that ends before it swings back": (rows(*GOOD[:31]), ("line 32", "x2_m", "too short")),
+    "a decay that ends before it swings back": (
+        rows(*(f"{0.005 * n},{0.02 * math.cos(0.08 * n)}" for n in range(30))), ("line 31", "x2_m", "too short"),
+    ),
     "noise alone": (
         rows(*(f"{0.005 * n},{x}" for n, x in enumerate(1e-4 * np.random.default_rng(1).standard_normal(200)))),
         ("x2_m", "noise"),
