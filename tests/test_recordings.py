@@ -74,7 +74,7 @@ BAD = {
         ("line", "x2_m", "release"),
     ),
     "a decay that ends before it swings back": (
-        rows(*(f"{0.005 * n},{0.02 * math.cos(0.08 * n)}" for n in range(30))), ("line 31", "x2_m", "too short"),
+        "\n".join(to_csv(record(HOPPER, "decay", seed=5)).splitlines()[:31]), ("line 31", "x2_m", "too short"),
     ),
     "noise alone": (
         rows(*(f"{0.005 * n},{x}" for n, x in enumerate(1e-4 * np.random.default_rng(1).standard_normal(200)))),
