@@ -96,6 +96,12 @@ def test_a_robust_loss_withstands_outliers():
     assert abs(robust["k"].value - 1200.0) < 1.0
     assert abs(robust["f2"].value - 0.6) < 0.01
     assert abs(linear["f2"].value - 0.6) > 3.0 * abs(robust["f2"].value - 0.6)
+    assert robust.rms == pytest.approx(2e-4, rel=0.1)
+    left_out = next(each for each in robust.warnings if "samples are outliers" in each).partition(": ")[2].split()
+    thrown = np.count_nonzero(clean.time[::29] >= robust.traces[0].time[0])
+    assert thrown <= int(left_out[0]) <= thrown + 2
+    assert int(left_out[2]) == robust.traces[0].time.size
+    assert not any("outliers" in each for each in linear.warnings)
 
 
 def test_uneven_time_stamps_and_a_gap_do_no_harm():

@@ -8,7 +8,7 @@ import pytest
 
 import hopform
 from hopform.cli import main
-from hopform.identification import fit_drop_test, fit_step_response, friction_threshold
+from hopform.identification import fit_drop_test, fit_force, fit_step_response, friction_threshold
 from hopform.identification.drop import swing_of
 from hopform.identification.recordings import noise_of, outliers, parse_recording, quantum_of, read_recording, saturated
 from hopform.identification.synthetic import record, to_csv
@@ -73,6 +73,9 @@ BAD = {
         rows(*(f"{0.005 * n},{0.02 * math.cos(0.175 * n) * math.exp(0.01 * (n - 200))}" for n in range(200))),
         ("line", "x2_m", "release"),
     ),
+    "a decay that ends before it swings back": (
+        "\n".join(to_csv(record(HOPPER, "decay", seed=5)).splitlines()[:31]), ("line 31", "x2_m", "too short"),
+    ),
     "noise alone": (
         rows(*(f"{0.005 * n},{x}" for n, x in enumerate(1e-4 * np.random.default_rng(1).standard_normal(200)))),
         ("x2_m", "noise"),
@@ -91,6 +94,36 @@ def test_bad_data_are_one_clear_message_and_nothing_is_written(name, tmp_path, c
     assert said.err.count("\n") == 1
     for word in ("bad.csv", *words):
         assert word in said.err
+    assert not out.exists()
+
+
+@pytest.mark.parametrize("broken", ["µx2_m".encode("latin1"), "x2_m\n0,1\n".encode("utf-16")], ids=["latin1", "utf16"])
+def test_a_file_that_is_no_text_is_refused_with_its_line(broken, tmp_path):
+    path = tmp_path / "a.csv"
+    path.write_bytes(b"time_s,x1_m\n" + broken)
+    with pytest.raises(hopform.HopformError, match=r"a\.csv, line 2: is no text in UTF-8"):
+        read_recording(path)
+
+
+def test_a_motion_that_tells_no_friction_is_refused_in_force():
+    """One way at a growing speed: the sign of v is the constant force."""
+    step = record(HOPPER, "step", seed=1)
+    rising = np.linspace(0.0, 0.5, step.time.size) ** 2
+    one_way = dataclasses.replace(step, columns={**step.columns, "x1": step.columns["x1"]._replace(values=rising)})
+    with pytest.raises(hopform.HopformError, match=r"line 2, column 'x1_m': tells friction, mass and load not apart"):
+        fit_force(one_way, known={"gamma2": -65.0}, position=False)
+
+
+def test_no_robot_is_written_of_a_fit_that_misses(tmp_path, capsys):
+    """Heights in m that are called cm: a free actuator hides it from the check by g, the fit does not."""
+    free = record(HOPPER, "free", seed=4)
+    path, out = tmp_path / "free.csv", tmp_path / "mine.toml"
+    path.write_text(to_csv(free).replace("x2_m", "x2_cm", 1))
+    known = ["--known", "m_eff=25", "--known", "gamma2=-65"]
+    assert main(["identify", "drop", str(path), "--free", *known, "--out", str(out)]) == 2
+    said = capsys.readouterr().err
+    assert "misses the recording" in said
+    assert "no robot is written" in said
     assert not out.exists()
 
 

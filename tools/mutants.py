@@ -36,6 +36,7 @@ DERIVED = ("-m", "derive")
 COMPILED = ("tools/build_library.py",)
 IDENTIFICATION = ("tests/test_rigs.py",)
 RECORDED = ("tests/test_recordings.py",)
+ESTIMATED = ("tests/test_estimation.py",)
 
 
 @dataclass(frozen=True)
@@ -430,6 +431,70 @@ MUTANTS = (
         first=RECORDED,
         after=(),
     ),
+    Mutant(
+        "identification: a robust loss that is none",
+        "runtime/hopform/identification/estimation.py",
+        "bounds=(coordinates.low, coordinates.high), loss=loss, f_scale=2.0,",
+        'bounds=(coordinates.low, coordinates.high), loss="linear", f_scale=2.0,',
+        first=("tests/test_identification.py::test_a_robust_loss_withstands_outliers",),
+        after=(),
+    ),
+    Mutant(
+        "identification: one side with the quantile of two",
+        "runtime/hopform/identification/estimation.py",
+        "return 0.0, _cross(growth, value, stderr, one, math.inf)",
+        "return 0.0, _cross(growth, value, stderr, two, math.inf)",
+        first=ESTIMATED,
+        after=(),
+    ),
+    Mutant(
+        "identification: intervals that forget the degrees of freedom",
+        "runtime/hopform/identification/estimation.py",
+        "inside * solution.cost / solution.freedom",
+        "inside * solution.cost / solution.count",
+        first=ESTIMATED,
+        after=(),
+    ),
+    Mutant(
+        "identification: directions that are not seen but told",
+        "runtime/hopform/identification/estimation.py",
+        "unseen = singular <= _WEAK * singular[0]",
+        "unseen = singular < 0.0 * singular[0]",
+        first=ESTIMATED,
+        after=(),
+    ),
+    Mutant(
+        "identification: a quantum that is the largest step",
+        "runtime/hopform/identification/recordings.py",
+        "smallest = float(steps[0])",
+        "smallest = float(steps[-1])",
+        first=RECORDED,
+        after=(),
+    ),
+    Mutant(
+        "identification: gaps that are not said",
+        "runtime/hopform/identification/recordings.py",
+        "np.flatnonzero(steps > 2.5 * usual)",
+        "np.flatnonzero(steps > 1e9 * usual)",
+        first=("tests/test_identification.py::test_uneven_time_stamps_and_a_gap_do_no_harm",),
+        after=(),
+    ),
+    Mutant(
+        "identification: a velocity that is a difference of samples",
+        "runtime/hopform/identification/filtering.py",
+        "gain = (1j * turn * rate) ** derivative",
+        "gain = (1j * np.sin(turn) * rate) ** derivative",
+        first=ESTIMATED,
+        after=(),
+    ),
+    Mutant(
+        "identification: a decay that noise releases",
+        "runtime/hopform/identification/segments.py",
+        "start = int((np.abs(values - rest) >= reach - 8.0 * noise).argmax())",
+        "start = int(np.abs(values - rest).argmax())",
+        first=ESTIMATED,
+        after=(),
+    ),
     # ---- flight, hopping, maps, touchdown ----
     Mutant(
         "C flight: a limit of the current that is not watched",
@@ -708,7 +773,7 @@ def run(tree: Path, *command: str) -> None:
 
 
 def tests(tree: Path, files: tuple[str, ...], limit: int = TIME_LIMIT) -> subprocess.CompletedProcess[str]:
-    present = [file for file in files if (tree / file).is_file()]
+    present = [file for file in files if (tree / file.partition("::")[0]).is_file()]
     options = ["-x", "-q", "--tb=short", "-rfE", "-p", "no:cacheprovider", "-k", LEFT_OUT_TESTS]
     return python(tree, "-m", "pytest", *options, *present, limit=limit)
 

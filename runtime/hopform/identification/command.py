@@ -12,7 +12,7 @@ from hopform.errors import HopformError
 from hopform.identification import report
 from hopform.identification.drop import fit_drop_test
 from hopform.identification.estimation import Progress
-from hopform.identification.fits import Fit, Options
+from hopform.identification.fits import Fit, Options, missed
 from hopform.identification.joint import LETTERS, fit_robot
 from hopform.identification.ramp import Threshold, friction_threshold
 from hopform.identification.recordings import Recording, read_recording
@@ -136,6 +136,9 @@ def files_of(
             raise HopformError("--out needs f1: give --known m_eff=... and --known gamma2=...")
         files.append((out, replace(base, f1=answer.f1).to_toml().encode()))
     elif out and isinstance(answer, Fit):
+        if any(missed(trace) for trace in answer.traces):
+            said = next(each for each in answer.warnings if "misses the recording" in each)
+            raise HopformError(f"{said}; no robot is written")
         files.append((out, replace(answer.robot(base), name=out.stem, description="identified").to_toml().encode()))
     if written:
         files += report.files_of(answer, written)

@@ -18,6 +18,7 @@ from hopform.errors import HopformError
 from hopform.identification import recordings as of_recordings
 from hopform.identification import segments
 from hopform.identification.estimation import Parameter
+from hopform.identification.filtering import CUTOFFS, filtered_part, moving_rows
 from hopform.identification.fits import Fit, Options, Problem, as_several, checked_known, finish
 from hopform.identification.motion import Array
 from hopform.identification.recordings import Recording
@@ -72,7 +73,7 @@ def swing_of(time: Array, values: Array) -> Swing:
     """Frequency and friction of an oscillation about a rest, from its extrema; a guess where there are too few."""
     noise = max(of_recordings.noise_of(values), of_recordings.quantum_of(values))
     values = of_recordings.calm(values)
-    rest = float(np.median(values[-max(values.size // 10, 5) :]))
+    rest = segments.rest_of(values, 10)
     omega = _spectral_peak(time, values - rest)
     extrema = _extrema(time, values - rest, math.pi / omega, 4.0 * noise)
     if len(extrema) < 3:
@@ -165,13 +166,16 @@ def drop_problem(
         for letter, name in names.items():
             start = shared[letter][n - first] if letter in shared else _own_start(letter, cut, guess)
             made = _parameter(letter, name, start, cut.x)
-            parameters.setdefault(name, made if letter != "x1" else _within(made, values["x1_min"], values["x1_max"]))
+            if letter in ("x1", "v1"):
+                made = _within(made, cut, values["x1_min"], values["x1_max"])
+            parameters.setdefault(name, made)
         experiments += _experiments(cut, rig, names, values, backend)
     coulomb = tuple(name for name in parameters if name[:2] in ("f1", "f2"))
     notes = tuple(f"{each.source}: {note}" for each in recordings for note in each.notes)
     finite = {name: value for name, value in values.items() if math.isfinite(value)}
     return Problem(
-        "drop", "x2", tuple(experiments), tuple(parameters.values()), _starts(parameters, rig), finite, tuple(statements),
+        "drop", "x2", tuple(experiments), tuple(parameters.values()),
+        _starts(parameters, rig, _driven_starts(cuts, guesses, values) if rig == "free" else []), finite, tuple(statements),
         notes, coulomb, parts=_PARTS[rig], motions=len(cuts),
     )  # fmt: skip
 
@@ -278,11 +282,11 @@ def _guess(cut: Cut, rig: Rig, g: float) -> Swing:
     """What one motion shows: a decay by its swings, a drop by its lowest point and its rest, of the leg where x1 is known."""
     if rig == "attached":
         return swing_of(cut.time, cut.x)
-    x = cut.x if cut.x1 is None else cut.x - cut.x1
+    x = cut.x
     low, top = float(x.min()), float(x.max())
     fall = 0.9 * (top - low)
     if rig == "free":
-        return _first_stance(cut.time, x, g)
+        return _first_stance(cut.time, x, g) if cut.x1 is None else _seen_stances(cut, cut.x1, g)
     rest = float(np.median(x[-max(x.size // 10, 5) :]))
     # m_s g (top - low), less a tenth, goes into the spring: k (L0 - low)^2/2, L0 = rest + m_s g/k.
     depth = max(rest - low, 1e-6)
@@ -304,6 +308,29 @@ def _first_stance(time: Array, x: Array, g: float) -> Swing:
     depth = max(length - low, 1e-3)
     square = 2.0 * g * 0.9 * (top - low) / depth**2
     return Swing(length - g / square, math.sqrt(square), 0.1 * math.sqrt(square), 0.3)
+
+
+def _seen_stances(cut: Cut, x1: Array, g: float) -> Swing:
+    """The same of a leg whose x1 is recorded: L0 is where the body leaves its parabola, the rest what (4) says of all stances."""
+    time, x = cut.time, cut.x
+    rises = np.flatnonzero(x > np.minimum.accumulate(x) + 0.05 * float(np.ptp(x)))
+    lowest = int(x[: int(rises[0]) if rises.size else None].argmin())
+    depth = float(x[0] - x[lowest])
+    early = max(int(np.count_nonzero(x[:lowest] > x[0] - 0.3 * depth)), 5)
+    v, start = np.polyfit(time[:early], x[:early] + 0.5 * g * time[:early] ** 2, 1)
+    noise = max(of_recordings.noise_of(x), of_recordings.quantum_of(x), 1e-9)
+    off = np.abs(of_recordings.calm(x) - start - v * time + 0.5 * g * time**2)[early:] > 8.0 * noise + 0.01 * depth
+    length = float((x - x1)[early + int(off.argmax())])
+    step = float(np.median(np.diff(time)))
+    rows = filtered_part(time, x, np.maximum(length - x + x1, 0.0), step, min(CUTOFFS[-1], 0.2 / step))
+    stance = rows.u > 0.1 * float(rows.u.max())
+    sides = np.stack([rows.u, -rows.v, -rows.side], axis=1)[stance]
+    square, viscous, coulomb = np.linalg.lstsq(sides, rows.acceleration[stance] + g * rows.one[stance], rcond=None)[
+        0
+    ].tolist()
+    if not square > 0.0:
+        return _first_stance(time, x - x1, g)
+    return Swing(length - g / square, math.sqrt(square), max(viscous, 0.0), max(coulomb, 0.0))
 
 
 def _shared_starts(
@@ -339,6 +366,37 @@ def _shared_starts(
     return starts
 
 
+def _driven_starts(cuts: Sequence[Cut], guesses: Sequence[Swing], known: Mapping[str, float]) -> list[dict[str, float]]:
+    """What (3) says of an actuator whose x1 was recorded, through each filter: acceleration over v1, current and compression."""
+    return [
+        _driven_start(cut, guess, known, cutoff)
+        for cut, guess in zip(cuts, guesses, strict=True) if cut.x1 is not None
+        for cutoff in CUTOFFS
+    ]  # fmt: skip
+
+
+def _driven_start(cut: Cut, guess: Swing, known: Mapping[str, float], cutoff: float) -> dict[str, float]:
+    x1 = cut.x if cut.x1 is None else cut.x1
+    step = float(np.median(np.diff(cut.time)))
+    cutoff = min(cutoff, 0.2 / step)
+    begins, levels = np.array(cut.steps, dtype=float).T
+    u = levels[np.searchsorted(begins, cut.time, side="right") - 1]
+    length = known.get("length", guess.rest + known["g"] / guess.omega**2)
+    rows, pressed = (
+        filtered_part(cut.time, x1, drive, step, cutoff) for drive in (u, np.maximum(x1 - cut.x + length, 0.0))
+    )
+    b, f, gamma, constant, k = moving_rows(rows, [-rows.v, -rows.side, -rows.u, rows.one, -pressed.u])
+    stiffness = known.get("k", guess.omega**2 * (known.get("m_s", 1.0) + cut.recording.added_mass))
+    masses = (
+        known.get("m_eff"), known["gamma2"] / gamma if "gamma2" in known and gamma else None, stiffness / k if k else None
+    )  # fmt: skip
+    mass = next((each for each in masses if each is not None and each > 0.0), 5.0 * known.get("m_s", 1.0))
+    return {
+        "m_eff": mass, "b1": max(b, 0.01) * mass, "f1": max(f, 0.0), "gamma2": gamma * mass,
+        "offset": -constant / gamma if gamma else 0.0,
+    }  # fmt: skip
+
+
 def _own_start(letter: str, cut: Cut, guess: Swing) -> float:
     if letter == "rest":
         return guess.rest
@@ -363,15 +421,22 @@ def _parameter(letter: str, name: str, start: float, x: Array) -> Parameter:
     return Parameter(name, UNITS[letter], start, scale, kind, profiled=letter in ("f1", "f2"), own=own)
 
 
-def _within(x1: Parameter, low: float, high: float) -> Parameter:
-    """The actuator's place, within its stops."""
-    return x1._replace(start=min(max(x1.start, low), high), low=low, high=high)
+def _within(start: Parameter, cut: Cut, low: float, high: float) -> Parameter:
+    """The actuator's place within its stops; at a stop it moves away from it, if at all: into it a velocity is lost at once."""
+    x1 = cut.x if cut.x1 is None else cut.x1
+    place, near = float(np.median(x1[:5])), 8.0 * max(of_recordings.noise_of(x1), of_recordings.quantum_of(x1))
+    if start.name[0] == "v":
+        low, high = (0.0 if place < low + near else -math.inf), (0.0 if place > high - near else math.inf)
+    return start._replace(start=min(max(start.start, low), high), low=low, high=high)
 
 
-def _starts(parameters: Mapping[str, Parameter], rig: Rig) -> tuple[dict[str, float], ...]:
+def _starts(
+    parameters: Mapping[str, Parameter], rig: Rig, driven: Sequence[Mapping[str, float]] = ()
+) -> tuple[dict[str, float], ...]:
     """Starts: what the data show, then all friction viscous, then most of it Coulomb's; a drop also with other springs.
 
-    A free actuator starts from lighter and heavier, less and more damped, pushed either way: of it x2 shows little by itself.
+    A free actuator starts from what its own motion shows, if that was recorded; else from lighter and heavier, less and more
+    damped, pushed either way: of it x2 shows little by itself.
     """
     first = {name: each.start for name, each in parameters.items()}
     coulomb = [name for name in first if name.startswith("f2")]
@@ -383,8 +448,15 @@ def _starts(parameters: Mapping[str, Parameter], rig: Rig) -> tuple[dict[str, fl
         tries.append(first | less | more)
     if rig != "attached" and "k" in first:
         tries += [first | {"k": factor * first["k"]} for factor in (0.6, 1.6)]
-    if rig != "free":
-        return tuple(tries)
+    if driven:
+        shown = [{name: value for name, value in each.items() if name in first} for each in driven]
+        return tuple(start | each for start in tries for each in shown)
+    return _pushed(tries) if rig == "free" else tuple(tries)
+
+
+def _pushed(tries: list[dict[str, float]]) -> tuple[dict[str, float], ...]:
+    """Starts of an actuator of which nothing is seen."""
+    first = tries[0]
     changes: dict[str, tuple[float, ...]] = {
         "m_eff": (0.4, 1.0, 2.5),
         "b1": (0.25, 1.0),

@@ -348,20 +348,33 @@ def _profile(
     own = solution.parameters.index(parameter)
 
     def growth(trial: float) -> float:
-        """How much the sum of squares grows, in variances, if the parameter is held at a value."""
+        """How much the sum of squares grows, in variances, if the parameter is held at a value.
+
+        The others start from where the covariance takes them; if that leads nowhere, from where they are.
+        """
         slope = seen[index, own] / max(seen[own, own], 1e-300)
         near = [
             p._replace(start=_clip(p, p.start + s * (trial - value))) for p, s in zip(rest, slope.tolist(), strict=True)
         ]
-        held = solve(
-            experiments, near, sigma=solution.sigma, fixed={parameter.name: trial}, loss=loss, most=5, precision=1e-4
-        )  # fmt: skip
-        return (held.cost - solution.cost) / (solution.cost / solution.freedom * inflation)
+        unit, expected = solution.cost / solution.freedom * inflation, ((trial - value) / stderr) ** 2
+        grown = math.inf
+        for start, most in ((near, 6), (rest, 20)):
+            held = solve(
+                experiments, start, sigma=solution.sigma, fixed={parameter.name: trial}, loss=loss, most=most, precision=1e-4
+            )  # fmt: skip
+            grown = min(grown, (held.cost - solution.cost) / unit)
+            if grown <= 4.0 * expected + 1.0:
+                break
+        return grown
 
     upper = _cross(growth, value, stderr, two, math.inf)
-    if value <= 1e-6 * stderr or growth(0.0) <= two:
+    if value <= _DISTANT * stderr and (value <= 1e-6 * stderr or growth(0.0) <= two):
         return 0.0, _cross(growth, value, stderr, one, math.inf), "profile, one-sided at 0"
     return _cross(growth, value, -stderr, two, 0.0), upper, "profile"
+
+
+_DISTANT = 20.0
+"""Standard errors from 0, from where nobody has to ask whether it may be 0."""
 
 
 def _clip(parameter: Parameter, value: float) -> float:
@@ -386,7 +399,8 @@ def _cross(growth: Callable[[float], float], value: float, step: float, wanted: 
             break
         slope = (height - root) / (x - near) if x != near else 0.0
         moved = x + target * step if slope * step <= 0.0 else x + (target - height) / slope
-        moved = min(max(moved, value - 4.0 * abs(x - value)), value + 4.0 * abs(x - value))
+        way = min(max((moved - value) / step, 0.25 * (x - value) / step), 4.0 * (x - value) / step)
+        moved = value + way * step
         near, root = x, height
         x = max(moved, end) if math.isfinite(end) else moved
     return x

@@ -8,12 +8,13 @@ from dataclasses import dataclass, field, replace
 from typing import Any, TypedDict, Unpack
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hopform.errors import HopformError
 from hopform.identification import estimation
 from hopform.identification.estimation import Estimate, Parameter, Progress, Solution, Tests
 from hopform.identification.motion import Array
-from hopform.identification.recordings import Recording, noise_of, quantum_of
+from hopform.identification.recordings import Recording, noise_of, outliers, quantum_of
 from hopform.identification.rigs import UNITS, Experiment
 from hopform.robots import Robot
 
@@ -101,10 +102,16 @@ class Fit:
         return _together([trace.old_rms for trace in self.traces], self.traces)
 
     def robot(self, base: Robot) -> Robot:
-        """A robot with what was fitted, and the rest from `base`; friction of several recordings as their mean."""
+        """A robot with what was fitted, and the rest, as what is not identifiable, from `base`; friction of several recordings
+        as their mean."""
         known = {field.name for field in Robot.fields()}
-        found = dict[str, list[float]]()
+        found, blind = (
+            dict[str, list[float]](),
+            {each.name for each in self.estimates if each.method == "not identifiable"},
+        )
         for name, value in self.values.items():
+            if name in blind:
+                continue
             letter = "L0" if name == "length" else name.partition("@")[0]
             if letter in known and not math.isnan(value):
                 found.setdefault(letter, []).append(value)
@@ -199,7 +206,7 @@ def _from(
     starts: Sequence[Mapping[str, float]],
 ) -> Solution:
     parts = problem.parts
-    short = [each.upto(_part(each, parts[0])) for each in problem.experiments]
+    short = [_beginning(each, parts[0]) for each in problem.experiments]
     tried = [from_start(free, start) for start in starts]
     if len(tried) > _FINALISTS:
         first = [estimation.solve(short, each, fixed=held, loss=loss, most=1).cost for each in tried]
@@ -207,14 +214,31 @@ def _from(
         tried = [tried[n] for n in order[:_FINALISTS]]
     found = [estimation.solve(short, each, fixed=held, loss=loss, most=8, precision=1e-3) for each in tried]
     for part in parts[1:]:
-        longer = [each.upto(_part(each, part)) for each in problem.experiments]
+        longer = [_beginning(each, part) for each in problem.experiments]
         found = [
             estimation.solve(longer, estimation.started(each), fixed=held, loss=loss, most=8, precision=1e-3)
-            for each in sorted(found, key=lambda each: each.cost)[:_CONTENDERS]
+            for each in _apart(sorted(found, key=lambda each: each.cost))[:_CONTENDERS]
         ]
-    last = [each.upto(_part(each, parts[-1])) for each in problem.experiments]
+    last = [_beginning(each, parts[-1]) for each in problem.experiments]
     best = estimation.best(found)
     return estimation.solve(last, estimation.started(best), fixed=held, loss=loss, most=25, precision=1e-6)
+
+
+def _apart(found: Sequence[Solution]) -> list[Solution]:
+    """The best, and the first of the others that came to another place: two starts that agree are followed as one."""
+    best = found[0]
+    others = [
+        each for each in found[1:]
+        if any(
+            abs(each.values[p.name] - best.values[p.name]) > _SAME * max(p.scale, abs(best.values[p.name]))
+            for p in best.parameters
+        )
+    ]  # fmt: skip
+    return [best, *others]
+
+
+_SAME = 1e-3
+"""Solutions that differ by less, as a share of each parameter, are one: that is how precisely a part is fitted."""
 
 
 def _is_far(experiment: Experiment, residual: Array) -> bool:
@@ -240,11 +264,12 @@ def _further(parameters: Sequence[Parameter], found: Mapping[str, float]) -> lis
 
 
 def _weighed(problem: Problem, found: Solution, fixed: Mapping[str, float], loss: str) -> Solution:
-    """Once more with each recording counted by its own noise, until nothing changes any more."""
-    for _ in range(3):
+    """Once more with each recording counted by its own noise, until nothing changes; the old model roughly."""
+    rounds, precision = (2, 1e-6) if fixed else (3, 1e-9)
+    for _ in range(rounds):
         noise = estimation.deviations(found, problem.experiments, loss)
         again = estimation.solve(
-            problem.experiments, estimation.started(found), sigma=noise, fixed=fixed, loss=loss, most=20, precision=1e-9
+            problem.experiments, estimation.started(found), sigma=noise, fixed=fixed, loss=loss, most=20, precision=precision
         )  # fmt: skip
         settled = all(
             abs(again.values[p.name] - found.values[p.name]) <= 1e-5 * p.scale + 1e-6 * abs(found.values[p.name])
@@ -254,6 +279,16 @@ def _weighed(problem: Problem, found: Solution, fixed: Mapping[str, float], loss
         if settled:
             break
     return found
+
+
+_ENOUGH = 400
+"""Samples of a recording that tell starts apart; the last fit takes all of them."""
+
+
+def _beginning(experiment: Experiment, part: float) -> Experiment:
+    """A part of a recording, from its beginning on, at a rate that is enough to find the way."""
+    count = _part(experiment, part)
+    return experiment.upto(count, max(count // _ENOUGH, 1))
 
 
 def _part(experiment: Experiment, part: float) -> int:
@@ -273,8 +308,9 @@ def finish(problem: Problem, **options: Unpack[Options]) -> Fit:
     say("fit")
     solution = minimise(problem, loss)
     say("the old model")
-    old = _old(problem, loss) if options.get("compare", True) and problem.coulomb else {}
-    tests = [estimation.tests_of(residual) for residual in solution.residuals]
+    old = _old(problem, solution, loss) if options.get("compare", True) and problem.coulomb else {}
+    kept = [_bulk(residual, loss) for residual in solution.residuals]
+    tests = [estimation.tests_of(residual[some]) for residual, some in zip(solution.residuals, kept, strict=True)]
     inflation = max(each.inflation for each in tests)
     estimates, spread = estimation.estimates(
         solution, problem.experiments, loss=loss, inflation=inflation, progress=progress
@@ -286,24 +322,52 @@ def finish(problem: Problem, **options: Unpack[Options]) -> Fit:
             each.label, each.of if each.kind == "free" else _QUANTITY[each.kind], each.time + each.begin, each.measured,
             each.measured + residual,
             each.measured + old[n] if n in old else None, tests[n],
-            estimation.tests_of(old[n]).rms if n in old else math.nan, left_out[n],
+            estimation.tests_of(old[n][kept[n]]).rms if n in old else math.nan, left_out[n],
         )
         for n, (each, residual) in enumerate(zip(problem.experiments, solution.residuals, strict=True))
     )  # fmt: skip
     statements = (*problem.statements, *_blind(spread), *_boundary(estimates))
-    warnings = (*problem.warnings, *_coloured(traces, inflation))
+    warnings = (*problem.warnings, *_outlying(traces, kept), *_coloured(traces, inflation))
     return Fit(
         problem.kind, estimates, problem.known, _correlations(estimates, spread), traces, statements, warnings,
         solution.evaluations, clock.perf_counter() - began, solution,
     )  # fmt: skip
 
 
-def _old(problem: Problem, loss: str) -> dict[int, Array]:
-    """Residuals of the model without Coulomb friction, by the experiment's number; it has no threshold to compare."""
+def _bulk(residual: Array, loss: str) -> NDArray[np.bool_]:
+    """Which residuals are none of single samples far off their neighbours; all, unless a robust loss was asked for."""
+    return np.full(residual.size, True) if loss == "linear" else ~outliers(residual)
+
+
+def _outlying(traces: Sequence[Trace], kept: Sequence[NDArray[np.bool_]]) -> list[str]:
+    """What is left out of rms and tests."""
+    return [
+        f"{trace.label}: {some.size - int(some.sum())} of {some.size} samples are outliers; rms and tests leave them out"
+        for trace, some in zip(traces, kept, strict=True) if not some.all()
+    ]  # fmt: skip
+
+
+def _old(problem: Problem, solution: Solution, loss: str) -> dict[int, Array]:
+    """Residuals of the model without Coulomb friction, by the experiment's number; it has no threshold to compare.
+
+    It starts from the new one's parameters, with more viscous friction in place of the other, and is followed over more and more
+    of the recordings as that is.
+    """
     kept = [n for n, each in enumerate(problem.experiments) if each.kind != "threshold"]
-    without = replace(problem, experiments=tuple(problem.experiments[n] for n in kept))
-    solution = minimise(without, loss, {name: 0.0 for name in problem.coulomb})
-    return dict(zip(kept, solution.residuals, strict=True))
+    viscous = {p.name: p for p in problem.parameters if p.name[:1] == "b"}
+    starts = [
+        solution.values
+        | {name: more * solution.values[name] + 0.02 * (more - 1.0) * p.scale for name, p in viscous.items()}
+        for more in (1.0, 1.6, 3.0)
+    ]
+    without = replace(
+        problem,
+        experiments=tuple(problem.experiments[n] for n in kept),
+        starts=tuple(starts),
+        parts=problem.parts[-2:],
+    )
+    found = minimise(without, loss, dict.fromkeys(problem.coulomb, 0.0))
+    return dict(zip(kept, found.residuals, strict=True))
 
 
 _QUANTITY = {"attached": "x2", "ground": "x2", "free": "x2", "held": "x1", "air": "x1", "threshold": "threshold"}
@@ -351,18 +415,23 @@ def _boundary(estimates: Sequence[Estimate]) -> list[str]:
 
 
 _MISSED = 0.1
-"""Residuals that are more than this share of a motion's standard deviation are no fit."""
+"""Residuals that are more than noise and than this share of a motion's standard deviation are no fit."""
+
+
+def missed(trace: Trace) -> bool:
+    """Whether a fit is none."""
+    size, noise = float(np.std(trace.measured)), max(noise_of(trace.measured), quantum_of(trace.measured))
+    return trace.quantity in ("x1", "x2") and trace.tests.rms > max(_MISSED * size, 1.5 * noise)
 
 
 def _coloured(traces: Sequence[Trace], inflation: float) -> list[str]:
     """What is odd about residuals: a fit that is none, and those that are no white noise."""
     said = list[str]()
     for trace in traces:
-        size = float(np.std(trace.measured))
-        if trace.quantity in ("x1", "x2") and trace.tests.rms > _MISSED * size:
+        if missed(trace):
             said.append(
-                f"{trace.label}: the fit misses the recording by {100.0 * trace.tests.rms / size:.2g} % of its motion: it is of "
-                "another rig, or no start led to it; give more of what is known"
+                f"{trace.label}: the fit misses the recording by {100.0 * trace.tests.rms / np.std(trace.measured):.2g} % of its "
+                "motion: it is of another rig, or no start led to it; give more of what is known"
             )
     coloured = [
         f"{trace.label}: the residuals are not white (autocorrelation {trace.tests.autocorrelation:.2f}, runs z "

@@ -77,7 +77,7 @@ _STEPS: dict[str, tuple[bool, tuple[str, ...]]] = {
 def _problems(
     given: Mapping[str, Sequence[Recording]], values: Mapping[str, float], backend: str | None
 ) -> list[Problem]:
-    """The problem of each kind of recording, one scale through all of them."""
+    """The problem of each kind of recording, one scale through all of them; a free drop's last, it tells least of its starts."""
     problems, count = list[Problem](), 0
     for kind, (rig, letters) in _DROPS.items():
         if given[kind]:
@@ -91,12 +91,16 @@ def _problems(
             scaled = has_k and (spring or bool(given["steps"]))
             problems.append(step_problem(given[kind], spring, own, backend, count, scaled))
             count += problems[-1].motions
-    return problems
+    return sorted(problems, key=lambda each: any(e.kind == "free" for e in each.experiments))
 
 
 def merged(problems: Sequence[Problem]) -> Problem:
-    """One problem of several: parameters of one name are one, those fitted first say where they start."""
-    parameters, known, starts = dict[str, Parameter](), dict[str, float](), list[dict[str, float]]()
+    """One problem of several: parameters of one name are one, those fitted first say where they start.
+
+    Each problem's other starts are tried beside the first of all the rest.
+    """
+    parameters, known = dict[str, Parameter](), dict[str, float]()
+    first, others = dict[str, float](), list[dict[str, float]]()
     for problem in problems:
         scale = 1.0
         if "k" in parameters and problem.quantity == "x1":
@@ -112,13 +116,14 @@ def merged(problems: Sequence[Problem]) -> Problem:
         for p in problem.parameters:
             factor = scale if p.name in SCALED else 1.0
             parameters.setdefault(p.name, p._replace(start=p.start * factor, scale=max(p.scale * factor, 1e-12)))
-        starts = (
-            [a | {k: v for k, v in b.items() if k not in a} for a in starts for b in several] if starts else several
-        )
+        new = [{name: start for name, start in each.items() if name not in first} for each in several]
+        others += [each for each in new[1:] if each != new[0]]
+        first |= new[0]
         known |= problem.known
+    starts = [first, *(first | each for each in others)]
     return Problem(
         "robot", "x1, x2", tuple(each for p in problems for each in p.experiments), tuple(parameters.values()),
-        tuple(starts[:24]), {n: v for n, v in known.items() if n not in parameters},
+        tuple(starts), {n: v for n, v in known.items() if n not in parameters},
         tuple(dict.fromkeys(each for p in problems for each in p.statements)),
         tuple(each for p in problems for each in p.warnings),
         tuple(name for name in parameters if name[:2] in ("f1", "f2")),

@@ -12,11 +12,10 @@ of both directions alike: their half difference is friction, their mean the load
 rests, k x0, which is taken off if k and gamma2 are known.
 """
 
-import cmath
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -212,20 +211,22 @@ def _window(x: Array, rest: float, noise: float, seen: int) -> int:
 def _rise(s: Array, rate: float, square: float = 0.0) -> Array:
     """What a ramp of force from s = 0 on does to a mass with friction r and a spring w^2; roots that are equal are parted."""
     half = 0.5 * rate
-    apart = cmath.sqrt(half * half - square)
-    apart = apart if abs(apart) > 1e-4 * (half + 1e-3) else 1e-4 * (half + 1e-3)
-    p, q = -half + apart, -half - apart
-    return np.asarray(((_twice(p, s) - _twice(q, s)) / (p - q)).real)
+    under, least = half * half - square, 1e-4 * (half + 1e-3)
+    apart = math.sqrt(abs(under))
+    if under > 0.0 or apart <= least:
+        apart = max(apart, least)
+        return np.asarray((_twice(apart - half, s) - _twice(-apart - half, s)) / (2.0 * apart))
+    return np.asarray(np.imag(_twice(complex(-half, apart), s)) / apart)
 
 
-def _twice(p: complex, s: Array) -> NDArray[np.complex128]:
+def _twice(p: complex, s: Array) -> NDArray[Any]:
     """(e^(p s) - 1 - p s)/p^2, by its series where that is exact."""
     z = p * s
     small = np.abs(z) < 0.02
     safe = np.where(small, 1.0, z)
     closed = (np.expm1(safe) - safe) / safe**2
     near = 0.5 + z / 6.0 + z * z / 24.0 + z**3 / 120.0 + z**4 / 720.0
-    return np.asarray(s * s * np.where(small, near, closed), dtype=np.complex128)
+    return np.asarray(s * s * np.where(small, near, closed))
 
 
 _ENOUGH = 250
@@ -273,46 +274,72 @@ def _costs(t: Array, x: Array, spring: bool) -> tuple[Callable[[float], _Best], 
 
         return _Best(float(rest @ rest), at)
 
+    lowest, highest, about = math.log(0.01), math.log(1e3), math.nan
+
     def in_the_air(begin: float) -> _Best:
-        """Over rates from none to one that settles at once."""
+        """Over rates from none to one that settles at once, at first about that of the last beginning."""
+        nonlocal about
 
         def left(log: float) -> float:
             rest = missed(begin, math.exp(log), 0.0)
             return float(rest @ rest)
 
-        return found(begin, math.exp(_least(left, math.log(0.01), math.log(1e3), 15, 1e-3)), 0.0)
+        low, high = max(about - _NEAR, lowest), min(about + _NEAR, highest)
+        log = _golden(left, low, high, 0.02 * _NEAR) if math.isfinite(about) else math.nan
+        inside = min(log - low, high - log) > 0.05 * _NEAR
+        about = log if inside else _least(left, lowest, highest, 15, 1e-3)
+        return found(begin, math.exp(about), 0.0)
 
     first = np.array([math.log(5.0), math.log(100.0)])
-    near, size = first, float(np.sqrt(mean @ mean))
+    near, size, smallest = first, float(np.sqrt(mean @ mean)), math.inf
 
     def against_a_spring(begin: float) -> _Best:
-        """Over rates and springs, from a guess and from where the last beginning had them."""
-        nonlocal near
+        """Over rates and springs, from where the last beginning had them, and from a guess where that is not enough."""
+        nonlocal near, smallest
 
         def share(logs: Array) -> Array:
             return missed(begin, math.exp(float(logs[0])), math.exp(float(logs[1]))) / size
 
-        tried = [
-            scipy_optimize().least_squares(
-                share, start, bounds=([-5.0, -5.0], [9.0, 14.0]), ftol=1e-9, xtol=1e-5, max_nfev=40,
+        def settled(start: Array) -> Any:
+            return scipy_optimize().least_squares(
+                share, start, bounds=([-5.0, -5.0], [9.0, 14.0]), ftol=1e-9, xtol=1e-5, max_nfev=40
             )
-            for start in (first, near)
-        ]  # fmt: skip
+
+        tried = [settled(near)]
+        if tried[0].cost > smallest * (1.0 + 4.0 / t.size) or not math.isfinite(smallest):
+            tried.append(settled(first))
+        smallest = min(smallest, *(float(each.cost) for each in tried))
         near = np.asarray(min(tried, key=lambda each: float(each.cost)).x, dtype=float)
         return found(begin, math.exp(near[0]), math.exp(near[1]))
 
     return against_a_spring if spring else in_the_air, t.size
 
 
-def _least(cost: Callable[[float], float], low: float, high: float, places: int = 61, precision: float = 1e-5) -> float:
+_NEAR = math.log(3.0)
+"""How far from that of the last beginning a rate is looked for first, as a logarithm."""
+
+
+def _least(cost: Callable[[float], float], low: float, high: float, places: int = 31, precision: float = 1e-4) -> float:
     """Where a cost is least, to a share of the range: on a grid, then by golden sections around its best place."""
     grid = np.linspace(low, high, places)
     n = int(np.argmin([cost(float(each)) for each in grid]))
-    a, b = float(grid[max(n - 1, 0)]), float(grid[min(n + 1, grid.size - 1)])
+    return _golden(cost, float(grid[max(n - 1, 0)]), float(grid[min(n + 1, places - 1)]), precision * (high - low))
+
+
+def _golden(cost: Callable[[float], float], a: float, b: float, width: float) -> float:
+    """Where a cost is least between a and b, to a width, by golden sections."""
     golden = 0.5 * (math.sqrt(5.0) - 1.0)
-    while b - a > precision * (high - low):
-        left, right = b - golden * (b - a), a + golden * (b - a)
-        a, b = (a, right) if cost(left) < cost(right) else (left, b)
+    left, right = b - golden * (b - a), a + golden * (b - a)
+    at_left, at_right = cost(left), cost(right)
+    while b - a > width:
+        if at_left < at_right:
+            b, right, at_right = right, left, at_left
+            left = b - golden * (b - a)
+            at_left = cost(left)
+        else:
+            a, left, at_left = left, right, at_right
+            right = a + golden * (b - a)
+            at_right = cost(right)
     return 0.5 * (a + b)
 
 
@@ -323,7 +350,7 @@ def _reach(cost: Callable[[float], float], at: float, limit: float, end: float, 
     while reach < most and cost(at + sign * reach) <= limit:
         inside, reach = reach, 2.0 * reach
     outside = min(reach, most)
-    for _ in range(30):
+    for _ in range(12):
         middle = 0.5 * (inside + outside)
         if cost(at + sign * middle) <= limit:
             inside = middle

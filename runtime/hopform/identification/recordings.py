@@ -35,7 +35,7 @@ CURRENTS = ("current", "u", "i", "drive_current", "drive_voltage", "voltage")
 FEWEST = 20
 _LEAST_WAY, _MOST_HEIGHT = 5e-4, 20.0
 """[m] what no hopper's motion is smaller, no hopper's position larger than: beyond, a unit is wrong."""
-_LEAST_CURRENT, _MOST_CURRENT = 0.01, 1000.0
+_LEAST_CURRENT, _MOST_CURRENT = 0.01, {"current": 300.0, "voltage": 1000.0}
 """[A or V] the same of what drives it."""
 
 
@@ -74,7 +74,7 @@ class Recording:
         if column.quantity not in ("current", "voltage"):
             raise self.error(f"is to be a current, but its unit is that of a {column.quantity}", 1, column)
         most = float(np.abs(column.values).max())
-        if most > 0.0 and not _LEAST_CURRENT <= most <= _MOST_CURRENT:
+        if most > 0.0 and not _LEAST_CURRENT <= most <= _MOST_CURRENT[column.quantity]:
             worst = int(np.abs(column.values).argmax())
             raise self.error(
                 f"reaches {column.values[worst]:.6g} {'A' if column.quantity == 'current' else 'V'}, which drives no hopper: "
@@ -161,9 +161,16 @@ def read_recording(path: str | Path, *, added_mass: float = 0.0) -> Recording:
     """
     file = Path(path)
     try:
-        text = file.read_text("utf-8-sig")
-    except (OSError, UnicodeDecodeError) as error:
-        raise HopformError(f"{file}: cannot be read: {getattr(error, 'strerror', None) or error}") from None
+        raw = file.read_bytes()
+    except OSError as error:
+        raise HopformError(f"{file}: cannot be read: {error.strerror or error}") from None
+    try:
+        text = raw.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        line = raw.count(b"\n", 0, error.start) + 1
+        raise HopformError(
+            f"{file}, line {line}: is no text in UTF-8, got a byte {raw[error.start]:#04x}: save it as CSV in UTF-8"
+        ) from None
     return parse_recording(text, str(path), added_mass)
 
 
@@ -244,7 +251,7 @@ def _time(columns: Mapping[str, Column], source: str, first: int) -> Array:
     column = columns[name]
     if column.quantity != "time":
         raise HopformError(
-            f"{source}, line 1: column {column.title!r} is to be the time, but its unit is that of a {column.quantity}"
+            f"{source}, line 1, column {column.title!r}: is to be the time, but its unit is that of a {column.quantity}"
         )
     steps = np.diff(column.values)
     if not bool((steps > 0.0).all()):

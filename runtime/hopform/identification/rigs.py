@@ -91,9 +91,9 @@ class Experiment:
             found[name] = found.get(name, 0.0) + by[letter]
         return predicted, found
 
-    def upto(self, count: int) -> "Experiment":
-        """Its first samples alone."""
-        return replace(self, time=self.time[:count], measured=self.measured[:count])
+    def upto(self, count: int, every: int = 1) -> "Experiment":
+        """Its first samples alone, or every so manieth of them."""
+        return replace(self, time=self.time[:count:every], measured=self.measured[:count:every])
 
 
 def _robot(**fields: float) -> records.Robot:

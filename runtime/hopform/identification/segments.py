@@ -47,9 +47,10 @@ def _decay(recording: Recording, whole: Array, begin: int, end: int) -> Span:
     if end - begin <= FEWEST:
         raise recording.error_of("x2", f"too short: {end - begin} samples", recording.line + begin)
     noise, values = max(noise_of(whole), quantum_of(whole)), calm(whole[begin:end])
-    rest, tail = _rest(values), values[-max(values.size // 20, 5) :]
-    start = int(np.abs(values - rest).argmax())
-    reach, left = abs(float(values[start]) - rest), values[start:] - rest
+    rest, tail = rest_of(values), values[-max(values.size // 20, 5) :]
+    reach = float(np.abs(values - rest).max())
+    start = int((np.abs(values - rest) >= reach - 8.0 * noise).argmax())  # without friction all swings are as large
+    left = values[start:] - rest
     crossings = np.flatnonzero(np.signbit(left[1:]) != np.signbit(left[:-1])) + 1
     edges = [0, *crossings.tolist(), left.size]
     sizes = [float(np.abs(left[a:b]).max()) for a, b in zip(edges[:-1], edges[1:], strict=True)]
@@ -58,6 +59,10 @@ def _decay(recording: Recording, whole: Array, begin: int, end: int) -> Span:
     moves = float(np.ptp(tail)) / reach if reach > 0.0 else math.inf  # at the end, still
     if reach <= 10.0 * noise or left.size <= FEWEST or (swings < 2 and moves > 0.05) or (swings < 3 and moves > 0.3):
         raise recording.error_of("x2", "the release is not found: no decay follows the largest deviation", at)
+    way = np.abs(left - left[0])
+    turn = int((way >= float(way.max()) - 8.0 * noise).argmax())
+    if moves > 0.05 and turn >= 0.95 * (left.size - 1):
+        raise recording.error_of("x2", "too short: it ends before the body swings back", recording.line + end - 1)
     grows = [n for n in range(2, len(sizes)) if sizes[n] > 1.3 * max(sizes[n - 2 : n]) + max(8.0 * noise, 0.05 * reach)]
     last = start + (edges[grows[0] - 1] if grows else left.size)
     near = np.abs(left) > reach - 8.0 * noise  # held, or about its turn: the last sample of it
@@ -69,21 +74,26 @@ def _decay(recording: Recording, whole: Array, begin: int, end: int) -> Span:
     return begin + start, begin + last
 
 
-def _rest(values: Array) -> float:
-    """Where a body comes to rest."""
-    return float(np.median(values[-max(values.size // 20, 5) :]))
+def rest_of(values: Array, share: int = 20) -> float:
+    """Where a body comes to rest, by the last of so many parts; where it swings on to the end, the middle of its last swings."""
+    tail, last = values[-max(values.size // share, 5) :], calm(values)[values.size // 2 :]
+    middle, whole = 0.5 * float(last.max() + last.min()), float(np.ptp(values))
+    crossings = np.count_nonzero(np.diff(np.signbit(last - middle)))
+    if crossings >= 3 and float(np.ptp(last)) > 0.5 * whole and float(np.ptp(tail)) > 0.1 * whole:
+        return middle
+    return float(np.median(tail))
 
 
 def _reach(values: Array, span: Span) -> float:
     """How far a decay swings at first."""
     part = calm(values[slice(*span)])
-    return abs(float(part[0]) - _rest(part))
+    return abs(float(part[0]) - rest_of(part))
 
 
 def _hand(values: Array, span: Span, begin: int = 0) -> int:
     """Where the hand has taken the body from rest, before a decay: the last crossing of its rest."""
     part = values[slice(*span)]
-    side = np.signbit(values[begin : span[0]] - _rest(part))
+    side = np.signbit(values[begin : span[0]] - rest_of(part))
     crossings = np.flatnonzero(side[1:] != side[:-1])
     return begin + int(crossings[-1]) if crossings.size else begin
 
@@ -91,7 +101,7 @@ def _hand(values: Array, span: Span, begin: int = 0) -> int:
 def _pace(recording: Recording, values: Array, span: Span) -> float:
     """Time [s] from crossing to crossing of the rest, the median of the larger swings; NaN for too few of them."""
     time, part = recording.time[slice(*span)], calm(values[slice(*span)])
-    left = part - _rest(part)
+    left = part - rest_of(part)
     crossings = np.flatnonzero(np.signbit(left[1:]) != np.signbit(left[:-1]))
     large = [
         n for n, (a, b) in enumerate(zip(crossings[:-1], crossings[1:], strict=True))

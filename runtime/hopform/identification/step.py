@@ -10,15 +10,16 @@ other through the controller; an error of the current then does not add up twice
 import math
 import time as clock
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
-from typing import Any, Unpack
+from dataclasses import replace
+from typing import Unpack
 
 import numpy as np
 
-from hopform.errors import HopformError, MissingExtra
+from hopform.errors import HopformError
 from hopform.identification import estimation
 from hopform.identification import recordings as of_recordings
 from hopform.identification.estimation import LEVEL, Estimate, Parameter
+from hopform.identification.filtering import CUTOFFS, Filtered, filtered, moving_rows
 from hopform.identification.fits import (
     Fit,
     Options,
@@ -37,8 +38,6 @@ from hopform.identification.rigs import UNITS, Experiment, Kind
 _LETTERS = {"held": ("m_eff", "k", "b1", "f1", "gamma2"), "air": ("m_eff", "b1", "f1", "gamma2", "offset")}
 SCALED = ("m_eff", "k", "b1", "gamma2")
 """Motion and current fix these only up to one common factor."""
-_CUTOFFS = (4.0, 8.0, 16.0, 32.0)
-"""[Hz] of filters whose linear least squares are starts of the fit in position."""
 
 
 def fit_step_response(
@@ -80,7 +79,7 @@ def step_problem(
             "motion and current fix m_eff, k, b1, gamma2 only up to a common factor: they are per kg of m_eff; give a weighed "
             "mass, the stiffness or the force constant as known"
         )
-    tries = [[_regress(each, letters, values, cutoff) for each in recordings] for cutoff in _CUTOFFS]
+    tries = [[_regress(each, letters, values, cutoff) for each in recordings] for cutoff in CUTOFFS]
     guesses = tries[1]
     experiments, parameters = list[Experiment](), dict[str, Parameter]()
     for n, recording in enumerate(recordings, first):
@@ -132,75 +131,6 @@ def rests_at_first(x: Array) -> bool:
     return float(np.ptp(x[:10])) <= 8.0 * noise and float(np.ptp(x[:10])) < 0.02 * float(np.ptp(x))
 
 
-# ---- filtered equations: a start for the fit in position, and the fit in force ----
-
-
-def _signal() -> Any:
-    try:
-        from scipy import signal
-    except ImportError:
-        raise MissingExtra("identification", "identify") from None
-    return signal
-
-
-@dataclass(frozen=True)
-class Filtered:
-    """Both sides of the equation of motion, filtered alike and decimated: rows of acceleration, v, x, sign v, u, 1."""
-
-    time: Array
-    acceleration: Array
-    v: Array
-    x: Array
-    side: Array
-    u: Array
-    one: Array
-
-
-def filtered(recording: Recording, cutoff: float | None = None, *, mend: bool = False) -> Filtered:
-    """A recording on even times, its derivatives by a zero-phase Butterworth filter, all through a second one, decimated.
-
-    cutoff [Hz]: of the filters; a tenth of the sampling rate, 50 Hz at most, if not given. Each part between gaps is filtered by
-    itself, and its ends are left out. mend: samples of the position far off their neighbours are taken as missing.
-    """
-    x, u, time = recording.position("x1"), recording.driving_current(), recording.time
-    step = float(np.median(np.diff(time)))
-    cut = min(cutoff or min(0.1 / step, 50.0), 0.45 / step)
-    kept = ~of_recordings.outliers(x) if mend else np.full(x.size, True)
-    time, x, u = time[kept], x[kept], u[kept]
-    wide = np.flatnonzero(np.diff(time) > max(2.5 * step, 0.25 / cut)) + 1
-    edges = [0, *wide.tolist(), time.size]
-    spans = sorted(zip(edges[:-1], edges[1:], strict=True), key=lambda span: time[span[0]] - time[span[1] - 1])
-    long = [(a, b) for a, b in spans if time[b - 1] - time[a] >= 8.0 * _EDGE / cut]
-    parts = [_filtered_part(time[a:b], x[a:b], u[a:b], step, cut) for a, b in sorted(long or spans[:1])]
-    return Filtered(*(np.concatenate([getattr(part, name) for part in parts]) for name in Filtered.__annotations__))
-
-
-_EDGE = 2.0
-"""Ends of a filtered part that are left out, in periods of the filter's cutoff."""
-
-
-def _filtered_part(time: Array, x: Array, u: Array, step: float, cut: float) -> Filtered:
-    """A part without gaps; where its times are uneven it is interpolated, the position by cubics that do not overshoot."""
-    signal, rate = _signal(), 1.0 / step
-    t = np.arange(time[0], time[-1] + 0.5 * step, step)
-    even = np.abs(np.diff(time) - step).max() <= 1e-3 * step
-    raw = np.interp(t, time, x) if even else _interpolated(t, time, x)
-    still = 3.0 * max(of_recordings.noise_of(raw), of_recordings.quantum_of(x)) * cut
-    position = signal.sosfiltfilt(signal.butter(4, cut, fs=rate, output="sos"), raw)
-    v = np.gradient(position, step)
-    side = np.where(np.abs(v) > still, np.sign(v), 0.0)
-    columns = np.stack([np.gradient(v, step), v, position, side, np.interp(t, time, u), np.ones_like(v)])
-    columns = signal.sosfiltfilt(signal.butter(4, 0.8 * cut, fs=rate, output="sos"), columns, axis=1)
-    edge, every = min(int(_EDGE * rate / cut), t.size // 8), max(int(0.5 * rate / cut), 1)
-    return Filtered(t[edge : t.size - edge : every], *columns[:, edge : t.size - edge : every])
-
-
-def _interpolated(t: Array, time: Array, x: Array) -> Array:
-    from scipy.interpolate import Akima1DInterpolator
-
-    return np.asarray(Akima1DInterpolator(time, x)(np.minimum(t, time[-1])))
-
-
 def _regress(
     recording: Recording, letters: Sequence[str], known: Mapping[str, float], cutoff: float
 ) -> dict[str, float]:
@@ -209,8 +139,7 @@ def _regress(
     rows = filtered(recording, cutoff)
     spring = "k" in letters
     columns = [-rows.v, -rows.side, -rows.u, rows.one] + ([-rows.x] if spring else [])
-    moving = np.abs(rows.v) > 0.02 * float(np.abs(rows.v).max())
-    found = np.linalg.lstsq(np.stack(columns, axis=1)[moving], rows.acceleration[moving], rcond=None)[0].tolist()
+    found = moving_rows(rows, columns)
     b, f, gamma, constant = found[:4]
     k = max(found[4], 1e-3) if spring else 0.0
     mass = next(
@@ -280,6 +209,10 @@ def fit_force(
         progress("fit in force")
     parts = [filtered(each, cutoff, mend=loss != "linear") for each in several]
     names, a, b = _force_equation(parts, values)
+    if np.linalg.matrix_rank(a / np.abs(a).max(axis=0, initial=1e-300)) < a.shape[1]:
+        raise several[0].error_of(
+            "x1", "tells friction, mass and load not apart: move both ways, at several speeds", several[0].line
+        )
     found, covariance, residual = _linear(a, b, loss)
     sizes = np.cumsum([part.time.size for part in parts])[:-1]
     estimates = _force_estimates(names, found, covariance, values, a.shape[0])

@@ -1,0 +1,209 @@
+"""What is said about parameters is what least squares say in closed form: covariance, intervals, directions not seen, tests."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+from scipy import signal, stats
+
+import hopform
+from hopform.identification import estimation, fit_drop_test, fit_step_response
+from hopform.identification.estimation import Parameter
+from hopform.identification.filtering import low_passed
+from hopform.identification.fits import Problem, finish
+from hopform.identification.synthetic import record
+
+HOPPER = hopform.load_robot("hopper_c")
+
+
+@dataclass(frozen=True)
+class Line:
+    """An experiment whose prediction is linear in its parameters."""
+
+    design: dict[str, np.ndarray]
+    measured: np.ndarray
+    noise: float | None = None
+    kind: str = "held"
+    label: str = "line"
+    begin: float = 0.0
+
+    @property
+    def time(self):
+        return np.arange(float(self.measured.size))
+
+    def predict(self, values, time=None):
+        return sum(values[name] * row for name, row in self.design.items()), dict(self.design)
+
+    def upto(self, count, every=1):
+        rows = {name: row[:count:every] for name, row in self.design.items()}
+        return Line(rows, self.measured[:count:every], self.noise)
+
+
+def line(truth, count=200, noise=1e-3, seed=1):
+    rng = np.random.default_rng(seed)
+    design = {name: rng.standard_normal(count) + 0.5 * n for n, name in enumerate(truth)}
+    return Line(design, sum(truth[name] * row for name, row in design.items()) + noise * rng.standard_normal(count))
+
+
+def closed_form(experiment):
+    """Estimates, their covariance and degrees of freedom as every textbook has them."""
+    a = np.stack(list(experiment.design.values()), axis=1)
+    found, *_ = np.linalg.lstsq(a, experiment.measured, rcond=None)
+    rest = experiment.measured - a @ found
+    freedom = a.shape[0] - a.shape[1]
+    return found, np.linalg.inv(a.T @ a) * float(rest @ rest) / freedom, freedom
+
+
+def solved(experiment, parameters):
+    solution = estimation.solve([experiment], parameters, sigma=[1e-3], precision=1e-15)
+    return solution, *estimation.estimates(solution, [experiment])
+
+
+def test_covariance_and_intervals_are_those_of_linear_least_squares():
+    experiment = line({"a": 0.3, "b": -0.2, "c": 0.1})
+    parameters = [Parameter(name, "m", 0.0, 0.1) for name in experiment.design]
+    _, found, spread = solved(experiment, parameters)
+    values, covariance, freedom = closed_form(experiment)
+    assert spread.covariance == pytest.approx(covariance, rel=1e-8)
+    t = stats.t.ppf(0.975, freedom)
+    for each, value, variance in zip(found, values, np.diag(covariance), strict=True):
+        assert each.value == pytest.approx(value, rel=1e-9)
+        assert (each.low, each.high) == pytest.approx(
+            (value - t * math.sqrt(variance), value + t * math.sqrt(variance))
+        )
+
+
+def test_a_profile_of_a_linear_parameter_is_its_t_interval():
+    experiment = line({"a": 0.3, "f1": 0.2})
+    parameters = [Parameter("a", "m", 0.0, 0.1), Parameter("f1", "m/s^2", 0.1, 0.1, "nonnegative", profiled=True)]
+    _, found, _ = solved(experiment, parameters)
+    values, covariance, freedom = closed_form(experiment)
+    half = stats.t.ppf(0.975, freedom) * math.sqrt(covariance[1, 1])
+    assert found[1].method == "profile"
+    assert (found[1].low, found[1].high) == pytest.approx((values[1] - half, values[1] + half), abs=0.03 * half)
+
+
+def test_an_interval_at_0_has_one_side_and_its_quantile():
+    """The estimate is 0.4 standard errors above 0: the upper end is that of 95 % on one side, the lower one is 0."""
+    truth = {"a": 0.3, "f1": 0.0}
+    experiment = line(truth)
+    values, covariance, freedom = closed_form(experiment)
+    error = math.sqrt(covariance[1, 1])
+    moved = Line(experiment.design, experiment.measured + (0.4 * error - values[1]) * experiment.design["f1"])
+    parameters = [Parameter("a", "m", 0.0, 0.1), Parameter("f1", "m/s^2", 0.1, 0.1, "nonnegative", profiled=True)]
+    _, found, _ = solved(moved, parameters)
+    one, two = (stats.t.ppf(level, freedom) for level in (0.95, 0.975))
+    assert found[1].method == "profile, one-sided at 0"
+    assert found[1].low == 0.0
+    assert found[1].high == pytest.approx((0.4 + one) * error, abs=0.05 * error)
+    assert found[1].high < (0.4 + two - 0.2) * error
+
+
+def test_directions_that_the_data_do_not_see_are_named():
+    experiment = line({"a": 0.3, "b": 0.2, "c": 0.1, "d": 0.0})
+    design = {**experiment.design, "b": 2.0 * experiment.design["c"], "d": np.zeros(experiment.measured.size)}
+    parameters = [Parameter(name, "m", 0.1, 0.1) for name in design]
+    _, found, spread = solved(Line(design, experiment.measured), parameters)
+    assert spread.weak == ("b", "c", "d")
+    assert spread.combinations == ("b, c",)
+    methods = {each.name: each.method for each in found}
+    assert methods == {"a": "t", "b": "not identifiable", "c": "not identifiable", "d": "not identifiable"}
+
+
+def test_correlations_and_hold_out_are_those_of_the_data():
+    """The last third of the measurements is off by 5 mm: the hold-out says so, the fit to all of it does not."""
+    experiment = line({"a": 0.3, "b": -0.2}, count=300)
+    shifted = experiment.measured + np.where(np.arange(300) >= 200, 0.005, 0.0)
+    problem = Problem(
+        "step", "x1", (Line(experiment.design, shifted),), tuple(Parameter(name, "m", 0.0, 0.1) for name in experiment.design),
+        (), {}, (), (), (),
+    )  # fmt: skip
+    fit = finish(problem)
+    _, covariance, _ = closed_form(Line(experiment.design, shifted))
+    expected = covariance[0, 1] / math.sqrt(covariance[0, 0] * covariance[1, 1])
+    assert fit.correlations["a", "b"] == pytest.approx(expected, rel=1e-6)
+    assert fit.traces[0].holdout == pytest.approx(0.005, rel=0.1)
+    assert not fit.traces[0].tests.white
+    assert any("not white" in each for each in fit.warnings)
+
+
+def test_residuals_with_a_memory_are_told_from_white_ones():
+    """The variance of a mean of a process of first order is (1 + rho)/(1 - rho) times that of as many independent ones."""
+    rng = np.random.default_rng(3)
+    noise = rng.standard_normal(4000)
+    assert estimation.tests_of(noise).white
+    assert estimation.tests_of(noise).inflation == 1.0
+    coloured = signal.lfilter([1.0], [1.0, -0.6], noise)
+    tests = estimation.tests_of(coloured)
+    assert not tests.white
+    assert tests.autocorrelation == pytest.approx(0.6, abs=0.04)
+    assert tests.inflation == pytest.approx(4.0, rel=0.15)
+    assert tests.rms == pytest.approx(1.25, rel=0.05)
+
+
+@pytest.mark.parametrize("growth", [lambda x: 90.0, lambda x: 0.0, lambda x: 50.0 - x], ids=["high", "flat", "falling"])
+def test_an_end_of_an_interval_is_on_its_side_whatever_the_profile_does(growth):
+    assert estimation._cross(growth, 0.6, 0.01, 3.84, math.inf) > 0.6
+    assert 0.0 <= estimation._cross(growth, 0.6, -0.01, 3.84, 0.0) < 0.6
+
+
+# ---- filters ----
+
+
+@pytest.mark.parametrize("cutoff", [5.0, 50.0, 200.0])
+def test_a_filter_is_the_butterworth_one_both_ways(cutoff):
+    rng = np.random.default_rng(2)
+    time = np.arange(4000) / 1000.0
+    x = np.sin(7.0 * time) + time + 0.01 * rng.standard_normal(time.size)
+    usual = signal.sosfiltfilt(signal.butter(4, cutoff, fs=1000.0, output="sos"), x, padlen=3990)
+    inside = slice(int(4000.0 / cutoff), -int(4000.0 / cutoff))
+    assert np.abs(low_passed(x, cutoff, 1000.0) - usual)[inside].max() < 1e-6
+
+
+def test_derivatives_of_what_passes_are_exact():
+    """A difference quotient at 100 Hz would lose 10 % of the acceleration of a swing at 50 rad/s."""
+    time = np.arange(800) / 100.0
+    x = 0.01 * np.sin(50.0 * time) + 0.3 * time
+    inside = slice(100, -100)
+    v, a = (low_passed(x, 40.0, 100.0, n)[inside] for n in (1, 2))
+    gain = 1.0 / (1.0 + (math.tan(0.25) / math.tan(0.4 * math.pi)) ** 8)
+    assert np.abs(v - 0.3 - 0.5 * gain * np.cos(50.0 * time)[inside]).max() < 1e-3
+    assert np.abs(a + 25.0 * gain * np.sin(50.0 * time)[inside]).max() < 0.05
+
+
+# ---- where fits went astray ----
+
+
+def test_an_undamped_decay_is_released_at_its_first_swing():
+    """All swings are as large: noise must not decide which one it is."""
+    body = hopform.Robot(**{**{f.name: getattr(HOPPER, f.name) for f in hopform.Robot.fields()}, "b2": 0.0, "f2": 0.0})
+    for seed in range(4):
+        decay = record(body, "decay", height=0.04, duration=1.6, seed=seed)
+        fit = fit_drop_test(decay, attached=True, known={"m_s": 3.0}, compare=False, holdout=False)
+        assert fit.traces[0].time[0] < 0.05
+        assert fit["f2"].method == "profile, one-sided at 0"
+        assert fit["k"].value == pytest.approx(1200.0, rel=1e-3)
+
+
+def test_a_small_motion_in_noise_is_no_missed_one():
+    """The motor moves its mass by a few mm, noise is a tenth of that."""
+    weak = hopform.Robot(
+        **{**{f.name: getattr(HOPPER, f.name) for f in hopform.Robot.fields()}, "gamma2": -0.9, "f1": 0.005}
+    )
+    fit = fit_step_response(record(weak, "step", seed=1), known={"m_eff": 25.0}, compare=False, holdout=False)
+    assert np.std(fit.traces[0].measured) < 10.0 * fit.rms
+    assert not any("misses" in each for each in fit.warnings)
+
+
+def test_friction_of_an_actuator_that_starts_at_its_stop_has_an_interval_around_it():
+    """Into its stop a velocity is lost at once: nothing depends on it, and an interval must not end for that."""
+    made = record(HOPPER, "free", rate=1000.0, seed=15)
+    fit = fit_drop_test(
+        made, free=True, known={"m_s": 3.0, "x1_min": 0.0, "x1_max": 0.08}, compare=False, holdout=False
+    )
+    for name, truth in (("f1", 0.78), ("f2", 0.6)):
+        each = fit[name]
+        assert each.low < each.value < each.high
+        assert each.high - each.value == pytest.approx(each.value - each.low, rel=0.3)
+        assert abs(each.value - truth) < 4.0 * each.stderr
