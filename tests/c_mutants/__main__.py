@@ -2,8 +2,10 @@
 
 The sources for firmware in double precision are broken, whose tests are the sharper ones; single precision comes from the same
 templates. Mutants that do not compile are drawn again. The judges, in this order: judge.c (vectors of the reference with their
-tolerances, and what must be true of any answer), refusals, garbage and fuzzing targets on fixed inputs; and last the selftest's
-word, which any changed bit changes, so what it alone kills is counted apart. With `--pytest` its nearest tests follow.
+tolerances, and what must be true of any answer), parts.c (each function of the headers by itself), refusals, garbage and fuzzing
+targets on fixed inputs; judge.c and parts.c again under the sanitizers; the work that judge.c's calls take, in basic blocks; and
+last the selftest's word, which any changed bit changes, so what it alone kills is counted apart. With `--pytest` its nearest
+tests follow.
 Survivors are argued in docs/c-mutants.md: those that are listed there as equivalent are taken off, the others fail.
 """
 
@@ -18,6 +20,7 @@ import tempfile
 import time
 from collections import Counter
 from concurrent.futures import ThreadPoolExecutor
+from copy import copy
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -34,9 +37,15 @@ BROKEN = tuple(unit for unit in UNITS if unit != "selftest")
 LEAST = 0.90
 MOST_EQUIVALENT = 0.05
 INPUTS = "1500"
+SANITIZERS = ("-fsanitize=address,undefined,float-cast-overflow,float-divide-by-zero", "-fno-sanitize-recover=all")
+COUNTS = ("-fsanitize-coverage=trace-pc",)
+GROWTH = 1.02
+"""What calls of one kind may take together, as tests/firmware/costs.py says of instructions; one call may take MORE and SOME."""
+MORE, SOME = 1.1, 50
 
 PROGRAMS = {
     "judge": (MINE / "judge.c",),
+    "parts": (MINE / "parts.c",),
     "refusals": (HERE / "refusals.c", BOARDS / "board.c"),
     "garbage": (HERE / "garbage.c", BOARDS / "board.c"),
     "fuzz_entry": (FUZZ / "fuzz_entry.c", FUZZ / "replay.c"),
@@ -44,6 +53,9 @@ PROGRAMS = {
     "fuzz_control": (FUZZ / "fuzz_control.c", FUZZ / "replay.c"),
     "word": (MINE / "word.c",),
 }
+JUDGES = ("judge", "parts")
+"""Those that include the headers of the library."""
+
 NEAREST = {
     "flight": ("flight",), "control": ("control",), "trial": ("control",), "grid": ("grid",), "touchdown": ("touchdown",),
     "sensitivity": ("sensitivities", "tangents"), "linear": ("sensitivities", "stance_object"), "states": ("stance_object",),
@@ -86,6 +98,25 @@ def run(command: list[str], timeout: float) -> tuple[int, str]:
     return done.returncode, done.stdout + done.stderr
 
 
+CHECKED = ("gcc", "-w", "-O0", *SANITIZERS)
+
+
+def takes_longer(calls: tuple[tuple[str, int], ...], usual: tuple[tuple[str, int], ...]) -> bool:
+    """Whether calls of a kind take more than GROWTH of what they took, or one of them more than MORE.
+
+    A judge that takes another way, with other calls, tells nothing of either.
+    """
+    if [kind for kind, _ in calls] != [kind for kind, _ in usual]:
+        return False
+    now, before = Counter[str](), Counter[str]()
+    for (kind, count), (_, least) in zip(calls, usual, strict=True):
+        if count > MORE * least + SOME:
+            return True
+        now[kind] += count
+        before[kind] += least
+    return any(now[kind] > GROWTH * before[kind] for kind in before)
+
+
 class Bench:
     """A folder with the sources as links, one of them broken at a time, and what was made of the others."""
 
@@ -101,10 +132,24 @@ class Bench:
         for name, sources in PROGRAMS.items():
             for source in sources:
                 self.compile(source, folder / f"{name}-{source.name}.o")
+        for unit in self.units:
+            self.compile(self.src / unit, folder / f"checked-{unit}.o", CHECKED + COUNTS)
+        for name in JUDGES:
+            self.compile(PROGRAMS[name][0], folder / f"checked-{name}.o", CHECKED)
+        self.usual_work: tuple[tuple[str, int], ...] = ()
 
-    def compile(self, source: Path, target: Path) -> None:
+    def twin(self, folder: Path) -> "Bench":
+        """Another one beside it, without compiling all that again."""
+        shutil.copytree(self.folder, folder, symlinks=True)
+        other = copy(self)
+        other.folder, other.src = folder, folder / "src"
+        other.include = ["-I", str(C / "include"), "-I", str(other.src), "-I", str(BOARDS)]
+        return other
+
+    def compile(self, source: Path, target: Path, with_this: tuple[str, ...] = ()) -> None:
         flags = ["-std=c99", "-D_GNU_SOURCE", "-DDOUBLE", "-DENTRY=4"]
-        code, said = run([*compiler(), *flags, *self.include, "-c", str(source), "-o", str(target)], 60)
+        command = [*(with_this or compiler()), *flags, *self.include, "-c", str(source), "-o", str(target)]
+        code, said = run(command, 60)
         if code:
             raise ValueError(said)
 
@@ -122,16 +167,42 @@ class Bench:
             image = self.folder / name
             if run([*compiler(), *map(str, [*own, *library]), "-o", str(image), "-lm"], 60)[0]:
                 return "link"
+            if name == "word" and (found := self.checked(objects)) is not None:
+                return found
             arguments = [INPUTS, *map(str, sorted((FUZZ / "found").iterdir()))] if name.startswith("fuzz") else []
             code, said = run([str(image), *arguments], 60)
             if code or (name == "word" and said.strip() != wanted):
                 return name
         return None
 
+    def checked(self, broken: dict[str, Path]) -> str | None:
+        """`sanitizers` if they stop a judge, `work` if its calls take more than they did; None if neither."""
+        for unit in broken:
+            if unit in self.units:
+                self.compile(self.src / unit, self.folder / f"broken-checked-{unit}.o", CHECKED + COUNTS)
+        is_header = any(name not in self.units for name in broken)  # which parts.c includes
+        library = [self.folder / f"{'broken-' if unit in broken else ''}checked-{unit}.o" for unit in self.units]
+        for name in JUDGES if is_header else JUDGES[:1]:
+            own = self.folder / f"checked-{name}.o"
+            if is_header:
+                own = self.folder / f"broken-checked-{name}.o"
+                self.compile(PROGRAMS[name][0], own, CHECKED)
+            image = self.folder / f"checked-{name}"
+            if run([*CHECKED, *map(str, [own, *library]), "-o", str(image), "-lm"], 60)[0]:
+                return "link"
+            code, said = run([str(image), "work"], 120)
+            if code:
+                return "sanitizers"
+            if name == "judge":
+                calls = tuple((kind, int(count)) for kind, count in re.findall(r"^(\w+) (\d+)$", said, re.MULTILINE))
+                if self.usual_work and takes_longer(calls, self.usual_work):
+                    return "work"
+                self.usual_work = self.usual_work or calls
+        return None
+
     def unbroken(self) -> str:
         """The selftest's word."""
-        objects: dict[str, Path] = {}
-        failed = self.judge(objects, "")
+        failed = self.judge({}, "")
         if failed != "word":
             sys.exit(f"hopform: {failed} is red before anything is broken")
         return run([str(self.folder / "word")], 60)[1].strip()
@@ -150,9 +221,10 @@ class Bench:
                 objects[unit] = self.folder / f"broken-{unit}.o"
                 self.compile(self.src / unit, objects[unit])
             if mutant.file.endswith(".h"):
-                name = f"judge-{PROGRAMS['judge'][0].name}.o"
-                objects[name] = self.folder / "broken-judge.o"
-                self.compile(PROGRAMS["judge"][0], objects[name])
+                for name in JUDGES:
+                    own = f"{name}-{PROGRAMS[name][0].name}.o"
+                    objects[own] = self.folder / f"broken-{name}.o"
+                    self.compile(PROGRAMS[name][0], objects[own])
             killer = self.judge(objects, wanted)
             if self.asks_pytest and killer in (None, "word"):
                 return self.pytest(mutant, affected) or killer
@@ -232,12 +304,11 @@ def draw(count: int, seed: int, jobs: int, asks_pytest: bool) -> list[Verdict]:
     print(f"{len(mutants)} places to break; seed {seed}; {' '.join(compiler())}", flush=True)
     folder = Path(tempfile.mkdtemp(prefix="hopform-"))
     benches: Queue[Bench] = Queue()
-    for n in range(jobs):
-        (folder / str(n)).mkdir()
-        benches.put(Bench(folder / str(n), asks_pytest))
-    first = benches.get()
+    (folder / "0").mkdir()
+    first = Bench(folder / "0", asks_pytest)
     wanted = first.unbroken()
-    benches.put(first)
+    for bench in (first, *(first.twin(folder / str(n)) for n in range(1, jobs))):
+        benches.put(bench)
     if asks_pytest:
         whole_library()
 
