@@ -415,7 +415,8 @@ static void sift(hopform_search_f32 *search)
                 first = kept;
             }
             if (kept < n) {
-                search->cells[kept] = *c;
+                const hopform_cell_f32 moved = *c;
+                search->cells[kept] = moved;
             }
             kept++;
         }
@@ -466,7 +467,7 @@ static bool take_in(hopform_search_f32 *search, const hopform_trial_f32 *trial)
 {
     const hopform_robot_f32 *robot = &search->plan->robot;
     consider(search, trial);
-    search->trials++;
+    search->trials += search->trials < HOPFORM_SEARCH_TRIALS ? 1 : 0;
     if (search->trials == 1) {
         search->zero = *trial;
         if (search->reached || !(robot->u_max > 0.0f && robot->x1_min < robot->x1_max)) {
@@ -474,11 +475,12 @@ static bool take_in(hopform_search_f32 *search, const hopform_trial_f32 *trial)
         }
     } else if (!(fabsf(trial->u) < robot->u_max)) {
         keep(search, &search->zero, trial, 0);
-    } else {
+    } else if (search->count > 0) {
         const hopform_cell_f32 split = search->cells[--search->count];
         const float half = 0.5f * width_of(&split);
-        keep(search, &split.from, trial, fabsf(trial->u - split.from.u) > half ? split.slow + 1 : 0);
-        keep(search, trial, &split.to, fabsf(split.to.u - trial->u) > half ? split.slow + 1 : 0);
+        const int32_t slower = split.slow < 2 ? split.slow + 1 : 2;
+        keep(search, &split.from, trial, fabsf(trial->u - split.from.u) > half ? slower : 0);
+        keep(search, trial, &split.to, fabsf(split.to.u - trial->u) > half ? slower : 0);
     }
     return go_on(search);
 }
@@ -571,7 +573,7 @@ int32_t hopform_choose_current_step_f32(hopform_search_f32 *search, hopform_phas
         say(search, command);
         return search->status;
     }
-    hopform_trial_f32 trial;
+    hopform_trial_f32 trial = search->best;
     bool fits = true;
     const int32_t status =
         attempt(search->plan, &search->start, search->next, search->horizon, phases, capacity, &trial, &fits);

@@ -415,7 +415,8 @@ static void sift(hopform_search_f64 *search)
                 first = kept;
             }
             if (kept < n) {
-                search->cells[kept] = *c;
+                const hopform_cell_f64 moved = *c;
+                search->cells[kept] = moved;
             }
             kept++;
         }
@@ -466,7 +467,7 @@ static bool take_in(hopform_search_f64 *search, const hopform_trial_f64 *trial)
 {
     const hopform_robot_f64 *robot = &search->plan->robot;
     consider(search, trial);
-    search->trials++;
+    search->trials += search->trials < HOPFORM_SEARCH_TRIALS ? 1 : 0;
     if (search->trials == 1) {
         search->zero = *trial;
         if (search->reached || !(robot->u_max > 0.0 && robot->x1_min < robot->x1_max)) {
@@ -474,11 +475,12 @@ static bool take_in(hopform_search_f64 *search, const hopform_trial_f64 *trial)
         }
     } else if (!(fabs(trial->u) < robot->u_max)) {
         keep(search, &search->zero, trial, 0);
-    } else {
+    } else if (search->count > 0) {
         const hopform_cell_f64 split = search->cells[--search->count];
         const double half = 0.5 * width_of(&split);
-        keep(search, &split.from, trial, fabs(trial->u - split.from.u) > half ? split.slow + 1 : 0);
-        keep(search, trial, &split.to, fabs(split.to.u - trial->u) > half ? split.slow + 1 : 0);
+        const int32_t slower = split.slow < 2 ? split.slow + 1 : 2;
+        keep(search, &split.from, trial, fabs(trial->u - split.from.u) > half ? slower : 0);
+        keep(search, trial, &split.to, fabs(split.to.u - trial->u) > half ? slower : 0);
     }
     return go_on(search);
 }
@@ -571,7 +573,7 @@ int32_t hopform_choose_current_step_f64(hopform_search_f64 *search, hopform_phas
         say(search, command);
         return search->status;
     }
-    hopform_trial_f64 trial;
+    hopform_trial_f64 trial = search->best;
     bool fits = true;
     const int32_t status =
         attempt(search->plan, &search->start, search->next, search->horizon, phases, capacity, &trial, &fits);

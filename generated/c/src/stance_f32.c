@@ -103,7 +103,7 @@ static void settle(stance_chain *chain, bool rests_1, bool rests_2)
 
 /* ---- the end of a phase ---- */
 
-enum { MOST_WATCHES = 4 };
+enum { MOST_WATCHES = 3 };
 
 /* What is watched in a phase: take-off first, then what mass 1 does, then mass 2, which is also who wins a tie.
  * Not the velocity of a mass that slips alone: its zero is known. */
@@ -157,7 +157,7 @@ static void watch_velocity(const stance_chain *chain, stance_guard *guard, end_k
 
 static stance_guard guard_of(const stance_chain *chain, const hopform_poles_f32 *poles, const hopform_motion_f32 *motion)
 {
-    stance_guard guard;
+    stance_guard guard = {0};
     guard.poles = poles;
     guard.motion = motion;
     guard.count = 1;
@@ -165,21 +165,17 @@ static stance_guard guard_of(const stance_chain *chain, const hopform_poles_f32 
     guard.halt = 1e38f;
     guard.halts = END_LIMIT;
     if (chain->side_1 == 0) {
+        const float sign = (float)chain->side_2;
         watch_thresholds(chain, &guard, 1);
+        guard.halt = hopform_halt_time_f32(poles, sign * chain->state.v2, sign * motion->H3_2);
+        guard.halts = END_VELOCITY_2;
     } else if (chain->side_2 == 0) {
         const float sign = (float)chain->side_1;
+        watch_thresholds(chain, &guard, 2);
         guard.halt = hopform_halt_time_f32(poles, sign * chain->state.v1, sign * motion->H3_1);
         guard.halts = END_VELOCITY_1;
     } else {
         watch_velocity(chain, &guard, END_VELOCITY_1);
-    }
-    if (chain->side_2 == 0) {
-        watch_thresholds(chain, &guard, 2);
-    } else if (chain->side_1 == 0) {
-        const float sign = (float)chain->side_2;
-        guard.halt = hopform_halt_time_f32(poles, sign * chain->state.v2, sign * motion->H3_2);
-        guard.halts = END_VELOCITY_2;
-    } else {
         watch_velocity(chain, &guard, END_VELOCITY_2);
     }
     for (int32_t n = 0; n < guard.count; n++) {
@@ -445,7 +441,7 @@ static phase_end find_end(const stance_chain *chain, const hopform_poles_f32 *po
     window end = {0.0f, start, {{0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f}}, lost_at_once(&guard)};
     bool stops = false;
     int32_t patience = 8;
-    for (int32_t windows = 0; end.found < 0 && !stops && end.t < limit; windows++) {
+    for (int32_t windows = 0; end.found < 0 && !stops && end.t < limit; windows = windows > 3 ? windows : windows + 1) {
         const float low = end.t;
         float quiet = low;
         if (--patience <= 0) {
@@ -484,7 +480,7 @@ static void record(stance_chain *chain, int event)
         phase->event = (int8_t)event;
         phase->step = (uint16_t)chain->step;
     }
-    if (event != HOPFORM_EVENT_NONE && chain->count < chain->max_phases) {
+    if (event != HOPFORM_EVENT_NONE && chain->count < chain->max_phases && chain->event_count < chain->count) {
         chain->event_count++;
     }
     chain->count++;
@@ -520,10 +516,15 @@ static void end_of_velocity_1(stance_chain *chain, end_kind kind)
     }
 }
 
+static bool last_step(const stance_chain *chain)
+{
+    return chain->step + 1 >= chain->step_count;
+}
+
 /* The current takes its next value: what is held may begin to slip. */
 static void next_step(stance_chain *chain)
 {
-    chain->step++;
+    chain->step += last_step(chain) ? 0 : 1;
     const bool held_1 = chain->side_1 == 0;
     const bool held_2 = chain->side_2 == 0;
     settle(chain, held_1, held_2);
@@ -610,11 +611,6 @@ static void pass(stance_chain *chain, const hopform_motion_f32 *motion, const ph
     default:
         break;
     }
-}
-
-static bool last_step(const stance_chain *chain)
-{
-    return chain->step + 1 >= chain->step_count;
 }
 
 /* The leg leaves the ground at once: y = 0, and its first non-zero derivative is negative. */

@@ -6,5 +6,5 @@
 
 const char *hopform_source(void)
 {
-    return "0ea1d52ebf3fa80f";
+    return "00f9d90e0ecf5435";
 }
