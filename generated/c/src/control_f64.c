@@ -406,9 +406,9 @@ static void sift(hopform_search_f64 *search)
 {
     int32_t kept = 0;
     int32_t first = 0;
-    for (int32_t n = 0; n < search->count; n++) {
+    for (int32_t n = 0; n < search->count && n < HOPFORM_SEARCH_CELLS_f64; n++) {
         const hopform_cell_f64 *c = &search->cells[n];
-        if (matters(search, c)) {
+        if (matters(search, c) && kept < HOPFORM_SEARCH_CELLS_f64) {
             const hopform_cell_f64 *best = &search->cells[first];
             const bool as_good = !(c->promise > best->promise) && !(c->promise < best->promise);
             if (kept == 0 || c->promise < best->promise || (as_good && fabs(c->from.u) < fabs(best->from.u))) {
@@ -424,7 +424,8 @@ static void sift(hopform_search_f64 *search)
     search->count = kept;
     if (first + 1 < kept) {
         const hopform_cell_f64 swapped = search->cells[first];
-        search->cells[first] = search->cells[kept - 1];
+        const hopform_cell_f64 last = search->cells[kept - 1];
+        search->cells[first] = last;
         search->cells[kept - 1] = swapped;
     }
 }
@@ -467,7 +468,9 @@ static bool take_in(hopform_search_f64 *search, const hopform_trial_f64 *trial)
 {
     const hopform_robot_f64 *robot = &search->plan->robot;
     consider(search, trial);
-    search->trials += search->trials < HOPFORM_SEARCH_TRIALS ? 1 : 0;
+    if (search->trials < HOPFORM_SEARCH_TRIALS) {
+        search->trials++;
+    }
     if (search->trials == 1) {
         search->zero = *trial;
         if (search->reached || !(robot->u_max > 0.0 && robot->x1_min < robot->x1_max)) {

@@ -516,15 +516,12 @@ static void end_of_velocity_1(stance_chain *chain, end_kind kind)
     }
 }
 
-static bool last_step(const stance_chain *chain)
-{
-    return chain->step + 1 >= chain->step_count;
-}
-
 /* The current takes its next value: what is held may begin to slip. */
 static void next_step(stance_chain *chain)
 {
-    chain->step += last_step(chain) ? 0 : 1;
+    if (chain->step + 1 < chain->step_count) {
+        chain->step++;
+    }
     const bool held_1 = chain->side_1 == 0;
     const bool held_2 = chain->side_2 == 0;
     settle(chain, held_1, held_2);
@@ -613,6 +610,11 @@ static void pass(stance_chain *chain, const hopform_motion_f64 *motion, const ph
     }
 }
 
+static bool last_step(const stance_chain *chain)
+{
+    return chain->step + 1 >= chain->step_count;
+}
+
 /* The leg leaves the ground at once: y = 0, and its first non-zero derivative is negative. */
 static bool extends_at_once(const stance_chain *chain)
 {
@@ -653,7 +655,7 @@ static int32_t run(stance_chain *chain)
         if (chain->side_1 == 0 && chain->side_2 == 0 && last_step(chain)) {
             return HOPFORM_ENDING_REST;
         }
-        const double until = last_step(chain) || chain->steps[chain->step + 1].t > chain->horizon
+        const double until = chain->step + 1 >= chain->step_count || chain->steps[chain->step + 1].t > chain->horizon
                                ? chain->horizon
                                : chain->steps[chain->step + 1].t;
         const hopform_poles_f64 *poles = hopform_poles_of_f64(chain->plan, chain->side_1, chain->side_2);

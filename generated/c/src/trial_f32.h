@@ -45,7 +45,9 @@ static inline void hopform_note_dip_f32(hopform_tally_f32 *tally, float y, float
         tally->trial->dip = y;
         tally->trial->dip_u = change;
     }
-    tally->trial->dips += tally->trial->dips < INT16_MAX ? 1 : 0;
+    if (tally->trial->dips < INT16_MAX) {
+        tally->trial->dips++;
+    }
 }
 
 /* A phase that is followed, with the motion of its change. */

@@ -45,7 +45,9 @@ static inline void hopform_note_dip_f64(hopform_tally_f64 *tally, double y, doub
         tally->trial->dip = y;
         tally->trial->dip_u = change;
     }
-    tally->trial->dips += tally->trial->dips < INT16_MAX ? 1 : 0;
+    if (tally->trial->dips < INT16_MAX) {
+        tally->trial->dips++;
+    }
 }
 
 /* A phase that is followed, with the motion of its change. */

@@ -6,5 +6,5 @@
 
 const char *hopform_source(void)
 {
-    return "00f9d90e0ecf5435";
+    return "e11ffa1aa72202f8";
 }
