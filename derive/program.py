@@ -47,6 +47,17 @@ SHIFTED_SERIES = Record(
 )
 RESPONSE = Record("Response", "W and its first two derivatives.", Q.BASIS.quantities[:3])
 INTEGRALS = Record("Integrals", "The two integrals of W.", Q.BASIS.quantities[3:])
+CARRIED = Record(
+    "Carried",
+    "W, its derivatives and integrals a short time later.",
+    (
+        _scalar(time_domain.Wdd_t, "1", "W''"),
+        _scalar(time_domain.Wd_t, "s", "W'"),
+        _scalar(time_domain.W_t, "s^2", "W"),
+        _scalar(time_domain.W1_t, "s^3", "integral of W"),
+        _scalar(time_domain.W2_t, "s^4", "integral of that"),
+    ),
+)
 AT = Record(
     "At",
     "The state at time t of a phase.",
@@ -193,6 +204,13 @@ def program(model: Model = HOPPER) -> Program:
             (Q.POLES, Q.NUMERATOR, Q.BASIS),
             time_domain.rises(),
             RISE,
+        ),
+        Function(
+            "carry",
+            "W a short time t later.",
+            (Q.POLES, Q.BASIS, Q.TIME),
+            time_domain.carried(),
+            CARRIED,
         ),
         Function(
             "state_at", "The state at time t of a phase.", (Q.STATE, Q.MOTION, Q.BASIS, Q.TIME), time_domain.state(), AT
@@ -349,6 +367,7 @@ def program(model: Model = HOPPER) -> Program:
         Q.RINGING,
         Q.FREE,
         RISE,
+        CARRIED,
         AT,
         Q.ENERGY,
         Q.MOMENTS,

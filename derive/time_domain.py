@@ -41,7 +41,8 @@ from derive.quantities import (
 )
 
 rise, rise_rate, rise_curvature, rise_third = sp.symbols("rise rise_rate rise_curvature rise_third", real=True)
-W_third, W_fourth = sp.symbols("W_third W_fourth", real=True)
+W_third, W_fourth, W_fifth, W_sixth = sp.symbols("W_third W_fourth W_fifth W_sixth", real=True)
+Wdd_t, Wd_t, W_t, W1_t, W2_t = sp.symbols("Wdd_t Wd_t W_t W1_t W2_t", real=True)
 x1_t, v1_t, v2_t, y_t, acc1_t, acc2_t = sp.symbols("x1_t v1_t v2_t y_t acc1_t acc2_t", real=True)
 
 
@@ -55,6 +56,29 @@ def rises() -> tuple[Step, ...]:
         Step(rise_curvature, H3 * W_third + H2 * Wdd + H1 * Wd, "second derivative of (19), (21)"),
         Step(rise_third, H3 * W_fourth + H2 * W_third + H1 * Wdd, "third derivative of (19), (21)"),
     )
+
+
+def carried() -> tuple[Step, ...]:
+    """W, its derivatives and integrals a short time t later, by their Taylor series: what is left out is of the fifth order in t."""
+    half, sixth, rest = sp.symbols("half sixth rest", real=True)
+    gains = sp.symbols("more_Wdd more_Wd more_W more_W1 more_W2", real=True)
+    known = (W2, W1, W, Wd, Wdd, W_third, W_fourth, W_fifth, W_sixth)
+    later = (Wdd_t, Wd_t, W_t, W1_t, W2_t)
+    steps = [
+        Step(W_third, -s_1 * Wdd - s_2 * Wd - s_3 * W, "(11) denominator on W"),
+        Step(W_fourth, -s_1 * W_third - s_2 * Wdd - s_3 * Wd, "(11) denominator on W'"),
+        Step(W_fifth, -s_1 * W_fourth - s_2 * W_third - s_3 * Wdd, "(11) denominator on W''"),
+        Step(W_sixth, -s_1 * W_fifth - s_2 * W_fourth - s_3 * W_third, "(11) denominator on W'''"),
+        Step(half, t * t / 2, "t^2/2!"),
+        Step(sixth, half * t / 3, "t^3/3!"),
+        Step(rest, sixth * t / 4, "t^4/4!"),
+    ]
+    for n, (gain, value) in enumerate(zip(gains, later, strict=True)):
+        start = known.index(Wdd) - n
+        rates = known[start + 1 : start + 5]
+        steps.append(Step(gain, t * rates[0] + half * rates[1] + sixth * rates[2] + rest * rates[3], "its Taylor series"))
+        steps.append(Step(value, known[start] + gain, "t later"))
+    return tuple(steps)
 
 
 def state() -> tuple[Step, ...]:

@@ -284,9 +284,10 @@ def assert_accurate(
     reference: Callable[[float, float, float, float], Reference],
     bounds: tuple[float, ...],
     conditioned: np.ndarray | float = 0.0,
+    got: np.ndarray | None = None,
 ) -> None:
     """Each of W'', W', W and the two integrals within its bound, in eps of its largest magnitude up to t."""
-    got = arrays(basis_at(poles, t))
+    got = arrays(basis_at(poles, t)) if got is None else got
     largest = np.max([np.abs(arrays(basis_at(poles, t * part))) for part in np.linspace(0.025, 1.0, 40)], axis=0)
     largest[0] = np.maximum(largest[0], 1.0)
     allowed = np.array(bounds)[:, np.newaxis] + np.broadcast_to(conditioned, t.shape)
@@ -309,6 +310,18 @@ def test_w_is_exact_in_double_precision_for_any_poles_and_times(kind):
     t = spread(rng, rng.choice([-6, -1], CASES), np.log10(50), CASES) / fastest
     t[:2] = np.array([1e-6, 50]) / fastest[:2]
     assert_accurate(poles, t, power_series, (128.0, 128.0, 128.0, 128.0, 192.0))
+
+
+@pytest.mark.parametrize("sign", [-1.0, 1.0])
+@pytest.mark.parametrize("kind", KINDS)
+def test_w_is_carried_to_its_last_digit_over_the_longest_time_that_counts_as_near(kind, sign):
+    """As the C back end does for the last step to an event, where d^2 (s_1^2 + s_2 + 1/t^2) <= (eps/128)^(1/3)."""
+    poles = factored(kind, *configurations(kind, 40 + KINDS.index(kind), CASES))
+    rng = np.random.default_rng(2)
+    t = spread(rng, rng.choice([-6, -1], CASES), np.log10(50), CASES) / (poles.s_1 + np.sqrt(poles.s_2))
+    later = t + sign * (EPS / 128.0) ** (1.0 / 6.0) / np.sqrt(poles.s_1**2 + poles.s_2 + t**-2)
+    carried = arrays(formulas.carry(poles, basis_at(poles, t), later - t))
+    assert_accurate(poles, later, power_series, (128.0, 128.0, 128.0, 128.0, 192.0), got=carried)
 
 
 @pytest.mark.parametrize("kind", KINDS)

@@ -245,6 +245,28 @@ MUTANTS = (
         "model.robot.symbols, SLOPES.symbols",
         first=("tests/test_sensitivities.py",),
     ),
+    Mutant(
+        "C: the distance to a stop is what x1 says",
+        "templates/c/src/stance_real.c.j2",
+        "chain->from_min += moved.x1_t;",
+        "chain->from_min = chain->state.x1 + moved.x1_t - chain->plan->robot.x1_min;",
+        first=("tests/test_checker.py",),
+    ),
+    Mutant(
+        "NumPy: the distance to a stop is what x1 says",
+        "templates/python/hopform_solver/stance.py.j2",
+        "chain.from_min, chain.from_max = chain.from_min + moved, chain.from_max + moved",
+        "chain.from_min, chain.from_max = "
+        "chain.state.x1 + moved - chain.plan.robot.x1_min, chain.state.x1 + moved - chain.plan.robot.x1_max",
+        first=("tests/test_checker.py",),
+    ),
+    Mutant(
+        "W is carried without the fourth order",
+        "derive/time_domain.py",
+        "sixth * rates[2] + rest * rates[3]",
+        "sixth * rates[2]",
+        first=("tests/test_certificate.py",),
+    ),
     # ---- the first event ----
     Mutant(
         "C: an event before the take-off at the same time",
@@ -256,8 +278,8 @@ MUTANTS = (
     Mutant(
         "NumPy: an event before the take-off at the same time",
         "templates/python/hopform_solver/stance.py.j2",
-        "tie = end.t[lanes] * (1.0 + end.tie)",
-        "tie = end.t[lanes] * (1.0 - 64.0 * end.tie)",
+        "lifts = lift <= end.t[lanes] * (1.0 + end.tie)",
+        "lifts = lift <= end.t[lanes] * (1.0 - 64.0 * end.tie)",
         first=("tests/test_ties.py",),
     ),
     Mutant(
@@ -270,8 +292,8 @@ MUTANTS = (
     Mutant(
         "C: rounding taken for a crossing",
         "templates/c/src/events_real.h.j2",
-        "if (to->value < 0.0 && (to->value < -to->noise || to->rate * h < -to->noise)) {",
-        "if (to->value < 0.0) {",
+        "if (value < 0.0 && (value < -to->noise || to->rate * h < -to->noise)) {",
+        "if (value < 0.0) {",
         first=("tests/test_ties.py",),
     ),
     Mutant(

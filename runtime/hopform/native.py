@@ -175,6 +175,8 @@ class Desk:
         self.state = struct.Struct(f"{state}{letter}")
         self.energy = struct.Struct(f"2{letter}")
         assert (self.stance.size, self.phase.size) == (ctypes.sizeof(types.stance), ctypes.sizeof(types.phase))
+        self.pack_state: Callable[..., bytes] = self.state.pack if double else _packed_floats
+        self.pack_step: Callable[..., bytes] = struct.Struct("2d").pack if double else _packed_floats
         self.one_state, self.one_energy = (ctypes.c_char * each.size for each in (self.state, self.energy))
         self.free: list[tuple[Any, Any]] = []
 
@@ -341,8 +343,9 @@ def solve(
     """Solve one stance with the compiled library; inputs as `hopform_solver.solve` takes them."""
     desk = (with_library or library()).desk(dtype)
     plan = _plan_of(desk, parameters)
-    flat = steps[0] if len(steps) == 1 else [number for step in steps for number in step]
-    packed, begin, longest = desk.pack(*flat), desk.pack(*start), desk.types.real(horizon)
+    one = len(steps) == 1
+    packed = desk.pack_step(*steps[0]) if one else desk.pack(*(number for step in steps for number in step))
+    begin, longest = desk.pack_state(*start), desk.types.real(horizon)
     capacity = min(_FIRST_CAPACITY, max_phases + 1)
     try:
         stance, phases = desk.free.pop()

@@ -271,7 +271,7 @@ static void any_verdicts(void)
         if (!(from.value > 0.0) && !(from.rate > 0.0)) {
             continue;
         }
-        const T(verdict) verdict = hopform_judge_f64(&from, &end.at, poles.a, h, h <= 0.5 * half_turn);
+        const T(verdict) verdict = hopform_judge_f64(&from, &end.at, end.at.value, poles.a, h, h <= 0.5 * half_turn);
         double least = INFINITY, most = 0.0;
         int crossings = 0, lowest = 0;
         for (int n = 0; n <= SAMPLES; n++) {

@@ -72,8 +72,15 @@ static inline hopform_sample_f32 hopform_sample_at_f32(const hopform_watch_f32 *
 /* The same at t = 0 of the phase. */
 static inline hopform_sample_f32 hopform_first_sample_f32(const hopform_watch_f32 *watch, const hopform_poles_f32 *poles)
 {
-    const hopform_basis_f32 basis = {1.0f, 0.0f, 0.0f, 0.0f, 0.0f};
-    return hopform_sample_at_f32(watch, poles, &basis, 0.0f);
+    const hopform_numerator_f32 *h = &watch->numerator;
+    hopform_sample_f32 sample;
+    sample.value = watch->start;
+    sample.rate = h->H3;
+    sample.curvature = h->H2 - h->H3 * poles->s_1;
+    sample.third = h->H1 - h->H2 * poles->s_1 + h->H3 * (poles->s_1 * poles->s_1 - poles->s_2);
+    sample.turning = watch->left.A;
+    sample.noise = 16.0f * 1.1920929e-7f * fabsf(watch->start);
+    return sample;
 }
 
 /* The pair's frequency, 0 if its poles are real. */
@@ -114,12 +121,12 @@ static inline float hopform_swing_to_zero_f32(const hopform_sample_f32 *from, fl
 /* What a window says about g. */
 typedef enum { KEEPS_SIGN, LOSES_SIGN, DIPS, UNDECIDED } hopform_verdict_f32;
 
-/* Whether g, positive (or about to be) at the start of a window of length h, keeps its sign to the end of it.
+/* Whether g, positive (or about to be) at the start of a window of length h, keeps its sign to the end of it, where it is `value`.
  *
  * LOSES_SIGN: it has exactly one root. DIPS: it has one minimum inside, which may lie below zero.
  */
-static inline hopform_verdict_f32 hopform_judge_f32(const hopform_sample_f32 *from, const hopform_sample_f32 *to, float a,
-                                                      float h, bool short_of_quarter)
+static inline hopform_verdict_f32 hopform_judge_f32(const hopform_sample_f32 *from, const hopform_sample_f32 *to, float value,
+                                                      float a, float h, bool short_of_quarter)
 {
     /* What has faded away has no sign to go by, and what it may hide is looked for. */
     const bool pauses = !(fabsf(to->rate) * h > to->noise);
@@ -135,12 +142,12 @@ static inline hopform_verdict_f32 hopform_judge_f32(const hopform_sample_f32 *fr
             /* A rate that begins above zero falls by no more than g'' = m - a g' lets it while m is below. */
             const float lowest = short_of_quarter ? -fabsf(from->turning) * (a * h < 1.0f ? h : 1.0f / a) : -1e38f;
             const float steepest = from->rate < 0.0f ? least : lowest;
-            const bool far = to->value > 0.0f && from->value + steepest * h > from->noise + to->noise;
+            const bool far = value > 0.0f && from->value + steepest * h > from->noise + to->noise;
             return far ? KEEPS_SIGN : UNDECIDED;
         }
     }
     /* Below zero by more than rounding, or so steep that the root is near; else it touches, or has faded away. */
-    if (to->value < 0.0f && (to->value < -to->noise || to->rate * h < -to->noise)) {
+    if (value < 0.0f && (value < -to->noise || to->rate * h < -to->noise)) {
         return LOSES_SIGN;
     }
     if (monotone || !(from->rate < 0.0f)) {
@@ -150,7 +157,7 @@ static inline hopform_verdict_f32 hopform_judge_f32(const hopform_sample_f32 *fr
         /* exp(a t) g' rises, so g stays above its tangent at the start, and above one a little steeper at the end. */
         const float last = a * h < 1.0f ? to->rate * (1.0f + a * h) : 1e38f;
         const float steeper = last - from->rate;
-        const float cross = fabsf(steeper) > 0.0f ? (from->value - to->value + last * h) / steeper : h;
+        const float cross = fabsf(steeper) > 0.0f ? (from->value - value + last * h) / steeper : h;
         const float reach = cross < h ? (cross > 0.0f ? cross : 0.0f) : h;
         if (from->value + from->rate * reach > from->noise + to->noise) {
             return KEEPS_SIGN;
@@ -175,16 +182,32 @@ static inline float hopform_step_to_root_f32(const hopform_sample_f32 *at)
     return fabsf(below) > 0.0f ? at->value * (6.0f * rate2 - 3.0f * at->value * at->curvature) / below : 1e38f;
 }
 
-/* True where one more of these steps lands on the root to rounding. Its error is of the fourth order in the step: products of
- * the derivatives up to the fourth, which the poles give from the others. A step is also short where its numerator vanishes. */
-static inline bool hopform_is_last_step_f32(const hopform_poles_f32 *poles, const hopform_sample_f32 *at, float t, float step)
+/* The fourth derivative of a watched function but for its sign: the poles give it from the others. */
+static inline float hopform_fourth_f32(const hopform_poles_f32 *poles, const hopform_sample_f32 *at)
+{
+    return poles->s_1 * at->third + poles->s_2 * at->curvature + poles->s_3 * at->rate;
+}
+
+/* Whether what a Taylor series of the fourth order leaves out over a time d before or after t is lost in rounding: of the fifth
+ * order in d/t and in r d, r above all poles. */
+static inline bool hopform_is_near_f32(const hopform_poles_f32 *poles, float t, float d)
+{
+    const float share = t > 0.0f ? d / t : 1.0f;
+    const float square = d * d * (poles->s_1 * poles->s_1 + poles->s_2) + share * share;
+    return square * square * square <= 0.0078125f * 1.1920929e-7f;
+}
+
+/* True where one more of these steps lands on the root to rounding, and W can be carried there. Its error is of the fourth
+ * order in the step: products of the derivatives up to the fourth, which do not change over a time that is short for all
+ * poles. A step is also short where its numerator vanishes. */
+static inline bool hopform_is_last_step_f32(const hopform_poles_f32 *poles, const hopform_sample_f32 *at, float fourth, float t,
+                                             float step)
 {
     const float per_rate = fabsf(step) / (fabsf(at->rate) > 0.0f ? fabsf(at->rate) : 1.0f);
     const float bend = per_rate * fabsf(at->curvature);
     const float twist = per_rate * fabsf(step * at->third);
-    const float fourth = poles->s_1 * at->third + poles->s_2 * at->curvature + poles->s_3 * at->rate;
     const float error = bend * (0.7f * bend * bend + 0.5f * twist) + 0.05f * per_rate * fabsf(step * step * fourth);
-    return fabsf(at->value) <= 2.0f * fabsf(step * at->rate) && fabsf(step) * error <= 1.1920929e-7f * t;
+    return fabsf(at->value) <= 2.0f * fabsf(step * at->rate) && fabsf(step) * error <= 1.1920929e-7f * t && hopform_is_near_f32(poles, t, step);
 }
 
 /* A time, what the poles do until then, and g there. */
@@ -203,6 +226,22 @@ static inline hopform_point_f32 hopform_point_at_f32(const hopform_watch_f32 *wa
     return point;
 }
 
+static inline hopform_basis_f32 hopform_carried_basis_f32(const hopform_poles_f32 *poles, const hopform_basis_f32 *from, float d)
+{
+    const hopform_carried_f32 later = hopform_carry_f32(poles, from, d);
+    const hopform_basis_f32 basis = {later.Wdd_t, later.Wd_t, later.W_t, later.W1_t, later.W2_t};
+    return basis;
+}
+
+/* g at a time t that is this near to a point, from what the poles do there. */
+static inline hopform_point_f32 hopform_carried_to_f32(const hopform_watch_f32 *watch, const hopform_poles_f32 *poles,
+                                                         const hopform_point_f32 *from, float t)
+{
+    hopform_point_f32 point = {t, hopform_carried_basis_f32(poles, &from->basis, t - from->t), from->at};
+    point.at = hopform_sample_at_f32(watch, poles, &point.basis, t);
+    return point;
+}
+
 /* The one root of g between a time where g > 0 and a point where g < 0: Householder's steps, kept in the bracket. */
 static inline hopform_point_f32 hopform_root_between_f32(const hopform_watch_f32 *watch, const hopform_poles_f32 *poles,
                                                            float low, hopform_point_f32 last)
@@ -214,8 +253,8 @@ static inline hopform_point_f32 hopform_root_between_f32(const hopform_watch_f32
         }
         const float step = hopform_step_to_root_f32(&last.at);
         float next = last.t - step;
-        if (next > low && next < high.t && hopform_is_last_step_f32(poles, &last.at, next, step)) {
-            return hopform_point_at_f32(watch, poles, next);
+        if (next > low && next < high.t && hopform_is_last_step_f32(poles, &last.at, hopform_fourth_f32(poles, &last.at), next, step)) {
+            return hopform_carried_to_f32(watch, poles, &last, next);
         }
         if (!(next > low && next < high.t) || (n > 8 && n % 2 == 1)) {
             next = low + 0.5f * (high.t - low);
@@ -233,6 +272,24 @@ static inline hopform_point_f32 hopform_root_between_f32(const hopform_watch_f32
         }
     }
     return high;
+}
+
+/* How far x_1 is beyond a stop, from which `start` counts it, how fast it gets there, and its further derivatives. */
+typedef struct {
+    hopform_sample_f32 at;
+    float fourth;
+} hopform_approach_f32;
+
+static inline hopform_approach_f32 hopform_approach_of_f32(const hopform_poles_f32 *poles, const hopform_motion_f32 *motion,
+                                                             const hopform_state_f32 *start, float sign,
+                                                             const hopform_basis_f32 *basis, float t)
+{
+    const hopform_numerator_f32 h = {motion->H3_1, motion->H2_1, motion->H1_1};
+    const hopform_rise_f32 rise = hopform_rises_f32(poles, &h, basis);
+    const hopform_at_f32 at = hopform_state_at_f32(start, motion, basis, t);
+    const hopform_sample_f32 beyond = {sign * at.x1_t, sign * at.v1_t, sign * rise.rise_rate, sign * rise.rise_curvature, 0.0f, 0.0f};
+    const hopform_approach_f32 to = {beyond, sign * rise.rise_third};
+    return to;
 }
 
 /* The root of g that Householder's steps find from a guess, if it is between two times and g falls there; else `t` is 0. */
@@ -254,8 +311,8 @@ static inline hopform_point_f32 hopform_root_ahead_f32(const hopform_watch_f32 *
         if (!(t > low && t < high)) {
             return none;
         }
-        if (hopform_is_last_step_f32(poles, &point.at, t, step)) {
-            return hopform_point_at_f32(watch, poles, t);
+        if (hopform_is_last_step_f32(poles, &point.at, hopform_fourth_f32(poles, &point.at), t, step)) {
+            return hopform_carried_to_f32(watch, poles, &point, t);
         }
     }
     return none;

@@ -72,8 +72,15 @@ static inline hopform_sample_f64 hopform_sample_at_f64(const hopform_watch_f64 *
 /* The same at t = 0 of the phase. */
 static inline hopform_sample_f64 hopform_first_sample_f64(const hopform_watch_f64 *watch, const hopform_poles_f64 *poles)
 {
-    const hopform_basis_f64 basis = {1.0, 0.0, 0.0, 0.0, 0.0};
-    return hopform_sample_at_f64(watch, poles, &basis, 0.0);
+    const hopform_numerator_f64 *h = &watch->numerator;
+    hopform_sample_f64 sample;
+    sample.value = watch->start;
+    sample.rate = h->H3;
+    sample.curvature = h->H2 - h->H3 * poles->s_1;
+    sample.third = h->H1 - h->H2 * poles->s_1 + h->H3 * (poles->s_1 * poles->s_1 - poles->s_2);
+    sample.turning = watch->left.A;
+    sample.noise = 16.0 * 2.220446049250313e-16 * fabs(watch->start);
+    return sample;
 }
 
 /* The pair's frequency, 0 if its poles are real. */
@@ -114,12 +121,12 @@ static inline double hopform_swing_to_zero_f64(const hopform_sample_f64 *from, d
 /* What a window says about g. */
 typedef enum { KEEPS_SIGN, LOSES_SIGN, DIPS, UNDECIDED } hopform_verdict_f64;
 
-/* Whether g, positive (or about to be) at the start of a window of length h, keeps its sign to the end of it.
+/* Whether g, positive (or about to be) at the start of a window of length h, keeps its sign to the end of it, where it is `value`.
  *
  * LOSES_SIGN: it has exactly one root. DIPS: it has one minimum inside, which may lie below zero.
  */
-static inline hopform_verdict_f64 hopform_judge_f64(const hopform_sample_f64 *from, const hopform_sample_f64 *to, double a,
-                                                      double h, bool short_of_quarter)
+static inline hopform_verdict_f64 hopform_judge_f64(const hopform_sample_f64 *from, const hopform_sample_f64 *to, double value,
+                                                      double a, double h, bool short_of_quarter)
 {
     /* What has faded away has no sign to go by, and what it may hide is looked for. */
     const bool pauses = !(fabs(to->rate) * h > to->noise);
@@ -135,12 +142,12 @@ static inline hopform_verdict_f64 hopform_judge_f64(const hopform_sample_f64 *fr
             /* A rate that begins above zero falls by no more than g'' = m - a g' lets it while m is below. */
             const double lowest = short_of_quarter ? -fabs(from->turning) * (a * h < 1.0 ? h : 1.0 / a) : -1e+300;
             const double steepest = from->rate < 0.0 ? least : lowest;
-            const bool far = to->value > 0.0 && from->value + steepest * h > from->noise + to->noise;
+            const bool far = value > 0.0 && from->value + steepest * h > from->noise + to->noise;
             return far ? KEEPS_SIGN : UNDECIDED;
         }
     }
     /* Below zero by more than rounding, or so steep that the root is near; else it touches, or has faded away. */
-    if (to->value < 0.0 && (to->value < -to->noise || to->rate * h < -to->noise)) {
+    if (value < 0.0 && (value < -to->noise || to->rate * h < -to->noise)) {
         return LOSES_SIGN;
     }
     if (monotone || !(from->rate < 0.0)) {
@@ -150,7 +157,7 @@ static inline hopform_verdict_f64 hopform_judge_f64(const hopform_sample_f64 *fr
         /* exp(a t) g' rises, so g stays above its tangent at the start, and above one a little steeper at the end. */
         const double last = a * h < 1.0 ? to->rate * (1.0 + a * h) : 1e+300;
         const double steeper = last - from->rate;
-        const double cross = fabs(steeper) > 0.0 ? (from->value - to->value + last * h) / steeper : h;
+        const double cross = fabs(steeper) > 0.0 ? (from->value - value + last * h) / steeper : h;
         const double reach = cross < h ? (cross > 0.0 ? cross : 0.0) : h;
         if (from->value + from->rate * reach > from->noise + to->noise) {
             return KEEPS_SIGN;
@@ -175,16 +182,32 @@ static inline double hopform_step_to_root_f64(const hopform_sample_f64 *at)
     return fabs(below) > 0.0 ? at->value * (6.0 * rate2 - 3.0 * at->value * at->curvature) / below : 1e+300;
 }
 
-/* True where one more of these steps lands on the root to rounding. Its error is of the fourth order in the step: products of
- * the derivatives up to the fourth, which the poles give from the others. A step is also short where its numerator vanishes. */
-static inline bool hopform_is_last_step_f64(const hopform_poles_f64 *poles, const hopform_sample_f64 *at, double t, double step)
+/* The fourth derivative of a watched function but for its sign: the poles give it from the others. */
+static inline double hopform_fourth_f64(const hopform_poles_f64 *poles, const hopform_sample_f64 *at)
+{
+    return poles->s_1 * at->third + poles->s_2 * at->curvature + poles->s_3 * at->rate;
+}
+
+/* Whether what a Taylor series of the fourth order leaves out over a time d before or after t is lost in rounding: of the fifth
+ * order in d/t and in r d, r above all poles. */
+static inline bool hopform_is_near_f64(const hopform_poles_f64 *poles, double t, double d)
+{
+    const double share = t > 0.0 ? d / t : 1.0;
+    const double square = d * d * (poles->s_1 * poles->s_1 + poles->s_2) + share * share;
+    return square * square * square <= 0.0078125 * 2.220446049250313e-16;
+}
+
+/* True where one more of these steps lands on the root to rounding, and W can be carried there. Its error is of the fourth
+ * order in the step: products of the derivatives up to the fourth, which do not change over a time that is short for all
+ * poles. A step is also short where its numerator vanishes. */
+static inline bool hopform_is_last_step_f64(const hopform_poles_f64 *poles, const hopform_sample_f64 *at, double fourth, double t,
+                                             double step)
 {
     const double per_rate = fabs(step) / (fabs(at->rate) > 0.0 ? fabs(at->rate) : 1.0);
     const double bend = per_rate * fabs(at->curvature);
     const double twist = per_rate * fabs(step * at->third);
-    const double fourth = poles->s_1 * at->third + poles->s_2 * at->curvature + poles->s_3 * at->rate;
     const double error = bend * (0.7 * bend * bend + 0.5 * twist) + 0.05 * per_rate * fabs(step * step * fourth);
-    return fabs(at->value) <= 2.0 * fabs(step * at->rate) && fabs(step) * error <= 2.220446049250313e-16 * t;
+    return fabs(at->value) <= 2.0 * fabs(step * at->rate) && fabs(step) * error <= 2.220446049250313e-16 * t && hopform_is_near_f64(poles, t, step);
 }
 
 /* A time, what the poles do until then, and g there. */
@@ -203,6 +226,22 @@ static inline hopform_point_f64 hopform_point_at_f64(const hopform_watch_f64 *wa
     return point;
 }
 
+static inline hopform_basis_f64 hopform_carried_basis_f64(const hopform_poles_f64 *poles, const hopform_basis_f64 *from, double d)
+{
+    const hopform_carried_f64 later = hopform_carry_f64(poles, from, d);
+    const hopform_basis_f64 basis = {later.Wdd_t, later.Wd_t, later.W_t, later.W1_t, later.W2_t};
+    return basis;
+}
+
+/* g at a time t that is this near to a point, from what the poles do there. */
+static inline hopform_point_f64 hopform_carried_to_f64(const hopform_watch_f64 *watch, const hopform_poles_f64 *poles,
+                                                         const hopform_point_f64 *from, double t)
+{
+    hopform_point_f64 point = {t, hopform_carried_basis_f64(poles, &from->basis, t - from->t), from->at};
+    point.at = hopform_sample_at_f64(watch, poles, &point.basis, t);
+    return point;
+}
+
 /* The one root of g between a time where g > 0 and a point where g < 0: Householder's steps, kept in the bracket. */
 static inline hopform_point_f64 hopform_root_between_f64(const hopform_watch_f64 *watch, const hopform_poles_f64 *poles,
                                                            double low, hopform_point_f64 last)
@@ -214,8 +253,8 @@ static inline hopform_point_f64 hopform_root_between_f64(const hopform_watch_f64
         }
         const double step = hopform_step_to_root_f64(&last.at);
         double next = last.t - step;
-        if (next > low && next < high.t && hopform_is_last_step_f64(poles, &last.at, next, step)) {
-            return hopform_point_at_f64(watch, poles, next);
+        if (next > low && next < high.t && hopform_is_last_step_f64(poles, &last.at, hopform_fourth_f64(poles, &last.at), next, step)) {
+            return hopform_carried_to_f64(watch, poles, &last, next);
         }
         if (!(next > low && next < high.t) || (n > 8 && n % 2 == 1)) {
             next = low + 0.5 * (high.t - low);
@@ -233,6 +272,24 @@ static inline hopform_point_f64 hopform_root_between_f64(const hopform_watch_f64
         }
     }
     return high;
+}
+
+/* How far x_1 is beyond a stop, from which `start` counts it, how fast it gets there, and its further derivatives. */
+typedef struct {
+    hopform_sample_f64 at;
+    double fourth;
+} hopform_approach_f64;
+
+static inline hopform_approach_f64 hopform_approach_of_f64(const hopform_poles_f64 *poles, const hopform_motion_f64 *motion,
+                                                             const hopform_state_f64 *start, double sign,
+                                                             const hopform_basis_f64 *basis, double t)
+{
+    const hopform_numerator_f64 h = {motion->H3_1, motion->H2_1, motion->H1_1};
+    const hopform_rise_f64 rise = hopform_rises_f64(poles, &h, basis);
+    const hopform_at_f64 at = hopform_state_at_f64(start, motion, basis, t);
+    const hopform_sample_f64 beyond = {sign * at.x1_t, sign * at.v1_t, sign * rise.rise_rate, sign * rise.rise_curvature, 0.0, 0.0};
+    const hopform_approach_f64 to = {beyond, sign * rise.rise_third};
+    return to;
 }
 
 /* The root of g that Householder's steps find from a guess, if it is between two times and g falls there; else `t` is 0. */
@@ -254,8 +311,8 @@ static inline hopform_point_f64 hopform_root_ahead_f64(const hopform_watch_f64 *
         if (!(t > low && t < high)) {
             return none;
         }
-        if (hopform_is_last_step_f64(poles, &point.at, t, step)) {
-            return hopform_point_at_f64(watch, poles, t);
+        if (hopform_is_last_step_f64(poles, &point.at, hopform_fourth_f64(poles, &point.at), t, step)) {
+            return hopform_carried_to_f64(watch, poles, &point, t);
         }
     }
     return none;

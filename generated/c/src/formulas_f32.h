@@ -159,6 +159,15 @@ typedef struct {
     float rise_third;      /* [1/s^3] the derivative of that */
 } hopform_rise_f32;
 
+/* W, its derivatives and integrals a short time later. */
+typedef struct {
+    float Wdd_t;  /* [1] W'' */
+    float Wd_t;   /* [s] W' */
+    float W_t;    /* [s^2] W */
+    float W1_t;   /* [s^3] integral of W */
+    float W2_t;   /* [s^4] integral of that */
+} hopform_carried_f32;
+
 /* The state at time t of a phase. */
 typedef struct {
     float x1_t;  /* [m] displacement of the actuator */
@@ -555,6 +564,32 @@ static inline hopform_rise_f32 hopform_rises_f32(const hopform_poles_f32 *poles,
     const float rise_curvature = H1*Wd + H2*Wdd + H3*W_third;    /* second derivative of (19), (21) */
     const float rise_third = H1*Wdd + H2*W_third + H3*W_fourth;  /* third derivative of (19), (21) */
     const hopform_rise_f32 result = {rise, rise_rate, rise_curvature, rise_third};
+    return result;
+}
+
+/* W a short time t later. */
+static inline hopform_carried_f32 hopform_carry_f32(const hopform_poles_f32 *poles, const hopform_basis_f32 *basis, float t)
+{
+    const float s_1 = poles->s_1, s_2 = poles->s_2, s_3 = poles->s_3;
+    const float Wdd = basis->Wdd, Wd = basis->Wd, W = basis->W, W1 = basis->W1, W2 = basis->W2;
+    const float W_third = -W*s_3 - Wd*s_2 - Wdd*s_1;                                  /* (11) denominator on W */
+    const float W_fourth = -W_third*s_1 - Wd*s_3 - Wdd*s_2;                           /* (11) denominator on W' */
+    const float W_fifth = -W_fourth*s_1 - W_third*s_2 - Wdd*s_3;                      /* (11) denominator on W'' */
+    const float W_sixth = -W_fifth*s_1 - W_fourth*s_2 - W_third*s_3;                  /* (11) denominator on W''' */
+    const float half = 0.5f*t*t;                                                       /* t^2/2! */
+    const float sixth = half*t/3.0f;                                                   /* t^3/3! */
+    const float rest = 0.25f*sixth*t;                                                  /* t^4/4! */
+    const float more_Wdd = W_fifth*sixth + W_fourth*half + W_sixth*rest + W_third*t;  /* its Taylor series */
+    const float Wdd_t = Wdd + more_Wdd;                                               /* t later */
+    const float more_Wd = W_fifth*rest + W_fourth*sixth + W_third*half + Wdd*t;       /* its Taylor series */
+    const float Wd_t = Wd + more_Wd;                                                  /* t later */
+    const float more_W = W_fourth*rest + W_third*sixth + Wd*t + Wdd*half;             /* its Taylor series */
+    const float W_t = W + more_W;                                                     /* t later */
+    const float more_W1 = W*t + W_third*rest + Wd*half + Wdd*sixth;                   /* its Taylor series */
+    const float W1_t = W1 + more_W1;                                                  /* t later */
+    const float more_W2 = W*half + W1*t + Wd*sixth + Wdd*rest;                        /* its Taylor series */
+    const float W2_t = W2 + more_W2;                                                  /* t later */
+    const hopform_carried_f32 result = {Wdd_t, Wd_t, W_t, W1_t, W2_t};
     return result;
 }
 

@@ -202,18 +202,20 @@ static inline hopform_decay_f32 hopform_decay_at_f32(float a, float t)
 /* R over a time that is short for the pair: the series of its two highest integrals. */
 static inline hopform_pair_f32 hopform_short_pair_f32(const hopform_poles_f32 *poles, float t)
 {
-    const float pt = poles->p * t;
-    const float qtt = poles->q * t * t;
+    const float pt = -(poles->p * t);
+    const float qtt = -(poles->q * t * t);
     float before = 0.0f;
     float term = 1.0f / 6.0f;
     hopform_pair_series_f32 series = {1.0f / 6.0f, 1.0f / 24.0f};
-    for (int n = 1; n < HOPFORM_TERMS_f32; n++) {
-        const float next = -(pt * term + qtt * before * hopform_inverse_f32[n + 2]) * hopform_inverse_f32[n + 3];
-        before = term;
-        term = next;
-        series.R2 += term;
-        series.R3 += term * hopform_inverse_f32[n + 4];
-        if (fabsf(term) + fabsf(before) < 0.01f * 1.1920929e-7f) {
+    for (int n = 1; n < HOPFORM_TERMS_f32 - 1; n += 2) {
+        const float *inverse = &hopform_inverse_f32[n];
+        const float next = (pt * term + qtt * before * inverse[2]) * inverse[3];
+        const float last = (pt * next + qtt * term * inverse[3]) * inverse[4];
+        before = next;
+        term = last;
+        series.R2 = series.R2 + next + last;
+        series.R3 = series.R3 + next * inverse[4] + last * inverse[5];
+        if (fabsf(last) + fabsf(next) < 0.01f * 1.1920929e-7f) {
             break;
         }
     }
@@ -280,21 +282,25 @@ static inline hopform_pair_f32 hopform_pair_at_f32(const hopform_poles_f32 *pole
 /* W of s^3 + s_1 s^2 + s_2 s + s_3 over a time that is short for all three poles. */
 static inline hopform_basis_f32 hopform_short_basis_f32(const hopform_poles_f32 *poles, float t)
 {
-    const float h = poles->s_1 * t;
-    const float hh = poles->s_2 * t * t;
-    const float hhh = poles->s_3 * t * t * t;
-    float term[3] = {1.0f / 24.0f, 0.0f, 0.0f};
+    const float h = -(poles->s_1 * t);
+    const float hh = -(poles->s_2 * t * t);
+    const float hhh = -(poles->s_3 * t * t * t);
+    float term = 1.0f / 24.0f;
+    float before = 0.0f;
+    float earlier = 0.0f;
     hopform_series_f32 series = {1.0f / 24.0f, 1.0f / 1.2e2f, 1.0f / 7.2e2f};
-    for (int n = 1; n < HOPFORM_TERMS_f32; n++) {
+    for (int n = 1; n < HOPFORM_TERMS_f32 - 2; n += 3) {
         const float *inverse = &hopform_inverse_f32[n];
-        const float next = -(h * term[0] + (hh * term[1] + hhh * term[2] * inverse[2]) * inverse[3]) * inverse[4];
-        term[2] = term[1];
-        term[1] = term[0];
-        term[0] = next;
-        series.W2 += next;
-        series.W3 += next * inverse[5];
-        series.W4 += next * inverse[5] * inverse[6];
-        if (fabsf(next) + fabsf(term[1]) + fabsf(term[2]) < 0.002f * 1.1920929e-7f) {
+        const float first = (h * term + (hh * before + hhh * earlier * inverse[2]) * inverse[3]) * inverse[4];
+        const float second = (h * first + (hh * term + hhh * before * inverse[3]) * inverse[4]) * inverse[5];
+        const float third = (h * second + (hh * first + hhh * term * inverse[4]) * inverse[5]) * inverse[6];
+        earlier = first;
+        before = second;
+        term = third;
+        series.W2 = series.W2 + first + second + third;
+        series.W3 = series.W3 + first * inverse[5] + second * inverse[6] + third * inverse[7];
+        series.W4 = series.W4 + first * inverse[5] * inverse[6] + second * inverse[6] * inverse[7] + third * inverse[7] * inverse[8];
+        if (fabsf(third) + fabsf(second) + fabsf(first) < 0.002f * 1.1920929e-7f) {
             break;
         }
     }

@@ -245,18 +245,20 @@ static inline hopform_decay_f64 hopform_decay_at_f64(double a, double t)
 /* R over a time that is short for the pair: the series of its two highest integrals. */
 static inline hopform_pair_f64 hopform_short_pair_f64(const hopform_poles_f64 *poles, double t)
 {
-    const double pt = poles->p * t;
-    const double qtt = poles->q * t * t;
+    const double pt = -(poles->p * t);
+    const double qtt = -(poles->q * t * t);
     double before = 0.0;
     double term = 1.0 / 6.0;
     hopform_pair_series_f64 series = {1.0 / 6.0, 1.0 / 24.0};
-    for (int n = 1; n < HOPFORM_TERMS_f64; n++) {
-        const double next = -(pt * term + qtt * before * hopform_inverse_f64[n + 2]) * hopform_inverse_f64[n + 3];
-        before = term;
-        term = next;
-        series.R2 += term;
-        series.R3 += term * hopform_inverse_f64[n + 4];
-        if (fabs(term) + fabs(before) < 0.01 * 2.220446049250313e-16) {
+    for (int n = 1; n < HOPFORM_TERMS_f64 - 1; n += 2) {
+        const double *inverse = &hopform_inverse_f64[n];
+        const double next = (pt * term + qtt * before * inverse[2]) * inverse[3];
+        const double last = (pt * next + qtt * term * inverse[3]) * inverse[4];
+        before = next;
+        term = last;
+        series.R2 = series.R2 + next + last;
+        series.R3 = series.R3 + next * inverse[4] + last * inverse[5];
+        if (fabs(last) + fabs(next) < 0.01 * 2.220446049250313e-16) {
             break;
         }
     }
@@ -323,21 +325,25 @@ static inline hopform_pair_f64 hopform_pair_at_f64(const hopform_poles_f64 *pole
 /* W of s^3 + s_1 s^2 + s_2 s + s_3 over a time that is short for all three poles. */
 static inline hopform_basis_f64 hopform_short_basis_f64(const hopform_poles_f64 *poles, double t)
 {
-    const double h = poles->s_1 * t;
-    const double hh = poles->s_2 * t * t;
-    const double hhh = poles->s_3 * t * t * t;
-    double term[3] = {1.0 / 24.0, 0.0, 0.0};
+    const double h = -(poles->s_1 * t);
+    const double hh = -(poles->s_2 * t * t);
+    const double hhh = -(poles->s_3 * t * t * t);
+    double term = 1.0 / 24.0;
+    double before = 0.0;
+    double earlier = 0.0;
     hopform_series_f64 series = {1.0 / 24.0, 1.0 / 120.0, 1.0 / 720.0};
-    for (int n = 1; n < HOPFORM_TERMS_f64; n++) {
+    for (int n = 1; n < HOPFORM_TERMS_f64 - 2; n += 3) {
         const double *inverse = &hopform_inverse_f64[n];
-        const double next = -(h * term[0] + (hh * term[1] + hhh * term[2] * inverse[2]) * inverse[3]) * inverse[4];
-        term[2] = term[1];
-        term[1] = term[0];
-        term[0] = next;
-        series.W2 += next;
-        series.W3 += next * inverse[5];
-        series.W4 += next * inverse[5] * inverse[6];
-        if (fabs(next) + fabs(term[1]) + fabs(term[2]) < 0.002 * 2.220446049250313e-16) {
+        const double first = (h * term + (hh * before + hhh * earlier * inverse[2]) * inverse[3]) * inverse[4];
+        const double second = (h * first + (hh * term + hhh * before * inverse[3]) * inverse[4]) * inverse[5];
+        const double third = (h * second + (hh * first + hhh * term * inverse[4]) * inverse[5]) * inverse[6];
+        earlier = first;
+        before = second;
+        term = third;
+        series.W2 = series.W2 + first + second + third;
+        series.W3 = series.W3 + first * inverse[5] + second * inverse[6] + third * inverse[7];
+        series.W4 = series.W4 + first * inverse[5] * inverse[6] + second * inverse[6] * inverse[7] + third * inverse[7] * inverse[8];
+        if (fabs(third) + fabs(second) + fabs(first) < 0.002 * 2.220446049250313e-16) {
             break;
         }
     }

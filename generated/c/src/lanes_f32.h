@@ -358,6 +358,8 @@ typedef struct {
     column t, side_1, side_2, fresh_1, fresh_2, count, events;
     column alone, free; /* the mass that has come to rest while the other was held, and its free acceleration */
     state_columns state;
+    column from_min; /* x1 - x1_min and x1 - x1_max: x1 itself has no digits for what is this close to a stop */
+    column from_max;
 
     column halt, limit; /* when a mass that slips alone comes to rest, and the end of the phase: since it began, as all its times */
     poles_columns poles;
@@ -925,10 +927,8 @@ LANES_CODE static void start_halts(lanes *restrict w)
 /* Whether a lane's actuator is kept from moving up or down, a side. */
 static inline bool blocks(const lanes *w, int l, float side)
 {
-    const float x1_min = w->robot.x1_min[l];
-    const float x1_max = w->robot.x1_max[l];
-    const bool at_end = side < 0.0f ? w->state.x1[l] <= x1_min : w->state.x1[l] >= x1_max;
-    return at_end | !(x1_min < x1_max);
+    const bool at_end = side < 0.0f ? w->from_min[l] <= 0.0f : w->from_max[l] >= 0.0f;
+    return at_end | !(w->robot.x1_min[l] < w->robot.x1_max[l]);
 }
 
 static inline void put_watch(lanes *w, int s, int l, float on, float kind, float side, const hopform_watch_f32 *watch)
@@ -1010,9 +1010,10 @@ LANES_CODE static void start_samples(const lanes *restrict w, const watch_column
                                      sample_columns *restrict from, float *restrict lost)
 {
     column below;
-    const hopform_basis_f32 basis = {1.0f, 0.0f, 0.0f, 0.0f, 0.0f};
     for (int l = 0; l < LANES; l++) {
-        const hopform_sample_f32 sample = sample_of(watch, &w->poles, &basis, l, 0.0f);
+        const hopform_poles_f32 poles = one_of_poles_columns(&w->poles, l);
+        const hopform_watch_f32 one = {{watch->H3[l], watch->H2[l], watch->H1[l]}, {watch->A[l], watch->B[l]}, watch->start[l], 0, 0};
+        const hopform_sample_f32 sample = hopform_first_sample_f32(&one, &poles);
         keep_sample(from, l, w->begins[l] > 0.0f, &sample);
         below[l] = flag(w->begins[l] > 0.0f) * flag(on[l] > 0.0f) * flag(sample.value < 0.0f);
     }
@@ -1157,14 +1158,19 @@ LANES_CODE static void look_ahead(const lanes *restrict w, outlook *restrict ahe
     }
 }
 
-static inline bool one_step_left(const poles_columns *poles, int l, const hopform_sample_f32 *at, float t, float step)
+static inline float fourth_of(const poles_columns *poles, int l, const hopform_sample_f32 *at)
 {
+    return poles->s_1[l] * at->third + poles->s_2[l] * at->curvature + poles->s_3[l] * at->rate;
+}
+
+static inline bool one_step_left(const poles_columns *poles, int l, const hopform_sample_f32 *at, float fourth, float t, float step)
+{
+    const hopform_poles_f32 one = one_of_poles_columns(poles, l);
     const float per_rate = over(fabsf(step), fabsf(at->rate));
     const float bend = per_rate * fabsf(at->curvature);
     const float twist = per_rate * fabsf(step * at->third);
-    const float fourth = poles->s_1[l] * at->third + poles->s_2[l] * at->curvature + poles->s_3[l] * at->rate;
     const float error = bend * (0.7f * bend * bend + 0.5f * twist) + 0.05f * per_rate * fabsf(step * step * fourth);
-    return (fabsf(at->value) <= 2.0f * fabsf(step * at->rate)) & (fabsf(step) * error <= 1.1920929e-7f * t);
+    return (fabsf(at->value) <= 2.0f * fabsf(step * at->rate)) & (fabsf(step) * error <= 1.1920929e-7f * t) & hopform_is_near_f32(&one, t, step);
 }
 
 static inline float step_to_root(const hopform_sample_f32 *at)
@@ -1175,15 +1181,38 @@ static inline float step_to_root(const hopform_sample_f32 *at)
     return fabsf(below) > 0.0f ? step : 1e38f;
 }
 
+/* The last step to a root, by a Taylor series from `from_t`, where W is known. */
+LANES_CODE static void carry_ahead(lanes *restrict w, outlook *restrict ahead, const basis_columns *restrict basis,
+                                   const float *restrict from_t)
+{
+    for (int l = 0; l < LANES; l++) {
+        const hopform_poles_f32 poles = one_of_poles_columns(&w->poles, l);
+        const hopform_basis_f32 one = one_of_basis_columns(basis, l);
+        const float t = ahead->t[l];
+        const float low = w->low[l];
+        const float d = t - from_t[l];
+        const hopform_basis_f32 there = hopform_carried_basis_f32(&poles, &one, d);
+        const hopform_sample_f32 at = sample_of(&ahead->watch, &w->poles, &there, l, t);
+        const bool lands = ahead->lands[l] > 0.0f;
+        const bool found = lands & (t > low) & (at.rate * (t - low) < -at.noise);
+        const bool fails = lands & !found;
+        keep_basis_columns(&w->end, l, found, &there);
+        keep(&w->end_t[l], found, t);
+        keep(&w->found[l], found, ahead->number[l]);
+        keep(&ahead->closes[l], fails, 1.0f);
+        keep(&ahead->t[l], fails, ahead->close[l]);
+    }
+}
+
 /* Householder's steps towards the root that is expected first; the window ends there, or where it would without it. */
 LANES_CODE static void reach_ahead(lanes *restrict w, outlook *restrict ahead)
 {
     basis_columns basis;
-    column wanted;
+    column wanted, from_t;
     memset(&basis, 0, sizeof basis);
     for (int n = 0; n < ROOT_STEPS + 2; n++) {
         for (int l = 0; l < LANES; l++) {
-            wanted[l] = flag((ahead->seeks[l] > 0.0f) | (ahead->lands[l] > 0.0f) | (ahead->closes[l] > 0.0f));
+            wanted[l] = flag((ahead->seeks[l] > 0.0f) | (ahead->closes[l] > 0.0f));
         }
         if (!any(wanted)) {
             return;
@@ -1197,18 +1226,17 @@ LANES_CODE static void reach_ahead(lanes *restrict w, outlook *restrict ahead)
             const float step = step_to_root(&at);
             const float next = t - step;
             const bool seeks = ahead->seeks[l] > 0.0f;
-            const bool lands = ahead->lands[l] > 0.0f;
             const bool closes = ahead->closes[l] > 0.0f;
             const bool falls = at.rate < 0.0f;
             const bool exact = fabsf(at.value) <= 1.1920929e-7f * t * fabsf(at.rate);
             const bool inside = (next > low) & (next < ahead->far[l]);
-            const bool arrives = lands | (seeks & falls & exact);
+            const bool arrives = seeks & falls & exact;
             const bool real_root = (t > low) & (at.rate * (t - low) < -at.noise);
             const bool goes_on = seeks & falls & !exact & inside;
-            const bool last = goes_on & one_step_left(&w->poles, l, &at, next, step);
+            const bool last = goes_on & one_step_left(&w->poles, l, &at, fourth_of(&w->poles, l, &at), next, step);
             const bool found = arrives & real_root;
             const bool more = goes_on & !last & (n + 1 < ROOT_STEPS);
-            const bool fails = (seeks | lands) & !found & !last & !more;
+            const bool fails = seeks & !found & !last & !more;
             keep_basis_columns(&w->end, l, found | closes, &one);
             keep(&w->end_t[l], found | closes, t);
             keep(&w->found[l], found | closes, closes ? -1.0f : ahead->number[l]);
@@ -1216,6 +1244,10 @@ LANES_CODE static void reach_ahead(lanes *restrict w, outlook *restrict ahead)
             ahead->lands[l] = flag(last);
             ahead->closes[l] = flag(fails);
             ahead->t[l] = fails ? ahead->close[l] : (goes_on ? next : t);
+            from_t[l] = t;
+        }
+        if (any(ahead->lands)) {
+            carry_ahead(w, ahead, &basis, from_t);
         }
     }
 }
@@ -1428,7 +1460,7 @@ LANES_CODE static void find_roots(lanes *restrict w, const float *restrict what,
             const hopform_sample_f32 at = one_sample(&find->at, l);
             const float step = step_to_root(&at);
             next[l] = find->t[l] - step;
-            lands[l] = flag(one_step_left(&w->poles, l, &at, next[l], step));
+            lands[l] = flag(one_step_left(&w->poles, l, &at, fourth_of(&w->poles, l, &at), next[l], step));
             ready[l] = flag((arrived[l] > 0.0f) | (fabsf(at.value) <= 1.1920929e-7f * find->t[l] * fabsf(at.rate)));
         }
         for (int l = 0; l < LANES; l++) {
@@ -1445,6 +1477,17 @@ LANES_CODE static void find_roots(lanes *restrict w, const float *restrict what,
             find->done[l] = find->going[l] * (1.0f - between);
             find->going[l] *= between;
             lands[l] *= find->going[l];
+        }
+        if (any(lands)) {
+            for (int l = 0; l < LANES; l++) {
+                const hopform_poles_f32 poles = one_of_poles_columns(&w->poles, l);
+                const hopform_basis_f32 one = one_of_basis_columns(&w->end, l);
+                const hopform_basis_f32 there = hopform_carried_basis_f32(&poles, &one, next[l] - find->t[l]);
+                const bool here = lands[l] > 0.0f;
+                keep_basis_columns(&w->end, l, here, &there);
+                keep(&w->end_t[l], here, next[l]);
+                find->going[l] *= 1.0f - lands[l];
+            }
         }
         for (int l = 0; l < LANES; l++) {
             keep(&find->t[l], find->going[l] > 0.0f, next[l]);
@@ -1464,7 +1507,7 @@ LANES_CODE static void find_roots(lanes *restrict w, const float *restrict what,
             arrived[l] = flag(!((at.value > 0.0f) | (at.value < 0.0f)));
             keep(&find->low[l], goes & (at.value > 0.0f), t);
             keep(&find->high[l], goes & (at.value < 0.0f), t);
-            find->going[l] = flag(goes & !(lands[l] > 0.0f));
+            find->going[l] = flag(goes);
         }
     }
     leave(w, find->going, STUCK);
@@ -1550,81 +1593,101 @@ LANES_CODE static void cross_at_the_limit(lanes *restrict w)
 
 /* ---- stops ---- */
 
-/* How far x_1 is beyond the stop ahead, below 0 where there is none, and how fast it gets there. */
-LANES_CODE static void beyond_stops(const lanes *restrict w, const float *restrict stop, const float *restrict ahead,
-                                    const basis_columns *restrict basis, const float *restrict t, float *restrict beyond,
-                                    float *restrict rate)
+/* The search for the stop ahead: `gap` is x_1 counted from it at the start of the phase. */
+typedef struct {
+    column gap, low, high, t, next;
+    column going, halves;
+    basis_columns basis;
+} stop_search;
+
+/* One step towards the stops. */
+LANES_CODE static void approach_stops(const lanes *restrict w, stop_search *restrict find)
 {
+    column value, rate, next, near, exact, last, moves;
     for (int l = 0; l < LANES; l++) {
-        const hopform_state_f32 state = one_of_state_columns(&w->state, l);
+        const hopform_state_f32 from_stop = {find->gap[l], w->state.v1[l], w->state.v2[l], w->state.y[l]};
         const hopform_motion_f32 motion = one_of_motion_columns(&w->motion, l);
-        const hopform_basis_f32 one = one_of_basis_columns(basis, l);
-        const hopform_at_f32 at = hopform_state_at_f32(&state, &motion, &one, t[l]);
-        beyond[l] = w->side_1[l] * (at.x1_t - stop[l]);
-        rate[l] = w->side_1[l] * at.v1_t;
+        const hopform_poles_f32 poles = one_of_poles_columns(&w->poles, l);
+        const hopform_basis_f32 one = one_of_basis_columns(&find->basis, l);
+        const float t = find->t[l];
+        const hopform_approach_f32 to = hopform_approach_of_f32(&poles, &motion, &from_stop, w->side_1[l], &one, t);
+        const float step = step_to_root(&to.at);
+        value[l] = to.at.value;
+        rate[l] = to.at.rate;
+        next[l] = t - step;
+        near[l] = flag(one_step_left(&w->poles, l, &to.at, to.fourth, next[l], step));
+        exact[l] = flag(fabsf(to.at.value) <= 1.1920929e-7f * t * to.at.rate);
     }
     for (int l = 0; l < LANES; l++) {
-        beyond[l] = ahead[l] > 0.0f ? beyond[l] : -1.0f;
+        keep(&find->low[l], !(value[l] > 0.0f), find->t[l]);
+        keep(&find->high[l], value[l] > 0.0f, find->t[l]);
+        find->going[l] *= 1.0f - exact[l];
+    }
+    for (int l = 0; l < LANES; l++) {
+        const bool inside = (rate[l] > 0.0f) & (next[l] > find->low[l]) & (next[l] < find->high[l]);
+        last[l] = find->going[l] * near[l] * flag(inside);
+        moves[l] = flag(inside) * (1.0f - find->halves[l]) + last[l];
+    }
+    for (int l = 0; l < LANES; l++) {
+        next[l] = moves[l] > 0.0f ? next[l] : find->low[l] + 0.5f * (find->high[l] - find->low[l]);
+    }
+    for (int l = 0; l < LANES; l++) {
+        find->going[l] *= flag((next[l] > find->low[l]) & (next[l] < find->high[l]));
+    }
+    if (any(last)) {
+        for (int l = 0; l < LANES; l++) {
+            const hopform_poles_f32 poles = one_of_poles_columns(&w->poles, l);
+            const hopform_basis_f32 one = one_of_basis_columns(&find->basis, l);
+            const hopform_basis_f32 there = hopform_carried_basis_f32(&poles, &one, next[l] - find->t[l]);
+            keep_basis_columns(&find->basis, l, last[l] > 0.0f, &there);
+        }
+    }
+    for (int l = 0; l < LANES; l++) {
+        keep(&find->t[l], find->going[l] > 0.0f, next[l]);
+        find->going[l] *= 1.0f - last[l];
     }
 }
 
 /* Windows end where x_1 meets its stop; `stops` says which. */
 LANES_CODE static void meet_stops(lanes *restrict w, float *restrict stops)
 {
-    column low, high, t, going, tied, stop, ahead, beyond, rate, next;
-    basis_columns basis;
+    column tied;
+    stop_search find;
     for (int l = 0; l < LANES; l++) {
-        stop[l] = w->side_1[l] > 0.0f ? w->robot.x1_max[l] : w->robot.x1_min[l];
+        find.gap[l] = w->side_1[l] > 0.0f ? w->from_max[l] : w->from_min[l];
+        find.low[l] = w->low[l];
+        find.high[l] = w->end_t[l];
+        find.t[l] = w->end_t[l];
     }
     for (int l = 0; l < LANES; l++) {
-        ahead[l] = fabsf(w->side_1[l]) * flag(within_range(stop[l]));
+        const hopform_state_f32 from_stop = {find.gap[l], w->state.v1[l], w->state.v2[l], w->state.y[l]};
+        const hopform_motion_f32 motion = one_of_motion_columns(&w->motion, l);
+        const hopform_basis_f32 one = one_of_basis_columns(&w->end, l);
+        const hopform_at_f32 at = hopform_state_at_f32(&from_stop, &motion, &one, w->end_t[l]);
+        const bool ahead = (fabsf(w->side_1[l]) > 0.0f) & within_range(find.gap[l]);
+        stops[l] = w->live[l] * flag(ahead & !(w->left[l] > 0.0f) & (w->side_1[l] * at.x1_t > 0.0f));
+        find.going[l] = stops[l];
     }
-    beyond_stops(w, stop, ahead, &w->end, w->end_t, beyond, rate);
-    for (int l = 0; l < LANES; l++) {
-        going[l] = w->live[l] * (1.0f - flag(w->left[l] > 0.0f)) * flag(beyond[l] > 0.0f);
-        stops[l] = going[l];
-        low[l] = w->low[l];
-        high[l] = w->end_t[l];
-        t[l] = w->end_t[l];
-    }
-    if (!any(going)) {
+    if (!any(stops)) {
         return;
     }
-    memcpy(&basis, &w->end, sizeof basis);
-    for (int n = 0; n < 100 && any(going); n++) {
-        const bool halves = n > 8 && n % 2 == 1;
+    memcpy(&find.basis, &w->end, sizeof find.basis);
+    for (int n = 0; n < 100 && any(find.going); n++) {
+        for (int l = 0; l < LANES; l++) {
+            find.halves[l] = flag(n > 8 && n % 2 == 1);
+        }
         if (n > 0) {
-            bases_at(w, t, going, &basis);
+            bases_at(w, find.t, find.going, &find.basis);
         }
-        if (n > 0) {
-            beyond_stops(w, stop, ahead, &basis, t, beyond, rate);
-        }
-        for (int l = 0; l < LANES; l++) {
-            const float step = over(beyond[l], rate[l]);
-            const float exact = flag(fabsf(step) <= 1.1920929e-7f * t[l]) * flag(rate[l] > 0.0f);
-            next[l] = rate[l] > 0.0f ? t[l] - step : -1e38f;
-            keep(&low[l], !(beyond[l] > 0.0f), t[l]);
-            keep(&high[l], beyond[l] > 0.0f, t[l]);
-            going[l] *= 1.0f - exact;
-        }
-        for (int l = 0; l < LANES; l++) {
-            const bool inside = (next[l] > low[l]) & (next[l] < high[l]) & !halves;
-            next[l] = inside ? next[l] : low[l] + 0.5f * (high[l] - low[l]);
-        }
-        for (int l = 0; l < LANES; l++) {
-            going[l] *= flag((next[l] > low[l]) & (next[l] < high[l]));
-        }
-        for (int l = 0; l < LANES; l++) {
-            keep(&t[l], going[l] > 0.0f, next[l]);
-        }
+        approach_stops(w, &find);
     }
-    leave(w, going, STUCK);
+    leave(w, find.going, STUCK);
     for (int l = 0; l < LANES; l++) {
-        const hopform_basis_f32 one = one_of_basis_columns(&basis, l);
+        const hopform_basis_f32 one = one_of_basis_columns(&find.basis, l);
         const bool here = stops[l] > 0.0f;
-        tied[l] = flag(here & (w->found[l] >= 0.0f) & (w->found[l] <= 0.0f) & (w->end_t[l] <= t[l] * (1.0f + 8.0f * 1.1920929e-7f)));
+        tied[l] = flag(here & (w->found[l] >= 0.0f) & (w->found[l] <= 0.0f) & (w->end_t[l] <= find.t[l] * (1.0f + 8.0f * 1.1920929e-7f)));
         keep_basis_columns(&w->end, l, here, &one);
-        keep(&w->end_t[l], here, t[l]);
+        keep(&w->end_t[l], here, find.t[l]);
     }
     leave(w, tied, TIE);
 }
@@ -1646,16 +1709,19 @@ static inline bool on_threshold(float acceleration, float friction)
 /* A mass that has come to rest stays there, is stopped, or goes on: its velocity is 0. */
 LANES_CODE static void come_to_rest(lanes *restrict w, const float *restrict how, float *restrict hits)
 {
-    column stop;
+    column stop, gap;
     for (int l = 0; l < LANES; l++) {
         stop[l] = w->side_1[l] > 0.0f ? w->robot.x1_max[l] : w->robot.x1_min[l];
+        gap[l] = w->side_1[l] > 0.0f ? w->from_max[l] : w->from_min[l];
     }
     for (int l = 0; l < LANES; l++) {
-        const bool near_stop = within_range(stop[l]) & (fabsf(w->state.x1[l] - stop[l]) <= 4.0f * 1.1920929e-7f * fabsf(stop[l]));
+        const bool near_stop = within_range(stop[l]) & (fabsf(gap[l]) <= 4.0f * 1.1920929e-7f * fabsf(stop[l]));
         hits[l] = is(how[l], BY_STOP) + is(how[l], BY_VELOCITY_1) * flag(near_stop);
     }
     for (int l = 0; l < LANES; l++) {
         keep(&w->state.x1[l], hits[l] > 0.0f, stop[l]);
+        keep(&w->from_min[l], hits[l] > 0.0f, stop[l] - w->robot.x1_min[l]);
+        keep(&w->from_max[l], hits[l] > 0.0f, stop[l] - w->robot.x1_max[l]);
         keep(&w->state.v1[l], is(how[l], BY_VELOCITY_1) + hits[l] > 0.0f, 0.0f);
         keep(&w->state.v2[l], is(how[l], BY_VELOCITY_2) > 0.0f, 0.0f);
         keep(&w->state.y[l], is(how[l], BY_TAKEOFF) > 0.0f, 0.0f);
@@ -1813,8 +1879,12 @@ LANES_CODE static void end_windows(lanes *restrict w, const float *restrict stop
         const hopform_motion_f32 motion = one_of_motion_columns(&w->motion, l);
         const hopform_basis_f32 basis = one_of_basis_columns(&w->end, l);
         const hopform_at_f32 at = hopform_state_at_f32(&state, &motion, &basis, w->end_t[l]);
+        const hopform_state_f32 from_zero = {0.0f, state.v1, state.v2, state.y};
+        const hopform_at_f32 moved = hopform_state_at_f32(&from_zero, &motion, &basis, w->end_t[l]);
         const bool ends = how[l] > (float)NO_END;
         const bool held_1 = !(fabsf(w->side_1[l]) > 0.0f);
+        keep(&w->from_min[l], ends & !held_1, w->from_min[l] + moved.x1_t);
+        keep(&w->from_max[l], ends & !held_1, w->from_max[l] + moved.x1_t);
         const bool held_2 = !(fabsf(w->side_2[l]) > 0.0f);
         keep(&w->state.x1[l], ends & !held_1, at.x1_t);
         keep(&w->state.v1[l], ends, held_1 ? 0.0f : at.v1_t);
@@ -1906,6 +1976,8 @@ static bool take(lanes *w, int l, const queue *from, int64_t i)
     }
     put_robot(w, l, from);
     put_state_columns(&w->state, l, &state);
+    w->from_min[l] = state.x1 - robot->x1_min;
+    w->from_max[l] = state.x1 - robot->x1_max;
     w->u[l] = u;
     w->horizon[l] = horizon;
     w->max_phases[l] = (float)in->max_phases;

@@ -358,6 +358,8 @@ typedef struct {
     column t, side_1, side_2, fresh_1, fresh_2, count, events;
     column alone, free; /* the mass that has come to rest while the other was held, and its free acceleration */
     state_columns state;
+    column from_min; /* x1 - x1_min and x1 - x1_max: x1 itself has no digits for what is this close to a stop */
+    column from_max;
 
     column halt, limit; /* when a mass that slips alone comes to rest, and the end of the phase: since it began, as all its times */
     poles_columns poles;
@@ -946,10 +948,8 @@ LANES_CODE static void start_halts(lanes *restrict w)
 /* Whether a lane's actuator is kept from moving up or down, a side. */
 static inline bool blocks(const lanes *w, int l, double side)
 {
-    const double x1_min = w->robot.x1_min[l];
-    const double x1_max = w->robot.x1_max[l];
-    const bool at_end = side < 0.0 ? w->state.x1[l] <= x1_min : w->state.x1[l] >= x1_max;
-    return at_end | !(x1_min < x1_max);
+    const bool at_end = side < 0.0 ? w->from_min[l] <= 0.0 : w->from_max[l] >= 0.0;
+    return at_end | !(w->robot.x1_min[l] < w->robot.x1_max[l]);
 }
 
 static inline void put_watch(lanes *w, int s, int l, double on, double kind, double side, const hopform_watch_f64 *watch)
@@ -1031,9 +1031,10 @@ LANES_CODE static void start_samples(const lanes *restrict w, const watch_column
                                      sample_columns *restrict from, double *restrict lost)
 {
     column below;
-    const hopform_basis_f64 basis = {1.0, 0.0, 0.0, 0.0, 0.0};
     for (int l = 0; l < LANES; l++) {
-        const hopform_sample_f64 sample = sample_of(watch, &w->poles, &basis, l, 0.0);
+        const hopform_poles_f64 poles = one_of_poles_columns(&w->poles, l);
+        const hopform_watch_f64 one = {{watch->H3[l], watch->H2[l], watch->H1[l]}, {watch->A[l], watch->B[l]}, watch->start[l], 0, 0};
+        const hopform_sample_f64 sample = hopform_first_sample_f64(&one, &poles);
         keep_sample(from, l, w->begins[l] > 0.0, &sample);
         below[l] = flag(w->begins[l] > 0.0) * flag(on[l] > 0.0) * flag(sample.value < 0.0);
     }
@@ -1178,14 +1179,19 @@ LANES_CODE static void look_ahead(const lanes *restrict w, outlook *restrict ahe
     }
 }
 
-static inline bool one_step_left(const poles_columns *poles, int l, const hopform_sample_f64 *at, double t, double step)
+static inline double fourth_of(const poles_columns *poles, int l, const hopform_sample_f64 *at)
 {
+    return poles->s_1[l] * at->third + poles->s_2[l] * at->curvature + poles->s_3[l] * at->rate;
+}
+
+static inline bool one_step_left(const poles_columns *poles, int l, const hopform_sample_f64 *at, double fourth, double t, double step)
+{
+    const hopform_poles_f64 one = one_of_poles_columns(poles, l);
     const double per_rate = over(fabs(step), fabs(at->rate));
     const double bend = per_rate * fabs(at->curvature);
     const double twist = per_rate * fabs(step * at->third);
-    const double fourth = poles->s_1[l] * at->third + poles->s_2[l] * at->curvature + poles->s_3[l] * at->rate;
     const double error = bend * (0.7 * bend * bend + 0.5 * twist) + 0.05 * per_rate * fabs(step * step * fourth);
-    return (fabs(at->value) <= 2.0 * fabs(step * at->rate)) & (fabs(step) * error <= 2.220446049250313e-16 * t);
+    return (fabs(at->value) <= 2.0 * fabs(step * at->rate)) & (fabs(step) * error <= 2.220446049250313e-16 * t) & hopform_is_near_f64(&one, t, step);
 }
 
 static inline double step_to_root(const hopform_sample_f64 *at)
@@ -1196,15 +1202,38 @@ static inline double step_to_root(const hopform_sample_f64 *at)
     return fabs(below) > 0.0 ? step : 1e+300;
 }
 
+/* The last step to a root, by a Taylor series from `from_t`, where W is known. */
+LANES_CODE static void carry_ahead(lanes *restrict w, outlook *restrict ahead, const basis_columns *restrict basis,
+                                   const double *restrict from_t)
+{
+    for (int l = 0; l < LANES; l++) {
+        const hopform_poles_f64 poles = one_of_poles_columns(&w->poles, l);
+        const hopform_basis_f64 one = one_of_basis_columns(basis, l);
+        const double t = ahead->t[l];
+        const double low = w->low[l];
+        const double d = t - from_t[l];
+        const hopform_basis_f64 there = hopform_carried_basis_f64(&poles, &one, d);
+        const hopform_sample_f64 at = sample_of(&ahead->watch, &w->poles, &there, l, t);
+        const bool lands = ahead->lands[l] > 0.0;
+        const bool found = lands & (t > low) & (at.rate * (t - low) < -at.noise);
+        const bool fails = lands & !found;
+        keep_basis_columns(&w->end, l, found, &there);
+        keep(&w->end_t[l], found, t);
+        keep(&w->found[l], found, ahead->number[l]);
+        keep(&ahead->closes[l], fails, 1.0);
+        keep(&ahead->t[l], fails, ahead->close[l]);
+    }
+}
+
 /* Householder's steps towards the root that is expected first; the window ends there, or where it would without it. */
 LANES_CODE static void reach_ahead(lanes *restrict w, outlook *restrict ahead)
 {
     basis_columns basis;
-    column wanted;
+    column wanted, from_t;
     memset(&basis, 0, sizeof basis);
     for (int n = 0; n < ROOT_STEPS + 2; n++) {
         for (int l = 0; l < LANES; l++) {
-            wanted[l] = flag((ahead->seeks[l] > 0.0) | (ahead->lands[l] > 0.0) | (ahead->closes[l] > 0.0));
+            wanted[l] = flag((ahead->seeks[l] > 0.0) | (ahead->closes[l] > 0.0));
         }
         if (!any(wanted)) {
             return;
@@ -1218,18 +1247,17 @@ LANES_CODE static void reach_ahead(lanes *restrict w, outlook *restrict ahead)
             const double step = step_to_root(&at);
             const double next = t - step;
             const bool seeks = ahead->seeks[l] > 0.0;
-            const bool lands = ahead->lands[l] > 0.0;
             const bool closes = ahead->closes[l] > 0.0;
             const bool falls = at.rate < 0.0;
             const bool exact = fabs(at.value) <= 2.220446049250313e-16 * t * fabs(at.rate);
             const bool inside = (next > low) & (next < ahead->far[l]);
-            const bool arrives = lands | (seeks & falls & exact);
+            const bool arrives = seeks & falls & exact;
             const bool real_root = (t > low) & (at.rate * (t - low) < -at.noise);
             const bool goes_on = seeks & falls & !exact & inside;
-            const bool last = goes_on & one_step_left(&w->poles, l, &at, next, step);
+            const bool last = goes_on & one_step_left(&w->poles, l, &at, fourth_of(&w->poles, l, &at), next, step);
             const bool found = arrives & real_root;
             const bool more = goes_on & !last & (n + 1 < ROOT_STEPS);
-            const bool fails = (seeks | lands) & !found & !last & !more;
+            const bool fails = seeks & !found & !last & !more;
             keep_basis_columns(&w->end, l, found | closes, &one);
             keep(&w->end_t[l], found | closes, t);
             keep(&w->found[l], found | closes, closes ? -1.0 : ahead->number[l]);
@@ -1237,6 +1265,10 @@ LANES_CODE static void reach_ahead(lanes *restrict w, outlook *restrict ahead)
             ahead->lands[l] = flag(last);
             ahead->closes[l] = flag(fails);
             ahead->t[l] = fails ? ahead->close[l] : (goes_on ? next : t);
+            from_t[l] = t;
+        }
+        if (any(ahead->lands)) {
+            carry_ahead(w, ahead, &basis, from_t);
         }
     }
 }
@@ -1449,7 +1481,7 @@ LANES_CODE static void find_roots(lanes *restrict w, const double *restrict what
             const hopform_sample_f64 at = one_sample(&find->at, l);
             const double step = step_to_root(&at);
             next[l] = find->t[l] - step;
-            lands[l] = flag(one_step_left(&w->poles, l, &at, next[l], step));
+            lands[l] = flag(one_step_left(&w->poles, l, &at, fourth_of(&w->poles, l, &at), next[l], step));
             ready[l] = flag((arrived[l] > 0.0) | (fabs(at.value) <= 2.220446049250313e-16 * find->t[l] * fabs(at.rate)));
         }
         for (int l = 0; l < LANES; l++) {
@@ -1466,6 +1498,17 @@ LANES_CODE static void find_roots(lanes *restrict w, const double *restrict what
             find->done[l] = find->going[l] * (1.0 - between);
             find->going[l] *= between;
             lands[l] *= find->going[l];
+        }
+        if (any(lands)) {
+            for (int l = 0; l < LANES; l++) {
+                const hopform_poles_f64 poles = one_of_poles_columns(&w->poles, l);
+                const hopform_basis_f64 one = one_of_basis_columns(&w->end, l);
+                const hopform_basis_f64 there = hopform_carried_basis_f64(&poles, &one, next[l] - find->t[l]);
+                const bool here = lands[l] > 0.0;
+                keep_basis_columns(&w->end, l, here, &there);
+                keep(&w->end_t[l], here, next[l]);
+                find->going[l] *= 1.0 - lands[l];
+            }
         }
         for (int l = 0; l < LANES; l++) {
             keep(&find->t[l], find->going[l] > 0.0, next[l]);
@@ -1485,7 +1528,7 @@ LANES_CODE static void find_roots(lanes *restrict w, const double *restrict what
             arrived[l] = flag(!((at.value > 0.0) | (at.value < 0.0)));
             keep(&find->low[l], goes & (at.value > 0.0), t);
             keep(&find->high[l], goes & (at.value < 0.0), t);
-            find->going[l] = flag(goes & !(lands[l] > 0.0));
+            find->going[l] = flag(goes);
         }
     }
     leave(w, find->going, STUCK);
@@ -1571,81 +1614,101 @@ LANES_CODE static void cross_at_the_limit(lanes *restrict w)
 
 /* ---- stops ---- */
 
-/* How far x_1 is beyond the stop ahead, below 0 where there is none, and how fast it gets there. */
-LANES_CODE static void beyond_stops(const lanes *restrict w, const double *restrict stop, const double *restrict ahead,
-                                    const basis_columns *restrict basis, const double *restrict t, double *restrict beyond,
-                                    double *restrict rate)
+/* The search for the stop ahead: `gap` is x_1 counted from it at the start of the phase. */
+typedef struct {
+    column gap, low, high, t, next;
+    column going, halves;
+    basis_columns basis;
+} stop_search;
+
+/* One step towards the stops. */
+LANES_CODE static void approach_stops(const lanes *restrict w, stop_search *restrict find)
 {
+    column value, rate, next, near, exact, last, moves;
     for (int l = 0; l < LANES; l++) {
-        const hopform_state_f64 state = one_of_state_columns(&w->state, l);
+        const hopform_state_f64 from_stop = {find->gap[l], w->state.v1[l], w->state.v2[l], w->state.y[l]};
         const hopform_motion_f64 motion = one_of_motion_columns(&w->motion, l);
-        const hopform_basis_f64 one = one_of_basis_columns(basis, l);
-        const hopform_at_f64 at = hopform_state_at_f64(&state, &motion, &one, t[l]);
-        beyond[l] = w->side_1[l] * (at.x1_t - stop[l]);
-        rate[l] = w->side_1[l] * at.v1_t;
+        const hopform_poles_f64 poles = one_of_poles_columns(&w->poles, l);
+        const hopform_basis_f64 one = one_of_basis_columns(&find->basis, l);
+        const double t = find->t[l];
+        const hopform_approach_f64 to = hopform_approach_of_f64(&poles, &motion, &from_stop, w->side_1[l], &one, t);
+        const double step = step_to_root(&to.at);
+        value[l] = to.at.value;
+        rate[l] = to.at.rate;
+        next[l] = t - step;
+        near[l] = flag(one_step_left(&w->poles, l, &to.at, to.fourth, next[l], step));
+        exact[l] = flag(fabs(to.at.value) <= 2.220446049250313e-16 * t * to.at.rate);
     }
     for (int l = 0; l < LANES; l++) {
-        beyond[l] = ahead[l] > 0.0 ? beyond[l] : -1.0;
+        keep(&find->low[l], !(value[l] > 0.0), find->t[l]);
+        keep(&find->high[l], value[l] > 0.0, find->t[l]);
+        find->going[l] *= 1.0 - exact[l];
+    }
+    for (int l = 0; l < LANES; l++) {
+        const bool inside = (rate[l] > 0.0) & (next[l] > find->low[l]) & (next[l] < find->high[l]);
+        last[l] = find->going[l] * near[l] * flag(inside);
+        moves[l] = flag(inside) * (1.0 - find->halves[l]) + last[l];
+    }
+    for (int l = 0; l < LANES; l++) {
+        next[l] = moves[l] > 0.0 ? next[l] : find->low[l] + 0.5 * (find->high[l] - find->low[l]);
+    }
+    for (int l = 0; l < LANES; l++) {
+        find->going[l] *= flag((next[l] > find->low[l]) & (next[l] < find->high[l]));
+    }
+    if (any(last)) {
+        for (int l = 0; l < LANES; l++) {
+            const hopform_poles_f64 poles = one_of_poles_columns(&w->poles, l);
+            const hopform_basis_f64 one = one_of_basis_columns(&find->basis, l);
+            const hopform_basis_f64 there = hopform_carried_basis_f64(&poles, &one, next[l] - find->t[l]);
+            keep_basis_columns(&find->basis, l, last[l] > 0.0, &there);
+        }
+    }
+    for (int l = 0; l < LANES; l++) {
+        keep(&find->t[l], find->going[l] > 0.0, next[l]);
+        find->going[l] *= 1.0 - last[l];
     }
 }
 
 /* Windows end where x_1 meets its stop; `stops` says which. */
 LANES_CODE static void meet_stops(lanes *restrict w, double *restrict stops)
 {
-    column low, high, t, going, tied, stop, ahead, beyond, rate, next;
-    basis_columns basis;
+    column tied;
+    stop_search find;
     for (int l = 0; l < LANES; l++) {
-        stop[l] = w->side_1[l] > 0.0 ? w->robot.x1_max[l] : w->robot.x1_min[l];
+        find.gap[l] = w->side_1[l] > 0.0 ? w->from_max[l] : w->from_min[l];
+        find.low[l] = w->low[l];
+        find.high[l] = w->end_t[l];
+        find.t[l] = w->end_t[l];
     }
     for (int l = 0; l < LANES; l++) {
-        ahead[l] = fabs(w->side_1[l]) * flag(within_range(stop[l]));
+        const hopform_state_f64 from_stop = {find.gap[l], w->state.v1[l], w->state.v2[l], w->state.y[l]};
+        const hopform_motion_f64 motion = one_of_motion_columns(&w->motion, l);
+        const hopform_basis_f64 one = one_of_basis_columns(&w->end, l);
+        const hopform_at_f64 at = hopform_state_at_f64(&from_stop, &motion, &one, w->end_t[l]);
+        const bool ahead = (fabs(w->side_1[l]) > 0.0) & within_range(find.gap[l]);
+        stops[l] = w->live[l] * flag(ahead & !(w->left[l] > 0.0) & (w->side_1[l] * at.x1_t > 0.0));
+        find.going[l] = stops[l];
     }
-    beyond_stops(w, stop, ahead, &w->end, w->end_t, beyond, rate);
-    for (int l = 0; l < LANES; l++) {
-        going[l] = w->live[l] * (1.0 - flag(w->left[l] > 0.0)) * flag(beyond[l] > 0.0);
-        stops[l] = going[l];
-        low[l] = w->low[l];
-        high[l] = w->end_t[l];
-        t[l] = w->end_t[l];
-    }
-    if (!any(going)) {
+    if (!any(stops)) {
         return;
     }
-    memcpy(&basis, &w->end, sizeof basis);
-    for (int n = 0; n < 100 && any(going); n++) {
-        const bool halves = n > 8 && n % 2 == 1;
+    memcpy(&find.basis, &w->end, sizeof find.basis);
+    for (int n = 0; n < 100 && any(find.going); n++) {
+        for (int l = 0; l < LANES; l++) {
+            find.halves[l] = flag(n > 8 && n % 2 == 1);
+        }
         if (n > 0) {
-            bases_at(w, t, going, &basis);
+            bases_at(w, find.t, find.going, &find.basis);
         }
-        if (n > 0) {
-            beyond_stops(w, stop, ahead, &basis, t, beyond, rate);
-        }
-        for (int l = 0; l < LANES; l++) {
-            const double step = over(beyond[l], rate[l]);
-            const double exact = flag(fabs(step) <= 2.220446049250313e-16 * t[l]) * flag(rate[l] > 0.0);
-            next[l] = rate[l] > 0.0 ? t[l] - step : -1e+300;
-            keep(&low[l], !(beyond[l] > 0.0), t[l]);
-            keep(&high[l], beyond[l] > 0.0, t[l]);
-            going[l] *= 1.0 - exact;
-        }
-        for (int l = 0; l < LANES; l++) {
-            const bool inside = (next[l] > low[l]) & (next[l] < high[l]) & !halves;
-            next[l] = inside ? next[l] : low[l] + 0.5 * (high[l] - low[l]);
-        }
-        for (int l = 0; l < LANES; l++) {
-            going[l] *= flag((next[l] > low[l]) & (next[l] < high[l]));
-        }
-        for (int l = 0; l < LANES; l++) {
-            keep(&t[l], going[l] > 0.0, next[l]);
-        }
+        approach_stops(w, &find);
     }
-    leave(w, going, STUCK);
+    leave(w, find.going, STUCK);
     for (int l = 0; l < LANES; l++) {
-        const hopform_basis_f64 one = one_of_basis_columns(&basis, l);
+        const hopform_basis_f64 one = one_of_basis_columns(&find.basis, l);
         const bool here = stops[l] > 0.0;
-        tied[l] = flag(here & (w->found[l] >= 0.0) & (w->found[l] <= 0.0) & (w->end_t[l] <= t[l] * (1.0 + 8.0 * 2.220446049250313e-16)));
+        tied[l] = flag(here & (w->found[l] >= 0.0) & (w->found[l] <= 0.0) & (w->end_t[l] <= find.t[l] * (1.0 + 8.0 * 2.220446049250313e-16)));
         keep_basis_columns(&w->end, l, here, &one);
-        keep(&w->end_t[l], here, t[l]);
+        keep(&w->end_t[l], here, find.t[l]);
     }
     leave(w, tied, TIE);
 }
@@ -1667,16 +1730,19 @@ static inline bool on_threshold(double acceleration, double friction)
 /* A mass that has come to rest stays there, is stopped, or goes on: its velocity is 0. */
 LANES_CODE static void come_to_rest(lanes *restrict w, const double *restrict how, double *restrict hits)
 {
-    column stop;
+    column stop, gap;
     for (int l = 0; l < LANES; l++) {
         stop[l] = w->side_1[l] > 0.0 ? w->robot.x1_max[l] : w->robot.x1_min[l];
+        gap[l] = w->side_1[l] > 0.0 ? w->from_max[l] : w->from_min[l];
     }
     for (int l = 0; l < LANES; l++) {
-        const bool near_stop = within_range(stop[l]) & (fabs(w->state.x1[l] - stop[l]) <= 4.0 * 2.220446049250313e-16 * fabs(stop[l]));
+        const bool near_stop = within_range(stop[l]) & (fabs(gap[l]) <= 4.0 * 2.220446049250313e-16 * fabs(stop[l]));
         hits[l] = is(how[l], BY_STOP) + is(how[l], BY_VELOCITY_1) * flag(near_stop);
     }
     for (int l = 0; l < LANES; l++) {
         keep(&w->state.x1[l], hits[l] > 0.0, stop[l]);
+        keep(&w->from_min[l], hits[l] > 0.0, stop[l] - w->robot.x1_min[l]);
+        keep(&w->from_max[l], hits[l] > 0.0, stop[l] - w->robot.x1_max[l]);
         keep(&w->state.v1[l], is(how[l], BY_VELOCITY_1) + hits[l] > 0.0, 0.0);
         keep(&w->state.v2[l], is(how[l], BY_VELOCITY_2) > 0.0, 0.0);
         keep(&w->state.y[l], is(how[l], BY_TAKEOFF) > 0.0, 0.0);
@@ -1834,8 +1900,12 @@ LANES_CODE static void end_windows(lanes *restrict w, const double *restrict sto
         const hopform_motion_f64 motion = one_of_motion_columns(&w->motion, l);
         const hopform_basis_f64 basis = one_of_basis_columns(&w->end, l);
         const hopform_at_f64 at = hopform_state_at_f64(&state, &motion, &basis, w->end_t[l]);
+        const hopform_state_f64 from_zero = {0.0, state.v1, state.v2, state.y};
+        const hopform_at_f64 moved = hopform_state_at_f64(&from_zero, &motion, &basis, w->end_t[l]);
         const bool ends = how[l] > (double)NO_END;
         const bool held_1 = !(fabs(w->side_1[l]) > 0.0);
+        keep(&w->from_min[l], ends & !held_1, w->from_min[l] + moved.x1_t);
+        keep(&w->from_max[l], ends & !held_1, w->from_max[l] + moved.x1_t);
         const bool held_2 = !(fabs(w->side_2[l]) > 0.0);
         keep(&w->state.x1[l], ends & !held_1, at.x1_t);
         keep(&w->state.v1[l], ends, held_1 ? 0.0 : at.v1_t);
@@ -1927,6 +1997,8 @@ static bool take(lanes *w, int l, const queue *from, int64_t i)
     }
     put_robot(w, l, from);
     put_state_columns(&w->state, l, &state);
+    w->from_min[l] = state.x1 - robot->x1_min;
+    w->from_max[l] = state.x1 - robot->x1_max;
     w->u[l] = u;
     w->horizon[l] = horizon;
     w->max_phases[l] = (double)in->max_phases;

@@ -25,6 +25,8 @@ typedef struct {
     float horizon;
     float t;
     hopform_state_f32 state;
+    float from_min; /* x1 - x1_min and x1 - x1_max: x1 itself has no digits for what is this close to a stop */
+    float from_max;
     int side_1;
     int side_2;
     bool fresh_1; /* mass 1 has just crossed its friction threshold: its acceleration is exactly zero */
@@ -53,10 +55,10 @@ static bool is_finite(float value)
 
 /* ---- the hold rule ---- */
 
-static bool blocked(const hopform_robot_f32 *robot, float x1, int side)
+static bool blocked(const stance_chain *chain, int side)
 {
-    const bool locked = !(robot->x1_min < robot->x1_max);
-    return locked || (side < 0 && x1 <= robot->x1_min) || (side > 0 && x1 >= robot->x1_max);
+    const bool locked = !(chain->plan->robot.x1_min < chain->plan->robot.x1_max);
+    return locked || (side < 0 && chain->from_min <= 0.0f) || (side > 0 && chain->from_max >= 0.0f);
 }
 
 /* First non-zero derivative of the free acceleration of a mass that is held. */
@@ -89,7 +91,7 @@ static int direction(const stance_chain *chain, int mass)
         goes = acceleration * drift >= 0.0f ? sign_of(drift) : 0.0f;
     }
     const int side = (int)goes;
-    return mass == 1 && blocked(robot, chain->state.x1, side) ? 0 : side;
+    return mass == 1 && blocked(chain, side) ? 0 : side;
 }
 
 /* Sides of the masses that are at rest; twice, because each may depend on what the other one does. */
@@ -130,7 +132,7 @@ static void watch_thresholds(const stance_chain *chain, stance_guard *guard, int
     const float acceleration = mass == 1 ? at_rest.free_1 : at_rest.free_2;
     const float friction = mass == 1 ? robot->f1 : robot->f2;
     for (int side = -1; side <= 1; side += 2) {
-        if (mass == 1 && blocked(robot, chain->state.x1, side)) {
+        if (mass == 1 && blocked(chain, side)) {
             continue;
         }
         const float sign = (float)side;
@@ -155,35 +157,34 @@ static void watch_velocity(const stance_chain *chain, stance_guard *guard, end_k
     }
 }
 
-static stance_guard guard_of(const stance_chain *chain, const hopform_poles_f32 *poles, const hopform_motion_f32 *motion)
+static void put_guard(stance_guard *guard, const stance_chain *chain, const hopform_poles_f32 *poles,
+                      const hopform_motion_f32 *motion)
 {
-    stance_guard guard = {0};
-    guard.poles = poles;
-    guard.motion = motion;
-    guard.count = 1;
-    guard.watch[0] = hopform_watch_of_f32(poles, motion->H3_y, motion->H2_y, motion->H1_y, chain->state.y, 1.0f, END_TAKEOFF, 0);
-    guard.halt = 1e38f;
-    guard.halts = END_LIMIT;
+    guard->poles = poles;
+    guard->motion = motion;
+    guard->count = 1;
+    guard->watch[0] = hopform_watch_of_f32(poles, motion->H3_y, motion->H2_y, motion->H1_y, chain->state.y, 1.0f, END_TAKEOFF, 0);
+    guard->halt = 1e38f;
+    guard->halts = END_LIMIT;
     if (chain->side_1 == 0) {
         const float sign = (float)chain->side_2;
-        watch_thresholds(chain, &guard, 1);
-        guard.halt = hopform_halt_time_f32(poles, sign * chain->state.v2, sign * motion->H3_2);
-        guard.halts = END_VELOCITY_2;
+        watch_thresholds(chain, guard, 1);
+        guard->halt = hopform_halt_time_f32(poles, sign * chain->state.v2, sign * motion->H3_2);
+        guard->halts = END_VELOCITY_2;
     } else if (chain->side_2 == 0) {
         const float sign = (float)chain->side_1;
-        watch_thresholds(chain, &guard, 2);
-        guard.halt = hopform_halt_time_f32(poles, sign * chain->state.v1, sign * motion->H3_1);
-        guard.halts = END_VELOCITY_1;
+        watch_thresholds(chain, guard, 2);
+        guard->halt = hopform_halt_time_f32(poles, sign * chain->state.v1, sign * motion->H3_1);
+        guard->halts = END_VELOCITY_1;
     } else {
-        watch_velocity(chain, &guard, END_VELOCITY_1);
-        watch_velocity(chain, &guard, END_VELOCITY_2);
+        watch_velocity(chain, guard, END_VELOCITY_1);
+        watch_velocity(chain, guard, END_VELOCITY_2);
     }
-    for (int32_t n = 0; n < guard.count; n++) {
-        guard.from[n] = hopform_first_sample_f32(&guard.watch[n], poles);
+    for (int32_t n = 0; n < guard->count; n++) {
+        guard->from[n] = hopform_first_sample_f32(&guard->watch[n], poles);
     }
-    guard.frequency = hopform_frequency_f32(poles);
-    guard.half_turn = guard.frequency > 0.0f ? 3.1415927f / guard.frequency : 1e38f;
-    return guard;
+    guard->frequency = hopform_frequency_f32(poles);
+    guard->half_turn = guard->frequency > 0.0f ? 3.1415927f / guard->frequency : 1e38f;
 }
 
 /* A window of a phase that ends at `t`, with what is known there. */
@@ -197,7 +198,9 @@ typedef struct {
 static void sample_window(const stance_guard *guard, window *end)
 {
     for (int32_t n = 0; n < guard->count; n++) {
-        end->at[n] = hopform_sample_at_f32(&guard->watch[n], guard->poles, &end->basis, end->t);
+        if (n != end->found) {
+            end->at[n] = hopform_sample_at_f32(&guard->watch[n], guard->poles, &end->basis, end->t);
+        }
     }
 }
 
@@ -215,6 +218,7 @@ static void end_at(const stance_guard *guard, window *end, int32_t n, const hopf
     end->t = root->t;
     end->basis = root->basis;
     end->found = n;
+    end->at[n] = root->at;
     sample_window(guard, end);
 }
 
@@ -278,9 +282,9 @@ static void settle_window(const stance_guard *guard, float low, window *end)
     for (int32_t n = 0, cuts = 0; n < guard->count && cuts < 400; n++) {
         const hopform_sample_f32 *from = &guard->from[n];
         const float h = end->t - low;
-        hopform_sample_f32 to = end->at[n];
-        to.value = n == end->found ? -2.0f * to.noise : to.value; /* just beyond its root, which must be its first */
-        hopform_verdict_f32 verdict = hopform_judge_f32(from, &to, a, h, h <= 0.5f * guard->half_turn);
+        const hopform_sample_f32 *to = &end->at[n];
+        const float value = n == end->found ? -2.0f * to->noise : to->value; /* just beyond its root, which must be its first */
+        hopform_verdict_f32 verdict = hopform_judge_f32(from, to, value, a, h, h <= 0.5f * guard->half_turn);
         if (n == end->found && verdict == LOSES_SIGN) {
             continue;
         }
@@ -327,38 +331,40 @@ static void settle_window(const stance_guard *guard, float low, window *end)
 /* The stop ahead, which x_1, monotone within a phase, has met if it is beyond it at the end of the window. */
 static bool meets_stop(const stance_chain *chain, const stance_guard *guard, float low, window *end)
 {
-    const hopform_robot_f32 *robot = &chain->plan->robot;
-    const float stop = chain->side_1 > 0 ? robot->x1_max : robot->x1_min;
     const float sign = (float)chain->side_1;
-    if (chain->side_1 == 0 || !is_finite(stop)) {
+    hopform_state_f32 start = chain->state;
+    start.x1 = chain->side_1 > 0 ? chain->from_max : chain->from_min; /* counted from the stop */
+    if (chain->side_1 == 0 || !is_finite(start.x1)) {
         return false;
     }
     float high = end->t;
     float t = end->t;
     hopform_basis_f32 basis = end->basis;
+    if (!(sign * hopform_state_at_f32(&start, guard->motion, &basis, t).x1_t > 0.0f)) {
+        return false;
+    }
     for (int n = 0; n < 100; n++) {
         if (n > 0) {
             basis = hopform_basis_at_f32(guard->poles, t);
         }
-        const hopform_at_f32 at = hopform_state_at_f32(&chain->state, guard->motion, &basis, t);
-        const float beyond = sign * (at.x1_t - stop);
-        if (n == 0 && !(beyond > 0.0f)) {
-            return false;
-        }
-        if (beyond > 0.0f) {
+        const hopform_approach_f32 to = hopform_approach_of_f32(guard->poles, guard->motion, &start, sign, &basis, t);
+        if (to.at.value > 0.0f) {
             high = t;
         } else {
             low = t;
         }
-        const float rate = sign * at.v1_t;
-        const float step = rate > 0.0f ? beyond / rate : 1e38f;
-        if (fabsf(step) <= 1.1920929e-7f * t) {
+        if (fabsf(to.at.value) <= 1.1920929e-7f * t * to.at.rate) {
             break;
         }
+        const float step = hopform_step_to_root_f32(&to.at);
         float next = t - step;
-        if (!(next > low && next < high) || (n > 8 && n % 2 == 1)) {
-            next = low + 0.5f * (high - low);
+        const bool inside = to.at.rate > 0.0f && next > low && next < high;
+        if (inside && hopform_is_last_step_f32(guard->poles, &to.at, to.fourth, next, step)) {
+            basis = hopform_carried_basis_f32(guard->poles, &basis, next - t);
+            t = next;
+            break;
         }
+        next = inside && !(n > 8 && n % 2 == 1) ? next : low + 0.5f * (high - low);
         if (!(next > low && next < high)) {
             break;
         }
@@ -436,7 +442,8 @@ static phase_end find_end(const stance_chain *chain, const hopform_poles_f32 *po
         const phase_end result = {until, END_LIMIT, 0, start};
         return result;
     }
-    stance_guard guard = guard_of(chain, poles, motion);
+    stance_guard guard = {0};
+    put_guard(&guard, chain, poles, motion);
     const float limit = guard.halt < until ? guard.halt : until;
     window end = {0.0f, start, {{0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f}}, lost_at_once(&guard)};
     bool stops = false;
@@ -457,7 +464,7 @@ static phase_end find_end(const stance_chain *chain, const hopform_poles_f32 *po
         }
         const float t = end.t;
         stops = meets_stop(chain, &guard, low, &end) && !(end.found == 0 && t <= end.t * (1.0f + 8.0f * 1.1920929e-7f));
-        for (int32_t n = 0; n < guard.count; n++) {
+        for (int32_t n = 0; n < guard.count && end.found < 0 && !stops; n++) {
             guard.from[n] = end.at[n];
             guard.from[n].value = end.at[n].value > 0.0f ? end.at[n].value : 0.0f;
         }
@@ -505,10 +512,13 @@ static void end_of_velocity_1(stance_chain *chain, end_kind kind)
     const hopform_robot_f32 *robot = &chain->plan->robot;
     const int before = chain->side_1;
     const float stop = before > 0 ? robot->x1_max : robot->x1_min;
-    const bool at_stop = is_finite(stop) && fabsf(chain->state.x1 - stop) <= 4.0f * 1.1920929e-7f * fabsf(stop);
+    const float gap = before > 0 ? chain->from_max : chain->from_min;
+    const bool at_stop = is_finite(stop) && fabsf(gap) <= 4.0f * 1.1920929e-7f * fabsf(stop);
     if (kind == END_STOP || at_stop) {
         chain->state.v1 = 0.0f; /* inelastic */
         chain->state.x1 = stop;
+        chain->from_min = stop - robot->x1_min;
+        chain->from_max = stop - robot->x1_max;
         after_rest(chain, 1, before, HOPFORM_EVENT_X1_HITS_STOP, HOPFORM_EVENT_X1_HITS_STOP);
     } else {
         chain->state.v1 = 0.0f;
@@ -547,6 +557,18 @@ static void keep_free_acceleration(stance_chain *chain, const hopform_motion_f32
         const float back = fabsf(motion->H3_2 * end->basis.Wdd + motion->H2_2 * end->basis.Wd);
         chain->alone = 2;
         chain->free = (float)chain->side_2 * (chain->plan->robot.f2 - (back > 1e-30f ? back : 1e-30f));
+    }
+}
+
+/* How far from its stops the actuator is at the end of a phase. */
+static void keep_distances(stance_chain *chain, const hopform_motion_f32 *motion, const phase_end *end)
+{
+    if (chain->side_1 != 0) {
+        hopform_state_f32 start = chain->state;
+        start.x1 = 0.0f;
+        const hopform_at_f32 moved = hopform_state_at_f32(&start, motion, &end->basis, end->t);
+        chain->from_min += moved.x1_t;
+        chain->from_max += moved.x1_t;
     }
 }
 
@@ -636,7 +658,7 @@ static void begin(stance_chain *chain)
     const hopform_robot_f32 *robot = &chain->plan->robot;
     chain->side_1 = (int)sign_of(chain->state.v1);
     chain->side_2 = (int)sign_of(chain->state.v2);
-    if (chain->side_1 != 0 && blocked(robot, chain->state.x1, chain->side_1)) {
+    if (chain->side_1 != 0 && blocked(chain, chain->side_1)) {
         chain->start_loss = -0.5f * robot->m_eff * chain->state.v1 * chain->state.v1;
         chain->state.v1 = 0.0f;
         chain->side_1 = 0;
@@ -662,6 +684,7 @@ static int32_t run(stance_chain *chain)
         const hopform_motion_f32 motion = motion_from(chain);
         const phase_end end = find_end(chain, poles, &motion, until - chain->t);
         chain->aed += chain->adds_up ? aed_in_phase(chain, end.t) : 0.0f;
+        keep_distances(chain, &motion, &end);
         chain->state = hopform_arrive_f32(&chain->state, &motion, &end.basis, chain->side_1, chain->side_2, end.t);
         chain->t = end.kind == END_LIMIT ? until : chain->t + end.t;
         if (end.kind == END_TAKEOFF) {
@@ -791,7 +814,8 @@ int32_t hopform_solve_stance_f32(const hopform_plan_f32 *plan, const hopform_sta
     if (!(horizon > 0.0f && horizon <= 1e38f) || max_phases < 1 || capacity < 0) {
         return HOPFORM_ERROR_HORIZON;
     }
-    stance_chain chain = {plan, steps, step_count, 0, horizon, 0.0f, *start, 0, 0, false, false, 0, 0.0f, 0.0f,
+    stance_chain chain = {plan, steps, step_count, 0, horizon, 0.0f, *start,
+                          start->x1 - plan->robot.x1_min, start->x1 - plan->robot.x1_max, 0, 0, false, false, 0, 0.0f, 0.0f,
                           hopform_stores_much_f32(&plan->robot, start), 0.0f, max_phases, phases, capacity, 0, 0};
     const int32_t ending = run(&chain);
     report(&chain, start, ending, stance);

@@ -6,5 +6,5 @@
 
 const char *hopform_source(void)
 {
-    return "e11ffa1aa72202f8";
+    return "ccb1bd325c0495b1";
 }

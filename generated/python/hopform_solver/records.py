@@ -426,6 +426,21 @@ class Rise(NamedTuple):
     """[1/s^3] the derivative of that"""
 
 
+class Carried(NamedTuple):
+    """W, its derivatives and integrals a short time later."""
+
+    Wdd_t: Real
+    """[1] W''"""
+    Wd_t: Real
+    """[s] W'"""
+    W_t: Real
+    """[s^2] W"""
+    W1_t: Real
+    """[s^3] integral of W"""
+    W2_t: Real
+    """[s^4] integral of that"""
+
+
 class At(NamedTuple):
     """The state at time t of a phase."""
 

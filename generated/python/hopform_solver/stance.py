@@ -72,6 +72,8 @@ class _Chain:
     max_phases: int
     lane: NDArray[np.intp]
     state: State
+    from_min: Array  # x1 - x1_min and x1 - x1_max: x1 itself has no digits for what is this close to a stop
+    from_max: Array
     side: Side
     t: Array
     step: NDArray[np.int64]
@@ -98,6 +100,8 @@ class _Chain:
             self.max_phases,
             self.lane[keep],
             take(self.state, keep),
+            self.from_min[keep],
+            self.from_max[keep],
             take(self.side, keep),
             self.t[keep],
             self.step[keep],
@@ -112,9 +116,9 @@ class _Chain:
 # ---- the hold rule ----
 
 
-def _blocked(robot: Robot, x1: Array, side: Array) -> NDArray[np.bool_]:
-    locked = ~(robot.x1_min < robot.x1_max)
-    return np.asarray(locked | ((side < 0.0) & (x1 <= robot.x1_min)) | ((side > 0.0) & (x1 >= robot.x1_max)))
+def _blocked(chain: _Chain, side: Array) -> NDArray[np.bool_]:
+    locked = ~(chain.plan.robot.x1_min < chain.plan.robot.x1_max)
+    return np.asarray(locked | ((side < 0.0) & (chain.from_min <= 0.0)) | ((side > 0.0) & (chain.from_max >= 0.0)))
 
 
 def _drift_of_free(chain: _Chain, mass: int, lanes: NDArray[np.bool_]) -> Array:
@@ -139,7 +143,7 @@ def _direction(chain: _Chain, mass: int) -> Array:
         drift = _drift_of_free(chain, mass, tie)
         side[tie] = np.where(acceleration[tie] * drift >= 0.0, np.sign(drift), 0.0)
     if mass == 1:
-        side[_blocked(robot, chain.state.x1, side)] = 0.0
+        side[_blocked(chain, side)] = 0.0
     return np.asarray(side)
 
 
@@ -211,7 +215,7 @@ def _thresholds(chain: _Chain, poles: Poles, motion: Motion, mass: int) -> Itera
     numerator = (formulas.free_numerator_1, formulas.free_numerator_2)[mass - 1](chain.plan.rates, motion)
     friction = (robot.f1, robot.f2)[mass - 1]
     for side in (-1.0, 1.0):
-        open_ = held & ~_blocked(robot, chain.state.x1, np.full_like(free, side)) if mass == 1 else held
+        open_ = held & ~_blocked(chain, np.full_like(free, side)) if mass == 1 else held
         if (lanes := np.flatnonzero(open_)).size:
             leaves = Numerator(*(-side * field[lanes] for field in numerator))
             start = friction[lanes] - side * free[lanes]
@@ -244,17 +248,18 @@ def _roots(watched: list[_Watched], limit: Array, tie: float) -> list[Array]:
 
 def _watch_stop(chain: _Chain, poles: Poles, motion: Motion, until: Array, end: _End) -> None:
     """Within a phase x_1 is monotone: it has met the stop ahead if it is beyond it at the time `until` which it lasts at most."""
-    robot, eps = chain.plan.robot, np.finfo(end.t.dtype).eps
-    stop_ahead = choose(chain.side.first > 0.0, robot.x1_max, robot.x1_min)
-    lanes = np.flatnonzero((chain.side.first != 0.0) & np.isfinite(stop_ahead))
+    eps = np.finfo(end.t.dtype).eps
+    gap = choose(chain.side.first > 0.0, chain.from_max, chain.from_min)
+    lanes = np.flatnonzero((chain.side.first != 0.0) & np.isfinite(gap))
+    start = chain.state._replace(x1=gap)  # counted from the stop ahead
     low, high, t = np.zeros(lanes.size, end.t.dtype), until[lanes], until[lanes]
     met: list[tuple[NDArray[np.intp], Array]] = []
     for n in range(100):
         at = formulas.state_at(
-            take(chain.state, lanes), take(motion, lanes), basis_at(take(poles, lanes), t), t
+            take(start, lanes), take(motion, lanes), basis_at(take(poles, lanes), t), t
         )
         sign = chain.side.first[lanes]
-        beyond: Array = sign * (at.x1_t - stop_ahead[lanes])
+        beyond: Array = sign * at.x1_t
         if n == 0:
             over = beyond > 0.0
             lanes, low, high, t, beyond, sign = lanes[over], low[over], high[over], t[over], beyond[over], sign[over]
@@ -362,10 +367,13 @@ def _rest_of_actuator(chain: _Chain, log: _Log, end: _End) -> None:
     robot, eps = chain.plan.robot, np.finfo(chain.t.dtype).eps
     stop = choose(chain.side.first > 0.0, robot.x1_max, robot.x1_min)[lanes]
     close = np.isfinite(stop)
-    close[close] = np.abs(chain.state.x1[lanes][close] - stop[close]) <= 4.0 * eps * np.abs(stop[close])
+    gap = choose(chain.side.first > 0.0, chain.from_max, chain.from_min)[lanes]
+    close[close] = np.abs(gap[close]) <= 4.0 * eps * np.abs(stop[close])
     hits = (end.kind[lanes] == STOP) | close
     chain.state.v1[lanes] = 0.0
     chain.state.x1[lanes[hits]] = stop[hits]
+    chain.from_min[lanes[hits]] = stop[hits] - robot.x1_min[lanes[hits]]
+    chain.from_max[lanes[hits]] = stop[hits] - robot.x1_max[lanes[hits]]
     sticks = np.where(hits, _EVENT["x1_hits_stop"], _EVENT["x1_sticks"])
     reverses = np.where(hits, _EVENT["x1_hits_stop"], _EVENT["x1_reverses"])
     _after_rest(chain, log, 1, lanes, sticks, reverses)
@@ -447,7 +455,7 @@ def _begin(chain: _Chain, log: _Log) -> Array:
     """What each mass does at the start, no event; returns the energy lost at stops."""
     robot, v1 = chain.plan.robot, chain.state.v1
     chain.side = Side(np.sign(v1), np.sign(chain.state.v2))
-    struck = (chain.side.first != 0.0) & _blocked(robot, chain.state.x1, chain.side.first)
+    struck = (chain.side.first != 0.0) & _blocked(chain, chain.side.first)
     loss = np.where(struck, -0.5 * robot.m_eff * v1 * v1, 0.0).astype(v1.dtype)
     chain.state = chain.state._replace(v1=np.where(struck, 0.0, v1).astype(v1.dtype))
     chain.side = Side(np.where(struck, 0.0, chain.side.first).astype(v1.dtype), chain.side.second)
@@ -488,6 +496,9 @@ def _run(chain: _Chain, log: _Log, result: _Result) -> Array:
         motion = _motion_from(chain)
         end = _find_end(chain, poles, motion, until - chain.t)
         basis = basis_at(poles, end.t)
+        moved = formulas.state_at(chain.state._replace(x1=np.zeros_like(chain.t)), motion, basis, end.t).x1_t
+        moved[chain.side.first == 0.0] = 0.0
+        chain.from_min, chain.from_max = chain.from_min + moved, chain.from_max + moved
         chain.state = arrive(chain.state, motion, basis, chain.side, end.t)
         chain.t = np.where(end.kind == LIMIT, until, chain.t + end.t)
         lifts = end.kind == TAKEOFF
@@ -549,7 +560,8 @@ def solve(
     counts = np.zeros(like.shape, dtype=np.int64)
     side = Side(np.zeros_like(like), np.zeros_like(like))
     chain = _Chain(
-        plan, times, values, flat[-1], max_phases, np.arange(like.size), State(*(field.copy() for field in first)), side,
+        plan, times, values, flat[-1], max_phases, np.arange(like.size), State(*(field.copy() for field in first)),
+        first.x1 - robots.x1_min, first.x1 - robots.x1_max, side,
         np.zeros_like(like), counts.copy(), nothing, nothing, counts.copy(), np.zeros_like(like), counts.copy(),
     )  # fmt: skip
     log, result = _Log(), _Result(like)
