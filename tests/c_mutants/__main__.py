@@ -10,6 +10,7 @@ Survivors are argued in docs/c-mutants.md: those that are listed there as equiva
 """
 
 import argparse
+import math
 import os
 import random
 import re
@@ -297,8 +298,8 @@ def without_line(described: str) -> str:
     return re.sub(r":\d+:", ":", described, count=1)
 
 
-def draw(count: int, seed: int, jobs: int, asks_pytest: bool) -> list[Verdict]:
-    """Verdicts on so many mutants that compile, in the order drawn."""
+def draw(count: int, seed: int, jobs: int, asks_pytest: bool, seconds: float) -> list[Verdict]:
+    """Verdicts on so many mutants that compile, in the order drawn; fewer if the time is over."""
     mutants = pool_of_mutants()
     order = random.Random(seed).sample(mutants, len(mutants))
     print(f"{len(mutants)} places to break; seed {seed}; {' '.join(compiler())}", flush=True)
@@ -312,9 +313,13 @@ def draw(count: int, seed: int, jobs: int, asks_pytest: bool) -> list[Verdict]:
     if asks_pytest:
         whole_library()
 
+    last = time.monotonic() + seconds
+
     def verdict(mutant: Mutant) -> Verdict:
         bench = benches.get()
         try:
+            if time.monotonic() > last:
+                return Verdict(mutant, "late")
             return Verdict(mutant, bench.break_and_judge(mutant, wanted))
         finally:
             benches.put(bench)
@@ -322,13 +327,15 @@ def draw(count: int, seed: int, jobs: int, asks_pytest: bool) -> list[Verdict]:
     verdicts: list[Verdict] = []
     with ThreadPoolExecutor(jobs) as pool:
         start = 0
-        while len(verdicts) < count and start < len(order):
+        while len(verdicts) < count and start < len(order) and time.monotonic() < last:
             batch = order[start : start + count - len(verdicts)]
             start += len(batch)
             for found in pool.map(verdict, batch):
-                if found.killer == "stillborn":
+                if found.killer in ("stillborn", "late"):
                     continue
                 verdicts.append(found)
+                if len(verdicts) % 25 == 0:
+                    print(f"{len(verdicts)}, {sum(v.killer is not None for v in verdicts)} of them killed", flush=True)
                 if found.killer in (None, "word", "pytest"):
                     print(
                         f"{found.killer or 'SURVIVES'}: {found.mutant.describe(text_of(found.mutant.file))}", flush=True
@@ -345,10 +352,11 @@ def main() -> int:
     parser.add_argument(
         "--pytest", action="store_true", help="ask the nearest tests of pytest about survivors, half a minute each"
     )
+    parser.add_argument("--seconds", type=float, default=math.inf, help="no more are begun after these")
     chosen = parser.parse_args()
     seed = chosen.seed if chosen.seed is not None else random.SystemRandom().randrange(10**6)
     began = time.perf_counter()
-    verdicts = draw(chosen.count, seed, chosen.jobs, chosen.pytest)
+    verdicts = draw(chosen.count, seed, chosen.jobs, chosen.pytest, chosen.seconds)
     killers = Counter(found.killer or "survived" for found in verdicts)
     known = argued()
     equivalent = [
