@@ -13,7 +13,7 @@ from tests.firmware.targets import BOARDS, COMMON, HERE, ROOT, C, sources
 from tests.test_selftest import CC, COMPILERS
 
 FUZZ = ROOT / "tests" / "fuzz"
-JUDGE = ROOT / "tests" / "c_mutants" / "judge.c"
+MUTANTS = ROOT / "tests" / "c_mutants"
 CHECKS = (
     "-O1",
     "-g",
@@ -75,8 +75,9 @@ def test_bad_input_is_refused_by_name_and_leaves_safe_outputs(folder, program, p
 
 
 @pytest.mark.parametrize("compiler", COMPILERS, ids=" ".join)
-def test_the_judge_of_mutants_finds_nothing_wrong_in_what_is_not_broken(folder, compiler):
-    assert says(built(folder, "judge", [JUDGE], compiler, "f64", "-O2"), "aloud").endswith("wrong 0\n")
+@pytest.mark.parametrize("judge", ["judge", "parts"])
+def test_the_judges_of_mutants_find_nothing_wrong_in_what_is_not_broken(folder, judge, compiler):
+    assert says(built(folder, judge, [MUTANTS / f"{judge}.c"], compiler, "f64", "-O2"), "aloud").endswith("wrong 0\n")
 
 
 def test_the_judge_finds_a_constant_that_is_off(tmp_path):
@@ -89,7 +90,9 @@ def test_the_judge_finds_a_constant_that_is_off(tmp_path):
     files = [str(tmp_path / "src" / path.name) for path in sources(("f64",))]
     include = ["-I", str(C / "include"), "-I", str(tmp_path / "src")]
     image = tmp_path / "judge"
-    subprocess.run([*CC, *COMMON, "-O1", *include, str(JUDGE), *files, "-o", str(image), "-lm"], check=True)
+    subprocess.run(
+        [*CC, *COMMON, "-O1", *include, str(MUTANTS / "judge.c"), *files, "-o", str(image), "-lm"], check=True
+    )
     assert subprocess.run([image], check=False, timeout=60).returncode == 1
 
 

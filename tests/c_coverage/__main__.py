@@ -49,10 +49,10 @@ class Program:
 
 
 def programs() -> list[Program]:
-    """The selftest, the golden vectors, garbage, refusals, the judge of mutants, and fuzzing targets on a fixed set of inputs."""
+    """The selftest, the golden vectors, garbage, refusals, the judges of mutants, fuzzing targets on fixed inputs."""
     board, fuzz = BOARDS / "board.c", ROOT / "tests" / "fuzz"
     found = [Program(name, (HERE / f"{name}.c", board)) for name in ("selftest", "golden")]
-    found.append(Program("judge", (ROOT / "tests" / "c_mutants" / "judge.c",)))
+    found += [Program(name, (ROOT / "tests" / "c_mutants" / f"{name}.c",)) for name in ("judge", "parts")]
     inputs = (str(INPUTS), *map(str, sorted((fuzz / "found").iterdir())))
     for suffix, double, single in (("f32", (), ("-DSINGLE",)), ("f64", ("-DDOUBLE",), ())):
         found += [Program(f"{name}_{suffix}", (HERE / f"{name}.c", board), double) for name in ("garbage", "refusals")]

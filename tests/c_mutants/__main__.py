@@ -2,12 +2,15 @@
 
 The sources for firmware in double precision are broken, whose tests are the sharper ones; single precision comes from the same
 templates. Mutants that do not compile are drawn again. The judges, in this order: judge.c (vectors of the reference with their
-tolerances, and what must be true of any answer), refusals, garbage and fuzzing targets on fixed inputs; and last the selftest's
-word, which any changed bit changes, so what it alone kills is counted apart. With `--pytest` its nearest tests follow.
+tolerances, and what must be true of any answer), parts.c (each function of the headers by itself), refusals, garbage and fuzzing
+targets on fixed inputs; judge.c and parts.c again under the sanitizers; the work that judge.c's calls take, in basic blocks; and
+last the selftest's word, which any changed bit changes, so what it alone kills is counted apart. With `--pytest` its nearest
+tests follow.
 Survivors are argued in docs/c-mutants.md: those that are listed there as equivalent are taken off, the others fail.
 """
 
 import argparse
+import math
 import os
 import random
 import re
@@ -18,13 +21,15 @@ import tempfile
 import time
 from collections import Counter
 from concurrent.futures import ThreadPoolExecutor
+from copy import copy
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 from queue import Queue
 
 from tests.c_mutants.operators import Mutant, mutants_of
-from tests.firmware.targets import BOARDS, COMMON, HERE, ROOT, UNITS, C
+from tests.firmware.targets import BOARDS, COMMON, HERE, ROOT, UNITS, C, Failed
+from tests.firmware.targets import run as patient_run
 
 SRC = C / "src"
 MINE = Path(__file__).resolve().parent
@@ -34,9 +39,15 @@ BROKEN = tuple(unit for unit in UNITS if unit != "selftest")
 LEAST = 0.90
 MOST_EQUIVALENT = 0.05
 INPUTS = "1500"
+SANITIZERS = ("-fsanitize=address,undefined,float-cast-overflow,float-divide-by-zero", "-fno-sanitize-recover=all")
+COUNTS = ("-fsanitize-coverage=trace-pc",)
+GROWTH = 1.02
+"""What calls of one kind may take together, as tests/firmware/costs.py says of instructions; one call may take MORE and SOME."""
+MORE, SOME = 1.1, 50
 
 PROGRAMS = {
     "judge": (MINE / "judge.c",),
+    "parts": (MINE / "parts.c",),
     "refusals": (HERE / "refusals.c", BOARDS / "board.c"),
     "garbage": (HERE / "garbage.c", BOARDS / "board.c"),
     "fuzz_entry": (FUZZ / "fuzz_entry.c", FUZZ / "replay.c"),
@@ -44,6 +55,9 @@ PROGRAMS = {
     "fuzz_control": (FUZZ / "fuzz_control.c", FUZZ / "replay.c"),
     "word": (MINE / "word.c",),
 }
+JUDGES = ("judge", "parts")
+"""Those that include the headers of the library."""
+
 NEAREST = {
     "flight": ("flight",), "control": ("control",), "trial": ("control",), "grid": ("grid",), "touchdown": ("touchdown",),
     "sensitivity": ("sensitivities", "tangents"), "linear": ("sensitivities", "stance_object"), "states": ("stance_object",),
@@ -78,12 +92,30 @@ def compiler() -> list[str]:
 
 
 def run(command: list[str], timeout: float) -> tuple[int, str]:
-    """The exit code, 124 if it took too long, and what was said."""
+    """The exit code, 124 if it took too much of the processor's time, and what was said."""
     try:
-        done = subprocess.run(command, capture_output=True, text=True, errors="replace", timeout=timeout, check=False)
-    except subprocess.TimeoutExpired:
-        return 124, ""
-    return done.returncode, done.stdout + done.stderr
+        return 0, patient_run(command, timeout)
+    except Failed as error:
+        return error.code, str(error)
+
+
+CHECKED = ("gcc", "-w", "-O0", *SANITIZERS)
+
+
+def takes_longer(calls: tuple[tuple[str, int], ...], usual: tuple[tuple[str, int], ...]) -> bool:
+    """Whether calls of a kind take more than GROWTH of what they took, or one of them more than MORE.
+
+    A judge that takes another way, with other calls, tells nothing of either.
+    """
+    if [kind for kind, _ in calls] != [kind for kind, _ in usual]:
+        return False
+    now, before = Counter[str](), Counter[str]()
+    for (kind, count), (_, least) in zip(calls, usual, strict=True):
+        if count > MORE * least + SOME:
+            return True
+        now[kind] += count
+        before[kind] += least
+    return any(now[kind] > GROWTH * before[kind] for kind in before)
 
 
 class Bench:
@@ -101,10 +133,24 @@ class Bench:
         for name, sources in PROGRAMS.items():
             for source in sources:
                 self.compile(source, folder / f"{name}-{source.name}.o")
+        for unit in self.units:
+            self.compile(self.src / unit, folder / f"checked-{unit}.o", CHECKED + COUNTS)
+        for name in JUDGES:
+            self.compile(PROGRAMS[name][0], folder / f"checked-{name}.o", CHECKED)
+        self.usual_work: tuple[tuple[str, int], ...] = ()
 
-    def compile(self, source: Path, target: Path) -> None:
+    def twin(self, folder: Path) -> "Bench":
+        """Another one beside it, without compiling all that again."""
+        shutil.copytree(self.folder, folder, symlinks=True)
+        other = copy(self)
+        other.folder, other.src = folder, folder / "src"
+        other.include = ["-I", str(C / "include"), "-I", str(other.src), "-I", str(BOARDS)]
+        return other
+
+    def compile(self, source: Path, target: Path, with_this: tuple[str, ...] = ()) -> None:
         flags = ["-std=c99", "-D_GNU_SOURCE", "-DDOUBLE", "-DENTRY=4"]
-        code, said = run([*compiler(), *flags, *self.include, "-c", str(source), "-o", str(target)], 60)
+        command = [*(with_this or compiler()), *flags, *self.include, "-c", str(source), "-o", str(target)]
+        code, said = run(command, 60)
         if code:
             raise ValueError(said)
 
@@ -122,16 +168,42 @@ class Bench:
             image = self.folder / name
             if run([*compiler(), *map(str, [*own, *library]), "-o", str(image), "-lm"], 60)[0]:
                 return "link"
+            if name == "word" and (found := self.checked(objects)) is not None:
+                return found
             arguments = [INPUTS, *map(str, sorted((FUZZ / "found").iterdir()))] if name.startswith("fuzz") else []
-            code, said = run([str(image), *arguments], 60)
+            code, said = run([str(image), *arguments], 15)
             if code or (name == "word" and said.strip() != wanted):
                 return name
         return None
 
+    def checked(self, broken: dict[str, Path]) -> str | None:
+        """`sanitizers` if they stop a judge, `work` if its calls take more than they did; None if neither."""
+        for unit in broken:
+            if unit in self.units:
+                self.compile(self.src / unit, self.folder / f"broken-checked-{unit}.o", CHECKED + COUNTS)
+        is_header = any(name not in self.units for name in broken)  # which parts.c includes
+        library = [self.folder / f"{'broken-' if unit in broken else ''}checked-{unit}.o" for unit in self.units]
+        for name in JUDGES if is_header else JUDGES[:1]:
+            own = self.folder / f"checked-{name}.o"
+            if is_header:
+                own = self.folder / f"broken-checked-{name}.o"
+                self.compile(PROGRAMS[name][0], own, CHECKED)
+            image = self.folder / f"checked-{name}"
+            if run([*CHECKED, *map(str, [own, *library]), "-o", str(image), "-lm"], 60)[0]:
+                return "link"
+            code, said = run([str(image), "work"], 120)
+            if code:
+                return "sanitizers"
+            if name == "judge":
+                calls = tuple((kind, int(count)) for kind, count in re.findall(r"^(\w+) (\d+)$", said, re.MULTILINE))
+                if self.usual_work and takes_longer(calls, self.usual_work):
+                    return "work"
+                self.usual_work = self.usual_work or calls
+        return None
+
     def unbroken(self) -> str:
         """The selftest's word."""
-        objects: dict[str, Path] = {}
-        failed = self.judge(objects, "")
+        failed = self.judge({}, "")
         if failed != "word":
             sys.exit(f"hopform: {failed} is red before anything is broken")
         return run([str(self.folder / "word")], 60)[1].strip()
@@ -150,9 +222,10 @@ class Bench:
                 objects[unit] = self.folder / f"broken-{unit}.o"
                 self.compile(self.src / unit, objects[unit])
             if mutant.file.endswith(".h"):
-                name = f"judge-{PROGRAMS['judge'][0].name}.o"
-                objects[name] = self.folder / "broken-judge.o"
-                self.compile(PROGRAMS["judge"][0], objects[name])
+                for name in JUDGES:
+                    own = f"{name}-{PROGRAMS[name][0].name}.o"
+                    objects[own] = self.folder / f"broken-{name}.o"
+                    self.compile(PROGRAMS[name][0], objects[own])
             killer = self.judge(objects, wanted)
             if self.asks_pytest and killer in (None, "word"):
                 return self.pytest(mutant, affected) or killer
@@ -225,25 +298,28 @@ def without_line(described: str) -> str:
     return re.sub(r":\d+:", ":", described, count=1)
 
 
-def draw(count: int, seed: int, jobs: int, asks_pytest: bool) -> list[Verdict]:
-    """Verdicts on so many mutants that compile, in the order drawn."""
+def draw(count: int, seed: int, jobs: int, asks_pytest: bool, seconds: float) -> list[Verdict]:
+    """Verdicts on so many mutants that compile, in the order drawn; fewer if the time is over."""
     mutants = pool_of_mutants()
     order = random.Random(seed).sample(mutants, len(mutants))
     print(f"{len(mutants)} places to break; seed {seed}; {' '.join(compiler())}", flush=True)
     folder = Path(tempfile.mkdtemp(prefix="hopform-"))
     benches: Queue[Bench] = Queue()
-    for n in range(jobs):
-        (folder / str(n)).mkdir()
-        benches.put(Bench(folder / str(n), asks_pytest))
-    first = benches.get()
+    (folder / "0").mkdir()
+    first = Bench(folder / "0", asks_pytest)
     wanted = first.unbroken()
-    benches.put(first)
+    for bench in (first, *(first.twin(folder / str(n)) for n in range(1, jobs))):
+        benches.put(bench)
     if asks_pytest:
         whole_library()
+
+    last = time.monotonic() + seconds
 
     def verdict(mutant: Mutant) -> Verdict:
         bench = benches.get()
         try:
+            if time.monotonic() > last:
+                return Verdict(mutant, "late")
             return Verdict(mutant, bench.break_and_judge(mutant, wanted))
         finally:
             benches.put(bench)
@@ -251,13 +327,15 @@ def draw(count: int, seed: int, jobs: int, asks_pytest: bool) -> list[Verdict]:
     verdicts: list[Verdict] = []
     with ThreadPoolExecutor(jobs) as pool:
         start = 0
-        while len(verdicts) < count and start < len(order):
+        while len(verdicts) < count and start < len(order) and time.monotonic() < last:
             batch = order[start : start + count - len(verdicts)]
             start += len(batch)
             for found in pool.map(verdict, batch):
-                if found.killer == "stillborn":
+                if found.killer in ("stillborn", "late"):
                     continue
                 verdicts.append(found)
+                if len(verdicts) % 25 == 0:
+                    print(f"{len(verdicts)}, {sum(v.killer is not None for v in verdicts)} of them killed", flush=True)
                 if found.killer in (None, "word", "pytest"):
                     print(
                         f"{found.killer or 'SURVIVES'}: {found.mutant.describe(text_of(found.mutant.file))}", flush=True
@@ -274,10 +352,11 @@ def main() -> int:
     parser.add_argument(
         "--pytest", action="store_true", help="ask the nearest tests of pytest about survivors, half a minute each"
     )
+    parser.add_argument("--seconds", type=float, default=math.inf, help="no more are begun after these")
     chosen = parser.parse_args()
     seed = chosen.seed if chosen.seed is not None else random.SystemRandom().randrange(10**6)
     began = time.perf_counter()
-    verdicts = draw(chosen.count, seed, chosen.jobs, chosen.pytest)
+    verdicts = draw(chosen.count, seed, chosen.jobs, chosen.pytest, chosen.seconds)
     killers = Counter(found.killer or "survived" for found in verdicts)
     known = argued()
     equivalent = [

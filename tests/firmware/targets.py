@@ -1,6 +1,8 @@
 """Processors, the compilers for them and the machines of QEMU that stand in for boards; how a program is built and run."""
 
+import math
 import shutil
+import signal
 import subprocess
 from dataclasses import dataclass
 from functools import cache
@@ -17,8 +19,19 @@ UNITS = ("control", "energy", "flight", "grid", "selftest", "sensitivity", "stan
 """Sources of the library for firmware, in each precision; batches are for computers with vector registers."""
 
 
+PATIENCE = 20.0
+"""How much longer than its time of the processor a command may wait: for what never ends, and waits."""
+
+OUT_OF_TIME = (-signal.SIGXCPU, -signal.SIGKILL)
+"""How a command ends whose time of the processor is over; dash sets both limits."""
+
+
 class Failed(Exception):
-    """A tool or an emulated program that failed, with its last words."""
+    """A tool or an emulated program that failed, with its last words; `code` is how it ended, 124 where it took too long."""
+
+    def __init__(self, message: str, code: int = 124) -> None:
+        super().__init__(message)
+        self.code = code
 
 
 @dataclass(frozen=True)
@@ -90,16 +103,22 @@ def needed() -> list[str]:
 
 
 def run(command: list[str], timeout: float = 120.0, cwd: Path | None = None) -> str:
-    """Both streams of a command; raise `Failed` if it says no."""
+    """Both streams of a command; raise `Failed` if it says no, or takes more than so much time of the processor.
+
+    Not of the clock: on a machine that does other work, too, a program that emulates for seconds may wait for minutes.
+    """
+    limited = ["sh", "-c", f'ulimit -t {math.ceil(timeout)} && exec "$0" "$@"', *command]
     try:
         done = subprocess.run(
-            command, capture_output=True, text=True, errors="replace", timeout=timeout, check=False, cwd=cwd
+            limited, capture_output=True, text=True, errors="replace", timeout=PATIENCE * timeout, check=False, cwd=cwd
         )
     except subprocess.TimeoutExpired:
-        raise Failed(f"{command[0]} took longer than {timeout:.0f} s") from None
+        raise Failed(f"{command[0]} waited for longer than {PATIENCE * timeout:.0f} s") from None
+    if done.returncode in OUT_OF_TIME:
+        raise Failed(f"{command[0]} took longer than {timeout:.0f} s of the processor")
     text = done.stdout + done.stderr
     if done.returncode != 0:
-        raise Failed(f"{' '.join(command[:6])} ... ended with {done.returncode}:\n{text[-4000:]}")
+        raise Failed(f"{' '.join(command[:6])} ... ended with {done.returncode}:\n{text[-4000:]}", done.returncode)
     return text
 
 

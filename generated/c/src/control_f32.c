@@ -406,16 +406,17 @@ static void sift(hopform_search_f32 *search)
 {
     int32_t kept = 0;
     int32_t first = 0;
-    for (int32_t n = 0; n < search->count; n++) {
+    for (int32_t n = 0; n < search->count && n < HOPFORM_SEARCH_CELLS_f32; n++) {
         const hopform_cell_f32 *c = &search->cells[n];
-        if (matters(search, c)) {
+        if (matters(search, c) && kept < HOPFORM_SEARCH_CELLS_f32) {
             const hopform_cell_f32 *best = &search->cells[first];
             const bool as_good = !(c->promise > best->promise) && !(c->promise < best->promise);
             if (kept == 0 || c->promise < best->promise || (as_good && fabsf(c->from.u) < fabsf(best->from.u))) {
                 first = kept;
             }
             if (kept < n) {
-                search->cells[kept] = *c;
+                const hopform_cell_f32 moved = *c;
+                search->cells[kept] = moved;
             }
             kept++;
         }
@@ -423,7 +424,8 @@ static void sift(hopform_search_f32 *search)
     search->count = kept;
     if (first + 1 < kept) {
         const hopform_cell_f32 swapped = search->cells[first];
-        search->cells[first] = search->cells[kept - 1];
+        const hopform_cell_f32 last = search->cells[kept - 1];
+        search->cells[first] = last;
         search->cells[kept - 1] = swapped;
     }
 }
@@ -466,7 +468,9 @@ static bool take_in(hopform_search_f32 *search, const hopform_trial_f32 *trial)
 {
     const hopform_robot_f32 *robot = &search->plan->robot;
     consider(search, trial);
-    search->trials++;
+    if (search->trials < HOPFORM_SEARCH_TRIALS) {
+        search->trials++;
+    }
     if (search->trials == 1) {
         search->zero = *trial;
         if (search->reached || !(robot->u_max > 0.0f && robot->x1_min < robot->x1_max)) {
@@ -474,11 +478,12 @@ static bool take_in(hopform_search_f32 *search, const hopform_trial_f32 *trial)
         }
     } else if (!(fabsf(trial->u) < robot->u_max)) {
         keep(search, &search->zero, trial, 0);
-    } else {
+    } else if (search->count > 0) {
         const hopform_cell_f32 split = search->cells[--search->count];
         const float half = 0.5f * width_of(&split);
-        keep(search, &split.from, trial, fabsf(trial->u - split.from.u) > half ? split.slow + 1 : 0);
-        keep(search, trial, &split.to, fabsf(split.to.u - trial->u) > half ? split.slow + 1 : 0);
+        const int32_t slower = split.slow < 2 ? split.slow + 1 : 2;
+        keep(search, &split.from, trial, fabsf(trial->u - split.from.u) > half ? slower : 0);
+        keep(search, trial, &split.to, fabsf(split.to.u - trial->u) > half ? slower : 0);
     }
     return go_on(search);
 }
@@ -571,7 +576,7 @@ int32_t hopform_choose_current_step_f32(hopform_search_f32 *search, hopform_phas
         say(search, command);
         return search->status;
     }
-    hopform_trial_f32 trial;
+    hopform_trial_f32 trial = search->best;
     bool fits = true;
     const int32_t status =
         attempt(search->plan, &search->start, search->next, search->horizon, phases, capacity, &trial, &fits);

@@ -54,7 +54,7 @@ int32_t hopform_stance_energy_f32(const hopform_plan_f32 *plan, const hopform_st
             continue;
         }
         const float t = times[i] < stance->duration ? times[i] : stance->duration;
-        for (; n + 1 < stance->phases_kept && phases[n + 1].t <= t; n++) {
+        for (; n < stance->phases_kept - 1 && phases[n + 1].t <= t; n++) {
             const hopform_ledger_f32 whole =
                 hopform_ledger_in_phase_f32(plan, &phases[n], steps[phases[n].step].u, phases[n + 1].t - phases[n].t);
             add(&sum, &whole);

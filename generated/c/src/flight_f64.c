@@ -302,11 +302,12 @@ static bool changes_between(const flight_chain *chain, function_of_time function
 /* Put the roots of a function, monotone between the points, among them; the new number of points. */
 static int split(const flight_chain *chain, function_of_time function, foot_point *points, int count)
 {
-    for (int n = 0; n + 1 < count && count < MOST_POINTS; n++) {
-        foot_point root;
+    for (int n = 0; n < count - 1 && count < MOST_POINTS; n++) {
+        foot_point root = points[n];
         if (changes_between(chain, function, &points[n], &points[n + 1], &root)) {
             for (int m = count; m > n + 1; m--) {
-                points[m] = points[m - 1];
+                const foot_point before = points[m - 1];
+                points[m] = before;
             }
             points[n + 1] = root;
             count++;
@@ -448,8 +449,8 @@ static void watch_pull(const flight_chain *chain, phase_end *end)
     if (!(chain->gains.Kp > 0.0 || chain->gains.Kd > 0.0)) {
         return;
     }
-    pull_point points[MOST_TURNS];
-    instant turn;
+    pull_point points[MOST_TURNS] = {0};
+    instant turn = chain->first;
     int count = 0;
     points[count++] = pull_point_of(chain, &chain->first);
     if (turns_before(chain, PULL_RATE, end->at.t, &turn)) {
@@ -531,8 +532,8 @@ static void land(const flight_chain *chain, phase_end *end)
 /* The foot's first downward crossing of the ground, or where it gets above it, on pieces on which it is monotone. */
 static void search_foot(flight_chain *chain, phase_end *end)
 {
-    foot_point points[MOST_POINTS];
-    instant turn;
+    foot_point points[MOST_POINTS] = {0};
+    instant turn = chain->first;
     int count = 0;
     points[count++] = foot_point_of(&chain->first);
     if (turns_before(chain, JERK, end->at.t, &turn)) {
@@ -627,7 +628,7 @@ static void record(flight_chain *chain, int event)
         phase->event = (int8_t)event;
         phase->spare = 0;
     }
-    if (event != HOPFORM_EVENT_NONE && chain->count < chain->max_phases) {
+    if (event != HOPFORM_EVENT_NONE && chain->count < chain->max_phases && chain->event_count < chain->count) {
         chain->event_count++;
     }
     chain->count++;
@@ -901,7 +902,7 @@ static int32_t phase_index(const hopform_flight_phase_f64 *phases, int32_t count
     int32_t low = 0;
     int32_t high = count - 1;
     while (low < high) {
-        const int32_t middle = low + (high - low + 1) / 2;
+        const int32_t middle = (int32_t)(((uint32_t)low + (uint32_t)high + 1u) / 2u);
         if (phases[middle].t <= t) {
             low = middle;
         } else {
@@ -1058,7 +1059,7 @@ int32_t hopform_flight_energy_f64(const hopform_plan_f64 *plan, const hopform_fl
         if (i > 0 && times[i] < times[i - 1]) {
             return HOPFORM_ERROR_TIME;
         }
-        for (; n + 1 < flight->phases_kept && phases[n + 1].t <= times[i]; n++) {
+        for (; n < flight->phases_kept - 1 && phases[n + 1].t <= times[i]; n++) {
             const hopform_flight_ledger_f64 whole = ledger_in_phase(plan, gains, largest, &phases[n], phases[n + 1].t - phases[n].t);
             add(&sum, &whole);
             loss += loss_before(plan, gains, largest, &phases[n], &phases[n + 1]);
@@ -1067,7 +1068,7 @@ int32_t hopform_flight_energy_f64(const hopform_plan_f64 *plan, const hopform_fl
         ledgers[i] = sum;
         add(&ledgers[i], &part);
         stop_losses[i] = loss;
-        hopform_state_f64 state;
+        hopform_state_f64 state = flight->start;
         const int32_t status = hopform_flight_at_f64(plan, phases, flight, &times[i], 1, &state);
         if (status < 0) {
             return status;

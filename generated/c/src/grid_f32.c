@@ -182,7 +182,7 @@ static void samples_at_rest(const hopform_phase_f32 *phase, int32_t count, const
 static int32_t sample_behind(float time, float t0, float dt, int32_t first, int32_t count)
 {
     const float guess = (time - t0) / dt;
-    int32_t n = guess < (float)first ? first : (guess < (float)count ? (int32_t)guess : count);
+    int32_t n = guess < (float)count ? (guess > (float)first ? (int32_t)guess : first) : count;
     while (n > first && t0 + (float)(n - 1) * dt >= time) {
         n--;
     }

@@ -182,7 +182,7 @@ static void samples_at_rest(const hopform_phase_f64 *phase, int32_t count, const
 static int32_t sample_behind(double time, double t0, double dt, int32_t first, int32_t count)
 {
     const double guess = (time - t0) / dt;
-    int32_t n = guess < (double)first ? first : (guess < (double)count ? (int32_t)guess : count);
+    int32_t n = guess < (double)count ? (guess > (double)first ? (int32_t)guess : first) : count;
     while (n > first && t0 + (double)(n - 1) * dt >= time) {
         n--;
     }

@@ -62,8 +62,9 @@ static inline hopform_fade_f32 hopform_fade_by_f32(float x)
     if (!(x > -87.0f)) {
         return fade;
     }
-    const int32_t n = (int32_t)(x * 1.442695f - 0.5f);
-    const float r = x - (float)n * 0.69311523f - (float)n * 3.1946183e-5f;
+    const float down = x < 1.0f ? x : 1.0f; /* above 0 by rounding at most; so that the conversion is defined whatever comes */
+    const int32_t n = (int32_t)(down * 1.442695f - 0.5f);
+    const float r = down - (float)n * 0.69311523f - (float)n * 3.1946183e-5f;
     float sum = 0.0f;
     sum = sum * r + 2.4801588e-5f;
     sum = sum * r + 0.0001984127f;
@@ -96,7 +97,7 @@ typedef struct {
 /* sin(x) and cos(x) for x >= 0, by quarter turns and power series; an angle without a digit left counts as 0. */
 static inline hopform_turn_f32 hopform_turn_by_f32(float x)
 {
-    const float angle = x < 1e6f ? x : 0.0f;
+    const float angle = x > 0.0f && x < 1e6f ? x : 0.0f;
     const int32_t n = (int32_t)(angle * 0.63661975f + 0.5f);
     const float r = angle - (float)n * 1.5703125f - (float)n * 0.0004837513f - (float)n * 7.54979e-8f;
     const float rr = r * r;

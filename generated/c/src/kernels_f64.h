@@ -78,8 +78,9 @@ static inline hopform_fade_f64 hopform_fade_by_f64(double x)
     if (!(x > -708.0)) {
         return fade;
     }
-    const int64_t n = (int64_t)(x * 1.4426950408889634 - 0.5);
-    const double r = x - (double)n * 0.6931471803691238 - (double)n * 1.9082149292705877e-10;
+    const double down = x < 1.0 ? x : 1.0; /* above 0 by rounding at most; so that the conversion is defined whatever comes */
+    const int64_t n = (int64_t)(down * 1.4426950408889634 - 0.5);
+    const double r = down - (double)n * 0.6931471803691238 - (double)n * 1.9082149292705877e-10;
     double sum = 0.0;
     sum = sum * r + 1.1470745597729725e-11;
     sum = sum * r + 1.6059043836821613e-10;
@@ -118,7 +119,7 @@ typedef struct {
 /* sin(x) and cos(x) for x >= 0, by quarter turns and power series; an angle without a digit left counts as 0. */
 static inline hopform_turn_f64 hopform_turn_by_f64(double x)
 {
-    const double angle = x < 1000000000000000.0 ? x : 0.0;
+    const double angle = x > 0.0 && x < 1000000000000000.0 ? x : 0.0;
     const int64_t n = (int64_t)(angle * 0.6366197723675814 + 0.5);
     const double r = angle - (double)n * 1.5707963267341256 - (double)n * 6.077100506303966e-11 - (double)n * 6.123233995736766e-17;
     const double rr = r * r;

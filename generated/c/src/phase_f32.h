@@ -72,7 +72,7 @@ static inline int32_t hopform_phase_index_f32(const hopform_phase_f32 *phases, i
     int32_t low = 0;
     int32_t high = count - 1;
     while (low < high) {
-        const int32_t middle = low + (high - low + 1) / 2;
+        const int32_t middle = (int32_t)(((uint32_t)low + (uint32_t)high + 1u) / 2u);
         if (phases[middle].t <= t) {
             low = middle;
         } else {

@@ -78,13 +78,11 @@ static void add_product(hopform_matrix_f64 *sum, const hopform_matrix_f64 *a, co
 static void short_responses(const hopform_plan_f64 *plan, const hopform_drive_f64 *drive, int side_1, int side_2, double h,
                             hopform_matrix_f64 shares[SHARES])
 {
-    const hopform_matrix_f64 zero = {{{0}}};
-    hopform_matrix_f64 phi[HOPFORM_NODES_f64];
+    hopform_matrix_f64 phi[HOPFORM_NODES_f64] = {0};
     for (int node = 0; node < HOPFORM_NODES_f64; node++) {
         phi[node] = hopform_transition_f64(plan, drive, side_1, side_2, hopform_place_f64[node] * h);
     }
     for (int share = 0; share < SHARES; share++) {
-        shares[share] = zero;
         for (int node = 0; node < HOPFORM_NODES_f64; node++) {
             const hopform_matrix_f64 *rest = &phi[HOPFORM_NODES_f64 - 1 - node];
             const double *at = phi[node].at[column_of(share)];
@@ -107,7 +105,7 @@ static response response_of(const hopform_plan_f64 *plan, const hopform_phase_f6
     const hopform_poles_f64 *poles = hopform_poles_of_f64(plan, side_1, side_2);
     int doublings = hopform_doublings_f64(poles, t);
     double h = hopform_halved_f64(t, doublings);
-    hopform_matrix_f64 shares[SHARES];
+    hopform_matrix_f64 shares[SHARES] = {0};
     short_responses(plan, &drive, side_1, side_2, h, shares);
     for (; doublings > 0; doublings--) {
         const hopform_matrix_f64 phi = hopform_transition_f64(plan, &drive, side_1, side_2, h);
@@ -119,13 +117,12 @@ static response response_of(const hopform_plan_f64 *plan, const hopform_phase_f6
         }
         h *= 2.0;
     }
-    response made;
+    response made = {0};
     made.phi = hopform_transition_f64(plan, &drive, side_1, side_2, t);
     const double start[SIZE] = {1.0, 0.0, phase->y, phase->v1, phase->v2};
     for (int share = 0; share < SHARES; share++) {
         const bool moves = (row_of(share) == V1 ? side_1 : side_2) != 0;
         for (int i = 0; i < SIZE; i++) {
-            made.by_share[share][i] = 0.0;
             for (int j = 0; moves && j < SIZE; j++) {
                 made.by_share[share][i] += shares[share].at[i][j] * start[j];
             }
@@ -371,7 +368,7 @@ int32_t hopform_stance_tangents_f64(const hopform_plan_f64 *plan, const hopform_
             return HOPFORM_ERROR_TIME;
         }
         const double within = t < stance->duration ? t : stance->duration;
-        for (; n + 1 < stance->phases_kept && phases[n + 1].t <= within; n++) {
+        for (; n < stance->phases_kept - 1 && phases[n + 1].t <= within; n++) {
             travel(plan, steps, &place, phases[n + 1].t, &change);
             exists = pass(plan, steps, &phases[n], &phases[n + 1], &change) && exists;
             place = phases[n + 1];

@@ -105,7 +105,7 @@ static void settle(stance_chain *chain, bool rests_1, bool rests_2)
 
 /* ---- the end of a phase ---- */
 
-enum { MOST_WATCHES = 4 };
+enum { MOST_WATCHES = 3 };
 
 /* What is watched in a phase: take-off first, then what mass 1 does, then mass 2, which is also who wins a tie.
  * Not the velocity of a mass that slips alone: its zero is known. */
@@ -167,21 +167,17 @@ static void put_guard(stance_guard *guard, const stance_chain *chain, const hopf
     guard->halt = 1e38f;
     guard->halts = END_LIMIT;
     if (chain->side_1 == 0) {
+        const float sign = (float)chain->side_2;
         watch_thresholds(chain, guard, 1);
+        guard->halt = hopform_halt_time_f32(poles, sign * chain->state.v2, sign * motion->H3_2);
+        guard->halts = END_VELOCITY_2;
     } else if (chain->side_2 == 0) {
         const float sign = (float)chain->side_1;
+        watch_thresholds(chain, guard, 2);
         guard->halt = hopform_halt_time_f32(poles, sign * chain->state.v1, sign * motion->H3_1);
         guard->halts = END_VELOCITY_1;
     } else {
         watch_velocity(chain, guard, END_VELOCITY_1);
-    }
-    if (chain->side_2 == 0) {
-        watch_thresholds(chain, guard, 2);
-    } else if (chain->side_1 == 0) {
-        const float sign = (float)chain->side_2;
-        guard->halt = hopform_halt_time_f32(poles, sign * chain->state.v2, sign * motion->H3_2);
-        guard->halts = END_VELOCITY_2;
-    } else {
         watch_velocity(chain, guard, END_VELOCITY_2);
     }
     for (int32_t n = 0; n < guard->count; n++) {
@@ -446,13 +442,13 @@ static phase_end find_end(const stance_chain *chain, const hopform_poles_f32 *po
         const phase_end result = {until, END_LIMIT, 0, start};
         return result;
     }
-    stance_guard guard;
+    stance_guard guard = {0};
     put_guard(&guard, chain, poles, motion);
     const float limit = guard.halt < until ? guard.halt : until;
     window end = {0.0f, start, {{0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f}}, lost_at_once(&guard)};
     bool stops = false;
     int32_t patience = 8;
-    for (int32_t windows = 0; end.found < 0 && !stops && end.t < limit; windows++) {
+    for (int32_t windows = 0; end.found < 0 && !stops && end.t < limit; windows = windows > 3 ? windows : windows + 1) {
         const float low = end.t;
         float quiet = low;
         if (--patience <= 0) {
@@ -491,7 +487,7 @@ static void record(stance_chain *chain, int event)
         phase->event = (int8_t)event;
         phase->step = (uint16_t)chain->step;
     }
-    if (event != HOPFORM_EVENT_NONE && chain->count < chain->max_phases) {
+    if (event != HOPFORM_EVENT_NONE && chain->count < chain->max_phases && chain->event_count < chain->count) {
         chain->event_count++;
     }
     chain->count++;
@@ -533,7 +529,9 @@ static void end_of_velocity_1(stance_chain *chain, end_kind kind)
 /* The current takes its next value: what is held may begin to slip. */
 static void next_step(stance_chain *chain)
 {
-    chain->step++;
+    if (chain->step + 1 < chain->step_count) {
+        chain->step++;
+    }
     const bool held_1 = chain->side_1 == 0;
     const bool held_2 = chain->side_2 == 0;
     settle(chain, held_1, held_2);
@@ -679,7 +677,7 @@ static int32_t run(stance_chain *chain)
         if (chain->side_1 == 0 && chain->side_2 == 0 && last_step(chain)) {
             return HOPFORM_ENDING_REST;
         }
-        const float until = last_step(chain) || chain->steps[chain->step + 1].t > chain->horizon
+        const float until = chain->step + 1 >= chain->step_count || chain->steps[chain->step + 1].t > chain->horizon
                                ? chain->horizon
                                : chain->steps[chain->step + 1].t;
         const hopform_poles_f32 *poles = hopform_poles_of_f32(chain->plan, chain->side_1, chain->side_2);

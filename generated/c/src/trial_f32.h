@@ -45,7 +45,9 @@ static inline void hopform_note_dip_f32(hopform_tally_f32 *tally, float y, float
         tally->trial->dip = y;
         tally->trial->dip_u = change;
     }
-    tally->trial->dips++;
+    if (tally->trial->dips < INT16_MAX) {
+        tally->trial->dips++;
+    }
 }
 
 /* A phase that is followed, with the motion of its change. */
@@ -103,7 +105,7 @@ static inline void hopform_find_dips_f32(hopform_tally_f32 *tally, const hopform
         return;
     }
     const float looks = 1.0f + 1.3f * sqrtf(stretch->poles->q) * length;
-    const int count = looks < 64.0f ? (int)looks + 2 : 64;
+    const int count = looks > 0.0f && looks < 64.0f ? (int)looks + 2 : 64;
     const float apart = length / (float)count;
     float before = rate;
     for (int n = 1; n <= count; n++) {

@@ -45,7 +45,9 @@ static inline void hopform_note_dip_f64(hopform_tally_f64 *tally, double y, doub
         tally->trial->dip = y;
         tally->trial->dip_u = change;
     }
-    tally->trial->dips++;
+    if (tally->trial->dips < INT16_MAX) {
+        tally->trial->dips++;
+    }
 }
 
 /* A phase that is followed, with the motion of its change. */
@@ -103,7 +105,7 @@ static inline void hopform_find_dips_f64(hopform_tally_f64 *tally, const hopform
         return;
     }
     const double looks = 1.0 + 1.3 * sqrt(stretch->poles->q) * length;
-    const int count = looks < 64.0 ? (int)looks + 2 : 64;
+    const int count = looks > 0.0 && looks < 64.0 ? (int)looks + 2 : 64;
     const double apart = length / (double)count;
     double before = rate;
     for (int n = 1; n <= count; n++) {

@@ -6,5 +6,5 @@
 
 const char *hopform_source(void)
 {
-    return "203256b0f2276919";
+    return "4bc507350cdf31d3";
 }
