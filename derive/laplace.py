@@ -25,6 +25,9 @@ from derive.quantities import (
     H1_y,
     H2_y,
     H3_y,
+    N0_1,
+    N1_1,
+    N2_1,
     a1_0,
     a1_u,
     a1_v1,
@@ -103,6 +106,9 @@ ALONE = {0: "{} of y, the other mass held", 1: "{} with x_2 held", 2: "{} with x
 NAMES = {0: (H3_y, H2_y, H1_y), 1: (H3_1, H2_1, H1_1), 2: (H3_2, H2_2, H1_2)}
 
 
+WHOLE = (N2_1, N1_1, N0_1)
+
+
 def numerators(moving: tuple[int, ...]) -> tuple[Step, ...]:
     """H_3, H_2, H_1 of y, v_1, v_2 in the mode where the masses `moving` slip and the others are held.
 
@@ -127,8 +133,22 @@ def numerators(moving: tuple[int, ...]) -> tuple[Step, ...]:
         for column, values in enumerate(columns)
         for index, row in enumerate(rows)
     ]
-    held = [name for row in (1, 2) if row not in rows for name in NAMES[row]]
+    steps += _whole_numerator(moving, adjugate, start, constant) if 1 in moving else ()
+    held = [name for row in (1, 2) if row not in rows for name in (*NAMES[row], *(WHOLE if row == 1 else ()))]
     return (*steps, *(Step(name, sp.S.Zero, "held") for name in held))
+
+
+def _whole_numerator(moving: tuple[int, ...], adjugate: sp.Matrix, start: sp.Matrix, constant: sp.Matrix) -> list[Step]:
+    """N_2, N_1, N_0 of V_1 = (v_1 s^3 + N_2 s^2 + N_1 s + N_0)/(s P): the row of adj(s - M) (s z(0) + d).
+
+    They are H_3 + s_1 v_1(0), H_2 + s_2 v_1(0), H_1 + s_3 v_1(0), in which nothing cancels where v_1 fades.
+    """
+    row = sp.Poly(sp.expand((adjugate * (s * start + constant))[1]), s)
+    coefficients = [row.coeff_monomial(s**power) for power in range(len(moving), -1, -1)]
+    return [
+        Step(name, sp.expand(value), _source(moving, 1, column))
+        for column, (name, value) in enumerate(zip(WHOLE, [*coefficients, sp.S.Zero][:3], strict=True))
+    ]
 
 
 def _source(moving: tuple[int, ...], row: int, column: int) -> str:

@@ -212,9 +212,7 @@ def program(model: Model = HOPPER) -> Program:
             time_domain.carried(),
             CARRIED,
         ),
-        Function(
-            "state_at", "The state at time t of a phase.", (Q.STATE, Q.MOTION, Q.BASIS, Q.TIME), time_domain.state(), AT
-        ),
+        Function("state_at", "The state at time t of a phase.", (Q.STATE, Q.MOTION, Q.BASIS), time_domain.state(), AT),
         Function("energies", "Energy of the body and of the robot.", (robot, Q.STATE), energy.energies(), Q.ENERGY),
         Function(
             "body_energy_gain",

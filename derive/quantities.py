@@ -92,7 +92,7 @@ C_1, C_2 = DRIVE.symbols
 
 MOTION = Record(
     "Motion",
-    "Numerators H_3 s^2 + H_2 s + H_1 of (11), taken from where and how fast each coordinate starts.",
+    "Numerators H_3 s^2 + H_2 s + H_1 of (11), taken from where and how fast each coordinate starts, and that of v_1 as a whole.",
     (
         Quantity("H3_1", r"H_{3,1}", "m/s^2", "actuator, terms in s^2: its initial acceleration"),
         Quantity("H2_1", r"H_{2,1}", "m/s^3", "actuator, terms in s"),
@@ -103,9 +103,14 @@ MOTION = Record(
         Quantity("H3_y", r"H_{3,y}", "m/s", "compression, terms in s^2: its initial rate"),
         Quantity("H2_y", r"H_{2,y}", "m/s^2", "compression, terms in s"),
         Quantity("H1_y", r"H_{1,y}", "m/s^3", "compression, constant terms"),
+        Quantity(
+            "N2_1", r"N_{2,1}", "m/s^2", "actuator, terms in s^2 of its whole numerator, that begins with v_1 s^3"
+        ),
+        Quantity("N1_1", r"N_{1,1}", "m/s^3", "actuator, terms in s of that"),
+        Quantity("N0_1", r"N_{0,1}", "m/s^4", "actuator, constant terms of that"),
     ),
 )
-H3_1, H2_1, H1_1, H3_2, H2_2, H1_2, H3_y, H2_y, H1_y = MOTION.symbols
+H3_1, H2_1, H1_1, H3_2, H2_2, H1_2, H3_y, H2_y, H1_y, N2_1, N1_1, N0_1 = MOTION.symbols
 
 NUMERATOR = Record(
     "Numerator",

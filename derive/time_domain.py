@@ -3,7 +3,7 @@
 From H(s) = h(0)/s + (H_3 s^2 + H_2 s + H_1)/(s P(s)) for h = y, v_1, v_2:
 
     h(t)  = h(0) + H_3 W' + H_2 W + H_1 W1            h'(t) = H_3 W'' + H_2 W' + H_1 W
-    x_i(t) = x_i(0) + v_i(0) t + H_3 W + H_2 W1 + H_1 W2
+    x_i(t) = x_i(0) + v_i(0) t + H_3 W + H_2 W1 + H_1 W2 = x_i(0) + v_i(0) W' + N_2 W + N_1 W1 + N_0 W2
 
 With b_1 + b_2 > 0 and distinct poles these are A + B t + C exp(-a t) + D exp(-b t) + E exp(-c t) of (18)
 and, for x_1, (20) without the hats F, G, whose poles d, e cancel.
@@ -27,6 +27,9 @@ from derive.quantities import (
     H1_y,
     H2_y,
     H3_y,
+    N0_1,
+    N1_1,
+    N2_1,
     W,
     Wd,
     Wdd,
@@ -86,7 +89,7 @@ def carried() -> tuple[Step, ...]:
 def state() -> tuple[Step, ...]:
     """The state at time t of a phase."""
     return (
-        Step(x1_t, x1 + (v1 * t + H3_1 * W + H2_1 * W1 + H1_1 * W2), "(20)"),
+        Step(x1_t, x1 + (v1 * Wd + N2_1 * W + N1_1 * W1 + N0_1 * W2), "(20), with t = W' + s_1 W + s_2 W1 + s_3 W2"),
         Step(v1_t, v1 + (H3_1 * Wd + H2_1 * W + H1_1 * W1), "(21)"),
         Step(v2_t, v2 + (H3_2 * Wd + H2_2 * W + H1_2 * W1), "(19)"),
         Step(y_t, y + (H3_y * Wd + H2_y * W + H1_y * W1), "(18) of y"),

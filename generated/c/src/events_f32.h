@@ -286,7 +286,7 @@ static inline hopform_approach_f32 hopform_approach_of_f32(const hopform_poles_f
 {
     const hopform_numerator_f32 h = {motion->H3_1, motion->H2_1, motion->H1_1};
     const hopform_rise_f32 rise = hopform_rises_f32(poles, &h, basis);
-    const hopform_at_f32 at = hopform_state_at_f32(start, motion, basis, t);
+    const hopform_at_f32 at = hopform_state_at_f32(start, motion, basis);
     const hopform_sample_f32 beyond = {sign * at.x1_t, sign * at.v1_t, sign * rise.rise_rate, sign * rise.rise_curvature, 0.0f, 0.0f};
     const hopform_approach_f32 to = {beyond, sign * rise.rise_third};
     return to;

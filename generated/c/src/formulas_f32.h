@@ -16,7 +16,7 @@ typedef struct {
     float C_2;  /* [m/s^2] constant acceleration of the body */
 } hopform_drive_f32;
 
-/* Numerators H_3 s^2 + H_2 s + H_1 of (11), taken from where and how fast each coordinate starts. */
+/* Numerators H_3 s^2 + H_2 s + H_1 of (11), taken from where and how fast each coordinate starts, and that of v_1 as a whole. */
 typedef struct {
     float H3_1;  /* [m/s^2] actuator, terms in s^2: its initial acceleration */
     float H2_1;  /* [m/s^3] actuator, terms in s */
@@ -27,6 +27,9 @@ typedef struct {
     float H3_y;  /* [m/s] compression, terms in s^2: its initial rate */
     float H2_y;  /* [m/s^2] compression, terms in s */
     float H1_y;  /* [m/s^3] compression, constant terms */
+    float N2_1;  /* [m/s^2] actuator, terms in s^2 of its whole numerator, that begins with v_1 s^3 */
+    float N1_1;  /* [m/s^3] actuator, terms in s of that */
+    float N0_1;  /* [m/s^4] actuator, constant terms of that */
 } hopform_motion_f32;
 
 /* One numerator H_3 s^2 + H_2 s + H_1: how one function of time leaves its initial value. */
@@ -320,16 +323,19 @@ static inline hopform_motion_f32 hopform_motion_of_both_f32(const hopform_rates_
     const float a2_v1 = rates->a2_v1, a2_v2 = rates->a2_v2, s_3 = rates->s_3;
     const float C_1 = drive->C_1, C_2 = drive->C_2;
     const float v1 = state->v1, v2 = state->v2, y = state->y;
-    const float H3_y = v1 - v2;                                                /* (11) of y = x_1 - x_2 + L_0 + c */
-    const float H3_1 = C_1 + a1_v1*v1 + a1_v2*v2 + a1_y*y;                     /* (16), (17) over the cubic */
-    const float H3_2 = C_2 + a2_v1*v1 + a2_v2*v2 + a2_y*y;                     /* (13) from x_2(0), v_2(0) */
-    const float H2_y = H3_1 - H3_2 - H3_y*a1_v1 - H3_y*a2_v2;                  /* (11) of y = x_1 - x_2 + L_0 + c */
-    const float H2_1 = H3_2*a1_v2 + H3_y*a1_y - H3_1*a2_v2;                    /* (16), (17) over the cubic */
-    const float H2_2 = H3_1*a2_v1 + H3_y*a2_y - H3_2*a1_v1;                    /* (14) from x_2(0), v_2(0) */
-    const float H1_y = C_2*a1_v1 + C_2*a1_v2 - C_1*a2_v1 - C_1*a2_v2 - s_3*y;  /* (11) of y = x_1 - x_2 + L_0 + c */
-    const float H1_1 = C_1*a2_y - C_2*a1_y - s_3*v1;                           /* (16), (17) over the cubic */
-    const float H1_2 = C_1*a2_y - C_2*a1_y - s_3*v2;                           /* (15) from x_2(0), v_2(0) */
-    const hopform_motion_f32 result = {H3_1, H2_1, H1_1, H3_2, H2_2, H1_2, H3_y, H2_y, H1_y};
+    const float H3_y = v1 - v2;                                                                  /* (11) of y = x_1 - x_2 + L_0 + c */
+    const float H3_1 = C_1 + a1_v1*v1 + a1_v2*v2 + a1_y*y;                                       /* (16), (17) over the cubic */
+    const float H3_2 = C_2 + a2_v1*v1 + a2_v2*v2 + a2_y*y;                                       /* (13) from x_2(0), v_2(0) */
+    const float H2_y = H3_1 - H3_2 - H3_y*a1_v1 - H3_y*a2_v2;                                    /* (11) of y = x_1 - x_2 + L_0 + c */
+    const float H2_1 = H3_2*a1_v2 + H3_y*a1_y - H3_1*a2_v2;                                      /* (16), (17) over the cubic */
+    const float H2_2 = H3_1*a2_v1 + H3_y*a2_y - H3_2*a1_v1;                                      /* (14) from x_2(0), v_2(0) */
+    const float H1_y = C_2*a1_v1 + C_2*a1_v2 - C_1*a2_v1 - C_1*a2_v2 - s_3*y;                    /* (11) of y = x_1 - x_2 + L_0 + c */
+    const float H1_1 = C_1*a2_y - C_2*a1_y - s_3*v1;                                             /* (16), (17) over the cubic */
+    const float H1_2 = C_1*a2_y - C_2*a1_y - s_3*v2;                                             /* (15) from x_2(0), v_2(0) */
+    const float N2_1 = C_1 + a1_v2*v2 + a1_y*y - a2_v2*v1;                                       /* (16), (17) over the cubic */
+    const float N1_1 = C_2*a1_v2 + a2_y*v1 + a1_v2*a2_y*y - C_1*a2_v2 - a1_y*v2 - a1_y*a2_v2*y;  /* (16), (17) over the cubic */
+    const float N0_1 = C_1*a2_y - C_2*a1_y;                                                      /* (16), (17) over the cubic */
+    const hopform_motion_f32 result = {H3_1, H2_1, H1_1, H3_2, H2_2, H1_2, H3_y, H2_y, H1_y, N2_1, N1_1, N0_1};
     return result;
 }
 
@@ -345,10 +351,13 @@ static inline hopform_motion_f32 hopform_motion_of_actuator_f32(const hopform_ra
     const float H2_1 = -q_1*v1;                  /* (6) with x_2 held */
     const float H1_y = 0.0f;                      /* (6) of y, the other mass held */
     const float H1_1 = 0.0f;                      /* (6) with x_2 held */
+    const float N2_1 = C_1 + a1_y*y;             /* (6) with x_2 held */
+    const float N1_1 = 0.0f;                      /* (6) with x_2 held */
+    const float N0_1 = 0.0f;                      /* (6) with x_2 held */
     const float H3_2 = 0.0f;                      /* held */
     const float H2_2 = 0.0f;                      /* held */
     const float H1_2 = 0.0f;                      /* held */
-    const hopform_motion_f32 result = {H3_1, H2_1, H1_1, H3_2, H2_2, H1_2, H3_y, H2_y, H1_y};
+    const hopform_motion_f32 result = {H3_1, H2_1, H1_1, H3_2, H2_2, H1_2, H3_y, H2_y, H1_y, N2_1, N1_1, N0_1};
     return result;
 }
 
@@ -367,7 +376,10 @@ static inline hopform_motion_f32 hopform_motion_of_body_f32(const hopform_rates_
     const float H3_1 = 0.0f;                      /* held */
     const float H2_1 = 0.0f;                      /* held */
     const float H1_1 = 0.0f;                      /* held */
-    const hopform_motion_f32 result = {H3_1, H2_1, H1_1, H3_2, H2_2, H1_2, H3_y, H2_y, H1_y};
+    const float N2_1 = 0.0f;                      /* held */
+    const float N1_1 = 0.0f;                      /* held */
+    const float N0_1 = 0.0f;                      /* held */
+    const hopform_motion_f32 result = {H3_1, H2_1, H1_1, H3_2, H2_2, H1_2, H3_y, H2_y, H1_y, N2_1, N1_1, N0_1};
     return result;
 }
 
@@ -594,17 +606,17 @@ static inline hopform_carried_f32 hopform_carry_f32(const hopform_poles_f32 *pol
 }
 
 /* The state at time t of a phase. */
-static inline hopform_at_f32 hopform_state_at_f32(const hopform_state_f32 *state, const hopform_motion_f32 *motion, const hopform_basis_f32 *basis, float t)
+static inline hopform_at_f32 hopform_state_at_f32(const hopform_state_f32 *state, const hopform_motion_f32 *motion, const hopform_basis_f32 *basis)
 {
     const float x1 = state->x1, v1 = state->v1, v2 = state->v2, y = state->y;
     const float H3_1 = motion->H3_1, H2_1 = motion->H2_1, H1_1 = motion->H1_1, H3_2 = motion->H3_2;
     const float H2_2 = motion->H2_2, H1_2 = motion->H1_2, H3_y = motion->H3_y, H2_y = motion->H2_y;
-    const float H1_y = motion->H1_y;
+    const float H1_y = motion->H1_y, N2_1 = motion->N2_1, N1_1 = motion->N1_1, N0_1 = motion->N0_1;
     const float Wd = basis->Wd, W = basis->W, W1 = basis->W1, W2 = basis->W2;
-    const float x1_t = x1 + H1_1*W2 + H2_1*W1 + H3_1*W + t*v1;  /* (20) */
-    const float v1_t = v1 + H1_1*W1 + H2_1*W + H3_1*Wd;         /* (21) */
-    const float v2_t = v2 + H1_2*W1 + H2_2*W + H3_2*Wd;         /* (19) */
-    const float y_t = y + H1_y*W1 + H2_y*W + H3_y*Wd;           /* (18) of y */
+    const float x1_t = x1 + N0_1*W2 + N1_1*W1 + N2_1*W + Wd*v1;  /* (20), with t = W' + s_1 W + s_2 W1 + s_3 W2 */
+    const float v1_t = v1 + H1_1*W1 + H2_1*W + H3_1*Wd;          /* (21) */
+    const float v2_t = v2 + H1_2*W1 + H2_2*W + H3_2*Wd;          /* (19) */
+    const float y_t = y + H1_y*W1 + H2_y*W + H3_y*Wd;            /* (18) of y */
     const hopform_at_f32 result = {x1_t, v1_t, v2_t, y_t};
     return result;
 }

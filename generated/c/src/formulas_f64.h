@@ -16,7 +16,7 @@ typedef struct {
     double C_2;  /* [m/s^2] constant acceleration of the body */
 } hopform_drive_f64;
 
-/* Numerators H_3 s^2 + H_2 s + H_1 of (11), taken from where and how fast each coordinate starts. */
+/* Numerators H_3 s^2 + H_2 s + H_1 of (11), taken from where and how fast each coordinate starts, and that of v_1 as a whole. */
 typedef struct {
     double H3_1;  /* [m/s^2] actuator, terms in s^2: its initial acceleration */
     double H2_1;  /* [m/s^3] actuator, terms in s */
@@ -27,6 +27,9 @@ typedef struct {
     double H3_y;  /* [m/s] compression, terms in s^2: its initial rate */
     double H2_y;  /* [m/s^2] compression, terms in s */
     double H1_y;  /* [m/s^3] compression, constant terms */
+    double N2_1;  /* [m/s^2] actuator, terms in s^2 of its whole numerator, that begins with v_1 s^3 */
+    double N1_1;  /* [m/s^3] actuator, terms in s of that */
+    double N0_1;  /* [m/s^4] actuator, constant terms of that */
 } hopform_motion_f64;
 
 /* One numerator H_3 s^2 + H_2 s + H_1: how one function of time leaves its initial value. */
@@ -320,16 +323,19 @@ static inline hopform_motion_f64 hopform_motion_of_both_f64(const hopform_rates_
     const double a2_v1 = rates->a2_v1, a2_v2 = rates->a2_v2, s_3 = rates->s_3;
     const double C_1 = drive->C_1, C_2 = drive->C_2;
     const double v1 = state->v1, v2 = state->v2, y = state->y;
-    const double H3_y = v1 - v2;                                                /* (11) of y = x_1 - x_2 + L_0 + c */
-    const double H3_1 = C_1 + a1_v1*v1 + a1_v2*v2 + a1_y*y;                     /* (16), (17) over the cubic */
-    const double H3_2 = C_2 + a2_v1*v1 + a2_v2*v2 + a2_y*y;                     /* (13) from x_2(0), v_2(0) */
-    const double H2_y = H3_1 - H3_2 - H3_y*a1_v1 - H3_y*a2_v2;                  /* (11) of y = x_1 - x_2 + L_0 + c */
-    const double H2_1 = H3_2*a1_v2 + H3_y*a1_y - H3_1*a2_v2;                    /* (16), (17) over the cubic */
-    const double H2_2 = H3_1*a2_v1 + H3_y*a2_y - H3_2*a1_v1;                    /* (14) from x_2(0), v_2(0) */
-    const double H1_y = C_2*a1_v1 + C_2*a1_v2 - C_1*a2_v1 - C_1*a2_v2 - s_3*y;  /* (11) of y = x_1 - x_2 + L_0 + c */
-    const double H1_1 = C_1*a2_y - C_2*a1_y - s_3*v1;                           /* (16), (17) over the cubic */
-    const double H1_2 = C_1*a2_y - C_2*a1_y - s_3*v2;                           /* (15) from x_2(0), v_2(0) */
-    const hopform_motion_f64 result = {H3_1, H2_1, H1_1, H3_2, H2_2, H1_2, H3_y, H2_y, H1_y};
+    const double H3_y = v1 - v2;                                                                  /* (11) of y = x_1 - x_2 + L_0 + c */
+    const double H3_1 = C_1 + a1_v1*v1 + a1_v2*v2 + a1_y*y;                                       /* (16), (17) over the cubic */
+    const double H3_2 = C_2 + a2_v1*v1 + a2_v2*v2 + a2_y*y;                                       /* (13) from x_2(0), v_2(0) */
+    const double H2_y = H3_1 - H3_2 - H3_y*a1_v1 - H3_y*a2_v2;                                    /* (11) of y = x_1 - x_2 + L_0 + c */
+    const double H2_1 = H3_2*a1_v2 + H3_y*a1_y - H3_1*a2_v2;                                      /* (16), (17) over the cubic */
+    const double H2_2 = H3_1*a2_v1 + H3_y*a2_y - H3_2*a1_v1;                                      /* (14) from x_2(0), v_2(0) */
+    const double H1_y = C_2*a1_v1 + C_2*a1_v2 - C_1*a2_v1 - C_1*a2_v2 - s_3*y;                    /* (11) of y = x_1 - x_2 + L_0 + c */
+    const double H1_1 = C_1*a2_y - C_2*a1_y - s_3*v1;                                             /* (16), (17) over the cubic */
+    const double H1_2 = C_1*a2_y - C_2*a1_y - s_3*v2;                                             /* (15) from x_2(0), v_2(0) */
+    const double N2_1 = C_1 + a1_v2*v2 + a1_y*y - a2_v2*v1;                                       /* (16), (17) over the cubic */
+    const double N1_1 = C_2*a1_v2 + a2_y*v1 + a1_v2*a2_y*y - C_1*a2_v2 - a1_y*v2 - a1_y*a2_v2*y;  /* (16), (17) over the cubic */
+    const double N0_1 = C_1*a2_y - C_2*a1_y;                                                      /* (16), (17) over the cubic */
+    const hopform_motion_f64 result = {H3_1, H2_1, H1_1, H3_2, H2_2, H1_2, H3_y, H2_y, H1_y, N2_1, N1_1, N0_1};
     return result;
 }
 
@@ -345,10 +351,13 @@ static inline hopform_motion_f64 hopform_motion_of_actuator_f64(const hopform_ra
     const double H2_1 = -q_1*v1;                  /* (6) with x_2 held */
     const double H1_y = 0.0;                      /* (6) of y, the other mass held */
     const double H1_1 = 0.0;                      /* (6) with x_2 held */
+    const double N2_1 = C_1 + a1_y*y;             /* (6) with x_2 held */
+    const double N1_1 = 0.0;                      /* (6) with x_2 held */
+    const double N0_1 = 0.0;                      /* (6) with x_2 held */
     const double H3_2 = 0.0;                      /* held */
     const double H2_2 = 0.0;                      /* held */
     const double H1_2 = 0.0;                      /* held */
-    const hopform_motion_f64 result = {H3_1, H2_1, H1_1, H3_2, H2_2, H1_2, H3_y, H2_y, H1_y};
+    const hopform_motion_f64 result = {H3_1, H2_1, H1_1, H3_2, H2_2, H1_2, H3_y, H2_y, H1_y, N2_1, N1_1, N0_1};
     return result;
 }
 
@@ -367,7 +376,10 @@ static inline hopform_motion_f64 hopform_motion_of_body_f64(const hopform_rates_
     const double H3_1 = 0.0;                      /* held */
     const double H2_1 = 0.0;                      /* held */
     const double H1_1 = 0.0;                      /* held */
-    const hopform_motion_f64 result = {H3_1, H2_1, H1_1, H3_2, H2_2, H1_2, H3_y, H2_y, H1_y};
+    const double N2_1 = 0.0;                      /* held */
+    const double N1_1 = 0.0;                      /* held */
+    const double N0_1 = 0.0;                      /* held */
+    const hopform_motion_f64 result = {H3_1, H2_1, H1_1, H3_2, H2_2, H1_2, H3_y, H2_y, H1_y, N2_1, N1_1, N0_1};
     return result;
 }
 
@@ -594,17 +606,17 @@ static inline hopform_carried_f64 hopform_carry_f64(const hopform_poles_f64 *pol
 }
 
 /* The state at time t of a phase. */
-static inline hopform_at_f64 hopform_state_at_f64(const hopform_state_f64 *state, const hopform_motion_f64 *motion, const hopform_basis_f64 *basis, double t)
+static inline hopform_at_f64 hopform_state_at_f64(const hopform_state_f64 *state, const hopform_motion_f64 *motion, const hopform_basis_f64 *basis)
 {
     const double x1 = state->x1, v1 = state->v1, v2 = state->v2, y = state->y;
     const double H3_1 = motion->H3_1, H2_1 = motion->H2_1, H1_1 = motion->H1_1, H3_2 = motion->H3_2;
     const double H2_2 = motion->H2_2, H1_2 = motion->H1_2, H3_y = motion->H3_y, H2_y = motion->H2_y;
-    const double H1_y = motion->H1_y;
+    const double H1_y = motion->H1_y, N2_1 = motion->N2_1, N1_1 = motion->N1_1, N0_1 = motion->N0_1;
     const double Wd = basis->Wd, W = basis->W, W1 = basis->W1, W2 = basis->W2;
-    const double x1_t = x1 + H1_1*W2 + H2_1*W1 + H3_1*W + t*v1;  /* (20) */
-    const double v1_t = v1 + H1_1*W1 + H2_1*W + H3_1*Wd;         /* (21) */
-    const double v2_t = v2 + H1_2*W1 + H2_2*W + H3_2*Wd;         /* (19) */
-    const double y_t = y + H1_y*W1 + H2_y*W + H3_y*Wd;           /* (18) of y */
+    const double x1_t = x1 + N0_1*W2 + N1_1*W1 + N2_1*W + Wd*v1;  /* (20), with t = W' + s_1 W + s_2 W1 + s_3 W2 */
+    const double v1_t = v1 + H1_1*W1 + H2_1*W + H3_1*Wd;          /* (21) */
+    const double v2_t = v2 + H1_2*W1 + H2_2*W + H3_2*Wd;          /* (19) */
+    const double y_t = y + H1_y*W1 + H2_y*W + H3_y*Wd;            /* (18) of y */
     const hopform_at_f64 result = {x1_t, v1_t, v2_t, y_t};
     return result;
 }

@@ -140,7 +140,7 @@ static hopform_state_f32 last_of(const grid_table *table, const hopform_state_f3
                                   int side_1, int side_2)
 {
     const hopform_basis_f32 basis = {0.0f, table->Wd[BLOCK], table->W[BLOCK], table->W1[BLOCK], table->W2[BLOCK]};
-    return hopform_arrive_f32(from, motion, &basis, side_1, side_2, table->t[BLOCK]);
+    return hopform_arrive_f32(from, motion, &basis, side_1, side_2);
 }
 
 /* `count` samples of a phase, the first at t since it began. */

@@ -269,11 +269,14 @@ typedef struct {
     column H3_y;
     column H2_y;
     column H1_y;
+    column N2_1;
+    column N1_1;
+    column N0_1;
 } motion_columns;
 
 static inline hopform_motion_f64 one_of_motion_columns(const motion_columns *columns, int l)
 {
-    const hopform_motion_f64 one = {columns->H3_1[l], columns->H2_1[l], columns->H1_1[l], columns->H3_2[l], columns->H2_2[l], columns->H1_2[l], columns->H3_y[l], columns->H2_y[l], columns->H1_y[l]};
+    const hopform_motion_f64 one = {columns->H3_1[l], columns->H2_1[l], columns->H1_1[l], columns->H3_2[l], columns->H2_2[l], columns->H1_2[l], columns->H3_y[l], columns->H2_y[l], columns->H1_y[l], columns->N2_1[l], columns->N1_1[l], columns->N0_1[l]};
     return one;
 }
 
@@ -288,6 +291,9 @@ static inline void put_motion_columns(motion_columns *columns, int l, const hopf
     columns->H3_y[l] = one->H3_y;
     columns->H2_y[l] = one->H2_y;
     columns->H1_y[l] = one->H1_y;
+    columns->N2_1[l] = one->N2_1;
+    columns->N1_1[l] = one->N1_1;
+    columns->N0_1[l] = one->N0_1;
 }
 
 static inline void keep_motion_columns(motion_columns *columns, int l, bool yes, const hopform_motion_f64 *one)
@@ -301,6 +307,9 @@ static inline void keep_motion_columns(motion_columns *columns, int l, bool yes,
     keep(&columns->H3_y[l], yes, one->H3_y);
     keep(&columns->H2_y[l], yes, one->H2_y);
     keep(&columns->H1_y[l], yes, one->H1_y);
+    keep(&columns->N2_1[l], yes, one->N2_1);
+    keep(&columns->N1_1[l], yes, one->N1_1);
+    keep(&columns->N0_1[l], yes, one->N0_1);
 }
 
 typedef struct {
@@ -880,6 +889,7 @@ LANES_CODE static void start_motion(lanes *restrict w)
         const double H3_1 = w->free[l] - w->side_1[l] * w->robot.f1[l];
         const double H3_2 = w->free[l] - w->side_2[l] * w->robot.f2[l];
         keep(&w->motion.H3_1[l], alone_1[l] > 0.0, H3_1);
+        keep(&w->motion.N2_1[l], alone_1[l] > 0.0, H3_1);
         keep(&w->motion.H3_2[l], alone_2[l] > 0.0, H3_2);
         alone_H2[l] = alone_1[l] > 0.0 ? H3_1 : -H3_2;
     }
@@ -1684,7 +1694,7 @@ LANES_CODE static void meet_stops(lanes *restrict w, double *restrict stops)
         const hopform_state_f64 from_stop = {find.gap[l], w->state.v1[l], w->state.v2[l], w->state.y[l]};
         const hopform_motion_f64 motion = one_of_motion_columns(&w->motion, l);
         const hopform_basis_f64 one = one_of_basis_columns(&w->end, l);
-        const hopform_at_f64 at = hopform_state_at_f64(&from_stop, &motion, &one, w->end_t[l]);
+        const hopform_at_f64 at = hopform_state_at_f64(&from_stop, &motion, &one);
         const bool ahead = (fabs(w->side_1[l]) > 0.0) & within_range(find.gap[l]);
         stops[l] = w->live[l] * flag(ahead & !(w->left[l] > 0.0) & (w->side_1[l] * at.x1_t > 0.0));
         find.going[l] = stops[l];
@@ -1899,9 +1909,9 @@ LANES_CODE static void end_windows(lanes *restrict w, const double *restrict sto
         const hopform_state_f64 state = one_of_state_columns(&w->state, l);
         const hopform_motion_f64 motion = one_of_motion_columns(&w->motion, l);
         const hopform_basis_f64 basis = one_of_basis_columns(&w->end, l);
-        const hopform_at_f64 at = hopform_state_at_f64(&state, &motion, &basis, w->end_t[l]);
+        const hopform_at_f64 at = hopform_state_at_f64(&state, &motion, &basis);
         const hopform_state_f64 from_zero = {0.0, state.v1, state.v2, state.y};
-        const hopform_at_f64 moved = hopform_state_at_f64(&from_zero, &motion, &basis, w->end_t[l]);
+        const hopform_at_f64 moved = hopform_state_at_f64(&from_zero, &motion, &basis);
         const bool ends = how[l] > (double)NO_END;
         const bool held_1 = !(fabs(w->side_1[l]) > 0.0);
         keep(&w->from_min[l], ends & !held_1, w->from_min[l] + moved.x1_t);

@@ -49,7 +49,7 @@ static inline hopform_matrix_f32 hopform_short_moments_f32(const hopform_poles_f
         const float t = hopform_place_f32[node] * h;
         const hopform_basis_f32 basis = hopform_basis_at_f32(poles, t);
         const hopform_state_f32 at =
-            hopform_arrive_f32(&start, motion, &basis, hopform_side_1_f32(phase), hopform_side_2_f32(phase), t);
+            hopform_arrive_f32(&start, motion, &basis, hopform_side_1_f32(phase), hopform_side_2_f32(phase));
         const float z[SIZE] = {1.0f, at.x1, at.y, at.v1, at.v2};
         for (int i = 0; i < SIZE; i++) {
             const float weighed = z[i] * (hopform_weight_f32[node] * h);

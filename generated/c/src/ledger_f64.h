@@ -49,7 +49,7 @@ static inline hopform_matrix_f64 hopform_short_moments_f64(const hopform_poles_f
         const double t = hopform_place_f64[node] * h;
         const hopform_basis_f64 basis = hopform_basis_at_f64(poles, t);
         const hopform_state_f64 at =
-            hopform_arrive_f64(&start, motion, &basis, hopform_side_1_f64(phase), hopform_side_2_f64(phase), t);
+            hopform_arrive_f64(&start, motion, &basis, hopform_side_1_f64(phase), hopform_side_2_f64(phase));
         const double z[SIZE] = {1.0, at.x1, at.y, at.v1, at.v2};
         for (int i = 0; i < SIZE; i++) {
             const double weighed = z[i] * (hopform_weight_f64[node] * h);

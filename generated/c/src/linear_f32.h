@@ -29,7 +29,7 @@ static inline hopform_matrix_f32 hopform_transition_f32(const hopform_plan_f32 *
                                           column == Y ? 1.0f : 0.0f};
         const hopform_motion_f32 motion =
             hopform_motion_under_f32(&plan->rates, column == ONE ? drive : &none, &start, side_1, side_2);
-        const hopform_state_f32 end = hopform_arrive_f32(&start, &motion, &basis, side_1, side_2, h);
+        const hopform_state_f32 end = hopform_arrive_f32(&start, &motion, &basis, side_1, side_2);
         phi.at[X][column] = end.x1;
         phi.at[Y][column] = end.y;
         phi.at[V1][column] = end.v1;

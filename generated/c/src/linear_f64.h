@@ -29,7 +29,7 @@ static inline hopform_matrix_f64 hopform_transition_f64(const hopform_plan_f64 *
                                           column == Y ? 1.0 : 0.0};
         const hopform_motion_f64 motion =
             hopform_motion_under_f64(&plan->rates, column == ONE ? drive : &none, &start, side_1, side_2);
-        const hopform_state_f64 end = hopform_arrive_f64(&start, &motion, &basis, side_1, side_2, h);
+        const hopform_state_f64 end = hopform_arrive_f64(&start, &motion, &basis, side_1, side_2);
         phi.at[X][column] = end.x1;
         phi.at[Y][column] = end.y;
         phi.at[V1][column] = end.v1;

@@ -32,7 +32,7 @@ static inline hopform_motion_f64 hopform_motion_under_f64(const hopform_rates_f6
     if (side_2 != 0) {
         return hopform_motion_of_body_f64(rates, drive, state);
     }
-    const hopform_motion_f64 rest = {0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0};
+    const hopform_motion_f64 rest = {0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0};
     return rest;
 }
 
@@ -44,11 +44,11 @@ static inline hopform_motion_f64 hopform_motion_of_f64(const hopform_plan_f64 *p
     return hopform_motion_under_f64(&plan->rates, &drive, state, side_1, side_2);
 }
 
-/* The state at t of a phase; what is held stays exactly where it is. */
+/* The state of a phase where the response of the poles is `basis`; what is held stays exactly where it is. */
 static inline hopform_state_f64 hopform_arrive_f64(const hopform_state_f64 *state, const hopform_motion_f64 *motion,
-                                                     const hopform_basis_f64 *basis, int side_1, int side_2, double t)
+                                                     const hopform_basis_f64 *basis, int side_1, int side_2)
 {
-    const hopform_at_f64 at = hopform_state_at_f64(state, motion, basis, t);
+    const hopform_at_f64 at = hopform_state_at_f64(state, motion, basis);
     hopform_state_f64 arrival = {at.x1_t, at.v1_t, at.v2_t, at.y_t};
     if (side_1 == 0) {
         arrival.x1 = state->x1;
@@ -104,7 +104,7 @@ static inline hopform_state_f64 hopform_state_in_phase_f64(const hopform_plan_f6
     }
     const hopform_motion_f64 motion = hopform_motion_of_f64(plan, &start, u, side_1, side_2);
     const hopform_basis_f64 basis = hopform_basis_at_f64(hopform_poles_of_f64(plan, side_1, side_2), t);
-    return hopform_arrive_f64(&start, &motion, &basis, side_1, side_2, t);
+    return hopform_arrive_f64(&start, &motion, &basis, side_1, side_2);
 }
 
 #endif

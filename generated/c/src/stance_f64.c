@@ -340,7 +340,7 @@ static bool meets_stop(const stance_chain *chain, const stance_guard *guard, dou
     double high = end->t;
     double t = end->t;
     hopform_basis_f64 basis = end->basis;
-    if (!(sign * hopform_state_at_f64(&start, guard->motion, &basis, t).x1_t > 0.0)) {
+    if (!(sign * hopform_state_at_f64(&start, guard->motion, &basis).x1_t > 0.0)) {
         return false;
     }
     for (int n = 0; n < 100; n++) {
@@ -566,7 +566,7 @@ static void keep_distances(stance_chain *chain, const hopform_motion_f64 *motion
     if (chain->side_1 != 0) {
         hopform_state_f64 start = chain->state;
         start.x1 = 0.0;
-        const hopform_at_f64 moved = hopform_state_at_f64(&start, motion, &end->basis, end->t);
+        const hopform_at_f64 moved = hopform_state_at_f64(&start, motion, &end->basis);
         chain->from_min += moved.x1_t;
         chain->from_max += moved.x1_t;
     }
@@ -581,6 +581,7 @@ static hopform_motion_f64 motion_from(const stance_chain *chain)
     if (chain->alone == 1 && chain->side_1 != 0) {
         motion.H3_1 = chain->free - (double)chain->side_1 * robot->f1;
         motion.H2_y = motion.H3_1;
+        motion.N2_1 = motion.H3_1; /* v_1 is 0 */
     } else if (chain->alone == 2 && chain->side_2 != 0) {
         motion.H3_2 = chain->free - (double)chain->side_2 * robot->f2;
         motion.H2_y = -motion.H3_2;
@@ -685,7 +686,7 @@ static int32_t run(stance_chain *chain)
         const phase_end end = find_end(chain, poles, &motion, until - chain->t);
         chain->aed += chain->adds_up ? aed_in_phase(chain, end.t) : 0.0;
         keep_distances(chain, &motion, &end);
-        chain->state = hopform_arrive_f64(&chain->state, &motion, &end.basis, chain->side_1, chain->side_2, end.t);
+        chain->state = hopform_arrive_f64(&chain->state, &motion, &end.basis, chain->side_1, chain->side_2);
         chain->t = end.kind == END_LIMIT ? until : chain->t + end.t;
         if (end.kind == END_TAKEOFF) {
             chain->state.y = 0.0;

@@ -18,7 +18,7 @@ int32_t hopform_stance_states_f32(const hopform_plan_f32 *plan, const hopform_st
     const bool rests = stance->ending == HOPFORM_ENDING_REST;
     int32_t prepared = -1;
     hopform_state_f32 start = {0.0f, 0.0f, 0.0f, 0.0f};
-    hopform_motion_f32 motion = {0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f};
+    hopform_motion_f32 motion = {0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f};
     for (int32_t i = 0; i < count; i++) {
         const float t = times[i];
         if (!(t >= 0.0f && t <= 1e38f) || (t > stance->duration && !rests)) {
@@ -39,7 +39,7 @@ int32_t hopform_stance_states_f32(const hopform_plan_f32 *plan, const hopform_st
         if (side_1 != 0 || side_2 != 0) {
             const float since = within - phase->t;
             const hopform_basis_f32 basis = hopform_basis_at_f32(hopform_poles_of_f32(plan, side_1, side_2), since);
-            state = hopform_arrive_f32(&start, &motion, &basis, side_1, side_2, since);
+            state = hopform_arrive_f32(&start, &motion, &basis, side_1, side_2);
         }
         x1[i] = state.x1;
         v1[i] = state.v1;

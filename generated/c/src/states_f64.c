@@ -18,7 +18,7 @@ int32_t hopform_stance_states_f64(const hopform_plan_f64 *plan, const hopform_st
     const bool rests = stance->ending == HOPFORM_ENDING_REST;
     int32_t prepared = -1;
     hopform_state_f64 start = {0.0, 0.0, 0.0, 0.0};
-    hopform_motion_f64 motion = {0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0};
+    hopform_motion_f64 motion = {0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0};
     for (int32_t i = 0; i < count; i++) {
         const double t = times[i];
         if (!(t >= 0.0 && t <= 1e+300) || (t > stance->duration && !rests)) {
@@ -39,7 +39,7 @@ int32_t hopform_stance_states_f64(const hopform_plan_f64 *plan, const hopform_st
         if (side_1 != 0 || side_2 != 0) {
             const double since = within - phase->t;
             const hopform_basis_f64 basis = hopform_basis_at_f64(hopform_poles_of_f64(plan, side_1, side_2), since);
-            state = hopform_arrive_f64(&start, &motion, &basis, side_1, side_2, since);
+            state = hopform_arrive_f64(&start, &motion, &basis, side_1, side_2);
         }
         x1[i] = state.x1;
         v1[i] = state.v1;

@@ -64,7 +64,7 @@ static inline float hopform_rate_of_y_f32(const hopform_stretch_f32 *stretch, fl
 {
     const hopform_basis_f32 basis = hopform_basis_at_f32(stretch->poles, t);
     const hopform_state_f32 at =
-        hopform_arrive_f32(&stretch->start, &stretch->motion, &basis, stretch->side_1, stretch->side_2, t);
+        hopform_arrive_f32(&stretch->start, &stretch->motion, &basis, stretch->side_1, stretch->side_2);
     return at.v1 - at.v2;
 }
 
@@ -90,9 +90,9 @@ static inline void hopform_find_dip_f32(hopform_tally_f32 *tally, const hopform_
     }
     const hopform_basis_f32 basis = hopform_basis_at_f32(stretch->poles, t);
     const hopform_state_f32 at =
-        hopform_arrive_f32(&stretch->start, &stretch->motion, &basis, stretch->side_1, stretch->side_2, t);
+        hopform_arrive_f32(&stretch->start, &stretch->motion, &basis, stretch->side_1, stretch->side_2);
     const hopform_state_f32 change =
-        hopform_arrive_f32(&tally->change, &stretch->by_u, &basis, stretch->side_1, stretch->side_2, t);
+        hopform_arrive_f32(&tally->change, &stretch->by_u, &basis, stretch->side_1, stretch->side_2);
     hopform_note_dip_f32(tally, at.y, change.y);
 }
 
@@ -143,10 +143,10 @@ static inline float hopform_follow_f32(hopform_tally_f32 *tally, const hopform_p
         side_2,
     };
     const hopform_basis_f32 basis = hopform_basis_at_f32(stretch.poles, length);
-    const hopform_state_f32 end = hopform_arrive_f32(&start, &stretch.motion, &basis, side_1, side_2, length);
+    const hopform_state_f32 end = hopform_arrive_f32(&start, &stretch.motion, &basis, side_1, side_2);
     const float rate = end.v1 - end.v2;
     hopform_find_dips_f32(tally, &stretch, length, start.v1 - start.v2, rate);
-    tally->change = hopform_arrive_f32(&tally->change, &stretch.by_u, &basis, side_1, side_2, length);
+    tally->change = hopform_arrive_f32(&tally->change, &stretch.by_u, &basis, side_1, side_2);
     return rate;
 }
 

@@ -64,7 +64,7 @@ static inline double hopform_rate_of_y_f64(const hopform_stretch_f64 *stretch, d
 {
     const hopform_basis_f64 basis = hopform_basis_at_f64(stretch->poles, t);
     const hopform_state_f64 at =
-        hopform_arrive_f64(&stretch->start, &stretch->motion, &basis, stretch->side_1, stretch->side_2, t);
+        hopform_arrive_f64(&stretch->start, &stretch->motion, &basis, stretch->side_1, stretch->side_2);
     return at.v1 - at.v2;
 }
 
@@ -90,9 +90,9 @@ static inline void hopform_find_dip_f64(hopform_tally_f64 *tally, const hopform_
     }
     const hopform_basis_f64 basis = hopform_basis_at_f64(stretch->poles, t);
     const hopform_state_f64 at =
-        hopform_arrive_f64(&stretch->start, &stretch->motion, &basis, stretch->side_1, stretch->side_2, t);
+        hopform_arrive_f64(&stretch->start, &stretch->motion, &basis, stretch->side_1, stretch->side_2);
     const hopform_state_f64 change =
-        hopform_arrive_f64(&tally->change, &stretch->by_u, &basis, stretch->side_1, stretch->side_2, t);
+        hopform_arrive_f64(&tally->change, &stretch->by_u, &basis, stretch->side_1, stretch->side_2);
     hopform_note_dip_f64(tally, at.y, change.y);
 }
 
@@ -143,10 +143,10 @@ static inline double hopform_follow_f64(hopform_tally_f64 *tally, const hopform_
         side_2,
     };
     const hopform_basis_f64 basis = hopform_basis_at_f64(stretch.poles, length);
-    const hopform_state_f64 end = hopform_arrive_f64(&start, &stretch.motion, &basis, side_1, side_2, length);
+    const hopform_state_f64 end = hopform_arrive_f64(&start, &stretch.motion, &basis, side_1, side_2);
     const double rate = end.v1 - end.v2;
     hopform_find_dips_f64(tally, &stretch, length, start.v1 - start.v2, rate);
-    tally->change = hopform_arrive_f64(&tally->change, &stretch.by_u, &basis, side_1, side_2, length);
+    tally->change = hopform_arrive_f64(&tally->change, &stretch.by_u, &basis, side_1, side_2);
     return rate;
 }
 

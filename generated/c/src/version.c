@@ -6,5 +6,5 @@
 
 const char *hopform_source(void)
 {
-    return "4bc507350cdf31d3";
+    return "b01abb39979e085f";
 }

@@ -99,16 +99,19 @@ def motion_of_both(rates: Rates, drive: Drive, state: State) -> Motion:
     a2_v2, s_3 = rates.a2_v2, rates.s_3
     C_1, C_2 = drive.C_1, drive.C_2
     v1, v2, y = state.v1, state.v2, state.y
-    H3_y = v1 - v2                                                # (11) of y = x_1 - x_2 + L_0 + c
-    H3_1 = C_1 + a1_v1*v1 + a1_v2*v2 + a1_y*y                     # (16), (17) over the cubic
-    H3_2 = C_2 + a2_v1*v1 + a2_v2*v2 + a2_y*y                     # (13) from x_2(0), v_2(0)
-    H2_y = H3_1 - H3_2 - H3_y*a1_v1 - H3_y*a2_v2                  # (11) of y = x_1 - x_2 + L_0 + c
-    H2_1 = H3_2*a1_v2 + H3_y*a1_y - H3_1*a2_v2                    # (16), (17) over the cubic
-    H2_2 = H3_1*a2_v1 + H3_y*a2_y - H3_2*a1_v1                    # (14) from x_2(0), v_2(0)
-    H1_y = C_2*a1_v1 + C_2*a1_v2 - C_1*a2_v1 - C_1*a2_v2 - s_3*y  # (11) of y = x_1 - x_2 + L_0 + c
-    H1_1 = C_1*a2_y - C_2*a1_y - s_3*v1                           # (16), (17) over the cubic
-    H1_2 = C_1*a2_y - C_2*a1_y - s_3*v2                           # (15) from x_2(0), v_2(0)
-    return Motion(H3_1, H2_1, H1_1, H3_2, H2_2, H1_2, H3_y, H2_y, H1_y)
+    H3_y = v1 - v2                                                                  # (11) of y = x_1 - x_2 + L_0 + c
+    H3_1 = C_1 + a1_v1*v1 + a1_v2*v2 + a1_y*y                                       # (16), (17) over the cubic
+    H3_2 = C_2 + a2_v1*v1 + a2_v2*v2 + a2_y*y                                       # (13) from x_2(0), v_2(0)
+    H2_y = H3_1 - H3_2 - H3_y*a1_v1 - H3_y*a2_v2                                    # (11) of y = x_1 - x_2 + L_0 + c
+    H2_1 = H3_2*a1_v2 + H3_y*a1_y - H3_1*a2_v2                                      # (16), (17) over the cubic
+    H2_2 = H3_1*a2_v1 + H3_y*a2_y - H3_2*a1_v1                                      # (14) from x_2(0), v_2(0)
+    H1_y = C_2*a1_v1 + C_2*a1_v2 - C_1*a2_v1 - C_1*a2_v2 - s_3*y                    # (11) of y = x_1 - x_2 + L_0 + c
+    H1_1 = C_1*a2_y - C_2*a1_y - s_3*v1                                             # (16), (17) over the cubic
+    H1_2 = C_1*a2_y - C_2*a1_y - s_3*v2                                             # (15) from x_2(0), v_2(0)
+    N2_1 = C_1 + a1_v2*v2 + a1_y*y - a2_v2*v1                                       # (16), (17) over the cubic
+    N1_1 = C_2*a1_v2 + a2_y*v1 + a1_v2*a2_y*y - C_1*a2_v2 - a1_y*v2 - a1_y*a2_v2*y  # (16), (17) over the cubic
+    N0_1 = C_1*a2_y - C_2*a1_y                                                      # (16), (17) over the cubic
+    return Motion(H3_1, H2_1, H1_1, H3_2, H2_2, H1_2, H3_y, H2_y, H1_y, N2_1, N1_1, N0_1)
 
 
 def motion_of_actuator(rates: Rates, drive: Drive, state: State) -> Motion:
@@ -124,10 +127,13 @@ def motion_of_actuator(rates: Rates, drive: Drive, state: State) -> Motion:
     H2_1 = -q_1*v1                  # (6) with x_2 held
     H1_y = 0.0                      # (6) of y, the other mass held
     H1_1 = 0.0                      # (6) with x_2 held
+    N2_1 = C_1 + a1_y*y             # (6) with x_2 held
+    N1_1 = 0.0                      # (6) with x_2 held
+    N0_1 = 0.0                      # (6) with x_2 held
     H3_2 = 0.0                      # held
     H2_2 = 0.0                      # held
     H1_2 = 0.0                      # held
-    return Motion(H3_1, H2_1, H1_1, H3_2, H2_2, H1_2, H3_y, H2_y, H1_y)
+    return Motion(H3_1, H2_1, H1_1, H3_2, H2_2, H1_2, H3_y, H2_y, H1_y, N2_1, N1_1, N0_1)
 
 
 def motion_of_body(rates: Rates, drive: Drive, state: State) -> Motion:
@@ -146,7 +152,10 @@ def motion_of_body(rates: Rates, drive: Drive, state: State) -> Motion:
     H3_1 = 0.0                      # held
     H2_1 = 0.0                      # held
     H1_1 = 0.0                      # held
-    return Motion(H3_1, H2_1, H1_1, H3_2, H2_2, H1_2, H3_y, H2_y, H1_y)
+    N2_1 = 0.0                      # held
+    N1_1 = 0.0                      # held
+    N0_1 = 0.0                      # held
+    return Motion(H3_1, H2_1, H1_1, H3_2, H2_2, H1_2, H3_y, H2_y, H1_y, N2_1, N1_1, N0_1)
 
 
 def free_accelerations(rates: Rates, state: State, u: Real) -> Free:
@@ -386,19 +395,19 @@ def carry(poles: Poles, basis: Basis, t: Real) -> Carried:
     return Carried(Wdd_t, Wd_t, W_t, W1_t, W2_t)
 
 
-def state_at(state: State, motion: Motion, basis: Basis, t: Real) -> At:
+def state_at(state: State, motion: Motion, basis: Basis) -> At:
     """The state at time t of a phase.
 
-    t [s] time since the phase began.
     """
     x1, v1, v2, y = state.x1, state.v1, state.v2, state.y
     H3_1, H2_1, H1_1, H3_2, H2_2 = motion.H3_1, motion.H2_1, motion.H1_1, motion.H3_2, motion.H2_2
-    H1_2, H3_y, H2_y, H1_y = motion.H1_2, motion.H3_y, motion.H2_y, motion.H1_y
+    H1_2, H3_y, H2_y, H1_y, N2_1 = motion.H1_2, motion.H3_y, motion.H2_y, motion.H1_y, motion.N2_1
+    N1_1, N0_1 = motion.N1_1, motion.N0_1
     Wd, W, W1, W2 = basis.Wd, basis.W, basis.W1, basis.W2
-    x1_t = x1 + H1_1*W2 + H2_1*W1 + H3_1*W + t*v1  # (20)
-    v1_t = v1 + H1_1*W1 + H2_1*W + H3_1*Wd         # (21)
-    v2_t = v2 + H1_2*W1 + H2_2*W + H3_2*Wd         # (19)
-    y_t = y + H1_y*W1 + H2_y*W + H3_y*Wd           # (18) of y
+    x1_t = x1 + N0_1*W2 + N1_1*W1 + N2_1*W + Wd*v1  # (20), with t = W' + s_1 W + s_2 W1 + s_3 W2
+    v1_t = v1 + H1_1*W1 + H2_1*W + H3_1*Wd          # (21)
+    v2_t = v2 + H1_2*W1 + H2_2*W + H3_2*Wd          # (19)
+    y_t = y + H1_y*W1 + H2_y*W + H3_y*Wd            # (18) of y
     return At(x1_t, v1_t, v2_t, y_t)
 
 

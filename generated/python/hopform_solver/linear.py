@@ -43,7 +43,7 @@ def transition(plan: Plan, drive: Drive, side: Side, h: Array) -> Array:
     }
     for column, start in unit.items():
         motion = motion_under(plan.rates, drive if column == ONE else none, start, side)
-        end = arrive(start, motion, basis, side, h)
+        end = arrive(start, motion, basis, side)
         phi[:, X, column], phi[:, Y, column], phi[:, V1, column], phi[:, V2, column] = end.x1, end.y, end.v1, end.v2
     return phi
 

@@ -76,18 +76,18 @@ def motion_of(plan: Plan, state: State, u: Array, side: Side) -> Motion:
     return motion_under(plan.rates, formulas.drive_of(plan.robot, plan.rates, u, *side), state, side)
 
 
-def arrive(state: State, motion: Motion, basis: Basis, side: Side, t: Array) -> State:
-    """The state at t of a phase; what is held stays exactly where it is."""
-    at = formulas.state_at(state, motion, basis, t)
+def arrive(state: State, motion: Motion, basis: Basis, side: Side) -> State:
+    """The state of a phase where the response of the poles is `basis`; what is held stays exactly where it is."""
+    at = formulas.state_at(state, motion, basis)
     holds_1, holds_2 = side.first == 0.0, side.second == 0.0
     return State(
         np.where(holds_1, state.x1, at.x1_t),
-        np.where(holds_1, 0.0, at.v1_t).astype(t.dtype),
-        np.where(holds_2, 0.0, at.v2_t).astype(t.dtype),
+        np.where(holds_1, 0.0, at.v1_t).astype(at.v1_t.dtype),
+        np.where(holds_2, 0.0, at.v2_t).astype(at.v2_t.dtype),
         np.where(holds_1 & holds_2, state.y, at.y_t),
     )
 
 
 def state_in_phase(plan: Plan, start: State, u: Array, side: Side, t: Array) -> State:
     """The state at time t since a phase began."""
-    return arrive(start, motion_of(plan, start, u, side), basis_at(poles_of(plan, side), t), side, t)
+    return arrive(start, motion_of(plan, start, u, side), basis_at(poles_of(plan, side), t), side)

@@ -198,7 +198,7 @@ class Drive(NamedTuple):
 
 
 class Motion(NamedTuple):
-    """Numerators H_3 s^2 + H_2 s + H_1 of (11), taken from where and how fast each coordinate starts."""
+    """Numerators H_3 s^2 + H_2 s + H_1 of (11), taken from where and how fast each coordinate starts, and that of v_1 as a whole."""
 
     H3_1: Real
     """[m/s^2] actuator, terms in s^2: its initial acceleration"""
@@ -218,6 +218,12 @@ class Motion(NamedTuple):
     """[m/s^2] compression, terms in s"""
     H1_y: Real
     """[m/s^3] compression, constant terms"""
+    N2_1: Real
+    """[m/s^2] actuator, terms in s^2 of its whole numerator, that begins with v_1 s^3"""
+    N1_1: Real
+    """[m/s^3] actuator, terms in s of that"""
+    N0_1: Real
+    """[m/s^4] actuator, constant terms of that"""
 
 
 class Numerator(NamedTuple):

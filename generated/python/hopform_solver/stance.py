@@ -256,7 +256,7 @@ def _watch_stop(chain: _Chain, poles: Poles, motion: Motion, until: Array, end: 
     met: list[tuple[NDArray[np.intp], Array]] = []
     for n in range(100):
         at = formulas.state_at(
-            take(start, lanes), take(motion, lanes), basis_at(take(poles, lanes), t), t
+            take(start, lanes), take(motion, lanes), basis_at(take(poles, lanes), t)
         )
         sign = chain.side.first[lanes]
         beyond: Array = sign * at.x1_t
@@ -431,6 +431,8 @@ def _motion_from(chain: _Chain) -> Motion:
         lanes = np.flatnonzero((chain.alone == mass) & (chain.side[mass - 1] != 0.0))
         start[lanes] = (chain.free - chain.side[mass - 1] * friction)[lanes]
         motion.H2_y[lanes] = start[lanes] if mass == 1 else -start[lanes]
+        if mass == 1:
+            motion.N2_1[lanes] = start[lanes]  # v_1 is 0
     return motion
 
 
@@ -496,10 +498,10 @@ def _run(chain: _Chain, log: _Log, result: _Result) -> Array:
         motion = _motion_from(chain)
         end = _find_end(chain, poles, motion, until - chain.t)
         basis = basis_at(poles, end.t)
-        moved = formulas.state_at(chain.state._replace(x1=np.zeros_like(chain.t)), motion, basis, end.t).x1_t
+        moved = formulas.state_at(chain.state._replace(x1=np.zeros_like(chain.t)), motion, basis).x1_t
         moved[chain.side.first == 0.0] = 0.0
         chain.from_min, chain.from_max = chain.from_min + moved, chain.from_max + moved
-        chain.state = arrive(chain.state, motion, basis, chain.side, end.t)
+        chain.state = arrive(chain.state, motion, basis, chain.side)
         chain.t = np.where(end.kind == LIMIT, until, chain.t + end.t)
         lifts = end.kind == TAKEOFF
         chain.state.y[lifts] = 0.0

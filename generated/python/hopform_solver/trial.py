@@ -60,10 +60,10 @@ class _Phase:
     length: Array
 
     def at(self, t: Array) -> State:
-        return arrive(self.start, self.motion, basis_at(self.poles, t), self.side, t)
+        return arrive(self.start, self.motion, basis_at(self.poles, t), self.side)
 
     def change_at(self, t: Array) -> State:
-        return arrive(self.change, self.by_u, basis_at(self.poles, t), self.side, t)
+        return arrive(self.change, self.by_u, basis_at(self.poles, t), self.side)
 
     def only(self, lanes: NDArray[np.intp]) -> "_Phase":
         return _Phase(
