@@ -6,5 +6,5 @@
 
 const char *hopform_source(void)
 {
-    return "b01abb39979e085f";
+    return "d37352a3a3308fbe";
 }
