@@ -92,7 +92,7 @@ C_1, C_2 = DRIVE.symbols
 
 MOTION = Record(
     "Motion",
-    "Numerators H_3 s^2 + H_2 s + H_1 of (11), taken from where and how fast each coordinate starts, and the whole of that of v_1.",
+    "Numerators H_3 s^2 + H_2 s + H_1 of (11), taken from where and how fast each coordinate starts; that of v_1 also whole.",
     (
         Quantity("H3_1", r"H_{3,1}", "m/s^2", "actuator, terms in s^2: its initial acceleration"),
         Quantity("H2_1", r"H_{2,1}", "m/s^3", "actuator, terms in s"),

@@ -16,7 +16,7 @@ typedef struct {
     float C_2;  /* [m/s^2] constant acceleration of the body */
 } hopform_drive_f32;
 
-/* Numerators H_3 s^2 + H_2 s + H_1 of (11), taken from where and how fast each coordinate starts, and the whole of that of v_1. */
+/* Numerators H_3 s^2 + H_2 s + H_1 of (11), taken from where and how fast each coordinate starts; that of v_1 also whole. */
 typedef struct {
     float H3_1;  /* [m/s^2] actuator, terms in s^2: its initial acceleration */
     float H2_1;  /* [m/s^3] actuator, terms in s */

@@ -6,5 +6,5 @@
 
 const char *hopform_source(void)
 {
-    return "d37352a3a3308fbe";
+    return "6082685d3e03da9f";
 }

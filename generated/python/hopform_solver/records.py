@@ -198,7 +198,7 @@ class Drive(NamedTuple):
 
 
 class Motion(NamedTuple):
-    """Numerators H_3 s^2 + H_2 s + H_1 of (11), taken from where and how fast each coordinate starts, and the whole of that of v_1."""
+    """Numerators H_3 s^2 + H_2 s + H_1 of (11), taken from where and how fast each coordinate starts; that of v_1 also whole."""
 
     H3_1: Real
     """[m/s^2] actuator, terms in s^2: its initial acceleration"""
