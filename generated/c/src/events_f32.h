@@ -282,7 +282,7 @@ typedef struct {
 
 static inline hopform_approach_f32 hopform_approach_of_f32(const hopform_poles_f32 *poles, const hopform_motion_f32 *motion,
                                                              const hopform_state_f32 *start, float sign,
-                                                             const hopform_basis_f32 *basis, float t)
+                                                             const hopform_basis_f32 *basis)
 {
     const hopform_numerator_f32 h = {motion->H3_1, motion->H2_1, motion->H1_1};
     const hopform_rise_f32 rise = hopform_rises_f32(poles, &h, basis);

@@ -282,7 +282,7 @@ typedef struct {
 
 static inline hopform_approach_f64 hopform_approach_of_f64(const hopform_poles_f64 *poles, const hopform_motion_f64 *motion,
                                                              const hopform_state_f64 *start, double sign,
-                                                             const hopform_basis_f64 *basis, double t)
+                                                             const hopform_basis_f64 *basis)
 {
     const hopform_numerator_f64 h = {motion->H3_1, motion->H2_1, motion->H1_1};
     const hopform_rise_f64 rise = hopform_rises_f64(poles, &h, basis);

@@ -1620,7 +1620,7 @@ LANES_CODE static void approach_stops(const lanes *restrict w, stop_search *rest
         const hopform_poles_f32 poles = one_of_poles_columns(&w->poles, l);
         const hopform_basis_f32 one = one_of_basis_columns(&find->basis, l);
         const float t = find->t[l];
-        const hopform_approach_f32 to = hopform_approach_of_f32(&poles, &motion, &from_stop, w->side_1[l], &one, t);
+        const hopform_approach_f32 to = hopform_approach_of_f32(&poles, &motion, &from_stop, w->side_1[l], &one);
         const float step = step_to_root(&to.at);
         value[l] = to.at.value;
         rate[l] = to.at.rate;

@@ -1641,7 +1641,7 @@ LANES_CODE static void approach_stops(const lanes *restrict w, stop_search *rest
         const hopform_poles_f64 poles = one_of_poles_columns(&w->poles, l);
         const hopform_basis_f64 one = one_of_basis_columns(&find->basis, l);
         const double t = find->t[l];
-        const hopform_approach_f64 to = hopform_approach_of_f64(&poles, &motion, &from_stop, w->side_1[l], &one, t);
+        const hopform_approach_f64 to = hopform_approach_of_f64(&poles, &motion, &from_stop, w->side_1[l], &one);
         const double step = step_to_root(&to.at);
         value[l] = to.at.value;
         rate[l] = to.at.rate;

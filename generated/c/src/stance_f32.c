@@ -347,7 +347,7 @@ static bool meets_stop(const stance_chain *chain, const stance_guard *guard, flo
         if (n > 0) {
             basis = hopform_basis_at_f32(guard->poles, t);
         }
-        const hopform_approach_f32 to = hopform_approach_of_f32(guard->poles, guard->motion, &start, sign, &basis, t);
+        const hopform_approach_f32 to = hopform_approach_of_f32(guard->poles, guard->motion, &start, sign, &basis);
         if (to.at.value > 0.0f) {
             high = t;
         } else {

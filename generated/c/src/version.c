@@ -6,5 +6,5 @@
 
 const char *hopform_source(void)
 {
-    return "6082685d3e03da9f";
+    return "7ec1da8fdcc7231b";
 }
