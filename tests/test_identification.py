@@ -190,7 +190,6 @@ def test_intervals_hold_the_truth_in_19_of_20_cases():
     assert not count.failed
     assert sum(count.total.values()) > 500
     assert 0.88 <= count.share <= 0.99, dict(count.inside)
-    assert count.slowest <= 2.0
 
 
 # ---- the actuator free, several motions in a recording, ramps against a spring ----

@@ -14,7 +14,7 @@ import pytest
 
 import hopform
 from hopform import ufuncs
-from hopform_solver.records import ROBOT_FIELDS
+from hopform_solver.records import EVENTS, ROBOT_FIELDS
 
 COUNT = 400
 G = 9.81
@@ -121,3 +121,24 @@ def test_two_masses_that_a_step_of_the_current_lets_go_at_once_are_two_phases(ba
     for most in (1, 2):
         stance = hopform.solve_stance(robot, max_phases=most, **start)
         assert (stance.status, len(stance.phases)) == ("too_many_phases", most)
+
+
+@pytest.mark.parametrize("dtype", [np.float64, np.float32])
+@pytest.mark.parametrize("stops", [("x1_min",), ("x1_max",)])
+def test_a_stop_that_is_touched_where_the_actuator_turns_is_no_event(backend, dtype, stops):
+    """Without friction, from rest at a stop and away from it, it swings back to just there: a reversal every half period."""
+    rng = np.random.default_rng(5)
+    k, m_eff, x1 = over(rng, 1.0, 2e4), over(rng, 0.1, 10.0), rng.uniform(-0.05, 0.05, COUNT)
+    away, depth = (1.0 if stops == ("x1_min",) else -1.0), rng.uniform(0.001, 0.04, COUNT)
+    y = 0.1 - away * depth / 2.0  # it swings about 0.1 m of compression
+    robot = hopform.Robot(m_eff=1.0, m_s=1.0, k=1.0, L0=0.4, f2=1e5, gamma2=-1.0, g=G, u_max=1e4)
+    batch = hopform.solve_stances(
+        robot, k=k, m_eff=m_eff, x1=x1, x2=x1 - y + 0.4, v2=0.0, u=0.1 * k, horizon=6.5 * np.pi * np.sqrt(m_eff / k),
+        events=True, backend=backend, dtype=dtype, **{name: x1 for name in stops},
+    )  # fmt: skip
+    reverses = next(number for number, word in EVENTS.items() if word == "x1_reverses")
+    assert (batch.words == "horizon").all()
+    assert (batch.event_count == 6).all()
+    assert (batch.event_kind == reverses).all()
+    half_periods = np.arange(1, 7) * (np.pi * np.sqrt(m_eff / k))[:, np.newaxis]
+    assert np.abs(batch.event_time / half_periods - 1.0).max() < (1e-12 if dtype is np.float64 else 1e-5)

@@ -271,6 +271,20 @@ MUTANTS = (
         first=("tests/test_checker.py",),
     ),
     Mutant(
+        "C: a stop that is touched where x1 turns is hit",
+        "templates/c/src/stance_real.c.j2",
+        "!(beyond > hopform_touch_real(guard->motion, &start, &basis))",
+        "false",
+        first=("tests/test_ties.py",),
+    ),
+    Mutant(
+        "C, lanes: a stop that is touched where x1 turns is hit",
+        "templates/c/src/lanes_real.h.j2",
+        "const bool past = beyond > hopform_touch_real(&motion, &from_stop, &one);",
+        "const bool past = beyond > 0.0 * hopform_touch_real(&motion, &from_stop, &one);",
+        first=("tests/test_ties.py",),
+    ),
+    Mutant(
         "W is carried without the fourth order",
         "derive/time_domain.py",
         "sixth * rates[2] + rest * rates[3]",

@@ -274,6 +274,15 @@ static inline hopform_point_f32 hopform_root_between_f32(const hopform_watch_f32
     return high;
 }
 
+/* An extremum of x_1, counted from a stop, that is this near to it touches it: 16 ulp of the terms. */
+static inline float hopform_touch_f32(const hopform_motion_f32 *motion, const hopform_state_f32 *start,
+                                      const hopform_basis_f32 *basis)
+{
+    return 16.0f * 1.1920929e-7f
+           * (fabsf(start->x1) + fabsf(start->v1 * basis->Wd) + fabsf(motion->N2_1 * basis->W) + fabsf(motion->N1_1 * basis->W1)
+              + fabsf(motion->N0_1 * basis->W2));
+}
+
 /* How far x_1 is beyond a stop, from which `start` counts it, how fast it gets there, and its further derivatives. */
 typedef struct {
     hopform_sample_f32 at;

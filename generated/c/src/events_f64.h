@@ -274,6 +274,15 @@ static inline hopform_point_f64 hopform_root_between_f64(const hopform_watch_f64
     return high;
 }
 
+/* An extremum of x_1, counted from a stop, that is this near to it touches it: 16 ulp of the terms. */
+static inline double hopform_touch_f64(const hopform_motion_f64 *motion, const hopform_state_f64 *start,
+                                      const hopform_basis_f64 *basis)
+{
+    return 16.0 * 2.220446049250313e-16
+           * (fabs(start->x1) + fabs(start->v1 * basis->Wd) + fabs(motion->N2_1 * basis->W) + fabs(motion->N1_1 * basis->W1)
+              + fabs(motion->N0_1 * basis->W2));
+}
+
 /* How far x_1 is beyond a stop, from which `start` counts it, how fast it gets there, and its further derivatives. */
 typedef struct {
     hopform_sample_f64 at;

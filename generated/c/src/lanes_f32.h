@@ -1665,7 +1665,7 @@ LANES_CODE static void meet_stops(lanes *restrict w, float *restrict stops)
     stop_search find;
     for (int l = 0; l < LANES; l++) {
         find.gap[l] = w->side_1[l] > 0.0f ? w->from_max[l] : w->from_min[l];
-        find.low[l] = w->low[l];
+        find.low[l] = 0.0f;
         find.high[l] = w->end_t[l];
         find.t[l] = w->end_t[l];
     }
@@ -1675,7 +1675,9 @@ LANES_CODE static void meet_stops(lanes *restrict w, float *restrict stops)
         const hopform_basis_f32 one = one_of_basis_columns(&w->end, l);
         const hopform_at_f32 at = hopform_state_at_f32(&from_stop, &motion, &one);
         const bool ahead = (fabsf(w->side_1[l]) > 0.0f) & within_range(find.gap[l]);
-        stops[l] = w->live[l] * flag(ahead & !(w->left[l] > 0.0f) & (w->side_1[l] * at.x1_t > 0.0f));
+        const float beyond = w->side_1[l] * at.x1_t;
+        const bool past = beyond > hopform_touch_f32(&motion, &from_stop, &one);
+        stops[l] = w->live[l] * flag(ahead & !(w->left[l] > 0.0f) & past);
         find.going[l] = stops[l];
     }
     if (!any(stops)) {
@@ -1717,21 +1719,18 @@ static inline bool on_threshold(float acceleration, float friction)
 }
 
 /* A mass that has come to rest stays there, is stopped, or goes on: its velocity is 0. */
-LANES_CODE static void come_to_rest(lanes *restrict w, const float *restrict how, float *restrict hits)
+LANES_CODE static void come_to_rest(lanes *restrict w, const float *restrict how, const float *restrict touches, float *restrict hits)
 {
-    column stop, gap;
+    column stop, there;
     for (int l = 0; l < LANES; l++) {
         stop[l] = w->side_1[l] > 0.0f ? w->robot.x1_max[l] : w->robot.x1_min[l];
-        gap[l] = w->side_1[l] > 0.0f ? w->from_max[l] : w->from_min[l];
+        hits[l] = is(how[l], BY_STOP);
+        there[l] = hits[l] + is(how[l], BY_VELOCITY_1) * touches[l];
     }
     for (int l = 0; l < LANES; l++) {
-        const bool near_stop = within_range(stop[l]) & (fabsf(gap[l]) <= 4.0f * 1.1920929e-7f * fabsf(stop[l]));
-        hits[l] = is(how[l], BY_STOP) + is(how[l], BY_VELOCITY_1) * flag(near_stop);
-    }
-    for (int l = 0; l < LANES; l++) {
-        keep(&w->state.x1[l], hits[l] > 0.0f, stop[l]);
-        keep(&w->from_min[l], hits[l] > 0.0f, stop[l] - w->robot.x1_min[l]);
-        keep(&w->from_max[l], hits[l] > 0.0f, stop[l] - w->robot.x1_max[l]);
+        keep(&w->state.x1[l], there[l] > 0.0f, stop[l]);
+        keep(&w->from_min[l], there[l] > 0.0f, stop[l] - w->robot.x1_min[l]);
+        keep(&w->from_max[l], there[l] > 0.0f, stop[l] - w->robot.x1_max[l]);
         keep(&w->state.v1[l], is(how[l], BY_VELOCITY_1) + hits[l] > 0.0f, 0.0f);
         keep(&w->state.v2[l], is(how[l], BY_VELOCITY_2) > 0.0f, 0.0f);
         keep(&w->state.y[l], is(how[l], BY_TAKEOFF) > 0.0f, 0.0f);
@@ -1794,11 +1793,11 @@ LANES_CODE static void sides_from_rest(lanes *restrict w, const float *restrict 
 }
 
 /* The state and the modes after the end of a phase. */
-LANES_CODE static void pass(lanes *restrict w, const float *restrict how)
+LANES_CODE static void pass(lanes *restrict w, const float *restrict how, const float *restrict touches)
 {
     column hits, rests_1, rests_2, slips_1, slips_2, side_1, side_2, side, goes_on, crowded;
     keep_free_accelerations(w, how);
-    come_to_rest(w, how, hits);
+    come_to_rest(w, how, touches, hits);
     for (int l = 0; l < LANES; l++) {
         rests_1[l] = is(how[l], BY_VELOCITY_1) + is(how[l], BY_STOP);
         rests_2[l] = is(how[l], BY_VELOCITY_2);
@@ -1856,7 +1855,7 @@ LANES_CODE static void next_samples(const sample_columns *restrict to, const flo
 /* The next window of a phase, or what follows its end. */
 LANES_CODE static void end_windows(lanes *restrict w, const float *restrict stops)
 {
-    column how, late, goes_on;
+    column how, late, goes_on, touches;
     for (int l = 0; l < LANES; l++) {
         const float kind = is(w->found[l], 0) * w->kind[0][l] + is(w->found[l], 1) * w->kind[1][l] + is(w->found[l], 2) * w->kind[2][l];
         const float only_1 = 1.0f - fabsf(w->side_2[l]);
@@ -1891,6 +1890,10 @@ LANES_CODE static void end_windows(lanes *restrict w, const float *restrict stop
         const hopform_at_f32 at = hopform_state_at_f32(&state, &motion, &basis);
         const hopform_state_f32 from_zero = {0.0f, state.v1, state.v2, state.y};
         const hopform_at_f32 moved = hopform_state_at_f32(&from_zero, &motion, &basis);
+        const float gap = w->side_1[l] > 0.0f ? w->from_max[l] : w->from_min[l];
+        const hopform_state_f32 from_stop = {gap, state.v1, state.v2, state.y};
+        const bool near_stop = fabsf(gap + moved.x1_t) <= hopform_touch_f32(&motion, &from_stop, &basis);
+        touches[l] = flag(within_range(gap) & near_stop);
         const bool ends = how[l] > (float)NO_END;
         const bool held_1 = !(fabsf(w->side_1[l]) > 0.0f);
         keep(&w->from_min[l], ends & !held_1, w->from_min[l] + moved.x1_t);
@@ -1902,7 +1905,7 @@ LANES_CODE static void end_windows(lanes *restrict w, const float *restrict stop
         keep(&w->state.y[l], ends, at.y_t);
         keep(&w->t[l], ends, how[l] > (float)BY_STOP ? w->horizon[l] : w->t[l] + w->end_t[l]);
     }
-    pass(w, how);
+    pass(w, how, touches);
 }
 
 /* One window of each stance. */

@@ -1686,7 +1686,7 @@ LANES_CODE static void meet_stops(lanes *restrict w, double *restrict stops)
     stop_search find;
     for (int l = 0; l < LANES; l++) {
         find.gap[l] = w->side_1[l] > 0.0 ? w->from_max[l] : w->from_min[l];
-        find.low[l] = w->low[l];
+        find.low[l] = 0.0;
         find.high[l] = w->end_t[l];
         find.t[l] = w->end_t[l];
     }
@@ -1696,7 +1696,9 @@ LANES_CODE static void meet_stops(lanes *restrict w, double *restrict stops)
         const hopform_basis_f64 one = one_of_basis_columns(&w->end, l);
         const hopform_at_f64 at = hopform_state_at_f64(&from_stop, &motion, &one);
         const bool ahead = (fabs(w->side_1[l]) > 0.0) & within_range(find.gap[l]);
-        stops[l] = w->live[l] * flag(ahead & !(w->left[l] > 0.0) & (w->side_1[l] * at.x1_t > 0.0));
+        const double beyond = w->side_1[l] * at.x1_t;
+        const bool past = beyond > hopform_touch_f64(&motion, &from_stop, &one);
+        stops[l] = w->live[l] * flag(ahead & !(w->left[l] > 0.0) & past);
         find.going[l] = stops[l];
     }
     if (!any(stops)) {
@@ -1738,21 +1740,18 @@ static inline bool on_threshold(double acceleration, double friction)
 }
 
 /* A mass that has come to rest stays there, is stopped, or goes on: its velocity is 0. */
-LANES_CODE static void come_to_rest(lanes *restrict w, const double *restrict how, double *restrict hits)
+LANES_CODE static void come_to_rest(lanes *restrict w, const double *restrict how, const double *restrict touches, double *restrict hits)
 {
-    column stop, gap;
+    column stop, there;
     for (int l = 0; l < LANES; l++) {
         stop[l] = w->side_1[l] > 0.0 ? w->robot.x1_max[l] : w->robot.x1_min[l];
-        gap[l] = w->side_1[l] > 0.0 ? w->from_max[l] : w->from_min[l];
+        hits[l] = is(how[l], BY_STOP);
+        there[l] = hits[l] + is(how[l], BY_VELOCITY_1) * touches[l];
     }
     for (int l = 0; l < LANES; l++) {
-        const bool near_stop = within_range(stop[l]) & (fabs(gap[l]) <= 4.0 * 2.220446049250313e-16 * fabs(stop[l]));
-        hits[l] = is(how[l], BY_STOP) + is(how[l], BY_VELOCITY_1) * flag(near_stop);
-    }
-    for (int l = 0; l < LANES; l++) {
-        keep(&w->state.x1[l], hits[l] > 0.0, stop[l]);
-        keep(&w->from_min[l], hits[l] > 0.0, stop[l] - w->robot.x1_min[l]);
-        keep(&w->from_max[l], hits[l] > 0.0, stop[l] - w->robot.x1_max[l]);
+        keep(&w->state.x1[l], there[l] > 0.0, stop[l]);
+        keep(&w->from_min[l], there[l] > 0.0, stop[l] - w->robot.x1_min[l]);
+        keep(&w->from_max[l], there[l] > 0.0, stop[l] - w->robot.x1_max[l]);
         keep(&w->state.v1[l], is(how[l], BY_VELOCITY_1) + hits[l] > 0.0, 0.0);
         keep(&w->state.v2[l], is(how[l], BY_VELOCITY_2) > 0.0, 0.0);
         keep(&w->state.y[l], is(how[l], BY_TAKEOFF) > 0.0, 0.0);
@@ -1815,11 +1814,11 @@ LANES_CODE static void sides_from_rest(lanes *restrict w, const double *restrict
 }
 
 /* The state and the modes after the end of a phase. */
-LANES_CODE static void pass(lanes *restrict w, const double *restrict how)
+LANES_CODE static void pass(lanes *restrict w, const double *restrict how, const double *restrict touches)
 {
     column hits, rests_1, rests_2, slips_1, slips_2, side_1, side_2, side, goes_on, crowded;
     keep_free_accelerations(w, how);
-    come_to_rest(w, how, hits);
+    come_to_rest(w, how, touches, hits);
     for (int l = 0; l < LANES; l++) {
         rests_1[l] = is(how[l], BY_VELOCITY_1) + is(how[l], BY_STOP);
         rests_2[l] = is(how[l], BY_VELOCITY_2);
@@ -1877,7 +1876,7 @@ LANES_CODE static void next_samples(const sample_columns *restrict to, const dou
 /* The next window of a phase, or what follows its end. */
 LANES_CODE static void end_windows(lanes *restrict w, const double *restrict stops)
 {
-    column how, late, goes_on;
+    column how, late, goes_on, touches;
     for (int l = 0; l < LANES; l++) {
         const double kind = is(w->found[l], 0) * w->kind[0][l] + is(w->found[l], 1) * w->kind[1][l] + is(w->found[l], 2) * w->kind[2][l];
         const double only_1 = 1.0 - fabs(w->side_2[l]);
@@ -1912,6 +1911,10 @@ LANES_CODE static void end_windows(lanes *restrict w, const double *restrict sto
         const hopform_at_f64 at = hopform_state_at_f64(&state, &motion, &basis);
         const hopform_state_f64 from_zero = {0.0, state.v1, state.v2, state.y};
         const hopform_at_f64 moved = hopform_state_at_f64(&from_zero, &motion, &basis);
+        const double gap = w->side_1[l] > 0.0 ? w->from_max[l] : w->from_min[l];
+        const hopform_state_f64 from_stop = {gap, state.v1, state.v2, state.y};
+        const bool near_stop = fabs(gap + moved.x1_t) <= hopform_touch_f64(&motion, &from_stop, &basis);
+        touches[l] = flag(within_range(gap) & near_stop);
         const bool ends = how[l] > (double)NO_END;
         const bool held_1 = !(fabs(w->side_1[l]) > 0.0);
         keep(&w->from_min[l], ends & !held_1, w->from_min[l] + moved.x1_t);
@@ -1923,7 +1926,7 @@ LANES_CODE static void end_windows(lanes *restrict w, const double *restrict sto
         keep(&w->state.y[l], ends, at.y_t);
         keep(&w->t[l], ends, how[l] > (double)BY_STOP ? w->horizon[l] : w->t[l] + w->end_t[l]);
     }
-    pass(w, how);
+    pass(w, how, touches);
 }
 
 /* One window of each stance. */

@@ -14,6 +14,7 @@ typedef struct {
     end_kind kind;
     int side; /* of a threshold: where the mass goes */
     hopform_basis_f64 basis; /* at t */
+    double touch; /* how near x_1, where it turns, is to a stop that it touches */
 } phase_end;
 
 /* The chain while it grows. */
@@ -328,19 +329,28 @@ static void settle_window(const stance_guard *guard, double low, window *end)
     end->found = end->t > low ? end->found : lost; /* no number lies between its root and the start */
 }
 
-/* The stop ahead, which x_1, monotone within a phase, has met if it is beyond it at the end of the window. */
-static bool meets_stop(const stance_chain *chain, const stance_guard *guard, double low, window *end)
+/* The state that a phase starts from, x_1 counted from the stop ahead. */
+static hopform_state_f64 from_stop(const stance_chain *chain)
+{
+    hopform_state_f64 start = chain->state;
+    start.x1 = chain->side_1 > 0 ? chain->from_max : chain->from_min;
+    return start;
+}
+
+/* The stop ahead, which x_1, monotone within a phase, has met if it is beyond it at the end of the window, and does not just touch. */
+static bool meets_stop(const stance_chain *chain, const stance_guard *guard, window *end)
 {
     const double sign = (double)chain->side_1;
-    hopform_state_f64 start = chain->state;
-    start.x1 = chain->side_1 > 0 ? chain->from_max : chain->from_min; /* counted from the stop */
+    const hopform_state_f64 start = from_stop(chain);
     if (chain->side_1 == 0 || !is_finite(start.x1)) {
         return false;
     }
+    double low = 0.0;
     double high = end->t;
     double t = end->t;
     hopform_basis_f64 basis = end->basis;
-    if (!(sign * hopform_state_at_f64(&start, guard->motion, &basis).x1_t > 0.0)) {
+    const double beyond = sign * hopform_state_at_f64(&start, guard->motion, &basis).x1_t;
+    if (!(beyond > 0.0) || !(beyond > hopform_touch_f64(guard->motion, &start, &basis))) {
         return false;
     }
     for (int n = 0; n < 100; n++) {
@@ -420,7 +430,7 @@ static void cross_at_the_limit(const stance_guard *guard, double limit, window *
 /* What ends the phase at the end of its last window. */
 static phase_end end_of(const stance_guard *guard, const window *end, bool stops, double limit)
 {
-    phase_end result = {end->t, END_LIMIT, 0, end->basis};
+    phase_end result = {end->t, END_LIMIT, 0, end->basis, 0.0};
     const bool halts = !(guard->halt > limit) && !(end->t < limit * (1.0 - 8.0 * 2.220446049250313e-16));
     const bool wins = guard->halts == END_VELOCITY_1 && end->found > 0; /* over mass 2 at the same time */
     if (stops) {
@@ -439,7 +449,7 @@ static phase_end find_end(const stance_chain *chain, const hopform_poles_f64 *po
 {
     const hopform_basis_f64 start = {1.0, 0.0, 0.0, 0.0, 0.0};
     if (chain->side_1 == 0 && chain->side_2 == 0) {
-        const phase_end result = {until, END_LIMIT, 0, start};
+        const phase_end result = {until, END_LIMIT, 0, start, 0.0};
         return result;
     }
     stance_guard guard = {0};
@@ -448,7 +458,7 @@ static phase_end find_end(const stance_chain *chain, const hopform_poles_f64 *po
     window end = {0.0, start, {{0.0, 0.0, 0.0, 0.0, 0.0, 0.0}}, lost_at_once(&guard)};
     bool stops = false;
     int32_t patience = 8;
-    for (int32_t windows = 0; end.found < 0 && !stops && end.t < limit; windows = windows > 3 ? windows : windows + 1) {
+    for (int32_t windows = 0; end.found < 0 && !stops && end.t < limit; windows = windows > 3 ? windows : windows + 1) { /* more are not told apart */
         const double low = end.t;
         double quiet = low;
         if (--patience <= 0) {
@@ -463,13 +473,18 @@ static phase_end find_end(const stance_chain *chain, const hopform_poles_f64 *po
             cross_at_the_limit(&guard, limit, &end);
         }
         const double t = end.t;
-        stops = meets_stop(chain, &guard, low, &end) && !(end.found == 0 && t <= end.t * (1.0 + 8.0 * 2.220446049250313e-16));
+        stops = meets_stop(chain, &guard, &end) && !(end.found == 0 && t <= end.t * (1.0 + 8.0 * 2.220446049250313e-16));
         for (int32_t n = 0; n < guard.count && end.found < 0 && !stops; n++) {
             guard.from[n] = end.at[n];
             guard.from[n].value = end.at[n].value > 0.0 ? end.at[n].value : 0.0;
         }
     }
-    return end_of(&guard, &end, stops, limit);
+    phase_end result = end_of(&guard, &end, stops, limit);
+    if (result.kind == END_VELOCITY_1) {
+        const hopform_state_f64 ahead = from_stop(chain);
+        result.touch = is_finite(ahead.x1) ? hopform_touch_f64(motion, &ahead, &end.basis) : 0.0;
+    }
+    return result;
 }
 
 /* ---- the chain ---- */
@@ -506,24 +521,22 @@ static void after_rest(stance_chain *chain, int mass, int side_before, int event
     }
 }
 
-/* The actuator has come to rest, or has met a stop. */
-static void end_of_velocity_1(stance_chain *chain, end_kind kind)
+/* The actuator has come to rest, or has met a stop. One that it touches where it turns is no event, but that is where it is. */
+static void end_of_velocity_1(stance_chain *chain, const phase_end *end)
 {
     const hopform_robot_f64 *robot = &chain->plan->robot;
     const int before = chain->side_1;
     const double stop = before > 0 ? robot->x1_max : robot->x1_min;
     const double gap = before > 0 ? chain->from_max : chain->from_min;
-    const bool at_stop = is_finite(stop) && fabs(gap) <= 4.0 * 2.220446049250313e-16 * fabs(stop);
-    if (kind == END_STOP || at_stop) {
-        chain->state.v1 = 0.0; /* inelastic */
+    const bool hits = end->kind == END_STOP;
+    chain->state.v1 = 0.0; /* inelastic */
+    if (hits || fabs(gap) <= end->touch) {
         chain->state.x1 = stop;
         chain->from_min = stop - robot->x1_min;
         chain->from_max = stop - robot->x1_max;
-        after_rest(chain, 1, before, HOPFORM_EVENT_X1_HITS_STOP, HOPFORM_EVENT_X1_HITS_STOP);
-    } else {
-        chain->state.v1 = 0.0;
-        after_rest(chain, 1, before, HOPFORM_EVENT_X1_STICKS, HOPFORM_EVENT_X1_REVERSES);
     }
+    after_rest(chain, 1, before, hits ? HOPFORM_EVENT_X1_HITS_STOP : HOPFORM_EVENT_X1_STICKS,
+               hits ? HOPFORM_EVENT_X1_HITS_STOP : HOPFORM_EVENT_X1_REVERSES);
 }
 
 /* The current takes its next value: what is held may begin to slip. */
@@ -608,7 +621,7 @@ static void pass(stance_chain *chain, const hopform_motion_f64 *motion, const ph
     switch (end->kind) {
     case END_VELOCITY_1:
     case END_STOP:
-        end_of_velocity_1(chain, end->kind);
+        end_of_velocity_1(chain, end);
         break;
     case END_VELOCITY_2: {
         const int before = chain->side_2;

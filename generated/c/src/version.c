@@ -6,5 +6,5 @@
 
 const char *hopform_source(void)
 {
-    return "7ec1da8fdcc7231b";
+    return "90de6e9c80c23ebc";
 }

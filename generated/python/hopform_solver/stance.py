@@ -168,6 +168,7 @@ class _End:
         self.t = limit.copy()
         self.kind = np.full(limit.shape, LIMIT)
         self.side = np.zeros_like(limit)
+        self.touch = np.zeros_like(limit)  # how near x_1, where it turns, is to a stop that it touches
         self.tie = 8.0 * float(np.finfo(limit.dtype).eps)
 
     def earlier(self, lanes: NDArray[np.intp], t: Array, kind: int, side: float = 0.0) -> None:
@@ -246,6 +247,14 @@ def _roots(watched: list[_Watched], limit: Array, tie: float) -> list[Array]:
     return np.split(roots, np.cumsum([of.lanes.size for of in watched])[:-1])
 
 
+def _touch(from_stop: State, motion: Motion, basis: Basis) -> Array:
+    """How near to a stop, from which x_1 is counted, an extremum of x_1 touches it: 16 ulp of the terms."""
+    terms = (
+        from_stop.x1, from_stop.v1 * basis.Wd, motion.N2_1 * basis.W, motion.N1_1 * basis.W1, motion.N0_1 * basis.W2,
+    )  # fmt: skip
+    return np.asarray(16.0 * np.finfo(from_stop.x1.dtype).eps * sum(np.abs(term) for term in terms))
+
+
 def _watch_stop(chain: _Chain, poles: Poles, motion: Motion, until: Array, end: _End) -> None:
     """Within a phase x_1 is monotone: it has met the stop ahead if it is beyond it at the time `until` which it lasts at most."""
     eps = np.finfo(end.t.dtype).eps
@@ -261,7 +270,8 @@ def _watch_stop(chain: _Chain, poles: Poles, motion: Motion, until: Array, end: 
         sign = chain.side.first[lanes]
         beyond: Array = sign * at.x1_t
         if n == 0:
-            over = beyond > 0.0
+            touch = _touch(take(start, lanes), take(motion, lanes), basis_at(take(poles, lanes), t))
+            over = (beyond > 0.0) & (beyond > touch)  # and does not just touch
             lanes, low, high, t, beyond, sign = lanes[over], low[over], high[over], t[over], beyond[over], sign[over]
             at = take(at, over)
         high, low = np.where(beyond > 0.0, t, high), np.where(beyond > 0.0, low, t)
@@ -364,16 +374,15 @@ def _rest_of_actuator(chain: _Chain, log: _Log, end: _End) -> None:
     lanes = np.flatnonzero((end.kind == VELOCITY_1) | (end.kind == STOP))
     if not lanes.size:
         return
-    robot, eps = chain.plan.robot, np.finfo(chain.t.dtype).eps
+    robot = chain.plan.robot
     stop = choose(chain.side.first > 0.0, robot.x1_max, robot.x1_min)[lanes]
-    close = np.isfinite(stop)
     gap = choose(chain.side.first > 0.0, chain.from_max, chain.from_min)[lanes]
-    close[close] = np.abs(gap[close]) <= 4.0 * eps * np.abs(stop[close])
-    hits = (end.kind[lanes] == STOP) | close
+    hits = end.kind[lanes] == STOP
+    there = hits | (np.abs(gap) <= end.touch[lanes])  # one that it touches where it turns is no event, but that is where it is
     chain.state.v1[lanes] = 0.0
-    chain.state.x1[lanes[hits]] = stop[hits]
-    chain.from_min[lanes[hits]] = stop[hits] - robot.x1_min[lanes[hits]]
-    chain.from_max[lanes[hits]] = stop[hits] - robot.x1_max[lanes[hits]]
+    chain.state.x1[lanes[there]] = stop[there]
+    chain.from_min[lanes[there]] = stop[there] - robot.x1_min[lanes[there]]
+    chain.from_max[lanes[there]] = stop[there] - robot.x1_max[lanes[there]]
     sticks = np.where(hits, _EVENT["x1_hits_stop"], _EVENT["x1_sticks"])
     reverses = np.where(hits, _EVENT["x1_hits_stop"], _EVENT["x1_reverses"])
     _after_rest(chain, log, 1, lanes, sticks, reverses)
@@ -500,6 +509,9 @@ def _run(chain: _Chain, log: _Log, result: _Result) -> Array:
         basis = basis_at(poles, end.t)
         moved = formulas.state_at(chain.state._replace(x1=np.zeros_like(chain.t)), motion, basis).x1_t
         moved[chain.side.first == 0.0] = 0.0
+        gap = choose(chain.side.first > 0.0, chain.from_max, chain.from_min)
+        near = np.isfinite(gap) & (end.kind == VELOCITY_1)
+        end.touch[near] = _touch(take(chain.state._replace(x1=gap), near), take(motion, near), take(basis, near))
         chain.from_min, chain.from_max = chain.from_min + moved, chain.from_max + moved
         chain.state = arrive(chain.state, motion, basis, chain.side)
         chain.t = np.where(end.kind == LIMIT, until, chain.t + end.t)
