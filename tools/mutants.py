@@ -155,7 +155,7 @@ MUTANTS = (
     Mutant(
         "controller, C: half a cell is never tried",
         "templates/c/src/control_real.c.j2",
-        "        keep(search, trial, &split.to, fabs(split.to.u - trial->u) > half ? split.slow + 1 : 0);\n",
+        "        keep(search, trial, &split.to, fabs(split.to.u - trial->u) > half ? slower : 0);\n",
         "",
         first=CONTROL,
     ),

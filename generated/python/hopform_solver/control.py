@@ -314,7 +314,7 @@ def choose(
     """
     with np.errstate(all="ignore"):
         search = _Search(robot, start, Target(*target), max_phases, np.dtype(dtype))
-        if robot.u_max > 0.0 and search.movable:
+        if robot.u_max > 0.0 and search.movable and start.x1 < search.limit:
             _search(search)
         else:
             search.attempt(np.zeros(1))
