@@ -22,7 +22,7 @@
 
 /* Where the events change: how much slopes may differ where the function still rises throughout, and how deep it may dip. */
 #define KINK 0.5f
-#define DEPTH 0.75f
+#define DEPTH 1.0f
 #define STEP 0.00390625f
 #define EDGE 0.015625f
 

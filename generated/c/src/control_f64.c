@@ -22,7 +22,7 @@
 
 /* Where the events change: how much slopes may differ where the function still rises throughout, and how deep it may dip. */
 #define KINK 0.5
-#define DEPTH 0.75
+#define DEPTH 1.0
 #define STEP 0.00390625
 #define EDGE 0.015625
 

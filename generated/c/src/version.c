@@ -6,5 +6,5 @@
 
 const char *hopform_source(void)
 {
-    return "cd1fc0fdfa41e176";
+    return "d94b9cae48e9a36f";
 }
