@@ -78,7 +78,7 @@ class Touchdown:
 
 
 def draw_robot(seed: int) -> hopform.Robot:
-    """A robot from parameters x 1/3 to 3 or 1/10 to 10, an actuator of 1/20 to 20 times the body's mass, without some friction one
+    """A robot from parameters x 1/3 to 3 or 1/10 to 10, an actuator of 1/20 to 20 times the body's mass, each friction missing one
     time in four, and a stroke that is about what a drop makes of it."""
     draw = np.random.default_rng(seed)
     spread = float(draw.choice((3.0, 10.0)))
@@ -162,7 +162,8 @@ class Judge:
     def task(self, touchdown: Touchdown, stop: float, nearer: float, step: float) -> Any:
         robot = self.robot
         limit = robot.x1_max - touchdown.stop_margin if robot.x1_min < robot.x1_max else math.inf
-        start = start_of(robot, touchdown.x1, touchdown.v1, touchdown.x2(robot), touchdown.v2)  # to the last bit, at a jump
+        # what the controller is asked, to the last bit: at a jump that tells
+        start = start_of(robot, touchdown.x1, touchdown.v1, touchdown.x2(robot), touchdown.v2)
         return _Task(
             *start, touchdown.h_des + touchdown.datum, limit, robot.u_max,
             stop, nearer, math.ceil(robot.u_max / step),
@@ -193,7 +194,8 @@ def compare(robot: hopform.Robot, touchdowns: list[Touchdown], step: float, **ho
         answer = (command, (result.gap, result.u, result.root))
         if not _is_true(robot, touchdown, command, gap):
             found.untrue.append((touchdown, answer))
-        if reached and result.root < abs(command.u) - SMALLER and not _is_flat(judge, touchdown, command.u, result.root):
+        smaller = reached and result.root < abs(command.u) - SMALLER
+        if smaller and not _is_flat(judge, touchdown, command.u, result.root):
             found.smaller.append((touchdown, answer))
         if not reached and (result.gap < math.inf or result.root < math.inf):
             found.nearer.append((touchdown, answer))
