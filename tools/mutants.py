@@ -160,6 +160,27 @@ MUTANTS = (
         first=CONTROL,
     ),
     Mutant(
+        "controller, C: a stop that is hit tells nothing",
+        "templates/c/src/trial_real.h.j2",
+        "    if (stops && rate > 0.0) {\n",
+        "    if (stops && rate < 0.0) {\n",
+        first=CONTROL,
+    ),
+    Mutant(
+        "controller, C: at a hit, the other tells",
+        "templates/c/src/trial_real.h.j2",
+        "if (height < met->y) {",
+        "if (height > met->y) {",
+        first=CONTROL,
+    ),
+    Mutant(
+        "controller, NumPy: at a hit, the other tells",
+        "templates/python/hopform_solver/trial.py.j2",
+        "slow = height < at.y",
+        "slow = height > at.y",
+        first=CONTROL,
+    ),
+    Mutant(
         "controller, C: take-off at a fixed time",
         "templates/c/src/trial_real.h.j2",
         "const real late = -tally->change.y / speed.y;",

@@ -78,8 +78,8 @@ class Touchdown:
 
 
 def draw_robot(seed: int) -> hopform.Robot:
-    """A robot from parameters x 1/3 to 3 or 1/10 to 10, an actuator of 1/20 to 20 times the body's mass, each friction missing one
-    time in four, and a stroke that is about what a drop makes of it."""
+    """A robot from parameters x 1/3 to 3 or 1/10 to 10, an actuator of 1/20 to 20 times the body's mass, and a stroke that is
+    about what a drop makes of it; each friction is left out one time in four."""
     draw = np.random.default_rng(seed)
     spread = float(draw.choice((3.0, 10.0)))
 
