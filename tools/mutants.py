@@ -176,8 +176,8 @@ MUTANTS = (
     Mutant(
         "controller, NumPy: at a hit, the other tells",
         "templates/python/hopform_solver/trial.py.j2",
-        "slow = height < at.y",
-        "slow = height > at.y",
+        "slow = np.asarray(height < at.y)",
+        "slow = np.asarray(height > at.y)",
         first=CONTROL,
     ),
     Mutant(

@@ -6,5 +6,5 @@
 
 const char *hopform_source(void)
 {
-    return "d94b9cae48e9a36f";
+    return "db52572fdb46eb55";
 }

@@ -220,9 +220,9 @@ def _note_hit(trials: Trials, lanes: NDArray[np.intp], at: State, met: State, g:
 
     The lesser of y and of the height from which a mass falls as fast; met: the change of the state, whose time moves.
     """
-    height = 0.5 * at.v1 * at.v1 / g
-    slow = height < at.y
-    past, past_u = np.where(slow, height, at.y), np.where(slow, at.v1 * met.v1 / g, met.y)
+    height = np.asarray(0.5 * at.v1 * at.v1 / g)
+    slow = np.asarray(height < at.y)
+    past, past_u = choose(slow, height, at.y), choose(slow, np.asarray(at.v1 * met.v1 / g), met.y)
     _note(trials.peak, trials.peak_u, lanes, np.asarray(at.x1 + past), past_u, 1.0)
 
 
