@@ -62,7 +62,7 @@ frama-c: venv-dev ## Frama-C's Eva on the library for firmware, arbitrary bit pa
 test-exhaustive-kernels: compiler venv-dev ## every float32 input of every kernel in C against double precision, in minutes
 	nice $(PY) -m tests.c_kernels
 
-firmware-test: compiler venv-dev ## the C library on emulated processors, twelve combinations: selftest, golden vectors, garbage, costs
+firmware-test: compiler venv-dev ## the C library on emulated processors, fourteen combinations: selftest, golden vectors, garbage, costs
 	sh tests/firmware/install.sh
 	$(PY) tools/build_library.py
 	$(PY) -m tests.firmware

@@ -88,8 +88,19 @@ def test_the_cases_visit_every_mode_event_and_ending():
 FIELDS = {field.name for field in hopform.Robot.fields()}
 
 
-def test_the_golden_vectors_hold_on_this_computer(tmp_path):
-    assert ", wrong 0" in says(built(tmp_path, "golden", CC, "-O2"))
+@pytest.mark.parametrize("flags", [["-O2"], ["-O2", "-DHOPFORM_LIBM"]], ids=" ".join)
+def test_the_golden_vectors_hold_on_this_computer(tmp_path, flags):
+    assert ", wrong 0" in says(built(tmp_path, "golden", CC, *flags))
+
+
+def test_with_the_functions_of_the_c_library_the_word_is_another_and_the_numbers_are_not(tmp_path):
+    """The option does something: both words differ from those of the library's own exp, sin, cos, ln and roots."""
+    found = re.fullmatch(
+        r"f32 ([0-9a-f]{8}) f64 ([0-9a-f]{8})\n", says(built(tmp_path, "selftest", CC, "-O2", "-DHOPFORM_LIBM"))
+    )
+    assert found is not None
+    assert found.group(1) != f"{selftest('float32'):08x}"
+    assert found.group(2) != f"{selftest('float64'):08x}"
 
 
 def test_what_is_counted_is_what_the_selftest_solves():

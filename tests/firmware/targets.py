@@ -81,10 +81,12 @@ class Build:
     target: Target
     compiler: str
     level: str
+    libm: bool = False
+    """Whether exp, sin, cos, ln and roots are those of its C library."""
 
     @property
     def name(self) -> str:
-        return f"{self.target.name}-{self.compiler}{self.level}"
+        return f"{self.target.name}-{self.compiler}{self.level}{'-libm' if self.libm else ''}"
 
     @property
     def folder(self) -> Path:
@@ -93,7 +95,8 @@ class Build:
     def command(self) -> list[str]:
         """The compiler with the flags of the processor."""
         chosen = [self.target.gcc, *self.target.processor] if self.compiler == "gcc" else ["clang", *self.target.clang]
-        return [*chosen, *COMMON, self.level, "-I", str(C / "include")]
+        option = ["-DHOPFORM_LIBM"] if self.libm else []
+        return [*chosen, *COMMON, *option, self.level, "-I", str(C / "include")]
 
 
 def needed() -> list[str]:

@@ -6,5 +6,5 @@
 
 const char *hopform_source(void)
 {
-    return "90de6e9c80c23ebc";
+    return "60ef08511011afd3";
 }
