@@ -1,8 +1,8 @@
 """`make test-manifests`: the manifests of exported packages, by the build systems' own readers.
 
-PlatformIO's schema reads library.json and Arduino's library.properties, ESP-IDF's component manager holds its manifest against
-its schema and packs the component, and Kconfiglib reads Zephyr's Kconfig with the settings of the sample. These tools pin versions
-of what hopform needs, too, so they live in an environment of their own, which has no hopform.
+PlatformIO's schema reads library.json and Arduino's library.properties. ESP-IDF's component manager holds its manifest against
+its schema and packs the component. Kconfiglib reads Zephyr's Kconfig with the settings of the sample. These tools pin versions of
+what hopform needs, too, so they live in an environment of their own, which has no hopform.
 """
 
 import json
