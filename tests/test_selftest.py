@@ -14,7 +14,7 @@ import hopform
 from derive.selftest import CASES, ROBOTS
 from hopform.selftest import selftest
 from tests.firmware import golden
-from tests.firmware.targets import BOARDS, COMMON, HERE, C, sources
+from tests.firmware.targets import BOARDS, COMMON, HERE, C, native_words, sources
 
 CC = shlex.split(os.environ.get("CC") or "cc")
 MODES, EVENTS = 9, 7
@@ -46,6 +46,16 @@ def test_the_library_of_python_says_the_word_of_every_compiler(tmp_path, compile
     found = re.fullmatch(r"f32 ([0-9a-f]{8}) f64 ([0-9a-f]{8})\n", says(built(tmp_path, "selftest", compiler, level)))
     assert found is not None
     assert found.groups() == (f"{selftest('float32'):08x}", f"{selftest('float64'):08x}")
+
+
+def test_random_stances_flights_and_commands_have_the_same_bits_with_every_compiler():
+    words = {
+        tuple(native_words((*compiler, *flags)).items())
+        for compiler in COMPILERS
+        for flags in (["-O0"], ["-O2"], ["-O3"])
+    }
+    assert len(words) == 1
+    assert [name for name, _ in words.pop()] == ["f32", "f64"]
 
 
 def test_a_coefficient_that_is_off_in_its_last_digit_gives_another_word(tmp_path):

@@ -1,8 +1,8 @@
 """`python -m tests.firmware` proves the library on emulated targets: CI's combinations; `--all` every one; `--report` counts.
 
 Each combination of target, compiler and optimisation runs the selftest, whose word must be the same everywhere (but not with the
-functions of a C library, `-libm`), the golden vectors of the 50-digit reference, garbage, and all that is to be refused; then the
-symbols of its objects are looked through.
+functions of a C library, `-libm`), random stances, flights and commands (words.c), whose word must be that of this computer, the
+golden vectors of the 50-digit reference, garbage, and all that is to be refused; its objects' symbols are looked through.
 """
 
 import argparse
@@ -10,11 +10,23 @@ import re
 import sys
 import time
 from concurrent.futures import ThreadPoolExecutor
-from functools import partial
+from functools import cache, partial
 from pathlib import Path
 
 from tests.firmware import costs, strict
-from tests.firmware.targets import BY_NAME, TARGETS, Build, Failed, emulate, link, needed, objects, run
+from tests.firmware.targets import (
+    BY_NAME,
+    TARGETS,
+    WORD,
+    Build,
+    Failed,
+    emulate,
+    link,
+    native_words,
+    needed,
+    objects,
+    run,
+)
 
 LEVELS = ("-O0", "-O1", "-O2", "-O3", "-Os", "-Oz")
 QUICK = (
@@ -61,6 +73,21 @@ def symbols(objects_f32: tuple[Path, ...], libm: bool) -> list[str]:
     return wrong
 
 
+@cache
+def at_home() -> dict[str, str]:
+    return native_words()
+
+
+def unlike(many: dict[str, str], rounds_to_odd: bool) -> list[str]:
+    """Words of random calls that are not those of this computer; in double precision none is asked where ties go to odd."""
+    asked = {name: word for name, word in many.items() if not (rounds_to_odd and name == "f64")}
+    return [
+        f"random calls: {name} {word}, here {at_home()[name]}"
+        for name, word in asked.items()
+        if word != at_home()[name]
+    ]
+
+
 def prove(build: Build, doubles: bool) -> tuple[str, list[str]]:
     """A line of the table, and what is wrong."""
     began = time.perf_counter()
@@ -68,6 +95,8 @@ def prove(build: Build, doubles: bool) -> tuple[str, list[str]]:
     define = () if doubles else ("-DSINGLE",)
     try:
         word = emulate(build.target, link(build, "selftest", precisions=precisions, define=define)).strip()
+        many = dict(re.findall(WORD, emulate(build.target, link(build, "words", precisions=precisions, define=define))))
+        odd = [] if build.libm else unlike(many, "ties-to-odd" in word)
         word = "a word of its own" if build.libm else word
         lines = [emulate(build.target, link(build, name, precisions=precisions)) for name in PROGRAMS]
         hops = emulate(build.target, link(build, "hops", precisions=precisions)) if build.name in HOPPING else ""
@@ -77,7 +106,7 @@ def prove(build: Build, doubles: bool) -> tuple[str, list[str]]:
         return f"{build.name:16} FAILED", [f"{build.name}: {error}"]
     said = "; ".join(line.strip().splitlines()[-1] for line in lines)
     took = time.perf_counter() - began
-    return f"{build.name:16} {word:39} {said}; {hops}{took:.0f} s", [f"{build.name}: {what}" for what in wrong]
+    return f"{build.name:16} {word:39} {said}; {hops}{took:.0f} s", [f"{build.name}: {what}" for what in [*odd, *wrong]]
 
 
 def words(lines: list[str]) -> dict[str, set[str]]:

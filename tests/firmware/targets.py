@@ -1,9 +1,11 @@
 """Processors, the compilers for them and the machines of QEMU that stand in for boards; how a program is built and run."""
 
 import math
+import re
 import shutil
 import signal
 import subprocess
+import tempfile
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -18,6 +20,8 @@ COMMON = ("-std=c99", "-ffp-contract=off", "-fno-math-errno", "-ffunction-sectio
 UNITS = ("control", "energy", "flight", "grid", "selftest", "sensitivity", "stance", "states", "touchdown")
 """Sources of the library for firmware, in each precision; batches are for computers with vector registers."""
 
+
+WORD = r"(f32|f64) ([0-9a-f]{8})"
 
 PATIENCE = 20.0
 """How much longer than its time of the processor a command may wait: for what never ends, and waits."""
@@ -163,6 +167,16 @@ def link(
     script = ["-nostartfiles", "-nodefaultlibs", "-Wl,--gc-sections", "-L", str(BOARDS), "-T", target.script]
     run([*gcc, *script, *inputs, "-Wl,--start-group", *target.libraries, "-Wl,--end-group", "-o", str(image)])
     return image
+
+
+def native_words(compiler: tuple[str, ...] = ("cc", "-O2")) -> dict[str, str]:
+    """What tests/firmware/words.c says on this computer, by precision."""
+    with tempfile.TemporaryDirectory(prefix="hopform-") as folder:
+        image = str(Path(folder) / "words")
+        files = [HERE / "words.c", BOARDS / "board.c", *sources()]
+        include = ["-I", str(C / "include"), "-I", str(BOARDS)]
+        run([*compiler, *COMMON, *include, *map(str, files), "-o", image, "-lm"])
+        return dict(re.findall(WORD, run([image])))
 
 
 def emulate(target: Target, image: Path, timeout: float = 120.0) -> str:

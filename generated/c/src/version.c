@@ -6,5 +6,5 @@
 
 const char *hopform_source(void)
 {
-    return "60ef08511011afd3";
+    return "ef5911f563f2b926";
 }
