@@ -154,8 +154,9 @@ class Bench:
             "-DDOUBLE",
             "-DENTRY=4",
             "-DDOUBLE_ALONE",
-            "-DROBOTS=1000",
-            "-DCOMMANDS=120",
+            "-DROBOTS=1500",
+            "-DCOMMANDS=500",
+            "-DSAMPLES=4500",
         ]
         command = [*(with_this or compiler()), *flags, *self.include, "-c", str(source), "-o", str(target)]
         code, said = run(command, 60)

@@ -9,6 +9,7 @@
 #ifndef ROBOTS
 #define ROBOTS 30
 #define COMMANDS 5
+#define SAMPLES 70
 #endif
 enum { WORDS_PHASES = 64 };
 

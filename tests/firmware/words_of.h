@@ -82,7 +82,12 @@ static T(hopform_robot) T(robot)(T(words) *w)
     r.f2 = T(positive_over)(w, -5, 4, 5);
     r.gamma2 = T(signed_over)(w, 2, 7, 20);
     r.g = (kind & 15u) == 0u ? (REAL)0 : (kind & 1u) != 0u ? (REAL)9.81 : (REAL)8;
-    const int stops = (kind & 6u) == 0u;
+    if ((kind & 0x700u) == 0u) { /* the body is held, the actuator swings and turns where it began */
+        r.b1 = (REAL)0;
+        r.f1 = (REAL)0;
+        r.f2 = (REAL)131072;
+    }
+    const int stops = (kind & 6u) == 0u || (kind & 0x700u) == 0u;
     r.x1_min = stops ? -T(positive_over)(w, -9, -4, 3) : (REAL)-INFINITY;
     r.x1_max = stops ? T(over)(w, -9, -4) : (REAL)INFINITY;
     r.u_max = (REAL)3;
@@ -120,10 +125,26 @@ static void T(with_flight)(T(words) *w, const T(hopform_plan) *plan, const T(hop
     }
 }
 
+/* A flight from anywhere: up or down, above the ground ahead or below it, the actuator anywhere in its stroke. */
+static void T(with_any_flight)(T(words) *w, const T(hopform_plan) *plan)
+{
+    const T(hopform_robot) *robot = &plan->robot;
+    const uint32_t kind = T(roll)(w);
+    T(hopform_state) takeoff;
+    takeoff.x1 = T(signed_over)(w, -9, -4, 4);
+    takeoff.v1 = T(signed_over)(w, -6, 2, 3);
+    takeoff.v2 = T(signed_over)(w, -3, 3, 9);
+    takeoff.y = T(signed_over)(w, -9, -3, 2);
+    if ((kind & 3u) == 0u || takeoff.x1 > robot->x1_max || takeoff.x1 < robot->x1_min) {
+        takeoff.x1 = (kind & 4u) != 0u && robot->x1_max < (REAL)1 ? robot->x1_max : (REAL)0;
+    }
+    T(with_flight)(w, plan, &takeoff);
+}
+
 static void T(with_motion)(T(words) *w, const T(hopform_plan) *plan, const T(hopform_step) *steps,
                            const T(hopform_phase) *phases, const T(hopform_stance) *stance)
 {
-    enum { TIMES = 4, GRID = 70 };
+    enum { TIMES = 4, GRID = SAMPLES + 1 };
     REAL times[TIMES], losses[TIMES];
     static REAL x1[GRID], v1[GRID], v2[GRID], y[GRID], matrix[HOPFORM_SENSITIVITY_ROWS * HOPFORM_SENSITIVITY_COLUMNS];
     static REAL tangents[TIMES * HOPFORM_TANGENT_ROWS * HOPFORM_SENSITIVITY_COLUMNS];
@@ -214,6 +235,7 @@ static uint32_t T(word_of)(int robots, int commands)
             if (n < commands && m == 0) {
                 T(with_command)(&w, &plan, &start);
             }
+            T(with_any_flight)(&w, &plan);
         }
     }
     return w.hash;
