@@ -154,9 +154,9 @@ class Bench:
             "-DDOUBLE",
             "-DENTRY=4",
             "-DDOUBLE_ALONE",
-            "-DROBOTS=1500",
-            "-DCOMMANDS=500",
-            "-DSAMPLES=4500",
+            "-DWORDS_ROBOTS=1500",
+            "-DWORDS_COMMANDS=500",
+            "-DWORDS_SAMPLES=4500",
         ]
         command = [*(with_this or compiler()), *flags, *self.include, "-c", str(source), "-o", str(target)]
         code, said = run(command, 60)

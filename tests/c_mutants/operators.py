@@ -105,7 +105,9 @@ def mutants_of(file: str, text: str) -> Iterator[Mutant]:
     """Every mutant of a source, in the order of its text; not of what HOPFORM_LIBM puts in another's place."""
     tokens = tokens_of(text)
     pairs = _partners(tokens)
-    optional = [match.span() for match in re.finditer(r"^#ifdef HOPFORM_LIBM$.*?^#else$", text, re.MULTILINE | re.DOTALL)]
+    optional = [
+        match.span() for match in re.finditer(r"^#ifdef HOPFORM_LIBM$.*?^#else$", text, re.MULTILINE | re.DOTALL)
+    ]
     for place, token in enumerate(tokens):
         if any(start <= token.start < end for start, end in optional):
             continue

@@ -6,10 +6,10 @@
 #include "board.h"
 #include "hopform/hopform.h"
 
-#ifndef ROBOTS
-#define ROBOTS 30
-#define COMMANDS 5
-#define SAMPLES 70
+#ifndef WORDS_ROBOTS
+#define WORDS_ROBOTS 30
+#define WORDS_COMMANDS 5
+#define WORDS_SAMPLES 70
 #endif
 enum { WORDS_PHASES = 64 };
 
@@ -30,11 +30,11 @@ int main(void)
 {
 #ifndef DOUBLE_ALONE
     board_text("f32 ");
-    board_hex(word_of_f32(ROBOTS, COMMANDS));
+    board_hex(word_of_f32(WORDS_ROBOTS, WORDS_COMMANDS));
 #endif
 #ifndef SINGLE
     board_text(" f64 ");
-    board_hex(word_of_f64(ROBOTS, COMMANDS));
+    board_hex(word_of_f64(WORDS_ROBOTS, WORDS_COMMANDS));
 #endif
     board_text("\n");
     board_exit(0);

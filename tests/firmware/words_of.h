@@ -1,4 +1,4 @@
-/* A word for all bits that the library gives for ROBOTS random robots, in one precision: included with REAL and T defined.
+/* A word for all bits that the library gives for WORDS_ROBOTS random robots, in one precision: included with REAL and T defined.
  *
  * Half of the numbers have four digits in base 2, so that sums are exact and ties are met; the others have 24.
  */
@@ -144,7 +144,7 @@ static void T(with_any_flight)(T(words) *w, const T(hopform_plan) *plan)
 static void T(with_motion)(T(words) *w, const T(hopform_plan) *plan, const T(hopform_step) *steps,
                            const T(hopform_phase) *phases, const T(hopform_stance) *stance)
 {
-    enum { TIMES = 4, GRID = SAMPLES + 1 };
+    enum { TIMES = 4, GRID = WORDS_SAMPLES + 1 };
     REAL times[TIMES], losses[TIMES];
     static REAL x1[GRID], v1[GRID], v2[GRID], y[GRID], matrix[HOPFORM_SENSITIVITY_ROWS * HOPFORM_SENSITIVITY_COLUMNS];
     static REAL tangents[TIMES * HOPFORM_TANGENT_ROWS * HOPFORM_SENSITIVITY_COLUMNS];
