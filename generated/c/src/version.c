@@ -6,5 +6,5 @@
 
 const char *hopform_source(void)
 {
-    return "ef5911f563f2b926";
+    return "a4c25fc976002369";
 }
