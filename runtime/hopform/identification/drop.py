@@ -19,10 +19,11 @@ from hopform.identification import recordings as of_recordings
 from hopform.identification import segments
 from hopform.identification.estimation import Parameter
 from hopform.identification.filtering import CUTOFFS, filtered_part, moving_rows
-from hopform.identification.fits import Fit, Options, Problem, as_several, checked_known, finish
+from hopform.identification.fits import Fit, Options, as_several, checked_known, finish
 from hopform.identification.motion import Array
 from hopform.identification.recordings import Recording
 from hopform.identification.rigs import UNITS, Experiment
+from hopform.identification.search import Problem
 
 Rig = Literal["attached", "ground", "free"]
 _BODY = ("m_s", "k", "b2", "f2")
