@@ -249,7 +249,8 @@ def _check_fall(recording: Recording, line: int, x: Array, g: float) -> None:
     if not g / 3.0 < found < 3.0 * g:
         raise recording.error_of(
             "x2",
-            f"falls with {found:.3g} m/s^2, not about {g:.4g}: is its unit right, is that of time, is this the release?",
+            f"falls with {found:.3g} m/s^2, not {g / 3.0:.3g} to {3.0 * g:.3g} as g = {g:.4g}: is its unit right, is that of "
+            "time, is this the release?",
             recording.line + line,
         )
 

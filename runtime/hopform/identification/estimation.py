@@ -24,6 +24,10 @@ _WEAK = 1e-7
 """Below this share of the largest singular value of the scaled Jacobian a direction is one that the data do not see."""
 
 
+_UNTOLD = 0.5
+"""Of its own value: a mass or a stiffness with so large a standard error is not told; a spring that is not there has one."""
+
+
 class Parameter(NamedTuple):
     """What is fitted: its unit, where the fit starts, the size of a change that matters, and its kind."""
 
@@ -281,6 +285,10 @@ def spread(solution: Solution) -> Spread:
     covariance[np.ix_(alive, alive)] = inside * solution.cost / solution.freedom
     blind = np.abs(directions[unseen]) > 1e-3
     weak = set(names[~alive]) | {name for row in blind for name in names[alive][row]}
+    weak |= {
+        p.name for p, variance in zip(solution.parameters, np.diag(covariance).tolist(), strict=True)
+        if p.kind == "positive" and math.sqrt(variance) > _UNTOLD * solution.values[p.name]
+    }  # fmt: skip
     together = tuple(dict.fromkeys(", ".join(names[alive][row]) for row in blind))
     for index, name in enumerate(names):
         if name in weak:
@@ -294,9 +302,13 @@ def estimates(
     *,
     loss: str = "linear",
     inflation: float = 1.0,
+    profiles: bool = True,
     progress: Progress | None = None,
 ) -> tuple[tuple[Estimate, ...], Spread]:
-    """Each parameter with its 95 % interval; inflation: of the variance, by what the residuals have in common in time."""
+    """Each parameter with its 95 % interval; inflation: of the variance, by what the residuals have in common in time.
+
+    profiles: intervals by profile likelihood where that is due.
+    """
     seen = spread(solution)
     t = student(0.5 + 0.5 * LEVEL, solution.freedom)
     found = list[Estimate]()
@@ -323,7 +335,7 @@ def estimates(
             low, high = value / factor, value * factor
         elif parameter.kind in ("nonnegative", "fraction"):
             low = max(low, 0.0)
-        if parameter.profiled:
+        if parameter.profiled and profiles:
             if progress:
                 progress(f"interval of {parameter.name}")
             low, high, method = _profile(solution, experiments, parameter, stderr, loss, inflation)

@@ -140,16 +140,22 @@ def finish(problem: Problem, **options: Unpack[Options]) -> Fit:
     say: Callable[[str], None] = progress or (lambda _: None)
     say("fit")
     solution = minimise(problem, loss)
-    say("the old model")
-    old = _old(problem, solution, loss) if options.get("compare", True) and problem.coulomb else {}
     kept = [bulk(residual, loss) for residual in solution.residuals]
     tests = [estimation.tests_of(residual[some]) for residual, some in zip(solution.residuals, kept, strict=True)]
+    hopeless = any(
+        each.kind != "threshold" and _is_off(each.measured, test.rms, _NO_FIT)
+        for each, test in zip(problem.experiments, tests, strict=True)
+    )
+    say("the old model")
+    compare = options.get("compare", True) and not hopeless
+    old = _old(problem, solution, loss) if compare and problem.coulomb else {}
     inflation = max(each.inflation for each in tests)
     estimates, spread = estimation.estimates(
-        solution, problem.experiments, loss=loss, inflation=inflation, progress=progress
+        solution, problem.experiments, loss=loss, inflation=inflation, profiles=not hopeless, progress=progress
     )
     say("hold-out")
-    left_out = _holdout(problem, solution, loss) if options.get("holdout", True) else [math.nan] * len(tests)
+    holdout = options.get("holdout", True) and not hopeless
+    left_out = _holdout(problem, solution, loss) if holdout else [math.nan] * len(tests)
     traces = tuple(
         Trace(
             each.label, each.of if each.kind == "free" else _QUANTITY[each.kind], each.time + each.begin, each.measured,
@@ -242,14 +248,27 @@ def _boundary(estimates: Sequence[Estimate]) -> list[str]:
     ]
 
 
-_MISSED = 0.1
-"""Residuals that are more than noise and than this share of a motion's standard deviation are no fit."""
+_MISSED, _NO_FIT = 0.1, 0.2
+"""Residuals that are more than noise and than this share of a motion's standard deviation: nothing to make a robot of (99 % of
+the variance explained), and no fit at all (96 %). A force, which is measured with more noise, may be off by half."""
+_NO_FORCE = 0.5
+
+
+def _is_off(measured: Array, rms: float, share: float) -> bool:
+    """Whether residuals are more than noise and than a share of a motion."""
+    return rms > max(share * float(np.std(measured)), 1.5 * max(noise_of(measured), quantum_of(measured)))
 
 
 def missed(trace: Trace) -> bool:
-    """Whether a fit is none."""
-    size, noise = float(np.std(trace.measured)), max(noise_of(trace.measured), quantum_of(trace.measured))
-    return trace.quantity in ("x1", "x2") and trace.tests.rms > max(_MISSED * size, 1.5 * noise)
+    """Whether a fit is too far off to make a robot of."""
+    return trace.quantity in ("x1", "x2") and _is_off(trace.measured, trace.tests.rms, _MISSED)
+
+
+def is_no_fit(trace: Trace) -> bool:
+    """Whether a fit is none: it explains less than 96 % of a motion's variance, or less than 75 % of a force's."""
+    if trace.quantity == "force":
+        return trace.tests.rms > _NO_FORCE * float(np.std(trace.measured))
+    return trace.quantity in ("x1", "x2") and _is_off(trace.measured, trace.tests.rms, _NO_FIT)
 
 
 def _coloured(traces: Sequence[Trace], inflation: float) -> list[str]:
