@@ -165,9 +165,9 @@ def test_a_current_that_is_of_another_run_is_refused_by_file_line_and_column(kin
 
 SCALED = {
     "drop": ("x2", 1000.0, "reaches 600.429 m; a position of a hopper is within 10 m"),
-    "decay": ("x2", 100.0, "moves by 7.24 m in all; a hopper moves by 0.5 mm to 5 m"),
+    "decay": ("x2", 100.0, "swings over 7.24 m; a body on its spring does over 3 m at most"),
     "step": ("x1", 1000.0, "within 10 m"),
-    "ramp": ("x1", 1e-3, "0.5 mm to 5 m"),
+    "ramp": ("x1", 1e-3, "0.5 mm to 10 m"),
     "free": ("current", 1e-3, "reaches 0.003 A; what drives a hopper reaches 0.01 to 300 A"),
 }
 

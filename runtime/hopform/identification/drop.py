@@ -48,6 +48,10 @@ _DEFAULTS: dict[Rig, dict[str, float]] = {
 }
 
 
+_MOST_SWING = 3.0
+"""[m] from end to end: no spring of a hopper is longer."""
+
+
 class Cut(NamedTuple):
     """One motion out of a recording: times [s] since the release, x2 [m], when the release was; x1 where it is recorded."""
 
@@ -213,6 +217,13 @@ def _driven(values: dict[str, float], cuts: Sequence[Cut]) -> list[str]:
 def _cuts(recording: Recording, number: int, rig: Rig, g: float) -> list[Cut]:
     """The motions of a recording from their releases on, found to a sample where the actuator is free: until then it rests."""
     values = recording.position("x2")
+    if rig == "attached" and float(np.ptp(values)) > _MOST_SWING:
+        worst = int(np.abs(values - np.median(values)).argmax())
+        raise recording.error_of(
+            "x2",
+            f"swings over {np.ptp(values):.3g} m; a body on its spring does over {_MOST_SWING:g} m at most: is its unit right?",
+            recording.line + worst,
+        )
     spans = (
         segments.decays(recording, values) if rig == "attached" else segments.drops(recording, values, rig == "free")
     )

@@ -33,7 +33,7 @@ POSITIONS = {
 }
 CURRENTS = ("current", "u", "i", "drive_current", "drive_voltage", "voltage")
 FEWEST = 20
-_LEAST_WAY, _MOST_WAY, _MOST_HEIGHT = 5e-4, 5.0, 10.0
+_LEAST_WAY, _MOST_WAY, _MOST_HEIGHT = 5e-4, 10.0, 10.0
 """[m] what no hopper's motion is smaller or larger, no hopper's position larger than: beyond, a unit is wrong."""
 _LEAST_CURRENT, _MOST_CURRENT = 0.01, {"current": 300.0, "voltage": 1000.0}
 """[A or V] the same of what drives it."""

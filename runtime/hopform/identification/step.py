@@ -354,9 +354,7 @@ def _beside(recordings: Sequence[Recording], fit: Fit) -> tuple[str, ...]:
                     constants={**each.constants, "m_eff": fit.known["m_eff"]})
             for each in experiments
         ]  # fmt: skip
-    problem = Problem(
-        "step", "x1", tuple(experiments), (*shared, *parameters), (), fit.known, (), (), (), parts=(0.1, 0.4, 1.0)
-    )
+    problem = Problem("step", "x1", tuple(experiments), (*shared, *parameters), (), fit.known, (), (), (), parts=(1.0,))
     solution = follow(problem, "linear")
     rms = math.sqrt(sum(float((r**2).sum()) for r in solution.residuals) / solution.count)
     told = ", ".join(f"{p.name} {solution.values[p.name]:.6g} {p.unit}" for p in shared)
