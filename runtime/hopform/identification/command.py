@@ -99,7 +99,7 @@ def _no_fit(trace: Trace, recordings: Sequence[Recording]) -> HopformError:
     return own.error(
         f"the fit explains {100.0 * share:.3g} % of the {what}, less than {least} % is no fit; it is off most here, by "
         f"{abs(left[at]):.3g} {unit}: {', '.join(asked)}, is it of this rig?",
-        own.line + int(np.searchsorted(own.time, trace.time[at] - 1e-9)),
+        own.line + int(np.count_nonzero(own.time < trace.time[at] - 1e-9)),
         drives if force else position,
     )
 

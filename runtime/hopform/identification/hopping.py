@@ -25,7 +25,7 @@ from hopform.sensitivities import COLUMNS
 from hopform_solver import records
 
 Steps = tuple[tuple[float, float], ...]
-_MOST_PIECES = 800
+_MOST_PIECES = 400
 _PLACES = 256
 """Places at which the foot is looked at for the touchdown, over a flight and over the first of it: one between may be missed."""
 _SHARES = np.arange(1, _PLACES + 1) / _PLACES
