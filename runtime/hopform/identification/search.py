@@ -247,15 +247,24 @@ def _traded(problem: Problem, found: Solution, loss: str) -> Solution:
 
 
 def _unstuck(problem: Problem, found: Solution, loss: str) -> Solution:
-    """Out of a kink: where least squares ends though its own slopes promise more, it goes on from beside it, either way."""
-    coulomb = [p.name for p in found.parameters if p.name[:1] == "f"]
-    for name, side in [(name, side) for name in coulomb[:1] for side in (1.0, -1.0)]:
-        if estimation.promise(found) < _KINK:
-            break
-        found = _better(problem, found, estimation.moved(found, name, side), loss)
+    """Out of a kink: where least squares ends though its own slopes promise more, it goes on from beside it, either way.
+
+    An actuator that may be at rest at first has a kink there: under friction it takes off one way, or the other, or stays.
+    """
+    coulomb = [p.name for p in found.parameters if p.name[:1] == "f"][:1]
+    for side in (1.0, -1.0):
+        for p in [p for p in found.parameters if p.name[:3] == "v1@" and p.low < p.high]:
+            if estimation.promise(found) >= _KINK:
+                beside = {p.name: min(max(found.values[p.name] + side * _BESIDE * p.scale, p.low), p.high)}
+                found = _better(problem, found, _from_start(estimation.started(found), beside), loss)
+    for name, side in [(name, side) for name in coulomb for side in (1.0, -1.0)]:
+        if estimation.promise(found) >= _KINK:
+            found = _better(problem, found, estimation.moved(found, name, side), loss)
     return found
 
 
+_BESIDE = 0.01
+"""Of its scale, by how much an actuator's first velocity is moved out of its kink at rest."""
 _KINK = 0.05
 """Variances that the slopes at a minimum still promise."""
 
