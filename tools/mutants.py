@@ -155,8 +155,29 @@ MUTANTS = (
     Mutant(
         "controller, C: half a cell is never tried",
         "templates/c/src/control_real.c.j2",
-        "        keep(search, trial, &split.to, fabs(split.to.u - trial->u) > half ? split.slow + 1 : 0);\n",
+        "        keep(search, trial, &split.to, fabs(split.to.u - trial->u) > half ? slower : 0);\n",
         "",
+        first=CONTROL,
+    ),
+    Mutant(
+        "controller, C: a stop that is hit tells nothing",
+        "templates/c/src/trial_real.h.j2",
+        "    if (stops && rate > 0.0) {\n",
+        "    if (stops && rate < 0.0) {\n",
+        first=CONTROL,
+    ),
+    Mutant(
+        "controller, C: at a hit, the other tells",
+        "templates/c/src/trial_real.h.j2",
+        "if (height < met->y) {",
+        "if (height > met->y) {",
+        first=CONTROL,
+    ),
+    Mutant(
+        "controller, NumPy: at a hit, the other tells",
+        "templates/python/hopform_solver/trial.py.j2",
+        "slow = height < at.y",
+        "slow = height > at.y",
         first=CONTROL,
     ),
     Mutant(

@@ -20,12 +20,14 @@ import numpy as np
 import hopform
 from hopform import native
 from hopform.control import choose_current
+from hopform.stance import start_of
 
 HERE = Path(__file__).parent
 C = HERE.parents[1] / "generated" / "c"
 FLAGS = ["-std=c99", "-O2", "-Wall", "-Wextra", "-Werror", "-fPIC", "-shared", "-ffp-contract=off", "-fno-math-errno"]
 NEARER = 1e-9  # [m]
 SMALLER = 1e-6  # [A]
+FLAT = 1e-12  # [m] between two roots that are one, the apex staying what is wanted to rounding
 SINGLE = 1e-5  # [m]
 
 
@@ -65,12 +67,42 @@ class Touchdown:
     datum: float
     stop_margin: float
 
+    def x2(self, robot: hopform.Robot) -> float | None:
+        return None if self.y == 0.0 else self.x1 - self.y + robot.L0 + robot.c
+
     def ask(self, robot: hopform.Robot, **how: Any) -> hopform.Command:
-        x2 = None if self.y == 0.0 else self.x1 - self.y + robot.L0 + robot.c
         return choose_current(
-            robot, x1=self.x1, v1=self.v1, v2=self.v2, x2=x2, h_des=self.h_des, datum=self.datum,
+            robot, x1=self.x1, v1=self.v1, v2=self.v2, x2=self.x2(robot), h_des=self.h_des, datum=self.datum,
             stop_margin=self.stop_margin, **how,
         )  # fmt: skip
+
+
+def draw_robot(seed: int) -> hopform.Robot:
+    """A robot from parameters x 1/3 to 3 or 1/10 to 10, an actuator of 1/20 to 20 times the body's mass, and a stroke that is
+    about what a drop makes of it; each friction is left out one time in four."""
+    draw = np.random.default_rng(seed)
+    spread = float(draw.choice((3.0, 10.0)))
+
+    def scaled(value: float, by: float = spread) -> float:
+        return float(value * by ** draw.uniform(-1.0, 1.0))
+
+    def often(value: float) -> float:
+        return float(value * (draw.random() < 0.75))
+
+    m_s = scaled(3.0)
+    m_eff = scaled(m_s, 20.0)
+    fields = {
+        "m_eff": m_eff, "m_s": m_s, "k": scaled(1200.0), "L0": 0.4, "c": often(draw.uniform(-0.005, 0.005)),
+        "b1": often(scaled(6.0 * m_eff)), "b2": often(scaled(5.0)), "f1": often(scaled(0.78)), "f2": often(scaled(0.6)),
+        "gamma2": float(draw.choice((-1.0, 1.0))) * scaled(2.6 * m_eff), "g": 9.81, "u_max": scaled(3.0), "impact_loss": 0.05,
+        "x1_min": -often(draw.uniform(0.0, 0.05)),
+    }  # fmt: skip
+    free = hopform.Robot(**fields, x1_max=0.3)
+    v2 = hopform.touchdown_velocity(free, draw.uniform(0.02, 0.4))
+    stance = hopform.solve_stance(free, v2=v2, u=draw.uniform(-1.0, 1.0) * free.u_max)
+    used = max(stance.end.x1, *(phase.state.x1 for phase in stance.phases))
+    stroke = max(used, 1e-3) * draw.uniform(0.4, 1.3)
+    return hopform.Robot(**fields, x1_max=float(stroke if draw.random() < 0.8 else scaled(0.05)))
 
 
 def draw_touchdowns(robot: hopform.Robot, seed: int, count: int) -> list[Touchdown]:
@@ -130,8 +162,10 @@ class Judge:
     def task(self, touchdown: Touchdown, stop: float, nearer: float, step: float) -> Any:
         robot = self.robot
         limit = robot.x1_max - touchdown.stop_margin if robot.x1_min < robot.x1_max else math.inf
+        # what the controller is asked, to the last bit: at a jump that tells
+        start = start_of(robot, touchdown.x1, touchdown.v1, touchdown.x2(robot), touchdown.v2)
         return _Task(
-            touchdown.x1, touchdown.v1, touchdown.v2, touchdown.y, touchdown.h_des + touchdown.datum, limit, robot.u_max,
+            *start, touchdown.h_des + touchdown.datum, limit, robot.u_max,
             stop, nearer, math.ceil(robot.u_max / step),
         )  # fmt: skip
 
@@ -160,7 +194,8 @@ def compare(robot: hopform.Robot, touchdowns: list[Touchdown], step: float, **ho
         answer = (command, (result.gap, result.u, result.root))
         if not _is_true(robot, touchdown, command, gap):
             found.untrue.append((touchdown, answer))
-        if reached and result.root < abs(command.u) - SMALLER:
+        smaller = reached and result.root < abs(command.u) - SMALLER
+        if smaller and not _is_flat(judge, touchdown, command.u, result.root):
             found.smaller.append((touchdown, answer))
         if not reached and (result.gap < math.inf or result.root < math.inf):
             found.nearer.append((touchdown, answer))
@@ -168,6 +203,12 @@ def compare(robot: hopform.Robot, touchdowns: list[Touchdown], step: float, **ho
         found.solved.append(command.solved)
         found.words.append(command.status)
     return found
+
+
+def _is_flat(judge: Judge, touchdown: Touchdown, u: float, root: float) -> bool:
+    """Whether the apex does not change between a command and a smaller root of that sign: rounding has the choice there."""
+    between = np.linspace(root, abs(u), 9) * math.copysign(1.0, u)
+    return all(abs(judge.gap(touchdown, each)) <= FLAT for each in between)
 
 
 def _is_true(robot: hopform.Robot, touchdown: Touchdown, command: hopform.Command, gap: float) -> bool:

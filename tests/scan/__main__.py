@@ -1,4 +1,5 @@
-"""The controller against brute force at random touchdowns: `python -m tests.scan --count 10000`.
+"""The controller against brute force at random touchdowns: `python -m tests.scan --count 10000`, or with random robots,
+three touchdowns each, `python -m tests.scan --count 9000 --robots random`.
 
 Exit code 1 if anything is wrong.
 """
@@ -14,12 +15,26 @@ from concurrent.futures import ProcessPoolExecutor, as_completed
 import numpy as np
 
 import hopform
-from tests.scan import Findings, compare, compare_single, draw_touchdowns
+from tests.scan import Findings, compare, compare_single, draw_robot, draw_touchdowns
 
 CHUNK = 50
+EACH = 3
+"""Touchdowns of a random robot."""
+SHARE = 1.0 / 2000.0
+"""Of a random robot's u_max: a step."""
+
+
+def _random_part(seed: int) -> Findings:
+    found = Findings()
+    for n in range(math.ceil(CHUNK / EACH)):
+        robot = draw_robot(CHUNK * seed + n)
+        found.add(compare(robot, draw_touchdowns(robot, seed, EACH), SHARE * robot.u_max))
+    return found
 
 
 def _part(name: str, seed: int, step: float) -> Findings:
+    if name == "random":
+        return _random_part(seed)
     robot = hopform.load_robot(name)
     touchdowns = draw_touchdowns(robot, seed, CHUNK)
     found = compare(robot, touchdowns, step)
@@ -56,13 +71,14 @@ def main() -> int:
     parser.add_argument("--count", type=int, default=10000)
     parser.add_argument("--step", type=float, default=1e-4, help="[A]")
     parser.add_argument("--seed", type=int, default=secrets.randbits(32))
-    parser.add_argument("--robots", nargs="+", default=["hopper_c", "hopper_b"])
+    parser.add_argument("--robots", nargs="+", default=["hopper_c", "hopper_b"], help="names, or random")
+    parser.add_argument("--processes", type=int, default=os.cpu_count())
     options = parser.parse_args()
     print(f"seed {options.seed}", flush=True)
     failed = False
     for name in options.robots:
         begin, total = time.monotonic(), Findings()
-        with ProcessPoolExecutor(os.cpu_count()) as pool:
+        with ProcessPoolExecutor(options.processes) as pool:
             seeds = range(options.seed, options.seed + math.ceil(options.count / CHUNK))
             for done in as_completed([pool.submit(_part, name, seed, options.step) for seed in seeds]):
                 total.add(done.result())

@@ -22,7 +22,7 @@
 
 /* Where the events change: how much slopes may differ where the function still rises throughout, and how deep it may dip. */
 #define KINK 0.5f
-#define DEPTH 0.75f
+#define DEPTH 1.0f
 #define STEP 0.00390625f
 #define EDGE 0.015625f
 
@@ -191,7 +191,7 @@ static curve gap_of(const hopform_cell_f32 *c, float wanted)
     return gap;
 }
 
-/* The largest x_1 less its limit. */
+/* The largest x_1 less its limit; it goes on where x_1 is stopped. */
 static curve peak_of(const hopform_cell_f32 *c, float limit)
 {
     return curve_of(c, c->from.peak - limit, c->from.peak_u, c->to.peak - limit, c->to.peak_u);
@@ -219,7 +219,7 @@ static bool is_admissible(const hopform_search_f32 *search, const hopform_trial_
 }
 
 /* Where x_1 reaches its limit, as a share of the cell: by both ends where it rises from one to the other, else by the slope at
- * the admissible one, as beyond it x_1 stays at the stop, and tells nothing. NEVER if that slope does not lead there. */
+ * the admissible one, as where x_1 is stopped another slope holds. NEVER if that slope does not lead there. */
 static float share_of_limit(const hopform_search_f32 *search, const hopform_cell_f32 *c)
 {
     const curve peak = peak_of(c, search->limit);
@@ -473,7 +473,8 @@ static bool take_in(hopform_search_f32 *search, const hopform_trial_f32 *trial)
     }
     if (search->trials == 1) {
         search->zero = *trial;
-        if (search->reached || !(robot->u_max > 0.0f && robot->x1_min < robot->x1_max)) {
+        const bool chooses = robot->u_max > 0.0f && robot->x1_min < robot->x1_max;
+        if (search->reached || !(chooses && search->start.x1 < search->limit)) {
             return false;
         }
     } else if (!(fabsf(trial->u) < robot->u_max)) {

@@ -6,5 +6,5 @@
 
 const char *hopform_source(void)
 {
-    return "a4c25fc976002369";
+    return "37f9086a3c7a6176";
 }

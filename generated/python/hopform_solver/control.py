@@ -30,7 +30,7 @@ CLUSTER = (-(2.0**-5), -(2.0**-12), 0.0, 2.0**-12, 2.0**-5)
 WIDE, COARSE, DOWN, STEP, EDGE = 0.5, 0.25, 0.0625, 1.0 / 256.0, 1.0 / 64.0
 """How wide a cell may be, as a share of u_max, to be judged by its ends: where the events are the same at both, where not,
 where neither takes off, where one does, and where x_1 reaches its limit."""
-LEAN, BEND, KINK, DEPTH = 0.25, 0.03125, 0.5, 0.75
+LEAN, BEND, KINK, DEPTH = 0.25, 0.03125, 0.5, 1.0
 """How far functions may be off what the ends foretell, as in the C library."""
 REACHED_WITHIN = {"f4": 1e-06, "f8": 1e-14}
 NEAR_WITHIN = {"f4": 4e-06, "f8": 2e-10}
@@ -314,7 +314,7 @@ def choose(
     """
     with np.errstate(all="ignore"):
         search = _Search(robot, start, Target(*target), max_phases, np.dtype(dtype))
-        if robot.u_max > 0.0 and search.movable:
+        if robot.u_max > 0.0 and search.movable and start.x1 < search.limit:
             _search(search)
         else:
             search.attempt(np.zeros(1))

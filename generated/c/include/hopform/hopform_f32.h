@@ -221,7 +221,7 @@ typedef struct {
     float u;          /**< [A] */
     float apex;       /**< [m] 0 without take-off */
     float apex_u;     /**< [m/A] its derivative by u, as the next ones */
-    float peak;       /**< [m] the largest x_1 */
+    float peak;       /**< [m] the largest x_1; above x1_max where that is hit: what tells how far the stance is from not hitting it */
     float peak_u;     /**< [m/A] */
     float dip;        /**< [m] the least minimum of y before the ending */
     float dip_u;      /**< [m/A] */

@@ -221,7 +221,7 @@ typedef struct {
     double u;          /**< [A] */
     double apex;       /**< [m] 0 without take-off */
     double apex_u;     /**< [m/A] its derivative by u, as the next ones */
-    double peak;       /**< [m] the largest x_1 */
+    double peak;       /**< [m] the largest x_1; above x1_max where that is hit: what tells how far the stance is from not hitting it */
     double peak_u;     /**< [m/A] */
     double dip;        /**< [m] the least minimum of y before the ending */
     double dip_u;      /**< [m/A] */
