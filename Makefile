@@ -62,7 +62,7 @@ frama-c: venv-dev ## Frama-C's Eva on the library for firmware, arbitrary bit pa
 test-exhaustive-kernels: compiler venv-dev ## every float32 input of every kernel in C against double precision, in minutes
 	nice $(PY) -m tests.c_kernels
 
-firmware-test: compiler venv-dev ## the C library on emulated processors, twelve combinations: selftest, golden vectors, garbage, costs
+firmware-test: compiler venv-dev ## the C library on emulated processors, fourteen combinations: selftest, golden vectors, garbage, costs
 	sh tests/firmware/install.sh
 	$(PY) tools/build_library.py
 	$(PY) -m tests.firmware
@@ -81,6 +81,13 @@ generate: venv ## derive the formulas and write generated/
 
 check: venv ## fail if generated/ is not what derive/ and templates/ say
 	$(PY) -m derive --check
+
+test-manifests: compiler venv ## exported packages before PlatformIO's, ESP-IDF's and Zephyr's own readers, in an environment of their own
+	@test -d .venv-manifests || .venv/bin/python -m venv .venv-manifests
+	@.venv-manifests/bin/pip install -q platformio idf-component-manager kconfiglib jsonschema pyyaml
+	@rm -rf out/manifests
+	@for each in platformio arduino esp-idf zephyr; do .venv/bin/hopform export out/manifests/$$each --for $$each >/dev/null || exit 1; done
+	.venv-manifests/bin/python -m tests.manifests out/manifests
 
 lint: venv-dev ## style and types
 	$(PY) -m ruff check .
@@ -111,7 +118,7 @@ bench: compiler venv-bench ## time hopform against other solvers, judge all by t
 	OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1 $(PY) -m tests.benchmarks.lanes
 
 clean: ## remove everything that these targets made, except generated/
-	rm -rf .venv out dist build .pytest_cache .mypy_cache .ruff_cache .hypothesis runtime/hopform/_libhopform.*
+	rm -rf .venv .venv-manifests out dist build .pytest_cache .mypy_cache .ruff_cache .hypothesis runtime/hopform/_libhopform.*
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +
 
 compiler:
@@ -128,7 +135,7 @@ venv-bench:
 	@sh tools/venv.sh bench
 
 .NOTPARALLEL:
-.PHONY: test-exhaustive-identification validate-data
+.PHONY: test-exhaustive-identification validate-data test-manifests
 .PHONY: help run test test-exhaustive test-exhaustive-slice scans fuzz generate check lint wheel mutants mutants-all test-determinism
 .PHONY: bench test-control-exhaustive
 .PHONY: firmware-test firmware-test-all firmware-report coverage-c mutants-c frama-c test-exhaustive-kernels

@@ -351,7 +351,7 @@ def _alternating(coefficients: list[float]) -> list[float]:
     return [coefficient * (-1) ** (len(coefficients) - 1 - n) for n, coefficient in enumerate(coefficients)]
 
 
-_ELEMENTARY = {"sqrt", "fabs", "exp", "sin", "cos", "atan2", "log", "cbrt", "floor", "fmax", "fmin"}
+_ELEMENTARY = {"sqrt", "fabs", "exp", "expm1", "sin", "cos", "atan2", "log", "cbrt", "floor", "fmax", "fmin"}
 _TOKEN = re.compile(
     r"(?P<comment>/\*.*?\*/)"
     r'|(?P<string>"[^"\n]*"|#include[^\n]*)'

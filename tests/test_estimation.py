@@ -11,7 +11,8 @@ import hopform
 from hopform.identification import estimation, fit_drop_test, fit_step_response
 from hopform.identification.estimation import Parameter
 from hopform.identification.filtering import low_passed
-from hopform.identification.fits import Problem, finish
+from hopform.identification.fits import finish
+from hopform.identification.search import Problem
 from hopform.identification.synthetic import record
 
 HOPPER = hopform.load_robot("hopper_c")

@@ -69,6 +69,15 @@ def test_a_step_response_tells_the_actuator_up_to_its_scale(known, scale):
     assert fit.old_rms > 1.4 * fit.rms
 
 
+def test_a_spring_that_is_not_there_is_not_told():
+    """A leg in the air, fitted as one against its spring: k comes out near 0 with an error as large."""
+    fit = fit_step_response(record(HOPPER, "air", seed=3), known={"m_eff": 25.0}, compare=False, holdout=False)
+    holds(fit, f1=0.78, b1=150.0, gamma2=-65.0)
+    assert fit["k"].method == "not identifiable"
+    assert any("not identifiable" in each and "k" in each for each in fit.statements)
+    assert fit.robot(HOPPER).k == HOPPER.k
+
+
 def test_in_the_air_k_is_no_parameter():
     fit = fit_step_response(record(HOPPER, "air", seed=3), spring=False, known={"m_eff": 25.0})
     holds(fit, f1=0.78, b1=150.0, gamma2=-65.0, offset=0.0)

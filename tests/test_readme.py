@@ -2,9 +2,11 @@
 
 import doctest
 import re
+import shlex
 from pathlib import Path
 
 from hopform import cli
+from hopform.cli import main
 from tests.benchmarks.hopping import misses
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -30,6 +32,17 @@ def test_the_page_on_identification_runs_from_recordings_to_a_controller():
     outcome = doctest.testfile(str(ROOT / "docs" / "identification.md"), module_relative=False)
     assert outcome.attempted >= 9
     assert outcome.failed == 0
+
+
+def test_the_commands_on_identification_run_in_their_order(tmp_path, monkeypatch):
+    page = (ROOT / "docs" / "identification.md").read_text("utf-8")
+    blocks = re.findall(r"```sh\n(.*?)```", page, re.DOTALL)
+    commands = [shlex.split(line) for block in blocks for line in block.splitlines()]
+    assert len(commands) >= 12
+    monkeypatch.chdir(tmp_path)
+    assert [command for command in commands if main(command[1:]) != 0] == []
+    assert {path.name for path in tmp_path.iterdir()} >= {"mine.toml", "mine.html"}
+    assert main(["control", "--robot", "mine.toml", "--height", "0.2", "--h-des", "0.2"]) == 0
 
 
 def test_every_path_that_it_links_exists():

@@ -114,13 +114,98 @@ def test_a_motion_that_tells_no_friction_is_refused_in_force():
         fit_force(one_way, known={"gamma2": -65.0}, position=False)
 
 
-def test_no_robot_is_written_of_a_fit_that_misses(tmp_path, capsys):
+def refused(path, kind, *options, capsys, role="") -> str:
+    """What is said of a file that is refused: one line, and nothing written."""
+    out, report = path.with_name("mine.toml"), path.with_name("report.html")
+    capsys.readouterr()
+    assert main(["identify", kind, f"{role}{path}", *options, "--out", str(out), "--report", str(report)]) == 2
+    said = capsys.readouterr()
+    assert said.out == ""
+    assert said.err.count("\n") == 1
+    assert sorted(each.name for each in path.parent.iterdir()) == [path.name]
+    return said.err
+
+
+def with_column(recording, name, values) -> str:
+    """A recording as CSV, a column replaced."""
+    column = recording.columns[name]._replace(values=np.asarray(values))
+    return to_csv(dataclasses.replace(recording, columns={**recording.columns, name: column}))
+
+
+def test_a_fit_that_misses_is_refused(tmp_path, capsys):
     """Heights in m that are called cm: a free actuator hides it from the check by g, the fit does not."""
-    free = record(HOPPER, "free", seed=4)
-    path, out = tmp_path / "free.csv", tmp_path / "mine.toml"
-    path.write_text(to_csv(free).replace("x2_m", "x2_cm", 1))
-    known = ["--known", "m_eff=25", "--known", "gamma2=-65"]
-    assert main(["identify", "drop", str(path), "--free", *known, "--out", str(out)]) == 2
+    path = tmp_path / "free.csv"
+    path.write_text(to_csv(record(HOPPER, "free", seed=4)).replace("x2_m", "x2_cm", 1))
+    said = refused(path, "drop", "--free", "--known", "m_eff=25", "--known", "gamma2=-65", capsys=capsys)
+    assert "less than 96 % is no fit" in said
+    assert "is the unit of" in said
+    assert "x2_cm" in said
+
+
+@pytest.mark.parametrize("kind", ["step", "air", "force", "all"])
+@pytest.mark.parametrize("other", ["of another run", "of a sine", "backwards"])
+def test_a_current_that_is_of_another_run_is_refused_by_file_line_and_column(kind, other, tmp_path, capsys):
+    made = record(HOPPER, "step" if kind in ("step", "all") else "air", seed=2)
+    u = made.current()
+    currents = {
+        "of another run": 3.0 * np.repeat(np.random.default_rng(0).choice([-1.0, 1.0], 26), 40)[: u.size],
+        "of a sine": 2.0 * np.sin(9.0 * made.time),
+        "backwards": u[::-1],
+    }
+    path = tmp_path / "mixed.csv"
+    path.write_text(with_column(made, "current", currents[other]))
+    more = {"air": ["--air"], "force": ["--air", "--force"]}.get(kind, [])
+    known = "gamma2=-65" if kind == "force" else "m_eff=25"
+    command, role = ("all", "step:") if kind == "all" else ("step", "")
+    said = refused(path, command, *more, "--known", known, capsys=capsys, role=role)
+    assert "mixed.csv, line " in said
+    assert f"column '{'current_A' if kind == 'force' else 'x1_m'}': the fit explains" in said
+    assert "x1_m and current_A of one run, each in its column" in said
+
+
+SCALED = {
+    "drop": ("x2", 1000.0, "reaches 600.429 m; a position of a hopper is within 10 m"),
+    "decay": ("x2", 100.0, "swings over 7.24 m; a body on its spring does over 3 m at most"),
+    "step": ("x1", 1000.0, "within 10 m"),
+    "ramp": ("x1", 1e-3, "0.5 mm to 10 m"),
+    "free": ("current", 1e-3, "reaches 0.003 A; what drives a hopper reaches 0.01 to 300 A"),
+}
+
+
+@pytest.mark.parametrize("test", SCALED)
+def test_a_column_in_another_unit_than_its_name_is_refused_with_what_is_allowed(test, tmp_path, capsys):
+    column, factor, words = SCALED[test]
+    seed, height = (1, 0.2) if test == "drop" else (4, 0.04 if test == "decay" else 0.2)
+    made = record(
+        HOPPER, test, seed=seed, height=height, **({"duration": 8.0, "current": 1.0} if test == "ramp" else {})
+    )
+    path = tmp_path / "scaled.csv"
+    path.write_text(with_column(made, column, factor * made.columns[column].values))
+    kind = test if test in ("step", "ramp") else "drop"
+    more = {"decay": ["--attached"], "free": ["--free"]}.get(test, [])
+    for command in (kind,) if test == "ramp" else (kind, "all"):
+        said = refused(path, command, *more, capsys=capsys)
+        assert f"scaled.csv, line {said.partition('line ')[2].partition(',')[0]}, column '{column}_" in said
+        assert words in said
+        assert "is its unit right?" in said
+
+
+def test_velocities_in_place_of_positions_are_refused(tmp_path, capsys):
+    made = record(HOPPER, "step", seed=2)
+    path = tmp_path / "velocity.csv"
+    path.write_text(with_column(made, "x1", np.gradient(made.position("x1"), made.time)))
+    assert "is the unit of x1_m right" in refused(path, "step", "--known", "m_eff=25", capsys=capsys)
+
+
+def test_no_robot_is_written_of_a_fit_that_is_off(tmp_path, capsys):
+    """A tenth to a fifth of the motion is missed: it is shown, with a warning."""
+    made = record(HOPPER, "step", seed=2)
+    path, out = tmp_path / "late.csv", tmp_path / "mine.toml"
+    path.write_text(with_column(made, "current", np.roll(made.current(), 40)))
+    known = ["--known", "m_eff=25"]
+    assert main(["identify", "step", str(path), *known]) == 0
+    assert "misses the recording" in capsys.readouterr().err
+    assert main(["identify", "step", str(path), *known, "--out", str(out)]) == 2
     said = capsys.readouterr().err
     assert "misses the recording" in said
     assert "no robot is written" in said

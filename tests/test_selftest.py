@@ -5,6 +5,8 @@ import re
 import shlex
 import shutil
 import subprocess
+from collections.abc import Callable
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -20,13 +22,32 @@ CC = shlex.split(os.environ.get("CC") or "cc")
 MODES, EVENTS = 9, 7
 
 
-def built(folder: Path, program: str, compiler: list[str], *flags: str) -> Path:
+@pytest.fixture(scope="module")
+def library(tmp_path_factory):
+    """The library by a compiler with some flags: its objects, made once."""
+
+    @cache
+    def objects(*command: str) -> list[Path]:
+        folder = tmp_path_factory.mktemp("objects")
+        compile_all = [*command, *COMMON, "-I", str(C / "include"), "-c", *map(str, sources())]
+        done = subprocess.run(compile_all, capture_output=True, text=True, check=False, cwd=folder)
+        assert done.returncode == 0, done.stderr
+        return sorted(folder.iterdir())
+
+    return objects
+
+
+def built(folder: Path, library: Callable[..., list[Path]], program: str, *command: str) -> Path:
     """tests/firmware/`program`.c for this computer."""
     image = folder / program
-    files = [HERE / f"{program}.c", BOARDS / "board.c", *sources()]
+    files = [HERE / f"{program}.c", BOARDS / "board.c", *library(*command)]
     include = ["-I", str(C / "include"), "-I", str(BOARDS)]
-    command = [*compiler, *COMMON, *flags, *include, *map(str, files), "-o", str(image), "-lm"]
-    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    done = subprocess.run(
+        [*command, *COMMON, *include, *map(str, files), "-o", str(image), "-lm"],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
     assert done.returncode == 0, done.stderr
     return image
 
@@ -42,10 +63,19 @@ COMPILERS = [CC, *([["clang"]] if shutil.which("clang") else [])]
 
 @pytest.mark.parametrize("level", ["-O0", "-O2"])
 @pytest.mark.parametrize("compiler", COMPILERS, ids=" ".join)
-def test_the_library_of_python_says_the_word_of_every_compiler(tmp_path, compiler, level):
-    found = re.fullmatch(r"f32 ([0-9a-f]{8}) f64 ([0-9a-f]{8})\n", says(built(tmp_path, "selftest", compiler, level)))
+def test_the_library_of_python_says_the_word_of_every_compiler(tmp_path, library, compiler, level):
+    said = says(built(tmp_path, library, "selftest", *compiler, level))
+    found = re.fullmatch(r"f32 ([0-9a-f]{8}) f64 ([0-9a-f]{8})\n", said)
     assert found is not None
     assert found.groups() == (f"{selftest('float32'):08x}", f"{selftest('float64'):08x}")
+
+
+def test_random_stances_flights_and_commands_have_the_same_bits_with_every_compiler(tmp_path, library):
+    words = {
+        says(built(tmp_path, library, "words", *compiler, level)) for compiler in COMPILERS for level in ("-O0", "-O2")
+    }
+    assert len(words) == 1
+    assert re.fullmatch(r"f32 [0-9a-f]{8} f64 [0-9a-f]{8}\n", words.pop())
 
 
 def test_a_coefficient_that_is_off_in_its_last_digit_gives_another_word(tmp_path):
@@ -88,8 +118,20 @@ def test_the_cases_visit_every_mode_event_and_ending():
 FIELDS = {field.name for field in hopform.Robot.fields()}
 
 
-def test_the_golden_vectors_hold_on_this_computer(tmp_path):
-    assert ", wrong 0" in says(built(tmp_path, "golden", CC, "-O2"))
+@pytest.mark.parametrize("flags", [["-O2"], ["-O2", "-DHOPFORM_LIBM"]], ids=" ".join)
+def test_the_golden_vectors_hold_on_this_computer(tmp_path, library, flags):
+    assert ", wrong 0" in says(built(tmp_path, library, "golden", *CC, *flags))
+
+
+def test_with_the_functions_of_the_c_library_the_word_is_another_and_the_numbers_are_not(tmp_path, library):
+    """The option does something: both words differ from those of the library's own exp, sin, cos, ln and roots."""
+    found = re.fullmatch(
+        r"f32 ([0-9a-f]{8}) f64 ([0-9a-f]{8})\n",
+        says(built(tmp_path, library, "selftest", *CC, "-O2", "-DHOPFORM_LIBM")),
+    )
+    assert found is not None
+    assert found.group(1) != f"{selftest('float32'):08x}"
+    assert found.group(2) != f"{selftest('float64'):08x}"
 
 
 def test_what_is_counted_is_what_the_selftest_solves():

@@ -306,7 +306,7 @@ class Solved:
 
 
 def _pointer(array: NDArray[Any]) -> ctypes.c_void_p:
-    return ctypes.c_void_p(array.ctypes.data)
+    return ctypes.c_void_p(array.__array_interface__["data"][0])
 
 
 def _solved_again(source: str, dtype: np.dtype[Any], *structs: bytes) -> Solved:

@@ -2,7 +2,7 @@
 
 The same least squares of scipy from the same start, on the residuals of hopform with their exact Jacobian, on those of a chain of
 matrix exponentials with bracketed reversals, and on those of `solve_ivp` restarted at every reversal, both with a Jacobian by
-differences. All must come to the same parameters.
+differences. All must come to the same parameters. Then what whole fits take, with all that they say.
 """
 
 import math
@@ -16,8 +16,11 @@ from scipy.linalg import expm
 from scipy.optimize import brentq, least_squares
 
 import hopform
+from hopform.identification.drop import fit_drop_test
+from hopform.identification.joint import fit_robot
 from hopform.identification.motion import Array
 from hopform.identification.rigs import Experiment
+from hopform.identification.step import fit_step_response
 from hopform.identification.synthetic import record
 
 LETTERS = ("k", "b2", "f2", "rest", "x", "v")
@@ -89,6 +92,35 @@ def by_solve_ivp(p: Array, times: Array) -> Array:
     return chain(p, times, advance)
 
 
+def whole_fits() -> None:
+    """What whole fits take, with intervals, the old model and the hold-out, of recordings of 2 s (a ramp: 8 s)."""
+    hopper = hopform.load_robot("hopper_c")
+    jobs: dict[str, Callable[[float], object]] = {
+        "drop": lambda f: fit_drop_test(record(hopper, "drop", rate=f, seed=1), known={"m_s": MASS}),
+        "decay": lambda f: fit_drop_test(
+            record(hopper, "decay", rate=f, height=0.04, seed=5), attached=True, known={"m_s": MASS}
+        ),
+        "step": lambda f: fit_step_response(record(hopper, "step", rate=f, seed=2), known={"m_eff": 25.0}),
+        "free drop": lambda f: fit_drop_test(
+            record(hopper, "free", rate=f, seed=4), free=True, known={"m_s": MASS, "x1_min": 0.0, "x1_max": 0.08}
+        ),
+        "drop, decay, step, ramp together": lambda f: fit_robot(
+            drops=[record(hopper, "drop", rate=f, seed=1)],
+            decays=[record(hopper, "decay", rate=f, height=0.04, seed=5)],
+            steps=[record(hopper, "step", rate=f, seed=2)],
+            ramps=[record(hopper, "ramp", rate=f, duration=8.0, current=1.0, hold=0.5, seed=3)],
+            known={"m_s": MASS},
+        ),
+    }
+    for name, job in jobs.items():
+        taken = dict[float, float]()
+        for rate in (500.0, 1000.0):
+            began = time.process_time()
+            job(rate)
+            taken[rate] = time.process_time() - began
+        print(f"{name:32} {taken[500.0]:6.2f} s of processor time at 500 Hz, {taken[1000.0]:6.2f} s at 1 kHz")
+
+
 def main() -> int:
     recording = record(hopform.load_robot("hopper_c"), "decay", height=0.04, rate=200.0, duration=1.5, seed=1)
     times, x = recording.time, recording.position("x2")
@@ -117,6 +149,7 @@ def main() -> int:
         print(
             f"{name:32} {1e3 * taken[name]:9.1f} ms  {ratio:8.1f} x  k {found[0]:.3f}  f2 {found[2]:.5f}  off by {off:.1e}"
         )
+    whole_fits()
     return 0
 
 

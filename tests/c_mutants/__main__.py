@@ -3,9 +3,9 @@
 The sources for firmware in double precision are broken, whose tests are the sharper ones; single precision comes from the same
 templates. Mutants that do not compile are drawn again. The judges, in this order: judge.c (vectors of the reference with their
 tolerances, and what must be true of any answer), parts.c (each function of the headers by itself), refusals, garbage and fuzzing
-targets on fixed inputs; judge.c and parts.c again under the sanitizers; the work that judge.c's calls take, in basic blocks; and
-last the selftest's word, which any changed bit changes, so what it alone kills is counted apart. With `--pytest` its nearest
-tests follow.
+targets on fixed inputs; the word for all bits of random stances, flights and commands (tests/firmware/words.c), which any changed
+bit changes, so what it alone kills is counted apart; judge.c and parts.c again under the sanitizers; and the work that judge.c's
+calls take, in basic blocks. With `--pytest` the nearest tests of pytest follow.
 Survivors are argued in docs/c-mutants.md: those that are listed there as equivalent are taken off, the others fail.
 """
 
@@ -53,7 +53,7 @@ PROGRAMS = {
     "fuzz_entry": (FUZZ / "fuzz_entry.c", FUZZ / "replay.c"),
     "fuzz_flight": (FUZZ / "fuzz_flight.c", FUZZ / "replay.c"),
     "fuzz_control": (FUZZ / "fuzz_control.c", FUZZ / "replay.c"),
-    "word": (MINE / "word.c",),
+    "word": (HERE / "words.c", BOARDS / "board.c"),
 }
 JUDGES = ("judge", "parts")
 """Those that include the headers of the library."""
@@ -148,7 +148,16 @@ class Bench:
         return other
 
     def compile(self, source: Path, target: Path, with_this: tuple[str, ...] = ()) -> None:
-        flags = ["-std=c99", "-D_GNU_SOURCE", "-DDOUBLE", "-DENTRY=4"]
+        flags = [
+            "-std=c99",
+            "-D_GNU_SOURCE",
+            "-DDOUBLE",
+            "-DENTRY=4",
+            "-DDOUBLE_ALONE",
+            "-DWORDS_ROBOTS=1500",
+            "-DWORDS_COMMANDS=500",
+            "-DWORDS_SAMPLES=4500",
+        ]
         command = [*(with_this or compiler()), *flags, *self.include, "-c", str(source), "-o", str(target)]
         code, said = run(command, 60)
         if code:
@@ -168,13 +177,11 @@ class Bench:
             image = self.folder / name
             if run([*compiler(), *map(str, [*own, *library]), "-o", str(image), "-lm"], 60)[0]:
                 return "link"
-            if name == "word" and (found := self.checked(objects)) is not None:
-                return found
             arguments = [INPUTS, *map(str, sorted((FUZZ / "found").iterdir()))] if name.startswith("fuzz") else []
             code, said = run([str(image), *arguments], 15)
             if code or (name == "word" and said.strip() != wanted):
                 return name
-        return None
+        return self.checked(objects)
 
     def checked(self, broken: dict[str, Path]) -> str | None:
         """`sanitizers` if they stop a judge, `work` if its calls take more than they did; None if neither."""
@@ -202,11 +209,14 @@ class Bench:
         return None
 
     def unbroken(self) -> str:
-        """The selftest's word."""
+        """The word of random calls."""
         failed = self.judge({}, "")
         if failed != "word":
             sys.exit(f"hopform: {failed} is red before anything is broken")
-        return run([str(self.folder / "word")], 60)[1].strip()
+        word = run([str(self.folder / "word")], 60)[1].strip()
+        if (failed := self.judge({}, word)) is not None:
+            sys.exit(f"hopform: {failed} is red before anything is broken")
+        return word
 
     def break_and_judge(self, mutant: Mutant, wanted: str) -> str | None:
         """Who kills a mutant: a program, pytest, the word; `stillborn` if it does not compile."""
@@ -369,7 +379,7 @@ def main() -> int:
     print("by operator, killed of drawn: " + ", ".join(
         f"{name} {sum(v.killer is not None for v in verdicts if v.mutant.operator == name)}/{count}"
         for name, count in sorted(Counter(v.mutant.operator for v in verdicts).items())))  # fmt: skip
-    print(f"killed {100 * killed / len(verdicts):.1f} %, without the selftest's word {100 * without_word / len(verdicts):.1f} %, "
+    print(f"killed {100 * killed / len(verdicts):.1f} %, without the word {100 * without_word / len(verdicts):.1f} %, "
           f"equivalent {100 * len(equivalent) / len(verdicts):.1f} %, survived unargued {survived}")  # fmt: skip
     return int(killed < LEAST * len(verdicts) or len(equivalent) > MOST_EQUIVALENT * len(verdicts))
 

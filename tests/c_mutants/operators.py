@@ -102,10 +102,15 @@ def _number(text: str) -> str:
 
 
 def mutants_of(file: str, text: str) -> Iterator[Mutant]:
-    """Every mutant of a source, in the order of its text."""
+    """Every mutant of a source, in the order of its text; not of what HOPFORM_LIBM puts in another's place."""
     tokens = tokens_of(text)
     pairs = _partners(tokens)
+    optional = [
+        match.span() for match in re.finditer(r"^#ifdef HOPFORM_LIBM$.*?^#else$", text, re.MULTILINE | re.DOTALL)
+    ]
     for place, token in enumerate(tokens):
+        if any(start <= token.start < end for start, end in optional):
+            continue
         for operator, start, end, new in _at(tokens, pairs, text, place, token):
             yield Mutant(file, operator, start, end, new)
 

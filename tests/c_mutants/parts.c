@@ -259,6 +259,30 @@ static T(watch) any_watch(const T(poles) *poles, double *h)
 }
 
 /* A verdict against samples: how often g changes its sign, and how often it turns upwards. */
+/* (18): what fades with the pole that is apart and what rings with the pair are the whole. */
+static void ringing(void)
+{
+    int told = 0;
+    for (row = 0; row < 600; row++) {
+        const T(poles) poles = poles_of_any_robot();
+        const double chi = poles.q - poles.a * (poles.p - poles.a);
+        if (!(poles.q > 0.0 && chi > 0.2 * (poles.q + poles.a * poles.a + poles.a * poles.p))) {
+            continue;
+        }
+        told++;
+        const double w = sqrt(poles.q) + poles.a, t = over(0.05, 5.0) / w;
+        const T(numerator) numerator = {uniform(-1.0, 1.0), uniform(-1.0, 1.0) * w, uniform(-1.0, 1.0) * w * w};
+        const T(decay) decay = hopform_decay_at_f64(poles.a, t);
+        const T(pair) pair = hopform_pair_at_f64(&poles, t);
+        const T(basis) basis = hopform_basis_at_f64(&poles, t);
+        const T(ringing) parts = hopform_ringing_at_f64(&poles, chi, &numerator, &decay);
+        const double whole = numerator.H3 * basis.Wd + numerator.H2 * basis.W + numerator.H1 * basis.W1;
+        const double size = fabs(parts.slow) + fabs(parts.X * pair.Rd) + fabs(parts.Y * pair.R) + fabs(whole);
+        near(parts.slow + parts.X * pair.Rd + parts.Y * pair.R, whole, 1e-11 * size, "(18), slow and ringing");
+    }
+    must(told > 100, "too few that ring");
+}
+
 static void any_verdicts(void)
 {
     for (row = 0; row < 2500; row++) {
@@ -369,6 +393,7 @@ int main(int argc, char **argv)
     any_poles();
     any_halts();
     formulas();
+    ringing();
     any_verdicts();
     any_quiet();
     swings();

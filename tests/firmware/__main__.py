@@ -1,7 +1,8 @@
 """`python -m tests.firmware` proves the library on emulated targets: CI's combinations; `--all` every one; `--report` counts.
 
-Each combination of target, compiler and optimisation runs the selftest, whose word must be the same everywhere, the golden
-vectors of the 50-digit reference, garbage, and all that is to be refused; then the symbols of its objects are looked through.
+Each combination of target, compiler and optimisation runs the selftest, whose word must be the same everywhere (but not with the
+functions of a C library, `-libm`), random stances, flights and commands (words.c), whose word must be that of this computer, the
+golden vectors of the 50-digit reference, garbage, and all that is to be refused; its objects' symbols are looked through.
 """
 
 import argparse
@@ -9,18 +10,30 @@ import re
 import sys
 import time
 from concurrent.futures import ThreadPoolExecutor
-from functools import partial
+from functools import cache, partial
 from pathlib import Path
 
 from tests.firmware import costs, strict
-from tests.firmware.targets import BY_NAME, TARGETS, Build, Failed, emulate, link, needed, objects, run
+from tests.firmware.targets import (
+    BY_NAME,
+    TARGETS,
+    WORD,
+    Build,
+    Failed,
+    emulate,
+    link,
+    native_words,
+    needed,
+    objects,
+    run,
+)
 
 LEVELS = ("-O0", "-O1", "-O2", "-O3", "-Os", "-Oz")
 QUICK = (
     "m4f-gcc-O2", "m4f-gcc-O0", "m4f-clang-Oz", "m7-gcc-O3", "m7-clang-O2", "m33-gcc-Os", "m33-clang-O1",
-    "m3-gcc-O2", "m3-clang-Os", "rv32-gcc-O2", "rv32-clang-O2", "rv32-gcc-Os",
+    "m3-gcc-O2", "m3-clang-Os", "rv32-gcc-O2", "rv32-clang-O2", "rv32-gcc-Os", "m4f-gcc-O2-libm", "rv32-gcc-O2-libm",
 )  # fmt: skip
-"""What CI runs."""
+"""What CI runs; with newlib's and picolibc's functions instead of its own, too."""
 
 DOUBLES = ("m4f-gcc-O2", "m7-gcc-O3", "rv32-gcc-O2")
 """Those of them in double precision too: by routines of libgcc, by hardware, and by other routines."""
@@ -36,27 +49,43 @@ DOUBLE = re.compile(r"^(__aeabi_d|__aeabi_f2d|__aeabi_[iu]l?2d|__\w+df\d?$|__ext
 
 def every_build() -> list[Build]:
     """All combinations that the compilers have; gcc 12 for these targets knows -Oz too."""
-    return [Build(target, compiler, level) for target in TARGETS for compiler in ("gcc", "clang") for level in LEVELS]
+    own = [Build(target, compiler, level) for target in TARGETS for compiler in ("gcc", "clang") for level in LEVELS]
+    return [*own, *(Build(target, "gcc", "-O2", libm=True) for target in TARGETS)]
 
 
 def of_name(name: str) -> Build:
-    target, compiler, level = re.fullmatch(r"(\w+)-(gcc|clang)(-O\w)", name).groups()  # type: ignore[union-attr]
-    return Build(BY_NAME[target], compiler, level)
+    target, compiler, level, libm = re.fullmatch(r"(\w+)-(gcc|clang)(-O\w)(-libm)?", name).groups()  # type: ignore[union-attr]
+    return Build(BY_NAME[target], compiler, level, bool(libm))
 
 
-def symbols(objects_f32: tuple[Path, ...]) -> list[str]:
+def symbols(objects_f32: tuple[Path, ...], libm: bool) -> list[str]:
     """What is wrong with the symbols of single precision objects: double helpers, libm, memory of their own."""
     wrong = []
     for path in objects_f32:
         for line in run(["nm", str(path)]).splitlines():
             *_, kind, name = line.split()
-            if kind == "U" and (DOUBLE.match(name) or LIBM.match(name)):
+            if kind == "U" and (DOUBLE.match(name) or (LIBM.match(name) and not (libm and name.endswith("f")))):
                 wrong.append(f"{path.name} calls {name}")
             if kind in "dDbBC":
                 wrong.append(f"{path.name} has memory: {name}")
             if kind in "TWVR" and not name.startswith("hopform_"):
                 wrong.append(f"{path.name} gives the name {name}")
     return wrong
+
+
+@cache
+def at_home() -> dict[str, str]:
+    return native_words()
+
+
+def unlike(many: dict[str, str], rounds_to_odd: bool) -> list[str]:
+    """Words of random calls that are not those of this computer; in double precision none is asked where ties go to odd."""
+    asked = {name: word for name, word in many.items() if not (rounds_to_odd and name == "f64")}
+    return [
+        f"random calls: {name} {word}, here {at_home()[name]}"
+        for name, word in asked.items()
+        if word != at_home()[name]
+    ]
 
 
 def prove(build: Build, doubles: bool) -> tuple[str, list[str]]:
@@ -66,17 +95,18 @@ def prove(build: Build, doubles: bool) -> tuple[str, list[str]]:
     define = () if doubles else ("-DSINGLE",)
     try:
         word = emulate(build.target, link(build, "selftest", precisions=precisions, define=define)).strip()
+        many = dict(re.findall(WORD, emulate(build.target, link(build, "words", precisions=precisions, define=define))))
+        odd = [] if build.libm else unlike(many, "ties-to-odd" in word)
+        word = "a word of its own" if build.libm else word
         lines = [emulate(build.target, link(build, name, precisions=precisions)) for name in PROGRAMS]
         hops = emulate(build.target, link(build, "hops", precisions=precisions)) if build.name in HOPPING else ""
         hops = f"{hops.strip().splitlines()[-1]}; " if hops else ""
-        wrong = (
-            symbols(objects(build, precisions)[:: len(precisions)]) if doubles else symbols(objects(build, precisions))
-        )
+        wrong = symbols(objects(build, precisions)[:: len(precisions)], build.libm)
     except Failed as error:
         return f"{build.name:16} FAILED", [f"{build.name}: {error}"]
     said = "; ".join(line.strip().splitlines()[-1] for line in lines)
     took = time.perf_counter() - began
-    return f"{build.name:16} {word:39} {said}; {hops}{took:.0f} s", [f"{build.name}: {what}" for what in wrong]
+    return f"{build.name:16} {word:39} {said}; {hops}{took:.0f} s", [f"{build.name}: {what}" for what in [*odd, *wrong]]
 
 
 def words(lines: list[str]) -> dict[str, set[str]]:

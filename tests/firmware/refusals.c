@@ -64,6 +64,23 @@ static void is(int32_t got, int32_t wanted, int line)
     }
 }
 
+/* Fills what a refusal must clear. */
+static void soil(real *values, int32_t count)
+{
+    for (int32_t n = 0; n < count; n++) {
+        values[n] = 7.0f;
+    }
+}
+
+static void is_clear(const real *values, int32_t count, int line)
+{
+    for (int32_t n = 0; n < count; n++) {
+        is(values[n] == 0.0f, 1, line);
+    }
+}
+
+#define CLEAR(values) is_clear((const real *)&(values), (int32_t)(sizeof(values) / (sizeof(real))), __LINE__)
+#define SOIL(values) soil((real *)&(values), (int32_t)(sizeof(values) / (sizeof(real))))
 #define IS(call, wanted) is((call), (wanted), __LINE__)
 
 static void robots(void)
@@ -284,6 +301,24 @@ static void readers(void)
         IS(OF(stance_grid)(&plan, one_step, phases, &solved, bad[n], 0.01f, 2, x1, v1, v2, y), HOPFORM_ERROR_TIME);
         IS(OF(stance_grid)(&plan, one_step, phases, &solved, 0.0f, bad[n], 2, x1, v1, v2, y), HOPFORM_ERROR_TIME);
     }
+    SOIL(two), SOIL(two_ledgers), SOIL(two_losses), SOIL(two_states), SOIL(room), SOIL(columns);
+    IS(OF(stance_energy)(&plan, one_step, phases, &solved, back, 2, two, two_ledgers, two_losses), HOPFORM_ERROR_TIME);
+    CLEAR(two), CLEAR(two_ledgers), CLEAR(two_losses);
+    IS(OF(stance_tangents)(&plan, one_step, phases, &solved, back, 2, two_states, room), HOPFORM_ERROR_TIME);
+    CLEAR(two_states), CLEAR(room);
+    const real late[4] = {0.01f, 0.02f, 0.03f, 9.0f};
+    IS(OF(stance_states)(&plan, one_step, phases, &solved, late, 4, x1, v1, v2, y), HOPFORM_ERROR_TIME);
+    CLEAR(columns);
+    SOIL(columns), SOIL(two_states), SOIL(room);
+    IS(OF(stance_states)(&unmade, one_step, phases, &solved, late, 4, x1, v1, v2, y), HOPFORM_ERROR_TIME);
+    CLEAR(columns);
+    IS(OF(stance_tangents)(&unmade, one_step, phases, &solved, back, 2, two_states, room), HOPFORM_ERROR_TIME);
+    CLEAR(two_states), CLEAR(room);
+    SOIL(columns), SOIL(two), SOIL(two_losses);
+    IS(OF(stance_grid)(&plan, one_step, phases, &solved, 0.0f, 9.0f, 4, x1, v1, v2, y), HOPFORM_ERROR_TIME);
+    CLEAR(columns);
+    IS(OF(stance_energy)(&plan, one_step, phases, &lost, back, 2, two, NULL, NULL), HOPFORM_ERROR_TIME);
+    CLEAR(two);
     const real dt = 0.01f;
     IS(OF(stance_grid)(&plan, one_step, phases, &solved, 0.0f, dt, 2, x1, v1, v2, y), HOPFORM_OK);
     IS(OF(stance_grid)(&plan, one_step, phases, &solved, 0.0f, dt, 0, x1, v1, v2, y), HOPFORM_OK);
@@ -467,7 +502,16 @@ static void flights(void)
     IS(OF(flight_energy)(&plan, flight_phases, &flown, &t, 1, energy, ledger, NULL), HOPFORM_ERROR_NULL);
     IS(OF(flight_energy)(&plan, flight_phases, &lost, &t, 1, energy, ledger, loss), HOPFORM_ERROR_TIME);
     const real back[2] = {0.02f, 0.01f}, bad[] = {nan, inf, -0.001f, 1.9f};
+    IS(OF(flight_at)(&unmade, flight_phases, &flown, &t, 1, &state), HOPFORM_ERROR_TIME);
+    OF(state) states[2];
+    SOIL(energy), SOIL(ledger), SOIL(loss), SOIL(states);
     IS(OF(flight_energy)(&plan, flight_phases, &flown, back, 2, energy, ledger, loss), HOPFORM_ERROR_TIME);
+    CLEAR(energy), CLEAR(ledger), CLEAR(loss);
+    SOIL(energy), SOIL(ledger), SOIL(loss);
+    IS(OF(flight_energy)(&unmade, flight_phases, &flown, back, 2, energy, ledger, loss), HOPFORM_ERROR_TIME);
+    CLEAR(energy), CLEAR(ledger), CLEAR(loss);
+    IS(OF(flight_at)(&unmade, flight_phases, &flown, back, 2, states), HOPFORM_ERROR_TIME);
+    CLEAR(states);
     for (int n = 0; n < 4; n++) {
         IS(OF(flight_at)(&plan, flight_phases, &flown, &bad[n], 1, &state), HOPFORM_ERROR_TIME);
         IS(OF(flight_energy)(&plan, flight_phases, &flown, &bad[n], 1, energy, ledger, loss), HOPFORM_ERROR_TIME);

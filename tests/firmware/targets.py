@@ -1,9 +1,11 @@
 """Processors, the compilers for them and the machines of QEMU that stand in for boards; how a program is built and run."""
 
 import math
+import re
 import shutil
 import signal
 import subprocess
+import tempfile
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -18,6 +20,8 @@ COMMON = ("-std=c99", "-ffp-contract=off", "-fno-math-errno", "-ffunction-sectio
 UNITS = ("control", "energy", "flight", "grid", "selftest", "sensitivity", "stance", "states", "touchdown")
 """Sources of the library for firmware, in each precision; batches are for computers with vector registers."""
 
+
+WORD = r"(f32|f64) ([0-9a-f]{8})"
 
 PATIENCE = 20.0
 """How much longer than its time of the processor a command may wait: for what never ends, and waits."""
@@ -81,10 +85,12 @@ class Build:
     target: Target
     compiler: str
     level: str
+    libm: bool = False
+    """Whether exp, sin, cos, ln and roots are those of its C library."""
 
     @property
     def name(self) -> str:
-        return f"{self.target.name}-{self.compiler}{self.level}"
+        return f"{self.target.name}-{self.compiler}{self.level}{'-libm' if self.libm else ''}"
 
     @property
     def folder(self) -> Path:
@@ -93,7 +99,8 @@ class Build:
     def command(self) -> list[str]:
         """The compiler with the flags of the processor."""
         chosen = [self.target.gcc, *self.target.processor] if self.compiler == "gcc" else ["clang", *self.target.clang]
-        return [*chosen, *COMMON, self.level, "-I", str(C / "include")]
+        option = ["-DHOPFORM_LIBM"] if self.libm else []
+        return [*chosen, *COMMON, *option, self.level, "-I", str(C / "include")]
 
 
 def needed() -> list[str]:
@@ -160,6 +167,16 @@ def link(
     script = ["-nostartfiles", "-nodefaultlibs", "-Wl,--gc-sections", "-L", str(BOARDS), "-T", target.script]
     run([*gcc, *script, *inputs, "-Wl,--start-group", *target.libraries, "-Wl,--end-group", "-o", str(image)])
     return image
+
+
+def native_words(compiler: tuple[str, ...] = ("cc", "-O2")) -> dict[str, str]:
+    """What tests/firmware/words.c says on this computer, by precision."""
+    with tempfile.TemporaryDirectory(prefix="hopform-") as folder:
+        image = str(Path(folder) / "words")
+        files = [HERE / "words.c", BOARDS / "board.c", *sources()]
+        include = ["-I", str(C / "include"), "-I", str(BOARDS)]
+        run([*compiler, *COMMON, *include, *map(str, files), "-o", image, "-lm"])
+        return dict(re.findall(WORD, run([image])))
 
 
 def emulate(target: Target, image: Path, timeout: float = 120.0) -> str:

@@ -30,6 +30,21 @@ static float loss_before(const hopform_plan_f32 *plan, const hopform_step_f32 *s
     return -0.5f * plan->robot.m_eff * hit.v1 * hit.v1;
 }
 
+/* Nothing where nothing is known. */
+static int32_t refuse(int32_t count, hopform_energy_f32 *energies, hopform_ledger_f32 *ledgers, float *stop_losses)
+{
+    const hopform_energy_f32 none = {0.0f, 0.0f};
+    const hopform_ledger_f32 nothing = {0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f};
+    for (int32_t n = 0; n < count; n++) {
+        energies[n] = none;
+        if (ledgers != NULL && stop_losses != NULL) {
+            ledgers[n] = nothing;
+            stop_losses[n] = 0.0f;
+        }
+    }
+    return HOPFORM_ERROR_TIME;
+}
+
 int32_t hopform_stance_energy_f32(const hopform_plan_f32 *plan, const hopform_step_f32 *steps,
                                    const hopform_phase_f32 *phases, const hopform_stance_f32 *stance, const float *times,
                                    int32_t count, hopform_energy_f32 *energies, hopform_ledger_f32 *ledgers,
@@ -47,7 +62,7 @@ int32_t hopform_stance_energy_f32(const hopform_plan_f32 *plan, const hopform_st
         hopform_state_f32 state;
         const int32_t status = hopform_stance_at_f32(plan, steps, phases, stance, times[i], &state);
         if (status < 0 || (wanted && i > 0 && times[i] < times[i - 1])) {
-            return HOPFORM_ERROR_TIME;
+            return refuse(count, energies, ledgers, stop_losses);
         }
         energies[i] = hopform_energies_f32(&plan->robot, &state);
         if (!wanted) {

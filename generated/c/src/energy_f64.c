@@ -30,6 +30,21 @@ static double loss_before(const hopform_plan_f64 *plan, const hopform_step_f64 *
     return -0.5 * plan->robot.m_eff * hit.v1 * hit.v1;
 }
 
+/* Nothing where nothing is known. */
+static int32_t refuse(int32_t count, hopform_energy_f64 *energies, hopform_ledger_f64 *ledgers, double *stop_losses)
+{
+    const hopform_energy_f64 none = {0.0, 0.0};
+    const hopform_ledger_f64 nothing = {0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0};
+    for (int32_t n = 0; n < count; n++) {
+        energies[n] = none;
+        if (ledgers != NULL && stop_losses != NULL) {
+            ledgers[n] = nothing;
+            stop_losses[n] = 0.0;
+        }
+    }
+    return HOPFORM_ERROR_TIME;
+}
+
 int32_t hopform_stance_energy_f64(const hopform_plan_f64 *plan, const hopform_step_f64 *steps,
                                    const hopform_phase_f64 *phases, const hopform_stance_f64 *stance, const double *times,
                                    int32_t count, hopform_energy_f64 *energies, hopform_ledger_f64 *ledgers,
@@ -47,7 +62,7 @@ int32_t hopform_stance_energy_f64(const hopform_plan_f64 *plan, const hopform_st
         hopform_state_f64 state;
         const int32_t status = hopform_stance_at_f64(plan, steps, phases, stance, times[i], &state);
         if (status < 0 || (wanted && i > 0 && times[i] < times[i - 1])) {
-            return HOPFORM_ERROR_TIME;
+            return refuse(count, energies, ledgers, stop_losses);
         }
         energies[i] = hopform_energies_f64(&plan->robot, &state);
         if (!wanted) {

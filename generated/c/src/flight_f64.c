@@ -919,9 +919,9 @@ static hopform_actuator_at_f64 actuator_in_phase(const hopform_flight_rates_f64 
     return move(&start, &poles, phase->side, t);
 }
 
-static bool can_be_read(const hopform_flight_f64 *flight, const double *times, int32_t count)
+static bool can_be_read(const hopform_plan_f64 *plan, const hopform_flight_f64 *flight, const double *times, int32_t count)
 {
-    bool sound = flight->phases_kept >= flight->phase_count && flight->phase_count > 0;
+    bool sound = plan->made == HOPFORM_PLAN_MADE && flight->phases_kept >= flight->phase_count && flight->phase_count > 0;
     for (int32_t n = 0; n < count; n++) {
         sound = sound && times[n] >= 0.0 && times[n] <= flight->duration;
     }
@@ -934,7 +934,11 @@ int32_t hopform_flight_at_f64(const hopform_plan_f64 *plan, const hopform_flight
     if (plan == NULL || phases == NULL || flight == NULL || ((times == NULL || states == NULL) && count > 0)) {
         return HOPFORM_ERROR_NULL;
     }
-    if (!can_be_read(flight, times, count)) {
+    if (!can_be_read(plan, flight, times, count)) {
+        const hopform_state_f64 none = {0.0, 0.0, 0.0, 0.0};
+        for (int32_t n = 0; n < count; n++) {
+            states[n] = none;
+        }
         return HOPFORM_ERROR_TIME;
     }
     const hopform_flight_rates_f64 rates = hopform_flight_rates_of_f64(&plan->robot, &flight->gains, largest_force(&plan->robot));
@@ -1039,6 +1043,16 @@ static double loss_before(const hopform_plan_f64 *plan, const hopform_gains_f64 
     return -0.5 * plan->robot.m_eff * v1 * v1;
 }
 
+/* Whether times can be read, and do not decrease. */
+static bool can_be_followed(const hopform_plan_f64 *plan, const hopform_flight_f64 *flight, const double *times, int32_t count)
+{
+    bool sound = can_be_read(plan, flight, times, count);
+    for (int32_t n = 1; n < count; n++) {
+        sound = sound && times[n] >= times[n - 1];
+    }
+    return sound;
+}
+
 int32_t hopform_flight_energy_f64(const hopform_plan_f64 *plan, const hopform_flight_phase_f64 *phases,
                                    const hopform_flight_f64 *flight, const double *times, int32_t count,
                                    hopform_energy_f64 *energies, hopform_flight_ledger_f64 *ledgers, double *stop_losses)
@@ -1047,7 +1061,14 @@ int32_t hopform_flight_energy_f64(const hopform_plan_f64 *plan, const hopform_fl
         || ((times == NULL || energies == NULL || ledgers == NULL || stop_losses == NULL) && count > 0)) {
         return HOPFORM_ERROR_NULL;
     }
-    if (!can_be_read(flight, times, count)) {
+    if (!can_be_followed(plan, flight, times, count)) {
+        const hopform_energy_f64 none = {0.0, 0.0};
+        const hopform_flight_ledger_f64 empty = {0.0, 0.0, 0.0, 0.0};
+        for (int32_t n = 0; n < count; n++) {
+            energies[n] = none;
+            ledgers[n] = empty;
+            stop_losses[n] = 0.0;
+        }
         return HOPFORM_ERROR_TIME;
     }
     const hopform_gains_f64 *gains = &flight->gains;
@@ -1056,9 +1077,6 @@ int32_t hopform_flight_energy_f64(const hopform_plan_f64 *plan, const hopform_fl
     double loss = flight->start_loss;
     int32_t n = 0;
     for (int32_t i = 0; i < count; i++) {
-        if (i > 0 && times[i] < times[i - 1]) {
-            return HOPFORM_ERROR_TIME;
-        }
         for (; n < flight->phases_kept - 1 && phases[n + 1].t <= times[i]; n++) {
             const hopform_flight_ledger_f64 whole = ledger_in_phase(plan, gains, largest, &phases[n], phases[n + 1].t - phases[n].t);
             add(&sum, &whole);
@@ -1069,10 +1087,7 @@ int32_t hopform_flight_energy_f64(const hopform_plan_f64 *plan, const hopform_fl
         add(&ledgers[i], &part);
         stop_losses[i] = loss;
         hopform_state_f64 state = flight->start;
-        const int32_t status = hopform_flight_at_f64(plan, phases, flight, &times[i], 1, &state);
-        if (status < 0) {
-            return status;
-        }
+        (void)hopform_flight_at_f64(plan, phases, flight, &times[i], 1, &state);
         energies[i] = hopform_flight_energies_f64(&plan->robot, state.v1, state.v2, state.x1 - state.y);
     }
     return HOPFORM_OK;

@@ -205,6 +205,7 @@ int32_t hopform_stance_grid_f32(const hopform_plan_f32 *plan, const hopform_step
     const float latest = rests ? 1e38f : stance->duration + 8.0f * 1.1920929e-7f * stance->duration;
     if (count < 0 || !(t0 >= 0.0f) || !(dt > 0.0f) || !(last <= latest) || stance->phases_kept < stance->phase_count
         || stance->phases_kept < 1 || !hopform_is_made_f32(plan)) {
+        hopform_clear_states_f32(x1, v1, v2, y, count);
         return HOPFORM_ERROR_TIME;
     }
     const grid_arrays all = {x1, v1, v2, y};

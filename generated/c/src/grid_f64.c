@@ -205,6 +205,7 @@ int32_t hopform_stance_grid_f64(const hopform_plan_f64 *plan, const hopform_step
     const double latest = rests ? 1e+300 : stance->duration + 8.0 * 2.220446049250313e-16 * stance->duration;
     if (count < 0 || !(t0 >= 0.0) || !(dt > 0.0) || !(last <= latest) || stance->phases_kept < stance->phase_count
         || stance->phases_kept < 1 || !hopform_is_made_f64(plan)) {
+        hopform_clear_states_f64(x1, v1, v2, y, count);
         return HOPFORM_ERROR_TIME;
     }
     const grid_arrays all = {x1, v1, v2, y};

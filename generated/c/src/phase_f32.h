@@ -7,6 +7,22 @@
 
 #include "kernels_f32.h"
 
+/* What a function answers with that refuses: zeros. */
+static inline void hopform_clear_f32(float *values, int32_t count)
+{
+    for (int32_t n = 0; n < count; n++) {
+        values[n] = 0.0f;
+    }
+}
+
+static inline void hopform_clear_states_f32(float *x1, float *v1, float *v2, float *y, int32_t count)
+{
+    hopform_clear_f32(x1, count);
+    hopform_clear_f32(v1, count);
+    hopform_clear_f32(v2, count);
+    hopform_clear_f32(y, count);
+}
+
 /* True where the AED is a small difference of two energies of the body, and added up from the ledger instead. */
 static inline bool hopform_stores_much_f32(const hopform_robot_f32 *robot, const hopform_state_f32 *start)
 {

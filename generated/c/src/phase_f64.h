@@ -7,6 +7,22 @@
 
 #include "kernels_f64.h"
 
+/* What a function answers with that refuses: zeros. */
+static inline void hopform_clear_f64(double *values, int32_t count)
+{
+    for (int32_t n = 0; n < count; n++) {
+        values[n] = 0.0;
+    }
+}
+
+static inline void hopform_clear_states_f64(double *x1, double *v1, double *v2, double *y, int32_t count)
+{
+    hopform_clear_f64(x1, count);
+    hopform_clear_f64(v1, count);
+    hopform_clear_f64(v2, count);
+    hopform_clear_f64(y, count);
+}
+
 /* True where the AED is a small difference of two energies of the body, and added up from the ledger instead. */
 static inline bool hopform_stores_much_f64(const hopform_robot_f64 *robot, const hopform_state_f64 *start)
 {

@@ -346,6 +346,18 @@ static void travel(const hopform_plan_f32 *plan, const hopform_step_f32 *steps, 
     place->t = t;
 }
 
+static int32_t refuse(int32_t count, hopform_state_f32 *states, float *tangents)
+{
+    const hopform_state_f32 none = {0.0f, 0.0f, 0.0f, 0.0f};
+    for (int32_t n = 0; n < count; n++) {
+        states[n] = none;
+        for (int32_t i = 0; i < HOPFORM_TANGENT_ROWS * COLUMNS; i++) {
+            tangents[n * HOPFORM_TANGENT_ROWS * COLUMNS + i] = 0.0f;
+        }
+    }
+    return HOPFORM_ERROR_TIME;
+}
+
 int32_t hopform_stance_tangents_f32(const hopform_plan_f32 *plan, const hopform_step_f32 *steps,
                                      const hopform_phase_f32 *phases, const hopform_stance_f32 *stance,
                                      const float *times, int32_t count, hopform_state_f32 *states, float *tangents)
@@ -355,7 +367,7 @@ int32_t hopform_stance_tangents_f32(const hopform_plan_f32 *plan, const hopform_
         return HOPFORM_ERROR_NULL;
     }
     if (stance->phases_kept < stance->phase_count || stance->phases_kept < 1 || !hopform_is_made_f32(plan)) {
-        return HOPFORM_ERROR_TIME;
+        return refuse(count, states, tangents);
     }
     const bool rests = stance->ending == HOPFORM_ENDING_REST;
     changes change = start_of(&phases[0], stance);
@@ -365,7 +377,7 @@ int32_t hopform_stance_tangents_f32(const hopform_plan_f32 *plan, const hopform_
     for (int32_t i = 0; i < count; i++) {
         const float t = times[i];
         if (!(t >= 0.0f && t <= 1e38f) || (t > stance->duration && !rests) || (i > 0 && t < times[i - 1])) {
-            return HOPFORM_ERROR_TIME;
+            return refuse(count, states, tangents);
         }
         const float within = t < stance->duration ? t : stance->duration;
         for (; n < stance->phases_kept - 1 && phases[n + 1].t <= within; n++) {

@@ -13,6 +13,7 @@ int32_t hopform_stance_states_f64(const hopform_plan_f64 *plan, const hopform_st
         return HOPFORM_ERROR_NULL;
     }
     if (stance->phases_kept < stance->phase_count || stance->phases_kept < 1 || !hopform_is_made_f64(plan)) {
+        hopform_clear_states_f64(x1, v1, v2, y, count);
         return HOPFORM_ERROR_TIME;
     }
     const bool rests = stance->ending == HOPFORM_ENDING_REST;
@@ -22,6 +23,7 @@ int32_t hopform_stance_states_f64(const hopform_plan_f64 *plan, const hopform_st
     for (int32_t i = 0; i < count; i++) {
         const double t = times[i];
         if (!(t >= 0.0 && t <= 1e+300) || (t > stance->duration && !rests)) {
+            hopform_clear_states_f64(x1, v1, v2, y, count);
             return HOPFORM_ERROR_TIME;
         }
         const double within = t < stance->duration ? t : stance->duration;

@@ -258,8 +258,9 @@ static inline hopform_trial_f64 hopform_trial_of_f64(const hopform_plan_f64 *pla
     trial.takes_off = stance->ending == HOPFORM_ENDING_TAKEOFF;
     trial.events = hopform_fingerprint_f64(phases, stance->phases_kept);
     double rises = 0.0;
+    const hopform_phase_f64 *phase = phases;
     for (int32_t n = 0; n < stance->phases_kept; n++) {
-        const hopform_phase_f64 *phase = &phases[n];
+        phase = &phases[n];
         const bool last = n + 1 == stance->phases_kept;
         trial.held = trial.held && hopform_side_1_f64(phase) == 0;
         if (n > 0) {
@@ -273,7 +274,7 @@ static inline hopform_trial_f64 hopform_trial_of_f64(const hopform_plan_f64 *pla
     }
     if (trial.takes_off) {
         trial.apex = stance->apex;
-        trial.smooth = hopform_lift_f64(&tally, &phases[stance->phases_kept - 1], u, &stance->end) && trial.smooth;
+        trial.smooth = hopform_lift_f64(&tally, phase, u, &stance->end) && trial.smooth;
     } else {
         hopform_note_peak_f64(&tally, stance->end.x1, tally.change.x1);
     }

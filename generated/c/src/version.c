@@ -6,5 +6,5 @@
 
 const char *hopform_source(void)
 {
-    return "db52572fdb46eb55";
+    return "2e12118365f01118";
 }

@@ -12,7 +12,7 @@ from hopform.errors import HopformError
 from hopform.identification import report
 from hopform.identification.drop import fit_drop_test
 from hopform.identification.estimation import Progress
-from hopform.identification.fits import Fit, Options, missed
+from hopform.identification.fits import Fit, Options, Trace, is_no_fit, missed
 from hopform.identification.joint import LETTERS, fit_robot
 from hopform.identification.ramp import Threshold, friction_threshold
 from hopform.identification.recordings import Recording, read_recording
@@ -77,6 +77,34 @@ def identify(wanted: Wanted, progress: Progress | None = None) -> Fit | Threshol
     if wanted.kind == "ramp":
         given = {name: wanted.known.get(name) for name in ("m_eff", "gamma2", "k")}
         return friction_threshold(recordings, spring=wanted.spring, **given)
+    fit = _fitted(wanted, roles, recordings, progress)
+    off = [trace for trace in fit.traces if is_no_fit(trace)]
+    if off:
+        raise _no_fit(max(off, key=lambda each: each.tests.rms / float(np.std(each.measured))), recordings)
+    return fit
+
+
+def _no_fit(trace: Trace, recordings: Sequence[Recording]) -> HopformError:
+    """What is said of a fit that explains too little: where it is off most, and what may be wrong."""
+    own = max((each for each in recordings if trace.label.startswith(each.source)), key=lambda each: len(each.source))
+    left = trace.measured - trace.predicted
+    at = int(np.abs(left).argmax())
+    share = max(1.0 - float(np.var(left)) / float(np.var(trace.measured)), 0.0)
+    force = trace.quantity == "force"
+    position, drives = own.column_of("x1" if force else trace.quantity), own.current_column()
+    lengths = " and ".join(each.title for each in own.columns.values() if each.quantity == "length")
+    asked = [f"is the unit of {lengths} right"]
+    asked += [f"are {position.title} and {drives.title} of one run, each in its column"] if drives else []
+    what, unit, least = ("force", "N", 75) if force else ("motion", "m", 96)
+    return own.error(
+        f"the fit explains {100.0 * share:.3g} % of the {what}, less than {least} % is no fit; it is off most here, by "
+        f"{abs(left[at]):.3g} {unit}: {', '.join(asked)}, is it of this rig?",
+        own.line + int(np.count_nonzero(own.time < trace.time[at] - 1e-9)),
+        drives if force else position,
+    )
+
+
+def _fitted(wanted: Wanted, roles: Sequence[str], recordings: Sequence[Recording], progress: Progress | None) -> Fit:
     options: Options = {"loss": wanted.loss, "progress": progress}
     if wanted.kind == "drop":
         return fit_drop_test(recordings, attached=wanted.attached, free=wanted.free, known=wanted.known, **options)

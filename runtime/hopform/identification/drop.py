@@ -19,10 +19,11 @@ from hopform.identification import recordings as of_recordings
 from hopform.identification import segments
 from hopform.identification.estimation import Parameter
 from hopform.identification.filtering import CUTOFFS, filtered_part, moving_rows
-from hopform.identification.fits import Fit, Options, Problem, as_several, checked_known, finish
+from hopform.identification.fits import Fit, Options, as_several, checked_known, finish
 from hopform.identification.motion import Array
 from hopform.identification.recordings import Recording
 from hopform.identification.rigs import UNITS, Experiment
+from hopform.identification.search import Problem
 
 Rig = Literal["attached", "ground", "free"]
 _BODY = ("m_s", "k", "b2", "f2")
@@ -45,6 +46,10 @@ _DEFAULTS: dict[Rig, dict[str, float]] = {
     "ground": {"g": 9.81},
     "free": {"g": 9.81, "x1_min": -math.inf, "x1_max": math.inf},
 }
+
+
+_MOST_SWING = 3.0
+"""[m] from end to end: no spring of a hopper is longer."""
 
 
 class Cut(NamedTuple):
@@ -212,6 +217,13 @@ def _driven(values: dict[str, float], cuts: Sequence[Cut]) -> list[str]:
 def _cuts(recording: Recording, number: int, rig: Rig, g: float) -> list[Cut]:
     """The motions of a recording from their releases on, found to a sample where the actuator is free: until then it rests."""
     values = recording.position("x2")
+    if rig == "attached" and float(np.ptp(values)) > _MOST_SWING:
+        worst = int(np.abs(values - np.median(values)).argmax())
+        raise recording.error_of(
+            "x2",
+            f"swings over {np.ptp(values):.3g} m; a body on its spring does over {_MOST_SWING:g} m at most: is its unit right?",
+            recording.line + worst,
+        )
     spans = (
         segments.decays(recording, values) if rig == "attached" else segments.drops(recording, values, rig == "free")
     )
@@ -248,7 +260,8 @@ def _check_fall(recording: Recording, line: int, x: Array, g: float) -> None:
     if not g / 3.0 < found < 3.0 * g:
         raise recording.error_of(
             "x2",
-            f"falls with {found:.3g} m/s^2, not about {g:.4g}: is its unit right, is that of time, is this the release?",
+            f"falls with {found:.3g} m/s^2, not {g / 3.0:.3g} to {3.0 * g:.3g} as g = {g:.4g}: is its unit right, is that of "
+            "time, is this the release?",
             recording.line + line,
         )
 

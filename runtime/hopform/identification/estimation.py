@@ -24,6 +24,10 @@ _WEAK = 1e-7
 """Below this share of the largest singular value of the scaled Jacobian a direction is one that the data do not see."""
 
 
+_UNTOLD = 0.5
+"""Of its own value: a mass or a stiffness with so large a standard error is not told; a spring that is not there has one."""
+
+
 class Parameter(NamedTuple):
     """What is fitted: its unit, where the fit starts, the size of a change that matters, and its kind."""
 
@@ -281,6 +285,10 @@ def spread(solution: Solution) -> Spread:
     covariance[np.ix_(alive, alive)] = inside * solution.cost / solution.freedom
     blind = np.abs(directions[unseen]) > 1e-3
     weak = set(names[~alive]) | {name for row in blind for name in names[alive][row]}
+    weak |= {
+        p.name for p, variance in zip(solution.parameters, np.diag(covariance).tolist(), strict=True)
+        if p.kind == "positive" and math.sqrt(variance) > _UNTOLD * solution.values[p.name]
+    }  # fmt: skip
     together = tuple(dict.fromkeys(", ".join(names[alive][row]) for row in blind))
     for index, name in enumerate(names):
         if name in weak:
@@ -294,9 +302,13 @@ def estimates(
     *,
     loss: str = "linear",
     inflation: float = 1.0,
+    profiles: bool = True,
     progress: Progress | None = None,
 ) -> tuple[tuple[Estimate, ...], Spread]:
-    """Each parameter with its 95 % interval; inflation: of the variance, by what the residuals have in common in time."""
+    """Each parameter with its 95 % interval; inflation: of the variance, by what the residuals have in common in time.
+
+    profiles: intervals by profile likelihood where that is due.
+    """
     seen = spread(solution)
     t = student(0.5 + 0.5 * LEVEL, solution.freedom)
     found = list[Estimate]()
@@ -323,7 +335,7 @@ def estimates(
             low, high = value / factor, value * factor
         elif parameter.kind in ("nonnegative", "fraction"):
             low = max(low, 0.0)
-        if parameter.profiled:
+        if parameter.profiled and profiles:
             if progress:
                 progress(f"interval of {parameter.name}")
             low, high, method = _profile(solution, experiments, parameter, stderr, loss, inflation)
@@ -342,30 +354,36 @@ def _profile(
     """Where the sum of squares, with all else fitted anew, has grown by the quantile, on both sides of the estimate."""
     value = solution.values[parameter.name]
     two, one = (student(level, solution.freedom) ** 2 for level in (0.5 + 0.5 * LEVEL, LEVEL))
-    rest = [p._replace(start=solution.values[p.name]) for p in solution.parameters if p is not parameter]
+    rest = [p for p in started(solution) if p.name != parameter.name]
     index = [n for n, p in enumerate(solution.parameters) if p is not parameter]
     seen = spread(solution).covariance
     own = solution.parameters.index(parameter)
+    slopes = (seen[index, own] / max(seen[own, own], 1e-300)).tolist()
+    ways: list[Callable[[float], tuple[list[Parameter], int]]] = [
+        lambda trial: (
+            [p._replace(start=_clip(p, p.start + s * (trial - value))) for p, s in zip(rest, slopes, strict=True)], 6,
+        ),
+        lambda _: (rest, 20),
+    ]  # fmt: skip
 
     def growth(trial: float) -> float:
         """How much the sum of squares grows, in variances, if the parameter is held at a value.
 
-        The others start from where the covariance takes them; if that leads nowhere, from where they are.
+        The others start from where the covariance takes them; if that leads nowhere, from where they are, the next time at once.
         """
-        slope = seen[index, own] / max(seen[own, own], 1e-300)
-        near = [
-            p._replace(start=_clip(p, p.start + s * (trial - value))) for p, s in zip(rest, slope.tolist(), strict=True)
-        ]
         unit, expected = solution.cost / solution.freedom * inflation, ((trial - value) / stderr) ** 2
-        grown = math.inf
-        for start, most in ((near, 6), (rest, 20)):
+        grown = list[float]()
+        for way in tuple(ways):
+            start, most = way(trial)
             held = solve(
                 experiments, start, sigma=solution.sigma, fixed={parameter.name: trial}, loss=loss, most=most, precision=1e-4
             )  # fmt: skip
-            grown = min(grown, (held.cost - solution.cost) / unit)
-            if grown <= 4.0 * expected + 1.0:
+            grown.append((held.cost - solution.cost) / unit)
+            if grown[-1] <= 4.0 * expected + 1.0:
                 break
-        return grown
+        if len(grown) == 2 and grown[1] < grown[0]:
+            ways.reverse()
+        return min(grown)
 
     upper = _cross(growth, value, stderr, two, math.inf)
     if value <= _DISTANT * stderr and (value <= 1e-6 * stderr or growth(0.0) <= two):
@@ -382,7 +400,7 @@ def _clip(parameter: Parameter, value: float) -> float:
         return max(value, 0.1 * parameter.start)
     if parameter.kind in ("nonnegative", "fraction"):
         return max(value, 0.0)
-    return value
+    return min(max(value, parameter.low), parameter.high)
 
 
 def _cross(growth: Callable[[float], float], value: float, step: float, wanted: float, end: float) -> float:
@@ -409,6 +427,35 @@ def _cross(growth: Callable[[float], float], value: float, step: float, wanted: 
 def started(solution: Solution) -> list[Parameter]:
     """The parameters, to start again from where they came to."""
     return [p._replace(start=solution.values[p.name]) for p in solution.parameters]
+
+
+def moved(solution: Solution, name: str, errors: float) -> list[Parameter]:
+    """The parameters with one off by so many standard errors, and the others where the covariance takes them."""
+    seen = spread(solution).covariance
+    own = [p.name for p in solution.parameters].index(name)
+    rows, size = seen[:, own], math.sqrt(seen[own, own])
+    if not 0.0 < size < math.inf:
+        return started(solution)
+    return [
+        p._replace(start=_clip(p, p.start + errors * float(row) / size))
+        for p, row in zip(started(solution), rows, strict=True)
+    ]
+
+
+def promise(solution: Solution) -> float:
+    """By how many variances a step along the slopes would lower the sum of squares: about 0 at a minimum, not in a kink."""
+    if not solution.parameters:
+        return 0.0
+    sigma = np.repeat(solution.sigma, [part.size for part in solution.residuals])
+    coordinates = _Coordinates(solution.parameters)
+    scaled = solution.jacobian * coordinates.slopes(solution.values) / sigma[:, np.newaxis]
+    left = np.concatenate(solution.residuals) / sigma
+    at, downhill, end = coordinates.into(solution.values), -(left @ scaled), 1e-4
+    shut = ((at <= coordinates.low + end) & (downhill < 0.0)) | ((at >= coordinates.high - end) & (downhill > 0.0))
+    size = np.sqrt((scaled**2).sum(axis=0))
+    free = ~shut & (size > 1e-9 * size.max())
+    r = triangle(np.column_stack([scaled[:, free] / size[free], left]))
+    return float((r[:-1, -1] ** 2).sum()) / max(solution.cost / solution.freedom, 1e-300)
 
 
 class Tests(NamedTuple):

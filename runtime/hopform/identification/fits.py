@@ -12,10 +12,11 @@ from numpy.typing import NDArray
 
 from hopform.errors import HopformError
 from hopform.identification import estimation
-from hopform.identification.estimation import Estimate, Parameter, Progress, Solution, Tests
+from hopform.identification.estimation import Estimate, Progress, Solution, Tests
 from hopform.identification.motion import Array
-from hopform.identification.recordings import Recording, noise_of, outliers, quantum_of
-from hopform.identification.rigs import UNITS, Experiment
+from hopform.identification.recordings import Recording, noise_of, quantum_of
+from hopform.identification.rigs import UNITS
+from hopform.identification.search import Problem, bulk, minimise, part_of
 from hopform.robots import Robot
 
 Model = str
@@ -124,180 +125,12 @@ def _together(each: Sequence[float], traces: Sequence[Trace]) -> float:
     return math.sqrt(sum(rms**2 * size for rms, size in zip(each, sizes, strict=True) if size) / max(sum(sizes), 1))
 
 
-@dataclass(frozen=True)
-class Problem:
-    """What is to be fitted: experiments, parameters with their starts, other starts worth a try, and what is known."""
-
-    kind: str
-    quantity: str
-    experiments: tuple[Experiment, ...]
-    parameters: tuple[Parameter, ...]
-    starts: tuple[Mapping[str, float], ...]
-    known: Mapping[str, float]
-    statements: tuple[str, ...]
-    warnings: tuple[str, ...]
-    coulomb: tuple[str, ...]
-    """names of the parameters that the old model lacks"""
-    parts: tuple[float, ...] = (1.0,)
-    """of each recording, over which a fit is followed from its start to its end"""
-    motions: int = 0
-    """how many motions there are, each with a beginning of its own (x@0, x@1, ...)"""
-
-
 def as_several(recordings: Sequence[Recording] | Recording) -> tuple[Recording, ...]:
     """One recording or several, as several; HopformError for none."""
     several = (recordings,) if isinstance(recordings, Recording) else tuple(recordings)
     if not several:
         raise HopformError("a fit needs at least one recording, got none")
     return several
-
-
-def from_start(parameters: Sequence[Parameter], start: Mapping[str, float]) -> list[Parameter]:
-    return [p._replace(start=start.get(p.name, p.start)) for p in parameters]
-
-
-def minimise(problem: Problem, loss: str, fixed: Mapping[str, float] | None = None) -> Solution:
-    """The best minimum from all starts: first over the beginning of each recording, the best of these over more and more.
-
-    Where it stays far from the data, by more than noise and a two thousandth of the motion, it looks again from further away.
-    """
-    held = dict(fixed or {})
-    free = [p for p in problem.parameters if p.name not in held]
-    found = _from(problem, loss, held, free, problem.starts or ({},))
-    if not held and any(_is_far(each, rest) for each, rest in zip(problem.experiments, found.residuals, strict=True)):
-        again = _from(problem, loss, held, free, _further(free, found.values))
-        found = estimation.best([found, again])
-    found = _weighed(problem, found, held, loss)
-    return found if held else _shaken(problem, found, loss)
-
-
-def _shaken(problem: Problem, found: Solution, loss: str) -> Solution:
-    """Out of kinks: where the last swing of a decay comes to stick the sum of squares has some, and least squares ends in them.
-
-    Residuals that are no white noise are the sign; friction of one kind is then traded for the other, and the best is kept.
-    """
-    if all(estimation.tests_of(rest).white for rest in found.residuals):
-        return found
-    viscous = [p.name for p in found.parameters if p.name[:1] == "b"]
-    coulomb = [p.name for p in found.parameters if p.name[:1] == "f"]
-    best = found
-    for b, f in ((0.6, 1.3), (1.3, 0.6), (0.0, 1.6), (0.9, 0.9), (1.1, 1.1)):
-        moved = {name: b * found.values[name] for name in viscous} | {name: f * found.values[name] for name in coulomb}
-        again = estimation.solve(
-            problem.experiments, from_start(estimation.started(found), moved), sigma=found.sigma, loss=loss, most=8,
-            precision=1e-4,
-        )  # fmt: skip
-        if again.cost < best.cost * (1.0 - 1e-5):
-            best = again
-    return found if best is found else _weighed(problem, best, {}, loss)
-
-
-_FINALISTS = 4
-"""Starts that are followed over the first part of the recordings; others are judged by where they start."""
-_CONTENDERS = 2
-"""Of these, how many are followed over more and more of them: the sum of squares has kinks, and minima beside the least."""
-
-
-def _from(
-    problem: Problem,
-    loss: str,
-    held: Mapping[str, float],
-    free: Sequence[Parameter],
-    starts: Sequence[Mapping[str, float]],
-) -> Solution:
-    parts = problem.parts
-    short = [_beginning(each, parts[0]) for each in problem.experiments]
-    tried = [from_start(free, start) for start in starts]
-    if len(tried) > _FINALISTS:
-        first = [estimation.solve(short, each, fixed=held, loss=loss, most=1).cost for each in tried]
-        order: list[int] = np.argsort(first, kind="stable").tolist()
-        tried = [tried[n] for n in order[:_FINALISTS]]
-    found = [estimation.solve(short, each, fixed=held, loss=loss, most=8, precision=1e-3) for each in tried]
-    for part in parts[1:]:
-        longer = [_beginning(each, part) for each in problem.experiments]
-        found = [
-            estimation.solve(longer, estimation.started(each), fixed=held, loss=loss, most=8, precision=1e-3)
-            for each in _apart(sorted(found, key=lambda each: each.cost))[:_CONTENDERS]
-        ]
-    last = [_beginning(each, parts[-1]) for each in problem.experiments]
-    best = estimation.best(found)
-    return estimation.solve(last, estimation.started(best), fixed=held, loss=loss, most=25, precision=1e-6)
-
-
-def _apart(found: Sequence[Solution]) -> list[Solution]:
-    """The best, and the first of the others that came to another place: two starts that agree are followed as one."""
-    best = found[0]
-    others = [
-        each for each in found[1:]
-        if any(
-            abs(each.values[p.name] - best.values[p.name]) > _SAME * max(p.scale, abs(best.values[p.name]))
-            for p in best.parameters
-        )
-    ]  # fmt: skip
-    return [best, *others]
-
-
-_SAME = 1e-3
-"""Solutions that differ by less, as a share of each parameter, are one: that is how precisely a part is fitted."""
-
-
-def _is_far(experiment: Experiment, residual: Array) -> bool:
-    noise = experiment.noise or max(noise_of(experiment.measured), quantum_of(experiment.measured))
-    return float(np.sqrt((residual**2).mean())) > max(1.15 * noise, 5e-4 * float(np.ptp(experiment.measured)))
-
-
-def _further(parameters: Sequence[Parameter], found: Mapping[str, float]) -> list[dict[str, float]]:
-    """Starts all around: what is shared by factors of up to 2, friction from none to much, drawn alike every time."""
-    rng = np.random.default_rng(len(parameters))
-    starts = list[dict[str, float]]()
-    for _ in range(12):
-        start = dict[str, float]()
-        for p in parameters:
-            if p.own:
-                start[p.name] = p.start
-            elif p.kind in ("nonnegative", "fraction"):
-                start[p.name] = float(rng.uniform(0.0, 2.0)) * max(found[p.name], p.start, 0.1 * p.scale)
-            else:
-                start[p.name] = p.start * math.exp(float(rng.uniform(-0.7, 0.7)))
-        starts.append(start)
-    return starts
-
-
-def _weighed(problem: Problem, found: Solution, fixed: Mapping[str, float], loss: str) -> Solution:
-    """Once more with each recording counted by its own noise, until nothing changes; the old model roughly."""
-    rounds, precision = (2, 1e-6) if fixed else (3, 1e-9)
-    for _ in range(rounds):
-        noise = estimation.deviations(found, problem.experiments, loss)
-        again = estimation.solve(
-            problem.experiments, estimation.started(found), sigma=noise, fixed=fixed, loss=loss, most=20, precision=precision
-        )  # fmt: skip
-        settled = all(
-            abs(again.values[p.name] - found.values[p.name]) <= 1e-5 * p.scale + 1e-6 * abs(found.values[p.name])
-            for p in again.parameters
-        )
-        found = again
-        if settled:
-            break
-    return found
-
-
-_ENOUGH = 400
-"""Samples of a recording that tell starts apart; the last fit takes all of them."""
-
-
-def _beginning(experiment: Experiment, part: float) -> Experiment:
-    """A part of a recording, from its beginning on, at a rate that is enough to find the way."""
-    count = _part(experiment, part)
-    return experiment.upto(count, max(count // _ENOUGH, 1))
-
-
-def _part(experiment: Experiment, part: float) -> int:
-    """How many samples hold a part of a recording: of its samples, and of the way that it covers, stillness at first left out."""
-    size = experiment.time.size
-    places = np.unique(np.linspace(0, size - 1, 200).astype(int))
-    way = np.cumsum(np.abs(np.diff(experiment.measured[places], prepend=experiment.measured[0])))
-    covered = int(places[np.count_nonzero(way < part * way[-1])]) if part < 1.0 else size
-    return max(int(part * size), covered, min(20, size))
 
 
 def finish(problem: Problem, **options: Unpack[Options]) -> Fit:
@@ -307,16 +140,22 @@ def finish(problem: Problem, **options: Unpack[Options]) -> Fit:
     say: Callable[[str], None] = progress or (lambda _: None)
     say("fit")
     solution = minimise(problem, loss)
-    say("the old model")
-    old = _old(problem, solution, loss) if options.get("compare", True) and problem.coulomb else {}
-    kept = [_bulk(residual, loss) for residual in solution.residuals]
+    kept = [bulk(residual, loss) for residual in solution.residuals]
     tests = [estimation.tests_of(residual[some]) for residual, some in zip(solution.residuals, kept, strict=True)]
+    hopeless = any(
+        each.kind != "threshold" and _is_off(each.measured, test.rms, _NO_FIT)
+        for each, test in zip(problem.experiments, tests, strict=True)
+    )
+    say("the old model")
+    compare = options.get("compare", True) and not hopeless
+    old = _old(problem, solution, loss) if compare and problem.coulomb else {}
     inflation = max(each.inflation for each in tests)
     estimates, spread = estimation.estimates(
-        solution, problem.experiments, loss=loss, inflation=inflation, progress=progress
+        solution, problem.experiments, loss=loss, inflation=inflation, profiles=not hopeless, progress=progress
     )
     say("hold-out")
-    left_out = _holdout(problem, solution, loss) if options.get("holdout", True) else [math.nan] * len(tests)
+    holdout = options.get("holdout", True) and not hopeless
+    left_out = _holdout(problem, solution, loss) if holdout else [math.nan] * len(tests)
     traces = tuple(
         Trace(
             each.label, each.of if each.kind == "free" else _QUANTITY[each.kind], each.time + each.begin, each.measured,
@@ -332,11 +171,6 @@ def finish(problem: Problem, **options: Unpack[Options]) -> Fit:
         problem.kind, estimates, problem.known, _correlations(estimates, spread), traces, statements, warnings,
         solution.evaluations, clock.perf_counter() - began, solution,
     )  # fmt: skip
-
-
-def _bulk(residual: Array, loss: str) -> NDArray[np.bool_]:
-    """Which residuals are none of single samples far off their neighbours; all, unless a robust loss was asked for."""
-    return np.full(residual.size, True) if loss == "linear" else ~outliers(residual)
 
 
 def _outlying(traces: Sequence[Trace], kept: Sequence[NDArray[np.bool_]]) -> list[str]:
@@ -383,7 +217,7 @@ def checked_loss(options: Options) -> str:
 
 def _holdout(problem: Problem, solution: Solution, loss: str) -> list[float]:
     """rms over the last third of each recording, of a fit to the first two."""
-    short = [each.upto(_part(each, 2.0 / 3.0)) for each in problem.experiments]
+    short = [each.upto(part_of(each, 2.0 / 3.0)) for each in problem.experiments]
     fitted = estimation.solve(
         short, estimation.started(solution), sigma=solution.sigma, loss=loss, most=20, precision=1e-6
     )
@@ -414,14 +248,27 @@ def _boundary(estimates: Sequence[Estimate]) -> list[str]:
     ]
 
 
-_MISSED = 0.1
-"""Residuals that are more than noise and than this share of a motion's standard deviation are no fit."""
+_MISSED, _NO_FIT = 0.1, 0.2
+"""Residuals that are more than noise and than this share of a motion's standard deviation: nothing to make a robot of (99 % of
+the variance explained), and no fit at all (96 %). A force, which is measured with more noise, may be off by half."""
+_NO_FORCE = 0.5
+
+
+def _is_off(measured: Array, rms: float, share: float) -> bool:
+    """Whether residuals are more than noise and than a share of a motion."""
+    return rms > max(share * float(np.std(measured)), 1.5 * max(noise_of(measured), quantum_of(measured)))
 
 
 def missed(trace: Trace) -> bool:
-    """Whether a fit is none."""
-    size, noise = float(np.std(trace.measured)), max(noise_of(trace.measured), quantum_of(trace.measured))
-    return trace.quantity in ("x1", "x2") and trace.tests.rms > max(_MISSED * size, 1.5 * noise)
+    """Whether a fit is too far off to make a robot of."""
+    return trace.quantity in ("x1", "x2") and _is_off(trace.measured, trace.tests.rms, _MISSED)
+
+
+def is_no_fit(trace: Trace) -> bool:
+    """Whether a fit is none: it explains less than 96 % of a motion's variance, or less than 75 % of a force's."""
+    if trace.quantity == "force":
+        return trace.tests.rms > _NO_FORCE * float(np.std(trace.measured))
+    return trace.quantity in ("x1", "x2") and _is_off(trace.measured, trace.tests.rms, _NO_FIT)
 
 
 def _coloured(traces: Sequence[Trace], inflation: float) -> list[str]:

@@ -25,9 +25,10 @@ from hopform.sensitivities import COLUMNS
 from hopform_solver import records
 
 Steps = tuple[tuple[float, float], ...]
-_MOST_PIECES = 800
+_MOST_PIECES = 400
 _PLACES = 256
 """Places at which the foot is looked at for the touchdown, over a flight and over the first of it: one between may be missed."""
+_SHARES = np.arange(1, _PLACES + 1) / _PLACES
 _NO_SPRING, _FAR = 1e-15, 100.0
 """[N/m], [m]: a spring that is none, and the compression at which it still pushes, with 1e-13 N."""
 _LENGTH_BY = np.array([1.0 if name in ("L0", "c") else 0.0 for name in COLUMNS])
@@ -232,36 +233,39 @@ def _touchdown(rig: _Rig, run: _Run, actuator: _Actuator, longest: float) -> flo
     """When the foot comes down after it has been above the ground [s since the flight's beginning], None if not that soon."""
     robot, (_, v1, x2, v2) = rig.robot, run.state.tolist()
 
-    def foot(t: Array) -> Array:
-        return np.asarray(x2 + v2 * t - 0.5 * robot.g * t * t - actuator.at(t)[0] - robot.L0)
+    def foot(t: Array) -> tuple[Array, Array]:
+        x1, rate = actuator.at(t)
+        return np.asarray(x2 + v2 * t - 0.5 * robot.g * t * t - x1 - robot.L0), np.asarray(v2 - robot.g * t - rate)
 
     if robot.x1_min == robot.x1_max:
         height = max(x2 - run.state[0] - robot.L0, 0.0)
         airtime = (v2 + math.sqrt(v2 * v2 + 2.0 * robot.g * height)) / robot.g
         return airtime if airtime <= longest else None
     soon = min(4.0 * abs(v2 - v1) / robot.g, longest)
-    places = np.unique(np.concatenate([np.linspace(0.0, end, _PLACES + 1)[1:] for end in (soon, longest)]))
-    below = np.flatnonzero(foot(places) < 0.0)
+    places = np.sort(np.concatenate([soon * _SHARES, longest * _SHARES]))
+    heights, rates = foot(places)
+    below = np.flatnonzero(heights < 0.0)
     if not below.size:
         return None
     last = int(below[0])
     low, high = float(places[last - 1]) if last else 0.5 * float(places[0]), float(places[last])
-    return _zero(foot, low, high)
+    return _zero(foot, low, high, high - float(heights[last] / rates[last]) if rates[last] < 0.0 else low)
 
 
-def _zero(falling: Callable[[Array], Array], low: float, high: float) -> float:
-    """Where a function that is > 0 at low and < 0 at high is 0, to the last bits: secants inside a bracket that shrinks."""
-    above, below = (float(falling(np.array([t]))[0]) for t in (low, high))
+def _zero(falling: Callable[[Array], tuple[Array, Array]], low: float, high: float, guess: float) -> float:
+    """Where a function that is > 0 at low and < 0 at high is 0, to the last bits: Newton's steps in a bracket that shrinks."""
     for n in range(100):
-        share = 0.5 if n % 3 == 2 or above <= below else above / (above - below)
-        middle = low + share * (high - low)
+        middle = guess if low < guess < high and n % 8 != 7 else 0.5 * (low + high)
         if not low < middle < high:
             break
-        value = float(falling(np.array([middle]))[0])
+        value, rate = (float(each[0]) for each in falling(np.array([middle])))
         if value > 0.0:
-            low, above = middle, value
+            low = middle
         elif value < 0.0:
-            high, below = middle, value
+            high = middle
         else:
+            return middle
+        guess = middle - value / rate if rate < 0.0 else math.nan
+        if abs(guess - middle) <= 2.0 * math.ulp(middle):
             return middle
     return low

@@ -13,10 +13,11 @@ import numpy as np
 from hopform.errors import HopformError
 from hopform.identification.drop import Rig, drop_problem
 from hopform.identification.estimation import Parameter
-from hopform.identification.fits import Fit, Options, Problem, checked_known, finish
+from hopform.identification.fits import Fit, Options, checked_known, finish
 from hopform.identification.ramp import Threshold, friction_threshold
 from hopform.identification.recordings import Recording
 from hopform.identification.rigs import Experiment
+from hopform.identification.search import Problem
 from hopform.identification.step import SCALED, step_problem
 
 LETTERS = (

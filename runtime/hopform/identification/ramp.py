@@ -211,6 +211,8 @@ def _window(x: Array, rest: float, noise: float, seen: int) -> int:
 def _rise(s: Array, rate: float, square: float = 0.0) -> Array:
     """What a ramp of force from s = 0 on does to a mass with friction r and a spring w^2; roots that are equal are parted."""
     half = 0.5 * rate
+    if square == 0.0 and rate > 0.0:
+        return np.asarray((0.5 * s * s - _twice(-rate, s)) / rate)
     under, least = half * half - square, 1e-4 * (half + 1e-3)
     apart = math.sqrt(abs(under))
     if under > 0.0 or apart <= least:
@@ -224,9 +226,10 @@ def _twice(p: complex, s: Array) -> NDArray[Any]:
     z = p * s
     small = np.abs(z) < 0.02
     safe = np.where(small, 1.0, z)
-    closed = (np.expm1(safe) - safe) / safe**2
-    near = 0.5 + z / 6.0 + z * z / 24.0 + z**3 / 120.0 + z**4 / 720.0
-    return np.asarray(s * s * np.where(small, near, closed))
+    shares = (np.expm1(safe) - safe) / (safe * safe)
+    near = z[small]
+    shares[small] = 0.5 + near * (1.0 / 6.0 + near * (1.0 / 24.0 + near * (1.0 / 120.0 + near / 720.0)))
+    return np.asarray(s * s * shares)
 
 
 _ENOUGH = 250
@@ -252,7 +255,8 @@ def _costs(t: Array, x: Array, spring: bool) -> tuple[Callable[[float], _Best], 
     span, mean = float(t[-1] - t[0]), x - x.mean()
 
     def rise_of(times: Array, begin: float, rate: float, square: float) -> Array:
-        return _rise(np.maximum(times - begin, 0.0) / span, rate, square)
+        still = int(np.searchsorted(times, begin))
+        return np.concatenate([np.zeros(still), _rise((times[still:] - begin) / span, rate, square)])
 
     def slope_of(rise: Array) -> float:
         rise = rise - rise.mean()

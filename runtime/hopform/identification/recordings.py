@@ -33,8 +33,8 @@ POSITIONS = {
 }
 CURRENTS = ("current", "u", "i", "drive_current", "drive_voltage", "voltage")
 FEWEST = 20
-_LEAST_WAY, _MOST_HEIGHT = 5e-4, 20.0
-"""[m] what no hopper's motion is smaller, no hopper's position larger than: beyond, a unit is wrong."""
+_LEAST_WAY, _MOST_WAY, _MOST_HEIGHT = 5e-4, 10.0, 10.0
+"""[m] what no hopper's motion is smaller or larger, no hopper's position larger than: beyond, a unit is wrong."""
 _LEAST_CURRENT, _MOST_CURRENT = 0.01, {"current": 300.0, "voltage": 1000.0}
 """[A or V] the same of what drives it."""
 
@@ -64,7 +64,7 @@ class Recording:
 
     def position(self, of: str) -> Array:
         """The measured x1 or x2 [m]; HopformError if there is none, or if it cannot be one."""
-        column = self._one_of(POSITIONS[of], "length", f"a position {of}")
+        column = self.column_of(of)
         self._check_position(column)
         return column.values
 
@@ -75,10 +75,10 @@ class Recording:
             raise self.error(f"is to be a current, but its unit is that of a {column.quantity}", 1, column)
         most = float(np.abs(column.values).max())
         if most > 0.0 and not _LEAST_CURRENT <= most <= _MOST_CURRENT[column.quantity]:
-            worst = int(np.abs(column.values).argmax())
+            worst, unit = int(np.abs(column.values).argmax()), "A" if column.quantity == "current" else "V"
             raise self.error(
-                f"reaches {column.values[worst]:.6g} {'A' if column.quantity == 'current' else 'V'}, which drives no hopper: "
-                "is its unit right?",
+                f"reaches {column.values[worst]:.6g} {unit}; what drives a hopper reaches {_LEAST_CURRENT:g} to "
+                f"{_MOST_CURRENT[column.quantity]:g} {unit}: is its unit right?",
                 self.line + worst,
                 column,
             )
@@ -93,7 +93,15 @@ class Recording:
         return values
 
     def has_current(self) -> bool:
-        return any(name in self.columns for name in CURRENTS)
+        return self.current_column() is not None
+
+    def current_column(self) -> Column | None:
+        """The column of the current, or None."""
+        return next((self.columns[name] for name in CURRENTS if name in self.columns), None)
+
+    def column_of(self, of: str) -> Column:
+        """The column of the measured x1 or x2; HopformError if there is none."""
+        return self._one_of(POSITIONS[of], "length", f"a position {of}")
 
     def error(self, message: str, line: int | None = None, column: Column | None = None) -> HopformError:
         """An error that says where it is."""
@@ -102,7 +110,7 @@ class Recording:
 
     def error_of(self, of: str, message: str, line: int) -> HopformError:
         """An error about the measured x1 or x2."""
-        return self.error(message, line, self._one_of(POSITIONS[of], "length", f"a position {of}"))
+        return self.error(message, line, self.column_of(of))
 
     def _one_of(self, names: tuple[str, ...], quantity: str | None, what: str) -> Column:
         for name in names:
@@ -121,21 +129,26 @@ class Recording:
         reach = float(np.ptp(values))
         if reach == 0.0:
             raise self.error("is constant: nothing moves", self.line, column)
-        if float(np.abs(values).max()) > _MOST_HEIGHT:
-            worst = int(np.abs(values).argmax())
-            raise self.error(
-                f"reaches {values[worst]:.6g} m, which is no position of a hopper: is its unit right?",
-                self.line + worst,
-                column,
-            )
-        if reach < _LEAST_WAY:
-            raise self.error(
-                f"moves by {1e3 * reach:.2g} mm in all, which no fit can use: is its unit right?", self.line, column
-            )
         others = [c for c in self.columns.values() if c.quantity in ("current", "voltage", "force")]
         if others and _jump(values) > 0.3 and min(_jump(c.values) for c in others) < 0.1:
             smooth = min(others, key=lambda c: _jump(c.values))
             raise self.error(f"jumps and column {smooth.title!r} is smooth: are the two swapped?", 1, column)
+        allowed = f"{1e3 * _LEAST_WAY:g} mm to {_MOST_WAY:g} m"
+        if float(np.abs(values).max()) > _MOST_HEIGHT:
+            worst = int(np.abs(values).argmax())
+            raise self.error(
+                f"reaches {values[worst]:.6g} m; a position of a hopper is within {_MOST_HEIGHT:g} m: is its unit right?",
+                self.line + worst,
+                column,
+            )
+        if reach > _MOST_WAY:
+            raise self.error(
+                f"moves by {reach:.3g} m in all; a hopper moves by {allowed}: is its unit right?", self.line, column
+            )
+        if reach < _LEAST_WAY:
+            raise self.error(
+                f"moves by {1e3 * reach:.2g} mm in all; a fit can use {allowed}: is its unit right?", self.line, column
+            )
         noise = max(noise_of(values), quantum_of(values))
         if float(np.std(values)) < 3.0 * noise:
             raise self.error(f"does not move beyond its noise of {noise:.2g} m: let it move further", self.line, column)
@@ -265,8 +278,8 @@ def _time(columns: Mapping[str, Column], source: str, first: int) -> Array:
         )
     if not 2e-5 <= float(np.median(steps)) <= 0.5:
         raise HopformError(
-            f"{source}, line {first + 1}, column {column.title!r}: samples are {float(np.median(steps)):.3g} s apart: "
-            "is its unit right?"
+            f"{source}, line {first + 1}, column {column.title!r}: samples are {float(np.median(steps)):.3g} s apart, 2e-05 to "
+            "0.5 s are allowed: is its unit right?"
         )
     return column.values
 

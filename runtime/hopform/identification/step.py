@@ -23,17 +23,16 @@ from hopform.identification.filtering import CUTOFFS, Filtered, filtered, moving
 from hopform.identification.fits import (
     Fit,
     Options,
-    Problem,
     Trace,
     as_several,
     checked_known,
     checked_loss,
     finish,
-    minimise,
 )
 from hopform.identification.motion import Array
 from hopform.identification.recordings import Recording
 from hopform.identification.rigs import UNITS, Experiment, Kind
+from hopform.identification.search import Problem, follow
 
 _LETTERS = {"held": ("m_eff", "k", "b1", "f1", "gamma2"), "air": ("m_eff", "b1", "f1", "gamma2", "offset")}
 SCALED = ("m_eff", "k", "b1", "gamma2")
@@ -355,10 +354,8 @@ def _beside(recordings: Sequence[Recording], fit: Fit) -> tuple[str, ...]:
                     constants={**each.constants, "m_eff": fit.known["m_eff"]})
             for each in experiments
         ]  # fmt: skip
-    problem = Problem(
-        "step", "x1", tuple(experiments), (*shared, *parameters), (), fit.known, (), (), (), parts=(0.1, 0.4, 1.0)
-    )
-    solution = minimise(problem, "linear")
+    problem = Problem("step", "x1", tuple(experiments), (*shared, *parameters), (), fit.known, (), (), (), parts=(1.0,))
+    solution = follow(problem, "linear")
     rms = math.sqrt(sum(float((r**2).sum()) for r in solution.residuals) / solution.count)
     told = ", ".join(f"{p.name} {solution.values[p.name]:.6g} {p.unit}" for p in shared)
     return (

@@ -1,0 +1,242 @@
+/* A word for all bits that the library gives for WORDS_ROBOTS random robots, in one precision: included with REAL and T defined.
+ *
+ * Half of the numbers have four digits in base 2, so that sums are exact and ties are met; the others have 24.
+ */
+
+typedef struct {
+    uint32_t dice;
+    uint32_t hash;
+} T(words);
+
+static uint32_t T(roll)(T(words) *w)
+{
+    w->dice ^= w->dice << 13; /* Marsaglia, "Xorshift RNGs", 2003 */
+    w->dice ^= w->dice >> 17;
+    w->dice ^= w->dice << 5;
+    return w->dice;
+}
+
+static void T(take)(T(words) *w, uint32_t word)
+{
+    w->hash = (w->hash ^ word) * 2654435761u;
+    w->hash ^= w->hash >> 15;
+}
+
+static void T(number)(T(words) *w, REAL value)
+{
+    union {
+        REAL value;
+        uint32_t bits[sizeof(REAL) / sizeof(uint32_t)];
+    } number;
+    number.value = value;
+    for (size_t n = 0; n < sizeof(REAL) / sizeof(uint32_t); n++) {
+        T(take)(w, value == value ? number.bits[n] : 1u); /* not all processors make the same NaN */
+    }
+}
+
+static void T(numbers)(T(words) *w, const REAL *values, size_t size)
+{
+    for (size_t n = 0; n < size / sizeof(REAL); n++) {
+        T(number)(w, values[n]);
+    }
+}
+
+/* Between 2^low and 2^high, all sizes alike. */
+static REAL T(over)(T(words) *w, int low, int high)
+{
+    REAL value = (T(roll)(w) & 1u) != 0u ? (REAL)(8u + T(roll)(w) % 8u) / (REAL)8 : (REAL)((1u << 23) + (T(roll)(w) >> 9)) / (REAL)(1u << 23);
+    int power = low + (int)(T(roll)(w) % (uint32_t)(high - low));
+    for (; power > 0; power--) {
+        value *= (REAL)2;
+    }
+    for (; power < 0; power++) {
+        value *= (REAL)0.5;
+    }
+    return value;
+}
+
+/* The same with either sign, or 0 in one of `zero` cases. */
+static REAL T(signed_over)(T(words) *w, int low, int high, uint32_t zero)
+{
+    const REAL value = T(roll)(w) % zero == 0u ? (REAL)0 : T(over)(w, low, high);
+    return (T(roll)(w) & 1u) != 0u ? value : -value;
+}
+
+static REAL T(positive_over)(T(words) *w, int low, int high, uint32_t zero)
+{
+    return T(roll)(w) % zero == 0u ? (REAL)0 : T(over)(w, low, high);
+}
+
+static T(hopform_robot) T(robot)(T(words) *w)
+{
+    const uint32_t kind = T(roll)(w);
+    T(hopform_robot) r;
+    r.m_eff = T(over)(w, -2, 5);
+    r.m_s = T(over)(w, -2, 5);
+    r.k = T(over)(w, 6, 16);
+    r.L0 = (REAL)0.5;
+    r.c = T(signed_over)(w, -10, -6, 2);
+    r.b1 = T(positive_over)(w, -3, 9, 5);
+    r.b2 = T(positive_over)(w, -3, 7, 5);
+    r.f1 = T(positive_over)(w, -5, 4, 5);
+    r.f2 = T(positive_over)(w, -5, 4, 5);
+    r.gamma2 = T(signed_over)(w, 2, 7, 20);
+    r.g = (kind & 15u) == 0u ? (REAL)0 : (kind & 1u) != 0u ? (REAL)9.81 : (REAL)8;
+    if ((kind & 0x700u) == 0u) { /* the body is held, the actuator swings and turns where it began */
+        r.b1 = (REAL)0;
+        r.f1 = (REAL)0;
+        r.f2 = (REAL)131072;
+    }
+    const int stops = (kind & 6u) == 0u || (kind & 0x700u) == 0u;
+    r.x1_min = stops ? -T(positive_over)(w, -9, -4, 3) : (REAL)-INFINITY;
+    r.x1_max = stops ? T(over)(w, -9, -4) : (REAL)INFINITY;
+    r.u_max = (REAL)3;
+    r.impact_loss = (kind & 8u) != 0u ? (REAL)0 : (REAL)0.0625;
+    return r;
+}
+
+static void T(with_flight)(T(words) *w, const T(hopform_plan) *plan, const T(hopform_state) *takeoff)
+{
+    static T(hopform_flight_phase) phases[WORDS_PHASES];
+    T(hopform_flight) flight;
+    T(hopform_gains) gains;
+    gains.Kp = T(over)(w, 2, 10);
+    gains.Kd = T(over)(w, 0, 6);
+    const int own = (T(roll)(w) & 1u) != 0u;
+    T(take)(w, (uint32_t)T(hopform_solve_flight)(plan, takeoff, own ? NULL : &gains, (REAL)2, 64, phases, WORDS_PHASES, &flight));
+    T(numbers)(w, (const REAL *)&flight, offsetof(T(hopform_flight), ending));
+    T(take)(w, (uint32_t)flight.ending + 16u * (uint32_t)flight.event_count + 4096u * (uint32_t)flight.phase_count);
+    for (int32_t n = 0; n < flight.phases_kept; n++) {
+        T(numbers)(w, &phases[n].t, 4 * sizeof(REAL));
+        T(take)(w, (uint32_t)(phases[n].side + 8 * phases[n].limit + 64 * phases[n].event));
+    }
+    if (flight.phases_kept == flight.phase_count && flight.phase_count > 0) {
+        const REAL times[3] = {(REAL)0, flight.duration / (REAL)3, flight.duration};
+        T(hopform_state) states[3];
+        T(hopform_energy) energies[3];
+        T(hopform_flight_ledger) ledgers[3];
+        REAL losses[3];
+        T(take)(w, (uint32_t)T(hopform_flight_at)(plan, phases, &flight, times, 3, states));
+        T(numbers)(w, &states[0].x1, sizeof states);
+        T(take)(w, (uint32_t)T(hopform_flight_energy)(plan, phases, &flight, times, 3, energies, ledgers, losses));
+        T(numbers)(w, &energies[0].body, sizeof energies);
+        T(numbers)(w, &ledgers[0].motor_work, sizeof ledgers);
+        T(numbers)(w, losses, sizeof losses);
+    }
+}
+
+/* A flight from anywhere: up or down, above the ground ahead or below it, the actuator anywhere in its stroke. */
+static void T(with_any_flight)(T(words) *w, const T(hopform_plan) *plan)
+{
+    const T(hopform_robot) *robot = &plan->robot;
+    const uint32_t kind = T(roll)(w);
+    T(hopform_state) takeoff;
+    takeoff.x1 = T(signed_over)(w, -9, -4, 4);
+    takeoff.v1 = T(signed_over)(w, -6, 2, 3);
+    takeoff.v2 = T(signed_over)(w, -3, 3, 9);
+    takeoff.y = T(signed_over)(w, -9, -3, 2);
+    if ((kind & 3u) == 0u || takeoff.x1 > robot->x1_max || takeoff.x1 < robot->x1_min) {
+        takeoff.x1 = (kind & 4u) != 0u && robot->x1_max < (REAL)1 ? robot->x1_max : (REAL)0;
+    }
+    T(with_flight)(w, plan, &takeoff);
+}
+
+static void T(with_motion)(T(words) *w, const T(hopform_plan) *plan, const T(hopform_step) *steps,
+                           const T(hopform_phase) *phases, const T(hopform_stance) *stance)
+{
+    enum { TIMES = 4, GRID = WORDS_SAMPLES + 1 };
+    REAL times[TIMES], losses[TIMES];
+    static REAL x1[GRID], v1[GRID], v2[GRID], y[GRID], matrix[HOPFORM_SENSITIVITY_ROWS * HOPFORM_SENSITIVITY_COLUMNS];
+    static REAL tangents[TIMES * HOPFORM_TANGENT_ROWS * HOPFORM_SENSITIVITY_COLUMNS];
+    T(hopform_energy) energies[TIMES];
+    T(hopform_ledger) ledgers[TIMES];
+    T(hopform_state) states[TIMES];
+    for (int n = 0; n < TIMES; n++) {
+        times[n] = n < TIMES - 1 ? stance->duration * (REAL)n / (REAL)TIMES : stance->duration;
+    }
+    T(take)(w, (uint32_t)T(hopform_stance_states)(plan, steps, phases, stance, times, TIMES, x1, v1, v2, y));
+    T(numbers)(w, x1, TIMES * sizeof(REAL));
+    T(numbers)(w, y, TIMES * sizeof(REAL));
+    T(take)(w, (uint32_t)T(hopform_stance_energy)(plan, steps, phases, stance, times, TIMES, energies, ledgers, losses));
+    T(numbers)(w, &energies[0].body, sizeof energies);
+    T(numbers)(w, &ledgers[0].motor_work, sizeof ledgers);
+    T(numbers)(w, losses, sizeof losses);
+    T(take)(w, (uint32_t)T(hopform_stance_tangents)(plan, steps, phases, stance, times, TIMES, states, tangents));
+    T(numbers)(w, &states[0].x1, sizeof states);
+    T(numbers)(w, tangents, sizeof tangents);
+    T(take)(w, (uint32_t)T(hopform_stance_sensitivities)(plan, steps, phases, stance, matrix));
+    T(numbers)(w, matrix, sizeof matrix);
+    if (stance->duration > (REAL)0) {
+        const REAL dt = stance->duration / (REAL)(GRID - 1);
+        T(take)(w, (uint32_t)T(hopform_stance_grid)(plan, steps, phases, stance, (REAL)0, dt, GRID - 1, x1, v1, v2, y));
+        for (int n = 0; n < GRID - 1; n++) {
+            const REAL state[4] = {x1[n], v1[n], v2[n], y[n]};
+            T(numbers)(w, state, sizeof state);
+        }
+    }
+}
+
+static void T(with_stance)(T(words) *w, const T(hopform_plan) *plan, const T(hopform_state) *start)
+{
+    static T(hopform_phase) phases[WORDS_PHASES];
+    T(hopform_stance) stance;
+    T(hopform_step) steps[2] = {{(REAL)0, (REAL)0}, {(REAL)0, (REAL)0}}; /* drawn one by one: a list has no order */
+    steps[0].u = T(signed_over)(w, -5, 1, 6);
+    steps[1].t = T(over)(w, -9, 0);
+    steps[1].u = T(signed_over)(w, -5, 1, 6);
+    const int32_t count = 1 + (int32_t)(T(roll)(w) & 1u);
+    const REAL horizon = T(over)(w, -3, 2);
+    T(take)(w, (uint32_t)T(hopform_solve_stance)(plan, start, steps, count, horizon, 64, phases, WORDS_PHASES, &stance));
+    T(numbers)(w, &stance.duration, offsetof(T(hopform_stance), ending));
+    T(take)(w, (uint32_t)stance.ending + 16u * (uint32_t)stance.event_count + 4096u * (uint32_t)stance.phase_count);
+    for (int32_t n = 0; n < stance.phases_kept; n++) {
+        T(numbers)(w, &phases[n].t, 5 * sizeof(REAL));
+        T(take)(w, (uint32_t)(phases[n].mode + 16 * phases[n].event) + 4096u * phases[n].step);
+    }
+    if (stance.phases_kept == stance.phase_count && stance.phase_count > 0) {
+        T(with_motion)(w, plan, steps, phases, &stance);
+        if (stance.ending == HOPFORM_ENDING_TAKEOFF) {
+            T(with_flight)(w, plan, &stance.end);
+        }
+    }
+}
+
+static void T(with_command)(T(words) *w, const T(hopform_plan) *plan, const T(hopform_state) *start)
+{
+    static T(hopform_phase) phases[WORDS_PHASES];
+    static T(hopform_search) search;
+    T(hopform_command) command;
+    T(hopform_target) target;
+    target.h_des = T(over)(w, -6, -1);
+    target.datum = T(signed_over)(w, -8, -5, 2);
+    target.stop_margin = T(positive_over)(w, -10, -8, 2);
+    target.horizon = (REAL)2;
+    T(take)(w, (uint32_t)T(hopform_choose_current)(&search, plan, start, &target, phases, WORDS_PHASES, &command));
+    T(number)(w, command.u);
+    T(number)(w, command.apex);
+    T(take)(w, (uint32_t)command.status + 16u * (uint32_t)search.trials);
+}
+
+static uint32_t T(word_of)(int robots, int commands)
+{
+    T(words) w = {2463534242u, 0u};
+    for (int n = 0; n < robots; n++) {
+        const T(hopform_robot) robot = T(robot)(&w);
+        T(hopform_plan) plan;
+        T(take)(&w, (uint32_t)T(hopform_plan_init)(&plan, &robot));
+        for (int m = 0; m < 2; m++) {
+            const uint32_t kind = T(roll)(&w);
+            T(hopform_state) start;
+            start.x1 = (kind & 3u) == 0u && robot.x1_max < (REAL)1 ? robot.x1_max : (REAL)0;
+            start.v1 = T(signed_over)(&w, -6, 1, 2);
+            start.v2 = -T(over)(&w, -3, 2);
+            start.y = T(positive_over)(&w, -9, -5, 2);
+            T(with_stance)(&w, &plan, &start);
+            if (n < commands && m == 0) {
+                T(with_command)(&w, &plan, &start);
+            }
+            T(with_any_flight)(&w, &plan);
+        }
+    }
+    return w.hash;
+}
