@@ -7,6 +7,8 @@ import pytest
 import hopform
 from tests.seeds import SEED
 
+collect_ignore = ["manifests.py"]  # `make test-manifests`, in an environment of its own
+
 
 @pytest.fixture(scope="session")
 def hopper_c() -> hopform.Robot:
