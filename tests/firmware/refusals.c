@@ -367,6 +367,17 @@ static void commands(void)
     command = junk;
     IS(OF(choose_current)(&search, &unmade, &start, &target, phases, CAPACITY, &command), HOPFORM_ERROR_ROBOT);
     is_safe(&command, __LINE__);
+    OF(plan) spoilt = plan; /* in the middle of a search that has found something */
+    IS(OF(choose_current_begin)(&search, &spoilt, &start, &target, &command), HOPFORM_SEARCHING);
+    for (int n = 0; n < 40 && !(command.u > 0.0f || command.u < 0.0f); n++) {
+        IS(OF(choose_current_step)(&search, phases, CAPACITY, &command), HOPFORM_SEARCHING);
+    }
+    spoilt.made = 0u;
+    for (int n = 0; n < 2; n++) {
+        command = junk;
+        IS(OF(choose_current_step)(&search, phases, CAPACITY, &command), HOPFORM_ERROR_ROBOT);
+        is_safe(&command, __LINE__);
+    }
     IS(OF(choose_current_step)(NULL, phases, CAPACITY, &command), HOPFORM_ERROR_NULL);
     IS(OF(choose_current_step)(&search, NULL, CAPACITY, &command), HOPFORM_ERROR_NULL);
     IS(OF(choose_current_step)(&search, phases, CAPACITY, NULL), HOPFORM_ERROR_NULL);
