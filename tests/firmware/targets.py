@@ -169,13 +169,14 @@ def link(
     return image
 
 
-def native_words(compiler: tuple[str, ...] = ("cc", "-O2")) -> dict[str, str]:
+@cache
+def native_words() -> dict[str, str]:
     """What tests/firmware/words.c says on this computer, by precision."""
     with tempfile.TemporaryDirectory(prefix="hopform-") as folder:
         image = str(Path(folder) / "words")
         files = [HERE / "words.c", BOARDS / "board.c", *sources()]
         include = ["-I", str(C / "include"), "-I", str(BOARDS)]
-        run([*compiler, *COMMON, *include, *map(str, files), "-o", image, "-lm"])
+        run(["cc", "-O2", *COMMON, *include, *map(str, files), "-o", image, "-lm"])
         return dict(re.findall(WORD, run([image])))
 
 
