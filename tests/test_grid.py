@@ -1,14 +1,19 @@
 """A stance on a uniform grid is the stance at each of its times."""
 
+import ctypes
 import math
+import shutil
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 import hopform
-from hopform import Robot, State
+from hopform import Robot, State, native
+from tools.build_library import compile_sources
 
 SAMPLES = 10_000
+GENERATED = Path(__file__).resolve().parent.parent / "generated" / "c"
 
 
 def triple_root(m_eff: float = 3.0, r: float = 10.0) -> Robot:
@@ -135,3 +140,27 @@ def test_a_grid_that_cannot_be_is_refused(arguments, words):
     stance = hopform.solve_stance(HOPPER, v2=-1.93)
     with pytest.raises(hopform.HopformError, match=words):
         stance.grid(**arguments)
+
+
+def is_another(name: str) -> bool:
+    """Whether a file is the source of something else than the grid, which needs none of them."""
+    return name.endswith(".c") and not name.startswith("grid_")
+
+
+@pytest.mark.skipif("c" not in hopform.backends(), reason="there is no compiled library")
+@pytest.mark.parametrize("dtype", [np.float64, np.float32])
+def test_wider_registers_give_the_bits_of_the_plain_ones(tmp_path, dtype):
+    shutil.copytree(GENERATED, tmp_path / "c", ignore=lambda _, names: {name for name in names if is_another(name)})
+    compile_sources(tmp_path / "c", tmp_path / "plain.so", "-DHOPFORM_PORTABLE")
+    types = native.library().types(np.dtype(dtype))
+    plain = getattr(ctypes.CDLL(str(tmp_path / "plain.so")), f"hopform_stance_grid_{types.suffix}")
+    for robot, count in ((RINGING, SAMPLES), (HOPPER, 257), *((robot, 1000) for robot in ROBOTS.values())):
+        stance = hopform.solve_stance(robot, v2=-1.93, v1=0.3, dtype=dtype)
+        step = stance.duration / count
+        ours, theirs = (np.full((4, count), 77.0, dtype) for _ in range(2))
+        solved = stance._solved
+        solved.grid(step, State(*ours))
+        columns = (ctypes.c_void_p(column.ctypes.data) for column in theirs)
+        time = types.real(0.0), types.real(step)
+        assert plain(solved.plan, solved.steps, solved.phases, solved.stance, *time, ctypes.c_int32(count), *columns) == 0
+        assert ours.tobytes() == theirs.tobytes() and np.isfinite(ours).all()

@@ -18,13 +18,23 @@
 
 enum { BLOCK = 64, FINE = 8, SEED_BLOCKS = 32 };
 
-/* W, its derivative and integrals at j dt, j = 0 .. BLOCK; the last entry leads to the next block. */
+/* A workstation's wider registers take a block in half the time, to the same bits. */
+#if defined(__GNUC__) && defined(__x86_64__) && !defined(HOPFORM_PORTABLE)
+#define HAS_WIDE __builtin_cpu_supports("avx2")
+#define WIDE __attribute__((noinline, flatten, target("avx2")))
+#define ALIGNED __attribute__((aligned(64)))
+#else
+#define ALIGNED
+#endif
+
+/* W, its derivative and integrals at j dt, j = 0 .. BLOCK - 1, and at BLOCK dt, where the next block begins. */
 typedef struct {
-    float t[BLOCK + 1];
-    float Wd[BLOCK + 1];
-    float W[BLOCK + 1];
-    float W1[BLOCK + 1];
-    float W2[BLOCK + 1];
+    float t[BLOCK] ALIGNED;
+    float Wd[BLOCK];
+    float W[BLOCK];
+    float W1[BLOCK];
+    float W2[BLOCK];
+    hopform_basis_f32 next;
 } grid_table;
 
 /* Where the samples go. */
@@ -65,7 +75,7 @@ static hopform_basis_f32 later(const hopform_poles_f32 *poles, const hopform_bas
     return basis;
 }
 
-/* The table up to entry `count - 1`; seven of eight entries follow from those at less than 8 dt and at multiples of it. */
+/* The first `count` entries; seven of eight follow from those at less than 8 dt and at multiples of it. */
 static void fill_table(grid_table *table, const hopform_poles_f32 *poles, float dt, int32_t count)
 {
     hopform_basis_f32 fine[FINE];
@@ -130,17 +140,30 @@ static inline void put_samples(const grid_arrays *out, const grid_table *table, 
     sum_up(out->y, table, from->y, motion->H3_y, motion->H2_y, motion->H1_y, count);
 }
 
+#if defined(WIDE)
+static WIDE void put_wide(const grid_arrays *out, const grid_table *table, const hopform_state_f32 *from,
+                          const hopform_motion_f32 *motion, int side_1, int side_2)
+{
+    put_samples(out, table, from, motion, side_1, side_2, BLOCK);
+}
+#endif
+
+static void put_block(const grid_arrays *out, const grid_table *table, const hopform_state_f32 *from,
+                      const hopform_motion_f32 *motion, int side_1, int side_2)
+{
+#if defined(WIDE)
+    if (HAS_WIDE) {
+        put_wide(out, table, from, motion, side_1, side_2);
+        return;
+    }
+#endif
+    put_samples(out, table, from, motion, side_1, side_2, BLOCK);
+}
+
 static grid_arrays behind(const grid_arrays *out, int32_t n)
 {
     const grid_arrays rest = {out->x1 + n, out->v1 + n, out->v2 + n, out->y + n};
     return rest;
-}
-
-static hopform_state_f32 last_of(const grid_table *table, const hopform_state_f32 *from, const hopform_motion_f32 *motion,
-                                  int side_1, int side_2)
-{
-    const hopform_basis_f32 basis = {0.0f, table->Wd[BLOCK], table->W[BLOCK], table->W1[BLOCK], table->W2[BLOCK]};
-    return hopform_arrive_f32(from, motion, &basis, side_1, side_2);
 }
 
 /* `count` samples of a phase, the first at t since it began. */
@@ -151,7 +174,11 @@ static void samples_of_phase(const hopform_plan_f32 *plan, const hopform_phase_f
     const int side_2 = hopform_side_2_f32(phase);
     hopform_state_f32 from = hopform_state_in_phase_f32(plan, phase, u, t);
     grid_table table;
-    fill_table(&table, hopform_poles_of_f32(plan, side_1, side_2), dt, count > BLOCK ? BLOCK + 1 : count);
+    const hopform_poles_f32 *poles = hopform_poles_of_f32(plan, side_1, side_2);
+    fill_table(&table, poles, dt, count > BLOCK ? BLOCK : count);
+    if (count > BLOCK) {
+        table.next = hopform_basis_at_f32(poles, (float)BLOCK * dt);
+    }
     for (int32_t done = 0; done < count; done += BLOCK) {
         if (done > 0 && done / BLOCK % SEED_BLOCKS == 0) {
             from = hopform_state_in_phase_f32(plan, phase, u, t + (float)done * dt);
@@ -159,12 +186,12 @@ static void samples_of_phase(const hopform_plan_f32 *plan, const hopform_phase_f
         const hopform_motion_f32 motion = hopform_motion_of_f32(plan, &from, u, side_1, side_2);
         const grid_arrays block = behind(&out, done);
         if (count - done >= BLOCK) {
-            put_samples(&block, &table, &from, &motion, side_1, side_2, BLOCK);
+            put_block(&block, &table, &from, &motion, side_1, side_2);
         } else {
             put_samples(&block, &table, &from, &motion, side_1, side_2, count - done);
         }
         if (count - done > BLOCK) {
-            from = last_of(&table, &from, &motion, side_1, side_2);
+            from = hopform_arrive_f32(&from, &motion, &table.next, side_1, side_2);
         }
     }
 }

@@ -6,5 +6,5 @@
 
 const char *hopform_source(void)
 {
-    return "2e12118365f01118";
+    return "859c2240a92ea1d2";
 }
