@@ -341,7 +341,7 @@ def _matrices(job: _Job, columns: list[NDArray[Any]], count: int, room: int) -> 
     matrices, status = np.empty((count, len(ROWS), len(COLUMNS)), job.real), np.empty(count, np.int32)
     library.call(
         "stances_sensitivities", types, ctypes.c_int64(count), ctypes.byref(_arguments(job, columns)), phases, room,
-        ctypes.c_void_p(matrices.ctypes.data), ctypes.c_void_p(status.ctypes.data),
+        native.pointer(matrices), native.pointer(status),
     )  # fmt: skip
     return matrices, status
 

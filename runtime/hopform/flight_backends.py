@@ -130,10 +130,9 @@ class NativeFlight:
         return Energy(*energy.T), FlightLedger(*ledger.T), losses
 
     def _call(self, name: str, t: NDArray[np.floating], *out: NDArray[np.floating]) -> None:
-        pointers = (ctypes.c_void_p(array.ctypes.data) for array in out)
         self.library.call(
             name, self.types.base, self.plan, self.phases, ctypes.byref(self.flight),
-            ctypes.c_void_p(t.ctypes.data), ctypes.c_int32(t.size), *pointers,
+            native.pointer(t), ctypes.c_int32(t.size), *map(native.pointer, out),
         )  # fmt: skip
 
 

@@ -10,7 +10,7 @@ from collections.abc import Callable
 from functools import cache, lru_cache
 from pathlib import Path
 from types import ModuleType
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,6 +25,8 @@ LIBRARY = Path(__file__).with_name("_libhopform.dylib" if sys.platform == "darwi
 PHASES_NOT_KEPT = 1
 NO_DERIVATIVE = 2
 _FIRST_CAPACITY = 64
+tuple_of: Any = cast(Any, tuple).__new__
+"""A named tuple of what it holds, in half the time that its class takes."""
 _REASONS = {
     -2: "a parameter of the robot is out of its domain",
     -3: "an initial value is not finite, or x1 is outside its stroke",
@@ -172,6 +174,9 @@ class Desk:
         letter = "d" if double else "f"
         self.stance = struct.Struct(f"{state + 4}{letter}4i")
         self.phase = struct.Struct(f"{state + 1}{letter}2bH0{letter}")
+        head = struct.calcsize(f"{state + 1}{letter}b")
+        self.event = struct.Struct(f"{letter}{head - struct.calcsize(letter)}xb{self.phase.size - head - 1}x")
+        """Of a phase only when it starts, and the event that starts it."""
         self.state = struct.Struct(f"{state}{letter}")
         self.energy = struct.Struct(f"2{letter}")
         assert (self.stance.size, self.phase.size) == (ctypes.sizeof(types.stance), ctypes.sizeof(types.phase))
@@ -205,10 +210,13 @@ def library() -> Library:
 class Solved:
     """A stance solved by the library, as the bytes of its structs: nothing changes them, and they can be pickled."""
 
-    __slots__ = ("desk", "phases", "plan", "stance", "steps")
+    __slots__ = ("answer", "desk", "phases", "plan", "stance", "steps")
 
-    def __init__(self, desk: Desk, plan: bytes, steps: bytes, phases: bytes, stance: bytes) -> None:
-        self.desk, self.plan, self.steps, self.phases, self.stance = desk, plan, steps, phases, stance
+    def __init__(self, desk: Desk, plan: bytes, steps: bytes, phases: Any, stance: bytes) -> None:
+        """phases: bytes of theirs, or memory that begins with them."""
+        self.desk, self.plan, self.steps, self.stance = desk, plan, steps, stance
+        self.answer = answer = desk.stance.unpack(stance)
+        self.phases: bytes = phases[: answer[-2] * desk.phase.size]
 
     def __reduce__(self) -> Any:
         desk = self.desk
@@ -218,12 +226,12 @@ class Solved:
 
     def outcome(self) -> tuple[int, float, State, float, float]:
         """Ending, duration, state at the ending, apex, AED."""
-        duration, x1, v1, v2, y, apex, aed, _, ending, *_ = self.desk.stance.unpack(self.stance)
-        return ending, duration, State(x1, v1, v2, y), apex, aed
+        duration, x1, v1, v2, y, apex, aed, _, ending, _, _, _ = self.answer
+        return ending, duration, tuple_of(State, (x1, v1, v2, y)), apex, aed
 
     def event_rows(self) -> list[tuple[float, int]]:
         """Time and number of each event."""
-        return [(row[0], row[-2]) for row in self.desk.phase.iter_unpack(self.phases) if row[-2]]
+        return [row for row in self.desk.event.iter_unpack(self.phases) if row[1]]
 
     def phase_rows(self) -> list[tuple[float, State, int, int, int]]:
         """Each phase: when and where it starts, its mode, the event that starts it, the step of the current."""
@@ -241,13 +249,13 @@ class Solved:
     def state_at(self, t: NDArray[np.floating]) -> State:
         """States at times of one dimension."""
         rows = np.empty((len(State._fields), t.size), dtype=t.dtype)
-        self._call("stance_states", _pointer(t), ctypes.c_int32(t.size), *map(_pointer, rows))
+        self._call("stance_states", pointer(t), ctypes.c_int32(t.size), *map(pointer, rows))
         return State(*rows)
 
     def grid(self, dt: float, out: State) -> None:
         """Put the states at i dt, i = 0, 1, ..., into arrays of one dimension, each in one piece."""
         real = self.desk.types.real
-        self._call("stance_grid", real(0.0), real(dt), ctypes.c_int32(out.x1.size), *map(_pointer, out))
+        self._call("stance_grid", real(0.0), real(dt), ctypes.c_int32(out.x1.size), *map(pointer, out))
 
     def energy(self, t: float) -> Energy:
         """Energies at one time."""
@@ -262,7 +270,7 @@ class Solved:
     def energy_at(self, t: NDArray[np.floating]) -> Energy:
         """Energies at times of one dimension."""
         energies = np.empty((t.size, len(Energy._fields)), dtype=t.dtype)
-        self._call("stance_energy", _pointer(t), ctypes.c_int32(t.size), _pointer(energies), None, None)
+        self._call("stance_energy", pointer(t), ctypes.c_int32(t.size), pointer(energies), None, None)
         return Energy(*energies.T)
 
     def ledger_at(self, t: NDArray[np.floating]) -> tuple[Ledger, NDArray[np.floating]]:
@@ -272,11 +280,11 @@ class Solved:
         ledgers, losses = np.empty((t.size, len(record._fields)), dtype=t.dtype), np.empty_like(t)
         self._call(
             "stance_energy",
-            _pointer(t),
+            pointer(t),
             ctypes.c_int32(t.size),
-            _pointer(energies),
-            _pointer(ledgers),
-            _pointer(losses),
+            pointer(energies),
+            pointer(ledgers),
+            pointer(losses),
         )
         return record(*ledgers.T), losses
 
@@ -285,7 +293,7 @@ class Solved:
         types = self.desk.types
         shape = (len(ROWS), 5 + len(self.desk.library.records.Robot._fields))
         matrix = np.empty(shape, dtype=np.dtype(types.real))
-        if self._call("stance_sensitivities", _pointer(matrix)) == NO_DERIVATIVE:
+        if self._call("stance_sensitivities", pointer(matrix)) == NO_DERIVATIVE:
             matrix[:] = np.nan
         if not types.plan.from_buffer_copy(self.plan).robot.g > 0.0:
             matrix[ROWS.index("apex")] = np.nan
@@ -296,7 +304,7 @@ class Solved:
         states = np.empty((t.size, len(State._fields)), dtype=t.dtype)
         columns = 5 + len(self.desk.library.records.Robot._fields)
         tangents = np.empty((t.size, len(State._fields), columns), dtype=t.dtype)
-        self._call("stance_tangents", _pointer(t), ctypes.c_int32(t.size), _pointer(states), _pointer(tangents))
+        self._call("stance_tangents", pointer(t), ctypes.c_int32(t.size), pointer(states), pointer(tangents))
         return State(*states.T), tangents
 
     def _call(self, name: str, *arguments: Any) -> int:
@@ -305,8 +313,16 @@ class Solved:
         )
 
 
-def _pointer(array: NDArray[Any]) -> ctypes.c_void_p:
-    return ctypes.c_void_p(array.__array_interface__["data"][0])
+_Bytes = ctypes.c_char * 0
+
+
+def pointer(array: NDArray[Any]) -> Any:
+    """An array's memory as a function of the library takes it; the array must outlive the call."""
+    memory: Any = array
+    try:
+        return _Bytes.from_buffer(memory)
+    except (BufferError, TypeError, ValueError):  # what may not be written to, or lies in pieces, takes longer
+        return ctypes.c_void_p(array.ctypes.data)
 
 
 def _solved_again(source: str, dtype: np.dtype[Any], *structs: bytes) -> Solved:
@@ -346,7 +362,7 @@ def solve(
     one = len(steps) == 1
     packed = desk.pack_step(*steps[0]) if one else desk.pack(*(number for step in steps for number in step))
     begin, longest = desk.pack_state(*start), desk.types.real(horizon)
-    capacity = min(_FIRST_CAPACITY, max_phases + 1)
+    capacity = _FIRST_CAPACITY if max_phases >= _FIRST_CAPACITY else max_phases + 1
     try:
         stance, phases = desk.free.pop()
     except IndexError:
@@ -359,9 +375,7 @@ def solve(
         stance, phases = desk.memory(capacity)
     if status < 0:
         raise refusal("solve_stance", status)
-    found: bytes = stance[:]
-    count = desk.stance.unpack(found)[-2]
-    solved = Solved(desk, plan, packed, phases[: count * desk.phase.size], found)
+    solved = Solved(desk, plan, packed, phases, stance[:])
     if capacity <= _FIRST_CAPACITY:
         desk.free.append((stance, phases))
     return solved

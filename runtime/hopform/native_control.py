@@ -119,8 +119,8 @@ def try_currents(
         phases = (types.phase * capacity)()
         status = library.call(
             "try_currents", types, ctypes.byref(plan), states, ctypes.c_int32(len(starts)),
-            ctypes.c_void_p(values.ctypes.data), ctypes.c_int32(values.size), types.real(horizon),
-            phases, ctypes.c_int32(capacity), ctypes.c_void_p(trials.ctypes.data),
+            native.pointer(values), ctypes.c_int32(values.size), types.real(horizon),
+            phases, ctypes.c_int32(capacity), native.pointer(trials),
         )  # fmt: skip
         if status != native.PHASES_NOT_KEPT or capacity == max_phases:
             return trials

@@ -2,9 +2,9 @@
 
 import math
 import sys
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, NamedTuple, SupportsFloat
+from typing import Any, NamedTuple, SupportsFloat
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -14,6 +14,7 @@ from hopform.backends import MODULES, Backend, choose
 from hopform.checks import finite, positive
 from hopform.errors import HopformError
 from hopform.native import Solved as NativeSolved
+from hopform.native import tuple_of
 from hopform.robots import Robot, checked_robot
 from hopform.sensitivities import Sensitivities, of_matrix
 from hopform_solver import formulas
@@ -27,6 +28,7 @@ _Solved = NativeSolved | ArraySolved
 
 _TOUCHING_ULP = 4.0
 _DOUBLE = np.dtype(np.float64)
+_TAKEOFF = next(number for number, word in ENDINGS.items() if word == "takeoff")
 
 
 class State(NamedTuple):
@@ -114,16 +116,6 @@ class Stance:
     warnings: tuple[str, ...]
     _solved: _Solved = field(repr=False, compare=False)
     _x2_is_given: bool = field(repr=False, compare=False)
-
-    if not TYPE_CHECKING:  # a type checker sees the fields as they are
-
-        def __getattr__(self, name: str) -> Any:
-            """A field that nobody has asked for yet; two threads that ask at a time put the same values in."""
-            unfold = _UNFOLDS.get(name)
-            if unfold is None or "_solved" not in self.__dict__:
-                raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}", name=name, obj=self)
-            self.__dict__.update(unfold(self, self._solved))
-            return self.__dict__[name]
 
     def at(self, t: ArrayLike) -> State:
         """The state at times t [s], in t's shape; 0 <= t <= duration, any t >= 0 after rest, else ValueError.
@@ -251,15 +243,15 @@ def solve_stance(
     >>> stance.status, round(stance.duration, 4), [event.kind for event in stance.events]
     ('takeoff', 0.1841, ['x2_reverses'])
     """
-    precision = precision_of(dtype)
+    precision = _DOUBLE if dtype is np.float64 else precision_of(dtype)
     start = start_of(robot, x1, v1, x2, v2)
     steps = steps_of(u)
-    longest = positive("horizon", horizon, "s")
+    longest = horizon if type(horizon) is float and 0.0 < horizon < math.inf else positive("horizon", horizon, "s")
     if isinstance(max_phases, bool) or not isinstance(max_phases, int) or not 1 <= max_phases < 2**31:
         raise HopformError(f"max_phases must be a whole number >= 1, got {max_phases!r}")
     chosen = choose(backend)
     solved = MODULES[chosen].solve(robot.parameters, start, steps, longest, max_phases, precision)
-    return _stance(robot=robot, u=steps, backend=chosen, dtype=precision, _solved=solved, _x2_is_given=x2 is not None)
+    return _stance(robot, steps, chosen, precision, solved, x2 is not None)
 
 
 def uniform_times(
@@ -278,10 +270,11 @@ def uniform_times(
         number = math.floor(duration / step * (1.0 + 4.0 * float(np.finfo(dtype).eps))) + 1
         if number >= 2**31:
             raise HopformError(f"dt must be > {duration / 2**31!r} s for a stance of {duration!r} s, got {step!r}")
-    t = np.arange(number, dtype=dtype) * dtype.type(step)
+    t = np.arange(number, dtype=dtype)
+    t *= dtype.type(step)
     if dt is None and number > 1:
         t[-1] = duration
-    np.minimum(t, dtype.type(duration), out=t)
+    t[np.searchsorted(t, dtype.type(duration), "right") :] = duration  # what rounding took past the ending
     return t, step or 1.0
 
 
@@ -311,72 +304,98 @@ def touchdown_velocity(robot: Robot, height: SupportsFloat) -> float:
     return float(formulas.touchdown_velocity(robot.parameters, drop))
 
 
-def _stance(**solved: Any) -> Stance:
-    """A stance with the fields that are given; the others unfold from what the back end found when they are asked for."""
-    stance = object.__new__(Stance)
-    stance.__dict__.update(solved)
-    return stance
-
-
-def _ending_of(stance: Stance, solved: _Solved) -> dict[str, Any]:
-    robot = stance.robot
-    ending, duration, state, apex, aed = solved.outcome()
-    status, end = ENDINGS[ending], _with_height(robot, state)
-    lifts = status == "takeoff"
-    return {
+def _stance(
+    robot: Robot,
+    u: tuple[tuple[float, float], ...],
+    backend: Backend,
+    dtype: np.dtype[Any],
+    solved: _Solved,
+    x2_is_given: bool,
+) -> Stance:
+    """A stance with its ending; the other fields unfold from what the back end found when they are asked for."""
+    ending, duration, (x1, v1, v2, y), apex, aed = solved.outcome()
+    status, lifts = ENDINGS[ending], ending == _TAKEOFF
+    end = tuple_of(State, (x1, v1, x1 - y + (robot.L0 + robot.c), v2))
+    stance: Stance = object.__new__(Stance)
+    stance.__dict__.update({
+        "robot": robot,
+        "u": u,
+        "backend": backend,
+        "dtype": dtype,
         "status": status,
         "duration": duration,
         "end": end,
         "takeoff": end if lifts else None,
         "apex": apex if lifts and robot.g > 0.0 else math.nan,
         "aed": aed,
-    }
+        "_solved": solved,
+        "_x2_is_given": x2_is_given,
+    })  # fmt: skip
+    return stance
 
 
-def _events_of(stance: Stance, solved: _Solved) -> dict[str, Any]:
-    return {"events": tuple([Event(t, EVENTS[event]) for t, event in solved.event_rows()])}
+def _events_of(_: Stance, solved: _Solved) -> tuple[Event, ...]:
+    return tuple([tuple_of(Event, (t, EVENTS[event])) for t, event in solved.event_rows()])
 
 
-def _phases_of(stance: Stance, solved: _Solved) -> dict[str, Any]:
+def _phases_of(stance: Stance, solved: _Solved) -> tuple[Phase, ...]:
     rows = solved.phase_rows()
     ends = [row[0] for row in rows[1:]] + [stance.duration]
-    phases = tuple(
+    return tuple(
         Phase(t, end, mode // 3 - 1, mode % 3 - 1, stance.u[step][1], _with_height(stance.robot, state))
         for (t, state, mode, _, step), end in zip(rows, ends, strict=True)
     )
-    return {"phases": phases}
 
 
 def _with_height(robot: Robot, state: solver_records.State) -> State:
     return State(state.x1, state.v1, state.x1 - state.y + (robot.L0 + robot.c), state.v2)
 
 
-def _warnings_of(stance: Stance, solved: _Solved) -> dict[str, Any]:
+def _warnings_of(stance: Stance, _: _Solved) -> tuple[str, ...]:
     robot, found = stance.robot, list[str]()
     largest = max((u for _, u in stance.u), key=abs)
     if abs(largest) > robot.u_max:
         found.append(f"u = {largest!r} A is above u_max = {robot.u_max!r} A")
     if stance.status == "takeoff" and robot.g == 0.0:
         found.append("g = 0: there is no apex")
-    return {"warnings": tuple(found)}
+    return tuple(found)
 
 
-_UNFOLDS = {
-    **dict.fromkeys(("status", "duration", "end", "takeoff", "apex", "aed"), _ending_of),
-    "events": _events_of,
-    "phases": _phases_of,
-    "warnings": _warnings_of,
-}
+class _Later:
+    """A field that is made when it is first asked for; two threads that ask at a time put the same value in."""
+
+    def __init__(self, name: str, made: Callable[[Stance, _Solved], Any]) -> None:
+        self._name, self._made = name, made
+
+    def __get__(self, stance: Stance | None, owner: type[Stance]) -> Any:
+        if stance is None:
+            return self
+        found = stance.__dict__
+        if "_solved" not in found:
+            raise AttributeError(
+                f"{owner.__name__!r} object has no attribute {self._name!r}", name=self._name, obj=stance
+            )
+        made = found[self._name] = self._made(stance, found["_solved"])
+        return made
 
 
-def start_of(robot: Robot, x1: object, v1: object, x2: object, v2: object) -> solver_records.State:
+_UNFOLDS = {"events": _events_of, "phases": _phases_of, "warnings": _warnings_of}
+for _name, _made in _UNFOLDS.items():
+    setattr(Stance, _name, _Later(_name, _made))
+
+
+def start_of(robot: Robot, x1: Any, v1: Any, x2: object, v2: Any) -> solver_records.State:
     """The state at touchdown with the compression as a coordinate of its own; 0 where x2 is left out."""
     checked_robot(robot)
-    x_1, v_1, v_2 = finite("x1", x1, "m"), finite("v1", v1, "m/s"), finite("v2", v2, "m/s")
+    if type(x1) is type(v1) is type(v2) is float and math.isfinite(x1 + v1 + v2):  # the common case, all at once
+        x_1, v_1, v_2 = x1, v1, v2
+    else:
+        x_1, v_1, v_2 = finite("x1", x1, "m"), finite("v1", v1, "m/s"), finite("v2", v2, "m/s")
     if not robot.x1_min <= x_1 <= robot.x1_max:
         raise HopformError(f"x1 must be within its stroke {robot.x1_min!r} .. {robot.x1_max!r} m, got {x_1!r}")
     if x2 is None:
-        return solver_records.State(x_1, v_1, v_2, 0.0)
+        start: solver_records.State = tuple_of(solver_records.State, (x_1, v_1, v_2, 0.0))
+        return start
     y = x_1 - finite("x2", x2, "m") + robot.L0 + robot.c
     if abs(y) <= _TOUCHING_ULP * math.ulp(robot.L0):
         y = 0.0
