@@ -16,7 +16,7 @@ run: compiler venv ## set up .venv, derive and compile the formulas, solve stanc
 
 test: compiler venv-dev ## prove it: the derivation, the generated code against the symbols, the house rules
 	$(PY) tools/build_library.py
-	$(PY) -m pytest -n auto --dist loadfile
+	OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1 $(PY) -m pytest -n auto --dist loadfile --no-loadscope-reorder
 
 N = 1000000
 test-exhaustive: compiler venv-dev ## certify N (1 000 000) random stances with a checker in higher precision; then test-control-exhaustive

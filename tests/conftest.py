@@ -10,6 +10,20 @@ from tests.seeds import SEED
 collect_ignore = ["manifests.py"]  # `make test-manifests`, in an environment of its own
 
 
+LONG = (
+    "export", "sensitivities", "house", "identification", "figures", "stance", "generator", "c_programs", "hopping", "selftest",
+    "package", "checker", "model_file", "control_search", "control", "plots", "batch", "certificate", "switchovers",
+    "single_precision_control", "cube_root", "pages", "recordings", "tangents", "estimation",
+)  # fmt: skip
+"""Files of many seconds, longest first: they are begun first, so that no worker is left alone with one at the end."""
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Begin with the longest files; the tests of each stay together, in their order."""
+    place = {f"test_{name}": n for n, name in enumerate(LONG)}
+    items.sort(key=lambda item: place.get(item.path.stem, len(LONG)))
+
+
 @pytest.fixture(scope="session")
 def hopper_c() -> hopform.Robot:
     return hopform.load_robot("hopper_c")

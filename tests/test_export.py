@@ -138,13 +138,13 @@ def test_another_cmake_project_consumes_the_package(packages, tmp_path, way):
     assert cmake is not None, "cmake is not installed"
     (tmp_path / "CMakeLists.txt").write_text(CONSUMER.format(way=WAYS[way]), "utf-8")
     (tmp_path / "main.c").write_text(MAIN, "utf-8")
-    release = "-DCMAKE_BUILD_TYPE=Release"
+    kind = f"-DCMAKE_BUILD_TYPE={'Release' if way == 'find_package' else 'Debug'}"
     if way == "find_package":
-        run(cmake, "-S", packages["cmake"], "-B", "library", release, cwd=tmp_path)
+        run(cmake, "-S", packages["cmake"], "-B", "library", kind, cwd=tmp_path)
         run(cmake, "--build", "library", "-j2", cwd=tmp_path)
         run(cmake, "--install", "library", "--prefix", tmp_path / "installed", cwd=tmp_path)
     where = [f"-DPACKAGE={packages['cmake']}", f"-DCMAKE_PREFIX_PATH={tmp_path / 'installed'}"]
-    run(cmake, "-S", ".", "-B", "build", release, *where, cwd=tmp_path)
+    run(cmake, "-S", ".", "-B", "build", kind, *where, cwd=tmp_path)
     run(cmake, "--build", "build", "-j2", cwd=tmp_path)
     assert run(tmp_path / "build" / "app", cwd=tmp_path) == f"{selftest('float32'):08x}\n"
 

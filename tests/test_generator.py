@@ -241,7 +241,7 @@ def monopod(renamed):
     try:
         package = importlib.import_module("monopod_solver")
         library = renamed / "libmonopod.so"
-        compile_sources(renamed / "c", library, "-O1")
+        compile_sources(renamed / "c", library, "-O0")
         yield package, native.Library(library, "monopod", package)
     finally:
         sys.path.remove(str(renamed / "python"))

@@ -52,7 +52,7 @@ def package(damped):
 def library(damped, package) -> native.Library:
     """Its library, compiled there."""
     path = damped / "libdamped.so"
-    compile_sources(damped / "c", path, "-O1")
+    compile_sources(damped / "c", path, "-O0")
     return native.Library(path, "damped", package)
 
 
