@@ -82,11 +82,11 @@ generate: venv ## derive the formulas and write generated/
 check: venv ## fail if generated/ is not what derive/ and templates/ say
 	$(PY) -m derive --check
 
-test-manifests: compiler venv ## exported packages before PlatformIO's, ESP-IDF's and Zephyr's own readers, in an environment of their own
+test-manifests: compiler venv ## exported packages before PlatformIO's, ESP-IDF's and Zephyr's own readers, and the schemas in HOPFORM_SCHEMAS
 	@test -d .venv-manifests || .venv/bin/python -m venv .venv-manifests
-	@.venv-manifests/bin/pip install -q platformio idf-component-manager kconfiglib jsonschema pyyaml
+	@.venv-manifests/bin/pip install -q platformio idf-component-manager kconfiglib jsonschema pyyaml pykwalify xmlschema
 	@rm -rf out/manifests
-	@for each in platformio arduino esp-idf zephyr; do .venv/bin/hopform export out/manifests/$$each --for $$each >/dev/null || exit 1; done
+	@for each in platformio arduino esp-idf zephyr cmsis-pack; do .venv/bin/hopform export out/manifests/$$each --for $$each >/dev/null || exit 1; done
 	.venv-manifests/bin/python -m tests.manifests out/manifests
 
 lint: venv-dev ## style and types

@@ -232,12 +232,11 @@ def test_the_cmsis_pack_describes_files_that_are_there(packages):
     root = packages["cmsis-pack"]
     (description,) = root.glob("*.pdsc")
     pack = ElementTree.parse(description).getroot()
-    order = ["vendor", "name", "description", "url", "license", "releases", "keywords", "conditions", "components"]
+    order = ["vendor", "name", "description", "url", "license", "releases", "keywords", "components"]
     assert [child.tag for child in pack] == order
     assert description.stem == f"{pack.findtext('vendor')}.{pack.findtext('name')}"
-    conditions = {condition.get("id") for condition in pack.iter("condition")}
     for component in pack.iter("component"):
-        assert component.get("condition") in conditions
+        assert component.get("condition") is None  # the schema has no word for every core, and any will do
         assert all(component.get(key) for key in ("Cclass", "Cgroup", "Cversion"))
     assert all((root / str(file.get("name"))).exists() for file in pack.iter("file"))
     assert {file.get("name") for file in pack.iter("file")} >= {
