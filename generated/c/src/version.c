@@ -6,5 +6,5 @@
 
 const char *hopform_source(void)
 {
-    return "2e12118365f01118";
+    return "30c47fcb50fe27f7";
 }
