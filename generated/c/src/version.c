@@ -6,5 +6,5 @@
 
 const char *hopform_source(void)
 {
-    return "30c47fcb50fe27f7";
+    return "575e6fe434972021";
 }
