@@ -6,5 +6,5 @@
 
 const char *hopform_source(void)
 {
-    return "575e6fe434972021";
+    return "f5c2cd7df069ee58";
 }
