@@ -131,7 +131,8 @@ static inline float hopform_swing_step_f32(const hopform_poles_f32 *poles, const
 {
     const float a = poles->a;
     const float m = 0.5f * poles->p;
-    const float slow = -(from->third + poles->p * from->curvature + poles->q * from->rate) / hopform_residue_f32(poles);
+    const float chi = hopform_residue_f32(poles);
+    const float slow = -(from->third + poles->p * from->curvature + poles->q * from->rate) / (chi > 0.0f ? chi : 1.0f);
     const float X = -(from->curvature + poles->p * from->rate + slow * (poles->p - a)) / poles->q;
     const float B = (from->rate + slow + m * X) / w;
     const float y = w * t - 1.5707964f;

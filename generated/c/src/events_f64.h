@@ -131,7 +131,8 @@ static inline double hopform_swing_step_f64(const hopform_poles_f64 *poles, cons
 {
     const double a = poles->a;
     const double m = 0.5 * poles->p;
-    const double slow = -(from->third + poles->p * from->curvature + poles->q * from->rate) / hopform_residue_f64(poles);
+    const double chi = hopform_residue_f64(poles);
+    const double slow = -(from->third + poles->p * from->curvature + poles->q * from->rate) / (chi > 0.0 ? chi : 1.0);
     const double X = -(from->curvature + poles->p * from->rate + slow * (poles->p - a)) / poles->q;
     const double B = (from->rate + slow + m * X) / w;
     const double y = w * t - 1.5707964;

@@ -6,5 +6,5 @@
 
 const char *hopform_source(void)
 {
-    return "f5c2cd7df069ee58";
+    return "c1fd6aca3f49dbaf";
 }
