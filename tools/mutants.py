@@ -234,8 +234,26 @@ MUTANTS = (
     Mutant(
         "C: a held mass heeds no friction",
         "templates/c/src/stance_real.c.j2",
-        "const real friction = mass == 1 ? robot->f1 : robot->f2;\n    for",
-        "const real friction = 0.0 * robot->f1;\n    for",
+        "const real friction = mass == 1 ? robot->f1 : robot->f2;\n    const int towards",
+        "const real friction = 0.0 * robot->f1;\n    const int towards",
+    ),
+    Mutant(
+        "C: a held mass slips only to where its force does not go",
+        "templates/c/src/stance_real.c.j2",
+        "if (side == -towards ||",
+        "if (side == towards ||",
+    ),
+    Mutant(
+        "C: a leg that two masses stretch alike is not watched",
+        "templates/c/src/stance_real.c.j2",
+        "if (chain->side_1 < 0 || chain->side_2 > 0) { /* else y only rises */",
+        "if (chain->side_1 < 0 && chain->side_2 > 0) {",
+    ),
+    Mutant(
+        "C: every minimum is held up by tangents",
+        "templates/c/src/events_real.h.j2",
+        "return from->value + from->rate * reach > from->noise + to->noise;",
+        "return from->value + 0.0 * reach > from->noise + to->noise;",
     ),
     Mutant(
         "NumPy: a held mass heeds no friction",

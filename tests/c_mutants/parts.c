@@ -258,7 +258,6 @@ static T(watch) any_watch(const T(poles) *poles, double *h)
     return hopform_watch_of_f64(poles, start > 0.0 ? H3 : fabs(H3), H2, H1, start, 1.0, 0, 0);
 }
 
-/* A verdict against samples: how often g changes its sign, and how often it turns upwards. */
 /* (18): what fades with the pole that is apart and what rings with the pair are the whole. */
 static void ringing(void)
 {
@@ -283,6 +282,40 @@ static void ringing(void)
     must(told > 100, "too few that ring");
 }
 
+/* The same function, so much lower that it touches zero, has its minimum there; a little higher, it is above zero. */
+static void any_bottom(const T(watch) *high, const T(poles) *poles, double h, double least, double most)
+{
+    for (int n = 0; n < 2; n++) {
+        T(watch) watch = *high;
+        watch.start -= least - (n == 0 ? 0.0 : 1e-3 * most);
+        const T(sample) from = hopform_first_sample_f64(&watch, poles);
+        const T(point) end = hopform_point_at_f64(&watch, poles, h);
+        const T(point) bottom = hopform_bottom_between_f64(&watch, poles, 0.0, &from, h, &end.at);
+        if (n == 0) {
+            must(bottom.at.value <= bottom.at.noise && bottom.at.value >= -1e-3 * most, "a bottom that is higher than what was seen");
+            must(bottom.at.value < -bottom.at.noise || fabs(bottom.at.rate) <= 1e-7 * (fabs(bottom.at.curvature) * h + most / h),
+                 "a bottom that slopes");
+        } else {
+            must(bottom.at.value > 0.0, "a bottom that is below zero, and is not");
+        }
+    }
+}
+
+/* A step towards a root from 3 % beyond it leaves a tenth of that, but where g hardly falls. */
+static void any_step(const T(watch) *watch, const T(poles) *poles, double root)
+{
+    const double w = hopform_frequency_f64(poles), t = 1.03 * root;
+    const T(sample) from = hopform_first_sample_f64(watch, poles);
+    const T(point) there = hopform_point_at_f64(watch, poles, root), near_it = hopform_point_at_f64(watch, poles, t);
+    const bool plain = w > 0.0 && w * t < 3.0 && 0.5 * poles->p * t < 1.0 && poles->a * t < 1.0;
+    if (plain && fabs(there.at.rate - near_it.at.rate) < 0.2 * fabs(there.at.rate)) {
+        const double step = hopform_swing_step_f64(poles, &from, w, t);
+        const double size = from.value + fabs(from.rate) / w + fabs(from.curvature) / (w * w) + fabs(from.third) / (w * w * w);
+        near(t - step, root, 0.003 * root + 1e-4 * size / fabs(there.at.rate), "a step to a root");
+    }
+}
+
+/* A verdict against samples: how often g changes its sign, and how often it turns upwards. */
 static void any_verdicts(void)
 {
     for (row = 0; row < 2500; row++) {
@@ -316,19 +349,22 @@ static void any_verdicts(void)
             const T(point) root = hopform_root_between_f64(&watch, &poles, 0.0, end);
             near(root.at.value, 0.0, 4e-16 * root.t * fabs(root.at.rate) + 0.5 * root.at.noise, "a root");
             must(root.t > 0.0 && root.t < h, "a root outside");
+            any_step(&watch, &poles, root.t);
             const T(point) ahead = hopform_root_ahead_f64(&watch, &poles, 0.0, root.t * 1.01 < h ? root.t * 1.01 : h, h);
             near(ahead.t, root.t, 1e-14 * root.t + 4.0 * root.at.noise / fabs(root.at.rate), "a root that is expected");
             near(root.at.value, value_of(&watch, &poles, root.t), root.at.noise, "g at its root");
         }
         if (verdict == DIPS && least > tiny && lowest > 1 && lowest < SAMPLES - 1 && end.at.rate > 0.0 && from.rate < 0.0) {
-            const T(point) bottom = hopform_bottom_between_f64(&watch, &poles, 0.0, h, 0.5 * h);
-            must(bottom.at.value <= least + tiny && bottom.at.value >= least - 1e-4 * most, "a bottom that is higher than what was seen");
-            must(fabs(bottom.at.rate) <= 1e-7 * (fabs(bottom.at.curvature) * h + most / h), "a bottom that slopes");
+            const T(point) bottom = hopform_bottom_between_f64(&watch, &poles, 0.0, &from, h, &end.at);
+            must(bottom.t > 0.0 && bottom.t < h && bottom.at.value >= least - 1e-4 * most, "a bottom below what was seen");
+            any_bottom(&watch, &poles, h, least, most);
         }
         if (verdict == DIPS && least < -tiny) {
-            const T(point) bottom = hopform_bottom_between_f64(&watch, &poles, 0.0, h, 0.5 * h);
+            const T(point) bottom = hopform_bottom_between_f64(&watch, &poles, 0.0, &from, h, &end.at);
             must(bottom.at.value < 0.0, "a bottom that is not below zero");
         }
+        const bool held_up = from.rate < 0.0 && end.at.rate > 0.0 && hopform_is_held_up_f64(&from, &end.at, end.at.value, poles.a, h);
+        must(!held_up || h > half_turn || least > 0.0, "held up, and below zero");
         if (verdict == UNDECIDED) {
             const double cut = hopform_turn_between_f64(&from, &end.at, h);
             must(cut >= h / 64.0 && cut <= h * 63.0 / 64.0, "a cut at the rim");

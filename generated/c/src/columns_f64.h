@@ -54,6 +54,17 @@ static inline hopform_robot_f64 hopform_robot_of_f64(const hopform_stances_in_f6
     return robot;
 }
 
+/* Whether a robot's parameter has a place of its own for each stance. */
+static inline bool hopform_has_many_robots_f64(const hopform_stances_in_f64 *in)
+{
+    for (int n = 0; n < HOPFORM_ROBOT_FIELDS; n++) {
+        if (in->robot[n].stride != 0) {
+            return true;
+        }
+    }
+    return false;
+}
+
 /* Whether stance i has another robot than the one before; NaN differs from everything. */
 static inline bool hopform_robot_changes_f64(const hopform_stances_in_f64 *in, int64_t i)
 {

@@ -311,9 +311,12 @@ static float share_of_turn(const curve *c)
 static float share_inside(const hopform_search_f32 *search, const hopform_cell_f32 *c, const curve *gap)
 {
     const float steep = fabsf(gap->from_rate) + fabsf(gap->to_rate) + fabsf(chord(gap));
-    const float aside = 0.25f * 4e-6f / (steep * gap->width + 4e-6f);
     const float there = share_of_limit(search, c);
-    if (is_admissible(search, &c->from)) {
+    const bool starts = is_admissible(search, &c->from);
+    const float way = starts ? there : 1.0f - there; /* from the admissible end, whose slope overshoots by the square of it */
+    const float short_of = way > 0.0f && way < 1.0f ? 0.0625f * way * way : 0.0f;
+    const float aside = short_of + 0.25f * 4e-6f / (steep * gap->width + 4e-6f);
+    if (starts) {
         const float share = there - aside;
         return share > 0.9375f && share < 2.0f ? 0.9375f : share;
     }
@@ -340,6 +343,9 @@ static float share_to_try(const hopform_search_f32 *search, const hopform_cell_f
     const curve peak = peak_of(c, search->limit);
     if (is_admissible(search, from) != is_admissible(search, to)) {
         return share_inside(search, c, &gap);
+    }
+    if (!is_smooth(c)) {
+        return 0.5f; /* slopes on either side of a bend say little of what lies between */
     }
     return is_admissible(search, from) ? share_of_turn(&gap) : share_of_turn(&peak);
 }

@@ -311,9 +311,12 @@ static double share_of_turn(const curve *c)
 static double share_inside(const hopform_search_f64 *search, const hopform_cell_f64 *c, const curve *gap)
 {
     const double steep = fabs(gap->from_rate) + fabs(gap->to_rate) + fabs(chord(gap));
-    const double aside = 0.25 * 2e-10 / (steep * gap->width + 2e-10);
     const double there = share_of_limit(search, c);
-    if (is_admissible(search, &c->from)) {
+    const bool starts = is_admissible(search, &c->from);
+    const double way = starts ? there : 1.0 - there; /* from the admissible end, whose slope overshoots by the square of it */
+    const double short_of = way > 0.0 && way < 1.0 ? 0.0625 * way * way : 0.0;
+    const double aside = short_of + 0.25 * 2e-10 / (steep * gap->width + 2e-10);
+    if (starts) {
         const double share = there - aside;
         return share > 0.9375 && share < 2.0 ? 0.9375 : share;
     }
@@ -340,6 +343,9 @@ static double share_to_try(const hopform_search_f64 *search, const hopform_cell_
     const curve peak = peak_of(c, search->limit);
     if (is_admissible(search, from) != is_admissible(search, to)) {
         return share_inside(search, c, &gap);
+    }
+    if (!is_smooth(c)) {
+        return 0.5; /* slopes on either side of a bend say little of what lies between */
     }
     return is_admissible(search, from) ? share_of_turn(&gap) : share_of_turn(&peak);
 }

@@ -52,20 +52,24 @@ static inline float hopform_turning_at_f32(const hopform_poles_f32 *poles, const
     return hopform_turning_f32(poles, left, basis);
 }
 
+/* g and three derivatives, all that a step towards a root takes. */
+static inline hopform_sample_f32 hopform_course_at_f32(const hopform_watch_f32 *watch, const hopform_poles_f32 *poles,
+                                                         const hopform_basis_f32 *basis)
+{
+    const hopform_rise_f32 rise = hopform_rises_f32(poles, &watch->numerator, basis);
+    const hopform_sample_f32 sample = {watch->start + rise.rise, rise.rise_rate, rise.rise_curvature, rise.rise_third, 0.0f, 0.0f};
+    return sample;
+}
+
 static inline hopform_sample_f32 hopform_sample_at_f32(const hopform_watch_f32 *watch, const hopform_poles_f32 *poles,
                                                          const hopform_basis_f32 *basis, float t)
 {
     const hopform_numerator_f32 *h = &watch->numerator;
-    const hopform_rise_f32 rise = hopform_rises_f32(poles, h, basis);
-    hopform_sample_f32 sample;
-    sample.value = watch->start + rise.rise;
-    sample.rate = rise.rise_rate;
-    sample.curvature = rise.rise_curvature;
-    sample.third = rise.rise_third;
+    hopform_sample_f32 sample = hopform_course_at_f32(watch, poles, basis);
     sample.turning = hopform_turning_at_f32(poles, &watch->left, basis, t);
     sample.noise = 16.0f * 1.1920929e-7f
                    * (fabsf(watch->start) + fabsf(h->H3 * basis->Wd) + fabsf(h->H2 * basis->W) + fabsf(h->H1 * basis->W1)
-                      + t * fabsf(rise.rise_rate));
+                      + t * fabsf(sample.rate));
     return sample;
 }
 
@@ -118,8 +122,54 @@ static inline float hopform_swing_to_zero_f32(const hopform_sample_f32 *from, fl
     return 2.0f * (far ? 1.5708f - angle : angle) / w;
 }
 
+/* From `t` to the root, nearer: a step of Halley's on what g's value and derivatives at the start make of all three poles,
+ *
+ *     g = value - X - slow (1 - exp(-a t))/a + exp(-m t) (X cos(w t) + B sin(w t)),
+ *
+ * exp, sin and cos to about 1e-5 within a half turn. It guesses: no bound rests on it. */
+static inline float hopform_swing_step_f32(const hopform_poles_f32 *poles, const hopform_sample_f32 *from, float w, float t)
+{
+    const float a = poles->a;
+    const float m = 0.5f * poles->p;
+    const float chi = hopform_residue_f32(poles);
+    const float slow = -(from->third + poles->p * from->curvature + poles->q * from->rate) / (chi > 0.0f ? chi : 1.0f);
+    const float X = -(from->curvature + poles->p * from->rate + slow * (poles->p - a)) / poles->q;
+    const float B = (from->rate + slow + m * X) / w;
+    const float y = w * t - 1.5707964f;
+    const float yy = y * y;
+    const float sine = 0.9999933f - yy * (0.4999124f - yy * (0.0414877f - yy * 0.0012712f));
+    const float cosine = -y * (0.9999966f - yy * (0.1666482f - yy * (0.0083063f - yy * 0.0001836f)));
+    const float fade = 0.5f * m * t;
+    const float decay = 0.5f * a * t;
+    const float left = 1.0f - 12.0f * fade / (12.0f + 6.0f * fade + fade * fade); /* the root of exp(-m t) */
+    const float share = 12.0f / (12.0f + 6.0f * decay + decay * decay);
+    const float gone = 0.5f * t * share * (2.0f - decay * share);
+    const float swings = left * left * (X * cosine + B * sine);
+    const float turned = left * left * (B * cosine - X * sine);
+    const float still = slow * (1.0f - a * gone);
+    const float value = from->value - X - slow * gone + swings;
+    const float rate = w * turned - m * swings - still;
+    const float curvature = a * still + (m * m - w * w) * swings - 2.0f * m * w * turned;
+    const float below = rate * rate - 0.5f * value * curvature;
+    return below > 0.0f ? value * rate / below : 0.0f;
+}
+
 /* What a window says about g. */
 typedef enum { KEEPS_SIGN, LOSES_SIGN, DIPS, UNDECIDED } hopform_verdict_f32;
+
+/* Whether g, which falls at the start of a window of length h, is kept above zero by its tangents: where exp(a t) g' rises, g
+ * stays above the one at the start, and above one a little steeper than at the end, where it is `value`. */
+static inline bool hopform_is_held_up_f32(const hopform_sample_f32 *from, const hopform_sample_f32 *to, float value, float a, float h)
+{
+    if (from->turning < 0.0f || to->turning < 0.0f) {
+        return false;
+    }
+    const float last = a * h < 1.0f ? to->rate * (1.0f + a * h) : 1e38f;
+    const float steeper = last - from->rate;
+    const float cross = fabsf(steeper) > 0.0f ? (from->value - value + last * h) / steeper : h;
+    const float reach = cross < h ? (cross > 0.0f ? cross : 0.0f) : h;
+    return from->value + from->rate * reach > from->noise + to->noise;
+}
 
 /* Whether g, positive (or about to be) at the start of a window of length h, keeps its sign to the end of it, where it is `value`.
  *
@@ -153,17 +203,7 @@ static inline hopform_verdict_f32 hopform_judge_f32(const hopform_sample_f32 *fr
     if (monotone || !(from->rate < 0.0f)) {
         return KEEPS_SIGN;
     }
-    if (!(from->turning < 0.0f) && !(to->turning < 0.0f)) {
-        /* exp(a t) g' rises, so g stays above its tangent at the start, and above one a little steeper at the end. */
-        const float last = a * h < 1.0f ? to->rate * (1.0f + a * h) : 1e38f;
-        const float steeper = last - from->rate;
-        const float cross = fabsf(steeper) > 0.0f ? (from->value - value + last * h) / steeper : h;
-        const float reach = cross < h ? (cross > 0.0f ? cross : 0.0f) : h;
-        if (from->value + from->rate * reach > from->noise + to->noise) {
-            return KEEPS_SIGN;
-        }
-    }
-    return DIPS;
+    return hopform_is_held_up_f32(from, to, value, a, h) ? KEEPS_SIGN : DIPS;
 }
 
 /* Where m, which has changed its sign within a window, has its zero: the chord's, kept off the ends. */
@@ -308,13 +348,17 @@ static inline hopform_point_f32 hopform_root_ahead_f32(const hopform_watch_f32 *
     hopform_point_f32 none = {0.0f, {1.0f, 0.0f, 0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f}};
     float t = guess;
     for (int n = 0; n < 6; n++) {
-        const hopform_point_f32 point = hopform_point_at_f32(watch, poles, t);
+        hopform_point_f32 point;
+        point.t = t;
+        point.basis = hopform_basis_at_f32(poles, t);
+        point.at = hopform_course_at_f32(watch, poles, &point.basis);
         const float step = hopform_step_to_root_f32(&point.at);
         t = point.t - step;
         if (!(point.at.rate < 0.0f)) {
             return none;
         }
         if (fabsf(point.at.value) <= 1.1920929e-7f * point.t * fabsf(point.at.rate)) {
+            point.at = hopform_sample_at_f32(watch, poles, &point.basis, point.t);
             return point;
         }
         if (!(t > low && t < high)) {
@@ -327,16 +371,27 @@ static inline hopform_point_f32 hopform_root_ahead_f32(const hopform_watch_f32 *
     return none;
 }
 
-/* The minimum of g between two times between which its rate becomes positive; ends early where g < 0 is found. */
+/* The minimum of g between two times, in a window shorter than a half turn, between which its rate becomes positive; ends early
+ * where g < 0 is found, or where g is known to stay above zero. */
 static inline hopform_point_f32 hopform_bottom_between_f32(const hopform_watch_f32 *watch, const hopform_poles_f32 *poles,
-                                                             float low, float high, float first)
+                                                             float low, const hopform_sample_f32 *at_low, float high,
+                                                             const hopform_sample_f32 *at_high)
 {
+    hopform_sample_f32 before = *at_low;
+    hopform_sample_f32 after = *at_high;
+    const float turn = before.rate - after.rate;
+    const float first = low + (high - low) * (turn < 0.0f ? before.rate / turn : 0.5f);
     hopform_point_f32 last = hopform_point_at_f32(watch, poles, first > low && first < high ? first : low + 0.5f * (high - low));
     for (int n = 0; n < 100 && !(last.at.value < -last.at.noise); n++) {
         if (last.at.rate < 0.0f) {
             low = last.t;
+            before = last.at;
         } else { /* a rate that has faded to 0 lies behind the extremum */
             high = last.t;
+            after = last.at;
+        }
+        if (hopform_is_held_up_f32(&before, &after, after.value, poles->a, high - low)) {
+            break;
         }
         const bool usable = fabsf(last.at.curvature) > 0.0f;
         const float step = usable ? last.at.rate / last.at.curvature : 0.0f;

@@ -52,20 +52,24 @@ static inline double hopform_turning_at_f64(const hopform_poles_f64 *poles, cons
     return hopform_turning_f64(poles, left, basis);
 }
 
+/* g and three derivatives, all that a step towards a root takes. */
+static inline hopform_sample_f64 hopform_course_at_f64(const hopform_watch_f64 *watch, const hopform_poles_f64 *poles,
+                                                         const hopform_basis_f64 *basis)
+{
+    const hopform_rise_f64 rise = hopform_rises_f64(poles, &watch->numerator, basis);
+    const hopform_sample_f64 sample = {watch->start + rise.rise, rise.rise_rate, rise.rise_curvature, rise.rise_third, 0.0, 0.0};
+    return sample;
+}
+
 static inline hopform_sample_f64 hopform_sample_at_f64(const hopform_watch_f64 *watch, const hopform_poles_f64 *poles,
                                                          const hopform_basis_f64 *basis, double t)
 {
     const hopform_numerator_f64 *h = &watch->numerator;
-    const hopform_rise_f64 rise = hopform_rises_f64(poles, h, basis);
-    hopform_sample_f64 sample;
-    sample.value = watch->start + rise.rise;
-    sample.rate = rise.rise_rate;
-    sample.curvature = rise.rise_curvature;
-    sample.third = rise.rise_third;
+    hopform_sample_f64 sample = hopform_course_at_f64(watch, poles, basis);
     sample.turning = hopform_turning_at_f64(poles, &watch->left, basis, t);
     sample.noise = 16.0 * 2.220446049250313e-16
                    * (fabs(watch->start) + fabs(h->H3 * basis->Wd) + fabs(h->H2 * basis->W) + fabs(h->H1 * basis->W1)
-                      + t * fabs(rise.rise_rate));
+                      + t * fabs(sample.rate));
     return sample;
 }
 
@@ -118,8 +122,54 @@ static inline double hopform_swing_to_zero_f64(const hopform_sample_f64 *from, d
     return 2.0 * (far ? 1.5708 - angle : angle) / w;
 }
 
+/* From `t` to the root, nearer: a step of Halley's on what g's value and derivatives at the start make of all three poles,
+ *
+ *     g = value - X - slow (1 - exp(-a t))/a + exp(-m t) (X cos(w t) + B sin(w t)),
+ *
+ * exp, sin and cos to about 1e-5 within a half turn. It guesses: no bound rests on it. */
+static inline double hopform_swing_step_f64(const hopform_poles_f64 *poles, const hopform_sample_f64 *from, double w, double t)
+{
+    const double a = poles->a;
+    const double m = 0.5 * poles->p;
+    const double chi = hopform_residue_f64(poles);
+    const double slow = -(from->third + poles->p * from->curvature + poles->q * from->rate) / (chi > 0.0 ? chi : 1.0);
+    const double X = -(from->curvature + poles->p * from->rate + slow * (poles->p - a)) / poles->q;
+    const double B = (from->rate + slow + m * X) / w;
+    const double y = w * t - 1.5707964;
+    const double yy = y * y;
+    const double sine = 0.9999933 - yy * (0.4999124 - yy * (0.0414877 - yy * 0.0012712));
+    const double cosine = -y * (0.9999966 - yy * (0.1666482 - yy * (0.0083063 - yy * 0.0001836)));
+    const double fade = 0.5 * m * t;
+    const double decay = 0.5 * a * t;
+    const double left = 1.0 - 12.0 * fade / (12.0 + 6.0 * fade + fade * fade); /* the root of exp(-m t) */
+    const double share = 12.0 / (12.0 + 6.0 * decay + decay * decay);
+    const double gone = 0.5 * t * share * (2.0 - decay * share);
+    const double swings = left * left * (X * cosine + B * sine);
+    const double turned = left * left * (B * cosine - X * sine);
+    const double still = slow * (1.0 - a * gone);
+    const double value = from->value - X - slow * gone + swings;
+    const double rate = w * turned - m * swings - still;
+    const double curvature = a * still + (m * m - w * w) * swings - 2.0 * m * w * turned;
+    const double below = rate * rate - 0.5 * value * curvature;
+    return below > 0.0 ? value * rate / below : 0.0;
+}
+
 /* What a window says about g. */
 typedef enum { KEEPS_SIGN, LOSES_SIGN, DIPS, UNDECIDED } hopform_verdict_f64;
+
+/* Whether g, which falls at the start of a window of length h, is kept above zero by its tangents: where exp(a t) g' rises, g
+ * stays above the one at the start, and above one a little steeper than at the end, where it is `value`. */
+static inline bool hopform_is_held_up_f64(const hopform_sample_f64 *from, const hopform_sample_f64 *to, double value, double a, double h)
+{
+    if (from->turning < 0.0 || to->turning < 0.0) {
+        return false;
+    }
+    const double last = a * h < 1.0 ? to->rate * (1.0 + a * h) : 1e+300;
+    const double steeper = last - from->rate;
+    const double cross = fabs(steeper) > 0.0 ? (from->value - value + last * h) / steeper : h;
+    const double reach = cross < h ? (cross > 0.0 ? cross : 0.0) : h;
+    return from->value + from->rate * reach > from->noise + to->noise;
+}
 
 /* Whether g, positive (or about to be) at the start of a window of length h, keeps its sign to the end of it, where it is `value`.
  *
@@ -153,17 +203,7 @@ static inline hopform_verdict_f64 hopform_judge_f64(const hopform_sample_f64 *fr
     if (monotone || !(from->rate < 0.0)) {
         return KEEPS_SIGN;
     }
-    if (!(from->turning < 0.0) && !(to->turning < 0.0)) {
-        /* exp(a t) g' rises, so g stays above its tangent at the start, and above one a little steeper at the end. */
-        const double last = a * h < 1.0 ? to->rate * (1.0 + a * h) : 1e+300;
-        const double steeper = last - from->rate;
-        const double cross = fabs(steeper) > 0.0 ? (from->value - value + last * h) / steeper : h;
-        const double reach = cross < h ? (cross > 0.0 ? cross : 0.0) : h;
-        if (from->value + from->rate * reach > from->noise + to->noise) {
-            return KEEPS_SIGN;
-        }
-    }
-    return DIPS;
+    return hopform_is_held_up_f64(from, to, value, a, h) ? KEEPS_SIGN : DIPS;
 }
 
 /* Where m, which has changed its sign within a window, has its zero: the chord's, kept off the ends. */
@@ -308,13 +348,17 @@ static inline hopform_point_f64 hopform_root_ahead_f64(const hopform_watch_f64 *
     hopform_point_f64 none = {0.0, {1.0, 0.0, 0.0, 0.0, 0.0}, {0.0, 0.0, 0.0, 0.0, 0.0, 0.0}};
     double t = guess;
     for (int n = 0; n < 6; n++) {
-        const hopform_point_f64 point = hopform_point_at_f64(watch, poles, t);
+        hopform_point_f64 point;
+        point.t = t;
+        point.basis = hopform_basis_at_f64(poles, t);
+        point.at = hopform_course_at_f64(watch, poles, &point.basis);
         const double step = hopform_step_to_root_f64(&point.at);
         t = point.t - step;
         if (!(point.at.rate < 0.0)) {
             return none;
         }
         if (fabs(point.at.value) <= 2.220446049250313e-16 * point.t * fabs(point.at.rate)) {
+            point.at = hopform_sample_at_f64(watch, poles, &point.basis, point.t);
             return point;
         }
         if (!(t > low && t < high)) {
@@ -327,16 +371,27 @@ static inline hopform_point_f64 hopform_root_ahead_f64(const hopform_watch_f64 *
     return none;
 }
 
-/* The minimum of g between two times between which its rate becomes positive; ends early where g < 0 is found. */
+/* The minimum of g between two times, in a window shorter than a half turn, between which its rate becomes positive; ends early
+ * where g < 0 is found, or where g is known to stay above zero. */
 static inline hopform_point_f64 hopform_bottom_between_f64(const hopform_watch_f64 *watch, const hopform_poles_f64 *poles,
-                                                             double low, double high, double first)
+                                                             double low, const hopform_sample_f64 *at_low, double high,
+                                                             const hopform_sample_f64 *at_high)
 {
+    hopform_sample_f64 before = *at_low;
+    hopform_sample_f64 after = *at_high;
+    const double turn = before.rate - after.rate;
+    const double first = low + (high - low) * (turn < 0.0 ? before.rate / turn : 0.5);
     hopform_point_f64 last = hopform_point_at_f64(watch, poles, first > low && first < high ? first : low + 0.5 * (high - low));
     for (int n = 0; n < 100 && !(last.at.value < -last.at.noise); n++) {
         if (last.at.rate < 0.0) {
             low = last.t;
+            before = last.at;
         } else { /* a rate that has faded to 0 lies behind the extremum */
             high = last.t;
+            after = last.at;
+        }
+        if (hopform_is_held_up_f64(&before, &after, after.value, poles->a, high - low)) {
+            break;
         }
         const bool usable = fabs(last.at.curvature) > 0.0;
         const double step = usable ? last.at.rate / last.at.curvature : 0.0;

@@ -974,7 +974,8 @@ LANES_CODE static void start_watches(lanes *restrict w)
         const hopform_poles_f32 poles = one_of_poles_columns(&w->poles, l);
         const hopform_motion_f32 m = one_of_motion_columns(&w->motion, l);
         const hopform_watch_f32 leg = hopform_watch_of_f32(&poles, m.H3_y, m.H2_y, m.H1_y, w->state.y[l], 1.0f, 0, 0);
-        put_watch(w, 0, l, 1.0f, BY_TAKEOFF, 0.0f, &leg);
+        const float falls = flag((w->side_1[l] < 0.0f) | (w->side_2[l] > 0.0f)); /* else y only rises */
+        put_watch(w, 0, l, falls, BY_TAKEOFF, 0.0f, &leg);
         blocked_below[l] = flag(blocks(w, l, -1.0f));
         blocked_above[l] = flag(blocks(w, l, 1.0f));
     }
@@ -1010,8 +1011,14 @@ LANES_CODE static void start_watches(lanes *restrict w)
         const hopform_watch_f32 first = chosen(both, &velocity_1, &below);
         const hopform_watch_f32 second = chosen(both, &velocity_2, &above);
         const float by_threshold = held_1 * (float)BY_THRESHOLD_1 + (1.0f - held_1) * (float)BY_THRESHOLD_2;
-        put_watch(w, 1, l, 1.0f - held_1 * blocked_below[l], both ? (float)BY_VELOCITY_1 : by_threshold, -1.0f, &first);
-        put_watch(w, 2, l, 1.0f - held_1 * blocked_above[l], both ? (float)BY_VELOCITY_2 : by_threshold, 1.0f, &second);
+        const float per_y = held_1 > 0.0f ? w->rates.a1_y[l] : w->rates.a2_y[l];
+        const float per_v = held_1 > 0.0f ? w->rates.a1_v2[l] : w->rates.a2_v1[l];
+        const float along = (flag(per_y > 0.0f) - flag(per_y < 0.0f)) * (side_1 - side_2);
+        const float towards = (both | (fabsf(per_v) > 0.0f)) ? 0.0f : along; /* where it may slip to, 0 for either side */
+        const float on_below = flag(!(towards > 0.0f)) * (1.0f - held_1 * blocked_below[l]);
+        const float on_above = flag(!(towards < 0.0f)) * (1.0f - held_1 * blocked_above[l]);
+        put_watch(w, 1, l, on_below, both ? (float)BY_VELOCITY_1 : by_threshold, -1.0f, &first);
+        put_watch(w, 2, l, on_above, both ? (float)BY_VELOCITY_2 : by_threshold, 1.0f, &second);
     }
 }
 
@@ -1104,6 +1111,7 @@ LANES_CODE static void choose_watch(const watch_columns *restrict watch, const f
 /* The search for the first root that swinging on would bring. */
 typedef struct {
     watch_columns watch;
+    sample_columns from;
     column number, kind; /* of the watch */
     column far, close;   /* where the window ends at most, and if no root is found */
     column t, seeks, lands, closes;
@@ -1111,10 +1119,11 @@ typedef struct {
 
 LANES_CODE static void look_ahead(const lanes *restrict w, outlook *restrict ahead)
 {
-    column after, swing, sooner, after_fade;
+    column after, swing, sooner, after_fade, watched;
     for (int l = 0; l < LANES; l++) {
         after[l] = 0.96875f * w->half_turn[l];
         ahead->number[l] = -1.0f;
+        watched[l] = 0.0f;
     }
     for (int s = 0; s < SLOTS; s++) {
         const float *on = w->on[s];
@@ -1124,12 +1133,23 @@ LANES_CODE static void look_ahead(const lanes *restrict w, outlook *restrict ahe
         swings_to_zero(&w->from[s], w->omega, swing);
         for (int l = 0; l < LANES; l++) {
             sooner[l] = flag((on[l] > 0.0f) & (swing[l] < after[l]));
+            watched[l] += on[l];
         }
         for (int l = 0; l < LANES; l++) {
+            const hopform_sample_f32 from = one_sample(&w->from[s], l);
             keep(&after[l], sooner[l] > 0.0f, swing[l]);
             keep(&ahead->number[l], sooner[l] > 0.0f, (float)s);
+            keep_sample(&ahead->from, l, sooner[l] > 0.0f, &from);
         }
         choose_watch(&w->watch[s], sooner, &ahead->watch);
+    }
+    for (int l = 0; l < LANES; l++) {
+        const hopform_poles_f32 poles = one_of_poles_columns(&w->poles, l);
+        const hopform_sample_f32 from = one_sample(&ahead->from, l);
+        const float step = hopform_swing_step_f32(&poles, &from, w->omega[l], after[l]);
+        const bool nearer = (ahead->number[l] >= 0.0f) & (fabsf(step) < 0.25f * after[l]);
+        const float moved = after[l] - step;
+        keep(&after[l], nearer, moved);
     }
     for (int l = 0; l < LANES; l++) {
         const float p = w->poles.p[l];
@@ -1143,6 +1163,7 @@ LANES_CODE static void look_ahead(const lanes *restrict w, outlook *restrict ahe
     for (int l = 0; l < LANES; l++) {
         const float half = 0.96875f * w->half_turn[l];
         after_fade[l] = half < after_fade[l] ? half : after_fade[l];
+        keep(&after_fade[l], !(watched[l] > 0.0f), 1e38f);
     }
     for (int l = 0; l < LANES; l++) {
         const float low = w->low[l];
@@ -1264,66 +1285,62 @@ LANES_CODE static void reach_ahead(lanes *restrict w, outlook *restrict ahead)
 
 /* ---- what the window says ---- */
 
-/* hopform_judge_f32 by arithmetic with flags, for the lanes' watches of one number; `value` is g at the end. */
-LANES_CODE static void judge(const lanes *restrict w, const sample_columns *restrict from, const sample_columns *restrict to,
-                             const float *restrict value, float *restrict verdict)
+/* hopform_is_held_up_f32 by arithmetic with flags. */
+static inline float held_up_by(const sample_columns *from, const sample_columns *to, int l, float value, float a, float h)
 {
-    column falls, falls_later, rises, turns, straight, away, far, below, steepest, lowest, pauses, span, last, cross, reach, growth;
-    for (int l = 0; l < LANES; l++) {
-        const float h = w->end_t[l] - w->low[l];
-        const float ah = w->poles.a[l] * h;
-        growth[l] = ah < 1.0f ? 1.0f + 2.0f * w->poles.a[l] * h : 1e38f;
-        last[l] = ah < 1.0f ? to->rate[l] * (1.0f + ah) : 1e38f;
-        falls[l] = flag(from->rate[l] < 0.0f);
-        falls_later[l] = flag(to->rate[l] < 0.0f);
-        rises[l] = flag(from->turning[l] > 0.0f);
-        turns[l] = flag((from->turning[l] * to->turning[l] < 0.0f)
-                        | ((fabsf(from->turning[l]) > 0.0f) & !(fabsf(to->turning[l]) > 0.0f)));
-        pauses[l] = flag(!(fabsf(to->rate[l]) * h > to->noise[l]));
-        span[l] = ah < 1.0f ? h : over(1.0f, w->poles.a[l]);
-        straight[l] = flag(!(from->turning[l] < 0.0f)) * flag(!(to->turning[l] < 0.0f));
-    }
-    for (int l = 0; l < LANES; l++) {
-        const float h = w->end_t[l] - w->low[l];
-        const float grown = to->rate[l] * growth[l];
-        const float quarter = flag(h <= 0.5f * w->half_turn[l]);
-        const float change = -fabsf(from->turning[l]) * span[l];
-        steepest[l] = from->rate[l] < grown ? from->rate[l] : grown;
-        lowest[l] = quarter > 0.0f ? change : -1e38f;
-        away[l] = quarter * flag(fabsf(from->rate[l]) > fabsf(from->turning[l]) * h * growth[l]);
-        const float steeper = last[l] - from->rate[l];
-        cross[l] = fabsf(steeper) > 0.0f ? over(from->value[l] - value[l] + last[l] * h, steeper) : h;
-        below[l] = flag(value[l] < 0.0f) * flag((value[l] < -to->noise[l]) | (to->rate[l] * h < -to->noise[l]));
-    }
-    for (int l = 0; l < LANES; l++) {
-        const float h = w->end_t[l] - w->low[l];
-        const float noise = from->noise[l] + to->noise[l];
-        const float slope = falls[l] > 0.0f ? steepest[l] : lowest[l];
-        far[l] = flag(value[l] > 0.0f) * flag(from->value[l] + slope * h > noise);
-        reach[l] = cross[l] > 0.0f ? cross[l] : 0.0f;
-    }
-    for (int l = 0; l < LANES; l++) {
-        const float h = w->end_t[l] - w->low[l];
-        reach[l] = cross[l] < h ? reach[l] : h;
-    }
-    for (int l = 0; l < LANES; l++) {
-        const float noise = from->noise[l] + to->noise[l];
-        const float above_tangents = straight[l] * flag(from->value[l] + from->rate[l] * reach[l] > noise);
-        const float alike = falls[l] * falls_later[l] + (1.0f - falls[l]) * (1.0f - falls_later[l]);
-        const float same = pauses[l] * turns[l] + (1.0f - pauses[l]) * alike;
-        const float nears_zero = turns[l] * same * (falls[l] * rises[l] + (1.0f - falls[l]) * (1.0f - rises[l]));
-        const float open = nears_zero * (1.0f - away[l]);
-        const float monotone = nears_zero * away[l] + (1.0f - nears_zero) * same;
-        const float dips = (1.0f - monotone) * falls[l] * (1.0f - above_tangents);
-        const float decided = below[l] * (float)LOSES_SIGN + (1.0f - below[l]) * dips * (float)DIPS;
-        verdict[l] = open * (1.0f - far[l]) * (float)UNDECIDED + (1.0f - open) * decided;
-    }
+    const float last = a * h < 1.0f ? to->rate[l] * (1.0f + a * h) : 1e38f;
+    const float steeper = last - from->rate[l];
+    const float cross = fabsf(steeper) > 0.0f ? over(from->value[l] - value + last * h, steeper) : h;
+    const float ahead = cross > 0.0f ? cross : 0.0f;
+    const float reach = cross < h ? ahead : h;
+    return flag(!(from->turning[l] < 0.0f)) * flag(!(to->turning[l] < 0.0f))
+           * flag(from->value[l] + from->rate[l] * reach > from->noise[l] + to->noise[l]);
+}
+
+/* hopform_judge_f32 without a jump, for watches of one number; `value` is g at the end. */
+static inline float verdict_on(const lanes *w, const sample_columns *from, const sample_columns *to, int l, float value)
+{
+    const float a = w->poles.a[l];
+    const float h = w->end_t[l] - w->low[l];
+    const float ah = a * h;
+    const float rate = from->rate[l];
+    const float later = to->rate[l];
+    const float turning = from->turning[l];
+    const float noise = from->noise[l] + to->noise[l];
+    const float grows = 1.0f + 2.0f * a * h;
+    const float growth = ah < 1.0f ? grows : 1e38f;
+    const float inverse = over(1.0f, a);
+    const float span = ah < 1.0f ? h : inverse;
+    const bool falls = rate < 0.0f;
+    const bool turns = (turning * to->turning[l] < 0.0f) | ((fabsf(turning) > 0.0f) & !(fabsf(to->turning[l]) > 0.0f));
+    const bool pauses = !(fabsf(later) * h > to->noise[l]);
+    const float grown = later * growth;
+    const bool quarter = h <= 0.5f * w->half_turn[l];
+    const float change = -fabsf(turning) * span;
+    const float steepest = rate < grown ? rate : grown;
+    const float lowest = quarter ? change : -1e38f;
+    const bool away = quarter & (fabsf(rate) > fabsf(turning) * h * growth);
+    const bool below = (value < 0.0f) & ((value < -to->noise[l]) | (later * h < -to->noise[l]));
+    const float slope = falls ? steepest : lowest;
+    const bool far = (value > 0.0f) & (from->value[l] + slope * h > noise);
+    const bool alike = !(falls ^ (later < 0.0f));
+    const bool same = (pauses & turns) | (!pauses & alike);
+    const bool nears_zero = turns & same & !(falls ^ (turning > 0.0f));
+    const bool open = nears_zero & !away;
+    const bool monotone = (nears_zero & away) | (!nears_zero & same);
+    const bool held_up = held_up_by(from, to, l, value, a, h) > 0.0f;
+    const bool dips = !monotone & falls & !held_up;
+    const float of_dips = dips ? (float)DIPS : 0.0f;
+    const float decided = below ? (float)LOSES_SIGN : of_dips;
+    const float undecided = far ? 0.0f : (float)UNDECIDED;
+    return open ? undecided : decided;
 }
 
 /* A search in the window of a lane: which watch, and where it has got to. */
 typedef struct {
     watch_columns watch;
-    sample_columns at;
+    sample_columns before; /* at the start of the window, and where a search for a minimum has got to from there */
+    sample_columns at;     /* at its end */
     basis_columns basis;
     column number, low, high, t, going, done, turning;
 } search;
@@ -1332,35 +1349,32 @@ typedef struct {
 LANES_CODE static void act_on(const lanes *restrict w, int s, const float *restrict unsettled, const float *restrict first,
                               float *restrict here, float *restrict what)
 {
-    column value, is_found, later_found, other_found, early, nearly, at_once, verdict;
     const sample_columns *from = &w->from[s];
     const sample_columns *to = &w->to[s];
     const float number = (float)s;
     for (int l = 0; l < LANES; l++) {
         const float h = w->end_t[l] - w->low[l];
-        is_found[l] = flag(w->found[l] >= number) * flag(w->found[l] <= number);
-        later_found[l] = flag(w->found[l] > number);
-        other_found[l] = flag(w->found[l] >= 0.0f) * (1.0f - is_found[l]);
-        early[l] = flag(to->value[l] < -to->noise[l]);
-        nearly[l] = flag(to->rate[l] * h < -16.0f * to->noise[l]) * flag(to->value[l] < 4.0f * to->noise[l]);
-        at_once[l] = flag(!(from->value[l] > 0.0f))
-                     * flag((from->rate[l] < 0.0f) | ((from->rate[l] <= 0.0f) & (from->turning[l] <= 0.0f)));
-    }
-    for (int l = 0; l < LANES; l++) {
-        value[l] = is_found[l] > 0.0f ? -2.0f * to->noise[l] : to->value[l];
-    }
-    judge(w, from, to, value, verdict);
-    for (int l = 0; l < LANES; l++) {
-        const float keeps = flag(verdict[l] < 0.5f);
-        const float loses = flag(verdict[l] > 0.5f) * flag(verdict[l] < 1.5f);
-        const float dips = flag(verdict[l] > 1.5f) * flag(verdict[l] < 2.5f);
-        const float unknown = flag(verdict[l] > 2.5f);
-        const float ties = early[l] + nearly[l];
-        const float comes_before = early[l] + later_found[l] * nearly[l];
-        const float leaves = flag(keeps * later_found[l] * ties + loses * other_found[l] * flag(comes_before < 0.5f)
-                                     + loses * (1.0f - is_found[l]) * at_once[l] + dips * is_found[l]
+        const float noise = to->noise[l];
+        const float is_found = flag(w->found[l] >= number) * flag(w->found[l] <= number);
+        const float later_found = flag(w->found[l] > number);
+        const float other_found = flag(w->found[l] >= 0.0f) * (1.0f - is_found);
+        const float early = flag(to->value[l] < -noise);
+        const float nearly = flag(to->rate[l] * h < -16.0f * noise) * flag(to->value[l] < 4.0f * noise);
+        const float at_once = flag(!(from->value[l] > 0.0f))
+                             * flag((from->rate[l] < 0.0f) | ((from->rate[l] <= 0.0f) & (from->turning[l] <= 0.0f)));
+        const float just_beyond = -2.0f * noise;
+        const float value = is_found > 0.0f ? just_beyond : to->value[l];
+        const float verdict = verdict_on(w, from, to, l, value);
+        const float keeps = flag(verdict < 0.5f);
+        const float loses = flag(verdict > 0.5f) * flag(verdict < 1.5f);
+        const float dips = flag(verdict > 1.5f) * flag(verdict < 2.5f);
+        const float unknown = flag(verdict > 2.5f);
+        const float ties = early + nearly;
+        const float comes_before = early + later_found * nearly;
+        const float leaves = flag(keeps * later_found * ties + loses * other_found * flag(comes_before < 0.5f)
+                                     + loses * (1.0f - is_found) * at_once + dips * is_found
                                  > 0.5f);
-        const float acts = (1.0f - keeps) * (1.0f - loses * is_found[l]);
+        const float acts = (1.0f - keeps) * (1.0f - loses * is_found);
         here[l] = unsettled[l] * flag(w->on[s][l] > 0.0f) * flag(first[l] <= number) * flag(acts + leaves > 0.5f);
         what[l] = leaves * (float)LEAVE
                   + (1.0f - leaves) * (dips * (float)FIND_BOTTOM + loses * (float)FIND_ROOT + unknown * (float)CUT);
@@ -1388,12 +1402,14 @@ LANES_CODE static void settle_verdicts(const lanes *restrict w, const float *res
         }
         for (int l = 0; l < LANES; l++) {
             const bool yes = here[l] > 0.0f;
+            const hopform_sample_f32 begin = one_sample(from, l);
             const hopform_sample_f32 end = one_sample(to, l);
             const float h = w->end_t[l] - w->low[l];
             keep(&what[l], yes, deed[l]);
             keep(&found->number[l], yes, (float)s);
             keep(&found->turning[l], yes, from->turning[l]);
             keep(&found->t[l], yes, w->low[l] + h * over(from->rate[l], from->rate[l] - to->rate[l]));
+            keep_sample(&found->before, l, yes, &begin);
             keep_sample(&found->at, l, yes, &end);
         }
         choose_watch(&w->watch[s], here, &found->watch);
@@ -1426,10 +1442,16 @@ LANES_CODE static void find_bottoms(lanes *restrict w, const float *restrict wha
             ready[l] = flag(usable) * flag(fabsf(step) <= 0.001f * 0.00034526698f * t);
             bisects[l] = halves ? 1.0f : flag(!usable);
             find->done[l] = find->going[l] * flag(at.value < -at.noise);
+            keep_sample(&find->before, l, (find->going[l] > 0.0f) & (at.rate < 0.0f), &at);
+            keep_sample(&find->at, l, (find->going[l] > 0.0f) & !(at.rate < 0.0f), &at);
         }
         for (int l = 0; l < LANES; l++) {
             keep(&find->low[l], (find->going[l] > 0.0f) & (falls[l] < 0.0f), find->t[l]);
             keep(&find->high[l], (find->going[l] > 0.0f) & !(falls[l] < 0.0f), find->t[l]);
+        }
+        for (int l = 0; l < LANES; l++) {
+            const float held_up = held_up_by(&find->before, &find->at, l, find->at.value[l], w->poles.a[l], find->high[l] - find->low[l]);
+            ready[l] = held_up > 0.0f ? 1.0f : ready[l];
         }
         for (int l = 0; l < LANES; l++) {
             const bool inside = (next[l] > find->low[l]) & (next[l] < find->high[l]) & !(bisects[l] > 0.0f);
@@ -1939,6 +1961,7 @@ typedef struct {
     int64_t robot_number;
     int32_t robot_status;
     int32_t kept;
+    bool many_robots; /* or one for all */
 } queue;
 
 static void put_robot(lanes *w, int l, const queue *from)
@@ -2007,7 +2030,7 @@ static bool take(lanes *w, int l, const queue *from, int64_t i)
 static int64_t next_stance(queue *from)
 {
     const int64_t i = from->next++;
-    if (i == 0 || hopform_robot_changes_f32(from->in, i)) {
+    if (i == 0 || (from->many_robots && hopform_robot_changes_f32(from->in, i))) {
         const hopform_robot_f32 robot = hopform_robot_of_f32(from->in, i);
         from->robot_status = hopform_plan_init_f32(&from->plan, &robot);
         from->robot_number++;
@@ -2138,7 +2161,7 @@ static void clear(lanes *w)
 int32_t LANES_NAME(int64_t count, const hopform_stances_in_f32 *in, const hopform_stances_out_f32 *out)
 {
     lanes w;
-    queue stances = {count, in, out, 0, 0, {{0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f}, 0}, 0, HOPFORM_OK, HOPFORM_OK};
+    queue stances = {count, in, out, 0, 0, {{0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f}, 0}, 0, HOPFORM_OK, HOPFORM_OK, hopform_has_many_robots_f32(in)};
     clear(&w);
     for (;;) {
         if (stances.next < stances.pause) {

@@ -995,7 +995,8 @@ LANES_CODE static void start_watches(lanes *restrict w)
         const hopform_poles_f64 poles = one_of_poles_columns(&w->poles, l);
         const hopform_motion_f64 m = one_of_motion_columns(&w->motion, l);
         const hopform_watch_f64 leg = hopform_watch_of_f64(&poles, m.H3_y, m.H2_y, m.H1_y, w->state.y[l], 1.0, 0, 0);
-        put_watch(w, 0, l, 1.0, BY_TAKEOFF, 0.0, &leg);
+        const double falls = flag((w->side_1[l] < 0.0) | (w->side_2[l] > 0.0)); /* else y only rises */
+        put_watch(w, 0, l, falls, BY_TAKEOFF, 0.0, &leg);
         blocked_below[l] = flag(blocks(w, l, -1.0));
         blocked_above[l] = flag(blocks(w, l, 1.0));
     }
@@ -1031,8 +1032,14 @@ LANES_CODE static void start_watches(lanes *restrict w)
         const hopform_watch_f64 first = chosen(both, &velocity_1, &below);
         const hopform_watch_f64 second = chosen(both, &velocity_2, &above);
         const double by_threshold = held_1 * (double)BY_THRESHOLD_1 + (1.0 - held_1) * (double)BY_THRESHOLD_2;
-        put_watch(w, 1, l, 1.0 - held_1 * blocked_below[l], both ? (double)BY_VELOCITY_1 : by_threshold, -1.0, &first);
-        put_watch(w, 2, l, 1.0 - held_1 * blocked_above[l], both ? (double)BY_VELOCITY_2 : by_threshold, 1.0, &second);
+        const double per_y = held_1 > 0.0 ? w->rates.a1_y[l] : w->rates.a2_y[l];
+        const double per_v = held_1 > 0.0 ? w->rates.a1_v2[l] : w->rates.a2_v1[l];
+        const double along = (flag(per_y > 0.0) - flag(per_y < 0.0)) * (side_1 - side_2);
+        const double towards = (both | (fabs(per_v) > 0.0)) ? 0.0 : along; /* where it may slip to, 0 for either side */
+        const double on_below = flag(!(towards > 0.0)) * (1.0 - held_1 * blocked_below[l]);
+        const double on_above = flag(!(towards < 0.0)) * (1.0 - held_1 * blocked_above[l]);
+        put_watch(w, 1, l, on_below, both ? (double)BY_VELOCITY_1 : by_threshold, -1.0, &first);
+        put_watch(w, 2, l, on_above, both ? (double)BY_VELOCITY_2 : by_threshold, 1.0, &second);
     }
 }
 
@@ -1125,6 +1132,7 @@ LANES_CODE static void choose_watch(const watch_columns *restrict watch, const d
 /* The search for the first root that swinging on would bring. */
 typedef struct {
     watch_columns watch;
+    sample_columns from;
     column number, kind; /* of the watch */
     column far, close;   /* where the window ends at most, and if no root is found */
     column t, seeks, lands, closes;
@@ -1132,10 +1140,11 @@ typedef struct {
 
 LANES_CODE static void look_ahead(const lanes *restrict w, outlook *restrict ahead)
 {
-    column after, swing, sooner, after_fade;
+    column after, swing, sooner, after_fade, watched;
     for (int l = 0; l < LANES; l++) {
         after[l] = 0.96875 * w->half_turn[l];
         ahead->number[l] = -1.0;
+        watched[l] = 0.0;
     }
     for (int s = 0; s < SLOTS; s++) {
         const double *on = w->on[s];
@@ -1145,12 +1154,23 @@ LANES_CODE static void look_ahead(const lanes *restrict w, outlook *restrict ahe
         swings_to_zero(&w->from[s], w->omega, swing);
         for (int l = 0; l < LANES; l++) {
             sooner[l] = flag((on[l] > 0.0) & (swing[l] < after[l]));
+            watched[l] += on[l];
         }
         for (int l = 0; l < LANES; l++) {
+            const hopform_sample_f64 from = one_sample(&w->from[s], l);
             keep(&after[l], sooner[l] > 0.0, swing[l]);
             keep(&ahead->number[l], sooner[l] > 0.0, (double)s);
+            keep_sample(&ahead->from, l, sooner[l] > 0.0, &from);
         }
         choose_watch(&w->watch[s], sooner, &ahead->watch);
+    }
+    for (int l = 0; l < LANES; l++) {
+        const hopform_poles_f64 poles = one_of_poles_columns(&w->poles, l);
+        const hopform_sample_f64 from = one_sample(&ahead->from, l);
+        const double step = hopform_swing_step_f64(&poles, &from, w->omega[l], after[l]);
+        const bool nearer = (ahead->number[l] >= 0.0) & (fabs(step) < 0.25 * after[l]);
+        const double moved = after[l] - step;
+        keep(&after[l], nearer, moved);
     }
     for (int l = 0; l < LANES; l++) {
         const double p = w->poles.p[l];
@@ -1164,6 +1184,7 @@ LANES_CODE static void look_ahead(const lanes *restrict w, outlook *restrict ahe
     for (int l = 0; l < LANES; l++) {
         const double half = 0.96875 * w->half_turn[l];
         after_fade[l] = half < after_fade[l] ? half : after_fade[l];
+        keep(&after_fade[l], !(watched[l] > 0.0), 1e+300);
     }
     for (int l = 0; l < LANES; l++) {
         const double low = w->low[l];
@@ -1285,66 +1306,62 @@ LANES_CODE static void reach_ahead(lanes *restrict w, outlook *restrict ahead)
 
 /* ---- what the window says ---- */
 
-/* hopform_judge_f64 by arithmetic with flags, for the lanes' watches of one number; `value` is g at the end. */
-LANES_CODE static void judge(const lanes *restrict w, const sample_columns *restrict from, const sample_columns *restrict to,
-                             const double *restrict value, double *restrict verdict)
+/* hopform_is_held_up_f64 by arithmetic with flags. */
+static inline double held_up_by(const sample_columns *from, const sample_columns *to, int l, double value, double a, double h)
 {
-    column falls, falls_later, rises, turns, straight, away, far, below, steepest, lowest, pauses, span, last, cross, reach, growth;
-    for (int l = 0; l < LANES; l++) {
-        const double h = w->end_t[l] - w->low[l];
-        const double ah = w->poles.a[l] * h;
-        growth[l] = ah < 1.0 ? 1.0 + 2.0 * w->poles.a[l] * h : 1e+300;
-        last[l] = ah < 1.0 ? to->rate[l] * (1.0 + ah) : 1e+300;
-        falls[l] = flag(from->rate[l] < 0.0);
-        falls_later[l] = flag(to->rate[l] < 0.0);
-        rises[l] = flag(from->turning[l] > 0.0);
-        turns[l] = flag((from->turning[l] * to->turning[l] < 0.0)
-                        | ((fabs(from->turning[l]) > 0.0) & !(fabs(to->turning[l]) > 0.0)));
-        pauses[l] = flag(!(fabs(to->rate[l]) * h > to->noise[l]));
-        span[l] = ah < 1.0 ? h : over(1.0, w->poles.a[l]);
-        straight[l] = flag(!(from->turning[l] < 0.0)) * flag(!(to->turning[l] < 0.0));
-    }
-    for (int l = 0; l < LANES; l++) {
-        const double h = w->end_t[l] - w->low[l];
-        const double grown = to->rate[l] * growth[l];
-        const double quarter = flag(h <= 0.5 * w->half_turn[l]);
-        const double change = -fabs(from->turning[l]) * span[l];
-        steepest[l] = from->rate[l] < grown ? from->rate[l] : grown;
-        lowest[l] = quarter > 0.0 ? change : -1e+300;
-        away[l] = quarter * flag(fabs(from->rate[l]) > fabs(from->turning[l]) * h * growth[l]);
-        const double steeper = last[l] - from->rate[l];
-        cross[l] = fabs(steeper) > 0.0 ? over(from->value[l] - value[l] + last[l] * h, steeper) : h;
-        below[l] = flag(value[l] < 0.0) * flag((value[l] < -to->noise[l]) | (to->rate[l] * h < -to->noise[l]));
-    }
-    for (int l = 0; l < LANES; l++) {
-        const double h = w->end_t[l] - w->low[l];
-        const double noise = from->noise[l] + to->noise[l];
-        const double slope = falls[l] > 0.0 ? steepest[l] : lowest[l];
-        far[l] = flag(value[l] > 0.0) * flag(from->value[l] + slope * h > noise);
-        reach[l] = cross[l] > 0.0 ? cross[l] : 0.0;
-    }
-    for (int l = 0; l < LANES; l++) {
-        const double h = w->end_t[l] - w->low[l];
-        reach[l] = cross[l] < h ? reach[l] : h;
-    }
-    for (int l = 0; l < LANES; l++) {
-        const double noise = from->noise[l] + to->noise[l];
-        const double above_tangents = straight[l] * flag(from->value[l] + from->rate[l] * reach[l] > noise);
-        const double alike = falls[l] * falls_later[l] + (1.0 - falls[l]) * (1.0 - falls_later[l]);
-        const double same = pauses[l] * turns[l] + (1.0 - pauses[l]) * alike;
-        const double nears_zero = turns[l] * same * (falls[l] * rises[l] + (1.0 - falls[l]) * (1.0 - rises[l]));
-        const double open = nears_zero * (1.0 - away[l]);
-        const double monotone = nears_zero * away[l] + (1.0 - nears_zero) * same;
-        const double dips = (1.0 - monotone) * falls[l] * (1.0 - above_tangents);
-        const double decided = below[l] * (double)LOSES_SIGN + (1.0 - below[l]) * dips * (double)DIPS;
-        verdict[l] = open * (1.0 - far[l]) * (double)UNDECIDED + (1.0 - open) * decided;
-    }
+    const double last = a * h < 1.0 ? to->rate[l] * (1.0 + a * h) : 1e+300;
+    const double steeper = last - from->rate[l];
+    const double cross = fabs(steeper) > 0.0 ? over(from->value[l] - value + last * h, steeper) : h;
+    const double ahead = cross > 0.0 ? cross : 0.0;
+    const double reach = cross < h ? ahead : h;
+    return flag(!(from->turning[l] < 0.0)) * flag(!(to->turning[l] < 0.0))
+           * flag(from->value[l] + from->rate[l] * reach > from->noise[l] + to->noise[l]);
+}
+
+/* hopform_judge_f64 without a jump, for watches of one number; `value` is g at the end. */
+static inline double verdict_on(const lanes *w, const sample_columns *from, const sample_columns *to, int l, double value)
+{
+    const double a = w->poles.a[l];
+    const double h = w->end_t[l] - w->low[l];
+    const double ah = a * h;
+    const double rate = from->rate[l];
+    const double later = to->rate[l];
+    const double turning = from->turning[l];
+    const double noise = from->noise[l] + to->noise[l];
+    const double grows = 1.0 + 2.0 * a * h;
+    const double growth = ah < 1.0 ? grows : 1e+300;
+    const double inverse = over(1.0, a);
+    const double span = ah < 1.0 ? h : inverse;
+    const bool falls = rate < 0.0;
+    const bool turns = (turning * to->turning[l] < 0.0) | ((fabs(turning) > 0.0) & !(fabs(to->turning[l]) > 0.0));
+    const bool pauses = !(fabs(later) * h > to->noise[l]);
+    const double grown = later * growth;
+    const bool quarter = h <= 0.5 * w->half_turn[l];
+    const double change = -fabs(turning) * span;
+    const double steepest = rate < grown ? rate : grown;
+    const double lowest = quarter ? change : -1e+300;
+    const bool away = quarter & (fabs(rate) > fabs(turning) * h * growth);
+    const bool below = (value < 0.0) & ((value < -to->noise[l]) | (later * h < -to->noise[l]));
+    const double slope = falls ? steepest : lowest;
+    const bool far = (value > 0.0) & (from->value[l] + slope * h > noise);
+    const bool alike = !(falls ^ (later < 0.0));
+    const bool same = (pauses & turns) | (!pauses & alike);
+    const bool nears_zero = turns & same & !(falls ^ (turning > 0.0));
+    const bool open = nears_zero & !away;
+    const bool monotone = (nears_zero & away) | (!nears_zero & same);
+    const bool held_up = held_up_by(from, to, l, value, a, h) > 0.0;
+    const bool dips = !monotone & falls & !held_up;
+    const double of_dips = dips ? (double)DIPS : 0.0;
+    const double decided = below ? (double)LOSES_SIGN : of_dips;
+    const double undecided = far ? 0.0 : (double)UNDECIDED;
+    return open ? undecided : decided;
 }
 
 /* A search in the window of a lane: which watch, and where it has got to. */
 typedef struct {
     watch_columns watch;
-    sample_columns at;
+    sample_columns before; /* at the start of the window, and where a search for a minimum has got to from there */
+    sample_columns at;     /* at its end */
     basis_columns basis;
     column number, low, high, t, going, done, turning;
 } search;
@@ -1353,35 +1370,32 @@ typedef struct {
 LANES_CODE static void act_on(const lanes *restrict w, int s, const double *restrict unsettled, const double *restrict first,
                               double *restrict here, double *restrict what)
 {
-    column value, is_found, later_found, other_found, early, nearly, at_once, verdict;
     const sample_columns *from = &w->from[s];
     const sample_columns *to = &w->to[s];
     const double number = (double)s;
     for (int l = 0; l < LANES; l++) {
         const double h = w->end_t[l] - w->low[l];
-        is_found[l] = flag(w->found[l] >= number) * flag(w->found[l] <= number);
-        later_found[l] = flag(w->found[l] > number);
-        other_found[l] = flag(w->found[l] >= 0.0) * (1.0 - is_found[l]);
-        early[l] = flag(to->value[l] < -to->noise[l]);
-        nearly[l] = flag(to->rate[l] * h < -16.0 * to->noise[l]) * flag(to->value[l] < 4.0 * to->noise[l]);
-        at_once[l] = flag(!(from->value[l] > 0.0))
-                     * flag((from->rate[l] < 0.0) | ((from->rate[l] <= 0.0) & (from->turning[l] <= 0.0)));
-    }
-    for (int l = 0; l < LANES; l++) {
-        value[l] = is_found[l] > 0.0 ? -2.0 * to->noise[l] : to->value[l];
-    }
-    judge(w, from, to, value, verdict);
-    for (int l = 0; l < LANES; l++) {
-        const double keeps = flag(verdict[l] < 0.5);
-        const double loses = flag(verdict[l] > 0.5) * flag(verdict[l] < 1.5);
-        const double dips = flag(verdict[l] > 1.5) * flag(verdict[l] < 2.5);
-        const double unknown = flag(verdict[l] > 2.5);
-        const double ties = early[l] + nearly[l];
-        const double comes_before = early[l] + later_found[l] * nearly[l];
-        const double leaves = flag(keeps * later_found[l] * ties + loses * other_found[l] * flag(comes_before < 0.5)
-                                     + loses * (1.0 - is_found[l]) * at_once[l] + dips * is_found[l]
+        const double noise = to->noise[l];
+        const double is_found = flag(w->found[l] >= number) * flag(w->found[l] <= number);
+        const double later_found = flag(w->found[l] > number);
+        const double other_found = flag(w->found[l] >= 0.0) * (1.0 - is_found);
+        const double early = flag(to->value[l] < -noise);
+        const double nearly = flag(to->rate[l] * h < -16.0 * noise) * flag(to->value[l] < 4.0 * noise);
+        const double at_once = flag(!(from->value[l] > 0.0))
+                             * flag((from->rate[l] < 0.0) | ((from->rate[l] <= 0.0) & (from->turning[l] <= 0.0)));
+        const double just_beyond = -2.0 * noise;
+        const double value = is_found > 0.0 ? just_beyond : to->value[l];
+        const double verdict = verdict_on(w, from, to, l, value);
+        const double keeps = flag(verdict < 0.5);
+        const double loses = flag(verdict > 0.5) * flag(verdict < 1.5);
+        const double dips = flag(verdict > 1.5) * flag(verdict < 2.5);
+        const double unknown = flag(verdict > 2.5);
+        const double ties = early + nearly;
+        const double comes_before = early + later_found * nearly;
+        const double leaves = flag(keeps * later_found * ties + loses * other_found * flag(comes_before < 0.5)
+                                     + loses * (1.0 - is_found) * at_once + dips * is_found
                                  > 0.5);
-        const double acts = (1.0 - keeps) * (1.0 - loses * is_found[l]);
+        const double acts = (1.0 - keeps) * (1.0 - loses * is_found);
         here[l] = unsettled[l] * flag(w->on[s][l] > 0.0) * flag(first[l] <= number) * flag(acts + leaves > 0.5);
         what[l] = leaves * (double)LEAVE
                   + (1.0 - leaves) * (dips * (double)FIND_BOTTOM + loses * (double)FIND_ROOT + unknown * (double)CUT);
@@ -1409,12 +1423,14 @@ LANES_CODE static void settle_verdicts(const lanes *restrict w, const double *re
         }
         for (int l = 0; l < LANES; l++) {
             const bool yes = here[l] > 0.0;
+            const hopform_sample_f64 begin = one_sample(from, l);
             const hopform_sample_f64 end = one_sample(to, l);
             const double h = w->end_t[l] - w->low[l];
             keep(&what[l], yes, deed[l]);
             keep(&found->number[l], yes, (double)s);
             keep(&found->turning[l], yes, from->turning[l]);
             keep(&found->t[l], yes, w->low[l] + h * over(from->rate[l], from->rate[l] - to->rate[l]));
+            keep_sample(&found->before, l, yes, &begin);
             keep_sample(&found->at, l, yes, &end);
         }
         choose_watch(&w->watch[s], here, &found->watch);
@@ -1447,10 +1463,16 @@ LANES_CODE static void find_bottoms(lanes *restrict w, const double *restrict wh
             ready[l] = flag(usable) * flag(fabs(step) <= 0.001 * 1.4901161193847656e-08 * t);
             bisects[l] = halves ? 1.0 : flag(!usable);
             find->done[l] = find->going[l] * flag(at.value < -at.noise);
+            keep_sample(&find->before, l, (find->going[l] > 0.0) & (at.rate < 0.0), &at);
+            keep_sample(&find->at, l, (find->going[l] > 0.0) & !(at.rate < 0.0), &at);
         }
         for (int l = 0; l < LANES; l++) {
             keep(&find->low[l], (find->going[l] > 0.0) & (falls[l] < 0.0), find->t[l]);
             keep(&find->high[l], (find->going[l] > 0.0) & !(falls[l] < 0.0), find->t[l]);
+        }
+        for (int l = 0; l < LANES; l++) {
+            const double held_up = held_up_by(&find->before, &find->at, l, find->at.value[l], w->poles.a[l], find->high[l] - find->low[l]);
+            ready[l] = held_up > 0.0 ? 1.0 : ready[l];
         }
         for (int l = 0; l < LANES; l++) {
             const bool inside = (next[l] > find->low[l]) & (next[l] < find->high[l]) & !(bisects[l] > 0.0);
@@ -1960,6 +1982,7 @@ typedef struct {
     int64_t robot_number;
     int32_t robot_status;
     int32_t kept;
+    bool many_robots; /* or one for all */
 } queue;
 
 static void put_robot(lanes *w, int l, const queue *from)
@@ -2028,7 +2051,7 @@ static bool take(lanes *w, int l, const queue *from, int64_t i)
 static int64_t next_stance(queue *from)
 {
     const int64_t i = from->next++;
-    if (i == 0 || hopform_robot_changes_f64(from->in, i)) {
+    if (i == 0 || (from->many_robots && hopform_robot_changes_f64(from->in, i))) {
         const hopform_robot_f64 robot = hopform_robot_of_f64(from->in, i);
         from->robot_status = hopform_plan_init_f64(&from->plan, &robot);
         from->robot_number++;
@@ -2159,7 +2182,7 @@ static void clear(lanes *w)
 int32_t LANES_NAME(int64_t count, const hopform_stances_in_f64 *in, const hopform_stances_out_f64 *out)
 {
     lanes w;
-    queue stances = {count, in, out, 0, 0, {{0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0}, {0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0}, {0.0, 0.0, 0.0, 0.0, 0.0, 0.0}, {0.0, 0.0, 0.0, 0.0, 0.0, 0.0}, {0.0, 0.0, 0.0, 0.0, 0.0, 0.0}, 0}, 0, HOPFORM_OK, HOPFORM_OK};
+    queue stances = {count, in, out, 0, 0, {{0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0}, {0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0}, {0.0, 0.0, 0.0, 0.0, 0.0, 0.0}, {0.0, 0.0, 0.0, 0.0, 0.0, 0.0}, {0.0, 0.0, 0.0, 0.0, 0.0, 0.0}, 0}, 0, HOPFORM_OK, HOPFORM_OK, hopform_has_many_robots_f64(in)};
     clear(&w);
     for (;;) {
         if (stances.next < stances.pause) {

@@ -95,10 +95,10 @@ static int direction(const stance_chain *chain, int mass)
     return mass == 1 && blocked(chain, side) ? 0 : side;
 }
 
-/* Sides of the masses that are at rest; twice, because each may depend on what the other one does. */
+/* Sides of the masses that are at rest; of two twice, because each may depend on what the other one does. */
 static void settle(stance_chain *chain, bool rests_1, bool rests_2)
 {
-    for (int n = 0; n < 2; n++) {
+    for (int n = 0; n < (rests_1 && rests_2 ? 2 : 1); n++) {
         chain->side_1 = rests_1 ? direction(chain, 1) : chain->side_1;
         chain->side_2 = rests_2 ? direction(chain, 2) : chain->side_2;
     }
@@ -109,7 +109,7 @@ static void settle(stance_chain *chain, bool rests_1, bool rests_2)
 enum { MOST_WATCHES = 3 };
 
 /* What is watched in a phase: take-off first, then what mass 1 does, then mass 2, which is also who wins a tie.
- * Not the velocity of a mass that slips alone: its zero is known. */
+ * Not what cannot happen while v_1 and v_2 keep their signs, nor the velocity of a mass that slips alone: its zero is known. */
 typedef struct {
     const hopform_poles_f32 *poles;
     const hopform_motion_f32 *motion;
@@ -122,6 +122,16 @@ typedef struct {
     end_kind halts;
 } stance_guard;
 
+/* Where a held mass may slip to while the other one moves: where its free acceleration changes with y alone, which is monotone
+ * then, to the side that it goes towards; 0 for either. */
+static int side_of_slip(const stance_chain *chain, int mass)
+{
+    const hopform_rates_f32 *rates = &chain->plan->rates;
+    const float per_y = mass == 1 ? rates->a1_y : rates->a2_y;
+    const float per_v = mass == 1 ? rates->a1_v2 : rates->a2_v1;
+    return fabsf(per_v) > 0.0f ? 0 : (int)sign_of(per_y) * (chain->side_1 - chain->side_2);
+}
+
 /* A held mass slips where its free acceleration leaves [-f, f]; a stop holds on its side whatever the force. */
 static void watch_thresholds(const stance_chain *chain, stance_guard *guard, int mass)
 {
@@ -132,8 +142,9 @@ static void watch_thresholds(const stance_chain *chain, stance_guard *guard, int
         mass == 1 ? hopform_free_numerator_1_f32(rates, guard->motion) : hopform_free_numerator_2_f32(rates, guard->motion);
     const float acceleration = mass == 1 ? at_rest.free_1 : at_rest.free_2;
     const float friction = mass == 1 ? robot->f1 : robot->f2;
+    const int towards = side_of_slip(chain, mass);
     for (int side = -1; side <= 1; side += 2) {
-        if (mass == 1 && blocked(chain, side)) {
+        if (side == -towards || (mass == 1 && blocked(chain, side))) {
             continue;
         }
         const float sign = (float)side;
@@ -163,8 +174,11 @@ static void put_guard(stance_guard *guard, const stance_chain *chain, const hopf
 {
     guard->poles = poles;
     guard->motion = motion;
-    guard->count = 1;
-    guard->watch[0] = hopform_watch_of_f32(poles, motion->H3_y, motion->H2_y, motion->H1_y, chain->state.y, 1.0f, END_TAKEOFF, 0);
+    guard->count = 0;
+    if (chain->side_1 < 0 || chain->side_2 > 0) { /* else y only rises */
+        guard->watch[guard->count++] =
+            hopform_watch_of_f32(poles, motion->H3_y, motion->H2_y, motion->H1_y, chain->state.y, 1.0f, END_TAKEOFF, 0);
+    }
     guard->halt = 1e38f;
     guard->halts = END_LIMIT;
     if (chain->side_1 == 0) {
@@ -186,6 +200,11 @@ static void put_guard(stance_guard *guard, const stance_chain *chain, const hopf
     }
     guard->frequency = hopform_frequency_f32(poles);
     guard->half_turn = guard->frequency > 0.0f ? 3.1415927f / guard->frequency : 1e38f;
+}
+
+static bool is_takeoff(const stance_guard *guard, int32_t found)
+{
+    return found >= 0 && guard->watch[found].kind == END_TAKEOFF;
 }
 
 /* A window of a phase that ends at `t`, with what is known there. */
@@ -240,6 +259,10 @@ static outlook look_ahead(const stance_guard *guard, bool has_faded)
             ahead.after = swing;
         }
     }
+    if (ahead.watch >= 0 && guard->frequency > 0.0f) {
+        const float step = hopform_swing_step_f32(guard->poles, &guard->from[ahead.watch], w, ahead.after);
+        ahead.after -= fabsf(step) < 0.25f * ahead.after ? step : 0.0f;
+    }
     return ahead;
 }
 
@@ -252,7 +275,7 @@ static void reach_ahead(const stance_guard *guard, float low, float limit, int32
     const float fades = p * guard->half_turn > 8.0f ? 8.0f / p : guard->half_turn;
     const float half = 0.96875f * guard->half_turn;
     const float patient = fades > 3.0f * low ? fades : 3.0f * low;
-    const float longest = has_faded ? limit - low : (half < patient ? half : patient);
+    const float longest = has_faded || guard->count == 0 ? limit - low : (half < patient ? half : patient);
     const float far = longest < limit - low ? low + longest : limit;
     if (ahead.watch >= 0) {
         const hopform_point_f32 root = hopform_root_ahead_f32(&guard->watch[ahead.watch], guard->poles, low,
@@ -297,9 +320,7 @@ static void settle_window(const stance_guard *guard, float low, window *end)
             continue; /* a tie that the other wins */
         }
         if (verdict == DIPS) {
-            const float turn = from->rate - end->at[n].rate;
-            const float first = low + h * (turn < 0.0f ? from->rate / turn : 0.5f);
-            const hopform_point_f32 bottom = hopform_bottom_between_f32(&guard->watch[n], guard->poles, low, end->t, first);
+            const hopform_point_f32 bottom = hopform_bottom_between_f32(&guard->watch[n], guard->poles, low, from, end->t, to);
             if (bottom.at.value < -bottom.at.noise) {
                 close_window(guard, end, bottom.t);
                 verdict = LOSES_SIGN;
@@ -418,7 +439,7 @@ static int32_t lost_at_once(stance_guard *guard)
 static void cross_at_the_limit(const stance_guard *guard, float limit, window *end)
 {
     for (int32_t n = 0; n < guard->count && end->found < 0 && !(end->t < limit); n++) {
-        const bool is_first = n == 0 || (guard->watch[n].kind == END_THRESHOLD_1 && !(guard->halt > limit));
+        const bool is_first = is_takeoff(guard, n) || (guard->watch[n].kind == END_THRESHOLD_1 && !(guard->halt > limit));
         const hopform_sample_f32 *at = &end->at[n];
         const bool crosses = at->rate * limit < -16.0f * at->noise; /* and does not just touch */
         if (is_first && crosses && at->value < -8.0f * 1.1920929e-7f * limit * at->rate) {
@@ -432,7 +453,7 @@ static phase_end end_of(const stance_guard *guard, const window *end, bool stops
 {
     phase_end result = {end->t, END_LIMIT, 0, end->basis, 0.0f};
     const bool halts = !(guard->halt > limit) && !(end->t < limit * (1.0f - 8.0f * 1.1920929e-7f));
-    const bool wins = guard->halts == END_VELOCITY_1 && end->found > 0; /* over mass 2 at the same time */
+    const bool wins = guard->halts == END_VELOCITY_1 && !is_takeoff(guard, end->found); /* over mass 2 at the same time */
     if (stops) {
         result.kind = END_STOP;
     } else if (end->found >= 0 && !(halts && wins)) {
@@ -473,7 +494,7 @@ static phase_end find_end(const stance_chain *chain, const hopform_poles_f32 *po
             cross_at_the_limit(&guard, limit, &end);
         }
         const float t = end.t;
-        stops = meets_stop(chain, &guard, &end) && !(end.found == 0 && t <= end.t * (1.0f + 8.0f * 1.1920929e-7f));
+        stops = meets_stop(chain, &guard, &end) && !(is_takeoff(&guard, end.found) && t <= end.t * (1.0f + 8.0f * 1.1920929e-7f));
         for (int32_t n = 0; n < guard.count && end.found < 0 && !stops; n++) {
             guard.from[n] = end.at[n];
             guard.from[n].value = end.at[n].value > 0.0f ? end.at[n].value : 0.0f;
@@ -654,15 +675,13 @@ static bool last_step(const stance_chain *chain)
 /* The leg leaves the ground at once: y = 0, and its first non-zero derivative is negative. */
 static bool extends_at_once(const stance_chain *chain)
 {
-    if (fabsf(chain->state.y) > 0.0f) {
-        return false;
+    const float rate = chain->state.v1 - chain->state.v2;
+    if (fabsf(chain->state.y) > 0.0f || fabsf(rate) > 0.0f) {
+        return !(fabsf(chain->state.y) > 0.0f) && rate < 0.0f;
     }
     const hopform_poles_f32 *poles = hopform_poles_of_f32(chain->plan, chain->side_1, chain->side_2);
     const hopform_motion_f32 motion = hopform_motion_of_f32(chain->plan, &chain->state, chain->steps[chain->step].u,
                                                               chain->side_1, chain->side_2);
-    if (fabsf(motion.H3_y) > 0.0f) {
-        return motion.H3_y < 0.0f;
-    }
     return fabsf(motion.H2_y) > 0.0f ? motion.H2_y < 0.0f : motion.H1_y - poles->s_1 * motion.H2_y < 0.0f;
 }
 

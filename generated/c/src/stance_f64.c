@@ -95,10 +95,10 @@ static int direction(const stance_chain *chain, int mass)
     return mass == 1 && blocked(chain, side) ? 0 : side;
 }
 
-/* Sides of the masses that are at rest; twice, because each may depend on what the other one does. */
+/* Sides of the masses that are at rest; of two twice, because each may depend on what the other one does. */
 static void settle(stance_chain *chain, bool rests_1, bool rests_2)
 {
-    for (int n = 0; n < 2; n++) {
+    for (int n = 0; n < (rests_1 && rests_2 ? 2 : 1); n++) {
         chain->side_1 = rests_1 ? direction(chain, 1) : chain->side_1;
         chain->side_2 = rests_2 ? direction(chain, 2) : chain->side_2;
     }
@@ -109,7 +109,7 @@ static void settle(stance_chain *chain, bool rests_1, bool rests_2)
 enum { MOST_WATCHES = 3 };
 
 /* What is watched in a phase: take-off first, then what mass 1 does, then mass 2, which is also who wins a tie.
- * Not the velocity of a mass that slips alone: its zero is known. */
+ * Not what cannot happen while v_1 and v_2 keep their signs, nor the velocity of a mass that slips alone: its zero is known. */
 typedef struct {
     const hopform_poles_f64 *poles;
     const hopform_motion_f64 *motion;
@@ -122,6 +122,16 @@ typedef struct {
     end_kind halts;
 } stance_guard;
 
+/* Where a held mass may slip to while the other one moves: where its free acceleration changes with y alone, which is monotone
+ * then, to the side that it goes towards; 0 for either. */
+static int side_of_slip(const stance_chain *chain, int mass)
+{
+    const hopform_rates_f64 *rates = &chain->plan->rates;
+    const double per_y = mass == 1 ? rates->a1_y : rates->a2_y;
+    const double per_v = mass == 1 ? rates->a1_v2 : rates->a2_v1;
+    return fabs(per_v) > 0.0 ? 0 : (int)sign_of(per_y) * (chain->side_1 - chain->side_2);
+}
+
 /* A held mass slips where its free acceleration leaves [-f, f]; a stop holds on its side whatever the force. */
 static void watch_thresholds(const stance_chain *chain, stance_guard *guard, int mass)
 {
@@ -132,8 +142,9 @@ static void watch_thresholds(const stance_chain *chain, stance_guard *guard, int
         mass == 1 ? hopform_free_numerator_1_f64(rates, guard->motion) : hopform_free_numerator_2_f64(rates, guard->motion);
     const double acceleration = mass == 1 ? at_rest.free_1 : at_rest.free_2;
     const double friction = mass == 1 ? robot->f1 : robot->f2;
+    const int towards = side_of_slip(chain, mass);
     for (int side = -1; side <= 1; side += 2) {
-        if (mass == 1 && blocked(chain, side)) {
+        if (side == -towards || (mass == 1 && blocked(chain, side))) {
             continue;
         }
         const double sign = (double)side;
@@ -163,8 +174,11 @@ static void put_guard(stance_guard *guard, const stance_chain *chain, const hopf
 {
     guard->poles = poles;
     guard->motion = motion;
-    guard->count = 1;
-    guard->watch[0] = hopform_watch_of_f64(poles, motion->H3_y, motion->H2_y, motion->H1_y, chain->state.y, 1.0, END_TAKEOFF, 0);
+    guard->count = 0;
+    if (chain->side_1 < 0 || chain->side_2 > 0) { /* else y only rises */
+        guard->watch[guard->count++] =
+            hopform_watch_of_f64(poles, motion->H3_y, motion->H2_y, motion->H1_y, chain->state.y, 1.0, END_TAKEOFF, 0);
+    }
     guard->halt = 1e+300;
     guard->halts = END_LIMIT;
     if (chain->side_1 == 0) {
@@ -186,6 +200,11 @@ static void put_guard(stance_guard *guard, const stance_chain *chain, const hopf
     }
     guard->frequency = hopform_frequency_f64(poles);
     guard->half_turn = guard->frequency > 0.0 ? 3.141592653589793 / guard->frequency : 1e+300;
+}
+
+static bool is_takeoff(const stance_guard *guard, int32_t found)
+{
+    return found >= 0 && guard->watch[found].kind == END_TAKEOFF;
 }
 
 /* A window of a phase that ends at `t`, with what is known there. */
@@ -240,6 +259,10 @@ static outlook look_ahead(const stance_guard *guard, bool has_faded)
             ahead.after = swing;
         }
     }
+    if (ahead.watch >= 0 && guard->frequency > 0.0) {
+        const double step = hopform_swing_step_f64(guard->poles, &guard->from[ahead.watch], w, ahead.after);
+        ahead.after -= fabs(step) < 0.25 * ahead.after ? step : 0.0;
+    }
     return ahead;
 }
 
@@ -252,7 +275,7 @@ static void reach_ahead(const stance_guard *guard, double low, double limit, int
     const double fades = p * guard->half_turn > 8.0 ? 8.0 / p : guard->half_turn;
     const double half = 0.96875 * guard->half_turn;
     const double patient = fades > 3.0 * low ? fades : 3.0 * low;
-    const double longest = has_faded ? limit - low : (half < patient ? half : patient);
+    const double longest = has_faded || guard->count == 0 ? limit - low : (half < patient ? half : patient);
     const double far = longest < limit - low ? low + longest : limit;
     if (ahead.watch >= 0) {
         const hopform_point_f64 root = hopform_root_ahead_f64(&guard->watch[ahead.watch], guard->poles, low,
@@ -297,9 +320,7 @@ static void settle_window(const stance_guard *guard, double low, window *end)
             continue; /* a tie that the other wins */
         }
         if (verdict == DIPS) {
-            const double turn = from->rate - end->at[n].rate;
-            const double first = low + h * (turn < 0.0 ? from->rate / turn : 0.5);
-            const hopform_point_f64 bottom = hopform_bottom_between_f64(&guard->watch[n], guard->poles, low, end->t, first);
+            const hopform_point_f64 bottom = hopform_bottom_between_f64(&guard->watch[n], guard->poles, low, from, end->t, to);
             if (bottom.at.value < -bottom.at.noise) {
                 close_window(guard, end, bottom.t);
                 verdict = LOSES_SIGN;
@@ -418,7 +439,7 @@ static int32_t lost_at_once(stance_guard *guard)
 static void cross_at_the_limit(const stance_guard *guard, double limit, window *end)
 {
     for (int32_t n = 0; n < guard->count && end->found < 0 && !(end->t < limit); n++) {
-        const bool is_first = n == 0 || (guard->watch[n].kind == END_THRESHOLD_1 && !(guard->halt > limit));
+        const bool is_first = is_takeoff(guard, n) || (guard->watch[n].kind == END_THRESHOLD_1 && !(guard->halt > limit));
         const hopform_sample_f64 *at = &end->at[n];
         const bool crosses = at->rate * limit < -16.0 * at->noise; /* and does not just touch */
         if (is_first && crosses && at->value < -8.0 * 2.220446049250313e-16 * limit * at->rate) {
@@ -432,7 +453,7 @@ static phase_end end_of(const stance_guard *guard, const window *end, bool stops
 {
     phase_end result = {end->t, END_LIMIT, 0, end->basis, 0.0};
     const bool halts = !(guard->halt > limit) && !(end->t < limit * (1.0 - 8.0 * 2.220446049250313e-16));
-    const bool wins = guard->halts == END_VELOCITY_1 && end->found > 0; /* over mass 2 at the same time */
+    const bool wins = guard->halts == END_VELOCITY_1 && !is_takeoff(guard, end->found); /* over mass 2 at the same time */
     if (stops) {
         result.kind = END_STOP;
     } else if (end->found >= 0 && !(halts && wins)) {
@@ -473,7 +494,7 @@ static phase_end find_end(const stance_chain *chain, const hopform_poles_f64 *po
             cross_at_the_limit(&guard, limit, &end);
         }
         const double t = end.t;
-        stops = meets_stop(chain, &guard, &end) && !(end.found == 0 && t <= end.t * (1.0 + 8.0 * 2.220446049250313e-16));
+        stops = meets_stop(chain, &guard, &end) && !(is_takeoff(&guard, end.found) && t <= end.t * (1.0 + 8.0 * 2.220446049250313e-16));
         for (int32_t n = 0; n < guard.count && end.found < 0 && !stops; n++) {
             guard.from[n] = end.at[n];
             guard.from[n].value = end.at[n].value > 0.0 ? end.at[n].value : 0.0;
@@ -654,15 +675,13 @@ static bool last_step(const stance_chain *chain)
 /* The leg leaves the ground at once: y = 0, and its first non-zero derivative is negative. */
 static bool extends_at_once(const stance_chain *chain)
 {
-    if (fabs(chain->state.y) > 0.0) {
-        return false;
+    const double rate = chain->state.v1 - chain->state.v2;
+    if (fabs(chain->state.y) > 0.0 || fabs(rate) > 0.0) {
+        return !(fabs(chain->state.y) > 0.0) && rate < 0.0;
     }
     const hopform_poles_f64 *poles = hopform_poles_of_f64(chain->plan, chain->side_1, chain->side_2);
     const hopform_motion_f64 motion = hopform_motion_of_f64(chain->plan, &chain->state, chain->steps[chain->step].u,
                                                               chain->side_1, chain->side_2);
-    if (fabs(motion.H3_y) > 0.0) {
-        return motion.H3_y < 0.0;
-    }
     return fabs(motion.H2_y) > 0.0 ? motion.H2_y < 0.0 : motion.H1_y - poles->s_1 * motion.H2_y < 0.0;
 }
 

@@ -109,12 +109,30 @@ static inline void hopform_find_dip_f32(hopform_tally_f32 *tally, const hopform_
     hopform_note_dip_f32(tally, at.y, change.y);
 }
 
+/* Whether y'' keeps its sign from the start of a phase to its end. (d/dt + a) y'' is a motion of the pair alone, with one zero at
+ * most in a half turn: where it has the same sign at both ends, so has exp(a t) y'' no extremum in between. */
+static inline bool hopform_bends_one_way_f32(const hopform_stretch_f32 *stretch, const hopform_basis_f32 *end, float length)
+{
+    const hopform_poles_f32 *poles = stretch->poles;
+    const hopform_motion_f32 *motion = &stretch->motion;
+    const hopform_numerator_f32 h = {motion->H3_y, motion->H2_y, motion->H1_y};
+    const float bend = h.H2 - h.H3 * poles->s_1;
+    const float jerk = h.H1 - h.H2 * poles->s_1 + h.H3 * (poles->s_1 * poles->s_1 - poles->s_2);
+    const hopform_rise_f32 rise = hopform_rises_f32(poles, &h, end);
+    const float swings = (poles->q - 0.25f * poles->p * poles->p) * length * length;
+    const bool one_way = bend * rise.rise_curvature > 0.0f;
+    return swings < 9.0f && one_way && (jerk + poles->a * bend) * (rise.rise_third + poles->a * rise.rise_curvature) > 0.0f;
+}
+
 /* The minima of y inside a phase. y' = v_1 - v_2 keeps its sign unless both masses move in the same direction; then it is
  * looked at four times in a half turn of the pair, and between three looks where it comes near zero and goes back. */
-static inline void hopform_find_dips_f32(hopform_tally_f32 *tally, const hopform_stretch_f32 *stretch, float length,
-                                          float rate, float last_rate)
+static inline void hopform_find_dips_f32(hopform_tally_f32 *tally, const hopform_stretch_f32 *stretch,
+                                          const hopform_basis_f32 *end, float length, float rate, float last_rate)
 {
     if (stretch->side_1 == 0 || stretch->side_1 != stretch->side_2) {
+        return;
+    }
+    if (!(rate < 0.0f && last_rate >= 0.0f) && hopform_bends_one_way_f32(stretch, end, length)) {
         return;
     }
     const float looks = 1.0f + 1.3f * sqrtf(stretch->poles->q) * length;
@@ -158,7 +176,7 @@ static inline float hopform_follow_f32(hopform_tally_f32 *tally, const hopform_p
     const hopform_basis_f32 basis = hopform_basis_at_f32(stretch.poles, length);
     const hopform_state_f32 end = hopform_arrive_f32(&start, &stretch.motion, &basis, side_1, side_2);
     const float rate = end.v1 - end.v2;
-    hopform_find_dips_f32(tally, &stretch, length, start.v1 - start.v2, rate);
+    hopform_find_dips_f32(tally, &stretch, &basis, length, start.v1 - start.v2, rate);
     tally->change = hopform_arrive_f32(&tally->change, &stretch.by_u, &basis, side_1, side_2);
     return rate;
 }

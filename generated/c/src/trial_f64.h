@@ -109,12 +109,30 @@ static inline void hopform_find_dip_f64(hopform_tally_f64 *tally, const hopform_
     hopform_note_dip_f64(tally, at.y, change.y);
 }
 
+/* Whether y'' keeps its sign from the start of a phase to its end. (d/dt + a) y'' is a motion of the pair alone, with one zero at
+ * most in a half turn: where it has the same sign at both ends, so has exp(a t) y'' no extremum in between. */
+static inline bool hopform_bends_one_way_f64(const hopform_stretch_f64 *stretch, const hopform_basis_f64 *end, double length)
+{
+    const hopform_poles_f64 *poles = stretch->poles;
+    const hopform_motion_f64 *motion = &stretch->motion;
+    const hopform_numerator_f64 h = {motion->H3_y, motion->H2_y, motion->H1_y};
+    const double bend = h.H2 - h.H3 * poles->s_1;
+    const double jerk = h.H1 - h.H2 * poles->s_1 + h.H3 * (poles->s_1 * poles->s_1 - poles->s_2);
+    const hopform_rise_f64 rise = hopform_rises_f64(poles, &h, end);
+    const double swings = (poles->q - 0.25 * poles->p * poles->p) * length * length;
+    const bool one_way = bend * rise.rise_curvature > 0.0;
+    return swings < 9.0 && one_way && (jerk + poles->a * bend) * (rise.rise_third + poles->a * rise.rise_curvature) > 0.0;
+}
+
 /* The minima of y inside a phase. y' = v_1 - v_2 keeps its sign unless both masses move in the same direction; then it is
  * looked at four times in a half turn of the pair, and between three looks where it comes near zero and goes back. */
-static inline void hopform_find_dips_f64(hopform_tally_f64 *tally, const hopform_stretch_f64 *stretch, double length,
-                                          double rate, double last_rate)
+static inline void hopform_find_dips_f64(hopform_tally_f64 *tally, const hopform_stretch_f64 *stretch,
+                                          const hopform_basis_f64 *end, double length, double rate, double last_rate)
 {
     if (stretch->side_1 == 0 || stretch->side_1 != stretch->side_2) {
+        return;
+    }
+    if (!(rate < 0.0 && last_rate >= 0.0) && hopform_bends_one_way_f64(stretch, end, length)) {
         return;
     }
     const double looks = 1.0 + 1.3 * sqrt(stretch->poles->q) * length;
@@ -158,7 +176,7 @@ static inline double hopform_follow_f64(hopform_tally_f64 *tally, const hopform_
     const hopform_basis_f64 basis = hopform_basis_at_f64(stretch.poles, length);
     const hopform_state_f64 end = hopform_arrive_f64(&start, &stretch.motion, &basis, side_1, side_2);
     const double rate = end.v1 - end.v2;
-    hopform_find_dips_f64(tally, &stretch, length, start.v1 - start.v2, rate);
+    hopform_find_dips_f64(tally, &stretch, &basis, length, start.v1 - start.v2, rate);
     tally->change = hopform_arrive_f64(&tally->change, &stretch.by_u, &basis, side_1, side_2);
     return rate;
 }

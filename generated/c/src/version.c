@@ -6,5 +6,5 @@
 
 const char *hopform_source(void)
 {
-    return "859c2240a92ea1d2";
+    return "7fc1f2dba841ad6d";
 }
