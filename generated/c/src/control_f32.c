@@ -482,7 +482,7 @@ static bool take_in(hopform_search_f32 *search, const hopform_trial_f32 *trial)
     } else if (search->count > 0) {
         const hopform_cell_f32 split = search->cells[--search->count];
         const float half = 0.5f * width_of(&split);
-        const int32_t slower = split.slow < 2 ? split.slow + 1 : 2;
+        const int32_t slower = split.slow + 1;
         keep(search, &split.from, trial, fabsf(trial->u - split.from.u) > half ? slower : 0);
         keep(search, trial, &split.to, fabsf(split.to.u - trial->u) > half ? slower : 0);
     }
@@ -528,7 +528,7 @@ int32_t hopform_choose_current_begin_f32(hopform_search_f32 *search, const hopfo
     if (search == NULL || command == NULL) {
         return HOPFORM_ERROR_NULL;
     }
-    const hopform_trial_f32 nothing = {0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 1e38f, 0.0f, 0, 0, false, false, false};
+    const hopform_trial_f32 nothing = {0};
     const hopform_command_f32 safe = {0.0f, 0.0f, HOPFORM_COMMAND_NO_TAKEOFF};
     *command = safe;
     search->status = HOPFORM_ERROR_NULL;
@@ -556,8 +556,6 @@ int32_t hopform_choose_current_begin_f32(hopform_search_f32 *search, const hopfo
     search->datum = target->datum;
     search->limit = locked ? 1e38f : robot->x1_max - target->stop_margin - 16.0f * 1.1920929e-7f;
     search->horizon = target->horizon;
-    search->best = nothing;
-    search->zero = nothing;
     search->count = 0;
     search->limits = 2;
     search->next = 0.0f;

@@ -482,7 +482,7 @@ static bool take_in(hopform_search_f64 *search, const hopform_trial_f64 *trial)
     } else if (search->count > 0) {
         const hopform_cell_f64 split = search->cells[--search->count];
         const double half = 0.5 * width_of(&split);
-        const int32_t slower = split.slow < 2 ? split.slow + 1 : 2;
+        const int32_t slower = split.slow + 1;
         keep(search, &split.from, trial, fabs(trial->u - split.from.u) > half ? slower : 0);
         keep(search, trial, &split.to, fabs(split.to.u - trial->u) > half ? slower : 0);
     }
@@ -528,7 +528,7 @@ int32_t hopform_choose_current_begin_f64(hopform_search_f64 *search, const hopfo
     if (search == NULL || command == NULL) {
         return HOPFORM_ERROR_NULL;
     }
-    const hopform_trial_f64 nothing = {0.0, 0.0, 0.0, 0.0, 0.0, 1e+300, 0.0, 0, 0, false, false, false};
+    const hopform_trial_f64 nothing = {0};
     const hopform_command_f64 safe = {0.0, 0.0, HOPFORM_COMMAND_NO_TAKEOFF};
     *command = safe;
     search->status = HOPFORM_ERROR_NULL;
@@ -556,8 +556,6 @@ int32_t hopform_choose_current_begin_f64(hopform_search_f64 *search, const hopfo
     search->datum = target->datum;
     search->limit = locked ? 1e+300 : robot->x1_max - target->stop_margin - 16.0 * 2.220446049250313e-16;
     search->horizon = target->horizon;
-    search->best = nothing;
-    search->zero = nothing;
     search->count = 0;
     search->limits = 2;
     search->next = 0.0;

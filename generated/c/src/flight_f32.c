@@ -106,6 +106,11 @@ static float within_stroke(const hopform_robot_f32 *robot, float x1)
     return x1 > robot->x1_max ? robot->x1_max : x1;
 }
 
+static float stop_ahead(const hopform_robot_f32 *robot, int side)
+{
+    return side > 0 ? robot->x1_max : robot->x1_min;
+}
+
 /* ---- a phase over time ---- */
 
 /* The largest force of the motor, 0 if it has none. */
@@ -388,7 +393,7 @@ static bool turns_before(const flight_chain *chain, function_of_time function, f
 /* Whether x_1 is at the stop ahead within rounding. */
 static bool is_at_stop(const flight_chain *chain, const instant *at)
 {
-    const float stop = chain->side > 0 ? chain->robot->x1_max : chain->robot->x1_min;
+    const float stop = stop_ahead(chain->robot, chain->side);
     const float beyond = at->actuator.moved - (stop - chain->actuator.x1);
     return is_finite(stop)
            && fabsf(beyond) <= 16.0f * 1.1920929e-7f * (fabsf(stop) + fabsf(chain->actuator.x1) + fabsf(at->actuator.moved));
@@ -398,7 +403,7 @@ static bool is_at_stop(const flight_chain *chain, const instant *at)
  * it when its velocity says so. */
 static void watch_stop(const flight_chain *chain, phase_end *end)
 {
-    const float stop = chain->side > 0 ? chain->robot->x1_max : chain->robot->x1_min;
+    const float stop = stop_ahead(chain->robot, chain->side);
     const float sign = (float)chain->side;
     const float way = stop - chain->actuator.x1;
     if (end->kind == END_VELOCITY && is_at_stop(chain, &end->at)) {
@@ -675,7 +680,7 @@ static void rest(flight_chain *chain, end_kind kind)
 {
     const hopform_robot_f32 *robot = chain->robot;
     const int before = chain->side;
-    const float stop = before > 0 ? robot->x1_max : robot->x1_min;
+    const float stop = stop_ahead(robot, before);
     const float acceleration = chain->actuator.acc1;
     chain->actuator.v1 = 0.0f;
     if (kind == END_STOP) {
@@ -790,9 +795,8 @@ static bool gains_are_sound(const hopform_gains_f32 *gains)
 /* Gains of a return that is settled 50 ms before the touchdown on the ground that was left, in 20 ms at least. */
 static hopform_gains_f32 gains_for(const hopform_robot_f32 *robot, const hopform_state_f32 *start)
 {
-    const float square = start->v2 * start->v2 + 2.0f * robot->g * start->x1;
-    const float fall = square > 0.0f ? hopform_time_of_fall_f32(robot, start->v2, start->x1) : 0.0f;
-    return hopform_critical_gains_f32(robot, fall - 0.05f > 0.02f ? fall - 0.05f : 0.02f);
+    const float time = hopform_time_of_fall_f32(robot, start->v2, start->x1) - 0.05f; /* NaN where it does not rise that high */
+    return hopform_critical_gains_f32(robot, time > 0.02f ? time : 0.02f);
 }
 
 static void report(const flight_chain *chain, int32_t ending, const hopform_state_f32 *end, hopform_flight_f32 *flight)

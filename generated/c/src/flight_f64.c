@@ -106,6 +106,11 @@ static double within_stroke(const hopform_robot_f64 *robot, double x1)
     return x1 > robot->x1_max ? robot->x1_max : x1;
 }
 
+static double stop_ahead(const hopform_robot_f64 *robot, int side)
+{
+    return side > 0 ? robot->x1_max : robot->x1_min;
+}
+
 /* ---- a phase over time ---- */
 
 /* The largest force of the motor, 0 if it has none. */
@@ -388,7 +393,7 @@ static bool turns_before(const flight_chain *chain, function_of_time function, d
 /* Whether x_1 is at the stop ahead within rounding. */
 static bool is_at_stop(const flight_chain *chain, const instant *at)
 {
-    const double stop = chain->side > 0 ? chain->robot->x1_max : chain->robot->x1_min;
+    const double stop = stop_ahead(chain->robot, chain->side);
     const double beyond = at->actuator.moved - (stop - chain->actuator.x1);
     return is_finite(stop)
            && fabs(beyond) <= 16.0 * 2.220446049250313e-16 * (fabs(stop) + fabs(chain->actuator.x1) + fabs(at->actuator.moved));
@@ -398,7 +403,7 @@ static bool is_at_stop(const flight_chain *chain, const instant *at)
  * it when its velocity says so. */
 static void watch_stop(const flight_chain *chain, phase_end *end)
 {
-    const double stop = chain->side > 0 ? chain->robot->x1_max : chain->robot->x1_min;
+    const double stop = stop_ahead(chain->robot, chain->side);
     const double sign = (double)chain->side;
     const double way = stop - chain->actuator.x1;
     if (end->kind == END_VELOCITY && is_at_stop(chain, &end->at)) {
@@ -675,7 +680,7 @@ static void rest(flight_chain *chain, end_kind kind)
 {
     const hopform_robot_f64 *robot = chain->robot;
     const int before = chain->side;
-    const double stop = before > 0 ? robot->x1_max : robot->x1_min;
+    const double stop = stop_ahead(robot, before);
     const double acceleration = chain->actuator.acc1;
     chain->actuator.v1 = 0.0;
     if (kind == END_STOP) {
@@ -790,9 +795,8 @@ static bool gains_are_sound(const hopform_gains_f64 *gains)
 /* Gains of a return that is settled 50 ms before the touchdown on the ground that was left, in 20 ms at least. */
 static hopform_gains_f64 gains_for(const hopform_robot_f64 *robot, const hopform_state_f64 *start)
 {
-    const double square = start->v2 * start->v2 + 2.0 * robot->g * start->x1;
-    const double fall = square > 0.0 ? hopform_time_of_fall_f64(robot, start->v2, start->x1) : 0.0;
-    return hopform_critical_gains_f64(robot, fall - 0.05 > 0.02 ? fall - 0.05 : 0.02);
+    const double time = hopform_time_of_fall_f64(robot, start->v2, start->x1) - 0.05; /* NaN where it does not rise that high */
+    return hopform_critical_gains_f64(robot, time > 0.02 ? time : 0.02);
 }
 
 static void report(const flight_chain *chain, int32_t ending, const hopform_state_f64 *end, hopform_flight_f64 *flight)

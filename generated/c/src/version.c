@@ -6,5 +6,5 @@
 
 const char *hopform_source(void)
 {
-    return "2e12118365f01118";
+    return "32baaaca29a01cce";
 }
