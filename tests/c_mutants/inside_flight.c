@@ -241,7 +241,7 @@ static void crossings(void)
             end.at = zero;
         }
         const double last = end.at.t;
-        int above = chain.airborne, touched = 0;
+        int above = chain.airborne || (chain.first.foot.foot_t >= 0.0 && chain.first.foot.foot_rate > 0.0), touched = 0;
         double when = 1e300, nearest = 1e300;
         for (int n = 0; n <= SAMPLES; n++) {
             const double t = last * (double)n / SAMPLES, height = look(&chain, t).foot.foot_t;
@@ -305,6 +305,33 @@ static void limits(void)
         }
     }
     must(reached > 60, "too few that reach the limit");
+}
+
+/* A constant force against viscous friction and the law's damping: v = a (1 - exp(-p t))/p reaches the limit at a known time, however
+ * little is left of its rate where the phase ends. */
+static void faded(void)
+{
+    for (row = 0; row < 200; row++) {
+        T(robot) r = any_robot();
+        T(plan) plan;
+        const double sign = row % 2 ? 1.0 : -1.0, p = over(10.0, 3000.0), a = over(0.1, 100.0);
+        r.b1 = 0.0;
+        r.f1 = 0.0;
+        r.g = 8.0;
+        r.c = sign * a * r.m_eff / r.k;
+        r.x1_min = -INFINITY;
+        r.x1_max = INFINITY;
+        r.gamma2 = 4.0;
+        const T(gains) gains = {0.0, p * r.m_eff};
+        const double share = uniform(0.01, 0.99);
+        r.u_max = share * gains.Kd * a / p / 4.0;
+        must(T(plan_init)(&plan, &r) == HOPFORM_OK, "no plan");
+        const T(state) start = {0.0, 0.0, 1.0, -100.0};
+        T(flight) flight;
+        must(T(solve_flight)(&plan, &start, &gains, 1.0, CAPACITY, phases, CAPACITY, &flight) == HOPFORM_OK && phases[1].event == HOPFORM_FLIGHT_EVENT_U_SATURATES
+                 && phases[1].limit == (row % 2 ? 1 : -1), "a law that meets its limit");
+        near(phases[1].t, (double)-log1pl((long double)-share) / p, 1e-14 / p / (1.0 - share) + 4e-16 * phases[1].t, "when the law meets its limit");
+    }
 }
 
 /* ---- integrals ---- */
@@ -565,6 +592,7 @@ int main(int argc, char **argv)
     pieces();
     crossings();
     limits();
+    faded();
     squares_of_velocity();
     touches();
     mirrored_flights();

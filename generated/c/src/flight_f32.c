@@ -239,7 +239,7 @@ static bool is_last_step(const flight_chain *chain, const sample *at, float step
     const float swift = chain->fastest * step;
     const float size = at->rate * at->rate;
     return bend * bend <= 1e-6f * size
-           && (bend * bend + fabsf(twist) + swift * swift * size) * fabsf(step) <= 0.25f * 1.1920929e-7f * size * t;
+           && (bend * bend + fabsf(twist) + swift * swift * size) * fabsf(step) < 0.25f * 1.1920929e-7f * size * t; /* never true of what has faded to 0 */
 }
 
 /* The one root of sign (f - level) between a time where it is positive and one where it is negative, looked for from `last` on. */

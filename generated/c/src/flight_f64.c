@@ -239,7 +239,7 @@ static bool is_last_step(const flight_chain *chain, const sample *at, double ste
     const double swift = chain->fastest * step;
     const double size = at->rate * at->rate;
     return bend * bend <= 1e-06 * size
-           && (bend * bend + fabs(twist) + swift * swift * size) * fabs(step) <= 0.25 * 2.220446049250313e-16 * size * t;
+           && (bend * bend + fabs(twist) + swift * swift * size) * fabs(step) < 0.25 * 2.220446049250313e-16 * size * t; /* never true of what has faded to 0 */
 }
 
 /* The one root of sign (f - level) between a time where it is positive and one where it is negative, looked for from `last` on. */

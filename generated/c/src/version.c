@@ -6,5 +6,5 @@
 
 const char *hopform_source(void)
 {
-    return "32baaaca29a01cce";
+    return "55bebe0f14330761";
 }
