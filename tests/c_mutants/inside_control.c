@@ -273,6 +273,8 @@ static void widths(void)
         const T(cell) narrow = cell_of(trial_at(u, 0.49, 0.0, 0.01, 0.0), trial_at(u * (1.0 + (row ? 3.1 : 1.9) * 2.22e-16), 0.51, 0.0, 0.01, 0.0));
         must((promise_of(&s, &narrow) >= 1e300) == (row == 0), "a cell without a number in it");
     }
+    const T(cell) two = cell_of(trial_at(1.0 - 0x1p-51, 0.49, 0.0, 0.01, 0.0), trial_at(1.0, 0.51, 0.0, 0.01, 0.0)); /* two ulp of 1 wide */
+    must(promise_of(&s, &two) >= 1e300, "a cell that is as narrow as counts");
     T(trial) lifts = trial_at(0.0, 0.1, 0.01, limit + 0.002, -0.1), falls = trial_at(0.01, 0.0, 0.0, 0.0, 0.0);
     falls.takes_off = false;
     T(cell) step = cell_of(lifts, falls); /* x1 may come below its limit by 2 widths of slope: 2 mm, not quite */
@@ -518,6 +520,12 @@ static void what_is_better(void)
     must(gap_of(&meets, 0.2).from > 0.0 && gap_of(&meets, 0.3).to < 0.0, "an end that reaches it is on the other one's side");
     const T(cell) falls = cell_of(trial_at(0.0, 0.3, -0.1, 0.0, 0.0), trial_at(-1.0, 0.2, 0.1, 0.0, 0.0));
     must(gap_of(&falls, 0.2).to > 0.0 && gap_of(&falls, 0.3).from < 0.0, "an end that reaches it from the other side");
+    const T(cell) just = cell_of(trial_at(0.0, 1e-14, 0.1, 0.0, 0.0), trial_at(1.0, 0.1, 0.1, 0.0, 0.0)); /* as near as counts */
+    const T(cell) ends = cell_of(trial_at(0.0, -0.1, 0.1, 0.0, 0.0), trial_at(1.0, -1e-14, 0.1, 0.0, 0.0));
+    must(gap_of(&just, 0.0).from > 0.0 && gap_of(&ends, 0.0).to < 0.0, "as near as counts, on the same side");
+    const T(cell) across = cell_of(trial_at(0.0, -1e-14, 0.1, 0.0, 0.0), trial_at(1.0, 0.1, 0.1, 0.0, 0.0));
+    const T(cell) beyond = cell_of(trial_at(0.0, -0.1, 0.1, 0.0, 0.0), trial_at(1.0, 1e-14, 0.1, 0.0, 0.0));
+    must(gap_of(&across, 0.0).from > 0.0 && gap_of(&beyond, 0.0).to < 0.0, "as near as counts, on the other side");
     near(gap_of(&falls, 0.2).to_rate, -0.1, 1e-300, "a slope outward from 0");
 }
 

@@ -744,6 +744,8 @@ static void leaving(void)
     }
     const T(robot) opens = {1.0, 1.0, 100.0, 0.4, 0.0, 0.0, 1.0, 0.0, 0.0, 9.0, 8.0, -INFINITY, INFINITY, 3.0, 0.0};
     must(ending_of(&opens, 1.0, 1.0, 0.0, 1.0, 1.0, &stance) == HOPFORM_ENDING_TAKEOFF && !(stance.duration > 0.0), "the third derivative leaves");
+    const T(robot) weightless = {1.0, 1.0, 100.0, 0.4, 0.0, 0.0, 0.0, 0.0, 0.0, 8.0, 8.0, -INFINITY, INFINITY, 3.0, 0.0};
+    must(ending_of(&weightless, -1.0, -1.0, 0.0, 1.0, 1.0, &stance) == HOPFORM_ENDING_HORIZON && stance.event_count == 0, "two masses that fall alike");
     const T(robot) closes = {2.0, 1.0, 100.0, 0.4, 0.0, 8.0, 0.0, 0.0, 0.0, 9.0, 8.0, -INFINITY, INFINITY, 3.0, 0.0};
     must(ending_of(&closes, 2.0, 2.0, 0.0, 0.0, 1.0, &stance) != HOPFORM_ENDING_TAKEOFF || stance.duration > 0.0, "the third derivative stays");
 }

@@ -315,10 +315,10 @@ static float share_inside(const hopform_search_f32 *search, const hopform_cell_f
     const float there = share_of_limit(search, c);
     if (is_admissible(search, &c->from)) {
         const float share = there - aside;
-        return share > 0.9375f && share < 2.0f ? 0.9375f : share;
+        return share > 0.9375f && share < 1e38f ? 0.9375f : share;
     }
     const float share = there + aside;
-    return share < 0.0625f && share > -1.0f ? 0.0625f : share;
+    return share < 0.0625f && share > -1e38f ? 0.0625f : share;
 }
 
 /* Where to split the cell, as a share of it. */
@@ -456,8 +456,8 @@ static bool go_on(hopform_search_f32 *search)
     }
     const hopform_cell_f32 *c = &search->cells[search->count - 1];
     const float share = share_to_try(search, c);
-    search->next = c->from.u + (share > 0.0f && share < 1.0f ? share : 0.5f) * (c->to.u - c->from.u);
-    if (!(fabsf(search->next) > fabsf(c->from.u) && fabsf(search->next) < fabsf(c->to.u))) {
+    search->next = c->from.u + share * (c->to.u - c->from.u);
+    if (!(share > 0.0f && fabsf(search->next) > fabsf(c->from.u) && fabsf(search->next) < fabsf(c->to.u))) {
         search->next = c->from.u + 0.5f * (c->to.u - c->from.u);
     }
     return true;

@@ -315,10 +315,10 @@ static double share_inside(const hopform_search_f64 *search, const hopform_cell_
     const double there = share_of_limit(search, c);
     if (is_admissible(search, &c->from)) {
         const double share = there - aside;
-        return share > 0.9375 && share < 2.0 ? 0.9375 : share;
+        return share > 0.9375 && share < 1e+300 ? 0.9375 : share;
     }
     const double share = there + aside;
-    return share < 0.0625 && share > -1.0 ? 0.0625 : share;
+    return share < 0.0625 && share > -1e+300 ? 0.0625 : share;
 }
 
 /* Where to split the cell, as a share of it. */
@@ -456,8 +456,8 @@ static bool go_on(hopform_search_f64 *search)
     }
     const hopform_cell_f64 *c = &search->cells[search->count - 1];
     const double share = share_to_try(search, c);
-    search->next = c->from.u + (share > 0.0 && share < 1.0 ? share : 0.5) * (c->to.u - c->from.u);
-    if (!(fabs(search->next) > fabs(c->from.u) && fabs(search->next) < fabs(c->to.u))) {
+    search->next = c->from.u + share * (c->to.u - c->from.u);
+    if (!(share > 0.0 && fabs(search->next) > fabs(c->from.u) && fabs(search->next) < fabs(c->to.u))) {
         search->next = c->from.u + 0.5 * (c->to.u - c->from.u);
     }
     return true;

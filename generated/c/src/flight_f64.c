@@ -173,7 +173,7 @@ static sample sample_of(const flight_chain *chain, const instant *at, function_o
     const double q = chain->poles.q;
     const double snap = -p * x->jerk1_t - q * x->acc1_t;
     const double crackle = -p * snap - q * x->jerk1_t;
-    sample found = {0.0, 0.0, 0.0, 0.0};
+    sample found;
     switch (function) {
     case VELOCITY:
         found.value = x->v1_t;
@@ -429,9 +429,12 @@ static pull_point pull_point_of(const flight_chain *chain, const instant *at)
     return point;
 }
 
-/* Where sign (level - pull) becomes negative, on pieces on which the pull is monotone; a touch is none. */
-static void watch_level(const flight_chain *chain, const pull_point *points, int count, double sign, double level, int limit, phase_end *end)
+/* Where the pull passes the motor's limit of a side, outwards if that is the limit from there on, on pieces on which the pull is
+ * monotone; a touch is none. */
+static void watch_level(const flight_chain *chain, const pull_point *points, int count, int side, int limit, phase_end *end)
 {
+    const double sign = (double)(limit != 0 ? side : -side);
+    const double level = (double)side * chain->largest;
     for (int n = 1; n < count; n++) {
         const double before = sign * (level - points[n - 1].pull);
         const double after = sign * (level - points[n].pull);
@@ -463,11 +466,10 @@ static void watch_pull(const flight_chain *chain, phase_end *end)
     }
     points[count++] = pull_point_of(chain, &end->at);
     if (chain->limit == 0) {
-        watch_level(chain, points, count, 1.0, chain->largest, 1, end);
-        watch_level(chain, points, count, -1.0, -chain->largest, -1, end);
+        watch_level(chain, points, count, 1, 1, end);
+        watch_level(chain, points, count, -1, -1, end);
     } else {
-        const double sign = (double)chain->limit;
-        watch_level(chain, points, count, -sign, sign * chain->largest, 0, end);
+        watch_level(chain, points, count, chain->limit, 0, end);
     }
 }
 
@@ -822,9 +824,13 @@ static void report(const flight_chain *chain, int32_t ending, const hopform_stat
 /* Numbers out of range leave no phase, or show here. */
 static bool is_sound(const hopform_flight_f64 *flight)
 {
-    return flight->phase_count > 0 && is_finite(flight->duration) && is_finite(flight->end.x1) && is_finite(flight->end.v1) && is_finite(flight->end.v2)
-           && is_finite(flight->end.y) && is_finite(flight->v2_after) && is_finite(flight->apex) && is_finite(flight->apex_time)
-           && is_finite(flight->impact_loss) && is_finite(flight->start_loss);
+    const double numbers[] = {flight->duration, flight->end.x1,   flight->end.v1,      flight->end.v2,      flight->end.y,
+                            flight->v2_after, flight->apex, flight->apex_time, flight->impact_loss, flight->start_loss};
+    bool sound = flight->phase_count > 0;
+    for (size_t n = 0; n < sizeof numbers / sizeof numbers[0]; n++) {
+        sound = sound && is_finite(numbers[n]);
+    }
+    return sound;
 }
 
 int32_t hopform_design_return_f64(const hopform_plan_f64 *plan, double time, hopform_gains_f64 *gains)

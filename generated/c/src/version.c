@@ -6,5 +6,5 @@
 
 const char *hopform_source(void)
 {
-    return "55bebe0f14330761";
+    return "d14ed9f5ee3cd791";
 }
