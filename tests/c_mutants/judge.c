@@ -716,6 +716,12 @@ static int ending_of(const T(robot) *robot, double v1, double v2, double y, doub
 static void leaving(void)
 {
     T(stance) stance;
+    for (row = 900; row < 920; row++) { /* F = 0 with the leg extending is a take-off at once, whatever the forces */
+        const T(robot) r = any_robot();
+        const double v = uniform(-2.0, 2.0);
+        must(r.x1_min > -1e300 || (ending_of(&r, v, v + over(1e-6, 2.0), 0.0, uniform(-3.0, 3.0), 1.0, &stance) == HOPFORM_ENDING_TAKEOFF
+             && !(stance.duration > 0.0) && stance.phase_count == 1), "a leg that extends at once");
+    }
     for (row = 900; row < 960; row++) {
         const T(robot) r = any_robot();
         const double v = uniform(-2.0, 2.0), u = uniform(-3.0, 3.0);

@@ -367,7 +367,11 @@ static void tables(void)
     for (int power = 0; power < 24; power++) {
         long double sum = 0.0L;
         for (int n = 0; n < HOPFORM_NODES_f64; n++) {
-            sum += (long double)hopform_weight_f64[n] * powl((long double)hopform_place_f64[n], (long double)power);
+            long double term = (long double)hopform_weight_f64[n];
+            for (int i = 0; i < power; i++) {
+                term *= (long double)hopform_place_f64[n];
+            }
+            sum += term;
         }
         near((double)(sum * (power + 1)), 1.0, 1e-15, "an integral by Gauss's rule");
     }
