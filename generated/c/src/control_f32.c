@@ -64,11 +64,11 @@ static float doubt(const curve *c)
 /* The least slope of that cubic. */
 static float least_slope(const curve *c)
 {
-    const float end = c->from_rate < c->to_rate ? c->from_rate : c->to_rate;
+    const float end = hopform_lesser_f32(c->from_rate, c->to_rate);
     const float half = c->from_rate + lean(c) - chord(c);
     if (lean(c) > 0.0f && half > 0.0f && half < 3.0f * lean(c)) {
         const float inside = c->from_rate - half * half / (3.0f * lean(c));
-        return inside < end ? inside : end;
+        return hopform_lesser_f32(inside, end);
     }
     return end;
 }
@@ -78,7 +78,7 @@ static bool rises(const curve *c)
     if (c->smooth) {
         return least_slope(c) > 4.0f * doubt(c);
     }
-    const float end = c->from_rate < c->to_rate ? c->from_rate : c->to_rate;
+    const float end = hopform_lesser_f32(c->from_rate, c->to_rate);
     return end > 0.0f && chord(c) > 0.0f && spread(c) <= KINK * end;
 }
 
@@ -125,7 +125,7 @@ static float cubic_at(const curve *c, float share)
 /* The least that the function is taken to be on the cell. */
 static float least(const curve *c)
 {
-    const float end = c->from < c->to ? c->from : c->to;
+    const float end = hopform_lesser_f32(c->from, c->to);
     if (is_monotone(c)) {
         return end;
     }
@@ -138,7 +138,7 @@ static float least(const curve *c)
     }
     const float share = share_of_minimum(c);
     const float inside = share > 0.0f ? cubic_at(c, share) : end;
-    return (inside < end ? inside : end) - c->width * doubt(c);
+    return hopform_lesser_f32(inside, end) - c->width * doubt(c);
 }
 
 /* Where the function vanishes, as a share of the cell: the inverse as a cubic, the chord's where a slope is against it. */
@@ -150,8 +150,8 @@ static float share_of_root(const curve *c)
     }
     const float first = chord(c) / c->from_rate;
     const float last = chord(c) / c->to_rate;
-    const float begin = first < 3.0f ? first : 3.0f; /* with which the cubic still rises */
-    const float end = last < 3.0f ? last : 3.0f;
+    const float begin = hopform_lesser_f32(first, 3.0f); /* with which the cubic still rises */
+    const float end = hopform_lesser_f32(last, 3.0f);
     return t * (begin + t * (3.0f - 2.0f * begin - end + t * (begin + end - 2.0f)));
 }
 
@@ -296,7 +296,7 @@ static float promise_of(const hopform_search_f32 *search, const hopform_cell_f32
         return promise;
     }
     const float edge = promise_of_edge(search, c, &gap);
-    return edge > promise ? edge : promise;
+    return hopform_greater_f32(edge, promise);
 }
 
 /* Where a function that comes nearer to zero at both ends has its extremum. */
@@ -304,7 +304,7 @@ static float share_of_turn(const curve *c)
 {
     const curve other = mirrored(c);
     const float share = share_of_minimum(c->from > 0.0f ? c : &other);
-    return share > 0.0f ? (share > 0.03125f ? (share < 0.96875f ? share : 0.96875f) : 0.03125f) : 0.5f;
+    return share > 0.0f ? hopform_greater_f32(hopform_lesser_f32(share, 0.96875f), 0.03125f) : 0.5f;
 }
 
 /* Just inside the limit of x_1; where a slope leads to the cell's end, which it overshot from before, some way off. */
@@ -375,7 +375,7 @@ static float worth(const hopform_search_f32 *search)
         return 1e38f;
     }
     const float gap = fabsf(search->best.apex - search->apex) - 2.0f * 4e-6f;
-    return gap > 0.0f ? gap : 0.0f;
+    return hopform_greater_f32(gap, 0.0f);
 }
 
 static bool matters(const hopform_search_f32 *search, const hopform_cell_f32 *c)

@@ -64,11 +64,11 @@ static double doubt(const curve *c)
 /* The least slope of that cubic. */
 static double least_slope(const curve *c)
 {
-    const double end = c->from_rate < c->to_rate ? c->from_rate : c->to_rate;
+    const double end = hopform_lesser_f64(c->from_rate, c->to_rate);
     const double half = c->from_rate + lean(c) - chord(c);
     if (lean(c) > 0.0 && half > 0.0 && half < 3.0 * lean(c)) {
         const double inside = c->from_rate - half * half / (3.0 * lean(c));
-        return inside < end ? inside : end;
+        return hopform_lesser_f64(inside, end);
     }
     return end;
 }
@@ -78,7 +78,7 @@ static bool rises(const curve *c)
     if (c->smooth) {
         return least_slope(c) > 4.0 * doubt(c);
     }
-    const double end = c->from_rate < c->to_rate ? c->from_rate : c->to_rate;
+    const double end = hopform_lesser_f64(c->from_rate, c->to_rate);
     return end > 0.0 && chord(c) > 0.0 && spread(c) <= KINK * end;
 }
 
@@ -125,7 +125,7 @@ static double cubic_at(const curve *c, double share)
 /* The least that the function is taken to be on the cell. */
 static double least(const curve *c)
 {
-    const double end = c->from < c->to ? c->from : c->to;
+    const double end = hopform_lesser_f64(c->from, c->to);
     if (is_monotone(c)) {
         return end;
     }
@@ -138,7 +138,7 @@ static double least(const curve *c)
     }
     const double share = share_of_minimum(c);
     const double inside = share > 0.0 ? cubic_at(c, share) : end;
-    return (inside < end ? inside : end) - c->width * doubt(c);
+    return hopform_lesser_f64(inside, end) - c->width * doubt(c);
 }
 
 /* Where the function vanishes, as a share of the cell: the inverse as a cubic, the chord's where a slope is against it. */
@@ -150,8 +150,8 @@ static double share_of_root(const curve *c)
     }
     const double first = chord(c) / c->from_rate;
     const double last = chord(c) / c->to_rate;
-    const double begin = first < 3.0 ? first : 3.0; /* with which the cubic still rises */
-    const double end = last < 3.0 ? last : 3.0;
+    const double begin = hopform_lesser_f64(first, 3.0); /* with which the cubic still rises */
+    const double end = hopform_lesser_f64(last, 3.0);
     return t * (begin + t * (3.0 - 2.0 * begin - end + t * (begin + end - 2.0)));
 }
 
@@ -296,7 +296,7 @@ static double promise_of(const hopform_search_f64 *search, const hopform_cell_f6
         return promise;
     }
     const double edge = promise_of_edge(search, c, &gap);
-    return edge > promise ? edge : promise;
+    return hopform_greater_f64(edge, promise);
 }
 
 /* Where a function that comes nearer to zero at both ends has its extremum. */
@@ -304,7 +304,7 @@ static double share_of_turn(const curve *c)
 {
     const curve other = mirrored(c);
     const double share = share_of_minimum(c->from > 0.0 ? c : &other);
-    return share > 0.0 ? (share > 0.03125 ? (share < 0.96875 ? share : 0.96875) : 0.03125) : 0.5;
+    return share > 0.0 ? hopform_greater_f64(hopform_lesser_f64(share, 0.96875), 0.03125) : 0.5;
 }
 
 /* Just inside the limit of x_1; where a slope leads to the cell's end, which it overshot from before, some way off. */
@@ -375,7 +375,7 @@ static double worth(const hopform_search_f64 *search)
         return 1e+300;
     }
     const double gap = fabs(search->best.apex - search->apex) - 2.0 * 2e-10;
-    return gap > 0.0 ? gap : 0.0;
+    return hopform_greater_f64(gap, 0.0);
 }
 
 static bool matters(const hopform_search_f64 *search, const hopform_cell_f64 *c)

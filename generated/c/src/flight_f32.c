@@ -120,7 +120,7 @@ static float largest_force(const hopform_robot_f32 *robot)
         return 0.0f;
     }
     const float force = fabsf(robot->gamma2) * robot->u_max;
-    return force < 1e38f ? force : 1e38f;
+    return hopform_lesser_f32(force, 1e38f);
 }
 
 static hopform_poles_f32 poles_in_flight(const hopform_flight_rates_f32 *rates, int limit)
@@ -362,10 +362,10 @@ static bool zero_of_pair(const flight_chain *chain, function_of_time function, f
     if (never_turns(&pair, &from)) {
         return false;
     }
-    const float longest = pair.half_turn < until ? pair.half_turn : until;
+    const float longest = hopform_lesser_f32(pair.half_turn, until);
     float low = 0.0f;
     float reach = falls * longest > 1.5f * fabsf(from.value) ? 1.5f * fabsf(from.value) / falls : longest;
-    reach = reach > longest * 1.1920929e-7f ? reach : longest * 1.1920929e-7f;
+    reach = hopform_greater_f32(reach, longest * 1.1920929e-7f);
     for (int n = 0; n < 60; n++) {
         const instant end = look(chain, reach);
         if (sign * sample_of(chain, &end, function).value < 0.0f) {
@@ -377,7 +377,7 @@ static bool zero_of_pair(const flight_chain *chain, function_of_time function, f
             return pair.half_turn <= until; /* a half turn later it has the other sign, or is 0 to rounding */
         }
         low = reach;
-        reach = 2.0f * reach < longest ? 2.0f * reach : longest;
+        reach = hopform_lesser_f32(2.0f * reach, longest);
     }
     return false;
 }
@@ -484,8 +484,7 @@ static bool stays_above(const flight_chain *chain, const instant *last)
 {
     const float moved = last->actuator.moved;
     const float fallen = last->foot.foot_t + moved;
-    const float lowest = chain->ballistic.foot < fallen ? chain->ballistic.foot : fallen;
-    return lowest - (moved > 0.0f ? moved : 0.0f) > 0.0f;
+    return hopform_lesser_f32(chain->ballistic.foot, fallen) - hopform_greater_f32(moved, 0.0f) > 0.0f;
 }
 
 static hopform_state_f32 state_of(const flight_chain *chain, const instant *at)
@@ -498,8 +497,7 @@ static hopform_state_f32 state_of(const flight_chain *chain, const instant *at)
 /* Time since take-off, not behind the horizon by rounding. */
 static float time_of(const flight_chain *chain, const instant *at)
 {
-    const float t = chain->t + at->t;
-    return t < chain->horizon ? t : chain->horizon;
+    return hopform_lesser_f32(chain->t + at->t, chain->horizon);
 }
 
 static void remember_highest(flight_chain *chain, const instant *at)
@@ -798,14 +796,13 @@ static bool gains_are_sound(const hopform_gains_f32 *gains)
 static hopform_gains_f32 gains_for(const hopform_robot_f32 *robot, const hopform_state_f32 *start)
 {
     const float time = hopform_time_of_fall_f32(robot, start->v2, start->x1) - 0.05f; /* NaN where it does not rise that high */
-    return hopform_critical_gains_f32(robot, time > 0.02f ? time : 0.02f);
+    return hopform_critical_gains_f32(robot, hopform_greater_f32(time, 0.02f));
 }
 
 static void report(const flight_chain *chain, int32_t ending, const hopform_state_f32 *end, hopform_flight_f32 *flight)
 {
     const float g = chain->robot->g;
-    const float rise = chain->v2 > 0.0f ? chain->v2 / g : 0.0f;
-    const float top = rise < chain->t ? rise : chain->t;
+    const float top = hopform_lesser_f32(hopform_greater_f32(chain->v2, 0.0f) / g, chain->t);
     flight->gains = chain->gains;
     flight->duration = chain->t;
     flight->end = *end;

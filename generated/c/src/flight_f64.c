@@ -120,7 +120,7 @@ static double largest_force(const hopform_robot_f64 *robot)
         return 0.0;
     }
     const double force = fabs(robot->gamma2) * robot->u_max;
-    return force < 1e+300 ? force : 1e+300;
+    return hopform_lesser_f64(force, 1e+300);
 }
 
 static hopform_poles_f64 poles_in_flight(const hopform_flight_rates_f64 *rates, int limit)
@@ -362,10 +362,10 @@ static bool zero_of_pair(const flight_chain *chain, function_of_time function, d
     if (never_turns(&pair, &from)) {
         return false;
     }
-    const double longest = pair.half_turn < until ? pair.half_turn : until;
+    const double longest = hopform_lesser_f64(pair.half_turn, until);
     double low = 0.0;
     double reach = falls * longest > 1.5 * fabs(from.value) ? 1.5 * fabs(from.value) / falls : longest;
-    reach = reach > longest * 2.220446049250313e-16 ? reach : longest * 2.220446049250313e-16;
+    reach = hopform_greater_f64(reach, longest * 2.220446049250313e-16);
     for (int n = 0; n < 60; n++) {
         const instant end = look(chain, reach);
         if (sign * sample_of(chain, &end, function).value < 0.0) {
@@ -377,7 +377,7 @@ static bool zero_of_pair(const flight_chain *chain, function_of_time function, d
             return pair.half_turn <= until; /* a half turn later it has the other sign, or is 0 to rounding */
         }
         low = reach;
-        reach = 2.0 * reach < longest ? 2.0 * reach : longest;
+        reach = hopform_lesser_f64(2.0 * reach, longest);
     }
     return false;
 }
@@ -484,8 +484,7 @@ static bool stays_above(const flight_chain *chain, const instant *last)
 {
     const double moved = last->actuator.moved;
     const double fallen = last->foot.foot_t + moved;
-    const double lowest = chain->ballistic.foot < fallen ? chain->ballistic.foot : fallen;
-    return lowest - (moved > 0.0 ? moved : 0.0) > 0.0;
+    return hopform_lesser_f64(chain->ballistic.foot, fallen) - hopform_greater_f64(moved, 0.0) > 0.0;
 }
 
 static hopform_state_f64 state_of(const flight_chain *chain, const instant *at)
@@ -498,8 +497,7 @@ static hopform_state_f64 state_of(const flight_chain *chain, const instant *at)
 /* Time since take-off, not behind the horizon by rounding. */
 static double time_of(const flight_chain *chain, const instant *at)
 {
-    const double t = chain->t + at->t;
-    return t < chain->horizon ? t : chain->horizon;
+    return hopform_lesser_f64(chain->t + at->t, chain->horizon);
 }
 
 static void remember_highest(flight_chain *chain, const instant *at)
@@ -798,14 +796,13 @@ static bool gains_are_sound(const hopform_gains_f64 *gains)
 static hopform_gains_f64 gains_for(const hopform_robot_f64 *robot, const hopform_state_f64 *start)
 {
     const double time = hopform_time_of_fall_f64(robot, start->v2, start->x1) - 0.05; /* NaN where it does not rise that high */
-    return hopform_critical_gains_f64(robot, time > 0.02 ? time : 0.02);
+    return hopform_critical_gains_f64(robot, hopform_greater_f64(time, 0.02));
 }
 
 static void report(const flight_chain *chain, int32_t ending, const hopform_state_f64 *end, hopform_flight_f64 *flight)
 {
     const double g = chain->robot->g;
-    const double rise = chain->v2 > 0.0 ? chain->v2 / g : 0.0;
-    const double top = rise < chain->t ? rise : chain->t;
+    const double top = hopform_lesser_f64(hopform_greater_f64(chain->v2, 0.0) / g, chain->t);
     flight->gains = chain->gains;
     flight->duration = chain->t;
     flight->end = *end;

@@ -228,7 +228,7 @@ static inline bool hopform_lift_f32(hopform_tally_f32 *tally, const hopform_phas
     const float late = -tally->change.y / speed.y;
     const float x1_u = tally->change.x1 + speed.x1 * late;
     const float v2_u = tally->change.v2 + speed.v2 * late;
-    const float v_up = end->v2 > 0.0f ? end->v2 : 0.0f;
+    const float v_up = hopform_greater_f32(end->v2, 0.0f);
     tally->trial->apex_u = x1_u + v_up * v2_u / robot->g;
     hopform_note_peak_f32(tally, end->x1, x1_u);
     return true;

@@ -228,7 +228,7 @@ static inline bool hopform_lift_f64(hopform_tally_f64 *tally, const hopform_phas
     const double late = -tally->change.y / speed.y;
     const double x1_u = tally->change.x1 + speed.x1 * late;
     const double v2_u = tally->change.v2 + speed.v2 * late;
-    const double v_up = end->v2 > 0.0 ? end->v2 : 0.0;
+    const double v_up = hopform_greater_f64(end->v2, 0.0);
     tally->trial->apex_u = x1_u + v_up * v2_u / robot->g;
     hopform_note_peak_f64(tally, end->x1, x1_u);
     return true;

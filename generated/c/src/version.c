@@ -6,5 +6,5 @@
 
 const char *hopform_source(void)
 {
-    return "d14ed9f5ee3cd791";
+    return "7a315828c2c1dad2";
 }
