@@ -167,7 +167,7 @@ class Bench:
             "-DDOUBLE",
             "-DENTRY=4",
             "-DDOUBLE_ALONE",
-            "-DWORDS_ROBOTS=1500",
+            "-DWORDS_ROBOTS=2500",
             "-DWORDS_COMMANDS=500",
             "-DWORDS_SAMPLES=4500",
         ]
