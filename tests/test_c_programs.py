@@ -80,6 +80,16 @@ def test_the_judges_of_mutants_find_nothing_wrong_in_what_is_not_broken(folder, 
     assert says(built(folder, judge, [MUTANTS / f"{judge}.c"], compiler, "f64", "-O2"), "aloud").endswith("wrong 0\n")
 
 
+@pytest.mark.parametrize("compiler", COMPILERS, ids=" ".join)
+@pytest.mark.parametrize("unit", ["flight", "control"])
+def test_the_judges_of_inner_functions_find_nothing_wrong_in_what_is_not_broken(folder, unit, compiler):
+    library = [path for path in objects(folder, tuple(compiler), "f64", "-O2") if path.stem != f"{unit}_f64"]
+    image = folder / f"inside_{unit}_{compiler[0]}"
+    flags = [*COMMON, "-D_GNU_SOURCE", "-O2", *INCLUDE, "-I", MUTANTS]
+    compiled(*compiler, *flags, MUTANTS / f"inside_{unit}.c", *library, "-o", image, "-lm")
+    assert says(image, "aloud").endswith("wrong 0\n")
+
+
 def test_the_judge_finds_a_constant_that_is_off(tmp_path):
     """It can fail: the Coulomb friction of the body counts a hundred-thousandth more."""
     shutil.copytree(C / "src", tmp_path / "src")

@@ -2,10 +2,11 @@
 
 The sources for firmware in double precision are broken, whose tests are the sharper ones; single precision comes from the same
 templates. Mutants that do not compile are drawn again. The judges, in this order: judge.c (vectors of the reference with their
-tolerances, and what must be true of any answer), parts.c (each function of the headers by itself), refusals, garbage and fuzzing
-targets on fixed inputs; the word for all bits of random stances, flights and commands (tests/firmware/words.c), which any changed
-bit changes, so what it alone kills is counted apart; judge.c and parts.c again under the sanitizers; and the work that judge.c's
-calls take, in basic blocks. With `--pytest` the nearest tests of pytest follow.
+tolerances, and what must be true of any answer), parts.c (each function of the headers by itself), inside_flight.c and
+inside_control.c (the inner functions of these two), refusals, garbage and fuzzing targets on fixed inputs; the word for all bits
+of random stances, flights and commands (tests/firmware/words.c), which any changed bit changes, so what it alone kills is counted
+apart; judge.c and parts.c again under the sanitizers; and the work that judge.c's calls take, in basic blocks. With `--pytest`
+the nearest tests of pytest follow.
 Survivors are argued in docs/c-mutants.md: those that are listed there as equivalent are taken off, the others fail.
 """
 
@@ -48,6 +49,8 @@ MORE, SOME = 1.1, 50
 PROGRAMS = {
     "judge": (MINE / "judge.c",),
     "parts": (MINE / "parts.c",),
+    "inside_flight": (MINE / "inside_flight.c",),
+    "inside_control": (MINE / "inside_control.c",),
     "refusals": (HERE / "refusals.c", BOARDS / "board.c"),
     "garbage": (HERE / "garbage.c", BOARDS / "board.c"),
     "fuzz_entry": (FUZZ / "fuzz_entry.c", FUZZ / "replay.c"),
@@ -56,7 +59,7 @@ PROGRAMS = {
     "word": (HERE / "words.c", BOARDS / "board.c"),
 }
 JUDGES = ("judge", "parts")
-"""Those that include the headers of the library."""
+"""Those that the sanitizers look at again."""
 
 NEAREST = {
     "flight": ("flight",), "control": ("control",), "trial": ("control",), "grid": ("grid",), "touchdown": ("touchdown",),
@@ -71,13 +74,24 @@ def text_of(name: str) -> str:
     return (SRC / name).read_text("utf-8")
 
 
+def taken_in(text: str) -> frozenset[str]:
+    """The files of src that a text includes, with those that they include."""
+    found = {name for name in re.findall(r'#include "(\w+\.[ch])"', text) if (SRC / name).is_file()}
+    return frozenset(found).union(*(includes(name) for name in found))
+
+
 @cache
 def includes(name: str) -> frozenset[str]:
     """The headers of src that a file takes in, itself among them."""
-    found = {name}
-    for header in re.findall(r'#include "(\w+\.h)"', text_of(name)):
-        found |= includes(header)
-    return frozenset(found)
+    return taken_in(text_of(name)) | {name}
+
+
+@cache
+def sources_in(program: str) -> frozenset[str]:
+    """The files of src that a program takes in: headers, and the unit whose inner functions it judges."""
+    text = PROGRAMS[program][0].read_text("utf-8")
+    shared = (MINE / "judging.h").read_text("utf-8") if '"judging.h"' in text else ""
+    return taken_in(text + shared)
 
 
 def pool_of_mutants() -> list[Mutant]:
@@ -154,7 +168,7 @@ class Bench:
             "-DDOUBLE",
             "-DENTRY=4",
             "-DDOUBLE_ALONE",
-            "-DWORDS_ROBOTS=1500",
+            "-DWORDS_ROBOTS=2500",
             "-DWORDS_COMMANDS=500",
             "-DWORDS_SAMPLES=4500",
         ]
@@ -173,7 +187,8 @@ class Bench:
         for name, sources in PROGRAMS.items():
             own = [self.folder / f"{name}-{source.name}.o" for source in sources]
             own = [objects.get(path.name, path) for path in own]
-            library = [objects.get(unit, self.folder / f"{unit}.o") for unit in self.units]
+            units = [unit for unit in self.units if unit not in sources_in(name)]
+            library = [objects.get(unit, self.folder / f"{unit}.o") for unit in units]
             image = self.folder / name
             if run([*compiler(), *map(str, [*own, *library]), "-o", str(image), "-lm"], 60)[0]:
                 return "link"
@@ -188,7 +203,7 @@ class Bench:
         for unit in broken:
             if unit in self.units:
                 self.compile(self.src / unit, self.folder / f"broken-checked-{unit}.o", CHECKED + COUNTS)
-        is_header = any(name not in self.units for name in broken)  # which parts.c includes
+        is_header = any(name.startswith(("judge-", "parts-")) for name in broken)
         library = [self.folder / f"{'broken-' if unit in broken else ''}checked-{unit}.o" for unit in self.units]
         for name in JUDGES if is_header else JUDGES[:1]:
             own = self.folder / f"checked-{name}.o"
@@ -231,8 +246,8 @@ class Bench:
             for unit in affected:
                 objects[unit] = self.folder / f"broken-{unit}.o"
                 self.compile(self.src / unit, objects[unit])
-            if mutant.file.endswith(".h"):
-                for name in JUDGES:
+            for name in PROGRAMS:
+                if mutant.file in sources_in(name):
                     own = f"{name}-{PROGRAMS[name][0].name}.o"
                     objects[own] = self.folder / f"broken-{name}.o"
                     self.compile(PROGRAMS[name][0], objects[own])

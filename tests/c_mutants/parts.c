@@ -2,6 +2,8 @@
  * arithmetic, against differences and against what many samples show. Prints what is wrong and ends with 1, or is silent.
  */
 #include "judging.h"
+#include "linear_f64.h"
+#include "trial_f64.h"
 
 /* ---- kernels ---- */
 
@@ -372,6 +374,143 @@ static void any_verdicts(void)
     }
 }
 
+/* A function at the start of a phase is what it is at the time 0 of it; what the pair's part of it is there, too. */
+static void first_samples(void)
+{
+    for (row = 0; row < 200; row++) {
+        const T(poles) poles = poles_of_any_robot();
+        double h;
+        const T(watch) watch = any_watch(&poles, &h);
+        const T(basis) start = {1.0, 0.0, 0.0, 0.0, 0.0};
+        const T(sample) first = hopform_first_sample_f64(&watch, &poles), at = hopform_sample_at_f64(&watch, &poles, &start, 0.0);
+        const double w = poles.s_1 + sqrt(poles.s_2), size = 1e-12 * (fabs(first.value) + fabs(first.rate) / w + fabs(first.curvature) / (w * w)
+                                                                       + fabs(watch.numerator.H1) / (w * w * w));
+        near(first.value, at.value, size, "g at 0");
+        near(first.rate, at.rate, size * w, "its rate at 0");
+        near(first.curvature, at.curvature, size * w * w, "its second derivative at 0");
+        near(first.third, at.third, size * w * w * w, "its third derivative at 0");
+        near(first.turning, at.turning, size * w * w, "the turning at 0");
+        near(first.noise, at.noise, size, "the noise at 0");
+    }
+}
+
+/* Tables: 1/n, and a rule that is exact for powers up to 23. */
+static void tables(void)
+{
+    for (int n = 1; n < (int)(sizeof hopform_inverse_f64 / sizeof hopform_inverse_f64[0]); n++) {
+        near((double)((long double)hopform_inverse_f64[n] * (long double)n), 1.0, 1.2e-16, "1/n");
+    }
+    for (int power = 0; power < 24; power++) {
+        long double sum = 0.0L;
+        for (int n = 0; n < HOPFORM_NODES_f64; n++) {
+            long double term = (long double)hopform_weight_f64[n];
+            for (int i = 0; i < power; i++) {
+                term *= (long double)hopform_place_f64[n];
+            }
+            sum += term;
+        }
+        near((double)(sum * (power + 1)), 1.0, 1e-15, "an integral by Gauss's rule");
+    }
+    for (row = 0; row < 200; row++) { /* halved until the rule is exact, and not more often */
+        const T(poles) poles = poles_of_any_robot();
+        const double fastest = poles.s_1 + sqrt(poles.s_2), t = row < 100 ? over(1e-3, 1e3) / fastest : ldexp(4.0, row % 7) / fastest;
+        const int times = hopform_doublings_f64(&poles, t);
+        const double left = fastest * hopform_halved_f64(t, times);
+        must(left <= 4.0 && (times == 0 || left > 2.0), "how often a time is halved");
+    }
+    T(poles) plain = {0.0, 4.0, 0.0, 4.0, 0.0, 0.0};
+    must(hopform_doublings_f64(&plain, 1.0) == 0 && hopform_doublings_f64(&plain, 8.0) == 3, "a time that need not be halved");
+}
+
+/* Phi of a mode: that of a sum of times is the product, it begins as 1, and a mass that is held has no column. */
+static void transitions(void)
+{
+    for (row = 0; row < 180; row++) {
+        const T(robot) r = any_robot();
+        T(plan) plan;
+        must(T(plan_init)(&plan, &r) == HOPFORM_OK, "no plan");
+        const int side_1 = row % 3 - 1, side_2 = row / 3 % 3 - 1;
+        if (side_1 == 0 && side_2 == 0) {
+            continue;
+        }
+        const T(drive) drive = hopform_drive_of_f64(&r, &plan.rates, uniform(-3.0, 3.0), (double)side_1, (double)side_2);
+        const double w = sqrt(hopform_poles_of_f64(&plan, side_1, side_2)->s_2) + hopform_poles_of_f64(&plan, side_1, side_2)->s_1;
+        const double h = over(0.01, 1.0) / w, then = over(0.01, 1.0) / w;
+        const T(matrix) one = hopform_transition_f64(&plan, &drive, side_1, side_2, h), two = hopform_transition_f64(&plan, &drive, side_1, side_2, then);
+        const T(matrix) both = hopform_transition_f64(&plan, &drive, side_1, side_2, h + then), none = hopform_transition_f64(&plan, &drive, side_1, side_2, 0.0);
+        for (int i = 0; i < SIZE; i++) {
+            for (int j = 0; j < SIZE; j++) {
+                double sum = 0.0, size = 1e-300;
+                for (int k = 0; k < SIZE; k++) {
+                    sum += two.at[i][k] * one.at[k][j];
+                    size += fabs(two.at[i][k] * one.at[k][j]);
+                }
+                const int held = (side_1 == 0 && j == V1) || (side_2 == 0 && j == V2);
+                near(both.at[i][j], sum, 1e-12 * size, "Phi of a sum of times");
+                near(none.at[i][j], i == j && !held ? 1.0 : 0.0, 1e-300, "Phi of no time");
+                must(!held || !(fabs(one.at[i][j]) > 0.0), "a mass that is held, and moves something");
+            }
+        }
+    }
+}
+
+/* The minima of y inside a phase in which both masses slide the same way, as samples show them. */
+static void dips(void)
+{
+    int told = 0, deep = 0;
+    for (row = 0; row < 1500; row++) {
+        T(robot) r = any_robot();
+        T(plan) plan;
+        r.g = 9.81;
+        r.b1 *= 0.1;
+        r.b2 *= 0.1;
+        must(T(plan_init)(&plan, &r) == HOPFORM_OK, "no plan");
+        const T(state) start = {0.0, uniform(-1.0, 1.0), uniform(-1.0, 1.0), uniform(0.0, 0.05)};
+        const double w = sqrt(plan.both.q), length = over(0.3, 12.0) / w, u = uniform(-3.0, 3.0);
+        const int side = row % 2 ? 1 : -1;
+        T(trial) trial = {0};
+        trial.dip = 1e300;
+        T(tally) tally = {&plan, {0.0, 0.0, 0.0, 0.0}, 0.0, &trial};
+        const T(drive) per_ampere = {plan.rates.a1_u, 0.0};
+        const T(stretch) stretch = {&plan.both, start, hopform_motion_of_f64(&plan, &start, u, side, side),
+                                    hopform_motion_under_f64(&plan.rates, &per_ampere, &tally.change, side, side), side, side};
+        enum { N = 4000 };
+        double rate = start.v1 - start.v2, least = INFINITY, when = 0.0, steep = 0.0, fastest = fabs(rate);
+        int all = 0, plain = 1, began = 0;
+        for (int n = 1; n <= N; n++) {
+            const double now = hopform_rate_of_y_f64(&stretch, length * (double)n / N);
+            if (rate < 0.0 && now >= 0.0) {
+                const T(basis) basis = hopform_basis_at_f64(&plan.both, length * ((double)n - 0.5) / N);
+                const T(state) at = hopform_arrive_f64(&start, &stretch.motion, &basis, side, side);
+                all++;
+                plain = plain && (double)(n - began) / N * length > 0.78 / w; /* a fall from one look to the next */
+                when = at.y < least ? length * ((double)n - 0.5) / N : when;
+                steep = at.y < least ? (now - rate) * N / length : steep;
+                least = fmin(least, at.y);
+            }
+            began = rate >= 0.0 && now < 0.0 ? n : began;
+            fastest = larger(fastest, fabs(now));
+            rate = now;
+        }
+        hopform_find_dips_f64(&tally, &stretch, length, start.v1 - start.v2, rate);
+        must(trial.dips == all || (trial.dips < all && !plain), "how often y turns upwards");
+        const double size = 0.05 + fabs(start.v1 - start.v2) / w;
+        must(trial.dips < all || all == 0 || fabs(trial.dip - least) < 1e-4 * size, "where y turns upwards");
+        if (trial.dips == all && all > 0 && steep > 0.1 * w * fastest) { /* where it is flat its time is known to few digits */
+            const T(basis) basis = hopform_basis_at_f64(&plan.both, when); /* at rest in u's change: the response to 1 A */
+            const T(state) change = hopform_arrive_f64(&tally.change, &stretch.by_u, &basis, side, side);
+            near(trial.dip_u, change.y, 0.05 * (fabs(change.y) + 0.1 * fabs(plan.rates.a1_u) / (w * w)), "how that changes with the current");
+            told++;
+        }
+        deep += all > 1;
+        trial.dips = 0;
+        const T(stretch) apart = {&plan.both, start, stretch.motion, stretch.by_u, side, -side};
+        hopform_find_dips_f64(&tally, &apart, length, start.v1 - start.v2, rate);
+        must(trial.dips == 0, "what can not turn");
+    }
+    must(told > 300 && deep > 30, "too few that turn");
+}
+
 /* A function that is called quiet has no root, be it sampled many times in each turn. */
 static void any_quiet(void)
 {
@@ -433,5 +572,9 @@ int main(int argc, char **argv)
     any_verdicts();
     any_quiet();
     swings();
+    first_samples();
+    tables();
+    transitions();
+    dips();
     return conclude();
 }

@@ -1,11 +1,13 @@
 /* A word for all bits that the library gives for WORDS_ROBOTS random robots, in one precision: included with REAL and T defined.
  *
- * Half of the numbers have four digits in base 2, so that sums are exact and ties are met; the others have 24.
+ * Half of the numbers have four digits in base 2, so that sums are exact and ties are met; the others have 24. Those of every third
+ * robot are powers of 2, so that forces often balance exactly.
  */
 
 typedef struct {
     uint32_t dice;
     uint32_t hash;
+    int plain; /* powers of 2 alone */
 } T(words);
 
 static uint32_t T(roll)(T(words) *w)
@@ -45,6 +47,7 @@ static void T(numbers)(T(words) *w, const REAL *values, size_t size)
 static REAL T(over)(T(words) *w, int low, int high)
 {
     REAL value = (T(roll)(w) & 1u) != 0u ? (REAL)(8u + T(roll)(w) % 8u) / (REAL)8 : (REAL)((1u << 23) + (T(roll)(w) >> 9)) / (REAL)(1u << 23);
+    value = w->plain ? (REAL)1 : value;
     int power = low + (int)(T(roll)(w) % (uint32_t)(high - low));
     for (; power > 0; power--) {
         value *= (REAL)2;
@@ -90,20 +93,29 @@ static T(hopform_robot) T(robot)(T(words) *w)
     const int stops = (kind & 6u) == 0u || (kind & 0x700u) == 0u;
     r.x1_min = stops ? -T(positive_over)(w, -9, -4, 3) : (REAL)-INFINITY;
     r.x1_max = stops ? T(over)(w, -9, -4) : (REAL)INFINITY;
-    r.u_max = (REAL)3;
+    r.x1_max = (kind & 0xf000u) == 0u ? (REAL)0 : r.x1_max;
+    r.x1_min = (kind & 0x1f0000u) == 0u ? r.x1_max : r.x1_min; /* locked, if there is a stop */
+    r.x1_min = r.x1_min < (REAL)INFINITY ? r.x1_min : (REAL)0;
+    r.u_max = (kind & 0x600000u) == 0u ? T(over)(w, -4, 2) : (REAL)3;
+    r.u_max = (kind & 0x7800000u) == 0u ? (REAL)INFINITY : r.u_max;
     r.impact_loss = (kind & 8u) != 0u ? (REAL)0 : (REAL)0.0625;
     return r;
 }
 
 static void T(with_flight)(T(words) *w, const T(hopform_plan) *plan, const T(hopform_state) *takeoff)
 {
+    enum { TIMES = 5 };
     static T(hopform_flight_phase) phases[WORDS_PHASES];
     T(hopform_flight) flight;
-    T(hopform_gains) gains;
-    gains.Kp = T(over)(w, 2, 10);
-    gains.Kd = T(over)(w, 0, 6);
-    const int own = (T(roll)(w) & 1u) != 0u;
-    T(take)(w, (uint32_t)T(hopform_solve_flight)(plan, takeoff, own ? NULL : &gains, (REAL)2, 64, phases, WORDS_PHASES, &flight));
+    T(hopform_gains) gains, designed;
+    gains.Kp = T(positive_over)(w, 2, 12, 6);
+    gains.Kd = T(positive_over)(w, 0, 8, 6);
+    const uint32_t kind = T(roll)(w);
+    const REAL horizon = (kind & 6u) == 0u ? T(over)(w, -7, 2) : (REAL)2;
+    const int32_t most = (kind & 56u) == 0u ? 1 + (int32_t)(T(roll)(w) % 4u) : WORDS_PHASES;
+    T(take)(w, (uint32_t)T(hopform_design_return)(plan, horizon, &designed));
+    T(numbers)(w, &designed.Kp, sizeof designed);
+    T(take)(w, (uint32_t)T(hopform_solve_flight)(plan, takeoff, (kind & 1u) != 0u ? NULL : &gains, horizon, most, phases, WORDS_PHASES, &flight));
     T(numbers)(w, (const REAL *)&flight, offsetof(T(hopform_flight), ending));
     T(take)(w, (uint32_t)flight.ending + 16u * (uint32_t)flight.event_count + 4096u * (uint32_t)flight.phase_count);
     for (int32_t n = 0; n < flight.phases_kept; n++) {
@@ -111,14 +123,17 @@ static void T(with_flight)(T(words) *w, const T(hopform_plan) *plan, const T(hop
         T(take)(w, (uint32_t)(phases[n].side + 8 * phases[n].limit + 64 * phases[n].event));
     }
     if (flight.phases_kept == flight.phase_count && flight.phase_count > 0) {
-        const REAL times[3] = {(REAL)0, flight.duration / (REAL)3, flight.duration};
-        T(hopform_state) states[3];
-        T(hopform_energy) energies[3];
-        T(hopform_flight_ledger) ledgers[3];
-        REAL losses[3];
-        T(take)(w, (uint32_t)T(hopform_flight_at)(plan, phases, &flight, times, 3, states));
+        const REAL times[TIMES] = {(REAL)0, flight.duration / (REAL)3, phases[flight.phase_count - 1].t,
+                                   (phases[flight.phase_count - 1].t + flight.duration) / (REAL)2, flight.duration};
+        T(hopform_state) states[TIMES];
+        T(hopform_energy) energies[TIMES];
+        T(hopform_flight_ledger) ledgers[TIMES];
+        REAL losses[TIMES];
+        T(take)(w, (uint32_t)T(hopform_flight_at)(plan, phases, &flight, times, TIMES, states));
         T(numbers)(w, &states[0].x1, sizeof states);
-        T(take)(w, (uint32_t)T(hopform_flight_energy)(plan, phases, &flight, times, 3, energies, ledgers, losses));
+        for (int n = 0; n < TIMES; n++) { /* apart: the times of all need not increase */
+            T(take)(w, (uint32_t)T(hopform_flight_energy)(plan, phases, &flight, &times[n], 1, &energies[n], &ledgers[n], &losses[n]));
+        }
         T(numbers)(w, &energies[0].body, sizeof energies);
         T(numbers)(w, &ledgers[0].motor_work, sizeof ledgers);
         T(numbers)(w, losses, sizeof losses);
@@ -136,7 +151,7 @@ static void T(with_any_flight)(T(words) *w, const T(hopform_plan) *plan)
     takeoff.v2 = T(signed_over)(w, -3, 3, 9);
     takeoff.y = T(signed_over)(w, -9, -3, 2);
     if ((kind & 3u) == 0u || takeoff.x1 > robot->x1_max || takeoff.x1 < robot->x1_min) {
-        takeoff.x1 = (kind & 4u) != 0u && robot->x1_max < (REAL)1 ? robot->x1_max : (REAL)0;
+        takeoff.x1 = (kind & 4u) != 0u && robot->x1_max < (REAL)1 ? robot->x1_max : robot->x1_min < (REAL)-1 ? (REAL)0 : robot->x1_min;
     }
     T(with_flight)(w, plan, &takeoff);
 }
@@ -156,6 +171,8 @@ static void T(with_motion)(T(words) *w, const T(hopform_plan) *plan, const T(hop
     }
     T(take)(w, (uint32_t)T(hopform_stance_states)(plan, steps, phases, stance, times, TIMES, x1, v1, v2, y));
     T(numbers)(w, x1, TIMES * sizeof(REAL));
+    T(numbers)(w, v1, TIMES * sizeof(REAL));
+    T(numbers)(w, v2, TIMES * sizeof(REAL));
     T(numbers)(w, y, TIMES * sizeof(REAL));
     T(take)(w, (uint32_t)T(hopform_stance_energy)(plan, steps, phases, stance, times, TIMES, energies, ledgers, losses));
     T(numbers)(w, &energies[0].body, sizeof energies);
@@ -166,13 +183,32 @@ static void T(with_motion)(T(words) *w, const T(hopform_plan) *plan, const T(hop
     T(numbers)(w, tangents, sizeof tangents);
     T(take)(w, (uint32_t)T(hopform_stance_sensitivities)(plan, steps, phases, stance, matrix));
     T(numbers)(w, matrix, sizeof matrix);
-    if (stance->duration > (REAL)0) {
-        const REAL dt = stance->duration / (REAL)(GRID - 1);
-        T(take)(w, (uint32_t)T(hopform_stance_grid)(plan, steps, phases, stance, (REAL)0, dt, GRID - 1, x1, v1, v2, y));
-        for (int n = 0; n < GRID - 1; n++) {
+    const int32_t counts[3] = {GRID - 1, 1 + (int32_t)(T(roll)(w) % 70u), 65};
+    for (int i = 0; i < 3 && stance->duration > (REAL)0; i++) { /* all of it, and from a start of a phase or behind it on */
+        const int32_t count = counts[i];
+        const REAL t0 = i == 0 ? (REAL)0 : i == 1 ? phases[stance->phase_count - 1].t : (stance->duration + phases[stance->phase_count / 2].t) / (REAL)2;
+        const REAL dt = i == 0 ? stance->duration / (REAL)count : (stance->duration - t0) / (REAL)80;
+        T(take)(w, (uint32_t)T(hopform_stance_grid)(plan, steps, phases, stance, t0, dt, count, x1, v1, v2, y));
+        for (int n = 0; n < count && dt > (REAL)0; n++) {
             const REAL state[4] = {x1[n], v1[n], v2[n], y[n]};
             T(numbers)(w, state, sizeof state);
         }
+    }
+}
+
+/* The same with few phases: too small a buffer, or too few of them allowed. */
+static void T(with_less)(T(words) *w, const T(hopform_plan) *plan, const T(hopform_state) *start, const T(hopform_step) *steps,
+                         int32_t count, REAL horizon)
+{
+    T(hopform_phase) phases[4];
+    T(hopform_stance) stance;
+    const uint32_t kind = T(roll)(w);
+    const int32_t most = (kind & 8u) != 0u ? 1 + (int32_t)(kind & 7u) : WORDS_PHASES;
+    T(take)(w, (uint32_t)T(hopform_solve_stance)(plan, start, steps, count, horizon, most, phases, (int32_t)(kind >> 4 & 3u), &stance));
+    T(numbers)(w, &stance.duration, offsetof(T(hopform_stance), ending));
+    T(take)(w, (uint32_t)stance.ending + 16u * (uint32_t)stance.event_count + 4096u * (uint32_t)stance.phase_count);
+    for (int32_t n = 0; n < stance.phases_kept; n++) {
+        T(numbers)(w, &phases[n].t, 5 * sizeof(REAL));
     }
 }
 
@@ -199,6 +235,7 @@ static void T(with_stance)(T(words) *w, const T(hopform_plan) *plan, const T(hop
             T(with_flight)(w, plan, &stance.end);
         }
     }
+    T(with_less)(w, plan, start, steps, count, horizon);
 }
 
 static void T(with_command)(T(words) *w, const T(hopform_plan) *plan, const T(hopform_state) *start)
@@ -215,19 +252,62 @@ static void T(with_command)(T(words) *w, const T(hopform_plan) *plan, const T(ho
     T(number)(w, command.u);
     T(number)(w, command.apex);
     T(take)(w, (uint32_t)command.status + 16u * (uint32_t)search.trials);
+    int32_t goes = T(hopform_choose_current_begin)(&search, plan, start, &target, &command); /* step by step, in little memory */
+    for (int n = 0; n < 12 && goes == HOPFORM_SEARCHING; n++) {
+        goes = T(hopform_choose_current_step)(&search, phases, 8, &command);
+        T(take)(w, (uint32_t)goes + 16u * (uint32_t)command.status);
+        T(number)(w, command.u);
+        T(number)(w, command.apex);
+    }
+}
+
+static void T(with_trials)(T(words) *w, const T(hopform_plan) *plan, const T(hopform_state) *start)
+{
+    enum { CURRENTS = 3 };
+    static T(hopform_phase) phases[WORDS_PHASES];
+    T(hopform_trial) trials[CURRENTS];
+    REAL currents[CURRENTS];
+    for (int n = 0; n < CURRENTS; n++) {
+        currents[n] = T(signed_over)(w, -5, 1, 6);
+    }
+    const int32_t status = T(hopform_try_currents)(plan, start, 1, currents, CURRENTS, (REAL)1, phases, WORDS_PHASES, trials);
+    T(take)(w, (uint32_t)status);
+    for (int n = 0; n < CURRENTS && status >= 0; n++) {
+        T(numbers)(w, &trials[n].u, offsetof(T(hopform_trial), events));
+        T(take)(w, trials[n].events);
+        T(take)(w, (uint32_t)trials[n].dips + 65536u * (uint32_t)(trials[n].takes_off + 2 * trials[n].held + 4 * trials[n].smooth));
+    }
+}
+
+/* A signal of contact, whose samples often lie on a threshold. */
+static void T(with_contact)(T(words) *w)
+{
+    T(hopform_detector) detector;
+    T(hopform_contact) contact;
+    detector.low = (REAL)(T(roll)(w) % 6u) / (REAL)8;
+    detector.high = (REAL)(T(roll)(w) % 8u) / (REAL)8;
+    detector.count = (int32_t)(T(roll)(w) % 4u);
+    contact.above = (int32_t)(T(roll)(w) & 1u);
+    contact.touches = (int32_t)(T(roll)(w) & 1u);
+    contact.run = (int32_t)(T(roll)(w) % 5u);
+    for (int n = 0; n < 16; n++) {
+        T(take)(w, (uint32_t)T(hopform_touchdown)(&detector, &contact, (REAL)(T(roll)(w) % 9u) / (REAL)8));
+        T(take)(w, (uint32_t)(contact.above + 16 * contact.touches + 256 * contact.run));
+    }
 }
 
 static uint32_t T(word_of)(int robots, int commands)
 {
-    T(words) w = {2463534242u, 0u};
+    T(words) w = {2463534242u, 0u, 0};
     for (int n = 0; n < robots; n++) {
-        const T(hopform_robot) robot = T(robot)(&w);
         T(hopform_plan) plan;
+        w.plain = n % 3 == 0;
+        const T(hopform_robot) robot = T(robot)(&w);
         T(take)(&w, (uint32_t)T(hopform_plan_init)(&plan, &robot));
         for (int m = 0; m < 2; m++) {
             const uint32_t kind = T(roll)(&w);
             T(hopform_state) start;
-            start.x1 = (kind & 3u) == 0u && robot.x1_max < (REAL)1 ? robot.x1_max : (REAL)0;
+            start.x1 = ((kind & 3u) == 0u && robot.x1_max < (REAL)1) || robot.x1_min > (REAL)0 ? robot.x1_max : (REAL)0;
             start.v1 = T(signed_over)(&w, -6, 1, 2);
             start.v2 = -T(over)(&w, -3, 2);
             start.y = T(positive_over)(&w, -9, -5, 2);
@@ -235,8 +315,12 @@ static uint32_t T(word_of)(int robots, int commands)
             if (n < commands && m == 0) {
                 T(with_command)(&w, &plan, &start);
             }
+            if (m == 1) {
+                T(with_trials)(&w, &plan, &start);
+            }
             T(with_any_flight)(&w, &plan);
         }
+        T(with_contact)(&w);
     }
     return w.hash;
 }

@@ -64,11 +64,11 @@ static float doubt(const curve *c)
 /* The least slope of that cubic. */
 static float least_slope(const curve *c)
 {
-    const float end = c->from_rate < c->to_rate ? c->from_rate : c->to_rate;
+    const float end = hopform_lesser_f32(c->from_rate, c->to_rate);
     const float half = c->from_rate + lean(c) - chord(c);
     if (lean(c) > 0.0f && half > 0.0f && half < 3.0f * lean(c)) {
         const float inside = c->from_rate - half * half / (3.0f * lean(c));
-        return inside < end ? inside : end;
+        return hopform_lesser_f32(inside, end);
     }
     return end;
 }
@@ -78,7 +78,7 @@ static bool rises(const curve *c)
     if (c->smooth) {
         return least_slope(c) > 4.0f * doubt(c);
     }
-    const float end = c->from_rate < c->to_rate ? c->from_rate : c->to_rate;
+    const float end = hopform_lesser_f32(c->from_rate, c->to_rate);
     return end > 0.0f && chord(c) > 0.0f && spread(c) <= KINK * end;
 }
 
@@ -125,7 +125,7 @@ static float cubic_at(const curve *c, float share)
 /* The least that the function is taken to be on the cell. */
 static float least(const curve *c)
 {
-    const float end = c->from < c->to ? c->from : c->to;
+    const float end = hopform_lesser_f32(c->from, c->to);
     if (is_monotone(c)) {
         return end;
     }
@@ -138,7 +138,7 @@ static float least(const curve *c)
     }
     const float share = share_of_minimum(c);
     const float inside = share > 0.0f ? cubic_at(c, share) : end;
-    return (inside < end ? inside : end) - c->width * doubt(c);
+    return hopform_lesser_f32(inside, end) - c->width * doubt(c);
 }
 
 /* Where the function vanishes, as a share of the cell: the inverse as a cubic, the chord's where a slope is against it. */
@@ -150,8 +150,8 @@ static float share_of_root(const curve *c)
     }
     const float first = chord(c) / c->from_rate;
     const float last = chord(c) / c->to_rate;
-    const float begin = first < 3.0f ? first : 3.0f; /* with which the cubic still rises */
-    const float end = last < 3.0f ? last : 3.0f;
+    const float begin = hopform_lesser_f32(first, 3.0f); /* with which the cubic still rises */
+    const float end = hopform_lesser_f32(last, 3.0f);
     return t * (begin + t * (3.0f - 2.0f * begin - end + t * (begin + end - 2.0f)));
 }
 
@@ -296,7 +296,7 @@ static float promise_of(const hopform_search_f32 *search, const hopform_cell_f32
         return promise;
     }
     const float edge = promise_of_edge(search, c, &gap);
-    return edge > promise ? edge : promise;
+    return hopform_greater_f32(edge, promise);
 }
 
 /* Where a function that comes nearer to zero at both ends has its extremum. */
@@ -304,7 +304,7 @@ static float share_of_turn(const curve *c)
 {
     const curve other = mirrored(c);
     const float share = share_of_minimum(c->from > 0.0f ? c : &other);
-    return share > 0.0f ? (share > 0.03125f ? (share < 0.96875f ? share : 0.96875f) : 0.03125f) : 0.5f;
+    return share > 0.0f ? hopform_greater_f32(hopform_lesser_f32(share, 0.96875f), 0.03125f) : 0.5f;
 }
 
 /* Just inside the limit of x_1; where a slope leads to the cell's end, which it overshot from before, some way off. */
@@ -318,10 +318,10 @@ static float share_inside(const hopform_search_f32 *search, const hopform_cell_f
     const float aside = short_of + 0.25f * 4e-6f / (steep * gap->width + 4e-6f);
     if (starts) {
         const float share = there - aside;
-        return share > 0.9375f && share < 2.0f ? 0.9375f : share;
+        return share > 0.9375f && share < 1e38f ? 0.9375f : share;
     }
     const float share = there + aside;
-    return share < 0.0625f && share > -1.0f ? 0.0625f : share;
+    return share < 0.0625f && share > -1e38f ? 0.0625f : share;
 }
 
 /* Where to split the cell, as a share of it. */
@@ -381,7 +381,7 @@ static float worth(const hopform_search_f32 *search)
         return 1e38f;
     }
     const float gap = fabsf(search->best.apex - search->apex) - 2.0f * 4e-6f;
-    return gap > 0.0f ? gap : 0.0f;
+    return hopform_greater_f32(gap, 0.0f);
 }
 
 static bool matters(const hopform_search_f32 *search, const hopform_cell_f32 *c)
@@ -462,8 +462,8 @@ static bool go_on(hopform_search_f32 *search)
     }
     const hopform_cell_f32 *c = &search->cells[search->count - 1];
     const float share = share_to_try(search, c);
-    search->next = c->from.u + (share > 0.0f && share < 1.0f ? share : 0.5f) * (c->to.u - c->from.u);
-    if (!(fabsf(search->next) > fabsf(c->from.u) && fabsf(search->next) < fabsf(c->to.u))) {
+    search->next = c->from.u + share * (c->to.u - c->from.u);
+    if (!(share > 0.0f && fabsf(search->next) > fabsf(c->from.u) && fabsf(search->next) < fabsf(c->to.u))) {
         search->next = c->from.u + 0.5f * (c->to.u - c->from.u);
     }
     return true;
@@ -488,7 +488,7 @@ static bool take_in(hopform_search_f32 *search, const hopform_trial_f32 *trial)
     } else if (search->count > 0) {
         const hopform_cell_f32 split = search->cells[--search->count];
         const float half = 0.5f * width_of(&split);
-        const int32_t slower = split.slow < 2 ? split.slow + 1 : 2;
+        const int32_t slower = split.slow + 1;
         keep(search, &split.from, trial, fabsf(trial->u - split.from.u) > half ? slower : 0);
         keep(search, trial, &split.to, fabsf(split.to.u - trial->u) > half ? slower : 0);
     }
@@ -534,7 +534,7 @@ int32_t hopform_choose_current_begin_f32(hopform_search_f32 *search, const hopfo
     if (search == NULL || command == NULL) {
         return HOPFORM_ERROR_NULL;
     }
-    const hopform_trial_f32 nothing = {0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 1e38f, 0.0f, 0, 0, false, false, false};
+    const hopform_trial_f32 nothing = {0};
     const hopform_command_f32 safe = {0.0f, 0.0f, HOPFORM_COMMAND_NO_TAKEOFF};
     *command = safe;
     search->status = HOPFORM_ERROR_NULL;
@@ -562,8 +562,6 @@ int32_t hopform_choose_current_begin_f32(hopform_search_f32 *search, const hopfo
     search->datum = target->datum;
     search->limit = locked ? 1e38f : robot->x1_max - target->stop_margin - 16.0f * 1.1920929e-7f;
     search->horizon = target->horizon;
-    search->best = nothing;
-    search->zero = nothing;
     search->count = 0;
     search->limits = 2;
     search->next = 0.0f;

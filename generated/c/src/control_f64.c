@@ -64,11 +64,11 @@ static double doubt(const curve *c)
 /* The least slope of that cubic. */
 static double least_slope(const curve *c)
 {
-    const double end = c->from_rate < c->to_rate ? c->from_rate : c->to_rate;
+    const double end = hopform_lesser_f64(c->from_rate, c->to_rate);
     const double half = c->from_rate + lean(c) - chord(c);
     if (lean(c) > 0.0 && half > 0.0 && half < 3.0 * lean(c)) {
         const double inside = c->from_rate - half * half / (3.0 * lean(c));
-        return inside < end ? inside : end;
+        return hopform_lesser_f64(inside, end);
     }
     return end;
 }
@@ -78,7 +78,7 @@ static bool rises(const curve *c)
     if (c->smooth) {
         return least_slope(c) > 4.0 * doubt(c);
     }
-    const double end = c->from_rate < c->to_rate ? c->from_rate : c->to_rate;
+    const double end = hopform_lesser_f64(c->from_rate, c->to_rate);
     return end > 0.0 && chord(c) > 0.0 && spread(c) <= KINK * end;
 }
 
@@ -125,7 +125,7 @@ static double cubic_at(const curve *c, double share)
 /* The least that the function is taken to be on the cell. */
 static double least(const curve *c)
 {
-    const double end = c->from < c->to ? c->from : c->to;
+    const double end = hopform_lesser_f64(c->from, c->to);
     if (is_monotone(c)) {
         return end;
     }
@@ -138,7 +138,7 @@ static double least(const curve *c)
     }
     const double share = share_of_minimum(c);
     const double inside = share > 0.0 ? cubic_at(c, share) : end;
-    return (inside < end ? inside : end) - c->width * doubt(c);
+    return hopform_lesser_f64(inside, end) - c->width * doubt(c);
 }
 
 /* Where the function vanishes, as a share of the cell: the inverse as a cubic, the chord's where a slope is against it. */
@@ -150,8 +150,8 @@ static double share_of_root(const curve *c)
     }
     const double first = chord(c) / c->from_rate;
     const double last = chord(c) / c->to_rate;
-    const double begin = first < 3.0 ? first : 3.0; /* with which the cubic still rises */
-    const double end = last < 3.0 ? last : 3.0;
+    const double begin = hopform_lesser_f64(first, 3.0); /* with which the cubic still rises */
+    const double end = hopform_lesser_f64(last, 3.0);
     return t * (begin + t * (3.0 - 2.0 * begin - end + t * (begin + end - 2.0)));
 }
 
@@ -296,7 +296,7 @@ static double promise_of(const hopform_search_f64 *search, const hopform_cell_f6
         return promise;
     }
     const double edge = promise_of_edge(search, c, &gap);
-    return edge > promise ? edge : promise;
+    return hopform_greater_f64(edge, promise);
 }
 
 /* Where a function that comes nearer to zero at both ends has its extremum. */
@@ -304,7 +304,7 @@ static double share_of_turn(const curve *c)
 {
     const curve other = mirrored(c);
     const double share = share_of_minimum(c->from > 0.0 ? c : &other);
-    return share > 0.0 ? (share > 0.03125 ? (share < 0.96875 ? share : 0.96875) : 0.03125) : 0.5;
+    return share > 0.0 ? hopform_greater_f64(hopform_lesser_f64(share, 0.96875), 0.03125) : 0.5;
 }
 
 /* Just inside the limit of x_1; where a slope leads to the cell's end, which it overshot from before, some way off. */
@@ -318,10 +318,10 @@ static double share_inside(const hopform_search_f64 *search, const hopform_cell_
     const double aside = short_of + 0.25 * 2e-10 / (steep * gap->width + 2e-10);
     if (starts) {
         const double share = there - aside;
-        return share > 0.9375 && share < 2.0 ? 0.9375 : share;
+        return share > 0.9375 && share < 1e+300 ? 0.9375 : share;
     }
     const double share = there + aside;
-    return share < 0.0625 && share > -1.0 ? 0.0625 : share;
+    return share < 0.0625 && share > -1e+300 ? 0.0625 : share;
 }
 
 /* Where to split the cell, as a share of it. */
@@ -381,7 +381,7 @@ static double worth(const hopform_search_f64 *search)
         return 1e+300;
     }
     const double gap = fabs(search->best.apex - search->apex) - 2.0 * 2e-10;
-    return gap > 0.0 ? gap : 0.0;
+    return hopform_greater_f64(gap, 0.0);
 }
 
 static bool matters(const hopform_search_f64 *search, const hopform_cell_f64 *c)
@@ -462,8 +462,8 @@ static bool go_on(hopform_search_f64 *search)
     }
     const hopform_cell_f64 *c = &search->cells[search->count - 1];
     const double share = share_to_try(search, c);
-    search->next = c->from.u + (share > 0.0 && share < 1.0 ? share : 0.5) * (c->to.u - c->from.u);
-    if (!(fabs(search->next) > fabs(c->from.u) && fabs(search->next) < fabs(c->to.u))) {
+    search->next = c->from.u + share * (c->to.u - c->from.u);
+    if (!(share > 0.0 && fabs(search->next) > fabs(c->from.u) && fabs(search->next) < fabs(c->to.u))) {
         search->next = c->from.u + 0.5 * (c->to.u - c->from.u);
     }
     return true;
@@ -488,7 +488,7 @@ static bool take_in(hopform_search_f64 *search, const hopform_trial_f64 *trial)
     } else if (search->count > 0) {
         const hopform_cell_f64 split = search->cells[--search->count];
         const double half = 0.5 * width_of(&split);
-        const int32_t slower = split.slow < 2 ? split.slow + 1 : 2;
+        const int32_t slower = split.slow + 1;
         keep(search, &split.from, trial, fabs(trial->u - split.from.u) > half ? slower : 0);
         keep(search, trial, &split.to, fabs(split.to.u - trial->u) > half ? slower : 0);
     }
@@ -534,7 +534,7 @@ int32_t hopform_choose_current_begin_f64(hopform_search_f64 *search, const hopfo
     if (search == NULL || command == NULL) {
         return HOPFORM_ERROR_NULL;
     }
-    const hopform_trial_f64 nothing = {0.0, 0.0, 0.0, 0.0, 0.0, 1e+300, 0.0, 0, 0, false, false, false};
+    const hopform_trial_f64 nothing = {0};
     const hopform_command_f64 safe = {0.0, 0.0, HOPFORM_COMMAND_NO_TAKEOFF};
     *command = safe;
     search->status = HOPFORM_ERROR_NULL;
@@ -562,8 +562,6 @@ int32_t hopform_choose_current_begin_f64(hopform_search_f64 *search, const hopfo
     search->datum = target->datum;
     search->limit = locked ? 1e+300 : robot->x1_max - target->stop_margin - 16.0 * 2.220446049250313e-16;
     search->horizon = target->horizon;
-    search->best = nothing;
-    search->zero = nothing;
     search->count = 0;
     search->limits = 2;
     search->next = 0.0;

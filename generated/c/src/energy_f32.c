@@ -68,7 +68,7 @@ int32_t hopform_stance_energy_f32(const hopform_plan_f32 *plan, const hopform_st
         if (!wanted) {
             continue;
         }
-        const float t = times[i] < stance->duration ? times[i] : stance->duration;
+        const float t = hopform_lesser_f32(times[i], stance->duration);
         for (; n < stance->phases_kept - 1 && phases[n + 1].t <= t; n++) {
             const hopform_ledger_f32 whole =
                 hopform_ledger_in_phase_f32(plan, &phases[n], steps[phases[n].step].u, phases[n + 1].t - phases[n].t);

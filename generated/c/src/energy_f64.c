@@ -68,7 +68,7 @@ int32_t hopform_stance_energy_f64(const hopform_plan_f64 *plan, const hopform_st
         if (!wanted) {
             continue;
         }
-        const double t = times[i] < stance->duration ? times[i] : stance->duration;
+        const double t = hopform_lesser_f64(times[i], stance->duration);
         for (; n < stance->phases_kept - 1 && phases[n + 1].t <= t; n++) {
             const hopform_ledger_f64 whole =
                 hopform_ledger_in_phase_f64(plan, &phases[n], steps[phases[n].step].u, phases[n + 1].t - phases[n].t);

@@ -106,6 +106,11 @@ static double within_stroke(const hopform_robot_f64 *robot, double x1)
     return x1 > robot->x1_max ? robot->x1_max : x1;
 }
 
+static double stop_ahead(const hopform_robot_f64 *robot, int side)
+{
+    return side > 0 ? robot->x1_max : robot->x1_min;
+}
+
 /* ---- a phase over time ---- */
 
 /* The largest force of the motor, 0 if it has none. */
@@ -115,7 +120,7 @@ static double largest_force(const hopform_robot_f64 *robot)
         return 0.0;
     }
     const double force = fabs(robot->gamma2) * robot->u_max;
-    return force < 1e+300 ? force : 1e+300;
+    return hopform_lesser_f64(force, 1e+300);
 }
 
 static hopform_poles_f64 poles_in_flight(const hopform_flight_rates_f64 *rates, int limit)
@@ -168,7 +173,7 @@ static sample sample_of(const flight_chain *chain, const instant *at, function_o
     const double q = chain->poles.q;
     const double snap = -p * x->jerk1_t - q * x->acc1_t;
     const double crackle = -p * snap - q * x->jerk1_t;
-    sample found = {0.0, 0.0, 0.0, 0.0};
+    sample found;
     switch (function) {
     case VELOCITY:
         found.value = x->v1_t;
@@ -234,7 +239,7 @@ static bool is_last_step(const flight_chain *chain, const sample *at, double ste
     const double swift = chain->fastest * step;
     const double size = at->rate * at->rate;
     return bend * bend <= 1e-06 * size
-           && (bend * bend + fabs(twist) + swift * swift * size) * fabs(step) <= 0.25 * 2.220446049250313e-16 * size * t;
+           && (bend * bend + fabs(twist) + swift * swift * size) * fabs(step) < 0.25 * 2.220446049250313e-16 * size * t; /* never true of what has faded to 0 */
 }
 
 /* The one root of sign (f - level) between a time where it is positive and one where it is negative, looked for from `last` on. */
@@ -357,10 +362,10 @@ static bool zero_of_pair(const flight_chain *chain, function_of_time function, d
     if (never_turns(&pair, &from)) {
         return false;
     }
-    const double longest = pair.half_turn < until ? pair.half_turn : until;
+    const double longest = hopform_lesser_f64(pair.half_turn, until);
     double low = 0.0;
     double reach = falls * longest > 1.5 * fabs(from.value) ? 1.5 * fabs(from.value) / falls : longest;
-    reach = reach > longest * 2.220446049250313e-16 ? reach : longest * 2.220446049250313e-16;
+    reach = hopform_greater_f64(reach, longest * 2.220446049250313e-16);
     for (int n = 0; n < 60; n++) {
         const instant end = look(chain, reach);
         if (sign * sample_of(chain, &end, function).value < 0.0) {
@@ -372,7 +377,7 @@ static bool zero_of_pair(const flight_chain *chain, function_of_time function, d
             return pair.half_turn <= until; /* a half turn later it has the other sign, or is 0 to rounding */
         }
         low = reach;
-        reach = 2.0 * reach < longest ? 2.0 * reach : longest;
+        reach = hopform_lesser_f64(2.0 * reach, longest);
     }
     return false;
 }
@@ -388,7 +393,7 @@ static bool turns_before(const flight_chain *chain, function_of_time function, d
 /* Whether x_1 is at the stop ahead within rounding. */
 static bool is_at_stop(const flight_chain *chain, const instant *at)
 {
-    const double stop = chain->side > 0 ? chain->robot->x1_max : chain->robot->x1_min;
+    const double stop = stop_ahead(chain->robot, chain->side);
     const double beyond = at->actuator.moved - (stop - chain->actuator.x1);
     return is_finite(stop)
            && fabs(beyond) <= 16.0 * 2.220446049250313e-16 * (fabs(stop) + fabs(chain->actuator.x1) + fabs(at->actuator.moved));
@@ -398,7 +403,7 @@ static bool is_at_stop(const flight_chain *chain, const instant *at)
  * it when its velocity says so. */
 static void watch_stop(const flight_chain *chain, phase_end *end)
 {
-    const double stop = chain->side > 0 ? chain->robot->x1_max : chain->robot->x1_min;
+    const double stop = stop_ahead(chain->robot, chain->side);
     const double sign = (double)chain->side;
     const double way = stop - chain->actuator.x1;
     if (end->kind == END_VELOCITY && is_at_stop(chain, &end->at)) {
@@ -424,9 +429,12 @@ static pull_point pull_point_of(const flight_chain *chain, const instant *at)
     return point;
 }
 
-/* Where sign (level - pull) becomes negative, on pieces on which the pull is monotone; a touch is none. */
-static void watch_level(const flight_chain *chain, const pull_point *points, int count, double sign, double level, int limit, phase_end *end)
+/* Where the pull passes the motor's limit of a side, outwards if that is the limit from there on, on pieces on which the pull is
+ * monotone; a touch is none. */
+static void watch_level(const flight_chain *chain, const pull_point *points, int count, int side, int limit, phase_end *end)
 {
+    const double sign = (double)(limit != 0 ? side : -side);
+    const double level = (double)side * chain->largest;
     for (int n = 1; n < count; n++) {
         const double before = sign * (level - points[n - 1].pull);
         const double after = sign * (level - points[n].pull);
@@ -458,11 +466,10 @@ static void watch_pull(const flight_chain *chain, phase_end *end)
     }
     points[count++] = pull_point_of(chain, &end->at);
     if (chain->limit == 0) {
-        watch_level(chain, points, count, 1.0, chain->largest, 1, end);
-        watch_level(chain, points, count, -1.0, -chain->largest, -1, end);
+        watch_level(chain, points, count, 1, 1, end);
+        watch_level(chain, points, count, -1, -1, end);
     } else {
-        const double sign = (double)chain->limit;
-        watch_level(chain, points, count, -sign, sign * chain->largest, 0, end);
+        watch_level(chain, points, count, chain->limit, 0, end);
     }
 }
 
@@ -477,8 +484,7 @@ static bool stays_above(const flight_chain *chain, const instant *last)
 {
     const double moved = last->actuator.moved;
     const double fallen = last->foot.foot_t + moved;
-    const double lowest = chain->ballistic.foot < fallen ? chain->ballistic.foot : fallen;
-    return lowest - (moved > 0.0 ? moved : 0.0) > 0.0;
+    return hopform_lesser_f64(chain->ballistic.foot, fallen) - hopform_greater_f64(moved, 0.0) > 0.0;
 }
 
 static hopform_state_f64 state_of(const flight_chain *chain, const instant *at)
@@ -491,8 +497,7 @@ static hopform_state_f64 state_of(const flight_chain *chain, const instant *at)
 /* Time since take-off, not behind the horizon by rounding. */
 static double time_of(const flight_chain *chain, const instant *at)
 {
-    const double t = chain->t + at->t;
-    return t < chain->horizon ? t : chain->horizon;
+    return hopform_lesser_f64(chain->t + at->t, chain->horizon);
 }
 
 static void remember_highest(flight_chain *chain, const instant *at)
@@ -675,7 +680,7 @@ static void rest(flight_chain *chain, end_kind kind)
 {
     const hopform_robot_f64 *robot = chain->robot;
     const int before = chain->side;
-    const double stop = before > 0 ? robot->x1_max : robot->x1_min;
+    const double stop = stop_ahead(robot, before);
     const double acceleration = chain->actuator.acc1;
     chain->actuator.v1 = 0.0;
     if (kind == END_STOP) {
@@ -790,16 +795,14 @@ static bool gains_are_sound(const hopform_gains_f64 *gains)
 /* Gains of a return that is settled 50 ms before the touchdown on the ground that was left, in 20 ms at least. */
 static hopform_gains_f64 gains_for(const hopform_robot_f64 *robot, const hopform_state_f64 *start)
 {
-    const double square = start->v2 * start->v2 + 2.0 * robot->g * start->x1;
-    const double fall = square > 0.0 ? hopform_time_of_fall_f64(robot, start->v2, start->x1) : 0.0;
-    return hopform_critical_gains_f64(robot, fall - 0.05 > 0.02 ? fall - 0.05 : 0.02);
+    const double time = hopform_time_of_fall_f64(robot, start->v2, start->x1) - 0.05; /* NaN where it does not rise that high */
+    return hopform_critical_gains_f64(robot, hopform_greater_f64(time, 0.02));
 }
 
 static void report(const flight_chain *chain, int32_t ending, const hopform_state_f64 *end, hopform_flight_f64 *flight)
 {
     const double g = chain->robot->g;
-    const double rise = chain->v2 > 0.0 ? chain->v2 / g : 0.0;
-    const double top = rise < chain->t ? rise : chain->t;
+    const double top = hopform_lesser_f64(hopform_greater_f64(chain->v2, 0.0) / g, chain->t);
     flight->gains = chain->gains;
     flight->duration = chain->t;
     flight->end = *end;
@@ -818,9 +821,13 @@ static void report(const flight_chain *chain, int32_t ending, const hopform_stat
 /* Numbers out of range leave no phase, or show here. */
 static bool is_sound(const hopform_flight_f64 *flight)
 {
-    return flight->phase_count > 0 && is_finite(flight->duration) && is_finite(flight->end.x1) && is_finite(flight->end.v1) && is_finite(flight->end.v2)
-           && is_finite(flight->end.y) && is_finite(flight->v2_after) && is_finite(flight->apex) && is_finite(flight->apex_time)
-           && is_finite(flight->impact_loss) && is_finite(flight->start_loss);
+    const double numbers[] = {flight->duration, flight->end.x1,   flight->end.v1,      flight->end.v2,      flight->end.y,
+                            flight->v2_after, flight->apex, flight->apex_time, flight->impact_loss, flight->start_loss};
+    bool sound = flight->phase_count > 0;
+    for (size_t n = 0; n < sizeof numbers / sizeof numbers[0]; n++) {
+        sound = sound && is_finite(numbers[n]);
+    }
+    return sound;
 }
 
 int32_t hopform_design_return_f64(const hopform_plan_f64 *plan, double time, hopform_gains_f64 *gains)

@@ -12,6 +12,17 @@
 
 #include "formulas_f32.h"
 
+static inline float hopform_lesser_f32(float a, float b)
+{
+    return a < b ? a : b;
+}
+
+/* b if a is not a number. */
+static inline float hopform_greater_f32(float a, float b)
+{
+    return a > b ? a : b;
+}
+
 enum { HOPFORM_TERMS_f32 = 24 };
 
 /* 1/n for n from 1 on. */

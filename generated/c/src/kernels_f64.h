@@ -12,6 +12,17 @@
 
 #include "formulas_f64.h"
 
+static inline double hopform_lesser_f64(double a, double b)
+{
+    return a < b ? a : b;
+}
+
+/* b if a is not a number. */
+static inline double hopform_greater_f64(double a, double b)
+{
+    return a > b ? a : b;
+}
+
 enum { HOPFORM_TERMS_f64 = 40 };
 
 /* 1/n for n from 1 on. */

@@ -261,7 +261,7 @@ static bool finish(const hopform_plan_f32 *plan, const hopform_step_f32 *steps, 
     const hopform_robot_f32 *robot = &plan->robot;
     const hopform_phase_f32 *last = &phases[stance->phases_kept - 1];
     const hopform_state_f32 start = {phases[0].x1, phases[0].v1, phases[0].v2, phases[0].y};
-    const float v_up = stance->end.v2 > 0.0f ? stance->end.v2 : 0.0f;
+    const float v_up = hopform_greater_f32(stance->end.v2, 0.0f);
     float speed[SIZE];
     speeds(plan, steps, last, &stance->end, speed);
     const bool underflows = robot->g > 0.0f && !(robot->g * robot->g > 0.0f); /* by which the apex's derivative divides */
@@ -379,7 +379,7 @@ int32_t hopform_stance_tangents_f32(const hopform_plan_f32 *plan, const hopform_
         if (!(t >= 0.0f && t <= 1e38f) || (t > stance->duration && !rests) || (i > 0 && t < times[i - 1])) {
             return refuse(count, states, tangents);
         }
-        const float within = t < stance->duration ? t : stance->duration;
+        const float within = hopform_lesser_f32(t, stance->duration);
         for (; n < stance->phases_kept - 1 && phases[n + 1].t <= within; n++) {
             travel(plan, steps, &place, phases[n + 1].t, &change);
             exists = pass(plan, steps, &phases[n], &phases[n + 1], &change) && exists;

@@ -261,7 +261,7 @@ static bool finish(const hopform_plan_f64 *plan, const hopform_step_f64 *steps, 
     const hopform_robot_f64 *robot = &plan->robot;
     const hopform_phase_f64 *last = &phases[stance->phases_kept - 1];
     const hopform_state_f64 start = {phases[0].x1, phases[0].v1, phases[0].v2, phases[0].y};
-    const double v_up = stance->end.v2 > 0.0 ? stance->end.v2 : 0.0;
+    const double v_up = hopform_greater_f64(stance->end.v2, 0.0);
     double speed[SIZE];
     speeds(plan, steps, last, &stance->end, speed);
     const bool underflows = robot->g > 0.0 && !(robot->g * robot->g > 0.0); /* by which the apex's derivative divides */
@@ -379,7 +379,7 @@ int32_t hopform_stance_tangents_f64(const hopform_plan_f64 *plan, const hopform_
         if (!(t >= 0.0 && t <= 1e+300) || (t > stance->duration && !rests) || (i > 0 && t < times[i - 1])) {
             return refuse(count, states, tangents);
         }
-        const double within = t < stance->duration ? t : stance->duration;
+        const double within = hopform_lesser_f64(t, stance->duration);
         for (; n < stance->phases_kept - 1 && phases[n + 1].t <= within; n++) {
             travel(plan, steps, &place, phases[n + 1].t, &change);
             exists = pass(plan, steps, &phases[n], &phases[n + 1], &change) && exists;

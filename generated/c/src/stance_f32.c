@@ -67,7 +67,6 @@ static float drift_of_free(const stance_chain *chain, int mass)
 {
     const int side_1 = mass == 1 ? 0 : chain->side_1;
     const int side_2 = mass == 2 ? 0 : chain->side_2;
-    const hopform_poles_f32 *poles = hopform_poles_of_f32(chain->plan, side_1, side_2);
     const hopform_motion_f32 motion =
         hopform_motion_of_f32(chain->plan, &chain->state, chain->steps[chain->step].u, side_1, side_2);
     const hopform_numerator_f32 free = mass == 1 ? hopform_free_numerator_1_f32(&chain->plan->rates, &motion)
@@ -75,7 +74,7 @@ static float drift_of_free(const stance_chain *chain, int mass)
     if (fabsf(free.H3) > 0.0f) {
         return free.H3;
     }
-    return fabsf(free.H2) > 0.0f ? free.H2 : free.H1 - poles->s_1 * free.H2;
+    return fabsf(free.H2) > 0.0f ? free.H2 : free.H1;
 }
 
 /* Where a mass at rest goes: held while |a_i| <= f_i; on the threshold its first non-zero derivative decides. */
@@ -679,10 +678,9 @@ static bool extends_at_once(const stance_chain *chain)
     if (fabsf(chain->state.y) > 0.0f || fabsf(rate) > 0.0f) {
         return !(fabsf(chain->state.y) > 0.0f) && rate < 0.0f;
     }
-    const hopform_poles_f32 *poles = hopform_poles_of_f32(chain->plan, chain->side_1, chain->side_2);
     const hopform_motion_f32 motion = hopform_motion_of_f32(chain->plan, &chain->state, chain->steps[chain->step].u,
                                                               chain->side_1, chain->side_2);
-    return fabsf(motion.H2_y) > 0.0f ? motion.H2_y < 0.0f : motion.H1_y - poles->s_1 * motion.H2_y < 0.0f;
+    return fabsf(motion.H2_y) > 0.0f ? motion.H2_y < 0.0f : motion.H1_y < 0.0f;
 }
 
 /* What each mass does at the start; no event. */

@@ -67,7 +67,6 @@ static double drift_of_free(const stance_chain *chain, int mass)
 {
     const int side_1 = mass == 1 ? 0 : chain->side_1;
     const int side_2 = mass == 2 ? 0 : chain->side_2;
-    const hopform_poles_f64 *poles = hopform_poles_of_f64(chain->plan, side_1, side_2);
     const hopform_motion_f64 motion =
         hopform_motion_of_f64(chain->plan, &chain->state, chain->steps[chain->step].u, side_1, side_2);
     const hopform_numerator_f64 free = mass == 1 ? hopform_free_numerator_1_f64(&chain->plan->rates, &motion)
@@ -75,7 +74,7 @@ static double drift_of_free(const stance_chain *chain, int mass)
     if (fabs(free.H3) > 0.0) {
         return free.H3;
     }
-    return fabs(free.H2) > 0.0 ? free.H2 : free.H1 - poles->s_1 * free.H2;
+    return fabs(free.H2) > 0.0 ? free.H2 : free.H1;
 }
 
 /* Where a mass at rest goes: held while |a_i| <= f_i; on the threshold its first non-zero derivative decides. */
@@ -679,10 +678,9 @@ static bool extends_at_once(const stance_chain *chain)
     if (fabs(chain->state.y) > 0.0 || fabs(rate) > 0.0) {
         return !(fabs(chain->state.y) > 0.0) && rate < 0.0;
     }
-    const hopform_poles_f64 *poles = hopform_poles_of_f64(chain->plan, chain->side_1, chain->side_2);
     const hopform_motion_f64 motion = hopform_motion_of_f64(chain->plan, &chain->state, chain->steps[chain->step].u,
                                                               chain->side_1, chain->side_2);
-    return fabs(motion.H2_y) > 0.0 ? motion.H2_y < 0.0 : motion.H1_y - poles->s_1 * motion.H2_y < 0.0;
+    return fabs(motion.H2_y) > 0.0 ? motion.H2_y < 0.0 : motion.H1_y < 0.0;
 }
 
 /* What each mass does at the start; no event. */

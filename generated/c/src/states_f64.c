@@ -4,6 +4,18 @@
  */
 #include "phase_f64.h"
 
+static hopform_state_f64 start_of(const hopform_phase_f64 *phase)
+{
+    const hopform_state_f64 start = {phase->x1, phase->v1, phase->v2, phase->y};
+    return start;
+}
+
+static hopform_motion_f64 motion_in(const hopform_plan_f64 *plan, const hopform_step_f64 *steps, const hopform_phase_f64 *phase)
+{
+    const hopform_state_f64 start = start_of(phase);
+    return hopform_motion_of_f64(plan, &start, steps[phase->step].u, hopform_side_1_f64(phase), hopform_side_2_f64(phase));
+}
+
 int32_t hopform_stance_states_f64(const hopform_plan_f64 *plan, const hopform_step_f64 *steps,
                                    const hopform_phase_f64 *phases, const hopform_stance_f64 *stance, const double *times,
                                    int32_t count, double *x1, double *v1, double *v2, double *y)
@@ -17,24 +29,23 @@ int32_t hopform_stance_states_f64(const hopform_plan_f64 *plan, const hopform_st
         return HOPFORM_ERROR_TIME;
     }
     const bool rests = stance->ending == HOPFORM_ENDING_REST;
-    int32_t prepared = -1;
-    hopform_state_f64 start = {0.0, 0.0, 0.0, 0.0};
-    hopform_motion_f64 motion = {0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0};
+    int32_t prepared = 0;
+    hopform_state_f64 start = start_of(phases);
+    hopform_motion_f64 motion = motion_in(plan, steps, phases);
     for (int32_t i = 0; i < count; i++) {
         const double t = times[i];
         if (!(t >= 0.0 && t <= 1e+300) || (t > stance->duration && !rests)) {
             hopform_clear_states_f64(x1, v1, v2, y, count);
             return HOPFORM_ERROR_TIME;
         }
-        const double within = t < stance->duration ? t : stance->duration;
+        const double within = hopform_lesser_f64(t, stance->duration);
         const int32_t n = hopform_phase_index_f64(phases, stance->phases_kept, within);
         const hopform_phase_f64 *phase = &phases[n];
         const int side_1 = hopform_side_1_f64(phase);
         const int side_2 = hopform_side_2_f64(phase);
         if (n != prepared) {
-            const hopform_state_f64 at_start = {phase->x1, phase->v1, phase->v2, phase->y};
-            start = at_start;
-            motion = hopform_motion_of_f64(plan, &start, steps[phase->step].u, side_1, side_2);
+            start = start_of(phase);
+            motion = motion_in(plan, steps, phase);
             prepared = n;
         }
         hopform_state_f64 state = start;

@@ -149,8 +149,7 @@ static inline void hopform_find_dips_f64(hopform_tally_f64 *tally, const hopform
             const double top = t - apart + apart * shift;
             const double at_top = hopform_rate_of_y_f64(stretch, top);
             if (at_top > 0.0) {
-                hopform_find_dip_f64(tally, stretch, shift > 0.0 ? t - apart : t - 2.0 * apart,
-                                      shift > 0.0 ? rate : before, top, at_top);
+                hopform_find_dip_f64(tally, stretch, t - 2.0 * apart, before, top, at_top);
             }
         }
         before = rate;
@@ -221,13 +220,11 @@ static inline bool hopform_cross_f64(hopform_tally_f64 *tally, const hopform_pha
     if (stops && rate > 0.0) {
         hopform_note_hit_f64(tally, &state, change->v1 + before.v1 * late);
     }
-    change->x1 += (before.x1 - after.x1) * late;
-    change->v1 += (before.v1 - after.v1) * late;
-    change->v2 += (before.v2 - after.v2) * late;
-    change->y += (before.y - after.y) * late;
-    if (stops) {
-        change->x1 = -after.x1 * late;
+    if (stops) { /* the only event at which more jumps than the acceleration of the mass that comes to rest */
+        change->x1 = 0.0;
         change->v1 = -after.v1 * late;
+        change->v2 += (before.v2 - after.v2) * late;
+        change->y += (before.y - after.y) * late;
     } else if (rests_1) {
         change->v1 = -after.v1 * late;
     } else {
@@ -249,7 +246,7 @@ static inline bool hopform_lift_f64(hopform_tally_f64 *tally, const hopform_phas
     const double late = -tally->change.y / speed.y;
     const double x1_u = tally->change.x1 + speed.x1 * late;
     const double v2_u = tally->change.v2 + speed.v2 * late;
-    const double v_up = end->v2 > 0.0 ? end->v2 : 0.0;
+    const double v_up = hopform_greater_f64(end->v2, 0.0);
     tally->trial->apex_u = x1_u + v_up * v2_u / robot->g;
     hopform_note_peak_f64(tally, end->x1, x1_u);
     return true;
@@ -269,10 +266,13 @@ static inline uint32_t hopform_fingerprint_f64(const hopform_phase_f64 *phases, 
 static inline hopform_trial_f64 hopform_trial_of_f64(const hopform_plan_f64 *plan, double u, const hopform_phase_f64 *phases,
                                                        const hopform_stance_f64 *stance)
 {
-    hopform_trial_f64 trial = {0.0, 0.0, 0.0, 0.0, 0.0, 1e+300, 0.0, 0, 0, false, true, true};
+    hopform_trial_f64 trial = {0};
     hopform_tally_f64 tally = {plan, {0.0, 0.0, 0.0, 0.0}, 0.0, &trial};
     trial.u = u;
     trial.peak = phases[0].x1;
+    trial.dip = 1e+300;
+    trial.held = true;
+    trial.smooth = true;
     trial.takes_off = stance->ending == HOPFORM_ENDING_TAKEOFF;
     trial.events = hopform_fingerprint_f64(phases, stance->phases_kept);
     double rises = 0.0;

@@ -6,5 +6,5 @@
 
 const char *hopform_source(void)
 {
-    return "7fc1f2dba841ad6d";
+    return "f2c88fd134fbef33";
 }
