@@ -393,9 +393,9 @@ static void splits(void)
     const double rates = 3.0 * 0.001, aside = 0.25 * 2e-10 / (rates * 0.1 + 2e-10); /* a quarter of what the apex may be off, by its slopes */
     const curve gap = gap_of(&edge, 0.2);
     edge.from.peak_u = 0.2; /* half of the way by the slope at the admissible end; the other one disagrees */
-    near(share_inside(&s, &edge, &gap), 0.5 - aside, 1e-12, "just inside");
-    edge.from.peak_u = 0.1 / 0.98; /* 0.98: overshoots, so some way off */
-    near(share_inside(&s, &edge, &gap), 15.0 / 16.0, 1e-15, "some way off the end");
+    near(share_inside(&s, &edge, &gap), 0.5 - aside - 1.0 / 64.0, 1e-12, "just inside, short of it by a sixteenth of the square");
+    edge.from.peak_u = 0.1 / 0.98;
+    near(share_inside(&s, &edge, &gap), 0.98 - aside - 0.98 * 0.98 / 16.0, 1e-12, "inside, near the end");
     edge.from.peak_u = 0.01; /* a tenth of the way, and no more */
     must(share_inside(&s, &edge, &gap) >= 1e299, "no way to the limit");
     T(cell) back = cell_of(edge.to, edge.from);
@@ -403,9 +403,9 @@ static void splits(void)
     back.to.u = 0.1;
     const curve gap_back = gap_of(&back, 0.2);
     back.to.peak_u = -0.2;
-    near(share_inside(&s, &back, &gap_back), 0.5 + aside, 1e-12, "just inside from the far end");
+    near(share_inside(&s, &back, &gap_back), 0.5 + aside + 1.0 / 64.0, 1e-12, "just inside from the far end");
     back.to.peak_u = -0.1 / 0.98;
-    near(share_inside(&s, &back, &gap_back), 1.0 / 16.0, 1e-15, "some way off the near end");
+    near(share_inside(&s, &back, &gap_back), 0.02 + aside + 0.98 * 0.98 / 16.0, 1e-12, "inside, near the near end");
     back.to.peak_u = -0.01;
     must(share_inside(&s, &back, &gap_back) <= -1e299, "no way to the limit from the far end");
     edge.from.peak_u = -0.1; /* away from the limit: never */

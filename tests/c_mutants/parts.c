@@ -457,7 +457,7 @@ static void transitions(void)
 /* The minima of y inside a phase in which both masses slide the same way, as samples show them. */
 static void dips(void)
 {
-    int told = 0, deep = 0;
+    int told = 0, deep = 0, ways = 0;
     for (row = 0; row < 1500; row++) {
         T(robot) r = any_robot();
         T(plan) plan;
@@ -476,7 +476,7 @@ static void dips(void)
                                     hopform_motion_under_f64(&plan.rates, &per_ampere, &tally.change, side, side), side, side};
         enum { N = 4000 };
         double rate = start.v1 - start.v2, least = INFINITY, when = 0.0, steep = 0.0, fastest = fabs(rate);
-        int all = 0, plain = 1, began = 0;
+        int all = 0, plain = 1, began = 0, up = 0, down = 0, straight = 1;
         for (int n = 1; n <= N; n++) {
             const double now = hopform_rate_of_y_f64(&stretch, length * (double)n / N);
             if (rate < 0.0 && now >= 0.0) {
@@ -489,10 +489,18 @@ static void dips(void)
                 least = fmin(least, at.y);
             }
             began = rate >= 0.0 && now < 0.0 ? n : began;
+            const double change = now - rate, little = 1e-14 * (fabs(now) + fabs(start.v1) + fabs(start.v2));
+            straight = straight && !(change > little && down) && !(change < -little && up);
+            up = up || change > little;
+            down = down || change < -little;
             fastest = larger(fastest, fabs(now));
             rate = now;
         }
-        hopform_find_dips_f64(&tally, &stretch, length, start.v1 - start.v2, rate);
+        const T(basis) end = hopform_basis_at_f64(&plan.both, length);
+        const bool one_way = hopform_bends_one_way_f64(&stretch, &end, length);
+        must(!one_way || straight, "y'' that does not keep its sign");
+        ways += one_way;
+        hopform_find_dips_f64(&tally, &stretch, &end, length, start.v1 - start.v2, rate);
         must(trial.dips == all || (trial.dips < all && !plain), "how often y turns upwards");
         const double size = 0.05 + fabs(start.v1 - start.v2) / w;
         must(trial.dips < all || all == 0 || fabs(trial.dip - least) < 1e-4 * size, "where y turns upwards");
@@ -505,10 +513,10 @@ static void dips(void)
         deep += all > 1;
         trial.dips = 0;
         const T(stretch) apart = {&plan.both, start, stretch.motion, stretch.by_u, side, -side};
-        hopform_find_dips_f64(&tally, &apart, length, start.v1 - start.v2, rate);
+        hopform_find_dips_f64(&tally, &apart, &end, length, start.v1 - start.v2, rate);
         must(trial.dips == 0, "what can not turn");
     }
-    must(told > 300 && deep > 30, "too few that turn");
+    must(told > 300 && deep > 30 && ways > 150, "too few that turn, or bend one way");
 }
 
 /* A function that is called quiet has no root, be it sampled many times in each turn. */

@@ -307,21 +307,17 @@ static float share_of_turn(const curve *c)
     return share > 0.0f ? hopform_greater_f32(hopform_lesser_f32(share, 0.96875f), 0.03125f) : 0.5f;
 }
 
-/* Just inside the limit of x_1; where a slope leads to the cell's end, which it overshot from before, some way off. */
+/* Just inside the limit of x_1: short of where a slope at the admissible end leads to, which overshoots by the square of the way,
+ * so some way off the other end. */
 static float share_inside(const hopform_search_f32 *search, const hopform_cell_f32 *c, const curve *gap)
 {
     const float steep = fabsf(gap->from_rate) + fabsf(gap->to_rate) + fabsf(chord(gap));
     const float there = share_of_limit(search, c);
     const bool starts = is_admissible(search, &c->from);
-    const float way = starts ? there : 1.0f - there; /* from the admissible end, whose slope overshoots by the square of it */
-    const float short_of = way > 0.0f && way < 1.0f ? 0.0625f * way * way : 0.0f;
+    const float way = starts ? there : 1.0f - there;
+    const float short_of = way > 0.0f && way <= 1.0f ? 0.0625f * way * way : 0.0f;
     const float aside = short_of + 0.25f * 4e-6f / (steep * gap->width + 4e-6f);
-    if (starts) {
-        const float share = there - aside;
-        return share > 0.9375f && share < 1e38f ? 0.9375f : share;
-    }
-    const float share = there + aside;
-    return share < 0.0625f && share > -1e38f ? 0.0625f : share;
+    return starts ? there - aside : there + aside;
 }
 
 /* Where to split the cell, as a share of it. */

@@ -307,21 +307,17 @@ static double share_of_turn(const curve *c)
     return share > 0.0 ? hopform_greater_f64(hopform_lesser_f64(share, 0.96875), 0.03125) : 0.5;
 }
 
-/* Just inside the limit of x_1; where a slope leads to the cell's end, which it overshot from before, some way off. */
+/* Just inside the limit of x_1: short of where a slope at the admissible end leads to, which overshoots by the square of the way,
+ * so some way off the other end. */
 static double share_inside(const hopform_search_f64 *search, const hopform_cell_f64 *c, const curve *gap)
 {
     const double steep = fabs(gap->from_rate) + fabs(gap->to_rate) + fabs(chord(gap));
     const double there = share_of_limit(search, c);
     const bool starts = is_admissible(search, &c->from);
-    const double way = starts ? there : 1.0 - there; /* from the admissible end, whose slope overshoots by the square of it */
-    const double short_of = way > 0.0 && way < 1.0 ? 0.0625 * way * way : 0.0;
+    const double way = starts ? there : 1.0 - there;
+    const double short_of = way > 0.0 && way <= 1.0 ? 0.0625 * way * way : 0.0;
     const double aside = short_of + 0.25 * 2e-10 / (steep * gap->width + 2e-10);
-    if (starts) {
-        const double share = there - aside;
-        return share > 0.9375 && share < 1e+300 ? 0.9375 : share;
-    }
-    const double share = there + aside;
-    return share < 0.0625 && share > -1e+300 ? 0.0625 : share;
+    return starts ? there - aside : there + aside;
 }
 
 /* Where to split the cell, as a share of it. */

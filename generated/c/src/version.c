@@ -6,5 +6,5 @@
 
 const char *hopform_source(void)
 {
-    return "f2c88fd134fbef33";
+    return "209db09925d022a1";
 }
