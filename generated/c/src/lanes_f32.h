@@ -974,7 +974,7 @@ LANES_CODE static void start_watches(lanes *restrict w)
         const hopform_poles_f32 poles = one_of_poles_columns(&w->poles, l);
         const hopform_motion_f32 m = one_of_motion_columns(&w->motion, l);
         const hopform_watch_f32 leg = hopform_watch_of_f32(&poles, m.H3_y, m.H2_y, m.H1_y, w->state.y[l], 1.0f, 0, 0);
-        const float falls = flag((w->side_1[l] < 0.0f) | (w->side_2[l] > 0.0f)); /* else y only rises */
+        const float falls = flag((w->side_1[l] < 0.0f) | (w->side_2[l] > 0.0f) | (w->state.y[l] < 0.0f)); /* else y only rises, from 0 or above */
         put_watch(w, 0, l, falls, BY_TAKEOFF, 0.0f, &leg);
         blocked_below[l] = flag(blocks(w, l, -1.0f));
         blocked_above[l] = flag(blocks(w, l, 1.0f));

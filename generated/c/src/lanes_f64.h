@@ -995,7 +995,7 @@ LANES_CODE static void start_watches(lanes *restrict w)
         const hopform_poles_f64 poles = one_of_poles_columns(&w->poles, l);
         const hopform_motion_f64 m = one_of_motion_columns(&w->motion, l);
         const hopform_watch_f64 leg = hopform_watch_of_f64(&poles, m.H3_y, m.H2_y, m.H1_y, w->state.y[l], 1.0, 0, 0);
-        const double falls = flag((w->side_1[l] < 0.0) | (w->side_2[l] > 0.0)); /* else y only rises */
+        const double falls = flag((w->side_1[l] < 0.0) | (w->side_2[l] > 0.0) | (w->state.y[l] < 0.0)); /* else y only rises, from 0 or above */
         put_watch(w, 0, l, falls, BY_TAKEOFF, 0.0, &leg);
         blocked_below[l] = flag(blocks(w, l, -1.0));
         blocked_above[l] = flag(blocks(w, l, 1.0));

@@ -174,7 +174,7 @@ static void put_guard(stance_guard *guard, const stance_chain *chain, const hopf
     guard->poles = poles;
     guard->motion = motion;
     guard->count = 0;
-    if (chain->side_1 < 0 || chain->side_2 > 0) { /* else y only rises */
+    if (chain->side_1 < 0 || chain->side_2 > 0 || chain->state.y < 0.0f) { /* else y only rises, from 0 or above */
         guard->watch[guard->count++] =
             hopform_watch_of_f32(poles, motion->H3_y, motion->H2_y, motion->H1_y, chain->state.y, 1.0f, END_TAKEOFF, 0);
     }

@@ -6,5 +6,5 @@
 
 const char *hopform_source(void)
 {
-    return "209db09925d022a1";
+    return "027e010ae1fb7503";
 }
