@@ -246,8 +246,22 @@ MUTANTS = (
     Mutant(
         "C: a leg that two masses stretch alike is not watched",
         "templates/c/src/stance_real.c.j2",
-        "if (chain->side_1 < 0 || chain->side_2 > 0 || chain->state.y < 0.0) { /* else y only rises, from 0 or above */",
-        "if (chain->side_1 < 0 && chain->side_2 > 0) {",
+        "if (!rings && (chain->side_1 < 0 || chain->side_2 > 0 || chain->state.y < 0.0)) { /* else y only rises, from 0 or above */",
+        "if (!rings && chain->side_1 < 0 && chain->side_2 > 0) {",
+    ),
+    Mutant(
+        "C: a leg that rings about 0 is given up",
+        "templates/c/src/stance_real.c.j2",
+        "if (rings && lift <= guard->halt) {",
+        "if (rings && lift < 0.0) {",
+        first=("tests/test_checker.py",),
+    ),
+    Mutant(
+        "NumPy: a leg that rings about 0 is given up",
+        "templates/python/hopform_solver/stance.py.j2",
+        "    if not rings.any():\n        return lift\n",
+        "    if rings.size:\n        return lift\n",
+        first=("tests/test_checker.py",),
     ),
     Mutant(
         "C: every minimum is held up by tangents",

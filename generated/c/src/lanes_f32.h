@@ -877,6 +877,20 @@ LANES_CODE static void start_motion(lanes *restrict w)
     }
 }
 
+/* Lanes in which y rings about 0, as in stance_f32.c, are told. */
+LANES_CODE static void rings_about_zero(const lanes *restrict w, const float *restrict alone, float *restrict rings)
+{
+    for (int l = 0; l < LANES; l++) {
+        const hopform_rates_f32 rates = one_of_rates_columns(&w->rates, l);
+        const hopform_state_f32 slack = {0.0f, 0.0f, 0.0f, 0.0f};
+        const hopform_free_f32 free = hopform_free_accelerations_f32(&rates, &slack, w->u[l]);
+        const float left_1 = free.free_1 - w->side_1[l] * w->robot.f1[l];
+        const float left_2 = free.free_2 - w->side_2[l] * w->robot.f2[l];
+        const float left = fabsf(w->side_2[l]) > 0.0f ? left_2 : left_1;
+        rings[l] = alone[l] * flag(!(w->state.y[l] < 0.0f)) * flag(!(fabsf(left) > 0.0f));
+    }
+}
+
 /* When each mass that slips alone comes to rest, as hopform_halt_time_f32 of a pair that swings; the phase ends there at last. */
 LANES_CODE static void start_halts(lanes *restrict w)
 {
@@ -891,6 +905,7 @@ LANES_CODE static void start_halts(lanes *restrict w)
         at_once[l] = 0.0f;
     }
     if (any(alone)) {
+        rings_about_zero(w, alone, at_once);
         for (int l = 0; l < LANES; l++) {
             const float mean = 0.5f * w->poles.p[l];
             x[l] = -(acc[l] + mean * v[l]) / w->omega[l];
@@ -916,7 +931,7 @@ LANES_CODE static void start_halts(lanes *restrict w)
             const float ee = e * e;
             const float angle = guess[l] + e * (1.0f - ee * (1.0f / 3.0f - ee * (0.2f - ee / 7.0f)));
             halt[l] = angle / w->omega[l];
-            at_once[l] = alone[l] * flag(!(v[l] > 0.0f)) * flag(!(acc[l] > 0.0f));
+            at_once[l] += alone[l] * flag(!(v[l] > 0.0f)) * flag(!(acc[l] > 0.0f));
         }
         for (int l = 0; l < LANES; l++) {
             halt[l] = v[l] > 0.0f ? halt[l] : w->half_turn[l];

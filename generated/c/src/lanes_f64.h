@@ -898,6 +898,20 @@ LANES_CODE static void start_motion(lanes *restrict w)
     }
 }
 
+/* Lanes in which y rings about 0, as in stance_f64.c, are told. */
+LANES_CODE static void rings_about_zero(const lanes *restrict w, const double *restrict alone, double *restrict rings)
+{
+    for (int l = 0; l < LANES; l++) {
+        const hopform_rates_f64 rates = one_of_rates_columns(&w->rates, l);
+        const hopform_state_f64 slack = {0.0, 0.0, 0.0, 0.0};
+        const hopform_free_f64 free = hopform_free_accelerations_f64(&rates, &slack, w->u[l]);
+        const double left_1 = free.free_1 - w->side_1[l] * w->robot.f1[l];
+        const double left_2 = free.free_2 - w->side_2[l] * w->robot.f2[l];
+        const double left = fabs(w->side_2[l]) > 0.0 ? left_2 : left_1;
+        rings[l] = alone[l] * flag(!(w->state.y[l] < 0.0)) * flag(!(fabs(left) > 0.0));
+    }
+}
+
 /* When each mass that slips alone comes to rest, as hopform_halt_time_f64 of a pair that swings; the phase ends there at last. */
 LANES_CODE static void start_halts(lanes *restrict w)
 {
@@ -912,6 +926,7 @@ LANES_CODE static void start_halts(lanes *restrict w)
         at_once[l] = 0.0;
     }
     if (any(alone)) {
+        rings_about_zero(w, alone, at_once);
         for (int l = 0; l < LANES; l++) {
             const double mean = 0.5 * w->poles.p[l];
             x[l] = -(acc[l] + mean * v[l]) / w->omega[l];
@@ -937,7 +952,7 @@ LANES_CODE static void start_halts(lanes *restrict w)
             const double ee = e * e;
             const double angle = guess[l] + e * (1.0 - ee * (1.0 / 3.0 - ee * (0.2 - ee / 7.0)));
             halt[l] = angle / w->omega[l];
-            at_once[l] = alone[l] * flag(!(v[l] > 0.0)) * flag(!(acc[l] > 0.0));
+            at_once[l] += alone[l] * flag(!(v[l] > 0.0)) * flag(!(acc[l] > 0.0));
         }
         for (int l = 0; l < LANES; l++) {
             halt[l] = v[l] > 0.0 ? halt[l] : w->half_turn[l];

@@ -117,7 +117,7 @@ typedef struct {
     int32_t count;
     double frequency;
     double half_turn;
-    double halt; /* when the mass that slips alone comes to rest */
+    double halt; /* when the mass that slips alone comes to rest, or y, which rings about 0, vanishes */
     end_kind halts;
 } stance_guard;
 
@@ -168,13 +168,28 @@ static void watch_velocity(const stance_chain *chain, stance_guard *guard, end_k
     }
 }
 
+/* Where one mass is held and the forces on the other one cancel at y = 0, y rings about 0 as a velocity does: its first zero is
+ * known however far it has faded by then. */
+static bool rings_about_zero(const stance_chain *chain)
+{
+    const hopform_robot_f64 *robot = &chain->plan->robot;
+    const hopform_state_f64 slack = {0.0, 0.0, 0.0, 0.0};
+    if ((chain->side_1 != 0 && chain->side_2 != 0) || chain->state.y < 0.0) {
+        return false;
+    }
+    const hopform_free_f64 free = hopform_free_accelerations_f64(&chain->plan->rates, &slack, chain->steps[chain->step].u);
+    const double left = chain->side_2 == 0 ? free.free_1 - (double)chain->side_1 * robot->f1 : free.free_2 - (double)chain->side_2 * robot->f2;
+    return !(fabs(left) > 0.0);
+}
+
 static void put_guard(stance_guard *guard, const stance_chain *chain, const hopform_poles_f64 *poles,
                       const hopform_motion_f64 *motion)
 {
     guard->poles = poles;
     guard->motion = motion;
     guard->count = 0;
-    if (chain->side_1 < 0 || chain->side_2 > 0 || chain->state.y < 0.0) { /* else y only rises, from 0 or above */
+    const bool rings = rings_about_zero(chain);
+    if (!rings && (chain->side_1 < 0 || chain->side_2 > 0 || chain->state.y < 0.0)) { /* else y only rises, from 0 or above */
         guard->watch[guard->count++] =
             hopform_watch_of_f64(poles, motion->H3_y, motion->H2_y, motion->H1_y, chain->state.y, 1.0, END_TAKEOFF, 0);
     }
@@ -193,6 +208,11 @@ static void put_guard(stance_guard *guard, const stance_chain *chain, const hopf
     } else {
         watch_velocity(chain, guard, END_VELOCITY_1);
         watch_velocity(chain, guard, END_VELOCITY_2);
+    }
+    const double lift = rings ? hopform_halt_time_f64(poles, chain->state.y, chain->state.v1 - chain->state.v2) : 1e+300;
+    if (rings && lift <= guard->halt) {
+        guard->halt = lift;
+        guard->halts = END_TAKEOFF;
     }
     for (int32_t n = 0; n < guard->count; n++) {
         guard->from[n] = hopform_first_sample_f64(&guard->watch[n], poles);
@@ -438,7 +458,7 @@ static int32_t lost_at_once(stance_guard *guard)
 static void cross_at_the_limit(const stance_guard *guard, double limit, window *end)
 {
     for (int32_t n = 0; n < guard->count && end->found < 0 && !(end->t < limit); n++) {
-        const bool is_first = is_takeoff(guard, n) || (guard->watch[n].kind == END_THRESHOLD_1 && !(guard->halt > limit));
+        const bool is_first = is_takeoff(guard, n) || (guard->watch[n].kind == END_THRESHOLD_1 && guard->halts == END_VELOCITY_2 && !(guard->halt > limit));
         const hopform_sample_f64 *at = &end->at[n];
         const bool crosses = at->rate * limit < -16.0 * at->noise; /* and does not just touch */
         if (is_first && crosses && at->value < -8.0 * 2.220446049250313e-16 * limit * at->rate) {
@@ -452,7 +472,7 @@ static phase_end end_of(const stance_guard *guard, const window *end, bool stops
 {
     phase_end result = {end->t, END_LIMIT, 0, end->basis, 0.0};
     const bool halts = !(guard->halt > limit) && !(end->t < limit * (1.0 - 8.0 * 2.220446049250313e-16));
-    const bool wins = guard->halts == END_VELOCITY_1 && !is_takeoff(guard, end->found); /* over mass 2 at the same time */
+    const bool wins = guard->halts != END_VELOCITY_2 && !is_takeoff(guard, end->found); /* over mass 2 at the same time */
     if (stops) {
         result.kind = END_STOP;
     } else if (end->found >= 0 && !(halts && wins)) {

@@ -6,5 +6,5 @@
 
 const char *hopform_source(void)
 {
-    return "027e010ae1fb7503";
+    return "7e7767396e4dd09d";
 }

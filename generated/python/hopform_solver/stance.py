@@ -233,6 +233,21 @@ def _leg(chain: _Chain, poles: Poles, motion: Motion) -> Iterator[_Watched]:
         )
 
 
+def _rings_down(chain: _Chain, poles: Poles, leg: _Watched, lift: Array) -> Array:
+    """Where one mass is held and the forces on the other one cancel at y = 0, y rings about 0: its first zero in closed form."""
+    robot, state, side = chain.plan.robot, chain.state, chain.side
+    slack = State(*(np.zeros_like(field) for field in state))
+    free = formulas.free_accelerations(chain.plan.rates, slack, chain.u)
+    left = np.where(side.second == 0.0, free.free_1 - side.first * robot.f1, free.free_2 - side.second * robot.f2)
+    rings = (((side.first == 0.0) | (side.second == 0.0)) & (left == 0.0) & (state.y >= 0.0))[leg.lanes]
+    if not rings.any():
+        return lift
+    lanes = leg.lanes[rings]
+    lift = lift.copy()
+    lift[rings] = halt_time(take(poles, lanes), state.y[lanes], state.v1[lanes] - state.v2[lanes])
+    return lift
+
+
 def _roots(watched: list[_Watched], limit: Array, tie: float) -> list[Array]:
     """The first root of each, looked for all together."""
     watches = [of.watch for of in watched]
@@ -322,7 +337,7 @@ def _find_end(chain: _Chain, poles: Poles, motion: Motion, limit: Array) -> _End
         end.earlier(*halts[mass - 1], (VELOCITY_1, VELOCITY_2)[mass - 1])
         for of in watched[mass - 1]:
             end.earlier(of.lanes, next(roots), of.kind, of.side)
-    lifts = list(roots)
+    lifts = [_rings_down(chain, poles, of, lift) for of, lift in zip(leg, roots, strict=True)]
     until = end.t.copy()
     for of, lift in zip(leg, lifts, strict=True):
         until[of.lanes] = np.minimum(until[of.lanes], lift)
