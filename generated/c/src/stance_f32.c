@@ -495,7 +495,9 @@ static phase_end find_end(const stance_chain *chain, const hopform_poles_f32 *po
     stance_guard guard = {0};
     put_guard(&guard, chain, poles, motion);
     const float limit = guard.halt < until ? guard.halt : until;
-    window end = {0.0f, start, {{0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f}}, lost_at_once(&guard)};
+    window end = {0};
+    end.basis = start;
+    end.found = lost_at_once(&guard);
     bool stops = false;
     int32_t patience = 8;
     for (int32_t windows = 0; end.found < 0 && !stops && end.t < limit; windows = windows > 3 ? windows : windows + 1) { /* more are not told apart */

@@ -6,5 +6,5 @@
 
 const char *hopform_source(void)
 {
-    return "7e7767396e4dd09d";
+    return "f8f9bae5a81d6618";
 }
