@@ -484,7 +484,7 @@ static bool take_in(hopform_search_f32 *search, const hopform_trial_f32 *trial)
     } else if (search->count > 0) {
         const hopform_cell_f32 split = search->cells[--search->count];
         const float half = 0.5f * width_of(&split);
-        const int32_t slower = split.slow + 1;
+        const int32_t slower = split.slow < 2 ? split.slow + 1 : 2; /* of a search in any memory, too */
         keep(search, &split.from, trial, fabsf(trial->u - split.from.u) > half ? slower : 0);
         keep(search, trial, &split.to, fabsf(split.to.u - trial->u) > half ? slower : 0);
     }

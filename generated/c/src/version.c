@@ -6,5 +6,5 @@
 
 const char *hopform_source(void)
 {
-    return "f8f9bae5a81d6618";
+    return "3c2ceaf6c5054e0d";
 }
