@@ -246,7 +246,7 @@ MUTANTS = (
     Mutant(
         "C: a leg that two masses stretch alike is not watched",
         "templates/c/src/stance_real.c.j2",
-        "if (!rings && (chain->side_1 < 0 || chain->side_2 > 0 || chain->state.y < 0.0)) { /* else y only rises, from 0 or above */",
+        "if (!rings && (chain->side_1 < 0 || chain->side_2 > 0 || chain->state.y < 0.0)) {",
         "if (!rings && chain->side_1 < 0 && chain->side_2 > 0) {",
     ),
     Mutant(
