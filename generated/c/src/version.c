@@ -6,5 +6,5 @@
 
 const char *hopform_source(void)
 {
-    return "3c2ceaf6c5054e0d";
+    return "720f0dc8071e3736";
 }

@@ -235,16 +235,18 @@ def _leg(chain: _Chain, poles: Poles, motion: Motion) -> Iterator[_Watched]:
 
 def _rings_down(chain: _Chain, poles: Poles, leg: _Watched, lift: Array) -> Array:
     """Where one mass is held and the forces on the other one cancel at y = 0, y rings about 0: its first zero in closed form."""
-    robot, state, side = chain.plan.robot, chain.state, chain.side
-    slack = State(*(np.zeros_like(field) for field in state))
-    free = formulas.free_accelerations(chain.plan.rates, slack, chain.u)
-    left = np.where(side.second == 0.0, free.free_1 - side.first * robot.f1, free.free_2 - side.second * robot.f2)
-    rings = (((side.first == 0.0) | (side.second == 0.0)) & (left == 0.0) & (state.y >= 0.0))[leg.lanes]
+    robot, state, side = chain.plan.robot, take(chain.state, leg.lanes), take(chain.side, leg.lanes)
+    slack = chain.state._replace(y=np.zeros_like(chain.state.y), v1=np.zeros_like(chain.u), v2=np.zeros_like(chain.u))
+    free = take(formulas.free_accelerations(chain.plan.rates, slack, chain.u), leg.lanes)
+    left_1: Array = free.free_1 - side.first * robot.f1[leg.lanes]
+    left_2: Array = free.free_2 - side.second * robot.f2[leg.lanes]
+    alone = (side.first == 0.0) | (side.second == 0.0)
+    rings = alone & (np.where(side.second == 0.0, left_1, left_2) == 0.0) & (state.y >= 0.0)
     if not rings.any():
         return lift
     lanes = leg.lanes[rings]
     lift = lift.copy()
-    lift[rings] = halt_time(take(poles, lanes), state.y[lanes], state.v1[lanes] - state.v2[lanes])
+    lift[rings] = halt_time(take(poles, lanes), state.y[rings], state.v1[rings] - state.v2[rings])
     return lift
 
 
