@@ -6,5 +6,5 @@
 
 const char *hopform_source(void)
 {
-    return "720f0dc8071e3736";
+    return "522280e68145e023";
 }

@@ -317,7 +317,7 @@ def _take_off(leg: _Watched, lift: Array, end: _End) -> None:
     lanes = leg.lanes
     lifts = lift <= end.t[lanes] * (1.0 + end.tie)
     there = sample_at(leg.watch, end.t[lanes])
-    touches = ~lifts & (end.kind[lanes] != LIMIT) & (there.value <= 4.0 * there.noise)
+    touches = ~lifts & (end.kind[lanes] != LIMIT) & (end.kind[lanes] != STOP) & (there.value <= 4.0 * there.noise)
     touches &= there.rate * there.t < -16.0 * there.noise  # it crosses, and does not just touch
     lift, lifts = np.where(touches, end.t[lanes], lift), lifts | touches
     end.t[lanes[lifts]], end.kind[lanes[lifts]] = lift[lifts], TAKEOFF
