@@ -73,6 +73,26 @@ static inline hopform_sample_f32 hopform_sample_at_f32(const hopform_watch_f32 *
     return sample;
 }
 
+/* How much later than t the root next to it is. Where the poles have faded, the start and the rise cancel, and with them most
+ * digits of the time; the final value and what is left of the way to it do not. 0 where they tell no more.
+ */
+static inline float hopform_root_is_later_f32(const hopform_poles_f32 *poles, const hopform_numerator_f32 *h, float start,
+                                              float settled, const hopform_basis_f32 *basis, float t)
+{
+    const float way = settled - start;
+    const float by_1 = way * poles->s_1;
+    const float by_2 = way * poles->s_2;
+    const float value = settled - way * basis->Wdd + (h->H3 - by_1) * basis->Wd + (h->H2 - by_2) * basis->W;
+    const float rate = h->H3 * basis->Wdd + h->H2 * basis->Wd + h->H1 * basis->W;
+    const float of_time = t * fabsf(rate);
+    const float of_rise = fabsf(start) + fabsf(h->H3 * basis->Wd) + fabsf(h->H2 * basis->W) + fabsf(h->H1 * basis->W1) + of_time;
+    const float of_way = fabsf(settled) + fabsf(way * basis->Wdd) + (fabsf(h->H3) + fabsf(by_1)) * fabsf(basis->Wd)
+                        + (fabsf(h->H2) + fabsf(by_2)) * fabsf(basis->W) + of_time;
+    const bool tells = (rate < 0.0f) & (of_way < 0.25f * of_rise) & (fabsf(value) <= 16.0f * 1.1920929e-7f * of_rise);
+    const float later = -value / (tells ? rate : -1.0f);
+    return tells & (fabsf(later) < 0.0001f * t) ? later : 0.0f;
+}
+
 /* The same at t = 0 of the phase. */
 static inline hopform_sample_f32 hopform_first_sample_f32(const hopform_watch_f32 *watch, const hopform_poles_f32 *poles)
 {

@@ -411,7 +411,7 @@ static inline void leave(lanes *restrict w, const float *restrict who, float why
         return;
     }
     for (int l = 0; l < LANES; l++) {
-        keep(&w->left[l], (who[l] > 0.0f) & (w->live[l] > 0.0f), why);
+        keep(&w->left[l], who[l] * w->live[l] > 0.0f, why);
     }
 }
 
@@ -839,23 +839,71 @@ LANES_CODE static void start_poles(lanes *restrict w)
     leave(w, overdamped, POLES_CLOSE);
 }
 
-LANES_CODE static void start_motion(lanes *restrict w)
+/* The masses that move where a phase begins; in most rounds they are the same in all lanes. */
+typedef struct {
+    column both, actuator, body;
+} mode_columns;
+
+static inline hopform_drive_f32 drive_in(const lanes *w, int l)
 {
-    column alone_1, alone_2, alone_H2;
+    const hopform_robot_f32 robot = one_of_robot_columns(&w->robot, l);
+    const hopform_rates_f32 rates = one_of_rates_columns(&w->rates, l);
+    return hopform_drive_of_f32(&robot, &rates, w->u[l], w->side_1[l], w->side_2[l]);
+}
+
+LANES_CODE static void start_modes(const lanes *restrict w, mode_columns *restrict mode)
+{
     for (int l = 0; l < LANES; l++) {
-        const hopform_robot_f32 robot = one_of_robot_columns(&w->robot, l);
+        mode->both[l] = w->begins[l] * fabsf(w->side_1[l] * w->side_2[l]);
+        mode->actuator[l] = w->begins[l] * fabsf(w->side_1[l]) * (1.0f - fabsf(w->side_2[l]));
+        mode->body[l] = w->begins[l] * (1.0f - fabsf(w->side_1[l]));
+    }
+}
+
+LANES_CODE static void move_both(lanes *restrict w, const float *restrict who)
+{
+    for (int l = 0; l < LANES; l++) {
         const hopform_rates_f32 rates = one_of_rates_columns(&w->rates, l);
         const hopform_state_f32 state = one_of_state_columns(&w->state, l);
-        const bool held_1 = !(fabsf(w->side_1[l]) > 0.0f);
-        const bool held_2 = !(fabsf(w->side_2[l]) > 0.0f);
-        const hopform_drive_f32 drive = hopform_drive_of_f32(&robot, &rates, w->u[l], w->side_1[l], w->side_2[l]);
-        const hopform_motion_f32 both = hopform_motion_of_both_f32(&rates, &drive, &state);
-        const hopform_motion_f32 actuator = hopform_motion_of_actuator_f32(&rates, &drive, &state);
-        const hopform_motion_f32 body = hopform_motion_of_body_f32(&rates, &drive, &state);
-        const bool begins = w->begins[l] > 0.0f;
-        keep_motion_columns(&w->motion, l, begins & !held_1 & !held_2, &both);
-        keep_motion_columns(&w->motion, l, begins & held_2, &actuator);
-        keep_motion_columns(&w->motion, l, begins & held_1, &body);
+        const hopform_drive_f32 drive = drive_in(w, l);
+        const hopform_motion_f32 motion = hopform_motion_of_both_f32(&rates, &drive, &state);
+        keep_motion_columns(&w->motion, l, who[l] > 0.0f, &motion);
+    }
+}
+
+LANES_CODE static void move_actuator(lanes *restrict w, const float *restrict who)
+{
+    for (int l = 0; l < LANES; l++) {
+        const hopform_rates_f32 rates = one_of_rates_columns(&w->rates, l);
+        const hopform_state_f32 state = one_of_state_columns(&w->state, l);
+        const hopform_drive_f32 drive = drive_in(w, l);
+        const hopform_motion_f32 motion = hopform_motion_of_actuator_f32(&rates, &drive, &state);
+        keep_motion_columns(&w->motion, l, who[l] > 0.0f, &motion);
+    }
+}
+
+LANES_CODE static void move_body(lanes *restrict w, const float *restrict who)
+{
+    for (int l = 0; l < LANES; l++) {
+        const hopform_rates_f32 rates = one_of_rates_columns(&w->rates, l);
+        const hopform_state_f32 state = one_of_state_columns(&w->state, l);
+        const hopform_drive_f32 drive = drive_in(w, l);
+        const hopform_motion_f32 motion = hopform_motion_of_body_f32(&rates, &drive, &state);
+        keep_motion_columns(&w->motion, l, who[l] > 0.0f, &motion);
+    }
+}
+
+LANES_CODE static void start_motion(lanes *restrict w, const mode_columns *restrict mode)
+{
+    column alone_1, alone_2, alone_H2;
+    if (any(mode->both)) {
+        move_both(w, mode->both);
+    }
+    if (any(mode->actuator)) {
+        move_actuator(w, mode->actuator);
+    }
+    if (any(mode->body)) {
+        move_body(w, mode->body);
     }
     for (int l = 0; l < LANES; l++) {
         alone_1[l] = w->begins[l] * is(w->alone[l], 1) * fabsf(w->side_1[l]);
@@ -956,44 +1004,51 @@ static inline bool blocks(const lanes *w, int l, float side)
     return at_end | !(w->robot.x1_min[l] < w->robot.x1_max[l]);
 }
 
-static inline void put_watch(lanes *w, int s, int l, float on, float kind, float side, const hopform_watch_f32 *watch)
+static inline void keep_watch(lanes *w, int s, int l, bool yes, float on, float kind, float side, const hopform_watch_f32 *watch)
 {
-    const bool begins = w->begins[l] > 0.0f;
-    keep(&w->on[s][l], begins, on);
-    keep(&w->kind[s][l], begins, kind);
-    keep(&w->side[s][l], begins, side);
-    keep(&w->watch[s].H3[l], begins, watch->numerator.H3);
-    keep(&w->watch[s].H2[l], begins, watch->numerator.H2);
-    keep(&w->watch[s].H1[l], begins, watch->numerator.H1);
-    keep(&w->watch[s].A[l], begins, watch->left.A);
-    keep(&w->watch[s].B[l], begins, watch->left.B);
-    keep(&w->watch[s].start[l], begins, watch->start);
+    keep(&w->on[s][l], yes, on);
+    keep(&w->kind[s][l], yes, kind);
+    keep(&w->side[s][l], yes, side);
+    keep(&w->watch[s].H3[l], yes, watch->numerator.H3);
+    keep(&w->watch[s].H2[l], yes, watch->numerator.H2);
+    keep(&w->watch[s].H1[l], yes, watch->numerator.H1);
+    keep(&w->watch[s].A[l], yes, watch->left.A);
+    keep(&w->watch[s].B[l], yes, watch->left.B);
+    keep(&w->watch[s].start[l], yes, watch->start);
 }
 
-static inline hopform_watch_f32 chosen(bool first, const hopform_watch_f32 *one, const hopform_watch_f32 *other)
+/* Take-off. */
+LANES_CODE static void watch_leg(lanes *restrict w)
 {
-    const hopform_watch_f32 watch = {
-        {first ? one->numerator.H3 : other->numerator.H3, first ? one->numerator.H2 : other->numerator.H2,
-         first ? one->numerator.H1 : other->numerator.H1},
-        {first ? one->left.A : other->left.A, first ? one->left.B : other->left.B},
-        first ? one->start : other->start, 0, 0};
-    return watch;
-}
-
-/* Take-off; then the velocities of both masses, or where a mass that is held slips to on either side. */
-LANES_CODE static void start_watches(lanes *restrict w)
-{
-    column blocked_below, blocked_above, free, friction;
-    watch_columns slips;
     for (int l = 0; l < LANES; l++) {
         const hopform_poles_f32 poles = one_of_poles_columns(&w->poles, l);
         const hopform_motion_f32 m = one_of_motion_columns(&w->motion, l);
         const hopform_watch_f32 leg = hopform_watch_of_f32(&poles, m.H3_y, m.H2_y, m.H1_y, w->state.y[l], 1.0f, 0, 0);
         const float falls = flag((w->side_1[l] < 0.0f) | (w->side_2[l] > 0.0f) | (w->state.y[l] < 0.0f)); /* else y only rises, from 0 or above */
-        put_watch(w, 0, l, falls, BY_TAKEOFF, 0.0f, &leg);
-        blocked_below[l] = flag(blocks(w, l, -1.0f));
-        blocked_above[l] = flag(blocks(w, l, 1.0f));
+        keep_watch(w, 0, l, w->begins[l] > 0.0f, falls, BY_TAKEOFF, 0.0f, &leg);
     }
+}
+
+/* The velocities of both masses. */
+LANES_CODE static void watch_velocities(lanes *restrict w, const float *restrict who)
+{
+    for (int l = 0; l < LANES; l++) {
+        const hopform_poles_f32 poles = one_of_poles_columns(&w->poles, l);
+        const hopform_motion_f32 m = one_of_motion_columns(&w->motion, l);
+        const float H3_1 = w->fresh_1[l] > 0.0f ? 0.0f : m.H3_1;
+        const float H3_2 = w->fresh_2[l] > 0.0f ? 0.0f : m.H3_2;
+        const hopform_watch_f32 velocity_1 = hopform_watch_of_f32(&poles, H3_1, m.H2_1, m.H1_1, w->state.v1[l], w->side_1[l], 0, 0);
+        const hopform_watch_f32 velocity_2 = hopform_watch_of_f32(&poles, H3_2, m.H2_2, m.H1_2, w->state.v2[l], w->side_2[l], 0, 0);
+        keep_watch(w, 1, l, who[l] > 0.0f, 1.0f, BY_VELOCITY_1, 0.0f, &velocity_1);
+        keep_watch(w, 2, l, who[l] > 0.0f, 1.0f, BY_VELOCITY_2, 0.0f, &velocity_2);
+    }
+}
+
+/* Where a mass that is held slips to on either side, while the other one moves. */
+LANES_CODE static void watch_thresholds(lanes *restrict w, const float *restrict who)
+{
+    column blocked_below, blocked_above, free, friction;
+    watch_columns slips;
     for (int l = 0; l < LANES; l++) {
         const hopform_rates_f32 rates = one_of_rates_columns(&w->rates, l);
         const hopform_state_f32 state = one_of_state_columns(&w->state, l);
@@ -1007,33 +1062,39 @@ LANES_CODE static void start_watches(lanes *restrict w)
         slips.H3[l] = held_1 ? free_1.H3 : free_2.H3;
         slips.H2[l] = held_1 ? free_1.H2 : free_2.H2;
         slips.H1[l] = held_1 ? free_1.H1 : free_2.H1;
+        blocked_below[l] = flag(blocks(w, l, -1.0f));
+        blocked_above[l] = flag(blocks(w, l, 1.0f));
     }
     for (int l = 0; l < LANES; l++) {
         const hopform_poles_f32 poles = one_of_poles_columns(&w->poles, l);
-        const hopform_motion_f32 m = one_of_motion_columns(&w->motion, l);
-        const float side_1 = w->side_1[l];
-        const float side_2 = w->side_2[l];
-        const bool both = fabsf(side_1 * side_2) > 0.0f;
-        const float held_1 = 1.0f - fabsf(side_1);
-        const float H3_1 = w->fresh_1[l] > 0.0f ? 0.0f : m.H3_1;
-        const float H3_2 = w->fresh_2[l] > 0.0f ? 0.0f : m.H3_2;
-        const hopform_watch_f32 velocity_1 = hopform_watch_of_f32(&poles, H3_1, m.H2_1, m.H1_1, w->state.v1[l], side_1, 0, 0);
-        const hopform_watch_f32 velocity_2 = hopform_watch_of_f32(&poles, H3_2, m.H2_2, m.H1_2, w->state.v2[l], side_2, 0, 0);
+        const float held_1 = 1.0f - fabsf(w->side_1[l]);
         const hopform_watch_f32 below =
             hopform_watch_of_f32(&poles, slips.H3[l], slips.H2[l], slips.H1[l], friction[l] + free[l], 1.0f, 0, 0);
         const hopform_watch_f32 above =
             hopform_watch_of_f32(&poles, -slips.H3[l], -slips.H2[l], -slips.H1[l], friction[l] - free[l], 1.0f, 0, 0);
-        const hopform_watch_f32 first = chosen(both, &velocity_1, &below);
-        const hopform_watch_f32 second = chosen(both, &velocity_2, &above);
-        const float by_threshold = held_1 * (float)BY_THRESHOLD_1 + (1.0f - held_1) * (float)BY_THRESHOLD_2;
+        const float kind = held_1 * (float)BY_THRESHOLD_1 + (1.0f - held_1) * (float)BY_THRESHOLD_2;
         const float per_y = held_1 > 0.0f ? w->rates.a1_y[l] : w->rates.a2_y[l];
         const float per_v = held_1 > 0.0f ? w->rates.a1_v2[l] : w->rates.a2_v1[l];
-        const float along = (flag(per_y > 0.0f) - flag(per_y < 0.0f)) * (side_1 - side_2);
-        const float towards = (both | (fabsf(per_v) > 0.0f)) ? 0.0f : along; /* where it may slip to, 0 for either side */
+        const float along = (flag(per_y > 0.0f) - flag(per_y < 0.0f)) * (w->side_1[l] - w->side_2[l]);
+        const float towards = fabsf(per_v) > 0.0f ? 0.0f : along; /* where it may slip to, 0 for either side */
         const float on_below = flag(!(towards > 0.0f)) * (1.0f - held_1 * blocked_below[l]);
         const float on_above = flag(!(towards < 0.0f)) * (1.0f - held_1 * blocked_above[l]);
-        put_watch(w, 1, l, on_below, both ? (float)BY_VELOCITY_1 : by_threshold, -1.0f, &first);
-        put_watch(w, 2, l, on_above, both ? (float)BY_VELOCITY_2 : by_threshold, 1.0f, &second);
+        keep_watch(w, 1, l, who[l] > 0.0f, on_below, kind, -1.0f, &below);
+        keep_watch(w, 2, l, who[l] > 0.0f, on_above, kind, 1.0f, &above);
+    }
+}
+
+LANES_CODE static void start_watches(lanes *restrict w, mode_columns *restrict mode)
+{
+    watch_leg(w);
+    if (any(mode->both)) {
+        watch_velocities(w, mode->both);
+    }
+    for (int l = 0; l < LANES; l++) {
+        mode->body[l] += mode->actuator[l];
+    }
+    if (any(mode->body)) {
+        watch_thresholds(w, mode->body);
     }
 }
 
@@ -1059,10 +1120,12 @@ LANES_CODE static void start_samples(const lanes *restrict w, const watch_column
 LANES_CODE static void start_phases(lanes *restrict w)
 {
     column lost;
+    mode_columns mode;
     start_poles(w);
-    start_motion(w);
+    start_modes(w, &mode);
+    start_motion(w, &mode);
     start_halts(w);
-    start_watches(w);
+    start_watches(w, &mode);
     for (int l = 0; l < LANES; l++) {
         lost[l] = 0.0f;
     }
@@ -1312,20 +1375,15 @@ static inline float held_up_by(const sample_columns *from, const sample_columns 
            * flag(from->value[l] + from->rate[l] * reach > from->noise[l] + to->noise[l]);
 }
 
-/* hopform_judge_f32 without a jump, for watches of one number; `value` is g at the end. */
-static inline float verdict_on(const lanes *w, const sample_columns *from, const sample_columns *to, int l, float value)
+/* hopform_judge_f32 without a jump, for watches of one number; `value` is g at the end, `growth` and `span` what a * h makes of 1 and of h. */
+static inline float verdict_on(const lanes *w, const sample_columns *from, const sample_columns *to, int l, float value, float growth,
+                                 float span)
 {
-    const float a = w->poles.a[l];
     const float h = w->end_t[l] - w->low[l];
-    const float ah = a * h;
     const float rate = from->rate[l];
     const float later = to->rate[l];
     const float turning = from->turning[l];
     const float noise = from->noise[l] + to->noise[l];
-    const float grows = 1.0f + 2.0f * a * h;
-    const float growth = ah < 1.0f ? grows : 1e38f;
-    const float inverse = over(1.0f, a);
-    const float span = ah < 1.0f ? h : inverse;
     const bool falls = rate < 0.0f;
     const bool turns = (turning * to->turning[l] < 0.0f) | ((fabsf(turning) > 0.0f) & !(fabsf(to->turning[l]) > 0.0f));
     const bool pauses = !(fabsf(later) * h > to->noise[l]);
@@ -1343,7 +1401,7 @@ static inline float verdict_on(const lanes *w, const sample_columns *from, const
     const bool nears_zero = turns & same & !(falls ^ (turning > 0.0f));
     const bool open = nears_zero & !away;
     const bool monotone = (nears_zero & away) | (!nears_zero & same);
-    const bool held_up = held_up_by(from, to, l, value, a, h) > 0.0f;
+    const bool held_up = held_up_by(from, to, l, value, w->poles.a[l], h) > 0.0f;
     const bool dips = !monotone & falls & !held_up;
     const float of_dips = dips ? (float)DIPS : 0.0f;
     const float decided = below ? (float)LOSES_SIGN : of_dips;
@@ -1362,37 +1420,38 @@ typedef struct {
 
 /* Whether something is to be done about watch s of a lane, and what. */
 LANES_CODE static void act_on(const lanes *restrict w, int s, const float *restrict unsettled, const float *restrict first,
-                              float *restrict here, float *restrict what)
+                              const float *restrict growth, const float *restrict span, float *restrict here, float *restrict what)
 {
     const sample_columns *from = &w->from[s];
     const sample_columns *to = &w->to[s];
     const float number = (float)s;
     for (int l = 0; l < LANES; l++) {
+        const float just_beyond = -2.0f * to->noise[l];
+        const bool is_found = (w->found[l] >= number) & (w->found[l] <= number);
+        const float value = is_found ? just_beyond : to->value[l];
+        what[l] = verdict_on(w, from, to, l, value, growth[l], span[l]);
+    }
+    for (int l = 0; l < LANES; l++) {
         const float h = w->end_t[l] - w->low[l];
         const float noise = to->noise[l];
-        const float is_found = flag(w->found[l] >= number) * flag(w->found[l] <= number);
         const float later_found = flag(w->found[l] > number);
-        const float other_found = flag(w->found[l] >= 0.0f) * (1.0f - is_found);
+        const float is_found = flag(w->found[l] >= number) - later_found;
+        const float other_found = flag(w->found[l] >= 0.0f) - is_found;
         const float early = flag(to->value[l] < -noise);
         const float nearly = flag(to->rate[l] * h < -16.0f * noise) * flag(to->value[l] < 4.0f * noise);
         const float at_once = flag(!(from->value[l] > 0.0f))
                              * flag((from->rate[l] < 0.0f) | ((from->rate[l] <= 0.0f) & (from->turning[l] <= 0.0f)));
-        const float just_beyond = -2.0f * noise;
-        const float value = is_found > 0.0f ? just_beyond : to->value[l];
-        const float verdict = verdict_on(w, from, to, l, value);
-        const float keeps = flag(verdict < 0.5f);
-        const float loses = flag(verdict > 0.5f) * flag(verdict < 1.5f);
-        const float dips = flag(verdict > 1.5f) * flag(verdict < 2.5f);
-        const float unknown = flag(verdict > 2.5f);
+        const float keeps = flag(what[l] < 0.5f);
+        const float loses = flag(what[l] < 1.5f) - keeps;
+        const float dips = flag(what[l] < 2.5f) - keeps - loses;
         const float ties = early + nearly;
-        const float comes_before = early + later_found * nearly;
-        const float leaves = flag(keeps * later_found * ties + loses * other_found * flag(comes_before < 0.5f)
-                                     + loses * (1.0f - is_found) * at_once + dips * is_found
-                                 > 0.5f);
+        const float goes_first = flag(early + later_found * nearly > 0.0f);
+        const float leaves = keeps * later_found * ties + loses * (other_found * (1.0f - goes_first) + (1.0f - is_found) * at_once)
+                            + dips * is_found;
         const float acts = (1.0f - keeps) * (1.0f - loses * is_found);
-        here[l] = unsettled[l] * flag(w->on[s][l] > 0.0f) * flag(first[l] <= number) * flag(acts + leaves > 0.5f);
-        what[l] = leaves * (float)LEAVE
-                  + (1.0f - leaves) * (dips * (float)FIND_BOTTOM + loses * (float)FIND_ROOT + unknown * (float)CUT);
+        const float deed = (float)CUT + (float)(FIND_ROOT - CUT) * loses + (float)(FIND_BOTTOM - CUT) * dips;
+        here[l] = unsettled[l] * flag(w->on[s][l] > 0.0f) * flag(first[l] <= number) * flag(acts + leaves > 0.0f);
+        what[l] = leaves > 0.0f ? (float)LEAVE : deed;
     }
 }
 
@@ -1400,8 +1459,15 @@ LANES_CODE static void act_on(const lanes *restrict w, int s, const float *restr
 LANES_CODE static void settle_verdicts(const lanes *restrict w, const float *restrict unsettled, const float *restrict first, float *restrict what,
                                        search *restrict found)
 {
-    column here, deed;
+    column here, deed, growth, span;
     for (int l = 0; l < LANES; l++) {
+        const float a = w->poles.a[l];
+        const float h = w->end_t[l] - w->low[l];
+        const bool slow = a * h < 1.0f;
+        const float grows = 1.0f + 2.0f * a * h;
+        const float inverse = over(1.0f, a);
+        growth[l] = slow ? grows : 1e38f;
+        span[l] = slow ? h : inverse;
         what[l] = NOTHING;
         found->number[l] = 0.0f;
     }
@@ -1411,7 +1477,7 @@ LANES_CODE static void settle_verdicts(const lanes *restrict w, const float *res
         if (!any(w->on[s])) {
             continue;
         }
-        act_on(w, s, unsettled, first, here, deed);
+        act_on(w, s, unsettled, first, growth, span, here, deed);
         if (!any(here)) {
             continue;
         }
@@ -1889,6 +1955,47 @@ LANES_CODE static void next_samples(const sample_columns *restrict to, const flo
     }
 }
 
+/* A take-off late in a phase: its time, and W there, with all their digits. */
+LANES_CODE static void sharpen_takeoffs(lanes *restrict w, const float *restrict how)
+{
+    column late, settled, later;
+    for (int l = 0; l < LANES; l++) {
+        late[l] = is(how[l], BY_TAKEOFF) * flag(fabsf(w->end.Wdd[l]) < 0.25f);
+    }
+    if (!any(late)) {
+        return;
+    }
+    for (int l = 0; l < LANES; l++) {
+        const hopform_state_f32 slack = {0.0f, 0.0f, 0.0f, 0.0f};
+        const hopform_poles_f32 poles = one_of_poles_columns(&w->poles, l);
+        const hopform_rates_f32 rates = one_of_rates_columns(&w->rates, l);
+        const hopform_drive_f32 drive = drive_in(w, l);
+        const hopform_motion_f32 both = hopform_motion_of_both_f32(&rates, &drive, &slack);
+        const hopform_motion_f32 actuator = hopform_motion_of_actuator_f32(&rates, &drive, &slack);
+        const hopform_motion_f32 body = hopform_motion_of_body_f32(&rates, &drive, &slack);
+        const float side_2 = fabsf(w->side_2[l]);
+        const float H2_moves_1 = side_2 > 0.0f ? both.H2_y : actuator.H2_y;
+        const float H1_moves_1 = side_2 > 0.0f ? both.H1_y : actuator.H1_y;
+        const bool moves_1 = fabsf(w->side_1[l]) > 0.0f;
+        settled[l] = hopform_settled_y_f32(&poles, moves_1 ? H2_moves_1 : body.H2_y, moves_1 ? H1_moves_1 : body.H1_y);
+    }
+    for (int l = 0; l < LANES; l++) {
+        const hopform_poles_f32 poles = one_of_poles_columns(&w->poles, l);
+        const hopform_basis_f32 basis = one_of_basis_columns(&w->end, l);
+        const hopform_numerator_f32 leg = {w->motion.H3_y[l], w->motion.H2_y[l], w->motion.H1_y[l]};
+        later[l] = late[l] * hopform_root_is_later_f32(&poles, &leg, w->state.y[l], settled[l], &basis, w->end_t[l]);
+    }
+    for (int l = 0; l < LANES; l++) {
+        const hopform_poles_f32 poles = one_of_poles_columns(&w->poles, l);
+        const hopform_basis_f32 basis = one_of_basis_columns(&w->end, l);
+        const hopform_basis_f32 there = hopform_carried_basis_f32(&poles, &basis, later[l]);
+        const float t = w->end_t[l] + later[l];
+        const bool moves = (fabsf(later[l]) > 0.0f) & (t <= w->limit[l]);
+        keep_basis_columns(&w->end, l, moves, &there);
+        keep(&w->end_t[l], moves, t);
+    }
+}
+
 /* The next window of a phase, or what follows its end. */
 LANES_CODE static void end_windows(lanes *restrict w, const float *restrict stops)
 {
@@ -1920,6 +2027,7 @@ LANES_CODE static void end_windows(lanes *restrict w, const float *restrict stop
             next_samples(&w->to[s], goes_on, &w->from[s]);
         }
     }
+    sharpen_takeoffs(w, how);
     for (int l = 0; l < LANES; l++) {
         const hopform_state_f32 state = one_of_state_columns(&w->state, l);
         const hopform_motion_f32 motion = one_of_motion_columns(&w->motion, l);

@@ -411,7 +411,7 @@ static inline void leave(lanes *restrict w, const double *restrict who, double w
         return;
     }
     for (int l = 0; l < LANES; l++) {
-        keep(&w->left[l], (who[l] > 0.0) & (w->live[l] > 0.0), why);
+        keep(&w->left[l], who[l] * w->live[l] > 0.0, why);
     }
 }
 
@@ -860,23 +860,71 @@ LANES_CODE static void start_poles(lanes *restrict w)
     leave(w, overdamped, POLES_CLOSE);
 }
 
-LANES_CODE static void start_motion(lanes *restrict w)
+/* The masses that move where a phase begins; in most rounds they are the same in all lanes. */
+typedef struct {
+    column both, actuator, body;
+} mode_columns;
+
+static inline hopform_drive_f64 drive_in(const lanes *w, int l)
 {
-    column alone_1, alone_2, alone_H2;
+    const hopform_robot_f64 robot = one_of_robot_columns(&w->robot, l);
+    const hopform_rates_f64 rates = one_of_rates_columns(&w->rates, l);
+    return hopform_drive_of_f64(&robot, &rates, w->u[l], w->side_1[l], w->side_2[l]);
+}
+
+LANES_CODE static void start_modes(const lanes *restrict w, mode_columns *restrict mode)
+{
     for (int l = 0; l < LANES; l++) {
-        const hopform_robot_f64 robot = one_of_robot_columns(&w->robot, l);
+        mode->both[l] = w->begins[l] * fabs(w->side_1[l] * w->side_2[l]);
+        mode->actuator[l] = w->begins[l] * fabs(w->side_1[l]) * (1.0 - fabs(w->side_2[l]));
+        mode->body[l] = w->begins[l] * (1.0 - fabs(w->side_1[l]));
+    }
+}
+
+LANES_CODE static void move_both(lanes *restrict w, const double *restrict who)
+{
+    for (int l = 0; l < LANES; l++) {
         const hopform_rates_f64 rates = one_of_rates_columns(&w->rates, l);
         const hopform_state_f64 state = one_of_state_columns(&w->state, l);
-        const bool held_1 = !(fabs(w->side_1[l]) > 0.0);
-        const bool held_2 = !(fabs(w->side_2[l]) > 0.0);
-        const hopform_drive_f64 drive = hopform_drive_of_f64(&robot, &rates, w->u[l], w->side_1[l], w->side_2[l]);
-        const hopform_motion_f64 both = hopform_motion_of_both_f64(&rates, &drive, &state);
-        const hopform_motion_f64 actuator = hopform_motion_of_actuator_f64(&rates, &drive, &state);
-        const hopform_motion_f64 body = hopform_motion_of_body_f64(&rates, &drive, &state);
-        const bool begins = w->begins[l] > 0.0;
-        keep_motion_columns(&w->motion, l, begins & !held_1 & !held_2, &both);
-        keep_motion_columns(&w->motion, l, begins & held_2, &actuator);
-        keep_motion_columns(&w->motion, l, begins & held_1, &body);
+        const hopform_drive_f64 drive = drive_in(w, l);
+        const hopform_motion_f64 motion = hopform_motion_of_both_f64(&rates, &drive, &state);
+        keep_motion_columns(&w->motion, l, who[l] > 0.0, &motion);
+    }
+}
+
+LANES_CODE static void move_actuator(lanes *restrict w, const double *restrict who)
+{
+    for (int l = 0; l < LANES; l++) {
+        const hopform_rates_f64 rates = one_of_rates_columns(&w->rates, l);
+        const hopform_state_f64 state = one_of_state_columns(&w->state, l);
+        const hopform_drive_f64 drive = drive_in(w, l);
+        const hopform_motion_f64 motion = hopform_motion_of_actuator_f64(&rates, &drive, &state);
+        keep_motion_columns(&w->motion, l, who[l] > 0.0, &motion);
+    }
+}
+
+LANES_CODE static void move_body(lanes *restrict w, const double *restrict who)
+{
+    for (int l = 0; l < LANES; l++) {
+        const hopform_rates_f64 rates = one_of_rates_columns(&w->rates, l);
+        const hopform_state_f64 state = one_of_state_columns(&w->state, l);
+        const hopform_drive_f64 drive = drive_in(w, l);
+        const hopform_motion_f64 motion = hopform_motion_of_body_f64(&rates, &drive, &state);
+        keep_motion_columns(&w->motion, l, who[l] > 0.0, &motion);
+    }
+}
+
+LANES_CODE static void start_motion(lanes *restrict w, const mode_columns *restrict mode)
+{
+    column alone_1, alone_2, alone_H2;
+    if (any(mode->both)) {
+        move_both(w, mode->both);
+    }
+    if (any(mode->actuator)) {
+        move_actuator(w, mode->actuator);
+    }
+    if (any(mode->body)) {
+        move_body(w, mode->body);
     }
     for (int l = 0; l < LANES; l++) {
         alone_1[l] = w->begins[l] * is(w->alone[l], 1) * fabs(w->side_1[l]);
@@ -977,44 +1025,51 @@ static inline bool blocks(const lanes *w, int l, double side)
     return at_end | !(w->robot.x1_min[l] < w->robot.x1_max[l]);
 }
 
-static inline void put_watch(lanes *w, int s, int l, double on, double kind, double side, const hopform_watch_f64 *watch)
+static inline void keep_watch(lanes *w, int s, int l, bool yes, double on, double kind, double side, const hopform_watch_f64 *watch)
 {
-    const bool begins = w->begins[l] > 0.0;
-    keep(&w->on[s][l], begins, on);
-    keep(&w->kind[s][l], begins, kind);
-    keep(&w->side[s][l], begins, side);
-    keep(&w->watch[s].H3[l], begins, watch->numerator.H3);
-    keep(&w->watch[s].H2[l], begins, watch->numerator.H2);
-    keep(&w->watch[s].H1[l], begins, watch->numerator.H1);
-    keep(&w->watch[s].A[l], begins, watch->left.A);
-    keep(&w->watch[s].B[l], begins, watch->left.B);
-    keep(&w->watch[s].start[l], begins, watch->start);
+    keep(&w->on[s][l], yes, on);
+    keep(&w->kind[s][l], yes, kind);
+    keep(&w->side[s][l], yes, side);
+    keep(&w->watch[s].H3[l], yes, watch->numerator.H3);
+    keep(&w->watch[s].H2[l], yes, watch->numerator.H2);
+    keep(&w->watch[s].H1[l], yes, watch->numerator.H1);
+    keep(&w->watch[s].A[l], yes, watch->left.A);
+    keep(&w->watch[s].B[l], yes, watch->left.B);
+    keep(&w->watch[s].start[l], yes, watch->start);
 }
 
-static inline hopform_watch_f64 chosen(bool first, const hopform_watch_f64 *one, const hopform_watch_f64 *other)
+/* Take-off. */
+LANES_CODE static void watch_leg(lanes *restrict w)
 {
-    const hopform_watch_f64 watch = {
-        {first ? one->numerator.H3 : other->numerator.H3, first ? one->numerator.H2 : other->numerator.H2,
-         first ? one->numerator.H1 : other->numerator.H1},
-        {first ? one->left.A : other->left.A, first ? one->left.B : other->left.B},
-        first ? one->start : other->start, 0, 0};
-    return watch;
-}
-
-/* Take-off; then the velocities of both masses, or where a mass that is held slips to on either side. */
-LANES_CODE static void start_watches(lanes *restrict w)
-{
-    column blocked_below, blocked_above, free, friction;
-    watch_columns slips;
     for (int l = 0; l < LANES; l++) {
         const hopform_poles_f64 poles = one_of_poles_columns(&w->poles, l);
         const hopform_motion_f64 m = one_of_motion_columns(&w->motion, l);
         const hopform_watch_f64 leg = hopform_watch_of_f64(&poles, m.H3_y, m.H2_y, m.H1_y, w->state.y[l], 1.0, 0, 0);
         const double falls = flag((w->side_1[l] < 0.0) | (w->side_2[l] > 0.0) | (w->state.y[l] < 0.0)); /* else y only rises, from 0 or above */
-        put_watch(w, 0, l, falls, BY_TAKEOFF, 0.0, &leg);
-        blocked_below[l] = flag(blocks(w, l, -1.0));
-        blocked_above[l] = flag(blocks(w, l, 1.0));
+        keep_watch(w, 0, l, w->begins[l] > 0.0, falls, BY_TAKEOFF, 0.0, &leg);
     }
+}
+
+/* The velocities of both masses. */
+LANES_CODE static void watch_velocities(lanes *restrict w, const double *restrict who)
+{
+    for (int l = 0; l < LANES; l++) {
+        const hopform_poles_f64 poles = one_of_poles_columns(&w->poles, l);
+        const hopform_motion_f64 m = one_of_motion_columns(&w->motion, l);
+        const double H3_1 = w->fresh_1[l] > 0.0 ? 0.0 : m.H3_1;
+        const double H3_2 = w->fresh_2[l] > 0.0 ? 0.0 : m.H3_2;
+        const hopform_watch_f64 velocity_1 = hopform_watch_of_f64(&poles, H3_1, m.H2_1, m.H1_1, w->state.v1[l], w->side_1[l], 0, 0);
+        const hopform_watch_f64 velocity_2 = hopform_watch_of_f64(&poles, H3_2, m.H2_2, m.H1_2, w->state.v2[l], w->side_2[l], 0, 0);
+        keep_watch(w, 1, l, who[l] > 0.0, 1.0, BY_VELOCITY_1, 0.0, &velocity_1);
+        keep_watch(w, 2, l, who[l] > 0.0, 1.0, BY_VELOCITY_2, 0.0, &velocity_2);
+    }
+}
+
+/* Where a mass that is held slips to on either side, while the other one moves. */
+LANES_CODE static void watch_thresholds(lanes *restrict w, const double *restrict who)
+{
+    column blocked_below, blocked_above, free, friction;
+    watch_columns slips;
     for (int l = 0; l < LANES; l++) {
         const hopform_rates_f64 rates = one_of_rates_columns(&w->rates, l);
         const hopform_state_f64 state = one_of_state_columns(&w->state, l);
@@ -1028,33 +1083,39 @@ LANES_CODE static void start_watches(lanes *restrict w)
         slips.H3[l] = held_1 ? free_1.H3 : free_2.H3;
         slips.H2[l] = held_1 ? free_1.H2 : free_2.H2;
         slips.H1[l] = held_1 ? free_1.H1 : free_2.H1;
+        blocked_below[l] = flag(blocks(w, l, -1.0));
+        blocked_above[l] = flag(blocks(w, l, 1.0));
     }
     for (int l = 0; l < LANES; l++) {
         const hopform_poles_f64 poles = one_of_poles_columns(&w->poles, l);
-        const hopform_motion_f64 m = one_of_motion_columns(&w->motion, l);
-        const double side_1 = w->side_1[l];
-        const double side_2 = w->side_2[l];
-        const bool both = fabs(side_1 * side_2) > 0.0;
-        const double held_1 = 1.0 - fabs(side_1);
-        const double H3_1 = w->fresh_1[l] > 0.0 ? 0.0 : m.H3_1;
-        const double H3_2 = w->fresh_2[l] > 0.0 ? 0.0 : m.H3_2;
-        const hopform_watch_f64 velocity_1 = hopform_watch_of_f64(&poles, H3_1, m.H2_1, m.H1_1, w->state.v1[l], side_1, 0, 0);
-        const hopform_watch_f64 velocity_2 = hopform_watch_of_f64(&poles, H3_2, m.H2_2, m.H1_2, w->state.v2[l], side_2, 0, 0);
+        const double held_1 = 1.0 - fabs(w->side_1[l]);
         const hopform_watch_f64 below =
             hopform_watch_of_f64(&poles, slips.H3[l], slips.H2[l], slips.H1[l], friction[l] + free[l], 1.0, 0, 0);
         const hopform_watch_f64 above =
             hopform_watch_of_f64(&poles, -slips.H3[l], -slips.H2[l], -slips.H1[l], friction[l] - free[l], 1.0, 0, 0);
-        const hopform_watch_f64 first = chosen(both, &velocity_1, &below);
-        const hopform_watch_f64 second = chosen(both, &velocity_2, &above);
-        const double by_threshold = held_1 * (double)BY_THRESHOLD_1 + (1.0 - held_1) * (double)BY_THRESHOLD_2;
+        const double kind = held_1 * (double)BY_THRESHOLD_1 + (1.0 - held_1) * (double)BY_THRESHOLD_2;
         const double per_y = held_1 > 0.0 ? w->rates.a1_y[l] : w->rates.a2_y[l];
         const double per_v = held_1 > 0.0 ? w->rates.a1_v2[l] : w->rates.a2_v1[l];
-        const double along = (flag(per_y > 0.0) - flag(per_y < 0.0)) * (side_1 - side_2);
-        const double towards = (both | (fabs(per_v) > 0.0)) ? 0.0 : along; /* where it may slip to, 0 for either side */
+        const double along = (flag(per_y > 0.0) - flag(per_y < 0.0)) * (w->side_1[l] - w->side_2[l]);
+        const double towards = fabs(per_v) > 0.0 ? 0.0 : along; /* where it may slip to, 0 for either side */
         const double on_below = flag(!(towards > 0.0)) * (1.0 - held_1 * blocked_below[l]);
         const double on_above = flag(!(towards < 0.0)) * (1.0 - held_1 * blocked_above[l]);
-        put_watch(w, 1, l, on_below, both ? (double)BY_VELOCITY_1 : by_threshold, -1.0, &first);
-        put_watch(w, 2, l, on_above, both ? (double)BY_VELOCITY_2 : by_threshold, 1.0, &second);
+        keep_watch(w, 1, l, who[l] > 0.0, on_below, kind, -1.0, &below);
+        keep_watch(w, 2, l, who[l] > 0.0, on_above, kind, 1.0, &above);
+    }
+}
+
+LANES_CODE static void start_watches(lanes *restrict w, mode_columns *restrict mode)
+{
+    watch_leg(w);
+    if (any(mode->both)) {
+        watch_velocities(w, mode->both);
+    }
+    for (int l = 0; l < LANES; l++) {
+        mode->body[l] += mode->actuator[l];
+    }
+    if (any(mode->body)) {
+        watch_thresholds(w, mode->body);
     }
 }
 
@@ -1080,10 +1141,12 @@ LANES_CODE static void start_samples(const lanes *restrict w, const watch_column
 LANES_CODE static void start_phases(lanes *restrict w)
 {
     column lost;
+    mode_columns mode;
     start_poles(w);
-    start_motion(w);
+    start_modes(w, &mode);
+    start_motion(w, &mode);
     start_halts(w);
-    start_watches(w);
+    start_watches(w, &mode);
     for (int l = 0; l < LANES; l++) {
         lost[l] = 0.0;
     }
@@ -1333,20 +1396,15 @@ static inline double held_up_by(const sample_columns *from, const sample_columns
            * flag(from->value[l] + from->rate[l] * reach > from->noise[l] + to->noise[l]);
 }
 
-/* hopform_judge_f64 without a jump, for watches of one number; `value` is g at the end. */
-static inline double verdict_on(const lanes *w, const sample_columns *from, const sample_columns *to, int l, double value)
+/* hopform_judge_f64 without a jump, for watches of one number; `value` is g at the end, `growth` and `span` what a * h makes of 1 and of h. */
+static inline double verdict_on(const lanes *w, const sample_columns *from, const sample_columns *to, int l, double value, double growth,
+                                 double span)
 {
-    const double a = w->poles.a[l];
     const double h = w->end_t[l] - w->low[l];
-    const double ah = a * h;
     const double rate = from->rate[l];
     const double later = to->rate[l];
     const double turning = from->turning[l];
     const double noise = from->noise[l] + to->noise[l];
-    const double grows = 1.0 + 2.0 * a * h;
-    const double growth = ah < 1.0 ? grows : 1e+300;
-    const double inverse = over(1.0, a);
-    const double span = ah < 1.0 ? h : inverse;
     const bool falls = rate < 0.0;
     const bool turns = (turning * to->turning[l] < 0.0) | ((fabs(turning) > 0.0) & !(fabs(to->turning[l]) > 0.0));
     const bool pauses = !(fabs(later) * h > to->noise[l]);
@@ -1364,7 +1422,7 @@ static inline double verdict_on(const lanes *w, const sample_columns *from, cons
     const bool nears_zero = turns & same & !(falls ^ (turning > 0.0));
     const bool open = nears_zero & !away;
     const bool monotone = (nears_zero & away) | (!nears_zero & same);
-    const bool held_up = held_up_by(from, to, l, value, a, h) > 0.0;
+    const bool held_up = held_up_by(from, to, l, value, w->poles.a[l], h) > 0.0;
     const bool dips = !monotone & falls & !held_up;
     const double of_dips = dips ? (double)DIPS : 0.0;
     const double decided = below ? (double)LOSES_SIGN : of_dips;
@@ -1383,37 +1441,38 @@ typedef struct {
 
 /* Whether something is to be done about watch s of a lane, and what. */
 LANES_CODE static void act_on(const lanes *restrict w, int s, const double *restrict unsettled, const double *restrict first,
-                              double *restrict here, double *restrict what)
+                              const double *restrict growth, const double *restrict span, double *restrict here, double *restrict what)
 {
     const sample_columns *from = &w->from[s];
     const sample_columns *to = &w->to[s];
     const double number = (double)s;
     for (int l = 0; l < LANES; l++) {
+        const double just_beyond = -2.0 * to->noise[l];
+        const bool is_found = (w->found[l] >= number) & (w->found[l] <= number);
+        const double value = is_found ? just_beyond : to->value[l];
+        what[l] = verdict_on(w, from, to, l, value, growth[l], span[l]);
+    }
+    for (int l = 0; l < LANES; l++) {
         const double h = w->end_t[l] - w->low[l];
         const double noise = to->noise[l];
-        const double is_found = flag(w->found[l] >= number) * flag(w->found[l] <= number);
         const double later_found = flag(w->found[l] > number);
-        const double other_found = flag(w->found[l] >= 0.0) * (1.0 - is_found);
+        const double is_found = flag(w->found[l] >= number) - later_found;
+        const double other_found = flag(w->found[l] >= 0.0) - is_found;
         const double early = flag(to->value[l] < -noise);
         const double nearly = flag(to->rate[l] * h < -16.0 * noise) * flag(to->value[l] < 4.0 * noise);
         const double at_once = flag(!(from->value[l] > 0.0))
                              * flag((from->rate[l] < 0.0) | ((from->rate[l] <= 0.0) & (from->turning[l] <= 0.0)));
-        const double just_beyond = -2.0 * noise;
-        const double value = is_found > 0.0 ? just_beyond : to->value[l];
-        const double verdict = verdict_on(w, from, to, l, value);
-        const double keeps = flag(verdict < 0.5);
-        const double loses = flag(verdict > 0.5) * flag(verdict < 1.5);
-        const double dips = flag(verdict > 1.5) * flag(verdict < 2.5);
-        const double unknown = flag(verdict > 2.5);
+        const double keeps = flag(what[l] < 0.5);
+        const double loses = flag(what[l] < 1.5) - keeps;
+        const double dips = flag(what[l] < 2.5) - keeps - loses;
         const double ties = early + nearly;
-        const double comes_before = early + later_found * nearly;
-        const double leaves = flag(keeps * later_found * ties + loses * other_found * flag(comes_before < 0.5)
-                                     + loses * (1.0 - is_found) * at_once + dips * is_found
-                                 > 0.5);
+        const double goes_first = flag(early + later_found * nearly > 0.0);
+        const double leaves = keeps * later_found * ties + loses * (other_found * (1.0 - goes_first) + (1.0 - is_found) * at_once)
+                            + dips * is_found;
         const double acts = (1.0 - keeps) * (1.0 - loses * is_found);
-        here[l] = unsettled[l] * flag(w->on[s][l] > 0.0) * flag(first[l] <= number) * flag(acts + leaves > 0.5);
-        what[l] = leaves * (double)LEAVE
-                  + (1.0 - leaves) * (dips * (double)FIND_BOTTOM + loses * (double)FIND_ROOT + unknown * (double)CUT);
+        const double deed = (double)CUT + (double)(FIND_ROOT - CUT) * loses + (double)(FIND_BOTTOM - CUT) * dips;
+        here[l] = unsettled[l] * flag(w->on[s][l] > 0.0) * flag(first[l] <= number) * flag(acts + leaves > 0.0);
+        what[l] = leaves > 0.0 ? (double)LEAVE : deed;
     }
 }
 
@@ -1421,8 +1480,15 @@ LANES_CODE static void act_on(const lanes *restrict w, int s, const double *rest
 LANES_CODE static void settle_verdicts(const lanes *restrict w, const double *restrict unsettled, const double *restrict first, double *restrict what,
                                        search *restrict found)
 {
-    column here, deed;
+    column here, deed, growth, span;
     for (int l = 0; l < LANES; l++) {
+        const double a = w->poles.a[l];
+        const double h = w->end_t[l] - w->low[l];
+        const bool slow = a * h < 1.0;
+        const double grows = 1.0 + 2.0 * a * h;
+        const double inverse = over(1.0, a);
+        growth[l] = slow ? grows : 1e+300;
+        span[l] = slow ? h : inverse;
         what[l] = NOTHING;
         found->number[l] = 0.0;
     }
@@ -1432,7 +1498,7 @@ LANES_CODE static void settle_verdicts(const lanes *restrict w, const double *re
         if (!any(w->on[s])) {
             continue;
         }
-        act_on(w, s, unsettled, first, here, deed);
+        act_on(w, s, unsettled, first, growth, span, here, deed);
         if (!any(here)) {
             continue;
         }
@@ -1910,6 +1976,47 @@ LANES_CODE static void next_samples(const sample_columns *restrict to, const dou
     }
 }
 
+/* A take-off late in a phase: its time, and W there, with all their digits. */
+LANES_CODE static void sharpen_takeoffs(lanes *restrict w, const double *restrict how)
+{
+    column late, settled, later;
+    for (int l = 0; l < LANES; l++) {
+        late[l] = is(how[l], BY_TAKEOFF) * flag(fabs(w->end.Wdd[l]) < 0.25);
+    }
+    if (!any(late)) {
+        return;
+    }
+    for (int l = 0; l < LANES; l++) {
+        const hopform_state_f64 slack = {0.0, 0.0, 0.0, 0.0};
+        const hopform_poles_f64 poles = one_of_poles_columns(&w->poles, l);
+        const hopform_rates_f64 rates = one_of_rates_columns(&w->rates, l);
+        const hopform_drive_f64 drive = drive_in(w, l);
+        const hopform_motion_f64 both = hopform_motion_of_both_f64(&rates, &drive, &slack);
+        const hopform_motion_f64 actuator = hopform_motion_of_actuator_f64(&rates, &drive, &slack);
+        const hopform_motion_f64 body = hopform_motion_of_body_f64(&rates, &drive, &slack);
+        const double side_2 = fabs(w->side_2[l]);
+        const double H2_moves_1 = side_2 > 0.0 ? both.H2_y : actuator.H2_y;
+        const double H1_moves_1 = side_2 > 0.0 ? both.H1_y : actuator.H1_y;
+        const bool moves_1 = fabs(w->side_1[l]) > 0.0;
+        settled[l] = hopform_settled_y_f64(&poles, moves_1 ? H2_moves_1 : body.H2_y, moves_1 ? H1_moves_1 : body.H1_y);
+    }
+    for (int l = 0; l < LANES; l++) {
+        const hopform_poles_f64 poles = one_of_poles_columns(&w->poles, l);
+        const hopform_basis_f64 basis = one_of_basis_columns(&w->end, l);
+        const hopform_numerator_f64 leg = {w->motion.H3_y[l], w->motion.H2_y[l], w->motion.H1_y[l]};
+        later[l] = late[l] * hopform_root_is_later_f64(&poles, &leg, w->state.y[l], settled[l], &basis, w->end_t[l]);
+    }
+    for (int l = 0; l < LANES; l++) {
+        const hopform_poles_f64 poles = one_of_poles_columns(&w->poles, l);
+        const hopform_basis_f64 basis = one_of_basis_columns(&w->end, l);
+        const hopform_basis_f64 there = hopform_carried_basis_f64(&poles, &basis, later[l]);
+        const double t = w->end_t[l] + later[l];
+        const bool moves = (fabs(later[l]) > 0.0) & (t <= w->limit[l]);
+        keep_basis_columns(&w->end, l, moves, &there);
+        keep(&w->end_t[l], moves, t);
+    }
+}
+
 /* The next window of a phase, or what follows its end. */
 LANES_CODE static void end_windows(lanes *restrict w, const double *restrict stops)
 {
@@ -1941,6 +2048,7 @@ LANES_CODE static void end_windows(lanes *restrict w, const double *restrict sto
             next_samples(&w->to[s], goes_on, &w->from[s]);
         }
     }
+    sharpen_takeoffs(w, how);
     for (int l = 0; l < LANES; l++) {
         const hopform_state_f64 state = one_of_state_columns(&w->state, l);
         const hopform_motion_f64 motion = one_of_motion_columns(&w->motion, l);

@@ -60,6 +60,13 @@ static inline hopform_motion_f32 hopform_motion_of_f32(const hopform_plan_f32 *p
     return hopform_motion_under_f32(&plan->rates, &drive, state, side_1, side_2);
 }
 
+/* What y of a mode tends to. */
+static inline float hopform_settled_y_f32(const hopform_poles_f32 *poles, float H2_y, float H1_y)
+{
+    const bool slow = poles->s_3 > 0.0f;
+    return (slow ? H1_y : H2_y) / (slow ? poles->s_3 : poles->s_2);
+}
+
 /* The state of a phase where the response of the poles is `basis`; what is held stays exactly where it is. */
 static inline hopform_state_f32 hopform_arrive_f32(const hopform_state_f32 *state, const hopform_motion_f32 *motion,
                                                      const hopform_basis_f32 *basis, int side_1, int side_2)

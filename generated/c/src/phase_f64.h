@@ -60,6 +60,13 @@ static inline hopform_motion_f64 hopform_motion_of_f64(const hopform_plan_f64 *p
     return hopform_motion_under_f64(&plan->rates, &drive, state, side_1, side_2);
 }
 
+/* What y of a mode tends to. */
+static inline double hopform_settled_y_f64(const hopform_poles_f64 *poles, double H2_y, double H1_y)
+{
+    const bool slow = poles->s_3 > 0.0;
+    return (slow ? H1_y : H2_y) / (slow ? poles->s_3 : poles->s_2);
+}
+
 /* The state of a phase where the response of the poles is `basis`; what is held stays exactly where it is. */
 static inline hopform_state_f64 hopform_arrive_f64(const hopform_state_f64 *state, const hopform_motion_f64 *motion,
                                                      const hopform_basis_f64 *basis, int side_1, int side_2)

@@ -484,6 +484,26 @@ static phase_end end_of(const stance_guard *guard, const window *end, bool stops
     return result;
 }
 
+/* A take-off late in a phase: its time, and W there, with all their digits. */
+static void sharpen_takeoff(const stance_chain *chain, const hopform_poles_f32 *poles, const hopform_motion_f32 *motion, float limit,
+                            phase_end *end)
+{
+    if (!(fabsf(end->basis.Wdd) < 0.25f)) {
+        return;
+    }
+    const hopform_state_f32 slack = {0.0f, 0.0f, 0.0f, 0.0f};
+    const hopform_motion_f32 from_slack =
+        hopform_motion_of_f32(chain->plan, &slack, chain->steps[chain->step].u, chain->side_1, chain->side_2);
+    const hopform_numerator_f32 leg = {motion->H3_y, motion->H2_y, motion->H1_y};
+    const float settled = hopform_settled_y_f32(poles, from_slack.H2_y, from_slack.H1_y);
+    const float later = hopform_root_is_later_f32(poles, &leg, chain->state.y, settled, &end->basis, end->t);
+    const float t = end->t + later;
+    if (fabsf(later) > 0.0f && t <= limit) {
+        end->basis = hopform_carried_basis_f32(poles, &end->basis, later);
+        end->t = t;
+    }
+}
+
 /* The first event of the phase that starts at the chain's state. */
 static phase_end find_end(const stance_chain *chain, const hopform_poles_f32 *poles, const hopform_motion_f32 *motion, float until)
 {
@@ -525,6 +545,8 @@ static phase_end find_end(const stance_chain *chain, const hopform_poles_f32 *po
     if (result.kind == END_VELOCITY_1) {
         const hopform_state_f32 ahead = from_stop(chain);
         result.touch = is_finite(ahead.x1) ? hopform_touch_f32(motion, &ahead, &end.basis) : 0.0f;
+    } else if (result.kind == END_TAKEOFF) {
+        sharpen_takeoff(chain, poles, motion, limit, &result);
     }
     return result;
 }

@@ -6,5 +6,5 @@
 
 const char *hopform_source(void)
 {
-    return "522280e68145e023";
+    return "9cb40dfd9e38cfb9";
 }

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from hopform_solver import formulas
-from hopform_solver.events import FAINT, NEVER, Watch, first_roots, halt_time, sample_at
+from hopform_solver.events import FAINT, NEVER, Watch, first_roots, halt_time, lanes_of, root_is_later, sample_at
 from hopform_solver.kernels import basis_at
 from hopform_solver.lanes import Array, choose, join, take
 from hopform_solver.ledgers import ledger_over
@@ -323,6 +323,21 @@ def _take_off(leg: _Watched, lift: Array, end: _End) -> None:
     end.t[lanes[lifts]], end.kind[lanes[lifts]] = lift[lifts], TAKEOFF
 
 
+def _sharpen_takeoffs(chain: _Chain, leg: _Watched, limit: Array, end: _End) -> None:
+    """Take-offs late in a phase: their times with all their digits."""
+    lanes = np.flatnonzero(end.kind[leg.lanes] == TAKEOFF)
+    if not lanes.size:
+        return
+    where, poles = leg.lanes[lanes], take(leg.watch.poles, lanes)
+    plan, side = plan_lanes(chain.plan, where), take(chain.side, where)
+    slack = State(*(np.zeros(where.size, end.t.dtype) for _ in State._fields))
+    motion = motion_of(plan, slack, chain.u[where], side)
+    slow = poles.s_3 > 0.0
+    settled = np.where(slow, motion.H1_y, motion.H2_y) / np.where(slow, poles.s_3, poles.s_2)
+    t = end.t[where] + root_is_later(lanes_of(leg.watch, lanes), settled, end.t[where])
+    end.t[where] = np.where(t <= limit[where], t, end.t[where])
+
+
 def _find_end(chain: _Chain, poles: Poles, motion: Motion, limit: Array) -> _End:
     """The first event of the phases that start at the chain's states."""
     end = _End(limit)
@@ -346,6 +361,7 @@ def _find_end(chain: _Chain, poles: Poles, motion: Motion, limit: Array) -> _End
     _watch_stop(chain, poles, motion, until, end)
     for of, lift in zip(leg, lifts, strict=True):
         _take_off(of, lift, end)
+        _sharpen_takeoffs(chain, of, limit, end)
     return end
 
 
