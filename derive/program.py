@@ -206,6 +206,13 @@ def program(model: Model = HOPPER) -> Program:
             RISE,
         ),
         Function(
+            "left_to_go",
+            "What is left of the way to the value to which a function of time tends.",
+            (Q.POLES, Q.NUMERATOR, Q.BASIS, Q.WAY),
+            time_domain.left_to_go(),
+            _scalar(time_domain.left, "1", "the final value less the function"),
+        ),
+        Function(
             "carry",
             "W a short time t later.",
             (Q.POLES, Q.BASIS, Q.TIME),

@@ -39,10 +39,12 @@ from derive.quantities import (
     t,
     v1,
     v2,
+    way,
     x1,
     y,
 )
 
+left = sp.Symbol("left", real=True)
 rise, rise_rate, rise_curvature, rise_third = sp.symbols("rise rise_rate rise_curvature rise_third", real=True)
 W_third, W_fourth, W_fifth, W_sixth = sp.symbols("W_third W_fourth W_fifth W_sixth", real=True)
 Wdd_t, Wd_t, W_t, W1_t, W2_t = sp.symbols("Wdd_t Wd_t W_t W1_t W2_t", real=True)
@@ -59,6 +61,11 @@ def rises() -> tuple[Step, ...]:
         Step(rise_curvature, H3 * W_third + H2 * Wdd + H1 * Wd, "second derivative of (19), (21)"),
         Step(rise_third, H3 * W_fourth + H2 * W_third + H1 * Wdd, "third derivative of (19), (21)"),
     )
+
+
+def left_to_go() -> tuple[Step, ...]:
+    """What is left of the way to the final value: the same as `rises` says, of terms that fade."""
+    return (Step(left, way * Wdd - (H3 - way * s_1) * Wd - (H2 - way * s_2) * W, "(19), (21) less their final value"),)
 
 
 def carried() -> tuple[Step, ...]:

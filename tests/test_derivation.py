@@ -434,6 +434,22 @@ def test_rises_are_the_inverse_transform_of_the_numerator():
         assert is_zero((transformed(known[name]) - expected).subs(COEFFICIENTS))
 
 
+def test_what_is_left_is_the_final_value_less_the_function():
+    left = transformed(values(time_domain.left_to_go())[time_domain.left])
+    both = left.subs(Q.way, Q.H1 / Q.s_3).subs(COEFFICIENTS)
+    assert is_zero(both - (Q.H1 / Q.s_3 / s - MOTION_OF_H / s).subs(COEFFICIENTS))
+    one = left.subs(Q.way, Q.H2 / Q.s_2).subs(Q.H1, 0).subs(COEFFICIENTS).subs(Q.a, 0)
+    assert is_zero(one - (Q.H2 / Q.s_2 / s - MOTION_OF_H / s).subs(Q.H1, 0).subs(COEFFICIENTS).subs(Q.a, 0))
+
+
+@pytest.mark.parametrize(
+    ("moving", "name", "last"), [((1, 2), Q.H1_y, Q.s_3), ((1,), Q.H2_y, Q.q_1), ((2,), Q.H2_y, Q.q_2)]
+)
+def test_what_y_tends_to_does_not_depend_on_where_it_starts(moving, name, last):
+    lowest = values(laplace.numerators(moving))[name]
+    assert is_zero(lowest - lowest.subs({Q.y: 0, Q.v1: 0, Q.v2: 0}) + last * Q.y)
+
+
 def test_behind_the_pole_only_the_pair_is_left():
     known = values(partial_fractions.behind_the_pole())
     assert is_zero((s + Q.a) * MOTION_OF_H - Q.H3 - (known[Q.A] * s + known[Q.B]) / D)

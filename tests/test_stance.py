@@ -128,6 +128,29 @@ def test_each_entry_of_the_ledger_equals_its_own_quadrature(hopper_c, backend, s
             assert abs(value - float(theirs[name])) / unit <= 1e-12, (name, t)
 
 
+DAMPED = hopform.Robot(
+    m_eff=1.034e-3, m_s=0.3402, k=474369.2, L0=0.4, c=0.0, b1=45.936, b2=4020.585, f1=0.04516, f2=2.04127, gamma2=1.0
+)  # fmt: skip
+FADED = {
+    "both move": (DAMPED, {"x2": 0.4 - 0.00032806396484375, "v2": -1.185, "u": 0.046}),
+    "the actuator moves": (
+        other(DAMPED, b1=200.0, b2=1.0, f2=400.0),
+        {"x2": 0.4 - 0.00030517578125, "v2": 0.0, "u": 0.05},
+    ),
+}
+
+
+@pytest.mark.parametrize("dtype", [np.float64, np.float32])
+@pytest.mark.parametrize("case", FADED)
+def test_a_take_off_when_nearly_all_has_faded_comes_at_its_time_to_the_last_digits(backend, case, dtype):
+    """y creeps to its zero from a value many times what it still moves by: the start and the rise would cancel."""
+    robot, start = FADED[case]
+    stance = hopform.solve_stance(robot, backend=backend, dtype=dtype, **start)
+    exact, _ = reference_for(robot, dtype, **start)
+    assert stance.status == exact.status == "takeoff" and len(stance.events) == len(exact.events)
+    assert stance.duration == pytest.approx(float(exact.duration), rel=8.0 * float(np.finfo(dtype).eps), abs=0.0)
+
+
 def test_the_aed_equals_the_difference_of_the_energy(hopper_c, backend):
     for u in CURRENTS:
         stance = hopform.solve_stance(hopper_c, v2=-1.93, u=u, backend=backend)

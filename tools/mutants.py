@@ -250,6 +250,25 @@ MUTANTS = (
         "if (!rings && chain->side_1 < 0 && chain->side_2 > 0) {",
     ),
     Mutant(
+        "C: a late take-off has the digits that the start and the rise leave it",
+        "templates/c/src/stance_real.c.j2",
+        "        sharpen_takeoff(chain, poles, motion, limit, &result);",
+        "        sharpen_takeoff(chain, poles, motion, 0.0, &result);",
+    ),
+    Mutant(
+        "NumPy: a late take-off has the digits that the start and the rise leave it",
+        "templates/python/hopform_solver/stance.py.j2",
+        "np.where(t <= limit[where], t, end.t[where])",
+        "np.where(t <= 0.0, t, end.t[where])",
+    ),
+    Mutant(
+        "NumPy: a stop that is hit with the leg at rest is a take-off",
+        "templates/python/hopform_solver/stance.py.j2",
+        "(end.kind[lanes] != STOP) & (there.value",
+        "(end.kind[lanes] > 0) & (there.value",
+        first=("tests/test_checker.py",),
+    ),
+    Mutant(
         "C: a leg that rings about 0 is given up",
         "templates/c/src/stance_real.c.j2",
         "if (rings && lift <= guard->halt) {",

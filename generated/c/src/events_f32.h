@@ -80,17 +80,19 @@ static inline float hopform_root_is_later_f32(const hopform_poles_f32 *poles, co
                                               float settled, const hopform_basis_f32 *basis, float t)
 {
     const float way = settled - start;
-    const float by_1 = way * poles->s_1;
+    const bool slow = poles->s_3 > 0.0f; /* else W does not fade, but is not in it */
     const float by_2 = way * poles->s_2;
-    const float value = settled - way * basis->Wdd + (h->H3 - by_1) * basis->Wd + (h->H2 - by_2) * basis->W;
+    const hopform_numerator_f32 fading = {h->H3, slow ? h->H2 : by_2, h->H1};
+    const float value = settled - hopform_left_to_go_f32(poles, &fading, basis, way);
     const float rate = h->H3 * basis->Wdd + h->H2 * basis->Wd + h->H1 * basis->W;
     const float of_time = t * fabsf(rate);
     const float of_rise = fabsf(start) + fabsf(h->H3 * basis->Wd) + fabsf(h->H2 * basis->W) + fabsf(h->H1 * basis->W1) + of_time;
-    const float of_way = fabsf(settled) + fabsf(way * basis->Wdd) + (fabsf(h->H3) + fabsf(by_1)) * fabsf(basis->Wd)
-                        + (fabsf(h->H2) + fabsf(by_2)) * fabsf(basis->W) + of_time;
+    const float of_way = fabsf(settled) + fabsf(way * basis->Wdd) + (fabsf(h->H3) + fabsf(way * poles->s_1)) * fabsf(basis->Wd)
+                        + (slow ? fabsf(h->H2) + fabsf(by_2) : 0.0f) * fabsf(basis->W) + of_time;
     const bool tells = (rate < 0.0f) & (of_way < 0.25f * of_rise) & (fabsf(value) <= 16.0f * 1.1920929e-7f * of_rise);
     const float later = -value / (tells ? rate : -1.0f);
-    return tells & (fabsf(later) < 0.0001f * t) ? later : 0.0f;
+    const bool counts = (fabsf(later) < 0.01f * t) & (fabsf(later) > 1.1920929e-7f * t);
+    return (tells & counts) ? later : 0.0f;
 }
 
 /* The same at t = 0 of the phase. */

@@ -80,17 +80,19 @@ static inline double hopform_root_is_later_f64(const hopform_poles_f64 *poles, c
                                               double settled, const hopform_basis_f64 *basis, double t)
 {
     const double way = settled - start;
-    const double by_1 = way * poles->s_1;
+    const bool slow = poles->s_3 > 0.0; /* else W does not fade, but is not in it */
     const double by_2 = way * poles->s_2;
-    const double value = settled - way * basis->Wdd + (h->H3 - by_1) * basis->Wd + (h->H2 - by_2) * basis->W;
+    const hopform_numerator_f64 fading = {h->H3, slow ? h->H2 : by_2, h->H1};
+    const double value = settled - hopform_left_to_go_f64(poles, &fading, basis, way);
     const double rate = h->H3 * basis->Wdd + h->H2 * basis->Wd + h->H1 * basis->W;
     const double of_time = t * fabs(rate);
     const double of_rise = fabs(start) + fabs(h->H3 * basis->Wd) + fabs(h->H2 * basis->W) + fabs(h->H1 * basis->W1) + of_time;
-    const double of_way = fabs(settled) + fabs(way * basis->Wdd) + (fabs(h->H3) + fabs(by_1)) * fabs(basis->Wd)
-                        + (fabs(h->H2) + fabs(by_2)) * fabs(basis->W) + of_time;
+    const double of_way = fabs(settled) + fabs(way * basis->Wdd) + (fabs(h->H3) + fabs(way * poles->s_1)) * fabs(basis->Wd)
+                        + (slow ? fabs(h->H2) + fabs(by_2) : 0.0) * fabs(basis->W) + of_time;
     const bool tells = (rate < 0.0) & (of_way < 0.25 * of_rise) & (fabs(value) <= 16.0 * 2.220446049250313e-16 * of_rise);
     const double later = -value / (tells ? rate : -1.0);
-    return tells & (fabs(later) < 0.0001 * t) ? later : 0.0;
+    const bool counts = (fabs(later) < 0.01 * t) & (fabs(later) > 2.220446049250313e-16 * t);
+    return (tells & counts) ? later : 0.0;
 }
 
 /* The same at t = 0 of the phase. */

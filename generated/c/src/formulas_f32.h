@@ -579,6 +579,16 @@ static inline hopform_rise_f32 hopform_rises_f32(const hopform_poles_f32 *poles,
     return result;
 }
 
+/* What is left of the way to the value to which a function of time tends. */
+static inline float hopform_left_to_go_f32(const hopform_poles_f32 *poles, const hopform_numerator_f32 *numerator, const hopform_basis_f32 *basis, float way)
+{
+    const float s_1 = poles->s_1, s_2 = poles->s_2;
+    const float H3 = numerator->H3, H2 = numerator->H2;
+    const float Wdd = basis->Wdd, Wd = basis->Wd, W = basis->W;
+    const float left = Wdd*way - W*(H2 - s_2*way) - Wd*(H3 - s_1*way);  /* (19), (21) less their final value */
+    return left;
+}
+
 /* W a short time t later. */
 static inline hopform_carried_f32 hopform_carry_f32(const hopform_poles_f32 *poles, const hopform_basis_f32 *basis, float t)
 {

@@ -579,6 +579,16 @@ static inline hopform_rise_f64 hopform_rises_f64(const hopform_poles_f64 *poles,
     return result;
 }
 
+/* What is left of the way to the value to which a function of time tends. */
+static inline double hopform_left_to_go_f64(const hopform_poles_f64 *poles, const hopform_numerator_f64 *numerator, const hopform_basis_f64 *basis, double way)
+{
+    const double s_1 = poles->s_1, s_2 = poles->s_2;
+    const double H3 = numerator->H3, H2 = numerator->H2;
+    const double Wdd = basis->Wdd, Wd = basis->Wd, W = basis->W;
+    const double left = Wdd*way - W*(H2 - s_2*way) - Wd*(H3 - s_1*way);  /* (19), (21) less their final value */
+    return left;
+}
+
 /* W a short time t later. */
 static inline hopform_carried_f64 hopform_carry_f64(const hopform_poles_f64 *poles, const hopform_basis_f64 *basis, double t)
 {

@@ -1958,7 +1958,7 @@ LANES_CODE static void next_samples(const sample_columns *restrict to, const flo
 /* A take-off late in a phase: its time, and W there, with all their digits. */
 LANES_CODE static void sharpen_takeoffs(lanes *restrict w, const float *restrict how)
 {
-    column late, settled, later;
+    column late, settled;
     for (int l = 0; l < LANES; l++) {
         late[l] = is(how[l], BY_TAKEOFF) * flag(fabsf(w->end.Wdd[l]) < 0.25f);
     }
@@ -1979,20 +1979,19 @@ LANES_CODE static void sharpen_takeoffs(lanes *restrict w, const float *restrict
         const bool moves_1 = fabsf(w->side_1[l]) > 0.0f;
         settled[l] = hopform_settled_y_f32(&poles, moves_1 ? H2_moves_1 : body.H2_y, moves_1 ? H1_moves_1 : body.H1_y);
     }
-    for (int l = 0; l < LANES; l++) {
-        const hopform_poles_f32 poles = one_of_poles_columns(&w->poles, l);
-        const hopform_basis_f32 basis = one_of_basis_columns(&w->end, l);
-        const hopform_numerator_f32 leg = {w->motion.H3_y[l], w->motion.H2_y[l], w->motion.H1_y[l]};
-        later[l] = late[l] * hopform_root_is_later_f32(&poles, &leg, w->state.y[l], settled[l], &basis, w->end_t[l]);
-    }
-    for (int l = 0; l < LANES; l++) {
-        const hopform_poles_f32 poles = one_of_poles_columns(&w->poles, l);
-        const hopform_basis_f32 basis = one_of_basis_columns(&w->end, l);
-        const hopform_basis_f32 there = hopform_carried_basis_f32(&poles, &basis, later[l]);
-        const float t = w->end_t[l] + later[l];
-        const bool moves = (fabsf(later[l]) > 0.0f) & (t <= w->limit[l]);
-        keep_basis_columns(&w->end, l, moves, &there);
-        keep(&w->end_t[l], moves, t);
+    for (int n = 0; n < 4 && any(late); n++) {
+        for (int l = 0; l < LANES; l++) {
+            const hopform_poles_f32 poles = one_of_poles_columns(&w->poles, l);
+            const hopform_basis_f32 basis = one_of_basis_columns(&w->end, l);
+            const hopform_numerator_f32 leg = {w->motion.H3_y[l], w->motion.H2_y[l], w->motion.H1_y[l]};
+            const float later = hopform_root_is_later_f32(&poles, &leg, w->state.y[l], settled[l], &basis, w->end_t[l]);
+            const float t = w->end_t[l] + later;
+            late[l] *= flag(fabsf(later) > 0.0f) * flag(t <= w->limit[l]);
+            keep(&w->end_t[l], late[l] > 0.0f, t);
+        }
+        if (any(late)) {
+            bases_at(w, w->end_t, late, &w->end);
+        }
     }
 }
 

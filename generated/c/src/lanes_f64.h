@@ -1979,7 +1979,7 @@ LANES_CODE static void next_samples(const sample_columns *restrict to, const dou
 /* A take-off late in a phase: its time, and W there, with all their digits. */
 LANES_CODE static void sharpen_takeoffs(lanes *restrict w, const double *restrict how)
 {
-    column late, settled, later;
+    column late, settled;
     for (int l = 0; l < LANES; l++) {
         late[l] = is(how[l], BY_TAKEOFF) * flag(fabs(w->end.Wdd[l]) < 0.25);
     }
@@ -2000,20 +2000,19 @@ LANES_CODE static void sharpen_takeoffs(lanes *restrict w, const double *restric
         const bool moves_1 = fabs(w->side_1[l]) > 0.0;
         settled[l] = hopform_settled_y_f64(&poles, moves_1 ? H2_moves_1 : body.H2_y, moves_1 ? H1_moves_1 : body.H1_y);
     }
-    for (int l = 0; l < LANES; l++) {
-        const hopform_poles_f64 poles = one_of_poles_columns(&w->poles, l);
-        const hopform_basis_f64 basis = one_of_basis_columns(&w->end, l);
-        const hopform_numerator_f64 leg = {w->motion.H3_y[l], w->motion.H2_y[l], w->motion.H1_y[l]};
-        later[l] = late[l] * hopform_root_is_later_f64(&poles, &leg, w->state.y[l], settled[l], &basis, w->end_t[l]);
-    }
-    for (int l = 0; l < LANES; l++) {
-        const hopform_poles_f64 poles = one_of_poles_columns(&w->poles, l);
-        const hopform_basis_f64 basis = one_of_basis_columns(&w->end, l);
-        const hopform_basis_f64 there = hopform_carried_basis_f64(&poles, &basis, later[l]);
-        const double t = w->end_t[l] + later[l];
-        const bool moves = (fabs(later[l]) > 0.0) & (t <= w->limit[l]);
-        keep_basis_columns(&w->end, l, moves, &there);
-        keep(&w->end_t[l], moves, t);
+    for (int n = 0; n < 4 && any(late); n++) {
+        for (int l = 0; l < LANES; l++) {
+            const hopform_poles_f64 poles = one_of_poles_columns(&w->poles, l);
+            const hopform_basis_f64 basis = one_of_basis_columns(&w->end, l);
+            const hopform_numerator_f64 leg = {w->motion.H3_y[l], w->motion.H2_y[l], w->motion.H1_y[l]};
+            const double later = hopform_root_is_later_f64(&poles, &leg, w->state.y[l], settled[l], &basis, w->end_t[l]);
+            const double t = w->end_t[l] + later;
+            late[l] *= flag(fabs(later) > 0.0) * flag(t <= w->limit[l]);
+            keep(&w->end_t[l], late[l] > 0.0, t);
+        }
+        if (any(late)) {
+            bases_at(w, w->end_t, late, &w->end);
+        }
     }
 }
 

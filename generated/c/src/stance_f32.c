@@ -496,10 +496,13 @@ static void sharpen_takeoff(const stance_chain *chain, const hopform_poles_f32 *
         hopform_motion_of_f32(chain->plan, &slack, chain->steps[chain->step].u, chain->side_1, chain->side_2);
     const hopform_numerator_f32 leg = {motion->H3_y, motion->H2_y, motion->H1_y};
     const float settled = hopform_settled_y_f32(poles, from_slack.H2_y, from_slack.H1_y);
-    const float later = hopform_root_is_later_f32(poles, &leg, chain->state.y, settled, &end->basis, end->t);
-    const float t = end->t + later;
-    if (fabsf(later) > 0.0f && t <= limit) {
-        end->basis = hopform_carried_basis_f32(poles, &end->basis, later);
+    for (int n = 0; n < 4; n++) {
+        const float later = hopform_root_is_later_f32(poles, &leg, chain->state.y, settled, &end->basis, end->t);
+        const float t = end->t + later;
+        if (!(fabsf(later) > 0.0f) || t > limit) {
+            return;
+        }
+        end->basis = hopform_basis_at_f32(poles, t);
         end->t = t;
     }
 }

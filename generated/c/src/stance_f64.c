@@ -496,10 +496,13 @@ static void sharpen_takeoff(const stance_chain *chain, const hopform_poles_f64 *
         hopform_motion_of_f64(chain->plan, &slack, chain->steps[chain->step].u, chain->side_1, chain->side_2);
     const hopform_numerator_f64 leg = {motion->H3_y, motion->H2_y, motion->H1_y};
     const double settled = hopform_settled_y_f64(poles, from_slack.H2_y, from_slack.H1_y);
-    const double later = hopform_root_is_later_f64(poles, &leg, chain->state.y, settled, &end->basis, end->t);
-    const double t = end->t + later;
-    if (fabs(later) > 0.0 && t <= limit) {
-        end->basis = hopform_carried_basis_f64(poles, &end->basis, later);
+    for (int n = 0; n < 4; n++) {
+        const double later = hopform_root_is_later_f64(poles, &leg, chain->state.y, settled, &end->basis, end->t);
+        const double t = end->t + later;
+        if (!(fabs(later) > 0.0) || t > limit) {
+            return;
+        }
+        end->basis = hopform_basis_at_f64(poles, t);
         end->t = t;
     }
 }

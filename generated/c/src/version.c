@@ -6,5 +6,5 @@
 
 const char *hopform_source(void)
 {
-    return "9cb40dfd9e38cfb9";
+    return "e1e558f2c819ca09";
 }

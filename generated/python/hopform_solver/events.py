@@ -65,19 +65,21 @@ def root_is_later(watch: Watch, settled: Array, t: Array) -> Array:
     Where the poles have faded, the start and the rise cancel, and with them most digits of the time; the final value and what
     is left of the way to it do not. 0 where they tell no more.
     """
-    basis, (H3, H2, H1), start = basis_at(watch.poles, t), watch.numerator, watch.start
+    poles, (H3, H2, H1), start, basis = watch.poles, watch.numerator, watch.start, basis_at(watch.poles, t)
     way = settled - start
-    by_1, by_2 = way * watch.poles.s_1, way * watch.poles.s_2
-    value = settled - way * basis.Wdd + (H3 - by_1) * basis.Wd + (H2 - by_2) * basis.W
+    slow, by_2 = poles.s_3 > 0.0, way * poles.s_2  # else W does not fade, but is not in it
+    fading = Numerator(H3, np.where(slow, H2, by_2), H1)
+    value = settled - formulas.left_to_go(poles, fading, basis, way)
     rate = H3 * basis.Wdd + H2 * basis.Wd + H1 * basis.W
     of_time = t * np.abs(rate)
     of_rise = np.abs(start) + np.abs(H3 * basis.Wd) + np.abs(H2 * basis.W) + np.abs(H1 * basis.W1) + of_time
     of_way = np.abs(settled) + np.abs(way * basis.Wdd) + of_time
-    of_way += (np.abs(H3) + np.abs(by_1)) * np.abs(basis.Wd) + (np.abs(H2) + np.abs(by_2)) * np.abs(basis.W)
+    of_way += (np.abs(H3) + np.abs(way * poles.s_1)) * np.abs(basis.Wd)
+    of_way += np.where(slow, np.abs(H2) + np.abs(by_2), 0.0) * np.abs(basis.W)
     tells = (rate < 0.0) & (of_way < 0.25 * of_rise) & (np.abs(value) <= 16.0 * np.finfo(t.dtype).eps * of_rise)
     later = np.zeros_like(t)
     later[tells] = -value[tells] / rate[tells]
-    return np.where(np.abs(later) < 0.0001 * t, later, 0.0)
+    return np.where((np.abs(later) < 0.01 * t) & (np.abs(later) > np.finfo(t.dtype).eps * t), later, 0.0)
 
 
 def zeros_of_pair(watch: Watch) -> tuple[Array, Array]:

@@ -368,6 +368,19 @@ def rises(poles: Poles, numerator: Numerator, basis: Basis) -> Rise:
     return Rise(rise, rise_rate, rise_curvature, rise_third)
 
 
+def left_to_go(poles: Poles, numerator: Numerator, basis: Basis, way: Real) -> Real:
+    """What is left of the way to the value to which a function of time tends.
+
+    way [1] what a function of time moves by until it has settled.
+    Returns left [1], the final value less the function.
+    """
+    s_1, s_2 = poles.s_1, poles.s_2
+    H3, H2 = numerator.H3, numerator.H2
+    Wdd, Wd, W = basis.Wdd, basis.Wd, basis.W
+    left = Wdd*way - W*(H2 - s_2*way) - Wd*(H3 - s_1*way)  # (19), (21) less their final value
+    return left
+
+
 def carry(poles: Poles, basis: Basis, t: Real) -> Carried:
     """W a short time t later.
 

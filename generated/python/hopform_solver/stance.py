@@ -333,9 +333,13 @@ def _sharpen_takeoffs(chain: _Chain, leg: _Watched, limit: Array, end: _End) -> 
     slack = State(*(np.zeros(where.size, end.t.dtype) for _ in State._fields))
     motion = motion_of(plan, slack, chain.u[where], side)
     slow = poles.s_3 > 0.0
-    settled = np.where(slow, motion.H1_y, motion.H2_y) / np.where(slow, poles.s_3, poles.s_2)
-    t = end.t[where] + root_is_later(lanes_of(leg.watch, lanes), settled, end.t[where])
-    end.t[where] = np.where(t <= limit[where], t, end.t[where])
+    settled: Array = choose(slow, motion.H1_y, motion.H2_y) / choose(slow, poles.s_3, poles.s_2)
+    for _ in range(4):
+        later = root_is_later(lanes_of(leg.watch, lanes), settled, end.t[where])
+        t = end.t[where] + later
+        end.t[where] = np.where(t <= limit[where], t, end.t[where])
+        if not later.any():
+            break
 
 
 def _find_end(chain: _Chain, poles: Poles, motion: Motion, limit: Array) -> _End:
