@@ -123,8 +123,9 @@ static inline float hopform_swing_to_zero_f32(const hopform_sample_f32 *from, fl
     if (!(w * w > 0.0f)) {
         return 1e38f;
     }
-    const float slope = from->rate / w;
-    const float bend = 2.0f * from->curvature / (w * w);
+    const float per_w = 1.0f / w;
+    const float slope = from->rate * per_w;
+    const float bend = 2.0f * from->curvature * (per_w * per_w);
     const float value = from->value > 0.0f ? from->value : 0.0f;
     const float discriminant = slope * slope - (value + bend) * value;
     if (!(discriminant >= 0.0f)) {
@@ -137,11 +138,10 @@ static inline float hopform_swing_to_zero_f32(const hopform_sample_f32 *from, fl
     if (!falls) {
         return 1e38f;
     }
-    const float tangent = above / below;
-    const bool far = tangent > 1.0f;
-    const float near = far ? 1.0f / tangent : tangent;
+    const bool far = fabsf(above) > fabsf(below);
+    const float near = far ? below / above : above / below;
     const float angle = near * (1.0584f - 0.273f * near); /* atan to 0.004 */
-    return 2.0f * (far ? 1.5708f - angle : angle) / w;
+    return 2.0f * (far ? 1.5708f - angle : angle) * per_w;
 }
 
 /* From `t` to the root, nearer: a step of Halley's on what g's value and derivatives at the start make of all three poles,

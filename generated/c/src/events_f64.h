@@ -123,8 +123,9 @@ static inline double hopform_swing_to_zero_f64(const hopform_sample_f64 *from, d
     if (!(w * w > 0.0)) {
         return 1e+300;
     }
-    const double slope = from->rate / w;
-    const double bend = 2.0 * from->curvature / (w * w);
+    const double per_w = 1.0 / w;
+    const double slope = from->rate * per_w;
+    const double bend = 2.0 * from->curvature * (per_w * per_w);
     const double value = from->value > 0.0 ? from->value : 0.0;
     const double discriminant = slope * slope - (value + bend) * value;
     if (!(discriminant >= 0.0)) {
@@ -137,11 +138,10 @@ static inline double hopform_swing_to_zero_f64(const hopform_sample_f64 *from, d
     if (!falls) {
         return 1e+300;
     }
-    const double tangent = above / below;
-    const bool far = tangent > 1.0;
-    const double near = far ? 1.0 / tangent : tangent;
+    const bool far = fabs(above) > fabs(below);
+    const double near = far ? below / above : above / below;
     const double angle = near * (1.0584 - 0.273 * near); /* atan to 0.004 */
-    return 2.0 * (far ? 1.5708 - angle : angle) / w;
+    return 2.0 * (far ? 1.5708 - angle : angle) * per_w;
 }
 
 /* From `t` to the root, nearer: a step of Halley's on what g's value and derivatives at the start make of all three poles,

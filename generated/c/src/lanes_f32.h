@@ -366,6 +366,7 @@ typedef struct {
 
     column t, side_1, side_2, fresh_1, fresh_2, count, events;
     column alone, free; /* the mass that has come to rest while the other was held, and its free acceleration */
+    state_columns start; /* of the stance */
     state_columns state;
     column from_min; /* x1 - x1_min and x1 - x1_max: x1 itself has no digits for what is this close to a stop */
     column from_max;
@@ -1140,11 +1141,12 @@ LANES_CODE static void start_phases(lanes *restrict w)
 /* Time to the root of a watch if it swung with the pair's frequency about a constant, as hopform_swing_to_zero_f32 has it. */
 LANES_CODE static void swings_to_zero(const sample_columns *restrict from, const float *restrict omega, float *restrict swing)
 {
-    column above, below, falls, tangent, angle;
+    column above, below, falls, per_omega, angle;
     for (int l = 0; l < LANES; l++) {
         const float value = from->value[l] > 0.0f ? from->value[l] : 0.0f;
-        const float slope = from->rate[l] / omega[l];
-        const float bend = 2.0f * from->curvature[l] / (omega[l] * omega[l]);
+        const float per = 1.0f / omega[l];
+        const float slope = from->rate[l] * per;
+        const float bend = 2.0f * from->curvature[l] * (per * per);
         const float discriminant = slope * slope - (value + bend) * value;
         const float root = sqrtf(discriminant > 0.0f ? discriminant : 0.0f);
         const float least = slope < -bend ? slope : -bend;
@@ -1152,22 +1154,22 @@ LANES_CODE static void swings_to_zero(const sample_columns *restrict from, const
         below[l] = value > 0.0f ? root - slope : bend;
         falls[l] = value > 0.0f ? root - slope : least;
         angle[l] = discriminant;
+        per_omega[l] = per;
     }
     for (int l = 0; l < LANES; l++) {
         falls[l] = angle[l] >= 0.0f ? falls[l] : -1.0f;
-        tangent[l] = over(above[l], below[l]);
     }
     for (int l = 0; l < LANES; l++) {
-        const float inverse = over(1.0f, tangent[l]);
-        const float near = tangent[l] > 1.0f ? inverse : tangent[l];
-        angle[l] = near * (1.0584f - 0.273f * near);
+        const bool far = fabsf(above[l]) > fabsf(below[l]);
+        const float less = far ? below[l] : above[l];
+        const float more = far ? above[l] : below[l];
+        const float near = over(less, more);
+        const float close = near * (1.0584f - 0.273f * near);
+        const float from_quarter = 1.5708f - close;
+        angle[l] = far ? from_quarter : close;
     }
     for (int l = 0; l < LANES; l++) {
-        const float from_quarter = 1.5708f - angle[l];
-        angle[l] = tangent[l] > 1.0f ? from_quarter : angle[l];
-    }
-    for (int l = 0; l < LANES; l++) {
-        const float time = 2.0f * angle[l] / omega[l];
+        const float time = 2.0f * angle[l] * per_omega[l];
         swing[l] = falls[l] > 0.0f ? time : 1e38f;
     }
 }
@@ -1809,18 +1811,6 @@ LANES_CODE static void meet_stops(lanes *restrict w, float *restrict stops)
 
 /* ---- what follows ---- */
 
-/* Where a mass at rest goes; exactly on its threshold is left to the scalar code. */
-static inline float side_from_rest(float acceleration, float friction, bool blocked_below, bool blocked_above)
-{
-    const float side = ((acceleration > friction) & !blocked_above) ? 1.0f : 0.0f;
-    return ((acceleration < -friction) & !blocked_below) ? -1.0f : side;
-}
-
-static inline bool on_threshold(float acceleration, float friction)
-{
-    return !(fabsf(acceleration) < friction) & !(acceleration > friction) & !(acceleration < -friction);
-}
-
 /* A mass that has come to rest stays there, is stopped, or goes on: its velocity is 0. */
 LANES_CODE static void come_to_rest(lanes *restrict w, const float *restrict how, const float *restrict touches, float *restrict hits)
 {
@@ -2098,54 +2088,90 @@ static void put_robot(lanes *w, int l, const queue *from)
     put_poles_columns(&w->both, l, &from->plan.both);
 }
 
-/* Put a stance into a lane if it starts as most do: a leg that is compressed, or begins to be, no mass on its threshold. */
-static bool take(lanes *w, int l, const queue *from, int64_t i)
+/* Put a stance into a lane; whether it can be solved there is still to be seen. */
+static void take(lanes *w, int l, const queue *from, int64_t i)
 {
-    const hopform_robot_f32 *robot = &from->plan.robot;
     const hopform_stances_in_f32 *in = from->in;
-    hopform_state_f32 state = {hopform_number_f32(&in->x1, i), hopform_number_f32(&in->v1, i), hopform_number_f32(&in->v2, i),
-                                hopform_number_f32(&in->y, i)};
-    const float u = hopform_number_f32(&in->u, i);
-    const float horizon = hopform_number_f32(&in->horizon, i);
-    if (from->robot_status < 0 || hopform_stores_much_f32(robot, &state) || !within_range(state.x1) || !within_range(state.v1) || !within_range(state.v2)
-        || !(state.y >= 0.0f && state.y <= 1e38f) || !(state.x1 >= robot->x1_min && state.x1 <= robot->x1_max)
-        || !within_range(u) || !(horizon > 0.0f && horizon <= 1e38f)) {
-        return false;
-    }
-    const bool locked = !(robot->x1_min < robot->x1_max);
-    const bool blocked_below = locked || state.x1 <= robot->x1_min;
-    const bool blocked_above = locked || state.x1 >= robot->x1_max;
-    if ((state.v1 > 0.0f && blocked_above) || (state.v1 < 0.0f && blocked_below)) {
-        state.v1 = 0.0f;
-    }
-    const hopform_free_f32 free = hopform_free_accelerations_f32(&from->plan.rates, &state, u);
-    float side_1 = state.v1 > 0.0f ? 1.0f : -1.0f;
-    float side_2 = state.v2 > 0.0f ? 1.0f : -1.0f;
-    if (!(fabsf(state.v1) > 0.0f)) {
-        side_1 = side_from_rest(free.free_1, robot->f1, blocked_below, blocked_above);
-    }
-    if (!(fabsf(state.v2) > 0.0f)) {
-        side_2 = side_from_rest(free.free_2, robot->f2, false, false);
-    }
-    const bool doubtful = (!(fabsf(state.v1) > 0.0f) && on_threshold(free.free_1, robot->f1))
-                          || (!(fabsf(state.v2) > 0.0f) && on_threshold(free.free_2, robot->f2));
-    if (doubtful || (!(state.y > 0.0f) && !(state.v1 > state.v2)) || (!(fabsf(side_1) > 0.0f) && !(fabsf(side_2) > 0.0f))) {
-        return false;
-    }
     put_robot(w, l, from);
-    put_state_columns(&w->state, l, &state);
-    w->from_min[l] = state.x1 - robot->x1_min;
-    w->from_max[l] = state.x1 - robot->x1_max;
-    w->u[l] = u;
-    w->horizon[l] = horizon;
-    w->max_phases[l] = (float)in->max_phases;
-    w->side_1[l] = side_1;
-    w->side_2[l] = side_2;
-    w->fresh_1[l] = w->fresh_2[l] = w->alone[l] = w->free[l] = w->t[l] = w->events[l] = w->left[l] = w->event[l] = w->ending[l] = 0.0f;
-    w->count[l] = w->live[l] = w->begins[l] = 1.0f;
+    w->start.x1[l] = hopform_number_f32(&in->x1, i);
+    w->start.v1[l] = hopform_number_f32(&in->v1, i);
+    w->start.v2[l] = hopform_number_f32(&in->v2, i);
+    w->start.y[l] = hopform_number_f32(&in->y, i);
+    w->u[l] = hopform_number_f32(&in->u, i);
+    w->horizon[l] = hopform_number_f32(&in->horizon, i);
     w->index[l] = i;
-    w->listed[l] = 0;
-    return true;
+    w->live[l] = w->begins[l] = 1.0f;
+}
+
+/* The start of the stances that have just been taken; `odd` is 1 where one does not start as most do: a leg that is compressed, or
+ * begins to be, no mass on its threshold. */
+LANES_CODE static void start_stances(lanes *restrict w, const float *restrict fresh, float max_phases, float *restrict odd)
+{
+    column strange, blocked_below, blocked_above, rests_1, rests_2, doubt, side_1, side_2, v1;
+    for (int l = 0; l < LANES; l++) {
+        const hopform_robot_f32 robot = one_of_robot_columns(&w->robot, l);
+        const hopform_state_f32 state = one_of_state_columns(&w->start, l);
+        const float sound = flag(fabsf(state.x1) <= 1e38f) * flag(fabsf(state.v1) <= 1e38f) * flag(fabsf(state.v2) <= 1e38f)
+                           * flag(state.y >= 0.0f) * flag(state.y <= 1e38f) * flag(state.x1 >= robot.x1_min)
+                           * flag(state.x1 <= robot.x1_max) * flag(fabsf(w->u[l]) <= 1e38f) * flag(w->horizon[l] > 0.0f)
+                           * flag(w->horizon[l] <= 1e38f) * flag(!hopform_stores_much_f32(&robot, &state));
+        const float locked = flag(!(robot.x1_min < robot.x1_max));
+        strange[l] = 1.0f - sound;
+        blocked_below[l] = flag(locked + flag(state.x1 <= robot.x1_min) > 0.0f);
+        blocked_above[l] = flag(locked + flag(state.x1 >= robot.x1_max) > 0.0f);
+    }
+    for (int l = 0; l < LANES; l++) {
+        const float stops = flag(w->start.v1[l] > 0.0f) * blocked_above[l] + flag(w->start.v1[l] < 0.0f) * blocked_below[l];
+        v1[l] = stops > 0.0f ? 0.0f : w->start.v1[l];
+        rests_1[l] = flag(!(fabsf(v1[l]) > 0.0f));
+        rests_2[l] = flag(!(fabsf(w->start.v2[l]) > 0.0f));
+    }
+    for (int l = 0; l < LANES; l++) {
+        const hopform_rates_f32 rates = one_of_rates_columns(&w->rates, l);
+        const hopform_state_f32 state = {w->start.x1[l], v1[l], w->start.v2[l], w->start.y[l]};
+        const hopform_free_f32 free = hopform_free_accelerations_f32(&rates, &state, w->u[l]);
+        const float up_1 = flag(free.free_1 > w->robot.f1[l]);
+        const float down_1 = flag(free.free_1 < -w->robot.f1[l]);
+        const float up_2 = flag(free.free_2 > w->robot.f2[l]);
+        const float down_2 = flag(free.free_2 < -w->robot.f2[l]);
+        const float doubt_1 = flag(!(fabsf(free.free_1) < w->robot.f1[l])) * (1.0f - up_1) * (1.0f - down_1);
+        const float doubt_2 = flag(!(fabsf(free.free_2) < w->robot.f2[l])) * (1.0f - up_2) * (1.0f - down_2);
+        const float from_rest = up_1 * (1.0f - blocked_above[l]) - down_1 * (1.0f - blocked_below[l]);
+        doubt[l] = rests_1[l] * doubt_1 + rests_2[l] * doubt_2;
+        side_1[l] = rests_1[l] * from_rest + (1.0f - rests_1[l]) * (flag(v1[l] > 0.0f) - flag(v1[l] < 0.0f));
+        side_2[l] = rests_2[l] * (up_2 - down_2) + flag(w->start.v2[l] > 0.0f) - flag(w->start.v2[l] < 0.0f);
+    }
+    for (int l = 0; l < LANES; l++) {
+        const float leaves = flag(!(w->start.y[l] > 0.0f)) * flag(!(v1[l] > w->start.v2[l]));
+        const float rests = (1.0f - fabsf(side_1[l])) * (1.0f - fabsf(side_2[l]));
+        odd[l] = fresh[l] * flag(strange[l] + doubt[l] + leaves + rests > 0.0f);
+    }
+    for (int l = 0; l < LANES; l++) {
+        const bool here = fresh[l] > 0.0f;
+        keep(&w->state.x1[l], here, w->start.x1[l]);
+        keep(&w->state.v1[l], here, v1[l]);
+        keep(&w->state.v2[l], here, w->start.v2[l]);
+        keep(&w->state.y[l], here, w->start.y[l]);
+        keep(&w->from_min[l], here, w->start.x1[l] - w->robot.x1_min[l]);
+        keep(&w->from_max[l], here, w->start.x1[l] - w->robot.x1_max[l]);
+        keep(&w->side_1[l], here, side_1[l]);
+        keep(&w->side_2[l], here, side_2[l]);
+    }
+    for (int l = 0; l < LANES; l++) {
+        const float before = 1.0f - fresh[l];
+        const bool here = fresh[l] > 0.0f;
+        w->max_phases[l] = max_phases;
+        w->fresh_1[l] *= before;
+        w->fresh_2[l] *= before;
+        w->alone[l] *= before;
+        w->events[l] *= before;
+        w->left[l] *= before;
+        w->event[l] *= before;
+        w->ending[l] *= before;
+        keep(&w->t[l], here, 0.0f);
+        keep(&w->free[l], here, 0.0f);
+        keep(&w->count[l], here, 1.0f);
+    }
 }
 
 /* The number of the next stance, its robot at hand. */
@@ -2167,15 +2193,37 @@ static void solve_alone(queue *from, const hopform_plan_f32 *plan, int32_t robot
     }
 }
 
-/* Fill a lane with the next stance that can be solved here; those that cannot are solved on the way. */
-static void refill(lanes *w, int l, queue *from)
+/* Fill idle lanes with the next stances that can be solved here; those that cannot are solved on the way. */
+static void refill(lanes *w, queue *from)
 {
-    while (from->next < from->pause) {
-        const int64_t i = next_stance(from);
-        if (take(w, l, from, i)) {
+    column fresh, odd;
+    int32_t taken = 1;
+    while (taken > 0) {
+        taken = 0;
+        for (int l = 0; l < LANES; l++) {
+            fresh[l] = 0.0f;
+            while (!(w->live[l] > 0.0f) && from->next < from->pause) {
+                const int64_t i = next_stance(from);
+                if (from->robot_status < 0) {
+                    solve_alone(from, &from->plan, from->robot_status, i);
+                } else {
+                    take(w, l, from, i);
+                    w->listed[l] = 0;
+                    fresh[l] = 1.0f;
+                    taken++;
+                }
+            }
+        }
+        start_stances(w, fresh, (float)from->in->max_phases, odd);
+        if (!any(odd)) {
             return;
         }
-        solve_alone(from, &from->plan, from->robot_status, i);
+        for (int l = 0; l < LANES; l++) {
+            if (odd[l] > 0.0f) {
+                solve_alone(from, &w->plan[l], HOPFORM_OK, w->index[l]);
+                w->live[l] = w->begins[l] = 0.0f;
+            }
+        }
     }
 }
 
@@ -2198,7 +2246,7 @@ static void look_back(lanes *w, queue *from)
 /* List the event that a window has ended with, if its phase could be kept. */
 static void list_event(lanes *w, int l, const hopform_stances_out_f32 *out)
 {
-    if (out->event_time != NULL && w->event[l] > 0.0f && w->listed[l] < out->event_capacity
+    if (w->event[l] > 0.0f && w->listed[l] < out->event_capacity
         && w->count[l] <= (float)hopform_phases_kept_f32(out)) {
         const int64_t place = w->index[l] * out->event_capacity + w->listed[l];
         out->event_time[place] = w->t[l];
@@ -2207,66 +2255,124 @@ static void list_event(lanes *w, int l, const hopform_stances_out_f32 *out)
     }
 }
 
-/* Write a stance that has ended; false if its numbers left the range of the type. */
-static bool write(const lanes *w, int l, queue *to)
+/* What is told of stances that have ended. */
+typedef struct {
+    column ended, x2, apex, aed;
+} result_columns;
+
+/* The results; a stance whose numbers left the range of the type is left. */
+LANES_CODE static void end_stances(lanes *restrict w, result_columns *restrict result)
 {
-    const hopform_robot_f32 *robot = &w->plan[l].robot;
-    const hopform_stances_in_f32 *in = to->in;
+    column strange;
+    for (int l = 0; l < LANES; l++) {
+        const hopform_robot_f32 robot = one_of_robot_columns(&w->robot, l);
+        const hopform_state_f32 start = one_of_state_columns(&w->start, l);
+        const hopform_state_f32 end = one_of_state_columns(&w->state, l);
+        const hopform_at_f32 at = {end.x1, end.v1, end.v2, end.y};
+        const float flies = is(w->ending[l], HOPFORM_ENDING_TAKEOFF) * flag(robot.g > 0.0f);
+        hopform_robot_f32 pulled = robot;
+        pulled.g = flies > 0.0f ? robot.g : 1.0f;
+        const float reached = hopform_apex_of_takeoff_f32(&pulled, end.x1, end.v2 > 0.0f ? end.v2 : 0.0f);
+        const float apex = flies > 0.0f ? reached : 0.0f;
+        const float aed = hopform_body_energy_gain_f32(&robot, &start, &at);
+        const float sound = flag(fabsf(w->t[l]) <= 1e38f) * flag(fabsf(end.x1) <= 1e38f) * flag(fabsf(end.v1) <= 1e38f)
+                           * flag(fabsf(end.v2) <= 1e38f) * flag(fabsf(end.y) <= 1e38f) * flag(fabsf(apex) <= 1e38f)
+                           * flag(fabsf(aed) <= 1e38f) * flag(fabsf(0.5f * robot.m_eff * start.v1 * start.v1) <= 1e38f);
+        result->x2[l] = end.x1 - end.y + (robot.L0 + robot.c);
+        result->apex[l] = flies > 0.0f ? apex : (float)NAN;
+        result->aed[l] = aed;
+        result->ended[l] = w->live[l] * flag(w->ending[l] > 0.0f);
+        strange[l] = result->ended[l] * (1.0f - sound);
+    }
+    leave(w, strange, TOO_FAST);
+    for (int l = 0; l < LANES; l++) {
+        result->ended[l] *= flag(!(w->left[l] > 0.0f));
+    }
+}
+
+/* Some of the lanes. */
+typedef struct {
+    int32_t count;
+    int32_t lane[LANES];
+} crew;
+
+static inline void put_column(const hopform_output_f32 *column, const lanes *w, const crew *who, const float *value)
+{
+    for (int32_t n = 0; n < who->count && column->first != NULL; n++) {
+        hopform_put_f32(column, w->index[who->lane[n]], value[who->lane[n]]);
+    }
+}
+
+static inline void put_codes(const hopform_output_f32 *column, const lanes *w, const crew *who, const float *value)
+{
+    for (int32_t n = 0; n < who->count && column->first != NULL; n++) {
+        hopform_put_code_f32(column, w->index[who->lane[n]], (int32_t)value[who->lane[n]]);
+    }
+}
+
+/* The list of a stance that has ended, closed. */
+static void close_list(const lanes *w, int l, queue *to)
+{
     const hopform_stances_out_f32 *out = to->out;
-    const int64_t i = w->index[l];
-    const hopform_state_f32 start = {hopform_number_f32(&in->x1, i), hopform_number_f32(&in->v1, i), hopform_number_f32(&in->v2, i),
-                                      hopform_number_f32(&in->y, i)};
-    const hopform_state_f32 end = one_of_state_columns(&w->state, l);
-    const hopform_at_f32 at = {end.x1, end.v1, end.v2, end.y};
-    hopform_stance_f32 stance = {0, {0, 0, 0, 0}, 0, 0, 0, 0, 0, 0, 0};
-    stance.duration = w->t[l];
-    stance.end = end;
-    stance.aed = hopform_body_energy_gain_f32(robot, &start, &at);
-    stance.ending = (int32_t)w->ending[l];
-    stance.event_count = (int32_t)w->events[l];
-    if (stance.ending == HOPFORM_ENDING_TAKEOFF && robot->g > 0.0f) {
-        stance.apex = hopform_apex_of_takeoff_f32(robot, end.x1, end.v2 > 0.0f ? end.v2 : 0.0f);
+    for (int32_t n = w->listed[l]; n < out->event_capacity; n++) {
+        out->event_time[w->index[l] * out->event_capacity + n] = (float)NAN;
+        out->event_kind[w->index[l] * out->event_capacity + n] = HOPFORM_EVENT_NONE;
     }
-    if (!within_range(stance.duration) || !within_range(end.x1) || !within_range(end.v1) || !within_range(end.v2)
-        || !within_range(end.y) || !within_range(stance.apex) || !within_range(stance.aed)
-        || !within_range(0.5f * robot->m_eff * start.v1 * start.v1)) {
-        return false;
+    if (w->listed[l] != (int32_t)w->events[l]) {
+        to->kept = HOPFORM_PHASES_NOT_KEPT;
     }
-    hopform_put_stance_f32(out, i, robot, &stance);
-    if (out->event_time != NULL) {
-        for (int32_t n = w->listed[l]; n < out->event_capacity; n++) {
-            out->event_time[i * out->event_capacity + n] = (float)NAN;
-            out->event_kind[i * out->event_capacity + n] = HOPFORM_EVENT_NONE;
-        }
-        if (w->listed[l] != stance.event_count) {
-            to->kept = HOPFORM_PHASES_NOT_KEPT;
-        }
+}
+
+static void write(const lanes *w, const result_columns *result, queue *to)
+{
+    const hopform_stances_out_f32 *out = to->out;
+    crew who;
+    who.count = 0;
+    for (int32_t l = 0; l < LANES; l++) {
+        who.lane[who.count] = l;
+        who.count += result->ended[l] > 0.0f ? 1 : 0;
     }
-    return true;
+    put_codes(&out->status, w, &who, w->ending);
+    put_column(&out->duration, w, &who, w->t);
+    put_column(&out->x1, w, &who, w->state.x1);
+    put_column(&out->v1, w, &who, w->state.v1);
+    put_column(&out->x2, w, &who, result->x2);
+    put_column(&out->v2, w, &who, w->state.v2);
+    put_column(&out->apex, w, &who, result->apex);
+    put_column(&out->aed, w, &who, result->aed);
+    put_codes(&out->event_count, w, &who, w->events);
+    for (int32_t n = 0; n < who.count && out->event_time != NULL; n++) {
+        close_list(w, who.lane[n], to);
+    }
 }
 
 /* Take the stances that have ended out of their lanes, and those that cannot be solved here. */
 static void collect(lanes *w, queue *to)
 {
-    for (int l = 0; l < LANES; l++) {
-        if (!(w->live[l] > 0.0f)) {
-            continue;
-        }
-        bool left = w->left[l] > 0.0f;
-        if (!left) {
+    column leaves;
+    result_columns result;
+    for (int l = 0; l < LANES && to->out->event_time != NULL; l++) {
+        if (w->live[l] > 0.0f && !(w->left[l] > 0.0f)) {
             list_event(w, l, to->out);
-            if (!(w->ending[l] > 0.0f)) {
-                continue;
+        }
+    }
+    for (int l = 0; l < LANES; l++) {
+        leaves[l] = w->live[l] * flag(w->left[l] + w->ending[l] > 0.0f);
+    }
+    if (!any(leaves)) {
+        return;
+    }
+    end_stances(w, &result);
+    write(w, &result, to);
+    for (int l = 0; l < LANES; l++) {
+        if (leaves[l] > 0.0f) {
+            if (result.ended[l] > 0.0f) {
+                w->solved++;
+            } else {
+                solve_alone(to, &w->plan[l], HOPFORM_OK, w->index[l]);
             }
-            left = !write(w, l, to);
+            w->live[l] = w->begins[l] = 0.0f;
         }
-        if (left) {
-            solve_alone(to, &w->plan[l], HOPFORM_OK, w->index[l]);
-        } else {
-            w->solved++;
-        }
-        w->live[l] = 0.0f;
-        w->begins[l] = 0.0f;
     }
 }
 
@@ -2291,10 +2397,8 @@ int32_t LANES_NAME(int64_t count, const hopform_stances_in_f32 *in, const hopfor
             for (int l = 0; l < LANES; l++) {
                 idle += w.live[l] > 0.0f ? 0 : 1;
             }
-            for (int l = 0; l < LANES && idle >= FEWEST_IDLE; l++) {
-                if (!(w.live[l] > 0.0f)) {
-                    refill(&w, l, &stances);
-                }
+            if (idle >= FEWEST_IDLE) {
+                refill(&w, &stances);
             }
         }
         if (any(w.live)) {

@@ -6,5 +6,5 @@
 
 const char *hopform_source(void)
 {
-    return "e1e558f2c819ca09";
+    return "2437d0f187103c3d";
 }
