@@ -429,7 +429,7 @@ MUTANTS = (
     Mutant(
         "C lanes: windows that are not judged",
         "templates/c/src/lanes_real.h.j2",
-        "    settle_windows(w);\n",
+        "    settle_windows(w, &work->find);\n",
         "    (void)settle_windows;\n",
         first=("tests/test_lanes.py",),
     ),

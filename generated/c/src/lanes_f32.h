@@ -1131,7 +1131,9 @@ LANES_CODE static void start_phases(lanes *restrict w)
         lost[l] = 0.0f;
     }
     for (int s = 0; s < SLOTS; s++) {
-        start_samples(w, &w->watch[s], w->on[s], &w->from[s], lost);
+        if (any(w->on[s])) {
+            start_samples(w, &w->watch[s], w->on[s], &w->from[s], lost);
+        }
     }
     leave(w, lost, AT_ONCE);
 }
@@ -1316,11 +1318,9 @@ LANES_CODE static void carry_ahead(lanes *restrict w, outlook *restrict ahead, c
 }
 
 /* Householder's steps towards the root that is expected first; the window ends there, or where it would without it. */
-LANES_CODE static void reach_ahead(lanes *restrict w, outlook *restrict ahead)
+LANES_CODE static void reach_ahead(lanes *restrict w, outlook *restrict ahead, basis_columns *restrict basis)
 {
-    basis_columns basis;
     column wanted, from_t;
-    memset(&basis, 0, sizeof basis);
     for (int n = 0; n < ROOT_STEPS + 2; n++) {
         for (int l = 0; l < LANES; l++) {
             wanted[l] = flag((ahead->seeks[l] > 0.0f) | (ahead->closes[l] > 0.0f));
@@ -1328,9 +1328,9 @@ LANES_CODE static void reach_ahead(lanes *restrict w, outlook *restrict ahead)
         if (!any(wanted)) {
             return;
         }
-        bases_at(w, ahead->t, wanted, &basis);
+        bases_at(w, ahead->t, wanted, basis);
         for (int l = 0; l < LANES; l++) {
-            const hopform_basis_f32 one = one_of_basis_columns(&basis, l);
+            const hopform_basis_f32 one = one_of_basis_columns(basis, l);
             const float t = ahead->t[l];
             const float low = w->low[l];
             const hopform_sample_f32 at = sample_of(&ahead->watch, &w->poles, &one, l, t);
@@ -1358,7 +1358,7 @@ LANES_CODE static void reach_ahead(lanes *restrict w, outlook *restrict ahead)
             from_t[l] = t;
         }
         if (any(ahead->lands)) {
-            carry_ahead(w, ahead, &basis, from_t);
+            carry_ahead(w, ahead, basis, from_t);
         }
     }
 }
@@ -1654,11 +1654,9 @@ LANES_CODE static void cut_windows(lanes *restrict w, const float *restrict what
 }
 
 /* Shorten each window until every watch is known to keep its sign in it, but for the one that is found at its end. */
-LANES_CODE static void settle_windows(lanes *restrict w)
+LANES_CODE static void settle_windows(lanes *restrict w, search *restrict find)
 {
     column what, first, unsettled, left, roots;
-    search find;
-    memset(&find, 0, sizeof find);
     for (int l = 0; l < LANES; l++) {
         first[l] = 0.0f;
         unsettled[l] = flag((w->live[l] > 0.0f) & !(w->left[l] > 0.0f));
@@ -1668,22 +1666,22 @@ LANES_CODE static void settle_windows(lanes *restrict w)
         if (any(roots)) {
             sample_ends(w, roots);
         }
-        settle_verdicts(w, unsettled, first, what, &find);
+        settle_verdicts(w, unsettled, first, what, find);
         for (int l = 0; l < LANES; l++) {
             unsettled[l] = flag(what[l] > (float)LEAVE);
             left[l] = flag((what[l] > (float)NOTHING) & !(what[l] > (float)LEAVE));
             roots[l] = flag(what[l] > (float)FIND_BOTTOM); /* the window has another end */
-            first[l] = roots[l] > 0.0f ? 0.0f : find.number[l] + 1.0f;
+            first[l] = roots[l] > 0.0f ? 0.0f : find->number[l] + 1.0f;
         }
         leave(w, left, UNDECIDED_WINDOW);
         if (!any(unsettled)) {
             return;
         }
         if (any(roots)) {
-            find_roots(w, what, &find);
-            cut_windows(w, what, &find);
+            find_roots(w, what, find);
+            cut_windows(w, what, find);
         }
-        find_bottoms(w, what, &find);
+        find_bottoms(w, what, find);
     }
     leave(w, unsettled, UNDECIDED_WINDOW);
 }
@@ -1811,6 +1809,17 @@ LANES_CODE static void meet_stops(lanes *restrict w, float *restrict stops)
 
 /* ---- what follows ---- */
 
+/* Where a mass at rest goes; exactly on its threshold is left to the scalar code. */
+static inline float side_from_rest(float acceleration, float friction, float blocked_below, float blocked_above)
+{
+    return flag(acceleration > friction) * (1.0f - blocked_above) - flag(acceleration < -friction) * (1.0f - blocked_below);
+}
+
+static inline float on_threshold(float acceleration, float friction)
+{
+    return flag(!(fabsf(acceleration) < friction)) * (1.0f - flag(acceleration > friction)) * (1.0f - flag(acceleration < -friction));
+}
+
 /* A mass that has come to rest stays there, is stopped, or goes on: its velocity is 0. */
 LANES_CODE static void come_to_rest(lanes *restrict w, const float *restrict how, const float *restrict touches, float *restrict hits)
 {
@@ -1872,15 +1881,9 @@ LANES_CODE static void sides_from_rest(lanes *restrict w, const float *restrict 
         keep(&free_2[l], is(w->alone[l], 2) > 0.0f, w->free[l]);
     }
     for (int l = 0; l < LANES; l++) {
-        const float up_1 = flag(free_1[l] > w->robot.f1[l]);
-        const float down_1 = flag(free_1[l] < -w->robot.f1[l]);
-        const float up_2 = flag(free_2[l] > w->robot.f2[l]);
-        const float down_2 = flag(free_2[l] < -w->robot.f2[l]);
-        const float doubt_1 = flag(!(fabsf(free_1[l]) < w->robot.f1[l])) * (1.0f - up_1) * (1.0f - down_1);
-        const float doubt_2 = flag(!(fabsf(free_2[l]) < w->robot.f2[l])) * (1.0f - up_2) * (1.0f - down_2);
-        side_1[l] = up_1 * (1.0f - blocked_above[l]) - down_1 * (1.0f - blocked_below[l]);
-        side_2[l] = up_2 - down_2;
-        threshold[l] = rests_1[l] * doubt_1 + rests_2[l] * doubt_2;
+        side_1[l] = side_from_rest(free_1[l], w->robot.f1[l], blocked_below[l], blocked_above[l]);
+        side_2[l] = side_from_rest(free_2[l], w->robot.f2[l], 0.0f, 0.0f);
+        threshold[l] = rests_1[l] * on_threshold(free_1[l], w->robot.f1[l]) + rests_2[l] * on_threshold(free_2[l], w->robot.f2[l]);
     }
     leave(w, threshold, THRESHOLD);
 }
@@ -2042,16 +2045,21 @@ LANES_CODE static void end_windows(lanes *restrict w, const float *restrict stop
     pass(w, how, touches);
 }
 
-/* One window of each stance. */
-LANES_CODE static void advance(lanes *restrict w)
-{
+/* What a round works in; kept, so that no lane reads what was never written. */
+typedef struct {
     outlook ahead;
+    search find;
+    basis_columns basis;
+} workspace;
+
+/* One window of each stance. */
+LANES_CODE static void advance(lanes *restrict w, workspace *restrict work)
+{
     column stops;
     start_phases(w);
-    memset(&ahead, 0, sizeof ahead);
-    look_ahead(w, &ahead);
-    reach_ahead(w, &ahead);
-    settle_windows(w);
+    look_ahead(w, &work->ahead);
+    reach_ahead(w, &work->ahead, &work->basis);
+    settle_windows(w, &work->find);
     for (int l = 0; l < LANES; l++) {
         w->settled[l] = flag(w->found[l] >= 0.0f);
     }
@@ -2130,16 +2138,11 @@ LANES_CODE static void start_stances(lanes *restrict w, const float *restrict fr
         const hopform_rates_f32 rates = one_of_rates_columns(&w->rates, l);
         const hopform_state_f32 state = {w->start.x1[l], v1[l], w->start.v2[l], w->start.y[l]};
         const hopform_free_f32 free = hopform_free_accelerations_f32(&rates, &state, w->u[l]);
-        const float up_1 = flag(free.free_1 > w->robot.f1[l]);
-        const float down_1 = flag(free.free_1 < -w->robot.f1[l]);
-        const float up_2 = flag(free.free_2 > w->robot.f2[l]);
-        const float down_2 = flag(free.free_2 < -w->robot.f2[l]);
-        const float doubt_1 = flag(!(fabsf(free.free_1) < w->robot.f1[l])) * (1.0f - up_1) * (1.0f - down_1);
-        const float doubt_2 = flag(!(fabsf(free.free_2) < w->robot.f2[l])) * (1.0f - up_2) * (1.0f - down_2);
-        const float from_rest = up_1 * (1.0f - blocked_above[l]) - down_1 * (1.0f - blocked_below[l]);
-        doubt[l] = rests_1[l] * doubt_1 + rests_2[l] * doubt_2;
-        side_1[l] = rests_1[l] * from_rest + (1.0f - rests_1[l]) * (flag(v1[l] > 0.0f) - flag(v1[l] < 0.0f));
-        side_2[l] = rests_2[l] * (up_2 - down_2) + flag(w->start.v2[l] > 0.0f) - flag(w->start.v2[l] < 0.0f);
+        const float from_rest_1 = side_from_rest(free.free_1, w->robot.f1[l], blocked_below[l], blocked_above[l]);
+        const float from_rest_2 = side_from_rest(free.free_2, w->robot.f2[l], 0.0f, 0.0f);
+        doubt[l] = rests_1[l] * on_threshold(free.free_1, w->robot.f1[l]) + rests_2[l] * on_threshold(free.free_2, w->robot.f2[l]);
+        side_1[l] = rests_1[l] * from_rest_1 + flag(v1[l] > 0.0f) - flag(v1[l] < 0.0f);
+        side_2[l] = rests_2[l] * from_rest_2 + flag(w->start.v2[l] > 0.0f) - flag(w->start.v2[l] < 0.0f);
     }
     for (int l = 0; l < LANES; l++) {
         const float leaves = flag(!(w->start.y[l] > 0.0f)) * flag(!(v1[l] > w->start.v2[l]));
@@ -2296,17 +2299,17 @@ typedef struct {
     int32_t lane[LANES];
 } crew;
 
-static inline void put_column(const hopform_output_f32 *column, const lanes *w, const crew *who, const float *value)
+static inline void put_numbers(const hopform_output_f32 *to, const lanes *w, const crew *who, const float *value)
 {
-    for (int32_t n = 0; n < who->count && column->first != NULL; n++) {
-        hopform_put_f32(column, w->index[who->lane[n]], value[who->lane[n]]);
+    for (int32_t n = 0; n < who->count && to->first != NULL; n++) {
+        hopform_put_f32(to, w->index[who->lane[n]], value[who->lane[n]]);
     }
 }
 
-static inline void put_codes(const hopform_output_f32 *column, const lanes *w, const crew *who, const float *value)
+static inline void put_codes(const hopform_output_f32 *to, const lanes *w, const crew *who, const float *value)
 {
-    for (int32_t n = 0; n < who->count && column->first != NULL; n++) {
-        hopform_put_code_f32(column, w->index[who->lane[n]], (int32_t)value[who->lane[n]]);
+    for (int32_t n = 0; n < who->count && to->first != NULL; n++) {
+        hopform_put_code_f32(to, w->index[who->lane[n]], (int32_t)value[who->lane[n]]);
     }
 }
 
@@ -2333,13 +2336,13 @@ static void write(const lanes *w, const result_columns *result, queue *to)
         who.count += result->ended[l] > 0.0f ? 1 : 0;
     }
     put_codes(&out->status, w, &who, w->ending);
-    put_column(&out->duration, w, &who, w->t);
-    put_column(&out->x1, w, &who, w->state.x1);
-    put_column(&out->v1, w, &who, w->state.v1);
-    put_column(&out->x2, w, &who, result->x2);
-    put_column(&out->v2, w, &who, w->state.v2);
-    put_column(&out->apex, w, &who, result->apex);
-    put_column(&out->aed, w, &who, result->aed);
+    put_numbers(&out->duration, w, &who, w->t);
+    put_numbers(&out->x1, w, &who, w->state.x1);
+    put_numbers(&out->v1, w, &who, w->state.v1);
+    put_numbers(&out->x2, w, &who, result->x2);
+    put_numbers(&out->v2, w, &who, w->state.v2);
+    put_numbers(&out->apex, w, &who, result->apex);
+    put_numbers(&out->aed, w, &who, result->aed);
     put_codes(&out->event_count, w, &who, w->events);
     for (int32_t n = 0; n < who.count && out->event_time != NULL; n++) {
         close_list(w, who.lane[n], to);
@@ -2389,8 +2392,10 @@ static void clear(lanes *w)
 int32_t LANES_NAME(int64_t count, const hopform_stances_in_f32 *in, const hopform_stances_out_f32 *out)
 {
     lanes w;
+    workspace work;
     queue stances = {count, in, out, 0, 0, {{0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f}, 0}, 0, HOPFORM_OK, HOPFORM_OK, hopform_has_many_robots_f32(in)};
     clear(&w);
+    memset(&work, 0, sizeof work);
     for (;;) {
         if (stances.next < stances.pause) {
             int32_t idle = 0;
@@ -2402,7 +2407,7 @@ int32_t LANES_NAME(int64_t count, const hopform_stances_in_f32 *in, const hopfor
             }
         }
         if (any(w.live)) {
-            advance(&w);
+            advance(&w, &work);
             collect(&w, &stances);
         } else if (stances.next < count) {
             look_back(&w, &stances);

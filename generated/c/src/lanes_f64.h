@@ -1152,7 +1152,9 @@ LANES_CODE static void start_phases(lanes *restrict w)
         lost[l] = 0.0;
     }
     for (int s = 0; s < SLOTS; s++) {
-        start_samples(w, &w->watch[s], w->on[s], &w->from[s], lost);
+        if (any(w->on[s])) {
+            start_samples(w, &w->watch[s], w->on[s], &w->from[s], lost);
+        }
     }
     leave(w, lost, AT_ONCE);
 }
@@ -1337,11 +1339,9 @@ LANES_CODE static void carry_ahead(lanes *restrict w, outlook *restrict ahead, c
 }
 
 /* Householder's steps towards the root that is expected first; the window ends there, or where it would without it. */
-LANES_CODE static void reach_ahead(lanes *restrict w, outlook *restrict ahead)
+LANES_CODE static void reach_ahead(lanes *restrict w, outlook *restrict ahead, basis_columns *restrict basis)
 {
-    basis_columns basis;
     column wanted, from_t;
-    memset(&basis, 0, sizeof basis);
     for (int n = 0; n < ROOT_STEPS + 2; n++) {
         for (int l = 0; l < LANES; l++) {
             wanted[l] = flag((ahead->seeks[l] > 0.0) | (ahead->closes[l] > 0.0));
@@ -1349,9 +1349,9 @@ LANES_CODE static void reach_ahead(lanes *restrict w, outlook *restrict ahead)
         if (!any(wanted)) {
             return;
         }
-        bases_at(w, ahead->t, wanted, &basis);
+        bases_at(w, ahead->t, wanted, basis);
         for (int l = 0; l < LANES; l++) {
-            const hopform_basis_f64 one = one_of_basis_columns(&basis, l);
+            const hopform_basis_f64 one = one_of_basis_columns(basis, l);
             const double t = ahead->t[l];
             const double low = w->low[l];
             const hopform_sample_f64 at = sample_of(&ahead->watch, &w->poles, &one, l, t);
@@ -1379,7 +1379,7 @@ LANES_CODE static void reach_ahead(lanes *restrict w, outlook *restrict ahead)
             from_t[l] = t;
         }
         if (any(ahead->lands)) {
-            carry_ahead(w, ahead, &basis, from_t);
+            carry_ahead(w, ahead, basis, from_t);
         }
     }
 }
@@ -1675,11 +1675,9 @@ LANES_CODE static void cut_windows(lanes *restrict w, const double *restrict wha
 }
 
 /* Shorten each window until every watch is known to keep its sign in it, but for the one that is found at its end. */
-LANES_CODE static void settle_windows(lanes *restrict w)
+LANES_CODE static void settle_windows(lanes *restrict w, search *restrict find)
 {
     column what, first, unsettled, left, roots;
-    search find;
-    memset(&find, 0, sizeof find);
     for (int l = 0; l < LANES; l++) {
         first[l] = 0.0;
         unsettled[l] = flag((w->live[l] > 0.0) & !(w->left[l] > 0.0));
@@ -1689,22 +1687,22 @@ LANES_CODE static void settle_windows(lanes *restrict w)
         if (any(roots)) {
             sample_ends(w, roots);
         }
-        settle_verdicts(w, unsettled, first, what, &find);
+        settle_verdicts(w, unsettled, first, what, find);
         for (int l = 0; l < LANES; l++) {
             unsettled[l] = flag(what[l] > (double)LEAVE);
             left[l] = flag((what[l] > (double)NOTHING) & !(what[l] > (double)LEAVE));
             roots[l] = flag(what[l] > (double)FIND_BOTTOM); /* the window has another end */
-            first[l] = roots[l] > 0.0 ? 0.0 : find.number[l] + 1.0;
+            first[l] = roots[l] > 0.0 ? 0.0 : find->number[l] + 1.0;
         }
         leave(w, left, UNDECIDED_WINDOW);
         if (!any(unsettled)) {
             return;
         }
         if (any(roots)) {
-            find_roots(w, what, &find);
-            cut_windows(w, what, &find);
+            find_roots(w, what, find);
+            cut_windows(w, what, find);
         }
-        find_bottoms(w, what, &find);
+        find_bottoms(w, what, find);
     }
     leave(w, unsettled, UNDECIDED_WINDOW);
 }
@@ -1832,6 +1830,17 @@ LANES_CODE static void meet_stops(lanes *restrict w, double *restrict stops)
 
 /* ---- what follows ---- */
 
+/* Where a mass at rest goes; exactly on its threshold is left to the scalar code. */
+static inline double side_from_rest(double acceleration, double friction, double blocked_below, double blocked_above)
+{
+    return flag(acceleration > friction) * (1.0 - blocked_above) - flag(acceleration < -friction) * (1.0 - blocked_below);
+}
+
+static inline double on_threshold(double acceleration, double friction)
+{
+    return flag(!(fabs(acceleration) < friction)) * (1.0 - flag(acceleration > friction)) * (1.0 - flag(acceleration < -friction));
+}
+
 /* A mass that has come to rest stays there, is stopped, or goes on: its velocity is 0. */
 LANES_CODE static void come_to_rest(lanes *restrict w, const double *restrict how, const double *restrict touches, double *restrict hits)
 {
@@ -1893,15 +1902,9 @@ LANES_CODE static void sides_from_rest(lanes *restrict w, const double *restrict
         keep(&free_2[l], is(w->alone[l], 2) > 0.0, w->free[l]);
     }
     for (int l = 0; l < LANES; l++) {
-        const double up_1 = flag(free_1[l] > w->robot.f1[l]);
-        const double down_1 = flag(free_1[l] < -w->robot.f1[l]);
-        const double up_2 = flag(free_2[l] > w->robot.f2[l]);
-        const double down_2 = flag(free_2[l] < -w->robot.f2[l]);
-        const double doubt_1 = flag(!(fabs(free_1[l]) < w->robot.f1[l])) * (1.0 - up_1) * (1.0 - down_1);
-        const double doubt_2 = flag(!(fabs(free_2[l]) < w->robot.f2[l])) * (1.0 - up_2) * (1.0 - down_2);
-        side_1[l] = up_1 * (1.0 - blocked_above[l]) - down_1 * (1.0 - blocked_below[l]);
-        side_2[l] = up_2 - down_2;
-        threshold[l] = rests_1[l] * doubt_1 + rests_2[l] * doubt_2;
+        side_1[l] = side_from_rest(free_1[l], w->robot.f1[l], blocked_below[l], blocked_above[l]);
+        side_2[l] = side_from_rest(free_2[l], w->robot.f2[l], 0.0, 0.0);
+        threshold[l] = rests_1[l] * on_threshold(free_1[l], w->robot.f1[l]) + rests_2[l] * on_threshold(free_2[l], w->robot.f2[l]);
     }
     leave(w, threshold, THRESHOLD);
 }
@@ -2063,16 +2066,21 @@ LANES_CODE static void end_windows(lanes *restrict w, const double *restrict sto
     pass(w, how, touches);
 }
 
-/* One window of each stance. */
-LANES_CODE static void advance(lanes *restrict w)
-{
+/* What a round works in; kept, so that no lane reads what was never written. */
+typedef struct {
     outlook ahead;
+    search find;
+    basis_columns basis;
+} workspace;
+
+/* One window of each stance. */
+LANES_CODE static void advance(lanes *restrict w, workspace *restrict work)
+{
     column stops;
     start_phases(w);
-    memset(&ahead, 0, sizeof ahead);
-    look_ahead(w, &ahead);
-    reach_ahead(w, &ahead);
-    settle_windows(w);
+    look_ahead(w, &work->ahead);
+    reach_ahead(w, &work->ahead, &work->basis);
+    settle_windows(w, &work->find);
     for (int l = 0; l < LANES; l++) {
         w->settled[l] = flag(w->found[l] >= 0.0);
     }
@@ -2151,16 +2159,11 @@ LANES_CODE static void start_stances(lanes *restrict w, const double *restrict f
         const hopform_rates_f64 rates = one_of_rates_columns(&w->rates, l);
         const hopform_state_f64 state = {w->start.x1[l], v1[l], w->start.v2[l], w->start.y[l]};
         const hopform_free_f64 free = hopform_free_accelerations_f64(&rates, &state, w->u[l]);
-        const double up_1 = flag(free.free_1 > w->robot.f1[l]);
-        const double down_1 = flag(free.free_1 < -w->robot.f1[l]);
-        const double up_2 = flag(free.free_2 > w->robot.f2[l]);
-        const double down_2 = flag(free.free_2 < -w->robot.f2[l]);
-        const double doubt_1 = flag(!(fabs(free.free_1) < w->robot.f1[l])) * (1.0 - up_1) * (1.0 - down_1);
-        const double doubt_2 = flag(!(fabs(free.free_2) < w->robot.f2[l])) * (1.0 - up_2) * (1.0 - down_2);
-        const double from_rest = up_1 * (1.0 - blocked_above[l]) - down_1 * (1.0 - blocked_below[l]);
-        doubt[l] = rests_1[l] * doubt_1 + rests_2[l] * doubt_2;
-        side_1[l] = rests_1[l] * from_rest + (1.0 - rests_1[l]) * (flag(v1[l] > 0.0) - flag(v1[l] < 0.0));
-        side_2[l] = rests_2[l] * (up_2 - down_2) + flag(w->start.v2[l] > 0.0) - flag(w->start.v2[l] < 0.0);
+        const double from_rest_1 = side_from_rest(free.free_1, w->robot.f1[l], blocked_below[l], blocked_above[l]);
+        const double from_rest_2 = side_from_rest(free.free_2, w->robot.f2[l], 0.0, 0.0);
+        doubt[l] = rests_1[l] * on_threshold(free.free_1, w->robot.f1[l]) + rests_2[l] * on_threshold(free.free_2, w->robot.f2[l]);
+        side_1[l] = rests_1[l] * from_rest_1 + flag(v1[l] > 0.0) - flag(v1[l] < 0.0);
+        side_2[l] = rests_2[l] * from_rest_2 + flag(w->start.v2[l] > 0.0) - flag(w->start.v2[l] < 0.0);
     }
     for (int l = 0; l < LANES; l++) {
         const double leaves = flag(!(w->start.y[l] > 0.0)) * flag(!(v1[l] > w->start.v2[l]));
@@ -2317,17 +2320,17 @@ typedef struct {
     int32_t lane[LANES];
 } crew;
 
-static inline void put_column(const hopform_output_f64 *column, const lanes *w, const crew *who, const double *value)
+static inline void put_numbers(const hopform_output_f64 *to, const lanes *w, const crew *who, const double *value)
 {
-    for (int32_t n = 0; n < who->count && column->first != NULL; n++) {
-        hopform_put_f64(column, w->index[who->lane[n]], value[who->lane[n]]);
+    for (int32_t n = 0; n < who->count && to->first != NULL; n++) {
+        hopform_put_f64(to, w->index[who->lane[n]], value[who->lane[n]]);
     }
 }
 
-static inline void put_codes(const hopform_output_f64 *column, const lanes *w, const crew *who, const double *value)
+static inline void put_codes(const hopform_output_f64 *to, const lanes *w, const crew *who, const double *value)
 {
-    for (int32_t n = 0; n < who->count && column->first != NULL; n++) {
-        hopform_put_code_f64(column, w->index[who->lane[n]], (int32_t)value[who->lane[n]]);
+    for (int32_t n = 0; n < who->count && to->first != NULL; n++) {
+        hopform_put_code_f64(to, w->index[who->lane[n]], (int32_t)value[who->lane[n]]);
     }
 }
 
@@ -2354,13 +2357,13 @@ static void write(const lanes *w, const result_columns *result, queue *to)
         who.count += result->ended[l] > 0.0 ? 1 : 0;
     }
     put_codes(&out->status, w, &who, w->ending);
-    put_column(&out->duration, w, &who, w->t);
-    put_column(&out->x1, w, &who, w->state.x1);
-    put_column(&out->v1, w, &who, w->state.v1);
-    put_column(&out->x2, w, &who, result->x2);
-    put_column(&out->v2, w, &who, w->state.v2);
-    put_column(&out->apex, w, &who, result->apex);
-    put_column(&out->aed, w, &who, result->aed);
+    put_numbers(&out->duration, w, &who, w->t);
+    put_numbers(&out->x1, w, &who, w->state.x1);
+    put_numbers(&out->v1, w, &who, w->state.v1);
+    put_numbers(&out->x2, w, &who, result->x2);
+    put_numbers(&out->v2, w, &who, w->state.v2);
+    put_numbers(&out->apex, w, &who, result->apex);
+    put_numbers(&out->aed, w, &who, result->aed);
     put_codes(&out->event_count, w, &who, w->events);
     for (int32_t n = 0; n < who.count && out->event_time != NULL; n++) {
         close_list(w, who.lane[n], to);
@@ -2410,8 +2413,10 @@ static void clear(lanes *w)
 int32_t LANES_NAME(int64_t count, const hopform_stances_in_f64 *in, const hopform_stances_out_f64 *out)
 {
     lanes w;
+    workspace work;
     queue stances = {count, in, out, 0, 0, {{0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0}, {0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0}, {0.0, 0.0, 0.0, 0.0, 0.0, 0.0}, {0.0, 0.0, 0.0, 0.0, 0.0, 0.0}, {0.0, 0.0, 0.0, 0.0, 0.0, 0.0}, 0}, 0, HOPFORM_OK, HOPFORM_OK, hopform_has_many_robots_f64(in)};
     clear(&w);
+    memset(&work, 0, sizeof work);
     for (;;) {
         if (stances.next < stances.pause) {
             int32_t idle = 0;
@@ -2423,7 +2428,7 @@ int32_t LANES_NAME(int64_t count, const hopform_stances_in_f64 *in, const hopfor
             }
         }
         if (any(w.live)) {
-            advance(&w);
+            advance(&w, &work);
             collect(&w, &stances);
         } else if (stances.next < count) {
             look_back(&w, &stances);

@@ -6,5 +6,5 @@
 
 const char *hopform_source(void)
 {
-    return "2437d0f187103c3d";
+    return "ae605dac86f1b168";
 }
