@@ -252,14 +252,14 @@ MUTANTS = (
     Mutant(
         "C: a late take-off has the digits that the start and the rise leave it",
         "templates/c/src/stance_real.c.j2",
-        "        sharpen_takeoff(chain, poles, motion, limit, &result);",
-        "        sharpen_takeoff(chain, poles, motion, 0.0, &result);",
+        "            if (sharpen_takeoff(chain, &guard, limit, &end)) {",
+        "            if (sharpen_takeoff(chain, &guard, 0.0, &end)) {",
     ),
     Mutant(
         "NumPy: a late take-off has the digits that the start and the rise leave it",
         "templates/python/hopform_solver/stance.py.j2",
-        "np.where(t <= limit[where], t, end.t[where])",
-        "np.where(t <= 0.0, t, end.t[where])",
+        "np.where(t + later <= limit[where], later, 0.0)",
+        "np.where(t + later <= 0.0, later, 0.0)",
     ),
     Mutant(
         "NumPy: a stop that is hit with the leg at rest is a take-off",

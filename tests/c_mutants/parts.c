@@ -567,6 +567,55 @@ static void swings(void)
     must(hopform_swing_to_zero_f64(&still, 0.0) >= 1e300, "what does not swing");
 }
 
+/* What creeps to its zero when nearly all has faded: from where rounding may have put the root, to the root. */
+static void late_roots(void)
+{
+    int told = 0;
+    for (row = 0; row < 600; row++) {
+        const T(poles) poles = poles_of_any_robot();
+        const double start = 1.0, settled = -over(1e-9, 1e-4);
+        near(hopform_settled_y_f64(&poles, 3.0, 5.0), poles.s_3 > 0.0 ? 5.0 / poles.s_3 : 3.0 / poles.s_2, 1e-300, "what y tends to");
+        const double w = poles.s_3 > 0.0 ? cbrt(poles.s_3) : sqrt(poles.s_2), way = settled - start;
+        const bool slow = poles.s_3 > 0.0;
+        const double H3 = uniform(-1.0, 0.0) * w;
+        const T(numerator) h = {H3, slow ? uniform(-1.0, 1.0) * w * w : way * poles.s_2, slow ? way * poles.s_3 : 0.0};
+        double low = 1.0 / w, high = low;
+        for (int n = 0; n < 60; n++) {
+            const T(basis) basis = hopform_basis_at_f64(&poles, high);
+            if (!(settled - hopform_left_to_go_f64(&poles, &h, &basis, way) > 0.0)) {
+                break;
+            }
+            low = high;
+            high *= 1.2;
+        }
+        for (int n = 0; n < 200; n++) {
+            const double middle = 0.5 * (low + high);
+            const T(basis) basis = hopform_basis_at_f64(&poles, middle);
+            if (settled - hopform_left_to_go_f64(&poles, &h, &basis, way) > 0.0) {
+                low = middle;
+            } else {
+                high = middle;
+            }
+        }
+        const T(basis) there = hopform_basis_at_f64(&poles, low), early = hopform_basis_at_f64(&poles, 0.5 * low);
+        const double rate = h.H3 * there.Wdd + h.H2 * there.Wd + h.H1 * there.W;
+        const double faded = fabs(there.Wdd) + fabs(w * there.Wd) + (slow ? fabs(w * w * there.W) : 0.0);
+        const double blurred = 1e-15 / fabs(rate); /* what rounding of the start makes of the time */
+        if (!(rate < 0.0 && faded < 1e-3 && blurred < 0.005 * low && blurred > 1e-13 * low)) {
+            continue;
+        }
+        told++;
+        must(!(fabs(hopform_root_is_later_f64(&poles, &h, start, settled, &early, 0.5 * low)) > 0.0), "a root that is not near");
+        for (int side = -1; side <= 1; side += 2) {
+            const double t = low + side * blurred;
+            const T(basis) basis = hopform_basis_at_f64(&poles, t);
+            const double later = hopform_root_is_later_f64(&poles, &h, start, settled, &basis, t);
+            near(t + later, low, 0.2 * blurred, "a late root");
+        }
+    }
+    must(told > 30, "too few late roots");
+}
+
 int main(int argc, char **argv)
 {
     listen(argc, argv);
@@ -580,6 +629,7 @@ int main(int argc, char **argv)
     any_verdicts();
     any_quiet();
     swings();
+    late_roots();
     first_samples();
     tables();
     transitions();

@@ -91,7 +91,7 @@ static inline float hopform_root_is_later_f32(const hopform_poles_f32 *poles, co
                         + (slow ? fabsf(h->H2) + fabsf(by_2) : 0.0f) * fabsf(basis->W) + of_time;
     const bool tells = (rate < 0.0f) & (of_way < 0.25f * of_rise) & (fabsf(value) <= 16.0f * 1.1920929e-7f * of_rise);
     const float later = -value / (tells ? rate : -1.0f);
-    const bool counts = (fabsf(later) < 0.01f * t) & (fabsf(later) > 1.1920929e-7f * t);
+    const bool counts = (fabsf(later) < 0.01f * t) & (fabsf(later) > 16.0f * 1.1920929e-7f * t);
     return (tells & counts) ? later : 0.0f;
 }
 

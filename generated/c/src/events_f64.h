@@ -91,7 +91,7 @@ static inline double hopform_root_is_later_f64(const hopform_poles_f64 *poles, c
                         + (slow ? fabs(h->H2) + fabs(by_2) : 0.0) * fabs(basis->W) + of_time;
     const bool tells = (rate < 0.0) & (of_way < 0.25 * of_rise) & (fabs(value) <= 16.0 * 2.220446049250313e-16 * of_rise);
     const double later = -value / (tells ? rate : -1.0);
-    const bool counts = (fabs(later) < 0.01 * t) & (fabs(later) > 2.220446049250313e-16 * t);
+    const bool counts = (fabs(later) < 0.01 * t) & (fabs(later) > 16.0 * 2.220446049250313e-16 * t);
     return (tells & counts) ? later : 0.0;
 }
 

@@ -1969,8 +1969,8 @@ LANES_CODE static void next_samples(const sample_columns *restrict to, const dou
     }
 }
 
-/* A take-off late in a phase: its time, and W there, with all their digits. */
-LANES_CODE static void sharpen_takeoffs(lanes *restrict w, const double *restrict how)
+/* A take-off late in a phase whose time has not all its digits is left. */
+LANES_CODE static void look_at_takeoffs(lanes *restrict w, const double *restrict how)
 {
     column late, settled;
     for (int l = 0; l < LANES; l++) {
@@ -1993,20 +1993,14 @@ LANES_CODE static void sharpen_takeoffs(lanes *restrict w, const double *restric
         const bool moves_1 = fabs(w->side_1[l]) > 0.0;
         settled[l] = hopform_settled_y_f64(&poles, moves_1 ? H2_moves_1 : body.H2_y, moves_1 ? H1_moves_1 : body.H1_y);
     }
-    for (int n = 0; n < 4 && any(late); n++) {
-        for (int l = 0; l < LANES; l++) {
-            const hopform_poles_f64 poles = one_of_poles_columns(&w->poles, l);
-            const hopform_basis_f64 basis = one_of_basis_columns(&w->end, l);
-            const hopform_numerator_f64 leg = {w->motion.H3_y[l], w->motion.H2_y[l], w->motion.H1_y[l]};
-            const double later = hopform_root_is_later_f64(&poles, &leg, w->state.y[l], settled[l], &basis, w->end_t[l]);
-            const double t = w->end_t[l] + later;
-            late[l] *= flag(fabs(later) > 0.0) * flag(t <= w->limit[l]);
-            keep(&w->end_t[l], late[l] > 0.0, t);
-        }
-        if (any(late)) {
-            bases_at(w, w->end_t, late, &w->end);
-        }
+    for (int l = 0; l < LANES; l++) {
+        const hopform_poles_f64 poles = one_of_poles_columns(&w->poles, l);
+        const hopform_basis_f64 basis = one_of_basis_columns(&w->end, l);
+        const hopform_numerator_f64 leg = {w->motion.H3_y[l], w->motion.H2_y[l], w->motion.H1_y[l]};
+        const double later = hopform_root_is_later_f64(&poles, &leg, w->state.y[l], settled[l], &basis, w->end_t[l]);
+        late[l] *= flag(fabs(later) > 0.0);
     }
+    leave(w, late, TIE);
 }
 
 /* The next window of a phase, or what follows its end. */
@@ -2040,7 +2034,7 @@ LANES_CODE static void end_windows(lanes *restrict w, const double *restrict sto
             next_samples(&w->to[s], goes_on, &w->from[s]);
         }
     }
-    sharpen_takeoffs(w, how);
+    look_at_takeoffs(w, how);
     for (int l = 0; l < LANES; l++) {
         const hopform_state_f64 state = one_of_state_columns(&w->state, l);
         const hopform_motion_f64 motion = one_of_motion_columns(&w->motion, l);

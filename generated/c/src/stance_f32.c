@@ -484,27 +484,31 @@ static phase_end end_of(const stance_guard *guard, const window *end, bool stops
     return result;
 }
 
-/* A take-off late in a phase: its time, and W there, with all their digits. */
-static void sharpen_takeoff(const stance_chain *chain, const hopform_poles_f32 *poles, const hopform_motion_f32 *motion, float limit,
-                            phase_end *end)
+/* A take-off late in a phase: its time with all its digits; false if it has them. */
+static bool sharpen_takeoff(const stance_chain *chain, const stance_guard *guard, float limit, window *end)
 {
-    if (!(fabsf(end->basis.Wdd) < 0.25f)) {
-        return;
+    if (!is_takeoff(guard, end->found) || !(fabsf(end->basis.Wdd) < 0.25f)) {
+        return false;
     }
+    const hopform_watch_f32 *leg = &guard->watch[end->found];
     const hopform_state_f32 slack = {0.0f, 0.0f, 0.0f, 0.0f};
     const hopform_motion_f32 from_slack =
         hopform_motion_of_f32(chain->plan, &slack, chain->steps[chain->step].u, chain->side_1, chain->side_2);
-    const hopform_numerator_f32 leg = {motion->H3_y, motion->H2_y, motion->H1_y};
-    const float settled = hopform_settled_y_f32(poles, from_slack.H2_y, from_slack.H1_y);
+    const float settled = hopform_settled_y_f32(guard->poles, from_slack.H2_y, from_slack.H1_y);
+    hopform_point_f32 root = {end->t, end->basis, end->at[end->found]};
+    bool moves = false;
     for (int n = 0; n < 4; n++) {
-        const float later = hopform_root_is_later_f32(poles, &leg, chain->state.y, settled, &end->basis, end->t);
-        const float t = end->t + later;
-        if (!(fabsf(later) > 0.0f) || t > limit) {
-            return;
+        const float later = hopform_root_is_later_f32(guard->poles, &leg->numerator, leg->start, settled, &root.basis, root.t);
+        if (!(fabsf(later) > 0.0f) || root.t + later > limit) {
+            break;
         }
-        end->basis = hopform_basis_at_f32(poles, t);
-        end->t = t;
+        root = hopform_point_at_f32(leg, guard->poles, root.t + later);
+        moves = true;
     }
+    if (moves) {
+        end_at(guard, end, end->found, &root);
+    }
+    return moves;
 }
 
 /* The first event of the phase that starts at the chain's state. */
@@ -536,6 +540,9 @@ static phase_end find_end(const stance_chain *chain, const hopform_poles_f32 *po
             reach_ahead(&guard, low, limit, windows, &end);
             settle_window(&guard, low, &end);
             cross_at_the_limit(&guard, limit, &end);
+            if (sharpen_takeoff(chain, &guard, limit, &end)) {
+                settle_window(&guard, low, &end); /* what else happens by then */
+            }
         }
         const float t = end.t;
         stops = meets_stop(chain, &guard, &end) && !(is_takeoff(&guard, end.found) && t <= end.t * (1.0f + 8.0f * 1.1920929e-7f));
@@ -548,8 +555,6 @@ static phase_end find_end(const stance_chain *chain, const hopform_poles_f32 *po
     if (result.kind == END_VELOCITY_1) {
         const hopform_state_f32 ahead = from_stop(chain);
         result.touch = is_finite(ahead.x1) ? hopform_touch_f32(motion, &ahead, &end.basis) : 0.0f;
-    } else if (result.kind == END_TAKEOFF) {
-        sharpen_takeoff(chain, poles, motion, limit, &result);
     }
     return result;
 }

@@ -484,27 +484,31 @@ static phase_end end_of(const stance_guard *guard, const window *end, bool stops
     return result;
 }
 
-/* A take-off late in a phase: its time, and W there, with all their digits. */
-static void sharpen_takeoff(const stance_chain *chain, const hopform_poles_f64 *poles, const hopform_motion_f64 *motion, double limit,
-                            phase_end *end)
+/* A take-off late in a phase: its time with all its digits; false if it has them. */
+static bool sharpen_takeoff(const stance_chain *chain, const stance_guard *guard, double limit, window *end)
 {
-    if (!(fabs(end->basis.Wdd) < 0.25)) {
-        return;
+    if (!is_takeoff(guard, end->found) || !(fabs(end->basis.Wdd) < 0.25)) {
+        return false;
     }
+    const hopform_watch_f64 *leg = &guard->watch[end->found];
     const hopform_state_f64 slack = {0.0, 0.0, 0.0, 0.0};
     const hopform_motion_f64 from_slack =
         hopform_motion_of_f64(chain->plan, &slack, chain->steps[chain->step].u, chain->side_1, chain->side_2);
-    const hopform_numerator_f64 leg = {motion->H3_y, motion->H2_y, motion->H1_y};
-    const double settled = hopform_settled_y_f64(poles, from_slack.H2_y, from_slack.H1_y);
+    const double settled = hopform_settled_y_f64(guard->poles, from_slack.H2_y, from_slack.H1_y);
+    hopform_point_f64 root = {end->t, end->basis, end->at[end->found]};
+    bool moves = false;
     for (int n = 0; n < 4; n++) {
-        const double later = hopform_root_is_later_f64(poles, &leg, chain->state.y, settled, &end->basis, end->t);
-        const double t = end->t + later;
-        if (!(fabs(later) > 0.0) || t > limit) {
-            return;
+        const double later = hopform_root_is_later_f64(guard->poles, &leg->numerator, leg->start, settled, &root.basis, root.t);
+        if (!(fabs(later) > 0.0) || root.t + later > limit) {
+            break;
         }
-        end->basis = hopform_basis_at_f64(poles, t);
-        end->t = t;
+        root = hopform_point_at_f64(leg, guard->poles, root.t + later);
+        moves = true;
     }
+    if (moves) {
+        end_at(guard, end, end->found, &root);
+    }
+    return moves;
 }
 
 /* The first event of the phase that starts at the chain's state. */
@@ -536,6 +540,9 @@ static phase_end find_end(const stance_chain *chain, const hopform_poles_f64 *po
             reach_ahead(&guard, low, limit, windows, &end);
             settle_window(&guard, low, &end);
             cross_at_the_limit(&guard, limit, &end);
+            if (sharpen_takeoff(chain, &guard, limit, &end)) {
+                settle_window(&guard, low, &end); /* what else happens by then */
+            }
         }
         const double t = end.t;
         stops = meets_stop(chain, &guard, &end) && !(is_takeoff(&guard, end.found) && t <= end.t * (1.0 + 8.0 * 2.220446049250313e-16));
@@ -548,8 +555,6 @@ static phase_end find_end(const stance_chain *chain, const hopform_poles_f64 *po
     if (result.kind == END_VELOCITY_1) {
         const hopform_state_f64 ahead = from_stop(chain);
         result.touch = is_finite(ahead.x1) ? hopform_touch_f64(motion, &ahead, &end.basis) : 0.0;
-    } else if (result.kind == END_TAKEOFF) {
-        sharpen_takeoff(chain, poles, motion, limit, &result);
     }
     return result;
 }

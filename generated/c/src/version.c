@@ -6,5 +6,5 @@
 
 const char *hopform_source(void)
 {
-    return "ae605dac86f1b168";
+    return "7afc6c25b53e82bb";
 }

@@ -79,7 +79,7 @@ def root_is_later(watch: Watch, settled: Array, t: Array) -> Array:
     tells = (rate < 0.0) & (of_way < 0.25 * of_rise) & (np.abs(value) <= 16.0 * np.finfo(t.dtype).eps * of_rise)
     later = np.zeros_like(t)
     later[tells] = -value[tells] / rate[tells]
-    return np.where((np.abs(later) < 0.01 * t) & (np.abs(later) > np.finfo(t.dtype).eps * t), later, 0.0)
+    return np.where((np.abs(later) < 0.01 * t) & (np.abs(later) > 16.0 * np.finfo(t.dtype).eps * t), later, 0.0)
 
 
 def zeros_of_pair(watch: Watch) -> tuple[Array, Array]:

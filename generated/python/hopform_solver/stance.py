@@ -323,23 +323,38 @@ def _take_off(leg: _Watched, lift: Array, end: _End) -> None:
     end.t[lanes[lifts]], end.kind[lanes[lifts]] = lift[lifts], TAKEOFF
 
 
-def _sharpen_takeoffs(chain: _Chain, leg: _Watched, limit: Array, end: _End) -> None:
-    """Take-offs late in a phase: their times with all their digits."""
-    lanes = np.flatnonzero(end.kind[leg.lanes] == TAKEOFF)
+def _sharpened(chain: _Chain, leg: _Watched, lift: Array, limit: Array) -> Array:
+    """Where the leg takes off late in a phase: the time with all its digits."""
+    lanes = np.flatnonzero(lift < NEVER[lift.dtype])
     if not lanes.size:
-        return
-    where, poles = leg.lanes[lanes], take(leg.watch.poles, lanes)
+        return lift
+    where, watch = leg.lanes[lanes], lanes_of(leg.watch, lanes)
     plan, side = plan_lanes(chain.plan, where), take(chain.side, where)
-    slack = State(*(np.zeros(where.size, end.t.dtype) for _ in State._fields))
+    slack = State(*(np.zeros(where.size, lift.dtype) for _ in State._fields))
     motion = motion_of(plan, slack, chain.u[where], side)
-    slow = poles.s_3 > 0.0
-    settled: Array = choose(slow, motion.H1_y, motion.H2_y) / choose(slow, poles.s_3, poles.s_2)
+    slow = watch.poles.s_3 > 0.0
+    settled: Array = choose(slow, motion.H1_y, motion.H2_y) / choose(slow, watch.poles.s_3, watch.poles.s_2)
+    t = lift[lanes]
     for _ in range(4):
-        later = root_is_later(lanes_of(leg.watch, lanes), settled, end.t[where])
-        t = end.t[where] + later
-        end.t[where] = np.where(t <= limit[where], t, end.t[where])
+        later = root_is_later(watch, settled, t)
+        t += np.where(t + later <= limit[where], later, 0.0).astype(t.dtype)
         if not later.any():
             break
+    lift = lift.copy()
+    lift[lanes] = t
+    return lift
+
+
+def _look_further(watched: list[_Watched], found: list[Array], limit: Array, tie: float) -> list[Array]:
+    """Roots up to a limit where it is later than how far they were looked for, which is where there is one."""
+    further: list[Array] = []
+    for of, roots in zip(watched, [known.copy() for known in found], strict=True):
+        lanes = np.flatnonzero(limit[of.lanes] < NEVER[limit.dtype])
+        if lanes.size:
+            only = _Watched(of.lanes[lanes], lanes_of(of.watch, lanes), of.kind, of.side)
+            roots[lanes] = _roots([only], limit, tie)[0]
+        further.append(roots)
+    return further
 
 
 def _find_end(chain: _Chain, poles: Poles, motion: Motion, limit: Array) -> _End:
@@ -353,19 +368,28 @@ def _find_end(chain: _Chain, poles: Poles, motion: Motion, limit: Array) -> _End
     limit = limit.copy()
     for lanes, t in halts:
         limit[lanes] = np.minimum(limit[lanes], t)
-    roots = iter(_roots([*watched[0], *watched[1], *leg], limit, end.tie) if leg else ())
+    others = [*watched[0], *watched[1]]
+    found: list[Array] = _roots([*others, *leg], limit, end.tie) if leg else []
+    lifts: list[Array] = []
+    for of, lift in zip(leg, found[len(others) :], strict=True):
+        sharp = _sharpened(chain, of, lift, limit)
+        later: NDArray[np.bool_] = sharp > lift * (1.0 + end.tie)
+        if later.any():
+            beyond = np.full_like(limit, NEVER[limit.dtype])
+            beyond[of.lanes[later]] = sharp[later]
+            found[: len(others)] = _look_further(others, found[: len(others)], beyond, end.tie)
+        lifts.append(_rings_down(chain, poles, of, sharp))
+    roots = iter(found)
     for mass in (1, 2):
         end.earlier(*halts[mass - 1], (VELOCITY_1, VELOCITY_2)[mass - 1])
         for of in watched[mass - 1]:
             end.earlier(of.lanes, next(roots), of.kind, of.side)
-    lifts = [_rings_down(chain, poles, of, lift) for of, lift in zip(leg, roots, strict=True)]
     until = end.t.copy()
     for of, lift in zip(leg, lifts, strict=True):
         until[of.lanes] = np.minimum(until[of.lanes], lift)
     _watch_stop(chain, poles, motion, until, end)
     for of, lift in zip(leg, lifts, strict=True):
         _take_off(of, lift, end)
-        _sharpen_takeoffs(chain, of, limit, end)
     return end
 
 
