@@ -1403,8 +1403,7 @@ static inline float verdict_on(const lanes *w, const sample_columns *from, const
     const bool nears_zero = turns & same & !(falls ^ (turning > 0.0f));
     const bool open = nears_zero & !away;
     const bool monotone = (nears_zero & away) | (!nears_zero & same);
-    const bool held_up = held_up_by(from, to, l, value, w->poles.a[l], h) > 0.0f;
-    const bool dips = !monotone & falls & !held_up;
+    const bool dips = !monotone & falls; /* unless it is held up */
     const float of_dips = dips ? (float)DIPS : 0.0f;
     const float decided = below ? (float)LOSES_SIGN : of_dips;
     const float undecided = far ? 0.0f : (float)UNDECIDED;
@@ -1427,11 +1426,20 @@ LANES_CODE static void act_on(const lanes *restrict w, int s, const float *restr
     const sample_columns *from = &w->from[s];
     const sample_columns *to = &w->to[s];
     const float number = (float)s;
+    column ends, dipping;
     for (int l = 0; l < LANES; l++) {
         const float just_beyond = -2.0f * to->noise[l];
         const bool is_found = (w->found[l] >= number) & (w->found[l] <= number);
         const float value = is_found ? just_beyond : to->value[l];
         what[l] = verdict_on(w, from, to, l, value, growth[l], span[l]);
+        ends[l] = value;
+        dipping[l] = flag(what[l] > 1.5f) * flag(what[l] < 2.5f);
+    }
+    if (any(dipping)) {
+        for (int l = 0; l < LANES; l++) {
+            const float held_up = held_up_by(from, to, l, ends[l], w->poles.a[l], w->end_t[l] - w->low[l]);
+            what[l] = dipping[l] * held_up > 0.0f ? 0.0f : what[l];
+        }
     }
     for (int l = 0; l < LANES; l++) {
         const float h = w->end_t[l] - w->low[l];

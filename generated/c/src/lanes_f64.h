@@ -1424,8 +1424,7 @@ static inline double verdict_on(const lanes *w, const sample_columns *from, cons
     const bool nears_zero = turns & same & !(falls ^ (turning > 0.0));
     const bool open = nears_zero & !away;
     const bool monotone = (nears_zero & away) | (!nears_zero & same);
-    const bool held_up = held_up_by(from, to, l, value, w->poles.a[l], h) > 0.0;
-    const bool dips = !monotone & falls & !held_up;
+    const bool dips = !monotone & falls; /* unless it is held up */
     const double of_dips = dips ? (double)DIPS : 0.0;
     const double decided = below ? (double)LOSES_SIGN : of_dips;
     const double undecided = far ? 0.0 : (double)UNDECIDED;
@@ -1448,11 +1447,20 @@ LANES_CODE static void act_on(const lanes *restrict w, int s, const double *rest
     const sample_columns *from = &w->from[s];
     const sample_columns *to = &w->to[s];
     const double number = (double)s;
+    column ends, dipping;
     for (int l = 0; l < LANES; l++) {
         const double just_beyond = -2.0 * to->noise[l];
         const bool is_found = (w->found[l] >= number) & (w->found[l] <= number);
         const double value = is_found ? just_beyond : to->value[l];
         what[l] = verdict_on(w, from, to, l, value, growth[l], span[l]);
+        ends[l] = value;
+        dipping[l] = flag(what[l] > 1.5) * flag(what[l] < 2.5);
+    }
+    if (any(dipping)) {
+        for (int l = 0; l < LANES; l++) {
+            const double held_up = held_up_by(from, to, l, ends[l], w->poles.a[l], w->end_t[l] - w->low[l]);
+            what[l] = dipping[l] * held_up > 0.0 ? 0.0 : what[l];
+        }
     }
     for (int l = 0; l < LANES; l++) {
         const double h = w->end_t[l] - w->low[l];

@@ -6,5 +6,5 @@
 
 const char *hopform_source(void)
 {
-    return "7afc6c25b53e82bb";
+    return "49c464724d0abb07";
 }
