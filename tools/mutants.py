@@ -264,8 +264,15 @@ MUTANTS = (
     Mutant(
         "NumPy: a stop that is hit with the leg at rest is a take-off",
         "templates/python/hopform_solver/stance.py.j2",
-        "(end.kind[lanes] != STOP) & (there.value",
-        "(end.kind[lanes] > 0) & (there.value",
+        "(end.kind[lanes] != LIMIT) & (end.kind[lanes] != STOP)",
+        "(end.kind[lanes] != LIMIT)",
+        first=("tests/test_checker.py",),
+    ),
+    Mutant(
+        "C: a slip whose threshold is blurred comes before the take-off at the same time",
+        "templates/c/src/stance_real.c.j2",
+        "    guard->doubt = 4.0 * EPSILON * (friction + fabs(acceleration));",
+        "    guard->doubt = 0.0 * (friction + fabs(acceleration));",
         first=("tests/test_checker.py",),
     ),
     Mutant(

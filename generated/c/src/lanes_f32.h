@@ -377,6 +377,7 @@ typedef struct {
     motion_columns motion;
     watch_columns watch[SLOTS];
     column on[SLOTS], kind[SLOTS], side[SLOTS];
+    column doubt; /* of a threshold: what rounding may have done to friction less force */
 
     column low, windows; /* the window, and what is known at its ends */
     sample_columns from[SLOTS];
@@ -1042,6 +1043,7 @@ LANES_CODE static void watch_velocities(lanes *restrict w, const float *restrict
         const hopform_watch_f32 velocity_2 = hopform_watch_of_f32(&poles, H3_2, m.H2_2, m.H1_2, w->state.v2[l], w->side_2[l], 0, 0);
         keep_watch(w, 1, l, who[l] > 0.0f, 1.0f, BY_VELOCITY_1, 0.0f, &velocity_1);
         keep_watch(w, 2, l, who[l] > 0.0f, 1.0f, BY_VELOCITY_2, 0.0f, &velocity_2);
+        keep(&w->doubt[l], who[l] > 0.0f, 0.0f);
     }
 }
 
@@ -1082,6 +1084,7 @@ LANES_CODE static void watch_thresholds(lanes *restrict w, const float *restrict
         const float on_above = flag(!(towards < 0.0f)) * (1.0f - held_1 * blocked_above[l]);
         keep_watch(w, 1, l, who[l] > 0.0f, on_below, kind, -1.0f, &below);
         keep_watch(w, 2, l, who[l] > 0.0f, on_above, kind, 1.0f, &above);
+        keep(&w->doubt[l], who[l] > 0.0f, 4.0f * 1.1920929e-7f * (friction[l] + fabsf(free[l])));
     }
 }
 
@@ -1419,9 +1422,15 @@ typedef struct {
     column number, low, high, t, going, done, turning;
 } search;
 
+/* How fast the watch falls that has been found, and what rounding may have done to it. */
+typedef struct {
+    column rate, blur;
+} found_columns;
+
 /* Whether something is to be done about watch s of a lane, and what. */
 LANES_CODE static void act_on(const lanes *restrict w, int s, const float *restrict unsettled, const float *restrict first,
-                              const float *restrict growth, const float *restrict span, float *restrict here, float *restrict what)
+                              const found_columns *restrict other, const float *restrict growth, const float *restrict span,
+                              float *restrict here, float *restrict what)
 {
     const sample_columns *from = &w->from[s];
     const sample_columns *to = &w->to[s];
@@ -1447,8 +1456,9 @@ LANES_CODE static void act_on(const lanes *restrict w, int s, const float *restr
         const float later_found = flag(w->found[l] > number);
         const float is_found = flag(w->found[l] >= number) - later_found;
         const float other_found = flag(w->found[l] >= 0.0f) - is_found;
-        const float early = flag(to->value[l] < -noise);
-        const float nearly = flag(to->rate[l] * h < -16.0f * noise) * flag(to->value[l] < 4.0f * noise);
+        const float early = flag(to->value[l] < -(noise + (s > 0 ? w->doubt[l] : 0.0f)));
+        const float ties_with = flag((to->value[l] - 4.0f * noise) * other->rate[l] < fabsf(to->rate[l]) * other->blur[l]);
+        const float nearly = flag(to->rate[l] * h < -16.0f * noise) * ties_with;
         const float at_once = flag(!(from->value[l] > 0.0f))
                              * flag((from->rate[l] < 0.0f) | ((from->rate[l] <= 0.0f) & (from->turning[l] <= 0.0f)));
         const float keeps = flag(what[l] < 0.5f);
@@ -1470,6 +1480,7 @@ LANES_CODE static void settle_verdicts(const lanes *restrict w, const float *res
                                        search *restrict found)
 {
     column here, deed, growth, span;
+    found_columns other;
     for (int l = 0; l < LANES; l++) {
         const float a = w->poles.a[l];
         const float h = w->end_t[l] - w->low[l];
@@ -1480,6 +1491,12 @@ LANES_CODE static void settle_verdicts(const lanes *restrict w, const float *res
         span[l] = slow ? h : inverse;
         what[l] = NOTHING;
         found->number[l] = 0.0f;
+        const bool first_found = w->found[l] < 0.5f;
+        const bool second_found = w->found[l] < 1.5f;
+        const float later_rate = second_found ? w->to[1].rate[l] : w->to[2].rate[l];
+        const float later_noise = second_found ? w->to[1].noise[l] : w->to[2].noise[l];
+        other.rate[l] = fabsf(first_found ? w->to[0].rate[l] : later_rate);
+        other.blur[l] = first_found ? w->to[0].noise[l] : later_noise + w->doubt[l];
     }
     for (int s = SLOTS - 1; s >= 0; s--) {
         const sample_columns *from = &w->from[s];
@@ -1487,7 +1504,7 @@ LANES_CODE static void settle_verdicts(const lanes *restrict w, const float *res
         if (!any(w->on[s])) {
             continue;
         }
-        act_on(w, s, unsettled, first, growth, span, here, deed);
+        act_on(w, s, unsettled, first, &other, growth, span, here, deed);
         if (!any(here)) {
             continue;
         }

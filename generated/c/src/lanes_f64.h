@@ -377,6 +377,7 @@ typedef struct {
     motion_columns motion;
     watch_columns watch[SLOTS];
     column on[SLOTS], kind[SLOTS], side[SLOTS];
+    column doubt; /* of a threshold: what rounding may have done to friction less force */
 
     column low, windows; /* the window, and what is known at its ends */
     sample_columns from[SLOTS];
@@ -1063,6 +1064,7 @@ LANES_CODE static void watch_velocities(lanes *restrict w, const double *restric
         const hopform_watch_f64 velocity_2 = hopform_watch_of_f64(&poles, H3_2, m.H2_2, m.H1_2, w->state.v2[l], w->side_2[l], 0, 0);
         keep_watch(w, 1, l, who[l] > 0.0, 1.0, BY_VELOCITY_1, 0.0, &velocity_1);
         keep_watch(w, 2, l, who[l] > 0.0, 1.0, BY_VELOCITY_2, 0.0, &velocity_2);
+        keep(&w->doubt[l], who[l] > 0.0, 0.0);
     }
 }
 
@@ -1103,6 +1105,7 @@ LANES_CODE static void watch_thresholds(lanes *restrict w, const double *restric
         const double on_above = flag(!(towards < 0.0)) * (1.0 - held_1 * blocked_above[l]);
         keep_watch(w, 1, l, who[l] > 0.0, on_below, kind, -1.0, &below);
         keep_watch(w, 2, l, who[l] > 0.0, on_above, kind, 1.0, &above);
+        keep(&w->doubt[l], who[l] > 0.0, 4.0 * 2.220446049250313e-16 * (friction[l] + fabs(free[l])));
     }
 }
 
@@ -1440,9 +1443,15 @@ typedef struct {
     column number, low, high, t, going, done, turning;
 } search;
 
+/* How fast the watch falls that has been found, and what rounding may have done to it. */
+typedef struct {
+    column rate, blur;
+} found_columns;
+
 /* Whether something is to be done about watch s of a lane, and what. */
 LANES_CODE static void act_on(const lanes *restrict w, int s, const double *restrict unsettled, const double *restrict first,
-                              const double *restrict growth, const double *restrict span, double *restrict here, double *restrict what)
+                              const found_columns *restrict other, const double *restrict growth, const double *restrict span,
+                              double *restrict here, double *restrict what)
 {
     const sample_columns *from = &w->from[s];
     const sample_columns *to = &w->to[s];
@@ -1468,8 +1477,9 @@ LANES_CODE static void act_on(const lanes *restrict w, int s, const double *rest
         const double later_found = flag(w->found[l] > number);
         const double is_found = flag(w->found[l] >= number) - later_found;
         const double other_found = flag(w->found[l] >= 0.0) - is_found;
-        const double early = flag(to->value[l] < -noise);
-        const double nearly = flag(to->rate[l] * h < -16.0 * noise) * flag(to->value[l] < 4.0 * noise);
+        const double early = flag(to->value[l] < -(noise + (s > 0 ? w->doubt[l] : 0.0)));
+        const double ties_with = flag((to->value[l] - 4.0 * noise) * other->rate[l] < fabs(to->rate[l]) * other->blur[l]);
+        const double nearly = flag(to->rate[l] * h < -16.0 * noise) * ties_with;
         const double at_once = flag(!(from->value[l] > 0.0))
                              * flag((from->rate[l] < 0.0) | ((from->rate[l] <= 0.0) & (from->turning[l] <= 0.0)));
         const double keeps = flag(what[l] < 0.5);
@@ -1491,6 +1501,7 @@ LANES_CODE static void settle_verdicts(const lanes *restrict w, const double *re
                                        search *restrict found)
 {
     column here, deed, growth, span;
+    found_columns other;
     for (int l = 0; l < LANES; l++) {
         const double a = w->poles.a[l];
         const double h = w->end_t[l] - w->low[l];
@@ -1501,6 +1512,12 @@ LANES_CODE static void settle_verdicts(const lanes *restrict w, const double *re
         span[l] = slow ? h : inverse;
         what[l] = NOTHING;
         found->number[l] = 0.0;
+        const bool first_found = w->found[l] < 0.5;
+        const bool second_found = w->found[l] < 1.5;
+        const double later_rate = second_found ? w->to[1].rate[l] : w->to[2].rate[l];
+        const double later_noise = second_found ? w->to[1].noise[l] : w->to[2].noise[l];
+        other.rate[l] = fabs(first_found ? w->to[0].rate[l] : later_rate);
+        other.blur[l] = first_found ? w->to[0].noise[l] : later_noise + w->doubt[l];
     }
     for (int s = SLOTS - 1; s >= 0; s--) {
         const sample_columns *from = &w->from[s];
@@ -1508,7 +1525,7 @@ LANES_CODE static void settle_verdicts(const lanes *restrict w, const double *re
         if (!any(w->on[s])) {
             continue;
         }
-        act_on(w, s, unsettled, first, growth, span, here, deed);
+        act_on(w, s, unsettled, first, &other, growth, span, here, deed);
         if (!any(here)) {
             continue;
         }

@@ -115,6 +115,7 @@ typedef struct {
     hopform_watch_f32 watch[MOST_WATCHES];
     hopform_sample_f32 from[MOST_WATCHES];
     int32_t count;
+    float doubt; /* of a threshold: what rounding may have done to friction less force */
     float frequency;
     float half_turn;
     float halt; /* when the mass that slips alone comes to rest, or y, which rings about 0, vanishes */
@@ -142,6 +143,7 @@ static void watch_thresholds(const stance_chain *chain, stance_guard *guard, int
     const float acceleration = mass == 1 ? at_rest.free_1 : at_rest.free_2;
     const float friction = mass == 1 ? robot->f1 : robot->f2;
     const int towards = side_of_slip(chain, mass);
+    guard->doubt = 4.0f * 1.1920929e-7f * (friction + fabsf(acceleration));
     for (int side = -1; side <= 1; side += 2) {
         if (side == -towards || (mass == 1 && blocked(chain, side))) {
             continue;
@@ -310,11 +312,21 @@ static void reach_ahead(const stance_guard *guard, float low, float limit, int32
     close_window(guard, end, t > low && t < far ? t : far);
 }
 
-/* Two events within rounding are at the same time, and the watch with the lower number wins. */
-static bool is_before(const hopform_sample_f32 *at, float h, bool wins_ties)
+static float doubt_of(const stance_guard *guard, int32_t n)
 {
+    const int32_t kind = guard->watch[n].kind;
+    return kind == END_THRESHOLD_1 || kind == END_THRESHOLD_2 ? guard->doubt : 0.0f;
+}
+
+/* Two events within rounding are at the same time, and the watch with the lower number wins: n, or the one that is found. */
+static bool is_before(const stance_guard *guard, const window *end, int32_t n, float h)
+{
+    const hopform_sample_f32 *at = &end->at[n];
+    const hopform_sample_f32 *other = &end->at[end->found];
+    const float blurred = other->noise + doubt_of(guard, end->found);
     const bool crosses = at->rate * h < -16.0f * at->noise;
-    return at->value < -at->noise || (wins_ties && crosses && at->value < 4.0f * at->noise);
+    const bool ties = (at->value - 4.0f * at->noise) * fabsf(other->rate) < fabsf(at->rate) * blurred;
+    return at->value < -(at->noise + doubt_of(guard, n)) || (n < end->found && crosses && ties);
 }
 
 /* Shorten the window until each watch is known to keep its sign in it, but for the one that is found at its end. */
@@ -331,11 +343,11 @@ static void settle_window(const stance_guard *guard, float low, window *end)
         if (n == end->found && verdict == LOSES_SIGN) {
             continue;
         }
-        if (verdict == KEEPS_SIGN && end->found > n && is_before(&end->at[n], h, true)) {
+        if (verdict == KEEPS_SIGN && end->found > n && is_before(guard, end, n, h)) {
             end->found = n; /* a tie */
             continue;
         }
-        if (verdict == LOSES_SIGN && end->found >= 0 && !is_before(&end->at[n], h, n < end->found)) {
+        if (verdict == LOSES_SIGN && end->found >= 0 && !is_before(guard, end, n, h)) {
             continue; /* a tie that the other wins */
         }
         if (verdict == DIPS) {

@@ -6,5 +6,5 @@
 
 const char *hopform_source(void)
 {
-    return "49c464724d0abb07";
+    return "4cee31fd95e668b1";
 }

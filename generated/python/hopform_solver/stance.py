@@ -193,6 +193,7 @@ class _Watched(NamedTuple):
     watch: Watch
     kind: int
     side: float = 0.0
+    doubt: Array | float = 0.0  # what rounding may have done to the start: friction less force
 
 
 def _velocities(chain: _Chain, poles: Poles, motion: Motion, mass: int) -> Iterator[_Watched]:
@@ -221,7 +222,8 @@ def _thresholds(chain: _Chain, poles: Poles, motion: Motion, mass: int) -> Itera
             leaves = Numerator(*(-side * field[lanes] for field in numerator))
             start = friction[lanes] - side * free[lanes]
             watch = Watch(take(poles, lanes), leaves, start, np.ones_like(start))
-            yield _Watched(lanes, watch, (THRESHOLD_1, THRESHOLD_2)[mass - 1], side)
+            doubt = 4.0 * np.finfo(start.dtype).eps * (friction[lanes] + np.abs(free[lanes]))
+            yield _Watched(lanes, watch, (THRESHOLD_1, THRESHOLD_2)[mass - 1], side, doubt)
 
 
 def _leg(chain: _Chain, poles: Poles, motion: Motion) -> Iterator[_Watched]:
@@ -312,12 +314,26 @@ def _watch_stop(chain: _Chain, poles: Poles, motion: Motion, until: Array, end: 
         end.kind[where] = STOP
 
 
-def _take_off(leg: _Watched, lift: Array, end: _End) -> None:
+def _blur(thresholds: list[_Watched], end: _End) -> Array:
+    """By how much rounding may have moved the time of a slip."""
+    blur = np.zeros_like(end.t)
+    for of in thresholds:
+        lanes = np.flatnonzero((end.kind[of.lanes] == of.kind) & (end.side[of.lanes] == of.side))
+        if lanes.size:
+            there = sample_at(lanes_of(of.watch, lanes), end.t[of.lanes[lanes]])
+            falls = there.rate < 0.0
+            doubt = there.noise + np.broadcast_to(of.doubt, of.lanes.shape)[lanes]
+            blur[of.lanes[lanes[falls]]] = doubt[falls] / -there.rate[falls]
+    return blur
+
+
+def _take_off(leg: _Watched, lift: Array, blur: Array, end: _End) -> None:
     """Where the leg leaves the ground no later than what else would happen, within rounding."""
     lanes = leg.lanes
     lifts = lift <= end.t[lanes] * (1.0 + end.tie)
     there = sample_at(leg.watch, end.t[lanes])
-    touches = ~lifts & (end.kind[lanes] != LIMIT) & (end.kind[lanes] != STOP) & (there.value <= 4.0 * there.noise)
+    touches = ~lifts & (end.kind[lanes] != LIMIT) & (end.kind[lanes] != STOP)
+    touches &= there.value <= 4.0 * there.noise + np.abs(there.rate) * blur[lanes]
     touches &= there.rate * there.t < -16.0 * there.noise  # it crosses, and does not just touch
     lift, lifts = np.where(touches, end.t[lanes], lift), lifts | touches
     end.t[lanes[lifts]], end.kind[lanes[lifts]] = lift[lifts], TAKEOFF
@@ -388,8 +404,9 @@ def _find_end(chain: _Chain, poles: Poles, motion: Motion, limit: Array) -> _End
     for of, lift in zip(leg, lifts, strict=True):
         until[of.lanes] = np.minimum(until[of.lanes], lift)
     _watch_stop(chain, poles, motion, until, end)
+    blur = _blur([of for of in others if of.kind in (THRESHOLD_1, THRESHOLD_2)], end)
     for of, lift in zip(leg, lifts, strict=True):
-        _take_off(of, lift, end)
+        _take_off(of, lift, blur, end)
     return end
 
 
