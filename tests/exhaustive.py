@@ -30,7 +30,10 @@ from tests.random_stances import MAX_PHASES, draw_stances, solve_with_c, solve_w
 
 BATCH = 10000  # for the NumPy back end, whose time goes with the longest chain of a batch
 TOLERANCE = 1e-12
-CLOSE, MORE_DIGITS = 1e-40, 200  # of the reference's 50 digits, ten are its error's
+CLOSE, MORE_DIGITS = (
+    1e-30,
+    200,
+)  # of the reference's 50 digits, ten are its error's; the states at later events may have fewer
 RIGHT, BY_EVENT = "right", "right by the state at an event"
 APART, UNLIKE = "the back ends differ", "error of back ends"
 HIGH_CONDITION, SHARE_OF_HIGH = 1e3, 1e-3
@@ -119,7 +122,7 @@ def case_of(p: Any, answer: Any, phases: Any, reason: str, seed: int, lane: int)
 
 
 def solved_exactly(robot: dict[str, float], start: dict[str, Any]) -> reference.Reference:
-    """The reference's stance; once more with 200 digits where what decides between two lists of events is below 1e-40."""
+    """The reference's stance; once more with 200 digits where what decides between two lists of events is below 1e-30."""
     exact = reference.solve(robot, **start)
     return exact if exact.margin > CLOSE else reference.solve(robot, digits=MORE_DIGITS, **start)
 

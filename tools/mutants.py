@@ -276,6 +276,20 @@ MUTANTS = (
         first=("tests/test_checker.py",),
     ),
     Mutant(
+        "C: an actuator without friction stays at its stop where its forces cancel",
+        "templates/c/src/stance_real.c.j2",
+        "        keep_faint_acceleration(chain, motion, &end->basis);",
+        "        (void)keep_faint_acceleration;",
+        first=("tests/test_checker.py",),
+    ),
+    Mutant(
+        "NumPy: an actuator without friction stays at its stop where its forces cancel",
+        "templates/python/hopform_solver/stance.py.j2",
+        "    if not slides.any():",
+        "    if slides.any() or not slides.any():",
+        first=("tests/test_checker.py",),
+    ),
+    Mutant(
         "C: a leg that rings about 0 is given up",
         "templates/c/src/stance_real.c.j2",
         "if (rings && lift <= guard->halt) {",

@@ -1929,7 +1929,10 @@ LANES_CODE static void sides_from_rest(lanes *restrict w, const double *restrict
     for (int l = 0; l < LANES; l++) {
         side_1[l] = side_from_rest(free_1[l], w->robot.f1[l], blocked_below[l], blocked_above[l]);
         side_2[l] = side_from_rest(free_2[l], w->robot.f2[l], 0.0, 0.0);
-        threshold[l] = rests_1[l] * on_threshold(free_1[l], w->robot.f1[l]) + rests_2[l] * on_threshold(free_2[l], w->robot.f2[l]);
+        const double faint = flag(fabs(free_1[l]) < 64.0 * 2.220446049250313e-16 * fabs(w->rates.a1_y[l] * w->state.y[l]));
+        const double slides = fabs(w->side_2[l]) * flag(!(w->robot.f1[l] > 0.0)) * flag(!(fabs(w->rates.a1_v1[l]) > 0.0));
+        threshold[l] = rests_1[l] * (on_threshold(free_1[l], w->robot.f1[l]) + faint * slides)
+                       + rests_2[l] * on_threshold(free_2[l], w->robot.f2[l]);
     }
     leave(w, threshold, THRESHOLD);
 }

@@ -32,8 +32,8 @@ typedef struct {
     int side_2;
     bool fresh_1; /* mass 1 has just crossed its friction threshold: its acceleration is exactly zero */
     bool fresh_2;
-    int alone; /* the mass that has just come to rest while the other one was held, 0 if none has */
-    double free; /* its free acceleration, from before the state lost its digits */
+    int alone; /* the mass that has just come to rest and whose free acceleration is known from the motion, 0 if none has */
+    double free; /* this acceleration, from before the state lost its digits */
     double start_loss;
     bool adds_up; /* the AED is the sum of its entries, not a difference of energies that are much larger */
     double aed;
@@ -640,6 +640,25 @@ static void next_step(stance_chain *chain)
     }
 }
 
+/* An actuator without any friction that stops while the forces on it cancel to all digits of the state: what is left of them is
+ * its acceleration before, told by the motion where that has faded.
+ */
+static void keep_faint_acceleration(stance_chain *chain, const hopform_motion_f64 *motion, const hopform_basis_f64 *basis)
+{
+    const hopform_rates_f64 *rates = &chain->plan->rates;
+    const hopform_free_f64 at_rest = hopform_free_accelerations_f64(rates, &chain->state, chain->steps[chain->step].u);
+    if (chain->plan->robot.f1 > 0.0 || fabs(rates->a1_v1) > 0.0
+        || !(fabs(at_rest.free_1) < 64.0 * 2.220446049250313e-16 * fabs(rates->a1_y * chain->state.y))) {
+        return;
+    }
+    const double terms[] = {motion->H3_1 * basis->Wdd, motion->H2_1 * basis->Wd, motion->H1_1 * basis->W};
+    const double rate = terms[0] + terms[1] + terms[2];
+    if (fabs(rate) > 16.0 * 2.220446049250313e-16 * (fabs(terms[0]) + fabs(terms[1]) + fabs(terms[2]))) {
+        chain->alone = 1;
+        chain->free = rate;
+    }
+}
+
 /* A mass that rings alone fades far below the digits of the state; its acceleration at rest is known from the motion.
  * Without friction nothing but the sign is left of it in the end, and that is kept.
  */
@@ -654,6 +673,8 @@ static void keep_free_acceleration(stance_chain *chain, const hopform_motion_f64
         const double back = fabs(motion->H3_2 * end->basis.Wdd + motion->H2_2 * end->basis.Wd);
         chain->alone = 2;
         chain->free = (double)chain->side_2 * (chain->plan->robot.f2 - (back > 1e-280 ? back : 1e-280));
+    } else if ((end->kind == END_VELOCITY_1 || end->kind == END_STOP) && chain->side_2 != 0) {
+        keep_faint_acceleration(chain, motion, &end->basis);
     }
 }
 
@@ -677,7 +698,7 @@ static hopform_motion_f64 motion_from(const stance_chain *chain)
                                                         chain->side_1, chain->side_2);
     if (chain->alone == 1 && chain->side_1 != 0) {
         motion.H3_1 = chain->free - (double)chain->side_1 * robot->f1;
-        motion.H2_y = motion.H3_1;
+        motion.H2_y = chain->side_2 == 0 ? motion.H3_1 : motion.H2_y;
         motion.N2_1 = motion.H3_1; /* v_1 is 0 */
     } else if (chain->alone == 2 && chain->side_2 != 0) {
         motion.H3_2 = chain->free - (double)chain->side_2 * robot->f2;

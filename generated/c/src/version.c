@@ -6,5 +6,5 @@
 
 const char *hopform_source(void)
 {
-    return "4cee31fd95e668b1";
+    return "e1ca91973edad1f8";
 }

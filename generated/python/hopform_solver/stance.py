@@ -79,8 +79,8 @@ class _Chain:
     step: NDArray[np.int64]
     fresh_1: NDArray[np.bool_]
     fresh_2: NDArray[np.bool_]
-    alone: NDArray[np.int64]  # the mass that has just come to rest while the other one was held, 0 if none has
-    free: Array  # its free acceleration, from before the state lost its digits
+    alone: NDArray[np.int64]  # the mass that has just come to rest, its free acceleration known from the motion, 0 if none has
+    free: Array  # this acceleration, from before the state lost its digits
     count: NDArray[np.int64]
 
     @property
@@ -508,6 +508,26 @@ def _keep_free_accelerations(chain: _Chain, motion: Motion, basis: Basis, end: _
         H3, H2 = (field[lanes] for field in motion[3 * (mass - 1) : 3 * mass - 1])
         back = np.maximum(np.abs(H3 * basis.Wdd[lanes] + H2 * basis.Wd[lanes]), FAINT[chain.free.dtype])
         chain.alone[lanes], chain.free[lanes] = mass, chain.side[mass - 1][lanes] * (friction[lanes] - back)
+    _keep_faint_accelerations(chain, motion, basis, end)
+
+
+def _keep_faint_accelerations(chain: _Chain, motion: Motion, basis: Basis, end: _End) -> None:
+    """An actuator without any friction that stops while the forces on it cancel to all digits of the state.
+
+    What is left of them is its acceleration before, told by the motion where that has faded.
+    """
+    rates = chain.plan.rates
+    slides = ((end.kind == VELOCITY_1) | (end.kind == STOP)) & (chain.side.first != 0.0) & (chain.side.second != 0.0)
+    slides &= (chain.plan.robot.f1 <= 0.0) & (rates.a1_v1 == 0.0)
+    if not slides.any():
+        return
+    eps = np.finfo(chain.free.dtype).eps
+    free = formulas.free_accelerations(rates, chain.state, chain.u).free_1
+    terms = np.array([motion.H3_1 * basis.Wdd, motion.H2_1 * basis.Wd, motion.H1_1 * basis.W])
+    rate: Array = terms[0] + terms[1] + terms[2]
+    slides &= np.abs(free) < 64.0 * eps * np.abs(rates.a1_y * chain.state.y)
+    slides &= np.abs(rate) > 16.0 * eps * np.abs(terms).sum(axis=0)
+    chain.alone[slides], chain.free[slides] = 1, rate[slides]
 
 
 def _motion_from(chain: _Chain) -> Motion:
@@ -517,7 +537,8 @@ def _motion_from(chain: _Chain) -> Motion:
     for mass, start, friction in ((1, motion.H3_1, robot.f1), (2, motion.H3_2, robot.f2)):
         lanes = np.flatnonzero((chain.alone == mass) & (chain.side[mass - 1] != 0.0))
         start[lanes] = (chain.free - chain.side[mass - 1] * friction)[lanes]
-        motion.H2_y[lanes] = start[lanes] if mass == 1 else -start[lanes]
+        only = lanes[chain.side[2 - mass][lanes] == 0.0]
+        motion.H2_y[only] = start[only] if mass == 1 else -start[only]
         if mass == 1:
             motion.N2_1[lanes] = start[lanes]  # v_1 is 0
     return motion
