@@ -252,8 +252,8 @@ MUTANTS = (
     Mutant(
         "C: a late take-off has the digits that the start and the rise leave it",
         "templates/c/src/stance_real.c.j2",
-        "            if (sharpen_takeoff(chain, &guard, limit, &end)) {",
-        "            if (sharpen_takeoff(chain, &guard, 0.0, &end)) {",
+        "n == 0 && sharpen_takeoff(chain, &guard, limit, &end)",
+        "n == 0 && sharpen_takeoff(chain, &guard, 0.0, &end)",
     ),
     Mutant(
         "NumPy: a late take-off has the digits that the start and the rise leave it",

@@ -502,23 +502,21 @@ static bool sharpen_takeoff(const stance_chain *chain, const stance_guard *guard
     if (!is_takeoff(guard, end->found) || !(fabsf(end->basis.Wdd) < 0.25f)) {
         return false;
     }
-    const hopform_watch_f32 *leg = &guard->watch[end->found];
+    const int32_t found = end->found;
+    const hopform_watch_f32 *leg = &guard->watch[found];
     const hopform_state_f32 slack = {0.0f, 0.0f, 0.0f, 0.0f};
     const hopform_motion_f32 from_slack =
         hopform_motion_of_f32(chain->plan, &slack, chain->steps[chain->step].u, chain->side_1, chain->side_2);
     const float settled = hopform_settled_y_f32(guard->poles, from_slack.H2_y, from_slack.H1_y);
-    hopform_point_f32 root = {end->t, end->basis, end->at[end->found]};
     bool moves = false;
     for (int n = 0; n < 4; n++) {
-        const float later = hopform_root_is_later_f32(guard->poles, &leg->numerator, leg->start, settled, &root.basis, root.t);
-        if (!(fabsf(later) > 0.0f) || root.t + later > limit) {
+        const float later = hopform_root_is_later_f32(guard->poles, &leg->numerator, leg->start, settled, &end->basis, end->t);
+        if (!(fabsf(later) > 0.0f) || end->t + later > limit) {
             break;
         }
-        root = hopform_point_at_f32(leg, guard->poles, root.t + later);
+        close_window(guard, end, end->t + later);
+        end->found = found;
         moves = true;
-    }
-    if (moves) {
-        end_at(guard, end, end->found, &root);
     }
     return moves;
 }
@@ -550,10 +548,11 @@ static phase_end find_end(const stance_chain *chain, const hopform_poles_f32 *po
             close_window(&guard, &end, quiet);
         } else {
             reach_ahead(&guard, low, limit, windows, &end);
-            settle_window(&guard, low, &end);
-            cross_at_the_limit(&guard, limit, &end);
-            if (sharpen_takeoff(chain, &guard, limit, &end)) {
-                settle_window(&guard, low, &end); /* what else happens by then */
+            bool moves = true; /* once at most, and then what else happens by then is looked at */
+            for (int n = 0; n < 2 && moves; n++) {
+                settle_window(&guard, low, &end);
+                cross_at_the_limit(&guard, limit, &end);
+                moves = n == 0 && sharpen_takeoff(chain, &guard, limit, &end);
             }
         }
         const float t = end.t;
@@ -646,9 +645,11 @@ static void next_step(stance_chain *chain)
 static void keep_faint_acceleration(stance_chain *chain, const hopform_motion_f32 *motion, const hopform_basis_f32 *basis)
 {
     const hopform_rates_f32 *rates = &chain->plan->rates;
+    if (chain->plan->robot.f1 > 0.0f || fabsf(rates->a1_v1) > 0.0f) {
+        return;
+    }
     const hopform_free_f32 at_rest = hopform_free_accelerations_f32(rates, &chain->state, chain->steps[chain->step].u);
-    if (chain->plan->robot.f1 > 0.0f || fabsf(rates->a1_v1) > 0.0f
-        || !(fabsf(at_rest.free_1) < 64.0f * 1.1920929e-7f * fabsf(rates->a1_y * chain->state.y))) {
+    if (!(fabsf(at_rest.free_1) < 64.0f * 1.1920929e-7f * fabsf(rates->a1_y * chain->state.y))) {
         return;
     }
     const float terms[] = {motion->H3_1 * basis->Wdd, motion->H2_1 * basis->Wd, motion->H1_1 * basis->W};

@@ -502,23 +502,21 @@ static bool sharpen_takeoff(const stance_chain *chain, const stance_guard *guard
     if (!is_takeoff(guard, end->found) || !(fabs(end->basis.Wdd) < 0.25)) {
         return false;
     }
-    const hopform_watch_f64 *leg = &guard->watch[end->found];
+    const int32_t found = end->found;
+    const hopform_watch_f64 *leg = &guard->watch[found];
     const hopform_state_f64 slack = {0.0, 0.0, 0.0, 0.0};
     const hopform_motion_f64 from_slack =
         hopform_motion_of_f64(chain->plan, &slack, chain->steps[chain->step].u, chain->side_1, chain->side_2);
     const double settled = hopform_settled_y_f64(guard->poles, from_slack.H2_y, from_slack.H1_y);
-    hopform_point_f64 root = {end->t, end->basis, end->at[end->found]};
     bool moves = false;
     for (int n = 0; n < 4; n++) {
-        const double later = hopform_root_is_later_f64(guard->poles, &leg->numerator, leg->start, settled, &root.basis, root.t);
-        if (!(fabs(later) > 0.0) || root.t + later > limit) {
+        const double later = hopform_root_is_later_f64(guard->poles, &leg->numerator, leg->start, settled, &end->basis, end->t);
+        if (!(fabs(later) > 0.0) || end->t + later > limit) {
             break;
         }
-        root = hopform_point_at_f64(leg, guard->poles, root.t + later);
+        close_window(guard, end, end->t + later);
+        end->found = found;
         moves = true;
-    }
-    if (moves) {
-        end_at(guard, end, end->found, &root);
     }
     return moves;
 }
@@ -550,10 +548,11 @@ static phase_end find_end(const stance_chain *chain, const hopform_poles_f64 *po
             close_window(&guard, &end, quiet);
         } else {
             reach_ahead(&guard, low, limit, windows, &end);
-            settle_window(&guard, low, &end);
-            cross_at_the_limit(&guard, limit, &end);
-            if (sharpen_takeoff(chain, &guard, limit, &end)) {
-                settle_window(&guard, low, &end); /* what else happens by then */
+            bool moves = true; /* once at most, and then what else happens by then is looked at */
+            for (int n = 0; n < 2 && moves; n++) {
+                settle_window(&guard, low, &end);
+                cross_at_the_limit(&guard, limit, &end);
+                moves = n == 0 && sharpen_takeoff(chain, &guard, limit, &end);
             }
         }
         const double t = end.t;
@@ -646,9 +645,11 @@ static void next_step(stance_chain *chain)
 static void keep_faint_acceleration(stance_chain *chain, const hopform_motion_f64 *motion, const hopform_basis_f64 *basis)
 {
     const hopform_rates_f64 *rates = &chain->plan->rates;
+    if (chain->plan->robot.f1 > 0.0 || fabs(rates->a1_v1) > 0.0) {
+        return;
+    }
     const hopform_free_f64 at_rest = hopform_free_accelerations_f64(rates, &chain->state, chain->steps[chain->step].u);
-    if (chain->plan->robot.f1 > 0.0 || fabs(rates->a1_v1) > 0.0
-        || !(fabs(at_rest.free_1) < 64.0 * 2.220446049250313e-16 * fabs(rates->a1_y * chain->state.y))) {
+    if (!(fabs(at_rest.free_1) < 64.0 * 2.220446049250313e-16 * fabs(rates->a1_y * chain->state.y))) {
         return;
     }
     const double terms[] = {motion->H3_1 * basis->Wdd, motion->H2_1 * basis->Wd, motion->H1_1 * basis->W};

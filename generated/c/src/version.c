@@ -6,5 +6,5 @@
 
 const char *hopform_source(void)
 {
-    return "e1ca91973edad1f8";
+    return "3c97d132e4e97104";
 }
