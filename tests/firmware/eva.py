@@ -24,10 +24,10 @@ OPTIONS = (
 )  # fmt: skip
 UNROLLED = {
     "ONLY_FLIGHT": "hopform_flight_energy_f32:60",
-    "ONLY_STANCE": "watch_thresholds:10,lost_at_once:10,hopform_stance_energy_f32:60,hopform_stance_sensitivities_f32:60,"
+    "ONLY_STANCE": "watch_thresholds:40,lost_at_once:10,hopform_stance_energy_f32:60,hopform_stance_sensitivities_f32:60,"
                    "hopform_stance_tangents_f32:60,hopform_stance_grid_f32:300,samples_of_phase:100,fill_table:100,sample_behind:100,"
                    "sum_up:50,sum_up_x1:50,put_same:50,put_samples:50,put_basis:50,samples_at_rest:50",
-    "ONLY_CONTROL": "watch_thresholds:10,lost_at_once:10,hopform_trial_of_f32:60",
+    "ONLY_CONTROL": "watch_thresholds:40,lost_at_once:10,hopform_trial_of_f32:60",
 }  # fmt: skip
 """How many states are kept apart in functions whose loops run over a few phases or watches."""
 

@@ -499,10 +499,10 @@ static phase_end end_of(const stance_guard *guard, const window *end, bool stops
 /* A take-off late in a phase: its time with all its digits; false if it has them. */
 static bool sharpen_takeoff(const stance_chain *chain, const stance_guard *guard, float limit, window *end)
 {
-    if (!is_takeoff(guard, end->found) || !(fabsf(end->basis.Wdd) < 0.25f)) {
+    const int32_t found = end->found;
+    if (found < 0 || !is_takeoff(guard, found) || !(fabsf(end->basis.Wdd) < 0.25f)) {
         return false;
     }
-    const int32_t found = end->found;
     const hopform_watch_f32 *leg = &guard->watch[found];
     const hopform_state_f32 slack = {0.0f, 0.0f, 0.0f, 0.0f};
     const hopform_motion_f32 from_slack =

@@ -499,10 +499,10 @@ static phase_end end_of(const stance_guard *guard, const window *end, bool stops
 /* A take-off late in a phase: its time with all its digits; false if it has them. */
 static bool sharpen_takeoff(const stance_chain *chain, const stance_guard *guard, double limit, window *end)
 {
-    if (!is_takeoff(guard, end->found) || !(fabs(end->basis.Wdd) < 0.25)) {
+    const int32_t found = end->found;
+    if (found < 0 || !is_takeoff(guard, found) || !(fabs(end->basis.Wdd) < 0.25)) {
         return false;
     }
-    const int32_t found = end->found;
     const hopform_watch_f64 *leg = &guard->watch[found];
     const hopform_state_f64 slack = {0.0, 0.0, 0.0, 0.0};
     const hopform_motion_f64 from_slack =

@@ -6,5 +6,5 @@
 
 const char *hopform_source(void)
 {
-    return "3c97d132e4e97104";
+    return "89e61c082ed81057";
 }
