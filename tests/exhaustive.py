@@ -30,10 +30,8 @@ from tests.random_stances import MAX_PHASES, draw_stances, solve_with_c, solve_w
 
 BATCH = 10000  # for the NumPy back end, whose time goes with the longest chain of a batch
 TOLERANCE = 1e-12
-CLOSE, MORE_DIGITS = (
-    1e-30,
-    200,
-)  # of the reference's 50 digits, ten are its error's; the states at later events may have fewer
+# Of the reference's 50 digits ten are its error's, and the states after an event may have lost as many again.
+CLOSE, MORE_DIGITS = 1e-30, 200
 RIGHT, BY_EVENT = "right", "right by the state at an event"
 APART, UNLIKE = "the back ends differ", "error of back ends"
 HIGH_CONDITION, SHARE_OF_HIGH = 1e3, 1e-3
