@@ -12,7 +12,7 @@ from typing import Any
 
 import jinja2
 
-from derive import energy
+from derive import energy, modes
 from derive.equations import CERTIFICATE, REGISTER, VERDICTS, tallies
 from derive.ir import Program
 from derive.languages import NEAR_WITHIN, REACHED_WITHIN, C, NumPy, documented, rename
@@ -154,6 +154,7 @@ def _context(made: Program, options: Options, precision: str) -> dict[str, Any]:
         "public_records": [record for record in made.records if record.name in PUBLIC],
         "internal_records": [record for record in made.records if record.name not in PUBLIC],
         "register": REGISTER,
+        "movings": tuple(modes.MOVING),
         "tallies": tallies(),
         "verdicts": ", ".join(f'"{verdict}"' for verdict in VERDICTS),
         "certificate": CERTIFICATE,
