@@ -571,6 +571,12 @@ static void swings(void)
 static void late_roots(void)
 {
     int told = 0;
+    const T(poles) undrawn = {0.0, 2.0, 0.0, 2.0, 0.0, 0.0};
+    const T(numerator) pulled = {-1.0, -1.0, 0.0};
+    const T(basis) faded = hopform_basis_at_f64(&undrawn, 20.0);
+    const double nowhere = hopform_settled_y_f64(&undrawn, -1.0, 0.0);
+    must(nowhere >= 1e300, "what tends to nothing");
+    must(!(fabs(hopform_root_is_later_f64(&undrawn, &pulled, 10.0, nowhere, &faded, 20.0)) > 0.0), "a root of what does not settle");
     for (row = 0; row < 600; row++) {
         const T(poles) poles = poles_of_any_robot();
         const double start = 1.0, settled = -over(1e-9, 1e-4);

@@ -60,11 +60,13 @@ static inline hopform_motion_f32 hopform_motion_of_f32(const hopform_plan_f32 *p
     return hopform_motion_under_f32(&plan->rates, &drive, state, side_1, side_2);
 }
 
-/* What y of a mode tends to. */
+/* What y of a mode tends to; NEVER where nothing that is left of k draws it. */
 static inline float hopform_settled_y_f32(const hopform_poles_f32 *poles, float H2_y, float H1_y)
 {
     const bool slow = poles->s_3 > 0.0f;
-    return (slow ? H1_y : H2_y) / (slow ? poles->s_3 : poles->s_2);
+    const float draws = slow ? poles->s_3 : poles->s_2;
+    const float settled = (slow ? H1_y : H2_y) / (draws > 0.0f ? draws : 1.0f);
+    return draws > 0.0f ? settled : 1e38f;
 }
 
 /* The state of a phase where the response of the poles is `basis`; what is held stays exactly where it is. */

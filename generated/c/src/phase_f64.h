@@ -60,11 +60,13 @@ static inline hopform_motion_f64 hopform_motion_of_f64(const hopform_plan_f64 *p
     return hopform_motion_under_f64(&plan->rates, &drive, state, side_1, side_2);
 }
 
-/* What y of a mode tends to. */
+/* What y of a mode tends to; NEVER where nothing that is left of k draws it. */
 static inline double hopform_settled_y_f64(const hopform_poles_f64 *poles, double H2_y, double H1_y)
 {
     const bool slow = poles->s_3 > 0.0;
-    return (slow ? H1_y : H2_y) / (slow ? poles->s_3 : poles->s_2);
+    const double draws = slow ? poles->s_3 : poles->s_2;
+    const double settled = (slow ? H1_y : H2_y) / (draws > 0.0 ? draws : 1.0);
+    return draws > 0.0 ? settled : 1e+300;
 }
 
 /* The state of a phase where the response of the poles is `basis`; what is held stays exactly where it is. */

@@ -6,5 +6,5 @@
 
 const char *hopform_source(void)
 {
-    return "89e61c082ed81057";
+    return "77fac481d5b18392";
 }

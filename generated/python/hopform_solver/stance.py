@@ -349,7 +349,10 @@ def _sharpened(chain: _Chain, leg: _Watched, lift: Array, limit: Array) -> Array
     slack = State(*(np.zeros(where.size, lift.dtype) for _ in State._fields))
     motion = motion_of(plan, slack, chain.u[where], side)
     slow = watch.poles.s_3 > 0.0
-    settled: Array = choose(slow, motion.H1_y, motion.H2_y) / choose(slow, watch.poles.s_3, watch.poles.s_2)
+    draws = choose(slow, watch.poles.s_3, watch.poles.s_2)
+    tends: NDArray[np.bool_] = draws > 0.0  # else nothing that is left of k draws y
+    settled: Array = choose(slow, motion.H1_y, motion.H2_y) / choose(tends, draws, np.ones_like(draws))
+    settled = choose(tends, settled, np.full_like(draws, NEVER[lift.dtype]))
     t = lift[lanes]
     for _ in range(4):
         later = root_is_later(watch, settled, t)
