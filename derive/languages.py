@@ -220,7 +220,7 @@ class C:
             "EXPONENT_BIAS": "127" if self.single else "1023",
             "SIGNED_BITS": "int32_t" if self.single else "int64_t",
             "REAL_BITS": "uint32_t" if self.single else "uint64_t",
-            "LANE_COUNT": "32" if self.single else "32",
+            "LANE_COUNT": "32",
         }
 
     def type(self, record: Record) -> str:

@@ -8,7 +8,7 @@ import pytest
 
 import hopform
 from tests import reference
-from tests.measure import assert_same_stance, random_robot, reference_for, rounded
+from tests.measure import assert_same_stance, plain_errors, random_robot, reference_for, rounded
 
 DROPS = (0.02, 0.05, 0.10, 0.20, 0.30, 0.40)
 CURRENTS = (-3.0, -1.5, -0.5, 0.0, 0.5, 1.0, 1.5, 2.0, 2.5, 3.0)
@@ -162,6 +162,37 @@ def test_a_leg_that_hardly_any_spring_draws_takes_off_where_drag_and_start_say(b
     assert stance.status == "takeoff" and not stance.events
     exact = -np.log1p(-10.0 * 0.1875 / 2.0) / 10.0
     assert stance.duration == pytest.approx(exact, rel=20.0 * float(np.finfo(dtype).eps), abs=0.0)
+
+
+def creeping_robot(seed: int, faint: float) -> tuple[hopform.Robot, dict[str, float]]:
+    """Heavily damped, and drawn to y = 0 by forces that are faint beside that of the spring at the start."""
+    draw = np.random.default_rng(seed)
+    m_eff, m_s, k, y = 10.0 ** draw.uniform((-3.0, -3.0, 0.0, -3.0), (1.0, 1.0, 6.0, 0.0))
+    b1, b2 = 2.0 * np.sqrt(k * np.array((m_eff, m_s))) * 10.0 ** draw.uniform(-0.5, 2.0, 2)
+    force = faint * k * y
+    body_slips = draw.random() < 0.5
+    of_body = 0.5 * force if body_slips else force * 10.0 ** draw.uniform(0.0, 4.0)
+    robot = hopform.Robot(
+        m_eff=m_eff, m_s=m_s, k=k, L0=0.0, c=0.0, b1=b1, b2=b2, f1=0.5 * force / m_eff, f2=of_body / m_s, gamma2=1.0, g=1e-30
+    )  # fmt: skip
+    v = draw.choice((0.0, 10.0 ** draw.uniform(-3.0, 1.0)))
+    moving = {"v1": 0.0, "v2": v} if body_slips else {"v1": -v, "v2": 0.0}
+    return robot, {"x2": -y, "u": 2.0 * force, "horizon": 1e6} | moving
+
+
+@pytest.mark.parametrize("faint", [1e-1, 1e-3, 1e-5, 1e-7, 1e-9])
+def test_what_creeps_on_by_faint_forces_keeps_its_events_and_the_digits_that_the_start_leaves(backend, faint):
+    """The zero of a velocity is where a start and a rise cancel: what is faint beside them has fewer digits by as much."""
+    for seed in range(16):
+        robot, start = creeping_robot(seed, faint)
+        exact, inputs = reference_for(robot, **start)
+        stance = hopform.solve_stance(robot, backend=backend, **inputs)
+        assert stance.status == exact.status
+        assert [event.kind for event in stance.events] == [event.kind for event in exact.events]
+        error = plain_errors(robot, stance, exact, inputs["v2"])["state"]
+        if error > 1e-13 / faint:
+            error /= max(1.0, reference.condition(rounded(robot, np.float64), of="state", **inputs))
+        assert error <= 1e-13 / faint
 
 
 def test_the_aed_equals_the_difference_of_the_energy(hopper_c, backend):

@@ -496,7 +496,7 @@ static phase_end end_of(const stance_guard *guard, const window *end, bool stops
     return result;
 }
 
-/* A take-off late in a phase: its time with all its digits; false if it has them. */
+/* A take-off late in a phase: its time with all its digits. True if it comes later, so that something else may come first. */
 static bool sharpen_takeoff(const stance_chain *chain, const stance_guard *guard, float limit, window *end)
 {
     const int32_t found = end->found;
@@ -508,7 +508,7 @@ static bool sharpen_takeoff(const stance_chain *chain, const stance_guard *guard
     const hopform_motion_f32 from_slack =
         hopform_motion_of_f32(chain->plan, &slack, chain->steps[chain->step].u, chain->side_1, chain->side_2);
     const float settled = hopform_settled_y_f32(guard->poles, from_slack.H2_y, from_slack.H1_y);
-    bool moves = false;
+    const float before = end->t;
     for (int n = 0; n < 4; n++) {
         const float later = hopform_root_is_later_f32(guard->poles, &leg->numerator, leg->start, settled, &end->basis, end->t);
         if (!(fabsf(later) > 0.0f) || end->t + later > limit) {
@@ -516,9 +516,8 @@ static bool sharpen_takeoff(const stance_chain *chain, const stance_guard *guard
         }
         close_window(guard, end, end->t + later);
         end->found = found;
-        moves = true;
     }
-    return moves;
+    return end->t > before;
 }
 
 /* The first event of the phase that starts at the chain's state. */
@@ -548,11 +547,11 @@ static phase_end find_end(const stance_chain *chain, const hopform_poles_f32 *po
             close_window(&guard, &end, quiet);
         } else {
             reach_ahead(&guard, low, limit, windows, &end);
-            bool moves = true; /* once at most, and then what else happens by then is looked at */
-            for (int n = 0; n < 2 && moves; n++) {
+            bool later = true; /* once at most, and then what else happens by then is looked at */
+            for (int n = 0; n < 2 && later; n++) {
                 settle_window(&guard, low, &end);
                 cross_at_the_limit(&guard, limit, &end);
-                moves = n == 0 && sharpen_takeoff(chain, &guard, limit, &end);
+                later = n == 0 && sharpen_takeoff(chain, &guard, limit, &end);
             }
         }
         const float t = end.t;

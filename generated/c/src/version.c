@@ -6,5 +6,5 @@
 
 const char *hopform_source(void)
 {
-    return "77fac481d5b18392";
+    return "ce4d7572b164b0dd";
 }
