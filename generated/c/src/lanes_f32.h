@@ -28,9 +28,6 @@ typedef float column[LANES] __attribute__((aligned(64)));
 typedef float column[LANES];
 #endif
 
-/* What keeps a stance from being solved here. */
-enum { PLAIN, POLES_CLOSE, TOO_FAST, THRESHOLD, AT_ONCE, TIE, UNDECIDED_WINDOW, MANY_WINDOWS, STUCK, MANY_PHASES };
-
 /* How a phase ends. */
 enum { NO_END, BY_TAKEOFF, BY_VELOCITY_1, BY_THRESHOLD_1, BY_VELOCITY_2, BY_THRESHOLD_2, BY_STOP, BY_LIMIT };
 
@@ -56,6 +53,12 @@ static inline float is(float kind, int one)
 static inline float over(float value, float divisor)
 {
     return value / (fabsf(divisor) > 0.0f ? divisor : 1.0f);
+}
+
+static inline float one_of_three(bool first, bool second, float a, float b, float c)
+{
+    const float later = second ? b : c;
+    return first ? a : later;
 }
 
 /* A number is put only where a flag says so. */
@@ -360,7 +363,7 @@ typedef struct {
     poles_columns both; /* poles while both masses slip */
 
     column live;   /* 1 where there is a stance */
-    column left;   /* why it is left to the scalar code, 0 if it is not */
+    column left;   /* 1 where it is left to the scalar code */
     column begins; /* 1 where a phase begins now */
     column u, horizon, max_phases;
 
@@ -407,13 +410,14 @@ static inline bool any(const float *flags)
     return found != 0;
 }
 
-static inline void leave(lanes *restrict w, const float *restrict who, float why)
+/* Stances that are left to the scalar code. */
+static inline void leave(lanes *restrict w, const float *restrict who)
 {
     if (!any(who)) {
         return;
     }
     for (int l = 0; l < LANES; l++) {
-        keep(&w->left[l], who[l] * w->live[l] > 0.0f, why);
+        keep(&w->left[l], who[l] * w->live[l] > 0.0f, 1.0f);
     }
 }
 
@@ -597,10 +601,9 @@ LANES_CODE static void short_pairs(lanes *restrict w, const float *restrict t, c
         keep(&pair->R1[l], here, known.R1);
         keep(&pair->R2[l], here, series.R2);
         keep(&pair->R3[l], here, series.R3);
-        small[l] = wanted[l] * flag(!((R2[l] > 0.0625f) & (R3[l] > 0.015625f)));
+        small[l] = going[l] + wanted[l] * flag(!((R2[l] > 0.0625f) & (R3[l] > 0.015625f)));
     }
-    leave(w, going, POLES_CLOSE);
-    leave(w, small, POLES_CLOSE);
+    leave(w, small);
 }
 
 /* A pair that swings. */
@@ -678,16 +681,15 @@ LANES_CODE static void short_bases(lanes *restrict w, const float *restrict t, c
         const hopform_known_basis_f32 known = hopform_all_from_series_f32(&poles, &series, t[l]);
         const hopform_basis_f32 one = {known.Wdd, known.Wd, known.W, known.W1, series.W2};
         keep_basis_columns(basis, l, wanted[l] > 0.0f, &one);
-        small[l] = wanted[l] * flag(!((W2[l] > 0.0078125f) & (W3[l] > 0.0009765625f) & (W4[l] > 0.00012207031f)));
+        small[l] = going[l] + wanted[l] * flag(!((W2[l] > 0.0078125f) & (W3[l] > 0.0009765625f) & (W4[l] > 0.00012207031f)));
     }
-    leave(w, going, POLES_CLOSE);
-    leave(w, small, POLES_CLOSE);
+    leave(w, small);
 }
 
 /* W at t where `wanted`; a lane whose poles are of another kind is left. */
 LANES_CODE static void bases_at(lanes *restrict w, const float *restrict t, const float *restrict wanted, basis_columns *restrict basis)
 {
-    column brief, pairs, swift, swings, splits, close, beyond;
+    column brief, pairs, swift, swings, splits, close;
     w->evaluations++;
     for (int l = 0; l < LANES; l++) {
         const bool here = wanted[l] > 0.0f;
@@ -697,15 +699,16 @@ LANES_CODE static void bases_at(lanes *restrict w, const float *restrict t, cons
         const bool early = w->poles.q[l] * t[l] * t[l] < 1.0f;
         brief[l] = flag(here & !held & !late & soon);
         const bool faded = (0.5f * w->poles.p[l] - w->poles.a[l]) * t[l] > 1e1f;
-        close[l] = flag(here & !held & (faded | (!late & !soon)));
-        pairs[l] = flag(here & (held | late));
-        swift[l] = flag(here & (held | late) & early);
-        swings[l] = flag(here & (held | late) & !early);
+        const bool by_pair = held | late;
+        const bool beyond = by_pair & !(w->omega[l] * t[l] < 1e6f);
+        const bool between = (faded | !(late | soon)) & !held;
+        close[l] = flag(here & (between | beyond));
+        pairs[l] = flag(here & by_pair);
+        swift[l] = flag(here & by_pair & early);
+        swings[l] = flag(here & by_pair & !early);
         splits[l] = flag(here & !held & late);
-        beyond[l] = flag(here & (held | late) & !(w->omega[l] * t[l] < 1e6f));
     }
-    leave(w, close, POLES_CLOSE);
-    leave(w, beyond, TOO_FAST);
+    leave(w, close);
     if (any(brief)) {
         short_bases(w, t, brief, basis);
     }
@@ -813,10 +816,9 @@ LANES_CODE static void sample_ends(lanes *restrict w, const float *restrict want
 
 /* ---- the start of a phase ---- */
 
-/* Poles of the mode; lanes with two real poles in the pair are left. */
-LANES_CODE static void start_poles(lanes *restrict w)
+/* Poles of the mode; lanes with two real poles in the pair are lost here. */
+LANES_CODE static void start_poles(lanes *restrict w, float *restrict lost)
 {
-    column overdamped;
     for (int l = 0; l < LANES; l++) {
         const bool begins = w->begins[l] > 0.0f;
         const bool held_1 = !(fabsf(w->side_1[l]) > 0.0f);
@@ -830,7 +832,7 @@ LANES_CODE static void start_poles(lanes *restrict w)
         const float mean = 0.5f * w->poles.p[l];
         const float square = w->poles.q[l] - mean * mean;
         const float omega = square > 0.0f ? sqrtf(square) : 1.0f;
-        overdamped[l] = flag(begins & !(square > 0.0f));
+        lost[l] = flag(begins & !(square > 0.0f));
         const hopform_poles_f32 now = one_of_poles_columns(&w->poles, l);
         w->chi[l] = hopform_residue_f32(&now);
         w->omega[l] = omega;
@@ -838,7 +840,6 @@ LANES_CODE static void start_poles(lanes *restrict w)
         keep(&w->low[l], begins, 0.0f);
         keep(&w->windows[l], begins, 0.0f);
     }
-    leave(w, overdamped, POLES_CLOSE);
 }
 
 /* The masses that move where a phase begins; in most rounds they are the same in all lanes. */
@@ -942,7 +943,7 @@ LANES_CODE static void rings_about_zero(const lanes *restrict w, const float *re
 }
 
 /* When each mass that slips alone comes to rest, as hopform_halt_time_f32 of a pair that swings; the phase ends there at last. */
-LANES_CODE static void start_halts(lanes *restrict w)
+LANES_CODE static void start_halts(lanes *restrict w, float *restrict lost)
 {
     column alone, v, acc, x, steep, tangent, guess, sine, cosine, at_once, halt;
     for (int l = 0; l < LANES; l++) {
@@ -995,8 +996,8 @@ LANES_CODE static void start_halts(lanes *restrict w)
         const float until = w->horizon[l] - w->t[l];
         keep(&w->halt[l], begins, halt[l]);
         keep(&w->limit[l], begins, halt[l] < until ? halt[l] : until);
+        lost[l] += at_once[l];
     }
-    leave(w, at_once, AT_ONCE);
 }
 
 /* Whether a lane's actuator is kept from moving up or down, a side. */
@@ -1120,36 +1121,33 @@ LANES_CODE static void start_samples(const lanes *restrict w, const watch_column
     }
 }
 
-/* A lane in which an event comes at once is left. */
+/* A lane that is lost to what this does is left. */
 LANES_CODE static void start_phases(lanes *restrict w)
 {
     column lost;
     mode_columns mode;
-    start_poles(w);
+    start_poles(w, lost);
     start_modes(w, &mode);
     start_motion(w, &mode);
-    start_halts(w);
+    start_halts(w, lost);
     start_watches(w, &mode);
-    for (int l = 0; l < LANES; l++) {
-        lost[l] = 0.0f;
-    }
     for (int s = 0; s < SLOTS; s++) {
         if (any(w->on[s])) {
             start_samples(w, &w->watch[s], w->on[s], &w->from[s], lost);
         }
     }
-    leave(w, lost, AT_ONCE);
+    leave(w, lost);
 }
 
 /* ---- a window ---- */
 
 /* Time to the root of a watch if it swung with the pair's frequency about a constant, as hopform_swing_to_zero_f32 has it. */
-LANES_CODE static void swings_to_zero(const sample_columns *restrict from, const float *restrict omega, float *restrict swing)
+LANES_CODE static void swings_to_zero(const sample_columns *restrict from, const float *restrict per_omega, float *restrict swing)
 {
-    column above, below, falls, per_omega, angle;
+    column above, below, falls, angle;
     for (int l = 0; l < LANES; l++) {
         const float value = from->value[l] > 0.0f ? from->value[l] : 0.0f;
-        const float per = 1.0f / omega[l];
+        const float per = per_omega[l];
         const float slope = from->rate[l] * per;
         const float bend = 2.0f * from->curvature[l] * (per * per);
         const float discriminant = slope * slope - (value + bend) * value;
@@ -1159,7 +1157,6 @@ LANES_CODE static void swings_to_zero(const sample_columns *restrict from, const
         below[l] = value > 0.0f ? root - slope : bend;
         falls[l] = value > 0.0f ? root - slope : least;
         angle[l] = discriminant;
-        per_omega[l] = per;
     }
     for (int l = 0; l < LANES; l++) {
         falls[l] = angle[l] >= 0.0f ? falls[l] : -1.0f;
@@ -1196,16 +1193,47 @@ LANES_CODE static void choose_watch(const watch_columns *restrict watch, const f
 /* The search for the first root that swinging on would bring. */
 typedef struct {
     watch_columns watch;
-    sample_columns from;
-    column number, kind; /* of the watch */
+    column number; /* of the watch */
     column far, close;   /* where the window ends at most, and if no root is found */
     column t, seeks, lands, closes;
 } outlook;
 
+/* What a guess takes of the sample of the watch with this number. */
+static inline hopform_sample_f32 one_ahead(const lanes *w, float number, int l)
+{
+    const sample_columns *from = w->from;
+    const bool first = number < 0.5f;
+    const bool second = number < 1.5f;
+    const hopform_sample_f32 sample = {one_of_three(first, second, from[0].value[l], from[1].value[l], from[2].value[l]),
+                                        one_of_three(first, second, from[0].rate[l], from[1].rate[l], from[2].rate[l]),
+                                        one_of_three(first, second, from[0].curvature[l], from[1].curvature[l], from[2].curvature[l]),
+                                        one_of_three(first, second, from[0].third[l], from[1].third[l], from[2].third[l]),
+                                        0.0f,
+                                        0.0f};
+    return sample;
+}
+
+/* The watch whose number a lane has. */
+LANES_CODE static void choose_ahead(const lanes *restrict w, outlook *restrict ahead)
+{
+    const watch_columns *watch = w->watch;
+    for (int l = 0; l < LANES; l++) {
+        const bool first = ahead->number[l] < 0.5f;
+        const bool second = ahead->number[l] < 1.5f;
+        ahead->watch.H3[l] = one_of_three(first, second, watch[0].H3[l], watch[1].H3[l], watch[2].H3[l]);
+        ahead->watch.H2[l] = one_of_three(first, second, watch[0].H2[l], watch[1].H2[l], watch[2].H2[l]);
+        ahead->watch.H1[l] = one_of_three(first, second, watch[0].H1[l], watch[1].H1[l], watch[2].H1[l]);
+        ahead->watch.A[l] = one_of_three(first, second, watch[0].A[l], watch[1].A[l], watch[2].A[l]);
+        ahead->watch.B[l] = one_of_three(first, second, watch[0].B[l], watch[1].B[l], watch[2].B[l]);
+        ahead->watch.start[l] = one_of_three(first, second, watch[0].start[l], watch[1].start[l], watch[2].start[l]);
+    }
+}
+
 LANES_CODE static void look_ahead(const lanes *restrict w, outlook *restrict ahead)
 {
-    column after, swing, sooner, after_fade, watched;
+    column after, swing, sooner, after_fade, watched, per_omega;
     for (int l = 0; l < LANES; l++) {
+        per_omega[l] = 1.0f / w->omega[l];
         after[l] = 0.96875f * w->half_turn[l];
         ahead->number[l] = -1.0f;
         watched[l] = 0.0f;
@@ -1215,22 +1243,20 @@ LANES_CODE static void look_ahead(const lanes *restrict w, outlook *restrict ahe
         if (!any(on)) {
             continue;
         }
-        swings_to_zero(&w->from[s], w->omega, swing);
+        swings_to_zero(&w->from[s], per_omega, swing);
         for (int l = 0; l < LANES; l++) {
             sooner[l] = flag((on[l] > 0.0f) & (swing[l] < after[l]));
             watched[l] += on[l];
         }
         for (int l = 0; l < LANES; l++) {
-            const hopform_sample_f32 from = one_sample(&w->from[s], l);
             keep(&after[l], sooner[l] > 0.0f, swing[l]);
             keep(&ahead->number[l], sooner[l] > 0.0f, (float)s);
-            keep_sample(&ahead->from, l, sooner[l] > 0.0f, &from);
         }
-        choose_watch(&w->watch[s], sooner, &ahead->watch);
     }
+    choose_ahead(w, ahead);
     for (int l = 0; l < LANES; l++) {
         const hopform_poles_f32 poles = one_of_poles_columns(&w->poles, l);
-        const hopform_sample_f32 from = one_sample(&ahead->from, l);
+        const hopform_sample_f32 from = one_ahead(w, ahead->number[l], l);
         const float step = hopform_swing_step_f32(&poles, &from, w->omega[l], after[l]);
         const bool nearer = (ahead->number[l] >= 0.0f) & (fabsf(step) < 0.25f * after[l]);
         const float moved = after[l] - step;
@@ -1451,6 +1477,14 @@ LANES_CODE static void act_on(const lanes *restrict w, int s, const float *restr
         }
     }
     for (int l = 0; l < LANES; l++) {
+        const bool is_found = (w->found[l] >= number) & (w->found[l] <= number);
+        const bool is_lost = (what[l] > 0.5f) & !(is_found & (what[l] < 1.5f));
+        here[l] = unsettled[l] * w->on[s][l] * flag(is_lost | (w->found[l] > number));
+    }
+    if (!any(here)) { /* no watch that may lose its sign, and no tie */
+        return;
+    }
+    for (int l = 0; l < LANES; l++) {
         const float h = w->end_t[l] - w->low[l];
         const float noise = to->noise[l];
         const float later_found = flag(w->found[l] > number);
@@ -1572,12 +1606,12 @@ LANES_CODE static void find_bottoms(lanes *restrict w, const float *restrict wha
         for (int l = 0; l < LANES; l++) {
             keep(&find->t[l], find->going[l] > 0.0f, next[l]);
         }
-        leave(w, find->done, STUCK);
+        leave(w, find->done);
     }
     for (int l = 0; l < LANES; l++) {
         stuck[l] = find->going[l];
     }
-    leave(w, stuck, STUCK);
+    leave(w, stuck);
 }
 
 /* The window ends at the one root of a watch in it. */
@@ -1632,7 +1666,7 @@ LANES_CODE static void find_roots(lanes *restrict w, const float *restrict what,
         for (int l = 0; l < LANES; l++) {
             keep(&find->t[l], find->going[l] > 0.0f, next[l]);
         }
-        leave(w, find->done, STUCK);
+        leave(w, find->done);
         if (!any(find->going)) {
             break;
         }
@@ -1650,7 +1684,7 @@ LANES_CODE static void find_roots(lanes *restrict w, const float *restrict what,
             find->going[l] = flag(goes);
         }
     }
-    leave(w, find->going, STUCK);
+    leave(w, find->going);
 }
 
 /* Windows in which a watch cannot be judged end where its m has its zero. */
@@ -1674,7 +1708,7 @@ LANES_CODE static void cut_windows(lanes *restrict w, const float *restrict what
         keep(&w->end_t[l], find->going[l] > 0.0f, t);
         keep(&w->found[l], find->going[l] > 0.0f, -1.0f);
     }
-    leave(w, find->done, STUCK);
+    leave(w, find->done);
     bases_at(w, w->end_t, find->going, &w->end);
 }
 
@@ -1698,7 +1732,7 @@ LANES_CODE static void settle_windows(lanes *restrict w, search *restrict find)
             roots[l] = flag(what[l] > (float)FIND_BOTTOM); /* the window has another end */
             first[l] = roots[l] > 0.0f ? 0.0f : find->number[l] + 1.0f;
         }
-        leave(w, left, UNDECIDED_WINDOW);
+        leave(w, left);
         if (!any(unsettled)) {
             return;
         }
@@ -1708,7 +1742,7 @@ LANES_CODE static void settle_windows(lanes *restrict w, search *restrict find)
         }
         find_bottoms(w, what, find);
     }
-    leave(w, unsettled, UNDECIDED_WINDOW);
+    leave(w, unsettled);
 }
 
 /* At the time of the limit a take-off comes before it, and before mass 2 comes to rest what mass 1 does. */
@@ -1821,7 +1855,7 @@ LANES_CODE static void meet_stops(lanes *restrict w, float *restrict stops)
         }
         approach_stops(w, &find);
     }
-    leave(w, find.going, STUCK);
+    leave(w, find.going);
     for (int l = 0; l < LANES; l++) {
         const hopform_basis_f32 one = one_of_basis_columns(&find.basis, l);
         const bool here = stops[l] > 0.0f;
@@ -1829,7 +1863,7 @@ LANES_CODE static void meet_stops(lanes *restrict w, float *restrict stops)
         keep_basis_columns(&w->end, l, here, &one);
         keep(&w->end_t[l], here, find.t[l]);
     }
-    leave(w, tied, TIE);
+    leave(w, tied);
 }
 
 /* ---- what follows ---- */
@@ -1913,7 +1947,7 @@ LANES_CODE static void sides_from_rest(lanes *restrict w, const float *restrict 
         threshold[l] = rests_1[l] * (on_threshold(free_1[l], w->robot.f1[l]) + faint * slides)
                        + rests_2[l] * on_threshold(free_2[l], w->robot.f2[l]);
     }
-    leave(w, threshold, THRESHOLD);
+    leave(w, threshold);
 }
 
 /* The state and the modes after the end of a phase. */
@@ -1963,7 +1997,7 @@ LANES_CODE static void pass(lanes *restrict w, const float *restrict how, const 
         w->ending[l] = is(how[l], BY_TAKEOFF) * (float)HOPFORM_ENDING_TAKEOFF + is(how[l], BY_LIMIT) * (float)HOPFORM_ENDING_HORIZON
                        + rests * (float)HOPFORM_ENDING_REST;
     }
-    leave(w, crowded, MANY_PHASES);
+    leave(w, crowded);
 }
 
 /* A window begins where the one before has ended. */
@@ -2007,7 +2041,7 @@ LANES_CODE static void look_at_takeoffs(lanes *restrict w, const float *restrict
         const float later = hopform_root_is_later_f32(&poles, &leg, w->state.y[l], settled[l], &basis, w->end_t[l]);
         late[l] *= flag(fabsf(later) > 0.0f);
     }
-    leave(w, late, TIE);
+    leave(w, late);
 }
 
 /* The next window of a phase, or what follows its end. */
@@ -2035,7 +2069,7 @@ LANES_CODE static void end_windows(lanes *restrict w, const float *restrict stop
         const bool has_faded = -0.5f * w->poles.p[l] * w->end_t[l] < -87.0f;
         late[l] = goes_on[l] * flag((w->windows[l] >= (float)MOST_WINDOWS) | has_faded);
     }
-    leave(w, late, MANY_WINDOWS);
+    leave(w, late);
     if (any(goes_on)) {
         for (int s = 0; s < SLOTS; s++) {
             next_samples(&w->to[s], goes_on, &w->from[s]);
@@ -2309,7 +2343,7 @@ LANES_CODE static void end_stances(lanes *restrict w, result_columns *restrict r
         result->ended[l] = w->live[l] * flag(w->ending[l] > 0.0f);
         strange[l] = result->ended[l] * (1.0f - sound);
     }
-    leave(w, strange, TOO_FAST);
+    leave(w, strange);
     for (int l = 0; l < LANES; l++) {
         result->ended[l] *= flag(!(w->left[l] > 0.0f));
     }
@@ -2320,20 +2354,6 @@ typedef struct {
     int32_t count;
     int32_t lane[LANES];
 } crew;
-
-static inline void put_numbers(const hopform_output_f32 *to, const lanes *w, const crew *who, const float *value)
-{
-    for (int32_t n = 0; n < who->count && to->first != NULL; n++) {
-        hopform_put_f32(to, w->index[who->lane[n]], value[who->lane[n]]);
-    }
-}
-
-static inline void put_codes(const hopform_output_f32 *to, const lanes *w, const crew *who, const float *value)
-{
-    for (int32_t n = 0; n < who->count && to->first != NULL; n++) {
-        hopform_put_code_f32(to, w->index[who->lane[n]], (int32_t)value[who->lane[n]]);
-    }
-}
 
 /* The list of a stance that has ended, closed. */
 static void close_list(const lanes *w, int l, queue *to)
@@ -2357,15 +2377,19 @@ static void write(const lanes *w, const result_columns *result, queue *to)
         who.lane[who.count] = l;
         who.count += result->ended[l] > 0.0f ? 1 : 0;
     }
-    put_codes(&out->status, w, &who, w->ending);
-    put_numbers(&out->duration, w, &who, w->t);
-    put_numbers(&out->x1, w, &who, w->state.x1);
-    put_numbers(&out->v1, w, &who, w->state.v1);
-    put_numbers(&out->x2, w, &who, result->x2);
-    put_numbers(&out->v2, w, &who, w->state.v2);
-    put_numbers(&out->apex, w, &who, result->apex);
-    put_numbers(&out->aed, w, &who, result->aed);
-    put_codes(&out->event_count, w, &who, w->events);
+    for (int32_t n = 0; n < who.count; n++) {
+        const int32_t l = who.lane[n];
+        const int64_t i = w->index[l];
+        hopform_put_code_f32(&out->status, i, (int32_t)w->ending[l]);
+        hopform_put_f32(&out->duration, i, w->t[l]);
+        hopform_put_f32(&out->x1, i, w->state.x1[l]);
+        hopform_put_f32(&out->v1, i, w->state.v1[l]);
+        hopform_put_f32(&out->x2, i, result->x2[l]);
+        hopform_put_f32(&out->v2, i, w->state.v2[l]);
+        hopform_put_f32(&out->apex, i, result->apex[l]);
+        hopform_put_f32(&out->aed, i, result->aed[l]);
+        hopform_put_code_f32(&out->event_count, i, (int32_t)w->events[l]);
+    }
     for (int32_t n = 0; n < who.count && out->event_time != NULL; n++) {
         close_list(w, who.lane[n], to);
     }

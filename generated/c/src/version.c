@@ -6,5 +6,5 @@
 
 const char *hopform_source(void)
 {
-    return "ce4d7572b164b0dd";
+    return "af120c9b2fee4fc9";
 }
