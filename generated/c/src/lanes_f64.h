@@ -19,8 +19,8 @@
 
 enum { LANES = 32, SLOTS = 3, ROOT_STEPS = 6, MOST_STEPS = 12, MOST_CUTS = 24, MOST_WINDOWS = 7, SHORT_RUN = 2 * LANES, LONG_RUN = 4096 };
 
-/* Lanes wait for each other, so that most are alike: idle ones are filled when there are so many. */
-enum { FEWEST_IDLE = 3 * LANES / 4 };
+/* Lanes wait for each other, so that most are alike: idle ones are filled when no more than so many are busy. */
+enum { MOST_BUSY = LANES / 4 };
 
 #if defined(__GNUC__)
 typedef double column[LANES] __attribute__((aligned(64)));
@@ -389,6 +389,7 @@ typedef struct {
     basis_columns end;
 
     column event, ending; /* what a round has brought */
+    int32_t busy;         /* lanes with a stance */
     int64_t evaluations;  /* of W for all lanes */
     int64_t solved;
 
@@ -1769,11 +1770,17 @@ LANES_CODE static void settle_windows(lanes *restrict w, search *restrict find)
 /* At the time of the limit a take-off comes before it, and before mass 2 comes to rest what mass 1 does. */
 LANES_CODE static void cross_at_the_limit(lanes *restrict w)
 {
-    column crosses;
+    column at_limit, crosses;
+    for (int l = 0; l < LANES; l++) {
+        at_limit[l] = w->live[l] * flag(!(w->end_t[l] < w->limit[l]));
+    }
+    if (!any(at_limit)) {
+        return;
+    }
     for (int s = SLOTS - 1; s >= 0; s--) {
         const sample_columns *to = &w->to[s];
         for (int l = 0; l < LANES; l++) {
-            const double reached = flag(!(w->end_t[l] < w->limit[l])) * flag(w->on[s][l] > 0.0);
+            const double reached = at_limit[l] * flag(w->on[s][l] > 0.0);
             const double is_first = s == 0 ? 1.0 : is(w->kind[s][l], BY_THRESHOLD_1) * flag(!(w->halt[l] > w->limit[l]));
             crosses[l] = reached * is_first * flag(to->rate[l] * w->limit[l] < -16.0 * to->noise[l])
                          * flag(to->value[l] < -8.0 * 2.220446049250313e-16 * w->limit[l] * to->rate[l]) * (1.0 - w->settled[l]);
@@ -2291,6 +2298,7 @@ static void refill(lanes *w, queue *from)
                     w->listed[l] = 0;
                     fresh[l] = 1.0;
                     taken++;
+                    w->busy++;
                 }
             }
         }
@@ -2302,6 +2310,7 @@ static void refill(lanes *w, queue *from)
             if (odd[l] > 0.0) {
                 solve_alone(from, &w->plan[l], HOPFORM_OK, w->index[l]);
                 w->live[l] = w->begins[l] = 0.0;
+                w->busy--;
             }
         }
     }
@@ -2389,7 +2398,8 @@ static void close_list(const lanes *w, int l, queue *to)
     }
 }
 
-static void write(const lanes *w, const result_columns *result, queue *to)
+/* The results, and how many there are. */
+static int32_t write(const lanes *w, const result_columns *result, queue *to)
 {
     const hopform_stances_out_f64 *out = to->out;
     crew who;
@@ -2414,34 +2424,53 @@ static void write(const lanes *w, const result_columns *result, queue *to)
     for (int32_t n = 0; n < who.count && out->event_time != NULL; n++) {
         close_list(w, who.lane[n], to);
     }
+    return who.count;
+}
+
+/* Whether stances leave their lanes: they have ended, or cannot be solved here. */
+LANES_CODE static bool some_leave(const lanes *restrict w, double *restrict leaves)
+{
+    for (int l = 0; l < LANES; l++) {
+        leaves[l] = w->live[l] * flag(w->left[l] + w->ending[l] > 0.0);
+    }
+    return any(leaves);
+}
+
+/* Lanes become idle; `alone` is 1 where the stance that was there has no answer. */
+LANES_CODE static bool empty_lanes(lanes *restrict w, const double *restrict leaves, const double *restrict ended, double *restrict alone)
+{
+    for (int l = 0; l < LANES; l++) {
+        alone[l] = leaves[l] * (1.0 - ended[l]);
+        w->live[l] *= 1.0 - leaves[l];
+        w->begins[l] *= 1.0 - leaves[l];
+    }
+    return any(alone);
 }
 
 /* Take the stances that have ended out of their lanes, and those that cannot be solved here. */
 static void collect(lanes *w, queue *to)
 {
-    column leaves;
+    column leaves, alone;
     result_columns result;
     for (int l = 0; l < LANES && to->out->event_time != NULL; l++) {
         if (w->live[l] > 0.0 && !(w->left[l] > 0.0)) {
             list_event(w, l, to->out);
         }
     }
-    for (int l = 0; l < LANES; l++) {
-        leaves[l] = w->live[l] * flag(w->left[l] + w->ending[l] > 0.0);
-    }
-    if (!any(leaves)) {
+    if (!some_leave(w, leaves)) {
         return;
     }
     end_stances(w, &result);
-    write(w, &result, to);
+    const int32_t ended = write(w, &result, to);
+    w->solved += ended;
+    w->busy -= ended;
+    if (!empty_lanes(w, leaves, result.ended, alone)) {
+        return;
+    }
     for (int l = 0; l < LANES; l++) {
-        if (leaves[l] > 0.0) {
-            if (result.ended[l] > 0.0) {
-                w->solved++;
-            } else {
-                solve_alone(to, &w->plan[l], HOPFORM_OK, w->index[l]);
-            }
-            w->live[l] = w->begins[l] = 0.0;
+        if (alone[l] > 0.0) {
+            solve_alone(to, &w->plan[l], HOPFORM_OK, w->index[l]);
+            w->busy--;
         }
     }
 }
@@ -2464,16 +2493,10 @@ int32_t LANES_NAME(int64_t count, const hopform_stances_in_f64 *in, const hopfor
     clear(&w);
     memset(&work, 0, sizeof work);
     for (;;) {
-        if (stances.next < stances.pause) {
-            int32_t idle = 0;
-            for (int l = 0; l < LANES; l++) {
-                idle += w.live[l] > 0.0 ? 0 : 1;
-            }
-            if (idle >= FEWEST_IDLE) {
-                refill(&w, &stances);
-            }
+        if (stances.next < stances.pause && w.busy <= MOST_BUSY) {
+            refill(&w, &stances);
         }
-        if (any(w.live)) {
+        if (w.busy > 0) {
             advance(&w, &work);
             collect(&w, &stances);
         } else if (stances.next < count) {

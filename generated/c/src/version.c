@@ -6,5 +6,5 @@
 
 const char *hopform_source(void)
 {
-    return "af120c9b2fee4fc9";
+    return "b95242a1d73aecbd";
 }
