@@ -1432,8 +1432,7 @@ static inline float verdict_on(const lanes *w, const sample_columns *from, const
     const bool same = (pauses & turns) | (!pauses & alike);
     const bool nears_zero = turns & same & !(falls ^ (turning > 0.0f));
     const bool open = nears_zero & !away;
-    const bool monotone = (nears_zero & away) | (!nears_zero & same);
-    const bool dips = !monotone & falls; /* unless it is held up */
+    const bool dips = falls & !same; /* unless it is held up */
     const float of_dips = dips ? (float)DIPS : 0.0f;
     const float decided = below ? (float)LOSES_SIGN : of_dips;
     const float undecided = far ? 0.0f : (float)UNDECIDED;

@@ -1453,8 +1453,7 @@ static inline double verdict_on(const lanes *w, const sample_columns *from, cons
     const bool same = (pauses & turns) | (!pauses & alike);
     const bool nears_zero = turns & same & !(falls ^ (turning > 0.0));
     const bool open = nears_zero & !away;
-    const bool monotone = (nears_zero & away) | (!nears_zero & same);
-    const bool dips = !monotone & falls; /* unless it is held up */
+    const bool dips = falls & !same; /* unless it is held up */
     const double of_dips = dips ? (double)DIPS : 0.0;
     const double decided = below ? (double)LOSES_SIGN : of_dips;
     const double undecided = far ? 0.0 : (double)UNDECIDED;

@@ -6,5 +6,5 @@
 
 const char *hopform_source(void)
 {
-    return "b95242a1d73aecbd";
+    return "4f31d8812ea18372";
 }
