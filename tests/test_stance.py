@@ -131,11 +131,19 @@ def test_each_entry_of_the_ledger_equals_its_own_quadrature(hopper_c, backend, s
 DAMPED = hopform.Robot(
     m_eff=1.034e-3, m_s=0.3402, k=474369.2, L0=0.4, c=0.0, b1=45.936, b2=4020.585, f1=0.04516, f2=2.04127, gamma2=1.0
 )  # fmt: skip
+OFF_A_STOP = hopform.Robot(
+    m_eff=1e-4, m_s=2.0535250660032034e-3, k=7.4989418e-4, L0=7.4989418e-4, c=-7.4989418e-4, b1=7.4989418e-4,
+    b2=7.4989418e-4, f1=4.869675e-4, f2=7498.94189, gamma2=0.0, g=1154.782, x1_min=-1154.782, x1_max=115.4782
+)  # fmt: skip
 FADED = {
     "both move": (DAMPED, {"x2": 0.4 - 0.00032806396484375, "v2": -1.185, "u": 0.046}),
     "the actuator moves": (
         other(DAMPED, b1=200.0, b2=1.0, f2=400.0),
         {"x2": 0.4 - 0.00030517578125, "v2": 0.0, "u": 0.046},
+    ),
+    "the actuator comes off its stop": (
+        OFF_A_STOP,
+        {"x2": -0.1, "v1": 1154.782, "v2": 1154.782, "u": 0.0, "horizon": 336.0},
     ),
 }
 
