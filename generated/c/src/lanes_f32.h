@@ -380,6 +380,7 @@ typedef struct {
     motion_columns motion;
     watch_columns watch[SLOTS];
     column on[SLOTS], kind[SLOTS], side[SLOTS];
+    bool watched[SLOTS]; /* whether one of the lanes has such a watch */
     column doubt; /* of a threshold: what rounding may have done to friction less force */
 
     column low, windows; /* the window, and what is known at its ends */
@@ -809,7 +810,7 @@ LANES_CODE static void sample_watch(const lanes *restrict w, const watch_columns
 LANES_CODE static void sample_ends(lanes *restrict w, const float *restrict wanted)
 {
     for (int s = 0; s < SLOTS; s++) {
-        if (any(w->on[s])) {
+        if (w->watched[s]) {
             sample_watch(w, &w->watch[s], &w->end, w->end_t, wanted, &w->to[s]);
         }
     }
@@ -899,7 +900,7 @@ LANES_CODE static void move_body(lanes *restrict w, const float *restrict who)
 
 LANES_CODE static void start_motion(lanes *restrict w, const mode_columns *restrict mode)
 {
-    column alone_1, alone_2, alone_H2;
+    column alone, alone_1, alone_2, alone_H2;
     if (any(mode->both)) {
         move_both(w, mode->both);
     }
@@ -912,8 +913,9 @@ LANES_CODE static void start_motion(lanes *restrict w, const mode_columns *restr
     for (int l = 0; l < LANES; l++) {
         alone_1[l] = w->begins[l] * is(w->alone[l], 1) * fabsf(w->side_1[l]);
         alone_2[l] = w->begins[l] * is(w->alone[l], 2) * fabsf(w->side_2[l]);
+        alone[l] = alone_1[l] + alone_2[l];
     }
-    if (!any(alone_1) && !any(alone_2)) {
+    if (!any(alone)) {
         return;
     }
     for (int l = 0; l < LANES; l++) {
@@ -925,7 +927,7 @@ LANES_CODE static void start_motion(lanes *restrict w, const mode_columns *restr
         alone_H2[l] = alone_1[l] > 0.0f ? H3_1 : -H3_2;
     }
     for (int l = 0; l < LANES; l++) {
-        keep(&w->motion.H2_y[l], alone_1[l] + alone_2[l] > 0.0f, alone_H2[l]);
+        keep(&w->motion.H2_y[l], alone[l] > 0.0f, alone_H2[l]);
     }
 }
 
@@ -1133,7 +1135,8 @@ LANES_CODE static void start_phases(lanes *restrict w)
     start_halts(w, lost);
     start_watches(w, &mode);
     for (int s = 0; s < SLOTS; s++) {
-        if (any(w->on[s])) {
+        w->watched[s] = any(w->on[s]);
+        if (w->watched[s]) {
             start_samples(w, &w->watch[s], w->on[s], &w->from[s], lost);
         }
     }
@@ -1241,7 +1244,7 @@ LANES_CODE static void look_ahead(const lanes *restrict w, outlook *restrict ahe
     }
     for (int s = 0; s < SLOTS; s++) {
         const float *on = w->on[s];
-        if (!any(on)) {
+        if (!w->watched[s]) {
             continue;
         }
         swings_to_zero(&w->from[s], per_omega, swing);
@@ -1407,36 +1410,49 @@ static inline float held_up_by(const sample_columns *from, const sample_columns 
            * flag(from->value[l] + from->rate[l] * reach > from->noise[l] + to->noise[l]);
 }
 
-/* hopform_judge_f32 without a jump, for watches of one number; `value` is g at the end, `growth` and `span` what a * h makes of 1 and of h. */
-static inline float verdict_on(const lanes *w, const sample_columns *from, const sample_columns *to, int l, float value, float growth,
-                                 float span)
+/* hopform_judge_f32 without a jump, for watches of one number; `value` is g at the end. Where exp(a t) g' comes nearer to zero and
+ * goes back, `nears` is 1 and more is to be asked. */
+static inline float verdict_on(const lanes *w, const sample_columns *from, const sample_columns *to, int l, float value, float *nears)
 {
     const float h = w->end_t[l] - w->low[l];
-    const float rate = from->rate[l];
     const float later = to->rate[l];
     const float turning = from->turning[l];
-    const float noise = from->noise[l] + to->noise[l];
-    const bool falls = rate < 0.0f;
+    const bool falls = from->rate[l] < 0.0f;
     const bool turns = (turning * to->turning[l] < 0.0f) | ((fabsf(turning) > 0.0f) & !(fabsf(to->turning[l]) > 0.0f));
     const bool pauses = !(fabsf(later) * h > to->noise[l]);
-    const float grown = later * growth;
-    const bool quarter = h <= 0.5f * w->half_turn[l];
-    const float change = -fabsf(turning) * span;
-    const float steepest = rate < grown ? rate : grown;
-    const float lowest = quarter ? change : -1e38f;
-    const bool away = quarter & (fabsf(rate) > fabsf(turning) * h * growth);
     const bool below = (value < 0.0f) & ((value < -to->noise[l]) | (later * h < -to->noise[l]));
-    const float slope = falls ? steepest : lowest;
-    const bool far = (value > 0.0f) & (from->value[l] + slope * h > noise);
     const bool alike = !(falls ^ (later < 0.0f));
     const bool same = (pauses & turns) | (!pauses & alike);
-    const bool nears_zero = turns & same & !(falls ^ (turning > 0.0f));
-    const bool open = nears_zero & !away;
     const bool dips = falls & !same; /* unless it is held up */
     const float of_dips = dips ? (float)DIPS : 0.0f;
-    const float decided = below ? (float)LOSES_SIGN : of_dips;
+    *nears = flag(turns & same & !(falls ^ (turning > 0.0f)));
+    return below ? (float)LOSES_SIGN : of_dips;
+}
+
+/* What more there is to say where it nears zero; else what is known. */
+static inline float verdict_near_zero(const lanes *w, const sample_columns *from, const sample_columns *to, int l, float value, float nears,
+                                     float known)
+{
+    const float a = w->poles.a[l];
+    const float h = w->end_t[l] - w->low[l];
+    const bool slow = a * h < 1.0f;
+    const float grows = 1.0f + 2.0f * a * h;
+    const float growth = slow ? grows : 1e38f;
+    const float inverse = over(1.0f, a);
+    const float span = slow ? h : inverse;
+    const float rate = from->rate[l];
+    const float turning = fabsf(from->turning[l]);
+    const float grown = to->rate[l] * growth;
+    const bool quarter = h <= 0.5f * w->half_turn[l];
+    const float change = -turning * span;
+    const float steepest = rate < grown ? rate : grown;
+    const float lowest = quarter ? change : -1e38f;
+    const float slope = rate < 0.0f ? steepest : lowest;
+    const bool away = quarter & (fabsf(rate) > turning * h * growth);
+    const bool far = (value > 0.0f) & (from->value[l] + slope * h > from->noise[l] + to->noise[l]);
     const float undecided = far ? 0.0f : (float)UNDECIDED;
-    return open ? undecided : decided;
+    const bool open = (nears > 0.0f) & !away;
+    return open ? undecided : known;
 }
 
 /* A search in the window of a lane: which watch, and where it has got to. */
@@ -1455,19 +1471,25 @@ typedef struct {
 
 /* Whether something is to be done about watch s of a lane, and what. */
 LANES_CODE static void act_on(const lanes *restrict w, int s, const float *restrict unsettled, const float *restrict first,
-                              const found_columns *restrict other, const float *restrict growth, const float *restrict span,
-                              float *restrict here, float *restrict what)
+                              const found_columns *restrict other, float *restrict here, float *restrict what)
 {
     const sample_columns *from = &w->from[s];
     const sample_columns *to = &w->to[s];
     const float number = (float)s;
-    column ends, dipping;
+    column ends, nears, dipping;
     for (int l = 0; l < LANES; l++) {
         const float just_beyond = -2.0f * to->noise[l];
         const bool is_found = (w->found[l] >= number) & (w->found[l] <= number);
         const float value = is_found ? just_beyond : to->value[l];
-        what[l] = verdict_on(w, from, to, l, value, growth[l], span[l]);
+        what[l] = verdict_on(w, from, to, l, value, &nears[l]);
         ends[l] = value;
+    }
+    if (any(nears)) {
+        for (int l = 0; l < LANES; l++) {
+            what[l] = verdict_near_zero(w, from, to, l, ends[l], nears[l], what[l]);
+        }
+    }
+    for (int l = 0; l < LANES; l++) {
         dipping[l] = flag(what[l] > 1.5f) * flag(what[l] < 2.5f);
     }
     if (any(dipping)) {
@@ -1513,16 +1535,9 @@ LANES_CODE static void act_on(const lanes *restrict w, int s, const float *restr
 LANES_CODE static void settle_verdicts(const lanes *restrict w, const float *restrict unsettled, const float *restrict first, float *restrict what,
                                        search *restrict found)
 {
-    column here, deed, growth, span;
+    column here, deed;
     found_columns other;
     for (int l = 0; l < LANES; l++) {
-        const float a = w->poles.a[l];
-        const float h = w->end_t[l] - w->low[l];
-        const bool slow = a * h < 1.0f;
-        const float grows = 1.0f + 2.0f * a * h;
-        const float inverse = over(1.0f, a);
-        growth[l] = slow ? grows : 1e38f;
-        span[l] = slow ? h : inverse;
         what[l] = NOTHING;
         found->number[l] = 0.0f;
         const bool first_found = w->found[l] < 0.5f;
@@ -1535,10 +1550,10 @@ LANES_CODE static void settle_verdicts(const lanes *restrict w, const float *res
     for (int s = SLOTS - 1; s >= 0; s--) {
         const sample_columns *from = &w->from[s];
         const sample_columns *to = &w->to[s];
-        if (!any(w->on[s])) {
+        if (!w->watched[s]) {
             continue;
         }
-        act_on(w, s, unsettled, first, &other, growth, span, here, deed);
+        act_on(w, s, unsettled, first, &other, here, deed);
         if (!any(here)) {
             continue;
         }

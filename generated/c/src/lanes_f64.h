@@ -380,6 +380,7 @@ typedef struct {
     motion_columns motion;
     watch_columns watch[SLOTS];
     column on[SLOTS], kind[SLOTS], side[SLOTS];
+    bool watched[SLOTS]; /* whether one of the lanes has such a watch */
     column doubt; /* of a threshold: what rounding may have done to friction less force */
 
     column low, windows; /* the window, and what is known at its ends */
@@ -830,7 +831,7 @@ LANES_CODE static void sample_watch(const lanes *restrict w, const watch_columns
 LANES_CODE static void sample_ends(lanes *restrict w, const double *restrict wanted)
 {
     for (int s = 0; s < SLOTS; s++) {
-        if (any(w->on[s])) {
+        if (w->watched[s]) {
             sample_watch(w, &w->watch[s], &w->end, w->end_t, wanted, &w->to[s]);
         }
     }
@@ -920,7 +921,7 @@ LANES_CODE static void move_body(lanes *restrict w, const double *restrict who)
 
 LANES_CODE static void start_motion(lanes *restrict w, const mode_columns *restrict mode)
 {
-    column alone_1, alone_2, alone_H2;
+    column alone, alone_1, alone_2, alone_H2;
     if (any(mode->both)) {
         move_both(w, mode->both);
     }
@@ -933,8 +934,9 @@ LANES_CODE static void start_motion(lanes *restrict w, const mode_columns *restr
     for (int l = 0; l < LANES; l++) {
         alone_1[l] = w->begins[l] * is(w->alone[l], 1) * fabs(w->side_1[l]);
         alone_2[l] = w->begins[l] * is(w->alone[l], 2) * fabs(w->side_2[l]);
+        alone[l] = alone_1[l] + alone_2[l];
     }
-    if (!any(alone_1) && !any(alone_2)) {
+    if (!any(alone)) {
         return;
     }
     for (int l = 0; l < LANES; l++) {
@@ -946,7 +948,7 @@ LANES_CODE static void start_motion(lanes *restrict w, const mode_columns *restr
         alone_H2[l] = alone_1[l] > 0.0 ? H3_1 : -H3_2;
     }
     for (int l = 0; l < LANES; l++) {
-        keep(&w->motion.H2_y[l], alone_1[l] + alone_2[l] > 0.0, alone_H2[l]);
+        keep(&w->motion.H2_y[l], alone[l] > 0.0, alone_H2[l]);
     }
 }
 
@@ -1154,7 +1156,8 @@ LANES_CODE static void start_phases(lanes *restrict w)
     start_halts(w, lost);
     start_watches(w, &mode);
     for (int s = 0; s < SLOTS; s++) {
-        if (any(w->on[s])) {
+        w->watched[s] = any(w->on[s]);
+        if (w->watched[s]) {
             start_samples(w, &w->watch[s], w->on[s], &w->from[s], lost);
         }
     }
@@ -1262,7 +1265,7 @@ LANES_CODE static void look_ahead(const lanes *restrict w, outlook *restrict ahe
     }
     for (int s = 0; s < SLOTS; s++) {
         const double *on = w->on[s];
-        if (!any(on)) {
+        if (!w->watched[s]) {
             continue;
         }
         swings_to_zero(&w->from[s], per_omega, swing);
@@ -1428,36 +1431,49 @@ static inline double held_up_by(const sample_columns *from, const sample_columns
            * flag(from->value[l] + from->rate[l] * reach > from->noise[l] + to->noise[l]);
 }
 
-/* hopform_judge_f64 without a jump, for watches of one number; `value` is g at the end, `growth` and `span` what a * h makes of 1 and of h. */
-static inline double verdict_on(const lanes *w, const sample_columns *from, const sample_columns *to, int l, double value, double growth,
-                                 double span)
+/* hopform_judge_f64 without a jump, for watches of one number; `value` is g at the end. Where exp(a t) g' comes nearer to zero and
+ * goes back, `nears` is 1 and more is to be asked. */
+static inline double verdict_on(const lanes *w, const sample_columns *from, const sample_columns *to, int l, double value, double *nears)
 {
     const double h = w->end_t[l] - w->low[l];
-    const double rate = from->rate[l];
     const double later = to->rate[l];
     const double turning = from->turning[l];
-    const double noise = from->noise[l] + to->noise[l];
-    const bool falls = rate < 0.0;
+    const bool falls = from->rate[l] < 0.0;
     const bool turns = (turning * to->turning[l] < 0.0) | ((fabs(turning) > 0.0) & !(fabs(to->turning[l]) > 0.0));
     const bool pauses = !(fabs(later) * h > to->noise[l]);
-    const double grown = later * growth;
-    const bool quarter = h <= 0.5 * w->half_turn[l];
-    const double change = -fabs(turning) * span;
-    const double steepest = rate < grown ? rate : grown;
-    const double lowest = quarter ? change : -1e+300;
-    const bool away = quarter & (fabs(rate) > fabs(turning) * h * growth);
     const bool below = (value < 0.0) & ((value < -to->noise[l]) | (later * h < -to->noise[l]));
-    const double slope = falls ? steepest : lowest;
-    const bool far = (value > 0.0) & (from->value[l] + slope * h > noise);
     const bool alike = !(falls ^ (later < 0.0));
     const bool same = (pauses & turns) | (!pauses & alike);
-    const bool nears_zero = turns & same & !(falls ^ (turning > 0.0));
-    const bool open = nears_zero & !away;
     const bool dips = falls & !same; /* unless it is held up */
     const double of_dips = dips ? (double)DIPS : 0.0;
-    const double decided = below ? (double)LOSES_SIGN : of_dips;
+    *nears = flag(turns & same & !(falls ^ (turning > 0.0)));
+    return below ? (double)LOSES_SIGN : of_dips;
+}
+
+/* What more there is to say where it nears zero; else what is known. */
+static inline double verdict_near_zero(const lanes *w, const sample_columns *from, const sample_columns *to, int l, double value, double nears,
+                                     double known)
+{
+    const double a = w->poles.a[l];
+    const double h = w->end_t[l] - w->low[l];
+    const bool slow = a * h < 1.0;
+    const double grows = 1.0 + 2.0 * a * h;
+    const double growth = slow ? grows : 1e+300;
+    const double inverse = over(1.0, a);
+    const double span = slow ? h : inverse;
+    const double rate = from->rate[l];
+    const double turning = fabs(from->turning[l]);
+    const double grown = to->rate[l] * growth;
+    const bool quarter = h <= 0.5 * w->half_turn[l];
+    const double change = -turning * span;
+    const double steepest = rate < grown ? rate : grown;
+    const double lowest = quarter ? change : -1e+300;
+    const double slope = rate < 0.0 ? steepest : lowest;
+    const bool away = quarter & (fabs(rate) > turning * h * growth);
+    const bool far = (value > 0.0) & (from->value[l] + slope * h > from->noise[l] + to->noise[l]);
     const double undecided = far ? 0.0 : (double)UNDECIDED;
-    return open ? undecided : decided;
+    const bool open = (nears > 0.0) & !away;
+    return open ? undecided : known;
 }
 
 /* A search in the window of a lane: which watch, and where it has got to. */
@@ -1476,19 +1492,25 @@ typedef struct {
 
 /* Whether something is to be done about watch s of a lane, and what. */
 LANES_CODE static void act_on(const lanes *restrict w, int s, const double *restrict unsettled, const double *restrict first,
-                              const found_columns *restrict other, const double *restrict growth, const double *restrict span,
-                              double *restrict here, double *restrict what)
+                              const found_columns *restrict other, double *restrict here, double *restrict what)
 {
     const sample_columns *from = &w->from[s];
     const sample_columns *to = &w->to[s];
     const double number = (double)s;
-    column ends, dipping;
+    column ends, nears, dipping;
     for (int l = 0; l < LANES; l++) {
         const double just_beyond = -2.0 * to->noise[l];
         const bool is_found = (w->found[l] >= number) & (w->found[l] <= number);
         const double value = is_found ? just_beyond : to->value[l];
-        what[l] = verdict_on(w, from, to, l, value, growth[l], span[l]);
+        what[l] = verdict_on(w, from, to, l, value, &nears[l]);
         ends[l] = value;
+    }
+    if (any(nears)) {
+        for (int l = 0; l < LANES; l++) {
+            what[l] = verdict_near_zero(w, from, to, l, ends[l], nears[l], what[l]);
+        }
+    }
+    for (int l = 0; l < LANES; l++) {
         dipping[l] = flag(what[l] > 1.5) * flag(what[l] < 2.5);
     }
     if (any(dipping)) {
@@ -1534,16 +1556,9 @@ LANES_CODE static void act_on(const lanes *restrict w, int s, const double *rest
 LANES_CODE static void settle_verdicts(const lanes *restrict w, const double *restrict unsettled, const double *restrict first, double *restrict what,
                                        search *restrict found)
 {
-    column here, deed, growth, span;
+    column here, deed;
     found_columns other;
     for (int l = 0; l < LANES; l++) {
-        const double a = w->poles.a[l];
-        const double h = w->end_t[l] - w->low[l];
-        const bool slow = a * h < 1.0;
-        const double grows = 1.0 + 2.0 * a * h;
-        const double inverse = over(1.0, a);
-        growth[l] = slow ? grows : 1e+300;
-        span[l] = slow ? h : inverse;
         what[l] = NOTHING;
         found->number[l] = 0.0;
         const bool first_found = w->found[l] < 0.5;
@@ -1556,10 +1571,10 @@ LANES_CODE static void settle_verdicts(const lanes *restrict w, const double *re
     for (int s = SLOTS - 1; s >= 0; s--) {
         const sample_columns *from = &w->from[s];
         const sample_columns *to = &w->to[s];
-        if (!any(w->on[s])) {
+        if (!w->watched[s]) {
             continue;
         }
-        act_on(w, s, unsettled, first, &other, growth, span, here, deed);
+        act_on(w, s, unsettled, first, &other, here, deed);
         if (!any(here)) {
             continue;
         }

@@ -6,5 +6,5 @@
 
 const char *hopform_source(void)
 {
-    return "4f31d8812ea18372";
+    return "d0b93f9253894c9a";
 }

@@ -283,13 +283,12 @@ def _watch_stop(chain: _Chain, poles: Poles, motion: Motion, until: Array, end: 
     low, high, t = np.zeros(lanes.size, end.t.dtype), until[lanes], until[lanes]
     met: list[tuple[NDArray[np.intp], Array]] = []
     for n in range(100):
-        at = formulas.state_at(
-            take(start, lanes), take(motion, lanes), basis_at(take(poles, lanes), t)
-        )
+        basis = basis_at(take(poles, lanes), t)
+        at = formulas.state_at(take(start, lanes), take(motion, lanes), basis)
         sign = chain.side.first[lanes]
         beyond: Array = sign * at.x1_t
         if n == 0:
-            touch = _touch(take(start, lanes), take(motion, lanes), basis_at(take(poles, lanes), t))
+            touch = _touch(take(start, lanes), take(motion, lanes), basis)
             over = (beyond > 0.0) & (beyond > touch)  # and does not just touch
             lanes, low, high, t, beyond, sign = lanes[over], low[over], high[over], t[over], beyond[over], sign[over]
             at = take(at, over)
