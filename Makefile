@@ -89,6 +89,10 @@ test-manifests: compiler venv ## exported packages before PlatformIO's, ESP-IDF'
 	@for each in platformio arduino esp-idf zephyr cmsis-pack; do .venv/bin/hopform export out/manifests/$$each --for $$each >/dev/null || exit 1; done
 	.venv-manifests/bin/python -m tests.manifests out/manifests
 
+BASE = HEAD
+gate: compiler venv-dev ## build the commit BASE and this checkout, compare instructions, answers and public names: nothing may have moved
+	$(PY) -m tests.repository.gate $(BASE)
+
 lint: venv-dev ## style and types
 	$(PY) -m ruff check .
 	$(PY) -m ruff format --check .
@@ -137,6 +141,6 @@ venv-bench:
 .NOTPARALLEL:
 .PHONY: test-exhaustive-identification validate-data test-manifests
 .PHONY: help run test test-exhaustive test-exhaustive-slice scans fuzz generate check lint wheel mutants mutants-all test-determinism
-.PHONY: bench test-control-exhaustive
+.PHONY: bench gate test-control-exhaustive
 .PHONY: firmware-test firmware-test-all firmware-report coverage-c mutants-c frama-c test-exhaustive-kernels
 .PHONY: clean compiler venv venv-dev venv-bench

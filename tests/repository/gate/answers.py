@@ -1,0 +1,176 @@
+"""What one checkout answers, run in a process of its own: `python answers.py INPUTS.npz OUT.npz`, the checkout on the path.
+
+Only names that the project promises are used: the C interface by ctypes, `hopform.solve_stances`, `solve_flight`,
+`choose_current`, and the data of the figures.
+"""
+
+import ctypes
+import sys
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import hopform
+from hopform_solver.records import ROBOT_FIELDS
+
+VARIANTS = {"one by one": 1, "baseline": 2, "AVX2": 3, "AVX-512": 4}
+ROOM = 8
+RESULTS = ("status", "duration", "x1", "v1", "x2", "v2", "apex", "aed", "event_count")
+NUMPY_SINGLES = 200
+"""Flights and commands that NumPy, made for arrays, is asked for."""
+
+
+class Column(ctypes.Structure):
+    _fields_ = [("first", ctypes.c_void_p), ("stride", ctypes.c_ssize_t)]
+
+
+class In(ctypes.Structure):
+    _fields_ = [
+        ("robot", Column * len(ROBOT_FIELDS)),
+        *((name, Column) for name in ("x1", "v1", "v2", "y", "u", "horizon")),
+        ("max_phases", ctypes.c_int32),
+    ]
+
+
+class Out(ctypes.Structure):
+    _fields_ = [
+        *((name, Column) for name in RESULTS),
+        ("phases", ctypes.c_void_p),
+        ("phase_capacity", ctypes.c_int32),
+        ("event_time", ctypes.c_void_p),
+        ("event_kind", ctypes.c_void_p),
+        ("event_capacity", ctypes.c_int32),
+    ]
+
+
+def stances_of_c(library: Any, p: Any, variant: int, dtype: Any) -> dict[str, Any]:
+    """All columns of hopform_solve_stances_by, with the events that fit; none if the processor lacks the variant."""
+    suffix = "f32" if dtype == np.float32 else "f64"
+    if not getattr(library, f"hopform_has_variant_{suffix}")(ctypes.c_int32(variant)):
+        return {}
+    kept = []
+
+    def column(values: Any) -> Column:
+        kept.append(np.ascontiguousarray(values, dtype))
+        return Column(kept[-1].ctypes.data, kept[-1].itemsize)
+
+    given, out = In(), Out()
+    for name in ("x1", "v1", "v2", "y", "u", "horizon"):
+        setattr(given, name, column(p[name]))
+    for n, field in enumerate(ROBOT_FIELDS):
+        given.robot[n] = column(p[field.name])
+    given.max_phases = 100
+    results = {name: np.zeros(p.size, np.int32 if name in ("status", "event_count") else dtype) for name in RESULTS}
+    for name, values in results.items():
+        setattr(out, name, Column(values.ctypes.data, values.itemsize))
+    times, kinds = np.zeros((p.size, ROOM), dtype), np.zeros((p.size, ROOM), np.int8)
+    phases = np.zeros((2 * ROOM + 2, 64), np.uint8)
+    out.phases, out.phase_capacity = phases.ctypes.data, len(phases)
+    out.event_time, out.event_kind, out.event_capacity = times.ctypes.data, kinds.ctypes.data, ROOM
+    getattr(library, f"hopform_solve_stances_by_{suffix}")(
+        ctypes.c_int32(variant), ctypes.c_int64(p.size), ctypes.byref(given), ctypes.byref(out)
+    )
+    return {**results, "event_time": times, "event_kind": kinds}
+
+
+def stances_of_numpy(p: Any) -> dict[str, Any]:
+    """The results of the NumPy back end through the public batch, events included."""
+    parameters = {field.name: p[field.name] for field in ROBOT_FIELDS}
+    batch = hopform.solve_stances(
+        hopform.load_robot("hopper_c"), v2=p["v2"], x1=p["x1"], v1=p["v1"], u=p["u"], horizon=2.0, max_phases=100,
+        backend="numpy", **{name: values for name, values in parameters.items() if name != "L0"},
+    )  # fmt: skip
+    return {name: np.asarray(getattr(batch, name)) for name in ("status", "duration", "apex", "aed")}
+
+
+def flights(given: Any, **how: Any) -> list[Any]:
+    rows = []
+    for one in given:
+        robot = hopform.Robot(**{field.name: float(one[field.name]) for field in ROBOT_FIELDS})
+        start: dict[str, Any] = {name: float(one[name]) for name in ("x1", "v1", "v2")}
+        start["x2"] = None if one["y"] == 0.0 else float(one["x1"] - one["y"] + robot.L0 + robot.c)
+        gains = float(one["Kp"]), float(one["Kd"])
+        try:
+            solved = hopform.solve_flight(robot, **start, gains=gains, horizon=3.0, max_phases=200, **how)
+        except hopform.HopformError as error:
+            rows.append((np.nan, len(str(error))))
+            continue
+        rows.append((solved.duration, *solved.end[:4], len(solved.events), *(event.time for event in solved.events)))
+    return rows
+
+
+def commands(robots: Any, touchdowns: Any, **how: Any) -> list[Any]:
+    rows = []
+    for number, (v2, x1, v1, h_des) in enumerate(touchdowns.tolist()):
+        command = hopform.choose_current(robots[number % len(robots)], v2=v2, x1=x1, v1=v1, h_des=h_des, **how)
+        rows.append((command.u, command.apex, ("reached", "nearest", "no_takeoff").index(command.status)))
+    return rows
+
+
+def figures() -> dict[str, Any]:
+    """The numbers behind every figure of the paper."""
+    try:
+        module = import_module("hopform.figures")
+    except ModuleNotFoundError:
+        module = import_module("hopform._figures")
+    found = {}
+    for number in module.DRAWN:
+        for name, value in flat(module.draw(number).data, f"figure {number}"):
+            found[name] = value
+    return found
+
+
+def flat(value: Any, name: str) -> Any:
+    """Every array of numbers in nested mappings, sequences and objects, by its path."""
+    if isinstance(value, dict):
+        for key, inner in value.items():
+            yield from flat(inner, f"{name}/{key}")
+    elif isinstance(value, (list, tuple)) and not all(isinstance(each, (int, float)) for each in value):
+        for key, inner in enumerate(value):
+            yield from flat(inner, f"{name}/{key}")
+    elif hasattr(value, "table"):
+        yield name, np.asarray(value.table)
+    elif isinstance(value, (int, float, list, tuple, np.ndarray, np.number)):
+        yield name, np.asarray(value)
+
+
+def as_array(rows: list[Any]) -> Any:
+    """Rows of different lengths as one array, NaN behind the end of each."""
+    table = np.full((len(rows), max(map(len, rows))), np.nan)
+    for row, values in zip(table, rows, strict=True):
+        row[: len(values)] = values
+    return table
+
+
+def digest(library: Any, precision: str) -> Any:
+    """The hash of hopform_selftest, which takes memory for a search and for 32 phases."""
+    function = getattr(library, f"hopform_selftest_{precision}")
+    function.restype = ctypes.c_uint32
+    return np.array([function((ctypes.c_uint64 * 8192)(), (ctypes.c_uint64 * 1024)(), 32)], np.uint32)
+
+
+def main(inputs: str, out: str) -> None:
+    given = np.load(inputs)
+    p = given["stances"]
+    found: dict[str, Any] = {}
+    library_file = next(Path(hopform.__file__).parent.glob("_libhopform.*"))
+    library = ctypes.CDLL(str(library_file))
+    for precision, dtype in (("f64", np.float64), ("f32", np.float32)):
+        for name, number in VARIANTS.items():
+            answers = stances_of_c(library, p, number, dtype)
+            found |= {f"stances C {precision} {name}/{column}": values for column, values in answers.items()}
+        found[f"selftest {precision}"] = digest(library, precision)
+    found |= {f"stances NumPy/{name}": values for name, values in stances_of_numpy(p[p["y"] == 0.0]).items()}
+    found["flights C"] = as_array(flights(given["flights"]))
+    found["flights NumPy"] = as_array(flights(given["flights"][:NUMPY_SINGLES], backend="numpy"))
+    robots = [hopform.load_robot("hopper_c"), hopform.load_robot("hopper_b")]
+    found["commands C"] = as_array(commands(robots, given["touchdowns"]))
+    found["commands NumPy"] = as_array(commands(robots, given["touchdowns"][: NUMPY_SINGLES // 10], backend="numpy"))
+    found |= figures()
+    np.savez(out, **{name.replace("/", "|"): values for name, values in found.items()})
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])
