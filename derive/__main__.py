@@ -100,7 +100,7 @@ def check(texts: dict[Path, str], folder: Path) -> int:
         old, new = _read(folder / path).splitlines(True), texts[path].splitlines(True)
         sys.stdout.writelines(list(difflib.unified_diff(old, new, str(folder / path), "as derived"))[:40])
     for path in stray:
-        print(f"derive: {path} is a stray file: no template makes it", file=sys.stderr)
+        print(f"derive: {path} is a stray file: neither a template nor the engine makes it", file=sys.stderr)
     for reason in _reasons(texts, folder, differing):
         print(f"derive: {reason}", file=sys.stderr)
     if differing or stray:
@@ -122,9 +122,17 @@ def _reasons(texts: dict[Path, str], folder: Path, differing: list[Path]) -> lis
     ]
     for path in sorted(makers.keys() | makers_now.keys()):
         if makers.get(path) != makers_now.get(path):
-            kind = "template" if path.parts[0] == "templates" else "model" if path.stem in _MODEL else "generator"
-            reasons.append(f"the {kind} was changed since: {path}")
+            reasons.append(f"the {_kind(path)} was changed since: {path}")
     return reasons or ["all hashes agree but the text differs: a tool's version did it"]
+
+
+def _kind(path: Path) -> str:
+    """What a file is that the output is made from."""
+    if path.parts[0] == "templates":
+        return "template"
+    if path.parts[0] == "runtime":
+        return "engine"
+    return "model" if path.stem in _MODEL else "generator"
 
 
 _MODEL = {

@@ -60,6 +60,7 @@ def run(tree, monkeypatch, capsys) -> Callable[..., Ran]:
         (render, "ROOT", tree),
         (render, "DERIVE", tree / "derive"),
         (render, "TEMPLATES", tree / "templates"),
+        (render, "ENGINE", tree / "runtime" / "engine"),
         (render, "GENERATED", tree / "generated"),
         (command, "GENERATED", tree / "generated"),
     ):
@@ -72,7 +73,7 @@ def run(tree, monkeypatch, capsys) -> Callable[..., Ran]:
 
 
 def copy(source: Path, target: Path) -> Path:
-    for folder in ("derive", "templates", "generated"):
+    for folder in ("derive", "templates", "runtime/engine", "generated"):
         shutil.copytree(source / folder, target / folder, ignore=shutil.ignore_patterns("__pycache__"))
     return target
 
@@ -137,13 +138,16 @@ def test_a_stray_file_is_named_and_caches_are_none(run, tree):
     (tree / "generated" / "python" / "hopform_solver" / "__pycache__").mkdir()
     (tree / "generated" / "python" / "hopform_solver" / "__pycache__" / "stance.pyc").write_bytes(b"")
     (tree / "generated" / "c" / "src" / "old.c").write_text("int old;\n")
-    assert complaints(run("--check")) == ["derive: c/src/old.c is a stray file: no template makes it"]
+    assert complaints(run("--check")) == [
+        "derive: c/src/old.c is a stray file: neither a template nor the engine makes it"
+    ]
 
 
 @pytest.mark.parametrize(
     ("path", "old", "new", "kind"),
     [
         ("templates/c/src/version.c.j2", "What this library", "Where this library", "template"),
+        ("runtime/engine/c/phase_real.h", "/* ", "/*  ", "engine"),
         ("derive/model.py", '"""', '"""\n', "model"),
         ("derive/languages.py", '"""', '"""\n', "generator"),
     ],

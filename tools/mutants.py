@@ -29,7 +29,11 @@ ALGEBRA = ("tests/test_derivation.py", "tests/test_certificate.py")
 MOTION = ("tests/test_stance.py", "tests/test_ties.py", "tests/test_properties.py", "tests/test_model_file.py")
 HOUSE = ("tests/test_house.py", "tests/test_library.py")
 CONTROL = ("tests/test_control_search.py",)
-NEAREST = {"derive": ALGEBRA + MOTION + HOUSE, "templates": MOTION + HOUSE + ALGEBRA}
+NEAREST = {
+    "derive": ALGEBRA + MOTION + HOUSE,
+    "templates": MOTION + HOUSE + ALGEBRA,
+    "runtime": MOTION + HOUSE + ALGEBRA,
+}
 LEFT_OUT_TESTS = "not random and not page"
 
 DERIVED = ("-m", "derive")
@@ -126,77 +130,77 @@ MUTANTS = (
     # ---- the controller ----
     Mutant(
         "controller, C: a root further out is as good",
-        "templates/c/src/control_real.c.j2",
+        "runtime/engine/c/control_real.c",
         "return fabs(c->from.u) < fabs(search->best.u) && c->promise < REACHED_WITHIN;",
         "return fabs(c->from.u) > fabs(search->best.u) && c->promise < REACHED_WITHIN;",
         first=CONTROL,
     ),
     Mutant(
         "controller, C: nothing lies below the ends of a cell",
-        "templates/c/src/control_real.c.j2",
+        "runtime/engine/c/control_real.c",
         "return end - DEPTH * c->width * spread(c);",
         "return end - 0.0 * DEPTH * c->width * spread(c);",
         first=CONTROL,
     ),
     Mutant(
         "controller, C: friction holds as a stop does",
-        "templates/c/src/control_real.c.j2",
+        "runtime/engine/c/control_real.c",
         "&& !(push < 0.0 && search->start.x1 > robot->x1_min);",
         "&& !(push < 0.0 && search->start.x1 > robot->x1_max);",
         first=CONTROL,
     ),
     Mutant(
         "controller, C: the stroke has no margin",
-        "templates/c/src/control_real.c.j2",
+        "runtime/engine/c/control_real.c",
         "robot->x1_max - target->stop_margin - 16.0 * EPSILON",
         "robot->x1_max - 0.0 * target->stop_margin - 16.0 * EPSILON",
         first=CONTROL,
     ),
     Mutant(
         "controller, C: half a cell is never tried",
-        "templates/c/src/control_real.c.j2",
+        "runtime/engine/c/control_real.c",
         "        keep(search, trial, &split.to, fabs(split.to.u - trial->u) > half ? slower : 0);\n",
         "",
         first=CONTROL,
     ),
     Mutant(
         "controller, C: a stop that is hit tells nothing",
-        "templates/c/src/trial_real.h.j2",
+        "runtime/engine/c/trial_real.h",
         "    if (stops && rate > 0.0) {\n",
         "    if (stops && rate < 0.0) {\n",
         first=CONTROL,
     ),
     Mutant(
         "controller, C: at a hit, the other tells",
-        "templates/c/src/trial_real.h.j2",
+        "runtime/engine/c/trial_real.h",
         "if (height < met->y) {",
         "if (height > met->y) {",
         first=CONTROL,
     ),
     Mutant(
         "controller, NumPy: at a hit, the other tells",
-        "templates/python/hopform_solver/trial.py.j2",
+        "runtime/engine/numpy/trial.py",
         "slow = np.asarray(height < at.y)",
         "slow = np.asarray(height > at.y)",
         first=CONTROL,
     ),
     Mutant(
         "controller, C: take-off at a fixed time",
-        "templates/c/src/trial_real.h.j2",
+        "runtime/engine/c/trial_real.h",
         "const real late = -tally->change.y / speed.y;",
         "const real late = -0.0 * tally->change.y / speed.y;",
         first=CONTROL,
     ),
     Mutant(
         "controller, NumPy: take-off at a fixed time",
-        "templates/python/hopform_solver/trial.py.j2",
+        "runtime/engine/numpy/trial.py",
         "late[good] = -change.y[good] / speed.y[good]",
         "late[good] = -0.0 * change.y[good] / speed.y[good]",
         first=CONTROL,
     ),
     Mutant(
         "controller, NumPy: a dip that is not at the turn",
-        "templates/python/hopform_solver/trial.py.j2",
+        "runtime/engine/numpy/trial.py",
         "t = _turn(found, low, high, rate[row, look], rate[row, look + 1])",
         "t = 0.5 * _turn(found, low, high, rate[row, look], rate[row, look + 1]) + 0.5 * high",
         first=("tests/test_control.py",),
@@ -227,7 +231,7 @@ MUTANTS = (
     ),
     Mutant(
         "NumPy: a reversal taken for a stick",
-        "templates/python/hopform_solver/stance.py.j2",
+        "runtime/engine/numpy/stance.py",
         "    after = chain.side[mass - 1][lanes]\n",
         "    chain.side[mass - 1][lanes] *= chain.side[mass - 1][lanes] == before\n    after = chain.side[mass - 1][lanes]\n",
     ),
@@ -257,13 +261,13 @@ MUTANTS = (
     ),
     Mutant(
         "NumPy: a late take-off has the digits that the start and the rise leave it",
-        "templates/python/hopform_solver/stance.py.j2",
+        "runtime/engine/numpy/stance.py",
         "np.where(t + later <= limit[where], later, 0.0)",
         "np.where(t + later <= 0.0, later, 0.0)",
     ),
     Mutant(
         "NumPy: a stop that is hit with the leg at rest is a take-off",
-        "templates/python/hopform_solver/stance.py.j2",
+        "runtime/engine/numpy/stance.py",
         "(end.kind[lanes] != LIMIT) & (end.kind[lanes] != STOP)",
         "(end.kind[lanes] != LIMIT)",
         first=("tests/test_checker.py",),
@@ -284,7 +288,7 @@ MUTANTS = (
     ),
     Mutant(
         "NumPy: an actuator without friction stays at its stop where its forces cancel",
-        "templates/python/hopform_solver/stance.py.j2",
+        "runtime/engine/numpy/stance.py",
         "    if not slides.any():",
         "    if slides.any() or not slides.any():",
         first=("tests/test_checker.py",),
@@ -298,20 +302,20 @@ MUTANTS = (
     ),
     Mutant(
         "NumPy: a leg that rings about 0 is given up",
-        "templates/python/hopform_solver/stance.py.j2",
+        "runtime/engine/numpy/stance.py",
         "    if not rings.any():\n        return lift\n",
         "    if rings.size:\n        return lift\n",
         first=("tests/test_checker.py",),
     ),
     Mutant(
         "C: every minimum is held up by tangents",
-        "templates/c/src/events_real.h.j2",
+        "runtime/engine/c/events_real.h",
         "return from->value + from->rate * reach > from->noise + to->noise;",
         "return from->value + 0.0 * reach > from->noise + to->noise;",
     ),
     Mutant(
         "NumPy: a held mass heeds no friction",
-        "templates/python/hopform_solver/stance.py.j2",
+        "runtime/engine/numpy/stance.py",
         "start = friction[lanes] - side * free[lanes]",
         "start = 0.0 * friction[lanes] - side * free[lanes]",
     ),
@@ -323,7 +327,7 @@ MUTANTS = (
     ),
     Mutant(
         "NumPy: a stop at the start takes no energy",
-        "templates/python/hopform_solver/stance.py.j2",
+        "runtime/engine/numpy/stance.py",
         "np.where(struck, -0.5 * robot.m_eff * v1 * v1, 0.0)",
         "np.where(struck, -0.0 * robot.m_eff * v1 * v1, 0.0)",
     ),
@@ -336,7 +340,7 @@ MUTANTS = (
     ),
     Mutant(
         "NumPy: a stop that is moved is met where it was",
-        "templates/python/hopform_solver/sensitivity.py.j2",
+        "runtime/engine/numpy/sensitivity.py",
         "bound[hits, stop[hits]] = 1.0",
         "bound[hits, stop[hits]] = 0.0",
         first=("tests/test_sensitivities.py",),
@@ -357,7 +361,7 @@ MUTANTS = (
     ),
     Mutant(
         "NumPy: the distance to a stop is what x1 says",
-        "templates/python/hopform_solver/stance.py.j2",
+        "runtime/engine/numpy/stance.py",
         "chain.from_min, chain.from_max = chain.from_min + moved, chain.from_max + moved",
         "chain.from_min, chain.from_max = "
         "chain.state.x1 + moved - chain.plan.robot.x1_min, chain.state.x1 + moved - chain.plan.robot.x1_max",
@@ -394,7 +398,7 @@ MUTANTS = (
     ),
     Mutant(
         "NumPy: an event before the take-off at the same time",
-        "templates/python/hopform_solver/stance.py.j2",
+        "runtime/engine/numpy/stance.py",
         "lifts = lift <= end.t[lanes] * (1.0 + end.tie)",
         "lifts = lift <= end.t[lanes] * (1.0 - 64.0 * end.tie)",
         first=("tests/test_ties.py",),
@@ -408,34 +412,34 @@ MUTANTS = (
     ),
     Mutant(
         "C: rounding taken for a crossing",
-        "templates/c/src/events_real.h.j2",
+        "runtime/engine/c/events_real.h",
         "if (value < 0.0 && (value < -to->noise || to->rate * h < -to->noise)) {",
         "if (value < 0.0) {",
         first=("tests/test_ties.py",),
     ),
     Mutant(
         "NumPy: a dip between two samples is not seen",
-        "templates/python/hopform_solver/events.py.j2",
+        "runtime/engine/numpy/events.py",
         "crosses[dips] = bottom.value < -bottom.noise",
         "crosses[dips] = bottom.value < -1.0e9 * bottom.noise",
     ),
     Mutant(
         "NumPy: a touch taken for a crossing",
-        "templates/python/hopform_solver/events.py.j2",
+        "runtime/engine/numpy/events.py",
         "crosses[dips] = bottom.value < -bottom.noise",
         "crosses[dips] = bottom.value < bottom.noise",
         first=("tests/test_ties.py",),
     ),
     Mutant(
         "NumPy: rounding taken for a crossing",
-        "templates/python/hopform_solver/events.py.j2",
+        "runtime/engine/numpy/events.py",
         "crosses = (here.value < 0.0) & ((here.value < -here.noise) | steep)",
         "crosses = here.value < 0.0",
         first=("tests/test_ties.py",),
     ),
     Mutant(
         "C: everything is quiet",
-        "templates/c/src/events_real.h.j2",
+        "runtime/engine/c/events_real.h",
         "return least > 1.001 * amplitude * hopform_exp_real(-mean * from);",
         "return least > 1.001 * amplitude * hopform_exp_real(-mean * from) || least <= NEVER;",
         first=("tests/test_model_file.py",),
@@ -633,7 +637,7 @@ MUTANTS = (
     ),
     Mutant(
         "NumPy flight: a foot below a step up has been above it",
-        "templates/python/hopform_solver/flight.py.j2",
+        "runtime/engine/numpy/flight.py",
         "chain.airborne = bool(foot > noise)",
         "chain.airborne = bool(foot > -1.0)",
         first=("tests/test_flight.py",),
@@ -799,7 +803,7 @@ MUTANTS = (
     ),
     Mutant(
         "C touchdown: no hysteresis",
-        "templates/c/src/touchdown_real.c.j2",
+        "runtime/engine/c/touchdown_real.c",
         "(contact->above != 0 ? detector->low : detector->high)",
         "(contact->above != 2 ? detector->high : detector->low)",
         first=("tests/test_touchdown.py",),

@@ -22,8 +22,7 @@ import numpy as np
 from hopform_solver.records import ROBOT_FIELDS
 from tests.flights import random_flight
 from tests.random_stances import draw_stances
-from tests.repository.gate import answers
-from tests.repository.gate import objects
+from tests.repository.gate import answers, objects
 
 ROOT = Path(__file__).resolve().parents[3]
 HERE = Path(__file__).resolve().parent

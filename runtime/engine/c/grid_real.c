@@ -1,4 +1,4 @@
-/* {{ header }}
+/* SPDX-License-Identifier: MIT-0
  *
  * States on a uniform grid. Within a phase every coordinate is a sum of 1, W', W, W_1, W_2 and t, (18)-(21), and the state
  * after j steps follows from that before them by the same sums: W(j dt) and the numerators of the state there. So a

@@ -1,4 +1,4 @@
-# {{ header }}
+# SPDX-License-Identifier: MIT-0
 """Currents, tried: the apex that follows each, the largest x_1, by how little the upper stop is hit, the least spring that the
 leg comes near to taking off with, and how they change with the current, through the events.
 
@@ -95,7 +95,9 @@ def try_currents(robot: Robot, start: State, u: Array, horizon: float, max_phase
         trials.events[lanes] = trials.events[lanes] * _PRIME + phases.mode[index] + 16 * phases.event[index]
         if n:
             _cross(plan, solution, trials, change, rate, lanes, index)
-        phase = _phase_of(plan_lanes(plan, lanes), states, u[lanes], take(change, lanes), side, ends[index] - phases.t[index])
+        phase = _phase_of(
+            plan_lanes(plan, lanes), states, u[lanes], take(change, lanes), side, ends[index] - phases.t[index]
+        )
         end = phase.at(phase.length)
         _find_dips(trials, lanes, phase)
         put(change, lanes, phase.change_at(phase.length))
@@ -174,7 +176,13 @@ def _speeds(plan: Plan, state: State, u: Array, side: Side) -> State:
 
 
 def _cross(
-    plan: Plan, solution: Solution, trials: Trials, change: State, rate: Array, lanes: NDArray[np.intp], now: NDArray[np.intp]
+    plan: Plan,
+    solution: Solution,
+    trials: Trials,
+    change: State,
+    rate: Array,
+    lanes: NDArray[np.intp],
+    now: NDArray[np.intp],
 ) -> None:
     """Changes right after the events that start phases `now`, in place; extrema there."""
     phases, event = solution.phases, solution.phases.event[now]

@@ -1,4 +1,4 @@
-# {{ header }}
+# SPDX-License-Identifier: MIT-0
 """A mode as a linear system: z = (1, x_1 - x_1(0), y, v_1, v_2) obeys z' = M z within a phase, and Phi(h) = exp(M h)."""
 
 import numpy as np

@@ -1,4 +1,4 @@
-# {{ header }}
+# SPDX-License-Identifier: MIT-0
 """The first root of a function of time within a phase, with nothing stepped over.
 
 For g = y, v_1, v_2 or a free acceleration, (d/dt + a) g' = exp(-a t) d/dt(exp(a t) g') is a motion of the pair of poles

@@ -1,4 +1,4 @@
-/* {{ header }}
+/* SPDX-License-Identifier: MIT-0
  *
  * One current, tried: the apex that follows, the largest x_1, by how little the upper stop is hit, the least spring that the
  * leg comes near to taking off with, and how each of them changes with the current, through the events.

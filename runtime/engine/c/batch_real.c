@@ -1,4 +1,4 @@
-/* {{ header }}
+/* SPDX-License-Identifier: MIT-0
  *
  * Many stances, from columns to columns, by the fastest way that the processor has.
  */

@@ -1,4 +1,4 @@
-# {{ header }}
+# SPDX-License-Identifier: MIT-0
 """Energies and the ledger at any time of a stance."""
 
 import numpy as np

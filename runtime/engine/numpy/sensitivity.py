@@ -1,4 +1,4 @@
-# {{ header }}
+# SPDX-License-Identifier: MIT-0
 """How stances depend on their inputs, through their events.
 
 Within a phase z = (1, x_1, y, v_1, v_2) obeys z' = M z, so a change d_p of an input changes z by
@@ -165,7 +165,9 @@ def _pass(chains: _Chains, old: NDArray[np.intp], change: Array) -> Array:
     stop = np.where(side.first > 0.0, _BY["x1_max"], _BY["x1_min"])
     bound[hits, stop[hits]] = 1.0
     each = np.arange(lanes.size)
-    smooth = ~hits & (before == after).all(axis=1)  # without friction nothing jumps, however little of a velocity is left
+    smooth = ~hits & (before == after).all(
+        axis=1
+    )  # without friction nothing jumps, however little of a velocity is left
     before[smooth, coordinate[smooth]] = after[smooth, coordinate[smooth]] = 1.0
     late = (bound - change[lanes, coordinate]) / before[each, coordinate, np.newaxis]
     passed = change[lanes] + (before - after)[:, :, np.newaxis] * late[:, np.newaxis]

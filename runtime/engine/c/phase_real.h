@@ -1,4 +1,4 @@
-/* {{ header }}
+/* SPDX-License-Identifier: MIT-0
  *
  * A phase: its poles and numerators by mode, and its state over time.
  */

@@ -1,4 +1,4 @@
-/* {{ header }}
+/* SPDX-License-Identifier: MIT-0
  *
  * Stances in the vector registers that every processor of the kind has.
  */

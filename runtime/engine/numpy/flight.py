@@ -1,4 +1,4 @@
-# {{ header }}
+# SPDX-License-Identifier: MIT-0
 """A flight as a chain of phases: the body is ballistic, the actuator returns under the law or at the limit of its current.
 
 In a phase v_1, the jerk and the rate of the law's pull are motions of the pair of poles alone, whose zeros are known in closed
@@ -322,7 +322,9 @@ def _watch_foot(chain: _Chain, end: _End) -> _End:
         falls = foot < before.foot.foot_t and foot < 0.0 and (foot < -noise or rate * after.t < -noise)
         if chain.airborne and falls:
             inside = before.foot.foot_t > 0.0
-            return _End(chain.root_between(_foot, 1.0, foot * 0.0, before.t, after).t if inside else before.t, "touchdown")
+            return _End(
+                chain.root_between(_foot, 1.0, foot * 0.0, before.t, after).t if inside else before.t, "touchdown"
+            )
         if not chain.airborne:
             _remember_highest(chain, after)
             chain.airborne = bool(foot > noise)
@@ -528,7 +530,10 @@ def _state_at(flight: FlightSolution, t: Real) -> State:
     at = _at_in_phase(flight, phase, t - phase.t)
     moved = (phase.x1 - start.x1) + at.moved
     return State(
-        _clipped(flight.robot, phase.x1 + at.moved), at.v1_t, start.v2 - g * t, start.y - ((start.v2 - 0.5 * g * t) * t - moved)
+        _clipped(flight.robot, phase.x1 + at.moved),
+        at.v1_t,
+        start.v2 - g * t,
+        start.y - ((start.v2 - 0.5 * g * t) * t - moved),
     )
 
 

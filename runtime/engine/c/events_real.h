@@ -1,4 +1,4 @@
-/* {{ header }}
+/* SPDX-License-Identifier: MIT-0
  *
  * What happens first in a phase, with nothing stepped over.
  *

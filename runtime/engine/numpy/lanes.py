@@ -1,4 +1,4 @@
-# {{ header }}
+# SPDX-License-Identifier: MIT-0
 """Records of arrays, taken apart and put together lane by lane: each branch computes its own lanes only."""
 
 from collections.abc import Iterable, Sequence

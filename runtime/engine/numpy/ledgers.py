@@ -1,4 +1,4 @@
-# {{ header }}
+# SPDX-License-Identifier: MIT-0
 """The ledger over a part of a phase.
 
 Within a phase z = (1, x_1 - x_1(0), y, v_1, v_2) obeys z' = M z, so the integral of z z^T obeys

@@ -1,4 +1,4 @@
-/* {{ header }}
+/* SPDX-License-Identifier: MIT-0
  *
  * Stances in vector registers of 512 bits, where the processor has them.
  */

@@ -1,4 +1,4 @@
-# {{ header }}
+# SPDX-License-Identifier: MIT-0
 """Stances as chains of phases: each is linear, has its closed form, and ends at the first of the events in which a mass
 reverses, sticks, slips or hits a stop, or in which the spring force returns to zero. All lanes advance together, each
 through its own events.
@@ -79,7 +79,9 @@ class _Chain:
     step: NDArray[np.int64]
     fresh_1: NDArray[np.bool_]
     fresh_2: NDArray[np.bool_]
-    alone: NDArray[np.int64]  # the mass that has just come to rest, its free acceleration known from the motion, 0 if none has
+    alone: NDArray[
+        np.int64
+    ]  # the mass that has just come to rest, its free acceleration known from the motion, 0 if none has
     free: Array  # this acceleration, from before the state lost its digits
     count: NDArray[np.int64]
 
@@ -379,9 +381,7 @@ def _find_end(chain: _Chain, poles: Poles, motion: Motion, limit: Array) -> _End
     """The first event of the phases that start at the chain's states."""
     end = _End(limit)
     halts = [_halts(chain, poles, motion, mass) for mass in (1, 2)]
-    watched = [
-        [*_velocities(chain, poles, motion, mass), *_thresholds(chain, poles, motion, mass)] for mass in (1, 2)
-    ]
+    watched = [[*_velocities(chain, poles, motion, mass), *_thresholds(chain, poles, motion, mass)] for mass in (1, 2)]
     leg = list(_leg(chain, poles, motion))
     limit = limit.copy()
     for lanes, t in halts:
@@ -428,7 +428,12 @@ class _Log:
         state = take(chain.state, lanes)
         self.parts.append(
             Phases(
-                chain.lane[lanes], chain.t[lanes], *state[:4], mode.astype(np.int8), event.astype(np.int8), chain.step[lanes]
+                chain.lane[lanes],
+                chain.t[lanes],
+                *state[:4],
+                mode.astype(np.int8),
+                event.astype(np.int8),
+                chain.step[lanes],
             )
         )
         chain.count[lanes] += 1
@@ -458,7 +463,9 @@ def _rest_of_actuator(chain: _Chain, log: _Log, end: _End) -> None:
     stop = choose(chain.side.first > 0.0, robot.x1_max, robot.x1_min)[lanes]
     gap = choose(chain.side.first > 0.0, chain.from_max, chain.from_min)[lanes]
     hits = end.kind[lanes] == STOP
-    there = hits | (np.abs(gap) <= end.touch[lanes])  # one that it touches where it turns is no event, but that is where it is
+    there = hits | (
+        np.abs(gap) <= end.touch[lanes]
+    )  # one that it touches where it turns is no event, but that is where it is
     chain.state.v1[lanes] = 0.0
     chain.state.x1[lanes[there]] = stop[there]
     chain.from_min[lanes[there]] = stop[there] - robot.x1_min[lanes[there]]
@@ -586,7 +593,11 @@ class _Result:
 
     def close(self, chain: _Chain, lanes: NDArray[np.bool_], ending: str) -> None:
         where = chain.lane[lanes]
-        self.duration[where], self.ending[where], self.count[where] = chain.t[lanes], _ENDING[ending], chain.count[lanes]
+        self.duration[where], self.ending[where], self.count[where] = (
+            chain.t[lanes],
+            _ENDING[ending],
+            chain.count[lanes],
+        )
         for field, value in zip(self.state, chain.state, strict=True):
             field[where] = value[lanes]
 

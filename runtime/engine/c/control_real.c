@@ -1,4 +1,4 @@
-/* {{ header }}
+/* SPDX-License-Identifier: MIT-0
  *
  * The current after which the next apex is the desired one, (25)-(27) in their exact form: apex(u) = h_des.
  *

@@ -1,4 +1,4 @@
-/* {{ header }}
+/* SPDX-License-Identifier: MIT-0
  *
  * Touchdown and take-off from a noisy signal of contact: two thresholds, then a number of samples in a row.
  */

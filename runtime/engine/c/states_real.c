@@ -1,4 +1,4 @@
-/* {{ header }}
+/* SPDX-License-Identifier: MIT-0
  *
  * States of a solved stance at many times: what a phase needs is made once for those that follow each other in it.
  */

@@ -1,4 +1,4 @@
-/* {{ header }}
+/* SPDX-License-Identifier: MIT-0
  *
  * The ways in which a batch can be solved; each gives the same bits.
  */
