@@ -10,8 +10,9 @@ import sys
 import tempfile
 from pathlib import Path
 
+from derive.instantiate import PRECISIONS
 from derive.model import HOPPER, ModelError, read_model
-from derive.render import GENERATED, MANIFEST, PRECISIONS, Options, manifest, render
+from derive.render import GENERATED, MANIFEST, Options, manifest, render
 
 
 def main(arguments: list[str] | None = None) -> int:

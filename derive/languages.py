@@ -3,14 +3,13 @@
 Both languages print the same steps in the same order; only the punctuation differs. The printer is our own so that
 the text depends on no version of sympy: terms and factors are ordered by the names in them.
 
-C templates are written in a type `real` with plain literals and names that end in _real; `C.spell` turns them
-into one precision: float literals get their f, `sqrt` becomes `sqrtf`, `hopform_state_real` becomes `hopform_state_f32`.
+C is written in a type `real` with plain literals and names that end in _real, which `instantiate` turns into one precision.
 """
 
 import math
 import re
-import struct
 from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
 from fractions import Fraction
 from functools import cache
 from typing import NamedTuple
@@ -18,79 +17,82 @@ from typing import NamedTuple
 import sympy as sp
 
 from derive.ir import Function, Program, Quantity, Record
+from derive.structs import SCALARS, Struct
 
 Line = tuple[str, str]
 
 
-def expression(value: sp.Expr) -> str:
-    """An expression in the punctuation that Python and C share: + - * / and calls of sqrt and fabs."""
-    return _sum(sp.sympify(value))
+@dataclass(frozen=True)
+class Expressions:
+    """Expressions in the punctuation that Python and C share: + - * / and calls of two functions by their names."""
 
+    root: str = "sqrt"
+    absolute: str = "fabs"
 
-def _sum(value: sp.Expr) -> str:
-    terms = sorted(sp.Add.make_args(value), key=_term_order)
-    text = ""
-    for term in terms:
-        negative = term.could_extract_minus_sign()
-        body = _product(-term if negative else term)
-        if text:
-            text += f" - {body}" if negative else f" + {body}"
-        else:
-            text = f"-{body}" if negative else body
-    return text
+    def __call__(self, value: sp.Expr) -> str:
+        return self._sum(sp.sympify(value))
 
+    def _sum(self, value: sp.Expr) -> str:
+        terms = sorted(sp.Add.make_args(value), key=self._term_order)
+        text = ""
+        for term in terms:
+            negative = term.could_extract_minus_sign()
+            body = self._product(-term if negative else term)
+            if text:
+                text += f" - {body}" if negative else f" + {body}"
+            else:
+                text = f"-{body}" if negative else body
+        return text
 
-def _term_order(term: sp.Expr) -> tuple[bool, int, str]:
-    """Positive terms first, then numbers, then the shorter names."""
-    negative = bool(term.could_extract_minus_sign())
-    body = -term if negative else term
-    return negative, len(body.free_symbols), _product(body)
+    def _term_order(self, term: sp.Expr) -> tuple[bool, int, str]:
+        """Positive terms first, then numbers, then the shorter names."""
+        negative = bool(term.could_extract_minus_sign())
+        body = -term if negative else term
+        return negative, len(body.free_symbols), self._product(body)
 
+    def _product(self, value: sp.Expr) -> str:
+        above: list[str] = []
+        below: list[str] = []
+        number = root = sp.S.One
+        for factor in sp.Mul.make_args(value):
+            base, exponent = factor.as_base_exp()
+            if factor.is_Rational:
+                number *= factor
+            elif exponent == sp.S.Half:
+                root *= base
+            elif exponent.is_Integer:
+                (above if exponent > 0 else below).extend([self._factor(base)] * abs(int(exponent)))
+            else:
+                raise TypeError(f"no spelling for {factor}")
+        if root != 1:
+            above.append(f"{self.root}({self._sum(root)})")
+        above.sort(key=_factor_order)
+        below.sort(key=_factor_order)
+        if number.p != 1 and (number.q == 1 or number.q in (2, 4, 8)):
+            above.insert(0, _number(float(number)))
+        elif number.q != 1:
+            if number.p != 1:
+                above.insert(0, _number(float(number.p)))
+            below.insert(0, _number(float(number.q))) if number.q not in (2, 4, 8) else above.insert(
+                0, _number(1.0 / number.q)
+            )
+        top = "*".join(above) or "1.0"
+        if not below:
+            return top
+        return f"{top}/{below[0]}" if len(below) == 1 else f"{top}/({'*'.join(below)})"
 
-def _product(value: sp.Expr) -> str:
-    above: list[str] = []
-    below: list[str] = []
-    number = root = sp.S.One
-    for factor in sp.Mul.make_args(value):
-        base, exponent = factor.as_base_exp()
-        if factor.is_Rational:
-            number *= factor
-        elif exponent == sp.S.Half:
-            root *= base
-        elif exponent.is_Integer:
-            (above if exponent > 0 else below).extend([_factor(base)] * abs(int(exponent)))
-        else:
-            raise TypeError(f"no spelling for {factor}")
-    if root != 1:
-        above.append(f"sqrt({_sum(root)})")
-    above.sort(key=_factor_order)
-    below.sort(key=_factor_order)
-    if number.p != 1 and (number.q == 1 or number.q in (2, 4, 8)):
-        above.insert(0, _number(float(number)))
-    elif number.q != 1:
-        if number.p != 1:
-            above.insert(0, _number(float(number.p)))
-        below.insert(0, _number(float(number.q))) if number.q not in (2, 4, 8) else above.insert(
-            0, _number(1.0 / number.q)
-        )
-    top = "*".join(above) or "1.0"
-    if not below:
-        return top
-    return f"{top}/{below[0]}" if len(below) == 1 else f"{top}/({'*'.join(below)})"
+    def _factor(self, base: sp.Expr) -> str:
+        if base.is_Symbol:
+            return str(base.name)
+        if base.is_Rational:
+            return _number(float(base))
+        if isinstance(base, sp.Abs):
+            return f"{self.absolute}({self._sum(base.args[0])})"
+        return f"({self._sum(base)})"
 
 
 def _factor_order(text: str) -> tuple[bool, str]:
     return text.startswith("("), text
-
-
-def _factor(base: sp.Expr) -> str:
-    if base.is_Symbol:
-        return str(base.name)
-    if base.is_Rational:
-        return _number(float(base))
-    if isinstance(base, sp.Abs):
-        return f"fabs({_sum(base.args[0])})"
-    return f"({_sum(base)})"
 
 
 def _number(value: float) -> str:
@@ -115,6 +117,8 @@ def snake(name: str) -> str:
 class NumPy:
     """Spelling in Python: scalars and broadcastable arrays alike."""
 
+    spelled = Expressions()
+
     def signature(self, function: Function) -> str:
         arguments = ", ".join(f"{_argument(a)}: {a.name if isinstance(a, Record) else 'Real'}" for a in function.takes)
         returns = function.returns.name if isinstance(function.returns, Record) else "Real"
@@ -127,7 +131,7 @@ class NumPy:
                 for chunk in _chunks(symbols, 100, len(name) + 5):
                     targets = ", ".join(map(str, chunk))
                     yield f"{targets} = {', '.join(f'{name}.{symbol}' for symbol in chunk)}"
-        yield from _aligned((f"{s.symbol} = {expression(s.value)}", f"# {s.source}") for s in function.steps)
+        yield from _aligned((f"{s.symbol} = {self.spelled(s.value)}", f"# {s.source}") for s in function.steps)
         values = ", ".join(map(str, function.returns.symbols))
         yield (
             f"return {function.returns.name}({values})" if isinstance(function.returns, Record) else f"return {values}"
@@ -168,63 +172,150 @@ class NumPy:
 
     def calls(self, functions: Iterable[Function]) -> str:
         """The elementary functions that the formulas call, for their import line."""
-        text = " ".join(expression(step.value) for function in functions for step in function.steps)
+        text = " ".join(self.spelled(step.value) for function in functions for step in function.steps)
         return ", ".join(name for name in ("fabs", "sqrt") if f"{name}(" in text)
 
 
-# [m] How near an apex must come: what the controller goes on to, and what it calls reached, or an edge of what is admissible.
-REACHED_WITHIN = {"f32": 1e-6, "f64": 1e-14}
-NEAR_WITHIN = {"f32": 4e-6, "f64": 2e-10}
+class Constant(NamedTuple):
+    """A number with a name of its own in the generated C."""
+
+    name: str
+    value: str
+    meaning: str
+
+
+class Series(NamedTuple):
+    """Coefficients of a series, the highest first, as a macro that is given what to do with each."""
+
+    name: str
+    terms: str
+    meaning: str
+
+
+class Table(NamedTuple):
+    """Numbers in a row, as an initialiser."""
+
+    name: str
+    values: str
+    meaning: str
+
+
+class Limit(NamedTuple):
+    """A number that depends on the precision alone, with the same name in every language."""
+
+    name: str
+    f32: float
+    f64: float
+    meaning: str
+
+
+LIMITS = (
+    Limit("NEVER", 1e38, 1e300, "what is beyond is refused; the time of what does not happen"),
+    Limit("UNDERFLOW", 1e-30, 1e-280, "below this, squares and quotients lose digits"),
+    Limit("REACHED_WITHIN", 1e-6, 1e-14, "[m] the search for a current ends this near"),
+    Limit("NEAR_WITHIN", 4e-6, 2e-10, "[m] an apex this near is reached"),
+    Limit("TERMS", 24, 40, "terms of the power series of W"),
+)
 
 
 class C:
-    """Spelling in C of one precision, float or double."""
+    """Spelling in C of one precision: in `real`, which `instantiate` turns into float or double."""
+
+    spelled = Expressions("sqrt_real", "fabs_real")
+    elementary = ("sqrt", "fabs", "exp", "expm1", "sin", "cos", "atan2", "log", "cbrt")
 
     def __init__(self, prefix: str, precision: str) -> None:
-        self.prefix = prefix
-        self.suffix = precision
+        self.prefix, self.precision = prefix, precision
         self.single = precision == "f32"
-        epsilon = 2.0**-23 if self.single else 2.0**-52
-        literal = _single if self.single else repr
-        self.constants = {
-            "EPSILON": literal(epsilon),
-            "ROOT_EPSILON": literal(epsilon**0.5),
-            "NEVER": literal(1e38 if self.single else 1e300),
-            "FAINT": literal(1e-30 if self.single else 1e-280),
-            "REACHED_WITHIN": literal(REACHED_WITHIN[precision]),
-            "NEAR_WITHIN": literal(NEAR_WITHIN[precision]),
-        }
-        self.terms = 24 if self.single else 40
+        self.terms = next(getattr(limit, precision) for limit in LIMITS if limit.name == "TERMS")
         self.nodes = _gauss_rule(8 if self.single else 12)
-        self.words = {"BITS": f"uint{32 if self.single else 64}_t", "SIGNED_BITS": f"int{32 if self.single else 64}_t"}
-        self.inverses = [_number(1.0 / n) for n in range(1, self.terms + 8)]
-        self.exponential = _inverse_factorials(range(1, 9 if self.single else 15))
-        self.decay_tail = _alternating(_inverse_factorials(range(3, 14 if self.single else 21)))
-        self.sine = _alternating(_inverse_factorials(range(1, 10 if self.single else 18, 2)))
-        self.cosine = _alternating(_inverse_factorials(range(0, 10 if self.single else 18, 2)))
-        self.area_tangent = [1.0 / n for n in reversed(range(1, 11 if self.single else 23, 2))]
-        bits = 12 if self.single else 32
-        self.constants |= {
-            "LOG_2_HIGH": literal(_leading(_LOG_2, bits)),
-            "LOG_2_LOW": literal(float(_LOG_2 - Fraction(_leading(_LOG_2, bits)))),
-            "QUARTER_HIGH": literal(_leading(_QUARTER_TURN, bits)),
-            "QUARTER_MIDDLE": literal(_leading(_QUARTER_TURN - Fraction(_leading(_QUARTER_TURN, bits)), bits)),
-            "QUARTER_LOW": literal(float(_QUARTER_TURN - Fraction(_leading(_QUARTER_TURN, 2 * bits)))),
-            "SMALLEST_EXPONENT": literal(-87.0 if self.single else -708.0),
-            "LARGEST_ANGLE": literal(1e6 if self.single else 1e15),
-            "FRACTION_BITS": "23" if self.single else "52",
-            "LOWER_HALF": "12" if self.single else "27",
-            "SMALLEST_NORMAL": literal(2.0**-126 if self.single else 2.0**-1022),
-            "TINY_UP": literal(2.0**24 if self.single else 2.0**54),
-            "TINY_DOWN": literal(2.0**-8 if self.single else 2.0**-18),
-            "EXPONENT_BIAS": "127" if self.single else "1023",
-            "SIGNED_BITS": "int32_t" if self.single else "int64_t",
-            "REAL_BITS": "uint32_t" if self.single else "uint64_t",
-            "LANE_COUNT": "32",
-        }
+        self.bits, self.signed_bits = ("uint32_t", "int32_t") if self.single else ("uint64_t", "int64_t")
 
-    def type(self, record: Record) -> str:
-        return f"hopform_{snake(record.name)}_real"
+    def of_libm(self, name: str) -> str:
+        """The function of the C library that computes in this precision."""
+        return f"{name}f" if self.single else name
+
+    @property
+    def limits(self) -> tuple[Constant, ...]:
+        """What the precision is to the engine, by name."""
+        single = self.single
+        epsilon = 2.0**-23 if single else 2.0**-52
+        bits = 12 if single else 32
+        log_2 = _leading(_LOG_2, bits)
+        quarter = _leading(_QUARTER_TURN, bits)
+        return tuple(
+            Constant(name, value if isinstance(value, str) else repr(value), meaning)
+            for name, value, meaning in (
+                ("EPS", epsilon, "distance from 1 to the next number"),
+                ("ROOT_EPS", epsilon**0.5, "its square root"),
+                *((limit.name, getattr(limit, self.precision), limit.meaning) for limit in LIMITS),
+                ("LOG_2_HIGH", log_2, "leading bits of ln 2"),
+                ("LOG_2_LOW", float(_LOG_2 - Fraction(log_2)), "ln 2 less those"),
+                ("QUARTER_TURN_HIGH", quarter, "leading bits of pi/2"),
+                ("QUARTER_TURN_MIDDLE", _leading(_QUARTER_TURN - Fraction(quarter), bits), "the bits behind those"),
+                ("QUARTER_TURN_LOW", float(_QUARTER_TURN - Fraction(_leading(_QUARTER_TURN, 2 * bits))), "the rest"),
+                ("SMALLEST_EXPONENT", -87.0 if single else -708.0, "exp of less counts as 0"),
+                ("LARGEST_ANGLE", 1e6 if single else 1e15, "a larger angle has no digit left"),
+                ("FRACTION_BITS", "23" if single else "52", "bits of the fraction"),
+                ("LOWER_HALF", "12" if single else "27", "bits that are cut off so that a square is exact"),
+                ("SMALLEST_NORMAL", 2.0**-126 if single else 2.0**-1022, "smallest normal number"),
+                ("TINY_UP", 2.0**24 if single else 2.0**54, "scales a subnormal number up to a normal one"),
+                ("TINY_DOWN", 2.0**-8 if single else 2.0**-18, "scales its cube root back"),
+                ("EXPONENT_BIAS", "127" if single else "1023", "of the exponent's bits"),
+                ("LANE_COUNT", "32", "stances that are solved at a time"),
+            )
+        )
+
+    @property
+    def series(self) -> tuple[Series, ...]:
+        """The power series of the kernels."""
+        single = self.single
+        return tuple(
+            Series(name, " ".join(f"X({coefficient})" for coefficient in coefficients), meaning)
+            for name, coefficients, meaning in (
+                ("EXPONENTIAL", _inverse_factorials(range(1, 9 if single else 15)), "(exp(r) - 1)/r"),
+                ("DECAY_TAIL", _alternating(_inverse_factorials(range(3, 14 if single else 21))), "phi_3(-z)"),
+                ("SINE", _alternating(_inverse_factorials(range(1, 10 if single else 18, 2))), "sin(r)/r in r^2"),
+                ("COSINE", _alternating(_inverse_factorials(range(0, 10 if single else 18, 2))), "cos(r) in r^2"),
+                ("AREA_TANGENT", [1.0 / n for n in reversed(range(1, 11 if single else 23, 2))], "artanh(s)/s in s^2"),
+            )
+        )
+
+    @property
+    def tables(self) -> tuple[Table, ...]:
+        """Numbers that the engine looks up."""
+        inverses = [1.0 / n for n in range(1, int(self.terms) + 8)]
+        return tuple(
+            Table(name, ", ".join(map(repr, values)), meaning)
+            for name, values, meaning in (
+                ("INVERSES", inverses, "1/n for n from 1 on"),
+                ("GAUSS_PLACES", [node.place for node in self.nodes], "nodes of Gauss's rule over 0 .. 1"),
+                ("GAUSS_WEIGHTS", [node.weight for node in self.nodes], "their weights"),
+            )
+        )
+
+    def macro(self, record: Record) -> str:
+        return snake(record.name).upper()
+
+    def for_each_member(self, record: Record) -> str:
+        """X(name, DOMAIN) for each member."""
+        return " ".join(f"X({quantity.name}, {quantity.domain.upper()})" for quantity in record.quantities)
+
+    def type(self, record: Record | Struct) -> str:
+        return self._type(record.name)
+
+    def _type(self, name: str) -> str:
+        """A scalar, a struct or a pointer, by its name in the derivation."""
+        bare = name.removeprefix("const ").removesuffix(" *")
+        spelled = "void" if bare == "void" else SCALARS.get(bare, f"hopform_{snake(bare)}_real")
+        return name.replace(bare, spelled, 1)
+
+    def struct_members(self, struct: Struct) -> Iterator[str]:
+        """Declarations with their comments."""
+        for member in struct.members:
+            many = f"[{member.count}]" if member.count > 1 else ""
+            declared = f"{self._type(member.type)} {member.name}{many};".replace("* ", "*")
+            yield f"{declared} /* {member.comment} */" if member.comment else declared
 
     def signature(self, function: Function) -> str:
         arguments = ", ".join(
@@ -243,7 +334,7 @@ class C:
                     for chunk in _chunks(symbols, 100, len(name) + 7)
                 )
         yield from _aligned(
-            (f"const real {s.symbol} = {expression(s.value)};", f"/* {s.source} */") for s in function.steps
+            (f"const real {s.symbol} = {self.spelled(s.value)};", f"/* {s.source} */") for s in function.steps
         )
         if isinstance(function.returns, Record):
             values = ", ".join(map(str, function.returns.symbols))
@@ -255,61 +346,9 @@ class C:
     def members(self, record: Record) -> Iterator[str]:
         yield from _aligned((f"real {q.name};", f"/* [{q.unit}] {q.meaning} */") for q in record.quantities)
 
-    def zeros(self, record: Record) -> str:
-        """An initialiser that names no field and leaves none out."""
-        return "{" + ", ".join("0.0" for _ in record.quantities) + "}"
-
     def values(self, record: Record, known: Mapping[str, float]) -> str:
         """An initialiser of a record with some numbers known and the others 0."""
         return "{" + ", ".join(repr(float(known.get(q.name, 0.0))) for q in record.quantities) + "}"
-
-    def in_lanes(self, program: Program) -> list[Record]:
-        """The records that the batch keeps a column for each member of."""
-        return [program.record(name) for name in ("Robot", "Rates", "Poles", "State", "Motion", "Basis")]
-
-    def with_record(self, record: Record) -> str:
-        return f"with_{snake(record.name)}"
-
-    def columns_of(self, record: Record) -> str:
-        return f"{snake(record.name)}_columns"
-
-    def in_lane(self, record: Record) -> str:
-        """An initialiser from the columns at lane l."""
-        return "{" + ", ".join(f"columns->{q.name}[l]" for q in record.quantities) + "}"
-
-    def conditions(self, record: Record) -> Iterator[str]:
-        """One condition a quantity, true where the value is out of its domain or not a number."""
-        for quantity in record.quantities:
-            value = f"robot->{quantity.name}"
-            yield {
-                "real": f"!({value} >= -NEVER && {value} <= NEVER)",
-                "positive": f"!({value} > 0.0 && {value} <= NEVER)",
-                "nonnegative": f"!({value} >= 0.0 && {value} <= NEVER)",
-                "bound": f"!({value} >= 0.0)",
-                "fraction": f"!({value} >= 0.0 && {value} < 1.0)",
-                "lower": f"!({value} <= NEVER)",
-                "upper": f"!({value} >= -NEVER)",
-            }[quantity.domain]
-
-    def spell(self, text: str) -> str:
-        """Template text in `real` as C text in this precision, with the library's prefix."""
-        text = re.sub(r"_real\b", f"_{self.suffix}", text)
-        text = _TOKEN.sub(self._token, text)
-        return rename(text, self.prefix)
-
-    def _token(self, match: re.Match[str]) -> str:
-        token = match.group()
-        if match.lastgroup in {"comment", "string"}:
-            return token
-        if match.lastgroup == "number":
-            return _single(float(token)) if self.single else repr(float(token))
-        if token == "real":
-            return "float" if self.single else "double"
-        if token in self.constants:
-            return self.constants[token]
-        if token in _ELEMENTARY and self.single:
-            return token + "f"
-        return token
 
 
 # Digits of ln 2 and of pi/2, for reductions in two and three parts.
@@ -351,40 +390,11 @@ def _alternating(coefficients: list[float]) -> list[float]:
     return [coefficient * (-1) ** (len(coefficients) - 1 - n) for n, coefficient in enumerate(coefficients)]
 
 
-_ELEMENTARY = {"sqrt", "fabs", "exp", "expm1", "sin", "cos", "atan2", "log", "cbrt", "floor", "fmax", "fmin"}
-_TOKEN = re.compile(
-    r"(?P<comment>/\*.*?\*/)"
-    r'|(?P<string>"[^"\n]*"|#include[^\n]*)'
-    r"|(?P<number>(?<![\w.])(?:\d+\.\d*(?:[eE][+-]?\d+)?|\d+[eE][+-]?\d+)(?![\w.]))"
-    r"|(?P<word>[A-Za-z_]\w*)",
-    re.DOTALL,
-)
-
-
 def documented(text: str) -> str:
     """The text of a public header with its comments marked for Doxygen, but for the first, which is about the file."""
     first, _, rest = text.partition("\n")
     above = re.sub(r"^/\* ", "/** ", rest, flags=re.MULTILINE)
     return first + "\n" + re.sub(r"^((?:#define|    \w|enum).*?)/\* ", r"\1/**< ", above, flags=re.MULTILINE)
-
-
-def rename(text: str, prefix: str) -> str:
-    """Every public name with another prefix: hopform_solve -> NAME_solve, HOPFORM_H -> NAME_H."""
-    if prefix == "hopform":
-        return text
-    return re.sub(r"hopform", prefix, re.sub(r"HOPFORM", prefix.upper(), text))
-
-
-def _single(value: float) -> str:
-    """The shortest literal that reads back as this number in single precision."""
-    nearest: float = struct.unpack("f", struct.pack("f", value))[0]
-    text = next(
-        t for n in range(1, 10) if struct.unpack("f", struct.pack("f", float(t := f"{nearest:.{n}g}")))[0] == nearest
-    )
-    if "e" in text:
-        mantissa, exponent = text.split("e")
-        text = f"{mantissa}e{int(exponent)}"
-    return (text if "." in text or "e" in text else text + ".0") + "f"
 
 
 def _chunks(symbols: tuple[sp.Symbol, ...], width: int, extra: int) -> Iterator[tuple[sp.Symbol, ...]]:

@@ -12,20 +12,21 @@ from typing import Any
 
 import jinja2
 
-from derive import energy, modes
+from derive import energy
 from derive.equations import CERTIFICATE, REGISTER, VERDICTS, tallies
+from derive.instantiate import PRECISIONS, instantiate, with_prefix
 from derive.ir import Program
-from derive.languages import NEAR_WITHIN, REACHED_WITHIN, C, NumPy, documented, rename
+from derive.languages import LIMITS, C, NumPy, documented
 from derive.model import HOPPER, Model
 from derive.program import program
 from derive.selftest import CASES, ROBOTS
+from derive.structs import SEARCH_CELLS, struct_of, structs
 
 ROOT = Path(__file__).resolve().parent.parent
 DERIVE = ROOT / "derive"
 TEMPLATES = ROOT / "templates"
 ENGINE = ROOT / "runtime" / "engine"
 GENERATED = ROOT / "generated"
-PRECISIONS = ("f32", "f64")
 MANIFEST = Path("MANIFEST")
 SOURCE = "0" * 16
 LICENCE_LINE = "SPDX-License-Identifier: MIT-0"
@@ -34,9 +35,6 @@ HEADER_MARK = "@header@"
 
 # Records that appear in the public C header; the others belong to the formulas.
 PUBLIC = ("Robot", "Rates", "Poles", "State", "Energy", "Ledger", "Gains", "FlightLedger")
-
-# Records whose members hopform_selftest hashes.
-HASHED = ("Rates", "Poles", "State", "Energy", "Ledger", "FlightLedger")
 
 
 @dataclass(frozen=True)
@@ -111,7 +109,7 @@ def manifest(texts: dict[Path, str]) -> str:
 
 def inputs() -> list[Path]:
     """Every file that what is generated depends on."""
-    sources = [path for folder in (TEMPLATES, ENGINE) for path in folder.rglob("*") if path.is_file()]
+    sources = [path for folder in (TEMPLATES, ENGINE) for path in folder.rglob("[!.]*") if path.is_file()]
     return sorted([*DERIVE.glob("*.py"), *(path for path in sources if "__pycache__" not in path.parts)])
 
 
@@ -150,7 +148,7 @@ def _instances(options: Options) -> dict[Path, str]:
     for folder, target in INSTANCES.items():
         for source in sorted(path for path in (ENGINE / folder).glob("*") if path.is_file()):
             header, text = HEADER.format(source.relative_to(ROOT).as_posix()), source.read_text("utf-8")
-            for precision in options.precisions if folder == "c" else ("",):
+            for precision in options.precisions if "_real" in source.name else ("",):
                 path, spelled = _spelled(f"{target}/{source.name}", text, options.prefix, precision)
                 texts[Path(path)] = spelled.replace(LICENCE_LINE, header, 1)
     return texts
@@ -159,40 +157,39 @@ def _instances(options: Options) -> dict[Path, str]:
 def _spelled(target: str, text: str, prefix: str, precision: str) -> tuple[str, str]:
     """Path and text in one precision, with the prefix of every public name; EQUATIONS.md has neither."""
     if precision:
-        return rename(target.replace("_real", f"_{precision}"), prefix), C(prefix, precision).spell(text)
+        return with_prefix(target.replace("_real", f"_{precision}"), prefix), instantiate(text, precision, prefix)
     if target.startswith(("c/", "python/")):
-        return rename(target, prefix), rename(text, prefix)
+        return with_prefix(target, prefix), with_prefix(text, prefix)
     return target, text
 
 
 def _context(made: Program, options: Options, precision: str) -> dict[str, Any]:
+    public = [record for record in made.records if record.name in PUBLIC]
     return {
         "header": HEADER_MARK,
         "program": made,
-        "public_records": [record for record in made.records if record.name in PUBLIC],
+        "public_records": public,
         "internal_records": [record for record in made.records if record.name not in PUBLIC],
         "register": REGISTER,
-        "movings": tuple(modes.MOVING),
         "tallies": tallies(),
         "verdicts": ", ".join(f'"{verdict}"' for verdict in VERDICTS),
         "certificate": CERTIFICATE,
         "endings": ENDINGS,
         "events": EVENTS,
         "commands": COMMANDS,
-        **{f"reached_within_{name}": metres for name, metres in REACHED_WITHIN.items()},
-        **{f"near_within_{name}": metres for name, metres in NEAR_WITHIN.items()},
+        "limits": LIMITS,
         "flight_endings": FLIGHT_ENDINGS,
         "current_events": CURRENT_EVENTS,
         "flight_events": (*EVENTS[:4], *CURRENT_EVENTS),
         "precisions": options.precisions,
         "selftest_robots": ROBOTS,
         "selftest_cases": CASES,
-        "selftest_records": [record for record in made.records if record.name in HASHED],
         "body_entries": energy.body_entries(options.model),
         "robot_entries": energy.whole_robot_entries(options.model),
-        "terms_f32": C("", "f32").terms,
-        "terms_f64": C("", "f64").terms,
         "numpy": NumPy(),
         "c": C(options.prefix, precision or PRECISIONS[1]),
+        "structs": structs(options.model.robot),
+        "mirrored": (*map(struct_of, public), *structs(options.model.robot)),
+        "search_cells": SEARCH_CELLS,
         "source": SOURCE,
     }

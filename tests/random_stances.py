@@ -115,9 +115,9 @@ def solve_with_c(p: Any) -> tuple[Any, Any]:
     """ANSWERs and PHASEs of the C back end, with at most MAX_PHASES phases each."""
     library = native.library()
     types = library.types(np.dtype(float))
-    plan, stance, step = types.plan(), types.stance(), types.step(0.0, 0.0)
+    plan, stance, step = types.Plan(), types.Stance(), types.Step(0.0, 0.0)
     buffer = np.zeros(MAX_PHASES + 1, PHASE)
-    assert ctypes.sizeof(types.phase) == PHASE.itemsize
+    assert ctypes.sizeof(types.Phase) == PHASE.itemsize
     answers, phases, first = np.zeros(p.size, ANSWER), [], 0
     for i in range(p.size):
         address = p.ctypes.data + i * p.itemsize

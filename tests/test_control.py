@@ -232,12 +232,12 @@ class Resumable:
         self.library = native.library()
         self.types = self.library.types(np.dtype(dtype))
         self.plan = native.plan_of(self.library, self.types, robot.parameters)
-        target_type, command_type, search_type = native_control.structs(self.types)
+        target_type, command_type, search_type = self.types.Target, self.types.Command, self.types.Search
         self.search, self.command = search_type(), command_type()
-        self.phases = (self.types.phase * 256)()
+        self.phases = (self.types.Phase * 256)()
         self.status = self.library.call(
             "choose_current_begin", self.types, ctypes.byref(self.search), ctypes.byref(self.plan),
-            ctypes.byref(self.types.state(*start)), ctypes.byref(target_type(*target)), ctypes.byref(self.command),
+            ctypes.byref(self.types.State(*start)), ctypes.byref(target_type(*target)), ctypes.byref(self.command),
         )  # fmt: skip
 
     def step(self, capacity: int = 256) -> int:

@@ -146,7 +146,7 @@ def test_a_stray_file_is_named_and_caches_are_none(run, tree):
 @pytest.mark.parametrize(
     ("path", "old", "new", "kind"),
     [
-        ("templates/c/src/version.c.j2", "What this library", "Where this library", "template"),
+        ("templates/c/src/series_real.h.j2", "and tables", "and lists", "template"),
         ("runtime/engine/c/phase_real.h", "/* ", "/*  ", "engine"),
         ("derive/model.py", '"""', '"""\n', "model"),
         ("derive/languages.py", '"""', '"""\n', "generator"),
@@ -168,11 +168,11 @@ def test_a_changed_formula_is_laid_on_the_model_and_shown_in_both_languages(tree
 
 
 def test_a_changed_template_and_a_hand_edit_are_both_named(run, tree):
-    replace(tree / "templates/c/src/version.c.j2", "What this library", "Where this library")
+    replace(tree / "templates/c/src/series_real.h.j2", "and tables", "and lists")
     replace(tree / "generated" / FORMULAS, OLD, NEW)
     assert sorted(complaints(run("--check"))) == [
         f"derive: {FORMULAS} was edited by hand or is missing",
-        "derive: the template was changed since: templates/c/src/version.c.j2",
+        "derive: the template was changed since: templates/c/src/series_real.h.j2",
     ]
 
 

@@ -9,7 +9,6 @@ import pytest
 
 import hopform
 from hopform import native, ufuncs
-from hopform.batch import _structs
 from hopform_solver.records import ROBOT_FIELDS
 from tests.random_stances import draw_stances
 
@@ -50,7 +49,8 @@ def solve(variant: int, problems: Any, dtype: Any, room: int = 8, max_phases: in
     """The problems by a variant; with `step` every column lies so many numbers apart from one stance to the next."""
     library, count = native.library(), len(problems)
     types = library.types(np.dtype(dtype))
-    arguments, out = (struct() for struct in _structs())
+    types = library.types(np.dtype(dtype))
+    arguments, out = types.StancesIn(), types.StancesOut()
     kept = []
 
     def column(values: np.ndarray) -> tuple[int, int]:
@@ -70,7 +70,7 @@ def solve(variant: int, problems: Any, dtype: Any, room: int = 8, max_phases: in
     for name, result in results.items():
         setattr(out, name, (result.ctypes.data, step * result.itemsize))
     times, kinds = np.zeros((count, room), dtype), np.full((count, room), 77, np.int8)
-    phases = (types.phase * (2 * room + 2))()
+    phases = (types.Phase * (2 * room + 2))()
     if room:
         out.phases, out.phase_capacity = ctypes.addressof(phases), len(phases)
         out.event_time, out.event_kind, out.event_capacity = times.ctypes.data, kinds.ctypes.data, room

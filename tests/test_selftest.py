@@ -81,10 +81,10 @@ def test_random_stances_flights_and_commands_have_the_same_bits_with_every_compi
 def test_a_coefficient_that_is_off_in_its_last_digit_gives_another_word(tmp_path):
     """The selftest can fail."""
     shutil.copytree(C, tmp_path / "c")
-    kernels = tmp_path / "c" / "src" / "kernels_f32.h"
-    text = kernels.read_text("utf-8")
-    assert " 0.041666668f" in text
-    kernels.write_text(text.replace(" 0.041666668f", " 0.041666672f"), "utf-8")
+    series = tmp_path / "c" / "src" / "series_f32.h"
+    text = series.read_text("utf-8")
+    assert "(0.041666668f)" in text
+    series.write_text(text.replace("(0.041666668f)", "(0.041666672f)"), "utf-8")
     files = [tmp_path / "c" / "src" / path.name for path in sources(("f32",))]
     include = ["-I", tmp_path / "c" / "include", "-I", BOARDS]
     command = [*CC, *COMMON, "-DSINGLE", *include, HERE / "selftest.c", BOARDS / "board.c", *files]

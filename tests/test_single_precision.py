@@ -27,12 +27,12 @@ def solve(problems: Any, kind: Any) -> list[Outcome]:
     """Each problem by the C back end in one precision."""
     library = native.library()
     types = library.types(np.dtype(kind))
-    plan, stance, step, phases = types.plan(), types.stance(), types.step(0.0, 0.0), (types.phase * (MAX_PHASES + 1))()
+    plan, stance, step, phases = types.Plan(), types.Stance(), types.Step(0.0, 0.0), (types.Phase * (MAX_PHASES + 1))()
     found = []
     for p in problems:
         known = {name: float(p[name]) for name in FIELDS}
-        robot = types.robot(*(known.get(name, 0.0) for name, *_ in types.robot._fields_))
-        state = types.state(*(known[name] for name, *_ in types.state._fields_))
+        robot = types.Robot(*(known.get(name, 0.0) for name, *_ in types.Robot._fields_))
+        state = types.State(*(known[name] for name, *_ in types.State._fields_))
         step.u = known["u"]
         library.call("plan_init", types, ctypes.byref(plan), ctypes.byref(robot))
         library.call(

@@ -120,7 +120,7 @@ MUTANTS = (
     Mutant("a stray file", "generated/python/hopform_solver/extra.py", "", '"""No template makes this."""\n', after=()),
     Mutant(
         "a stale library",
-        "templates/c/src/stance_real.c.j2",
+        "runtime/engine/c/stance_real.c",
         "/* The chain while it grows. */",
         "/* The chain as it grows. */",
         after=(DERIVED,),
@@ -131,15 +131,15 @@ MUTANTS = (
     Mutant(
         "controller, C: a root further out is as good",
         "runtime/engine/c/control_real.c",
-        "return fabs(c->from.u) < fabs(search->best.u) && c->promise < REACHED_WITHIN;",
-        "return fabs(c->from.u) > fabs(search->best.u) && c->promise < REACHED_WITHIN;",
+        "return fabs_real(c->from.u) < fabs_real(search->best.u) && c->promise < HOPFORM_REACHED_WITHIN_real;",
+        "return fabs_real(c->from.u) > fabs_real(search->best.u) && c->promise < HOPFORM_REACHED_WITHIN_real;",
         first=CONTROL,
     ),
     Mutant(
         "controller, C: nothing lies below the ends of a cell",
         "runtime/engine/c/control_real.c",
-        "return end - DEPTH * c->width * spread(c);",
-        "return end - 0.0 * DEPTH * c->width * spread(c);",
+        "return end - DEPTH_real * c->width * spread_real(c);",
+        "return end - 0.0 * DEPTH_real * c->width * spread_real(c);",
         first=CONTROL,
     ),
     Mutant(
@@ -152,14 +152,14 @@ MUTANTS = (
     Mutant(
         "controller, C: the stroke has no margin",
         "runtime/engine/c/control_real.c",
-        "robot->x1_max - target->stop_margin - 16.0 * EPSILON",
-        "robot->x1_max - 0.0 * target->stop_margin - 16.0 * EPSILON",
+        "robot->x1_max - target->stop_margin - 16.0 * HOPFORM_EPS_real",
+        "robot->x1_max - 0.0 * target->stop_margin - 16.0 * HOPFORM_EPS_real",
         first=CONTROL,
     ),
     Mutant(
         "controller, C: half a cell is never tried",
         "runtime/engine/c/control_real.c",
-        "        keep(search, trial, &split.to, fabs(split.to.u - trial->u) > half ? slower : 0);\n",
+        "        keep_real(search, trial, &split.to, fabs_real(split.to.u - trial->u) > half ? slower : 0);\n",
         "",
         first=CONTROL,
     ),
@@ -207,14 +207,14 @@ MUTANTS = (
     ),
     Mutant(
         "controller, NumPy: the stroke has no margin",
-        "templates/python/hopform_solver/control.py.j2",
+        "runtime/engine/numpy/control.py",
         "self.robot.x1_max - self.target.stop_margin",
         "self.robot.x1_max - 0.0 * self.target.stop_margin",
         first=CONTROL,
     ),
     Mutant(
         "controller, NumPy: what is wanted is far off",
-        "templates/python/hopform_solver/control.py.j2",
+        "runtime/engine/numpy/control.py",
         "return max(abs(self.gap) - 2.0 * self.near, 0.0)",
         "return max(0.5 * abs(self.gap) - 2.0 * self.near, 0.0)",
         first=CONTROL,
@@ -222,9 +222,9 @@ MUTANTS = (
     # ---- what a mass does next ----
     Mutant(
         "C: a reversal taken for a stick",
-        "templates/c/src/stance_real.c.j2",
-        "    settle(chain, mass == 1, mass == 2);\n    const int side =",
-        "    settle(chain, mass == 1, mass == 2);\n"
+        "runtime/engine/c/stance_real.c",
+        "    stance_settle_real(chain, mass == 1, mass == 2);\n    const int side =",
+        "    stance_settle_real(chain, mass == 1, mass == 2);\n"
         "    if (mass == 1 && chain->side_1 == -side_before) {\n        chain->side_1 = 0;\n    }\n"
         "    if (mass == 2 && chain->side_2 == -side_before) {\n        chain->side_2 = 0;\n    }\n"
         "    const int side =",
@@ -237,27 +237,27 @@ MUTANTS = (
     ),
     Mutant(
         "C: a held mass heeds no friction",
-        "templates/c/src/stance_real.c.j2",
+        "runtime/engine/c/stance_real.c",
         "const real friction = mass == 1 ? robot->f1 : robot->f2;\n    const int towards",
         "const real friction = 0.0 * robot->f1;\n    const int towards",
     ),
     Mutant(
         "C: a held mass slips only to where its force does not go",
-        "templates/c/src/stance_real.c.j2",
+        "runtime/engine/c/stance_real.c",
         "if (side == -towards ||",
         "if (side == towards ||",
     ),
     Mutant(
         "C: a leg that two masses stretch alike is not watched",
-        "templates/c/src/stance_real.c.j2",
+        "runtime/engine/c/stance_real.c",
         "if (!rings && (chain->side_1 < 0 || chain->side_2 > 0 || chain->state.y < 0.0)) {",
         "if (!rings && chain->side_1 < 0 && chain->side_2 > 0) {",
     ),
     Mutant(
         "C: a late take-off has the digits that the start and the rise leave it",
-        "templates/c/src/stance_real.c.j2",
-        "n == 0 && sharpen_takeoff(chain, &guard, limit, &end)",
-        "n == 0 && sharpen_takeoff(chain, &guard, 0.0, &end)",
+        "runtime/engine/c/stance_real.c",
+        "n == 0 && sharpen_takeoff_real(chain, &guard, limit, &end)",
+        "n == 0 && sharpen_takeoff_real(chain, &guard, 0.0, &end)",
     ),
     Mutant(
         "NumPy: a late take-off has the digits that the start and the rise leave it",
@@ -274,15 +274,15 @@ MUTANTS = (
     ),
     Mutant(
         "C: a slip whose threshold is blurred comes before the take-off at the same time",
-        "templates/c/src/stance_real.c.j2",
-        "    guard->doubt = 4.0 * EPSILON * (friction + fabs(acceleration));",
-        "    guard->doubt = 0.0 * (friction + fabs(acceleration));",
+        "runtime/engine/c/stance_real.c",
+        "    guard->doubt = 4.0 * HOPFORM_EPS_real * (friction + fabs_real(acceleration));",
+        "    guard->doubt = 0.0 * (friction + fabs_real(acceleration));",
         first=("tests/test_checker.py",),
     ),
     Mutant(
         "C: an actuator without friction stays at its stop where its forces cancel",
-        "templates/c/src/stance_real.c.j2",
-        "        keep_faint_acceleration(chain, motion, &end->basis);",
+        "runtime/engine/c/stance_real.c",
+        "        keep_faint_acceleration_real(chain, motion, &end->basis);",
         "        (void)keep_faint_acceleration;",
         first=("tests/test_checker.py",),
     ),
@@ -295,7 +295,7 @@ MUTANTS = (
     ),
     Mutant(
         "C: a leg that rings about 0 is given up",
-        "templates/c/src/stance_real.c.j2",
+        "runtime/engine/c/stance_real.c",
         "if (rings && lift <= guard->halt) {",
         "if (rings && lift < 0.0) {",
         first=("tests/test_checker.py",),
@@ -321,9 +321,9 @@ MUTANTS = (
     ),
     Mutant(
         "C: a stop takes no energy",
-        "templates/c/src/energy_real.c.j2",
-        "loss += loss_before(plan, steps, phases, n + 1);",
-        "loss += 0.0 * loss_before(plan, steps, phases, n + 1);",
+        "runtime/engine/c/energy_real.c",
+        "loss += energy_loss_before_real(plan, steps, phases, n + 1);",
+        "loss += 0.0 * energy_loss_before_real(plan, steps, phases, n + 1);",
     ),
     Mutant(
         "NumPy: a stop at the start takes no energy",
@@ -333,7 +333,7 @@ MUTANTS = (
     ),
     Mutant(
         "C: an event moves without what its move brings",
-        "templates/c/src/sensitivity_real.c.j2",
+        "runtime/engine/c/sensitivity_real.c",
         "change->at[i][column] += (before[i] - after[i]) * late;",
         "change->at[i][column] += 0.0 * (before[i] - after[i]) * late;",
         first=("tests/test_sensitivities.py",),
@@ -354,7 +354,7 @@ MUTANTS = (
     ),
     Mutant(
         "C: the distance to a stop is what x1 says",
-        "templates/c/src/stance_real.c.j2",
+        "runtime/engine/c/stance_real.c",
         "chain->from_min += moved.x1_t;",
         "chain->from_min = chain->state.x1 + moved.x1_t - chain->plan->robot.x1_min;",
         first=("tests/test_checker.py",),
@@ -369,14 +369,14 @@ MUTANTS = (
     ),
     Mutant(
         "C: a stop that is touched where x1 turns is hit",
-        "templates/c/src/stance_real.c.j2",
+        "runtime/engine/c/stance_real.c",
         "!(beyond > hopform_touch_real(guard->motion, &start, &basis))",
         "false",
         first=("tests/test_ties.py",),
     ),
     Mutant(
         "C, lanes: a stop that is touched where x1 turns is hit",
-        "templates/c/src/lanes_real.h.j2",
+        "runtime/engine/c/lanes_real.h",
         "const bool past = beyond > hopform_touch_real(&motion, &from_stop, &one);",
         "const bool past = beyond > 0.0 * hopform_touch_real(&motion, &from_stop, &one);",
         first=("tests/test_ties.py",),
@@ -391,9 +391,9 @@ MUTANTS = (
     # ---- the first event ----
     Mutant(
         "C: an event before the take-off at the same time",
-        "templates/c/src/stance_real.c.j2",
-        "at->value < -8.0 * EPSILON * limit * at->rate",
-        "at->value < 8.0 * EPSILON * limit * at->rate",
+        "runtime/engine/c/stance_real.c",
+        "at->value < -8.0 * HOPFORM_EPS_real * limit * at->rate",
+        "at->value < 8.0 * HOPFORM_EPS_real * limit * at->rate",
         first=("tests/test_ties.py",),
     ),
     Mutant(
@@ -405,7 +405,7 @@ MUTANTS = (
     ),
     Mutant(
         "C: a touch taken for a crossing",
-        "templates/c/src/stance_real.c.j2",
+        "runtime/engine/c/stance_real.c",
         "if (bottom.at.value < -bottom.at.noise) {",
         "if (bottom.at.value < bottom.at.noise) {",
         first=("tests/test_ties.py",),
@@ -441,33 +441,33 @@ MUTANTS = (
         "C: everything is quiet",
         "runtime/engine/c/events_real.h",
         "return least > 1.001 * amplitude * hopform_exp_real(-mean * from);",
-        "return least > 1.001 * amplitude * hopform_exp_real(-mean * from) || least <= NEVER;",
+        "return least > 1.001 * amplitude * hopform_exp_real(-mean * from) || least <= HOPFORM_NEVER_real;",
         first=("tests/test_model_file.py",),
     ),
     Mutant(
         "C: a mass that has just slipped may return at once",
-        "templates/c/src/stance_real.c.j2",
-        "chain->fresh_1 = end->kind == END_THRESHOLD_1;",
+        "runtime/engine/c/stance_real.c",
+        "chain->fresh_1 = end->kind == END_THRESHOLD_1_real;",
         "chain->fresh_1 = false;",
     ),
     # ---- many stances in vector registers ----
     Mutant(
         "C lanes: windows that are not judged",
-        "templates/c/src/lanes_real.h.j2",
+        "runtime/engine/c/lanes_real.h",
         "    settle_windows(w, &work->find);\n",
         "    (void)settle_windows;\n",
         first=("tests/test_lanes.py",),
     ),
     Mutant(
         "C lanes: a series that ends too early",
-        "templates/c/src/lanes_real.h.j2",
-        "fabs(first) < 0.002 * EPSILON",
-        "fabs(first) < 20.0 * EPSILON",
+        "runtime/engine/c/lanes_real.h",
+        "fabs_real(first) < 0.002 * HOPFORM_EPS_real",
+        "fabs_real(first) < 20.0 * HOPFORM_EPS_real",
         first=("tests/test_lanes.py",),
     ),
     Mutant(
         "C lanes: a stance that depends on its neighbours",
-        "templates/c/src/lanes_real.h.j2",
+        "runtime/engine/c/lanes_real.h",
         "keep(&w->alone[l], how[l] > (real)NO_END, alone[l]);",
         "keep(&w->alone[l], how[l] > (real)NO_END, alone[(l + 1) % LANES]);",
         first=("tests/test_lanes.py",),
@@ -475,20 +475,20 @@ MUTANTS = (
     # ---- the kernels ----
     Mutant(
         "C: the split formula at every time",
-        "templates/c/src/kernels_real.h.j2",
+        "runtime/engine/c/kernels_real.h",
         "if (chi * t * t >= 1.0) {",
         "if (chi * t * t >= 1.0e-9) {",
     ),
     Mutant(
         "C: a spread of the pair beyond the range of the exponential",
-        "templates/c/src/kernels_real.h.j2",
+        "runtime/engine/c/kernels_real.h",
         "if (half * t >= 0.5) {",
         "if (half * t > 0.5) {",
         first=("tests/test_switchovers.py",),
     ),
     Mutant(
         "NumPy: factors of the cubic that are not polished",
-        "templates/python/hopform_solver/kernels.py.j2",
+        "runtime/engine/numpy/kernels.py",
         "for _ in range(3):",
         "for _ in range(0):",
         first=("tests/test_certificate.py",),
@@ -609,29 +609,29 @@ MUTANTS = (
     # ---- flight, hopping, maps, touchdown ----
     Mutant(
         "C flight: a limit of the current that is not watched",
-        "templates/c/src/flight_real.c.j2",
-        "        watch_level(chain, points, count, -1, -1, end);\n",
+        "runtime/engine/c/flight_real.c",
+        "        watch_level_real(chain, points, count, -1, -1, end);\n",
         "",
         first=("tests/test_flight.py",),
     ),
     Mutant(
         "C flight: a stop that is not met",
-        "templates/c/src/flight_real.c.j2",
-        "if (is_finite(stop) && sign * (end->at.actuator.moved - way) > 0.0) {",
-        "if (is_finite(stop) && sign * (end->at.actuator.moved - way) > 1.0e9) {",
+        "runtime/engine/c/flight_real.c",
+        "if (hopform_is_finite_real(stop) && sign * (end->at.actuator.moved - way) > 0.0) {",
+        "if (hopform_is_finite_real(stop) && sign * (end->at.actuator.moved - way) > 1.0e9) {",
         first=("tests/test_flight.py",),
     ),
     Mutant(
         "C flight: a foot that does not move with the actuator",
-        "templates/c/src/flight_real.c.j2",
+        "runtime/engine/c/flight_real.c",
         "chain->ballistic.foot = (chain->x1 - chain->actuator.x1) +",
         "chain->ballistic.foot = 0.0 * (chain->x1 - chain->actuator.x1) +",
         first=("tests/test_flight.py",),
     ),
     Mutant(
         "C flight: the turning points of the foot are not looked for",
-        "templates/c/src/flight_real.c.j2",
-        "count = split(chain, FOOT_RATE, points, count);",
+        "runtime/engine/c/flight_real.c",
+        "count = split_real(chain, FOOT_RATE_real, points, count);",
         "(void)split;",
         first=("tests/test_flight.py",),
     ),

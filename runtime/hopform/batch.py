@@ -10,7 +10,6 @@ import math
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from dataclasses import dataclass
-from functools import cache
 from typing import Any
 
 import numpy as np
@@ -280,33 +279,6 @@ def _joined(job: _Job, lists: _Events) -> tuple[NDArray[Any], NDArray[np.int8]]:
 # ---- event lists from the compiled library ----
 
 
-@cache
-def _structs() -> tuple[Any, Any]:
-    """hopform_stances_in and hopform_stances_out, which look the same in both precisions."""
-
-    class Column(ctypes.Structure):
-        _fields_ = [("first", ctypes.c_void_p), ("stride", ctypes.c_ssize_t)]
-
-    class In(ctypes.Structure):
-        _fields_ = [
-            ("robot", Column * len(ROBOT_FIELDS)),
-            *((name, Column) for name in _STATES),
-            ("max_phases", ctypes.c_int32),
-        ]
-
-    class Out(ctypes.Structure):
-        _fields_ = [
-            *((name, Column) for name in RESULTS),
-            ("phases", ctypes.c_void_p),
-            ("phase_capacity", ctypes.c_int32),
-            ("event_time", ctypes.c_void_p),
-            ("event_kind", ctypes.c_void_p),
-            ("event_capacity", ctypes.c_int32),
-        ]
-
-    return In, Out
-
-
 def _solve_in_c(job: _Job, part: slice, events: bool) -> _Events:
     columns = job.chunk(part)
     results = [result[part] for result in job.results]
@@ -337,7 +309,7 @@ def _matrices(job: _Job, columns: list[NDArray[Any]], count: int, room: int) -> 
     """Derivatives of the columns' stances, and whether each had room for its phases."""
     library = native.library()
     types = library.types(job.real)
-    phases = (types.phase * room)()
+    phases = (types.Phase * room)()
     matrices, status = np.empty((count, len(ROWS), len(COLUMNS)), job.real), np.empty(count, np.int32)
     library.call(
         "stances_sensitivities", types, ctypes.c_int64(count), ctypes.byref(_arguments(job, columns)), phases, room,
@@ -348,7 +320,7 @@ def _matrices(job: _Job, columns: list[NDArray[Any]], count: int, room: int) -> 
 
 def _arguments(job: _Job, columns: list[NDArray[Any]]) -> Any:
     """hopform_stances_in for these columns, which must outlive it."""
-    arguments = _structs()[0]()
+    arguments = native.library().types(job.real).StancesIn()
     for name, column in zip(_STATES, columns, strict=False):
         setattr(arguments, name, _column(column))
     for n, column in enumerate(columns[len(_STATES) :]):
@@ -363,13 +335,13 @@ def _call(
     """Solve the columns; the first `room` events of each stance."""
     library = native.library()
     types = library.types(job.real)
-    arguments, out = _arguments(job, columns), _structs()[1]()
+    arguments, out = _arguments(job, columns), types.StancesOut()
     for name, result in zip(RESULTS, results, strict=True):
         setattr(out, name, _column(result))
     count = results[0].size
     times, kinds = np.empty((count, room), job.real), np.empty((count, room), np.int8)
     # A touch is a phase without an event: with room for twice as many phases, hardly any list stays short.
-    phases = (types.phase * (2 * room + 2))()
+    phases = (types.Phase * (2 * room + 2))()
     if room:
         out.phases, out.phase_capacity = ctypes.addressof(phases), len(phases)
         out.event_time, out.event_kind, out.event_capacity = times.ctypes.data, kinds.ctypes.data, room

@@ -6,6 +6,7 @@ vector registers of workstations, are left out.
 """
 
 import re
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Literal, NamedTuple, get_args
 
@@ -138,70 +139,32 @@ def renamed(text: str, prefix: str) -> str:
 # ---- the amalgamated pair ----
 
 _INCLUDE = re.compile(r'^#include "([^"]+)"\n', re.MULTILINE)
-_DEFINE = re.compile(r"^#define ([A-Za-z_]\w*)", re.MULTILINE)
-_STATIC = re.compile(r"^static (?:inline )?(?:const )?[\w ]+?[ *](\w+)(?=\(|\[|;| =)", re.MULTILINE)
-_TYPE = re.compile(r"^(?:typedef .*)?\} (\w+);", re.MULTILINE)
-_MEMBER = re.compile(r"^(    (?:const )?\w+ \*?)(\w+)((?:\[[^\]]*\])*;.*)$")
-_ENUM = re.compile(r"^(?:typedef )?enum \{(.*?)\}", re.MULTILINE | re.DOTALL)
 
 
 def amalgamated(library: dict[Path, str], prefix: str) -> dict[str, str]:
-    """The whole library as one header and one source, for those who copy two files."""
-    public = {
-        path.relative_to("include").as_posix(): text for path, text in library.items() if path.parts[0] == "include"
+    """The whole library as one header and one source: its files one behind the other, without the lines that include them."""
+    texts = {path.name: text for path, text in library.items() if path.suffix in (".h", ".c")}
+    public = [f"{prefix}.h", *sorted(path.name for path in library if path.parts[0] == "include")]
+    private = in_order([path.name for path in library if path.parts[0] == "src"], texts)
+    return {
+        f"{prefix}.h": joined(dict.fromkeys(public), texts),
+        f"{prefix}.c": f'#include "{prefix}.h"\n' + joined([name for name in private if name not in public], texts),
     }
-    private = {path.name: text for path, text in library.items() if path.parts[0] == "src" and path.suffix == ".h"}
-    units = {path.name: text for path, text in library.items() if path.parts[0] == "src" and path.suffix == ".c"}
-    header = inlined(public[f"{prefix}/{prefix}.h"], public, set())
-    seen = set(public)
-    parts = [f'#include "{prefix}.h"\n']
-    for name, text in units.items():
-        precision = Path(name).stem.rpartition("_")[2]
-        shared = {
-            word for other, inner in private.items() if f"_{precision}." in other for word in names(inner, prefix)
-        }
-        whole = inlined(text, private, seen)
-        own = prefixed(whole, names(text, prefix), f"{prefix}_{Path(name).stem}")
-        parts.append(prefixed(own, shared, f"{prefix}_{precision}"))
-    return {f"{prefix}.h": header, f"{prefix}.c": "\n".join(parts)}
 
 
-def inlined(text: str, headers: dict[str, str], seen: set[str]) -> str:
-    """A text with each header in place of its first inclusion."""
-
-    def put(match: re.Match[str]) -> str:
-        name = match.group(1)
-        if name in seen:
-            return ""
-        seen.add(name)
-        return inlined(headers[name], headers, seen)
-
-    return _INCLUDE.sub(put, text)
+def joined(names: Iterable[str], texts: dict[str, str]) -> str:
+    return "\n".join(_INCLUDE.sub("", texts[name]) for name in names)
 
 
-def names(text: str, prefix: str) -> set[str]:
-    """What a file gives a name to at file scope, without the library's prefix."""
-    constants = [
-        word.split("=")[0].strip()
-        for inside in _ENUM.findall(text)
-        for word in re.sub(r"/\*.*?\*/", "", inside).split(",")
-    ]
-    found = {*_STATIC.findall(text), *_TYPE.findall(text), *_DEFINE.findall(text), *constants} - {""}
-    return {word for word in found if not (word.lower().startswith(f"{prefix}_") and word.endswith(PRECISIONS))}
+def in_order(names: list[str], texts: dict[str, str]) -> list[str]:
+    """Files, each behind those that it includes."""
+    order: dict[str, None] = {}
 
+    def put(name: str) -> None:
+        for included in _INCLUDE.findall(texts[name]):
+            put(Path(included).name)
+        order.setdefault(name)
 
-def prefixed(text: str, words: set[str], stem: str) -> str:
-    """A text in which these names, but not the members of structs, get a stem in front: all files are one there."""
-    if not words:
-        return text
-    pattern = re.compile(rf"(?<![\w.])(?<!->)({'|'.join(sorted(words))})\b")
-
-    def put(text: str) -> str:
-        return pattern.sub(lambda match: f"{stem}_{match.group(1)}", text)
-
-    lines: list[str] = []
-    for line in text.split("\n"):
-        member = _MEMBER.match(line)
-        kept = member is not None and member.group(2) in words and member.group(1).strip() != "return"
-        lines.append(put(member.group(1)) + member.group(2) + put(member.group(3)) if member and kept else put(line))
-    return "\n".join(lines)
+    for name in sorted(names):
+        put(name)
+    return list(order)

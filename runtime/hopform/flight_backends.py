@@ -27,43 +27,16 @@ class Row(NamedTuple):
     event: int
 
 
-class _Types:
-    """The structs of flights in one precision."""
-
-    def __init__(self, types: native.Types) -> None:
-        real = types.real
-
-        def struct(name: str, *fields: tuple[str, Any]) -> Any:
-            return type(name, (ctypes.Structure,), {"_fields_": list(fields)})
-
-        self.base = types
-        self.gains = struct("Gains", *((name, real) for name in Gains._fields))
-        self.ledger = struct("FlightLedger", *((name, real) for name in FlightLedger._fields))
-        numbers = ((name, real) for name in ("t", "x1", "v1", "acc1"))
-        codes = ((name, ctypes.c_int8) for name in ("side", "limit", "event", "spare"))
-        self.phase = struct("FlightPhase", *numbers, *codes)
-        self.phases = self.phase * _CAPACITY
-        self.flight = struct(
-            "Flight",
-            ("gains", self.gains),
-            ("start", types.state),
-            ("duration", real),
-            ("end", types.state),
-            *((name, real) for name in ("v2_after", "apex", "apex_time", "impact_loss", "start_loss")),
-            *((name, ctypes.c_int32) for name in ("ending", "phase_count", "phases_kept", "event_count")),
-        )
-
-
 @lru_cache(maxsize=8)
-def _opened(dtype: np.dtype[Any]) -> tuple[native.Library, _Types]:
+def _opened(dtype: np.dtype[Any]) -> tuple[native.Library, native.Types]:
     library = native.library()
-    return library, _Types(library.types(dtype))
+    return library, library.types(dtype)
 
 
 @lru_cache(maxsize=256)
 def _plan_of(parameters: Robot, dtype: np.dtype[Any]) -> Any:
     library, types = _opened(dtype)
-    return ctypes.byref(native.plan_of(library, types.base, parameters))
+    return ctypes.byref(native.plan_of(library, types, parameters))
 
 
 class _Recent:
@@ -91,15 +64,15 @@ class NativeFlight:
     """A flight solved by the library; it can be pickled, as parameters and the bytes of its structs."""
 
     library: native.Library
-    types: _Types
+    types: native.Types
     parameters: Robot
     plan: Any
     phases: Any
     flight: Any
 
     def __reduce__(self) -> Any:
-        kept = bytes(self.phases)[: ctypes.sizeof(self.types.phase) * self.flight.phases_kept]
-        dtype = np.dtype(self.types.base.real)
+        kept = bytes(self.phases)[: ctypes.sizeof(self.types.FlightPhase) * self.flight.phases_kept]
+        dtype = np.dtype(self.types.real)
         return _flight_again, (self.library.source, dtype, self.parameters, kept, bytes(self.flight))
 
     @property
@@ -131,7 +104,7 @@ class NativeFlight:
 
     def _call(self, name: str, t: NDArray[np.floating], *out: NDArray[np.floating]) -> None:
         self.library.call(
-            name, self.types.base, self.plan, self.phases, ctypes.byref(self.flight),
+            name, self.types, self.plan, self.phases, ctypes.byref(self.flight),
             native.pointer(t), ctypes.c_int32(t.size), *map(native.pointer, out),
         )  # fmt: skip
 
@@ -169,14 +142,14 @@ def _flight_again(source: str, dtype: np.dtype[Any], parameters: Robot, phases: 
     library, types = _opened(dtype)
     if source != library.source:
         raise BackendError(f"the flight was solved by a library built from {source}, this one is from {library.source}")
-    kept = types.phase * (len(phases) // ctypes.sizeof(types.phase))
+    kept = types.FlightPhase * (len(phases) // ctypes.sizeof(types.FlightPhase))
     return NativeFlight(
         library,
         types,
         parameters,
         _plan_of(parameters, dtype),
         kept.from_buffer_copy(phases),
-        types.flight.from_buffer_copy(flight),
+        types.Flight.from_buffer_copy(flight),
     )
 
 
@@ -185,19 +158,19 @@ def solve_native(
 ) -> NativeFlight:
     """Solve one flight with the compiled library."""
     library, types = _opened(dtype)
-    base, plan = types.base, _RECENT.plan(robot, dtype)
-    flight, phases, capacity = types.flight(), types.phases(), _CAPACITY
-    begin = ctypes.byref(base.state(*start))
-    law = None if gains is None else ctypes.byref(types.gains(*gains))
+    plan = _RECENT.plan(robot, dtype)
+    flight, phases, capacity = types.Flight(), (types.FlightPhase * _CAPACITY)(), _CAPACITY
+    begin = ctypes.byref(types.State(*start))
+    law = None if gains is None else ctypes.byref(types.Gains(*gains))
     while True:
         status = library.call(
-            "solve_flight", base, plan, begin, law, base.real(horizon), ctypes.c_int32(max_phases),
+            "solve_flight", types, plan, begin, law, types.real(horizon), ctypes.c_int32(max_phases),
             phases, ctypes.c_int32(capacity), ctypes.byref(flight),
         )  # fmt: skip
         if status != native.PHASES_NOT_KEPT:
             return NativeFlight(library, types, robot.parameters, plan, phases, flight)
         capacity = int(flight.phase_count)
-        phases = (types.phase * capacity)()
+        phases = (types.FlightPhase * capacity)()
 
 
 def solve_array(

@@ -6,8 +6,9 @@ A library that was built from other sources than the package is refused by name,
 import ctypes
 import struct
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from functools import cache, lru_cache
+from importlib import import_module
 from pathlib import Path
 from types import ModuleType
 from typing import Any, cast
@@ -17,9 +18,9 @@ from numpy.typing import NDArray
 
 import hopform_solver
 from hopform.errors import BackendError, HopformError
-from hopform_solver import records as hopper_records
 from hopform_solver.records import Energy, Ledger, State
 from hopform_solver.sensitivity import ROWS
+from hopform_solver.structs import STRUCTS, Member
 
 LIBRARY = Path(__file__).with_name("_libhopform.dylib" if sys.platform == "darwin" else "_libhopform.so")
 PHASES_NOT_KEPT = 1
@@ -42,51 +43,37 @@ _REASONS = {
 }
 
 
+_SCALARS = {
+    "int8": ctypes.c_int8,
+    "uint16": ctypes.c_uint16,
+    "int32": ctypes.c_int32,
+    "uint32": ctypes.c_uint32,
+    "bool": ctypes.c_bool,
+    "ptrdiff": ctypes.c_ssize_t,
+}
+
+
 class Types:
-    """The structs of one precision, for the records of one package."""
+    """The structs of one precision, made from the table of a package: `Types("f64").Stance`, of its own package by default."""
 
-    def __init__(self, suffix: str, records: ModuleType = hopper_records) -> None:
-        real = {"f32": ctypes.c_float, "f64": ctypes.c_double}[suffix]
+    def __init__(self, suffix: str, table: Mapping[str, tuple[Member, ...]] = STRUCTS) -> None:
+        self.suffix, self.real = suffix, {"f32": ctypes.c_float, "f64": ctypes.c_double}[suffix]
+        self._table = table
+        self._made: dict[str, Any] = {}
 
-        def structure(name: str, *fields: tuple[str, Any]) -> Any:
-            return type(name, (ctypes.Structure,), {"_fields_": list(fields)})
+    def __getattr__(self, name: str) -> Any:
+        if name.startswith("_") or name not in self._table:
+            raise AttributeError(f"the library has no struct {name}")
+        if name not in self._made:
+            fields = [(member, self._type(kind) * count if count > 1 else self._type(kind))
+                      for member, kind, count in self._table[name]]  # fmt: skip
+            self._made[name] = type(name, (ctypes.Structure,), {"_fields_": fields})
+        return self._made[name]
 
-        def record(name: str) -> Any:
-            return structure(name, *((field, real) for field in getattr(records, name)._fields))
-
-        self.suffix, self.real = suffix, real
-        self.robot, self.state = record("Robot"), record("State")
-        self.energy, self.ledger = record("Energy"), record("Ledger")
-        poles = record("Poles")
-        self.plan = structure(
-            "Plan",
-            ("robot", self.robot),
-            ("rates", record("Rates")),
-            ("both", poles),
-            ("actuator", poles),
-            ("body", poles),
-            ("made", ctypes.c_uint32),
-        )
-        self.step = structure("Step", ("t", real), ("u", real))
-        self.phase = structure(
-            "Phase",
-            *((name, real) for name in ("t", "x1", "v1", "v2", "y")),
-            ("mode", ctypes.c_int8),
-            ("event", ctypes.c_int8),
-            ("step", ctypes.c_uint16),
-        )
-        self.stance = structure(
-            "Stance",
-            ("duration", real),
-            ("end", self.state),
-            ("apex", real),
-            ("aed", real),
-            ("start_loss", real),
-            ("ending", ctypes.c_int32),
-            ("phase_count", ctypes.c_int32),
-            ("phases_kept", ctypes.c_int32),
-            ("event_count", ctypes.c_int32),
-        )
+    def _type(self, kind: str) -> Any:
+        if kind.endswith("*"):
+            return ctypes.c_void_p
+        return self.real if kind == "real" else _SCALARS.get(kind) or getattr(self, kind)
 
 
 class Library:
@@ -99,6 +86,7 @@ class Library:
             raise BackendError(f"the compiled library {path.name} cannot be loaded: {error}") from None
         self._prefix = prefix
         self.records: ModuleType = sys.modules[f"{package.__name__}.records"]
+        self._structs = import_module(f"{package.__name__}.structs").STRUCTS
         try:
             source = self._function("source", ctypes.c_char_p)().decode()
         except AttributeError:
@@ -127,7 +115,7 @@ class Library:
     def types(self, dtype: np.dtype[Any]) -> Types:
         suffix = {np.dtype(np.float32): "f32", np.dtype(np.float64): "f64"}[dtype]
         if suffix not in self._types:
-            self._types[suffix] = Types(suffix, self.records)
+            self._types[suffix] = Types(suffix, self._structs)
         return self._types[suffix]
 
     def call(self, name: str, types: Types, *arguments: Any) -> int:
@@ -165,21 +153,17 @@ class Desk:
 
     def __init__(self, library: Library, types: Types) -> None:
         double = types.suffix == "f64"
-        state = len(State._fields)
         self.library, self.types = library, types
         self.solve_stance = library.function("solve_stance", types)
         self.stance_at = library.function("stance_at", types)
         self.stance_energy = library.function("stance_energy", types)
         self.pack: Callable[..., bytes] = _packed_doubles if double else _packed_floats
-        letter = "d" if double else "f"
-        self.stance = struct.Struct(f"{state + 4}{letter}4i")
-        self.phase = struct.Struct(f"{state + 1}{letter}2bH0{letter}")
-        head = struct.calcsize(f"{state + 1}{letter}b")
-        self.event = struct.Struct(f"{letter}{head - struct.calcsize(letter)}xb{self.phase.size - head - 1}x")
+        letter, event = "d" if double else "f", types.Phase.event.offset
+        self.stance, self.phase = layout(types.Stance), layout(types.Phase)
+        self.state, self.energy = layout(types.State), layout(types.Energy)
+        time = struct.calcsize(letter)
+        self.event = struct.Struct(f"{letter}{event - time}xb{self.phase.size - event - 1}x")
         """Of a phase only when it starts, and the event that starts it."""
-        self.state = struct.Struct(f"{state}{letter}")
-        self.energy = struct.Struct(f"2{letter}")
-        assert (self.stance.size, self.phase.size) == (ctypes.sizeof(types.stance), ctypes.sizeof(types.phase))
         self.pack_state: Callable[..., bytes] = self.state.pack if double else _packed_floats
         self.pack_step: Callable[..., bytes] = struct.Struct("2d").pack if double else _packed_floats
         self.one_state, self.one_energy = (ctypes.c_char * each.size for each in (self.state, self.energy))
@@ -188,6 +172,18 @@ class Desk:
     def memory(self, capacity: int = _FIRST_CAPACITY) -> tuple[Any, Any]:
         """Room for a stance and its phases."""
         return (ctypes.c_char * self.stance.size)(), (ctypes.c_char * (self.phase.size * capacity))()
+
+
+def layout(structure: Any) -> struct.Struct:
+    """How a struct of numbers lies in memory, as `struct` packs and unpacks it."""
+
+    def letters(structure: Any) -> str:
+        return "".join(
+            letters(kind) if issubclass(kind, ctypes.Structure) else kind._type_ for _, kind in structure._fields_
+        )
+
+    longest = ctypes.alignment(structure)
+    return struct.Struct(f"{letters(structure)}0{'d' if longest == 8 else 'f'}")
 
 
 def _packed_doubles(*numbers: float) -> bytes:
@@ -295,7 +291,7 @@ class Solved:
         matrix = np.empty(shape, dtype=np.dtype(types.real))
         if self._call("stance_sensitivities", pointer(matrix)) == NO_DERIVATIVE:
             matrix[:] = np.nan
-        if not types.plan.from_buffer_copy(self.plan).robot.g > 0.0:
+        if not types.Plan.from_buffer_copy(self.plan).robot.g > 0.0:
             matrix[ROWS.index("apex")] = np.nan
         return matrix
 
@@ -336,8 +332,8 @@ def _solved_again(source: str, dtype: np.dtype[Any], *structs: bytes) -> Solved:
 @lru_cache(maxsize=256)
 def plan_of(lib: Library, types: Types, parameters: tuple[Any, ...]) -> Any:
     """The plan of a robot, which nobody writes to once it is made."""
-    plan = types.plan()
-    lib.call("plan_init", types, ctypes.byref(plan), ctypes.byref(types.robot(*parameters)))
+    plan = types.Plan()
+    lib.call("plan_init", types, ctypes.byref(plan), ctypes.byref(types.Robot(*parameters)))
     return plan
 
 

@@ -14,51 +14,6 @@ FIRST_CAPACITY = 64
 """Phases that the buffer holds at first; hardly any stance has more."""
 
 
-TRIAL = ("u", "apex", "apex_u", "peak", "peak_u", "dip", "dip_u")
-
-
-@cache
-def trial_of(types: native.Types) -> Any:
-    """hopform_trial of one precision."""
-    fields = [
-        *((name, types.real) for name in TRIAL),
-        ("events", ctypes.c_uint32),
-        ("dips", ctypes.c_int32),
-        *((name, ctypes.c_bool) for name in ("takes_off", "held", "smooth")),
-    ]
-    return type("Trial", (ctypes.Structure,), {"_fields_": fields})
-
-
-@cache
-def structs(types: native.Types) -> tuple[Any, Any, Any]:
-    """hopform_target, hopform_command and hopform_search of one precision."""
-    real, count, flag = types.real, ctypes.c_int32, ctypes.c_bool
-
-    def struct(name: str, *fields: tuple[str, Any]) -> Any:
-        return type(name, (ctypes.Structure,), {"_fields_": list(fields)})
-
-    target = struct("Target", *((name, real) for name in ("h_des", "datum", "stop_margin", "horizon")))
-    command = struct("Command", ("u", real), ("apex", real), ("status", count))
-    trial = trial_of(types)
-    cell = struct("Cell", ("from", trial), ("to", trial), ("promise", real), ("slow", count))
-    cells = 24
-    search = struct(
-        "Search",
-        ("plan", ctypes.c_void_p),
-        ("start", types.state),
-        *((name, real) for name in ("apex", "limit", "horizon", "datum")),
-        ("best", trial),
-        ("zero", trial),
-        ("cells", cell * cells),
-        ("count", count),
-        ("limits", count),
-        ("next", real),
-        *((name, count) for name in ("trials", "status")),
-        *((name, flag) for name in ("found", "reached", "partial")),
-    )
-    return target, command, search
-
-
 def choose(
     parameters: Robot, start: State, target: tuple[float, float, float, float], max_phases: int, dtype: np.dtype[Any]
 ) -> tuple[float, float, int, int]:
@@ -75,7 +30,7 @@ def choose(
         memory = free.pop()
     except IndexError:
         memory = _Memory(types, FIRST_CAPACITY)
-    begin, wish = types.state(*start), memory.target(*target)
+    begin, wish = types.State(*start), memory.target(*target)
     while True:
         status = library.call(
             "choose_current", types, ctypes.byref(memory.search), ctypes.byref(plan), ctypes.byref(begin), ctypes.byref(wish),
@@ -95,8 +50,8 @@ class _Memory:
     """Room for one search; taken from `_free` and put back, so that no two searches are ever in the same."""
 
     def __init__(self, types: native.Types, capacity: int) -> None:
-        self.target, command, search = structs(types)
-        self.command, self.search, self.phases = command(), search(), (types.phase * capacity)()
+        self.target = types.Target
+        self.command, self.search, self.phases = types.Command(), types.Search(), (types.Phase * capacity)()
 
 
 @cache
@@ -111,12 +66,12 @@ def try_currents(
     library = native.library()
     types = library.types(np.dtype(np.float64))
     plan = native.plan_of(library, types, parameters)
-    trials = np.zeros((len(starts), currents.size), np.dtype(trial_of(types)))
-    states = (types.state * len(starts))(*(types.state(*start) for start in starts))
+    trials = np.zeros((len(starts), currents.size), np.dtype(types.Trial))
+    states = (types.State * len(starts))(*(types.State(*start) for start in starts))
     values = np.ascontiguousarray(currents, dtype=np.float64)
     capacity = min(FIRST_CAPACITY, max_phases)
     while True:
-        phases = (types.phase * capacity)()
+        phases = (types.Phase * capacity)()
         status = library.call(
             "try_currents", types, ctypes.byref(plan), states, ctypes.c_int32(len(starts)),
             native.pointer(values), ctypes.c_int32(values.size), types.real(horizon),

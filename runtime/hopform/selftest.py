@@ -7,7 +7,6 @@ from numpy.typing import DTypeLike
 
 from hopform import native
 from hopform.errors import HopformError
-from hopform.native_control import structs
 
 PHASES = 32
 
@@ -25,7 +24,7 @@ def selftest(dtype: DTypeLike = np.float32) -> int:
         raise HopformError(f"dtype must be float32 or float64, got {dtype!r}")
     library = native.library()
     types = library.types(wanted)
-    search, phases = structs(types)[2](), (types.phase * PHASES)()
+    search, phases = types.Search(), (types.Phase * PHASES)()
     prototype = ctypes.CFUNCTYPE(ctypes.c_uint32, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_int32)
     word: int = prototype(library.address(f"selftest_{types.suffix}"))(
         ctypes.addressof(search), ctypes.addressof(phases), PHASES

@@ -9,11 +9,11 @@ enum { CAPACITY = 32, SAMPLES = 400 };
 static hopform_flight_phase_f64 phases[CAPACITY];
 
 /* The first phase of a flight, as the library begins it. */
-static flight_chain chain_of(const T(plan) *plan, const T(state) *start, const T(gains) *gains, double horizon)
+static flight_chain_f64 chain_of(const T(plan) *plan, const T(state) *start, const T(gains) *gains, double horizon)
 {
-    flight_chain chain = {0};
+    flight_chain_f64 chain = {0};
     chain.robot = &plan->robot;
-    chain.largest = largest_force(&plan->robot);
+    chain.largest = largest_force_f64(&plan->robot);
     chain.gains = *gains;
     chain.rates = hopform_flight_rates_of_f64(&plan->robot, gains, chain.largest);
     chain.horizon = horizon;
@@ -27,12 +27,12 @@ static flight_chain chain_of(const T(plan) *plan, const T(state) *start, const T
     chain.phases = phases;
     chain.capacity = CAPACITY;
     chain.highest = -1e300;
-    begin(&chain);
-    place_body(&chain);
+    flight_begin_f64(&chain);
+    place_body_f64(&chain);
     return chain;
 }
 
-static flight_chain any_chain(T(plan) *plan)
+static flight_chain_f64 any_chain(T(plan) *plan)
 {
     T(robot) r = any_robot();
     r.g = 9.81;
@@ -53,26 +53,26 @@ static void derivatives(void)
 {
     for (row = 0; row < 300; row++) {
         T(plan) plan;
-        const flight_chain chain = any_chain(&plan);
+        const flight_chain_f64 chain = any_chain(&plan);
         if (chain.side == 0) {
             continue;
         }
         const double rate = chain.fastest + 1.0, t = over(0.02, 3.0) / rate, h = 1e-4 / rate;
-        const instant at = look(&chain, t), before = look(&chain, t - h), after = look(&chain, t + h);
-        for (int f = VELOCITY; f <= FOOT; f++) {
-            const sample s = sample_of(&chain, &at, (function_of_time)f), a = sample_of(&chain, &before, (function_of_time)f);
-            const sample b = sample_of(&chain, &after, (function_of_time)f);
+        const instant_f64 at = look_f64(&chain, t), before = look_f64(&chain, t - h), after = look_f64(&chain, t + h);
+        for (int f = VELOCITY_f64; f <= FOOT_f64; f++) {
+            const sample_f64 s = sample_of_f64(&chain, &at, (function_of_time_f64)f), a = sample_of_f64(&chain, &before, (function_of_time_f64)f);
+            const sample_f64 b = sample_of_f64(&chain, &after, (function_of_time_f64)f);
             const double size = fabs(s.value) + fabs(s.rate) / rate + fabs(s.curvature) / (rate * rate) + fabs(s.third) / (rate * rate * rate) + 1e-12;
             near(s.rate, (b.value - a.value) / (2.0 * h), 1e-6 * size * rate, "the rate of a function");
             near(s.curvature, (b.rate - a.rate) / (2.0 * h), 1e-6 * size * rate * rate, "its second derivative");
             near(s.third, (b.curvature - a.curvature) / (2.0 * h), 1e-6 * size * rate * rate * rate, "its third derivative");
         }
-        const foot_point point = foot_point_of(&at);
+        const foot_point_f64 point = foot_point_of_f64(&at);
         must(!(fabs(point.t - t) + fabs(point.foot - at.foot.foot_t) + fabs(point.rate - at.foot.foot_rate)
                + fabs(point.curvature - at.foot.foot_curvature) + fabs(point.moved - at.actuator.moved) > 0.0), "what is kept of an instant");
         const double fallen = chain.v2 * t - 0.5 * chain.robot->g * t * t;
         near(at.foot.foot_t, fallen - chain.y - at.actuator.moved, 1e-12, "the foot");
-        const T(state) state = state_of(&chain, &at);
+        const T(state) state = state_of_f64(&chain, &at);
         near(state.y, -at.foot.foot_t, 1e-300, "y of a state");
         near(state.v2, chain.v2 - 9.81 * t, 1e-12, "v2 of a state");
     }
@@ -84,26 +84,26 @@ static void zeros(void)
     int found = 0, none = 0, never = 0;
     for (row = 0; row < 1600; row++) {
         T(plan) plan;
-        flight_chain chain = any_chain(&plan);
+        flight_chain_f64 chain = any_chain(&plan);
         if (chain.side == 0) {
             continue;
         }
-        const function_of_time functions[3] = {VELOCITY, JERK, PULL_RATE};
-        const function_of_time f = functions[row % 3];
+        const function_of_time_f64 functions[3] = {VELOCITY_f64, JERK_f64, PULL_RATE_f64};
+        const function_of_time_f64 f = functions[row % 3];
         const double until = over(0.01, 20.0) / (chain.fastest + 1.0);
-        const swing pair = swing_of(&chain.poles);
+        const swing_f64 pair = swing_of_f64(&chain.poles);
         const double p = chain.poles.p, q = chain.poles.q, square = 0.25 * p * p - q;
         near(pair.half_turn, square < 0.0 ? 3.14159265358979323846 / sqrt(-square) : 1e300, 1e-9 * pair.half_turn, "the half turn");
         near(pair.fast, square < 0.0 ? 0.5 * p : 0.5 * p + sqrt(square), 1e-12 * (1.0 + p), "the faster pole");
-        const sample from = sample_of(&chain, &chain.first, f);
-        instant zero = chain.first;
-        const bool has = zero_of_pair(&chain, f, until, &zero);
+        const sample_f64 from = sample_of_f64(&chain, &chain.first, f);
+        instant_f64 zero = chain.first;
+        const bool has = zero_of_pair_f64(&chain, f, until, &zero);
         double first = 1e300, before = from.value;
         const double span = square < 0.0 && pair.half_turn < until ? pair.half_turn : until;
         for (int n = 1; n <= SAMPLES; n++) {
             const double t = span * (double)n / SAMPLES;
-            const instant at = look(&chain, t);
-            const double value = sample_of(&chain, &at, f).value;
+            const instant_f64 at = look_f64(&chain, t);
+            const double value = sample_of_f64(&chain, &at, f).value;
             if (value * before < 0.0 && first > 1e299) {
                 first = t;
             }
@@ -113,20 +113,20 @@ static void zeros(void)
         if (has && fabs(from.value) > 1e-9 * size) {
             must(zero.t > 0.0 && zero.t <= until && zero.t <= first * (1.0 + 1e-12), "a zero that is late");
             must(zero.t >= first - 1.0001 * span / SAMPLES || first > 1e299, "a zero that is early");
-            const sample at = sample_of(&chain, &zero, f);
+            const sample_f64 at = sample_of_f64(&chain, &zero, f);
             near(at.value, 0.0, 4e-16 * zero.t * fabs(at.rate) + 1e-14 * size, "a zero that is none");
             found++;
         } else if (!has) {
             must(first > 1e299, "a zero that is missed");
             none++;
         }
-        if (fabs(from.value) > 1e-9 * size && never_turns(&pair, &from)) {
+        if (fabs(from.value) > 1e-9 * size && never_turns_f64(&pair, &from)) {
             must(first > 1e299, "it turns after all");
             never++;
         }
-        instant turn = chain.first; /* only before the end of the phase */
-        must(!turns_before(&chain, f, zero.t, &turn) || turn.t < zero.t, "a turn at the end of a phase");
-        must(!has || !(fabs(from.value) > 1e-9 * size) || turns_before(&chain, f, zero.t * 1.01, &turn), "a turn before the end");
+        instant_f64 turn = chain.first; /* only before the end of the phase */
+        must(!turns_before_f64(&chain, f, zero.t, &turn) || turn.t < zero.t, "a turn at the end of a phase");
+        must(!has || !(fabs(from.value) > 1e-9 * size) || turns_before_f64(&chain, f, zero.t * 1.01, &turn), "a turn before the end");
     }
     must(found > 150 && none > 50 && never > 20, "too few of a kind");
     T(plan) plan;
@@ -142,11 +142,11 @@ static void zeros(void)
     must(T(plan_init)(&plan, &r) == HOPFORM_OK, "no plan");
     const T(gains) gains = {4.0 * 64.0, 0.0}; /* 8 rad/s; from rest at 1/16 the velocity begins at 0 and is 0 again after a half turn */
     const T(state) start = {0.0625, 0.0, 1.0, -1.0};
-    flight_chain chain = chain_of(&plan, &start, &gains, 2.0);
-    instant zero = chain.first;
+    flight_chain_f64 chain = chain_of(&plan, &start, &gains, 2.0);
+    instant_f64 zero = chain.first;
     const double half = 3.14159265358979323846 / 8.0;
-    must(zero_of_pair(&chain, VELOCITY, half * 1.000001, &zero) && fabs(zero.t - half) < 1e-15, "a half turn from rest");
-    must(!zero_of_pair(&chain, VELOCITY, half * 0.999999, &zero) && !(zero.t > 0.0), "less than a half turn from rest");
+    must(zero_of_pair_f64(&chain, VELOCITY_f64, half * 1.000001, &zero) && fabs(zero.t - half) < 1e-15, "a half turn from rest");
+    must(!zero_of_pair_f64(&chain, VELOCITY_f64, half * 0.999999, &zero) && !(zero.t > 0.0), "less than a half turn from rest");
     must(chain.side == -1, "the way from rest");
 }
 
@@ -155,26 +155,26 @@ static void roots(void)
 {
     for (row = 0; row < 500; row++) {
         T(plan) plan;
-        const flight_chain chain = any_chain(&plan);
+        const flight_chain_f64 chain = any_chain(&plan);
         const double until = over(0.05, 1.0);
-        const instant end = look(&chain, until);
+        const instant_f64 end = look_f64(&chain, until);
         const double level = chain.first.foot.foot_t + uniform(0.05, 0.95) * (end.foot.foot_t - chain.first.foot.foot_t);
         const double sign = end.foot.foot_t < chain.first.foot.foot_t ? 1.0 : -1.0;
         int monotone = 1;
         double before = chain.first.foot.foot_t;
         for (int n = 1; n <= SAMPLES; n++) {
-            const double now = look(&chain, until * (double)n / SAMPLES).foot.foot_t;
+            const double now = look_f64(&chain, until * (double)n / SAMPLES).foot.foot_t;
             monotone = monotone && sign * (now - before) <= 0.0;
             before = now;
         }
         if (!monotone) {
             continue;
         }
-        const instant root = root_between(&chain, FOOT, sign, level, 0.0, &end);
-        const double noise = noise_of_foot(&chain, root.t, root.actuator.moved);
+        const instant_f64 root = root_between_f64(&chain, FOOT_f64, sign, level, 0.0, &end);
+        const double noise = noise_of_foot_f64(&chain, root.t, root.actuator.moved);
         near(root.foot.foot_t, level, 4e-16 * root.t * fabs(root.foot.foot_rate) + noise, "a root of the foot's height");
-        const instant middle = look(&chain, over(0.01, 0.99) * until);
-        const instant same = root_from(&chain, FOOT, sign, level, 0.0, until, middle);
+        const instant_f64 middle = look_f64(&chain, over(0.01, 0.99) * until);
+        const instant_f64 same = root_from_f64(&chain, FOOT_f64, sign, level, 0.0, until, middle);
         near(same.t, root.t, 1e-15 * root.t + 2.0 * noise / (fabs(root.foot.foot_rate) + 1e-300), "the same root from elsewhere");
         must(root.t > 0.0 && root.t < until, "a root outside");
     }
@@ -186,42 +186,42 @@ static void pieces(void)
     int more = 0;
     for (row = 0; row < 600; row++) {
         T(plan) plan;
-        flight_chain chain = any_chain(&plan);
-        instant end = look(&chain, over(0.02, 1.0));
-        instant zero = chain.first;
-        if (chain.side != 0 && zero_of_pair(&chain, VELOCITY, end.t, &zero)) {
+        flight_chain_f64 chain = any_chain(&plan);
+        instant_f64 end = look_f64(&chain, over(0.02, 1.0));
+        instant_f64 zero = chain.first;
+        if (chain.side != 0 && zero_of_pair_f64(&chain, VELOCITY_f64, end.t, &zero)) {
             end = zero;
         }
-        foot_point points[MOST_POINTS] = {0};
-        instant turn = chain.first;
+        foot_point_f64 points[MOST_POINTS_f64] = {0};
+        instant_f64 turn = chain.first;
         int count = 0;
-        points[count++] = foot_point_of(&chain.first);
-        if (turns_before(&chain, JERK, end.t, &turn)) {
-            points[count++] = foot_point_of(&turn);
+        points[count++] = foot_point_of_f64(&chain.first);
+        if (turns_before_f64(&chain, JERK_f64, end.t, &turn)) {
+            points[count++] = foot_point_of_f64(&turn);
         }
-        points[count++] = foot_point_of(&end);
+        points[count++] = foot_point_of_f64(&end);
         const int begun = count;
-        count = split(&chain, FOOT_CURVATURE, points, count);
-        count = split(&chain, FOOT_RATE, points, count);
+        count = split_f64(&chain, FOOT_CURVATURE_f64, points, count);
+        count = split_f64(&chain, FOOT_RATE_f64, points, count);
         more += count > begun;
         for (int n = 1; n < count; n++) {
             must(points[n].t >= points[n - 1].t, "points out of order");
             double before = points[n - 1].foot;
             const double way = points[n].foot - before, step = (points[n].t - points[n - 1].t) / 20.0;
             for (int i = 1; i <= 20 && step > 0.0; i++) {
-                const double now = look(&chain, points[n - 1].t + step * i).foot.foot_t;
+                const double now = look_f64(&chain, points[n - 1].t + step * i).foot.foot_t;
                 must((now - before) * way >= -1e-14 * (1.0 + fabs(way)), "a piece on which the foot turns");
                 before = now;
             }
         }
-        if (is_concave(&chain, &end)) {
+        if (is_concave_f64(&chain, &end)) {
             for (int i = 1; i < 20; i++) {
-                must(look(&chain, end.t * i / 20.0).foot.foot_curvature < 1e-9, "what is said to be concave");
+                must(look_f64(&chain, end.t * i / 20.0).foot.foot_curvature < 1e-9, "what is said to be concave");
             }
         }
-        if (chain.airborne && stays_above(&chain, &end)) {
+        if (chain.airborne && stays_above_f64(&chain, &end)) {
             for (int i = 0; i <= 20; i++) {
-                must(look(&chain, end.t * i / 20.0).foot.foot_t > 0.0, "what is said to stay above");
+                must(look_f64(&chain, end.t * i / 20.0).foot.foot_t > 0.0, "what is said to stay above");
             }
         }
     }
@@ -234,35 +234,35 @@ static void crossings(void)
     int lands = 0, rises = 0;
     for (row = 0; row < 1600; row++) {
         T(plan) plan;
-        flight_chain chain = any_chain(&plan);
-        phase_end end = {look(&chain, over(0.02, 1.0)), END_LIMIT, chain.limit};
-        instant zero = chain.first;
-        if (chain.side != 0 && zero_of_pair(&chain, VELOCITY, end.at.t, &zero)) {
+        flight_chain_f64 chain = any_chain(&plan);
+        flight_phase_end_f64 end = {look_f64(&chain, over(0.02, 1.0)), FLIGHT_END_LIMIT_f64, chain.limit};
+        instant_f64 zero = chain.first;
+        if (chain.side != 0 && zero_of_pair_f64(&chain, VELOCITY_f64, end.at.t, &zero)) {
             end.at = zero;
         }
         const double last = end.at.t;
         int above = chain.airborne || (chain.first.foot.foot_t >= 0.0 && chain.first.foot.foot_rate > 0.0), touched = 0;
         double when = 1e300, nearest = 1e300;
         for (int n = 0; n <= SAMPLES; n++) {
-            const double t = last * (double)n / SAMPLES, height = look(&chain, t).foot.foot_t;
+            const double t = last * (double)n / SAMPLES, height = look_f64(&chain, t).foot.foot_t;
             nearest = n > 0 && n < SAMPLES ? fmin(nearest, fabs(height)) : nearest;
             touched = touched || (above && height < 0.0);
             when = touched && when > 1e299 ? t : when;
             above = above || height > 1e-12;
         }
         const double highest = chain.highest;
-        flight_chain other = chain;
-        phase_end searched = end;
-        watch_foot(&chain, &end);
-        search_foot(&other, &searched); /* without the short cuts */
+        flight_chain_f64 other = chain;
+        flight_phase_end_f64 searched = end;
+        watch_foot_f64(&chain, &end);
+        search_foot_f64(&other, &searched); /* without the short cuts */
         must(end.kind == searched.kind && fabs(end.at.t - searched.at.t) <= 1e-13 * last + 1e-14, "a short cut that leads elsewhere");
-        must((end.kind == END_TOUCHDOWN) == touched || nearest < 1e-4, "the foot comes down, or not");
-        if (end.kind == END_TOUCHDOWN && touched) {
+        must((end.kind == END_TOUCHDOWN_f64) == touched || nearest < 1e-4, "the foot comes down, or not");
+        if (end.kind == END_TOUCHDOWN_f64 && touched) {
             must(end.at.t <= when && end.at.t >= when - 1.0001 * last / SAMPLES, "when the foot comes down");
-            near(end.at.foot.foot_t, 0.0, 4e-16 * end.at.t * fabs(end.at.foot.foot_rate) + noise_of_foot(&chain, end.at.t, end.at.actuator.moved),
+            near(end.at.foot.foot_t, 0.0, 4e-16 * end.at.t * fabs(end.at.foot.foot_rate) + noise_of_foot_f64(&chain, end.at.t, end.at.actuator.moved),
                  "how high the foot is where it comes down");
             lands++;
-        } else if (end.kind != END_TOUCHDOWN) {
+        } else if (end.kind != END_TOUCHDOWN_f64) {
             must(chain.airborne == above || nearest < 1e-4, "above the ground, or not yet");
             rises += chain.airborne && !(highest > -1e299);
         }
@@ -276,28 +276,28 @@ static void limits(void)
     int reached = 0;
     for (row = 0; row < 1600; row++) {
         T(plan) plan;
-        flight_chain chain = any_chain(&plan);
+        flight_chain_f64 chain = any_chain(&plan);
         if (chain.side == 0 || !(chain.largest < 1e299)) {
             continue;
         }
-        phase_end end = {look(&chain, over(0.02, 1.0)), END_LIMIT, chain.limit};
-        instant zero = chain.first;
-        if (zero_of_pair(&chain, VELOCITY, end.at.t, &zero)) {
+        flight_phase_end_f64 end = {look_f64(&chain, over(0.02, 1.0)), FLIGHT_END_LIMIT_f64, chain.limit};
+        instant_f64 zero = chain.first;
+        if (zero_of_pair_f64(&chain, VELOCITY_f64, end.at.t, &zero)) {
             end.at = zero;
         }
         const double last = end.at.t;
         double when = 1e300, nearest = 1e300;
         int side = 0;
         for (int n = 0; n <= SAMPLES; n++) {
-            const double t = last * (double)n / SAMPLES, pull = look(&chain, t).pull.pull;
+            const double t = last * (double)n / SAMPLES, pull = look_f64(&chain, t).pull.pull;
             const double room = chain.limit == 0 ? chain.largest - fabs(pull) : (double)chain.limit * pull - chain.largest;
             nearest = n > 0 ? fmin(nearest, fabs(room)) : nearest;
             side = room < 0.0 && when > 1e299 ? (pull > 0.0 ? 1 : -1) : side;
             when = room < 0.0 && when > 1e299 ? t : when;
         }
-        watch_pull(&chain, &end);
-        must((end.kind == END_PULL) == (when < 1e299) || nearest < 1e-3 * chain.largest, "the pull passes the limit, or not");
-        if (end.kind == END_PULL && when < 1e299 && when > 0.0) {
+        watch_pull_f64(&chain, &end);
+        must((end.kind == END_PULL_f64) == (when < 1e299) || nearest < 1e-3 * chain.largest, "the pull passes the limit, or not");
+        if (end.kind == END_PULL_f64 && when < 1e299 && when > 0.0) {
             must(end.at.t <= when && end.at.t >= when - 1.0001 * last / SAMPLES, "when the pull passes the limit");
             must(end.limit == (chain.limit != 0 ? 0 : side), "to which side the pull goes");
             near(fabs(end.at.pull.pull), chain.largest, 1e-12 * chain.largest + 4e-16 * end.at.t * fabs(end.at.pull.pull_rate), "the pull at its limit");
@@ -348,13 +348,13 @@ static void squares_of_velocity(void)
         double sum = 0.0;
         for (int n = 0; n <= N; n++) {
             const T(actuator) from = {0.0, phase.v1, phase.acc1};
-            const double v = move(&from, &poles, 1, t * (double)n / N).v1_t;
+            const double v = move_f64(&from, &poles, 1, t * (double)n / N).v1_t;
             sum += v * v * (n == 0 || n == N ? 1.0 : (n % 2 ? 4.0 : 2.0));
         }
         sum *= t / (3.0 * N);
-        near(square_of_velocity(&poles, &phase, t), sum, 1e-11 * sum, "the integral of v^2");
+        near(square_of_velocity_f64(&poles, &phase, t), sum, 1e-11 * sum, "the integral of v^2");
         phase.side = 0;
-        must(!(fabs(square_of_velocity(&poles, &phase, t)) > 0.0), "the integral of what is held");
+        must(!(fabs(square_of_velocity_f64(&poles, &phase, t)) > 0.0), "the integral of what is held");
     }
 }
 
@@ -562,7 +562,7 @@ static void large_numbers(void)
     must(T(plan_init)(&plan, &r) == HOPFORM_OK
              && T(solve_flight)(&plan, &start, &none, 1e300, CAPACITY, phases, CAPACITY, &flight) == HOPFORM_OK, "the longest horizon");
     r.u_max = 1e300; /* times gamma2: as much as a number may be */
-    must(T(plan_init)(&plan, &r) == HOPFORM_OK && !(fabs(largest_force(&plan.robot) - 1e300) > 0.0), "the largest force");
+    must(T(plan_init)(&plan, &r) == HOPFORM_OK && !(fabs(largest_force_f64(&plan.robot) - 1e300) > 0.0), "the largest force");
 }
 
 /* Which phase a time belongs to: the later one where it begins. */
@@ -578,7 +578,7 @@ static void indices(void)
             for (int i = 0; i < count; i++) {
                 wanted = some[i].t <= 0.5 * n ? i : wanted;
             }
-            must(phase_index(some, count, 0.5 * n) == wanted, "the phase of a time");
+            must(phase_index_f64(some, count, 0.5 * n) == wanted, "the phase of a time");
         }
     }
 }

@@ -343,11 +343,11 @@ static void any_verdicts(void)
             crossings += n > 0 && (g[n - 1] > 0.0) != (g[n] > 0.0) && (n > 1 || g[0] > 0.0);
         }
         const double tiny = 1e-13 * most + end.at.noise;
-        must(verdict != KEEPS_SIGN || least >= -tiny, "a sign that is not kept");
-        must(verdict != LOSES_SIGN || ((crossings == 1 || (crossings == 0 && !(g[0] > 0.0))) && g[SAMPLES] < tiny) || fabs(g[SAMPLES]) < tiny, "a sign that is not lost once");
-        must(verdict != DIPS || (crossings != 1 && crossings < 3) || fabs(g[SAMPLES]) < 1e-3 * most, "a dip that is none");
-        must(crossings == 0 || verdict != KEEPS_SIGN || fabs(least) < tiny, "crossings that are not seen");
-        if (verdict == LOSES_SIGN && crossings == 1 && g[SAMPLES] < -tiny) {
+        must(verdict != KEEPS_SIGN_f64 || least >= -tiny, "a sign that is not kept");
+        must(verdict != LOSES_SIGN_f64 || ((crossings == 1 || (crossings == 0 && !(g[0] > 0.0))) && g[SAMPLES] < tiny) || fabs(g[SAMPLES]) < tiny, "a sign that is not lost once");
+        must(verdict != DIPS_f64 || (crossings != 1 && crossings < 3) || fabs(g[SAMPLES]) < 1e-3 * most, "a dip that is none");
+        must(crossings == 0 || verdict != KEEPS_SIGN_f64 || fabs(least) < tiny, "crossings that are not seen");
+        if (verdict == LOSES_SIGN_f64 && crossings == 1 && g[SAMPLES] < -tiny) {
             const T(point) root = hopform_root_between_f64(&watch, &poles, 0.0, end);
             near(root.at.value, 0.0, 4e-16 * root.t * fabs(root.at.rate) + 0.5 * root.at.noise, "a root");
             must(root.t > 0.0 && root.t < h, "a root outside");
@@ -356,18 +356,18 @@ static void any_verdicts(void)
             near(ahead.t, root.t, 1e-14 * root.t + 4.0 * root.at.noise / fabs(root.at.rate), "a root that is expected");
             near(root.at.value, value_of(&watch, &poles, root.t), root.at.noise, "g at its root");
         }
-        if (verdict == DIPS && least > tiny && lowest > 1 && lowest < SAMPLES - 1 && end.at.rate > 0.0 && from.rate < 0.0) {
+        if (verdict == DIPS_f64 && least > tiny && lowest > 1 && lowest < SAMPLES - 1 && end.at.rate > 0.0 && from.rate < 0.0) {
             const T(point) bottom = hopform_bottom_between_f64(&watch, &poles, 0.0, &from, h, &end.at);
             must(bottom.t > 0.0 && bottom.t < h && bottom.at.value >= least - 1e-4 * most, "a bottom below what was seen");
             any_bottom(&watch, &poles, h, least, most);
         }
-        if (verdict == DIPS && least < -tiny) {
+        if (verdict == DIPS_f64 && least < -tiny) {
             const T(point) bottom = hopform_bottom_between_f64(&watch, &poles, 0.0, &from, h, &end.at);
             must(bottom.at.value < 0.0, "a bottom that is not below zero");
         }
         const bool held_up = from.rate < 0.0 && end.at.rate > 0.0 && hopform_is_held_up_f64(&from, &end.at, end.at.value, poles.a, h);
         must(!held_up || h > half_turn || least > 0.0, "held up, and below zero");
-        if (verdict == UNDECIDED) {
+        if (verdict == UNDECIDED_f64) {
             const double cut = hopform_turn_between_f64(&from, &end.at, h);
             must(cut >= h / 64.0 && cut <= h * 63.0 / 64.0, "a cut at the rim");
         }
@@ -438,14 +438,14 @@ static void transitions(void)
         const double h = over(0.01, 1.0) / w, then = over(0.01, 1.0) / w;
         const T(matrix) one = hopform_transition_f64(&plan, &drive, side_1, side_2, h), two = hopform_transition_f64(&plan, &drive, side_1, side_2, then);
         const T(matrix) both = hopform_transition_f64(&plan, &drive, side_1, side_2, h + then), none = hopform_transition_f64(&plan, &drive, side_1, side_2, 0.0);
-        for (int i = 0; i < SIZE; i++) {
-            for (int j = 0; j < SIZE; j++) {
+        for (int i = 0; i < Z_SIZE; i++) {
+            for (int j = 0; j < Z_SIZE; j++) {
                 double sum = 0.0, size = 1e-300;
-                for (int k = 0; k < SIZE; k++) {
+                for (int k = 0; k < Z_SIZE; k++) {
                     sum += two.at[i][k] * one.at[k][j];
                     size += fabs(two.at[i][k] * one.at[k][j]);
                 }
-                const int held = (side_1 == 0 && j == V1) || (side_2 == 0 && j == V2);
+                const int held = (side_1 == 0 && j == Z_V1) || (side_2 == 0 && j == Z_V2);
                 near(both.at[i][j], sum, 1e-12 * size, "Phi of a sum of times");
                 near(none.at[i][j], i == j && !held ? 1.0 : 0.0, 1e-300, "Phi of no time");
                 must(!held || !(fabs(one.at[i][j]) > 0.0), "a mass that is held, and moves something");

@@ -24,14 +24,14 @@ OPTIONS = (
 )  # fmt: skip
 UNROLLED = {
     "ONLY_FLIGHT": "hopform_flight_energy_f32:60",
-    "ONLY_STANCE": "watch_thresholds:40,lost_at_once:10,hopform_stance_energy_f32:60,hopform_stance_sensitivities_f32:60,"
-                   "hopform_stance_tangents_f32:60,hopform_stance_grid_f32:300,samples_of_phase:100,fill_table:100,sample_behind:100,"
-                   "sum_up:50,sum_up_x1:50,put_same:50,put_samples:50,put_basis:50,samples_at_rest:50",
-    "ONLY_CONTROL": "watch_thresholds:40,lost_at_once:10,hopform_trial_of_f32:60",
+    "ONLY_STANCE": "watch_thresholds_f32:40,lost_at_once_f32:10,hopform_stance_energy_f32:60,hopform_stance_sensitivities_f32:60,"
+                   "hopform_stance_tangents_f32:60,hopform_stance_grid_f32:300,samples_of_phase_f32:100,fill_table_f32:100,sample_behind_f32:100,"
+                   "sum_up_f32:50,sum_up_x1_f32:50,put_same_f32:50,put_samples_f32:50,put_basis_f32:50,samples_at_rest_f32:50",
+    "ONLY_CONTROL": "watch_thresholds_f32:40,lost_at_once_f32:10,hopform_trial_of_f32:60",
 }  # fmt: skip
 """How many states are kept apart in functions whose loops run over a few phases or watches."""
 
-SPLIT = {"ONLY_STANCE": "sample_behind:0:1:2"}
+SPLIT = {"ONLY_STANCE": "sample_behind_f32:0:1:2"}
 """Results of a function after which states are kept apart: samples before a phase's end, of TIMES in eva.c."""
 
 NAN, BOOL = "non-finite float value", "trap representation of a _Bool lvalue"

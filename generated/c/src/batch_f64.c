@@ -39,8 +39,8 @@ int32_t hopform_has_variant_f64(int32_t variant)
     case HOPFORM_VARIANT_AVX2:
         return __builtin_cpu_supports("avx2") ? 1 : 0;
     case HOPFORM_VARIANT_AVX512:
-        return __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512vl")
-                       && __builtin_cpu_supports("avx512bw")
+        return __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq")
+                       && __builtin_cpu_supports("avx512vl") && __builtin_cpu_supports("avx512bw")
                    ? 1
                    : 0;
 #endif
@@ -60,7 +60,8 @@ static int32_t best_variant(int64_t count)
     return hopform_has_variant_f64(HOPFORM_VARIANT_AVX2) ? HOPFORM_VARIANT_AVX2 : HOPFORM_VARIANT_BASELINE;
 }
 
-static int32_t solve_by(int32_t variant, int64_t count, const hopform_stances_in_f64 *in, const hopform_stances_out_f64 *out)
+static int32_t solve_by(int32_t variant, int64_t count, const hopform_stances_in_f64 *in,
+                        const hopform_stances_out_f64 *out)
 {
     switch (variant) {
 #if defined(HOPFORM_X86_LANES)
@@ -123,7 +124,8 @@ int32_t hopform_solve_stances_by_f64(int32_t variant, int64_t count, const hopfo
     return kept;
 }
 
-int32_t hopform_solve_stances_f64(int64_t count, const hopform_stances_in_f64 *in, const hopform_stances_out_f64 *out)
+int32_t hopform_solve_stances_f64(int64_t count, const hopform_stances_in_f64 *in,
+                                   const hopform_stances_out_f64 *out)
 {
     return hopform_solve_stances_by_f64(HOPFORM_VARIANT_BEST, count, in, out);
 }

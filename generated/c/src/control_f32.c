@@ -2,29 +2,32 @@
  *
  * The current after which the next apex is the desired one, (25)-(27) in their exact form: apex(u) = h_des.
  *
- * apex(u) is analytic where modes and events keep their order, bends where that changes, and jumps or has gaps where the
- * least spring y of a rebound passes zero. The range of u is a row of cells between currents that were tried; the one that
- * is nearest to u = 0 is done first. A cell is left when the values and slopes at its ends say that nothing better lies in
- * it, else it is split: at the root, extremum or limit that they foretell, or in the middle. Exact are: a tried current and
- * what it does; an actuator held at both ends of a cell is held in all of it, because the force on it is linear in u. The
- * rest are bounds by slopes, docs/control.md says which.
+ * apex(u) is analytic where modes and events keep their order, bends where that changes, and jumps or has gaps where
+ * the least spring y of a rebound passes zero. The range of u is a row of cells between currents that were tried; the
+ * one that is nearest to u = 0 is done first. A cell is left when the values and slopes at its ends say that nothing
+ * better lies in it, else it is split: at the root, extremum or limit that they foretell, or in the middle. Exact are:
+ * a tried current and what it does; an actuator held at both ends of a cell is held in all of it, because the force on
+ * it is linear in u. The rest are bounds by slopes, docs/control.md says which.
  */
 #include "trial_f32.h"
 
-/* Cells wider than this share of u_max are not judged by their ends: where the events are the same at both, and where not. */
-#define WIDE 0.5f
-#define COARSE 0.25f
-#define DOWN 0.0625f
+/* Cells wider than this share of u_max are not judged by their ends: where the events are the same at both, and where
+ * not. */
+#define CONTROL_WIDE_f32 0.5f
+#define COARSE_f32 0.25f
+#define DOWN_f32 0.0625f
 
-/* How far a slope may be off the cubic's, as a share of what the cubic's slopes differ by: of their sum, and of each. */
-#define LEAN 0.25f
-#define BEND 0.03125f
+/* How far a slope may be off the cubic's, as a share of what the cubic's slopes differ by: of their sum, and of each.
+ */
+#define LEAN_f32 0.25f
+#define BEND_f32 0.03125f
 
-/* Where the events change: how much slopes may differ where the function still rises throughout, and how deep it may dip. */
-#define KINK 0.5f
-#define DEPTH 1.0f
-#define STEP 0.00390625f
-#define EDGE 0.015625f
+/* Where the events change: how much slopes may differ where the function still rises throughout, and how deep it may
+ * dip. */
+#define KINK_f32 0.5f
+#define DEPTH_f32 1.0f
+#define STEP_f32 0.00390625f
+#define EDGE_f32 0.015625f
 
 /* A function of u on a cell, outward from 0: values and slopes at both ends; whether it is smooth in between. */
 typedef struct {
@@ -34,122 +37,123 @@ typedef struct {
     float to_rate;
     float width;
     bool smooth;
-} curve;
+} curve_f32;
 
 /* ---- what the ends of a cell say ---- */
 
-static float chord(const curve *c)
+static float chord_f32(const curve_f32 *c)
 {
     return (c->to - c->from) / c->width;
 }
 
 /* How much the slopes differ from the chord's. */
-static float spread(const curve *c)
+static float spread_f32(const curve_f32 *c)
 {
-    return fabsf(c->from_rate - chord(c)) + fabsf(c->to_rate - chord(c));
+    return fabs_f32(c->from_rate - chord_f32(c)) + fabs_f32(c->to_rate - chord_f32(c));
 }
 
 /* The slopes' sum less twice the chord's: 0 for a parabola. */
-static float lean(const curve *c)
+static float lean_f32(const curve_f32 *c)
 {
-    return c->from_rate + c->to_rate - 2.0f * chord(c);
+    return c->from_rate + c->to_rate - 2.0f * chord_f32(c);
 }
 
 /* How far a slope in the cell may be off that of the cubic which the ends determine. */
-static float doubt(const curve *c)
+static float doubt_f32(const curve_f32 *c)
 {
-    return LEAN * fabsf(lean(c)) + BEND * spread(c);
+    return LEAN_f32 * fabs_f32(lean_f32(c)) + BEND_f32 * spread_f32(c);
 }
 
 /* The least slope of that cubic. */
-static float least_slope(const curve *c)
+static float least_slope_f32(const curve_f32 *c)
 {
     const float end = hopform_lesser_f32(c->from_rate, c->to_rate);
-    const float half = c->from_rate + lean(c) - chord(c);
-    if (lean(c) > 0.0f && half > 0.0f && half < 3.0f * lean(c)) {
-        const float inside = c->from_rate - half * half / (3.0f * lean(c));
+    const float half = c->from_rate + lean_f32(c) - chord_f32(c);
+    if (lean_f32(c) > 0.0f && half > 0.0f && half < 3.0f * lean_f32(c)) {
+        const float inside = c->from_rate - half * half / (3.0f * lean_f32(c));
         return hopform_lesser_f32(inside, end);
     }
     return end;
 }
 
-static bool rises(const curve *c)
+static bool rises_f32(const curve_f32 *c)
 {
     if (c->smooth) {
-        return least_slope(c) > 4.0f * doubt(c);
+        return least_slope_f32(c) > 4.0f * doubt_f32(c);
     }
     const float end = hopform_lesser_f32(c->from_rate, c->to_rate);
-    return end > 0.0f && chord(c) > 0.0f && spread(c) <= KINK * end;
+    return end > 0.0f && chord_f32(c) > 0.0f && spread_f32(c) <= KINK_f32 * end;
 }
 
-static curve mirrored(const curve *c)
+static curve_f32 mirrored_f32(const curve_f32 *c)
 {
-    const curve other = {-c->from, -c->from_rate, -c->to, -c->to_rate, c->width, c->smooth};
+    const curve_f32 other = {-c->from, -c->from_rate, -c->to, -c->to_rate, c->width, c->smooth};
     return other;
 }
 
-static bool is_monotone(const curve *c)
+static bool is_monotone_f32(const curve_f32 *c)
 {
-    const curve other = mirrored(c);
-    return rises(c) || rises(&other);
+    const curve_f32 other = mirrored_f32(c);
+    return rises_f32(c) || rises_f32(&other);
 }
 
 /* Whether the slope rises throughout. */
-static bool is_convex(const curve *c)
+static bool is_convex_f32(const curve_f32 *c)
 {
-    const float from = lean(c) + c->from_rate - chord(c);
-    const float to = lean(c) + c->to_rate - chord(c);
-    return -from > 4.0f * doubt(c) && to > 4.0f * doubt(c);
+    const float from = lean_f32(c) + c->from_rate - chord_f32(c);
+    const float to = lean_f32(c) + c->to_rate - chord_f32(c);
+    return -from > 4.0f * doubt_f32(c) && to > 4.0f * doubt_f32(c);
 }
 
 /* Where the cubic has its minimum, as a share of the cell; -1 if there is none in it. */
-static float share_of_minimum(const curve *c)
+static float share_of_minimum_f32(const curve_f32 *c)
 {
-    const float half = c->from_rate + lean(c) - chord(c);
-    const float radicand = half * half - 3.0f * lean(c) * c->from_rate;
+    const float half = c->from_rate + lean_f32(c) - chord_f32(c);
+    const float radicand = half * half - 3.0f * lean_f32(c) * c->from_rate;
     if (!(radicand > 0.0f)) {
         return -1.0f;
     }
-    const float root = sqrtf(radicand);
-    const float share = half < 0.0f ? c->from_rate / (half - root) : (half + root) / (3.0f * lean(c));
+    const float root = sqrt_f32(radicand);
+    const float share = half < 0.0f ? c->from_rate / (half - root) : (half + root) / (3.0f * lean_f32(c));
     return share > 0.0f && share < 1.0f ? share : -1.0f;
 }
 
-static float cubic_at(const curve *c, float share)
+static float cubic_at_f32(const curve_f32 *c, float share)
 {
     const float rest = 1.0f - share;
-    const float bend = (c->from_rate - chord(c)) * rest - (c->to_rate - chord(c)) * share;
-    return c->from + c->width * share * (chord(c) + rest * bend);
+    const float bend = (c->from_rate - chord_f32(c)) * rest - (c->to_rate - chord_f32(c)) * share;
+    return c->from + c->width * share * (chord_f32(c) + rest * bend);
 }
 
 /* The least that the function is taken to be on the cell. */
-static float least(const curve *c)
+static float least_f32(const curve_f32 *c)
 {
     const float end = hopform_lesser_f32(c->from, c->to);
-    if (is_monotone(c)) {
+    if (is_monotone_f32(c)) {
         return end;
     }
     if (!c->smooth) {
-        return end - DEPTH * c->width * spread(c);
+        return end - DEPTH_f32 * c->width * spread_f32(c);
     }
-    if (is_convex(c)) {
-        const float share = (c->to_rate - chord(c)) / (c->to_rate - c->from_rate);
+    if (is_convex_f32(c)) {
+        const float share = (c->to_rate - chord_f32(c)) / (c->to_rate - c->from_rate);
         return c->from_rate < 0.0f && c->to_rate > 0.0f ? c->from + c->width * c->from_rate * share : end;
     }
-    const float share = share_of_minimum(c);
-    const float inside = share > 0.0f ? cubic_at(c, share) : end;
-    return hopform_lesser_f32(inside, end) - c->width * doubt(c);
+    const float share = share_of_minimum_f32(c);
+    const float inside = share > 0.0f ? cubic_at_f32(c, share) : end;
+    return hopform_lesser_f32(inside, end) - c->width * doubt_f32(c);
 }
 
-/* Where the function vanishes, as a share of the cell: the inverse as a cubic, the chord's where a slope is against it. */
-static float share_of_root(const curve *c)
+/* Where the function vanishes, as a share of the cell: the inverse as a cubic, the chord's where a slope is against it.
+ */
+static float share_of_root_f32(const curve_f32 *c)
 {
     const float t = c->from / (c->from - c->to);
-    if (!(c->from_rate * chord(c) > 0.0f && c->to_rate * chord(c) > 0.0f)) {
+    if (!(c->from_rate * chord_f32(c) > 0.0f && c->to_rate * chord_f32(c) > 0.0f)) {
         return t;
     }
-    const float first = chord(c) / c->from_rate;
-    const float last = chord(c) / c->to_rate;
+    const float first = chord_f32(c) / c->from_rate;
+    const float last = chord_f32(c) / c->to_rate;
     const float begin = hopform_lesser_f32(first, 3.0f); /* with which the cubic still rises */
     const float end = hopform_lesser_f32(last, 3.0f);
     return t * (begin + t * (3.0f - 2.0f * begin - end + t * (begin + end - 2.0f)));
@@ -157,48 +161,48 @@ static float share_of_root(const curve *c)
 
 /* ---- a cell ---- */
 
-static float sign_of_cell(const hopform_cell_f32 *c)
+static float sign_of_cell_f32(const hopform_cell_f32 *c)
 {
     return c->to.u > c->from.u ? 1.0f : -1.0f;
 }
 
-static float width_of(const hopform_cell_f32 *c)
+static float width_of_f32(const hopform_cell_f32 *c)
 {
-    return fabsf(c->to.u - c->from.u);
+    return fabs_f32(c->to.u - c->from.u);
 }
 
-static bool is_smooth(const hopform_cell_f32 *c)
+static bool is_smooth_f32(const hopform_cell_f32 *c)
 {
     return c->from.events == c->to.events && c->from.smooth && c->to.smooth;
 }
 
-static curve curve_of(const hopform_cell_f32 *c, float from, float from_u, float to, float to_u)
+static curve_f32 curve_of_f32(const hopform_cell_f32 *c, float from, float from_u, float to, float to_u)
 {
-    const float sign = sign_of_cell(c);
-    const curve made = {from, sign * from_u, to, sign * to_u, width_of(c), is_smooth(c)};
+    const float sign = sign_of_cell_f32(c);
+    const curve_f32 made = {from, sign * from_u, to, sign * to_u, width_of_f32(c), is_smooth_f32(c)};
     return made;
 }
 
 /* The apex less what is wanted; an end that reaches it counts as being on the side of the other one. */
-static curve gap_of(const hopform_cell_f32 *c, float wanted)
+static curve_f32 gap_of_f32(const hopform_cell_f32 *c, float wanted)
 {
-    curve gap = curve_of(c, c->from.apex - wanted, c->from.apex_u, c->to.apex - wanted, c->to.apex_u);
-    if (fabsf(gap.to) <= 1e-6f) {
-        gap.to = gap.from > 0.0f ? 1e-6f : -1e-6f;
-    } else if (fabsf(gap.from) <= 1e-6f) {
-        gap.from = gap.to > 0.0f ? 1e-6f : -1e-6f;
+    curve_f32 gap = curve_of_f32(c, c->from.apex - wanted, c->from.apex_u, c->to.apex - wanted, c->to.apex_u);
+    if (fabs_f32(gap.to) <= HOPFORM_REACHED_WITHIN_f32) {
+        gap.to = gap.from > 0.0f ? HOPFORM_REACHED_WITHIN_f32 : -HOPFORM_REACHED_WITHIN_f32;
+    } else if (fabs_f32(gap.from) <= HOPFORM_REACHED_WITHIN_f32) {
+        gap.from = gap.to > 0.0f ? HOPFORM_REACHED_WITHIN_f32 : -HOPFORM_REACHED_WITHIN_f32;
     }
     return gap;
 }
 
 /* The largest x_1 less its limit; it goes on where x_1 is stopped. */
-static curve peak_of(const hopform_cell_f32 *c, float limit)
+static curve_f32 peak_of_f32(const hopform_cell_f32 *c, float limit)
 {
-    return curve_of(c, c->from.peak - limit, c->from.peak_u, c->to.peak - limit, c->to.peak_u);
+    return curve_of_f32(c, c->from.peak - limit, c->from.peak_u, c->to.peak - limit, c->to.peak_u);
 }
 
 /* No rebound in the cell takes off that does not do so at its ends: the least y of each stays above zero. */
-static bool dips_are_quiet(const hopform_cell_f32 *c)
+static bool dips_are_quiet_f32(const hopform_cell_f32 *c)
 {
     const bool in_from = c->from.dips > 0;
     const bool in_to = c->to.dips > 0;
@@ -206,194 +210,198 @@ static bool dips_are_quiet(const hopform_cell_f32 *c)
         return true;
     }
     if (in_from && in_to) {
-        const curve dip = curve_of(c, c->from.dip, c->from.dip_u, c->to.dip, c->to.dip_u);
-        return least(&dip) > 0.0f;
+        const curve_f32 dip = curve_of_f32(c, c->from.dip, c->from.dip_u, c->to.dip, c->to.dip_u);
+        return least_f32(&dip) > 0.0f;
     }
     const hopform_trial_f32 *known = in_from ? &c->from : &c->to;
-    return known->dip > width_of(c) * fabsf(known->dip_u);
+    return known->dip > width_of_f32(c) * fabs_f32(known->dip_u);
 }
 
-static bool is_admissible(const hopform_search_f32 *search, const hopform_trial_f32 *trial)
+static bool is_admissible_f32(const hopform_search_f32 *search, const hopform_trial_f32 *trial)
 {
     return trial->takes_off && trial->peak < search->limit;
 }
 
-/* Where x_1 reaches its limit, as a share of the cell: by both ends where it rises from one to the other, else by the slope at
- * the admissible one, as where x_1 is stopped another slope holds. NEVER if that slope does not lead there. */
-static float share_of_limit(const hopform_search_f32 *search, const hopform_cell_f32 *c)
+/* Where x_1 reaches its limit, as a share of the cell: by both ends where it rises from one to the other, else by the
+ * slope at the admissible one, as where x_1 is stopped another slope holds. NEVER if that slope does not lead there. */
+static float share_of_limit_f32(const hopform_search_f32 *search, const hopform_cell_f32 *c)
 {
-    const curve peak = peak_of(c, search->limit);
-    if (is_monotone(&peak)) {
-        return share_of_root(&peak);
+    const curve_f32 peak = peak_of_f32(c, search->limit);
+    if (is_monotone_f32(&peak)) {
+        return share_of_root_f32(&peak);
     }
-    const bool starts = is_admissible(search, &c->from);
+    const bool starts = is_admissible_f32(search, &c->from);
     const float room = starts ? peak.from : peak.to;
     const float toward = (starts ? peak.from_rate : -peak.to_rate) * peak.width;
-    const float share = room + toward >= 0.0f && toward > 0.0f ? -room / toward : 1e38f;
+    const float share = room + toward >= 0.0f && toward > 0.0f ? -room / toward : HOPFORM_NEVER_f32;
     return starts ? share : 1.0f - share;
 }
 
 /* The nearest that an admissible current can come in a cell of which only a part, next to one end, is admissible. */
-static float promise_of_edge(const hopform_search_f32 *search, const hopform_cell_f32 *c, const curve *gap)
+static float promise_of_edge_f32(const hopform_search_f32 *search, const hopform_cell_f32 *c, const curve_f32 *gap)
 {
-    const curve peak = peak_of(c, search->limit);
-    if (peak.width > EDGE * search->plan->robot.u_max && !is_monotone(&peak)) {
+    const curve_f32 peak = peak_of_f32(c, search->limit);
+    if (peak.width > EDGE_f32 * search->plan->robot.u_max && !is_monotone_f32(&peak)) {
         return 0.0f;
     }
-    const bool starts = is_admissible(search, &c->from);
-    const float there = share_of_limit(search, c);
+    const bool starts = is_admissible_f32(search, &c->from);
+    const float there = share_of_limit_f32(search, c);
     const float share = 2.0f * (starts ? there : 1.0f - there);
-    const float rate = fabsf(gap->from_rate) + fabsf(gap->to_rate) + fabsf(chord(gap));
-    const float inside = fabsf(starts ? gap->from : gap->to);
+    const float rate = fabs_f32(gap->from_rate) + fabs_f32(gap->to_rate) + fabs_f32(chord_f32(gap));
+    const float inside = fabs_f32(starts ? gap->from : gap->to);
     return share <= 1.0f ? inside - rate * share * gap->width : 0.0f;
 }
 
 /* Where one end takes off and the other does not: the apex ends like a square root. */
-static float promise_of_step(const hopform_search_f32 *search, const hopform_cell_f32 *c)
+static float promise_of_step_f32(const hopform_search_f32 *search, const hopform_cell_f32 *c)
 {
     const hopform_trial_f32 *lifts = c->from.takes_off ? &c->from : &c->to;
-    const float width = width_of(c);
-    if (width > STEP * search->plan->robot.u_max) {
+    const float width = width_of_f32(c);
+    if (width > STEP_f32 * search->plan->robot.u_max) {
         return 0.0f;
     }
-    const bool hopeless = !(lifts->peak - 2.0f * width * fabsf(lifts->peak_u) < search->limit);
-    return hopeless ? 1e38f : fabsf(lifts->apex - search->apex) - 3.0f * width * fabsf(lifts->apex_u);
+    const bool hopeless = !(lifts->peak - 2.0f * width * fabs_f32(lifts->peak_u) < search->limit);
+    return hopeless ? HOPFORM_NEVER_f32
+                    : fabs_f32(lifts->apex - search->apex) - 3.0f * width * fabs_f32(lifts->apex_u);
 }
 
 /* What no admissible current in the cell comes nearer than, as far as its ends tell; NEVER if there is none in it. */
-static float promise_of(const hopform_search_f32 *search, const hopform_cell_f32 *c)
+static float promise_of_f32(const hopform_search_f32 *search, const hopform_cell_f32 *c)
 {
     const hopform_trial_f32 *from = &c->from;
     const hopform_trial_f32 *to = &c->to;
     const float range = search->plan->robot.u_max;
-    const float width = width_of(c);
-    if ((from->held && to->held) || width <= 2.0f * 1.1920929e-7f * fabsf(to->u)) {
-        return 1e38f;
+    const float width = width_of_f32(c);
+    if ((from->held && to->held) || width <= 2.0f * HOPFORM_EPS_f32 * fabs_f32(to->u)) {
+        return HOPFORM_NEVER_f32;
     }
-    const float judged = !from->takes_off && !to->takes_off ? DOWN : (is_smooth(c) ? WIDE : COARSE);
+    const float judged =
+        !from->takes_off && !to->takes_off ? DOWN_f32 : (is_smooth_f32(c) ? CONTROL_WIDE_f32 : COARSE_f32);
     if (width > judged * range) {
         return 0.0f;
     }
     if (from->takes_off != to->takes_off) {
-        return promise_of_step(search, c);
+        return promise_of_step_f32(search, c);
     }
-    if (width > 0.00034526698f * range && !dips_are_quiet(c)) {
+    if (width > HOPFORM_ROOT_EPS_f32 * range && !dips_are_quiet_f32(c)) {
         return 0.0f;
     }
     if (!from->takes_off) {
-        return 1e38f;
+        return HOPFORM_NEVER_f32;
     }
-    const curve gap = gap_of(c, search->apex);
-    const curve peak = peak_of(c, search->limit);
-    const curve below = mirrored(&gap);
-    const float promise = gap.from > 0.0f ? least(&gap) : least(&below);
-    const bool in_from = is_admissible(search, from);
-    const bool in_to = is_admissible(search, to);
-    if (!in_from && !in_to && least(&peak) >= 0.0f) {
-        return 1e38f;
+    const curve_f32 gap = gap_of_f32(c, search->apex);
+    const curve_f32 peak = peak_of_f32(c, search->limit);
+    const curve_f32 below = mirrored_f32(&gap);
+    const float promise = gap.from > 0.0f ? least_f32(&gap) : least_f32(&below);
+    const bool in_from = is_admissible_f32(search, from);
+    const bool in_to = is_admissible_f32(search, to);
+    if (!in_from && !in_to && least_f32(&peak) >= 0.0f) {
+        return HOPFORM_NEVER_f32;
     }
     if (in_from == in_to) {
         return promise;
     }
-    const float edge = promise_of_edge(search, c, &gap);
+    const float edge = promise_of_edge_f32(search, c, &gap);
     return hopform_greater_f32(edge, promise);
 }
 
 /* Where a function that comes nearer to zero at both ends has its extremum. */
-static float share_of_turn(const curve *c)
+static float share_of_turn_f32(const curve_f32 *c)
 {
-    const curve other = mirrored(c);
-    const float share = share_of_minimum(c->from > 0.0f ? c : &other);
+    const curve_f32 other = mirrored_f32(c);
+    const float share = share_of_minimum_f32(c->from > 0.0f ? c : &other);
     return share > 0.0f ? hopform_greater_f32(hopform_lesser_f32(share, 0.96875f), 0.03125f) : 0.5f;
 }
 
-/* Just inside the limit of x_1: short of where a slope at the admissible end leads to, which overshoots by the square of the way,
- * so some way off the other end. */
-static float share_inside(const hopform_search_f32 *search, const hopform_cell_f32 *c, const curve *gap)
+/* Just inside the limit of x_1: short of where a slope at the admissible end leads to, which overshoots by the square
+ * of the way, so some way off the other end. */
+static float share_inside_f32(const hopform_search_f32 *search, const hopform_cell_f32 *c, const curve_f32 *gap)
 {
-    const float steep = fabsf(gap->from_rate) + fabsf(gap->to_rate) + fabsf(chord(gap));
-    const float there = share_of_limit(search, c);
-    const bool starts = is_admissible(search, &c->from);
+    const float steep = fabs_f32(gap->from_rate) + fabs_f32(gap->to_rate) + fabs_f32(chord_f32(gap));
+    const float there = share_of_limit_f32(search, c);
+    const bool starts = is_admissible_f32(search, &c->from);
     const float way = starts ? there : 1.0f - there;
     const float short_of = way > 0.0f && way <= 1.0f ? 0.0625f * way * way : 0.0f;
-    const float aside = short_of + 0.25f * 4e-6f / (steep * gap->width + 4e-6f);
+    const float aside = short_of + 0.25f * HOPFORM_NEAR_WITHIN_f32 / (steep * gap->width + HOPFORM_NEAR_WITHIN_f32);
     return starts ? there - aside : there + aside;
 }
 
 /* Where to split the cell, as a share of it. */
-static float share_to_try(const hopform_search_f32 *search, const hopform_cell_f32 *c)
+static float share_to_try_f32(const hopform_search_f32 *search, const hopform_cell_f32 *c)
 {
     const hopform_trial_f32 *from = &c->from;
     const hopform_trial_f32 *to = &c->to;
-    if (width_of(c) > WIDE * search->plan->robot.u_max || c->slow >= 2 || from->takes_off != to->takes_off) {
+    if (width_of_f32(c) > CONTROL_WIDE_f32 * search->plan->robot.u_max || c->slow >= 2
+        || from->takes_off != to->takes_off) {
         return 0.5f;
     }
     if (!from->takes_off) {
-        const curve dip = curve_of(c, from->dip, from->dip_u, to->dip, to->dip_u);
-        return from->dips > 0 && to->dips > 0 ? share_of_turn(&dip) : 0.5f;
+        const curve_f32 dip = curve_of_f32(c, from->dip, from->dip_u, to->dip, to->dip_u);
+        return from->dips > 0 && to->dips > 0 ? share_of_turn_f32(&dip) : 0.5f;
     }
-    const curve gap = gap_of(c, search->apex);
+    const curve_f32 gap = gap_of_f32(c, search->apex);
     if (gap.from * gap.to < 0.0f) {
-        return share_of_root(&gap);
+        return share_of_root_f32(&gap);
     }
-    const curve peak = peak_of(c, search->limit);
-    if (is_admissible(search, from) != is_admissible(search, to)) {
-        return share_inside(search, c, &gap);
+    const curve_f32 peak = peak_of_f32(c, search->limit);
+    if (is_admissible_f32(search, from) != is_admissible_f32(search, to)) {
+        return share_inside_f32(search, c, &gap);
     }
-    if (!is_smooth(c)) {
+    if (!is_smooth_f32(c)) {
         return 0.5f; /* slopes on either side of a bend say little of what lies between */
     }
-    return is_admissible(search, from) ? share_of_turn(&gap) : share_of_turn(&peak);
+    return is_admissible_f32(search, from) ? share_of_turn_f32(&gap) : share_of_turn_f32(&peak);
 }
 
 /* ---- the search ---- */
 
-static bool is_better(const hopform_search_f32 *search, const hopform_trial_f32 *trial)
+static bool is_better_f32(const hopform_search_f32 *search, const hopform_trial_f32 *trial)
 {
-    const float gap = fabsf(trial->apex - search->apex);
-    const float best = fabsf(search->best.apex - search->apex);
+    const float gap = fabs_f32(trial->apex - search->apex);
+    const float best = fabs_f32(search->best.apex - search->apex);
     if (!search->found) {
         return true;
     }
-    if (gap <= 1e-6f) {
-        return !search->reached || fabsf(trial->u) < fabsf(search->best.u);
+    if (gap <= HOPFORM_REACHED_WITHIN_f32) {
+        return !search->reached || fabs_f32(trial->u) < fabs_f32(search->best.u);
     }
     return gap < best && !search->reached;
 }
 
-static void consider(hopform_search_f32 *search, const hopform_trial_f32 *trial)
+static void consider_f32(hopform_search_f32 *search, const hopform_trial_f32 *trial)
 {
-    if (is_admissible(search, trial) && is_better(search, trial)) {
+    if (is_admissible_f32(search, trial) && is_better_f32(search, trial)) {
         search->best = *trial;
         search->found = true;
-        search->reached = fabsf(trial->apex - search->apex) <= 1e-6f;
+        search->reached = fabs_f32(trial->apex - search->apex) <= HOPFORM_REACHED_WITHIN_f32;
     }
 }
 
 /* A gap that is worth looking for: smaller than this. */
-static float worth(const hopform_search_f32 *search)
+static float worth_f32(const hopform_search_f32 *search)
 {
     if (!search->found) {
-        return 1e38f;
+        return HOPFORM_NEVER_f32;
     }
-    const float gap = fabsf(search->best.apex - search->apex) - 2.0f * 4e-6f;
+    const float gap = fabs_f32(search->best.apex - search->apex) - 2.0f * HOPFORM_NEAR_WITHIN_f32;
     return hopform_greater_f32(gap, 0.0f);
 }
 
-static bool matters(const hopform_search_f32 *search, const hopform_cell_f32 *c)
+static bool matters_f32(const hopform_search_f32 *search, const hopform_cell_f32 *c)
 {
     if (search->reached) {
-        return fabsf(c->from.u) < fabsf(search->best.u) && c->promise < 1e-6f;
+        return fabs_f32(c->from.u) < fabs_f32(search->best.u) && c->promise < HOPFORM_REACHED_WITHIN_f32;
     }
-    return c->promise < 1e38f && c->promise <= worth(search);
+    return c->promise < HOPFORM_NEVER_f32 && c->promise <= worth_f32(search);
 }
 
 /* Keep the range between two tried currents if something better may lie in it. */
-static void keep(hopform_search_f32 *search, const hopform_trial_f32 *from, const hopform_trial_f32 *to, int32_t slow)
+static void keep_f32(hopform_search_f32 *search, const hopform_trial_f32 *from, const hopform_trial_f32 *to,
+                      int32_t slow)
 {
     hopform_cell_f32 cell = {*from, *to, 0.0f, slow};
-    cell.promise = promise_of(search, &cell);
-    if (!matters(search, &cell)) {
+    cell.promise = promise_of_f32(search, &cell);
+    if (!matters_f32(search, &cell)) {
         return;
     }
     if (search->count < HOPFORM_SEARCH_CELLS_f32) {
@@ -403,17 +411,19 @@ static void keep(hopform_search_f32 *search, const hopform_trial_f32 *from, cons
     }
 }
 
-/* Forget the cells that do not matter any more; the most promising one, of several the one nearest to 0, becomes the last. */
-static void sift(hopform_search_f32 *search)
+/* Forget the cells that do not matter any more; the most promising one, of several the one nearest to 0, becomes the
+ * last. */
+static void sift_f32(hopform_search_f32 *search)
 {
     int32_t kept = 0;
     int32_t first = 0;
     for (int32_t n = 0; n < search->count && n < HOPFORM_SEARCH_CELLS_f32; n++) {
         const hopform_cell_f32 *c = &search->cells[n];
-        if (matters(search, c) && kept < HOPFORM_SEARCH_CELLS_f32) {
+        if (matters_f32(search, c) && kept < HOPFORM_SEARCH_CELLS_f32) {
             const hopform_cell_f32 *best = &search->cells[first];
             const bool as_good = !(c->promise > best->promise) && !(c->promise < best->promise);
-            if (kept == 0 || c->promise < best->promise || (as_good && fabsf(c->from.u) < fabsf(best->from.u))) {
+            if (kept == 0 || c->promise < best->promise
+                || (as_good && fabs_f32(c->from.u) < fabs_f32(best->from.u))) {
                 first = kept;
             }
             if (kept < n) {
@@ -432,8 +442,9 @@ static void sift(hopform_search_f32 *search)
     }
 }
 
-/* Whether a current of this sign pushes an actuator that 0 leaves on a stop harder onto it: it is held there as well. */
-static bool changes_nothing(const hopform_search_f32 *search, float sign)
+/* Whether a current of this sign pushes an actuator that 0 leaves on a stop harder onto it: it is held there as well.
+ */
+static bool changes_nothing_f32(const hopform_search_f32 *search, float sign)
 {
     const hopform_robot_f32 *robot = &search->plan->robot;
     const float push = -robot->gamma2 * sign;
@@ -442,34 +453,35 @@ static bool changes_nothing(const hopform_search_f32 *search, float sign)
 }
 
 /* Choose the next current: a limit, then in the most promising cell; false if nothing is left. */
-static bool go_on(hopform_search_f32 *search)
+static bool go_on_f32(hopform_search_f32 *search)
 {
     while (search->limits > 0) {
         const float sign = search->limits == 2 ? 1.0f : -1.0f;
         search->limits--;
-        if (!changes_nothing(search, sign)) {
+        if (!changes_nothing_f32(search, sign)) {
             search->next = sign * search->plan->robot.u_max;
             return true;
         }
     }
-    sift(search);
+    sift_f32(search);
     if (search->count == 0) {
         return false;
     }
     const hopform_cell_f32 *c = &search->cells[search->count - 1];
-    const float share = share_to_try(search, c);
+    const float share = share_to_try_f32(search, c);
     search->next = c->from.u + share * (c->to.u - c->from.u);
-    if (!(share > 0.0f && fabsf(search->next) > fabsf(c->from.u) && fabsf(search->next) < fabsf(c->to.u))) {
+    if (!(share > 0.0f && fabs_f32(search->next) > fabs_f32(c->from.u)
+          && fabs_f32(search->next) < fabs_f32(c->to.u))) {
         search->next = c->from.u + 0.5f * (c->to.u - c->from.u);
     }
     return true;
 }
 
 /* Take in what a current does, and choose the next one: first 0, then the limits, then into the cells. */
-static bool take_in(hopform_search_f32 *search, const hopform_trial_f32 *trial)
+static bool take_in_f32(hopform_search_f32 *search, const hopform_trial_f32 *trial)
 {
     const hopform_robot_f32 *robot = &search->plan->robot;
-    consider(search, trial);
+    consider_f32(search, trial);
     if (search->trials < HOPFORM_SEARCH_TRIALS) {
         search->trials++;
     }
@@ -479,31 +491,31 @@ static bool take_in(hopform_search_f32 *search, const hopform_trial_f32 *trial)
         if (search->reached || !(chooses && search->start.x1 < search->limit)) {
             return false;
         }
-    } else if (!(fabsf(trial->u) < robot->u_max)) {
-        keep(search, &search->zero, trial, 0);
+    } else if (!(fabs_f32(trial->u) < robot->u_max)) {
+        keep_f32(search, &search->zero, trial, 0);
     } else if (search->count > 0) {
         const hopform_cell_f32 split = search->cells[--search->count];
-        const float half = 0.5f * width_of(&split);
+        const float half = 0.5f * width_of_f32(&split);
         const int32_t slower = split.slow < 2 ? split.slow + 1 : 2; /* of a search in any memory, too */
-        keep(search, &split.from, trial, fabsf(trial->u - split.from.u) > half ? slower : 0);
-        keep(search, trial, &split.to, fabsf(split.to.u - trial->u) > half ? slower : 0);
+        keep_f32(search, &split.from, trial, fabs_f32(trial->u - split.from.u) > half ? slower : 0);
+        keep_f32(search, trial, &split.to, fabs_f32(split.to.u - trial->u) > half ? slower : 0);
     }
-    return go_on(search);
+    return go_on_f32(search);
 }
 
-static void say(const hopform_search_f32 *search, hopform_command_f32 *command)
+static void say_f32(const hopform_search_f32 *search, hopform_command_f32 *command)
 {
     command->u = search->best.u;
     command->apex = search->found ? search->best.apex - search->datum : 0.0f;
-    const bool reaches = search->found && fabsf(search->best.apex - search->apex) <= 4e-6f;
-    command->status = reaches ? HOPFORM_COMMAND_REACHED
-                                      : (search->found ? HOPFORM_COMMAND_NEAREST : HOPFORM_COMMAND_NO_TAKEOFF);
+    const bool reaches = search->found && fabs_f32(search->best.apex - search->apex) <= HOPFORM_NEAR_WITHIN_f32;
+    command->status =
+        reaches ? HOPFORM_COMMAND_REACHED : (search->found ? HOPFORM_COMMAND_NEAREST : HOPFORM_COMMAND_NO_TAKEOFF);
 }
 
 /* ---- a current ---- */
 
-static int32_t attempt(const hopform_plan_f32 *plan, const hopform_state_f32 *start, float u, float horizon,
-                       hopform_phase_f32 *phases, int32_t capacity, hopform_trial_f32 *trial, bool *fits)
+static int32_t attempt_f32(const hopform_plan_f32 *plan, const hopform_state_f32 *start, float u, float horizon,
+                            hopform_phase_f32 *phases, int32_t capacity, hopform_trial_f32 *trial, bool *fits)
 {
     const hopform_step_f32 step = {0.0f, u};
     hopform_stance_f32 stance;
@@ -517,11 +529,6 @@ static int32_t attempt(const hopform_plan_f32 *plan, const hopform_state_f32 *st
 }
 
 /* ---- what users call ---- */
-
-static bool is_finite(float value)
-{
-    return value >= -1e38f && value <= 1e38f;
-}
 
 int32_t hopform_choose_current_begin_f32(hopform_search_f32 *search, const hopform_plan_f32 *plan,
                                           const hopform_state_f32 *start, const hopform_target_f32 *target,
@@ -543,12 +550,13 @@ int32_t hopform_choose_current_begin_f32(hopform_search_f32 *search, const hopfo
     }
     const hopform_robot_f32 *robot = &plan->robot;
     search->status = HOPFORM_SEARCHING;
-    if (!hopform_is_made_f32(plan) || !(robot->g > 0.0f) || !(robot->u_max <= 1e38f)) {
+    if (!hopform_is_made_f32(plan) || !(robot->g > 0.0f) || !(robot->u_max <= HOPFORM_NEVER_f32)) {
         search->status = HOPFORM_ERROR_ROBOT;
-    } else if (!is_finite(target->h_des) || !is_finite(target->datum) || !(target->h_des + target->datum >= 0.0f)
-               || !(target->stop_margin >= 0.0f && target->stop_margin <= 1e38f)) {
+    } else if (!hopform_is_finite_f32(target->h_des) || !hopform_is_finite_f32(target->datum)
+               || !(target->h_des + target->datum >= 0.0f)
+               || !(target->stop_margin >= 0.0f && target->stop_margin <= HOPFORM_NEVER_f32)) {
         search->status = HOPFORM_ERROR_TARGET;
-    } else if (!(target->horizon > 0.0f && target->horizon <= 1e38f)) {
+    } else if (!(target->horizon > 0.0f && target->horizon <= HOPFORM_NEVER_f32)) {
         search->status = HOPFORM_ERROR_HORIZON;
     }
     const bool locked = !(robot->x1_min < robot->x1_max);
@@ -556,7 +564,7 @@ int32_t hopform_choose_current_begin_f32(hopform_search_f32 *search, const hopfo
     search->start = *start;
     search->apex = target->h_des + target->datum;
     search->datum = target->datum;
-    search->limit = locked ? 1e38f : robot->x1_max - target->stop_margin - 16.0f * 1.1920929e-7f;
+    search->limit = locked ? HOPFORM_NEVER_f32 : robot->x1_max - target->stop_margin - 16.0f * HOPFORM_EPS_f32;
     search->horizon = target->horizon;
     search->count = 0;
     search->limits = 2;
@@ -574,31 +582,31 @@ int32_t hopform_choose_current_step_f32(hopform_search_f32 *search, hopform_phas
         return HOPFORM_ERROR_NULL;
     }
     if (search->status != HOPFORM_SEARCHING) {
-        say(search, command);
+        say_f32(search, command);
         return search->status;
     }
     hopform_trial_f32 trial = search->best;
     bool fits = true;
     const int32_t status =
-        attempt(search->plan, &search->start, search->next, search->horizon, phases, capacity, &trial, &fits);
+        attempt_f32(search->plan, &search->start, search->next, search->horizon, phases, capacity, &trial, &fits);
     if (status < 0) {
         search->best.u = 0.0f; /* for good: what was found does not count after an error */
         search->found = false;
         search->status = status;
-        say(search, command);
+        say_f32(search, command);
         return status;
     }
     search->partial = search->partial || !fits;
-    if (!take_in(search, &trial)) {
+    if (!take_in_f32(search, &trial)) {
         search->status = search->partial ? HOPFORM_PHASES_NOT_KEPT : HOPFORM_OK;
     }
-    say(search, command);
+    say_f32(search, command);
     return search->status;
 }
 
-int32_t hopform_choose_current_f32(hopform_search_f32 *search, const hopform_plan_f32 *plan, const hopform_state_f32 *start,
-                                    const hopform_target_f32 *target, hopform_phase_f32 *phases, int32_t capacity,
-                                    hopform_command_f32 *command)
+int32_t hopform_choose_current_f32(hopform_search_f32 *search, const hopform_plan_f32 *plan,
+                                    const hopform_state_f32 *start, const hopform_target_f32 *target,
+                                    hopform_phase_f32 *phases, int32_t capacity, hopform_command_f32 *command)
 {
     int32_t status = hopform_choose_current_begin_f32(search, plan, start, target, command);
     for (int n = 0; n < HOPFORM_SEARCH_TRIALS && status == HOPFORM_SEARCHING; n++) {
@@ -621,8 +629,8 @@ int32_t hopform_try_currents_f32(const hopform_plan_f32 *plan, const hopform_sta
     for (int32_t i = 0; i < start_count; i++) {
         for (int32_t j = 0; j < current_count; j++) {
             bool fits = true;
-            const int32_t status =
-                attempt(plan, &starts[i], currents[j], horizon, phases, capacity, &trials[i * current_count + j], &fits);
+            const int32_t status = attempt_f32(plan, &starts[i], currents[j], horizon, phases, capacity,
+                                                &trials[i * current_count + j], &fits);
             if (status < 0) {
                 return status;
             }

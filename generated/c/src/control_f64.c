@@ -2,29 +2,32 @@
  *
  * The current after which the next apex is the desired one, (25)-(27) in their exact form: apex(u) = h_des.
  *
- * apex(u) is analytic where modes and events keep their order, bends where that changes, and jumps or has gaps where the
- * least spring y of a rebound passes zero. The range of u is a row of cells between currents that were tried; the one that
- * is nearest to u = 0 is done first. A cell is left when the values and slopes at its ends say that nothing better lies in
- * it, else it is split: at the root, extremum or limit that they foretell, or in the middle. Exact are: a tried current and
- * what it does; an actuator held at both ends of a cell is held in all of it, because the force on it is linear in u. The
- * rest are bounds by slopes, docs/control.md says which.
+ * apex(u) is analytic where modes and events keep their order, bends where that changes, and jumps or has gaps where
+ * the least spring y of a rebound passes zero. The range of u is a row of cells between currents that were tried; the
+ * one that is nearest to u = 0 is done first. A cell is left when the values and slopes at its ends say that nothing
+ * better lies in it, else it is split: at the root, extremum or limit that they foretell, or in the middle. Exact are:
+ * a tried current and what it does; an actuator held at both ends of a cell is held in all of it, because the force on
+ * it is linear in u. The rest are bounds by slopes, docs/control.md says which.
  */
 #include "trial_f64.h"
 
-/* Cells wider than this share of u_max are not judged by their ends: where the events are the same at both, and where not. */
-#define WIDE 0.5
-#define COARSE 0.25
-#define DOWN 0.0625
+/* Cells wider than this share of u_max are not judged by their ends: where the events are the same at both, and where
+ * not. */
+#define CONTROL_WIDE_f64 0.5
+#define COARSE_f64 0.25
+#define DOWN_f64 0.0625
 
-/* How far a slope may be off the cubic's, as a share of what the cubic's slopes differ by: of their sum, and of each. */
-#define LEAN 0.25
-#define BEND 0.03125
+/* How far a slope may be off the cubic's, as a share of what the cubic's slopes differ by: of their sum, and of each.
+ */
+#define LEAN_f64 0.25
+#define BEND_f64 0.03125
 
-/* Where the events change: how much slopes may differ where the function still rises throughout, and how deep it may dip. */
-#define KINK 0.5
-#define DEPTH 1.0
-#define STEP 0.00390625
-#define EDGE 0.015625
+/* Where the events change: how much slopes may differ where the function still rises throughout, and how deep it may
+ * dip. */
+#define KINK_f64 0.5
+#define DEPTH_f64 1.0
+#define STEP_f64 0.00390625
+#define EDGE_f64 0.015625
 
 /* A function of u on a cell, outward from 0: values and slopes at both ends; whether it is smooth in between. */
 typedef struct {
@@ -34,122 +37,123 @@ typedef struct {
     double to_rate;
     double width;
     bool smooth;
-} curve;
+} curve_f64;
 
 /* ---- what the ends of a cell say ---- */
 
-static double chord(const curve *c)
+static double chord_f64(const curve_f64 *c)
 {
     return (c->to - c->from) / c->width;
 }
 
 /* How much the slopes differ from the chord's. */
-static double spread(const curve *c)
+static double spread_f64(const curve_f64 *c)
 {
-    return fabs(c->from_rate - chord(c)) + fabs(c->to_rate - chord(c));
+    return fabs_f64(c->from_rate - chord_f64(c)) + fabs_f64(c->to_rate - chord_f64(c));
 }
 
 /* The slopes' sum less twice the chord's: 0 for a parabola. */
-static double lean(const curve *c)
+static double lean_f64(const curve_f64 *c)
 {
-    return c->from_rate + c->to_rate - 2.0 * chord(c);
+    return c->from_rate + c->to_rate - 2.0 * chord_f64(c);
 }
 
 /* How far a slope in the cell may be off that of the cubic which the ends determine. */
-static double doubt(const curve *c)
+static double doubt_f64(const curve_f64 *c)
 {
-    return LEAN * fabs(lean(c)) + BEND * spread(c);
+    return LEAN_f64 * fabs_f64(lean_f64(c)) + BEND_f64 * spread_f64(c);
 }
 
 /* The least slope of that cubic. */
-static double least_slope(const curve *c)
+static double least_slope_f64(const curve_f64 *c)
 {
     const double end = hopform_lesser_f64(c->from_rate, c->to_rate);
-    const double half = c->from_rate + lean(c) - chord(c);
-    if (lean(c) > 0.0 && half > 0.0 && half < 3.0 * lean(c)) {
-        const double inside = c->from_rate - half * half / (3.0 * lean(c));
+    const double half = c->from_rate + lean_f64(c) - chord_f64(c);
+    if (lean_f64(c) > 0.0 && half > 0.0 && half < 3.0 * lean_f64(c)) {
+        const double inside = c->from_rate - half * half / (3.0 * lean_f64(c));
         return hopform_lesser_f64(inside, end);
     }
     return end;
 }
 
-static bool rises(const curve *c)
+static bool rises_f64(const curve_f64 *c)
 {
     if (c->smooth) {
-        return least_slope(c) > 4.0 * doubt(c);
+        return least_slope_f64(c) > 4.0 * doubt_f64(c);
     }
     const double end = hopform_lesser_f64(c->from_rate, c->to_rate);
-    return end > 0.0 && chord(c) > 0.0 && spread(c) <= KINK * end;
+    return end > 0.0 && chord_f64(c) > 0.0 && spread_f64(c) <= KINK_f64 * end;
 }
 
-static curve mirrored(const curve *c)
+static curve_f64 mirrored_f64(const curve_f64 *c)
 {
-    const curve other = {-c->from, -c->from_rate, -c->to, -c->to_rate, c->width, c->smooth};
+    const curve_f64 other = {-c->from, -c->from_rate, -c->to, -c->to_rate, c->width, c->smooth};
     return other;
 }
 
-static bool is_monotone(const curve *c)
+static bool is_monotone_f64(const curve_f64 *c)
 {
-    const curve other = mirrored(c);
-    return rises(c) || rises(&other);
+    const curve_f64 other = mirrored_f64(c);
+    return rises_f64(c) || rises_f64(&other);
 }
 
 /* Whether the slope rises throughout. */
-static bool is_convex(const curve *c)
+static bool is_convex_f64(const curve_f64 *c)
 {
-    const double from = lean(c) + c->from_rate - chord(c);
-    const double to = lean(c) + c->to_rate - chord(c);
-    return -from > 4.0 * doubt(c) && to > 4.0 * doubt(c);
+    const double from = lean_f64(c) + c->from_rate - chord_f64(c);
+    const double to = lean_f64(c) + c->to_rate - chord_f64(c);
+    return -from > 4.0 * doubt_f64(c) && to > 4.0 * doubt_f64(c);
 }
 
 /* Where the cubic has its minimum, as a share of the cell; -1 if there is none in it. */
-static double share_of_minimum(const curve *c)
+static double share_of_minimum_f64(const curve_f64 *c)
 {
-    const double half = c->from_rate + lean(c) - chord(c);
-    const double radicand = half * half - 3.0 * lean(c) * c->from_rate;
+    const double half = c->from_rate + lean_f64(c) - chord_f64(c);
+    const double radicand = half * half - 3.0 * lean_f64(c) * c->from_rate;
     if (!(radicand > 0.0)) {
         return -1.0;
     }
-    const double root = sqrt(radicand);
-    const double share = half < 0.0 ? c->from_rate / (half - root) : (half + root) / (3.0 * lean(c));
+    const double root = sqrt_f64(radicand);
+    const double share = half < 0.0 ? c->from_rate / (half - root) : (half + root) / (3.0 * lean_f64(c));
     return share > 0.0 && share < 1.0 ? share : -1.0;
 }
 
-static double cubic_at(const curve *c, double share)
+static double cubic_at_f64(const curve_f64 *c, double share)
 {
     const double rest = 1.0 - share;
-    const double bend = (c->from_rate - chord(c)) * rest - (c->to_rate - chord(c)) * share;
-    return c->from + c->width * share * (chord(c) + rest * bend);
+    const double bend = (c->from_rate - chord_f64(c)) * rest - (c->to_rate - chord_f64(c)) * share;
+    return c->from + c->width * share * (chord_f64(c) + rest * bend);
 }
 
 /* The least that the function is taken to be on the cell. */
-static double least(const curve *c)
+static double least_f64(const curve_f64 *c)
 {
     const double end = hopform_lesser_f64(c->from, c->to);
-    if (is_monotone(c)) {
+    if (is_monotone_f64(c)) {
         return end;
     }
     if (!c->smooth) {
-        return end - DEPTH * c->width * spread(c);
+        return end - DEPTH_f64 * c->width * spread_f64(c);
     }
-    if (is_convex(c)) {
-        const double share = (c->to_rate - chord(c)) / (c->to_rate - c->from_rate);
+    if (is_convex_f64(c)) {
+        const double share = (c->to_rate - chord_f64(c)) / (c->to_rate - c->from_rate);
         return c->from_rate < 0.0 && c->to_rate > 0.0 ? c->from + c->width * c->from_rate * share : end;
     }
-    const double share = share_of_minimum(c);
-    const double inside = share > 0.0 ? cubic_at(c, share) : end;
-    return hopform_lesser_f64(inside, end) - c->width * doubt(c);
+    const double share = share_of_minimum_f64(c);
+    const double inside = share > 0.0 ? cubic_at_f64(c, share) : end;
+    return hopform_lesser_f64(inside, end) - c->width * doubt_f64(c);
 }
 
-/* Where the function vanishes, as a share of the cell: the inverse as a cubic, the chord's where a slope is against it. */
-static double share_of_root(const curve *c)
+/* Where the function vanishes, as a share of the cell: the inverse as a cubic, the chord's where a slope is against it.
+ */
+static double share_of_root_f64(const curve_f64 *c)
 {
     const double t = c->from / (c->from - c->to);
-    if (!(c->from_rate * chord(c) > 0.0 && c->to_rate * chord(c) > 0.0)) {
+    if (!(c->from_rate * chord_f64(c) > 0.0 && c->to_rate * chord_f64(c) > 0.0)) {
         return t;
     }
-    const double first = chord(c) / c->from_rate;
-    const double last = chord(c) / c->to_rate;
+    const double first = chord_f64(c) / c->from_rate;
+    const double last = chord_f64(c) / c->to_rate;
     const double begin = hopform_lesser_f64(first, 3.0); /* with which the cubic still rises */
     const double end = hopform_lesser_f64(last, 3.0);
     return t * (begin + t * (3.0 - 2.0 * begin - end + t * (begin + end - 2.0)));
@@ -157,48 +161,48 @@ static double share_of_root(const curve *c)
 
 /* ---- a cell ---- */
 
-static double sign_of_cell(const hopform_cell_f64 *c)
+static double sign_of_cell_f64(const hopform_cell_f64 *c)
 {
     return c->to.u > c->from.u ? 1.0 : -1.0;
 }
 
-static double width_of(const hopform_cell_f64 *c)
+static double width_of_f64(const hopform_cell_f64 *c)
 {
-    return fabs(c->to.u - c->from.u);
+    return fabs_f64(c->to.u - c->from.u);
 }
 
-static bool is_smooth(const hopform_cell_f64 *c)
+static bool is_smooth_f64(const hopform_cell_f64 *c)
 {
     return c->from.events == c->to.events && c->from.smooth && c->to.smooth;
 }
 
-static curve curve_of(const hopform_cell_f64 *c, double from, double from_u, double to, double to_u)
+static curve_f64 curve_of_f64(const hopform_cell_f64 *c, double from, double from_u, double to, double to_u)
 {
-    const double sign = sign_of_cell(c);
-    const curve made = {from, sign * from_u, to, sign * to_u, width_of(c), is_smooth(c)};
+    const double sign = sign_of_cell_f64(c);
+    const curve_f64 made = {from, sign * from_u, to, sign * to_u, width_of_f64(c), is_smooth_f64(c)};
     return made;
 }
 
 /* The apex less what is wanted; an end that reaches it counts as being on the side of the other one. */
-static curve gap_of(const hopform_cell_f64 *c, double wanted)
+static curve_f64 gap_of_f64(const hopform_cell_f64 *c, double wanted)
 {
-    curve gap = curve_of(c, c->from.apex - wanted, c->from.apex_u, c->to.apex - wanted, c->to.apex_u);
-    if (fabs(gap.to) <= 1e-14) {
-        gap.to = gap.from > 0.0 ? 1e-14 : -1e-14;
-    } else if (fabs(gap.from) <= 1e-14) {
-        gap.from = gap.to > 0.0 ? 1e-14 : -1e-14;
+    curve_f64 gap = curve_of_f64(c, c->from.apex - wanted, c->from.apex_u, c->to.apex - wanted, c->to.apex_u);
+    if (fabs_f64(gap.to) <= HOPFORM_REACHED_WITHIN_f64) {
+        gap.to = gap.from > 0.0 ? HOPFORM_REACHED_WITHIN_f64 : -HOPFORM_REACHED_WITHIN_f64;
+    } else if (fabs_f64(gap.from) <= HOPFORM_REACHED_WITHIN_f64) {
+        gap.from = gap.to > 0.0 ? HOPFORM_REACHED_WITHIN_f64 : -HOPFORM_REACHED_WITHIN_f64;
     }
     return gap;
 }
 
 /* The largest x_1 less its limit; it goes on where x_1 is stopped. */
-static curve peak_of(const hopform_cell_f64 *c, double limit)
+static curve_f64 peak_of_f64(const hopform_cell_f64 *c, double limit)
 {
-    return curve_of(c, c->from.peak - limit, c->from.peak_u, c->to.peak - limit, c->to.peak_u);
+    return curve_of_f64(c, c->from.peak - limit, c->from.peak_u, c->to.peak - limit, c->to.peak_u);
 }
 
 /* No rebound in the cell takes off that does not do so at its ends: the least y of each stays above zero. */
-static bool dips_are_quiet(const hopform_cell_f64 *c)
+static bool dips_are_quiet_f64(const hopform_cell_f64 *c)
 {
     const bool in_from = c->from.dips > 0;
     const bool in_to = c->to.dips > 0;
@@ -206,194 +210,198 @@ static bool dips_are_quiet(const hopform_cell_f64 *c)
         return true;
     }
     if (in_from && in_to) {
-        const curve dip = curve_of(c, c->from.dip, c->from.dip_u, c->to.dip, c->to.dip_u);
-        return least(&dip) > 0.0;
+        const curve_f64 dip = curve_of_f64(c, c->from.dip, c->from.dip_u, c->to.dip, c->to.dip_u);
+        return least_f64(&dip) > 0.0;
     }
     const hopform_trial_f64 *known = in_from ? &c->from : &c->to;
-    return known->dip > width_of(c) * fabs(known->dip_u);
+    return known->dip > width_of_f64(c) * fabs_f64(known->dip_u);
 }
 
-static bool is_admissible(const hopform_search_f64 *search, const hopform_trial_f64 *trial)
+static bool is_admissible_f64(const hopform_search_f64 *search, const hopform_trial_f64 *trial)
 {
     return trial->takes_off && trial->peak < search->limit;
 }
 
-/* Where x_1 reaches its limit, as a share of the cell: by both ends where it rises from one to the other, else by the slope at
- * the admissible one, as where x_1 is stopped another slope holds. NEVER if that slope does not lead there. */
-static double share_of_limit(const hopform_search_f64 *search, const hopform_cell_f64 *c)
+/* Where x_1 reaches its limit, as a share of the cell: by both ends where it rises from one to the other, else by the
+ * slope at the admissible one, as where x_1 is stopped another slope holds. NEVER if that slope does not lead there. */
+static double share_of_limit_f64(const hopform_search_f64 *search, const hopform_cell_f64 *c)
 {
-    const curve peak = peak_of(c, search->limit);
-    if (is_monotone(&peak)) {
-        return share_of_root(&peak);
+    const curve_f64 peak = peak_of_f64(c, search->limit);
+    if (is_monotone_f64(&peak)) {
+        return share_of_root_f64(&peak);
     }
-    const bool starts = is_admissible(search, &c->from);
+    const bool starts = is_admissible_f64(search, &c->from);
     const double room = starts ? peak.from : peak.to;
     const double toward = (starts ? peak.from_rate : -peak.to_rate) * peak.width;
-    const double share = room + toward >= 0.0 && toward > 0.0 ? -room / toward : 1e+300;
+    const double share = room + toward >= 0.0 && toward > 0.0 ? -room / toward : HOPFORM_NEVER_f64;
     return starts ? share : 1.0 - share;
 }
 
 /* The nearest that an admissible current can come in a cell of which only a part, next to one end, is admissible. */
-static double promise_of_edge(const hopform_search_f64 *search, const hopform_cell_f64 *c, const curve *gap)
+static double promise_of_edge_f64(const hopform_search_f64 *search, const hopform_cell_f64 *c, const curve_f64 *gap)
 {
-    const curve peak = peak_of(c, search->limit);
-    if (peak.width > EDGE * search->plan->robot.u_max && !is_monotone(&peak)) {
+    const curve_f64 peak = peak_of_f64(c, search->limit);
+    if (peak.width > EDGE_f64 * search->plan->robot.u_max && !is_monotone_f64(&peak)) {
         return 0.0;
     }
-    const bool starts = is_admissible(search, &c->from);
-    const double there = share_of_limit(search, c);
+    const bool starts = is_admissible_f64(search, &c->from);
+    const double there = share_of_limit_f64(search, c);
     const double share = 2.0 * (starts ? there : 1.0 - there);
-    const double rate = fabs(gap->from_rate) + fabs(gap->to_rate) + fabs(chord(gap));
-    const double inside = fabs(starts ? gap->from : gap->to);
+    const double rate = fabs_f64(gap->from_rate) + fabs_f64(gap->to_rate) + fabs_f64(chord_f64(gap));
+    const double inside = fabs_f64(starts ? gap->from : gap->to);
     return share <= 1.0 ? inside - rate * share * gap->width : 0.0;
 }
 
 /* Where one end takes off and the other does not: the apex ends like a square root. */
-static double promise_of_step(const hopform_search_f64 *search, const hopform_cell_f64 *c)
+static double promise_of_step_f64(const hopform_search_f64 *search, const hopform_cell_f64 *c)
 {
     const hopform_trial_f64 *lifts = c->from.takes_off ? &c->from : &c->to;
-    const double width = width_of(c);
-    if (width > STEP * search->plan->robot.u_max) {
+    const double width = width_of_f64(c);
+    if (width > STEP_f64 * search->plan->robot.u_max) {
         return 0.0;
     }
-    const bool hopeless = !(lifts->peak - 2.0 * width * fabs(lifts->peak_u) < search->limit);
-    return hopeless ? 1e+300 : fabs(lifts->apex - search->apex) - 3.0 * width * fabs(lifts->apex_u);
+    const bool hopeless = !(lifts->peak - 2.0 * width * fabs_f64(lifts->peak_u) < search->limit);
+    return hopeless ? HOPFORM_NEVER_f64
+                    : fabs_f64(lifts->apex - search->apex) - 3.0 * width * fabs_f64(lifts->apex_u);
 }
 
 /* What no admissible current in the cell comes nearer than, as far as its ends tell; NEVER if there is none in it. */
-static double promise_of(const hopform_search_f64 *search, const hopform_cell_f64 *c)
+static double promise_of_f64(const hopform_search_f64 *search, const hopform_cell_f64 *c)
 {
     const hopform_trial_f64 *from = &c->from;
     const hopform_trial_f64 *to = &c->to;
     const double range = search->plan->robot.u_max;
-    const double width = width_of(c);
-    if ((from->held && to->held) || width <= 2.0 * 2.220446049250313e-16 * fabs(to->u)) {
-        return 1e+300;
+    const double width = width_of_f64(c);
+    if ((from->held && to->held) || width <= 2.0 * HOPFORM_EPS_f64 * fabs_f64(to->u)) {
+        return HOPFORM_NEVER_f64;
     }
-    const double judged = !from->takes_off && !to->takes_off ? DOWN : (is_smooth(c) ? WIDE : COARSE);
+    const double judged =
+        !from->takes_off && !to->takes_off ? DOWN_f64 : (is_smooth_f64(c) ? CONTROL_WIDE_f64 : COARSE_f64);
     if (width > judged * range) {
         return 0.0;
     }
     if (from->takes_off != to->takes_off) {
-        return promise_of_step(search, c);
+        return promise_of_step_f64(search, c);
     }
-    if (width > 1.4901161193847656e-08 * range && !dips_are_quiet(c)) {
+    if (width > HOPFORM_ROOT_EPS_f64 * range && !dips_are_quiet_f64(c)) {
         return 0.0;
     }
     if (!from->takes_off) {
-        return 1e+300;
+        return HOPFORM_NEVER_f64;
     }
-    const curve gap = gap_of(c, search->apex);
-    const curve peak = peak_of(c, search->limit);
-    const curve below = mirrored(&gap);
-    const double promise = gap.from > 0.0 ? least(&gap) : least(&below);
-    const bool in_from = is_admissible(search, from);
-    const bool in_to = is_admissible(search, to);
-    if (!in_from && !in_to && least(&peak) >= 0.0) {
-        return 1e+300;
+    const curve_f64 gap = gap_of_f64(c, search->apex);
+    const curve_f64 peak = peak_of_f64(c, search->limit);
+    const curve_f64 below = mirrored_f64(&gap);
+    const double promise = gap.from > 0.0 ? least_f64(&gap) : least_f64(&below);
+    const bool in_from = is_admissible_f64(search, from);
+    const bool in_to = is_admissible_f64(search, to);
+    if (!in_from && !in_to && least_f64(&peak) >= 0.0) {
+        return HOPFORM_NEVER_f64;
     }
     if (in_from == in_to) {
         return promise;
     }
-    const double edge = promise_of_edge(search, c, &gap);
+    const double edge = promise_of_edge_f64(search, c, &gap);
     return hopform_greater_f64(edge, promise);
 }
 
 /* Where a function that comes nearer to zero at both ends has its extremum. */
-static double share_of_turn(const curve *c)
+static double share_of_turn_f64(const curve_f64 *c)
 {
-    const curve other = mirrored(c);
-    const double share = share_of_minimum(c->from > 0.0 ? c : &other);
+    const curve_f64 other = mirrored_f64(c);
+    const double share = share_of_minimum_f64(c->from > 0.0 ? c : &other);
     return share > 0.0 ? hopform_greater_f64(hopform_lesser_f64(share, 0.96875), 0.03125) : 0.5;
 }
 
-/* Just inside the limit of x_1: short of where a slope at the admissible end leads to, which overshoots by the square of the way,
- * so some way off the other end. */
-static double share_inside(const hopform_search_f64 *search, const hopform_cell_f64 *c, const curve *gap)
+/* Just inside the limit of x_1: short of where a slope at the admissible end leads to, which overshoots by the square
+ * of the way, so some way off the other end. */
+static double share_inside_f64(const hopform_search_f64 *search, const hopform_cell_f64 *c, const curve_f64 *gap)
 {
-    const double steep = fabs(gap->from_rate) + fabs(gap->to_rate) + fabs(chord(gap));
-    const double there = share_of_limit(search, c);
-    const bool starts = is_admissible(search, &c->from);
+    const double steep = fabs_f64(gap->from_rate) + fabs_f64(gap->to_rate) + fabs_f64(chord_f64(gap));
+    const double there = share_of_limit_f64(search, c);
+    const bool starts = is_admissible_f64(search, &c->from);
     const double way = starts ? there : 1.0 - there;
     const double short_of = way > 0.0 && way <= 1.0 ? 0.0625 * way * way : 0.0;
-    const double aside = short_of + 0.25 * 2e-10 / (steep * gap->width + 2e-10);
+    const double aside = short_of + 0.25 * HOPFORM_NEAR_WITHIN_f64 / (steep * gap->width + HOPFORM_NEAR_WITHIN_f64);
     return starts ? there - aside : there + aside;
 }
 
 /* Where to split the cell, as a share of it. */
-static double share_to_try(const hopform_search_f64 *search, const hopform_cell_f64 *c)
+static double share_to_try_f64(const hopform_search_f64 *search, const hopform_cell_f64 *c)
 {
     const hopform_trial_f64 *from = &c->from;
     const hopform_trial_f64 *to = &c->to;
-    if (width_of(c) > WIDE * search->plan->robot.u_max || c->slow >= 2 || from->takes_off != to->takes_off) {
+    if (width_of_f64(c) > CONTROL_WIDE_f64 * search->plan->robot.u_max || c->slow >= 2
+        || from->takes_off != to->takes_off) {
         return 0.5;
     }
     if (!from->takes_off) {
-        const curve dip = curve_of(c, from->dip, from->dip_u, to->dip, to->dip_u);
-        return from->dips > 0 && to->dips > 0 ? share_of_turn(&dip) : 0.5;
+        const curve_f64 dip = curve_of_f64(c, from->dip, from->dip_u, to->dip, to->dip_u);
+        return from->dips > 0 && to->dips > 0 ? share_of_turn_f64(&dip) : 0.5;
     }
-    const curve gap = gap_of(c, search->apex);
+    const curve_f64 gap = gap_of_f64(c, search->apex);
     if (gap.from * gap.to < 0.0) {
-        return share_of_root(&gap);
+        return share_of_root_f64(&gap);
     }
-    const curve peak = peak_of(c, search->limit);
-    if (is_admissible(search, from) != is_admissible(search, to)) {
-        return share_inside(search, c, &gap);
+    const curve_f64 peak = peak_of_f64(c, search->limit);
+    if (is_admissible_f64(search, from) != is_admissible_f64(search, to)) {
+        return share_inside_f64(search, c, &gap);
     }
-    if (!is_smooth(c)) {
+    if (!is_smooth_f64(c)) {
         return 0.5; /* slopes on either side of a bend say little of what lies between */
     }
-    return is_admissible(search, from) ? share_of_turn(&gap) : share_of_turn(&peak);
+    return is_admissible_f64(search, from) ? share_of_turn_f64(&gap) : share_of_turn_f64(&peak);
 }
 
 /* ---- the search ---- */
 
-static bool is_better(const hopform_search_f64 *search, const hopform_trial_f64 *trial)
+static bool is_better_f64(const hopform_search_f64 *search, const hopform_trial_f64 *trial)
 {
-    const double gap = fabs(trial->apex - search->apex);
-    const double best = fabs(search->best.apex - search->apex);
+    const double gap = fabs_f64(trial->apex - search->apex);
+    const double best = fabs_f64(search->best.apex - search->apex);
     if (!search->found) {
         return true;
     }
-    if (gap <= 1e-14) {
-        return !search->reached || fabs(trial->u) < fabs(search->best.u);
+    if (gap <= HOPFORM_REACHED_WITHIN_f64) {
+        return !search->reached || fabs_f64(trial->u) < fabs_f64(search->best.u);
     }
     return gap < best && !search->reached;
 }
 
-static void consider(hopform_search_f64 *search, const hopform_trial_f64 *trial)
+static void consider_f64(hopform_search_f64 *search, const hopform_trial_f64 *trial)
 {
-    if (is_admissible(search, trial) && is_better(search, trial)) {
+    if (is_admissible_f64(search, trial) && is_better_f64(search, trial)) {
         search->best = *trial;
         search->found = true;
-        search->reached = fabs(trial->apex - search->apex) <= 1e-14;
+        search->reached = fabs_f64(trial->apex - search->apex) <= HOPFORM_REACHED_WITHIN_f64;
     }
 }
 
 /* A gap that is worth looking for: smaller than this. */
-static double worth(const hopform_search_f64 *search)
+static double worth_f64(const hopform_search_f64 *search)
 {
     if (!search->found) {
-        return 1e+300;
+        return HOPFORM_NEVER_f64;
     }
-    const double gap = fabs(search->best.apex - search->apex) - 2.0 * 2e-10;
+    const double gap = fabs_f64(search->best.apex - search->apex) - 2.0 * HOPFORM_NEAR_WITHIN_f64;
     return hopform_greater_f64(gap, 0.0);
 }
 
-static bool matters(const hopform_search_f64 *search, const hopform_cell_f64 *c)
+static bool matters_f64(const hopform_search_f64 *search, const hopform_cell_f64 *c)
 {
     if (search->reached) {
-        return fabs(c->from.u) < fabs(search->best.u) && c->promise < 1e-14;
+        return fabs_f64(c->from.u) < fabs_f64(search->best.u) && c->promise < HOPFORM_REACHED_WITHIN_f64;
     }
-    return c->promise < 1e+300 && c->promise <= worth(search);
+    return c->promise < HOPFORM_NEVER_f64 && c->promise <= worth_f64(search);
 }
 
 /* Keep the range between two tried currents if something better may lie in it. */
-static void keep(hopform_search_f64 *search, const hopform_trial_f64 *from, const hopform_trial_f64 *to, int32_t slow)
+static void keep_f64(hopform_search_f64 *search, const hopform_trial_f64 *from, const hopform_trial_f64 *to,
+                      int32_t slow)
 {
     hopform_cell_f64 cell = {*from, *to, 0.0, slow};
-    cell.promise = promise_of(search, &cell);
-    if (!matters(search, &cell)) {
+    cell.promise = promise_of_f64(search, &cell);
+    if (!matters_f64(search, &cell)) {
         return;
     }
     if (search->count < HOPFORM_SEARCH_CELLS_f64) {
@@ -403,17 +411,19 @@ static void keep(hopform_search_f64 *search, const hopform_trial_f64 *from, cons
     }
 }
 
-/* Forget the cells that do not matter any more; the most promising one, of several the one nearest to 0, becomes the last. */
-static void sift(hopform_search_f64 *search)
+/* Forget the cells that do not matter any more; the most promising one, of several the one nearest to 0, becomes the
+ * last. */
+static void sift_f64(hopform_search_f64 *search)
 {
     int32_t kept = 0;
     int32_t first = 0;
     for (int32_t n = 0; n < search->count && n < HOPFORM_SEARCH_CELLS_f64; n++) {
         const hopform_cell_f64 *c = &search->cells[n];
-        if (matters(search, c) && kept < HOPFORM_SEARCH_CELLS_f64) {
+        if (matters_f64(search, c) && kept < HOPFORM_SEARCH_CELLS_f64) {
             const hopform_cell_f64 *best = &search->cells[first];
             const bool as_good = !(c->promise > best->promise) && !(c->promise < best->promise);
-            if (kept == 0 || c->promise < best->promise || (as_good && fabs(c->from.u) < fabs(best->from.u))) {
+            if (kept == 0 || c->promise < best->promise
+                || (as_good && fabs_f64(c->from.u) < fabs_f64(best->from.u))) {
                 first = kept;
             }
             if (kept < n) {
@@ -432,8 +442,9 @@ static void sift(hopform_search_f64 *search)
     }
 }
 
-/* Whether a current of this sign pushes an actuator that 0 leaves on a stop harder onto it: it is held there as well. */
-static bool changes_nothing(const hopform_search_f64 *search, double sign)
+/* Whether a current of this sign pushes an actuator that 0 leaves on a stop harder onto it: it is held there as well.
+ */
+static bool changes_nothing_f64(const hopform_search_f64 *search, double sign)
 {
     const hopform_robot_f64 *robot = &search->plan->robot;
     const double push = -robot->gamma2 * sign;
@@ -442,34 +453,35 @@ static bool changes_nothing(const hopform_search_f64 *search, double sign)
 }
 
 /* Choose the next current: a limit, then in the most promising cell; false if nothing is left. */
-static bool go_on(hopform_search_f64 *search)
+static bool go_on_f64(hopform_search_f64 *search)
 {
     while (search->limits > 0) {
         const double sign = search->limits == 2 ? 1.0 : -1.0;
         search->limits--;
-        if (!changes_nothing(search, sign)) {
+        if (!changes_nothing_f64(search, sign)) {
             search->next = sign * search->plan->robot.u_max;
             return true;
         }
     }
-    sift(search);
+    sift_f64(search);
     if (search->count == 0) {
         return false;
     }
     const hopform_cell_f64 *c = &search->cells[search->count - 1];
-    const double share = share_to_try(search, c);
+    const double share = share_to_try_f64(search, c);
     search->next = c->from.u + share * (c->to.u - c->from.u);
-    if (!(share > 0.0 && fabs(search->next) > fabs(c->from.u) && fabs(search->next) < fabs(c->to.u))) {
+    if (!(share > 0.0 && fabs_f64(search->next) > fabs_f64(c->from.u)
+          && fabs_f64(search->next) < fabs_f64(c->to.u))) {
         search->next = c->from.u + 0.5 * (c->to.u - c->from.u);
     }
     return true;
 }
 
 /* Take in what a current does, and choose the next one: first 0, then the limits, then into the cells. */
-static bool take_in(hopform_search_f64 *search, const hopform_trial_f64 *trial)
+static bool take_in_f64(hopform_search_f64 *search, const hopform_trial_f64 *trial)
 {
     const hopform_robot_f64 *robot = &search->plan->robot;
-    consider(search, trial);
+    consider_f64(search, trial);
     if (search->trials < HOPFORM_SEARCH_TRIALS) {
         search->trials++;
     }
@@ -479,31 +491,31 @@ static bool take_in(hopform_search_f64 *search, const hopform_trial_f64 *trial)
         if (search->reached || !(chooses && search->start.x1 < search->limit)) {
             return false;
         }
-    } else if (!(fabs(trial->u) < robot->u_max)) {
-        keep(search, &search->zero, trial, 0);
+    } else if (!(fabs_f64(trial->u) < robot->u_max)) {
+        keep_f64(search, &search->zero, trial, 0);
     } else if (search->count > 0) {
         const hopform_cell_f64 split = search->cells[--search->count];
-        const double half = 0.5 * width_of(&split);
+        const double half = 0.5 * width_of_f64(&split);
         const int32_t slower = split.slow < 2 ? split.slow + 1 : 2; /* of a search in any memory, too */
-        keep(search, &split.from, trial, fabs(trial->u - split.from.u) > half ? slower : 0);
-        keep(search, trial, &split.to, fabs(split.to.u - trial->u) > half ? slower : 0);
+        keep_f64(search, &split.from, trial, fabs_f64(trial->u - split.from.u) > half ? slower : 0);
+        keep_f64(search, trial, &split.to, fabs_f64(split.to.u - trial->u) > half ? slower : 0);
     }
-    return go_on(search);
+    return go_on_f64(search);
 }
 
-static void say(const hopform_search_f64 *search, hopform_command_f64 *command)
+static void say_f64(const hopform_search_f64 *search, hopform_command_f64 *command)
 {
     command->u = search->best.u;
     command->apex = search->found ? search->best.apex - search->datum : 0.0;
-    const bool reaches = search->found && fabs(search->best.apex - search->apex) <= 2e-10;
-    command->status = reaches ? HOPFORM_COMMAND_REACHED
-                                      : (search->found ? HOPFORM_COMMAND_NEAREST : HOPFORM_COMMAND_NO_TAKEOFF);
+    const bool reaches = search->found && fabs_f64(search->best.apex - search->apex) <= HOPFORM_NEAR_WITHIN_f64;
+    command->status =
+        reaches ? HOPFORM_COMMAND_REACHED : (search->found ? HOPFORM_COMMAND_NEAREST : HOPFORM_COMMAND_NO_TAKEOFF);
 }
 
 /* ---- a current ---- */
 
-static int32_t attempt(const hopform_plan_f64 *plan, const hopform_state_f64 *start, double u, double horizon,
-                       hopform_phase_f64 *phases, int32_t capacity, hopform_trial_f64 *trial, bool *fits)
+static int32_t attempt_f64(const hopform_plan_f64 *plan, const hopform_state_f64 *start, double u, double horizon,
+                            hopform_phase_f64 *phases, int32_t capacity, hopform_trial_f64 *trial, bool *fits)
 {
     const hopform_step_f64 step = {0.0, u};
     hopform_stance_f64 stance;
@@ -517,11 +529,6 @@ static int32_t attempt(const hopform_plan_f64 *plan, const hopform_state_f64 *st
 }
 
 /* ---- what users call ---- */
-
-static bool is_finite(double value)
-{
-    return value >= -1e+300 && value <= 1e+300;
-}
 
 int32_t hopform_choose_current_begin_f64(hopform_search_f64 *search, const hopform_plan_f64 *plan,
                                           const hopform_state_f64 *start, const hopform_target_f64 *target,
@@ -543,12 +550,13 @@ int32_t hopform_choose_current_begin_f64(hopform_search_f64 *search, const hopfo
     }
     const hopform_robot_f64 *robot = &plan->robot;
     search->status = HOPFORM_SEARCHING;
-    if (!hopform_is_made_f64(plan) || !(robot->g > 0.0) || !(robot->u_max <= 1e+300)) {
+    if (!hopform_is_made_f64(plan) || !(robot->g > 0.0) || !(robot->u_max <= HOPFORM_NEVER_f64)) {
         search->status = HOPFORM_ERROR_ROBOT;
-    } else if (!is_finite(target->h_des) || !is_finite(target->datum) || !(target->h_des + target->datum >= 0.0)
-               || !(target->stop_margin >= 0.0 && target->stop_margin <= 1e+300)) {
+    } else if (!hopform_is_finite_f64(target->h_des) || !hopform_is_finite_f64(target->datum)
+               || !(target->h_des + target->datum >= 0.0)
+               || !(target->stop_margin >= 0.0 && target->stop_margin <= HOPFORM_NEVER_f64)) {
         search->status = HOPFORM_ERROR_TARGET;
-    } else if (!(target->horizon > 0.0 && target->horizon <= 1e+300)) {
+    } else if (!(target->horizon > 0.0 && target->horizon <= HOPFORM_NEVER_f64)) {
         search->status = HOPFORM_ERROR_HORIZON;
     }
     const bool locked = !(robot->x1_min < robot->x1_max);
@@ -556,7 +564,7 @@ int32_t hopform_choose_current_begin_f64(hopform_search_f64 *search, const hopfo
     search->start = *start;
     search->apex = target->h_des + target->datum;
     search->datum = target->datum;
-    search->limit = locked ? 1e+300 : robot->x1_max - target->stop_margin - 16.0 * 2.220446049250313e-16;
+    search->limit = locked ? HOPFORM_NEVER_f64 : robot->x1_max - target->stop_margin - 16.0 * HOPFORM_EPS_f64;
     search->horizon = target->horizon;
     search->count = 0;
     search->limits = 2;
@@ -574,31 +582,31 @@ int32_t hopform_choose_current_step_f64(hopform_search_f64 *search, hopform_phas
         return HOPFORM_ERROR_NULL;
     }
     if (search->status != HOPFORM_SEARCHING) {
-        say(search, command);
+        say_f64(search, command);
         return search->status;
     }
     hopform_trial_f64 trial = search->best;
     bool fits = true;
     const int32_t status =
-        attempt(search->plan, &search->start, search->next, search->horizon, phases, capacity, &trial, &fits);
+        attempt_f64(search->plan, &search->start, search->next, search->horizon, phases, capacity, &trial, &fits);
     if (status < 0) {
         search->best.u = 0.0; /* for good: what was found does not count after an error */
         search->found = false;
         search->status = status;
-        say(search, command);
+        say_f64(search, command);
         return status;
     }
     search->partial = search->partial || !fits;
-    if (!take_in(search, &trial)) {
+    if (!take_in_f64(search, &trial)) {
         search->status = search->partial ? HOPFORM_PHASES_NOT_KEPT : HOPFORM_OK;
     }
-    say(search, command);
+    say_f64(search, command);
     return search->status;
 }
 
-int32_t hopform_choose_current_f64(hopform_search_f64 *search, const hopform_plan_f64 *plan, const hopform_state_f64 *start,
-                                    const hopform_target_f64 *target, hopform_phase_f64 *phases, int32_t capacity,
-                                    hopform_command_f64 *command)
+int32_t hopform_choose_current_f64(hopform_search_f64 *search, const hopform_plan_f64 *plan,
+                                    const hopform_state_f64 *start, const hopform_target_f64 *target,
+                                    hopform_phase_f64 *phases, int32_t capacity, hopform_command_f64 *command)
 {
     int32_t status = hopform_choose_current_begin_f64(search, plan, start, target, command);
     for (int n = 0; n < HOPFORM_SEARCH_TRIALS && status == HOPFORM_SEARCHING; n++) {
@@ -621,8 +629,8 @@ int32_t hopform_try_currents_f64(const hopform_plan_f64 *plan, const hopform_sta
     for (int32_t i = 0; i < start_count; i++) {
         for (int32_t j = 0; j < current_count; j++) {
             bool fits = true;
-            const int32_t status =
-                attempt(plan, &starts[i], currents[j], horizon, phases, capacity, &trials[i * current_count + j], &fits);
+            const int32_t status = attempt_f64(plan, &starts[i], currents[j], horizon, phases, capacity,
+                                                &trials[i * current_count + j], &fits);
             if (status < 0) {
                 return status;
             }

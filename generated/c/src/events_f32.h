@@ -2,10 +2,10 @@
  *
  * What happens first in a phase, with nothing stepped over.
  *
- * For g = y, v_1, v_2 or a free acceleration, m = (d/dt + a) g' = exp(-a t) d/dt(exp(a t) g') is a motion of the pair of
- * poles alone: A R' + B R. In a window shorter than a half turn of the pair it has at most one zero, so a sign that is the
- * same at both ends is kept in between; then exp(a t) g' is monotone, g' has at most one root, and the signs of g and
- * g' at the ends tell how often g vanishes. A window that is not decided so is cut in two where m has its zero.
+ * For g = y, v_1, v_2 or a free acceleration, m = (d/dt + a) g' = exp(-a t) d/dt(exp(a t) g') is a motion of the pair
+ * of poles alone: A R' + B R. In a window shorter than a half turn of the pair it has at most one zero, so a sign that
+ * is the same at both ends is kept in between; then exp(a t) g' is monotone, g' has at most one root, and the signs of
+ * g and g' at the ends tell how often g vanishes. A window that is not decided so is cut in two where m has its zero.
  */
 #ifndef HOPFORM_EVENTS_H_f32
 #define HOPFORM_EVENTS_H_f32
@@ -37,7 +37,8 @@ static inline hopform_watch_f32 hopform_watch_of_f32(const hopform_poles_f32 *po
                                                        float start, float sign, int32_t kind, int32_t side)
 {
     const hopform_numerator_f32 numerator = {sign * H3, sign * H2, sign * H1};
-    const hopform_watch_f32 watch = {numerator, hopform_behind_the_pole_f32(poles, &numerator), sign * start, kind, side};
+    const hopform_watch_f32 watch = {numerator, hopform_behind_the_pole_f32(poles, &numerator), sign * start, kind,
+                                      side};
     return watch;
 }
 
@@ -53,31 +54,34 @@ static inline float hopform_turning_at_f32(const hopform_poles_f32 *poles, const
 }
 
 /* g and three derivatives, all that a step towards a root takes. */
-static inline hopform_sample_f32 hopform_course_at_f32(const hopform_watch_f32 *watch, const hopform_poles_f32 *poles,
+static inline hopform_sample_f32 hopform_course_at_f32(const hopform_watch_f32 *watch,
+                                                         const hopform_poles_f32 *poles,
                                                          const hopform_basis_f32 *basis)
 {
     const hopform_rise_f32 rise = hopform_rises_f32(poles, &watch->numerator, basis);
-    const hopform_sample_f32 sample = {watch->start + rise.rise, rise.rise_rate, rise.rise_curvature, rise.rise_third, 0.0f, 0.0f};
+    const hopform_sample_f32 sample = {
+        watch->start + rise.rise, rise.rise_rate, rise.rise_curvature, rise.rise_third, 0.0f, 0.0f};
     return sample;
 }
 
-static inline hopform_sample_f32 hopform_sample_at_f32(const hopform_watch_f32 *watch, const hopform_poles_f32 *poles,
+static inline hopform_sample_f32 hopform_sample_at_f32(const hopform_watch_f32 *watch,
+                                                         const hopform_poles_f32 *poles,
                                                          const hopform_basis_f32 *basis, float t)
 {
     const hopform_numerator_f32 *h = &watch->numerator;
     hopform_sample_f32 sample = hopform_course_at_f32(watch, poles, basis);
     sample.turning = hopform_turning_at_f32(poles, &watch->left, basis, t);
-    sample.noise = 16.0f * 1.1920929e-7f
-                   * (fabsf(watch->start) + fabsf(h->H3 * basis->Wd) + fabsf(h->H2 * basis->W) + fabsf(h->H1 * basis->W1)
-                      + t * fabsf(sample.rate));
+    sample.noise = 16.0f * HOPFORM_EPS_f32
+                   * (fabs_f32(watch->start) + fabs_f32(h->H3 * basis->Wd) + fabs_f32(h->H2 * basis->W)
+                      + fabs_f32(h->H1 * basis->W1) + t * fabs_f32(sample.rate));
     return sample;
 }
 
-/* How much later than t the root next to it is. Where the poles have faded, the start and the rise cancel, and with them most
- * digits of the time; the final value and what is left of the way to it do not. 0 where they tell no more.
+/* How much later than t the root next to it is. Where the poles have faded, the start and the rise cancel, and with
+ * them most digits of the time; the final value and what is left of the way to it do not. 0 where they tell no more.
  */
-static inline float hopform_root_is_later_f32(const hopform_poles_f32 *poles, const hopform_numerator_f32 *h, float start,
-                                              float settled, const hopform_basis_f32 *basis, float t)
+static inline float hopform_root_is_later_f32(const hopform_poles_f32 *poles, const hopform_numerator_f32 *h,
+                                              float start, float settled, const hopform_basis_f32 *basis, float t)
 {
     const float way = settled - start;
     const bool slow = poles->s_3 > 0.0f; /* else W does not fade, but is not in it */
@@ -85,18 +89,22 @@ static inline float hopform_root_is_later_f32(const hopform_poles_f32 *poles, co
     const hopform_numerator_f32 fading = {h->H3, slow ? h->H2 : by_2, h->H1};
     const float value = settled - hopform_left_to_go_f32(poles, &fading, basis, way);
     const float rate = h->H3 * basis->Wdd + h->H2 * basis->Wd + h->H1 * basis->W;
-    const float of_time = t * fabsf(rate);
-    const float of_rise = fabsf(start) + fabsf(h->H3 * basis->Wd) + fabsf(h->H2 * basis->W) + fabsf(h->H1 * basis->W1) + of_time;
-    const float of_way = fabsf(settled) + fabsf(way * basis->Wdd) + (fabsf(h->H3) + fabsf(way * poles->s_1)) * fabsf(basis->Wd)
-                        + (slow ? fabsf(h->H2) + fabsf(by_2) : 0.0f) * fabsf(basis->W) + of_time;
-    const bool tells = (rate < 0.0f) & (of_way < 0.25f * of_rise) & (fabsf(value) <= 16.0f * 1.1920929e-7f * of_rise);
+    const float of_time = t * fabs_f32(rate);
+    const float of_rise = fabs_f32(start) + fabs_f32(h->H3 * basis->Wd) + fabs_f32(h->H2 * basis->W)
+                         + fabs_f32(h->H1 * basis->W1) + of_time;
+    const float of_way = fabs_f32(settled) + fabs_f32(way * basis->Wdd)
+                        + (fabs_f32(h->H3) + fabs_f32(way * poles->s_1)) * fabs_f32(basis->Wd)
+                        + (slow ? fabs_f32(h->H2) + fabs_f32(by_2) : 0.0f) * fabs_f32(basis->W) + of_time;
+    const bool tells =
+        (rate < 0.0f) & (of_way < 0.25f * of_rise) & (fabs_f32(value) <= 16.0f * HOPFORM_EPS_f32 * of_rise);
     const float later = -value / (tells ? rate : -1.0f);
-    const bool counts = (fabsf(later) < 0.01f * t) & (fabsf(later) > 16.0f * 1.1920929e-7f * t);
+    const bool counts = (fabs_f32(later) < 0.01f * t) & (fabs_f32(later) > 16.0f * HOPFORM_EPS_f32 * t);
     return (tells & counts) ? later : 0.0f;
 }
 
 /* The same at t = 0 of the phase. */
-static inline hopform_sample_f32 hopform_first_sample_f32(const hopform_watch_f32 *watch, const hopform_poles_f32 *poles)
+static inline hopform_sample_f32 hopform_first_sample_f32(const hopform_watch_f32 *watch,
+                                                            const hopform_poles_f32 *poles)
 {
     const hopform_numerator_f32 *h = &watch->numerator;
     hopform_sample_f32 sample;
@@ -105,7 +113,7 @@ static inline hopform_sample_f32 hopform_first_sample_f32(const hopform_watch_f3
     sample.curvature = h->H2 - h->H3 * poles->s_1;
     sample.third = h->H1 - h->H2 * poles->s_1 + h->H3 * (poles->s_1 * poles->s_1 - poles->s_2);
     sample.turning = watch->left.A;
-    sample.noise = 16.0f * 1.1920929e-7f * fabsf(watch->start);
+    sample.noise = 16.0f * HOPFORM_EPS_f32 * fabs_f32(watch->start);
     return sample;
 }
 
@@ -114,14 +122,15 @@ static inline float hopform_frequency_f32(const hopform_poles_f32 *poles)
 {
     const float mean = 0.5f * poles->p;
     const float square = poles->q - mean * mean;
-    return square > 0.0f ? sqrtf(square) : 0.0f;
+    return square > 0.0f ? sqrt_f32(square) : 0.0f;
 }
 
-/* Time to the root of g if it swung with the frequency w about a constant, NEVER if it keeps its sign for a half turn. */
+/* Time to the root of g if it swung with the frequency w about a constant, NEVER if it keeps its sign for a half turn.
+ */
 static inline float hopform_swing_to_zero_f32(const hopform_sample_f32 *from, float w)
 {
     if (!(w * w > 0.0f)) {
-        return 1e38f;
+        return HOPFORM_NEVER_f32;
     }
     const float per_w = 1.0f / w;
     const float slope = from->rate * per_w;
@@ -129,27 +138,29 @@ static inline float hopform_swing_to_zero_f32(const hopform_sample_f32 *from, fl
     const float value = from->value > 0.0f ? from->value : 0.0f;
     const float discriminant = slope * slope - (value + bend) * value;
     if (!(discriminant >= 0.0f)) {
-        return 1e38f;
+        return HOPFORM_NEVER_f32;
     }
     /* (value + bend) T^2 + 2 slope T + value = 0 with T = tan(w t/2); from zero the other root. */
     const float above = value > 0.0f ? value : -2.0f * slope;
-    const float below = value > 0.0f ? sqrtf(discriminant) - slope : bend;
+    const float below = value > 0.0f ? sqrt_f32(discriminant) - slope : bend;
     const bool falls = value > 0.0f ? below > 0.0f : (slope > 0.0f && below < 0.0f);
     if (!falls) {
-        return 1e38f;
+        return HOPFORM_NEVER_f32;
     }
-    const bool far = fabsf(above) > fabsf(below);
+    const bool far = fabs_f32(above) > fabs_f32(below);
     const float near = far ? below / above : above / below;
     const float angle = near * (1.0584f - 0.273f * near); /* atan to 0.004 */
     return 2.0f * (far ? 1.5708f - angle : angle) * per_w;
 }
 
-/* From `t` to the root, nearer: a step of Halley's on what g's value and derivatives at the start make of all three poles,
+/* From `t` to the root, nearer: a step of Halley's on what g's value and derivatives at the start make of all three
+ * poles,
  *
  *     g = value - X - slow (1 - exp(-a t))/a + exp(-m t) (X cos(w t) + B sin(w t)),
  *
  * exp, sin and cos to about 1e-5 within a half turn. It guesses: no bound rests on it. */
-static inline float hopform_swing_step_f32(const hopform_poles_f32 *poles, const hopform_sample_f32 *from, float w, float t)
+static inline float hopform_swing_step_f32(const hopform_poles_f32 *poles, const hopform_sample_f32 *from, float w,
+                                           float t)
 {
     const float a = poles->a;
     const float m = 0.5f * poles->p;
@@ -177,61 +188,65 @@ static inline float hopform_swing_step_f32(const hopform_poles_f32 *poles, const
 }
 
 /* What a window says about g. */
-typedef enum { KEEPS_SIGN, LOSES_SIGN, DIPS, UNDECIDED } hopform_verdict_f32;
+typedef enum { KEEPS_SIGN_f32, LOSES_SIGN_f32, DIPS_f32, UNDECIDED_f32 } hopform_verdict_f32;
 
-/* Whether g, which falls at the start of a window of length h, is kept above zero by its tangents: where exp(a t) g' rises, g
- * stays above the one at the start, and above one a little steeper than at the end, where it is `value`. */
-static inline bool hopform_is_held_up_f32(const hopform_sample_f32 *from, const hopform_sample_f32 *to, float value, float a, float h)
+/* Whether g, which falls at the start of a window of length h, is kept above zero by its tangents: where exp(a t) g'
+ * rises, g stays above the one at the start, and above one a little steeper than at the end, where it is `value`. */
+static inline bool hopform_is_held_up_f32(const hopform_sample_f32 *from, const hopform_sample_f32 *to, float value,
+                                           float a, float h)
 {
     if (from->turning < 0.0f || to->turning < 0.0f) {
         return false;
     }
-    const float last = a * h < 1.0f ? to->rate * (1.0f + a * h) : 1e38f;
+    const float last = a * h < 1.0f ? to->rate * (1.0f + a * h) : HOPFORM_NEVER_f32;
     const float steeper = last - from->rate;
-    const float cross = fabsf(steeper) > 0.0f ? (from->value - value + last * h) / steeper : h;
+    const float cross = fabs_f32(steeper) > 0.0f ? (from->value - value + last * h) / steeper : h;
     const float reach = cross < h ? (cross > 0.0f ? cross : 0.0f) : h;
     return from->value + from->rate * reach > from->noise + to->noise;
 }
 
-/* Whether g, positive (or about to be) at the start of a window of length h, keeps its sign to the end of it, where it is `value`.
+/* Whether g, positive (or about to be) at the start of a window of length h, keeps its sign to the end of it, where it
+ * is `value`.
  *
  * LOSES_SIGN: it has exactly one root. DIPS: it has one minimum inside, which may lie below zero.
  */
-static inline hopform_verdict_f32 hopform_judge_f32(const hopform_sample_f32 *from, const hopform_sample_f32 *to, float value,
-                                                      float a, float h, bool short_of_quarter)
+static inline hopform_verdict_f32 hopform_judge_f32(const hopform_sample_f32 *from, const hopform_sample_f32 *to,
+                                                      float value, float a, float h, bool short_of_quarter)
 {
     /* What has faded away has no sign to go by, and what it may hide is looked for. */
-    const bool pauses = !(fabsf(to->rate) * h > to->noise);
-    const bool turns = from->turning * to->turning < 0.0f || (fabsf(from->turning) > 0.0f && !(fabsf(to->turning) > 0.0f));
+    const bool pauses = !(fabs_f32(to->rate) * h > to->noise);
+    const bool turns =
+        from->turning * to->turning < 0.0f || (fabs_f32(from->turning) > 0.0f && !(fabs_f32(to->turning) > 0.0f));
     const bool keeps_direction = pauses ? turns : (from->rate < 0.0f) == (to->rate < 0.0f);
     bool monotone = keeps_direction;
     if (turns && keeps_direction && (from->rate < 0.0f) == (from->turning > 0.0f)) {
         /* exp(a t) g' comes nearer to zero and goes back: by no more than the integral of |m|. */
-        const float growth = a * h < 1.0f ? 1.0f + 2.0f * a * h : 1e38f;
-        monotone = short_of_quarter && fabsf(from->rate) > fabsf(from->turning) * h * growth;
+        const float growth = a * h < 1.0f ? 1.0f + 2.0f * a * h : HOPFORM_NEVER_f32;
+        monotone = short_of_quarter && fabs_f32(from->rate) > fabs_f32(from->turning) * h * growth;
         if (!monotone) {
             const float least = from->rate < to->rate * growth ? from->rate : to->rate * growth;
             /* A rate that begins above zero falls by no more than g'' = m - a g' lets it while m is below. */
-            const float lowest = short_of_quarter ? -fabsf(from->turning) * (a * h < 1.0f ? h : 1.0f / a) : -1e38f;
+            const float lowest =
+                short_of_quarter ? -fabs_f32(from->turning) * (a * h < 1.0f ? h : 1.0f / a) : -HOPFORM_NEVER_f32;
             const float steepest = from->rate < 0.0f ? least : lowest;
             const bool far = value > 0.0f && from->value + steepest * h > from->noise + to->noise;
-            return far ? KEEPS_SIGN : UNDECIDED;
+            return far ? KEEPS_SIGN_f32 : UNDECIDED_f32;
         }
     }
     /* Below zero by more than rounding, or so steep that the root is near; else it touches, or has faded away. */
     if (value < 0.0f && (value < -to->noise || to->rate * h < -to->noise)) {
-        return LOSES_SIGN;
+        return LOSES_SIGN_f32;
     }
     if (monotone || !(from->rate < 0.0f)) {
-        return KEEPS_SIGN;
+        return KEEPS_SIGN_f32;
     }
-    return hopform_is_held_up_f32(from, to, value, a, h) ? KEEPS_SIGN : DIPS;
+    return hopform_is_held_up_f32(from, to, value, a, h) ? KEEPS_SIGN_f32 : DIPS_f32;
 }
 
 /* Where m, which has changed its sign within a window, has its zero: the chord's, kept off the ends. */
 static inline float hopform_turn_between_f32(const hopform_sample_f32 *from, const hopform_sample_f32 *to, float h)
 {
-    const float share = fabsf(to->turning) > 0.0f ? from->turning / (from->turning - to->turning) : 0.25f;
+    const float share = fabs_f32(to->turning) > 0.0f ? from->turning / (from->turning - to->turning) : 0.25f;
     const float inside = share > 0.015625f ? (share < 0.984375f ? share : 0.984375f) : 0.015625f;
     return inside * h;
 }
@@ -240,8 +255,10 @@ static inline float hopform_turn_between_f32(const hopform_sample_f32 *from, con
 static inline float hopform_step_to_root_f32(const hopform_sample_f32 *at)
 {
     const float rate2 = at->rate * at->rate;
-    const float below = 6.0f * rate2 * at->rate - 6.0f * at->value * at->rate * at->curvature + at->value * at->value * at->third;
-    return fabsf(below) > 0.0f ? at->value * (6.0f * rate2 - 3.0f * at->value * at->curvature) / below : 1e38f;
+    const float below =
+        6.0f * rate2 * at->rate - 6.0f * at->value * at->rate * at->curvature + at->value * at->value * at->third;
+    return fabs_f32(below) > 0.0f ? at->value * (6.0f * rate2 - 3.0f * at->value * at->curvature) / below
+                                  : HOPFORM_NEVER_f32;
 }
 
 /* The fourth derivative of a watched function but for its sign: the poles give it from the others. */
@@ -250,26 +267,27 @@ static inline float hopform_fourth_f32(const hopform_poles_f32 *poles, const hop
     return poles->s_1 * at->third + poles->s_2 * at->curvature + poles->s_3 * at->rate;
 }
 
-/* Whether what a Taylor series of the fourth order leaves out over a time d before or after t is lost in rounding: of the fifth
- * order in d/t and in r d, r above all poles. */
+/* Whether what a Taylor series of the fourth order leaves out over a time d before or after t is lost in rounding: of
+ * the fifth order in d/t and in r d, r above all poles. */
 static inline bool hopform_is_near_f32(const hopform_poles_f32 *poles, float t, float d)
 {
     const float share = t > 0.0f ? d / t : 1.0f;
     const float square = d * d * (poles->s_1 * poles->s_1 + poles->s_2) + share * share;
-    return square * square * square <= 0.0078125f * 1.1920929e-7f;
+    return square * square * square <= 0.0078125f * HOPFORM_EPS_f32;
 }
 
-/* True where one more of these steps lands on the root to rounding, and W can be carried there. Its error is of the fourth
- * order in the step: products of the derivatives up to the fourth, which do not change over a time that is short for all
- * poles. A step is also short where its numerator vanishes. */
-static inline bool hopform_is_last_step_f32(const hopform_poles_f32 *poles, const hopform_sample_f32 *at, float fourth, float t,
-                                             float step)
+/* True where one more of these steps lands on the root to rounding, and W can be carried there. Its error is of the
+ * fourth order in the step: products of the derivatives up to the fourth, which do not change over a time that is short
+ * for all poles. A step is also short where its numerator vanishes. */
+static inline bool hopform_is_last_step_f32(const hopform_poles_f32 *poles, const hopform_sample_f32 *at,
+                                             float fourth, float t, float step)
 {
-    const float per_rate = fabsf(step) / (fabsf(at->rate) > 0.0f ? fabsf(at->rate) : 1.0f);
-    const float bend = per_rate * fabsf(at->curvature);
-    const float twist = per_rate * fabsf(step * at->third);
-    const float error = bend * (0.7f * bend * bend + 0.5f * twist) + 0.05f * per_rate * fabsf(step * step * fourth);
-    return fabsf(at->value) <= 2.0f * fabsf(step * at->rate) && fabsf(step) * error <= 1.1920929e-7f * t && hopform_is_near_f32(poles, t, step);
+    const float per_rate = fabs_f32(step) / (fabs_f32(at->rate) > 0.0f ? fabs_f32(at->rate) : 1.0f);
+    const float bend = per_rate * fabs_f32(at->curvature);
+    const float twist = per_rate * fabs_f32(step * at->third);
+    const float error = bend * (0.7f * bend * bend + 0.5f * twist) + 0.05f * per_rate * fabs_f32(step * step * fourth);
+    return fabs_f32(at->value) <= 2.0f * fabs_f32(step * at->rate) && fabs_f32(step) * error <= HOPFORM_EPS_f32 * t
+           && hopform_is_near_f32(poles, t, step);
 }
 
 /* A time, what the poles do until then, and g there. */
@@ -279,7 +297,8 @@ typedef struct {
     hopform_sample_f32 at;
 } hopform_point_f32;
 
-static inline hopform_point_f32 hopform_point_at_f32(const hopform_watch_f32 *watch, const hopform_poles_f32 *poles, float t)
+static inline hopform_point_f32 hopform_point_at_f32(const hopform_watch_f32 *watch, const hopform_poles_f32 *poles,
+                                                       float t)
 {
     hopform_point_f32 point;
     point.t = t;
@@ -288,7 +307,8 @@ static inline hopform_point_f32 hopform_point_at_f32(const hopform_watch_f32 *wa
     return point;
 }
 
-static inline hopform_basis_f32 hopform_carried_basis_f32(const hopform_poles_f32 *poles, const hopform_basis_f32 *from, float d)
+static inline hopform_basis_f32 hopform_carried_basis_f32(const hopform_poles_f32 *poles,
+                                                            const hopform_basis_f32 *from, float d)
 {
     const hopform_carried_f32 later = hopform_carry_f32(poles, from, d);
     const hopform_basis_f32 basis = {later.Wdd_t, later.Wd_t, later.W_t, later.W1_t, later.W2_t};
@@ -296,7 +316,8 @@ static inline hopform_basis_f32 hopform_carried_basis_f32(const hopform_poles_f3
 }
 
 /* g at a time t that is this near to a point, from what the poles do there. */
-static inline hopform_point_f32 hopform_carried_to_f32(const hopform_watch_f32 *watch, const hopform_poles_f32 *poles,
+static inline hopform_point_f32 hopform_carried_to_f32(const hopform_watch_f32 *watch,
+                                                         const hopform_poles_f32 *poles,
                                                          const hopform_point_f32 *from, float t)
 {
     hopform_point_f32 point = {t, hopform_carried_basis_f32(poles, &from->basis, t - from->t), from->at};
@@ -305,17 +326,20 @@ static inline hopform_point_f32 hopform_carried_to_f32(const hopform_watch_f32 *
 }
 
 /* The one root of g between a time where g > 0 and a point where g < 0: Householder's steps, kept in the bracket. */
-static inline hopform_point_f32 hopform_root_between_f32(const hopform_watch_f32 *watch, const hopform_poles_f32 *poles,
-                                                           float low, hopform_point_f32 last)
+static inline hopform_point_f32 hopform_root_between_f32(const hopform_watch_f32 *watch,
+                                                           const hopform_poles_f32 *poles, float low,
+                                                           hopform_point_f32 last)
 {
     hopform_point_f32 high = last;
     for (int n = 0; n < 100; n++) {
-        if (fabsf(last.at.value) <= 1.1920929e-7f * last.t * fabsf(last.at.rate)) { /* Newton's step: the other is 0 at an extremum */
+        if (fabs_f32(last.at.value)
+            <= HOPFORM_EPS_f32 * last.t * fabs_f32(last.at.rate)) { /* Newton's step: the other is 0 at an extremum */
             return last;
         }
         const float step = hopform_step_to_root_f32(&last.at);
         float next = last.t - step;
-        if (next > low && next < high.t && hopform_is_last_step_f32(poles, &last.at, hopform_fourth_f32(poles, &last.at), next, step)) {
+        if (next > low && next < high.t
+            && hopform_is_last_step_f32(poles, &last.at, hopform_fourth_f32(poles, &last.at), next, step)) {
             return hopform_carried_to_f32(watch, poles, &last, next);
         }
         if (!(next > low && next < high.t) || (n > 8 && n % 2 == 1)) {
@@ -340,9 +364,9 @@ static inline hopform_point_f32 hopform_root_between_f32(const hopform_watch_f32
 static inline float hopform_touch_f32(const hopform_motion_f32 *motion, const hopform_state_f32 *start,
                                       const hopform_basis_f32 *basis)
 {
-    return 16.0f * 1.1920929e-7f
-           * (fabsf(start->x1) + fabsf(start->v1 * basis->Wd) + fabsf(motion->N2_1 * basis->W) + fabsf(motion->N1_1 * basis->W1)
-              + fabsf(motion->N0_1 * basis->W2));
+    return 16.0f * HOPFORM_EPS_f32
+           * (fabs_f32(start->x1) + fabs_f32(start->v1 * basis->Wd) + fabs_f32(motion->N2_1 * basis->W)
+              + fabs_f32(motion->N1_1 * basis->W1) + fabs_f32(motion->N0_1 * basis->W2));
 }
 
 /* How far x_1 is beyond a stop, from which `start` counts it, how fast it gets there, and its further derivatives. */
@@ -351,21 +375,25 @@ typedef struct {
     float fourth;
 } hopform_approach_f32;
 
-static inline hopform_approach_f32 hopform_approach_of_f32(const hopform_poles_f32 *poles, const hopform_motion_f32 *motion,
+static inline hopform_approach_f32 hopform_approach_of_f32(const hopform_poles_f32 *poles,
+                                                             const hopform_motion_f32 *motion,
                                                              const hopform_state_f32 *start, float sign,
                                                              const hopform_basis_f32 *basis)
 {
     const hopform_numerator_f32 h = {motion->H3_1, motion->H2_1, motion->H1_1};
     const hopform_rise_f32 rise = hopform_rises_f32(poles, &h, basis);
     const hopform_at_f32 at = hopform_state_at_f32(start, motion, basis);
-    const hopform_sample_f32 beyond = {sign * at.x1_t, sign * at.v1_t, sign * rise.rise_rate, sign * rise.rise_curvature, 0.0f, 0.0f};
+    const hopform_sample_f32 beyond = {
+        sign * at.x1_t, sign * at.v1_t, sign * rise.rise_rate, sign * rise.rise_curvature, 0.0f, 0.0f};
     const hopform_approach_f32 to = {beyond, sign * rise.rise_third};
     return to;
 }
 
-/* The root of g that Householder's steps find from a guess, if it is between two times and g falls there; else `t` is 0. */
-static inline hopform_point_f32 hopform_root_ahead_f32(const hopform_watch_f32 *watch, const hopform_poles_f32 *poles,
-                                                         float low, float guess, float high)
+/* The root of g that Householder's steps find from a guess, if it is between two times and g falls there; else `t` is
+ * 0. */
+static inline hopform_point_f32 hopform_root_ahead_f32(const hopform_watch_f32 *watch,
+                                                         const hopform_poles_f32 *poles, float low, float guess,
+                                                         float high)
 {
     hopform_point_f32 none = {0.0f, {1.0f, 0.0f, 0.0f, 0.0f, 0.0f}, {0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f}};
     float t = guess;
@@ -379,7 +407,7 @@ static inline hopform_point_f32 hopform_root_ahead_f32(const hopform_watch_f32 *
         if (!(point.at.rate < 0.0f)) {
             return none;
         }
-        if (fabsf(point.at.value) <= 1.1920929e-7f * point.t * fabsf(point.at.rate)) {
+        if (fabs_f32(point.at.value) <= HOPFORM_EPS_f32 * point.t * fabs_f32(point.at.rate)) {
             point.at = hopform_sample_at_f32(watch, poles, &point.basis, point.t);
             return point;
         }
@@ -393,17 +421,19 @@ static inline hopform_point_f32 hopform_root_ahead_f32(const hopform_watch_f32 *
     return none;
 }
 
-/* The minimum of g between two times, in a window shorter than a half turn, between which its rate becomes positive; ends early
- * where g < 0 is found, or where g is known to stay above zero. */
-static inline hopform_point_f32 hopform_bottom_between_f32(const hopform_watch_f32 *watch, const hopform_poles_f32 *poles,
-                                                             float low, const hopform_sample_f32 *at_low, float high,
+/* The minimum of g between two times, in a window shorter than a half turn, between which its rate becomes positive;
+ * ends early where g < 0 is found, or where g is known to stay above zero. */
+static inline hopform_point_f32 hopform_bottom_between_f32(const hopform_watch_f32 *watch,
+                                                             const hopform_poles_f32 *poles, float low,
+                                                             const hopform_sample_f32 *at_low, float high,
                                                              const hopform_sample_f32 *at_high)
 {
     hopform_sample_f32 before = *at_low;
     hopform_sample_f32 after = *at_high;
     const float turn = before.rate - after.rate;
     const float first = low + (high - low) * (turn < 0.0f ? before.rate / turn : 0.5f);
-    hopform_point_f32 last = hopform_point_at_f32(watch, poles, first > low && first < high ? first : low + 0.5f * (high - low));
+    hopform_point_f32 last =
+        hopform_point_at_f32(watch, poles, first > low && first < high ? first : low + 0.5f * (high - low));
     for (int n = 0; n < 100 && !(last.at.value < -last.at.noise); n++) {
         if (last.at.rate < 0.0f) {
             low = last.t;
@@ -415,9 +445,9 @@ static inline hopform_point_f32 hopform_bottom_between_f32(const hopform_watch_f
         if (hopform_is_held_up_f32(&before, &after, after.value, poles->a, high - low)) {
             break;
         }
-        const bool usable = fabsf(last.at.curvature) > 0.0f;
+        const bool usable = fabs_f32(last.at.curvature) > 0.0f;
         const float step = usable ? last.at.rate / last.at.curvature : 0.0f;
-        if (usable && fabsf(step) <= 0.001f * 0.00034526698f * last.t) {
+        if (usable && fabs_f32(step) <= 0.001f * HOPFORM_ROOT_EPS_f32 * last.t) {
             break;
         }
         float next = last.t - step;
@@ -442,29 +472,31 @@ static inline float hopform_halt_time_f32(const hopform_poles_f32 *poles, float 
     const float mean = 0.5f * poles->p;
     const float discriminant = mean * mean - poles->q;
     if (!(v > 0.0f)) { /* from rest a mass swings for a half turn, or creeps */
-        return acc > 0.0f ? (discriminant < 0.0f ? 3.1415927f / sqrtf(-discriminant) : 1e38f) : (acc < 0.0f ? 0.0f : 1e38f);
+        return acc > 0.0f ? (discriminant < 0.0f ? 3.1415927f / sqrt_f32(-discriminant) : HOPFORM_NEVER_f32)
+                         : (acc < 0.0f ? 0.0f : HOPFORM_NEVER_f32);
     }
     if (discriminant < 0.0f) {
-        const float omega = sqrtf(-discriminant);
+        const float omega = sqrt_f32(-discriminant);
         return hopform_angle_f32(-(acc + mean * v) / omega, v) / omega;
     }
-    const float half = sqrtf(discriminant);
+    const float half = sqrt_f32(discriminant);
     const float slow = mean + half > 0.0f ? poles->q / (mean + half) : 0.0f;
     const float back = -(acc + slow * v); /* what the slow decay alone would leave over */
     const float x = back > 0.0f ? 2.0f * half * (v / back) : 1.0f;
     if (!(x < 1.0f)) {
-        return 1e38f;
+        return HOPFORM_NEVER_f32;
     }
     const float s = x / (2.0f - x);
     if (s < 0.1716f) {
         return 2.0f * (v / back) * hopform_area_tangent_f32(s) / (2.0f - x);
     }
     const float ratio = -(acc + (mean + half) * v) / back;
-    return ratio > 0.0f ? -hopform_log_f32(ratio) / (2.0f * half) : 1e38f;
+    return ratio > 0.0f ? -hopform_log_f32(ratio) / (2.0f * half) : HOPFORM_NEVER_f32;
 }
 
 /* True if g has no root in [from, to]: its slow part, monotone, stays larger than the oscillation around it. */
-static inline bool hopform_is_quiet_f32(const hopform_watch_f32 *watch, const hopform_poles_f32 *poles, float from, float to)
+static inline bool hopform_is_quiet_f32(const hopform_watch_f32 *watch, const hopform_poles_f32 *poles, float from,
+                                         float to)
 {
     const float mean = 0.5f * poles->p;
     const float omega = hopform_frequency_f32(poles);
@@ -475,7 +507,7 @@ static inline bool hopform_is_quiet_f32(const hopform_watch_f32 *watch, const ho
     const hopform_ringing_f32 last = hopform_ringing_at_f32(poles, chi, &watch->numerator, &then);
     const float from_zero = watch->start + first.slow;
     const float to_zero = watch->start + last.slow;
-    const float amplitude = fabsf(first.X) + fabsf((first.Y - mean * first.X) / omega);
+    const float amplitude = fabs_f32(first.X) + fabs_f32((first.Y - mean * first.X) / omega);
     const float least = from_zero < to_zero ? from_zero : to_zero;
     return least > 1.001f * amplitude * hopform_exp_f32(-mean * from);
 }

@@ -2,10 +2,10 @@
  *
  * What happens first in a phase, with nothing stepped over.
  *
- * For g = y, v_1, v_2 or a free acceleration, m = (d/dt + a) g' = exp(-a t) d/dt(exp(a t) g') is a motion of the pair of
- * poles alone: A R' + B R. In a window shorter than a half turn of the pair it has at most one zero, so a sign that is the
- * same at both ends is kept in between; then exp(a t) g' is monotone, g' has at most one root, and the signs of g and
- * g' at the ends tell how often g vanishes. A window that is not decided so is cut in two where m has its zero.
+ * For g = y, v_1, v_2 or a free acceleration, m = (d/dt + a) g' = exp(-a t) d/dt(exp(a t) g') is a motion of the pair
+ * of poles alone: A R' + B R. In a window shorter than a half turn of the pair it has at most one zero, so a sign that
+ * is the same at both ends is kept in between; then exp(a t) g' is monotone, g' has at most one root, and the signs of
+ * g and g' at the ends tell how often g vanishes. A window that is not decided so is cut in two where m has its zero.
  */
 #ifndef HOPFORM_EVENTS_H_f64
 #define HOPFORM_EVENTS_H_f64
@@ -37,7 +37,8 @@ static inline hopform_watch_f64 hopform_watch_of_f64(const hopform_poles_f64 *po
                                                        double start, double sign, int32_t kind, int32_t side)
 {
     const hopform_numerator_f64 numerator = {sign * H3, sign * H2, sign * H1};
-    const hopform_watch_f64 watch = {numerator, hopform_behind_the_pole_f64(poles, &numerator), sign * start, kind, side};
+    const hopform_watch_f64 watch = {numerator, hopform_behind_the_pole_f64(poles, &numerator), sign * start, kind,
+                                      side};
     return watch;
 }
 
@@ -53,31 +54,34 @@ static inline double hopform_turning_at_f64(const hopform_poles_f64 *poles, cons
 }
 
 /* g and three derivatives, all that a step towards a root takes. */
-static inline hopform_sample_f64 hopform_course_at_f64(const hopform_watch_f64 *watch, const hopform_poles_f64 *poles,
+static inline hopform_sample_f64 hopform_course_at_f64(const hopform_watch_f64 *watch,
+                                                         const hopform_poles_f64 *poles,
                                                          const hopform_basis_f64 *basis)
 {
     const hopform_rise_f64 rise = hopform_rises_f64(poles, &watch->numerator, basis);
-    const hopform_sample_f64 sample = {watch->start + rise.rise, rise.rise_rate, rise.rise_curvature, rise.rise_third, 0.0, 0.0};
+    const hopform_sample_f64 sample = {
+        watch->start + rise.rise, rise.rise_rate, rise.rise_curvature, rise.rise_third, 0.0, 0.0};
     return sample;
 }
 
-static inline hopform_sample_f64 hopform_sample_at_f64(const hopform_watch_f64 *watch, const hopform_poles_f64 *poles,
+static inline hopform_sample_f64 hopform_sample_at_f64(const hopform_watch_f64 *watch,
+                                                         const hopform_poles_f64 *poles,
                                                          const hopform_basis_f64 *basis, double t)
 {
     const hopform_numerator_f64 *h = &watch->numerator;
     hopform_sample_f64 sample = hopform_course_at_f64(watch, poles, basis);
     sample.turning = hopform_turning_at_f64(poles, &watch->left, basis, t);
-    sample.noise = 16.0 * 2.220446049250313e-16
-                   * (fabs(watch->start) + fabs(h->H3 * basis->Wd) + fabs(h->H2 * basis->W) + fabs(h->H1 * basis->W1)
-                      + t * fabs(sample.rate));
+    sample.noise = 16.0 * HOPFORM_EPS_f64
+                   * (fabs_f64(watch->start) + fabs_f64(h->H3 * basis->Wd) + fabs_f64(h->H2 * basis->W)
+                      + fabs_f64(h->H1 * basis->W1) + t * fabs_f64(sample.rate));
     return sample;
 }
 
-/* How much later than t the root next to it is. Where the poles have faded, the start and the rise cancel, and with them most
- * digits of the time; the final value and what is left of the way to it do not. 0 where they tell no more.
+/* How much later than t the root next to it is. Where the poles have faded, the start and the rise cancel, and with
+ * them most digits of the time; the final value and what is left of the way to it do not. 0 where they tell no more.
  */
-static inline double hopform_root_is_later_f64(const hopform_poles_f64 *poles, const hopform_numerator_f64 *h, double start,
-                                              double settled, const hopform_basis_f64 *basis, double t)
+static inline double hopform_root_is_later_f64(const hopform_poles_f64 *poles, const hopform_numerator_f64 *h,
+                                              double start, double settled, const hopform_basis_f64 *basis, double t)
 {
     const double way = settled - start;
     const bool slow = poles->s_3 > 0.0; /* else W does not fade, but is not in it */
@@ -85,18 +89,22 @@ static inline double hopform_root_is_later_f64(const hopform_poles_f64 *poles, c
     const hopform_numerator_f64 fading = {h->H3, slow ? h->H2 : by_2, h->H1};
     const double value = settled - hopform_left_to_go_f64(poles, &fading, basis, way);
     const double rate = h->H3 * basis->Wdd + h->H2 * basis->Wd + h->H1 * basis->W;
-    const double of_time = t * fabs(rate);
-    const double of_rise = fabs(start) + fabs(h->H3 * basis->Wd) + fabs(h->H2 * basis->W) + fabs(h->H1 * basis->W1) + of_time;
-    const double of_way = fabs(settled) + fabs(way * basis->Wdd) + (fabs(h->H3) + fabs(way * poles->s_1)) * fabs(basis->Wd)
-                        + (slow ? fabs(h->H2) + fabs(by_2) : 0.0) * fabs(basis->W) + of_time;
-    const bool tells = (rate < 0.0) & (of_way < 0.25 * of_rise) & (fabs(value) <= 16.0 * 2.220446049250313e-16 * of_rise);
+    const double of_time = t * fabs_f64(rate);
+    const double of_rise = fabs_f64(start) + fabs_f64(h->H3 * basis->Wd) + fabs_f64(h->H2 * basis->W)
+                         + fabs_f64(h->H1 * basis->W1) + of_time;
+    const double of_way = fabs_f64(settled) + fabs_f64(way * basis->Wdd)
+                        + (fabs_f64(h->H3) + fabs_f64(way * poles->s_1)) * fabs_f64(basis->Wd)
+                        + (slow ? fabs_f64(h->H2) + fabs_f64(by_2) : 0.0) * fabs_f64(basis->W) + of_time;
+    const bool tells =
+        (rate < 0.0) & (of_way < 0.25 * of_rise) & (fabs_f64(value) <= 16.0 * HOPFORM_EPS_f64 * of_rise);
     const double later = -value / (tells ? rate : -1.0);
-    const bool counts = (fabs(later) < 0.01 * t) & (fabs(later) > 16.0 * 2.220446049250313e-16 * t);
+    const bool counts = (fabs_f64(later) < 0.01 * t) & (fabs_f64(later) > 16.0 * HOPFORM_EPS_f64 * t);
     return (tells & counts) ? later : 0.0;
 }
 
 /* The same at t = 0 of the phase. */
-static inline hopform_sample_f64 hopform_first_sample_f64(const hopform_watch_f64 *watch, const hopform_poles_f64 *poles)
+static inline hopform_sample_f64 hopform_first_sample_f64(const hopform_watch_f64 *watch,
+                                                            const hopform_poles_f64 *poles)
 {
     const hopform_numerator_f64 *h = &watch->numerator;
     hopform_sample_f64 sample;
@@ -105,7 +113,7 @@ static inline hopform_sample_f64 hopform_first_sample_f64(const hopform_watch_f6
     sample.curvature = h->H2 - h->H3 * poles->s_1;
     sample.third = h->H1 - h->H2 * poles->s_1 + h->H3 * (poles->s_1 * poles->s_1 - poles->s_2);
     sample.turning = watch->left.A;
-    sample.noise = 16.0 * 2.220446049250313e-16 * fabs(watch->start);
+    sample.noise = 16.0 * HOPFORM_EPS_f64 * fabs_f64(watch->start);
     return sample;
 }
 
@@ -114,14 +122,15 @@ static inline double hopform_frequency_f64(const hopform_poles_f64 *poles)
 {
     const double mean = 0.5 * poles->p;
     const double square = poles->q - mean * mean;
-    return square > 0.0 ? sqrt(square) : 0.0;
+    return square > 0.0 ? sqrt_f64(square) : 0.0;
 }
 
-/* Time to the root of g if it swung with the frequency w about a constant, NEVER if it keeps its sign for a half turn. */
+/* Time to the root of g if it swung with the frequency w about a constant, NEVER if it keeps its sign for a half turn.
+ */
 static inline double hopform_swing_to_zero_f64(const hopform_sample_f64 *from, double w)
 {
     if (!(w * w > 0.0)) {
-        return 1e+300;
+        return HOPFORM_NEVER_f64;
     }
     const double per_w = 1.0 / w;
     const double slope = from->rate * per_w;
@@ -129,27 +138,29 @@ static inline double hopform_swing_to_zero_f64(const hopform_sample_f64 *from, d
     const double value = from->value > 0.0 ? from->value : 0.0;
     const double discriminant = slope * slope - (value + bend) * value;
     if (!(discriminant >= 0.0)) {
-        return 1e+300;
+        return HOPFORM_NEVER_f64;
     }
     /* (value + bend) T^2 + 2 slope T + value = 0 with T = tan(w t/2); from zero the other root. */
     const double above = value > 0.0 ? value : -2.0 * slope;
-    const double below = value > 0.0 ? sqrt(discriminant) - slope : bend;
+    const double below = value > 0.0 ? sqrt_f64(discriminant) - slope : bend;
     const bool falls = value > 0.0 ? below > 0.0 : (slope > 0.0 && below < 0.0);
     if (!falls) {
-        return 1e+300;
+        return HOPFORM_NEVER_f64;
     }
-    const bool far = fabs(above) > fabs(below);
+    const bool far = fabs_f64(above) > fabs_f64(below);
     const double near = far ? below / above : above / below;
     const double angle = near * (1.0584 - 0.273 * near); /* atan to 0.004 */
     return 2.0 * (far ? 1.5708 - angle : angle) * per_w;
 }
 
-/* From `t` to the root, nearer: a step of Halley's on what g's value and derivatives at the start make of all three poles,
+/* From `t` to the root, nearer: a step of Halley's on what g's value and derivatives at the start make of all three
+ * poles,
  *
  *     g = value - X - slow (1 - exp(-a t))/a + exp(-m t) (X cos(w t) + B sin(w t)),
  *
  * exp, sin and cos to about 1e-5 within a half turn. It guesses: no bound rests on it. */
-static inline double hopform_swing_step_f64(const hopform_poles_f64 *poles, const hopform_sample_f64 *from, double w, double t)
+static inline double hopform_swing_step_f64(const hopform_poles_f64 *poles, const hopform_sample_f64 *from, double w,
+                                           double t)
 {
     const double a = poles->a;
     const double m = 0.5 * poles->p;
@@ -177,61 +188,65 @@ static inline double hopform_swing_step_f64(const hopform_poles_f64 *poles, cons
 }
 
 /* What a window says about g. */
-typedef enum { KEEPS_SIGN, LOSES_SIGN, DIPS, UNDECIDED } hopform_verdict_f64;
+typedef enum { KEEPS_SIGN_f64, LOSES_SIGN_f64, DIPS_f64, UNDECIDED_f64 } hopform_verdict_f64;
 
-/* Whether g, which falls at the start of a window of length h, is kept above zero by its tangents: where exp(a t) g' rises, g
- * stays above the one at the start, and above one a little steeper than at the end, where it is `value`. */
-static inline bool hopform_is_held_up_f64(const hopform_sample_f64 *from, const hopform_sample_f64 *to, double value, double a, double h)
+/* Whether g, which falls at the start of a window of length h, is kept above zero by its tangents: where exp(a t) g'
+ * rises, g stays above the one at the start, and above one a little steeper than at the end, where it is `value`. */
+static inline bool hopform_is_held_up_f64(const hopform_sample_f64 *from, const hopform_sample_f64 *to, double value,
+                                           double a, double h)
 {
     if (from->turning < 0.0 || to->turning < 0.0) {
         return false;
     }
-    const double last = a * h < 1.0 ? to->rate * (1.0 + a * h) : 1e+300;
+    const double last = a * h < 1.0 ? to->rate * (1.0 + a * h) : HOPFORM_NEVER_f64;
     const double steeper = last - from->rate;
-    const double cross = fabs(steeper) > 0.0 ? (from->value - value + last * h) / steeper : h;
+    const double cross = fabs_f64(steeper) > 0.0 ? (from->value - value + last * h) / steeper : h;
     const double reach = cross < h ? (cross > 0.0 ? cross : 0.0) : h;
     return from->value + from->rate * reach > from->noise + to->noise;
 }
 
-/* Whether g, positive (or about to be) at the start of a window of length h, keeps its sign to the end of it, where it is `value`.
+/* Whether g, positive (or about to be) at the start of a window of length h, keeps its sign to the end of it, where it
+ * is `value`.
  *
  * LOSES_SIGN: it has exactly one root. DIPS: it has one minimum inside, which may lie below zero.
  */
-static inline hopform_verdict_f64 hopform_judge_f64(const hopform_sample_f64 *from, const hopform_sample_f64 *to, double value,
-                                                      double a, double h, bool short_of_quarter)
+static inline hopform_verdict_f64 hopform_judge_f64(const hopform_sample_f64 *from, const hopform_sample_f64 *to,
+                                                      double value, double a, double h, bool short_of_quarter)
 {
     /* What has faded away has no sign to go by, and what it may hide is looked for. */
-    const bool pauses = !(fabs(to->rate) * h > to->noise);
-    const bool turns = from->turning * to->turning < 0.0 || (fabs(from->turning) > 0.0 && !(fabs(to->turning) > 0.0));
+    const bool pauses = !(fabs_f64(to->rate) * h > to->noise);
+    const bool turns =
+        from->turning * to->turning < 0.0 || (fabs_f64(from->turning) > 0.0 && !(fabs_f64(to->turning) > 0.0));
     const bool keeps_direction = pauses ? turns : (from->rate < 0.0) == (to->rate < 0.0);
     bool monotone = keeps_direction;
     if (turns && keeps_direction && (from->rate < 0.0) == (from->turning > 0.0)) {
         /* exp(a t) g' comes nearer to zero and goes back: by no more than the integral of |m|. */
-        const double growth = a * h < 1.0 ? 1.0 + 2.0 * a * h : 1e+300;
-        monotone = short_of_quarter && fabs(from->rate) > fabs(from->turning) * h * growth;
+        const double growth = a * h < 1.0 ? 1.0 + 2.0 * a * h : HOPFORM_NEVER_f64;
+        monotone = short_of_quarter && fabs_f64(from->rate) > fabs_f64(from->turning) * h * growth;
         if (!monotone) {
             const double least = from->rate < to->rate * growth ? from->rate : to->rate * growth;
             /* A rate that begins above zero falls by no more than g'' = m - a g' lets it while m is below. */
-            const double lowest = short_of_quarter ? -fabs(from->turning) * (a * h < 1.0 ? h : 1.0 / a) : -1e+300;
+            const double lowest =
+                short_of_quarter ? -fabs_f64(from->turning) * (a * h < 1.0 ? h : 1.0 / a) : -HOPFORM_NEVER_f64;
             const double steepest = from->rate < 0.0 ? least : lowest;
             const bool far = value > 0.0 && from->value + steepest * h > from->noise + to->noise;
-            return far ? KEEPS_SIGN : UNDECIDED;
+            return far ? KEEPS_SIGN_f64 : UNDECIDED_f64;
         }
     }
     /* Below zero by more than rounding, or so steep that the root is near; else it touches, or has faded away. */
     if (value < 0.0 && (value < -to->noise || to->rate * h < -to->noise)) {
-        return LOSES_SIGN;
+        return LOSES_SIGN_f64;
     }
     if (monotone || !(from->rate < 0.0)) {
-        return KEEPS_SIGN;
+        return KEEPS_SIGN_f64;
     }
-    return hopform_is_held_up_f64(from, to, value, a, h) ? KEEPS_SIGN : DIPS;
+    return hopform_is_held_up_f64(from, to, value, a, h) ? KEEPS_SIGN_f64 : DIPS_f64;
 }
 
 /* Where m, which has changed its sign within a window, has its zero: the chord's, kept off the ends. */
 static inline double hopform_turn_between_f64(const hopform_sample_f64 *from, const hopform_sample_f64 *to, double h)
 {
-    const double share = fabs(to->turning) > 0.0 ? from->turning / (from->turning - to->turning) : 0.25;
+    const double share = fabs_f64(to->turning) > 0.0 ? from->turning / (from->turning - to->turning) : 0.25;
     const double inside = share > 0.015625 ? (share < 0.984375 ? share : 0.984375) : 0.015625;
     return inside * h;
 }
@@ -240,8 +255,10 @@ static inline double hopform_turn_between_f64(const hopform_sample_f64 *from, co
 static inline double hopform_step_to_root_f64(const hopform_sample_f64 *at)
 {
     const double rate2 = at->rate * at->rate;
-    const double below = 6.0 * rate2 * at->rate - 6.0 * at->value * at->rate * at->curvature + at->value * at->value * at->third;
-    return fabs(below) > 0.0 ? at->value * (6.0 * rate2 - 3.0 * at->value * at->curvature) / below : 1e+300;
+    const double below =
+        6.0 * rate2 * at->rate - 6.0 * at->value * at->rate * at->curvature + at->value * at->value * at->third;
+    return fabs_f64(below) > 0.0 ? at->value * (6.0 * rate2 - 3.0 * at->value * at->curvature) / below
+                                  : HOPFORM_NEVER_f64;
 }
 
 /* The fourth derivative of a watched function but for its sign: the poles give it from the others. */
@@ -250,26 +267,27 @@ static inline double hopform_fourth_f64(const hopform_poles_f64 *poles, const ho
     return poles->s_1 * at->third + poles->s_2 * at->curvature + poles->s_3 * at->rate;
 }
 
-/* Whether what a Taylor series of the fourth order leaves out over a time d before or after t is lost in rounding: of the fifth
- * order in d/t and in r d, r above all poles. */
+/* Whether what a Taylor series of the fourth order leaves out over a time d before or after t is lost in rounding: of
+ * the fifth order in d/t and in r d, r above all poles. */
 static inline bool hopform_is_near_f64(const hopform_poles_f64 *poles, double t, double d)
 {
     const double share = t > 0.0 ? d / t : 1.0;
     const double square = d * d * (poles->s_1 * poles->s_1 + poles->s_2) + share * share;
-    return square * square * square <= 0.0078125 * 2.220446049250313e-16;
+    return square * square * square <= 0.0078125 * HOPFORM_EPS_f64;
 }
 
-/* True where one more of these steps lands on the root to rounding, and W can be carried there. Its error is of the fourth
- * order in the step: products of the derivatives up to the fourth, which do not change over a time that is short for all
- * poles. A step is also short where its numerator vanishes. */
-static inline bool hopform_is_last_step_f64(const hopform_poles_f64 *poles, const hopform_sample_f64 *at, double fourth, double t,
-                                             double step)
+/* True where one more of these steps lands on the root to rounding, and W can be carried there. Its error is of the
+ * fourth order in the step: products of the derivatives up to the fourth, which do not change over a time that is short
+ * for all poles. A step is also short where its numerator vanishes. */
+static inline bool hopform_is_last_step_f64(const hopform_poles_f64 *poles, const hopform_sample_f64 *at,
+                                             double fourth, double t, double step)
 {
-    const double per_rate = fabs(step) / (fabs(at->rate) > 0.0 ? fabs(at->rate) : 1.0);
-    const double bend = per_rate * fabs(at->curvature);
-    const double twist = per_rate * fabs(step * at->third);
-    const double error = bend * (0.7 * bend * bend + 0.5 * twist) + 0.05 * per_rate * fabs(step * step * fourth);
-    return fabs(at->value) <= 2.0 * fabs(step * at->rate) && fabs(step) * error <= 2.220446049250313e-16 * t && hopform_is_near_f64(poles, t, step);
+    const double per_rate = fabs_f64(step) / (fabs_f64(at->rate) > 0.0 ? fabs_f64(at->rate) : 1.0);
+    const double bend = per_rate * fabs_f64(at->curvature);
+    const double twist = per_rate * fabs_f64(step * at->third);
+    const double error = bend * (0.7 * bend * bend + 0.5 * twist) + 0.05 * per_rate * fabs_f64(step * step * fourth);
+    return fabs_f64(at->value) <= 2.0 * fabs_f64(step * at->rate) && fabs_f64(step) * error <= HOPFORM_EPS_f64 * t
+           && hopform_is_near_f64(poles, t, step);
 }
 
 /* A time, what the poles do until then, and g there. */
@@ -279,7 +297,8 @@ typedef struct {
     hopform_sample_f64 at;
 } hopform_point_f64;
 
-static inline hopform_point_f64 hopform_point_at_f64(const hopform_watch_f64 *watch, const hopform_poles_f64 *poles, double t)
+static inline hopform_point_f64 hopform_point_at_f64(const hopform_watch_f64 *watch, const hopform_poles_f64 *poles,
+                                                       double t)
 {
     hopform_point_f64 point;
     point.t = t;
@@ -288,7 +307,8 @@ static inline hopform_point_f64 hopform_point_at_f64(const hopform_watch_f64 *wa
     return point;
 }
 
-static inline hopform_basis_f64 hopform_carried_basis_f64(const hopform_poles_f64 *poles, const hopform_basis_f64 *from, double d)
+static inline hopform_basis_f64 hopform_carried_basis_f64(const hopform_poles_f64 *poles,
+                                                            const hopform_basis_f64 *from, double d)
 {
     const hopform_carried_f64 later = hopform_carry_f64(poles, from, d);
     const hopform_basis_f64 basis = {later.Wdd_t, later.Wd_t, later.W_t, later.W1_t, later.W2_t};
@@ -296,7 +316,8 @@ static inline hopform_basis_f64 hopform_carried_basis_f64(const hopform_poles_f6
 }
 
 /* g at a time t that is this near to a point, from what the poles do there. */
-static inline hopform_point_f64 hopform_carried_to_f64(const hopform_watch_f64 *watch, const hopform_poles_f64 *poles,
+static inline hopform_point_f64 hopform_carried_to_f64(const hopform_watch_f64 *watch,
+                                                         const hopform_poles_f64 *poles,
                                                          const hopform_point_f64 *from, double t)
 {
     hopform_point_f64 point = {t, hopform_carried_basis_f64(poles, &from->basis, t - from->t), from->at};
@@ -305,17 +326,20 @@ static inline hopform_point_f64 hopform_carried_to_f64(const hopform_watch_f64 *
 }
 
 /* The one root of g between a time where g > 0 and a point where g < 0: Householder's steps, kept in the bracket. */
-static inline hopform_point_f64 hopform_root_between_f64(const hopform_watch_f64 *watch, const hopform_poles_f64 *poles,
-                                                           double low, hopform_point_f64 last)
+static inline hopform_point_f64 hopform_root_between_f64(const hopform_watch_f64 *watch,
+                                                           const hopform_poles_f64 *poles, double low,
+                                                           hopform_point_f64 last)
 {
     hopform_point_f64 high = last;
     for (int n = 0; n < 100; n++) {
-        if (fabs(last.at.value) <= 2.220446049250313e-16 * last.t * fabs(last.at.rate)) { /* Newton's step: the other is 0 at an extremum */
+        if (fabs_f64(last.at.value)
+            <= HOPFORM_EPS_f64 * last.t * fabs_f64(last.at.rate)) { /* Newton's step: the other is 0 at an extremum */
             return last;
         }
         const double step = hopform_step_to_root_f64(&last.at);
         double next = last.t - step;
-        if (next > low && next < high.t && hopform_is_last_step_f64(poles, &last.at, hopform_fourth_f64(poles, &last.at), next, step)) {
+        if (next > low && next < high.t
+            && hopform_is_last_step_f64(poles, &last.at, hopform_fourth_f64(poles, &last.at), next, step)) {
             return hopform_carried_to_f64(watch, poles, &last, next);
         }
         if (!(next > low && next < high.t) || (n > 8 && n % 2 == 1)) {
@@ -340,9 +364,9 @@ static inline hopform_point_f64 hopform_root_between_f64(const hopform_watch_f64
 static inline double hopform_touch_f64(const hopform_motion_f64 *motion, const hopform_state_f64 *start,
                                       const hopform_basis_f64 *basis)
 {
-    return 16.0 * 2.220446049250313e-16
-           * (fabs(start->x1) + fabs(start->v1 * basis->Wd) + fabs(motion->N2_1 * basis->W) + fabs(motion->N1_1 * basis->W1)
-              + fabs(motion->N0_1 * basis->W2));
+    return 16.0 * HOPFORM_EPS_f64
+           * (fabs_f64(start->x1) + fabs_f64(start->v1 * basis->Wd) + fabs_f64(motion->N2_1 * basis->W)
+              + fabs_f64(motion->N1_1 * basis->W1) + fabs_f64(motion->N0_1 * basis->W2));
 }
 
 /* How far x_1 is beyond a stop, from which `start` counts it, how fast it gets there, and its further derivatives. */
@@ -351,21 +375,25 @@ typedef struct {
     double fourth;
 } hopform_approach_f64;
 
-static inline hopform_approach_f64 hopform_approach_of_f64(const hopform_poles_f64 *poles, const hopform_motion_f64 *motion,
+static inline hopform_approach_f64 hopform_approach_of_f64(const hopform_poles_f64 *poles,
+                                                             const hopform_motion_f64 *motion,
                                                              const hopform_state_f64 *start, double sign,
                                                              const hopform_basis_f64 *basis)
 {
     const hopform_numerator_f64 h = {motion->H3_1, motion->H2_1, motion->H1_1};
     const hopform_rise_f64 rise = hopform_rises_f64(poles, &h, basis);
     const hopform_at_f64 at = hopform_state_at_f64(start, motion, basis);
-    const hopform_sample_f64 beyond = {sign * at.x1_t, sign * at.v1_t, sign * rise.rise_rate, sign * rise.rise_curvature, 0.0, 0.0};
+    const hopform_sample_f64 beyond = {
+        sign * at.x1_t, sign * at.v1_t, sign * rise.rise_rate, sign * rise.rise_curvature, 0.0, 0.0};
     const hopform_approach_f64 to = {beyond, sign * rise.rise_third};
     return to;
 }
 
-/* The root of g that Householder's steps find from a guess, if it is between two times and g falls there; else `t` is 0. */
-static inline hopform_point_f64 hopform_root_ahead_f64(const hopform_watch_f64 *watch, const hopform_poles_f64 *poles,
-                                                         double low, double guess, double high)
+/* The root of g that Householder's steps find from a guess, if it is between two times and g falls there; else `t` is
+ * 0. */
+static inline hopform_point_f64 hopform_root_ahead_f64(const hopform_watch_f64 *watch,
+                                                         const hopform_poles_f64 *poles, double low, double guess,
+                                                         double high)
 {
     hopform_point_f64 none = {0.0, {1.0, 0.0, 0.0, 0.0, 0.0}, {0.0, 0.0, 0.0, 0.0, 0.0, 0.0}};
     double t = guess;
@@ -379,7 +407,7 @@ static inline hopform_point_f64 hopform_root_ahead_f64(const hopform_watch_f64 *
         if (!(point.at.rate < 0.0)) {
             return none;
         }
-        if (fabs(point.at.value) <= 2.220446049250313e-16 * point.t * fabs(point.at.rate)) {
+        if (fabs_f64(point.at.value) <= HOPFORM_EPS_f64 * point.t * fabs_f64(point.at.rate)) {
             point.at = hopform_sample_at_f64(watch, poles, &point.basis, point.t);
             return point;
         }
@@ -393,17 +421,19 @@ static inline hopform_point_f64 hopform_root_ahead_f64(const hopform_watch_f64 *
     return none;
 }
 
-/* The minimum of g between two times, in a window shorter than a half turn, between which its rate becomes positive; ends early
- * where g < 0 is found, or where g is known to stay above zero. */
-static inline hopform_point_f64 hopform_bottom_between_f64(const hopform_watch_f64 *watch, const hopform_poles_f64 *poles,
-                                                             double low, const hopform_sample_f64 *at_low, double high,
+/* The minimum of g between two times, in a window shorter than a half turn, between which its rate becomes positive;
+ * ends early where g < 0 is found, or where g is known to stay above zero. */
+static inline hopform_point_f64 hopform_bottom_between_f64(const hopform_watch_f64 *watch,
+                                                             const hopform_poles_f64 *poles, double low,
+                                                             const hopform_sample_f64 *at_low, double high,
                                                              const hopform_sample_f64 *at_high)
 {
     hopform_sample_f64 before = *at_low;
     hopform_sample_f64 after = *at_high;
     const double turn = before.rate - after.rate;
     const double first = low + (high - low) * (turn < 0.0 ? before.rate / turn : 0.5);
-    hopform_point_f64 last = hopform_point_at_f64(watch, poles, first > low && first < high ? first : low + 0.5 * (high - low));
+    hopform_point_f64 last =
+        hopform_point_at_f64(watch, poles, first > low && first < high ? first : low + 0.5 * (high - low));
     for (int n = 0; n < 100 && !(last.at.value < -last.at.noise); n++) {
         if (last.at.rate < 0.0) {
             low = last.t;
@@ -415,9 +445,9 @@ static inline hopform_point_f64 hopform_bottom_between_f64(const hopform_watch_f
         if (hopform_is_held_up_f64(&before, &after, after.value, poles->a, high - low)) {
             break;
         }
-        const bool usable = fabs(last.at.curvature) > 0.0;
+        const bool usable = fabs_f64(last.at.curvature) > 0.0;
         const double step = usable ? last.at.rate / last.at.curvature : 0.0;
-        if (usable && fabs(step) <= 0.001 * 1.4901161193847656e-08 * last.t) {
+        if (usable && fabs_f64(step) <= 0.001 * HOPFORM_ROOT_EPS_f64 * last.t) {
             break;
         }
         double next = last.t - step;
@@ -442,29 +472,31 @@ static inline double hopform_halt_time_f64(const hopform_poles_f64 *poles, doubl
     const double mean = 0.5 * poles->p;
     const double discriminant = mean * mean - poles->q;
     if (!(v > 0.0)) { /* from rest a mass swings for a half turn, or creeps */
-        return acc > 0.0 ? (discriminant < 0.0 ? 3.141592653589793 / sqrt(-discriminant) : 1e+300) : (acc < 0.0 ? 0.0 : 1e+300);
+        return acc > 0.0 ? (discriminant < 0.0 ? 3.141592653589793 / sqrt_f64(-discriminant) : HOPFORM_NEVER_f64)
+                         : (acc < 0.0 ? 0.0 : HOPFORM_NEVER_f64);
     }
     if (discriminant < 0.0) {
-        const double omega = sqrt(-discriminant);
+        const double omega = sqrt_f64(-discriminant);
         return hopform_angle_f64(-(acc + mean * v) / omega, v) / omega;
     }
-    const double half = sqrt(discriminant);
+    const double half = sqrt_f64(discriminant);
     const double slow = mean + half > 0.0 ? poles->q / (mean + half) : 0.0;
     const double back = -(acc + slow * v); /* what the slow decay alone would leave over */
     const double x = back > 0.0 ? 2.0 * half * (v / back) : 1.0;
     if (!(x < 1.0)) {
-        return 1e+300;
+        return HOPFORM_NEVER_f64;
     }
     const double s = x / (2.0 - x);
     if (s < 0.1716) {
         return 2.0 * (v / back) * hopform_area_tangent_f64(s) / (2.0 - x);
     }
     const double ratio = -(acc + (mean + half) * v) / back;
-    return ratio > 0.0 ? -hopform_log_f64(ratio) / (2.0 * half) : 1e+300;
+    return ratio > 0.0 ? -hopform_log_f64(ratio) / (2.0 * half) : HOPFORM_NEVER_f64;
 }
 
 /* True if g has no root in [from, to]: its slow part, monotone, stays larger than the oscillation around it. */
-static inline bool hopform_is_quiet_f64(const hopform_watch_f64 *watch, const hopform_poles_f64 *poles, double from, double to)
+static inline bool hopform_is_quiet_f64(const hopform_watch_f64 *watch, const hopform_poles_f64 *poles, double from,
+                                         double to)
 {
     const double mean = 0.5 * poles->p;
     const double omega = hopform_frequency_f64(poles);
@@ -475,7 +507,7 @@ static inline bool hopform_is_quiet_f64(const hopform_watch_f64 *watch, const ho
     const hopform_ringing_f64 last = hopform_ringing_at_f64(poles, chi, &watch->numerator, &then);
     const double from_zero = watch->start + first.slow;
     const double to_zero = watch->start + last.slow;
-    const double amplitude = fabs(first.X) + fabs((first.Y - mean * first.X) / omega);
+    const double amplitude = fabs_f64(first.X) + fabs_f64((first.Y - mean * first.X) / omega);
     const double least = from_zero < to_zero ? from_zero : to_zero;
     return least > 1.001 * amplitude * hopform_exp_f64(-mean * from);
 }

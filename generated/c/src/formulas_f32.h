@@ -6,9 +6,8 @@
 #ifndef HOPFORM_FORMULAS_H_f32
 #define HOPFORM_FORMULAS_H_f32
 
-#include <math.h>
-
 #include "hopform/hopform.h"
+#include "precision_f32.h"
 
 /* Constant accelerations of a phase: current, gravity, offset and Coulomb friction. */
 typedef struct {
@@ -695,7 +694,7 @@ static inline float hopform_stored_energy_f32(const hopform_robot_f32 *robot, co
 static inline float hopform_touchdown_velocity_f32(const hopform_robot_f32 *robot, float height)
 {
     const float g = robot->g, impact_loss = robot->impact_loss;
-    const float v_after = -sqrtf(2.0f*g*height*(1.0f - impact_loss));  /* drop from rest, after the impact */
+    const float v_after = -sqrt_f32(2.0f*g*height*(1.0f - impact_loss));  /* drop from rest, after the impact */
     return v_after;
 }
 
@@ -723,9 +722,9 @@ static inline float hopform_printed_objective_f32(const hopform_robot_f32 *robot
 {
     const float m_s = robot->m_s, g = robot->g;
     const float v2 = state->v2;
-    const float E_td = 0.5f*m_s*v2*v2;                         /* (25) */
-    const float E_dist = 0.5f*fabsf(step)*g*m_s;                /* (26) as printed */
-    const float J = fabsf(E_dist + E_td + aed - g*h_des*m_s);  /* (27) as printed */
+    const float E_td = 0.5f*m_s*v2*v2;                              /* (25) */
+    const float E_dist = 0.5f*fabs_f32(step)*g*m_s;                /* (26) as printed */
+    const float J = fabs_f32(E_dist + E_td + aed - g*h_des*m_s);  /* (27) as printed */
     return J;
 }
 
@@ -734,10 +733,10 @@ static inline float hopform_objective_f32(const hopform_robot_f32 *robot, const 
 {
     const float m_s = robot->m_s, k = robot->k, g = robot->g;
     const float x1 = state->x1, v2 = state->v2;
-    const float E_td = 0.5f*m_s*v2*v2;                                           /* (25), after the impact */
-    const float E_dist = g*lift*m_s;                                            /* (26) */
-    const float E_spring = 0.5f*k*x1*x1 + g*m_s*x1 - 0.5f*k*x1_T*x1_T;            /* what (27) leaves out */
-    const float J = fabsf(E_dist + E_td + aed + E_spring*spring - g*h_des*m_s);  /* (27) */
+    const float E_td = 0.5f*m_s*v2*v2;                                                /* (25), after the impact */
+    const float E_dist = g*lift*m_s;                                                 /* (26) */
+    const float E_spring = 0.5f*k*x1*x1 + g*m_s*x1 - 0.5f*k*x1_T*x1_T;                 /* what (27) leaves out */
+    const float J = fabs_f32(E_dist + E_td + aed + E_spring*spring - g*h_des*m_s);  /* (27) */
     return J;
 }
 
@@ -745,7 +744,7 @@ static inline float hopform_objective_f32(const hopform_robot_f32 *robot, const 
 static inline float hopform_threshold_current_f32(const hopform_robot_f32 *robot)
 {
     const float m_eff = robot->m_eff, f1 = robot->f1, gamma2 = robot->gamma2;
-    const float u_threshold = f1*m_eff/fabsf(gamma2);  /* (5) as a magnitude */
+    const float u_threshold = f1*m_eff/fabs_f32(gamma2);  /* (5) as a magnitude */
     return u_threshold;
 }
 
@@ -878,7 +877,7 @@ static inline hopform_gains_f32 hopform_critical_gains_f32(const hopform_robot_f
     const float m_eff = robot->m_eff, b1 = robot->b1;
     const float settled_rate = 2e1f/(3.0f*time);                    /* (1 + 20/3) exp(-20/3) < 1/100 */
     const float shortfall = 2.0f*m_eff*settled_rate - b1;           /* critical damping less b_1 */
-    const float Kd = 0.5f*fabsf(shortfall) + 0.5f*shortfall;          /* what the motor adds to b_1 */
+    const float Kd = 0.5f*fabs_f32(shortfall) + 0.5f*shortfall;     /* what the motor adds to b_1 */
     const float damping = Kd + b1;                                 /* b_1 + K_d */
     const float Kp = settled_rate*(damping - m_eff*settled_rate);  /* the slower pole at the settling rate */
     const hopform_gains_f32 result = {Kp, Kd};
@@ -889,7 +888,7 @@ static inline hopform_gains_f32 hopform_critical_gains_f32(const hopform_robot_f
 static inline float hopform_time_of_fall_f32(const hopform_robot_f32 *robot, float v2, float drop)
 {
     const float g = robot->g;
-    const float touchdown_time = (v2 + sqrtf(v2*v2 + 2.0f*drop*g))/g;  /* ballistic */
+    const float touchdown_time = (v2 + sqrt_f32(v2*v2 + 2.0f*drop*g))/g;  /* ballistic */
     return touchdown_time;
 }
 
@@ -897,7 +896,7 @@ static inline float hopform_time_of_fall_f32(const hopform_robot_f32 *robot, flo
 static inline float hopform_velocity_after_impact_f32(const hopform_robot_f32 *robot, float v2)
 {
     const float impact_loss = robot->impact_loss;
-    const float v2_after = sqrtf(1.0f - impact_loss)*v2;  /* impact loss */
+    const float v2_after = sqrt_f32(1.0f - impact_loss)*v2;  /* impact loss */
     return v2_after;
 }
 

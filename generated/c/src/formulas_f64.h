@@ -6,9 +6,8 @@
 #ifndef HOPFORM_FORMULAS_H_f64
 #define HOPFORM_FORMULAS_H_f64
 
-#include <math.h>
-
 #include "hopform/hopform.h"
+#include "precision_f64.h"
 
 /* Constant accelerations of a phase: current, gravity, offset and Coulomb friction. */
 typedef struct {
@@ -695,7 +694,7 @@ static inline double hopform_stored_energy_f64(const hopform_robot_f64 *robot, c
 static inline double hopform_touchdown_velocity_f64(const hopform_robot_f64 *robot, double height)
 {
     const double g = robot->g, impact_loss = robot->impact_loss;
-    const double v_after = -sqrt(2.0*g*height*(1.0 - impact_loss));  /* drop from rest, after the impact */
+    const double v_after = -sqrt_f64(2.0*g*height*(1.0 - impact_loss));  /* drop from rest, after the impact */
     return v_after;
 }
 
@@ -723,9 +722,9 @@ static inline double hopform_printed_objective_f64(const hopform_robot_f64 *robo
 {
     const double m_s = robot->m_s, g = robot->g;
     const double v2 = state->v2;
-    const double E_td = 0.5*m_s*v2*v2;                         /* (25) */
-    const double E_dist = 0.5*fabs(step)*g*m_s;                /* (26) as printed */
-    const double J = fabs(E_dist + E_td + aed - g*h_des*m_s);  /* (27) as printed */
+    const double E_td = 0.5*m_s*v2*v2;                              /* (25) */
+    const double E_dist = 0.5*fabs_f64(step)*g*m_s;                /* (26) as printed */
+    const double J = fabs_f64(E_dist + E_td + aed - g*h_des*m_s);  /* (27) as printed */
     return J;
 }
 
@@ -734,10 +733,10 @@ static inline double hopform_objective_f64(const hopform_robot_f64 *robot, const
 {
     const double m_s = robot->m_s, k = robot->k, g = robot->g;
     const double x1 = state->x1, v2 = state->v2;
-    const double E_td = 0.5*m_s*v2*v2;                                           /* (25), after the impact */
-    const double E_dist = g*lift*m_s;                                            /* (26) */
-    const double E_spring = 0.5*k*x1*x1 + g*m_s*x1 - 0.5*k*x1_T*x1_T;            /* what (27) leaves out */
-    const double J = fabs(E_dist + E_td + aed + E_spring*spring - g*h_des*m_s);  /* (27) */
+    const double E_td = 0.5*m_s*v2*v2;                                                /* (25), after the impact */
+    const double E_dist = g*lift*m_s;                                                 /* (26) */
+    const double E_spring = 0.5*k*x1*x1 + g*m_s*x1 - 0.5*k*x1_T*x1_T;                 /* what (27) leaves out */
+    const double J = fabs_f64(E_dist + E_td + aed + E_spring*spring - g*h_des*m_s);  /* (27) */
     return J;
 }
 
@@ -745,7 +744,7 @@ static inline double hopform_objective_f64(const hopform_robot_f64 *robot, const
 static inline double hopform_threshold_current_f64(const hopform_robot_f64 *robot)
 {
     const double m_eff = robot->m_eff, f1 = robot->f1, gamma2 = robot->gamma2;
-    const double u_threshold = f1*m_eff/fabs(gamma2);  /* (5) as a magnitude */
+    const double u_threshold = f1*m_eff/fabs_f64(gamma2);  /* (5) as a magnitude */
     return u_threshold;
 }
 
@@ -878,7 +877,7 @@ static inline hopform_gains_f64 hopform_critical_gains_f64(const hopform_robot_f
     const double m_eff = robot->m_eff, b1 = robot->b1;
     const double settled_rate = 20.0/(3.0*time);                    /* (1 + 20/3) exp(-20/3) < 1/100 */
     const double shortfall = 2.0*m_eff*settled_rate - b1;           /* critical damping less b_1 */
-    const double Kd = 0.5*fabs(shortfall) + 0.5*shortfall;          /* what the motor adds to b_1 */
+    const double Kd = 0.5*fabs_f64(shortfall) + 0.5*shortfall;     /* what the motor adds to b_1 */
     const double damping = Kd + b1;                                 /* b_1 + K_d */
     const double Kp = settled_rate*(damping - m_eff*settled_rate);  /* the slower pole at the settling rate */
     const hopform_gains_f64 result = {Kp, Kd};
@@ -889,7 +888,7 @@ static inline hopform_gains_f64 hopform_critical_gains_f64(const hopform_robot_f
 static inline double hopform_time_of_fall_f64(const hopform_robot_f64 *robot, double v2, double drop)
 {
     const double g = robot->g;
-    const double touchdown_time = (v2 + sqrt(v2*v2 + 2.0*drop*g))/g;  /* ballistic */
+    const double touchdown_time = (v2 + sqrt_f64(v2*v2 + 2.0*drop*g))/g;  /* ballistic */
     return touchdown_time;
 }
 
@@ -897,7 +896,7 @@ static inline double hopform_time_of_fall_f64(const hopform_robot_f64 *robot, do
 static inline double hopform_velocity_after_impact_f64(const hopform_robot_f64 *robot, double v2)
 {
     const double impact_loss = robot->impact_loss;
-    const double v2_after = sqrt(1.0 - impact_loss)*v2;  /* impact loss */
+    const double v2_after = sqrt_f64(1.0 - impact_loss)*v2;  /* impact loss */
     return v2_after;
 }
 

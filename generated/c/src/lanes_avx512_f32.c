@@ -8,9 +8,11 @@
 #define LANES_NAME hopform_lanes_avx512_f32
 #define LANES_WORTH 2
 #if defined(__clang__)
-#define LANES_CODE __attribute__((noinline, flatten, target("avx512f,avx512dq,avx512vl,avx512bw"), min_vector_width(512)))
+#define LANES_CODE                                                                                                     \
+    __attribute__((noinline, flatten, target("avx512f,avx512dq,avx512vl,avx512bw"), min_vector_width(512)))
 #else
-#define LANES_CODE __attribute__((noinline, flatten, target("avx512f,avx512dq,avx512vl,avx512bw,prefer-vector-width=512")))
+#define LANES_CODE                                                                                                     \
+    __attribute__((noinline, flatten, target("avx512f,avx512dq,avx512vl,avx512bw,prefer-vector-width=512")))
 #endif
 #include "lanes_f32.h"
 #endif

@@ -66,7 +66,7 @@ static inline float hopform_settled_y_f32(const hopform_poles_f32 *poles, float 
     const bool slow = poles->s_3 > 0.0f;
     const float draws = slow ? poles->s_3 : poles->s_2;
     const float settled = (slow ? H1_y : H2_y) / (draws > 0.0f ? draws : 1.0f);
-    return draws > 0.0f ? settled : 1e38f;
+    return draws > 0.0f ? settled : HOPFORM_NEVER_f32;
 }
 
 /* The state of a phase where the response of the poles is `basis`; what is held stays exactly where it is. */

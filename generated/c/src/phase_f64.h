@@ -66,7 +66,7 @@ static inline double hopform_settled_y_f64(const hopform_poles_f64 *poles, doubl
     const bool slow = poles->s_3 > 0.0;
     const double draws = slow ? poles->s_3 : poles->s_2;
     const double settled = (slow ? H1_y : H2_y) / (draws > 0.0 ? draws : 1.0);
-    return draws > 0.0 ? settled : 1e+300;
+    return draws > 0.0 ? settled : HOPFORM_NEVER_f64;
 }
 
 /* The state of a phase where the response of the poles is `basis`; what is held stays exactly where it is. */

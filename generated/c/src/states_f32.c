@@ -4,21 +4,23 @@
  */
 #include "phase_f32.h"
 
-static hopform_state_f32 start_of(const hopform_phase_f32 *phase)
+static hopform_state_f32 states_start_of_f32(const hopform_phase_f32 *phase)
 {
     const hopform_state_f32 start = {phase->x1, phase->v1, phase->v2, phase->y};
     return start;
 }
 
-static hopform_motion_f32 motion_in(const hopform_plan_f32 *plan, const hopform_step_f32 *steps, const hopform_phase_f32 *phase)
+static hopform_motion_f32 motion_in_f32(const hopform_plan_f32 *plan, const hopform_step_f32 *steps,
+                                          const hopform_phase_f32 *phase)
 {
-    const hopform_state_f32 start = start_of(phase);
-    return hopform_motion_of_f32(plan, &start, steps[phase->step].u, hopform_side_1_f32(phase), hopform_side_2_f32(phase));
+    const hopform_state_f32 start = states_start_of_f32(phase);
+    return hopform_motion_of_f32(plan, &start, steps[phase->step].u, hopform_side_1_f32(phase),
+                                  hopform_side_2_f32(phase));
 }
 
 int32_t hopform_stance_states_f32(const hopform_plan_f32 *plan, const hopform_step_f32 *steps,
-                                   const hopform_phase_f32 *phases, const hopform_stance_f32 *stance, const float *times,
-                                   int32_t count, float *x1, float *v1, float *v2, float *y)
+                                   const hopform_phase_f32 *phases, const hopform_stance_f32 *stance,
+                                   const float *times, int32_t count, float *x1, float *v1, float *v2, float *y)
 {
     if (plan == NULL || steps == NULL || phases == NULL || stance == NULL || times == NULL || x1 == NULL || v1 == NULL
         || v2 == NULL || y == NULL) {
@@ -30,11 +32,11 @@ int32_t hopform_stance_states_f32(const hopform_plan_f32 *plan, const hopform_st
     }
     const bool rests = stance->ending == HOPFORM_ENDING_REST;
     int32_t prepared = 0;
-    hopform_state_f32 start = start_of(phases);
-    hopform_motion_f32 motion = motion_in(plan, steps, phases);
+    hopform_state_f32 start = states_start_of_f32(phases);
+    hopform_motion_f32 motion = motion_in_f32(plan, steps, phases);
     for (int32_t i = 0; i < count; i++) {
         const float t = times[i];
-        if (!(t >= 0.0f && t <= 1e38f) || (t > stance->duration && !rests)) {
+        if (!(t >= 0.0f && t <= HOPFORM_NEVER_f32) || (t > stance->duration && !rests)) {
             hopform_clear_states_f32(x1, v1, v2, y, count);
             return HOPFORM_ERROR_TIME;
         }
@@ -44,8 +46,8 @@ int32_t hopform_stance_states_f32(const hopform_plan_f32 *plan, const hopform_st
         const int side_1 = hopform_side_1_f32(phase);
         const int side_2 = hopform_side_2_f32(phase);
         if (n != prepared) {
-            start = start_of(phase);
-            motion = motion_in(plan, steps, phase);
+            start = states_start_of_f32(phase);
+            motion = motion_in_f32(plan, steps, phase);
             prepared = n;
         }
         hopform_state_f32 state = start;

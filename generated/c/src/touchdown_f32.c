@@ -4,26 +4,23 @@
  */
 #include <stdbool.h>
 
-#include "hopform/hopform.h"
-
-static bool is_finite(float value)
-{
-    return value >= -1e38f && value <= 1e38f;
-}
+#include "kernels_f32.h"
 
 int32_t hopform_touchdown_f32(const hopform_detector_f32 *detector, hopform_contact_f32 *contact, float sample)
 {
     if (detector == NULL || contact == NULL) {
         return HOPFORM_ERROR_NULL;
     }
-    if (!(detector->low <= detector->high && is_finite(detector->low) && is_finite(detector->high)) || detector->count < 1
-        || !is_finite(sample)) {
+    if (!(detector->low <= detector->high && hopform_is_finite_f32(detector->low)
+          && hopform_is_finite_f32(detector->high))
+        || detector->count < 1 || !hopform_is_finite_f32(sample)) {
         return HOPFORM_ERROR_DETECTOR;
     }
     const bool above = sample >= (contact->above != 0 ? detector->low : detector->high);
     const bool touches = contact->touches != 0;
     contact->above = above ? 1 : 0;
-    const int32_t run = contact->run > 0 && contact->run < detector->count ? contact->run : 0; /* whatever the memory held */
+    const int32_t run =
+        contact->run > 0 && contact->run < detector->count ? contact->run : 0; /* whatever the memory held */
     contact->run = above != touches ? run + 1 : 0;
     if (contact->run < detector->count) {
         return HOPFORM_OK;

@@ -11,10 +11,12 @@
 #define HOPFORM_X86_LANES
 #endif
 
-int32_t hopform_lanes_baseline_f64(int64_t count, const hopform_stances_in_f64 *in, const hopform_stances_out_f64 *out);
+int32_t hopform_lanes_baseline_f64(int64_t count, const hopform_stances_in_f64 *in,
+                                    const hopform_stances_out_f64 *out);
 #if defined(HOPFORM_X86_LANES)
 int32_t hopform_lanes_avx2_f64(int64_t count, const hopform_stances_in_f64 *in, const hopform_stances_out_f64 *out);
-int32_t hopform_lanes_avx512_f64(int64_t count, const hopform_stances_in_f64 *in, const hopform_stances_out_f64 *out);
+int32_t hopform_lanes_avx512_f64(int64_t count, const hopform_stances_in_f64 *in,
+                                  const hopform_stances_out_f64 *out);
 #endif
 
 #endif

@@ -14,10 +14,8 @@ from numpy.typing import NDArray
 from hopform_solver import formulas
 from hopform_solver.kernels import basis_at, decay_at
 from hopform_solver.lanes import Array, Lanes, put, take
+from hopform_solver.limits import NEVER
 from hopform_solver.records import Numerator, Poles
-
-NEVER = {np.dtype(np.float32): 1e38, np.dtype(np.float64): 1e300}
-FAINT = {np.dtype(np.float32): 1e-30, np.dtype(np.float64): 1e-280}
 
 
 class Watch(NamedTuple):

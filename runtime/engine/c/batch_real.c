@@ -39,8 +39,8 @@ int32_t hopform_has_variant_real(int32_t variant)
     case HOPFORM_VARIANT_AVX2:
         return __builtin_cpu_supports("avx2") ? 1 : 0;
     case HOPFORM_VARIANT_AVX512:
-        return __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512vl")
-                       && __builtin_cpu_supports("avx512bw")
+        return __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq")
+                       && __builtin_cpu_supports("avx512vl") && __builtin_cpu_supports("avx512bw")
                    ? 1
                    : 0;
 #endif
@@ -60,7 +60,8 @@ static int32_t best_variant(int64_t count)
     return hopform_has_variant_real(HOPFORM_VARIANT_AVX2) ? HOPFORM_VARIANT_AVX2 : HOPFORM_VARIANT_BASELINE;
 }
 
-static int32_t solve_by(int32_t variant, int64_t count, const hopform_stances_in_real *in, const hopform_stances_out_real *out)
+static int32_t solve_by(int32_t variant, int64_t count, const hopform_stances_in_real *in,
+                        const hopform_stances_out_real *out)
 {
     switch (variant) {
 #if defined(HOPFORM_X86_LANES)
@@ -123,7 +124,8 @@ int32_t hopform_solve_stances_by_real(int32_t variant, int64_t count, const hopf
     return kept;
 }
 
-int32_t hopform_solve_stances_real(int64_t count, const hopform_stances_in_real *in, const hopform_stances_out_real *out)
+int32_t hopform_solve_stances_real(int64_t count, const hopform_stances_in_real *in,
+                                   const hopform_stances_out_real *out)
 {
     return hopform_solve_stances_by_real(HOPFORM_VARIANT_BEST, count, in, out);
 }

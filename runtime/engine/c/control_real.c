@@ -2,29 +2,32 @@
  *
  * The current after which the next apex is the desired one, (25)-(27) in their exact form: apex(u) = h_des.
  *
- * apex(u) is analytic where modes and events keep their order, bends where that changes, and jumps or has gaps where the
- * least spring y of a rebound passes zero. The range of u is a row of cells between currents that were tried; the one that
- * is nearest to u = 0 is done first. A cell is left when the values and slopes at its ends say that nothing better lies in
- * it, else it is split: at the root, extremum or limit that they foretell, or in the middle. Exact are: a tried current and
- * what it does; an actuator held at both ends of a cell is held in all of it, because the force on it is linear in u. The
- * rest are bounds by slopes, docs/control.md says which.
+ * apex(u) is analytic where modes and events keep their order, bends where that changes, and jumps or has gaps where
+ * the least spring y of a rebound passes zero. The range of u is a row of cells between currents that were tried; the
+ * one that is nearest to u = 0 is done first. A cell is left when the values and slopes at its ends say that nothing
+ * better lies in it, else it is split: at the root, extremum or limit that they foretell, or in the middle. Exact are:
+ * a tried current and what it does; an actuator held at both ends of a cell is held in all of it, because the force on
+ * it is linear in u. The rest are bounds by slopes, docs/control.md says which.
  */
 #include "trial_real.h"
 
-/* Cells wider than this share of u_max are not judged by their ends: where the events are the same at both, and where not. */
-#define WIDE 0.5
-#define COARSE 0.25
-#define DOWN 0.0625
+/* Cells wider than this share of u_max are not judged by their ends: where the events are the same at both, and where
+ * not. */
+#define CONTROL_WIDE_real 0.5
+#define COARSE_real 0.25
+#define DOWN_real 0.0625
 
-/* How far a slope may be off the cubic's, as a share of what the cubic's slopes differ by: of their sum, and of each. */
-#define LEAN 0.25
-#define BEND 0.03125
+/* How far a slope may be off the cubic's, as a share of what the cubic's slopes differ by: of their sum, and of each.
+ */
+#define LEAN_real 0.25
+#define BEND_real 0.03125
 
-/* Where the events change: how much slopes may differ where the function still rises throughout, and how deep it may dip. */
-#define KINK 0.5
-#define DEPTH 1.0
-#define STEP 0.00390625
-#define EDGE 0.015625
+/* Where the events change: how much slopes may differ where the function still rises throughout, and how deep it may
+ * dip. */
+#define KINK_real 0.5
+#define DEPTH_real 1.0
+#define STEP_real 0.00390625
+#define EDGE_real 0.015625
 
 /* A function of u on a cell, outward from 0: values and slopes at both ends; whether it is smooth in between. */
 typedef struct {
@@ -34,122 +37,123 @@ typedef struct {
     real to_rate;
     real width;
     bool smooth;
-} curve;
+} curve_real;
 
 /* ---- what the ends of a cell say ---- */
 
-static real chord(const curve *c)
+static real chord_real(const curve_real *c)
 {
     return (c->to - c->from) / c->width;
 }
 
 /* How much the slopes differ from the chord's. */
-static real spread(const curve *c)
+static real spread_real(const curve_real *c)
 {
-    return fabs(c->from_rate - chord(c)) + fabs(c->to_rate - chord(c));
+    return fabs_real(c->from_rate - chord_real(c)) + fabs_real(c->to_rate - chord_real(c));
 }
 
 /* The slopes' sum less twice the chord's: 0 for a parabola. */
-static real lean(const curve *c)
+static real lean_real(const curve_real *c)
 {
-    return c->from_rate + c->to_rate - 2.0 * chord(c);
+    return c->from_rate + c->to_rate - 2.0 * chord_real(c);
 }
 
 /* How far a slope in the cell may be off that of the cubic which the ends determine. */
-static real doubt(const curve *c)
+static real doubt_real(const curve_real *c)
 {
-    return LEAN * fabs(lean(c)) + BEND * spread(c);
+    return LEAN_real * fabs_real(lean_real(c)) + BEND_real * spread_real(c);
 }
 
 /* The least slope of that cubic. */
-static real least_slope(const curve *c)
+static real least_slope_real(const curve_real *c)
 {
     const real end = hopform_lesser_real(c->from_rate, c->to_rate);
-    const real half = c->from_rate + lean(c) - chord(c);
-    if (lean(c) > 0.0 && half > 0.0 && half < 3.0 * lean(c)) {
-        const real inside = c->from_rate - half * half / (3.0 * lean(c));
+    const real half = c->from_rate + lean_real(c) - chord_real(c);
+    if (lean_real(c) > 0.0 && half > 0.0 && half < 3.0 * lean_real(c)) {
+        const real inside = c->from_rate - half * half / (3.0 * lean_real(c));
         return hopform_lesser_real(inside, end);
     }
     return end;
 }
 
-static bool rises(const curve *c)
+static bool rises_real(const curve_real *c)
 {
     if (c->smooth) {
-        return least_slope(c) > 4.0 * doubt(c);
+        return least_slope_real(c) > 4.0 * doubt_real(c);
     }
     const real end = hopform_lesser_real(c->from_rate, c->to_rate);
-    return end > 0.0 && chord(c) > 0.0 && spread(c) <= KINK * end;
+    return end > 0.0 && chord_real(c) > 0.0 && spread_real(c) <= KINK_real * end;
 }
 
-static curve mirrored(const curve *c)
+static curve_real mirrored_real(const curve_real *c)
 {
-    const curve other = {-c->from, -c->from_rate, -c->to, -c->to_rate, c->width, c->smooth};
+    const curve_real other = {-c->from, -c->from_rate, -c->to, -c->to_rate, c->width, c->smooth};
     return other;
 }
 
-static bool is_monotone(const curve *c)
+static bool is_monotone_real(const curve_real *c)
 {
-    const curve other = mirrored(c);
-    return rises(c) || rises(&other);
+    const curve_real other = mirrored_real(c);
+    return rises_real(c) || rises_real(&other);
 }
 
 /* Whether the slope rises throughout. */
-static bool is_convex(const curve *c)
+static bool is_convex_real(const curve_real *c)
 {
-    const real from = lean(c) + c->from_rate - chord(c);
-    const real to = lean(c) + c->to_rate - chord(c);
-    return -from > 4.0 * doubt(c) && to > 4.0 * doubt(c);
+    const real from = lean_real(c) + c->from_rate - chord_real(c);
+    const real to = lean_real(c) + c->to_rate - chord_real(c);
+    return -from > 4.0 * doubt_real(c) && to > 4.0 * doubt_real(c);
 }
 
 /* Where the cubic has its minimum, as a share of the cell; -1 if there is none in it. */
-static real share_of_minimum(const curve *c)
+static real share_of_minimum_real(const curve_real *c)
 {
-    const real half = c->from_rate + lean(c) - chord(c);
-    const real radicand = half * half - 3.0 * lean(c) * c->from_rate;
+    const real half = c->from_rate + lean_real(c) - chord_real(c);
+    const real radicand = half * half - 3.0 * lean_real(c) * c->from_rate;
     if (!(radicand > 0.0)) {
         return -1.0;
     }
-    const real root = sqrt(radicand);
-    const real share = half < 0.0 ? c->from_rate / (half - root) : (half + root) / (3.0 * lean(c));
+    const real root = sqrt_real(radicand);
+    const real share = half < 0.0 ? c->from_rate / (half - root) : (half + root) / (3.0 * lean_real(c));
     return share > 0.0 && share < 1.0 ? share : -1.0;
 }
 
-static real cubic_at(const curve *c, real share)
+static real cubic_at_real(const curve_real *c, real share)
 {
     const real rest = 1.0 - share;
-    const real bend = (c->from_rate - chord(c)) * rest - (c->to_rate - chord(c)) * share;
-    return c->from + c->width * share * (chord(c) + rest * bend);
+    const real bend = (c->from_rate - chord_real(c)) * rest - (c->to_rate - chord_real(c)) * share;
+    return c->from + c->width * share * (chord_real(c) + rest * bend);
 }
 
 /* The least that the function is taken to be on the cell. */
-static real least(const curve *c)
+static real least_real(const curve_real *c)
 {
     const real end = hopform_lesser_real(c->from, c->to);
-    if (is_monotone(c)) {
+    if (is_monotone_real(c)) {
         return end;
     }
     if (!c->smooth) {
-        return end - DEPTH * c->width * spread(c);
+        return end - DEPTH_real * c->width * spread_real(c);
     }
-    if (is_convex(c)) {
-        const real share = (c->to_rate - chord(c)) / (c->to_rate - c->from_rate);
+    if (is_convex_real(c)) {
+        const real share = (c->to_rate - chord_real(c)) / (c->to_rate - c->from_rate);
         return c->from_rate < 0.0 && c->to_rate > 0.0 ? c->from + c->width * c->from_rate * share : end;
     }
-    const real share = share_of_minimum(c);
-    const real inside = share > 0.0 ? cubic_at(c, share) : end;
-    return hopform_lesser_real(inside, end) - c->width * doubt(c);
+    const real share = share_of_minimum_real(c);
+    const real inside = share > 0.0 ? cubic_at_real(c, share) : end;
+    return hopform_lesser_real(inside, end) - c->width * doubt_real(c);
 }
 
-/* Where the function vanishes, as a share of the cell: the inverse as a cubic, the chord's where a slope is against it. */
-static real share_of_root(const curve *c)
+/* Where the function vanishes, as a share of the cell: the inverse as a cubic, the chord's where a slope is against it.
+ */
+static real share_of_root_real(const curve_real *c)
 {
     const real t = c->from / (c->from - c->to);
-    if (!(c->from_rate * chord(c) > 0.0 && c->to_rate * chord(c) > 0.0)) {
+    if (!(c->from_rate * chord_real(c) > 0.0 && c->to_rate * chord_real(c) > 0.0)) {
         return t;
     }
-    const real first = chord(c) / c->from_rate;
-    const real last = chord(c) / c->to_rate;
+    const real first = chord_real(c) / c->from_rate;
+    const real last = chord_real(c) / c->to_rate;
     const real begin = hopform_lesser_real(first, 3.0); /* with which the cubic still rises */
     const real end = hopform_lesser_real(last, 3.0);
     return t * (begin + t * (3.0 - 2.0 * begin - end + t * (begin + end - 2.0)));
@@ -157,48 +161,48 @@ static real share_of_root(const curve *c)
 
 /* ---- a cell ---- */
 
-static real sign_of_cell(const hopform_cell_real *c)
+static real sign_of_cell_real(const hopform_cell_real *c)
 {
     return c->to.u > c->from.u ? 1.0 : -1.0;
 }
 
-static real width_of(const hopform_cell_real *c)
+static real width_of_real(const hopform_cell_real *c)
 {
-    return fabs(c->to.u - c->from.u);
+    return fabs_real(c->to.u - c->from.u);
 }
 
-static bool is_smooth(const hopform_cell_real *c)
+static bool is_smooth_real(const hopform_cell_real *c)
 {
     return c->from.events == c->to.events && c->from.smooth && c->to.smooth;
 }
 
-static curve curve_of(const hopform_cell_real *c, real from, real from_u, real to, real to_u)
+static curve_real curve_of_real(const hopform_cell_real *c, real from, real from_u, real to, real to_u)
 {
-    const real sign = sign_of_cell(c);
-    const curve made = {from, sign * from_u, to, sign * to_u, width_of(c), is_smooth(c)};
+    const real sign = sign_of_cell_real(c);
+    const curve_real made = {from, sign * from_u, to, sign * to_u, width_of_real(c), is_smooth_real(c)};
     return made;
 }
 
 /* The apex less what is wanted; an end that reaches it counts as being on the side of the other one. */
-static curve gap_of(const hopform_cell_real *c, real wanted)
+static curve_real gap_of_real(const hopform_cell_real *c, real wanted)
 {
-    curve gap = curve_of(c, c->from.apex - wanted, c->from.apex_u, c->to.apex - wanted, c->to.apex_u);
-    if (fabs(gap.to) <= REACHED_WITHIN) {
-        gap.to = gap.from > 0.0 ? REACHED_WITHIN : -REACHED_WITHIN;
-    } else if (fabs(gap.from) <= REACHED_WITHIN) {
-        gap.from = gap.to > 0.0 ? REACHED_WITHIN : -REACHED_WITHIN;
+    curve_real gap = curve_of_real(c, c->from.apex - wanted, c->from.apex_u, c->to.apex - wanted, c->to.apex_u);
+    if (fabs_real(gap.to) <= HOPFORM_REACHED_WITHIN_real) {
+        gap.to = gap.from > 0.0 ? HOPFORM_REACHED_WITHIN_real : -HOPFORM_REACHED_WITHIN_real;
+    } else if (fabs_real(gap.from) <= HOPFORM_REACHED_WITHIN_real) {
+        gap.from = gap.to > 0.0 ? HOPFORM_REACHED_WITHIN_real : -HOPFORM_REACHED_WITHIN_real;
     }
     return gap;
 }
 
 /* The largest x_1 less its limit; it goes on where x_1 is stopped. */
-static curve peak_of(const hopform_cell_real *c, real limit)
+static curve_real peak_of_real(const hopform_cell_real *c, real limit)
 {
-    return curve_of(c, c->from.peak - limit, c->from.peak_u, c->to.peak - limit, c->to.peak_u);
+    return curve_of_real(c, c->from.peak - limit, c->from.peak_u, c->to.peak - limit, c->to.peak_u);
 }
 
 /* No rebound in the cell takes off that does not do so at its ends: the least y of each stays above zero. */
-static bool dips_are_quiet(const hopform_cell_real *c)
+static bool dips_are_quiet_real(const hopform_cell_real *c)
 {
     const bool in_from = c->from.dips > 0;
     const bool in_to = c->to.dips > 0;
@@ -206,194 +210,198 @@ static bool dips_are_quiet(const hopform_cell_real *c)
         return true;
     }
     if (in_from && in_to) {
-        const curve dip = curve_of(c, c->from.dip, c->from.dip_u, c->to.dip, c->to.dip_u);
-        return least(&dip) > 0.0;
+        const curve_real dip = curve_of_real(c, c->from.dip, c->from.dip_u, c->to.dip, c->to.dip_u);
+        return least_real(&dip) > 0.0;
     }
     const hopform_trial_real *known = in_from ? &c->from : &c->to;
-    return known->dip > width_of(c) * fabs(known->dip_u);
+    return known->dip > width_of_real(c) * fabs_real(known->dip_u);
 }
 
-static bool is_admissible(const hopform_search_real *search, const hopform_trial_real *trial)
+static bool is_admissible_real(const hopform_search_real *search, const hopform_trial_real *trial)
 {
     return trial->takes_off && trial->peak < search->limit;
 }
 
-/* Where x_1 reaches its limit, as a share of the cell: by both ends where it rises from one to the other, else by the slope at
- * the admissible one, as where x_1 is stopped another slope holds. NEVER if that slope does not lead there. */
-static real share_of_limit(const hopform_search_real *search, const hopform_cell_real *c)
+/* Where x_1 reaches its limit, as a share of the cell: by both ends where it rises from one to the other, else by the
+ * slope at the admissible one, as where x_1 is stopped another slope holds. NEVER if that slope does not lead there. */
+static real share_of_limit_real(const hopform_search_real *search, const hopform_cell_real *c)
 {
-    const curve peak = peak_of(c, search->limit);
-    if (is_monotone(&peak)) {
-        return share_of_root(&peak);
+    const curve_real peak = peak_of_real(c, search->limit);
+    if (is_monotone_real(&peak)) {
+        return share_of_root_real(&peak);
     }
-    const bool starts = is_admissible(search, &c->from);
+    const bool starts = is_admissible_real(search, &c->from);
     const real room = starts ? peak.from : peak.to;
     const real toward = (starts ? peak.from_rate : -peak.to_rate) * peak.width;
-    const real share = room + toward >= 0.0 && toward > 0.0 ? -room / toward : NEVER;
+    const real share = room + toward >= 0.0 && toward > 0.0 ? -room / toward : HOPFORM_NEVER_real;
     return starts ? share : 1.0 - share;
 }
 
 /* The nearest that an admissible current can come in a cell of which only a part, next to one end, is admissible. */
-static real promise_of_edge(const hopform_search_real *search, const hopform_cell_real *c, const curve *gap)
+static real promise_of_edge_real(const hopform_search_real *search, const hopform_cell_real *c, const curve_real *gap)
 {
-    const curve peak = peak_of(c, search->limit);
-    if (peak.width > EDGE * search->plan->robot.u_max && !is_monotone(&peak)) {
+    const curve_real peak = peak_of_real(c, search->limit);
+    if (peak.width > EDGE_real * search->plan->robot.u_max && !is_monotone_real(&peak)) {
         return 0.0;
     }
-    const bool starts = is_admissible(search, &c->from);
-    const real there = share_of_limit(search, c);
+    const bool starts = is_admissible_real(search, &c->from);
+    const real there = share_of_limit_real(search, c);
     const real share = 2.0 * (starts ? there : 1.0 - there);
-    const real rate = fabs(gap->from_rate) + fabs(gap->to_rate) + fabs(chord(gap));
-    const real inside = fabs(starts ? gap->from : gap->to);
+    const real rate = fabs_real(gap->from_rate) + fabs_real(gap->to_rate) + fabs_real(chord_real(gap));
+    const real inside = fabs_real(starts ? gap->from : gap->to);
     return share <= 1.0 ? inside - rate * share * gap->width : 0.0;
 }
 
 /* Where one end takes off and the other does not: the apex ends like a square root. */
-static real promise_of_step(const hopform_search_real *search, const hopform_cell_real *c)
+static real promise_of_step_real(const hopform_search_real *search, const hopform_cell_real *c)
 {
     const hopform_trial_real *lifts = c->from.takes_off ? &c->from : &c->to;
-    const real width = width_of(c);
-    if (width > STEP * search->plan->robot.u_max) {
+    const real width = width_of_real(c);
+    if (width > STEP_real * search->plan->robot.u_max) {
         return 0.0;
     }
-    const bool hopeless = !(lifts->peak - 2.0 * width * fabs(lifts->peak_u) < search->limit);
-    return hopeless ? NEVER : fabs(lifts->apex - search->apex) - 3.0 * width * fabs(lifts->apex_u);
+    const bool hopeless = !(lifts->peak - 2.0 * width * fabs_real(lifts->peak_u) < search->limit);
+    return hopeless ? HOPFORM_NEVER_real
+                    : fabs_real(lifts->apex - search->apex) - 3.0 * width * fabs_real(lifts->apex_u);
 }
 
 /* What no admissible current in the cell comes nearer than, as far as its ends tell; NEVER if there is none in it. */
-static real promise_of(const hopform_search_real *search, const hopform_cell_real *c)
+static real promise_of_real(const hopform_search_real *search, const hopform_cell_real *c)
 {
     const hopform_trial_real *from = &c->from;
     const hopform_trial_real *to = &c->to;
     const real range = search->plan->robot.u_max;
-    const real width = width_of(c);
-    if ((from->held && to->held) || width <= 2.0 * EPSILON * fabs(to->u)) {
-        return NEVER;
+    const real width = width_of_real(c);
+    if ((from->held && to->held) || width <= 2.0 * HOPFORM_EPS_real * fabs_real(to->u)) {
+        return HOPFORM_NEVER_real;
     }
-    const real judged = !from->takes_off && !to->takes_off ? DOWN : (is_smooth(c) ? WIDE : COARSE);
+    const real judged =
+        !from->takes_off && !to->takes_off ? DOWN_real : (is_smooth_real(c) ? CONTROL_WIDE_real : COARSE_real);
     if (width > judged * range) {
         return 0.0;
     }
     if (from->takes_off != to->takes_off) {
-        return promise_of_step(search, c);
+        return promise_of_step_real(search, c);
     }
-    if (width > ROOT_EPSILON * range && !dips_are_quiet(c)) {
+    if (width > HOPFORM_ROOT_EPS_real * range && !dips_are_quiet_real(c)) {
         return 0.0;
     }
     if (!from->takes_off) {
-        return NEVER;
+        return HOPFORM_NEVER_real;
     }
-    const curve gap = gap_of(c, search->apex);
-    const curve peak = peak_of(c, search->limit);
-    const curve below = mirrored(&gap);
-    const real promise = gap.from > 0.0 ? least(&gap) : least(&below);
-    const bool in_from = is_admissible(search, from);
-    const bool in_to = is_admissible(search, to);
-    if (!in_from && !in_to && least(&peak) >= 0.0) {
-        return NEVER;
+    const curve_real gap = gap_of_real(c, search->apex);
+    const curve_real peak = peak_of_real(c, search->limit);
+    const curve_real below = mirrored_real(&gap);
+    const real promise = gap.from > 0.0 ? least_real(&gap) : least_real(&below);
+    const bool in_from = is_admissible_real(search, from);
+    const bool in_to = is_admissible_real(search, to);
+    if (!in_from && !in_to && least_real(&peak) >= 0.0) {
+        return HOPFORM_NEVER_real;
     }
     if (in_from == in_to) {
         return promise;
     }
-    const real edge = promise_of_edge(search, c, &gap);
+    const real edge = promise_of_edge_real(search, c, &gap);
     return hopform_greater_real(edge, promise);
 }
 
 /* Where a function that comes nearer to zero at both ends has its extremum. */
-static real share_of_turn(const curve *c)
+static real share_of_turn_real(const curve_real *c)
 {
-    const curve other = mirrored(c);
-    const real share = share_of_minimum(c->from > 0.0 ? c : &other);
+    const curve_real other = mirrored_real(c);
+    const real share = share_of_minimum_real(c->from > 0.0 ? c : &other);
     return share > 0.0 ? hopform_greater_real(hopform_lesser_real(share, 0.96875), 0.03125) : 0.5;
 }
 
-/* Just inside the limit of x_1: short of where a slope at the admissible end leads to, which overshoots by the square of the way,
- * so some way off the other end. */
-static real share_inside(const hopform_search_real *search, const hopform_cell_real *c, const curve *gap)
+/* Just inside the limit of x_1: short of where a slope at the admissible end leads to, which overshoots by the square
+ * of the way, so some way off the other end. */
+static real share_inside_real(const hopform_search_real *search, const hopform_cell_real *c, const curve_real *gap)
 {
-    const real steep = fabs(gap->from_rate) + fabs(gap->to_rate) + fabs(chord(gap));
-    const real there = share_of_limit(search, c);
-    const bool starts = is_admissible(search, &c->from);
+    const real steep = fabs_real(gap->from_rate) + fabs_real(gap->to_rate) + fabs_real(chord_real(gap));
+    const real there = share_of_limit_real(search, c);
+    const bool starts = is_admissible_real(search, &c->from);
     const real way = starts ? there : 1.0 - there;
     const real short_of = way > 0.0 && way <= 1.0 ? 0.0625 * way * way : 0.0;
-    const real aside = short_of + 0.25 * NEAR_WITHIN / (steep * gap->width + NEAR_WITHIN);
+    const real aside = short_of + 0.25 * HOPFORM_NEAR_WITHIN_real / (steep * gap->width + HOPFORM_NEAR_WITHIN_real);
     return starts ? there - aside : there + aside;
 }
 
 /* Where to split the cell, as a share of it. */
-static real share_to_try(const hopform_search_real *search, const hopform_cell_real *c)
+static real share_to_try_real(const hopform_search_real *search, const hopform_cell_real *c)
 {
     const hopform_trial_real *from = &c->from;
     const hopform_trial_real *to = &c->to;
-    if (width_of(c) > WIDE * search->plan->robot.u_max || c->slow >= 2 || from->takes_off != to->takes_off) {
+    if (width_of_real(c) > CONTROL_WIDE_real * search->plan->robot.u_max || c->slow >= 2
+        || from->takes_off != to->takes_off) {
         return 0.5;
     }
     if (!from->takes_off) {
-        const curve dip = curve_of(c, from->dip, from->dip_u, to->dip, to->dip_u);
-        return from->dips > 0 && to->dips > 0 ? share_of_turn(&dip) : 0.5;
+        const curve_real dip = curve_of_real(c, from->dip, from->dip_u, to->dip, to->dip_u);
+        return from->dips > 0 && to->dips > 0 ? share_of_turn_real(&dip) : 0.5;
     }
-    const curve gap = gap_of(c, search->apex);
+    const curve_real gap = gap_of_real(c, search->apex);
     if (gap.from * gap.to < 0.0) {
-        return share_of_root(&gap);
+        return share_of_root_real(&gap);
     }
-    const curve peak = peak_of(c, search->limit);
-    if (is_admissible(search, from) != is_admissible(search, to)) {
-        return share_inside(search, c, &gap);
+    const curve_real peak = peak_of_real(c, search->limit);
+    if (is_admissible_real(search, from) != is_admissible_real(search, to)) {
+        return share_inside_real(search, c, &gap);
     }
-    if (!is_smooth(c)) {
+    if (!is_smooth_real(c)) {
         return 0.5; /* slopes on either side of a bend say little of what lies between */
     }
-    return is_admissible(search, from) ? share_of_turn(&gap) : share_of_turn(&peak);
+    return is_admissible_real(search, from) ? share_of_turn_real(&gap) : share_of_turn_real(&peak);
 }
 
 /* ---- the search ---- */
 
-static bool is_better(const hopform_search_real *search, const hopform_trial_real *trial)
+static bool is_better_real(const hopform_search_real *search, const hopform_trial_real *trial)
 {
-    const real gap = fabs(trial->apex - search->apex);
-    const real best = fabs(search->best.apex - search->apex);
+    const real gap = fabs_real(trial->apex - search->apex);
+    const real best = fabs_real(search->best.apex - search->apex);
     if (!search->found) {
         return true;
     }
-    if (gap <= REACHED_WITHIN) {
-        return !search->reached || fabs(trial->u) < fabs(search->best.u);
+    if (gap <= HOPFORM_REACHED_WITHIN_real) {
+        return !search->reached || fabs_real(trial->u) < fabs_real(search->best.u);
     }
     return gap < best && !search->reached;
 }
 
-static void consider(hopform_search_real *search, const hopform_trial_real *trial)
+static void consider_real(hopform_search_real *search, const hopform_trial_real *trial)
 {
-    if (is_admissible(search, trial) && is_better(search, trial)) {
+    if (is_admissible_real(search, trial) && is_better_real(search, trial)) {
         search->best = *trial;
         search->found = true;
-        search->reached = fabs(trial->apex - search->apex) <= REACHED_WITHIN;
+        search->reached = fabs_real(trial->apex - search->apex) <= HOPFORM_REACHED_WITHIN_real;
     }
 }
 
 /* A gap that is worth looking for: smaller than this. */
-static real worth(const hopform_search_real *search)
+static real worth_real(const hopform_search_real *search)
 {
     if (!search->found) {
-        return NEVER;
+        return HOPFORM_NEVER_real;
     }
-    const real gap = fabs(search->best.apex - search->apex) - 2.0 * NEAR_WITHIN;
+    const real gap = fabs_real(search->best.apex - search->apex) - 2.0 * HOPFORM_NEAR_WITHIN_real;
     return hopform_greater_real(gap, 0.0);
 }
 
-static bool matters(const hopform_search_real *search, const hopform_cell_real *c)
+static bool matters_real(const hopform_search_real *search, const hopform_cell_real *c)
 {
     if (search->reached) {
-        return fabs(c->from.u) < fabs(search->best.u) && c->promise < REACHED_WITHIN;
+        return fabs_real(c->from.u) < fabs_real(search->best.u) && c->promise < HOPFORM_REACHED_WITHIN_real;
     }
-    return c->promise < NEVER && c->promise <= worth(search);
+    return c->promise < HOPFORM_NEVER_real && c->promise <= worth_real(search);
 }
 
 /* Keep the range between two tried currents if something better may lie in it. */
-static void keep(hopform_search_real *search, const hopform_trial_real *from, const hopform_trial_real *to, int32_t slow)
+static void keep_real(hopform_search_real *search, const hopform_trial_real *from, const hopform_trial_real *to,
+                      int32_t slow)
 {
     hopform_cell_real cell = {*from, *to, 0.0, slow};
-    cell.promise = promise_of(search, &cell);
-    if (!matters(search, &cell)) {
+    cell.promise = promise_of_real(search, &cell);
+    if (!matters_real(search, &cell)) {
         return;
     }
     if (search->count < HOPFORM_SEARCH_CELLS_real) {
@@ -403,17 +411,19 @@ static void keep(hopform_search_real *search, const hopform_trial_real *from, co
     }
 }
 
-/* Forget the cells that do not matter any more; the most promising one, of several the one nearest to 0, becomes the last. */
-static void sift(hopform_search_real *search)
+/* Forget the cells that do not matter any more; the most promising one, of several the one nearest to 0, becomes the
+ * last. */
+static void sift_real(hopform_search_real *search)
 {
     int32_t kept = 0;
     int32_t first = 0;
     for (int32_t n = 0; n < search->count && n < HOPFORM_SEARCH_CELLS_real; n++) {
         const hopform_cell_real *c = &search->cells[n];
-        if (matters(search, c) && kept < HOPFORM_SEARCH_CELLS_real) {
+        if (matters_real(search, c) && kept < HOPFORM_SEARCH_CELLS_real) {
             const hopform_cell_real *best = &search->cells[first];
             const bool as_good = !(c->promise > best->promise) && !(c->promise < best->promise);
-            if (kept == 0 || c->promise < best->promise || (as_good && fabs(c->from.u) < fabs(best->from.u))) {
+            if (kept == 0 || c->promise < best->promise
+                || (as_good && fabs_real(c->from.u) < fabs_real(best->from.u))) {
                 first = kept;
             }
             if (kept < n) {
@@ -432,8 +442,9 @@ static void sift(hopform_search_real *search)
     }
 }
 
-/* Whether a current of this sign pushes an actuator that 0 leaves on a stop harder onto it: it is held there as well. */
-static bool changes_nothing(const hopform_search_real *search, real sign)
+/* Whether a current of this sign pushes an actuator that 0 leaves on a stop harder onto it: it is held there as well.
+ */
+static bool changes_nothing_real(const hopform_search_real *search, real sign)
 {
     const hopform_robot_real *robot = &search->plan->robot;
     const real push = -robot->gamma2 * sign;
@@ -442,34 +453,35 @@ static bool changes_nothing(const hopform_search_real *search, real sign)
 }
 
 /* Choose the next current: a limit, then in the most promising cell; false if nothing is left. */
-static bool go_on(hopform_search_real *search)
+static bool go_on_real(hopform_search_real *search)
 {
     while (search->limits > 0) {
         const real sign = search->limits == 2 ? 1.0 : -1.0;
         search->limits--;
-        if (!changes_nothing(search, sign)) {
+        if (!changes_nothing_real(search, sign)) {
             search->next = sign * search->plan->robot.u_max;
             return true;
         }
     }
-    sift(search);
+    sift_real(search);
     if (search->count == 0) {
         return false;
     }
     const hopform_cell_real *c = &search->cells[search->count - 1];
-    const real share = share_to_try(search, c);
+    const real share = share_to_try_real(search, c);
     search->next = c->from.u + share * (c->to.u - c->from.u);
-    if (!(share > 0.0 && fabs(search->next) > fabs(c->from.u) && fabs(search->next) < fabs(c->to.u))) {
+    if (!(share > 0.0 && fabs_real(search->next) > fabs_real(c->from.u)
+          && fabs_real(search->next) < fabs_real(c->to.u))) {
         search->next = c->from.u + 0.5 * (c->to.u - c->from.u);
     }
     return true;
 }
 
 /* Take in what a current does, and choose the next one: first 0, then the limits, then into the cells. */
-static bool take_in(hopform_search_real *search, const hopform_trial_real *trial)
+static bool take_in_real(hopform_search_real *search, const hopform_trial_real *trial)
 {
     const hopform_robot_real *robot = &search->plan->robot;
-    consider(search, trial);
+    consider_real(search, trial);
     if (search->trials < HOPFORM_SEARCH_TRIALS) {
         search->trials++;
     }
@@ -479,31 +491,31 @@ static bool take_in(hopform_search_real *search, const hopform_trial_real *trial
         if (search->reached || !(chooses && search->start.x1 < search->limit)) {
             return false;
         }
-    } else if (!(fabs(trial->u) < robot->u_max)) {
-        keep(search, &search->zero, trial, 0);
+    } else if (!(fabs_real(trial->u) < robot->u_max)) {
+        keep_real(search, &search->zero, trial, 0);
     } else if (search->count > 0) {
         const hopform_cell_real split = search->cells[--search->count];
-        const real half = 0.5 * width_of(&split);
+        const real half = 0.5 * width_of_real(&split);
         const int32_t slower = split.slow < 2 ? split.slow + 1 : 2; /* of a search in any memory, too */
-        keep(search, &split.from, trial, fabs(trial->u - split.from.u) > half ? slower : 0);
-        keep(search, trial, &split.to, fabs(split.to.u - trial->u) > half ? slower : 0);
+        keep_real(search, &split.from, trial, fabs_real(trial->u - split.from.u) > half ? slower : 0);
+        keep_real(search, trial, &split.to, fabs_real(split.to.u - trial->u) > half ? slower : 0);
     }
-    return go_on(search);
+    return go_on_real(search);
 }
 
-static void say(const hopform_search_real *search, hopform_command_real *command)
+static void say_real(const hopform_search_real *search, hopform_command_real *command)
 {
     command->u = search->best.u;
     command->apex = search->found ? search->best.apex - search->datum : 0.0;
-    const bool reaches = search->found && fabs(search->best.apex - search->apex) <= NEAR_WITHIN;
-    command->status = reaches ? HOPFORM_COMMAND_REACHED
-                                      : (search->found ? HOPFORM_COMMAND_NEAREST : HOPFORM_COMMAND_NO_TAKEOFF);
+    const bool reaches = search->found && fabs_real(search->best.apex - search->apex) <= HOPFORM_NEAR_WITHIN_real;
+    command->status =
+        reaches ? HOPFORM_COMMAND_REACHED : (search->found ? HOPFORM_COMMAND_NEAREST : HOPFORM_COMMAND_NO_TAKEOFF);
 }
 
 /* ---- a current ---- */
 
-static int32_t attempt(const hopform_plan_real *plan, const hopform_state_real *start, real u, real horizon,
-                       hopform_phase_real *phases, int32_t capacity, hopform_trial_real *trial, bool *fits)
+static int32_t attempt_real(const hopform_plan_real *plan, const hopform_state_real *start, real u, real horizon,
+                            hopform_phase_real *phases, int32_t capacity, hopform_trial_real *trial, bool *fits)
 {
     const hopform_step_real step = {0.0, u};
     hopform_stance_real stance;
@@ -517,11 +529,6 @@ static int32_t attempt(const hopform_plan_real *plan, const hopform_state_real *
 }
 
 /* ---- what users call ---- */
-
-static bool is_finite(real value)
-{
-    return value >= -NEVER && value <= NEVER;
-}
 
 int32_t hopform_choose_current_begin_real(hopform_search_real *search, const hopform_plan_real *plan,
                                           const hopform_state_real *start, const hopform_target_real *target,
@@ -543,12 +550,13 @@ int32_t hopform_choose_current_begin_real(hopform_search_real *search, const hop
     }
     const hopform_robot_real *robot = &plan->robot;
     search->status = HOPFORM_SEARCHING;
-    if (!hopform_is_made_real(plan) || !(robot->g > 0.0) || !(robot->u_max <= NEVER)) {
+    if (!hopform_is_made_real(plan) || !(robot->g > 0.0) || !(robot->u_max <= HOPFORM_NEVER_real)) {
         search->status = HOPFORM_ERROR_ROBOT;
-    } else if (!is_finite(target->h_des) || !is_finite(target->datum) || !(target->h_des + target->datum >= 0.0)
-               || !(target->stop_margin >= 0.0 && target->stop_margin <= NEVER)) {
+    } else if (!hopform_is_finite_real(target->h_des) || !hopform_is_finite_real(target->datum)
+               || !(target->h_des + target->datum >= 0.0)
+               || !(target->stop_margin >= 0.0 && target->stop_margin <= HOPFORM_NEVER_real)) {
         search->status = HOPFORM_ERROR_TARGET;
-    } else if (!(target->horizon > 0.0 && target->horizon <= NEVER)) {
+    } else if (!(target->horizon > 0.0 && target->horizon <= HOPFORM_NEVER_real)) {
         search->status = HOPFORM_ERROR_HORIZON;
     }
     const bool locked = !(robot->x1_min < robot->x1_max);
@@ -556,7 +564,7 @@ int32_t hopform_choose_current_begin_real(hopform_search_real *search, const hop
     search->start = *start;
     search->apex = target->h_des + target->datum;
     search->datum = target->datum;
-    search->limit = locked ? NEVER : robot->x1_max - target->stop_margin - 16.0 * EPSILON;
+    search->limit = locked ? HOPFORM_NEVER_real : robot->x1_max - target->stop_margin - 16.0 * HOPFORM_EPS_real;
     search->horizon = target->horizon;
     search->count = 0;
     search->limits = 2;
@@ -574,31 +582,31 @@ int32_t hopform_choose_current_step_real(hopform_search_real *search, hopform_ph
         return HOPFORM_ERROR_NULL;
     }
     if (search->status != HOPFORM_SEARCHING) {
-        say(search, command);
+        say_real(search, command);
         return search->status;
     }
     hopform_trial_real trial = search->best;
     bool fits = true;
     const int32_t status =
-        attempt(search->plan, &search->start, search->next, search->horizon, phases, capacity, &trial, &fits);
+        attempt_real(search->plan, &search->start, search->next, search->horizon, phases, capacity, &trial, &fits);
     if (status < 0) {
         search->best.u = 0.0; /* for good: what was found does not count after an error */
         search->found = false;
         search->status = status;
-        say(search, command);
+        say_real(search, command);
         return status;
     }
     search->partial = search->partial || !fits;
-    if (!take_in(search, &trial)) {
+    if (!take_in_real(search, &trial)) {
         search->status = search->partial ? HOPFORM_PHASES_NOT_KEPT : HOPFORM_OK;
     }
-    say(search, command);
+    say_real(search, command);
     return search->status;
 }
 
-int32_t hopform_choose_current_real(hopform_search_real *search, const hopform_plan_real *plan, const hopform_state_real *start,
-                                    const hopform_target_real *target, hopform_phase_real *phases, int32_t capacity,
-                                    hopform_command_real *command)
+int32_t hopform_choose_current_real(hopform_search_real *search, const hopform_plan_real *plan,
+                                    const hopform_state_real *start, const hopform_target_real *target,
+                                    hopform_phase_real *phases, int32_t capacity, hopform_command_real *command)
 {
     int32_t status = hopform_choose_current_begin_real(search, plan, start, target, command);
     for (int n = 0; n < HOPFORM_SEARCH_TRIALS && status == HOPFORM_SEARCHING; n++) {
@@ -621,8 +629,8 @@ int32_t hopform_try_currents_real(const hopform_plan_real *plan, const hopform_s
     for (int32_t i = 0; i < start_count; i++) {
         for (int32_t j = 0; j < current_count; j++) {
             bool fits = true;
-            const int32_t status =
-                attempt(plan, &starts[i], currents[j], horizon, phases, capacity, &trials[i * current_count + j], &fits);
+            const int32_t status = attempt_real(plan, &starts[i], currents[j], horizon, phases, capacity,
+                                                &trials[i * current_count + j], &fits);
             if (status < 0) {
                 return status;
             }

@@ -1,41 +1,41 @@
 /* SPDX-License-Identifier: MIT-0
  *
- * States on a uniform grid. Within a phase every coordinate is a sum of 1, W', W, W_1, W_2 and t, (18)-(21), and the state
- * after j steps follows from that before them by the same sums: W(j dt) and the numerators of the state there. So a
- * table of W over one block of samples, made once a phase, carries the phase block by block; there is no chain from sample
- * to sample, so nothing accumulates and the loops vectorise. The first state of every 32nd block is taken
- * from the closed form of the phase itself.
+ * States on a uniform grid. Within a phase every coordinate is a sum of 1, W', W, W_1, W_2 and t, (18)-(21), and the
+ * state after j steps follows from that before them by the same sums: W(j dt) and the numerators of the state there. So
+ * a table of W over one block of samples, made once a phase, carries the phase block by block; there is no chain from
+ * sample to sample, so nothing accumulates and the loops vectorise. The first state of every 32nd block is taken from
+ * the closed form of the phase itself.
  */
 #include <stdbool.h>
 
 #include "phase_real.h"
 
 #ifdef __cplusplus
-#define RESTRICT
+#define RESTRICT_real
 #else
-#define RESTRICT restrict
+#define RESTRICT_real restrict
 #endif
 
-enum { BLOCK = 64, FINE = 8, SEED_BLOCKS = 32 };
+enum { BLOCK_real = 64, FINE_real = 8, SEED_BLOCKS_real = 32 };
 
 /* A workstation's wider registers take a block in half the time, to the same bits. */
 #if defined(__GNUC__) && defined(__x86_64__) && !defined(HOPFORM_PORTABLE)
-#define HAS_WIDE __builtin_cpu_supports("avx2")
-#define WIDE __attribute__((noinline, flatten, target("avx2")))
-#define ALIGNED __attribute__((aligned(64)))
+#define HAS_WIDE_real __builtin_cpu_supports("avx2")
+#define GRID_WIDE_real __attribute__((noinline, flatten, target("avx2")))
+#define ALIGNED_real __attribute__((aligned(64)))
 #else
-#define ALIGNED
+#define ALIGNED_real
 #endif
 
 /* W, its derivative and integrals at j dt, j = 0 .. BLOCK - 1, and at BLOCK dt, where the next block begins. */
 typedef struct {
-    real t[BLOCK] ALIGNED;
-    real Wd[BLOCK];
-    real W[BLOCK];
-    real W1[BLOCK];
-    real W2[BLOCK];
+    real t[BLOCK_real] ALIGNED_real;
+    real Wd[BLOCK_real];
+    real W[BLOCK_real];
+    real W1[BLOCK_real];
+    real W2[BLOCK_real];
     hopform_basis_real next;
-} grid_table;
+} grid_table_real;
 
 /* Where the samples go. */
 typedef struct {
@@ -43,9 +43,9 @@ typedef struct {
     real *v1;
     real *v2;
     real *y;
-} grid_arrays;
+} grid_arrays_real;
 
-static void put_basis(grid_table *table, int32_t j, real t, const hopform_basis_real *basis)
+static void put_basis_real(grid_table_real *table, int32_t j, real t, const hopform_basis_real *basis)
 {
     table->t[j] = t;
     table->Wd[j] = basis->Wd;
@@ -55,8 +55,8 @@ static void put_basis(grid_table *table, int32_t j, real t, const hopform_basis_
 }
 
 /* W at t + s from W at t and at s: the motion from (W, W', W'') at t, over s. */
-static hopform_basis_real later(const hopform_poles_real *poles, const hopform_basis_real *at, const hopform_basis_real *by,
-                                real s)
+static hopform_basis_real later_real(const hopform_poles_real *poles, const hopform_basis_real *at,
+                                     const hopform_basis_real *by, real s)
 {
     const real jerk = -(poles->s_1 * at->Wdd + poles->s_2 * at->Wd + poles->s_3 * at->W);
     const real from_rate = by->Wd + poles->s_1 * by->W;
@@ -76,25 +76,25 @@ static hopform_basis_real later(const hopform_poles_real *poles, const hopform_b
 }
 
 /* The first `count` entries; seven of eight follow from those at less than 8 dt and at multiples of it. */
-static void fill_table(grid_table *table, const hopform_poles_real *poles, real dt, int32_t count)
+static void fill_table_real(grid_table_real *table, const hopform_poles_real *poles, real dt, int32_t count)
 {
-    hopform_basis_real fine[FINE];
-    for (int32_t j = 0; j < count; j += FINE) {
+    hopform_basis_real fine[FINE_real];
+    for (int32_t j = 0; j < count; j += FINE_real) {
         const hopform_basis_real coarse = hopform_basis_at_real(poles, (real)j * dt);
-        put_basis(table, j, (real)j * dt, &coarse);
-        for (int32_t n = 1; n < FINE && j + n < count; n++) {
+        put_basis_real(table, j, (real)j * dt, &coarse);
+        for (int32_t n = 1; n < FINE_real && j + n < count; n++) {
             if (j == 0) {
                 fine[n] = hopform_basis_at_real(poles, (real)n * dt);
             }
-            const hopform_basis_real basis = j == 0 ? fine[n] : later(poles, &coarse, &fine[n], (real)n * dt);
-            put_basis(table, j + n, (real)(j + n) * dt, &basis);
+            const hopform_basis_real basis = j == 0 ? fine[n] : later_real(poles, &coarse, &fine[n], (real)n * dt);
+            put_basis_real(table, j + n, (real)(j + n) * dt, &basis);
         }
     }
 }
 
 /* from + H3 f + H2 g + H1 h along a block: (18), (19), (21). A full block has a count known to the compiler. */
-static inline void sum_up(real *RESTRICT out, const grid_table *RESTRICT table, real from, real h3, real h2, real h1,
-                          int32_t count)
+static inline void sum_up_real(real *RESTRICT_real out, const grid_table_real *RESTRICT_real table, real from, real h3,
+                               real h2, real h1, int32_t count)
 {
     for (int32_t j = 0; j < count; j++) {
         out[j] = from + (h1 * table->W1[j] + h2 * table->W[j] + h3 * table->Wd[j]);
@@ -102,8 +102,8 @@ static inline void sum_up(real *RESTRICT out, const grid_table *RESTRICT table, 
 }
 
 /* The displacement, (20): one integral further, and the time. */
-static inline void sum_up_x1(real *RESTRICT out, const grid_table *RESTRICT table, const hopform_state_real *from,
-                             const hopform_motion_real *motion, int32_t count)
+static inline void sum_up_x1_real(real *RESTRICT_real out, const grid_table_real *RESTRICT_real table,
+                                  const hopform_state_real *from, const hopform_motion_real *motion, int32_t count)
 {
     const real x1 = from->x1;
     const real v1 = from->v1;
@@ -115,98 +115,100 @@ static inline void sum_up_x1(real *RESTRICT out, const grid_table *RESTRICT tabl
     }
 }
 
-static inline void put_same(real *RESTRICT out, real value, int32_t count)
+static inline void put_same_real(real *RESTRICT_real out, real value, int32_t count)
 {
     for (int32_t j = 0; j < count; j++) {
         out[j] = value;
     }
 }
 
-static inline void put_samples(const grid_arrays *out, const grid_table *table, const hopform_state_real *from,
-                               const hopform_motion_real *motion, int side_1, int side_2, int32_t count)
+static inline void put_samples_real(const grid_arrays_real *out, const grid_table_real *table,
+                                    const hopform_state_real *from, const hopform_motion_real *motion, int side_1,
+                                    int side_2, int32_t count)
 {
     if (side_1 != 0) {
-        sum_up_x1(out->x1, table, from, motion, count);
-        sum_up(out->v1, table, from->v1, motion->H3_1, motion->H2_1, motion->H1_1, count);
+        sum_up_x1_real(out->x1, table, from, motion, count);
+        sum_up_real(out->v1, table, from->v1, motion->H3_1, motion->H2_1, motion->H1_1, count);
     } else {
-        put_same(out->x1, from->x1, count);
-        put_same(out->v1, 0.0, count);
+        put_same_real(out->x1, from->x1, count);
+        put_same_real(out->v1, 0.0, count);
     }
     if (side_2 != 0) {
-        sum_up(out->v2, table, from->v2, motion->H3_2, motion->H2_2, motion->H1_2, count);
+        sum_up_real(out->v2, table, from->v2, motion->H3_2, motion->H2_2, motion->H1_2, count);
     } else {
-        put_same(out->v2, 0.0, count);
+        put_same_real(out->v2, 0.0, count);
     }
-    sum_up(out->y, table, from->y, motion->H3_y, motion->H2_y, motion->H1_y, count);
+    sum_up_real(out->y, table, from->y, motion->H3_y, motion->H2_y, motion->H1_y, count);
 }
 
-#if defined(WIDE)
-static WIDE void put_wide(const grid_arrays *out, const grid_table *table, const hopform_state_real *from,
-                          const hopform_motion_real *motion, int side_1, int side_2)
+#if defined(GRID_WIDE_real)
+static GRID_WIDE_real void put_wide_real(const grid_arrays_real *out, const grid_table_real *table,
+                                         const hopform_state_real *from, const hopform_motion_real *motion, int side_1,
+                                         int side_2)
 {
-    put_samples(out, table, from, motion, side_1, side_2, BLOCK);
+    put_samples_real(out, table, from, motion, side_1, side_2, BLOCK_real);
 }
 #endif
 
-static void put_block(const grid_arrays *out, const grid_table *table, const hopform_state_real *from,
-                      const hopform_motion_real *motion, int side_1, int side_2)
+static void put_block_real(const grid_arrays_real *out, const grid_table_real *table, const hopform_state_real *from,
+                           const hopform_motion_real *motion, int side_1, int side_2)
 {
-#if defined(WIDE)
-    if (HAS_WIDE) {
-        put_wide(out, table, from, motion, side_1, side_2);
+#if defined(GRID_WIDE_real)
+    if (HAS_WIDE_real) {
+        put_wide_real(out, table, from, motion, side_1, side_2);
         return;
     }
 #endif
-    put_samples(out, table, from, motion, side_1, side_2, BLOCK);
+    put_samples_real(out, table, from, motion, side_1, side_2, BLOCK_real);
 }
 
-static grid_arrays behind(const grid_arrays *out, int32_t n)
+static grid_arrays_real behind_real(const grid_arrays_real *out, int32_t n)
 {
-    const grid_arrays rest = {out->x1 + n, out->v1 + n, out->v2 + n, out->y + n};
+    const grid_arrays_real rest = {out->x1 + n, out->v1 + n, out->v2 + n, out->y + n};
     return rest;
 }
 
 /* `count` samples of a phase, the first at t since it began. */
-static void samples_of_phase(const hopform_plan_real *plan, const hopform_phase_real *phase, real u, real t, real dt,
-                             int32_t count, grid_arrays out)
+static void samples_of_phase_real(const hopform_plan_real *plan, const hopform_phase_real *phase, real u, real t,
+                                  real dt, int32_t count, grid_arrays_real out)
 {
     const int side_1 = hopform_side_1_real(phase);
     const int side_2 = hopform_side_2_real(phase);
     hopform_state_real from = hopform_state_in_phase_real(plan, phase, u, t);
-    grid_table table;
+    grid_table_real table;
     const hopform_poles_real *poles = hopform_poles_of_real(plan, side_1, side_2);
-    fill_table(&table, poles, dt, count > BLOCK ? BLOCK : count);
-    if (count > BLOCK) {
-        table.next = hopform_basis_at_real(poles, (real)BLOCK * dt);
+    fill_table_real(&table, poles, dt, count > BLOCK_real ? BLOCK_real : count);
+    if (count > BLOCK_real) {
+        table.next = hopform_basis_at_real(poles, (real)BLOCK_real * dt);
     }
-    for (int32_t done = 0; done < count; done += BLOCK) {
-        if (done > 0 && done / BLOCK % SEED_BLOCKS == 0) {
+    for (int32_t done = 0; done < count; done += BLOCK_real) {
+        if (done > 0 && done / BLOCK_real % SEED_BLOCKS_real == 0) {
             from = hopform_state_in_phase_real(plan, phase, u, t + (real)done * dt);
         }
         const hopform_motion_real motion = hopform_motion_of_real(plan, &from, u, side_1, side_2);
-        const grid_arrays block = behind(&out, done);
-        if (count - done >= BLOCK) {
-            put_block(&block, &table, &from, &motion, side_1, side_2);
+        const grid_arrays_real block = behind_real(&out, done);
+        if (count - done >= BLOCK_real) {
+            put_block_real(&block, &table, &from, &motion, side_1, side_2);
         } else {
-            put_samples(&block, &table, &from, &motion, side_1, side_2, count - done);
+            put_samples_real(&block, &table, &from, &motion, side_1, side_2, count - done);
         }
-        if (count - done > BLOCK) {
+        if (count - done > BLOCK_real) {
             from = hopform_arrive_real(&from, &motion, &table.next, side_1, side_2);
         }
     }
 }
 
 /* Samples that do not move. */
-static void samples_at_rest(const hopform_phase_real *phase, int32_t count, const grid_arrays *out)
+static void samples_at_rest_real(const hopform_phase_real *phase, int32_t count, const grid_arrays_real *out)
 {
-    put_same(out->x1, phase->x1, count);
-    put_same(out->v1, 0.0, count);
-    put_same(out->v2, 0.0, count);
-    put_same(out->y, phase->y, count);
+    put_same_real(out->x1, phase->x1, count);
+    put_same_real(out->v1, 0.0, count);
+    put_same_real(out->v2, 0.0, count);
+    put_same_real(out->y, phase->y, count);
 }
 
 /* The first sample from `first` on that lies at or behind a time. */
-static int32_t sample_behind(real time, real t0, real dt, int32_t first, int32_t count)
+static int32_t sample_behind_real(real time, real t0, real dt, int32_t first, int32_t count)
 {
     const real guess = (time - t0) / dt;
     int32_t n = guess < (real)count ? (guess > (real)first ? (int32_t)guess : first) : count;
@@ -229,23 +231,23 @@ int32_t hopform_stance_grid_real(const hopform_plan_real *plan, const hopform_st
     }
     const bool rests = stance->ending == HOPFORM_ENDING_REST;
     const real last = t0 + (real)(count - 1) * dt;
-    const real latest = rests ? NEVER : stance->duration + 8.0 * EPSILON * stance->duration;
+    const real latest = rests ? HOPFORM_NEVER_real : stance->duration + 8.0 * HOPFORM_EPS_real * stance->duration;
     if (count < 0 || !(t0 >= 0.0) || !(dt > 0.0) || !(last <= latest) || stance->phases_kept < stance->phase_count
         || stance->phases_kept < 1 || !hopform_is_made_real(plan)) {
         hopform_clear_states_real(x1, v1, v2, y, count);
         return HOPFORM_ERROR_TIME;
     }
-    const grid_arrays all = {x1, v1, v2, y};
+    const grid_arrays_real all = {x1, v1, v2, y};
     int32_t first = 0;
     for (int32_t n = hopform_phase_index_real(phases, stance->phases_kept, t0); first < count; n++) {
         const bool is_last = n + 1 >= stance->phases_kept;
-        const int32_t end = is_last ? count : sample_behind(phases[n + 1].t, t0, dt, first, count);
-        const grid_arrays out = behind(&all, first);
+        const int32_t end = is_last ? count : sample_behind_real(phases[n + 1].t, t0, dt, first, count);
+        const grid_arrays_real out = behind_real(&all, first);
         if (phases[n].mode == 4) { /* both held */
-            samples_at_rest(&phases[n], end - first, &out);
+            samples_at_rest_real(&phases[n], end - first, &out);
         } else if (end > first) {
-            samples_of_phase(plan, &phases[n], steps[phases[n].step].u, t0 + (real)first * dt - phases[n].t, dt, end - first,
-                             out);
+            samples_of_phase_real(plan, &phases[n], steps[phases[n].step].u, t0 + (real)first * dt - phases[n].t, dt,
+                                  end - first, out);
         }
         first = end;
     }

@@ -66,7 +66,7 @@ static inline real hopform_settled_y_real(const hopform_poles_real *poles, real 
     const bool slow = poles->s_3 > 0.0;
     const real draws = slow ? poles->s_3 : poles->s_2;
     const real settled = (slow ? H1_y : H2_y) / (draws > 0.0 ? draws : 1.0);
-    return draws > 0.0 ? settled : NEVER;
+    return draws > 0.0 ? settled : HOPFORM_NEVER_real;
 }
 
 /* The state of a phase where the response of the poles is `basis`; what is held stays exactly where it is. */

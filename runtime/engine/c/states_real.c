@@ -4,21 +4,23 @@
  */
 #include "phase_real.h"
 
-static hopform_state_real start_of(const hopform_phase_real *phase)
+static hopform_state_real states_start_of_real(const hopform_phase_real *phase)
 {
     const hopform_state_real start = {phase->x1, phase->v1, phase->v2, phase->y};
     return start;
 }
 
-static hopform_motion_real motion_in(const hopform_plan_real *plan, const hopform_step_real *steps, const hopform_phase_real *phase)
+static hopform_motion_real motion_in_real(const hopform_plan_real *plan, const hopform_step_real *steps,
+                                          const hopform_phase_real *phase)
 {
-    const hopform_state_real start = start_of(phase);
-    return hopform_motion_of_real(plan, &start, steps[phase->step].u, hopform_side_1_real(phase), hopform_side_2_real(phase));
+    const hopform_state_real start = states_start_of_real(phase);
+    return hopform_motion_of_real(plan, &start, steps[phase->step].u, hopform_side_1_real(phase),
+                                  hopform_side_2_real(phase));
 }
 
 int32_t hopform_stance_states_real(const hopform_plan_real *plan, const hopform_step_real *steps,
-                                   const hopform_phase_real *phases, const hopform_stance_real *stance, const real *times,
-                                   int32_t count, real *x1, real *v1, real *v2, real *y)
+                                   const hopform_phase_real *phases, const hopform_stance_real *stance,
+                                   const real *times, int32_t count, real *x1, real *v1, real *v2, real *y)
 {
     if (plan == NULL || steps == NULL || phases == NULL || stance == NULL || times == NULL || x1 == NULL || v1 == NULL
         || v2 == NULL || y == NULL) {
@@ -30,11 +32,11 @@ int32_t hopform_stance_states_real(const hopform_plan_real *plan, const hopform_
     }
     const bool rests = stance->ending == HOPFORM_ENDING_REST;
     int32_t prepared = 0;
-    hopform_state_real start = start_of(phases);
-    hopform_motion_real motion = motion_in(plan, steps, phases);
+    hopform_state_real start = states_start_of_real(phases);
+    hopform_motion_real motion = motion_in_real(plan, steps, phases);
     for (int32_t i = 0; i < count; i++) {
         const real t = times[i];
-        if (!(t >= 0.0 && t <= NEVER) || (t > stance->duration && !rests)) {
+        if (!(t >= 0.0 && t <= HOPFORM_NEVER_real) || (t > stance->duration && !rests)) {
             hopform_clear_states_real(x1, v1, v2, y, count);
             return HOPFORM_ERROR_TIME;
         }
@@ -44,8 +46,8 @@ int32_t hopform_stance_states_real(const hopform_plan_real *plan, const hopform_
         const int side_1 = hopform_side_1_real(phase);
         const int side_2 = hopform_side_2_real(phase);
         if (n != prepared) {
-            start = start_of(phase);
-            motion = motion_in(plan, steps, phase);
+            start = states_start_of_real(phase);
+            motion = motion_in_real(plan, steps, phase);
             prepared = n;
         }
         hopform_state_real state = start;

@@ -4,26 +4,23 @@
  */
 #include <stdbool.h>
 
-#include "hopform/hopform.h"
-
-static bool is_finite(real value)
-{
-    return value >= -NEVER && value <= NEVER;
-}
+#include "kernels_real.h"
 
 int32_t hopform_touchdown_real(const hopform_detector_real *detector, hopform_contact_real *contact, real sample)
 {
     if (detector == NULL || contact == NULL) {
         return HOPFORM_ERROR_NULL;
     }
-    if (!(detector->low <= detector->high && is_finite(detector->low) && is_finite(detector->high)) || detector->count < 1
-        || !is_finite(sample)) {
+    if (!(detector->low <= detector->high && hopform_is_finite_real(detector->low)
+          && hopform_is_finite_real(detector->high))
+        || detector->count < 1 || !hopform_is_finite_real(sample)) {
         return HOPFORM_ERROR_DETECTOR;
     }
     const bool above = sample >= (contact->above != 0 ? detector->low : detector->high);
     const bool touches = contact->touches != 0;
     contact->above = above ? 1 : 0;
-    const int32_t run = contact->run > 0 && contact->run < detector->count ? contact->run : 0; /* whatever the memory held */
+    const int32_t run =
+        contact->run > 0 && contact->run < detector->count ? contact->run : 0; /* whatever the memory held */
     contact->run = above != touches ? run + 1 : 0;
     if (contact->run < detector->count) {
         return HOPFORM_OK;

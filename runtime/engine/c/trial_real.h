@@ -1,11 +1,11 @@
 /* SPDX-License-Identifier: MIT-0
  *
- * One current, tried: the apex that follows, the largest x_1, by how little the upper stop is hit, the least spring that the
- * leg comes near to taking off with, and how each of them changes with the current, through the events.
+ * One current, tried: the apex that follows, the largest x_1, by how little the upper stop is hit, the least spring
+ * that the leg comes near to taking off with, and how each of them changes with the current, through the events.
  *
- * A phase is linear, so its change d_z with u obeys the equations of motion without friction, weight and offset, under the
- * acceleration that 1 A gives. An event adds (z' before it - z' after it) d_tau, as in sensitivity_real.c. Extrema of x_1
- * and of y move to first order as if their time stood still; where y' jumps, at a stop, the time counts.
+ * A phase is linear, so its change d_z with u obeys the equations of motion without friction, weight and offset, under
+ * the acceleration that 1 A gives. An event adds (z' before it - z' after it) d_tau, as in sensitivity_real.c. Extrema
+ * of x_1 and of y move to first order as if their time stood still; where y' jumps, at a stop, the time counts.
  */
 #ifndef HOPFORM_TRIAL_H_real
 #define HOPFORM_TRIAL_H_real
@@ -21,8 +21,8 @@ typedef struct {
 } hopform_tally_real;
 
 /* x_1, v_1, v_2, y per time in a mode, at a state. */
-static inline hopform_state_real hopform_speeds_real(const hopform_plan_real *plan, const hopform_state_real *state, real u,
-                                                     int side_1, int side_2)
+static inline hopform_state_real hopform_speeds_real(const hopform_plan_real *plan, const hopform_state_real *state,
+                                                     real u, int side_1, int side_2)
 {
     const hopform_motion_real motion = hopform_motion_of_real(plan, state, u, side_1, side_2);
     const hopform_state_real speed = {state->v1, motion.H3_1, motion.H3_2, motion.H3_y};
@@ -38,8 +38,9 @@ static inline void hopform_note_peak_real(hopform_tally_real *tally, real x1, re
     }
 }
 
-/* The upper stop is hit: how far x_1 is from staying off it. It does where its velocity there vanishes, or where the leg takes
- * off before, y there being zero: the lesser of y and of the height from which a mass falls as fast; smooth, as x_1 at rest is. */
+/* The upper stop is hit: how far x_1 is from staying off it. It does where its velocity there vanishes, or where the
+ * leg takes off before, y there being zero: the lesser of y and of the height from which a mass falls as fast; smooth,
+ * as x_1 at rest is. */
 static inline void hopform_note_hit_real(hopform_tally_real *tally, const hopform_state_real *met, real met_v1)
 {
     const real g = tally->plan->robot.g;
@@ -81,16 +82,17 @@ static inline real hopform_rate_of_y_real(const hopform_stretch_real *stretch, r
     return at.v1 - at.v2;
 }
 
-/* The minimum of y between two times, at the first of which y falls and at the second rises: a root of y', few digits of it. */
-static inline void hopform_find_dip_real(hopform_tally_real *tally, const hopform_stretch_real *stretch, real low, real falls,
-                                         real high, real rises)
+/* The minimum of y between two times, at the first of which y falls and at the second rises: a root of y', few digits
+ * of it. */
+static inline void hopform_find_dip_real(hopform_tally_real *tally, const hopform_stretch_real *stretch, real low,
+                                         real falls, real high, real rises)
 {
     const real small = 1e-4 * (rises - falls);
     real t = low;
     for (int n = 0; n < 12; n++) {
         t = n % 3 == 2 ? low + 0.5 * (high - low) : low + (high - low) * (falls / (falls - rises));
         const real rate = hopform_rate_of_y_real(stretch, t);
-        if (fabs(rate) <= small) {
+        if (fabs_real(rate) <= small) {
             break;
         }
         if (rate < 0.0) {
@@ -109,9 +111,11 @@ static inline void hopform_find_dip_real(hopform_tally_real *tally, const hopfor
     hopform_note_dip_real(tally, at.y, change.y);
 }
 
-/* Whether y'' keeps its sign from the start of a phase to its end. (d/dt + a) y'' is a motion of the pair alone, with one zero at
- * most in a half turn: where it has the same sign at both ends, so has exp(a t) y'' no extremum in between. */
-static inline bool hopform_bends_one_way_real(const hopform_stretch_real *stretch, const hopform_basis_real *end, real length)
+/* Whether y'' keeps its sign from the start of a phase to its end. (d/dt + a) y'' is a motion of the pair alone, with
+ * one zero at most in a half turn: where it has the same sign at both ends, so has exp(a t) y'' no extremum in between.
+ */
+static inline bool hopform_bends_one_way_real(const hopform_stretch_real *stretch, const hopform_basis_real *end,
+                                              real length)
 {
     const hopform_poles_real *poles = stretch->poles;
     const hopform_motion_real *motion = &stretch->motion;
@@ -121,11 +125,13 @@ static inline bool hopform_bends_one_way_real(const hopform_stretch_real *stretc
     const hopform_rise_real rise = hopform_rises_real(poles, &h, end);
     const real swings = (poles->q - 0.25 * poles->p * poles->p) * length * length;
     const bool one_way = bend * rise.rise_curvature > 0.0;
-    return swings < 9.0 && one_way && (jerk + poles->a * bend) * (rise.rise_third + poles->a * rise.rise_curvature) > 0.0;
+    return swings < 9.0 && one_way
+           && (jerk + poles->a * bend) * (rise.rise_third + poles->a * rise.rise_curvature) > 0.0;
 }
 
-/* The minima of y inside a phase. y' = v_1 - v_2 keeps its sign unless both masses move in the same direction; then it is
- * looked at four times in a half turn of the pair, and between three looks where it comes near zero and goes back. */
+/* The minima of y inside a phase. y' = v_1 - v_2 keeps its sign unless both masses move in the same direction; then it
+ * is looked at four times in a half turn of the pair, and between three looks where it comes near zero and goes back.
+ */
 static inline void hopform_find_dips_real(hopform_tally_real *tally, const hopform_stretch_real *stretch,
                                           const hopform_basis_real *end, real length, real rate, real last_rate)
 {
@@ -135,7 +141,7 @@ static inline void hopform_find_dips_real(hopform_tally_real *tally, const hopfo
     if (!(rate < 0.0 && last_rate >= 0.0) && hopform_bends_one_way_real(stretch, end, length)) {
         return;
     }
-    const real looks = 1.0 + 1.3 * sqrt(stretch->poles->q) * length;
+    const real looks = 1.0 + 1.3 * sqrt_real(stretch->poles->q) * length;
     const int count = looks > 0.0 && looks < 64.0 ? (int)looks + 2 : 64;
     const real apart = length / (real)count;
     real before = rate;
@@ -180,19 +186,20 @@ static inline real hopform_follow_real(hopform_tally_real *tally, const hopform_
     return rate;
 }
 
-/* Whether y, which changed by `rises` per time before the event between two phases, falls no more after it. Where both masses
- * stand still at the event, what they do before and after tells, and not what rounding leaves of their velocities. */
+/* Whether y, which changed by `rises` per time before the event between two phases, falls no more after it. Where both
+ * masses stand still at the event, what they do before and after tells, and not what rounding leaves of their
+ * velocities. */
 static inline bool hopform_turns_up_real(const hopform_phase_real *old, const hopform_phase_real *now, real rises)
 {
-    if (fabs(now->v1) > 0.0 || fabs(now->v2) > 0.0) {
+    if (fabs_real(now->v1) > 0.0 || fabs_real(now->v2) > 0.0) {
         return rises < 0.0 && !(now->v1 - now->v2 < 0.0);
     }
     return hopform_side_1_real(old) < hopform_side_2_real(old) && hopform_side_1_real(now) >= hopform_side_2_real(now);
 }
 
 /* The change per A right after the event between two phases; false where its time does not move in proportion to u. */
-static inline bool hopform_cross_real(hopform_tally_real *tally, const hopform_phase_real *old, const hopform_phase_real *now,
-                                      real u, real rises)
+static inline bool hopform_cross_real(hopform_tally_real *tally, const hopform_phase_real *old,
+                                      const hopform_phase_real *now, real u, real rises)
 {
     hopform_state_real *change = &tally->change;
     hopform_state_real state = {now->x1, now->v1, now->v2, now->y};
@@ -212,7 +219,7 @@ static inline bool hopform_cross_real(hopform_tally_real *tally, const hopform_p
         hopform_speeds_real(tally->plan, &state, u, hopform_side_1_real(old), hopform_side_2_real(old));
     const real rate = stops ? before.x1 : (rests_1 ? before.v1 : before.v2);
     const real off = stops ? change->x1 : (rests_1 ? change->v1 : change->v2);
-    if (!(fabs(rate) > 0.0)) {
+    if (!(fabs_real(rate) > 0.0)) {
         return false;
     }
     const real late = -off / rate;
@@ -240,7 +247,7 @@ static inline bool hopform_lift_real(hopform_tally_real *tally, const hopform_ph
     const hopform_robot_real *robot = &tally->plan->robot;
     const hopform_state_real speed =
         hopform_speeds_real(tally->plan, end, u, hopform_side_1_real(last), hopform_side_2_real(last));
-    if (!(fabs(speed.y) > 0.0)) {
+    if (!(fabs_real(speed.y) > 0.0)) {
         return false;
     }
     const real late = -tally->change.y / speed.y;
@@ -263,14 +270,15 @@ static inline uint32_t hopform_fingerprint_real(const hopform_phase_real *phases
 }
 
 /* What a solved stance says of its current u. All its phases are at hand. */
-static inline hopform_trial_real hopform_trial_of_real(const hopform_plan_real *plan, real u, const hopform_phase_real *phases,
+static inline hopform_trial_real hopform_trial_of_real(const hopform_plan_real *plan, real u,
+                                                       const hopform_phase_real *phases,
                                                        const hopform_stance_real *stance)
 {
     hopform_trial_real trial = {0};
     hopform_tally_real tally = {plan, {0.0, 0.0, 0.0, 0.0}, 0.0, &trial};
     trial.u = u;
     trial.peak = phases[0].x1;
-    trial.dip = NEVER;
+    trial.dip = HOPFORM_NEVER_real;
     trial.held = true;
     trial.smooth = true;
     trial.takes_off = stance->ending == HOPFORM_ENDING_TAKEOFF;

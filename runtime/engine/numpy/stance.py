@@ -12,10 +12,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from hopform_solver import formulas
-from hopform_solver.events import FAINT, NEVER, Watch, first_roots, halt_time, lanes_of, root_is_later, sample_at
+from hopform_solver.events import Watch, first_roots, halt_time, lanes_of, root_is_later, sample_at
 from hopform_solver.kernels import basis_at
 from hopform_solver.lanes import Array, choose, join, take
 from hopform_solver.ledgers import ledger_over
+from hopform_solver.limits import NEVER, UNDERFLOW
 from hopform_solver.phases import Plan, Side, arrive, motion_of, plan_lanes, plan_of, poles_of, state_in_phase
 from hopform_solver.records import ENDINGS, EVENTS, At, Basis, Motion, Numerator, Poles, Robot, State
 
@@ -515,7 +516,7 @@ def _keep_free_accelerations(chain: _Chain, motion: Motion, basis: Basis, end: _
     for mass, kind, friction in ((1, VELOCITY_1, chain.plan.robot.f1), (2, VELOCITY_2, chain.plan.robot.f2)):
         lanes = np.flatnonzero((end.kind == kind) & (chain.side[2 - mass] == 0.0))
         H3, H2 = (field[lanes] for field in motion[3 * (mass - 1) : 3 * mass - 1])
-        back = np.maximum(np.abs(H3 * basis.Wdd[lanes] + H2 * basis.Wd[lanes]), FAINT[chain.free.dtype])
+        back = np.maximum(np.abs(H3 * basis.Wdd[lanes] + H2 * basis.Wd[lanes]), UNDERFLOW[chain.free.dtype])
         chain.alone[lanes], chain.free[lanes] = mass, chain.side[mass - 1][lanes] * (friction[lanes] - back)
     _keep_faint_accelerations(chain, motion, basis, end)
 

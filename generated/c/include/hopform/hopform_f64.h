@@ -102,14 +102,16 @@ typedef struct {
     double coulomb_1;    /**< [J] Coulomb loss of the actuator */
 } hopform_flight_ledger_f64;
 
+enum { HOPFORM_SEARCH_CELLS_f64 = 24 }; /**< intervals of currents that wait in a search */
+
 /** What is computed once per robot: coefficients of the equations of motion and poles of each mode. */
 typedef struct {
     hopform_robot_f64 robot;
     hopform_rates_f64 rates;
-    hopform_poles_f64 both;     /**< both masses slip */
+    hopform_poles_f64 both; /**< both masses slip */
     hopform_poles_f64 actuator; /**< the body is held */
-    hopform_poles_f64 body;     /**< the actuator is held */
-    uint32_t made;               /**< HOPFORM_PLAN_MADE once hopform_plan_init was content */
+    hopform_poles_f64 body; /**< the actuator is held */
+    uint32_t made; /**< HOPFORM_PLAN_MADE once hopform_plan_init was content */
 } hopform_plan_f64;
 
 /** A step of the current: u from time t on. */
@@ -120,28 +122,173 @@ typedef struct {
 
 /** A phase: where and when it starts, and in which mode. */
 typedef struct {
-    double t;        /**< [s] time since touchdown */
-    double x1;       /**< [m] */
-    double v1;       /**< [m/s] */
-    double v2;       /**< [m/s] */
-    double y;        /**< [m] compression */
-    int8_t mode;   /**< 3 (side_1 + 1) + side_2 + 1, side_i the sign of v_i, 0 if held */
-    int8_t event;  /**< HOPFORM_EVENT_..., what started it */
+    double t; /**< [s] time since touchdown */
+    double x1; /**< [m] displacement of the actuator */
+    double v1; /**< [m/s] velocity of the actuator */
+    double v2; /**< [m/s] velocity of the body */
+    double y; /**< [m] compression of the spring, x_1 - x_2 + L_0 + c */
+    int8_t mode; /**< 3 (side_1 + 1) + side_2 + 1, side_i the sign of v_i, 0 if held */
+    int8_t event; /**< HOPFORM_EVENT_..., what started it */
     uint16_t step; /**< index of the step of the current */
 } hopform_phase_f64;
 
 /** A stance, solved. */
 typedef struct {
-    double duration;            /**< [s] time of the ending */
-    hopform_state_f64 end;   /**< state at the ending */
-    double apex;                /**< [m] hop height of the apex; 0 without take-off */
-    double aed;                 /**< [J] analytical energy delta: change of the body's energy */
-    double start_loss;          /**< [J] energy lost at a stop at t = 0, negative */
-    int32_t ending;           /**< HOPFORM_ENDING_... */
-    int32_t phase_count;      /**< phases of the stance, kept or not */
-    int32_t phases_kept;      /**< phases in the caller's buffer */
-    int32_t event_count;      /**< events of the stance, kept or not */
+    double duration; /**< [s] time of the ending */
+    hopform_state_f64 end; /**< state at the ending */
+    double apex; /**< [m] hop height of the apex; 0 without take-off */
+    double aed; /**< [J] analytical energy delta: change of the body's energy */
+    double start_loss; /**< [J] energy lost at a stop at t = 0, negative */
+    int32_t ending; /**< HOPFORM_ENDING_... */
+    int32_t phase_count; /**< phases of the stance, kept or not */
+    int32_t phases_kept; /**< phases in the caller's buffer */
+    int32_t event_count; /**< events of the stance, kept or not */
 } hopform_stance_f64;
+
+/** What the controller is asked for. */
+typedef struct {
+    double h_des; /**< [m] hop height of the next apex */
+    double datum; /**< [m] the level that h_des counts from, less that of the ground under the foot */
+    double stop_margin; /**< [m] x_1 stays below x1_max by more than this */
+    double horizon; /**< [s] longest time of a stance */
+} hopform_target_f64;
+
+/** The answer of the controller. */
+typedef struct {
+    double u; /**< [A] */
+    double apex; /**< [m] hop height that follows, as h_des; 0 without take-off */
+    int32_t status; /**< HOPFORM_COMMAND_... */
+} hopform_command_f64;
+
+/** A current that was tried, and what its stance does. */
+typedef struct {
+    double u; /**< [A] */
+    double apex; /**< [m] 0 without take-off */
+    double apex_u; /**< [m/A] its derivative by u, as the next ones */
+    double peak; /**< [m] the largest x_1; above x1_max where that is hit: how far the stance is from not hitting it */
+    double peak_u; /**< [m/A] */
+    double dip; /**< [m] the least minimum of y before the ending */
+    double dip_u; /**< [m/A] */
+    uint32_t events; /**< stands for the order of modes and events */
+    int32_t dips; /**< how many minima of y there are */
+    bool takes_off;
+    bool held; /**< the actuator never moves */
+    bool smooth; /**< the derivatives exist */
+} hopform_trial_f64;
+
+/** The range between two currents that were tried. */
+typedef struct {
+    hopform_trial_f64 from; /**< the one nearer to 0 */
+    hopform_trial_f64 to;
+    double promise; /**< [m] no admissible current in it comes nearer to what is wanted */
+    int32_t slow; /**< splits in a row that left most of a cell */
+} hopform_cell_f64;
+
+/** A search for a current; the caller's memory. */
+typedef struct {
+    const hopform_plan_f64 *plan;
+    hopform_state_f64 start;
+    double apex; /**< [m] wanted, over the ground */
+    double limit; /**< [m] x_1 stays below */
+    double horizon; /**< [s] */
+    double datum; /**< [m] */
+    hopform_trial_f64 best; /**< the nearest so far; u = 0 until one is admissible */
+    hopform_trial_f64 zero; /**< the current 0 */
+    hopform_cell_f64 cells[24]; /**< in which something better may lie */
+    int32_t count; /**< of them; the last one is split next */
+    int32_t limits; /**< of the range, yet to be tried */
+    double next; /**< [A] what to try */
+    int32_t trials;
+    int32_t status; /**< HOPFORM_SEARCHING, HOPFORM_OK when done, or an error */
+    bool found; /**< one is admissible */
+    bool reached;
+    bool partial; /**< a stance or the search outgrew the memory given */
+} hopform_search_f64;
+
+/** A phase of a flight: where and when it starts, and in which mode. */
+typedef struct {
+    double t; /**< [s] time since take-off */
+    double x1; /**< [m] */
+    double v1; /**< [m/s] */
+    double acc1; /**< [m/s^2] */
+    int8_t side; /**< sign of v1, 0 if held */
+    int8_t limit; /**< sign of the motor's pull gamma2 u at its limit, 0 under the law */
+    int8_t event; /**< HOPFORM_EVENT_X1_..., HOPFORM_FLIGHT_EVENT_..., HOPFORM_EVENT_NONE: what started it */
+    int8_t spare; /**< 0 */
+} hopform_flight_phase_f64;
+
+/** A flight, solved. In its states y is how far the foot is below the ground ahead. */
+typedef struct {
+    hopform_gains_f64 gains; /**< of the law; 0 where the motor has no force */
+    hopform_state_f64 start; /**< as given */
+    double duration; /**< [s] time of the ending */
+    hopform_state_f64 end; /**< state at the ending: before the impact */
+    double v2_after; /**< [m/s] velocity of the body after the impact */
+    double apex; /**< [m] highest hop height of the body over the ground ahead, up to the ending */
+    double apex_time; /**< [s] */
+    double impact_loss; /**< [J] energy lost at the impact, negative */
+    double start_loss; /**< [J] energy lost at a stop at t = 0, negative */
+    int32_t ending; /**< HOPFORM_FLIGHT_... */
+    int32_t phase_count; /**< phases of the flight, kept or not */
+    int32_t phases_kept; /**< phases in the caller's buffer */
+    int32_t event_count; /**< events of the flight, kept or not */
+} hopform_flight_f64;
+
+/** How touchdown is found in a noisy signal of contact. */
+typedef struct {
+    double high; /**< the signal is above where it reaches this */
+    double low; /**< and no longer where it falls below this; low <= high */
+    int32_t count; /**< samples in a row that must say the same, >= 1 */
+} hopform_detector_f64;
+
+/** What is known of the contact; begins as zeros. */
+typedef struct {
+    int32_t above; /**< 1 if the signal is above */
+    int32_t touches; /**< 1 if the foot is taken to touch */
+    int32_t run; /**< for how many samples the signal has said otherwise */
+} hopform_contact_f64;
+
+/** A column of numbers, one per stance, anywhere in memory: each lies `stride` bytes behind the one before; stride 0 repeats a single number. */
+typedef struct {
+    const void *first;
+    ptrdiff_t stride;
+} hopform_input_f64;
+
+/** A column that is written; `first` may be NULL where it is not wanted. */
+typedef struct {
+    void *first;
+    ptrdiff_t stride;
+} hopform_output_f64;
+
+/** Many stances: where their robots, states at touchdown, constant currents and longest times are read. */
+typedef struct {
+    hopform_input_f64 robot[15]; /**< HOPFORM_ROBOT_FIELDS, in the order of the robot's members */
+    hopform_input_f64 x1; /**< [m] */
+    hopform_input_f64 v1; /**< [m/s] after the impact */
+    hopform_input_f64 v2; /**< [m/s] after the impact */
+    hopform_input_f64 y; /**< [m] compression, 0 at touchdown */
+    hopform_input_f64 u; /**< [A] */
+    hopform_input_f64 horizon; /**< [s] */
+    int32_t max_phases;
+} hopform_stances_in_f64;
+
+/** Many stances: where their results go. A stance that is refused has a negative status and NaN everywhere else. */
+typedef struct {
+    hopform_output_f64 status; /**< int32_t: HOPFORM_ENDING_..., or HOPFORM_ERROR_... */
+    hopform_output_f64 duration; /**< [s] time of the ending */
+    hopform_output_f64 x1; /**< [m] at the ending, as the next three */
+    hopform_output_f64 v1; /**< [m/s] */
+    hopform_output_f64 x2; /**< [m] height of the body over the ground */
+    hopform_output_f64 v2; /**< [m/s] */
+    hopform_output_f64 apex; /**< [m] hop height of the apex; NaN without take-off, and where g = 0 */
+    hopform_output_f64 aed; /**< [J] analytical energy delta */
+    hopform_output_f64 event_count; /**< int32_t */
+    hopform_phase_f64 *phases; /**< where one stance after the other is solved; NULL where no events are wanted */
+    int32_t phase_capacity;
+    double *event_time; /**< [s] event_capacity a stance, NaN behind its last; NULL where no events are wanted */
+    int8_t *event_kind; /**< HOPFORM_EVENT_..., HOPFORM_EVENT_NONE behind its last */
+    int32_t event_capacity;
+} hopform_stances_out_f64;
 
 /** Coefficients and poles of a robot. Negative status and a zeroed plan on bad parameters. */
 int32_t hopform_plan_init_f64(hopform_plan_f64 *plan, const hopform_robot_f64 *robot);
@@ -201,73 +348,11 @@ int32_t hopform_stance_grid_f64(const hopform_plan_f64 *plan, const hopform_step
                                  const hopform_phase_f64 *phases, const hopform_stance_f64 *stance, double t0, double dt,
                                  int32_t count, double *x1, double *v1, double *v2, double *y);
 
-/** What the controller is asked for. */
-typedef struct {
-    double h_des;       /**< [m] hop height of the next apex */
-    double datum;       /**< [m] the level that h_des counts from, less that of the ground under the foot */
-    double stop_margin; /**< [m] x_1 stays below x1_max by more than this */
-    double horizon;     /**< [s] longest time of a stance */
-} hopform_target_f64;
-
-/** The answer of the controller. */
-typedef struct {
-    double u;         /**< [A] */
-    double apex;      /**< [m] hop height that follows, as h_des; 0 without take-off */
-    int32_t status; /**< HOPFORM_COMMAND_... */
-} hopform_command_f64;
-
-/** A current that was tried, and what its stance does. */
-typedef struct {
-    double u;          /**< [A] */
-    double apex;       /**< [m] 0 without take-off */
-    double apex_u;     /**< [m/A] its derivative by u, as the next ones */
-    double peak;       /**< [m] the largest x_1; above x1_max where that is hit: what tells how far the stance is from not hitting it */
-    double peak_u;     /**< [m/A] */
-    double dip;        /**< [m] the least minimum of y before the ending */
-    double dip_u;      /**< [m/A] */
-    uint32_t events; /**< stands for the order of modes and events */
-    int32_t dips;    /**< how many minima of y there are */
-    bool takes_off;
-    bool held;       /**< the actuator never moves */
-    bool smooth;     /**< the derivatives exist */
-} hopform_trial_f64;
-
 /** Try each of some currents from each of some states; trials, state by state, current by current. A stance with more phases
  * than fit into the buffer counts as one without take-off. */
 int32_t hopform_try_currents_f64(const hopform_plan_f64 *plan, const hopform_state_f64 *starts, int32_t start_count,
                                   const double *currents, int32_t current_count, double horizon, hopform_phase_f64 *phases,
                                   int32_t capacity, hopform_trial_f64 *trials);
-
-enum { HOPFORM_SEARCH_CELLS_f64 = 24 }; /**< cells that wait */
-
-/** The range between two currents that were tried. */
-typedef struct {
-    hopform_trial_f64 from; /**< the one nearer to 0 */
-    hopform_trial_f64 to;
-    double promise; /**< [m] no admissible current in it comes nearer to what is wanted */
-    int32_t slow; /**< splits in a row that left most of a cell */
-} hopform_cell_f64;
-
-/** A search for a current; the caller's memory. */
-typedef struct {
-    const hopform_plan_f64 *plan;
-    hopform_state_f64 start;
-    double apex;    /**< [m] wanted, over the ground */
-    double limit;   /**< [m] x_1 stays below */
-    double horizon; /**< [s] */
-    double datum;   /**< [m] */
-    hopform_trial_f64 best; /**< the nearest so far; u = 0 until one is admissible */
-    hopform_trial_f64 zero; /**< the current 0 */
-    hopform_cell_f64 cells[HOPFORM_SEARCH_CELLS_f64]; /**< in which something better may lie */
-    int32_t count;  /**< of them; the last one is split next */
-    int32_t limits; /**< of the range, yet to be tried */
-    double next;      /**< [A] what to try */
-    int32_t trials;
-    int32_t status; /**< HOPFORM_SEARCHING, HOPFORM_OK when done, or an error */
-    bool found;     /**< one is admissible */
-    bool reached;
-    bool partial;   /**< a stance or the search outgrew the memory given */
-} hopform_search_f64;
 
 /** Begin to look for the current in [-u_max, u_max] after which the next apex is nearest to h_des, the least |u| if several
  * reach it. Admissible are currents with a take-off and x_1 < x1_max - stop_margin throughout (any if the actuator is locked).
@@ -288,35 +373,6 @@ int32_t hopform_choose_current_step_f64(hopform_search_f64 *search, hopform_phas
 int32_t hopform_choose_current_f64(hopform_search_f64 *search, const hopform_plan_f64 *plan, const hopform_state_f64 *start,
                                     const hopform_target_f64 *target, hopform_phase_f64 *phases, int32_t capacity,
                                     hopform_command_f64 *command);
-
-/** A phase of a flight: where and when it starts, and in which mode. */
-typedef struct {
-    double t;       /**< [s] time since take-off */
-    double x1;      /**< [m] */
-    double v1;      /**< [m/s] */
-    double acc1;    /**< [m/s^2] */
-    int8_t side;  /**< sign of v1, 0 if held */
-    int8_t limit; /**< sign of the motor's pull gamma2 u at its limit, 0 under the law */
-    int8_t event; /**< HOPFORM_EVENT_X1_..., HOPFORM_FLIGHT_EVENT_..., HOPFORM_EVENT_NONE: what started it */
-    int8_t spare; /**< 0 */
-} hopform_flight_phase_f64;
-
-/** A flight, solved. In its states y is how far the foot is below the ground ahead. */
-typedef struct {
-    hopform_gains_f64 gains; /**< of the law; 0 where the motor has no force */
-    hopform_state_f64 start; /**< as given */
-    double duration;            /**< [s] time of the ending */
-    hopform_state_f64 end;   /**< state at the ending: before the impact */
-    double v2_after;            /**< [m/s] velocity of the body after the impact */
-    double apex;                /**< [m] highest hop height of the body over the ground ahead, up to the ending */
-    double apex_time;           /**< [s] */
-    double impact_loss;         /**< [J] energy lost at the impact, negative */
-    double start_loss;          /**< [J] energy lost at a stop at t = 0, negative */
-    int32_t ending;           /**< HOPFORM_FLIGHT_... */
-    int32_t phase_count;      /**< phases of the flight, kept or not */
-    int32_t phases_kept;      /**< phases in the caller's buffer */
-    int32_t event_count;      /**< events of the flight, kept or not */
-} hopform_flight_f64;
 
 /** Gains with which the actuator, from rest, is back within 1/100 of its way in a time [s], critically damped. */
 int32_t hopform_design_return_f64(const hopform_plan_f64 *plan, double time, hopform_gains_f64 *gains);
@@ -347,66 +403,9 @@ int32_t hopform_flight_energy_f64(const hopform_plan_f64 *plan, const hopform_fl
  * search, phases: memory to work in; capacity >= HOPFORM_SELFTEST_PHASES, else the word is 0, which no selftest gives. */
 uint32_t hopform_selftest_f64(hopform_search_f64 *search, hopform_phase_f64 *phases, int32_t capacity);
 
-/** How touchdown is told from a noisy signal of contact. */
-typedef struct {
-    double high;     /**< the signal is above where it reaches this */
-    double low;      /**< and no longer where it falls below this; low <= high */
-    int32_t count; /**< samples in a row that must say the same, >= 1 */
-} hopform_detector_f64;
-
-/** What is known of the contact; begins as zeros. */
-typedef struct {
-    int32_t above;   /**< 1 if the signal is above */
-    int32_t touches; /**< 1 if the foot is taken to touch */
-    int32_t run;     /**< for how many samples the signal has said otherwise */
-} hopform_contact_f64;
-
 /** Take one sample; HOPFORM_CONTACT_TOUCHDOWN or HOPFORM_CONTACT_TAKEOFF if that is what it has told, else 0. What is known stays
  * as it is where the sample is refused. */
 int32_t hopform_touchdown_f64(const hopform_detector_f64 *detector, hopform_contact_f64 *contact, double sample);
-
-/** A column of numbers, one per stance, anywhere in memory: each lies `stride` bytes behind the one before; stride 0
- * repeats a single number. */
-typedef struct {
-    const void *first;
-    ptrdiff_t stride;
-} hopform_input_f64;
-
-/** A column that is written; `first` may be NULL where it is not wanted. */
-typedef struct {
-    void *first;
-    ptrdiff_t stride;
-} hopform_output_f64;
-
-/** Many stances: where their robots, states at touchdown, constant currents and longest times are read. */
-typedef struct {
-    hopform_input_f64 robot[15]; /**< HOPFORM_ROBOT_FIELDS, in the order of the robot's members */
-    hopform_input_f64 x1;                          /**< [m] */
-    hopform_input_f64 v1;                          /**< [m/s] after the impact */
-    hopform_input_f64 v2;                          /**< [m/s] after the impact */
-    hopform_input_f64 y;                           /**< [m] compression, 0 at touchdown */
-    hopform_input_f64 u;                           /**< [A] */
-    hopform_input_f64 horizon;                     /**< [s] */
-    int32_t max_phases;
-} hopform_stances_in_f64;
-
-/** Many stances: where their results go. A stance that is refused has a negative status and NaN everywhere else. */
-typedef struct {
-    hopform_output_f64 status;      /**< int32_t: HOPFORM_ENDING_..., or HOPFORM_ERROR_... */
-    hopform_output_f64 duration;    /**< [s] time of the ending */
-    hopform_output_f64 x1;          /**< [m] at the ending, as the next three */
-    hopform_output_f64 v1;          /**< [m/s] */
-    hopform_output_f64 x2;          /**< [m] height of the body over the ground */
-    hopform_output_f64 v2;          /**< [m/s] */
-    hopform_output_f64 apex;        /**< [m] hop height of the apex; NaN without take-off, and where g = 0 */
-    hopform_output_f64 aed;         /**< [J] analytical energy delta */
-    hopform_output_f64 event_count; /**< int32_t */
-    hopform_phase_f64 *phases;      /**< where one stance after the other is solved; NULL where no events are wanted */
-    int32_t phase_capacity;
-    double *event_time;      /**< [s] event_capacity a stance, NaN behind its last; NULL where no events are wanted */
-    int8_t *event_kind;    /**< HOPFORM_EVENT_..., HOPFORM_EVENT_NONE behind its last */
-    int32_t event_capacity;
-} hopform_stances_out_f64;
 
 /** Solve `count` stances, each as hopform_solve_stance does, to the same bits. The plan is made again only where the
  * robot changes. HOPFORM_PHASES_NOT_KEPT if the events of a stance did not fit, which event_count tells of each. */

@@ -1,12 +1,14 @@
-/* {{ header }}
+/* SPDX-License-Identifier: MIT-0
  *
- * Columns of a batch: where stances are read and results are written. Nothing is copied: every column has its own stride.
+ * Columns of a batch: where stances are read and results are written. Nothing is copied: every column has its own
+ * stride.
  */
 #ifndef HOPFORM_COLUMNS_H_real
 #define HOPFORM_COLUMNS_H_real
 
 #include <stdbool.h>
 
+#include "facts.h"
 #include "formulas_real.h"
 
 static inline real hopform_number_real(const hopform_input_real *column, int64_t i)
@@ -35,10 +37,11 @@ static inline void hopform_put_code_real(const hopform_output_real *column, int6
 
 static inline hopform_robot_real hopform_robot_of_real(const hopform_stances_in_real *in, int64_t i)
 {
+    const hopform_input_real *column = in->robot;
     hopform_robot_real robot;
-{% for quantity in program.record("Robot").quantities %}
-    robot.{{ quantity.name }} = hopform_number_real(&in->robot[{{ loop.index0 }}], i);
-{% endfor %}
+#define READ_PARAMETER(name, domain) robot.name = hopform_number_real(column++, i);
+    HOPFORM_ROBOT_MEMBERS(READ_PARAMETER)
+#undef READ_PARAMETER
     return robot;
 }
 
@@ -70,8 +73,8 @@ static inline bool hopform_robot_changes_real(const hopform_stances_in_real *in,
 
 /* ---- the results ---- */
 
-static inline void hopform_put_stance_real(const hopform_stances_out_real *out, int64_t i, const hopform_robot_real *robot,
-                                           const hopform_stance_real *stance)
+static inline void hopform_put_stance_real(const hopform_stances_out_real *out, int64_t i,
+                                           const hopform_robot_real *robot, const hopform_stance_real *stance)
 {
     const bool flies = stance->ending == HOPFORM_ENDING_TAKEOFF && robot->g > 0.0;
     hopform_put_code_real(&out->status, i, stance->ending);
@@ -87,7 +90,8 @@ static inline void hopform_put_stance_real(const hopform_stances_out_real *out, 
 
 static inline void hopform_put_refusal_real(const hopform_stances_out_real *out, int64_t i, int32_t status)
 {
-    const hopform_output_real *numbers[] = {&out->duration, &out->x1, &out->v1, &out->x2, &out->v2, &out->apex, &out->aed};
+    const hopform_output_real *numbers[] = {&out->duration, &out->x1,   &out->v1, &out->x2,
+                                            &out->v2,       &out->apex, &out->aed};
     hopform_put_code_real(&out->status, i, status);
     hopform_put_code_real(&out->event_count, i, 0);
     for (int n = 0; n < (int)(sizeof numbers / sizeof numbers[0]); n++) {
@@ -96,7 +100,8 @@ static inline void hopform_put_refusal_real(const hopform_stances_out_real *out,
 }
 
 /* The events among the phases kept; true if they are all that there are. */
-static inline bool hopform_put_events_real(const hopform_stances_out_real *out, int64_t i, const hopform_stance_real *stance)
+static inline bool hopform_put_events_real(const hopform_stances_out_real *out, int64_t i,
+                                           const hopform_stance_real *stance)
 {
     real *times = out->event_time + i * out->event_capacity;
     int8_t *kinds = out->event_kind + i * out->event_capacity;
@@ -124,16 +129,17 @@ static inline int32_t hopform_phases_kept_real(const hopform_stances_out_real *o
 
 /* Solve stance i by itself; HOPFORM_PHASES_NOT_KEPT if its events did not fit. */
 static inline int32_t hopform_solve_column_real(const hopform_plan_real *plan, int32_t robot_status,
-                                                const hopform_stances_in_real *in, const hopform_stances_out_real *out, int64_t i)
+                                                const hopform_stances_in_real *in, const hopform_stances_out_real *out,
+                                                int64_t i)
 {
     const hopform_state_real start = {hopform_number_real(&in->x1, i), hopform_number_real(&in->v1, i),
                                       hopform_number_real(&in->v2, i), hopform_number_real(&in->y, i)};
     const hopform_step_real step = {0.0, hopform_number_real(&in->u, i)};
-    hopform_stance_real stance = {% raw %}{0, {0, 0, 0, 0}, 0, 0, 0, 0, 0, 0, 0}{% endraw %};
+    hopform_stance_real stance = {0, {0, 0, 0, 0}, 0, 0, 0, 0, 0, 0, 0};
     int32_t status = robot_status;
     if (status >= 0) {
-        status = hopform_solve_stance_real(plan, &start, &step, 1, hopform_number_real(&in->horizon, i), in->max_phases, out->phases,
-                                           hopform_phases_kept_real(out), &stance);
+        status = hopform_solve_stance_real(plan, &start, &step, 1, hopform_number_real(&in->horizon, i), in->max_phases,
+                                           out->phases, hopform_phases_kept_real(out), &stance);
     }
     if (status < 0) {
         hopform_put_refusal_real(out, i, status);

@@ -1,8 +1,9 @@
-/* {{ header }}
+/* SPDX-License-Identifier: MIT-0
  *
- * Many stances at a time, one in each lane of vector registers: every loop over the lanes is one that compilers turn into
- * vector instructions. The steps, their order and so the bits are those of stance_real.c. What is rare there is not done
- * here: such a stance is left to hopform_solve_stance_real. Numbers, flags (1 or 0) and kinds are all of one type.
+ * Many stances at a time, one in each lane of vector registers: every loop over the lanes is one that compilers turn
+ * into vector instructions. The steps, their order and so the bits are those of stance_real.c. What is rare there is
+ * not done here: such a stance is left to hopform_solve_stance_real. Numbers, flags (1 or 0) and kinds are all of one
+ * type.
  *
  * Before it is included, LANES_NAME is the function to make, LANES_CODE what goes before each function, and LANES_WORTH
  * how many evaluations for all lanes a stance is worth: where it takes more, stances are solved one by one for a while.
@@ -13,11 +14,21 @@
 #include <stdbool.h>
 #include <string.h>
 
+#include "facts.h"
 #include "columns_real.h"
 #include "events_real.h"
 #include "phase_real.h"
 
-enum { LANES = LANE_COUNT, SLOTS = 3, ROOT_STEPS = 6, MOST_STEPS = 12, MOST_CUTS = 24, MOST_WINDOWS = 7, SHORT_RUN = 2 * LANES, LONG_RUN = 4096 };
+enum {
+    LANES = HOPFORM_LANE_COUNT_real,
+    SLOTS = 3,
+    ROOT_STEPS = 6,
+    MOST_STEPS = 12,
+    MOST_CUTS = 24,
+    MOST_WINDOWS = 7,
+    SHORT_RUN = 2 * LANES,
+    LONG_RUN = 4096
+};
 
 /* Lanes wait for each other, so that most are alike: idle ones are filled when no more than so many are busy. */
 enum { MOST_BUSY = LANES / 4 };
@@ -36,7 +47,7 @@ enum { NOTHING, LEAVE, FIND_BOTTOM, FIND_ROOT, CUT };
 
 static inline bool within_range(real value)
 {
-    return (value >= -NEVER) & (value <= NEVER);
+    return (value >= -HOPFORM_NEVER_real) & (value <= HOPFORM_NEVER_real);
 }
 
 static inline real flag(bool yes)
@@ -52,7 +63,7 @@ static inline real is(real kind, int one)
 /* A quotient whose divisor may be zero where the result is not used. */
 static inline real over(real value, real divisor)
 {
-    return value / (fabs(divisor) > 0.0 ? divisor : 1.0);
+    return value / (fabs_real(divisor) > 0.0 ? divisor : 1.0);
 }
 
 static inline real one_of_three(bool first, bool second, real a, real b, real c)
@@ -70,34 +81,35 @@ static inline void keep(real *place, bool yes, real value)
 }
 
 /* ---- records, a column for each member ---- */
-{% for record in c.in_lanes(program) %}
+#define COLUMN(name, domain) column name;
+#define TAKE_MEMBER(name, domain) columns->name[l],
+#define PUT_MEMBER(name, domain) columns->name[l] = one->name;
+#define KEEP_MEMBER(name, domain) keep(&columns->name[l], yes, one->name);
+#define RECORD_IN_COLUMNS(record, MEMBERS)                                                                             \
+    typedef struct {                                                                                                   \
+        MEMBERS(COLUMN)                                                                                                \
+    } record##_columns;                                                                                                \
+    static inline hopform_##record##_real one_of_##record##_columns(const record##_columns *columns, int l)            \
+    {                                                                                                                  \
+        const hopform_##record##_real one = {MEMBERS(TAKE_MEMBER)};                                                    \
+        return one;                                                                                                    \
+    }                                                                                                                  \
+    static inline void put_##record##_columns(record##_columns *columns, int l, const hopform_##record##_real *one)    \
+    {                                                                                                                  \
+        MEMBERS(PUT_MEMBER)                                                                                            \
+    }                                                                                                                  \
+    static inline void keep_##record##_columns(record##_columns *columns, int l, bool yes,                             \
+                                               const hopform_##record##_real *one)                                     \
+    {                                                                                                                  \
+        MEMBERS(KEEP_MEMBER)                                                                                           \
+    }
 
-typedef struct {
-{% for quantity in record.quantities %}
-    column {{ quantity.name }};
-{% endfor %}
-} {{ c.columns_of(record) }};
-
-static inline {{ c.type(record) }} one_of_{{ c.columns_of(record) }}(const {{ c.columns_of(record) }} *columns, int l)
-{
-    const {{ c.type(record) }} one = {{ c.in_lane(record) }};
-    return one;
-}
-
-static inline void put_{{ c.columns_of(record) }}({{ c.columns_of(record) }} *columns, int l, const {{ c.type(record) }} *one)
-{
-{% for quantity in record.quantities %}
-    columns->{{ quantity.name }}[l] = one->{{ quantity.name }};
-{% endfor %}
-}
-
-static inline void keep_{{ c.columns_of(record) }}({{ c.columns_of(record) }} *columns, int l, bool yes, const {{ c.type(record) }} *one)
-{
-{% for quantity in record.quantities %}
-    keep(&columns->{{ quantity.name }}[l], yes, one->{{ quantity.name }});
-{% endfor %}
-}
-{% endfor %}
+RECORD_IN_COLUMNS(robot, HOPFORM_ROBOT_MEMBERS)
+RECORD_IN_COLUMNS(rates, HOPFORM_RATES_MEMBERS)
+RECORD_IN_COLUMNS(poles, HOPFORM_POLES_MEMBERS)
+RECORD_IN_COLUMNS(state, HOPFORM_STATE_MEMBERS)
+RECORD_IN_COLUMNS(motion, HOPFORM_MOTION_MEMBERS)
+RECORD_IN_COLUMNS(basis, HOPFORM_BASIS_MEMBERS)
 
 /* A watch, one a lane. */
 typedef struct {
@@ -120,20 +132,21 @@ typedef struct {
     column u, horizon, max_phases;
 
     column t, side_1, side_2, fresh_1, fresh_2, count, events;
-    column alone, free; /* the mass that has come to rest while the other was held, and its free acceleration */
+    column alone, free;  /* the mass that has come to rest while the other was held, and its free acceleration */
     state_columns start; /* of the stance */
     state_columns state;
     column from_min; /* x1 - x1_min and x1 - x1_max: x1 itself has no digits for what is this close to a stop */
     column from_max;
 
-    column halt, limit; /* when a mass that slips alone comes to rest, and the end of the phase: since it began, as all its times */
+    column halt, limit; /* when a mass that slips alone comes to rest, and the end of the phase: since it began, as all
+                           its times */
     poles_columns poles;
     column chi, omega, longest, half_turn;
     motion_columns motion;
     watch_columns watch[SLOTS];
     column on[SLOTS], kind[SLOTS], side[SLOTS];
     bool watched[SLOTS]; /* whether one of the lanes has such a watch */
-    column doubt; /* of a threshold: what rounding may have done to friction less force */
+    column doubt;        /* of a threshold: what rounding may have done to friction less force */
 
     column low, windows; /* the window, and what is known at its ends */
     sample_columns from[SLOTS];
@@ -185,22 +198,23 @@ typedef struct {
 LANES_CODE static void fades_by(const real *restrict x, fade_columns *restrict fade)
 {
     column safe, power, near;
-    REAL_BITS bits[LANES];
+    hopform_bits_real bits[LANES];
     int32_t halvings[LANES];
     for (int l = 0; l < LANES; l++) {
-        const real far = x[l] > SMALLEST_EXPONENT ? x[l] : SMALLEST_EXPONENT;
+        const real far = x[l] > HOPFORM_SMALLEST_EXPONENT_real ? x[l] : HOPFORM_SMALLEST_EXPONENT_real;
         safe[l] = far < 0.0 ? far : 0.0;
     }
     for (int l = 0; l < LANES; l++) {
         const int32_t n = (int32_t)(safe[l] * 1.4426950408889634 - 0.5);
-        const real r = safe[l] - (real)n * LOG_2_HIGH - (real)n * LOG_2_LOW;
+        const real r = safe[l] - (real)n * HOPFORM_LOG_2_HIGH_real - (real)n * HOPFORM_LOG_2_LOW_real;
         real sum = 0.0;
-{% for coefficient in c.exponential %}
-        sum = sum * r + {{ coefficient }};
-{% endfor %}
-        fade->left[l] = 1.0 + r * sum;
+#define ADD_TERM(coefficient) sum = sum * r + (coefficient);
+        HOPFORM_EXPONENTIAL_real(ADD_TERM)
+#undef ADD_TERM
+            fade->left[l] = 1.0 + r * sum;
         fade->gone[l] = -r * sum;
-        bits[l] = (REAL_BITS)(SIGNED_BITS)(n + EXPONENT_BIAS) << FRACTION_BITS;
+        bits[l] = (hopform_bits_real)(hopform_signed_bits_real)(n + HOPFORM_EXPONENT_BIAS_real)
+                  << HOPFORM_FRACTION_BITS_real;
         halvings[l] = n;
     }
     memcpy(power, bits, sizeof power);
@@ -213,8 +227,8 @@ LANES_CODE static void fades_by(const real *restrict x, fade_columns *restrict f
         fade->gone[l] = near[l] < 0.0 ? far : fade->gone[l];
     }
     for (int l = 0; l < LANES; l++) {
-        fade->left[l] = x[l] > SMALLEST_EXPONENT ? fade->left[l] : 0.0;
-        fade->gone[l] = x[l] > SMALLEST_EXPONENT ? fade->gone[l] : 1.0;
+        fade->left[l] = x[l] > HOPFORM_SMALLEST_EXPONENT_real ? fade->left[l] : 0.0;
+        fade->gone[l] = x[l] > HOPFORM_SMALLEST_EXPONENT_real ? fade->gone[l] : 1.0;
     }
 }
 
@@ -229,17 +243,18 @@ LANES_CODE static void turns(const real *restrict x, real *restrict sine, real *
     }
     for (int l = 0; l < LANES; l++) {
         const int32_t n = (int32_t)(angle[l] * 0.6366197723675814 + 0.5);
-        const real r = angle[l] - (real)n * QUARTER_HIGH - (real)n * QUARTER_MIDDLE - (real)n * QUARTER_LOW;
+        const real r = angle[l] - (real)n * HOPFORM_QUARTER_TURN_HIGH_real - (real)n * HOPFORM_QUARTER_TURN_MIDDLE_real
+                       - (real)n * HOPFORM_QUARTER_TURN_LOW_real;
         const real rr = r * r;
         real s = 0.0;
         real c = 0.0;
-{% for coefficient in c.sine %}
-        s = s * rr + {{ coefficient }};
-{% endfor %}
-{% for coefficient in c.cosine %}
-        c = c * rr + {{ coefficient }};
-{% endfor %}
-        sine[l] = s * r;
+#define ADD_TERM(coefficient) s = s * rr + (coefficient);
+        HOPFORM_SINE_real(ADD_TERM)
+#undef ADD_TERM
+#define ADD_TERM(coefficient) c = c * rr + (coefficient);
+            HOPFORM_COSINE_real(ADD_TERM)
+#undef ADD_TERM
+                sine[l] = s * r;
         cosine[l] = c;
         quarter[l] = n;
     }
@@ -261,24 +276,25 @@ typedef struct {
     column e, e1, e2;
 } decay_columns;
 
-LANES_CODE static void decays(const real *restrict a, const real *restrict t, const real *restrict wanted, decay_columns *restrict decay)
+LANES_CODE static void decays(const real *restrict a, const real *restrict t, const real *restrict wanted,
+                              decay_columns *restrict decay)
 {
     column slow, fast, exponent;
     fade_columns fade;
     for (int l = 0; l < LANES; l++) {
         const real z = a[l] * t[l];
-        slow[l] = flag((wanted[l] > 0.0) & (fabs(z) < 1.0));
-        fast[l] = flag((wanted[l] > 0.0) & !(fabs(z) < 1.0));
+        slow[l] = flag((wanted[l] > 0.0) & (fabs_real(z) < 1.0));
+        fast[l] = flag((wanted[l] > 0.0) & !(fabs_real(z) < 1.0));
         exponent[l] = -z;
     }
     if (any(slow)) {
         for (int l = 0; l < LANES; l++) {
             const real z = a[l] * t[l];
             real sum = 0.0;
-{% for coefficient in c.decay_tail %}
-            sum = sum * z + {{ coefficient }};
-{% endfor %}
-            const real e3 = t[l] * t[l] * t[l] * sum;
+#define ADD_TERM(coefficient) sum = sum * z + (coefficient);
+            HOPFORM_DECAY_TAIL_real(ADD_TERM)
+#undef ADD_TERM
+                const real e3 = t[l] * t[l] * t[l] * sum;
             decay->e2[l] = 0.5 * t[l] * t[l] - a[l] * e3;
             decay->e1[l] = t[l] - a[l] * decay->e2[l];
             decay->e[l] = 1.0 - a[l] * decay->e1[l];
@@ -302,7 +318,8 @@ typedef struct {
 } pair_columns;
 
 /* The pair over a time that is short for it; its series as in short_bases. */
-LANES_CODE static void short_pairs(lanes *restrict w, const real *restrict t, const real *restrict wanted, pair_columns *restrict pair)
+LANES_CODE static void short_pairs(lanes *restrict w, const real *restrict t, const real *restrict wanted,
+                                   pair_columns *restrict pair)
 {
     column pt, qtt, before, term, R2, R3, going, small;
     for (int l = 0; l < LANES; l++) {
@@ -322,7 +339,7 @@ LANES_CODE static void short_pairs(lanes *restrict w, const real *restrict t, co
             R3[l] = R3[l] + first * inverse[4] + second * inverse[5];
             before[l] = first;
             term[l] = second;
-            going[l] = wanted[l] * flag(!(fabs(second) + fabs(first) < 0.01 * EPSILON));
+            going[l] = wanted[l] * flag(!(fabs_real(second) + fabs_real(first) < 0.01 * HOPFORM_EPS_real));
         }
         if (!any(going)) {
             break;
@@ -344,7 +361,8 @@ LANES_CODE static void short_pairs(lanes *restrict w, const real *restrict t, co
 }
 
 /* A pair that swings. */
-LANES_CODE static void swinging_pairs(const lanes *restrict w, const real *restrict t, const real *restrict wanted, pair_columns *restrict pair)
+LANES_CODE static void swinging_pairs(const lanes *restrict w, const real *restrict t, const real *restrict wanted,
+                                      pair_columns *restrict pair)
 {
     column half_angle, exponent, sine, cosine;
     fade_columns fade;
@@ -373,10 +391,11 @@ LANES_CODE static void swinging_pairs(const lanes *restrict w, const real *restr
 
 /* W of three poles over a short time.
  *
- * Lanes whose series has ended go on with the others: three terms that are this small are followed by smaller ones, which
- * change no sum that is not small itself, and where one is, the lane is left.
+ * Lanes whose series has ended go on with the others: three terms that are this small are followed by smaller ones,
+ * which change no sum that is not small itself, and where one is, the lane is left.
  */
-LANES_CODE static void short_bases(lanes *restrict w, const real *restrict t, const real *restrict wanted, basis_columns *restrict basis)
+LANES_CODE static void short_bases(lanes *restrict w, const real *restrict t, const real *restrict wanted,
+                                   basis_columns *restrict basis)
 {
     column h, hh, hhh, term_0, term_1, term_2, W2, W3, W4, going, small;
     for (int l = 0; l < LANES; l++) {
@@ -396,16 +415,19 @@ LANES_CODE static void short_bases(lanes *restrict w, const real *restrict t, co
             const real a = h[l];
             const real b = hh[l];
             const real c = hhh[l];
-            const real first = -(a * term_0[l] + (b * term_1[l] + c * term_2[l] * inverse[2]) * inverse[3]) * inverse[4];
+            const real first =
+                -(a * term_0[l] + (b * term_1[l] + c * term_2[l] * inverse[2]) * inverse[3]) * inverse[4];
             const real second = -(a * first + (b * term_0[l] + c * term_1[l] * inverse[3]) * inverse[4]) * inverse[5];
             const real third = -(a * second + (b * first + c * term_0[l] * inverse[4]) * inverse[5]) * inverse[6];
             W2[l] = W2[l] + first + second + third;
             W3[l] = W3[l] + first * inverse[5] + second * inverse[6] + third * inverse[7];
-            W4[l] = W4[l] + first * inverse[5] * inverse[6] + second * inverse[6] * inverse[7] + third * inverse[7] * inverse[8];
+            W4[l] = W4[l] + first * inverse[5] * inverse[6] + second * inverse[6] * inverse[7]
+                    + third * inverse[7] * inverse[8];
             term_2[l] = first;
             term_1[l] = second;
             term_0[l] = third;
-            going[l] = wanted[l] * flag(!(fabs(third) + fabs(second) + fabs(first) < 0.002 * EPSILON));
+            going[l] =
+                wanted[l] * flag(!(fabs_real(third) + fabs_real(second) + fabs_real(first) < 0.002 * HOPFORM_EPS_real));
         }
         if (!any(going)) {
             break;
@@ -418,19 +440,21 @@ LANES_CODE static void short_bases(lanes *restrict w, const real *restrict t, co
         const hopform_known_basis_real known = hopform_all_from_series_real(&poles, &series, t[l]);
         const hopform_basis_real one = {known.Wdd, known.Wd, known.W, known.W1, series.W2};
         keep_basis_columns(basis, l, wanted[l] > 0.0, &one);
-        small[l] = going[l] + wanted[l] * flag(!((W2[l] > 0.0078125) & (W3[l] > 0.0009765625) & (W4[l] > 0.0001220703125)));
+        small[l] =
+            going[l] + wanted[l] * flag(!((W2[l] > 0.0078125) & (W3[l] > 0.0009765625) & (W4[l] > 0.0001220703125)));
     }
     leave(w, small);
 }
 
 /* W at t where `wanted`; a lane whose poles are of another kind is left. */
-LANES_CODE static void bases_at(lanes *restrict w, const real *restrict t, const real *restrict wanted, basis_columns *restrict basis)
+LANES_CODE static void bases_at(lanes *restrict w, const real *restrict t, const real *restrict wanted,
+                                basis_columns *restrict basis)
 {
     column brief, pairs, swift, swings, splits, close;
     w->evaluations++;
     for (int l = 0; l < LANES; l++) {
         const bool here = wanted[l] > 0.0;
-        const bool held = !(fabs(w->poles.a[l]) > 0.0);
+        const bool held = !(fabs_real(w->poles.a[l]) > 0.0);
         const bool late = w->chi[l] * t[l] * t[l] >= 1.0;
         const bool soon = w->poles.s_1[l] * t[l] < 4.0;
         const bool early = w->poles.q[l] * t[l] * t[l] < 1.0;
@@ -452,7 +476,7 @@ LANES_CODE static void bases_at(lanes *restrict w, const real *restrict t, const
     if (!any(pairs)) {
         return;
     }
-    pair_columns pair = { {{- '{0}, {0}, {0}, {0}, {0}' -}} };
+    pair_columns pair = {{0}, {0}, {0}, {0}, {0}};
     if (any(swings)) {
         swinging_pairs(w, t, swings, &pair);
     }
@@ -470,7 +494,7 @@ LANES_CODE static void bases_at(lanes *restrict w, const real *restrict t, const
     if (!any(splits)) {
         return;
     }
-    decay_columns decay = { {{- '{0}, {0}, {0}' -}} };
+    decay_columns decay = {{0}, {0}, {0}};
     decays(w->poles.a, t, splits, &decay);
     for (int l = 0; l < LANES; l++) {
         const hopform_poles_real poles = one_of_poles_columns(&w->poles, l);
@@ -488,7 +512,8 @@ LANES_CODE static void bases_at(lanes *restrict w, const real *restrict t, const
             const hopform_poles_real poles = one_of_poles_columns(&w->poles, l);
             const hopform_basis_real one = one_of_basis_columns(basis, l);
             const hopform_response_real response = {one.Wdd, one.Wd, one.W};
-            const hopform_poles_real safe = {poles.a, poles.p, poles.q, poles.s_1, poles.s_2, poles.s_3 > 0.0 ? poles.s_3 : 1.0};
+            const hopform_poles_real safe = {poles.a,   poles.p,   poles.q,
+                                             poles.s_1, poles.s_2, poles.s_3 > 0.0 ? poles.s_3 : 1.0};
             const hopform_integrals_real integrals = hopform_integrals_by_recursion_real(&safe, &response, t[l]);
             keep(&basis->W1[l], close[l] > 0.0, integrals.W1);
             keep(&basis->W2[l], close[l] > 0.0, integrals.W2);
@@ -498,18 +523,22 @@ LANES_CODE static void bases_at(lanes *restrict w, const real *restrict t, const
 
 /* ---- samples ---- */
 
-static inline hopform_sample_real sample_of(const watch_columns *watch, const poles_columns *poles, const hopform_basis_real *basis, int l,
-                                            real t)
+static inline hopform_sample_real sample_of(const watch_columns *watch, const poles_columns *poles,
+                                            const hopform_basis_real *basis, int l, real t)
 {
     const hopform_poles_real one = one_of_poles_columns(poles, l);
     const hopform_numerator_real h = {watch->H3[l], watch->H2[l], watch->H1[l]};
     const hopform_pair_numerator_real left = {watch->A[l], watch->B[l]};
     const hopform_rise_real rise = hopform_rises_real(&one, &h, basis);
-    const real noise = 16.0 * EPSILON
-                       * (fabs(watch->start[l]) + fabs(h.H3 * basis->Wd) + fabs(h.H2 * basis->W) + fabs(h.H1 * basis->W1)
-                          + t * fabs(rise.rise_rate));
-    const hopform_sample_real sample = {watch->start[l] + rise.rise, rise.rise_rate, rise.rise_curvature, rise.rise_third,
-                                        hopform_turning_real(&one, &left, basis), noise};
+    const real noise = 16.0 * HOPFORM_EPS_real
+                       * (fabs_real(watch->start[l]) + fabs_real(h.H3 * basis->Wd) + fabs_real(h.H2 * basis->W)
+                          + fabs_real(h.H1 * basis->W1) + t * fabs_real(rise.rise_rate));
+    const hopform_sample_real sample = {watch->start[l] + rise.rise,
+                                        rise.rise_rate,
+                                        rise.rise_curvature,
+                                        rise.rise_third,
+                                        hopform_turning_real(&one, &left, basis),
+                                        noise};
     return sample;
 }
 
@@ -525,14 +554,15 @@ static inline void keep_sample(sample_columns *samples, int l, bool yes, const h
 
 static inline hopform_sample_real one_sample(const sample_columns *samples, int l)
 {
-    const hopform_sample_real sample = {samples->value[l],  samples->rate[l],    samples->curvature[l],
+    const hopform_sample_real sample = {samples->value[l], samples->rate[l],    samples->curvature[l],
                                         samples->third[l], samples->turning[l], samples->noise[l]};
     return sample;
 }
 
 /* One watch where `wanted`. */
-LANES_CODE static void sample_watch(const lanes *restrict w, const watch_columns *restrict watch, const basis_columns *restrict basis, const real *restrict t, const real *restrict wanted,
-                                    sample_columns *restrict samples)
+LANES_CODE static void sample_watch(const lanes *restrict w, const watch_columns *restrict watch,
+                                    const basis_columns *restrict basis, const real *restrict t,
+                                    const real *restrict wanted, sample_columns *restrict samples)
 {
     for (int l = 0; l < LANES; l++) {
         const hopform_basis_real one = one_of_basis_columns(basis, l);
@@ -558,17 +588,17 @@ LANES_CODE static void start_poles(lanes *restrict w, real *restrict lost)
 {
     for (int l = 0; l < LANES; l++) {
         const bool begins = w->begins[l] > 0.0;
-        const bool held_1 = !(fabs(w->side_1[l]) > 0.0);
-        const bool held = held_1 | !(fabs(w->side_2[l]) > 0.0);
+        const bool held_1 = !(fabs_real(w->side_1[l]) > 0.0);
+        const bool held = held_1 | !(fabs_real(w->side_2[l]) > 0.0);
         const real p_held = held_1 ? w->rates.p_2[l] : w->rates.p_1[l];
         const real q_held = held_1 ? w->rates.q_2[l] : w->rates.q_1[l];
         const hopform_poles_real both = one_of_poles_columns(&w->both, l);
-        const hopform_poles_real poles = {held ? 0.0 : both.a,        held ? p_held : both.p,   held ? q_held : both.q,
+        const hopform_poles_real poles = {held ? 0.0 : both.a,      held ? p_held : both.p,   held ? q_held : both.q,
                                           held ? p_held : both.s_1, held ? q_held : both.s_2, held ? 0.0 : both.s_3};
         keep_poles_columns(&w->poles, l, begins, &poles);
         const real mean = 0.5 * w->poles.p[l];
         const real square = w->poles.q[l] - mean * mean;
-        const real omega = square > 0.0 ? sqrt(square) : 1.0;
+        const real omega = square > 0.0 ? sqrt_real(square) : 1.0;
         lost[l] = flag(begins & !(square > 0.0));
         const hopform_poles_real now = one_of_poles_columns(&w->poles, l);
         w->chi[l] = hopform_residue_real(&now);
@@ -594,25 +624,28 @@ static inline hopform_drive_real drive_in(const lanes *w, int l)
 LANES_CODE static void start_modes(const lanes *restrict w, mode_columns *restrict mode)
 {
     for (int l = 0; l < LANES; l++) {
-        mode->both[l] = w->begins[l] * fabs(w->side_1[l] * w->side_2[l]);
-        mode->actuator[l] = w->begins[l] * fabs(w->side_1[l]) * (1.0 - fabs(w->side_2[l]));
-        mode->body[l] = w->begins[l] * (1.0 - fabs(w->side_1[l]));
+        mode->both[l] = w->begins[l] * fabs_real(w->side_1[l] * w->side_2[l]);
+        mode->actuator[l] = w->begins[l] * fabs_real(w->side_1[l]) * (1.0 - fabs_real(w->side_2[l]));
+        mode->body[l] = w->begins[l] * (1.0 - fabs_real(w->side_1[l]));
     }
 }
 
-{% for moving in movings %}
-LANES_CODE static void move_{{ moving }}(lanes *restrict w, const real *restrict who)
-{
-    for (int l = 0; l < LANES; l++) {
-        const hopform_rates_real rates = one_of_rates_columns(&w->rates, l);
-        const hopform_state_real state = one_of_state_columns(&w->state, l);
-        const hopform_drive_real drive = drive_in(w, l);
-        const hopform_motion_real motion = hopform_motion_of_{{ moving }}_real(&rates, &drive, &state);
-        keep_motion_columns(&w->motion, l, who[l] > 0.0, &motion);
+#define MOVE(moving)                                                                                                   \
+    LANES_CODE static void move_##moving(lanes *restrict w, const real *restrict who)                                  \
+    {                                                                                                                  \
+        for (int l = 0; l < LANES; l++) {                                                                              \
+            const hopform_rates_real rates = one_of_rates_columns(&w->rates, l);                                       \
+            const hopform_state_real state = one_of_state_columns(&w->state, l);                                       \
+            const hopform_drive_real drive = drive_in(w, l);                                                           \
+            const hopform_motion_real motion = hopform_motion_of_##moving##_real(&rates, &drive, &state);              \
+            keep_motion_columns(&w->motion, l, who[l] > 0.0, &motion);                                                 \
+        }                                                                                                              \
     }
-}
 
-{% endfor %}
+MOVE(both)
+MOVE(actuator)
+MOVE(body)
+
 LANES_CODE static void start_motion(lanes *restrict w, const mode_columns *restrict mode)
 {
     column alone, alone_1, alone_2, alone_H2;
@@ -626,8 +659,8 @@ LANES_CODE static void start_motion(lanes *restrict w, const mode_columns *restr
         move_body(w, mode->body);
     }
     for (int l = 0; l < LANES; l++) {
-        alone_1[l] = w->begins[l] * is(w->alone[l], 1) * fabs(w->side_1[l]);
-        alone_2[l] = w->begins[l] * is(w->alone[l], 2) * fabs(w->side_2[l]);
+        alone_1[l] = w->begins[l] * is(w->alone[l], 1) * fabs_real(w->side_1[l]);
+        alone_2[l] = w->begins[l] * is(w->alone[l], 2) * fabs_real(w->side_2[l]);
         alone[l] = alone_1[l] + alone_2[l];
     }
     if (!any(alone)) {
@@ -655,22 +688,23 @@ LANES_CODE static void rings_about_zero(const lanes *restrict w, const real *res
         const hopform_free_real free = hopform_free_accelerations_real(&rates, &slack, w->u[l]);
         const real left_1 = free.free_1 - w->side_1[l] * w->robot.f1[l];
         const real left_2 = free.free_2 - w->side_2[l] * w->robot.f2[l];
-        const real left = fabs(w->side_2[l]) > 0.0 ? left_2 : left_1;
-        rings[l] = alone[l] * flag(!(w->state.y[l] < 0.0)) * flag(!(fabs(left) > 0.0));
+        const real left = fabs_real(w->side_2[l]) > 0.0 ? left_2 : left_1;
+        rings[l] = alone[l] * flag(!(w->state.y[l] < 0.0)) * flag(!(fabs_real(left) > 0.0));
     }
 }
 
-/* When each mass that slips alone comes to rest, as hopform_halt_time_real of a pair that swings; the phase ends there at last. */
+/* When each mass that slips alone comes to rest, as hopform_halt_time_real of a pair that swings; the phase ends there
+ * at last. */
 LANES_CODE static void start_halts(lanes *restrict w, real *restrict lost)
 {
     column alone, v, acc, x, steep, tangent, guess, sine, cosine, at_once, halt;
     for (int l = 0; l < LANES; l++) {
-        const bool only_1 = !(fabs(w->side_2[l]) > 0.0);
+        const bool only_1 = !(fabs_real(w->side_2[l]) > 0.0);
         const real sign = only_1 ? w->side_1[l] : w->side_2[l];
         v[l] = sign * (only_1 ? w->state.v1[l] : w->state.v2[l]);
         acc[l] = sign * (only_1 ? w->motion.H3_1[l] : w->motion.H3_2[l]);
-        alone[l] = w->begins[l] * (1.0 - fabs(w->side_1[l] * w->side_2[l]));
-        halt[l] = NEVER;
+        alone[l] = w->begins[l] * (1.0 - fabs_real(w->side_1[l] * w->side_2[l]));
+        halt[l] = HOPFORM_NEVER_real;
         at_once[l] = 0.0;
     }
     if (any(alone)) {
@@ -678,11 +712,11 @@ LANES_CODE static void start_halts(lanes *restrict w, real *restrict lost)
         for (int l = 0; l < LANES; l++) {
             const real mean = 0.5 * w->poles.p[l];
             x[l] = -(acc[l] + mean * v[l]) / w->omega[l];
-            steep[l] = flag(v[l] > fabs(x[l]));
+            steep[l] = flag(v[l] > fabs_real(x[l]));
         }
         for (int l = 0; l < LANES; l++) {
-            const real below = steep[l] > 0.0 ? v[l] : fabs(x[l]);
-            const real above = steep[l] > 0.0 ? fabs(x[l]) : v[l];
+            const real below = steep[l] > 0.0 ? v[l] : fabs_real(x[l]);
+            const real above = steep[l] > 0.0 ? fabs_real(x[l]) : v[l];
             tangent[l] = over(above, below);
         }
         for (int l = 0; l < LANES; l++) {
@@ -706,7 +740,7 @@ LANES_CODE static void start_halts(lanes *restrict w, real *restrict lost)
             halt[l] = v[l] > 0.0 ? halt[l] : w->half_turn[l];
         }
         for (int l = 0; l < LANES; l++) {
-            halt[l] = alone[l] > 0.0 ? halt[l] : NEVER;
+            halt[l] = alone[l] > 0.0 ? halt[l] : HOPFORM_NEVER_real;
         }
     }
     for (int l = 0; l < LANES; l++) {
@@ -725,7 +759,8 @@ static inline bool blocks(const lanes *w, int l, real side)
     return at_end | !(w->robot.x1_min[l] < w->robot.x1_max[l]);
 }
 
-static inline void keep_watch(lanes *w, int s, int l, bool yes, real on, real kind, real side, const hopform_watch_real *watch)
+static inline void keep_watch(lanes *w, int s, int l, bool yes, real on, real kind, real side,
+                              const hopform_watch_real *watch)
 {
     keep(&w->on[s][l], yes, on);
     keep(&w->kind[s][l], yes, kind);
@@ -745,7 +780,8 @@ LANES_CODE static void watch_leg(lanes *restrict w)
         const hopform_poles_real poles = one_of_poles_columns(&w->poles, l);
         const hopform_motion_real m = one_of_motion_columns(&w->motion, l);
         const hopform_watch_real leg = hopform_watch_of_real(&poles, m.H3_y, m.H2_y, m.H1_y, w->state.y[l], 1.0, 0, 0);
-        const real falls = flag((w->side_1[l] < 0.0) | (w->side_2[l] > 0.0) | (w->state.y[l] < 0.0)); /* else y only rises, from 0 or above */
+        const real falls = flag((w->side_1[l] < 0.0) | (w->side_2[l] > 0.0)
+                                | (w->state.y[l] < 0.0)); /* else y only rises, from 0 or above */
         keep_watch(w, 0, l, w->begins[l] > 0.0, falls, BY_TAKEOFF, 0.0, &leg);
     }
 }
@@ -758,8 +794,10 @@ LANES_CODE static void watch_velocities(lanes *restrict w, const real *restrict 
         const hopform_motion_real m = one_of_motion_columns(&w->motion, l);
         const real H3_1 = w->fresh_1[l] > 0.0 ? 0.0 : m.H3_1;
         const real H3_2 = w->fresh_2[l] > 0.0 ? 0.0 : m.H3_2;
-        const hopform_watch_real velocity_1 = hopform_watch_of_real(&poles, H3_1, m.H2_1, m.H1_1, w->state.v1[l], w->side_1[l], 0, 0);
-        const hopform_watch_real velocity_2 = hopform_watch_of_real(&poles, H3_2, m.H2_2, m.H1_2, w->state.v2[l], w->side_2[l], 0, 0);
+        const hopform_watch_real velocity_1 =
+            hopform_watch_of_real(&poles, H3_1, m.H2_1, m.H1_1, w->state.v1[l], w->side_1[l], 0, 0);
+        const hopform_watch_real velocity_2 =
+            hopform_watch_of_real(&poles, H3_2, m.H2_2, m.H1_2, w->state.v2[l], w->side_2[l], 0, 0);
         keep_watch(w, 1, l, who[l] > 0.0, 1.0, BY_VELOCITY_1, 0.0, &velocity_1);
         keep_watch(w, 2, l, who[l] > 0.0, 1.0, BY_VELOCITY_2, 0.0, &velocity_2);
         keep(&w->doubt[l], who[l] > 0.0, 0.0);
@@ -778,7 +816,7 @@ LANES_CODE static void watch_thresholds(lanes *restrict w, const real *restrict 
         const hopform_free_real at_rest = hopform_free_accelerations_real(&rates, &state, w->u[l]);
         const hopform_numerator_real free_1 = hopform_free_numerator_1_real(&rates, &m);
         const hopform_numerator_real free_2 = hopform_free_numerator_2_real(&rates, &m);
-        const bool held_1 = !(fabs(w->side_1[l]) > 0.0);
+        const bool held_1 = !(fabs_real(w->side_1[l]) > 0.0);
         free[l] = held_1 ? at_rest.free_1 : at_rest.free_2;
         friction[l] = held_1 ? w->robot.f1[l] : w->robot.f2[l];
         slips.H3[l] = held_1 ? free_1.H3 : free_2.H3;
@@ -789,7 +827,7 @@ LANES_CODE static void watch_thresholds(lanes *restrict w, const real *restrict 
     }
     for (int l = 0; l < LANES; l++) {
         const hopform_poles_real poles = one_of_poles_columns(&w->poles, l);
-        const real held_1 = 1.0 - fabs(w->side_1[l]);
+        const real held_1 = 1.0 - fabs_real(w->side_1[l]);
         const hopform_watch_real below =
             hopform_watch_of_real(&poles, slips.H3[l], slips.H2[l], slips.H1[l], friction[l] + free[l], 1.0, 0, 0);
         const hopform_watch_real above =
@@ -798,12 +836,12 @@ LANES_CODE static void watch_thresholds(lanes *restrict w, const real *restrict 
         const real per_y = held_1 > 0.0 ? w->rates.a1_y[l] : w->rates.a2_y[l];
         const real per_v = held_1 > 0.0 ? w->rates.a1_v2[l] : w->rates.a2_v1[l];
         const real along = (flag(per_y > 0.0) - flag(per_y < 0.0)) * (w->side_1[l] - w->side_2[l]);
-        const real towards = fabs(per_v) > 0.0 ? 0.0 : along; /* where it may slip to, 0 for either side */
+        const real towards = fabs_real(per_v) > 0.0 ? 0.0 : along; /* where it may slip to, 0 for either side */
         const real on_below = flag(!(towards > 0.0)) * (1.0 - held_1 * blocked_below[l]);
         const real on_above = flag(!(towards < 0.0)) * (1.0 - held_1 * blocked_above[l]);
         keep_watch(w, 1, l, who[l] > 0.0, on_below, kind, -1.0, &below);
         keep_watch(w, 2, l, who[l] > 0.0, on_above, kind, 1.0, &above);
-        keep(&w->doubt[l], who[l] > 0.0, 4.0 * EPSILON * (friction[l] + fabs(free[l])));
+        keep(&w->doubt[l], who[l] > 0.0, 4.0 * HOPFORM_EPS_real * (friction[l] + fabs_real(free[l])));
     }
 }
 
@@ -822,13 +860,14 @@ LANES_CODE static void start_watches(lanes *restrict w, mode_columns *restrict m
 }
 
 /* What is known of a watch when a phase begins, and whether it is below zero already. */
-LANES_CODE static void start_samples(const lanes *restrict w, const watch_columns *restrict watch, const real *restrict on,
-                                     sample_columns *restrict from, real *restrict lost)
+LANES_CODE static void start_samples(const lanes *restrict w, const watch_columns *restrict watch,
+                                     const real *restrict on, sample_columns *restrict from, real *restrict lost)
 {
     column below;
     for (int l = 0; l < LANES; l++) {
         const hopform_poles_real poles = one_of_poles_columns(&w->poles, l);
-        const hopform_watch_real one = { {{- '{watch->H3[l], watch->H2[l], watch->H1[l]}, {watch->A[l], watch->B[l]}, watch->start[l], 0, 0' -}} };
+        const hopform_watch_real one = {
+            {watch->H3[l], watch->H2[l], watch->H1[l]}, {watch->A[l], watch->B[l]}, watch->start[l], 0, 0};
         const hopform_sample_real sample = hopform_first_sample_real(&one, &poles);
         keep_sample(from, l, w->begins[l] > 0.0, &sample);
         below[l] = flag(w->begins[l] > 0.0) * flag(on[l] > 0.0) * flag(sample.value < 0.0);
@@ -860,8 +899,10 @@ LANES_CODE static void start_phases(lanes *restrict w)
 
 /* ---- a window ---- */
 
-/* Time to the root of a watch if it swung with the pair's frequency about a constant, as hopform_swing_to_zero_real has it. */
-LANES_CODE static void swings_to_zero(const sample_columns *restrict from, const real *restrict per_omega, real *restrict swing)
+/* Time to the root of a watch if it swung with the pair's frequency about a constant, as hopform_swing_to_zero_real has
+ * it. */
+LANES_CODE static void swings_to_zero(const sample_columns *restrict from, const real *restrict per_omega,
+                                      real *restrict swing)
 {
     column above, below, falls, angle;
     for (int l = 0; l < LANES; l++) {
@@ -870,7 +911,7 @@ LANES_CODE static void swings_to_zero(const sample_columns *restrict from, const
         const real slope = from->rate[l] * per;
         const real bend = 2.0 * from->curvature[l] * (per * per);
         const real discriminant = slope * slope - (value + bend) * value;
-        const real root = sqrt(discriminant > 0.0 ? discriminant : 0.0);
+        const real root = sqrt_real(discriminant > 0.0 ? discriminant : 0.0);
         const real least = slope < -bend ? slope : -bend;
         above[l] = value > 0.0 ? value : -2.0 * slope;
         below[l] = value > 0.0 ? root - slope : bend;
@@ -881,7 +922,7 @@ LANES_CODE static void swings_to_zero(const sample_columns *restrict from, const
         falls[l] = angle[l] >= 0.0 ? falls[l] : -1.0;
     }
     for (int l = 0; l < LANES; l++) {
-        const bool far = fabs(above[l]) > fabs(below[l]);
+        const bool far = fabs_real(above[l]) > fabs_real(below[l]);
         const real less = far ? below[l] : above[l];
         const real more = far ? above[l] : below[l];
         const real near = over(less, more);
@@ -891,12 +932,13 @@ LANES_CODE static void swings_to_zero(const sample_columns *restrict from, const
     }
     for (int l = 0; l < LANES; l++) {
         const real time = 2.0 * angle[l] * per_omega[l];
-        swing[l] = falls[l] > 0.0 ? time : NEVER;
+        swing[l] = falls[l] > 0.0 ? time : HOPFORM_NEVER_real;
     }
 }
 
 /* A watch where a flag says so. */
-LANES_CODE static void choose_watch(const watch_columns *restrict watch, const real *restrict yes, watch_columns *restrict chosen)
+LANES_CODE static void choose_watch(const watch_columns *restrict watch, const real *restrict yes,
+                                    watch_columns *restrict chosen)
 {
     for (int l = 0; l < LANES; l++) {
         const bool here = yes[l] > 0.0;
@@ -912,8 +954,8 @@ LANES_CODE static void choose_watch(const watch_columns *restrict watch, const r
 /* The search for the first root that swinging on would bring. */
 typedef struct {
     watch_columns watch;
-    column number; /* of the watch */
-    column far, close;   /* where the window ends at most, and if no root is found */
+    column number;     /* of the watch */
+    column far, close; /* where the window ends at most, and if no root is found */
     column t, seeks, lands, closes;
 } outlook;
 
@@ -923,12 +965,13 @@ static inline hopform_sample_real one_ahead(const lanes *w, real number, int l)
     const sample_columns *from = w->from;
     const bool first = number < 0.5;
     const bool second = number < 1.5;
-    const hopform_sample_real sample = {one_of_three(first, second, from[0].value[l], from[1].value[l], from[2].value[l]),
-                                        one_of_three(first, second, from[0].rate[l], from[1].rate[l], from[2].rate[l]),
-                                        one_of_three(first, second, from[0].curvature[l], from[1].curvature[l], from[2].curvature[l]),
-                                        one_of_three(first, second, from[0].third[l], from[1].third[l], from[2].third[l]),
-                                        0.0,
-                                        0.0};
+    const hopform_sample_real sample = {
+        one_of_three(first, second, from[0].value[l], from[1].value[l], from[2].value[l]),
+        one_of_three(first, second, from[0].rate[l], from[1].rate[l], from[2].rate[l]),
+        one_of_three(first, second, from[0].curvature[l], from[1].curvature[l], from[2].curvature[l]),
+        one_of_three(first, second, from[0].third[l], from[1].third[l], from[2].third[l]),
+        0.0,
+        0.0};
     return sample;
 }
 
@@ -977,7 +1020,7 @@ LANES_CODE static void look_ahead(const lanes *restrict w, outlook *restrict ahe
         const hopform_poles_real poles = one_of_poles_columns(&w->poles, l);
         const hopform_sample_real from = one_ahead(w, ahead->number[l], l);
         const real step = hopform_swing_step_real(&poles, &from, w->omega[l], after[l]);
-        const bool nearer = (ahead->number[l] >= 0.0) & (fabs(step) < 0.25 * after[l]);
+        const bool nearer = (ahead->number[l] >= 0.0) & (fabs_real(step) < 0.25 * after[l]);
         const real moved = after[l] - step;
         keep(&after[l], nearer, moved);
     }
@@ -993,12 +1036,12 @@ LANES_CODE static void look_ahead(const lanes *restrict w, outlook *restrict ahe
     for (int l = 0; l < LANES; l++) {
         const real half = 0.96875 * w->half_turn[l];
         after_fade[l] = half < after_fade[l] ? half : after_fade[l];
-        keep(&after_fade[l], !(watched[l] > 0.0), NEVER);
+        keep(&after_fade[l], !(watched[l] > 0.0), HOPFORM_NEVER_real);
     }
     for (int l = 0; l < LANES; l++) {
         const real low = w->low[l];
         const real longest = after_fade[l];
-        const real least = w->windows[l] > 3.0 ? 0.125 * w->half_turn[l] : 64.0 * EPSILON * low;
+        const real least = w->windows[l] > 3.0 ? 0.125 * w->half_turn[l] : 64.0 * HOPFORM_EPS_real * low;
         const real wanted = ahead->number[l] >= 0.0 ? 1.015625 * after[l] : longest;
         const real reach = wanted > least ? wanted : least;
         ahead->far[l] = longest < w->limit[l] - low ? low + longest : w->limit[l];
@@ -1024,22 +1067,25 @@ static inline real fourth_of(const poles_columns *poles, int l, const hopform_sa
     return poles->s_1[l] * at->third + poles->s_2[l] * at->curvature + poles->s_3[l] * at->rate;
 }
 
-static inline bool one_step_left(const poles_columns *poles, int l, const hopform_sample_real *at, real fourth, real t, real step)
+static inline bool one_step_left(const poles_columns *poles, int l, const hopform_sample_real *at, real fourth, real t,
+                                 real step)
 {
     const hopform_poles_real one = one_of_poles_columns(poles, l);
-    const real per_rate = over(fabs(step), fabs(at->rate));
-    const real bend = per_rate * fabs(at->curvature);
-    const real twist = per_rate * fabs(step * at->third);
-    const real error = bend * (0.7 * bend * bend + 0.5 * twist) + 0.05 * per_rate * fabs(step * step * fourth);
-    return (fabs(at->value) <= 2.0 * fabs(step * at->rate)) & (fabs(step) * error <= EPSILON * t) & hopform_is_near_real(&one, t, step);
+    const real per_rate = over(fabs_real(step), fabs_real(at->rate));
+    const real bend = per_rate * fabs_real(at->curvature);
+    const real twist = per_rate * fabs_real(step * at->third);
+    const real error = bend * (0.7 * bend * bend + 0.5 * twist) + 0.05 * per_rate * fabs_real(step * step * fourth);
+    return (fabs_real(at->value) <= 2.0 * fabs_real(step * at->rate))
+           & (fabs_real(step) * error <= HOPFORM_EPS_real * t) & hopform_is_near_real(&one, t, step);
 }
 
 static inline real step_to_root(const hopform_sample_real *at)
 {
     const real rate2 = at->rate * at->rate;
-    const real below = 6.0 * rate2 * at->rate - 6.0 * at->value * at->rate * at->curvature + at->value * at->value * at->third;
+    const real below =
+        6.0 * rate2 * at->rate - 6.0 * at->value * at->rate * at->curvature + at->value * at->value * at->third;
     const real step = over(at->value * (6.0 * rate2 - 3.0 * at->value * at->curvature), below);
-    return fabs(below) > 0.0 ? step : NEVER;
+    return fabs_real(below) > 0.0 ? step : HOPFORM_NEVER_real;
 }
 
 /* The last step to a root, by a Taylor series from `from_t`, where W is known. */
@@ -1087,7 +1133,7 @@ LANES_CODE static void reach_ahead(lanes *restrict w, outlook *restrict ahead, b
             const bool seeks = ahead->seeks[l] > 0.0;
             const bool closes = ahead->closes[l] > 0.0;
             const bool falls = at.rate < 0.0;
-            const bool exact = fabs(at.value) <= EPSILON * t * fabs(at.rate);
+            const bool exact = fabs_real(at.value) <= HOPFORM_EPS_real * t * fabs_real(at.rate);
             const bool inside = (next > low) & (next < ahead->far[l]);
             const bool arrives = seeks & falls & exact;
             const bool real_root = (t > low) & (at.rate * (t - low) < -at.noise);
@@ -1116,56 +1162,58 @@ LANES_CODE static void reach_ahead(lanes *restrict w, outlook *restrict ahead, b
 /* hopform_is_held_up_real by arithmetic with flags. */
 static inline real held_up_by(const sample_columns *from, const sample_columns *to, int l, real value, real a, real h)
 {
-    const real last = a * h < 1.0 ? to->rate[l] * (1.0 + a * h) : NEVER;
+    const real last = a * h < 1.0 ? to->rate[l] * (1.0 + a * h) : HOPFORM_NEVER_real;
     const real steeper = last - from->rate[l];
-    const real cross = fabs(steeper) > 0.0 ? over(from->value[l] - value + last * h, steeper) : h;
+    const real cross = fabs_real(steeper) > 0.0 ? over(from->value[l] - value + last * h, steeper) : h;
     const real ahead = cross > 0.0 ? cross : 0.0;
     const real reach = cross < h ? ahead : h;
     return flag(!(from->turning[l] < 0.0)) * flag(!(to->turning[l] < 0.0))
            * flag(from->value[l] + from->rate[l] * reach > from->noise[l] + to->noise[l]);
 }
 
-/* hopform_judge_real without a jump, for watches of one number; `value` is g at the end. Where exp(a t) g' comes nearer to zero and
- * goes back, `nears` is 1 and more is to be asked. */
-static inline real verdict_on(const lanes *w, const sample_columns *from, const sample_columns *to, int l, real value, real *nears)
+/* hopform_judge_real without a jump, for watches of one number; `value` is g at the end. Where exp(a t) g' comes nearer
+ * to zero and goes back, `nears` is 1 and more is to be asked. */
+static inline real verdict_on(const lanes *w, const sample_columns *from, const sample_columns *to, int l, real value,
+                              real *nears)
 {
     const real h = w->end_t[l] - w->low[l];
     const real later = to->rate[l];
     const real turning = from->turning[l];
     const bool falls = from->rate[l] < 0.0;
-    const bool turns = (turning * to->turning[l] < 0.0) | ((fabs(turning) > 0.0) & !(fabs(to->turning[l]) > 0.0));
-    const bool pauses = !(fabs(later) * h > to->noise[l]);
+    const bool turns =
+        (turning * to->turning[l] < 0.0) | ((fabs_real(turning) > 0.0) & !(fabs_real(to->turning[l]) > 0.0));
+    const bool pauses = !(fabs_real(later) * h > to->noise[l]);
     const bool below = (value < 0.0) & ((value < -to->noise[l]) | (later * h < -to->noise[l]));
     const bool alike = !(falls ^ (later < 0.0));
     const bool same = (pauses & turns) | (!pauses & alike);
     const bool dips = falls & !same; /* unless it is held up */
-    const real of_dips = dips ? (real)DIPS : 0.0;
+    const real of_dips = dips ? (real)DIPS_real : 0.0;
     *nears = flag(turns & same & !(falls ^ (turning > 0.0)));
-    return below ? (real)LOSES_SIGN : of_dips;
+    return below ? (real)LOSES_SIGN_real : of_dips;
 }
 
 /* What more there is to say where it nears zero; else what is known. */
-static inline real verdict_near_zero(const lanes *w, const sample_columns *from, const sample_columns *to, int l, real value, real nears,
-                                     real known)
+static inline real verdict_near_zero(const lanes *w, const sample_columns *from, const sample_columns *to, int l,
+                                     real value, real nears, real known)
 {
     const real a = w->poles.a[l];
     const real h = w->end_t[l] - w->low[l];
     const bool slow = a * h < 1.0;
     const real grows = 1.0 + 2.0 * a * h;
-    const real growth = slow ? grows : NEVER;
+    const real growth = slow ? grows : HOPFORM_NEVER_real;
     const real inverse = over(1.0, a);
     const real span = slow ? h : inverse;
     const real rate = from->rate[l];
-    const real turning = fabs(from->turning[l]);
+    const real turning = fabs_real(from->turning[l]);
     const real grown = to->rate[l] * growth;
     const bool quarter = h <= 0.5 * w->half_turn[l];
     const real change = -turning * span;
     const real steepest = rate < grown ? rate : grown;
-    const real lowest = quarter ? change : -NEVER;
+    const real lowest = quarter ? change : -HOPFORM_NEVER_real;
     const real slope = rate < 0.0 ? steepest : lowest;
-    const bool away = quarter & (fabs(rate) > turning * h * growth);
+    const bool away = quarter & (fabs_real(rate) > turning * h * growth);
     const bool far = (value > 0.0) & (from->value[l] + slope * h > from->noise[l] + to->noise[l]);
-    const real undecided = far ? 0.0 : (real)UNDECIDED;
+    const real undecided = far ? 0.0 : (real)UNDECIDED_real;
     const bool open = (nears > 0.0) & !away;
     return open ? undecided : known;
 }
@@ -1185,8 +1233,9 @@ typedef struct {
 } found_columns;
 
 /* Whether something is to be done about watch s of a lane, and what. */
-LANES_CODE static void act_on(const lanes *restrict w, int s, const real *restrict unsettled, const real *restrict first,
-                              const found_columns *restrict other, real *restrict here, real *restrict what)
+LANES_CODE static void act_on(const lanes *restrict w, int s, const real *restrict unsettled,
+                              const real *restrict first, const found_columns *restrict other, real *restrict here,
+                              real *restrict what)
 {
     const sample_columns *from = &w->from[s];
     const sample_columns *to = &w->to[s];
@@ -1228,7 +1277,8 @@ LANES_CODE static void act_on(const lanes *restrict w, int s, const real *restri
         const real is_found = flag(w->found[l] >= number) - later_found;
         const real other_found = flag(w->found[l] >= 0.0) - is_found;
         const real early = flag(to->value[l] < -(noise + (s > 0 ? w->doubt[l] : 0.0)));
-        const real ties_with = flag((to->value[l] - 4.0 * noise) * other->rate[l] < fabs(to->rate[l]) * other->blur[l]);
+        const real ties_with =
+            flag((to->value[l] - 4.0 * noise) * other->rate[l] < fabs_real(to->rate[l]) * other->blur[l]);
         const real nearly = flag(to->rate[l] * h < -16.0 * noise) * ties_with;
         const real at_once = flag(!(from->value[l] > 0.0))
                              * flag((from->rate[l] < 0.0) | ((from->rate[l] <= 0.0) & (from->turning[l] <= 0.0)));
@@ -1237,8 +1287,8 @@ LANES_CODE static void act_on(const lanes *restrict w, int s, const real *restri
         const real dips = flag(what[l] < 2.5) - keeps - loses;
         const real ties = early + nearly;
         const real goes_first = flag(early + later_found * nearly > 0.0);
-        const real leaves = keeps * later_found * ties + loses * (other_found * (1.0 - goes_first) + (1.0 - is_found) * at_once)
-                            + dips * is_found;
+        const real leaves = keeps * later_found * ties
+                            + loses * (other_found * (1.0 - goes_first) + (1.0 - is_found) * at_once) + dips * is_found;
         const real acts = (1.0 - keeps) * (1.0 - loses * is_found);
         const real deed = (real)CUT + (real)(FIND_ROOT - CUT) * loses + (real)(FIND_BOTTOM - CUT) * dips;
         here[l] = unsettled[l] * flag(w->on[s][l] > 0.0) * flag(first[l] <= number) * flag(acts + leaves > 0.0);
@@ -1247,8 +1297,8 @@ LANES_CODE static void act_on(const lanes *restrict w, int s, const real *restri
 }
 
 /* The first watch of each lane, from `first` on, about which something is to be done, and what. */
-LANES_CODE static void settle_verdicts(const lanes *restrict w, const real *restrict unsettled, const real *restrict first, real *restrict what,
-                                       search *restrict found)
+LANES_CODE static void settle_verdicts(const lanes *restrict w, const real *restrict unsettled,
+                                       const real *restrict first, real *restrict what, search *restrict found)
 {
     column here, deed;
     found_columns other;
@@ -1259,7 +1309,7 @@ LANES_CODE static void settle_verdicts(const lanes *restrict w, const real *rest
         const bool second_found = w->found[l] < 1.5;
         const real later_rate = second_found ? w->to[1].rate[l] : w->to[2].rate[l];
         const real later_noise = second_found ? w->to[1].noise[l] : w->to[2].noise[l];
-        other.rate[l] = fabs(first_found ? w->to[0].rate[l] : later_rate);
+        other.rate[l] = fabs_real(first_found ? w->to[0].rate[l] : later_rate);
         other.blur[l] = first_found ? w->to[0].noise[l] : later_noise + w->doubt[l];
     }
     for (int s = SLOTS - 1; s >= 0; s--) {
@@ -1307,11 +1357,11 @@ LANES_CODE static void find_bottoms(lanes *restrict w, const real *restrict what
             const hopform_basis_real one = one_of_basis_columns(&find->basis, l);
             const real t = find->t[l];
             const hopform_sample_real at = sample_of(&find->watch, &w->poles, &one, l, t);
-            const bool usable = fabs(at.curvature) > 0.0;
+            const bool usable = fabs_real(at.curvature) > 0.0;
             const real step = over(at.rate, at.curvature);
             next[l] = t - step;
             falls[l] = at.rate;
-            ready[l] = flag(usable) * flag(fabs(step) <= 0.001 * ROOT_EPSILON * t);
+            ready[l] = flag(usable) * flag(fabs_real(step) <= 0.001 * HOPFORM_ROOT_EPS_real * t);
             bisects[l] = halves ? 1.0 : flag(!usable);
             find->done[l] = find->going[l] * flag(at.value < -at.noise);
             keep_sample(&find->before, l, (find->going[l] > 0.0) & (at.rate < 0.0), &at);
@@ -1322,7 +1372,8 @@ LANES_CODE static void find_bottoms(lanes *restrict w, const real *restrict what
             keep(&find->high[l], (find->going[l] > 0.0) & !(falls[l] < 0.0), find->t[l]);
         }
         for (int l = 0; l < LANES; l++) {
-            const real held_up = held_up_by(&find->before, &find->at, l, find->at.value[l], w->poles.a[l], find->high[l] - find->low[l]);
+            const real held_up =
+                held_up_by(&find->before, &find->at, l, find->at.value[l], w->poles.a[l], find->high[l] - find->low[l]);
             ready[l] = held_up > 0.0 ? 1.0 : ready[l];
         }
         for (int l = 0; l < LANES; l++) {
@@ -1365,7 +1416,8 @@ LANES_CODE static void find_roots(lanes *restrict w, const real *restrict what, 
             const real step = step_to_root(&at);
             next[l] = find->t[l] - step;
             lands[l] = flag(one_step_left(&w->poles, l, &at, fourth_of(&w->poles, l, &at), next[l], step));
-            ready[l] = flag((arrived[l] > 0.0) | (fabs(at.value) <= EPSILON * find->t[l] * fabs(at.rate)));
+            ready[l] =
+                flag((arrived[l] > 0.0) | (fabs_real(at.value) <= HOPFORM_EPS_real * find->t[l] * fabs_real(at.rate)));
         }
         for (int l = 0; l < LANES; l++) {
             inside[l] = flag((next[l] > find->low[l]) & (next[l] < find->high[l]));
@@ -1426,7 +1478,7 @@ LANES_CODE static void cut_windows(lanes *restrict w, const real *restrict what,
         inside[l] = over(find->turning[l], find->turning[l] - find->at.turning[l]);
     }
     for (int l = 0; l < LANES; l++) {
-        inside[l] = fabs(find->at.turning[l]) > 0.0 ? inside[l] : 0.25;
+        inside[l] = fabs_real(find->at.turning[l]) > 0.0 ? inside[l] : 0.25;
     }
     for (int l = 0; l < LANES; l++) {
         inside[l] = inside[l] < 0.984375 ? inside[l] : 0.984375;
@@ -1491,7 +1543,8 @@ LANES_CODE static void cross_at_the_limit(lanes *restrict w)
             const real reached = at_limit[l] * flag(w->on[s][l] > 0.0);
             const real is_first = s == 0 ? 1.0 : is(w->kind[s][l], BY_THRESHOLD_1) * flag(!(w->halt[l] > w->limit[l]));
             crosses[l] = reached * is_first * flag(to->rate[l] * w->limit[l] < -16.0 * to->noise[l])
-                         * flag(to->value[l] < -8.0 * EPSILON * w->limit[l] * to->rate[l]) * (1.0 - w->settled[l]);
+                         * flag(to->value[l] < -8.0 * HOPFORM_EPS_real * w->limit[l] * to->rate[l])
+                         * (1.0 - w->settled[l]);
         }
         for (int l = 0; l < LANES; l++) {
             keep(&w->found[l], crosses[l] > 0.0, (real)s);
@@ -1524,7 +1577,7 @@ LANES_CODE static void approach_stops(const lanes *restrict w, stop_search *rest
         rate[l] = to.at.rate;
         next[l] = t - step;
         near[l] = flag(one_step_left(&w->poles, l, &to.at, to.fourth, next[l], step));
-        exact[l] = flag(fabs(to.at.value) <= EPSILON * t * to.at.rate);
+        exact[l] = flag(fabs_real(to.at.value) <= HOPFORM_EPS_real * t * to.at.rate);
     }
     for (int l = 0; l < LANES; l++) {
         keep(&find->low[l], !(value[l] > 0.0), find->t[l]);
@@ -1572,7 +1625,7 @@ LANES_CODE static void meet_stops(lanes *restrict w, real *restrict stops)
         const hopform_motion_real motion = one_of_motion_columns(&w->motion, l);
         const hopform_basis_real one = one_of_basis_columns(&w->end, l);
         const hopform_at_real at = hopform_state_at_real(&from_stop, &motion, &one);
-        const bool ahead = (fabs(w->side_1[l]) > 0.0) & within_range(find.gap[l]);
+        const bool ahead = (fabs_real(w->side_1[l]) > 0.0) & within_range(find.gap[l]);
         const real beyond = w->side_1[l] * at.x1_t;
         const bool past = beyond > hopform_touch_real(&motion, &from_stop, &one);
         stops[l] = w->live[l] * flag(ahead & !(w->left[l] > 0.0) & past);
@@ -1595,7 +1648,8 @@ LANES_CODE static void meet_stops(lanes *restrict w, real *restrict stops)
     for (int l = 0; l < LANES; l++) {
         const hopform_basis_real one = one_of_basis_columns(&find.basis, l);
         const bool here = stops[l] > 0.0;
-        tied[l] = flag(here & (w->found[l] >= 0.0) & (w->found[l] <= 0.0) & (w->end_t[l] <= find.t[l] * (1.0 + 8.0 * EPSILON)));
+        tied[l] = flag(here & (w->found[l] >= 0.0) & (w->found[l] <= 0.0)
+                       & (w->end_t[l] <= find.t[l] * (1.0 + 8.0 * HOPFORM_EPS_real)));
         keep_basis_columns(&w->end, l, here, &one);
         keep(&w->end_t[l], here, find.t[l]);
     }
@@ -1607,16 +1661,19 @@ LANES_CODE static void meet_stops(lanes *restrict w, real *restrict stops)
 /* Where a mass at rest goes; exactly on its threshold is left to the scalar code. */
 static inline real side_from_rest(real acceleration, real friction, real blocked_below, real blocked_above)
 {
-    return flag(acceleration > friction) * (1.0 - blocked_above) - flag(acceleration < -friction) * (1.0 - blocked_below);
+    return flag(acceleration > friction) * (1.0 - blocked_above)
+           - flag(acceleration < -friction) * (1.0 - blocked_below);
 }
 
 static inline real on_threshold(real acceleration, real friction)
 {
-    return flag(!(fabs(acceleration) < friction)) * (1.0 - flag(acceleration > friction)) * (1.0 - flag(acceleration < -friction));
+    return flag(!(fabs_real(acceleration) < friction)) * (1.0 - flag(acceleration > friction))
+           * (1.0 - flag(acceleration < -friction));
 }
 
 /* A mass that has come to rest stays there, is stopped, or goes on: its velocity is 0. */
-LANES_CODE static void come_to_rest(lanes *restrict w, const real *restrict how, const real *restrict touches, real *restrict hits)
+LANES_CODE static void come_to_rest(lanes *restrict w, const real *restrict how, const real *restrict touches,
+                                    real *restrict hits)
 {
     column stop, there;
     for (int l = 0; l < LANES; l++) {
@@ -1639,16 +1696,16 @@ LANES_CODE static void keep_free_accelerations(lanes *restrict w, const real *re
 {
     column alone, back, friction;
     for (int l = 0; l < LANES; l++) {
-        const real back_1 = fabs(w->motion.H3_1[l] * w->end.Wdd[l] + w->motion.H2_1[l] * w->end.Wd[l]);
-        const real back_2 = fabs(w->motion.H3_2[l] * w->end.Wdd[l] + w->motion.H2_2[l] * w->end.Wd[l]);
-        const real alone_1 = is(how[l], BY_VELOCITY_1) * (1.0 - fabs(w->side_2[l]));
-        const real alone_2 = is(how[l], BY_VELOCITY_2) * (1.0 - fabs(w->side_1[l]));
+        const real back_1 = fabs_real(w->motion.H3_1[l] * w->end.Wdd[l] + w->motion.H2_1[l] * w->end.Wd[l]);
+        const real back_2 = fabs_real(w->motion.H3_2[l] * w->end.Wdd[l] + w->motion.H2_2[l] * w->end.Wd[l]);
+        const real alone_1 = is(how[l], BY_VELOCITY_1) * (1.0 - fabs_real(w->side_2[l]));
+        const real alone_2 = is(how[l], BY_VELOCITY_2) * (1.0 - fabs_real(w->side_1[l]));
         alone[l] = alone_1 + 2.0 * alone_2;
         back[l] = alone_1 > 0.0 ? back_1 : back_2;
         friction[l] = alone_1 > 0.0 ? w->robot.f1[l] : w->robot.f2[l];
     }
     for (int l = 0; l < LANES; l++) {
-        back[l] = back[l] > FAINT ? back[l] : FAINT;
+        back[l] = back[l] > HOPFORM_UNDERFLOW_real ? back[l] : HOPFORM_UNDERFLOW_real;
     }
     for (int l = 0; l < LANES; l++) {
         const real side = is(alone[l], 1) * w->side_1[l] + is(alone[l], 2) * w->side_2[l];
@@ -1658,8 +1715,8 @@ LANES_CODE static void keep_free_accelerations(lanes *restrict w, const real *re
 }
 
 /* Where each mass would go from rest; exactly on its threshold is left to the scalar code. */
-LANES_CODE static void sides_from_rest(lanes *restrict w, const real *restrict rests_1, const real *restrict rests_2, real *restrict side_1,
-                                       real *restrict side_2)
+LANES_CODE static void sides_from_rest(lanes *restrict w, const real *restrict rests_1, const real *restrict rests_2,
+                                       real *restrict side_1, real *restrict side_2)
 {
     column free_1, free_2, threshold, blocked_below, blocked_above;
     for (int l = 0; l < LANES; l++) {
@@ -1678,8 +1735,10 @@ LANES_CODE static void sides_from_rest(lanes *restrict w, const real *restrict r
     for (int l = 0; l < LANES; l++) {
         side_1[l] = side_from_rest(free_1[l], w->robot.f1[l], blocked_below[l], blocked_above[l]);
         side_2[l] = side_from_rest(free_2[l], w->robot.f2[l], 0.0, 0.0);
-        const real faint = flag(fabs(free_1[l]) < 64.0 * EPSILON * fabs(w->rates.a1_y[l] * w->state.y[l]));
-        const real slides = fabs(w->side_2[l]) * flag(!(w->robot.f1[l] > 0.0)) * flag(!(fabs(w->rates.a1_v1[l]) > 0.0));
+        const real faint =
+            flag(fabs_real(free_1[l]) < 64.0 * HOPFORM_EPS_real * fabs_real(w->rates.a1_y[l] * w->state.y[l]));
+        const real slides =
+            fabs_real(w->side_2[l]) * flag(!(w->robot.f1[l] > 0.0)) * flag(!(fabs_real(w->rates.a1_v1[l]) > 0.0));
         threshold[l] = rests_1[l] * (on_threshold(free_1[l], w->robot.f1[l]) + faint * slides)
                        + rests_2[l] * on_threshold(free_2[l], w->robot.f2[l]);
     }
@@ -1705,12 +1764,13 @@ LANES_CODE static void pass(lanes *restrict w, const real *restrict how, const r
         side[l] = is(number, 1) * w->side[1][l] + is(number, 2) * w->side[2][l];
     }
     for (int l = 0; l < LANES; l++) {
-        const real sticks_1 = rests_1[l] * (1.0 - fabs(side_1[l]));
-        const real sticks_2 = rests_2[l] * (1.0 - fabs(side_2[l]));
+        const real sticks_1 = rests_1[l] * (1.0 - fabs_real(side_1[l]));
+        const real sticks_2 = rests_2[l] * (1.0 - fabs_real(side_2[l]));
         const real reverses_1 = rests_1[l] * flag(side_1[l] * w->side_1[l] < 0.0);
         const real reverses_2 = rests_2[l] * flag(side_2[l] * w->side_2[l] < 0.0);
         w->event[l] = hits[l] * (sticks_1 + reverses_1) * (real)HOPFORM_EVENT_X1_HITS_STOP
-                      + (1.0 - hits[l]) * (sticks_1 * (real)HOPFORM_EVENT_X1_STICKS + reverses_1 * (real)HOPFORM_EVENT_X1_REVERSES)
+                      + (1.0 - hits[l])
+                            * (sticks_1 * (real)HOPFORM_EVENT_X1_STICKS + reverses_1 * (real)HOPFORM_EVENT_X1_REVERSES)
                       + sticks_2 * (real)HOPFORM_EVENT_X2_STICKS + reverses_2 * (real)HOPFORM_EVENT_X2_REVERSES
                       + slips_1[l] * (real)HOPFORM_EVENT_X1_SLIPS + slips_2[l] * (real)HOPFORM_EVENT_X2_SLIPS;
         w->events[l] += flag(w->event[l] > 0.0);
@@ -1729,15 +1789,16 @@ LANES_CODE static void pass(lanes *restrict w, const real *restrict how, const r
         keep(&w->side_2[l], slips_2[l] > 0.0, side[l]);
     }
     for (int l = 0; l < LANES; l++) {
-        const real rests = goes_on[l] * (1.0 - fabs(w->side_1[l])) * (1.0 - fabs(w->side_2[l]));
-        w->ending[l] = is(how[l], BY_TAKEOFF) * (real)HOPFORM_ENDING_TAKEOFF + is(how[l], BY_LIMIT) * (real)HOPFORM_ENDING_HORIZON
-                       + rests * (real)HOPFORM_ENDING_REST;
+        const real rests = goes_on[l] * (1.0 - fabs_real(w->side_1[l])) * (1.0 - fabs_real(w->side_2[l]));
+        w->ending[l] = is(how[l], BY_TAKEOFF) * (real)HOPFORM_ENDING_TAKEOFF
+                       + is(how[l], BY_LIMIT) * (real)HOPFORM_ENDING_HORIZON + rests * (real)HOPFORM_ENDING_REST;
     }
     leave(w, crowded);
 }
 
 /* A window begins where the one before has ended. */
-LANES_CODE static void next_samples(const sample_columns *restrict to, const real *restrict yes, sample_columns *restrict from)
+LANES_CODE static void next_samples(const sample_columns *restrict to, const real *restrict yes,
+                                    sample_columns *restrict from)
 {
     for (int l = 0; l < LANES; l++) {
         hopform_sample_real sample = one_sample(to, l);
@@ -1751,7 +1812,7 @@ LANES_CODE static void look_at_takeoffs(lanes *restrict w, const real *restrict 
 {
     column late, settled;
     for (int l = 0; l < LANES; l++) {
-        late[l] = is(how[l], BY_TAKEOFF) * flag(fabs(w->end.Wdd[l]) < 0.25);
+        late[l] = is(how[l], BY_TAKEOFF) * flag(fabs_real(w->end.Wdd[l]) < 0.25);
     }
     if (!any(late)) {
         return;
@@ -1764,10 +1825,10 @@ LANES_CODE static void look_at_takeoffs(lanes *restrict w, const real *restrict 
         const hopform_motion_real both = hopform_motion_of_both_real(&rates, &drive, &slack);
         const hopform_motion_real actuator = hopform_motion_of_actuator_real(&rates, &drive, &slack);
         const hopform_motion_real body = hopform_motion_of_body_real(&rates, &drive, &slack);
-        const real side_2 = fabs(w->side_2[l]);
+        const real side_2 = fabs_real(w->side_2[l]);
         const real H2_moves_1 = side_2 > 0.0 ? both.H2_y : actuator.H2_y;
         const real H1_moves_1 = side_2 > 0.0 ? both.H1_y : actuator.H1_y;
-        const bool moves_1 = fabs(w->side_1[l]) > 0.0;
+        const bool moves_1 = fabs_real(w->side_1[l]) > 0.0;
         settled[l] = hopform_settled_y_real(&poles, moves_1 ? H2_moves_1 : body.H2_y, moves_1 ? H1_moves_1 : body.H1_y);
     }
     for (int l = 0; l < LANES; l++) {
@@ -1775,7 +1836,7 @@ LANES_CODE static void look_at_takeoffs(lanes *restrict w, const real *restrict 
         const hopform_basis_real basis = one_of_basis_columns(&w->end, l);
         const hopform_numerator_real leg = {w->motion.H3_y[l], w->motion.H2_y[l], w->motion.H1_y[l]};
         const real later = hopform_root_is_later_real(&poles, &leg, w->state.y[l], settled[l], &basis, w->end_t[l]);
-        late[l] *= flag(fabs(later) > 0.0);
+        late[l] *= flag(fabs_real(later) > 0.0);
     }
     leave(w, late);
 }
@@ -1785,9 +1846,11 @@ LANES_CODE static void end_windows(lanes *restrict w, const real *restrict stops
 {
     column how, late, goes_on, touches;
     for (int l = 0; l < LANES; l++) {
-        const real kind = is(w->found[l], 0) * w->kind[0][l] + is(w->found[l], 1) * w->kind[1][l] + is(w->found[l], 2) * w->kind[2][l];
-        const real only_1 = 1.0 - fabs(w->side_2[l]);
-        const real halts = flag(!(w->halt[l] > w->limit[l])) * flag(!(w->end_t[l] < w->limit[l] * (1.0 - 8.0 * EPSILON)));
+        const real kind = is(w->found[l], 0) * w->kind[0][l] + is(w->found[l], 1) * w->kind[1][l]
+                          + is(w->found[l], 2) * w->kind[2][l];
+        const real only_1 = 1.0 - fabs_real(w->side_2[l]);
+        const real halts =
+            flag(!(w->halt[l] > w->limit[l])) * flag(!(w->end_t[l] < w->limit[l] * (1.0 - 8.0 * HOPFORM_EPS_real)));
         const real wins = halts * only_1 * flag(w->found[l] > 0.0); /* over mass 2 at the same time */
         const real happens = flag(w->found[l] >= 0.0) * (1.0 - wins);
         const real by_halt = only_1 * (real)BY_VELOCITY_1 + (1.0 - only_1) * (real)BY_VELOCITY_2;
@@ -1802,7 +1865,7 @@ LANES_CODE static void end_windows(lanes *restrict w, const real *restrict stops
         goes_on[l] = flag(w->live[l] > 0.0) * flag(how[l] <= (real)NO_END);
         w->windows[l] += goes_on[l];
         keep(&w->low[l], goes_on[l] > 0.0, w->end_t[l]);
-        const bool has_faded = -0.5 * w->poles.p[l] * w->end_t[l] < SMALLEST_EXPONENT;
+        const bool has_faded = -0.5 * w->poles.p[l] * w->end_t[l] < HOPFORM_SMALLEST_EXPONENT_real;
         late[l] = goes_on[l] * flag((w->windows[l] >= (real)MOST_WINDOWS) | has_faded);
     }
     leave(w, late);
@@ -1821,13 +1884,13 @@ LANES_CODE static void end_windows(lanes *restrict w, const real *restrict stops
         const hopform_at_real moved = hopform_state_at_real(&from_zero, &motion, &basis);
         const real gap = w->side_1[l] > 0.0 ? w->from_max[l] : w->from_min[l];
         const hopform_state_real from_stop = {gap, state.v1, state.v2, state.y};
-        const bool near_stop = fabs(gap + moved.x1_t) <= hopform_touch_real(&motion, &from_stop, &basis);
+        const bool near_stop = fabs_real(gap + moved.x1_t) <= hopform_touch_real(&motion, &from_stop, &basis);
         touches[l] = flag(within_range(gap) & near_stop);
         const bool ends = how[l] > (real)NO_END;
-        const bool held_1 = !(fabs(w->side_1[l]) > 0.0);
+        const bool held_1 = !(fabs_real(w->side_1[l]) > 0.0);
         keep(&w->from_min[l], ends & !held_1, w->from_min[l] + moved.x1_t);
         keep(&w->from_max[l], ends & !held_1, w->from_max[l] + moved.x1_t);
-        const bool held_2 = !(fabs(w->side_2[l]) > 0.0);
+        const bool held_2 = !(fabs_real(w->side_2[l]) > 0.0);
         keep(&w->state.x1[l], ends & !held_1, at.x1_t);
         keep(&w->state.v1[l], ends, held_1 ? 0.0 : at.v1_t);
         keep(&w->state.v2[l], ends, held_2 ? 0.0 : at.v2_t);
@@ -1868,7 +1931,7 @@ typedef struct {
     const hopform_stances_in_real *in;
     const hopform_stances_out_real *out;
     int64_t next;
-    int64_t pause; /* where lanes are filled no further, to look whether they are worth it */
+    int64_t pause;          /* where lanes are filled no further, to look whether they are worth it */
     hopform_plan_real plan; /* of the robot of the stance that was taken last */
     int64_t robot_number;
     int32_t robot_status;
@@ -1903,28 +1966,31 @@ static void take(lanes *w, int l, const queue *from, int64_t i)
     w->live[l] = w->begins[l] = 1.0;
 }
 
-/* The start of the stances that have just been taken; `odd` is 1 where one does not start as most do: a leg that is compressed, or
- * begins to be, no mass on its threshold. */
+/* The start of the stances that have just been taken; `odd` is 1 where one does not start as most do: a leg that is
+ * compressed, or begins to be, no mass on its threshold. */
 LANES_CODE static void start_stances(lanes *restrict w, const real *restrict fresh, real max_phases, real *restrict odd)
 {
     column strange, blocked_below, blocked_above, rests_1, rests_2, doubt, side_1, side_2, v1;
     for (int l = 0; l < LANES; l++) {
         const hopform_robot_real robot = one_of_robot_columns(&w->robot, l);
         const hopform_state_real state = one_of_state_columns(&w->start, l);
-        const real sound = flag(fabs(state.x1) <= NEVER) * flag(fabs(state.v1) <= NEVER) * flag(fabs(state.v2) <= NEVER)
-                           * flag(state.y >= 0.0) * flag(state.y <= NEVER) * flag(state.x1 >= robot.x1_min)
-                           * flag(state.x1 <= robot.x1_max) * flag(fabs(w->u[l]) <= NEVER) * flag(w->horizon[l] > 0.0)
-                           * flag(w->horizon[l] <= NEVER) * flag(!hopform_stores_much_real(&robot, &state));
+        const real sound =
+            flag(fabs_real(state.x1) <= HOPFORM_NEVER_real) * flag(fabs_real(state.v1) <= HOPFORM_NEVER_real)
+            * flag(fabs_real(state.v2) <= HOPFORM_NEVER_real) * flag(state.y >= 0.0)
+            * flag(state.y <= HOPFORM_NEVER_real) * flag(state.x1 >= robot.x1_min) * flag(state.x1 <= robot.x1_max)
+            * flag(fabs_real(w->u[l]) <= HOPFORM_NEVER_real) * flag(w->horizon[l] > 0.0)
+            * flag(w->horizon[l] <= HOPFORM_NEVER_real) * flag(!hopform_stores_much_real(&robot, &state));
         const real locked = flag(!(robot.x1_min < robot.x1_max));
         strange[l] = 1.0 - sound;
         blocked_below[l] = flag(locked + flag(state.x1 <= robot.x1_min) > 0.0);
         blocked_above[l] = flag(locked + flag(state.x1 >= robot.x1_max) > 0.0);
     }
     for (int l = 0; l < LANES; l++) {
-        const real stops = flag(w->start.v1[l] > 0.0) * blocked_above[l] + flag(w->start.v1[l] < 0.0) * blocked_below[l];
+        const real stops =
+            flag(w->start.v1[l] > 0.0) * blocked_above[l] + flag(w->start.v1[l] < 0.0) * blocked_below[l];
         v1[l] = stops > 0.0 ? 0.0 : w->start.v1[l];
-        rests_1[l] = flag(!(fabs(v1[l]) > 0.0));
-        rests_2[l] = flag(!(fabs(w->start.v2[l]) > 0.0));
+        rests_1[l] = flag(!(fabs_real(v1[l]) > 0.0));
+        rests_2[l] = flag(!(fabs_real(w->start.v2[l]) > 0.0));
     }
     for (int l = 0; l < LANES; l++) {
         const hopform_rates_real rates = one_of_rates_columns(&w->rates, l);
@@ -1932,13 +1998,14 @@ LANES_CODE static void start_stances(lanes *restrict w, const real *restrict fre
         const hopform_free_real free = hopform_free_accelerations_real(&rates, &state, w->u[l]);
         const real from_rest_1 = side_from_rest(free.free_1, w->robot.f1[l], blocked_below[l], blocked_above[l]);
         const real from_rest_2 = side_from_rest(free.free_2, w->robot.f2[l], 0.0, 0.0);
-        doubt[l] = rests_1[l] * on_threshold(free.free_1, w->robot.f1[l]) + rests_2[l] * on_threshold(free.free_2, w->robot.f2[l]);
+        doubt[l] = rests_1[l] * on_threshold(free.free_1, w->robot.f1[l])
+                   + rests_2[l] * on_threshold(free.free_2, w->robot.f2[l]);
         side_1[l] = rests_1[l] * from_rest_1 + flag(v1[l] > 0.0) - flag(v1[l] < 0.0);
         side_2[l] = rests_2[l] * from_rest_2 + flag(w->start.v2[l] > 0.0) - flag(w->start.v2[l] < 0.0);
     }
     for (int l = 0; l < LANES; l++) {
         const real leaves = flag(!(w->start.y[l] > 0.0)) * flag(!(v1[l] > w->start.v2[l]));
-        const real rests = (1.0 - fabs(side_1[l])) * (1.0 - fabs(side_2[l]));
+        const real rests = (1.0 - fabs_real(side_1[l])) * (1.0 - fabs_real(side_2[l]));
         odd[l] = fresh[l] * flag(strange[l] + doubt[l] + leaves + rests > 0.0);
     }
     for (int l = 0; l < LANES; l++) {
@@ -2043,8 +2110,7 @@ static void look_back(lanes *w, queue *from)
 /* List the event that a window has ended with, if its phase could be kept. */
 static void list_event(lanes *w, int l, const hopform_stances_out_real *out)
 {
-    if (w->event[l] > 0.0 && w->listed[l] < out->event_capacity
-        && w->count[l] <= (real)hopform_phases_kept_real(out)) {
+    if (w->event[l] > 0.0 && w->listed[l] < out->event_capacity && w->count[l] <= (real)hopform_phases_kept_real(out)) {
         const int64_t place = w->index[l] * out->event_capacity + w->listed[l];
         out->event_time[place] = w->t[l];
         out->event_kind[place] = (int8_t)w->event[l];
@@ -2072,9 +2138,12 @@ LANES_CODE static void end_stances(lanes *restrict w, result_columns *restrict r
         const real reached = hopform_apex_of_takeoff_real(&pulled, end.x1, end.v2 > 0.0 ? end.v2 : 0.0);
         const real apex = flies > 0.0 ? reached : 0.0;
         const real aed = hopform_body_energy_gain_real(&robot, &start, &at);
-        const real sound = flag(fabs(w->t[l]) <= NEVER) * flag(fabs(end.x1) <= NEVER) * flag(fabs(end.v1) <= NEVER)
-                           * flag(fabs(end.v2) <= NEVER) * flag(fabs(end.y) <= NEVER) * flag(fabs(apex) <= NEVER)
-                           * flag(fabs(aed) <= NEVER) * flag(fabs(0.5 * robot.m_eff * start.v1 * start.v1) <= NEVER);
+        const real sound =
+            flag(fabs_real(w->t[l]) <= HOPFORM_NEVER_real) * flag(fabs_real(end.x1) <= HOPFORM_NEVER_real)
+            * flag(fabs_real(end.v1) <= HOPFORM_NEVER_real) * flag(fabs_real(end.v2) <= HOPFORM_NEVER_real)
+            * flag(fabs_real(end.y) <= HOPFORM_NEVER_real) * flag(fabs_real(apex) <= HOPFORM_NEVER_real)
+            * flag(fabs_real(aed) <= HOPFORM_NEVER_real)
+            * flag(fabs_real(0.5 * robot.m_eff * start.v1 * start.v1) <= HOPFORM_NEVER_real);
         result->x2[l] = end.x1 - end.y + (robot.L0 + robot.c);
         result->apex[l] = flies > 0.0 ? apex : (real)NAN;
         result->aed[l] = aed;
@@ -2145,7 +2214,8 @@ LANES_CODE static bool some_leave(const lanes *restrict w, real *restrict leaves
 }
 
 /* Lanes become idle; `alone` is 1 where the stance that was there has no answer. */
-LANES_CODE static bool empty_lanes(lanes *restrict w, const real *restrict leaves, const real *restrict ended, real *restrict alone)
+LANES_CODE static bool empty_lanes(lanes *restrict w, const real *restrict leaves, const real *restrict ended,
+                                   real *restrict alone)
 {
     for (int l = 0; l < LANES; l++) {
         alone[l] = leaves[l] * (1.0 - ended[l]);
@@ -2197,7 +2267,11 @@ int32_t LANES_NAME(int64_t count, const hopform_stances_in_real *in, const hopfo
 {
     lanes w;
     workspace work;
-    queue stances = {count, in, out, 0, 0, { {{- c.zeros(program.record("Robot")) }}, {{ c.zeros(program.record("Rates")) }}, {{ c.zeros(program.record("Poles")) }}, {{ c.zeros(program.record("Poles")) }}, {{ c.zeros(program.record("Poles")) }}, 0}, 0, HOPFORM_OK, HOPFORM_OK, hopform_has_many_robots_real(in)};
+    queue stances = {0};
+    stances.count = count;
+    stances.in = in;
+    stances.out = out;
+    stances.many_robots = hopform_has_many_robots_real(in);
     clear(&w);
     memset(&work, 0, sizeof work);
     for (;;) {

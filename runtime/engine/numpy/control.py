@@ -1,4 +1,4 @@
-# {{ header }}
+# SPDX-License-Identifier: MIT-0
 """The current after which the next apex is the desired one, (25)-(27) in their exact form: apex(u) = h_des.
 
 The range of u is a row of cells between currents that were tried. A cell is left when the values and slopes at its ends say
@@ -15,10 +15,11 @@ from numpy.typing import NDArray
 
 from hopform_solver.lanes import Array, take
 from hopform_solver.lanes import choose as either
-from hopform_solver.records import Robot, State
+from hopform_solver.limits import NEAR_WITHIN, REACHED_WITHIN
+from hopform_solver.records import COMMANDS, Robot, State
 from hopform_solver.trial import Trials, try_currents
 
-REACHED, NEAREST, NO_TAKEOFF = {% for command in commands %}{{ command.number }}, {% endfor %}
+REACHED, NEAREST, NO_TAKEOFF = COMMANDS
 
 GRID = 128
 """Cells to begin with."""
@@ -33,9 +34,6 @@ WIDE, COARSE, DOWN, STEP, EDGE = 0.5, 0.25, 0.0625, 1.0 / 256.0, 1.0 / 64.0
 where neither takes off, where one does, and where x_1 reaches its limit."""
 LEAN, BEND, KINK, DEPTH = 0.25, 0.03125, 0.5, 1.0
 """How far functions may be off what the ends foretell, as in the C library."""
-REACHED_WITHIN = {"f4": {{ reached_within_f32 }}, "f8": {{ reached_within_f64 }}}
-NEAR_WITHIN = {"f4": {{ near_within_f32 }}, "f8": {{ near_within_f64 }}}
-"""[m] What is gone on to, and what counts as reached."""
 
 
 class Target(NamedTuple):
@@ -61,10 +59,9 @@ class _Search:
     def __post_init__(self) -> None:
         eps = float(np.finfo(self.dtype).eps)
         locked = not self.robot.x1_min < self.robot.x1_max
-        kind = self.dtype.str[1:]
         self.wanted = self.target.h_des + self.target.datum
         self.limit = np.inf if locked else self.robot.x1_max - self.target.stop_margin - 16.0 * eps
-        self.reach, self.near = REACHED_WITHIN[kind], NEAR_WITHIN[kind]
+        self.reach, self.near = REACHED_WITHIN[self.dtype], NEAR_WITHIN[self.dtype]
         self.eps, self.movable = eps, not locked
 
     @property
@@ -272,7 +269,9 @@ class _Cells:
         """Whether all in the cells that might be better is known."""
         promise, search = self.promise, self.search
         if search.reached:
-            return np.asarray((promise >= search.reach) | (np.minimum(np.abs(self.from_.u), np.abs(self.to.u)) >= abs(search.u)))
+            return np.asarray(
+                (promise >= search.reach) | (np.minimum(np.abs(self.from_.u), np.abs(self.to.u)) >= abs(search.u))
+            )
         return np.asarray((promise > search.worth) | np.isinf(promise))
 
     @property
@@ -287,7 +286,9 @@ class _Cells:
         lifted = np.where(gap.from_ * gap.to < 0.0, gap.share_of_root, np.where(in_from != in_to, limit, turn))
         dips = np.isfinite(from_.dip) & np.isfinite(to.dip)
         grounded = np.where(dips, self.dip.share_of_turn, -1.0)
-        share = np.where(from_.takes_off & to.takes_off, lifted, np.where(from_.takes_off | to.takes_off, -1.0, grounded))
+        share = np.where(
+            from_.takes_off & to.takes_off, lifted, np.where(from_.takes_off | to.takes_off, -1.0, grounded)
+        )
         return np.where(np.isfinite(share), share, -1.0)
 
     def split(self) -> tuple[Array, NDArray[np.intp]]:
@@ -326,7 +327,9 @@ def choose(
 
 
 def _search(search: _Search) -> None:
-    grid = search.attempt(np.asarray(np.linspace(-search.robot.u_max, search.robot.u_max, GRID + 1), dtype=search.dtype))
+    grid = search.attempt(
+        np.asarray(np.linspace(-search.robot.u_max, search.robot.u_max, GRID + 1), dtype=search.dtype)
+    )
     cells = _Cells(search, take(grid, np.arange(GRID)), take(grid, np.arange(1, GRID + 1)))
     for _ in range(WAVES):
         left = np.flatnonzero(~cells.done())

@@ -1,21 +1,30 @@
-/* {{ header }}
+/* SPDX-License-Identifier: MIT-0
  *
  * One stance as a chain of phases: each is linear, has its closed form, and ends at the first of the events in
  * which a mass reverses, sticks, slips or hits a stop, or in which the spring force returns to zero.
  */
+#include "facts.h"
 #include "events_real.h"
 #include "ledger_real.h"
 
 /* How a phase ends. */
-typedef enum { END_LIMIT, END_VELOCITY_1, END_THRESHOLD_1, END_STOP, END_VELOCITY_2, END_THRESHOLD_2, END_TAKEOFF } end_kind;
+typedef enum {
+    STANCE_END_LIMIT_real,
+    END_VELOCITY_1_real,
+    END_THRESHOLD_1_real,
+    STANCE_END_STOP_real,
+    END_VELOCITY_2_real,
+    END_THRESHOLD_2_real,
+    END_TAKEOFF_real
+} stance_end_kind_real;
 
 typedef struct {
     real t; /* since the phase began */
-    end_kind kind;
-    int side; /* of a threshold: where the mass goes */
+    stance_end_kind_real kind;
+    int side;                 /* of a threshold: where the mass goes */
     hopform_basis_real basis; /* at t */
-    real touch; /* how near x_1, where it turns, is to a stop that it touches */
-} phase_end;
+    real touch;               /* how near x_1, where it turns, is to a stop that it touches */
+} stance_phase_end_real;
 
 /* The chain while it grows. */
 typedef struct {
@@ -32,7 +41,8 @@ typedef struct {
     int side_2;
     bool fresh_1; /* mass 1 has just crossed its friction threshold: its acceleration is exactly zero */
     bool fresh_2;
-    int alone; /* the mass that has just come to rest and whose free acceleration is known from the motion, 0 if none has */
+    int alone; /* the mass that has just come to rest and whose free acceleration is known from the motion, 0 if none
+                  has */
     real free; /* this acceleration, from before the state lost its digits */
     real start_loss;
     bool adds_up; /* the AED is the sum of its entries, not a difference of energies that are much larger */
@@ -42,28 +52,23 @@ typedef struct {
     int32_t capacity;
     int32_t count;
     int32_t event_count;
-} stance_chain;
+} stance_chain_real;
 
-static real sign_of(real value)
+static real stance_sign_of_real(real value)
 {
     return value > 0.0 ? 1.0 : (value < 0.0 ? -1.0 : 0.0);
 }
 
-static bool is_finite(real value)
-{
-    return value >= -NEVER && value <= NEVER;
-}
-
 /* ---- the hold rule ---- */
 
-static bool blocked(const stance_chain *chain, int side)
+static bool stance_blocked_real(const stance_chain_real *chain, int side)
 {
     const bool locked = !(chain->plan->robot.x1_min < chain->plan->robot.x1_max);
     return locked || (side < 0 && chain->from_min <= 0.0) || (side > 0 && chain->from_max >= 0.0);
 }
 
 /* First non-zero derivative of the free acceleration of a mass that is held. */
-static real drift_of_free(const stance_chain *chain, int mass)
+static real drift_of_free_real(const stance_chain_real *chain, int mass)
 {
     const int side_1 = mass == 1 ? 0 : chain->side_1;
     const int side_2 = mass == 2 ? 0 : chain->side_2;
@@ -71,14 +76,14 @@ static real drift_of_free(const stance_chain *chain, int mass)
         hopform_motion_of_real(chain->plan, &chain->state, chain->steps[chain->step].u, side_1, side_2);
     const hopform_numerator_real free = mass == 1 ? hopform_free_numerator_1_real(&chain->plan->rates, &motion)
                                                   : hopform_free_numerator_2_real(&chain->plan->rates, &motion);
-    if (fabs(free.H3) > 0.0) {
+    if (fabs_real(free.H3) > 0.0) {
         return free.H3;
     }
-    return fabs(free.H2) > 0.0 ? free.H2 : free.H1;
+    return fabs_real(free.H2) > 0.0 ? free.H2 : free.H1;
 }
 
 /* Where a mass at rest goes: held while |a_i| <= f_i; on the threshold its first non-zero derivative decides. */
-static int direction(const stance_chain *chain, int mass)
+static int direction_real(const stance_chain_real *chain, int mass)
 {
     const hopform_robot_real *robot = &chain->plan->robot;
     const hopform_free_real free =
@@ -86,80 +91,82 @@ static int direction(const stance_chain *chain, int mass)
     const real acceleration = chain->alone == mass ? chain->free : (mass == 1 ? free.free_1 : free.free_2);
     const real friction = mass == 1 ? robot->f1 : robot->f2;
     real goes = acceleration > friction ? 1.0 : (acceleration < -friction ? -1.0 : 0.0);
-    if (!(fabs(acceleration) < friction) && !(fabs(goes) > 0.0)) {
-        const real drift = drift_of_free(chain, mass);
-        goes = acceleration * drift >= 0.0 ? sign_of(drift) : 0.0;
+    if (!(fabs_real(acceleration) < friction) && !(fabs_real(goes) > 0.0)) {
+        const real drift = drift_of_free_real(chain, mass);
+        goes = acceleration * drift >= 0.0 ? stance_sign_of_real(drift) : 0.0;
     }
     const int side = (int)goes;
-    return mass == 1 && blocked(chain, side) ? 0 : side;
+    return mass == 1 && stance_blocked_real(chain, side) ? 0 : side;
 }
 
 /* Sides of the masses that are at rest; of two twice, because each may depend on what the other one does. */
-static void settle(stance_chain *chain, bool rests_1, bool rests_2)
+static void stance_settle_real(stance_chain_real *chain, bool rests_1, bool rests_2)
 {
     for (int n = 0; n < (rests_1 && rests_2 ? 2 : 1); n++) {
-        chain->side_1 = rests_1 ? direction(chain, 1) : chain->side_1;
-        chain->side_2 = rests_2 ? direction(chain, 2) : chain->side_2;
+        chain->side_1 = rests_1 ? direction_real(chain, 1) : chain->side_1;
+        chain->side_2 = rests_2 ? direction_real(chain, 2) : chain->side_2;
     }
 }
 
 /* ---- the end of a phase ---- */
 
-enum { MOST_WATCHES = 3 };
+enum { MOST_WATCHES_real = 3 };
 
 /* What is watched in a phase: take-off first, then what mass 1 does, then mass 2, which is also who wins a tie.
- * Not what cannot happen while v_1 and v_2 keep their signs, nor the velocity of a mass that slips alone: its zero is known. */
+ * Not what cannot happen while v_1 and v_2 keep their signs, nor the velocity of a mass that slips alone: its zero is
+ * known. */
 typedef struct {
     const hopform_poles_real *poles;
     const hopform_motion_real *motion;
-    hopform_watch_real watch[MOST_WATCHES];
-    hopform_sample_real from[MOST_WATCHES];
+    hopform_watch_real watch[MOST_WATCHES_real];
+    hopform_sample_real from[MOST_WATCHES_real];
     int32_t count;
     real doubt; /* of a threshold: what rounding may have done to friction less force */
     real frequency;
     real half_turn;
     real halt; /* when the mass that slips alone comes to rest, or y, which rings about 0, vanishes */
-    end_kind halts;
-} stance_guard;
+    stance_end_kind_real halts;
+} stance_guard_real;
 
-/* Where a held mass may slip to while the other one moves: where its free acceleration changes with y alone, which is monotone
- * then, to the side that it goes towards; 0 for either. */
-static int side_of_slip(const stance_chain *chain, int mass)
+/* Where a held mass may slip to while the other one moves: where its free acceleration changes with y alone, which is
+ * monotone then, to the side that it goes towards; 0 for either. */
+static int side_of_slip_real(const stance_chain_real *chain, int mass)
 {
     const hopform_rates_real *rates = &chain->plan->rates;
     const real per_y = mass == 1 ? rates->a1_y : rates->a2_y;
     const real per_v = mass == 1 ? rates->a1_v2 : rates->a2_v1;
-    return fabs(per_v) > 0.0 ? 0 : (int)sign_of(per_y) * (chain->side_1 - chain->side_2);
+    return fabs_real(per_v) > 0.0 ? 0 : (int)stance_sign_of_real(per_y) * (chain->side_1 - chain->side_2);
 }
 
 /* A held mass slips where its free acceleration leaves [-f, f]; a stop holds on its side whatever the force. */
-static void watch_thresholds(const stance_chain *chain, stance_guard *guard, int mass)
+static void watch_thresholds_real(const stance_chain_real *chain, stance_guard_real *guard, int mass)
 {
     const hopform_robot_real *robot = &chain->plan->robot;
     const hopform_rates_real *rates = &chain->plan->rates;
-    const hopform_free_real at_rest = hopform_free_accelerations_real(rates, &chain->state, chain->steps[chain->step].u);
-    const hopform_numerator_real h =
-        mass == 1 ? hopform_free_numerator_1_real(rates, guard->motion) : hopform_free_numerator_2_real(rates, guard->motion);
+    const hopform_free_real at_rest =
+        hopform_free_accelerations_real(rates, &chain->state, chain->steps[chain->step].u);
+    const hopform_numerator_real h = mass == 1 ? hopform_free_numerator_1_real(rates, guard->motion)
+                                               : hopform_free_numerator_2_real(rates, guard->motion);
     const real acceleration = mass == 1 ? at_rest.free_1 : at_rest.free_2;
     const real friction = mass == 1 ? robot->f1 : robot->f2;
-    const int towards = side_of_slip(chain, mass);
-    guard->doubt = 4.0 * EPSILON * (friction + fabs(acceleration));
+    const int towards = side_of_slip_real(chain, mass);
+    guard->doubt = 4.0 * HOPFORM_EPS_real * (friction + fabs_real(acceleration));
     for (int side = -1; side <= 1; side += 2) {
-        if (side == -towards || (mass == 1 && blocked(chain, side))) {
+        if (side == -towards || (mass == 1 && stance_blocked_real(chain, side))) {
             continue;
         }
         const real sign = (real)side;
-        guard->watch[guard->count++] = hopform_watch_of_real(guard->poles, -sign * h.H3, -sign * h.H2, -sign * h.H1,
-                                                             friction - sign * acceleration, 1.0,
-                                                             mass == 1 ? END_THRESHOLD_1 : END_THRESHOLD_2, side);
+        guard->watch[guard->count++] = hopform_watch_of_real(
+            guard->poles, -sign * h.H3, -sign * h.H2, -sign * h.H1, friction - sign * acceleration, 1.0,
+            mass == 1 ? END_THRESHOLD_1_real : END_THRESHOLD_2_real, side);
     }
 }
 
 /* Where both masses slip, each watches its velocity. */
-static void watch_velocity(const stance_chain *chain, stance_guard *guard, end_kind kind)
+static void watch_velocity_real(const stance_chain_real *chain, stance_guard_real *guard, stance_end_kind_real kind)
 {
     const hopform_motion_real *motion = guard->motion;
-    if (kind == END_VELOCITY_1) {
+    if (kind == END_VELOCITY_1_real) {
         guard->watch[guard->count++] =
             hopform_watch_of_real(guard->poles, chain->fresh_1 ? 0.0 : motion->H3_1, motion->H2_1, motion->H1_1,
                                   chain->state.v1, (real)chain->side_1, (int32_t)kind, 0);
@@ -170,73 +177,77 @@ static void watch_velocity(const stance_chain *chain, stance_guard *guard, end_k
     }
 }
 
-/* Where one mass is held and the forces on the other one cancel at y = 0, y rings about 0 as a velocity does: its first zero is
- * known however far it has faded by then. */
-static bool rings_about_zero(const stance_chain *chain)
+/* Where one mass is held and the forces on the other one cancel at y = 0, y rings about 0 as a velocity does: its first
+ * zero is known however far it has faded by then. */
+static bool rings_about_zero_real(const stance_chain_real *chain)
 {
     const hopform_robot_real *robot = &chain->plan->robot;
     const hopform_state_real slack = {0.0, 0.0, 0.0, 0.0};
     if ((chain->side_1 != 0 && chain->side_2 != 0) || chain->state.y < 0.0) {
         return false;
     }
-    const hopform_free_real free = hopform_free_accelerations_real(&chain->plan->rates, &slack, chain->steps[chain->step].u);
-    const real left = chain->side_2 == 0 ? free.free_1 - (real)chain->side_1 * robot->f1 : free.free_2 - (real)chain->side_2 * robot->f2;
-    return !(fabs(left) > 0.0);
+    const hopform_free_real free =
+        hopform_free_accelerations_real(&chain->plan->rates, &slack, chain->steps[chain->step].u);
+    const real left = chain->side_2 == 0 ? free.free_1 - (real)chain->side_1 * robot->f1
+                                         : free.free_2 - (real)chain->side_2 * robot->f2;
+    return !(fabs_real(left) > 0.0);
 }
 
-static void put_guard(stance_guard *guard, const stance_chain *chain, const hopform_poles_real *poles,
-                      const hopform_motion_real *motion)
+static void put_guard_real(stance_guard_real *guard, const stance_chain_real *chain, const hopform_poles_real *poles,
+                           const hopform_motion_real *motion)
 {
     guard->poles = poles;
     guard->motion = motion;
     guard->count = 0;
-    const bool rings = rings_about_zero(chain);
-    if (!rings && (chain->side_1 < 0 || chain->side_2 > 0 || chain->state.y < 0.0)) { /* else y only rises, from 0 or above */
-        guard->watch[guard->count++] =
-            hopform_watch_of_real(poles, motion->H3_y, motion->H2_y, motion->H1_y, chain->state.y, 1.0, END_TAKEOFF, 0);
+    const bool rings = rings_about_zero_real(chain);
+    if (!rings
+        && (chain->side_1 < 0 || chain->side_2 > 0 || chain->state.y < 0.0)) { /* else y only rises, from 0 or above */
+        guard->watch[guard->count++] = hopform_watch_of_real(poles, motion->H3_y, motion->H2_y, motion->H1_y,
+                                                             chain->state.y, 1.0, END_TAKEOFF_real, 0);
     }
-    guard->halt = NEVER;
-    guard->halts = END_LIMIT;
+    guard->halt = HOPFORM_NEVER_real;
+    guard->halts = STANCE_END_LIMIT_real;
     if (chain->side_1 == 0) {
         const real sign = (real)chain->side_2;
-        watch_thresholds(chain, guard, 1);
+        watch_thresholds_real(chain, guard, 1);
         guard->halt = hopform_halt_time_real(poles, sign * chain->state.v2, sign * motion->H3_2);
-        guard->halts = END_VELOCITY_2;
+        guard->halts = END_VELOCITY_2_real;
     } else if (chain->side_2 == 0) {
         const real sign = (real)chain->side_1;
-        watch_thresholds(chain, guard, 2);
+        watch_thresholds_real(chain, guard, 2);
         guard->halt = hopform_halt_time_real(poles, sign * chain->state.v1, sign * motion->H3_1);
-        guard->halts = END_VELOCITY_1;
+        guard->halts = END_VELOCITY_1_real;
     } else {
-        watch_velocity(chain, guard, END_VELOCITY_1);
-        watch_velocity(chain, guard, END_VELOCITY_2);
+        watch_velocity_real(chain, guard, END_VELOCITY_1_real);
+        watch_velocity_real(chain, guard, END_VELOCITY_2_real);
     }
-    const real lift = rings ? hopform_halt_time_real(poles, chain->state.y, chain->state.v1 - chain->state.v2) : NEVER;
+    const real lift =
+        rings ? hopform_halt_time_real(poles, chain->state.y, chain->state.v1 - chain->state.v2) : HOPFORM_NEVER_real;
     if (rings && lift <= guard->halt) {
         guard->halt = lift;
-        guard->halts = END_TAKEOFF;
+        guard->halts = END_TAKEOFF_real;
     }
     for (int32_t n = 0; n < guard->count; n++) {
         guard->from[n] = hopform_first_sample_real(&guard->watch[n], poles);
     }
     guard->frequency = hopform_frequency_real(poles);
-    guard->half_turn = guard->frequency > 0.0 ? 3.14159265358979323846 / guard->frequency : NEVER;
+    guard->half_turn = guard->frequency > 0.0 ? 3.14159265358979323846 / guard->frequency : HOPFORM_NEVER_real;
 }
 
-static bool is_takeoff(const stance_guard *guard, int32_t found)
+static bool is_takeoff_real(const stance_guard_real *guard, int32_t found)
 {
-    return found >= 0 && guard->watch[found].kind == END_TAKEOFF;
+    return found >= 0 && guard->watch[found].kind == END_TAKEOFF_real;
 }
 
 /* A window of a phase that ends at `t`, with what is known there. */
 typedef struct {
     real t;
     hopform_basis_real basis;
-    hopform_sample_real at[MOST_WATCHES];
+    hopform_sample_real at[MOST_WATCHES_real];
     int32_t found; /* the watch that has its root at t, -1 for none */
-} window;
+} window_real;
 
-static void sample_window(const stance_guard *guard, window *end)
+static void sample_window_real(const stance_guard_real *guard, window_real *end)
 {
     for (int32_t n = 0; n < guard->count; n++) {
         if (n != end->found) {
@@ -245,34 +256,34 @@ static void sample_window(const stance_guard *guard, window *end)
     }
 }
 
-static void close_window(const stance_guard *guard, window *end, real t)
+static void close_window_real(const stance_guard_real *guard, window_real *end, real t)
 {
     end->t = t;
     end->found = -1;
     end->basis = hopform_basis_at_real(guard->poles, t);
-    sample_window(guard, end);
+    sample_window_real(guard, end);
 }
 
 /* The window ends where a watch has its root. */
-static void end_at(const stance_guard *guard, window *end, int32_t n, const hopform_point_real *root)
+static void end_at_real(const stance_guard_real *guard, window_real *end, int32_t n, const hopform_point_real *root)
 {
     end->t = root->t;
     end->basis = root->basis;
     end->found = n;
     end->at[n] = root->at;
-    sample_window(guard, end);
+    sample_window_real(guard, end);
 }
 
 /* Which root swinging on would bring first, and when. */
 typedef struct {
     int32_t watch; /* -1 if none */
     real after;
-} outlook;
+} outlook_real;
 
-static outlook look_ahead(const stance_guard *guard, bool has_faded)
+static outlook_real look_ahead_real(const stance_guard_real *guard, bool has_faded)
 {
-    const real w = guard->frequency > 0.0 ? guard->frequency : sqrt(guard->poles->q);
-    outlook ahead = {-1, 0.96875 * guard->half_turn};
+    const real w = guard->frequency > 0.0 ? guard->frequency : sqrt_real(guard->poles->q);
+    outlook_real ahead = {-1, 0.96875 * guard->half_turn};
     for (int32_t n = 0; n < guard->count && !has_faded; n++) {
         const real swing = hopform_swing_to_zero_real(&guard->from[n], w);
         if (swing < ahead.after) {
@@ -282,17 +293,18 @@ static outlook look_ahead(const stance_guard *guard, bool has_faded)
     }
     if (ahead.watch >= 0 && guard->frequency > 0.0) {
         const real step = hopform_swing_step_real(guard->poles, &guard->from[ahead.watch], w, ahead.after);
-        ahead.after -= fabs(step) < 0.25 * ahead.after ? step : 0.0;
+        ahead.after -= fabs_real(step) < 0.25 * ahead.after ? step : 0.0;
     }
     return ahead;
 }
 
 /* Close the window at the root that is expected first, or a little beyond where it was expected. */
-static void reach_ahead(const stance_guard *guard, real low, real limit, int32_t windows, window *end)
+static void reach_ahead_real(const stance_guard_real *guard, real low, real limit, int32_t windows, window_real *end)
 {
     const real p = guard->poles->p; /* a window in which the pair fades away tells little */
-    const bool has_faded = -0.5 * p * low < SMALLEST_EXPONENT; /* without a digit left: what goes on is monotone */
-    const outlook ahead = look_ahead(guard, has_faded);
+    const bool has_faded =
+        -0.5 * p * low < HOPFORM_SMALLEST_EXPONENT_real; /* without a digit left: what goes on is monotone */
+    const outlook_real ahead = look_ahead_real(guard, has_faded);
     const real fades = p * guard->half_turn > 8.0 ? 8.0 / p : guard->half_turn;
     const real half = 0.96875 * guard->half_turn;
     const real patient = fades > 3.0 * low ? fades : 3.0 * low;
@@ -301,36 +313,39 @@ static void reach_ahead(const stance_guard *guard, real low, real limit, int32_t
     if (ahead.watch >= 0) {
         const hopform_point_real root = hopform_root_ahead_real(&guard->watch[ahead.watch], guard->poles, low,
                                                                 low + ahead.after < far ? low + ahead.after : far, far);
-        if (root.t > low && root.at.rate * (root.t - low) < -root.at.noise) { /* not what rounding makes of a g that fades */
-            end_at(guard, end, ahead.watch, &root);
+        if (root.t > low
+            && root.at.rate * (root.t - low) < -root.at.noise) { /* not what rounding makes of a g that fades */
+            end_at_real(guard, end, ahead.watch, &root);
             return;
         }
     }
-    const real least = windows > 3 ? (guard->frequency > 0.0 ? 0.125 * guard->half_turn : low) : 64.0 * EPSILON * low;
+    const real least =
+        windows > 3 ? (guard->frequency > 0.0 ? 0.125 * guard->half_turn : low) : 64.0 * HOPFORM_EPS_real * low;
     const real reach = ahead.watch >= 0 ? 1.015625 * ahead.after : longest;
     const real t = low + (reach > least ? reach : least);
-    close_window(guard, end, t > low && t < far ? t : far);
+    close_window_real(guard, end, t > low && t < far ? t : far);
 }
 
-static real doubt_of(const stance_guard *guard, int32_t n)
+static real doubt_of_real(const stance_guard_real *guard, int32_t n)
 {
     const int32_t kind = guard->watch[n].kind;
-    return kind == END_THRESHOLD_1 || kind == END_THRESHOLD_2 ? guard->doubt : 0.0;
+    return kind == END_THRESHOLD_1_real || kind == END_THRESHOLD_2_real ? guard->doubt : 0.0;
 }
 
-/* Two events within rounding are at the same time, and the watch with the lower number wins: n, or the one that is found. */
-static bool is_before(const stance_guard *guard, const window *end, int32_t n, real h)
+/* Two events within rounding are at the same time, and the watch with the lower number wins: n, or the one that is
+ * found. */
+static bool is_before_real(const stance_guard_real *guard, const window_real *end, int32_t n, real h)
 {
     const hopform_sample_real *at = &end->at[n];
     const hopform_sample_real *other = &end->at[end->found];
-    const real blurred = other->noise + doubt_of(guard, end->found);
+    const real blurred = other->noise + doubt_of_real(guard, end->found);
     const bool crosses = at->rate * h < -16.0 * at->noise;
-    const bool ties = (at->value - 4.0 * at->noise) * fabs(other->rate) < fabs(at->rate) * blurred;
-    return at->value < -(at->noise + doubt_of(guard, n)) || (n < end->found && crosses && ties);
+    const bool ties = (at->value - 4.0 * at->noise) * fabs_real(other->rate) < fabs_real(at->rate) * blurred;
+    return at->value < -(at->noise + doubt_of_real(guard, n)) || (n < end->found && crosses && ties);
 }
 
 /* Shorten the window until each watch is known to keep its sign in it, but for the one that is found at its end. */
-static void settle_window(const stance_guard *guard, real low, window *end)
+static void settle_window_real(const stance_guard_real *guard, real low, window_real *end)
 {
     const real a = guard->poles->a;
     int32_t lost = -1;
@@ -338,41 +353,43 @@ static void settle_window(const stance_guard *guard, real low, window *end)
         const hopform_sample_real *from = &guard->from[n];
         const real h = end->t - low;
         const hopform_sample_real *to = &end->at[n];
-        const real value = n == end->found ? -2.0 * to->noise : to->value; /* just beyond its root, which must be its first */
+        const real value =
+            n == end->found ? -2.0 * to->noise : to->value; /* just beyond its root, which must be its first */
         hopform_verdict_real verdict = hopform_judge_real(from, to, value, a, h, h <= 0.5 * guard->half_turn);
-        if (n == end->found && verdict == LOSES_SIGN) {
+        if (n == end->found && verdict == LOSES_SIGN_real) {
             continue;
         }
-        if (verdict == KEEPS_SIGN && end->found > n && is_before(guard, end, n, h)) {
+        if (verdict == KEEPS_SIGN_real && end->found > n && is_before_real(guard, end, n, h)) {
             end->found = n; /* a tie */
             continue;
         }
-        if (verdict == LOSES_SIGN && end->found >= 0 && !is_before(guard, end, n, h)) {
+        if (verdict == LOSES_SIGN_real && end->found >= 0 && !is_before_real(guard, end, n, h)) {
             continue; /* a tie that the other wins */
         }
-        if (verdict == DIPS) {
-            const hopform_point_real bottom = hopform_bottom_between_real(&guard->watch[n], guard->poles, low, from, end->t, to);
+        if (verdict == DIPS_real) {
+            const hopform_point_real bottom =
+                hopform_bottom_between_real(&guard->watch[n], guard->poles, low, from, end->t, to);
             if (bottom.at.value < -bottom.at.noise) {
-                close_window(guard, end, bottom.t);
-                verdict = LOSES_SIGN;
+                close_window_real(guard, end, bottom.t);
+                verdict = LOSES_SIGN_real;
             }
         }
-        if (verdict == LOSES_SIGN) {
+        if (verdict == LOSES_SIGN_real) {
             if (!(from->value > 0.0) && (from->rate < 0.0 || (!(from->rate > 0.0) && !(from->turning > 0.0)))) {
-                close_window(guard, end, low);
+                close_window_real(guard, end, low);
                 end->found = n;
                 return;
             }
             const hopform_point_real last = {end->t, end->basis, end->at[n]};
             const hopform_point_real root = hopform_root_between_real(&guard->watch[n], guard->poles, low, last);
-            end_at(guard, end, n, &root);
+            end_at_real(guard, end, n, &root);
             lost = n;
             n = -1; /* the others must keep their signs up to here */
             cuts++;
-        } else if (verdict == UNDECIDED) {
+        } else if (verdict == UNDECIDED_real) {
             const real cut = low + hopform_turn_between_real(from, &end->at[n], h);
             if (cut > low && cut < end->t) { /* else there is no number in between */
-                close_window(guard, end, cut);
+                close_window_real(guard, end, cut);
                 n = -1;
                 cuts++;
             }
@@ -382,19 +399,20 @@ static void settle_window(const stance_guard *guard, real low, window *end)
 }
 
 /* The state that a phase starts from, x_1 counted from the stop ahead. */
-static hopform_state_real from_stop(const stance_chain *chain)
+static hopform_state_real from_stop_real(const stance_chain_real *chain)
 {
     hopform_state_real start = chain->state;
     start.x1 = chain->side_1 > 0 ? chain->from_max : chain->from_min;
     return start;
 }
 
-/* The stop ahead, which x_1, monotone within a phase, has met if it is beyond it at the end of the window, and does not just touch. */
-static bool meets_stop(const stance_chain *chain, const stance_guard *guard, window *end)
+/* The stop ahead, which x_1, monotone within a phase, has met if it is beyond it at the end of the window, and does not
+ * just touch. */
+static bool meets_stop_real(const stance_chain_real *chain, const stance_guard_real *guard, window_real *end)
 {
     const real sign = (real)chain->side_1;
-    const hopform_state_real start = from_stop(chain);
-    if (chain->side_1 == 0 || !is_finite(start.x1)) {
+    const hopform_state_real start = from_stop_real(chain);
+    if (chain->side_1 == 0 || !hopform_is_finite_real(start.x1)) {
         return false;
     }
     real low = 0.0;
@@ -415,7 +433,7 @@ static bool meets_stop(const stance_chain *chain, const stance_guard *guard, win
         } else {
             low = t;
         }
-        if (fabs(to.at.value) <= EPSILON * t * to.at.rate) {
+        if (fabs_real(to.at.value) <= HOPFORM_EPS_real * t * to.at.rate) {
             break;
         }
         const real step = hopform_step_to_root_real(&to.at);
@@ -437,8 +455,9 @@ static bool meets_stop(const stance_chain *chain, const stance_guard *guard, win
     return true;
 }
 
-/* While nothing happens in many half turns: up to where all watches are known to keep quiet, `from` if that is not far. */
-static real quiet_until(const stance_guard *guard, real from, real limit)
+/* While nothing happens in many half turns: up to where all watches are known to keep quiet, `from` if that is not far.
+ */
+static real quiet_until_real(const stance_guard_real *guard, real from, real limit)
 {
     for (real reach = limit - from; reach > 8.0 * guard->half_turn; reach *= 0.125) {
         bool quiet = true;
@@ -453,7 +472,7 @@ static real quiet_until(const stance_guard *guard, real from, real limit)
 }
 
 /* A watch that is below zero already when the phase begins; -1 if there is none. */
-static int32_t lost_at_once(stance_guard *guard)
+static int32_t lost_at_once_real(stance_guard_real *guard)
 {
     for (int32_t n = 0; n < guard->count; n++) {
         if (guard->from[n].value < 0.0) {
@@ -467,28 +486,31 @@ static int32_t lost_at_once(stance_guard *guard)
 }
 
 /* At the time of the limit a take-off comes before it, and before mass 2 comes to rest what mass 1 does. */
-static void cross_at_the_limit(const stance_guard *guard, real limit, window *end)
+static void cross_at_the_limit_real(const stance_guard_real *guard, real limit, window_real *end)
 {
     for (int32_t n = 0; n < guard->count && end->found < 0 && !(end->t < limit); n++) {
-        const bool is_first = is_takeoff(guard, n) || (guard->watch[n].kind == END_THRESHOLD_1 && guard->halts == END_VELOCITY_2 && !(guard->halt > limit));
+        const bool is_first = is_takeoff_real(guard, n)
+                              || (guard->watch[n].kind == END_THRESHOLD_1_real && guard->halts == END_VELOCITY_2_real
+                                  && !(guard->halt > limit));
         const hopform_sample_real *at = &end->at[n];
         const bool crosses = at->rate * limit < -16.0 * at->noise; /* and does not just touch */
-        if (is_first && crosses && at->value < -8.0 * EPSILON * limit * at->rate) {
+        if (is_first && crosses && at->value < -8.0 * HOPFORM_EPS_real * limit * at->rate) {
             end->found = n;
         }
     }
 }
 
 /* What ends the phase at the end of its last window. */
-static phase_end end_of(const stance_guard *guard, const window *end, bool stops, real limit)
+static stance_phase_end_real end_of_real(const stance_guard_real *guard, const window_real *end, bool stops, real limit)
 {
-    phase_end result = {end->t, END_LIMIT, 0, end->basis, 0.0};
-    const bool halts = !(guard->halt > limit) && !(end->t < limit * (1.0 - 8.0 * EPSILON));
-    const bool wins = guard->halts != END_VELOCITY_2 && !is_takeoff(guard, end->found); /* over mass 2 at the same time */
+    stance_phase_end_real result = {end->t, STANCE_END_LIMIT_real, 0, end->basis, 0.0};
+    const bool halts = !(guard->halt > limit) && !(end->t < limit * (1.0 - 8.0 * HOPFORM_EPS_real));
+    const bool wins =
+        guard->halts != END_VELOCITY_2_real && !is_takeoff_real(guard, end->found); /* over mass 2 at the same time */
     if (stops) {
-        result.kind = END_STOP;
+        result.kind = STANCE_END_STOP_real;
     } else if (end->found >= 0 && !(halts && wins)) {
-        result.kind = (end_kind)guard->watch[end->found].kind;
+        result.kind = (stance_end_kind_real)guard->watch[end->found].kind;
         result.side = guard->watch[end->found].side;
     } else if (halts) {
         result.kind = guard->halts;
@@ -496,11 +518,13 @@ static phase_end end_of(const stance_guard *guard, const window *end, bool stops
     return result;
 }
 
-/* A take-off late in a phase: its time with all its digits. True if it comes later, so that something else may come first. */
-static bool sharpen_takeoff(const stance_chain *chain, const stance_guard *guard, real limit, window *end)
+/* A take-off late in a phase: its time with all its digits. True if it comes later, so that something else may come
+ * first. */
+static bool sharpen_takeoff_real(const stance_chain_real *chain, const stance_guard_real *guard, real limit,
+                                 window_real *end)
 {
     const int32_t found = end->found;
-    if (found < 0 || !is_takeoff(guard, found) || !(fabs(end->basis.Wdd) < 0.25)) {
+    if (found < 0 || !is_takeoff_real(guard, found) || !(fabs_real(end->basis.Wdd) < 0.25)) {
         return false;
     }
     const hopform_watch_real *leg = &guard->watch[found];
@@ -510,68 +534,72 @@ static bool sharpen_takeoff(const stance_chain *chain, const stance_guard *guard
     const real settled = hopform_settled_y_real(guard->poles, from_slack.H2_y, from_slack.H1_y);
     const real before = end->t;
     for (int n = 0; n < 4; n++) {
-        const real later = hopform_root_is_later_real(guard->poles, &leg->numerator, leg->start, settled, &end->basis, end->t);
-        if (!(fabs(later) > 0.0) || end->t + later > limit) {
+        const real later =
+            hopform_root_is_later_real(guard->poles, &leg->numerator, leg->start, settled, &end->basis, end->t);
+        if (!(fabs_real(later) > 0.0) || end->t + later > limit) {
             break;
         }
-        close_window(guard, end, end->t + later);
+        close_window_real(guard, end, end->t + later);
         end->found = found;
     }
     return end->t > before;
 }
 
 /* The first event of the phase that starts at the chain's state. */
-static phase_end find_end(const stance_chain *chain, const hopform_poles_real *poles, const hopform_motion_real *motion, real until)
+static stance_phase_end_real stance_find_end_real(const stance_chain_real *chain, const hopform_poles_real *poles,
+                                                  const hopform_motion_real *motion, real until)
 {
     const hopform_basis_real start = {1.0, 0.0, 0.0, 0.0, 0.0};
     if (chain->side_1 == 0 && chain->side_2 == 0) {
-        const phase_end result = {until, END_LIMIT, 0, start, 0.0};
+        const stance_phase_end_real result = {until, STANCE_END_LIMIT_real, 0, start, 0.0};
         return result;
     }
-    stance_guard guard = {0};
-    put_guard(&guard, chain, poles, motion);
+    stance_guard_real guard = {0};
+    put_guard_real(&guard, chain, poles, motion);
     const real limit = guard.halt < until ? guard.halt : until;
-    window end = {0};
+    window_real end = {0};
     end.basis = start;
-    end.found = lost_at_once(&guard);
+    end.found = lost_at_once_real(&guard);
     bool stops = false;
     int32_t patience = 8;
-    for (int32_t windows = 0; end.found < 0 && !stops && end.t < limit; windows = windows > 3 ? windows : windows + 1) { /* more are not told apart */
+    for (int32_t windows = 0; end.found < 0 && !stops && end.t < limit;
+         windows = windows > 3 ? windows : windows + 1) { /* more are not told apart */
         const real low = end.t;
         real quiet = low;
         if (--patience <= 0) {
-            quiet = quiet_until(&guard, low, limit);
+            quiet = quiet_until_real(&guard, low, limit);
             patience = quiet > low ? 1 : 8;
         }
         if (quiet > low) {
-            close_window(&guard, &end, quiet);
+            close_window_real(&guard, &end, quiet);
         } else {
-            reach_ahead(&guard, low, limit, windows, &end);
+            reach_ahead_real(&guard, low, limit, windows, &end);
             bool later = true; /* once at most, and then what else happens by then is looked at */
             for (int n = 0; n < 2 && later; n++) {
-                settle_window(&guard, low, &end);
-                cross_at_the_limit(&guard, limit, &end);
-                later = n == 0 && sharpen_takeoff(chain, &guard, limit, &end);
+                settle_window_real(&guard, low, &end);
+                cross_at_the_limit_real(&guard, limit, &end);
+                later = n == 0 && sharpen_takeoff_real(chain, &guard, limit, &end);
             }
         }
         const real t = end.t;
-        stops = meets_stop(chain, &guard, &end) && !(is_takeoff(&guard, end.found) && t <= end.t * (1.0 + 8.0 * EPSILON));
+        stops = meets_stop_real(chain, &guard, &end)
+                && !(is_takeoff_real(&guard, end.found) && t <= end.t * (1.0 + 8.0 * HOPFORM_EPS_real));
         for (int32_t n = 0; n < guard.count && end.found < 0 && !stops; n++) {
             guard.from[n] = end.at[n];
             guard.from[n].value = end.at[n].value > 0.0 ? end.at[n].value : 0.0;
         }
     }
-    phase_end result = end_of(&guard, &end, stops, limit);
-    if (result.kind == END_VELOCITY_1) {
-        const hopform_state_real ahead = from_stop(chain);
-        result.touch = is_finite(ahead.x1) ? hopform_touch_real(motion, &ahead, &end.basis) : 0.0;
+    stance_phase_end_real result = end_of_real(&guard, &end, stops, limit);
+    if (result.kind == END_VELOCITY_1_real) {
+        const hopform_state_real ahead = from_stop_real(chain);
+        result.touch = hopform_is_finite_real(ahead.x1) ? hopform_touch_real(motion, &ahead, &end.basis) : 0.0;
     }
     return result;
 }
 
 /* ---- the chain ---- */
 
-static void record(stance_chain *chain, int event)
+static void stance_record_real(stance_chain_real *chain, int event)
 {
     if (chain->count < chain->capacity) {
         hopform_phase_real *phase = &chain->phases[chain->count];
@@ -590,70 +618,75 @@ static void record(stance_chain *chain, int event)
     chain->count++;
 }
 
-static void after_rest(stance_chain *chain, int mass, int side_before, int event_if_it_sticks, int event_if_it_reverses)
+static void after_rest_real(stance_chain_real *chain, int mass, int side_before, int event_if_it_sticks,
+                            int event_if_it_reverses)
 {
-    settle(chain, mass == 1, mass == 2);
+    stance_settle_real(chain, mass == 1, mass == 2);
     const int side = mass == 1 ? chain->side_1 : chain->side_2;
     if (side == 0) {
-        record(chain, event_if_it_sticks);
+        stance_record_real(chain, event_if_it_sticks);
     } else if (side != side_before) {
-        record(chain, event_if_it_reverses);
+        stance_record_real(chain, event_if_it_reverses);
     } else {
-        record(chain, HOPFORM_EVENT_NONE); /* a touch: it goes on */
+        stance_record_real(chain, HOPFORM_EVENT_NONE); /* a touch: it goes on */
     }
 }
 
-/* The actuator has come to rest, or has met a stop. One that it touches where it turns is no event, but that is where it is. */
-static void end_of_velocity_1(stance_chain *chain, const phase_end *end)
+/* The actuator has come to rest, or has met a stop. One that it touches where it turns is no event, but that is where
+ * it is. */
+static void end_of_velocity_1_real(stance_chain_real *chain, const stance_phase_end_real *end)
 {
     const hopform_robot_real *robot = &chain->plan->robot;
     const int before = chain->side_1;
     const real stop = before > 0 ? robot->x1_max : robot->x1_min;
     const real gap = before > 0 ? chain->from_max : chain->from_min;
-    const bool hits = end->kind == END_STOP;
+    const bool hits = end->kind == STANCE_END_STOP_real;
     chain->state.v1 = 0.0; /* inelastic */
-    if (hits || fabs(gap) <= end->touch) {
+    if (hits || fabs_real(gap) <= end->touch) {
         chain->state.x1 = stop;
         chain->from_min = stop - robot->x1_min;
         chain->from_max = stop - robot->x1_max;
     }
-    after_rest(chain, 1, before, hits ? HOPFORM_EVENT_X1_HITS_STOP : HOPFORM_EVENT_X1_STICKS,
-               hits ? HOPFORM_EVENT_X1_HITS_STOP : HOPFORM_EVENT_X1_REVERSES);
+    after_rest_real(chain, 1, before, hits ? HOPFORM_EVENT_X1_HITS_STOP : HOPFORM_EVENT_X1_STICKS,
+                    hits ? HOPFORM_EVENT_X1_HITS_STOP : HOPFORM_EVENT_X1_REVERSES);
 }
 
 /* The current takes its next value: what is held may begin to slip. */
-static void next_step(stance_chain *chain)
+static void next_step_real(stance_chain_real *chain)
 {
     if (chain->step + 1 < chain->step_count) {
         chain->step++;
     }
     const bool held_1 = chain->side_1 == 0;
     const bool held_2 = chain->side_2 == 0;
-    settle(chain, held_1, held_2);
+    stance_settle_real(chain, held_1, held_2);
     const bool slips_1 = held_1 && chain->side_1 != 0;
     const bool slips_2 = held_2 && chain->side_2 != 0;
-    record(chain, slips_1 ? HOPFORM_EVENT_X1_SLIPS : (slips_2 ? HOPFORM_EVENT_X2_SLIPS : HOPFORM_EVENT_NONE));
+    stance_record_real(chain,
+                       slips_1 ? HOPFORM_EVENT_X1_SLIPS : (slips_2 ? HOPFORM_EVENT_X2_SLIPS : HOPFORM_EVENT_NONE));
     if (slips_1 && slips_2) {
-        record(chain, HOPFORM_EVENT_X2_SLIPS);
+        stance_record_real(chain, HOPFORM_EVENT_X2_SLIPS);
     }
 }
 
-/* An actuator without any friction that stops while the forces on it cancel to all digits of the state: what is left of them is
- * its acceleration before, told by the motion where that has faded.
+/* An actuator without any friction that stops while the forces on it cancel to all digits of the state: what is left of
+ * them is its acceleration before, told by the motion where that has faded.
  */
-static void keep_faint_acceleration(stance_chain *chain, const hopform_motion_real *motion, const hopform_basis_real *basis)
+static void keep_faint_acceleration_real(stance_chain_real *chain, const hopform_motion_real *motion,
+                                         const hopform_basis_real *basis)
 {
     const hopform_rates_real *rates = &chain->plan->rates;
-    if (chain->plan->robot.f1 > 0.0 || fabs(rates->a1_v1) > 0.0) {
+    if (chain->plan->robot.f1 > 0.0 || fabs_real(rates->a1_v1) > 0.0) {
         return;
     }
-    const hopform_free_real at_rest = hopform_free_accelerations_real(rates, &chain->state, chain->steps[chain->step].u);
-    if (!(fabs(at_rest.free_1) < 64.0 * EPSILON * fabs(rates->a1_y * chain->state.y))) {
+    const hopform_free_real at_rest =
+        hopform_free_accelerations_real(rates, &chain->state, chain->steps[chain->step].u);
+    if (!(fabs_real(at_rest.free_1) < 64.0 * HOPFORM_EPS_real * fabs_real(rates->a1_y * chain->state.y))) {
         return;
     }
     const real terms[] = {motion->H3_1 * basis->Wdd, motion->H2_1 * basis->Wd, motion->H1_1 * basis->W};
     const real rate = terms[0] + terms[1] + terms[2];
-    if (fabs(rate) > 16.0 * EPSILON * (fabs(terms[0]) + fabs(terms[1]) + fabs(terms[2]))) {
+    if (fabs_real(rate) > 16.0 * HOPFORM_EPS_real * (fabs_real(terms[0]) + fabs_real(terms[1]) + fabs_real(terms[2]))) {
         chain->alone = 1;
         chain->free = rate;
     }
@@ -662,24 +695,28 @@ static void keep_faint_acceleration(stance_chain *chain, const hopform_motion_re
 /* A mass that rings alone fades far below the digits of the state; its acceleration at rest is known from the motion.
  * Without friction nothing but the sign is left of it in the end, and that is kept.
  */
-static void keep_free_acceleration(stance_chain *chain, const hopform_motion_real *motion, const phase_end *end)
+static void keep_free_acceleration_real(stance_chain_real *chain, const hopform_motion_real *motion,
+                                        const stance_phase_end_real *end)
 {
     chain->alone = 0;
-    if (end->kind == END_VELOCITY_1 && chain->side_2 == 0) {
-        const real back = fabs(motion->H3_1 * end->basis.Wdd + motion->H2_1 * end->basis.Wd);
+    if (end->kind == END_VELOCITY_1_real && chain->side_2 == 0) {
+        const real back = fabs_real(motion->H3_1 * end->basis.Wdd + motion->H2_1 * end->basis.Wd);
         chain->alone = 1;
-        chain->free = (real)chain->side_1 * (chain->plan->robot.f1 - (back > FAINT ? back : FAINT));
-    } else if (end->kind == END_VELOCITY_2 && chain->side_1 == 0) {
-        const real back = fabs(motion->H3_2 * end->basis.Wdd + motion->H2_2 * end->basis.Wd);
+        chain->free = (real)chain->side_1
+                      * (chain->plan->robot.f1 - (back > HOPFORM_UNDERFLOW_real ? back : HOPFORM_UNDERFLOW_real));
+    } else if (end->kind == END_VELOCITY_2_real && chain->side_1 == 0) {
+        const real back = fabs_real(motion->H3_2 * end->basis.Wdd + motion->H2_2 * end->basis.Wd);
         chain->alone = 2;
-        chain->free = (real)chain->side_2 * (chain->plan->robot.f2 - (back > FAINT ? back : FAINT));
-    } else if ((end->kind == END_VELOCITY_1 || end->kind == END_STOP) && chain->side_2 != 0) {
-        keep_faint_acceleration(chain, motion, &end->basis);
+        chain->free = (real)chain->side_2
+                      * (chain->plan->robot.f2 - (back > HOPFORM_UNDERFLOW_real ? back : HOPFORM_UNDERFLOW_real));
+    } else if ((end->kind == END_VELOCITY_1_real || end->kind == STANCE_END_STOP_real) && chain->side_2 != 0) {
+        keep_faint_acceleration_real(chain, motion, &end->basis);
     }
 }
 
 /* How far from its stops the actuator is at the end of a phase. */
-static void keep_distances(stance_chain *chain, const hopform_motion_real *motion, const phase_end *end)
+static void keep_distances_real(stance_chain_real *chain, const hopform_motion_real *motion,
+                                const stance_phase_end_real *end)
 {
     if (chain->side_1 != 0) {
         hopform_state_real start = chain->state;
@@ -691,11 +728,11 @@ static void keep_distances(stance_chain *chain, const hopform_motion_real *motio
 }
 
 /* The numerators of the next phase. */
-static hopform_motion_real motion_from(const stance_chain *chain)
+static hopform_motion_real motion_from_real(const stance_chain_real *chain)
 {
     const hopform_robot_real *robot = &chain->plan->robot;
-    hopform_motion_real motion = hopform_motion_of_real(chain->plan, &chain->state, chain->steps[chain->step].u,
-                                                        chain->side_1, chain->side_2);
+    hopform_motion_real motion =
+        hopform_motion_of_real(chain->plan, &chain->state, chain->steps[chain->step].u, chain->side_1, chain->side_2);
     if (chain->alone == 1 && chain->side_1 != 0) {
         motion.H3_1 = chain->free - (real)chain->side_1 * robot->f1;
         motion.H2_y = chain->side_2 == 0 ? motion.H3_1 : motion.H2_y;
@@ -708,109 +745,111 @@ static hopform_motion_real motion_from(const stance_chain *chain)
 }
 
 /* The AED of a phase that lasts for t. */
-static real aed_in_phase(const stance_chain *chain, real t)
+static real aed_in_phase_real(const stance_chain_real *chain, real t)
 {
     const hopform_state_real *state = &chain->state;
-    const hopform_phase_real phase = {0.0, state->x1, state->v1, state->v2, state->y,
-                                      (int8_t)(3 * (chain->side_1 + 1) + chain->side_2 + 1), 0, 0};
-    const hopform_ledger_real ledger = hopform_ledger_in_phase_real(chain->plan, &phase, chain->steps[chain->step].u, t);
+    const hopform_phase_real phase = {
+        0.0, state->x1, state->v1, state->v2, state->y, (int8_t)(3 * (chain->side_1 + 1) + chain->side_2 + 1), 0, 0};
+    const hopform_ledger_real ledger =
+        hopform_ledger_in_phase_real(chain->plan, &phase, chain->steps[chain->step].u, t);
     return hopform_aed_of_ledger_real(&ledger);
 }
 
 /* The state and modes right after the end of a phase, recorded as the next phase. */
-static void pass(stance_chain *chain, const hopform_motion_real *motion, const phase_end *end)
+static void stance_pass_real(stance_chain_real *chain, const hopform_motion_real *motion,
+                             const stance_phase_end_real *end)
 {
-    keep_free_acceleration(chain, motion, end);
-    chain->fresh_1 = end->kind == END_THRESHOLD_1;
-    chain->fresh_2 = end->kind == END_THRESHOLD_2;
+    keep_free_acceleration_real(chain, motion, end);
+    chain->fresh_1 = end->kind == END_THRESHOLD_1_real;
+    chain->fresh_2 = end->kind == END_THRESHOLD_2_real;
     switch (end->kind) {
-    case END_VELOCITY_1:
-    case END_STOP:
-        end_of_velocity_1(chain, end);
+    case END_VELOCITY_1_real:
+    case STANCE_END_STOP_real:
+        end_of_velocity_1_real(chain, end);
         break;
-    case END_VELOCITY_2: {
+    case END_VELOCITY_2_real: {
         const int before = chain->side_2;
         chain->state.v2 = 0.0;
-        after_rest(chain, 2, before, HOPFORM_EVENT_X2_STICKS, HOPFORM_EVENT_X2_REVERSES);
+        after_rest_real(chain, 2, before, HOPFORM_EVENT_X2_STICKS, HOPFORM_EVENT_X2_REVERSES);
         break;
     }
-    case END_THRESHOLD_1:
+    case END_THRESHOLD_1_real:
         chain->side_1 = end->side;
-        record(chain, HOPFORM_EVENT_X1_SLIPS);
+        stance_record_real(chain, HOPFORM_EVENT_X1_SLIPS);
         break;
-    case END_THRESHOLD_2:
+    case END_THRESHOLD_2_real:
         chain->side_2 = end->side;
-        record(chain, HOPFORM_EVENT_X2_SLIPS);
+        stance_record_real(chain, HOPFORM_EVENT_X2_SLIPS);
         break;
-    case END_LIMIT:
-        next_step(chain);
+    case STANCE_END_LIMIT_real:
+        next_step_real(chain);
         break;
-    case END_TAKEOFF:
+    case END_TAKEOFF_real:
     default:
         break;
     }
 }
 
-static bool last_step(const stance_chain *chain)
+static bool last_step_real(const stance_chain_real *chain)
 {
     return chain->step + 1 >= chain->step_count;
 }
 
 /* The leg leaves the ground at once: y = 0, and its first non-zero derivative is negative. */
-static bool extends_at_once(const stance_chain *chain)
+static bool extends_at_once_real(const stance_chain_real *chain)
 {
     const real rate = chain->state.v1 - chain->state.v2;
-    if (fabs(chain->state.y) > 0.0 || fabs(rate) > 0.0) {
-        return !(fabs(chain->state.y) > 0.0) && rate < 0.0;
+    if (fabs_real(chain->state.y) > 0.0 || fabs_real(rate) > 0.0) {
+        return !(fabs_real(chain->state.y) > 0.0) && rate < 0.0;
     }
-    const hopform_motion_real motion = hopform_motion_of_real(chain->plan, &chain->state, chain->steps[chain->step].u,
-                                                              chain->side_1, chain->side_2);
-    return fabs(motion.H2_y) > 0.0 ? motion.H2_y < 0.0 : motion.H1_y < 0.0;
+    const hopform_motion_real motion =
+        hopform_motion_of_real(chain->plan, &chain->state, chain->steps[chain->step].u, chain->side_1, chain->side_2);
+    return fabs_real(motion.H2_y) > 0.0 ? motion.H2_y < 0.0 : motion.H1_y < 0.0;
 }
 
 /* What each mass does at the start; no event. */
-static void begin(stance_chain *chain)
+static void stance_begin_real(stance_chain_real *chain)
 {
     const hopform_robot_real *robot = &chain->plan->robot;
-    chain->side_1 = (int)sign_of(chain->state.v1);
-    chain->side_2 = (int)sign_of(chain->state.v2);
-    if (chain->side_1 != 0 && blocked(chain, chain->side_1)) {
+    chain->side_1 = (int)stance_sign_of_real(chain->state.v1);
+    chain->side_2 = (int)stance_sign_of_real(chain->state.v2);
+    if (chain->side_1 != 0 && stance_blocked_real(chain, chain->side_1)) {
         chain->start_loss = -0.5 * robot->m_eff * chain->state.v1 * chain->state.v1;
         chain->state.v1 = 0.0;
         chain->side_1 = 0;
     }
-    settle(chain, chain->side_1 == 0, chain->side_2 == 0);
-    record(chain, HOPFORM_EVENT_NONE);
+    stance_settle_real(chain, chain->side_1 == 0, chain->side_2 == 0);
+    stance_record_real(chain, HOPFORM_EVENT_NONE);
 }
 
-static int32_t run(stance_chain *chain)
+static int32_t stance_run_real(stance_chain_real *chain)
 {
-    begin(chain);
-    if (extends_at_once(chain)) {
+    stance_begin_real(chain);
+    if (extends_at_once_real(chain)) {
         return HOPFORM_ENDING_TAKEOFF;
     }
     while (chain->count <= chain->max_phases) {
-        if (chain->side_1 == 0 && chain->side_2 == 0 && last_step(chain)) {
+        if (chain->side_1 == 0 && chain->side_2 == 0 && last_step_real(chain)) {
             return HOPFORM_ENDING_REST;
         }
         const real until = chain->step + 1 >= chain->step_count || chain->steps[chain->step + 1].t > chain->horizon
                                ? chain->horizon
                                : chain->steps[chain->step + 1].t;
         const hopform_poles_real *poles = hopform_poles_of_real(chain->plan, chain->side_1, chain->side_2);
-        const hopform_motion_real motion = motion_from(chain);
-        const phase_end end = find_end(chain, poles, &motion, until - chain->t);
-        chain->aed += chain->adds_up ? aed_in_phase(chain, end.t) : 0.0;
-        keep_distances(chain, &motion, &end);
+        const hopform_motion_real motion = motion_from_real(chain);
+        const stance_phase_end_real end = stance_find_end_real(chain, poles, &motion, until - chain->t);
+        chain->aed += chain->adds_up ? aed_in_phase_real(chain, end.t) : 0.0;
+        keep_distances_real(chain, &motion, &end);
         chain->state = hopform_arrive_real(&chain->state, &motion, &end.basis, chain->side_1, chain->side_2);
-        chain->t = end.kind == END_LIMIT ? until : chain->t + end.t;
-        if (end.kind == END_TAKEOFF) {
+        chain->t = end.kind == STANCE_END_LIMIT_real ? until : chain->t + end.t;
+        if (end.kind == END_TAKEOFF_real) {
             chain->state.y = 0.0;
             return HOPFORM_ENDING_TAKEOFF;
         }
-        if (end.kind == END_LIMIT && !(until < chain->horizon)) {
+        if (end.kind == STANCE_END_LIMIT_real && !(until < chain->horizon)) {
             return HOPFORM_ENDING_HORIZON;
         }
-        pass(chain, &motion, &end);
+        stance_pass_real(chain, &motion, &end);
     }
     chain->count = chain->max_phases; /* a step of the current may have begun two */
     return HOPFORM_ENDING_TOO_MANY_PHASES;
@@ -818,29 +857,31 @@ static int32_t run(stance_chain *chain)
 
 /* ---- what users call ---- */
 
-static bool steps_are_sound(const hopform_step_real *steps, int32_t count)
+static bool steps_are_sound_real(const hopform_step_real *steps, int32_t count)
 {
-    if (count < 1 || count > 65535 || fabs(steps[0].t) > 0.0) {
+    if (count < 1 || count > 65535 || fabs_real(steps[0].t) > 0.0) {
         return false;
     }
     for (int32_t n = 0; n < count; n++) {
-        if (!is_finite(steps[n].t) || !is_finite(steps[n].u) || (n > 0 && !(steps[n].t > steps[n - 1].t))) {
+        if (!hopform_is_finite_real(steps[n].t) || !hopform_is_finite_real(steps[n].u)
+            || (n > 0 && !(steps[n].t > steps[n - 1].t))) {
             return false;
         }
     }
     return true;
 }
 
-static int32_t start_status(const hopform_robot_real *robot, const hopform_state_real *start)
+static int32_t start_status_real(const hopform_robot_real *robot, const hopform_state_real *start)
 {
-    if (!is_finite(start->x1) || !is_finite(start->v1) || !is_finite(start->v2) || !is_finite(start->y)
-        || !(start->x1 >= robot->x1_min && start->x1 <= robot->x1_max)) {
+    if (!hopform_is_finite_real(start->x1) || !hopform_is_finite_real(start->v1) || !hopform_is_finite_real(start->v2)
+        || !hopform_is_finite_real(start->y) || !(start->x1 >= robot->x1_min && start->x1 <= robot->x1_max)) {
         return HOPFORM_ERROR_STATE;
     }
     return start->y < 0.0 ? HOPFORM_ERROR_EXTENDED : HOPFORM_OK;
 }
 
-static void report(const stance_chain *chain, const hopform_state_real *start, int32_t ending, hopform_stance_real *stance)
+static void stance_report_real(const stance_chain_real *chain, const hopform_state_real *start, int32_t ending,
+                               hopform_stance_real *stance)
 {
     const hopform_robot_real *robot = &chain->plan->robot;
     const hopform_state_real *end = &chain->state;
@@ -859,19 +900,25 @@ static void report(const stance_chain *chain, const hopform_state_real *start, i
     }
 }
 
+/* Domains of the parameters; NaN lies in none. */
+#define IN_REAL_real(value) ((value) >= -HOPFORM_NEVER_real && (value) <= HOPFORM_NEVER_real)
+#define IN_POSITIVE_real(value) ((value) > 0.0 && (value) <= HOPFORM_NEVER_real)
+#define IN_NONNEGATIVE_real(value) ((value) >= 0.0 && (value) <= HOPFORM_NEVER_real)
+#define IN_BOUND_real(value) ((value) >= 0.0)
+#define IN_FRACTION_real(value) ((value) >= 0.0 && (value) < 1.0)
+#define IN_LOWER_real(value) ((value) <= HOPFORM_NEVER_real)
+#define IN_UPPER_real(value) ((value) >= -HOPFORM_NEVER_real)
+
 int32_t hopform_plan_init_real(hopform_plan_real *plan, const hopform_robot_real *robot)
 {
     if (plan == NULL || robot == NULL) {
         return HOPFORM_ERROR_NULL;
     }
-    const hopform_poles_real nowhere = {{ c.zeros(program.record("Poles")) }};
-    const hopform_plan_real zero = { {{- c.zeros(program.record("Robot")) }}, {{ c.zeros(program.record("Rates")) }}, nowhere, nowhere, nowhere, 0};
+    const hopform_plan_real zero = {0};
     *plan = zero;
-    if (!(robot->x1_min <= robot->x1_max)
-{% for condition in c.conditions(program.record("Robot")) %}
-        || {{ condition }}
-{% endfor %}
-    ) {
+#define OR_OUTSIDE(name, domain) || !IN_##domain##_real(robot->name)
+    if (!(robot->x1_min <= robot->x1_max) HOPFORM_ROBOT_MEMBERS(OR_OUTSIDE)) {
+#undef OR_OUTSIDE
         return HOPFORM_ERROR_ROBOT;
     }
     const real lighter = robot->m_eff < robot->m_s ? robot->m_eff : robot->m_s;
@@ -882,8 +929,10 @@ int32_t hopform_plan_init_real(hopform_plan_real *plan, const hopform_robot_real
     const hopform_poles_real actuator = {0.0, rates.p_1, rates.q_1, rates.p_1, rates.q_1, 0.0};
     const hopform_poles_real body = {0.0, rates.p_2, rates.q_2, rates.p_2, rates.q_2, 0.0};
     const hopform_poles_real both = hopform_factor_cubic_real(rates.s_1, rates.s_2, rates.s_3);
-    if (!is_finite(rates.s_1) || !is_finite(rates.s_2) || !is_finite(rates.s_3) || !is_finite(both.a)
-        || !is_finite(both.p) || !(both.q > 0.0 && both.q <= NEVER) || !is_finite(rates.a1_0) || !is_finite(rates.a1_u)) {
+    if (!hopform_is_finite_real(rates.s_1) || !hopform_is_finite_real(rates.s_2) || !hopform_is_finite_real(rates.s_3)
+        || !hopform_is_finite_real(both.a) || !hopform_is_finite_real(both.p)
+        || !(both.q > 0.0 && both.q <= HOPFORM_NEVER_real) || !hopform_is_finite_real(rates.a1_0)
+        || !hopform_is_finite_real(rates.a1_u)) {
         return HOPFORM_ERROR_NUMBERS;
     }
     plan->robot = *robot;
@@ -896,36 +945,56 @@ int32_t hopform_plan_init_real(hopform_plan_real *plan, const hopform_robot_real
 }
 
 int32_t hopform_solve_stance_real(const hopform_plan_real *plan, const hopform_state_real *start,
-                                  const hopform_step_real *steps, int32_t step_count, real horizon,
-                                  int32_t max_phases, hopform_phase_real *phases, int32_t capacity,
-                                  hopform_stance_real *stance)
+                                  const hopform_step_real *steps, int32_t step_count, real horizon, int32_t max_phases,
+                                  hopform_phase_real *phases, int32_t capacity, hopform_stance_real *stance)
 {
     if (plan == NULL || start == NULL || steps == NULL || stance == NULL || (phases == NULL && capacity > 0)) {
         return HOPFORM_ERROR_NULL;
     }
-    const hopform_stance_real zero = {% raw %}{0, {0, 0, 0, 0}, 0, 0, 0, 0, 0, 0, 0}{% endraw %};
+    const hopform_stance_real zero = {0};
     *stance = zero;
     if (!hopform_is_made_real(plan)) {
         return HOPFORM_ERROR_ROBOT;
     }
-    const int32_t status = start_status(&plan->robot, start);
+    const int32_t status = start_status_real(&plan->robot, start);
     if (status < 0) {
         return status;
     }
-    if (!steps_are_sound(steps, step_count)) {
+    if (!steps_are_sound_real(steps, step_count)) {
         return HOPFORM_ERROR_STEPS;
     }
-    if (!(horizon > 0.0 && horizon <= NEVER) || max_phases < 1 || capacity < 0) {
+    if (!(horizon > 0.0 && horizon <= HOPFORM_NEVER_real) || max_phases < 1 || capacity < 0) {
         return HOPFORM_ERROR_HORIZON;
     }
-    stance_chain chain = {plan, steps, step_count, 0, horizon, 0.0, *start,
-                          start->x1 - plan->robot.x1_min, start->x1 - plan->robot.x1_max, 0, 0, false, false, 0, 0.0, 0.0,
-                          hopform_stores_much_real(&plan->robot, start), 0.0, max_phases, phases, capacity, 0, 0};
-    const int32_t ending = run(&chain);
-    report(&chain, start, ending, stance);
-    if (!is_finite(stance->duration) || !is_finite(stance->end.x1) || !is_finite(stance->end.v1)
-        || !is_finite(stance->end.v2) || !is_finite(stance->end.y) || !is_finite(stance->apex)
-        || !is_finite(stance->aed) || !is_finite(stance->start_loss)) {
+    stance_chain_real chain = {plan,
+                               steps,
+                               step_count,
+                               0,
+                               horizon,
+                               0.0,
+                               *start,
+                               start->x1 - plan->robot.x1_min,
+                               start->x1 - plan->robot.x1_max,
+                               0,
+                               0,
+                               false,
+                               false,
+                               0,
+                               0.0,
+                               0.0,
+                               hopform_stores_much_real(&plan->robot, start),
+                               0.0,
+                               max_phases,
+                               phases,
+                               capacity,
+                               0,
+                               0};
+    const int32_t ending = stance_run_real(&chain);
+    stance_report_real(&chain, start, ending, stance);
+    if (!hopform_is_finite_real(stance->duration) || !hopform_is_finite_real(stance->end.x1)
+        || !hopform_is_finite_real(stance->end.v1) || !hopform_is_finite_real(stance->end.v2)
+        || !hopform_is_finite_real(stance->end.y) || !hopform_is_finite_real(stance->apex)
+        || !hopform_is_finite_real(stance->aed) || !hopform_is_finite_real(stance->start_loss)) {
         *stance = zero;
         return HOPFORM_ERROR_NUMBERS;
     }
@@ -945,8 +1014,8 @@ int32_t hopform_stance_at_real(const hopform_plan_real *plan, const hopform_step
     if (!hopform_is_made_real(plan)) {
         return HOPFORM_ERROR_ROBOT;
     }
-    if (!(t >= 0.0 && t <= NEVER) || (t > stance->duration && !rests) || stance->phases_kept < stance->phase_count
-        || stance->phases_kept < 1) {
+    if (!(t >= 0.0 && t <= HOPFORM_NEVER_real) || (t > stance->duration && !rests)
+        || stance->phases_kept < stance->phase_count || stance->phases_kept < 1) {
         return HOPFORM_ERROR_TIME;
     }
     const real within = t < stance->duration ? t : stance->duration;

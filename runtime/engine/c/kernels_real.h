@@ -1,4 +1,4 @@
-/* {{ header }}
+/* SPDX-License-Identifier: MIT-0
  *
  * Primitives: the roots of the cubic as factors, and the response W of the poles to an impulse over
  * time, by the regime that loses no digits. Its own exp, sin, cos, ln, angle and cube root give the same bits on every
@@ -11,6 +11,7 @@
 #include <stdint.h>
 
 #include "formulas_real.h"
+#include "series_real.h"
 
 static inline real hopform_lesser_real(real a, real b)
 {
@@ -23,14 +24,13 @@ static inline real hopform_greater_real(real a, real b)
     return a > b ? a : b;
 }
 
-enum { HOPFORM_TERMS_real = {{ c.terms }} };
+static inline bool hopform_is_finite_real(real value)
+{
+    return value >= -HOPFORM_NEVER_real && value <= HOPFORM_NEVER_real;
+}
 
 /* 1/n for n from 1 on. */
-static const real hopform_inverse_real[] = {0.0,
-{% for inverse in c.inverses %}
-    {{ inverse }},
-{% endfor %}
-};
+static const real hopform_inverse_real[] = {0.0, HOPFORM_INVERSES_real};
 
 /* What is left of 1, and what is gone. */
 typedef struct {
@@ -48,26 +48,26 @@ static inline real hopform_area_tangent_real(real s)
 {
     const real ss = s * s;
     real sum = 0.0;
-{% for coefficient in c.area_tangent %}
-    sum = sum * ss + {{ coefficient }};
-{% endfor %}
-    return sum;
+#define ADD_TERM(coefficient) sum = sum * ss + (coefficient);
+    HOPFORM_AREA_TANGENT_real(ADD_TERM)
+#undef ADD_TERM
+        return sum;
 }
 
 /* The number whose bits are these. */
-static inline real hopform_real_of_bits_real(REAL_BITS bits)
+static inline real hopform_real_of_bits_real(hopform_bits_real bits)
 {
     const union {
-        REAL_BITS bits;
+        hopform_bits_real bits;
         real value;
     } number = {bits};
     return number.value;
 }
 
-static inline REAL_BITS hopform_bits_of_real_real(real value)
+static inline hopform_bits_real hopform_bits_of_real_real(real value)
 {
     union {
-        REAL_BITS bits;
+        hopform_bits_real bits;
         real value;
     } number;
     number.value = value;
@@ -80,9 +80,9 @@ static inline REAL_BITS hopform_bits_of_real_real(real value)
 static inline hopform_fade_real hopform_fade_by_real(real x)
 {
     hopform_fade_real fade = {0.0, 1.0};
-    if (x > SMALLEST_EXPONENT) {
-        fade.left = exp(x);
-        fade.gone = -expm1(x);
+    if (x > HOPFORM_SMALLEST_EXPONENT_real) {
+        fade.left = exp_real(x);
+        fade.gone = -expm1_real(x);
     }
     return fade;
 }
@@ -90,27 +90,27 @@ static inline hopform_fade_real hopform_fade_by_real(real x)
 /* sin(x) and cos(x) for x >= 0; an angle without a digit left counts as 0. */
 static inline hopform_turn_real hopform_turn_by_real(real x)
 {
-    const real angle = x > 0.0 && x < LARGEST_ANGLE ? x : 0.0;
-    const hopform_turn_real turn = {sin(angle), cos(angle)};
+    const real angle = x > 0.0 && x < HOPFORM_LARGEST_ANGLE_real ? x : 0.0;
+    const hopform_turn_real turn = {sin_real(angle), cos_real(angle)};
     return turn;
 }
 
 /* The angle of (x, y), y >= 0, from 0 to pi. */
 static inline real hopform_angle_real(real x, real y)
 {
-    return atan2(y, x);
+    return atan2_real(y, x);
 }
 
 /* ln(x) for a normal x > 0. */
 static inline real hopform_log_real(real x)
 {
-    return log(x);
+    return log_real(x);
 }
 
 /* The cube root of x >= 0; 0 of what is not above 0. */
 static inline real hopform_cube_root_real(real x)
 {
-    return x > 0.0 ? cbrt(x) : 0.0;
+    return x > 0.0 ? cbrt_real(x) : 0.0;
 }
 
 #else
@@ -120,21 +120,22 @@ static inline real hopform_cube_root_real(real x)
 static inline hopform_fade_real hopform_fade_by_real(real x)
 {
     hopform_fade_real fade = {0.0, 1.0};
-    if (!(x > SMALLEST_EXPONENT)) {
+    if (!(x > HOPFORM_SMALLEST_EXPONENT_real)) {
         return fade;
     }
-    const real down = x < 1.0 ? x : 1.0; /* above 0 by rounding at most; so that the conversion is defined whatever comes */
-    const SIGNED_BITS n = (SIGNED_BITS)(down * 1.4426950408889634 - 0.5);
-    const real r = down - (real)n * LOG_2_HIGH - (real)n * LOG_2_LOW;
+    const real down =
+        x < 1.0 ? x : 1.0; /* above 0 by rounding at most; so that the conversion is defined whatever comes */
+    const hopform_signed_bits_real n = (hopform_signed_bits_real)(down * 1.4426950408889634 - 0.5);
+    const real r = down - (real)n * HOPFORM_LOG_2_HIGH_real - (real)n * HOPFORM_LOG_2_LOW_real;
     real sum = 0.0;
-{% for coefficient in c.exponential %}
-    sum = sum * r + {{ coefficient }};
-{% endfor %}
-    union {
-        REAL_BITS bits;
+#define ADD_TERM(coefficient) sum = sum * r + (coefficient);
+    HOPFORM_EXPONENTIAL_real(ADD_TERM)
+#undef ADD_TERM
+        union {
+        hopform_bits_real bits;
         real value;
     } power;
-    power.bits = (REAL_BITS)(n + EXPONENT_BIAS) << FRACTION_BITS;
+    power.bits = (hopform_bits_real)(n + HOPFORM_EXPONENT_BIAS_real) << HOPFORM_FRACTION_BITS_real;
     fade.left = (1.0 + r * sum) * power.value;
     fade.gone = n == 0 ? -r * sum : 1.0 - fade.left;
     return fade;
@@ -143,19 +144,20 @@ static inline hopform_fade_real hopform_fade_by_real(real x)
 /* sin(x) and cos(x) for x >= 0, by quarter turns and power series; an angle without a digit left counts as 0. */
 static inline hopform_turn_real hopform_turn_by_real(real x)
 {
-    const real angle = x > 0.0 && x < LARGEST_ANGLE ? x : 0.0;
-    const SIGNED_BITS n = (SIGNED_BITS)(angle * 0.6366197723675814 + 0.5);
-    const real r = angle - (real)n * QUARTER_HIGH - (real)n * QUARTER_MIDDLE - (real)n * QUARTER_LOW;
+    const real angle = x > 0.0 && x < HOPFORM_LARGEST_ANGLE_real ? x : 0.0;
+    const hopform_signed_bits_real n = (hopform_signed_bits_real)(angle * 0.6366197723675814 + 0.5);
+    const real r = angle - (real)n * HOPFORM_QUARTER_TURN_HIGH_real - (real)n * HOPFORM_QUARTER_TURN_MIDDLE_real
+                   - (real)n * HOPFORM_QUARTER_TURN_LOW_real;
     const real rr = r * r;
     real sine = 0.0;
     real cosine = 0.0;
-{% for coefficient in c.sine %}
-    sine = sine * rr + {{ coefficient }};
-{% endfor %}
-{% for coefficient in c.cosine %}
-    cosine = cosine * rr + {{ coefficient }};
-{% endfor %}
-    sine *= r;
+#define ADD_TERM(coefficient) sine = sine * rr + (coefficient);
+    HOPFORM_SINE_real(ADD_TERM)
+#undef ADD_TERM
+#define ADD_TERM(coefficient) cosine = cosine * rr + (coefficient);
+        HOPFORM_COSINE_real(ADD_TERM)
+#undef ADD_TERM
+            sine *= r;
     const bool swap = (n & 1) != 0;
     const real first = swap ? cosine : sine;
     const real second = swap ? sine : cosine;
@@ -166,8 +168,8 @@ static inline hopform_turn_real hopform_turn_by_real(real x)
 /* The angle of (x, y), y >= 0, from 0 to pi: a rational guess, turned back, leaves an angle whose series is short. */
 static inline real hopform_angle_real(real x, real y)
 {
-    const bool steep = y > fabs(x);
-    const real tangent = steep ? fabs(x) / y : y / fabs(x);
+    const bool steep = y > fabs_real(x);
+    const real tangent = steep ? fabs_real(x) / y : y / fabs_real(x);
     const real near = tangent * (1.0584 - 0.273 * tangent);
     const real first = steep ? 1.5707963267948966 - near : near;
     const real guess = x < 0.0 ? 3.141592653589793 - first : first;
@@ -181,19 +183,21 @@ static inline real hopform_angle_real(real x, real y)
 static inline real hopform_log_real(real x)
 {
     union {
-        REAL_BITS bits;
+        hopform_bits_real bits;
         real value;
     } mantissa;
     mantissa.value = x;
-    SIGNED_BITS n = (SIGNED_BITS)(mantissa.bits >> FRACTION_BITS) - EXPONENT_BIAS;
-    mantissa.bits -= (REAL_BITS)n << FRACTION_BITS;
+    hopform_signed_bits_real n =
+        (hopform_signed_bits_real)(mantissa.bits >> HOPFORM_FRACTION_BITS_real) - HOPFORM_EXPONENT_BIAS_real;
+    mantissa.bits -= (hopform_bits_real)n << HOPFORM_FRACTION_BITS_real;
     real m = mantissa.value;
     if (m > 1.4142135623730951) {
         m *= 0.5;
         n++;
     }
     const real s = (m - 1.0) / (m + 1.0);
-    return (real)n * LOG_2_HIGH + ((real)n * LOG_2_LOW + 2.0 * s * hopform_area_tangent_real(s));
+    return (real)n * HOPFORM_LOG_2_HIGH_real
+           + ((real)n * HOPFORM_LOG_2_LOW_real + 2.0 * s * hopform_area_tangent_real(s));
 }
 
 /* A step of Halley's towards the cube root of x, from y to the third power of its relative error. */
@@ -205,24 +209,26 @@ static inline real hopform_toward_cube_root_real(real x, real y)
 
 /* The cube root of x >= 0, to two thirds of the last digit's unit; 0 of what is not above 0.
  *
- * A third of the exponent, fraction included, is right to 1/16; Halley's step makes that 1/6000, a second one more than a type
- * holds. The last one starts from half the digits, whose square is exact: only its quotient and its sum are rounded. They are
- * rounded up, so that the quotient lies below the root and is not coarser than it.
+ * A third of the exponent, fraction included, is right to 1/16; Halley's step makes that 1/6000, a second one more than
+ * a type holds. The last one starts from half the digits, whose square is exact: only its quotient and its sum are
+ * rounded. They are rounded up, so that the quotient lies below the root and is not coarser than it.
  */
 static inline real hopform_cube_root_real(real x)
 {
     if (!(x > 0.0)) {
         return 0.0;
     }
-    const bool tiny = x < SMALLEST_NORMAL;
-    const real scaled = tiny ? x * TINY_UP : x;
-    const REAL_BITS third_of_bias = ((REAL_BITS)EXPONENT_BIAS << FRACTION_BITS) / 3;
+    const bool tiny = x < HOPFORM_SMALLEST_NORMAL_real;
+    const real scaled = tiny ? x * HOPFORM_TINY_UP_real : x;
+    const hopform_bits_real third_of_bias =
+        ((hopform_bits_real)HOPFORM_EXPONENT_BIAS_real << HOPFORM_FRACTION_BITS_real) / 3;
     real y = hopform_real_of_bits_real(hopform_bits_of_real_real(scaled) / 3 + 2 * third_of_bias);
     y = hopform_toward_cube_root_real(scaled, y);
     y = hopform_toward_cube_root_real(scaled, y);
-    y = hopform_real_of_bits_real(((hopform_bits_of_real_real(y) >> LOWER_HALF) + 1) << LOWER_HALF);
+    y = hopform_real_of_bits_real(((hopform_bits_of_real_real(y) >> HOPFORM_LOWER_HALF_real) + 1)
+                                  << HOPFORM_LOWER_HALF_real);
     y = hopform_toward_cube_root_real(scaled, y);
-    return tiny ? y * TINY_DOWN : y;
+    return tiny ? y * HOPFORM_TINY_DOWN_real : y;
 }
 
 #endif
@@ -237,12 +243,12 @@ static inline hopform_decay_real hopform_decay_at_real(real a, real t)
 {
     const real z = a * t;
     hopform_decay_real decay;
-    if (fabs(z) < 1.0) {
+    if (fabs_real(z) < 1.0) {
         real sum = 0.0;
-{% for coefficient in c.decay_tail %}
-        sum = sum * z + {{ coefficient }};
-{% endfor %}
-        decay.e3 = t * t * t * sum;
+#define ADD_TERM(coefficient) sum = sum * z + (coefficient);
+        HOPFORM_DECAY_TAIL_real(ADD_TERM)
+#undef ADD_TERM
+            decay.e3 = t * t * t * sum;
         decay.e2 = 0.5 * t * t - a * decay.e3;
         decay.e1 = t - a * decay.e2;
         decay.e = 1.0 - a * decay.e1;
@@ -272,7 +278,7 @@ static inline hopform_pair_real hopform_short_pair_real(const hopform_poles_real
         term = last;
         series.R2 = series.R2 + next + last;
         series.R3 = series.R3 + next * inverse[4] + last * inverse[5];
-        if (fabs(last) + fabs(next) < 0.01 * EPSILON) {
+        if (fabs_real(last) + fabs_real(next) < 0.01 * HOPFORM_EPS_real) {
             break;
         }
     }
@@ -308,7 +314,7 @@ static inline hopform_pair_real hopform_pair_at_real(const hopform_poles_real *p
         if (poles->q * t * t < 1.0) {
             return hopform_short_pair_real(poles, t);
         }
-        const real omega = sqrt(-discriminant);
+        const real omega = sqrt_real(-discriminant);
         const hopform_fade_real fade = hopform_fade_by_real(-mean * t);
         const hopform_turn_real half = hopform_turn_by_real(0.5 * omega * t);
         const real versine = 2.0 * half.sine * half.sine;
@@ -316,7 +322,7 @@ static inline hopform_pair_real hopform_pair_at_real(const hopform_poles_real *p
         core.Rd = fade.left * (1.0 - versine) - mean * core.R;
         core.turned = fade.gone + fade.left * versine - mean * core.R;
     } else {
-        const real half = sqrt(discriminant);
+        const real half = sqrt_real(discriminant);
         const real fast = mean + half;
         if (fast * t < 2.0) {
             return hopform_short_pair_real(poles, t);
@@ -356,8 +362,9 @@ static inline hopform_basis_real hopform_short_basis_real(const hopform_poles_re
         term = third;
         series.W2 = series.W2 + first + second + third;
         series.W3 = series.W3 + first * inverse[5] + second * inverse[6] + third * inverse[7];
-        series.W4 = series.W4 + first * inverse[5] * inverse[6] + second * inverse[6] * inverse[7] + third * inverse[7] * inverse[8];
-        if (fabs(third) + fabs(second) + fabs(first) < 0.002 * EPSILON) {
+        series.W4 = series.W4 + first * inverse[5] * inverse[6] + second * inverse[6] * inverse[7]
+                    + third * inverse[7] * inverse[8];
+        if (fabs_real(third) + fabs_real(second) + fabs_real(first) < 0.002 * HOPFORM_EPS_real) {
             break;
         }
     }
@@ -405,7 +412,7 @@ static inline hopform_basis_real hopform_split_basis_real(const hopform_poles_re
  * a must be the most isolated root, as hopform_factor_cubic_real gives it. */
 static inline hopform_basis_real hopform_basis_at_real(const hopform_poles_real *poles, real t)
 {
-    if (!(fabs(poles->a) > 0.0)) {
+    if (!(fabs_real(poles->a) > 0.0)) {
         const hopform_pair_real pair = hopform_pair_at_real(poles, t);
         const hopform_basis_real basis = {pair.Rd, pair.R, pair.R1, pair.R2, pair.R3};
         return basis;
@@ -420,7 +427,7 @@ static inline hopform_basis_real hopform_basis_at_real(const hopform_poles_real 
 /* The positive root z of z^3 + P z = T, T > 0: Newton from above, where the cubic is convex. */
 static inline real hopform_positive_root_real(real P, real T)
 {
-    real z = sqrt(fabs(P)) + hopform_cube_root_real(T);
+    real z = sqrt_real(fabs_real(P)) + hopform_cube_root_real(T);
     for (int n = 0; n < 60; n++) {
         const real step = ((z * z + P) * z - T) / (3.0 * z * z + P);
         const real next = z - step;
@@ -439,7 +446,7 @@ static inline real hopform_positive_root_real(real P, real T)
  */
 static inline hopform_poles_real hopform_factor_cubic_real(real s_1, real s_2, real s_3)
 {
-    const real root_2 = sqrt(s_2);
+    const real root_2 = sqrt_real(s_2);
     const real root_3 = hopform_cube_root_real(s_3);
     const real scale = s_1 > root_2 ? (s_1 > root_3 ? s_1 : root_3) : (root_2 > root_3 ? root_2 : root_3);
     const hopform_poles_real none = {0.0, 0.0, 0.0, s_1, s_2, s_3};
@@ -452,7 +459,8 @@ static inline hopform_poles_real hopform_factor_cubic_real(real s_1, real s_2, r
     const real mean = c_1 / 3.0;
     const real P = c_2 - 3.0 * mean * mean;
     const real T = c_3 - mean * (c_2 - 2.0 * mean * mean);
-    const real offset = fabs(T) > 0.0 ? hopform_positive_root_real(P, fabs(T)) : (P < 0.0 ? sqrt(-P) : 0.0);
+    const real offset =
+        fabs_real(T) > 0.0 ? hopform_positive_root_real(P, fabs_real(T)) : (P < 0.0 ? sqrt_real(-P) : 0.0);
     real a = T > 0.0 ? mean + offset : mean - offset;
     real p = c_1 - a;
     real q = a > mean ? c_3 / a : c_2 - a * p;
@@ -461,11 +469,11 @@ static inline hopform_poles_real hopform_factor_cubic_real(real s_1, real s_2, r
         const real r_2 = c_2 - (q + a * p);
         const real r_3 = c_3 - a * q;
         const real chi = q - a * (p - a);
-        if (!(fabs(chi) > 0.0)) {
+        if (!(fabs_real(chi) > 0.0)) {
             break; /* three roots in one */
         }
         const real da = (r_3 - a * (r_2 - a * r_1)) / chi;
-        if (!(da * da < EPSILON)) {
+        if (!(da * da < HOPFORM_EPS_real)) {
             break;
         }
         q += r_2 - a * (r_1 - da) - p * da;

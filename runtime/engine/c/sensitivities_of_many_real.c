@@ -1,7 +1,8 @@
-/* {{ header }}
+/* SPDX-License-Identifier: MIT-0
  *
  * Derivatives of many stances, one after the other, from columns to one row of matrices.
  */
+#include "facts.h"
 #include "formulas_real.h"
 
 static real number(const hopform_input_real *column, int64_t i)
@@ -12,10 +13,11 @@ static real number(const hopform_input_real *column, int64_t i)
 
 static hopform_robot_real robot_of(const hopform_stances_in_real *in, int64_t i)
 {
+    const hopform_input_real *column = in->robot;
     hopform_robot_real robot;
-{% for quantity in program.record("Robot").quantities %}
-    robot.{{ quantity.name }} = number(&in->robot[{{ loop.index0 }}], i);
-{% endfor %}
+#define READ_PARAMETER(name, domain) robot.name = number(column++, i);
+    HOPFORM_ROBOT_MEMBERS(READ_PARAMETER)
+#undef READ_PARAMETER
     return robot;
 }
 
@@ -54,14 +56,15 @@ int32_t hopform_stances_sensitivities_real(int64_t count, const hopform_stances_
             const hopform_robot_real robot = robot_of(in, i);
             robot_status = hopform_plan_init_real(&plan, &robot);
         }
-        const hopform_state_real start = {number(&in->x1, i), number(&in->v1, i), number(&in->v2, i), number(&in->y, i)};
+        const hopform_state_real start = {number(&in->x1, i), number(&in->v1, i), number(&in->v2, i),
+                                          number(&in->y, i)};
         const hopform_step_real step = {0.0, number(&in->u, i)};
         hopform_stance_real stance;
         real *matrix = matrices + i * (HOPFORM_SENSITIVITY_ROWS * HOPFORM_SENSITIVITY_COLUMNS);
         status[i] = robot_status;
         if (status[i] == HOPFORM_OK) {
-            status[i] = hopform_solve_stance_real(&plan, &start, &step, 1, number(&in->horizon, i), in->max_phases, phases,
-                                                  capacity, &stance);
+            status[i] = hopform_solve_stance_real(&plan, &start, &step, 1, number(&in->horizon, i), in->max_phases,
+                                                  phases, capacity, &stance);
         }
         if (status[i] == HOPFORM_OK) {
             status[i] = hopform_stance_sensitivities_real(&plan, &step, phases, &stance, matrix);

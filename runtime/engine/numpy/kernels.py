@@ -1,4 +1,4 @@
-# {{ header }}
+# SPDX-License-Identifier: MIT-0
 """Primitives: the roots of the cubic as factors, and the response W of the poles to an impulse over time, by the regime that
 loses no digits. Every argument is an array of one dimension or a record of such arrays.
 """
@@ -9,6 +9,7 @@ import numpy as np
 
 from hopform_solver import formulas
 from hopform_solver.lanes import Array, blank, put, take
+from hopform_solver.limits import TERMS
 from hopform_solver.records import (
     Basis,
     Decay,
@@ -21,7 +22,6 @@ from hopform_solver.records import (
     ShiftedSeries,
 )
 
-TERMS = {np.dtype(np.float32): {{ terms_f32 }}, np.dtype(np.float64): {{ terms_f64 }}}
 # What is left of a series when its terms are below this adds nothing to sums above 1e-4, whichever lanes go together.
 LOST = {np.dtype(np.float32): 1e-13, np.dtype(np.float64): 1e-22}
 # 1/3!, -1/4!, 1/5!, ... as the Horner scheme wants them, the last one first.

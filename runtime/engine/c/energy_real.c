@@ -1,21 +1,22 @@
-/* {{ header }}
+/* SPDX-License-Identifier: MIT-0
  *
  * Energies and the ledger at any time of a stance.
  */
 #include <stdbool.h>
 
+#include "facts.h"
 #include "ledger_real.h"
 
-static void add(hopform_ledger_real *ledger, const hopform_ledger_real *part)
+static void energy_add_real(hopform_ledger_real *ledger, const hopform_ledger_real *part)
 {
-{% for quantity in program.record("Ledger").quantities %}
-    ledger->{{ quantity.name }} += part->{{ quantity.name }};
-{% endfor %}
+#define ADD_ENTRY(name, domain) ledger->name += part->name;
+    HOPFORM_LEDGER_MEMBERS(ADD_ENTRY)
+#undef ADD_ENTRY
 }
 
 /* Energy lost at the stop that phase n begins with, negative; 0 if it begins with something else. */
-static real loss_before(const hopform_plan_real *plan, const hopform_step_real *steps, const hopform_phase_real *phases,
-                        int32_t n)
+static real energy_loss_before_real(const hopform_plan_real *plan, const hopform_step_real *steps,
+                                    const hopform_phase_real *phases, int32_t n)
 {
     if (phases[n].event != HOPFORM_EVENT_X1_HITS_STOP) {
         return 0.0;
@@ -27,10 +28,11 @@ static real loss_before(const hopform_plan_real *plan, const hopform_step_real *
 }
 
 /* Nothing where nothing is known. */
-static int32_t refuse(int32_t count, hopform_energy_real *energies, hopform_ledger_real *ledgers, real *stop_losses)
+static int32_t energy_refuse_real(int32_t count, hopform_energy_real *energies, hopform_ledger_real *ledgers,
+                                  real *stop_losses)
 {
-    const hopform_energy_real none = {{ c.zeros(program.record("Energy")) }};
-    const hopform_ledger_real nothing = {{ c.zeros(program.record("Ledger")) }};
+    const hopform_energy_real none = {0};
+    const hopform_ledger_real nothing = {0};
     for (int32_t n = 0; n < count; n++) {
         energies[n] = none;
         if (ledgers != NULL && stop_losses != NULL) {
@@ -42,23 +44,23 @@ static int32_t refuse(int32_t count, hopform_energy_real *energies, hopform_ledg
 }
 
 int32_t hopform_stance_energy_real(const hopform_plan_real *plan, const hopform_step_real *steps,
-                                   const hopform_phase_real *phases, const hopform_stance_real *stance, const real *times,
-                                   int32_t count, hopform_energy_real *energies, hopform_ledger_real *ledgers,
-                                   real *stop_losses)
+                                   const hopform_phase_real *phases, const hopform_stance_real *stance,
+                                   const real *times, int32_t count, hopform_energy_real *energies,
+                                   hopform_ledger_real *ledgers, real *stop_losses)
 {
     const bool wanted = ledgers != NULL && stop_losses != NULL;
     if (plan == NULL || steps == NULL || phases == NULL || stance == NULL || times == NULL || energies == NULL
         || (ledgers == NULL) != (stop_losses == NULL)) {
         return HOPFORM_ERROR_NULL;
     }
-    hopform_ledger_real sum = {{ c.zeros(program.record("Ledger")) }};
+    hopform_ledger_real sum = {0};
     real loss = stance->start_loss;
     int32_t n = 0;
     for (int32_t i = 0; i < count; i++) {
         hopform_state_real state;
         const int32_t status = hopform_stance_at_real(plan, steps, phases, stance, times[i], &state);
         if (status < 0 || (wanted && i > 0 && times[i] < times[i - 1])) {
-            return refuse(count, energies, ledgers, stop_losses);
+            return energy_refuse_real(count, energies, ledgers, stop_losses);
         }
         energies[i] = hopform_energies_real(&plan->robot, &state);
         if (!wanted) {
@@ -68,14 +70,15 @@ int32_t hopform_stance_energy_real(const hopform_plan_real *plan, const hopform_
         for (; n < stance->phases_kept - 1 && phases[n + 1].t <= t; n++) {
             const hopform_ledger_real whole =
                 hopform_ledger_in_phase_real(plan, &phases[n], steps[phases[n].step].u, phases[n + 1].t - phases[n].t);
-            add(&sum, &whole);
-            loss += loss_before(plan, steps, phases, n + 1);
+            energy_add_real(&sum, &whole);
+            loss += energy_loss_before_real(plan, steps, phases, n + 1);
         }
         ledgers[i] = sum;
         stop_losses[i] = loss;
         if (t > phases[n].t) {
-            const hopform_ledger_real part = hopform_ledger_in_phase_real(plan, &phases[n], steps[phases[n].step].u, t - phases[n].t);
-            add(&ledgers[i], &part);
+            const hopform_ledger_real part =
+                hopform_ledger_in_phase_real(plan, &phases[n], steps[phases[n].step].u, t - phases[n].t);
+            energy_add_real(&ledgers[i], &part);
         }
     }
     return HOPFORM_OK;

@@ -1,0 +1,52 @@
+"""Engine sources and rendered templates, written in `real`, as C of one precision under one prefix.
+
+Four things change and nothing else: the word `real`, the suffix `_real`, literals without a suffix (in single precision:
+the shortest that reads back as the same number, with its f), and the prefix `hopform`. Lines keep their numbers, so that
+what a compiler or debugger says of an instance names the line of its source.
+"""
+
+import re
+import struct
+
+PRECISIONS = ("f32", "f64")
+TYPES = {"f32": "float", "f64": "double"}
+
+_TOKEN = re.compile(
+    r"(?P<comment>/\*.*?\*/)"
+    r'|(?P<string>"[^"\n]*"|#include[^\n]*)'
+    r"|(?P<number>(?<![\w.])(?:\d+\.\d*(?:[eE][+-]?\d+)?|\d+[eE][+-]?\d+)(?![\w.]))"
+    r"|(?P<word>[A-Za-z_]\w*)",
+    re.DOTALL,
+)
+
+
+def instantiate(text: str, precision: str, prefix: str = "hopform") -> str:
+    """A text in `real` as C in one precision."""
+
+    def token(match: re.Match[str]) -> str:
+        text = match.group()
+        if match.lastgroup == "number" and precision == "f32":
+            return single(float(text))
+        return TYPES[precision] if text == "real" else text
+
+    return with_prefix(re.sub(r"_real\b", f"_{precision}", _TOKEN.sub(token, text)), prefix)
+
+
+def with_prefix(text: str, prefix: str) -> str:
+    """Every public name under another prefix: hopform_solve -> NAME_solve, HOPFORM_H -> NAME_H."""
+    return text if prefix == "hopform" else text.replace("hopform", prefix).replace("HOPFORM", prefix.upper())
+
+
+def single(value: float) -> str:
+    """The shortest literal that reads back as this number in single precision.
+
+    >>> single(0.1), single(1e30)
+    ('0.1f', '1e30f')
+    """
+    nearest: float = struct.unpack("f", struct.pack("f", value))[0]
+    texts = (f"{nearest:.{digits}g}" for digits in range(1, 10))
+    text = next(text for text in texts if struct.unpack("f", struct.pack("f", float(text)))[0] == nearest)
+    if "e" in text:
+        mantissa, exponent = text.split("e")
+        text = f"{mantissa}e{int(exponent)}"
+    return (text if "." in text or "e" in text else text + ".0") + "f"

@@ -1,0 +1,1158 @@
+/* SPDX-License-Identifier: MIT-0
+ *
+ * A flight as a chain of phases: the body is ballistic, the actuator returns under the law or at the limit of its
+ * current, slips or is held. It ends at the first downward crossing of the ground ahead by the foot.
+ *
+ * Nothing is stepped over. In a phase v_1, the jerk and the rate of the law's pull are motions of the pair of poles
+ * alone. A phase in which the actuator slips ends at the latest where v_1 vanishes, within a half turn of the pair, so
+ * the jerk and the pull's rate change sign at most once in it. Between its change of sign the pull is monotone; between
+ * those of the jerk so is the foot's acceleration, between the roots of that its rate, between the roots of that the
+ * foot itself: each root is bracketed.
+ */
+#include "facts.h"
+#include "kernels_real.h"
+
+enum { MOST_POINTS_real = 9, MOST_TURNS_real = 3 };
+
+/* How a phase ends. */
+typedef enum {
+    FLIGHT_END_LIMIT_real,
+    END_VELOCITY_real,
+    FLIGHT_END_STOP_real,
+    END_PULL_real,
+    END_TOUCHDOWN_real
+} flight_end_kind_real;
+
+/* What has a root. */
+typedef enum {
+    VELOCITY_real,
+    JERK_real,
+    PULL_RATE_real,
+    WAY_real,
+    PULL_real,
+    FOOT_CURVATURE_real,
+    FOOT_RATE_real,
+    FOOT_real
+} function_of_time_real;
+
+/* Everything at one time of a phase. */
+typedef struct {
+    real t; /* since the phase began */
+    hopform_actuator_at_real actuator;
+    hopform_pull_real pull;
+    hopform_foot_at_real foot;
+} instant_real;
+
+/* A function of time and its first three derivatives. */
+typedef struct {
+    real value;
+    real rate;
+    real curvature;
+    real third;
+} sample_real;
+
+/* What is kept of an instant where there are many: the foot there, or the pull. The whole of it is looked up again by
+ * its time. */
+typedef struct {
+    real t;
+    real foot;
+    real rate;
+    real curvature;
+    real moved;
+} foot_point_real;
+
+typedef struct {
+    real t;
+    real pull;
+    real noise;
+} pull_point_real;
+
+typedef struct {
+    instant_real at;
+    flight_end_kind_real kind;
+    int limit; /* of END_PULL: what the motor does from here on */
+} flight_phase_end_real;
+
+/* The chain while it grows. */
+typedef struct {
+    const hopform_robot_real *robot;
+    hopform_gains_real gains;
+    hopform_flight_rates_real rates;
+    real largest;
+    real horizon;
+    real x1; /* at take-off, as the next two */
+    real y;
+    real v2;
+    real t;
+    hopform_actuator_real actuator;
+    hopform_ballistic_real ballistic;
+    hopform_poles_real poles;
+    instant_real first; /* of the phase */
+    real fastest;       /* rate of the poles */
+    int side;
+    int limit;
+    bool airborne;
+    real start_loss;
+    int32_t max_phases;
+    hopform_flight_phase_real *phases;
+    int32_t capacity;
+    int32_t count;
+    int32_t event_count;
+    real highest; /* of the foot, while it is not above the ground yet: where and when */
+    real highest_t;
+    hopform_state_real highest_state;
+    int32_t highest_count;
+    int32_t highest_event_count;
+} flight_chain_real;
+
+static int flight_sign_of_real(real value)
+{
+    return value > 0.0 ? 1 : (value < 0.0 ? -1 : 0);
+}
+
+/* x_1, which rounding or underflow may have put a last digit beyond a stop. */
+static real within_stroke_real(const hopform_robot_real *robot, real x1)
+{
+    if (x1 < robot->x1_min) {
+        return robot->x1_min;
+    }
+    return x1 > robot->x1_max ? robot->x1_max : x1;
+}
+
+static real stop_ahead_real(const hopform_robot_real *robot, int side)
+{
+    return side > 0 ? robot->x1_max : robot->x1_min;
+}
+
+/* ---- a phase over time ---- */
+
+/* The largest force of the motor, 0 if it has none. */
+static real largest_force_real(const hopform_robot_real *robot)
+{
+    if (!(fabs_real(robot->gamma2) > 0.0)) {
+        return 0.0;
+    }
+    const real force = fabs_real(robot->gamma2) * robot->u_max;
+    return hopform_lesser_real(force, HOPFORM_NEVER_real);
+}
+
+static hopform_poles_real poles_in_flight_real(const hopform_flight_rates_real *rates, int limit)
+{
+    const real p = limit == 0 ? rates->p_law : rates->p_free;
+    const real q = limit == 0 ? rates->q_law : 0.0;
+    const hopform_poles_real poles = {0.0, p, q, p, q, 0.0};
+    return poles;
+}
+
+/* R, its derivative and its integral; with q = 0 R is the integral of exp(-p t). */
+static hopform_pair_real response_at_real(const hopform_poles_real *poles, real t)
+{
+    if (!(t > 0.0)) {
+        const hopform_pair_real start = {1.0, 0.0, 0.0, 0.0, 0.0};
+        return start;
+    }
+    if (poles->q > 0.0) {
+        return hopform_pair_at_real(poles, t);
+    }
+    const hopform_decay_real decay = hopform_decay_at_real(poles->p, t);
+    const hopform_pair_real pair = {decay.e, decay.e1, decay.e2, decay.e3, 0.0};
+    return pair;
+}
+
+static hopform_actuator_at_real move_real(const hopform_actuator_real *actuator, const hopform_poles_real *poles,
+                                          int side, real t)
+{
+    if (side == 0) {
+        const hopform_actuator_at_real held = {0.0, 0.0, 0.0, 0.0};
+        return held;
+    }
+    const hopform_pair_real pair = response_at_real(poles, t);
+    return hopform_actuator_in_flight_real(actuator, poles, &pair);
+}
+
+static instant_real look_real(const flight_chain_real *chain, real t)
+{
+    instant_real now;
+    now.t = t;
+    now.actuator = move_real(&chain->actuator, &chain->poles, chain->side, t);
+    now.pull = hopform_pull_of_law_real(&chain->gains, &chain->actuator, &now.actuator);
+    now.foot = hopform_foot_in_flight_real(chain->robot, &chain->ballistic, &now.actuator, t);
+    return now;
+}
+
+static sample_real sample_of_real(const flight_chain_real *chain, const instant_real *at,
+                                  function_of_time_real function)
+{
+    const hopform_actuator_at_real *x = &at->actuator;
+    const real p = chain->poles.p;
+    const real q = chain->poles.q;
+    const real snap = -p * x->jerk1_t - q * x->acc1_t;
+    const real crackle = -p * snap - q * x->jerk1_t;
+    sample_real found;
+    switch (function) {
+    case VELOCITY_real:
+        found.value = x->v1_t;
+        found.rate = x->acc1_t;
+        found.curvature = x->jerk1_t;
+        found.third = snap;
+        break;
+    case JERK_real:
+        found.value = x->jerk1_t;
+        found.rate = snap;
+        found.curvature = crackle;
+        found.third = -p * crackle - q * snap;
+        break;
+    case PULL_RATE_real:
+        found.value = at->pull.pull_rate;
+        found.rate = at->pull.pull_curvature;
+        found.curvature = -p * at->pull.pull_curvature - q * at->pull.pull_rate;
+        found.third = -p * found.curvature - q * found.rate;
+        break;
+    case WAY_real:
+        found.value = x->moved;
+        found.rate = x->v1_t;
+        found.curvature = x->acc1_t;
+        found.third = x->jerk1_t;
+        break;
+    case PULL_real:
+        found.value = at->pull.pull;
+        found.rate = at->pull.pull_rate;
+        found.curvature = at->pull.pull_curvature;
+        found.third = -p * found.curvature - q * found.rate;
+        break;
+    case FOOT_CURVATURE_real:
+        found.value = at->foot.foot_curvature;
+        found.rate = -x->jerk1_t;
+        found.curvature = -snap;
+        found.third = -crackle;
+        break;
+    case FOOT_RATE_real:
+        found.value = at->foot.foot_rate;
+        found.rate = at->foot.foot_curvature;
+        found.curvature = -x->jerk1_t;
+        found.third = -snap;
+        break;
+    case FOOT_real:
+    default:
+        found.value = at->foot.foot_t;
+        found.rate = at->foot.foot_rate;
+        found.curvature = at->foot.foot_curvature;
+        found.third = -x->jerk1_t;
+        break;
+    }
+    return found;
+}
+
+/* ---- roots ---- */
+
+/* True if a step of Halley's method lands on the root: its error is the cube of the step times (f2/2)^2 - f3/6, over
+ * f1. What the higher derivatives add is of the order of the poles' rates. */
+static bool is_last_step_real(const flight_chain_real *chain, const sample_real *at, real step, real t)
+{
+    const real bend = 0.5 * step * at->curvature;
+    const real twist = step * step * at->third * at->rate / 6.0;
+    const real swift = chain->fastest * step;
+    const real size = at->rate * at->rate;
+    return bend * bend <= 1e-6 * size
+           && (bend * bend + fabs_real(twist) + swift * swift * size) * fabs_real(step)
+                  < 0.25 * HOPFORM_EPS_real * size * t; /* never true of what has faded to 0 */
+}
+
+/* The one root of sign (f - level) between a time where it is positive and one where it is negative, looked for from
+ * `last` on. */
+static instant_real root_from_real(const flight_chain_real *chain, function_of_time_real function, real sign,
+                                   real level, real low, real high, instant_real last)
+{
+    for (int n = 0; n < 100; n++) {
+        const sample_real at = sample_of_real(chain, &last, function);
+        const real value = sign * (at.value - level);
+        const real rate = sign * at.rate;
+        if (fabs_real(value)
+            <= HOPFORM_EPS_real * last.t * fabs_real(rate)) { /* Newton's step: Halley's is 0 at an extremum */
+            return last;
+        }
+        if (value > 0.0) {
+            low = last.t;
+        } else {
+            high = last.t;
+        }
+        const real below = rate * rate - 0.5 * value * sign * at.curvature;
+        const real step = fabs_real(below) > 0.0 ? value * rate / below : HOPFORM_NEVER_real;
+        real next = last.t - step;
+        const bool leaves = !(next > low && next < high) || (n > 8 && n % 2 == 1);
+        if (leaves) {
+            next = low + 0.5 * (high - low);
+        }
+        if (!(next > low && next < high)) {
+            return last;
+        }
+        const bool sure = !leaves && is_last_step_real(chain, &at, step, next);
+        last = look_real(chain, next);
+        if (sure) {
+            return last;
+        }
+    }
+    return last;
+}
+
+/* The same from its end on. */
+static instant_real root_between_real(const flight_chain_real *chain, function_of_time_real function, real sign,
+                                      real level, real low, const instant_real *end)
+{
+    return root_from_real(chain, function, sign, level, low, end->t, *end);
+}
+
+static foot_point_real foot_point_of_real(const instant_real *at)
+{
+    const foot_point_real point = {at->t, at->foot.foot_t, at->foot.foot_rate, at->foot.foot_curvature,
+                                   at->actuator.moved};
+    return point;
+}
+
+/* Where the foot's acceleration or its rate changes sign between two points, between which it does so at most once;
+ * false if it does not. */
+static bool changes_between_real(const flight_chain_real *chain, function_of_time_real function,
+                                 const foot_point_real *from, const foot_point_real *to, foot_point_real *root)
+{
+    const real before = function == FOOT_RATE_real ? from->rate : from->curvature;
+    const real after = function == FOOT_RATE_real ? to->rate : to->curvature;
+    if (!((before > 0.0 && after < 0.0) || (before < 0.0 && after > 0.0))) {
+        return false;
+    }
+    const instant_real end = look_real(chain, to->t);
+    const instant_real found = root_between_real(chain, function, before > 0.0 ? 1.0 : -1.0, 0.0, from->t, &end);
+    *root = foot_point_of_real(&found);
+    return root->t > from->t && root->t < to->t;
+}
+
+/* Put the roots of a function, monotone between the points, among them; the new number of points. */
+static int split_real(const flight_chain_real *chain, function_of_time_real function, foot_point_real *points,
+                      int count)
+{
+    for (int n = 0; n < count - 1 && count < MOST_POINTS_real; n++) {
+        foot_point_real root = points[n];
+        if (changes_between_real(chain, function, &points[n], &points[n + 1], &root)) {
+            for (int m = count; m > n + 1; m--) {
+                const foot_point_real before = points[m - 1];
+                points[m] = before;
+            }
+            points[n + 1] = root;
+            count++;
+            n++; /* between its root and the next point it keeps its sign */
+        }
+    }
+    return count;
+}
+
+/* The times at which a motion of the pair may first vanish; a half turn lies between its zeros. */
+typedef struct {
+    real half_turn;
+    real fast;
+} swing_real;
+
+static swing_real swing_of_real(const hopform_poles_real *poles)
+{
+    const real mean = 0.5 * poles->p;
+    const real square = mean * mean - poles->q;
+    swing_real found = {HOPFORM_NEVER_real, mean};
+    if (square < 0.0) {
+        found.half_turn = 3.14159265358979323846 / sqrt_real(-square);
+    } else {
+        found.fast = mean + sqrt_real(square);
+    }
+    return found;
+}
+
+/* Two real poles, and the slower one does not bring a motion of the pair, which begins so, to the other side. */
+static bool never_turns_real(const swing_real *pair, const sample_real *from)
+{
+    const real sign = from->value > 0.0 ? 1.0 : -1.0;
+    return !(pair->half_turn < HOPFORM_NEVER_real) && !(-sign * from->rate > pair->fast * fabs_real(from->value));
+}
+
+/* The first zero behind the start of the phase of a function that is a motion of the pair; false if there is none up to
+ * `until`. */
+static bool zero_of_pair_real(const flight_chain_real *chain, function_of_time_real function, real until,
+                              instant_real *zero)
+{
+    const sample_real from = sample_of_real(chain, &chain->first, function);
+    const swing_real pair = swing_of_real(&chain->poles);
+    const real sign = from.value > 0.0 ? 1.0 : -1.0;
+    const real falls = -sign * from.rate;
+    if (!(fabs_real(from.value) > 0.0)) { /* the next one is a half turn later */
+        *zero = pair.half_turn < until ? look_real(chain, pair.half_turn) : chain->first;
+        return pair.half_turn < until;
+    }
+    if (never_turns_real(&pair, &from)) {
+        return false;
+    }
+    const real longest = hopform_lesser_real(pair.half_turn, until);
+    real low = 0.0;
+    real reach = falls * longest > 1.5 * fabs_real(from.value) ? 1.5 * fabs_real(from.value) / falls : longest;
+    reach = hopform_greater_real(reach, longest * HOPFORM_EPS_real);
+    for (int n = 0; n < 60; n++) {
+        const instant_real end = look_real(chain, reach);
+        if (sign * sample_of_real(chain, &end, function).value < 0.0) {
+            *zero = root_between_real(chain, function, sign, 0.0, low, &end);
+            return true;
+        }
+        if (!(reach < longest)) {
+            *zero = end;
+            return pair.half_turn <= until; /* a half turn later it has the other sign, or is 0 to rounding */
+        }
+        low = reach;
+        reach = hopform_lesser_real(2.0 * reach, longest);
+    }
+    return false;
+}
+
+/* Where a function changes sign before the end of a phase, on both sides of which the functions whose rate it is are
+ * monotone. */
+static bool turns_before_real(const flight_chain_real *chain, function_of_time_real function, real last,
+                              instant_real *turn)
+{
+    return chain->side != 0 && zero_of_pair_real(chain, function, last, turn) && turn->t < last;
+}
+
+/* ---- the end of a phase ---- */
+
+/* Whether x_1 is at the stop ahead within rounding. */
+static bool is_at_stop_real(const flight_chain_real *chain, const instant_real *at)
+{
+    const real stop = stop_ahead_real(chain->robot, chain->side);
+    const real beyond = at->actuator.moved - (stop - chain->actuator.x1);
+    return hopform_is_finite_real(stop)
+           && fabs_real(beyond)
+                  <= 16.0 * HOPFORM_EPS_real
+                         * (fabs_real(stop) + fabs_real(chain->actuator.x1) + fabs_real(at->actuator.moved));
+}
+
+/* The stop ahead; x_1 is monotone in a phase, so it has met it if it is beyond it at the end. One that comes to rest
+ * there is at it when its velocity says so. */
+static void watch_stop_real(const flight_chain_real *chain, flight_phase_end_real *end)
+{
+    const real stop = stop_ahead_real(chain->robot, chain->side);
+    const real sign = (real)chain->side;
+    const real way = stop - chain->actuator.x1;
+    if (end->kind == END_VELOCITY_real && is_at_stop_real(chain, &end->at)) {
+        end->kind = FLIGHT_END_STOP_real;
+        return;
+    }
+    if (hopform_is_finite_real(stop) && sign * (end->at.actuator.moved - way) > 0.0) {
+        end->at = root_between_real(chain, WAY_real, -sign, way, 0.0, &end->at);
+        end->kind = FLIGHT_END_STOP_real;
+    }
+}
+
+static real noise_of_pull_real(const flight_chain_real *chain, const instant_real *at)
+{
+    return 16.0 * HOPFORM_EPS_real
+           * (chain->largest + chain->gains.Kp * (fabs_real(chain->actuator.x1) + fabs_real(at->actuator.moved))
+              + chain->gains.Kd * (fabs_real(chain->actuator.v1) + fabs_real(at->actuator.v1_t)));
+}
+
+static pull_point_real pull_point_of_real(const flight_chain_real *chain, const instant_real *at)
+{
+    const pull_point_real point = {at->t, at->pull.pull, noise_of_pull_real(chain, at)};
+    return point;
+}
+
+/* Where the pull passes the motor's limit of a side, outwards if that is the limit from there on, on pieces on which
+ * the pull is monotone; a touch is none. */
+static void watch_level_real(const flight_chain_real *chain, const pull_point_real *points, int count, int side,
+                             int limit, flight_phase_end_real *end)
+{
+    const real sign = (real)(limit != 0 ? side : -side);
+    const real level = (real)side * chain->largest;
+    for (int n = 1; n < count; n++) {
+        const real before = sign * (level - points[n - 1].pull);
+        const real after = sign * (level - points[n].pull);
+        if (after < -points[n].noise) {
+            const instant_real to = look_real(chain, before > 0.0 ? points[n].t : points[n - 1].t);
+            const instant_real root =
+                before > 0.0 ? root_between_real(chain, PULL_real, -sign, level, points[n - 1].t, &to) : to;
+            if (root.t < end->at.t) {
+                end->at = root;
+                end->kind = END_PULL_real;
+                end->limit = limit;
+            }
+            return;
+        }
+    }
+}
+
+/* Where the current reaches its limit or leaves it. */
+static void watch_pull_real(const flight_chain_real *chain, flight_phase_end_real *end)
+{
+    if (!(chain->gains.Kp > 0.0 || chain->gains.Kd > 0.0)) {
+        return;
+    }
+    pull_point_real points[MOST_TURNS_real] = {0};
+    instant_real turn = chain->first;
+    int count = 0;
+    points[count++] = pull_point_of_real(chain, &chain->first);
+    if (turns_before_real(chain, PULL_RATE_real, end->at.t, &turn)) {
+        points[count++] = pull_point_of_real(chain, &turn);
+    }
+    points[count++] = pull_point_of_real(chain, &end->at);
+    if (chain->limit == 0) {
+        watch_level_real(chain, points, count, 1, 1, end);
+        watch_level_real(chain, points, count, -1, -1, end);
+    } else {
+        watch_level_real(chain, points, count, chain->limit, 0, end);
+    }
+}
+
+static real noise_of_foot_real(const flight_chain_real *chain, real t, real moved)
+{
+    return 16.0 * HOPFORM_EPS_real
+           * (fabs_real(chain->ballistic.foot) + fabs_real(chain->ballistic.v2 * t) + 0.5 * chain->robot->g * t * t
+              + fabs_real(moved));
+}
+
+/* True if the foot certainly stays above the ground: the lower end of the body's parabola over the higher one of x_1.
+ */
+static bool stays_above_real(const flight_chain_real *chain, const instant_real *last)
+{
+    const real moved = last->actuator.moved;
+    const real fallen = last->foot.foot_t + moved;
+    return hopform_lesser_real(chain->ballistic.foot, fallen) - hopform_greater_real(moved, 0.0) > 0.0;
+}
+
+static hopform_state_real state_of_real(const flight_chain_real *chain, const instant_real *at)
+{
+    const real x1 = within_stroke_real(chain->robot, chain->actuator.x1 + at->actuator.moved);
+    const hopform_state_real state = {x1, at->actuator.v1_t, chain->v2 - chain->robot->g * (chain->t + at->t),
+                                      -at->foot.foot_t};
+    return state;
+}
+
+/* Time since take-off, not behind the horizon by rounding. */
+static real time_of_real(const flight_chain_real *chain, const instant_real *at)
+{
+    return hopform_lesser_real(chain->t + at->t, chain->horizon);
+}
+
+static void remember_highest_real(flight_chain_real *chain, const instant_real *at)
+{
+    if (at->foot.foot_t > chain->highest) {
+        chain->highest = at->foot.foot_t;
+        chain->highest_t = time_of_real(chain, at);
+        chain->highest_state = state_of_real(chain, at);
+        chain->highest_count = chain->count;
+        chain->highest_event_count = chain->event_count;
+    }
+}
+
+/* True if the foot's way is certainly concave: its acceleration, monotone because the jerk keeps its sign, is negative
+ * at both ends. */
+static bool is_concave_real(const flight_chain_real *chain, const instant_real *last)
+{
+    if (!(chain->first.foot.foot_curvature < 0.0 && last->foot.foot_curvature < 0.0)) {
+        return false;
+    }
+    const sample_real from = sample_of_real(chain, &chain->first, JERK_real);
+    const swing_real pair = swing_of_real(&chain->poles);
+    return chain->side == 0 || never_turns_real(&pair, &from) || from.value * last->actuator.jerk1_t > 0.0;
+}
+
+/* A concave way of the foot has one root behind its start; it is looked for from where the body alone would come down.
+ */
+static void land_real(const flight_chain_real *chain, flight_phase_end_real *end)
+{
+    const real v2 = chain->ballistic.v2;
+    const real g = chain->robot->g;
+    const real square = v2 * v2 + 2.0 * g * (chain->ballistic.foot - end->at.actuator.moved);
+    const real guess = square > 0.0 ? (v2 + sqrt_real(square)) / g : 0.0;
+    const instant_real from = guess > 0.0 && guess < end->at.t ? look_real(chain, guess) : end->at;
+    end->at = root_from_real(chain, FOOT_real, 1.0, 0.0, 0.0, end->at.t, from);
+    end->kind = END_TOUCHDOWN_real;
+}
+
+/* The foot's first downward crossing of the ground, or where it gets above it, on pieces on which it is monotone. */
+static void search_foot_real(flight_chain_real *chain, flight_phase_end_real *end)
+{
+    foot_point_real points[MOST_POINTS_real] = {0};
+    instant_real turn = chain->first;
+    int count = 0;
+    points[count++] = foot_point_of_real(&chain->first);
+    if (turns_before_real(chain, JERK_real, end->at.t, &turn)) {
+        points[count++] = foot_point_of_real(&turn);
+    }
+    points[count++] = foot_point_of_real(&end->at);
+    count = split_real(chain, FOOT_CURVATURE_real, points, count);
+    count = split_real(chain, FOOT_RATE_real, points, count);
+    for (int n = 1; n < count; n++) {
+        const foot_point_real *from = &points[n - 1];
+        const foot_point_real *to = &points[n];
+        const real noise = noise_of_foot_real(chain, to->t, to->moved);
+        const bool falls = to->foot < from->foot;
+        if (chain->airborne && falls && to->foot < 0.0 && (to->foot < -noise || to->rate * to->t < -noise)) {
+            const instant_real last = look_real(chain, from->foot > 0.0 ? to->t : from->t);
+            end->at = from->foot > 0.0 ? root_between_real(chain, FOOT_real, 1.0, 0.0, from->t, &last) : last;
+            end->kind = END_TOUCHDOWN_real;
+            return;
+        }
+        if (!chain->airborne) {
+            const instant_real there = look_real(chain, to->t);
+            remember_highest_real(chain, &there);
+            chain->airborne = to->foot > noise;
+        }
+    }
+}
+
+/* The foot's first downward crossing of the ground after it has been above it: the usual cases first. */
+static void watch_foot_real(flight_chain_real *chain, flight_phase_end_real *end)
+{
+    const hopform_foot_at_real *first = &chain->first.foot;
+    const real last = end->at.foot.foot_t;
+    if (chain->airborne && stays_above_real(chain, &end->at)) {
+        return;
+    }
+    const bool rises = !(first->foot_t < 0.0) && first->foot_rate > 0.0;
+    if ((chain->airborne ? first->foot_t > 0.0 : rises) && is_concave_real(chain, &end->at)) {
+        const real noise = noise_of_foot_real(chain, end->at.t, end->at.actuator.moved);
+        if (last > noise) {
+            chain->airborne = true;
+            return;
+        }
+        if (last < -noise && first->foot_t > 0.0) {
+            land_real(chain, end);
+            return;
+        }
+    }
+    search_foot_real(chain, end);
+}
+
+/* Up to when a phase may last: a foot that is above the ground is below it when not even the shortest leg would do. */
+static real longest_phase_real(const flight_chain_real *chain)
+{
+    const real until = chain->horizon - chain->t;
+    const real height = chain->ballistic.foot + (chain->actuator.x1 - chain->robot->x1_min);
+    if (!chain->airborne || !(height >= 0.0 && height <= HOPFORM_NEVER_real)) {
+        return until;
+    }
+    const real fallen = 1.01 * hopform_time_of_fall_real(chain->robot, chain->ballistic.v2, height);
+    return fallen < until && fallen > 0.0 ? fallen : until;
+}
+
+static flight_phase_end_real flight_find_end_real(flight_chain_real *chain)
+{
+    const real until = longest_phase_real(chain);
+    flight_phase_end_real end = {chain->first, FLIGHT_END_LIMIT_real, chain->limit};
+    if (chain->side != 0 && zero_of_pair_real(chain, VELOCITY_real, until, &end.at)) {
+        end.kind = END_VELOCITY_real;
+    } else {
+        end.at = look_real(chain, until);
+    }
+    if (chain->side != 0) {
+        watch_stop_real(chain, &end);
+        watch_pull_real(chain, &end);
+    }
+    watch_foot_real(chain, &end);
+    return end;
+}
+
+/* ---- the chain ---- */
+
+static void flight_record_real(flight_chain_real *chain, int event)
+{
+    if (chain->count < chain->capacity) {
+        hopform_flight_phase_real *phase = &chain->phases[chain->count];
+        phase->t = chain->t;
+        phase->x1 = chain->actuator.x1;
+        phase->v1 = chain->actuator.v1;
+        phase->acc1 = chain->actuator.acc1;
+        phase->side = (int8_t)chain->side;
+        phase->limit = (int8_t)chain->limit;
+        phase->event = (int8_t)event;
+        phase->spare = 0;
+    }
+    if (event != HOPFORM_EVENT_NONE && chain->count < chain->max_phases && chain->event_count < chain->count) {
+        chain->event_count++;
+    }
+    chain->count++;
+}
+
+static bool flight_blocked_real(const hopform_robot_real *robot, real x1, int side)
+{
+    const bool locked = !(robot->x1_min < robot->x1_max);
+    return locked || (side < 0 && x1 <= robot->x1_min) || (side > 0 && x1 >= robot->x1_max);
+}
+
+/* The acceleration under what the motor does now, with the friction of a side. */
+static real acceleration_of_real(const flight_chain_real *chain, int side)
+{
+    return chain->limit == 0 ? hopform_acceleration_under_law_real(chain->robot, &chain->rates, chain->actuator.x1,
+                                                                   chain->actuator.v1, (real)side)
+                             : hopform_acceleration_at_limit_real(chain->robot, &chain->rates, chain->actuator.v1,
+                                                                  (real)side, (real)chain->limit);
+}
+
+/* Whether the motor is at its limit: where its pull is there exactly, the way in which that changes decides. */
+static void choose_limit_real(flight_chain_real *chain)
+{
+    const real pull = chain->gains.Kp * chain->actuator.x1 + chain->gains.Kd * chain->actuator.v1;
+    chain->limit = pull > chain->largest ? 1 : (pull < -chain->largest ? -1 : 0);
+    if (chain->limit == 0 && !(fabs_real(pull) < chain->largest) && chain->side != 0) {
+        const real rate =
+            chain->gains.Kp * chain->actuator.v1 + chain->gains.Kd * acceleration_of_real(chain, chain->side);
+        chain->limit = rate * pull > 0.0 ? flight_sign_of_real(pull) : 0;
+    }
+}
+
+/* An actuator at rest: held while the free acceleration is within the friction, which never changes as long as it is
+ * held. */
+static void flight_settle_real(flight_chain_real *chain)
+{
+    const real f1 = chain->robot->f1;
+    const real free = acceleration_of_real(chain, 0);
+    const int side = free > f1 ? 1 : (free < -f1 ? -1 : 0);
+    chain->side = flight_blocked_real(chain->robot, chain->actuator.x1, side) ? 0 : side;
+    chain->actuator.acc1 = chain->side == 0 ? 0.0 : acceleration_of_real(chain, chain->side);
+}
+
+/* The actuator has come to rest. Without dry friction its acceleration goes on as it was. */
+static void rest_real(flight_chain_real *chain, flight_end_kind_real kind)
+{
+    const hopform_robot_real *robot = chain->robot;
+    const int before = chain->side;
+    const real stop = stop_ahead_real(robot, before);
+    const real acceleration = chain->actuator.acc1;
+    chain->actuator.v1 = 0.0;
+    if (kind == FLIGHT_END_STOP_real) {
+        chain->actuator.x1 = stop;
+        choose_limit_real(chain);
+        flight_settle_real(chain);
+        flight_record_real(chain, HOPFORM_EVENT_X1_HITS_STOP);
+        return;
+    }
+    flight_settle_real(chain);
+    if (!(robot->f1 > 0.0)) {
+        const int side = flight_sign_of_real(acceleration);
+        chain->side = flight_blocked_real(robot, chain->actuator.x1, side) ? 0 : side;
+        chain->actuator.acc1 = chain->side == 0 ? 0.0 : acceleration;
+    }
+    flight_record_real(chain, chain->side == 0
+                                  ? HOPFORM_EVENT_X1_STICKS
+                                  : (chain->side != before ? HOPFORM_EVENT_X1_REVERSES : HOPFORM_EVENT_NONE));
+}
+
+/* Body and foot where the next phase begins: from the take-off, so that nothing adds up. */
+static void place_body_real(flight_chain_real *chain)
+{
+    const real g = chain->robot->g;
+    chain->ballistic.v2 = chain->v2 - g * chain->t;
+    chain->ballistic.foot = (chain->x1 - chain->actuator.x1) + (chain->v2 - 0.5 * g * chain->t) * chain->t - chain->y;
+    chain->poles = poles_in_flight_real(&chain->rates, chain->limit);
+    chain->fastest = chain->side == 0 ? 0.0 : chain->poles.p + sqrt_real(chain->poles.q);
+    chain->first = look_real(chain, 0.0);
+}
+
+/* What the actuator does at the start; no event. */
+static void flight_begin_real(flight_chain_real *chain)
+{
+    const hopform_robot_real *robot = chain->robot;
+    chain->side = flight_sign_of_real(chain->actuator.v1);
+    if (chain->side != 0 && flight_blocked_real(robot, chain->actuator.x1, chain->side)) {
+        chain->start_loss = -0.5 * robot->m_eff * chain->actuator.v1 * chain->actuator.v1;
+        chain->actuator.v1 = 0.0;
+        chain->side = 0;
+    }
+    choose_limit_real(chain);
+    if (chain->side == 0) {
+        flight_settle_real(chain);
+    } else {
+        chain->actuator.acc1 = acceleration_of_real(chain, chain->side);
+    }
+    flight_record_real(chain, HOPFORM_EVENT_NONE);
+}
+
+/* True if the foot cannot come as high again as it was: the body falls, and is too low for the shortest leg. */
+static bool too_low_real(const flight_chain_real *chain)
+{
+    const real shortest = chain->actuator.x1 - chain->robot->x1_min;
+    return !chain->airborne && chain->ballistic.v2 < 0.0 && hopform_is_finite_real(shortest)
+           && chain->ballistic.foot + shortest < chain->highest;
+}
+
+static int32_t trip_real(flight_chain_real *chain, hopform_state_real *end)
+{
+    *end = chain->highest_state;
+    chain->t = chain->highest_t;
+    chain->count = chain->highest_count;
+    chain->event_count = chain->highest_event_count;
+    return HOPFORM_FLIGHT_TRIPPED;
+}
+
+static int32_t flight_run_real(flight_chain_real *chain, hopform_state_real *end_state)
+{
+    bool first = true;
+    flight_begin_real(chain);
+    while (chain->count <= chain->max_phases) {
+        place_body_real(chain);
+        if (first) {
+            remember_highest_real(chain, &chain->first);
+            first = false;
+        }
+        if (too_low_real(chain)) {
+            return trip_real(chain, end_state);
+        }
+        const flight_phase_end_real end = flight_find_end_real(chain);
+        const instant_real last = end.at;
+        *end_state = state_of_real(chain, &last);
+        chain->t = end.kind == FLIGHT_END_LIMIT_real ? chain->horizon : time_of_real(chain, &last);
+        if (end.kind == END_TOUCHDOWN_real) {
+            end_state->y = 0.0;
+            return HOPFORM_FLIGHT_TOUCHDOWN;
+        }
+        if (end.kind == FLIGHT_END_LIMIT_real) {
+            return chain->airborne ? HOPFORM_FLIGHT_HORIZON : trip_real(chain, end_state);
+        }
+        chain->actuator.x1 = within_stroke_real(chain->robot, chain->actuator.x1 + last.actuator.moved);
+        chain->actuator.v1 = last.actuator.v1_t;
+        chain->actuator.acc1 = last.actuator.acc1_t;
+        if (end.kind == END_PULL_real) {
+            chain->limit = end.limit;
+            flight_record_real(chain,
+                               end.limit == 0 ? HOPFORM_FLIGHT_EVENT_U_DESATURATES : HOPFORM_FLIGHT_EVENT_U_SATURATES);
+        } else {
+            rest_real(chain, end.kind);
+        }
+    }
+    chain->count--;
+    return HOPFORM_FLIGHT_TOO_MANY_PHASES;
+}
+
+/* ---- what users call ---- */
+
+static const hopform_flight_real nothing_real = {
+    {0.0, 0.0}, {0.0, 0.0, 0.0, 0.0}, 0.0, {0.0, 0.0, 0.0, 0.0}, 0.0, 0.0, 0.0, 0.0, 0.0, 0, 0, 0, 0};
+
+static bool gains_are_sound_real(const hopform_gains_real *gains)
+{
+    return gains->Kp >= 0.0 && gains->Kp <= HOPFORM_NEVER_real && gains->Kd >= 0.0 && gains->Kd <= HOPFORM_NEVER_real;
+}
+
+/* Gains of a return that is settled 50 ms before the touchdown on the ground that was left, in 20 ms at least. */
+static hopform_gains_real gains_for_real(const hopform_robot_real *robot, const hopform_state_real *start)
+{
+    const real time =
+        hopform_time_of_fall_real(robot, start->v2, start->x1) - 0.05; /* NaN where it does not rise that high */
+    return hopform_critical_gains_real(robot, hopform_greater_real(time, 0.02));
+}
+
+static void flight_report_real(const flight_chain_real *chain, int32_t ending, const hopform_state_real *end,
+                               hopform_flight_real *flight)
+{
+    const real g = chain->robot->g;
+    const real top = hopform_lesser_real(hopform_greater_real(chain->v2, 0.0) / g, chain->t);
+    flight->gains = chain->gains;
+    flight->duration = chain->t;
+    flight->end = *end;
+    flight->v2_after =
+        ending == HOPFORM_FLIGHT_TOUCHDOWN ? hopform_velocity_after_impact_real(chain->robot, end->v2) : end->v2;
+    flight->apex_time = top;
+    flight->apex = chain->x1 - chain->y + (chain->v2 - 0.5 * g * top) * top;
+    flight->impact_loss = ending == HOPFORM_FLIGHT_TOUCHDOWN
+                              ? -0.5 * chain->robot->m_s * end->v2 * end->v2 * chain->robot->impact_loss
+                              : 0.0;
+    flight->start_loss = chain->start_loss;
+    flight->ending = ending;
+    flight->phase_count = chain->count;
+    flight->phases_kept = chain->count < chain->capacity ? chain->count : chain->capacity;
+    flight->event_count = chain->event_count;
+}
+
+/* Numbers out of range leave no phase, or show here. */
+static bool is_sound_real(const hopform_flight_real *flight)
+{
+    const real numbers[] = {flight->duration,    flight->end.x1,    flight->end.v1, flight->end.v2,
+                            flight->end.y,       flight->v2_after,  flight->apex,   flight->apex_time,
+                            flight->impact_loss, flight->start_loss};
+    bool sound = flight->phase_count > 0;
+    for (size_t n = 0; n < sizeof numbers / sizeof numbers[0]; n++) {
+        sound = sound && hopform_is_finite_real(numbers[n]);
+    }
+    return sound;
+}
+
+int32_t hopform_design_return_real(const hopform_plan_real *plan, real time, hopform_gains_real *gains)
+{
+    if (plan == NULL || gains == NULL) {
+        return HOPFORM_ERROR_NULL;
+    }
+    gains->Kp = 0.0;
+    gains->Kd = 0.0;
+    if (plan->made != HOPFORM_PLAN_MADE) {
+        return HOPFORM_ERROR_ROBOT;
+    }
+    if (!(time > 0.0 && time <= HOPFORM_NEVER_real)) {
+        return HOPFORM_ERROR_TIME;
+    }
+    const hopform_gains_real found = hopform_critical_gains_real(&plan->robot, time);
+    if (!gains_are_sound_real(&found)) {
+        return HOPFORM_ERROR_NUMBERS;
+    }
+    *gains = found;
+    return HOPFORM_OK;
+}
+
+int32_t hopform_solve_flight_real(const hopform_plan_real *plan, const hopform_state_real *start,
+                                  const hopform_gains_real *gains, real horizon, int32_t max_phases,
+                                  hopform_flight_phase_real *phases, int32_t capacity, hopform_flight_real *flight)
+{
+    if (plan == NULL || start == NULL || flight == NULL || (phases == NULL && capacity > 0)) {
+        return HOPFORM_ERROR_NULL;
+    }
+    *flight = nothing_real;
+    const hopform_robot_real *robot = &plan->robot;
+    if (plan->made != HOPFORM_PLAN_MADE || !(robot->g > 0.0)) {
+        return HOPFORM_ERROR_ROBOT;
+    }
+    if (!hopform_is_finite_real(start->x1) || !hopform_is_finite_real(start->v1) || !hopform_is_finite_real(start->v2)
+        || !hopform_is_finite_real(start->y) || !(start->x1 >= robot->x1_min && start->x1 <= robot->x1_max)) {
+        return HOPFORM_ERROR_STATE;
+    }
+    if (!(horizon > 0.0 && horizon <= HOPFORM_NEVER_real) || max_phases < 1 || capacity < 0) {
+        return HOPFORM_ERROR_HORIZON;
+    }
+    if (gains != NULL && !gains_are_sound_real(gains)) {
+        return HOPFORM_ERROR_GAINS;
+    }
+    flight_chain_real chain = {0};
+    chain.robot = robot;
+    chain.largest = largest_force_real(robot);
+    if (chain.largest > 0.0) {
+        chain.gains = gains != NULL ? *gains : gains_for_real(robot, start);
+    }
+    chain.rates = hopform_flight_rates_of_real(robot, &chain.gains, chain.largest);
+    chain.horizon = horizon;
+    chain.x1 = start->x1;
+    chain.y = start->y;
+    chain.v2 = start->v2;
+    chain.actuator.x1 = start->x1;
+    chain.actuator.v1 = start->v1;
+    chain.airborne = start->y < 0.0;
+    chain.max_phases = max_phases;
+    chain.phases = phases;
+    chain.capacity = capacity;
+    chain.highest = -HOPFORM_NEVER_real;
+    hopform_state_real end = *start;
+    const int32_t ending = flight_run_real(&chain, &end);
+    flight_report_real(&chain, ending, &end, flight);
+    flight->start = *start;
+    if (!is_sound_real(flight)) {
+        *flight = nothing_real;
+        return HOPFORM_ERROR_NUMBERS;
+    }
+    return flight->phases_kept < flight->phase_count ? HOPFORM_PHASES_NOT_KEPT : HOPFORM_OK;
+}
+
+/* ---- the flight at a time ---- */
+
+static int32_t phase_index_real(const hopform_flight_phase_real *phases, int32_t count, real t)
+{
+    int32_t low = 0;
+    int32_t high = count - 1;
+    while (low < high) {
+        const int32_t middle = (int32_t)(((uint32_t)low + (uint32_t)high + 1u) / 2u);
+        if (phases[middle].t <= t) {
+            low = middle;
+        } else {
+            high = middle - 1;
+        }
+    }
+    return low;
+}
+
+static hopform_actuator_at_real actuator_in_phase_real(const hopform_flight_rates_real *rates,
+                                                       const hopform_flight_phase_real *phase, real t)
+{
+    const hopform_actuator_real start = {phase->x1, phase->v1, phase->acc1};
+    const hopform_poles_real poles = poles_in_flight_real(rates, phase->limit);
+    return move_real(&start, &poles, phase->side, t);
+}
+
+static bool can_be_read_real(const hopform_plan_real *plan, const hopform_flight_real *flight, const real *times,
+                             int32_t count)
+{
+    bool sound =
+        plan->made == HOPFORM_PLAN_MADE && flight->phases_kept >= flight->phase_count && flight->phase_count > 0;
+    for (int32_t n = 0; n < count; n++) {
+        sound = sound && times[n] >= 0.0 && times[n] <= flight->duration;
+    }
+    return sound;
+}
+
+int32_t hopform_flight_at_real(const hopform_plan_real *plan, const hopform_flight_phase_real *phases,
+                               const hopform_flight_real *flight, const real *times, int32_t count,
+                               hopform_state_real *states)
+{
+    if (plan == NULL || phases == NULL || flight == NULL || ((times == NULL || states == NULL) && count > 0)) {
+        return HOPFORM_ERROR_NULL;
+    }
+    if (!can_be_read_real(plan, flight, times, count)) {
+        const hopform_state_real none = {0.0, 0.0, 0.0, 0.0};
+        for (int32_t n = 0; n < count; n++) {
+            states[n] = none;
+        }
+        return HOPFORM_ERROR_TIME;
+    }
+    const hopform_flight_rates_real rates =
+        hopform_flight_rates_of_real(&plan->robot, &flight->gains, largest_force_real(&plan->robot));
+    const real g = plan->robot.g;
+    for (int32_t n = 0; n < count; n++) {
+        const real t = times[n];
+        const hopform_flight_phase_real *phase = &phases[phase_index_real(phases, flight->phases_kept, t)];
+        const hopform_actuator_at_real at = actuator_in_phase_real(&rates, phase, t - phase->t);
+        const real moved = (phase->x1 - flight->start.x1) + at.moved;
+        states[n].x1 = within_stroke_real(&plan->robot, phase->x1 + at.moved);
+        states[n].v1 = at.v1_t;
+        states[n].v2 = flight->start.v2 - g * t;
+        states[n].y = flight->start.y - ((flight->start.v2 - 0.5 * g * t) * t - moved);
+    }
+    return HOPFORM_OK;
+}
+
+/* ---- energy ---- */
+
+/* Integrals of v^2, v a and a^2 over a part of a phase. */
+typedef struct {
+    real vv;
+    real va;
+    real aa;
+} squares_real;
+
+/* Over a short time: the power series of (v^2, v a, a^2), each the derivative of the one before. */
+static squares_real short_squares_real(const hopform_poles_real *poles, real v, real a, real h)
+{
+    squares_real term = {v * v * h, v * a * h, a * a * h};
+    squares_real sum = term;
+    for (int n = 2; n < 26; n++) {
+        const real share = h / (real)n;
+        const squares_real next = {2.0 * term.va * share, (term.aa - poles->p * term.va - poles->q * term.vv) * share,
+                                   -2.0 * (poles->p * term.aa + poles->q * term.va) * share};
+        term = next;
+        sum.vv += term.vv;
+        sum.va += term.va;
+        sum.aa += term.aa;
+    }
+    return sum;
+}
+
+/* Integral of v_1^2 over the first t of a phase, I(2h) = I(h) + Phi(h) I(h) Phi(h)^T for z = (v, a) as in the stance's
+ * ledger. */
+static real square_of_velocity_real(const hopform_poles_real *poles, const hopform_flight_phase_real *phase, real t)
+{
+    if (phase->side == 0) {
+        return 0.0;
+    }
+    const real fastest = poles->p + sqrt_real(poles->q);
+    int doublings = 0;
+    real h = t;
+    while (fastest * h > 0.5 && doublings < 200) {
+        h *= 0.5;
+        doublings++;
+    }
+    squares_real sum = short_squares_real(poles, phase->v1, phase->acc1, h);
+    for (; doublings > 0; doublings--) {
+        const hopform_pair_real pair = response_at_real(poles, h);
+        const real vv = pair.Rd + poles->p * pair.R;
+        const real va = pair.R;
+        const real av = -poles->q * pair.R;
+        const real aa = pair.Rd;
+        const squares_real moved = {vv * vv * sum.vv + 2.0 * vv * va * sum.va + va * va * sum.aa,
+                                    vv * av * sum.vv + (vv * aa + va * av) * sum.va + va * aa * sum.aa,
+                                    av * av * sum.vv + 2.0 * av * aa * sum.va + aa * aa * sum.aa};
+        sum.vv += moved.vv;
+        sum.va += moved.va;
+        sum.aa += moved.aa;
+        h *= 2.0;
+    }
+    return sum.vv;
+}
+
+static hopform_flight_ledger_real ledger_in_phase_real(const hopform_plan_real *plan, const hopform_gains_real *gains,
+                                                       real largest, const hopform_flight_phase_real *phase, real t)
+{
+    const hopform_flight_rates_real rates = hopform_flight_rates_of_real(&plan->robot, gains, largest);
+    const hopform_poles_real poles = poles_in_flight_real(&rates, phase->limit);
+    const hopform_actuator_at_real at = actuator_in_phase_real(&rates, phase, t);
+    const hopform_way_real way = {at.moved, square_of_velocity_real(&poles, phase, t)};
+    return hopform_flight_ledger_of_real(&plan->robot, gains, largest, phase->x1, (real)phase->side, (real)phase->limit,
+                                         &way);
+}
+
+static void flight_add_real(hopform_flight_ledger_real *ledger, const hopform_flight_ledger_real *part)
+{
+#define ADD_ENTRY(name, domain) ledger->name += part->name;
+    HOPFORM_FLIGHT_LEDGER_MEMBERS(ADD_ENTRY)
+#undef ADD_ENTRY
+}
+
+/* Energy lost at the stop that a phase begins with, negative; 0 if it begins with something else. */
+static real flight_loss_before_real(const hopform_plan_real *plan, const hopform_gains_real *gains, real largest,
+                                    const hopform_flight_phase_real *before, const hopform_flight_phase_real *phase)
+{
+    if (phase->event != HOPFORM_EVENT_X1_HITS_STOP) {
+        return 0.0;
+    }
+    const hopform_flight_rates_real rates = hopform_flight_rates_of_real(&plan->robot, gains, largest);
+    const real v1 = actuator_in_phase_real(&rates, before, phase->t - before->t).v1_t;
+    return -0.5 * plan->robot.m_eff * v1 * v1;
+}
+
+/* Whether times can be read, and do not decrease. */
+static bool can_be_followed_real(const hopform_plan_real *plan, const hopform_flight_real *flight, const real *times,
+                                 int32_t count)
+{
+    bool sound = can_be_read_real(plan, flight, times, count);
+    for (int32_t n = 1; n < count; n++) {
+        sound = sound && times[n] >= times[n - 1];
+    }
+    return sound;
+}
+
+int32_t hopform_flight_energy_real(const hopform_plan_real *plan, const hopform_flight_phase_real *phases,
+                                   const hopform_flight_real *flight, const real *times, int32_t count,
+                                   hopform_energy_real *energies, hopform_flight_ledger_real *ledgers,
+                                   real *stop_losses)
+{
+    if (plan == NULL || phases == NULL || flight == NULL
+        || ((times == NULL || energies == NULL || ledgers == NULL || stop_losses == NULL) && count > 0)) {
+        return HOPFORM_ERROR_NULL;
+    }
+    if (!can_be_followed_real(plan, flight, times, count)) {
+        const hopform_energy_real none = {0};
+        const hopform_flight_ledger_real empty = {0};
+        for (int32_t n = 0; n < count; n++) {
+            energies[n] = none;
+            ledgers[n] = empty;
+            stop_losses[n] = 0.0;
+        }
+        return HOPFORM_ERROR_TIME;
+    }
+    const hopform_gains_real *gains = &flight->gains;
+    const real largest = largest_force_real(&plan->robot);
+    hopform_flight_ledger_real sum = {0};
+    real loss = flight->start_loss;
+    int32_t n = 0;
+    for (int32_t i = 0; i < count; i++) {
+        for (; n < flight->phases_kept - 1 && phases[n + 1].t <= times[i]; n++) {
+            const hopform_flight_ledger_real whole =
+                ledger_in_phase_real(plan, gains, largest, &phases[n], phases[n + 1].t - phases[n].t);
+            flight_add_real(&sum, &whole);
+            loss += flight_loss_before_real(plan, gains, largest, &phases[n], &phases[n + 1]);
+        }
+        const hopform_flight_ledger_real part =
+            ledger_in_phase_real(plan, gains, largest, &phases[n], times[i] - phases[n].t);
+        ledgers[i] = sum;
+        flight_add_real(&ledgers[i], &part);
+        stop_losses[i] = loss;
+        hopform_state_real state = flight->start;
+        (void)hopform_flight_at_real(plan, phases, flight, &times[i], 1, &state);
+        energies[i] = hopform_flight_energies_real(&plan->robot, state.v1, state.v2, state.x1 - state.y);
+    }
+    return HOPFORM_OK;
+}

@@ -1,0 +1,68 @@
+/* SPDX-License-Identifier: MIT-0
+ *
+ * A mode as a linear system: z = (1, x_1 - x_1(0), y, v_1, v_2) obeys z' = M z within a phase, and Phi(h) = exp(M h).
+ */
+#ifndef HOPFORM_LINEAR_H_real
+#define HOPFORM_LINEAR_H_real
+
+#include "axes.h"
+#include "phase_real.h"
+#include "series_real.h"
+
+typedef struct {
+    real at[Z_SIZE][Z_SIZE];
+} hopform_matrix_real;
+
+/* Phi(h) of a mode: its columns are the motions from rest under the drive and from unit initial values. */
+static inline hopform_matrix_real
+hopform_transition_real(const hopform_plan_real *plan, const hopform_drive_real *drive, int side_1, int side_2, real h)
+{
+    const hopform_basis_real basis = hopform_basis_at_real(hopform_poles_of_real(plan, side_1, side_2), h);
+    const hopform_drive_real none = {0.0, 0.0};
+    hopform_matrix_real phi = {{{0}}};
+    phi.at[Z_ONE][Z_ONE] = 1.0;
+    phi.at[Z_X][Z_X] = 1.0;
+    for (int column = Z_ONE; column < Z_SIZE; column++) {
+        if (column == Z_X || (column == Z_V1 && side_1 == 0) || (column == Z_V2 && side_2 == 0)) {
+            continue;
+        }
+        const hopform_state_real start = {0.0, column == Z_V1 ? 1.0 : 0.0, column == Z_V2 ? 1.0 : 0.0,
+                                          column == Z_Y ? 1.0 : 0.0};
+        const hopform_motion_real motion =
+            hopform_motion_under_real(&plan->rates, column == Z_ONE ? drive : &none, &start, side_1, side_2);
+        const hopform_state_real end = hopform_arrive_real(&start, &motion, &basis, side_1, side_2);
+        phi.at[Z_X][column] = end.x1;
+        phi.at[Z_Y][column] = end.y;
+        phi.at[Z_V1][column] = end.v1;
+        phi.at[Z_V2][column] = end.v2;
+    }
+    return phi;
+}
+
+/* Gauss's rule over 0 .. 1 (Abramowitz and Stegun, Handbook of Mathematical Functions, 25.4.30): exact to rounding for
+ * a product of two motions over a time in which neither turns or fades by more than a factor of e^4. */
+static const real hopform_place_real[HOPFORM_NODES_real] = {HOPFORM_GAUSS_PLACES_real};
+
+static const real hopform_weight_real[HOPFORM_NODES_real] = {HOPFORM_GAUSS_WEIGHTS_real};
+
+/* How often t is to be halved until the rule is exact: no pole is further from 0 than s_1 + sqrt(s_2). */
+static inline int hopform_doublings_real(const hopform_poles_real *poles, real t)
+{
+    const real fastest = poles->s_1 + sqrt_real(poles->s_2);
+    int doublings = 0;
+    while (fastest * t > 4.0 && doublings < 200) {
+        t *= 0.5;
+        doublings++;
+    }
+    return doublings;
+}
+
+static inline real hopform_halved_real(real t, int times)
+{
+    for (; times > 0; times--) {
+        t *= 0.5;
+    }
+    return t;
+}
+
+#endif
