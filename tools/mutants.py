@@ -250,8 +250,8 @@ MUTANTS = (
     Mutant(
         "C: a leg that two masses stretch alike is not watched",
         "runtime/engine/c/stance_real.c",
-        "if (!rings && (chain->side_1 < 0 || chain->side_2 > 0 || chain->state.y < 0.0)) {",
-        "if (!rings && chain->side_1 < 0 && chain->side_2 > 0) {",
+        "&& (chain->side_1 < 0 || chain->side_2 > 0 || chain->state.y < 0.0)) {",
+        "&& chain->side_1 < 0 && chain->side_2 > 0) {",
     ),
     Mutant(
         "C: a late take-off has the digits that the start and the rise leave it",
