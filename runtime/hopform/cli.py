@@ -24,7 +24,9 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
 import hopform
 from hopform import cli_export, figures_command, tables, tables_control
+from hopform.files import Named, check_files, write
 from hopform.hopping import csv_of
+from hopform.robots import file_of as robot_file
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -311,7 +313,7 @@ def stance(
     plot: Plot = None,
 ) -> None:
     """Solve one stance: its phases, events, ending, apex and energy ledger."""
-    check_outputs(json, csv, plot)
+    check_outputs(json, csv, plot, reads=[("--robot", robot_file(robot))])
     if u and u_steps:
         raise hopform.HopformError("give either --u or --u-steps")
     hopper = hopform.load_robot(robot)
@@ -372,7 +374,15 @@ def hop(
     The terrain is flat, steps, uniform, gaussian (with --size and --seed) or a CSV file of heights. The controllers: constant
     (--u), exact (the energy-based feedforward), printed (the same as the paper prints it), return-map (Hopper B's first one).
     """
-    check_outputs(json, csv, plot, hops_csv, npz)
+    check_outputs(
+        json, csv, plot,
+        reads=[
+            ("--robot", robot_file(robot)),
+            ("--model", None if model is None else robot_file(model)),
+            ("--terrain", None if terrain in hopform.terrain.NAMES else terrain),
+        ],
+        more=[("--hops-csv", hops_csv), ("--npz", npz)],
+    )  # fmt: skip
     hopper = hopform.load_robot(robot)
     ground = terrain_of(terrain, size, hops, seed)
     asked = controller_of(controller, u, h_des, stop_margin, horizon, backend)
@@ -419,13 +429,18 @@ def identify(
 ) -> None:
     """Identify a robot from CSV recordings: drop tests, step responses, slow ramps of the current, or all together."""
     from hopform.identification import command
-    from hopform.identification.report import check_suffix
+    from hopform.identification.report import check_suffix, paths_of
 
-    check_outputs(json, str(out) if out else None, plot)
+    pages: list[Named] = []
     if report is not None:
         check_suffix(report)
-        check_outputs(json, str(report), plot)
         figures()
+        pages += zip(("--report", "the picture of --report"), paths_of(report), strict=False)
+    check_outputs(
+        json, plot=plot,
+        reads=[("--robot", robot_file(robot)), *(("the recording", command.role_and_path(each)[1]) for each in files)],
+        more=[("--out", out), *pages],
+    )  # fmt: skip
     base = hopform.load_robot(robot)
     masses, values = command.added_masses(added_mass), command.known_values(known or [])
     with patience("identification") as advance:
@@ -465,7 +480,7 @@ def record(
     from hopform.identification import record as make
     from hopform.identification import to_csv
 
-    check_outputs(False, csv, None)
+    check_outputs(False, csv, reads=[("--robot", robot_file(robot))])
     made = make(
         hopform.load_robot(robot), test.value, duration=duration, rate=rate, noise=noise, quantum=quantum, height=height,
         current=current, hold=hold, added_mass=added_mass, repeats=repeats, spring=spring, seed=seed,
@@ -496,7 +511,7 @@ def control(
     plot: Plot = None,
 ) -> None:
     """Choose the current after which the next apex is the desired one, (25)-(27)."""
-    check_outputs(json, None, plot)
+    check_outputs(json, plot=plot, reads=[("--robot", robot_file(robot))])
     hopper = hopform.load_robot(robot)
     start: dict[str, Any] = {"x1": x1, "v1": v1, "v2": velocity_after_impact(hopper, height, v2), "x2": x2}
     asked: dict[str, Any] = {"h_des": h_des, "datum": datum}
@@ -538,7 +553,7 @@ def reach(
     plot: Plot = None,
 ) -> None:
     """Map the next apex over the current one for all currents (Figs. 5, 11): bounds, gaps, fixed points, what can be held."""
-    check_outputs(json, None, plot)
+    check_outputs(json, plot=plot, reads=[("--robot", robot_file(robot))])
     hopper = hopform.load_robot(robot)
     if not lowest < highest:
         raise hopform.HopformError(f"--from must be below --to, got {lowest!r} and {highest!r} m")
@@ -638,21 +653,20 @@ def figures() -> ModuleType:
     return plots
 
 
-def check_outputs(json: bool, csv: str | None, plot: Path | None, *more: Path | None) -> None:
+def check_outputs(
+    json: bool,
+    csv: str | None = None,
+    plot: Path | None = None,
+    *,
+    reads: Iterable[Named] = (),
+    more: Iterable[Named] = (),
+) -> None:
     """Refuse, before anything is computed, what could not be printed or written afterwards."""
     if json and csv == "-":
         raise hopform.HopformError("--json and --csv - both print; give --csv a file")
-    files = [path for path in (Path(csv) if csv and csv != "-" else None, *more) if path is not None]
     if plot is not None:
         figures().check_suffix(plot)
-        files.append(plot)
-    for path in files:
-        if path.is_dir():
-            raise hopform.HopformError(f"{path} cannot be written: it is a folder")
-        if not path.parent.is_dir():
-            raise hopform.HopformError(f"{path} cannot be written: there is no folder {path.parent}")
-    if len({path.resolve() for path in files}) < len(files):
-        raise hopform.HopformError("two outputs name the same file")
+    check_files(reads, [("--csv", csv if csv and csv != "-" else None), *more, ("--plot", plot)])
 
 
 def deliver(
@@ -684,22 +698,6 @@ def deliver(
         print(f"hopform: warning: {warning}", file=sys.stderr)
     print(printed, end="")
     show(shown)
-
-
-def write(path: Path, content: bytes) -> None:
-    """Write aside and rename, so that a file is there in whole or not at all; a device is written as it is."""
-    target = path.resolve()
-    aside = target.with_name(f".{target.name}.{os.getpid()}.tmp")
-    try:
-        if target.exists() and not target.is_file():
-            target.write_bytes(content)
-        else:
-            aside.write_bytes(content)
-            os.replace(aside, target)
-    except OSError as error:
-        raise hopform.HopformError(f"{path} cannot be written: {error.strerror}") from None
-    finally:
-        aside.unlink(missing_ok=True)
 
 
 def show(parts: Iterable[RenderableType]) -> None:

@@ -69,16 +69,21 @@ def load_robot(name_or_path: str | Path) -> Robot:
     >>> load_robot("hopper_c").k
     1200.0
     """
-    if str(name_or_path) in ROBOTS:
+    path = file_of(name_or_path)
+    if path is None:
         text = resources.files("hopform").joinpath("robots", f"{name_or_path}.toml").read_text("utf-8")
         return robot_from_toml(text, f"{name_or_path}.toml")
-    path = Path(name_or_path)
     if not path.is_file():
         _no_such_robot(str(name_or_path))
     try:
         return robot_from_toml(path.read_text("utf-8"), str(path))
     except (OSError, UnicodeDecodeError) as error:
         raise HopformError(f"{path}: cannot be read: {error}") from None
+
+
+def file_of(name_or_path: str | Path) -> Path | None:
+    """The file that `load_robot` reads; None for a shipped robot."""
+    return None if str(name_or_path) in ROBOTS else Path(name_or_path)
 
 
 def robot_from_toml(text: str, source: str = "TOML") -> Robot:

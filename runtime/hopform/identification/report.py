@@ -256,17 +256,22 @@ def check_suffix(path: Path) -> None:
         raise HopformError(f"a report's name must end in {' or '.join(SUFFIXES)}, got {str(path)!r}")
 
 
+def paths_of(path: Path) -> tuple[Path, ...]:
+    """The files that a report is written to: an HTML page, or Markdown and the picture beside it."""
+    return (path,) if path.suffix.lower() == ".html" else (path, path.with_suffix(".svg"))
+
+
 def files_of(answer: Fit | Threshold, path: Path) -> list[tuple[Path, bytes]]:
-    """The files of a report: an HTML page with its picture inside, or Markdown and its picture beside it."""
+    """The files of a report and what is in them; an HTML page has its picture inside."""
     from hopform import plots
 
     check_suffix(path)
     picture = plots.render(plot(answer), ".svg")
     page = _fit_page(answer) if isinstance(answer, Fit) else _threshold_page(answer)
-    if path.suffix.lower() == ".html":
-        return [(path, _html(page, picture.decode()).encode())]
-    beside = path.with_suffix(".svg")
-    return [(path, _markdown(page, beside.name).encode()), (beside, picture)]
+    page_path, *beside = paths_of(path)
+    if not beside:
+        return [(page_path, _html(page, picture.decode()).encode())]
+    return [(page_path, _markdown(page, beside[0].name).encode()), (beside[0], picture)]
 
 
 class _Section(NamedTuple):
