@@ -24,6 +24,7 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
 import hopform
 from hopform import cli_export, figures_command, tables, tables_control
+from hopform.checks import LARGEST, shown
 from hopform.files import Named, check_files, write
 from hopform.hopping import csv_of
 from hopform.robots import file_of as robot_file
@@ -109,16 +110,16 @@ def number_in(unit: str) -> Callable[[str], float]:
         try:
             value = float(text)
         except ValueError:
-            raise typer.BadParameter(f"takes a number in {unit}, written without a unit, got {text!r}") from None
+            raise typer.BadParameter(f"takes a number in {unit}, written without a unit, got {shown(text)}") from None
         if not math.isfinite(value):
-            raise typer.BadParameter(f"takes a finite number in {unit}, got {text!r}")
+            raise typer.BadParameter(f"takes a finite number in {unit}, got {shown(text)}")
         return value
 
     return parse
 
 
-def number_from(least: int) -> Callable[[str], int]:
-    """The parser of a whole number that is at least so large."""
+def number_from(least: int, most: float) -> Callable[[str], int]:
+    """The parser of a whole number from `least` to `most`."""
 
     def parse(text: str) -> int:
         try:
@@ -126,7 +127,9 @@ def number_from(least: int) -> Callable[[str], int]:
         except ValueError:
             value = least - 1
         if value < least:
-            raise typer.BadParameter(f"takes a whole number >= {least}, got {text!r}")
+            raise typer.BadParameter(f"takes a whole number >= {least}, got {shown(text)}")
+        if value > most:
+            raise typer.BadParameter(f"takes a whole number <= {most}, got {shown(text)}")
         return value
 
     return parse
@@ -139,7 +142,7 @@ def steps_of_current(text: str) -> list[tuple[float, float]]:
     for pair in text.split(","):
         t, colon, u = pair.partition(":")
         if not colon:
-            raise typer.BadParameter(f"takes steps t:u in s and A, as in 0:0,0.05:2.0, got {pair!r}")
+            raise typer.BadParameter(f"takes steps t:u in s and A, as in 0:0,0.05:2.0, got {shown(pair)}")
         steps.append((second(t), ampere(u)))
     return steps
 
@@ -148,7 +151,7 @@ def gains_of_return(text: str) -> tuple[float, float]:
     """Gains of the return in flight from "Kp,Kd"."""
     parts = text.split(",")
     if len(parts) != 2:
-        raise typer.BadParameter(f"takes Kp,Kd in N/m and N s/m, as in 2000,300, got {text!r}")
+        raise typer.BadParameter(f"takes Kp,Kd in N/m and N s/m, as in 2000,300, got {shown(text)}")
     return number_in("N/m")(parts[0]), number_in("N s/m")(parts[1])
 
 
@@ -160,8 +163,8 @@ def option(name: str, meaning: str, **how: Any) -> Any:
     return typer.Option(name, help=meaning, **how)
 
 
-def count(name: str, least: int, meaning: str) -> Any:
-    return option(name, meaning, parser=number_from(least), metavar="N")
+def count(name: str, least: int, meaning: str, most: float = LARGEST) -> Any:
+    return option(name, meaning, parser=number_from(least, most), metavar="N")
 
 
 RobotName = Annotated[str, option("--robot", "a shipped robot, or a TOML file", metavar="NAME|FILE.toml")]
@@ -186,7 +189,7 @@ Terrain = Annotated[
     str, option("--terrain", "flat, steps, uniform, gaussian, or a CSV of heights", metavar="NAME|FILE")
 ]
 Size = Annotated[float, quantity("--size", "m", "of the terrain: step, half width or standard deviation")]
-Seed = Annotated[int, count("--seed", 0, "of terrain and errors")]
+Seed = Annotated[int, count("--seed", 0, "of terrain and errors", math.inf)]
 ControllerOption = Annotated[ControllerName, option("--controller", "what chooses the current")]
 HopTarget = Annotated[float | None, quantity("--h-des", "m", "hop height wanted, over the terrain's zero")]
 NoiseX1 = Annotated[float, quantity("--noise-x1", "m", "standard deviation of the actuator as measured")]
@@ -473,7 +476,7 @@ def record(
     added_mass: Annotated[float, quantity("--added-mass", "kg", "mass that the body carries beside its own")] = 0.0,
     repeats: Annotated[int, count("--repeats", 1, "drops or decays in the recording")] = 1,
     spring: Spring = False,
-    seed: Annotated[int | None, count("--seed", 0, "of the noise")] = None,
+    seed: Annotated[int | None, count("--seed", 0, "of the noise", math.inf)] = None,
     csv: Csv = "-",
 ) -> None:
     """Make a synthetic recording of a robot, as a lab would record it, to plan experiments with."""

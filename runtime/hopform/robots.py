@@ -8,6 +8,7 @@ from importlib import resources
 from pathlib import Path
 from typing import Any, NoReturn
 
+from hopform.checks import shown
 from hopform.errors import HopformError
 from hopform_solver import checked
 from hopform_solver.records import ROBOT_FIELDS, Field
@@ -56,7 +57,7 @@ class Robot(checked.Robot):
 def checked_robot(robot: object) -> Robot:
     """The robot; HopformError for what is none, the name of one for instance."""
     if not isinstance(robot, Robot):
-        raise HopformError(f"robot must be a Robot, as load_robot gives it, got {robot!r}")
+        raise HopformError(f"robot must be a Robot, as load_robot gives it, got {shown(robot)}")
     return robot
 
 
@@ -92,12 +93,14 @@ def robot_from_toml(text: str, source: str = "TOML") -> Robot:
         table: dict[str, Any] = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
         raise HopformError(f"{source} is not valid TOML: {error}") from None
+    except ValueError:
+        raise HopformError(f"{source} holds a whole number of more digits than Python reads") from None
     known = {field.name: field for field in ROBOT_FIELDS}
     for key, value in table.items():
         where = f"({source}, line {_line_of(key, text)})"
         if key in ("name", "description"):
             if not isinstance(value, str):
-                raise HopformError(f"{key} must be a text, got {value!r} {where}")
+                raise HopformError(f"{key} must be a text, got {shown(value)} {where}")
         elif key not in known:
             raise HopformError(f"unknown parameter {key!r}{_nearest(key, [*known, 'name'])} {where}")
         elif (reason := checked.refusal(known[key], value)) is not None:
