@@ -183,7 +183,7 @@ def _draw_trace(above: "Axes", below: "Axes", trace: Trace) -> None:
     above.plot(trace.time, factor * trace.predicted, lw=1.1, color=plots.BLUE, label=NEW)
     below.plot(trace.time, factor * (trace.predicted - trace.measured), lw=0.6, color=plots.BLUE)
     above.set(ylabel=f"{trace.quantity} [{unit}]", xticklabels=[])
-    above.set_title(Path(trace.label).name, loc="left", fontsize=9)
+    above.set_title(plots.literal(Path(trace.label).name), loc="left", fontsize=9)
     ends = (float(trace.time[0]), float(trace.time[-1]))
     above.set_xlim(ends)
     below.set_xlim(ends)
@@ -242,7 +242,8 @@ def _draw_rise(above: "Axes", below: "Axes", rise: Rise) -> None:
         axes.set_xlim(begin, float(rise.time[-1]))
     below.axhspan(onset.u_low, onset.u_high, color=plots.GREY, alpha=0.3)
     above.set(ylabel="x1 [mm]", xticklabels=[])
-    above.set_title(f"{Path(onset.source).name}, direction {onset.direction:+d}", loc="left", fontsize=9)
+    source = plots.literal(Path(onset.source).name)
+    above.set_title(f"{source}, direction {onset.direction:+d}", loc="left", fontsize=9)
     below.set(xlabel="t [s]", ylabel="u [A]")
     above.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=3, fontsize=7, frameon=False)
 
