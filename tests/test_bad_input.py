@@ -5,12 +5,16 @@ import inspect
 import math
 import os
 import re
+import tempfile
 from fractions import Fraction
 from functools import partial, wraps
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from hypothesis import example, given, settings
+from hypothesis import strategies as st
 
 import hopform
 from hopform.robots import robot_from_toml
@@ -128,6 +132,35 @@ def test_a_robot_survives_its_toml():
         assert robot_from_toml(robot.to_toml()) == robot
     free = hopform.Robot(**GOOD)
     assert robot_from_toml(free.to_toml()) == free
+
+
+@given(
+    name=st.text(st.characters(exclude_categories=["Cs"])),
+    description=st.text(st.characters(exclude_categories=["Cs"])),
+    fields=st.fixed_dictionaries(dict.fromkeys(GOOD, st.floats(0.0, exclude_min=True, allow_infinity=False))),
+)
+@settings(derandomize=True, deadline=None)
+@example(name='the "big" one', description="C:\\robots\nline two\r\n\x00\x1b\x7f\x85\u2028", fields=GOOD)
+def test_a_robot_of_any_name_survives_its_toml_and_its_file(name, description, fields):
+    robot = hopform.Robot(name=name, description=description, **fields)
+    assert robot_from_toml(robot.to_toml()) == robot
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "robot.toml"
+        path.write_bytes(robot.to_toml().encode())
+        assert hopform.load_robot(path) == robot
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"name": 3}, "name must be a text, got 3"),
+        ({"description": None}, "description must be a text, got None"),
+        ({"name": "R\udcfcck"}, r"name must be a text that UTF-8 holds, got 'R\udcfcck'"),
+    ],
+)
+def test_a_name_that_no_file_holds_is_refused(change, message):
+    with pytest.raises(hopform.HopformError, match=f"^{re.escape(message)}$"):
+        hopform.Robot(**{**GOOD, **change})
 
 
 def test_numbers_that_leave_the_range_of_float32_are_refused(backend):

@@ -1,8 +1,11 @@
 """What a command reads it never writes over, and no two of its outputs are one file: said before anything is computed."""
 
+import html
 import os
+import re
 from pathlib import Path
 from typing import NamedTuple
+from urllib.parse import unquote_to_bytes
 
 import pytest
 import typer
@@ -192,6 +195,30 @@ def test_figures_are_refused_before_they_are_drawn(tmp_path, monkeypatch, refuse
     (tmp_path / "out").mkdir()
     made(tmp_path / "out" / "fig_12.svg")
     assert said in refused("figures", "out", "--only", "12")
+
+
+LATIN_1 = os.fsdecode("Rück$.csv".encode("latin-1"))
+
+
+@pytest.mark.parametrize("name", ["a$b_$.csv", r"$\frac$.csv", 'the "big" one.csv', "a|b<c>.csv", LATIN_1])
+def test_files_of_any_name_are_reported(tmp_path, monkeypatch, name):
+    """Names that mean something to matplotlib, TOML, HTML, or nothing in UTF-8."""
+    monkeypatch.chdir(tmp_path)
+    assert cli.main(["record", "decay", "--height", "0.04", "--duration", "1", "--seed", "3", "--csv", name]) == 0
+    out = name.removesuffix(".csv")
+    outputs = ("--out", f"{out}.toml", "--report", f"{out}.md", "--plot", f"{out}.png")
+    assert cli.main(["identify", "drop", name, "--attached", "--known", "m_s=3", *outputs]) == 0
+    assert cli.main(["identify", "drop", name, "--attached", "--known", "m_s=3", "--report", "page.html"]) == 0
+    shown = out.encode("utf-8", "backslashreplace").decode()
+    assert hopform.load_robot(f"{out}.toml").name == shown
+    page = Path(f"{out}.md").read_text("utf-8")
+    assert f"| {shown.replace('|', chr(92) + '|')}.csv |" in page
+    (link,) = re.findall(r"!\[the fit\]\((\S+)\)", page)
+    assert Path(os.fsdecode(unquote_to_bytes(link))).is_file()
+    assert html.escape(shown) in Path("page.html").read_text("utf-8")
+    assert {path.name for path in tmp_path.iterdir()} == {
+        "page.html", *(f"{out}{suffix}" for suffix in (".csv", ".toml", ".md", ".svg", ".png"))
+    }  # fmt: skip
 
 
 def test_a_link_to_itself_is_written_like_a_new_file(tmp_path):

@@ -1,6 +1,7 @@
 """Robots: checked parameters, the shipped ones, TOML in and out."""
 
 import difflib
+import json
 import re
 import tomllib
 from dataclasses import dataclass, fields
@@ -39,6 +40,14 @@ class Robot(checked.Robot):
             raise
         except ValueError as error:
             raise HopformError(str(error)) from None
+        for key in ("name", "description"):
+            text: object = getattr(self, key)
+            if not isinstance(text, str):
+                raise HopformError(f"{key} must be a text, got {shown(text)}")
+            try:
+                text.encode()
+            except UnicodeEncodeError:
+                raise HopformError(f"{key} must be a text that UTF-8 holds, got {shown(text)}") from None
 
     @staticmethod
     def fields() -> tuple[Field, ...]:
@@ -46,12 +55,17 @@ class Robot(checked.Robot):
         return ROBOT_FIELDS
 
     def to_toml(self) -> str:
-        """The robot as a TOML text that `load_robot` reads back to the same numbers."""
-        lines = [f'{key} = "{text}"' for key in ("name", "description") if (text := getattr(self, key))]
+        """The robot as a TOML text that `load_robot` reads back to the same robot."""
+        lines = [f"{key} = {toml_string(text)}" for key in ("name", "description") if (text := getattr(self, key))]
         for field in ROBOT_FIELDS:
             value = f"{field.name} = {getattr(self, field.name)!r}"
             lines.append(f"{value:<24} # [{field.unit}] {field.meaning}")
         return "\n".join(lines) + "\n"
+
+
+def toml_string(text: str) -> str:
+    """A text as a basic string of TOML, which has JSON's escapes, and one for U+007F."""
+    return json.dumps(text, ensure_ascii=False).replace("\x7f", r"\u007f")
 
 
 def checked_robot(robot: object) -> Robot:

@@ -172,7 +172,8 @@ def files_of(
         if any(missed(trace) for trace in answer.traces):
             said = next(each for each in answer.warnings if "misses the recording" in each)
             raise HopformError(f"{said}; no robot is written")
-        files.append((out, replace(answer.robot(base), name=out.stem, description="identified").to_toml().encode()))
+        name = out.stem.encode("utf-8", "backslashreplace").decode()
+        files.append((out, replace(answer.robot(base), name=name, description="identified").to_toml().encode()))
     if written:
         files += report.files_of(answer, written)
     if plot:

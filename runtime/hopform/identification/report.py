@@ -5,9 +5,11 @@
 
 import html
 import math
+import os
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
+from urllib.parse import quote
 
 import numpy as np
 from rich.console import RenderableType
@@ -271,8 +273,13 @@ def files_of(answer: Fit | Threshold, path: Path) -> list[tuple[Path, bytes]]:
     page = _fit_page(answer) if isinstance(answer, Fit) else _threshold_page(answer)
     page_path, *beside = paths_of(path)
     if not beside:
-        return [(page_path, _html(page, picture.decode()).encode())]
-    return [(page_path, _markdown(page, beside[0].name).encode()), (beside[0], picture)]
+        return [(page_path, _encoded(_html(page, picture.decode())))]
+    return [(page_path, _encoded(_markdown(page, quote(os.fsencode(beside[0].name))))), (beside[0], picture)]
+
+
+def _encoded(text: str) -> bytes:
+    """A page in UTF-8; what is not UTF-8 in the name of a file is shown as the bytes that it is."""
+    return text.encode("utf-8", "backslashreplace")
 
 
 class _Section(NamedTuple):
@@ -316,7 +323,7 @@ def _markdown(page: _Page, picture: str) -> str:
     parts = [f"# Identification: {page.title}", ""]
     for title, head, rows in page.sections:
         parts += [f"## {title}", "", "| " + " | ".join(head) + " |", "|" + "---|" * len(head)]
-        parts += ["| " + " | ".join(row) + " |" for row in rows] + [""]
+        parts += ["| " + " | ".join(cell.replace("|", r"\|") for cell in row) + " |" for row in rows] + [""]
     said = [f"- {each}" for each in page.said]
     return "\n".join([*parts, "## What the data tell", "", *said, "", f"![the fit]({picture})", ""])
 
