@@ -250,6 +250,7 @@ def a_threshold():
 
 @given(st.text(st.characters()))
 @settings(derandomize=True, deadline=None, max_examples=200)
+@pytest.mark.filterwarnings("ignore:Glyph")
 def test_any_text_can_be_drawn_as_it_is(text):
     figure = Figure(figsize=(1.0, 1.0))
     figure.suptitle(plots.literal(text))

@@ -20,7 +20,7 @@ from hopform.errors import HopformError
 from hopform.flight import Flight, solve_flight
 from hopform.reaching import home_of
 from hopform.robots import Robot, checked_robot
-from hopform.stance import Energy, Real, Stance, State, solve_stance, steps_of
+from hopform.stance import Energy, Real, Stance, State, aed_of, solve_stance, steps_of
 from hopform.terrain import heights_of
 from hopform_solver import formulas
 from hopform_solver.records import Gains
@@ -210,8 +210,7 @@ class Run:
         for leg, inside, times in self._legs(t):
             found[inside] = leg.level
             if isinstance(leg.motion, Stance):
-                entries = leg.motion.ledger(times)
-                found[inside] += entries.spring_work + entries.viscous_2 + entries.coulomb_2
+                found[inside] += aed_of(leg.motion.ledger(times))
         return _shaped(found, t)
 
     def ground(self, t: ArrayLike) -> Real:

@@ -22,7 +22,7 @@ from hopform.errors import HopformError, MissingExtra
 from hopform.hopping import Run
 from hopform.reaching import Reachability
 from hopform.robots import Robot
-from hopform.stance import Phase, Stance
+from hopform.stance import Phase, Stance, aed_of
 from hopform.tables import current, ending, mode, mode_of_actuator, name_of, unit_of_time
 
 try:
@@ -155,10 +155,8 @@ def draw_force(axes: Axes, stance: Stance, t: Curve, shown: Curve) -> None:
 
 def draw_energy(axes: Axes, stance: Stance, t: Curve, shown: Curve) -> None:
     """Two independent computations on top of each other: E from the state, E(0) + AED from the integrals of (24)."""
-    entries = stance.ledger(t)
-    aed = np.asarray(entries.spring_work) + entries.viscous_2 + entries.coulomb_2
     energy = np.asarray(stance.energy(t).body)
-    draw_twice(axes, shown, energy, energy[0] + aed, "E(0) + analytical energy delta (24)")
+    draw_twice(axes, shown, energy, energy[0] + aed_of(stance.ledger(t)), "E(0) + analytical energy delta (24)")
     axes.legend(loc="best")
 
 

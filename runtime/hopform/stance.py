@@ -2,6 +2,7 @@
 
 import math
 import sys
+from collections import namedtuple
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple, SupportsFloat
@@ -19,7 +20,7 @@ from hopform.robots import Robot, checked_robot
 from hopform.sensitivities import Sensitivities, of_matrix
 from hopform_solver import formulas
 from hopform_solver import records as solver_records
-from hopform_solver.records import ENDINGS, EVENTS
+from hopform_solver.records import ENDINGS, EVENTS, LEDGER_OF_BODY
 
 Real = float | NDArray[np.floating]
 Current = SupportsFloat | Sequence[tuple[SupportsFloat, SupportsFloat]]
@@ -79,7 +80,8 @@ class Energy(NamedTuple):
 class Ledger(NamedTuple):
     """Where energy came from and went to since touchdown, signed as it enters, [J].
 
-    All but spring_work sum to the change of H; spring_work, viscous_2 and coulomb_2 sum to that of E, the AED (24).
+    All but spring_work sum to the change of H; spring_work, viscous_2 and coulomb_2 sum to that of E, the AED (24). Further
+    terms of a model of one's own have their entries behind these.
     """
 
     motor_work: Real
@@ -90,6 +92,17 @@ class Ledger(NamedTuple):
     coulomb_2: Real
     stop_loss: Real
     spring_work: Real
+
+
+_FURTHER: list[str] = [name for name in solver_records.Ledger._fields if name not in Ledger._fields]
+if _FURTHER:  # the solver is of a model of one's own; type checkers know the hopper's entries
+    _fields = [*Ledger._fields, *_FURTHER]
+    globals()["Ledger"] = namedtuple("Ledger", _fields, module=__name__)  # pyright: ignore[reportUntypedNamedTuple]
+
+
+def aed_of(entries: Ledger) -> NDArray[np.floating]:
+    """The AED (24) [J], the change of the body's energy, by its entries in a ledger."""
+    return np.asarray(sum(getattr(entries, name) for name in LEDGER_OF_BODY))
 
 
 @dataclass(frozen=True)
