@@ -1,10 +1,20 @@
 """Bad input costs one clear message that names the field, the value and what is allowed."""
 
+import dataclasses
+import inspect
 import math
+import os
 import re
+import tempfile
+from fractions import Fraction
+from functools import partial, wraps
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
+from hypothesis import example, given, settings
+from hypothesis import strategies as st
 
 import hopform
 from hopform.robots import robot_from_toml
@@ -124,7 +134,265 @@ def test_a_robot_survives_its_toml():
     assert robot_from_toml(free.to_toml()) == free
 
 
+@given(
+    name=st.text(st.characters(exclude_categories=["Cs"])),
+    description=st.text(st.characters(exclude_categories=["Cs"])),
+    fields=st.fixed_dictionaries(dict.fromkeys(GOOD, st.floats(0.0, exclude_min=True, allow_infinity=False))),
+)
+@settings(derandomize=True, deadline=None)
+@example(name='the "big" one', description="C:\\robots\nline two\r\n\x00\x1b\x7f\x85\u2028", fields=GOOD)
+def test_a_robot_of_any_name_survives_its_toml_and_its_file(name, description, fields):
+    robot = hopform.Robot(name=name, description=description, **fields)
+    assert robot_from_toml(robot.to_toml()) == robot
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "robot.toml"
+        path.write_bytes(robot.to_toml().encode())
+        assert hopform.load_robot(path) == robot
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"name": 3}, "name must be a text, got 3"),
+        ({"description": None}, "description must be a text, got None"),
+        ({"name": "R\udcfcck"}, r"name must be a text that UTF-8 holds, got 'R\udcfcck'"),
+    ],
+)
+def test_a_name_that_no_file_holds_is_refused(change, message):
+    with pytest.raises(hopform.HopformError, match=f"^{re.escape(message)}$"):
+        hopform.Robot(**{**GOOD, **change})
+
+
 def test_numbers_that_leave_the_range_of_float32_are_refused(backend):
     robot = hopform.Robot(m_eff=1e-30, m_s=1e-30, k=1e30, L0=0.4)
     with pytest.raises(hopform.HopformError, match="range of the precision"):
         hopform.solve_stance(robot, v2=-1.0, dtype=np.float32, backend=backend)
+
+
+# ---- numbers that no float holds ----
+
+HOPPER = hopform.load_robot("hopper_c")
+
+
+def prepared(controller):
+    """A controller as `simulate` asks for it: made, then checked against robot and terrain."""
+
+    @wraps(controller)
+    def made(**settings):
+        return controller(**settings).prepare(HOPPER, (0.0,))
+
+    return made
+
+
+HUGE = {"positive": 10**400, "negative": -(10**400), "unprintable": 10**5000, "fraction": Fraction(10**400, 3)}
+START = {"robot": HOPPER, "v2": -1.9}
+FLOOR = {"hops": 3, "size": 0.02}
+CALLS: dict[str, tuple[Any, dict[str, Any]]] = {
+    "solve_stance": (hopform.solve_stance, START),
+    "solve_stances": (hopform.solve_stances, START),
+    "solve_flight": (hopform.solve_flight, START | {"v2": 1.9}),
+    "choose_current": (hopform.choose_current, START | {"h_des": 0.2}),
+    "choose_current_as_printed": (hopform.choose_current_as_printed, START | {"h_des": 0.2}),
+    "simulate": (hopform.simulate, {"robot": HOPPER, "terrain": [0.0], "height": 0.2}),
+    "next_apex": (hopform.next_apex, {"robot": HOPPER, "height": 0.2, "u": 1.0}),
+    "reachability": (hopform.reachability, {"robot": HOPPER, "heights": [0.1, 0.2], "currents": [0.0]}),
+    "touchdown_velocity": (hopform.touchdown_velocity, {"robot": HOPPER, "height": 0.2}),
+    "design_return": (hopform.design_return, {"robot": HOPPER, "time": 0.3}),
+    "delayed_apex": (hopform.delayed_apex, START | {"delay": 0.01, "u": 1.0}),
+    "record": (hopform.record, {"robot": HOPPER, "test": "drop"}),
+    "Robot": (hopform.Robot, dict(GOOD)),
+    "Errors": (hopform.Errors, {}),
+    "TouchdownDetector": (hopform.TouchdownDetector, {}),
+    "flat": (hopform.terrain.flat, {"hops": 3}),
+    "steps": (hopform.terrain.steps, FLOOR),
+    "uniform": (hopform.terrain.uniform, FLOOR),
+    "gaussian": (hopform.terrain.gaussian, FLOOR),
+    "generate": (hopform.terrain.generate, FLOOR | {"name": "steps"}),
+    "ConstantCurrent": (hopform.controllers.ConstantCurrent, {}),
+    "FeedForward": (hopform.controllers.FeedForward, {"h_des": 0.2}),
+    "AsPrinted": (prepared(hopform.controllers.AsPrinted), {"h_des": 0.2}),
+    "ReturnMap": (prepared(hopform.controllers.ReturnMap), {"h_des": 0.2}),
+    "Sampled": (hopform.controllers.Sampled, {"period": 0.001, "law": lambda t, state: 0.0}),
+}
+"""What people call, with arguments that are right."""
+LATER = {("record", "repeats")}
+ANSWERS = {
+    "Batch", "Command", "Energy", "Equation", "Event", "FixedPoint", "Flight", "FlightLedger", "FlightPhase", "Gains", "Hop",
+    "Ledger", "ManySensitivities", "Phase", "PrintedCommand", "Reachability", "ReturnMaps", "Run", "Sensitivities", "Stance",
+    "State", "Touchdown", "Tracking",
+}  # fmt: skip
+"""Classes that hopform fills itself, and records that are checked where they are handed in."""
+OF_RECORDINGS = {"fit_drop_test", "fit_force", "fit_robot", "fit_step_response", "friction_threshold", "read_recording"}
+INSIDE = {"check_wishes", "crossing", "home_of", "measured", "target_of", "wish", "wishes"}
+"""What controllers and terrains share, behind the classes and functions above."""
+OBJECTS: dict[str, Any] = {
+    "stance": hopform.solve_stance(HOPPER, v2=-1.9),
+    "resting stance": hopform.solve_stance(HOPPER, v2=-0.01),
+    "flight": hopform.solve_flight(HOPPER, v2=1.9),
+    "run": hopform.simulate(HOPPER, [0.0], 3.0, height=0.2),
+    "detector": hopform.TouchdownDetector(),
+}
+METHODS: dict[str, dict[str, Any]] = {
+    "false_alarm_rate": {"noise": 0.1},
+    "false_takeoff_rate": {"noise": 0.1},
+    "mean_delay": {"noise": 0.1},
+    "chances": {"noise": 0.1, "signal": [0.0]},
+    "simulated_delays": {"noise": 0.1, "trials": 1},
+    "to_npz": {"path": os.devnull},
+}
+"""What methods need beside the number that is tried."""
+
+
+def takes_numbers(parameter):
+    """Whether an annotation allows a number; a seed may be a whole number of any size."""
+    said = str(parameter.annotation)
+    if parameter.name == "seed" or parameter.kind is parameter.VAR_KEYWORD:
+        return False
+    if said.startswith("collections.abc.Callable"):
+        return "SupportsFloat" in said
+    return any(word in said for word in ("Float", "float", "complex")) or parameter.annotation in (int, int | None)
+
+
+def numbers_of(call):
+    return [each.name for each in inspect.signature(call).parameters.values() if takes_numbers(each)]
+
+
+def every_number():
+    """A call with all but one argument, and the name of that: of functions, of classes, of methods of their objects."""
+    for name, (call, arguments) in CALLS.items():
+        for number in numbers_of(call):
+            rest = {each: value for each, value in arguments.items() if each != number}
+            if (name, number) not in LATER:
+                yield f"{name} {number}", partial(call, **rest), number
+    for name, of in OBJECTS.items():
+        for method, call in inspect.getmembers(of, inspect.ismethod):
+            for number in numbers_of(call) if not method.startswith("_") else ():
+                rest = {each: value for each, value in METHODS.get(method, {}).items() if each != number}
+                yield f"{name} {method} {number}", partial(call, **rest), number
+
+
+EVERY = {name: (call, number) for name, call, number in every_number()}
+
+
+def test_every_public_function_that_takes_numbers_is_tried():
+    """A guard of these tests: what is new is tried too, or fails here."""
+    for module in (hopform, hopform.controllers, hopform.terrain):
+        for name, found in vars(module).items():
+            if name.startswith("_") or not callable(found) or not found.__module__.startswith("hopform"):
+                continue
+            public = name in hopform.__all__ if module is hopform else found.__module__ == module.__name__
+            if public and not (inspect.isclass(found) and issubclass(found, Exception)) and numbers_of(found):
+                assert name in CALLS or name in ANSWERS | INSIDE | OF_RECORDINGS, name
+    assert len(EVERY) > 120
+
+
+def refused(number, call):
+    """The message of what is refused by name and value, in a line that is no book."""
+    with pytest.raises(hopform.HopformError) as caught:
+        call()
+    message = str(caught.value)
+    assert re.search(rf"\b{number}\b", message) and len(message) < 250 and "\n" not in message
+    return message
+
+
+@pytest.mark.parametrize("value", HUGE)
+@pytest.mark.parametrize("name", EVERY)
+def test_a_number_that_no_float_holds_is_refused_by_name(name, value):
+    call, number = EVERY[name]
+    refused("u" if number == "controller" else number, partial(call, **{number: HUGE[value]}))
+
+
+def by(law):
+    """A controller that answers with a sampled law."""
+    return lambda touchdown: hopform.controllers.Sampled(0.01, law)
+
+
+def touchdown(**changes):
+    first = hopform.controllers.Touchdown(0, 0.2, 0.0, 0.0, -1.9, 0.0, 0.2, HOPPER)
+    return first._replace(**changes)
+
+
+HOP = {"robot": HOPPER, "terrain": [0.0], "height": 0.2}
+WITHIN: dict[str, tuple[str, Any]] = {
+    "a step's current": ("u", lambda huge: hopform.solve_stance(**START, u=[(0.0, huge)])),
+    "a step's time": ("u", lambda huge: hopform.solve_stance(**START, u=[(0.0, 1.0), (huge, 2.0)])),
+    "one of many": ("v1", lambda huge: hopform.solve_stances(**START, v1=[[0.0, huge]])),
+    "a field of many robots": ("m_s", lambda huge: hopform.solve_stances(**START, m_s=[3.0, huge])),
+    "a stroke of many robots": ("x1_max", lambda huge: hopform.solve_stances(**START, x1_max=[math.inf, huge])),
+    "one of many times": ("t", lambda huge: OBJECTS["stance"].at([0.0, huge])),
+    "a gain": ("Kp", lambda huge: hopform.solve_flight(HOPPER, v2=1.9, gains=(huge, 1.0))),
+    "a start in the air": (
+        "v1",
+        lambda huge: hopform.simulate(HOPPER, [0.0], start=hopform.State(0.0, huge, 0.6, 0.0)),
+    ),
+    "a height of the ground": ("terrain", lambda huge: hopform.simulate(HOPPER, [0.0, huge], height=0.2)),
+    "a controller's answer": ("u", lambda huge: hopform.simulate(**HOP, controller=lambda touchdown: huge)),
+    "a law's answer": ("u", lambda huge: hopform.simulate(**HOP, controller=by(lambda t, state: huge))),
+    "a wish of many": ("h_des", lambda huge: hopform.controllers.FeedForward([0.2, huge])),
+    "the ground below a wish": ("terrain", lambda huge: hopform.controllers.AsPrinted(0.2).prepare(HOPPER, (huge,))),
+    "a sample": ("samples", lambda huge: OBJECTS["detector"].detect([0.0, huge])),
+    "a known signal": ("signal", lambda huge: OBJECTS["detector"].chances(0.1, [0.0, huge])),
+    **{
+        f"{name} at touchdown": (
+            name,
+            lambda huge, name=name: hopform.controllers.FeedForward(0.2)(touchdown(**{name: huge})),
+        )
+        for name in ("x1", "v1", "v2", "ground")
+    },
+}
+"""Numbers inside of what is handed in, and of what is handed back."""
+
+
+@pytest.mark.parametrize("value", HUGE)
+@pytest.mark.parametrize("name", WITHIN)
+def test_a_number_within_something_else_is_refused_by_name_too(name, value):
+    number, call = WITHIN[name]
+    refused(number, partial(call, HUGE[value]))
+
+
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+def test_a_whole_number_that_a_float_holds_is_taken(dtype):
+    robot = hopform.Robot(**{**GOOD, "k": 10**30})
+    assert robot.k == 1e30
+    many = hopform.solve_stances(HOPPER, v2=[-1, -2], k=[10**20, Fraction(1200)], dtype=dtype)
+    one = hopform.solve_stance(dataclasses.replace(HOPPER, k=1200.0), v2=-2, dtype=dtype)
+    assert many.duration[1] == one.duration
+
+
+def test_a_clock_finer_than_the_last_digit_of_time_delays_nothing():
+    fine, none = (
+        hopform.simulate(**HOP, controller=1.0, errors=hopform.Errors(quantum=quantum)) for quantum in (5e-324, 0.0)
+    )
+    assert fine.table.tolist() == none.table.tolist()
+
+
+def test_a_range_that_no_float_holds_is_refused():
+    with pytest.raises(hopform.HopformError, match="^2 size must be finite m, got inf$"):
+        hopform.terrain.uniform(3, 1e308)
+
+
+@pytest.mark.parametrize("stance", [hopform.ufuncs.stance, hopform.ufuncs.stance_on_arrays])
+def test_the_ufunc_refuses_as_numpy_does(stance):
+    """It is a ufunc of NumPy, which converts its arguments before hopform is asked."""
+    with pytest.raises(OverflowError, match="int too large to convert to float"):
+        stance(0.0, 0.0, -(10**400), 0.0, 1.0, 2.0, HOPPER.parameters)
+
+
+def test_an_archive_that_is_not_written_leaves_the_old_one(tmp_path):
+    path = tmp_path / "run.npz"
+    path.write_text("old")
+    with pytest.raises(hopform.HopformError, match="samples must be a whole number"):
+        OBJECTS["run"].to_npz(path, 0)
+    assert path.read_text() == "old"
+
+
+def test_a_step_of_a_grid_that_is_too_small_is_refused():
+    with pytest.raises(hopform.HopformError, match=r"^dt must be > .* s for a stance of .* s, got 5e-324$"):
+        OBJECTS["stance"].grid(dt=5e-324)
+
+
+@pytest.mark.parametrize("digits", [400, 5000])
+def test_a_robot_file_with_a_number_that_no_float_holds_is_refused(digits):
+    with pytest.raises(hopform.HopformError, match=r"mine\.toml") as caught:
+        robot_from_toml(f"m_eff = 25\nm_s = 1{'0' * digits}\nk = 1200\nL0 = 0.4\n", "mine.toml")
+    assert len(str(caught.value)) < 250

@@ -7,6 +7,8 @@ term that the closed form cannot carry is refused by name.
 import dataclasses
 import importlib
 import math
+import os
+import subprocess
 import sys
 from dataclasses import dataclass
 from pathlib import Path
@@ -278,6 +280,44 @@ def test_a_force_on_one_mass_alone_is_what_the_hopper_has_already(tmp_path, monk
     np.testing.assert_array_equal(ours.ending, theirs.ending)
     np.testing.assert_allclose(ours.duration, theirs.duration, rtol=1e-13)
     np.testing.assert_allclose(ours.end, theirs.end, rtol=1e-12, atol=1e-15)
+
+
+def test_a_package_of_the_same_name_gives_hopform_the_term(tmp_path):
+    """With --prefix hopform it stands in for hopform_solver: fields, ledger and AED have the term wherever they are shown."""
+    assert main(["--model", str(MODELS / "damper.py"), "--out", str(tmp_path), "--prefix", "hopform"]) == 0
+    code = """
+import csv, dataclasses, io
+import numpy as np
+import hopform
+from hopform import plots, tables
+robot = dataclasses.replace(hopform.load_robot("hopper_c"), b12=20.0)
+stance = hopform.solve_stance(robot, v2=-1.93, u=2.0, backend="numpy")
+run = hopform.simulate(robot, [0.0, 0.01], 3.0, height=0.2, backend="numpy")
+(header, *rows) = csv.reader(io.StringIO(tables.stance_csv(stance, 50)))
+column = {name: np.array(values, float) for name, *values in zip(header, *rows)}
+t = run.times(50)
+drawn = [line.get_ydata() for line in plots.plot_stance(stance).axes[3].get_lines()[:2]]
+ledger = tables.ledger(stance)
+entries = stance.ledger(stance.duration)
+print(abs(entries.damper_1 * entries.damper_2) > 0.01)
+for error in (
+    column["E"] - column["E"][0] - column["AED"],
+    np.asarray(run.energy(t).body) - run.aed(t),
+    drawn[0] - drawn[1],
+    *([float(list(each.cells)[-1])] for each in ledger.columns[1:]),
+):
+    print(np.abs(error).max() < 1e-12)
+print([each for each in ledger.columns[0].cells if "damper" in each])
+"""
+    paths = os.pathsep.join([str(tmp_path / "python"), os.environ.get("PYTHONPATH", "")])
+    done = subprocess.run(
+        [sys.executable, "-c", code],
+        env=os.environ | {"PYTHONPATH": paths},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert (done.stderr, done.stdout.split("\n")) == ("", [*["True"] * 6, "['damper 1', 'damper 2']", ""])
 
 
 # ---- what is refused ----

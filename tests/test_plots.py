@@ -1,16 +1,23 @@
 """The pictures: they show the numbers they claim to show, look the same every time, and need no display."""
 
+import dataclasses
 import os
 import re
 import struct
 import subprocess
 import sys
+import xml.etree.ElementTree
+from functools import cache
 from pathlib import Path
 
 import matplotlib as mpl
+import matplotlib.text
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from matplotlib.colors import to_rgb
+from matplotlib.figure import Figure
 
 import hopform
 from hopform import plots
@@ -169,10 +176,87 @@ def test_a_png_is_wide_enough_for_a_column(figure):
     assert struct.unpack(">I", picture[16:20])[0] >= 1000
 
 
-def test_a_robots_name_is_drawn_as_it_is():
-    odd = hopform.Robot(name=r"$a_b^ \frac", m_eff=25.0, m_s=3.0, k=1200.0, L0=0.4)
-    picture = plots.render(plots.plot_stance(hopform.solve_stance(odd, v2=-1.0)), ".svg")
-    assert any("frac" in text for text in texts(picture))
+NAMES = [
+    "a$b_$",
+    r"$\frac$",
+    "$",
+    r"\$",
+    r"\\$x_1$",
+    "run-2^2",
+    "5 %",
+    "<b> & ]]>",
+    "a\tb\x01c\x7f",
+    "a -- b",
+    "\udcff$",
+]
+"""Names that say something to matplotlib, to XML or to nobody."""
+
+
+def as_drawn(name):
+    """A name as a picture shows it: what is no character is one that says so."""
+    return re.sub("[\t\x01\x7f\udcff]", "\N{REPLACEMENT CHARACTER}", name)
+
+
+def drawn_titles(figure):
+    """The titles of a picture as they are drawn, which is valid XML."""
+    root = xml.etree.ElementTree.fromstring(plots.render(figure, ".svg"))
+    assert root.tag.endswith("svg")
+    titles = [figure.get_suptitle(), *(axes.get_title("left") for axes in figure.axes)]
+    shown = [matplotlib.text.Text(text=title)._preprocess_math(title) for title in titles]
+    assert not any(is_math for _, is_math in shown)
+    return "\n".join(text for text, _ in shown)
+
+
+@pytest.mark.parametrize("name", [name for name in NAMES if "\udcff" not in name])
+@pytest.mark.parametrize("kind", ["stance", "run", "reach", "command"])
+def test_a_robots_name_is_drawn_as_it_is(name, kind):
+    odd = dataclasses.replace(HOPPER, name=name)
+    if kind == "stance":
+        figure = plots.plot_stance(hopform.solve_stance(odd, v2=-1.0))
+    elif kind == "run":
+        figure = plots.plot_run(hopform.simulate(odd, [0.0], height=0.2))
+    elif kind == "reach":
+        figure = plots.plot_reach(hopform.reachability(odd, [0.1, 0.2], [0.0]))
+    else:
+        found = hopform.choose_current(odd, v2=-1.9, h_des=0.2)
+        figure = plots.plot_command(odd, np.array([0.0, 3.0]), np.array([0.1, 0.2]), 0.2, found)
+    assert drawn_titles(figure).startswith(as_drawn(name))
+
+
+@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("kind", ["fit", "threshold"])
+def test_a_recordings_name_is_drawn_as_it_is(name, kind):
+    report = pytest.importorskip("hopform.identification.report")
+    if kind == "fit":
+        fit = a_fit()
+        answer = dataclasses.replace(fit, traces=tuple(dataclasses.replace(each, label=name) for each in fit.traces))
+    else:
+        threshold = a_threshold()
+        rises = tuple(each._replace(onset=each.onset._replace(source=name)) for each in threshold.rises)
+        answer = dataclasses.replace(threshold, rises=rises)
+    assert as_drawn(name) in drawn_titles(report.plot(answer))
+
+
+@cache
+def a_fit():
+    recording = hopform.record(HOPPER, "decay", height=0.04, duration=1.0, seed=3)
+    return hopform.fit_drop_test(recording, attached=True, known={"m_s": 3.0}, compare=False, holdout=False)
+
+
+@cache
+def a_threshold():
+    return hopform.friction_threshold(hopform.record(HOPPER, "ramp", duration=4.0, seed=1))
+
+
+@given(st.text(st.characters()))
+@settings(derandomize=True, deadline=None, max_examples=200)
+@pytest.mark.filterwarnings("ignore:Glyph")
+def test_any_text_can_be_drawn_as_it_is(text):
+    figure = Figure(figsize=(1.0, 1.0))
+    figure.suptitle(plots.literal(text))
+    drawn = drawn_titles(figure)
+    assert len(drawn) == len(text)
+    assert all(was == now or not was.isprintable() for was, now in zip(text, drawn, strict=True))
 
 
 def test_a_suffix_that_cannot_be_drawn_is_refused():

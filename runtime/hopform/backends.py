@@ -5,6 +5,7 @@ from functools import cache
 from typing import Literal
 
 from hopform import arrays, native
+from hopform.checks import shown
 from hopform.errors import BackendError, HopformError
 
 Backend = Literal["c", "numpy"]
@@ -38,7 +39,7 @@ def choose(backend: str | None) -> Backend:
         return "c"
     if backend == "numpy":
         return "numpy"
-    raise HopformError(f"backend must be 'c' or 'numpy', got {backend!r}")
+    raise HopformError(f"backend must be 'c' or 'numpy', got {shown(backend)}")
 
 
 @cache

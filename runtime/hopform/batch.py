@@ -10,6 +10,7 @@ import math
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from dataclasses import dataclass
+from numbers import Real
 from typing import Any
 
 import numpy as np
@@ -18,6 +19,7 @@ from numpy.typing import ArrayLike, NDArray
 import hopform_solver
 from hopform import native, ufuncs
 from hopform.backends import Backend, choose
+from hopform.checks import real, shown, whole
 from hopform.errors import HopformError
 from hopform.robots import Robot
 from hopform.sensitivities import COLUMNS, ManySensitivities, of_matrices
@@ -144,7 +146,8 @@ def solve_stances(
     ((2, 3), ['takeoff', 'takeoff', 'takeoff'])
     """
     real = precision_of(dtype)
-    _check_counts(max_phases, threads)
+    whole("max_phases", max_phases)
+    whole("threads", threads)
     states = {"x1": x1, "v1": v1, "v2": v2, "u": u, "horizon": horizon}
     given = {name: numbers(name, value, _UNITS[name]) for name, value in states.items()}
     robots = robot_columns(robot, fields)
@@ -414,9 +417,10 @@ def robot_columns(robot: Robot, fields: dict[str, Any]) -> dict[str, NDArray[Any
 
 
 def _array(name: str, value: object, unit: str) -> NDArray[Any]:
+    given: object = value
     if isinstance(value, Sequence) and any(isinstance(each, tuple) for each in value):  # pyright: ignore[reportUnknownVariableType]
         raise HopformError(
-            f"{name} must be a number per stance in {unit}; steps (t, u) are for solve_stance, got {value!r}"
+            f"{name} must be a number per stance in {unit}; steps (t, u) are for solve_stance, got {shown(given)}"
         )
     try:
         array = np.asarray(value)
@@ -424,7 +428,10 @@ def _array(name: str, value: object, unit: str) -> NDArray[Any]:
         array = np.asarray(None)
     if array.dtype.kind in "iuf":
         return array
-    raise HopformError(f"{name} must be numbers in {unit}, got {value!r}")
+    if array.dtype.kind == "O" and all(isinstance(each, Real) and not isinstance(each, bool) for each in array.flat):
+        found = [real(f"{name}{_place(index)}", each, unit) for index, each in np.ndenumerate(array)]
+        return np.array(found).reshape(array.shape)
+    raise HopformError(f"{name} must be numbers in {unit}, got {shown(given)}")
 
 
 def _refuse(name: str, array: NDArray[Any], allowed: NDArray[np.bool_], reason: Callable[[float], str]) -> None:
@@ -432,14 +439,11 @@ def _refuse(name: str, array: NDArray[Any], allowed: NDArray[np.bool_], reason: 
     if np.all(allowed):
         return
     index = tuple(int(n) for n in np.argwhere(~np.asarray(allowed))[0])
-    place = f"[{', '.join(map(str, index))}]" if index else ""
-    raise HopformError(f"{name}{place} {reason(float(array[index]))}")
+    raise HopformError(f"{name}{_place(index)} {reason(float(array[index]))}")
 
 
-def _check_counts(max_phases: object, threads: object) -> None:
-    for name, value in (("max_phases", max_phases), ("threads", threads)):
-        if isinstance(value, bool) or not isinstance(value, int) or not 1 <= value < 2**31:
-            raise HopformError(f"{name} must be a whole number >= 1, got {value!r}")
+def _place(index: tuple[int, ...]) -> str:
+    return f"[{', '.join(map(str, index))}]" if index else ""
 
 
 def _check_states(given: dict[str, NDArray[Any]], robots: dict[str, NDArray[Any]]) -> None:

@@ -24,7 +24,10 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
 import hopform
 from hopform import cli_export, figures_command, tables, tables_control
+from hopform.checks import LARGEST, shown
+from hopform.files import Named, check_files, write
 from hopform.hopping import csv_of
+from hopform.robots import file_of as robot_file
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -76,6 +79,8 @@ class Recordable(StrEnum):
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line on `arguments` (the process's own if None) and return the exit code."""
+    if reconfigure := getattr(sys.stdout, "reconfigure", None):  # names of files may hold what its encoding does not
+        reconfigure(errors="backslashreplace")
     try:
         code = app(args=arguments, prog_name="hopform", standalone_mode=False)
         sys.stdout.flush()
@@ -107,16 +112,16 @@ def number_in(unit: str) -> Callable[[str], float]:
         try:
             value = float(text)
         except ValueError:
-            raise typer.BadParameter(f"takes a number in {unit}, written without a unit, got {text!r}") from None
+            raise typer.BadParameter(f"takes a number in {unit}, written without a unit, got {shown(text)}") from None
         if not math.isfinite(value):
-            raise typer.BadParameter(f"takes a finite number in {unit}, got {text!r}")
+            raise typer.BadParameter(f"takes a finite number in {unit}, got {shown(text)}")
         return value
 
     return parse
 
 
-def number_from(least: int) -> Callable[[str], int]:
-    """The parser of a whole number that is at least so large."""
+def number_from(least: int, most: float) -> Callable[[str], int]:
+    """The parser of a whole number from `least` to `most`."""
 
     def parse(text: str) -> int:
         try:
@@ -124,7 +129,9 @@ def number_from(least: int) -> Callable[[str], int]:
         except ValueError:
             value = least - 1
         if value < least:
-            raise typer.BadParameter(f"takes a whole number >= {least}, got {text!r}")
+            raise typer.BadParameter(f"takes a whole number >= {least}, got {shown(text)}")
+        if value > most:
+            raise typer.BadParameter(f"takes a whole number <= {most}, got {shown(text)}")
         return value
 
     return parse
@@ -137,7 +144,7 @@ def steps_of_current(text: str) -> list[tuple[float, float]]:
     for pair in text.split(","):
         t, colon, u = pair.partition(":")
         if not colon:
-            raise typer.BadParameter(f"takes steps t:u in s and A, as in 0:0,0.05:2.0, got {pair!r}")
+            raise typer.BadParameter(f"takes steps t:u in s and A, as in 0:0,0.05:2.0, got {shown(pair)}")
         steps.append((second(t), ampere(u)))
     return steps
 
@@ -146,7 +153,7 @@ def gains_of_return(text: str) -> tuple[float, float]:
     """Gains of the return in flight from "Kp,Kd"."""
     parts = text.split(",")
     if len(parts) != 2:
-        raise typer.BadParameter(f"takes Kp,Kd in N/m and N s/m, as in 2000,300, got {text!r}")
+        raise typer.BadParameter(f"takes Kp,Kd in N/m and N s/m, as in 2000,300, got {shown(text)}")
     return number_in("N/m")(parts[0]), number_in("N s/m")(parts[1])
 
 
@@ -158,8 +165,8 @@ def option(name: str, meaning: str, **how: Any) -> Any:
     return typer.Option(name, help=meaning, **how)
 
 
-def count(name: str, least: int, meaning: str) -> Any:
-    return option(name, meaning, parser=number_from(least), metavar="N")
+def count(name: str, least: int, meaning: str, most: float = LARGEST) -> Any:
+    return option(name, meaning, parser=number_from(least, most), metavar="N")
 
 
 RobotName = Annotated[str, option("--robot", "a shipped robot, or a TOML file", metavar="NAME|FILE.toml")]
@@ -184,7 +191,7 @@ Terrain = Annotated[
     str, option("--terrain", "flat, steps, uniform, gaussian, or a CSV of heights", metavar="NAME|FILE")
 ]
 Size = Annotated[float, quantity("--size", "m", "of the terrain: step, half width or standard deviation")]
-Seed = Annotated[int, count("--seed", 0, "of terrain and errors")]
+Seed = Annotated[int, count("--seed", 0, "of terrain and errors", math.inf)]
 ControllerOption = Annotated[ControllerName, option("--controller", "what chooses the current")]
 HopTarget = Annotated[float | None, quantity("--h-des", "m", "hop height wanted, over the terrain's zero")]
 NoiseX1 = Annotated[float, quantity("--noise-x1", "m", "standard deviation of the actuator as measured")]
@@ -311,7 +318,7 @@ def stance(
     plot: Plot = None,
 ) -> None:
     """Solve one stance: its phases, events, ending, apex and energy ledger."""
-    check_outputs(json, csv, plot)
+    check_outputs(json, csv, plot, reads=[("--robot", robot_file(robot))])
     if u and u_steps:
         raise hopform.HopformError("give either --u or --u-steps")
     hopper = hopform.load_robot(robot)
@@ -372,7 +379,15 @@ def hop(
     The terrain is flat, steps, uniform, gaussian (with --size and --seed) or a CSV file of heights. The controllers: constant
     (--u), exact (the energy-based feedforward), printed (the same as the paper prints it), return-map (Hopper B's first one).
     """
-    check_outputs(json, csv, plot, hops_csv, npz)
+    check_outputs(
+        json, csv, plot,
+        reads=[
+            ("--robot", robot_file(robot)),
+            ("--model", None if model is None else robot_file(model)),
+            ("--terrain", None if terrain in hopform.terrain.NAMES else terrain),
+        ],
+        more=[("--hops-csv", hops_csv), ("--npz", npz)],
+    )  # fmt: skip
     hopper = hopform.load_robot(robot)
     ground = terrain_of(terrain, size, hops, seed)
     asked = controller_of(controller, u, h_des, stop_margin, horizon, backend)
@@ -419,13 +434,18 @@ def identify(
 ) -> None:
     """Identify a robot from CSV recordings: drop tests, step responses, slow ramps of the current, or all together."""
     from hopform.identification import command
-    from hopform.identification.report import check_suffix
+    from hopform.identification.report import check_suffix, paths_of
 
-    check_outputs(json, str(out) if out else None, plot)
+    pages: list[Named] = []
     if report is not None:
         check_suffix(report)
-        check_outputs(json, str(report), plot)
         figures()
+        pages += zip(("--report", "the picture of --report"), paths_of(report), strict=False)
+    check_outputs(
+        json, plot=plot,
+        reads=[("--robot", robot_file(robot)), *(("the recording", command.role_and_path(each)[1]) for each in files)],
+        more=[("--out", out), *pages],
+    )  # fmt: skip
     base = hopform.load_robot(robot)
     masses, values = command.added_masses(added_mass), command.known_values(known or [])
     with patience("identification") as advance:
@@ -458,14 +478,14 @@ def record(
     added_mass: Annotated[float, quantity("--added-mass", "kg", "mass that the body carries beside its own")] = 0.0,
     repeats: Annotated[int, count("--repeats", 1, "drops or decays in the recording")] = 1,
     spring: Spring = False,
-    seed: Annotated[int | None, count("--seed", 0, "of the noise")] = None,
+    seed: Annotated[int | None, count("--seed", 0, "of the noise", math.inf)] = None,
     csv: Csv = "-",
 ) -> None:
     """Make a synthetic recording of a robot, as a lab would record it, to plan experiments with."""
     from hopform.identification import record as make
     from hopform.identification import to_csv
 
-    check_outputs(False, csv, None)
+    check_outputs(False, csv, reads=[("--robot", robot_file(robot))])
     made = make(
         hopform.load_robot(robot), test.value, duration=duration, rate=rate, noise=noise, quantum=quantum, height=height,
         current=current, hold=hold, added_mass=added_mass, repeats=repeats, spring=spring, seed=seed,
@@ -496,7 +516,7 @@ def control(
     plot: Plot = None,
 ) -> None:
     """Choose the current after which the next apex is the desired one, (25)-(27)."""
-    check_outputs(json, None, plot)
+    check_outputs(json, plot=plot, reads=[("--robot", robot_file(robot))])
     hopper = hopform.load_robot(robot)
     start: dict[str, Any] = {"x1": x1, "v1": v1, "v2": velocity_after_impact(hopper, height, v2), "x2": x2}
     asked: dict[str, Any] = {"h_des": h_des, "datum": datum}
@@ -538,7 +558,7 @@ def reach(
     plot: Plot = None,
 ) -> None:
     """Map the next apex over the current one for all currents (Figs. 5, 11): bounds, gaps, fixed points, what can be held."""
-    check_outputs(json, None, plot)
+    check_outputs(json, plot=plot, reads=[("--robot", robot_file(robot))])
     hopper = hopform.load_robot(robot)
     if not lowest < highest:
         raise hopform.HopformError(f"--from must be below --to, got {lowest!r} and {highest!r} m")
@@ -638,21 +658,20 @@ def figures() -> ModuleType:
     return plots
 
 
-def check_outputs(json: bool, csv: str | None, plot: Path | None, *more: Path | None) -> None:
+def check_outputs(
+    json: bool,
+    csv: str | None = None,
+    plot: Path | None = None,
+    *,
+    reads: Iterable[Named] = (),
+    more: Iterable[Named] = (),
+) -> None:
     """Refuse, before anything is computed, what could not be printed or written afterwards."""
     if json and csv == "-":
         raise hopform.HopformError("--json and --csv - both print; give --csv a file")
-    files = [path for path in (Path(csv) if csv and csv != "-" else None, *more) if path is not None]
     if plot is not None:
         figures().check_suffix(plot)
-        files.append(plot)
-    for path in files:
-        if path.is_dir():
-            raise hopform.HopformError(f"{path} cannot be written: it is a folder")
-        if not path.parent.is_dir():
-            raise hopform.HopformError(f"{path} cannot be written: there is no folder {path.parent}")
-    if len({path.resolve() for path in files}) < len(files):
-        raise hopform.HopformError("two outputs name the same file")
+    check_files(reads, [("--csv", csv if csv and csv != "-" else None), *more, ("--plot", plot)])
 
 
 def deliver(
@@ -684,22 +703,6 @@ def deliver(
         print(f"hopform: warning: {warning}", file=sys.stderr)
     print(printed, end="")
     show(shown)
-
-
-def write(path: Path, content: bytes) -> None:
-    """Write aside and rename, so that a file is there in whole or not at all; a device is written as it is."""
-    target = path.resolve()
-    aside = target.with_name(f".{target.name}.{os.getpid()}.tmp")
-    try:
-        if target.exists() and not target.is_file():
-            target.write_bytes(content)
-        else:
-            aside.write_bytes(content)
-            os.replace(aside, target)
-    except OSError as error:
-        raise hopform.HopformError(f"{path} cannot be written: {error.strerror}") from None
-    finally:
-        aside.unlink(missing_ok=True)
 
 
 def show(parts: Iterable[RenderableType]) -> None:

@@ -17,15 +17,15 @@ from numpy.typing import NDArray
 from hopform import native_control
 from hopform.backends import choose as choose_backend
 from hopform.batch import solve_stances
-from hopform.checks import finite, positive
+from hopform.checks import finite, positive, whole
 from hopform.control import MAX_PHASES, checked_target, choose_current
 from hopform.errors import HopformError
 from hopform.flight import solve_flight
 from hopform.printed import choose_current_as_printed
 from hopform.reaching import home_of
 from hopform.robots import Robot
-from hopform.stance import Current, Stance, State, solve_stance
-from hopform_solver import records as solver_records
+from hopform.stance import Current, Stance, State, solve_stance, start_of
+from hopform.terrain import heights_of
 
 Array = NDArray[np.float64]
 Heights = float | tuple[float, ...]
@@ -113,14 +113,20 @@ class FeedForward:
     horizon: float = 2.0
     backend: str | None = None
 
+    def __post_init__(self) -> None:
+        wishes(self.h_des)
+        finite("stop_margin", self.stop_margin, "m")
+        finite("horizon", self.horizon, "s")
+
     def prepare(self, robot: Robot, terrain: tuple[float, ...]) -> "FeedForward":
         """Itself, if every wish is above its ground; HopformError if not."""
         check_wishes(robot, self.h_des, terrain, self.stop_margin, self.horizon)
         return replace(self, h_des=wishes(self.h_des))
 
     def __call__(self, touchdown: Touchdown) -> float:
-        if type(self.h_des) is float and choose_backend(self.backend) == "c":  # checked once, when it was prepared
-            ground, start = touchdown.ground, solver_records.State(touchdown.x1, touchdown.v1, touchdown.v2, 0.0)
+        if type(self.h_des) is float and choose_backend(self.backend) == "c":  # checked once, when it was made
+            ground = finite("ground", touchdown.ground, "m")
+            start = start_of(touchdown.robot, touchdown.x1, touchdown.v1, None, touchdown.v2)
             target = (self.h_des if self.h_des > ground else ground, -ground, self.stop_margin, self.horizon)
             return native_control.choose(touchdown.robot.parameters, start, target, MAX_PHASES, _DOUBLE)[0]
         return choose_current(
@@ -182,8 +188,7 @@ class ReturnMap:
         check_wishes(robot, self.h_des, terrain, 0.0, self.horizon)
         positive("period", self.period, "s")
         for name, count in (("heights", self.heights), ("currents", self.currents)):
-            if isinstance(count, bool) or not isinstance(count, int) or count < 2:
-                raise HopformError(f"{name} must be a whole number >= 2, got {count!r}")
+            whole(name, count, 2)
         for name, gain, unit in (("Kp", self.Kp, "A/m"), ("Kd", self.Kd, "A s/m")):
             finite(name, gain, unit)
         h_des = wishes(self.h_des)
@@ -311,7 +316,7 @@ def wish(h_des: SupportsFloat | Sequence[SupportsFloat], index: int) -> float:
     """The desired apex [m] after a touchdown."""
     if type(h_des) is float:  # the common case, before a protocol is asked
         return h_des
-    return float(h_des[index]) if isinstance(h_des, Sequence) else float(h_des)
+    return finite("h_des", h_des[index] if isinstance(h_des, Sequence) else h_des, "m")
 
 
 def wishes(h_des: SupportsFloat | Sequence[SupportsFloat]) -> Heights:
@@ -335,13 +340,13 @@ def check_wishes(
     horizon: float,
 ) -> None:
     """HopformError if a wish lies below its ground, or there are too few."""
-    asked = wishes(h_des)
-    if isinstance(asked, tuple) and len(asked) < len(terrain):
-        raise HopformError(f"h_des must be one height, or one per hop: got {len(asked)} for {len(terrain)} hops")
-    for index, ground in enumerate(terrain):
+    asked, grounds = wishes(h_des), heights_of(terrain)
+    if isinstance(asked, tuple) and len(asked) < len(grounds):
+        raise HopformError(f"h_des must be one height, or one per hop: got {len(asked)} for {len(grounds)} hops")
+    for index, ground in enumerate(grounds):
         wanted = wish(asked, index)
         if wanted < ground:
             raise HopformError(
                 f"h_des must not lie below the ground: got {wanted!r} m at hop {index}, where the ground is at {ground!r} m"
             )
-    checked_target(robot, wish(asked, 0), -terrain[0], stop_margin, horizon)
+    checked_target(robot, wish(asked, 0), -grounds[0], stop_margin, horizon)

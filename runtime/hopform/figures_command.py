@@ -12,11 +12,13 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 
 from hopform.errors import HopformError
 from hopform.figures import DRAWN, draw
+from hopform.files import check_files, write
 
 if TYPE_CHECKING:
     from hopform.figures.picture import Picture
 
 ANIMATION = "animation"
+CAPTIONS = "captions.md"
 FORMATS = (".svg", ".png")
 
 Folder = Annotated[Path, typer.Argument(metavar="DIR", help="where to; made if it is not there")]
@@ -33,10 +35,10 @@ def figures(folder: Folder, only: Only = None, json: Json = False) -> None:
     """
     import hopform
     from hopform import tables
-    from hopform.cli import show, write
+    from hopform.cli import show
 
     wanted = asked_for(only)
-    check(folder)
+    check(folder, wanted)
     files, pictures = drawn(wanted)
     make(folder)
     for name, content in files.items():
@@ -64,12 +66,21 @@ def asked_for(only: str | None) -> tuple[int | str, ...]:
     return tuple(what for word, what in known.items() if word in words)
 
 
-def check(folder: Path) -> None:
-    """HopformError, before anything is drawn, if nothing can be written there."""
+def names_of(what: int | str) -> tuple[str, ...]:
+    """The files of a figure, or of the animation."""
+    return ("animation.gif",) if isinstance(what, str) else tuple(f"fig_{what:02d}{suffix}" for suffix in FORMATS)
+
+
+def check(folder: Path, wanted: Iterable[int | str]) -> None:
+    """HopformError, before anything is drawn, if it cannot be written there."""
     if folder.exists() and not folder.is_dir():
         raise HopformError(f"{folder} is a file, not a folder")
     if not folder.parent.is_dir():
         raise HopformError(f"{folder} cannot be made: there is no folder {folder.parent}")
+    if folder.is_dir():
+        drawings = [(what if isinstance(what, str) else f"Fig. {what}", names_of(what)) for what in wanted]
+        files = [(what, folder / name) for what, names in drawings for name in names]
+        check_files((), [*files, ("the captions", folder / CAPTIONS)])
 
 
 def make(folder: Path) -> None:
@@ -93,13 +104,14 @@ def drawn(wanted: Iterable[int | str]) -> "tuple[dict[str, bytes], list[Picture]
         for what in wanted:
             bar.update(task, description="animation" if isinstance(what, str) else f"Fig. {what}")
             if isinstance(what, str):
-                files["animation.gif"] = moving()
+                files |= dict.fromkeys(names_of(what), moving())
             else:
                 pictures.append(draw(what))
-                files |= {f"fig_{what:02d}{suffix}": plots.render(pictures[-1].figure, suffix) for suffix in FORMATS}
+                figure = pictures[-1].figure
+                files |= {name: plots.render(figure, Path(name).suffix) for name in names_of(what)}
             bar.advance(task)
     if pictures:
-        files["captions.md"] = captions(pictures).encode()
+        files[CAPTIONS] = captions(pictures).encode()
     return files, pictures
 
 

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from hopform.backends import Backend, choose
-from hopform.checks import finite, positive
+from hopform.checks import finite, positive, shown, times_of, whole
 from hopform.errors import HopformError
 from hopform.flight_backends import ArrayFlight, NativeFlight, solve_array, solve_native
 from hopform.robots import Robot, checked_robot
@@ -139,11 +139,11 @@ class Flight:
         )
 
     def _times(self, t: ArrayLike) -> NDArray[np.floating]:
-        times = np.asarray(t, dtype=self.dtype).reshape(-1)
-        good = (times >= 0.0) & (times <= self.duration)
+        found = times_of(t, self.dtype)
+        good = (found >= 0.0) & (found <= self.duration)
         if not bool(np.all(good)):
-            raise HopformError(f"t must be 0 <= t <= {self.duration!r} s, got {float(times[~good][0])!r}")
-        return times
+            raise HopformError(f"t must be 0 <= t <= {self.duration!r} s, got {float(found[~good][0])!r}")
+        return found
 
 
 def solve_flight(
@@ -178,11 +178,10 @@ def solve_flight(
     start = _start(robot, x1, v1, x2, v2)
     law = None if gains is None else _gains(gains)
     longest = positive("horizon", horizon, "s")
-    if isinstance(max_phases, bool) or not isinstance(max_phases, int) or not 1 <= max_phases < 2**31:
-        raise HopformError(f"max_phases must be a whole number >= 1, got {max_phases!r}")
+    most = whole("max_phases", max_phases)
     chosen = choose(backend)
     solve = solve_native if chosen == "c" else solve_array
-    solved = solve(robot, start, law, longest, max_phases, precision)
+    solved = solve(robot, start, law, longest, most, precision)
     flight = solved.flight
     status = FLIGHT_ENDINGS[flight.ending]
     state, length = solved.end, robot.L0 + robot.c
@@ -222,7 +221,7 @@ def _start(robot: Robot, x1: object, v1: object, x2: object, v2: object) -> solv
 
 def _gains(gains: Sequence[SupportsFloat]) -> Gains:
     if isinstance(gains, str) or not isinstance(gains, Sequence) or len(gains) != 2:
-        raise HopformError(f"gains must be a pair (Kp, Kd) in N/m and N s/m, got {gains!r}")
+        raise HopformError(f"gains must be a pair (Kp, Kd) in N/m and N s/m, got {shown(gains)}")
     law = Gains(finite("Kp", gains[0], "N/m"), finite("Kd", gains[1], "N s/m"))
     for name, value, unit in zip(Gains._fields, law, ("N/m", "N s/m"), strict=True):
         if value < 0.0:

@@ -14,19 +14,20 @@ from typing import Any, SupportsFloat, cast
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from hopform.checks import finite, positive
+from hopform.checks import finite, positive, shown, times_of, whole
 from hopform.controllers import Answer, ConstantCurrent, Controller, Preparing, Sampled, Touchdown
 from hopform.errors import HopformError
 from hopform.flight import Flight, solve_flight
 from hopform.reaching import home_of
 from hopform.robots import Robot, checked_robot
-from hopform.stance import Energy, Real, Stance, State, solve_stance, steps_of
+from hopform.stance import Energy, Real, Stance, State, aed_of, solve_stance, steps_of
 from hopform.terrain import heights_of
 from hopform_solver import formulas
 from hopform_solver.records import Gains
 
 Array = NDArray[np.float64]
 Steps = tuple[tuple[float, float], ...]
+_DOUBLE = np.dtype(np.float64)
 Progress = Callable[[int, int], object]
 
 COLUMNS: tuple[tuple[str, str, str], ...] = (
@@ -77,11 +78,11 @@ class Errors:
     def __post_init__(self) -> None:
         units = {"v1": "m/s", "v2": "m/s", "quantum": "s", "delay": "s"}
         for name in ("x1", "v1", "x2", "v2", "ground", "quantum", "delay"):
-            if finite(name, getattr(self, name), units.get(name, "m")) < 0.0:
-                raise HopformError(f"{name} must be >= 0 {units.get(name, 'm')}, got {getattr(self, name)!r}")
+            if (value := finite(name, getattr(self, name), units.get(name, "m"))) < 0.0:
+                raise HopformError(f"{name} must be >= 0 {units.get(name, 'm')}, got {value!r}")
         positive("current_scale", self.current_scale, "of the current")
         if self.model is not None and not isinstance(self.model, Robot):
-            raise HopformError(f"model must be a Robot, got {self.model!r}")
+            raise HopformError(f"model must be a Robot, got {shown(self.model)}")
 
 
 NONE = Errors()
@@ -209,8 +210,7 @@ class Run:
         for leg, inside, times in self._legs(t):
             found[inside] = leg.level
             if isinstance(leg.motion, Stance):
-                entries = leg.motion.ledger(times)
-                found[inside] += entries.spring_work + entries.viscous_2 + entries.coulomb_2
+                found[inside] += aed_of(leg.motion.ledger(times))
         return _shaped(found, t)
 
     def ground(self, t: ArrayLike) -> Real:
@@ -244,8 +244,9 @@ class Run:
 
     def to_npz(self, path: str | Path, samples: int = 2000) -> None:
         """Write a NumPy archive: `arrays(samples)`."""
+        arrays = self.arrays(samples)
         with Path(path).open("wb") as file:
-            np.savez_compressed(file, **self.arrays(samples))
+            np.savez_compressed(file, **arrays)
 
     def arrays(self, samples: int = 2000) -> dict[str, Any]:
         """table, terrain, and, at `times(samples)`, t, x1, v1, x2, v2, ground, foot, u, E, H (`energy`), AED (`aed`)."""
@@ -260,26 +261,27 @@ class Run:
     def times(self, samples: int) -> Array:
         """Uniform times over the run, and those of touchdowns and take-offs."""
         corners = [time for hop in self.hops for time in (hop.touchdown_time, hop.takeoff_time)]
-        return np.union1d(np.linspace(0.0, self.duration, samples), np.minimum(corners, self.duration))
+        uniform = np.linspace(0.0, self.duration, whole("samples", samples))
+        return np.union1d(uniform, np.minimum(corners, self.duration))
 
     def _legs(self, t: ArrayLike) -> "list[tuple[_Leg, NDArray[np.intp], Array]]":
         """The flights and stances that times fall into, which times, and those since each began; a touchdown is in its stance."""
-        times = np.asarray(t, dtype=float).reshape(-1)
-        good = (times >= 0.0) & (times <= self.duration)
+        asked = times_of(t, _DOUBLE)
+        good = (asked >= 0.0) & (asked <= self.duration)
         if not bool(np.all(good)):
-            raise HopformError(f"t must be 0 <= t <= {self.duration!r} s, got {float(times[~good][0])!r}")
+            raise HopformError(f"t must be 0 <= t <= {self.duration!r} s, got {float(asked[~good][0])!r}")
         legs = self._all_legs
         begins = np.maximum.accumulate(
             [math.nextafter(leg.begin, math.inf) if leg.after_takeoff else leg.begin for leg in legs]
         )
-        places = np.maximum(np.searchsorted(begins, times, side="right") - 1, 0)
+        places = np.maximum(np.searchsorted(begins, asked, side="right") - 1, 0)
         order = np.argsort(places, kind="stable")
         cuts = np.flatnonzero(np.diff(places[order])) + 1
         groups = [group for group in np.split(order, cuts) if group.size]
         found: list[tuple[_Leg, NDArray[np.intp], Array]] = []
         for group in groups:
             leg = legs[int(places[group[0]])]
-            found.append((leg, group, np.clip(times[group] - leg.begin, 0.0, leg.motion.duration)))
+            found.append((leg, group, np.clip(asked[group] - leg.begin, 0.0, leg.motion.duration)))
         return found
 
     @cached_property
@@ -354,19 +356,18 @@ def simulate(
     """
     if not checked_robot(robot).g > 0.0:
         raise HopformError(f"hopping needs g > 0 m/s^2, got {robot.g!r}")
-    if isinstance(seed, bool) or not isinstance(seed, int) or seed < 0:
-        raise HopformError(f"seed must be a whole number >= 0, got {seed!r}")
+    whole("seed", seed, 0, math.inf)
     if not isinstance(errors, Errors):
-        raise HopformError(f"errors must be Errors, got {errors!r}")
+        raise HopformError(f"errors must be Errors, got {shown(errors)}")
     grounds = heights_of(terrain)
     longest = positive("horizon", horizon, "s")
     plant = robot if errors.current_scale == 1.0 else replace(robot, gamma2=robot.gamma2 * errors.current_scale)
     model = robot if errors.model is None else errors.model
     first = _start(robot, height, start)
-    asked: Any = ConstantCurrent(float(controller)) if isinstance(controller, SupportsFloat) else controller
+    asked: Any = ConstantCurrent(finite("u", controller, "A")) if isinstance(controller, SupportsFloat) else controller
     prepared: Any = asked.prepare(model, grounds) if isinstance(asked, Preparing) else asked
     if not callable(prepared):
-        raise HopformError(f"controller must be a current in A or a callable, got {controller!r}")
+        raise HopformError(f"controller must be a current in A or a callable, got {shown(controller)}")
     task = _Task(
         plant,
         model,
@@ -403,11 +404,13 @@ class _Task:
 def _start(robot: Robot, height: SupportsFloat | None, start: State | None) -> State:
     """The state in the air, x2 over level 0."""
     if (height is None) == (start is None):
-        raise HopformError(f"either height or start must be given, got height = {height!r}, start = {start!r}")
+        raise HopformError(
+            f"either height or start must be given, got height = {shown(height)}, start = {shown(start)}"
+        )
     if start is None:
         return State(home_of(robot), 0.0, finite("height", height, "m") + (robot.L0 + robot.c), 0.0)
     if len(start) != 4:
-        raise HopformError(f"start must be a State of x1, v1, x2, v2, got {start!r}")
+        raise HopformError(f"start must be a State of x1, v1, x2, v2, got {shown(start)}")
     units = ("m", "m/s", "m", "m/s")
     values = (finite(f"start.{name}", each, unit) for name, each, unit in zip(State._fields, start, units, strict=True))
     return State(*values)
@@ -505,7 +508,8 @@ def _stance(task: _Task, answer: Answer, ground: float, time: float, flight: Fli
 
 def _wait(errors: Errors, time: float) -> float:
     """How long after a touchdown [s] it is seen."""
-    tick = math.ceil(time / errors.quantum) * errors.quantum - time if errors.quantum else 0.0
+    ticks = errors.quantum > math.ulp(time)  # a clock that is finer than the time's last digit makes no tick
+    tick = math.ceil(time / errors.quantum) * errors.quantum - time if ticks else 0.0
     return max(tick, 0.0) + errors.delay
 
 
@@ -521,7 +525,7 @@ def _sampled(task: _Task, answer: Sampled, ground: float, wait: float, state: St
     period, t, begin = float(answer.period), 0.0, True
     while t < task.horizon:
         if t >= wait:
-            u = float(answer.law(t - wait, _measured(task, at, ground)))
+            u = finite("u", answer.law(t - wait, _measured(task, at, ground)), "A")
             if not steps or steps[-1][1] != u:
                 steps.append((t, u))
             length = period

@@ -22,7 +22,7 @@ from hopform.errors import HopformError, MissingExtra
 from hopform.hopping import Run
 from hopform.reaching import Reachability
 from hopform.robots import Robot
-from hopform.stance import Phase, Stance
+from hopform.stance import Phase, Stance, aed_of
 from hopform.tables import current, ending, mode, mode_of_actuator, name_of, unit_of_time
 
 try:
@@ -155,10 +155,8 @@ def draw_force(axes: Axes, stance: Stance, t: Curve, shown: Curve) -> None:
 
 def draw_energy(axes: Axes, stance: Stance, t: Curve, shown: Curve) -> None:
     """Two independent computations on top of each other: E from the state, E(0) + AED from the integrals of (24)."""
-    entries = stance.ledger(t)
-    aed = np.asarray(entries.spring_work) + entries.viscous_2 + entries.coulomb_2
     energy = np.asarray(stance.energy(t).body)
-    draw_twice(axes, shown, energy, energy[0] + aed, "E(0) + analytical energy delta (24)")
+    draw_twice(axes, shown, energy, energy[0] + aed_of(stance.ledger(t)), "E(0) + analytical energy delta (24)")
     axes.legend(loc="best")
 
 
@@ -220,13 +218,22 @@ def legend_of_modes(figure: Figure, stance: Stance) -> None:
 
 def title_of(stance: Stance) -> str:
     first = stance.phases[0].state
-    start = f"{name_of(stance.robot)}: touchdown at {float(first.v2) + 0.0:.3g} m/s, {current(stance.u)}"
-    return plain(f"{start}\n{ending(stance)}")
+    start = f"touchdown at {float(first.v2) + 0.0:.3g} m/s, {current(stance.u)}"
+    return literal(name_of(stance.robot)) + plain(f": {start}\n{ending(stance)}")
+
+
+_NO_CHARACTER = re.compile("[\x00-\x09\x0b-\x1f\x7f-\x9f\ud800-\udfff\ufffe\uffff]")
+"""What no font shows and no XML holds: control characters but for line feeds, halves of surrogate pairs, non-characters."""
+
+
+def literal(text: str) -> str:
+    """Text that matplotlib shows as it is: names of robots and files are no mathematics."""
+    return _NO_CHARACTER.sub("\N{REPLACEMENT CHARACTER}", text).replace("$", r"\$")
 
 
 def plain(text: str) -> str:
-    """Text that matplotlib shows as it is, with true minus signs and squares."""
-    return re.sub(r"-(?=\d)", "\N{MINUS SIGN}", text).replace("^2", "\N{SUPERSCRIPT TWO}").replace("$", r"\$")
+    """Text of hopform's own as matplotlib shows it, with true minus signs and squares."""
+    return literal(re.sub(r"-(?=\d)", "\N{MINUS SIGN}", text).replace("^2", "\N{SUPERSCRIPT TWO}"))
 
 
 # ---- a run ----
@@ -248,14 +255,15 @@ def plot_run(run: Run) -> Figure:
         figure.legend([Patch(**STANCE), *lines], ["stance", *words], loc="outside lower center", ncols=3)
         rows[-1].set_xlabel("time since the start [s]")
         figure.align_ylabels(rows)
-        figure.suptitle(plain(title_of_run(run)))
+        figure.suptitle(title_of_run(run))
     return figure
 
 
 def title_of_run(run: Run) -> str:
-    start = f"{name_of(run.robot)} from {100.0 * (float(run.at(0.0).x2) - run.robot.L0 - run.robot.c):.4g} cm"
+    start = f"from {100.0 * (float(run.at(0.0).x2) - run.robot.L0 - run.robot.c):.4g} cm"
     currents = {hop.stance.u for hop in run.hops}
-    return f"{start}, {current(currents.pop())}" if len(currents) == 1 else f"{start}, {len(run.hops)} hops"
+    words = current(currents.pop()) if len(currents) == 1 else f"{len(run.hops)} hops"
+    return literal(name_of(run.robot)) + plain(f" {start}, {words}")
 
 
 def draw_heights(axes: Axes, run: Run, t: Curve) -> None:
@@ -310,7 +318,8 @@ def plot_reach(found: Reachability) -> Figure:
         shown = [(line, word) for line, word in zip(lines, words_of, strict=True) if word and not word.startswith("_")]
         figure.legend(*zip(*shown, strict=True), loc="outside lower center", ncols=3)
         margin = f", stop margin {100.0 * found.stop_margin:.3g} cm" if found.stop_margin else ""
-        figure.suptitle(plain(f"{name_of(found.robot)}, {found.currents[0]:.4g} to {found.currents[-1]:.4g} A{margin}"))
+        words = f", {found.currents[0]:.4g} to {found.currents[-1]:.4g} A{margin}"
+        figure.suptitle(literal(name_of(found.robot)) + plain(words))
     return figure
 
 
@@ -326,5 +335,5 @@ def plot_command(robot: Robot, u: Curve, apex: Curve, h_des: float, found: Comma
         axes.set_xlabel("current [A]")
         axes.set_ylabel("next apex [cm]")
         axes.legend()
-        figure.suptitle(plain(f"{name_of(robot)}: {found.u:.5g} A"))
+        figure.suptitle(literal(name_of(robot)) + plain(f": {found.u:.5g} A"))
     return figure

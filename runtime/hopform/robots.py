@@ -1,6 +1,7 @@
 """Robots: checked parameters, the shipped ones, TOML in and out."""
 
 import difflib
+import json
 import re
 import tomllib
 from dataclasses import dataclass, fields
@@ -8,6 +9,7 @@ from importlib import resources
 from pathlib import Path
 from typing import Any, NoReturn
 
+from hopform.checks import shown
 from hopform.errors import HopformError
 from hopform_solver import checked
 from hopform_solver.records import ROBOT_FIELDS, Field
@@ -38,6 +40,14 @@ class Robot(checked.Robot):
             raise
         except ValueError as error:
             raise HopformError(str(error)) from None
+        for key in ("name", "description"):
+            text: object = getattr(self, key)
+            if not isinstance(text, str):
+                raise HopformError(f"{key} must be a text, got {shown(text)}")
+            try:
+                text.encode()
+            except UnicodeEncodeError:
+                raise HopformError(f"{key} must be a text that UTF-8 holds, got {shown(text)}") from None
 
     @staticmethod
     def fields() -> tuple[Field, ...]:
@@ -45,18 +55,23 @@ class Robot(checked.Robot):
         return ROBOT_FIELDS
 
     def to_toml(self) -> str:
-        """The robot as a TOML text that `load_robot` reads back to the same numbers."""
-        lines = [f'{key} = "{text}"' for key in ("name", "description") if (text := getattr(self, key))]
+        """The robot as a TOML text that `load_robot` reads back to the same robot."""
+        lines = [f"{key} = {toml_string(text)}" for key in ("name", "description") if (text := getattr(self, key))]
         for field in ROBOT_FIELDS:
             value = f"{field.name} = {getattr(self, field.name)!r}"
             lines.append(f"{value:<24} # [{field.unit}] {field.meaning}")
         return "\n".join(lines) + "\n"
 
 
+def toml_string(text: str) -> str:
+    """A text as a basic string of TOML, which has JSON's escapes, and one for U+007F."""
+    return json.dumps(text, ensure_ascii=False).replace("\x7f", r"\u007f")
+
+
 def checked_robot(robot: object) -> Robot:
     """The robot; HopformError for what is none, the name of one for instance."""
     if not isinstance(robot, Robot):
-        raise HopformError(f"robot must be a Robot, as load_robot gives it, got {robot!r}")
+        raise HopformError(f"robot must be a Robot, as load_robot gives it, got {shown(robot)}")
     return robot
 
 
@@ -69,10 +84,10 @@ def load_robot(name_or_path: str | Path) -> Robot:
     >>> load_robot("hopper_c").k
     1200.0
     """
-    if str(name_or_path) in ROBOTS:
+    path = file_of(name_or_path)
+    if path is None:
         text = resources.files("hopform").joinpath("robots", f"{name_or_path}.toml").read_text("utf-8")
         return robot_from_toml(text, f"{name_or_path}.toml")
-    path = Path(name_or_path)
     if not path.is_file():
         _no_such_robot(str(name_or_path))
     try:
@@ -81,18 +96,25 @@ def load_robot(name_or_path: str | Path) -> Robot:
         raise HopformError(f"{path}: cannot be read: {error}") from None
 
 
+def file_of(name_or_path: str | Path) -> Path | None:
+    """The file that `load_robot` reads; None for a shipped robot."""
+    return None if str(name_or_path) in ROBOTS else Path(name_or_path)
+
+
 def robot_from_toml(text: str, source: str = "TOML") -> Robot:
     """The robot of a TOML text; `source` is what errors call it."""
     try:
         table: dict[str, Any] = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
         raise HopformError(f"{source} is not valid TOML: {error}") from None
+    except ValueError:
+        raise HopformError(f"{source} holds a whole number of more digits than Python reads") from None
     known = {field.name: field for field in ROBOT_FIELDS}
     for key, value in table.items():
         where = f"({source}, line {_line_of(key, text)})"
         if key in ("name", "description"):
             if not isinstance(value, str):
-                raise HopformError(f"{key} must be a text, got {value!r} {where}")
+                raise HopformError(f"{key} must be a text, got {shown(value)} {where}")
         elif key not in known:
             raise HopformError(f"unknown parameter {key!r}{_nearest(key, [*known, 'name'])} {where}")
         elif (reason := checked.refusal(known[key], value)) is not None:

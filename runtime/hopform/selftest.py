@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import DTypeLike
 
 from hopform import native
+from hopform.checks import shown
 from hopform.errors import HopformError
 
 PHASES = 32
@@ -21,7 +22,7 @@ def selftest(dtype: DTypeLike = np.float32) -> int:
     """
     wanted = np.dtype(dtype)
     if wanted not in (np.dtype(np.float32), np.dtype(np.float64)):
-        raise HopformError(f"dtype must be float32 or float64, got {dtype!r}")
+        raise HopformError(f"dtype must be float32 or float64, got {shown(dtype)}")
     library = native.library()
     types = library.types(wanted)
     search, phases = types.Search(), (types.Phase * PHASES)()

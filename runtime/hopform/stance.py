@@ -2,6 +2,7 @@
 
 import math
 import sys
+from collections import namedtuple
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple, SupportsFloat
@@ -11,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from hopform.arrays import Solved as ArraySolved
 from hopform.backends import MODULES, Backend, choose
-from hopform.checks import finite, positive
+from hopform.checks import LARGEST, finite, positive, shown, times_of, whole
 from hopform.errors import HopformError
 from hopform.native import Solved as NativeSolved
 from hopform.native import tuple_of
@@ -19,7 +20,7 @@ from hopform.robots import Robot, checked_robot
 from hopform.sensitivities import Sensitivities, of_matrix
 from hopform_solver import formulas
 from hopform_solver import records as solver_records
-from hopform_solver.records import ENDINGS, EVENTS
+from hopform_solver.records import ENDINGS, EVENTS, LEDGER_OF_BODY
 
 Real = float | NDArray[np.floating]
 Current = SupportsFloat | Sequence[tuple[SupportsFloat, SupportsFloat]]
@@ -79,7 +80,8 @@ class Energy(NamedTuple):
 class Ledger(NamedTuple):
     """Where energy came from and went to since touchdown, signed as it enters, [J].
 
-    All but spring_work sum to the change of H; spring_work, viscous_2 and coulomb_2 sum to that of E, the AED (24).
+    All but spring_work sum to the change of H; spring_work, viscous_2 and coulomb_2 sum to that of E, the AED (24). Further
+    terms of a model of one's own have their entries behind these.
     """
 
     motor_work: Real
@@ -90,6 +92,17 @@ class Ledger(NamedTuple):
     coulomb_2: Real
     stop_loss: Real
     spring_work: Real
+
+
+_FURTHER: list[str] = [name for name in solver_records.Ledger._fields if name not in Ledger._fields]
+if _FURTHER:  # the solver is of a model of one's own; type checkers know the hopper's entries
+    _fields = [*Ledger._fields, *_FURTHER]
+    globals()["Ledger"] = namedtuple("Ledger", _fields, module=__name__)  # pyright: ignore[reportUntypedNamedTuple]
+
+
+def aed_of(entries: Ledger) -> NDArray[np.floating]:
+    """The AED (24) [J], the change of the body's energy, by its entries in a ledger."""
+    return np.asarray(sum(getattr(entries, name) for name in LEDGER_OF_BODY))
 
 
 @dataclass(frozen=True)
@@ -206,13 +219,13 @@ class Stance:
         return t
 
     def _times(self, t: ArrayLike) -> NDArray[np.floating]:
-        times = np.ascontiguousarray(t, dtype=self.dtype).reshape(-1)
+        found = times_of(t, self.dtype)
         longest = math.inf if self.status == "rest" else self.duration
-        if times.size and not bool(np.all((times >= 0.0) & (times <= longest) & np.isfinite(times))):
-            bad = times[~((times >= 0.0) & (times <= longest) & np.isfinite(times))][0]
+        if found.size and not bool(np.all((found >= 0.0) & (found <= longest) & np.isfinite(found))):
+            bad = found[~((found >= 0.0) & (found <= longest) & np.isfinite(found))][0]
             allowed = "0 <= t" if self.status == "rest" else f"0 <= t <= {self.duration!r} s"
             raise HopformError(f"t must be {allowed}, got {float(bad)!r}")
-        return times
+        return found
 
     def _shaped(self, value: Any, t: ArrayLike) -> Real:
         shape = np.shape(t)
@@ -247,10 +260,9 @@ def solve_stance(
     start = start_of(robot, x1, v1, x2, v2)
     steps = steps_of(u)
     longest = horizon if type(horizon) is float and 0.0 < horizon < math.inf else positive("horizon", horizon, "s")
-    if isinstance(max_phases, bool) or not isinstance(max_phases, int) or not 1 <= max_phases < 2**31:
-        raise HopformError(f"max_phases must be a whole number >= 1, got {max_phases!r}")
+    most = max_phases if type(max_phases) is int and 0 < max_phases <= LARGEST else whole("max_phases", max_phases)
     chosen = choose(backend)
-    solved = MODULES[chosen].solve(robot.parameters, start, steps, longest, max_phases, precision)
+    solved = MODULES[chosen].solve(robot.parameters, start, steps, longest, most, precision)
     return _stance(robot, steps, chosen, precision, solved, x2 is not None)
 
 
@@ -259,17 +271,16 @@ def uniform_times(
 ) -> tuple[NDArray[np.floating], float]:
     """Times of a uniform grid over [0, duration] and their distance [s], any where there is but one time."""
     if (count is None) == (dt is None):
-        raise HopformError(f"either count or dt must be given, got count = {count!r}, dt = {dt!r}")
+        raise HopformError(f"either count or dt must be given, got count = {shown(count)}, dt = {shown(dt)}")
     if dt is None:
-        if isinstance(count, bool) or not isinstance(count, int) or not 1 <= count < 2**31:
-            raise HopformError(f"count must be a whole number >= 1, got {count!r}")
-        step = duration / (count - 1) if count > 1 else 0.0
-        number = count
+        number = whole("count", count)
+        step = duration / (number - 1) if number > 1 else 0.0
     else:
         step = positive("dt", dt, "s")
-        number = math.floor(duration / step * (1.0 + 4.0 * float(np.finfo(dtype).eps))) + 1
-        if number >= 2**31:
-            raise HopformError(f"dt must be > {duration / 2**31!r} s for a stance of {duration!r} s, got {step!r}")
+        last = duration / step * (1.0 + 4.0 * float(np.finfo(dtype).eps))
+        if last >= LARGEST:
+            raise HopformError(f"dt must be > {duration / LARGEST!r} s for a stance of {duration!r} s, got {step!r}")
+        number = math.floor(last) + 1
     t = np.arange(number, dtype=dtype)
     t *= dtype.type(step)
     if dt is None and number > 1:
@@ -412,14 +423,14 @@ def steps_of(u: Current) -> tuple[tuple[float, float], ...]:
     if isinstance(u, (float, SupportsFloat, str)):
         return ((0.0, finite("u", u, "A")),)
     if not isinstance(u, Iterable):
-        raise HopformError(f"u must be a current in A or steps (t, u), got {u!r}")
+        raise HopformError(f"u must be a current in A or steps (t, u), got {shown(u)}")
     pairs = list(u)
     if not pairs:
         raise HopformError("u must be a current in A or at least one step (t, u), got no step")
     steps: list[tuple[float, float]] = []
     for number, pair in enumerate(pairs):
         if isinstance(pair, str) or not isinstance(pair, Sequence) or len(pair) != 2:
-            raise HopformError(f"u[{number}] must be a pair (t, u), got {pair!r}")
+            raise HopformError(f"u[{number}] must be a pair (t, u), got {shown(pair)}")
         steps.append((finite(f"u[{number}] time", pair[0], "s"), finite(f"u[{number}] current", pair[1], "A")))
     if steps[0][0] != 0.0:
         raise HopformError(f"u must start at t = 0 s, got {steps[0][0]!r}")
@@ -439,5 +450,5 @@ def precision_of(dtype: Any) -> np.dtype[Any]:
     except TypeError:
         precision = np.dtype(object)
     if precision not in (np.dtype(np.float32), np.dtype(np.float64)):
-        raise HopformError(f"dtype must be float64 or float32, got {dtype!r}")
+        raise HopformError(f"dtype must be float64 or float32, got {shown(dtype)}")
     return precision

@@ -17,6 +17,8 @@ from rich.text import Text
 
 import hopform
 from hopform import Energy, Equation, Hop, Ledger, Phase, Robot, Run, Sensitivities, Stance, State
+from hopform.stance import aed_of
+from hopform_solver.records import LEDGER_OF_BODY, LEDGER_OF_ROBOT
 
 Record = dict[str, Any]
 
@@ -54,8 +56,7 @@ LEDGER = {
     "stop_loss": "actuator, lost at stops",
     "spring_work": "the actuator's work on the body",
 }
-OF_ROBOT = tuple(name for name in LEDGER if name != "spring_work")
-OF_BODY = ("spring_work", "viscous_2", "coulomb_2")
+OF_ROBOT = (*LEDGER_OF_ROBOT, "stop_loss")
 OUTCOMES = {
     "completed": "hops on",
     "stopped": "stays on the ground",
@@ -248,10 +249,11 @@ def ledger(solved: Stance) -> Table:
     """Where the energy went, and whether it adds up."""
     made = table("Energy ledger", "", "whole robot [J]", "body [J]", words=("",))
     entries = {name: float(value) for name, value in solved.ledger(solved.duration)._asdict().items()}
-    for name, words in LEDGER.items():
-        made.add_row(words, *(f"{entries[name] + 0.0:+.6f}" if name in part else "" for part in (OF_ROBOT, OF_BODY)))
+    parts = (OF_ROBOT, LEDGER_OF_BODY)
+    for name, words in (LEDGER | {name: name.replace("_", " ") for name in entries if name not in LEDGER}).items():
+        made.add_row(words, *(f"{entries[name] + 0.0:+.6f}" if name in part else "" for part in parts))
     made.add_section()
-    sums = [math.fsum(entries[name] for name in part) for part in (OF_ROBOT, OF_BODY)]
+    sums = [math.fsum(entries[name] for name in part) for part in parts]
     before, after = solved.energy(0.0), solved.energy(solved.duration)
     changes = [float(after.total) - float(before.total), float(after.body) - float(before.body)]
     made.add_row("sum", *(f"{each:+.6f}" for each in sums))
@@ -450,13 +452,12 @@ def hop_record(hop: Hop) -> Record:
 def stance_csv(solved: Stance, samples: int) -> str:
     """A stance over time: uniform times, and those of the events."""
     t = times(solved.duration, samples, (phase.start for phase in solved.phases))
-    state, entries = solved.at(t), solved.ledger(t)
     columns = {
         "t": t,
-        **state._asdict(),
+        **solved.at(t)._asdict(),
         "F": solved.robot.k * np.asarray(solved.compression(t)),
         "E": solved.energy(t).body,
-        "AED": np.asarray(entries.spring_work) + entries.viscous_2 + entries.coulomb_2,
+        "AED": aed_of(solved.ledger(t)),
     }
     return to_csv(columns)
 

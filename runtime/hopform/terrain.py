@@ -11,7 +11,7 @@ from typing import Any, SupportsFloat
 
 import numpy as np
 
-from hopform.checks import finite, is_number
+from hopform.checks import finite, is_number, shown, whole
 from hopform.errors import HopformError
 
 Heights = tuple[float, ...]
@@ -27,7 +27,7 @@ def flat(hops: int, height: SupportsFloat = 0.0) -> Heights:
     >>> flat(3)
     (0.0, 0.0, 0.0)
     """
-    return (finite("height", height, "m"),) * _count(hops)
+    return (finite("height", height, "m"),) * whole("hops", hops)
 
 
 def steps(hops: int, size: SupportsFloat, length: int = 3) -> Heights:
@@ -36,8 +36,8 @@ def steps(hops: int, size: SupportsFloat, length: int = 3) -> Heights:
     >>> steps(5, 0.02, length=2)
     (0.0, 0.0, 0.02, 0.02, 0.0)
     """
-    rise, each = finite("size", size, "m"), _count(length, "length")
-    return tuple(rise if (hop // each) % 2 else 0.0 for hop in range(_count(hops)))
+    rise, each = finite("size", size, "m"), whole("length", length)
+    return tuple(rise if (hop // each) % 2 else 0.0 for hop in range(whole("hops", hops)))
 
 
 def uniform(hops: int, size: SupportsFloat, seed: int = 0) -> Heights:
@@ -47,7 +47,8 @@ def uniform(hops: int, size: SupportsFloat, seed: int = 0) -> Heights:
     True
     """
     half = _size(size)
-    return tuple(_generator(seed).uniform(-half, half, _count(hops)).tolist())
+    finite("2 size", 2.0 * half, "m")
+    return tuple(_generator(seed).uniform(-half, half, whole("hops", hops)).tolist())
 
 
 def gaussian(hops: int, size: SupportsFloat, seed: int = 0) -> Heights:
@@ -56,7 +57,7 @@ def gaussian(hops: int, size: SupportsFloat, seed: int = 0) -> Heights:
     >>> len(gaussian(10, 0.01, seed=3))
     10
     """
-    return tuple((_size(size) * _generator(seed).standard_normal(_count(hops))).tolist())
+    return tuple((_size(size) * _generator(seed).standard_normal(whole("hops", hops))).tolist())
 
 
 def generate(name: str, hops: int, size: SupportsFloat = 0.0, seed: int = 0) -> Heights:
@@ -106,7 +107,7 @@ def read(path: str | Path) -> Heights:
 def heights_of(terrain: Iterable[Any]) -> Heights:
     """The heights of a terrain as floats; HopformError if there is none, or one is not finite."""
     if isinstance(terrain, (str, bytes)) or not isinstance(terrain, Iterable):
-        raise HopformError(f"terrain must be a sequence of heights in m, got {terrain!r}")
+        raise HopformError(f"terrain must be a sequence of heights in m, got {shown(terrain)}")
     dimensions = getattr(terrain, "ndim", 1)
     if dimensions != 1:
         raise HopformError(f"terrain must be of one dimension, got {dimensions}")
@@ -123,12 +124,6 @@ def _height(row: list[str], column: int, where: str) -> float:
     return float(text)
 
 
-def _count(number: object, name: str = "hops") -> int:
-    if isinstance(number, bool) or not isinstance(number, int) or number < 1:
-        raise HopformError(f"{name} must be a whole number >= 1, got {number!r}")
-    return number
-
-
 def _size(size: SupportsFloat) -> float:
     value = finite("size", size, "m")
     if value < 0.0:
@@ -137,6 +132,4 @@ def _size(size: SupportsFloat) -> float:
 
 
 def _generator(seed: object) -> "np.random.Generator":
-    if isinstance(seed, bool) or not isinstance(seed, int) or seed < 0:
-        raise HopformError(f"seed must be a whole number >= 0, got {seed!r}")
-    return np.random.default_rng(seed)
+    return np.random.default_rng(whole("seed", seed, 0, math.inf))

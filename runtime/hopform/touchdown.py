@@ -16,7 +16,7 @@ from typing import SupportsFloat
 import numpy as np
 from numpy.typing import NDArray
 
-from hopform.checks import finite, positive
+from hopform.checks import finite, positive, shown, whole
 from hopform.errors import HopformError
 from hopform.robots import Robot
 from hopform.stance import Event, solve_stance
@@ -44,14 +44,16 @@ class TouchdownDetector:
     dt: float = 1e-3
 
     def __post_init__(self) -> None:
-        if finite("low", self.low, "units of the signal") > finite("high", self.high, "units of the signal"):
-            raise HopformError(f"low must be <= high = {self.high!r}, got {self.low!r}")
-        if isinstance(self.count, bool) or not isinstance(self.count, int) or not 1 <= self.count < 2**31:
-            raise HopformError(f"count must be a whole number >= 1, got {self.count!r}")
+        low, high = (finite(name, getattr(self, name), "units of the signal") for name in ("low", "high"))
+        if low > high:
+            raise HopformError(f"low must be <= high = {high!r}, got {low!r}")
+        whole("count", self.count)
         positive("dt", self.dt, "s")
 
     def detect(self, samples: Iterable[SupportsFloat]) -> tuple[Event, ...]:
         """Touchdowns and take-offs in a signal that begins in flight, each at the time of the sample that told it [s]."""
+        if isinstance(samples, str) or not isinstance(samples, Iterable):
+            raise HopformError(f"samples must be a sequence of numbers in units of the signal, got {shown(samples)}")
         settings, contact = solver.Detector(self.high, self.low, self.count), solver.Contact()
         found: list[Event] = []
         for n, sample in enumerate(samples):
@@ -84,6 +86,8 @@ class TouchdownDetector:
     def chances(self, noise: SupportsFloat, signal: Sequence[SupportsFloat]) -> NDArray[np.float64]:
         """For a signal that is known without its noise: the chance that each of its samples is the one that tells touchdown."""
         deviation = positive("noise", noise, "units of the signal")
+        if isinstance(signal, str) or not isinstance(signal, (Sequence, np.ndarray)):
+            raise HopformError(f"signal must be a sequence of numbers in units of the signal, got {shown(signal)}")
         state = np.zeros(self.count)  # chance of so many samples in a row so far
         state[0] = 1.0
         told = np.empty(len(signal))
@@ -104,8 +108,7 @@ class TouchdownDetector:
             positive("noise", noise, "units of the signal"),
             finite("level", level, "units of the signal"),
         )
-        if isinstance(trials, bool) or not isinstance(trials, int) or trials < 1:
-            raise HopformError(f"trials must be a whole number >= 1, got {trials!r}")
+        whole("trials", trials)
         draw = np.random.default_rng(seed)
         delays, run = draw.uniform(0.0, self.dt, trials), np.zeros(trials, dtype=np.int64)
         waiting = np.arange(trials)

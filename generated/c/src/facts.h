@@ -6,7 +6,7 @@
 #define HOPFORM_FACTS_H
 
 /* Text that this library and a package generated with it have in common. */
-#define HOPFORM_SOURCE "e2b72acfadb63cb7"
+#define HOPFORM_SOURCE "d1ad20e8f31b8a42"
 
 /* What the hopper is made of. */
 #define HOPFORM_ROBOT_MEMBERS(X) X(m_eff, POSITIVE) X(m_s, POSITIVE) X(k, POSITIVE) X(L0, REAL) X(c, REAL) X(b1, NONNEGATIVE) X(b2, NONNEGATIVE) X(f1, NONNEGATIVE) X(f2, NONNEGATIVE) X(gamma2, REAL) X(g, NONNEGATIVE) X(x1_min, LOWER) X(x1_max, UPPER) X(u_max, BOUND) X(impact_loss, FRACTION)

@@ -2,6 +2,7 @@
 """The robot as people build it: a frozen dataclass whose fields are checked at construction."""
 
 import math
+import sys
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
@@ -19,17 +20,36 @@ _ALLOWED: dict[str, tuple[str, Callable[[float], bool]]] = {
     "lower": ("a number or -inf", lambda value: value < math.inf),
     "upper": ("a number or inf", lambda value: value > -math.inf),
 }
+_LONGEST = 60
+"""Characters of a value that an error message shows."""
+
+
+def shown(value: object) -> str:
+    """A value as an error message shows it: its repr, of a long one both ends."""
+    try:
+        text = repr(value)
+    except ValueError:  # it holds a whole number of more digits than Python prints
+        text = f"{type(value).__name__} of too many digits to be shown"
+    half = _LONGEST // 2 - 2
+    return text if len(text) <= _LONGEST else f"{text[:half]}...{text[-half:]}"
+
+
+def beyond(name: str, unit: str, value: object) -> str:
+    """What is said of a number that no float holds."""
+    return f"{name} must lie within +-{sys.float_info.max:.2g}{unit and f' {unit}'}, got {shown(value)}"
 
 
 def refusal(field: Field, value: object) -> str | None:
     """Why a value is not allowed for a field, None if it is."""
-    unit = "" if field.unit == "1" else f" {field.unit}"
+    unit = "" if field.unit == "1" else field.unit
     if isinstance(value, bool) or not isinstance(value, Number):
-        return f"{field.name} must be a number{unit and f' in{unit}'}, got {value!r}"
+        return f"{field.name} must be a number{unit and f' in {unit}'}, got {shown(value)}"
+    try:
+        number = float(value)
+    except OverflowError:
+        return beyond(field.name, unit, value)
     allowed, holds = _ALLOWED[field.domain]
-    if not holds(float(value)):
-        return f"{field.name} must be {allowed}{unit}, got {float(value)!r}"
-    return None
+    return None if holds(number) else f"{field.name} must be {allowed}{unit and f' {unit}'}, got {number!r}"
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -11,6 +11,7 @@ from collections.abc import Callable
 from importlib import import_module
 from typing import TYPE_CHECKING, cast
 
+from hopform.checks import shown
 from hopform.errors import HopformError
 
 if TYPE_CHECKING:
@@ -41,7 +42,7 @@ def draw(number: int) -> "Picture":
     """The figure of a number in `DRAWN`, its caption and its data; HopformError for another, MissingExtra without
     matplotlib."""
     if number not in DRAWN:
-        raise HopformError(f"figure must be one of {', '.join(map(str, DRAWN))}, got {number!r}")
+        raise HopformError(f"figure must be one of {', '.join(map(str, DRAWN))}, got {shown(number)}")
     import_module("hopform.figures.picture")  # says which extra is missing
     module, function = DRAWN[number]
     make = cast("Callable[[], Picture]", getattr(import_module(f"hopform.figures.{module}"), function))

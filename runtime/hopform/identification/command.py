@@ -122,13 +122,18 @@ def _fitted(wanted: Wanted, roles: Sequence[str], recordings: Sequence[Recording
 def _read(wanted: Wanted) -> tuple[list[str], list[Recording]]:
     roles, recordings = list[str](), list[Recording]()
     for n, name in enumerate(wanted.files):
-        role, colon, rest = name.partition(":")
-        given = role in ROLES and bool(colon)
-        recording = read_recording(rest if given else name)
+        role, path = role_and_path(name)
+        recording = read_recording(path)
         mass = wanted.added_mass[n] if wanted.added_mass else 0.0
         recordings.append(replace(recording, added_mass=mass))
-        roles.append(role if given else _role(recording, wanted))
+        roles.append(role or _role(recording, wanted))
     return roles, recordings
+
+
+def role_and_path(name: str) -> tuple[str | None, str]:
+    """What ROLE:FILE says a file is, None where it says nothing, and the file."""
+    role, colon, rest = name.partition(":")
+    return (role, rest) if colon and role in ROLES else (None, name)
 
 
 def _role(recording: Recording, wanted: Wanted) -> str:
@@ -167,7 +172,8 @@ def files_of(
         if any(missed(trace) for trace in answer.traces):
             said = next(each for each in answer.warnings if "misses the recording" in each)
             raise HopformError(f"{said}; no robot is written")
-        files.append((out, replace(answer.robot(base), name=out.stem, description="identified").to_toml().encode()))
+        name = out.stem.encode("utf-8", "backslashreplace").decode()
+        files.append((out, replace(answer.robot(base), name=name, description="identified").to_toml().encode()))
     if written:
         files += report.files_of(answer, written)
     if plot:

@@ -5,9 +5,11 @@
 
 import html
 import math
+import os
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
+from urllib.parse import quote
 
 import numpy as np
 from rich.console import RenderableType
@@ -183,7 +185,7 @@ def _draw_trace(above: "Axes", below: "Axes", trace: Trace) -> None:
     above.plot(trace.time, factor * trace.predicted, lw=1.1, color=plots.BLUE, label=NEW)
     below.plot(trace.time, factor * (trace.predicted - trace.measured), lw=0.6, color=plots.BLUE)
     above.set(ylabel=f"{trace.quantity} [{unit}]", xticklabels=[])
-    above.set_title(Path(trace.label).name, loc="left", fontsize=9)
+    above.set_title(plots.literal(Path(trace.label).name), loc="left", fontsize=9)
     ends = (float(trace.time[0]), float(trace.time[-1]))
     above.set_xlim(ends)
     below.set_xlim(ends)
@@ -242,7 +244,8 @@ def _draw_rise(above: "Axes", below: "Axes", rise: Rise) -> None:
         axes.set_xlim(begin, float(rise.time[-1]))
     below.axhspan(onset.u_low, onset.u_high, color=plots.GREY, alpha=0.3)
     above.set(ylabel="x1 [mm]", xticklabels=[])
-    above.set_title(f"{Path(onset.source).name}, direction {onset.direction:+d}", loc="left", fontsize=9)
+    source = plots.literal(Path(onset.source).name)
+    above.set_title(f"{source}, direction {onset.direction:+d}", loc="left", fontsize=9)
     below.set(xlabel="t [s]", ylabel="u [A]")
     above.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=3, fontsize=7, frameon=False)
 
@@ -256,17 +259,27 @@ def check_suffix(path: Path) -> None:
         raise HopformError(f"a report's name must end in {' or '.join(SUFFIXES)}, got {str(path)!r}")
 
 
+def paths_of(path: Path) -> tuple[Path, ...]:
+    """The files that a report is written to: an HTML page, or Markdown and the picture beside it."""
+    return (path,) if path.suffix.lower() == ".html" else (path, path.with_suffix(".svg"))
+
+
 def files_of(answer: Fit | Threshold, path: Path) -> list[tuple[Path, bytes]]:
-    """The files of a report: an HTML page with its picture inside, or Markdown and its picture beside it."""
+    """The files of a report and what is in them; an HTML page has its picture inside."""
     from hopform import plots
 
     check_suffix(path)
     picture = plots.render(plot(answer), ".svg")
     page = _fit_page(answer) if isinstance(answer, Fit) else _threshold_page(answer)
-    if path.suffix.lower() == ".html":
-        return [(path, _html(page, picture.decode()).encode())]
-    beside = path.with_suffix(".svg")
-    return [(path, _markdown(page, beside.name).encode()), (beside, picture)]
+    page_path, *beside = paths_of(path)
+    if not beside:
+        return [(page_path, _encoded(_html(page, picture.decode())))]
+    return [(page_path, _encoded(_markdown(page, quote(os.fsencode(beside[0].name))))), (beside[0], picture)]
+
+
+def _encoded(text: str) -> bytes:
+    """A page in UTF-8; what is not UTF-8 in the name of a file is shown as the bytes that it is."""
+    return text.encode("utf-8", "backslashreplace")
 
 
 class _Section(NamedTuple):
@@ -310,7 +323,7 @@ def _markdown(page: _Page, picture: str) -> str:
     parts = [f"# Identification: {page.title}", ""]
     for title, head, rows in page.sections:
         parts += [f"## {title}", "", "| " + " | ".join(head) + " |", "|" + "---|" * len(head)]
-        parts += ["| " + " | ".join(row) + " |" for row in rows] + [""]
+        parts += ["| " + " | ".join(cell.replace("|", r"\|") for cell in row) + " |" for row in rows] + [""]
     said = [f"- {each}" for each in page.said]
     return "\n".join([*parts, "## What the data tell", "", *said, "", f"![the fit]({picture})", ""])
 
