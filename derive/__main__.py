@@ -12,7 +12,8 @@ import sys
 import tempfile
 from pathlib import Path
 
-from derive.model import HOPPER, ModelError, read_model
+from derive.model import HOPPER, ModelError
+from derive.model_file import read_model
 from derive.render import GENERATED, MANIFEST, PRECISIONS, Options, manifest, render
 
 

@@ -37,7 +37,7 @@ SOLVER, C = GENERATED / "python" / "hopform_solver", GENERATED / "c"
 LAYERS = (
     ("ir",), ("quantities",), ("model",), ("laplace",), ("partial_fractions",), ("time_domain",), ("modes",),
     ("energy",), ("flight",), ("control",), ("sensitivity",), ("equations", "program", "languages", "selftest"),
-    ("render",), ("__main__",),
+    ("render", "model_file"), ("__main__",),
 )  # fmt: skip
 LEVEL = {name: level for level, names in enumerate(LAYERS) for name in names}
 
