@@ -199,6 +199,7 @@ _MODEL = {
     "partial_fractions",
     "time_domain",
     "modes",
+    "stability",
     "energy",
     "flight",
     "control",

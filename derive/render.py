@@ -12,7 +12,7 @@ from typing import Any
 
 import jinja2
 
-from derive import energy, modes
+from derive import energy, modes, stability
 from derive.equations import CERTIFICATE, REGISTER, VERDICTS, tallies
 from derive.ir import Program
 from derive.languages import NEAR_WITHIN, REACHED_WITHIN, C, NumPy, documented, rename
@@ -171,6 +171,7 @@ def _context(made: Program, options: Options, precision: str) -> dict[str, Any]:
         "selftest_cases": CASES,
         "selftest_records": [record for record in made.records if record.name in HASHED],
         "body_entries": energy.body_entries(options.model),
+        "stability": stability.open_conditions(options.model),
         "robot_entries": energy.whole_robot_entries(options.model),
         "terms_f32": C("", "f32").terms,
         "terms_f64": C("", "f64").terms,

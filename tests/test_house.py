@@ -35,7 +35,7 @@ SOLVER, C = GENERATED / "python" / "hopform_solver", GENERATED / "c"
 
 # Each module may import those of the lines above it.
 LAYERS = (
-    ("ir",), ("quantities",), ("model",), ("laplace",), ("partial_fractions",), ("time_domain",), ("modes",),
+    ("ir",), ("quantities",), ("model",), ("laplace",), ("partial_fractions", "stability"), ("time_domain",), ("modes",),
     ("energy",), ("flight",), ("control",), ("sensitivity",), ("equations", "program", "languages", "selftest"),
     ("render", "model_file"), ("__main__",),
 )  # fmt: skip
