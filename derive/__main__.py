@@ -5,14 +5,21 @@ With `--model FILE.py --out DIR` the same for a robot with further terms in its 
 
 import argparse
 import difflib
+import hashlib
 import os
+import re
 import sys
 import tempfile
 from pathlib import Path
 
 from derive.instantiate import PRECISIONS
-from derive.model import HOPPER, ModelError, read_model
+from derive.model import HOPPER, ModelError
+from derive.model_file import read_model
 from derive.render import GENERATED, MANIFEST, Options, manifest, render
+
+
+class FolderError(ValueError):
+    """A folder that holds what derive did not make where it would write or remove."""
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -22,7 +29,7 @@ def main(arguments: list[str] | None = None) -> int:
         if chosen.check:
             return check(render(options), chosen.out or GENERATED)
         write(render(options), chosen.out or GENERATED)
-    except (ModelError, OSError) as error:
+    except (ModelError, FolderError, OSError) as error:
         print(f"derive: {error}", file=sys.stderr)
         return 2
     return 0
@@ -33,7 +40,12 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument(
         "--check", action="store_true", help="write nothing; exit 1 and say what differs if it is stale"
     )
-    parser.add_argument("--out", type=Path, metavar="DIR", help="where to write instead of generated/")
+    parser.add_argument(
+        "--out",
+        type=Path,
+        metavar="DIR",
+        help="where to write instead of generated/: an empty folder, or one that derive made",
+    )
     parser.add_argument(
         "--model", type=Path, metavar="FILE", help="equations of motion with further terms; needs --out"
     )
@@ -54,7 +66,7 @@ def _options(chosen: argparse.Namespace) -> Options:
         raise ModelError(
             "--model, --prefix, --float32 and --float64 need --out DIR: generated/ holds the hopper of the paper"
         )
-    if own and chosen.out.resolve().is_relative_to(GENERATED.resolve()):
+    if own and _lies_in(chosen.out, GENERATED):
         raise ModelError(f"--out {chosen.out} lies in generated/, which holds the hopper of the paper alone")
     if not (chosen.prefix.isidentifier() and chosen.prefix.isascii() and chosen.prefix.islower()):
         raise ModelError(f"--prefix must be a lower-case identifier of C, got {chosen.prefix!r}")
@@ -63,14 +75,52 @@ def _options(chosen: argparse.Namespace) -> Options:
 
 
 def write(texts: dict[Path, str], folder: Path) -> None:
-    """Write what differs, each file aside and then renamed; remove what an earlier run made and this one does not."""
+    """Write what differs, each file aside and then renamed; remove what an earlier run made and this one does not.
+
+    generated/ holds nothing else, so whatever lies there is replaced or removed. Any other folder must be empty, or one that
+    derive made and nobody edited where this run would write; files of other names stay.
+    """
+    if not _is_generated(folder):
+        _refuse_what_is_not_ours(texts, folder)
     strays = _stray(texts, folder)
     for path, text in texts.items():
         target = folder / path
-        if not target.is_file() or target.read_text("utf-8") != text:
+        if not target.is_file() or _read(target) != text:
             _replace(target, text)
     for stray in strays:
         (folder / stray).unlink()
+
+
+def _refuse_what_is_not_ours(texts: dict[Path, str], folder: Path) -> None:
+    """Refuse a folder by the first file that derive did not make, or that was edited, where it would write."""
+    _refuse_what_is_no_folder(folder)
+    if not folder.is_dir() or not any(folder.iterdir()):
+        return
+    if not (folder / MANIFEST).is_file():
+        raise FolderError(f"--out {folder} has no {MANIFEST}: {_NOT_OURS}")
+    made, _ = _read_manifest(folder)
+    for path, text in texts.items():
+        target = folder / path
+        if not _lies_in(target, folder):
+            raise FolderError(f"--out {folder}: {path.parent}/ leads out of it: {_NOT_OURS}")
+        for parent in path.parents:
+            if (folder / parent).exists() and not (folder / parent).is_dir():
+                raise FolderError(f"--out {folder}: {parent} is not a folder: {_NOT_OURS}")
+        if target.exists() and not target.is_file():
+            raise FolderError(f"--out {folder}: {path} is not a file: {_NOT_OURS}")
+        if path == MANIFEST or not target.exists():
+            continue
+        if _digest(target) not in (made.get(path), hashlib.sha256(text.encode()).hexdigest()):
+            reason = f"{path} was edited by hand: move it away" if path in made else f"{path} was {_NOT_OURS}"
+            raise FolderError(f"--out {folder}: {reason}")
+
+
+def _refuse_what_is_no_folder(folder: Path) -> None:
+    if os.path.lexists(folder) and not folder.is_dir():
+        raise FolderError(f"--out {folder} is not a folder")
+
+
+_NOT_OURS = "not made by derive; choose an empty folder"
 
 
 def _replace(target: Path, text: str) -> None:
@@ -83,18 +133,33 @@ def _replace(target: Path, text: str) -> None:
 
 
 def _stray(texts: dict[Path, str], folder: Path) -> list[Path]:
-    """Files in a folder that a former run made, by its MANIFEST, or that lie in generated/ without being made."""
-    if folder.resolve() == GENERATED.resolve():
+    """Files that a former run made, by MANIFEST and as it made them, or that lie in generated/ without being made."""
+    if _is_generated(folder):
         there = {path.relative_to(folder) for path in folder.rglob("*") if path.is_file()}
         present = {path for path in there if "__pycache__" not in path.parts}
     else:
         made, _ = _read_manifest(folder)
-        present = {path for path in made if (folder / path).is_file()}
+        present = {path for path, digest in made.items() if _digest(folder / path) == digest}
     return sorted(present - texts.keys())
+
+
+def _is_generated(folder: Path) -> bool:
+    return os.path.realpath(folder) == os.path.realpath(GENERATED)
+
+
+def _lies_in(path: Path, folder: Path) -> bool:
+    """Whether a path leads into a folder, or to it, once links and dots are resolved."""
+    return Path(os.path.realpath(path)).is_relative_to(os.path.realpath(folder))
+
+
+def _digest(path: Path) -> str | None:
+    """The hash of a file's bytes, as MANIFEST has it; None where there is no file."""
+    return hashlib.sha256(path.read_bytes()).hexdigest() if path.is_file() else None
 
 
 def check(texts: dict[Path, str], folder: Path) -> int:
     """Print how a folder differs from what the derivation says, and whose doing it is; 1 if it does."""
+    _refuse_what_is_no_folder(folder)
     differing = [path for path, text in sorted(texts.items()) if _read(folder / path) != text]
     stray = _stray(texts, folder)
     for path in differing:
@@ -143,6 +208,7 @@ _MODEL = {
     "partial_fractions",
     "time_domain",
     "modes",
+    "stability",
     "energy",
     "flight",
     "control",
@@ -151,18 +217,35 @@ _MODEL = {
 
 
 def _read(path: Path) -> str:
-    return path.read_text("utf-8") if path.is_file() else ""
+    """A file's text; bytes that are none differ from whatever is derived."""
+    return path.read_text("utf-8", errors="replace") if path.is_file() else ""
+
+
+_MANIFEST_LINE = r"[0-9a-f]{64}  [^\x00-\x1f]+\n"
+_MANIFEST = re.compile(rf"# made\n(?:{_MANIFEST_LINE})*# made from\n(?:{_MANIFEST_LINE})*")
 
 
 def _read_manifest(folder: Path) -> tuple[dict[Path, str], dict[Path, str]]:
-    return _parse_manifest(_read(folder / MANIFEST))
+    """Hashes of what was made and of what it was made from, by path; none without a MANIFEST.
+
+    Whoever handed a folder over may have written its MANIFEST: one that names a file outside the folder is refused.
+    """
+    text = _read(folder / MANIFEST)
+    if not _MANIFEST.fullmatch(text):
+        if (folder / MANIFEST).exists() and not _is_generated(folder):
+            raise FolderError(f"--out {folder}: its {MANIFEST} was {_NOT_OURS}")
+        return {}, {}
+    made, makers = _parse_manifest(text)
+    for path in made:
+        if path.is_absolute() or ".." in path.parts or not _lies_in(folder / path, folder):
+            raise FolderError(f"--out {folder}: its {MANIFEST} names {path}, outside of it: {_NOT_OURS}")
+    return made, makers
 
 
 def _parse_manifest(text: str) -> tuple[dict[Path, str], dict[Path, str]]:
-    """Hashes of what was made and of what it was made from, by path."""
     parts: list[dict[Path, str]] = [{}, {}]
     section = 0
-    for line in text.splitlines():
+    for line in text.split("\n"):
         if line == "# made from":
             section = 1
         elif line and not line.startswith("#"):

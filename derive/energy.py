@@ -8,11 +8,13 @@ Every term of the ledger is the integral of a power, a quadratic form in 1, x_1 
 integrals of the products (`Moments`) have a closed form of their own, so each term is computed by itself.
 """
 
+from dataclasses import dataclass
+
 import sympy as sp
 
 from derive import model as equations
 from derive.ir import Quantity, Record, Step
-from derive.model import Model
+from derive.model import Model, Term
 from derive.quantities import (
     L0,
     LEDGER,
@@ -86,18 +88,16 @@ def powers(model: Model) -> dict[sp.Symbol, sp.Expr]:
         coulomb_2: -m_s * f2 * side_2 * v2,
         spring_work: k * x1 * v2,
     }
-    for term in model.terms:
-        work_1, work_2 = _work_symbols(term.name)
-        entries |= {work_1: term.force_1 * v1, work_2: term.force_2 * v2}
-    return entries
+    return entries | {work.entry: work.power for work in works(model)}
 
 
 def ledger_record(model: Model) -> Record:
-    """The fields of the ledger: those of the hopper, then the work of each further term on each mass."""
+    """The fields of the ledger: those of the hopper, then the work of each further term on each mass that it acts on."""
     further = tuple(
-        Quantity(str(symbol), str(symbol), "J", f"work of the term '{term.name}' on the {mass}")
-        for term in model.terms
-        for symbol, mass in zip(_work_symbols(term.name), ("actuator", "body"), strict=True)
+        Quantity(
+            str(work.entry), str(work.entry), "J", f"work of the term '{work.term.name}' on the {_MASSES[work.mass]}"
+        )
+        for work in works(model)
     )
     return Record(LEDGER.name, LEDGER.meaning, LEDGER.quantities + further)
 
@@ -109,7 +109,7 @@ def whole_robot_entries(model: Model) -> tuple[sp.Symbol, ...]:
 
 def body_entries(model: Model) -> tuple[sp.Symbol, ...]:
     """The entries whose sum is the AED, the change of E."""
-    return (spring_work, viscous_2, coulomb_2, *(_work_symbols(term.name)[1] for term in model.terms))
+    return (spring_work, viscous_2, coulomb_2, *(work.entry for work in works(model) if work.mass == 2))
 
 
 def ledger(model: Model) -> tuple[Step, ...]:
@@ -161,9 +161,32 @@ def body_energy_gain() -> tuple[Step, ...]:
     )
 
 
-def _work_symbols(name: str) -> tuple[sp.Symbol, sp.Symbol]:
-    word = "".join(letter if letter.isalnum() else "_" for letter in name)
-    return sp.Symbol(f"{word}_1", real=True), sp.Symbol(f"{word}_2", real=True)
+@dataclass(frozen=True)
+class Work:
+    """What a term does to one of the masses: an entry of the ledger and its power."""
+
+    term: Term
+    mass: int
+    entry: sp.Symbol
+    power: sp.Expr
+
+
+_MASSES = {1: "actuator", 2: "body"}
+
+
+def works(model: Model) -> tuple[Work, ...]:
+    """The work of each further term on each mass that it acts on."""
+    return tuple(
+        Work(term, mass, sp.Symbol(f"{field_name(term.name)}_{mass}", real=True), force * velocity)
+        for term in model.terms
+        for mass, force, velocity in ((1, term.force_1, v1), (2, term.force_2, v2))
+        if force != 0
+    )
+
+
+def field_name(name: str) -> str:
+    """A term's name as part of the name of a field."""
+    return "".join(letter if letter.isalnum() else "_" for letter in name)
 
 
 def _integrate(power: sp.Expr) -> sp.Expr:

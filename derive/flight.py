@@ -10,12 +10,17 @@ p = b_1/m_eff, q = 0 at the limit. With R, the response of the pair to an impuls
     v_1(t) = v_1 (R' + p R) + a R        x_1(t) - x_1 = v_1 (R + p R1) + a R1        v_1''' + p v_1'' + q v_1' = 0
 
 nothing is divided by p or q. The foot is above the ground by foot + v_2 t - g t^2/2 - (x_1(t) - x_1).
+
+A further term may be a force on the actuator alone that is constant or linear in v_1. It acts in stance and in flight alike.
+- A force between the masses would be part of the leg's contact force, and take-off is looked for where k y vanishes.
+- A force on the body would be lost at take-off, because the body is ballistic in flight.
+- A force on the actuator that depends on y or v_2 would be unknown in flight, where the leg carries nothing.
 """
 
 import sympy as sp
 
 from derive.ir import Quantity, Record, Step
-from derive.model import Model
+from derive.model import Model, ModelError, Term
 from derive.quantities import (
     L0,
     MOMENTS,
@@ -44,6 +49,7 @@ from derive.quantities import (
     v2,
     viscous_1,
     x1,
+    x2,
     y,
 )
 
@@ -156,9 +162,31 @@ touchdown_time, v2_after, settled_rate, damping, shortfall = sp.symbols(
 SETTLED = sp.Rational(20, 3)
 
 
+def refuse_what_ends_at_takeoff(term: Term) -> None:
+    """ModelError for a term that puts the take-off elsewhere than at y = 0, or that the flight would lose."""
+    force_1, force_2 = (sp.cancel(force) for force in (term.force_1, term.force_2))
+    here = f"the term '{term.name}' acts"
+    if force_2 != 0 and sp.cancel(force_1 + force_2) == 0:
+        raise ModelError(
+            f"{here} between the masses: force_2 = {term.force_2} adds to the leg's contact force, which would no longer be "
+            "k y and vanish at y = 0, where take-off is looked for"
+        )
+    if force_2 != 0:
+        raise ModelError(
+            f"{here} on mass 2, the body: force_2 = {term.force_2} would end at take-off, after which the body is ballistic; "
+            "a term may act on mass 1, the actuator, alone"
+        )
+    for variable in (x1, x2, v2):
+        if sp.cancel(force_1.diff(variable)) != 0:
+            raise ModelError(
+                f"{here} on mass 1, the actuator, by force_1 = {term.force_1}, which depends on {variable}: in flight, where "
+                "the leg carries nothing, that force has no meaning; it may be constant or linear in v1 alone"
+            )
+
+
 def acceleration(model: Model) -> sp.Expr:
-    """(3) while the leg carries nothing: y = 0, and seen from the foot the body moves as the actuator does."""
-    return sp.expand(model.in_compression[0].subs({y: 0, v2: v1}))
+    """(3) while the leg carries nothing: y = 0."""
+    return sp.expand(model.in_compression[0].subs(y, 0))
 
 
 def under_law(model: Model) -> sp.Expr:

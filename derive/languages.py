@@ -165,6 +165,10 @@ class NumPy:
         """A tuple of names as text."""
         return "(" + "".join(f'"{symbol}", ' for symbol in symbols).rstrip() + ")"
 
+    def of(self, record: str, value: sp.Expr) -> str:
+        """An expression in the fields of a record of that name; C writes it alike."""
+        return self.spelled(value.subs({symbol: sp.Symbol(f"{record}.{symbol}") for symbol in value.free_symbols}))
+
     def record_names(self, program: Program) -> list[str]:
         """The records that the formulas name, sorted, with the type of a number."""
         used = {r.name for f in program.functions for r in (*f.takes, f.returns) if isinstance(r, Record)}

@@ -77,15 +77,15 @@ def rates(model: Model) -> tuple[Step, ...]:
         Step(a2_0, smooth[1].subs({y: 0, v1: 0, v2: 0, u: 0}), "(4) constant"),
     ]
     entries = {step.symbol: step.value for step in steps}
-    for name, coefficient in zip((s_1, s_2, s_3), _polynomial(MATRIX.subs(entries)), strict=True):
+    for name, coefficient in zip((s_1, s_2, s_3), characteristic(MATRIX.subs(entries)), strict=True):
         steps.append(Step(name, coefficient, "(11) denominator"))
     for pair, rows, source in (((p_1, q_1), (0, 1), "(6)"), ((p_2, q_2), (0, 2), "(7)")):
-        polynomial = _polynomial(MATRIX.extract(rows, rows).subs(entries))
+        polynomial = characteristic(MATRIX.extract(rows, rows).subs(entries))
         steps += [Step(name, value, f"{source} denominator") for name, value in zip(pair, polynomial, strict=True)]
     return tuple(steps)
 
 
-def _polynomial(matrix: sp.Matrix) -> list[sp.Expr]:
+def characteristic(matrix: sp.Matrix) -> list[sp.Expr]:
     """Coefficients behind the leading one of det(s - matrix), expanded, so that nothing cancels."""
     size = matrix.rows
     characteristic = sp.Poly((s * sp.eye(size) - matrix).det(method="berkowitz"), s)

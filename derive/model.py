@@ -7,13 +7,11 @@ as generalised forces:
     m_s   a_2 =  k (x_1 - x_2 + L_0 + c) - m_s g - b_2 v_2 - m_s f_2 sign(v_2)                  (4)
 
 (1), (2) are their case f_1 = f_2 = 0. A robot with further terms is a `Model` with `terms`; the
-generator reads them from a file (`python -m derive --model FILE.py`).
+generator reads them from a file (model_file.py).
 """
 
-import runpy
 from dataclasses import dataclass, replace
 from functools import cached_property
-from pathlib import Path
 
 import sympy as sp
 
@@ -33,7 +31,7 @@ class Term:
 
 
 class ModelError(ValueError):
-    """A term that the closed form cannot carry."""
+    """A term that the closed form cannot carry, or a file that is no model."""
 
 
 @dataclass(frozen=True)
@@ -86,33 +84,6 @@ SPRING_FORCE = k * compression
 def threshold_current() -> sp.Expr:
     """Current at which the unloaded actuator starts to move, from (3): the friction identity (5)."""
     return m_eff * f1 / sp.Abs(gamma2)
-
-
-def read_model(path: Path) -> Model:
-    """The model of a file that defines `terms` and `parameters`; errors name the file."""
-    if not path.is_file():
-        raise ModelError(f"--model: there is no file {path}")
-    try:
-        defined = runpy.run_path(str(path))
-        terms = tuple(defined["terms"])
-        parameters = tuple(defined.get("parameters", ()))
-        taken = {quantity.name for quantity in Q.ROBOT.quantities}
-        for parameter in parameters:
-            if parameter.name in taken:
-                raise ModelError(f"parameter {parameter.name} is one of the robot's already")
-        model = Model(terms, parameters)
-    except KeyError as missing:
-        raise ModelError(f"{path} must define {missing}: a tuple of derive.model.Term") from None
-    except ModelError as error:
-        raise ModelError(f"{path}: {error}") from None
-    unknown = {symbol for force in model.forces for symbol in force.free_symbols} - _known(model)
-    if unknown:
-        raise ModelError(f"{path}: {', '.join(sorted(map(str, unknown)))} is not declared in `parameters`")
-    return model
-
-
-def _known(model: Model) -> set[sp.Symbol]:
-    return {*model.robot.symbols, x1, x2, v1, v2, u, side_1, side_2}
 
 
 def _refuse_what_the_closed_form_cannot_carry(term: Term) -> None:

@@ -12,7 +12,7 @@ from typing import Any
 
 import jinja2
 
-from derive import energy
+from derive import energy, stability
 from derive.equations import CERTIFICATE, REGISTER, VERDICTS, tallies
 from derive.instantiate import PRECISIONS, instantiate, with_prefix
 from derive.ir import Program
@@ -35,6 +35,10 @@ HEADER_MARK = "@header@"
 
 # Records that appear in the public C header; the others belong to the formulas.
 PUBLIC = ("Robot", "Rates", "Poles", "State", "Energy", "Ledger", "Gains", "FlightLedger")
+
+
+# Records whose members the engine goes through one after the other.
+WALKED = ("Robot", "Rates", "Poles", "State", "Energy", "Ledger", "FlightLedger", "Motion", "Basis")
 
 
 @dataclass(frozen=True)
@@ -170,6 +174,7 @@ def _context(made: Program, options: Options, precision: str) -> dict[str, Any]:
         "program": made,
         "public_records": public,
         "internal_records": [record for record in made.records if record.name not in PUBLIC],
+        "walked_records": [made.record(name) for name in WALKED],
         "register": REGISTER,
         "tallies": tallies(),
         "verdicts": ", ".join(f'"{verdict}"' for verdict in VERDICTS),
@@ -185,6 +190,7 @@ def _context(made: Program, options: Options, precision: str) -> dict[str, Any]:
         "selftest_robots": ROBOTS,
         "selftest_cases": CASES,
         "body_entries": energy.body_entries(options.model),
+        "stability": stability.open_conditions(options.model),
         "robot_entries": energy.whole_robot_entries(options.model),
         "numpy": NumPy(),
         "c": C(options.prefix, precision or PRECISIONS[1]),

@@ -216,6 +216,187 @@ def test_an_output_folder_loses_what_an_earlier_run_made_and_keeps_what_is_not_o
     assert not list(out.rglob("*_f64*"))
 
 
+# ---- whose files they are ----
+
+
+def sha256(text: str) -> str:
+    return hashlib.sha256(text.encode()).hexdigest()
+
+
+def list_as_made(out: Path, path: str, digest: str) -> None:
+    """Add a line to the MANIFEST of a folder, or make a folder of nothing but such a MANIFEST."""
+    out.mkdir(exist_ok=True)
+    manifest = out / "MANIFEST"
+    old = manifest.read_text("utf-8") if manifest.exists() else "# made\n# made from\n"
+    manifest.write_text(old.replace("# made\n", f"# made\n{digest}  {path}\n", 1), "utf-8")
+
+
+def refused(ran: Ran) -> str:
+    """The one line that a refusal is."""
+    assert (ran.code, ran.out) == (2, ""), ran
+    (line,) = ran.err.splitlines()
+    assert line.startswith("derive: ")
+    return line
+
+
+@pytest.mark.parametrize("digest", ["0000", sha256("mine")])
+@pytest.mark.parametrize("way", ["../victim.txt", "c/../../victim.txt", "absolute", "link/victim.txt"])
+@pytest.mark.parametrize("own", [False, True])
+def test_a_manifest_that_names_files_elsewhere_is_not_believed(run, tmp_path, own, way, digest):
+    """Nothing outside the folder is removed, whatever its MANIFEST says, and nothing is written."""
+    out, victim = tmp_path / "out", tmp_path / "victim.txt"
+    victim.write_text("mine")
+    if own:
+        assert run("--out", out, "--float32").code == 0
+    list_as_made(out, str(victim) if way == "absolute" else way, digest)
+    (out / "link").symlink_to(tmp_path)
+    before = contents(tmp_path)
+    assert "MANIFEST" in refused(run("--out", out))
+    assert contents(tmp_path) == before
+
+
+@pytest.mark.parametrize("folder", ["c", "python/hopform_solver"])
+def test_a_folder_that_leads_elsewhere_is_not_written_into(run, tmp_path, folder):
+    """A link within an own folder: what would be written through it lies outside."""
+    out, elsewhere = tmp_path / "out", tmp_path / "elsewhere"
+    assert run("--out", out).code == 0
+    shutil.move(out / folder, elsewhere)
+    (out / folder).symlink_to(elsewhere)
+    before = contents(tmp_path)
+    assert f"{folder}/" in refused(run("--out", out, "--float32"))
+    assert contents(tmp_path) == before
+
+
+@pytest.mark.parametrize("name", ["notes.txt", "EQUATIONS.md", "c/src/version.c", "c"])
+def test_a_folder_that_was_not_made_by_derive_is_refused(run, tmp_path, name):
+    out = tmp_path / "out"
+    (out / name).parent.mkdir(parents=True)
+    (out / name).write_text("mine")
+    line = refused(run("--out", out))
+    assert f"{out} " in line
+    assert "not made by derive; choose an empty folder" in line
+    assert contents(out) == {name: b"mine"}
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        b"",
+        b"mine",
+        b"\xff\xfe\x00",
+        b"# made\n0000  EQUATIONS.md\n# made from\n",
+        b"# made\n" + b"0" * 64 + b"  a\n",
+        b"# made from\n# made\n",
+        b"# made\n" + b"0" * 64 + b"  a\0b\n# made from\n",
+    ],
+)
+def test_a_manifest_that_is_none_is_refused(run, tmp_path, text):
+    out = tmp_path / "out"
+    out.mkdir()
+    (out / "MANIFEST").write_bytes(text)
+    for options in ((), ("--check",)):
+        assert "not made by derive; choose an empty folder" in refused(run("--out", out, *options))
+    assert contents(out) == {"MANIFEST": text}
+
+
+def test_a_file_of_ones_own_where_one_would_be_made_is_refused_by_name(run, tmp_path):
+    """Beside what derive made before, and listed nowhere; a text that is the derived one does no harm."""
+    out = tmp_path / "out"
+    assert run("--out", out, "--float32").code == 0
+    (out / "c" / "src" / "stance_f64.c").write_text("mine")
+    before = contents(out)
+    line = refused(run("--out", out))
+    assert "c/src/stance_f64.c" in line
+    assert "not made by derive" in line
+    assert contents(out) == before
+
+
+@pytest.mark.parametrize("options", [(), ("--float32",), ("--prefix", "monopod")])
+def test_a_file_that_was_edited_by_hand_is_refused_by_name_before_anything_is_written(run, tmp_path, options):
+    """Whether the run would change this file or not."""
+    out = tmp_path / "out"
+    assert run("--out", out).code == 0
+    edited = "EQUATIONS.md" if options else FORMULAS
+    (out / edited).write_text((out / edited).read_text("utf-8") + "mine\n", "utf-8")
+    before = contents(out)
+    line = refused(run("--out", out, *options))
+    assert f"{edited} was edited by hand" in line
+    assert contents(out) == before
+
+
+def test_a_stray_file_that_was_edited_by_hand_is_left(run, tmp_path):
+    """It is no longer what derive made: only the others of the precision that is left out go."""
+    out = tmp_path / "out"
+    assert run("--out", out).code == 0
+    (out / "c" / "src" / "stance_f64.c").write_text("mine")
+    assert run("--out", out, "--float32") == (0, "", "")
+    assert [path for path in contents(out) if "_f64" in path] == ["c/src/stance_f64.c"]
+    assert "stance_f64" not in (out / "MANIFEST").read_text("utf-8")
+
+
+def test_an_interrupted_change_of_options_is_taken_up_again(run, tmp_path):
+    """Files that are already what is asked for, while MANIFEST still has the hashes of before."""
+    out, wanted = tmp_path / "out", tmp_path / "wanted"
+    assert run("--out", out, "--float32").code == run("--out", wanted).code == 0
+    for path in ("c/src/version.c", "c/include/hopform/hopform.h", "c/src/stance_f64.c"):
+        shutil.copy(wanted / path, out / path)
+    assert run("--out", out).code == 0
+    assert contents(out) == contents(wanted)
+
+
+@pytest.mark.parametrize("options", [(), ("--check",)])
+@pytest.mark.parametrize("where", ["file.txt", "loop", "nowhere", "/dev/full"])
+def test_a_place_that_is_no_folder_is_refused_by_name(run, tmp_path, monkeypatch, where, options):
+    here = tmp_path / "here"
+    here.mkdir()
+    (here / "file.txt").write_text("mine")
+    (here / "loop").symlink_to("loop")
+    (here / "nowhere").symlink_to("not_there")
+    monkeypatch.chdir(here)
+    assert refused(run("--out", where, *options)) == f"derive: --out {where} is not a folder"
+    assert contents(here) == {"file.txt": b"mine"}
+
+
+@pytest.mark.parametrize("where", ["file.txt/out", "/dev/full/out", "/proc/hopform", "n" * 300])
+def test_a_folder_that_cannot_be_made_is_refused_by_name(run, tmp_path, monkeypatch, where):
+    here = tmp_path / "here"
+    here.mkdir()
+    (here / "file.txt").write_text("mine")
+    monkeypatch.chdir(here)
+    assert where in refused(run("--out", where))
+    assert contents(here) == {"file.txt": b"mine"}
+
+
+@pytest.mark.parametrize("path", ["c/src/version.c", "MANIFEST", "c"])
+def test_a_folder_where_a_file_belongs_or_the_other_way_round_is_refused(run, tmp_path, path):
+    out = tmp_path / "out"
+    assert run("--out", out).code == 0
+    if (out / path).is_dir():
+        shutil.rmtree(out / path)
+        (out / path).write_text("mine")
+    else:
+        (out / path).unlink()
+        (out / path).mkdir()
+        (out / path / "mine.txt").write_text("mine")
+    before = contents(out)
+    assert path in refused(run("--out", out))
+    assert contents(out) == before
+
+
+def test_bytes_that_are_no_text_are_a_hand_edit_in_generated(run, tree, fresh):
+    (tree / "generated" / FORMULAS).write_bytes(b"\xff\xfe\x00")
+    assert complaints(run("--check")) == [f"derive: {FORMULAS} was edited by hand or is missing"]
+    assert run().code == 0
+    assert contents(tree / "generated") == contents(fresh / "generated")
+
+
+def test_a_manifest_that_is_none_is_made_anew_in_generated(run, tree, fresh):
+    (tree / "generated" / "MANIFEST").write_bytes(b"\xff\xfe\x00")
+    assert run("--check").code == 1
+    assert run().code == 0
+    assert contents(tree / "generated") == contents(fresh / "generated")
+
+
 # ---- another name ----
 
 

@@ -36,9 +36,9 @@ SOLVER, C = GENERATED / "python" / "hopform_solver", GENERATED / "c"
 
 # Each module may import those of the lines above it.
 LAYERS = (
-    ("ir",), ("quantities",), ("structs",), ("model",), ("laplace",), ("partial_fractions",), ("time_domain",), ("modes",),
-    ("energy",), ("flight",), ("control",), ("sensitivity",), ("equations", "program", "instantiate", "languages", "selftest"),
-    ("render",), ("__main__",),
+    ("ir",), ("quantities",), ("structs",), ("model",), ("laplace",), ("partial_fractions", "stability"), ("time_domain",),
+    ("modes",), ("energy",), ("flight",), ("control",), ("sensitivity",),
+    ("equations", "program", "instantiate", "languages", "selftest"), ("render", "model_file"), ("__main__",),
 )  # fmt: skip
 LEVEL = {name: level for level, names in enumerate(LAYERS) for name in names}
 

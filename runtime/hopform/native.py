@@ -40,6 +40,7 @@ _REASONS = {
     -10: "a gain is negative or not finite",
     -11: "this processor lacks the vector registers of the variant",
     -12: "a sample or threshold is not finite, low > high, or count < 1",
+    -13: "the robot is unstable: one of Routh's conditions p_i, q_i, s_i >= 0, s_1 s_2 >= s_3 is violated",
 }
 
 

@@ -1,6 +1,8 @@
-"""The hopper with a damper between its masses: the cable that is the spring loses something, too.
+"""A damper between the masses: the cable that is the spring loses something, too.
 
 m_eff a_1 = ... - b_12 (v_1 - v_2),        m_s a_2 = ... + b_12 (v_1 - v_2)
+
+The leg's contact force is then k y + b_12 (v_1 - v_2), which is zero before y is.
 """
 
 from derive.ir import Quantity

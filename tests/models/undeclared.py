@@ -1,10 +1,10 @@
-"""A damper whose b12 is used and never declared."""
+"""A motor whose k_emf is used and never declared."""
 
 import sympy as sp
 
 from derive.model import Term
-from derive.quantities import v1, v2
+from derive.quantities import v1
 
-b12 = sp.Symbol("b12", real=True)
+k_emf = sp.Symbol("k_emf", real=True)
 
-terms = (Term("damper", -b12 * (v1 - v2), b12 * (v1 - v2)),)
+terms = (Term("back-EMF", -k_emf * v1, 0),)

@@ -6,7 +6,10 @@
 #define HOPFORM_FACTS_H
 
 /* Text that this library and a package generated with it have in common. */
-#define HOPFORM_SOURCE "d1ad20e8f31b8a42"
+#define HOPFORM_SOURCE "f64eaa0a188d62a2"
+
+/* Routh's conditions that a robot may violate, X(what must not be negative), in its rates; none for the paper's hopper. */
+#define HOPFORM_STABILITY(X)
 
 /* What the hopper is made of. */
 #define HOPFORM_ROBOT_MEMBERS(X) X(m_eff, POSITIVE) X(m_s, POSITIVE) X(k, POSITIVE) X(L0, REAL) X(c, REAL) X(b1, NONNEGATIVE) X(b2, NONNEGATIVE) X(f1, NONNEGATIVE) X(f2, NONNEGATIVE) X(gamma2, REAL) X(g, NONNEGATIVE) X(x1_min, LOWER) X(x1_max, UPPER) X(u_max, BOUND) X(impact_loss, FRACTION)
@@ -20,115 +23,19 @@
 /* The hopper at one instant; x_2 = x_1 - y + L_0 + c. */
 #define HOPFORM_STATE_MEMBERS(X) X(x1, REAL) X(v1, REAL) X(v2, REAL) X(y, REAL)
 
-/* Constant accelerations of a phase: current, gravity, offset and Coulomb friction. */
-#define HOPFORM_DRIVE_MEMBERS(X) X(C_1, REAL) X(C_2, REAL)
-
-/* Numerators H_3 s^2 + H_2 s + H_1 of (11), taken from where and how fast each coordinate starts; that of v_1 also whole. */
-#define HOPFORM_MOTION_MEMBERS(X) X(H3_1, REAL) X(H2_1, REAL) X(H1_1, REAL) X(H3_2, REAL) X(H2_2, REAL) X(H1_2, REAL) X(H3_y, REAL) X(H2_y, REAL) X(H1_y, REAL) X(N2_1, REAL) X(N1_1, REAL) X(N0_1, REAL)
-
-/* One numerator H_3 s^2 + H_2 s + H_1: how one function of time leaves its initial value. */
-#define HOPFORM_NUMERATOR_MEMBERS(X) X(H3, REAL) X(H2, REAL) X(H1, REAL)
-
-/* exp(-a t) and its integrals. */
-#define HOPFORM_DECAY_MEMBERS(X) X(e, REAL) X(e1, REAL) X(e2, REAL) X(e3, REAL)
-
-/* The inverse transform R of 1/(s^2 + p s + q), its derivative and its integrals. */
-#define HOPFORM_PAIR_MEMBERS(X) X(Rd, REAL) X(R, REAL) X(R1, REAL) X(R2, REAL) X(R3, REAL)
-
-/* R, its derivative and what is left of the initial 1. */
-#define HOPFORM_PAIR_CORE_MEMBERS(X) X(Rd, REAL) X(R, REAL) X(turned, REAL)
-
-/* The integrals of R. */
-#define HOPFORM_PAIR_INTEGRALS_MEMBERS(X) X(R1, REAL) X(R2, REAL) X(R3, REAL)
-
-/* R over a short time, from its power series: the two highest integrals. */
-#define HOPFORM_PAIR_SERIES_MEMBERS(X) X(R2, REAL) X(R3, REAL)
-
-/* R, its derivative and its first integral. */
-#define HOPFORM_KNOWN_PAIR_MEMBERS(X) X(Rd, REAL) X(R, REAL) X(R1, REAL)
-
-/* The inverse transform W of 1/((s + a)(s^2 + p s + q)), its derivatives and its integrals. */
-#define HOPFORM_BASIS_MEMBERS(X) X(Wdd, REAL) X(Wd, REAL) X(W, REAL) X(W1, REAL) X(W2, REAL)
-
-/* W over a short time, from its power series: the four highest integrals. */
-#define HOPFORM_SERIES_MEMBERS(X) X(W2, REAL) X(W3, REAL) X(W4, REAL)
-
-/* W, its derivatives and its first integral. */
-#define HOPFORM_KNOWN_BASIS_MEMBERS(X) X(Wdd, REAL) X(Wd, REAL) X(W, REAL) X(W1, REAL)
-
-/* Three nearly equal roots: their mean rate and s^3 + Q_s s + T_s around it. */
-#define HOPFORM_SHIFTED_MEMBERS(X) X(sigma, REAL) X(Q_s, REAL) X(T_s, REAL)
-
-/* V, the inverse transform of 1/(s^3 + Q_s s + T_s), and its derivatives. */
-#define HOPFORM_SHIFTED_SERIES_MEMBERS(X) X(Vdd, REAL) X(Vd, REAL) X(V, REAL) X(decay, REAL)
-
-/* W and its first two derivatives. */
-#define HOPFORM_RESPONSE_MEMBERS(X) X(Wdd, REAL) X(Wd, REAL) X(W, REAL)
-
-/* The two integrals of W. */
-#define HOPFORM_INTEGRALS_MEMBERS(X) X(W1, REAL) X(W2, REAL)
-
-/* What is left of a numerator behind the factor s + a: A s + B over s^2 + p s + q. */
-#define HOPFORM_PAIR_NUMERATOR_MEMBERS(X) X(A, REAL) X(B, REAL)
-
-/* A function of time as a slow part and an oscillation X R' + Y R, away from multiple poles. */
-#define HOPFORM_RINGING_MEMBERS(X) X(slow, REAL) X(X, REAL) X(Y, REAL)
-
-/* Free accelerations: the right sides of (3), (4) at v_i = 0 without the friction of mass i. */
-#define HOPFORM_FREE_MEMBERS(X) X(free_1, REAL) X(free_2, REAL)
-
-/* How far a function of time has left its initial value, and its first three derivatives. */
-#define HOPFORM_RISE_MEMBERS(X) X(rise, REAL) X(rise_rate, REAL) X(rise_curvature, REAL) X(rise_third, REAL)
-
-/* W, its derivatives and integrals a short time later. */
-#define HOPFORM_CARRIED_MEMBERS(X) X(Wdd_t, REAL) X(Wd_t, REAL) X(W_t, REAL) X(W1_t, REAL) X(W2_t, REAL)
-
-/* The state at time t of a phase. */
-#define HOPFORM_AT_MEMBERS(X) X(x1_t, REAL) X(v1_t, REAL) X(v2_t, REAL) X(y_t, REAL)
-
 /* The energy of the body (22), (23) and of the whole robot. */
 #define HOPFORM_ENERGY_MEMBERS(X) X(body, REAL) X(total, REAL)
-
-/* Time integrals over a part of a phase; x_1 counts from where the phase starts. */
-#define HOPFORM_MOMENTS_MEMBERS(X) X(int_v1, REAL) X(int_v2, REAL) X(int_v1v1, REAL) X(int_v1v2, REAL) X(int_v2v2, REAL) X(int_yv1, REAL) X(int_yv2, REAL) X(int_xv2, REAL)
 
 /* Where energy came from and went to, signed as it enters. */
 #define HOPFORM_LEDGER_MEMBERS(X) X(motor_work, REAL) X(offset_work, REAL) X(viscous_1, REAL) X(viscous_2, REAL) X(coulomb_1, REAL) X(coulomb_2, REAL) X(spring_work, REAL)
 
-/* Changes: What the hopper is made of. */
-#define HOPFORM_ROBOT_CHANGE_MEMBERS(X) X(d_m_eff, REAL) X(d_m_s, REAL) X(d_k, REAL) X(d_L0, REAL) X(d_c, REAL) X(d_b1, REAL) X(d_b2, REAL) X(d_f1, REAL) X(d_f2, REAL) X(d_gamma2, REAL) X(d_g, REAL) X(d_x1_min, REAL) X(d_x1_max, REAL) X(d_u_max, REAL) X(d_impact_loss, REAL)
-
-/* Changes: The hopper at one instant; x_2 = x_1 - y + L_0 + c. */
-#define HOPFORM_STATE_CHANGE_MEMBERS(X) X(d_x1, REAL) X(d_v1, REAL) X(d_v2, REAL) X(d_y, REAL)
-
-/* Change of the right sides of (3), (4), by what each share of it goes with. */
-#define HOPFORM_SLOPES_MEMBERS(X) X(d_C_1, REAL) X(d_a1_y, REAL) X(d_a1_v1, REAL) X(d_a1_v2, REAL) X(d_C_2, REAL) X(d_a2_y, REAL) X(d_a2_v1, REAL) X(d_a2_v2, REAL)
-
-/* The law of the actuator in flight, gamma_2 u = K_p x_1 + K_d v_1 within the limit of the current. */
-#define HOPFORM_GAINS_MEMBERS(X) X(Kp, NONNEGATIVE) X(Kd, NONNEGATIVE)
-
-/* The actuator in flight: accelerations, and poles under the law and at its limit. */
-#define HOPFORM_FLIGHT_RATES_MEMBERS(X) X(p_law, REAL) X(q_law, REAL) X(p_free, REAL) X(a_free, REAL) X(a_largest, REAL)
-
-/* The actuator at one instant of the flight. */
-#define HOPFORM_ACTUATOR_MEMBERS(X) X(x1, REAL) X(v1, REAL) X(acc1, REAL)
-
-/* The actuator at time t of a phase of the flight. */
-#define HOPFORM_ACTUATOR_AT_MEMBERS(X) X(moved, REAL) X(v1_t, REAL) X(acc1_t, REAL) X(jerk1_t, REAL)
-
-/* What the law asks of the motor, and how that changes. */
-#define HOPFORM_PULL_MEMBERS(X) X(pull, REAL) X(pull_rate, REAL) X(pull_curvature, REAL)
-
-/* Body and foot where a phase of the flight begins. */
-#define HOPFORM_BALLISTIC_MEMBERS(X) X(foot, REAL) X(v2, REAL)
-
-/* The foot at time t of a phase of the flight. */
-#define HOPFORM_FOOT_AT_MEMBERS(X) X(foot_t, REAL) X(foot_rate, REAL) X(foot_curvature, REAL)
-
-/* What a part of a phase of the flight leaves behind. */
-#define HOPFORM_WAY_MEMBERS(X) X(moved, REAL) X(int_v1v1, REAL)
-
 /* Where the actuator's energy came from and went to in flight, signed as it enters. */
 #define HOPFORM_FLIGHT_LEDGER_MEMBERS(X) X(motor_work, REAL) X(offset_work, REAL) X(viscous_1, REAL) X(coulomb_1, REAL)
+
+/* Numerators H_3 s^2 + H_2 s + H_1 of (11), taken from where and how fast each coordinate starts; that of v_1 also whole. */
+#define HOPFORM_MOTION_MEMBERS(X) X(H3_1, REAL) X(H2_1, REAL) X(H1_1, REAL) X(H3_2, REAL) X(H2_2, REAL) X(H1_2, REAL) X(H3_y, REAL) X(H2_y, REAL) X(H1_y, REAL) X(N2_1, REAL) X(N1_1, REAL) X(N0_1, REAL)
+
+/* The inverse transform W of 1/((s + a)(s^2 + p s + q)), its derivatives and its integrals. */
+#define HOPFORM_BASIS_MEMBERS(X) X(Wdd, REAL) X(Wd, REAL) X(W, REAL) X(W1, REAL) X(W2, REAL)
 
 #endif

@@ -926,6 +926,12 @@ int32_t hopform_plan_init_f32(hopform_plan_f32 *plan, const hopform_robot_f32 *r
         return HOPFORM_ERROR_NUMBERS;
     }
     const hopform_rates_f32 rates = hopform_rates_of_f32(robot);
+#define REFUSE_IF_NEGATIVE(value)                                                                                      \
+    if ((value) < 0.0f) {                                                                                               \
+        return HOPFORM_ERROR_UNSTABLE;                                                                                 \
+    }
+    HOPFORM_STABILITY(REFUSE_IF_NEGATIVE)
+#undef REFUSE_IF_NEGATIVE
     const hopform_poles_f32 actuator = {0.0f, rates.p_1, rates.q_1, rates.p_1, rates.q_1, 0.0f};
     const hopform_poles_f32 body = {0.0f, rates.p_2, rates.q_2, rates.p_2, rates.q_2, 0.0f};
     const hopform_poles_f32 both = hopform_factor_cubic_f32(rates.s_1, rates.s_2, rates.s_3);

@@ -926,6 +926,12 @@ int32_t hopform_plan_init_f64(hopform_plan_f64 *plan, const hopform_robot_f64 *r
         return HOPFORM_ERROR_NUMBERS;
     }
     const hopform_rates_f64 rates = hopform_rates_of_f64(robot);
+#define REFUSE_IF_NEGATIVE(value)                                                                                      \
+    if ((value) < 0.0) {                                                                                               \
+        return HOPFORM_ERROR_UNSTABLE;                                                                                 \
+    }
+    HOPFORM_STABILITY(REFUSE_IF_NEGATIVE)
+#undef REFUSE_IF_NEGATIVE
     const hopform_poles_f64 actuator = {0.0, rates.p_1, rates.q_1, rates.p_1, rates.q_1, 0.0};
     const hopform_poles_f64 body = {0.0, rates.p_2, rates.q_2, rates.p_2, rates.q_2, 0.0};
     const hopform_poles_f64 both = hopform_factor_cubic_f64(rates.s_1, rates.s_2, rates.s_3);

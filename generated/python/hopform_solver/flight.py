@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike
 from hopform_solver import formulas
 from hopform_solver.kernels import decay_at, pair_at
 from hopform_solver.lanes import Array
+from hopform_solver.phases import stable_rates_of
 from hopform_solver.records import (
     FLIGHT_ENDINGS,
     FLIGHT_EVENTS,
@@ -481,9 +482,11 @@ def solve_flight(
     """Solve one flight.
 
     start: the state at take-off; y [m] is the height of the ground ahead over the foot. gains: of the law
-    gamma2 u = Kp x1 + Kd v1, designed if left out. horizon [s]: the longest time. No input is checked here: hopform does that.
+    gamma2 u = Kp x1 + Kd v1, designed if left out. horizon [s]: the longest time.
+    An unstable robot is a ValueError; no other input is checked here: hopform does that.
     """
     one = Robot(*(dtype(field) for field in robot))
+    stable_rates_of(one)
     first = State(*(dtype(field) for field in start))
     largest = largest_force(one)
     law = Gains(dtype(0.0), dtype(0.0))

@@ -671,7 +671,8 @@ def solve(
 
     start: states after the impact, y = 0 at touchdown [m, m/s]. u [A]: the current, with a further last axis over
     `u_times` [s] if those are several; they start at 0 and increase. horizon [s]: the longest time. max_phases: the
-    cap after which a stance ends as too_many_phases. No input is checked here: hopform does that.
+    cap after which a stance ends as too_many_phases.
+    An unstable robot is a ValueError; no other input is checked here: hopform does that.
     """
     times = np.asarray(u_times, dtype=dtype)
     values = np.asarray(u, dtype=dtype)

@@ -926,6 +926,12 @@ int32_t hopform_plan_init_real(hopform_plan_real *plan, const hopform_robot_real
         return HOPFORM_ERROR_NUMBERS;
     }
     const hopform_rates_real rates = hopform_rates_of_real(robot);
+#define REFUSE_IF_NEGATIVE(value)                                                                                      \
+    if ((value) < 0.0) {                                                                                               \
+        return HOPFORM_ERROR_UNSTABLE;                                                                                 \
+    }
+    HOPFORM_STABILITY(REFUSE_IF_NEGATIVE)
+#undef REFUSE_IF_NEGATIVE
     const hopform_poles_real actuator = {0.0, rates.p_1, rates.q_1, rates.p_1, rates.q_1, 0.0};
     const hopform_poles_real body = {0.0, rates.p_2, rates.q_2, rates.p_2, rates.q_2, 0.0};
     const hopform_poles_real both = hopform_factor_cubic_real(rates.s_1, rates.s_2, rates.s_3);

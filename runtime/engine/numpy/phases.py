@@ -4,6 +4,7 @@
 from typing import NamedTuple
 
 import numpy as np
+from hopform_solver.stability import conditions
 
 from hopform_solver import formulas
 from hopform_solver.kernels import basis_at, factor_cubic
@@ -28,10 +29,27 @@ class Side(NamedTuple):
     second: Array
 
 
+def refuse_negative(value: Array, name: str, who: str) -> None:
+    """ValueError if one of the values that a condition of stability is about is negative."""
+    negative = np.asarray(value)[np.asarray(value) < 0.0]
+    if negative.size:
+        raise ValueError(
+            f"the robot is unstable, {who}: Routh's condition {name} >= 0 is violated, {name} = {float(negative[0])!r}"
+        )
+
+
+def stable_rates_of(robot: Robot) -> Rates:
+    """Coefficients of the equations of motion; ValueError names the condition that lets a motion grow."""
+    rates = formulas.rates_of(robot)
+    for name, value, who in conditions(rates):
+        refuse_negative(value, name, who)
+    return rates
+
+
 def plan_of(robot: Robot) -> Plan:
-    """The plan of robots whose fields are arrays of one length."""
+    """The plan of robots whose fields are arrays of one length; ValueError if one of them is unstable."""
     zero = np.zeros_like(robot.m_eff)
-    rates = Rates(*(zero + value for value in formulas.rates_of(robot)))
+    rates = Rates(*(zero + value for value in stable_rates_of(robot)))
     return Plan(
         robot,
         rates,

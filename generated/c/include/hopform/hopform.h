@@ -41,6 +41,7 @@ extern "C" {
 #define HOPFORM_ERROR_GAINS (-10)     /**< a gain is negative or not finite */
 #define HOPFORM_ERROR_VARIANT (-11)   /**< no such variant of a batch on this processor */
 #define HOPFORM_ERROR_DETECTOR (-12)  /**< a sample or threshold is not finite, low > high, or count < 1 */
+#define HOPFORM_ERROR_UNSTABLE (-13)  /**< Routh's conditions are violated: negative damping makes a motion grow */
 
 /** What the controller found. */
 #define HOPFORM_COMMAND_REACHED 1

@@ -1,0 +1,90 @@
+"""Routh's conditions: no motion of a mode grows, if and only if
+
+    s^2 + p s + q                    p >= 0, q >= 0
+    s^3 + s_1 s^2 + s_2 s + s_3      s_1, s_2, s_3 >= 0, s_1 s_2 >= s_3
+
+once integrators are removed; without friction the coefficients are 0, which is legal. A condition that is a sum of products of
+numbers that cannot be negative holds for every robot, in exact arithmetic and in rounded arithmetic alike, and is not asked for.
+So the paper's hopper is never asked. Where neither velocity stands in the other mass's equation
+
+    s_1 = p_1 + p_2      s_2 = q_1 + q_2 + p_1 p_2      s_3 = p_1 q_2 + p_2 q_1
+    s_1 s_2 - s_3 = p_1 q_1 + p_2 q_2 + p_1 p_2 (p_1 + p_2)
+
+and the conditions of one mass moving alone imply those of both.
+"""
+
+from dataclasses import dataclass
+
+import sympy as sp
+
+from derive import laplace
+from derive.ir import unfold
+from derive.model import Model
+from derive.quantities import (
+    a1_v1,
+    a1_v2,
+    a1_y,
+    a2_v1,
+    a2_v2,
+    a2_y,
+    p_1,
+    p_2,
+    q_1,
+    q_2,
+    s_1,
+    s_2,
+    s_3,
+)
+
+NOT_NEGATIVE = ("positive", "nonnegative", "fraction", "bound")
+"""Domains of parameters."""
+
+ALONE = {a1_v1: -p_1, a1_y: -q_1, a2_v2: -p_2, a2_y: q_2}
+"""The rates of (3), (4) by the polynomials of one mass moving alone."""
+
+
+@dataclass(frozen=True)
+class Condition:
+    """A coefficient, or a difference of products of them, that must not be negative."""
+
+    name: str
+    value: sp.Expr
+    who: str
+
+
+CONDITIONS = (
+    Condition("p_1", p_1, "the actuator moving alone"),
+    Condition("q_1", q_1, "the actuator moving alone"),
+    Condition("p_2", p_2, "the body moving alone"),
+    Condition("q_2", q_2, "the body moving alone"),
+    Condition("s_1", s_1, "both masses moving"),
+    Condition("s_2", s_2, "both masses moving"),
+    Condition("s_3", s_3, "both masses moving"),
+    Condition("s_1 s_2 - s_3", s_1 * s_2 - s_3, "both masses moving"),
+)
+
+
+def open_conditions(model: Model) -> tuple[Condition, ...]:
+    """The conditions that some robot of the model may violate though it obeys the others."""
+    rates = laplace.rates(model)
+    known = {quantity.symbol for quantity in model.robot.quantities if quantity.domain in NOT_NEGATIVE}
+    of_both = dict(zip((s_1, s_2, s_3), laplace.characteristic(laplace.MATRIX), strict=True))
+    of_one = ALONE | {rate: unfold(rate, rates) for rate in (a1_v2, a2_v1)}
+    return tuple(
+        condition
+        for condition in CONDITIONS
+        if not _cannot_be_negative(unfold(condition.value, rates), known)
+        and not _cannot_be_negative(
+            condition.value.subs(of_both).subs(of_one), known | {p_1, q_1, p_2, q_2} - condition.value.free_symbols
+        )
+    )
+
+
+def _cannot_be_negative(value: sp.Expr, known: set[sp.Symbol]) -> bool:
+    """Whether an expression is, term by term, a product of a positive number and of factors that are not negative."""
+    for term in sp.Add.make_args(sp.expand(value)):
+        for factor in sp.Mul.make_args(term):
+            base, exponent = factor.as_base_exp()
+            if not (factor.is_nonnegative or base in known or exponent.is_even):
+                return False
+    return True
