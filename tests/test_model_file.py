@@ -300,11 +300,11 @@ def fly_by_library(
     parameters: tuple[float, ...], start: records.State, gains: tuple[float, float], library: native.Library,
     horizon: float = 3.0, max_phases: int = 200,
 ) -> FlightReference:  # fmt: skip
-    types = flight_backends._Types(library.types(np.dtype(np.float64)))
-    flight, phases = types.flight(), (types.phase * max_phases)()
-    plan = ctypes.byref(native.plan_of(library, types.base, parameters))
+    types = library.types(np.dtype(np.float64))
+    flight, phases = types.Flight(), (types.FlightPhase * max_phases)()
+    plan = ctypes.byref(native.plan_of(library, types, parameters))
     library.call(
-        "solve_flight", types.base, plan, ctypes.byref(types.base.state(*start)), ctypes.byref(types.gains(*gains)),
+        "solve_flight", types, plan, ctypes.byref(types.State(*start)), ctypes.byref(types.Gains(*gains)),
         ctypes.c_double(horizon), ctypes.c_int32(max_phases), phases, ctypes.c_int32(max_phases), ctypes.byref(flight),
     )  # fmt: skip
     solved = flight_backends.NativeFlight(library, types, parameters, plan, phases, flight)  # type: ignore[arg-type]

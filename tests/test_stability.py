@@ -134,9 +134,9 @@ def library(fed, package) -> native.Library:
 def status_of(library: native.Library, dtype: Any, parameters: Any) -> tuple[int, bool]:
     """What plan_init of the library answers, and whether the plan is made."""
     types = library.types(np.dtype(dtype))
-    plan = types.plan(made=1)
+    plan = types.Plan(made=1)
     function = library.function("plan_init", types)
-    status = function(ctypes.byref(plan), ctypes.byref(types.robot(*parameters)))
+    status = function(ctypes.byref(plan), ctypes.byref(types.Robot(*parameters)))
     return status, plan.made != 0
 
 
@@ -202,7 +202,7 @@ def test_no_legal_robot_is_refused(package, library, dtype):
         importlib.import_module("fed_solver.phases").stable_rates_of(robots)
     types = library.types(np.dtype(dtype))
     rows = np.array(robots).T.copy()
-    plan, function = types.plan(), library.function("plan_init", types)
+    plan, function = types.Plan(), library.function("plan_init", types)
     width = rows.strides[0]
     statuses = np.array(
         [function(ctypes.byref(plan), ctypes.c_void_p(rows.ctypes.data + n * width)) for n in range(count)]

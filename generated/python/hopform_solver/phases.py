@@ -4,12 +4,12 @@
 from typing import NamedTuple
 
 import numpy as np
-from hopform_solver.stability import conditions
 
 from hopform_solver import formulas
 from hopform_solver.kernels import basis_at, factor_cubic
 from hopform_solver.lanes import Array, Lanes, blank, choose, put, take
 from hopform_solver.records import Basis, Drive, Motion, Poles, Rates, Robot, State
+from hopform_solver.stability import conditions
 
 
 class Plan(NamedTuple):
