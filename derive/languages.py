@@ -20,6 +20,8 @@ import sympy as sp
 from derive.ir import Function, Program, Quantity, Record
 
 Line = tuple[str, str]
+LARGEST_PART = 10**36
+"""Above and below the line of a fraction, so that single precision holds them; with larger ones it is written as one number."""
 
 
 def expression(value: sp.Expr) -> str:
@@ -65,7 +67,7 @@ def _product(value: sp.Expr) -> str:
         above.append(f"sqrt({_sum(root)})")
     above.sort(key=_factor_order)
     below.sort(key=_factor_order)
-    if number.p != 1 and (number.q == 1 or number.q in (2, 4, 8)):
+    if max(number.p, number.q) > LARGEST_PART or (number.p != 1 and number.q in (1, 2, 4, 8)):
         above.insert(0, _number(float(number)))
     elif number.q != 1:
         if number.p != 1:
@@ -311,7 +313,7 @@ class C:
             return "float" if self.single else "double"
         if token in self.constants:
             return self.constants[token]
-        if token in _ELEMENTARY and self.single:
+        if token in ELEMENTARY and self.single:
             return token + "f"
         return token
 
@@ -355,7 +357,7 @@ def _alternating(coefficients: list[float]) -> list[float]:
     return [coefficient * (-1) ** (len(coefficients) - 1 - n) for n, coefficient in enumerate(coefficients)]
 
 
-_ELEMENTARY = {"sqrt", "fabs", "exp", "expm1", "sin", "cos", "atan2", "log", "cbrt", "floor", "fmax", "fmin"}
+ELEMENTARY = {"sqrt", "fabs", "exp", "expm1", "sin", "cos", "atan2", "log", "cbrt", "floor", "fmax", "fmin"}
 _TOKEN = re.compile(
     r"(?P<comment>/\*.*?\*/)"
     r'|(?P<string>"[^"\n]*"|#include[^\n]*)'
