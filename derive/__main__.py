@@ -47,7 +47,10 @@ def _parser() -> argparse.ArgumentParser:
         help="where to write instead of generated/: an empty folder, or one that derive made",
     )
     parser.add_argument(
-        "--model", type=Path, metavar="FILE", help="equations of motion with further terms; needs --out"
+        "--model",
+        type=Path,
+        metavar="FILE",
+        help="further terms in the equations of motion: a file that is run as Python, so read it first; needs --out",
     )
     parser.add_argument("--prefix", default="hopform", metavar="NAME", help="prefix of every public name; needs --out")
     one = parser.add_mutually_exclusive_group()
@@ -70,7 +73,7 @@ def _options(chosen: argparse.Namespace) -> Options:
         raise ModelError(f"--out {chosen.out} lies in generated/, which holds the hopper of the paper alone")
     if not (chosen.prefix.isidentifier() and chosen.prefix.isascii() and chosen.prefix.islower()):
         raise ModelError(f"--prefix must be a lower-case identifier of C, got {chosen.prefix!r}")
-    model = read_model(chosen.model) if chosen.model is not None else HOPPER
+    model = read_model(chosen.model, chosen.prefix) if chosen.model is not None else HOPPER
     return Options(model, chosen.prefix, chosen.precisions or PRECISIONS)
 
 

@@ -20,6 +20,10 @@ from derive.ir import Function, Program, Quantity, Record
 from derive.structs import SCALARS, Struct
 
 Line = tuple[str, str]
+ELEMENTARY = ("sqrt", "fabs", "exp", "expm1", "sin", "cos", "atan2", "log", "cbrt")
+"""Functions of the C library that the engine or a formula may call."""
+LARGEST_PART = 10**36
+"""Above and below the line of a fraction, so that single precision holds them; with larger ones it is written as one number."""
 
 
 @dataclass(frozen=True)
@@ -68,7 +72,7 @@ class Expressions:
             above.append(f"{self.root}({self._sum(root)})")
         above.sort(key=_factor_order)
         below.sort(key=_factor_order)
-        if number.p != 1 and (number.q == 1 or number.q in (2, 4, 8)):
+        if max(number.p, number.q) > LARGEST_PART or (number.p != 1 and number.q in (1, 2, 4, 8)):
             above.insert(0, _number(float(number)))
         elif number.q != 1:
             if number.p != 1:
@@ -226,7 +230,7 @@ class C:
     """Spelling in C of one precision: in `real`, which `instantiate` turns into float or double."""
 
     spelled = Expressions("sqrt_real", "fabs_real")
-    elementary = ("sqrt", "fabs", "exp", "expm1", "sin", "cos", "atan2", "log", "cbrt")
+    elementary = ELEMENTARY
 
     def __init__(self, prefix: str, precision: str) -> None:
         self.prefix, self.precision = prefix, precision

@@ -1,40 +1,298 @@
-"""A model from a file that declares further terms: `python -m derive --model FILE.py`."""
+"""A model from a file that declares further terms: `python -m derive --model FILE.py`.
 
+The file is run as Python. What it defines ends up in the names, comments and numbers of generated code, so whatever could not
+stand there is refused in one line: the file, the place, the value and what is allowed.
+"""
+
+import builtins
+import keyword
+import math
+import re
 import runpy
+from collections.abc import Callable
+from dataclasses import replace
+from fractions import Fraction
+from functools import cache
+from numbers import Rational, Real
 from pathlib import Path
+from typing import Any
 
 import sympy as sp
 
-from derive import flight
+from derive import energy, flight
 from derive import quantities as Q
-from derive.model import Model, ModelError
+from derive.ir import Quantity
+from derive.languages import ELEMENTARY, snake
+from derive.model import Model, ModelError, Term
+from derive.program import program
 from derive.quantities import side_1, side_2, u, v1, v2, x1, x2
 
+DOMAINS: dict[str, tuple[str, Callable[[float], bool]]] = {
+    "real": ("finite", lambda _: True),
+    "positive": ("> 0", lambda value: value > 0.0),
+    "nonnegative": (">= 0", lambda value: value >= 0.0),
+    "fraction": (">= 0 and < 1", lambda value: 0.0 <= value < 1.0),
+}
+"""Domains of a parameter of a term, which may not be infinite, with what they allow."""
 
-def read_model(path: Path) -> Model:
+SMALLEST, LARGEST = sp.Rational(1, 10**30), sp.Integer(10**30)
+"""Numbers in a force, so that single precision holds what becomes of them."""
+
+KEYWORDS_OF_C = {
+    "alignas", "alignof", "and", "and_eq", "asm", "assert", "auto", "bitand", "bitor", "bool", "break", "case",
+    "catch", "char", "class", "co_await", "co_return", "co_yield", "compl", "complex", "concept", "const",
+    "const_cast", "consteval", "constexpr", "constinit", "continue", "decltype", "default", "delete", "do", "double",
+    "dynamic_cast", "else", "enum", "errno", "explicit", "export", "extern", "false", "far", "final", "float", "for",
+    "friend", "goto", "i386", "if", "imaginary", "import", "inline", "int", "interface", "linux", "long", "module",
+    "mutable", "namespace", "near", "new", "noexcept", "not", "not_eq", "nullptr", "offsetof", "operator", "or",
+    "or_eq", "override", "private", "protected", "public", "register", "reinterpret_cast", "requires", "restrict",
+    "return", "short", "signed", "sizeof", "static", "static_assert", "static_cast", "struct", "switch", "template",
+    "this", "thread_local", "throw", "true", "try", "typedef", "typeid", "typename", "typeof", "typeof_unqual",
+    "union", "unix", "unsigned", "using", "virtual", "void", "volatile", "while", "xor", "xor_eq",
+}  # fmt: skip
+"""Of C and C++, and the macros in small letters that compilers and common headers define."""
+
+
+def read_model(path: Path, prefix: str = "hopform") -> Model:
     """The model of a file that defines `terms` and `parameters`; errors name the file."""
     if not path.is_file():
         raise ModelError(f"--model: there is no file {path}")
     try:
-        defined = runpy.run_path(str(path))
-        terms = tuple(defined["terms"])
-        parameters = tuple(defined.get("parameters", ()))
-        taken = {quantity.name for quantity in Q.ROBOT.quantities}
-        for parameter in parameters:
-            if parameter.name in taken:
-                raise ModelError(f"parameter {parameter.name} is one of the robot's already")
+        defined = _run(path)
+        parameters = _parameters(defined.get("parameters", ()), prefix)
+        terms = _terms(defined, parameters, prefix)
         model = Model(terms, parameters)
         for term in terms:
             flight.refuse_what_ends_at_takeoff(term)
-    except KeyError as missing:
-        raise ModelError(f"{path} must define {missing}: a tuple of derive.model.Term") from None
     except ModelError as error:
         raise ModelError(f"{path}: {error}") from None
-    unknown = {symbol for force in model.forces for symbol in force.free_symbols} - _known(model)
-    if unknown:
-        raise ModelError(f"{path}: {', '.join(sorted(map(str, unknown)))} is not declared in `parameters`")
     return model
 
 
-def _known(model: Model) -> set[sp.Symbol]:
-    return {*model.robot.symbols, x1, x2, v1, v2, u, side_1, side_2}
+# ---- the file ----
+
+
+def _run(path: Path) -> dict[str, Any]:
+    """What the file defines; whatever it raises becomes one line with the place in the file."""
+    try:
+        return runpy.run_path(str(path))
+    except (Exception, SystemExit) as error:
+        line = _line_in(path, error)
+        text = error.msg if isinstance(error, SyntaxError) else str(error)
+        said = ": ".join(part for part in (type(error).__name__, _one_line(text)) if part)
+        raise ModelError(f"{f'line {line}: ' if line else ''}{said}") from None
+
+
+def _line_in(path: Path, error: BaseException) -> int | None:
+    """The line of the file where an exception came from: the innermost one."""
+    if isinstance(error, SyntaxError) and error.filename == str(path):
+        return error.lineno
+    line, trace = None, error.__traceback__
+    while trace is not None:
+        if trace.tb_frame.f_code.co_filename == str(path):
+            line = trace.tb_lineno
+        trace = trace.tb_next
+    return line
+
+
+def _one_line(text: str) -> str:
+    return " ".join(text.split())
+
+
+def _shown(value: object) -> str:
+    text = _one_line(repr(value))
+    return text if len(text) <= 80 else f"{text[:77]}..."
+
+
+def _sequence(value: Any, name: str, kind: type) -> tuple[Any, ...]:
+    """A tuple or list whose entries are all of a kind."""
+    wanted = f"a tuple of {kind.__module__}.{kind.__name__}"
+    if not isinstance(value, tuple | list):
+        raise ModelError(f"`{name}` must be {wanted}, got {_shown(value)}")
+    for number, entry in enumerate(value):
+        if not isinstance(entry, kind):
+            raise ModelError(f"`{name}` must be {wanted}, got {_shown(entry)} as {name}[{number}]")
+    return tuple(value)
+
+
+# ---- names ----
+
+
+@cache
+def _names_of_the_derivation() -> frozenset[str]:
+    """Every name that a generated formula, or the class of the robot, may use beside those of the parameters."""
+    derived = program()
+    names = {
+        "Field",
+        "Number",
+        "Parameters",
+        "Real",
+        "cached_property",
+        "formulas",
+        "math",
+        "parameters",
+        "real",
+        "result",
+    }
+    names |= {"I", "U", "V1", "V2", "X1"}  # the imaginary unit of C, and enumerators of columns
+    for record in derived.records:
+        names |= {record.name, snake(record.name), *map(str, record.symbols)}
+    for function in derived.functions:
+        names.add(function.name)
+        names |= {str(symbol) for part in (*function.takes, function.returns) for symbol in part.symbols}
+        names |= {str(step.symbol) for step in function.steps}
+    return frozenset(names | set(ELEMENTARY))
+
+
+def _why_not(name: Any, prefix: str) -> str | None:
+    """Why a name cannot be that of a parameter in generated code."""
+    if not isinstance(name, str) or not re.fullmatch("[A-Za-z][A-Za-z0-9_]*", name):
+        return "it must be a str of letters, digits and _, a letter first"
+    reasons = (
+        (name in {quantity.name for quantity in Q.ROBOT.quantities}, "it must not be one of the robot's already"),
+        (name in _names_of_the_derivation(), "it must not be one that the generated code has already"),
+        (
+            name.isupper() and not re.fullmatch("[A-Z]_?[0-9]*", name),
+            "it must have a small letter, or be one letter with an index, because names in capitals are macros in C",
+        ),
+        (name in KEYWORDS_OF_C or keyword.iskeyword(name), "it must not be a keyword of Python, C or C++"),
+        (hasattr(builtins, name) or hasattr(tuple, name), "it must not be built into Python"),
+        (
+            name.endswith(("_t", "_real", "_f32", "_f64")) or name.startswith("d_") or _has_prefix(name, prefix),
+            f"it must not end in _t, _real, _f32 or _f64, begin with d_ or {prefix}_, or contain hopform, as names of the "
+            "generated code do",
+        ),
+    )
+    return next((reason for holds, reason in reasons if holds), None)
+
+
+def _has_prefix(name: str, prefix: str) -> bool:
+    """Whether a name looks like one that gets the prefix of every public name."""
+    return "hopform" in name.lower() or name.lower().startswith(f"{prefix}_")
+
+
+# ---- parameters ----
+
+
+def _parameters(value: Any, prefix: str) -> tuple[Quantity, ...]:
+    made: list[Quantity] = []
+    for parameter in _sequence(value, "parameters", Quantity):
+        name = parameter.name
+        if (why := _why_not(name, prefix)) is not None:
+            raise ModelError(f"the name of a parameter is {_shown(name)}: {why}")
+        if name in {other.name for other in made}:
+            raise ModelError(f"the parameter {name} is declared twice")
+        for field in ("glyph", "unit", "meaning"):
+            _check_text(getattr(parameter, field), f"{field} of the parameter {name}", backslash=field == "glyph")
+        made.append(replace(parameter, default=_default(parameter)))
+    return tuple(made)
+
+
+def _default(parameter: Quantity) -> float | None:
+    if parameter.domain not in DOMAINS:
+        known = ", ".join(map(repr, DOMAINS))
+        raise ModelError(
+            f"domain of the parameter {parameter.name} must be one of {known}, got {_shown(parameter.domain)}"
+        )
+    if parameter.default is None:
+        return None
+    allowed, holds = DOMAINS[parameter.domain]
+    value = _number(parameter.default)
+    if value is None or not holds(value):
+        raise ModelError(
+            f"default of the parameter {parameter.name} must be {allowed} or None, got {_shown(parameter.default)}"
+        )
+    return value
+
+
+def _number(value: Any) -> float | None:
+    """A number as a float, None for what is no number or not finite."""
+    if not isinstance(value, Real) or isinstance(value, bool):
+        return None
+    try:
+        number = float(value)
+    except OverflowError:
+        return None
+    return number if math.isfinite(number) else None
+
+
+def _check_text(text: object, what: str, *, backslash: bool) -> None:
+    """Texts stand in strings, docstrings, comments and tables."""
+    barred = ('"', "*/", "/*", "@header@", *(() if backslash else ("\\",)))
+    if not isinstance(text, str) or not text.isprintable() or any(part in text for part in barred):
+        raise ModelError(f"{what} must be a printable line without {' '.join(barred)}, got {_shown(text)}")
+
+
+# ---- terms ----
+
+
+def _terms(defined: dict[str, Any], parameters: tuple[Quantity, ...], prefix: str) -> tuple[Term, ...]:
+    if "terms" not in defined:
+        raise ModelError("the file must define `terms`, a tuple of derive.model.Term")
+    symbols = {*Q.ROBOT.symbols, *(parameter.symbol for parameter in parameters), x1, x2, v1, v2, u, side_1, side_2}
+    taken = _names_of_the_derivation() | {symbol.name for symbol in symbols}
+    made: list[Term] = []
+    for term in _sequence(defined["terms"], "terms", Term):
+        if not isinstance(term.name, str) or not re.fullmatch("[A-Za-z][A-Za-z0-9 _-]*", term.name):
+            raise ModelError(
+                f"the name of a term is {_shown(term.name)}: it must be letters, digits, blanks, - and _, a letter first"
+            )
+        fields = {f"{energy.field_name(term.name)}_{mass}" for mass in (1, 2)}
+        if fields & taken or _has_prefix(energy.field_name(term.name), prefix):
+            raise ModelError(
+                f"the name of a term is {term.name!r}: the generated code or another term has {min(fields)} already, which "
+                "would be its entry of the ledger"
+            )
+        taken |= fields
+        forces = {
+            field: _force(getattr(term, field), f"{field} of the term '{term.name}'", symbols)
+            for field in ("force_1", "force_2")
+        }
+        made.append(replace(term, **forces))
+    return tuple(made)
+
+
+def _force(value: Any, what: str, symbols: set[sp.Symbol]) -> sp.Expr:
+    if not isinstance(value, sp.Expr) and not isinstance(value, bool):
+        if isinstance(value, Rational):
+            value = sp.Rational(int(value.numerator), int(value.denominator))
+        elif isinstance(value, Real):
+            value = sp.sympify(float(value))
+    if not isinstance(value, sp.Expr):
+        raise ModelError(f"{what} must be a number or an expression of sympy, got {_shown(value)}")
+    what = f"{what} is {_one_line(str(value))}"
+    force = _exact(value, what)
+    if unknown := force.free_symbols - symbols:
+        names = ", ".join(sorted(symbol.name for symbol in unknown))
+        raise ModelError(
+            f"{what}, and {names} is not declared in `parameters`: its symbols must be those of derive.quantities and the "
+            "`symbol` of each parameter"
+        )
+    for number in sp.expand(force).atoms(sp.Rational):
+        _check_size(number, what)
+    return force
+
+
+def _check_size(number: sp.Expr, what: str) -> None:
+    if number and not SMALLEST <= abs(number) <= LARGEST:
+        raise ModelError(f"{what}: a number must be 0 or between 1e-30 and 1e30 in size")
+
+
+def _exact(value: sp.Expr, what: str) -> sp.Expr:
+    """The expression with each float as the decimal fraction that it is written as: 12.5 is 25/2, 0.1 is 1/10."""
+    if value.is_Float:
+        _check_size(value, what)
+        fraction = Fraction(repr(float(value)))
+        return sp.Rational(fraction.numerator, fraction.denominator)
+    if value.is_Rational or value.is_Symbol:
+        return value
+    if value.is_Add or value.is_Mul:
+        return value.func(*(_exact(part, what) for part in value.args))
+    if value.is_Pow:
+        base, exponent = (_exact(part, what) for part in value.args)
+        if exponent.is_Integer and not (exponent.is_negative and base.is_Add):
+            return sp.Pow(base, exponent)
+    raise ModelError(
+        f"{what}: {_one_line(str(value))} has no spelling in generated code; allowed are sums, products and whole powers of "
+        "symbols and numbers, and quotients by all of these but sums"
+    )

@@ -23,6 +23,7 @@ import hopform_solver
 from derive.__main__ import main, write
 from derive.ir import Quantity
 from derive.model import Model, Term
+from derive.program import program as derived_program
 from derive.quantities import v2
 from derive.render import Options, render
 from hopform import flight_backends, native
@@ -37,6 +38,16 @@ from tests.reference.records import mp
 from tools.build_library import compile_sources
 
 MODELS = Path(__file__).with_name("models")
+WARNINGS = (
+    "-Wall",
+    "-Wextra",
+    "-Wpedantic",
+    "-Wshadow",
+    "-Wconversion",
+    "-Wdouble-promotion",
+    "-Wfloat-equal",
+    "-Werror",
+)
 EVERY_EVENT = set(records.EVENTS.values())
 EVERY_MODE = {(one, other) for one in (-1, 0, 1) for other in (-1, 0, 1)}
 
@@ -469,21 +480,259 @@ def test_a_term_that_no_hop_can_carry_is_refused_by_name(tmp_path, capsys, name,
     assert not (tmp_path / "out").exists()
 
 
+HEAD = """
+import sympy as sp
+from derive.ir import Quantity
+from derive.model import Term
+from derive.quantities import ROBOT, k, u, v1, v2, x1, x2, y
+r = Quantity("r", "r", "N s/m", "a rate", "nonnegative", 0.0)
+"""
+"""Six lines that the bad files below begin with."""
+
+
+def term(force: str, other: str = "0", name: str = '"drag"') -> str:
+    return f"terms = (Term({name}, {force}, {other}),)\nparameters = (r,)"
+
+
+def parameter(*arguments: str) -> str:
+    return f"r = Quantity({', '.join(arguments)})\nterms = ()\nparameters = (r,)"
+
+
+def declared(**fields: str) -> str:
+    given = {
+        "name": '"rate"',
+        "glyph": '"r"',
+        "unit": '"N"',
+        "meaning": '"a rate"',
+        "domain": '"real"',
+        "default": "0.0",
+    }
+    return parameter(*(given | fields).values())
+
+
 BAD_FILES = {
-    "no terms": ("parameters = ()", "must define 'terms'"),
-    "a parameter of the robot": (
-        'from derive.quantities import ROBOT\nterms = ()\nparameters = (ROBOT.quantities[2],)',
-        "parameter k is one of the robot's already",
+    "no terms": ("parameters = ()", "must define `terms`"),
+    "terms that are a number": ("terms = 3", "`terms` must be a tuple of derive.model.Term, got 3"),
+    "a term alone": ('terms = Term("drag", 0, 0)', "must be a tuple of derive.model.Term, got Term(name='drag'"),
+    "a text among the terms": ('terms = ["drag"]', "got 'drag' as terms[0]"),
+    "a function for terms": ("terms = lambda: ()", "must be a tuple of derive.model.Term"),
+    "parameters that are none": ("terms = ()\nparameters = r", "`parameters` must be a tuple of derive.ir.Quantity"),
+    "a symbol among the parameters": ("terms = ()\nparameters = (r, r.symbol)", "got r as parameters[1]"),
+    "a parameter of the robot": ("terms = ()\nparameters = (ROBOT.quantities[2],)", "is 'k': it must not be one of the robot's"),
+    "a parameter declared twice": ("terms = ()\nparameters = (r, r)", "the parameter r is declared twice"),
+    "a term called twice": (
+        'terms = (Term("slow drag", r.symbol, 0), Term("slow-drag", r.symbol, 0))\nparameters = (r,)',
+        "'slow-drag': the generated code or another term has slow_drag_1 already",
+    ),
+    "a term called as the hopper's": (term("r.symbol", name='"viscous"'), "has viscous_1 already"),
+    "a term called as a parameter": (
+        'q = Quantity("drag_2", "d", "N", "drag")\nterms = (Term("drag", q.symbol, 0),)\nparameters = (q,)',
+        "has drag_1 already",
+    ),
+    "a term without a name": (term("r.symbol", name='""'), "the name of a term is ''"),
+    "a term whose name ends a comment": (term("r.symbol", name='"*/"'), "the name of a term is '*/'"),
+    "a term whose name is no text": (term("r.symbol", name="3"), "the name of a term is 3"),
+    "a term whose name is not ASCII": (term("r.symbol", name='"gröss"'), "'gröss'"),
+    "a force that is a text": (
+        term('"-r*v1"'), "force_1 of the term 'drag' must be a number or an expression of sympy, got '-r*v1'",
+    ),
+    "a force that is nothing": (term("None"), "got None"),
+    "a force that is a truth": (term("True"), "got True"),
+    "a force that is a matrix": (term("sp.eye(2)"), "got Matrix("),
+    "a second force that is a list": (term("0", "[v1]"), "force_2 of the term 'drag' must be a number"),
+    "a function of a parameter": (term("-sp.cos(r.symbol)*v1"), "cos(r) has no spelling in generated code"),
+    "a function of a velocity": (term("-sp.tanh(v1)"), "tanh(v1) has no spelling"),
+    "a root of a parameter": (term("-sp.sqrt(r.symbol)*v1"), "sqrt(r) has no spelling"),
+    "a power by a float": (term("-r.symbol**0.5*v1"), "r**0.5 has no spelling"),
+    "a quotient by a sum": (term("-v1/(r.symbol + 1)"), "1/(r + 1) has no spelling"),
+    "pi": (term("-sp.pi*v1"), "pi has no spelling"),
+    "a complex force": (term("sp.I*v1"), "I has no spelling"),
+    "no number": (term('float("nan")'), "nan has no spelling"),
+    "an infinite force": (term('float("inf")*v1'), "oo has no spelling"),
+    "a number too small": (term("-1e-31*v1"), "a number must be 0 or between 1e-30 and 1e30 in size"),
+    "a number beyond floats": (term('sp.Float("1e-400")*v1'), "between 1e-30 and 1e30"),
+    "a number too large": (term("2**200"), "between 1e-30 and 1e30"),
+    "a power that is too large": (term("(1e20*r.symbol + v1/1e20)**2 - v1**2/1e40"), "between 1e-30 and 1e30"),
+    "a symbol of no quantity": (term('-sp.Symbol("r")*v1'), "r is not declared in `parameters`: its symbols must be those of"),
+    "a velocity of one's own": (term('-r.symbol*sp.Symbol("v1")'), "v1 is not declared"),
+    "the compression": (term("-r.symbol*y"), "y is not declared"),
+    "a product of velocities": (term("-r.symbol*v1*v2"), "is not linear in v1"),
+    "a velocity below the line": (term("r.symbol/v1"), "is not linear in v1"),
+    "a force by the leg's length": (term("-r.symbol*(x1 - x2)"), "on mass 1, the actuator, by force_1"),
+    "a current": (term("0", "u"), "may not contain u"),
+    "a syntax error": ("terms = (", "line 7: SyntaxError: '(' was never closed"),
+    "an indented line": ("  terms = ()", "line 7: IndentationError: unexpected indent"),
+    "a name that is not there": ("terms = (Term('a', b, 0),)", "line 7: NameError: name 'b' is not defined"),
+    "an entry that is not there": ("terms = {}['terms']", "line 7: KeyError: 'terms'"),
+    "a field too few": ("\nterms = (Term('a', 0),)", "line 8: TypeError: "),
+    "an import that fails": ("import derive.nothing", "line 7: ModuleNotFoundError: No module named 'derive.nothing'"),
+    "an exception of two lines": ("raise OSError('one\\ntwo')", "line 7: OSError: one two"),
+    "an exception without a text": ("assert False", "line 7: AssertionError"),
+    "an exception from deeper": ("\ndef f():\n    raise ValueError('no')\nf()", "line 9: ValueError: no"),
+    "an exit": ("raise SystemExit(0)", "line 7: SystemExit: 0"),
+    "an exit by name": ("import sys\nsys.exit('enough')", "line 8: SystemExit: enough"),
+    "no end": ("def f(): f()\nf()", "line 7: RecursionError: maximum recursion depth exceeded"),
+    "a zero below the line": ("terms = 1/0", "line 7: ZeroDivisionError: division by zero"),
+    "a unit that is a number": (declared(unit="3"), "unit of the parameter rate must be a printable line"),
+    "a meaning of two lines": (declared(meaning='"a\\nrate"'), "meaning of the parameter rate must be a printable line"),
+    "a meaning that ends a comment": (declared(meaning='"a */ rate"'), "meaning of the parameter rate"),
+    "a meaning with quotes": (declared(meaning="'a \"rate\"'"), "meaning of the parameter rate"),
+    "a unit with a backslash": (declared(unit=r'"N\\s"'), "unit of the parameter rate"),
+    "a glyph that is nothing": (declared(glyph="None"), "glyph of the parameter rate"),
+    "a domain of one's own": (
+        declared(domain='"negative"'),
+        "domain of the parameter rate must be one of 'real', 'positive', 'nonnegative', 'fraction', got 'negative'",
+    ),
+    "a domain that may be infinite": (declared(domain='"bound"'), "got 'bound'"),
+    "a default that is a text": (declared(default='"1"'), "default of the parameter rate must be finite or None, got '1'"),
+    "a default that is a truth": (declared(default="True"), "got True"),
+    "a default that is no number": (declared(default='float("nan")'), "got nan"),
+    "a default that is infinite": (declared(default='float("inf")'), "got inf"),
+    "a default beyond floats": (declared(default="10**400"), "got 1000"),
+    "a default out of the domain": (
+        declared(domain='"nonnegative"', default="-1"), "default of the parameter rate must be >= 0 or None, got -1",
     ),
 }  # fmt: skip
 
+BAD_NAMES = {
+    "it must be a str": ("3", "None", '""', '"2r"', '"a b"', '"_r"', '"größe"', '"a-b"', '"r\\n"'),
+    "a small letter": ('"NEVER"', '"EPSILON"', '"INT32_MAX"', '"M_PI"', '"BITS"'),
+    "a keyword": (
+        '"lambda"', '"double"', '"float"', '"for"', '"int"', '"def"', '"None"', '"signed"', '"restrict"', '"inline"', '"class"',
+        '"template"', '"nullptr"', '"bool"', '"true"', '"yield"', '"register"', '"import"', '"typeof"', '"linux"',
+    ),
+    "built into Python": ('"property"', '"tuple"', '"type"', '"count"', '"index"', '"min"', '"abs"', '"super"'),
+    "as names of the generated code": (
+        '"x_t"', '"size_t"', '"k_real"', '"k_f32"', '"d_tau"', '"hopform_k"', '"my_HOPFORM"', '"leg_k"',
+    ),
+    "that the generated code has already": (
+        '"x1"', '"v1"', '"y"', '"u"', '"t"', '"a1_v1"', '"s_1"', '"C_1"', '"side_1"', '"robot"', '"rates"', '"Rates"', '"R"',
+        '"I"', '"X1"', '"U"', '"sqrt"', '"fabs"', '"exp"', '"real"', '"result"', '"parameters"', '"math"', '"formulas"',
+        '"cached_property"', '"rates_of"', '"body"', '"x1_0"', '"length"', '"viscous_1"', '"int_v1"', '"limit"', '"Kp"',
+    ),
+}  # fmt: skip
+BAD_FILES |= {f"the name {name}": (declared(name=name), why) for why, names in BAD_NAMES.items() for name in names}
+
+
+def refused_in_one_line(folder: Path, capsys: Any, *options: str) -> str:
+    """What the command prints of robot.py in a folder; it writes nothing."""
+    out = folder / "out"
+    assert main(["--model", str(folder / "robot.py"), "--out", str(out), "--prefix", "leg", *options]) == 2
+    printed = capsys.readouterr()
+    (line,) = printed.err.splitlines()
+    assert printed.out == "" and not out.exists()
+    assert line.startswith(f"derive: {folder / 'robot.py'}")
+    return line
+
 
 @pytest.mark.parametrize("name", BAD_FILES)
-def test_a_file_that_is_no_model_is_refused_by_what_it_lacks(tmp_path, capsys, name):
+def test_a_file_that_is_no_model_is_refused_by_what_is_wrong_with_it(tmp_path, capsys, name):
     text, why = BAD_FILES[name]
-    (tmp_path / "robot.py").write_text(text)
-    assert main(["--model", str(tmp_path / "robot.py"), "--out", str(tmp_path / "out")]) == 2
-    (line,) = capsys.readouterr().err.splitlines()
-    assert "robot.py" in line
-    assert why in line
-    assert not (tmp_path / "out").exists()
+    (tmp_path / "robot.py").write_text(HEAD + text, "utf-8")
+    assert why in refused_in_one_line(tmp_path, capsys)
+
+
+@pytest.mark.parametrize("data", [b"terms = ()\0", b"\xff\xfe", b"PK\x03\x04", b"terms"])
+def test_a_file_that_is_no_python_is_refused(tmp_path, capsys, data):
+    (tmp_path / "robot.py").write_bytes(data)
+    assert "Error" in refused_in_one_line(tmp_path, capsys)
+
+
+def test_every_name_of_the_derivation_is_refused_for_a_parameter(tmp_path, capsys):
+    """Whatever a formula calls a value, a record or itself; the robot's own among them."""
+    program = derived_program()
+    names = {str(step.symbol) for function in program.functions for step in function.steps}
+    names |= {function.name for function in program.functions}
+    names |= {str(symbol) for record in program.records for symbol in record.symbols}
+    assert len(names) > 250
+    for name in names:
+        (tmp_path / "robot.py").write_text(HEAD + declared(name=repr(name)), "utf-8")
+        assert f"the name of a parameter is {name!r}: it must not" in refused_in_one_line(tmp_path, capsys)
+
+
+def test_the_help_says_that_a_model_is_run(capsys):
+    with pytest.raises(SystemExit):
+        main(["--help"])
+    assert "run as Python" in " ".join(capsys.readouterr().out.split())
+
+
+# ---- what goes ----
+
+ODD = """
+\"\"\"Numbers of every kind, quotients of parameters, and names that look like trouble.\"\"\"
+import fractions
+import numpy
+import sympy as sp
+from derive.ir import Quantity
+from derive.model import Term
+from derive.quantities import g, m_eff, v1
+
+names = ("tau", "h", "R_a", "L_2", "in_series", "n", "w", "plan", "columns", "stance", "self", "dtype", "np", "isnan")
+parameters = [Quantity(name, "x", "N", f"meaning of {name}: 5 % of 'it' \u2264 1 | a", "nonnegative", 0) for name in names]
+R, S = (Quantity(name, r"\\Omega_{a}", "ohm", "resistance", "positive", sp.Rational(1, 2)) for name in ("r_a", "r_s"))
+tau, h = (parameter.symbol for parameter in parameters[:2])
+terms = [
+    Term("float", -12.5 * v1, 0),
+    Term("decimal", -0.1 * v1 - 0.7, 0.0),
+    Term("third", sp.Rational(-1, 3) * v1 * 1.0, sp.Integer(0)),
+    Term("long fraction", -1.2345678901234567e-25 * v1, 0),
+    Term("whole", 2, 0),
+    Term("fraction", fractions.Fraction(1, 7), numpy.float64(0.0)),
+    Term("weight", -m_eff * g * 1e-3, 0),
+    Term("quotient", -(tau**2.0 / R.symbol + h / (2 * S.symbol) ** 2) * v1, 0),
+    Term("nothing", 0, 0),
+    Term("sum of all", -v1 * sum(parameter.symbol for parameter in parameters[2:]), v1 - v1),
+]
+parameters += [R, S]
+"""
+
+
+@pytest.fixture(scope="module")
+def odd(tmp_path_factory) -> Path:
+    folder = tmp_path_factory.mktemp("odd")
+    (folder / "robot.py").write_text(ODD, "utf-8")
+    assert main(["--model", str(folder / "robot.py"), "--out", str(folder / "out"), "--prefix", "odd"]) == 0
+    return folder / "out"
+
+
+@pytest.fixture(scope="module")
+def odd_package(odd) -> Any:
+    sys.path.insert(0, str(odd / "python"))
+    try:
+        yield importlib.import_module("odd_solver")
+    finally:
+        sys.path.remove(str(odd / "python"))
+
+
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+def test_numbers_and_quotients_of_parameters_are_what_they_say(odd, odd_package, hopper_c, dtype):
+    """The hopper with the same b1 and c, to rounding; the library compiles without a warning and agrees with the package."""
+    further = {name: 0.01 * n for n, name in enumerate(odd_package.Robot._fields[15:], 1)}
+    further |= {"r_a": 0.5, "r_s": 0.25}
+    tau, h, *others = list(further.values())[:-2]
+    robot = odd_package.Robot(*hopper_c.parameters, *further.values())
+    more = 12.5 + 0.1 + 1 / 3 + tau**2 / 0.5 + h / 0.25 + sum(others)
+    pull = -0.7 + 2.0 + 1 / 7 - hopper_c.m_eff * hopper_c.g * 1e-3
+    shift = pull / hopper_c.k
+    same = hopper_c.parameters._replace(b1=hopper_c.b1 + more, c=hopper_c.c + shift, L0=hopper_c.L0 - shift)
+    start, eps = odd_package.State(0.0, 0.0, -1.93, 0.0), float(np.finfo(dtype).eps)
+    ours = odd_package.solve(robot, start, 2.0, dtype=dtype)
+    theirs = hopform_solver.solve(same, records.State(*start), 2.0, dtype=dtype)
+    np.testing.assert_allclose(ours.end, theirs.end, rtol=200 * eps, atol=20 * eps)
+    np.testing.assert_allclose(ours.duration, theirs.duration, rtol=200 * eps)
+    library = odd / "libodd.so"
+    if not library.exists():
+        compile_sources(odd / "c", library, "-O0", *WARNINGS)
+    solved = native.solve(
+        tuple(robot), start, ((0.0, 2.0),), 2.0, 64, np.dtype(dtype), native.Library(library, "odd", odd_package)
+    )
+    _, duration, state, _, _ = solved.outcome()
+    np.testing.assert_allclose(duration, ours.duration, rtol=20 * eps)
+    np.testing.assert_allclose(state, ours.end, rtol=200 * eps, atol=20 * eps)
+
+
+def test_a_parameter_of_any_accepted_name_stands_in_every_class(odd_package):
+    checked = importlib.import_module("odd_solver.checked").Robot(m_eff=25.0, m_s=3.0, k=1200.0, L0=0.4)
+    assert checked.parameters._fields == odd_package.Robot._fields
+    assert checked.parameters[15:] == (0.0,) * (len(checked.parameters) - 17) + (0.5, 0.5)
+    assert not [entry for entry in odd_package.Ledger._fields if entry.startswith("nothing") or entry.endswith("_2_2")]

@@ -1,6 +1,6 @@
 """Routh's conditions: which of them are asked for, that they mean what the poles say, and that no legal robot is refused.
 
-tests/models/feedforward.py has a damping of either sign: with d_fed > b1 the actuator runs away.
+tests/models/feedforward.py has a damping of either sign: with k_fed > b1 the actuator runs away.
 """
 
 import ctypes
@@ -196,7 +196,7 @@ def test_no_legal_robot_is_refused(package, library, dtype):
     d = (b1 * share).astype(dtype)
     assert (d <= b1).all()
     zero = np.zeros(count, dtype)
-    order = {"m_eff": m_eff, "m_s": m_s, "k": k, "b1": b1, "b2": b2, "d_fed": d}
+    order = {"m_eff": m_eff, "m_s": m_s, "k": k, "b1": b1, "b2": b2, "k_fed": d}
     robots = package.Robot(*(order.get(name, zero) for name in package.Robot._fields))
     with np.errstate(all="ignore"):
         importlib.import_module("fed_solver.phases").stable_rates_of(robots)

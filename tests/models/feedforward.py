@@ -1,13 +1,13 @@
 """A driver that feeds the motor's speed forward, so as to hide friction: too much of it and the actuator runs away.
 
-m_eff a_1 = ... + d v_1
+m_eff a_1 = ... + k_fed v_1
 """
 
 from derive.ir import Quantity
 from derive.model import Term
 from derive.quantities import v1
 
-push = Quantity("d_fed", "d", "N s/m", "force fed forward per velocity of the actuator", "real", 0.0)
+push = Quantity("k_fed", "k_{fed}", "N s/m", "force fed forward per velocity of the actuator", "real", 0.0)
 
 terms = (Term("feedforward", push.symbol * v1, 0),)
 parameters = (push,)
