@@ -163,6 +163,22 @@ def test_a_name_that_no_file_holds_is_refused(change, message):
         hopform.Robot(**{**GOOD, **change})
 
 
+@pytest.mark.parametrize(
+    ("name", "message"),
+    [
+        ("foo", "there is no robot 'foo'; known: hopper_c, hopper_b, ideal, or a TOML file"),
+        (
+            "hoper_c",
+            "there is no robot 'hoper_c', did you mean 'hopper_c'? Known: hopper_c, hopper_b, ideal, or a TOML file",
+        ),
+        ("foo.toml", "there is no file 'foo.toml'"),
+    ],
+)
+def test_a_robot_that_is_not_there_is_refused_in_a_sentence(name, message):
+    with pytest.raises(hopform.HopformError, match=f"^{re.escape(message)}$"):
+        hopform.load_robot(name)
+
+
 def test_numbers_that_leave_the_range_of_float32_are_refused(backend):
     robot = hopform.Robot(m_eff=1e-30, m_s=1e-30, k=1e30, L0=0.4)
     with pytest.raises(hopform.HopformError, match="range of the precision"):
