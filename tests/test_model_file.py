@@ -283,7 +283,7 @@ def test_a_force_on_one_mass_alone_is_what_the_hopper_has_already(tmp_path, monk
 
 
 def test_a_package_of_the_same_name_gives_hopform_the_term(tmp_path):
-    """With --prefix hopform it stands in for hopform_solver: fields, ledger and AED have the term wherever they are shown."""
+    """With --prefix hopform it stands in for hopform_solver: ledger and AED have the term wherever they are shown."""
     assert main(["--model", str(MODELS / "damper.py"), "--out", str(tmp_path), "--prefix", "hopform"]) == 0
     code = """
 import csv, dataclasses, io
