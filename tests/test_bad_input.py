@@ -163,6 +163,22 @@ def test_a_name_that_no_file_holds_is_refused(change, message):
         hopform.Robot(**{**GOOD, **change})
 
 
+@pytest.mark.parametrize(
+    ("name", "message"),
+    [
+        ("foo", "there is no robot 'foo'; known: hopper_c, hopper_b, ideal, or a TOML file"),
+        (
+            "hoper_c",
+            "there is no robot 'hoper_c', did you mean 'hopper_c'? Known: hopper_c, hopper_b, ideal, or a TOML file",
+        ),
+        ("foo.toml", "there is no file 'foo.toml'"),
+    ],
+)
+def test_a_robot_that_is_not_there_is_refused_in_a_sentence(name, message):
+    with pytest.raises(hopform.HopformError, match=f"^{re.escape(message)}$"):
+        hopform.load_robot(name)
+
+
 def test_numbers_that_leave_the_range_of_float32_are_refused(backend):
     robot = hopform.Robot(m_eff=1e-30, m_s=1e-30, k=1e30, L0=0.4)
     with pytest.raises(hopform.HopformError, match="range of the precision"):
@@ -215,14 +231,15 @@ CALLS: dict[str, tuple[Any, dict[str, Any]]] = {
     "Sampled": (hopform.controllers.Sampled, {"period": 0.001, "law": lambda t, state: 0.0}),
 }
 """What people call, with arguments that are right."""
-LATER = {("record", "repeats")}
 ANSWERS = {
-    "Batch", "Command", "Energy", "Equation", "Event", "FixedPoint", "Flight", "FlightLedger", "FlightPhase", "Gains", "Hop",
-    "Ledger", "ManySensitivities", "Phase", "PrintedCommand", "Reachability", "ReturnMaps", "Run", "Sensitivities", "Stance",
-    "State", "Touchdown", "Tracking",
+    "Batch", "Command", "Energy", "Equation", "Event", "FixedPoint", "Flight", "FlightLedger", "FlightPhase", "Gains",
+    "Hop", "Ledger", "ManySensitivities", "Phase", "PrintedCommand", "Reachability", "ReturnMaps", "Run",
+    "Sensitivities", "Stance", "State", "Touchdown", "Tracking",
 }  # fmt: skip
 """Classes that hopform fills itself, and records that are checked where they are handed in."""
 OF_RECORDINGS = {"fit_drop_test", "fit_force", "fit_robot", "fit_step_response", "friction_threshold", "read_recording"}
+LATER = {("record", "repeats")}
+"""Numbers that are not refused by name yet: the known values of fits, and how often a motion is recorded."""
 INSIDE = {"check_wishes", "crossing", "home_of", "measured", "target_of", "wish", "wishes"}
 """What controllers and terrains share, behind the classes and functions above."""
 OBJECTS: dict[str, Any] = {
@@ -275,7 +292,7 @@ EVERY = {name: (call, number) for name, call, number in every_number()}
 
 
 def test_every_public_function_that_takes_numbers_is_tried():
-    """A guard of these tests: what is new is tried too, or fails here."""
+    """What is new is tried too, or fails here."""
     for module in (hopform, hopform.controllers, hopform.terrain):
         for name, found in vars(module).items():
             if name.startswith("_") or not callable(found) or not found.__module__.startswith("hopform"):
@@ -328,8 +345,11 @@ WITHIN: dict[str, tuple[str, Any]] = {
     "a height of the ground": ("terrain", lambda huge: hopform.simulate(HOPPER, [0.0, huge], height=0.2)),
     "a controller's answer": ("u", lambda huge: hopform.simulate(**HOP, controller=lambda touchdown: huge)),
     "a law's answer": ("u", lambda huge: hopform.simulate(**HOP, controller=by(lambda t, state: huge))),
-    "a wish of many": ("h_des", lambda huge: hopform.controllers.FeedForward([0.2, huge])),
-    "the ground below a wish": ("terrain", lambda huge: hopform.controllers.AsPrinted(0.2).prepare(HOPPER, (huge,))),
+    "a desired height of many": ("h_des", lambda huge: hopform.controllers.FeedForward([0.2, huge])),
+    "ground below a desired height": (
+        "terrain",
+        lambda huge: hopform.controllers.AsPrinted(0.2).prepare(HOPPER, (huge,)),
+    ),
     "a sample": ("samples", lambda huge: OBJECTS["detector"].detect([0.0, huge])),
     "a known signal": ("signal", lambda huge: OBJECTS["detector"].chances(0.1, [0.0, huge])),
     **{

@@ -14,6 +14,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import typer
 
 import hopform
 from hopform import cli, tables
@@ -21,6 +22,7 @@ from hopform import cli, tables
 DOCUMENT = Path(__file__).resolve().parent.parent / "docs" / "json.md"
 DROP = ("stance", "--height", "0.2", "--u", "3")
 HOPPER = hopform.load_robot("hopper_c")
+COMMANDS = typer.main.get_command(cli.app).commands
 
 
 @pytest.fixture(autouse=True)
@@ -162,6 +164,21 @@ def test_a_robot_without_limits_has_nulls_in_json(answer, robot_file):
 
 def test_the_version_is_the_packages(answer):
     assert answer("--version").startswith(f"hopform {hopform.__version__} (back ends: ")
+
+
+@pytest.mark.parametrize("command", [(), *((name,) for name in COMMANDS)])
+def test_help_has_a_short_name_too(answer, command):
+    assert answer(*command, "-h") == answer(*command, "--help") != ""
+
+
+def test_the_module_runs_as_the_command():
+    module = [sys.executable, "-m", "hopform"]
+    done = subprocess.run([*module, "robots", "ideal"], capture_output=True, text=True, check=True)
+    assert "ideal" in done.stdout and done.stderr == ""
+    wrong = subprocess.run([*module, "stanc"], capture_output=True, text=True, check=False)
+    assert (wrong.returncode, wrong.stdout, wrong.stderr.count("\n")) == (2, "", 1)
+    usage = subprocess.run([*module, "stance", "-h"], capture_output=True, text=True, check=True).stdout
+    assert "hopform stance" in usage and "__main__" not in usage
 
 
 def test_without_a_command_the_commands_are_listed(answer):

@@ -113,6 +113,27 @@ def test_the_margin_to_the_stop_limits_low_hops_only():
         assert peak == pytest.approx(reach.robot.x1_max - reach.stop_margin, abs=1e-6)
 
 
+def test_the_caption_says_what_is_lowest():
+    """Fig. 11: not the curve without actuation; a current between 0 and the largest leads lower at every height."""
+    shown = drawn(11)
+    reach = shown.data["reach"]
+    passive = reach.apex[:, 0]
+    assert reach.currents[0] == 0.0 and np.all(reach.lowest < passive - 1e-4)
+    assert 1e-3 < (passive - reach.lowest).max() < 1e-2
+    row = int(np.abs(reach.heights - 0.2).argmin())
+    for height, u in ((reach.lowest[row], reach.u_lowest[row]), (passive[row], 0.0)):
+        assert hopform.next_apex(reach.robot, 0.2, u) == pytest.approx(height, abs=1e-9)
+    texts = (
+        f"the dashed curve is a drop at 0 A (20 cm become {100.0 * passive[row]:.1f} cm)",
+        f"the lowest apex of all currents lies below it, by up to {1000.0 * (passive - reach.lowest).max():.1f} mm: ",
+        f"20 cm become {100.0 * reach.lowest[row]:.1f} cm at {reach.u_lowest[row]:.2f} A",
+    )
+    assert all(text in shown.ours for text in texts), shown.ours
+    (dashed,) = [line for line in shown.figure.axes[0].get_lines() if line.get_label() == "no actuation"]
+    assert dashed.get_linestyle() == "--"
+    np.testing.assert_array_equal(dashed.get_ydata(), 100.0 * passive)
+
+
 def test_hops_with_noise_lie_around_the_bounds():
     """Fig. 11: as far as the noise of both heights lets them."""
     shown = data(11)

@@ -1,4 +1,4 @@
-"""What a command reads it never writes over, and no two of its outputs are one file: said before anything is computed."""
+"""No command overwrites what it reads, and no two of its outputs are one file: refused before anything is computed."""
 
 import html
 import os

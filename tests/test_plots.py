@@ -189,11 +189,11 @@ NAMES = [
     "a -- b",
     "\udcff$",
 ]
-"""Names that say something to matplotlib, to XML or to nobody."""
+"""Names with mathematics of matplotlib, with marks of XML, and with what neither font nor file has."""
 
 
 def as_drawn(name):
-    """A name as a picture shows it: what is no character is one that says so."""
+    """A name as a picture shows it, with a replacement for what is no character."""
     return re.sub("[\t\x01\x7f\udcff]", "\N{REPLACEMENT CHARACTER}", name)
 
 

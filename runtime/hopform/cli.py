@@ -41,7 +41,10 @@ PATIENCE = 2.0
 UNBROKEN = 240
 """Columns that a line may have where no terminal limits it."""
 
-app = typer.Typer(add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False)
+app = typer.Typer(
+    add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
+)  # fmt: skip
 
 
 class BackendName(StrEnum):
@@ -735,6 +738,3 @@ def patience(what: str) -> Generator[Callable[[int, int], None], None, None]:
 
 
 cli_export.add_to(app)
-
-if __name__ == "__main__":
-    sys.exit(main())

@@ -11,7 +11,7 @@ Named = tuple[str, str | Path | None]
 
 
 def check_files(reads: Iterable[Named], writes: Iterable[Named]) -> None:
-    """HopformError for an output that cannot be written, would overwrite an input, or is the same file as another output."""
+    """HopformError for an output that cannot be written, would overwrite an input, or is another output too."""
     inputs = [(what, path) for what, path in reads if path is not None]
     outputs = list[tuple[str, str | Path]]()
     for what, path in writes:

@@ -223,7 +223,7 @@ def title_of(stance: Stance) -> str:
 
 
 _NO_CHARACTER = re.compile("[\x00-\x09\x0b-\x1f\x7f-\x9f\ud800-\udfff\ufffe\uffff]")
-"""What no font shows and no XML holds: control characters but for line feeds, halves of surrogate pairs, non-characters."""
+"""Not allowed in XML: control characters, but line feeds are, halves of surrogate pairs, non-characters."""
 
 
 def literal(text: str) -> str:

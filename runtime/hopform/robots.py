@@ -142,8 +142,9 @@ def _no_such_robot(name: str) -> NoReturn:
     looks_like_a_file = "/" in name or "\\" in name or name.endswith(".toml")
     if looks_like_a_file:
         raise HopformError(f"there is no file {name!r}")
+    nearest = _nearest(name, list(ROBOTS))
     raise HopformError(
-        f"there is no robot {name!r}{_nearest(name, list(ROBOTS))} Known: {', '.join(ROBOTS)}, or a TOML file"
+        f"there is no robot {name!r}{f'{nearest} Known' if nearest else '; known'}: {', '.join(ROBOTS)}, or a TOML file"
     )
 
 

@@ -80,8 +80,8 @@ class Energy(NamedTuple):
 class Ledger(NamedTuple):
     """Where energy came from and went to since touchdown, signed as it enters, [J].
 
-    All but spring_work sum to the change of H; spring_work, viscous_2 and coulomb_2 sum to that of E, the AED (24). Further
-    terms of a model of one's own have their entries behind these.
+    All but spring_work sum to the change of H; spring_work, viscous_2 and coulomb_2 sum to that of E, the AED (24).
+    Further terms of a model of one's own have their entries behind these.
     """
 
     motor_work: Real

@@ -100,9 +100,12 @@ def map_of_hopper_c() -> Picture:
         if top
         else "none is held"
     )
+    row, below = int(np.abs(reach.heights - 0.2).argmin()), reach.apex[:, 0] - reach.lowest
     ours = (
-        f"the lowest curve is a drop at 0 A ({cm(0.2, 0)} become {cm(passive(reach, 0.2))}), the upper one the highest apex "
-        f"of all currents up to {robot.u_max:g} A that keep x1 {cm(margin)} off its stop; {holds}. The stroke limits "
+        f"the dashed curve is a drop at 0 A ({cm(0.2, 0)} become {cm(passive(reach, 0.2))}); the lowest apex of all "
+        f"currents lies below it, by up to {mm(float(below.max()))}: {cm(reach.heights[row], 0)} become "
+        f"{cm(reach.lowest[row])} at {reach.u_lowest[row]:.2f} A. The upper curve is the highest apex of all currents up to "
+        f"{robot.u_max:g} A that keep x1 {cm(margin)} off its stop; {holds}. The stroke limits "
         f"{int(reach.limited.any(axis=1).sum())} of {reach.heights.size} heights. Markers: simulated hops, {mm(noise)} noise on "
         f"each height; rms distance to the curves {mm(rms(misses))}"
     )

@@ -1,0 +1,8 @@
+"""`python -m hopform`: the command line."""
+
+import sys
+
+from hopform.cli import main
+
+if __name__ == "__main__":
+    sys.exit(main())
