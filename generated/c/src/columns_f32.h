@@ -90,7 +90,7 @@ static inline void hopform_put_stance_f32(const hopform_stances_out_f32 *out, in
     hopform_put_f32(&out->duration, i, stance->duration);
     hopform_put_f32(&out->x1, i, stance->end.x1);
     hopform_put_f32(&out->v1, i, stance->end.v1);
-    hopform_put_f32(&out->x2, i, stance->end.x1 - stance->end.y + (robot->L0 + robot->c));
+    hopform_put_f32(&out->x2, i, hopform_body_height_f32(robot, stance->end.x1, stance->end.y));
     hopform_put_f32(&out->v2, i, stance->end.v2);
     hopform_put_f32(&out->apex, i, flies ? stance->apex : (float)NAN);
     hopform_put_f32(&out->aed, i, stance->aed);

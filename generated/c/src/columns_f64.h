@@ -90,7 +90,7 @@ static inline void hopform_put_stance_f64(const hopform_stances_out_f64 *out, in
     hopform_put_f64(&out->duration, i, stance->duration);
     hopform_put_f64(&out->x1, i, stance->end.x1);
     hopform_put_f64(&out->v1, i, stance->end.v1);
-    hopform_put_f64(&out->x2, i, stance->end.x1 - stance->end.y + (robot->L0 + robot->c));
+    hopform_put_f64(&out->x2, i, hopform_body_height_f64(robot, stance->end.x1, stance->end.y));
     hopform_put_f64(&out->v2, i, stance->end.v2);
     hopform_put_f64(&out->apex, i, flies ? stance->apex : (double)NAN);
     hopform_put_f64(&out->aed, i, stance->aed);

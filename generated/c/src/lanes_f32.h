@@ -2360,7 +2360,7 @@ LANES_CODE static void end_stances(lanes *restrict w, result_columns *restrict r
         const float sound = flag(fabsf(w->t[l]) <= 1e38f) * flag(fabsf(end.x1) <= 1e38f) * flag(fabsf(end.v1) <= 1e38f)
                            * flag(fabsf(end.v2) <= 1e38f) * flag(fabsf(end.y) <= 1e38f) * flag(fabsf(apex) <= 1e38f)
                            * flag(fabsf(aed) <= 1e38f) * flag(fabsf(0.5f * robot.m_eff * start.v1 * start.v1) <= 1e38f);
-        result->x2[l] = end.x1 - end.y + (robot.L0 + robot.c);
+        result->x2[l] = hopform_body_height_f32(&robot, end.x1, end.y);
         result->apex[l] = flies > 0.0f ? apex : (float)NAN;
         result->aed[l] = aed;
         result->ended[l] = w->live[l] * flag(w->ending[l] > 0.0f);

@@ -2381,7 +2381,7 @@ LANES_CODE static void end_stances(lanes *restrict w, result_columns *restrict r
         const double sound = flag(fabs(w->t[l]) <= 1e+300) * flag(fabs(end.x1) <= 1e+300) * flag(fabs(end.v1) <= 1e+300)
                            * flag(fabs(end.v2) <= 1e+300) * flag(fabs(end.y) <= 1e+300) * flag(fabs(apex) <= 1e+300)
                            * flag(fabs(aed) <= 1e+300) * flag(fabs(0.5 * robot.m_eff * start.v1 * start.v1) <= 1e+300);
-        result->x2[l] = end.x1 - end.y + (robot.L0 + robot.c);
+        result->x2[l] = hopform_body_height_f64(&robot, end.x1, end.y);
         result->apex[l] = flies > 0.0 ? apex : (double)NAN;
         result->aed[l] = aed;
         result->ended[l] = w->live[l] * flag(w->ending[l] > 0.0);

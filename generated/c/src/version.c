@@ -6,5 +6,5 @@
 
 const char *hopform_source(void)
 {
-    return "d0b93f9253894c9a";
+    return "991b01e27bf4541c";
 }
