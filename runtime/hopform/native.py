@@ -28,6 +28,7 @@ _FIRST_CAPACITY = 64
 tuple_of: Any = cast(Any, tuple).__new__
 """A named tuple of what it holds, in half the time that its class takes."""
 _REASONS = {
+    -1: "a pointer is NULL",
     -2: "a parameter of the robot is out of its domain",
     -3: "an initial value is not finite, or x1 is outside its stroke",
     -4: "the spring force at the start is negative",

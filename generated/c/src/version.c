@@ -6,5 +6,5 @@
 
 const char *hopform_source(void)
 {
-    return "991b01e27bf4541c";
+    return "8b51ea59517eb4e9";
 }
