@@ -73,6 +73,7 @@ STATUSES = (
     Word(-10, "error_gains", "a gain is negative or not finite"),
     Word(-11, "error_variant", "no such variant of a batch on this processor"),
     Word(-12, "error_detector", "a sample or threshold is not finite, low > high, or count < 1"),
+    Word(-14, "error_overlap", "an output overlaps an input that is read while it is written"),
 )
 ENDINGS = (
     Word(1, "takeoff", "the spring force returned to zero with the leg extending"),

@@ -213,6 +213,31 @@ def test_the_ufunc_writes_into_arrays_of_the_caller(function):
 
 
 @needs_library
+@pytest.mark.parametrize("dtype", [np.float64, np.float32])
+@pytest.mark.parametrize("shift", [-1, 0, 1])
+def test_a_result_of_the_ufunc_may_overlap_its_inputs(dtype, shift):
+    """NumPy copies what the loop, which checks nothing, would read after it has written it."""
+    count = 40
+    v2 = np.linspace(-3.0, -1.0, count, dtype=dtype)
+    robots = np.tile(VECTOR.astype(dtype), (count, 1))
+    robots[:, NAMES.index("k")] *= np.linspace(0.5, 2.0, count, dtype=dtype)
+    expected = ufuncs.stance(dtype(0), dtype(0), v2, dtype(0), dtype(2), dtype(2), robots)
+    for column in ("v2", "k"):
+        for name in (each for each in ufuncs.RESULTS if each not in ufuncs.CODES):
+            room, given = np.zeros(count + 2, dtype), robots.copy()
+            velocities = room[1 : count + 1]
+            velocities[:] = v2
+            over = room[1 + shift : 1 + shift + count] if column == "v2" else given[:, NAMES.index("k") + shift]
+            out = [
+                over if each == name else np.empty_like(value)
+                for each, value in zip(ufuncs.RESULTS, expected, strict=True)
+            ]
+            got = ufuncs.stance(dtype(0), dtype(0), velocities, dtype(0), dtype(2), dtype(2), given, out=tuple(out))
+            for one, other in zip(got, expected, strict=True):
+                assert one.tobytes() == other.tobytes()
+
+
+@needs_library
 def test_the_ufunc_is_one_of_numpy():
     assert isinstance(ufuncs.stance, np.ufunc)
     assert (ufuncs.stance.nin, ufuncs.stance.nout) == (len(ufuncs.INPUTS), len(ufuncs.RESULTS))

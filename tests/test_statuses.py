@@ -23,7 +23,7 @@ def statuses() -> dict[str, tuple[int, str]]:
 
 def test_no_status_is_defined_elsewhere_and_no_number_twice():
     known = statuses()
-    assert {"OK", "PHASES_NOT_KEPT", "ERROR_NULL", "ERROR_DETECTOR"} <= known.keys()
+    assert {"OK", "PHASES_NOT_KEPT", "ERROR_NULL", "ERROR_DETECTOR", "ERROR_OVERLAP"} <= known.keys()
     errors = set(re.findall(r"^#define HOPFORM_(ERROR_\w+)", HEADER, re.MULTILINE))
     assert errors == {name for name, (number, _) in known.items() if number < 0}
     numbers = [number for number, _ in known.values()]

@@ -40,6 +40,7 @@ _REASONS = {
     -10: "a gain is negative or not finite",
     -11: "this processor lacks the vector registers of the variant",
     -12: "a sample or threshold is not finite, low > high, or count < 1",
+    -14: "an output overlaps an input that is read while it is written",
 }
 
 

@@ -9,6 +9,7 @@
  * the foot's acceleration, between the roots of that its rate, between the roots of that the foot itself: each root is bracketed.
  */
 #include "kernels_f64.h"
+#include "overlap_f64.h"
 
 enum { MOST_POINTS = 9, MOST_TURNS = 3 };
 
@@ -832,69 +833,83 @@ static bool is_sound(const hopform_flight_f64 *flight)
 
 int32_t hopform_design_return_f64(const hopform_plan_f64 *plan, double time, hopform_gains_f64 *gains)
 {
-    if (plan == NULL || gains == NULL) {
+    if (gains == NULL) {
         return HOPFORM_ERROR_NULL;
     }
-    gains->Kp = 0.0;
-    gains->Kd = 0.0;
-    if (plan->made != HOPFORM_PLAN_MADE) {
-        return HOPFORM_ERROR_ROBOT;
+    int32_t status = HOPFORM_OK;
+    hopform_gains_f64 found = {0.0, 0.0}; /* the gains may lie in the plan */
+    if (plan == NULL) {
+        status = HOPFORM_ERROR_NULL;
+    } else if (plan->made != HOPFORM_PLAN_MADE) {
+        status = HOPFORM_ERROR_ROBOT;
+    } else if (!(time > 0.0 && time <= 1e+300)) {
+        status = HOPFORM_ERROR_TIME;
+    } else {
+        found = hopform_critical_gains_f64(&plan->robot, time);
+        status = gains_are_sound(&found) ? HOPFORM_OK : HOPFORM_ERROR_NUMBERS;
     }
-    if (!(time > 0.0 && time <= 1e+300)) {
-        return HOPFORM_ERROR_TIME;
-    }
-    const hopform_gains_f64 found = hopform_critical_gains_f64(&plan->robot, time);
-    if (!gains_are_sound(&found)) {
-        return HOPFORM_ERROR_NUMBERS;
-    }
-    *gains = found;
-    return HOPFORM_OK;
+    const hopform_gains_f64 none = {0.0, 0.0};
+    *gains = status < 0 ? none : found;
+    return status;
 }
 
 int32_t hopform_solve_flight_f64(const hopform_plan_f64 *plan, const hopform_state_f64 *start, const hopform_gains_f64 *gains,
                                   double horizon, int32_t max_phases, hopform_flight_phase_f64 *phases, int32_t capacity,
                                   hopform_flight_f64 *flight)
 {
-    if (plan == NULL || start == NULL || flight == NULL || (phases == NULL && capacity > 0)) {
+    if (flight == NULL) {
         return HOPFORM_ERROR_NULL;
     }
+    const hopform_state_f64 from = start != NULL ? *start : nothing.start; /* may lie in what is written, as gains */
+    const hopform_gains_f64 law = gains != NULL ? *gains : nothing.gains;
     *flight = nothing;
+    if (plan == NULL || start == NULL || (phases == NULL && capacity > 0)) {
+        return HOPFORM_ERROR_NULL;
+    }
+    const hopform_memory_f64 read = hopform_array_f64(plan, 1, sizeof *plan);
+    const hopform_memory_f64 written[] = {
+        hopform_array_f64(phases, capacity, sizeof *phases),
+        hopform_array_f64(flight, 1, sizeof *flight),
+    };
+    if (hopform_overlap_f64(written, 2, &read, 1)) {
+        return HOPFORM_ERROR_OVERLAP;
+    }
     const hopform_robot_f64 *robot = &plan->robot;
     if (plan->made != HOPFORM_PLAN_MADE || !(robot->g > 0.0)) {
         return HOPFORM_ERROR_ROBOT;
     }
-    if (!is_finite(start->x1) || !is_finite(start->v1) || !is_finite(start->v2) || !is_finite(start->y)
-        || !(start->x1 >= robot->x1_min && start->x1 <= robot->x1_max)) {
+    if (!is_finite(from.x1) || !is_finite(from.v1) || !is_finite(from.v2) || !is_finite(from.y)
+        || !(from.x1 >= robot->x1_min && from.x1 <= robot->x1_max)) {
         return HOPFORM_ERROR_STATE;
     }
     if (!(horizon > 0.0 && horizon <= 1e+300) || max_phases < 1 || capacity < 0) {
         return HOPFORM_ERROR_HORIZON;
     }
-    if (gains != NULL && !gains_are_sound(gains)) {
+    if (!gains_are_sound(&law)) {
         return HOPFORM_ERROR_GAINS;
     }
     flight_chain chain = {0};
     chain.robot = robot;
     chain.largest = largest_force(robot);
     if (chain.largest > 0.0) {
-        chain.gains = gains != NULL ? *gains : gains_for(robot, start);
+        chain.gains = gains != NULL ? law : gains_for(robot, &from);
     }
     chain.rates = hopform_flight_rates_of_f64(robot, &chain.gains, chain.largest);
     chain.horizon = horizon;
-    chain.x1 = start->x1;
-    chain.y = start->y;
-    chain.v2 = start->v2;
-    chain.actuator.x1 = start->x1;
-    chain.actuator.v1 = start->v1;
-    chain.airborne = start->y < 0.0;
+    chain.x1 = from.x1;
+    chain.y = from.y;
+    chain.v2 = from.v2;
+    chain.actuator.x1 = from.x1;
+    chain.actuator.v1 = from.v1;
+    chain.airborne = from.y < 0.0;
     chain.max_phases = max_phases;
     chain.phases = phases;
     chain.capacity = capacity;
     chain.highest = -1e+300;
-    hopform_state_f64 end = *start;
+    hopform_state_f64 end = from;
     const int32_t ending = run(&chain, &end);
     report(&chain, ending, &end, flight);
-    flight->start = *start;
+    flight->start = from;
     if (!is_sound(flight)) {
         *flight = nothing;
         return HOPFORM_ERROR_NUMBERS;
@@ -935,30 +950,57 @@ static bool can_be_read(const hopform_plan_f64 *plan, const hopform_flight_f64 *
     return sound;
 }
 
+/* Status of a call that reads a solved flight, and times, into arrays, all of which are given: HOPFORM_OK if it can. */
+static int32_t reading_status(const hopform_plan_f64 *plan, const hopform_flight_phase_f64 *phases,
+                              const hopform_flight_f64 *flight, const double *times, int32_t count,
+                              const hopform_memory_f64 *arrays, int array_count)
+{
+    if (!can_be_read(plan, flight, times, count)) {
+        return HOPFORM_ERROR_TIME;
+    }
+    const hopform_memory_f64 read[] = {
+        hopform_array_f64(plan, 1, sizeof *plan),
+        hopform_array_f64(phases, flight->phases_kept, sizeof *phases),
+        hopform_array_f64(flight, 1, sizeof *flight),
+        hopform_array_f64(times, count, sizeof *times),
+    };
+    return hopform_overlap_f64(arrays, array_count, read, 4) ? HOPFORM_ERROR_OVERLAP : HOPFORM_OK;
+}
+
+/* The state at a time of a flight that can be read. */
+static hopform_state_f64 state_of_flight(const hopform_plan_f64 *plan, const hopform_flight_phase_f64 *phases,
+                                          const hopform_flight_rates_f64 *rates, const hopform_flight_f64 *flight,
+                                          double t)
+{
+    const double g = plan->robot.g;
+    const hopform_flight_phase_f64 *phase = &phases[phase_index(phases, flight->phases_kept, t)];
+    const hopform_actuator_at_f64 at = actuator_in_phase(rates, phase, t - phase->t);
+    const double moved = (phase->x1 - flight->start.x1) + at.moved;
+    const hopform_state_f64 state = {
+        within_stroke(&plan->robot, phase->x1 + at.moved),
+        at.v1_t,
+        flight->start.v2 - g * t,
+        flight->start.y - ((flight->start.v2 - 0.5 * g * t) * t - moved),
+    };
+    return state;
+}
+
 int32_t hopform_flight_at_f64(const hopform_plan_f64 *plan, const hopform_flight_phase_f64 *phases,
                                const hopform_flight_f64 *flight, const double *times, int32_t count, hopform_state_f64 *states)
 {
-    if (plan == NULL || phases == NULL || flight == NULL || ((times == NULL || states == NULL) && count > 0)) {
-        return HOPFORM_ERROR_NULL;
-    }
-    if (!can_be_read(plan, flight, times, count)) {
-        const hopform_state_f64 none = {0.0, 0.0, 0.0, 0.0};
-        for (int32_t n = 0; n < count; n++) {
-            states[n] = none;
+    const hopform_memory_f64 array = hopform_array_f64(states, count, sizeof *states);
+    const bool given =
+        plan != NULL && phases != NULL && flight != NULL && ((times != NULL && states != NULL) || count <= 0);
+    const int32_t status = given ? reading_status(plan, phases, flight, times, count, &array, 1) : HOPFORM_ERROR_NULL;
+    if (status < 0) {
+        for (int32_t n = 0; states != NULL && n < count; n++) {
+            states[n] = nothing.start;
         }
-        return HOPFORM_ERROR_TIME;
+        return status;
     }
     const hopform_flight_rates_f64 rates = hopform_flight_rates_of_f64(&plan->robot, &flight->gains, largest_force(&plan->robot));
-    const double g = plan->robot.g;
     for (int32_t n = 0; n < count; n++) {
-        const double t = times[n];
-        const hopform_flight_phase_f64 *phase = &phases[phase_index(phases, flight->phases_kept, t)];
-        const hopform_actuator_at_f64 at = actuator_in_phase(&rates, phase, t - phase->t);
-        const double moved = (phase->x1 - flight->start.x1) + at.moved;
-        states[n].x1 = within_stroke(&plan->robot, phase->x1 + at.moved);
-        states[n].v1 = at.v1_t;
-        states[n].v2 = flight->start.v2 - g * t;
-        states[n].y = flight->start.y - ((flight->start.v2 - 0.5 * g * t) * t - moved);
+        states[n] = state_of_flight(plan, phases, &rates, flight, times[n]);
     }
     return HOPFORM_OK;
 }
@@ -1050,36 +1092,55 @@ static double loss_before(const hopform_plan_f64 *plan, const hopform_gains_f64 
     return -0.5 * plan->robot.m_eff * v1 * v1;
 }
 
-/* Whether times can be read, and do not decrease. */
-static bool can_be_followed(const hopform_plan_f64 *plan, const hopform_flight_f64 *flight, const double *times, int32_t count)
+/* Whether times do not decrease. */
+static bool can_be_followed(const double *times, int32_t count)
 {
-    bool sound = can_be_read(plan, flight, times, count);
+    bool sound = true;
     for (int32_t n = 1; n < count; n++) {
         sound = sound && times[n] >= times[n - 1];
     }
     return sound;
 }
 
+/* Zeros in the arrays that are given, and the status. */
+static int32_t refuse(int32_t status, int32_t count, hopform_energy_f64 *energies, hopform_flight_ledger_f64 *ledgers,
+                      double *stop_losses)
+{
+    const hopform_energy_f64 none = {0.0, 0.0};
+    const hopform_flight_ledger_f64 empty = {0.0, 0.0, 0.0, 0.0};
+    for (int32_t n = 0; energies != NULL && n < count; n++) {
+        energies[n] = none;
+    }
+    for (int32_t n = 0; ledgers != NULL && n < count; n++) {
+        ledgers[n] = empty;
+    }
+    for (int32_t n = 0; stop_losses != NULL && n < count; n++) {
+        stop_losses[n] = 0.0;
+    }
+    return status;
+}
+
 int32_t hopform_flight_energy_f64(const hopform_plan_f64 *plan, const hopform_flight_phase_f64 *phases,
                                    const hopform_flight_f64 *flight, const double *times, int32_t count,
                                    hopform_energy_f64 *energies, hopform_flight_ledger_f64 *ledgers, double *stop_losses)
 {
-    if (plan == NULL || phases == NULL || flight == NULL
-        || ((times == NULL || energies == NULL || ledgers == NULL || stop_losses == NULL) && count > 0)) {
-        return HOPFORM_ERROR_NULL;
+    const hopform_memory_f64 arrays[] = {
+        hopform_array_f64(energies, count, sizeof *energies),
+        hopform_array_f64(ledgers, count, sizeof *ledgers),
+        hopform_array_f64(stop_losses, count, sizeof *stop_losses),
+    };
+    const bool given = plan != NULL && phases != NULL && flight != NULL
+                       && ((times != NULL && energies != NULL && ledgers != NULL && stop_losses != NULL) || count <= 0);
+    const int32_t status = given ? reading_status(plan, phases, flight, times, count, arrays, 3) : HOPFORM_ERROR_NULL;
+    if (status < 0) {
+        return refuse(status, count, energies, ledgers, stop_losses);
     }
-    if (!can_be_followed(plan, flight, times, count)) {
-        const hopform_energy_f64 none = {0.0, 0.0};
-        const hopform_flight_ledger_f64 empty = {0.0, 0.0, 0.0, 0.0};
-        for (int32_t n = 0; n < count; n++) {
-            energies[n] = none;
-            ledgers[n] = empty;
-            stop_losses[n] = 0.0;
-        }
-        return HOPFORM_ERROR_TIME;
+    if (!can_be_followed(times, count)) {
+        return refuse(HOPFORM_ERROR_TIME, count, energies, ledgers, stop_losses);
     }
     const hopform_gains_f64 *gains = &flight->gains;
     const double largest = largest_force(&plan->robot);
+    const hopform_flight_rates_f64 rates = hopform_flight_rates_of_f64(&plan->robot, gains, largest);
     hopform_flight_ledger_f64 sum = {0.0, 0.0, 0.0, 0.0};
     double loss = flight->start_loss;
     int32_t n = 0;
@@ -1093,8 +1154,7 @@ int32_t hopform_flight_energy_f64(const hopform_plan_f64 *plan, const hopform_fl
         ledgers[i] = sum;
         add(&ledgers[i], &part);
         stop_losses[i] = loss;
-        hopform_state_f64 state = flight->start;
-        (void)hopform_flight_at_f64(plan, phases, flight, &times[i], 1, &state);
+        const hopform_state_f64 state = state_of_flight(plan, phases, &rates, flight, times[i]);
         energies[i] = hopform_flight_energies_f64(&plan->robot, state.v1, state.v2, state.x1 - state.y);
     }
     return HOPFORM_OK;

@@ -820,7 +820,7 @@ static int32_t run(stance_chain *chain)
 
 static bool steps_are_sound(const hopform_step_f64 *steps, int32_t count)
 {
-    if (count < 1 || count > 65535 || fabs(steps[0].t) > 0.0) {
+    if (count < 1 || count > HOPFORM_MOST_STEPS || fabs(steps[0].t) > 0.0) {
         return false;
     }
     for (int32_t n = 0; n < count; n++) {
@@ -829,6 +829,21 @@ static bool steps_are_sound(const hopform_step_f64 *steps, int32_t count)
         }
     }
     return true;
+}
+
+/* Whether what a stance is solved into holds some of what is read until its end. */
+static bool overwrites_inputs(const hopform_plan_f64 *plan, const hopform_step_f64 *steps, int32_t step_count,
+                              const hopform_phase_f64 *phases, int32_t capacity, const hopform_stance_f64 *stance)
+{
+    const hopform_memory_f64 read[] = {
+        hopform_array_f64(plan, 1, sizeof *plan),
+        hopform_array_f64(steps, step_count <= HOPFORM_MOST_STEPS ? step_count : 0, sizeof *steps),
+    };
+    const hopform_memory_f64 written[] = {
+        hopform_array_f64(phases, capacity, sizeof *phases),
+        hopform_array_f64(stance, 1, sizeof *stance),
+    };
+    return hopform_overlap_f64(written, 2, read, 2);
 }
 
 static int32_t start_status(const hopform_robot_f64 *robot, const hopform_state_f64 *start)
@@ -859,14 +874,10 @@ static void report(const stance_chain *chain, const hopform_state_f64 *start, in
     }
 }
 
-int32_t hopform_plan_init_f64(hopform_plan_f64 *plan, const hopform_robot_f64 *robot)
+/* Fill a plan from its robot. */
+static int32_t fill_plan(hopform_plan_f64 *plan)
 {
-    if (plan == NULL || robot == NULL) {
-        return HOPFORM_ERROR_NULL;
-    }
-    const hopform_poles_f64 nowhere = {0.0, 0.0, 0.0, 0.0, 0.0, 0.0};
-    const hopform_plan_f64 zero = {{0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0}, {0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0}, nowhere, nowhere, nowhere, 0};
-    *plan = zero;
+    const hopform_robot_f64 *robot = &plan->robot;
     if (!(robot->x1_min <= robot->x1_max)
         || !(robot->m_eff > 0.0 && robot->m_eff <= 1e+300)
         || !(robot->m_s > 0.0 && robot->m_s <= 1e+300)
@@ -898,7 +909,6 @@ int32_t hopform_plan_init_f64(hopform_plan_f64 *plan, const hopform_robot_f64 *r
         || !is_finite(both.p) || !(both.q > 0.0 && both.q <= 1e+300) || !is_finite(rates.a1_0) || !is_finite(rates.a1_u)) {
         return HOPFORM_ERROR_NUMBERS;
     }
-    plan->robot = *robot;
     plan->rates = rates;
     plan->both = both;
     plan->actuator = actuator;
@@ -907,20 +917,46 @@ int32_t hopform_plan_init_f64(hopform_plan_f64 *plan, const hopform_robot_f64 *r
     return HOPFORM_OK;
 }
 
+int32_t hopform_plan_init_f64(hopform_plan_f64 *plan, const hopform_robot_f64 *robot)
+{
+    if (plan == NULL) {
+        return HOPFORM_ERROR_NULL;
+    }
+    const hopform_robot_f64 none = {0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0};
+    const hopform_poles_f64 nowhere = {0.0, 0.0, 0.0, 0.0, 0.0, 0.0};
+    const hopform_plan_f64 zero = {none, {0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0}, nowhere, nowhere, nowhere, 0};
+    const hopform_robot_f64 own = robot != NULL ? *robot : none; /* it may lie in the plan */
+    plan->made = 0;
+    plan->robot = own;
+    const int32_t status = robot != NULL ? fill_plan(plan) : HOPFORM_ERROR_NULL;
+    if (status < 0) {
+        *plan = zero;
+    }
+    return status;
+}
+
 int32_t hopform_solve_stance_f64(const hopform_plan_f64 *plan, const hopform_state_f64 *start,
                                   const hopform_step_f64 *steps, int32_t step_count, double horizon,
                                   int32_t max_phases, hopform_phase_f64 *phases, int32_t capacity,
                                   hopform_stance_f64 *stance)
 {
-    if (plan == NULL || start == NULL || steps == NULL || stance == NULL || (phases == NULL && capacity > 0)) {
+    if (stance == NULL) {
         return HOPFORM_ERROR_NULL;
     }
+    const hopform_state_f64 nothing = {0.0, 0.0, 0.0, 0.0};
+    const hopform_state_f64 from = start != NULL ? *start : nothing; /* it may lie in the stance or in the phases */
     const hopform_stance_f64 zero = {0, {0, 0, 0, 0}, 0, 0, 0, 0, 0, 0, 0};
     *stance = zero;
+    if (plan == NULL || start == NULL || steps == NULL || (phases == NULL && capacity > 0)) {
+        return HOPFORM_ERROR_NULL;
+    }
+    if (overwrites_inputs(plan, steps, step_count, phases, capacity, stance)) {
+        return HOPFORM_ERROR_OVERLAP;
+    }
     if (!hopform_is_made_f64(plan)) {
         return HOPFORM_ERROR_ROBOT;
     }
-    const int32_t status = start_status(&plan->robot, start);
+    const int32_t status = start_status(&plan->robot, &from);
     if (status < 0) {
         return status;
     }
@@ -930,11 +966,11 @@ int32_t hopform_solve_stance_f64(const hopform_plan_f64 *plan, const hopform_sta
     if (!(horizon > 0.0 && horizon <= 1e+300) || max_phases < 1 || capacity < 0) {
         return HOPFORM_ERROR_HORIZON;
     }
-    stance_chain chain = {plan, steps, step_count, 0, horizon, 0.0, *start,
-                          start->x1 - plan->robot.x1_min, start->x1 - plan->robot.x1_max, 0, 0, false, false, 0, 0.0, 0.0,
-                          hopform_stores_much_f64(&plan->robot, start), 0.0, max_phases, phases, capacity, 0, 0};
+    stance_chain chain = {plan, steps, step_count, 0, horizon, 0.0, from,
+                          from.x1 - plan->robot.x1_min, from.x1 - plan->robot.x1_max, 0, 0, false, false, 0, 0.0, 0.0,
+                          hopform_stores_much_f64(&plan->robot, &from), 0.0, max_phases, phases, capacity, 0, 0};
     const int32_t ending = run(&chain);
-    report(&chain, start, ending, stance);
+    report(&chain, &from, ending, stance);
     if (!is_finite(stance->duration) || !is_finite(stance->end.x1) || !is_finite(stance->end.v1)
         || !is_finite(stance->end.v2) || !is_finite(stance->end.y) || !is_finite(stance->apex)
         || !is_finite(stance->aed) || !is_finite(stance->start_loss)) {
@@ -944,15 +980,14 @@ int32_t hopform_solve_stance_f64(const hopform_plan_f64 *plan, const hopform_sta
     return stance->phases_kept < stance->phase_count ? HOPFORM_PHASES_NOT_KEPT : HOPFORM_OK;
 }
 
-int32_t hopform_stance_at_f64(const hopform_plan_f64 *plan, const hopform_step_f64 *steps,
-                               const hopform_phase_f64 *phases, const hopform_stance_f64 *stance, double t,
-                               hopform_state_f64 *state)
+/* The state at a time, and the status; a refusal writes no state. */
+static int32_t read_state(const hopform_plan_f64 *plan, const hopform_step_f64 *steps,
+                          const hopform_phase_f64 *phases, const hopform_stance_f64 *stance, double t,
+                          hopform_state_f64 *state)
 {
-    if (plan == NULL || steps == NULL || phases == NULL || stance == NULL || state == NULL) {
+    if (plan == NULL || steps == NULL || phases == NULL || stance == NULL) {
         return HOPFORM_ERROR_NULL;
     }
-    const hopform_state_f64 zero = {0.0, 0.0, 0.0, 0.0};
-    *state = zero;
     const bool rests = stance->ending == HOPFORM_ENDING_REST;
     if (!hopform_is_made_f64(plan)) {
         return HOPFORM_ERROR_ROBOT;
@@ -965,4 +1000,17 @@ int32_t hopform_stance_at_f64(const hopform_plan_f64 *plan, const hopform_step_f
     const hopform_phase_f64 *phase = &phases[hopform_phase_index_f64(phases, stance->phases_kept, within)];
     *state = hopform_state_in_phase_f64(plan, phase, steps[phase->step].u, within - phase->t);
     return HOPFORM_OK;
+}
+
+int32_t hopform_stance_at_f64(const hopform_plan_f64 *plan, const hopform_step_f64 *steps,
+                               const hopform_phase_f64 *phases, const hopform_stance_f64 *stance, double t,
+                               hopform_state_f64 *state)
+{
+    if (state == NULL) {
+        return HOPFORM_ERROR_NULL;
+    }
+    hopform_state_f64 found = {0.0, 0.0, 0.0, 0.0}; /* the state may lie in what is read */
+    const int32_t status = read_state(plan, steps, phases, stance, t, &found);
+    *state = found;
+    return status;
 }

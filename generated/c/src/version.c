@@ -6,5 +6,5 @@
 
 const char *hopform_source(void)
 {
-    return "8b51ea59517eb4e9";
+    return "64d620b9b6af8347";
 }

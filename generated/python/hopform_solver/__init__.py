@@ -14,7 +14,7 @@ An exact solver by itself, on NumPy arrays, generated from the derivation:
 from hopform_solver.records import ENDINGS, EVENTS, ROBOT_FIELDS, Ledger, Robot, State
 from hopform_solver.stance import Solution, solve
 
-SOURCE = "8b51ea59517eb4e9"
+SOURCE = "64d620b9b6af8347"
 """What this package was generated from; the C library carries the same text."""
 
 __all__ = ["ENDINGS", "EVENTS", "ROBOT_FIELDS", "SOURCE", "Ledger", "Robot", "Solution", "State", "solve"]
