@@ -60,6 +60,7 @@ displacement = sp.Symbol("displacement", real=True)
 length = sp.Symbol("length", real=True)
 aed = sp.Symbol("aed", real=True)
 stored = sp.Symbol("stored", real=True)
+unloaded = sp.Symbol("unloaded", real=True)
 
 body_energy = m_s * v2**2 / 2 + m_s * g * x2 + k * (x2 - L0 - c) ** 2 / 2
 total_energy = equations.kinetic + equations.potential
@@ -123,6 +124,15 @@ def ledger(model: Model) -> tuple[Step, ...]:
 def aed_of_ledger(model: Model) -> tuple[Step, ...]:
     """The AED as the sum of what adds to the body's energy."""
     return (Step(aed, sum(body_entries(model), sp.S.Zero), "(24)"),)
+
+
+def body_height() -> tuple[Step, ...]:
+    """x_2 of a state, solved from y = x_1 - x_2 + L_0 + c; each step rounds once, in this order."""
+    return (
+        Step(length, x1 - y, "x_2 - L_0 - c"),
+        Step(unloaded, L0 + c, "length of the leg without load"),
+        Step(x2, length + unloaded, "y = x_1 - x_2 + L_0 + c"),
+    )
 
 
 def stored_energy() -> tuple[Step, ...]:

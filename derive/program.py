@@ -250,6 +250,13 @@ def program(model: Model = HOPPER) -> Program:
             _scalar(control.aed, "J", "analytical energy delta"),
         ),
         Function(
+            "body_height",
+            "Height of the body over the ground under the foot.",
+            (robot, Q.STATE.quantities[0], Q.STATE.quantities[3]),
+            energy.body_height(),
+            _scalar(Q.x2, "m", "height of the body"),
+        ),
+        Function(
             "stored_energy",
             "What the energy of the body has beside its motion and its height.",
             (robot, Q.STATE),

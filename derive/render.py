@@ -43,7 +43,7 @@ WALKED = ("Robot", "Rates", "Poles", "State", "Energy", "Ledger", "FlightLedger"
 
 @dataclass(frozen=True)
 class Word:
-    """A word of model.md for an ending or an event, and its number in the C library."""
+    """A word for an ending, an event or a status, and its number in the C library."""
 
     number: int
     text: str
@@ -53,7 +53,33 @@ class Word:
     def macro(self) -> str:
         return self.text.upper()
 
+    @property
+    def definition(self) -> str:
+        """Macro and value of a status, padded so that the comments behind them align."""
+        value = f"({self.number})" if self.number < 0 else str(self.number)
+        return f"{self.macro} {value}".ljust(20)
 
+
+STATUSES = (
+    Word(0, "ok", "the answer, without a warning"),
+    Word(1, "phases_not_kept", "the phase buffer was too small; everything else is exact"),
+    Word(2, "no_derivative", "no take-off, an event that grazes, or derivatives out of range"),
+    Word(3, "searching", "the search for a current goes on"),
+    Word(-1, "error_null", "a pointer is NULL"),
+    Word(-2, "error_robot", "a parameter is not finite or out of its domain, or the plan was not made"),
+    Word(-3, "error_state", "an initial value is not finite, or x_1 is outside its stroke"),
+    Word(-4, "error_extended", "the spring force at the start is negative"),
+    Word(-5, "error_steps", "the steps of the current are none or too many, do not start at 0 or do not increase"),
+    Word(-6, "error_horizon", "horizon or max_phases is not positive"),
+    Word(-7, "error_time", "a time is not finite or outside the stance"),
+    Word(-8, "error_numbers", "the result is not finite: the numbers left the range of the type"),
+    Word(-9, "error_target", "the desired apex is below the ground, not finite, or stop_margin is negative"),
+    Word(-10, "error_gains", "a gain is negative or not finite"),
+    Word(-11, "error_variant", "no such variant of a batch on this processor"),
+    Word(-12, "error_detector", "a sample or threshold is not finite, low > high, or count < 1"),
+    Word(-13, "error_unstable", "Routh's conditions are violated: negative damping makes a motion grow"),
+    Word(-14, "error_overlap", "an output overlaps an input that is read while it is written"),
+)
 ENDINGS = (
     Word(1, "takeoff", "the spring force returned to zero with the leg extending"),
     Word(2, "rest", "both masses are held and nothing can change"),
@@ -179,6 +205,7 @@ def _context(made: Program, options: Options, precision: str) -> dict[str, Any]:
         "tallies": tallies(),
         "verdicts": ", ".join(f'"{verdict}"' for verdict in VERDICTS),
         "certificate": CERTIFICATE,
+        "statuses": STATUSES,
         "endings": ENDINGS,
         "events": EVENTS,
         "commands": COMMANDS,

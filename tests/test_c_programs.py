@@ -1,5 +1,6 @@
-"""The C library judged by programs in C: refusals, garbage, vectors of the reference, arbitrary inputs under the sanitizers."""
+"""Programs in C on the library: refusals, pointers, garbage, reference vectors, arbitrary inputs under the sanitizers."""
 
+import re
 import shutil
 import subprocess
 from concurrent.futures import ThreadPoolExecutor
@@ -68,10 +69,32 @@ def says(image: Path, *arguments: str) -> str:
 
 
 @pytest.mark.parametrize("precision", DEFINE)
-@pytest.mark.parametrize("program", ["refusals", "garbage"])
+@pytest.mark.parametrize("program", ["refusals", "garbage", "contract"])
 def test_bad_input_is_refused_by_name_and_leaves_safe_outputs(folder, program, precision):
     image = built(folder, program, [HERE / f"{program}.c", BOARDS / "board.c"], CC, precision, *CHECKS)
     assert says(image).endswith("wrong 0\n")
+
+
+@pytest.mark.parametrize("precision", DEFINE)
+def test_batches_refuse_pointers_that_are_null_or_overlap(folder, precision):
+    """Lanes, which see no batch of three stances, are compiled without optimisation, the rest under the sanitizers."""
+    made = []
+    units = ("batch", "sensitivities_of_many", "lanes_baseline", "lanes_avx2", "lanes_avx512")
+    for unit in units:
+        made.append(folder / f"{unit}_{precision}_{CC[0]}.o")
+        flags = ("-O0",) if unit.startswith("lanes") else CHECKS
+        compiled(*CC, *COMMON, *flags, *INCLUDE, "-c", C / "src" / f"{unit}_{precision}.c", "-o", made[-1])
+    image = built(folder, "contract_batches", [ROOT / "tests" / "contract_batches.c", *made], CC, precision, *CHECKS)
+    assert says(image).endswith("wrong 0\n")
+
+
+def test_the_programs_about_pointers_call_every_public_function():
+    header = (C / "include" / "hopform" / "hopform_f64.h").read_text("utf-8")
+    functions = set(re.findall(r"^\w+ \*?hopform_(\w+)_f64\(", header, re.MULTILINE))
+    assert {"plan_init", "stance_grid", "solve_stances", "stance_loop", "selftest"} <= functions
+    programs = (HERE / "contract.c", ROOT / "tests" / "contract_batches.c")
+    called = {name for program in programs for name in re.findall(r"OF\((\w+)\)\(", program.read_text("utf-8"))}
+    assert functions - called == {"has_variant"}, "which takes no pointer"
 
 
 @pytest.mark.parametrize("compiler", COMPILERS, ids=" ".join)

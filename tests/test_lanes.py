@@ -151,12 +151,15 @@ def test_events_that_do_not_fit_are_told(variant):
         assert solve(variant, problems, np.float64, room=room).status == status
 
 
-def test_a_variant_that_is_not_there_is_refused_and_writes_nothing():
+def test_a_variant_that_is_not_there_refuses_every_stance():
     for number in (-1, 5, 99):
         assert not has(number)
         answers = solve(number, sweep(8), np.float64)
         assert answers.status == ERROR_VARIANT
-        assert all((column == 77).all() for column in answers.results.values())
+        codes = {"status": ERROR_VARIANT, "event_count": 0}
+        for name, column in answers.results.items():
+            np.testing.assert_array_equal(column, codes.get(name, np.nan))
+        assert np.isnan(answers.event_time).all() and (answers.event_kind == 0).all()
 
 
 def test_every_processor_has_the_baseline_in_both_precisions():

@@ -461,10 +461,10 @@ def _compression(x1: NDArray[Any], x2: ArrayLike | None, robots: dict[str, NDArr
     """The compression at touchdown, exactly 0 where x2 is left out or says so within rounding."""
     if x2 is None:
         return np.zeros(())
-    height, length = numbers("x2", x2, "m"), _together(np.add, robots["L0"], robots["c"])
-    y = _together(np.add, _together(np.subtract, x1, height) + robots["L0"], robots["c"])
-    y = np.where(np.abs(y) <= _TOUCHING_ULP * np.spacing(np.abs(np.asarray(robots["L0"], float))), 0.0, y)
-    highest = float(np.max(_together(np.add, x1, length), initial=-math.inf))
+    place, height, L0, c = (np.asarray(a, float) for a in (x1, numbers("x2", x2, "m"), robots["L0"], robots["c"]))
+    y = _together(np.add, _together(np.subtract, place, height) + L0, c)  # in double precision, as for one stance
+    y = np.where(np.abs(y) <= _TOUCHING_ULP * np.spacing(np.abs(L0)), 0.0, y)
+    highest = float(np.max(_together(np.add, place, _together(np.add, L0, c)), initial=-math.inf))
     _refuse(
         "x2", np.broadcast_to(height, y.shape), y >= 0.0,
         lambda bad: f"must be <= x1 + L0 + c (at most {highest!r} m), or the spring pulls, got {bad!r}",

@@ -19,7 +19,7 @@ from hopform.checks import finite, positive, shown, times_of, whole
 from hopform.errors import HopformError
 from hopform.flight_backends import ArrayFlight, NativeFlight, solve_array, solve_native
 from hopform.robots import Robot, checked_robot
-from hopform.stance import Energy, Event, Real, State, precision_of
+from hopform.stance import Energy, Event, Real, State, body_height, precision_of
 from hopform_solver import formulas
 from hopform_solver import records as solver_records
 from hopform_solver.records import FLIGHT_ENDINGS, FLIGHT_EVENTS, Gains
@@ -100,7 +100,7 @@ class Flight:
         0.6338 0.010312
         """
         state = self._solved.state_at(self._times(t))
-        x2 = state.x1 - state.y + (self.robot.L0 + self.robot.c)
+        x2 = body_height(self.robot, self.dtype, state.x1, state.y)
         return State(*(_shaped(value, t) for value in (state.x1, state.v1, x2, state.v2)))
 
     def foot(self, t: ArrayLike) -> Real:
@@ -184,8 +184,8 @@ def solve_flight(
     solved = solve(robot, start, law, longest, most, precision)
     flight = solved.flight
     status = FLIGHT_ENDINGS[flight.ending]
-    state, length = solved.end, robot.L0 + robot.c
-    end = State(state.x1, state.v1, state.x1 - state.y + length, state.v2)
+    state = solved.end
+    end = State(state.x1, state.v1, float(body_height(robot, precision, state.x1, state.y)), state.v2)
     after = State(end.x1, end.v1, end.x2, float(flight.v2_after)) if status == "touchdown" else None
     return Flight(
         robot, chosen, precision, status, float(flight.duration), end, after, solved.gains,

@@ -29,6 +29,7 @@ _FIRST_CAPACITY = 64
 tuple_of: Any = cast(Any, tuple).__new__
 """A named tuple of what it holds, in half the time that its class takes."""
 _REASONS = {
+    -1: "a pointer is NULL",
     -2: "a parameter of the robot is out of its domain",
     -3: "an initial value is not finite, or x1 is outside its stroke",
     -4: "the spring force at the start is negative",
@@ -41,6 +42,7 @@ _REASONS = {
     -11: "this processor lacks the vector registers of the variant",
     -12: "a sample or threshold is not finite, low > high, or count < 1",
     -13: "the robot is unstable: one of Routh's conditions p_i, q_i, s_i >= 0, s_1 s_2 >= s_3 is violated",
+    -14: "an output overlaps an input that is read while it is written",
 }
 
 

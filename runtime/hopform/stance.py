@@ -139,9 +139,9 @@ class Stance:
         0.312109
         """
         if type(t) is float and self.dtype is _DOUBLE:
-            return _with_height(self.robot, self._solved.state(self._time(t)))
+            return _with_height(self, self._solved.state(self._time(t)))
         state = self._solver_state(t)
-        x2 = state.x1 - state.y + (self.robot.L0 + self.robot.c)
+        x2 = body_height(self.robot, self.dtype, state.x1, state.y)
         return State(*(self._shaped(value, t) for value in (state.x1, state.v1, x2, state.v2)))
 
     def grid(
@@ -167,8 +167,7 @@ class Stance:
         else:
             for column, values in zip((x1, v1, v2, x2), self._solver_state(t), strict=True):
                 column[...] = values
-        np.subtract(x1, x2, out=x2)
-        np.add(x2, self.robot.L0 + self.robot.c, out=x2)
+        x2[...] = body_height(self.robot, self.dtype, x1, x2)
         if not whole:
             for column, values in zip(into, (x1, v1, x2, v2), strict=True):
                 column[...] = values
@@ -326,7 +325,7 @@ def _stance(
     """A stance with its ending; the other fields unfold from what the back end found when they are asked for."""
     ending, duration, (x1, v1, v2, y), apex, aed = solved.outcome()
     status, lifts = ENDINGS[ending], ending == _TAKEOFF
-    end = tuple_of(State, (x1, v1, x1 - y + (robot.L0 + robot.c), v2))
+    end = tuple_of(State, (x1, v1, float(body_height(robot, dtype, x1, y)), v2))
     stance: Stance = object.__new__(Stance)
     stance.__dict__.update({
         "robot": robot,
@@ -353,13 +352,23 @@ def _phases_of(stance: Stance, solved: _Solved) -> tuple[Phase, ...]:
     rows = solved.phase_rows()
     ends = [row[0] for row in rows[1:]] + [stance.duration]
     return tuple(
-        Phase(t, end, mode // 3 - 1, mode % 3 - 1, stance.u[step][1], _with_height(stance.robot, state))
+        Phase(t, end, mode // 3 - 1, mode % 3 - 1, stance.u[step][1], _with_height(stance, state))
         for (t, state, mode, _, step), end in zip(rows, ends, strict=True)
     )
 
 
-def _with_height(robot: Robot, state: solver_records.State) -> State:
-    return State(state.x1, state.v1, state.x1 - state.y + (robot.L0 + robot.c), state.v2)
+def _with_height(stance: Stance, state: solver_records.State) -> State:
+    height = float(body_height(stance.robot, stance.dtype, state.x1, state.y))
+    return State(state.x1, state.v1, height, state.v2)
+
+
+def body_height(robot: Robot, dtype: np.dtype[Any], x1: Real, y: Real) -> Any:
+    """Height of the body [m] at states of a precision, in which every operation is rounded, as in the C library."""
+    if dtype is _DOUBLE:
+        return formulas.body_height(robot.parameters, x1, y)
+    real = dtype.type
+    rounded = robot.parameters._replace(L0=real(robot.L0), c=real(robot.c))
+    return formulas.body_height(rounded, np.asarray(x1, dtype), np.asarray(y, dtype))
 
 
 def _warnings_of(stance: Stance, _: _Solved) -> tuple[str, ...]:

@@ -20,6 +20,7 @@ from numpy.typing import ArrayLike, NDArray
 import hopform_solver
 from hopform import native
 from hopform.errors import BackendError
+from hopform_solver import formulas
 from hopform_solver.records import ENDINGS, ROBOT_FIELDS, Robot, State
 
 INPUTS = ("x1", "v1", "v2", "y", "u", "horizon", "robot")
@@ -124,7 +125,7 @@ def solve_columns(
     start = State(*(column[sound] for column in columns[:4]))
     with np.errstate(all="ignore"):
         solution = hopform_solver.solve(robot, start, u[sound], 0.0, horizon[sound], max_phases, real.type)
-        x2 = solution.end.x1 - solution.end.y + (robot.L0 + robot.c)
+        x2 = formulas.body_height(robot, solution.end.x1, solution.end.y)
     end, phases = solution.end, solution.phases
     found = (solution.ending, solution.duration, end.x1, end.v1, x2, end.v2, solution.apex, solution.aed)
     finite = np.all([np.isfinite(value) for value in (*found[1:6], solution.aed)], axis=0)

@@ -49,13 +49,14 @@ class Program:
 
 
 def programs() -> list[Program]:
-    """The selftest, the golden vectors, garbage, refusals, the judges of mutants, fuzzing targets on fixed inputs."""
+    """The selftest, the golden vectors, garbage, refusals, pointers, the judges of mutants, fuzzing targets on fixed inputs."""
     board, fuzz = BOARDS / "board.c", ROOT / "tests" / "fuzz"
     found = [Program(name, (HERE / f"{name}.c", board)) for name in ("selftest", "golden")]
     found += [Program(name, (ROOT / "tests" / "c_mutants" / f"{name}.c",)) for name in ("judge", "parts")]
     inputs = (str(INPUTS), *map(str, sorted((fuzz / "found").iterdir())))
     for suffix, double, single in (("f32", (), ("-DSINGLE",)), ("f64", ("-DDOUBLE",), ())):
-        found += [Program(f"{name}_{suffix}", (HERE / f"{name}.c", board), double) for name in ("garbage", "refusals")]
+        for name in ("garbage", "refusals", "contract"):
+            found.append(Program(f"{name}_{suffix}", (HERE / f"{name}.c", board), double))
         for entry in ("entry", "flight", "control", "reading"):
             sources = (fuzz / f"fuzz_{entry}.c", fuzz / "replay.c")
             found.append(Program(f"fuzz_{entry}_{suffix}", sources, (*single, "-DENTRY=4"), inputs))

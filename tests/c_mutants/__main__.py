@@ -3,10 +3,10 @@
 The sources for firmware in double precision are broken, whose tests are the sharper ones; single precision comes from the same
 templates. Mutants that do not compile are drawn again. The judges, in this order: judge.c (vectors of the reference with their
 tolerances, and what must be true of any answer), parts.c (each function of the headers by itself), inside_flight.c and
-inside_control.c (the inner functions of these two), refusals, garbage and fuzzing targets on fixed inputs; the word for all bits
-of random stances, flights and commands (tests/firmware/words.c), which any changed bit changes, so what it alone kills is counted
-apart; judge.c and parts.c again under the sanitizers; and the work that judge.c's calls take, in basic blocks. With `--pytest`
-the nearest tests of pytest follow.
+inside_control.c (the inner functions of these two), refusals, contract (pointers), garbage and fuzzing targets on fixed
+inputs; the word for all bits of random stances, flights and commands (tests/firmware/words.c), which any changed bit changes,
+so what it alone kills is counted apart; judge.c and parts.c again under the sanitizers; and the work that judge.c's calls take,
+in basic blocks. With `--pytest` the nearest tests of pytest follow.
 Survivors are argued in docs/c-mutants.md: those that are listed there as equivalent are taken off, the others fail.
 """
 
@@ -52,6 +52,7 @@ PROGRAMS = {
     "inside_flight": (MINE / "inside_flight.c",),
     "inside_control": (MINE / "inside_control.c",),
     "refusals": (HERE / "refusals.c", BOARDS / "board.c"),
+    "contract": (HERE / "contract.c", BOARDS / "board.c"),
     "garbage": (HERE / "garbage.c", BOARDS / "board.c"),
     "fuzz_entry": (FUZZ / "fuzz_entry.c", FUZZ / "replay.c"),
     "fuzz_flight": (FUZZ / "fuzz_flight.c", FUZZ / "replay.c"),

@@ -2,7 +2,8 @@
 
 Each combination of target, compiler and optimisation runs the selftest, whose word must be the same everywhere (but not with the
 functions of a C library, `-libm`), random stances, flights and commands (words.c), whose word must be that of this computer, the
-golden vectors of the 50-digit reference, garbage, and all that is to be refused; its objects' symbols are looked through.
+golden vectors of the 50-digit reference, garbage, all that is to be refused, and pointers that are NULL or overlap; its
+objects' symbols are looked through.
 """
 
 import argparse
@@ -41,7 +42,8 @@ DOUBLES = ("m4f-gcc-O2", "m7-gcc-O3", "rv32-gcc-O2")
 HOPPING = ("m4f-gcc-O2", "rv32-clang-O2")
 """Where a robot hops, too: the plant in one task, the library in another, at 1 kHz."""
 
-PROGRAMS = ("golden", "garbage", "refusals")
+PROGRAMS: dict[str, tuple[str, ...]] = {"golden": (), "garbage": (), "refusals": (), "contract": ("-DPACE=13",)}
+"""What else runs, with what is defined for it: an emulator tries each thirteenth place of an overlap."""
 
 LIBM = re.compile(r"^(a?sin|a?cos|a?tan2?|exp2?|expm1|log|pow|cbrt|fmod|hypot|floor|ceil|fmax|fmin)f?$")
 DOUBLE = re.compile(r"^(__aeabi_d|__aeabi_f2d|__aeabi_[iu]l?2d|__\w+df\d?$|__extendsfdf2|__truncdfsf2|sqrt$)")
@@ -95,7 +97,8 @@ def prove(build: Build, doubles: bool) -> tuple[str, list[str]]:
         many = dict(re.findall(WORD, emulate(build.target, link(build, "words", precisions=precisions, define=define))))
         odd = [] if build.libm else unlike(many, "ties-to-odd" in word)
         word = "a word of its own" if build.libm else word
-        lines = [emulate(build.target, link(build, name, precisions=precisions)) for name in PROGRAMS]
+        images = [link(build, name, precisions=precisions, define=flags) for name, flags in PROGRAMS.items()]
+        lines = [emulate(build.target, image) for image in images]
         hops = emulate(build.target, link(build, "hops", precisions=precisions)) if build.name in HOPPING else ""
         hops = f"{hops.strip().splitlines()[-1]}; " if hops else ""
         wrong = symbols(objects(build, precisions)[:: len(precisions)], build.libm)

@@ -13,9 +13,9 @@ from tests.firmware.targets import HERE, C, Failed, run
 
 LEAST = 95
 PARTS = {
-    "ONLY_FLIGHT": ("flight", "stance", "touchdown"),
-    "ONLY_STANCE": ("stance", "energy", "grid", "sensitivity", "states"),
-    "ONLY_CONTROL": ("stance", "control"),
+    "ONLY_FLIGHT": ("flight", "overlap", "stance", "touchdown"),
+    "ONLY_STANCE": ("stance", "energy", "grid", "overlap", "sensitivity", "states"),
+    "ONLY_CONTROL": ("stance", "control", "overlap"),
 }
 OPTIONS = (
     "-machdep", "gcc_x86_64", "-warn-special-float", "none", "-kernel-warn-key", "parser:decimal-float=inactive",

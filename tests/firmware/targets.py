@@ -17,7 +17,7 @@ BOARDS = HERE / "boards"
 OUT = ROOT / "out" / "firmware"
 
 COMMON = ("-std=c99", "-ffp-contract=off", "-fno-math-errno", "-ffunction-sections", "-fdata-sections")
-UNITS = ("control", "energy", "flight", "grid", "selftest", "sensitivity", "stance", "states", "touchdown")
+UNITS = ("control", "energy", "flight", "grid", "overlap", "selftest", "sensitivity", "stance", "states", "touchdown")
 """Sources of the library for firmware, in each precision; batches are for computers with vector registers."""
 
 

@@ -106,22 +106,88 @@ static void restore_flags(const float_flags *flags)
 }
 #endif
 
+static int32_t solve(int32_t variant, int64_t count, const hopform_stances_in_f64 *in,
+                     const hopform_stances_out_f64 *out)
+{
+    const float_flags before = flags_now();
+    const int32_t kept = solve_by(variant == HOPFORM_VARIANT_BEST ? best_variant(count) : variant, count, in, out);
+    restore_flags(&before);
+    return kept;
+}
+
 /* ---- what users call ---- */
 
-int32_t hopform_solve_stances_by_f64(int32_t variant, int64_t count, const hopform_stances_in_f64 *in,
-                                      const hopform_stances_out_f64 *out)
+enum { WRITTEN = RESULTS + 4 };
+
+/* Where results go, and the struct of their addresses, which no result may overlap. */
+static void columns_written(const hopform_stances_out_f64 *out, hopform_elements_f64 columns[WRITTEN])
 {
-    if (in == NULL || out == NULL || (out->phases == NULL && out->phase_capacity > 0)
+    const hopform_output_f64 *const results[RESULTS] = {
+        &out->status, &out->event_count, &out->duration, &out->x1, &out->v1, &out->x2, &out->v2, &out->apex, &out->aed};
+    for (int n = 0; n < RESULTS; n++) {
+        const size_t size = n < 2 ? sizeof(int32_t) : sizeof(double);
+        const hopform_elements_f64 column = {results[n]->first, results[n]->stride, size};
+        columns[n] = column;
+    }
+    const size_t events = out->event_capacity > 0 ? (size_t)out->event_capacity : 0;
+    const size_t phases = out->phase_capacity > 0 ? (size_t)out->phase_capacity : 0;
+    const hopform_elements_f64 others[] = {
+        {out->event_time, (ptrdiff_t)(events * sizeof(double)), events * sizeof(double)},
+        {out->event_kind, (ptrdiff_t)events, events},
+        {out->phases, 0, phases * sizeof *out->phases},
+        {out, 0, sizeof *out},
+    };
+    for (int n = 0; n < WRITTEN - RESULTS; n++) {
+        columns[RESULTS + n] = others[n];
+    }
+}
+
+/* Status of a batch: HOPFORM_OK if it can be solved. */
+static int32_t status_of(int32_t variant, int64_t count, const hopform_stances_in_f64 *in,
+                         const hopform_stances_out_f64 *out)
+{
+    if (in == NULL || (out->phases == NULL && out->phase_capacity > 0)
         || (out->event_time == NULL) != (out->event_kind == NULL)) {
         return HOPFORM_ERROR_NULL;
     }
     if (!hopform_has_variant_f64(variant)) {
         return HOPFORM_ERROR_VARIANT;
     }
-    const float_flags before = flags_now();
-    const int32_t kept = solve_by(variant == HOPFORM_VARIANT_BEST ? best_variant(count) : variant, count, in, out);
-    restore_flags(&before);
-    return kept;
+    hopform_elements_f64 written[WRITTEN];
+    columns_written(out, written);
+    const int32_t status = hopform_batch_status_f64(count, in, written, WRITTEN);
+    bool overlap = false;
+    for (int n = 0; n < WRITTEN - 1; n++) {
+        overlap = overlap || hopform_columns_meet_f64(&written[WRITTEN - 1], &written[n], count);
+    }
+    return status == HOPFORM_OK && overlap ? HOPFORM_ERROR_OVERLAP : status;
+}
+
+/* Every stance refused with a status. */
+static int32_t refuse(int32_t status, int64_t count, const hopform_stances_out_f64 *out)
+{
+    const hopform_stances_out_f64 own = *out; /* which results may overwrite */
+    const int64_t events = own.event_capacity > 0 ? count * own.event_capacity : 0;
+    for (int64_t i = 0; i < count; i++) {
+        hopform_put_refusal_f64(&own, i, status);
+    }
+    for (int64_t n = 0; own.event_time != NULL && n < events; n++) {
+        own.event_time[n] = (double)NAN;
+    }
+    for (int64_t n = 0; own.event_kind != NULL && n < events; n++) {
+        own.event_kind[n] = HOPFORM_EVENT_NONE;
+    }
+    return status;
+}
+
+int32_t hopform_solve_stances_by_f64(int32_t variant, int64_t count, const hopform_stances_in_f64 *in,
+                                      const hopform_stances_out_f64 *out)
+{
+    if (out == NULL) {
+        return HOPFORM_ERROR_NULL;
+    }
+    const int32_t status = status_of(variant, count, in, out);
+    return status < 0 ? refuse(status, count, out) : solve(variant, count, in, out);
 }
 
 int32_t hopform_solve_stances_f64(int64_t count, const hopform_stances_in_f64 *in,
@@ -133,6 +199,9 @@ int32_t hopform_solve_stances_f64(int64_t count, const hopform_stances_in_f64 *i
 void hopform_stance_loop_f64(char **args, const ptrdiff_t *dimensions, const ptrdiff_t *steps, void *data)
 {
     (void)data;
+    if (args == NULL || dimensions == NULL || steps == NULL) {
+        return;
+    }
     hopform_stances_in_f64 in;
     hopform_input_f64 *states[] = {&in.x1, &in.v1, &in.v2, &in.y, &in.u, &in.horizon};
     const int inputs = (int)(sizeof states / sizeof states[0]);
@@ -159,5 +228,5 @@ void hopform_stance_loop_f64(char **args, const ptrdiff_t *dimensions, const ptr
     out.event_time = NULL;
     out.event_kind = NULL;
     out.event_capacity = 0;
-    (void)hopform_solve_stances_f64(dimensions[0], &in, &out);
+    (void)solve(HOPFORM_VARIANT_BEST, dimensions[0], &in, &out); /* NumPy copies what overlaps */
 }

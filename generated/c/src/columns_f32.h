@@ -33,6 +33,95 @@ static inline void hopform_put_code_f32(const hopform_output_f32 *column, int64_
     }
 }
 
+/* ---- overlap ---- */
+
+/* Elements of `size` bytes, `stride` bytes from one stance to the next; NULL for none. */
+typedef struct {
+    const void *first;
+    ptrdiff_t stride;
+    size_t size;
+} hopform_elements_f32;
+
+static inline int64_t hopform_address_f32(const void *place)
+{
+    return (int64_t)(uintptr_t)place;
+}
+
+/* Whether one of `count` elements of a column, whose first lies `distance` bytes behind the beginning of a range, has a
+ * byte in common with it: the first element that ends behind that beginning decides. */
+static inline bool hopform_meets_range_f32(int64_t distance, int64_t stride, int64_t count, int64_t size,
+                                            int64_t range)
+{
+    const int64_t pace = stride < 0 ? -stride : stride;
+    const int64_t length = (count - 1) * pace;
+    const int64_t lowest = stride < 0 ? distance - length : distance;
+    if (lowest >= range || lowest + length <= -size) {
+        return false;
+    }
+    const int64_t n = lowest > -size ? 0 : (-size - lowest) / pace + 1;
+    return lowest + n * pace < range;
+}
+
+/* Whether elements of two columns have a byte in common. Where their strides are equal, only the difference of two
+ * elements' numbers counts; else each element of one is compared with the other column. */
+static inline bool hopform_columns_meet_f32(const hopform_elements_f32 *one, const hopform_elements_f32 *other,
+                                             int64_t count)
+{
+    const int64_t size = (int64_t)other->size, range = (int64_t)one->size;
+    const int64_t distance = hopform_address_f32(other->first) - hopform_address_f32(one->first);
+    if (one->first == NULL || other->first == NULL || size == 0 || count <= 0) {
+        return false;
+    }
+    const int64_t span = (count - 1) * one->stride;
+    if (one->stride == other->stride) {
+        return hopform_meets_range_f32(distance - span, other->stride, 2 * count - 1, size, range);
+    }
+    const int64_t begin = span < 0 ? span : 0;
+    if (!hopform_meets_range_f32(distance - begin, other->stride, count, size, range + span - 2 * begin)) {
+        return false;
+    }
+    const int64_t elements = one->stride == 0 ? 1 : count;
+    bool meet = false;
+    for (int64_t n = 0; n < elements && !meet; n++) {
+        meet = hopform_meets_range_f32(distance - n * one->stride, other->stride, count, size, range);
+    }
+    return meet;
+}
+
+enum { HOPFORM_COLUMNS_READ_f32 = HOPFORM_ROBOT_FIELDS + 6 };
+
+/* Where the numbers of stances are read. */
+static inline void hopform_columns_of_f32(const hopform_stances_in_f32 *in,
+                                           hopform_elements_f32 columns[HOPFORM_COLUMNS_READ_f32])
+{
+    const hopform_input_f32 *const states[] = {&in->x1, &in->v1, &in->v2, &in->y, &in->u, &in->horizon};
+    for (int n = 0; n < HOPFORM_COLUMNS_READ_f32; n++) {
+        const hopform_input_f32 *from = n < HOPFORM_ROBOT_FIELDS ? &in->robot[n] : states[n - HOPFORM_ROBOT_FIELDS];
+        const hopform_elements_f32 column = {from->first, from->stride, sizeof(float)};
+        columns[n] = column;
+    }
+}
+
+/* Status of a call that reads stances and writes some columns: HOPFORM_OK if it can. */
+static inline int32_t hopform_batch_status_f32(int64_t count, const hopform_stances_in_f32 *in,
+                                                const hopform_elements_f32 *written, int written_count)
+{
+    hopform_elements_f32 read[HOPFORM_COLUMNS_READ_f32 + 1];
+    hopform_columns_of_f32(in, read);
+    const hopform_elements_f32 itself = {in, 0, sizeof *in};
+    read[HOPFORM_COLUMNS_READ_f32] = itself;
+    int32_t status = HOPFORM_OK;
+    for (int i = 0; i <= HOPFORM_COLUMNS_READ_f32; i++) {
+        if (read[i].first == NULL && count > 0) {
+            return HOPFORM_ERROR_NULL;
+        }
+        for (int j = 0; j < written_count; j++) {
+            status = hopform_columns_meet_f32(&read[i], &written[j], count) ? HOPFORM_ERROR_OVERLAP : status;
+        }
+    }
+    return status;
+}
+
 /* ---- the robot ---- */
 
 static inline hopform_robot_f32 hopform_robot_of_f32(const hopform_stances_in_f32 *in, int64_t i)
@@ -81,7 +170,7 @@ static inline void hopform_put_stance_f32(const hopform_stances_out_f32 *out, in
     hopform_put_f32(&out->duration, i, stance->duration);
     hopform_put_f32(&out->x1, i, stance->end.x1);
     hopform_put_f32(&out->v1, i, stance->end.v1);
-    hopform_put_f32(&out->x2, i, stance->end.x1 - stance->end.y + (robot->L0 + robot->c));
+    hopform_put_f32(&out->x2, i, hopform_body_height_f32(robot, stance->end.x1, stance->end.y));
     hopform_put_f32(&out->v2, i, stance->end.v2);
     hopform_put_f32(&out->apex, i, flies ? stance->apex : (float)NAN);
     hopform_put_f32(&out->aed, i, stance->aed);

@@ -530,42 +530,64 @@ static int32_t attempt_f32(const hopform_plan_f32 *plan, const hopform_state_f32
 
 /* ---- what users call ---- */
 
+static const hopform_trial_f32 control_nothing_f32 = {0};
+static const hopform_command_f32 no_current_f32 = {0.0f, 0.0f, HOPFORM_COMMAND_NO_TAKEOFF};
+
+/* End a search: from now on a step of it commands u = 0 and returns the status. The command comes last, in case it lies
+ * in the search. */
+static int32_t end_search_f32(hopform_search_f32 *search, int32_t status, hopform_command_f32 *command)
+{
+    if (search != NULL) {
+        search->status = status;
+        search->best = control_nothing_f32;
+        search->found = false;
+        search->apex = 0.0f;
+        search->datum = 0.0f;
+    }
+    if (command != NULL) {
+        *command = no_current_f32;
+    }
+    return status;
+}
+
 int32_t hopform_choose_current_begin_f32(hopform_search_f32 *search, const hopform_plan_f32 *plan,
                                           const hopform_state_f32 *start, const hopform_target_f32 *target,
                                           hopform_command_f32 *command)
 {
-    if (search == NULL || command == NULL) {
-        return HOPFORM_ERROR_NULL;
+    const hopform_target_f32 none = {0.0f, 0.0f, 0.0f, 0.0f};
+    const hopform_state_f32 nowhere = {0.0f, 0.0f, 0.0f, 0.0f};
+    const hopform_state_f32 from = start != NULL ? *start : nowhere; /* start and target may lie in what is written */
+    const hopform_target_f32 wanted = target != NULL ? *target : none;
+    const bool given = search != NULL && plan != NULL && start != NULL && target != NULL && command != NULL;
+    const hopform_memory_f32 read = hopform_array_f32(plan, 1, sizeof *plan);
+    const hopform_memory_f32 written[] = {
+        hopform_array_f32(search, 1, sizeof *search),
+        hopform_array_f32(command, 1, sizeof *command),
+    };
+    if (!given) {
+        return end_search_f32(search, HOPFORM_ERROR_NULL, command);
     }
-    const hopform_trial_f32 nothing = {0};
-    const hopform_command_f32 safe = {0.0f, 0.0f, HOPFORM_COMMAND_NO_TAKEOFF};
-    *command = safe;
-    search->status = HOPFORM_ERROR_NULL;
-    search->best = nothing; /* a step of a search that could not begin answers 0, whatever the memory held */
-    search->found = false;
-    search->apex = 0.0f;
-    search->datum = 0.0f;
-    if (plan == NULL || start == NULL || target == NULL) {
-        return HOPFORM_ERROR_NULL;
+    if (hopform_overlap_f32(written, 2, &read, 1) || hopform_overlap_f32(&written[0], 1, &written[1], 1)) {
+        return end_search_f32(search, HOPFORM_ERROR_OVERLAP, command);
     }
+    (void)end_search_f32(search, HOPFORM_SEARCHING, command);
     const hopform_robot_f32 *robot = &plan->robot;
-    search->status = HOPFORM_SEARCHING;
     if (!hopform_is_made_f32(plan) || !(robot->g > 0.0f) || !(robot->u_max <= HOPFORM_NEVER_f32)) {
         search->status = HOPFORM_ERROR_ROBOT;
-    } else if (!hopform_is_finite_f32(target->h_des) || !hopform_is_finite_f32(target->datum)
-               || !(target->h_des + target->datum >= 0.0f)
-               || !(target->stop_margin >= 0.0f && target->stop_margin <= HOPFORM_NEVER_f32)) {
+    } else if (!hopform_is_finite_f32(wanted.h_des) || !hopform_is_finite_f32(wanted.datum)
+               || !(wanted.h_des + wanted.datum >= 0.0f)
+               || !(wanted.stop_margin >= 0.0f && wanted.stop_margin <= HOPFORM_NEVER_f32)) {
         search->status = HOPFORM_ERROR_TARGET;
-    } else if (!(target->horizon > 0.0f && target->horizon <= HOPFORM_NEVER_f32)) {
+    } else if (!(wanted.horizon > 0.0f && wanted.horizon <= HOPFORM_NEVER_f32)) {
         search->status = HOPFORM_ERROR_HORIZON;
     }
     const bool locked = !(robot->x1_min < robot->x1_max);
     search->plan = plan;
-    search->start = *start;
-    search->apex = target->h_des + target->datum;
-    search->datum = target->datum;
-    search->limit = locked ? HOPFORM_NEVER_f32 : robot->x1_max - target->stop_margin - 16.0f * HOPFORM_EPS_f32;
-    search->horizon = target->horizon;
+    search->start = from;
+    search->apex = wanted.h_des + wanted.datum;
+    search->datum = wanted.datum;
+    search->limit = locked ? HOPFORM_NEVER_f32 : robot->x1_max - wanted.stop_margin - 16.0f * HOPFORM_EPS_f32;
+    search->horizon = wanted.horizon;
     search->count = 0;
     search->limits = 2;
     search->next = 0.0f;
@@ -579,7 +601,18 @@ int32_t hopform_choose_current_step_f32(hopform_search_f32 *search, hopform_phas
                                          hopform_command_f32 *command)
 {
     if (search == NULL || phases == NULL || command == NULL) {
-        return HOPFORM_ERROR_NULL;
+        return end_search_f32(search, HOPFORM_ERROR_NULL, command);
+    }
+    const hopform_memory_f32 read[] = {
+        hopform_array_f32(search, 1, sizeof *search),
+        hopform_array_f32(search->plan, 1, search->status == HOPFORM_SEARCHING ? sizeof *search->plan : 0),
+    };
+    const hopform_memory_f32 written[] = {
+        hopform_array_f32(phases, capacity, sizeof *phases),
+        hopform_array_f32(command, 1, sizeof *command),
+    };
+    if (hopform_overlap_f32(written, 2, read, 2)) {
+        return end_search_f32(search, HOPFORM_ERROR_OVERLAP, command);
     }
     if (search->status != HOPFORM_SEARCHING) {
         say_f32(search, command);
@@ -590,11 +623,7 @@ int32_t hopform_choose_current_step_f32(hopform_search_f32 *search, hopform_phas
     const int32_t status =
         attempt_f32(search->plan, &search->start, search->next, search->horizon, phases, capacity, &trial, &fits);
     if (status < 0) {
-        search->best.u = 0.0f; /* for good: what was found does not count after an error */
-        search->found = false;
-        search->status = status;
-        say_f32(search, command);
-        return status;
+        return end_search_f32(search, status, command); /* for good: what was found does not count after an error */
     }
     search->partial = search->partial || !fits;
     if (!take_in_f32(search, &trial)) {
@@ -615,15 +644,49 @@ int32_t hopform_choose_current_f32(hopform_search_f32 *search, const hopform_pla
     return status == HOPFORM_SEARCHING ? HOPFORM_PHASES_NOT_KEPT : status;
 }
 
+/* Zeros in the array, if it is given, and the status. */
+static int32_t control_refuse_f32(int32_t status, int32_t start_count, int32_t current_count,
+                                   hopform_trial_f32 *trials)
+{
+    for (int32_t i = 0; trials != NULL && i < start_count; i++) {
+        for (int32_t j = 0; j < current_count; j++) {
+            trials[i * current_count + j] = control_nothing_f32;
+        }
+    }
+    return status;
+}
+
+/* Whether what currents are tried into holds some of what is read until the end. */
+static bool control_overwrites_inputs_f32(const hopform_plan_f32 *plan, const hopform_state_f32 *starts,
+                                           int32_t start_count, const float *currents, int32_t current_count,
+                                           const hopform_phase_f32 *phases, int32_t capacity,
+                                           const hopform_trial_f32 *trials)
+{
+    const size_t row = current_count > 0 ? (size_t)current_count * sizeof *trials : 0;
+    const hopform_memory_f32 read[] = {
+        hopform_array_f32(plan, 1, sizeof *plan),
+        hopform_array_f32(starts, start_count, sizeof *starts),
+        hopform_array_f32(currents, current_count, sizeof *currents),
+    };
+    const hopform_memory_f32 written[] = {
+        hopform_array_f32(phases, capacity, sizeof *phases),
+        hopform_array_f32(trials, start_count, row),
+    };
+    return hopform_overlap_f32(written, 2, read, 3) || hopform_overlap_f32(&written[0], 1, &written[1], 1);
+}
+
 int32_t hopform_try_currents_f32(const hopform_plan_f32 *plan, const hopform_state_f32 *starts, int32_t start_count,
                                   const float *currents, int32_t current_count, float horizon, hopform_phase_f32 *phases,
                                   int32_t capacity, hopform_trial_f32 *trials)
 {
     if (plan == NULL || starts == NULL || currents == NULL || phases == NULL || trials == NULL) {
-        return HOPFORM_ERROR_NULL;
+        return control_refuse_f32(HOPFORM_ERROR_NULL, start_count, current_count, trials);
+    }
+    if (control_overwrites_inputs_f32(plan, starts, start_count, currents, current_count, phases, capacity, trials)) {
+        return control_refuse_f32(HOPFORM_ERROR_OVERLAP, start_count, current_count, trials);
     }
     if (!hopform_is_made_f32(plan) || !(plan->robot.g > 0.0f)) {
-        return HOPFORM_ERROR_ROBOT;
+        return control_refuse_f32(HOPFORM_ERROR_ROBOT, start_count, current_count, trials);
     }
     int32_t kept = HOPFORM_OK;
     for (int32_t i = 0; i < start_count; i++) {
@@ -632,7 +695,7 @@ int32_t hopform_try_currents_f32(const hopform_plan_f32 *plan, const hopform_sta
             const int32_t status = attempt_f32(plan, &starts[i], currents[j], horizon, phases, capacity,
                                                 &trials[i * current_count + j], &fits);
             if (status < 0) {
-                return status;
+                return control_refuse_f32(status, start_count, current_count, trials);
             }
             kept = fits ? kept : HOPFORM_PHASES_NOT_KEPT;
         }

@@ -27,20 +27,20 @@ static float energy_loss_before_f32(const hopform_plan_f32 *plan, const hopform_
     return -0.5f * plan->robot.m_eff * hit.v1 * hit.v1;
 }
 
-/* Nothing where nothing is known. */
-static int32_t energy_refuse_f32(int32_t count, hopform_energy_f32 *energies, hopform_ledger_f32 *ledgers,
-                                  float *stop_losses)
+/* Zeros in the arrays that are given, and the status. */
+static int32_t energy_refuse_f32(int32_t status, int32_t count, hopform_energy_f32 *energies,
+                                  hopform_ledger_f32 *ledgers, float *stop_losses)
 {
     const hopform_energy_f32 none = {0};
     const hopform_ledger_f32 nothing = {0};
-    for (int32_t n = 0; n < count; n++) {
+    for (int32_t n = 0; energies != NULL && n < count; n++) {
         energies[n] = none;
-        if (ledgers != NULL && stop_losses != NULL) {
-            ledgers[n] = nothing;
-            stop_losses[n] = 0.0f;
-        }
     }
-    return HOPFORM_ERROR_TIME;
+    for (int32_t n = 0; ledgers != NULL && n < count; n++) {
+        ledgers[n] = nothing;
+    }
+    hopform_clear_f32(stop_losses, count);
+    return status;
 }
 
 int32_t hopform_stance_energy_f32(const hopform_plan_f32 *plan, const hopform_step_f32 *steps,
@@ -49,9 +49,18 @@ int32_t hopform_stance_energy_f32(const hopform_plan_f32 *plan, const hopform_st
                                    hopform_ledger_f32 *ledgers, float *stop_losses)
 {
     const bool wanted = ledgers != NULL && stop_losses != NULL;
-    if (plan == NULL || steps == NULL || phases == NULL || stance == NULL || times == NULL || energies == NULL
-        || (ledgers == NULL) != (stop_losses == NULL)) {
-        return HOPFORM_ERROR_NULL;
+    const hopform_memory_f32 arrays[] = {
+        hopform_array_f32(energies, count, sizeof *energies),
+        hopform_array_f32(ledgers, count, sizeof *ledgers),
+        hopform_array_f32(stop_losses, count, sizeof *stop_losses),
+    };
+    const hopform_memory_f32 read_times = hopform_array_f32(times, count, sizeof *times);
+    int32_t reading = HOPFORM_ERROR_NULL;
+    if (times != NULL && (ledgers == NULL) == (stop_losses == NULL)) {
+        reading = hopform_reading_status_f32(plan, steps, phases, stance, read_times, arrays, wanted ? 3 : 1);
+    }
+    if (reading < 0) {
+        return energy_refuse_f32(reading, count, energies, ledgers, stop_losses);
     }
     hopform_ledger_f32 sum = {0};
     float loss = stance->start_loss;
@@ -60,7 +69,7 @@ int32_t hopform_stance_energy_f32(const hopform_plan_f32 *plan, const hopform_st
         hopform_state_f32 state;
         const int32_t status = hopform_stance_at_f32(plan, steps, phases, stance, times[i], &state);
         if (status < 0 || (wanted && i > 0 && times[i] < times[i - 1])) {
-            return energy_refuse_f32(count, energies, ledgers, stop_losses);
+            return energy_refuse_f32(HOPFORM_ERROR_TIME, count, energies, ledgers, stop_losses);
         }
         energies[i] = hopform_energies_f32(&plan->robot, &state);
         if (!wanted) {

@@ -680,6 +680,16 @@ static inline float hopform_aed_of_ledger_f32(const hopform_ledger_f32 *ledger)
     return aed;
 }
 
+/* Height of the body over the ground under the foot. */
+static inline float hopform_body_height_f32(const hopform_robot_f32 *robot, float x1, float y)
+{
+    const float L0 = robot->L0, c = robot->c;
+    const float length = x1 - y;         /* x_2 - L_0 - c */
+    const float unloaded = L0 + c;       /* length of the leg without load */
+    const float x2 = length + unloaded;  /* y = x_1 - x_2 + L_0 + c */
+    return x2;
+}
+
 /* What the energy of the body has beside its motion and its height. */
 static inline float hopform_stored_energy_f32(const hopform_robot_f32 *robot, const hopform_state_f32 *state)
 {

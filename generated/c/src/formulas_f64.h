@@ -680,6 +680,16 @@ static inline double hopform_aed_of_ledger_f64(const hopform_ledger_f64 *ledger)
     return aed;
 }
 
+/* Height of the body over the ground under the foot. */
+static inline double hopform_body_height_f64(const hopform_robot_f64 *robot, double x1, double y)
+{
+    const double L0 = robot->L0, c = robot->c;
+    const double length = x1 - y;         /* x_2 - L_0 - c */
+    const double unloaded = L0 + c;       /* length of the leg without load */
+    const double x2 = length + unloaded;  /* y = x_1 - x_2 + L_0 + c */
+    return x2;
+}
+
 /* What the energy of the body has beside its motion and its height. */
 static inline double hopform_stored_energy_f64(const hopform_robot_f64 *robot, const hopform_state_f64 *state)
 {

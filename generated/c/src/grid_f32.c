@@ -225,15 +225,22 @@ int32_t hopform_stance_grid_f32(const hopform_plan_f32 *plan, const hopform_step
                                  const hopform_phase_f32 *phases, const hopform_stance_f32 *stance, float t0, float dt,
                                  int32_t count, float *x1, float *v1, float *v2, float *y)
 {
-    if (plan == NULL || steps == NULL || phases == NULL || stance == NULL || x1 == NULL || v1 == NULL || v2 == NULL
-        || y == NULL) {
-        return HOPFORM_ERROR_NULL;
+    const hopform_memory_f32 arrays[] = {
+        hopform_array_f32(x1, count, sizeof *x1),
+        hopform_array_f32(v1, count, sizeof *v1),
+        hopform_array_f32(v2, count, sizeof *v2),
+        hopform_array_f32(y, count, sizeof *y),
+    };
+    const hopform_memory_f32 no_times = {NULL, 0};
+    const int32_t status = hopform_reading_status_f32(plan, steps, phases, stance, no_times, arrays, 4);
+    if (status < 0) {
+        hopform_clear_states_f32(x1, v1, v2, y, count);
+        return status;
     }
     const bool rests = stance->ending == HOPFORM_ENDING_REST;
     const float last = t0 + (float)(count - 1) * dt;
     const float latest = rests ? HOPFORM_NEVER_f32 : stance->duration + 8.0f * HOPFORM_EPS_f32 * stance->duration;
-    if (count < 0 || !(t0 >= 0.0f) || !(dt > 0.0f) || !(last <= latest) || stance->phases_kept < stance->phase_count
-        || stance->phases_kept < 1 || !hopform_is_made_f32(plan)) {
+    if (count < 0 || !(t0 >= 0.0f) || !(dt > 0.0f) || !(last <= latest)) {
         hopform_clear_states_f32(x1, v1, v2, y, count);
         return HOPFORM_ERROR_TIME;
     }

@@ -225,15 +225,22 @@ int32_t hopform_stance_grid_f64(const hopform_plan_f64 *plan, const hopform_step
                                  const hopform_phase_f64 *phases, const hopform_stance_f64 *stance, double t0, double dt,
                                  int32_t count, double *x1, double *v1, double *v2, double *y)
 {
-    if (plan == NULL || steps == NULL || phases == NULL || stance == NULL || x1 == NULL || v1 == NULL || v2 == NULL
-        || y == NULL) {
-        return HOPFORM_ERROR_NULL;
+    const hopform_memory_f64 arrays[] = {
+        hopform_array_f64(x1, count, sizeof *x1),
+        hopform_array_f64(v1, count, sizeof *v1),
+        hopform_array_f64(v2, count, sizeof *v2),
+        hopform_array_f64(y, count, sizeof *y),
+    };
+    const hopform_memory_f64 no_times = {NULL, 0};
+    const int32_t status = hopform_reading_status_f64(plan, steps, phases, stance, no_times, arrays, 4);
+    if (status < 0) {
+        hopform_clear_states_f64(x1, v1, v2, y, count);
+        return status;
     }
     const bool rests = stance->ending == HOPFORM_ENDING_REST;
     const double last = t0 + (double)(count - 1) * dt;
     const double latest = rests ? HOPFORM_NEVER_f64 : stance->duration + 8.0 * HOPFORM_EPS_f64 * stance->duration;
-    if (count < 0 || !(t0 >= 0.0) || !(dt > 0.0) || !(last <= latest) || stance->phases_kept < stance->phase_count
-        || stance->phases_kept < 1 || !hopform_is_made_f64(plan)) {
+    if (count < 0 || !(t0 >= 0.0) || !(dt > 0.0) || !(last <= latest)) {
         hopform_clear_states_f64(x1, v1, v2, y, count);
         return HOPFORM_ERROR_TIME;
     }

@@ -2144,7 +2144,7 @@ LANES_CODE static void end_stances(lanes *restrict w, result_columns *restrict r
             * flag(fabs_f32(end.y) <= HOPFORM_NEVER_f32) * flag(fabs_f32(apex) <= HOPFORM_NEVER_f32)
             * flag(fabs_f32(aed) <= HOPFORM_NEVER_f32)
             * flag(fabs_f32(0.5f * robot.m_eff * start.v1 * start.v1) <= HOPFORM_NEVER_f32);
-        result->x2[l] = end.x1 - end.y + (robot.L0 + robot.c);
+        result->x2[l] = hopform_body_height_f32(&robot, end.x1, end.y);
         result->apex[l] = flies > 0.0f ? apex : (float)NAN;
         result->aed[l] = aed;
         result->ended[l] = w->live[l] * flag(w->ending[l] > 0.0f);

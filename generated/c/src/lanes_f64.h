@@ -2144,7 +2144,7 @@ LANES_CODE static void end_stances(lanes *restrict w, result_columns *restrict r
             * flag(fabs_f64(end.y) <= HOPFORM_NEVER_f64) * flag(fabs_f64(apex) <= HOPFORM_NEVER_f64)
             * flag(fabs_f64(aed) <= HOPFORM_NEVER_f64)
             * flag(fabs_f64(0.5 * robot.m_eff * start.v1 * start.v1) <= HOPFORM_NEVER_f64);
-        result->x2[l] = end.x1 - end.y + (robot.L0 + robot.c);
+        result->x2[l] = hopform_body_height_f64(&robot, end.x1, end.y);
         result->apex[l] = flies > 0.0 ? apex : (double)NAN;
         result->aed[l] = aed;
         result->ended[l] = w->live[l] * flag(w->ending[l] > 0.0);

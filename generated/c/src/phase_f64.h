@@ -6,11 +6,12 @@
 #define HOPFORM_PHASE_H_f64
 
 #include "kernels_f64.h"
+#include "overlap_f64.h"
 
-/* What a function answers with that refuses: zeros. */
+/* The output of a refusal: zeros; none where there is no array. */
 static inline void hopform_clear_f64(double *values, int32_t count)
 {
-    for (int32_t n = 0; n < count; n++) {
+    for (int32_t n = 0; values != NULL && n < count; n++) {
         values[n] = 0.0;
     }
 }
@@ -85,13 +86,18 @@ static inline hopform_state_f64 hopform_arrive_f64(const hopform_state_f64 *stat
     return arrival;
 }
 
-/* Index of the last phase that starts at or before t. */
 /* A plan that hopform_plan_init made, not memory that holds anything. */
 static inline bool hopform_is_made_f64(const hopform_plan_f64 *plan)
 {
     return plan->made == HOPFORM_PLAN_MADE;
 }
 
+/* Status of a call that reads a solved stance, and times, into arrays: HOPFORM_OK if it can. */
+int32_t hopform_reading_status_f64(const hopform_plan_f64 *plan, const hopform_step_f64 *steps,
+                                    const hopform_phase_f64 *phases, const hopform_stance_f64 *stance,
+                                    hopform_memory_f64 times, const hopform_memory_f64 *arrays, int array_count);
+
+/* Index of the last phase that starts at or before t. */
 static inline int32_t hopform_phase_index_f64(const hopform_phase_f64 *phases, int32_t count, double t)
 {
     int32_t low = 0;

@@ -186,8 +186,8 @@ static void speeds_f32(const hopform_plan_f32 *plan, const hopform_step_f32 *ste
 
 /* Let a coordinate, which moves at a rate, reach at every change the value that belongs to the event: its time moves.
  */
-static void meet_f32(changes_f32 *change, int coordinate, float rate, int bound, const float before[Z_SIZE],
-                      const float after[Z_SIZE])
+static void sensitivity_meet_f32(changes_f32 *change, int coordinate, float rate, int bound, const float before[Z_SIZE],
+                                  const float after[Z_SIZE])
 {
     for (int column = 0; column < COLUMNS_f32; column++) {
         const float late = ((column == bound ? 1.0f : 0.0f) - change->at[coordinate][column]) / rate;
@@ -232,7 +232,7 @@ static bool sensitivity_pass_f32(const hopform_plan_f32 *plan, const hopform_ste
     if (!(fabs_f32(before[coordinate]) > 0.0f)) {
         return false;
     }
-    meet_f32(change, coordinate, before[coordinate], bound, before, after);
+    sensitivity_meet_f32(change, coordinate, before[coordinate], bound, before, after);
     return true;
 }
 
@@ -289,14 +289,13 @@ int32_t hopform_stance_sensitivities_f32(const hopform_plan_f32 *plan, const hop
                                           const hopform_phase_f32 *phases, const hopform_stance_f32 *stance,
                                           float *matrix)
 {
-    if (plan == NULL || steps == NULL || phases == NULL || stance == NULL || matrix == NULL) {
-        return HOPFORM_ERROR_NULL;
-    }
-    for (int n = 0; n < HOPFORM_SENSITIVITY_ROWS * COLUMNS_f32; n++) {
-        matrix[n] = 0.0f;
-    }
-    if (stance->phases_kept < stance->phase_count || stance->phases_kept < 1 || !hopform_is_made_f32(plan)) {
-        return HOPFORM_ERROR_TIME;
+    const hopform_memory_f32 array =
+        hopform_array_f32(matrix, HOPFORM_SENSITIVITY_ROWS * COLUMNS_f32, sizeof *matrix);
+    const hopform_memory_f32 no_times = {NULL, 0};
+    const int32_t status = hopform_reading_status_f32(plan, steps, phases, stance, no_times, &array, 1);
+    hopform_clear_f32(matrix, HOPFORM_SENSITIVITY_ROWS * COLUMNS_f32);
+    if (status < 0) {
+        return status;
     }
     if (stance->ending != HOPFORM_ENDING_TAKEOFF) {
         return HOPFORM_NO_DERIVATIVE;
@@ -329,28 +328,32 @@ static void travel_f32(const hopform_plan_f32 *plan, const hopform_step_f32 *ste
     place->t = t;
 }
 
-static int32_t sensitivity_refuse_f32(int32_t count, hopform_state_f32 *states, float *tangents)
+/* Zeros in the arrays that are given, and the status. */
+static int32_t sensitivity_refuse_f32(int32_t status, int32_t count, hopform_state_f32 *states, float *tangents)
 {
     const hopform_state_f32 none = {0.0f, 0.0f, 0.0f, 0.0f};
-    for (int32_t n = 0; n < count; n++) {
+    for (int32_t n = 0; states != NULL && n < count; n++) {
         states[n] = none;
-        for (int32_t i = 0; i < HOPFORM_TANGENT_ROWS * COLUMNS_f32; i++) {
-            tangents[n * HOPFORM_TANGENT_ROWS * COLUMNS_f32 + i] = 0.0f;
-        }
     }
-    return HOPFORM_ERROR_TIME;
+    hopform_clear_f32(tangents, count * HOPFORM_TANGENT_ROWS * COLUMNS_f32);
+    return status;
 }
 
 int32_t hopform_stance_tangents_f32(const hopform_plan_f32 *plan, const hopform_step_f32 *steps,
                                      const hopform_phase_f32 *phases, const hopform_stance_f32 *stance,
                                      const float *times, int32_t count, hopform_state_f32 *states, float *tangents)
 {
-    if (plan == NULL || steps == NULL || phases == NULL || stance == NULL || times == NULL || states == NULL
-        || tangents == NULL) {
-        return HOPFORM_ERROR_NULL;
+    const hopform_memory_f32 arrays[] = {
+        hopform_array_f32(states, count, sizeof *states),
+        hopform_array_f32(tangents, count, HOPFORM_TANGENT_ROWS * COLUMNS_f32 * sizeof *tangents),
+    };
+    const hopform_memory_f32 read_times = hopform_array_f32(times, count, sizeof *times);
+    int32_t status = HOPFORM_ERROR_NULL;
+    if (times != NULL) {
+        status = hopform_reading_status_f32(plan, steps, phases, stance, read_times, arrays, 2);
     }
-    if (stance->phases_kept < stance->phase_count || stance->phases_kept < 1 || !hopform_is_made_f32(plan)) {
-        return sensitivity_refuse_f32(count, states, tangents);
+    if (status < 0) {
+        return sensitivity_refuse_f32(status, count, states, tangents);
     }
     const bool rests = stance->ending == HOPFORM_ENDING_REST;
     changes_f32 change = sensitivity_start_of_f32(&phases[0], stance);
@@ -360,7 +363,7 @@ int32_t hopform_stance_tangents_f32(const hopform_plan_f32 *plan, const hopform_
     for (int32_t i = 0; i < count; i++) {
         const float t = times[i];
         if (!(t >= 0.0f && t <= HOPFORM_NEVER_f32) || (t > stance->duration && !rests) || (i > 0 && t < times[i - 1])) {
-            return sensitivity_refuse_f32(count, states, tangents);
+            return sensitivity_refuse_f32(HOPFORM_ERROR_TIME, count, states, tangents);
         }
         const float within = hopform_lesser_f32(t, stance->duration);
         for (; n < stance->phases_kept - 1 && phases[n + 1].t <= within; n++) {

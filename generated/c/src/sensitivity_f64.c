@@ -186,8 +186,8 @@ static void speeds_f64(const hopform_plan_f64 *plan, const hopform_step_f64 *ste
 
 /* Let a coordinate, which moves at a rate, reach at every change the value that belongs to the event: its time moves.
  */
-static void meet_f64(changes_f64 *change, int coordinate, double rate, int bound, const double before[Z_SIZE],
-                      const double after[Z_SIZE])
+static void sensitivity_meet_f64(changes_f64 *change, int coordinate, double rate, int bound, const double before[Z_SIZE],
+                                  const double after[Z_SIZE])
 {
     for (int column = 0; column < COLUMNS_f64; column++) {
         const double late = ((column == bound ? 1.0 : 0.0) - change->at[coordinate][column]) / rate;
@@ -232,7 +232,7 @@ static bool sensitivity_pass_f64(const hopform_plan_f64 *plan, const hopform_ste
     if (!(fabs_f64(before[coordinate]) > 0.0)) {
         return false;
     }
-    meet_f64(change, coordinate, before[coordinate], bound, before, after);
+    sensitivity_meet_f64(change, coordinate, before[coordinate], bound, before, after);
     return true;
 }
 
@@ -289,14 +289,13 @@ int32_t hopform_stance_sensitivities_f64(const hopform_plan_f64 *plan, const hop
                                           const hopform_phase_f64 *phases, const hopform_stance_f64 *stance,
                                           double *matrix)
 {
-    if (plan == NULL || steps == NULL || phases == NULL || stance == NULL || matrix == NULL) {
-        return HOPFORM_ERROR_NULL;
-    }
-    for (int n = 0; n < HOPFORM_SENSITIVITY_ROWS * COLUMNS_f64; n++) {
-        matrix[n] = 0.0;
-    }
-    if (stance->phases_kept < stance->phase_count || stance->phases_kept < 1 || !hopform_is_made_f64(plan)) {
-        return HOPFORM_ERROR_TIME;
+    const hopform_memory_f64 array =
+        hopform_array_f64(matrix, HOPFORM_SENSITIVITY_ROWS * COLUMNS_f64, sizeof *matrix);
+    const hopform_memory_f64 no_times = {NULL, 0};
+    const int32_t status = hopform_reading_status_f64(plan, steps, phases, stance, no_times, &array, 1);
+    hopform_clear_f64(matrix, HOPFORM_SENSITIVITY_ROWS * COLUMNS_f64);
+    if (status < 0) {
+        return status;
     }
     if (stance->ending != HOPFORM_ENDING_TAKEOFF) {
         return HOPFORM_NO_DERIVATIVE;
@@ -329,28 +328,32 @@ static void travel_f64(const hopform_plan_f64 *plan, const hopform_step_f64 *ste
     place->t = t;
 }
 
-static int32_t sensitivity_refuse_f64(int32_t count, hopform_state_f64 *states, double *tangents)
+/* Zeros in the arrays that are given, and the status. */
+static int32_t sensitivity_refuse_f64(int32_t status, int32_t count, hopform_state_f64 *states, double *tangents)
 {
     const hopform_state_f64 none = {0.0, 0.0, 0.0, 0.0};
-    for (int32_t n = 0; n < count; n++) {
+    for (int32_t n = 0; states != NULL && n < count; n++) {
         states[n] = none;
-        for (int32_t i = 0; i < HOPFORM_TANGENT_ROWS * COLUMNS_f64; i++) {
-            tangents[n * HOPFORM_TANGENT_ROWS * COLUMNS_f64 + i] = 0.0;
-        }
     }
-    return HOPFORM_ERROR_TIME;
+    hopform_clear_f64(tangents, count * HOPFORM_TANGENT_ROWS * COLUMNS_f64);
+    return status;
 }
 
 int32_t hopform_stance_tangents_f64(const hopform_plan_f64 *plan, const hopform_step_f64 *steps,
                                      const hopform_phase_f64 *phases, const hopform_stance_f64 *stance,
                                      const double *times, int32_t count, hopform_state_f64 *states, double *tangents)
 {
-    if (plan == NULL || steps == NULL || phases == NULL || stance == NULL || times == NULL || states == NULL
-        || tangents == NULL) {
-        return HOPFORM_ERROR_NULL;
+    const hopform_memory_f64 arrays[] = {
+        hopform_array_f64(states, count, sizeof *states),
+        hopform_array_f64(tangents, count, HOPFORM_TANGENT_ROWS * COLUMNS_f64 * sizeof *tangents),
+    };
+    const hopform_memory_f64 read_times = hopform_array_f64(times, count, sizeof *times);
+    int32_t status = HOPFORM_ERROR_NULL;
+    if (times != NULL) {
+        status = hopform_reading_status_f64(plan, steps, phases, stance, read_times, arrays, 2);
     }
-    if (stance->phases_kept < stance->phase_count || stance->phases_kept < 1 || !hopform_is_made_f64(plan)) {
-        return sensitivity_refuse_f64(count, states, tangents);
+    if (status < 0) {
+        return sensitivity_refuse_f64(status, count, states, tangents);
     }
     const bool rests = stance->ending == HOPFORM_ENDING_REST;
     changes_f64 change = sensitivity_start_of_f64(&phases[0], stance);
@@ -360,7 +363,7 @@ int32_t hopform_stance_tangents_f64(const hopform_plan_f64 *plan, const hopform_
     for (int32_t i = 0; i < count; i++) {
         const double t = times[i];
         if (!(t >= 0.0 && t <= HOPFORM_NEVER_f64) || (t > stance->duration && !rests) || (i > 0 && t < times[i - 1])) {
-            return sensitivity_refuse_f64(count, states, tangents);
+            return sensitivity_refuse_f64(HOPFORM_ERROR_TIME, count, states, tangents);
         }
         const double within = hopform_lesser_f64(t, stance->duration);
         for (; n < stance->phases_kept - 1 && phases[n + 1].t <= within; n++) {

@@ -859,7 +859,7 @@ static int32_t stance_run_f32(stance_chain_f32 *chain)
 
 static bool steps_are_sound_f32(const hopform_step_f32 *steps, int32_t count)
 {
-    if (count < 1 || count > 65535 || fabs_f32(steps[0].t) > 0.0f) {
+    if (count < 1 || count > HOPFORM_MOST_STEPS || fabs_f32(steps[0].t) > 0.0f) {
         return false;
     }
     for (int32_t n = 0; n < count; n++) {
@@ -869,6 +869,22 @@ static bool steps_are_sound_f32(const hopform_step_f32 *steps, int32_t count)
         }
     }
     return true;
+}
+
+/* Whether what a stance is solved into holds some of what is read until its end. */
+static bool stance_overwrites_inputs_f32(const hopform_plan_f32 *plan, const hopform_step_f32 *steps,
+                                          int32_t step_count, const hopform_phase_f32 *phases, int32_t capacity,
+                                          const hopform_stance_f32 *stance)
+{
+    const hopform_memory_f32 read[] = {
+        hopform_array_f32(plan, 1, sizeof *plan),
+        hopform_array_f32(steps, step_count <= HOPFORM_MOST_STEPS ? step_count : 0, sizeof *steps),
+    };
+    const hopform_memory_f32 written[] = {
+        hopform_array_f32(phases, capacity, sizeof *phases),
+        hopform_array_f32(stance, 1, sizeof *stance),
+    };
+    return hopform_overlap_f32(written, 2, read, 2);
 }
 
 static int32_t start_status_f32(const hopform_robot_f32 *robot, const hopform_state_f32 *start)
@@ -909,13 +925,10 @@ static void stance_report_f32(const stance_chain_f32 *chain, const hopform_state
 #define IN_LOWER_f32(value) ((value) <= HOPFORM_NEVER_f32)
 #define IN_UPPER_f32(value) ((value) >= -HOPFORM_NEVER_f32)
 
-int32_t hopform_plan_init_f32(hopform_plan_f32 *plan, const hopform_robot_f32 *robot)
+/* Fill a plan from its robot. */
+static int32_t fill_plan_f32(hopform_plan_f32 *plan)
 {
-    if (plan == NULL || robot == NULL) {
-        return HOPFORM_ERROR_NULL;
-    }
-    const hopform_plan_f32 zero = {0};
-    *plan = zero;
+    const hopform_robot_f32 *robot = &plan->robot;
 #define OR_OUTSIDE(name, domain) || !IN_##domain##_f32(robot->name)
     if (!(robot->x1_min <= robot->x1_max) HOPFORM_ROBOT_MEMBERS(OR_OUTSIDE)) {
 #undef OR_OUTSIDE
@@ -941,7 +954,6 @@ int32_t hopform_plan_init_f32(hopform_plan_f32 *plan, const hopform_robot_f32 *r
         || !hopform_is_finite_f32(rates.a1_u)) {
         return HOPFORM_ERROR_NUMBERS;
     }
-    plan->robot = *robot;
     plan->rates = rates;
     plan->both = both;
     plan->actuator = actuator;
@@ -950,19 +962,44 @@ int32_t hopform_plan_init_f32(hopform_plan_f32 *plan, const hopform_robot_f32 *r
     return HOPFORM_OK;
 }
 
+int32_t hopform_plan_init_f32(hopform_plan_f32 *plan, const hopform_robot_f32 *robot)
+{
+    if (plan == NULL) {
+        return HOPFORM_ERROR_NULL;
+    }
+    const hopform_robot_f32 none = {0};
+    const hopform_plan_f32 zero = {0};
+    const hopform_robot_f32 own = robot != NULL ? *robot : none; /* it may lie in the plan */
+    plan->made = 0;
+    plan->robot = own;
+    const int32_t status = robot != NULL ? fill_plan_f32(plan) : HOPFORM_ERROR_NULL;
+    if (status < 0) {
+        *plan = zero;
+    }
+    return status;
+}
+
 int32_t hopform_solve_stance_f32(const hopform_plan_f32 *plan, const hopform_state_f32 *start,
                                   const hopform_step_f32 *steps, int32_t step_count, float horizon, int32_t max_phases,
                                   hopform_phase_f32 *phases, int32_t capacity, hopform_stance_f32 *stance)
 {
-    if (plan == NULL || start == NULL || steps == NULL || stance == NULL || (phases == NULL && capacity > 0)) {
+    if (stance == NULL) {
         return HOPFORM_ERROR_NULL;
     }
+    const hopform_state_f32 nothing = {0.0f, 0.0f, 0.0f, 0.0f};
+    const hopform_state_f32 from = start != NULL ? *start : nothing; /* it may lie in the stance or in the phases */
     const hopform_stance_f32 zero = {0};
     *stance = zero;
+    if (plan == NULL || start == NULL || steps == NULL || (phases == NULL && capacity > 0)) {
+        return HOPFORM_ERROR_NULL;
+    }
+    if (stance_overwrites_inputs_f32(plan, steps, step_count, phases, capacity, stance)) {
+        return HOPFORM_ERROR_OVERLAP;
+    }
     if (!hopform_is_made_f32(plan)) {
         return HOPFORM_ERROR_ROBOT;
     }
-    const int32_t status = start_status_f32(&plan->robot, start);
+    const int32_t status = start_status_f32(&plan->robot, &from);
     if (status < 0) {
         return status;
     }
@@ -978,9 +1015,9 @@ int32_t hopform_solve_stance_f32(const hopform_plan_f32 *plan, const hopform_sta
                                0,
                                horizon,
                                0.0f,
-                               *start,
-                               start->x1 - plan->robot.x1_min,
-                               start->x1 - plan->robot.x1_max,
+                               from,
+                               from.x1 - plan->robot.x1_min,
+                               from.x1 - plan->robot.x1_max,
                                0,
                                0,
                                false,
@@ -988,7 +1025,7 @@ int32_t hopform_solve_stance_f32(const hopform_plan_f32 *plan, const hopform_sta
                                0,
                                0.0f,
                                0.0f,
-                               hopform_stores_much_f32(&plan->robot, start),
+                               hopform_stores_much_f32(&plan->robot, &from),
                                0.0f,
                                max_phases,
                                phases,
@@ -996,7 +1033,7 @@ int32_t hopform_solve_stance_f32(const hopform_plan_f32 *plan, const hopform_sta
                                0,
                                0};
     const int32_t ending = stance_run_f32(&chain);
-    stance_report_f32(&chain, start, ending, stance);
+    stance_report_f32(&chain, &from, ending, stance);
     if (!hopform_is_finite_f32(stance->duration) || !hopform_is_finite_f32(stance->end.x1)
         || !hopform_is_finite_f32(stance->end.v1) || !hopform_is_finite_f32(stance->end.v2)
         || !hopform_is_finite_f32(stance->end.y) || !hopform_is_finite_f32(stance->apex)
@@ -1007,15 +1044,41 @@ int32_t hopform_solve_stance_f32(const hopform_plan_f32 *plan, const hopform_sta
     return stance->phases_kept < stance->phase_count ? HOPFORM_PHASES_NOT_KEPT : HOPFORM_OK;
 }
 
-int32_t hopform_stance_at_f32(const hopform_plan_f32 *plan, const hopform_step_f32 *steps,
+/* ---- what is read of a stance ---- */
+
+int32_t hopform_reading_status_f32(const hopform_plan_f32 *plan, const hopform_step_f32 *steps,
+                                    const hopform_phase_f32 *phases, const hopform_stance_f32 *stance,
+                                    hopform_memory_f32 times, const hopform_memory_f32 *arrays, int array_count)
+{
+    bool given = plan != NULL && steps != NULL && phases != NULL && stance != NULL;
+    for (int n = 0; n < array_count; n++) {
+        given = given && arrays[n].first != NULL;
+    }
+    if (!given) {
+        return HOPFORM_ERROR_NULL;
+    }
+    const int32_t kept = stance->phases_kept;
+    if (kept < stance->phase_count || kept < 1 || !hopform_is_made_f32(plan)) {
+        return HOPFORM_ERROR_TIME;
+    }
+    const hopform_memory_f32 read[] = {
+        hopform_array_f32(plan, 1, sizeof *plan),
+        hopform_array_f32(steps, phases[kept - 1].step + 1, sizeof *steps),
+        hopform_array_f32(phases, kept, sizeof *phases),
+        hopform_array_f32(stance, 1, sizeof *stance),
+        times,
+    };
+    return hopform_overlap_f32(arrays, array_count, read, 5) ? HOPFORM_ERROR_OVERLAP : HOPFORM_OK;
+}
+
+/* The state at a time, and the status; a refusal writes no state. */
+static int32_t read_state_f32(const hopform_plan_f32 *plan, const hopform_step_f32 *steps,
                                const hopform_phase_f32 *phases, const hopform_stance_f32 *stance, float t,
                                hopform_state_f32 *state)
 {
-    if (plan == NULL || steps == NULL || phases == NULL || stance == NULL || state == NULL) {
+    if (plan == NULL || steps == NULL || phases == NULL || stance == NULL) {
         return HOPFORM_ERROR_NULL;
     }
-    const hopform_state_f32 zero = {0.0f, 0.0f, 0.0f, 0.0f};
-    *state = zero;
     const bool rests = stance->ending == HOPFORM_ENDING_REST;
     if (!hopform_is_made_f32(plan)) {
         return HOPFORM_ERROR_ROBOT;
@@ -1028,4 +1091,17 @@ int32_t hopform_stance_at_f32(const hopform_plan_f32 *plan, const hopform_step_f
     const hopform_phase_f32 *phase = &phases[hopform_phase_index_f32(phases, stance->phases_kept, within)];
     *state = hopform_state_in_phase_f32(plan, phase, steps[phase->step].u, within - phase->t);
     return HOPFORM_OK;
+}
+
+int32_t hopform_stance_at_f32(const hopform_plan_f32 *plan, const hopform_step_f32 *steps,
+                               const hopform_phase_f32 *phases, const hopform_stance_f32 *stance, float t,
+                               hopform_state_f32 *state)
+{
+    if (state == NULL) {
+        return HOPFORM_ERROR_NULL;
+    }
+    hopform_state_f32 found = {0.0f, 0.0f, 0.0f, 0.0f}; /* the state may lie in what is read */
+    const int32_t status = read_state_f32(plan, steps, phases, stance, t, &found);
+    *state = found;
+    return status;
 }

@@ -859,7 +859,7 @@ static int32_t stance_run_f64(stance_chain_f64 *chain)
 
 static bool steps_are_sound_f64(const hopform_step_f64 *steps, int32_t count)
 {
-    if (count < 1 || count > 65535 || fabs_f64(steps[0].t) > 0.0) {
+    if (count < 1 || count > HOPFORM_MOST_STEPS || fabs_f64(steps[0].t) > 0.0) {
         return false;
     }
     for (int32_t n = 0; n < count; n++) {
@@ -869,6 +869,22 @@ static bool steps_are_sound_f64(const hopform_step_f64 *steps, int32_t count)
         }
     }
     return true;
+}
+
+/* Whether what a stance is solved into holds some of what is read until its end. */
+static bool stance_overwrites_inputs_f64(const hopform_plan_f64 *plan, const hopform_step_f64 *steps,
+                                          int32_t step_count, const hopform_phase_f64 *phases, int32_t capacity,
+                                          const hopform_stance_f64 *stance)
+{
+    const hopform_memory_f64 read[] = {
+        hopform_array_f64(plan, 1, sizeof *plan),
+        hopform_array_f64(steps, step_count <= HOPFORM_MOST_STEPS ? step_count : 0, sizeof *steps),
+    };
+    const hopform_memory_f64 written[] = {
+        hopform_array_f64(phases, capacity, sizeof *phases),
+        hopform_array_f64(stance, 1, sizeof *stance),
+    };
+    return hopform_overlap_f64(written, 2, read, 2);
 }
 
 static int32_t start_status_f64(const hopform_robot_f64 *robot, const hopform_state_f64 *start)
@@ -909,13 +925,10 @@ static void stance_report_f64(const stance_chain_f64 *chain, const hopform_state
 #define IN_LOWER_f64(value) ((value) <= HOPFORM_NEVER_f64)
 #define IN_UPPER_f64(value) ((value) >= -HOPFORM_NEVER_f64)
 
-int32_t hopform_plan_init_f64(hopform_plan_f64 *plan, const hopform_robot_f64 *robot)
+/* Fill a plan from its robot. */
+static int32_t fill_plan_f64(hopform_plan_f64 *plan)
 {
-    if (plan == NULL || robot == NULL) {
-        return HOPFORM_ERROR_NULL;
-    }
-    const hopform_plan_f64 zero = {0};
-    *plan = zero;
+    const hopform_robot_f64 *robot = &plan->robot;
 #define OR_OUTSIDE(name, domain) || !IN_##domain##_f64(robot->name)
     if (!(robot->x1_min <= robot->x1_max) HOPFORM_ROBOT_MEMBERS(OR_OUTSIDE)) {
 #undef OR_OUTSIDE
@@ -941,7 +954,6 @@ int32_t hopform_plan_init_f64(hopform_plan_f64 *plan, const hopform_robot_f64 *r
         || !hopform_is_finite_f64(rates.a1_u)) {
         return HOPFORM_ERROR_NUMBERS;
     }
-    plan->robot = *robot;
     plan->rates = rates;
     plan->both = both;
     plan->actuator = actuator;
@@ -950,19 +962,44 @@ int32_t hopform_plan_init_f64(hopform_plan_f64 *plan, const hopform_robot_f64 *r
     return HOPFORM_OK;
 }
 
+int32_t hopform_plan_init_f64(hopform_plan_f64 *plan, const hopform_robot_f64 *robot)
+{
+    if (plan == NULL) {
+        return HOPFORM_ERROR_NULL;
+    }
+    const hopform_robot_f64 none = {0};
+    const hopform_plan_f64 zero = {0};
+    const hopform_robot_f64 own = robot != NULL ? *robot : none; /* it may lie in the plan */
+    plan->made = 0;
+    plan->robot = own;
+    const int32_t status = robot != NULL ? fill_plan_f64(plan) : HOPFORM_ERROR_NULL;
+    if (status < 0) {
+        *plan = zero;
+    }
+    return status;
+}
+
 int32_t hopform_solve_stance_f64(const hopform_plan_f64 *plan, const hopform_state_f64 *start,
                                   const hopform_step_f64 *steps, int32_t step_count, double horizon, int32_t max_phases,
                                   hopform_phase_f64 *phases, int32_t capacity, hopform_stance_f64 *stance)
 {
-    if (plan == NULL || start == NULL || steps == NULL || stance == NULL || (phases == NULL && capacity > 0)) {
+    if (stance == NULL) {
         return HOPFORM_ERROR_NULL;
     }
+    const hopform_state_f64 nothing = {0.0, 0.0, 0.0, 0.0};
+    const hopform_state_f64 from = start != NULL ? *start : nothing; /* it may lie in the stance or in the phases */
     const hopform_stance_f64 zero = {0};
     *stance = zero;
+    if (plan == NULL || start == NULL || steps == NULL || (phases == NULL && capacity > 0)) {
+        return HOPFORM_ERROR_NULL;
+    }
+    if (stance_overwrites_inputs_f64(plan, steps, step_count, phases, capacity, stance)) {
+        return HOPFORM_ERROR_OVERLAP;
+    }
     if (!hopform_is_made_f64(plan)) {
         return HOPFORM_ERROR_ROBOT;
     }
-    const int32_t status = start_status_f64(&plan->robot, start);
+    const int32_t status = start_status_f64(&plan->robot, &from);
     if (status < 0) {
         return status;
     }
@@ -978,9 +1015,9 @@ int32_t hopform_solve_stance_f64(const hopform_plan_f64 *plan, const hopform_sta
                                0,
                                horizon,
                                0.0,
-                               *start,
-                               start->x1 - plan->robot.x1_min,
-                               start->x1 - plan->robot.x1_max,
+                               from,
+                               from.x1 - plan->robot.x1_min,
+                               from.x1 - plan->robot.x1_max,
                                0,
                                0,
                                false,
@@ -988,7 +1025,7 @@ int32_t hopform_solve_stance_f64(const hopform_plan_f64 *plan, const hopform_sta
                                0,
                                0.0,
                                0.0,
-                               hopform_stores_much_f64(&plan->robot, start),
+                               hopform_stores_much_f64(&plan->robot, &from),
                                0.0,
                                max_phases,
                                phases,
@@ -996,7 +1033,7 @@ int32_t hopform_solve_stance_f64(const hopform_plan_f64 *plan, const hopform_sta
                                0,
                                0};
     const int32_t ending = stance_run_f64(&chain);
-    stance_report_f64(&chain, start, ending, stance);
+    stance_report_f64(&chain, &from, ending, stance);
     if (!hopform_is_finite_f64(stance->duration) || !hopform_is_finite_f64(stance->end.x1)
         || !hopform_is_finite_f64(stance->end.v1) || !hopform_is_finite_f64(stance->end.v2)
         || !hopform_is_finite_f64(stance->end.y) || !hopform_is_finite_f64(stance->apex)
@@ -1007,15 +1044,41 @@ int32_t hopform_solve_stance_f64(const hopform_plan_f64 *plan, const hopform_sta
     return stance->phases_kept < stance->phase_count ? HOPFORM_PHASES_NOT_KEPT : HOPFORM_OK;
 }
 
-int32_t hopform_stance_at_f64(const hopform_plan_f64 *plan, const hopform_step_f64 *steps,
+/* ---- what is read of a stance ---- */
+
+int32_t hopform_reading_status_f64(const hopform_plan_f64 *plan, const hopform_step_f64 *steps,
+                                    const hopform_phase_f64 *phases, const hopform_stance_f64 *stance,
+                                    hopform_memory_f64 times, const hopform_memory_f64 *arrays, int array_count)
+{
+    bool given = plan != NULL && steps != NULL && phases != NULL && stance != NULL;
+    for (int n = 0; n < array_count; n++) {
+        given = given && arrays[n].first != NULL;
+    }
+    if (!given) {
+        return HOPFORM_ERROR_NULL;
+    }
+    const int32_t kept = stance->phases_kept;
+    if (kept < stance->phase_count || kept < 1 || !hopform_is_made_f64(plan)) {
+        return HOPFORM_ERROR_TIME;
+    }
+    const hopform_memory_f64 read[] = {
+        hopform_array_f64(plan, 1, sizeof *plan),
+        hopform_array_f64(steps, phases[kept - 1].step + 1, sizeof *steps),
+        hopform_array_f64(phases, kept, sizeof *phases),
+        hopform_array_f64(stance, 1, sizeof *stance),
+        times,
+    };
+    return hopform_overlap_f64(arrays, array_count, read, 5) ? HOPFORM_ERROR_OVERLAP : HOPFORM_OK;
+}
+
+/* The state at a time, and the status; a refusal writes no state. */
+static int32_t read_state_f64(const hopform_plan_f64 *plan, const hopform_step_f64 *steps,
                                const hopform_phase_f64 *phases, const hopform_stance_f64 *stance, double t,
                                hopform_state_f64 *state)
 {
-    if (plan == NULL || steps == NULL || phases == NULL || stance == NULL || state == NULL) {
+    if (plan == NULL || steps == NULL || phases == NULL || stance == NULL) {
         return HOPFORM_ERROR_NULL;
     }
-    const hopform_state_f64 zero = {0.0, 0.0, 0.0, 0.0};
-    *state = zero;
     const bool rests = stance->ending == HOPFORM_ENDING_REST;
     if (!hopform_is_made_f64(plan)) {
         return HOPFORM_ERROR_ROBOT;
@@ -1028,4 +1091,17 @@ int32_t hopform_stance_at_f64(const hopform_plan_f64 *plan, const hopform_step_f
     const hopform_phase_f64 *phase = &phases[hopform_phase_index_f64(phases, stance->phases_kept, within)];
     *state = hopform_state_in_phase_f64(plan, phase, steps[phase->step].u, within - phase->t);
     return HOPFORM_OK;
+}
+
+int32_t hopform_stance_at_f64(const hopform_plan_f64 *plan, const hopform_step_f64 *steps,
+                               const hopform_phase_f64 *phases, const hopform_stance_f64 *stance, double t,
+                               hopform_state_f64 *state)
+{
+    if (state == NULL) {
+        return HOPFORM_ERROR_NULL;
+    }
+    hopform_state_f64 found = {0.0, 0.0, 0.0, 0.0}; /* the state may lie in what is read */
+    const int32_t status = read_state_f64(plan, steps, phases, stance, t, &found);
+    *state = found;
+    return status;
 }

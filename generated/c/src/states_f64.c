@@ -22,13 +22,20 @@ int32_t hopform_stance_states_f64(const hopform_plan_f64 *plan, const hopform_st
                                    const hopform_phase_f64 *phases, const hopform_stance_f64 *stance,
                                    const double *times, int32_t count, double *x1, double *v1, double *v2, double *y)
 {
-    if (plan == NULL || steps == NULL || phases == NULL || stance == NULL || times == NULL || x1 == NULL || v1 == NULL
-        || v2 == NULL || y == NULL) {
-        return HOPFORM_ERROR_NULL;
+    const hopform_memory_f64 arrays[] = {
+        hopform_array_f64(x1, count, sizeof *x1),
+        hopform_array_f64(v1, count, sizeof *v1),
+        hopform_array_f64(v2, count, sizeof *v2),
+        hopform_array_f64(y, count, sizeof *y),
+    };
+    const hopform_memory_f64 read_times = hopform_array_f64(times, count, sizeof *times);
+    int32_t status = HOPFORM_ERROR_NULL;
+    if (times != NULL) {
+        status = hopform_reading_status_f64(plan, steps, phases, stance, read_times, arrays, 4);
     }
-    if (stance->phases_kept < stance->phase_count || stance->phases_kept < 1 || !hopform_is_made_f64(plan)) {
+    if (status < 0) {
         hopform_clear_states_f64(x1, v1, v2, y, count);
-        return HOPFORM_ERROR_TIME;
+        return status;
     }
     const bool rests = stance->ending == HOPFORM_ENDING_REST;
     int32_t prepared = 0;

@@ -11,18 +11,18 @@ int32_t hopform_touchdown_f32(const hopform_detector_f32 *detector, hopform_cont
     if (detector == NULL || contact == NULL) {
         return HOPFORM_ERROR_NULL;
     }
+    const int32_t count = detector->count; /* read before the contact, in which the detector may lie, is written */
     if (!(detector->low <= detector->high && hopform_is_finite_f32(detector->low)
           && hopform_is_finite_f32(detector->high))
-        || detector->count < 1 || !hopform_is_finite_f32(sample)) {
+        || count < 1 || !hopform_is_finite_f32(sample)) {
         return HOPFORM_ERROR_DETECTOR;
     }
     const bool above = sample >= (contact->above != 0 ? detector->low : detector->high);
     const bool touches = contact->touches != 0;
+    const int32_t run = contact->run > 0 && contact->run < count ? contact->run : 0; /* whatever the memory held */
     contact->above = above ? 1 : 0;
-    const int32_t run =
-        contact->run > 0 && contact->run < detector->count ? contact->run : 0; /* whatever the memory held */
     contact->run = above != touches ? run + 1 : 0;
-    if (contact->run < detector->count) {
+    if (contact->run < count) {
         return HOPFORM_OK;
     }
     contact->run = 0;

@@ -482,6 +482,20 @@ def aed_of_ledger(ledger: Ledger) -> Real:
     return aed
 
 
+def body_height(robot: Robot, x1: Real, y: Real) -> Real:
+    """Height of the body over the ground under the foot.
+
+    x1 [m] displacement of the actuator.
+    y [m] compression of the spring, x_1 - x_2 + L_0 + c.
+    Returns x2 [m], height of the body.
+    """
+    L0, c = robot.L0, robot.c
+    length = x1 - y         # x_2 - L_0 - c
+    unloaded = L0 + c       # length of the leg without load
+    x2 = length + unloaded  # y = x_1 - x_2 + L_0 + c
+    return x2
+
+
 def stored_energy(robot: Robot, state: State) -> Real:
     """What the energy of the body has beside its motion and its height.
 

@@ -530,42 +530,64 @@ static int32_t attempt_real(const hopform_plan_real *plan, const hopform_state_r
 
 /* ---- what users call ---- */
 
+static const hopform_trial_real control_nothing_real = {0};
+static const hopform_command_real no_current_real = {0.0, 0.0, HOPFORM_COMMAND_NO_TAKEOFF};
+
+/* End a search: from now on a step of it commands u = 0 and returns the status. The command comes last, in case it lies
+ * in the search. */
+static int32_t end_search_real(hopform_search_real *search, int32_t status, hopform_command_real *command)
+{
+    if (search != NULL) {
+        search->status = status;
+        search->best = control_nothing_real;
+        search->found = false;
+        search->apex = 0.0;
+        search->datum = 0.0;
+    }
+    if (command != NULL) {
+        *command = no_current_real;
+    }
+    return status;
+}
+
 int32_t hopform_choose_current_begin_real(hopform_search_real *search, const hopform_plan_real *plan,
                                           const hopform_state_real *start, const hopform_target_real *target,
                                           hopform_command_real *command)
 {
-    if (search == NULL || command == NULL) {
-        return HOPFORM_ERROR_NULL;
+    const hopform_target_real none = {0.0, 0.0, 0.0, 0.0};
+    const hopform_state_real nowhere = {0.0, 0.0, 0.0, 0.0};
+    const hopform_state_real from = start != NULL ? *start : nowhere; /* start and target may lie in what is written */
+    const hopform_target_real wanted = target != NULL ? *target : none;
+    const bool given = search != NULL && plan != NULL && start != NULL && target != NULL && command != NULL;
+    const hopform_memory_real read = hopform_array_real(plan, 1, sizeof *plan);
+    const hopform_memory_real written[] = {
+        hopform_array_real(search, 1, sizeof *search),
+        hopform_array_real(command, 1, sizeof *command),
+    };
+    if (!given) {
+        return end_search_real(search, HOPFORM_ERROR_NULL, command);
     }
-    const hopform_trial_real nothing = {0};
-    const hopform_command_real safe = {0.0, 0.0, HOPFORM_COMMAND_NO_TAKEOFF};
-    *command = safe;
-    search->status = HOPFORM_ERROR_NULL;
-    search->best = nothing; /* a step of a search that could not begin answers 0, whatever the memory held */
-    search->found = false;
-    search->apex = 0.0;
-    search->datum = 0.0;
-    if (plan == NULL || start == NULL || target == NULL) {
-        return HOPFORM_ERROR_NULL;
+    if (hopform_overlap_real(written, 2, &read, 1) || hopform_overlap_real(&written[0], 1, &written[1], 1)) {
+        return end_search_real(search, HOPFORM_ERROR_OVERLAP, command);
     }
+    (void)end_search_real(search, HOPFORM_SEARCHING, command);
     const hopform_robot_real *robot = &plan->robot;
-    search->status = HOPFORM_SEARCHING;
     if (!hopform_is_made_real(plan) || !(robot->g > 0.0) || !(robot->u_max <= HOPFORM_NEVER_real)) {
         search->status = HOPFORM_ERROR_ROBOT;
-    } else if (!hopform_is_finite_real(target->h_des) || !hopform_is_finite_real(target->datum)
-               || !(target->h_des + target->datum >= 0.0)
-               || !(target->stop_margin >= 0.0 && target->stop_margin <= HOPFORM_NEVER_real)) {
+    } else if (!hopform_is_finite_real(wanted.h_des) || !hopform_is_finite_real(wanted.datum)
+               || !(wanted.h_des + wanted.datum >= 0.0)
+               || !(wanted.stop_margin >= 0.0 && wanted.stop_margin <= HOPFORM_NEVER_real)) {
         search->status = HOPFORM_ERROR_TARGET;
-    } else if (!(target->horizon > 0.0 && target->horizon <= HOPFORM_NEVER_real)) {
+    } else if (!(wanted.horizon > 0.0 && wanted.horizon <= HOPFORM_NEVER_real)) {
         search->status = HOPFORM_ERROR_HORIZON;
     }
     const bool locked = !(robot->x1_min < robot->x1_max);
     search->plan = plan;
-    search->start = *start;
-    search->apex = target->h_des + target->datum;
-    search->datum = target->datum;
-    search->limit = locked ? HOPFORM_NEVER_real : robot->x1_max - target->stop_margin - 16.0 * HOPFORM_EPS_real;
-    search->horizon = target->horizon;
+    search->start = from;
+    search->apex = wanted.h_des + wanted.datum;
+    search->datum = wanted.datum;
+    search->limit = locked ? HOPFORM_NEVER_real : robot->x1_max - wanted.stop_margin - 16.0 * HOPFORM_EPS_real;
+    search->horizon = wanted.horizon;
     search->count = 0;
     search->limits = 2;
     search->next = 0.0;
@@ -579,7 +601,18 @@ int32_t hopform_choose_current_step_real(hopform_search_real *search, hopform_ph
                                          hopform_command_real *command)
 {
     if (search == NULL || phases == NULL || command == NULL) {
-        return HOPFORM_ERROR_NULL;
+        return end_search_real(search, HOPFORM_ERROR_NULL, command);
+    }
+    const hopform_memory_real read[] = {
+        hopform_array_real(search, 1, sizeof *search),
+        hopform_array_real(search->plan, 1, search->status == HOPFORM_SEARCHING ? sizeof *search->plan : 0),
+    };
+    const hopform_memory_real written[] = {
+        hopform_array_real(phases, capacity, sizeof *phases),
+        hopform_array_real(command, 1, sizeof *command),
+    };
+    if (hopform_overlap_real(written, 2, read, 2)) {
+        return end_search_real(search, HOPFORM_ERROR_OVERLAP, command);
     }
     if (search->status != HOPFORM_SEARCHING) {
         say_real(search, command);
@@ -590,11 +623,7 @@ int32_t hopform_choose_current_step_real(hopform_search_real *search, hopform_ph
     const int32_t status =
         attempt_real(search->plan, &search->start, search->next, search->horizon, phases, capacity, &trial, &fits);
     if (status < 0) {
-        search->best.u = 0.0; /* for good: what was found does not count after an error */
-        search->found = false;
-        search->status = status;
-        say_real(search, command);
-        return status;
+        return end_search_real(search, status, command); /* for good: what was found does not count after an error */
     }
     search->partial = search->partial || !fits;
     if (!take_in_real(search, &trial)) {
@@ -615,15 +644,49 @@ int32_t hopform_choose_current_real(hopform_search_real *search, const hopform_p
     return status == HOPFORM_SEARCHING ? HOPFORM_PHASES_NOT_KEPT : status;
 }
 
+/* Zeros in the array, if it is given, and the status. */
+static int32_t control_refuse_real(int32_t status, int32_t start_count, int32_t current_count,
+                                   hopform_trial_real *trials)
+{
+    for (int32_t i = 0; trials != NULL && i < start_count; i++) {
+        for (int32_t j = 0; j < current_count; j++) {
+            trials[i * current_count + j] = control_nothing_real;
+        }
+    }
+    return status;
+}
+
+/* Whether what currents are tried into holds some of what is read until the end. */
+static bool control_overwrites_inputs_real(const hopform_plan_real *plan, const hopform_state_real *starts,
+                                           int32_t start_count, const real *currents, int32_t current_count,
+                                           const hopform_phase_real *phases, int32_t capacity,
+                                           const hopform_trial_real *trials)
+{
+    const size_t row = current_count > 0 ? (size_t)current_count * sizeof *trials : 0;
+    const hopform_memory_real read[] = {
+        hopform_array_real(plan, 1, sizeof *plan),
+        hopform_array_real(starts, start_count, sizeof *starts),
+        hopform_array_real(currents, current_count, sizeof *currents),
+    };
+    const hopform_memory_real written[] = {
+        hopform_array_real(phases, capacity, sizeof *phases),
+        hopform_array_real(trials, start_count, row),
+    };
+    return hopform_overlap_real(written, 2, read, 3) || hopform_overlap_real(&written[0], 1, &written[1], 1);
+}
+
 int32_t hopform_try_currents_real(const hopform_plan_real *plan, const hopform_state_real *starts, int32_t start_count,
                                   const real *currents, int32_t current_count, real horizon, hopform_phase_real *phases,
                                   int32_t capacity, hopform_trial_real *trials)
 {
     if (plan == NULL || starts == NULL || currents == NULL || phases == NULL || trials == NULL) {
-        return HOPFORM_ERROR_NULL;
+        return control_refuse_real(HOPFORM_ERROR_NULL, start_count, current_count, trials);
+    }
+    if (control_overwrites_inputs_real(plan, starts, start_count, currents, current_count, phases, capacity, trials)) {
+        return control_refuse_real(HOPFORM_ERROR_OVERLAP, start_count, current_count, trials);
     }
     if (!hopform_is_made_real(plan) || !(plan->robot.g > 0.0)) {
-        return HOPFORM_ERROR_ROBOT;
+        return control_refuse_real(HOPFORM_ERROR_ROBOT, start_count, current_count, trials);
     }
     int32_t kept = HOPFORM_OK;
     for (int32_t i = 0; i < start_count; i++) {
@@ -632,7 +695,7 @@ int32_t hopform_try_currents_real(const hopform_plan_real *plan, const hopform_s
             const int32_t status = attempt_real(plan, &starts[i], currents[j], horizon, phases, capacity,
                                                 &trials[i * current_count + j], &fits);
             if (status < 0) {
-                return status;
+                return control_refuse_real(status, start_count, current_count, trials);
             }
             kept = fits ? kept : HOPFORM_PHASES_NOT_KEPT;
         }

@@ -27,20 +27,20 @@ static real energy_loss_before_real(const hopform_plan_real *plan, const hopform
     return -0.5 * plan->robot.m_eff * hit.v1 * hit.v1;
 }
 
-/* Nothing where nothing is known. */
-static int32_t energy_refuse_real(int32_t count, hopform_energy_real *energies, hopform_ledger_real *ledgers,
-                                  real *stop_losses)
+/* Zeros in the arrays that are given, and the status. */
+static int32_t energy_refuse_real(int32_t status, int32_t count, hopform_energy_real *energies,
+                                  hopform_ledger_real *ledgers, real *stop_losses)
 {
     const hopform_energy_real none = {0};
     const hopform_ledger_real nothing = {0};
-    for (int32_t n = 0; n < count; n++) {
+    for (int32_t n = 0; energies != NULL && n < count; n++) {
         energies[n] = none;
-        if (ledgers != NULL && stop_losses != NULL) {
-            ledgers[n] = nothing;
-            stop_losses[n] = 0.0;
-        }
     }
-    return HOPFORM_ERROR_TIME;
+    for (int32_t n = 0; ledgers != NULL && n < count; n++) {
+        ledgers[n] = nothing;
+    }
+    hopform_clear_real(stop_losses, count);
+    return status;
 }
 
 int32_t hopform_stance_energy_real(const hopform_plan_real *plan, const hopform_step_real *steps,
@@ -49,9 +49,18 @@ int32_t hopform_stance_energy_real(const hopform_plan_real *plan, const hopform_
                                    hopform_ledger_real *ledgers, real *stop_losses)
 {
     const bool wanted = ledgers != NULL && stop_losses != NULL;
-    if (plan == NULL || steps == NULL || phases == NULL || stance == NULL || times == NULL || energies == NULL
-        || (ledgers == NULL) != (stop_losses == NULL)) {
-        return HOPFORM_ERROR_NULL;
+    const hopform_memory_real arrays[] = {
+        hopform_array_real(energies, count, sizeof *energies),
+        hopform_array_real(ledgers, count, sizeof *ledgers),
+        hopform_array_real(stop_losses, count, sizeof *stop_losses),
+    };
+    const hopform_memory_real read_times = hopform_array_real(times, count, sizeof *times);
+    int32_t reading = HOPFORM_ERROR_NULL;
+    if (times != NULL && (ledgers == NULL) == (stop_losses == NULL)) {
+        reading = hopform_reading_status_real(plan, steps, phases, stance, read_times, arrays, wanted ? 3 : 1);
+    }
+    if (reading < 0) {
+        return energy_refuse_real(reading, count, energies, ledgers, stop_losses);
     }
     hopform_ledger_real sum = {0};
     real loss = stance->start_loss;
@@ -60,7 +69,7 @@ int32_t hopform_stance_energy_real(const hopform_plan_real *plan, const hopform_
         hopform_state_real state;
         const int32_t status = hopform_stance_at_real(plan, steps, phases, stance, times[i], &state);
         if (status < 0 || (wanted && i > 0 && times[i] < times[i - 1])) {
-            return energy_refuse_real(count, energies, ledgers, stop_losses);
+            return energy_refuse_real(HOPFORM_ERROR_TIME, count, energies, ledgers, stop_losses);
         }
         energies[i] = hopform_energies_real(&plan->robot, &state);
         if (!wanted) {

@@ -11,6 +11,7 @@
  */
 #include "facts.h"
 #include "kernels_real.h"
+#include "overlap_real.h"
 
 enum { MOST_POINTS_real = 9, MOST_TURNS_real = 3 };
 
@@ -826,7 +827,7 @@ static int32_t flight_run_real(flight_chain_real *chain, hopform_state_real *end
 
 /* ---- what users call ---- */
 
-static const hopform_flight_real nothing_real = {
+static const hopform_flight_real flight_nothing_real = {
     {0.0, 0.0}, {0.0, 0.0, 0.0, 0.0}, 0.0, {0.0, 0.0, 0.0, 0.0}, 0.0, 0.0, 0.0, 0.0, 0.0, 0, 0, 0, 0};
 
 static bool gains_are_sound_real(const hopform_gains_real *gains)
@@ -879,71 +880,86 @@ static bool is_sound_real(const hopform_flight_real *flight)
 
 int32_t hopform_design_return_real(const hopform_plan_real *plan, real time, hopform_gains_real *gains)
 {
-    if (plan == NULL || gains == NULL) {
+    if (gains == NULL) {
         return HOPFORM_ERROR_NULL;
     }
-    gains->Kp = 0.0;
-    gains->Kd = 0.0;
-    if (plan->made != HOPFORM_PLAN_MADE) {
-        return HOPFORM_ERROR_ROBOT;
+    int32_t status = HOPFORM_OK;
+    hopform_gains_real found = {0.0, 0.0}; /* the gains may lie in the plan */
+    if (plan == NULL) {
+        status = HOPFORM_ERROR_NULL;
+    } else if (plan->made != HOPFORM_PLAN_MADE) {
+        status = HOPFORM_ERROR_ROBOT;
+    } else if (!(time > 0.0 && time <= HOPFORM_NEVER_real)) {
+        status = HOPFORM_ERROR_TIME;
+    } else {
+        found = hopform_critical_gains_real(&plan->robot, time);
+        status = gains_are_sound_real(&found) ? HOPFORM_OK : HOPFORM_ERROR_NUMBERS;
     }
-    if (!(time > 0.0 && time <= HOPFORM_NEVER_real)) {
-        return HOPFORM_ERROR_TIME;
-    }
-    const hopform_gains_real found = hopform_critical_gains_real(&plan->robot, time);
-    if (!gains_are_sound_real(&found)) {
-        return HOPFORM_ERROR_NUMBERS;
-    }
-    *gains = found;
-    return HOPFORM_OK;
+    const hopform_gains_real none = {0.0, 0.0};
+    *gains = status < 0 ? none : found;
+    return status;
 }
 
 int32_t hopform_solve_flight_real(const hopform_plan_real *plan, const hopform_state_real *start,
                                   const hopform_gains_real *gains, real horizon, int32_t max_phases,
                                   hopform_flight_phase_real *phases, int32_t capacity, hopform_flight_real *flight)
 {
-    if (plan == NULL || start == NULL || flight == NULL || (phases == NULL && capacity > 0)) {
+    if (flight == NULL) {
         return HOPFORM_ERROR_NULL;
     }
-    *flight = nothing_real;
+    const hopform_state_real from =
+        start != NULL ? *start : flight_nothing_real.start; /* may lie in what is written, as gains */
+    const hopform_gains_real law = gains != NULL ? *gains : flight_nothing_real.gains;
+    *flight = flight_nothing_real;
+    if (plan == NULL || start == NULL || (phases == NULL && capacity > 0)) {
+        return HOPFORM_ERROR_NULL;
+    }
+    const hopform_memory_real read = hopform_array_real(plan, 1, sizeof *plan);
+    const hopform_memory_real written[] = {
+        hopform_array_real(phases, capacity, sizeof *phases),
+        hopform_array_real(flight, 1, sizeof *flight),
+    };
+    if (hopform_overlap_real(written, 2, &read, 1)) {
+        return HOPFORM_ERROR_OVERLAP;
+    }
     const hopform_robot_real *robot = &plan->robot;
     if (plan->made != HOPFORM_PLAN_MADE || !(robot->g > 0.0)) {
         return HOPFORM_ERROR_ROBOT;
     }
-    if (!hopform_is_finite_real(start->x1) || !hopform_is_finite_real(start->v1) || !hopform_is_finite_real(start->v2)
-        || !hopform_is_finite_real(start->y) || !(start->x1 >= robot->x1_min && start->x1 <= robot->x1_max)) {
+    if (!hopform_is_finite_real(from.x1) || !hopform_is_finite_real(from.v1) || !hopform_is_finite_real(from.v2)
+        || !hopform_is_finite_real(from.y) || !(from.x1 >= robot->x1_min && from.x1 <= robot->x1_max)) {
         return HOPFORM_ERROR_STATE;
     }
     if (!(horizon > 0.0 && horizon <= HOPFORM_NEVER_real) || max_phases < 1 || capacity < 0) {
         return HOPFORM_ERROR_HORIZON;
     }
-    if (gains != NULL && !gains_are_sound_real(gains)) {
+    if (!gains_are_sound_real(&law)) {
         return HOPFORM_ERROR_GAINS;
     }
     flight_chain_real chain = {0};
     chain.robot = robot;
     chain.largest = largest_force_real(robot);
     if (chain.largest > 0.0) {
-        chain.gains = gains != NULL ? *gains : gains_for_real(robot, start);
+        chain.gains = gains != NULL ? law : gains_for_real(robot, &from);
     }
     chain.rates = hopform_flight_rates_of_real(robot, &chain.gains, chain.largest);
     chain.horizon = horizon;
-    chain.x1 = start->x1;
-    chain.y = start->y;
-    chain.v2 = start->v2;
-    chain.actuator.x1 = start->x1;
-    chain.actuator.v1 = start->v1;
-    chain.airborne = start->y < 0.0;
+    chain.x1 = from.x1;
+    chain.y = from.y;
+    chain.v2 = from.v2;
+    chain.actuator.x1 = from.x1;
+    chain.actuator.v1 = from.v1;
+    chain.airborne = from.y < 0.0;
     chain.max_phases = max_phases;
     chain.phases = phases;
     chain.capacity = capacity;
     chain.highest = -HOPFORM_NEVER_real;
-    hopform_state_real end = *start;
+    hopform_state_real end = from;
     const int32_t ending = flight_run_real(&chain, &end);
     flight_report_real(&chain, ending, &end, flight);
-    flight->start = *start;
+    flight->start = from;
     if (!is_sound_real(flight)) {
-        *flight = nothing_real;
+        *flight = flight_nothing_real;
         return HOPFORM_ERROR_NUMBERS;
     }
     return flight->phases_kept < flight->phase_count ? HOPFORM_PHASES_NOT_KEPT : HOPFORM_OK;
@@ -985,32 +1001,60 @@ static bool can_be_read_real(const hopform_plan_real *plan, const hopform_flight
     return sound;
 }
 
+/* Status of a call that reads a solved flight, and times, into arrays, all of which are given: HOPFORM_OK if it can. */
+static int32_t reading_status_real(const hopform_plan_real *plan, const hopform_flight_phase_real *phases,
+                                   const hopform_flight_real *flight, const real *times, int32_t count,
+                                   const hopform_memory_real *arrays, int array_count)
+{
+    if (!can_be_read_real(plan, flight, times, count)) {
+        return HOPFORM_ERROR_TIME;
+    }
+    const hopform_memory_real read[] = {
+        hopform_array_real(plan, 1, sizeof *plan),
+        hopform_array_real(phases, flight->phases_kept, sizeof *phases),
+        hopform_array_real(flight, 1, sizeof *flight),
+        hopform_array_real(times, count, sizeof *times),
+    };
+    return hopform_overlap_real(arrays, array_count, read, 4) ? HOPFORM_ERROR_OVERLAP : HOPFORM_OK;
+}
+
+/* The state at a time of a flight that can be read. */
+static hopform_state_real state_of_flight_real(const hopform_plan_real *plan, const hopform_flight_phase_real *phases,
+                                               const hopform_flight_rates_real *rates,
+                                               const hopform_flight_real *flight, real t)
+{
+    const real g = plan->robot.g;
+    const hopform_flight_phase_real *phase = &phases[phase_index_real(phases, flight->phases_kept, t)];
+    const hopform_actuator_at_real at = actuator_in_phase_real(rates, phase, t - phase->t);
+    const real moved = (phase->x1 - flight->start.x1) + at.moved;
+    const hopform_state_real state = {
+        within_stroke_real(&plan->robot, phase->x1 + at.moved),
+        at.v1_t,
+        flight->start.v2 - g * t,
+        flight->start.y - ((flight->start.v2 - 0.5 * g * t) * t - moved),
+    };
+    return state;
+}
+
 int32_t hopform_flight_at_real(const hopform_plan_real *plan, const hopform_flight_phase_real *phases,
                                const hopform_flight_real *flight, const real *times, int32_t count,
                                hopform_state_real *states)
 {
-    if (plan == NULL || phases == NULL || flight == NULL || ((times == NULL || states == NULL) && count > 0)) {
-        return HOPFORM_ERROR_NULL;
-    }
-    if (!can_be_read_real(plan, flight, times, count)) {
-        const hopform_state_real none = {0.0, 0.0, 0.0, 0.0};
-        for (int32_t n = 0; n < count; n++) {
-            states[n] = none;
+    const hopform_memory_real array = hopform_array_real(states, count, sizeof *states);
+    const bool given =
+        plan != NULL && phases != NULL && flight != NULL && ((times != NULL && states != NULL) || count <= 0);
+    const int32_t status =
+        given ? reading_status_real(plan, phases, flight, times, count, &array, 1) : HOPFORM_ERROR_NULL;
+    if (status < 0) {
+        for (int32_t n = 0; states != NULL && n < count; n++) {
+            states[n] = flight_nothing_real.start;
         }
-        return HOPFORM_ERROR_TIME;
+        return status;
     }
     const hopform_flight_rates_real rates =
         hopform_flight_rates_of_real(&plan->robot, &flight->gains, largest_force_real(&plan->robot));
-    const real g = plan->robot.g;
     for (int32_t n = 0; n < count; n++) {
-        const real t = times[n];
-        const hopform_flight_phase_real *phase = &phases[phase_index_real(phases, flight->phases_kept, t)];
-        const hopform_actuator_at_real at = actuator_in_phase_real(&rates, phase, t - phase->t);
-        const real moved = (phase->x1 - flight->start.x1) + at.moved;
-        states[n].x1 = within_stroke_real(&plan->robot, phase->x1 + at.moved);
-        states[n].v1 = at.v1_t;
-        states[n].v2 = flight->start.v2 - g * t;
-        states[n].y = flight->start.y - ((flight->start.v2 - 0.5 * g * t) * t - moved);
+        states[n] = state_of_flight_real(plan, phases, &rates, flight, times[n]);
     }
     return HOPFORM_OK;
 }
@@ -1103,15 +1147,32 @@ static real flight_loss_before_real(const hopform_plan_real *plan, const hopform
     return -0.5 * plan->robot.m_eff * v1 * v1;
 }
 
-/* Whether times can be read, and do not decrease. */
-static bool can_be_followed_real(const hopform_plan_real *plan, const hopform_flight_real *flight, const real *times,
-                                 int32_t count)
+/* Whether times do not decrease. */
+static bool can_be_followed_real(const real *times, int32_t count)
 {
-    bool sound = can_be_read_real(plan, flight, times, count);
+    bool sound = true;
     for (int32_t n = 1; n < count; n++) {
         sound = sound && times[n] >= times[n - 1];
     }
     return sound;
+}
+
+/* Zeros in the arrays that are given, and the status. */
+static int32_t flight_refuse_real(int32_t status, int32_t count, hopform_energy_real *energies,
+                                  hopform_flight_ledger_real *ledgers, real *stop_losses)
+{
+    const hopform_energy_real none = {0};
+    const hopform_flight_ledger_real empty = {0};
+    for (int32_t n = 0; energies != NULL && n < count; n++) {
+        energies[n] = none;
+    }
+    for (int32_t n = 0; ledgers != NULL && n < count; n++) {
+        ledgers[n] = empty;
+    }
+    for (int32_t n = 0; stop_losses != NULL && n < count; n++) {
+        stop_losses[n] = 0.0;
+    }
+    return status;
 }
 
 int32_t hopform_flight_energy_real(const hopform_plan_real *plan, const hopform_flight_phase_real *phases,
@@ -1119,22 +1180,24 @@ int32_t hopform_flight_energy_real(const hopform_plan_real *plan, const hopform_
                                    hopform_energy_real *energies, hopform_flight_ledger_real *ledgers,
                                    real *stop_losses)
 {
-    if (plan == NULL || phases == NULL || flight == NULL
-        || ((times == NULL || energies == NULL || ledgers == NULL || stop_losses == NULL) && count > 0)) {
-        return HOPFORM_ERROR_NULL;
+    const hopform_memory_real arrays[] = {
+        hopform_array_real(energies, count, sizeof *energies),
+        hopform_array_real(ledgers, count, sizeof *ledgers),
+        hopform_array_real(stop_losses, count, sizeof *stop_losses),
+    };
+    const bool given = plan != NULL && phases != NULL && flight != NULL
+                       && ((times != NULL && energies != NULL && ledgers != NULL && stop_losses != NULL) || count <= 0);
+    const int32_t status =
+        given ? reading_status_real(plan, phases, flight, times, count, arrays, 3) : HOPFORM_ERROR_NULL;
+    if (status < 0) {
+        return flight_refuse_real(status, count, energies, ledgers, stop_losses);
     }
-    if (!can_be_followed_real(plan, flight, times, count)) {
-        const hopform_energy_real none = {0};
-        const hopform_flight_ledger_real empty = {0};
-        for (int32_t n = 0; n < count; n++) {
-            energies[n] = none;
-            ledgers[n] = empty;
-            stop_losses[n] = 0.0;
-        }
-        return HOPFORM_ERROR_TIME;
+    if (!can_be_followed_real(times, count)) {
+        return flight_refuse_real(HOPFORM_ERROR_TIME, count, energies, ledgers, stop_losses);
     }
     const hopform_gains_real *gains = &flight->gains;
     const real largest = largest_force_real(&plan->robot);
+    const hopform_flight_rates_real rates = hopform_flight_rates_of_real(&plan->robot, gains, largest);
     hopform_flight_ledger_real sum = {0};
     real loss = flight->start_loss;
     int32_t n = 0;
@@ -1150,8 +1213,7 @@ int32_t hopform_flight_energy_real(const hopform_plan_real *plan, const hopform_
         ledgers[i] = sum;
         flight_add_real(&ledgers[i], &part);
         stop_losses[i] = loss;
-        hopform_state_real state = flight->start;
-        (void)hopform_flight_at_real(plan, phases, flight, &times[i], 1, &state);
+        const hopform_state_real state = state_of_flight_real(plan, phases, &rates, flight, times[i]);
         energies[i] = hopform_flight_energies_real(&plan->robot, state.v1, state.v2, state.x1 - state.y);
     }
     return HOPFORM_OK;

@@ -225,15 +225,22 @@ int32_t hopform_stance_grid_real(const hopform_plan_real *plan, const hopform_st
                                  const hopform_phase_real *phases, const hopform_stance_real *stance, real t0, real dt,
                                  int32_t count, real *x1, real *v1, real *v2, real *y)
 {
-    if (plan == NULL || steps == NULL || phases == NULL || stance == NULL || x1 == NULL || v1 == NULL || v2 == NULL
-        || y == NULL) {
-        return HOPFORM_ERROR_NULL;
+    const hopform_memory_real arrays[] = {
+        hopform_array_real(x1, count, sizeof *x1),
+        hopform_array_real(v1, count, sizeof *v1),
+        hopform_array_real(v2, count, sizeof *v2),
+        hopform_array_real(y, count, sizeof *y),
+    };
+    const hopform_memory_real no_times = {NULL, 0};
+    const int32_t status = hopform_reading_status_real(plan, steps, phases, stance, no_times, arrays, 4);
+    if (status < 0) {
+        hopform_clear_states_real(x1, v1, v2, y, count);
+        return status;
     }
     const bool rests = stance->ending == HOPFORM_ENDING_REST;
     const real last = t0 + (real)(count - 1) * dt;
     const real latest = rests ? HOPFORM_NEVER_real : stance->duration + 8.0 * HOPFORM_EPS_real * stance->duration;
-    if (count < 0 || !(t0 >= 0.0) || !(dt > 0.0) || !(last <= latest) || stance->phases_kept < stance->phase_count
-        || stance->phases_kept < 1 || !hopform_is_made_real(plan)) {
+    if (count < 0 || !(t0 >= 0.0) || !(dt > 0.0) || !(last <= latest)) {
         hopform_clear_states_real(x1, v1, v2, y, count);
         return HOPFORM_ERROR_TIME;
     }

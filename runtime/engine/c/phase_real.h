@@ -6,11 +6,12 @@
 #define HOPFORM_PHASE_H_real
 
 #include "kernels_real.h"
+#include "overlap_real.h"
 
-/* What a function answers with that refuses: zeros. */
+/* The output of a refusal: zeros; none where there is no array. */
 static inline void hopform_clear_real(real *values, int32_t count)
 {
-    for (int32_t n = 0; n < count; n++) {
+    for (int32_t n = 0; values != NULL && n < count; n++) {
         values[n] = 0.0;
     }
 }
@@ -85,13 +86,18 @@ static inline hopform_state_real hopform_arrive_real(const hopform_state_real *s
     return arrival;
 }
 
-/* Index of the last phase that starts at or before t. */
 /* A plan that hopform_plan_init made, not memory that holds anything. */
 static inline bool hopform_is_made_real(const hopform_plan_real *plan)
 {
     return plan->made == HOPFORM_PLAN_MADE;
 }
 
+/* Status of a call that reads a solved stance, and times, into arrays: HOPFORM_OK if it can. */
+int32_t hopform_reading_status_real(const hopform_plan_real *plan, const hopform_step_real *steps,
+                                    const hopform_phase_real *phases, const hopform_stance_real *stance,
+                                    hopform_memory_real times, const hopform_memory_real *arrays, int array_count);
+
+/* Index of the last phase that starts at or before t. */
 static inline int32_t hopform_phase_index_real(const hopform_phase_real *phases, int32_t count, real t)
 {
     int32_t low = 0;

@@ -186,8 +186,8 @@ static void speeds_real(const hopform_plan_real *plan, const hopform_step_real *
 
 /* Let a coordinate, which moves at a rate, reach at every change the value that belongs to the event: its time moves.
  */
-static void meet_real(changes_real *change, int coordinate, real rate, int bound, const real before[Z_SIZE],
-                      const real after[Z_SIZE])
+static void sensitivity_meet_real(changes_real *change, int coordinate, real rate, int bound, const real before[Z_SIZE],
+                                  const real after[Z_SIZE])
 {
     for (int column = 0; column < COLUMNS_real; column++) {
         const real late = ((column == bound ? 1.0 : 0.0) - change->at[coordinate][column]) / rate;
@@ -232,7 +232,7 @@ static bool sensitivity_pass_real(const hopform_plan_real *plan, const hopform_s
     if (!(fabs_real(before[coordinate]) > 0.0)) {
         return false;
     }
-    meet_real(change, coordinate, before[coordinate], bound, before, after);
+    sensitivity_meet_real(change, coordinate, before[coordinate], bound, before, after);
     return true;
 }
 
@@ -289,14 +289,13 @@ int32_t hopform_stance_sensitivities_real(const hopform_plan_real *plan, const h
                                           const hopform_phase_real *phases, const hopform_stance_real *stance,
                                           real *matrix)
 {
-    if (plan == NULL || steps == NULL || phases == NULL || stance == NULL || matrix == NULL) {
-        return HOPFORM_ERROR_NULL;
-    }
-    for (int n = 0; n < HOPFORM_SENSITIVITY_ROWS * COLUMNS_real; n++) {
-        matrix[n] = 0.0;
-    }
-    if (stance->phases_kept < stance->phase_count || stance->phases_kept < 1 || !hopform_is_made_real(plan)) {
-        return HOPFORM_ERROR_TIME;
+    const hopform_memory_real array =
+        hopform_array_real(matrix, HOPFORM_SENSITIVITY_ROWS * COLUMNS_real, sizeof *matrix);
+    const hopform_memory_real no_times = {NULL, 0};
+    const int32_t status = hopform_reading_status_real(plan, steps, phases, stance, no_times, &array, 1);
+    hopform_clear_real(matrix, HOPFORM_SENSITIVITY_ROWS * COLUMNS_real);
+    if (status < 0) {
+        return status;
     }
     if (stance->ending != HOPFORM_ENDING_TAKEOFF) {
         return HOPFORM_NO_DERIVATIVE;
@@ -329,28 +328,32 @@ static void travel_real(const hopform_plan_real *plan, const hopform_step_real *
     place->t = t;
 }
 
-static int32_t sensitivity_refuse_real(int32_t count, hopform_state_real *states, real *tangents)
+/* Zeros in the arrays that are given, and the status. */
+static int32_t sensitivity_refuse_real(int32_t status, int32_t count, hopform_state_real *states, real *tangents)
 {
     const hopform_state_real none = {0.0, 0.0, 0.0, 0.0};
-    for (int32_t n = 0; n < count; n++) {
+    for (int32_t n = 0; states != NULL && n < count; n++) {
         states[n] = none;
-        for (int32_t i = 0; i < HOPFORM_TANGENT_ROWS * COLUMNS_real; i++) {
-            tangents[n * HOPFORM_TANGENT_ROWS * COLUMNS_real + i] = 0.0;
-        }
     }
-    return HOPFORM_ERROR_TIME;
+    hopform_clear_real(tangents, count * HOPFORM_TANGENT_ROWS * COLUMNS_real);
+    return status;
 }
 
 int32_t hopform_stance_tangents_real(const hopform_plan_real *plan, const hopform_step_real *steps,
                                      const hopform_phase_real *phases, const hopform_stance_real *stance,
                                      const real *times, int32_t count, hopform_state_real *states, real *tangents)
 {
-    if (plan == NULL || steps == NULL || phases == NULL || stance == NULL || times == NULL || states == NULL
-        || tangents == NULL) {
-        return HOPFORM_ERROR_NULL;
+    const hopform_memory_real arrays[] = {
+        hopform_array_real(states, count, sizeof *states),
+        hopform_array_real(tangents, count, HOPFORM_TANGENT_ROWS * COLUMNS_real * sizeof *tangents),
+    };
+    const hopform_memory_real read_times = hopform_array_real(times, count, sizeof *times);
+    int32_t status = HOPFORM_ERROR_NULL;
+    if (times != NULL) {
+        status = hopform_reading_status_real(plan, steps, phases, stance, read_times, arrays, 2);
     }
-    if (stance->phases_kept < stance->phase_count || stance->phases_kept < 1 || !hopform_is_made_real(plan)) {
-        return sensitivity_refuse_real(count, states, tangents);
+    if (status < 0) {
+        return sensitivity_refuse_real(status, count, states, tangents);
     }
     const bool rests = stance->ending == HOPFORM_ENDING_REST;
     changes_real change = sensitivity_start_of_real(&phases[0], stance);
@@ -360,7 +363,7 @@ int32_t hopform_stance_tangents_real(const hopform_plan_real *plan, const hopfor
     for (int32_t i = 0; i < count; i++) {
         const real t = times[i];
         if (!(t >= 0.0 && t <= HOPFORM_NEVER_real) || (t > stance->duration && !rests) || (i > 0 && t < times[i - 1])) {
-            return sensitivity_refuse_real(count, states, tangents);
+            return sensitivity_refuse_real(HOPFORM_ERROR_TIME, count, states, tangents);
         }
         const real within = hopform_lesser_real(t, stance->duration);
         for (; n < stance->phases_kept - 1 && phases[n + 1].t <= within; n++) {

@@ -859,7 +859,7 @@ static int32_t stance_run_real(stance_chain_real *chain)
 
 static bool steps_are_sound_real(const hopform_step_real *steps, int32_t count)
 {
-    if (count < 1 || count > 65535 || fabs_real(steps[0].t) > 0.0) {
+    if (count < 1 || count > HOPFORM_MOST_STEPS || fabs_real(steps[0].t) > 0.0) {
         return false;
     }
     for (int32_t n = 0; n < count; n++) {
@@ -869,6 +869,22 @@ static bool steps_are_sound_real(const hopform_step_real *steps, int32_t count)
         }
     }
     return true;
+}
+
+/* Whether what a stance is solved into holds some of what is read until its end. */
+static bool stance_overwrites_inputs_real(const hopform_plan_real *plan, const hopform_step_real *steps,
+                                          int32_t step_count, const hopform_phase_real *phases, int32_t capacity,
+                                          const hopform_stance_real *stance)
+{
+    const hopform_memory_real read[] = {
+        hopform_array_real(plan, 1, sizeof *plan),
+        hopform_array_real(steps, step_count <= HOPFORM_MOST_STEPS ? step_count : 0, sizeof *steps),
+    };
+    const hopform_memory_real written[] = {
+        hopform_array_real(phases, capacity, sizeof *phases),
+        hopform_array_real(stance, 1, sizeof *stance),
+    };
+    return hopform_overlap_real(written, 2, read, 2);
 }
 
 static int32_t start_status_real(const hopform_robot_real *robot, const hopform_state_real *start)
@@ -909,13 +925,10 @@ static void stance_report_real(const stance_chain_real *chain, const hopform_sta
 #define IN_LOWER_real(value) ((value) <= HOPFORM_NEVER_real)
 #define IN_UPPER_real(value) ((value) >= -HOPFORM_NEVER_real)
 
-int32_t hopform_plan_init_real(hopform_plan_real *plan, const hopform_robot_real *robot)
+/* Fill a plan from its robot. */
+static int32_t fill_plan_real(hopform_plan_real *plan)
 {
-    if (plan == NULL || robot == NULL) {
-        return HOPFORM_ERROR_NULL;
-    }
-    const hopform_plan_real zero = {0};
-    *plan = zero;
+    const hopform_robot_real *robot = &plan->robot;
 #define OR_OUTSIDE(name, domain) || !IN_##domain##_real(robot->name)
     if (!(robot->x1_min <= robot->x1_max) HOPFORM_ROBOT_MEMBERS(OR_OUTSIDE)) {
 #undef OR_OUTSIDE
@@ -941,7 +954,6 @@ int32_t hopform_plan_init_real(hopform_plan_real *plan, const hopform_robot_real
         || !hopform_is_finite_real(rates.a1_u)) {
         return HOPFORM_ERROR_NUMBERS;
     }
-    plan->robot = *robot;
     plan->rates = rates;
     plan->both = both;
     plan->actuator = actuator;
@@ -950,19 +962,44 @@ int32_t hopform_plan_init_real(hopform_plan_real *plan, const hopform_robot_real
     return HOPFORM_OK;
 }
 
+int32_t hopform_plan_init_real(hopform_plan_real *plan, const hopform_robot_real *robot)
+{
+    if (plan == NULL) {
+        return HOPFORM_ERROR_NULL;
+    }
+    const hopform_robot_real none = {0};
+    const hopform_plan_real zero = {0};
+    const hopform_robot_real own = robot != NULL ? *robot : none; /* it may lie in the plan */
+    plan->made = 0;
+    plan->robot = own;
+    const int32_t status = robot != NULL ? fill_plan_real(plan) : HOPFORM_ERROR_NULL;
+    if (status < 0) {
+        *plan = zero;
+    }
+    return status;
+}
+
 int32_t hopform_solve_stance_real(const hopform_plan_real *plan, const hopform_state_real *start,
                                   const hopform_step_real *steps, int32_t step_count, real horizon, int32_t max_phases,
                                   hopform_phase_real *phases, int32_t capacity, hopform_stance_real *stance)
 {
-    if (plan == NULL || start == NULL || steps == NULL || stance == NULL || (phases == NULL && capacity > 0)) {
+    if (stance == NULL) {
         return HOPFORM_ERROR_NULL;
     }
+    const hopform_state_real nothing = {0.0, 0.0, 0.0, 0.0};
+    const hopform_state_real from = start != NULL ? *start : nothing; /* it may lie in the stance or in the phases */
     const hopform_stance_real zero = {0};
     *stance = zero;
+    if (plan == NULL || start == NULL || steps == NULL || (phases == NULL && capacity > 0)) {
+        return HOPFORM_ERROR_NULL;
+    }
+    if (stance_overwrites_inputs_real(plan, steps, step_count, phases, capacity, stance)) {
+        return HOPFORM_ERROR_OVERLAP;
+    }
     if (!hopform_is_made_real(plan)) {
         return HOPFORM_ERROR_ROBOT;
     }
-    const int32_t status = start_status_real(&plan->robot, start);
+    const int32_t status = start_status_real(&plan->robot, &from);
     if (status < 0) {
         return status;
     }
@@ -978,9 +1015,9 @@ int32_t hopform_solve_stance_real(const hopform_plan_real *plan, const hopform_s
                                0,
                                horizon,
                                0.0,
-                               *start,
-                               start->x1 - plan->robot.x1_min,
-                               start->x1 - plan->robot.x1_max,
+                               from,
+                               from.x1 - plan->robot.x1_min,
+                               from.x1 - plan->robot.x1_max,
                                0,
                                0,
                                false,
@@ -988,7 +1025,7 @@ int32_t hopform_solve_stance_real(const hopform_plan_real *plan, const hopform_s
                                0,
                                0.0,
                                0.0,
-                               hopform_stores_much_real(&plan->robot, start),
+                               hopform_stores_much_real(&plan->robot, &from),
                                0.0,
                                max_phases,
                                phases,
@@ -996,7 +1033,7 @@ int32_t hopform_solve_stance_real(const hopform_plan_real *plan, const hopform_s
                                0,
                                0};
     const int32_t ending = stance_run_real(&chain);
-    stance_report_real(&chain, start, ending, stance);
+    stance_report_real(&chain, &from, ending, stance);
     if (!hopform_is_finite_real(stance->duration) || !hopform_is_finite_real(stance->end.x1)
         || !hopform_is_finite_real(stance->end.v1) || !hopform_is_finite_real(stance->end.v2)
         || !hopform_is_finite_real(stance->end.y) || !hopform_is_finite_real(stance->apex)
@@ -1007,15 +1044,41 @@ int32_t hopform_solve_stance_real(const hopform_plan_real *plan, const hopform_s
     return stance->phases_kept < stance->phase_count ? HOPFORM_PHASES_NOT_KEPT : HOPFORM_OK;
 }
 
-int32_t hopform_stance_at_real(const hopform_plan_real *plan, const hopform_step_real *steps,
+/* ---- what is read of a stance ---- */
+
+int32_t hopform_reading_status_real(const hopform_plan_real *plan, const hopform_step_real *steps,
+                                    const hopform_phase_real *phases, const hopform_stance_real *stance,
+                                    hopform_memory_real times, const hopform_memory_real *arrays, int array_count)
+{
+    bool given = plan != NULL && steps != NULL && phases != NULL && stance != NULL;
+    for (int n = 0; n < array_count; n++) {
+        given = given && arrays[n].first != NULL;
+    }
+    if (!given) {
+        return HOPFORM_ERROR_NULL;
+    }
+    const int32_t kept = stance->phases_kept;
+    if (kept < stance->phase_count || kept < 1 || !hopform_is_made_real(plan)) {
+        return HOPFORM_ERROR_TIME;
+    }
+    const hopform_memory_real read[] = {
+        hopform_array_real(plan, 1, sizeof *plan),
+        hopform_array_real(steps, phases[kept - 1].step + 1, sizeof *steps),
+        hopform_array_real(phases, kept, sizeof *phases),
+        hopform_array_real(stance, 1, sizeof *stance),
+        times,
+    };
+    return hopform_overlap_real(arrays, array_count, read, 5) ? HOPFORM_ERROR_OVERLAP : HOPFORM_OK;
+}
+
+/* The state at a time, and the status; a refusal writes no state. */
+static int32_t read_state_real(const hopform_plan_real *plan, const hopform_step_real *steps,
                                const hopform_phase_real *phases, const hopform_stance_real *stance, real t,
                                hopform_state_real *state)
 {
-    if (plan == NULL || steps == NULL || phases == NULL || stance == NULL || state == NULL) {
+    if (plan == NULL || steps == NULL || phases == NULL || stance == NULL) {
         return HOPFORM_ERROR_NULL;
     }
-    const hopform_state_real zero = {0.0, 0.0, 0.0, 0.0};
-    *state = zero;
     const bool rests = stance->ending == HOPFORM_ENDING_REST;
     if (!hopform_is_made_real(plan)) {
         return HOPFORM_ERROR_ROBOT;
@@ -1028,4 +1091,17 @@ int32_t hopform_stance_at_real(const hopform_plan_real *plan, const hopform_step
     const hopform_phase_real *phase = &phases[hopform_phase_index_real(phases, stance->phases_kept, within)];
     *state = hopform_state_in_phase_real(plan, phase, steps[phase->step].u, within - phase->t);
     return HOPFORM_OK;
+}
+
+int32_t hopform_stance_at_real(const hopform_plan_real *plan, const hopform_step_real *steps,
+                               const hopform_phase_real *phases, const hopform_stance_real *stance, real t,
+                               hopform_state_real *state)
+{
+    if (state == NULL) {
+        return HOPFORM_ERROR_NULL;
+    }
+    hopform_state_real found = {0.0, 0.0, 0.0, 0.0}; /* the state may lie in what is read */
+    const int32_t status = read_state_real(plan, steps, phases, stance, t, &found);
+    *state = found;
+    return status;
 }

@@ -22,13 +22,20 @@ int32_t hopform_stance_states_real(const hopform_plan_real *plan, const hopform_
                                    const hopform_phase_real *phases, const hopform_stance_real *stance,
                                    const real *times, int32_t count, real *x1, real *v1, real *v2, real *y)
 {
-    if (plan == NULL || steps == NULL || phases == NULL || stance == NULL || times == NULL || x1 == NULL || v1 == NULL
-        || v2 == NULL || y == NULL) {
-        return HOPFORM_ERROR_NULL;
+    const hopform_memory_real arrays[] = {
+        hopform_array_real(x1, count, sizeof *x1),
+        hopform_array_real(v1, count, sizeof *v1),
+        hopform_array_real(v2, count, sizeof *v2),
+        hopform_array_real(y, count, sizeof *y),
+    };
+    const hopform_memory_real read_times = hopform_array_real(times, count, sizeof *times);
+    int32_t status = HOPFORM_ERROR_NULL;
+    if (times != NULL) {
+        status = hopform_reading_status_real(plan, steps, phases, stance, read_times, arrays, 4);
     }
-    if (stance->phases_kept < stance->phase_count || stance->phases_kept < 1 || !hopform_is_made_real(plan)) {
+    if (status < 0) {
         hopform_clear_states_real(x1, v1, v2, y, count);
-        return HOPFORM_ERROR_TIME;
+        return status;
     }
     const bool rests = stance->ending == HOPFORM_ENDING_REST;
     int32_t prepared = 0;

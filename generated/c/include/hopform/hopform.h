@@ -6,6 +6,15 @@
  * signs are those of the equations of motion (3), (4): x_1 is the displacement of the actuator, x_2 the height
  * of the body over the ground, y = x_1 - x_2 + L_0 + c the compression of the spring, upward is positive.
  * Every type and function exists in single precision (_f32) and in double precision (_f64).
+ *
+ * A negative status is a refusal. Every output that is not NULL is then safe: zeros, a current of 0, a plan that
+ * every function refuses, a search whose steps command 0, NaN and the status for each stance of a batch. No phase in a
+ * buffer counts.
+ *
+ * Inputs (pointers to const) may overlap outputs. Functions that write one struct read their inputs before they write,
+ * and the answer is the same. HOPFORM_ERROR_OVERLAP refuses what would cost a copy: a plan, or steps of the current, in
+ * memory that a solver writes; any input of a function that writes arrays. The comment of each function names them.
+ * Outputs must not overlap each other.
  */
 #ifndef HOPFORM_H
 #define HOPFORM_H
@@ -25,23 +34,24 @@ extern "C" {
 #endif
 
 /** Status: 0 ok, negative an error, positive an answer with a warning. */
-#define HOPFORM_OK 0
-#define HOPFORM_PHASES_NOT_KEPT 1     /**< the phase buffer was too small; everything else is exact */
-#define HOPFORM_NO_DERIVATIVE 2       /**< no take-off, an event that grazes, or derivatives out of range */
-#define HOPFORM_SEARCHING 3           /**< the search for a current goes on */
-#define HOPFORM_ERROR_NULL (-1)       /**< a pointer is NULL */
-#define HOPFORM_ERROR_ROBOT (-2)      /**< a parameter is not finite or out of its domain, or the plan was not made */
-#define HOPFORM_ERROR_STATE (-3)      /**< an initial value is not finite, or x_1 is outside its stroke */
-#define HOPFORM_ERROR_EXTENDED (-4)   /**< the spring force at the start is negative */
-#define HOPFORM_ERROR_STEPS (-5)      /**< the steps of the current do not start at 0 or do not increase */
-#define HOPFORM_ERROR_HORIZON (-6)    /**< horizon or max_phases is not positive */
-#define HOPFORM_ERROR_TIME (-7)       /**< a time is not finite or outside the stance */
-#define HOPFORM_ERROR_NUMBERS (-8)    /**< the result is not finite: the numbers left the range of the type */
-#define HOPFORM_ERROR_TARGET (-9)     /**< the desired apex is below the ground, not finite, or stop_margin is negative */
-#define HOPFORM_ERROR_GAINS (-10)     /**< a gain is negative or not finite */
-#define HOPFORM_ERROR_VARIANT (-11)   /**< no such variant of a batch on this processor */
-#define HOPFORM_ERROR_DETECTOR (-12)  /**< a sample or threshold is not finite, low > high, or count < 1 */
-#define HOPFORM_ERROR_UNSTABLE (-13)  /**< Routh's conditions are violated: negative damping makes a motion grow */
+#define HOPFORM_OK 0                 /**< the answer, without a warning */
+#define HOPFORM_PHASES_NOT_KEPT 1    /**< the phase buffer was too small; everything else is exact */
+#define HOPFORM_NO_DERIVATIVE 2      /**< no take-off, an event that grazes, or derivatives out of range */
+#define HOPFORM_SEARCHING 3          /**< the search for a current goes on */
+#define HOPFORM_ERROR_NULL (-1)      /**< a pointer is NULL */
+#define HOPFORM_ERROR_ROBOT (-2)     /**< a parameter is not finite or out of its domain, or the plan was not made */
+#define HOPFORM_ERROR_STATE (-3)     /**< an initial value is not finite, or x_1 is outside its stroke */
+#define HOPFORM_ERROR_EXTENDED (-4)  /**< the spring force at the start is negative */
+#define HOPFORM_ERROR_STEPS (-5)     /**< the steps of the current are none or too many, do not start at 0 or do not increase */
+#define HOPFORM_ERROR_HORIZON (-6)   /**< horizon or max_phases is not positive */
+#define HOPFORM_ERROR_TIME (-7)      /**< a time is not finite or outside the stance */
+#define HOPFORM_ERROR_NUMBERS (-8)   /**< the result is not finite: the numbers left the range of the type */
+#define HOPFORM_ERROR_TARGET (-9)    /**< the desired apex is below the ground, not finite, or stop_margin is negative */
+#define HOPFORM_ERROR_GAINS (-10)    /**< a gain is negative or not finite */
+#define HOPFORM_ERROR_VARIANT (-11)  /**< no such variant of a batch on this processor */
+#define HOPFORM_ERROR_DETECTOR (-12) /**< a sample or threshold is not finite, low > high, or count < 1 */
+#define HOPFORM_ERROR_UNSTABLE (-13) /**< Routh's conditions are violated: negative damping makes a motion grow */
+#define HOPFORM_ERROR_OVERLAP (-14)  /**< an output overlaps an input that is read while it is written */
 
 /** What the controller found. */
 #define HOPFORM_COMMAND_REACHED 1
@@ -49,6 +59,7 @@ extern "C" {
 #define HOPFORM_COMMAND_NO_TAKEOFF 3
 #define HOPFORM_SEARCH_TRIALS 4096   /**< currents tried at most */
 
+#define HOPFORM_MOST_STEPS 65535 /**< steps of a current at most */
 #define HOPFORM_PLAN_MADE 0x686f7066u /**< tells a plan from memory that holds anything */
 #define HOPFORM_SELFTEST_PHASES 32   /**< phases that hopform_selftest works in */
 

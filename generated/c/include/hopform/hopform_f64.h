@@ -290,42 +290,47 @@ typedef struct {
     int32_t event_capacity;
 } hopform_stances_out_f64;
 
-/** Coefficients and poles of a robot. Negative status and a zeroed plan on bad parameters. */
+/** Coefficients and poles of a robot, which may lie in the plan. A refusal zeroes the plan, and every function refuses
+ * it. */
 int32_t hopform_plan_init_f64(hopform_plan_f64 *plan, const hopform_robot_f64 *robot);
 
 /** Solve one stance from its start; phases go into the caller's buffer as far as it reaches.
  *
- * start: state after the impact, y = 0 at touchdown. steps: the current, steps[0].t = 0, times increase.
- * horizon [s]: longest time. max_phases: after so many phases the ending is too_many_phases.
+ * start: state after the impact, y = 0 at touchdown; it may lie in the stance or in the phases. steps: the current, at
+ * most HOPFORM_MOST_STEPS, steps[0].t = 0, times increase. horizon [s]: longest time. max_phases: after so many phases
+ * the ending is too_many_phases. A plan or steps that overlap the phases or the stance are refused.
  */
 int32_t hopform_solve_stance_f64(const hopform_plan_f64 *plan, const hopform_state_f64 *start,
                                   const hopform_step_f64 *steps, int32_t step_count, double horizon,
                                   int32_t max_phases, hopform_phase_f64 *phases, int32_t capacity,
                                   hopform_stance_f64 *stance);
 
-/** State at time t of a solved stance, 0 <= t <= duration (any t after rest). */
+/** State at time t of a solved stance, 0 <= t <= duration (any t after rest); it may be written over any input. */
 int32_t hopform_stance_at_f64(const hopform_plan_f64 *plan, const hopform_step_f64 *steps,
                                const hopform_phase_f64 *phases, const hopform_stance_f64 *stance, double t,
                                hopform_state_f64 *state);
 
-/** States at `count` times of any order, each as hopform_stance_at gives it, as four arrays; y is the compression. */
+/** States at `count` times of any order, each as hopform_stance_at gives it, as four arrays; y is the compression.
+ * Arrays that overlap an input are refused. */
 int32_t hopform_stance_states_f64(const hopform_plan_f64 *plan, const hopform_step_f64 *steps,
                                    const hopform_phase_f64 *phases, const hopform_stance_f64 *stance, const double *times,
                                    int32_t count, double *x1, double *v1, double *v2, double *y);
 
 /** Energies and ledgers from the start of a solved stance to each of `count` times, which must not decrease. Without
- * ledgers and stop_losses (both NULL) the energies alone, at a fraction of the cost, at times of any order. */
+ * ledgers and stop_losses (both NULL) the energies alone, at a fraction of the cost, at times of any order. Arrays
+ * that overlap an input are refused. */
 int32_t hopform_stance_energy_f64(const hopform_plan_f64 *plan, const hopform_step_f64 *steps,
                                    const hopform_phase_f64 *phases, const hopform_stance_f64 *stance, const double *times,
                                    int32_t count, hopform_energy_f64 *energies, hopform_ledger_f64 *ledgers,
                                    double *stop_losses);
 
-/** Derivatives of a solved stance through its events: HOPFORM_SENSITIVITY_ROWS times HOPFORM_SENSITIVITY_COLUMNS numbers, row
- * by row; zeros if there are none (positive status).
+/** Derivatives of a solved stance through its events: HOPFORM_SENSITIVITY_ROWS times HOPFORM_SENSITIVITY_COLUMNS
+ * numbers, row by row; zeros if there are none (positive status).
  *
- * Column y holds the others' x1, L0, c at a fixed compression: where x_2 is given, y = x1 - x_2 + L0 + c passes it on to them.
- * Column u moves every step's current alike. A mass at rest that is held keeps its velocity 0, an actuator that starts on a stop
- * stays where it starts (x1) until it leaves; x1_min, x1_max count where a stop is met later.
+ * Column y holds the others' x1, L0, c at a fixed compression: where x_2 is given, y = x1 - x_2 + L0 + c passes it on
+ * to them. Column u moves every step's current alike. The velocity of a mass at rest that is held stays 0. An actuator
+ * that starts on a stop stays where it starts (x1) until it departs; x1_min, x1_max count where a stop is met later. A
+ * matrix that overlaps an input is refused.
  */
 int32_t hopform_stance_sensitivities_f64(const hopform_plan_f64 *plan, const hopform_step_f64 *steps,
                                           const hopform_phase_f64 *phases, const hopform_stance_f64 *stance,
@@ -334,6 +339,7 @@ int32_t hopform_stance_sensitivities_f64(const hopform_plan_f64 *plan, const hop
 /** States of a solved stance at `count` times, which must not decrease, and their derivatives through the events before them:
  * HOPFORM_TANGENT_ROWS times HOPFORM_SENSITIVITY_COLUMNS numbers a time, rows x1, v1, v2, y, columns as in
  * hopform_stance_sensitivities. Where an event grazes (HOPFORM_NO_DERIVATIVE) they are those of a motion that does not notice it.
+ * Arrays that overlap an input are refused.
  */
 int32_t hopform_stance_tangents_f64(const hopform_plan_f64 *plan, const hopform_step_f64 *steps,
                                      const hopform_phase_f64 *phases, const hopform_stance_f64 *stance,
@@ -342,29 +348,33 @@ int32_t hopform_stance_tangents_f64(const hopform_plan_f64 *plan, const hopform_
 /** States of a solved stance at the times t0 + i dt, i = 0 .. count - 1, as four arrays; y is the compression.
  *
  * The grid ends at the stance's duration (a rest may be followed on for any time); dt > 0. About as exact as
- * hopform_stance_at at each time, at the cost of a few sums.
+ * hopform_stance_at at each time, at the cost of a few sums. Arrays that overlap an input are refused.
  */
 int32_t hopform_stance_grid_f64(const hopform_plan_f64 *plan, const hopform_step_f64 *steps,
                                  const hopform_phase_f64 *phases, const hopform_stance_f64 *stance, double t0, double dt,
                                  int32_t count, double *x1, double *v1, double *v2, double *y);
 
-/** Try each of some currents from each of some states; trials, state by state, current by current. A stance with more phases
- * than fit into the buffer counts as one without take-off. */
+/** Try each of some currents from each of some states; trials, state by state, current by current. A stance with more
+ * phases than fit into the buffer counts as one without take-off. Phases or trials that overlap an input are refused;
+ * a refusal zeroes all trials. */
 int32_t hopform_try_currents_f64(const hopform_plan_f64 *plan, const hopform_state_f64 *starts, int32_t start_count,
                                   const double *currents, int32_t current_count, double horizon, hopform_phase_f64 *phases,
                                   int32_t capacity, hopform_trial_f64 *trials);
 
-/** Begin to look for the current in [-u_max, u_max] after which the next apex is nearest to h_des, the least |u| if several
- * reach it. Admissible are currents with a take-off and x_1 < x1_max - stop_margin throughout (any if the actuator is locked).
+/** Begin to look for the current in [-u_max, u_max] after which the next apex is nearest to h_des, the least |u| if
+ * several reach it. Admissible are currents with a take-off and x_1 < x1_max - stop_margin throughout (any if the
+ * actuator is locked).
  *
- * start: state after the impact, y = 0 at touchdown. command: u = 0 for the time being.
+ * start: state after the impact, y = 0 at touchdown. command: u = 0 for the time being. start and target may lie in the
+ * search or in the command. The plan is read by every step; one that overlaps the search or the command is refused.
  */
 int32_t hopform_choose_current_begin_f64(hopform_search_f64 *search, const hopform_plan_f64 *plan,
                                           const hopform_state_f64 *start, const hopform_target_f64 *target,
                                           hopform_command_f64 *command);
 
-/** Solve one stance more, in the caller's buffer of phases. HOPFORM_SEARCHING while there is more to do; command is the best
- * admissible one so far. HOPFORM_PHASES_NOT_KEPT if, in the end, a stance had more phases than fit and was left out.
+/** Solve one stance more, in the caller's buffer of phases. HOPFORM_SEARCHING while there is more to do; command is the
+ * best admissible one so far. HOPFORM_PHASES_NOT_KEPT if, in the end, a stance had more phases than fit and was left
+ * out. A refusal ends the search; phases or a command that overlap the search or its plan are refused.
  */
 int32_t hopform_choose_current_step_f64(hopform_search_f64 *search, hopform_phase_f64 *phases, int32_t capacity,
                                          hopform_command_f64 *command);
@@ -374,26 +384,30 @@ int32_t hopform_choose_current_f64(hopform_search_f64 *search, const hopform_pla
                                     const hopform_target_f64 *target, hopform_phase_f64 *phases, int32_t capacity,
                                     hopform_command_f64 *command);
 
-/** Gains with which the actuator, from rest, is back within 1/100 of its way in a time [s], critically damped. */
+/** Gains with which the actuator, from rest, is back within 1/100 of its way in a time [s], critically damped; they
+ * may lie in the plan. */
 int32_t hopform_design_return_f64(const hopform_plan_f64 *plan, double time, hopform_gains_f64 *gains);
 
-/** Solve one flight, from take-off to the first downward crossing of the ground ahead by the foot after it has been above it.
+/** Solve one flight, from take-off to the first downward crossing of the ground ahead by the foot after it has been
+ * above it.
  *
  * start: state at take-off; y is the height of the ground ahead over the foot, 0 on flat ground. gains: of the law
- * gamma2 u = Kp x1 + Kd v1, which stays within u_max; NULL for those of hopform_design_return, settled 50 ms before the touchdown
- * on the ground that was left (20 ms at least). A flight that never gets above the ground ahead ends, tripped, where its foot
- * came highest. g must be > 0.
+ * gamma2 u = Kp x1 + Kd v1, which stays within u_max; NULL for those of hopform_design_return, settled 50 ms before the
+ * touchdown on the ground that was left (20 ms at least). A flight that never gets above the ground ahead ends,
+ * tripped, where its foot came highest. g must be > 0. start and gains may lie in the flight or in the phases; a plan
+ * that overlaps them is refused.
  */
 int32_t hopform_solve_flight_f64(const hopform_plan_f64 *plan, const hopform_state_f64 *start,
                                   const hopform_gains_f64 *gains, double horizon, int32_t max_phases,
                                   hopform_flight_phase_f64 *phases, int32_t capacity, hopform_flight_f64 *flight);
 
-/** States at `count` times of a solved flight, 0 <= t <= duration. */
+/** States at `count` times of a solved flight, 0 <= t <= duration. States that overlap an input are refused. */
 int32_t hopform_flight_at_f64(const hopform_plan_f64 *plan, const hopform_flight_phase_f64 *phases,
                                const hopform_flight_f64 *flight, const double *times, int32_t count,
                                hopform_state_f64 *states);
 
-/** Energies and ledgers from take-off to each of `count` times, which must not decrease. */
+/** Energies and ledgers from take-off to each of `count` times, which must not decrease. Arrays that overlap an input
+ * are refused. */
 int32_t hopform_flight_energy_f64(const hopform_plan_f64 *plan, const hopform_flight_phase_f64 *phases,
                                    const hopform_flight_f64 *flight, const double *times, int32_t count,
                                    hopform_energy_f64 *energies, hopform_flight_ledger_f64 *ledgers, double *stop_losses);
@@ -403,15 +417,17 @@ int32_t hopform_flight_energy_f64(const hopform_plan_f64 *plan, const hopform_fl
  * search, phases: memory to work in; capacity >= HOPFORM_SELFTEST_PHASES, else the word is 0, which no selftest gives. */
 uint32_t hopform_selftest_f64(hopform_search_f64 *search, hopform_phase_f64 *phases, int32_t capacity);
 
-/** Take one sample; HOPFORM_CONTACT_TOUCHDOWN or HOPFORM_CONTACT_TAKEOFF if that is what it has told, else 0. What is known stays
- * as it is where the sample is refused. */
+/** Take one sample; HOPFORM_CONTACT_TOUCHDOWN or HOPFORM_CONTACT_TAKEOFF where it detects one, else 0. A refusal does
+ * not change the contact. The detector may lie in it. */
 int32_t hopform_touchdown_f64(const hopform_detector_f64 *detector, hopform_contact_f64 *contact, double sample);
 
 /** Solve `count` stances, each as hopform_solve_stance does, to the same bits. The plan is made again only where the
- * robot changes. HOPFORM_PHASES_NOT_KEPT if the events of a stance did not fit, which event_count tells of each. */
+ * robot changes. HOPFORM_PHASES_NOT_KEPT if the events of a stance did not fit, as its event_count shows. Columns of
+ * inputs must not be NULL. Elements of results, events or phases that overlap an element of an input, or one of the
+ * two structs, are refused; interleaved columns are not. A negative status refuses every stance. */
 int32_t hopform_solve_stances_f64(int64_t count, const hopform_stances_in_f64 *in, const hopform_stances_out_f64 *out);
 
-/** The same by one of HOPFORM_VARIANT_...; HOPFORM_ERROR_VARIANT, and nothing is written, if the processor lacks it. */
+/** The same by one of HOPFORM_VARIANT_...; HOPFORM_ERROR_VARIANT if the processor lacks it. */
 int32_t hopform_solve_stances_by_f64(int32_t variant, int64_t count, const hopform_stances_in_f64 *in,
                                       const hopform_stances_out_f64 *out);
 
@@ -419,14 +435,16 @@ int32_t hopform_solve_stances_by_f64(int32_t variant, int64_t count, const hopfo
 int32_t hopform_has_variant_f64(int32_t variant);
 
 /** The same as an inner loop of NumPy's generalized ufuncs: (x1, v1, v2, y, u, horizon, robot) to the nine columns of
- * hopform_stances_out, up to 4096 phases. args: their first elements; dimensions: the number of stances, then the
- * fields of the robot (refused unless HOPFORM_ROBOT_FIELDS); steps: the strides of args, then that of a robot's fields. */
+ * hopform_stances_out, up to 4096 phases. NumPy copies what overlaps. args: their first elements; dimensions: the
+ * number of stances, then the fields of the robot (refused unless HOPFORM_ROBOT_FIELDS); steps: the strides of args,
+ * then that of a robot's fields. */
 void hopform_stance_loop_f64(char **args, const ptrdiff_t *dimensions, const ptrdiff_t *steps, void *data);
 
-/** Derivatives of `count` stances, each as hopform_stance_sensitivities gives it: one matrix after the other, NaN where there
- * is none. phases: where one stance after the other is solved. status: one a stance, HOPFORM_OK, HOPFORM_NO_DERIVATIVE,
- * HOPFORM_PHASES_NOT_KEPT where `capacity` phases were too few (returned too, then), or an error. The apex' row is NaN
- * without gravity. */
+/** Derivatives of `count` stances, each as hopform_stance_sensitivities gives it: one matrix after the other, NaN
+ * where there is none. phases: where one stance after the other is solved. status: one a stance, HOPFORM_OK,
+ * HOPFORM_NO_DERIVATIVE, HOPFORM_PHASES_NOT_KEPT where `capacity` phases were too few (returned too, then), or an
+ * error. The apex' row is NaN without gravity. Matrices, statuses or phases that overlap an element of an input are
+ * refused; a negative status refuses every stance. */
 int32_t hopform_stances_sensitivities_f64(int64_t count, const hopform_stances_in_f64 *in, hopform_phase_f64 *phases,
                                            int32_t capacity, double *matrices, int32_t *status);
 

@@ -1,0 +1,552 @@
+/* The contract on pointers, for every public function: each mask of NULL arguments is refused with every other output
+ * safe, and each place of a const input inside an output gives the answer of separate memory, bit for bit, or
+ * HOPFORM_ERROR_OVERLAP where the header states it. In double precision with -DDOUBLE; of the places every PACE-th one,
+ * for slow processors. */
+#include <stddef.h>
+#include <stdint.h>
+#include <string.h>
+
+#include "board.h"
+#include "hopform/hopform.h"
+
+#ifdef DOUBLE
+typedef double real;
+#define OF(name) hopform_##name##_f64
+#else
+typedef float real;
+#define OF(name) hopform_##name##_f32
+#endif
+
+enum { CAPACITY = 12, TIMES = 2, GRID = 2, MOST = 9, POISON = 0xa5 };
+
+#ifndef PACE
+#define PACE 1
+#endif
+
+/* Bytes for an argument; none is larger than a search. */
+#define ROOM ((sizeof(OF(search)) + 63) / 64 * 64)
+
+/* What an argument is for. */
+typedef enum {
+    INPUT,    /* const */
+    OPTIONAL, /* const, may be NULL */
+    OUTPUT,   /* zeros after a refusal */
+    COMMAND,  /* an output: u = 0 after a refusal */
+    SEARCH,   /* an output: a step of it commands u = 0 after a refusal */
+    STEPPED,  /* a search that goes on: an input to other arguments, safe as any search after a refusal */
+    CONTACT,  /* read and written: as it was after a refusal */
+    BUFFER    /* phases: after a refusal none counts */
+} role;
+
+typedef struct {
+    role is_for;
+    const void *given; /* what it holds before the call; NULL: POISON */
+    size_t size;       /* of an element */
+    size_t payload;    /* of an element, without the padding at its end */
+    size_t count;
+    size_t written; /* elements that a call writes, from the first on */
+} argument;
+
+typedef struct {
+    const char *name;
+    int32_t (*call)(void *const *at);
+    size_t count;
+    argument arguments[MOST];
+    int32_t fine;    /* status of a call with separate memory */
+    uint32_t refuses; /* bit k: input k may not overlap an output */
+    uint32_t absent;  /* bits of outputs that may be NULL, all at once */
+} entry;
+
+static const OF(robot) sound = {25.0f, 3.0f,   1200.0f, 0.4f, 0.0f,  150.0f, 5.0f, 0.78f,
+                                0.6f,  -65.0f, 9.81f,   0.0f, 0.08f, 3.0f,   0.05f};
+static const OF(state) start = {0.0f, 0.0f, -1.9f, 0.0f};
+static const OF(state) away = {0.01f, 0.1f, 1.5f, 0.0f};
+static const OF(step) steps[2] = {{0.0f, 2.0f}, {0.1f, 1.5f}};
+static const OF(gains) law = {500.0f, 30.0f};
+static const OF(target) target = {0.1f, 0.0f, 0.001f, 2.0f};
+static const real times[TIMES] = {0.02f, 0.05f};
+static const real currents[1] = {1.0f};
+static const OF(detector) detector = {0.6f, 0.4f, 2};
+static const OF(contact) contact = {0, 0, 1};
+static OF(plan) plan;
+static OF(stance) solved;
+static OF(phase) phases[CAPACITY];
+static OF(flight) flown;
+static OF(flight_phase) flight_phases[CAPACITY];
+static OF(search) begun;
+static OF(phase) work[CAPACITY];
+static OF(command) outcome; /* of the search that was begun last */
+
+static uint64_t memory[2][MOST][ROOM / 8];
+static uint64_t arena[3 * ROOM / 8]; /* an output in the middle, inputs around it */
+static uint64_t reference[ROOM / 8];
+static int32_t checks;
+static int wrong;
+
+static int holds(int truth, const char *name, const char *what, int32_t first, int32_t second)
+{
+    checks++;
+    if (!truth && wrong++ < 20) {
+        board_text(name);
+        board_text(": ");
+        board_text(what);
+        board_text(" (");
+        board_number(first);
+        board_text(", ");
+        board_number(second);
+        board_text(")\n");
+    }
+    return truth;
+}
+
+/* ---- the functions ---- */
+
+static int32_t plan_init(void *const *at)
+{
+    return OF(plan_init)((OF(plan) *)at[0], (const OF(robot) *)at[1]);
+}
+
+static int32_t solve_stance(void *const *at)
+{
+    return OF(solve_stance)((const OF(plan) *)at[0], (const OF(state) *)at[1], (const OF(step) *)at[2], 2, 2.0f,
+                            CAPACITY, (OF(phase) *)at[3], CAPACITY, (OF(stance) *)at[4]);
+}
+
+static int32_t stance_at(void *const *at)
+{
+    return OF(stance_at)((const OF(plan) *)at[0], (const OF(step) *)at[1], (const OF(phase) *)at[2],
+                         (const OF(stance) *)at[3], 0.05f, (OF(state) *)at[4]);
+}
+
+static int32_t stance_states(void *const *at)
+{
+    return OF(stance_states)((const OF(plan) *)at[0], (const OF(step) *)at[1], (const OF(phase) *)at[2],
+                             (const OF(stance) *)at[3], (const real *)at[4], TIMES, (real *)at[5], (real *)at[6],
+                             (real *)at[7], (real *)at[8]);
+}
+
+static int32_t stance_energy(void *const *at)
+{
+    return OF(stance_energy)((const OF(plan) *)at[0], (const OF(step) *)at[1], (const OF(phase) *)at[2],
+                             (const OF(stance) *)at[3], (const real *)at[4], TIMES, (OF(energy) *)at[5],
+                             (OF(ledger) *)at[6], (real *)at[7]);
+}
+
+/* Without ledgers: the energies alone. */
+static int32_t stance_energies(void *const *at)
+{
+    return OF(stance_energy)((const OF(plan) *)at[0], (const OF(step) *)at[1], (const OF(phase) *)at[2],
+                             (const OF(stance) *)at[3], (const real *)at[4], TIMES, (OF(energy) *)at[5], NULL, NULL);
+}
+
+static int32_t stance_sensitivities(void *const *at)
+{
+    return OF(stance_sensitivities)((const OF(plan) *)at[0], (const OF(step) *)at[1], (const OF(phase) *)at[2],
+                                    (const OF(stance) *)at[3], (real *)at[4]);
+}
+
+static int32_t stance_tangents(void *const *at)
+{
+    return OF(stance_tangents)((const OF(plan) *)at[0], (const OF(step) *)at[1], (const OF(phase) *)at[2],
+                               (const OF(stance) *)at[3], (const real *)at[4], TIMES, (OF(state) *)at[5],
+                               (real *)at[6]);
+}
+
+static int32_t stance_grid(void *const *at)
+{
+    return OF(stance_grid)((const OF(plan) *)at[0], (const OF(step) *)at[1], (const OF(phase) *)at[2],
+                           (const OF(stance) *)at[3], 0.0f, 0.05f, GRID, (real *)at[4], (real *)at[5], (real *)at[6],
+                           (real *)at[7]);
+}
+
+static int32_t try_currents(void *const *at)
+{
+    return OF(try_currents)((const OF(plan) *)at[0], (const OF(state) *)at[1], 1, (const real *)at[2], 1, 2.0f,
+                            (OF(phase) *)at[3], CAPACITY, (OF(trial) *)at[4]);
+}
+
+/* Where a search can begin it goes on to its end in memory of its own: what it begins with decides the outcome. */
+static int32_t choose_current_begin(void *const *at)
+{
+    OF(search) *search = (OF(search) *)at[0];
+    const int32_t status = OF(choose_current_begin)(search, (const OF(plan) *)at[1], (const OF(state) *)at[2],
+                                                    (const OF(target) *)at[3], (OF(command) *)at[4]);
+    int32_t goes_on = status;
+    memset(&outcome, 0, sizeof outcome);
+    while (goes_on == HOPFORM_SEARCHING) {
+        goes_on = OF(choose_current_step)(search, work, CAPACITY, &outcome);
+    }
+    return status;
+}
+
+static int32_t choose_current_step(void *const *at)
+{
+    return OF(choose_current_step)((OF(search) *)at[0], (OF(phase) *)at[1], CAPACITY, (OF(command) *)at[2]);
+}
+
+static int32_t choose_current(void *const *at)
+{
+    return OF(choose_current)((OF(search) *)at[0], (const OF(plan) *)at[1], (const OF(state) *)at[2],
+                              (const OF(target) *)at[3], (OF(phase) *)at[4], CAPACITY, (OF(command) *)at[5]);
+}
+
+static int32_t design_return(void *const *at)
+{
+    return OF(design_return)((const OF(plan) *)at[0], 0.1f, (OF(gains) *)at[1]);
+}
+
+static int32_t solve_flight(void *const *at)
+{
+    return OF(solve_flight)((const OF(plan) *)at[0], (const OF(state) *)at[1], (const OF(gains) *)at[2], 2.0f, CAPACITY,
+                            (OF(flight_phase) *)at[3], CAPACITY, (OF(flight) *)at[4]);
+}
+
+static int32_t flight_at(void *const *at)
+{
+    return OF(flight_at)((const OF(plan) *)at[0], (const OF(flight_phase) *)at[1], (const OF(flight) *)at[2],
+                         (const real *)at[3], TIMES, (OF(state) *)at[4]);
+}
+
+static int32_t flight_energy(void *const *at)
+{
+    return OF(flight_energy)((const OF(plan) *)at[0], (const OF(flight_phase) *)at[1], (const OF(flight) *)at[2],
+                             (const real *)at[3], TIMES, (OF(energy) *)at[4], (OF(flight_ledger) *)at[5],
+                             (real *)at[6]);
+}
+
+static int32_t touchdown(void *const *at)
+{
+    return OF(touchdown)((const OF(detector) *)at[0], (OF(contact) *)at[1], 0.7f);
+}
+
+/* ---- what they take ---- */
+
+#define WHOLE(type, count) sizeof(type), sizeof(type), (count), (count)
+#define ENDING_WITH(type, member, count, written)                                                                      \
+    sizeof(type), offsetof(type, member) + sizeof(((type *)NULL)->member), (count), (written)
+#define BIT(k) (1u << (k))
+#define ALL_OF(count) (BIT(count) - 1u)
+#define PLAN {INPUT, &plan, ENDING_WITH(OF(plan), made, 1, 1)}
+#define STEPS {INPUT, steps, WHOLE(OF(step), 2)}
+#define PHASES {INPUT, phases, WHOLE(OF(phase), of_stance)}
+#define STANCE {INPUT, &solved, WHOLE(OF(stance), 1)}
+#define START {INPUT, &start, WHOLE(OF(state), 1)}
+#define INSTANTS {INPUT, times, WHOLE(real, TIMES)}
+#define COLUMN(count) {OUTPUT, NULL, WHOLE(real, count)}
+#define WORK(written) {BUFFER, NULL, ENDING_WITH(OF(phase), step, CAPACITY, written)}
+#define BEGUN {SEARCH, NULL, ENDING_WITH(OF(search), partial, 1, 0)}
+#define CHOSEN {COMMAND, NULL, ENDING_WITH(OF(command), status, 1, 1)}
+
+/* The functions and what they are called with, once a stance and a flight are solved. */
+static void each(void (*check)(const entry *))
+{
+    enum { MATRIX = HOPFORM_SENSITIVITY_ROWS * HOPFORM_SENSITIVITY_COLUMNS };
+    enum { TANGENTS = TIMES * HOPFORM_TANGENT_ROWS * HOPFORM_SENSITIVITY_COLUMNS };
+    const size_t of_stance = (size_t)solved.phases_kept;
+    const size_t of_flight = (size_t)flown.phases_kept;
+    const entry entries[] = {
+        {.name = "plan_init", .call = plan_init, .count = 2,
+         .arguments =
+          {{OUTPUT, NULL, ENDING_WITH(OF(plan), made, 1, 1)}, {INPUT, &sound, WHOLE(OF(robot), 1)}}},
+        {.name = "solve_stance", .call = solve_stance, .count = 5, .refuses = BIT(0) | BIT(2),
+         .arguments =
+          {PLAN, START, STEPS, WORK(of_stance), {OUTPUT, NULL, WHOLE(OF(stance), 1)}}},
+        {.name = "stance_at", .call = stance_at, .count = 5,
+         .arguments =
+          {PLAN, STEPS, PHASES, STANCE, {OUTPUT, NULL, WHOLE(OF(state), 1)}}},
+        {.name = "stance_states", .call = stance_states, .count = 9, .refuses = ALL_OF(5),
+         .arguments =
+          {PLAN, STEPS, PHASES, STANCE, INSTANTS, COLUMN(TIMES), COLUMN(TIMES), COLUMN(TIMES), COLUMN(TIMES)}},
+        {.name = "stance_energy", .call = stance_energy, .count = 8, .refuses = ALL_OF(5), .absent = BIT(6) | BIT(7),
+         .arguments =
+          {PLAN, STEPS, PHASES, STANCE, INSTANTS, {OUTPUT, NULL, WHOLE(OF(energy), TIMES)},
+           {OUTPUT, NULL, WHOLE(OF(ledger), TIMES)}, COLUMN(TIMES)}},
+        {.name = "stance_energy, energies alone", .call = stance_energies, .count = 6, .refuses = ALL_OF(5),
+         .arguments =
+          {PLAN, STEPS, PHASES, STANCE, INSTANTS, {OUTPUT, NULL, WHOLE(OF(energy), TIMES)}}},
+        {.name = "stance_sensitivities", .call = stance_sensitivities, .count = 5, .refuses = ALL_OF(4),
+         .arguments =
+          {PLAN, STEPS, PHASES, STANCE, COLUMN(MATRIX)}},
+        {.name = "stance_tangents", .call = stance_tangents, .count = 7, .refuses = ALL_OF(5),
+         .arguments =
+          {PLAN, STEPS, PHASES, STANCE, INSTANTS, {OUTPUT, NULL, WHOLE(OF(state), TIMES)}, COLUMN(TANGENTS)}},
+        {.name = "stance_grid", .call = stance_grid, .count = 8, .refuses = ALL_OF(4),
+         .arguments =
+          {PLAN, STEPS, PHASES, STANCE, COLUMN(GRID), COLUMN(GRID), COLUMN(GRID), COLUMN(GRID)}},
+        {.name = "try_currents", .call = try_currents, .count = 5, .refuses = ALL_OF(3),
+         .arguments =
+          {PLAN, START, {INPUT, currents, WHOLE(real, 1)}, WORK(0),
+           {OUTPUT, NULL, ENDING_WITH(OF(trial), smooth, 1, 1)}}},
+        {.name = "choose_current_begin", .call = choose_current_begin, .count = 5,
+         .fine = HOPFORM_SEARCHING, .refuses = BIT(1), .arguments =
+          {BEGUN, PLAN, START, {INPUT, &target, WHOLE(OF(target), 1)}, CHOSEN}},
+        {.name = "choose_current_step", .call = choose_current_step, .count = 3,
+         .fine = HOPFORM_SEARCHING, .refuses = BIT(0), .arguments =
+          {{STEPPED, &begun, ENDING_WITH(OF(search), partial, 1, 1)}, WORK(0), CHOSEN}},
+        {.name = "choose_current", .call = choose_current, .count = 6, .refuses = BIT(1),
+         .arguments =
+          {BEGUN, PLAN, START, {INPUT, &target, WHOLE(OF(target), 1)}, WORK(0), CHOSEN}},
+        {.name = "design_return", .call = design_return, .count = 2,
+         .arguments =
+          {PLAN, {OUTPUT, NULL, WHOLE(OF(gains), 1)}}},
+        {.name = "solve_flight", .call = solve_flight, .count = 5, .refuses = BIT(0),
+         .arguments =
+          {PLAN, {INPUT, &away, WHOLE(OF(state), 1)}, {OPTIONAL, &law, WHOLE(OF(gains), 1)},
+           {BUFFER, NULL, ENDING_WITH(OF(flight_phase), spare, CAPACITY, of_flight)},
+           {OUTPUT, NULL, WHOLE(OF(flight), 1)}}},
+        {.name = "flight_at", .call = flight_at, .count = 5, .refuses = ALL_OF(4),
+         .arguments =
+          {PLAN, {INPUT, flight_phases, WHOLE(OF(flight_phase), of_flight)}, {INPUT, &flown, WHOLE(OF(flight), 1)},
+           INSTANTS, {OUTPUT, NULL, WHOLE(OF(state), TIMES)}}},
+        {.name = "flight_energy", .call = flight_energy, .count = 7, .refuses = ALL_OF(4),
+         .arguments =
+          {PLAN, {INPUT, flight_phases, WHOLE(OF(flight_phase), of_flight)}, {INPUT, &flown, WHOLE(OF(flight), 1)},
+           INSTANTS, {OUTPUT, NULL, WHOLE(OF(energy), TIMES)}, {OUTPUT, NULL, WHOLE(OF(flight_ledger), TIMES)},
+           COLUMN(TIMES)}},
+        {.name = "touchdown", .call = touchdown, .count = 2, .fine = HOPFORM_CONTACT_TOUCHDOWN,
+         .arguments =
+          {{INPUT, &detector, WHOLE(OF(detector), 1)}, {CONTACT, &contact, WHOLE(OF(contact), 1)}}},
+    };
+    for (size_t n = 0; n < sizeof entries / sizeof entries[0]; n++) {
+        check(&entries[n]);
+    }
+}
+
+/* ---- how they are called ---- */
+
+static int is_output(const argument *a)
+{
+    return a->is_for != INPUT && a->is_for != OPTIONAL && a->is_for != STEPPED;
+}
+
+/* Each argument in memory of its own: what is read as given, what is written poisoned. */
+static void separate(const entry *of, int set, void **at)
+{
+    for (size_t k = 0; k < of->count; k++) {
+        const argument *a = &of->arguments[k];
+        at[k] = memory[set][k];
+        if (a->given != NULL) {
+            memcpy(at[k], a->given, a->size * a->count);
+        } else {
+            memset(at[k], POISON, a->size * a->count);
+        }
+    }
+}
+
+static int is_all(const unsigned char *bytes, size_t count, int value)
+{
+    for (size_t n = 0; n < count; n++) {
+        if (bytes[n] != value) {
+            return 0;
+        }
+    }
+    return 1;
+}
+
+static int is_safe_command(const OF(command) * command)
+{
+    return !(command->u > 0.0f || command->u < 0.0f) && command->u <= 0.0f
+           && !(command->apex > 0.0f || command->apex < 0.0f) && command->apex <= 0.0f
+           && command->status == HOPFORM_COMMAND_NO_TAKEOFF;
+}
+
+/* Whether an output is safe after a refusal. */
+static int is_safe(const argument *a, void *at)
+{
+    OF(command) command = {1.0f, 1.0f, 0};
+    switch (a->is_for) {
+    case OUTPUT:
+        for (size_t n = 0; n < a->count; n++) {
+            if (!is_all((const unsigned char *)at + n * a->size, a->payload, 0)) {
+                return 0;
+            }
+        }
+        return 1;
+    case COMMAND:
+        return is_safe_command((const OF(command) *)at);
+    case SEARCH:
+    case STEPPED:
+        return OF(choose_current_step)((OF(search) *)at, work, CAPACITY, &command) < 0 && is_safe_command(&command);
+    case CONTACT:
+        return memcmp(at, a->given, a->size) == 0;
+    case INPUT:
+    case OPTIONAL:
+    case BUFFER:
+    default:
+        return 1;
+    }
+}
+
+static int is_same(const argument *a, const void *one, const void *other)
+{
+    for (size_t n = 0; n < a->written; n++) {
+        if (memcmp((const unsigned char *)one + n * a->size, (const unsigned char *)other + n * a->size, a->payload)
+            != 0) {
+            return 0;
+        }
+    }
+    return 1;
+}
+
+/* ---- NULL ---- */
+
+static void no_pointer(const entry *of)
+{
+    for (uint32_t mask = 0; mask < 1u << of->count; mask++) {
+        void *at[MOST];
+        int32_t expected = of->fine;
+        separate(of, 0, at);
+        for (size_t k = 0; k < of->count; k++) {
+            if ((mask >> k & 1u) != 0) {
+                at[k] = NULL;
+                expected = of->arguments[k].is_for == OPTIONAL ? expected : HOPFORM_ERROR_NULL;
+            }
+        }
+        expected = mask == of->absent ? of->fine : expected;
+        const int32_t status = of->call(at);
+        holds(status == expected, of->name, "mask of NULL, status", (int32_t)mask, status);
+        for (size_t k = 0; expected < 0 && k < of->count; k++) {
+            if (at[k] != NULL) {
+                holds(is_safe(&of->arguments[k], at[k]), of->name, "mask of NULL, output not safe", (int32_t)mask,
+                      (int32_t)k);
+            }
+        }
+    }
+}
+
+/* ---- overlap ---- */
+
+/* Input k so many bytes behind the beginning of output m, against the same bytes in separate memory: overlapping, or next
+ * to each other. */
+static void placed(const entry *of, size_t k, size_t m, ptrdiff_t offset)
+{
+    const argument *input = &of->arguments[k], *output = &of->arguments[m];
+    const size_t bytes = output->size * output->count;
+    unsigned char *host = (unsigned char *)arena + ROOM;
+    void *at[MOST], *apart[MOST];
+    separate(of, 0, at);
+    separate(of, 1, apart);
+    memcpy(host, at[m], bytes);
+    memcpy(host + offset, input->given, input->size * input->count);
+    memcpy(reference, host, bytes);
+    at[m] = host;
+    at[k] = host + offset;
+    apart[m] = reference;
+    const int32_t fine = of->call(apart);
+    const OF(command) outcome_apart = outcome;
+    const int32_t status = of->call(at);
+    holds(fine == of->fine || output->is_for == CONTACT, of->name, "separate memory, status", (int32_t)k, fine);
+    const int apart_by_place = offset <= -(ptrdiff_t)(input->size * input->count) || offset >= (ptrdiff_t)bytes;
+    if ((of->refuses >> k & 1u) != 0 && !apart_by_place) {
+        holds(status == HOPFORM_ERROR_OVERLAP, of->name, "overlap is not refused: input, output", (int32_t)k,
+              (int32_t)m);
+        for (size_t n = 0; n < of->count; n++) {
+            holds(!is_output(&of->arguments[n]) || is_safe(&of->arguments[n], at[n]), of->name,
+                  "overlap, output not safe: input, output", (int32_t)k, (int32_t)n);
+        }
+        return;
+    }
+    holds(status == fine, of->name, "overlap, status: input", (int32_t)k, status);
+    for (size_t n = 0; n < of->count; n++) {
+        holds(!is_output(&of->arguments[n]) || is_same(&of->arguments[n], at[n], apart[n]), of->name,
+              "overlap changes the answer: input, output", (int32_t)k, (int32_t)n);
+    }
+    holds(memcmp(&outcome, &outcome_apart, offsetof(OF(command), status)) == 0, of->name,
+          "overlap changes the outcome: input, offset", (int32_t)k, (int32_t)offset);
+}
+
+static void overlaps(const entry *of)
+{
+    for (size_t k = 0; k < of->count; k++) {
+        for (size_t m = 0; m < of->count; m++) {
+            const argument *input = &of->arguments[k], *output = &of->arguments[m];
+            if (is_output(input) || !is_output(output)) {
+                continue;
+            }
+            const ptrdiff_t aligned = (ptrdiff_t)(input->is_for == STEPPED ? sizeof(void *) : sizeof(real));
+            const ptrdiff_t behind = (ptrdiff_t)(output->size * output->count);
+            const ptrdiff_t before = -(ptrdiff_t)(input->size * input->count);
+            for (ptrdiff_t offset = before; offset < behind; offset += PACE * aligned) {
+                placed(of, k, m, offset);
+            }
+            placed(of, k, m, (behind + aligned - 1) / aligned * aligned); /* next to each other, as at first */
+        }
+    }
+}
+
+/* The plan of a search lies where a step of it writes: it is no argument, but it is read. */
+static void plan_of_a_search(void)
+{
+    OF(search) search;
+    OF(command) command;
+    OF(plan) *const within = (OF(plan) *)arena;
+    *within = plan;
+    holds(OF(choose_current_begin)(&search, within, &start, &target, &command) == HOPFORM_SEARCHING,
+          "choose_current_step", "begin", 0, 0);
+    holds(OF(choose_current_step)(&search, work, CAPACITY, (OF(command) *)arena) == HOPFORM_ERROR_OVERLAP,
+          "choose_current_step", "a command in the plan", 0, 0);
+    holds(is_safe_command((OF(command) *)arena), "choose_current_step", "a command in the plan, not safe", 0, 0);
+    *within = plan;
+    holds(OF(choose_current_begin)(&search, within, &start, &target, &command) == HOPFORM_SEARCHING,
+          "choose_current_step", "begin", 1, 0);
+    holds(OF(choose_current_step)(&search, (OF(phase) *)arena, CAPACITY, &command) == HOPFORM_ERROR_OVERLAP,
+          "choose_current_step", "phases in the plan", 0, 0);
+    holds(is_safe_command(&command), "choose_current_step", "phases in the plan, command not safe", 0, 0);
+    holds(memcmp(within, &plan, offsetof(OF(plan), made)) == 0, "choose_current_step", "phases in the plan, written", 0,
+          0);
+}
+
+/* An output that has no other, and one ledger without its losses. */
+static void others(void)
+{
+    OF(ledger) ledgers[TIMES];
+    OF(energy) energies[TIMES];
+    real losses[TIMES];
+    memset(ledgers, POISON, sizeof ledgers);
+    memset(energies, POISON, sizeof energies);
+    memset(losses, POISON, sizeof losses);
+    holds(OF(stance_energy)(&plan, steps, phases, &solved, times, TIMES, energies, ledgers, NULL) == HOPFORM_ERROR_NULL,
+          "stance_energy", "ledgers without losses", 0, 0);
+    holds(is_all((unsigned char *)ledgers, sizeof ledgers, 0) && is_all((unsigned char *)energies, sizeof energies, 0),
+          "stance_energy", "ledgers without losses, not safe", 0, 0);
+    memset(energies, POISON, sizeof energies);
+    holds(OF(stance_energy)(&plan, steps, phases, &solved, times, TIMES, energies, NULL, losses) == HOPFORM_ERROR_NULL,
+          "stance_energy", "losses without ledgers", 0, 0);
+    holds(is_all((unsigned char *)losses, sizeof losses, 0) && is_all((unsigned char *)energies, sizeof energies, 0),
+          "stance_energy", "losses without ledgers, not safe", 0, 0);
+    OF(plan) again = plan;
+    holds(OF(plan_init)(&again, NULL) == HOPFORM_ERROR_NULL, "plan_init", "no robot", 0, 0);
+    OF(stance) stance;
+    holds(OF(solve_stance)(&again, &start, steps, 2, 2.0f, CAPACITY, work, CAPACITY, &stance) == HOPFORM_ERROR_ROBOT,
+          "plan_init", "the plan before it lives on", 0, 0);
+    static const struct {
+        int search;
+        int buffer;
+    } some[] = {{0, 0}, {0, 1}, {1, 0}};
+    for (int n = 0; n < 3; n++) {
+        holds(OF(selftest)(some[n].search ? &begun : NULL, some[n].buffer ? work : NULL, HOPFORM_SELFTEST_PHASES) == 0,
+              "selftest", "NULL", n, 0);
+    }
+}
+
+int main(void)
+{
+    OF(command) command;
+    const int32_t made = OF(plan_init)(&plan, &sound);
+    const int32_t stance = OF(solve_stance)(&plan, &start, steps, 2, 2.0f, CAPACITY, phases, CAPACITY, &solved);
+    const int32_t flight = OF(solve_flight)(&plan, &away, &law, 2.0f, CAPACITY, flight_phases, CAPACITY, &flown);
+    memset(&begun, 0, sizeof begun);
+    const int32_t search = OF(choose_current_begin)(&begun, &plan, &start, &target, &command);
+    holds(made == HOPFORM_OK && stance == HOPFORM_OK && flight == HOPFORM_OK && search == HOPFORM_SEARCHING, "contract",
+          "what is read", stance, flight);
+    each(no_pointer);
+    each(overlaps);
+    plan_of_a_search();
+    others();
+    board_number(checks);
+    board_text(" checks, wrong ");
+    board_number(wrong);
+    board_text("\n");
+    board_exit(wrong > 0);
+    return wrong > 0;
+}
