@@ -130,7 +130,7 @@ compiler:
 	{ echo "hopform: no C compiler: $(firstword $(CC)) not found (set CC, or on Debian: apt install gcc)" >&2; exit 1; }
 
 venv:
-	@sh tools/venv.sh derive,plot
+	@sh tools/venv.sh derive,identify,plot
 
 venv-dev:
 	@sh tools/venv.sh dev

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import pytest
-from scipy import signal, stats
+from scipy import optimize, signal, stats
 
 import hopform
 from hopform.identification import estimation, fit_drop_test, fit_step_response
@@ -99,6 +99,58 @@ def test_an_interval_at_0_has_one_side_and_its_quantile():
     assert found[1].low == 0.0
     assert found[1].high == pytest.approx((0.4 + one) * error, abs=0.05 * error)
     assert found[1].high < (0.4 + two - 0.2) * error
+
+
+LOSSES = ("soft_l1", "huber", "cauchy")
+
+
+def with_outliers(experiment, share, seed):
+    rng = np.random.default_rng(seed)
+    off = rng.random(experiment.measured.size) < share
+    return Line(experiment.design, experiment.measured + np.where(off, 0.05 * rng.choice([-1.0, 1.0], off.size), 0.0))
+
+
+@pytest.mark.parametrize("loss", LOSSES)
+def test_a_robust_minimum_is_that_of_scipy(loss):
+    """scipy weighs each sample, where `solve` condenses them: the same cost is lowest at the same place."""
+    experiment = with_outliers(line({"a": 0.3, "b": -0.2, "c": 0.1}), 0.05, seed=1)
+    parameters = [Parameter(name, "m", 0.0, 0.1) for name in experiment.design]
+    found = estimation.solve([experiment], parameters, sigma=[1e-3], loss=loss, precision=1e-14)
+    columns = np.stack(list(experiment.design.values()), axis=1) / 1e-3
+    usual = optimize.least_squares(
+        lambda p: columns @ p - experiment.measured / 1e-3, np.zeros(3), loss=loss, f_scale=2.0, xtol=1e-14, ftol=1e-14
+    )
+    assert list(found.values.values()) == pytest.approx(usual.x.tolist(), abs=1e-8)
+    assert found.cost == pytest.approx(2.0 * usual.cost, rel=1e-10)
+    everything = estimation.solve([experiment], [], sigma=[1e-3], fixed=found.values, loss=loss)
+    assert everything.cost == pytest.approx(found.cost, rel=1e-12)
+
+
+@pytest.mark.parametrize("share", [0.0, 0.05])
+@pytest.mark.parametrize("loss", LOSSES)
+def test_standard_errors_of_a_robust_fit_are_the_scatter_of_its_estimates(loss, share):
+    """The standard deviation of the 600 errors of 300 fits, each over its standard error, is known to 3 %."""
+    parameters = [Parameter(name, "m", 0.0, 0.1) for name in ("a", "b")]
+    shares = []
+    for seed in range(300):
+        experiment = with_outliers(line({"a": 0.3, "b": -0.2}, seed=seed), share, seed)
+        found = estimation.solve([experiment], parameters, sigma=[1e-3], loss=loss, precision=1e-8)
+        errors = np.array([found.values["a"] - 0.3, found.values["b"] + 0.2])
+        shares.append(errors / np.sqrt(np.diag(estimation.spread(found).covariance)))
+    assert np.std(shares) == pytest.approx(1.0, abs=0.09)
+
+
+@pytest.mark.parametrize("loss", LOSSES)
+def test_a_robust_profile_of_a_linear_parameter_is_its_t_interval(loss):
+    experiment = with_outliers(line({"a": 0.3, "f1": 0.2}), 0.05, seed=2)
+    parameters = [Parameter("a", "m", 0.0, 0.1), Parameter("f1", "m/s^2", 0.1, 0.1, "nonnegative", profiled=True)]
+    solution = estimation.solve([experiment], parameters, sigma=[1e-3], loss=loss, precision=1e-12)
+    found, _ = estimation.estimates(solution, [experiment], loss=loss)
+    half = stats.t.ppf(0.975, solution.freedom) * found[1].stderr
+    assert found[1].method == "profile"
+    assert (found[1].low, found[1].high) == pytest.approx(
+        (found[1].value - half, found[1].value + half), abs=0.15 * half
+    )
 
 
 def test_directions_that_the_data_do_not_see_are_named():

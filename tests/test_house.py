@@ -108,6 +108,40 @@ def declared(*extras: str) -> set[str]:
     return {re.split(r"[^\w-]", requirement)[0] for requirements in lists for requirement in requirements}
 
 
+def installed_by_make_run() -> set[str]:
+    """The packages of the extras that `make run` installs, and what the project needs anyway."""
+    makefile = (ROOT / "Makefile").read_text("utf-8")
+    assert re.search(r"^run: .*\bvenv\b", makefile, re.MULTILINE)
+    recipe = re.search(r"^venv:\n\t@sh tools/venv.sh ([\w,]+)$", makefile, re.MULTILINE)
+    assert recipe
+    return declared() | declared(*recipe[1].split(","))
+
+
+def test_what_make_run_installs_is_enough_for_the_commands_of_the_readme(tmp_path):
+    """They run where no other package of any extra can be imported."""
+    extras = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]["optional-dependencies"]
+    present = installed_by_make_run()
+    absent = declared(*extras) - present - {"hopform"}
+    readme = (ROOT / "README.md").read_text("utf-8").splitlines()
+    commands = [line.split("#")[0].split()[1:] for line in readme if line.startswith("hopform ")]
+    assert len(commands) >= 8
+    assert {"sympy", "jinja2"} <= present  # python -m derive, which takes too long to be run here
+    program = f"""
+import importlib.abc, sys
+
+class Absent(importlib.abc.MetaPathFinder):
+    def find_spec(self, name, path, target=None):
+        if name.partition(".")[0] in {absent!r}:
+            raise ModuleNotFoundError(name=name)
+
+sys.meta_path.insert(0, Absent())
+from hopform.cli import main
+sys.exit([command for command in {commands!r} if main(command) != 0] or 0)
+"""
+    done = subprocess.run([sys.executable, "-c", program], cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+
+
 def at_import(path: Path) -> set[str]:
     """What a module imports when it is imported: all but the bodies of functions and what only type checkers read."""
     tree = ast.parse(path.read_text("utf-8"))

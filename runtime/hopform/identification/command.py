@@ -76,7 +76,7 @@ def identify(wanted: Wanted, progress: Progress | None = None) -> Fit | Threshol
     roles, recordings = _read(wanted)
     if wanted.kind == "ramp":
         given = {name: wanted.known.get(name) for name in ("m_eff", "gamma2", "k")}
-        return friction_threshold(recordings, spring=wanted.spring, **given)
+        return friction_threshold(recordings, spring=wanted.spring, loss=wanted.loss, **given)
     fit = _fitted(wanted, roles, recordings, progress)
     off = [trace for trace in fit.traces if is_no_fit(trace)]
     if off:

@@ -163,16 +163,17 @@ def drop_problem(
     cuts = [cut for number, each in enumerate(recordings) for cut in _cuts(each, number + first, rig, values["g"])]
     if rig == "free":
         statements += _driven(values, cuts)
-    guesses = [_guess(cut, rig, values["g"]) for cut in cuts]
+    mended = [_mended(cut) for cut in cuts]
+    guesses = [_guess(cut, rig, values["g"]) for cut in mended]
     shared = _shared_starts(values, guesses, [cut.recording.added_mass for cut in cuts], rig)
     experiments, parameters = list[Experiment](), dict[str, Parameter]()
-    for n, (cut, guess) in enumerate(zip(cuts, guesses, strict=True), first):
+    for n, (cut, clean, guess) in enumerate(zip(cuts, mended, guesses, strict=True), first):
         names = _names(letters, values, cut, n, rig, apart)
         for letter, name in names.items():
-            start = shared[letter][n - first] if letter in shared else _own_start(letter, cut, guess)
-            made = _parameter(letter, name, start, cut.x)
+            start = shared[letter][n - first] if letter in shared else _own_start(letter, clean, guess)
+            made = _parameter(letter, name, start, clean.x)
             if letter in ("x1", "v1"):
-                made = _within(made, cut, values["x1_min"], values["x1_max"])
+                made = _within(made, clean, values["x1_min"], values["x1_max"])
             parameters.setdefault(name, made)
         experiments += _experiments(cut, rig, names, values, backend)
     coulomb = tuple(name for name in parameters if name[:2] in ("f1", "f2"))
@@ -180,7 +181,7 @@ def drop_problem(
     finite = {name: value for name, value in values.items() if math.isfinite(value)}
     return Problem(
         "drop", "x2", tuple(experiments), tuple(parameters.values()),
-        _starts(parameters, rig, _driven_starts(cuts, guesses, values) if rig == "free" else []), finite, tuple(statements),
+        _starts(parameters, rig, _driven_starts(mended, guesses, values) if rig == "free" else []), finite, tuple(statements),
         notes, coulomb, parts=_PARTS[rig], motions=len(cuts),
     )  # fmt: skip
 
@@ -224,17 +225,16 @@ def _cuts(recording: Recording, number: int, rig: Rig, g: float) -> list[Cut]:
             f"swings over {np.ptp(values):.3g} m; a body on its spring does over {_MOST_SWING:g} m at most: is its unit right?",
             recording.line + worst,
         )
-    spans = (
-        segments.decays(recording, values) if rig == "attached" else segments.drops(recording, values, rig == "free")
-    )
+    clean = of_recordings.mended(values)
+    spans = segments.decays(recording, clean) if rig == "attached" else segments.drops(recording, clean, rig == "free")
     driven = rig == "free" and recording.has_current()
     x1 = recording.columns["x1"].values if rig == "free" and "x1" in recording.columns else None
     cuts = list[Cut]()
     step = float(np.median(np.diff(recording.time)))
     for n, (seen, end) in enumerate(spans, 1):
-        fallen = max(float(np.median(values[max(seen - 20, 0) : max(seen - 5, 1)])) - float(values[seen]), 0.0)
+        fallen = max(float(np.median(clean[max(seen - 20, 0) : max(seen - 5, 1)])) - float(clean[seen]), 0.0)
         if rig == "ground":
-            _check_fall(recording, seen, values[seen:end], g)
+            _check_fall(recording, seen, clean[seen:end], g)
         start = max(seen - round(math.sqrt(2.0 * fallen / g) / step), 0) if rig == "free" else seen
         which = f", {'decay' if rig == 'attached' else 'drop'} {n}" if len(spans) > 1 else ""
         time = recording.time[start:end]
@@ -244,6 +244,11 @@ def _cuts(recording: Recording, number: int, rig: Rig, g: float) -> list[Cut]:
         label = f"{recording.source}{which}"
         cuts.append(Cut(recording, number, label, time - begin, values[start:end], begin, steps, beside))
     return cuts
+
+
+def _mended(cut: Cut) -> Cut:
+    """A motion without outliers, for the starts."""
+    return cut._replace(x=of_recordings.mended(cut.x), x1=None if cut.x1 is None else of_recordings.mended(cut.x1))
 
 
 def _check_fall(recording: Recording, line: int, x: Array, g: float) -> None:

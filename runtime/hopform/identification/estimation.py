@@ -11,13 +11,17 @@ squares has grown by the factor 1 + t^2/(n - p).
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hopform.errors import HopformError, MissingExtra
 from hopform.identification.motion import Array
 from hopform.identification.rigs import Experiment
+
+Masks = Sequence[NDArray[np.bool_]]
+Fitted = TypeVar("Fitted")
 
 LEVEL = 0.95
 _WEAK = 1e-7
@@ -70,6 +74,7 @@ class Solution:
     jacobian: Array
     cost: float
     evaluations: int
+    loss: str = "linear"
 
     @property
     def count(self) -> int:
@@ -179,18 +184,18 @@ def solve(
     def jacobian(z: Array) -> Array:
         return at(z).slopes
 
-    start, cost = coordinates.into({p.name: p.start for p in parameters}), math.nan
+    start = coordinates.into({p.name: p.start for p in parameters})
     if parameters:
         found = optimize.least_squares(
-            residual, start, jacobian, bounds=(coordinates.low, coordinates.high), loss=loss, f_scale=2.0, max_nfev=most,
-            ftol=precision, xtol=precision, gtol=1e-12,
+            residual, start, jacobian, bounds=(coordinates.low, coordinates.high), max_nfev=most, ftol=precision,
+            xtol=precision, gtol=1e-12,
         )  # fmt: skip
-        start, cost = found.x, 2.0 * float(found.cost)
+        start = found.x
     values = coordinates.out(start) | held
     end = at(start)
-    left = np.concatenate(end.parts) / per_sample
-    cost = cost if parameters else float(left @ left)
-    return Solution(tuple(parameters), values, tuple(end.parts), weights, end.rows, cost, evaluations)
+    return Solution(
+        tuple(parameters), values, tuple(end.parts), weights, end.rows, float(end.seen @ end.seen), evaluations, loss
+    )
 
 
 class _Place(NamedTuple):
@@ -202,12 +207,30 @@ class _Place(NamedTuple):
     slopes: Array
 
 
+BEND = 2.0
+"""Standard deviations at which a robust loss bends."""
+_ROBUST: Mapping[str, Callable[[Array], tuple[Array, Array, Array]]] = {
+    "soft_l1": lambda z: (2.0 * z / (np.sqrt(1.0 + z) + 1.0), (1.0 + z) ** -0.5, -0.5 * (1.0 + z) ** -1.5),
+    "huber": lambda z: (
+        np.where(z <= 1.0, z, 2.0 * np.sqrt(z) - 1.0), np.maximum(z, 1.0) ** -0.5,
+        np.where(z <= 1.0, 0.0, -0.5 * np.maximum(z, 1.0) ** -1.5),
+    ),
+    "cauchy": lambda z: (np.log1p(z), 1.0 / (1.0 + z), -1.0 / (1.0 + z) ** 2),
+}  # fmt: skip
+"""rho(z), rho'(z) and rho''(z) of each robust loss BEND^2 rho(z), z = (residual/BEND)^2."""
+
+
 def _condensed(residual: Array, jacobian: Array, loss: str) -> tuple[Array, Array]:
     """(f, J) as (Q^T f and what is left of |f|, R), J = Q R: the same gradient, steps and cost in p + 1 rows, not thousands.
 
-    A robust loss weighs each sample, so it takes them all.
+    The cost of a robust loss is a sum of squares too, that of sign(f) sqrt(rho(f^2)).
     """
-    if loss != "linear" or jacobian.shape[1] == 0:
+    if loss != "linear":
+        cost, slope, _ = _ROBUST[loss]((residual / BEND) ** 2)
+        root = BEND * np.sqrt(cost)
+        share = np.divide(slope * np.abs(residual), root, out=np.ones_like(root), where=root > 0.0)
+        residual, jacobian = np.copysign(root, residual), jacobian * share[:, np.newaxis]
+    if jacobian.shape[1] == 0:
         return residual, jacobian
     r = triangle(np.column_stack([jacobian, residual]))
     return r[:, -1], r[:, :-1]
@@ -255,10 +278,65 @@ def deviations(solution: Solution, experiments: Sequence[Experiment], loss: str)
     share = solution.freedom / solution.count
 
     def size(part: Array) -> float:
-        square = float((part**2).mean()) if loss == "linear" else (1.4826 * float(np.median(np.abs(part)))) ** 2
+        square = float((part**2).mean()) if loss == "linear" else scale(part) ** 2
         return math.sqrt(max(square, 1e-24) / share)
 
     return tuple(each.noise or size(part) for each, part in zip(experiments, solution.residuals, strict=True))
+
+
+class Influence(NamedTuple):
+    """psi of each sample, the derivative of half its cost by its residual; the mean of psi'; the variance unit of the cost."""
+
+    psi: Array
+    slope: float
+    unit: float
+
+
+def influence(solution: Solution) -> Influence:
+    """The influence of each sample on a minimum, residuals in standard deviations.
+
+    The covariance of an M-estimate is (J^T J)^-1 mean(psi^2)/mean(psi')^2 (Huber 1981, 7.6). One standard error off the minimum,
+    its cost is mean(psi^2)/mean(psi') higher: the unit. Least squares have psi' = 1 and the variance of the residuals for both.
+    """
+    psi = np.concatenate(solution.residuals) / np.repeat(solution.sigma, [part.size for part in solution.residuals])
+    slope = 1.0
+    if solution.loss != "linear":
+        z = (psi / BEND) ** 2
+        _, first, second = _ROBUST[solution.loss](z)
+        psi, slope = psi * first, max(float((first + 2.0 * z * second).mean()), 0.1)
+    return Influence(psi, slope, float(psi @ psi) / solution.freedom / slope)
+
+
+def scale(residual: Array) -> float:
+    """Standard deviation of the bulk of residuals around 0, by their median absolute deviation, which outliers do not move."""
+    return 1.4826 * float(np.median(np.abs(residual)))
+
+
+_HAMPEL = 3.0
+"""Standard deviations beyond which the Hampel identifier takes a residual for an outlier."""
+_REFITS, _FEW = 3, 0.01
+"""Most refits without outliers, and the share of samples whose classification may change without another one: 0.3 % of Gaussian
+noise is beyond 3 standard deviations."""
+
+
+def regular(residual: Array) -> NDArray[np.bool_]:
+    """Which residuals are no outliers by the Hampel identifier: median and median absolute deviation."""
+    centred = residual - np.median(residual)
+    return np.asarray(np.abs(centred) <= _HAMPEL * scale(centred))
+
+
+def trimmed(fit: Callable[[Masks], tuple[Fitted, Sequence[Array]]], masks: Masks) -> Fitted:
+    """A fit without outliers: fit the samples that the masks select, identify the outliers of all, fit anew.
+
+    fit: returns its answer and the residuals of all samples, an array per mask.
+    """
+    found, residuals = fit(masks)
+    for _ in range(_REFITS):
+        last, masks = masks, [regular(each) for each in residuals]
+        if all(float((one != other).mean()) <= _FEW for one, other in zip(last, masks, strict=True)):
+            break
+        found, residuals = fit(masks)
+    return found
 
 
 class Spread(NamedTuple):
@@ -282,7 +360,8 @@ def spread(solution: Solution) -> Spread:
     part = directions[~unseen].T / singular[~unseen]
     covariance = np.full((names.size, names.size), 0.0)
     inside = part @ part.T / np.outer(norms[alive], norms[alive]) * np.outer(scales[alive], scales[alive])
-    covariance[np.ix_(alive, alive)] = inside * solution.cost / solution.freedom
+    effect = influence(solution)
+    covariance[np.ix_(alive, alive)] = inside * effect.unit / effect.slope
     blind = np.abs(directions[unseen]) > 1e-3
     weak = set(names[~alive]) | {name for row in blind for name in names[alive][row]}
     weak |= {
@@ -371,7 +450,7 @@ def _profile(
 
         The others start from where the covariance takes them; if that leads nowhere, from where they are, the next time at once.
         """
-        unit, expected = solution.cost / solution.freedom * inflation, ((trial - value) / stderr) ** 2
+        unit, expected = influence(solution).unit * inflation, ((trial - value) / stderr) ** 2
         grown = list[float]()
         for way in tuple(ways):
             start, most = way(trial)
@@ -449,13 +528,13 @@ def promise(solution: Solution) -> float:
     sigma = np.repeat(solution.sigma, [part.size for part in solution.residuals])
     coordinates = _Coordinates(solution.parameters)
     scaled = solution.jacobian * coordinates.slopes(solution.values) / sigma[:, np.newaxis]
-    left = np.concatenate(solution.residuals) / sigma
+    left, slope, unit = influence(solution)
     at, downhill, end = coordinates.into(solution.values), -(left @ scaled), 1e-4
     shut = ((at <= coordinates.low + end) & (downhill < 0.0)) | ((at >= coordinates.high - end) & (downhill > 0.0))
     size = np.sqrt((scaled**2).sum(axis=0))
     free = ~shut & (size > 1e-9 * size.max())
     r = triangle(np.column_stack([scaled[:, free] / size[free], left]))
-    return float((r[:-1, -1] ** 2).sum()) / max(solution.cost / solution.freedom, 1e-300)
+    return float((r[:-1, -1] ** 2).sum()) / max(slope * unit, 1e-300)
 
 
 class Tests(NamedTuple):

@@ -16,7 +16,7 @@ from hopform.identification.estimation import Estimate, Progress, Solution, Test
 from hopform.identification.motion import Array
 from hopform.identification.recordings import Recording, noise_of, quantum_of
 from hopform.identification.rigs import UNITS
-from hopform.identification.search import Problem, bulk, minimise, part_of
+from hopform.identification.search import Problem, bulk, least_squares, minimise, part_of, selected
 from hopform.robots import Robot
 
 Model = str
@@ -140,54 +140,54 @@ def finish(problem: Problem, **options: Unpack[Options]) -> Fit:
     say: Callable[[str], None] = progress or (lambda _: None)
     say("fit")
     solution = minimise(problem, loss)
-    kept = [bulk(residual, loss) for residual in solution.residuals]
-    tests = [estimation.tests_of(residual[some]) for residual, some in zip(solution.residuals, kept, strict=True)]
+    inliers = [bulk(residual, loss) for residual in solution.residuals]
+    tests = [estimation.tests_of(residual[some]) for residual, some in zip(solution.residuals, inliers, strict=True)]
     hopeless = any(
         each.kind != "threshold" and _is_off(each.measured, test.rms, _NO_FIT)
         for each, test in zip(problem.experiments, tests, strict=True)
     )
     say("the old model")
     compare = options.get("compare", True) and not hopeless
-    old = _old(problem, solution, loss) if compare and problem.coulomb else {}
+    old = _old(problem, solution, inliers) if compare and problem.coulomb else {}
     inflation = max(each.inflation for each in tests)
     estimates, spread = estimation.estimates(
         solution, problem.experiments, loss=loss, inflation=inflation, profiles=not hopeless, progress=progress
     )
     say("hold-out")
     holdout = options.get("holdout", True) and not hopeless
-    left_out = _holdout(problem, solution, loss) if holdout else [math.nan] * len(tests)
+    left_out = _holdout(problem, solution, inliers, loss) if holdout else [math.nan] * len(tests)
     traces = tuple(
         Trace(
             each.label, each.of if each.kind == "free" else _QUANTITY[each.kind], each.time + each.begin, each.measured,
             each.measured + residual,
             each.measured + old[n] if n in old else None, tests[n],
-            estimation.tests_of(old[n][kept[n]]).rms if n in old else math.nan, left_out[n],
+            estimation.tests_of(old[n][inliers[n]]).rms if n in old else math.nan, left_out[n],
         )
         for n, (each, residual) in enumerate(zip(problem.experiments, solution.residuals, strict=True))
     )  # fmt: skip
     statements = (*problem.statements, *_blind(spread), *_boundary(estimates))
-    warnings = (*problem.warnings, *_outlying(traces, kept), *_coloured(traces, inflation))
+    warnings = (*problem.warnings, *_outlying(traces, inliers), *_coloured(traces, inflation))
     return Fit(
         problem.kind, estimates, problem.known, _correlations(estimates, spread), traces, statements, warnings,
         solution.evaluations, clock.perf_counter() - began, solution,
     )  # fmt: skip
 
 
-def _outlying(traces: Sequence[Trace], kept: Sequence[NDArray[np.bool_]]) -> list[str]:
+def _outlying(traces: Sequence[Trace], inliers: Sequence[NDArray[np.bool_]]) -> list[str]:
     """What is left out of rms and tests."""
     return [
         f"{trace.label}: {some.size - int(some.sum())} of {some.size} samples are outliers; rms and tests leave them out"
-        for trace, some in zip(traces, kept, strict=True) if not some.all()
+        for trace, some in zip(traces, inliers, strict=True) if not some.all()
     ]  # fmt: skip
 
 
-def _old(problem: Problem, solution: Solution, loss: str) -> dict[int, Array]:
+def _old(problem: Problem, solution: Solution, inliers: Sequence[NDArray[np.bool_]]) -> dict[int, Array]:
     """Residuals of the model without Coulomb friction, by the experiment's number; it has no threshold to compare.
 
     It starts from the new one's parameters, with more viscous friction in place of the other, and is followed over more and more
-    of the recordings as that is.
+    of the recordings as that is. It is the least squares of the samples that are no outliers of the new one.
     """
-    kept = [n for n, each in enumerate(problem.experiments) if each.kind != "threshold"]
+    numbers = [n for n, each in enumerate(problem.experiments) if each.kind != "threshold"]
     viscous = {p.name: p for p in problem.parameters if p.name[:1] == "b"}
     starts = [
         solution.values
@@ -196,12 +196,15 @@ def _old(problem: Problem, solution: Solution, loss: str) -> dict[int, Array]:
     ]
     without = replace(
         problem,
-        experiments=tuple(problem.experiments[n] for n in kept),
+        experiments=selected([problem.experiments[n] for n in numbers], [inliers[n] for n in numbers]),
         starts=tuple(starts),
         parts=problem.parts[-2:],
     )
-    found = minimise(without, loss, dict.fromkeys(problem.coulomb, 0.0))
-    return dict(zip(kept, found.residuals, strict=True))
+    fixed = dict.fromkeys(problem.coulomb, 0.0)
+    found = least_squares(without, fixed)
+    whole = [problem.experiments[n] for n in numbers]
+    every = estimation.solve(whole, estimation.started(found), sigma=found.sigma, fixed=fixed, most=1)
+    return dict(zip(numbers, every.residuals, strict=True))
 
 
 _QUANTITY = {"attached": "x2", "ground": "x2", "free": "x2", "held": "x1", "air": "x1", "threshold": "threshold"}
@@ -215,17 +218,18 @@ def checked_loss(options: Options) -> str:
     return loss
 
 
-def _holdout(problem: Problem, solution: Solution, loss: str) -> list[float]:
-    """rms over the last third of each recording, of a fit to the first two."""
+def _holdout(problem: Problem, solution: Solution, inliers: Sequence[NDArray[np.bool_]], loss: str) -> list[float]:
+    """rms over the last third of each recording, without outliers, of a fit to the first two."""
     short = [each.upto(part_of(each, 2.0 / 3.0)) for each in problem.experiments]
     fitted = estimation.solve(
         short, estimation.started(solution), sigma=solution.sigma, loss=loss, most=20, precision=1e-6
     )
     errors = list[float]()
-    for whole, part in zip(problem.experiments, short, strict=True):
+    for whole, part, some in zip(problem.experiments, short, inliers, strict=True):
+        last = np.flatnonzero(some[part.time.size :]) + part.time.size
         try:
             predicted, _ = whole.predict(fitted.values)
-            rest = (predicted - whole.measured)[part.time.size :]
+            rest = (predicted - whole.measured)[last]
             errors.append(math.sqrt(float((rest**2).mean())) if rest.size else math.nan)
         except HopformError:
             errors.append(math.nan)

@@ -56,7 +56,7 @@ def fit_robot(
     names = {p.name for p in together.parameters}
     extra = list[str]()
     if ramps:
-        threshold = friction_threshold(ramps)
+        threshold = friction_threshold(ramps, loss=options.get("loss", "linear"))
         if {"f1"} <= names:
             together = replace(together, experiments=(*together.experiments, _threshold_of(threshold, together)))
         extra += [each for each in threshold.statements if each.startswith("one direction")]

@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from hopform.errors import HopformError
 from hopform.identification import recordings as of_recordings
 from hopform.identification.estimation import LEVEL, scipy_optimize, student
-from hopform.identification.fits import as_several
+from hopform.identification.fits import as_several, checked_loss
 from hopform.identification.motion import Array
 from hopform.identification.recordings import Recording
 from hopform.identification.rigs import UNITS
@@ -82,12 +82,14 @@ def friction_threshold(
     m_eff: float | None = None,
     gamma2: float | None = None,
     k: float | None = None,
+    loss: str = "linear",
 ) -> Threshold:
     """The friction threshold (5) from recordings of x1 while the current slowly grows in magnitude, best in both directions.
 
     spring: the actuator works against its spring; else the leg is in the air. m_eff [kg], gamma2 [N/A]: with both,
     f1 = |gamma2| u*/m_eff is given too. k [N/m]: of the spring; with gamma2 what it carries where the actuator rests is taken
-    off. One recording may hold several ramps from 0. Raises HopformError where no motion begins, or before the ramp does.
+    off. loss: as in `Options`; a robust one leaves single samples out that are far off their neighbours. One recording may hold
+    several ramps from 0. Raises HopformError where no motion begins, or before the ramp does.
     """
     several = as_several(recordings)
     for name, value in (("m_eff", m_eff), ("gamma2", gamma2), ("k", k)):
@@ -96,7 +98,8 @@ def friction_threshold(
                 f"{name} must be {'a number but 0 in N/A' if name == 'gamma2' else f'> 0 {UNITS[name]}'}, got {value!r}"
             )
     attached = spring or k is not None
-    rises = tuple(rise for each in several for rise in _onsets(each, attached))
+    robust = checked_loss({"loss": loss}) != "linear"
+    rises = tuple(rise for each in several for rise in _onsets(each, attached, robust))
     onsets = tuple(rise.onset for rise in rises)
     carried = k / gamma2 if k is not None and gamma2 is not None else 0.0
     u, spread, load, statements = _both(onsets, carried)
@@ -135,13 +138,14 @@ def _both(onsets: Sequence[Onset], carried: float) -> tuple[float, float, float,
     return abs(means[0]), halves[0], math.nan, (said,)
 
 
-def _onsets(recording: Recording, spring: bool) -> list[Rise]:
+def _onsets(recording: Recording, spring: bool, robust: bool) -> list[Rise]:
     """The onset in each ramp of a recording: ramps begin where the current leaves 0, and go on while its sign stays."""
     x, u = recording.position("x1"), recording.driving_current()
+    kept = ~of_recordings.outliers(x) if robust else np.full(x.size, True)
     found = list[Rise]()
     for begin, end in _ramps(u):
-        if end - begin >= 20:
-            found.append(_onset(recording, x, u, begin, end, spring))
+        if np.count_nonzero(kept[begin:end]) >= 20:
+            found.append(_onset(recording, begin + np.flatnonzero(kept[begin:end]), x, u, spring))
     if not found:
         raise recording.error_of(
             "x1", "no ramp is found: the current must grow slowly from 0, in 20 samples at least", recording.line
@@ -161,22 +165,19 @@ def _ramps(u: Array) -> list[tuple[int, int]]:
     return [(max(a - 2 * width, 0), a + int(np.abs(smooth[a:b]).argmax()) + 1) for a, b in large]
 
 
-def _onset(recording: Recording, x: Array, u: Array, begin: int, end: int, spring: bool) -> Rise:
-    t, x, u = recording.time[begin:end], x[begin:end], u[begin:end]
+def _onset(recording: Recording, ramp: NDArray[np.int_], x: Array, u: Array, spring: bool) -> Rise:
+    """The onset in the samples of one ramp."""
+    t, x, u, line = recording.time[ramp], x[ramp], u[ramp], recording.line + int(ramp[0])
     noise = max(of_recordings.noise_of(x), 0.3 * of_recordings.quantum_of(x), 1e-12)
     rest = float(np.median(x[: max(x.size // 20, 5)]))
     # Far from rest for good: a fifth of a second's samples beyond eight times the noise.
     beyond = np.abs(x - rest) > 8.0 * noise
     later = np.flatnonzero(beyond & (np.cumsum(~beyond[::-1])[::-1] <= 0.02 * x.size))
     if not later.size:
-        raise recording.error_of(
-            "x1", "the actuator does not move under the ramp: let the current grow further", recording.line + begin
-        )
+        raise recording.error_of("x1", "the actuator does not move under the ramp: let the current grow further", line)
     seen = int(later[0])
     if seen < 10:
-        raise recording.error_of(
-            "x1", "the actuator moves before the ramp begins: let it come to rest first", recording.line + begin
-        )
+        raise recording.error_of("x1", "the actuator moves before the ramp begins: let it come to rest first", line)
     last = _window(x, rest, noise, seen)
     best, count = _costs(t[:last], x[:last], spring)
 
@@ -190,9 +191,9 @@ def _onset(recording: Recording, x: Array, u: Array, begin: int, end: int, sprin
         _reach(cost, at, limit, end, float(np.median(np.diff(t)))) for end in (float(t[0]), float(t[last - 4]))
     )
     direction = 1 if float(x[last - 1]) > rest else -1
-    line = np.polyfit(t[:last], u[:last], 3 if last > 50 else 1)
-    wobble = float(np.std(u[:last] - np.polyval(line, t[:last]))) / math.sqrt(max(last, 1))
-    currents = [float(np.polyval(line, each)) for each in (low, at, high)]
+    cubic = np.polyfit(t[:last], u[:last], 3 if last > 50 else 1)
+    wobble = float(np.std(u[:last] - np.polyval(cubic, t[:last]))) / math.sqrt(max(last, 1))
+    currents = [float(np.polyval(cubic, each)) for each in (low, at, high)]
     around = student(0.5 + 0.5 * LEVEL, freedom) * 2.0 * wobble
     half = math.hypot(max(abs(currents[1] - currents[0]), abs(currents[2] - currents[1])), around)
     onset = Onset(

@@ -307,12 +307,30 @@ def calm(values: Array) -> Array:
     return np.asarray(np.median(np.lib.stride_tricks.sliding_window_view(padded, 5), axis=1))
 
 
+def _neighbours(values: Array) -> Array:
+    """Running medians of seven, reflected at the ends: what up to three outliers in a row do not move, nor one at an end."""
+    return np.asarray(np.median(np.lib.stride_tricks.sliding_window_view(np.pad(values, 3, mode="reflect"), 7), axis=1))
+
+
 def outliers(values: Array) -> NDArray[np.bool_]:
-    """Which samples are off the median of their five neighbours, beyond noise and beyond what a motion does in three samples."""
-    travel = float(np.percentile(np.abs(np.diff(values)), 90.0))
-    return np.asarray(
-        np.abs(values - calm(values)) > max(3.0 * travel, 10.0 * noise_of(values), 10.0 * quantum_of(values))
-    )
+    """Which samples are off the median of their seven neighbours, beyond noise and beyond what a motion does in three samples.
+
+    The rest is looked at once more without those found, since several close together hide each other. None of a few samples is.
+    """
+    rest, found = np.arange(values.size), np.zeros(values.size, dtype=bool)
+    for _ in range(2):
+        if rest.size < FEWEST:
+            break
+        some = values[rest]
+        travel = float(np.percentile(np.abs(np.diff(some)), 75.0))
+        off = np.abs(some - _neighbours(some)) > max(3.0 * travel, 6.0 * noise_of(some), 6.0 * quantum_of(some))
+        found[rest[off]], rest = True, rest[~off]
+    return found
+
+
+def mended(values: Array) -> Array:
+    """The values with the median of their neighbours in place of each outlier."""
+    return np.where(outliers(values), _neighbours(values), values)
 
 
 def saturated(values: Array, least: int = 8) -> tuple[int, int] | None:

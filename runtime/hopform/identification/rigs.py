@@ -16,6 +16,7 @@ from functools import lru_cache
 from typing import Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hopform.identification import hopping, motion
 from hopform.identification.motion import AT, STATE, Array
@@ -90,6 +91,10 @@ class Experiment:
         for letter, name in self.names.items():
             found[name] = found.get(name, 0.0) + by[letter]
         return predicted, found
+
+    def only(self, chosen: NDArray[np.bool_]) -> "Experiment":
+        """The samples that a mask selects."""
+        return replace(self, time=self.time[chosen], measured=self.measured[chosen])
 
     def upto(self, count: int, every: int = 1) -> "Experiment":
         """Its first samples alone, or every so manieth of them."""

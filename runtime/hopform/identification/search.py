@@ -5,8 +5,8 @@ better one. What leaves more is compared with the rest of them, and with starts 
 """
 
 import math
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -38,25 +38,78 @@ class Problem:
     """how many motions there are, each with a beginning of its own (x@0, x@1, ...)"""
 
 
-def minimise(problem: Problem, loss: str, fixed: Mapping[str, float] | None = None) -> Solution:
-    """The best minimum from all starts: first over the beginning of each recording, the best of these over more and more.
+def minimise(problem: Problem, loss: str) -> Solution:
+    """The best minimum from all starts.
 
-    Where it stays far from the data, by more than noise and a two thousandth of the motion, it looks again from further away.
+    A robust cost has false minima, in which part of the motion counts as outliers. A robust fit therefore starts from the least
+    squares without outliers. If its residuals are more than noise, it also starts from everywhere else, and the lowest cost wins,
+    all under the standard deviation of the noise that the first fit found.
     """
-    held = dict(fixed or {})
-    free = [p for p in problem.parameters if p.name not in held]
-    found = _from(problem, loss, held, free, problem.starts or ({},))
-    if not held and _level(problem, found, loss) > 1.0:
-        again = _from(problem, loss, held, free, _further(free, found.values))
-        found = estimation.best([found, again])
-    found = _weighed(problem, found, held, loss)
-    return found if held else _unstuck(problem, _traded(problem, found, loss), loss)
+    if loss == "linear":
+        return least_squares(problem)
+    first = _weighed(problem, _without_outliers(problem, least_squares), {}, loss)
+    if _is_noise(problem, first, loss):
+        return first
+    other = _searched(problem, loss, {}, first.sigma)
+
+    def cost(each: Solution) -> float:
+        start = estimation.started(each)
+        return estimation.solve(problem.experiments, start, sigma=first.sigma, loss=loss, most=1).cost
+
+    return _unstuck(problem, _traded(problem, min(first, other, key=cost), loss), loss)
+
+
+def least_squares(problem: Problem, fixed: Mapping[str, float] | None = None) -> Solution:
+    """The least sum of squares from all starts, where some parameters may be fixed."""
+    found = _searched(problem, "linear", held := dict(fixed or {}))
+    return found if held else _unstuck(problem, _traded(problem, found, "linear"), "linear")
 
 
 def follow(problem: Problem, loss: str) -> Solution:
     """The minimum that a problem's first start leads to, and no other."""
-    found = _from(problem, loss, {}, problem.parameters, problem.starts[:1] or ({},))
+    if loss == "linear":
+        found = _from(problem, loss, {}, problem.parameters, problem.starts[:1] or ({},))
+    else:
+        found = _without_outliers(problem, lambda some: follow(some, "linear"))
     return _weighed(problem, found, {}, loss)
+
+
+def _searched(problem: Problem, loss: str, held: Mapping[str, float], sigma: Sequence[float] | None = None) -> Solution:
+    """The best minimum from a problem's starts: first over the beginning of each recording, the best of these over more and more.
+
+    Where it stays far from the data, by more than noise and a two thousandth of the motion, it looks again from further away.
+    """
+    free = [p for p in problem.parameters if p.name not in held]
+    found = _from(problem, loss, held, free, problem.starts or ({},), sigma)
+    if not held and _level(problem, found, loss) > 1.0:
+        again = _from(problem, loss, held, free, _further(free, found.values), sigma)
+        found = estimation.best([found, again])
+    return _weighed(problem, found, held, loss)
+
+
+def _without_outliers(problem: Problem, least: Callable[[Problem], Solution]) -> Solution:
+    """The least squares of the samples that are no outliers, at first of their neighbours, then of the fit."""
+    several, all_starts = problem.experiments, problem.starts or ({},)
+    starts = all_starts
+
+    def fit(masks: estimation.Masks) -> tuple[Solution, Sequence[Array]]:
+        nonlocal starts
+        found = least(replace(problem, experiments=selected(several, masks), starts=starts))
+        starts = (found.values, *all_starts)
+        whole = estimation.solve(several, estimation.started(found), sigma=found.sigma, most=1)
+        return found, whole.residuals
+
+    return estimation.trimmed(fit, [~outliers(each.measured) for each in several])
+
+
+def selected(several: Sequence[Experiment], masks: estimation.Masks) -> tuple[Experiment, ...]:
+    """The samples that the masks select: x1 and x2 of one motion are solved together, so where both masks do."""
+
+    def common(each: Experiment) -> NDArray[np.bool_]:
+        own = [mask for other, mask in zip(several, masks, strict=True) if other.time is each.time]
+        return np.asarray(np.logical_and.reduce(own))
+
+    return tuple(each.only(common(each)) for each in several)
 
 
 def _from_start(parameters: Sequence[Parameter], start: Mapping[str, float]) -> list[Parameter]:
@@ -75,20 +128,23 @@ def _from(
     held: Mapping[str, float],
     free: Sequence[Parameter],
     starts: Sequence[Mapping[str, float]],
+    sigma: Sequence[float] | None = None,
 ) -> Solution:
     first, *longer = ([_beginning(each, part) for each in problem.experiments] for part in problem.parts)
     tried = [_from_start(free, start) for start in starts]
     if len(tried) > _FINALISTS:
-        costs = [estimation.solve(first, each, fixed=held, loss=loss, most=1).cost for each in tried]
+        costs = [estimation.solve(first, each, sigma=sigma, fixed=held, loss=loss, most=1).cost for each in tried]
         order: list[int] = np.argsort(costs, kind="stable").tolist()
         tried = [tried[n] for n in order[:_FINALISTS]]
 
     def settled(part: Sequence[Experiment], start: Sequence[Parameter]) -> Solution:
         """Where a start comes to over a part; what comes near the noise is followed further."""
-        one = estimation.solve(part, start, fixed=held, loss=loss, most=8, precision=1e-3)
+        one = estimation.solve(part, start, sigma=sigma, fixed=held, loss=loss, most=8, precision=1e-3)
         if held or not 1.0 < _level(problem, one, loss) <= _NEAR:
             return one
-        return estimation.solve(part, estimation.started(one), fixed=held, loss=loss, most=8, precision=1e-3)
+        return estimation.solve(
+            part, estimation.started(one), sigma=sigma, fixed=held, loss=loss, most=8, precision=1e-3
+        )
 
     def followed(one: Solution) -> Solution:
         """Where it leads over more and more of the recordings."""
@@ -111,7 +167,7 @@ def _from(
         ends += [followed(each) for each in rest[: max(_CONTENDERS - len(ends), 1)]]
     last = longer[-1] if longer else first
     return estimation.solve(
-        last, estimation.started(estimation.best(ends)), fixed=held, loss=loss, most=25, precision=1e-5
+        last, estimation.started(estimation.best(ends)), sigma=sigma, fixed=held, loss=loss, most=25, precision=1e-5
     )
 
 
@@ -226,7 +282,7 @@ def _traded(problem: Problem, found: Solution, loss: str) -> Solution:
     Friction of one kind is traded for the other, and the best is kept. Where that leads is told by some of the samples. A body
     sticks once, at its end: its residuals tell by themselves; an actuator does at every turn of its current.
     """
-    white = all(estimation.tests_of(rest).white for rest in found.residuals)
+    white = all(estimation.tests_of(rest[bulk(rest, loss)]).white for rest in found.residuals)
     viscous = [p.name for p in found.parameters if p.name[:1] == "b"]
     coulomb = [p.name for p in found.parameters if p.name[:1] == "f"]
     if not coulomb or (white and "f1" not in coulomb):

@@ -32,7 +32,7 @@ from hopform.identification.fits import (
 from hopform.identification.motion import Array
 from hopform.identification.recordings import Recording
 from hopform.identification.rigs import UNITS, Experiment, Kind
-from hopform.identification.search import Problem, follow
+from hopform.identification.search import Problem, bulk, follow
 
 _LETTERS = {"held": ("m_eff", "k", "b1", "f1", "gamma2"), "air": ("m_eff", "b1", "f1", "gamma2", "offset")}
 SCALED = ("m_eff", "k", "b1", "gamma2")
@@ -83,9 +83,10 @@ def step_problem(
     experiments, parameters = list[Experiment](), dict[str, Parameter]()
     for n, recording in enumerate(recordings, first):
         x = recording.position("x1")
+        clean = of_recordings.mended(x)
         own: tuple[str, ...] = ("rest", "x", "v") if spring else ("x", "v")
         constants = {**values}
-        if rests_at_first(x):
+        if rests_at_first(clean):
             constants["v"] = 0.0
             own = own[:-1]
         names = {letter: letter for letter in letters if letter not in values} | {
@@ -97,8 +98,8 @@ def step_problem(
                 if letter not in own
                 else guesses[n - first][letter]
             )
-            made = _parameter(letter, name, start, x)
-            parameters.setdefault(name, _near(made, x) if letter == "x" and "v" in constants else made)
+            made = _parameter(letter, name, start, clean)
+            parameters.setdefault(name, _near(made, clean) if letter == "x" and "v" in constants else made)
         experiments.append(
             Experiment(
                 recording.source,
@@ -134,8 +135,8 @@ def _regress(
     recording: Recording, letters: Sequence[str], known: Mapping[str, float], cutoff: float
 ) -> dict[str, float]:
     """A start from the filtered equation, a linear least squares per unit of m_eff, scaled by what is known."""
-    x = recording.position("x1")
-    rows = filtered(recording, cutoff)
+    x = of_recordings.mended(recording.position("x1"))
+    rows = filtered(recording, cutoff, mend=True)
     spring = "k" in letters
     columns = [-rows.v, -rows.side, -rows.u, rows.one] + ([-rows.x] if spring else [])
     found = moving_rows(rows, columns)
@@ -233,7 +234,7 @@ def fit_force(
         return fit
     if progress:
         progress("fit in position")
-    return replace(fit, statements=_beside(several, fit), seconds=clock.perf_counter() - began)
+    return replace(fit, statements=_beside(several, fit, loss), seconds=clock.perf_counter() - began)
 
 
 def _force_equation(parts: Sequence[Filtered], known: Mapping[str, float]) -> tuple[list[str], Array, Array]:
@@ -254,16 +255,22 @@ def _linear(a: Array, b: Array, loss: str) -> tuple[list[float], Array, Array]:
     """Coefficients, covariance with what neighbours have in common, and residuals b - a p."""
     size = np.abs(a).max(axis=0)
     scaled = a / size
-    found = np.asarray(np.linalg.lstsq(scaled, b, rcond=None)[0], dtype=np.float64)
+
+    def least_squares(masks: estimation.Masks) -> tuple[Array, list[Array]]:
+        found = np.asarray(np.linalg.lstsq(scaled[masks[0]], b[masks[0]], rcond=None)[0], dtype=np.float64)
+        return found, [np.asarray(b - scaled @ found)]
+
+    found, _ = least_squares([np.full(b.size, True)])
     if loss != "linear":
-        spread = max(float(np.std(b - scaled @ found)), 1e-300)
+        trimmed = estimation.trimmed(least_squares, [np.full(b.size, True)])
+        spread = max(estimation.scale(b - scaled @ trimmed), 1e-300)
 
         def missed(p: Array) -> Array:
             return np.asarray((scaled @ p - b) / spread)
 
-        found = np.asarray(
-            estimation.scipy_optimize().least_squares(missed, found, loss=loss, f_scale=2.0).x, dtype=np.float64
-        )
+        least = estimation.scipy_optimize().least_squares
+        tried = [least(missed, start, loss=loss, f_scale=estimation.BEND) for start in (found, trimmed)]
+        found = np.asarray(min(tried, key=lambda each: float(each.cost)).x, dtype=np.float64)
     residual = np.asarray(b - scaled @ found, dtype=np.float64)
     tests = estimation.tests_of(residual)
     variance = float((residual**2).sum()) / max(b.size - found.size, 1) * tests.inflation
@@ -323,7 +330,7 @@ def _coarse(recording: Recording, every: int) -> tuple[tuple[float, float], ...]
     return tuple(zip(recording.time[begins].tolist(), means.tolist(), strict=True))
 
 
-def _beside(recordings: Sequence[Recording], fit: Fit) -> tuple[str, ...]:
+def _beside(recordings: Sequence[Recording], fit: Fit, loss: str) -> tuple[str, ...]:
     """The fit in position from that in force, and what their difference comes from."""
     values = fit.values
     experiments, parameters = list[Experiment](), list[Parameter]()
@@ -355,8 +362,9 @@ def _beside(recordings: Sequence[Recording], fit: Fit) -> tuple[str, ...]:
             for each in experiments
         ]  # fmt: skip
     problem = Problem("step", "x1", tuple(experiments), (*shared, *parameters), (), fit.known, (), (), (), parts=(1.0,))
-    solution = follow(problem, "linear")
-    rms = math.sqrt(sum(float((r**2).sum()) for r in solution.residuals) / solution.count)
+    solution = follow(problem, loss)
+    rest = np.concatenate([each[bulk(each, loss)] for each in solution.residuals])
+    rms = math.sqrt(float((rest**2).mean()))
     told = ", ".join(f"{p.name} {solution.values[p.name]:.6g} {p.unit}" for p in shared)
     return (
         f"the fit in position, by the same current without feedback, gives {told}, rms {1e3 * rms:.3g} mm",
