@@ -79,7 +79,7 @@ firmware-report: compiler venv-dev ## count instructions, flash and stack on the
 generate: venv ## derive the formulas and write generated/
 	$(PY) -m derive
 
-check: venv ## fail if generated/ is not what derive/ and templates/ say
+check: venv ## fail if generated/ is not what derive/, templates/ and runtime/engine/ say
 	$(PY) -m derive --check
 
 test-manifests: compiler venv ## exported packages before PlatformIO's, ESP-IDF's and Zephyr's own readers, and the schemas in HOPFORM_SCHEMAS

@@ -14,5 +14,10 @@ Read in this order, which is also the order of the paper and of the imports:
     sensitivity         how states, apex and AED change with their inputs
     equations           the register: as printed, as derived, verdict, reason
     program             the named steps, ordered into functions
-    languages, render   functions into NumPy and C text
+    stability           Routh's conditions, those that a model leaves open
+    structs             the structs of the C library's interface
+    model_file          a model of further terms from a file
+    languages           functions, limits and coefficients in the spelling of NumPy and C
+    instantiate         engine and templates, written in `real`, as C of one precision
+    render              templates and engine into generated/
 """

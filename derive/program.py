@@ -1,7 +1,7 @@
 """The derivation as a program: named steps, ordered into the functions that both languages get.
 
 Straight-line formulas only. What loops or branches (roots of the cubic, choice of a regime, isolation of
-events, the chain of phases) stands once per language under templates/ and calls these.
+events, the chain of phases) stands once per language in runtime/engine and calls these.
 """
 
 import sympy as sp

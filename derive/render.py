@@ -1,4 +1,6 @@
-"""Templates and the program in, file texts out; `templates/` mirrors `generated/` path for path.
+"""Templates, the engine and the program in, file texts out.
+
+`templates/` mirrors `generated/` path for path; of the engine's sources `generated/` has instances, line for line.
 
 A C template whose name contains _real is rendered once per precision. Two hashes are all that tells where a text came
 from: MANIFEST lists one per generated file and one per input, and `source`, the hash of all texts before it is put in,
