@@ -17,7 +17,7 @@ import jinja2
 from derive import energy, stability
 from derive.equations import CERTIFICATE, REGISTER, VERDICTS, tallies
 from derive.instantiate import PRECISIONS, instantiate, with_prefix
-from derive.ir import Program
+from derive.ir import Program, Quantity
 from derive.languages import LIMITS, C, NumPy, documented
 from derive.model import HOPPER, Model
 from derive.program import program
@@ -195,6 +195,14 @@ def _spelled(target: str, text: str, prefix: str, precision: str) -> tuple[str, 
     return target, text
 
 
+def example_value(quantity: Quantity) -> float:
+    """What a robot in an example has: the first of the selftest's, and of a further parameter its default or next to nothing."""
+    if quantity.name in ROBOTS[0] or quantity in HOPPER.robot.quantities:
+        return float(ROBOTS[0].get(quantity.name, 0.0))
+    least = 1e-9 if quantity.domain == "positive" else 0.0
+    return least if quantity.default is None else quantity.default
+
+
 def _context(made: Program, options: Options, precision: str) -> dict[str, Any]:
     public = [record for record in made.records if record.name in PUBLIC]
     return {
@@ -203,6 +211,7 @@ def _context(made: Program, options: Options, precision: str) -> dict[str, Any]:
         "public_records": public,
         "internal_records": [record for record in made.records if record.name not in PUBLIC],
         "walked_records": [made.record(name) for name in WALKED],
+        "example": ", ".join(repr(example_value(quantity)) for quantity in made.record("Robot").quantities),
         "register": REGISTER,
         "tallies": tallies(),
         "verdicts": ", ".join(f'"{verdict}"' for verdict in VERDICTS),

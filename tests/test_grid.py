@@ -143,8 +143,8 @@ def test_a_grid_that_cannot_be_is_refused(arguments, words):
 
 
 def is_another(name: str) -> bool:
-    """Whether a file is the source of something else than the grid, which needs none of them."""
-    return name.endswith(".c") and not name.startswith("grid_")
+    """Whether a file is the source of something else than the grid and its refusals, which need none of them."""
+    return name.endswith(".c") and not name.startswith(("grid_", "overlap_"))
 
 
 @pytest.mark.skipif("c" not in hopform.backends(), reason="there is no compiled library")

@@ -736,3 +736,15 @@ def test_a_parameter_of_any_accepted_name_stands_in_every_class(odd_package):
     assert checked.parameters._fields == odd_package.Robot._fields
     assert checked.parameters[15:] == (0.0,) * (len(checked.parameters) - 17) + (0.5, 0.5)
     assert not [entry for entry in odd_package.Ledger._fields if entry.startswith("nothing") or entry.endswith("_2_2")]
+
+
+# ---- what the package says of itself ----
+
+
+def test_the_examples_of_a_package_with_a_further_parameter_run(tmp_path):
+    """Its robot has a value for every parameter, and what is printed does not depend on it."""
+    assert main(["--model", str(MODELS / "back_emf.py"), "--out", str(tmp_path), "--prefix", "shown"]) == 0
+    code = "import doctest, shown_solver; print(doctest.testmod(shown_solver))"
+    environment = os.environ | {"PYTHONPATH": str(tmp_path / "python")}
+    done = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=True)
+    assert done.stdout == "TestResults(failed=0, attempted=5)\n", done.stdout

@@ -6,6 +6,7 @@ The recordings: 500 samples at 200 Hz, noise of 0.5 mm, 12 samples off by 40 mm 
 import dataclasses
 import json
 import math
+from collections.abc import Iterator
 from functools import cache
 
 import numpy as np
@@ -108,23 +109,56 @@ def problem_of(case: str, recording: Recording) -> search.Problem:
     return drop_problem([recording], "ground" if case == "drop" else "attached", {"m_s": 2.2})
 
 
-@pytest.mark.parametrize("case", CASES)
-@pytest.mark.parametrize(("loss", "seed"), [("soft_l1", 0), ("huber", 1), ("cauchy", 2)])
-def test_no_start_leads_to_a_lower_robust_cost(case, loss, seed):
-    """20 starts: friction from none to three times the truth, all else by up to a factor of 1.5."""
-    problem = problem_of(case, measured(case, seed)[0])
-    found, rng, costs = search.minimise(problem, loss), np.random.default_rng(seed), []
+def minima(problem: search.Problem, found: estimation.Solution) -> Iterator[estimation.Solution]:
+    """Where 20 starts lead: friction from none to three times that found, all else by up to a factor of 1.5."""
+    rng = np.random.default_rng(1)
     for _ in range(20):
         start = [
             p._replace(start=rng.uniform(0.0, 3.0) * found.values[p.name]) if p.name[0] in "bf"
             else p if p.own else p._replace(start=found.values[p.name] * math.exp(rng.uniform(-0.4, 0.4)))
             for p in problem.parameters
         ]  # fmt: skip
-        again = estimation.solve(problem.experiments, start, sigma=found.sigma, loss=loss, most=25, precision=1e-5)
-        costs.append(again.cost)
+        yield estimation.solve(problem.experiments, start, sigma=found.sigma, loss=found.loss, most=25, precision=1e-5)
+
+
+@pytest.mark.parametrize("case", CASES)
+@pytest.mark.parametrize(("loss", "seed"), [("soft_l1", 0), ("huber", 1), ("cauchy", 2)])
+def test_no_start_leads_to_a_lower_robust_cost(case, loss, seed):
+    problem = problem_of(case, measured(case, seed)[0])
+    found = search.minimise(problem, loss)
+    costs = [each.cost for each in minima(problem, found)]
     assert found.cost <= 1.01 * min(costs)
     if case == "drop":
         assert max(costs) > 1.1 * found.cost  # there are other minima
+
+
+def test_the_lowest_robust_cost_wins_whichever_start_leads_there(monkeypatch):
+    """One of the two ways is led to a false minimum, with which the other one is compared."""
+    problem = problem_of("drop", measured("drop", 1)[0])
+    least = search.minimise(problem, "huber")
+    false = next(each for each in minima(problem, least) if each.cost > 1.1 * least.cost)
+    assert abs(search._weighed(problem, false, {}, "huber").values["k"] - 900.0) > 5.0
+    searched = search._searched
+    ways = {
+        "_without_outliers": lambda *_: false,
+        "_searched": lambda problem, loss, *more: false if loss == "huber" else searched(problem, loss, *more),
+    }
+    monkeypatch.setattr(search, "_is_noise", lambda *_: False)
+    monkeypatch.setattr(search, "_traded", lambda _problem, found, _loss: found)
+    monkeypatch.setattr(search, "_unstuck", lambda _problem, found, _loss: found)
+    for way, led_aside in ways.items():
+        with monkeypatch.context() as patched:
+            patched.setattr(search, way, led_aside)
+            found = search.minimise(problem, "huber")
+        assert found.values["k"] == pytest.approx(least.values["k"], abs=0.1), way
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_a_fit_starts_where_it_would_without_outliers(case):
+    for seed in range(3):
+        spoilt, clean = (problem_of(case, measured(case, seed, broken)[0]) for broken in (BROKEN, 0))
+        for p, other in zip(spoilt.parameters, clean.parameters, strict=True):
+            assert p.start == pytest.approx(other.start, rel=0.15, abs=p.scale if p.own else 0.0), (seed, p, other)
 
 
 def spoilt(recording: Recording, seed: int, share: float = 0.024, size: float = SIZE) -> Recording:
@@ -144,7 +178,7 @@ def within(fit, truth, errors: float = 3.0) -> None:
         assert abs(each.value - value) <= errors * 0.5 * (each.high - each.low) / 1.96, each
 
 
-@pytest.mark.parametrize(("loss", "share", "seed"), [("cauchy", 0.024, 1), ("soft_l1", 0.0, 1)])
+@pytest.mark.parametrize(("loss", "share", "seed"), [("huber", 0.024, 5), ("cauchy", 0.0, 2)])
 def test_a_drop_over_a_free_actuator_withstands_outliers_in_both_positions(loss, share, seed):
     made = spoilt(record(HOPPER, "free", seed=seed), seed, share)
     fit = fit_drop_test(
@@ -171,6 +205,8 @@ def test_all_recordings_together_withstand_outliers():
         assert trace.tests.rms == pytest.approx(2e-4, rel=0.08)
         assert trace.holdout < 3e-4  # outliers are not counted there, nor by the old model
         assert trace.old_rms < 5e-3
+    threshold = next(trace for trace in fit.traces if trace.quantity == "threshold")
+    assert threshold.measured[0] == pytest.approx(0.3, abs=0.005)
 
 
 def test_a_robust_threshold_of_friction_is_that_of_a_ramp_without_outliers():
@@ -230,7 +266,9 @@ def test_a_fall_with_outliers_about_its_release_is_one():
         assert 0.1 <= problem.experiments[0].begin <= 0.15
 
 
-@pytest.mark.parametrize("at", [[0], [499], [0, 499], [250, 251, 252], [1, 5], list(range(5, 500, 10))], ids=str)
+@pytest.mark.parametrize(
+    "at", [[0], [499], [0, 499], [250, 251, 252], [250, 251, 253, 254], [1, 5], list(range(5, 500, 10))], ids=str
+)
 def test_outliers_are_found_at_the_ends_three_in_a_row_and_up_to_a_tenth_of_all(at):
     for case in CASES:
         x = motion(case) + NOISE * np.random.default_rng(1).standard_normal(COUNT)

@@ -6,7 +6,7 @@
 #define HOPFORM_FACTS_H
 
 /* Text that this library and a package generated with it have in common. */
-#define HOPFORM_SOURCE "847ff26bf27b80ee"
+#define HOPFORM_SOURCE "457ed48660ca34fe"
 
 /* Routh's conditions that a robot may violate, X(what must not be negative), in its rates; none for the paper's hopper. */
 #define HOPFORM_STABILITY(X)

@@ -1044,33 +1044,6 @@ int32_t hopform_solve_stance_f32(const hopform_plan_f32 *plan, const hopform_sta
     return stance->phases_kept < stance->phase_count ? HOPFORM_PHASES_NOT_KEPT : HOPFORM_OK;
 }
 
-/* ---- what is read of a stance ---- */
-
-int32_t hopform_reading_status_f32(const hopform_plan_f32 *plan, const hopform_step_f32 *steps,
-                                    const hopform_phase_f32 *phases, const hopform_stance_f32 *stance,
-                                    hopform_memory_f32 times, const hopform_memory_f32 *arrays, int array_count)
-{
-    bool given = plan != NULL && steps != NULL && phases != NULL && stance != NULL;
-    for (int n = 0; n < array_count; n++) {
-        given = given && arrays[n].first != NULL;
-    }
-    if (!given) {
-        return HOPFORM_ERROR_NULL;
-    }
-    const int32_t kept = stance->phases_kept;
-    if (kept < stance->phase_count || kept < 1 || !hopform_is_made_f32(plan)) {
-        return HOPFORM_ERROR_TIME;
-    }
-    const hopform_memory_f32 read[] = {
-        hopform_array_f32(plan, 1, sizeof *plan),
-        hopform_array_f32(steps, phases[kept - 1].step + 1, sizeof *steps),
-        hopform_array_f32(phases, kept, sizeof *phases),
-        hopform_array_f32(stance, 1, sizeof *stance),
-        times,
-    };
-    return hopform_overlap_f32(arrays, array_count, read, 5) ? HOPFORM_ERROR_OVERLAP : HOPFORM_OK;
-}
-
 /* The state at a time, and the status; a refusal writes no state. */
 static int32_t read_state_f32(const hopform_plan_f32 *plan, const hopform_step_f32 *steps,
                                const hopform_phase_f32 *phases, const hopform_stance_f32 *stance, float t,

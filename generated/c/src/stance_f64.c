@@ -1044,33 +1044,6 @@ int32_t hopform_solve_stance_f64(const hopform_plan_f64 *plan, const hopform_sta
     return stance->phases_kept < stance->phase_count ? HOPFORM_PHASES_NOT_KEPT : HOPFORM_OK;
 }
 
-/* ---- what is read of a stance ---- */
-
-int32_t hopform_reading_status_f64(const hopform_plan_f64 *plan, const hopform_step_f64 *steps,
-                                    const hopform_phase_f64 *phases, const hopform_stance_f64 *stance,
-                                    hopform_memory_f64 times, const hopform_memory_f64 *arrays, int array_count)
-{
-    bool given = plan != NULL && steps != NULL && phases != NULL && stance != NULL;
-    for (int n = 0; n < array_count; n++) {
-        given = given && arrays[n].first != NULL;
-    }
-    if (!given) {
-        return HOPFORM_ERROR_NULL;
-    }
-    const int32_t kept = stance->phases_kept;
-    if (kept < stance->phase_count || kept < 1 || !hopform_is_made_f64(plan)) {
-        return HOPFORM_ERROR_TIME;
-    }
-    const hopform_memory_f64 read[] = {
-        hopform_array_f64(plan, 1, sizeof *plan),
-        hopform_array_f64(steps, phases[kept - 1].step + 1, sizeof *steps),
-        hopform_array_f64(phases, kept, sizeof *phases),
-        hopform_array_f64(stance, 1, sizeof *stance),
-        times,
-    };
-    return hopform_overlap_f64(arrays, array_count, read, 5) ? HOPFORM_ERROR_OVERLAP : HOPFORM_OK;
-}
-
 /* The state at a time, and the status; a refusal writes no state. */
 static int32_t read_state_f64(const hopform_plan_f64 *plan, const hopform_step_f64 *steps,
                                const hopform_phase_f64 *phases, const hopform_stance_f64 *stance, double t,

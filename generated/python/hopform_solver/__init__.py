@@ -4,17 +4,17 @@
 An exact solver by itself, on NumPy arrays, generated from the derivation:
 
     >>> import numpy as np
-    >>> from hopform_solver import Robot, State, solve
+    >>> from hopform_solver import ENDINGS, Robot, State, solve
     >>> hopper = Robot(25.0, 3.0, 1200.0, 0.4, 0.0, 150.0, 5.0, 0.78, 0.6, -65.0, 9.81, 0.0, 0.08, 3.0, 0.05)
     >>> stance = solve(hopper, State(x1=0.0, v1=0.0, v2=-1.93, y=0.0), u=np.array([0.0, 2.0, 3.0]))
-    >>> np.round(stance.duration, 5)
-    array([0.1853 , 0.18408, 0.18814])
+    >>> stance.duration.shape, [ENDINGS[ending] for ending in stance.ending.tolist()]
+    ((3,), ['takeoff', 'takeoff', 'takeoff'])
 """
 
 from hopform_solver.records import ENDINGS, EVENTS, ROBOT_FIELDS, Ledger, Robot, State
 from hopform_solver.stance import Solution, solve
 
-SOURCE = "847ff26bf27b80ee"
+SOURCE = "457ed48660ca34fe"
 """What this package was generated from; the C library carries the same text."""
 
 __all__ = ["ENDINGS", "EVENTS", "ROBOT_FIELDS", "SOURCE", "Ledger", "Robot", "Solution", "State", "solve"]

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT-0
  *
- * Whether memory that a function writes holds some of what it reads.
+ * Whether memory that a function writes holds some of what it reads, and whether a solved stance can be read into it.
  */
-#include "overlap_real.h"
+#include "phase_real.h"
 
 /* Addresses are compared as numbers, because C orders pointers within one object only; the difference wraps around
  * where the other range begins first. */
@@ -23,4 +23,29 @@ bool hopform_overlap_real(const hopform_memory_real *written, int written_count,
         }
     }
     return overlap;
+}
+
+int32_t hopform_reading_status_real(const hopform_plan_real *plan, const hopform_step_real *steps,
+                                    const hopform_phase_real *phases, const hopform_stance_real *stance,
+                                    hopform_memory_real times, const hopform_memory_real *arrays, int array_count)
+{
+    bool given = plan != NULL && steps != NULL && phases != NULL && stance != NULL;
+    for (int n = 0; n < array_count; n++) {
+        given = given && arrays[n].first != NULL;
+    }
+    if (!given) {
+        return HOPFORM_ERROR_NULL;
+    }
+    const int32_t kept = stance->phases_kept;
+    if (kept < stance->phase_count || kept < 1 || !hopform_is_made_real(plan)) {
+        return HOPFORM_ERROR_TIME;
+    }
+    const hopform_memory_real read[] = {
+        hopform_array_real(plan, 1, sizeof *plan),
+        hopform_array_real(steps, phases[kept - 1].step + 1, sizeof *steps),
+        hopform_array_real(phases, kept, sizeof *phases),
+        hopform_array_real(stance, 1, sizeof *stance),
+        times,
+    };
+    return hopform_overlap_real(arrays, array_count, read, 5) ? HOPFORM_ERROR_OVERLAP : HOPFORM_OK;
 }

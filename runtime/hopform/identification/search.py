@@ -42,8 +42,8 @@ def minimise(problem: Problem, loss: str) -> Solution:
     """The best minimum from all starts.
 
     A robust cost has false minima, in which part of the motion counts as outliers. A robust fit therefore starts from the least
-    squares without outliers. If its residuals are more than noise, it also starts from everywhere else, and the lowest cost wins,
-    all under the standard deviation of the noise that the first fit found.
+    squares without outliers. If its residuals are more than noise, it also starts from everywhere else, and the lowest cost wins.
+    Both costs are taken under the smaller standard deviation of the noise, since a false minimum has a larger one.
     """
     if loss == "linear":
         return least_squares(problem)
@@ -52,9 +52,10 @@ def minimise(problem: Problem, loss: str) -> Solution:
         return first
     other = _searched(problem, loss, {}, first.sigma)
 
+    noise = [min(pair) for pair in zip(first.sigma, other.sigma, strict=True)]
+
     def cost(each: Solution) -> float:
-        start = estimation.started(each)
-        return estimation.solve(problem.experiments, start, sigma=first.sigma, loss=loss, most=1).cost
+        return estimation.solve(problem.experiments, estimation.started(each), sigma=noise, loss=loss, most=1).cost
 
     return _unstuck(problem, _traded(problem, min(first, other, key=cost), loss), loss)
 
