@@ -17,6 +17,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 import hopform
+from hopform.identification import parse_recording, to_csv
 from hopform.robots import robot_from_toml
 
 GOOD = {"m_eff": 25.0, "m_s": 3.0, "k": 1200.0, "L0": 0.4}
@@ -200,6 +201,7 @@ def prepared(controller):
     return made
 
 
+DECAY = hopform.record(HOPPER, "decay", height=0.04, duration=0.5)
 HUGE = {"positive": 10**400, "negative": -(10**400), "unprintable": 10**5000, "fraction": Fraction(10**400, 3)}
 START = {"robot": HOPPER, "v2": -1.9}
 FLOOR = {"hops": 3, "size": 0.02}
@@ -215,6 +217,7 @@ CALLS: dict[str, tuple[Any, dict[str, Any]]] = {
     "touchdown_velocity": (hopform.touchdown_velocity, {"robot": HOPPER, "height": 0.2}),
     "design_return": (hopform.design_return, {"robot": HOPPER, "time": 0.3}),
     "delayed_apex": (hopform.delayed_apex, START | {"delay": 0.01, "u": 1.0}),
+    "friction_threshold": (hopform.friction_threshold, {"recordings": DECAY}),
     "record": (hopform.record, {"robot": HOPPER, "test": "drop"}),
     "Robot": (hopform.Robot, dict(GOOD)),
     "Errors": (hopform.Errors, {}),
@@ -237,9 +240,8 @@ ANSWERS = {
     "Sensitivities", "Stance", "State", "Touchdown", "Tracking",
 }  # fmt: skip
 """Classes that hopform fills itself, and records that are checked where they are handed in."""
-OF_RECORDINGS = {"fit_drop_test", "fit_force", "fit_robot", "fit_step_response", "friction_threshold", "read_recording"}
-LATER = {("record", "repeats")}
-"""Numbers that are not refused by name yet: the known values of fits, and how often a motion is recorded."""
+OF_RECORDINGS = {"fit_drop_test", "fit_force", "fit_robot", "fit_step_response", "read_recording"}
+"""What takes numbers by name, in `known`, or beside a file."""
 INSIDE = {"check_wishes", "crossing", "home_of", "measured", "target_of", "wish", "wishes"}
 """What controllers and terrains share, behind the classes and functions above."""
 OBJECTS: dict[str, Any] = {
@@ -279,8 +281,7 @@ def every_number():
     for name, (call, arguments) in CALLS.items():
         for number in numbers_of(call):
             rest = {each: value for each, value in arguments.items() if each != number}
-            if (name, number) not in LATER:
-                yield f"{name} {number}", partial(call, **rest), number
+            yield f"{name} {number}", partial(call, **rest), number
     for name, of in OBJECTS.items():
         for method, call in inspect.getmembers(of, inspect.ismethod):
             for number in numbers_of(call) if not method.startswith("_") else ():
@@ -350,6 +351,8 @@ WITHIN: dict[str, tuple[str, Any]] = {
         "terrain",
         lambda huge: hopform.controllers.AsPrinted(0.2).prepare(HOPPER, (huge,)),
     ),
+    "a known value": ("k", lambda huge: hopform.fit_drop_test(DECAY, attached=True, known={"k": huge})),
+    "a mass beside a file": ("added_mass", lambda huge: parse_recording(to_csv(DECAY), "a.csv", huge)),
     "a sample": ("samples", lambda huge: OBJECTS["detector"].detect([0.0, huge])),
     "a known signal": ("signal", lambda huge: OBJECTS["detector"].chances(0.1, [0.0, huge])),
     **{
@@ -386,6 +389,19 @@ def test_a_clock_finer_than_the_last_digit_of_time_delays_nothing():
     assert fine.table.tolist() == none.table.tolist()
 
 
+@pytest.mark.parametrize(
+    ("settings", "message"),
+    [
+        ({"rate": 1e308}, "duration times rate must give 20 to 65535 samples, got inf"),
+        ({"hold": 3.0}, "hold must be <= 2.0 s, the duration, got 3.0"),
+        ({"repeats": 1001}, "repeats must be a whole number <= 1000, got 1001"),
+    ],
+)
+def test_a_recording_that_cannot_be_is_refused(settings, message):
+    with pytest.raises(hopform.HopformError, match=f"^{re.escape(message)}$"):
+        hopform.record(HOPPER, "drop", **settings)
+
+
 def test_a_range_that_no_float_holds_is_refused():
     with pytest.raises(hopform.HopformError, match="^2 size must be finite m, got inf$"):
         hopform.terrain.uniform(3, 1e308)
@@ -404,6 +420,15 @@ def test_an_archive_that_is_not_written_leaves_the_old_one(tmp_path):
     with pytest.raises(hopform.HopformError, match="samples must be a whole number"):
         OBJECTS["run"].to_npz(path, 0)
     assert path.read_text() == "old"
+
+
+def test_counts_end_where_those_of_the_library_do(backend):
+    assert hopform.solve_stance(HOPPER, v2=-1.9, max_phases=2**31 - 1, backend=backend).status == "takeoff"
+    for call in (hopform.solve_stance, hopform.solve_stances, hopform.solve_flight):
+        with pytest.raises(
+            hopform.HopformError, match="^max_phases must be a whole number <= 2147483647, got 2147483648$"
+        ):
+            call(HOPPER, v2=-1.9, max_phases=2**31, backend=backend)
 
 
 def test_a_step_of_a_grid_that_is_too_small_is_refused():

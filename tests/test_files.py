@@ -3,6 +3,8 @@
 import html
 import os
 import re
+import subprocess
+import sys
 from pathlib import Path
 from typing import NamedTuple
 from urllib.parse import unquote_to_bytes
@@ -219,6 +221,14 @@ def test_files_of_any_name_are_reported(tmp_path, monkeypatch, name):
     assert {path.name for path in tmp_path.iterdir()} == {
         "page.html", *(f"{out}{suffix}" for suffix in (".csv", ".toml", ".md", ".svg", ".png"))
     }  # fmt: skip
+
+
+def test_a_name_that_the_output_cannot_show_is_escaped(tmp_path):
+    command = [sys.executable, "-m", "hopform", "stance", "--height", "0.2", "--csv", LATIN_1]
+    strict = os.environ | {"PYTHONIOENCODING": "utf-8:strict"}
+    done = subprocess.run(command, cwd=tmp_path, env=strict, capture_output=True, check=False)
+    assert (done.returncode, done.stderr) == (0, b"")
+    assert rb"wrote R\udcfcck$.csv" in done.stdout
 
 
 def test_a_link_to_itself_is_written_like_a_new_file(tmp_path):

@@ -82,7 +82,8 @@ class Recordable(StrEnum):
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line on `arguments` (the process's own if None) and return the exit code."""
-    if reconfigure := getattr(sys.stdout, "reconfigure", None):  # names of files may hold what its encoding does not
+    reconfigure = getattr(sys.stdout, "reconfigure", None)
+    if reconfigure is not None and sys.stdout.errors == "strict":  # names of files may hold what no encoding does
         reconfigure(errors="backslashreplace")
     try:
         code = app(args=arguments, prog_name="hopform", standalone_mode=False)

@@ -5,11 +5,12 @@ import math
 import time as clock
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any, TypedDict, Unpack
+from typing import TypedDict, Unpack
 
 import numpy as np
 from numpy.typing import NDArray
 
+from hopform.checks import real
 from hopform.errors import HopformError
 from hopform.identification import estimation
 from hopform.identification.estimation import Estimate, Progress, Solution, Tests
@@ -315,12 +316,12 @@ def checked_known(known: Mapping[str, float] | None, allowed: Sequence[str]) -> 
     for name, value in (known or {}).items():
         if name not in allowed:
             raise HopformError(f"known: there is no parameter {name!r} in this fit; there are {', '.join(allowed)}")
-        number: Any = value
-        if isinstance(number, (bool, str)) or not (math.isfinite(float(number)) or name in ("x1_min", "x1_max")):
-            raise HopformError(f"known: {name} must be a finite number in {UNITS[name] or '1'}, got {value!r}")
+        number = real(f"known: {name}", value, UNITS[name] or "1")
+        if not (math.isfinite(number) or name in ("x1_min", "x1_max")):
+            raise HopformError(f"known: {name} must be a finite number in {UNITS[name] or '1'}, got {number!r}")
         if name in ("m_s", "m_eff", "k") and not number > 0.0:
-            raise HopformError(f"known: {name} must be > 0 {UNITS[name]}, got {value!r}")
+            raise HopformError(f"known: {name} must be > 0 {UNITS[name]}, got {number!r}")
         if name in ("b1", "b2", "f1", "f2", "g", "impact_loss") and number < 0.0:
-            raise HopformError(f"known: {name} must be >= 0 {UNITS[name]}, got {value!r}")
-        values[name] = float(number)
+            raise HopformError(f"known: {name} must be >= 0 {UNITS[name]}, got {number!r}")
+        values[name] = number
     return values

@@ -20,6 +20,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from hopform.checks import finite
 from hopform.errors import HopformError
 from hopform.identification import recordings as of_recordings
 from hopform.identification.estimation import LEVEL, scipy_optimize, student
@@ -93,9 +94,10 @@ def friction_threshold(
     """
     several = as_several(recordings)
     for name, value in (("m_eff", m_eff), ("gamma2", gamma2), ("k", k)):
-        if value is not None and (not math.isfinite(value) or value == 0.0 or (name != "gamma2" and value < 0.0)):
+        number = 1.0 if value is None else finite(name, value, UNITS[name])
+        if number == 0.0 or (name != "gamma2" and number < 0.0):
             raise HopformError(
-                f"{name} must be {'a number but 0 in N/A' if name == 'gamma2' else f'> 0 {UNITS[name]}'}, got {value!r}"
+                f"{name} must be {'a number but 0 in N/A' if name == 'gamma2' else f'> 0 {UNITS[name]}'}, got {number!r}"
             )
     attached = spring or k is not None
     robust = checked_loss({"loss": loss}) != "linear"

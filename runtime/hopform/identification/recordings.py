@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hopform.checks import is_number
+from hopform.checks import finite, is_number
 from hopform.errors import HopformError
 from hopform.identification.motion import Array
 
@@ -189,6 +189,7 @@ def read_recording(path: str | Path, *, added_mass: float = 0.0) -> Recording:
 
 def parse_recording(text: str, source: str, added_mass: float = 0.0) -> Recording:
     """The recording in a CSV text; source is what errors call it."""
+    finite("added_mass", added_mass, "kg")
     rows = [
         (number, row)
         for number, row in enumerate(csv.reader(text.splitlines()), 1)

@@ -5,7 +5,7 @@ from typing import Literal, NamedTuple, SupportsFloat
 
 import numpy as np
 
-from hopform.checks import finite, positive
+from hopform.checks import finite, positive, whole
 from hopform.errors import HopformError
 from hopform.identification import rigs
 from hopform.identification.motion import Array
@@ -52,8 +52,7 @@ def record(
     """
     if test not in TESTS:
         raise HopformError(f"test must be one of {', '.join(TESTS)}, got {test!r}")
-    if isinstance(repeats, bool) or not isinstance(repeats, int) or repeats < 1:
-        raise HopformError(f"repeats must be a whole number >= 1, got {repeats!r}")
+    whole("repeats", repeats, most=1000)
     if repeats > 1 and test not in ("drop", "decay"):
         raise HopformError(f"repeats are for a drop or a decay, got {test!r}")
     encoder = _Encoder(finite("noise", noise, "m"), finite("quantum", quantum, "m"), np.random.default_rng(seed))
@@ -61,6 +60,8 @@ def record(
         raise HopformError(f"noise and quantum must be >= 0 m, got {encoder.noise!r} and {encoder.quantum!r}")
     time, hertz = _times(duration, rate)
     still, mass = finite("hold", hold, "s"), finite("added_mass", added_mass, "kg")
+    if not still <= time[-1]:
+        raise HopformError(f"hold must be <= {float(time[-1])!r} s, the duration, got {still!r}")
     most = positive("current", robot.u_max if current is None and math.isfinite(robot.u_max) else current or 1.0, "A")
     u = _current(test, time, still, most)
     if test in ("drop", "free", "decay"):
@@ -103,10 +104,9 @@ class _Encoder(NamedTuple):
 
 def _times(duration: SupportsFloat, rate: SupportsFloat) -> tuple[Array, float]:
     span, hertz = positive("duration", duration, "s"), positive("rate", rate, "Hz")
-    count = round(span * hertz) + 1
-    if not 20 <= count < 2**16:
-        raise HopformError(f"duration times rate must give 20 to {2**16 - 1} samples, got {count}")
-    return np.arange(count) / hertz, hertz
+    if not 18.5 < span * hertz < 2**16 - 1.5:
+        raise HopformError(f"duration times rate must give 20 to {2**16 - 1} samples, got {span * hertz + 1.0:.6g}")
+    return np.arange(round(span * hertz) + 1) / hertz, hertz
 
 
 def _current(test: str, time: Array, still: float, most: float) -> Array:
