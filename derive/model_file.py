@@ -1,7 +1,7 @@
 """A model from a file that declares further terms: `python -m derive --model FILE.py`.
 
-The file is run as Python. What it defines ends up in the names, comments and numbers of generated code, so whatever could not
-stand there is refused in one line: the file, the place, the value and what is allowed.
+The file is run as Python. What it defines ends up in the names, comments and numbers of generated code, so whatever
+could not stand there is refused in one line: the file, the place, the value and what is allowed.
 """
 
 import builtins
@@ -9,7 +9,6 @@ import keyword
 import math
 import re
 import runpy
-from collections.abc import Callable
 from dataclasses import replace
 from fractions import Fraction
 from functools import cache
@@ -19,21 +18,17 @@ from typing import Any
 
 import sympy as sp
 
-from derive import energy, flight
-from derive import quantities as Q
-from derive.ir import Quantity
-from derive.languages import ELEMENTARY, snake
-from derive.model import Model, ModelError, Term
-from derive.program import program
-from derive.quantities import side_1, side_2, u, v1, v2, x1, x2
+from .emit.c import ELEMENTARY
+from .emit.expressions import snake
+from .emit.ir import DOMAINS, Quantity
+from .emit.program import program
+from .maths import energy, flight
+from .model import quantities as Q
+from .model.equations import Model, ModelError, Term
+from .model.quantities import side_1, side_2, u, v1, v2, x1, x2
 
-DOMAINS: dict[str, tuple[str, Callable[[float], bool]]] = {
-    "real": ("finite", lambda _: True),
-    "positive": ("> 0", lambda value: value > 0.0),
-    "nonnegative": (">= 0", lambda value: value >= 0.0),
-    "fraction": (">= 0 and < 1", lambda value: 0.0 <= value < 1.0),
-}
-"""Domains of a parameter of a term, which may not be infinite, with what they allow."""
+FINITE = {name: domain for name, domain in DOMAINS.items() if not (domain.unbounded_below or domain.unbounded_above)}
+"""Domains of a parameter of a term, which may not be infinite."""
 
 SMALLEST, LARGEST = sp.Rational(1, 10**30), sp.Integer(10**30)
 """Numbers in a force, so that single precision holds what becomes of them."""
@@ -106,7 +101,7 @@ def _shown(value: object) -> str:
 
 def _sequence(value: Any, name: str, kind: type) -> tuple[Any, ...]:
     """A tuple or list whose entries are all of a kind."""
-    wanted = f"a tuple of {kind.__module__}.{kind.__name__}"
+    wanted = f"a tuple of hopform.model.{kind.__name__}"
     if not isinstance(value, tuple | list):
         raise ModelError(f"`{name}` must be {wanted}, got {_shown(value)}")
     for number, entry in enumerate(value):
@@ -159,7 +154,8 @@ def _why_not(name: Any, prefix: str) -> str | None:
         (hasattr(builtins, name) or hasattr(tuple, name), "it must not be built into Python"),
         (
             name.endswith(("_t", "_real", "_f32", "_f64")) or name.startswith("d_") or _has_prefix(name, prefix),
-            f"it must not end in _t, _real, _f32 or _f64, begin with d_ or {prefix}_, or contain hopform, as names of the "
+            f"it must not end in _t, _real, _f32 or _f64, begin with d_ or {prefix}_, or contain hopform, as names of "
+            "the "
             "generated code do",
         ),
     )
@@ -189,18 +185,19 @@ def _parameters(value: Any, prefix: str) -> tuple[Quantity, ...]:
 
 
 def _default(parameter: Quantity) -> float | None:
-    if parameter.domain not in DOMAINS:
-        known = ", ".join(map(repr, DOMAINS))
+    if parameter.domain not in FINITE:
+        known = ", ".join(map(repr, FINITE))
         raise ModelError(
             f"domain of the parameter {parameter.name} must be one of {known}, got {_shown(parameter.domain)}"
         )
     if parameter.default is None:
         return None
-    allowed, holds = DOMAINS[parameter.domain]
+    domain = FINITE[parameter.domain]
     value = _number(parameter.default)
-    if value is None or not holds(value):
+    if value is None or value not in domain:
         raise ModelError(
-            f"default of the parameter {parameter.name} must be {allowed} or None, got {_shown(parameter.default)}"
+            f"default of the parameter {parameter.name} must be {domain.allowed} or None, got "
+            f"{_shown(parameter.default)}"
         )
     return value
 
@@ -228,19 +225,21 @@ def _check_text(text: object, what: str, *, backslash: bool) -> None:
 
 def _terms(defined: dict[str, Any], parameters: tuple[Quantity, ...], prefix: str) -> tuple[Term, ...]:
     if "terms" not in defined:
-        raise ModelError("the file must define `terms`, a tuple of derive.model.Term")
+        raise ModelError("the file must define `terms`, a tuple of hopform.model.Term")
     symbols = {*Q.ROBOT.symbols, *(parameter.symbol for parameter in parameters), x1, x2, v1, v2, u, side_1, side_2}
     taken = _names_of_the_derivation() | {symbol.name for symbol in symbols}
     made: list[Term] = []
     for term in _sequence(defined["terms"], "terms", Term):
         if not isinstance(term.name, str) or not re.fullmatch("[A-Za-z][A-Za-z0-9 _-]*", term.name):
             raise ModelError(
-                f"the name of a term is {_shown(term.name)}: it must be letters, digits, blanks, - and _, a letter first"
+                f"the name of a term is {_shown(term.name)}: it must be letters, digits, blanks, - and _, a letter "
+                "first"
             )
         fields = {f"{energy.field_name(term.name)}_{mass}" for mass in (1, 2)}
         if fields & taken or _has_prefix(energy.field_name(term.name), prefix):
             raise ModelError(
-                f"the name of a term is {term.name!r}: the generated code or another term has {min(fields)} already, which "
+                f"the name of a term is {term.name!r}: the generated code or another term has {min(fields)} already, "
+                "which "
                 "would be its entry of the ledger"
             )
         taken |= fields
@@ -265,7 +264,7 @@ def _force(value: Any, what: str, symbols: set[sp.Symbol]) -> sp.Expr:
     if unknown := force.free_symbols - symbols:
         names = ", ".join(sorted(symbol.name for symbol in unknown))
         raise ModelError(
-            f"{what}, and {names} is not declared in `parameters`: its symbols must be those of derive.quantities and the "
+            f"{what}, and {names} is not declared in `parameters`: its symbols must be those of hopform.model and the "
             "`symbol` of each parameter"
         )
     for number in sp.expand(force).atoms(sp.Rational):
@@ -293,6 +292,7 @@ def _exact(value: sp.Expr, what: str) -> sp.Expr:
         if exponent.is_Integer and not (exponent.is_negative and base.is_Add):
             return sp.Pow(base, exponent)
     raise ModelError(
-        f"{what}: {_one_line(str(value))} has no spelling in generated code; allowed are sums, products and whole powers of "
+        f"{what}: {_one_line(str(value))} has no spelling in generated code; allowed are sums, products and whole "
+        "powers of "
         "symbols and numbers, and quotients by all of these but sums"
     )

@@ -15,10 +15,10 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from derive import partial_fractions, time_domain
-from derive import quantities as Q
-from derive.ir import Function, Quantity, Record
-from derive.program import program
+from derive.emit.ir import Function, Quantity, Record
+from derive.emit.program import program
+from derive.maths import partial_fractions, time_domain
+from derive.model import quantities as Q
 from hopform_solver import formulas, records
 from hopform_solver.kernels import basis_at, decay_at, factor_cubic
 from hopform_solver.records import Poles

@@ -13,13 +13,13 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from derive import control, energy, laplace
-from derive import equations as register
-from derive import quantities as Q
-from derive.equations import CERTIFICATE, LETTERS, REGISTER, VERDICTS, cubic, quadratic_1
-from derive.laplace import s
-from derive.model import HOPPER
-from derive.program import program
+from derive.emit.program import program
+from derive.maths import control, energy, laplace
+from derive.maths.laplace import s
+from derive.model import quantities as Q
+from derive.models.hopper import HOPPER
+from derive.paper import register
+from derive.paper.register import CERTIFICATE, LETTERS, REGISTER, VERDICTS, cubic, quadratic_1
 from hopform_solver import EVENTS, Robot, State, formulas, solve
 from hopform_solver.energy import ledger_at
 
@@ -141,7 +141,7 @@ def test_5_holds_for_magnitudes_and_an_unloaded_spring():
     positive = {symbol: sp.Symbol(symbol.name, positive=True) for symbol in printed(5).free_symbols}
     assert is_zero(sp.expand(unloaded - printed(5)).subs(positive))
     assert not is_zero(sp.expand(unloaded - printed(5)).subs(Q.gamma2, -1).subs(positive))
-    moves = unloaded.subs(register.u_star, control.threshold()[0].value).subs(
+    moves = unloaded.subs(register.u_star, control.threshold_current()[0].value).subs(
         positive | {Q.f1: sp.Symbol("f1", positive=True)}
     )
     assert moves == sp.Symbol("f1", positive=True)
@@ -497,7 +497,7 @@ def test_18_and_19_in_terms_of_w_are_18_and_19_as_printed_where_poles_are_distin
         "v2": values["v2_0"],
     }
     in_robot = dict(a_robot()) | start
-    for step in (*laplace.rates(HOPPER), *laplace.drive(), *laplace.numerators((1, 2))):
+    for step in (*laplace.rates_of(HOPPER), *laplace.drive_of(), *laplace.numerators((1, 2))):
         in_robot[step.symbol.name] = evaluate(step.value, in_robot)
     a, b, c, t = (values[name] for name in ("a", "b", "c_pole", "t"))
     h_4, h_3, h_2, h_1 = (values[name] for name in ("H_4", "H_3", "H_2", "H_1"))

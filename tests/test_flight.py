@@ -10,10 +10,10 @@ import pytest
 import sympy as sp
 
 import hopform
-from derive import flight as derivation
-from derive import quantities as Q
-from derive.ir import unfold
-from derive.model import HOPPER
+from derive.emit.ir import unfold
+from derive.maths import flight as derivation
+from derive.model import quantities as Q
+from derive.models.hopper import HOPPER
 from tests.flights import assert_same_flight, of_flight, outcome, random_flight, solved
 from tests.reference.flight import solve_flight as reference_flight
 
@@ -44,7 +44,7 @@ def inputs_of(robot: hopform.Robot, case: dict) -> dict:
 
 RULES = {Q.R1: Q.R, Q.R: Q.Rd, Q.Rd: -Q.p * Q.Rd - Q.q * Q.R}
 """Derivatives by time: the integral of R, R, and R' by R'' + p R' + q R = 0."""
-MOTION = {step.symbol: unfold(step.value, F.motion()) for step in F.motion()}
+MOTION = {step.symbol: unfold(step.value, F.actuator_in_flight()) for step in F.actuator_in_flight()}
 
 
 def over_time(expression):
@@ -74,8 +74,8 @@ def test_the_motion_begins_at_the_state_with_which_the_phase_begins():
 
 @pytest.mark.parametrize("limited", [False, True])
 def test_the_motion_obeys_the_equation_of_motion(limited):
-    rates = {step.symbol: step.value for step in F.rates(HOPPER)}
-    begins = (F.start_at_limit() if limited else F.start_under_law())[0].value
+    rates = {step.symbol: step.value for step in F.flight_rates_of(HOPPER)}
+    begins = (F.acceleration_at_limit() if limited else F.acceleration_under_law())[0].value
     p, q = (F.p_free, 0) if limited else (F.p_law, F.q_law)
     right = F.at_limit(HOPPER) if limited else F.under_law(HOPPER)
     there = right.subs({Q.x1: Q.x1 + MOTION[F.moved], Q.v1: MOTION[F.v1_t]}, simultaneous=True)
@@ -84,17 +84,17 @@ def test_the_motion_obeys_the_equation_of_motion(limited):
 
 
 def test_the_pull_and_the_foot_have_the_derivatives_that_they_say():
-    pulls = {step.symbol: unfold(step.value.subs(MOTION), ()) for step in F.pulls()}
+    pulls = {step.symbol: unfold(step.value.subs(MOTION), ()) for step in F.pull_of_law()}
     assert sp.expand(over_time(pulls[F.pull]) - pulls[F.pull_rate]) == 0
     assert sp.expand(over_time(pulls[F.pull_rate]) - pulls[F.pull_curvature]) == 0
-    feet = {step.symbol: step.value.subs(MOTION) for step in F.feet()}
+    feet = {step.symbol: step.value.subs(MOTION) for step in F.foot_in_flight()}
     for before, after in ((F.foot_t, F.foot_rate), (F.foot_rate, F.foot_curvature)):
         assert sp.expand(feet[before].diff(Q.t) + over_time(feet[before]) - feet[after]) == 0
 
 
 def test_the_ledger_adds_up_to_the_power_of_the_equation_of_motion():
     """d/dt (m_eff v_1^2/2) = m_eff v_1 a: each entry's rate, with that of the integral of v_1^2 and of the way."""
-    entries = [step.value for step in F.ledger(HOPPER)]
+    entries = [step.value for step in F.flight_ledger_of(HOPPER)]
     total = sum(entries)
     power = total.diff(F.moved) * Q.v1 + total.diff(Q.int_v1v1) * Q.v1**2
     for limit, right in ((0, F.under_law(HOPPER)), (1, F.at_limit(HOPPER)), (-1, F.at_limit(HOPPER))):

@@ -21,7 +21,8 @@ import pytest
 import derive.__main__ as command
 import hopform
 import hopform_solver
-from derive import render
+from derive.emit import folder as files
+from derive.emit import render
 from hopform import native
 from hopform_solver.records import State
 from tools.build_library import compile_sources
@@ -57,11 +58,8 @@ def run(tree, monkeypatch, capsys) -> Callable[..., Ran]:
     """The same in this process."""
     monkeypatch.chdir(tree)
     for module, name, path in (
-        (render, "ROOT", tree),
-        (render, "DERIVE", tree / "derive"),
-        (render, "TEMPLATES", tree / "templates"),
-        (render, "ENGINE", tree / "runtime" / "engine"),
-        (render, "GENERATED", tree / "generated"),
+        (render, "SOURCES", {name: tree / name for name in render.SOURCES}),
+        (files, "GENERATED", tree / "generated"),
         (command, "GENERATED", tree / "generated"),
     ):
         monkeypatch.setattr(module, name, path)
@@ -148,8 +146,8 @@ def test_a_stray_file_is_named_and_caches_are_none(run, tree):
     [
         ("templates/c/src/series_real.h.j2", "and tables", "and lists", "template"),
         ("runtime/engine/c/phase_real.h", "/* ", "/*  ", "engine"),
-        ("derive/model.py", '"""', '"""\n', "model"),
-        ("derive/languages.py", '"""', '"""\n', "generator"),
+        ("derive/model/equations.py", '"""', '"""\n', "model"),
+        ("derive/emit/c.py", '"""', '"""\n', "generator"),
     ],
 )
 def test_whoever_was_changed_is_named_even_where_no_text_changes_by_it(run, tree, path, old, new, kind):
@@ -158,10 +156,10 @@ def test_whoever_was_changed_is_named_even_where_no_text_changes_by_it(run, tree
 
 
 def test_a_changed_formula_is_laid_on_the_model_and_shown_in_both_languages(tree):
-    replace(tree / "derive/laplace.py", "a2_0 - f2 * side_2", "a2_0 + f2 * side_2")
+    replace(tree / "derive/maths/laplace.py", "a2_0 - f2 * side_2", "a2_0 + f2 * side_2")
     before = contents(tree)
     ran = derive(tree, "--check")
-    assert complaints(ran) == ["derive: the model was changed since: derive/laplace.py"]
+    assert complaints(ran) == ["derive: the model was changed since: derive/maths/laplace.py"]
     for line in (f"-    {OLD} ", f"+    {NEW} ", f"-    const double {OLD};", f"+    const float {NEW};"):
         assert any(shown.startswith(line) for shown in ran.out.splitlines()), line
     assert contents(tree) == before
@@ -491,7 +489,7 @@ def test_one_precision_leaves_the_other_out(run, fresh, tmp_path, option, kept, 
         (("--prefix", "größe", "--out", "out"), "'größe'"),
         (("--prefix", "", "--out", "out"), "''"),
         (("--model", "nowhere.py", "--out", "out"), "there is no file nowhere.py"),
-        (("--out", "derive/model.py"), "derive/model.py"),
+        (("--out", "derive/model/equations.py"), "derive/model/equations.py"),
     ],
 )
 def test_what_cannot_be_is_refused_in_one_line_and_nothing_is_written(run, tree, options, why):

@@ -20,12 +20,13 @@ import pytest
 
 import hopform
 import hopform_solver
-from derive.__main__ import main, write
-from derive.ir import Quantity
-from derive.model import Model, Term
-from derive.program import program as derived_program
-from derive.quantities import v2
-from derive.render import Options, render
+from derive.__main__ import main
+from derive.emit.folder import write
+from derive.emit.ir import Quantity
+from derive.emit.program import program as derived_program
+from derive.emit.render import Options, render
+from derive.model.equations import Model, Term
+from derive.model.quantities import v2
 from hopform import flight_backends, native
 from hopform_solver import records
 from tests import integrator, reference
@@ -290,7 +291,7 @@ def test_without_back_emf_the_hopper_is_that_of_the_paper(library, hopper_c):
 
 
 def test_the_new_parameter_is_checked_and_documented_like_the_others(package):
-    robot = importlib.import_module("driven_solver.checked").Robot
+    robot = importlib.import_module("driven_solver.robot").Robot
     assert package.Robot._fields[-1] == "k_emf"
     assert package.ROBOT_FIELDS[-1].meaning == "damping by the back-EMF, k_t^2/R"
     with pytest.raises(ValueError, match=r"k_emf must be >= 0 and finite N s/m, got -1\.0"):
@@ -482,9 +483,7 @@ def test_a_term_that_no_hop_can_carry_is_refused_by_name(tmp_path, capsys, name,
 
 HEAD = """
 import sympy as sp
-from derive.ir import Quantity
-from derive.model import Term
-from derive.quantities import ROBOT, k, u, v1, v2, x1, x2, y
+from hopform.model import ROBOT, Quantity, Term, k, u, v1, v2, x1, x2, y
 r = Quantity("r", "r", "N s/m", "a rate", "nonnegative", 0.0)
 """
 """Six lines that the bad files below begin with."""
@@ -512,11 +511,11 @@ def declared(**fields: str) -> str:
 
 BAD_FILES = {
     "no terms": ("parameters = ()", "must define `terms`"),
-    "terms that are a number": ("terms = 3", "`terms` must be a tuple of derive.model.Term, got 3"),
-    "a term alone": ('terms = Term("drag", 0, 0)', "must be a tuple of derive.model.Term, got Term(name='drag'"),
+    "terms that are a number": ("terms = 3", "`terms` must be a tuple of hopform.model.Term, got 3"),
+    "a term alone": ('terms = Term("drag", 0, 0)', "must be a tuple of hopform.model.Term, got Term(name='drag'"),
     "a text among the terms": ('terms = ["drag"]', "got 'drag' as terms[0]"),
-    "a function for terms": ("terms = lambda: ()", "must be a tuple of derive.model.Term"),
-    "parameters that are none": ("terms = ()\nparameters = r", "`parameters` must be a tuple of derive.ir.Quantity"),
+    "a function for terms": ("terms = lambda: ()", "must be a tuple of hopform.model.Term"),
+    "parameters that are none": ("terms = ()\nparameters = r", "`parameters` must be a tuple of hopform.model.Quantity"),
     "a symbol among the parameters": ("terms = ()\nparameters = (r, r.symbol)", "got r as parameters[1]"),
     "a parameter of the robot": ("terms = ()\nparameters = (ROBOT.quantities[2],)", "is 'k': it must not be one of the robot's"),
     "a parameter declared twice": ("terms = ()\nparameters = (r, r)", "the parameter r is declared twice"),
@@ -560,19 +559,19 @@ BAD_FILES = {
     "a velocity below the line": (term("r.symbol/v1"), "is not linear in v1"),
     "a force by the leg's length": (term("-r.symbol*(x1 - x2)"), "on mass 1, the actuator, by force_1"),
     "a current": (term("0", "u"), "may not contain u"),
-    "a syntax error": ("terms = (", "line 7: SyntaxError: '(' was never closed"),
-    "an indented line": ("  terms = ()", "line 7: IndentationError: unexpected indent"),
-    "a name that is not there": ("terms = (Term('a', b, 0),)", "line 7: NameError: name 'b' is not defined"),
-    "an entry that is not there": ("terms = {}['terms']", "line 7: KeyError: 'terms'"),
-    "a field too few": ("\nterms = (Term('a', 0),)", "line 8: TypeError: "),
-    "an import that fails": ("import derive.nothing", "line 7: ModuleNotFoundError: No module named 'derive.nothing'"),
-    "an exception of two lines": ("raise OSError('one\\ntwo')", "line 7: OSError: one two"),
-    "an exception without a text": ("assert False", "line 7: AssertionError"),
-    "an exception from deeper": ("\ndef f():\n    raise ValueError('no')\nf()", "line 9: ValueError: no"),
-    "an exit": ("raise SystemExit(0)", "line 7: SystemExit: 0"),
-    "an exit by name": ("import sys\nsys.exit('enough')", "line 8: SystemExit: enough"),
-    "no end": ("def f(): f()\nf()", "line 7: RecursionError: maximum recursion depth exceeded"),
-    "a zero below the line": ("terms = 1/0", "line 7: ZeroDivisionError: division by zero"),
+    "a syntax error": ("terms = (", "line 5: SyntaxError: '(' was never closed"),
+    "an indented line": ("  terms = ()", "line 5: IndentationError: unexpected indent"),
+    "a name that is not there": ("terms = (Term('a', b, 0),)", "line 5: NameError: name 'b' is not defined"),
+    "an entry that is not there": ("terms = {}['terms']", "line 5: KeyError: 'terms'"),
+    "a field too few": ("\nterms = (Term('a', 0),)", "line 6: TypeError: "),
+    "an import that fails": ("import derive.nothing", "line 5: ModuleNotFoundError: No module named 'derive.nothing'"),
+    "an exception of two lines": ("raise OSError('one\\ntwo')", "line 5: OSError: one two"),
+    "an exception without a text": ("assert False", "line 5: AssertionError"),
+    "an exception from deeper": ("\ndef f():\n    raise ValueError('no')\nf()", "line 7: ValueError: no"),
+    "an exit": ("raise SystemExit(0)", "line 5: SystemExit: 0"),
+    "an exit by name": ("import sys\nsys.exit('enough')", "line 6: SystemExit: enough"),
+    "no end": ("def f(): f()\nf()", "line 5: RecursionError: maximum recursion depth exceeded"),
+    "a zero below the line": ("terms = 1/0", "line 5: ZeroDivisionError: division by zero"),
     "a unit that is a number": (declared(unit="3"), "unit of the parameter rate must be a printable line"),
     "a meaning of two lines": (declared(meaning='"a\\nrate"'), "meaning of the parameter rate must be a printable line"),
     "a meaning that ends a comment": (declared(meaning='"a */ rate"'), "meaning of the parameter rate"),
@@ -590,7 +589,7 @@ BAD_FILES = {
     "a default that is infinite": (declared(default='float("inf")'), "got inf"),
     "a default beyond floats": (declared(default="10**400"), "got 1000"),
     "a default out of the domain": (
-        declared(domain='"nonnegative"', default="-1"), "default of the parameter rate must be >= 0 or None, got -1",
+        declared(domain='"nonnegative"', default="-1"), "default of the parameter rate must be >= 0 and finite or None, got -1",
     ),
 }  # fmt: skip
 
@@ -663,9 +662,7 @@ ODD = """
 import fractions
 import numpy
 import sympy as sp
-from derive.ir import Quantity
-from derive.model import Term
-from derive.quantities import g, m_eff, v1
+from hopform.model import Quantity, Term, g, m_eff, v1
 
 names = ("tau", "h", "R_a", "L_2", "in_series", "n", "w", "plan", "columns", "stance", "self", "dtype", "np", "isnan")
 parameters = [Quantity(name, "x", "N", f"meaning of {name}: 5 % of 'it' \u2264 1 | a", "nonnegative", 0) for name in names]
@@ -732,7 +729,7 @@ def test_numbers_and_quotients_of_parameters_are_what_they_say(odd, odd_package,
 
 
 def test_a_parameter_of_any_accepted_name_stands_in_every_class(odd_package):
-    checked = importlib.import_module("odd_solver.checked").Robot(m_eff=25.0, m_s=3.0, k=1200.0, L0=0.4)
+    checked = importlib.import_module("odd_solver.robot").Robot(m_eff=25.0, m_s=3.0, k=1200.0, L0=0.4)
     assert checked.parameters._fields == odd_package.Robot._fields
     assert checked.parameters[15:] == (0.0,) * (len(checked.parameters) - 17) + (0.5, 0.5)
     assert not [entry for entry in odd_package.Ledger._fields if entry.startswith("nothing") or entry.endswith("_2_2")]

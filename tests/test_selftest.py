@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 import hopform
-from derive.selftest import CASES, ROBOTS
+from derive.model.selftest import CASES, ROBOTS
 from hopform.selftest import selftest
 from tests.firmware import golden
 from tests.firmware.targets import BOARDS, COMMON, HERE, C, sources

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 import hopform
-from derive import control, energy, sensitivity
-from derive import quantities as Q
-from derive.ir import unfold
-from derive.model import HOPPER
-from derive.program import program
+from derive.emit.ir import unfold
+from derive.emit.program import program
+from derive.maths import control, energy, sensitivity
+from derive.model import quantities as Q
+from derive.models.hopper import HOPPER
 from hopform_solver import solve as solve_arrays
 from hopform_solver.records import State
 from hopform_solver.sensitivity import COLUMNS, ROWS, sensitivities_of

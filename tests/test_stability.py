@@ -14,14 +14,15 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from derive import flight, laplace
-from derive import quantities as Q
 from derive.__main__ import main
-from derive.ir import Quantity, unfold
-from derive.model import HOPPER, Model, Term
+from derive.emit.folder import GENERATED
+from derive.emit.ir import Quantity, unfold
+from derive.maths import flight, laplace
+from derive.maths.stability import open_conditions
+from derive.model import quantities as Q
+from derive.model.equations import Model, Term
 from derive.model_file import read_model
-from derive.render import GENERATED
-from derive.stability import open_conditions
+from derive.models.hopper import HOPPER
 from hopform import HopformError, native
 from tools.build_library import compile_sources
 
@@ -78,7 +79,7 @@ def growth(matrix: sp.Matrix, robots: np.ndarray) -> np.ndarray:
 def test_the_open_conditions_hold_where_no_eigenvalue_has_a_positive_real_part(model):
     """In each mode, over 20 000 robots; where the sign is within rounding of 0 there is nothing to compare."""
     robots = drawn(20_000, 5)
-    rates = laplace.rates(model)
+    rates = laplace.rates_of(model)
     held = [[0, 1, 2], [0, 1], [0, 2]]
     modes = [laplace.MATRIX.extract(rows, rows).applyfunc(lambda entry: unfold(entry, rates)) for rows in held]
     largest = np.max([growth(matrix, robots) for matrix in modes], axis=0)
@@ -90,7 +91,7 @@ def test_the_open_conditions_hold_where_no_eigenvalue_has_a_positive_real_part(m
 
 def test_the_conditions_of_linked_masses_do_not_follow_from_one_another():
     """Each refuses some robot that the others let pass, but for s_2 >= 0: where s_1 > 0, s_3 >= 0 that follows from the last."""
-    robots, rates, asked = drawn(20_000, 6), laplace.rates(LINKED), open_conditions(LINKED)
+    robots, rates, asked = drawn(20_000, 6), laplace.rates_of(LINKED), open_conditions(LINKED)
     violated = np.array([numbers(unfold(each.value, rates), robots) < 0.0 for each in asked])
     alone = violated & (violated.sum(axis=0) == 1)
     names = {each.name for each, some in zip(asked, alone.any(axis=1), strict=True) if some}
@@ -99,8 +100,8 @@ def test_the_conditions_of_linked_masses_do_not_follow_from_one_another():
 
 def test_the_flight_is_stable_where_the_actuator_alone_is():
     """Its own pole is p_1, and gains are not negative."""
-    rates = {step.symbol: step.value for step in flight.rates(FED)}
-    p_1 = unfold(Q.p_1, laplace.rates(FED))
+    rates = {step.symbol: step.value for step in flight.flight_rates_of(FED)}
+    p_1 = unfold(Q.p_1, laplace.rates_of(FED))
     assert sp.expand(rates[flight.p_free] - p_1) == 0
     assert sp.expand(rates[flight.p_law] - p_1 - flight.Kd / Q.m_eff) == 0
     assert sp.expand(rates[flight.q_law] - flight.Kp / Q.m_eff) == 0

@@ -88,27 +88,29 @@ MUTANTS = (
     # ---- what the paper prints and what follows ----
     Mutant(
         "(14) with the printed sign of b_1 gamma/m_eff",
-        "derive/laplace.py",
+        "derive/maths/laplace.py",
         "columns = [list(rate), middle, list(lowest)]",
         "columns = [list(rate), [*middle[:2], middle[2] + 2 * a1_v1 * C_2], list(lowest)]",
     ),
     Mutant(
         "(8) with f_2/m_s, in the drive",
-        "derive/laplace.py",
+        "derive/maths/laplace.py",
         "Step(C_2, a2_0 - f2 * side_2,",
         'Step(C_2, a2_0 - f2 * side_2 / sp.Symbol("m_s", real=True),',
     ),
-    Mutant("(8) with f_2/m_s, in the model", "derive/model.py", "- m_s * f2 * side_2\n", "- f2 * side_2\n"),
-    Mutant("(24) with the printed plus", "derive/energy.py", "viscous_2: -b2 * v2**2,", "viscous_2: b2 * v2**2,"),
-    Mutant("the ledger with a swapped sign", "derive/energy.py", "motor_work: -gamma2 * u", "motor_work: gamma2 * u"),
+    Mutant("(8) with f_2/m_s, in the model", "derive/model/equations.py", "- m_s * f2 * side_2\n", "- f2 * side_2\n"),
+    Mutant("(24) with the printed plus", "derive/maths/energy.py", "viscous_2: -b2 * v2**2,", "viscous_2: b2 * v2**2,"),
+    Mutant(
+        "the ledger with a swapped sign", "derive/maths/energy.py", "motor_work: -gamma2 * u", "motor_work: gamma2 * u"
+    ),
     Mutant(
         "(18) with another sign in chi",
-        "derive/partial_fractions.py",
+        "derive/maths/partial_fractions.py",
         "Step(chi, q - a * (p - a),",
         "Step(chi, q + a * (p - a),",
     ),
-    Mutant("a drop without its impact", "derive/control.py", "(1 - impact_loss)", "(1 - 0 * impact_loss)"),
-    Mutant("f_2 in N", "derive/quantities.py", 'Quantity("f2", r"f_2", "m/s^2"', 'Quantity("f2", r"f_2", "N"'),
+    Mutant("a drop without its impact", "derive/maths/control.py", "(1 - impact_loss)", "(1 - 0 * impact_loss)"),
+    Mutant("f_2 in N", "derive/model/quantities.py", 'Quantity("f2", r"f_2", "m/s^2"', 'Quantity("f2", r"f_2", "N"'),
     # ---- what is stale ----
     Mutant(
         "a hand edit that changes no number",
@@ -126,7 +128,7 @@ MUTANTS = (
         after=(DERIVED,),
         first=("tests/test_library.py",),
     ),
-    Mutant("a stale derivation", "derive/laplace.py", "a2_0 - f2 * side_2", "a2_0 + f2 * side_2", after=()),
+    Mutant("a stale derivation", "derive/maths/laplace.py", "a2_0 - f2 * side_2", "a2_0 + f2 * side_2", after=()),
     # ---- the controller ----
     Mutant(
         "controller, C: a root further out is as good",
@@ -347,7 +349,7 @@ MUTANTS = (
     ),
     Mutant(
         "the current's own share in how the accelerations change",
-        "derive/sensitivity.py",
+        "derive/maths/sensitivity.py",
         "(*model.robot.symbols, u), SLOPES.symbols",
         "model.robot.symbols, SLOPES.symbols",
         first=("tests/test_sensitivities.py",),
@@ -383,7 +385,7 @@ MUTANTS = (
     ),
     Mutant(
         "W is carried without the fourth order",
-        "derive/time_domain.py",
+        "derive/maths/time_domain.py",
         "sixth * rates[2] + rest * rates[3]",
         "sixth * rates[2]",
         first=("tests/test_certificate.py",),
@@ -644,7 +646,7 @@ MUTANTS = (
     ),
     Mutant(
         "flight: an impact without its loss",
-        "derive/flight.py",
+        "derive/maths/flight.py",
         "sp.sqrt(1 - impact_loss)",
         "sp.sqrt(1 - 0 * impact_loss)",
         first=("tests/test_flight.py",),

@@ -396,7 +396,7 @@ def robot_columns(robot: Robot, fields: dict[str, Any]) -> dict[str, NDArray[Any
         array = np.asarray(getattr(robot, name))
         if name in fields:
             array = _array(name, fields[name], field.unit)
-            fits = np.asarray(ufuncs.ALLOWED[field.domain](array, np.finfo(np.float64).max))
+            fits = np.asarray(checked.inside(field.domain, array))
 
             def reason(bad: float, name: str = name, field: Field = field) -> str:
                 return (checked.refusal(field, bad) or f"{name} is not allowed: {bad!r}").removeprefix(f"{name} ")

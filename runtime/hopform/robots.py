@@ -12,6 +12,7 @@ from typing import Any, NoReturn
 from hopform.checks import shown
 from hopform.errors import HopformError
 from hopform_solver import checked
+from hopform_solver import robot as solver_robot
 from hopform_solver.records import ROBOT_FIELDS, Field
 
 ROBOTS = ("hopper_c", "hopper_b", "ideal")
@@ -19,7 +20,7 @@ ROBOTS = ("hopper_c", "hopper_b", "ideal")
 
 
 @dataclass(frozen=True, kw_only=True)
-class Robot(checked.Robot):
+class Robot(solver_robot.Robot):
     """What a hopper is made of, in SI units and A, checked at construction; fields as in `Robot.fields()`.
 
     Raises HopformError, which names the field, the value and what is allowed.

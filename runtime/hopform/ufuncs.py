@@ -11,7 +11,7 @@ negative status and NaN elsewhere: nothing raises. Up to 4096 phases, as in `sol
 
 import ctypes
 import importlib
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -20,7 +20,7 @@ from numpy.typing import ArrayLike, NDArray
 import hopform_solver
 from hopform import native
 from hopform.errors import BackendError
-from hopform_solver import formulas
+from hopform_solver import checked, formulas
 from hopform_solver.records import ENDINGS, ROBOT_FIELDS, Robot, State
 
 INPUTS = ("x1", "v1", "v2", "y", "u", "horizon", "robot")
@@ -147,22 +147,11 @@ def _refusals(start: State, u: NDArray[Any], horizon: NDArray[Any], robot: Robot
 
     outside = ~(robot.x1_min <= robot.x1_max)
     for field in ROBOT_FIELDS:
-        outside |= ~ALLOWED[field.domain](getattr(robot, field.name), limit)
+        outside |= ~checked.inside(field.domain, getattr(robot, field.name), limit)
     misplaced = beyond(*start) | ~((start.x1 >= robot.x1_min) & (start.x1 <= robot.x1_max))
     endless = ~((horizon > 0.0) & (horizon <= limit)) | (max_phases < 1)
     cases = [outside, misplaced, start.y < 0.0, beyond(u), endless]
     return np.select(cases, [-2, -3, -4, -5, -6], 0).astype(np.intc)
-
-
-ALLOWED: dict[str, Callable[[Any, float], Any]] = {
-    "real": lambda value, limit: np.abs(value) <= limit,
-    "positive": lambda value, limit: (value > 0.0) & (value <= limit),
-    "nonnegative": lambda value, limit: (value >= 0.0) & (value <= limit),
-    "bound": lambda value, limit: value >= 0.0,
-    "fraction": lambda value, limit: (value >= 0.0) & (value < 1.0),
-    "lower": lambda value, limit: value <= limit,
-    "upper": lambda value, limit: value >= -limit,
-}
 
 
 def _stance() -> Any:

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 import hopform
-from derive.selftest import CASES, ROBOTS
+from derive.model.selftest import CASES, ROBOTS
 from hopform_solver.records import Robot
 from tests import flights, reference
 from tests.firmware.golden import ENDINGS, KINDS

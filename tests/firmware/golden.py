@@ -11,7 +11,7 @@ import struct
 from pathlib import Path
 from typing import Any
 
-from derive.selftest import CASES, HOPPER_B, HOPPER_C, ROBOTS
+from derive.model.selftest import CASES, HOPPER_B, HOPPER_C, ROBOTS
 from hopform_solver.records import Robot
 from tests import reference
 

@@ -8,9 +8,7 @@ that. With the current at standstill, u = U/R, as the input:
 The force acts on the actuator alone, in stance and in flight, where the law of the return sets the same u.
 """
 
-from derive.ir import Quantity
-from derive.model import Term
-from derive.quantities import v1
+from hopform.model import Quantity, Term, v1
 
 damping = Quantity("k_emf", r"k_{emf}", "N s/m", "damping by the back-EMF, k_t^2/R", "nonnegative", 0.0)
 

@@ -1,8 +1,6 @@
 """Drag of the air on the body, quadratic in its velocity: no phase is linear, so there is no transform."""
 
-from derive.ir import Quantity
-from derive.model import Term
-from derive.quantities import v2
+from hopform.model import Quantity, Term, v2
 
 drag = Quantity("d2", r"d_2", "kg/m", "drag of the body", "nonnegative", 0.0)
 

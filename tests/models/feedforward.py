@@ -3,9 +3,7 @@
 m_eff a_1 = ... + k_fed v_1
 """
 
-from derive.ir import Quantity
-from derive.model import Term
-from derive.quantities import v1
+from hopform.model import Quantity, Term, v1
 
 push = Quantity("k_fed", "k_{fed}", "N s/m", "force fed forward per velocity of the actuator", "real", 0.0)
 

@@ -1,8 +1,6 @@
 """A rod that brakes the actuator against the body's motion, without a reaction on the body: what would it do in flight?"""
 
-from derive.ir import Quantity
-from derive.model import Term
-from derive.quantities import v2
+from hopform.model import Quantity, Term, v2
 
 damping = Quantity("b_rod", r"b_r", "N s/m", "force on the actuator per velocity of the body", "nonnegative", 0.0)
 

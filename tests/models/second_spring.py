@@ -1,8 +1,6 @@
 """A second spring in the leg, beside the first: the leg's contact force is the sum of both, and zero where y is not."""
 
-from derive.ir import Quantity
-from derive.model import Term
-from derive.quantities import x1, x2
+from hopform.model import Quantity, Term, x1, x2
 
 stiffness = Quantity("k_2", r"k_2", "N/m", "stiffness of the second spring", "nonnegative", 0.0)
 length = Quantity("L_2", r"L_2", "m", "length at which it is slack", "positive", 0.4)

@@ -2,8 +2,7 @@
 
 import sympy as sp
 
-from derive.model import Term
-from derive.quantities import v1
+from hopform.model import Term, v1
 
 k_emf = sp.Symbol("k_emf", real=True)
 

@@ -55,33 +55,6 @@ typedef struct {
     float R3;  /* [s^4] integral of R2 */
 } hopform_pair_f32;
 
-/* R, its derivative and what is left of the initial 1. */
-typedef struct {
-    float Rd;      /* [1] derivative of R */
-    float R;       /* [s] response of the pair of poles to an impulse */
-    float turned;  /* [1] 1 - Rd - p R = q R1, small after a full turn */
-} hopform_pair_core_f32;
-
-/* The integrals of R. */
-typedef struct {
-    float R1;  /* [s^2] integral of R */
-    float R2;  /* [s^3] integral of R1 */
-    float R3;  /* [s^4] integral of R2 */
-} hopform_pair_integrals_f32;
-
-/* R over a short time, from its power series: the two highest integrals. */
-typedef struct {
-    float R2;  /* [s^3] second integral of R */
-    float R3;  /* [s^4] third integral of R */
-} hopform_pair_series_f32;
-
-/* R, its derivative and its first integral. */
-typedef struct {
-    float Rd;  /* [1] derivative of R */
-    float R;   /* [s] response of the pair of poles to an impulse */
-    float R1;  /* [s^2] integral of R */
-} hopform_known_pair_f32;
-
 /* The inverse transform W of 1/((s + a)(s^2 + p s + q)), its derivatives and its integrals. */
 typedef struct {
     float Wdd;  /* [1] second derivative of W */
@@ -97,6 +70,64 @@ typedef struct {
     float W3;  /* [s^5] third integral of W */
     float W4;  /* [s^6] fourth integral of W */
 } hopform_series_f32;
+
+/* R over a short time, from its power series: the two highest integrals. */
+typedef struct {
+    float R2;  /* [s^3] second integral of R */
+    float R3;  /* [s^4] third integral of R */
+} hopform_pair_series_f32;
+
+/* Free accelerations: the right sides of (3), (4) at v_i = 0 without the friction of mass i. */
+typedef struct {
+    float free_1;  /* [m/s^2] free acceleration of the actuator */
+    float free_2;  /* [m/s^2] free acceleration of the body */
+} hopform_free_f32;
+
+/* A function of time as a slow part and an oscillation X R' + Y R, away from multiple poles. */
+typedef struct {
+    float slow;  /* [1] what the function is without the oscillation */
+    float X;     /* [1] share of R' */
+    float Y;     /* [1/s] share of R */
+} hopform_ringing_f32;
+
+/* What is left of a numerator behind the factor s + a: A s + B over s^2 + p s + q. */
+typedef struct {
+    float A;  /* [1/s^2] terms in s */
+    float B;  /* [1/s^3] constant terms */
+} hopform_pair_numerator_f32;
+
+/* Time integrals over a part of a phase; x_1 counts from where the phase starts. */
+typedef struct {
+    float int_v1;    /* [m] integral of v_1 */
+    float int_v2;    /* [m] integral of v_2 */
+    float int_v1v1;  /* [m^2/s] integral of v_1^2 */
+    float int_v1v2;  /* [m^2/s] integral of v_1 v_2 */
+    float int_v2v2;  /* [m^2/s] integral of v_2^2 */
+    float int_yv1;   /* [m^2] integral of y v_1 */
+    float int_yv2;   /* [m^2] integral of y v_2 */
+    float int_xv2;   /* [m^2] integral of (x_1 - x_1(0)) v_2 */
+} hopform_moments_f32;
+
+/* R, its derivative and what is left of the initial 1. */
+typedef struct {
+    float Rd;      /* [1] derivative of R */
+    float R;       /* [s] response of the pair of poles to an impulse */
+    float turned;  /* [1] 1 - Rd - p R = q R1, small after a full turn */
+} hopform_pair_core_f32;
+
+/* The integrals of R. */
+typedef struct {
+    float R1;  /* [s^2] integral of R */
+    float R2;  /* [s^3] integral of R1 */
+    float R3;  /* [s^4] integral of R2 */
+} hopform_pair_integrals_f32;
+
+/* R, its derivative and its first integral. */
+typedef struct {
+    float Rd;  /* [1] derivative of R */
+    float R;   /* [s] response of the pair of poles to an impulse */
+    float R1;  /* [s^2] integral of R */
+} hopform_known_pair_f32;
 
 /* W, its derivatives and its first integral. */
 typedef struct {
@@ -134,25 +165,6 @@ typedef struct {
     float W2;  /* [s^4] integral of W1 */
 } hopform_integrals_f32;
 
-/* What is left of a numerator behind the factor s + a: A s + B over s^2 + p s + q. */
-typedef struct {
-    float A;  /* [1/s^2] terms in s */
-    float B;  /* [1/s^3] constant terms */
-} hopform_pair_numerator_f32;
-
-/* A function of time as a slow part and an oscillation X R' + Y R, away from multiple poles. */
-typedef struct {
-    float slow;  /* [1] what the function is without the oscillation */
-    float X;     /* [1] share of R' */
-    float Y;     /* [1/s] share of R */
-} hopform_ringing_f32;
-
-/* Free accelerations: the right sides of (3), (4) at v_i = 0 without the friction of mass i. */
-typedef struct {
-    float free_1;  /* [m/s^2] free acceleration of the actuator */
-    float free_2;  /* [m/s^2] free acceleration of the body */
-} hopform_free_f32;
-
 /* How far a function of time has left its initial value, and its first three derivatives. */
 typedef struct {
     float rise;            /* [1] the function less its initial value */
@@ -178,17 +190,17 @@ typedef struct {
     float y_t;   /* [m] compression of the spring */
 } hopform_at_f32;
 
-/* Time integrals over a part of a phase; x_1 counts from where the phase starts. */
+/* Change of the right sides of (3), (4), by what each share of it goes with. */
 typedef struct {
-    float int_v1;    /* [m] integral of v_1 */
-    float int_v2;    /* [m] integral of v_2 */
-    float int_v1v1;  /* [m^2/s] integral of v_1^2 */
-    float int_v1v2;  /* [m^2/s] integral of v_1 v_2 */
-    float int_v2v2;  /* [m^2/s] integral of v_2^2 */
-    float int_yv1;   /* [m^2] integral of y v_1 */
-    float int_yv2;   /* [m^2] integral of y v_2 */
-    float int_xv2;   /* [m^2] integral of (x_1 - x_1(0)) v_2 */
-} hopform_moments_f32;
+    float d_C_1;    /* [m/s^2] change of the acceleration of the actuator, constant in a phase */
+    float d_a1_y;   /* [1/s^2] the same per y */
+    float d_a1_v1;  /* [1/s] the same per v_1 */
+    float d_a1_v2;  /* [1/s] the same per v_2 */
+    float d_C_2;    /* [m/s^2] change of the acceleration of the body, constant in a phase */
+    float d_a2_y;   /* [1/s^2] the same per y */
+    float d_a2_v1;  /* [1/s] the same per v_1 */
+    float d_a2_v2;  /* [1/s] the same per v_2 */
+} hopform_slopes_f32;
 
 /* Changes: What the hopper is made of. */
 typedef struct {
@@ -216,18 +228,6 @@ typedef struct {
     float d_v2;  /* [m/s] change of the velocity of the body */
     float d_y;   /* [m] change of the compression of the spring, x_1 - x_2 + L_0 + c */
 } hopform_state_change_f32;
-
-/* Change of the right sides of (3), (4), by what each share of it goes with. */
-typedef struct {
-    float d_C_1;    /* [m/s^2] change of the acceleration of the actuator, constant in a phase */
-    float d_a1_y;   /* [1/s^2] the same per y */
-    float d_a1_v1;  /* [1/s] the same per v_1 */
-    float d_a1_v2;  /* [1/s] the same per v_2 */
-    float d_C_2;    /* [m/s^2] change of the acceleration of the body, constant in a phase */
-    float d_a2_y;   /* [1/s^2] the same per y */
-    float d_a2_v1;  /* [1/s] the same per v_1 */
-    float d_a2_v2;  /* [1/s] the same per v_2 */
-} hopform_slopes_f32;
 
 /* The actuator in flight: accelerations, and poles under the law and at its limit. */
 typedef struct {
@@ -630,30 +630,6 @@ static inline hopform_at_f32 hopform_state_at_f32(const hopform_state_f32 *state
     return result;
 }
 
-/* Energy of the body and of the robot. */
-static inline hopform_energy_f32 hopform_energies_f32(const hopform_robot_f32 *robot, const hopform_state_f32 *state)
-{
-    const float m_eff = robot->m_eff, m_s = robot->m_s, k = robot->k, L0 = robot->L0, c = robot->c, g = robot->g;
-    const float x1 = state->x1, v1 = state->v1, v2 = state->v2, y = state->y;
-    const float length = x1 - y;                                                                /* x_2 - L_0 - c */
-    const float body = 0.5f*k*length*length + 0.5f*m_s*v2*v2 + g*m_s*(L0 + c + length);           /* (22), (23) */
-    const float total = 0.5f*k*y*y + 0.5f*m_eff*v1*v1 + 0.5f*m_s*v2*v2 + g*m_s*(L0 + c + length);  /* energy of the whole robot */
-    const hopform_energy_f32 result = {body, total};
-    return result;
-}
-
-/* Change of the body's energy between two states, the AED. */
-static inline float hopform_body_energy_gain_f32(const hopform_robot_f32 *robot, const hopform_state_f32 *state, const hopform_at_f32 *at)
-{
-    const float m_s = robot->m_s, k = robot->k, g = robot->g;
-    const float x1 = state->x1, v2 = state->v2, y = state->y;
-    const float x1_t = at->x1_t, v2_t = at->v2_t, y_t = at->y_t;
-    const float length = x1 - y;                                                                                   /* x_2 - L_0 - c at the start */
-    const float length_t = x1_t - y_t;                                                                             /* x_2 - L_0 - c at the end */
-    const float gain = 0.5f*m_s*(v2 + v2_t)*(v2_t - v2) + (g*m_s + 0.5f*k*(length + length_t))*(length_t - length);  /* (22)-(24) U_delta */
-    return gain;
-}
-
 /* Each entry of the ledger over a part of a phase that starts at x_1 = x1_0. */
 static inline hopform_ledger_f32 hopform_ledger_of_f32(const hopform_robot_f32 *robot, const hopform_moments_f32 *moments, float u, float side_1, float side_2, float x1_0)
 {
@@ -698,6 +674,30 @@ static inline float hopform_stored_energy_f32(const hopform_robot_f32 *robot, co
     const float length = x1 - y;               /* x_2 - L_0 - c at the start */
     const float stored = 0.5f*k*length*length;  /* (22), (23) */
     return stored;
+}
+
+/* Energy of the body and of the robot. */
+static inline hopform_energy_f32 hopform_energies_f32(const hopform_robot_f32 *robot, const hopform_state_f32 *state)
+{
+    const float m_eff = robot->m_eff, m_s = robot->m_s, k = robot->k, L0 = robot->L0, c = robot->c, g = robot->g;
+    const float x1 = state->x1, v1 = state->v1, v2 = state->v2, y = state->y;
+    const float length = x1 - y;                                                                /* x_2 - L_0 - c */
+    const float body = 0.5f*k*length*length + 0.5f*m_s*v2*v2 + g*m_s*(L0 + c + length);           /* (22), (23) */
+    const float total = 0.5f*k*y*y + 0.5f*m_eff*v1*v1 + 0.5f*m_s*v2*v2 + g*m_s*(L0 + c + length);  /* energy of the whole robot */
+    const hopform_energy_f32 result = {body, total};
+    return result;
+}
+
+/* Change of the body's energy between two states, the AED. */
+static inline float hopform_body_energy_gain_f32(const hopform_robot_f32 *robot, const hopform_state_f32 *state, const hopform_at_f32 *at)
+{
+    const float m_s = robot->m_s, k = robot->k, g = robot->g;
+    const float x1 = state->x1, v2 = state->v2, y = state->y;
+    const float x1_t = at->x1_t, v2_t = at->v2_t, y_t = at->y_t;
+    const float length = x1 - y;                                                                                   /* x_2 - L_0 - c at the start */
+    const float length_t = x1_t - y_t;                                                                             /* x_2 - L_0 - c at the end */
+    const float gain = 0.5f*m_s*(v2 + v2_t)*(v2_t - v2) + (g*m_s + 0.5f*k*(length + length_t))*(length_t - length);  /* (22)-(24) U_delta */
+    return gain;
 }
 
 /* Velocity of the body after the impact of a drop from a hop height. */

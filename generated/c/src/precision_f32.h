@@ -33,6 +33,15 @@ typedef int32_t hopform_signed_bits_f32;
 #define HOPFORM_EXPONENT_BIAS_f32 127 /* of the exponent's bits */
 #define HOPFORM_LANE_COUNT_f32 32 /* stances that are solved at a time */
 
+/* Domains of parameters; NaN lies in none. */
+#define HOPFORM_IN_REAL_f32(value) ((value) >= -HOPFORM_NEVER_f32 && (value) <= HOPFORM_NEVER_f32)
+#define HOPFORM_IN_POSITIVE_f32(value) ((value) > 0.0f && (value) <= HOPFORM_NEVER_f32)
+#define HOPFORM_IN_NONNEGATIVE_f32(value) ((value) >= 0.0f && (value) <= HOPFORM_NEVER_f32)
+#define HOPFORM_IN_BOUND_f32(value) ((value) >= 0.0f)
+#define HOPFORM_IN_FRACTION_f32(value) ((value) >= 0.0f && (value) < 1.0f)
+#define HOPFORM_IN_LOWER_f32(value) ((value) <= HOPFORM_NEVER_f32)
+#define HOPFORM_IN_UPPER_f32(value) ((value) >= -HOPFORM_NEVER_f32)
+
 #define sqrt_f32 sqrtf
 #define fabs_f32 fabsf
 #define exp_f32 expf

@@ -33,6 +33,15 @@ typedef int64_t hopform_signed_bits_f64;
 #define HOPFORM_EXPONENT_BIAS_f64 1023 /* of the exponent's bits */
 #define HOPFORM_LANE_COUNT_f64 32 /* stances that are solved at a time */
 
+/* Domains of parameters; NaN lies in none. */
+#define HOPFORM_IN_REAL_f64(value) ((value) >= -HOPFORM_NEVER_f64 && (value) <= HOPFORM_NEVER_f64)
+#define HOPFORM_IN_POSITIVE_f64(value) ((value) > 0.0 && (value) <= HOPFORM_NEVER_f64)
+#define HOPFORM_IN_NONNEGATIVE_f64(value) ((value) >= 0.0 && (value) <= HOPFORM_NEVER_f64)
+#define HOPFORM_IN_BOUND_f64(value) ((value) >= 0.0)
+#define HOPFORM_IN_FRACTION_f64(value) ((value) >= 0.0 && (value) < 1.0)
+#define HOPFORM_IN_LOWER_f64(value) ((value) <= HOPFORM_NEVER_f64)
+#define HOPFORM_IN_UPPER_f64(value) ((value) >= -HOPFORM_NEVER_f64)
+
 #define sqrt_f64 sqrt
 #define fabs_f64 fabs
 #define exp_f64 exp

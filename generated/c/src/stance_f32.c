@@ -916,20 +916,11 @@ static void stance_report_f32(const stance_chain_f32 *chain, const hopform_state
     }
 }
 
-/* Domains of the parameters; NaN lies in none. */
-#define IN_REAL_f32(value) ((value) >= -HOPFORM_NEVER_f32 && (value) <= HOPFORM_NEVER_f32)
-#define IN_POSITIVE_f32(value) ((value) > 0.0f && (value) <= HOPFORM_NEVER_f32)
-#define IN_NONNEGATIVE_f32(value) ((value) >= 0.0f && (value) <= HOPFORM_NEVER_f32)
-#define IN_BOUND_f32(value) ((value) >= 0.0f)
-#define IN_FRACTION_f32(value) ((value) >= 0.0f && (value) < 1.0f)
-#define IN_LOWER_f32(value) ((value) <= HOPFORM_NEVER_f32)
-#define IN_UPPER_f32(value) ((value) >= -HOPFORM_NEVER_f32)
-
 /* Fill a plan from its robot. */
 static int32_t fill_plan_f32(hopform_plan_f32 *plan)
 {
     const hopform_robot_f32 *robot = &plan->robot;
-#define OR_OUTSIDE(name, domain) || !IN_##domain##_f32(robot->name)
+#define OR_OUTSIDE(name, domain) || !HOPFORM_IN_##domain##_f32(robot->name)
     if (!(robot->x1_min <= robot->x1_max) HOPFORM_ROBOT_MEMBERS(OR_OUTSIDE)) {
 #undef OR_OUTSIDE
         return HOPFORM_ERROR_ROBOT;

@@ -916,20 +916,11 @@ static void stance_report_f64(const stance_chain_f64 *chain, const hopform_state
     }
 }
 
-/* Domains of the parameters; NaN lies in none. */
-#define IN_REAL_f64(value) ((value) >= -HOPFORM_NEVER_f64 && (value) <= HOPFORM_NEVER_f64)
-#define IN_POSITIVE_f64(value) ((value) > 0.0 && (value) <= HOPFORM_NEVER_f64)
-#define IN_NONNEGATIVE_f64(value) ((value) >= 0.0 && (value) <= HOPFORM_NEVER_f64)
-#define IN_BOUND_f64(value) ((value) >= 0.0)
-#define IN_FRACTION_f64(value) ((value) >= 0.0 && (value) < 1.0)
-#define IN_LOWER_f64(value) ((value) <= HOPFORM_NEVER_f64)
-#define IN_UPPER_f64(value) ((value) >= -HOPFORM_NEVER_f64)
-
 /* Fill a plan from its robot. */
 static int32_t fill_plan_f64(hopform_plan_f64 *plan)
 {
     const hopform_robot_f64 *robot = &plan->robot;
-#define OR_OUTSIDE(name, domain) || !IN_##domain##_f64(robot->name)
+#define OR_OUTSIDE(name, domain) || !HOPFORM_IN_##domain##_f64(robot->name)
     if (!(robot->x1_min <= robot->x1_max) HOPFORM_ROBOT_MEMBERS(OR_OUTSIDE)) {
 #undef OR_OUTSIDE
         return HOPFORM_ERROR_ROBOT;

@@ -60,8 +60,8 @@ def sample_at(watch: Watch, t: Array) -> Sample:
 def root_is_later(watch: Watch, settled: Array, t: Array) -> Array:
     """How much later than t the root next to it is.
 
-    Where the poles have faded, the start and the rise cancel, and with them most digits of the time; the final value and what
-    is left of the way to it do not. 0 where they tell no more.
+    Where the poles have faded, the start and the rise cancel, and with them most digits of the time; the final value
+    and what is left of the way to it do not. 0 where they tell no more.
     """
     poles, (H3, H2, H1), start, basis = watch.poles, watch.numerator, watch.start, basis_at(watch.poles, t)
     way = settled - start
@@ -320,10 +320,10 @@ class _Search:
 def first_roots(watch: Watch, limit: Array, phase: NDArray[np.intp], tie: float) -> Array:
     """First times in (0, limit] at which each g loses its sign, NEVER where it keeps it.
 
-    Those with the same number of a phase are watched together: once one has lost its sign, the others are followed no longer
-    than to the same time, and a share `tie` of it more. An extremum within rounding of zero is a touch, not a crossing, and so is
-    a g that fades away below its rounding. A g that starts at zero is taken to begin with its sign; the zero at the start is
-    no root.
+    Those with the same number of a phase are watched together: once one has lost its sign, the others are followed no
+    longer than to the same time, and a share `tie` of it more. An extremum within rounding of zero is a touch, not a
+    crossing, and so is a g that fades away below its rounding. A g that starts at zero is taken to begin with its sign;
+    the zero at the start is no root.
     """
     search = _Search(watch, limit)
     first = np.full(phase.max(initial=-1) + 1, search.never, dtype=limit.dtype)

@@ -424,32 +424,6 @@ def state_at(state: State, motion: Motion, basis: Basis) -> At:
     return At(x1_t, v1_t, v2_t, y_t)
 
 
-def energies(robot: Robot, state: State) -> Energy:
-    """Energy of the body and of the robot.
-
-    """
-    m_eff, m_s, k, L0, c, g = robot.m_eff, robot.m_s, robot.k, robot.L0, robot.c, robot.g
-    x1, v1, v2, y = state.x1, state.v1, state.v2, state.y
-    length = x1 - y                                                                # x_2 - L_0 - c
-    body = 0.5*k*length*length + 0.5*m_s*v2*v2 + g*m_s*(L0 + c + length)           # (22), (23)
-    total = 0.5*k*y*y + 0.5*m_eff*v1*v1 + 0.5*m_s*v2*v2 + g*m_s*(L0 + c + length)  # energy of the whole robot
-    return Energy(body, total)
-
-
-def body_energy_gain(robot: Robot, state: State, at: At) -> Real:
-    """Change of the body's energy between two states, the AED.
-
-    Returns gain [J], E(t) - E(0).
-    """
-    m_s, k, g = robot.m_s, robot.k, robot.g
-    x1, v2, y = state.x1, state.v2, state.y
-    x1_t, v2_t, y_t = at.x1_t, at.v2_t, at.y_t
-    length = x1 - y                                                                                   # x_2 - L_0 - c at the start
-    length_t = x1_t - y_t                                                                             # x_2 - L_0 - c at the end
-    gain = 0.5*m_s*(v2 + v2_t)*(v2_t - v2) + (g*m_s + 0.5*k*(length + length_t))*(length_t - length)  # (22)-(24) U_delta
-    return gain
-
-
 def ledger_of(robot: Robot, moments: Moments, u: Real, side_1: Real, side_2: Real, x1_0: Real) -> Ledger:
     """Each entry of the ledger over a part of a phase that starts at x_1 = x1_0.
 
@@ -487,7 +461,7 @@ def body_height(robot: Robot, x1: Real, y: Real) -> Real:
 
     x1 [m] displacement of the actuator.
     y [m] compression of the spring, x_1 - x_2 + L_0 + c.
-    Returns x2 [m], height of the body.
+    Returns x2 [m], height of the body over the ground under the foot.
     """
     L0, c = robot.L0, robot.c
     length = x1 - y         # x_2 - L_0 - c
@@ -506,6 +480,32 @@ def stored_energy(robot: Robot, state: State) -> Real:
     length = x1 - y               # x_2 - L_0 - c at the start
     stored = 0.5*k*length*length  # (22), (23)
     return stored
+
+
+def energies(robot: Robot, state: State) -> Energy:
+    """Energy of the body and of the robot.
+
+    """
+    m_eff, m_s, k, L0, c, g = robot.m_eff, robot.m_s, robot.k, robot.L0, robot.c, robot.g
+    x1, v1, v2, y = state.x1, state.v1, state.v2, state.y
+    length = x1 - y                                                                # x_2 - L_0 - c
+    body = 0.5*k*length*length + 0.5*m_s*v2*v2 + g*m_s*(L0 + c + length)           # (22), (23)
+    total = 0.5*k*y*y + 0.5*m_eff*v1*v1 + 0.5*m_s*v2*v2 + g*m_s*(L0 + c + length)  # energy of the whole robot
+    return Energy(body, total)
+
+
+def body_energy_gain(robot: Robot, state: State, at: At) -> Real:
+    """Change of the body's energy between two states, the AED.
+
+    Returns gain [J], E(t) - E(0).
+    """
+    m_s, k, g = robot.m_s, robot.k, robot.g
+    x1, v2, y = state.x1, state.v2, state.y
+    x1_t, v2_t, y_t = at.x1_t, at.v2_t, at.y_t
+    length = x1 - y                                                                                   # x_2 - L_0 - c at the start
+    length_t = x1_t - y_t                                                                             # x_2 - L_0 - c at the end
+    gain = 0.5*m_s*(v2 + v2_t)*(v2_t - v2) + (g*m_s + 0.5*k*(length + length_t))*(length_t - length)  # (22)-(24) U_delta
+    return gain
 
 
 def touchdown_velocity(robot: Robot, height: Real) -> Real:

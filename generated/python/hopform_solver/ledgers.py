@@ -5,8 +5,8 @@ Within a phase z = (1, x_1 - x_1(0), y, v_1, v_2) obeys z' = M z, so the integra
 
     I(2h) = I(h) + Phi(h) I(h) Phi(h)^T,        Phi(h) = exp(M h) from the closed form
 
-(Van Loan, "Computing integrals involving the matrix exponential", 1978): a sum of squares, in which nothing cancels, and which
-knows no pole configuration. It starts from the power series over a time in which little moves.
+(Van Loan, "Computing integrals involving the matrix exponential", 1978): a sum of squares, in which nothing cancels,
+and which knows no pole configuration. It starts from the power series over a time in which little moves.
 """
 
 import numpy as np

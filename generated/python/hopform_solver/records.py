@@ -7,11 +7,39 @@ Real: TypeAlias = Any
 """A float, or an array that broadcasts: what NumPy's operators take and give has no narrower common type."""
 
 
-class Field(NamedTuple):
-    """A parameter of the robot: its name, the paper's glyph, unit, domain, meaning, and default if it has one.
+class Domain(NamedTuple):
+    """The numbers that a parameter may be, in words and as an interval with or without its ends."""
 
-    domain is one of "real", "positive", "nonnegative", "fraction" (0 <= x < 1), "bound" (>= 0, inf for none),
-    "lower" (may be -inf) and "upper" (may be +inf).
+    allowed: str
+    low: float
+    high: float
+    with_low: bool
+    with_high: bool
+
+    @property
+    def unbounded_below(self) -> bool:
+        """Whether -inf lies in it."""
+        return self.with_low and self.low == float("-inf")
+
+    @property
+    def unbounded_above(self) -> bool:
+        """Whether inf lies in it."""
+        return self.with_high and self.high == float("inf")
+
+
+DOMAINS = {
+    "real": Domain("finite", float("-inf"), float("inf"), False, False),
+    "positive": Domain("> 0", 0.0, float("inf"), False, False),
+    "nonnegative": Domain(">= 0 and finite", 0.0, float("inf"), True, False),
+    "bound": Domain(">= 0", 0.0, float("inf"), True, True),
+    "fraction": Domain(">= 0 and < 1", 0.0, 1.0, True, False),
+    "lower": Domain("a number or -inf", float("-inf"), float("inf"), True, False),
+    "upper": Domain("a number or inf", float("-inf"), float("inf"), False, True),
+}
+
+
+class Field(NamedTuple):
+    """A parameter of the robot: its name, the paper's glyph, unit, one of DOMAINS, meaning, and default if it has one.
     """
 
     name: str
@@ -40,12 +68,42 @@ ROBOT_FIELDS = (
     Field("impact_loss", "\\eta", "1", "fraction", "fraction of the body's kinetic energy lost at touchdown", 0.0),
 )
 
+STATUSES = {
+    0: "ok",  # the answer, without a warning
+    1: "phases_not_kept",  # the phase buffer was too small; everything else is exact
+    2: "no_derivative",  # no take-off, an event that grazes, or derivatives out of range
+    3: "searching",  # the search for a current goes on
+    -1: "error_null",  # a pointer is NULL
+    -2: "error_robot",  # a parameter is not finite or out of its domain, or the plan was not made
+    -3: "error_state",  # an initial value is not finite, or x_1 is outside its stroke
+    -4: "error_extended",  # the spring force at the start is negative
+    -5: "error_steps",  # the steps of the current are none or too many, do not start at 0 or do not increase
+    -6: "error_horizon",  # horizon or max_phases is not positive
+    -7: "error_time",  # a time is not finite or outside the stance
+    -8: "error_numbers",  # the result is not finite: the numbers left the range of the type
+    -9: "error_target",  # the desired apex is below the ground, not finite, or stop_margin is negative
+    -10: "error_gains",  # a gain is negative or not finite
+    -11: "error_variant",  # no such variant of a batch on this processor
+    -12: "error_detector",  # a sample or threshold is not finite, low > high, or count < 1
+    -13: "error_unstable",  # Routh's conditions are violated: negative damping makes a motion grow
+    -14: "error_overlap",  # an output overlaps an input that is read while it is written
+}
+"""Status: 0 ok, negative an error, positive an answer with a warning."""
+
+COMMANDS = {
+    1: "reached",  # the next apex is the desired one
+    2: "nearest",  # no admissible current reaches it; this one comes nearest
+    3: "no_takeoff",  # no current is admissible
+}
+"""What the controller found."""
+
 ENDINGS = {
     1: "takeoff",  # the spring force returned to zero with the leg extending
     2: "rest",  # both masses are held and nothing can change
     3: "horizon",  # the longest time was reached
     4: "too_many_phases",  # the cap on phases was reached
 }
+"""How a stance ended."""
 
 EVENTS = {
     1: "x1_reverses",  # the actuator reverses
@@ -56,12 +114,7 @@ EVENTS = {
     6: "x2_sticks",  # the body comes to rest
     7: "x2_slips",  # the body starts to move
 }
-
-COMMANDS = {
-    1: "reached",  # the next apex is the desired one
-    2: "nearest",  # no admissible current reaches it; this one comes nearest
-    3: "no_takeoff",  # no current is admissible
-}
+"""What starts a phase; 0 is the start of the stance or a step of the current."""
 
 FLIGHT_ENDINGS = {
     1: "touchdown",  # the foot has met the ground from above
@@ -69,6 +122,37 @@ FLIGHT_ENDINGS = {
     3: "horizon",  # the longest time was reached
     4: "too_many_phases",  # the cap on phases was reached
 }
+"""How a flight ended."""
+
+CURRENT_EVENTS = {
+    8: "u_saturates",  # the current reaches its limit
+    9: "u_desaturates",  # the current leaves its limit
+}
+"""What starts a phase of a flight beside what the actuator does."""
+
+CONTACTS = {
+    1: "touchdown",  # the foot touches
+    2: "takeoff",  # the foot has left the ground
+}
+"""What a sample of the signal of contact has told."""
+
+REFUSALS = {
+    -1: "a pointer is NULL",
+    -2: "a parameter is not finite or out of its domain, or the plan was not made",
+    -3: "an initial value is not finite, or x_1 is outside its stroke",
+    -4: "the spring force at the start is negative",
+    -5: "the steps of the current are none or too many, do not start at 0 or do not increase",
+    -6: "horizon or max_phases is not positive",
+    -7: "a time is not finite or outside the stance",
+    -8: "the result is not finite: the numbers left the range of the type",
+    -9: "the desired apex is below the ground, not finite, or stop_margin is negative",
+    -10: "a gain is negative or not finite",
+    -11: "no such variant of a batch on this processor",
+    -12: "a sample or threshold is not finite, low > high, or count < 1",
+    -13: "Routh's conditions are violated: negative damping makes a motion grow",
+    -14: "an output overlaps an input that is read while it is written",
+}
+"""What a negative status means."""
 
 FLIGHT_EVENTS = {
     1: "x1_reverses",  # the actuator reverses
@@ -265,48 +349,6 @@ class Pair(NamedTuple):
     """[s^4] integral of R2"""
 
 
-class PairCore(NamedTuple):
-    """R, its derivative and what is left of the initial 1."""
-
-    Rd: Real
-    """[1] derivative of R"""
-    R: Real
-    """[s] response of the pair of poles to an impulse"""
-    turned: Real
-    """[1] 1 - Rd - p R = q R1, small after a full turn"""
-
-
-class PairIntegrals(NamedTuple):
-    """The integrals of R."""
-
-    R1: Real
-    """[s^2] integral of R"""
-    R2: Real
-    """[s^3] integral of R1"""
-    R3: Real
-    """[s^4] integral of R2"""
-
-
-class PairSeries(NamedTuple):
-    """R over a short time, from its power series: the two highest integrals."""
-
-    R2: Real
-    """[s^3] second integral of R"""
-    R3: Real
-    """[s^4] third integral of R"""
-
-
-class KnownPair(NamedTuple):
-    """R, its derivative and its first integral."""
-
-    Rd: Real
-    """[1] derivative of R"""
-    R: Real
-    """[s] response of the pair of poles to an impulse"""
-    R1: Real
-    """[s^2] integral of R"""
-
-
 class Basis(NamedTuple):
     """The inverse transform W of 1/((s + a)(s^2 + p s + q)), its derivatives and its integrals."""
 
@@ -331,6 +373,126 @@ class Series(NamedTuple):
     """[s^5] third integral of W"""
     W4: Real
     """[s^6] fourth integral of W"""
+
+
+class PairSeries(NamedTuple):
+    """R over a short time, from its power series: the two highest integrals."""
+
+    R2: Real
+    """[s^3] second integral of R"""
+    R3: Real
+    """[s^4] third integral of R"""
+
+
+class Free(NamedTuple):
+    """Free accelerations: the right sides of (3), (4) at v_i = 0 without the friction of mass i."""
+
+    free_1: Real
+    """[m/s^2] free acceleration of the actuator"""
+    free_2: Real
+    """[m/s^2] free acceleration of the body"""
+
+
+class Ringing(NamedTuple):
+    """A function of time as a slow part and an oscillation X R' + Y R, away from multiple poles."""
+
+    slow: Real
+    """[1] what the function is without the oscillation"""
+    X: Real
+    """[1] share of R'"""
+    Y: Real
+    """[1/s] share of R"""
+
+
+class PairNumerator(NamedTuple):
+    """What is left of a numerator behind the factor s + a: A s + B over s^2 + p s + q."""
+
+    A: Real
+    """[1/s^2] terms in s"""
+    B: Real
+    """[1/s^3] constant terms"""
+
+
+class Energy(NamedTuple):
+    """The energy of the body (22), (23) and of the whole robot."""
+
+    body: Real
+    """[J] kinetic and potential energy of the body, spring without the actuator's share"""
+    total: Real
+    """[J] kinetic and potential energy of the whole robot"""
+
+
+class Moments(NamedTuple):
+    """Time integrals over a part of a phase; x_1 counts from where the phase starts."""
+
+    int_v1: Real
+    """[m] integral of v_1"""
+    int_v2: Real
+    """[m] integral of v_2"""
+    int_v1v1: Real
+    """[m^2/s] integral of v_1^2"""
+    int_v1v2: Real
+    """[m^2/s] integral of v_1 v_2"""
+    int_v2v2: Real
+    """[m^2/s] integral of v_2^2"""
+    int_yv1: Real
+    """[m^2] integral of y v_1"""
+    int_yv2: Real
+    """[m^2] integral of y v_2"""
+    int_xv2: Real
+    """[m^2] integral of (x_1 - x_1(0)) v_2"""
+
+
+class Ledger(NamedTuple):
+    """Where energy came from and went to, signed as it enters."""
+
+    motor_work: Real
+    """[J] work of the motor"""
+    offset_work: Real
+    """[J] work of the offset force k c"""
+    viscous_1: Real
+    """[J] viscous loss of the actuator"""
+    viscous_2: Real
+    """[J] viscous loss of the body"""
+    coulomb_1: Real
+    """[J] Coulomb loss of the actuator"""
+    coulomb_2: Real
+    """[J] Coulomb loss of the body"""
+    spring_work: Real
+    """[J] what the actuator's displacement does to the body through the spring"""
+
+
+class PairCore(NamedTuple):
+    """R, its derivative and what is left of the initial 1."""
+
+    Rd: Real
+    """[1] derivative of R"""
+    R: Real
+    """[s] response of the pair of poles to an impulse"""
+    turned: Real
+    """[1] 1 - Rd - p R = q R1, small after a full turn"""
+
+
+class PairIntegrals(NamedTuple):
+    """The integrals of R."""
+
+    R1: Real
+    """[s^2] integral of R"""
+    R2: Real
+    """[s^3] integral of R1"""
+    R3: Real
+    """[s^4] integral of R2"""
+
+
+class KnownPair(NamedTuple):
+    """R, its derivative and its first integral."""
+
+    Rd: Real
+    """[1] derivative of R"""
+    R: Real
+    """[s] response of the pair of poles to an impulse"""
+    R1: Real
+    """[s^2] integral of R"""
 
 
 class KnownBasis(NamedTuple):
@@ -390,35 +552,6 @@ class Integrals(NamedTuple):
     """[s^4] integral of W1"""
 
 
-class PairNumerator(NamedTuple):
-    """What is left of a numerator behind the factor s + a: A s + B over s^2 + p s + q."""
-
-    A: Real
-    """[1/s^2] terms in s"""
-    B: Real
-    """[1/s^3] constant terms"""
-
-
-class Ringing(NamedTuple):
-    """A function of time as a slow part and an oscillation X R' + Y R, away from multiple poles."""
-
-    slow: Real
-    """[1] what the function is without the oscillation"""
-    X: Real
-    """[1] share of R'"""
-    Y: Real
-    """[1/s] share of R"""
-
-
-class Free(NamedTuple):
-    """Free accelerations: the right sides of (3), (4) at v_i = 0 without the friction of mass i."""
-
-    free_1: Real
-    """[m/s^2] free acceleration of the actuator"""
-    free_2: Real
-    """[m/s^2] free acceleration of the body"""
-
-
 class Rise(NamedTuple):
     """How far a function of time has left its initial value, and its first three derivatives."""
 
@@ -460,53 +593,25 @@ class At(NamedTuple):
     """[m] compression of the spring"""
 
 
-class Energy(NamedTuple):
-    """The energy of the body (22), (23) and of the whole robot."""
+class Slopes(NamedTuple):
+    """Change of the right sides of (3), (4), by what each share of it goes with."""
 
-    body: Real
-    """[J] kinetic and potential energy of the body, spring without the actuator's share"""
-    total: Real
-    """[J] kinetic and potential energy of the whole robot"""
-
-
-class Moments(NamedTuple):
-    """Time integrals over a part of a phase; x_1 counts from where the phase starts."""
-
-    int_v1: Real
-    """[m] integral of v_1"""
-    int_v2: Real
-    """[m] integral of v_2"""
-    int_v1v1: Real
-    """[m^2/s] integral of v_1^2"""
-    int_v1v2: Real
-    """[m^2/s] integral of v_1 v_2"""
-    int_v2v2: Real
-    """[m^2/s] integral of v_2^2"""
-    int_yv1: Real
-    """[m^2] integral of y v_1"""
-    int_yv2: Real
-    """[m^2] integral of y v_2"""
-    int_xv2: Real
-    """[m^2] integral of (x_1 - x_1(0)) v_2"""
-
-
-class Ledger(NamedTuple):
-    """Where energy came from and went to, signed as it enters."""
-
-    motor_work: Real
-    """[J] work of the motor"""
-    offset_work: Real
-    """[J] work of the offset force k c"""
-    viscous_1: Real
-    """[J] viscous loss of the actuator"""
-    viscous_2: Real
-    """[J] viscous loss of the body"""
-    coulomb_1: Real
-    """[J] Coulomb loss of the actuator"""
-    coulomb_2: Real
-    """[J] Coulomb loss of the body"""
-    spring_work: Real
-    """[J] what the actuator's displacement does to the body through the spring"""
+    d_C_1: Real
+    """[m/s^2] change of the acceleration of the actuator, constant in a phase"""
+    d_a1_y: Real
+    """[1/s^2] the same per y"""
+    d_a1_v1: Real
+    """[1/s] the same per v_1"""
+    d_a1_v2: Real
+    """[1/s] the same per v_2"""
+    d_C_2: Real
+    """[m/s^2] change of the acceleration of the body, constant in a phase"""
+    d_a2_y: Real
+    """[1/s^2] the same per y"""
+    d_a2_v1: Real
+    """[1/s] the same per v_1"""
+    d_a2_v2: Real
+    """[1/s] the same per v_2"""
 
 
 class RobotChange(NamedTuple):
@@ -555,27 +660,6 @@ class StateChange(NamedTuple):
     """[m/s] change of the velocity of the body"""
     d_y: Real
     """[m] change of the compression of the spring, x_1 - x_2 + L_0 + c"""
-
-
-class Slopes(NamedTuple):
-    """Change of the right sides of (3), (4), by what each share of it goes with."""
-
-    d_C_1: Real
-    """[m/s^2] change of the acceleration of the actuator, constant in a phase"""
-    d_a1_y: Real
-    """[1/s^2] the same per y"""
-    d_a1_v1: Real
-    """[1/s] the same per v_1"""
-    d_a1_v2: Real
-    """[1/s] the same per v_2"""
-    d_C_2: Real
-    """[m/s^2] change of the acceleration of the body, constant in a phase"""
-    d_a2_y: Real
-    """[1/s^2] the same per y"""
-    d_a2_v1: Real
-    """[1/s] the same per v_1"""
-    d_a2_v2: Real
-    """[1/s] the same per v_2"""
 
 
 class Gains(NamedTuple):
@@ -657,15 +741,6 @@ class FootAt(NamedTuple):
     """[m/s^2] the rate of that"""
 
 
-class Way(NamedTuple):
-    """What a part of a phase of the flight leaves behind."""
-
-    moved: Real
-    """[m] how far it has moved since the phase began"""
-    int_v1v1: Real
-    """[m^2/s] integral of v_1^2"""
-
-
 class FlightLedger(NamedTuple):
     """Where the actuator's energy came from and went to in flight, signed as it enters."""
 
@@ -677,3 +752,12 @@ class FlightLedger(NamedTuple):
     """[J] viscous loss of the actuator"""
     coulomb_1: Real
     """[J] Coulomb loss of the actuator"""
+
+
+class Way(NamedTuple):
+    """What a part of a phase of the flight leaves behind."""
+
+    moved: Real
+    """[m] how far it has moved since the phase began"""
+    int_v1v1: Real
+    """[m^2/s] integral of v_1^2"""

@@ -916,20 +916,11 @@ static void stance_report_real(const stance_chain_real *chain, const hopform_sta
     }
 }
 
-/* Domains of the parameters; NaN lies in none. */
-#define IN_REAL_real(value) ((value) >= -HOPFORM_NEVER_real && (value) <= HOPFORM_NEVER_real)
-#define IN_POSITIVE_real(value) ((value) > 0.0 && (value) <= HOPFORM_NEVER_real)
-#define IN_NONNEGATIVE_real(value) ((value) >= 0.0 && (value) <= HOPFORM_NEVER_real)
-#define IN_BOUND_real(value) ((value) >= 0.0)
-#define IN_FRACTION_real(value) ((value) >= 0.0 && (value) < 1.0)
-#define IN_LOWER_real(value) ((value) <= HOPFORM_NEVER_real)
-#define IN_UPPER_real(value) ((value) >= -HOPFORM_NEVER_real)
-
 /* Fill a plan from its robot. */
 static int32_t fill_plan_real(hopform_plan_real *plan)
 {
     const hopform_robot_real *robot = &plan->robot;
-#define OR_OUTSIDE(name, domain) || !IN_##domain##_real(robot->name)
+#define OR_OUTSIDE(name, domain) || !HOPFORM_IN_##domain##_real(robot->name)
     if (!(robot->x1_min <= robot->x1_max) HOPFORM_ROBOT_MEMBERS(OR_OUTSIDE)) {
 #undef OR_OUTSIDE
         return HOPFORM_ERROR_ROBOT;

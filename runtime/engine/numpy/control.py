@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: MIT-0
 """The current after which the next apex is the desired one, (25)-(27) in their exact form: apex(u) = h_des.
 
-The range of u is a row of cells between currents that were tried. A cell is left when the values and slopes at its ends say
-that nothing better lies in it, else it is split: around the root, extremum or limit that they foretell, and evenly. All cells
-that are not done are split at once into many, from a grid on, as a wave of currents costs about the same however many there are:
-no step of this follows the order in which the C library goes.
+The range of u is a row of cells between currents that were tried. A cell is left when the values and slopes at its ends
+say that nothing better lies in it, else it is split: around the root, extremum or limit that they foretell, and evenly.
+All cells that are not done are split at once into many, from a grid on, as a wave of currents costs about the same
+however many there are: no step of this follows the order in which the C library goes.
 """
 
 from dataclasses import dataclass
@@ -30,8 +30,9 @@ WAVES = 60
 CLUSTER = (-(2.0**-5), -(2.0**-12), 0.0, 2.0**-12, 2.0**-5)
 """Where currents are tried around a foretold one, as shares of the cell."""
 WIDE, COARSE, DOWN, STEP, EDGE = 0.5, 0.25, 0.0625, 1.0 / 256.0, 1.0 / 64.0
-"""How wide a cell may be, as a share of u_max, to be judged by its ends: where the events are the same at both, where not,
-where neither takes off, where one does, and where x_1 reaches its limit."""
+"""How wide a cell may be, as a share of u_max, to be judged by its ends: where the events are the same at both, where
+not, where neither takes off, where one does, and where x_1 reaches its limit.
+"""
 LEAN, BEND, KINK, DEPTH = 0.25, 0.03125, 0.5, 1.0
 """How far functions may be off what the ends foretell, as in the C library."""
 
@@ -221,8 +222,9 @@ class _Cells:
 
     @property
     def share_of_limit(self) -> Array:
-        """Where x_1 reaches its limit, as a share of the cell: by both ends where it rises or falls throughout, else by the
-        slope at the admissible one; far outside if that does not lead there."""
+        """Where x_1 reaches its limit, as a share of the cell: by both ends where it rises or falls throughout, else by
+        the slope at the admissible one; far outside if that does not lead there.
+        """
         starts, peak = self.search.admits(self.from_), self.peak
         room = either(starts, peak.from_, peak.to)
         toward = np.where(starts, peak.from_rate, -peak.to_rate) * self.width
@@ -252,7 +254,9 @@ class _Cells:
 
     @property
     def promise(self) -> Array:
-        """What no admissible current in the cell comes nearer than, as far as its ends tell; inf if there is none in it."""
+        """What no admissible current in the cell comes nearer than, as far as its ends tell; inf if there is none in
+        it.
+        """
         search, from_, to, gap, range_ = self.search, self.from_, self.to, self.gap, self.search.robot.u_max
         in_from, in_to = search.admits(from_), search.admits(to)
         whole = np.where(gap.from_ > 0.0, gap.least, gap.mirrored.least)
@@ -310,7 +314,8 @@ class _Cells:
 def choose(
     robot: Robot, start: State, target: tuple[float, float, float, float], max_phases: int, dtype: type[np.floating]
 ) -> tuple[float, float, int, int]:
-    """Current [A], hop height [m] (0 without take-off), REACHED, NEAREST or NO_TAKEOFF, and how many stances were solved.
+    """Current [A], hop height [m] (0 without take-off), REACHED, NEAREST or NO_TAKEOFF, and how many stances were
+    solved.
 
     robot and start hold floats; target: h_des, datum, stop_margin [m], horizon [s]. No input is checked here.
     """

@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: MIT-0
-"""A flight as a chain of phases: the body is ballistic, the actuator returns under the law or at the limit of its current.
+"""A flight as a chain of phases: the body is ballistic, the actuator returns under the law or at the limit of its
+current.
 
-In a phase v_1, the jerk and the rate of the law's pull are motions of the pair of poles alone, whose zeros are known in closed
-form. Between those of the jerk the foot's acceleration is monotone, between the roots of that its rate, between the roots of
-that the foot itself: each root is bracketed. One flight at a time.
+In a phase v_1, the jerk and the rate of the law's pull are motions of the pair of poles alone, whose zeros are known in
+closed form. Between those of the jerk the foot's acceleration is monotone, between the roots of that its rate, between
+the roots of that the foot itself: each root is bracketed. One flight at a time.
 """
 
 from collections.abc import Callable
@@ -47,7 +48,9 @@ SETTLED_BEFORE, SHORTEST = 0.05, 0.02
 
 
 class FlightPhase(NamedTuple):
-    """Where and when a phase starts, the sign of v_1 (0 if held), that of the pull at its limit (0 under the law), and why."""
+    """Where and when a phase starts, the sign of v_1 (0 if held), that of the pull at its limit (0 under the law), and
+    why.
+    """
 
     t: Real
     x1: Real
@@ -62,8 +65,8 @@ class FlightPhase(NamedTuple):
 class FlightSolution:
     """A flight, solved. In its states y is how far the foot is below the ground ahead.
 
-    duration [s], end: the state before the impact, v2_after [m/s] it, apex [m] up to the ending, apex_time [s], impact_loss and
-    start_loss [J] (negative), ending: a key of FLIGHT_ENDINGS, phases.
+    duration [s], end: the state before the impact, v2_after [m/s] it, apex [m] up to the ending, apex_time [s],
+    impact_loss and start_loss [J] (negative), ending: a key of FLIGHT_ENDINGS, phases.
     """
 
     robot: Robot
@@ -465,7 +468,9 @@ def _run(chain: _Chain, max_phases: int) -> tuple[str, State]:
 
 
 def expected_time(robot: Robot, start: State) -> Real:
-    """The time in which a designed return settles: 50 ms before the touchdown on the ground that was left, 20 ms at least."""
+    """The time in which a designed return settles: 50 ms before the touchdown on the ground that was left, 20 ms at
+    least.
+    """
     square = start.v2 * start.v2 + 2.0 * robot.g * start.x1
     fall = formulas.time_of_fall(robot, start.v2, start.x1) if square > 0.0 else 0.0
     return type(start.v2)(max(fall - SETTLED_BEFORE, SHORTEST))
@@ -549,7 +554,9 @@ def _at_in_phase(flight: FlightSolution, phase: FlightPhase, t: Real) -> Actuato
 
 
 def _square_of_velocity(poles: Poles, phase: FlightPhase, t: Real) -> Real:
-    """Integral of v_1^2 over the first t of a phase, I(2h) = I(h) + Phi(h) I(h) Phi(h)^T for z = (v, a) as in the stance."""
+    """Integral of v_1^2 over the first t of a phase, I(2h) = I(h) + Phi(h) I(h) Phi(h)^T for z = (v, a) as in the
+    stance.
+    """
     if phase.side == 0:
         return t * 0.0
     fastest = float(poles.p + np.sqrt(poles.q)) * float(t)

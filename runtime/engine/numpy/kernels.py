@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: MIT-0
-"""Primitives: the roots of the cubic as factors, and the response W of the poles to an impulse over time, by the regime that
-loses no digits. Every argument is an array of one dimension or a record of such arrays.
+"""Primitives: the roots of the cubic as factors, and the response W of the poles to an impulse over time, by the regime
+that loses no digits. Every argument is an array of one dimension or a record of such arrays.
 """
 
 import math

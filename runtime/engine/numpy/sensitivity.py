@@ -5,8 +5,9 @@ Within a phase z = (1, x_1, y, v_1, v_2) obeys z' = M z, so a change d_p of an i
 
     d_z(h) = Phi(h) d_z(0) + sum_j d_M_j G_j(h) z(0),     G_j(h) = integral of Phi(h - s) E_j Phi(s), 0 <= s <= h
 
-E_j being 1 in one place of the rows of (3), (4) in M. Doubling, G_j(2h) = Phi(h) G_j(h) + G_j(h) Phi(h), adds up what does not
-cancel and knows no pole configuration (Van Loan, "Computing integrals involving the matrix exponential", 1978).
+E_j being 1 in one place of the rows of (3), (4) in M. Doubling, G_j(2h) = Phi(h) G_j(h) + G_j(h) Phi(h), adds up what
+does not cancel and knows no pole configuration (Van Loan, "Computing integrals involving the matrix exponential",
+1978).
 
 An event at tau, which moves by d_tau, adds (z' before it - z' after it) d_tau, on top of what it does to the state.
 """
@@ -146,7 +147,9 @@ def _is(event: NDArray[np.int8], *words: str) -> NDArray[np.bool_]:
 
 
 def _pass(chains: _Chains, old: NDArray[np.intp], change: Array) -> Array:
-    """Changes right after the events between phases and the next ones; nothing jumps at a slip or a step of the current."""
+    """Changes right after the events between phases and the next ones; nothing jumps at a slip or a step of the
+    current.
+    """
     now = old + 1
     event = chains.phases.event[now]
     hits = _is(event, "x1_hits_stop")
@@ -223,9 +226,9 @@ def _of_lanes(solution: Solution, lanes: NDArray[np.intp]) -> Array:
 def sensitivities_of(solution: Solution) -> Array:
     """Derivatives of solved stances through their events, in the solution's shape with two more axes, ROWS and COLUMNS.
 
-    NaN without take-off, where an event grazes, and for the apex without gravity. Column y is at fixed x_1, L0, c: where x_2 is
-    given, y = x_1 - x_2 + L0 + c passes it on to them. An actuator that starts on a stop stays where it starts (x1) until it
-    leaves; x1_min, x1_max count where a stop is met later.
+    NaN without take-off, where an event grazes, and for the apex without gravity. Column y is at fixed x_1, L0, c:
+    where x_2 is given, y = x_1 - x_2 + L0 + c passes it on to them. An actuator that starts on a stop stays where it
+    starts (x1) until it leaves; x1_min, x1_max count where a stop is met later.
     """
     ending = solution.ending.reshape(-1)
     matrix = np.full((ending.size, len(ROWS), len(COLUMNS)), np.nan, dtype=solution.duration.dtype)
@@ -253,7 +256,8 @@ def _between(chains: _Chains, n: int, t: Array) -> _Chains:
 
 
 def tangents_of(solution: Solution, times: Array) -> Array:
-    """Derivatives (times, 4, columns) of the states x_1, v_1, v_2, y of one solved stance at times that do not decrease.
+    """Derivatives (times, 4, columns) of the states x_1, v_1, v_2, y of one solved stance at times that do not
+    decrease.
 
     Through the events before each time; where an event grazes, those of a motion that does not notice it.
     """

@@ -44,7 +44,8 @@ class Solution:
     """Stances, solved; every array has one entry per lane, in the shape that the inputs broadcast to.
 
     duration [s], end: the state at the ending, apex [m] (NaN without take-off), aed [J], start_loss [J] the energy lost
-    at a stop at t = 0, ending (a key of ENDINGS), phase_count, phases: where each phase starts, in which mode, by which event.
+    at a stop at t = 0, ending (a key of ENDINGS), phase_count, phases: where each phase starts, in which mode, by which
+    event.
     """
 
     shape: tuple[int, ...]
@@ -239,7 +240,9 @@ def _leg(chain: _Chain, poles: Poles, motion: Motion) -> Iterator[_Watched]:
 
 
 def _rings_down(chain: _Chain, poles: Poles, leg: _Watched, lift: Array) -> Array:
-    """Where one mass is held and the forces on the other one cancel at y = 0, y rings about 0: its first zero in closed form."""
+    """Where one mass is held and the forces on the other one cancel at y = 0, y rings about 0: its first zero in closed
+    form.
+    """
     robot, state, side = chain.plan.robot, take(chain.state, leg.lanes), take(chain.side, leg.lanes)
     slack = chain.state._replace(y=np.zeros_like(chain.state.y), v1=np.zeros_like(chain.u), v2=np.zeros_like(chain.u))
     free = take(formulas.free_accelerations(chain.plan.rates, slack, chain.u), leg.lanes)
@@ -278,7 +281,9 @@ def _touch(from_stop: State, motion: Motion, basis: Basis) -> Array:
 
 
 def _watch_stop(chain: _Chain, poles: Poles, motion: Motion, until: Array, end: _End) -> None:
-    """Within a phase x_1 is monotone: it has met the stop ahead if it is beyond it at the time `until` which it lasts at most."""
+    """Within a phase x_1 is monotone: it has met the stop ahead if it is beyond it at the time `until` which it lasts
+    at most.
+    """
     eps = np.finfo(end.t.dtype).eps
     gap = choose(chain.side.first > 0.0, chain.from_max, chain.from_min)
     lanes = np.flatnonzero((chain.side.first != 0.0) & np.isfinite(gap))
@@ -508,7 +513,8 @@ def _next_step(chain: _Chain, log: _Log, end: _End) -> None:
 
 
 def _keep_free_accelerations(chain: _Chain, motion: Motion, basis: Basis, end: _End) -> None:
-    """A mass that rings alone fades far below the digits of the state; its acceleration at rest is known from the motion.
+    """A mass that rings alone fades far below the digits of the state; its acceleration at rest is known from the
+    motion.
 
     Without friction nothing but the sign is left of it in the end, and that is kept.
     """

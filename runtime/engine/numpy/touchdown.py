@@ -17,7 +17,9 @@ class Detector:
 
 
 class Contact(NamedTuple):
-    """What is known after a sample: whether the signal is above, whether the foot touches, for how many samples they disagree."""
+    """What is known after a sample: whether the signal is above, whether the foot touches, for how many samples they
+    disagree.
+    """
 
     above: bool = False
     touches: bool = False

@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: MIT-0
-"""Currents, tried: the apex that follows each, the largest x_1, by how little the upper stop is hit, the least spring that the
-leg comes near to taking off with, and how they change with the current, through the events.
+"""Currents, tried: the apex that follows each, the largest x_1, by how little the upper stop is hit, the least spring
+that the leg comes near to taking off with, and how they change with the current, through the events.
 
 A phase is linear, so its change d_z with u obeys the equations of motion without friction, weight and offset, under the
-acceleration that 1 A gives. An event adds (z' before it - z' after it) d_tau. Extrema of x_1 and of y move to first order as
-if their time stood still. All currents at once, phase by phase.
+acceleration that 1 A gives. An event adds (z' before it - z' after it) d_tau. Extrema of x_1 and of y move to first
+order as if their time stood still. All currents at once, phase by phase.
 """
 
 from dataclasses import dataclass
@@ -30,8 +30,8 @@ _PRIME = 1_000_003
 class Trials(NamedTuple):
     """What the stances under some currents do; derivatives are by u.
 
-    peak: the largest x_1; above x1_max where that is hit, by what tells how far the stance is from not hitting it. dip: the
-    least minimum of y before the ending, inf if there is none. events: a number that stands for the order of modes
+    peak: the largest x_1; above x1_max where that is hit, by what tells how far the stance is from not hitting it. dip:
+    the least minimum of y before the ending, inf if there is none. events: a number that stands for the order of modes
     and events. held: the actuator never moves. smooth: the derivatives exist.
     """
 
@@ -151,8 +151,9 @@ def _find_dips(trials: Trials, lanes: NDArray[np.intp], phase: _Phase) -> None:
 
 
 def _turn(phase: _Phase, low: Array, high: Array, falling: Array, rising: Array) -> Array:
-    """Where y' vanishes between two times of each phase, with its values there, the first < 0: by false position, the value at
-    an end that stays being halved (Illinois)."""
+    """Where y' vanishes between two times of each phase, with its values there, the first < 0: by false position, the
+    value at an end that stays being halved (Illinois).
+    """
     last = new = high
     for _ in range(60):
         new = high - rising * (high - low) / (rising - falling)
@@ -214,7 +215,8 @@ def _cross(
     hit = np.flatnonzero(sound & stops & (speed > 0.0))
     _note_hit(trials, lanes[hit], take(arriving, hit), take(met, hit), plans.robot.g[hit])
     _note(trials.peak, trials.peak_u, lanes, state.x1, new.x1, 1.0)
-    # Where both masses stand still, what they do before and after tells, and not what rounding leaves of their velocities.
+    # Where both masses stand still, what they do before and after tells, and not what rounding leaves of their
+    # velocities.
     old_side, new_side = sides_of(phases.mode[now - 1], dtype), sides_of(phases.mode[now], dtype)
     stands = (state.v1 == 0.0) & (state.v2 == 0.0)
     fell = np.where(stands, old_side.first < old_side.second, rate[lanes] < 0.0)
@@ -224,7 +226,8 @@ def _cross(
 
 
 def _note_hit(trials: Trials, lanes: NDArray[np.intp], at: State, met: State, g: Array) -> None:
-    """Where the upper stop is hit: how far x_1 is from staying off it, as its velocity vanishes or the leg takes off before.
+    """Where the upper stop is hit: how far x_1 is from staying off it, as its velocity vanishes or the leg takes off
+    before.
 
     The lesser of y and of the height from which a mass falls as fast; met: the change of the state, whose time moves.
     """

@@ -54,50 +54,53 @@ extern "C" {
 #define HOPFORM_ERROR_OVERLAP (-14)  /**< an output overlaps an input that is read while it is written */
 
 /** What the controller found. */
-#define HOPFORM_COMMAND_REACHED 1
-#define HOPFORM_COMMAND_NEAREST 2
-#define HOPFORM_COMMAND_NO_TAKEOFF 3
+#define HOPFORM_COMMAND_REACHED 1    /**< the next apex is the desired one */
+#define HOPFORM_COMMAND_NEAREST 2    /**< no admissible current reaches it; this one comes nearest */
+#define HOPFORM_COMMAND_NO_TAKEOFF 3 /**< no current is admissible */
+
+/** How a stance ended. */
+#define HOPFORM_ENDING_TAKEOFF 1     /**< the spring force returned to zero with the leg extending */
+#define HOPFORM_ENDING_REST 2        /**< both masses are held and nothing can change */
+#define HOPFORM_ENDING_HORIZON 3     /**< the longest time was reached */
+#define HOPFORM_ENDING_TOO_MANY_PHASES 4 /**< the cap on phases was reached */
+
+/** What starts a phase; 0 is the start of the stance or a step of the current. */
+#define HOPFORM_EVENT_X1_REVERSES 1  /**< the actuator reverses */
+#define HOPFORM_EVENT_X1_STICKS 2    /**< the actuator comes to rest */
+#define HOPFORM_EVENT_X1_SLIPS 3     /**< the actuator starts to move, or leaves a stop */
+#define HOPFORM_EVENT_X1_HITS_STOP 4 /**< the actuator meets a stop */
+#define HOPFORM_EVENT_X2_REVERSES 5  /**< the body reverses */
+#define HOPFORM_EVENT_X2_STICKS 6    /**< the body comes to rest */
+#define HOPFORM_EVENT_X2_SLIPS 7     /**< the body starts to move */
+
+/** How a flight ended. */
+#define HOPFORM_FLIGHT_TOUCHDOWN 1   /**< the foot has met the ground from above */
+#define HOPFORM_FLIGHT_TRIPPED 2     /**< the foot never got above the ground ahead */
+#define HOPFORM_FLIGHT_HORIZON 3     /**< the longest time was reached */
+#define HOPFORM_FLIGHT_TOO_MANY_PHASES 4 /**< the cap on phases was reached */
+
+/** What starts a phase of a flight beside what the actuator does. */
+#define HOPFORM_FLIGHT_EVENT_U_SATURATES 8 /**< the current reaches its limit */
+#define HOPFORM_FLIGHT_EVENT_U_DESATURATES 9 /**< the current leaves its limit */
+
+/** What a sample of the signal of contact has told. */
+#define HOPFORM_CONTACT_TOUCHDOWN 1  /**< the foot touches */
+#define HOPFORM_CONTACT_TAKEOFF 2    /**< the foot has left the ground */
+
+#define HOPFORM_EVENT_NONE 0         /**< what starts a phase: the start, or a step of the current */
 #define HOPFORM_SEARCH_TRIALS 4096   /**< currents tried at most */
 
 #define HOPFORM_MOST_STEPS 65535 /**< steps of a current at most */
 #define HOPFORM_PLAN_MADE 0x686f7066u /**< tells a plan from memory that holds anything */
 #define HOPFORM_SELFTEST_PHASES 32   /**< phases that hopform_selftest works in */
 
-/** How a batch is solved, each to the same bits: the fastest that the processor has; one stance after the other; many at a
- * time in vector registers, those of every such processor or those of AVX2, AVX-512. */
+/** How a batch is solved, each to the same bits: the fastest that the processor has; one stance after the other; many at
+ * a time in vector registers, those of every such processor or those of AVX2, AVX-512. */
 #define HOPFORM_VARIANT_BEST 0
 #define HOPFORM_VARIANT_ONE_BY_ONE 1
 #define HOPFORM_VARIANT_BASELINE 2
 #define HOPFORM_VARIANT_AVX2 3
 #define HOPFORM_VARIANT_AVX512 4
-
-/** How a stance ended. */
-#define HOPFORM_ENDING_TAKEOFF 1
-#define HOPFORM_ENDING_REST 2
-#define HOPFORM_ENDING_HORIZON 3
-#define HOPFORM_ENDING_TOO_MANY_PHASES 4
-
-/** What starts a phase; 0 is the start of the stance or a step of the current. */
-#define HOPFORM_EVENT_NONE 0
-#define HOPFORM_EVENT_X1_REVERSES 1
-#define HOPFORM_EVENT_X1_STICKS 2
-#define HOPFORM_EVENT_X1_SLIPS 3
-#define HOPFORM_EVENT_X1_HITS_STOP 4
-#define HOPFORM_EVENT_X2_REVERSES 5
-#define HOPFORM_EVENT_X2_STICKS 6
-#define HOPFORM_EVENT_X2_SLIPS 7
-
-/** How a flight ended, and what starts a phase of it beside what the actuator does. */
-#define HOPFORM_FLIGHT_TOUCHDOWN 1
-#define HOPFORM_FLIGHT_TRIPPED 2
-#define HOPFORM_FLIGHT_HORIZON 3
-#define HOPFORM_FLIGHT_TOO_MANY_PHASES 4
-#define HOPFORM_FLIGHT_EVENT_U_SATURATES 8
-#define HOPFORM_FLIGHT_EVENT_U_DESATURATES 9
-
-/** What a sample of the signal of contact has told. */
-#define HOPFORM_CONTACT_TOUCHDOWN 1
-#define HOPFORM_CONTACT_TAKEOFF 2
 
 /** Sensitivities: rows T, x1, v1, x2, v2 (time and state of the take-off), apex, aed; columns x1, v1, y, v2, u, then the
  * parameters of the robot in the order of hopform_robot. */

@@ -313,16 +313,16 @@ int32_t hopform_stance_at_f64(const hopform_plan_f64 *plan, const hopform_step_f
 /** States at `count` times of any order, each as hopform_stance_at gives it, as four arrays; y is the compression.
  * Arrays that overlap an input are refused. */
 int32_t hopform_stance_states_f64(const hopform_plan_f64 *plan, const hopform_step_f64 *steps,
-                                   const hopform_phase_f64 *phases, const hopform_stance_f64 *stance, const double *times,
-                                   int32_t count, double *x1, double *v1, double *v2, double *y);
+                                   const hopform_phase_f64 *phases, const hopform_stance_f64 *stance,
+                                   const double *times, int32_t count, double *x1, double *v1, double *v2, double *y);
 
 /** Energies and ledgers from the start of a solved stance to each of `count` times, which must not decrease. Without
  * ledgers and stop_losses (both NULL) the energies alone, at a fraction of the cost, at times of any order. Arrays
  * that overlap an input are refused. */
 int32_t hopform_stance_energy_f64(const hopform_plan_f64 *plan, const hopform_step_f64 *steps,
-                                   const hopform_phase_f64 *phases, const hopform_stance_f64 *stance, const double *times,
-                                   int32_t count, hopform_energy_f64 *energies, hopform_ledger_f64 *ledgers,
-                                   double *stop_losses);
+                                   const hopform_phase_f64 *phases, const hopform_stance_f64 *stance,
+                                   const double *times, int32_t count, hopform_energy_f64 *energies,
+                                   hopform_ledger_f64 *ledgers, double *stop_losses);
 
 /** Derivatives of a solved stance through its events: HOPFORM_SENSITIVITY_ROWS times HOPFORM_SENSITIVITY_COLUMNS
  * numbers, row by row; zeros if there are none (positive status).
@@ -336,10 +336,10 @@ int32_t hopform_stance_sensitivities_f64(const hopform_plan_f64 *plan, const hop
                                           const hopform_phase_f64 *phases, const hopform_stance_f64 *stance,
                                           double *matrix);
 
-/** States of a solved stance at `count` times, which must not decrease, and their derivatives through the events before them:
- * HOPFORM_TANGENT_ROWS times HOPFORM_SENSITIVITY_COLUMNS numbers a time, rows x1, v1, v2, y, columns as in
- * hopform_stance_sensitivities. Where an event grazes (HOPFORM_NO_DERIVATIVE) they are those of a motion that does not notice it.
- * Arrays that overlap an input are refused.
+/** States of a solved stance at `count` times, which must not decrease, and their derivatives through the events before
+ * them: HOPFORM_TANGENT_ROWS times HOPFORM_SENSITIVITY_COLUMNS numbers a time, rows x1, v1, v2, y, columns as in
+ * hopform_stance_sensitivities. Where an event grazes (HOPFORM_NO_DERIVATIVE) they are those of a motion that does not
+ * notice it. Arrays that overlap an input are refused.
  */
 int32_t hopform_stance_tangents_f64(const hopform_plan_f64 *plan, const hopform_step_f64 *steps,
                                      const hopform_phase_f64 *phases, const hopform_stance_f64 *stance,
@@ -380,9 +380,9 @@ int32_t hopform_choose_current_step_f64(hopform_search_f64 *search, hopform_phas
                                          hopform_command_f64 *command);
 
 /** Both, up to the end. */
-int32_t hopform_choose_current_f64(hopform_search_f64 *search, const hopform_plan_f64 *plan, const hopform_state_f64 *start,
-                                    const hopform_target_f64 *target, hopform_phase_f64 *phases, int32_t capacity,
-                                    hopform_command_f64 *command);
+int32_t hopform_choose_current_f64(hopform_search_f64 *search, const hopform_plan_f64 *plan,
+                                    const hopform_state_f64 *start, const hopform_target_f64 *target,
+                                    hopform_phase_f64 *phases, int32_t capacity, hopform_command_f64 *command);
 
 /** Gains with which the actuator, from rest, is back within 1/100 of its way in a time [s], critically damped; they
  * may lie in the plan. */
@@ -410,11 +410,13 @@ int32_t hopform_flight_at_f64(const hopform_plan_f64 *plan, const hopform_flight
  * are refused. */
 int32_t hopform_flight_energy_f64(const hopform_plan_f64 *plan, const hopform_flight_phase_f64 *phases,
                                    const hopform_flight_f64 *flight, const double *times, int32_t count,
-                                   hopform_energy_f64 *energies, hopform_flight_ledger_f64 *ledgers, double *stop_losses);
+                                   hopform_energy_f64 *energies, hopform_flight_ledger_f64 *ledgers,
+                                   double *stop_losses);
 
-/** Solves fixed cases that visit every mode, kind of event, ending and branch of the kernels, and hashes all bits of what
- * comes out: the same word on every processor, with every compiler and optimisation that keeps to IEEE 754.
- * search, phases: memory to work in; capacity >= HOPFORM_SELFTEST_PHASES, else the word is 0, which no selftest gives. */
+/** Solves fixed cases that visit every mode, kind of event, ending and branch of the kernels, and hashes all bits of
+ * what comes out: the same word on every processor, with every compiler and optimisation that keeps to IEEE 754.
+ * search, phases: memory to work in; capacity >= HOPFORM_SELFTEST_PHASES, else the word is 0, which no selftest gives.
+ * */
 uint32_t hopform_selftest_f64(hopform_search_f64 *search, hopform_phase_f64 *phases, int32_t capacity);
 
 /** Take one sample; HOPFORM_CONTACT_TOUCHDOWN or HOPFORM_CONTACT_TAKEOFF where it detects one, else 0. A refusal does
@@ -425,7 +427,8 @@ int32_t hopform_touchdown_f64(const hopform_detector_f64 *detector, hopform_cont
  * robot changes. HOPFORM_PHASES_NOT_KEPT if the events of a stance did not fit, as its event_count shows. Columns of
  * inputs must not be NULL. Elements of results, events or phases that overlap an element of an input, or one of the
  * two structs, are refused; interleaved columns are not. A negative status refuses every stance. */
-int32_t hopform_solve_stances_f64(int64_t count, const hopform_stances_in_f64 *in, const hopform_stances_out_f64 *out);
+int32_t hopform_solve_stances_f64(int64_t count, const hopform_stances_in_f64 *in,
+                                   const hopform_stances_out_f64 *out);
 
 /** The same by one of HOPFORM_VARIANT_...; HOPFORM_ERROR_VARIANT if the processor lacks it. */
 int32_t hopform_solve_stances_by_f64(int32_t variant, int64_t count, const hopform_stances_in_f64 *in,

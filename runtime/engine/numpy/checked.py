@@ -1,27 +1,25 @@
-# {{ header }}
-"""The robot as people build it: a frozen dataclass whose fields are checked at construction."""
+# SPDX-License-Identifier: MIT-0
+"""Numbers against their domains, and what is said of those that lie outside."""
 
-import math
 import sys
-from collections.abc import Callable
-from dataclasses import dataclass
 from functools import cached_property
 from numbers import Real as Number
+from typing import Any
 
-from hopform_solver.records import ROBOT_FIELDS, Field
+from hopform_solver.records import DOMAINS, ROBOT_FIELDS, Field
 from hopform_solver.records import Robot as Parameters
 
-_ALLOWED: dict[str, tuple[str, Callable[[float], bool]]] = {
-    "real": ("finite", math.isfinite),
-    "positive": ("> 0", lambda value: 0.0 < value < math.inf),
-    "nonnegative": (">= 0 and finite", lambda value: 0.0 <= value < math.inf),
-    "bound": (">= 0", lambda value: value >= 0.0),
-    "fraction": (">= 0 and < 1", lambda value: 0.0 <= value < 1.0),
-    "lower": ("a number or -inf", lambda value: value < math.inf),
-    "upper": ("a number or inf", lambda value: value > -math.inf),
-}
 _LONGEST = 60
 """Characters of a value that an error message shows."""
+
+
+def inside(domain: str, value: Any, largest: float = sys.float_info.max) -> Any:
+    """Whether a number, or each of an array, lies in a domain and, where infinity does not, within +-largest."""
+    allowed = DOMAINS[domain]
+    low, high = max(allowed.low, -largest), min(allowed.high, largest)
+    above = value >= low if allowed.with_low or low > allowed.low else value > low
+    below = value <= high if allowed.with_high or high < allowed.high else value < high
+    return (above | allowed.unbounded_below) & (below | allowed.unbounded_above)
 
 
 def shown(value: object) -> str:
@@ -48,22 +46,16 @@ def refusal(field: Field, value: object) -> str | None:
         number = float(value)
     except OverflowError:
         return beyond(field.name, unit, value)
-    allowed, holds = _ALLOWED[field.domain]
-    return None if holds(number) else f"{field.name} must be {allowed}{unit and f' {unit}'}, got {number!r}"
+    if inside(field.domain, number):
+        return None
+    return f"{field.name} must be {DOMAINS[field.domain].allowed}{unit and f' {unit}'}, got {number!r}"
 
 
-@dataclass(frozen=True, kw_only=True)
-class Robot:
-    """What the hopper is made of, in SI units and A; ValueError names a field that is out of its domain.
+class Checked:
+    """What makes a dataclass of the robot's parameters one of checked floats."""
 
-{% for quantity in program.record("Robot").quantities %}
-    {{ quantity.name }} [{{ quantity.unit }}] {{ quantity.meaning }}.
-{% endfor %}
-    """
-
-{% for quantity in program.record("Robot").quantities %}
-    {{ numpy.attribute(quantity) }}
-{% endfor %}
+    x1_min: float
+    x1_max: float
 
     def __post_init__(self) -> None:
         for field in ROBOT_FIELDS:

@@ -1,8 +1,10 @@
 """Flight: the body is ballistic, and the actuator returns under a PD law, up to the limit of its current.
 
-The foot has no mass, so the leg carries nothing: y = 0, and the body moves with the actuator as seen from the foot. From (3)
+The foot has no mass, so the leg carries nothing: y = 0, and the body moves with the actuator as seen from the foot.
+From (3)
 
-    x_1'' = (k c - b_1 v_1 - gamma_2 u)/m_eff - f_1 sign(v_1),      gamma_2 u = K_p x_1 + K_d v_1, within +-|gamma_2| u_max
+    x_1'' = (k c - b_1 v_1 - gamma_2 u)/m_eff - f_1 sign(v_1),      gamma_2 u = K_p x_1 + K_d v_1, within +-|gamma_2|
+    u_max
 
 which is linear in each of its modes: s^2 + p s + q with p = (b_1 + K_d)/m_eff, q = K_p/m_eff under the law, and with
 p = b_1/m_eff, q = 0 at the limit. With R, the response of the pair to an impulse, from x_1, v_1 and the acceleration a
@@ -11,7 +13,8 @@ p = b_1/m_eff, q = 0 at the limit. With R, the response of the pair to an impuls
 
 nothing is divided by p or q. The foot is above the ground by foot + v_2 t - g t^2/2 - (x_1(t) - x_1).
 
-A further term may be a force on the actuator alone that is constant or linear in v_1. It acts in stance and in flight alike.
+A further term may be a force on the actuator alone that is constant or linear in v_1. It acts in stance and in flight
+alike.
 - A force between the masses would be part of the leg's contact force, and take-off is looked for where k y vanishes.
 - A force on the body would be lost at take-off, because the body is ballistic in flight.
 - A force on the actuator that depends on y or v_2 would be unknown in flight, where the leg carries nothing.
@@ -19,39 +22,9 @@ A further term may be a force on the actuator alone that is constant or linear i
 
 import sympy as sp
 
-from derive.ir import Quantity, Record, Step
-from derive.model import Model, ModelError, Term
-from derive.quantities import (
-    L0,
-    MOMENTS,
-    R1,
-    R,
-    Rd,
-    body,
-    c,
-    coulomb_1,
-    f1,
-    g,
-    gamma2,
-    impact_loss,
-    int_v1v1,
-    m_eff,
-    m_s,
-    motor_work,
-    offset_work,
-    p,
-    q,
-    side_1,
-    t,
-    total,
-    u,
-    v1,
-    v2,
-    viscous_1,
-    x1,
-    x2,
-    y,
-)
+from ..emit.ir import Quantity, Record, Step, function, scalar
+from ..model.equations import Model, ModelError, Term
+from ..model.quantities import *
 
 GAINS = Record(
     "Gains",
@@ -146,19 +119,22 @@ FLIGHT_LEDGER = Record(
         Quantity("coulomb_1", r"-m_{eff} f_1\int|v_1|", "J", "Coulomb loss of the actuator"),
     ),
 )
-BODY_HEIGHT = Quantity("hop_height", r"x_2 - L_0 - c", "m", "height of the body, counted from L_0 + c")
+HOP_HEIGHT = Quantity("hop_height", r"x_2 - L_0 - c", "m", "height of the body, counted from L_0 + c")
 DROP = Quantity("drop", r"h", "m", "height of the body over where it comes back to", "nonnegative")
-WAY = Record(
+WAY_OF_FLIGHT = Record(
     "Way",
     "What a part of a phase of the flight leaves behind.",
     (ACTUATOR_AT.quantities[0], MOMENTS.quantities[2]),
 )
-hop_height, drop = BODY_HEIGHT.symbol, DROP.symbol
-touchdown_time, v2_after, settled_rate, damping, shortfall = sp.symbols(
-    "touchdown_time v2_after settled_rate damping shortfall", real=True
+TOUCHDOWN_TIME = scalar("touchdown_time", "s", "time of the touchdown")
+V2_AFTER = scalar("v2_after", "m/s", "velocity of the body after the impact")
+hop_height, drop, touchdown_time, v2_after = (
+    quantity.symbol for quantity in (HOP_HEIGHT, DROP, TOUCHDOWN_TIME, V2_AFTER)
 )
+settled_rate, damping, shortfall = sp.symbols("settled_rate damping shortfall", real=True)
 
-# A critically damped return from rest is at 1/100 of its way after 20/3 of its time constant: (1 + 20/3) exp(-20/3) < 1/100.
+# A critically damped return from rest is at 1/100 of its way after 20/3 of its time constant: (1 + 20/3) exp(-20/3) <
+# 1/100.
 SETTLED = sp.Rational(20, 3)
 
 
@@ -168,18 +144,21 @@ def refuse_what_ends_at_takeoff(term: Term) -> None:
     here = f"the term '{term.name}' acts"
     if force_2 != 0 and sp.cancel(force_1 + force_2) == 0:
         raise ModelError(
-            f"{here} between the masses: force_2 = {term.force_2} adds to the leg's contact force, which would no longer be "
+            f"{here} between the masses: force_2 = {term.force_2} adds to the leg's contact force, which would no "
+            "longer be "
             "k y and vanish at y = 0, where take-off is looked for"
         )
     if force_2 != 0:
         raise ModelError(
-            f"{here} on mass 2, the body: force_2 = {term.force_2} would end at take-off, after which the body is ballistic; "
+            f"{here} on mass 2, the body: force_2 = {term.force_2} would end at take-off, after which the body is "
+            "ballistic; "
             "a term may act on mass 1, the actuator, alone"
         )
     for variable in (x1, x2, v2):
         if sp.cancel(force_1.diff(variable)) != 0:
             raise ModelError(
-                f"{here} on mass 1, the actuator, by force_1 = {term.force_1}, which depends on {variable}: in flight, where "
+                f"{here} on mass 1, the actuator, by force_1 = {term.force_1}, which depends on {variable}: in "
+                "flight, where "
                 "the leg carries nothing, that force has no meaning; it may be constant or linear in v1 alone"
             )
 
@@ -199,7 +178,8 @@ def at_limit(model: Model) -> sp.Expr:
     return sp.expand(acceleration(model).subs(u, limit * largest / gamma2))
 
 
-def rates(model: Model) -> tuple[Step, ...]:
+@function(takes=(ROBOT, GAINS, LIMIT_FORCE), returns=FLIGHT_RATES)
+def flight_rates_of(model: Model) -> tuple[Step, ...]:
     """Poles and accelerations of the actuator in flight."""
     law, limited = under_law(model), at_limit(model)
     free = {x1: 0, v1: 0, side_1: 0, limit: 0}
@@ -212,18 +192,21 @@ def rates(model: Model) -> tuple[Step, ...]:
     )
 
 
-def start_under_law() -> tuple[Step, ...]:
-    """The acceleration with which a phase under the law begins."""
+@function(takes=(ROBOT, FLIGHT_RATES, *ACTUATOR.quantities[:2], SIDE_1), returns=ACTUATOR.quantities[2])
+def acceleration_under_law() -> tuple[Step, ...]:
+    """Acceleration with which a phase of the flight under the law begins."""
     return (Step(acc1, a_free - q_law * x1 - p_law * v1 - f1 * side_1, "(3) under the law"),)
 
 
-def start_at_limit() -> tuple[Step, ...]:
-    """The acceleration with which a phase at the limit begins."""
+@function(takes=(ROBOT, FLIGHT_RATES, ACTUATOR.quantities[1], SIDE_1, LIMIT), returns=ACTUATOR.quantities[2])
+def acceleration_at_limit() -> tuple[Step, ...]:
+    """Acceleration with which a phase of the flight at the limit of the current begins."""
     return (Step(acc1, a_free - a_largest * limit - p_free * v1 - f1 * side_1, "(3) at the limit"),)
 
 
-def motion() -> tuple[Step, ...]:
-    """The actuator at time t of a phase, from R, its derivative and its integral."""
+@function(takes=(ACTUATOR, POLES, PAIR), returns=ACTUATOR_AT)
+def actuator_in_flight() -> tuple[Step, ...]:
+    """The actuator at time t of a phase of the flight."""
     return (
         Step(moved, v1 * (R + p * R1) + acc1 * R1, "(3) in flight, integral"),
         Step(v1_t, v1 * (Rd + p * R) + acc1 * R, "(3) in flight"),
@@ -232,8 +215,9 @@ def motion() -> tuple[Step, ...]:
     )
 
 
-def pulls() -> tuple[Step, ...]:
-    """What the law asks of the motor at time t of a phase."""
+@function(takes=(GAINS, ACTUATOR, ACTUATOR_AT), returns=PULL)
+def pull_of_law() -> tuple[Step, ...]:
+    """What the law asks of the motor at time t of a phase of the flight."""
     return (
         Step(pull, Kp * (x1 + moved) + Kd * v1_t, "PD law"),
         Step(pull_rate, Kp * v1_t + Kd * acc1_t, "derivative of the law"),
@@ -241,8 +225,12 @@ def pulls() -> tuple[Step, ...]:
     )
 
 
-def feet() -> tuple[Step, ...]:
-    """The foot at time t of a phase: the body's parabola less what the actuator has moved."""
+@function(takes=(ROBOT, BALLISTIC, ACTUATOR_AT, TIME), returns=FOOT_AT)
+def foot_in_flight() -> tuple[Step, ...]:
+    """The foot at time t of a phase of the flight.
+
+    The body's parabola less what the actuator has moved.
+    """
     return (
         Step(foot_t, foot + (v2 * t - g * t**2 / 2 - moved), "x_2 - L_0 - c - x_1"),
         Step(foot_rate, v2 - g * t - v1_t, "its derivative"),
@@ -250,11 +238,12 @@ def feet() -> tuple[Step, ...]:
     )
 
 
-def design(model: Model) -> tuple[Step, ...]:
-    """Gains of a critically damped return within 1/100 in a given time.
+@function(takes=(ROBOT, SETTLING), returns=GAINS)
+def critical_gains(model: Model) -> tuple[Step, ...]:
+    """Gains that bring the actuator back in a given time, critically damped.
 
-    The friction b_1 is part of the damping. Where it is more than critical K_d is 0, and K_p puts the slower pole where both
-    would be.
+    Back is within 1/100 of its way. The friction b_1 is part of the damping. Where it is more than critical K_d is 0,
+    and K_p puts the slower pole where both would be.
     """
     own = sp.expand(-acceleration(model).diff(v1) * m_eff)
     critical = 2 * m_eff * settled_rate
@@ -267,26 +256,38 @@ def design(model: Model) -> tuple[Step, ...]:
     )
 
 
-def fall() -> tuple[Step, ...]:
-    """When a body comes back down on its parabola."""
+@function(takes=(ROBOT, STATE.quantities[2], DROP), returns=TOUCHDOWN_TIME)
+def time_of_fall() -> tuple[Step, ...]:
+    """Time after which the body has come down from a height."""
     return (Step(touchdown_time, (v2 + sp.sqrt(v2**2 + 2 * g * drop)) / g, "ballistic"),)
 
 
-def impact() -> tuple[Step, ...]:
+@function(takes=(ROBOT, STATE.quantities[2]), returns=V2_AFTER)
+def velocity_after_impact() -> tuple[Step, ...]:
     """Velocity of the body after the impact."""
     return (Step(v2_after, v2 * sp.sqrt(1 - impact_loss), "impact loss"),)
 
 
-def energies() -> tuple[Step, ...]:
-    """Energy of the body and of the robot in flight, where the spring carries nothing."""
+@function(takes=(ROBOT, *STATE.quantities[1:3], HOP_HEIGHT), returns=ENERGY)
+def flight_energies() -> tuple[Step, ...]:
+    """Energy of the body and of the robot in flight.
+
+    The spring carries nothing.
+    """
     return (
         Step(body, m_s * v2**2 / 2 + m_s * g * (hop_height + (L0 + c)), "energy of the body in flight"),
         Step(total, body + m_eff * v1**2 / 2, "energy of the whole robot in flight"),
     )
 
 
-def ledger(model: Model) -> tuple[Step, ...]:
-    """Each entry of the ledger over a part of a phase, from the way moved and the integral of v_1^2."""
+@function(
+    takes=(ROBOT, GAINS, LIMIT_FORCE, ACTUATOR.quantities[0], SIDE_1, LIMIT, WAY_OF_FLIGHT), returns=FLIGHT_LEDGER
+)
+def flight_ledger_of(model: Model) -> tuple[Step, ...]:
+    """Each entry of the flight's ledger over a part of a phase.
+
+    From the way moved and the integral of v_1^2.
+    """
     follows = 1 - limit**2
     force = sp.expand(acceleration(model).subs({u: 0, side_1: 0}) * m_eff)
     of_law = Kp * moved * (x1 + moved / 2) + Kd * int_v1v1

@@ -1,56 +1,13 @@
 """The structs of the C library's interface, each declared once: the header and its mirror in Python are made from here.
 
-Records of the derivation (Robot, State, Ledger, ...) are structs of reals; those here have members of other types, or hold
-other structs.
+Records of the derivation (Robot, State, Ledger, ...) are structs of reals; those here have members of other types, or
+hold other structs.
 """
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
-from functools import cached_property
 
-from derive.ir import Quantity, Record
-from derive.quantities import ROBOT, STATE
-
-SCALARS = {
-    "real": "real",
-    "int8": "int8_t",
-    "uint16": "uint16_t",
-    "int32": "int32_t",
-    "uint32": "uint32_t",
-    "bool": "bool",
-    "ptrdiff": "ptrdiff_t",
-}
-"""Types of a member that is no struct, as C has them."""
-
-
-@dataclass(frozen=True)
-class Member:
-    """A member: its type is one of SCALARS, the name of a struct or record, or either behind a pointer, "const Plan *"."""
-
-    name: str
-    type: str
-    meaning: str = ""
-    unit: str = ""
-    count: int = 1
-
-    @property
-    def comment(self) -> str:
-        unit = f"[{self.unit}] " if self.unit else ""
-        return f"{unit}{self.meaning}".strip()
-
-
-@dataclass(frozen=True)
-class Struct:
-    """Members in the order in which they lie in memory."""
-
-    name: str
-    meaning: str
-    members: tuple[Member, ...]
-
-    @cached_property
-    def inner(self) -> tuple[str, ...]:
-        """The structs that it holds or points to."""
-        return tuple(m.type for m in self.members if m.type not in SCALARS and "*" not in m.type)
+from ..emit.ir import Member, Quantity, Record, Struct
+from .quantities import ROBOT, STATE
 
 
 def reals(unit: str, *names: str, meaning: str = "") -> Iterator[Member]:
@@ -297,6 +254,6 @@ STANCES_OUT = Struct(
 def structs(robot: Record = ROBOT) -> tuple[Struct, ...]:
     """The structs of the interface that are no records, each behind those that it holds."""
     return (
-        PLAN, STEP, PHASE, STANCE, TARGET, COMMAND, TRIAL, CELL, SEARCH, FLIGHT_PHASE, FLIGHT, DETECTOR, CONTACT, INPUT, OUTPUT,
-        stances_in(robot), STANCES_OUT,
+        PLAN, STEP, PHASE, STANCE, TARGET, COMMAND, TRIAL, CELL, SEARCH, FLIGHT_PHASE, FLIGHT, DETECTOR, CONTACT, INPUT,
+        OUTPUT, stances_in(robot), STANCES_OUT,
     )  # fmt: skip

@@ -3,7 +3,7 @@
 Robot fields, C structs, input checks, docstrings and the test of units all read these tables.
 """
 
-from derive.ir import Quantity, Record
+from ..emit.ir import Quantity, Record
 
 ROBOT = Record(
     "Robot",
@@ -92,7 +92,8 @@ C_1, C_2 = DRIVE.symbols
 
 MOTION = Record(
     "Motion",
-    "Numerators H_3 s^2 + H_2 s + H_1 of (11), taken from where and how fast each coordinate starts; that of v_1 also whole.",
+    "Numerators H_3 s^2 + H_2 s + H_1 of (11), taken from where and how fast each coordinate starts; that of v_1 also "
+    "whole.",
     (
         Quantity("H3_1", r"H_{3,1}", "m/s^2", "actuator, terms in s^2: its initial acceleration"),
         Quantity("H2_1", r"H_{2,1}", "m/s^3", "actuator, terms in s"),
@@ -271,4 +272,5 @@ HEIGHT = Quantity("height", r"h", "m", "hop height")
 t, u, side_1, side_2, way, chi, sigma, height = (
     quantity.symbol for quantity in (TIME, CURRENT, SIDE_1, SIDE_2, WAY, CHI, SHIFT, HEIGHT)
 )
-x2 = Quantity("x2", r"x_2", "m", "height of the body over the ground under the foot").symbol
+BODY_HEIGHT = Quantity("x2", r"x_2", "m", "height of the body over the ground under the foot")
+x2 = BODY_HEIGHT.symbol

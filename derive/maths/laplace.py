@@ -11,50 +11,9 @@ counted from x_2(0) and v_2(0): no large numbers are subtracted, and b_1 = b_2 =
 
 import sympy as sp
 
-from derive.ir import Step
-from derive.model import Model
-from derive.quantities import (
-    C_1,
-    C_2,
-    H1_1,
-    H1_2,
-    H2_1,
-    H2_2,
-    H3_1,
-    H3_2,
-    N0_1,
-    N1_1,
-    N2_1,
-    H1_y,
-    H2_y,
-    H3_y,
-    a1_0,
-    a1_u,
-    a1_v1,
-    a1_v2,
-    a1_y,
-    a2_0,
-    a2_v1,
-    a2_v2,
-    a2_y,
-    f1,
-    f2,
-    p_1,
-    p_2,
-    q_1,
-    q_2,
-    s_1,
-    s_2,
-    s_3,
-    side_1,
-    side_2,
-    u,
-    v1,
-    v2,
-    x1,
-    x2,
-    y,
-)
+from ..emit.ir import Step, function
+from ..model.equations import Model
+from ..model.quantities import *
 
 s = sp.Symbol("s")
 
@@ -64,8 +23,9 @@ START = sp.Matrix([y, v1, v2])
 CONSTANT = sp.Matrix([0, C_1, C_2])
 
 
-def rates(model: Model) -> tuple[Step, ...]:
-    """Coefficients of the equations of motion and of the characteristic polynomials."""
+@function(takes=(ROBOT,), returns=RATES)
+def rates_of(model: Model) -> tuple[Step, ...]:
+    """Coefficients of the equations of motion and of their characteristic polynomials."""
     steps = []
     smooth = [acc.subs({side_1: 0, side_2: 0}) for acc in model.in_compression]
     for number, acc, names in ((1, smooth[0], (a1_y, a1_v1, a1_v2)), (2, smooth[1], (a2_y, a2_v1, a2_v2))):
@@ -92,7 +52,8 @@ def characteristic(matrix: sp.Matrix) -> list[sp.Expr]:
     return [sp.expand(coefficient) for coefficient in characteristic.all_coeffs()[1:]]
 
 
-def drive() -> tuple[Step, ...]:
+@function(takes=(ROBOT, RATES, CURRENT, SIDE_1, SIDE_2), returns=DRIVE)
+def drive_of() -> tuple[Step, ...]:
     """Constant accelerations of a phase."""
     return (
         Step(C_1, a1_0 + a1_u * u - f1 * side_1, "(3), in (10) lambda_2 measured from y = 0"),
@@ -100,7 +61,8 @@ def drive() -> tuple[Step, ...]:
     )
 
 
-# Where a numerator stands in the paper: (13)-(15) for the body, the same of X_1 for (16), (17); one mass alone is (6) or (7).
+# Where a numerator stands in the paper: (13)-(15) for the body, the same of X_1 for (16), (17); one mass alone is (6)
+# or (7).
 SOURCE = {0: "(11) of y = x_1 - x_2 + L_0 + c", 1: "(16), (17) over the cubic", 2: "({}) from x_2(0), v_2(0)"}
 ALONE = {0: "{} of y, the other mass held", 1: "{} with x_2 held", 2: "{} with x_1 held"}
 NAMES = {0: (H3_y, H2_y, H1_y), 1: (H3_1, H2_1, H1_1), 2: (H3_2, H2_2, H1_2)}
@@ -138,6 +100,24 @@ def numerators(moving: tuple[int, ...]) -> tuple[Step, ...]:
     return (*steps, *(Step(name, sp.S.Zero, "held") for name in held))
 
 
+@function(takes=(RATES, DRIVE, STATE), returns=MOTION)
+def motion_of_both() -> tuple[Step, ...]:
+    """Numerators of the motion with both slipping."""
+    return numerators((1, 2))
+
+
+@function(takes=(RATES, DRIVE, STATE), returns=MOTION)
+def motion_of_actuator() -> tuple[Step, ...]:
+    """Numerators of the motion with actuator slipping."""
+    return numerators((1,))
+
+
+@function(takes=(RATES, DRIVE, STATE), returns=MOTION)
+def motion_of_body() -> tuple[Step, ...]:
+    """Numerators of the motion with body slipping."""
+    return numerators((2,))
+
+
 def _whole_numerator(moving: tuple[int, ...], adjugate: sp.Matrix, start: sp.Matrix, constant: sp.Matrix) -> list[Step]:
     """N_2, N_1, N_0 of V_1 = (v_1 s^3 + N_2 s^2 + N_1 s + N_0)/(s P): the row of adj(s - M) (s z(0) + d).
 
@@ -171,7 +151,7 @@ def paper_frame(model: Model) -> dict[str, sp.Expr]:
         equations.append(s**2 * X - s * x_0 - v_0 - (transform - constant) - constant / s)
     solution = sp.solve(equations, (X1, X2), dict=True)[0]
     polynomial = sp.Poly(sp.expand((s * sp.eye(3) - MATRIX).det()), s).as_expr()
-    entries = {step.symbol: step.value for step in rates(model) if step.symbol in MATRIX.free_symbols}
+    entries = {step.symbol: step.value for step in rates_of(model) if step.symbol in MATRIX.free_symbols}
     denominator = s**2 * polynomial.subs(entries)
     printed: dict[str, sp.Expr] = {}
     for name, X in (("X1", X1), ("X2", X2)):

@@ -4,63 +4,26 @@
     AED = int k x_1 v_2 - int b_2 v_2^2 - m_s f_2 int |v_2|                                       (24), signs mended
     H = m_eff v_1^2/2 + m_s v_2^2/2 + m_s g x_2 + k (x_1 - x_2 + L_0 + c)^2/2
 
-Every term of the ledger is the integral of a power, a quadratic form in 1, x_1 - x_1(0), y, v_1, v_2 within a phase; the
-integrals of the products (`Moments`) have a closed form of their own, so each term is computed by itself.
+Every term of the ledger is the integral of a power, a quadratic form in 1, x_1 - x_1(0), y, v_1, v_2 within a phase;
+the integrals of the products (`Moments`) have a closed form of their own, so each term is computed by itself.
 """
 
 from dataclasses import dataclass
 
 import sympy as sp
 
-from derive import model as equations
-from derive.ir import Quantity, Record, Step
-from derive.model import Model, Term
-from derive.quantities import (
-    L0,
-    LEDGER,
-    b1,
-    b2,
-    body,
-    c,
-    coulomb_1,
-    coulomb_2,
-    f1,
-    f2,
-    g,
-    gamma2,
-    int_v1,
-    int_v1v1,
-    int_v1v2,
-    int_v2,
-    int_v2v2,
-    int_xv2,
-    int_yv1,
-    int_yv2,
-    k,
-    m_eff,
-    m_s,
-    motor_work,
-    offset_work,
-    side_1,
-    side_2,
-    spring_work,
-    total,
-    u,
-    v1,
-    v2,
-    viscous_1,
-    viscous_2,
-    x1,
-    x2,
-    y,
-)
+from ..emit.ir import Quantity, Record, Step, function, scalar
+from ..model import equations
+from ..model.equations import Model, Term
+from ..model.quantities import *
+from .time_domain import AT, v2_t, x1_t, y_t
 
-x1_0 = sp.Symbol("x1_0", real=True)
-displacement = sp.Symbol("displacement", real=True)
-length = sp.Symbol("length", real=True)
-aed = sp.Symbol("aed", real=True)
-stored = sp.Symbol("stored", real=True)
-unloaded = sp.Symbol("unloaded", real=True)
+X1_0 = scalar("x1_0", "m", "displacement of the actuator at the start of the phase")
+AED = scalar("aed", "J", "analytical energy delta")
+STORED = scalar("stored", "J", "k (x_2 - L_0 - c)^2/2")
+GAIN = scalar("gain", "J", "E(t) - E(0)")
+x1_0, aed, stored, gain = (quantity.symbol for quantity in (X1_0, AED, STORED, GAIN))
+displacement, length, unloaded = sp.symbols("displacement length unloaded", real=True)
 
 body_energy = m_s * v2**2 / 2 + m_s * g * x2 + k * (x2 - L0 - c) ** 2 / 2
 total_energy = equations.kinetic + equations.potential
@@ -113,21 +76,27 @@ def body_entries(model: Model) -> tuple[sp.Symbol, ...]:
     return (spring_work, viscous_2, coulomb_2, *(work.entry for work in works(model) if work.mass == 2))
 
 
-def ledger(model: Model) -> tuple[Step, ...]:
-    """Each entry of the ledger over a part of a phase, from the integrals of products."""
+@function(takes=(ROBOT, MOMENTS, CURRENT, SIDE_1, SIDE_2, X1_0), returns=LEDGER)
+def ledger_of(model: Model) -> tuple[Step, ...]:
+    """Each entry of the ledger over a part of a phase that starts at x_1 = x1_0."""
     return tuple(
         Step(entry, _integrate(power), "(24)" if entry in body_entries(model) else "ledger")
         for entry, power in powers(model).items()
     )
 
 
+@function(takes=(LEDGER,), returns=AED)
 def aed_of_ledger(model: Model) -> tuple[Step, ...]:
-    """The AED as the sum of what adds to the body's energy."""
+    """What the entries of a ledger add to the energy of the body."""
     return (Step(aed, sum(body_entries(model), sp.S.Zero), "(24)"),)
 
 
+@function(takes=(ROBOT, STATE.quantities[0], STATE.quantities[3]), returns=BODY_HEIGHT)
 def body_height() -> tuple[Step, ...]:
-    """x_2 of a state, solved from y = x_1 - x_2 + L_0 + c; each step rounds once, in this order."""
+    """Height of the body over the ground under the foot.
+
+    x_2 of a state, solved from y = x_1 - x_2 + L_0 + c; each step rounds once, in this order.
+    """
     return (
         Step(length, x1 - y, "x_2 - L_0 - c"),
         Step(unloaded, L0 + c, "length of the leg without load"),
@@ -135,16 +104,24 @@ def body_height() -> tuple[Step, ...]:
     )
 
 
+@function(takes=(ROBOT, STATE), returns=STORED)
 def stored_energy() -> tuple[Step, ...]:
-    """Where this is large against m_s max(v_2^2, 1)/2, the difference of two E has lost the digits of the AED."""
+    """What the energy of the body has beside its motion and its height.
+
+    Where this is large against m_s max(v_2^2, 1)/2, the difference of two E has lost the digits of the AED.
+    """
     return (
         Step(length, x1 - y, "x_2 - L_0 - c at the start"),
         Step(stored, k * length**2 / 2, "(22), (23)"),
     )
 
 
+@function(takes=(ROBOT, STATE), returns=ENERGY)
 def energies() -> tuple[Step, ...]:
-    """E and H of a state; x_2 - L_0 - c is the actuator's displacement less the compression."""
+    """Energy of the body and of the robot.
+
+    E and H of a state; x_2 - L_0 - c is the actuator's displacement less the compression.
+    """
     return (
         Step(length, x1 - y, "x_2 - L_0 - c"),
         Step(body, m_s * v2**2 / 2 + m_s * g * (length + (L0 + c)) + k * length**2 / 2, "(22), (23)"),
@@ -156,10 +133,13 @@ def energies() -> tuple[Step, ...]:
     )
 
 
+@function(takes=(ROBOT, STATE, AT), returns=GAIN)
 def body_energy_gain() -> tuple[Step, ...]:
-    """E(t) - E(0), with each difference of squares factored: nothing large is subtracted."""
-    x1_t, v2_t, y_t = sp.symbols("x1_t v2_t y_t", real=True)
-    length_t, gain = sp.symbols("length_t gain", real=True)
+    """Change of the body's energy between two states, the AED.
+
+    Each difference of squares is factored: nothing large is subtracted.
+    """
+    length_t = sp.Symbol("length_t", real=True)
     return (
         Step(length, x1 - y, "x_2 - L_0 - c at the start"),
         Step(length_t, x1_t - y_t, "x_2 - L_0 - c at the end"),

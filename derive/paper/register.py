@@ -18,31 +18,11 @@ from typing import Literal
 
 import sympy as sp
 
-from derive import control, energy, laplace
-from derive.laplace import s
-from derive.model import HOPPER, LAGRANGIAN
-from derive.quantities import (
-    L0,
-    b1,
-    b2,
-    c,
-    f1,
-    f2,
-    g,
-    gamma2,
-    height,
-    k,
-    m_eff,
-    m_s,
-    side_1,
-    side_2,
-    t,
-    u,
-    v1,
-    v2,
-    x1,
-    x2,
-)
+from ..maths import control, energy, laplace
+from ..maths.laplace import s
+from ..model.equations import LAGRANGIAN
+from ..model.quantities import *
+from ..models.hopper import HOPPER
 
 Verdict = Literal["agrees", "typographical slip", "wrong", "clash of symbols", "incomplete"]
 VERDICTS: dict[Verdict, str] = {

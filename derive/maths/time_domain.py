@@ -11,48 +11,54 @@ and, for x_1, (20) without the hats F, G, whose poles d, e cancel.
 
 import sympy as sp
 
-from derive.ir import Step
-from derive.quantities import (
-    H1,
-    H1_1,
-    H1_2,
-    H2,
-    H2_1,
-    H2_2,
-    H3,
-    H3_1,
-    H3_2,
-    N0_1,
-    N1_1,
-    N2_1,
-    W1,
-    W2,
-    H1_y,
-    H2_y,
-    H3_y,
-    W,
-    Wd,
-    Wdd,
-    s_1,
-    s_2,
-    s_3,
-    t,
-    v1,
-    v2,
-    way,
-    x1,
-    y,
+from ..emit.ir import Record, Step, function, scalar
+from ..model.quantities import *
+
+RISE = Record(
+    "Rise",
+    "How far a function of time has left its initial value, and its first three derivatives.",
+    (
+        scalar("rise", "1", "the function less its initial value"),
+        scalar("rise_rate", "1/s", "its rate"),
+        scalar("rise_curvature", "1/s^2", "the derivative of its rate"),
+        scalar("rise_third", "1/s^3", "the derivative of that"),
+    ),
 )
-
-left = sp.Symbol("left", real=True)
-rise, rise_rate, rise_curvature, rise_third = sp.symbols("rise rise_rate rise_curvature rise_third", real=True)
+rise, rise_rate, rise_curvature, rise_third = RISE.symbols
+LEFT = scalar("left", "1", "the final value less the function")
+left = LEFT.symbol
+CARRIED = Record(
+    "Carried",
+    "W, its derivatives and integrals a short time later.",
+    (
+        scalar("Wdd_t", "1", "W''"),
+        scalar("Wd_t", "s", "W'"),
+        scalar("W_t", "s^2", "W"),
+        scalar("W1_t", "s^3", "integral of W"),
+        scalar("W2_t", "s^4", "integral of that"),
+    ),
+)
+Wdd_t, Wd_t, W_t, W1_t, W2_t = CARRIED.symbols
+AT = Record(
+    "At",
+    "The state at time t of a phase.",
+    (
+        scalar("x1_t", "m", "displacement of the actuator"),
+        scalar("v1_t", "m/s", "velocity of the actuator"),
+        scalar("v2_t", "m/s", "velocity of the body"),
+        scalar("y_t", "m", "compression of the spring"),
+    ),
+)
+x1_t, v1_t, v2_t, y_t = AT.symbols
 W_third, W_fourth, W_fifth, W_sixth = sp.symbols("W_third W_fourth W_fifth W_sixth", real=True)
-Wdd_t, Wd_t, W_t, W1_t, W2_t = sp.symbols("Wdd_t Wd_t W_t W1_t W2_t", real=True)
-x1_t, v1_t, v2_t, y_t, acc1_t, acc2_t = sp.symbols("x1_t v1_t v2_t y_t acc1_t acc2_t", real=True)
 
 
+@function(takes=(POLES, NUMERATOR, BASIS), returns=RISE)
 def rises() -> tuple[Step, ...]:
-    """h(t) - h(0) of a coordinate of (y, v_1, v_2), and its first three derivatives."""
+    """How far a function of time has left its initial value.
+
+    h(t) - h(0) of a coordinate of (y, v_1, v_2), and its first three derivatives.
+    """
     return (
         Step(W_third, -s_1 * Wdd - s_2 * Wd - s_3 * W, "(11) denominator on W"),
         Step(W_fourth, -s_1 * W_third - s_2 * Wdd - s_3 * Wd, "(11) denominator on W'"),
@@ -63,13 +69,21 @@ def rises() -> tuple[Step, ...]:
     )
 
 
+@function(takes=(POLES, NUMERATOR, BASIS, WAY), returns=LEFT)
 def left_to_go() -> tuple[Step, ...]:
-    """What is left of the way to the final value: the same as `rises` says, of terms that fade."""
+    """What is left of the way to the value to which a function of time tends.
+
+    The same as `rises` says, of terms that fade.
+    """
     return (Step(left, way * Wdd - (H3 - way * s_1) * Wd - (H2 - way * s_2) * W, "(19), (21) less their final value"),)
 
 
-def carried() -> tuple[Step, ...]:
-    """W, its derivatives and integrals a short time t later, by Taylor series: what is left out is of the fifth order in t."""
+@function(takes=(POLES, BASIS, TIME), returns=CARRIED)
+def carry() -> tuple[Step, ...]:
+    """W a short time t later.
+
+    By Taylor series: what is left out is of the fifth order in t.
+    """
     half, sixth, rest = sp.symbols("half sixth rest", real=True)
     gains = sp.symbols("more_Wdd more_Wd more_W more_W1 more_W2", real=True)
     known = (W2, W1, W, Wd, Wdd, W_third, W_fourth, W_fifth, W_sixth)
@@ -93,7 +107,8 @@ def carried() -> tuple[Step, ...]:
     return tuple(steps)
 
 
-def state() -> tuple[Step, ...]:
+@function(takes=(STATE, MOTION, BASIS), returns=AT)
+def state_at() -> tuple[Step, ...]:
     """The state at time t of a phase."""
     return (
         Step(x1_t, x1 + (v1 * Wd + N2_1 * W + N1_1 * W1 + N0_1 * W2), "(20), with t = W' + s_1 W + s_2 W1 + s_3 W2"),

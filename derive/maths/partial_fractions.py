@@ -16,53 +16,49 @@ small, W comes from its power series, around s = 0 or around the mean of the thr
 
 import sympy as sp
 
-from derive.ir import Step
-from derive.laplace import s
-from derive.quantities import (
-    H1,
-    H2,
-    H3,
-    R1,
-    R2,
-    R3,
-    W1,
-    W2,
-    W3,
-    W4,
-    A,
-    B,
-    R,
-    Rd,
-    W,
-    Wd,
-    Wdd,
-    X,
-    Y,
-    a,
-    chi,
-    e,
-    e1,
-    e2,
-    p,
-    q,
-    s_1,
-    s_2,
-    s_3,
-    sigma,
-    slow,
-    t,
-    turned,
-)
+from ..emit.ir import Record, Step, function, scalar
+from ..model.quantities import *
+from .laplace import s
 
-m = sp.Symbol("m", real=True)
 pair_denominator = s**2 + p * s + q
 denominator = (s + a) * pair_denominator
 
-split_off_pole = Step(chi, q - a * (p - a), "(18) residue at s = -a")
+PAIR_CORE = Record("PairCore", "R, its derivative and what is left of the initial 1.", (*PAIR.quantities[:2], TURNED))
+PAIR_INTEGRALS = Record("PairIntegrals", "The integrals of R.", PAIR.quantities[2:])
+KNOWN_PAIR = Record("KnownPair", "R, its derivative and its first integral.", PAIR.quantities[:3])
+KNOWN_BASIS = Record("KnownBasis", "W, its derivatives and its first integral.", BASIS.quantities[:4])
+SHIFTED = Record(
+    "Shifted",
+    "Three nearly equal roots: their mean rate and s^3 + Q_s s + T_s around it.",
+    (SHIFT, scalar("Q_s", "1/s^2", "coefficient of s"), scalar("T_s", "1/s^3", "constant coefficient")),
+)
+Q_s, T_s = SHIFTED.symbols[1:]
+SHIFTED_SERIES = Record(
+    "ShiftedSeries",
+    "V, the inverse transform of 1/(s^3 + Q_s s + T_s), and its derivatives.",
+    (
+        scalar("Vdd", "1", "second derivative"),
+        scalar("Vd", "s", "first derivative"),
+        scalar("V", "s^2", "the function"),
+        scalar("decay", "1", "exp(-sigma t)"),
+    ),
+)
+Vdd, Vd, V, decay = SHIFTED_SERIES.symbols
+RESPONSE = Record("Response", "W and its first two derivatives.", BASIS.quantities[:3])
+INTEGRALS = Record("Integrals", "The two integrals of W.", BASIS.quantities[3:])
+TURNING = scalar("m", "1/s^2", "A R' + B R")
+m = TURNING.symbol
 
 
+@function(takes=(POLES,), returns=CHI)
+def residue() -> tuple[Step, ...]:
+    """What (18) divides by."""
+    return (Step(chi, q - a * (p - a), "(18) residue at s = -a"),)
+
+
+@function(takes=(POLES, CHI, DECAY, PAIR), returns=BASIS)
 def split() -> tuple[Step, ...]:
-    """W, its derivatives and integrals from those of exp(-a t) and of R."""
+    """W from exp(-a t) and R."""
     rest = p - a
     # d/dt e = -a e, d/dt Rd = -p Rd - q R; the derivative of R at 0 is 1, so W starts at 0, 0, 1.
     return (
@@ -74,13 +70,21 @@ def split() -> tuple[Step, ...]:
     )
 
 
+@function(takes=(POLES, CHI, DECAY, PAIR), returns=scalar("W", "s^2", "response of the three poles to an impulse"))
 def split_soon() -> tuple[Step, ...]:
-    """W while exp(-a t) is near 1: after a full turn of the pair it is small, and this is no difference of ones."""
+    """W while exp(-a t) is near 1.
+
+    After a full turn of the pair it is small, and this is no difference of ones.
+    """
     return (Step(W, (q * R1 - a * (e1 - R)) / chi, "(18) all poles, a t not large"),)
 
 
+@function(takes=(POLES, PAIR_CORE, TIME), returns=PAIR_INTEGRALS)
 def pair_by_quotient() -> tuple[Step, ...]:
-    """Integrals of R where q t^2 is not small: R'' + p R' + q R = 0, integrated up to three times; turned = 1 - R' - p R."""
+    """Integrals of R where q t^2 is not small.
+
+    R'' + p R' + q R = 0, integrated up to three times; turned = 1 - R' - p R.
+    """
     return (
         Step(R1, turned / q, "(18) pair, integral"),
         Step(R2, (t - R - p * R1) / q, "(18) pair, integral of the integral"),
@@ -88,8 +92,12 @@ def pair_by_quotient() -> tuple[Step, ...]:
     )
 
 
+@function(takes=(POLES, PAIR_SERIES, TIME), returns=KNOWN_PAIR)
 def pair_from_series() -> tuple[Step, ...]:
-    """R and R' from the two highest integrals: the same equation, read the other way."""
+    """R, its derivative and first integral from its two highest integrals.
+
+    The same equation, read the other way.
+    """
     return (
         Step(R1, t**2 / 2 - p * R2 - q * R3, "(18) pair, short time"),
         Step(R, t - p * R1 - q * R2, "(18) pair, short time"),
@@ -97,8 +105,12 @@ def pair_from_series() -> tuple[Step, ...]:
     )
 
 
+@function(takes=(POLES, SERIES, TIME), returns=KNOWN_BASIS)
 def all_from_series() -> tuple[Step, ...]:
-    """W and its derivatives from the three highest integrals: P(d/dt) W = 0, integrated."""
+    """W, its derivatives and first integral from its three highest integrals.
+
+    P(d/dt) W = 0, integrated.
+    """
     return (
         Step(W1, t**3 / 6 - s_1 * W2 - s_2 * W3 - s_3 * W4, "(18) short time"),
         Step(W, t**2 / 2 - s_1 * W1 - s_2 * W2 - s_3 * W3, "(18) short time"),
@@ -108,13 +120,15 @@ def all_from_series() -> tuple[Step, ...]:
 
 
 # The shifted polynomial P(s - sigma) = s^3 + Q s + T of three nearly equal roots, from the factors.
-Q_s, T_s = sp.symbols("Q_s T_s", real=True)
-V, Vd, Vdd, decay = sp.symbols("V Vd Vdd decay", real=True)
 apart, disc = sp.symbols("apart disc", real=True)
 
 
+@function(takes=(POLES,), returns=SHIFTED)
 def shift() -> tuple[Step, ...]:
-    """The mean sigma of the three rates, and P(s - sigma) = s^3 + Q_s s + T_s, which has no square term."""
+    """Three nearly equal roots, seen from their mean.
+
+    P(s - sigma) = s^3 + Q_s s + T_s has no square term.
+    """
     return (
         Step(sigma, (a + p) / 3, "(11) mean of the poles"),
         Step(apart, (2 * a - p) / 6, "(11) the pair's mean is sigma - apart, a is sigma + 2 apart"),
@@ -124,8 +138,12 @@ def shift() -> tuple[Step, ...]:
     )
 
 
+@function(takes=(SHIFT, SHIFTED_SERIES), returns=RESPONSE)
 def unshift() -> tuple[Step, ...]:
-    """W from the series V of the shifted polynomial: W = exp(-sigma t) V."""
+    """W from the series around the mean root.
+
+    W = exp(-sigma t) V.
+    """
     return (
         Step(W, decay * V, "(18) nearly triple pole"),
         Step(Wd, decay * (Vd - sigma * V), "(19) nearly triple pole"),
@@ -133,24 +151,36 @@ def unshift() -> tuple[Step, ...]:
     )
 
 
+@function(takes=(POLES, RESPONSE, TIME), returns=INTEGRALS)
 def integrals_by_recursion() -> tuple[Step, ...]:
-    """W1, W2 of nearly equal poles, none of them slow: P(d/dt) W1 = 1, P(d/dt) W2 = t."""
+    """The integrals of W where the poles are close together and none is slow.
+
+    P(d/dt) W1 = 1, P(d/dt) W2 = t.
+    """
     return (
         Step(W1, (1 - Wdd - s_1 * Wd - s_2 * W) / s_3, "(18) integral, poles close together"),
         Step(W2, (t - Wd - s_1 * W - s_2 * W1) / s_3, "(18) integral of the integral, poles close together"),
     )
 
 
+@function(takes=(POLES, NUMERATOR), returns=PAIR_NUMERATOR)
 def behind_the_pole() -> tuple[Step, ...]:
-    """(d/dt + a) h' is a motion of the pair alone: (A s + B)/(s^2 + p s + q), whatever the poles."""
+    """What is left of a numerator behind the factor s + a.
+
+    (d/dt + a) h' is a motion of the pair alone: (A s + B)/(s^2 + p s + q), whatever the poles.
+    """
     return (
         Step(A, H2 - p * H3, "(18) terms in s, pole a removed"),
         Step(B, H1 - q * H3, "(18) constant terms, pole a removed"),
     )
 
 
+@function(takes=(POLES, PAIR_NUMERATOR, BASIS), returns=TURNING)
 def turning() -> tuple[Step, ...]:
-    """(d/dt + a) h' = A R' + B R at one time, with R = (d/dt + a) W."""
+    """How fast a function of time turns, but for the real pole: a motion of the pair alone.
+
+    (d/dt + a) h' = A R' + B R at one time, with R = (d/dt + a) W.
+    """
     return (
         Step(R, Wd + a * W, "(18) pair from all poles"),
         Step(Rd, Wdd + a * Wd, "(19) pair from all poles"),
@@ -158,8 +188,12 @@ def turning() -> tuple[Step, ...]:
     )
 
 
-def ringing() -> tuple[Step, ...]:
-    """h - h(0) = slow + X R' + Y R: what oscillates and what does not, chi and q not small."""
+@function(takes=(POLES, CHI, NUMERATOR, DECAY), returns=RINGING)
+def ringing_at() -> tuple[Step, ...]:
+    """A function of time as a slow part and an oscillation.
+
+    h - h(0) = slow + X R' + Y R: what oscillates and what does not, chi and q not small.
+    """
     rest = p - a
     return (
         Step(slow, (H1 * (e1 - rest / q) + (H2 - a * H3) * e) / chi, "(18) without the pair"),

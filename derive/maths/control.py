@@ -3,35 +3,54 @@
 Hop heights count from L_0 + c above the ground under the foot. At take-off y = 0, so with x_1(T) = x_1
 
     apex = x_1 + max(v_2, 0)^2/(2 g)
-    m_s g (h_des + L_0 + c + datum) = m_s v_2^2/2 + m_s g (L_0 + c + x_1(0)) + k x_1(0)^2/2 + AED - k x_1(T)^2/2     (27)
+    m_s g (h_des + L_0 + c + datum) = m_s v_2^2/2 + m_s g (L_0 + c + x_1(0)) + k x_1(0)^2/2 + AED - k x_1(T)^2/2
+    (27)
 """
 
 import sympy as sp
 
-from derive import laplace
-from derive.ir import Step
-from derive.model import Model, threshold_current
-from derive.quantities import g, height, impact_loss, k, m_s, u, v1, v2, x1, y
+from ..emit.ir import Step, function, scalar
+from ..model import equations
+from ..model.equations import Model
+from ..model.quantities import *
+from . import laplace
 
-apex, E_td, E_dist, J, aed, v_up, v_after, u_threshold = sp.symbols(
-    "apex E_td E_dist J aed v_up v_after u_threshold", real=True
+AED = scalar("aed", "J", "analytical energy delta of the stance")
+APEX = scalar("apex", "m", "hop height of the apex")
+H_DES = scalar("h_des", "m", "desired apex")
+LIFT = scalar("lift", "m", "what (26) counts of the step, printed half its size")
+OBJECTIVE = scalar("J", "J", "what the controller minimises")
+PRINTED = scalar("J", "J", "what the printed controller minimises")
+SPRING = scalar("spring", "1", "0: without the spring coordinate as printed, 1: with it")
+STEP = scalar("step", "m", "reference level less the ground under the foot")
+THRESHOLD = scalar("u_threshold", "A", "threshold of the current")
+V_AFTER = scalar("v_after", "m/s", "velocity after the impact")
+V_UP = scalar("v_up", "m/s", "max(v_2, 0) at take-off")
+X1_T = scalar("x1_T", "m", "displacement of the actuator at take-off")
+aed, apex, h_des, lift, J, spring, step, u_threshold, v_after, v_up, x1_T = (
+    quantity.symbol for quantity in (AED, APEX, H_DES, LIFT, OBJECTIVE, SPRING, STEP, THRESHOLD, V_AFTER, V_UP, X1_T)
 )
-lift, spring, E_spring = sp.symbols("lift spring E_spring", real=True)
-x1_T, h_des, datum, x2_ground, step = sp.symbols("x1_T h_des datum x2_ground step", real=True)
+E_td, E_dist, E_spring = sp.symbols("E_td E_dist E_spring", real=True)
 
 
+@function(takes=(ROBOT, HEIGHT), returns=V_AFTER)
 def touchdown_velocity() -> tuple[Step, ...]:
     """Velocity of the body after the impact of a drop from a hop height."""
     return (Step(v_after, -sp.sqrt(2 * g * height * (1 - impact_loss)), "drop from rest, after the impact"),)
 
 
+@function(takes=(ROBOT, STATE.quantities[0], V_UP), returns=APEX)
 def apex_of_takeoff() -> tuple[Step, ...]:
-    """Hop height of the apex after take-off; v_up = max(v_2, 0)."""
+    """Hop height of the apex after a take-off."""
     return (Step(apex, x1 + v_up**2 / (2 * g), "apex of the ballistic flight"),)
 
 
+@function(takes=(ROBOT, STATE, AED, X1_T, STEP), returns=APEX)
 def apex_from_energy() -> tuple[Step, ...]:
-    """Hop height of the apex from the energies at touchdown and the AED, (25)-(27) with what they leave out."""
+    """Hop height of the apex over the ground at take-off, from the energies at touchdown and the AED.
+
+    (25)-(27) with what they leave out.
+    """
     return (
         Step(E_td, m_s * v2**2 / 2, "(25), after the impact"),
         Step(E_dist, -m_s * g * step, "(26) without the 1/2, signed"),
@@ -43,8 +62,9 @@ def apex_from_energy() -> tuple[Step, ...]:
     )
 
 
+@function(takes=(ROBOT, STATE, AED, H_DES, STEP), returns=PRINTED)
 def printed_objective() -> tuple[Step, ...]:
-    """J of (27) with (25), (26) as printed."""
+    """The objective of the controller as the paper prints it."""
     return (
         Step(E_td, m_s * v2**2 / 2, "(25)"),
         Step(E_dist, m_s * g * sp.Abs(step) / 2, "(26) as printed"),
@@ -52,9 +72,11 @@ def printed_objective() -> tuple[Step, ...]:
     )
 
 
+@function(takes=(ROBOT, STATE, AED, X1_T, H_DES, LIFT, SPRING), returns=OBJECTIVE)
 def objective() -> tuple[Step, ...]:
-    """J of (27), where the ground lies `lift` higher than it counts from, and with a weight of what (27) leaves out.
+    """The same objective with another share of the step, and with the spring coordinate.
 
+    J of (27), where the ground lies `lift` higher than it counts from, and with a weight of what (27) leaves out:
     lift = |step|/2, spring 0 is printed_objective; lift = -step, spring 1 vanishes where the apex is h_des.
     """
     return (
@@ -65,9 +87,10 @@ def objective() -> tuple[Step, ...]:
     )
 
 
-def threshold() -> tuple[Step, ...]:
-    """Current at which the unloaded actuator starts to move: (5) as a magnitude."""
-    return (Step(u_threshold, threshold_current(), "(5) as a magnitude"),)
+@function(takes=(ROBOT,), returns=THRESHOLD)
+def threshold_current() -> tuple[Step, ...]:
+    """Current at which the unloaded actuator starts to move."""
+    return (Step(u_threshold, equations.threshold_current(), "(5) as a magnitude"),)
 
 
 def variations(model: Model) -> dict[sp.Symbol, tuple[sp.Expr, sp.Expr]]:

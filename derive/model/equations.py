@@ -15,9 +15,9 @@ from functools import cached_property
 
 import sympy as sp
 
-from derive import quantities as Q
-from derive.ir import Quantity, Record
-from derive.quantities import L0, b1, b2, c, f1, f2, g, gamma2, k, m_eff, m_s, side_1, side_2, u, v1, v2, x1, x2, y
+from ..emit.ir import Quantity, Record
+from . import quantities as Q
+from .quantities import *
 
 
 @dataclass(frozen=True)
@@ -96,11 +96,9 @@ def _refuse_what_the_closed_form_cannot_carry(term: Term) -> None:
                 )
         if (ground := sp.expand(force.diff(x1) + force.diff(x2))) != 0:
             raise ModelError(
-                f"the term '{term.name}' ties mass {number} to the ground: force_{number} = {force} changes by {ground} "
+                f"the term '{term.name}' ties mass {number} to the ground: force_{number} = {force} changes by "
+                f"{ground} "
                 "per metre when both masses move together; the factor s^2 in the denominator of (11) would be lost"
             )
         if force.free_symbols & {u, side_1, side_2}:
             raise ModelError(f"the term '{term.name}' may not contain u, side_1 or side_2: force_{number} = {force}")
-
-
-HOPPER = Model()

@@ -1,15 +1,14 @@
 """Engine sources and rendered templates, written in `real`, as C of one precision under one prefix.
 
-Four things change and nothing else: the word `real`, the suffix `_real`, literals without a suffix (in single precision:
-the shortest that reads back as the same number, with its f), and the prefix `hopform`. Lines keep their numbers, so that
-what a compiler or debugger says of an instance names the line of its source.
+Four things change and nothing else: the word `real`, the suffix `_real`, literals without a suffix (in single
+precision: the shortest that reads back as the same number, with its f), and the prefix `hopform`. Lines keep their
+numbers, so that what a compiler or debugger says of an instance names the line of its source.
 """
 
 import re
 import struct
 
-PRECISIONS = ("f32", "f64")
-TYPES = {"f32": "float", "f64": "double"}
+from ..model.precisions import F32, Precision
 
 _TOKEN = re.compile(
     r"(?P<comment>/\*.*?\*/)"
@@ -20,16 +19,16 @@ _TOKEN = re.compile(
 )
 
 
-def instantiate(text: str, precision: str, prefix: str = "hopform") -> str:
+def instantiate(text: str, precision: Precision, prefix: str = "hopform") -> str:
     """A text in `real` as C in one precision."""
 
     def token(match: re.Match[str]) -> str:
         text = match.group()
-        if match.lastgroup == "number" and precision == "f32":
+        if match.lastgroup == "number" and precision == F32:
             return single(float(text))
-        return TYPES[precision] if text == "real" else text
+        return precision.type if text == "real" else text
 
-    return with_prefix(re.sub(r"_real\b", f"_{precision}", _TOKEN.sub(token, text)), prefix)
+    return with_prefix(re.sub(r"_real\b", f"_{precision.name}", _TOKEN.sub(token, text)), prefix)
 
 
 def with_prefix(text: str, prefix: str) -> str:

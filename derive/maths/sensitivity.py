@@ -1,17 +1,19 @@
-"""How a stance depends on its inputs, to first order: a change d_p of each input changes the state by d_x1, d_v1, d_v2, d_y.
+"""How a stance depends on its inputs, to first order: a change d_p of each input changes the state by d_x1, d_v1, d_v2,
+d_y.
 
-Within a phase z = (1, x_1, y, v_1, v_2) obeys z' = M z, so its change obeys d_z' = M d_z + d_M z. Only the rows of (3), (4) in M
-depend on anything; their changes are `Slopes`. The change of a formula of several steps is formed step by step.
+Within a phase z = (1, x_1, y, v_1, v_2) obeys z' = M z, so its change obeys d_z' = M d_z + d_M z. Only the rows of (3),
+(4) in M depend on anything; their changes are `Slopes`. The change of a formula of several steps is formed step by
+step.
 """
 
 from collections.abc import Iterable, Sequence
 
 import sympy as sp
 
-from derive import control, laplace
-from derive.ir import Quantity, Record, Step
-from derive.model import Model
-from derive.quantities import CURRENT, RATES, STATE, g, k, m_s, u, v2, x1, y
+from ..emit.ir import Quantity, Record, Step, function, scalar
+from ..model.equations import Model
+from ..model.quantities import *
+from . import control, laplace
 
 SLOPES = Record(
     "Slopes",
@@ -40,12 +42,17 @@ def changes(record: Record) -> Record:
     return Record(f"{record.name}Change", f"Changes: {record.meaning}", tuple(map(_changed, record.quantities)))
 
 
+ROBOT_CHANGE = changes(ROBOT)
 STATE_CHANGE = changes(STATE)
 CURRENT_CHANGE = _changed(CURRENT)
 
 
 def change_of(symbol: sp.Symbol) -> sp.Symbol:
     return sp.Symbol(f"d_{symbol}", real=True)
+
+
+def _change_of(symbol: sp.Symbol, unit: str, meaning: str) -> Quantity:
+    return scalar(str(change_of(symbol)), unit, meaning)
 
 
 def changed(value: sp.Expr, inputs: Iterable[sp.Symbol]) -> sp.Expr:
@@ -67,15 +74,20 @@ def changed_steps(steps: Sequence[Step], inputs: Sequence[sp.Symbol], wanted: Se
     return tuple(reversed(kept))
 
 
-def slopes(model: Model) -> tuple[Step, ...]:
-    """The changes of the coefficients of (3), (4) and of the constant accelerations, from those of robot and current."""
-    rates = [step for step in laplace.rates(model) if step.symbol in RATES.symbols[:9]]
-    return changed_steps((*rates, *laplace.drive()), (*model.robot.symbols, u), SLOPES.symbols)
+@function(takes=(ROBOT, CURRENT, SIDE_1, SIDE_2, ROBOT_CHANGE, CURRENT_CHANGE), returns=SLOPES)
+def slopes_of(model: Model) -> tuple[Step, ...]:
+    """How the right sides of (3), (4) change with the robot and the current."""
+    rates = [step for step in laplace.rates_of(model) if step.symbol in RATES.symbols[:9]]
+    return changed_steps((*rates, *laplace.drive_of()), (*model.robot.symbols, u), SLOPES.symbols)
 
 
+@function(takes=(ROBOT, STATE, ROBOT_CHANGE, STATE_CHANGE), returns=_change_of(body, "J", "change of the energy"))
 def body_energy_change(model: Model) -> tuple[Step, ...]:
-    """Change of the body's energy with x_2 from L_0 + c; that at the end less that at the start is the change of the AED."""
-    length, kinetic, weight, spring, body = sp.symbols("length kinetic weight spring body", real=True)
+    """How the energy of the body changes with the robot and the state, x_2 counted from L_0 + c.
+
+    That at the end less that at the start is the change of the AED.
+    """
+    length, kinetic, weight, spring = sp.symbols("length kinetic weight spring", real=True)
     steps = (
         Step(length, x1 - y, "x_2 - L_0 - c"),
         Step(kinetic, m_s * v2**2 / 2, "(22) kinetic"),
@@ -86,6 +98,16 @@ def body_energy_change(model: Model) -> tuple[Step, ...]:
     return changed_steps(steps, (*model.robot.symbols, x1, v2, y), (change_of(body),))
 
 
+@function(
+    takes=(
+        ROBOT,
+        control.V_UP,
+        ROBOT_CHANGE,
+        _change_of(x1, "m", "change of the actuator's displacement at take-off"),
+        _change_of(control.v_up, "m/s", "change of v_up"),
+    ),
+    returns=_change_of(control.apex, "m", "change of the hop height of the apex"),
+)
 def apex_change() -> tuple[Step, ...]:
-    """Change of the apex from those of gravity and of the state at take-off; v_up = max(v_2, 0)."""
+    """How the apex changes with gravity and the state at take-off."""
     return changed_steps(control.apex_of_takeoff(), (g, x1, control.v_up), (change_of(control.apex),))

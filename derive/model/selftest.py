@@ -1,9 +1,10 @@
-"""The fixed stances that hopform_selftest solves: together they visit every mode, kind of event, ending and kernel branch.
+"""The fixed stances that hopform_selftest solves: together they visit every mode, kind of event, ending and kernel
+branch.
 
 Data alone; tests/test_selftest.py counts what they visit.
 """
 
-from dataclasses import dataclass
+from dataclasses import astuple, dataclass
 
 HOPPER_C = {
     "m_eff": 25.0, "m_s": 3.0, "k": 1200.0, "L0": 0.4, "b1": 150.0, "b2": 5.0, "f1": 0.78, "f2": 0.6,
@@ -40,6 +41,10 @@ class Case:
     later: float
     then: float
     horizon: float
+
+    @property
+    def values(self) -> tuple[float, ...]:
+        return astuple(self)
 
 
 CASES: tuple[Case, ...] = (

@@ -3,9 +3,9 @@
     s^2 + p s + q                    p >= 0, q >= 0
     s^3 + s_1 s^2 + s_2 s + s_3      s_1, s_2, s_3 >= 0, s_1 s_2 >= s_3
 
-once integrators are removed; without friction the coefficients are 0, which is legal. A condition that is a sum of products of
-numbers that cannot be negative holds for every robot, in exact arithmetic and in rounded arithmetic alike, and is not asked for.
-So the paper's hopper is never asked. Where neither velocity stands in the other mass's equation
+once integrators are removed; without friction the coefficients are 0, which is legal. A condition that is a sum of
+products of numbers that cannot be negative holds for every robot, in exact arithmetic and in rounded arithmetic alike,
+and is not asked for. So the paper's hopper is never asked. Where neither velocity stands in the other mass's equation
 
     s_1 = p_1 + p_2      s_2 = q_1 + q_2 + p_1 p_2      s_3 = p_1 q_2 + p_2 q_1
     s_1 s_2 - s_3 = p_1 q_1 + p_2 q_2 + p_1 p_2 (p_1 + p_2)
@@ -17,27 +17,10 @@ from dataclasses import dataclass
 
 import sympy as sp
 
-from derive import laplace
-from derive.ir import unfold
-from derive.model import Model
-from derive.quantities import (
-    a1_v1,
-    a1_v2,
-    a1_y,
-    a2_v1,
-    a2_v2,
-    a2_y,
-    p_1,
-    p_2,
-    q_1,
-    q_2,
-    s_1,
-    s_2,
-    s_3,
-)
-
-NOT_NEGATIVE = ("positive", "nonnegative", "fraction", "bound")
-"""Domains of parameters."""
+from ..emit.ir import unfold
+from ..model.equations import Model
+from ..model.quantities import *
+from . import laplace
 
 ALONE = {a1_v1: -p_1, a1_y: -q_1, a2_v2: -p_2, a2_y: q_2}
 """The rates of (3), (4) by the polynomials of one mass moving alone."""
@@ -66,8 +49,8 @@ CONDITIONS = (
 
 def open_conditions(model: Model) -> tuple[Condition, ...]:
     """The conditions that some robot of the model may violate though it obeys the others."""
-    rates = laplace.rates(model)
-    known = {quantity.symbol for quantity in model.robot.quantities if quantity.domain in NOT_NEGATIVE}
+    rates = laplace.rates_of(model)
+    known = {quantity.symbol for quantity in model.robot.quantities if quantity.interval.low >= 0.0}
     of_both = dict(zip((s_1, s_2, s_3), laplace.characteristic(laplace.MATRIX), strict=True))
     of_one = ALONE | {rate: unfold(rate, rates) for rate in (a1_v2, a2_v1)}
     return tuple(

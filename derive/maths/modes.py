@@ -12,49 +12,35 @@ linear, so it has the closed form of time_domain.py; it ends at the first of
 
 import sympy as sp
 
-from derive.ir import Step
-from derive.quantities import (
-    H1,
-    H1_1,
-    H1_2,
-    H2,
-    H2_1,
-    H2_2,
-    H3,
-    H3_1,
-    H3_2,
-    H1_y,
-    H2_y,
-    H3_y,
-    a1_0,
-    a1_u,
-    a1_v2,
-    a1_y,
-    a2_0,
-    a2_v1,
-    a2_y,
-    free_1,
-    free_2,
-    u,
-    v1,
-    v2,
-    y,
-)
-
-# The masses that slip, in the order in which the generated code tries them.
-MOVING = {"both": (1, 2), "actuator": (1,), "body": (2,)}
+from ..emit.ir import Step, function
+from ..model.quantities import *
 
 
-def free() -> tuple[Step, ...]:
-    """Free accelerations: (3), (4) at v_i = 0 without the friction of mass i."""
+@function(takes=(RATES, STATE, CURRENT), returns=FREE)
+def free_accelerations() -> tuple[Step, ...]:
+    """Free accelerations of both masses.
+
+    They are (3), (4) at v_i = 0 without the friction of mass i.
+    """
     return (
         Step(free_1, a1_0 + a1_u * u + a1_y * y + a1_v2 * v2, "(3) at v_1 = 0"),
         Step(free_2, a2_0 + a2_y * y + a2_v1 * v1, "(4) at v_2 = 0"),
     )
 
 
-def free_numerator(number: int) -> tuple[Step, ...]:
-    """How the free acceleration of a held mass leaves its initial value while the other one moves."""
+@function(takes=(RATES, MOTION), returns=NUMERATOR)
+def free_numerator_1() -> tuple[Step, ...]:
+    """How the free acceleration of mass 1, held, leaves its initial value."""
+    return _free_numerator(1)
+
+
+@function(takes=(RATES, MOTION), returns=NUMERATOR)
+def free_numerator_2() -> tuple[Step, ...]:
+    """How the free acceleration of mass 2, held, leaves its initial value."""
+    return _free_numerator(2)
+
+
+def _free_numerator(number: int) -> tuple[Step, ...]:
     per_y, per_v, other = ((a1_y, a1_v2, (H3_2, H2_2, H1_2)), (a2_y, a2_v1, (H3_1, H2_1, H1_1)))[number - 1]
     of_y = (H3_y, H2_y, H1_y)
     values = [per_y * h_y + per_v * h_v for h_y, h_v in zip(of_y, other, strict=True)]

@@ -1,0 +1,112 @@
+"""How functions, records, structs and constants are spelled in C.
+
+C is written in a type `real` with plain literals and names that end in _real, which `instantiate` turns into one
+precision.
+"""
+
+import math
+import re
+from collections.abc import Iterator, Mapping
+
+from ..model.kinds import Kind, Word
+from ..model.precisions import F32, Precision
+from .expressions import Expressions, aligned, argument_name, chunks, snake
+from .ir import SCALARS, Domain, Function, Record, Struct
+
+ELEMENTARY = ("sqrt", "fabs", "exp", "expm1", "sin", "cos", "atan2", "log", "cbrt")
+"""Functions of the C library that the engine or a formula may call."""
+
+
+class C:
+    """Spelling in C of one precision: in `real`, which `instantiate` turns into float or double."""
+
+    spelled = Expressions("sqrt_real", "fabs_real")
+    elementary = ELEMENTARY
+
+    def __init__(self, precision: Precision) -> None:
+        self.precision = precision
+
+    def of_libm(self, name: str) -> str:
+        """The function of the C library that computes in this precision."""
+        return f"{name}f" if self.precision == F32 else name
+
+    def define(self, kind: Kind, word: Word) -> str:
+        """The macro of a word, with values and comments that align."""
+        value = f"({word.number})" if word.number < 0 else str(word.number)
+        return f"#define HOPFORM_{f'{kind.macro_of(word)} {value}'.ljust(20)} /* {word.meaning} */"
+
+    def in_domain(self, domain: Domain) -> str:
+        """The condition that `value` lies in a domain. NaN lies in none; where infinity does not, nothing beyond NEVER
+        does.
+        """
+        ends = []
+        if not domain.unbounded_below:
+            low = "-HOPFORM_NEVER_real" if domain.low == -math.inf else repr(domain.low)
+            ends.append(f"(value) {'>=' if domain.with_low or domain.low == -math.inf else '>'} {low}")
+        if not domain.unbounded_above:
+            high = "HOPFORM_NEVER_real" if domain.high == math.inf else repr(domain.high)
+            ends.append(f"(value) {'<=' if domain.with_high or domain.high == math.inf else '<'} {high}")
+        return f"({' && '.join(ends)})"
+
+    def macro(self, record: Record) -> str:
+        return snake(record.name).upper()
+
+    def for_each_member(self, record: Record) -> str:
+        """X(name, DOMAIN) for each member."""
+        return " ".join(f"X({quantity.name}, {quantity.domain.upper()})" for quantity in record.quantities)
+
+    def type(self, record: Record | Struct) -> str:
+        return self._type(record.name)
+
+    def _type(self, name: str) -> str:
+        """A scalar, a struct or a pointer, by its name in the derivation."""
+        bare = name.removeprefix("const ").removesuffix(" *")
+        spelled = "void" if bare == "void" else SCALARS.get(bare, f"hopform_{snake(bare)}_real")
+        return name.replace(bare, spelled, 1)
+
+    def struct_members(self, struct: Struct) -> Iterator[str]:
+        """Declarations with their comments."""
+        for member in struct.members:
+            many = f"[{member.count}]" if member.count > 1 else ""
+            declared = f"{self._type(member.type)} {member.name}{many};".replace("* ", "*")
+            yield f"{declared} /* {member.comment} */" if member.comment else declared
+
+    def signature(self, function: Function) -> str:
+        arguments = ", ".join(
+            f"const {self.type(a)} *{argument_name(a)}" if isinstance(a, Record) else f"real {a.name}"
+            for a in function.takes
+        )
+        returns = self.type(function.returns) if isinstance(function.returns, Record) else "real"
+        return f"{returns} hopform_{function.name}_real({arguments})"
+
+    def body(self, function: Function) -> Iterator[str]:
+        for argument, symbols in function.arguments():
+            if isinstance(argument, Record):
+                name = argument_name(argument)
+                yield from (
+                    f"const real {', '.join(f'{symbol} = {name}->{symbol}' for symbol in chunk)};"
+                    for chunk in chunks(symbols, 100, len(name) + 7)
+                )
+        yield from aligned(
+            (f"const real {s.symbol} = {self.spelled(s.value)};", f"/* {s.source} */") for s in function.steps
+        )
+        if isinstance(function.returns, Record):
+            values = ", ".join(map(str, function.returns.symbols))
+            yield f"const {self.type(function.returns)} result = {{{values}}};"
+            yield "return result;"
+        else:
+            yield f"return {function.returns.symbol};"
+
+    def members(self, record: Record) -> Iterator[str]:
+        yield from aligned((f"real {q.name};", f"/* [{q.unit}] {q.meaning} */") for q in record.quantities)
+
+    def values(self, record: Record, known: Mapping[str, float]) -> str:
+        """An initialiser of a record with some numbers known and the others 0."""
+        return "{" + ", ".join(repr(float(known.get(q.name, 0.0))) for q in record.quantities) + "}"
+
+
+def documented(text: str) -> str:
+    """The text of a public header with its comments marked for Doxygen, but for the first, which is about the file."""
+    first, _, rest = text.partition("\n")
+    above = re.sub(r"^/\* ", "/** ", rest, flags=re.MULTILINE)
+    return first + "\n" + re.sub(r"^((?:#define|    \w|enum).*?)/\* ", r"\1/**< ", above, flags=re.MULTILINE)

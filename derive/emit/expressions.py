@@ -1,0 +1,126 @@
+"""Expressions and steps in the punctuation that Python and C share, and how their lines are laid out.
+
+The printer is our own so that the text depends on no version of sympy: terms and factors are ordered by the names in
+them.
+"""
+
+import re
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+
+import sympy as sp
+
+from .ir import Quantity, Record
+
+Line = tuple[str, str]
+LARGEST_PART = 10**36
+"""Above and below the line of a fraction, so that single precision holds them; with larger ones it is written as one
+number.
+"""
+
+
+@dataclass(frozen=True)
+class Expressions:
+    """Expressions in the punctuation that Python and C share: + - * / and calls of two functions by their names."""
+
+    root: str = "sqrt"
+    absolute: str = "fabs"
+
+    def __call__(self, value: sp.Expr) -> str:
+        return self._sum(sp.sympify(value))
+
+    def _sum(self, value: sp.Expr) -> str:
+        terms = sorted(sp.Add.make_args(value), key=self._term_order)
+        text = ""
+        for term in terms:
+            negative = term.could_extract_minus_sign()
+            body = self._product(-term if negative else term)
+            if text:
+                text += f" - {body}" if negative else f" + {body}"
+            else:
+                text = f"-{body}" if negative else body
+        return text
+
+    def _term_order(self, term: sp.Expr) -> tuple[bool, int, str]:
+        """Positive terms first, then numbers, then the shorter names."""
+        negative = bool(term.could_extract_minus_sign())
+        body = -term if negative else term
+        return negative, len(body.free_symbols), self._product(body)
+
+    def _product(self, value: sp.Expr) -> str:
+        above: list[str] = []
+        below: list[str] = []
+        number = root = sp.S.One
+        for factor in sp.Mul.make_args(value):
+            base, exponent = factor.as_base_exp()
+            if factor.is_Rational:
+                number *= factor
+            elif exponent == sp.S.Half:
+                root *= base
+            elif exponent.is_Integer:
+                (above if exponent > 0 else below).extend([self._factor(base)] * abs(int(exponent)))
+            else:
+                raise TypeError(f"no spelling for {factor}")
+        if root != 1:
+            above.append(f"{self.root}({self._sum(root)})")
+        above.sort(key=_factor_order)
+        below.sort(key=_factor_order)
+        if max(number.p, number.q) > LARGEST_PART or (number.p != 1 and number.q in (1, 2, 4, 8)):
+            above.insert(0, _number(float(number)))
+        elif number.q != 1:
+            if number.p != 1:
+                above.insert(0, _number(float(number.p)))
+            below.insert(0, _number(float(number.q))) if number.q not in (2, 4, 8) else above.insert(
+                0, _number(1.0 / number.q)
+            )
+        top = "*".join(above) or "1.0"
+        if not below:
+            return top
+        return f"{top}/{below[0]}" if len(below) == 1 else f"{top}/({'*'.join(below)})"
+
+    def _factor(self, base: sp.Expr) -> str:
+        if base.is_Symbol:
+            return str(base.name)
+        if base.is_Rational:
+            return _number(float(base))
+        if isinstance(base, sp.Abs):
+            return f"{self.absolute}({self._sum(base.args[0])})"
+        return f"({self._sum(base)})"
+
+
+def _factor_order(text: str) -> tuple[bool, str]:
+    return text.startswith("("), text
+
+
+def _number(value: float) -> str:
+    return repr(value)
+
+
+def aligned(lines: Iterable[Line]) -> Iterator[str]:
+    pairs = list(lines)
+    width = max((len(code) for code, _ in pairs), default=0)
+    yield from (f"{code.ljust(width)}  {comment}".rstrip() for code, comment in pairs)
+
+
+def argument_name(argument: Record | Quantity) -> str:
+    """The name of an argument: a record's name in lower case with underscores."""
+    return snake(argument.name) if isinstance(argument, Record) else argument.name
+
+
+def snake(name: str) -> str:
+    return re.sub(r"(?<!^)(?=[A-Z])", "_", name).lower()
+
+
+def chunks(symbols: tuple[sp.Symbol, ...], width: int, extra: int) -> Iterator[tuple[sp.Symbol, ...]]:
+    """The symbols in groups whose line, with each name twice and `extra` characters around it, fits in a width."""
+    group: list[sp.Symbol] = []
+    length = 0
+    for symbol in symbols:
+        size = 2 * len(str(symbol)) + extra
+        if group and length + size > width:
+            yield tuple(group)
+            group, length = [], 0
+        group.append(symbol)
+        length += size
+    if group:
+        yield tuple(group)

@@ -1,0 +1,183 @@
+"""What is generated, as files: written where nothing of anybody else's is lost, and compared with what they should be."""
+
+import difflib
+import hashlib
+import os
+import re
+import sys
+import tempfile
+from pathlib import Path
+
+from .render import DERIVE, MANIFEST, manifest
+
+GENERATED = DERIVE.with_name("generated")
+"""The product of the paper's hopper, in a checkout."""
+
+
+class FolderError(ValueError):
+    """A folder that holds what derive did not make where it would write or remove."""
+
+
+def write(texts: dict[Path, str], folder: Path) -> None:
+    """Write what differs, each file aside and then renamed; remove what an earlier run made and this one does not.
+
+    generated/ holds nothing else, so whatever lies there is replaced or removed. Any other folder must be empty, or one
+    that derive made and nobody edited where this run would write; files of other names stay.
+    """
+    if not _is_generated(folder):
+        _refuse_what_is_not_ours(texts, folder)
+    strays = _stray(texts, folder)
+    for path, text in texts.items():
+        target = folder / path
+        if not target.is_file() or _read(target) != text:
+            _replace(target, text)
+    for stray in strays:
+        (folder / stray).unlink()
+
+
+def _refuse_what_is_not_ours(texts: dict[Path, str], folder: Path) -> None:
+    """Refuse a folder by the first file that derive did not make, or that was edited, where it would write."""
+    _refuse_what_is_no_folder(folder)
+    if not folder.is_dir() or not any(folder.iterdir()):
+        return
+    if not (folder / MANIFEST).is_file():
+        raise FolderError(f"--out {folder} has no {MANIFEST}: {_NOT_OURS}")
+    made, _ = _read_manifest(folder)
+    for path, text in texts.items():
+        target = folder / path
+        if not lies_in(target, folder):
+            raise FolderError(f"--out {folder}: {path.parent}/ leads out of it: {_NOT_OURS}")
+        for parent in path.parents:
+            if (folder / parent).exists() and not (folder / parent).is_dir():
+                raise FolderError(f"--out {folder}: {parent} is not a folder: {_NOT_OURS}")
+        if target.exists() and not target.is_file():
+            raise FolderError(f"--out {folder}: {path} is not a file: {_NOT_OURS}")
+        if path == MANIFEST or not target.exists():
+            continue
+        if _digest(target) not in (made.get(path), hashlib.sha256(text.encode()).hexdigest()):
+            reason = f"{path} was edited by hand: move it away" if path in made else f"{path} was {_NOT_OURS}"
+            raise FolderError(f"--out {folder}: {reason}")
+
+
+def _refuse_what_is_no_folder(folder: Path) -> None:
+    if os.path.lexists(folder) and not folder.is_dir():
+        raise FolderError(f"--out {folder} is not a folder")
+
+
+_NOT_OURS = "not made by derive; choose an empty folder"
+
+
+def _replace(target: Path, text: str) -> None:
+    target.parent.mkdir(parents=True, exist_ok=True)
+    handle, aside = tempfile.mkstemp(dir=target.parent, prefix=f".{target.name}.")
+    with os.fdopen(handle, "w", encoding="utf-8", newline="\n") as file:
+        file.write(text)
+    Path(aside).chmod(0o644)
+    Path(aside).replace(target)
+
+
+def _stray(texts: dict[Path, str], folder: Path) -> list[Path]:
+    """Files that a former run made, by MANIFEST and as it made them, or that lie in generated/ without being made."""
+    if _is_generated(folder):
+        there = {path.relative_to(folder) for path in folder.rglob("*") if path.is_file()}
+        present = {path for path in there if "__pycache__" not in path.parts}
+    else:
+        made, _ = _read_manifest(folder)
+        present = {path for path, digest in made.items() if _digest(folder / path) == digest}
+    return sorted(present - texts.keys())
+
+
+def _is_generated(folder: Path) -> bool:
+    return os.path.realpath(folder) == os.path.realpath(GENERATED)
+
+
+def lies_in(path: Path, folder: Path) -> bool:
+    """Whether a path leads into a folder, or to it, once links and dots are resolved."""
+    return Path(os.path.realpath(path)).is_relative_to(os.path.realpath(folder))
+
+
+def _digest(path: Path) -> str | None:
+    """The hash of a file's bytes, as MANIFEST has it; None where there is no file."""
+    return hashlib.sha256(path.read_bytes()).hexdigest() if path.is_file() else None
+
+
+def check(texts: dict[Path, str], folder: Path) -> int:
+    """Print how a folder differs from what the derivation says, and whose doing it is; 1 if it does."""
+    _refuse_what_is_no_folder(folder)
+    differing = [path for path, text in sorted(texts.items()) if _read(folder / path) != text]
+    stray = _stray(texts, folder)
+    for path in differing:
+        old, new = _read(folder / path).splitlines(True), texts[path].splitlines(True)
+        sys.stdout.writelines(list(difflib.unified_diff(old, new, str(folder / path), "as derived"))[:40])
+    for path in stray:
+        print(f"derive: {path} is a stray file: neither a template nor the engine makes it", file=sys.stderr)
+    for reason in _reasons(texts, folder, differing):
+        print(f"derive: {reason}", file=sys.stderr)
+    if differing or stray:
+        print(f"derive: {folder.name}/ is out of date: run `make generate`", file=sys.stderr)
+    return 1 if differing or stray else 0
+
+
+def _reasons(texts: dict[Path, str], folder: Path, differing: list[Path]) -> list[str]:
+    """What was changed: the model, a template, the generator, a file itself, or none of them."""
+    if not differing:
+        return []
+    made, makers = _read_manifest(folder)
+    _, makers_now = _parse_manifest(texts[MANIFEST])
+    current, _ = _parse_manifest(manifest({path: _read(folder / path) for path in texts if path != MANIFEST}))
+    reasons = [
+        f"{path} was edited by hand or is missing"
+        for path in differing
+        if path != MANIFEST and current.get(path) != made.get(path)
+    ]
+    for path in sorted(makers.keys() | makers_now.keys()):
+        if makers.get(path) != makers_now.get(path):
+            reasons.append(f"the {_kind(path)} was changed since: {path}")
+    return reasons or ["all hashes agree but the text differs: a tool's version did it"]
+
+
+def _kind(path: Path) -> str:
+    """What a file is that the output is made from."""
+    if path.parts[0] == "templates":
+        return "template"
+    if path.parts[0] == "runtime":
+        return "engine"
+    return "generator" if path.parts[1] == "emit" or len(path.parts) == 2 else "model"
+
+
+def _read(path: Path) -> str:
+    """A file's text; bytes that are none differ from whatever is derived."""
+    return path.read_text("utf-8", errors="replace") if path.is_file() else ""
+
+
+_MANIFEST_LINE = r"[0-9a-f]{64}  [^\x00-\x1f]+\n"
+_MANIFEST = re.compile(rf"# made\n(?:{_MANIFEST_LINE})*# made from\n(?:{_MANIFEST_LINE})*")
+
+
+def _read_manifest(folder: Path) -> tuple[dict[Path, str], dict[Path, str]]:
+    """Hashes of what was made and of what it was made from, by path; none without a MANIFEST.
+
+    Whoever handed a folder over may have written its MANIFEST: one that names a file outside the folder is refused.
+    """
+    text = _read(folder / MANIFEST)
+    if not _MANIFEST.fullmatch(text):
+        if (folder / MANIFEST).exists() and not _is_generated(folder):
+            raise FolderError(f"--out {folder}: its {MANIFEST} was {_NOT_OURS}")
+        return {}, {}
+    made, makers = _parse_manifest(text)
+    for path in made:
+        if path.is_absolute() or ".." in path.parts or not lies_in(folder / path, folder):
+            raise FolderError(f"--out {folder}: its {MANIFEST} names {path}, outside of it: {_NOT_OURS}")
+    return made, makers
+
+
+def _parse_manifest(text: str) -> tuple[dict[Path, str], dict[Path, str]]:
+    parts: list[dict[Path, str]] = [{}, {}]
+    section = 0
+    for line in text.split("\n"):
+        if line == "# made from":
+            section = 1
+        elif line and not line.startswith("#"):
+            digest, _, path = line.partition("  ")
+            parts[section][Path(path)] = digest
+    return parts[0], parts[1]

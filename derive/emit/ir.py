@@ -1,0 +1,240 @@
+"""What a derivation hands to a renderer: quantities, records of them, and functions of named steps.
+
+The intermediate form knows sympy expressions and nothing about any target language.
+"""
+
+import inspect
+import math
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import sympy as sp
+
+
+@dataclass(frozen=True)
+class Domain:
+    """The numbers that a quantity may take: an interval, with or without its ends, infinite ones among them."""
+
+    name: str
+    allowed: str
+    low: float = -math.inf
+    high: float = math.inf
+    with_low: bool = False
+    with_high: bool = False
+
+    def __contains__(self, value: float) -> bool:
+        above = self.low <= value if self.with_low else self.low < value
+        return above and (value <= self.high if self.with_high else value < self.high)
+
+    @property
+    def unbounded_below(self) -> bool:
+        """Whether -inf lies in it."""
+        return self.with_low and self.low == -math.inf
+
+    @property
+    def unbounded_above(self) -> bool:
+        """Whether inf lies in it."""
+        return self.with_high and self.high == math.inf
+
+
+DOMAINS = {
+    domain.name: domain
+    for domain in (
+        Domain("real", "finite"),
+        Domain("positive", "> 0", low=0.0),
+        Domain("nonnegative", ">= 0 and finite", low=0.0, with_low=True),
+        Domain("bound", ">= 0", low=0.0, with_low=True, with_high=True),
+        Domain("fraction", ">= 0 and < 1", low=0.0, high=1.0, with_low=True),
+        Domain("lower", "a number or -inf", with_low=True),
+        Domain("upper", "a number or inf", with_high=True),
+    )
+}
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """A real number with a name, the paper's glyph, a unit, a meaning and a domain, one of DOMAINS by its name."""
+
+    name: str
+    glyph: str
+    unit: str
+    meaning: str
+    domain: str = "real"
+    default: float | None = None
+
+    @property
+    def symbol(self) -> sp.Symbol:
+        return sp.Symbol(self.name, real=True)
+
+    @property
+    def interval(self) -> Domain:
+        return DOMAINS[self.domain]
+
+    @property
+    def symbols(self) -> tuple[sp.Symbol, ...]:
+        return (self.symbol,)
+
+    @property
+    def quantities(self) -> "tuple[Quantity, ...]":
+        return (self,)
+
+
+def scalar(name: str, unit: str, meaning: str) -> Quantity:
+    """A quantity that the paper has no glyph for."""
+    return Quantity(name, name, unit, meaning)
+
+
+@dataclass(frozen=True)
+class Record:
+    """An ordered group of quantities: a named tuple in Python, a struct in C."""
+
+    name: str
+    meaning: str
+    quantities: tuple[Quantity, ...]
+
+    @property
+    def symbols(self) -> tuple[sp.Symbol, ...]:
+        return tuple(quantity.symbol for quantity in self.quantities)
+
+
+SCALARS = {
+    "real": "real",
+    "int8": "int8_t",
+    "uint16": "uint16_t",
+    "int32": "int32_t",
+    "uint32": "uint32_t",
+    "bool": "bool",
+    "ptrdiff": "ptrdiff_t",
+}
+"""Types of a member that is no struct, as C has them."""
+
+
+@dataclass(frozen=True)
+class Member:
+    """A member: its type is one of SCALARS, the name of a struct or record, or either behind a pointer, "const Plan *"."""
+
+    name: str
+    type: str
+    meaning: str = ""
+    unit: str = ""
+    count: int = 1
+
+    @property
+    def comment(self) -> str:
+        unit = f"[{self.unit}] " if self.unit else ""
+        return f"{unit}{self.meaning}".strip()
+
+
+@dataclass(frozen=True)
+class Struct:
+    """Members in the order in which they lie in memory."""
+
+    name: str
+    meaning: str
+    members: tuple[Member, ...]
+
+
+@dataclass(frozen=True)
+class Step:
+    """One line of generated code, `symbol = value`, and the equation that it comes from."""
+
+    symbol: sp.Symbol
+    value: sp.Expr
+    source: str
+
+
+def unfold(expression: sp.Expr, steps: tuple[Step, ...]) -> sp.Expr:
+    """Replace every named step by its definition, last name first."""
+    for step in reversed(steps):
+        expression = expression.subs(step.symbol, step.value)
+    return expression
+
+
+@dataclass(frozen=True)
+class Function:
+    """Steps that turn the quantities of `takes` into those of `returns`."""
+
+    name: str
+    meaning: str
+    takes: tuple[Record | Quantity, ...]
+    steps: tuple[Step, ...]
+    returns: Record | Quantity
+
+    def __post_init__(self) -> None:
+        known = {symbol for argument in self.takes for symbol in argument.symbols}
+        for step in self.steps:
+            if unknown := step.value.free_symbols - known:
+                raise ValueError(f"{self.name}: {step.symbol} uses {unknown} before they are defined")
+            known.add(step.symbol)
+        if missing := set(self.returns.symbols) - known:
+            raise ValueError(f"{self.name}: returns {missing}, which no step defines")
+
+    @cached_property
+    def used(self) -> frozenset[sp.Symbol]:
+        """The symbols that some step or the result reads."""
+        read: set[sp.Symbol] = set(self.returns.symbols)
+        for step in self.steps:
+            read |= step.value.free_symbols
+        return frozenset(read)
+
+    def arguments(self) -> Iterator[tuple[Record | Quantity, tuple[sp.Symbol, ...]]]:
+        """Each argument with those of its symbols that the function reads."""
+        for argument in self.takes:
+            yield argument, tuple(symbol for symbol in argument.symbols if symbol in self.used)
+
+
+@dataclass(frozen=True)
+class Definition:
+    """A function of the program where its steps are: what it takes and returns of every model, and how its steps are
+    made.
+    """
+
+    name: str
+    meaning: str
+    takes: tuple[Record | Quantity, ...]
+    returns: Record | Quantity
+    make: Callable[..., tuple[Step, ...]]
+
+    def __call__(self, *model: Any) -> tuple[Step, ...]:
+        """The steps; those that depend on a model take it."""
+        return self.make(*model)
+
+    def of(self, model: Any, records: Mapping[str, Record]) -> Function:
+        """The function of a model; `records` are those that the model makes longer, by name."""
+
+        def longer(argument: Record | Quantity) -> Record | Quantity:
+            return records.get(argument.name, argument) if isinstance(argument, Record) else argument
+
+        steps = self.make(model) if inspect.signature(self.make).parameters else self.make()
+        return Function(self.name, self.meaning, tuple(map(longer, self.takes)), steps, longer(self.returns))
+
+
+def function(
+    *, takes: tuple[Record | Quantity, ...], returns: Record | Quantity
+) -> Callable[[Callable[..., tuple[Step, ...]]], Definition]:
+    """Make what returns steps a function of the program, under its own name; the docstring's first line is the meaning."""
+
+    def define(make: Callable[..., tuple[Step, ...]]) -> Definition:
+        meaning = inspect.getdoc(make)
+        if not meaning:
+            raise ValueError(f"{make.__name__} has no docstring to say what it means")
+        return Definition(make.__name__, meaning.split("\n")[0], takes, returns, make)
+
+    return define
+
+
+@dataclass(frozen=True)
+class Program:
+    """Everything that gets rendered."""
+
+    meaning: str
+    records: tuple[Record, ...]
+    functions: tuple[Function, ...]
+
+    def function(self, name: str) -> Function:
+        return next(function for function in self.functions if function.name == name)
+
+    def record(self, name: str) -> Record:
+        return next(record for record in self.records if record.name == name)

@@ -1,0 +1,27 @@
+"""The derivation as a program: the functions and records of all its modules, for one model.
+
+Straight-line formulas only. What loops or branches (roots of the cubic, choice of a regime, isolation of
+events, the chain of phases) stands once per language in runtime/engine and calls these.
+"""
+
+from ..maths import control, energy, flight, laplace, modes, partial_fractions, sensitivity, time_domain
+from ..model import quantities
+from ..model.equations import Model
+from ..models.hopper import HOPPER
+from .ir import Definition, Program, Record
+
+MODULES = (laplace, modes, partial_fractions, time_domain, energy, control, sensitivity, flight)
+
+
+def program(model: Model = HOPPER) -> Program:
+    """The functions and records of a model, in the order in which they are defined."""
+    of_model = {
+        record.name: record for record in (model.robot, energy.ledger_record(model), sensitivity.changes(model.robot))
+    }
+    defined = [value for module in MODULES for value in vars(module).values()]
+    named = {value.name: value for value in (*vars(quantities).values(), *defined) if isinstance(value, Record)}
+    return Program(
+        "Closed-form stance of a series-elastic hopper with viscous and Coulomb friction.",
+        tuple((named | of_model).values()),
+        tuple(value.of(model, of_model) for value in defined if isinstance(value, Definition)),
+    )

@@ -1,0 +1,80 @@
+"""Coefficients of the kernels' power series, and the tables that the engine looks up, in each precision."""
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass
+from functools import cache
+
+import sympy as sp
+
+from ..model.precisions import F32, TERMS, Precision
+
+
+@dataclass(frozen=True)
+class Series:
+    """Coefficients of a series, the highest first as Horner's rule takes them."""
+
+    name: str
+    coefficients: tuple[float, ...]
+    meaning: str
+
+
+@dataclass(frozen=True)
+class Table:
+    """Numbers in a row."""
+
+    name: str
+    values: tuple[float, ...]
+    meaning: str
+
+
+def series(precision: Precision) -> tuple[Series, ...]:
+    """The power series of the kernels."""
+    single = precision == F32
+    area_tangent = tuple(1.0 / n for n in reversed(range(1, 11 if single else 23, 2)))
+    return (
+        Series("EXPONENTIAL", _inverse_factorials(range(1, 9 if single else 15)), "(exp(r) - 1)/r"),
+        Series("DECAY_TAIL", _alternating(_inverse_factorials(range(3, 14 if single else 21))), "phi_3(-z)"),
+        Series("SINE", _alternating(_inverse_factorials(range(1, 10 if single else 18, 2))), "sin(r)/r in r^2"),
+        Series("COSINE", _alternating(_inverse_factorials(range(0, 10 if single else 18, 2))), "cos(r) in r^2"),
+        Series("AREA_TANGENT", area_tangent, "artanh(s)/s in s^2"),
+    )
+
+
+def tables(precision: Precision) -> tuple[Table, ...]:
+    """Numbers that the engine looks up."""
+    places, weights = gauss_rule(nodes(precision))
+    inverses = tuple(1.0 / n for n in range(1, int(TERMS.of(precision)) + 8))
+    return (
+        Table("INVERSES", inverses, "1/n for n from 1 on"),
+        Table("GAUSS_PLACES", places, "nodes of Gauss's rule over 0 .. 1"),
+        Table("GAUSS_WEIGHTS", weights, "their weights"),
+    )
+
+
+def nodes(precision: Precision) -> int:
+    """Of Gauss's rule."""
+    return 8 if precision == F32 else 12
+
+
+@cache
+def gauss_rule(count: int) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    """Nodes and weights of Gauss's rule over 0 .. 1: the roots of the Legendre polynomial, to 40 digits before they are
+    rounded.
+    """
+    x = sp.Symbol("x")
+    polynomial = sp.legendre_poly(count, x)
+    slope = sp.diff(polynomial, x)
+    roots = sorted(sp.Poly(polynomial, x).nroots(n=40, maxsteps=200))
+    weights = [2 / ((1 - root**2) * slope.subs(x, root) ** 2) for root in roots]
+    return tuple(float((1 + root) / 2) for root in roots), tuple(float(weight / 2) for weight in weights)
+
+
+def _inverse_factorials(degrees: Iterable[int]) -> tuple[float, ...]:
+    """Coefficients 1/n! of a power series."""
+    return tuple(1.0 / math.factorial(n) for n in reversed(list(degrees)))
+
+
+def _alternating(coefficients: tuple[float, ...]) -> tuple[float, ...]:
+    """The same with signs that alternate from the lowest, which is positive."""
+    return tuple(coefficient * (-1) ** (len(coefficients) - 1 - n) for n, coefficient in enumerate(coefficients))

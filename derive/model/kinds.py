@@ -1,0 +1,120 @@
+"""What happens and what is answered: the words for events, endings and statuses, and their numbers in the C library."""
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Word:
+    """A word, its number in the C library, and what it means."""
+
+    number: int
+    text: str
+    meaning: str
+
+
+@dataclass(frozen=True)
+class Kind:
+    """Words of one kind: what they tell, the name of their table in Python, the prefix of their macros in C."""
+
+    meaning: str
+    table: str
+    macro: str
+    words: tuple[Word, ...]
+
+    def macro_of(self, word: Word) -> str:
+        """Its name in C, behind the prefix of every public name."""
+        return f"{self.macro}{word.text}".upper()
+
+
+STATUSES = Kind(
+    "Status: 0 ok, negative an error, positive an answer with a warning.",
+    "STATUSES",
+    "",
+    (
+        Word(0, "ok", "the answer, without a warning"),
+        Word(1, "phases_not_kept", "the phase buffer was too small; everything else is exact"),
+        Word(2, "no_derivative", "no take-off, an event that grazes, or derivatives out of range"),
+        Word(3, "searching", "the search for a current goes on"),
+        Word(-1, "error_null", "a pointer is NULL"),
+        Word(-2, "error_robot", "a parameter is not finite or out of its domain, or the plan was not made"),
+        Word(-3, "error_state", "an initial value is not finite, or x_1 is outside its stroke"),
+        Word(-4, "error_extended", "the spring force at the start is negative"),
+        Word(-5, "error_steps", "the steps of the current are none or too many, do not start at 0 or do not increase"),
+        Word(-6, "error_horizon", "horizon or max_phases is not positive"),
+        Word(-7, "error_time", "a time is not finite or outside the stance"),
+        Word(-8, "error_numbers", "the result is not finite: the numbers left the range of the type"),
+        Word(-9, "error_target", "the desired apex is below the ground, not finite, or stop_margin is negative"),
+        Word(-10, "error_gains", "a gain is negative or not finite"),
+        Word(-11, "error_variant", "no such variant of a batch on this processor"),
+        Word(-12, "error_detector", "a sample or threshold is not finite, low > high, or count < 1"),
+        Word(-13, "error_unstable", "Routh's conditions are violated: negative damping makes a motion grow"),
+        Word(-14, "error_overlap", "an output overlaps an input that is read while it is written"),
+    ),
+)
+COMMANDS = Kind(
+    "What the controller found.",
+    "COMMANDS",
+    "command_",
+    (
+        Word(1, "reached", "the next apex is the desired one"),
+        Word(2, "nearest", "no admissible current reaches it; this one comes nearest"),
+        Word(3, "no_takeoff", "no current is admissible"),
+    ),
+)
+ENDINGS = Kind(
+    "How a stance ended.",
+    "ENDINGS",
+    "ending_",
+    (
+        Word(1, "takeoff", "the spring force returned to zero with the leg extending"),
+        Word(2, "rest", "both masses are held and nothing can change"),
+        Word(3, "horizon", "the longest time was reached"),
+        Word(4, "too_many_phases", "the cap on phases was reached"),
+    ),
+)
+EVENTS = Kind(
+    "What starts a phase; 0 is the start of the stance or a step of the current.",
+    "EVENTS",
+    "event_",
+    (
+        Word(1, "x1_reverses", "the actuator reverses"),
+        Word(2, "x1_sticks", "the actuator comes to rest"),
+        Word(3, "x1_slips", "the actuator starts to move, or leaves a stop"),
+        Word(4, "x1_hits_stop", "the actuator meets a stop"),
+        Word(5, "x2_reverses", "the body reverses"),
+        Word(6, "x2_sticks", "the body comes to rest"),
+        Word(7, "x2_slips", "the body starts to move"),
+    ),
+)
+FLIGHT_ENDINGS = Kind(
+    "How a flight ended.",
+    "FLIGHT_ENDINGS",
+    "flight_",
+    (
+        Word(1, "touchdown", "the foot has met the ground from above"),
+        Word(2, "tripped", "the foot never got above the ground ahead"),
+        Word(3, "horizon", "the longest time was reached"),
+        Word(4, "too_many_phases", "the cap on phases was reached"),
+    ),
+)
+CURRENT_EVENTS = Kind(
+    "What starts a phase of a flight beside what the actuator does.",
+    "CURRENT_EVENTS",
+    "flight_event_",
+    (
+        Word(8, "u_saturates", "the current reaches its limit"),
+        Word(9, "u_desaturates", "the current leaves its limit"),
+    ),
+)
+CONTACTS = Kind(
+    "What a sample of the signal of contact has told.",
+    "CONTACTS",
+    "contact_",
+    (
+        Word(1, "touchdown", "the foot touches"),
+        Word(2, "takeoff", "the foot has left the ground"),
+    ),
+)
+KINDS = (STATUSES, COMMANDS, ENDINGS, EVENTS, FLIGHT_ENDINGS, CURRENT_EVENTS, CONTACTS)
+FLIGHT_EVENTS = (*(word for word in EVENTS.words if word.text.startswith("x1_")), *CURRENT_EVENTS.words)
+"""What may start a phase of a flight."""

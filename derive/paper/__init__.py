@@ -1,0 +1,1 @@
+"""The paper's equations (1)-(27), as printed and as derived."""
