@@ -1,4 +1,6 @@
-"""A cable that pulls the body up: the flight knows no force on the body but its weight, so the pull would end at take-off."""
+"""A cable that pulls the body up: the flight knows no force on the body but its weight,
+so the pull would end at take-off.
+"""
 
 from derive.ir import Quantity
 from derive.model import Term
