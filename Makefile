@@ -101,6 +101,9 @@ lint: venv-dev ## style and types
 	$(PY) -m mypy
 	$(PY) -m pyright
 
+lines: venv ## count the lines of each room, without blanks, comments and docstrings; fail if there are too many
+	@$(PY) tools/lines.py
+
 wheel: venv-dev ## build the sdist, from it the wheel, and look inside
 	@rm -rf dist
 	$(PY) -m build --no-isolation
@@ -143,6 +146,6 @@ venv-bench:
 
 .NOTPARALLEL:
 .PHONY: help run test test-exhaustive test-exhaustive-slice test-exhaustive-identification validate-data test-manifests
-.PHONY: scans fuzz generate check lint wheel mutants mutants-all test-determinism bench gate test-control-exhaustive
+.PHONY: scans fuzz generate check lint lines wheel mutants mutants-all test-determinism bench gate test-control-exhaustive
 .PHONY: firmware-test firmware-test-all firmware-report coverage-c mutants-c frama-c test-exhaustive-kernels
 .PHONY: clean compiler venv venv-dev venv-bench
