@@ -95,11 +95,12 @@ BASE = HEAD
 gate: compiler venv-dev ## instructions, answers and public names of BASE and this checkout: nothing may have moved
 	$(PY) -m tests.repository.gate $(BASE)
 
-lint: venv-dev ## style and types
+lint: venv-dev ## style and types, of Python and of C; cppcheck where it is installed
 	$(PY) -m ruff check .
 	$(PY) -m ruff format --check .
 	$(PY) -m mypy
 	$(PY) -m pyright
+	sh tools/lint_c.sh
 
 lines: venv ## count the lines of each room, without blanks, comments and docstrings; fail if there are too many
 	@$(PY) tools/lines.py
@@ -146,6 +147,7 @@ venv-bench:
 
 .NOTPARALLEL:
 .PHONY: help run test test-exhaustive test-exhaustive-slice test-exhaustive-identification validate-data test-manifests
-.PHONY: scans fuzz generate check lint lines wheel mutants mutants-all test-determinism bench gate test-control-exhaustive
+.PHONY: scans fuzz generate check lint lines wheel mutants mutants-all test-determinism bench gate
+.PHONY: test-control-exhaustive
 .PHONY: firmware-test firmware-test-all firmware-report coverage-c mutants-c frama-c test-exhaustive-kernels
 .PHONY: clean compiler venv venv-dev venv-bench
