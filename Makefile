@@ -6,20 +6,21 @@ export CC
 help: ## say what each target does
 	@sed -n 's/^\([a-z-]*\):[^#]*## /\1|/p' Makefile | awk -F'|' '{ printf "make %-31s %s\n", $$1, $$2 }'
 
-run: compiler venv ## set up .venv, derive and compile the formulas, solve stances, hop over rough terrain, draw it all into out/
+run: compiler venv ## set up .venv, derive and compile the formulas, solve stances, hop, draw it all into out/
 	$(PY) -m derive
 	$(PY) tools/build_library.py
 	@mkdir -p out
 	.venv/bin/hopform stance --robot hopper_c --height 0.20 --u 0 --plot out/stance_0A.png
 	.venv/bin/hopform stance --robot hopper_c --height 0.20 --u 3 --plot out/stance_3A.png
-	.venv/bin/hopform hop --height 0.20 --terrain uniform --seed 1 --controller exact --h-des 0.20 --hops 12 --plot out/rough.png
+	.venv/bin/hopform hop --height 0.20 --terrain uniform --seed 1 --controller exact --h-des 0.20 --hops 12 \
+	    --plot out/rough.png
 
 test: compiler venv-dev ## prove it: the derivation, the generated code against the symbols, the house rules
 	$(PY) tools/build_library.py
 	OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1 $(PY) -m pytest -n auto --dist loadfile --no-loadscope-reorder
 
 N = 1000000
-test-exhaustive: compiler venv-dev ## certify N (1 000 000) random stances with a checker in higher precision; then test-control-exhaustive
+test-exhaustive: compiler venv-dev ## certify N (1 000 000) random stances; then test-control-exhaustive
 	$(PY) tools/build_library.py
 	$(PY) -m tests.exhaustive --count $(N) --reference 2000 --cases out/cases.json
 	$(PY) -m tests.scan --count $(TOUCHDOWNS) --step 1e-4
@@ -28,11 +29,11 @@ test-exhaustive-slice: compiler venv-dev ## the same for 20 000 of them, 500 wit
 	$(PY) tools/build_library.py
 	$(PY) -m tests.exhaustive --count 20000 --reference 500 --cases out/cases.json
 
-test-exhaustive-identification: compiler venv-dev ## fit 300 random robots, count how often the 95 % intervals hold the truth
+test-exhaustive-identification: compiler venv-dev ## fit 300 random robots, count how often intervals hold the truth
 	$(PY) tools/build_library.py
 	$(PY) -m tests.coverage --count 300
 
-validate-data: compiler venv-dev ## fit the real recordings in the folder HOPFORM_DATA, compare with what is published of their rigs
+validate-data: compiler venv-dev ## fit the real recordings in HOPFORM_DATA, compare with what is published
 	@$(PY) tools/build_library.py
 	@$(PY) tools/validate_data.py
 
@@ -40,39 +41,39 @@ scans: compiler venv-dev ## sweep across every case distinction of the solver, w
 	$(PY) tools/build_library.py
 	$(PY) -m tests.scans
 TOUCHDOWNS = 10000
-test-control-exhaustive: compiler venv-dev ## scan all currents in steps of 1e-4 A at TOUCHDOWNS (10 000) touchdowns, against the controller
+test-control-exhaustive: compiler venv-dev ## scan all currents at TOUCHDOWNS (10 000), against the controller
 	$(PY) tools/build_library.py
 	$(PY) -m tests.scan --count $(TOUCHDOWNS) --step 1e-4
 
 SECONDS = 60
-fuzz: ## arbitrary bit patterns into each C entry point (or ENTRIES), SECONDS (60) each, side by side, under the sanitizers; needs clang
+fuzz: ## arbitrary bits into each C entry point (or ENTRIES), SECONDS (60) each, under the sanitizers; needs clang
 	@SECONDS_EACH=$(SECONDS) sh tests/fuzz/run.sh
 
-coverage-c: compiler venv-dev ## count the branches of the generated C that the tests take, by file; 95 % of firmware's must be
+coverage-c: compiler venv-dev ## count the branches of the C that the tests take; 95 % of firmware's must be
 	$(PY) tools/build_library.py
 	$(PY) -m tests.c_coverage
 
 MUTANTS = 400
-mutants-c: compiler venv-dev ## break the generated C in MUTANTS (400) places drawn at random, see tests in C fail; quicker where tcc is installed
+mutants-c: compiler venv-dev ## break the C in MUTANTS (400) random places, see tests in C fail; quicker with tcc
 	$(PY) -m tests.c_mutants --count $(MUTANTS)
 
-frama-c: venv-dev ## Frama-C's Eva on the library for firmware, arbitrary bit patterns as inputs; needs frama-c-base of Debian 12
+frama-c: venv-dev ## Frama-C's Eva on the library for firmware, any bits as inputs; needs frama-c-base of Debian 12
 	$(PY) -m tests.firmware.eva
 
-test-exhaustive-kernels: compiler venv-dev ## every float32 input of every kernel in C against double precision, in minutes
+test-exhaustive-kernels: compiler venv-dev ## every float32 input of every kernel in C against double precision
 	nice $(PY) -m tests.c_kernels
 
-firmware-test: compiler venv-dev ## the C library on emulated processors, fourteen combinations: selftest, golden vectors, garbage, costs
+firmware-test: compiler venv-dev ## the C library on emulated processors: selftest, golden vectors, garbage, costs
 	sh tests/firmware/install.sh
 	$(PY) tools/build_library.py
 	$(PY) -m tests.firmware
 
-firmware-test-all: compiler venv-dev ## the same for every processor, compiler and optimisation, in both precisions
+firmware-test-all: compiler venv-dev ## the same for every processor, compiler, optimisation and precision
 	sh tests/firmware/install.sh
 	$(PY) tools/build_library.py
 	$(PY) -m tests.firmware --all
 
-firmware-report: compiler venv-dev ## count instructions, flash and stack on the emulated processors, write docs/firmware-costs.*
+firmware-report: compiler venv-dev ## count instructions, flash and stack there, write docs/firmware-costs.*
 	sh tests/firmware/install.sh
 	$(PY) -m tests.firmware --report
 
@@ -82,22 +83,27 @@ generate: venv ## derive the formulas and write generated/
 check: venv ## fail if generated/ is not what derive/, templates/ and runtime/engine/ say
 	$(PY) -m derive --check
 
-test-manifests: compiler venv ## exported packages before PlatformIO's, ESP-IDF's and Zephyr's own readers, and the schemas in HOPFORM_SCHEMAS
+test-manifests: compiler venv ## exported packages before their own readers, and the schemas in HOPFORM_SCHEMAS
 	@test -d .venv-manifests || .venv/bin/python -m venv .venv-manifests
 	@.venv-manifests/bin/pip install -q platformio idf-component-manager kconfiglib jsonschema pyyaml pykwalify xmlschema
 	@rm -rf out/manifests
-	@for each in platformio arduino esp-idf zephyr cmsis-pack; do .venv/bin/hopform export out/manifests/$$each --for $$each >/dev/null || exit 1; done
+	@for each in platformio arduino esp-idf zephyr cmsis-pack; do \
+	    .venv/bin/hopform export out/manifests/$$each --for $$each >/dev/null || exit 1; done
 	.venv-manifests/bin/python -m tests.manifests out/manifests
 
 BASE = HEAD
-gate: compiler venv-dev ## build the commit BASE and this checkout, compare instructions, answers and public names: nothing may have moved
+gate: compiler venv-dev ## instructions, answers and public names of BASE and this checkout: nothing may have moved
 	$(PY) -m tests.repository.gate $(BASE)
 
-lint: venv-dev ## style and types
+lint: venv-dev ## style and types, of Python and of C; cppcheck where it is installed
 	$(PY) -m ruff check .
 	$(PY) -m ruff format --check .
 	$(PY) -m mypy
 	$(PY) -m pyright
+	sh tools/lint_c.sh
+
+lines: venv ## count the lines of each room, without blanks, comments and docstrings; fail if there are too many
+	@$(PY) tools/lines.py
 
 wheel: venv-dev ## build the sdist, from it the wheel, and look inside
 	@rm -rf dist
@@ -115,14 +121,15 @@ mutants-all: compiler venv-dev ## the same with every mutant that tools/mutants.
 test-determinism: venv-dev ## derive with every Python, several sympy and hash seeds: the same bytes each time
 	$(PY) tools/determinism.py
 
-bench: compiler venv-bench ## time hopform against other solvers, judge all by the reference, write docs/benchmark.*; QUICK=1 is short
+bench: compiler venv-bench ## time hopform and other solvers, write docs/benchmark.*; QUICK=1 is short
 	$(PY) tools/build_library.py
 	OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1 $(PY) -m tests.benchmarks $(if $(QUICK),--quick)
 	OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1 $(PY) -m tests.benchmarks.identification
 	OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1 $(PY) -m tests.benchmarks.lanes
 
 clean: ## remove everything that these targets made, except generated/
-	rm -rf .venv .venv-manifests out dist build .pytest_cache .mypy_cache .ruff_cache .hypothesis runtime/hopform/_libhopform.*
+	rm -rf .venv .venv-manifests out dist build .pytest_cache .mypy_cache .ruff_cache .hypothesis
+	rm -rf runtime/hopform/_libhopform.*
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +
 
 compiler:
@@ -139,8 +146,8 @@ venv-bench:
 	@sh tools/venv.sh bench
 
 .NOTPARALLEL:
-.PHONY: test-exhaustive-identification validate-data test-manifests
-.PHONY: help run test test-exhaustive test-exhaustive-slice scans fuzz generate check lint wheel mutants mutants-all test-determinism
-.PHONY: bench gate test-control-exhaustive
+.PHONY: help run test test-exhaustive test-exhaustive-slice test-exhaustive-identification validate-data test-manifests
+.PHONY: scans fuzz generate check lint lines wheel mutants mutants-all test-determinism bench gate
+.PHONY: test-control-exhaustive
 .PHONY: firmware-test firmware-test-all firmware-report coverage-c mutants-c frama-c test-exhaustive-kernels
 .PHONY: clean compiler venv venv-dev venv-bench

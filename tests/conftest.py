@@ -11,9 +11,10 @@ collect_ignore = ["manifests.py"]  # `make test-manifests`, in an environment of
 
 
 LONG = (
-    "export", "sensitivities", "house", "identification", "figures", "stance", "generator", "c_programs", "hopping", "selftest",
-    "package", "checker", "model_file", "stability", "control_search", "control", "plots", "batch", "certificate", "switchovers",
-    "single_precision_control", "cube_root", "pages", "recordings", "tangents", "estimation",
+    "export", "sensitivities", "house", "identification", "figures", "stance", "generator", "c_programs", "hopping",
+    "selftest", "package", "checker", "model_file", "stability", "control_search", "control", "plots", "batch",
+    "certificate", "switchovers", "single_precision_control", "cube_root", "pages", "recordings", "tangents",
+    "estimation",
 )  # fmt: skip
 """Files of many seconds, longest first: they are begun first, so that no worker is left alone with one at the end."""
 

@@ -1,4 +1,5 @@
-"""How often the 95 % intervals hold the truth: synthetic recordings of random robots, fitted, all identifiable parameters pooled.
+"""How often the 95 % intervals hold the truth: synthetic recordings of random robots, fitted,
+all identifiable parameters pooled.
 
 A drop, a decay and a step response of each robot, of every fourth also a drop with the actuator free.
 
@@ -25,7 +26,9 @@ TRUTH = {"length": "L0", "offset": None}  # the offset is 0, no parameter of a r
 
 @dataclasses.dataclass
 class Count:
-    """Intervals that hold the truth, of how many, by test and parameter; the slowest fit [s of CPU], fits that failed."""
+    """Intervals that hold the truth, of how many, by test and parameter;
+    the slowest fit [s of CPU], fits that failed.
+    """
 
     inside: dict[str, int] = dataclasses.field(default_factory=lambda: defaultdict(int))
     total: dict[str, int] = dataclasses.field(default_factory=lambda: defaultdict(int))
@@ -41,7 +44,9 @@ class Count:
 
 
 def random_robot(rng: np.random.Generator) -> hopform.Robot:
-    """A robot whose leg is a leg: it swings a few times and stops, its motor moves it; no friction of a kind at times."""
+    """A robot whose leg is a leg: it swings a few times and stops, its motor moves it;
+    no friction of a kind at times.
+    """
 
     def between(low: float, high: float) -> float:
         return float(math.exp(rng.uniform(math.log(low), math.log(high))))
@@ -88,14 +93,15 @@ def measure(seed: int, robots: int) -> Count:
                 compare=False, holdout=False,
             ),
             "step": lambda r=robot, f=rate, s=own: fit_step_response(
-                record(r, "step", rate=f, duration=2.0, seed=s + 2), known={"m_eff": r.m_eff}, compare=False, holdout=False
+                record(r, "step", rate=f, duration=2.0, seed=s + 2), known={"m_eff": r.m_eff}, compare=False,
+                holdout=False,
             ),
         }  # fmt: skip
         if n % 4 == 0:
             known = {"m_s": robot.m_s, "m_eff": robot.m_eff, "gamma2": robot.gamma2}
             jobs["free"] = lambda r=robot, f=rate, s=own, k=known: fit_drop_test(
-                record(r, "free", rate=f, duration=1.6, hold=0.1, height=0.15, seed=s + 3), free=True, known=k, compare=False,
-                holdout=False,
+                record(r, "free", rate=f, duration=1.6, hold=0.1, height=0.15, seed=s + 3), free=True, known=k,
+                compare=False, holdout=False,
             )  # fmt: skip
         for name, job in jobs.items():
             began = time.process_time()

@@ -1,4 +1,5 @@
-"""Derivatives of a stance by differences of its 50-digit reference: two steps to one side, of 1e-18, are good to 30 digits.
+"""Derivatives of a stance by differences of its 50-digit reference:
+two steps to one side, of 1e-18, are good to 30 digits.
 
 An error counts in units of its row and column: the largest derivative in that row, each by the change of the input that
 matters, which is its own size, or 0.1 m, 1 m/s, 1 A.

@@ -1,10 +1,11 @@
 """Random stances by the thousand or the million, each one certified: `make test-exhaustive N=1000000`.
 
-Both back ends solve each stance and must list the same events; the checker (tests/checker) certifies the list and measures
-the errors. What it cannot settle, what it disputes, what is inaccurate, and a sample drawn by the seed go to the 50-digit
-reference. An error is divided by the condition number, max |q(p (1 + d)) - q(p)|/(d unit of q) over outputs q and over inputs p,
-which are what the solvers are given: the robot, x1, v1, v2, the compression y, the current. Exit code 1 if anything is wrong or
-stays unsettled, or if more than 0.1 % of the stances have a condition above 1000.
+Both back ends solve each stance and must list the same events; the checker (tests/checker) certifies the list and
+measures the errors. What it cannot settle, what it disputes, what is inaccurate, and a sample drawn by the seed go to
+the 50-digit reference. An error is divided by the condition number, max |q(p (1 + d)) - q(p)|/(d unit of q) over
+outputs q and over inputs p, which are what the solvers are given: the robot, x1, v1, v2, the compression y, the
+current. Exit code 1 if anything is wrong or stays unsettled, or if more than 0.1 % of the stances have a condition
+above 1000.
 """
 
 import argparse
@@ -64,7 +65,9 @@ class Findings:
 
 
 def differing(p: Any, first: tuple[Any, Any], second: tuple[Any, Any]) -> tuple[Any, Any]:
-    """Which stances have other events, modes or endings in the two back ends; the largest scaled difference of the others."""
+    """Which stances have other events, modes or endings in the two back ends;
+    the largest scaled difference of the others.
+    """
     (a, some), (b, others) = first, second
     same = (a["ending"] == b["ending"]) & (a["count"] == b["count"])
     difference = np.zeros(p.size)
@@ -120,7 +123,9 @@ def case_of(p: Any, answer: Any, phases: Any, reason: str, seed: int, lane: int)
 
 
 def solved_exactly(robot: dict[str, float], start: dict[str, Any]) -> reference.Reference:
-    """The reference's stance; once more with 200 digits where what decides between two lists of events is below 1e-30."""
+    """The reference's stance; once more with 200 digits where what decides between two lists of events is
+    below 1e-30.
+    """
     exact = reference.solve(robot, **start)
     return exact if exact.margin > CLOSE else reference.solve(robot, digits=MORE_DIGITS, **start)
 
@@ -157,7 +162,8 @@ def refer(case: dict[str, Any]) -> dict[str, Any]:
         if error > TOLERANCE:
             condition = reference.condition(robot, of=of, **start)
             if of == "aed" and not math.isfinite(condition):
-                # A tie that breaks wherever an input is moved alone; all masses, forces and coefficients together scale the AED.
+                # A tie that breaks wherever an input is moved alone; all masses, forces and coefficients together scale
+                # the AED.
                 condition = abs(float(exact.aed / unit["energy"]))
             case["conditions"][of] = condition
             case["errors"][of] = error / max(1.0, condition) if math.isfinite(condition) else error
@@ -179,8 +185,9 @@ NUDGE = 1e-13  # some hundred times the rounding of what is moved
 def onward_conditions(p: dict[str, float], unit: dict[str, float]) -> Iterator[float]:
     """How much the rounding of x1, v1, v2 or y at each event moves what comes after it, in the units of the errors.
 
-    A stance that goes on from the state that it has returned at an event cannot know more than that state says: where y or
-    x1 comes back to where it was, the condition by the inputs does not show it. Differences of stances of the C back end.
+    A stance that goes on from the state that it has returned at an event cannot know more than that state says: where y
+    or x1 comes back to where it was, the condition by the inputs does not show it. Differences of stances of the C back
+    end.
     """
     start = np.array([tuple(p.values())], PROBLEM)
     for phase in solve_with_c(start)[1][1:]:
@@ -222,7 +229,8 @@ def table(found: Findings, referred: list[dict[str, Any]]) -> str:
         ("checker", {word: found.outcomes[n] for n, word in enumerate(("certified", "unsettled", "disputed"))}),
         ("not certified for", dict(found.reasons)),
         ("to the reference", {"sample": len(referred) - len(disputed), "flagged": len(disputed)}),
-        ("it says", {word: verdicts[word] for word in ("right", BY_EVENT, "right, NumPy is not", "wrong events", "inaccurate")}),
+        ("it says", {word: verdicts[word]
+                     for word in ("right", BY_EVENT, "right, NumPy is not", "wrong events", "inaccurate")}),
         ("worst error / condition", {name: f"{error:.2e}" for name, error in found.worst.items()}),
         (f"condition above {HIGH_CONDITION:g}", {"stances": found.ill_conditioned,
                                                  "share": f"{found.ill_conditioned / found.stances:.2%}"}),

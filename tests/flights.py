@@ -1,6 +1,7 @@
 """Random flights, degenerate ones among them, and how far a flight of hopform is from the 50-digit reference.
 
-    time/max(T, sqrt(m_s/k))   position/0.1 m   velocity/(1 m/s)   energy/(max(m_s, m_eff) max(|v|, 1 m/s)^2/2, Kp x1^2/2)
+    time/max(T, sqrt(m_s/k))   position/0.1 m   velocity/(1 m/s)
+    energy/(max(m_s, m_eff) max(|v|, 1 m/s)^2/2, Kp x1^2/2)
 
 An error above the tolerance is divided by the condition number: what a relative change of an input by d does, over d.
 """

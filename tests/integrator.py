@@ -1,6 +1,8 @@
-"""A hopper integrated numerically, by code that shares nothing with hopform: DOP853, restarted at every switch of a mode.
+"""A hopper integrated numerically, by code that shares nothing with hopform:
+DOP853, restarted at every switch of a mode.
 
-The equations of motion (3), (4) with Coulomb friction, stops, take-off, flight under the return's law, touchdown, impact.
+The equations of motion (3), (4) with Coulomb friction, stops, take-off, flight under the return's law, touchdown,
+impact.
 """
 
 import math

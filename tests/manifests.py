@@ -1,12 +1,12 @@
 """`make test-manifests`: the manifests of exported packages, by the build systems' own readers.
 
-PlatformIO's schema reads library.json and Arduino's library.properties. ESP-IDF's component manager holds its manifest against
-its schema and packs the component. Kconfiglib reads Zephyr's Kconfig with the settings of the sample. These tools pin versions of
-what hopform needs, too, so they live in an environment of their own, which has no hopform.
+PlatformIO's schema reads library.json and Arduino's library.properties. ESP-IDF's component manager holds its manifest
+against its schema and packs the component. Kconfiglib reads Zephyr's Kconfig with the settings of the sample. These
+tools pin versions of what hopform needs, too, so they live in an environment of their own, which has no hopform.
 
-Three schemas come with no package: HOPFORM_SCHEMAS names a folder that holds `PACK.xsd` (Open-CMSIS-Pack-Spec, schema/),
-`zephyr_module.py` (Zephyr, scripts/) and the three files of arduino-lint (etc/schemas/) that `ARDUINO` lists. Without it they
-are left out, by name.
+Three schemas come with no package: HOPFORM_SCHEMAS names a folder that holds `PACK.xsd` (Open-CMSIS-Pack-Spec,
+schema/), `zephyr_module.py` (Zephyr, scripts/) and the three files of arduino-lint (etc/schemas/) that `ARDUINO` lists.
+Without it they are left out, by name.
 """
 
 import json

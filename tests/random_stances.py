@@ -1,4 +1,6 @@
-"""Random robots and starts over all orders of magnitude, degenerate ones among them, as arrays; and both back ends on them."""
+"""Random robots and starts over all orders of magnitude, degenerate ones among them, as arrays;
+and both back ends on them.
+"""
 
 import ctypes
 from typing import Any
@@ -74,8 +76,8 @@ def _confine(draw: Any, p: Any, below: Any, above: Any) -> None:
 def _restrain(p: Any) -> None:
     """Offset and motor push a free actuator no harder than that, and the spring makes nobody faster than MOST_SPEED.
 
-    Else an actuator is up to 1e9 m away at the horizon, and whatever is wrong in the last bit of k or c is metres there.
-    What is between two stops may be pushed by anything.
+    Else an actuator is up to 1e9 m away at the horizon, and whatever is wrong in the last bit of k or c is metres
+    there. What is between two stops may be pushed by anything.
     """
     free = np.isinf(p["x1_max"])
     most = MOST_PUSH * p["m_eff"]
@@ -125,8 +127,9 @@ def solve_with_c(p: Any) -> tuple[Any, Any]:
         step.u = ctypes.c_double.from_address(address + PROBLEM.fields["u"][1]).value
         horizon = ctypes.c_double.from_address(address + PROBLEM.fields["horizon"][1]).value
         library.call(
-            "solve_stance", types, ctypes.byref(plan), ctypes.c_void_p(address + PROBLEM.fields["x1"][1]), ctypes.byref(step),
-            1, types.real(horizon), MAX_PHASES, ctypes.c_void_p(buffer.ctypes.data), len(buffer), ctypes.byref(stance),
+            "solve_stance", types, ctypes.byref(plan), ctypes.c_void_p(address + PROBLEM.fields["x1"][1]),
+            ctypes.byref(step), 1, types.real(horizon), MAX_PHASES, ctypes.c_void_p(buffer.ctypes.data), len(buffer),
+            ctypes.byref(stance),
         )  # fmt: skip
         end, count = stance.end, stance.phases_kept
         answers[i] = (stance.duration, end.x1, end.v1, end.v2, end.y, stance.aed, stance.ending, count, first)

@@ -1,9 +1,10 @@
 """Across every case distinction of the solver, from a factor of several down to the last bit: `make scans`.
 
-A parameter is swept through each switch-over. On both sides, and from each floating point number to the next one around it,
-W'', W', W and its two integrals (or a whole stance) are compared with 50 digits, in both back ends and both precisions. The
-error of a function is divided by its largest magnitude up to t, and by the condition number of the five where that is above
-1; that of a stance is scaled as everywhere (tests/measure.py). Writes docs/switchovers.svg and docs/switchovers.md.
+A parameter is swept through each switch-over. On both sides, and from each floating point number to the next one around
+it, W'', W', W and its two integrals (or a whole stance) are compared with 50 digits, in both back ends and both
+precisions. The error of a function is divided by its largest magnitude up to t, and by the condition number of the five
+where that is above 1; that of a stance is scaled as everywhere (tests/measure.py). Writes docs/switchovers.svg and
+docs/switchovers.md.
 """
 
 import argparse
@@ -40,7 +41,9 @@ NEIGHBOURS = 8
 
 @dataclass(frozen=True)
 class Switch:
-    """A case distinction of the basis: the parameter at which it is made, and the cubic and the time as functions of it."""
+    """A case distinction of the basis: the parameter at which it is made,
+    and the cubic and the time as functions of it.
+    """
 
     name: str
     where: str
@@ -110,19 +113,23 @@ def chi(a: float, p: float, q: float) -> float:
 
 # With a = 0, as where one mass is held, W is the integral of R: what happens in the pair is seen alone.
 SWITCHES = (
-    Switch("series | split poles", "chi t^2 = 1, s_1 t < 4", constant(chi(1.0, 0.2, 40.0) ** -0.5), over_time(1.0, 0.2, 40.0)),
+    Switch("series | split poles", "chi t^2 = 1, s_1 t < 4", constant(chi(1.0, 0.2, 40.0) ** -0.5),
+           over_time(1.0, 0.2, 40.0)),
     Switch("close poles | split poles", "chi t^2 = 1, s_1 t > 4", constant(1.0), over_time(30.0, 61.0, 931.0)),
-    Switch("series | close poles", "s_1 t = 4, chi t^2 < 1", constant(4.0 / 90.0), over_time(30.0, 60.0, 900.0001), 1.0),
+    Switch("series | close poles", "s_1 t = 4, chi t^2 < 1", constant(4.0 / 90.0),
+           over_time(30.0, 60.0, 900.0001), 1.0),
     Switch(
         "recursion | integrals by parts", "chi = 0.05 q", constant(1.0 - math.sqrt(0.05)),
         lambda a: factors(a, 2.0, 1.0001, 10.0), 0.2,
     ),
     Switch("pair, complex: series | sine", "q t^2 = 1", constant(0.5), over_time(0.0, 1.0, 4.0)),
     Switch("pair, real: series | distinct", "fast t = 2, half t > 0.5", constant(0.2), over_time(0.0, 11.0, 10.0)),
-    Switch("pair, real: series | close", "fast t = 2, half t < 0.5", constant(2.0 / 5.5), over_time(0.0, 10.0, 24.75), 0.5),
+    Switch("pair, real: series | close", "fast t = 2, half t < 0.5", constant(2.0 / 5.5),
+           over_time(0.0, 10.0, 24.75), 0.5),
     Switch("pair, real: close | distinct", "half t = 0.5, fast t > 2", constant(0.5), over_time(0.0, 10.0, 24.0)),
     Switch("pair: real | complex", "p^2 = 4 q, one mass held", constant(1.0), lambda q: (2.0, q, 0.0, 3.0)),
-    Switch("pair: real | complex, a third pole", "p^2 = 4 q, a = 9", constant(1.0), lambda q: factors(9.0, 2.0, q, 3.0)),
+    Switch("pair: real | complex, a third pole", "p^2 = 4 q, a = 9", constant(1.0),
+           lambda q: factors(9.0, 2.0, q, 3.0)),
     Switch("decay: series | exponential", "a t = 1", constant(0.5), over_time(2.0, 1.0, 100.0)),
     Switch(
         "the most isolated root: slowest | fastest", "roots 1, 2, 3", constant(2.0),
@@ -133,7 +140,8 @@ SWITCHES = (
            lambda b: (60.0 + b, 900.0 + 60.0 * b, 900.0 * b, 0.1), 1.0),
     Switch("a slow pole | none", "a from 1 down to 0 over", lambda dtype: 1e4 * float(np.finfo(dtype).tiny),
            lambda a: (0.5 + a, 4.0 + 0.5 * a, 4.0 * a, 3.0), 85.0),
-    Switch("sine: another quarter turn", "omega t = 3 pi/4", constant(0.75 * math.pi / 2.0), over_time(0.0, 0.0, 4.0), 0.5),
+    Switch("sine: another quarter turn", "omega t = 3 pi/4", constant(0.75 * math.pi / 2.0),
+           over_time(0.0, 0.0, 4.0), 0.5),
     Switch("exponential: another power of two", "a t = 10.5 ln 2", constant(10.5 * math.log(2.0) / 8.0),
            over_time(8.0, 1.0, 4.0), 0.3),
     Switch("exponential | zero", "a t = 708 (f32: 87)", lambda dtype: (87.0 if dtype is np.float32 else 708.0) / 400.0,
@@ -177,11 +185,12 @@ STANCES = (
                  lambda b1: like(FREE, k=500.0, b1=b1), {"v2": -1.3, "u": 0.4, "horizon": 0.3}, 0.3),
     StanceSwitch("stance: a double root", "k = 100, m_s = m_eff, b1 = b2", constant(100.0), lambda k: like(TWINS, k=k),
                  {"v2": -1.3, "v1": 0.2, "u": 0.4}, 0.7),
-    StanceSwitch("stance: a locked leg, critically damped", "b2^2 = 4 k m_s", constant(20.0), lambda b2: like(HELD, b2=b2),
-                 {"v2": -1.3, "horizon": 0.4}, 0.7),
+    StanceSwitch("stance: a locked leg, critically damped", "b2^2 = 4 k m_s", constant(20.0),
+                 lambda b2: like(HELD, b2=b2), {"v2": -1.3, "horizon": 0.4}, 0.7),
     StanceSwitch("stance: friction | none", "b1 + b2 down to 0 over", lambda dtype: 1e4 * float(np.finfo(dtype).tiny),
                  lambda b: like(hopform.load_robot("hopper_c"), b1=b, b2=b), {"v2": -1.9, "u": 2.0}, 85.0),
-    StanceSwitch("stance: friction of the body | none", "b2 down to 0 over", lambda dtype: 1e4 * float(np.finfo(dtype).tiny),
+    StanceSwitch("stance: friction of the body | none", "b2 down to 0 over",
+                 lambda dtype: 1e4 * float(np.finfo(dtype).tiny),
                  lambda b: like(hopform.load_robot("hopper_c"), b2=b), {"v2": -1.9, "u": -2.0}, 85.0),
 )  # fmt: skip
 
@@ -237,7 +246,9 @@ def truth(s: tuple[Any, Any, Any], t: Any) -> Truth:
 
 
 def condition(s: tuple[Any, Any, Any], t: Any, here: Truth, scales: list[float]) -> float:
-    """The most that a relative change of a coefficient or of the time does to a function, in units of its largest magnitude."""
+    """The most that a relative change of a coefficient or of the time does to a function,
+    in units of its largest magnitude.
+    """
     worst, step = 0.0, mpmath.mpf(10) ** -20
     for place in range(4):
         moved = [*s, t]
@@ -299,7 +310,9 @@ SOLVERS = {"C": in_c, "NumPy": in_numpy}
 
 
 def parameters(at: float, reach: float, dtype: Any, count: int) -> Any:
-    """Numbers of the precision around `at`: some in succession, then `count` on each side, spread over the logarithm."""
+    """Numbers of the precision around `at`: some in succession, then `count` on each side,
+    spread over the logarithm.
+    """
     middle = dtype(at)
     up, down = [middle], [middle]
     for _ in range(NEIGHBOURS):
@@ -460,13 +473,13 @@ def page(swept: list[Swept], count: int) -> str:
     lines = [
         "# Across every switch-over",
         "",
-        f"Written by `make scans`. A parameter is swept through each case distinction of the solver: {count} values on each",
-        f"side, from a factor of several down to the last bit, and {NEIGHBOURS} floating point numbers in succession next to the",
-        "switch. W'', W', W and its two integrals, or whole stances, are compared with 50 digits, in both precisions. The",
-        "error of a function is in units of its largest magnitude up to t, divided by the condition number of the five where",
-        "that is above 1; that of a stance is scaled as in the README. Worst of C and NumPy. *Jump*: the largest change of",
-        "the error from one number to the next at the switch. Limits, held by `make test`: "
-        f"{ULPS:.0f} units in the last place",
+        f"Written by `make scans`. A parameter is swept through each case distinction of the solver: {count} values",
+        f"on each side, from a factor of several down to the last bit, and {NEIGHBOURS} floating point numbers in",
+        "succession next to the switch. W'', W', W and its two integrals, or whole stances, are compared with 50",
+        "digits, in both precisions. The error of a function is in units of its largest magnitude up to t, divided by",
+        "the condition number of the five where that is above 1; that of a stance is scaled as in the README. Worst of",
+        "C and NumPy. *Jump*: the largest change of the error from one number to the next at the switch. Limits, held",
+        f"by `make test`: {ULPS:.0f} units in the last place",
         "(1.4e-14, 7.6e-6) for functions, 1e-12 and 1e-5 for stances.",
         "",
         "![Error curves across each switch](switchovers.svg)",

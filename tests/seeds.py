@@ -1,4 +1,6 @@
-"""The seed of the test that draws random stances: HOPFORM_SEED=fresh for another one each time, HOPFORM_SEED=123 for that one."""
+"""The seed of the test that draws random stances:
+HOPFORM_SEED=fresh for another one each time, HOPFORM_SEED=123 for that one.
+"""
 
 import os
 import secrets

@@ -1,4 +1,6 @@
-"""Many stances at once are the same stances, whatever the shapes, strides, back end, process or machinery around them."""
+"""Many stances at once are the same stances, whatever the shapes, strides, back end,
+process or machinery around them.
+"""
 
 import doctest
 import os
@@ -375,8 +377,8 @@ def test_xarray_takes_it():
     dask_array = pytest.importorskip("dask.array")
     v2, u = np.linspace(-3.0, -1.0, 20), np.array([0.0, 1.0, 3.0])
     lazy = xarray.apply_ufunc(
-        ufuncs.stance, 0.0, 0.0, xarray.DataArray(dask_array.from_array(v2, chunks=7), dims="v2", coords={"v2": v2}), 0.0,
-        xarray.DataArray(u, dims="u", coords={"u": u}), 2.0, xarray.DataArray(VECTOR, dims="parameter"),
+        ufuncs.stance, 0.0, 0.0, xarray.DataArray(dask_array.from_array(v2, chunks=7), dims="v2", coords={"v2": v2}),
+        0.0, xarray.DataArray(u, dims="u", coords={"u": u}), 2.0, xarray.DataArray(VECTOR, dims="parameter"),
         input_core_dims=[[]] * 6 + [["parameter"]], output_core_dims=[[]] * len(ufuncs.RESULTS), dask="parallelized",
         output_dtypes=[np.intc if name in ufuncs.CODES else float for name in ufuncs.RESULTS],
     )  # fmt: skip

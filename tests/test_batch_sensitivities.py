@@ -75,8 +75,8 @@ def test_no_stance_has_no_derivatives(hopper_c, backend):
 def test_a_stance_without_take_off_or_answer_has_none(hopper_c, backend):
     """The second rests or creeps, the third leaves the range of the type; their neighbours keep theirs."""
     batch = hopform.solve_stances(
-        hopper_c, v2=[-1.93, -0.01, -1e200, -1.93], u=[3.0, 1.0, 3.0, 3.0], f2=[0.6, 30.0, 0.6, 0.6], sensitivities=True,
-        backend=backend,
+        hopper_c, v2=[-1.93, -0.01, -1e200, -1.93], u=[3.0, 1.0, 3.0, 3.0], f2=[0.6, 30.0, 0.6, 0.6],
+        sensitivities=True, backend=backend,
     )  # fmt: skip
     assert batch.words[[0, 3]].tolist() == ["takeoff", "takeoff"]
     assert batch.words[1] != "takeoff"

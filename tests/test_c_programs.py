@@ -1,4 +1,6 @@
-"""Programs in C on the library: refusals, pointers, garbage, reference vectors, arbitrary inputs under the sanitizers."""
+"""Programs in C on the library: refusals, pointers, garbage, reference vectors,
+arbitrary inputs under the sanitizers.
+"""
 
 import re
 import shutil

@@ -1,4 +1,6 @@
-"""The checker certifies what both back ends say of random stances, and refuses a chain that somebody has tampered with."""
+"""The checker certifies what both back ends say of random stances,
+and refuses a chain that somebody has tampered with.
+"""
 
 import json
 import math
@@ -30,7 +32,9 @@ WORD = {text: number for number, text in EVENTS.items()}
 
 
 def test_every_random_stance_is_certified():
-    """Of 1000, by the seed that the head of the run shows: by the checker, or by the reference where 113 bits are too few."""
+    """Of 1000, by the seed that the head of the run shows:
+    by the checker, or by the reference where 113 bits are too few.
+    """
     found = examine(seed=SEED, count=1000, sampled=0, with_numpy=False)
     assert found.outcomes[CERTIFIED] >= 0.99 * found.stances, f"HOPFORM_SEED={SEED}: {found.reasons}"
     wrong = [case for case in map(refer, found.flagged) if case["verdict"] not in (RIGHT, BY_EVENT)]
@@ -70,7 +74,9 @@ def test_the_reference_measures_the_errors_that_the_checker_measures():
 
 
 def test_hardly_a_random_stance_is_ill_conditioned():
-    """Those above 1000, or that other inputs take to other events, are at most 0.1 %: an error is hardly ever excused."""
+    """Those above 1000, or that other inputs take to other events, are at most 0.1 %:
+    an error is hardly ever excused.
+    """
     problems = draw_stances(25, 4000)
     verdicts = judge(problems, *solve_with_c(problems))
     sure = verdicts["outcome"] == CERTIFIED

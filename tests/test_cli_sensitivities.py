@@ -1,4 +1,6 @@
-"""What the command line says of the derivatives of a stance: numbers in JSON, null where there is none, a table on demand."""
+"""What the command line says of the derivatives of a stance:
+numbers in JSON, null where there is none, a table on demand.
+"""
 
 import json
 

@@ -33,7 +33,9 @@ def test_no_current_of_a_fine_scan_is_smaller_or_nearer(robot):
 
 
 def test_more_of_a_cell_may_be_admissible_than_the_slope_at_its_end_says():
-    """x1 comes within 0.2 mm of its limit at 1.64 A, turns, and meets it at 1.75 A: found by a scan over random robots."""
+    """x1 comes within 0.2 mm of its limit at 1.64 A, turns, and meets it at 1.75 A:
+    found by a scan over random robots.
+    """
     robot = changed(m_eff=36.28, m_s=7.4553, k=531.886, c=-0.00193, b1=0.0, b2=8.9819, f1=0.0, f2=0.62774,
                     gamma2=-76.32, x1_max=0.0301657, u_max=7.97676)  # fmt: skip
     touchdown = Touchdown(0.0, 0.0, -2.26067, 0.00963362, 0.0939737, 0.0, 0.004449)
@@ -65,7 +67,8 @@ FOUND_BY_SCANS = {
         Touchdown(0.0192, 0.0, -1.585, 0.0, 0.2375, 0.0, 0.0),
     ),
     "with a margin": (
-        {"m_eff": 1.756, "k": 1041.0, "b1": 0.0, "b2": 3.588, "f1": 0.158, "f2": 0.0, "x1_min": -0.01122, "x1_max": 0.05416},
+        {"m_eff": 1.756, "k": 1041.0, "b1": 0.0, "b2": 3.588, "f1": 0.158, "f2": 0.0, "x1_min": -0.01122,
+         "x1_max": 0.05416},
         Touchdown(0.002444, 0.05041, -1.004, 0.0, 0.1541, 0.0, 0.01188),
     ),
     "a heavy actuator, at its lower stop": (
@@ -79,7 +82,9 @@ FOUND_BY_SCANS = {
         Touchdown(-0.008047, -0.1085, -2.193, 0.0, 0.1232, 0.01902, 0.0),
     ),
 }  # fmt: skip
-"""Currents between two after which the stop is hit, or the leg stays down, and which do neither; none of them was found once."""
+"""Currents between two after which the stop is hit, or the leg stays down, and which do neither;
+none of them was found once.
+"""
 
 
 @pytest.mark.parametrize(
@@ -109,7 +114,9 @@ def test_an_actuator_that_starts_at_its_limit_is_tried_once(backend):
 
 
 def past_the_stop(robot: hopform.Robot, touchdown: Touchdown, u: float) -> tuple[float, bool]:
-    """What the hits of the upper stop add to it, from the states just before them; whether the velocity tells it, or y."""
+    """What the hits of the upper stop add to it, from the states just before them;
+    whether the velocity tells it, or y.
+    """
     stance = hopform.solve_stance(robot, x1=touchdown.x1, v1=touchdown.v1, x2=touchdown.x2(robot), v2=touchdown.v2, u=u)
     found = (-1.0, True)
     for event in stance.events:
@@ -169,7 +176,9 @@ def test_what_a_hit_tells_has_no_jump_where_hits_begin(name, way):
 
 
 def test_a_side_is_left_untried_only_where_the_stop_holds_the_actuator():
-    """Friction alone holds it at 0 A in mid-stroke: a negative current, with the spring, moves it, a positive one does not."""
+    """Friction alone holds it at 0 A in mid-stroke:
+    a negative current, with the spring, moves it, a positive one does not.
+    """
     sticky = changed(f1=9.0)
     v2 = hopform.touchdown_velocity(sticky, 0.2)
     high = hopform.solve_stance(sticky, x1=0.04, v2=v2, u=0.0).apex

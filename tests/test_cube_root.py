@@ -162,9 +162,11 @@ def asks(source: Path) -> set[str]:
 
 @pytest.mark.parametrize("compiler", COMPILERS)
 def test_the_library_needs_no_libm(tmp_path, compiler):
-    """As the README says: optimised, with -fno-math-errno, a square root is an instruction; else it is the one function left.
+    """As the README says: optimised, with -fno-math-errno, a square root is an instruction;
+    else it is the one function left.
 
-    Batches and lanes, which are for workstations, ask the processor and keep its flags; a grid asks it, too, where it may.
+    Batches and lanes, which are for workstations, ask the processor and keep its flags; a grid asks it, too, where it
+    may.
     """
     for source in sorted(
         set((C / "src").glob("*.c")) - set((C / "src").glob("batch_*")) - set((C / "src").glob("lanes_*"))

@@ -1,4 +1,6 @@
-"""What is said about parameters is what least squares say in closed form: covariance, intervals, directions not seen, tests."""
+"""What is said about parameters is what least squares say in closed form:
+covariance, intervals, directions not seen, tests.
+"""
 
 import math
 from dataclasses import dataclass
@@ -169,8 +171,8 @@ def test_correlations_and_hold_out_are_those_of_the_data():
     experiment = line({"a": 0.3, "b": -0.2}, count=300)
     shifted = experiment.measured + np.where(np.arange(300) >= 200, 0.005, 0.0)
     problem = Problem(
-        "step", "x1", (Line(experiment.design, shifted),), tuple(Parameter(name, "m", 0.0, 0.1) for name in experiment.design),
-        (), {}, (), (), (),
+        "step", "x1", (Line(experiment.design, shifted),),
+        tuple(Parameter(name, "m", 0.0, 0.1) for name in experiment.design), (), {}, (), (), (),
     )  # fmt: skip
     fit = finish(problem)
     _, covariance, _ = closed_form(Line(experiment.design, shifted))
@@ -182,7 +184,9 @@ def test_correlations_and_hold_out_are_those_of_the_data():
 
 
 def test_residuals_with_a_memory_are_told_from_white_ones():
-    """The variance of a mean of a process of first order is (1 + rho)/(1 - rho) times that of as many independent ones."""
+    """The variance of a mean of a process of first order is (1 + rho)/(1 - rho) times that of as many
+    independent ones.
+    """
     rng = np.random.default_rng(3)
     noise = rng.standard_normal(4000)
     assert estimation.tests_of(noise).white

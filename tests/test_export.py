@@ -109,7 +109,8 @@ WAYS = {
     "find_package": "find_package(hopform 0.1 REQUIRED)",
     "add_subdirectory": 'add_subdirectory("${PACKAGE}" hopform)',
     "FetchContent": (
-        'include(FetchContent)\nFetchContent_Declare(hopform SOURCE_DIR "${PACKAGE}")\nFetchContent_MakeAvailable(hopform)'
+        'include(FetchContent)\nFetchContent_Declare(hopform SOURCE_DIR "${PACKAGE}")\n'
+        "FetchContent_MakeAvailable(hopform)"
     ),
 }
 CONSUMER = """cmake_minimum_required(VERSION 3.16)

@@ -1,4 +1,6 @@
-"""The paper's figures: what each one claims holds in the numbers behind it, and its files say whose parameters they show."""
+"""The paper's figures: what each one claims holds in the numbers behind it,
+and its files say whose parameters they show.
+"""
 
 import dataclasses
 import json
@@ -88,7 +90,9 @@ def test_return_maps_lie_within_their_bounds(number):
 
 @pytest.mark.parametrize(("number", "u", "height"), [(11, 3.0, 0.252), (5, 10.0, 0.272)])
 def test_a_fixed_point_is_where_steady_hopping_settles(number, u, height):
-    """Figs. 5, 11: stable, and near where a run under that current ends; what is left of the actuator's return is between."""
+    """Figs. 5, 11: stable, and near where a run under that current ends;
+    what is left of the actuator's return is between.
+    """
     reach = data(number)["reach"]
     (point,) = [point for point in reach.fixed_points if point.u == u]
     assert point.height == pytest.approx(height, abs=5e-4) and 0.0 < point.multiplier < 1.0

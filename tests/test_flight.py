@@ -236,10 +236,11 @@ def test_a_flight_does_not_depend_on_the_units():
     newtons = kilograms * metres / seconds**2
     for robot, inputs, flight in flights():
         other = hopform.Robot(
-            m_eff=robot.m_eff * kilograms, m_s=robot.m_s * kilograms, k=robot.k * newtons / metres, L0=robot.L0 * metres,
-            c=robot.c * metres, b1=robot.b1 * newtons / metres * seconds, f1=robot.f1 * metres / seconds**2,
-            gamma2=robot.gamma2 * newtons, g=robot.g * metres / seconds**2, x1_min=robot.x1_min * metres,
-            x1_max=robot.x1_max * metres, u_max=robot.u_max, impact_loss=robot.impact_loss,
+            m_eff=robot.m_eff * kilograms, m_s=robot.m_s * kilograms, k=robot.k * newtons / metres,
+            L0=robot.L0 * metres, c=robot.c * metres, b1=robot.b1 * newtons / metres * seconds,
+            f1=robot.f1 * metres / seconds**2, gamma2=robot.gamma2 * newtons, g=robot.g * metres / seconds**2,
+            x1_min=robot.x1_min * metres, x1_max=robot.x1_max * metres, u_max=robot.u_max,
+            impact_loss=robot.impact_loss,
         )  # fmt: skip
         Kp, Kd = inputs["gains"]
         scaled = inputs | {
@@ -305,7 +306,9 @@ def test_a_stance_follows_on_a_flight(hopper_c):
 
 
 def test_the_foot_clears_a_step_up_to_where_it_comes_highest(hopper_c, backend):
-    """A step a hair below the highest point of the foot is cleared, one a hair above it trips: no crossing is stepped over."""
+    """A step a hair below the highest point of the foot is cleared, one a hair above it trips:
+    no crossing is stepped over.
+    """
     gains = hopform.design_return(hopper_c, 0.3)
     start = {"x1": 0.05, "v1": 0.3, "v2": 1.2}
     wall = hopform.solve_flight(hopper_c, **start, x2=0.45 - 1.0, gains=gains, backend=backend)
@@ -318,7 +321,9 @@ def test_the_foot_clears_a_step_up_to_where_it_comes_highest(hopper_c, backend):
 
 
 def test_a_foot_that_dips_touches_down_where_the_ground_is_met_first(backend):
-    """An actuator that swings lowers the foot between two rises: the ground is met in the dip as soon as that is low enough."""
+    """An actuator that swings lowers the foot between two rises:
+    the ground is met in the dip as soon as that is low enough.
+    """
     robot = hopform.Robot(m_eff=1.0, m_s=3.0, k=1200.0, L0=0.4, gamma2=-1.0)
     gains = (400.0, 0.0)
     start = {"x1": 0.0, "v1": -2.0, "v2": 2.0}
@@ -356,7 +361,9 @@ def test_a_flight_that_is_cut_short_is_as_far_as_it_goes(hopper_c, backend):
 
 
 def test_many_reversals_are_all_found(backend):
-    """An undamped law of 10 000 rad/s: half turn after half turn, each a reversal, and more phases than the first buffer has."""
+    """An undamped law of 10 000 rad/s: half turn after half turn, each a reversal,
+    and more phases than the first buffer has.
+    """
     robot = hopform.Robot(m_eff=1.0, m_s=3.0, k=1200.0, L0=0.4, gamma2=-1.0)
     rate = 1e4 if backend == "c" else 1e3
     flight = hopform.solve_flight(robot, x1=1e-3, v2=0.3, gains=(rate**2, 0.0), backend=backend)

@@ -1,4 +1,6 @@
-"""Robots are found again from synthetic recordings of them, with intervals that hold the truth; bad data are refused by name."""
+"""Robots are found again from synthetic recordings of them, with intervals that hold the truth;
+bad data are refused by name.
+"""
 
 import dataclasses
 import json
@@ -194,7 +196,9 @@ def test_both_back_ends_fit_the_same():
 
 
 def test_intervals_hold_the_truth_in_19_of_20_cases():
-    """50 random robots, parameters of one fall together: 88 to 99 %; `make test-exhaustive-identification` holds 92 to 97."""
+    """50 random robots, parameters of one fall together: 88 to 99 %;
+    `make test-exhaustive-identification` holds 92 to 97.
+    """
     count = coverage.measure(seed=1, robots=50)
     assert not count.failed
     assert sum(count.total.values()) > 500

@@ -1,4 +1,6 @@
-"""The compiled library and what stands in for it: one that is missing, broken or stale is refused by name, and NumPy solves."""
+"""The compiled library and what stands in for it:
+one that is missing, broken or stale is refused by name, and NumPy solves.
+"""
 
 import os
 import shutil

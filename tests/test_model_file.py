@@ -1,7 +1,8 @@
 """A robot of one's own: `python -m derive --model FILE` for a hopper whose motor has a back-EMF.
 
-Package and library are derived, compiled and compared with the 50-digit reference, which knows the back-EMF as more of b1,
-and hop with an integrator; a term that the closed form cannot carry, or that would end at take-off, is refused by name.
+Package and library are derived, compiled and compared with the 50-digit reference, which knows the back-EMF as more of
+b1, and hop with an integrator; a term that the closed form cannot carry, or that would end at take-off, is refused by
+name.
 """
 
 import ctypes
@@ -238,7 +239,9 @@ def test_package_and_library_agree_with_the_reference(name, package, library):
 
 @CASES
 def test_the_back_emf_has_an_entry_of_its_own_and_the_ledger_closes(name, package, library):
-    """It takes its share of what all viscous friction of the actuator takes, and the entries add up to the energy's change."""
+    """It takes its share of what all viscous friction of the actuator takes,
+    and the entries add up to the energy's change.
+    """
     robot, k_emf, start = hoppers()[name]
     exact = reference.solve(in_reference(robot, k_emf), **start)
     unit = float(reference.scales(rounded(robot, np.float64), exact, start["v2"])["energy"])
@@ -415,7 +418,8 @@ def test_forces_on_the_actuator_alone_are_what_the_hopper_has_already(tmp_path, 
 
 
 def test_a_package_of_the_same_name_gives_hopform_the_term(tmp_path):
-    """Under the prefix hopform it stands in for hopform_solver: fields, ledger and AED have the term wherever they are shown.
+    """Under the prefix hopform it stands in for hopform_solver:
+    fields, ledger and AED have the term wherever they are shown.
 
     A term with a share in the energy of the body is refused in a model file, so it is handed to the renderer.
     """
@@ -515,9 +519,10 @@ BAD_FILES = {
     "a term alone": ('terms = Term("drag", 0, 0)', "must be a tuple of hopform.model.Term, got Term(name='drag'"),
     "a text among the terms": ('terms = ["drag"]', "got 'drag' as terms[0]"),
     "a function for terms": ("terms = lambda: ()", "must be a tuple of hopform.model.Term"),
-    "parameters that are none": ("terms = ()\nparameters = r", "`parameters` must be a tuple of hopform.model.Quantity"),
+    "parameters that are none": ("terms = ()\nparameters = r", "must be a tuple of hopform.model.Quantity"),
     "a symbol among the parameters": ("terms = ()\nparameters = (r, r.symbol)", "got r as parameters[1]"),
-    "a parameter of the robot": ("terms = ()\nparameters = (ROBOT.quantities[2],)", "is 'k': it must not be one of the robot's"),
+    "a parameter of the robot": ("terms = ()\nparameters = (ROBOT.quantities[2],)",
+                                "is 'k': it must not be one of the robot's"),
     "a parameter declared twice": ("terms = ()\nparameters = (r, r)", "the parameter r is declared twice"),
     "a term called twice": (
         'terms = (Term("slow drag", r.symbol, 0), Term("slow-drag", r.symbol, 0))\nparameters = (r,)',
@@ -552,7 +557,8 @@ BAD_FILES = {
     "a number beyond floats": (term('sp.Float("1e-400")*v1'), "between 1e-30 and 1e30"),
     "a number too large": (term("2**200"), "between 1e-30 and 1e30"),
     "a power that is too large": (term("(1e20*r.symbol + v1/1e20)**2 - v1**2/1e40"), "between 1e-30 and 1e30"),
-    "a symbol of no quantity": (term('-sp.Symbol("r")*v1'), "r is not declared in `parameters`: its symbols must be those of"),
+    "a symbol of no quantity": (term('-sp.Symbol("r")*v1'),
+                                "r is not declared in `parameters`: its symbols must be those of"),
     "a velocity of one's own": (term('-r.symbol*sp.Symbol("v1")'), "v1 is not declared"),
     "the compression": (term("-r.symbol*y"), "y is not declared"),
     "a product of velocities": (term("-r.symbol*v1*v2"), "is not linear in v1"),
@@ -573,7 +579,8 @@ BAD_FILES = {
     "no end": ("def f(): f()\nf()", "line 5: RecursionError: maximum recursion depth exceeded"),
     "a zero below the line": ("terms = 1/0", "line 5: ZeroDivisionError: division by zero"),
     "a unit that is a number": (declared(unit="3"), "unit of the parameter rate must be a printable line"),
-    "a meaning of two lines": (declared(meaning='"a\\nrate"'), "meaning of the parameter rate must be a printable line"),
+    "a meaning of two lines": (declared(meaning='"a\\nrate"'),
+                               "meaning of the parameter rate must be a printable line"),
     "a meaning that ends a comment": (declared(meaning='"a */ rate"'), "meaning of the parameter rate"),
     "a meaning with quotes": (declared(meaning="'a \"rate\"'"), "meaning of the parameter rate"),
     "a unit with a backslash": (declared(unit=r'"N\\s"'), "unit of the parameter rate"),
@@ -583,13 +590,15 @@ BAD_FILES = {
         "domain of the parameter rate must be one of 'real', 'positive', 'nonnegative', 'fraction', got 'negative'",
     ),
     "a domain that may be infinite": (declared(domain='"bound"'), "got 'bound'"),
-    "a default that is a text": (declared(default='"1"'), "default of the parameter rate must be finite or None, got '1'"),
+    "a default that is a text": (declared(default='"1"'),
+                                 "default of the parameter rate must be finite or None, got '1'"),
     "a default that is a truth": (declared(default="True"), "got True"),
     "a default that is no number": (declared(default='float("nan")'), "got nan"),
     "a default that is infinite": (declared(default='float("inf")'), "got inf"),
     "a default beyond floats": (declared(default="10**400"), "got 1000"),
     "a default out of the domain": (
-        declared(domain='"nonnegative"', default="-1"), "default of the parameter rate must be >= 0 and finite or None, got -1",
+        declared(domain='"nonnegative"', default="-1"),
+        "default of the parameter rate must be >= 0 and finite or None, got -1",
     ),
 }  # fmt: skip
 
@@ -597,17 +606,19 @@ BAD_NAMES = {
     "it must be a str": ("3", "None", '""', '"2r"', '"a b"', '"_r"', '"größe"', '"a-b"', '"r\\n"'),
     "a small letter": ('"NEVER"', '"EPSILON"', '"INT32_MAX"', '"M_PI"', '"BITS"'),
     "a keyword": (
-        '"lambda"', '"double"', '"float"', '"for"', '"int"', '"def"', '"None"', '"signed"', '"restrict"', '"inline"', '"class"',
-        '"template"', '"nullptr"', '"bool"', '"true"', '"yield"', '"register"', '"import"', '"typeof"', '"linux"',
+        '"lambda"', '"double"', '"float"', '"for"', '"int"', '"def"', '"None"', '"signed"', '"restrict"', '"inline"',
+        '"class"', '"template"', '"nullptr"', '"bool"', '"true"', '"yield"', '"register"', '"import"', '"typeof"',
+        '"linux"',
     ),
     "built into Python": ('"property"', '"tuple"', '"type"', '"count"', '"index"', '"min"', '"abs"', '"super"'),
     "as names of the generated code": (
         '"x_t"', '"size_t"', '"k_real"', '"k_f32"', '"d_tau"', '"hopform_k"', '"my_HOPFORM"', '"leg_k"',
     ),
     "that the generated code has already": (
-        '"x1"', '"v1"', '"y"', '"u"', '"t"', '"a1_v1"', '"s_1"', '"C_1"', '"side_1"', '"robot"', '"rates"', '"Rates"', '"R"',
-        '"I"', '"X1"', '"U"', '"sqrt"', '"fabs"', '"exp"', '"real"', '"result"', '"parameters"', '"math"', '"formulas"',
-        '"cached_property"', '"rates_of"', '"body"', '"x1_0"', '"length"', '"viscous_1"', '"int_v1"', '"limit"', '"Kp"',
+        '"x1"', '"v1"', '"y"', '"u"', '"t"', '"a1_v1"', '"s_1"', '"C_1"', '"side_1"', '"robot"', '"rates"', '"Rates"',
+        '"R"', '"I"', '"X1"', '"U"', '"sqrt"', '"fabs"', '"exp"', '"real"', '"result"', '"parameters"', '"math"',
+        '"formulas"', '"cached_property"', '"rates_of"', '"body"', '"x1_0"', '"length"', '"viscous_1"', '"int_v1"',
+        '"limit"', '"Kp"',
     ),
 }  # fmt: skip
 BAD_FILES |= {f"the name {name}": (declared(name=name), why) for why, names in BAD_NAMES.items() for name in names}
@@ -665,7 +676,9 @@ import sympy as sp
 from hopform.model import Quantity, Term, g, m_eff, v1
 
 names = ("tau", "h", "R_a", "L_2", "in_series", "n", "w", "plan", "columns", "stance", "self", "dtype", "np", "isnan")
-parameters = [Quantity(name, "x", "N", f"meaning of {name}: 5 % of 'it' \u2264 1 | a", "nonnegative", 0) for name in names]
+parameters = [
+    Quantity(name, "x", "N", f"meaning of {name}: 5 % of 'it' \u2264 1 | a", "nonnegative", 0) for name in names
+]
 R, S = (Quantity(name, r"\\Omega_{a}", "ohm", "resistance", "positive", sp.Rational(1, 2)) for name in ("r_a", "r_s"))
 tau, h = (parameter.symbol for parameter in parameters[:2])
 terms = [
@@ -703,7 +716,9 @@ def odd_package(odd) -> Any:
 
 @pytest.mark.parametrize("dtype", [np.float32, np.float64])
 def test_numbers_and_quotients_of_parameters_are_what_they_say(odd, odd_package, hopper_c, dtype):
-    """The hopper with the same b1 and c, to rounding; the library compiles without a warning and agrees with the package."""
+    """The hopper with the same b1 and c, to rounding;
+    the library compiles without a warning and agrees with the package.
+    """
     further = {name: 0.01 * n for n, name in enumerate(odd_package.Robot._fields[15:], 1)}
     further |= {"r_a": 0.5, "r_s": 0.25}
     tau, h, *others = list(further.values())[:-2]

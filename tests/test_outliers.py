@@ -1,6 +1,8 @@
-"""Robust losses find the robot again from recordings with outliers, made by an integrator that shares nothing with hopform.
+"""Robust losses find the robot again from recordings with outliers,
+made by an integrator that shares nothing with hopform.
 
-The recordings: 500 samples at 200 Hz, noise of 0.5 mm, 12 samples off by 40 mm (those of the actuator, which moves less, too).
+The recordings: 500 samples at 200 Hz, noise of 0.5 mm, 12 samples off by 40 mm (those of the actuator, which moves
+less, too).
 """
 
 import dataclasses
@@ -89,7 +91,9 @@ def test_the_integrator_makes_the_exact_motions():
 @pytest.mark.parametrize("case", CASES)
 @pytest.mark.parametrize("loss", LOSSES)
 def test_a_robust_fit_has_the_intervals_of_a_fit_without_outliers_and_they_hold_the_truth(case, loss):
-    """All values within 3 standard errors, rms within 5 % of the noise of the other samples, no interval 1.5 times as wide."""
+    """All values within 3 standard errors, rms within 5 % of the noise of the other samples,
+    no interval 1.5 times as wide.
+    """
     for seed in range(3):
         recording, noise, off = measured(case, seed)
         fit = fitted(case, recording, loss)
@@ -230,7 +234,9 @@ def test_the_command_fits_a_ramp_under_the_loss_that_is_asked_for(tmp_path, caps
 
 
 def closed_loop(seed: int) -> Recording:
-    """An axis that follows a reference at 1 kHz; 60 samples of the current are 10 A too high, 60 positions off by 20 mm."""
+    """An axis that follows a reference at 1 kHz; 60 samples of the current are 10 A too high,
+    60 positions off by 20 mm.
+    """
     rng, time = np.random.default_rng(seed), np.arange(12000) / 1000.0
     v = 0.2 * np.sin(1.3 * time) + 0.1 * np.sin(4.1 * time)
     a = 0.26 * np.cos(1.3 * time) + 0.41 * np.cos(4.1 * time)
@@ -255,7 +261,9 @@ def test_the_fit_in_position_beside_that_in_force_withstands_outliers():
 
 
 def test_a_fall_with_outliers_about_its_release_is_one():
-    """Of 20 recordings with an outlier in each 10 samples of the fall none is refused as a fall that is none under g."""
+    """Of 20 recordings with an outlier in each 10 samples of the fall none is refused as a fall that is
+    none under g.
+    """
     x = dropped(2.2, *BODY.values(), 0.4, 0.05, height=0.2, held=0.1, rate=500.0, count=200)
     for seed in range(20):
         rng = np.random.default_rng(seed)

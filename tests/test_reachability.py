@@ -77,7 +77,9 @@ JUMPING = hopform.Robot(
 
 
 def test_a_bracket_that_closes_on_a_jump_holds_no_fixed_point():
-    """A light actuator: the leg takes off at its first or at its second rebound, and the apex jumps across the diagonal."""
+    """A light actuator: the leg takes off at its first or at its second rebound,
+    and the apex jumps across the diagonal.
+    """
     heights, u = np.linspace(0.002, 0.2, 60), 1.0
     found = hopform.reachability(JUMPING, heights, [u])
     gain = found.apex[:, 0] - heights

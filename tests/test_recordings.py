@@ -1,4 +1,6 @@
-"""Recordings are read in SI units, what they show by themselves is seen, and bad ones are refused with file, line and column."""
+"""Recordings are read in SI units, what they show by themselves is seen, and bad ones are refused with file,
+line and column.
+"""
 
 import dataclasses
 import math
@@ -64,11 +66,13 @@ BAD = {
     "no position": (rows(*GOOD, head="time_s,force_N"), ("line 1", "position", "force_N")),
     "a position in ampere": (rows(*GOOD, head="time_s,x2_A"), ("line 1", "x2_A", "current")),
     "nothing at all": ("", ("empty",)),
-    "meters called millimeters": (rows(*(f"{0.005 * n},{0.02 * math.cos(0.2 * n)}" for n in range(200)), head="time_s,x2_mm"),
+    "meters called millimeters": (rows(*(f"{0.005 * n},{0.02 * math.cos(0.2 * n)}" for n in range(200)),
+                                       head="time_s,x2_mm"),
                                   ("line 2", "x2_mm", "unit")),
     "seconds called milliseconds": (rows(*GOOD, head="time_ms,x2_m"), ("line 3", "time_ms", "unit")),
     "semicolons": (rows(*GOOD).replace(",", ";"), ("line 1", "separated by commas")),
-    "two columns of one name": (rows(*(f"{line},0.1" for line in GOOD), head="time_s,x2_m,x2_mm"), ("line 1", "x2_mm", "x2 too")),
+    "two columns of one name": (rows(*(f"{line},0.1" for line in GOOD), head="time_s,x2_m,x2_mm"),
+                                ("line 1", "x2_mm", "x2 too")),
     "a decay that grows": (
         rows(*(f"{0.005 * n},{0.02 * math.cos(0.175 * n) * math.exp(0.01 * (n - 200))}" for n in range(200))),
         ("line", "x2_m", "release"),

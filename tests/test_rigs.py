@@ -1,4 +1,6 @@
-"""What a recording is compared with: exact motions of each rig, and their exact derivatives by everything that they depend on."""
+"""What a recording is compared with: exact motions of each rig,
+and their exact derivatives by everything that they depend on.
+"""
 
 import dataclasses
 import math
@@ -19,11 +21,13 @@ HOLDS = ((0.0, 2.0), (0.37, -1.0), (0.55, 2.5), (0.9, 0.5), (1.4, 3.0))
 RIGS = {
     "attached": {"m_s": 0.57, "k": 712.0, "b2": 0.5, "f2": 0.2, "g": 2.0, "rest": 0.001, "x": 0.02, "v": 0.03},
     "ground": {
-        "m_s": 3.0, "k": 1200.0, "b2": 5.0, "f2": 0.6, "g": 9.81, "length": 0.4, "impact_loss": 0.05, "x": 0.6, "v": -0.1,
+        "m_s": 3.0, "k": 1200.0, "b2": 5.0, "f2": 0.6, "g": 9.81, "length": 0.4, "impact_loss": 0.05, "x": 0.6,
+        "v": -0.1,
     },
     "free": {
-        "m_s": 3.0, "k": 1200.0, "b2": 5.0, "f2": 0.6, "g": 9.81, "length": 0.4, "impact_loss": 0.05, "m_eff": 25.0, "b1": 150.0,
-        "f1": 0.78, "gamma2": -65.0, "offset": 0.05, "x1_min": 0.0, "x1_max": 0.08, "x": 0.6, "v": -0.1, "x1": 0.01, "v1": 0.05,
+        "m_s": 3.0, "k": 1200.0, "b2": 5.0, "f2": 0.6, "g": 9.81, "length": 0.4, "impact_loss": 0.05, "m_eff": 25.0,
+        "b1": 150.0, "f1": 0.78, "gamma2": -65.0, "offset": 0.05, "x1_min": 0.0, "x1_max": 0.08, "x": 0.6, "v": -0.1,
+        "x1": 0.01, "v1": 0.05,
     },
     "held": {"m_eff": 0.9, "k": 315.0, "b1": 4.0, "f1": 0.8, "gamma2": -20.0, "rest": 0.001, "x": 0.002, "v": 0.01},
     "air": {"m_eff": 25.0, "b1": 150.0, "f1": 0.3, "gamma2": -65.0, "offset": 0.01, "x": 0.0, "v": 0.01},
@@ -113,7 +117,9 @@ def test_a_drop_over_a_free_actuator_is_what_solve_flight_and_solve_stance_make_
 
 
 def test_steps_of_the_current_come_when_the_clock_says():
-    """A drop in two halves, the second from where the first came to, is the drop in one: also in flight and in stance."""
+    """A drop in two halves, the second from where the first came to, is the drop in one:
+    also in flight and in stance.
+    """
     for change in (0.1, 0.3):
         steps = ((0.0, 2.0), (change, -1.5), (0.9, 1.0))
         times = np.linspace(0.0, 1.5, 151)

@@ -1,4 +1,6 @@
-"""Derivatives through the events against differences of the 50-digit reference, and the formulas behind them by algebra."""
+"""Derivatives through the events against differences of the 50-digit reference,
+and the formulas behind them by algebra.
+"""
 
 import dataclasses
 import math
@@ -30,7 +32,8 @@ def side_of(name: str, stance: hopform.Stance) -> int:
 
 
 def expected(stance: hopform.Stance, start: dict[str, Any]) -> tuple[Any, Any]:
-    """The matrix by differences, and the size of each column's input; NaN for a stop that the actuator rests on at first.
+    """The matrix by differences, and the size of each column's input;
+    NaN for a stop that the actuator rests on at first.
 
     Such a stop and x1 are no inputs of their own: `moved` moves them together.
     """

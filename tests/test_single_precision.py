@@ -61,7 +61,9 @@ def nudged(problems: Any, seed: int) -> Any:
 
 @pytest.fixture(scope="module")
 def settled() -> list[tuple[Outcome, Outcome, np.ndarray]]:
-    """Of stances whose events stay the same where inputs are nudged: what float32 says, what float64, the conditions."""
+    """Of stances whose events stay the same where inputs are nudged:
+    what float32 says, what float64, the conditions.
+    """
     problems = draw_stances(SEED, COUNT)
     for name in FIELDS:
         problems[name] = problems[name].astype(np.float32)
@@ -83,7 +85,9 @@ def test_events_are_those_of_float64_unless_they_are_too_close(settled):
 
 
 def test_errors_are_small(settled):
-    """Above 1e-5: 13 states and 76 AEDs of 19 613, of heavily damped robots that creep, or where energies nearly cancel."""
+    """Above 1e-5: 13 states and 76 AEDs of 19 613, of heavily damped robots that creep,
+    or where energies nearly cancel.
+    """
     same = [(first, second, condition) for first, second, condition in settled if first[:2] == second[:2]]
     errors = np.array([np.abs(first.numbers - second.numbers) for first, second, _ in same])
     conditions = np.array([condition for *_, condition in same])

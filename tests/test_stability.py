@@ -1,4 +1,5 @@
-"""Routh's conditions: which of them are asked for, that they mean what the poles say, and that no legal robot is refused.
+"""Routh's conditions: which of them are asked for, that they mean what the poles say,
+and that no legal robot is refused.
 
 tests/models/feedforward.py has a damping of either sign: with k_fed > b1 the actuator runs away.
 """
@@ -52,7 +53,9 @@ def test_only_conditions_that_a_robot_may_violate_are_asked_for(model, names):
 
 
 def drawn(count: int, seed: int) -> np.ndarray:
-    """Robots over many orders of magnitude, with d around what b1 and b2 make up for: rows of m_eff, m_s, k, b1, b2, d."""
+    """Robots over many orders of magnitude, with d around what b1 and b2 make up for:
+    rows of m_eff, m_s, k, b1, b2, d.
+    """
     draw = np.random.default_rng(seed)
     m_eff, m_s, k = 10.0 ** draw.uniform([[-1.0], [-1.0], [1.0]], [[2.0], [1.0], [4.0]], (3, count))
     slow = np.sqrt(k * np.minimum(m_eff, m_s))
@@ -90,7 +93,9 @@ def test_the_open_conditions_hold_where_no_eigenvalue_has_a_positive_real_part(m
 
 
 def test_the_conditions_of_linked_masses_do_not_follow_from_one_another():
-    """Each refuses some robot that the others let pass, but for s_2 >= 0: where s_1 > 0, s_3 >= 0 that follows from the last."""
+    """Each refuses some robot that the others let pass, but for s_2 >= 0:
+    where s_1 > 0, s_3 >= 0 that follows from the last.
+    """
     robots, rates, asked = drawn(20_000, 6), laplace.rates_of(LINKED), open_conditions(LINKED)
     violated = np.array([numbers(unfold(each.value, rates), robots) < 0.0 for each in asked])
     alone = violated & (violated.sum(axis=0) == 1)
@@ -186,7 +191,9 @@ def test_the_hopper_of_the_paper_is_asked_nothing(fed):
 
 @BY_DTYPE
 def test_no_legal_robot_is_refused(package, library, dtype):
-    """A hundred thousand over nearly all exponents of the type, without friction, with the least, and with d up to b1."""
+    """A hundred thousand over nearly all exponents of the type, without friction, with the least,
+    and with d up to b1.
+    """
     count, draw, info = 100_000, np.random.default_rng(11), np.finfo(dtype)
     largest = int(info.maxexp * 0.3)
     m_eff, m_s, k, b1, b2 = 2.0 ** draw.integers(-largest, largest, (5, count)) * (1.0 + draw.random((5, count)))

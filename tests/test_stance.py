@@ -1,4 +1,6 @@
-"""Whole stances against the 50-digit reference: the shipped robots, degenerate poles, random robots, both precisions."""
+"""Whole stances against the 50-digit reference:
+the shipped robots, degenerate poles, random robots, both precisions.
+"""
 
 import dataclasses
 import math
@@ -161,7 +163,9 @@ def test_a_take_off_when_nearly_all_has_faded_comes_at_its_time_to_the_last_digi
 
 @pytest.mark.parametrize("dtype", [np.float64, np.float32])
 def test_a_leg_that_hardly_any_spring_draws_takes_off_where_drag_and_start_say(backend, dtype):
-    """k over the mass is 0 in the type: y = y_0 - v_2 (1 - exp(-p t))/p has faded when it meets 0, but settles nowhere."""
+    """k over the mass is 0 in the type: y = y_0 - v_2 (1 - exp(-p t))/p has faded when it meets 0,
+    but settles nowhere.
+    """
     k = 2048.0 * float(np.finfo(dtype).smallest_subnormal)
     robot = hopform.Robot(
         m_eff=1.0, m_s=2.0**20, k=k, L0=0.5, c=0.0, b1=1.0, b2=10.0 * 2.0**20, f1=1.0, f2=0.0, gamma2=1.0, g=1e-30
@@ -181,7 +185,8 @@ def creeping_robot(seed: int, faint: float) -> tuple[hopform.Robot, dict[str, fl
     body_slips = draw.random() < 0.5
     of_body = 0.5 * force if body_slips else force * 10.0 ** draw.uniform(0.0, 4.0)
     robot = hopform.Robot(
-        m_eff=m_eff, m_s=m_s, k=k, L0=0.0, c=0.0, b1=b1, b2=b2, f1=0.5 * force / m_eff, f2=of_body / m_s, gamma2=1.0, g=1e-30
+        m_eff=m_eff, m_s=m_s, k=k, L0=0.0, c=0.0, b1=b1, b2=b2, f1=0.5 * force / m_eff, f2=of_body / m_s, gamma2=1.0,
+        g=1e-30
     )  # fmt: skip
     v = draw.choice((0.0, 10.0 ** draw.uniform(-3.0, 1.0)))
     moving = {"v1": 0.0, "v2": v} if body_slips else {"v1": -v, "v2": 0.0}
@@ -190,7 +195,9 @@ def creeping_robot(seed: int, faint: float) -> tuple[hopform.Robot, dict[str, fl
 
 @pytest.mark.parametrize("faint", [1e-1, 1e-3, 1e-5, 1e-7, 1e-9])
 def test_what_creeps_on_by_faint_forces_keeps_its_events_and_the_digits_that_the_start_leaves(backend, faint):
-    """The zero of a velocity is where a start and a rise cancel: what is faint beside them has fewer digits by as much."""
+    """The zero of a velocity is where a start and a rise cancel:
+    what is faint beside them has fewer digits by as much.
+    """
     for seed in range(16):
         robot, start = creeping_robot(seed, faint)
         exact, inputs = reference_for(robot, **start)

@@ -1,4 +1,6 @@
-"""No case distinction of the solver can be seen: a slice of `make scans`, three values on each side and the last bits of each."""
+"""No case distinction of the solver can be seen:
+a slice of `make scans`, three values on each side and the last bits of each.
+"""
 
 import numpy as np
 import pytest

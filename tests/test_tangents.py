@@ -1,4 +1,6 @@
-"""States at many times with their derivatives: C against NumPy, and both against differences of the 50-digit reference."""
+"""States at many times with their derivatives: C against NumPy,
+and both against differences of the 50-digit reference.
+"""
 
 import dataclasses
 import math
@@ -22,7 +24,8 @@ def own(**changes: float) -> hopform.Robot:
 
 # Robot, start (x1, v1, v2, y), steps of the current, horizon, events that must be among those that happen.
 CASES: dict[str, tuple[hopform.Robot, State, tuple[tuple[float, float], ...], float, set[str]]] = {
-    "a stance with a stepped current": (own(), State(0.02, 0.3, -1.93, 0.0), STEPS, 2.0, {"x1_reverses", "x2_reverses"}),
+    "a stance with a stepped current": (own(), State(0.02, 0.3, -1.93, 0.0), STEPS, 2.0,
+                                        {"x1_reverses", "x2_reverses"}),
     "stops": (own(), State(0.07, 0.5, -1.93, 0.0), ((0.0, 3.0),), 2.0, {"x1_hits_stop"}),
     "a cart on a spring that comes to rest": (
         own(k=700.0, m_s=0.6, b2=1.0, f2=0.2, c=0.1, g=70.0 / 0.6, x1_max=0.0),
@@ -72,7 +75,9 @@ def test_both_back_ends_give_the_same_tangents(name):
 
 @pytest.mark.parametrize("name", CASES)
 def test_tangents_are_the_limits_of_differences(name):
-    """Central differences, extrapolated: what is left of them is their rounding, about 1e-16/1e-6 and two digits for scale."""
+    """Central differences, extrapolated: what is left of them is their rounding,
+    about 1e-16/1e-6 and two digits for scale.
+    """
     times = times_of(name)
     rows = solved("c", name)[0].tangents(times)[1]
     robot = CASES[name][0]

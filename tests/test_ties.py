@@ -1,7 +1,8 @@
-"""Ties and touches whose truth is known by algebra, over robots of every size: a touch is no crossing, a take-off wins a tie.
+"""Ties and touches whose truth is known by algebra, over robots of every size:
+a touch is no crossing, a take-off wins a tie.
 
-Each test draws a few hundred robots, because what rounding makes of a touch is luck. Truth is exact for the rounded inputs,
-whatever they are: the touches come from y = 0, v1 = v2 and no friction, the take-off of a locked actuator is
+Each test draws a few hundred robots, because what rounding makes of a touch is luck. Truth is exact for the rounded
+inputs, whatever they are: the touches come from y = 0, v1 = v2 and no friction, the take-off of a locked actuator is
 2 (pi - atan(v w/g))/w, w^2 = k/m_s.
 """
 
@@ -41,7 +42,9 @@ def solve(function: Any, dtype: Any, robot: dict[str, Any], horizon: Any, **star
 
 
 def locked(dtype: Any, seed: int) -> tuple[dict[str, Any], Any, list[Any]]:
-    """Robots of one spring and one mass, how fast they fall in, and when they take off, to 50 digits, for the rounded inputs."""
+    """Robots of one spring and one mass, how fast they fall in, and when they take off, to 50 digits,
+    for the rounded inputs.
+    """
     rng = np.random.default_rng(seed)
     k, m_s, share = over(rng, 1.0, 2e4), over(rng, 0.1, 10.0), over(rng, 0.4, 7.0)
     v = share * G / np.sqrt(k / m_s)
@@ -102,7 +105,9 @@ def test_a_velocity_that_fades_away_never_turns_back(function, dtype):
 
 @both_functions
 def test_a_velocity_that_pauses_once_a_period_goes_on(function):
-    """v2 = A (t - sin(w t)/w), whose rate touches zero, far from zero itself: the spring just carries the body at the start."""
+    """v2 = A (t - sin(w t)/w), whose rate touches zero, far from zero itself:
+    the spring just carries the body at the start.
+    """
     rng = np.random.default_rng(4)
     k, m_s = (2.0 ** np.round(np.log2(over(rng, low, high))) for low, high in ((10.0, 2e4), (0.1, 10.0)))
     m_eff, y = m_s * over(rng, 1.1, 20.0), m_s * G / k  # exactly
@@ -126,7 +131,9 @@ def test_two_masses_that_a_step_of_the_current_lets_go_at_once_are_two_phases(ba
 @pytest.mark.parametrize("dtype", [np.float64, np.float32])
 @pytest.mark.parametrize("stops", [("x1_min",), ("x1_max",)])
 def test_a_stop_that_is_touched_where_the_actuator_turns_is_no_event(backend, dtype, stops):
-    """Without friction, from rest at a stop and away from it, it swings back to just there: a reversal every half period."""
+    """Without friction, from rest at a stop and away from it, it swings back to just there:
+    a reversal every half period.
+    """
     rng = np.random.default_rng(5)
     k, m_eff, x1 = over(rng, 1.0, 2e4), over(rng, 0.1, 10.0), rng.uniform(-0.05, 0.05, COUNT)
     away, depth = (1.0 if stops == ("x1_min",) else -1.0), rng.uniform(0.001, 0.04, COUNT)

@@ -90,7 +90,9 @@ def test_c_refuses_a_sample_that_is_no_number_and_keeps_what_it_knows():
 
 @pytest.mark.parametrize("detector", DETECTORS)
 def test_false_alarms_are_as_frequent_as_foretold(detector):
-    """A long signal of noise alone, forgotten after each alarm: the count of a Poisson-like process within five deviations."""
+    """A long signal of noise alone, forgotten after each alarm:
+    the count of a Poisson-like process within five deviations.
+    """
     noise, samples = 0.6, np.random.default_rng(11).normal(0.0, 0.6, 400_000).tolist()
     settings, contact, alarms = solver.Detector(detector.high, detector.low, detector.count), solver.Contact(), 0
     for sample in samples:

@@ -1,4 +1,5 @@
-"""Motions of a hopper by time stepping: the midpoint rule in steps of 10 us, with Coulomb friction that holds a mass exactly.
+"""Motions of a hopper by time stepping: the midpoint rule in steps of 10 us,
+with Coulomb friction that holds a mass exactly.
 
 It shares nothing with hopform. Its positions are within 1e-8 m of the exact ones.
 """

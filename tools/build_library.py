@@ -14,7 +14,8 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
 FLAGS = ["-std=c99", "-O2", "-fPIC", "-shared", "-fvisibility=default", "-ffp-contract=off", "-fno-math-errno"]
-# Loops over lanes become vector instructions where no trap on a number that is not used, and no jump around it, is kept.
+# Loops over lanes become vector instructions where no trap on a number that is not used, and no jump around it, is
+# kept.
 LANE_FLAGS = ["-O3", "-fno-trapping-math", "-fno-thread-jumps"]
 SUFFIX = ".dylib" if sys.platform == "darwin" else ".so"
 
@@ -55,7 +56,9 @@ def build_library(root: Path = ROOT) -> Path:
 
 
 def compile_sources(c: Path, output: Path, *more: str) -> None:
-    """Compile a tree of sources into a library; further flags come last, so that a level of optimisation takes effect."""
+    """Compile a tree of sources into a library; further flags come last,
+    so that a level of optimisation takes effect.
+    """
     compiler = shlex.split(os.environ.get("CC") or "cc")
     sources = sorted((c / "src").glob("*.c"))
     if not sources:

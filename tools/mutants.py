@@ -1,8 +1,9 @@
 """Break the house on purpose, one place at a time, and see a test fail each time: `python tools/mutants.py [WORD ...]`.
 
-Each mutant is applied to a copy of the project, which is derived and compiled anew unless the mutant is about staleness,
-and judged by the fast part of the tests, which import the copy. A mutant that no test notices survives: then, or if the
-copy is red before anything is broken, the exit code is 1. A word picks the mutants that have it in their names.
+Each mutant is applied to a copy of the project, which is derived and compiled anew unless the mutant is about
+staleness, and judged by the fast part of the tests, which import the copy. A mutant that no test notices survives:
+then, or if the copy is red before anything is broken, the exit code is 1. A word picks the mutants that have it in
+their names.
 """
 
 import os
@@ -24,7 +25,8 @@ LEFT_OUT = (".*", "__pycache__", "out", "dist", "build", "docs")
 TIME_LIMIT = 600
 """[s] of a processor, so that a machine with other work to do gives no other verdict; ten times that by the clock."""
 
-# The fast part of the tests, in the order in which they judge: random robots, wheels, plots, command lines are left out.
+# The fast part of the tests, in the order in which they judge: random robots, wheels, plots, command lines are left
+# out.
 ALGEBRA = ("tests/test_derivation.py", "tests/test_certificate.py")
 MOTION = ("tests/test_stance.py", "tests/test_ties.py", "tests/test_properties.py", "tests/test_model_file.py")
 HOUSE = ("tests/test_house.py", "tests/test_library.py")
@@ -45,7 +47,9 @@ ESTIMATED = ("tests/test_estimation.py",)
 
 @dataclass(frozen=True)
 class Mutant:
-    """One place, broken: `old`, which stands there exactly once, becomes `new`; a file that is not there yet has no old."""
+    """One place, broken: `old`, which stands there exactly once, becomes `new`;
+    a file that is not there yet has no old.
+    """
 
     name: str
     path: str
@@ -235,7 +239,8 @@ MUTANTS = (
         "NumPy: a reversal taken for a stick",
         "runtime/engine/numpy/stance.py",
         "    after = chain.side[mass - 1][lanes]\n",
-        "    chain.side[mass - 1][lanes] *= chain.side[mass - 1][lanes] == before\n    after = chain.side[mass - 1][lanes]\n",
+        "    chain.side[mass - 1][lanes] *= chain.side[mass - 1][lanes] == before\n"
+        "    after = chain.side[mass - 1][lanes]\n",
     ),
     Mutant(
         "C: a held mass heeds no friction",
@@ -866,7 +871,9 @@ def report(outcomes: Iterator[Outcome]) -> int:
 
 
 def judge(mutant: Mutant | None, whole: Path, sound: tuple[str, ...]) -> Outcome:
-    """Break a copy, make what follows from it, and run the tests up to the first that fails; `sound` if nothing is broken."""
+    """Break a copy, make what follows from it, and run the tests up to the first that fails;
+    `sound` if nothing is broken.
+    """
     began = time.monotonic()
     with tempfile.TemporaryDirectory(prefix="hopform-mutant-") as folder:
         tree = Path(folder, "hopform")

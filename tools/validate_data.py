@@ -1,8 +1,8 @@
 """Fit real recordings, which are not part of this repository, and hold the fits to what is published of their rigs.
 
-`HOPFORM_DATA=DIR make validate-data` prints a table and exits 1 if a line of it does not hold. DIR holds the CSV files named
-below: carts on a spring (Politecnico di Milano, ECP Model 210, repository rssalessio/Control-Linear-Vibrations, 2016) and a
-ball-screw axis (EMPS, A. Janot, M. Gautier, M. Brunot, "Data set and reference models of EMPS", 2019).
+`HOPFORM_DATA=DIR make validate-data` prints a table and exits 1 if a line of it does not hold. DIR holds the CSV files
+named below: carts on a spring (Politecnico di Milano, ECP Model 210, repository rssalessio/Control-Linear-Vibrations,
+2016) and a ball-screw axis (EMPS, A. Janot, M. Gautier, M. Brunot, "Data set and reference models of EMPS", 2019).
 """
 
 import os

@@ -1,6 +1,7 @@
 #!/bin/sh
 # Make .venv, or bring it up to date: `sh tools/venv.sh dev` installs this checkout, editable, with its extra `dev`.
-# A stamp, written last, says for which checkout and which pyproject.toml; a moved, copied or half-made .venv is made anew.
+# A stamp, written last, says for which checkout and which pyproject.toml; a moved, copied or half-made .venv is made
+# anew.
 set -eu
 extras=$1
 cd "$(dirname "$0")/.."

@@ -1,4 +1,6 @@
-"""`python -m tests.benchmarks [--quick]`: the table, docs/benchmark.*, the README's; --quick writes into out/ instead."""
+"""`python -m tests.benchmarks [--quick]`: the table, docs/benchmark.*, the README's;
+--quick writes into out/ instead.
+"""
 
 import sys
 

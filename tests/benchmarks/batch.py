@@ -1,6 +1,7 @@
 """What many stances cost: `python tests/benchmarks/batch.py`, a C compiler needed.
 
-One run, one thread, one job: the stances of hopper_c over 1e5 touchdown velocities. Each time is the least of a few rounds.
+One run, one thread, one job: the stances of hopper_c over 1e5 touchdown velocities. Each time is the least of a few
+rounds.
 """
 
 import os
@@ -62,8 +63,8 @@ int main(void)
     const hopform_step_f64 step = {0.0, 2.0};
     hopform_plan_init_f64(&plan, &robot);
     for (int i = 0; i < COUNT; i++) v2[i] = -3.0 + 2.0 * i / (COUNT - 1.0);
-    hopform_stances_in_f64 in = {.x1 = SAME(&zero), .v1 = SAME(&zero), .v2 = COLUMN(v2), .y = SAME(&zero), .u = SAME(&u),
-                                 .horizon = SAME(&horizon), .max_phases = 4096};
+    hopform_stances_in_f64 in = {.x1 = SAME(&zero), .v1 = SAME(&zero), .v2 = COLUMN(v2), .y = SAME(&zero),
+                                 .u = SAME(&u), .horizon = SAME(&horizon), .max_phases = 4096};
     for (int n = 0; n < HOPFORM_ROBOT_FIELDS; n++) {
         in.robot[n].first = (const double *)&robot + n;
         in.robot[n].stride = 0;

@@ -1,7 +1,7 @@
 """What the table of peers does not say: the paper's sequence by hand, many stances at once, a sample of a grid, memory.
 
-A line is a name, a number and its unit, and the ratio to hopform's C loop over the same stances where there is one. Whatever
-is compared is timed in one run, interleaved, by the processor's time.
+A line is a name, a number and its unit, and the ratio to hopform's C loop over the same stances where there is one.
+Whatever is compared is timed in one run, interleaved, by the processor's time.
 """
 
 import dataclasses
@@ -134,7 +134,8 @@ def many(jobs: Jobs, repetitions: int) -> list[Line]:
             FEW, lambda dtype=dtype: hopform.solve_stances(robot, **fewer, dtype=dtype, events=True, backend="c"),
         )  # fmt: skip
         variants[f"solve_stances, C {short}, {FEW}, sensitivities"] = (
-            FEW, lambda dtype=dtype: hopform.solve_stances(robot, **fewer, dtype=dtype, sensitivities=True, backend="c"),
+            FEW,
+            lambda dtype=dtype: hopform.solve_stances(robot, **fewer, dtype=dtype, sensitivities=True, backend="c"),
         )  # fmt: skip
         variants[f"solve_stances, NumPy {short}, {FEW}"] = (
             FEW, lambda dtype=dtype: hopform.solve_stances(robot, **fewer, dtype=dtype, backend="numpy"),
@@ -178,7 +179,9 @@ def grid(repetitions: int) -> list[Line]:
 
 
 def memory(count: int = 1_000_000) -> list[Line]:
-    """The peak of a process that solves a batch without event lists, measured in a child of its own; needs Linux's /proc."""
+    """The peak of a process that solves a batch without event lists, measured in a child of its own;
+    needs Linux's /proc.
+    """
     if not Path("/proc/self/status").exists():
         raise native.NotBuilt("the memory of a batch: there is no /proc here")
     done = subprocess.run(
@@ -192,7 +195,9 @@ def memory(count: int = 1_000_000) -> list[Line]:
 
 
 def hopping(repetitions: int) -> list[Line]:
-    """Flights, control solves, runs of 1000 hops on rough ground and a map of 200 x 200, interleaved; ratios to a stance in C."""
+    """Flights, control solves, runs of 1000 hops on rough ground and a map of 200 x 200, interleaved;
+    ratios to a stance in C.
+    """
     jobs, library = hopper_c(), native.hopform("f64")
     stances, flights = (library.function(name, jobs) for name in ("planned", "only_flight"))
     library.prepare(jobs)

@@ -1,4 +1,5 @@
-"""CasADi's interface to CVODES as a peer: one integrator for all modes, whose equation is linear with its matrix as parameters.
+"""CasADi's interface to CVODES as a peer: one integrator for all modes,
+whose equation is linear with its matrix as parameters.
 
 It has no events of its own, so each phase is followed in windows on a grid, and what crossed in a cell of the grid is
 bracketed by an integrator over a part of that cell.

@@ -1,4 +1,6 @@
-"""diffrax as a peer: Tsit5 with events, all stances in step under vmap: one call follows each of them to its next event."""
+"""diffrax as a peer: Tsit5 with events, all stances in step under vmap:
+one call follows each of them to its next event.
+"""
 
 from functools import cache
 from typing import Any

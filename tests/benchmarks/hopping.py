@@ -1,4 +1,6 @@
-"""How far controllers miss on even and on rough ground, and how long hops and maps take: `python -m tests.benchmarks.hopping`."""
+"""How far controllers miss on even and on rough ground, and how long hops and maps take:
+`python -m tests.benchmarks.hopping`.
+"""
 
 import numpy as np
 

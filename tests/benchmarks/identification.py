@@ -1,8 +1,8 @@
 """One fit of a free decay, three ways: `python -m tests.benchmarks.identification`.
 
-The same least squares of scipy from the same start, on the residuals of hopform with their exact Jacobian, on those of a chain of
-matrix exponentials with bracketed reversals, and on those of `solve_ivp` restarted at every reversal, both with a Jacobian by
-differences. All must come to the same parameters. Then what whole fits take, with all that they say.
+The same least squares of scipy from the same start, on the residuals of hopform with their exact Jacobian, on those of
+a chain of matrix exponentials with bracketed reversals, and on those of `solve_ivp` restarted at every reversal, both
+with a Jacobian by differences. All must come to the same parameters. Then what whole fits take, with all that they say.
 """
 
 import math
@@ -147,7 +147,8 @@ def main() -> int:
         off = float(np.abs((found - first) / SCALE).max())
         ratio = taken[name] / taken["hopform, exact Jacobian"]
         print(
-            f"{name:32} {1e3 * taken[name]:9.1f} ms  {ratio:8.1f} x  k {found[0]:.3f}  f2 {found[2]:.5f}  off by {off:.1e}"
+            f"{name:32} {1e3 * taken[name]:9.1f} ms  {ratio:8.1f} x  "
+            f"k {found[0]:.3f}  f2 {found[2]:.5f}  off by {off:.1e}"
         )
     whole_fits()
     return 0

@@ -1,7 +1,7 @@
 /* Time a batch of stances, read from a file of columns, by one of the variants: FILE COUNT ROUNDS SAME_ROBOT VARIANT.
  *
- * Prints the least processor time of a round in ns a stance. Variant 0 is one call of hopform_solve_stance after the other;
- * no round at all is what reading costs, for a tool that counts instructions.
+ * Prints the least processor time of a round in ns a stance. Variant 0 is one call of hopform_solve_stance after the
+ * other; no round at all is what reading costs, for a tool that counts instructions.
  */
 #include <stdio.h>
 #include <stdlib.h>

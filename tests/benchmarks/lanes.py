@@ -1,7 +1,7 @@
 """What a stance costs in a batch, against one C call per stance: `python -m tests.benchmarks.lanes [--instructions]`.
 
-For each variant and precision: 1024 currents on one robot, and random robots of all orders of magnitude, as ratios of processor
-times in one run. With valgrind also instructions a stance, but for AVX-512, which valgrind does not know.
+For each variant and precision: 1024 currents on one robot, and random robots of all orders of magnitude, as ratios of
+processor times in one run. With valgrind also instructions a stance, but for AVX-512, which valgrind does not know.
 """
 
 import argparse

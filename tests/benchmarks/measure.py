@@ -1,7 +1,7 @@
 """Time every row in one run: the repetitions of all rows interleaved, the median of each kept.
 
-Everything runs on one thread and is timed by the processor's time, so what else the machine does counts little. Rows that take
-long have three repetitions.
+Everything runs on one thread and is timed by the processor's time, so what else the machine does counts little. Rows
+that take long have three repetitions.
 
 What has been timed is kept in out/benchmarks as it comes in, so a run that was stopped goes on where it was.
 """

@@ -70,7 +70,9 @@ def compilers() -> tuple[list[str], list[str]]:
 
 
 def _build(command: list[str], sources: list[Path], name: str, libraries: list[str]) -> Path:
-    """Compile unless the same command on the same text has been compiled before; NotBuilt with the compiler's first error."""
+    """Compile unless the same command on the same text has been compiled before;
+    NotBuilt with the compiler's first error.
+    """
     if not shutil.which(command[0]):
         raise NotBuilt(f"{command[0]} is not installed")
     texts = [

@@ -1,7 +1,9 @@
-"""A peer in numba: Dormand-Prince 5(4) with its continuous extension, crossings bracketed on it by bisection and secants.
+"""A peer in numba: Dormand-Prince 5(4) with its continuous extension,
+crossings bracketed on it by bisection and secants.
 
-Coefficients: Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, 2nd ed., II.4-II.6 (table 5.2, dense output).
-Plain functions here; `compiled` loads this module and rules.py a second time and puts numba's functions in place of theirs.
+Coefficients: Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, 2nd ed., II.4-II.6 (table 5.2, dense
+output). Plain functions here; `compiled` loads this module and rules.py a second time and puts numba's functions in
+place of theirs.
 """
 
 import importlib.util

@@ -13,7 +13,8 @@ from tests.benchmarks import native
 from tests.benchmarks.jobs import Jobs
 
 SAMPLES = 100
-# Function, entry of the driver, its number there, calls per job when instructions are counted, calls per job when timed.
+# Function, entry of the driver, its number there, calls per job when instructions are counted, calls per job when
+# timed.
 PIECES = (
     ("plan_init", "only_plan", 0, 2, 1),
     ("solve_stance", "planned", 1, 2, 1),

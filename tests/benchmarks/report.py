@@ -58,8 +58,8 @@ def against(outcome: Outcome, best: Result, one: Result) -> str:
     ratios = " and ".join(f"{_short(best.times[of] / one.times[of])} x on {of}" for of in SETS)
     with_plan = " and ".join(f"{_short(best.times[of] / included.times[of])} x" for of in SETS)
     return (
-        f"{best.row.name}, largest error {largest_error(best):.0e}: it takes {ratios} the time of {BASE} (largest error "
-        f"{largest_error(one):.0e}), {with_plan} where hopform's plan is made anew for each stance."
+        f"{best.row.name}, largest error {largest_error(best):.0e}: it takes {ratios} the time of {BASE} "
+        f"(largest error {largest_error(one):.0e}), {with_plan} where hopform's plan is made anew for each stance."
     )
 
 
@@ -153,9 +153,9 @@ def markdown(outcome: Outcome, pieces: Pieces, lines: Sequence[Line] = ()) -> st
     left_out = "".join(f"\nLeft out: {line}.\n" for line in outcome.left_out)
     return f"""# Benchmarks
 
-`make bench` makes this page, its picture and the README's table: {outcome.count} stances of each set, one thread, processor
-time, all rows in one run, repetitions interleaved, the median of {outcome.repetitions} (3 for slow rows). hopform is compiled
-with the flags it ships with (-O2, portable baseline), the peers with -O3 -march=native.
+`make bench` makes this page, its picture and the README's table: {outcome.count} stances of each set, one thread,
+processor time, all rows in one run, repetitions interleaved, the median of {outcome.repetitions} (3 for slow rows).
+hopform is compiled with the flags it ships with (-O2, portable baseline), the peers with -O3 -march=native.
 
 {headline(outcome)}
 
@@ -167,8 +167,8 @@ by the same rules for sticking, slipping, reversals and stops.
 - `hopper_c`: drops from 2 to 40 cm at -3 to 3 A. `random`: a robot of its own for each stance, mass ratio 1e-2 to 1e2,
   k 1e2 to 1e5 N/m, Coulomb friction, a third with stops.
 - ratio: time over that of {BASE}. The plan of a robot is made once, unless a row says otherwise.
-- error: the largest scaled error of times, state and AED against the 50-digit reference, over the condition number where
-  that is above 1.
+- error: the largest scaled error of times, state and AED against the 50-digit reference, over the condition number
+  where that is above 1.
 - wrong: stances whose ending or event list is not the reference's; they are not in the error.
 - Every peer starts anew at every switch, with a first step within which no event function that starts at zero returns.
   For expm + brentq the tolerance sets how densely it scans.
@@ -182,9 +182,9 @@ Instructions are counted by callgrind, so they are the same on a busy machine; p
 ## Beside the table
 
 The paper's sequence, both masses moving, the body turning once, then take-off, has a closed form that one can write by
-hand; it proves nothing and knows no other event. Many stances: ratios are to the C loop over the same stances, which has
-the plans ready; where every stance has its own robot `solve_stances` makes them too. The memory is that of a process of its
-own, without event lists.
+hand; it proves nothing and knows no other event. Many stances: ratios are to the C loop over the same stances, which
+has the plans ready; where every stance has its own robot `solve_stances` makes them too. The memory is that of a
+process of its own, without event lists.
 
 {_markdown(LINE_TITLES, line_cells(lines), 1)}"""
 

@@ -34,7 +34,9 @@ class Ready:
 
 @dataclass(frozen=True)
 class Row:
-    """A solver at a tolerance (None: exact). `ready` raises native.NotBuilt, ImportError or ValueError where it cannot run."""
+    """A solver at a tolerance (None: exact). `ready` raises native.NotBuilt,
+    ImportError or ValueError where it cannot run.
+    """
 
     solver: str
     tolerance: float | None

@@ -121,7 +121,9 @@ def slopes(leg, side_1, side_2, d):
 
 
 def first_step(leg, side_1, side_2, z):
-    """A first step within which no function that starts at zero has returned to zero, as far as its Taylor series says."""
+    """A first step within which no function that starts at zero has returned to zero,
+    as far as its Taylor series says.
+    """
     d1 = rates(leg, side_1, side_2, z)
     d2 = next_rates(leg, side_1, side_2, d1)
     d3 = next_rates(leg, side_1, side_2, d2)
@@ -180,7 +182,8 @@ def gained(job, z):
 def chain(job, search, tolerance, answer):
     """One stance into a row of `answer`; search(leg, side_1, side_2, z, limit, tolerance) is the peer.
 
-    It returns the time until the first watched function comes to zero, or limit, then which one (NONE), and the state there.
+    It returns the time until the first watched function comes to zero, or limit, then which one (NONE), and the state
+    there.
     """
     leg = leg_of(job)
     z, side_1, side_2 = begin(job, leg)

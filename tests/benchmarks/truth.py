@@ -2,8 +2,8 @@
 
     python -m tests.benchmarks.truth        makes truth.json anew, on two processes, in a minute
 
-`condition`: of the state, of the AED, by which errors are divided where it is above 1. `margin`: how close the stance came to
-another event list.
+`condition`: of the state, of the AED, by which errors are divided where it is above 1. `margin`: how close the stance
+came to another event list.
 """
 
 import json

@@ -1,8 +1,10 @@
-"""`python -m tests.c_coverage` counts which branches of the generated C the tests take; fewer than 95 % of firmware's fail.
+"""`python -m tests.c_coverage` counts which branches of the generated C the tests take;
+fewer than 95 % of firmware's fail.
 
 The library is compiled by gcc without optimisation, with counters, and the tests that call C run on it: those in C as
 programs, then those of pytest. A branch is one way out of a condition, `&&`, `||` and `?:` included,
-as gcov tells them; one of a header that several files include is taken if it is in any of them. `--untaken` lists the rest.
+as gcov tells them; one of a header that several files include is taken if it is in any of them. `--untaken` lists the
+rest.
 """
 
 import argparse
@@ -23,9 +25,9 @@ LEAST = 95.0
 INPUTS = 20_000
 """Pseudorandom inputs for each fuzzing target."""
 
-TESTS = ("bad_input", "batch", "batch_sensitivities", "control", "cube_root", "false_root", "flight", "grid", "hopping", "lanes",
-         "properties", "reachability", "selftest", "sensitivities", "single_precision_control", "stance", "stance_object",
-         "tangents", "ties", "touchdown")  # fmt: skip
+TESTS = ("bad_input", "batch", "batch_sensitivities", "control", "cube_root", "false_root", "flight", "grid", "hopping",
+         "lanes", "properties", "reachability", "selftest", "sensitivities", "single_precision_control", "stance",
+         "stance_object", "tangents", "ties", "touchdown")  # fmt: skip
 WORKSTATION = ("batch", "lanes", "variants", "columns", "sensitivities_of_many")
 """Batches over arrays and vector registers, which firmware does not get."""
 
@@ -49,7 +51,9 @@ class Program:
 
 
 def programs() -> list[Program]:
-    """The selftest, the golden vectors, garbage, refusals, pointers, the judges of mutants, fuzzing targets on fixed inputs."""
+    """The selftest, the golden vectors, garbage, refusals, pointers, the judges of mutants,
+    fuzzing targets on fixed inputs.
+    """
     board, fuzz = BOARDS / "board.c", ROOT / "tests" / "fuzz"
     found = [Program(name, (HERE / f"{name}.c", board)) for name in ("selftest", "golden")]
     found += [Program(name, (ROOT / "tests" / "c_mutants" / f"{name}.c",)) for name in ("judge", "parts")]

@@ -1,4 +1,5 @@
-"""`python -m tests.c_kernels` tries every float32 input of every kernel in C against double precision, prints the errors.
+"""`python -m tests.c_kernels` tries every float32 input of every kernel in C against double precision,
+prints the errors.
 
 `--of N` tries one input in N, spread evenly over all of them. More than LIMITS is a failure.
 """
@@ -36,7 +37,8 @@ def main() -> int:
         parts = list(pool.map(lambda command: subprocess.check_output(command, text=True).splitlines(), commands))
     bad = 0
     print(
-        "| kernel | inputs | largest error, ulp | at | largest error, absolute | at |\n| --- | --: | --: | --: | --: | --: |"
+        "| kernel | inputs | largest error, ulp | at | largest error, absolute | at |\n"
+        "| --- | --: | --: | --: | --: | --: |"
     )
     for lines in zip(*parts, strict=True):
         name = lines[0].split()[0]

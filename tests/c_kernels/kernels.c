@@ -1,7 +1,9 @@
-/* Every float32 that each kernel may be given, against the same function in double precision: the largest error of each.
+/* Every float32 that each kernel may be given, against the same function in double precision: the largest error of
+ * each.
  *
- * A line is: name, how many inputs, the largest error in units of the last place of the exact value, the largest absolute one, where.
- * Inputs are all non-negative floats up to the end of the kernel's range; the argument is one of SHARES shares, done side by side.
+ * A line is: name, how many inputs, the largest error in units of the last place of the exact value, the largest
+ * absolute one, where. Inputs are all non-negative floats up to the end of the kernel's range; the argument is one of
+ * SHARES shares, done side by side.
  */
 #include <math.h>
 #include <stdint.h>
@@ -48,7 +50,8 @@ static void note(float x, float got, double exact)
 
 static void say(const char *name)
 {
-    printf("%s %llu %.9g %.9g %.9g %.9g\n", name, (unsigned long long)count, worst_ulp, (double)where_ulp, worst_absolute, (double)where_absolute);
+    printf("%s %llu %.9g %.9g %.9g %.9g\n", name, (unsigned long long)count, worst_ulp, (double)where_ulp,
+           worst_absolute, (double)where_absolute);
     worst_ulp = worst_absolute = 0.0;
     count = 0;
 }
@@ -112,7 +115,8 @@ int main(int argc, char **argv)
     EVERY(0u, 0x42c80000u) {
         const float t = of_bits(bits);
         const double z = (double)t;
-        const double exact = z < 1e-3 ? z * z * (0.5 - z * (1.0 / 6.0 - z * (1.0 / 24.0 - z / 120.0))) : (double)(expm1l(-(long double)t) + (long double)t);
+        const double exact = z < 1e-3 ? z * z * (0.5 - z * (1.0 / 6.0 - z * (1.0 / 24.0 - z / 120.0)))
+                                      : (double)(expm1l(-(long double)t) + (long double)t);
         note(t, hopform_decay_at_f32(1.0f, t).e2, exact);
     }
     say("t^2*phi2(-t)");

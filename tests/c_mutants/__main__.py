@@ -1,13 +1,13 @@
 """`python -m tests.c_mutants` breaks the generated C in one place at a time, at random, and sees a test fail each time.
 
-The sources for firmware in double precision are broken, whose tests are the sharper ones; single precision comes from the same
-templates. Mutants that do not compile are drawn again. The judges, in this order: judge.c (vectors of the reference with their
-tolerances, and what must be true of any answer), parts.c (each function of the headers by itself), inside_flight.c and
-inside_control.c (the inner functions of these two), refusals, contract (pointers), garbage and fuzzing targets on fixed
-inputs; the word for all bits of random stances, flights and commands (tests/firmware/words.c), which any changed bit changes,
-so what it alone kills is counted apart; judge.c and parts.c again under the sanitizers; and the work that judge.c's calls take,
-in basic blocks. With `--pytest` the nearest tests of pytest follow.
-Survivors are argued in docs/c-mutants.md: those that are listed there as equivalent are taken off, the others fail.
+The sources for firmware in double precision are broken, whose tests are the sharper ones; single precision comes from
+the same templates. Mutants that do not compile are drawn again. The judges, in this order: judge.c (vectors of the
+reference with their tolerances, and what must be true of any answer), parts.c (each function of the headers by itself),
+inside_flight.c and inside_control.c (the inner functions of these two), refusals, contract (pointers), garbage and
+fuzzing targets on fixed inputs; the word for all bits of random stances, flights and commands (tests/firmware/words.c),
+which any changed bit changes, so what it alone kills is counted apart; judge.c and parts.c again under the sanitizers;
+and the work that judge.c's calls take, in basic blocks. With `--pytest` the nearest tests of pytest follow. Survivors
+are argued in docs/c-mutants.md: those that are listed there as equivalent are taken off, the others fail.
 """
 
 import argparse
@@ -43,7 +43,9 @@ INPUTS = "1500"
 SANITIZERS = ("-fsanitize=address,undefined,float-cast-overflow,float-divide-by-zero", "-fno-sanitize-recover=all")
 COUNTS = ("-fsanitize-coverage=trace-pc",)
 GROWTH = 1.02
-"""What calls of one kind may take together, as tests/firmware/costs.py says of instructions; one call may take MORE and SOME."""
+"""What calls of one kind may take together, as tests/firmware/costs.py says of instructions;
+one call may take MORE and SOME.
+"""
 MORE, SOME = 1.1, 50
 
 PROGRAMS = {
@@ -63,9 +65,10 @@ JUDGES = ("judge", "parts")
 """Those that the sanitizers look at again."""
 
 NEAREST = {
-    "flight": ("flight",), "control": ("control",), "trial": ("control",), "grid": ("grid",), "touchdown": ("touchdown",),
-    "sensitivity": ("sensitivities", "tangents"), "linear": ("sensitivities", "stance_object"), "states": ("stance_object",),
-    "energy": ("stance_object",), "ledger": ("stance_object", "stance"),
+    "flight": ("flight",), "control": ("control",), "trial": ("control",), "grid": ("grid",),
+    "touchdown": ("touchdown",), "sensitivity": ("sensitivities", "tangents"),
+    "linear": ("sensitivities", "stance_object"), "states": ("stance_object",), "energy": ("stance_object",),
+    "ledger": ("stance_object", "stance"),
 }  # fmt: skip
 USUAL = ("ties", "false_root", "stance", "switchovers")
 

@@ -1,5 +1,6 @@
-/* The judge of mutants in the controller: what it concludes from the ends of a cell, function by function, against cubics whose values,
- * slopes, roots and extrema are known, and against the bounds that docs/control.md promises. Prints what is wrong and ends with 1.
+/* The judge of mutants in the controller: what it concludes from the ends of a cell, function by function, against
+ * cubics whose values, slopes, roots and extrema are known, and against the bounds that docs/control.md promises.
+ * Prints what is wrong and ends with 1.
  */
 #include "control_f64.c"
 
@@ -59,29 +60,38 @@ static void cubics(void)
     int convex = 0, monotone = 0, falling = 0, bottoms = 0;
     for (row = 0; row < 3000; row++) {
         const double width = over(1e-3, 3.0);
-        polynomial f = {{uniform(-1.0, 1.0), uniform(-1.0, 1.0) / width, mostly(uniform(-1.0, 1.0), 0.1) / (width * width),
+        polynomial f = {{uniform(-1.0, 1.0), uniform(-1.0, 1.0) / width,
+                         mostly(uniform(-1.0, 1.0), 0.1) / (width * width),
                          mostly(uniform(-1.0, 1.0), 0.3) * over(1e-3, 1.0) / (width * width * width)}};
         const curve_f64 c = ends_of(&f, width);
         const seen s = look_at(&f, width);
         const double size = fabs(f.c[0]) + width * (fabs(f.c[1]) + width * (fabs(f.c[2]) + width * fabs(f.c[3])));
-        const double third = fabs(f.c[3]) * width * width, line = fabs(c.from_rate - chord_f64(&c)) + fabs(c.to_rate - chord_f64(&c));
+        const double third = fabs(f.c[3]) * width * width,
+                     line = fabs(c.from_rate - chord_f64(&c)) + fabs(c.to_rate - chord_f64(&c));
         near(chord_f64(&c), (value_of(&f, width) - value_of(&f, 0.0)) / width, 1e-13 * size / width, "the chord");
         near(fabs(lean_f64(&c)), third, 1e-12 * size / width, "what tells it from a parabola");
         near(doubt_f64(&c), 0.25 * third + line / 32.0, 1e-12 * size / width, "the doubt");
         for (int n = 0; n <= 8; n++) {
-            near(cubic_at_f64(&c, (double)n / 8.0), value_of(&f, width * (double)n / 8.0), 1e-13 * size, "the cubic of its ends");
+            near(cubic_at_f64(&c, (double)n / 8.0), value_of(&f, width * (double)n / 8.0), 1e-13 * size,
+                 "the cubic of its ends");
         }
         near(least_slope_f64(&c), s.least_slope, 1e-12 * size / width + third * 4e-7, "the least slope");
         must(!rises_f64(&c) || s.least_slope > 0.0, "what is said to rise");
-        must(rises_f64(&c) == (s.least_slope > 4.0 * doubt_f64(&c)) || fabs(s.least_slope - 4.0 * doubt_f64(&c)) < 1e-5 * size / width, "what rises without doubt");
+        must(rises_f64(&c) == (s.least_slope > 4.0 * doubt_f64(&c))
+                 || fabs(s.least_slope - 4.0 * doubt_f64(&c)) < 1e-5 * size / width,
+             "what rises without doubt");
         must(is_monotone_f64(&c) == (s.least_slope > 4.0 * doubt_f64(&c) || s.most_slope < -4.0 * doubt_f64(&c))
-                 || fabs(s.least_slope - 4.0 * doubt_f64(&c)) < 1e-5 * size / width || fabs(s.most_slope + 4.0 * doubt_f64(&c)) < 1e-5 * size / width,
+                 || fabs(s.least_slope - 4.0 * doubt_f64(&c)) < 1e-5 * size / width
+                 || fabs(s.most_slope + 4.0 * doubt_f64(&c)) < 1e-5 * size / width,
              "what is monotone without doubt");
         must(!is_convex_f64(&c) || s.bends_up, "what is said to be convex");
         must(is_convex_f64(&c) || f.c[2] <= 0.0 || fabs(f.c[3]) * width > 0.2 * f.c[2], "a parabola that is convex");
         const double bottom = share_of_minimum_f64(&c);
-        must((bottom > 0.0) == (s.minimum > 0.0) || fabs(c.from_rate) < 1e-3 * size / width || fabs(c.to_rate) < 1e-3 * size / width
-                 || fabs(f.c[2] * f.c[2] - 3.0 * f.c[3] * f.c[1]) < 1e-5 * size * size / (width * width * width * width), "a minimum, or none");
+        must((bottom > 0.0) == (s.minimum > 0.0) || fabs(c.from_rate) < 1e-3 * size / width
+                 || fabs(c.to_rate) < 1e-3 * size / width
+                 || fabs(f.c[2] * f.c[2] - 3.0 * f.c[3] * f.c[1])
+                        < 1e-5 * size * size / (width * width * width * width),
+             "a minimum, or none");
         if (bottom > 0.0) {
             near(slope_of(&f, width * bottom), 0.0, 1e-7 * size / width, "the slope at a minimum");
             must(bottom < 1.0, "a minimum outside");
@@ -90,7 +100,8 @@ static void cubics(void)
         }
         const double bound = least_f64(&c);
         must(bound <= s.least + 1e-13 * size, "a bound that is above the function");
-        must(bound >= s.least - 4.0 * width * doubt_f64(&c) - 1e-12 * size || is_convex_f64(&c), "a bound that is too low");
+        must(bound >= s.least - 4.0 * width * doubt_f64(&c) - 1e-12 * size || is_convex_f64(&c),
+             "a bound that is too low");
         if (is_monotone_f64(&c)) {
             near(bound, fmin(c.from, c.to), 0.0 + 1e-300, "the least of what is monotone");
         } else if (is_convex_f64(&c)) { /* where the tangents meet */
@@ -107,12 +118,14 @@ static void cubics(void)
         curve_f64 rough = c; /* the order of events changes: slopes are no bound inside */
         rough.smooth = false;
         const double less = fmin(c.from_rate, c.to_rate), more = larger(c.from_rate, c.to_rate);
-        must(rises_f64(&rough) == (less > 0.0 && chord_f64(&c) > 0.0 && line <= 0.5 * less), "what rises where events change");
+        must(rises_f64(&rough) == (less > 0.0 && chord_f64(&c) > 0.0 && line <= 0.5 * less),
+             "what rises where events change");
         if (is_monotone_f64(&rough)) {
             near(least_f64(&rough), fmin(c.from, c.to), 1e-300, "the least where events change");
             falling += more < 0.0;
         } else {
-            near(least_f64(&rough), fmin(c.from, c.to) - width * line, 1e-13 * size, "the least by slopes where events change");
+            near(least_f64(&rough), fmin(c.from, c.to) - width * line, 1e-13 * size,
+                 "the least by slopes where events change");
         }
         monotone += is_monotone_f64(&c);
         bottoms += bottom > 0.0;
@@ -125,7 +138,8 @@ static void roots(void)
 {
     for (row = 0; row < 1000; row++) {
         const double low = -uniform(0.05, 1.0), high = uniform(0.05, 1.0), span = high - low, width = over(1e-2, 2.0);
-        const double first = row % 5 ? uniform(0.05, 2.9) : 1.0, last = row % 5 ? uniform(0.05, 2.9) : 1.0; /* slopes of the inverse in its chord's */
+        const double first = row % 5 ? uniform(0.05, 2.9) : 1.0,
+                     last = row % 5 ? uniform(0.05, 2.9) : 1.0; /* slopes of the inverse in its chord's */
         const double sign = row % 2 ? 1.0 : -1.0, chord_of = sign * span / width;
         const curve_f64 c = {sign * low, chord_of / first, sign * high, chord_of / last, width, true};
         const double t = -low / span; /* the inverse from 0 to 1 with these slopes, at t */
@@ -133,10 +147,14 @@ static void roots(void)
         near(share_of_root_f64(&c), exact, 1e-13, "the root of the inverse");
         curve_f64 steep = c; /* slopes of the inverse beyond 3 turn it: they count as 3 */
         steep.from_rate = chord_of / over(3.0, 1e6);
-        near(share_of_root_f64(&steep), t * t * (3.0 - 2.0 * t) + 3.0 * t * (1.0 - t) * (1.0 - t) - last * t * t * (1.0 - t), 1e-13, "a flat begin");
+        near(share_of_root_f64(&steep),
+             t * t * (3.0 - 2.0 * t) + 3.0 * t * (1.0 - t) * (1.0 - t) - last * t * t * (1.0 - t), 1e-13,
+             "a flat begin");
         steep = c;
         steep.to_rate = chord_of / over(3.0, 1e6);
-        near(share_of_root_f64(&steep), t * t * (3.0 - 2.0 * t) + first * t * (1.0 - t) * (1.0 - t) - 3.0 * t * t * (1.0 - t), 1e-13, "a flat end");
+        near(share_of_root_f64(&steep),
+             t * t * (3.0 - 2.0 * t) + first * t * (1.0 - t) * (1.0 - t) - 3.0 * t * t * (1.0 - t), 1e-13,
+             "a flat end");
         curve_f64 against = c;
         against.from_rate = row % 3 ? -c.from_rate : 0.0;
         near(share_of_root_f64(&against), t, 1e-15, "a slope against the chord's");
@@ -195,10 +213,12 @@ static void lines(void)
 {
     const T(plan) plan = hopper_plan();
     for (row = 0; row < 600; row++) {
-        const double side = row % 2 ? 1.0 : -1.0, near_zero = uniform(0.0, 1.0), width = over(1e-4, 1.4), rate = uniform(-0.1, 0.1);
+        const double side = row % 2 ? 1.0 : -1.0, near_zero = uniform(0.0, 1.0), width = over(1e-4, 1.4),
+                     rate = uniform(-0.1, 0.1);
         const double wanted = uniform(0.0, 0.3), gap = uniform(-0.1, 0.1), peak = uniform(0.0, 0.04);
         const double u = side * near_zero, v = side * (near_zero + width), after = gap + rate * (v - u);
-        const T(cell) cell = cell_of(trial_at(u, wanted + gap, rate, peak, 0.0), trial_at(v, wanted + after, rate, peak, 0.0));
+        const T(cell) cell =
+            cell_of(trial_at(u, wanted + gap, rate, peak, 0.0), trial_at(v, wanted + after, rate, peak, 0.0));
         const T(search) s = search_for(&plan, wanted);
         near(width_of_f64(&cell), width, 1e-15 * (near_zero + width), "the width of a cell");
         const double promise = promise_of_f64(&s, &cell);
@@ -234,7 +254,9 @@ static void lines(void)
         const double inside = fabs(starts ? gap : after), reach = 3.0 * fabs(rate) * 2.0 * there * width;
         near(promise_of_f64(&s, &edge), larger(promise, inside - reach), 1e-9, "what is admissible up to the limit");
         const double aside = share_to_try_f64(&s, &edge);
-        must(gap * after < 0.0 || (starts ? aside < there && aside > there - 0.3 : aside > 1.0 - there && aside < 1.0 - there + 0.3), "just inside the limit");
+        must(gap * after < 0.0
+                 || (starts ? aside < there && aside > there - 0.3 : aside > 1.0 - there && aside < 1.0 - there + 0.3),
+             "just inside the limit");
     }
 }
 
@@ -254,7 +276,8 @@ static void widths(void)
             to.takes_off = row != 2;
             const T(cell) cell = cell_of(from, to);
             const double promise = promise_of_f64(&s, &cell);
-            const double wanted = n == 1 ? 0.0 : (row < 2 ? 0.4 - 0.01 * v : (row == 2 ? 1e300 : 0.4 - 0.01 * v - 3.0 * v * 0.01));
+            const double wanted =
+                n == 1 ? 0.0 : (row < 2 ? 0.4 - 0.01 * v : (row == 2 ? 1e300 : 0.4 - 0.01 * v - 3.0 * v * 0.01));
             near(promise, wanted, 1e-12 * (1.0 + fabs(wanted)), "a promise of a cell as wide as is judged");
             T(cell) other = cell_of(to, from); /* the other way round */
             other.from.u = 0.0;
@@ -270,10 +293,12 @@ static void widths(void)
     }
     const double u = 1.5;
     for (row = 0; row < 2; row++) { /* next to each other */
-        const T(cell) narrow = cell_of(trial_at(u, 0.49, 0.0, 0.01, 0.0), trial_at(u * (1.0 + (row ? 3.1 : 1.9) * 2.22e-16), 0.51, 0.0, 0.01, 0.0));
+        const T(cell) narrow = cell_of(trial_at(u, 0.49, 0.0, 0.01, 0.0),
+                                       trial_at(u * (1.0 + (row ? 3.1 : 1.9) * 2.22e-16), 0.51, 0.0, 0.01, 0.0));
         must((promise_of_f64(&s, &narrow) >= 1e300) == (row == 0), "a cell without a number in it");
     }
-    const T(cell) two = cell_of(trial_at(1.0 - 0x1p-51, 0.49, 0.0, 0.01, 0.0), trial_at(1.0, 0.51, 0.0, 0.01, 0.0)); /* two ulp of 1 wide */
+    const T(cell) two = cell_of(trial_at(1.0 - 0x1p-51, 0.49, 0.0, 0.01, 0.0),
+                                trial_at(1.0, 0.51, 0.0, 0.01, 0.0)); /* two ulp of 1 wide */
     must(promise_of_f64(&s, &two) >= 1e300, "a cell that is as narrow as counts");
     T(trial) lifts = trial_at(0.0, 0.1, 0.01, limit + 0.002, -0.1), falls = trial_at(0.01, 0.0, 0.0, 0.0, 0.0);
     falls.takes_off = false;
@@ -281,19 +306,23 @@ static void widths(void)
     must(promise_of_f64(&s, &step) >= 1e300, "a step beyond the limit");
     step.from.peak = limit + 0.0019;
     must(promise_of_f64(&s, &step) < 1e300, "a step that may come below the limit");
-    T(trial) flat = trial_at(0.0, 0.1, 0.0, limit - 0.01, 1.0), over_it = trial_at(most / 64.0, 0.1, 0.0, limit + 0.01, -1.0);
+    T(trial) flat = trial_at(0.0, 0.1, 0.0, limit - 0.01, 1.0),
+        over_it = trial_at(most / 64.0, 0.1, 0.0, limit + 0.01, -1.0);
     T(cell) edge = cell_of(flat, over_it); /* the slopes disagree: by the admissible one, if the cell is narrow */
     near(promise_of_f64(&s, &edge), 0.4, 1e-12, "a limit in a cell as narrow as is judged");
     near(share_of_limit_f64(&s, &edge), 0.01 / (most / 64.0), 1e-12, "the limit by the slope at its admissible end");
     edge.to.u = most / 64.0 * (1.0 + 1e-9);
-    must(promise_of_f64(&s, &edge) <= 0.4 && promise_of_edge_f64(&s, &edge, &(curve_f64){-0.4, 0.0, -0.4, 0.0, edge.to.u, true}) <= 0.0, "a limit in a wider cell");
+    must(promise_of_f64(&s, &edge) <= 0.4
+             && promise_of_edge_f64(&s, &edge, &(curve_f64){-0.4, 0.0, -0.4, 0.0, edge.to.u, true}) <= 0.0,
+         "a limit in a wider cell");
 }
 
 /* Rebounds: quiet where the least y stays above zero by slopes. */
 static void rebounds(void)
 {
     for (row = 0; row < 400; row++) {
-        const double side = row % 2 ? 1.0 : -1.0, width = over(1e-3, 1.0), low = over(1e-5, 1e-2), high = over(1e-5, 1e-2);
+        const double side = row % 2 ? 1.0 : -1.0, width = over(1e-3, 1.0), low = over(1e-5, 1e-2),
+                     high = over(1e-5, 1e-2);
         T(cell) cell = cell_of(trial_at(0.0, 0.1, 0.0, 0.0, 0.0), trial_at(side * width, 0.1, 0.0, 0.0, 0.0));
         must(dips_are_quiet_f64(&cell), "no rebound, and not quiet");
         cell.from.dips = 1 + row % 3;
@@ -337,7 +366,8 @@ static void rebounds(void)
     }
 }
 
-/* Where a cell is split: not where it is too wide to be judged, has been slow, or at one end of which nothing takes off. */
+/* Where a cell is split: not where it is too wide to be judged, has been slow, or at one end of which nothing takes
+ * off. */
 static void splits(void)
 {
     const T(plan) plan = hopper_plan();
@@ -389,11 +419,14 @@ static void splits(void)
         cell.to.peak_u = 0.04 * (1.0 - at) / v;
         near(share_to_try_f64(&s, &cell), at, 1e-9, "where x1 is least");
     }
-    T(cell) edge = cell_of(trial_at(0.0, 0.1, 0.001, limit - 0.01, 0.1), trial_at(0.1, 0.1001, 0.001, limit + 0.01, -1.0));
-    const double rates = 3.0 * 0.001, aside = 0.25 * 2e-10 / (rates * 0.1 + 2e-10); /* a quarter of what the apex may be off, by its slopes */
+    T(cell)
+    edge = cell_of(trial_at(0.0, 0.1, 0.001, limit - 0.01, 0.1), trial_at(0.1, 0.1001, 0.001, limit + 0.01, -1.0));
+    const double rates = 3.0 * 0.001;
+    const double aside = 0.25 * 2e-10 / (rates * 0.1 + 2e-10); /* a quarter of what the apex may be off, by slopes */
     const curve_f64 gap = gap_of_f64(&edge, 0.2);
     edge.from.peak_u = 0.2; /* half of the way by the slope at the admissible end; the other one disagrees */
-    near(share_inside_f64(&s, &edge, &gap), 0.5 - aside - 1.0 / 64.0, 1e-12, "just inside, short of it by a sixteenth of the square");
+    near(share_inside_f64(&s, &edge, &gap), 0.5 - aside - 1.0 / 64.0, 1e-12,
+         "just inside, short of it by a sixteenth of the square");
     edge.from.peak_u = 0.1 / 0.98;
     near(share_inside_f64(&s, &edge, &gap), 0.98 - aside - 0.98 * 0.98 / 16.0, 1e-12, "inside, near the end");
     edge.from.peak_u = 0.01; /* a tenth of the way, and no more */
@@ -428,10 +461,14 @@ static void rows_of_cells(void)
         const T(trial) from = trial_at(u, 0.1, 5.0, 0.01, 0.0), to = trial_at(u + 0.03, 0.25, 5.0, 0.01, 0.0);
         keep_f64(&s, &from, &to, n);
         must(s.count == (n < CELLS ? n + 1 : CELLS) && s.partial == (n >= CELLS), "a row that is full");
-        must(n >= CELLS || (s.cells[n].slow == n && !(s.cells[n].promise > 0.0) && !(fabs(s.cells[n].from.u - u) > 0.0)), "a cell that is kept");
+        must(n >= CELLS
+                 || (s.cells[n].slow == n && !(s.cells[n].promise > 0.0) && !(fabs(s.cells[n].from.u - u) > 0.0)),
+             "a cell that is kept");
     }
     sift_f64(&s);
-    must(s.count == CELLS && !(fabs(s.cells[CELLS - 1].from.u) > 0.0) && fabs(s.cells[0].from.u - 0.03 * (CELLS - 1)) < 1e-12, "the nearest to 0 last");
+    must(s.count == CELLS && !(fabs(s.cells[CELLS - 1].from.u) > 0.0)
+             && fabs(s.cells[0].from.u - 0.03 * (CELLS - 1)) < 1e-12,
+         "the nearest to 0 last");
     double sum = 0.0;
     for (int n = 0; n < CELLS; n++) {
         sum += s.cells[n].from.u;
@@ -479,7 +516,8 @@ static void what_is_better(void)
     T(search) s = search_for(&plan, 0.2);
     T(command) command;
     say_f64(&s, &command);
-    must(command.status == HOPFORM_COMMAND_NO_TAKEOFF && !(fabs(command.u) + fabs(command.apex) > 0.0), "nothing found");
+    must(command.status == HOPFORM_COMMAND_NO_TAKEOFF && !(fabs(command.u) + fabs(command.apex) > 0.0),
+         "nothing found");
     T(trial) trial = trial_at(1.0, 0.1, 0.0, limit, 0.0);
     consider_f64(&s, &trial);
     must(!s.found, "x1 at its limit");
@@ -509,27 +547,35 @@ static void what_is_better(void)
     must(s.best.u > 1.0, "near, and not as near");
     s.datum = 0.05;
     say_f64(&s, &command);
-    must(command.status == HOPFORM_COMMAND_REACHED && fabs(command.apex - 0.15) < 1e-15 && !(fabs(command.u - 1.5) > 0.0), "what is said");
+    must(command.status == HOPFORM_COMMAND_REACHED && fabs(command.apex - 0.15) < 1e-15
+             && !(fabs(command.u - 1.5) > 0.0),
+         "what is said");
     s.best.apex = 0.2 + 1.99e-10;
     say_f64(&s, &command);
     must(command.status == HOPFORM_COMMAND_REACHED, "near enough to count");
     s.best.apex = 0.2 - 2.01e-10;
     say_f64(&s, &command);
     must(command.status == HOPFORM_COMMAND_NEAREST, "too far off to count");
-    const T(cell) meets = cell_of(trial_at(0.0, 0.2, 0.1, 0.0, 0.0), trial_at(1.0, 0.3, 0.1, 0.0, 0.0)); /* an end that reaches it */
-    must(gap_of_f64(&meets, 0.2).from > 0.0 && gap_of_f64(&meets, 0.3).to < 0.0, "an end that reaches it is on the other one's side");
+    const T(cell) meets =
+        cell_of(trial_at(0.0, 0.2, 0.1, 0.0, 0.0), trial_at(1.0, 0.3, 0.1, 0.0, 0.0)); /* an end that reaches it */
+    must(gap_of_f64(&meets, 0.2).from > 0.0 && gap_of_f64(&meets, 0.3).to < 0.0,
+         "an end that reaches it is on the other one's side");
     const T(cell) falls = cell_of(trial_at(0.0, 0.3, -0.1, 0.0, 0.0), trial_at(-1.0, 0.2, 0.1, 0.0, 0.0));
-    must(gap_of_f64(&falls, 0.2).to > 0.0 && gap_of_f64(&falls, 0.3).from < 0.0, "an end that reaches it from the other side");
-    const T(cell) just = cell_of(trial_at(0.0, 1e-14, 0.1, 0.0, 0.0), trial_at(1.0, 0.1, 0.1, 0.0, 0.0)); /* as near as counts */
+    must(gap_of_f64(&falls, 0.2).to > 0.0 && gap_of_f64(&falls, 0.3).from < 0.0,
+         "an end that reaches it from the other side");
+    const T(cell) just =
+        cell_of(trial_at(0.0, 1e-14, 0.1, 0.0, 0.0), trial_at(1.0, 0.1, 0.1, 0.0, 0.0)); /* as near as counts */
     const T(cell) ends = cell_of(trial_at(0.0, -0.1, 0.1, 0.0, 0.0), trial_at(1.0, -1e-14, 0.1, 0.0, 0.0));
     must(gap_of_f64(&just, 0.0).from > 0.0 && gap_of_f64(&ends, 0.0).to < 0.0, "as near as counts, on the same side");
     const T(cell) across = cell_of(trial_at(0.0, -1e-14, 0.1, 0.0, 0.0), trial_at(1.0, 0.1, 0.1, 0.0, 0.0));
     const T(cell) beyond = cell_of(trial_at(0.0, -0.1, 0.1, 0.0, 0.0), trial_at(1.0, 1e-14, 0.1, 0.0, 0.0));
-    must(gap_of_f64(&across, 0.0).from > 0.0 && gap_of_f64(&beyond, 0.0).to < 0.0, "as near as counts, on the other side");
+    must(gap_of_f64(&across, 0.0).from > 0.0 && gap_of_f64(&beyond, 0.0).to < 0.0,
+         "as near as counts, on the other side");
     near(gap_of_f64(&falls, 0.2).to_rate, -0.1, 1e-300, "a slope outward from 0");
 }
 
-/* 0 leaves the actuator on a stop: a current that pushes it onto that changes nothing, one that pulls it off is tried. */
+/* 0 leaves the actuator on a stop: a current that pushes it onto that changes nothing, one that pulls it off is
+ * tried. */
 static void on_a_stop(void)
 {
     for (row = 0; row < 16; row++) {
@@ -549,7 +595,8 @@ static void on_a_stop(void)
         s.limits = 2;
         s.count = 0;
         const bool goes = go_on_f64(&s);
-        const int first = s.zero.held && where == 0 && row % 2 ? -1 : (s.zero.held && where == 2 && row % 2 == 0 ? -1 : 1);
+        const int first =
+            s.zero.held && where == 0 && row % 2 ? -1 : (s.zero.held && where == 2 && row % 2 == 0 ? -1 : 1);
         must(goes && !(fabs(s.next - 3.0 * first) > 0.0) && s.limits == (first > 0 ? 1 : 0), "the first limit to try");
     }
 }

@@ -1,5 +1,6 @@
-/* The judge of mutants in the flight: its inner functions one by one, against differences, against what many samples of a phase show,
- * and where the truth at an equality is known by algebra. Prints what is wrong and ends with 1, or is silent.
+/* The judge of mutants in the flight: its inner functions one by one, against differences, against what many samples of
+ * a phase show, and where the truth at an equality is known by algebra. Prints what is wrong and ends with 1, or is
+ * silent.
  */
 #include "flight_f64.c"
 
@@ -42,7 +43,8 @@ static flight_chain_f64 any_chain(T(plan) *plan)
     must(T(plan_init)(plan, &r) == HOPFORM_OK, "no plan");
     const double rate = over(1.0, 60.0);
     const T(gains) gains = {mostly(r.m_eff * rate * rate, 0.15), mostly(2.0 * r.m_eff * rate * over(0.05, 3.0), 0.2)};
-    const T(state) start = {mostly(uniform(-0.05, 0.05), 0.1), mostly(uniform(-1.0, 1.0), 0.1), uniform(-0.5, 2.5), mostly(uniform(-0.1, 0.1), 0.4)};
+    const T(state) start = {mostly(uniform(-0.05, 0.05), 0.1), mostly(uniform(-1.0, 1.0), 0.1), uniform(-0.5, 2.5),
+                            mostly(uniform(-0.1, 0.1), 0.4)};
     return chain_of(plan, &start, &gains, 1.0);
 }
 
@@ -60,16 +62,21 @@ static void derivatives(void)
         const double rate = chain.fastest + 1.0, t = over(0.02, 3.0) / rate, h = 1e-4 / rate;
         const instant_f64 at = look_f64(&chain, t), before = look_f64(&chain, t - h), after = look_f64(&chain, t + h);
         for (int f = VELOCITY_f64; f <= FOOT_f64; f++) {
-            const sample_f64 s = sample_of_f64(&chain, &at, (function_of_time_f64)f), a = sample_of_f64(&chain, &before, (function_of_time_f64)f);
+            const sample_f64 s = sample_of_f64(&chain, &at, (function_of_time_f64)f),
+                             a = sample_of_f64(&chain, &before, (function_of_time_f64)f);
             const sample_f64 b = sample_of_f64(&chain, &after, (function_of_time_f64)f);
-            const double size = fabs(s.value) + fabs(s.rate) / rate + fabs(s.curvature) / (rate * rate) + fabs(s.third) / (rate * rate * rate) + 1e-12;
+            const double size = fabs(s.value) + fabs(s.rate) / rate + fabs(s.curvature) / (rate * rate)
+                                + fabs(s.third) / (rate * rate * rate) + 1e-12;
             near(s.rate, (b.value - a.value) / (2.0 * h), 1e-6 * size * rate, "the rate of a function");
             near(s.curvature, (b.rate - a.rate) / (2.0 * h), 1e-6 * size * rate * rate, "its second derivative");
-            near(s.third, (b.curvature - a.curvature) / (2.0 * h), 1e-6 * size * rate * rate * rate, "its third derivative");
+            near(s.third, (b.curvature - a.curvature) / (2.0 * h), 1e-6 * size * rate * rate * rate,
+                 "its third derivative");
         }
         const foot_point_f64 point = foot_point_of_f64(&at);
         must(!(fabs(point.t - t) + fabs(point.foot - at.foot.foot_t) + fabs(point.rate - at.foot.foot_rate)
-               + fabs(point.curvature - at.foot.foot_curvature) + fabs(point.moved - at.actuator.moved) > 0.0), "what is kept of an instant");
+                   + fabs(point.curvature - at.foot.foot_curvature) + fabs(point.moved - at.actuator.moved)
+               > 0.0),
+             "what is kept of an instant");
         const double fallen = chain.v2 * t - 0.5 * chain.robot->g * t * t;
         near(at.foot.foot_t, fallen - chain.y - at.actuator.moved, 1e-12, "the foot");
         const T(state) state = state_of_f64(&chain, &at);
@@ -93,7 +100,8 @@ static void zeros(void)
         const double until = over(0.01, 20.0) / (chain.fastest + 1.0);
         const swing_f64 pair = swing_of_f64(&chain.poles);
         const double p = chain.poles.p, q = chain.poles.q, square = 0.25 * p * p - q;
-        near(pair.half_turn, square < 0.0 ? 3.14159265358979323846 / sqrt(-square) : 1e300, 1e-9 * pair.half_turn, "the half turn");
+        near(pair.half_turn, square < 0.0 ? 3.14159265358979323846 / sqrt(-square) : 1e300, 1e-9 * pair.half_turn,
+             "the half turn");
         near(pair.fast, square < 0.0 ? 0.5 * p : 0.5 * p + sqrt(square), 1e-12 * (1.0 + p), "the faster pole");
         const sample_f64 from = sample_of_f64(&chain, &chain.first, f);
         instant_f64 zero = chain.first;
@@ -126,7 +134,8 @@ static void zeros(void)
         }
         instant_f64 turn = chain.first; /* only before the end of the phase */
         must(!turns_before_f64(&chain, f, zero.t, &turn) || turn.t < zero.t, "a turn at the end of a phase");
-        must(!has || !(fabs(from.value) > 1e-9 * size) || turns_before_f64(&chain, f, zero.t * 1.01, &turn), "a turn before the end");
+        must(!has || !(fabs(from.value) > 1e-9 * size) || turns_before_f64(&chain, f, zero.t * 1.01, &turn),
+             "a turn before the end");
     }
     must(found > 150 && none > 50 && never > 20, "too few of a kind");
     T(plan) plan;
@@ -140,13 +149,16 @@ static void zeros(void)
     r.x1_min = -INFINITY;
     r.x1_max = INFINITY;
     must(T(plan_init)(&plan, &r) == HOPFORM_OK, "no plan");
-    const T(gains) gains = {4.0 * 64.0, 0.0}; /* 8 rad/s; from rest at 1/16 the velocity begins at 0 and is 0 again after a half turn */
+    const T(gains) gains = {
+        4.0 * 64.0, 0.0}; /* 8 rad/s; from rest at 1/16 the velocity begins at 0 and is 0 again after a half turn */
     const T(state) start = {0.0625, 0.0, 1.0, -1.0};
     flight_chain_f64 chain = chain_of(&plan, &start, &gains, 2.0);
     instant_f64 zero = chain.first;
     const double half = 3.14159265358979323846 / 8.0;
-    must(zero_of_pair_f64(&chain, VELOCITY_f64, half * 1.000001, &zero) && fabs(zero.t - half) < 1e-15, "a half turn from rest");
-    must(!zero_of_pair_f64(&chain, VELOCITY_f64, half * 0.999999, &zero) && !(zero.t > 0.0), "less than a half turn from rest");
+    must(zero_of_pair_f64(&chain, VELOCITY_f64, half * 1.000001, &zero) && fabs(zero.t - half) < 1e-15,
+         "a half turn from rest");
+    must(!zero_of_pair_f64(&chain, VELOCITY_f64, half * 0.999999, &zero) && !(zero.t > 0.0),
+         "less than a half turn from rest");
     must(chain.side == -1, "the way from rest");
 }
 
@@ -158,7 +170,8 @@ static void roots(void)
         const flight_chain_f64 chain = any_chain(&plan);
         const double until = over(0.05, 1.0);
         const instant_f64 end = look_f64(&chain, until);
-        const double level = chain.first.foot.foot_t + uniform(0.05, 0.95) * (end.foot.foot_t - chain.first.foot.foot_t);
+        const double level =
+            chain.first.foot.foot_t + uniform(0.05, 0.95) * (end.foot.foot_t - chain.first.foot.foot_t);
         const double sign = end.foot.foot_t < chain.first.foot.foot_t ? 1.0 : -1.0;
         int monotone = 1;
         double before = chain.first.foot.foot_t;
@@ -172,10 +185,12 @@ static void roots(void)
         }
         const instant_f64 root = root_between_f64(&chain, FOOT_f64, sign, level, 0.0, &end);
         const double noise = noise_of_foot_f64(&chain, root.t, root.actuator.moved);
-        near(root.foot.foot_t, level, 4e-16 * root.t * fabs(root.foot.foot_rate) + noise, "a root of the foot's height");
+        near(root.foot.foot_t, level, 4e-16 * root.t * fabs(root.foot.foot_rate) + noise,
+             "a root of the foot's height");
         const instant_f64 middle = look_f64(&chain, over(0.01, 0.99) * until);
         const instant_f64 same = root_from_f64(&chain, FOOT_f64, sign, level, 0.0, until, middle);
-        near(same.t, root.t, 1e-15 * root.t + 2.0 * noise / (fabs(root.foot.foot_rate) + 1e-300), "the same root from elsewhere");
+        near(same.t, root.t, 1e-15 * root.t + 2.0 * noise / (fabs(root.foot.foot_rate) + 1e-300),
+             "the same root from elsewhere");
         must(root.t > 0.0 && root.t < until, "a root outside");
     }
 }
@@ -255,11 +270,14 @@ static void crossings(void)
         flight_phase_end_f64 searched = end;
         watch_foot_f64(&chain, &end);
         search_foot_f64(&other, &searched); /* without the short cuts */
-        must(end.kind == searched.kind && fabs(end.at.t - searched.at.t) <= 1e-13 * last + 1e-14, "a short cut that leads elsewhere");
+        must(end.kind == searched.kind && fabs(end.at.t - searched.at.t) <= 1e-13 * last + 1e-14,
+             "a short cut that leads elsewhere");
         must((end.kind == END_TOUCHDOWN_f64) == touched || nearest < 1e-4, "the foot comes down, or not");
         if (end.kind == END_TOUCHDOWN_f64 && touched) {
             must(end.at.t <= when && end.at.t >= when - 1.0001 * last / SAMPLES, "when the foot comes down");
-            near(end.at.foot.foot_t, 0.0, 4e-16 * end.at.t * fabs(end.at.foot.foot_rate) + noise_of_foot_f64(&chain, end.at.t, end.at.actuator.moved),
+            near(end.at.foot.foot_t, 0.0,
+                 4e-16 * end.at.t * fabs(end.at.foot.foot_rate)
+                     + noise_of_foot_f64(&chain, end.at.t, end.at.actuator.moved),
                  "how high the foot is where it comes down");
             lands++;
         } else if (end.kind != END_TOUCHDOWN_f64) {
@@ -290,25 +308,28 @@ static void limits(void)
         int side = 0;
         for (int n = 0; n <= SAMPLES; n++) {
             const double t = last * (double)n / SAMPLES, pull = look_f64(&chain, t).pull.pull;
-            const double room = chain.limit == 0 ? chain.largest - fabs(pull) : (double)chain.limit * pull - chain.largest;
+            const double room =
+                chain.limit == 0 ? chain.largest - fabs(pull) : (double)chain.limit * pull - chain.largest;
             nearest = n > 0 ? fmin(nearest, fabs(room)) : nearest;
             side = room < 0.0 && when > 1e299 ? (pull > 0.0 ? 1 : -1) : side;
             when = room < 0.0 && when > 1e299 ? t : when;
         }
         watch_pull_f64(&chain, &end);
-        must((end.kind == END_PULL_f64) == (when < 1e299) || nearest < 1e-3 * chain.largest, "the pull passes the limit, or not");
+        must((end.kind == END_PULL_f64) == (when < 1e299) || nearest < 1e-3 * chain.largest,
+             "the pull passes the limit, or not");
         if (end.kind == END_PULL_f64 && when < 1e299 && when > 0.0) {
             must(end.at.t <= when && end.at.t >= when - 1.0001 * last / SAMPLES, "when the pull passes the limit");
             must(end.limit == (chain.limit != 0 ? 0 : side), "to which side the pull goes");
-            near(fabs(end.at.pull.pull), chain.largest, 1e-12 * chain.largest + 4e-16 * end.at.t * fabs(end.at.pull.pull_rate), "the pull at its limit");
+            near(fabs(end.at.pull.pull), chain.largest,
+                 1e-12 * chain.largest + 4e-16 * end.at.t * fabs(end.at.pull.pull_rate), "the pull at its limit");
             reached++;
         }
     }
     must(reached > 60, "too few that reach the limit");
 }
 
-/* A constant force against viscous friction and the law's damping: v = a (1 - exp(-p t))/p reaches the limit at a known time, however
- * little is left of its rate where the phase ends. */
+/* A constant force against viscous friction and the law's damping: v = a (1 - exp(-p t))/p reaches the limit at a known
+ * time, however little is left of its rate where the phase ends. */
 static void faded(void)
 {
     for (row = 0; row < 200; row++) {
@@ -328,9 +349,11 @@ static void faded(void)
         must(T(plan_init)(&plan, &r) == HOPFORM_OK, "no plan");
         const T(state) start = {0.0, 0.0, 1.0, -100.0};
         T(flight) flight;
-        must(T(solve_flight)(&plan, &start, &gains, 1.0, CAPACITY, phases, CAPACITY, &flight) == HOPFORM_OK && phases[1].event == HOPFORM_FLIGHT_EVENT_U_SATURATES
-                 && phases[1].limit == (row % 2 ? 1 : -1), "a law that meets its limit");
-        near(phases[1].t, (double)-log1pl((long double)-share) / p, 1e-14 / p / (1.0 - share) + 4e-16 * phases[1].t, "when the law meets its limit");
+        must(T(solve_flight)(&plan, &start, &gains, 1.0, CAPACITY, phases, CAPACITY, &flight) == HOPFORM_OK
+                 && phases[1].event == HOPFORM_FLIGHT_EVENT_U_SATURATES && phases[1].limit == (row % 2 ? 1 : -1),
+             "a law that meets its limit");
+        near(phases[1].t, (double)-log1pl((long double)-share) / p, 1e-14 / p / (1.0 - share) + 4e-16 * phases[1].t,
+             "when the law meets its limit");
     }
 }
 
@@ -372,7 +395,8 @@ static T(flight) fly(const T(robot) *robot, T(state) start, T(gains) gains, doub
     T(flight) flight;
     memset(phases, 1, sizeof phases);
     must(T(plan_init)(&plan, robot) == HOPFORM_OK, "no plan");
-    must(T(solve_flight)(&plan, &start, &gains, horizon, CAPACITY, phases, CAPACITY, &flight) == HOPFORM_OK, "a flight that is refused");
+    must(T(solve_flight)(&plan, &start, &gains, horizon, CAPACITY, phases, CAPACITY, &flight) == HOPFORM_OK,
+         "a flight that is refused");
     for (int n = 0; n < flight.phases_kept; n++) {
         must(phases[n].spare == 0, "what is spare is 0");
     }
@@ -389,24 +413,33 @@ static void touches(void)
         const double v = ldexp(1.0, n), top = v * v / 16.0, rise = v / 8.0;
         row = n;
         T(flight) f = fly(&r, (T(state)){0.0, 0.0, v, 0.0}, none, 2.0);
-        must(f.ending == HOPFORM_FLIGHT_TOUCHDOWN && fabs(f.duration - 2.0 * rise) <= 2e-16 * f.duration, "up and down on flat ground");
+        must(f.ending == HOPFORM_FLIGHT_TOUCHDOWN && fabs(f.duration - 2.0 * rise) <= 2e-16 * f.duration,
+             "up and down on flat ground");
         near(f.apex, top, 1e-300, "the top of a throw");
         near(f.apex_time, rise, 1e-300, "the time of the top");
         f = fly(&r, (T(state)){0.0, 0.0, v, top}, none, 2.0);
-        must(f.ending == HOPFORM_FLIGHT_TRIPPED && fabs(f.duration - rise) <= 1e-8 * rise && f.end.y >= 0.0 && f.end.y < 1e-15, "a step as high as the throw");
+        must(f.ending == HOPFORM_FLIGHT_TRIPPED && fabs(f.duration - rise) <= 1e-8 * rise && f.end.y >= 0.0
+                 && f.end.y < 1e-15,
+             "a step as high as the throw");
         f = fly(&r, (T(state)){0.0, 0.0, v, top * (1.0 - 1e-6)}, none, 2.0);
-        must(f.ending == HOPFORM_FLIGHT_TOUCHDOWN && fabs(f.duration - rise * (1.0 + 1e-3)) < 1e-9, "a step a little lower than the throw");
+        must(f.ending == HOPFORM_FLIGHT_TOUCHDOWN && fabs(f.duration - rise * (1.0 + 1e-3)) < 1e-9,
+             "a step a little lower than the throw");
         f = fly(&r, (T(state)){0.0, 0.0, v, top * (1.0 + 1e-6)}, none, 2.0);
-        must(f.ending == HOPFORM_FLIGHT_TRIPPED && fabs(f.duration - rise) <= 1e-8 && fabs(f.end.y - 1e-6 * top) < 1e-15 && !(f.impact_loss < 0.0), "a step a little higher");
+        must(f.ending == HOPFORM_FLIGHT_TRIPPED && fabs(f.duration - rise) <= 1e-8 && fabs(f.end.y - 1e-6 * top) < 1e-15
+                 && !(f.impact_loss < 0.0),
+             "a step a little higher");
         f = fly(&r, (T(state)){0.0, 0.0, 0.0, -v * v / 16.0}, none, 2.0);
-        must(f.ending == HOPFORM_FLIGHT_TOUCHDOWN && fabs(f.duration - rise) <= 4e-16 * rise && !(fabs(f.end.v2 + v) > 1e-15 * v), "a drop");
+        must(f.ending == HOPFORM_FLIGHT_TOUCHDOWN && fabs(f.duration - rise) <= 4e-16 * rise
+                 && !(fabs(f.end.v2 + v) > 1e-15 * v),
+             "a drop");
         must(!(fabs(f.apex_time) > 0.0) && fabs(f.apex - top) < 1e-300 + 1e-16 * top, "the top of a drop");
         f = fly(&r, (T(state)){0.0, 0.0, -v, 0.0}, none, 2.0);
         must(f.ending == HOPFORM_FLIGHT_TRIPPED && !(f.duration > 0.0), "a foot that begins on the ground and falls");
         f = fly(&r, (T(state)){0.0, 0.0, v, 0.0}, none, 1.5 * rise);
         must(f.ending == HOPFORM_FLIGHT_HORIZON && !(fabs(f.duration - 1.5 * rise) > 0.0), "a horizon in the air");
         f = fly(&r, (T(state)){0.0, 0.0, v, 1.0}, none, 0.5 * rise);
-        must(f.ending == HOPFORM_FLIGHT_TRIPPED && !(fabs(f.duration - 0.5 * rise) > 0.0), "a horizon below the ground ahead");
+        must(f.ending == HOPFORM_FLIGHT_TRIPPED && !(fabs(f.duration - 0.5 * rise) > 0.0),
+             "a horizon below the ground ahead");
     }
 }
 
@@ -422,8 +455,11 @@ static void mirrored_flights(void)
         r.x1_min = uniform(0.0, 1.0) < 0.3 ? -INFINITY : -over(1e-3, 0.05);
         r.x1_max = uniform(0.0, 1.0) < 0.3 ? INFINITY : over(1e-3, 0.05);
         const double rate = over(1.0, 60.0), share = uniform(-1.0, 1.0);
-        const T(gains) gains = {mostly(r.m_eff * rate * rate, 0.15), mostly(2.0 * r.m_eff * rate * over(0.01, 3.0), 0.2)};
-        const T(state) start = {mostly(share > 0.0 ? fmin(r.x1_max, 0.05 * share) : larger(r.x1_min, 0.05 * share), 0.1), mostly(uniform(-1.0, 1.0), 0.2), 1.0, -1e4};
+        const T(gains)
+            gains = {mostly(r.m_eff * rate * rate, 0.15), mostly(2.0 * r.m_eff * rate * over(0.01, 3.0), 0.2)};
+        const T(state)
+            start = {mostly(share > 0.0 ? fmin(r.x1_max, 0.05 * share) : larger(r.x1_min, 0.05 * share), 0.1),
+                     mostly(uniform(-1.0, 1.0), 0.2), 1.0, -1e4};
         const double horizon = over(0.05, 2.0);
         const T(flight) one = fly(&r, start, gains, horizon);
         memcpy(kept, phases, sizeof kept);
@@ -432,11 +468,18 @@ static void mirrored_flights(void)
         other.x1_min = -r.x1_max;
         other.x1_max = -r.x1_min;
         const T(flight) two = fly(&other, (T(state)){-start.x1, -start.v1, start.v2, start.y}, gains, horizon);
-        must(one.phase_count == two.phase_count && one.event_count == two.event_count && !(fabs(one.end.x1 + two.end.x1) + fabs(one.end.v1 + two.end.v1)
-             + fabs(one.start_loss - two.start_loss) > 0.0), "a flight that is mirrored");
+        must(one.phase_count == two.phase_count && one.event_count == two.event_count
+                 && !(fabs(one.end.x1 + two.end.x1) + fabs(one.end.v1 + two.end.v1)
+                          + fabs(one.start_loss - two.start_loss)
+                      > 0.0),
+             "a flight that is mirrored");
         for (int n = 0; n < one.phases_kept && n < two.phases_kept; n++) {
-            must(!(fabs(kept[n].t - phases[n].t) + fabs(kept[n].x1 + phases[n].x1) + fabs(kept[n].v1 + phases[n].v1) + fabs(kept[n].acc1 + phases[n].acc1) > 0.0)
-                     && kept[n].side == -phases[n].side && kept[n].limit == -phases[n].limit && kept[n].event == phases[n].event, "a phase that is mirrored");
+            must(!(fabs(kept[n].t - phases[n].t) + fabs(kept[n].x1 + phases[n].x1) + fabs(kept[n].v1 + phases[n].v1)
+                       + fabs(kept[n].acc1 + phases[n].acc1)
+                   > 0.0)
+                     && kept[n].side == -phases[n].side && kept[n].limit == -phases[n].limit
+                     && kept[n].event == phases[n].event,
+                 "a phase that is mirrored");
         }
         events += one.event_count;
     }
@@ -452,13 +495,16 @@ static void balances(void)
         row = side;
         T(robot) r = plain_robot();
         r.x1_min = -0.25;
-        T(flight) f = fly(&r, (T(state)){s * 0.0625, s * 0.5, 1.0, -100.0}, law, 1.0); /* the pull is 4, as the motor's largest */
+        T(flight)
+        f = fly(&r, (T(state)){s * 0.0625, s * 0.5, 1.0, -100.0}, law, 1.0); /* the pull is 4, as the motor's largest */
         must(phases[0].limit == side && phases[0].side == side, "at the limit, and further");
         f = fly(&r, (T(state)){s * 0.0625, -s * 0.5, 1.0, -100.0}, law, 1.0);
         must(phases[0].limit == 0 && phases[0].side == -side, "at the limit, and back");
         f = fly(&r, (T(state)){s * 0.0625, 0.0, 1.0, -100.0}, law, 1.0);
-        must(phases[0].limit == 0 && phases[0].side == -side && !(fabs(phases[0].acc1 + s) > 0.0), "at the limit, and at rest");
-        f = fly(&r, (T(state)){s * 0.03125, s * 0.5, 1.0, -100.0}, damped, 1.0); /* 2 + 2; Kp v - Kd Kx/m = 32 - 4 > 0 */
+        must(phases[0].limit == 0 && phases[0].side == -side && !(fabs(phases[0].acc1 + s) > 0.0),
+             "at the limit, and at rest");
+        f = fly(&r, (T(state)){s * 0.03125, s * 0.5, 1.0, -100.0}, damped,
+                1.0); /* 2 + 2; Kp v - Kd Kx/m = 32 - 4 > 0 */
         must(phases[0].limit == side, "at the limit by its speed, and further");
         r.b1 = 64.0; /* 32 - 4 (1 + 8) < 0 */
         f = fly(&r, (T(state)){s * 0.03125, s * 0.5, 1.0, -100.0}, damped, 1.0);
@@ -466,7 +512,8 @@ static void balances(void)
         r.b1 = 0.0;
         r.f1 = 1.0; /* of 4 kg: as much as the motor's largest */
         f = fly(&r, (T(state)){s * 0.25, 0.0, 1.0, -100.0}, law, 1.0);
-        must(f.phase_count == 1 && phases[0].side == 0 && phases[0].limit == side && f.event_count == 0, "held by as much as it is pulled");
+        must(f.phase_count == 1 && phases[0].side == 0 && phases[0].limit == side && f.event_count == 0,
+             "held by as much as it is pulled");
         r.f1 = 1.0 - 0x1p-50;
         f = fly(&r, (T(state)){s * 0.25, 0.0, 1.0, -100.0}, law, 1.0);
         must(phases[0].side == -side, "pulled by a little more");
@@ -477,13 +524,16 @@ static void balances(void)
         f = fly(&r, (T(state)){s * 0.0625, 0.0, 1.0, -100.0}, law, 1.0);
         must(f.phase_count == 1 && phases[0].side == 0, "pushed onto a stop");
         f = fly(&r, (T(state)){s * 0.0625, s * 0.5, 1.0, -100.0}, law, 1.0);
-        must(f.phase_count == 1 && phases[0].side == 0 && f.event_count == 0 && !(fabs(f.start_loss + 0.5) > 0.0), "moving into a stop at once");
+        must(f.phase_count == 1 && phases[0].side == 0 && f.event_count == 0 && !(fabs(f.start_loss + 0.5) > 0.0),
+             "moving into a stop at once");
         f = fly(&r, (T(state)){s * 0.0625, -s * 0.5, 1.0, -100.0}, law, 1.0);
         must(phases[0].side == -side && !(fabs(f.start_loss) > 0.0), "moving off a stop");
         f = fly(&r, (T(state)){-s * 0.0625, 0.0, 1.0, -100.0}, law, 1.0);
         must(phases[0].side == side && !(fabs(f.start_loss) > 0.0), "pushed off a stop");
         f = fly(&r, (T(state)){s * 0.0625, -s * 1e-30, 1.0, -100.0}, law, 1.0); /* too little to leave it */
-        must(f.event_count == 1 && phases[1].event == HOPFORM_EVENT_X1_STICKS && phases[1].side == 0 && f.phase_count == 2, "a velocity that does not leave the stop");
+        must(f.event_count == 1 && phases[1].event == HOPFORM_EVENT_X1_STICKS && phases[1].side == 0
+                 && f.phase_count == 2,
+             "a velocity that does not leave the stop");
         r.x1_min = s > 0.0 ? -0.125 : 0.0625;
         r.x1_max = s > 0.0 ? -0.0625 : 0.125; /* locked, as good as: between, and at both */
         f = fly(&r, (T(state)){-s * 0.0625, s * 0.5, 1.0, -100.0}, law, 1.0);
@@ -498,9 +548,14 @@ static void balances(void)
     r.x1_min = 0.0;
     const T(gains) none = {0.0, 0.0};
     T(flight) f = fly(&r, (T(state)){0.0, 0.0, 1.0, -100.0}, none, 2.0); /* 2 m/s^2 over 0.25 m */
-    must(f.event_count == 1 && phases[1].event == HOPFORM_EVENT_X1_HITS_STOP && fabs(phases[1].t - 0.5) < 1e-15 && !(fabs(phases[1].x1 - 0.25) > 0.0), "at a stop after half a second");
-    f = fly(&r, (T(state)){0.25, -1.0, 1.0, -100.0}, none, 2.0); /* comes to rest exactly at the other one, and goes back: a touch */
-    must(phases[1].event == HOPFORM_EVENT_X1_HITS_STOP && fabs(phases[1].t - 0.5) < 1e-7 && !(fabs(phases[1].x1) > 0.0) && phases[1].side == 1, "a stop where it comes to rest");
+    must(f.event_count == 1 && phases[1].event == HOPFORM_EVENT_X1_HITS_STOP && fabs(phases[1].t - 0.5) < 1e-15
+             && !(fabs(phases[1].x1 - 0.25) > 0.0),
+         "at a stop after half a second");
+    f = fly(&r, (T(state)){0.25, -1.0, 1.0, -100.0}, none,
+            2.0); /* comes to rest exactly at the other one, and goes back: a touch */
+    must(phases[1].event == HOPFORM_EVENT_X1_HITS_STOP && fabs(phases[1].t - 0.5) < 1e-7 && !(fabs(phases[1].x1) > 0.0)
+             && phases[1].side == 1,
+         "a stop where it comes to rest");
     r.u_max = 0.0; /* no motor: no law */
     f = fly(&r, (T(state)){0.0, 0.0, 1.0, -100.0}, law, 2.0);
     must(!(f.gains.Kp > 0.0) && f.event_count == 1, "no motor");
@@ -510,20 +565,23 @@ static void balances(void)
     must(!(f.gains.Kp > 0.0) && f.event_count == 1, "no drive");
 }
 
-/* The return that is designed: settled 50 ms before the body comes down to where it left the ground, in 20 ms at least. */
+/* The return that is designed: settled 50 ms before the body comes down to where it left the ground, in 20 ms at
+ * least. */
 static void designs(void)
 {
     T(plan) plan;
     T(robot) r = plain_robot();
     must(T(plan_init)(&plan, &r) == HOPFORM_OK, "no plan");
-    const double starts[][2] = {{1.0, 0.0}, {1.0, -0.0625}, {1.0, -0.0624}, {1.0, -0.1}, {-1.0, 0.0}, {-1.0, 0.1}, {0.2, 0.0}, {0.28, 0.0}, {0.2801, 0.0}, {2.0, 0.25}};
+    const double starts[][2] = {{1.0, 0.0},  {1.0, -0.0625}, {1.0, -0.0624}, {1.0, -0.1},   {-1.0, 0.0},
+                                {-1.0, 0.1}, {0.2, 0.0},     {0.28, 0.0},    {0.2801, 0.0}, {2.0, 0.25}};
     for (row = 0; row < 10; row++) {
         const double v = starts[row][0], x1 = starts[row][1], square = v * v + 16.0 * x1;
         const double fall = square >= 0.0 ? (v + sqrt(square)) / 8.0 : 0.0;
         const T(state) start = {x1, 0.0, v, -1.0};
         T(flight) flight;
         T(gains) gains;
-        must(T(solve_flight)(&plan, &start, NULL, 1.0, CAPACITY, phases, CAPACITY, &flight) == HOPFORM_OK, "a flight that designs");
+        must(T(solve_flight)(&plan, &start, NULL, 1.0, CAPACITY, phases, CAPACITY, &flight) == HOPFORM_OK,
+             "a flight that designs");
         must(T(design_return)(&plan, larger(fall - 0.05, 0.02), &gains) == HOPFORM_OK, "a design");
         near(flight.gains.Kp, gains.Kp, 1e-12 * gains.Kp, "the stiffness of a design");
         near(flight.gains.Kd, gains.Kd, 1e-12 * gains.Kd, "the damping of a design");
@@ -545,24 +603,30 @@ static void large_numbers(void)
             T(state) start;
             memcpy(&start, fields, sizeof start);
             T(flight) flight;
-            must(T(solve_flight)(&plan, &start, NULL, 1.0, CAPACITY, phases, CAPACITY, &flight) != HOPFORM_ERROR_STATE, "the largest number");
+            must(T(solve_flight)(&plan, &start, NULL, 1.0, CAPACITY, phases, CAPACITY, &flight) != HOPFORM_ERROR_STATE,
+                 "the largest number");
         }
     }
     const T(state) start = {0.0, 0.0, 1.0, -1.0};
     T(flight) flight;
     T(gains) gains;
     const T(gains) stiff = {1e300, 0.0}, damped = {0.0, 1e300}, none = {0.0, 0.0};
-    must(T(solve_flight)(&plan, &start, &stiff, 1.0, CAPACITY, phases, CAPACITY, &flight) != HOPFORM_ERROR_GAINS, "the largest stiffness");
-    must(T(solve_flight)(&plan, &start, &damped, 1.0, CAPACITY, phases, CAPACITY, &flight) != HOPFORM_ERROR_GAINS, "the largest damping");
+    must(T(solve_flight)(&plan, &start, &stiff, 1.0, CAPACITY, phases, CAPACITY, &flight) != HOPFORM_ERROR_GAINS,
+         "the largest stiffness");
+    must(T(solve_flight)(&plan, &start, &damped, 1.0, CAPACITY, phases, CAPACITY, &flight) != HOPFORM_ERROR_GAINS,
+         "the largest damping");
     must(T(design_return)(&plan, 1e300, &gains) == HOPFORM_OK, "the longest time");
     const T(gains) nothing_known = {1.0, 1.0};
     gains = nothing_known;
-    must(T(design_return)(&plan, 1e-200, &gains) == HOPFORM_ERROR_NUMBERS && !(fabs(gains.Kp) + fabs(gains.Kd) > 0.0), "gains that are out of range");
+    must(T(design_return)(&plan, 1e-200, &gains) == HOPFORM_ERROR_NUMBERS && !(fabs(gains.Kp) + fabs(gains.Kd) > 0.0),
+         "gains that are out of range");
     r = plain_robot();
     must(T(plan_init)(&plan, &r) == HOPFORM_OK
-             && T(solve_flight)(&plan, &start, &none, 1e300, CAPACITY, phases, CAPACITY, &flight) == HOPFORM_OK, "the longest horizon");
+             && T(solve_flight)(&plan, &start, &none, 1e300, CAPACITY, phases, CAPACITY, &flight) == HOPFORM_OK,
+         "the longest horizon");
     r.u_max = 1e300; /* times gamma2: as much as a number may be */
-    must(T(plan_init)(&plan, &r) == HOPFORM_OK && !(fabs(largest_force_f64(&plan.robot) - 1e300) > 0.0), "the largest force");
+    must(T(plan_init)(&plan, &r) == HOPFORM_OK && !(fabs(largest_force_f64(&plan.robot) - 1e300) > 0.0),
+         "the largest force");
 }
 
 /* Which phase a time belongs to: the later one where it begins. */

@@ -1,4 +1,5 @@
-/* What the judges of mutants share: how an error is told, a generator of numbers, robots drawn from it, and how work is counted. */
+/* What the judges of mutants share: how an error is told, a generator of numbers, robots drawn from it, and how work is
+ * counted. */
 #ifndef JUDGING_H
 #define JUDGING_H
 

@@ -1,5 +1,6 @@
-/* The judge of mutants in headers: kernels, formulas and the search for events, each function by itself, against long double
- * arithmetic, against differences and against what many samples show. Prints what is wrong and ends with 1, or is silent.
+/* The judge of mutants in headers: kernels, formulas and the search for events, each function by itself, against long
+ * double arithmetic, against differences and against what many samples show. Prints what is wrong and ends with 1, or
+ * is silent.
  */
 #include "judging.h"
 #include "linear_f64.h"
@@ -14,7 +15,8 @@ static void elementary(void)
         const long double e = expl((long double)-fabs(x));
         const T(fade) fade = hopform_fade_by_f64(-fabs(x));
         near(fade.left, (double)e, 4e-16 * (double)e, "exp");
-        near(fade.gone, (double)-expm1l((long double)-fabs(x)), 5e-16 * fabs((double)expm1l((long double)-fabs(x))) + 1e-300, "1 - exp");
+        near(fade.gone, (double)-expm1l((long double)-fabs(x)),
+             5e-16 * fabs((double)expm1l((long double)-fabs(x))) + 1e-300, "1 - exp");
         const double turned = fabs(x) * 3.0;
         const T(turn) turn = hopform_turn_by_f64(turned);
         near(turn.sine, (double)sinl((long double)turned), 3e-16 + 5e-17 * turned, "sin");
@@ -23,14 +25,17 @@ static void elementary(void)
         const double angle = ((double)n + 4000.5) / 8001.0 * 3.14159265358979;
         near(hopform_angle_f64(7.0 * cos(angle), 7.0 * sin(angle)), angle, 2e-15, "angle");
         const double power = exp(4.0 * x);
-        near(hopform_cube_root_f64(power), (double)cbrtl((long double)power), 2.5e-16 * (double)cbrtl((long double)power), "cbrt");
+        near(hopform_cube_root_f64(power), (double)cbrtl((long double)power),
+             2.5e-16 * (double)cbrtl((long double)power), "cbrt");
     }
     must(fabs(hopform_exp_f64(-1e5)) <= 0.0 && hopform_fade_by_f64(-1e5).gone >= 1.0, "exp far below");
-    must(fabs(hopform_cube_root_f64(0.0)) <= 0.0 && fabs(hopform_cube_root_f64(-1.0)) <= 0.0, "cbrt of what is not above 0");
+    must(fabs(hopform_cube_root_f64(0.0)) <= 0.0 && fabs(hopform_cube_root_f64(-1.0)) <= 0.0,
+         "cbrt of what is not above 0");
     near(hopform_cube_root_f64(1e-315), (double)cbrtl(1e-315L), 1e-8 * 1e-105, "cbrt of a tiny number");
     for (int n = -17; n <= 17; n++) {
         const double s = (double)n * 0.01;
-        near(hopform_area_tangent_f64(s), n ? (double)(atanhl((long double)s) / (long double)s) : 1.0, 4e-16, "artanh(s)/s");
+        near(hopform_area_tangent_f64(s), n ? (double)(atanhl((long double)s) / (long double)s) : 1.0, 4e-16,
+             "artanh(s)/s");
     }
 }
 
@@ -86,16 +91,19 @@ static void basis_of(const T(poles) *poles)
         const double scale[5] = {1.0, t, t * t / 2.0, t * t * t / 6.0, t * t * t * t / 24.0};
         const double got[5] = {at.Wdd, at.Wd, at.W, at.W1, at.W2};
         for (int i = 0; i < 5; i++) {
-            near(got[i], (double)w[i], 4e-12 * larger(fabs((double)w[i]), 1e-3 * scale[i] / (1.0 + t * speed)), "the response of the poles");
+            near(got[i], (double)w[i], 4e-12 * larger(fabs((double)w[i]), 1e-3 * scale[i] / (1.0 + t * speed)),
+                 "the response of the poles");
         }
     }
 }
 
 static void all_poles(void)
 {
-    static const double cubics[][3] = { /* rates of a, then p, q of the pair */
-        {1.0, 0.2, 30.0}, {40.0, 3.0, 900.0}, {5.0, 10.0, 25.0}, {5.0, 10.1, 25.5}, {3.0, 30.0, 200.0}, {0.01, 4.0, 900.0},
-        {300.0, 1.0, 1.0}, {2.0, 4.0, 4.0}, {2.0, 4.000001, 4.0}, {7.0, 100.0, 2400.0}, {10.0, 20.5, 105.0}, {1.0, 2.2, 1.25}};
+    static const double cubics[][3] = {/* rates of a, then p, q of the pair */
+                                       {1.0, 0.2, 30.0},     {40.0, 3.0, 900.0},  {5.0, 10.0, 25.0},
+                                       {5.0, 10.1, 25.5},    {3.0, 30.0, 200.0},  {0.01, 4.0, 900.0},
+                                       {300.0, 1.0, 1.0},    {2.0, 4.0, 4.0},     {2.0, 4.000001, 4.0},
+                                       {7.0, 100.0, 2400.0}, {10.0, 20.5, 105.0}, {1.0, 2.2, 1.25}};
     for (size_t n = 0; n < sizeof cubics / sizeof cubics[0]; n++) {
         const double a = cubics[n][0], p = cubics[n][1], q = cubics[n][2];
         const T(poles) poles = hopform_factor_cubic_f64(a + p, q + a * p, a * q);
@@ -146,12 +154,14 @@ static void halts(void)
     }
 }
 
-/* Cubics of any poles, also nearly and exactly equal ones: the factors multiply out to them, and the response is theirs. */
+/* Cubics of any poles, also nearly and exactly equal ones: the factors multiply out to them, and the response is
+ * theirs. */
 static void any_poles(void)
 {
     for (row = 0; row < 400; row++) {
         const double a = over(1e-3, 1e3), fast = over(1e-2, 1e3);
-        const double p = 2.0 * fast * (row % 4 == 0 ? 1.0 : (row % 4 == 1 ? uniform(0.0, 0.99) : over(1.0, 50.0))), q = fast * fast;
+        const double p = 2.0 * fast * (row % 4 == 0 ? 1.0 : (row % 4 == 1 ? uniform(0.0, 0.99) : over(1.0, 50.0))),
+                     q = fast * fast;
         const double near_a = row % 8 < 6 ? a : fast * (1.0 + (row % 8 == 6 ? 0.0 : over(1e-12, 1e-2)));
         const T(poles) poles = hopform_factor_cubic_f64(near_a + p, q + near_a * p, near_a * q);
         near(poles.a + poles.p, poles.s_1, 4e-15 * poles.s_1, "any factors, s_1");
@@ -160,8 +170,9 @@ static void any_poles(void)
         const double mean = 0.5 * poles.p, square = mean * mean - poles.q;
         const double roots[2] = {square > 0.0 ? mean - sqrt(square) : mean, square > 0.0 ? mean + sqrt(square) : mean};
         const double apart = larger(fabs(poles.a - roots[0]), sqrt(larger(0.0, -square)));
-        must(!(square > 0.0) || fabs(poles.a - roots[0]) >= (roots[1] - roots[0]) * 0.999 || fabs(poles.a - roots[1]) >= (roots[1] - roots[0]) * 0.999
-                 || apart <= 1e-4 * poles.s_1, "the root that is apart");
+        must(!(square > 0.0) || fabs(poles.a - roots[0]) >= (roots[1] - roots[0]) * 0.999
+                 || fabs(poles.a - roots[1]) >= (roots[1] - roots[0]) * 0.999 || apart <= 1e-4 * poles.s_1,
+             "the root that is apart");
         if (row % 4 == 0) {
             basis_of(&poles);
             const T(poles) held = {0.0, p, q, p, q, 0.0};
@@ -189,7 +200,8 @@ static void any_halts(void)
         for (int n = 0; n <= 20; n++) { /* v(t) = v (R' + p R) + acc R: above zero before, below it behind */
             const double share = n < 20 ? (double)n / 20.0 : 1.0 - 1e-7, at = last * share;
             exact_basis(&poles, at, w);
-            must((long double)v * (w[0] + (long double)p * w[1]) + (long double)acc * w[1] > 0.0L || share > 0.999, "a halt that comes late");
+            must((long double)v * (w[0] + (long double)p * w[1]) + (long double)acc * w[1] > 0.0L || share > 0.999,
+                 "a halt that comes late");
         }
         exact_basis(&poles, t < 1e300 ? t : 0.0, w);
         const long double rate = (long double)acc * (w[0]) - (long double)q * (long double)v * w[1];
@@ -199,8 +211,10 @@ static void any_halts(void)
     const T(poles) swings = {0.0, 4.0, 104.0, 4.0, 104.0, 0.0}, creeps = {0.0, 5.0, 4.0, 5.0, 4.0, 0.0};
     near(hopform_halt_time_f64(&swings, 0.0, 1.0), 3.14159265358979323846 / 10.0, 1e-15, "a half turn from rest");
     must(hopform_halt_time_f64(&creeps, 0.0, 1.0) >= 1e300, "creeping from rest");
-    must(!(hopform_halt_time_f64(&creeps, 0.0, -1.0) > 0.0) && !(hopform_halt_time_f64(&swings, 0.0, -1.0) > 0.0), "away from rest the other way");
-    must(hopform_halt_time_f64(&creeps, 0.0, 0.0) >= 1e300 && hopform_halt_time_f64(&swings, 0.0, 0.0) >= 1e300, "nothing that moves");
+    must(!(hopform_halt_time_f64(&creeps, 0.0, -1.0) > 0.0) && !(hopform_halt_time_f64(&swings, 0.0, -1.0) > 0.0),
+         "away from rest the other way");
+    must(hopform_halt_time_f64(&creeps, 0.0, 0.0) >= 1e300 && hopform_halt_time_f64(&swings, 0.0, 0.0) >= 1e300,
+         "nothing that moves");
 }
 
 /* ---- formulas that the library does not call ---- */
@@ -211,20 +225,24 @@ static void formulas(void)
         T(robot) r = any_robot();
         r.g = 9.81;
         const T(state) s = {uniform(-0.1, 0.1), uniform(-1.0, 1.0), -over(0.1, 4.0), 0.0};
-        const double aed = uniform(-5.0, 5.0), x1_T = uniform(-0.1, 0.1), step = uniform(-0.1, 0.1), h_des = uniform(0.0, 0.5);
-        const double lift = uniform(-0.1, 0.1), spring = uniform(0.0, 1.0), weight = r.m_s * r.g, kinetic = 0.5 * r.m_s * s.v2 * s.v2;
+        const double aed = uniform(-5.0, 5.0), x1_T = uniform(-0.1, 0.1), step = uniform(-0.1, 0.1),
+                     h_des = uniform(0.0, 0.5);
+        const double lift = uniform(-0.1, 0.1), spring = uniform(0.0, 1.0), weight = r.m_s * r.g,
+                     kinetic = 0.5 * r.m_s * s.v2 * s.v2;
         const double size = 1e-13 * (kinetic + fabs(aed) + weight + 0.5 * r.k * (s.x1 * s.x1 + x1_T * x1_T));
-        near(hopform_touchdown_velocity_f64(&r, h_des) * hopform_touchdown_velocity_f64(&r, h_des), 2.0 * r.g * h_des * (1.0 - r.impact_loss),
-             1e-13, "the velocity after a drop");
+        near(hopform_touchdown_velocity_f64(&r, h_des) * hopform_touchdown_velocity_f64(&r, h_des),
+             2.0 * r.g * h_des * (1.0 - r.impact_loss), 1e-13, "the velocity after a drop");
         must(hopform_touchdown_velocity_f64(&r, h_des) < 0.0, "a drop upwards");
         near(weight * (hopform_apex_from_energy_f64(&r, &s, aed, x1_T, step) - s.x1),
              kinetic + aed - weight * step + 0.5 * r.k * s.x1 * s.x1 - 0.5 * r.k * x1_T * x1_T, size, "(27), the apex");
-        near(hopform_printed_objective_f64(&r, &s, aed, h_des, step), fabs(0.5 * weight * fabs(step) + kinetic + aed - weight * h_des), size,
-             "(27) as printed");
+        near(hopform_printed_objective_f64(&r, &s, aed, h_des, step),
+             fabs(0.5 * weight * fabs(step) + kinetic + aed - weight * h_des), size, "(27) as printed");
         near(hopform_objective_f64(&r, &s, aed, x1_T, h_des, lift, spring),
-             fabs(weight * lift + kinetic + aed - weight * h_des + spring * (0.5 * r.k * s.x1 * s.x1 + weight * s.x1 - 0.5 * r.k * x1_T * x1_T)), size,
-             "(27)");
-        near(hopform_threshold_current_f64(&r) * fabs(r.gamma2), r.m_eff * r.f1, 1e-13 * r.m_eff * (r.f1 + 1e-9), "(5)");
+             fabs(weight * lift + kinetic + aed - weight * h_des
+                  + spring * (0.5 * r.k * s.x1 * s.x1 + weight * s.x1 - 0.5 * r.k * x1_T * x1_T)),
+             size, "(27)");
+        near(hopform_threshold_current_f64(&r) * fabs(r.gamma2), r.m_eff * r.f1, 1e-13 * r.m_eff * (r.f1 + 1e-9),
+             "(5)");
     }
 }
 
@@ -236,7 +254,8 @@ enum { SAMPLES = 240 };
 static double value_of(const T(watch) *watch, const T(poles) *poles, double t)
 {
     const T(basis) basis = hopform_basis_at_f64(poles, t);
-    return watch->start + watch->numerator.H3 * basis.Wd + watch->numerator.H2 * basis.W + watch->numerator.H1 * basis.W1;
+    return watch->start + watch->numerator.H3 * basis.Wd + watch->numerator.H2 * basis.W
+           + watch->numerator.H1 * basis.W1;
 }
 
 static T(poles) poles_of_any_robot(void)
@@ -253,9 +272,11 @@ static T(watch) any_watch(const T(poles) *poles, double *h)
 {
     const double w = sqrt(poles->q > 0.0 ? poles->q : poles->s_2);
     const double start = uniform(0.0, 1.0) < 0.2 ? 0.0 : over(1e-3, 2.0);
-    const double H3 = mostly(uniform(-1.0, 1.0), start > 0.0 ? 0.15 : 0.0) * w, H2 = mostly(uniform(-1.0, 1.0), 0.2) * w * w + poles->s_1 * H3;
+    const double H3 = mostly(uniform(-1.0, 1.0), start > 0.0 ? 0.15 : 0.0) * w,
+                 H2 = mostly(uniform(-1.0, 1.0), 0.2) * w * w + poles->s_1 * H3;
     const double H1 = mostly(uniform(-1.0, 1.0), 0.2) * w * w * (w + poles->a);
-    const double half_turn = hopform_frequency_f64(poles) > 0.0 ? 3.141592653589793 / hopform_frequency_f64(poles) : 3.0 / w;
+    const double half_turn =
+        hopform_frequency_f64(poles) > 0.0 ? 3.141592653589793 / hopform_frequency_f64(poles) : 3.0 / w;
     *h = 0.97 * half_turn * (uniform(0.0, 1.0) < 0.5 ? 1.0 : over(1e-2, 1.0));
     return hopform_watch_of_f64(poles, start > 0.0 ? H3 : fabs(H3), H2, H1, start, 1.0, 0, 0);
 }
@@ -294,8 +315,10 @@ static void any_bottom(const T(watch) *high, const T(poles) *poles, double h, do
         const T(point) end = hopform_point_at_f64(&watch, poles, h);
         const T(point) bottom = hopform_bottom_between_f64(&watch, poles, 0.0, &from, h, &end.at);
         if (n == 0) {
-            must(bottom.at.value <= bottom.at.noise && bottom.at.value >= -1e-3 * most, "a bottom that is higher than what was seen");
-            must(bottom.at.value < -bottom.at.noise || fabs(bottom.at.rate) <= 1e-7 * (fabs(bottom.at.curvature) * h + most / h),
+            must(bottom.at.value <= bottom.at.noise && bottom.at.value >= -1e-3 * most,
+                 "a bottom that is higher than what was seen");
+            must(bottom.at.value < -bottom.at.noise
+                     || fabs(bottom.at.rate) <= 1e-7 * (fabs(bottom.at.curvature) * h + most / h),
                  "a bottom that slopes");
         } else {
             must(bottom.at.value > 0.0, "a bottom that is below zero, and is not");
@@ -312,7 +335,8 @@ static void any_step(const T(watch) *watch, const T(poles) *poles, double root)
     const bool plain = w > 0.0 && w * t < 3.0 && 0.5 * poles->p * t < 1.0 && poles->a * t < 1.0;
     if (plain && fabs(there.at.rate - near_it.at.rate) < 0.2 * fabs(there.at.rate)) {
         const double step = hopform_swing_step_f64(poles, &from, w, t);
-        const double size = from.value + fabs(from.rate) / w + fabs(from.curvature) / (w * w) + fabs(from.third) / (w * w * w);
+        const double size =
+            from.value + fabs(from.rate) / w + fabs(from.curvature) / (w * w) + fabs(from.third) / (w * w * w);
         near(t - step, root, 0.003 * root + 1e-4 * size / fabs(there.at.rate), "a step to a root");
     }
 }
@@ -326,7 +350,8 @@ static void any_verdicts(void)
         const T(watch) watch = any_watch(&poles, &h);
         const T(point) end = hopform_point_at_f64(&watch, &poles, h);
         const T(sample) from = hopform_first_sample_f64(&watch, &poles);
-        const double half_turn = hopform_frequency_f64(&poles) > 0.0 ? 3.141592653589793 / hopform_frequency_f64(&poles) : 1e300;
+        const double half_turn =
+            hopform_frequency_f64(&poles) > 0.0 ? 3.141592653589793 / hopform_frequency_f64(&poles) : 1e300;
         if (!(from.value > 0.0) && !(from.rate > 0.0)) {
             continue;
         }
@@ -344,28 +369,35 @@ static void any_verdicts(void)
         }
         const double tiny = 1e-13 * most + end.at.noise;
         must(verdict != KEEPS_SIGN_f64 || least >= -tiny, "a sign that is not kept");
-        must(verdict != LOSES_SIGN_f64 || ((crossings == 1 || (crossings == 0 && !(g[0] > 0.0))) && g[SAMPLES] < tiny) || fabs(g[SAMPLES]) < tiny, "a sign that is not lost once");
-        must(verdict != DIPS_f64 || (crossings != 1 && crossings < 3) || fabs(g[SAMPLES]) < 1e-3 * most, "a dip that is none");
+        must(verdict != LOSES_SIGN_f64 || ((crossings == 1 || (crossings == 0 && !(g[0] > 0.0))) && g[SAMPLES] < tiny)
+                 || fabs(g[SAMPLES]) < tiny,
+             "a sign that is not lost once");
+        must(verdict != DIPS_f64 || (crossings != 1 && crossings < 3) || fabs(g[SAMPLES]) < 1e-3 * most,
+             "a dip that is none");
         must(crossings == 0 || verdict != KEEPS_SIGN_f64 || fabs(least) < tiny, "crossings that are not seen");
         if (verdict == LOSES_SIGN_f64 && crossings == 1 && g[SAMPLES] < -tiny) {
             const T(point) root = hopform_root_between_f64(&watch, &poles, 0.0, end);
             near(root.at.value, 0.0, 4e-16 * root.t * fabs(root.at.rate) + 0.5 * root.at.noise, "a root");
             must(root.t > 0.0 && root.t < h, "a root outside");
             any_step(&watch, &poles, root.t);
-            const T(point) ahead = hopform_root_ahead_f64(&watch, &poles, 0.0, root.t * 1.01 < h ? root.t * 1.01 : h, h);
+            const T(point) ahead =
+                hopform_root_ahead_f64(&watch, &poles, 0.0, root.t * 1.01 < h ? root.t * 1.01 : h, h);
             near(ahead.t, root.t, 1e-14 * root.t + 4.0 * root.at.noise / fabs(root.at.rate), "a root that is expected");
             near(root.at.value, value_of(&watch, &poles, root.t), root.at.noise, "g at its root");
         }
-        if (verdict == DIPS_f64 && least > tiny && lowest > 1 && lowest < SAMPLES - 1 && end.at.rate > 0.0 && from.rate < 0.0) {
+        if (verdict == DIPS_f64 && least > tiny && lowest > 1 && lowest < SAMPLES - 1 && end.at.rate > 0.0
+            && from.rate < 0.0) {
             const T(point) bottom = hopform_bottom_between_f64(&watch, &poles, 0.0, &from, h, &end.at);
-            must(bottom.t > 0.0 && bottom.t < h && bottom.at.value >= least - 1e-4 * most, "a bottom below what was seen");
+            must(bottom.t > 0.0 && bottom.t < h && bottom.at.value >= least - 1e-4 * most,
+                 "a bottom below what was seen");
             any_bottom(&watch, &poles, h, least, most);
         }
         if (verdict == DIPS_f64 && least < -tiny) {
             const T(point) bottom = hopform_bottom_between_f64(&watch, &poles, 0.0, &from, h, &end.at);
             must(bottom.at.value < 0.0, "a bottom that is not below zero");
         }
-        const bool held_up = from.rate < 0.0 && end.at.rate > 0.0 && hopform_is_held_up_f64(&from, &end.at, end.at.value, poles.a, h);
+        const bool held_up =
+            from.rate < 0.0 && end.at.rate > 0.0 && hopform_is_held_up_f64(&from, &end.at, end.at.value, poles.a, h);
         must(!held_up || h > half_turn || least > 0.0, "held up, and below zero");
         if (verdict == UNDECIDED_f64) {
             const double cut = hopform_turn_between_f64(&from, &end.at, h);
@@ -382,9 +414,12 @@ static void first_samples(void)
         double h;
         const T(watch) watch = any_watch(&poles, &h);
         const T(basis) start = {1.0, 0.0, 0.0, 0.0, 0.0};
-        const T(sample) first = hopform_first_sample_f64(&watch, &poles), at = hopform_sample_at_f64(&watch, &poles, &start, 0.0);
-        const double w = poles.s_1 + sqrt(poles.s_2), size = 1e-12 * (fabs(first.value) + fabs(first.rate) / w + fabs(first.curvature) / (w * w)
-                                                                       + fabs(watch.numerator.H1) / (w * w * w));
+        const T(sample) first = hopform_first_sample_f64(&watch, &poles),
+                        at = hopform_sample_at_f64(&watch, &poles, &start, 0.0);
+        const double w = poles.s_1 + sqrt(poles.s_2),
+                     size = 1e-12
+                            * (fabs(first.value) + fabs(first.rate) / w + fabs(first.curvature) / (w * w)
+                               + fabs(watch.numerator.H1) / (w * w * w));
         near(first.value, at.value, size, "g at 0");
         near(first.rate, at.rate, size * w, "its rate at 0");
         near(first.curvature, at.curvature, size * w * w, "its second derivative at 0");
@@ -413,13 +448,15 @@ static void tables(void)
     }
     for (row = 0; row < 200; row++) { /* halved until the rule is exact, and not more often */
         const T(poles) poles = poles_of_any_robot();
-        const double fastest = poles.s_1 + sqrt(poles.s_2), t = row < 100 ? over(1e-3, 1e3) / fastest : ldexp(4.0, row % 7) / fastest;
+        const double fastest = poles.s_1 + sqrt(poles.s_2),
+                     t = row < 100 ? over(1e-3, 1e3) / fastest : ldexp(4.0, row % 7) / fastest;
         const int times = hopform_doublings_f64(&poles, t);
         const double left = fastest * hopform_halved_f64(t, times);
         must(left <= 4.0 && (times == 0 || left > 2.0), "how often a time is halved");
     }
     T(poles) plain = {0.0, 4.0, 0.0, 4.0, 0.0, 0.0};
-    must(hopform_doublings_f64(&plain, 1.0) == 0 && hopform_doublings_f64(&plain, 8.0) == 3, "a time that need not be halved");
+    must(hopform_doublings_f64(&plain, 1.0) == 0 && hopform_doublings_f64(&plain, 8.0) == 3,
+         "a time that need not be halved");
 }
 
 /* Phi of a mode: that of a sum of times is the product, it begins as 1, and a mass that is held has no column. */
@@ -433,11 +470,15 @@ static void transitions(void)
         if (side_1 == 0 && side_2 == 0) {
             continue;
         }
-        const T(drive) drive = hopform_drive_of_f64(&r, &plan.rates, uniform(-3.0, 3.0), (double)side_1, (double)side_2);
-        const double w = sqrt(hopform_poles_of_f64(&plan, side_1, side_2)->s_2) + hopform_poles_of_f64(&plan, side_1, side_2)->s_1;
+        const T(drive) drive =
+            hopform_drive_of_f64(&r, &plan.rates, uniform(-3.0, 3.0), (double)side_1, (double)side_2);
+        const double w =
+            sqrt(hopform_poles_of_f64(&plan, side_1, side_2)->s_2) + hopform_poles_of_f64(&plan, side_1, side_2)->s_1;
         const double h = over(0.01, 1.0) / w, then = over(0.01, 1.0) / w;
-        const T(matrix) one = hopform_transition_f64(&plan, &drive, side_1, side_2, h), two = hopform_transition_f64(&plan, &drive, side_1, side_2, then);
-        const T(matrix) both = hopform_transition_f64(&plan, &drive, side_1, side_2, h + then), none = hopform_transition_f64(&plan, &drive, side_1, side_2, 0.0);
+        const T(matrix) one = hopform_transition_f64(&plan, &drive, side_1, side_2, h),
+                        two = hopform_transition_f64(&plan, &drive, side_1, side_2, then);
+        const T(matrix) both = hopform_transition_f64(&plan, &drive, side_1, side_2, h + then),
+                        none = hopform_transition_f64(&plan, &drive, side_1, side_2, 0.0);
         for (int i = 0; i < Z_SIZE; i++) {
             for (int j = 0; j < Z_SIZE; j++) {
                 double sum = 0.0, size = 1e-300;
@@ -473,7 +514,8 @@ static void dips(void)
         T(tally) tally = {&plan, {0.0, 0.0, 0.0, 0.0}, 0.0, &trial};
         const T(drive) per_ampere = {plan.rates.a1_u, 0.0};
         const T(stretch) stretch = {&plan.both, start, hopform_motion_of_f64(&plan, &start, u, side, side),
-                                    hopform_motion_under_f64(&plan.rates, &per_ampere, &tally.change, side, side), side, side};
+                                    hopform_motion_under_f64(&plan.rates, &per_ampere, &tally.change, side, side), side,
+                                    side};
         enum { N = 4000 };
         double rate = start.v1 - start.v2, least = INFINITY, when = 0.0, steep = 0.0, fastest = fabs(rate);
         int all = 0, plain = 1, began = 0, up = 0, down = 0, straight = 1;
@@ -504,10 +546,13 @@ static void dips(void)
         must(trial.dips == all || (trial.dips < all && !plain), "how often y turns upwards");
         const double size = 0.05 + fabs(start.v1 - start.v2) / w;
         must(trial.dips < all || all == 0 || fabs(trial.dip - least) < 1e-4 * size, "where y turns upwards");
-        if (trial.dips == all && all > 0 && steep > 0.1 * w * fastest) { /* where it is flat its time is known to few digits */
-            const T(basis) basis = hopform_basis_at_f64(&plan.both, when); /* at rest in u's change: the response to 1 A */
+        if (trial.dips == all && all > 0
+            && steep > 0.1 * w * fastest) { /* where it is flat its time is known to few digits */
+            const T(basis) basis =
+                hopform_basis_at_f64(&plan.both, when); /* at rest in u's change: the response to 1 A */
             const T(state) change = hopform_arrive_f64(&tally.change, &stretch.by_u, &basis, side, side);
-            near(trial.dip_u, change.y, 0.05 * (fabs(change.y) + 0.1 * fabs(plan.rates.a1_u) / (w * w)), "how that changes with the current");
+            near(trial.dip_u, change.y, 0.05 * (fabs(change.y) + 0.1 * fabs(plan.rates.a1_u) / (w * w)),
+                 "how that changes with the current");
             told++;
         }
         deep += all > 1;
@@ -526,9 +571,10 @@ static void any_quiet(void)
     for (row = 0; row < 600; row++) {
         const double w = over(10.0, 1000.0), p = mostly(w * over(1e-5, 1e-2), 0.2), a = over(0.05, 5.0), q = w * w;
         const T(poles) poles = hopform_factor_cubic_f64(a + p, q + a * p, a * q);
-        const double slow = uniform(-1.0, 1.0), swing = uniform(-1.0, 1.0) * over(1e-3, 1.0), other = uniform(-1.0, 1.0) * over(1e-3, 1.0);
-        const T(watch) watch = hopform_watch_of_f64(&poles, w * swing, w * w * other + slow * a, w * w * a * uniform(-0.5, 0.5),
-                                                     uniform(0.0, 2.0), 1.0, 0, 0);
+        const double slow = uniform(-1.0, 1.0), swing = uniform(-1.0, 1.0) * over(1e-3, 1.0),
+                     other = uniform(-1.0, 1.0) * over(1e-3, 1.0);
+        const T(watch) watch = hopform_watch_of_f64(&poles, w * swing, w * w * other + slow * a,
+                                                    w * w * a * uniform(-0.5, 0.5), uniform(0.0, 2.0), 1.0, 0, 0);
         const double from = over(0.01, 1.0), to = from + over(10.0, 100.0) * 3.1416 / w;
         const bool says = hopform_is_quiet_f64(&watch, &poles, from, to);
         double least = INFINITY, most = 0.0;
@@ -539,7 +585,8 @@ static void any_quiet(void)
         }
         must(!says || least > 0.0, "a root in what is called quiet");
         quiet += says;
-        must(says || least < 0.45 * most || p * (to - from) > 0.2 || a * (to - from) > 0.2, "quiet, and not seen to be");
+        must(says || least < 0.45 * most || p * (to - from) > 0.2 || a * (to - from) > 0.2,
+             "quiet, and not seen to be");
     }
     must(quiet > 80, "nothing that is quiet");
 }
@@ -548,7 +595,8 @@ static void any_quiet(void)
 static void swings(void)
 {
     for (row = 0; row < 300; row++) {
-        const double w = over(1.0, 1e3), value = row % 4 ? uniform(0.01, 2.0) : 0.0, slope = uniform(-2.0, 2.0) * w, curvature = uniform(-2.0, 2.0) * w * w;
+        const double w = over(1.0, 1e3), value = row % 4 ? uniform(0.01, 2.0) : 0.0, slope = uniform(-2.0, 2.0) * w,
+                     curvature = uniform(-2.0, 2.0) * w * w;
         const T(sample) from = {value, slope, curvature, 0.0, 0.0, 0.0};
         const double found = hopform_swing_to_zero_f64(&from, w);
         double before = value, first = 1e300;
@@ -560,8 +608,9 @@ static void swings(void)
             }
             before = now;
         }
-        must(first > 1e299 ? found > 1e299 || found * w > 3.1 || value + 2.0 * curvature / (w * w) < 0.05 : fabs(found - first) * w < 0.02 || first * w > 3.1
-                 || (row % 4 == 0 && slope < 0.0), "a root that is foretold");
+        must(first > 1e299 ? found > 1e299 || found * w > 3.1 || value + 2.0 * curvature / (w * w) < 0.05
+                           : fabs(found - first) * w < 0.02 || first * w > 3.1 || (row % 4 == 0 && slope < 0.0),
+             "a root that is foretold");
     }
     const T(sample) still = {1.0, -1.0, -1.0, 0.0, 0.0, 0.0};
     must(hopform_swing_to_zero_f64(&still, 0.0) >= 1e300, "what does not swing");
@@ -576,11 +625,13 @@ static void late_roots(void)
     const T(basis) faded = hopform_basis_at_f64(&undrawn, 20.0);
     const double nowhere = hopform_settled_y_f64(&undrawn, -1.0, 0.0);
     must(nowhere >= 1e300, "what tends to nothing");
-    must(!(fabs(hopform_root_is_later_f64(&undrawn, &pulled, 10.0, nowhere, &faded, 20.0)) > 0.0), "a root of what does not settle");
+    must(!(fabs(hopform_root_is_later_f64(&undrawn, &pulled, 10.0, nowhere, &faded, 20.0)) > 0.0),
+         "a root of what does not settle");
     for (row = 0; row < 600; row++) {
         const T(poles) poles = poles_of_any_robot();
         const double start = 1.0, settled = -over(1e-9, 1e-4);
-        near(hopform_settled_y_f64(&poles, 3.0, 5.0), poles.s_3 > 0.0 ? 5.0 / poles.s_3 : 3.0 / poles.s_2, 1e-300, "what y tends to");
+        near(hopform_settled_y_f64(&poles, 3.0, 5.0), poles.s_3 > 0.0 ? 5.0 / poles.s_3 : 3.0 / poles.s_2, 1e-300,
+             "what y tends to");
         const double w = poles.s_3 > 0.0 ? cbrt(poles.s_3) : sqrt(poles.s_2), way = settled - start;
         const bool slow = poles.s_3 > 0.0;
         const double H3 = uniform(-1.0, 0.0) * w;
@@ -611,7 +662,8 @@ static void late_roots(void)
             continue;
         }
         told++;
-        must(!(fabs(hopform_root_is_later_f64(&poles, &h, start, settled, &early, 0.5 * low)) > 0.0), "a root that is not near");
+        must(!(fabs(hopform_root_is_later_f64(&poles, &h, start, settled, &early, 0.5 * low)) > 0.0),
+             "a root that is not near");
         for (int side = -1; side <= 1; side += 2) {
             const double t = low + side * blurred;
             const T(basis) basis = hopform_basis_at_f64(&poles, t);

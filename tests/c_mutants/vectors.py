@@ -1,7 +1,8 @@
-"""Stances and flights of the 50-digit reference, commands of the NumPy back end: `python -m tests.c_mutants.vectors` writes them.
+"""Stances and flights of the 50-digit reference, commands of the NumPy back end:
+`python -m tests.c_mutants.vectors` writes them.
 
-A row of numbers each, one behind the other, as judge.c reads them: what goes in, what must come out, and the condition number by
-which an error may grow. Random robots are those of tests/random_stances.py and tests/flights.py.
+A row of numbers each, one behind the other, as judge.c reads them: what goes in, what must come out, and the condition
+number by which an error may grow. Random robots are those of tests/random_stances.py and tests/flights.py.
 """
 
 import math
@@ -15,7 +16,7 @@ import hopform
 from derive.model.selftest import CASES, ROBOTS
 from hopform_solver.records import Robot
 from tests import flights, reference
-from tests.firmware.golden import ENDINGS, KINDS
+from tests.firmware.golden import ENDINGS, KINDS, folded
 from tests.random_stances import draw_stances
 from tests.reference.flight import solve_flight
 
@@ -137,7 +138,7 @@ def number(value: Any) -> str:
 def line(make: Callable[..., Row | None], *arguments: Any) -> str | None:
     """A row as text; mpmath's numbers do not go from process to process."""
     row = make(*arguments)
-    return None if row is None else "    " + ", ".join(map(number, row)) + ","
+    return None if row is None else folded(["    " + ", ".join(map(number, row)) + ","])
 
 
 def text() -> str:

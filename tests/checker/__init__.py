@@ -1,7 +1,7 @@
 """The checker: judges stances in 113 bits, in C of its own that shares nothing with the solvers.
 
-checker.c follows the chain of phases and the rules, walk.h pushes the state, bounds.c proves that nothing happens between
-two events, poles.c finds the poles. `judge` compiles it with $CC when it is first used.
+checker.c follows the chain of phases and the rules, walk.h pushes the state, bounds.c proves that nothing happens
+between two events, poles.c finds the poles. `judge` compiles it with $CC when it is first used.
 """
 
 import ctypes
@@ -37,13 +37,19 @@ ROBOT = (
 START = ("x1", "v1", "v2", "y")
 
 PROBLEM = np.dtype([(name, "f8") for name in (*ROBOT, *START, "u", "horizon")])
-PHASE = np.dtype([*((name, "f8") for name in ("t", "x1", "v1", "v2", "y")), ("mode", "i1"), ("event", "i1"), ("step", "u2")],
-                 align=True)  # fmt: skip
+PHASE = np.dtype(
+    [*((name, "f8") for name in ("t", "x1", "v1", "v2", "y")), ("mode", "i1"), ("event", "i1"), ("step", "u2")],
+    align=True,
+)
 ANSWER = np.dtype(
     [*((name, "f8") for name in ("duration", *START, "aed")), ("ending", "i4"), ("count", "i4"), ("first", "i8")]
 )
-VERDICT = np.dtype([*((name, "i4") for name in ("outcome", "reason", "phase", "windows")),
-                    *((name, "f8") for name in ("error_state", "error_aed", "condition_state", "condition_aed"))])  # fmt: skip
+VERDICT = np.dtype(
+    [
+        *((name, "i4") for name in ("outcome", "reason", "phase", "windows")),
+        *((name, "f8") for name in ("error_state", "error_aed", "condition_state", "condition_aed")),
+    ]
+)
 
 CERTIFIED, UNSETTLED, WRONG = range(3)
 REASONS = ("", "modes at the start", "take-off at 0", "an event these modes cannot have", "no zero where the event is",

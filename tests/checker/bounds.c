@@ -213,7 +213,8 @@ static int is_clear(const spectrum *s, const place *at, const outlook *o, quad h
 /* A bound of how far g can still move in h. */
 static quad still_to_come(const spectrum *s, const place *at, const outlook *o, quad h)
 {
-    quad sum = s->tripled ? 4 * ceiling(s, at->d1, at->d2, at->d3) / s->sigma : 2 * absolute(at->r) + absolute(o->depth);
+    quad sum =
+        s->tripled ? 4 * ceiling(s, at->d1, at->d2, at->d3) / s->sigma : 2 * absolute(at->r) + absolute(o->depth);
     for (int j = 0; j < s->alone; j++) {
         sum += absolute(at->slope[j]) * faded(s->a[j], h);
     }

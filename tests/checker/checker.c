@@ -55,8 +55,8 @@ static int blame(judge *j, int reason, int n, int close)
 
 static exact_inputs inputs_of(const checker_problem *p)
 {
-    const exact_inputs in = {p->m_eff, p->m_s, p->k, p->L0, p->c, p->b1, p->b2, p->f1, p->f2, p->gamma2, p->g, p->x1_min,
-                             p->x1_max, p->x1, p->v1, p->v2, p->u, p->y};
+    const exact_inputs in = {p->m_eff,  p->m_s, p->k,      p->L0,     p->c,  p->b1, p->b2, p->f1, p->f2,
+                             p->gamma2, p->g,   p->x1_min, p->x1_max, p->x1, p->v1, p->v2, p->u,  p->y};
     return in;
 }
 
@@ -126,8 +126,8 @@ static int begins_well(judge *j)
 /* ---- one phase ---- */
 
 /* The watched function c0 + cy y + c1 v1 + c2 v2, between two states. */
-static watched function_of(const exact_motion *m, const exact_point *from, const exact_point *to, quad c0, quad cy, quad c1,
-                           quad c2)
+static watched function_of(const exact_motion *m, const exact_point *from, const exact_point *to, quad c0, quad cy,
+                           quad c1, quad c2)
 {
     watched g;
     quad y = from->y, v1 = from->v1, v2 = from->v2;
@@ -169,7 +169,8 @@ static int keeps(judge *j, int n, const spectrum *poles, watched g, quad T)
 }
 
 /* Nothing happens before T in the phase from `from` to `to`. */
-static int nothing_between(judge *j, int n, const exact_motion *m, const exact_point *from, const exact_point *to, quad T)
+static int nothing_between(judge *j, int n, const exact_motion *m, const exact_point *from, const exact_point *to,
+                           quad T)
 {
     const exact_inputs *in = &j->in;
     const link *l = &j->links[n];
@@ -268,7 +269,8 @@ static int phase_is_right(judge *j, int n)
     if (T < 0 && !at_once) {
         return blame(j, TIME_RUNS_BACK, n, -T <= CLOSE * j->unit);
     }
-    if (!at_once && !(crosses(j, n, &m, &j->z) && within_stroke(j, n, &j->z) && nothing_between(j, n, &m, &from, &j->z, T))) {
+    if (!at_once
+        && !(crosses(j, n, &m, &j->z) && within_stroke(j, n, &j->z) && nothing_between(j, n, &m, &from, &j->z, T))) {
         return 0;
     }
     l->T = (double)T;
@@ -477,8 +479,8 @@ static void condition(judge *j)
 {
     const checker_problem *p = j->problem;
     const long double d = 1e-9L;
-    const quick_inputs base = {p->m_eff, p->m_s, p->k, p->L0, p->c, p->b1, p->b2, p->f1, p->f2, p->gamma2, p->g, p->x1_min,
-                               p->x1_max, p->x1, p->v1, p->v2, p->u, p->y};
+    const quick_inputs base = {p->m_eff,  p->m_s, p->k,      p->L0,     p->c,  p->b1, p->b2, p->f1, p->f2,
+                               p->gamma2, p->g,   p->x1_min, p->x1_max, p->x1, p->v1, p->v2, p->u,  p->y};
     long double here[OUTPUTS], there[OUTPUTS], values[INPUTS];
     double state = 0, aed = 0;
     int follows = outcome_of(j, &base, here);

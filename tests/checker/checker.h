@@ -1,5 +1,6 @@
-/* A judge of stances: given a robot, a start and the chain of phases that a solver returned, it says in 113 bits whether
- * that chain is what the equations of motion (3), (4) do. It shares no code and no method with the solvers that it judges.
+/* A judge of stances: given a robot, a start and the chain of phases that a solver returned, it says in 113 bits
+ * whether that chain is what the equations of motion (3), (4) do. It shares no code and no method with the solvers that
+ * it judges.
  *
  * Positions are x = x_1 and the compression y = x_1 - x_2 + L_0 + c; SI units.
  */

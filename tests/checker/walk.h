@@ -1,5 +1,5 @@
-/* The chain of phases, pushed through its modes with Taylor series; included once per type REAL with NAME(x) to tell them
- * apart.
+/* The chain of phases, pushed through its modes with Taylor series; included once per type REAL with NAME(x) to tell
+ * them apart.
  *
  *     y' = v1 - v2        v1' = C1 - k y/m_eff - b1 v1/m_eff        v2' = C2 + k y/m_s - b2 v2/m_s        x' = v1
  */

@@ -1,9 +1,10 @@
-"""`python -m tests.firmware` proves the library on emulated targets: CI's combinations; `--all` every one; `--report` counts.
+"""`python -m tests.firmware` proves the library on emulated targets: CI's combinations; `--all` every one;
+`--report` counts.
 
-Each combination of target, compiler and optimisation runs the selftest, whose word must be the same everywhere (but not with the
-functions of a C library, `-libm`), random stances, flights and commands (words.c), whose word must be that of this computer, the
-golden vectors of the 50-digit reference, garbage, all that is to be refused, and pointers that are NULL or overlap; its
-objects' symbols are looked through.
+Each combination of target, compiler and optimisation runs the selftest, whose word must be the same everywhere (but not
+with the functions of a C library, `-libm`), random stances, flights and commands (words.c), whose word must be that of
+this computer, the golden vectors of the 50-digit reference, garbage, all that is to be refused, and pointers that are
+NULL or overlap; its objects' symbols are looked through.
 """
 
 import argparse
@@ -56,7 +57,9 @@ def every_build() -> list[Build]:
 
 
 def of_name(name: str) -> Build:
-    target, compiler, level, libm = re.fullmatch(r"(\w+)-(gcc|clang)(-O\w)(-libm)?", name).groups()  # type: ignore[union-attr]
+    match = re.fullmatch(r"(\w+)-(gcc|clang)(-O\w)(-libm)?", name)
+    assert match, name
+    target, compiler, level, libm = match.groups()
     return Build(BY_NAME[target], compiler, level, bool(libm))
 
 
@@ -76,7 +79,9 @@ def symbols(objects_f32: tuple[Path, ...], libm: bool) -> list[str]:
 
 
 def unlike(many: dict[str, str], rounds_to_odd: bool) -> list[str]:
-    """Words of random calls that are not those of this computer; in double precision none is asked where ties go to odd."""
+    """Words of random calls that are not those of this computer;
+    in double precision none is asked where ties go to odd.
+    """
     if "f32" not in many:
         return ["random calls: no word"]
     asked = {name: word for name, word in many.items() if not (rounds_to_odd and name == "f64")}

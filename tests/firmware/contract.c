@@ -416,8 +416,8 @@ static void no_pointer(const entry *of)
 
 /* ---- overlap ---- */
 
-/* Input k so many bytes behind the beginning of output m, against the same bytes in separate memory: overlapping, or next
- * to each other. */
+/* Input k so many bytes behind the beginning of output m, against the same bytes in separate memory: overlapping, or
+ * next to each other. */
 static void placed(const entry *of, size_t k, size_t m, ptrdiff_t offset)
 {
     const argument *input = &of->arguments[k], *output = &of->arguments[m];

@@ -28,7 +28,8 @@ typedef struct {
 
 static void add(tally *to, uint32_t counts)
 {
-    const uint32_t instructions = (uint32_t)((float)(counts > overhead ? counts - overhead : 0) * 1000.0f / (float)counts_of_1000);
+    const uint32_t instructions =
+        (uint32_t)((float)(counts > overhead ? counts - overhead : 0) * 1000.0f / (float)counts_of_1000);
     to->calls++;
     to->sum += (float)instructions;
     to->most = instructions > to->most ? instructions : to->most;
@@ -69,7 +70,8 @@ static void say(const tally *of, const char *set)
 
 static void measure(const cost_case *cases, int count, const char *set, int with_controller)
 {
-    tally init = {"plan_init", 0, 0, 0, 0.0f}, solve = {"solve_stance", 0, 0, 0, 0.0f}, at = {"stance_at", 0, 0, 0, 0.0f};
+    tally init = {"plan_init", 0, 0, 0, 0.0f}, solve = {"solve_stance", 0, 0, 0, 0.0f},
+          at = {"stance_at", 0, 0, 0, 0.0f};
     tally energy = {"stance_energy", 0, 0, 0, 0.0f}, grid = {"stance_grid_64", 0, 0, 0, 0.0f};
     tally choose = {"choose_current", 0, 0, 0, 0.0f}, begin = {"choose_current_begin", 0, 0, 0, 0.0f};
     tally step_of = {"choose_current_step", 0, 0, 0, 0.0f}, flown = {"solve_flight", 0, 0, 0, 0.0f};
@@ -88,8 +90,10 @@ static void measure(const cost_case *cases, int count, const char *set, int with
         const int32_t step_count = c->later < 100.0f ? 2 : 1;
         COUNTED(init, OF(plan_init)(&plan, robot));
         PAINTED(init, OF(plan_init)(&plan, robot));
-        COUNTED(solve, OF(solve_stance)(&plan, &start, steps, step_count, c->horizon, CAPACITY, phases, CAPACITY, &stance));
-        PAINTED(solve, OF(solve_stance)(&plan, &start, steps, step_count, c->horizon, CAPACITY, phases, CAPACITY, &stance));
+        COUNTED(solve,
+                OF(solve_stance)(&plan, &start, steps, step_count, c->horizon, CAPACITY, phases, CAPACITY, &stance));
+        PAINTED(solve,
+                OF(solve_stance)(&plan, &start, steps, step_count, c->horizon, CAPACITY, phases, CAPACITY, &stance));
         for (int i = 0; i < 8; i++) {
             const float t = stance.duration * ((float)i * 0.125f);
             COUNTED(at, OF(stance_at)(&plan, steps, phases, &stance, t, &state));
@@ -100,8 +104,10 @@ static void measure(const cost_case *cases, int count, const char *set, int with
         PAINTED(energy, OF(stance_energy)(&plan, steps, phases, &stance, &end, 1, &energies, &ledger, &loss));
         if (end > 0.0f) {
             const float dt = end / (float)GRID;
-            COUNTED(grid, OF(stance_grid)(&plan, steps, phases, &stance, 0.0f, dt, GRID, columns[0], columns[1], columns[2], columns[3]));
-            PAINTED(grid, OF(stance_grid)(&plan, steps, phases, &stance, 0.0f, dt, GRID, columns[0], columns[1], columns[2], columns[3]));
+            COUNTED(grid, OF(stance_grid)(&plan, steps, phases, &stance, 0.0f, dt, GRID, columns[0], columns[1],
+                                          columns[2], columns[3]));
+            PAINTED(grid, OF(stance_grid)(&plan, steps, phases, &stance, 0.0f, dt, GRID, columns[0], columns[1],
+                                          columns[2], columns[3]));
         }
         if (stance.ending == HOPFORM_ENDING_TAKEOFF) {
             OF(state) away = stance.end;

@@ -168,19 +168,21 @@ def page(builds: dict[str, dict[str, Any]]) -> str:
     versions = "; ".join(compilers().values())
     return f"""# What the C library costs on a processor
 
-Written by `make firmware-report`; `make firmware-test` fails when a figure of the two Cortex-M4F builds, `make firmware-test-all`
-when any, is more than 2 % above docs/firmware-costs.json. Single precision, instructions per call, counted by QEMU ({versions}).
+Written by `make firmware-report`; `make firmware-test` fails when a figure of the two Cortex-M4F builds,
+`make firmware-test-all` when any, is more than 2 % above docs/firmware-costs.json. Single precision, instructions per
+call, counted by QEMU ({versions}).
 
-Set `modes`: the 18 stances of `hopform_selftest`, which visit every mode, kind of event and ending. Set `drops`: `hopper_c`
-and `hopper_b` at -0.7, -1.93 and -2.6 m/s under three currents each; `choose_current` for hop heights of 5, 10 and 15 cm from
-each of them. `choose_current_step` solves one stance more.
+Set `modes`: the 18 stances of `hopform_selftest`, which visit every mode, kind of event and ending. Set `drops`:
+`hopper_c` and `hopper_b` at -0.7, -1.93 and -2.6 m/s under three currents each; `choose_current` for hop heights of 5,
+10 and 15 cm from each of them. `choose_current_step` solves one stance more.
 
 ## Cortex-M4F, gcc -O2, beside its budget
 
 {table(["", "measured", "budget"], budget)}
-The budgets come from a hand-written solver of the paper's sequence of signs alone. This one proves each event to be the first of
-its phase, sampling all watched functions at both ends of each window, and the controller tries some 12 stances, with their
-derivatives, where the other followed one root: that is where the instructions go. The plan keeps the robot's parameters.
+The budgets come from a hand-written solver of the paper's sequence of signs alone. This one proves each event to be the
+first of its phase, sampling all watched functions at both ends of each window, and the controller tries some 12
+stances, with their derivatives, where the other followed one root: that is where the instructions go. The plan keeps
+the robot's parameters.
 
 ## Instructions, mean
 
@@ -193,7 +195,8 @@ derivatives, where the other followed one root: that is where the instructions g
 {group("flash ")}
 ## Stack in bytes, by gcc's call graph
 
-Routines of the tool chain (on a processor without floating point, its arithmetic) are not in it; the painted stack has them.
+Routines of the tool chain (on a processor without floating point, its arithmetic) are not in it; the painted stack has
+them.
 
 {part(" static stack")}
 ## Stack in bytes, painted

@@ -1,5 +1,6 @@
-/* The driver for Frama-C's Eva: every public function on arbitrary bit patterns, NaN and infinities included, in every number that a
- * caller hands in; results of one call go into the next. Only pointers point somewhere, and counts are those of the buffers. */
+/* The driver for Frama-C's Eva: every public function on arbitrary bit patterns, NaN and infinities included, in every
+ * number that a caller hands in; results of one call go into the next. Only pointers point somewhere, and counts are
+ * those of the buffers. */
 #include <stddef.h>
 #include <stdint.h>
 
@@ -82,7 +83,8 @@ int main(void)
                                                          flight_phases, CAPACITY, &flight);
         if (status >= 0) {
             (void)hopform_flight_at_f32(&plan, flight_phases, &flight, times, TIMES, states);
-            (void)hopform_flight_energy_f32(&plan, flight_phases, &flight, times, TIMES, energies, flight_ledgers, losses);
+            (void)hopform_flight_energy_f32(&plan, flight_phases, &flight, times, TIMES, energies, flight_ledgers,
+                                            losses);
         }
         hopform_detector_f32 detector = {any(), any(), (int32_t)any_bits};
         hopform_contact_f32 contact = {0, 0, 0};

@@ -1,7 +1,9 @@
-"""`python -m tests.firmware.eva` has Frama-C's Eva look at the library on arbitrary bit patterns, counts what it can not prove.
+"""`python -m tests.firmware.eva` has Frama-C's Eva look at the library on arbitrary bit patterns,
+counts what it can not prove.
 
-The driver is eva.c; no annotation stands in the product. It takes frama-c-base, of Debian 12 (Debian 13 has no such package).
-Alarms beyond those that LEFT names, with the reason, are a failure, and so is less than LEAST of the statements reached.
+The driver is eva.c; no annotation stands in the product. It takes frama-c-base, of Debian 12 (Debian 13 has no such
+package). Alarms beyond those that LEFT names, with the reason, are a failure, and so is less than LEAST of the
+statements reached.
 """
 
 import re
@@ -24,9 +26,10 @@ OPTIONS = (
 )  # fmt: skip
 UNROLLED = {
     "ONLY_FLIGHT": "hopform_flight_energy_f32:60",
-    "ONLY_STANCE": "watch_thresholds_f32:40,lost_at_once_f32:10,hopform_stance_energy_f32:60,hopform_stance_sensitivities_f32:60,"
-                   "hopform_stance_tangents_f32:60,hopform_stance_grid_f32:300,samples_of_phase_f32:100,fill_table_f32:100,sample_behind_f32:100,"
-                   "sum_up_f32:50,sum_up_x1_f32:50,put_same_f32:50,put_samples_f32:50,put_basis_f32:50,samples_at_rest_f32:50",
+    "ONLY_STANCE": "watch_thresholds_f32:40,lost_at_once_f32:10,hopform_stance_energy_f32:60,"
+                   "hopform_stance_sensitivities_f32:60,hopform_stance_tangents_f32:60,hopform_stance_grid_f32:300,"
+                   "samples_of_phase_f32:100,fill_table_f32:100,sample_behind_f32:100,sum_up_f32:50,sum_up_x1_f32:50,"
+                   "put_same_f32:50,put_samples_f32:50,put_basis_f32:50,samples_at_rest_f32:50",
     "ONLY_CONTROL": "watch_thresholds_f32:40,lost_at_once_f32:10,hopform_trial_of_f32:60",
 }  # fmt: skip
 """How many states are kept apart in functions whose loops run over a few phases or watches."""
@@ -89,7 +92,8 @@ def main() -> int:
         least = min(least, percent)
     new = {each: count for each, count in total.items() if each not in LEFT}
     print(
-        f"{total.total()} alarms, {sum(new.values())} of them not named here; {least} % of the statements, {LEAST} asked for"
+        f"{total.total()} alarms, {sum(new.values())} of them not named here; "
+        f"{least} % of the statements, {LEAST} asked for"
     )
     return int(least < LEAST or bool(new))
 

@@ -1,5 +1,5 @@
-/* Garbage in: every call must come back with a negative status and a defined safe output, or with finite numbers. In double
- * precision with -DDOUBLE. */
+/* Garbage in: every call must come back with a negative status and a defined safe output, or with finite numbers. In
+ * double precision with -DDOUBLE. */
 #include <stddef.h>
 #include <stdint.h>
 
@@ -44,12 +44,13 @@ static real of_bits(uint32_t bits)
 }
 
 /* NaNs, infinities, zeros, denormals, the largest and least numbers, and sizes that overflow when multiplied. */
-static const uint32_t nasty[] = {0x7fc00000u, 0xffc00000u, 0x7f800001u, 0x7f800000u, 0xff800000u, 0x00000000u, 0x80000000u,
-                                 0x00000001u, 0x80000001u, 0x007fffffu, 0x00800000u, 0x7f7fffffu, 0xff7fffffu, 0x7149f2cau,
-                                 0xf149f2cau, 0x0da24260u, 0x49742400u, 0xc9742400u};
+static const uint32_t nasty[] = {0x7fc00000u, 0xffc00000u, 0x7f800001u, 0x7f800000u, 0xff800000u, 0x00000000u,
+                                 0x80000000u, 0x00000001u, 0x80000001u, 0x007fffffu, 0x00800000u, 0x7f7fffffu,
+                                 0xff7fffffu, 0x7149f2cau, 0xf149f2cau, 0x0da24260u, 0x49742400u, 0xc9742400u};
 enum { NASTY = (int)(sizeof nasty / sizeof nasty[0]) };
 
-static const OF(robot) sound = {25.0f, 3.0f, 1200.0f, 0.4f, 0.0f, 150.0f, 5.0f, 0.78f, 0.6f, -65.0f, 9.81f, 0.0f, 0.08f, 3.0f, 0.05f};
+static const OF(robot) sound = {25.0f, 3.0f,   1200.0f, 0.4f, 0.0f,  150.0f, 5.0f, 0.78f,
+                                0.6f,  -65.0f, 9.81f,   0.0f, 0.08f, 3.0f,   0.05f};
 
 static int is_finite(real value)
 {
@@ -81,7 +82,8 @@ static void use(const OF(plan) *plan, const OF(state) *start, real u, real horiz
     OF(command) command;
     OF(flight) flight;
     const OF(step) step = {0.0f, u};
-    const int32_t status = OF(solve_stance)(plan, start, &step, 1, horizon, CAPACITY, capacity > 0 ? phases : NULL, capacity, &stance);
+    const int32_t status =
+        OF(solve_stance)(plan, start, &step, 1, horizon, CAPACITY, capacity > 0 ? phases : NULL, capacity, &stance);
     count(status);
     must(status >= 0 || is_zero(&stance, sizeof stance), "a refused stance is not zero");
     must(is_finite(stance.duration) && is_finite(stance.end.x1) && is_finite(stance.end.v1) && is_finite(stance.end.v2)
@@ -91,7 +93,8 @@ static void use(const OF(plan) *plan, const OF(state) *start, real u, real horiz
     count(at);
     must(at >= 0 || is_zero(&state, sizeof state), "a refused state is not zero");
     must(status >= 0 || at < 0, "a state of a refused stance");
-    must(is_finite(state.x1) && is_finite(state.v1) && is_finite(state.v2) && is_finite(state.y), "a state that is not finite");
+    must(is_finite(state.x1) && is_finite(state.v1) && is_finite(state.v2) && is_finite(state.y),
+         "a state that is not finite");
 
     const OF(target) target = {h_des, 0.0f, 0.0f, horizon};
     int32_t chosen = OF(choose_current_begin)(&search, plan, start, &target, &command);
@@ -107,7 +110,8 @@ static void use(const OF(plan) *plan, const OF(state) *start, real u, real horiz
     const int32_t flown = OF(solve_flight)(plan, start, NULL, horizon, CAPACITY, flight_phases, CAPACITY, &flight);
     count(flown);
     must(flown >= 0 || is_zero(&flight, sizeof flight), "a refused flight is not zero");
-    must(is_finite(flight.duration) && is_finite(flight.end.x1) && is_finite(flight.apex), "a flight that is not finite");
+    must(is_finite(flight.duration) && is_finite(flight.end.x1) && is_finite(flight.apex),
+         "a flight that is not finite");
 }
 
 static void nasty_robots(void)
@@ -120,7 +124,8 @@ static void nasty_robots(void)
             ((real *)&robot)[field] = of_bits(nasty[n]);
             const int32_t status = OF(plan_init)(&plan, &robot);
             count(status);
-            must(status >= 0 || is_zero(&plan, offsetof(OF(plan), made) + sizeof plan.made), "a refused plan is not zero");
+            must(status >= 0 || is_zero(&plan, offsetof(OF(plan), made) + sizeof plan.made),
+                 "a refused plan is not zero");
             const int not_a_number = n < 3;
             must(!not_a_number || status < 0, "a robot that is not a number");
             must(field > 1 || n != 5 || status < 0, "a mass of zero");
@@ -138,7 +143,8 @@ static void nasty_inputs(void)
         for (int place = 0; place < 7; place++) {
             const OF(state) start = {place == 0 ? value : 0.0f, place == 1 ? value : 0.0f, place == 2 ? value : -1.0f,
                                      place == 3 ? value : 0.0f};
-            use(&plan, &start, place == 4 ? value : 1.0f, place == 5 ? value : 0.5f, place == 6 ? value : 0.1f, CAPACITY);
+            use(&plan, &start, place == 4 ? value : 1.0f, place == 5 ? value : 0.5f, place == 6 ? value : 0.1f,
+                CAPACITY);
         }
     }
 }
@@ -159,11 +165,16 @@ static void plans_that_were_not_made(void)
         OF(gains) gains;
         const OF(step) step = {0.0f, 1.0f};
         const OF(target) target = {0.1f, 0.0f, 0.0f, 2.0f};
-        must(OF(solve_stance)(&plan, &start, &step, 1, 2.0f, CAPACITY, phases, CAPACITY, &stance) == HOPFORM_ERROR_ROBOT, "no plan, a stance");
+        must(OF(solve_stance)(&plan, &start, &step, 1, 2.0f, CAPACITY, phases, CAPACITY, &stance)
+                 == HOPFORM_ERROR_ROBOT,
+             "no plan, a stance");
         must(is_zero(&stance, sizeof stance), "no plan, and a stance that is not zero");
-        must(OF(choose_current)(&search, &plan, &start, &target, phases, CAPACITY, &command) == HOPFORM_ERROR_ROBOT, "no plan, a command");
+        must(OF(choose_current)(&search, &plan, &start, &target, phases, CAPACITY, &command) == HOPFORM_ERROR_ROBOT,
+             "no plan, a command");
         must(!(command.u > 0.0f) && !(command.u < 0.0f), "no plan, and a current");
-        must(OF(solve_flight)(&plan, &start, NULL, 2.0f, CAPACITY, flight_phases, CAPACITY, &flight) == HOPFORM_ERROR_ROBOT, "no plan, a flight");
+        must(OF(solve_flight)(&plan, &start, NULL, 2.0f, CAPACITY, flight_phases, CAPACITY, &flight)
+                 == HOPFORM_ERROR_ROBOT,
+             "no plan, a flight");
         must(OF(design_return)(&plan, 0.1f, &gains) == HOPFORM_ERROR_ROBOT, "no plan, gains");
         calls += 4;
         refused += 4;
@@ -182,12 +193,15 @@ static void buffers(void)
     const OF(step) step = {0.0f, 2.0f};
     const OF(target) target = {0.1f, 0.0f, 0.0f, 2.0f};
     must(OF(plan_init)(&plan, &sound) == HOPFORM_OK, "a sound robot is refused");
-    must(OF(solve_stance)(&plan, &start, &step, 1, 2.0f, CAPACITY, phases, CAPACITY, &with) == HOPFORM_OK, "a sound stance");
-    must(OF(solve_stance)(&plan, &start, &step, 1, 2.0f, CAPACITY, NULL, 0, &without) == HOPFORM_PHASES_NOT_KEPT, "no buffer");
+    must(OF(solve_stance)(&plan, &start, &step, 1, 2.0f, CAPACITY, phases, CAPACITY, &with) == HOPFORM_OK,
+         "a sound stance");
+    must(OF(solve_stance)(&plan, &start, &step, 1, 2.0f, CAPACITY, NULL, 0, &without) == HOPFORM_PHASES_NOT_KEPT,
+         "no buffer");
     must(!(with.duration < without.duration) && !(with.duration > without.duration) && with.ending == without.ending,
          "without a buffer the take-off is another");
     must(OF(stance_at)(&plan, &step, phases, &without, 0.0f, &state) < 0, "a state without phases");
-    must(OF(solve_stance)(&plan, &start, &step, 0, 2.0f, CAPACITY, phases, CAPACITY, &with) < 0, "no step of the current");
+    must(OF(solve_stance)(&plan, &start, &step, 0, 2.0f, CAPACITY, phases, CAPACITY, &with) < 0,
+         "no step of the current");
     must(OF(solve_stance)(&plan, &start, &step, 1, 2.0f, CAPACITY, phases, -1, &with) < 0, "a negative capacity");
     must(OF(solve_stance)(&plan, &start, &step, 1, 2.0f, CAPACITY, NULL, 1, &with) < 0, "a buffer that is NULL");
     must(OF(choose_current)(&search, &plan, &start, &target, phases, 0, &command) < 0, "a search without phases");

@@ -1,5 +1,5 @@
-/* Stances of the 50-digit reference, solved on the target in single precision: same ending, same events, and errors of at
- * most 1e-5 of the scale times the condition number. Then the controller must find each of their apexes again. */
+/* Stances of the 50-digit reference, solved on the target in single precision: same ending, same events, and errors of
+ * at most 1e-5 of the scale times the condition number. Then the controller must find each of their apexes again. */
 #include <stddef.h>
 
 #include "board.h"
@@ -59,7 +59,8 @@ static void events_of(int number, const golden *g, const hopform_stance_f32 *sta
         }
         found++;
     }
-    must(number, found == g->event_count || (g->event_count == MOST_EVENTS && found > MOST_EVENTS), "another count of events");
+    must(number, found == g->event_count || (g->event_count == MOST_EVENTS && found > MOST_EVENTS),
+         "another count of events");
 }
 
 static void stance_of(int number, const golden *g)
@@ -73,8 +74,8 @@ static void stance_of(int number, const golden *g)
     const hopform_state_f32 start = {g->x1, g->v1, g->v2, g->y};
     const hopform_step_f32 steps[] = {{0.0f, g->u}, {g->later, g->then}};
     must(number, hopform_plan_init_f32(&plan, &robot) == HOPFORM_OK, "no plan");
-    const int32_t status =
-        hopform_solve_stance_f32(&plan, &start, steps, g->later < 100.0f ? 2 : 1, g->horizon, CAPACITY, phases, CAPACITY, &stance);
+    const int32_t status = hopform_solve_stance_f32(&plan, &start, steps, g->later < 100.0f ? 2 : 1, g->horizon,
+                                                    CAPACITY, phases, CAPACITY, &stance);
     must(number, status == HOPFORM_OK && stance.ending == g->ending, "another ending");
     events_of(number, g, &stance);
     judge(number, "duration", stance.duration, g->duration, g->time_scale, g->condition);
@@ -88,7 +89,8 @@ static void stance_of(int number, const golden *g)
     }
     const hopform_target_f32 target = {g->apex, 0.0f, 0.0f, g->horizon};
     hopform_command_f32 command;
-    must(number, hopform_choose_current_f32(&search, &plan, &start, &target, phases, CAPACITY, &command) == HOPFORM_OK, "no search");
+    must(number, hopform_choose_current_f32(&search, &plan, &start, &target, phases, CAPACITY, &command) == HOPFORM_OK,
+         "no search");
     must(number, command.status == HOPFORM_COMMAND_REACHED, "an apex that is not found again");
     must(number, size_of(command.u) <= size_of(g->u) + 1e-3f, "a larger current than is needed");
     judge(number, "apex", command.apex, g->apex, 1.0f, 1.0f);

@@ -1,4 +1,5 @@
-"""Golden vectors for the emulated processors, from the 50-digit reference: `python -m tests.firmware.golden` writes golden.h.
+"""Golden vectors for the emulated processors, from the 50-digit reference:
+`python -m tests.firmware.golden` writes golden.h.
 
 cost_cases.h, written beside it, holds what is counted: the selftest's stances (set `modes`) and drops of both hoppers
 (set `drops`), of which the paper's sequence of signs is the common case.
@@ -8,6 +9,8 @@ least 1: the error that a target may show is 1e-5 of the scale times that.
 """
 
 import struct
+import textwrap
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
@@ -75,8 +78,14 @@ def row(robot: dict[str, float], start: dict[str, Any]) -> str:
     )  # fmt: skip
 
 
+def folded(rows: Iterable[str]) -> str:
+    """Rows of numbers, none wider than a source line may be."""
+    lines = "\n".join(rows).splitlines()
+    return "\n".join(textwrap.fill(line, 120, subsequent_indent="     ", break_on_hyphens=False) for line in lines)
+
+
 def text() -> str:
-    rows = "\n".join(row(robot, start) for robot, start in inputs())
+    rows = folded(row(robot, start) for robot, start in inputs())
     return f"""/* Written by `python -m tests.firmware.golden` from the 50-digit reference. Do not edit. */
 #ifndef GOLDEN_H
 #define GOLDEN_H
@@ -111,11 +120,11 @@ def cost_row(robot: int, start: dict[str, Any]) -> str:
 
 def cost_text() -> str:
     """The robots and starts that are counted, as C."""
-    robots = "\n".join("    {" + ", ".join(map(number, fields(robot).values())) + "}," for robot in ROBOTS)
+    robots = folded("    {" + ", ".join(map(number, fields(robot).values())) + "}," for robot in ROBOTS)
     given = [start for _, start in inputs()]
-    modes = "\n".join(cost_row(case.robot, start) for case, start in zip(CASES, given, strict=False))
+    modes = folded(cost_row(case.robot, start) for case, start in zip(CASES, given, strict=False))
     places = [ROBOTS.index(robot) for robot, _, _ in DROPS]
-    drops = "\n".join(cost_row(robot, start) for robot, start in zip(places, given[len(CASES) :], strict=True))
+    drops = folded(cost_row(robot, start) for robot, start in zip(places, given[len(CASES) :], strict=True))
     return f"""/* Written by `python -m tests.firmware.golden`. Do not edit. */
 #ifndef COST_CASES_H
 #define COST_CASES_H

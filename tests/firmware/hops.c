@@ -1,8 +1,8 @@
 /* A robot that hops on bare metal: the plant in one task, the library as its controller in another, at 1 kHz.
  *
- * At take-off the controller asks for the flight, which says in which state the leg will touch down, and begins to look for the
- * current of the next stance; each tick then solves one stance more. At touchdown that current is switched on. The plant knows nothing
- * of the closed form: it integrates the equations of motion (3), (4) with a small step.
+ * At take-off the controller asks for the flight, which says in which state the leg will touch down, and begins to look
+ * for the current of the next stance; each tick then solves one stance more. At touchdown that current is switched on.
+ * The plant knows nothing of the closed form: it integrates the equations of motion (3), (4) with a small step.
  */
 #include <stdbool.h>
 #include <stddef.h>
@@ -47,7 +47,8 @@ static void move(plant *p, float u, float h)
     const float force = p->stance ? r->k * y : 0.0f;
     const float on_1 = (p->stance ? -force + r->k * r->c : r->k * r->c) - r->b1 * p->v1 - r->gamma2 * u;
     const float v1 = velocity_after(p->v1, on_1 / r->m_eff, r->f1, h);
-    const float v2 = p->stance ? velocity_after(p->v2, (force - r->b2 * p->v2) / r->m_s - r->g, r->f2, h) : p->v2 - h * r->g;
+    const float v2 =
+        p->stance ? velocity_after(p->v2, (force - r->b2 * p->v2) / r->m_s - r->g, r->f2, h) : p->v2 - h * r->g;
     p->x1 += 0.5f * h * (p->v1 + v1);
     p->x2 += 0.5f * h * (p->v2 + v2);
     p->v1 = v1;
@@ -76,13 +77,15 @@ static controller control;
 static bool at_takeoff(controller *c, const plant *p, float h_des)
 {
     const hopform_state_f32 here = {p->x1, p->v1, p->v2, 0.0f};
-    if (hopform_solve_flight_f32(&c->plan, &here, NULL, 2.0f, CAPACITY, c->flight_phases, CAPACITY, &c->flight) != HOPFORM_OK) {
+    if (hopform_solve_flight_f32(&c->plan, &here, NULL, 2.0f, CAPACITY, c->flight_phases, CAPACITY, &c->flight)
+        != HOPFORM_OK) {
         return false;
     }
     const hopform_state_f32 touchdown = {c->flight.end.x1, c->flight.end.v1, c->flight.v2_after, 0.0f};
     const hopform_target_f32 target = {h_des, 0.0f, 0.001f, 2.0f};
     c->ticks = 0;
-    return hopform_choose_current_begin_f32(&c->search, &c->plan, &touchdown, &target, &c->command) == HOPFORM_SEARCHING;
+    return hopform_choose_current_begin_f32(&c->search, &c->plan, &touchdown, &target, &c->command)
+           == HOPFORM_SEARCHING;
 }
 
 /* What the current is to be, one piece of work a tick. */

@@ -16,7 +16,8 @@ typedef float real;
 
 enum { CAPACITY = 16, MANY = 4096 };
 
-static const OF(robot) sound = {25.0f, 3.0f, 1200.0f, 0.4f, 0.0f, 150.0f, 5.0f, 0.78f, 0.6f, -65.0f, 9.81f, 0.0f, 0.08f, 3.0f, 0.05f};
+static const OF(robot) sound = {25.0f, 3.0f,   1200.0f, 0.4f, 0.0f,  150.0f, 5.0f, 0.78f,
+                                0.6f,  -65.0f, 9.81f,   0.0f, 0.08f, 3.0f,   0.05f};
 static const OF(state) start = {0.0f, 0.0f, -1.9f, 0.0f};
 static const OF(step) one_step[1] = {{0.0f, 2.0f}};
 static OF(phase) phases[CAPACITY];
@@ -100,7 +101,8 @@ static void robots(void)
             const int lower = field == 11;
             const int any_sign = field == 3 || field == 4 || field == 9;
             int refused = n == 0 || (n == 1 && !upper) || (n == 2 && !lower);
-            refused = refused || (n == 3 && !any_sign && !lower) || (n == 4 && field < 3) || (n == 5 && (lower || field == 14));
+            refused = refused || (n == 3 && !any_sign && !lower) || (n == 4 && field < 3)
+                      || (n == 5 && (lower || field == 14));
             IS(OF(plan_init)(&made, &robot), refused ? HOPFORM_ERROR_ROBOT : HOPFORM_OK);
             IS(made.made == (refused ? 0u : HOPFORM_PLAN_MADE), 1);
         }
@@ -152,7 +154,8 @@ static void robots(void)
     }
 }
 
-static int32_t solve(const OF(state) *from, const OF(step) *steps, int32_t count, real horizon, int32_t max_phases, int32_t capacity)
+static int32_t solve(const OF(state) *from, const OF(step) *steps, int32_t count, real horizon, int32_t max_phases,
+                     int32_t capacity)
 {
     OF(stance) stance;
     return OF(solve_stance)(&plan, from, steps, count, horizon, max_phases, phases, capacity, &stance);
@@ -172,13 +175,15 @@ static void stances(void)
             IS(solve(&from, one_step, 1, 2.0f, CAPACITY, CAPACITY), HOPFORM_ERROR_STATE);
         }
     }
-    const OF(state) beyond = {0.09f, 0.0f, -1.0f, 0.0f}, before = {-0.01f, 0.0f, -1.0f, 0.0f}, extended = {0.0f, 0.0f, -1.0f, -0.01f};
+    const OF(state) beyond = {0.09f, 0.0f, -1.0f, 0.0f}, before = {-0.01f, 0.0f, -1.0f, 0.0f},
+                    extended = {0.0f, 0.0f, -1.0f, -0.01f};
     IS(solve(&beyond, one_step, 1, 2.0f, CAPACITY, CAPACITY), HOPFORM_ERROR_STATE);
     IS(solve(&before, one_step, 1, 2.0f, CAPACITY, CAPACITY), HOPFORM_ERROR_STATE);
     IS(solve(&extended, one_step, 1, 2.0f, CAPACITY, CAPACITY), HOPFORM_ERROR_EXTENDED);
     const OF(step) late[] = {{0.1f, 1.0f}}, early[] = {{-0.1f, 1.0f}}, same[] = {{0.0f, 1.0f}, {0.0f, 2.0f}};
     const OF(step) back[] = {{0.0f, 1.0f}, {0.2f, 2.0f}, {0.1f, 1.0f}}, never[] = {{0.0f, 1.0f}, {nan, 2.0f}};
-    const OF(step) endless[] = {{0.0f, 1.0f}, {inf, 2.0f}}, too_much[] = {{0.0f, inf}}, none[] = {{0.0f, nan}}, unknown[] = {{nan, 0.0f}};
+    const OF(step) endless[] = {{0.0f, 1.0f}, {inf, 2.0f}}, too_much[] = {{0.0f, inf}}, none[] = {{0.0f, nan}},
+                   unknown[] = {{nan, 0.0f}};
     const OF(step) less[] = {{0.0f, -inf}};
     IS(solve(&start, late, 1, 2.0f, CAPACITY, CAPACITY), HOPFORM_ERROR_STEPS);
     IS(solve(&start, early, 1, 2.0f, CAPACITY, CAPACITY), HOPFORM_ERROR_STEPS);
@@ -255,7 +260,8 @@ static void readers(void)
     for (int n = 0; n < 5; n++) {
         IS(OF(stance_at)(&plan, one_step, phases, &solved, bad[n], &state), HOPFORM_ERROR_TIME);
         IS(OF(stance_states)(&plan, one_step, phases, &solved, &bad[n], 1, x1, v1, v2, y), HOPFORM_ERROR_TIME);
-        IS(OF(stance_energy)(&plan, one_step, phases, &solved, &bad[n], 1, &energy, &ledger, &loss), HOPFORM_ERROR_TIME);
+        IS(OF(stance_energy)(&plan, one_step, phases, &solved, &bad[n], 1, &energy, &ledger, &loss),
+           HOPFORM_ERROR_TIME);
         IS(OF(stance_tangents)(&plan, one_step, phases, &solved, &bad[n], 1, &state, tangents), HOPFORM_ERROR_TIME);
         IS(OF(stance_grid)(&plan, one_step, phases, &solved, bad[n], 0.01f, 2, x1, v1, v2, y), HOPFORM_ERROR_TIME);
         IS(OF(stance_grid)(&plan, one_step, phases, &solved, 0.0f, bad[n], 2, x1, v1, v2, y), HOPFORM_ERROR_TIME);
@@ -404,14 +410,16 @@ static void flights(void)
     IS(OF(solve_flight)(&plan, &from, &law, 2.0f, CAPACITY, flight_phases, CAPACITY, &f), HOPFORM_ERROR_STATE);
     const real horizons[] = {0.0f, -1.0f, nan, inf};
     for (int n = 0; n < 4; n++) {
-        IS(OF(solve_flight)(&plan, &away, &law, horizons[n], CAPACITY, flight_phases, CAPACITY, &f), HOPFORM_ERROR_HORIZON);
+        IS(OF(solve_flight)(&plan, &away, &law, horizons[n], CAPACITY, flight_phases, CAPACITY, &f),
+           HOPFORM_ERROR_HORIZON);
         IS(OF(design_return)(&plan, horizons[n], &gains), HOPFORM_ERROR_TIME);
     }
     IS(OF(solve_flight)(&plan, &away, &law, 2.0f, 0, flight_phases, CAPACITY, &f), HOPFORM_ERROR_HORIZON);
     IS(OF(solve_flight)(&plan, &away, &law, 2.0f, CAPACITY, flight_phases, -1, &f), HOPFORM_ERROR_HORIZON);
     const OF(gains) bad_gains[] = {{nan, 0.0f}, {0.0f, nan}, {-1.0f, 0.0f}, {0.0f, -1.0f}, {inf, 0.0f}, {0.0f, inf}};
     for (int n = 0; n < 6; n++) {
-        IS(OF(solve_flight)(&plan, &away, &bad_gains[n], 2.0f, CAPACITY, flight_phases, CAPACITY, &f), HOPFORM_ERROR_GAINS);
+        IS(OF(solve_flight)(&plan, &away, &bad_gains[n], 2.0f, CAPACITY, flight_phases, CAPACITY, &f),
+           HOPFORM_ERROR_GAINS);
     }
     IS(OF(design_return)(&plan, 0.1f, &gains), HOPFORM_OK);
     IS(OF(design_return)(&unmade, 0.1f, &gains), HOPFORM_ERROR_ROBOT);
@@ -453,7 +461,8 @@ static void contacts(void)
 {
     const real nan = not_a_number(), inf = infinity();
     const OF(detector) detector = {0.6f, 0.4f, 2};
-    const OF(detector) bad[] = {{0.4f, 0.6f, 2}, {nan, 0.4f, 2}, {0.6f, nan, 2}, {inf, 0.4f, 2}, {0.6f, -inf, 2}, {0.6f, 0.4f, 0}};
+    const OF(detector)
+        bad[] = {{0.4f, 0.6f, 2}, {nan, 0.4f, 2}, {0.6f, nan, 2}, {inf, 0.4f, 2}, {0.6f, -inf, 2}, {0.6f, 0.4f, 0}};
     OF(contact) contact = {0, 0, 0};
     for (int n = 0; n < 6; n++) {
         IS(OF(touchdown)(&bad[n], &contact, 0.5f), HOPFORM_ERROR_DETECTOR);

@@ -1,4 +1,6 @@
-"""The generated C under strict compilers, gcc's analyzer, and cppcheck with MISRA: nothing but what docs/misra.md argues."""
+"""The generated C under strict compilers, gcc's analyzer, and cppcheck with MISRA:
+nothing but what docs/misra.md argues.
+"""
 
 import re
 import shutil
@@ -7,8 +9,8 @@ from tests.firmware.targets import COMMON, ROOT, C, Failed, run, sources
 
 PAGE = ROOT / "docs" / "misra.md"
 GCC = (
-    "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wsign-conversion", "-Wdouble-promotion", "-Wfloat-equal", "-Wshadow",
-    "-Wundef", "-Werror",
+    "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wsign-conversion", "-Wdouble-promotion", "-Wfloat-equal",
+    "-Wshadow", "-Wundef", "-Werror",
 )  # fmt: skip
 CLANG = ("-Weverything", "-Werror", "-Wno-declaration-after-statement")
 KNOWN_FALSE = {"ctuuninitvar"}

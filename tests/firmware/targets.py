@@ -1,4 +1,6 @@
-"""Processors, the compilers for them and the machines of QEMU that stand in for boards; how a program is built and run."""
+"""Processors, the compilers for them and the machines of QEMU that stand in for boards;
+how a program is built and run.
+"""
 
 import math
 import re
@@ -31,7 +33,9 @@ OUT_OF_TIME = (-signal.SIGXCPU, -signal.SIGKILL)
 
 
 class Failed(Exception):
-    """A tool or an emulated program that failed, with its last words; `code` is how it ended, 124 where it took too long."""
+    """A tool or an emulated program that failed, with its last words;
+    `code` is how it ended, 124 where it took too long.
+    """
 
     def __init__(self, message: str, code: int = 124) -> None:
         super().__init__(message)

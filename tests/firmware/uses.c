@@ -1,5 +1,5 @@
-/* Keeps functions of the library in an image, to see what they take of the flash: -DUSES=0 none, 1 a stance and its states,
- * 2 with the controller, 3 with energies, grids, flight and the rest, 4 with sensitivities too. */
+/* Keeps functions of the library in an image, to see what they take of the flash: -DUSES=0 none, 1 a stance and its
+ * states, 2 with the controller, 3 with energies, grids, flight and the rest, 4 with sensitivities too. */
 #include "board.h"
 #include "hopform/hopform.h"
 

@@ -1,5 +1,5 @@
-/* Prints a word for all bits of random stances, flights and commands (words_of.h), in single precision, and in double precision
- * unless -DSINGLE. The selftest's cases are chosen to visit everything once; these are many. */
+/* Prints a word for all bits of random stances, flights and commands (words_of.h), in single precision, and in double
+ * precision unless -DSINGLE. The selftest's cases are chosen to visit everything once; these are many. */
 #include <math.h>
 #include <stddef.h>
 

@@ -1,7 +1,8 @@
-/* A word for all bits that the library gives for WORDS_ROBOTS random robots, in one precision: included with REAL and T defined.
+/* A word for all bits that the library gives for WORDS_ROBOTS random robots, in one precision: included with REAL and T
+ * defined.
  *
- * Half of the numbers have four digits in base 2, so that sums are exact and ties are met; the others have 24. Those of every third
- * robot are powers of 2, so that forces often balance exactly.
+ * Half of the numbers have four digits in base 2, so that sums are exact and ties are met; the others have 24. Those of
+ * every third robot are powers of 2, so that forces often balance exactly.
  */
 
 typedef struct {
@@ -46,7 +47,8 @@ static void T(numbers)(T(words) *w, const REAL *values, size_t size)
 /* Between 2^low and 2^high, all sizes alike. */
 static REAL T(over)(T(words) *w, int low, int high)
 {
-    REAL value = (T(roll)(w) & 1u) != 0u ? (REAL)(8u + T(roll)(w) % 8u) / (REAL)8 : (REAL)((1u << 23) + (T(roll)(w) >> 9)) / (REAL)(1u << 23);
+    REAL value = (T(roll)(w) & 1u) != 0u ? (REAL)(8u + T(roll)(w) % 8u) / (REAL)8
+                                         : (REAL)((1u << 23) + (T(roll)(w) >> 9)) / (REAL)(1u << 23);
     value = w->plain ? (REAL)1 : value;
     int power = low + (int)(T(roll)(w) % (uint32_t)(high - low));
     for (; power > 0; power--) {
@@ -115,7 +117,8 @@ static void T(with_flight)(T(words) *w, const T(hopform_plan) *plan, const T(hop
     const int32_t most = (kind & 56u) == 0u ? 1 + (int32_t)(T(roll)(w) % 4u) : WORDS_PHASES;
     T(take)(w, (uint32_t)T(hopform_design_return)(plan, horizon, &designed));
     T(numbers)(w, &designed.Kp, sizeof designed);
-    T(take)(w, (uint32_t)T(hopform_solve_flight)(plan, takeoff, (kind & 1u) != 0u ? NULL : &gains, horizon, most, phases, WORDS_PHASES, &flight));
+    T(take)(w, (uint32_t)T(hopform_solve_flight)(plan, takeoff, (kind & 1u) != 0u ? NULL : &gains, horizon, most,
+                                                 phases, WORDS_PHASES, &flight));
     T(numbers)(w, (const REAL *)&flight, offsetof(T(hopform_flight), ending));
     T(take)(w, (uint32_t)flight.ending + 16u * (uint32_t)flight.event_count + 4096u * (uint32_t)flight.phase_count);
     for (int32_t n = 0; n < flight.phases_kept; n++) {
@@ -132,7 +135,8 @@ static void T(with_flight)(T(words) *w, const T(hopform_plan) *plan, const T(hop
         T(take)(w, (uint32_t)T(hopform_flight_at)(plan, phases, &flight, times, TIMES, states));
         T(numbers)(w, &states[0].x1, sizeof states);
         for (int n = 0; n < TIMES; n++) { /* apart: the times of all need not increase */
-            T(take)(w, (uint32_t)T(hopform_flight_energy)(plan, phases, &flight, &times[n], 1, &energies[n], &ledgers[n], &losses[n]));
+            T(take)(w, (uint32_t)T(hopform_flight_energy)(plan, phases, &flight, &times[n], 1, &energies[n],
+                                                          &ledgers[n], &losses[n]));
         }
         T(numbers)(w, &energies[0].body, sizeof energies);
         T(numbers)(w, &ledgers[0].motor_work, sizeof ledgers);
@@ -151,7 +155,9 @@ static void T(with_any_flight)(T(words) *w, const T(hopform_plan) *plan)
     takeoff.v2 = T(signed_over)(w, -3, 3, 9);
     takeoff.y = T(signed_over)(w, -9, -3, 2);
     if ((kind & 3u) == 0u || takeoff.x1 > robot->x1_max || takeoff.x1 < robot->x1_min) {
-        takeoff.x1 = (kind & 4u) != 0u && robot->x1_max < (REAL)1 ? robot->x1_max : robot->x1_min < (REAL)-1 ? (REAL)0 : robot->x1_min;
+        takeoff.x1 = (kind & 4u) != 0u && robot->x1_max < (REAL)1 ? robot->x1_max
+                     : robot->x1_min < (REAL)-1                   ? (REAL)0
+                                                                  : robot->x1_min;
     }
     T(with_flight)(w, plan, &takeoff);
 }
@@ -174,7 +180,8 @@ static void T(with_motion)(T(words) *w, const T(hopform_plan) *plan, const T(hop
     T(numbers)(w, v1, TIMES * sizeof(REAL));
     T(numbers)(w, v2, TIMES * sizeof(REAL));
     T(numbers)(w, y, TIMES * sizeof(REAL));
-    T(take)(w, (uint32_t)T(hopform_stance_energy)(plan, steps, phases, stance, times, TIMES, energies, ledgers, losses));
+    T(take)(w,
+            (uint32_t)T(hopform_stance_energy)(plan, steps, phases, stance, times, TIMES, energies, ledgers, losses));
     T(numbers)(w, &energies[0].body, sizeof energies);
     T(numbers)(w, &ledgers[0].motor_work, sizeof ledgers);
     T(numbers)(w, losses, sizeof losses);
@@ -184,9 +191,12 @@ static void T(with_motion)(T(words) *w, const T(hopform_plan) *plan, const T(hop
     T(take)(w, (uint32_t)T(hopform_stance_sensitivities)(plan, steps, phases, stance, matrix));
     T(numbers)(w, matrix, sizeof matrix);
     const int32_t counts[3] = {GRID - 1, 1 + (int32_t)(T(roll)(w) % 70u), 65};
-    for (int i = 0; i < 3 && stance->duration > (REAL)0; i++) { /* all of it, and from a start of a phase or behind it on */
+    for (int i = 0; i < 3 && stance->duration > (REAL)0; i++) {
+        /* all of it, and from a start of a phase or behind it on */
         const int32_t count = counts[i];
-        const REAL t0 = i == 0 ? (REAL)0 : i == 1 ? phases[stance->phase_count - 1].t : (stance->duration + phases[stance->phase_count / 2].t) / (REAL)2;
+        const REAL t0 = i == 0   ? (REAL)0
+                        : i == 1 ? phases[stance->phase_count - 1].t
+                                 : (stance->duration + phases[stance->phase_count / 2].t) / (REAL)2;
         const REAL dt = i == 0 ? stance->duration / (REAL)count : (stance->duration - t0) / (REAL)80;
         T(take)(w, (uint32_t)T(hopform_stance_grid)(plan, steps, phases, stance, t0, dt, count, x1, v1, v2, y));
         for (int n = 0; n < count && dt > (REAL)0; n++) {
@@ -197,14 +207,15 @@ static void T(with_motion)(T(words) *w, const T(hopform_plan) *plan, const T(hop
 }
 
 /* The same with few phases: too small a buffer, or too few of them allowed. */
-static void T(with_less)(T(words) *w, const T(hopform_plan) *plan, const T(hopform_state) *start, const T(hopform_step) *steps,
-                         int32_t count, REAL horizon)
+static void T(with_less)(T(words) *w, const T(hopform_plan) *plan, const T(hopform_state) *start,
+                         const T(hopform_step) *steps, int32_t count, REAL horizon)
 {
     T(hopform_phase) phases[4];
     T(hopform_stance) stance;
     const uint32_t kind = T(roll)(w);
     const int32_t most = (kind & 8u) != 0u ? 1 + (int32_t)(kind & 7u) : WORDS_PHASES;
-    T(take)(w, (uint32_t)T(hopform_solve_stance)(plan, start, steps, count, horizon, most, phases, (int32_t)(kind >> 4 & 3u), &stance));
+    T(take)(w, (uint32_t)T(hopform_solve_stance)(plan, start, steps, count, horizon, most, phases,
+                                                 (int32_t)(kind >> 4 & 3u), &stance));
     T(numbers)(w, &stance.duration, offsetof(T(hopform_stance), ending));
     T(take)(w, (uint32_t)stance.ending + 16u * (uint32_t)stance.event_count + 4096u * (uint32_t)stance.phase_count);
     for (int32_t n = 0; n < stance.phases_kept; n++) {
@@ -222,7 +233,8 @@ static void T(with_stance)(T(words) *w, const T(hopform_plan) *plan, const T(hop
     steps[1].u = T(signed_over)(w, -5, 1, 6);
     const int32_t count = 1 + (int32_t)(T(roll)(w) & 1u);
     const REAL horizon = T(over)(w, -3, 2);
-    T(take)(w, (uint32_t)T(hopform_solve_stance)(plan, start, steps, count, horizon, 64, phases, WORDS_PHASES, &stance));
+    T(take)(w,
+            (uint32_t)T(hopform_solve_stance)(plan, start, steps, count, horizon, 64, phases, WORDS_PHASES, &stance));
     T(numbers)(w, &stance.duration, offsetof(T(hopform_stance), ending));
     T(take)(w, (uint32_t)stance.ending + 16u * (uint32_t)stance.event_count + 4096u * (uint32_t)stance.phase_count);
     for (int32_t n = 0; n < stance.phases_kept; n++) {
@@ -252,7 +264,8 @@ static void T(with_command)(T(words) *w, const T(hopform_plan) *plan, const T(ho
     T(number)(w, command.u);
     T(number)(w, command.apex);
     T(take)(w, (uint32_t)command.status + 16u * (uint32_t)search.trials);
-    int32_t goes = T(hopform_choose_current_begin)(&search, plan, start, &target, &command); /* step by step, in little memory */
+    int32_t goes =
+        T(hopform_choose_current_begin)(&search, plan, start, &target, &command); /* step by step, in little memory */
     for (int n = 0; n < 12 && goes == HOPFORM_SEARCHING; n++) {
         goes = T(hopform_choose_current_step)(&search, phases, 8, &command);
         T(take)(w, (uint32_t)goes + 16u * (uint32_t)command.status);
@@ -270,12 +283,14 @@ static void T(with_trials)(T(words) *w, const T(hopform_plan) *plan, const T(hop
     for (int n = 0; n < CURRENTS; n++) {
         currents[n] = T(signed_over)(w, -5, 1, 6);
     }
-    const int32_t status = T(hopform_try_currents)(plan, start, 1, currents, CURRENTS, (REAL)1, phases, WORDS_PHASES, trials);
+    const int32_t status =
+        T(hopform_try_currents)(plan, start, 1, currents, CURRENTS, (REAL)1, phases, WORDS_PHASES, trials);
     T(take)(w, (uint32_t)status);
     for (int n = 0; n < CURRENTS && status >= 0; n++) {
         T(numbers)(w, &trials[n].u, offsetof(T(hopform_trial), events));
         T(take)(w, trials[n].events);
-        T(take)(w, (uint32_t)trials[n].dips + 65536u * (uint32_t)(trials[n].takes_off + 2 * trials[n].held + 4 * trials[n].smooth));
+        T(take)(w, (uint32_t)trials[n].dips
+                       + 65536u * (uint32_t)(trials[n].takes_off + 2 * trials[n].held + 4 * trials[n].smooth));
     }
 }
 

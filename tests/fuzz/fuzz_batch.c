@@ -1,7 +1,8 @@
 /* A libFuzzer target: a batch on arbitrary bit patterns, -DSINGLE in single precision.
  *
- * A few robots and starts, with currents and velocities spread between two numbers each, are solved by each variant that the processor
- * has. Every bit of their answers must be the same. A horizon is cut to MOST_HALF_TURNS of the stiffest oscillation: an input takes milliseconds.
+ * A few robots and starts, with currents and velocities spread between two numbers each, are solved by each variant
+ * that the processor has. Every bit of their answers must be the same. A horizon is cut to MOST_HALF_TURNS of the
+ * stiffest oscillation: an input takes milliseconds.
  */
 #include <math.h>
 #include <stdint.h>
@@ -37,7 +38,8 @@ static T(output) results(void *first, size_t stride)
     return made;
 }
 
-static void solve(int32_t variant, const inputs *from, int one_robot, int32_t count, int32_t max_phases, int32_t capacity, int lists, answers *to)
+static void solve(int32_t variant, const inputs *from, int one_robot, int32_t count, int32_t max_phases,
+                  int32_t capacity, int lists, answers *to)
 {
     T(phase) phases[MAX_PHASES];
     T(stances_in) in;

@@ -1,8 +1,9 @@
 /* A libFuzzer target: the controller and the trials of a map on arbitrary bit patterns, -DSINGLE in single precision.
  *
- * The bytes become numbers as they are or, by the first one, of a sensible size, so that the search is entered and not only its gate.
- * A command that is not finite, above u_max, or other than u = 0 beside an error, aborts. The search is also left after any of
- * its steps. A horizon is cut to MOST_HALF_TURNS, the search to MOST_STEPS stances: an input takes milliseconds.
+ * The bytes become numbers as they are or, by the first one, of a sensible size, so that the search is entered and not
+ * only its gate. A command that is not finite, above u_max, or other than u = 0 beside an error, aborts. The search is
+ * also left after any of its steps. A horizon is cut to MOST_HALF_TURNS, the search to MOST_STEPS stances: an input
+ * takes milliseconds.
  */
 #include <math.h>
 #include <stdint.h>
@@ -26,7 +27,8 @@ static void must_be_safe(const T(command) *command, int32_t status, const T(robo
          || (command->status == HOPFORM_COMMAND_NO_TAKEOFF && command->u == 0));
 }
 
-static void try_some(source *from, const T(plan) *plan, const T(state) *start, real horizon, int sensible, int32_t capacity)
+static void try_some(source *from, const T(plan) *plan, const T(state) *start, real horizon, int sensible,
+                     int32_t capacity)
 {
     T(phase) phases[MAX_PHASES];
     T(trial) trials[CURRENTS];
@@ -58,7 +60,8 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     target.h_des = next_real(&from, sensible, 1);
     target.datum = kind & 8 ? 0 : next_real(&from, sensible, 0);
     target.stop_margin = kind & 16 ? 0 : next_real(&from, sensible, 1);
-    target.horizon = made ? bounded(next_real(&from, sensible, 1), &robot, MOST_HALF_TURNS) : next_real(&from, sensible, 1);
+    target.horizon =
+        made ? bounded(next_real(&from, sensible, 1), &robot, MOST_HALF_TURNS) : next_real(&from, sensible, 1);
     const int32_t capacity = 1 + next_byte(&from) % MAX_PHASES, steps = next_byte(&from) % MOST_STEPS;
     T(phase) phases[MAX_PHASES];
     T(search) search;

@@ -1,12 +1,14 @@
 /* A libFuzzer target: the C entry points on arbitrary bit patterns.
  *
- * -DENTRY=n picks what is called (1 hopform_plan_init, 2 hopform_solve_stance, 3 hopform_stance_at, 4 hopform_stance_energy),
- * -DSINGLE single precision, -DDESCRIBE prints what the bytes mean. The bytes become numbers as they are, or, by the first byte, numbers of a sensible size, so that
- * the solver is entered and not only its gate. An answer that is not finite, or not within its own bounds, aborts.
+ * -DENTRY=n picks what is called (1 hopform_plan_init, 2 hopform_solve_stance, 3 hopform_stance_at, 4
+ * hopform_stance_energy), -DSINGLE single precision, -DDESCRIBE prints what the bytes mean. The bytes become numbers as
+ * they are, or, by the first byte, numbers of a sensible size, so that the solver is entered and not only its gate. An
+ * answer that is not finite, or not within its own bounds, aborts.
  *
- * Without friction a stance is followed half turn by half turn, and the quotient of two arbitrary numbers makes a horizon of 1e7
- * half turns of the stiffest oscillation, which takes seconds and finds nothing that the first ones do not. So a horizon
- * is cut to MOST_HALF_TURNS of them, and there are never more than MAX_PHASES phases: an input takes milliseconds.
+ * Without friction a stance is followed half turn by half turn, and the quotient of two arbitrary numbers makes a
+ * horizon of 1e7 half turns of the stiffest oscillation, which takes seconds and finds nothing that the first ones do
+ * not. So a horizon is cut to MOST_HALF_TURNS of them, and there are never more than MAX_PHASES phases: an input takes
+ * milliseconds.
  */
 #include <math.h>
 #include <stdint.h>
@@ -50,7 +52,8 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     start.v1 = next_real(&from, sensible, 0);
     start.v2 = next_real(&from, sensible, 0);
     start.y = sensible && (kind & 4) ? 0 : (real)(sensible ? next_real(&from, 1, 1) : next_real(&from, 0, 0));
-    const T(step) steps[STEPS] = {{0, next_real(&from, sensible, 0)}, {next_real(&from, sensible, 1), next_real(&from, sensible, 0)}};
+    const T(step) steps[STEPS] = {{0, next_real(&from, sensible, 0)},
+                                  {next_real(&from, sensible, 1), next_real(&from, sensible, 0)}};
     const int32_t step_count = kind & 8 ? 2 : 1, max_phases = 1 + next_byte(&from) % MAX_PHASES;
     const int32_t capacity = kind & 16 ? next_byte(&from) % MAX_PHASES : MAX_PHASES + 1;
     const real horizon = bounded(next_real(&from, sensible, 1), &robot, MOST_HALF_TURNS);
@@ -59,7 +62,8 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     describe("t u t u", steps, sizeof steps);
     describe("horizon", &horizon, sizeof horizon);
     T(stance) stance;
-    const int32_t status = T(solve_stance)(&plan, &start, steps, step_count, horizon, max_phases, phases, capacity, &stance);
+    const int32_t status =
+        T(solve_stance)(&plan, &start, steps, step_count, horizon, max_phases, phases, capacity, &stance);
     if (status < 0) {
         return 0;
     }

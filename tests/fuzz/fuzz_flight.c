@@ -1,7 +1,7 @@
 /* A libFuzzer target: flights and the touchdown detector on arbitrary bit patterns, -DSINGLE in single precision.
  *
- * The bytes become numbers as they are or, by the first one, of a sensible size, so that the solver is entered and not only its gate. An
- * answer that is not finite, or not within its own bounds, aborts.
+ * The bytes become numbers as they are or, by the first one, of a sensible size, so that the solver is entered and not
+ * only its gate. An answer that is not finite, or not within its own bounds, aborts.
  */
 #include <math.h>
 #include <stdint.h>
@@ -17,7 +17,8 @@ static void detect(source *from)
     for (int n = 0; n < 8; n++) {
         const T(contact) before = contact;
         const int32_t told = T(touchdown)(&detector, &contact, next_real(from, 0, 0));
-        must(told >= 0 || (before.run == contact.run && before.above == contact.above && before.touches == contact.touches));
+        must(told >= 0
+             || (before.run == contact.run && before.above == contact.above && before.touches == contact.touches));
         must(told <= HOPFORM_CONTACT_TAKEOFF && (told != HOPFORM_CONTACT_TOUCHDOWN || contact.touches == 1));
         must(contact.run >= 0 && (told < 0 || contact.run < detector.count));
     }

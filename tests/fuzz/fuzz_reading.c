@@ -1,8 +1,9 @@
 /* A libFuzzer target: what reads a solved stance (derivatives, tangents, states, the grid), on arbitrary bit patterns;
  * -DSINGLE in single precision.
  *
- * The bytes become numbers as they are or, by the first one, of a sensible size. An answer that is not finite, or not within its own
- * bounds, aborts. A horizon is cut to MOST_HALF_TURNS of the stiffest oscillation: an input takes milliseconds.
+ * The bytes become numbers as they are or, by the first one, of a sensible size. An answer that is not finite, or not
+ * within its own bounds, aborts. A horizon is cut to MOST_HALF_TURNS of the stiffest oscillation: an input takes
+ * milliseconds.
  */
 #include <math.h>
 #include <stdint.h>
@@ -28,10 +29,12 @@ static void read_stance(const T(plan) *plan, const T(step) *step, const T(stance
     }
     const int32_t told = T(stance_tangents)(plan, step, phases, stance, times, 2, states, tangents);
     must(told == HOPFORM_OK || told == HOPFORM_NO_DERIVATIVE || told == HOPFORM_ERROR_TIME);
-    const int32_t stated = T(stance_states)(plan, step, phases, stance, times, 2, columns[0], columns[1], columns[2], columns[3]);
+    const int32_t stated =
+        T(stance_states)(plan, step, phases, stance, times, 2, columns[0], columns[1], columns[2], columns[3]);
     must((stated < 0) == (told < 0) || early > stance->duration); /* tangents want times in their order */
     const real dt = stance->duration / GRID;
-    const int32_t drawn = T(stance_grid)(plan, step, phases, stance, early, dt, GRID, columns[0], columns[1], columns[2], columns[3]);
+    const int32_t drawn =
+        T(stance_grid)(plan, step, phases, stance, early, dt, GRID, columns[0], columns[1], columns[2], columns[3]);
     must(drawn == HOPFORM_OK || drawn == HOPFORM_ERROR_TIME);
     T(stance_grid)(plan, step, phases, stance, 0, dt, GRID, columns[0], columns[1], columns[2], columns[3]);
 }
@@ -53,7 +56,8 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     const T(step) step = {0, next_real(&from, sensible, 0)};
     const real horizon = bounded(next_real(&from, sensible, 1), &robot, MOST_HALF_TURNS);
     T(stance) stance;
-    const int32_t status = T(solve_stance)(&plan, &start, &step, 1, horizon, MAX_PHASES, phases, MAX_PHASES + 1, &stance);
+    const int32_t status =
+        T(solve_stance)(&plan, &start, &step, 1, horizon, MAX_PHASES, phases, MAX_PHASES + 1, &stance);
     if (status >= 0) {
         read_stance(&plan, &step, &stance, kind & 32 ? next_real(&from, 0, 0) : stance.duration / 3);
     }

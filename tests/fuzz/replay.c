@@ -1,5 +1,5 @@
-/* A fuzzing target without a fuzzer: the inputs in the files that are named, then as many from a generator with a fixed seed as the
- * first argument says, both kinds, as they are and of a sensible size. */
+/* A fuzzing target without a fuzzer: the inputs in the files that are named, then as many from a generator with a fixed
+ * seed as the first argument says, both kinds, as they are and of a sensible size. */
 #include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>

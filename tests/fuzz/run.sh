@@ -1,6 +1,7 @@
 #!/bin/sh
-# Fuzz each C entry point, or those of ENTRIES, for SECONDS_EACH (default 60), in both precisions, JOBS (default: processors) at
-# a time. A finding stops it, unless KEEP_GOING is set, and stays in out/fuzz; tests/fuzz/found holds earlier ones, which are tried first.
+# Fuzz each C entry point, or those of ENTRIES, for SECONDS_EACH (default 60), in both precisions, JOBS (default:
+# processors) at a time. A finding stops it, unless KEEP_GOING is set, and stays in out/fuzz; tests/fuzz/found holds
+# earlier ones, which are tried first.
 set -eu
 cd "$(dirname "$0")/../.."
 clang=${CLANG:-clang}
@@ -17,7 +18,8 @@ if [ $# -eq 2 ]; then # one entry point in one precision
     mkdir -p "out/fuzz/corpus_$name"
     status=0
     "out/fuzz/$name" -max_total_time="$seconds" -max_len=256 -timeout=10 -verbosity=0 -print_final_stats=1 \
-        -artifact_prefix="out/fuzz/${name}_" "out/fuzz/corpus_$name" tests/fuzz/found 2>"out/fuzz/$name.log" || status=$?
+        -artifact_prefix="out/fuzz/${name}_" "out/fuzz/corpus_$name" tests/fuzz/found \
+        2>"out/fuzz/$name.log" || status=$?
     runs=$(sed -n 's/^stat::number_of_executed_units: *//p' "out/fuzz/$name.log")
     slowest=$(sed -n 's/^stat::slowest_unit_time_sec: *//p' "out/fuzz/$name.log")
     echo "entry $1, $2: ${runs:-?} inputs in $seconds s, slowest ${slowest:-?} s"
@@ -27,7 +29,10 @@ if [ $# -eq 2 ]; then # one entry point in one precision
     exit "$([ -n "${KEEP_GOING:-}" ] && echo 1 || echo 255)" # 255: no more are begun
 fi
 
-command -v "$clang" >/dev/null || { echo "hopform: no clang: $clang not found (set CLANG, or on Debian: apt install clang)" >&2; exit 1; }
+if ! command -v "$clang" >/dev/null; then
+    echo "hopform: no clang: $clang not found (set CLANG, or on Debian: apt install clang)" >&2
+    exit 1
+fi
 rm -rf out/fuzz/objects
 mkdir -p out/fuzz/objects
 jobs=${JOBS:-$(getconf _NPROCESSORS_ONLN)}

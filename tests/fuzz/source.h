@@ -80,8 +80,8 @@ static T(robot) next_robot(source *from, int kind)
     return robot;
 }
 
-/* A horizon of at most so many half turns of the stiffest oscillation; one that is none, or infinite, stays as it is: to refuse it
- * is part of what is tried. */
+/* A horizon of at most so many half turns of the stiffest oscillation; one that is none, or infinite, stays as it is:
+ * to refuse it is part of what is tried. */
 static inline real bounded(real horizon, const T(robot) *robot, double half_turns)
 {
     const double rate = sqrt(robot->k / (double)robot->m_eff + robot->k / (double)robot->m_s);

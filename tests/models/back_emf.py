@@ -1,7 +1,7 @@
 """The hopper with a voltage source in place of its current driver: the motor's back-EMF brakes the actuator.
 
-Behind a resistance R, at the voltage U, a motor of the constant k_t carries the current (U - k_t v_1)/R and pulls with k_t times
-that. With the current at standstill, u = U/R, as the input:
+Behind a resistance R, at the voltage U, a motor of the constant k_t carries the current (U - k_t v_1)/R and pulls with
+k_t times that. With the current at standstill, u = U/R, as the input:
 
     m_eff a_1 = ... - gamma_2 u - k_emf v_1,        k_emf = k_t^2/R,        |k_t| = |gamma_2|
 

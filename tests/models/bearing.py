@@ -1,4 +1,6 @@
-"""A second bearing of the actuator, and a spring balancer that pulls it: what the hopper's own b1 and k c do already."""
+"""A second bearing of the actuator, and a spring balancer that pulls it:
+what the hopper's own b1 and k c do already.
+"""
 
 from hopform.model import Quantity, Term, v1
 

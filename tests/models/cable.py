@@ -1,4 +1,6 @@
-"""A cable that pulls the body up: the flight knows no force on the body but its weight, so the pull would end at take-off."""
+"""A cable that pulls the body up: the flight knows no force on the body but its weight,
+so the pull would end at take-off.
+"""
 
 from hopform.model import Quantity, Term
 

@@ -1,4 +1,6 @@
-"""A rod that brakes the actuator against the body's motion, without a reaction on the body: what would it do in flight?"""
+"""A rod that brakes the actuator against the body's motion, without a reaction on the body:
+what would it do in flight?
+"""
 
 from hopform.model import Quantity, Term, v2
 

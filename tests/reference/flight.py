@@ -1,8 +1,10 @@
-"""The yardstick of flights: to 50 digits, by Taylor series, its events certified by Bernstein coefficients in exact integers.
+"""The yardstick of flights: to 50 digits, by Taylor series,
+its events certified by Bernstein coefficients in exact integers.
 
     x'' = C - p x' - q x     c_(n+2) = (- p (n+1) c_(n+1) - q c_n)/((n+1)(n+2))  behind the acceleration
 
-A window is so short that the series converges at once; it ends early where something happens. No closed form of the motion.
+A window is so short that the series converges at once; it ends early where something happens. No closed form of the
+motion.
 """
 
 from __future__ import annotations

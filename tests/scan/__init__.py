@@ -1,7 +1,8 @@
 """Brute force against the controller: every current of a fine grid is tried, at random touchdown states.
 
-`compare` draws touchdowns, asks the controller, scans the currents (scan.c), and says where the scan found an admissible
-current that is smaller, or an apex that is nearer by more than 1e-9 m. `python -m tests.scan --count 10000` does many.
+`compare` draws touchdowns, asks the controller, scans the currents (scan.c), and says where the scan found an
+admissible current that is smaller, or an apex that is nearer by more than 1e-9 m. `python -m tests.scan --count 10000`
+does many.
 """
 
 import ctypes
@@ -78,8 +79,8 @@ class Touchdown:
 
 
 def draw_robot(seed: int) -> hopform.Robot:
-    """A robot from parameters x 1/3 to 3 or 1/10 to 10, an actuator of 1/20 to 20 times the body's mass, and a stroke that is
-    about what a drop makes of it; each friction is left out one time in four."""
+    """A robot from parameters x 1/3 to 3 or 1/10 to 10, an actuator of 1/20 to 20 times the body's mass, and a stroke
+    that is about what a drop makes of it; each friction is left out one time in four."""
     draw = np.random.default_rng(seed)
     spread = float(draw.choice((3.0, 10.0)))
 
@@ -94,8 +95,8 @@ def draw_robot(seed: int) -> hopform.Robot:
     fields = {
         "m_eff": m_eff, "m_s": m_s, "k": scaled(1200.0), "L0": 0.4, "c": often(draw.uniform(-0.005, 0.005)),
         "b1": often(scaled(6.0 * m_eff)), "b2": often(scaled(5.0)), "f1": often(scaled(0.78)), "f2": often(scaled(0.6)),
-        "gamma2": float(draw.choice((-1.0, 1.0))) * scaled(2.6 * m_eff), "g": 9.81, "u_max": scaled(3.0), "impact_loss": 0.05,
-        "x1_min": -often(draw.uniform(0.0, 0.05)),
+        "gamma2": float(draw.choice((-1.0, 1.0))) * scaled(2.6 * m_eff), "g": 9.81, "u_max": scaled(3.0),
+        "impact_loss": 0.05, "x1_min": -often(draw.uniform(0.0, 0.05)),
     }  # fmt: skip
     free = hopform.Robot(**fields, x1_max=0.3)
     v2 = hopform.touchdown_velocity(free, draw.uniform(0.02, 0.4))
@@ -106,7 +107,9 @@ def draw_robot(seed: int) -> hopform.Robot:
 
 
 def draw_touchdowns(robot: hopform.Robot, seed: int, count: int) -> list[Touchdown]:
-    """Drops from 0 to 40 cm with the actuator anywhere and moving or not; half of what is wanted is what some current gives."""
+    """Drops from 0 to 40 cm with the actuator anywhere and moving or not;
+    half of what is wanted is what some current gives.
+    """
     draw = np.random.default_rng(seed)
     found: list[Touchdown] = []
     while len(found) < count:
@@ -206,7 +209,9 @@ def compare(robot: hopform.Robot, touchdowns: list[Touchdown], step: float, **ho
 
 
 def _is_flat(judge: Judge, touchdown: Touchdown, u: float, root: float) -> bool:
-    """Whether the apex does not change between a command and a smaller root of that sign: rounding has the choice there."""
+    """Whether the apex does not change between a command and a smaller root of that sign:
+    rounding has the choice there.
+    """
     between = np.linspace(root, abs(u), 9) * math.copysign(1.0, u)
     return all(abs(judge.gap(touchdown, each)) <= FLAT for each in between)
 

@@ -55,7 +55,8 @@ def report(found: Findings) -> bool:
     for status, number in sorted(found.statuses.items()):
         of = [n for n, word in zip(found.solved, found.words, strict=True) if word == status]
         print(
-            f"  {number} {status}: stances solved {np.mean(of):.1f} (mean), {np.median(of):.0f} (median), {max(of)} (most)"
+            f"  {number} {status}: stances solved {np.mean(of):.1f} (mean), {np.median(of):.0f} (median), "
+            f"{max(of)} (most)"
         )
     print(f"  float32, where reached: at most {found.worst_single:.1e} m off in double precision")
     wrong = {each: getattr(found, each) for each in WRONG}

@@ -1,8 +1,8 @@
 /* Every current on a grid, one after the other: what the controller's answer is measured against.
  *
- * The apex of each comes from the batch. Only a current that would be a better answer, and the neighbours of a sign change, are
- * solved again alone, which says whether they are admissible. A sign change between two admissible neighbours is followed by
- * bisection alone; it counts where it closes on a root, and not where it closes on a jump.
+ * The apex of each comes from the batch. Only a current that would be a better answer, and the neighbours of a sign
+ * change, are solved again alone, which says whether they are admissible. A sign change between two admissible
+ * neighbours is followed by bisection alone; it counts where it closes on a root, and not where it closes on a jump.
  */
 #include <math.h>
 #include <stddef.h>
@@ -22,7 +22,7 @@ typedef struct {
 } scan_task;
 
 typedef struct {
-    double gap;  /* the least |apex - wanted| of an admissible current on the grid, HUGE_VAL if none is below `nearer` */
+    double gap; /* the least |apex - wanted| of an admissible current on the grid, HUGE_VAL if none is below `nearer` */
     double u;    /* where */
     double root; /* least |u| of a root below `stop`, HUGE_VAL if there is none */
 } scan_result;
@@ -89,8 +89,8 @@ static void block(const hopform_plan_f64 *plan, const scan_task *task, int side,
     hopform_solve_stances_f64(count, &in, &out);
 }
 
-static void look(const hopform_plan_f64 *plan, const scan_task *task, double u_before, double before, double u, double gap,
-                 scan_result *result)
+static void look(const hopform_plan_f64 *plan, const scan_task *task, double u_before, double before, double u,
+                 double gap, scan_result *result)
 {
     if (fabs(gap) < result->gap && fabs(gap) < task->nearer && !isnan(scan_gap(plan, task, u))) {
         result->gap = fabs(gap);

@@ -142,7 +142,7 @@ def halt_time(poles: Poles, v: Array, acc: Array) -> Array:
 
 
 def is_quiet(watch: Watch, start: Array, end: Array) -> np.ndarray:
-    """True where g has no root in [start, end]: its slow part, monotone, stays larger than the oscillation around it."""
+    """True where g has no root in [start, end]: its slow part, monotone, stays larger than its oscillation."""
     mean = 0.5 * watch.poles.p
     omega = np.sqrt(watch.poles.q - mean * mean)
     chi = formulas.residue(watch.poles)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT-0
-"""A mode as a linear system: z = (1, x_1 - x_1(0), y, v_1, v_2) obeys z' = M z within a phase, and Phi(h) = exp(M h)."""
+"""A mode as a linear system: z = (1, x_1 - x_1(0), y, v_1, v_2) obeys z' = M z in a phase, and Phi(h) = exp(M h)."""
 
 import numpy as np
 from numpy.typing import NDArray

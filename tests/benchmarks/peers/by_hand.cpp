@@ -1,5 +1,6 @@
-// The paper's closed form as one would write it by hand: poles a, mu +- i w; the actuator moves up all the time, the body down and
-// then up, take-off. Nothing else may happen, nothing is proven: the roots are where Newton's method ends up.
+// The paper's closed form as one would write it by hand: poles a, mu +- i w; the actuator moves up all the time, the
+// body down and then up, take-off. Nothing else may happen, nothing is proven: the roots are where Newton's method ends
+// up.
 #include <cmath>
 
 enum { JOB = 19, HEAD = 8, WIDTH = HEAD + 2 * 64, MOST = 1024 };
@@ -76,7 +77,8 @@ Leg legs[MOST];
 Leg leg_of(const double *job)
 {
     const double m_eff = job[0], m_s = job[1], k = job[2];
-    Leg leg = {{0, 0, 0, 0, 0, 0}, k / m_eff, k / m_s, job[5] / m_eff, job[6] / m_s, -job[9] / m_eff, job[7], job[10], job[8]};
+    Leg leg = {{0, 0, 0, 0, 0, 0}, k / m_eff, k / m_s, job[5] / m_eff, job[6] / m_s,
+               -job[9] / m_eff,    job[7],    job[10], job[8]};
     const double s1 = leg.b1 + leg.b2, s2 = leg.b1 * leg.b2 + leg.k1 + leg.k2, s3 = leg.k1 * leg.b2 + leg.k2 * leg.b1;
     double a = s3 / s2;
     for (int n = 0; n < 60; n++) {

@@ -1,4 +1,5 @@
-/* CVODE, Adams with fixed-point iteration or BDF with the analytic Jacobian; CVodeRootInit; reinitialised at every switch. */
+/* CVODE, Adams with fixed-point iteration or BDF with the analytic Jacobian; CVodeRootInit; reinitialised at every
+ * switch. */
 #include <cvode/cvode.h>
 #include <nvector/nvector_serial.h>
 #include <sundials/sundials_context.h>
@@ -35,7 +36,8 @@ static int events(realtype t, N_Vector y, realtype *g, void *data)
     return 0;
 }
 
-static int jacobian(realtype t, N_Vector y, N_Vector f, SUNMatrix matrix, void *data, N_Vector a, N_Vector b, N_Vector c)
+static int jacobian(realtype t, N_Vector y, N_Vector f, SUNMatrix matrix, void *data, N_Vector a, N_Vector b,
+                    N_Vector c)
 {
     const phase_mode *mode = data;
     (void)t, (void)y, (void)f, (void)a, (void)b, (void)c;

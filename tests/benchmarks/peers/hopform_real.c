@@ -20,7 +20,7 @@ static OF(hopform_robot) robot_of(const double *job)
     return robot;
 }
 
-static void answer_of(const OF(hopform_stance) * stance, const OF(hopform_phase) * phases, double *answer)
+static void answer_of(const OF(hopform_stance) *stance, const OF(hopform_phase) *phases, double *answer)
 {
     int count = 0;
     for (int32_t n = 1; n < stance->phases_kept; n++) {
@@ -40,7 +40,8 @@ static void answer_of(const OF(hopform_stance) * stance, const OF(hopform_phase)
     answer[7] = count;
 }
 
-static void solve(const OF(hopform_plan) * plan, const double *job, OF(hopform_phase) * phases, OF(hopform_stance) * stance)
+static void solve(const OF(hopform_plan) *plan, const double *job, OF(hopform_phase) *phases,
+                  OF(hopform_stance) *stance)
 {
     const OF(hopform_state) start = {(REAL)job[15], (REAL)job[16], (REAL)job[17], 0};
     const OF(hopform_step) step = {0, (REAL)job[18]};
@@ -124,8 +125,8 @@ void only_energy(const double *jobs, int count, double tolerance, int loops, dou
             OF(hopform_energy) energy;
             OF(hopform_ledger) ledger;
             REAL loss;
-            OF(hopform_stance_energy)
-            (&plans[n], &step, kept[n], &stances[n], &stances[n].duration, 1, &energy, &ledger, &loss);
+            OF(hopform_stance_energy)(&plans[n], &step, kept[n], &stances[n], &stances[n].duration, 1, &energy, &ledger,
+                                      &loss);
             answers[n] = (double)ledger.spring_work;
         }
     }
@@ -158,7 +159,8 @@ int main(int arguments, char **argument)
     static double jobs[MOST * JOB], answers[MOST * WIDTH];
     const int count = (int)(fread(jobs, sizeof(double) * JOB, MOST, stdin));
     const int piece = arguments > 1 ? atoi(argument[1]) : 0;
-    void (*const pieces[])(const double *, int, double, int, double *) = {only_plan, planned, only_at, only_energy, only_flight};
+    void (*const pieces[])(const double *, int, double, int, double *) = {only_plan, planned, only_at, only_energy,
+                                                                          only_flight};
     prepare(jobs, count);
     pieces[piece](jobs, count, 0.0, 1, answers);
     printf("%d\n", count);

@@ -1,4 +1,5 @@
-// Boost.odeint, dopri5 with dense output: each phase starts anew; a crossing within a step is bracketed on the dense output.
+// Boost.odeint, dopri5 with dense output: each phase starts anew; a crossing within a step is bracketed on the dense
+// output.
 #include <array>
 #include <boost/math/tools/toms748_solve.hpp>
 #include <boost/numeric/odeint.hpp>

@@ -1,9 +1,9 @@
 /* The mode logic that the compiled peers share; the same as tests/benchmarks/rules.py, which explains it.
  *
- * A peer defines    static int search(const leg_t *leg, const double side[2], double z[4], double limit, double tolerance,
- *                                     double *took)
- * which moves z to the first time at which one of the six watched functions comes to zero and returns which one, or moves it
- * to `limit` and returns NONE; then RUN_ALL gives it its entry point. C99 and C++11.
+ * A peer defines    static int search(const leg_t *leg, const double side[2], double z[4], double limit,
+ *                                     double tolerance, double *took)
+ * which moves z to the first time at which one of the six watched functions comes to zero and returns which one, or
+ * moves it to `limit` and returns NONE; then RUN_ALL gives it its entry point. C99 and C++11.
  */
 #ifndef RULES_H
 #define RULES_H
@@ -26,8 +26,9 @@ typedef struct {
 static inline leg_t leg_of(const double *job)
 {
     const double m_eff = job[0], m_s = job[1], k = job[2], c = job[4], b1 = job[5], b2 = job[6];
-    leg_t leg = {-k / m_eff, -b1 / m_eff, (k * c - job[9] * job[18]) / m_eff, job[7], k / m_s, -b2 / m_s, -job[10], job[8],
-                 fmax(job[11], -FAR_AWAY), fmin(job[12], FAR_AWAY), sqrt(k / m_eff + k / m_s) + b1 / m_eff + b2 / m_s};
+    leg_t leg = {-k / m_eff, -b1 / m_eff, (k * c - job[9] * job[18]) / m_eff, job[7], k / m_s, -b2 / m_s, -job[10],
+                 job[8], fmax(job[11], -FAR_AWAY), fmin(job[12], FAR_AWAY),
+                 sqrt(k / m_eff + k / m_s) + b1 / m_eff + b2 / m_s};
     return leg;
 }
 
@@ -213,7 +214,8 @@ static inline void chain(const double *job, double tolerance, double *answer)
     const double w0 = job[15], w = z[X1] - z[Y];
     const double aed = 0.5 * job[1] * (z[V2] - job[17]) * (z[V2] + job[17]) + job[1] * job[10] * (w - w0)
                        + 0.5 * job[2] * (w - w0) * (w + w0);
-    const double head[HEAD] = {(double)ending, t, z[X1], z[V1], z[V2], ending == TAKEOFF ? 0.0 : z[Y], aed, (double)count};
+    const double head[HEAD] = {(double)ending, t, z[X1], z[V1], z[V2], ending == TAKEOFF ? 0.0 : z[Y], aed,
+                               (double)count};
     memcpy(answer, head, sizeof head);
 }
 

@@ -82,7 +82,8 @@ def compare_objects(base: Path) -> list[str]:
         for precision in old:
             lost, gained = objects.difference(old[precision], new[precision])
             print(
-                f"{target} {precision}: {len(old[precision])} functions and constants, {len(lost)} lost, {len(gained)} gained"
+                f"{target} {precision}: {len(old[precision])} functions and constants, "
+                f"{len(lost)} lost, {len(gained)} gained"
             )
             if lost or gained:
                 moved.append(f"{target} {precision}: only before: {' '.join(lost)}; only now: {' '.join(gained)}")

@@ -1,4 +1,5 @@
-"""What one checkout answers, run in a process of its own: `python answers.py INPUTS.npz OUT.npz`, the checkout on the path.
+"""What one checkout answers, run in a process of its own:
+`python answers.py INPUTS.npz OUT.npz`, the checkout on the path.
 
 Only names that the project promises are used: the C interface by ctypes, `hopform.solve_stances`, `solve_flight`,
 `choose_current`, and the data of the figures.

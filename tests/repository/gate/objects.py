@@ -1,4 +1,5 @@
-"""What the compilers make of generated/c, without the names: functions and constants of each precision, for each target.
+"""What the compilers make of generated/c, without the names:
+functions and constants of each precision, for each target.
 
 Two trees whose functions are the same instructions in another file, under another name, count as equal; one literal or
 one operation more does not.
@@ -69,7 +70,9 @@ def parts(tree: Path, target: str) -> dict[str, list[Part]]:
 
 
 def _functions(text: str) -> Iterator[Part]:
-    """Each function with its instructions; of a reference only its kind is left, and where within this function it leads."""
+    """Each function with its instructions; of a reference only its kind is left,
+    and where within this function it leads.
+    """
     name, lines = "", list[str]()
     for line in [*text.splitlines(), "0 <>:"]:
         if start := _FUNCTION.match(line):
@@ -102,7 +105,9 @@ def _constants(text: str) -> Iterator[Part]:
 
 
 def difference(old: list[Part], new: list[Part]) -> tuple[list[str], list[str]]:
-    """The names of what only the old tree and only the new tree has; merged numbers count once however often they stand."""
+    """The names of what only the old tree and only the new tree has;
+    merged numbers count once however often they stand.
+    """
 
     def only(one: list[Part], other: list[Part]) -> list[str]:
         left = Counter(text for _, text in one) - Counter(text for _, text in other)

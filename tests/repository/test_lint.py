@@ -1,0 +1,43 @@
+"""What `make lint` asks of C: that its tools look at the formulas, and that what they find is a failure."""
+
+import os
+import shutil
+import subprocess
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parent.parent.parent
+SOUND = "static inline float half(float value)\n{\n    return value / 2.0f;\n}\n"
+BROKEN = {
+    "a float that becomes an int": "static inline int f(float a)\n{\n    int b = a;\n    return b;\n}\n",
+    "a division by zero": "static inline int f(int a)\n{\n    int b = 0;\n    return a / b;\n}\n",
+}
+
+
+def lint(*files: Path, path: str | None = None, **environment: str) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        [shutil.which("sh") or "sh", ROOT / "tools" / "lint_c.sh", *files],
+        env={**os.environ, "HOPFORM_CI": "", "PATH": path or os.environ["PATH"], **environment},
+        capture_output=True, text=True, check=False,
+    )  # fmt: skip
+
+
+def test_what_clang_tidy_or_cppcheck_finds_is_a_failure(tmp_path):
+    header = tmp_path / "formulas.h"
+    for text in BROKEN.values():
+        header.write_text(text, "utf-8")
+        assert lint(header).returncode != 0, text
+    header.write_text(SOUND, "utf-8")
+    done = lint(header)
+    assert done.returncode == 0, done.stdout + done.stderr
+
+
+def test_without_cppcheck_it_says_so_and_in_ci_it_fails(tmp_path):
+    header = tmp_path / "formulas.h"
+    header.write_text(SOUND, "utf-8")
+    bare = tmp_path / "bin"
+    bare.mkdir()
+    for name in ("dirname", "sh"):
+        (bare / name).symlink_to(str(shutil.which(name)))
+    done = lint(header, path=str(bare))
+    assert done.returncode == 0 and "cppcheck is not installed: skipped" in done.stdout, done.stderr
+    assert lint(header, path=str(bare), HOPFORM_CI="1").returncode == 1
