@@ -1,2 +1,1 @@
-"""From the program to files: the intermediate form, its spelling in NumPy and C, templates and engine into generated/.
-"""
+"""From the program to files: the intermediate form, its spelling in NumPy and C, what writes generated/."""

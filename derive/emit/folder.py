@@ -1,5 +1,4 @@
-"""What is generated, as files: written where nothing of anybody else's is lost, and compared with what they should be.
-"""
+"""What is generated, as files: written where nothing of anybody else's is lost, compared with what they should be."""
 
 import difflib
 import hashlib

@@ -113,8 +113,7 @@ SCALARS = {
 
 @dataclass(frozen=True)
 class Member:
-    """A member: its type is one of SCALARS, the name of a struct or record, or either behind a pointer, "const Plan *".
-    """
+    """A member: its type is one of SCALARS, a struct's or record's name, or either behind a pointer, "const Plan *"."""
 
     name: str
     type: str
@@ -215,8 +214,7 @@ class Definition:
 def function(
     *, takes: tuple[Record | Quantity, ...], returns: Record | Quantity
 ) -> Callable[[Callable[..., tuple[Step, ...]]], Definition]:
-    """Make what returns steps a function of the program, under its own name; the docstring's first line is the meaning.
-    """
+    """Make what returns steps a function of the program, under its name; the docstring's first line is the meaning."""
 
     def define(make: Callable[..., tuple[Step, ...]]) -> Definition:
         meaning = inspect.getdoc(make)

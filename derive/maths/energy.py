@@ -56,8 +56,7 @@ def powers(model: Model) -> dict[sp.Symbol, sp.Expr]:
 
 
 def ledger_record(model: Model) -> Record:
-    """The fields of the ledger: those of the hopper, then the work of each further term on each mass that it acts on.
-    """
+    """The fields of the ledger: those of the hopper, then the work of each further term on each mass it acts on."""
     further = tuple(
         Quantity(
             str(work.entry), str(work.entry), "J", f"work of the term '{work.term.name}' on the {_MASSES[work.mass]}"

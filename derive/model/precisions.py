@@ -8,8 +8,7 @@ from fractions import Fraction
 
 @dataclass(frozen=True)
 class Precision:
-    """A format of IEEE 754: the suffix of its names, its type in C and in NumPy, its size and the bits of its fraction.
-    """
+    """A format of IEEE 754: the suffix of its names, its types in C and NumPy, its size, the bits of its fraction."""
 
     name: str
     type: str
