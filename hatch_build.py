@@ -1,4 +1,4 @@
-"""The wheel's build hook: compile generated/c, and ship its sources as hopform/c."""
+"""The wheel's build hook: compile generated/c, and ship what firmware copies and what derives another robot."""
 
 import os
 import runpy
@@ -7,6 +7,15 @@ from typing import Any
 
 from hatchling.builders.hooks.plugin.interface import BuildHookInterface
 from packaging.tags import sys_tags
+
+SHIPPED = {
+    "generated/c": "hopform/c",
+    "docs/firmware-costs.md": "hopform/firmware-costs.md",
+    "derive": "hopform/_derive",
+    "templates": "hopform/_templates",
+    "runtime/engine": "hopform/_engine",
+}
+"""Folders and files of the checkout by where a wheel has them."""
 
 
 class LibraryBuildHook(BuildHookInterface):
@@ -24,8 +33,7 @@ class LibraryBuildHook(BuildHookInterface):
             build_data["pure_python"] = False
             build_data["tag"] = f"py3-none-{platform()}"
         if version == "standard":
-            build_data["force_include"]["generated/c"] = "hopform/c"
-            build_data["force_include"]["docs/firmware-costs.md"] = "hopform/firmware-costs.md"
+            build_data["force_include"] |= SHIPPED
 
 
 def platform() -> str:

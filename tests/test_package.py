@@ -86,9 +86,46 @@ def test_a_wheel_installs_two_packages_and_nothing_else(wheel):
     assert len(top) == 3
 
 
-def test_the_maths_the_templates_and_the_proof_stay_in_the_repository(wheel):
+def test_the_proof_stays_in_the_repository_and_nothing_of_the_derivation_stands_at_the_top(wheel):
     folders = {part for name in contents(wheel) for part in name.split("/")[:-1]}
-    assert not folders & {"derive", "templates", "generated", "tests", "tools", "runtime"}
+    assert not folders & {"derive", "templates", "generated", "tests", "tools", "runtime", "__pycache__"}
+
+
+@pytest.mark.parametrize("room", ["derive", "templates", "engine"])
+def test_what_another_robot_is_derived_from_is_shipped_whole(wheel, room):
+    folder = ROOT / "runtime" / "engine" if room == "engine" else ROOT / room
+    files = [path for path in folder.rglob("[!.]*") if path.is_file() and "__pycache__" not in path.parts]
+    assert len(files) > 10
+    assert {f"hopform/_{room}/{path.relative_to(folder).as_posix()}" for path in files} <= contents(wheel)
+
+
+def test_an_installed_wheel_derives_the_hopper_to_the_same_bytes(installed, tmp_path):
+    code, output = run(
+        sys.executable, "-m", "hopform._derive", "--out", "hopper", cwd=tmp_path, PYTHONPATH=str(installed)
+    )
+    assert (code, output) == (0, "")
+    made = {path.relative_to(tmp_path / "hopper"): path for path in (tmp_path / "hopper").rglob("*") if path.is_file()}
+    assert len(made) > 50
+    for name, path in made.items():
+        assert path.read_bytes() == (ROOT / "generated" / name).read_bytes(), name
+
+
+def test_an_installed_wheel_derives_another_robot(installed, tmp_path):
+    model = ROOT / "tests" / "models" / "back_emf.py"
+    derive = (sys.executable, "-m", "hopform._derive", "--model", model, "--prefix", "driven", "--out")
+    assert run(*derive, "driven", cwd=tmp_path, PYTHONPATH=str(installed)) == (0, "")
+    code, output = run(
+        sys.executable, "-c", "import driven_solver as s; print(s.ROBOT_FIELDS[-1].name)",
+        cwd=tmp_path, PYTHONPATH=str(tmp_path / "driven" / "python"),
+    )  # fmt: skip
+    assert (code, output) == (0, "k_emf\n")
+
+
+def test_an_installed_wheel_has_no_folder_to_write_into_but_the_one_it_is_told(installed, tmp_path):
+    for options in ((), ("--check",)):
+        code, output = run(sys.executable, "-m", "hopform._derive", *options, cwd=tmp_path, PYTHONPATH=str(installed))
+        assert (code, output.count("\n")) == (2, 1)
+        assert "--out DIR is needed" in output
 
 
 def test_both_packages_say_that_they_are_typed(wheel):
