@@ -112,11 +112,11 @@ wheel: venv-dev ## build the sdist, from it the wheel, and look inside
 
 mutants: compiler venv-dev ## break the project on purpose, one place at a time, and see a test fail each time
 	$(PY) tools/build_library.py
-	$(PY) tools/mutants.py "(14)" "(8)" "swapped sign" "hand edit" "stray file" "stale library" "reversal"
+	$(PY) -m tests.mutation "(14)" "(8)" "swapped sign" "hand edit" "stray file" "stale library" "reversal"
 
-mutants-all: compiler venv-dev ## the same with every mutant that tools/mutants.py knows, which takes longer
+mutants-all: compiler venv-dev ## the same with every mutant that tests/mutation knows, which takes longer
 	$(PY) tools/build_library.py
-	$(PY) tools/mutants.py
+	$(PY) -m tests.mutation
 
 test-determinism: venv-dev ## derive with every Python, several sympy and hash seeds: the same bytes each time
 	$(PY) tools/determinism.py
