@@ -11,8 +11,9 @@ import numpy as np
 import pytest
 
 import hopform
-from hopform import native, native_control
-from hopform.tables_control import PRINTED
+from hopform._cli.tables_control import PRINTED
+from hopform._solver import c as native
+from hopform._solver import c_control as native_control
 from hopform_solver.records import COMMANDS, State
 from hopform_solver.trial import try_currents
 from tests.scan import Judge, compare, compare_single, draw_touchdowns

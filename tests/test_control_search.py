@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import hopform
-from hopform import native_control
+from hopform._solver import c_control as native_control
 from hopform_solver.records import State
 from hopform_solver.trial import try_currents
 from tests.scan import Touchdown, compare, draw_robot, draw_touchdowns

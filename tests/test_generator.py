@@ -22,7 +22,7 @@ import derive.__main__ as command
 import hopform
 import hopform_solver
 from derive import render
-from hopform import native
+from hopform._solver import c as native
 from hopform_solver.records import State
 from tools.build_library import compile_sources
 

@@ -26,7 +26,8 @@ from derive.model import Model, Term
 from derive.program import program as derived_program
 from derive.quantities import v2
 from derive.render import Options, render
-from hopform import flight_backends, native
+from hopform._solver import c as native
+from hopform._solver import flights as flight_backends
 from hopform_solver import records
 from tests import integrator, reference
 from tests.differences import differences, scaled_error, size_of
@@ -138,7 +139,7 @@ def by_package(robot: hopform.Robot, k_emf: float, start: dict[str, Any], dtype:
         at = np.array([0.0, float(solution.duration)], dtype)
         ledger, loss = energy.ledger_at(solution, 0, at)
         total = energy.energy_at(solution, 0, at).total
-    return seen(robot, hopform.arrays.Solved(solution), dtype, ledger, loss, total)
+    return seen(robot, hopform._solver.arrays.Solved(solution), dtype, ledger, loss, total)
 
 
 # ---- the derivatives are those of the reference ----
@@ -424,7 +425,8 @@ def test_a_package_of_the_same_name_gives_hopform_the_term(tmp_path):
 import csv, dataclasses, io
 import numpy as np
 import hopform
-from hopform import plots, tables
+from hopform._figures import plots
+from hopform._cli import tables
 robot = dataclasses.replace(hopform.load_robot("hopper_c"), d2=20.0)
 stance = hopform.solve_stance(robot, v2=-1.93, u=2.0, backend="numpy")
 run = hopform.simulate(robot, [0.0, 0.01], 3.0, height=0.2, backend="numpy")

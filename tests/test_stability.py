@@ -22,7 +22,8 @@ from derive.model import HOPPER, Model, Term
 from derive.model_file import read_model
 from derive.render import GENERATED
 from derive.stability import open_conditions
-from hopform import HopformError, native
+from hopform import HopformError
+from hopform._solver import c as native
 from tools.build_library import compile_sources
 
 MODELS = Path(__file__).with_name("models")

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import hopform
-from hopform.backends import MODULES
+from hopform._solver.choice import MODULES
 from hopform_solver.records import State
 from hopform_solver.sensitivity import COLUMNS
 
@@ -57,7 +57,7 @@ def times_of(name: str) -> np.ndarray:
 
 @pytest.mark.parametrize("name", CASES)
 def test_the_events_that_a_case_is_about_happen(name):
-    kinds = {hopform.stance.EVENTS[number] for _, number in solved("c", name)[0].event_rows()}
+    kinds = {hopform._stance.EVENTS[number] for _, number in solved("c", name)[0].event_rows()}
     assert CASES[name][4] <= kinds
 
 

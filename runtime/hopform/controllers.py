@@ -14,17 +14,17 @@ from typing import NamedTuple, Protocol, SupportsFloat, cast, runtime_checkable
 import numpy as np
 from numpy.typing import NDArray
 
-from hopform import native_control
-from hopform.backends import choose as choose_backend
-from hopform.batch import solve_stances
-from hopform.checks import finite, positive, whole
-from hopform.control import MAX_PHASES, checked_target, choose_current
-from hopform.errors import HopformError
-from hopform.flight import solve_flight
-from hopform.printed import choose_current_as_printed
-from hopform.reaching import home_of
-from hopform.robots import Robot
-from hopform.stance import Current, Stance, State, solve_stance, start_of
+from hopform._batch import solve_stances
+from hopform._checks import finite, positive, whole
+from hopform._control.exact import MAX_PHASES, checked_target, choose_current
+from hopform._control.printed import choose_current_as_printed
+from hopform._control.reach import home_of
+from hopform._errors import HopformError
+from hopform._flight import solve_flight
+from hopform._robots import Robot
+from hopform._solver import c_control as native_control
+from hopform._solver.choice import choose as choose_backend
+from hopform._stance import Current, Stance, State, solve_stance, start_of
 from hopform.terrain import heights_of
 
 Array = NDArray[np.float64]

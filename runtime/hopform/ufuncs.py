@@ -18,8 +18,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 import hopform_solver
-from hopform import native
-from hopform.errors import BackendError
+from hopform._errors import BackendError
+from hopform._solver import c as native
 from hopform_solver import formulas
 from hopform_solver.records import ENDINGS, ROBOT_FIELDS, Robot, State
 
