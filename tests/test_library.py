@@ -16,7 +16,7 @@ import hopform_solver
 from hopform import ufuncs
 from hopform._solver import c as native
 from hopform._solver import library as libraries
-from hopform._solver.choice import _default
+from hopform._solver.choice import _compiled, _default
 from tools.build_library import LibraryNotBuilt, compile_sources
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -35,6 +35,7 @@ def forget() -> None:
     """Back ends are chosen once a process."""
     native.library.cache_clear()
     libraries.handle.cache_clear()
+    _compiled.cache_clear()
     _default.cache_clear()
 
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import hopform
-from hopform._solver.choice import MODULES
+from hopform._solver.choice import choose
 from hopform_solver.records import State
 from hopform_solver.sensitivity import COLUMNS
 
@@ -43,7 +43,7 @@ def solved(backend: str, name: str, **moved: float) -> tuple[Any, float]:
     fields = {key: getattr(robot, key) + by for key, by in moved.items() if hasattr(robot, key)}
     current = tuple((t, u + moved.get("u", 0.0)) for t, u in steps)
     parameters = dataclasses.replace(robot, **fields).parameters
-    found = MODULES[backend].solve(parameters, start, current, horizon, 4096, np.dtype(np.float64))
+    found = choose(backend).solve_stance(parameters, start, current, horizon, 4096, np.dtype(np.float64))
     return found, found.outcome()[1]
 
 

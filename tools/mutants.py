@@ -651,7 +651,7 @@ MUTANTS = (
     ),
     Mutant(
         "flight: a pickle that any library reads",
-        "runtime/hopform/_solver/flights.py",
+        "runtime/hopform/_solver/c_flight.py",
         "    if source != library.source:\n",
         "    if not source:\n",
         after=(),

@@ -21,9 +21,8 @@ from hopform._identify import (
 from hopform._robots import ROBOTS, Robot, load_robot
 from hopform._sensitivities import ManySensitivities, Sensitivities
 from hopform._solver.library import backends, library_message
-from hopform._stance import Energy, Event, Ledger, Phase, Stance, State, solve_stance, touchdown_velocity
-from hopform_solver.equations import EQUATIONS, Equation
-from hopform_solver.records import Gains
+from hopform._solver.package import EQUATIONS, Energy, Equation, Gains
+from hopform._stance import Event, Ledger, Phase, Stance, State, solve_stance, touchdown_velocity
 
 
 def equations() -> tuple[Equation, ...]:

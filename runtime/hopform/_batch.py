@@ -4,7 +4,6 @@ Stances are solved in chunks of `ufuncs.CHUNK`, so that memory stays bounded, pr
 is heard. Without event lists a chunk is one call of the ufunc `hopform.ufuncs.stance`.
 """
 
-import ctypes
 import difflib
 import math
 from collections.abc import Callable, Iterator, Sequence
@@ -16,28 +15,20 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-import hopform_solver
-from hopform import ufuncs
 from hopform._checks import real, shown, whole
 from hopform._errors import HopformError
 from hopform._robots import Robot
 from hopform._sensitivities import COLUMNS, ManySensitivities, of_matrices
-from hopform._solver import c as native
 from hopform._solver.choice import choose
+from hopform._solver.columns import ALLOWED, CHUNK, MAX_PHASES, RESULTS, STATES, STATUS, Events, results_like
 from hopform._solver.library import Backend
+from hopform._solver.package import EVENTS, ROBOT_FIELDS, ROWS, Field, checked
+from hopform._solver.protocol import Solver
 from hopform._stance import State, precision_of
-from hopform.ufuncs import CHUNK, CODES, MAX_PHASES, RESULTS, STATUS
-from hopform_solver import checked
-from hopform_solver import records as solver_records
-from hopform_solver.records import EVENTS, ROBOT_FIELDS, Field
-from hopform_solver.sensitivity import ROWS, sensitivities_of
 
 Progress = Callable[[int, int], object]
 
 _TOUCHING_ULP = 4.0
-_FIRST_EVENTS = 16
-_FIRST_PHASES = 64
-_STATES = ("x1", "v1", "v2", "y", "u", "horizon")
 _UNITS = {"x1": "m", "v1": "m/s", "v2": "m/s", "x2": "m", "u": "A", "horizon": "s"}
 
 
@@ -112,9 +103,6 @@ class _Job:
         return np.broadcast_to(column, self.shape).flat[part]
 
 
-_Events = list[tuple[NDArray[np.intp], NDArray[Any], NDArray[np.int8]]]
-
-
 def solve_stances(
     robot: Robot,
     *,
@@ -155,19 +143,19 @@ def solve_stances(
     robots = robot_columns(robot, fields)
     given["y"] = _compression(given["x1"], x2, robots)
     _check_states(given, robots)
-    columns = (*(given[name] for name in _STATES), *robots.values())
+    columns = (*(given[name] for name in STATES), *robots.values())
     try:
         shape = np.broadcast_shapes(*(column.shape for column in columns))
     except ValueError:
         shapes = {name: column.shape for name, column in (given | robots).items() if column.shape}
         raise HopformError(f"the shapes of the inputs must broadcast, got {shapes}") from None
     size = math.prod(shape)
-    results = tuple(np.empty(size, np.int32 if name in CODES else real) for name in RESULTS)
+    results = results_like(size, real)
     matrices = np.empty((size, len(ROWS), len(COLUMNS)), real) if sensitivities else None
     job = _Job(columns, shape, size, max_phases, real, results, matrices)
-    chosen = choose(backend)
-    lists = _run(job, chosen, events, threads, progress)
-    return _batch(job, chosen, lists, x2 is not None)
+    solver = choose(backend)
+    lists = _run(job, solver, events, threads, progress)
+    return _batch(job, solver.name, lists, x2 is not None)
 
 
 def _batch(
@@ -195,22 +183,17 @@ def _batch(
 
 
 def _run(
-    job: _Job, backend: Backend, events: bool, threads: int, progress: Progress | None
+    job: _Job, solver: Solver, events: bool, threads: int, progress: Progress | None
 ) -> tuple[NDArray[Any], NDArray[np.int8]] | None:
-    found: dict[int, _Events] = {}
+    found: dict[int, Events] = {}
 
     def solve(part: slice) -> int:
-        if backend == "numpy":
-            listed = _solve_on_arrays(job, part)
-        elif events or job.max_phases != MAX_PHASES or not isinstance(ufuncs.stance, np.ufunc):
-            listed = _solve_in_c(job, part, events)
-        else:
-            listed = _solve_by_ufunc(job, part)
+        columns, results = job.chunk(part), [result[part] for result in job.results]
+        lists = solver.solve_columns(columns, results, job.max_phases, events)
         if events:
-            found[part.start] = listed
+            found[part.start] = [(lane + part.start, t, kind) for lane, t, kind in lists]
         if job.matrices is not None:
-            differentiate = _differentiate_on_arrays if backend == "numpy" else _differentiate_in_c
-            differentiate(job, part, job.matrices[part])
+            solver.differentiate_columns(columns, job.matrices[part], results[0], job.max_phases)
         return int(part.stop - part.start)
 
     parts = [slice(first, min(first + CHUNK, job.size)) for first in range(0, job.size, CHUNK)]
@@ -234,43 +217,7 @@ def _in_threads(solve: Callable[[slice], int], parts: list[slice], threads: int)
             pool.shutdown(wait=False, cancel_futures=True)
 
 
-def _solve_by_ufunc(job: _Job, part: slice) -> _Events:
-    columns = job.chunk(part)
-    fields = columns[len(_STATES) :]
-    rows = np.empty((len(fields), *np.broadcast_shapes(*(field.shape for field in fields))), job.real)
-    for n, field in enumerate(fields):
-        rows[n] = field
-    robot = np.moveaxis(rows, 0, -1)
-    out = tuple(result[part] for result in job.results)
-    with np.errstate(all="ignore"):
-        ufuncs.stance(*columns[: len(_STATES)], robot, out=out)
-    return []
-
-
-def _solve_on_arrays(job: _Job, part: slice) -> _Events:
-    columns = _whole(job, part)
-    results, (lane, t, kind) = ufuncs.solve_columns(columns, job.max_phases, job.real)
-    for result, values in zip(job.results, results, strict=True):
-        result[part] = values
-    return [(lane + part.start, t, kind)]
-
-
-def _whole(job: _Job, part: slice) -> list[NDArray[Any]]:
-    return [np.broadcast_to(column, part.stop - part.start) for column in job.chunk(part)]
-
-
-def _differentiate_on_arrays(job: _Job, part: slice, matrices: NDArray[Any]) -> None:
-    matrices[...] = np.nan
-    sound = np.flatnonzero(job.results[0][part] >= 0)
-    if sound.size:
-        x1, v1, v2, y, u, horizon, *fields = (column[sound] for column in _whole(job, part))
-        robot, start = solver_records.Robot(*fields), solver_records.State(x1, v1, v2, y)
-        with np.errstate(all="ignore"):
-            solution = hopform_solver.solve(robot, start, u, 0.0, horizon, job.max_phases, job.real.type)
-        matrices[sound] = sensitivities_of(solution)
-
-
-def _joined(job: _Job, lists: _Events) -> tuple[NDArray[Any], NDArray[np.int8]]:
+def _joined(job: _Job, lists: Events) -> tuple[NDArray[Any], NDArray[np.int8]]:
     """The events of all stances, a row each, NaN and 0 behind the last one."""
     counts = job.results[-1]
     times = np.full((job.size, int(counts.max(initial=0))), np.nan, job.real)
@@ -279,100 +226,6 @@ def _joined(job: _Job, lists: _Events) -> tuple[NDArray[Any], NDArray[np.int8]]:
         place = np.arange(lane.size) - np.searchsorted(lane, lane)
         times[lane, place], kinds[lane, place] = t, kind
     return times, kinds
-
-
-# ---- event lists from the compiled library ----
-
-
-def _solve_in_c(job: _Job, part: slice, events: bool) -> _Events:
-    columns = job.chunk(part)
-    results = [result[part] for result in job.results]
-    room = _FIRST_EVENTS if events else 0
-    found = _call(job, columns, results, room)
-    counts = results[-1]
-    kept = _listed(found, np.arange(counts.size), counts <= room) if events else []
-    long = np.flatnonzero(counts > room) if events else np.zeros(0, np.intp)
-    for lane in long.tolist():
-        one = [column if column.shape == () else column[lane : lane + 1] for column in columns]
-        again = _call(job, one, [result[lane : lane + 1] for result in results], int(counts[lane]))
-        kept += _listed(again, np.array([lane]), np.array([True]))
-    return _by_lane(kept, part.start)
-
-
-def _differentiate_in_c(job: _Job, part: slice, matrices: NDArray[Any]) -> None:
-    columns, room = job.chunk(part), _FIRST_PHASES
-    count = int(part.stop - part.start)
-    lanes = np.arange(count)
-    while lanes.size:
-        chosen = [column if column.shape == () else column[lanes] for column in columns]
-        found, status = _matrices(job, chosen, lanes.size, room)
-        matrices[lanes] = found
-        lanes, room = lanes[status == native.PHASES_NOT_KEPT], 16 * room
-
-
-def _matrices(job: _Job, columns: list[NDArray[Any]], count: int, room: int) -> tuple[NDArray[Any], NDArray[np.int32]]:
-    """Derivatives of the columns' stances, and whether each had room for its phases."""
-    library = native.library()
-    types = library.types(job.real)
-    phases = (types.Phase * room)()
-    matrices, status = np.empty((count, len(ROWS), len(COLUMNS)), job.real), np.empty(count, np.int32)
-    library.call(
-        "stances_sensitivities", types, ctypes.c_int64(count), ctypes.byref(_arguments(job, columns)), phases, room,
-        native.pointer(matrices), native.pointer(status),
-    )  # fmt: skip
-    return matrices, status
-
-
-def _arguments(job: _Job, columns: list[NDArray[Any]]) -> Any:
-    """hopform_stances_in for these columns, which must outlive it."""
-    arguments = native.library().types(job.real).StancesIn()
-    for name, column in zip(_STATES, columns, strict=False):
-        setattr(arguments, name, _column(column))
-    for n, column in enumerate(columns[len(_STATES) :]):
-        arguments.robot[n] = _column(column)
-    arguments.max_phases = job.max_phases
-    return arguments
-
-
-def _call(
-    job: _Job, columns: list[NDArray[Any]], results: list[NDArray[Any]], room: int
-) -> tuple[NDArray[Any], NDArray[np.int8]]:
-    """Solve the columns; the first `room` events of each stance."""
-    library = native.library()
-    types = library.types(job.real)
-    arguments, out = _arguments(job, columns), types.StancesOut()
-    for name, result in zip(RESULTS, results, strict=True):
-        setattr(out, name, _column(result))
-    count = results[0].size
-    times, kinds = np.empty((count, room), job.real), np.empty((count, room), np.int8)
-    # A touch is a phase without an event: with room for twice as many phases, hardly any list stays short.
-    phases = (types.Phase * (2 * room + 2))()
-    if room:
-        out.phases, out.phase_capacity = ctypes.addressof(phases), len(phases)
-        out.event_time, out.event_kind, out.event_capacity = times.ctypes.data, kinds.ctypes.data, room
-    library.call("solve_stances", types, ctypes.c_int64(count), ctypes.byref(arguments), ctypes.byref(out))
-    return times, kinds
-
-
-def _column(array: NDArray[Any]) -> tuple[int, int]:
-    return array.ctypes.data, array.strides[0] if array.ndim else 0
-
-
-def _listed(
-    found: tuple[NDArray[Any], NDArray[np.int8]], lanes: NDArray[np.intp], complete: NDArray[np.bool_]
-) -> _Events:
-    times, kinds = found
-    row, place = np.nonzero((kinds != 0) & complete[:, np.newaxis])
-    return [(lanes[row], times[row, place], kinds[row, place])]
-
-
-def _by_lane(lists: _Events, first: int) -> _Events:
-    """One list, in the order of the stances."""
-    if not lists:
-        return []
-    lane, t, kind = (np.concatenate(column) for column in zip(*lists, strict=True))
-    order = np.argsort(lane, kind="stable")
-    return [(lane[order] + first, t[order], kind[order])]
 
 
 # ---- what goes in ----
@@ -398,7 +251,7 @@ def robot_columns(robot: Robot, fields: dict[str, Any]) -> dict[str, NDArray[Any
         array = np.asarray(getattr(robot, name))
         if name in fields:
             array = _array(name, fields[name], field.unit)
-            fits = np.asarray(ufuncs.ALLOWED[field.domain](array, np.finfo(np.float64).max))
+            fits = np.asarray(ALLOWED[field.domain](array, np.finfo(np.float64).max))
 
             def reason(bad: float, name: str = name, field: Field = field) -> str:
                 return (checked.refusal(field, bad) or f"{name} is not allowed: {bad!r}").removeprefix(f"{name} ")

@@ -7,7 +7,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from hopform._errors import HopformError
-from hopform_solver.checked import beyond, shown
+from hopform._solver.package import checked
+
+beyond, shown = checked.beyond, checked.shown
 
 __all__ = ["LARGEST", "finite", "is_number", "positive", "real", "shown", "times_of", "whole"]
 

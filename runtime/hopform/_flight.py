@@ -18,12 +18,11 @@ from hopform._checks import finite, positive, shown, times_of, whole
 from hopform._errors import HopformError
 from hopform._robots import Robot, checked_robot
 from hopform._solver.choice import choose
-from hopform._solver.flights import ArrayFlight, NativeFlight, solve_array, solve_native
 from hopform._solver.library import Backend
-from hopform._stance import Energy, Event, Real, State, body_height, precision_of
-from hopform_solver import formulas
-from hopform_solver import records as solver_records
-from hopform_solver.records import FLIGHT_ENDINGS, FLIGHT_EVENTS, Gains
+from hopform._solver.package import FLIGHT_ENDINGS, FLIGHT_EVENTS, Energy, Gains, formulas
+from hopform._solver.package import records as solver_records
+from hopform._solver.protocol import SolvedFlight
+from hopform._stance import Event, Real, State, body_height, precision_of
 
 _TOUCHING_ULP = 4.0
 _DOUBLE = np.dtype(np.float64)
@@ -76,7 +75,7 @@ class Flight:
     apex: float
     apex_time: float
     impact_loss: float
-    _solved: NativeFlight | ArrayFlight = field(repr=False, compare=False)
+    _solved: SolvedFlight = field(repr=False, compare=False)
 
     @cached_property
     def phases(self) -> tuple[FlightPhase, ...]:
@@ -126,15 +125,13 @@ class Flight:
         _, entries, losses = self._energies(t)
         return FlightLedger(*(_shaped(value, t) for value in (*entries, losses)))
 
-    def _energies(
-        self, t: ArrayLike
-    ) -> tuple[solver_records.Energy, solver_records.FlightLedger, NDArray[np.floating]]:
+    def _energies(self, t: ArrayLike) -> tuple[Energy, solver_records.FlightLedger, NDArray[np.floating]]:
         times = self._times(t)
         order = np.argsort(times, kind="stable")
         energy, ledger, losses = self._solved.energy_at(times[order])
         back = np.argsort(order, kind="stable")
         return (
-            solver_records.Energy(*(np.asarray(value)[back] for value in energy)),
+            Energy(*(np.asarray(value)[back] for value in energy)),
             solver_records.FlightLedger(*(np.asarray(value)[back] for value in ledger)),
             losses[back],
         )
@@ -180,16 +177,15 @@ def solve_flight(
     law = None if gains is None else _gains(gains)
     longest = positive("horizon", horizon, "s")
     most = whole("max_phases", max_phases)
-    chosen = choose(backend)
-    solve = solve_native if chosen == "c" else solve_array
-    solved = solve(robot, start, law, longest, most, precision)
+    solver = choose(backend)
+    solved = solver.solve_flight(robot.parameters, start, law, longest, most, precision)
     flight = solved.flight
     status = FLIGHT_ENDINGS[flight.ending]
     state = solved.end
     end = State(state.x1, state.v1, float(body_height(robot, precision, state.x1, state.y)), state.v2)
     after = State(end.x1, end.v1, end.x2, float(flight.v2_after)) if status == "touchdown" else None
     return Flight(
-        robot, chosen, precision, status, float(flight.duration), end, after, solved.gains,
+        robot, solver.name, precision, status, float(flight.duration), end, after, solved.gains,
         float(flight.apex), float(flight.apex_time), float(flight.impact_loss), solved,
     )  # fmt: skip
 

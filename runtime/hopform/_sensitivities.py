@@ -7,11 +7,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hopform._errors import HopformError
-from hopform_solver.records import Robot
-from hopform_solver.sensitivity import COLUMNS as SOLVED_COLUMNS
-from hopform_solver.sensitivity import ROWS
+from hopform._solver.package import COLUMNS as SOLVED_COLUMNS
+from hopform._solver.package import ROWS, records
 
-COLUMNS = ("x1", "v1", "x2", "v2", "u", *Robot._fields)
+COLUMNS = ("x1", "v1", "x2", "v2", "u", *records.Robot._fields)
 
 
 @dataclass(frozen=True)

@@ -14,19 +14,15 @@ from hopform._checks import LARGEST, finite, positive, shown, times_of, whole
 from hopform._errors import HopformError
 from hopform._robots import Robot, checked_robot
 from hopform._sensitivities import Sensitivities, of_matrix
-from hopform._solver.arrays import Solved as ArraySolved
-from hopform._solver.c import Solved as NativeSolved
 from hopform._solver.c import tuple_of
-from hopform._solver.choice import MODULES, choose
+from hopform._solver.choice import choose
 from hopform._solver.library import Backend
-from hopform_solver import formulas
-from hopform_solver import records as solver_records
-from hopform_solver.records import ENDINGS, EVENTS, LEDGER_OF_BODY
+from hopform._solver.package import ENDINGS, EVENTS, LEDGER_OF_BODY, Energy, formulas
+from hopform._solver.package import records as solver_records
+from hopform._solver.protocol import SolvedStance
 
 Real = float | NDArray[np.floating]
 Current = SupportsFloat | Sequence[tuple[SupportsFloat, SupportsFloat]]
-
-_Solved = NativeSolved | ArraySolved
 
 _TOUCHING_ULP = 4.0
 _DOUBLE = np.dtype(np.float64)
@@ -67,15 +63,6 @@ class Phase(NamedTuple):
     """[A]"""
     state: State
     """where it starts"""
-
-
-class Energy(NamedTuple):
-    """Energies at one instant, or at the times of an array, (22), (23)."""
-
-    body: Real
-    """[J] E = m_s v2^2/2 + m_s g x2 + k (x2 - L0 - c)^2/2"""
-    total: Real
-    """[J] H = m_eff v1^2/2 + m_s v2^2/2 + m_s g x2 + k (x1 - x2 + L0 + c)^2/2"""
 
 
 class Ledger(NamedTuple):
@@ -128,7 +115,7 @@ class Stance:
     events: tuple[Event, ...]
     phases: tuple[Phase, ...]
     warnings: tuple[str, ...]
-    _solved: _Solved = field(repr=False, compare=False)
+    _solved: SolvedStance = field(repr=False, compare=False)
     _x2_is_given: bool = field(repr=False, compare=False)
 
     def at(self, t: ArrayLike) -> State:
@@ -181,7 +168,7 @@ class Stance:
     def energy(self, t: ArrayLike) -> Energy:
         """Energies [J] of the body and of the robot at times t [s], in t's shape; t as for `at`."""
         if type(t) is float and self.dtype is _DOUBLE:
-            return Energy(*self._solved.energy(self._time(t)))
+            return self._solved.energy(self._time(t))
         return Energy(*(self._shaped(value, t) for value in self._solved.energy_at(self._times(t))))
 
     def ledger(self, t: ArrayLike) -> Ledger:
@@ -261,9 +248,9 @@ def solve_stance(
     steps = steps_of(u)
     longest = horizon if type(horizon) is float and 0.0 < horizon < math.inf else positive("horizon", horizon, "s")
     most = max_phases if type(max_phases) is int and 0 < max_phases <= LARGEST else whole("max_phases", max_phases)
-    chosen = choose(backend)
-    solved = MODULES[chosen].solve(robot.parameters, start, steps, longest, most, precision)
-    return _stance(robot, steps, chosen, precision, solved, x2 is not None)
+    solver = choose(backend)
+    solved = solver.solve_stance(robot.parameters, start, steps, longest, most, precision)
+    return _stance(robot, steps, solver.name, precision, solved, x2 is not None)
 
 
 def uniform_times(
@@ -320,7 +307,7 @@ def _stance(
     u: tuple[tuple[float, float], ...],
     backend: Backend,
     dtype: np.dtype[Any],
-    solved: _Solved,
+    solved: SolvedStance,
     x2_is_given: bool,
 ) -> Stance:
     """A stance with its ending; the other fields unfold from what the back end found when they are asked for."""
@@ -345,11 +332,11 @@ def _stance(
     return stance
 
 
-def _events_of(_: Stance, solved: _Solved) -> tuple[Event, ...]:
+def _events_of(_: Stance, solved: SolvedStance) -> tuple[Event, ...]:
     return tuple([tuple_of(Event, (t, EVENTS[event])) for t, event in solved.event_rows()])
 
 
-def _phases_of(stance: Stance, solved: _Solved) -> tuple[Phase, ...]:
+def _phases_of(stance: Stance, solved: SolvedStance) -> tuple[Phase, ...]:
     rows = solved.phase_rows()
     ends = [row[0] for row in rows[1:]] + [stance.duration]
     return tuple(
@@ -372,7 +359,7 @@ def body_height(robot: Robot, dtype: np.dtype[Any], x1: Real, y: Real) -> Any:
     return formulas.body_height(rounded, np.asarray(x1, dtype), np.asarray(y, dtype))
 
 
-def _warnings_of(stance: Stance, _: _Solved) -> tuple[str, ...]:
+def _warnings_of(stance: Stance, _: SolvedStance) -> tuple[str, ...]:
     robot, found = stance.robot, list[str]()
     largest = max((u for _, u in stance.u), key=abs)
     if abs(largest) > robot.u_max:
@@ -385,7 +372,7 @@ def _warnings_of(stance: Stance, _: _Solved) -> tuple[str, ...]:
 class _Later:
     """A field that is made when it is first asked for; two threads that ask at a time put the same value in."""
 
-    def __init__(self, name: str, made: Callable[[Stance, _Solved], Any]) -> None:
+    def __init__(self, name: str, made: Callable[[Stance, SolvedStance], Any]) -> None:
         self._name, self._made = name, made
 
     def __get__(self, stance: Stance | None, owner: type[Stance]) -> Any:

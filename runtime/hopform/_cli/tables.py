@@ -17,8 +17,8 @@ from rich.text import Text
 
 import hopform
 from hopform import Energy, Equation, Hop, Ledger, Phase, Robot, Run, Sensitivities, Stance, State
+from hopform._solver.package import LEDGER_OF_BODY, LEDGER_OF_ROBOT
 from hopform._stance import aed_of
-from hopform_solver.records import LEDGER_OF_BODY, LEDGER_OF_ROBOT
 
 Record = dict[str, Any]
 

@@ -12,13 +12,10 @@ import numpy as np
 from hopform._checks import finite, positive
 from hopform._errors import HopformError
 from hopform._robots import Robot, checked_robot
-from hopform._solver import c_control as native_control
-from hopform._solver.choice import choose as choose_backend
+from hopform._solver.choice import choose
+from hopform._solver.columns import MAX_PHASES
+from hopform._solver.package import COMMANDS
 from hopform._stance import precision_of, start_of
-from hopform_solver import control as numpy_control
-from hopform_solver.records import COMMANDS
-
-MAX_PHASES = 4096
 
 
 @dataclass(frozen=True)
@@ -66,10 +63,8 @@ def choose_current(
     precision = precision_of(dtype)
     start = start_of(robot, x1, v1, x2, v2)
     target = checked_target(robot, h_des, datum, stop_margin, horizon)
-    if choose_backend(backend) == "c":
-        u, apex, code, solved = native_control.choose(robot.parameters, start, target, MAX_PHASES, precision)
-    else:
-        u, apex, code, solved = numpy_control.choose(robot.parameters, start, target, MAX_PHASES, precision.type)
+    solver = choose(backend)
+    u, apex, code, solved = solver.choose_current(robot.parameters, start, target, MAX_PHASES, precision)
     status = COMMANDS[code]
     u = min(max(u, -robot.u_max), robot.u_max)  # which single precision may have rounded up
     return Command(u, math.nan if status == "no_takeoff" else apex, status, solved)

@@ -14,8 +14,8 @@ from hopform._checks import finite, positive
 from hopform._control.exact import checked_target
 from hopform._errors import HopformError
 from hopform._robots import Robot
+from hopform._solver.package import formulas
 from hopform._stance import start_of
-from hopform_solver import formulas
 
 _TAKEOFF = 1
 MOST = 1_000_000

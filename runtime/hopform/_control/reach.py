@@ -13,14 +13,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from hopform._batch import numbers
-from hopform._control.exact import MAX_PHASES, checked_target, choose_current
+from hopform._control.exact import checked_target, choose_current
 from hopform._errors import HopformError
 from hopform._robots import Robot
-from hopform._solver import c_control as native_control
-from hopform._solver.choice import choose as choose_backend
+from hopform._solver.choice import choose
+from hopform._solver.columns import MAX_PHASES
+from hopform._solver.package import records
 from hopform._stance import solve_stance
-from hopform_solver.records import State
-from hopform_solver.trial import try_currents
 
 Array = NDArray[np.float64]
 Progress = Callable[[int, int], object]
@@ -103,8 +102,9 @@ def next_apex(
     longest = checked_target(robot, 0.0, 0.0, 0.0, horizon)[3]
     starts = _drops(robot, heights.reshape(-1))
     found = np.empty(heights.size)
+    solver = choose(backend)
     for n, (start, value) in enumerate(zip(starts, currents.reshape(-1).tolist(), strict=True)):
-        found[n] = _trials(robot, [start], np.array([value]), longest, choose_backend(backend))[0][0, 0]
+        found[n] = solver.apexes(robot.parameters, [start], np.array([value]), longest, MAX_PHASES)[0][0, 0]
     return float(found[0]) if heights.shape == () else found.reshape(heights.shape)
 
 
@@ -131,20 +131,20 @@ def reachability(
     """
     rows, columns = _increasing("heights", heights, "m"), _increasing("currents", currents, "A")
     margin, longest = checked_target(robot, 0.0, 0.0, stop_margin, horizon)[2:]
-    chosen = choose_backend(backend)
+    solver = choose(backend)
     starts = _drops(robot, rows)
     apex, peak = np.empty((rows.size, columns.size)), np.empty((rows.size, columns.size))
     bounds = np.full((5, rows.size), np.nan)
     for first in range(0, rows.size, ROWS):
         part = slice(first, min(first + ROWS, rows.size))
-        apex[part], peak[part] = _trials(robot, starts[part], columns, longest, chosen)
+        apex[part], peak[part] = solver.apexes(robot.parameters, starts[part], columns, longest, MAX_PHASES)
         for row in range(part.start, part.stop):
-            bounds[:, row] = _bounds(robot, starts[row], float(rows[row]), apex[row], margin, longest, chosen)
+            bounds[:, row] = _bounds(robot, starts[row], float(rows[row]), apex[row], margin, longest, solver.name)
         if progress is not None:
             progress(part.stop, rows.size)
     limit = _limit(robot, margin)
     admissible = np.isfinite(apex) & (peak < limit)
-    points = _fixed_points(robot, rows, columns, apex, limit, longest, chosen)
+    points = _fixed_points(robot, rows, columns, apex, limit, longest, solver.name)
     lowest, u_lowest, highest, u_highest, hold = bounds
     return Reachability(
         robot, rows, columns, margin, apex, admissible, lowest, u_lowest, highest, u_highest, hold, points
@@ -168,13 +168,13 @@ def _increasing(name: str, value: ArrayLike, unit: str) -> Array:
     return array
 
 
-def _drops(robot: Robot, heights: Array) -> list[State]:
+def _drops(robot: Robot, heights: Array) -> list[records.State]:
     """The touchdowns after drops from heights."""
     home = home_of(robot)
     for height in heights.tolist():
         if not height > home:
             raise HopformError(f"height must be > {home!r} m, the foot must be above the ground, got {height!r}")
-    return [State(home, 0.0, _velocity(robot, height), 0.0) for height in heights.tolist()]
+    return [records.State(home, 0.0, _velocity(robot, height), 0.0) for height in heights.tolist()]
 
 
 def _velocity(robot: Robot, height: float) -> float:
@@ -182,21 +182,8 @@ def _velocity(robot: Robot, height: float) -> float:
     return -math.sqrt(2.0 * robot.g * (height - home_of(robot)) * (1.0 - robot.impact_loss))
 
 
-def _trials(robot: Robot, starts: list[State], currents: Array, horizon: float, backend: str) -> tuple[Array, Array]:
-    """The next apex, NaN without take-off, and the largest x1, (starts, currents)."""
-    if backend == "c":
-        made = native_control.try_currents(robot.parameters, starts, currents, horizon, MAX_PHASES)
-        return np.where(made["takes_off"], made["apex"], np.nan), made["peak"]
-    columns = State(*(np.repeat([start[n] for start in starts], currents.size) for n in range(4)))
-    with np.errstate(all="ignore"):
-        found = try_currents(robot.parameters, columns, np.tile(currents, len(starts)), horizon, MAX_PHASES)
-    shape = len(starts), currents.size
-    apex = np.where(found.takes_off, found.apex, np.nan).astype(float)
-    return apex.reshape(shape), found.peak.astype(float).reshape(shape)
-
-
 def _bounds(
-    robot: Robot, start: State, height: float, apex: Array, margin: float, horizon: float, backend: str
+    robot: Robot, start: records.State, height: float, apex: Array, margin: float, horizon: float, backend: str
 ) -> tuple[float, float, float, float, float]:
     """lowest and its current, highest and its current, the current that holds the height."""
     ask: dict[str, Any] = {"stop_margin": margin, "horizon": horizon, "backend": backend}

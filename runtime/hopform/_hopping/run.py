@@ -19,11 +19,10 @@ from hopform._control.reach import home_of
 from hopform._errors import HopformError
 from hopform._flight import Flight, solve_flight
 from hopform._robots import Robot, checked_robot
-from hopform._stance import Energy, Real, Stance, State, aed_of, solve_stance, steps_of
+from hopform._solver.package import Energy, Gains, formulas
+from hopform._stance import Real, Stance, State, aed_of, solve_stance, steps_of
 from hopform.controllers import Answer, ConstantCurrent, Controller, Preparing, Sampled, Touchdown
 from hopform.terrain import heights_of
-from hopform_solver import formulas
-from hopform_solver.records import Gains
 
 Array = NDArray[np.float64]
 Steps = tuple[tuple[float, float], ...]

@@ -19,8 +19,8 @@ from numpy.typing import NDArray
 from hopform._checks import finite, positive, shown, whole
 from hopform._errors import HopformError
 from hopform._robots import Robot
+from hopform._solver.package import touchdown as solver
 from hopform._stance import Event, solve_stance
-from hopform_solver import touchdown as solver
 
 _KINDS = {solver.TOUCHDOWN: "touchdown", solver.TAKEOFF: "takeoff"}
 

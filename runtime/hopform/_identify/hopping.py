@@ -22,7 +22,7 @@ from hopform._errors import HopformError
 from hopform._identify import motion
 from hopform._identify.motion import AT, FIRM, STATE, Array, Motion
 from hopform._sensitivities import COLUMNS
-from hopform_solver import records
+from hopform._solver.package import records
 
 Steps = tuple[tuple[float, float], ...]
 _MOST_PIECES = 400

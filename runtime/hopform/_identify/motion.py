@@ -18,10 +18,9 @@ from numpy.typing import NDArray
 
 from hopform._errors import HopformError
 from hopform._sensitivities import COLUMNS, in_height
-from hopform._solver.choice import MODULES, choose
-from hopform_solver import records
-from hopform_solver.records import ENDINGS
-from hopform_solver.sensitivity import ROWS
+from hopform._solver.choice import choose
+from hopform._solver.package import ENDINGS, ROWS, records
+from hopform._solver.protocol import SolvedStance
 
 Array = NDArray[np.float64]
 STATE = ("x1", "v1", "x2", "v2")
@@ -73,15 +72,15 @@ def solved(
     steps: tuple[tuple[float, float], ...],
     horizon: float,
     backend: str | None,
-) -> Any:
+) -> SolvedStance:
     """A stance as its back end has it; HopformError for more phases than any recording has."""
-    found = MODULES[choose(backend)].solve(robot, state, steps, horizon, MAX_PHASES, _DOUBLE)
+    found = choose(backend).solve_stance(robot, state, steps, horizon, MAX_PHASES, _DOUBLE)
     if ENDINGS[found.outcome()[0]] == "too_many_phases":
         raise HopformError(f"the motion has more than {MAX_PHASES} phases: hardly any friction for so long a recording")
     return found
 
 
-def _of_height(rows: Array, given: bool) -> Array:
+def _of_height(rows: NDArray[Any], given: bool) -> Array:
     """Derivatives of x1, v1, x2, v2 by the columns from those of x1, v1, v2, y, as `in_height` has them, in one new array."""
     by = np.empty((rows.shape[0], len(STATE), len(COLUMNS)))
     by[:, :2], by[:, 3] = rows[:, :2], rows[:, 2]

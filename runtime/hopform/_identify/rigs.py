@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from hopform._identify import hopping, motion
 from hopform._identify.motion import AT, STATE, Array
-from hopform_solver import records
+from hopform._solver.package import records
 
 Kind = Literal["attached", "ground", "free", "held", "air", "threshold"]
 

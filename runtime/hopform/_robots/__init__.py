@@ -11,8 +11,7 @@ from typing import Any, NoReturn
 
 from hopform._checks import shown
 from hopform._errors import HopformError
-from hopform_solver import checked
-from hopform_solver.records import ROBOT_FIELDS, Field
+from hopform._solver.package import ROBOT_FIELDS, Field, checked
 
 ROBOTS = ("hopper_c", "hopper_b", "ideal")
 """Names of the shipped robots. They are this project's own, not the paper's, which gives no values."""

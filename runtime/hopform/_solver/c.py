@@ -1,28 +1,23 @@
-"""The C back end: the compiled library, loaded by ctypes. Its structs follow the records of hopform_solver.
+"""The C back end: the compiled library, loaded by ctypes. Its structs follow the records of the package.
 
 A library that was built from other sources than the package is refused by name, because it would answer wrongly.
 """
 
 import ctypes
 import struct
-import sys
 from collections.abc import Callable, Mapping
 from functools import cache, lru_cache
 from importlib import import_module
 from pathlib import Path
-from types import ModuleType
 from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
-import hopform_solver
 from hopform._errors import BackendError, HopformError
 from hopform._solver import library as of_library
-from hopform._solver.library import handle, opened
-from hopform_solver.records import Energy, Ledger, State
-from hopform_solver.sensitivity import ROWS
-from hopform_solver.structs import STRUCTS, Member
+from hopform._solver.library import Backend, handle, opened
+from hopform._solver.package import OURS, ROWS, Energy, Package, records
 
 PHASES_NOT_KEPT = 1
 NO_DERIVATIVE = 2
@@ -60,9 +55,9 @@ _SCALARS = {
 class Types:
     """The structs of one precision, made from the table of a package: `Types("f64").Stance`, of its own package by default."""
 
-    def __init__(self, suffix: str, table: Mapping[str, tuple[Member, ...]] = STRUCTS) -> None:
+    def __init__(self, suffix: str, table: Mapping[str, tuple[Any, ...]] | None = None) -> None:
         self.suffix, self.real = suffix, {"f32": ctypes.c_float, "f64": ctypes.c_double}[suffix]
-        self._table = table
+        self._table: Mapping[str, tuple[Any, ...]] = OURS.structs.STRUCTS if table is None else table
         self._made: dict[str, Any] = {}
 
     def __getattr__(self, name: str) -> Any:
@@ -83,11 +78,10 @@ class Types:
 class Library:
     """A compiled library and the types that go with it."""
 
-    def __init__(self, path: Path, prefix: str = "hopform", package: ModuleType = hopform_solver) -> None:
-        self._handle = opened(path, prefix, package.__name__, package.SOURCE)
-        self._prefix, self.source = prefix, package.SOURCE
-        self.records: ModuleType = sys.modules[f"{package.__name__}.records"]
-        self._structs = import_module(f"{package.__name__}.structs").STRUCTS
+    def __init__(self, path: Path, prefix: str, package: Package) -> None:
+        self.source = str(import_module(package.name).SOURCE)
+        self._handle = opened(path, prefix, package.name, self.source)
+        self._prefix, self.package = prefix, package
         self._types: dict[str, Types] = {}
         self._functions: dict[tuple[str, str], Any] = {}
         self._desks: dict[str, Desk] = {}
@@ -106,7 +100,7 @@ class Library:
     def types(self, dtype: np.dtype[Any]) -> Types:
         suffix = {np.dtype(np.float32): "f32", np.dtype(np.float64): "f64"}[dtype]
         if suffix not in self._types:
-            self._types[suffix] = Types(suffix, self._structs)
+            self._types[suffix] = Types(suffix, self.package.structs.STRUCTS)
         return self._types[suffix]
 
     def call(self, name: str, types: Types, *arguments: Any) -> int:
@@ -190,7 +184,7 @@ def _packed_floats(*numbers: float) -> bytes:
 def library() -> Library:
     """The library that belongs to this installation; BackendError if there is none or it is stale."""
     handle()
-    return Library(of_library.LIBRARY)
+    return Library(of_library.LIBRARY, "hopform", OURS)
 
 
 class Solved:
@@ -210,35 +204,35 @@ class Solved:
             desk.library.source, np.dtype(desk.types.real), self.plan, self.steps, self.phases, self.stance,
         )  # fmt: skip
 
-    def outcome(self) -> tuple[int, float, State, float, float]:
+    def outcome(self) -> tuple[int, float, records.State, float, float]:
         """Ending, duration, state at the ending, apex, AED."""
         duration, x1, v1, v2, y, apex, aed, _, ending, _, _, _ = self.answer
-        return ending, duration, tuple_of(State, (x1, v1, v2, y)), apex, aed
+        return ending, duration, tuple_of(records.State, (x1, v1, v2, y)), apex, aed
 
     def event_rows(self) -> list[tuple[float, int]]:
         """Time and number of each event."""
         return [row for row in self.desk.event.iter_unpack(self.phases) if row[1]]
 
-    def phase_rows(self) -> list[tuple[float, State, int, int, int]]:
+    def phase_rows(self) -> list[tuple[float, records.State, int, int, int]]:
         """Each phase: when and where it starts, its mode, the event that starts it, the step of the current."""
         rows = self.desk.phase.iter_unpack(self.phases)
-        return [(t, State(x1, v1, v2, y), mode, event, step) for t, x1, v1, v2, y, mode, event, step in rows]
+        return [(t, records.State(x1, v1, v2, y), mode, event, step) for t, x1, v1, v2, y, mode, event, step in rows]
 
-    def state(self, t: float) -> State:
+    def state(self, t: float) -> records.State:
         """The state at one time."""
         desk, state = self.desk, self.desk.one_state()
         status = desk.stance_at(self.plan, self.steps, self.phases, self.stance, desk.types.real(t), state)
         if status < 0:
             raise refusal("stance_at", status)
-        return State._make(desk.state.unpack(state))
+        return records.State._make(desk.state.unpack(state))
 
-    def state_at(self, t: NDArray[np.floating]) -> State:
+    def state_at(self, t: NDArray[np.floating]) -> records.State:
         """States at times of one dimension."""
-        rows = np.empty((len(State._fields), t.size), dtype=t.dtype)
+        rows = np.empty((len(records.State._fields), t.size), dtype=t.dtype)
         self._call("stance_states", pointer(t), ctypes.c_int32(t.size), *map(pointer, rows))
-        return State(*rows)
+        return records.State(*rows)
 
-    def grid(self, dt: float, out: State) -> None:
+    def grid(self, dt: float, out: records.State) -> None:
         """Put the states at i dt, i = 0, 1, ..., into arrays of one dimension, each in one piece."""
         real = self.desk.types.real
         self._call("stance_grid", real(0.0), real(dt), ctypes.c_int32(out.x1.size), *map(pointer, out))
@@ -259,9 +253,9 @@ class Solved:
         self._call("stance_energy", pointer(t), ctypes.c_int32(t.size), pointer(energies), None, None)
         return Energy(*energies.T)
 
-    def ledger_at(self, t: NDArray[np.floating]) -> tuple[Ledger, NDArray[np.floating]]:
+    def ledger_at(self, t: NDArray[np.floating]) -> tuple[records.Ledger, NDArray[np.floating]]:
         """Ledger and loss at stops at times of one dimension, which must not decrease."""
-        record = self.desk.library.records.Ledger
+        record = self.desk.library.package.records.Ledger
         energies = np.empty((t.size, len(Energy._fields)), dtype=t.dtype)
         ledgers, losses = np.empty((t.size, len(record._fields)), dtype=t.dtype), np.empty_like(t)
         self._call(
@@ -275,9 +269,9 @@ class Solved:
         return record(*ledgers.T), losses
 
     def sensitivities(self) -> NDArray[np.floating]:
-        """Derivatives, rows times columns as in hopform_solver.sensitivity; NaN where there are none."""
+        """Derivatives, rows times columns as in the package's `sensitivity`; NaN where there are none."""
         types = self.desk.types
-        shape = (len(ROWS), 5 + len(self.desk.library.records.Robot._fields))
+        shape = (len(ROWS), 5 + len(self.desk.library.package.records.Robot._fields))
         matrix = np.empty(shape, dtype=np.dtype(types.real))
         if self._call("stance_sensitivities", pointer(matrix)) == NO_DERIVATIVE:
             matrix[:] = np.nan
@@ -285,13 +279,13 @@ class Solved:
             matrix[ROWS.index("apex")] = np.nan
         return matrix
 
-    def tangents(self, t: NDArray[np.floating]) -> tuple[State, NDArray[np.floating]]:
+    def tangents(self, t: NDArray[np.floating]) -> tuple[records.State, NDArray[np.floating]]:
         """States at times of one dimension, which do not decrease, and the derivatives of x1, v1, v2, y there."""
-        states = np.empty((t.size, len(State._fields)), dtype=t.dtype)
-        columns = 5 + len(self.desk.library.records.Robot._fields)
-        tangents = np.empty((t.size, len(State._fields), columns), dtype=t.dtype)
+        states = np.empty((t.size, len(records.State._fields)), dtype=t.dtype)
+        columns = 5 + len(self.desk.library.package.records.Robot._fields)
+        tangents = np.empty((t.size, len(records.State._fields), columns), dtype=t.dtype)
         self._call("stance_tangents", pointer(t), ctypes.c_int32(t.size), pointer(states), pointer(tangents))
-        return State(*states.T), tangents
+        return records.State(*states.T), tangents
 
     def _call(self, name: str, *arguments: Any) -> int:
         return self.desk.library.call(
@@ -333,17 +327,26 @@ def _plan_of(desk: Desk, parameters: tuple[Any, ...]) -> bytes:
     return bytes(plan_of(desk.library, desk.types, parameters))
 
 
-def solve(
+class Compiled:
+    """What a library solves with."""
+
+    name: Backend = "c"
+
+    def __init__(self, library: Library) -> None:
+        self.library = library
+
+
+def solve_stance(
+    solver: Compiled,
     parameters: tuple[Any, ...],
-    start: State,
+    start: records.State,
     steps: tuple[tuple[float, float], ...],
     horizon: float,
     max_phases: int,
     dtype: np.dtype[Any],
-    with_library: Library | None = None,
 ) -> Solved:
-    """Solve one stance with the compiled library; inputs as `hopform_solver.solve` takes them."""
-    desk = (with_library or library()).desk(dtype)
+    """One stance, by the compiled library."""
+    desk = solver.library.desk(dtype)
     plan = _plan_of(desk, parameters)
     one = len(steps) == 1
     packed = desk.pack_step(*steps[0]) if one else desk.pack(*(number for step in steps for number in step))

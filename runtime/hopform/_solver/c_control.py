@@ -8,20 +8,25 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hopform._solver import c as native
-from hopform_solver.records import Robot, State
+from hopform._solver.package import records
 
 FIRST_CAPACITY = 64
 """Phases that the buffer holds at first; hardly any stance has more."""
 
 
-def choose(
-    parameters: Robot, start: State, target: tuple[float, float, float, float], max_phases: int, dtype: np.dtype[Any]
+def choose_current(
+    solver: native.Compiled,
+    parameters: records.Robot,
+    start: records.State,
+    target: tuple[float, float, float, float],
+    max_phases: int,
+    dtype: np.dtype[Any],
 ) -> tuple[float, float, int, int]:
     """Current [A], hop height [m] (0 without take-off), status as in COMMANDS, and how many stances were solved.
 
     target: h_des, datum, stop_margin [m], horizon [s].
     """
-    library = native.library()
+    library = solver.library
     types = library.types(dtype)
     plan = native.plan_of(library, types, parameters)
     capacity = min(FIRST_CAPACITY, max_phases)
@@ -60,10 +65,15 @@ def _free(types: native.Types) -> list[_Memory]:
 
 
 def try_currents(
-    parameters: Robot, starts: list[State], currents: NDArray[np.float64], horizon: float, max_phases: int
+    solver: native.Compiled,
+    parameters: records.Robot,
+    starts: list[records.State],
+    currents: NDArray[np.float64],
+    horizon: float,
+    max_phases: int,
 ) -> NDArray[Any]:
     """What each current does from each state, (states, currents), a structured array with the fields of hopform_trial."""
-    library = native.library()
+    library = solver.library
     types = library.types(np.dtype(np.float64))
     plan = native.plan_of(library, types, parameters)
     trials = np.zeros((len(starts), currents.size), np.dtype(types.Trial))
@@ -80,3 +90,12 @@ def try_currents(
         if status != native.PHASES_NOT_KEPT or capacity == max_phases:
             return trials
         capacity = min(8 * capacity, max_phases)
+
+
+def apexes(
+    solver: native.Compiled, parameters: records.Robot, starts: list[records.State], currents: NDArray[np.float64],
+    horizon: float, max_phases: int,
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:  # fmt: skip
+    """The next apex, NaN without take-off, and the largest x1, (starts, currents)."""
+    made = try_currents(solver, parameters, starts, currents, horizon, max_phases)
+    return np.where(made["takes_off"], made["apex"], np.nan), made["peak"]
