@@ -15,11 +15,11 @@ from collections import defaultdict
 import numpy as np
 
 import hopform
-from hopform.identification import estimation
-from hopform.identification.drop import fit_drop_test
-from hopform.identification.fits import Fit
-from hopform.identification.step import fit_step_response
-from hopform.identification.synthetic import record
+from hopform._identify import estimation
+from hopform._identify.drop import fit_drop_test
+from hopform._identify.fits import Fit
+from hopform._identify.step import fit_step_response
+from hopform._identify.synthetic import record
 
 TRUTH = {"length": "L0", "offset": None}  # the offset is 0, no parameter of a robot
 

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 import hopform_solver
-from hopform import native
+from hopform._solver import c as native
 from hopform_solver.records import Robot, State
 from tests.checker import ANSWER, PHASE, PROBLEM, ROBOT, START
 

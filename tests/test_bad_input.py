@@ -17,8 +17,8 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 import hopform
-from hopform.identification import parse_recording, to_csv
-from hopform.robots import robot_from_toml
+from hopform._identify import parse_recording, to_csv
+from hopform._robots import robot_from_toml
 
 GOOD = {"m_eff": 25.0, "m_s": 3.0, "k": 1200.0, "L0": 0.4}
 NAN, INF = math.nan, math.inf

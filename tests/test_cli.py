@@ -17,12 +17,13 @@ import pytest
 import typer
 
 import hopform
-from hopform import cli, tables
+from hopform import _cli as cli
+from hopform._cli import output, tables
 
 DOCUMENT = Path(__file__).resolve().parent.parent / "docs" / "json.md"
 DROP = ("stance", "--height", "0.2", "--u", "3")
 HOPPER = hopform.load_robot("hopper_c")
-COMMANDS = typer.main.get_command(cli.app).commands
+COMMANDS = {name: each.loaded() for name, each in typer.main.get_command(cli.app).commands.items()}
 
 
 @pytest.fixture(autouse=True)
@@ -545,7 +546,7 @@ def test_an_old_file_survives_a_refusal(run, tmp_path):
 
 
 def test_a_picture_without_matplotlib_is_refused_with_the_name_of_the_extra(tmp_path):
-    without = "import sys; sys.modules['matplotlib'] = None; from hopform.cli import main; sys.exit(main())"
+    without = "import sys; sys.modules['matplotlib'] = None; from hopform._cli import main; sys.exit(main())"
     picture, table = str(tmp_path / "out.svg"), str(tmp_path / "out.csv")
     code, output, errors = python(without, *DROP, "--csv", table, "--plot", picture)
     assert (code, output) == (2, "")
@@ -571,7 +572,7 @@ def test_a_run_above_the_limit_warns_once(run):
 
 
 def test_the_command_line_loads_neither_matplotlib_nor_scipy():
-    loaded = "import sys, hopform.cli; print({'matplotlib', 'scipy', 'sympy'} & {*sys.modules})"
+    loaded = "import sys, hopform._cli; print({'matplotlib', 'scipy', 'sympy'} & {*sys.modules})"
     assert python(loaded) == (0, "set()\n", "")
 
 
@@ -584,7 +585,7 @@ def test_what_is_piped_has_no_colour_codes_and_no_broken_lines(answer):
 def test_a_closed_pipe_is_no_traceback():
     reader, writer = os.pipe()
     os.close(reader)
-    code = "import sys; from hopform.cli import main; sys.exit(main())"
+    code = "import sys; from hopform._cli import main; sys.exit(main())"
     command = [sys.executable, "-c", code, *DROP, "--csv", "-"]
     done = subprocess.run(command, stdout=writer, stderr=subprocess.PIPE, text=True, check=False)
     os.close(writer)
@@ -592,16 +593,16 @@ def test_a_closed_pipe_is_no_traceback():
 
 
 def test_a_person_who_waits_is_shown_that_something_happens(monkeypatch, capsys):
-    monkeypatch.setattr(cli, "PATIENCE", 0.0)
+    monkeypatch.setattr(output, "PATIENCE", 0.0)
     monkeypatch.setenv("FORCE_COLOR", "1")
-    with cli.patience("1000 hops"):
+    with output.patience("1000 hops"):
         time.sleep(0.3)
     assert "1000 hops" in capsys.readouterr().err
 
 
 def test_nobody_is_shown_what_is_over_in_time(monkeypatch, capsys):
     monkeypatch.setenv("FORCE_COLOR", "1")
-    with cli.patience("1000 hops"):
+    with output.patience("1000 hops"):
         pass
     assert capsys.readouterr().err == ""
 

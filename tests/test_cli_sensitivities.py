@@ -7,8 +7,8 @@ import json
 import pytest
 
 import hopform
-from hopform import cli
-from hopform.sensitivities import COLUMNS
+from hopform import _cli as cli
+from hopform._sensitivities import COLUMNS
 
 DROP = ("stance", "--height", "0.2", "--u", "3")
 

@@ -10,12 +10,12 @@ import pytest
 from scipy import optimize, signal, stats
 
 import hopform
-from hopform.identification import estimation, fit_drop_test, fit_step_response
-from hopform.identification.estimation import Parameter
-from hopform.identification.filtering import low_passed
-from hopform.identification.fits import finish
-from hopform.identification.search import Problem
-from hopform.identification.synthetic import record
+from hopform._identify import estimation, fit_drop_test, fit_step_response
+from hopform._identify.estimation import Parameter
+from hopform._identify.filtering import low_passed
+from hopform._identify.fits import finish
+from hopform._identify.search import Problem
+from hopform._identify.synthetic import record
 
 HOPPER = hopform.load_robot("hopper_c")
 

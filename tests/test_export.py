@@ -14,8 +14,8 @@ import yaml
 
 import hopform
 from derive.__main__ import main as derive
-from hopform.cli import main
-from hopform.export import SYSTEMS, Wanted, amalgamated, export, package, sources
+from hopform._cli import main
+from hopform._export import SYSTEMS, Wanted, amalgamated, export, package, sources
 
 CC = shlex.split(os.environ.get("CC") or "cc")
 FLAGS = ["-O1", "-ffp-contract=off", "-fno-math-errno", "-Wall", "-Wextra", "-Werror"]
@@ -91,7 +91,7 @@ def test_the_amalgamated_pair_gives_the_word_of_the_library(tmp_path):
     files = [HERE / "selftest.c", BOARDS / "board.c", "hopform.c"]
     run(*CC, "-std=c99", *FLAGS, "-I", BOARDS, "-I", ".", *files, "-o", "selftest", "-lm", cwd=tmp_path)
     said = subprocess.run([tmp_path / "selftest"], capture_output=True, text=True, check=True).stderr
-    from hopform.selftest import selftest
+    from hopform._export.selftest import selftest
 
     assert said == f"f32 {selftest('float32'):08x} f64 {selftest('float64'):08x}\n"
 
@@ -133,7 +133,7 @@ int main(void)
 
 @pytest.mark.parametrize("way", WAYS)
 def test_another_cmake_project_consumes_the_package(packages, tmp_path, way):
-    from hopform.selftest import selftest
+    from hopform._export.selftest import selftest
 
     cmake = shutil.which("cmake")
     assert cmake is not None, "cmake is not installed"
@@ -280,7 +280,7 @@ def test_a_folder_with_files_is_left_alone(tmp_path, capsys):
 
 
 def test_the_words_of_the_selftest_are_printed(capsys):
-    from hopform.selftest import selftest
+    from hopform._export.selftest import selftest
 
     assert main(["selftest", "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["hopform_selftest_f32"] == f"{selftest():08x}"

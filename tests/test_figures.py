@@ -16,8 +16,10 @@ import pytest
 from matplotlib.colors import to_rgb
 
 import hopform
-from hopform import cli, figures, figures_command, plots
-from hopform.figures import animation, picture
+from hopform import _cli as cli
+from hopform import _figures as figures
+from hopform._cli import figures as figures_command
+from hopform._figures import animation, picture, plots
 from tests.test_cli import fits
 from tests.test_house import packages
 
@@ -55,7 +57,7 @@ def test_the_actuator_still_compresses_when_a_steady_stance_ends():
 
 def test_viscous_friction_alone_cannot_be_fitted_to_a_robot_with_dry_friction():
     """Fig. 4: the fit is the best of its neighbourhood, and yet several times the noise is left."""
-    from hopform.figures import verification
+    from hopform._figures import verification
 
     shown = data(4)
     assert shown["fitted"].f1 == shown["fitted"].f2 == 0.0
@@ -349,13 +351,13 @@ def python(code, *arguments, cwd):
 
 
 def test_a_figure_needs_no_display(tmp_path):
-    run = "import sys; from hopform.cli import main; sys.exit(main())"
+    run = "import sys; from hopform._cli import main; sys.exit(main())"
     code, output, errors = python(run, "figures", "out", "--only", "12", cwd=tmp_path)
     assert (code, errors) == (0, "") and "wrote 3 files" in output
 
 
 def test_figures_without_matplotlib_are_refused_in_one_line(tmp_path):
-    without = "import sys; sys.modules['matplotlib'] = None; from hopform.cli import main; sys.exit(main())"
+    without = "import sys; sys.modules['matplotlib'] = None; from hopform._cli import main; sys.exit(main())"
     code, output, errors = python(without, "figures", "out", cwd=tmp_path)
     assert (code, output) == (2, "")
     assert errors == "hopform: a plot needs the extra `plot`: pip install 'hopform[plot]'\n"
@@ -363,7 +365,7 @@ def test_figures_without_matplotlib_are_refused_in_one_line(tmp_path):
 
 
 def test_importing_the_figures_loads_no_matplotlib(tmp_path):
-    loaded = "import sys, hopform.figures, hopform.figures_command; print('matplotlib' in sys.modules)"
+    loaded = "import sys, hopform._figures, hopform._cli.figures; print('matplotlib' in sys.modules)"
     assert python(loaded, cwd=tmp_path) == (0, "False\n", "")
 
 

@@ -13,7 +13,7 @@ import pytest
 import typer
 
 import hopform
-from hopform import cli
+from hopform import _cli as cli
 
 ROBOT = hopform.load_robot("hopper_c").to_toml()
 
@@ -93,7 +93,7 @@ def refused(tmp_path, monkeypatch, capsys):
         monkeypatch.chdir(tmp_path)
         for name in ("load_robot", "solve_stance", "simulate", "choose_current", "reachability"):
             monkeypatch.setattr(hopform, name, no_work)
-        monkeypatch.setattr("hopform.identification.command.read_recording", no_work)
+        monkeypatch.setattr("hopform._cli.identify.read_recording", no_work)
         before = content(tmp_path)
         assert cli.main([str(argument) for argument in arguments]) == 2
         output, errors = capsys.readouterr()
@@ -115,11 +115,10 @@ def reading(command, read, path):
 
 
 def test_every_option_that_names_a_file_is_in_the_table():
-    commands = typer.main.get_command(cli.app).commands
-    for name, command in commands.items():
+    for name, command in typer.main.get_command(cli.app).commands.items():
         found = {
             parameter.opts[0]
-            for parameter in command.params
+            for parameter in command.loaded().params
             if any(word in (parameter.metavar or "") for word in ("FILE", "DIR"))
         }
         files = COMMANDS.get(name, Files((), (), {}))
@@ -193,7 +192,7 @@ def test_a_report_may_stand_beside_everything_else(tmp_path, monkeypatch):
     ],
 )
 def test_figures_are_refused_before_they_are_drawn(tmp_path, monkeypatch, refused, made, said):
-    monkeypatch.setattr("hopform.figures_command.draw", None)
+    monkeypatch.setattr("hopform._cli.figures.draw", None)
     (tmp_path / "out").mkdir()
     made(tmp_path / "out" / "fig_12.svg")
     assert said in refused("figures", "out", "--only", "12")

@@ -23,7 +23,9 @@ import hopform
 import hopform_solver
 from derive.emit import folder as files
 from derive.emit import render
-from hopform import native
+from hopform._solver import c as native
+from hopform._solver.choice import C
+from hopform._solver.package import Package
 from hopform_solver.records import State
 from tools.build_library import compile_sources
 
@@ -425,7 +427,7 @@ def monopod(renamed):
         package = importlib.import_module("monopod_solver")
         library = renamed / "libmonopod.so"
         compile_sources(renamed / "c", library, "-O0")
-        yield package, native.Library(library, "monopod", package)
+        yield package, C(native.Library(library, "monopod", Package("monopod_solver")))
     finally:
         sys.path.remove(str(renamed / "python"))
 
@@ -446,11 +448,10 @@ def test_a_renamed_package_answers_the_same_numbers(monopod, hopper_c):
 
 @pytest.mark.parametrize("dtype", [np.float32, np.float64])
 def test_a_renamed_library_answers_the_same_numbers(monopod, hopper_c, dtype):
-    _, library = monopod
+    _, solver = monopod
     for v2, u in CASES:
-        ours = native.solve(
-            hopper_c.parameters, State(0.0, 0.0, v2, 0.0), ((0.0, u),), 2.0, 4096, np.dtype(dtype), library
-        )
+        start = State(0.0, 0.0, v2, 0.0)
+        ours = solver.solve_stance(hopper_c.parameters, start, ((0.0, u),), 2.0, 4096, np.dtype(dtype))
         theirs = hopform.solve_stance(hopper_c, v2=v2, u=u, dtype=dtype, backend="c")
         _, duration, _, _, aed = ours.outcome()
         assert (duration, aed) == (theirs.duration, theirs.aed)

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 import hopform
-from hopform import Robot, State, native
+from hopform import Robot, State
+from hopform._solver import c as native
 from tools.build_library import compile_sources
 
 SAMPLES = 10_000

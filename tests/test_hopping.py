@@ -9,8 +9,8 @@ import pytest
 
 import hopform
 from hopform import terrain
+from hopform._hopping.run import COLUMNS
 from hopform.controllers import AsPrinted, ConstantCurrent, FeedForward, ReturnMap, Sampled
-from hopform.hopping import COLUMNS
 from tests import integrator
 
 HOPPER = hopform.load_robot("hopper_c")

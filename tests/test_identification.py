@@ -10,17 +10,17 @@ import numpy as np
 import pytest
 
 import hopform
-from hopform.cli import main
-from hopform.identification import (
+from hopform._cli import main
+from hopform._identify import (
     fit_drop_test,
     fit_force,
     fit_robot,
     fit_step_response,
     friction_threshold,
 )  # fmt: skip
-from hopform.identification.drop import drop_problem
-from hopform.identification.recordings import Column, Recording, parse_recording
-from hopform.identification.synthetic import record, to_csv
+from hopform._identify.drop import drop_problem
+from hopform._identify.recordings import Column, Recording, parse_recording
+from hopform._identify.synthetic import record, to_csv
 from tests import coverage
 from tests.test_cli import SCHEMA, fits, strict_json
 

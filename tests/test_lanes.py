@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 import hopform
-from hopform import native, ufuncs
+from hopform import ufuncs
+from hopform._solver import c as native
 from hopform_solver.records import ROBOT_FIELDS
 from tests.random_stances import draw_stances
 

@@ -15,8 +15,10 @@ import pytest
 
 import hopform
 import hopform_solver
-from hopform import native, ufuncs
-from hopform.backends import _default
+from hopform import ufuncs
+from hopform._solver import c as native
+from hopform._solver import library as libraries
+from hopform._solver.choice import _compiled, _default
 from tools.build_library import LibraryNotBuilt, compile_sources
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -34,14 +36,16 @@ def compile_one(library: Path, source: str) -> None:
 def forget() -> None:
     """Back ends are chosen once a process."""
     native.library.cache_clear()
+    libraries.handle.cache_clear()
+    _compiled.cache_clear()
     _default.cache_clear()
 
 
 @pytest.fixture
 def library(tmp_path, monkeypatch) -> Iterator[Path]:
     """Where the library is looked for in a test: a file that is not there yet."""
-    path = tmp_path / native.LIBRARY.name
-    monkeypatch.setattr(native, "LIBRARY", path)
+    path = tmp_path / libraries.LIBRARY.name
+    monkeypatch.setattr(libraries, "LIBRARY", path)
     forget()
     yield path
     forget()

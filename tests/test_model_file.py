@@ -28,7 +28,10 @@ from derive.emit.program import program as derived_program
 from derive.emit.render import Options, render
 from derive.model.equations import Model, Term
 from derive.model.quantities import v2
-from hopform import flight_backends, native
+from hopform._solver import arrays, c_flight
+from hopform._solver import c as native
+from hopform._solver.choice import C
+from hopform._solver.package import Package
 from hopform_solver import records
 from tests import integrator, reference
 from tests.differences import differences, scaled_error, size_of
@@ -77,7 +80,7 @@ def library(driven, package) -> native.Library:
     """Its library, compiled there."""
     path = driven / "libdriven.so"
     compile_sources(driven / "c", path, "-O0")
-    return native.Library(path, "driven", package)
+    return native.Library(path, "driven", Package("driven_solver"))
 
 
 @dataclass(frozen=True)
@@ -119,9 +122,9 @@ def seen(robot: hopform.Robot, solved: Any, dtype: Any, ledger: Any, loss: Any, 
 def by_library(robot: hopform.Robot, k_emf: float, start: dict[str, Any], dtype: Any, library: native.Library) -> Seen:
     steps = start["u"] if isinstance(start["u"], tuple) else ((0.0, start["u"]),)
     state = records.State(start.get("x1", 0.0), start.get("v1", 0.0), start["v2"], 0.0)
-    solved = native.solve(
+    solved = C(library).solve_stance(
         (*robot.parameters, k_emf), state, steps, start.get("horizon", 2.0), start.get("max_phases", 4096),
-        np.dtype(dtype), library,
+        np.dtype(dtype),
     )  # fmt: skip
     times = np.array([0.0, solved.outcome()[1]], dtype)
     return seen(robot, solved, dtype, *solved.ledger_at(times), solved.energy_at(times).total)
@@ -140,7 +143,7 @@ def by_package(robot: hopform.Robot, k_emf: float, start: dict[str, Any], dtype:
         at = np.array([0.0, float(solution.duration)], dtype)
         ledger, loss = energy.ledger_at(solution, 0, at)
         total = energy.energy_at(solution, 0, at).total
-    return seen(robot, hopform.arrays.Solved(solution), dtype, ledger, loss, total)
+    return seen(robot, arrays.Solved(Package("driven_solver"), solution), dtype, ledger, loss, total)
 
 
 # ---- the derivatives are those of the reference ----
@@ -156,9 +159,9 @@ def test_derivatives_with_a_back_emf_are_those_of_the_reference(package, library
     """Through a stop, and by the new parameter, which moves whatever it moves as b1 does."""
     robot, k_emf = dataclasses.replace(hopform.load_robot("hopper_c"), x1_max=0.05), 10.0
     start = {"v2": -1.93, "x1": 0.02, "v1": 0.9, "u": 1.5}
-    solved = native.solve(
+    solved = C(library).solve_stance(
         (*robot.parameters, k_emf), records.State(0.02, 0.9, -1.93, 0.0), ((0.0, 1.5),), 2.0, 4096,
-        np.dtype(np.float64), library,
+        np.dtype(np.float64),
     )  # fmt: skip
     assert {records.EVENTS[row[3]] for row in solved.phase_rows()[1:]} >= {"x1_hits_stop", "x1_slips", "x1_reverses"}
     solution = package.solve(package.Robot(*robot.parameters, k_emf), package.State(0.02, 0.9, -1.93, 0.0), 1.5)
@@ -312,7 +315,7 @@ def fly_by_package(
     with np.errstate(all="ignore"):
         solved = flight.solve_flight(package.Robot(*parameters), package.State(*start), law, **settings)
         ledger, lost = flight.flight_ledger_at(solved, solved.duration)
-    return flown(flight_backends.ArrayFlight(solved), solved.ending, solved.duration, ledger, lost)
+    return flown(arrays.ArrayFlight(Package("driven_solver"), solved), solved.ending, solved.duration, ledger, lost)
 
 
 def fly_by_library(
@@ -326,7 +329,7 @@ def fly_by_library(
         "solve_flight", types, plan, ctypes.byref(types.State(*start)), ctypes.byref(types.Gains(*gains)),
         ctypes.c_double(horizon), ctypes.c_int32(max_phases), phases, ctypes.c_int32(max_phases), ctypes.byref(flight),
     )  # fmt: skip
-    solved = flight_backends.NativeFlight(library, types, parameters, plan, phases, flight)  # type: ignore[arg-type]
+    solved = c_flight.NativeFlight(library, types, parameters, plan, phases, flight)  # type: ignore[arg-type]
     _, ledger, lost = solved.energy_at(np.array([flight.duration]))
     ledger = type(ledger)(*(entry[0] for entry in ledger))
     return flown(solved, flight.ending, flight.duration, ledger, lost[0])
@@ -429,7 +432,8 @@ def test_a_package_of_the_same_name_gives_hopform_the_term(tmp_path):
 import csv, dataclasses, io
 import numpy as np
 import hopform
-from hopform import plots, tables
+from hopform._figures import plots
+from hopform._cli import tables
 robot = dataclasses.replace(hopform.load_robot("hopper_c"), d2=20.0)
 stance = hopform.solve_stance(robot, v2=-1.93, u=2.0, backend="numpy")
 run = hopform.simulate(robot, [0.0, 0.01], 3.0, height=0.2, backend="numpy")
@@ -735,9 +739,8 @@ def test_numbers_and_quotients_of_parameters_are_what_they_say(odd, odd_package,
     library = odd / "libodd.so"
     if not library.exists():
         compile_sources(odd / "c", library, "-O0", *WARNINGS)
-    solved = native.solve(
-        tuple(robot), start, ((0.0, 2.0),), 2.0, 64, np.dtype(dtype), native.Library(library, "odd", odd_package)
-    )
+    solver = C(native.Library(library, "odd", Package("odd_solver")))
+    solved = solver.solve_stance(tuple(robot), start, ((0.0, 2.0),), 2.0, 64, np.dtype(dtype))
     _, duration, state, _, _ = solved.outcome()
     np.testing.assert_allclose(duration, ours.duration, rtol=20 * eps)
     np.testing.assert_allclose(state, ours.end, rtol=200 * eps, atol=20 * eps)

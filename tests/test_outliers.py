@@ -15,8 +15,8 @@ import numpy as np
 import pytest
 
 import hopform
-from hopform.cli import main
-from hopform.identification import (
+from hopform._cli import main
+from hopform._identify import (
     estimation,
     fit_drop_test,
     fit_force,
@@ -25,10 +25,10 @@ from hopform.identification import (
     friction_threshold,
     search,
 )
-from hopform.identification.drop import drop_problem
-from hopform.identification.recordings import Column, Recording, outliers
-from hopform.identification.step import step_problem
-from hopform.identification.synthetic import record, to_csv
+from hopform._identify.drop import drop_problem
+from hopform._identify.recordings import Column, Recording, outliers
+from hopform._identify.step import step_problem
+from hopform._identify.synthetic import record, to_csv
 from tests.time_stepping import dropped, on_a_spring
 
 HOPPER = hopform.load_robot("hopper_c")

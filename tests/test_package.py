@@ -133,7 +133,7 @@ def test_both_packages_say_that_they_are_typed(wheel):
 
 
 def test_every_robot_of_the_repository_is_shipped(wheel):
-    robots = {f"hopform/robots/{path.name}" for path in (ROOT / "runtime" / "hopform" / "robots").glob("*.toml")}
+    robots = {f"hopform/_robots/{path.name}" for path in (ROOT / "runtime" / "hopform" / "_robots").glob("*.toml")}
     assert robots
     assert robots <= contents(wheel)
 

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from hopform import cli
+from hopform import _cli as cli
 
 DOCS = Path(__file__).resolve().parent.parent / "docs"
 

@@ -20,8 +20,8 @@ from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 
 import hopform
-from hopform import plots
-from hopform.tables import mode
+from hopform._cli.tables import mode
+from hopform._figures import plots
 
 HOPPER = hopform.load_robot("hopper_c")
 STANCES: dict[str, dict] = {
@@ -147,7 +147,7 @@ def test_the_energy_of_the_ideal_hopper_is_a_line():
 
 def test_a_picture_is_the_same_in_every_process_which_needs_no_pyplot(stance, svg):
     code = f"""
-import sys, hopform, hopform.plots as plots
+import sys, hopform, hopform._figures.plots as plots
 stance = hopform.solve_stance(hopform.load_robot("hopper_c"), **{STANCES["steps"]})
 sys.stdout.buffer.write(plots.render(plots.plot_stance(stance), ".svg"))
 assert "matplotlib.pyplot" not in sys.modules
@@ -226,7 +226,7 @@ def test_a_robots_name_is_drawn_as_it_is(name, kind):
 @pytest.mark.parametrize("name", NAMES)
 @pytest.mark.parametrize("kind", ["fit", "threshold"])
 def test_a_recordings_name_is_drawn_as_it_is(name, kind):
-    report = pytest.importorskip("hopform.identification.report")
+    report = pytest.importorskip("hopform._cli.report")
     if kind == "fit":
         fit = a_fit()
         answer = dataclasses.replace(fit, traces=tuple(dataclasses.replace(each, label=name) for each in fit.traces))

@@ -5,8 +5,8 @@ import re
 import shlex
 from pathlib import Path
 
-from hopform import cli
-from hopform.cli import main
+from hopform import _cli as cli
+from hopform._cli import main
 from tests.benchmarks.hopping import misses
 
 ROOT = Path(__file__).resolve().parent.parent

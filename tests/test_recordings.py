@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 
 import hopform
-from hopform.cli import main
-from hopform.identification import fit_drop_test, fit_force, fit_step_response, friction_threshold
-from hopform.identification.drop import swing_of
-from hopform.identification.recordings import noise_of, outliers, parse_recording, quantum_of, read_recording, saturated
-from hopform.identification.synthetic import record, to_csv
+from hopform._cli import main
+from hopform._identify import fit_drop_test, fit_force, fit_step_response, friction_threshold
+from hopform._identify.drop import swing_of
+from hopform._identify.recordings import noise_of, outliers, parse_recording, quantum_of, read_recording, saturated
+from hopform._identify.synthetic import record, to_csv
 
 HOPPER = hopform.load_robot("hopper_c")
 

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 import hopform
-from hopform.identification import hopping
-from hopform.identification.rigs import LETTERS, Experiment
+from hopform._identify import hopping
+from hopform._identify.rigs import LETTERS, Experiment
 
 HOPPER = hopform.load_robot("hopper_c")
 PULSES = tuple((0.05 * n, 0.6 * math.sin(0.5 * n) + 0.1) for n in range(40))

@@ -13,7 +13,10 @@ import numpy as np
 import pytest
 
 import hopform
-from hopform import cli, flight_backends, terrain
+from hopform import _cli as cli
+from hopform import terrain
+from hopform._cli import output
+from hopform._solver import c_flight
 from hopform.controllers import FeedForward, ReturnMap
 
 HOPPER = hopform.load_robot("hopper_c")
@@ -70,7 +73,7 @@ def test_a_flight_of_many_phases_is_the_same_after_a_pickle(backend, dtype):
     )
     flight = hopform.solve_flight(shaken, x1=0.01, v2=2.0, gains=(4e6, 0.0), backend=backend, dtype=dtype)
     again = pickle.loads(pickle.dumps(flight))
-    assert len(flight.phases) > flight_backends._CAPACITY
+    assert len(flight.phases) > c_flight._CAPACITY
     assert again.phases == flight.phases and again == flight
     t = np.linspace(0.0, flight.duration, 50, dtype=dtype)
     assert all((one == other).all() for one, other in zip(again.at(t), flight.at(t), strict=True))
@@ -103,7 +106,7 @@ def test_an_interrupt_in_the_middle_leaves_nothing_that_a_next_run_would_notice(
 
 def test_ctrl_c_ends_the_command_with_130_no_traceback_and_no_file(tmp_path):
     code = (
-        "import signal, sys; from hopform.cli import main; signal.signal(signal.SIGINT, signal.default_int_handler); "
+        "import signal, sys; from hopform._cli import main; signal.signal(signal.SIGINT, signal.default_int_handler); "
         "print('ready', flush=True); sys.exit(main())"
     )  # as from a terminal; who runs tests in the background may have it ignored
     out = tmp_path / "hops.csv"
@@ -123,15 +126,15 @@ def test_ctrl_c_ends_the_command_with_130_no_traceback_and_no_file(tmp_path):
 def test_the_bar_of_hop_tells_how_far_it_is(monkeypatch, capsys):
     """A bar that only moves says less than one that fills."""
     shares: list[float] = []
-    monkeypatch.setattr(cli, "PATIENCE", 0.0)
+    monkeypatch.setattr(output, "PATIENCE", 0.0)
     monkeypatch.setenv("FORCE_COLOR", "1")
-    update = cli.Progress.update
+    update = output.Progress.update
 
     def seen(bar, task, **change):
         shares.append(change["completed"] / change["total"])
         update(bar, task, **change)
 
-    monkeypatch.setattr(cli.Progress, "update", seen)
+    monkeypatch.setattr(output.Progress, "update", seen)
     assert cli.main(["hop", "--height", "0.2", "--u", "3", "--hops", "200"]) == 0
     assert shares == sorted(shares) and shares[-1] == 1.0 and len(shares) == 200
     assert "200 hops" in capsys.readouterr().err

@@ -14,7 +14,7 @@ import pytest
 
 import hopform
 from derive.model.selftest import CASES, ROBOTS
-from hopform.selftest import selftest
+from hopform._export.selftest import selftest
 from tests.firmware import golden
 from tests.firmware.targets import BOARDS, COMMON, HERE, C, sources
 

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import pytest
 
-from hopform import native
+from hopform._solver import c as native
 from tests.checker import PROBLEM
 from tests.random_stances import MAX_PHASES, draw_stances
 

@@ -24,7 +24,10 @@ from derive.model import quantities as Q
 from derive.model.equations import Model, Term
 from derive.model_file import read_model
 from derive.models.hopper import HOPPER
-from hopform import HopformError, native
+from hopform import HopformError
+from hopform._solver import c as native
+from hopform._solver.choice import C
+from hopform._solver.package import Package
 from tools.build_library import compile_sources
 
 MODELS = Path(__file__).with_name("models")
@@ -135,7 +138,7 @@ def package(fed) -> Any:
 def library(fed, package) -> native.Library:
     path = fed / "libfed.so"
     compile_sources(fed / "c", path, "-O0")
-    return native.Library(path, "fed", package)
+    return native.Library(path, "fed", Package("fed_solver"))
 
 
 def status_of(library: native.Library, dtype: Any, parameters: Any) -> tuple[int, bool]:
@@ -171,7 +174,7 @@ def test_a_robot_that_runs_away_is_refused_by_the_condition(package, library, ho
         with pytest.raises(ValueError, match=REFUSED):
             fly(robot, start, dtype=dtype)
         with pytest.raises(HopformError, match="Routh's conditions p_i"):
-            native.solve(tuple(robot), state, ((0.0, 1.0),), 2.0, 64, np.dtype(dtype), library)
+            C(library).solve_stance(tuple(robot), state, ((0.0, 1.0),), 2.0, 64, np.dtype(dtype))
 
 
 def test_one_unstable_robot_among_many_is_refused(package, hopper_c):

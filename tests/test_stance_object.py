@@ -13,8 +13,8 @@ import numpy as np
 import pytest
 
 import hopform
-from hopform import native
-from hopform.stance import _UNFOLDS
+from hopform._solver import c as native
+from hopform._stance import _UNFOLDS
 
 FIELDS = [field.name for field in dataclasses.fields(hopform.Stance)]
 SHOWN = [name for name in FIELDS if not name.startswith("_")]

@@ -3,7 +3,7 @@
 import re
 from pathlib import Path
 
-from hopform import native
+from hopform._solver import c as native
 
 C = Path(__file__).resolve().parent.parent / "generated" / "c"
 HEADER = (C / "include" / "hopform" / "hopform.h").read_text("utf-8")

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import hopform
-from hopform.backends import MODULES
+from hopform._solver.choice import choose
 from hopform_solver.records import State
 from hopform_solver.sensitivity import COLUMNS
 
@@ -46,7 +46,7 @@ def solved(backend: str, name: str, **moved: float) -> tuple[Any, float]:
     fields = {key: getattr(robot, key) + by for key, by in moved.items() if hasattr(robot, key)}
     current = tuple((t, u + moved.get("u", 0.0)) for t, u in steps)
     parameters = dataclasses.replace(robot, **fields).parameters
-    found = MODULES[backend].solve(parameters, start, current, horizon, 4096, np.dtype(np.float64))
+    found = choose(backend).solve_stance(parameters, start, current, horizon, 4096, np.dtype(np.float64))
     return found, found.outcome()[1]
 
 
@@ -60,7 +60,7 @@ def times_of(name: str) -> np.ndarray:
 
 @pytest.mark.parametrize("name", CASES)
 def test_the_events_that_a_case_is_about_happen(name):
-    kinds = {hopform.stance.EVENTS[number] for _, number in solved("c", name)[0].event_rows()}
+    kinds = {hopform._stance.EVENTS[number] for _, number in solved("c", name)[0].event_rows()}
     assert CASES[name][4] <= kinds
 
 

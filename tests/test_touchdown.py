@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 import hopform
-from hopform import native
-from hopform.touchdown import TouchdownDetector, delayed_apex
+from hopform._hopping.touchdown import TouchdownDetector, delayed_apex
+from hopform._solver import c as native
 from hopform_solver import touchdown as solver
 
 DETECTORS = [

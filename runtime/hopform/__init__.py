@@ -6,98 +6,27 @@
     >>> stance.status, round(stance.duration, 5), round(stance.apex, 5), round(stance.aed, 4)
     ('takeoff', 0.18813, 0.22329, 1.9216)
 
-Importing hopform loads NumPy alone. Equation numbers are those of the paper that the register (`hopform.equations`) covers.
+Importing hopform loads nothing, and NumPy alone once something of it is used. Equation
+numbers are those of the paper that the register (`hopform.equations`) covers.
 """
 
-from hopform import controllers, terrain, ufuncs
-from hopform.backends import backends, library_message
-from hopform.batch import Batch, solve_stances
-from hopform.control import Command, choose_current
-from hopform.errors import BackendError, HopformError, MissingExtra
-from hopform.flight import Flight, FlightLedger, FlightPhase, design_return, solve_flight
-from hopform.hopping import Errors, Hop, Run, simulate
-from hopform.identification import (
-    fit_drop_test,
-    fit_force,
-    fit_robot,
-    fit_step_response,
-    friction_threshold,
-    read_recording,
-    record,
-)
-from hopform.printed import PrintedCommand, choose_current_as_printed
-from hopform.reaching import FixedPoint, Reachability, next_apex, reachability
-from hopform.robots import ROBOTS, Robot, load_robot
-from hopform.sensitivities import ManySensitivities, Sensitivities
-from hopform.stance import Energy, Event, Ledger, Phase, Stance, State, solve_stance, touchdown_velocity
-from hopform.touchdown import TouchdownDetector, delayed_apex
-from hopform_solver.equations import EQUATIONS, Equation
-from hopform_solver.records import Gains
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from hopform._all import *  # noqa: F403
 
 __version__ = "0.1.0"
 
 
-def equations() -> tuple[Equation, ...]:
-    """The register: each equation of the paper as printed, as derived, a verdict, the reason, the code that computes it.
+def __getattr__(name: str) -> Any:
+    """What `_all` has of this name; from then on it is an attribute like any other."""
+    offered = import_module("hopform._all")
+    if name != "__all__" and name not in offered.__all__:
+        raise AttributeError(f"module 'hopform' has no attribute {name!r}", name=name)
+    globals().update({each: getattr(offered, each) for each in ("__all__", *offered.__all__)})
+    return globals()[name]
 
-    >>> [equation.number for equation in equations()] == list(range(1, 28))
-    True
-    """
-    return EQUATIONS
 
-
-__all__ = [
-    "BackendError",
-    "Batch",
-    "Command",
-    "Energy",
-    "Equation",
-    "Errors",
-    "Event",
-    "Flight",
-    "FlightLedger",
-    "FlightPhase",
-    "Gains",
-    "FixedPoint",
-    "Hop",
-    "HopformError",
-    "Ledger",
-    "ManySensitivities",
-    "MissingExtra",
-    "Phase",
-    "PrintedCommand",
-    "Reachability",
-    "ROBOTS",
-    "Robot",
-    "Run",
-    "Sensitivities",
-    "Stance",
-    "State",
-    "TouchdownDetector",
-    "__version__",
-    "backends",
-    "choose_current",
-    "delayed_apex",
-    "controllers",
-    "design_return",
-    "choose_current_as_printed",
-    "equations",
-    "fit_drop_test",
-    "fit_force",
-    "fit_robot",
-    "fit_step_response",
-    "friction_threshold",
-    "library_message",
-    "load_robot",
-    "read_recording",
-    "record",
-    "simulate",
-    "solve_flight",
-    "next_apex",
-    "reachability",
-    "solve_stance",
-    "solve_stances",
-    "terrain",
-    "touchdown_velocity",
-    "ufuncs",
-]
+def __dir__() -> list[str]:
+    return sorted({*globals(), *import_module("hopform._all").__all__})

@@ -2,7 +2,7 @@
 
 import sys
 
-from hopform.cli import main
+from hopform._cli import main
 
 if __name__ == "__main__":
     sys.exit(main())

@@ -14,17 +14,17 @@ from typing import NamedTuple, Protocol, SupportsFloat, cast, runtime_checkable
 import numpy as np
 from numpy.typing import NDArray
 
-from hopform import native_control
-from hopform.backends import choose as choose_backend
-from hopform.batch import solve_stances
-from hopform.checks import finite, positive, whole
-from hopform.control import MAX_PHASES, checked_target, choose_current
-from hopform.errors import HopformError
-from hopform.flight import solve_flight
-from hopform.printed import choose_current_as_printed
-from hopform.reaching import home_of
-from hopform.robots import Robot
-from hopform.stance import Current, Stance, State, solve_stance, start_of
+from hopform._batch import solve_stances
+from hopform._checks import finite, positive, whole
+from hopform._control.exact import checked_target, choose_current
+from hopform._control.printed import choose_current_as_printed
+from hopform._control.reach import home_of
+from hopform._errors import HopformError
+from hopform._flight import solve_flight
+from hopform._robots import Robot
+from hopform._solver.choice import choose
+from hopform._solver.columns import MAX_PHASES
+from hopform._stance import Current, Stance, State, solve_stance, start_of
 from hopform.terrain import heights_of
 
 Array = NDArray[np.float64]
@@ -124,11 +124,13 @@ class FeedForward:
         return replace(self, h_des=wishes(self.h_des))
 
     def __call__(self, touchdown: Touchdown) -> float:
-        if type(self.h_des) is float and choose_backend(self.backend) == "c":  # checked once, when it was made
+        if type(self.h_des) is float:  # checked once, when it was made
             ground = finite("ground", touchdown.ground, "m")
             start = start_of(touchdown.robot, touchdown.x1, touchdown.v1, None, touchdown.v2)
             target = (self.h_des if self.h_des > ground else ground, -ground, self.stop_margin, self.horizon)
-            return native_control.choose(touchdown.robot.parameters, start, target, MAX_PHASES, _DOUBLE)[0]
+            return choose(self.backend).choose_current(touchdown.robot.parameters, start, target, MAX_PHASES, _DOUBLE)[
+                0
+            ]
         return choose_current(
             touchdown.robot, x1=touchdown.x1, v1=touchdown.v1, v2=touchdown.v2, **target_of(self.h_des, touchdown),
             stop_margin=self.stop_margin, horizon=self.horizon, backend=self.backend,

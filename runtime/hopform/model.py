@@ -16,7 +16,7 @@ from importlib import import_module
 from types import ModuleType
 from typing import Any
 
-from hopform.errors import MissingExtra
+from hopform._errors import MissingExtra
 
 
 @cache

@@ -11,8 +11,8 @@ from typing import Any, SupportsFloat
 
 import numpy as np
 
-from hopform.checks import finite, is_number, shown, whole
-from hopform.errors import HopformError
+from hopform._checks import finite, is_number, shown, whole
+from hopform._errors import HopformError
 
 Heights = tuple[float, ...]
 NAMES = ("flat", "steps", "uniform", "gaussian")

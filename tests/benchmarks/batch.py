@@ -16,7 +16,7 @@ from pathlib import Path
 import numpy as np
 
 import hopform
-from hopform import native
+from hopform._solver import library as libraries
 from tools.build_library import FLAGS, ROOT
 
 COUNT = 100_000
@@ -107,8 +107,8 @@ def in_c(robot: hopform.Robot) -> tuple[float, float, float]:
         source.write_text(SOURCE % {"count": COUNT, "rounds": ROUNDS, "robot": numbers})
         compiler = shlex.split(os.environ.get("CC") or "cc")
         flags = [flag for flag in FLAGS if flag not in ("-shared", "-fPIC") and not flag.startswith("-std")]
-        command = [*compiler, "-std=gnu99", *flags, "-I", str(c / "include"), str(source), str(native.LIBRARY)]
-        command += [f"-Wl,-rpath,{native.LIBRARY.parent}", "-o", str(program), "-lm"]
+        command = [*compiler, "-std=gnu99", *flags, "-I", str(c / "include"), str(source), str(libraries.LIBRARY)]
+        command += [f"-Wl,-rpath,{libraries.LIBRARY.parent}", "-o", str(program), "-lm"]
         subprocess.run(command, check=True)
         done = subprocess.run([str(program)], check=True, capture_output=True, text=True)
     single, batch, grid = map(float, done.stdout.split())

@@ -16,12 +16,12 @@ from scipy.linalg import expm
 from scipy.optimize import brentq, least_squares
 
 import hopform
-from hopform.identification.drop import fit_drop_test
-from hopform.identification.joint import fit_robot
-from hopform.identification.motion import Array
-from hopform.identification.rigs import Experiment
-from hopform.identification.step import fit_step_response
-from hopform.identification.synthetic import record
+from hopform._identify.drop import fit_drop_test
+from hopform._identify.joint import fit_robot
+from hopform._identify.motion import Array
+from hopform._identify.rigs import Experiment
+from hopform._identify.step import fit_step_response
+from hopform._identify.synthetic import record
 
 LETTERS = ("k", "b2", "f2", "rest", "x", "v")
 MASS = 3.0

@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 
 import hopform
-from hopform import native
+from hopform._solver import library as libraries
 from hopform_solver.records import ROBOT_FIELDS
 from tests.random_stances import draw_stances
 from tools.build_library import FLAGS, ROOT
@@ -63,7 +63,7 @@ def driver(folder: Path, precision: str) -> Path:
     macros = [f"-DREAL={REALS[precision][0]}", f"-DSUFFIX=_{precision}"]
     source = Path(__file__).with_name("lanes.c")
     command = [*compiler, "-std=gnu99", *flags, *macros, "-I", str(ROOT / "generated" / "c" / "include"), str(source)]
-    library = native.LIBRARY
+    library = libraries.LIBRARY
     command += [str(library), f"-Wl,-rpath,{library.parent}", "-o", str(program), "-lm"]
     subprocess.run(command, check=True)
     return program

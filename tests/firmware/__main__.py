@@ -126,7 +126,7 @@ def words(lines: list[str]) -> dict[str, set[str]]:
 def of_python() -> dict[str, str]:
     """The words of the library that Python loads."""
     import hopform
-    from hopform.selftest import selftest
+    from hopform._export.selftest import selftest
 
     if (message := hopform.library_message()) is not None:
         sys.exit(f"hopform: {message}")

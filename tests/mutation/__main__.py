@@ -503,7 +503,7 @@ MUTANTS = (
     # ---- identification ----
     Mutant(
         "identification: a preload that gravity does not balance",
-        "runtime/hopform/identification/rigs.py",
+        "runtime/hopform/_identify/rigs.py",
         'by["k"] = by["k"] + row[:, AT["g"]] * preload / mass',
         'by["k"] = by["k"] + 0.0 * preload / mass',
         first=IDENTIFICATION,
@@ -511,7 +511,7 @@ MUTANTS = (
     ),
     Mutant(
         "identification: a touchdown that does not move with the actuator",
-        "runtime/hopform/identification/hopping.py",
+        "runtime/hopform/_identify/hopping.py",
         "late = (by[2] - by[0] - _LENGTH_BY) / -(rates[2] - rates[0])",
         "late = (by[2] - by[0] - _LENGTH_BY) / -rates[2]",
         first=IDENTIFICATION,
@@ -519,7 +519,7 @@ MUTANTS = (
     ),
     Mutant(
         "identification: steps of the current that move with an event",
-        "runtime/hopform/identification/hopping.py",
+        "runtime/hopform/_identify/hopping.py",
         "if run.begin_by.any() else []",
         "if False else []",
         first=IDENTIFICATION,
@@ -527,7 +527,7 @@ MUTANTS = (
     ),
     Mutant(
         "identification: an impact that takes its share of the velocity",
-        "runtime/hopform/identification/hopping.py",
+        "runtime/hopform/_identify/hopping.py",
         "kept = math.sqrt(1.0 - robot.impact_loss)",
         "kept = 1.0 - robot.impact_loss",
         first=IDENTIFICATION,
@@ -535,7 +535,7 @@ MUTANTS = (
     ),
     Mutant(
         "identification: time that may stand still",
-        "runtime/hopform/identification/recordings.py",
+        "runtime/hopform/_identify/recordings.py",
         "if not bool((steps > 0.0).all()):",
         "if not bool((steps >= 0.0).all()):",
         first=RECORDED,
@@ -543,7 +543,7 @@ MUTANTS = (
     ),
     Mutant(
         "identification: a fall that is not held to g",
-        "runtime/hopform/identification/drop.py",
+        "runtime/hopform/_identify/drop.py",
         "if not g / 3.0 < found < 3.0 * g:",
         "if not found < 3000.0 * g:",
         first=RECORDED,
@@ -551,7 +551,7 @@ MUTANTS = (
     ),
     Mutant(
         "identification: a robust loss that is none",
-        "runtime/hopform/identification/estimation.py",
+        "runtime/hopform/_identify/estimation.py",
         '    if loss != "linear":\n        cost, slope, _',
         '    if loss == "none":\n        cost, slope, _',
         first=("tests/test_identification.py::test_a_robust_loss_withstands_outliers",),
@@ -559,7 +559,7 @@ MUTANTS = (
     ),
     Mutant(
         "identification: one side with the quantile of two",
-        "runtime/hopform/identification/estimation.py",
+        "runtime/hopform/_identify/estimation.py",
         "return 0.0, _cross(growth, value, stderr, one, math.inf)",
         "return 0.0, _cross(growth, value, stderr, two, math.inf)",
         first=ESTIMATED,
@@ -567,7 +567,7 @@ MUTANTS = (
     ),
     Mutant(
         "identification: intervals that forget the degrees of freedom",
-        "runtime/hopform/identification/estimation.py",
+        "runtime/hopform/_identify/estimation.py",
         "float(psi @ psi) / solution.freedom / slope",
         "float(psi @ psi) / solution.count / slope",
         first=ESTIMATED,
@@ -575,7 +575,7 @@ MUTANTS = (
     ),
     Mutant(
         "identification: directions that are not seen but told",
-        "runtime/hopform/identification/estimation.py",
+        "runtime/hopform/_identify/estimation.py",
         "unseen = singular <= _WEAK * singular[0]",
         "unseen = singular < 0.0 * singular[0]",
         first=ESTIMATED,
@@ -583,7 +583,7 @@ MUTANTS = (
     ),
     Mutant(
         "identification: a quantum that is the largest step",
-        "runtime/hopform/identification/recordings.py",
+        "runtime/hopform/_identify/recordings.py",
         "smallest = float(steps[0])",
         "smallest = float(steps[-1])",
         first=RECORDED,
@@ -591,7 +591,7 @@ MUTANTS = (
     ),
     Mutant(
         "identification: gaps that are not said",
-        "runtime/hopform/identification/recordings.py",
+        "runtime/hopform/_identify/recordings.py",
         "np.flatnonzero(steps > 2.5 * usual)",
         "np.flatnonzero(steps > 1e9 * usual)",
         first=("tests/test_identification.py::test_uneven_time_stamps_and_a_gap_do_no_harm",),
@@ -599,7 +599,7 @@ MUTANTS = (
     ),
     Mutant(
         "identification: a velocity that is a difference of samples",
-        "runtime/hopform/identification/filtering.py",
+        "runtime/hopform/_identify/filtering.py",
         "gain = (1j * turn * rate) ** derivative",
         "gain = (1j * np.sin(turn) * rate) ** derivative",
         first=ESTIMATED,
@@ -607,7 +607,7 @@ MUTANTS = (
     ),
     Mutant(
         "identification: a decay that noise releases",
-        "runtime/hopform/identification/segments.py",
+        "runtime/hopform/_identify/segments.py",
         "start = int((np.abs(values - rest) >= reach - 8.0 * noise).argmax())",
         "start = int(np.abs(values - rest).argmax())",
         first=ESTIMATED,
@@ -658,7 +658,7 @@ MUTANTS = (
     ),
     Mutant(
         "flight: a pickle that any library reads",
-        "runtime/hopform/flight_backends.py",
+        "runtime/hopform/_solver/c_flight.py",
         "    if source != library.source:\n",
         "    if not source:\n",
         after=(),
@@ -666,7 +666,7 @@ MUTANTS = (
     ),
     Mutant(
         "hopping: ground that stays where it was",
-        "runtime/hopform/hopping.py",
+        "runtime/hopform/_hopping/run.py",
         "flight = _flight(task, state, None if index and step == 0.0 else step)",
         "flight = _flight(task, state, None if index else step)",
         after=(),
@@ -674,7 +674,7 @@ MUTANTS = (
     ),
     Mutant(
         "hopping: what is left of the return is forgotten",
-        "runtime/hopform/hopping.py",
+        "runtime/hopform/_hopping/run.py",
         "task.plant, x1=state.x1, v1=state.v1, v2=state.v2, u=u,",
         "task.plant, x1=state.x1, v2=state.v2, u=u,",
         after=(),
@@ -682,7 +682,7 @@ MUTANTS = (
     ),
     Mutant(
         "hopping: energy foretold without the spring's coordinate",
-        "runtime/hopform/hopping.py",
+        "runtime/hopform/_hopping/run.py",
         "level += hop.stance.aed - robot.k * float(hop.stance.end.x1) ** 2 / 2.0",
         "level += hop.stance.aed",
         after=(),
@@ -690,7 +690,7 @@ MUTANTS = (
     ),
     Mutant(
         "hopping: a touchdown seen without its delay",
-        "runtime/hopform/hopping.py",
+        "runtime/hopform/_hopping/run.py",
         "return max(tick, 0.0) + errors.delay",
         "return max(tick, 0.0)",
         after=(),
@@ -698,7 +698,7 @@ MUTANTS = (
     ),
     Mutant(
         "hopping: noise of the ground that is that of the velocity",
-        "runtime/hopform/hopping.py",
+        "runtime/hopform/_hopping/run.py",
         "ground + errors.ground * noise[3]",
         "ground + errors.ground * noise[2]",
         after=(),
@@ -714,7 +714,7 @@ MUTANTS = (
     ),
     Mutant(
         "hopping: energies over the ground under the foot",
-        "runtime/hopform/hopping.py",
+        "runtime/hopform/_hopping/run.py",
         "found[0, inside] = energy.body + weight * leg.ground",
         "found[0, inside] = energy.body",
         after=(),
@@ -722,7 +722,7 @@ MUTANTS = (
     ),
     Mutant(
         "hopping: a robot that trips only stops",
-        "runtime/hopform/hopping.py",
+        "runtime/hopform/_hopping/run.py",
         'status = "tripped" if flight.status == "tripped" else "stopped"',
         'status = "stopped"',
         after=(),
@@ -738,7 +738,7 @@ MUTANTS = (
     ),
     Mutant(
         "hopping: no gravity",
-        "runtime/hopform/hopping.py",
+        "runtime/hopform/_hopping/run.py",
         "if not checked_robot(robot).g > 0.0:",
         "if not checked_robot(robot).g >= 0.0:",
         after=(),
@@ -770,7 +770,7 @@ MUTANTS = (
     ),
     Mutant(
         "(26) as printed, with the sign of the step",
-        "runtime/hopform/printed.py",
+        "runtime/hopform/_control/printed.py",
         "rise = (-level if signed else abs(level))",
         "rise = (-level if signed else -level)",
         after=(),
@@ -778,7 +778,7 @@ MUTANTS = (
     ),
     Mutant(
         "maps: a jump taken for a fixed point",
-        "runtime/hopform/reaching.py",
+        "runtime/hopform/_control/reach.py",
         "return points if points and abs(gain) <= _CLOSED else []",
         "return points if points else []",
         after=(),
@@ -786,7 +786,7 @@ MUTANTS = (
     ),
     Mutant(
         "maps: a multiplier without the impact",
-        "runtime/hopform/reaching.py",
+        "runtime/hopform/_control/reach.py",
         "* robot.g * (1.0 - robot.impact_loss) / v2",
         "* robot.g / v2",
         after=(),
@@ -794,7 +794,7 @@ MUTANTS = (
     ),
     Mutant(
         "maps: a stroke without its margin",
-        "runtime/hopform/reaching.py",
+        "runtime/hopform/_control/reach.py",
         "return robot.x1_max - margin if",
         "return robot.x1_max if",
         after=(),
@@ -802,7 +802,7 @@ MUTANTS = (
     ),
     Mutant(
         "maps: two currents side by side taken for a gap",
-        "runtime/hopform/reaching.py",
+        "runtime/hopform/_control/reach.py",
         "jumps = np.flatnonzero(np.diff(lifts) > 1)",
         "jumps = np.flatnonzero(np.diff(lifts) > 0)",
         after=(),
@@ -817,7 +817,7 @@ MUTANTS = (
     ),
     Mutant(
         "touchdown: a step of the signal that comes with a sample",
-        "runtime/hopform/touchdown.py",
+        "runtime/hopform/_hopping/touchdown.py",
         "return self.dt * (self._samples(deviation, height) - 0.5)",
         "return self.dt * (self._samples(deviation, height) - 1.0)",
         after=(),
@@ -825,7 +825,7 @@ MUTANTS = (
     ),
     Mutant(
         "touchdown: samples in a row that need not be in a row",
-        "runtime/hopform/touchdown.py",
+        "runtime/hopform/_hopping/touchdown.py",
         "whole = stays ** (self.count - 1)",
         "whole = stays",
         after=(),

@@ -19,9 +19,10 @@ from typing import Any
 import numpy as np
 
 import hopform
-from hopform import native
-from hopform.control import choose_current
-from hopform.stance import start_of
+from hopform._control.exact import choose_current
+from hopform._solver import c as native
+from hopform._solver import library as libraries
+from hopform._stance import start_of
 
 HERE = Path(__file__).parent
 C = HERE.parents[1] / "generated" / "c"
@@ -50,7 +51,7 @@ def _library() -> Any:
     with tempfile.TemporaryDirectory() as folder:
         target = Path(folder) / "scan.so"
         command = [*shlex.split(os.environ.get("CC") or "cc"), *FLAGS, "-I", str(C / "include"), str(HERE / "scan.c")]
-        subprocess.run([*command, str(native.LIBRARY), "-o", str(target), "-lm"], check=True)
+        subprocess.run([*command, str(libraries.LIBRARY), "-o", str(target), "-lm"], check=True)
         library = ctypes.CDLL(str(target))
     library.scan_gap.restype = ctypes.c_double
     return library

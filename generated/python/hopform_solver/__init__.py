@@ -14,7 +14,7 @@ An exact solver by itself, on NumPy arrays, generated from the derivation:
 from hopform_solver.records import ENDINGS, EVENTS, ROBOT_FIELDS, Ledger, Robot, State
 from hopform_solver.stance import Solution, solve
 
-SOURCE = "977ce30ac321eb70"
+SOURCE = "708dda39ee46c75d"
 """What this package was generated from; the C library carries the same text."""
 
 __all__ = ["ENDINGS", "EVENTS", "ROBOT_FIELDS", "SOURCE", "Ledger", "Robot", "Solution", "State", "solve"]

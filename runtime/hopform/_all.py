@@ -1,0 +1,91 @@
+"""All that `hopform` offers; it imports this when the first of it is asked for."""
+
+from hopform import __version__, controllers, terrain, ufuncs
+from hopform._batch import Batch, solve_stances
+from hopform._control.exact import Command, choose_current
+from hopform._control.printed import PrintedCommand, choose_current_as_printed
+from hopform._control.reach import FixedPoint, Reachability, next_apex, reachability
+from hopform._errors import BackendError, HopformError, MissingExtra
+from hopform._flight import Flight, FlightLedger, FlightPhase, design_return, solve_flight
+from hopform._hopping.run import Errors, Hop, Run, simulate
+from hopform._hopping.touchdown import TouchdownDetector, delayed_apex
+from hopform._identify import (
+    fit_drop_test,
+    fit_force,
+    fit_robot,
+    fit_step_response,
+    friction_threshold,
+    read_recording,
+    record,
+)
+from hopform._robots import ROBOTS, Robot, load_robot
+from hopform._sensitivities import ManySensitivities, Sensitivities
+from hopform._solver.library import backends, library_message
+from hopform._solver.package import EQUATIONS, Energy, Equation, Gains
+from hopform._stance import Event, Ledger, Phase, Stance, State, solve_stance, touchdown_velocity
+
+
+def equations() -> tuple[Equation, ...]:
+    """The register: each equation of the paper as printed, as derived, a verdict, the reason, the code that computes it.
+
+    >>> [equation.number for equation in equations()] == list(range(1, 28))
+    True
+    """
+    return EQUATIONS
+
+
+__all__ = [
+    "BackendError",
+    "Batch",
+    "Command",
+    "Energy",
+    "Equation",
+    "Errors",
+    "Event",
+    "Flight",
+    "FlightLedger",
+    "FlightPhase",
+    "Gains",
+    "FixedPoint",
+    "Hop",
+    "HopformError",
+    "Ledger",
+    "ManySensitivities",
+    "MissingExtra",
+    "Phase",
+    "PrintedCommand",
+    "Reachability",
+    "ROBOTS",
+    "Robot",
+    "Run",
+    "Sensitivities",
+    "Stance",
+    "State",
+    "TouchdownDetector",
+    "__version__",
+    "backends",
+    "choose_current",
+    "delayed_apex",
+    "controllers",
+    "design_return",
+    "choose_current_as_printed",
+    "equations",
+    "fit_drop_test",
+    "fit_force",
+    "fit_robot",
+    "fit_step_response",
+    "friction_threshold",
+    "library_message",
+    "load_robot",
+    "read_recording",
+    "record",
+    "simulate",
+    "solve_flight",
+    "next_apex",
+    "reachability",
+    "solve_stance",
+    "solve_stances",
+    "terrain",
+    "touchdown_velocity",
+    "ufuncs",
+]

@@ -1,0 +1,36 @@
+"""`hopform export DIR --for cmake`: the C library as a package for a firmware's build system; and `hopform selftest`."""
+
+import json as json_module
+from pathlib import Path
+from typing import Annotated, cast
+
+import typer
+
+from hopform import _export as packages
+from hopform._export import PRECISIONS, SYSTEMS, System, Wanted
+from hopform._export.selftest import selftest as digest
+
+
+def export(
+    folder: Annotated[Path, typer.Argument(metavar="DIR", help="new or empty; it becomes the package's root")],
+    system: Annotated[str, typer.Option("--for", metavar="SYSTEM", help=", ".join(SYSTEMS))] = "plain",
+    prefix: Annotated[str, typer.Option("--prefix", metavar="NAME", help="of every public name")] = "hopform",
+    f32: Annotated[bool, typer.Option("--f32", help="single precision alone")] = False,
+    f64: Annotated[bool, typer.Option("--f64", help="double precision alone")] = False,
+    json: Annotated[bool, typer.Option("--json", help="list the files as JSON")] = False,
+) -> None:
+    chosen = tuple(name for name, wanted in zip(PRECISIONS, (f32, f64), strict=True) if wanted) or PRECISIONS
+    files = packages.export(folder, Wanted(cast(System, system), prefix, chosen))
+    if json:
+        print(json_module.dumps({"folder": str(folder), "files": [file.as_posix() for file in files]}, indent=2))
+    else:
+        print(f"{len(files)} files in {folder}; begin with {folder / 'README.md'}")
+
+
+def selftest(
+    json: Annotated[bool, typer.Option("--json", help="as JSON")] = False,
+) -> None:
+    words = {
+        f"hopform_selftest_{name}": f"{digest(dtype):08x}" for name, dtype in (("f32", "float32"), ("f64", "float64"))
+    }
+    print(json_module.dumps(words, indent=2) if json else "\n".join(f"{name} {word}" for name, word in words.items()))

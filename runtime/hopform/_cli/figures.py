@@ -1,0 +1,142 @@
+"""`hopform figures DIR`: the paper's figures from this project's robots, as SVG and PNG, with their captions and an
+animation."""
+
+import tempfile
+from collections.abc import Iterable
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+
+import hopform
+from hopform._cli import tables
+from hopform._cli.files import check_files, write
+from hopform._cli.output import show
+from hopform._errors import HopformError
+from hopform._figures import DRAWN, draw
+
+if TYPE_CHECKING:
+    from hopform._figures.picture import Picture
+
+ANIMATION = "animation"
+CAPTIONS = "captions.md"
+FORMATS = (".svg", ".png")
+
+Folder = Annotated[Path, typer.Argument(metavar="DIR", help="where to; made if it is not there")]
+Only = Annotated[
+    str | None, typer.Option("--only", metavar="N,N,...", help="these figures, or the word animation; all if left out")
+]
+Json = Annotated[bool, typer.Option("--json", help="print what was written, with the captions")]
+
+
+def figures(folder: Folder, only: Only = None, json: Json = False) -> None:
+    wanted = asked_for(only)
+    check(folder, wanted)
+    files, pictures = drawn(wanted)
+    make(folder)
+    for name, content in files.items():
+        write(folder / name, content)
+    if json:
+        record = {
+            "hopform": hopform.__version__,
+            "figures": [record_of(each) for each in pictures],
+            "files": [str(folder / name) for name in files],
+        }
+        print(tables.to_json(record))
+    else:
+        show([*(f"Fig. {each.number:<3} {each.title}" for each in pictures), f"wrote {len(files)} files to {folder}"])
+
+
+def asked_for(only: str | None) -> tuple[int | str, ...]:
+    """What `--only` names, in the paper's order; HopformError for what is not drawn."""
+    if only is None:
+        return (*DRAWN, ANIMATION)
+    known = {str(number): number for number in DRAWN} | {ANIMATION: ANIMATION}
+    words = [word.strip() for word in only.split(",")]
+    for word in words:
+        if word not in known:
+            raise HopformError(f"--only takes {', '.join(known)}, separated by commas, got {word!r}")
+    return tuple(what for word, what in known.items() if word in words)
+
+
+def names_of(what: int | str) -> tuple[str, ...]:
+    """The files of a figure, or of the animation."""
+    return ("animation.gif",) if isinstance(what, str) else tuple(f"fig_{what:02d}{suffix}" for suffix in FORMATS)
+
+
+def check(folder: Path, wanted: Iterable[int | str]) -> None:
+    """HopformError, before anything is drawn, if it cannot be written there."""
+    if folder.exists() and not folder.is_dir():
+        raise HopformError(f"{folder} is a file, not a folder")
+    if not folder.parent.is_dir():
+        raise HopformError(f"{folder} cannot be made: there is no folder {folder.parent}")
+    if folder.is_dir():
+        drawings = [(what if isinstance(what, str) else f"Fig. {what}", names_of(what)) for what in wanted]
+        files = [(what, folder / name) for what, names in drawings for name in names]
+        check_files((), [*files, ("the captions", folder / CAPTIONS)])
+
+
+def make(folder: Path) -> None:
+    """The folder, if it is not there."""
+    try:
+        folder.mkdir(exist_ok=True)
+    except OSError as error:
+        raise HopformError(f"{folder} cannot be made: {error.strerror}") from None
+
+
+def drawn(wanted: Iterable[int | str]) -> "tuple[dict[str, bytes], list[Picture]]":
+    """The files, by their names, and the pictures; a bar on the error stream if a person is there to see it."""
+    from hopform._figures import plots
+
+    wanted = list(wanted)
+    files, pictures = dict[str, bytes](), list["Picture"]()
+    console = Console(stderr=True)
+    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
+    with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:
+        task = bar.add_task("drawing", total=len(wanted))
+        for what in wanted:
+            bar.update(task, description="animation" if isinstance(what, str) else f"Fig. {what}")
+            if isinstance(what, str):
+                files |= dict.fromkeys(names_of(what), moving())
+            else:
+                pictures.append(draw(what))
+                figure = pictures[-1].figure
+                files |= {name: plots.render(figure, Path(name).suffix) for name in names_of(what)}
+            bar.advance(task)
+    if pictures:
+        files[CAPTIONS] = captions(pictures).encode()
+    return files, pictures
+
+
+def moving() -> bytes:
+    """The animation's bytes; matplotlib's writer wants a file."""
+    from hopform._figures.animation import animate
+
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "animation.gif"
+        animate(path)
+        return path.read_bytes()
+
+
+def captions(pictures: "Iterable[Picture]") -> str:
+    """The captions as Markdown."""
+    parts = [
+        "# The figures, from this project's robots\n\nWritten by `hopform figures`; the numbers are computed as they "
+        "are drawn.\n"
+    ]
+    parts += [
+        f"## Fig. {each.number}. {each.title}\n\n![Fig. {each.number}](fig_{each.number:02d}.svg)\n\n"
+        f"**The paper** shows {each.paper}.\n\n**Here:** {each.ours}.\n\n"
+        f"Parameters: {each.robot}, this project's own; the paper gives none.\n"
+        for each in pictures
+    ]
+    return "\n".join(parts)
+
+
+def record_of(picture: "Picture") -> dict[str, object]:
+    """A picture for JSON."""
+    return {
+        "number": picture.number, "title": picture.title, "paper": picture.paper, "ours": picture.ours, "robot": picture.robot,
+    }  # fmt: skip

@@ -1,0 +1,288 @@
+"""What `hopform identify` does between its options and its output: files to recordings, recordings to a fit, a fit to files."""
+
+import math
+import sys
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+from rich.console import RenderableType
+
+import hopform
+from hopform._cli import report as reports
+from hopform._cli import tables
+from hopform._cli.files import Named, write
+from hopform._cli.options import (
+    AddedMasses,
+    Air,
+    Attached,
+    Csv,
+    Force,
+    Free,
+    Identified,
+    Json,
+    Known,
+    Loss,
+    Plot,
+    Recorded,
+    Recordings,
+    Report,
+    RobotName,
+    Spring,
+    TomlOut,
+    count,
+    quantity,
+)  # fmt: skip
+from hopform._cli.output import check_outputs, figures, patience, show
+from hopform._errors import HopformError
+from hopform._identify import synthetic
+from hopform._identify.drop import fit_drop_test
+from hopform._identify.estimation import Progress
+from hopform._identify.fits import Fit, Options, Trace, is_no_fit, missed
+from hopform._identify.joint import LETTERS, fit_robot
+from hopform._identify.ramp import Threshold, friction_threshold
+from hopform._identify.recordings import Recording, read_recording
+from hopform._identify.step import fit_force, fit_step_response
+from hopform._robots import Robot
+from hopform._robots import file_of as robot_file
+
+KINDS = ("drop", "step", "ramp", "all")
+STAGES = 6
+"""Of a fit, about: it, the old model, intervals, what is left out."""
+ROLES = ("drop", "free", "decay", "step", "air", "ramp")
+
+
+@dataclass(frozen=True)
+class Wanted:
+    """What was asked for. attached, free, air, force: which rig or fit; added_mass [kg], one per file or none."""
+
+    kind: str
+    files: tuple[str, ...]
+    known: Mapping[str, float]
+    added_mass: tuple[float, ...] = ()
+    attached: bool = False
+    air: bool = False
+    force: bool = False
+    loss: str = "linear"
+    free: bool = False
+    spring: bool = False
+
+
+def known_values(pairs: Sequence[str]) -> dict[str, float]:
+    """Known parameters from name=value."""
+    values = dict[str, float]()
+    for pair in pairs:
+        name, equals, value = pair.partition("=")
+        try:
+            number = float(value)
+        except ValueError:
+            number = float("nan")
+        if not equals or not np.isfinite(number):
+            raise HopformError(f"--known takes name=value in SI units, as in m_s=3.0, got {pair!r}")
+        if name not in LETTERS:
+            raise HopformError(f"--known: there is no parameter {name!r}; there are {', '.join(LETTERS)}")
+        values[name] = number
+    return values
+
+
+def added_masses(text: str) -> tuple[float, ...]:
+    """Masses [kg] from "0,0.986"."""
+    try:
+        masses = tuple(float(each) for each in text.split(",")) if text else ()
+    except ValueError:
+        masses = (float("nan"),)
+    if not all(np.isfinite(each) and each >= 0.0 for each in masses):
+        raise HopformError(f"--added-mass takes masses >= 0 in kg, one per file, as in 0,0.986, got {text!r}")
+    return masses
+
+
+def answer_to(wanted: Wanted, progress: Progress | None = None) -> Fit | Threshold:
+    """The answer; HopformError names what is wrong with a file."""
+    if wanted.added_mass and len(wanted.added_mass) != len(wanted.files):
+        raise HopformError(f"--added-mass names {len(wanted.added_mass)} masses for {len(wanted.files)} files")
+    roles, recordings = _read(wanted)
+    if wanted.kind == "ramp":
+        given = {name: wanted.known.get(name) for name in ("m_eff", "gamma2", "k")}
+        return friction_threshold(recordings, spring=wanted.spring, loss=wanted.loss, **given)
+    fit = _fitted(wanted, roles, recordings, progress)
+    off = [trace for trace in fit.traces if is_no_fit(trace)]
+    if off:
+        raise _no_fit(max(off, key=lambda each: each.tests.rms / float(np.std(each.measured))), recordings)
+    return fit
+
+
+def _no_fit(trace: Trace, recordings: Sequence[Recording]) -> HopformError:
+    """What is said of a fit that explains too little: where it is off most, and what may be wrong."""
+    own = max((each for each in recordings if trace.label.startswith(each.source)), key=lambda each: len(each.source))
+    left = trace.measured - trace.predicted
+    at = int(np.abs(left).argmax())
+    share = max(1.0 - float(np.var(left)) / float(np.var(trace.measured)), 0.0)
+    force = trace.quantity == "force"
+    position, drives = own.column_of("x1" if force else trace.quantity), own.current_column()
+    lengths = " and ".join(each.title for each in own.columns.values() if each.quantity == "length")
+    asked = [f"is the unit of {lengths} right"]
+    asked += [f"are {position.title} and {drives.title} of one run, each in its column"] if drives else []
+    what, unit, least = ("force", "N", 75) if force else ("motion", "m", 96)
+    return own.error(
+        f"the fit explains {100.0 * share:.3g} % of the {what}, less than {least} % is no fit; it is off most here, by "
+        f"{abs(left[at]):.3g} {unit}: {', '.join(asked)}, is it of this rig?",
+        own.line + int(np.count_nonzero(own.time < trace.time[at] - 1e-9)),
+        drives if force else position,
+    )
+
+
+def _fitted(wanted: Wanted, roles: Sequence[str], recordings: Sequence[Recording], progress: Progress | None) -> Fit:
+    options: Options = {"loss": wanted.loss, "progress": progress}
+    if wanted.kind == "drop":
+        return fit_drop_test(recordings, attached=wanted.attached, free=wanted.free, known=wanted.known, **options)
+    if wanted.kind == "step" and wanted.force:
+        return fit_force(recordings, known=wanted.known, **options)
+    if wanted.kind == "step":
+        return fit_step_response(recordings, spring=not wanted.air, known=wanted.known, **options)
+    of = {role: [r for r, own in zip(recordings, roles, strict=True) if own == role] for role in ROLES}
+    return fit_robot(
+        drops=of["drop"], free_drops=of["free"], decays=of["decay"], steps=of["step"], air=of["air"], ramps=of["ramp"],
+        known=wanted.known, **options,
+    )  # fmt: skip
+
+
+def _read(wanted: Wanted) -> tuple[list[str], list[Recording]]:
+    roles, recordings = list[str](), list[Recording]()
+    for n, name in enumerate(wanted.files):
+        role, path = role_and_path(name)
+        recording = read_recording(path)
+        mass = wanted.added_mass[n] if wanted.added_mass else 0.0
+        recordings.append(replace(recording, added_mass=mass))
+        roles.append(role or _role(recording, wanted))
+    return roles, recordings
+
+
+def role_and_path(name: str) -> tuple[str | None, str]:
+    """What ROLE:FILE says a file is, None where it says nothing, and the file."""
+    role, colon, rest = name.partition(":")
+    return (role, rest) if colon and role in ROLES else (None, name)
+
+
+def _role(recording: Recording, wanted: Wanted) -> str:
+    """What a recording is, where nobody says so: without a current a drop; with one and x2 a drop with the actuator free; with a
+    current that creeps a ramp, else steps."""
+    if "x2" in recording.columns and recording.has_current():
+        return "free"
+    if not recording.has_current():
+        return "decay" if wanted.attached else "drop"
+    u = recording.current()
+    width = max(u.size // 20, 1)
+    share = float(np.median(np.abs(u[width:] - u[:-width]))) / max(float(np.ptp(u)), 1e-12)
+    if 0.02 < share < 0.3:
+        return "ramp"
+    return "air" if wanted.air else "step"
+
+
+def tables_of(answer: Fit | Threshold) -> Iterator[RenderableType]:
+    return reports.fit_tables(answer) if isinstance(answer, Fit) else reports.threshold_tables(answer)
+
+
+def record_of(answer: Fit | Threshold) -> dict[str, Any]:
+    return reports.fit_record(answer) if isinstance(answer, Fit) else reports.threshold_record(answer)
+
+
+def files_of(
+    answer: Fit | Threshold, base: Robot, out: Path | None, written: Path | None, plot: Path | None
+) -> list[tuple[Path, bytes]]:
+    """The files that were asked for: a robot's TOML, a report, a picture."""
+    files = list[tuple[Path, bytes]]()
+    if out and isinstance(answer, Threshold):
+        if np.isnan(answer.f1):
+            raise HopformError("--out needs f1: give --known m_eff=... and --known gamma2=...")
+        files.append((out, replace(base, f1=answer.f1).to_toml().encode()))
+    elif out and isinstance(answer, Fit):
+        if any(missed(trace) for trace in answer.traces):
+            said = next(each for each in answer.warnings if "misses the recording" in each)
+            raise HopformError(f"{said}; no robot is written")
+        name = out.stem.encode("utf-8", "backslashreplace").decode()
+        files.append((out, replace(answer.robot(base), name=name, description="identified").to_toml().encode()))
+    if written:
+        files += reports.files_of(answer, written)
+    if plot:
+        from hopform._figures import plots
+
+        files.append((plot, plots.render(reports.plot(answer), plot.suffix)))
+    return files
+
+
+# ---- the commands ----
+
+
+def identify(
+    kind: Identified,
+    files: Recordings,
+    known: Known = None,
+    attached: Attached = False,
+    free: Free = False,
+    air: Air = False,
+    spring: Spring = False,
+    force: Force = False,
+    added_mass: AddedMasses = "",
+    loss: Loss = "linear",
+    robot: RobotName = "hopper_c",
+    out: TomlOut = None,
+    report: Report = None,
+    json: Json = False,
+    plot: Plot = None,
+) -> None:
+    pages: list[Named] = []
+    if report is not None:
+        reports.check_suffix(report)
+        figures()
+        pages += zip(("--report", "the picture of --report"), reports.paths_of(report), strict=False)
+    check_outputs(
+        json, plot=plot,
+        reads=[("--robot", robot_file(robot)), *(("the recording", role_and_path(each)[1]) for each in files)],
+        more=[("--out", out), *pages],
+    )  # fmt: skip
+    base = hopform.load_robot(robot)
+    masses, values = added_masses(added_mass), known_values(known or [])
+    with patience("identification") as advance:
+        wanted = Wanted(kind.value, tuple(files), values, masses, attached, air, force, loss, free, spring)
+        stages = iter(range(STAGES))
+        answer = answer_to(wanted, lambda _: advance(next(stages, STAGES), STAGES))
+        written = files_of(answer, base, out, report, plot)
+    printed = tables.to_json({"hopform": hopform.__version__, **record_of(answer)}) if json else ""
+    shown = [] if json else [*tables_of(answer), *(f"wrote {path}" for path, _ in written)]
+    for path, content in written:
+        write(path, content)
+    for warning in answer.warnings:
+        print(f"hopform: warning: {warning}", file=sys.stderr)
+    if json:
+        print(printed)
+    show(shown)
+
+
+def record(
+    test: Recorded,
+    robot: RobotName = "hopper_c",
+    duration: Annotated[float, quantity("--duration", "s", "how long")] = 2.0,
+    rate: Annotated[float, quantity("--rate", "Hz", "samples per second")] = 500.0,
+    noise: Annotated[float, quantity("--noise", "m", "standard deviation of the position's noise")] = 2e-4,
+    quantum: Annotated[float, quantity("--quantum", "m", "step of the encoder, 0 for none")] = 1.0 / 56000.0,
+    height: Annotated[float, quantity("--height", "m", "hop height of a drop, pull of a decay")] = 0.2,
+    current: Annotated[float | None, quantity("--current", "A", "largest current; u_max if left out")] = None,
+    hold: Annotated[float, quantity("--hold", "s", "stillness at first")] = 0.2,
+    added_mass: Annotated[float, quantity("--added-mass", "kg", "mass that the body carries beside its own")] = 0.0,
+    repeats: Annotated[int, count("--repeats", 1, "drops or decays in the recording")] = 1,
+    spring: Spring = False,
+    seed: Annotated[int | None, count("--seed", 0, "of the noise", math.inf)] = None,
+    csv: Csv = "-",
+) -> None:
+    check_outputs(False, csv, reads=[("--robot", robot_file(robot))])
+    made = synthetic.record(
+        hopform.load_robot(robot), test.value, duration=duration, rate=rate, noise=noise, quantum=quantum, height=height,
+        current=current, hold=hold, added_mass=added_mass, repeats=repeats, spring=spring, seed=seed,
+    )  # fmt: skip
+    if csv is None or csv == "-":
+        print(synthetic.to_csv(made), end="")
+    else:
+        write(Path(csv), synthetic.to_csv(made).encode())
+        show([f"wrote {csv}"])

@@ -1,0 +1,108 @@
+"""What becomes of an answer: files are made first, then written, then something is printed."""
+
+import sys
+import threading
+from collections.abc import Callable, Generator, Iterable
+from contextlib import contextmanager
+from pathlib import Path
+from types import ModuleType
+from typing import TYPE_CHECKING
+
+from rich.console import Console, RenderableType
+from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+
+from hopform._cli import tables
+from hopform._cli.files import Named, check_files, write
+from hopform._errors import HopformError
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+PATIENCE = 2.0
+"""[s] after which a person who waits is shown that something happens."""
+
+UNBROKEN = 240
+"""Columns that a line may have where no terminal limits it."""
+
+
+def figures() -> ModuleType:
+    """`hopform._figures.plots`, which needs the extra `plot`."""
+    from hopform._figures import plots
+
+    return plots
+
+
+def check_outputs(
+    json: bool,
+    csv: str | None = None,
+    plot: Path | None = None,
+    *,
+    reads: Iterable[Named] = (),
+    more: Iterable[Named] = (),
+) -> None:
+    """Refuse, before anything is computed, what could not be printed or written afterwards."""
+    if json and csv == "-":
+        raise HopformError("--json and --csv - both print; give --csv a file")
+    if plot is not None:
+        figures().check_suffix(plot)
+    check_files(reads, [("--csv", csv if csv and csv != "-" else None), *more, ("--plot", plot)])
+
+
+def deliver(
+    *,
+    json: Callable[[], tables.Record] | None,
+    csv: tuple[str, Callable[[], str]] | None,
+    plot: tuple[Path, Callable[[], "Figure"]] | None,
+    readable: Callable[[], Iterable[RenderableType]],
+    warnings: Iterable[str],
+    more: Iterable[tuple[Path, Callable[[], bytes]]] = (),
+) -> None:
+    """Make everything that was asked for; only then write the files, then print."""
+    printed, shown, files = "", list[RenderableType](), list[tuple[Path, bytes]]()
+    with patience("writing"):
+        if csv is not None and csv[0] != "-":
+            files.append((Path(csv[0]), csv[1]().encode()))
+        elif csv is not None:
+            printed = csv[1]()
+        if plot is not None:
+            files.append((plot[0], figures().render(plot[1](), plot[0].suffix)))
+        files += [(path, content()) for path, content in more]
+        if json is not None:
+            printed = tables.to_json(json()) + "\n"
+        if not printed:
+            shown = [*readable(), *(f"wrote {path}" for path, _ in files)]
+    for path, content in files:
+        write(path, content)
+    for warning in warnings:
+        print(f"hopform: warning: {warning}", file=sys.stderr)
+    print(printed, end="")
+    show(shown)
+
+
+def show(parts: Iterable[RenderableType]) -> None:
+    """Print tables: as wide as the terminal, or unbroken and without colour into a pipe."""
+    console = Console(markup=False, emoji=False, highlight=False)
+    if not console.is_terminal:
+        console.width = UNBROKEN
+    for part in parts:
+        console.print(part)
+
+
+@contextmanager
+def patience(what: str) -> Generator[Callable[[int, int], None], None, None]:
+    """A moving bar on the error stream if this takes longer than `PATIENCE` and a person is there to see it.
+
+    What it gives tells the bar how much is done, of how much.
+    """
+    console = Console(stderr=True)
+    columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
+    bar = Progress(*columns, console=console, transient=True, disable=not console.is_terminal)
+    task = bar.add_task(what, total=None)
+    timer = threading.Timer(PATIENCE, bar.start)
+    timer.start()
+    try:
+        yield lambda done, total: bar.update(task, completed=done, total=total)
+    finally:
+        timer.cancel()
+        timer.join()
+        bar.stop()

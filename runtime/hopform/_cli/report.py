@@ -1,0 +1,347 @@
+"""What a fit says, for people and for programs: tables, JSON, a picture, a report in Markdown or HTML."""
+
+# pyright: reportUnknownMemberType=false
+# matplotlib's own annotations leave the type of **kwargs open.
+
+import html
+import math
+import os
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+from urllib.parse import quote
+
+import numpy as np
+from rich.console import RenderableType
+
+from hopform._cli import tables
+from hopform._errors import HopformError
+from hopform._identify.estimation import Estimate
+from hopform._identify.fits import NEW, OLD, Fit, Trace
+from hopform._identify.ramp import Rise, Threshold
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+SUFFIXES = (".md", ".html")
+TITLES = {
+    "drop": "drop test", "step": "step response", "force": "in force", "robot": "all recordings together",
+    "ramp": "friction threshold (5) from a ramp",
+}  # fmt: skip
+"""What each kind of answer is called in a heading."""
+_UNIT = {"x1": ("mm", 1e3), "x2": ("mm", 1e3), "force": ("N", 1.0), "threshold": ("A", 1.0)}
+
+
+def _number(value: float, digits: int = 6) -> str:
+    return "-" if math.isnan(value) else f"{value:.{digits}g}"
+
+
+def parameter_rows(fit: Fit) -> list[tuple[str, ...]]:
+    """Name, value, unit, interval and how it was found, of each parameter; what was known last."""
+    rows: list[tuple[str, ...]] = [
+        (e.name, _number(e.value), e.unit, f"{_number(e.low)} .. {_number(e.high)}", e.method) for e in fit.estimates
+    ]
+    return rows + [(name, _number(value), "", "", "known") for name, value in fit.known.items()]
+
+
+def trace_rows(fit: Fit) -> list[tuple[str, ...]]:
+    """Each recording: samples, rms under both models, hold-out error, the encoder's step, autocorrelation."""
+    rows = list[tuple[str, ...]]()
+    for trace in fit.traces:
+        unit, factor = _UNIT[trace.quantity]
+        lengths = (trace.tests.rms, trace.old_rms, trace.holdout, trace.quantum or math.nan)
+        rows.append((
+            trace.label, str(trace.time.size), *(_number(factor * value, 4) for value in lengths), unit,
+            f"{trace.tests.autocorrelation:.2f}", "yes" if trace.tests.white else "no",
+        ))  # fmt: skip
+    return rows
+
+
+PARAMETER_HEAD = ("parameter", "value", "unit", "95 % interval", "by")
+TRACE_HEAD = (
+    "recording",
+    "samples",
+    "rms",
+    "rms, viscous alone",
+    "hold-out",
+    "quantum",
+    "unit",
+    "autocorrelation",
+    "white",
+)
+ONSET_HEAD = ("recording", "direction of x1", "t [s]", "u [A]", "95 % interval")
+
+
+def fit_tables(fit: Fit) -> Iterator[RenderableType]:
+    """A fit for a terminal."""
+    made = tables.table("Parameters", *PARAMETER_HEAD, words=("parameter", "unit", "by"))
+    tables.add_rows(made, parameter_rows(fit))
+    yield made
+    made = tables.table("Recordings", *TRACE_HEAD, words=("recording", "unit", "white"))
+    tables.add_rows(made, trace_rows(fit))
+    yield made
+    strong = [(a, b, r) for (a, b), r in fit.correlations.items() if abs(r) > 0.9]
+    if strong:
+        yield "strong correlations: " + ", ".join(f"{a} with {b} {r:+.3f}" for a, b, r in strong)
+    yield from (f"note: {each}" for each in fit.statements)
+
+
+def threshold_rows(threshold: Threshold) -> list[tuple[str, ...]]:
+    return [
+        (o.source, f"{o.direction:+d}", _number(o.time, 5), _number(o.u, 5), f"{_number(o.u_low, 5)} .. {_number(o.u_high, 5)}")
+        for o in threshold.onsets
+    ]  # fmt: skip
+
+
+def threshold_said(threshold: Threshold) -> Iterator[str]:
+    """What a threshold comes to."""
+    yield f"u* = {threshold.u:.5g} A, 95 % interval {threshold.low:.5g} .. {threshold.high:.5g} A"
+    if not math.isnan(threshold.load):
+        yield f"constant load: {threshold.load:.4g} A"
+    if not math.isnan(threshold.f1):
+        yield f"f1 = {threshold.f1:.5g} m/s^2, {threshold.f1_low:.5g} .. {threshold.f1_high:.5g}"
+
+
+def threshold_tables(threshold: Threshold) -> Iterator[RenderableType]:
+    """A threshold for a terminal."""
+    made = tables.table("Onsets of motion", *ONSET_HEAD, words=("recording",))
+    tables.add_rows(made, threshold_rows(threshold))
+    yield made
+    yield from threshold_said(threshold)
+    yield from (f"note: {each}" for each in threshold.statements)
+
+
+def fit_record(fit: Fit) -> dict[str, Any]:
+    """A fit for JSON."""
+    return {
+        "kind": fit.kind,
+        "parameters": [each._asdict() for each in fit.estimates],
+        "known": dict(fit.known),
+        "correlations": [{"first": a, "second": b, "value": r} for (a, b), r in fit.correlations.items()],
+        "recordings": [
+            {
+                "source": trace.label, "quantity": trace.quantity, "samples": trace.time.size, "rms": trace.tests.rms,
+                "rms_viscous": trace.old_rms, "holdout": trace.holdout, "largest": trace.tests.largest,
+                "quantum": trace.quantum, "autocorrelation": trace.tests.autocorrelation, "runs_z": trace.tests.runs_z,
+                "white": trace.tests.white,
+            }
+            for trace in fit.traces
+        ],
+        "statements": list(fit.statements),
+        "warnings": list(fit.warnings),
+        "evaluations": fit.evaluations,
+        "seconds": fit.seconds,
+    }  # fmt: skip
+
+
+def threshold_record(threshold: Threshold) -> dict[str, Any]:
+    """A threshold for JSON."""
+    return {
+        "kind": "ramp",
+        "u": threshold.u, "low": threshold.low, "high": threshold.high, "load": threshold.load,
+        "f1": threshold.f1, "f1_low": threshold.f1_low, "f1_high": threshold.f1_high,
+        "onsets": [each._asdict() for each in threshold.onsets],
+        "statements": list(threshold.statements),
+        "warnings": list(threshold.warnings),
+    }  # fmt: skip
+
+
+# ---- pictures ----
+
+
+def plot(answer: Fit | Threshold) -> "Figure":
+    """The picture of a fit, or of a threshold."""
+    return plot_fit(answer) if isinstance(answer, Fit) else plot_threshold(answer)
+
+
+def plot_fit(fit: Fit) -> "Figure":
+    """Each recording with both models, the residuals below it, and the intervals of the parameters."""
+    from matplotlib.figure import Figure
+
+    from hopform._figures import plots
+
+    traces, shown = [trace for trace in fit.traces if trace.time.size > 1], _with_intervals(fit)
+    last = 0.7 + 0.22 * len(shown)
+    with plots.house_style():
+        figure = Figure(figsize=(8.0, 3.1 * len(traces) + last), layout="constrained")
+        heights = [*([2.0, 1.0] * len(traces)), max(last, 1.0)]
+        grid = figure.subplots(2 * len(traces) + 1, 1, height_ratios=heights)
+        for n, trace in enumerate(traces):
+            _draw_trace(grid[2 * n], grid[2 * n + 1], trace)
+        _draw_intervals(grid[-1], shown)
+        figure.suptitle(f"Identification: {TITLES[fit.kind]}")
+    return figure
+
+
+def _draw_trace(above: "Axes", below: "Axes", trace: Trace) -> None:
+    from hopform._figures import plots
+
+    unit, factor = _UNIT[trace.quantity]
+    above.plot(trace.time, factor * trace.measured, ".", ms=2, color=plots.GREY, label="measured")
+    if trace.old is not None:
+        above.plot(trace.time, factor * trace.old, "--", lw=0.9, color=plots.MAGENTA, label=OLD)
+        below.plot(trace.time, factor * (trace.old - trace.measured), lw=0.6, color=plots.MAGENTA)
+    above.plot(trace.time, factor * trace.predicted, lw=1.1, color=plots.BLUE, label=NEW)
+    below.plot(trace.time, factor * (trace.predicted - trace.measured), lw=0.6, color=plots.BLUE)
+    above.set(ylabel=f"{trace.quantity} [{unit}]", xticklabels=[])
+    above.set_title(plots.literal(Path(trace.label).name), loc="left", fontsize=9)
+    ends = (float(trace.time[0]), float(trace.time[-1]))
+    above.set_xlim(ends)
+    below.set_xlim(ends)
+    below.set(xlabel="t [s]", ylabel=f"residual [{unit}]")
+    above.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=3, fontsize=7, frameon=False)
+
+
+def _with_intervals(fit: Fit) -> list[Estimate]:
+    """Estimates whose interval says something as a share of the value: none that may have either sign, none of one recording."""
+    return [
+        each for each in fit.estimates
+        if not each.own and math.isfinite(each.high - each.low) and each.high - each.low < 2.0 * abs(each.value)
+    ]  # fmt: skip
+
+
+def _draw_intervals(axes: "Axes", shown: Sequence[Estimate]) -> None:
+    """95 % intervals as shares of the values, on a scale that shows small and large ones."""
+    from hopform._figures import plots
+
+    for row, each in enumerate(reversed(shown)):
+        ends = 100.0 * (np.array([each.low, each.high]) - each.value) / abs(each.value)
+        axes.plot(ends, [row, row], "|-", color=plots.BLUE)
+        axes.plot([0.0], [row], "o", ms=3, color=plots.BLUE)
+    axes.set(xlabel="95 % interval about the value [%]", yticks=range(len(shown)))
+    axes.set_xscale("symlog", linthresh=0.1)
+    axes.xaxis.set_major_formatter("{x:g}")
+    axes.set_yticklabels([each.name for each in reversed(shown)])
+    axes.margins(x=0.05, y=0.1)
+
+
+def plot_threshold(threshold: Threshold) -> "Figure":
+    """Each onset of motion with the motion that fits it, its time and interval, and the current over the same time."""
+    from matplotlib.figure import Figure
+
+    from hopform._figures import plots
+
+    with plots.house_style():
+        figure = Figure(figsize=(8.0, 3.1 * len(threshold.rises) + 0.4), layout="constrained")
+        grid = figure.subplots(2 * len(threshold.rises), 1, height_ratios=[2.0, 1.0] * len(threshold.rises))
+        for n, rise in enumerate(threshold.rises):
+            _draw_rise(grid[2 * n], grid[2 * n + 1], rise)
+        figure.suptitle(f"Identification: {TITLES['ramp']}")
+    return figure
+
+
+def _draw_rise(above: "Axes", below: "Axes", rise: Rise) -> None:
+    from hopform._figures import plots
+
+    onset, begin = rise.onset, float(rise.time[0])
+    above.plot(rise.time, 1e3 * rise.x1, ".", ms=2, color=plots.GREY, label="measured")
+    above.plot(rise.time, 1e3 * rise.fitted, lw=1.1, color=plots.BLUE, label="rest, then a rise")
+    below.plot(rise.time, rise.u, lw=0.8, color=plots.BLUE)
+    for axes in (above, below):
+        axes.axvspan(onset.time_low, onset.time_high, color=plots.MAGENTA, alpha=0.2, label="onset, 95 %")
+        axes.axvline(onset.time, color=plots.MAGENTA, lw=0.9)
+        axes.set_xlim(begin, float(rise.time[-1]))
+    below.axhspan(onset.u_low, onset.u_high, color=plots.GREY, alpha=0.3)
+    above.set(ylabel="x1 [mm]", xticklabels=[])
+    source = plots.literal(Path(onset.source).name)
+    above.set_title(f"{source}, direction {onset.direction:+d}", loc="left", fontsize=9)
+    below.set(xlabel="t [s]", ylabel="u [A]")
+    above.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=3, fontsize=7, frameon=False)
+
+
+# ---- reports ----
+
+
+def check_suffix(path: Path) -> None:
+    """Raise HopformError for a report whose name does not end in .md or .html."""
+    if path.suffix.lower() not in SUFFIXES:
+        raise HopformError(f"a report's name must end in {' or '.join(SUFFIXES)}, got {str(path)!r}")
+
+
+def paths_of(path: Path) -> tuple[Path, ...]:
+    """The files that a report is written to: an HTML page, or Markdown and the picture beside it."""
+    return (path,) if path.suffix.lower() == ".html" else (path, path.with_suffix(".svg"))
+
+
+def files_of(answer: Fit | Threshold, path: Path) -> list[tuple[Path, bytes]]:
+    """The files of a report and what is in them; an HTML page has its picture inside."""
+    from hopform._figures import plots
+
+    check_suffix(path)
+    picture = plots.render(plot(answer), ".svg")
+    page = _fit_page(answer) if isinstance(answer, Fit) else _threshold_page(answer)
+    page_path, *beside = paths_of(path)
+    if not beside:
+        return [(page_path, _encoded(_html(page, picture.decode())))]
+    return [(page_path, _encoded(_markdown(page, quote(os.fsencode(beside[0].name))))), (beside[0], picture)]
+
+
+def _encoded(text: str) -> bytes:
+    """A page in UTF-8; what is not UTF-8 in the name of a file is shown as the bytes that it is."""
+    return text.encode("utf-8", "backslashreplace")
+
+
+class _Section(NamedTuple):
+    """A table of a report."""
+
+    title: str
+    head: tuple[str, ...]
+    rows: list[tuple[str, ...]]
+
+
+class _Page(NamedTuple):
+    """What a report says besides its picture."""
+
+    title: str
+    sections: list[_Section]
+    said: list[str]
+
+
+def _fit_page(fit: Fit) -> _Page:
+    pairs: list[tuple[str, ...]] = [(a, b, f"{r:+.3f}") for (a, b), r in fit.correlations.items()]
+    sections = [
+        _Section("Parameters", PARAMETER_HEAD, parameter_rows(fit)),
+        _Section("Recordings", TRACE_HEAD, trace_rows(fit)),
+        _Section("Correlations", ("first", "second", "correlation"), pairs),
+    ]
+    compared = [trace for trace in fit.traces if not math.isnan(trace.old_rms)]
+    said = list[str]()
+    for trace in compared:
+        unit, factor = _UNIT[trace.quantity]
+        new, old = (f"{factor * rms:.3g} {unit}" for rms in (trace.tests.rms, trace.old_rms))
+        said.append(f"{Path(trace.label).name}: rms {new} by {NEW}; {old} by {OLD}")
+    return _Page(TITLES[fit.kind], [each for each in sections if each.rows], [*said, *fit.statements, *fit.warnings])
+
+
+def _threshold_page(threshold: Threshold) -> _Page:
+    section = _Section("Onsets of motion", ONSET_HEAD, threshold_rows(threshold))
+    return _Page(TITLES["ramp"], [section], [*threshold_said(threshold), *threshold.statements, *threshold.warnings])
+
+
+def _markdown(page: _Page, picture: str) -> str:
+    parts = [f"# Identification: {page.title}", ""]
+    for title, head, rows in page.sections:
+        parts += [f"## {title}", "", "| " + " | ".join(head) + " |", "|" + "---|" * len(head)]
+        parts += ["| " + " | ".join(cell.replace("|", r"\|") for cell in row) + " |" for row in rows] + [""]
+    said = [f"- {each}" for each in page.said]
+    return "\n".join([*parts, "## What the data tell", "", *said, "", f"![the fit]({picture})", ""])
+
+
+def _html(page: _Page, picture: str) -> str:
+    def row(cells: Sequence[str], tag: str) -> str:
+        return "<tr>" + "".join(f"<{tag}>{html.escape(cell)}</{tag}>" for cell in cells) + "</tr>"
+
+    style = (
+        "body{font:15px sans-serif;max-width:62em;margin:2em auto}table{border-collapse:collapse}svg{max-width:100%;height:auto}"
+        "td,th{padding:.2em .7em;text-align:left;border-bottom:1px solid #ddd;font-variant-numeric:tabular-nums}"
+    )
+    title = f"Identification: {html.escape(page.title)}"
+    parts = [
+        "<!DOCTYPE html>", f'<html lang="en"><head><meta charset="utf-8"><title>{title}</title>',
+        f"<style>{style}</style></head><body>", f"<h1>{title}</h1>",
+    ]  # fmt: skip
+    for heading, head, rows in page.sections:
+        parts += [f"<h2>{heading}</h2>", "<table>", row(head, "th"), *(row(cells, "td") for cells in rows), "</table>"]
+    parts += ["<h2>What the data tell</h2>", "<ul>", *(f"<li>{html.escape(each)}</li>" for each in page.said), "</ul>"]
+    return "\n".join([*parts, picture[picture.index("<svg") :], "</body></html>", ""])

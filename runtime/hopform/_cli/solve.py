@@ -1,0 +1,344 @@
+"""The commands that solve: robots, equations, stance, hop, control, reach. `tables` writes what they print, `plots` draws."""
+
+import io
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+import hopform
+from hopform._cli import tables, tables_control
+from hopform._cli.options import (
+    V1,
+    V2,
+    X1,
+    X2,
+    Backend,
+    Columns,
+    ControllerName,
+    ControllerOption,
+    Csv,
+    CurrentScale,
+    Datum,
+    Delay,
+    Dtype,
+    HDes,
+    Height,
+    HeightOrNone,
+    Highest,
+    Hops,
+    HopsCsv,
+    HopTarget,
+    Horizon,
+    Json,
+    Lowest,
+    MaxPhases,
+    Model,
+    NoiseGround,
+    NoiseV1,
+    NoiseV2,
+    NoiseX1,
+    NoiseX2,
+    Npz,
+    OneEquation,
+    OneRobot,
+    Plot,
+    Precision,
+    Printed,
+    Quantum,
+    ReturnGains,
+    RobotName,
+    Rows,
+    Samples,
+    Seed,
+    Size,
+    Steps,
+    StopMargin,
+    Terrain,
+    Toml,
+    U,
+    WithSensitivities,
+)
+from hopform._cli.output import check_outputs, deliver, figures, patience, show
+from hopform._hopping.run import csv_of
+from hopform._robots import file_of as robot_file
+
+
+def robots(name: OneRobot = None, json: Json = False, toml: Toml = False) -> None:
+    if json and toml:
+        raise hopform.HopformError("--json and --toml exclude each other")
+    if toml:
+        print(hopform.load_robot(name or "hopper_c").to_toml(), end="")
+        return
+    shown = [hopform.load_robot(each) for each in ([name] if name else hopform.ROBOTS)]
+    if json:
+        print(tables.to_json(tables.robots_record(shown)))
+    else:
+        show(tables.robots(shown, with_meaning=name is not None))
+
+
+def equations(number: OneEquation = None, json: Json = False) -> None:
+    register = hopform.equations()
+    shown = [equation for equation in register if number is None or str(equation.number) == number.strip("()")]
+    if not shown:
+        known = f"({register[0].number}) to ({register[-1].number})" if register else "none"
+        raise hopform.HopformError(f"there is no equation {number}; known: {known}")
+    if json:
+        print(tables.to_json(tables.equations_record(shown)))
+    else:
+        show(tables.equations(shown) if number is None else tables.equation(shown[0]))
+
+
+def stance(
+    robot: RobotName = "hopper_c",
+    height: HeightOrNone = None,
+    v2: V2 = None,
+    x1: X1 = 0.0,
+    v1: V1 = 0.0,
+    x2: X2 = None,
+    u: U = 0.0,
+    u_steps: Steps = None,
+    horizon: Horizon = 2.0,
+    max_phases: MaxPhases = 4096,
+    backend: Backend = None,
+    dtype: Dtype = Precision.float64,
+    samples: Samples = 500,
+    sensitivities: WithSensitivities = False,
+    json: Json = False,
+    csv: Csv = None,
+    plot: Plot = None,
+) -> None:
+    check_outputs(json, csv, plot, reads=[("--robot", robot_file(robot))])
+    if u and u_steps:
+        raise hopform.HopformError("give either --u or --u-steps")
+    hopper = hopform.load_robot(robot)
+    solved = hopform.solve_stance(
+        hopper,
+        v2=velocity_after_impact(hopper, height, v2),
+        x1=x1,
+        v1=v1,
+        x2=x2,
+        u=u_steps or u,
+        horizon=horizon,
+        max_phases=max_phases,
+        backend=backend,
+        dtype=np.dtype(dtype.value),
+    )
+    deliver(
+        json=(lambda: tables.stance_record(solved, height)) if json else None,
+        csv=(csv, lambda: tables.stance_csv(solved, samples)) if csv else None,
+        plot=(plot, lambda: figures().plot_stance(solved)) if plot else None,
+        readable=lambda: tables.stance(solved, sensitivities),
+        warnings=solved.warnings,
+    )
+
+
+def hop(
+    height: Height,
+    robot: RobotName = "hopper_c",
+    terrain: Terrain = "flat",
+    size: Size = 0.02,
+    hops: Hops = None,
+    seed: Seed = 0,
+    controller: ControllerOption = ControllerName.constant,
+    u: U = 0.0,
+    h_des: HopTarget = None,
+    stop_margin: StopMargin = 0.0,
+    noise_x1: NoiseX1 = 0.0,
+    noise_v1: NoiseV1 = 0.0,
+    noise_x2: NoiseX2 = 0.0,
+    noise_v2: NoiseV2 = 0.0,
+    noise_ground: NoiseGround = 0.0,
+    current_scale: CurrentScale = 1.0,
+    quantum: Quantum = 0.0,
+    delay: Delay = 0.0,
+    model: Model = None,
+    gains: ReturnGains = None,
+    horizon: Horizon = 2.0,
+    backend: Backend = None,
+    samples: Samples = 2000,
+    json: Json = False,
+    csv: Csv = None,
+    hops_csv: HopsCsv = None,
+    npz: Npz = None,
+    plot: Plot = None,
+) -> None:
+    check_outputs(
+        json, csv, plot,
+        reads=[
+            ("--robot", robot_file(robot)),
+            ("--model", None if model is None else robot_file(model)),
+            ("--terrain", None if terrain in hopform.terrain.NAMES else terrain),
+        ],
+        more=[("--hops-csv", hops_csv), ("--npz", npz)],
+    )  # fmt: skip
+    hopper = hopform.load_robot(robot)
+    ground = terrain_of(terrain, size, hops, seed)
+    asked = controller_of(controller, u, h_des, stop_margin, horizon, backend)
+    errors = hopform.Errors(
+        noise_x1, noise_v1, noise_x2, noise_v2, noise_ground, current_scale, quantum, delay,
+        None if model is None else hopform.load_robot(model),
+    )  # fmt: skip
+    with patience(f"{len(ground)} hops") as progress:
+        run = hopform.simulate(
+            hopper, ground, asked, height=height, gains=gains, errors=errors, seed=seed, horizon=horizon, backend=backend,
+            progress=progress,
+        )  # fmt: skip
+    settings = {"height": height, "controller": controller.value, "u": u if h_des is None else None, "h_des": h_des}
+    deliver(
+        json=(lambda: tables.run_record(run, settings | {"seed": seed})) if json else None,
+        csv=(csv, lambda: tables.run_csv(run, samples)) if csv else None,
+        plot=(plot, lambda: figures().plot_run(run)) if plot else None,
+        readable=lambda: tables.run(run, designed=gains is None),
+        warnings=run.warnings,
+        more=[
+            *([(hops_csv, lambda: csv_of(run.table).encode())] if hops_csv else []),
+            *([(npz, lambda: archive(run, samples))] if npz else []),
+        ],
+    )
+
+
+def control(
+    h_des: HDes,
+    robot: RobotName = "hopper_c",
+    height: HeightOrNone = None,
+    v2: V2 = None,
+    x1: X1 = 0.0,
+    v1: V1 = 0.0,
+    x2: X2 = None,
+    datum: Datum = 0.0,
+    stop_margin: StopMargin = 0.0,
+    horizon: Horizon = 2.0,
+    backend: Backend = None,
+    dtype: Dtype = Precision.float64,
+    printed: Printed = False,
+    json: Json = False,
+    plot: Plot = None,
+) -> None:
+    check_outputs(json, plot=plot, reads=[("--robot", robot_file(robot))])
+    hopper = hopform.load_robot(robot)
+    start: dict[str, Any] = {"x1": x1, "v1": v1, "v2": velocity_after_impact(hopper, height, v2), "x2": x2}
+    asked: dict[str, Any] = {"h_des": h_des, "datum": datum}
+    how: dict[str, Any] = {"horizon": horizon, "backend": backend}
+    with patience("solving"):
+        found = hopform.choose_current(
+            hopper, **start, **asked, stop_margin=stop_margin, **how, dtype=np.dtype(dtype.value)
+        )
+        others = [
+            (words, hopform.choose_current_as_printed(hopper, **start, **asked, **form, **how))
+            for words, form in (tables_control.PRINTED.items() if printed else ())
+        ]
+    deliver(
+        json=(
+            lambda: tables_control.command_record(hopper, start | asked | {"stop_margin": stop_margin}, found, others)
+        )
+        if json
+        else None,
+        csv=None,
+        plot=(plot, lambda: figures().plot_command(hopper, *curve(hopper, start, datum, stop_margin), h_des, found))
+        if plot
+        else None,
+        readable=lambda: tables_control.command(hopper, h_des, found, others),
+        warnings=(),
+    )
+
+
+def reach(
+    robot: RobotName = "hopper_c",
+    lowest: Lowest = 0.02,
+    highest: Highest = 0.4,
+    heights: Rows = 39,
+    currents: Columns = 61,
+    stop_margin: StopMargin = 0.0,
+    horizon: Horizon = 2.0,
+    backend: Backend = None,
+    json: Json = False,
+    plot: Plot = None,
+) -> None:
+    check_outputs(json, plot=plot, reads=[("--robot", robot_file(robot))])
+    hopper = hopform.load_robot(robot)
+    if not lowest < highest:
+        raise hopform.HopformError(f"--from must be below --to, got {lowest!r} and {highest!r} m")
+    if not math.isfinite(hopper.u_max):
+        raise hopform.HopformError(f"the controller needs a finite u_max, got {hopper.u_max!r} A")
+    range_of_u = np.linspace(-hopper.u_max, hopper.u_max, currents if hopper.u_max > 0.0 else 1)
+    with patience(f"{heights} heights") as advance:
+        found = hopform.reachability(
+            hopper,
+            np.linspace(lowest, highest, heights),
+            np.unique(range_of_u),
+            stop_margin=stop_margin,
+            horizon=horizon,
+            backend=backend,
+            progress=advance,
+        )
+    deliver(
+        json=(lambda: tables_control.reach_record(found)) if json else None,
+        csv=None,
+        plot=(plot, lambda: figures().plot_reach(found)) if plot else None,
+        readable=lambda: tables_control.reach(found),
+        warnings=(),
+    )
+
+
+def curve(
+    robot: hopform.Robot, start: dict[str, Any], datum: float, stop_margin: float
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Currents over all that is allowed, and the next apex [m], NaN where one is not admissible."""
+    u = np.linspace(-robot.u_max, robot.u_max, 601)
+    trials = [hopform.solve_stance(robot, **start, u=each) for each in u.tolist()]
+    limit = robot.x1_max - stop_margin if robot.x1_min < robot.x1_max else math.inf
+    peaks = [max(each.end.x1, *(phase.state.x1 for phase in each.phases)) for each in trials]
+    apex = [each.apex if peak < limit else math.nan for each, peak in zip(trials, peaks, strict=True)]
+    return u, np.array(apex) - datum
+
+
+def terrain_of(name: str, size: float, hops: int | None, seed: int) -> tuple[float, ...]:
+    """The heights that `hop` is asked for: as many as the file has, 8 or as said otherwise."""
+    if name in hopform.terrain.NAMES:
+        return hopform.terrain.generate(name, 8 if hops is None else hops, size, seed)
+    if not Path(name).is_file():
+        raise hopform.HopformError(
+            f"there is no terrain {name!r}; known: {', '.join(hopform.terrain.NAMES)}, or a CSV file"
+        )
+    heights = hopform.terrain.read(name)
+    if hops is not None and hops > len(heights):
+        raise hopform.HopformError(f"{name} has {len(heights)} heights, too few for --hops {hops}")
+    return heights[:hops]
+
+
+def controller_of(
+    name: ControllerName, u: float, h_des: float | None, stop_margin: float, horizon: float, backend: str | None
+) -> Any:
+    """The controller that `hop` is asked for; HopformError for an option that it does not have."""
+    if (name is ControllerName.constant) != (h_des is None):
+        raise hopform.HopformError(f"--h-des goes with every controller but constant, and each needs it: {name.value}")
+    if u and name is not ControllerName.constant:
+        raise hopform.HopformError(f"--u goes with the constant controller, not with {name.value}")
+    if stop_margin and name is not ControllerName.exact:
+        raise hopform.HopformError(f"--stop-margin goes with the exact controller, not with {name.value}")
+    if h_des is None:
+        return hopform.controllers.ConstantCurrent(u)
+    if name is ControllerName.exact:
+        return hopform.controllers.FeedForward(h_des, stop_margin, horizon, backend)
+    if name is ControllerName.printed:
+        return hopform.controllers.AsPrinted(h_des, horizon=horizon, backend=backend)
+    return hopform.controllers.ReturnMap(h_des, horizon=horizon)
+
+
+def archive(run: hopform.Run, samples: int) -> bytes:
+    """The bytes of the NumPy archive of a run."""
+    buffer = io.BytesIO()
+    np.savez_compressed(buffer, **run.arrays(samples))
+    return buffer.getvalue()
+
+
+def velocity_after_impact(robot: hopform.Robot, height: float | None, v2: float | None) -> float:
+    """The one of the two that is given, as a velocity [m/s]."""
+    if v2 is not None and height is None:
+        return v2
+    if height is not None and v2 is None:
+        return hopform.touchdown_velocity(robot, height)
+    raise hopform.HopformError("give either --height or --v2")

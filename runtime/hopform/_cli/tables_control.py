@@ -1,0 +1,149 @@
+"""What `hopform control` and `hopform reach` print: tables for people, records for JSON; docs/json.md explains the last."""
+
+import math
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+from rich.console import RenderableType
+from rich.text import Text
+
+import hopform
+from hopform import Command, FixedPoint, PrintedCommand, Reachability, Robot
+from hopform._cli.tables import Record, add_rows, name_of, robot_record, table
+
+STATUSES = {
+    "reached": "reaches the desired apex",
+    "nearest": "cannot reach the desired apex; this comes nearest",
+    "no_takeoff": "has no admissible current: no take-off, or the stroke is too short",
+}
+PRINTED: dict[str, dict[str, Any]] = {
+    "as printed": {},
+    "(26) without the 1/2": {"half": False},
+    "the same with the step's sign": {"half": False, "signed": True},
+    "as printed, with the spring coordinate": {"spring_coordinate": True},
+    "all three": {"half": False, "signed": True, "spring_coordinate": True},
+}
+"""Forms of the printed controller, with the options of `choose_current_as_printed` that make them."""
+
+
+def command(
+    robot: Robot, h_des: float, found: Command, printed: list[tuple[str, PrintedCommand]]
+) -> Iterator[RenderableType]:
+    """The controller's answer, and what the printed forms would have done."""
+    yield Text(f"{name_of(robot)}: {STATUSES[found.status]}", style="bold")
+    yield ""
+    made = table("Currents", "controller", "u [A]", "apex [cm]", "off by [cm]", words=("controller",))
+    made.add_row("exact", f"{found.u:.9g}", *_heights(found.apex, h_des))
+    for words, each in printed:
+        made.add_row(words, f"{each.u:.9g}", *_heights(each.apex, h_des))
+    yield made
+    yield ""
+    yield f"{found.solved} stances were solved. Heights are hop heights."
+
+
+def command_record(robot: Robot, asked: Record, found: Command, printed: list[tuple[str, PrintedCommand]]) -> Record:
+    return {
+        "hopform": hopform.__version__,
+        "robot": robot_record(robot),
+        **asked,
+        "status": found.status,
+        "u": found.u,
+        "apex": found.apex,
+        "solved": found.solved,
+        "printed": [
+            {"form": words, "u": each.u, "apex": each.apex, "objective": each.objective, "status": each.status}
+            for words, each in printed
+        ],
+    }
+
+
+def reach(found: Reachability) -> Iterator[RenderableType]:
+    """A map: bounds and holds by height, then the fixed points."""
+    held = np.isfinite(found.hold)
+    head = f"{name_of(found.robot)}: {int(held.sum())} of {held.size} heights can be held"
+    yield Text(head, style="bold")
+    yield ""
+    columns = (
+        "height [cm]",
+        "lowest [cm]",
+        "at [A]",
+        "highest [cm]",
+        "at [A] ",
+        "held by [A]",
+        "gaps [A]",
+        "limited by stroke",
+    )
+    made = table("Next apex", *columns, words=("gaps [A]",))
+    add_rows(made, [_height_row(found, row) for row in range(found.heights.size)])
+    yield made
+    if found.fixed_points:
+        yield ""
+        points = table("Fixed points", "u [A]", "height [cm]", "multiplier", "hop", words=("hop",))
+        add_rows(points, [_point_row(point) for point in found.fixed_points])
+        yield points
+    yield ""
+    yield "Heights are hop heights. Gaps and the stroke's share are those of the currents of the map."
+
+
+def reach_record(found: Reachability) -> Record:
+    return {
+        "hopform": hopform.__version__,
+        "robot": robot_record(found.robot),
+        "stop_margin": found.stop_margin,
+        "rows": [_row_record(found, row) for row in range(found.heights.size)],
+        "fixed_points": [
+            {
+                "u": point.u,
+                "height": point.height,
+                "multiplier": point.multiplier,
+                "stable": point.stable,
+                "admissible": point.admissible,
+            }
+            for point in found.fixed_points
+        ],
+    }
+
+
+def _heights(apex: float, h_des: float) -> tuple[str, str]:
+    return ("-", "-") if math.isnan(apex) else (f"{100.0 * apex:.6g}", f"{100.0 * (apex - h_des):+.2g}")
+
+
+def _row_record(found: Reachability, row: int) -> Record:
+    names = ("lowest", "u_lowest", "highest", "u_highest", "hold")
+    cells = zip(found.currents, found.apex[row], found.admissible[row], strict=True)
+    return {
+        "height": float(found.heights[row]),
+        **{name: float(getattr(found, name)[row]) for name in names},
+        "gaps": [{"above": low, "below": high} for low, high in found.gaps(row)],
+        "cells": [{"u": float(u), "apex": float(apex), "admissible": bool(fine)} for u, apex, fine in cells],
+    }
+
+
+def _number(value: float, form: str = ".5g", scale: float = 1.0) -> str:
+    return "-" if math.isnan(value) else format(scale * value, form)
+
+
+def _height_row(found: Reachability, row: int) -> tuple[str, ...]:
+    gaps = ", ".join(f"{low:.3g}..{high:.3g}" for low, high in found.gaps(row))
+    share = float(np.count_nonzero(found.limited[row])) / found.currents.size
+    return (
+        f"{100.0 * float(found.heights[row]):.5g}",
+        _number(float(found.lowest[row]), scale=100.0),
+        _number(float(found.u_lowest[row])),
+        _number(float(found.highest[row]), scale=100.0),
+        _number(float(found.u_highest[row])),
+        _number(float(found.hold[row])),
+        gaps or "-",
+        f"{100.0 * share:.0f} %",
+    )
+
+
+def _point_row(point: FixedPoint) -> tuple[str, ...]:
+    words = "settles" if point.stable else "leaves"
+    return (
+        f"{point.u:.5g}",
+        f"{100.0 * point.height:.5g}",
+        f"{point.multiplier:.4f}",
+        words if point.admissible else f"{words}, beyond the stroke",
+    )

@@ -1,0 +1,89 @@
+"""The controller: at touchdown the state is known, and a current is chosen so that the next apex is the desired one, (25)-(27).
+
+The exact form solves apex(u) = h_des over the whole range of currents; docs/control.md says how, and what is proven.
+"""
+
+import math
+from dataclasses import dataclass
+from typing import Any, SupportsFloat
+
+import numpy as np
+
+from hopform._checks import finite, positive
+from hopform._errors import HopformError
+from hopform._robots import Robot, checked_robot
+from hopform._solver.choice import choose
+from hopform._solver.columns import MAX_PHASES
+from hopform._solver.package import COMMANDS
+from hopform._stance import precision_of, start_of
+
+
+@dataclass(frozen=True)
+class Command:
+    """What the controller answers.
+
+    u [A]. apex [m]: the hop height that follows in the model, NaN without take-off. status: "reached"; "nearest", the
+    desired apex is out of reach and this is the admissible current that comes nearest; "no_takeoff", no current is
+    admissible, u = 0. solved: how many stances it took.
+    """
+
+    u: float
+    apex: float
+    status: str
+    solved: int
+
+
+def choose_current(
+    robot: Robot,
+    *,
+    v2: SupportsFloat,
+    h_des: SupportsFloat,
+    x1: SupportsFloat = 0.0,
+    v1: SupportsFloat = 0.0,
+    x2: SupportsFloat | None = None,
+    datum: SupportsFloat = 0.0,
+    stop_margin: SupportsFloat = 0.0,
+    horizon: SupportsFloat = 2.0,
+    backend: str | None = None,
+    dtype: Any = np.float64,
+) -> Command:
+    """The current of least |u| in [-u_max, u_max] after which the next apex is h_des; the nearest one if none reaches it.
+
+    State at touchdown as for `solve_stance`. h_des [m]: hop height, from L0 + c above the ground, less `datum` [m], the
+    level that it counts from less the ground under the foot. Admissible is a current with a take-off within `horizon` [s]
+    and x1 < x1_max - stop_margin [m] throughout, unless the actuator is locked. Raises HopformError, which names what is
+    not allowed: h_des + datum < 0, stop_margin < 0, g = 0, u_max = inf, and what `solve_stance` refuses.
+
+    >>> from hopform import load_robot, touchdown_velocity
+    >>> robot = load_robot("hopper_c")
+    >>> command = choose_current(robot, v2=touchdown_velocity(robot, 0.20), h_des=0.20)
+    >>> command.status, round(command.u, 6), round(command.apex, 9)
+    ('reached', 2.735551, 0.2)
+    """
+    precision = precision_of(dtype)
+    start = start_of(robot, x1, v1, x2, v2)
+    target = checked_target(robot, h_des, datum, stop_margin, horizon)
+    solver = choose(backend)
+    u, apex, code, solved = solver.choose_current(robot.parameters, start, target, MAX_PHASES, precision)
+    status = COMMANDS[code]
+    u = min(max(u, -robot.u_max), robot.u_max)  # which single precision may have rounded up
+    return Command(u, math.nan if status == "no_takeoff" else apex, status, solved)
+
+
+def checked_target(
+    robot: Robot, h_des: object, datum: object, stop_margin: object, horizon: object
+) -> tuple[float, float, float, float]:
+    """h_des, datum, stop_margin, horizon, checked, and that the robot can be controlled at all."""
+    if not checked_robot(robot).g > 0.0:
+        raise HopformError(f"an apex needs g > 0 m/s^2, got {robot.g!r}")
+    if not math.isfinite(robot.u_max):
+        raise HopformError(f"the controller needs a finite u_max, got {robot.u_max!r} A")
+    apex, level = finite("h_des", h_des, "m"), finite("datum", datum, "m")
+    if apex + level < 0.0:
+        raise HopformError(
+            f"h_des + datum must be >= 0 m, the apex must not lie below the ground, got {apex + level!r}"
+        )
+    margin = finite("stop_margin", stop_margin, "m")
+    if margin < 0.0:
+        raise HopformError(f"stop_margin must be >= 0 m, got {margin!r}")
+    return apex, level, margin, positive("horizon", horizon, "s")

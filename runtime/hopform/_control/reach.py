@@ -1,0 +1,254 @@
+"""Reachability: the next apex over the current one for every current (the paper's Figs. 5, 11), and what follows from it.
+
+Heights and apexes are hop heights [m] on flat ground. The robot drops from rest, its actuator at rest at its origin, or at the
+end of its stroke next to it.
+"""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, SupportsFloat
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from hopform._batch import numbers
+from hopform._control.exact import checked_target, choose_current
+from hopform._errors import HopformError
+from hopform._robots import Robot
+from hopform._solver.choice import choose
+from hopform._solver.columns import MAX_PHASES
+from hopform._solver.package import records
+from hopform._stance import solve_stance
+
+Array = NDArray[np.float64]
+Progress = Callable[[int, int], object]
+ROWS = 16
+"""Heights that are solved between two calls of the progress callback."""
+_CLOSED = 1e-9  # [m] a bracket that ends with a larger gap holds a jump and no fixed point
+
+
+@dataclass(frozen=True)
+class FixedPoint:
+    """A height that a constant current gives back: apex(height, u) = height.
+
+    multiplier: d apex/d height there, exact through the events; the hop settles if it is within -1 .. 1, NaN where an
+    event grazes. admissible: x1 stays below its limit.
+    """
+
+    u: float
+    height: float
+    multiplier: float
+    admissible: bool
+
+    @property
+    def stable(self) -> bool:
+        return abs(self.multiplier) < 1.0
+
+
+@dataclass(frozen=True)
+class Reachability:
+    """Where a hop may lead. H heights [m], U currents [A]; arrays of shape (H, U) or (H,).
+
+    apex (H, U): the next apex [m], NaN without take-off. admissible (H, U): takes off, and x1 < x1_max - stop_margin
+    throughout; what takes off and is not admissible is limited by the stroke. lowest, highest (H,): the least and the
+    largest apex over all admissible currents in [-u_max, u_max], not only those of the map, with the currents u_lowest,
+    u_highest; NaN where there is none. hold (H,): the current of least |u| that gives the height back, NaN where it
+    cannot be held. fixed_points: by current of the map, then by height.
+    """
+
+    robot: Robot
+    heights: Array
+    currents: Array
+    stop_margin: float
+    apex: Array
+    admissible: NDArray[np.bool_]
+    lowest: Array
+    u_lowest: Array
+    highest: Array
+    u_highest: Array
+    hold: Array
+    fixed_points: tuple[FixedPoint, ...]
+
+    @property
+    def limited(self) -> NDArray[np.bool_]:
+        """Where it takes off, but the stroke does not allow it, (H, U)."""
+        return np.isfinite(self.apex) & ~self.admissible
+
+    def gaps(self, row: int) -> tuple[tuple[float, float], ...]:
+        """Ranges of currents of the map without take-off, between two that take off, at a height."""
+        lifts = np.flatnonzero(np.isfinite(self.apex[row]))
+        jumps = np.flatnonzero(np.diff(lifts) > 1)
+        return tuple((float(self.currents[lifts[n]]), float(self.currents[lifts[n + 1]])) for n in jumps)
+
+
+def home_of(robot: Robot) -> float:
+    """Where the actuator is at touchdown [m]: 0, or the end of its stroke next to it."""
+    return min(max(0.0, robot.x1_min), robot.x1_max)
+
+
+def next_apex(
+    robot: Robot, height: ArrayLike, u: ArrayLike, *, horizon: SupportsFloat = 2.0, backend: str | None = None
+) -> Any:
+    """The apex [m] that follows a drop from hop heights [m] under currents [A], which broadcast; NaN without take-off.
+
+    Raises HopformError: a height that is not above the actuator's origin, g = 0, and what `solve_stance` refuses.
+
+    >>> from hopform import load_robot
+    >>> print(round(next_apex(load_robot("hopper_c"), 0.20, 1.25), 4))
+    0.1162
+    """
+    heights, currents = np.broadcast_arrays(numbers("height", height, "m"), numbers("u", u, "A"))
+    longest = checked_target(robot, 0.0, 0.0, 0.0, horizon)[3]
+    starts = _drops(robot, heights.reshape(-1))
+    found = np.empty(heights.size)
+    solver = choose(backend)
+    for n, (start, value) in enumerate(zip(starts, currents.reshape(-1).tolist(), strict=True)):
+        found[n] = solver.apexes(robot.parameters, [start], np.array([value]), longest, MAX_PHASES)[0][0, 0]
+    return float(found[0]) if heights.shape == () else found.reshape(heights.shape)
+
+
+def reachability(
+    robot: Robot,
+    heights: ArrayLike,
+    currents: ArrayLike,
+    *,
+    stop_margin: SupportsFloat = 0.0,
+    horizon: SupportsFloat = 2.0,
+    backend: str | None = None,
+    progress: Progress | None = None,
+) -> Reachability:
+    """The next apex from each of `heights` [m] under each of `currents` [A], both increasing; bounds, fixed points, holds.
+
+    progress: called with the number of heights done and their total. Raises HopformError: heights or currents that do not
+    increase, a height that is not above the actuator's origin, g = 0, u_max = inf, stop_margin < 0.
+
+    >>> import numpy as np
+    >>> from hopform import load_robot
+    >>> reach = reachability(load_robot("hopper_c"), np.linspace(0.05, 0.35, 7), np.array([2.0, 3.0]))
+    >>> [round(point.height, 3) for point in reach.fixed_points if point.u == 3.0]
+    [0.252]
+    """
+    rows, columns = _increasing("heights", heights, "m"), _increasing("currents", currents, "A")
+    margin, longest = checked_target(robot, 0.0, 0.0, stop_margin, horizon)[2:]
+    solver = choose(backend)
+    starts = _drops(robot, rows)
+    apex, peak = np.empty((rows.size, columns.size)), np.empty((rows.size, columns.size))
+    bounds = np.full((5, rows.size), np.nan)
+    for first in range(0, rows.size, ROWS):
+        part = slice(first, min(first + ROWS, rows.size))
+        apex[part], peak[part] = solver.apexes(robot.parameters, starts[part], columns, longest, MAX_PHASES)
+        for row in range(part.start, part.stop):
+            bounds[:, row] = _bounds(robot, starts[row], float(rows[row]), apex[row], margin, longest, solver.name)
+        if progress is not None:
+            progress(part.stop, rows.size)
+    limit = _limit(robot, margin)
+    admissible = np.isfinite(apex) & (peak < limit)
+    points = _fixed_points(robot, rows, columns, apex, limit, longest, solver.name)
+    lowest, u_lowest, highest, u_highest, hold = bounds
+    return Reachability(
+        robot, rows, columns, margin, apex, admissible, lowest, u_lowest, highest, u_highest, hold, points
+    )
+
+
+def _limit(robot: Robot, margin: float) -> float:
+    """What x1 must stay below [m]; a locked actuator is exempt."""
+    return robot.x1_max - margin if robot.x1_min < robot.x1_max else math.inf
+
+
+def _increasing(name: str, value: ArrayLike, unit: str) -> Array:
+    array = np.atleast_1d(numbers(name, value, unit)).astype(float)
+    if array.ndim != 1 or not array.size:
+        raise HopformError(f"{name} must be a list of at least one number in {unit}, got shape {array.shape}")
+    if not bool(np.all(np.diff(array) > 0.0)):
+        index = int(np.flatnonzero(~(np.diff(array) > 0.0))[0])
+        raise HopformError(
+            f"{name} must increase, got {float(array[index + 1])!r} {unit} after {float(array[index])!r}"
+        )
+    return array
+
+
+def _drops(robot: Robot, heights: Array) -> list[records.State]:
+    """The touchdowns after drops from heights."""
+    home = home_of(robot)
+    for height in heights.tolist():
+        if not height > home:
+            raise HopformError(f"height must be > {home!r} m, the foot must be above the ground, got {height!r}")
+    return [records.State(home, 0.0, _velocity(robot, height), 0.0) for height in heights.tolist()]
+
+
+def _velocity(robot: Robot, height: float) -> float:
+    """Velocity of the body [m/s] after the impact."""
+    return -math.sqrt(2.0 * robot.g * (height - home_of(robot)) * (1.0 - robot.impact_loss))
+
+
+def _bounds(
+    robot: Robot, start: records.State, height: float, apex: Array, margin: float, horizon: float, backend: str
+) -> tuple[float, float, float, float, float]:
+    """lowest and its current, highest and its current, the current that holds the height."""
+    ask: dict[str, Any] = {"stop_margin": margin, "horizon": horizon, "backend": backend}
+    low = choose_current(robot, x1=start.x1, v2=start.v2, h_des=0.0, **ask)
+    if low.status == "no_takeoff":
+        return math.nan, math.nan, math.nan, math.nan, math.nan
+    far = 1.0 + 2.0 * float(np.nanmax(np.append(apex, low.apex)))
+    high = choose_current(robot, x1=start.x1, v2=start.v2, h_des=far, **ask)
+    hold = choose_current(robot, x1=start.x1, v2=start.v2, h_des=height, **ask)
+    return low.apex, low.u, high.apex, high.u, hold.u if hold.status == "reached" else math.nan
+
+
+# ---- fixed points ----
+
+
+def _fixed_points(
+    robot: Robot, heights: Array, currents: Array, apex: Array, limit: float, horizon: float, backend: str
+) -> tuple[FixedPoint, ...]:
+    gain = apex - heights[:, np.newaxis]
+    found: list[FixedPoint] = []
+    for column, u in enumerate(currents.tolist()):
+        signs = np.sign(gain[:, column])
+        for row in np.flatnonzero(
+            (signs[:-1] != signs[1:]) & (signs[:-1] != 0.0) & np.isfinite(signs[:-1] + signs[1:])
+        ):
+            bracket = (
+                float(heights[row]),
+                float(gain[row, column]),
+                float(heights[row + 1]),
+                float(gain[row + 1, column]),
+            )
+            found += _fixed_point(robot, u, bracket, limit, horizon, backend)
+        for row in np.flatnonzero(signs == 0.0):
+            found += _at(robot, u, float(heights[row]), limit, horizon, backend)[1]
+    return tuple(found)
+
+
+def _fixed_point(
+    robot: Robot, u: float, bracket: tuple[float, float, float, float], limit: float, horizon: float, backend: str
+) -> list[FixedPoint]:
+    """The fixed point in a bracket, by the slope kept inside it; none where it closes on a jump."""
+    low, at_low, high, at_high = bracket
+    height = low + (high - low) * at_low / (at_low - at_high)
+    gain, points = at_low, list[FixedPoint]()
+    for n in range(100):
+        gain, points = _at(robot, u, height, limit, horizon, backend)
+        if not abs(gain) > 4e-16 * height or not low < height < high:
+            break
+        low, high = (height, high) if (gain > 0.0) == (at_low > 0.0) else (low, height)
+        slope = points[0].multiplier - 1.0 if points else math.nan
+        newton = height - gain / slope if slope != 0.0 else math.nan
+        if abs(newton - height) <= 1e-15 * height:
+            break
+        height = newton if low < newton < high and n % 4 != 3 else 0.5 * (low + high)
+    return points if points and abs(gain) <= _CLOSED else []
+
+
+def _at(
+    robot: Robot, u: float, height: float, limit: float, horizon: float, backend: str
+) -> tuple[float, list[FixedPoint]]:
+    """What a hop gains, and the height as a fixed point; NaN and none without take-off."""
+    v2 = _velocity(robot, height)
+    stance = solve_stance(robot, x1=home_of(robot), v2=v2, u=u, horizon=horizon, backend=backend)
+    if stance.takeoff is None:
+        return math.nan, []
+    slope = float(stance.sensitivities["apex", "v2"]) * robot.g * (1.0 - robot.impact_loss) / v2
+    peak = max(stance.end.x1, *(phase.state.x1 for phase in stance.phases))
+    return stance.apex - height, [FixedPoint(u, height, slope, bool(peak < limit))]

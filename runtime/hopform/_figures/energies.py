@@ -1,0 +1,119 @@
+"""Energy over time: an ideal drop (Fig. 12), a real one (Fig. 13), and hopping at 3 A (Fig. 14)."""
+
+# pyright: reportUnknownMemberType=false
+
+from typing import Any
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from hopform._figures.picture import (
+    BLUE,
+    GREEN,
+    MAGENTA,
+    ORANGE,
+    SKY,
+    Array,
+    Picture,
+    cm,
+    finished,
+    legend,
+    panels,
+    shade_stances,
+)  # fmt: skip
+from hopform._figures.plots import house_style, room_for_a_constant, run_times
+from hopform._hopping.run import Run, simulate
+from hopform._robots import load_robot
+from hopform.terrain import flat
+
+HEIGHT = 0.2
+
+
+def ideal_drop() -> Picture:
+    """Fig. 12: without losses the energy stays."""
+    run = simulate(load_robot("ideal"), flat(5), 0.0, height=HEIGHT)
+    data, figure = drawn(run)
+    energy = data["energy"]
+    span = float(np.ptp(energy)) / float(energy[0])
+    ours = (
+        f"a drop of {cm(HEIGHT, 0)}, {len(run.hops)} hops. Kinetic, gravitational and spring energy add up to "
+        f"{energy[0]:.4f} J throughout; "
+        f"the sum varies by {span:.0e} of that"
+    )
+    paper = "the energy of an ideal hopper in a static drop, constant over all time"
+    return finished(12, "Energy without losses", paper, ours, run.robot.name, figure, data)
+
+
+def real_drop() -> Picture:
+    """Fig. 13: a passive drop, the energy as foretold by (24)."""
+    run = simulate(load_robot("hopper_c"), flat(7), 0.0, height=HEIGHT)
+    data, figure = drawn(run)
+    first = run.hops[0]
+    loss = data["energy"][0] - data["energy"][-1]
+    ours = (
+        f"a drop of {cm(HEIGHT, 0)} at 0 A, {len(run.hops)} hops ({run.status}), {loss:.2f} J lost. At the first "
+        f"impact {first.energy_lost_at_impact:.3f} J go at "
+        f"once, {-float(first.stance.aed):.3f} J over the stance. The AED of (24), foretold at each touchdown, and "
+        f"the energy after the fact differ by at most "
+        f"{data['foretold off']:.0e} J"
+    )
+    paper = (
+        "the energy of a real hopper in a static drop: an instantaneous loss at impact, friction in stance, and the "
+        "precomputed "
+        "AED equal to kinetic plus potential energy"
+    )
+    return finished(13, "Energy of a passive drop", paper, ours, run.robot.name, figure, data)
+
+
+def actuated() -> Picture:
+    """Fig. 14: the same at 3 A, up to a steady height."""
+    run = simulate(load_robot("hopper_c"), flat(12), 3.0, height=HEIGHT)
+    steady = simulate(load_robot("hopper_c"), flat(60), 3.0, height=HEIGHT).hops[-1].apex
+    data, figure = drawn(run)
+    heights = run.table["apex"]
+    ours = (
+        f"the same drop at 3 A, {len(run.hops)} hops: apexes rise from {cm(heights[0])} to {cm(heights[-1], 2)} and "
+        f"settle at {cm(steady, 2)}. The dips in stance are the "
+        f"actuator's work on the body; the drop at take-off is k x1^2/2, the spring's share at x1 > 0, which (27) leaves "
+        f"out. AED foretold and energy after the fact differ by at most "
+        f"{data['foretold off']:.0e} J"
+    )
+    paper = "the same with 3 A: energy added in U-shaped dips between the flights' plateaus, settling at a steady hopping height"
+    data["steady"] = steady
+    return finished(14, "Energy of actuated hopping", paper, ours, run.robot.name, figure, data)
+
+
+def drawn(run: Run) -> tuple[dict[str, Any], Figure]:
+    """Parts and sum of the body's energy over a run, with the sum as (24) foretells it; and these numbers."""
+    t = np.asarray(run_times(run), dtype=float)
+    kinetic, weight, spring = parts(run, t)
+    energy, foretold = np.asarray(run.energy(t).body), np.asarray(run.aed(t))
+    with house_style():
+        figure, (top, bottom) = panels(2, 4.2, sharex=True, height_ratios=[1.4, 1.0])
+        for axes in (top, bottom):
+            shade_stances(axes, run)
+        top.plot(t, energy, color=SKY, linewidth=4.0, label="kinetic + potential")
+        top.plot(t, foretold, color=MAGENTA, linewidth=1.1, label="start + AED (24) and impacts, foretold")
+        top.set_ylabel("body energy [J]")
+        room_for_a_constant(top, 0.5)
+        legend(top)
+        bottom.plot(t, kinetic, color=BLUE, linewidth=1.0, label="kinetic")
+        bottom.plot(t, weight, color=GREEN, linewidth=1.0, linestyle="--", label="gravitational")
+        bottom.plot(t, spring, color=ORANGE, linewidth=1.0, linestyle="-.", label="spring")
+        bottom.set_ylabel("its parts [J]")
+        bottom.set_xlabel("time [s]")
+        bottom.legend(
+            handles=bottom.get_lines(), loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=3, borderaxespad=0.2
+        )
+    off = float(np.abs(energy - foretold).max())
+    data = {"run": run, "t": t, "energy": energy, "foretold": foretold, "kinetic": kinetic, "weight": weight,
+            "spring": spring, "foretold off": off}  # fmt: skip
+    return data, figure
+
+
+def parts(run: Run, t: Array) -> tuple[Array, Array, Array]:
+    """Kinetic energy of the body, that of its weight, and what is left of its energy: the spring's share [J]."""
+    state, robot = run.at(t), run.robot
+    kinetic = 0.5 * robot.m_s * np.asarray(state.v2) ** 2
+    weight = robot.m_s * robot.g * np.asarray(state.x2)
+    return kinetic, weight, np.asarray(run.energy(t).body) - kinetic - weight

@@ -1,0 +1,339 @@
+"""Pictures of stances and runs, ready for a paper: units, legends, colours that colour-blind readers tell apart.
+
+Every function returns a matplotlib Figure, which needs no display; `render` turns it into the bytes of a file, the same
+bytes each time. The extra `plot` brings matplotlib.
+"""
+
+# pyright: reportUnknownMemberType=false
+# matplotlib's own annotations leave the type of **kwargs open.
+
+import io
+import re
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import AbstractContextManager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hopform._cli.tables import current, ending, mode, mode_of_actuator, name_of, unit_of_time
+from hopform._control.exact import Command
+from hopform._control.reach import Reachability
+from hopform._errors import HopformError, MissingExtra
+from hopform._hopping.run import Run
+from hopform._robots import Robot
+from hopform._stance import Phase, Stance, aed_of
+
+try:
+    import matplotlib.style
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+    from matplotlib.patches import Patch
+except ModuleNotFoundError as error:
+    if error.name is None or error.name.partition(".")[0] != "matplotlib":
+        raise
+    raise MissingExtra("a plot", "plot") from None
+
+SUFFIXES = {
+    ".svg": {"Date": None, "Creator": "hopform"},
+    ".pdf": {"CreationDate": None, "Creator": "hopform"},
+    ".png": {"Software": "hopform"},
+}
+"""What a file may end in, with what it says of itself: no date, no version."""
+
+BLUE, PALE_BLUE, MAGENTA, GREY = "#0072B2", "#8CC4E8", "#A6257A", "#666666"
+SHADES: dict[str, dict[str, Any]] = {
+    "slips up": {"facecolor": "#CFE6F5", "edgecolor": "none"},
+    "slips down": {"facecolor": "#FBE3C5", "edgecolor": "none"},
+    "held": {"facecolor": "#E6E6E6", "edgecolor": "none"},
+    "at stop": {"facecolor": "#EDEDED", "edgecolor": "#BDBDBD", "hatch": "////"},
+    "locked": {"facecolor": "#EDEDED", "edgecolor": "#BDBDBD", "hatch": "xxxx"},
+}
+STANCE: dict[str, Any] = {"facecolor": "#EDEDED", "edgecolor": "none"}
+STYLE: dict[str, Any] = {
+    "figure.dpi": 100,
+    "savefig.dpi": 160,
+    "font.size": 9,
+    "figure.titlesize": 9.5,
+    "axes.labelsize": 9,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.xmargin": 0.0,
+    "legend.frameon": False,
+    "legend.fontsize": 8,
+    "lines.linewidth": 1.4,
+    "lines.solid_capstyle": "round",
+    "hatch.linewidth": 0.6,
+    "svg.hashsalt": "hopform",
+    "svg.fonttype": "path",
+    "pdf.fonttype": 42,
+}
+FORETOLD = r"E(0) + AED (24) $-$ impacts $-$ $k\,x_1^2/2$ at take-off"
+SAMPLES = 400
+"""Points along a stance's curves."""
+
+Curve = NDArray[np.floating]
+Drawing = Callable[[Axes, Stance, Curve, Curve], None]
+
+
+def house_style() -> AbstractContextManager[None]:
+    """matplotlib's defaults and ours, whatever the user's own settings are."""
+    return matplotlib.style.context(["default", STYLE])
+
+
+def check_suffix(path: Path) -> None:
+    """Raise HopformError for a file whose name does not end in .svg, .pdf or .png."""
+    if path.suffix.lower() not in SUFFIXES:
+        raise HopformError(f"a plot's name must end in .svg, .pdf or .png, got {str(path)!r}")
+
+
+def render(figure: Figure, suffix: str) -> bytes:
+    """The bytes of a picture file; `suffix` is ".svg", ".pdf" or ".png"."""
+    buffer = io.BytesIO()
+    with house_style():
+        figure.savefig(buffer, format=suffix.lower().removeprefix("."), metadata=SUFFIXES[suffix.lower()])
+    return buffer.getvalue()
+
+
+# ---- one stance ----
+
+
+def plot_stance(stance: Stance) -> Figure:
+    """A stance over time: actuator, body, spring force, and the body's energy with the AED (24) drawn on top.
+
+    >>> import hopform
+    >>> robot = hopform.load_robot("hopper_c")
+    >>> figure = plot_stance(hopform.solve_stance(robot, v2=-1.93, u=3.0))
+    >>> [axes.get_ylabel() for axes in figure.axes]
+    ['actuator $x_1$ [cm]', 'body $x_2$ [cm]', 'spring force [N]', 'body energy [J]']
+    """
+    scale, unit = unit_of_time(stance.duration)
+    t = stance_times(stance)
+    panels: list[Drawing] = [draw_actuator, draw_body, draw_force, draw_energy]
+    if len(stance.u) > 1:
+        panels.append(draw_current)
+    with house_style():
+        figure = Figure(figsize=(6.4, 1.45 * len(panels) + 1.1), layout="constrained")
+        rows: list[Axes] = list(figure.subplots(len(panels), 1, sharex=True, squeeze=False)[:, 0])
+        for draw, axes in zip(panels, rows, strict=True):
+            draw(axes, stance, t, t * scale)
+            mark_phases(axes, stance.phases, scale)
+        shade(rows[0], stance.phases, [mode_of_actuator(phase, stance.robot) for phase in stance.phases], scale)
+        shade(rows[1], stance.phases, [mode(phase.mode_2) for phase in stance.phases], scale)
+        rows[-1].set_xlabel(f"time since touchdown [{unit}]")
+        figure.align_ylabels(rows)
+        figure.suptitle(title_of(stance))
+        legend_of_modes(figure, stance)
+    return figure
+
+
+def stance_times(stance: Stance) -> Curve:
+    """Uniform times, and just before and at every event, where curves have their corners."""
+    uniform = np.linspace(0.0, stance.duration, SAMPLES)
+    corners = np.array([phase.start for phase in stance.phases])
+    t = np.union1d(uniform, np.concatenate([corners, corners * (1.0 - 1e-6)]))
+    return np.asarray(np.minimum(t, stance.duration))
+
+
+def draw_actuator(axes: Axes, stance: Stance, t: Curve, shown: Curve) -> None:
+    axes.plot(shown, 100.0 * np.asarray(stance.at(t).x1), color=BLUE)
+    axes.set_ylabel("actuator $x_1$ [cm]")
+    room_for_a_constant(axes, 0.5)
+
+
+def draw_body(axes: Axes, stance: Stance, t: Curve, shown: Curve) -> None:
+    axes.plot(shown, 100.0 * np.asarray(stance.at(t).x2), color=BLUE)
+    axes.set_ylabel("body $x_2$ [cm]")
+
+
+def draw_force(axes: Axes, stance: Stance, t: Curve, shown: Curve) -> None:
+    axes.plot(shown, stance.robot.k * np.asarray(stance.compression(t)), color=BLUE)
+    axes.set_ylabel("spring force [N]")
+    axes.set_ylim(bottom=0.0)
+
+
+def draw_energy(axes: Axes, stance: Stance, t: Curve, shown: Curve) -> None:
+    """Two independent computations on top of each other: E from the state, E(0) + AED from the integrals of (24)."""
+    energy = np.asarray(stance.energy(t).body)
+    draw_twice(axes, shown, energy, energy[0] + aed_of(stance.ledger(t)), "E(0) + analytical energy delta (24)")
+    axes.legend(loc="best")
+
+
+def draw_twice(axes: Axes, shown: Curve, energy: Curve, foretold: Curve, words: str) -> None:
+    axes.plot(shown, energy, color=PALE_BLUE, linewidth=4.0, label="kinetic + potential")
+    axes.plot(shown, foretold, color=MAGENTA, linewidth=1.1, label=words)
+    axes.set_ylabel("body energy [J]")
+    room_for_a_constant(axes, 0.5)
+
+
+def draw_current(axes: Axes, stance: Stance, t: Curve, shown: Curve) -> None:
+    scale = unit_of_time(stance.duration)[0]
+    within = [(at * scale, u) for at, u in stance.u if at <= stance.duration]
+    ends = [at for at, _ in within[1:]] + [stance.duration * scale]
+    axes.stairs([u for _, u in within], [within[0][0], *ends], baseline=None, color=BLUE, linewidth=1.4)
+    axes.set_ylabel("current $u$ [A]")
+    room_for_a_constant(axes, 0.5)
+
+
+def room_for_a_constant(axes: Axes, least: float) -> None:
+    """At least so much on the vertical axis, so that rounding does not look like motion."""
+    low, high = axes.get_ylim()
+    if high - low < least:
+        middle = (low + high) / 2.0
+        axes.set_ylim(middle - least / 2.0, middle + least / 2.0)
+
+
+def shade(axes: Axes, phases: Sequence[Phase], modes: Sequence[str], scale: float) -> None:
+    """The mode of a mass behind its curve; neighbours of one mode are one shade."""
+    for start, end, word in spans(phases, modes):
+        axes.axvspan(start * scale, end * scale, zorder=0, linewidth=0.0, **SHADES[word])
+
+
+def spans(phases: Sequence[Phase], modes: Sequence[str]) -> Iterator[tuple[float, float, str]]:
+    """Stretches of one mode: start, end, mode."""
+    start = 0
+    for index in range(1, len(phases) + 1):
+        if index == len(phases) or modes[index] != modes[start]:
+            yield phases[start].start, phases[index - 1].end, modes[start]
+            start = index
+
+
+def mark_phases(axes: Axes, phases: Sequence[Phase], scale: float) -> None:
+    """A hairline where a phase ends and the next begins."""
+    axes.vlines(
+        [phase.start * scale for phase in phases[1:]], 0.0, 1.0, transform=axes.get_xaxis_transform(),
+        color=GREY, linewidth=0.6, linestyle=(0, (1, 2)), zorder=1,
+    )  # fmt: skip
+
+
+def legend_of_modes(figure: Figure, stance: Stance) -> None:
+    """What the shades behind x1 and x2 mean; only those that occur."""
+    lasting = [phase for phase in stance.phases if phase.end > phase.start]
+    present = {word for phase in lasting for word in (mode_of_actuator(phase, stance.robot), mode(phase.mode_2))}
+    patches = [Patch(label=word, linewidth=0.0, **look) for word, look in SHADES.items() if word in present]
+    if patches:
+        figure.legend(handles=patches, loc="outside lower center", ncols=len(patches))
+
+
+def title_of(stance: Stance) -> str:
+    first = stance.phases[0].state
+    start = f"touchdown at {float(first.v2) + 0.0:.3g} m/s, {current(stance.u)}"
+    return literal(name_of(stance.robot)) + plain(f": {start}\n{ending(stance)}")
+
+
+_NO_CHARACTER = re.compile("[\x00-\x09\x0b-\x1f\x7f-\x9f\ud800-\udfff\ufffe\uffff]")
+"""Not allowed in XML: control characters, but line feeds are, halves of surrogate pairs, non-characters."""
+
+
+def literal(text: str) -> str:
+    """Text that matplotlib shows as it is: names of robots and files are no mathematics."""
+    return _NO_CHARACTER.sub("\N{REPLACEMENT CHARACTER}", text).replace("$", r"\$")
+
+
+def plain(text: str) -> str:
+    """Text of hopform's own as matplotlib shows it, with true minus signs and squares."""
+    return literal(re.sub(r"-(?=\d)", "\N{MINUS SIGN}", text).replace("^2", "\N{SUPERSCRIPT TWO}"))
+
+
+# ---- a run ----
+
+
+def plot_run(run: Run) -> Figure:
+    """A run over time: hop height, actuator, and the body's energy with the analytical one on top (Figs. 12 to 14)."""
+    t = run_times(run)
+    with house_style():
+        figure = Figure(figsize=(6.4, 5.4), layout="constrained")
+        rows: list[Axes] = list(figure.subplots(3, 1, sharex=True, height_ratios=[1.0, 0.7, 1.5]))
+        draw_heights(rows[0], run, t)
+        draw_strokes(rows[1], run, t)
+        draw_twice(rows[2], t, np.asarray(run.energy(t).body), np.asarray(run.aed(t)), FORETOLD)
+        for axes in rows:
+            for hop in run.hops:
+                axes.axvspan(hop.touchdown_time, hop.takeoff_time, zorder=0, **STANCE)
+        lines, words = rows[-1].get_legend_handles_labels()
+        figure.legend([Patch(**STANCE), *lines], ["stance", *words], loc="outside lower center", ncols=3)
+        rows[-1].set_xlabel("time since the start [s]")
+        figure.align_ylabels(rows)
+        figure.suptitle(title_of_run(run))
+    return figure
+
+
+def title_of_run(run: Run) -> str:
+    start = f"from {100.0 * (float(run.at(0.0).x2) - run.robot.L0 - run.robot.c):.4g} cm"
+    currents = {hop.stance.u for hop in run.hops}
+    words = current(currents.pop()) if len(currents) == 1 else f"{len(run.hops)} hops"
+    return literal(name_of(run.robot)) + plain(f" {start}, {words}")
+
+
+def draw_heights(axes: Axes, run: Run, t: Curve) -> None:
+    axes.plot(t, 100.0 * (np.asarray(run.at(t).x2) - (run.robot.L0 + run.robot.c)), color=BLUE)
+    if any(run.terrain):
+        axes.step(t, 100.0 * np.asarray(run.ground(t)), color=GREY, linewidth=1.0, where="post")
+        apexes = [(hop.takeoff_time + max(float(hop.stance.takeoff.v2), 0.0) / run.robot.g, 100.0 * hop.apex)
+                  for hop in run.hops if hop.stance.takeoff is not None]  # fmt: skip
+        axes.plot(
+            *zip(*(apex for apex in apexes if apex[0] <= run.duration), strict=True), "o", color=BLUE, markersize=3.0
+        )
+    axes.set_ylabel("hop height [cm]")
+
+
+def draw_strokes(axes: Axes, run: Run, t: Curve) -> None:
+    axes.plot(t, 100.0 * np.asarray(run.at(t).x1), color=BLUE)
+    axes.set_ylabel("actuator $x_1$ [cm]")
+    room_for_a_constant(axes, 0.5)
+
+
+def run_times(run: Run) -> Curve:
+    """Uniform times, and both sides of every touchdown and take-off, where the energy jumps."""
+    corners = np.array([time for hop in run.hops for time in (hop.touchdown_time, hop.takeoff_time)])
+    both = np.concatenate([np.nextafter(corners, -np.inf), corners, np.nextafter(corners, np.inf)])
+    uniform = np.linspace(0.0, run.duration, min(200 * (len(run.hops) + 1), 6000))
+    return np.asarray(np.minimum(np.union1d(uniform, both), run.duration))
+
+
+# ---- where a hop may lead ----
+
+
+def plot_reach(found: Reachability) -> Figure:
+    """The next apex over the current one (Figs. 5, 11): the reachable, each current's curve, fixed points, the stroke."""
+    with house_style():
+        figure = Figure(figsize=(5.2, 4.8), layout="constrained")
+        axes: Axes = figure.subplots()
+        heights, apex = 100.0 * found.heights, 100.0 * found.apex
+        inside, beyond = np.where(found.admissible, apex, np.nan), np.where(found.limited, apex, np.nan)
+        axes.fill_between(
+            heights, 100.0 * found.lowest, 100.0 * found.highest, color=PALE_BLUE, alpha=0.5, label="reachable"
+        )
+        axes.plot(heights, inside, color=BLUE, linewidth=0.5, label=["one current each", *[""] * (apex.shape[1] - 1)])
+        axes.plot(heights, beyond, color=GREY, linewidth=0.5, label=["beyond the stroke", *[""] * (apex.shape[1] - 1)])
+        axes.plot(heights, heights, color=GREY, linestyle="--", linewidth=0.8, label="height held")
+        for stable, marker, words in ((True, "o", "settles"), (False, "x", "leaves")):
+            points = [100.0 * each.height for each in found.fixed_points if each.stable is stable and each.admissible]
+            if points:
+                axes.plot(points, points, marker, color=MAGENTA, markersize=4.0, label=f"fixed point, {words}")
+        axes.set_xlabel("apex [cm]")
+        axes.set_ylabel("next apex [cm]")
+        lines, words_of = axes.get_legend_handles_labels()
+        shown = [(line, word) for line, word in zip(lines, words_of, strict=True) if word and not word.startswith("_")]
+        figure.legend(*zip(*shown, strict=True), loc="outside lower center", ncols=3)
+        margin = f", stop margin {100.0 * found.stop_margin:.3g} cm" if found.stop_margin else ""
+        words = f", {found.currents[0]:.4g} to {found.currents[-1]:.4g} A{margin}"
+        figure.suptitle(literal(name_of(found.robot)) + plain(words))
+    return figure
+
+
+def plot_command(robot: Robot, u: Curve, apex: Curve, h_des: float, found: Command) -> Figure:
+    """The next apex over the current, NaN where none is admissible, what is desired, and the current that was chosen."""
+    with house_style():
+        figure = Figure(figsize=(6.0, 3.4), layout="constrained")
+        axes: Axes = figure.subplots()
+        axes.plot(u, 100.0 * apex, color=BLUE, label="next apex, admissible currents")
+        axes.axhline(100.0 * h_des, color=GREY, linestyle="--", linewidth=0.8, label="desired")
+        if found.status != "no_takeoff":
+            axes.plot([found.u], [100.0 * found.apex], "o", color=MAGENTA, label=found.status)
+        axes.set_xlabel("current [A]")
+        axes.set_ylabel("next apex [cm]")
+        axes.legend()
+        figure.suptitle(literal(name_of(robot)) + plain(f": {found.u:.5g} A"))
+    return figure

@@ -1,0 +1,160 @@
+"""The model against measurements: without dry friction on hopper_b (Fig. 4), with it on hopper_c (Fig. 10).
+
+The measurements are synthetic: the robot itself, simulated, with noise. The initial model (1), (2) has viscous friction alone;
+its two coefficients are fitted, each to its recording, so that it is not blamed for a bad guess.
+"""
+
+# pyright: reportUnknownMemberType=false
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from hopform._figures.first_controller import rms
+from hopform._figures.picture import BLACK, BLUE, ORANGE, Array, Picture, finished, legend, mm, named, panels, standing
+from hopform._figures.plots import house_style
+from hopform._hopping.run import simulate
+from hopform._robots import Robot, load_robot
+from hopform._stance import solve_stance
+from hopform.terrain import flat
+
+NOISE = 2e-4  # [m]
+DROP = 0.12  # [m]
+PULSE = 0.3  # [s]
+DROP_TIMES = np.arange(0.0, 3.0, 0.005)
+STEP_TIMES = np.arange(0.0, 1.0, 0.005)
+
+
+@dataclass(frozen=True)
+class Recordings:
+    """A drop test, x2 over `DROP_TIMES`, and a step response, x1 over `STEP_TIMES` [m]."""
+
+    x2: Array
+    x1: Array
+
+
+def initial_model() -> Picture:
+    """Fig. 4: (1), (2) cannot be fitted to a robot with dry friction."""
+    robot, u = load_robot("hopper_b"), 4.0
+    measured, fitted = measure(robot, u, 4), fit(robot, u, 4)
+    model = recordings(fitted, u)
+    with house_style():
+        figure = drawn(measured, {"model (1), (2), fitted": (model, ORANGE, "-")}, f"{u:g} V for {PULSE:g} s")
+    off_1, off_2 = measured.x1 - model.x1, measured.x2 - model.x2
+    ours = (
+        f"synthetic recordings of hopper_b with noise of {mm(NOISE)}: a step of {u:g} V for {PULSE:g} s while "
+        f"standing, and a drop of {100 * DROP:.0f} cm with no input. "
+        f"Model (1), (2) with the best viscous coefficients, b1 = {fitted.b1:.0f} and b2 = {fitted.b2:.1f} N s/m "
+        f"(the robot: {robot.b1:g} and {robot.b2:g}), "
+        f"leaves {mm(rms(off_1))} rms in x1 and {mm(rms(off_2))} in x2; over the last 0.5 s, "
+        f"where the recording rests, its body still swings by {mm(float(np.ptp(model.x2[-100:])))}"
+    )
+    paper = (
+        "measured and simulated drop tests (x2) and step responses (x1) of Hopper B: fair for x2, off for small hops "
+        "and for x1"
+    )
+    data = {"robot": robot, "fitted": fitted, "measured": measured, "model": model,
+            "rms x1": rms(off_1), "rms x2": rms(off_2)}  # fmt: skip
+    return finished(4, "Initial model", paper, ours, named(robot), figure, data)
+
+
+def improved_model() -> Picture:
+    """Fig. 10: (3), (4) with dry friction."""
+    robot, u = load_robot("hopper_c"), 1.5
+    measured, fitted = measure(robot, u, 10), fit(robot, u, 10)
+    old, new = recordings(fitted, u), recordings(robot, u)
+    with house_style():
+        looks = {"model (3), (4)": (new, BLUE, "-"), "model (1), (2), fitted": (old, ORANGE, "--")}
+        figure = drawn(measured, looks, f"{u:g} A for {PULSE:g} s")
+    left = {
+        name: (rms(measured.x1 - model.x1), rms(measured.x2 - model.x2)) for name, model in (("old", old), ("new", new))
+    }
+    ours = (
+        f"synthetic recordings of hopper_c with noise of {mm(NOISE)}: a step of {u:g} A for {PULSE:g} s while "
+        f"standing, and a drop of {100 * DROP:.0f} cm at 0 A. With dry friction "
+        f"{mm(left['new'][0], 2)} rms remain in x1 and {mm(left['new'][1], 2)} in x2: the noise, as the recordings "
+        f"are this model's own. Without it, viscous friction fitted "
+        f"(b1 = {fitted.b1:.0f}, b2 = {fitted.b2:.1f} N s/m), {mm(left['old'][0], 2)} and {mm(left['old'][1], 2)}"
+    )
+    paper = (
+        "measured step responses (x1, top) and drop tests (x2, bottom) of Hopper C against the improved model: "
+        "transient and "
+        "steady state are better than in Fig. 4"
+    )
+    data = {"robot": robot, "fitted": fitted, "measured": measured, "old": old, "new": new, "rms": left}
+    return finished(10, "Improved model", paper, ours, named(robot), figure, data)
+
+
+def recordings(robot: Robot, u: float) -> Recordings:
+    """What a robot does in both tests."""
+    return Recordings(drop(robot), step(robot, u))
+
+
+def drop(robot: Robot) -> Array:
+    """x2 [m] at `DROP_TIMES` after a drop without current; where the robot has come to rest it stays."""
+    run = simulate(robot, flat(60), 0.0, height=DROP, horizon=5.0)
+    return np.asarray(run.at(np.minimum(DROP_TIMES, run.duration)).x2)
+
+
+def step(robot: Robot, u: float) -> Array:
+    """x1 [m] at `STEP_TIMES` of the standing robot under a current for a time; NaN behind a take-off."""
+    stance = solve_stance(
+        robot, v2=0.0, x2=standing(robot), u=[(0.0, u), (PULSE, 0.0)], horizon=float(STEP_TIMES[-1]) + 0.01
+    )
+    x1 = np.asarray(stance.at(np.minimum(STEP_TIMES, stance.duration)).x1)
+    return np.where((stance.duration >= STEP_TIMES) | (stance.status == "rest"), x1, np.nan)
+
+
+def measure(robot: Robot, u: float, seed: int) -> Recordings:
+    """The recordings with noise."""
+    draw, clean = np.random.default_rng(seed), recordings(robot, u)
+    return Recordings(*(each + NOISE * draw.standard_normal(each.size) for each in (clean.x2, clean.x1)))
+
+
+def fit(robot: Robot, u: float, seed: int) -> Robot:
+    """The robot without dry friction, b1 and b2 fitted to its recordings with noise, each to the one that shows
+    it."""
+    measured, smooth = measure(robot, u, seed), replace(robot, f1=0.0, f2=0.0)
+
+    def cost_2(b2: float) -> float:
+        return misfit(measured.x2, drop(replace(smooth, b2=b2)))
+
+    smooth = replace(smooth, b2=least(cost_2, robot.b2, 8.0 * robot.b2))
+
+    def cost_1(b1: float) -> float:
+        return misfit(measured.x1, step(replace(smooth, b1=b1), u))
+
+    return replace(smooth, b1=least(cost_1, robot.b1, 8.0 * robot.b1))
+
+
+def misfit(measured: Array, model: Array) -> float:
+    """rms [m], infinite where the model has no value."""
+    return rms(measured - model) if np.isfinite(model).all() else np.inf
+
+
+def least(cost: Callable[[float], float], low: float, high: float) -> float:
+    """Where a cost is least within an interval, by three grids, each around the best of the one before."""
+    for _ in range(3):
+        grid = np.geomspace(low, high, 15)
+        best = int(np.argmin([cost(float(value)) for value in grid]))
+        low, high = float(grid[max(best - 1, 0)]), float(grid[min(best + 1, grid.size - 1)])
+    return float(np.sqrt(low * high))
+
+
+def drawn(measured: Recordings, models: dict[str, tuple[Recordings, str, str]], pulse: str) -> Figure:
+    figure, (top, bottom) = panels(2, 4.2)
+    top.plot(STEP_TIMES[::2], 1e3 * measured.x1[::2], "o", color=BLACK, markersize=1.8, label="recorded (synthetic)")
+    bottom.plot(DROP_TIMES[::2], 1e2 * measured.x2[::2], "o", color=BLACK, markersize=1.8)
+    for name, (model, colour, line) in models.items():
+        top.plot(STEP_TIMES, 1e3 * model.x1, color=colour, linestyle=line, label=name)
+        bottom.plot(DROP_TIMES, 1e2 * model.x2, color=colour, linestyle=line)
+    top.set_ylabel("actuator $x_1$ [mm]")
+    top.set_xlabel(f"time since the step [s], {pulse}")
+    bottom.set_ylabel("body $x_2$ [cm]")
+    bottom.set_xlabel("time since the drop [s]")
+    top.set_xlim(0.0, STEP_TIMES[-1] + STEP_TIMES[1])
+    bottom.set_xlim(0.0, DROP_TIMES[-1] + DROP_TIMES[1])
+    legend(top)
+    return figure

@@ -1,0 +1,231 @@
+"""One flight: from take-off to the next touchdown, solved exactly, then evaluated at any time.
+
+    x1'' = (k c - b1 v1 - gamma2 u)/m_eff - f1 sign(v1),    u = (Kp x1 + Kd v1)/gamma2 within u_max
+
+The body is ballistic; the foot, without mass, is at its height less (L0 + c) and less x1.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any, NamedTuple, SupportsFloat
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from hopform._checks import finite, positive, shown, times_of, whole
+from hopform._errors import HopformError
+from hopform._robots import Robot, checked_robot
+from hopform._solver.choice import choose
+from hopform._solver.library import Backend
+from hopform._solver.package import FLIGHT_ENDINGS, FLIGHT_EVENTS, Energy, Gains, formulas
+from hopform._solver.package import records as solver_records
+from hopform._solver.protocol import SolvedFlight
+from hopform._stance import Event, Real, State, body_height, precision_of
+
+_TOUCHING_ULP = 4.0
+_DOUBLE = np.dtype(np.float64)
+
+
+class FlightPhase(NamedTuple):
+    """A part of a flight in which the mode stays: the actuator slips up (+1), down (-1) or is held (0)."""
+
+    start: float
+    """[s] since take-off"""
+    end: float
+    """[s]"""
+    mode_1: int
+    limit: int
+    """sign of the motor's pull gamma2 u where the current is at its limit, 0 where it follows the law"""
+    x1: float
+    """[m] where it starts"""
+    v1: float
+    """[m/s]"""
+
+
+class FlightLedger(NamedTuple):
+    """Where the actuator's energy came from and went to since take-off, signed as it enters, [J]; the sum is the change of H."""
+
+    motor_work: Real
+    offset_work: Real
+    viscous_1: Real
+    coulomb_1: Real
+    stop_loss: Real
+
+
+@dataclass(frozen=True)
+class Flight:
+    """A flight, solved. Times in s from take-off, heights in m over the ground ahead, which the foot meets next.
+
+    status: "touchdown"; "tripped": the foot never got above the ground ahead, the flight ends where it came highest;
+    "horizon"; "too_many_phases". duration: time of the ending. end: the state there, before the impact. touchdown: that after
+    the impact, with which the stance begins, None without one. gains: of the law. apex, apex_time: highest hop height of the body
+    up to the ending, and when. impact_loss [J]: what the impact takes, negative.
+    """
+
+    robot: Robot
+    backend: Backend
+    dtype: np.dtype[Any]
+    status: str
+    duration: float
+    end: State
+    touchdown: State | None
+    gains: Gains
+    apex: float
+    apex_time: float
+    impact_loss: float
+    _solved: SolvedFlight = field(repr=False, compare=False)
+
+    @cached_property
+    def phases(self) -> tuple[FlightPhase, ...]:
+        """The phases in their order."""
+        rows = self._solved.rows()
+        ends = [*(row.t for row in rows[1:]), self.duration]
+        return tuple(
+            FlightPhase(row.t, end, row.side, row.limit, row.x1, row.v1) for row, end in zip(rows, ends, strict=True)
+        )
+
+    @cached_property
+    def events(self) -> tuple[Event, ...]:
+        """What happened on the way: the words of a stance for the actuator, and u_saturates, u_desaturates."""
+        return tuple(Event(row.t, FLIGHT_EVENTS[row.event]) for row in self._solved.rows() if row.event)
+
+    def at(self, t: ArrayLike) -> State:
+        """The state at times t [s], in t's shape; 0 <= t <= duration, else ValueError. At the ending: before the impact.
+
+        >>> from hopform import load_robot
+        >>> flight = solve_flight(load_robot("hopper_c"), x1=0.05, v1=0.1, v2=1.9)
+        >>> print(round(float(flight.at(0.2).x2), 6), round(float(flight.at(0.2).x1), 6))
+        0.6338 0.010312
+        """
+        state = self._solved.state_at(self._times(t))
+        x2 = body_height(self.robot, self.dtype, state.x1, state.y)
+        return State(*(_shaped(value, t) for value in (state.x1, state.v1, x2, state.v2)))
+
+    def foot(self, t: ArrayLike) -> Real:
+        """Height of the foot over the ground ahead [m] at times t [s], in t's shape."""
+        return _shaped(-self._solved.state_at(self._times(t)).y, t)
+
+    def current(self, t: ArrayLike) -> Real:
+        """The current [A] of the law at times t [s], in t's shape; 0 where the motor has no force."""
+        state = self._solved.state_at(self._times(t))
+        gamma2, u_max = self.robot.gamma2, self.robot.u_max
+        if gamma2 == 0.0:
+            return _shaped(np.zeros_like(state.x1), t)
+        return _shaped(np.clip((self.gains.Kp * state.x1 + self.gains.Kd * state.v1) / gamma2, -u_max, u_max), t)
+
+    def energy(self, t: ArrayLike) -> Energy:
+        """Energies [J] of the body and of the robot at times t [s], in t's shape; the spring carries nothing."""
+        energy, _, _ = self._energies(t)
+        return Energy(*(_shaped(value, t) for value in energy))
+
+    def ledger(self, t: ArrayLike) -> FlightLedger:
+        """The ledger [J] from take-off to times t [s], in t's shape; each entry from its own closed form."""
+        _, entries, losses = self._energies(t)
+        return FlightLedger(*(_shaped(value, t) for value in (*entries, losses)))
+
+    def _energies(self, t: ArrayLike) -> tuple[Energy, solver_records.FlightLedger, NDArray[np.floating]]:
+        times = self._times(t)
+        order = np.argsort(times, kind="stable")
+        energy, ledger, losses = self._solved.energy_at(times[order])
+        back = np.argsort(order, kind="stable")
+        return (
+            Energy(*(np.asarray(value)[back] for value in energy)),
+            solver_records.FlightLedger(*(np.asarray(value)[back] for value in ledger)),
+            losses[back],
+        )
+
+    def _times(self, t: ArrayLike) -> NDArray[np.floating]:
+        found = times_of(t, self.dtype)
+        good = (found >= 0.0) & (found <= self.duration)
+        if not bool(np.all(good)):
+            raise HopformError(f"t must be 0 <= t <= {self.duration!r} s, got {float(found[~good][0])!r}")
+        return found
+
+
+def solve_flight(
+    robot: Robot,
+    *,
+    v2: SupportsFloat,
+    x1: SupportsFloat = 0.0,
+    v1: SupportsFloat = 0.0,
+    x2: SupportsFloat | None = None,
+    gains: Sequence[SupportsFloat] | None = None,
+    horizon: SupportsFloat = 10.0,
+    max_phases: int = 4096,
+    backend: str | None = None,
+    dtype: Any = np.float64,
+) -> Flight:
+    """The flight that follows from a state at take-off, exactly: the return of the actuator, every event, the touchdown.
+
+    x1, v1, v2 [m, m/s]: actuator and body at take-off; x2 [m]: height of the body over the ground *ahead*, over which the foot
+    lands: x1 + L0 + c if left out (flat ground), less by a step up. gains (Kp, Kd) [N/m, N s/m], both >= 0: of the law
+    gamma2 u = Kp x1 + Kd v1 within u_max; if left out those of `design_return`, settled 50 ms before the touchdown on the ground
+    that was left, in 20 ms at least. horizon [s]: longest time. Raises HopformError for a value that is not allowed, g = 0 among
+    them.
+
+    >>> from hopform import load_robot
+    >>> flight = solve_flight(load_robot("hopper_c"), x1=0.05, v1=0.1, v2=1.9)
+    >>> flight.status, round(flight.duration, 4), [event.kind for event in flight.events]
+    ('touchdown', 0.4109, ['x1_reverses', 'u_desaturates'])
+    """
+    precision = _DOUBLE if dtype is np.float64 else precision_of(dtype)
+    if not checked_robot(robot).g > 0.0:
+        raise HopformError(f"a flight needs g > 0 m/s^2, got {robot.g!r}")
+    start = _start(robot, x1, v1, x2, v2)
+    law = None if gains is None else _gains(gains)
+    longest = positive("horizon", horizon, "s")
+    most = whole("max_phases", max_phases)
+    solver = choose(backend)
+    solved = solver.solve_flight(robot.parameters, start, law, longest, most, precision)
+    flight = solved.flight
+    status = FLIGHT_ENDINGS[flight.ending]
+    state = solved.end
+    end = State(state.x1, state.v1, float(body_height(robot, precision, state.x1, state.y)), state.v2)
+    after = State(end.x1, end.v1, end.x2, float(flight.v2_after)) if status == "touchdown" else None
+    return Flight(
+        robot, solver.name, precision, status, float(flight.duration), end, after, solved.gains,
+        float(flight.apex), float(flight.apex_time), float(flight.impact_loss), solved,
+    )  # fmt: skip
+
+
+def design_return(robot: Robot, time: SupportsFloat) -> Gains:
+    """Gains (Kp, Kd) with which the actuator returns gently in a time [s]: critically damped, within 1/100 of its way from rest.
+
+    The friction b1 is part of the damping; where it is more than critical Kd is 0 and Kp puts the slower pole where both were.
+    Dry friction may leave it as far from 0 as f1 m_eff/Kp, and a motor at its limit takes longer. Raises HopformError unless
+    time > 0.
+
+    >>> from hopform import load_robot
+    >>> print(*(round(gain, 3) for gain in design_return(load_robot("hopper_c"), 0.3)))
+    12345.679 961.111
+    """
+    gains = formulas.critical_gains(robot.parameters, positive("time", time, "s"))
+    if not all(math.isfinite(gain) for gain in gains):
+        raise HopformError(f"time must be long enough for finite gains, got {float(time)!r} s")
+    return Gains(*map(float, gains))
+
+
+def _start(robot: Robot, x1: object, v1: object, x2: object, v2: object) -> solver_records.State:
+    """The state at take-off; y is how far the foot is below the ground ahead, 0 where x2 is left out."""
+    x_1, v_1, v_2 = finite("x1", x1, "m"), finite("v1", v1, "m/s"), finite("v2", v2, "m/s")
+    if not robot.x1_min <= x_1 <= robot.x1_max:
+        raise HopformError(f"x1 must be within its stroke {robot.x1_min!r} .. {robot.x1_max!r} m, got {x_1!r}")
+    y = 0.0 if x2 is None else x_1 - finite("x2", x2, "m") + robot.L0 + robot.c
+    return solver_records.State(x_1, v_1, v_2, 0.0 if abs(y) <= _TOUCHING_ULP * math.ulp(robot.L0) else y)
+
+
+def _gains(gains: Sequence[SupportsFloat]) -> Gains:
+    if isinstance(gains, str) or not isinstance(gains, Sequence) or len(gains) != 2:
+        raise HopformError(f"gains must be a pair (Kp, Kd) in N/m and N s/m, got {shown(gains)}")
+    law = Gains(finite("Kp", gains[0], "N/m"), finite("Kd", gains[1], "N s/m"))
+    for name, value, unit in zip(Gains._fields, law, ("N/m", "N s/m"), strict=True):
+        if value < 0.0:
+            raise HopformError(f"{name} must be >= 0 {unit}, got {value!r}")
+    return law
+
+
+def _shaped(value: Any, t: ArrayLike) -> Real:
+    shape = np.shape(t)
+    return float(np.asarray(value).reshape(-1)[0]) if shape == () else np.asarray(value).reshape(shape)

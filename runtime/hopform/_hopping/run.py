@@ -1,0 +1,586 @@
+"""Hopping: drop, touchdown, control, stance, take-off, flight, and so on over the heights of a terrain, without a time step.
+
+Heights in a run count from level 0, that of the terrain's zero. Each stance and each flight is solved exactly; what remains of
+the actuator's return in flight is carried into the next stance.
+"""
+
+import math
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from pathlib import Path
+from typing import Any, SupportsFloat, cast
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from hopform._checks import finite, positive, shown, times_of, whole
+from hopform._control.reach import home_of
+from hopform._errors import HopformError
+from hopform._flight import Flight, solve_flight
+from hopform._robots import Robot, checked_robot
+from hopform._solver.package import Energy, Gains, formulas
+from hopform._stance import Real, Stance, State, aed_of, solve_stance, steps_of
+from hopform.controllers import Answer, ConstantCurrent, Controller, Preparing, Sampled, Touchdown
+from hopform.terrain import heights_of
+
+Array = NDArray[np.float64]
+Steps = tuple[tuple[float, float], ...]
+_DOUBLE = np.dtype(np.float64)
+Progress = Callable[[int, int], object]
+
+COLUMNS: tuple[tuple[str, str, str], ...] = (
+    ("index", "i4", "0 for the first touchdown"),
+    ("ground", "f8", "[m] height of the ground under the foot"),
+    ("height", "f8", "[m] hop height of the apex from which it falls"),
+    ("touchdown_time", "f8", "[s] since the start"),
+    ("x1", "f8", "[m] at touchdown"),
+    ("v1", "f8", "[m/s] at touchdown"),
+    ("v2", "f8", "[m/s] at touchdown, after the impact"),
+    ("u", "f8", "[A] current; its mean over the stance where it has steps"),
+    ("status", "U15", "ending of the stance"),
+    ("duration", "f8", "[s] of the stance"),
+    ("takeoff_x1", "f8", "[m] NaN without take-off, as all that follows from it"),
+    ("takeoff_v1", "f8", "[m/s]"),
+    ("takeoff_x2", "f8", "[m] height of the body over level 0"),
+    ("takeoff_v2", "f8", "[m/s]"),
+    ("apex", "f8", "[m] hop height of the apex that follows"),
+    ("aed", "f8", "[J] change of the body's energy over the stance as (24) foretells it"),
+    ("gained", "f8", "[J] the same after the fact, from the states at both ends"),
+    ("energy_lost_at_impact", "f8", "[J]"),
+    ("hits_stop", "?", "the actuator met a stop in the stance or in the flight before"),
+    ("bottoms_out", "?", "it met its upper stop in the stance"),
+)
+"""The table of a run: name, type, unit and meaning of each column; heights over level 0."""
+
+
+@dataclass(frozen=True)
+class Errors:
+    """What is not as the controller believes. Standard deviations of what it measures, and what is wrong in the machine.
+
+    x1 [m], v1, v2 [m/s]: of the state at touchdown and at the ticks of a sampled law; x2 [m]: of the apex before, and at those
+    ticks; ground [m]: of the height of the ground. current_scale: current that flows over current that is asked for, in
+    stance and in flight. quantum [s]: touchdown is seen at the next tick of such a clock; delay [s]: and so much later; until
+    then no current flows, and the controller does not know. model: the robot that the controller believes in.
+    """
+
+    x1: float = 0.0
+    v1: float = 0.0
+    x2: float = 0.0
+    v2: float = 0.0
+    ground: float = 0.0
+    current_scale: float = 1.0
+    quantum: float = 0.0
+    delay: float = 0.0
+    model: Robot | None = None
+
+    def __post_init__(self) -> None:
+        units = {"v1": "m/s", "v2": "m/s", "quantum": "s", "delay": "s"}
+        for name in ("x1", "v1", "x2", "v2", "ground", "quantum", "delay"):
+            if (value := finite(name, getattr(self, name), units.get(name, "m"))) < 0.0:
+                raise HopformError(f"{name} must be >= 0 {units.get(name, 'm')}, got {value!r}")
+        positive("current_scale", self.current_scale, "of the current")
+        if self.model is not None and not isinstance(self.model, Robot):
+            raise HopformError(f"model must be a Robot, got {shown(self.model)}")
+
+
+NONE = Errors()
+
+
+@dataclass(frozen=True)
+class Hop:
+    """A hop: the flight that leads to it, the stance, and the apex that follows; heights over level 0, hop heights in m.
+
+    height: of the apex from which it falls. apex: NaN without take-off.
+    """
+
+    index: int
+    ground: float
+    """[m]"""
+    height: float
+    touchdown_time: float
+    """[s] since the start"""
+    flight: Flight
+    stance: Stance
+    apex: float
+    energy_lost_at_impact: float
+    """[J]"""
+
+    @property
+    def touchdown(self) -> State:
+        """The state after the impact, with which the stance begins; x2 over the ground under the foot."""
+        state = self.flight.touchdown
+        assert state is not None
+        return state
+
+    @property
+    def u(self) -> float:
+        """The current [A]; its mean over the stance where it has steps."""
+        return _mean(self.stance)
+
+    @property
+    def takeoff_time(self) -> float:
+        """[s] since the start; the time of the ending where there is no take-off."""
+        return self.touchdown_time + self.stance.duration
+
+    @property
+    def hits_stop(self) -> bool:
+        """Whether the actuator met a stop in the stance or in the flight before."""
+        return any(event.kind == "x1_hits_stop" for event in (*self.stance.events, *self.flight.events))
+
+    @property
+    def bottoms_out(self) -> bool:
+        """Whether the actuator met its upper stop in the stance."""
+        if not any(event.kind == "x1_hits_stop" for event in self.stance.events):
+            return False
+        hits = {event.time for event in self.stance.events if event.kind == "x1_hits_stop"}
+        top = self.stance.robot.x1_max
+        return any(phase.start in hits and phase.state.x1 == top for phase in self.stance.phases)
+
+
+@dataclass(frozen=True)
+class Run:
+    """Hops in a row. Times in s since the start, heights over level 0.
+
+    status: "completed", all of the terrain was hopped, and the run ends at the apex behind it; "stopped", a stance ended without
+    take-off, or a flight met its horizon; "tripped", the foot never got above the ground ahead. table: a row per hop, columns as
+    in `COLUMNS`. robot: the plant, its gamma2 that of the current that really flows.
+    """
+
+    robot: Robot
+    terrain: tuple[float, ...]
+    status: str
+    duration: float
+    hops: tuple[Hop, ...]
+    last: Flight | None = field(repr=False)
+    """the flight behind the last hop; None if that has no take-off"""
+
+    @cached_property
+    def table(self) -> NDArray[Any]:
+        """A row per hop, a structured array with the columns of `COLUMNS`, to read.
+
+        >>> from hopform import load_robot
+        >>> run = simulate(load_robot("hopper_c"), [0.0, 0.01], 3.0, height=0.2)
+        >>> run.table["apex"].round(4).tolist()
+        [0.2233, 0.24]
+        """
+        rows = np.array([_row(hop) for hop in self.hops], dtype=[(name, kind) for name, kind, _ in COLUMNS])
+        rows.flags.writeable = False
+        return rows
+
+    @property
+    def backend(self) -> str:
+        """What solved it: "c" or "numpy"."""
+        return _first_flight(self).backend
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """What a user should know of its stances, each once."""
+        return tuple(dict.fromkeys(warning for hop in self.hops for warning in hop.stance.warnings))
+
+    def at(self, t: ArrayLike) -> State:
+        """States at times t [s], 0 <= t <= duration, in t's shape; x2 is the body's height over level 0.
+
+        >>> from hopform import load_robot
+        >>> run = simulate(load_robot("hopper_c"), [0.0, 0.01], 3.0, height=0.2)
+        >>> print(round(float(run.at(0.0).x2), 9), round(float(run.at(0.3).x1), 4))
+        0.6 0.0161
+        """
+        found = np.empty((4, np.size(t)))
+        for leg, inside, times in self._legs(t):
+            state = leg.motion.at(times)
+            found[:, inside] = state
+            found[2, inside] += leg.ground
+        return State(*(_shaped(column, t) for column in found))
+
+    def energy(self, t: ArrayLike) -> Energy:
+        """Energies [J] of body and robot at times t [s], in t's shape, weight from level 0 on; in flight without a spring."""
+        found = np.empty((2, np.size(t)))
+        weight = self.robot.m_s * self.robot.g
+        for leg, inside, times in self._legs(t):
+            energy = leg.motion.energy(times)
+            found[0, inside] = energy.body + weight * leg.ground
+            found[1, inside] = energy.total + weight * leg.ground
+        return Energy(*(_shaped(column, t) for column in found))
+
+    def aed(self, t: ArrayLike) -> Real:
+        """The body's energy foretold [J]: that of the start, plus the AED (24), the impacts and the spring's coordinate."""
+        found = np.empty(np.size(t))
+        for leg, inside, times in self._legs(t):
+            found[inside] = leg.level
+            if isinstance(leg.motion, Stance):
+                found[inside] += aed_of(leg.motion.ledger(times))
+        return _shaped(found, t)
+
+    def ground(self, t: ArrayLike) -> Real:
+        """Height [m] of the ground at times t [s], in t's shape; in flight that of the ground ahead."""
+        found = np.empty(np.size(t))
+        for leg, inside, _ in self._legs(t):
+            found[inside] = leg.ground
+        return _shaped(found, t)
+
+    def foot(self, t: ArrayLike) -> Real:
+        """Height [m] of the foot over level 0 at times t [s], in t's shape; on the ground in stance."""
+        found = np.empty(np.size(t))
+        for leg, inside, times in self._legs(t):
+            found[inside] = leg.ground + (leg.motion.foot(times) if isinstance(leg.motion, Flight) else 0.0)
+        return _shaped(found, t)
+
+    def current(self, t: ArrayLike) -> Real:
+        """Current [A] that is asked for at times t [s], in t's shape; in flight that of the return's law."""
+        found = np.empty(np.size(t))
+        for leg, inside, times in self._legs(t):
+            if isinstance(leg.motion, Flight):
+                found[inside] = leg.motion.current(times)
+            else:
+                starts, currents = np.array(leg.motion.u).T
+                found[inside] = currents[np.searchsorted(starts, times, side="right") - 1]
+        return _shaped(found, t)
+
+    def to_csv(self, path: str | Path) -> None:
+        """Write the table, a line per hop; every number reads back to the same bits."""
+        Path(path).write_text(csv_of(self.table), "utf-8")
+
+    def to_npz(self, path: str | Path, samples: int = 2000) -> None:
+        """Write a NumPy archive: `arrays(samples)`."""
+        arrays = self.arrays(samples)
+        with Path(path).open("wb") as file:
+            np.savez_compressed(file, **arrays)
+
+    def arrays(self, samples: int = 2000) -> dict[str, Any]:
+        """table, terrain, and, at `times(samples)`, t, x1, v1, x2, v2, ground, foot, u, E, H (`energy`), AED (`aed`)."""
+        t = self.times(samples)
+        energy = self.energy(t)
+        return {
+            "table": self.table, "terrain": np.array(self.terrain), "t": t, **self.at(t)._asdict(),
+            "ground": self.ground(t), "foot": self.foot(t), "u": self.current(t),
+            "E": energy.body, "H": energy.total, "AED": self.aed(t),
+        }  # fmt: skip
+
+    def times(self, samples: int) -> Array:
+        """Uniform times over the run, and those of touchdowns and take-offs."""
+        corners = [time for hop in self.hops for time in (hop.touchdown_time, hop.takeoff_time)]
+        uniform = np.linspace(0.0, self.duration, whole("samples", samples))
+        return np.union1d(uniform, np.minimum(corners, self.duration))
+
+    def _legs(self, t: ArrayLike) -> "list[tuple[_Leg, NDArray[np.intp], Array]]":
+        """The flights and stances that times fall into, which times, and those since each began; a touchdown is in its stance."""
+        asked = times_of(t, _DOUBLE)
+        good = (asked >= 0.0) & (asked <= self.duration)
+        if not bool(np.all(good)):
+            raise HopformError(f"t must be 0 <= t <= {self.duration!r} s, got {float(asked[~good][0])!r}")
+        legs = self._all_legs
+        begins = np.maximum.accumulate(
+            [math.nextafter(leg.begin, math.inf) if leg.after_takeoff else leg.begin for leg in legs]
+        )
+        places = np.maximum(np.searchsorted(begins, asked, side="right") - 1, 0)
+        order = np.argsort(places, kind="stable")
+        cuts = np.flatnonzero(np.diff(places[order])) + 1
+        groups = [group for group in np.split(order, cuts) if group.size]
+        found: list[tuple[_Leg, NDArray[np.intp], Array]] = []
+        for group in groups:
+            leg = legs[int(places[group[0]])]
+            found.append((leg, group, np.clip(asked[group] - leg.begin, 0.0, leg.motion.duration)))
+        return found
+
+    @cached_property
+    def _all_legs(self) -> "list[_Leg]":
+        return _legs_of(self)
+
+
+@dataclass(frozen=True)
+class _Leg:
+    """A flight or a stance of a run: when it begins, its ground, and the body's energy foretold for its beginning."""
+
+    begin: float
+    motion: Flight | Stance
+    ground: float
+    level: float
+    after_takeoff: bool = False
+
+
+def _first_flight(run: Run) -> Flight:
+    first = run.hops[0].flight if run.hops else run.last
+    assert first is not None
+    return first
+
+
+def _legs_of(run: Run) -> list[_Leg]:
+    """Flight, stance, flight, ...; the energies are those of Figs. 13, 14: start, impact, AED, spring coordinate, and again."""
+    robot, weight = run.robot, run.robot.m_s * run.robot.g
+    first = _first_flight(run)
+    ground = run.terrain[0]
+    level = float(first.energy(0.0).body) + weight * ground
+    legs = [_Leg(0.0, first, ground, level)]
+    flights = [*(hop.flight for hop in run.hops), run.last]
+    for hop, after in zip(run.hops, flights[1:], strict=True):
+        level += robot.k * float(hop.touchdown.x1) ** 2 / 2.0 - hop.energy_lost_at_impact
+        legs.append(_Leg(hop.touchdown_time, hop.stance, hop.ground, level))
+        level += hop.stance.aed - robot.k * float(hop.stance.end.x1) ** 2 / 2.0
+        if after is not None:
+            ahead = run.terrain[min(hop.index + 1, len(run.terrain) - 1)]
+            legs.append(_Leg(hop.takeoff_time, after, ahead, level, after_takeoff=True))
+    return legs
+
+
+def simulate(
+    robot: Robot,
+    terrain: Iterable[SupportsFloat],
+    controller: Controller | Preparing | SupportsFloat = 0.0,
+    *,
+    height: SupportsFloat | None = None,
+    start: State | None = None,
+    gains: tuple[SupportsFloat, SupportsFloat] | None = None,
+    errors: Errors = NONE,
+    seed: int = 0,
+    horizon: SupportsFloat = 2.0,
+    max_phases: int = 4096,
+    backend: str | None = None,
+    progress: Progress | None = None,
+) -> Run:
+    """The run that follows from a drop: each touchdown on the next height of a terrain, each stance as a controller wants it.
+
+    terrain [m]: heights of the ground, one per hop (`hopform.terrain` makes some). controller: a current [A], or as
+    `hopform.controllers` says. height [m]: hop height of the drop, the actuator at rest at its origin; or start, a state in
+    the air; both over level 0. gains (Kp, Kd) of the return in flight as for `solve_flight`. errors: what the controller does
+    not know, drawn with the seed. horizon [s]: longest time of a stance. progress: called after every hop with the number
+    done and that of the terrain's heights; an exception from it, as from Ctrl-C, ends the run. Raises HopformError for a
+    value that is not allowed: an empty terrain, g = 0, a wish below the ground; and for what a controller answers that is no
+    current.
+
+    >>> from hopform import load_robot
+    >>> run = simulate(load_robot("hopper_c"), [0.0, 0.0], 3.0, height=0.2)
+    >>> run.status, [round(hop.apex, 4) for hop in run.hops]
+    ('completed', [0.2233, 0.2356])
+    """
+    if not checked_robot(robot).g > 0.0:
+        raise HopformError(f"hopping needs g > 0 m/s^2, got {robot.g!r}")
+    whole("seed", seed, 0, math.inf)
+    if not isinstance(errors, Errors):
+        raise HopformError(f"errors must be Errors, got {shown(errors)}")
+    grounds = heights_of(terrain)
+    longest = positive("horizon", horizon, "s")
+    plant = robot if errors.current_scale == 1.0 else replace(robot, gamma2=robot.gamma2 * errors.current_scale)
+    model = robot if errors.model is None else errors.model
+    first = _start(robot, height, start)
+    asked: Any = ConstantCurrent(finite("u", controller, "A")) if isinstance(controller, SupportsFloat) else controller
+    prepared: Any = asked.prepare(model, grounds) if isinstance(asked, Preparing) else asked
+    if not callable(prepared):
+        raise HopformError(f"controller must be a current in A or a callable, got {shown(controller)}")
+    task = _Task(
+        plant,
+        model,
+        grounds,
+        cast(Controller, prepared),
+        gains,
+        errors,
+        np.random.default_rng(seed),
+        longest,
+        max_phases,
+        backend,
+        progress,
+    )
+    return _run(task, first)
+
+
+@dataclass(frozen=True)
+class _Task:
+    """What stays the same over a run."""
+
+    plant: Robot
+    model: Robot
+    grounds: tuple[float, ...]
+    controller: Controller
+    gains: tuple[SupportsFloat, SupportsFloat] | None
+    errors: Errors
+    draw: "np.random.Generator"
+    horizon: float
+    max_phases: int
+    backend: str | None
+    progress: Progress | None
+
+
+def _start(robot: Robot, height: SupportsFloat | None, start: State | None) -> State:
+    """The state in the air, x2 over level 0."""
+    if (height is None) == (start is None):
+        raise HopformError(
+            f"either height or start must be given, got height = {shown(height)}, start = {shown(start)}"
+        )
+    if start is None:
+        return State(home_of(robot), 0.0, finite("height", height, "m") + (robot.L0 + robot.c), 0.0)
+    if len(start) != 4:
+        raise HopformError(f"start must be a State of x1, v1, x2, v2, got {shown(start)}")
+    units = ("m", "m/s", "m", "m/s")
+    values = (finite(f"start.{name}", each, unit) for name, each, unit in zip(State._fields, start, units, strict=True))
+    return State(*values)
+
+
+def _run(task: _Task, start: State) -> Run:
+    hops: list[Hop] = []
+    time, state, apex = 0.0, start, math.nan
+    for index, ground in enumerate(task.grounds):
+        step = ground - (task.grounds[index - 1] if index else 0.0)
+        flight = _flight(task, state, None if index and step == 0.0 else step)
+        if flight.status != "touchdown":
+            status = "tripped" if flight.status == "tripped" else "stopped"
+            return Run(task.plant, task.grounds, status, time + flight.duration, tuple(hops), flight)
+        time += flight.duration
+        apex = apex if index else flight.apex + ground
+        hop = _hop(task, index, time, apex, flight)
+        hops.append(hop)
+        if task.progress is not None:
+            task.progress(len(hops), len(task.grounds))
+        time = hop.takeoff_time
+        if hop.stance.takeoff is None:
+            return Run(task.plant, task.grounds, "stopped", time, tuple(hops), None)
+        state, apex = hop.stance.takeoff, hop.apex
+    last = _flight(task, state, None)
+    return Run(task.plant, task.grounds, "completed", time + last.apex_time, tuple(hops), last)
+
+
+def _flight(task: _Task, start: State, step: float | None) -> Flight:
+    """From a state over the old ground to the next touchdown, `step` [m] higher; None: on the same ground."""
+    x1, v1, x2, v2 = (float(value) for value in start)
+    robot = task.plant
+    below = x2 if step is None else x2 - step
+    fall = 2.0 * (abs(v2) + math.sqrt(v2 * v2 + 2.0 * robot.g * (1.0 + abs(below)))) / robot.g
+    return solve_flight(
+        robot, x1=x1, v1=v1, x2=None if step is None else below, v2=v2, gains=_gains(task, x1, v2), horizon=10.0 + fall,
+        max_phases=task.max_phases, backend=task.backend,
+    )  # fmt: skip
+
+
+def _gains(task: _Task, x1: float, v2: float) -> tuple[SupportsFloat, SupportsFloat] | None:
+    """Gains of the force as the plant feels it, where the controller's own idea of gamma2 or of the robot is another."""
+    plant, model = task.plant, task.model
+    if plant is model or (plant.gamma2 == 0.0 or model.gamma2 == 0.0):
+        return task.gains
+    gains = task.gains
+    if gains is None:
+        square = v2 * v2 + 2.0 * model.g * x1
+        fall = float(formulas.time_of_fall(model.parameters, v2, x1)) if square > 0.0 else 0.0
+        gains = Gains(*map(float, formulas.critical_gains(model.parameters, max(fall - 0.05, 0.02))))
+    ratio = plant.gamma2 / model.gamma2
+    if ratio < 0.0:
+        raise HopformError(f"model.gamma2 must have the sign of the robot's, got {model.gamma2!r} N/A")
+    return finite("Kp", gains[0], "N/m") * ratio, finite("Kd", gains[1], "N s/m") * ratio
+
+
+def _hop(task: _Task, index: int, time: float, height: float, flight: Flight) -> Hop:
+    """The controller's answer at a touchdown, and the stance that follows."""
+    ground = task.grounds[index]
+    try:
+        answer = task.controller(_seen(task, index, time, height, flight))
+        stance = _stance(task, answer, ground, time, flight)
+    except HopformError as error:
+        raise HopformError(f"hop {index}: {error}") from None
+    return Hop(index, ground, height, time, flight, stance, stance.apex + ground, -flight.impact_loss)
+
+
+def _seen(task: _Task, index: int, time: float, height: float, flight: Flight) -> Touchdown:
+    state = flight.touchdown
+    assert state is not None
+    x1, v1, v2 = float(state.x1), float(state.v1), float(state.v2)
+    ground, errors, model = task.grounds[index], task.errors, task.model
+    if errors is not NONE:
+        noise = task.draw.standard_normal(5).tolist()
+        height += errors.x2 * noise[4]
+        x1 = min(max(x1 + errors.x1 * noise[0], model.x1_min), model.x1_max)
+        v1, v2, ground = v1 + errors.v1 * noise[1], v2 + errors.v2 * noise[2], ground + errors.ground * noise[3]
+    return Touchdown(index, time, x1, v1, v2, ground, height, model)
+
+
+def _stance(task: _Task, answer: Answer, ground: float, time: float, flight: Flight) -> Stance:
+    state, wait = flight.touchdown, _wait(task.errors, time)
+    assert state is not None
+    if isinstance(answer, Sampled):
+        u: Any = _sampled(task, answer, ground, wait, state)
+    elif wait == 0.0:
+        u = answer
+    else:
+        u = _later(answer, wait)
+    return solve_stance(
+        task.plant, x1=state.x1, v1=state.v1, v2=state.v2, u=u,
+        horizon=task.horizon, max_phases=task.max_phases, backend=task.backend,
+    )  # fmt: skip
+
+
+def _wait(errors: Errors, time: float) -> float:
+    """How long after a touchdown [s] it is seen."""
+    ticks = errors.quantum > math.ulp(time)  # a clock that is finer than the time's last digit makes no tick
+    tick = math.ceil(time / errors.quantum) * errors.quantum - time if ticks else 0.0
+    return max(tick, 0.0) + errors.delay
+
+
+def _later(answer: Any, wait: float) -> list[tuple[float, float]]:
+    """Steps of the current that begin when the touchdown is seen; none flows before."""
+    return [(0.0, 0.0), *((wait + t, u) for t, u in steps_of(answer))]
+
+
+def _sampled(task: _Task, answer: Sampled, ground: float, wait: float, state: State) -> list[tuple[float, float]]:
+    """The steps of the current that a law makes, each from the state that the steps before lead to."""
+    at: Any = state
+    steps = [(0.0, 0.0)] if wait else list[tuple[float, float]]()
+    period, t, begin = float(answer.period), 0.0, True
+    while t < task.horizon:
+        if t >= wait:
+            u = finite("u", answer.law(t - wait, _measured(task, at, ground)), "A")
+            if not steps or steps[-1][1] != u:
+                steps.append((t, u))
+            length = period
+        else:
+            length = wait
+        piece = solve_stance(
+            task.plant, x1=at.x1, v1=at.v1, x2=None if begin else at.x2, v2=at.v2, u=steps[-1][1], horizon=length,
+            max_phases=task.max_phases, backend=task.backend,
+        )  # fmt: skip
+        if piece.status != "horizon" and not (piece.status == "rest" and t + length < task.horizon):
+            break
+        at, begin = piece.end, False
+        t = wait + period * round((t + length - wait) / period)
+    return steps
+
+
+def _measured(task: _Task, state: State, ground: float) -> State:
+    x1, v1, x2, v2 = (float(value) for value in state)
+    if task.errors is NONE:
+        return State(x1, v1, x2 + ground, v2)
+    errors, noise = task.errors, task.draw.standard_normal(4).tolist()
+    return State(
+        x1 + errors.x1 * noise[0],
+        v1 + errors.v1 * noise[1],
+        x2 + ground + errors.x2 * noise[2],
+        v2 + errors.v2 * noise[3],
+    )
+
+
+def _row(hop: Hop) -> tuple[Any, ...]:
+    stance, start = hop.stance, hop.touchdown
+    end = stance.takeoff
+    takeoff = (math.nan,) * 4 if end is None else (end.x1, end.v1, float(end.x2) + hop.ground, end.v2)
+    gained = float(stance.energy(stance.duration).body) - float(stance.energy(0.0).body)
+    return (
+        hop.index, hop.ground, hop.height, hop.touchdown_time, start.x1, start.v1, start.v2, hop.u,
+        stance.status, stance.duration, *takeoff, hop.apex, stance.aed, gained, hop.energy_lost_at_impact,
+        hop.hits_stop, hop.bottoms_out,
+    )  # fmt: skip
+
+
+def _mean(stance: Stance) -> float:
+    """The current of a stance [A], its mean where it has steps."""
+    if len(stance.u) == 1 or stance.duration == 0.0:
+        return stance.u[0][1]
+    t, u = (np.array(column) for column in zip(*stance.u, strict=True))
+    lengths = np.diff(np.minimum([*t, stance.duration], stance.duration), append=stance.duration)[: u.size]
+    return float(lengths @ u / stance.duration)
+
+
+def csv_of(table: NDArray[Any]) -> str:
+    """The table of a run as text, a line per hop; every number reads back to the same bits."""
+    lines = [",".join(table.dtype.names or ())]
+    lines += [",".join(repr(each) if isinstance(each, float) else str(each) for each in row) for row in table.tolist()]
+    return "\n".join(lines) + "\n"
+
+
+def _shaped(values: Array, t: ArrayLike) -> Real:
+    return float(values[0]) if np.shape(t) == () else values.reshape(np.shape(t))

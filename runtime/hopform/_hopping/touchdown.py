@@ -1,0 +1,170 @@
+"""Touchdown from a noisy Hall signal (Fig. 15): hysteresis and debounce, what noise does to them, what a delay costs.
+
+The samples in a row so far are a chain of states. With h the chance that a sample reaches `high` and s that one stays above
+`low`, a detector of n samples takes on average
+
+    (1/h + 1 + s + ... + s^(n-2)) / s^(n-1) samples to a detection:
+
+the false alarms for a signal of 0, the delay for one of its level.
+"""
+
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import SupportsFloat
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hopform._checks import finite, positive, shown, whole
+from hopform._errors import HopformError
+from hopform._robots import Robot
+from hopform._solver.package import touchdown as solver
+from hopform._stance import Event, solve_stance
+
+_KINDS = {solver.TOUCHDOWN: "touchdown", solver.TAKEOFF: "takeoff"}
+
+
+@dataclass(frozen=True, kw_only=True)
+class TouchdownDetector:
+    """Thresholds in units of the signal (high >= low), `count` samples in a row, one every `dt` [s]; noise is white and normal.
+
+    Raises HopformError for a threshold that is not finite, low > high, count < 1, dt <= 0.
+
+    >>> detector = TouchdownDetector(high=0.6, low=0.4, count=3, dt=0.001)
+    >>> detector.detect([0.0, 0.7, 0.1, 0.9, 0.5, 0.8, 1.0])
+    (Event(time=0.005, kind='touchdown'),)
+    >>> round(detector.false_alarm_rate(0.2), 2), round(detector.mean_delay(0.2, level=1.0), 6)
+    (0.0, 0.00253)
+    """
+
+    high: float = 0.6
+    low: float = 0.4
+    count: int = 3
+    dt: float = 1e-3
+
+    def __post_init__(self) -> None:
+        low, high = (finite(name, getattr(self, name), "units of the signal") for name in ("low", "high"))
+        if low > high:
+            raise HopformError(f"low must be <= high = {high!r}, got {low!r}")
+        whole("count", self.count)
+        positive("dt", self.dt, "s")
+
+    def detect(self, samples: Iterable[SupportsFloat]) -> tuple[Event, ...]:
+        """Touchdowns and take-offs in a signal that begins in flight, each at the time of the sample that told it [s]."""
+        if isinstance(samples, str) or not isinstance(samples, Iterable):
+            raise HopformError(f"samples must be a sequence of numbers in units of the signal, got {shown(samples)}")
+        settings, contact = solver.Detector(self.high, self.low, self.count), solver.Contact()
+        found: list[Event] = []
+        for n, sample in enumerate(samples):
+            contact, event = solver.touchdown(settings, contact, finite(f"samples[{n}]", sample, "units of the signal"))
+            if event:
+                found.append(Event(n * self.dt, _KINDS[event]))
+        return tuple(found)
+
+    def false_alarm_rate(self, noise: SupportsFloat) -> float:
+        """Touchdowns per second [1/s] that noise of a standard deviation makes of a signal of 0."""
+        return 1.0 / (self.dt * self._samples(positive("noise", noise, "units of the signal"), 0.0))
+
+    def false_takeoff_rate(self, noise: SupportsFloat, level: SupportsFloat = 1.0) -> float:
+        """Take-offs per second [1/s] that noise makes of a signal that stays at its level."""
+        deviation, height = (
+            positive("noise", noise, "units of the signal"),
+            finite("level", level, "units of the signal"),
+        )
+        mirrored = TouchdownDetector(high=-self.low, low=-self.high, count=self.count, dt=self.dt)
+        return 1.0 / (self.dt * mirrored._samples(deviation, -height))
+
+    def mean_delay(self, noise: SupportsFloat, level: SupportsFloat = 1.0) -> float:
+        """Mean time [s] from a touchdown to its detection, for a signal that steps to a level at any time between two samples."""
+        deviation, height = (
+            positive("noise", noise, "units of the signal"),
+            finite("level", level, "units of the signal"),
+        )
+        return self.dt * (self._samples(deviation, height) - 0.5)
+
+    def chances(self, noise: SupportsFloat, signal: Sequence[SupportsFloat]) -> NDArray[np.float64]:
+        """For a signal that is known without its noise: the chance that each of its samples is the one that tells touchdown."""
+        deviation = positive("noise", noise, "units of the signal")
+        if isinstance(signal, str) or not isinstance(signal, (Sequence, np.ndarray)):
+            raise HopformError(f"signal must be a sequence of numbers in units of the signal, got {shown(signal)}")
+        state = np.zeros(self.count)  # chance of so many samples in a row so far
+        state[0] = 1.0
+        told = np.empty(len(signal))
+        for n, value in enumerate(signal):
+            mean = finite(f"signal[{n}]", value, "units of the signal")
+            advance = np.full(self.count, _above(self.low, mean, deviation))
+            advance[0] = _above(self.high, mean, deviation)
+            going = state * advance
+            told[n] = going[-1]
+            state = np.concatenate([[float(np.sum(state - going))], going[:-1]])
+        return told
+
+    def simulated_delays(
+        self, noise: SupportsFloat, level: SupportsFloat = 1.0, *, trials: int = 1000, seed: int = 0
+    ) -> NDArray[np.float64]:
+        """Delays [s] of touchdowns drawn with a seed: a step of the signal to a level at any time between two samples."""
+        deviation, height = (
+            positive("noise", noise, "units of the signal"),
+            finite("level", level, "units of the signal"),
+        )
+        whole("trials", trials)
+        draw = np.random.default_rng(seed)
+        delays, run = draw.uniform(0.0, self.dt, trials), np.zeros(trials, dtype=np.int64)
+        waiting = np.arange(trials)
+        limit = 1000 + 100 * math.ceil(min(self._samples(deviation, height), 1e6))
+        for _ in range(limit):
+            sample = height + deviation * draw.standard_normal(waiting.size)
+            above = sample >= np.where(run > 0, self.low, self.high)
+            run = np.where(above, run + 1, 0)
+            still = run < self.count
+            waiting, run = waiting[still], run[still]
+            if not waiting.size:
+                return delays
+            delays[waiting] += self.dt
+        delays[waiting] = math.inf
+        return delays
+
+    def _samples(self, noise: float, level: float) -> float:
+        """Mean number of samples up to a detection, infinite where there is none."""
+        reaches, stays = _above(self.high, level, noise), _above(self.low, level, noise)
+        whole = stays ** (self.count - 1)
+        if not (reaches > 0.0 and whole > 0.0):
+            return math.inf
+        falls = _above(-self.low, -level, noise)
+        row = -math.expm1((self.count - 1) * math.log1p(-falls)) / falls if falls > 0.0 else self.count - 1.0
+        return (1.0 / reaches + row) / whole
+
+
+def delayed_apex(
+    robot: Robot,
+    delay: SupportsFloat,
+    *,
+    v2: SupportsFloat,
+    u: SupportsFloat,
+    x1: SupportsFloat = 0.0,
+    v1: SupportsFloat = 0.0,
+    before: SupportsFloat = 0.0,
+) -> tuple[float, float]:
+    """Apex [m] where the current u [A] comes a delay [s] after touchdown, and its error: less the apex with u at once.
+
+    before [A]: the current until then. x1, v1, v2: the state at touchdown, after the impact. Exact, one stance each; NaN without
+    take-off.
+
+    >>> from hopform import load_robot
+    >>> apex, error = delayed_apex(load_robot("hopper_c"), 0.01, v2=-1.93, u=3.0)
+    >>> round(apex, 4), round(error, 4)
+    (0.2044, -0.0188)
+    """
+    late, now, early = finite("delay", delay, "s"), finite("u", u, "A"), finite("before", before, "A")
+    if late < 0.0:
+        raise HopformError(f"delay must be >= 0 s, got {late!r}")
+    prompt = solve_stance(robot, v2=v2, x1=x1, v1=v1, u=now).apex
+    steps = [(0.0, early), (late, now)] if late > 0.0 else now
+    apex = solve_stance(robot, v2=v2, x1=x1, v1=v1, u=steps).apex
+    return apex, apex - prompt
+
+
+def _above(threshold: float, mean: float, noise: float) -> float:
+    """The chance that a sample is not below a threshold."""
+    return 0.5 * math.erfc((threshold - mean) / (noise * math.sqrt(2.0)))

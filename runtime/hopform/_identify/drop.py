@@ -1,0 +1,488 @@
+"""Drop tests and free decays: x2 over time with the actuator held, by (4), or free, by (3) and (4).
+
+    m_s x2'' = k (L0 + c - x2) - b2 x2' - m_s g - m_s f2 sign(x2')
+
+The fit starts from the data: the frequency of the swings gives k/m_s, their envelope the friction. Successive extrema about the
+rest obey |A_(n+1)| = a |A_n| - d with a = exp(-b2 T/(4 m_s)) and d = (1 + a) f2 m_s/k: an envelope that falls along a line is
+Coulomb's, one that falls exponentially is viscous.
+"""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Literal, NamedTuple, Unpack
+
+import numpy as np
+
+from hopform._errors import HopformError
+from hopform._identify import recordings as of_recordings
+from hopform._identify import segments
+from hopform._identify.estimation import Parameter
+from hopform._identify.filtering import CUTOFFS, filtered_part, moving_rows
+from hopform._identify.fits import Fit, Options, as_several, checked_known, finish
+from hopform._identify.motion import Array
+from hopform._identify.recordings import Recording
+from hopform._identify.rigs import UNITS, Experiment
+from hopform._identify.search import Problem
+
+Rig = Literal["attached", "ground", "free"]
+_BODY = ("m_s", "k", "b2", "f2")
+_LETTERS: dict[Rig, tuple[str, ...]] = {
+    "attached": _BODY,
+    "ground": (*_BODY, "length", "impact_loss"),
+    "free": (*_BODY, "length", "impact_loss", "m_eff", "b1", "f1", "gamma2", "offset"),
+}
+"""What is fitted unless it is known."""
+_GIVEN: dict[Rig, tuple[str, ...]] = {"attached": ("g",), "ground": ("g",), "free": ("g", "x1_min", "x1_max")}
+"""What may be known besides."""
+_PARTS: dict[Rig, tuple[float, ...]] = {
+    "attached": (0.3, 1.0),
+    "ground": (0.35, 0.65, 1.0),
+    "free": (0.25, 0.45, 0.7, 1.0),
+}
+"""Over how much of a recording a fit is followed at first, and then: each hop multiplies what is wrong about the one before."""
+_DEFAULTS: dict[Rig, dict[str, float]] = {
+    "attached": {"g": 0.0},
+    "ground": {"g": 9.81},
+    "free": {"g": 9.81, "x1_min": -math.inf, "x1_max": math.inf},
+}
+
+
+_MOST_SWING = 3.0
+"""[m] from end to end: no spring of a hopper is longer."""
+
+
+class Cut(NamedTuple):
+    """One motion out of a recording: times [s] since the release, x2 [m], when the release was; x1 where it is recorded."""
+
+    recording: Recording
+    number: int
+    label: str
+    time: Array
+    x: Array
+    begin: float
+    steps: tuple[tuple[float, float], ...]
+    x1: Array | None
+
+
+class Swing(NamedTuple):
+    """What a decay shows by itself: its rest [m], angular frequency [rad/s], b2/m_s [1/s] and f2 [m/s^2]."""
+
+    rest: float
+    omega: float
+    viscous: float
+    coulomb: float
+
+
+def swing_of(time: Array, values: Array) -> Swing:
+    """Frequency and friction of an oscillation about a rest, from its extrema; a guess where there are too few."""
+    noise = max(of_recordings.noise_of(values), of_recordings.quantum_of(values))
+    values = of_recordings.calm(values)
+    rest = segments.rest_of(values, 10)
+    omega = _spectral_peak(time, values - rest)
+    extrema = _extrema(time, values - rest, math.pi / omega, 4.0 * noise)
+    if len(extrema) < 3:
+        return Swing(rest, omega, 0.2 * omega, 0.0)
+    at, size = np.array([t for t, _ in extrema]), np.abs([a for _, a in extrema])
+    omega = math.pi / float(np.median(np.diff(at)))
+    if len(extrema) < 4:
+        return Swing(rest, omega, max(2.0 * omega / math.pi * math.log(size[0] / size[1]), 0.0), 0.0)
+    slope, drop = np.polyfit(size[:-1], size[1:], 1, w=np.sqrt(size[:-1]))
+    ratio = min(max(float(slope), 0.05), 1.0)
+    viscous = -2.0 * omega / math.pi * math.log(ratio)
+    return Swing(rest, omega, viscous, max(-float(drop), 0.0) * omega**2 / (1.0 + ratio))
+
+
+def _spectral_peak(time: Array, values: Array) -> float:
+    """Angular frequency of the largest peak of the spectrum, on even times, padded with zeros."""
+    step = float(np.median(np.diff(time)))
+    even = np.interp(np.arange(time[0], time[-1], step), time, values)
+    even = even - even.mean()
+    length = 8 * even.size
+    power = np.abs(np.fft.rfft(even * np.hanning(2 * even.size)[even.size :], length))
+    return float(2.0 * math.pi * max(int(power[1:].argmax()) + 1, 1) / (length * step))
+
+
+def _extrema(time: Array, values: Array, half: float, least: float) -> list[tuple[float, float]]:
+    """Times and sizes of the swings: the largest deviation between crossings of the rest, as long as they exceed the noise."""
+    signs = np.signbit(values)
+    edges = [0, *(np.flatnonzero(signs[1:] != signs[:-1]) + 1).tolist(), values.size]
+    found = list[tuple[float, float]]()
+    for begin, end in zip(edges[:-1], edges[1:], strict=True):
+        if time[min(end, values.size - 1)] - time[begin] < 0.4 * half and begin > 0:
+            continue
+        peak = begin + int(np.abs(values[begin:end]).argmax())
+        if abs(values[peak]) < least:
+            break
+        found.append((float(time[peak]), float(values[peak])))
+    return found
+
+
+def fit_drop_test(
+    recordings: Sequence[Recording] | Recording,
+    *,
+    attached: bool = False,
+    free: bool = False,
+    known: Mapping[str, float] | None = None,
+    **options: Unpack[Options],
+) -> Fit:
+    """Spring, mass and friction of a body from recordings of x2, by least squares on exact motions.
+
+    The body is dropped, meets the ground and may hop, once or several times in a recording; the actuator is held. free: it is
+    not, and moves under the recorded current (0 if there is none) from x1 = 0, or from where it is if x1 is recorded too; then
+    m_eff, b1, f1, gamma2 are fitted as well. attached: the body is fixed to its spring (a cart, a clamped foot), which pushes
+    and pulls.
+
+    known: values of m_s, k, b2, f2, length (L0 + c), impact_loss, g; g is 9.81 m/s^2 for a drop, 0 for an attached body; with
+    `free` of m_eff, b1, f1, gamma2, offset, and the stops x1_min, x1_max, which are none if not given. If no mass is known and
+    none was added, m_s is taken as 1 kg: k is k/m_s, b2 is b2/m_s. With different added masses friction is fitted per recording
+    (b2@0, f2@0, ...). options: `Options`. Raises HopformError for data that cannot be a drop test, MissingExtra without scipy.
+    """
+    if attached and free:
+        raise HopformError("attached and free exclude each other: a free actuator is one of a leg that drops")
+    rig: Rig = "attached" if attached else "free" if free else "ground"
+    problem = drop_problem(as_several(recordings), rig, known, options.get("backend"))
+    return finish(problem, **options)
+
+
+def drop_problem(
+    recordings: Sequence[Recording],
+    rig: Rig = "ground",
+    known: Mapping[str, float] | None = None,
+    backend: str | None = None,
+    first: int = 0,
+) -> Problem:
+    """The least-squares problem of drop tests; first: the number of the first motion in names of parameters (x@0)."""
+    letters = _LETTERS[rig]
+    values = checked_known(known, (*letters, *_GIVEN[rig]))
+    values = _DEFAULTS[rig] | values
+    if rig != "attached" and not values["g"] > 0.0:
+        raise HopformError(f"known: g must be > 0 m/s^2 for a drop, got {values['g']!r}")
+    apart = len({each.added_mass for each in recordings}) > 1
+    statements = _scale(values, apart)
+    cuts = [cut for number, each in enumerate(recordings) for cut in _cuts(each, number + first, rig, values["g"])]
+    if rig == "free":
+        statements += _driven(values, cuts)
+    mended = [_mended(cut) for cut in cuts]
+    guesses = [_guess(cut, rig, values["g"]) for cut in mended]
+    shared = _shared_starts(values, guesses, [cut.recording.added_mass for cut in cuts], rig)
+    experiments, parameters = list[Experiment](), dict[str, Parameter]()
+    for n, (cut, clean, guess) in enumerate(zip(cuts, mended, guesses, strict=True), first):
+        names = _names(letters, values, cut, n, rig, apart)
+        for letter, name in names.items():
+            start = shared[letter][n - first] if letter in shared else _own_start(letter, clean, guess)
+            made = _parameter(letter, name, start, clean.x)
+            if letter in ("x1", "v1"):
+                made = _within(made, clean, values["x1_min"], values["x1_max"])
+            parameters.setdefault(name, made)
+        experiments += _experiments(cut, rig, names, values, backend)
+    coulomb = tuple(name for name in parameters if name[:2] in ("f1", "f2"))
+    notes = tuple(f"{each.source}: {note}" for each in recordings for note in each.notes)
+    finite = {name: value for name, value in values.items() if math.isfinite(value)}
+    return Problem(
+        "drop", "x2", tuple(experiments), tuple(parameters.values()),
+        _starts(parameters, rig, _driven_starts(mended, guesses, values) if rig == "free" else []), finite, tuple(statements),
+        notes, coulomb, parts=_PARTS[rig], motions=len(cuts),
+    )  # fmt: skip
+
+
+def _scale(values: dict[str, float], apart: bool) -> list[str]:
+    """What gives the scale of all forces; if nothing does, m_s is made 1 kg."""
+    if "m_s" in values or apart:
+        return []
+    if "k" in values:
+        return ["m_s follows from the known k"]
+    forces = {"m_eff", "gamma2"} & set(values)
+    if forces:
+        return [f"the scale of all forces is that of the known {' and '.join(sorted(forces))}"]
+    values["m_s"] = 1.0
+    return [
+        "motion alone fixes k/m_s and b2/m_s: k and b2 are per kg of m_s; weigh the body (known m_s), or record again with a "
+        "weighed mass added"
+    ]
+
+
+def _driven(values: dict[str, float], cuts: Sequence[Cut]) -> list[str]:
+    """What the currents of a free actuator tell of gamma2 and of a constant load; what they do not is held and said."""
+    levels = np.array([u for cut in cuts for _, u in cut.steps])
+    if not levels.any():
+        values.setdefault("gamma2", 1.0)
+        values.setdefault("offset", 0.0)
+        return ["no current flows: gamma2 is not told; record a drop under a constant current too"]
+    if float(np.ptp(levels)) <= 0.02 * float(np.abs(levels).max()):
+        values.setdefault("offset", 0.0)
+        return ["the current is constant: a constant load of the actuator counts as part of gamma2 u"]
+    return []
+
+
+def _cuts(recording: Recording, number: int, rig: Rig, g: float) -> list[Cut]:
+    """The motions of a recording from their releases on, found to a sample where the actuator is free: until then it rests."""
+    values = recording.position("x2")
+    if rig == "attached" and float(np.ptp(values)) > _MOST_SWING:
+        worst = int(np.abs(values - np.median(values)).argmax())
+        raise recording.error_of(
+            "x2",
+            f"swings over {np.ptp(values):.3g} m; a body on its spring does over {_MOST_SWING:g} m at most: is its unit right?",
+            recording.line + worst,
+        )
+    clean = of_recordings.mended(values)
+    spans = segments.decays(recording, clean) if rig == "attached" else segments.drops(recording, clean, rig == "free")
+    driven = rig == "free" and recording.has_current()
+    x1 = recording.columns["x1"].values if rig == "free" and "x1" in recording.columns else None
+    cuts = list[Cut]()
+    step = float(np.median(np.diff(recording.time)))
+    for n, (seen, end) in enumerate(spans, 1):
+        fallen = max(float(np.median(clean[max(seen - 20, 0) : max(seen - 5, 1)])) - float(clean[seen]), 0.0)
+        if rig == "ground":
+            _check_fall(recording, seen, clean[seen:end], g)
+        start = max(seen - round(math.sqrt(2.0 * fallen / g) / step), 0) if rig == "free" else seen
+        which = f", {'decay' if rig == 'attached' else 'drop'} {n}" if len(spans) > 1 else ""
+        time = recording.time[start:end]
+        begin = float(time[0])
+        steps = of_recordings.steps_of(recording, start, end) if driven else ((0.0, 0.0),)
+        beside = None if x1 is None else x1[start:end]
+        label = f"{recording.source}{which}"
+        cuts.append(Cut(recording, number, label, time - begin, values[start:end], begin, steps, beside))
+    return cuts
+
+
+def _mended(cut: Cut) -> Cut:
+    """A motion without outliers, for the starts."""
+    return cut._replace(x=of_recordings.mended(cut.x), x1=None if cut.x1 is None else of_recordings.mended(cut.x1))
+
+
+def _check_fall(recording: Recording, line: int, x: Array, g: float) -> None:
+    """A body that falls tells the units of its height and of time by g; HopformError if they cannot be right."""
+    rises = np.flatnonzero(x > np.minimum.accumulate(x) + 0.05 * float(np.ptp(x)))
+    lowest = int(x[: int(rises[0]) if rises.size else None].argmin())
+    fallen = np.flatnonzero(x[:lowest] < x[0] - 0.4 * (x[0] - x[lowest]))
+    count = int(fallen[0]) if fallen.size else lowest
+    if count < 5:
+        return
+    t = recording.time[line : line + count] - recording.time[line]
+    parabola = np.asarray(np.polyfit(t, x[:count], 2), dtype=np.float64)
+    found = -2.0 * float(parabola[0])
+    if not g / 3.0 < found < 3.0 * g:
+        raise recording.error_of(
+            "x2",
+            f"falls with {found:.3g} m/s^2, not {g / 3.0:.3g} to {3.0 * g:.3g} as g = {g:.4g}: is its unit right, is that of "
+            "time, is this the release?",
+            recording.line + line,
+        )
+
+
+def _names(
+    letters: Sequence[str], values: Mapping[str, float], cut: Cut, n: int, rig: Rig, apart: bool
+) -> dict[str, str]:
+    """Which parameter each letter of a motion stands for: where it begins is its own, friction under a mass that is added too."""
+    own = {"attached": ("rest", "x", "v"), "ground": ("x", "v"), "free": ("x", "v")}[rig]
+    own += ("x1", "v1") if cut.x1 is not None else ()
+    names = {letter: f"{letter}@{cut.number}" if apart and letter in ("b2", "f2") else letter for letter in letters}
+    return {letter: name for letter, name in names.items() if letter not in values} | {
+        letter: f"{letter}@{n}" for letter in own
+    }
+
+
+def _experiments(
+    cut: Cut, rig: Rig, names: Mapping[str, str], values: Mapping[str, float], backend: str | None
+) -> list[Experiment]:
+    """A motion as what was measured of it: of the body, and of the actuator where that was recorded too."""
+    constants = {**values, "x1": 0.0, "v1": 0.0} if rig == "free" and cut.x1 is None else values
+    body = Experiment(
+        cut.label, rig, cut.time, cut.x, names, constants, cut.steps, cut.recording.added_mass, cut.begin, backend
+    )
+    if cut.x1 is None:
+        return [body]
+    return [body, replace(body, label=f"{cut.label}, x1", measured=cut.x1, of="x1")]
+
+
+def _guess(cut: Cut, rig: Rig, g: float) -> Swing:
+    """What one motion shows: a decay by its swings, a drop by its lowest point and its rest, of the leg where x1 is known."""
+    if rig == "attached":
+        return swing_of(cut.time, cut.x)
+    x = cut.x
+    low, top = float(x.min()), float(x.max())
+    fall = 0.9 * (top - low)
+    if rig == "free":
+        return _first_stance(cut.time, x, g) if cut.x1 is None else _seen_stances(cut, cut.x1, g)
+    rest = float(np.median(x[-max(x.size // 10, 5) :]))
+    # m_s g (top - low), less a tenth, goes into the spring: k (L0 - low)^2/2, L0 = rest + m_s g/k.
+    depth = max(rest - low, 1e-6)
+    half = fall - depth
+    sag = half - math.sqrt(half * half - depth * depth) if half > depth else max(depth, 1e-4)
+    return Swing(rest, math.sqrt(g / max(sag, 1e-5)), 0.1 * math.sqrt(g / max(sag, 1e-5)), 0.3)
+
+
+def _first_stance(time: Array, x: Array, g: float) -> Swing:
+    """The same of a leg without a rest of its own: it leaves its parabola at L0, and m_s g (top - low) = k (L0 - low)^2/2."""
+    noise = max(of_recordings.noise_of(x), of_recordings.quantum_of(x), 1e-9)
+    top, bottom = float(np.median(x[:3])), int(x.argmin())
+    parabola = top - 0.5 * g * (time - time[0]) ** 2
+    off = np.flatnonzero(
+        np.abs(of_recordings.calm(x)[:bottom] - parabola[:bottom]) > 8.0 * noise + 0.01 * (top - x[bottom])
+    )
+    length = float(parabola[int(off[0])]) if off.size else 0.5 * (top + float(x[bottom]))
+    low = float(x[bottom])
+    depth = max(length - low, 1e-3)
+    square = 2.0 * g * 0.9 * (top - low) / depth**2
+    return Swing(length - g / square, math.sqrt(square), 0.1 * math.sqrt(square), 0.3)
+
+
+def _seen_stances(cut: Cut, x1: Array, g: float) -> Swing:
+    """The same of a leg whose x1 is recorded: L0 is where the body leaves its parabola, the rest what (4) says of all stances."""
+    time, x = cut.time, cut.x
+    rises = np.flatnonzero(x > np.minimum.accumulate(x) + 0.05 * float(np.ptp(x)))
+    lowest = int(x[: int(rises[0]) if rises.size else None].argmin())
+    depth = float(x[0] - x[lowest])
+    early = max(int(np.count_nonzero(x[:lowest] > x[0] - 0.3 * depth)), 5)
+    v, start = np.polyfit(time[:early], x[:early] + 0.5 * g * time[:early] ** 2, 1)
+    noise = max(of_recordings.noise_of(x), of_recordings.quantum_of(x), 1e-9)
+    off = np.abs(of_recordings.calm(x) - start - v * time + 0.5 * g * time**2)[early:] > 8.0 * noise + 0.01 * depth
+    length = float((x - x1)[early + int(off.argmax())])
+    step = float(np.median(np.diff(time)))
+    rows = filtered_part(time, x, np.maximum(length - x + x1, 0.0), step, min(CUTOFFS[-1], 0.2 / step))
+    stance = rows.u > 0.1 * float(rows.u.max())
+    sides = np.stack([rows.u, -rows.v, -rows.side], axis=1)[stance]
+    square, viscous, coulomb = np.linalg.lstsq(sides, rows.acceleration[stance] + g * rows.one[stance], rcond=None)[
+        0
+    ].tolist()
+    if not square > 0.0:
+        return _first_stance(time, x - x1, g)
+    return Swing(length - g / square, math.sqrt(square), max(viscous, 0.0), max(coulomb, 0.0))
+
+
+def _shared_starts(
+    known: Mapping[str, float], guesses: Sequence[Swing], added: Sequence[float], rig: Rig
+) -> dict[str, list[float]]:
+    """Where each letter starts, per motion, from frequencies, envelopes and added masses."""
+    square = np.array([guess.omega**2 for guess in guesses])
+    extra = np.array(added)
+    if "m_s" in known:
+        mass = known["m_s"]
+    elif "k" in known:
+        mass = max(float(np.mean(known["k"] / square - extra)), 1e-3)
+    elif float(np.ptp(extra)) > 0.0:  # 1/omega^2 = (m_s + added)/k: a line over the added mass
+        slope, height = np.polyfit(extra, 1.0 / square, 1)
+        mass = max(float(height / slope), 1e-2 * float(extra.max())) if slope > 0.0 else float(extra.max())
+    else:
+        mass = 0.2 * known.get("m_eff", 5.0)
+    k = known.get("k", float(np.mean(square * (mass + extra))))
+    starts = {
+        "m_s": [mass] * len(guesses),
+        "k": [k] * len(guesses),
+        "b2": [guess.viscous * (mass + m) for guess, m in zip(guesses, added, strict=True)],
+        "f2": [guess.coulomb for guess in guesses],
+    }
+    if rig != "attached":
+        sags = [(mass + m) * known["g"] / k for m in added]
+        length = float(np.mean([guess.rest + sag for guess, sag in zip(guesses, sags, strict=True)]))
+        starts |= {"length": [length] * len(guesses), "impact_loss": [0.05] * len(guesses)}
+    if rig == "free":
+        m_eff = known.get("m_eff", 5.0 * mass)
+        actuator = {"m_eff": m_eff, "b1": 5.0 * m_eff, "f1": 0.5, "gamma2": -10.0 * mass, "offset": 0.0}
+        starts |= {letter: [value] * len(guesses) for letter, value in actuator.items()}
+    return starts
+
+
+def _driven_starts(cuts: Sequence[Cut], guesses: Sequence[Swing], known: Mapping[str, float]) -> list[dict[str, float]]:
+    """What (3) says of an actuator whose x1 was recorded, through each filter: acceleration over v1, current and compression."""
+    return [
+        _driven_start(cut, guess, known, cutoff)
+        for cut, guess in zip(cuts, guesses, strict=True) if cut.x1 is not None
+        for cutoff in CUTOFFS
+    ]  # fmt: skip
+
+
+def _driven_start(cut: Cut, guess: Swing, known: Mapping[str, float], cutoff: float) -> dict[str, float]:
+    x1 = cut.x if cut.x1 is None else cut.x1
+    step = float(np.median(np.diff(cut.time)))
+    cutoff = min(cutoff, 0.2 / step)
+    begins, levels = np.array(cut.steps, dtype=float).T
+    u = levels[np.searchsorted(begins, cut.time, side="right") - 1]
+    length = known.get("length", guess.rest + known["g"] / guess.omega**2)
+    rows, pressed = (
+        filtered_part(cut.time, x1, drive, step, cutoff) for drive in (u, np.maximum(x1 - cut.x + length, 0.0))
+    )
+    b, f, gamma, constant, k = moving_rows(rows, [-rows.v, -rows.side, -rows.u, rows.one, -pressed.u])
+    stiffness = known.get("k", guess.omega**2 * (known.get("m_s", 1.0) + cut.recording.added_mass))
+    masses = (
+        known.get("m_eff"), known["gamma2"] / gamma if "gamma2" in known and gamma else None, stiffness / k if k else None
+    )  # fmt: skip
+    mass = next((each for each in masses if each is not None and each > 0.0), 5.0 * known.get("m_s", 1.0))
+    return {
+        "m_eff": mass, "b1": max(b, 0.01) * mass, "f1": max(f, 0.0), "gamma2": gamma * mass,
+        "offset": -constant / gamma if gamma else 0.0,
+    }  # fmt: skip
+
+
+def _own_start(letter: str, cut: Cut, guess: Swing) -> float:
+    if letter == "rest":
+        return guess.rest
+    x = cut.x1 if letter in ("x1", "v1") and cut.x1 is not None else cut.x
+    count = min(5, x.size)
+    slope, height = np.polyfit(cut.time[:count], x[:count], 1)
+    return float(slope) if letter in ("v", "v1") else float(height)
+
+
+_KINDS = {
+    "m_s": "positive", "k": "positive", "m_eff": "positive", "b1": "nonnegative", "f1": "nonnegative", "b2": "nonnegative",
+    "f2": "nonnegative", "impact_loss": "fraction",
+}  # fmt: skip
+
+
+def _parameter(letter: str, name: str, start: float, x: Array) -> Parameter:
+    reach, own = float(np.ptp(x)), letter in ("rest", "x", "v", "x1", "v1")
+    scales = {"v": reach, "v1": reach, "impact_loss": 0.1, "offset": 0.1}
+    scales |= dict.fromkeys(("rest", "x", "x1", "length"), 0.1 * reach)
+    scale = scales.get(letter, max(abs(start), 0.1))
+    kind = _KINDS.get(letter, "real")
+    return Parameter(name, UNITS[letter], start, scale, kind, profiled=letter in ("f1", "f2"), own=own)
+
+
+def _within(start: Parameter, cut: Cut, low: float, high: float) -> Parameter:
+    """The actuator's place within its stops; at a stop it moves away from it, if at all: into it a velocity is lost at once."""
+    x1 = cut.x if cut.x1 is None else cut.x1
+    place, near = float(np.median(x1[:5])), 8.0 * max(of_recordings.noise_of(x1), of_recordings.quantum_of(x1))
+    if start.name[0] == "v":
+        low, high = (0.0 if place < low + near else -math.inf), (0.0 if place > high - near else math.inf)
+    return start._replace(start=min(max(start.start, low), high), low=low, high=high)
+
+
+def _starts(
+    parameters: Mapping[str, Parameter], rig: Rig, driven: Sequence[Mapping[str, float]] = ()
+) -> tuple[dict[str, float], ...]:
+    """Starts: what the data show, then all friction viscous, then most of it Coulomb's; a drop also with other springs.
+
+    A free actuator starts from what its own motion shows, if that was recorded; else from lighter and heavier, less and more
+    damped, pushed either way: of it x2 shows little by itself.
+    """
+    first = {name: each.start for name, each in parameters.items()}
+    coulomb = [name for name in first if name.startswith("f2")]
+    viscous = [name for name in first if name.startswith("b2")]
+    tries = [first]
+    if coulomb and viscous:
+        less = {name: 0.5 * first[name] for name in viscous}
+        more = {name: 1.5 * first[name] + 0.05 for name in coulomb}
+        tries.append(first | less | more)
+    if rig != "attached" and "k" in first:
+        tries += [first | {"k": factor * first["k"]} for factor in (0.6, 1.6)]
+    if driven:
+        shown = [{name: value for name, value in each.items() if name in first} for each in driven]
+        return tuple(start | each for start in tries for each in shown)
+    return _pushed(tries) if rig == "free" else tuple(tries)
+
+
+def _pushed(tries: list[dict[str, float]]) -> tuple[dict[str, float], ...]:
+    """Starts of an actuator of which nothing is seen."""
+    first = tries[0]
+    changes: dict[str, tuple[float, ...]] = {
+        "m_eff": (0.4, 1.0, 2.5),
+        "b1": (0.25, 1.0),
+        "gamma2": (1.0, -1.0, 4.0, -4.0),
+    }
+    for name, factors in changes.items():
+        if name in first:
+            tries = [start | {name: factor * start[name]} for start in tries for factor in factors]
+        if name == "m_eff" and "b1" in first and "m_eff" in first:  # b1/m_eff is kept
+            tries = [start | {"b1": start["b1"] * start["m_eff"] / first["m_eff"]} for start in tries]
+    return tuple(tries)

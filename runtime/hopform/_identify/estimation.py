@@ -1,0 +1,567 @@
+"""Least squares on exact residuals with exact derivatives, and what the data say about each parameter.
+
+    minimise sum_i ((predicted_i(p) - measured_i)/sigma_i)^2
+
+Masses, stiffness and the like, which are positive, are fitted as their logarithms; friction is bounded by 0. Covariance from the
+Jacobian at the solution; intervals of Student's t, those of Coulomb friction by profile likelihood, because its effect is not
+proportional and 0 is its end: all other parameters are fitted anew at each trial value, and the interval ends where the sum of
+squares has grown by the factor 1 + t^2/(n - p).
+"""
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hopform._errors import HopformError, MissingExtra
+from hopform._identify.motion import Array
+from hopform._identify.rigs import Experiment
+
+Masks = Sequence[NDArray[np.bool_]]
+Fitted = TypeVar("Fitted")
+
+LEVEL = 0.95
+_WEAK = 1e-7
+"""Below this share of the largest singular value of the scaled Jacobian a direction is one that the data do not see."""
+
+
+_UNTOLD = 0.5
+"""Of its own value: a mass or a stiffness with so large a standard error is not told; a spring that is not there has one."""
+
+
+class Parameter(NamedTuple):
+    """What is fitted: its unit, where the fit starts, the size of a change that matters, and its kind."""
+
+    name: str
+    unit: str
+    start: float
+    scale: float
+    kind: str = "real"
+    """real, positive (fitted as a logarithm), nonnegative, fraction (0 .. 1)"""
+    profiled: bool = False
+    own: bool = False
+    """belongs to one recording: where and how fast it starts"""
+    low: float = -math.inf
+    high: float = math.inf
+    """of a real one: where it must be"""
+
+
+class Estimate(NamedTuple):
+    """A parameter as the data have it."""
+
+    name: str
+    unit: str
+    value: float
+    stderr: float
+    low: float
+    high: float
+    method: str
+    """how the interval was found: "t", "profile", "profile, one-sided at 0", "known", "not identifiable" """
+    own: bool = False
+
+
+@dataclass(frozen=True)
+class Solution:
+    """A minimum: values of all parameters, residuals per experiment [m], the scaled Jacobian's decomposition."""
+
+    parameters: tuple[Parameter, ...]
+    values: dict[str, float]
+    residuals: tuple[Array, ...]
+    sigma: tuple[float, ...]
+    jacobian: Array
+    cost: float
+    evaluations: int
+    loss: str = "linear"
+
+    @property
+    def count(self) -> int:
+        return sum(each.size for each in self.residuals)
+
+    @property
+    def freedom(self) -> int:
+        return max(self.count - len(self.parameters), 1)
+
+
+def scipy_optimize() -> Any:
+    try:
+        from scipy import optimize
+    except ImportError:
+        raise MissingExtra("identification", "identify") from None
+    return optimize
+
+
+def student(level: float, freedom: float) -> float:
+    """The quantile of Student's t."""
+    try:
+        from scipy.special import stdtrit
+    except ImportError:
+        raise MissingExtra("identification", "identify") from None
+    return float(stdtrit(freedom, level))
+
+
+_FAR = 14.0
+"""How far a logarithm may go from where it starts: a factor of a million, beyond which no leg is."""
+
+
+def _ends(p: Parameter) -> tuple[float, float]:
+    """Between which numbers the coordinate of a parameter lies."""
+    if p.kind == "positive":
+        middle = math.log(p.scale)
+        return middle - _FAR, middle + _FAR
+    if p.kind in ("nonnegative", "fraction"):
+        return 0.0, 0.999 / p.scale if p.kind == "fraction" else math.inf
+    return p.low / p.scale, p.high / p.scale
+
+
+class _Coordinates:
+    """Between parameters and the numbers that the optimiser moves."""
+
+    def __init__(self, parameters: Sequence[Parameter]) -> None:
+        self.parameters = parameters
+        ends = [_ends(p) for p in parameters]
+        self.low, self.high = np.array([low for low, _ in ends]), np.array([high for _, high in ends])
+
+    def into(self, values: Mapping[str, float]) -> Array:
+        z = np.array([
+            math.log(max(values[p.name], 1e-9 * p.scale)) if p.kind == "positive" else values[p.name] / p.scale
+            for p in self.parameters
+        ])  # fmt: skip
+        inside = 1e-10
+        return np.asarray(np.minimum(np.maximum(z, self.low + inside), self.high - inside))
+
+    def out(self, z: Array) -> dict[str, float]:
+        return {
+            p.name: math.exp(min(value, 300.0)) if p.kind == "positive" else float(value) * p.scale
+            for p, value in zip(self.parameters, z.tolist(), strict=True)
+        }
+
+    def slopes(self, values: Mapping[str, float]) -> Array:
+        """d parameter / d coordinate."""
+        return np.array([values[p.name] if p.kind == "positive" else p.scale for p in self.parameters])
+
+
+Progress = Callable[[str], None]
+
+
+def solve(
+    experiments: Sequence[Experiment],
+    parameters: Sequence[Parameter],
+    *,
+    sigma: Sequence[float] | None = None,
+    fixed: Mapping[str, float] | None = None,
+    loss: str = "linear",
+    most: int = 60,
+    precision: float = 1e-9,
+) -> Solution:
+    """The least squares from where the parameters start; experiments count by their sigma [m], all alike if not given."""
+    optimize = scipy_optimize()
+    held = dict(fixed or {})
+    weights = tuple(sigma or [each.noise or 1e-4 for each in experiments])
+    coordinates = _Coordinates(parameters)
+    per_sample = np.repeat(weights, [each.time.size for each in experiments])
+    known: dict[bytes, _Place] = {}
+    evaluations = 0
+
+    def at(z: Array) -> _Place:
+        """Residuals and Jacobian at a place; the optimiser asks for one after the other, and goes back after a step too far."""
+        nonlocal evaluations
+        key = z.tobytes()
+        if key not in known:
+            evaluations += 1
+            parts, rows = _residuals(experiments, parameters, coordinates.out(z) | held)
+            scaled = rows * coordinates.slopes(coordinates.out(z)) / per_sample[:, np.newaxis]
+            known[key] = _Place(parts, rows, *_condensed(np.concatenate(parts) / per_sample, scaled, loss))
+            while len(known) > 3:
+                del known[next(iter(known))]
+        return known[key]
+
+    def residual(z: Array) -> Array:
+        return at(z).seen
+
+    def jacobian(z: Array) -> Array:
+        return at(z).slopes
+
+    start = coordinates.into({p.name: p.start for p in parameters})
+    if parameters:
+        found = optimize.least_squares(
+            residual, start, jacobian, bounds=(coordinates.low, coordinates.high), max_nfev=most, ftol=precision,
+            xtol=precision, gtol=1e-12,
+        )  # fmt: skip
+        start = found.x
+    values = coordinates.out(start) | held
+    end = at(start)
+    return Solution(
+        tuple(parameters), values, tuple(end.parts), weights, end.rows, float(end.seen @ end.seen), evaluations, loss
+    )
+
+
+class _Place(NamedTuple):
+    """Residuals [m] per experiment and their derivatives by the parameters, and both as the optimiser sees them."""
+
+    parts: list[Array]
+    rows: Array
+    seen: Array
+    slopes: Array
+
+
+BEND = 2.0
+"""Standard deviations at which a robust loss bends."""
+_ROBUST: Mapping[str, Callable[[Array], tuple[Array, Array, Array]]] = {
+    "soft_l1": lambda z: (2.0 * z / (np.sqrt(1.0 + z) + 1.0), (1.0 + z) ** -0.5, -0.5 * (1.0 + z) ** -1.5),
+    "huber": lambda z: (
+        np.where(z <= 1.0, z, 2.0 * np.sqrt(z) - 1.0), np.maximum(z, 1.0) ** -0.5,
+        np.where(z <= 1.0, 0.0, -0.5 * np.maximum(z, 1.0) ** -1.5),
+    ),
+    "cauchy": lambda z: (np.log1p(z), 1.0 / (1.0 + z), -1.0 / (1.0 + z) ** 2),
+}  # fmt: skip
+"""rho(z), rho'(z) and rho''(z) of each robust loss BEND^2 rho(z), z = (residual/BEND)^2."""
+
+
+def _condensed(residual: Array, jacobian: Array, loss: str) -> tuple[Array, Array]:
+    """(f, J) as (Q^T f and what is left of |f|, R), J = Q R: the same gradient, steps and cost in p + 1 rows, not thousands.
+
+    The cost of a robust loss is a sum of squares too, that of sign(f) sqrt(rho(f^2)).
+    """
+    if loss != "linear":
+        cost, slope, _ = _ROBUST[loss]((residual / BEND) ** 2)
+        root = BEND * np.sqrt(cost)
+        share = np.divide(slope * np.abs(residual), root, out=np.ones_like(root), where=root > 0.0)
+        residual, jacobian = np.copysign(root, residual), jacobian * share[:, np.newaxis]
+    if jacobian.shape[1] == 0:
+        return residual, jacobian
+    r = triangle(np.column_stack([jacobian, residual]))
+    return r[:, -1], r[:, :-1]
+
+
+def triangle(matrix: Array) -> Array:
+    """R of a tall matrix' QR, block by block: blocks so small that no library of linear algebra starts threads for them."""
+    width = matrix.shape[1]
+    found = np.empty((0, width))
+    for begin in range(0, matrix.shape[0], 256):
+        rows = np.vstack([found, matrix[begin : begin + 256]])
+        found = np.asarray(np.linalg.qr(rows, mode="r"))
+    return found
+
+
+def _residuals(
+    experiments: Sequence[Experiment], parameters: Sequence[Parameter], values: Mapping[str, float]
+) -> tuple[list[Array], Array]:
+    """Predicted less measured [m] per experiment, and the derivatives of all of them by the parameters."""
+    parts, rows = list[Array](), list[Array]()
+    for experiment in experiments:
+        try:
+            predicted, by = experiment.predict(values)
+        except (
+            HopformError
+        ):  # a motion that the parameters cannot make: far from every measurement, so the step is refused
+            predicted, by = np.full_like(experiment.measured, 1e3), {}
+        parts.append(predicted - experiment.measured)
+        zero = np.zeros(experiment.time.size)
+        rows.append(
+            np.stack([by.get(p.name, zero) for p in parameters], axis=1) if parameters else np.empty((zero.size, 0))
+        )
+    return parts, np.concatenate(rows)
+
+
+def best(solutions: Sequence[Solution]) -> Solution:
+    return min(solutions, key=lambda each: each.cost)
+
+
+def deviations(solution: Solution, experiments: Sequence[Experiment], loss: str) -> tuple[float, ...]:
+    """Standard deviation of each recording's residuals, each counted for its share of the parameters, or its known noise.
+
+    Under a robust loss that of the bulk, by the median, which outliers do not move.
+    """
+    share = solution.freedom / solution.count
+
+    def size(part: Array) -> float:
+        square = float((part**2).mean()) if loss == "linear" else scale(part) ** 2
+        return math.sqrt(max(square, 1e-24) / share)
+
+    return tuple(each.noise or size(part) for each, part in zip(experiments, solution.residuals, strict=True))
+
+
+class Influence(NamedTuple):
+    """psi of each sample, the derivative of half its cost by its residual; the mean of psi'; the variance unit of the cost."""
+
+    psi: Array
+    slope: float
+    unit: float
+
+
+def influence(solution: Solution) -> Influence:
+    """The influence of each sample on a minimum, residuals in standard deviations.
+
+    The covariance of an M-estimate is (J^T J)^-1 mean(psi^2)/mean(psi')^2 (Huber 1981, 7.6). One standard error off the minimum,
+    its cost is mean(psi^2)/mean(psi') higher: the unit. Least squares have psi' = 1 and the variance of the residuals for both.
+    """
+    psi = np.concatenate(solution.residuals) / np.repeat(solution.sigma, [part.size for part in solution.residuals])
+    slope = 1.0
+    if solution.loss != "linear":
+        z = (psi / BEND) ** 2
+        _, first, second = _ROBUST[solution.loss](z)
+        psi, slope = psi * first, max(float((first + 2.0 * z * second).mean()), 0.1)
+    return Influence(psi, slope, float(psi @ psi) / solution.freedom / slope)
+
+
+def scale(residual: Array) -> float:
+    """Standard deviation of the bulk of residuals around 0, by their median absolute deviation, which outliers do not move."""
+    return 1.4826 * float(np.median(np.abs(residual)))
+
+
+_HAMPEL = 3.0
+"""Standard deviations beyond which the Hampel identifier takes a residual for an outlier."""
+_REFITS, _FEW = 3, 0.01
+"""Most refits without outliers, and the share of samples whose classification may change without another one: 0.3 % of Gaussian
+noise is beyond 3 standard deviations."""
+
+
+def regular(residual: Array) -> NDArray[np.bool_]:
+    """Which residuals are no outliers by the Hampel identifier: median and median absolute deviation."""
+    centred = residual - np.median(residual)
+    return np.asarray(np.abs(centred) <= _HAMPEL * scale(centred))
+
+
+def trimmed(fit: Callable[[Masks], tuple[Fitted, Sequence[Array]]], masks: Masks) -> Fitted:
+    """A fit without outliers: fit the samples that the masks select, identify the outliers of all, fit anew.
+
+    fit: returns its answer and the residuals of all samples, an array per mask.
+    """
+    found, residuals = fit(masks)
+    for _ in range(_REFITS):
+        last, masks = masks, [regular(each) for each in residuals]
+        if all(float((one != other).mean()) <= _FEW for one, other in zip(last, masks, strict=True)):
+            break
+        found, residuals = fit(masks)
+    return found
+
+
+class Spread(NamedTuple):
+    """What the Jacobian says: covariance, which parameters the data do not fix, and along which combinations."""
+
+    covariance: Array
+    weak: tuple[str, ...]
+    combinations: tuple[str, ...]
+
+
+def spread(solution: Solution) -> Spread:
+    """The covariance of the parameters under the noise that the residuals show; infinite where the data say nothing."""
+    sigma = np.repeat(solution.sigma, [part.size for part in solution.residuals])
+    scales = _Coordinates(solution.parameters).slopes(solution.values)
+    scaled = solution.jacobian * scales / sigma[:, np.newaxis]
+    norms = np.sqrt((scaled**2).sum(axis=0))
+    alive = norms > 1e-9 * norms.max(initial=0.0)
+    _, singular, directions = np.linalg.svd(triangle(scaled[:, alive] / norms[alive]))
+    unseen = singular <= _WEAK * singular[0] if singular.size else np.zeros(0, bool)
+    names = np.array([p.name for p in solution.parameters])
+    part = directions[~unseen].T / singular[~unseen]
+    covariance = np.full((names.size, names.size), 0.0)
+    inside = part @ part.T / np.outer(norms[alive], norms[alive]) * np.outer(scales[alive], scales[alive])
+    effect = influence(solution)
+    covariance[np.ix_(alive, alive)] = inside * effect.unit / effect.slope
+    blind = np.abs(directions[unseen]) > 1e-3
+    weak = set(names[~alive]) | {name for row in blind for name in names[alive][row]}
+    weak |= {
+        p.name for p, variance in zip(solution.parameters, np.diag(covariance).tolist(), strict=True)
+        if p.kind == "positive" and math.sqrt(variance) > _UNTOLD * solution.values[p.name]
+    }  # fmt: skip
+    together = tuple(dict.fromkeys(", ".join(names[alive][row]) for row in blind))
+    for index, name in enumerate(names):
+        if name in weak:
+            covariance[index, index] = np.inf
+    return Spread(covariance, tuple(name for name in names if name in weak), together)
+
+
+def estimates(
+    solution: Solution,
+    experiments: Sequence[Experiment],
+    *,
+    loss: str = "linear",
+    inflation: float = 1.0,
+    profiles: bool = True,
+    progress: Progress | None = None,
+) -> tuple[tuple[Estimate, ...], Spread]:
+    """Each parameter with its 95 % interval; inflation: of the variance, by what the residuals have in common in time.
+
+    profiles: intervals by profile likelihood where that is due.
+    """
+    seen = spread(solution)
+    t = student(0.5 + 0.5 * LEVEL, solution.freedom)
+    found = list[Estimate]()
+    for index, parameter in enumerate(solution.parameters):
+        value = solution.values[parameter.name]
+        stderr = math.sqrt(seen.covariance[index, index] * inflation)
+        if parameter.name in seen.weak:
+            found.append(
+                Estimate(
+                    parameter.name,
+                    parameter.unit,
+                    value,
+                    math.inf,
+                    -math.inf,
+                    math.inf,
+                    "not identifiable",
+                    parameter.own,
+                )
+            )
+            continue
+        low, high, method = value - t * stderr, value + t * stderr, "t"
+        if parameter.kind == "positive":
+            factor = math.exp(min(t * stderr / value, 300.0))
+            low, high = value / factor, value * factor
+        elif parameter.kind in ("nonnegative", "fraction"):
+            low = max(low, 0.0)
+        if parameter.profiled and profiles:
+            if progress:
+                progress(f"interval of {parameter.name}")
+            low, high, method = _profile(solution, experiments, parameter, stderr, loss, inflation)
+        found.append(Estimate(parameter.name, parameter.unit, value, stderr, low, high, method, parameter.own))
+    return tuple(found), seen
+
+
+def _profile(
+    solution: Solution,
+    experiments: Sequence[Experiment],
+    parameter: Parameter,
+    stderr: float,
+    loss: str,
+    inflation: float,
+) -> tuple[float, float, str]:
+    """Where the sum of squares, with all else fitted anew, has grown by the quantile, on both sides of the estimate."""
+    value = solution.values[parameter.name]
+    two, one = (student(level, solution.freedom) ** 2 for level in (0.5 + 0.5 * LEVEL, LEVEL))
+    rest = [p for p in started(solution) if p.name != parameter.name]
+    index = [n for n, p in enumerate(solution.parameters) if p is not parameter]
+    seen = spread(solution).covariance
+    own = solution.parameters.index(parameter)
+    slopes = (seen[index, own] / max(seen[own, own], 1e-300)).tolist()
+    ways: list[Callable[[float], tuple[list[Parameter], int]]] = [
+        lambda trial: (
+            [p._replace(start=_clip(p, p.start + s * (trial - value))) for p, s in zip(rest, slopes, strict=True)], 6,
+        ),
+        lambda _: (rest, 20),
+    ]  # fmt: skip
+
+    def growth(trial: float) -> float:
+        """How much the sum of squares grows, in variances, if the parameter is held at a value.
+
+        The others start from where the covariance takes them; if that leads nowhere, from where they are, the next time at once.
+        """
+        unit, expected = influence(solution).unit * inflation, ((trial - value) / stderr) ** 2
+        grown = list[float]()
+        for way in tuple(ways):
+            start, most = way(trial)
+            held = solve(
+                experiments, start, sigma=solution.sigma, fixed={parameter.name: trial}, loss=loss, most=most, precision=1e-4
+            )  # fmt: skip
+            grown.append((held.cost - solution.cost) / unit)
+            if grown[-1] <= 4.0 * expected + 1.0:
+                break
+        if len(grown) == 2 and grown[1] < grown[0]:
+            ways.reverse()
+        return min(grown)
+
+    upper = _cross(growth, value, stderr, two, math.inf)
+    if value <= _DISTANT * stderr and (value <= 1e-6 * stderr or growth(0.0) <= two):
+        return 0.0, _cross(growth, value, stderr, one, math.inf), "profile, one-sided at 0"
+    return _cross(growth, value, -stderr, two, 0.0), upper, "profile"
+
+
+_DISTANT = 20.0
+"""Standard errors from 0, from where nobody has to ask whether it may be 0."""
+
+
+def _clip(parameter: Parameter, value: float) -> float:
+    if parameter.kind == "positive":
+        return max(value, 0.1 * parameter.start)
+    if parameter.kind in ("nonnegative", "fraction"):
+        return max(value, 0.0)
+    return min(max(value, parameter.low), parameter.high)
+
+
+def _cross(growth: Callable[[float], float], value: float, step: float, wanted: float, end: float) -> float:
+    """Where the growth, about (x - value)^2/step^2, reaches what is wanted; its root is nearly straight, so secants do it."""
+    if not math.isfinite(step) or step == 0.0:
+        return end if math.isfinite(end) else math.inf
+    root, target = 0.0, math.sqrt(wanted)
+    near, x = value, value + target * step
+    if math.isfinite(end):
+        x = max(x, end)
+    for _ in range(6):
+        height = math.sqrt(max(growth(x), 0.0))
+        if abs(height - target) <= 0.02 * target:
+            break
+        slope = (height - root) / (x - near) if x != near else 0.0
+        moved = x + target * step if slope * step <= 0.0 else x + (target - height) / slope
+        way = min(max((moved - value) / step, 0.25 * (x - value) / step), 4.0 * (x - value) / step)
+        moved = value + way * step
+        near, root = x, height
+        x = max(moved, end) if math.isfinite(end) else moved
+    return x
+
+
+def started(solution: Solution) -> list[Parameter]:
+    """The parameters, to start again from where they came to."""
+    return [p._replace(start=solution.values[p.name]) for p in solution.parameters]
+
+
+def moved(solution: Solution, name: str, errors: float) -> list[Parameter]:
+    """The parameters with one off by so many standard errors, and the others where the covariance takes them."""
+    seen = spread(solution).covariance
+    own = [p.name for p in solution.parameters].index(name)
+    rows, size = seen[:, own], math.sqrt(seen[own, own])
+    if not 0.0 < size < math.inf:
+        return started(solution)
+    return [
+        p._replace(start=_clip(p, p.start + errors * float(row) / size))
+        for p, row in zip(started(solution), rows, strict=True)
+    ]
+
+
+def promise(solution: Solution) -> float:
+    """By how many variances a step along the slopes would lower the sum of squares: about 0 at a minimum, not in a kink."""
+    if not solution.parameters:
+        return 0.0
+    sigma = np.repeat(solution.sigma, [part.size for part in solution.residuals])
+    coordinates = _Coordinates(solution.parameters)
+    scaled = solution.jacobian * coordinates.slopes(solution.values) / sigma[:, np.newaxis]
+    left, slope, unit = influence(solution)
+    at, downhill, end = coordinates.into(solution.values), -(left @ scaled), 1e-4
+    shut = ((at <= coordinates.low + end) & (downhill < 0.0)) | ((at >= coordinates.high - end) & (downhill > 0.0))
+    size = np.sqrt((scaled**2).sum(axis=0))
+    free = ~shut & (size > 1e-9 * size.max())
+    r = triangle(np.column_stack([scaled[:, free] / size[free], left]))
+    return float((r[:-1, -1] ** 2).sum()) / max(slope * unit, 1e-300)
+
+
+class Tests(NamedTuple):
+    """What is left of a recording: rms [m], what neighbours have in common, and whether signs change as chance would have it."""
+
+    rms: float
+    largest: float
+    autocorrelation: float
+    runs_z: float
+    white: bool
+    inflation: float
+    """of the variance of a mean of such residuals, over that of as many independent ones"""
+
+
+def tests_of(residual: Array) -> Tests:
+    """Tests of one recording's residuals."""
+    n, centred = residual.size, residual - residual.mean()
+    power = max(float((centred**2).sum()), 1e-300)
+    lag = float((centred[1:] * centred[:-1]).sum()) / power
+    signs = centred > 0.0
+    above, below = int(signs.sum()), n - int(signs.sum())
+    runs = 1 + int((signs[1:] != signs[:-1]).sum())
+    mean = 1.0 + 2.0 * above * below / n
+    variance = max((mean - 1.0) * (mean - 2.0) / max(n - 1, 1), 1e-300)
+    z = (runs - mean) / math.sqrt(variance)
+    white = abs(lag) <= 3.0 / math.sqrt(n) and abs(z) <= 3.0
+    inflation = 1.0 if white else max((1.0 + lag) / max(1.0 - lag, 1e-3), 1.0)
+    return Tests(
+        math.sqrt(float((residual**2).mean())), float(np.abs(residual).max()), lag, z, white, inflation
+    )  # fmt: skip

@@ -1,0 +1,327 @@
+"""What a fit hands back: parameters with their intervals, how well each recording is met, and what the data cannot tell."""
+
+import dataclasses
+import math
+import time as clock
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import TypedDict, Unpack
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hopform._checks import real
+from hopform._errors import HopformError
+from hopform._identify import estimation
+from hopform._identify.estimation import Estimate, Progress, Solution, Tests
+from hopform._identify.motion import Array
+from hopform._identify.recordings import Recording, noise_of, quantum_of
+from hopform._identify.rigs import UNITS
+from hopform._identify.search import Problem, bulk, least_squares, minimise, part_of, selected
+from hopform._robots import Robot
+
+Model = str
+OLD, NEW = "(1), (2): viscous friction alone", "(3), (4): with Coulomb friction"
+
+
+class Options(TypedDict, total=False):
+    """How to fit, the same for all fits.
+
+    loss: linear (the default), or soft_l1, huber, cauchy against outliers. compare: fit the old model (1), (2) too. holdout: fit
+    without the last third of each recording too. Both are done if not given. backend: of the solver. progress: told each stage.
+    """
+
+    loss: str
+    compare: bool
+    holdout: bool
+    backend: str | None
+    progress: Progress | None
+
+
+@dataclass(frozen=True)
+class Trace:
+    """A recording beside what the fit makes of it: times [s], positions [m]; the old model (1), (2) where it was fitted.
+
+    quantity: x1, x2; "force", then all are in N; "threshold", then they are in A.
+    """
+
+    label: str
+    quantity: str
+    time: Array
+    measured: Array
+    predicted: Array
+    old: Array | None
+    tests: Tests
+    old_rms: float
+    holdout: float
+    """[m] rms over its last third of a fit to the rest alone; NaN where that was not asked for"""
+
+    @property
+    def quantum(self) -> float:
+        """The encoder's step [m], of which all measured values are multiples; 0 if none is seen."""
+        return quantum_of(self.measured) if self.quantity in ("x1", "x2") else 0.0
+
+
+@dataclass(frozen=True)
+class Fit:
+    """A fit. `values` has every parameter, `estimates` their intervals, `traces` a recording each.
+
+    kind: drop, step, force, robot. correlations: of the fitted parameters that belong to no single recording. statements: what
+    the data tell and what they do not, and which recording would help. warnings: what was odd about the data.
+    """
+
+    kind: str
+    estimates: tuple[Estimate, ...]
+    known: Mapping[str, float]
+    correlations: Mapping[tuple[str, str], float]
+    traces: tuple[Trace, ...]
+    statements: tuple[str, ...]
+    warnings: tuple[str, ...]
+    evaluations: int
+    seconds: float
+    solution: Solution | None = field(default=None, repr=False, compare=False)
+
+    @property
+    def values(self) -> dict[str, float]:
+        """Every parameter, fitted or known."""
+        return {**self.known, **{each.name: each.value for each in self.estimates}}
+
+    def __getitem__(self, name: str) -> Estimate:
+        """The estimate of a parameter; HopformError if there is none of that name."""
+        for each in self.estimates:
+            if each.name == name:
+                return each
+        raise HopformError(f"there is no estimate {name!r}; there are {', '.join(e.name for e in self.estimates)}")
+
+    @property
+    def rms(self) -> float:
+        """Of all residuals [m]."""
+        return _together([trace.tests.rms for trace in self.traces], self.traces)
+
+    @property
+    def old_rms(self) -> float:
+        """The same with viscous friction alone [m]."""
+        return _together([trace.old_rms for trace in self.traces], self.traces)
+
+    def robot(self, base: Robot) -> Robot:
+        """A robot with what was fitted, and the rest, as what is not identifiable, from `base`; friction of several recordings
+        as their mean."""
+        known = {field.name for field in Robot.fields()}
+        found, blind = (
+            dict[str, list[float]](),
+            {each.name for each in self.estimates if each.method == "not identifiable"},
+        )
+        for name, value in self.values.items():
+            if name in blind:
+                continue
+            letter = "L0" if name == "length" else name.partition("@")[0]
+            if letter in known and not math.isnan(value):
+                found.setdefault(letter, []).append(value)
+        fields = {name: float(np.mean(values)) for name, values in found.items()}
+        return dataclasses.replace(base, **fields)  # type: ignore[arg-type]
+
+
+def _together(each: Sequence[float], traces: Sequence[Trace]) -> float:
+    sizes = [0 if trace.quantity == "threshold" else trace.time.size for trace in traces]
+    return math.sqrt(sum(rms**2 * size for rms, size in zip(each, sizes, strict=True) if size) / max(sum(sizes), 1))
+
+
+def as_several(recordings: Sequence[Recording] | Recording) -> tuple[Recording, ...]:
+    """One recording or several, as several; HopformError for none."""
+    several = (recordings,) if isinstance(recordings, Recording) else tuple(recordings)
+    if not several:
+        raise HopformError("a fit needs at least one recording, got none")
+    return several
+
+
+def finish(problem: Problem, **options: Unpack[Options]) -> Fit:
+    """Fit, compare with the old model, hold a third out, find the intervals, and say what can be known."""
+    began = clock.perf_counter()
+    loss, progress = checked_loss(options), options.get("progress")
+    say: Callable[[str], None] = progress or (lambda _: None)
+    say("fit")
+    solution = minimise(problem, loss)
+    inliers = [bulk(residual, loss) for residual in solution.residuals]
+    tests = [estimation.tests_of(residual[some]) for residual, some in zip(solution.residuals, inliers, strict=True)]
+    hopeless = any(
+        each.kind != "threshold" and _is_off(each.measured, test.rms, _NO_FIT)
+        for each, test in zip(problem.experiments, tests, strict=True)
+    )
+    say("the old model")
+    compare = options.get("compare", True) and not hopeless
+    old = _old(problem, solution, inliers) if compare and problem.coulomb else {}
+    inflation = max(each.inflation for each in tests)
+    estimates, spread = estimation.estimates(
+        solution, problem.experiments, loss=loss, inflation=inflation, profiles=not hopeless, progress=progress
+    )
+    say("hold-out")
+    holdout = options.get("holdout", True) and not hopeless
+    left_out = _holdout(problem, solution, inliers, loss) if holdout else [math.nan] * len(tests)
+    traces = tuple(
+        Trace(
+            each.label, each.of if each.kind == "free" else _QUANTITY[each.kind], each.time + each.begin, each.measured,
+            each.measured + residual,
+            each.measured + old[n] if n in old else None, tests[n],
+            estimation.tests_of(old[n][inliers[n]]).rms if n in old else math.nan, left_out[n],
+        )
+        for n, (each, residual) in enumerate(zip(problem.experiments, solution.residuals, strict=True))
+    )  # fmt: skip
+    statements = (*problem.statements, *_blind(spread), *_boundary(estimates))
+    warnings = (*problem.warnings, *_outlying(traces, inliers), *_coloured(traces, inflation))
+    return Fit(
+        problem.kind, estimates, problem.known, _correlations(estimates, spread), traces, statements, warnings,
+        solution.evaluations, clock.perf_counter() - began, solution,
+    )  # fmt: skip
+
+
+def _outlying(traces: Sequence[Trace], inliers: Sequence[NDArray[np.bool_]]) -> list[str]:
+    """What is left out of rms and tests."""
+    return [
+        f"{trace.label}: {some.size - int(some.sum())} of {some.size} samples are outliers; rms and tests leave them out"
+        for trace, some in zip(traces, inliers, strict=True) if not some.all()
+    ]  # fmt: skip
+
+
+def _old(problem: Problem, solution: Solution, inliers: Sequence[NDArray[np.bool_]]) -> dict[int, Array]:
+    """Residuals of the model without Coulomb friction, by the experiment's number; it has no threshold to compare.
+
+    It starts from the new one's parameters, with more viscous friction in place of the other, and is followed over more and more
+    of the recordings as that is. It is the least squares of the samples that are no outliers of the new one.
+    """
+    numbers = [n for n, each in enumerate(problem.experiments) if each.kind != "threshold"]
+    viscous = {p.name: p for p in problem.parameters if p.name[:1] == "b"}
+    starts = [
+        solution.values
+        | {name: more * solution.values[name] + 0.02 * (more - 1.0) * p.scale for name, p in viscous.items()}
+        for more in (1.0, 1.6, 3.0)
+    ]
+    without = replace(
+        problem,
+        experiments=selected([problem.experiments[n] for n in numbers], [inliers[n] for n in numbers]),
+        starts=tuple(starts),
+        parts=problem.parts[-2:],
+    )
+    fixed = dict.fromkeys(problem.coulomb, 0.0)
+    found = least_squares(without, fixed)
+    whole = [problem.experiments[n] for n in numbers]
+    every = estimation.solve(whole, estimation.started(found), sigma=found.sigma, fixed=fixed, most=1)
+    return dict(zip(numbers, every.residuals, strict=True))
+
+
+_QUANTITY = {"attached": "x2", "ground": "x2", "free": "x2", "held": "x1", "air": "x1", "threshold": "threshold"}
+
+
+def checked_loss(options: Options) -> str:
+    """The loss of the options; HopformError for one that is none."""
+    loss = options.get("loss", "linear")
+    if loss not in ("linear", "soft_l1", "huber", "cauchy"):
+        raise HopformError(f"loss must be linear, soft_l1, huber or cauchy, got {loss!r}")
+    return loss
+
+
+def _holdout(problem: Problem, solution: Solution, inliers: Sequence[NDArray[np.bool_]], loss: str) -> list[float]:
+    """rms over the last third of each recording, without outliers, of a fit to the first two."""
+    short = [each.upto(part_of(each, 2.0 / 3.0)) for each in problem.experiments]
+    fitted = estimation.solve(
+        short, estimation.started(solution), sigma=solution.sigma, loss=loss, most=20, precision=1e-6
+    )
+    errors = list[float]()
+    for whole, part, some in zip(problem.experiments, short, inliers, strict=True):
+        last = np.flatnonzero(some[part.time.size :]) + part.time.size
+        try:
+            predicted, _ = whole.predict(fitted.values)
+            rest = (predicted - whole.measured)[last]
+            errors.append(math.sqrt(float((rest**2).mean())) if rest.size else math.nan)
+        except HopformError:
+            errors.append(math.nan)
+    return errors
+
+
+def _blind(spread: estimation.Spread) -> list[str]:
+    said = list[str]()
+    if spread.weak:
+        said.append(f"not identifiable from these recordings: {', '.join(spread.weak)}")
+    said += [f"only combinations of {together} are fixed" for together in spread.combinations]
+    return said
+
+
+def _boundary(estimates: Sequence[Estimate]) -> list[str]:
+    return [
+        f"{each.name} may be 0: its 95 % upper limit is {each.high:.4g} {each.unit}".rstrip()
+        for each in estimates
+        if each.method.endswith("at 0")
+    ]
+
+
+_MISSED, _NO_FIT = 0.1, 0.2
+"""Residuals that are more than noise and than this share of a motion's standard deviation: nothing to make a robot of (99 % of
+the variance explained), and no fit at all (96 %). A force, which is measured with more noise, may be off by half."""
+_NO_FORCE = 0.5
+
+
+def _is_off(measured: Array, rms: float, share: float) -> bool:
+    """Whether residuals are more than noise and than a share of a motion."""
+    return rms > max(share * float(np.std(measured)), 1.5 * max(noise_of(measured), quantum_of(measured)))
+
+
+def missed(trace: Trace) -> bool:
+    """Whether a fit is too far off to make a robot of."""
+    return trace.quantity in ("x1", "x2") and _is_off(trace.measured, trace.tests.rms, _MISSED)
+
+
+def is_no_fit(trace: Trace) -> bool:
+    """Whether a fit is none: it explains less than 96 % of a motion's variance, or less than 75 % of a force's."""
+    if trace.quantity == "force":
+        return trace.tests.rms > _NO_FORCE * float(np.std(trace.measured))
+    return trace.quantity in ("x1", "x2") and _is_off(trace.measured, trace.tests.rms, _NO_FIT)
+
+
+def _coloured(traces: Sequence[Trace], inflation: float) -> list[str]:
+    """What is odd about residuals: a fit that is none, and those that are no white noise."""
+    said = list[str]()
+    for trace in traces:
+        if missed(trace):
+            said.append(
+                f"{trace.label}: the fit misses the recording by {100.0 * trace.tests.rms / np.std(trace.measured):.2g} % of its "
+                "motion: it is of another rig, or no start led to it; give more of what is known"
+            )
+    coloured = [
+        f"{trace.label}: the residuals are not white (autocorrelation {trace.tests.autocorrelation:.2f}, runs z "
+        f"{trace.tests.runs_z:.1f}): the model misses something, or the noise has a memory"
+        for trace in traces
+        if not trace.tests.white
+    ]
+    if coloured:
+        said += [
+            *coloured,
+            f"intervals are widened by sqrt({inflation:.3g}) for what neighbouring residuals have in common",
+        ]
+    return said
+
+
+def _correlations(estimates: Sequence[Estimate], spread: estimation.Spread) -> dict[tuple[str, str], float]:
+    found = dict[tuple[str, str], float]()
+    size = np.sqrt(np.diag(spread.covariance))
+    for i, first in enumerate(estimates):
+        for j in range(i):
+            second = estimates[j]
+            if not (first.own or second.own) and math.isfinite(size[i] * size[j]) and size[i] * size[j] > 0.0:
+                found[second.name, first.name] = float(spread.covariance[i, j] / (size[i] * size[j]))
+    return found
+
+
+def checked_known(known: Mapping[str, float] | None, allowed: Sequence[str]) -> dict[str, float]:
+    """The known values; HopformError for a name that is no parameter here or a value that is out of its domain."""
+    values = dict[str, float]()
+    for name, value in (known or {}).items():
+        if name not in allowed:
+            raise HopformError(f"known: there is no parameter {name!r} in this fit; there are {', '.join(allowed)}")
+        number = real(f"known: {name}", value, UNITS[name] or "1")
+        if not (math.isfinite(number) or name in ("x1_min", "x1_max")):
+            raise HopformError(f"known: {name} must be a finite number in {UNITS[name] or '1'}, got {number!r}")
+        if name in ("m_s", "m_eff", "k") and not number > 0.0:
+            raise HopformError(f"known: {name} must be > 0 {UNITS[name]}, got {number!r}")
+        if name in ("b1", "b2", "f1", "f2", "g", "impact_loss") and number < 0.0:
+            raise HopformError(f"known: {name} must be >= 0 {UNITS[name]}, got {number!r}")
+        values[name] = number
+    return values

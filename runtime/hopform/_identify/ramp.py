@@ -1,0 +1,366 @@
+"""The threshold of friction, (5), from a slow ramp: at which current the actuator begins to move, in noise.
+
+    |gamma2| |u*| = m_eff f1      (magnitudes; the spring carries no load)
+
+Until it slips the actuator rests. From then on the ramp's surplus grows with time against viscous friction,
+
+    x1'' = a s - r x1' - w^2 (x1 - x0),    x1 = x0 + a (g(p) - g(q))/(p - q),    g(p) = (e^(p s) - 1 - p s)/p^2,    s = t - t* > 0
+
+p and q being the roots of z^2 + r z + w^2; w = 0 in the air. t* is where the least sum of squares over x0, a, r (and w) is least,
+between samples too, and its interval where that has grown by what chance allows. A constant load (gravity) shifts the thresholds
+of both directions alike: their half difference is friction, their mean the load. A spring adds what it carries where the actuator
+rests, k x0, which is taken off if k and gamma2 are known.
+"""
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hopform._checks import finite
+from hopform._errors import HopformError
+from hopform._identify import recordings as of_recordings
+from hopform._identify.estimation import LEVEL, scipy_optimize, student
+from hopform._identify.fits import as_several, checked_loss
+from hopform._identify.motion import Array
+from hopform._identify.recordings import Recording
+from hopform._identify.rigs import UNITS
+
+
+class Onset(NamedTuple):
+    """The beginning of a motion: time [s] and current [A], each with its interval; direction of x1, its noise and rest [m]."""
+
+    source: str
+    direction: int
+    time: float
+    time_low: float
+    time_high: float
+    u: float
+    u_low: float
+    u_high: float
+    noise: float
+    x1: float
+
+
+class Rise(NamedTuple):
+    """What was measured about an onset, and the motion that fits it best: times [s], x1 [m], current [A]."""
+
+    onset: Onset
+    time: Array
+    x1: Array
+    fitted: Array
+    u: Array
+
+
+@dataclass(frozen=True)
+class Threshold:
+    """The current that friction takes, f1 m_eff/|gamma2| [A], with its 95 % interval, and the load that shifts it.
+
+    load [A]: the mean of the thresholds of both directions, NaN with one direction alone. onsets: each one found. f1 [m/s^2]: if
+    m_eff and gamma2 are given, else NaN. statements: what this tells and what it does not.
+    """
+
+    u: float
+    low: float
+    high: float
+    load: float
+    f1: float
+    f1_low: float
+    f1_high: float
+    onsets: tuple[Onset, ...]
+    statements: tuple[str, ...]
+    warnings: tuple[str, ...] = ()
+    rises: tuple[Rise, ...] = field(default=(), repr=False, compare=False)
+
+
+def friction_threshold(
+    recordings: Sequence[Recording] | Recording,
+    *,
+    spring: bool = False,
+    m_eff: float | None = None,
+    gamma2: float | None = None,
+    k: float | None = None,
+    loss: str = "linear",
+) -> Threshold:
+    """The friction threshold (5) from recordings of x1 while the current slowly grows in magnitude, best in both directions.
+
+    spring: the actuator works against its spring; else the leg is in the air. m_eff [kg], gamma2 [N/A]: with both,
+    f1 = |gamma2| u*/m_eff is given too. k [N/m]: of the spring; with gamma2 what it carries where the actuator rests is taken
+    off. loss: as in `Options`; a robust one leaves single samples out that are far off their neighbours. One recording may hold
+    several ramps from 0. Raises HopformError where no motion begins, or before the ramp does.
+    """
+    several = as_several(recordings)
+    for name, value in (("m_eff", m_eff), ("gamma2", gamma2), ("k", k)):
+        number = 1.0 if value is None else finite(name, value, UNITS[name])
+        if number == 0.0 or (name != "gamma2" and number < 0.0):
+            raise HopformError(
+                f"{name} must be {'a number but 0 in N/A' if name == 'gamma2' else f'> 0 {UNITS[name]}'}, got {number!r}"
+            )
+    attached = spring or k is not None
+    robust = checked_loss({"loss": loss}) != "linear"
+    rises = tuple(rise for each in several for rise in _onsets(each, attached, robust))
+    onsets = tuple(rise.onset for rise in rises)
+    carried = k / gamma2 if k is not None and gamma2 is not None else 0.0
+    u, spread, load, statements = _both(onsets, carried)
+    per = abs(gamma2) / m_eff if m_eff is not None and gamma2 is not None else math.nan
+    if math.isnan(per):
+        statements += ("a ramp fixes f1 m_eff/|gamma2| alone: m_eff and gamma2, as from step responses, make it f1",)
+    if attached and carried == 0.0:
+        statements += (
+            "what the spring carries where the actuator rests counts as friction or load: k and gamma2 take it off",
+        )
+    notes = tuple(f"{each.source}: {note}" for each in several for note in each.notes)
+    low, high = max(u - spread, 0.0), u + spread
+    return Threshold(u, low, high, load, u * per, low * per, high * per, onsets, statements, notes, rises)
+
+
+def _both(onsets: Sequence[Onset], carried: float) -> tuple[float, float, float, tuple[str, ...]]:
+    """Threshold, half its interval, load: from the means of either direction of the current.
+
+    carried [A/m]: what the spring adds, as a current per way of the actuator.
+    """
+    means, halves = list[float](), list[float]()
+    for sign in (1.0, -1.0):
+        some = [each for each in onsets if (each.u + carried * each.x1) * sign > 0.0]
+        if some:
+            widths = np.array([0.5 * (each.u_high - each.u_low) for each in some])
+            weight = 1.0 / np.maximum(widths, 1e-12) ** 2
+            values = np.array([each.u + carried * each.x1 for each in some])
+            means.append(float((values * weight).sum() / weight.sum()))
+            own = 1.0 / math.sqrt(float(weight.sum()))
+            scatter = float(np.std(values, ddof=1)) / math.sqrt(len(some)) if len(some) > 1 else 0.0
+            halves.append(max(own, scatter * student(0.5 + 0.5 * LEVEL, max(len(some) - 1, 1))))
+    if len(means) == 2:
+        half = 0.5 * math.hypot(*halves)
+        return 0.5 * (means[0] - means[1]), half, 0.5 * (means[0] + means[1]), ()
+    said = "one direction alone: a constant load (gravity, a preloaded spring) counts as friction; record a ramp the other way"
+    return abs(means[0]), halves[0], math.nan, (said,)
+
+
+def _onsets(recording: Recording, spring: bool, robust: bool) -> list[Rise]:
+    """The onset in each ramp of a recording: ramps begin where the current leaves 0, and go on while its sign stays."""
+    x, u = recording.position("x1"), recording.driving_current()
+    kept = ~of_recordings.outliers(x) if robust else np.full(x.size, True)
+    found = list[Rise]()
+    for begin, end in _ramps(u):
+        if np.count_nonzero(kept[begin:end]) >= 20:
+            found.append(_onset(recording, begin + np.flatnonzero(kept[begin:end]), x, u, spring))
+    if not found:
+        raise recording.error_of(
+            "x1", "no ramp is found: the current must grow slowly from 0, in 20 samples at least", recording.line
+        )
+    return found
+
+
+def _ramps(u: Array) -> list[tuple[int, int]]:
+    """Spans of one sign of the smoothed current, each up to where its magnitude is largest."""
+    width = max(u.size // 200, 1)
+    smooth = np.convolve(np.pad(u, width, mode="edge"), np.ones(2 * width + 1) / (2 * width + 1), mode="valid")
+    sign = np.where(np.abs(smooth) > 0.02 * float(np.abs(smooth).max()), np.sign(smooth), 0.0)
+    edges = [0, *(np.flatnonzero(sign[1:] != sign[:-1]) + 1).tolist(), u.size]
+    spans = [(a, b) for a, b in zip(edges[:-1], edges[1:], strict=True) if sign[a] != 0.0]
+    most = max((float(np.abs(smooth[a:b]).max()) for a, b in spans), default=0.0)
+    large = [(a, b) for a, b in spans if float(np.abs(smooth[a:b]).max()) > 0.3 * most]
+    return [(max(a - 2 * width, 0), a + int(np.abs(smooth[a:b]).argmax()) + 1) for a, b in large]
+
+
+def _onset(recording: Recording, ramp: NDArray[np.int_], x: Array, u: Array, spring: bool) -> Rise:
+    """The onset in the samples of one ramp."""
+    t, x, u, line = recording.time[ramp], x[ramp], u[ramp], recording.line + int(ramp[0])
+    noise = max(of_recordings.noise_of(x), 0.3 * of_recordings.quantum_of(x), 1e-12)
+    rest = float(np.median(x[: max(x.size // 20, 5)]))
+    # Far from rest for good: a fifth of a second's samples beyond eight times the noise.
+    beyond = np.abs(x - rest) > 8.0 * noise
+    later = np.flatnonzero(beyond & (np.cumsum(~beyond[::-1])[::-1] <= 0.02 * x.size))
+    if not later.size:
+        raise recording.error_of("x1", "the actuator does not move under the ramp: let the current grow further", line)
+    seen = int(later[0])
+    if seen < 10:
+        raise recording.error_of("x1", "the actuator moves before the ramp begins: let it come to rest first", line)
+    last = _window(x, rest, noise, seen)
+    best, count = _costs(t[:last], x[:last], spring)
+
+    def cost(begins: float) -> float:
+        return best(begins).cost
+
+    at = _least(cost, float(t[2]), float(t[seen]))
+    freedom = max(count - (5 if spring else 4), 1)
+    limit = cost(at) * (1.0 + student(0.5 + 0.5 * LEVEL, freedom) ** 2 / freedom)
+    low, high = (
+        _reach(cost, at, limit, end, float(np.median(np.diff(t)))) for end in (float(t[0]), float(t[last - 4]))
+    )
+    direction = 1 if float(x[last - 1]) > rest else -1
+    cubic = np.polyfit(t[:last], u[:last], 3 if last > 50 else 1)
+    wobble = float(np.std(u[:last] - np.polyval(cubic, t[:last]))) / math.sqrt(max(last, 1))
+    currents = [float(np.polyval(cubic, each)) for each in (low, at, high)]
+    around = student(0.5 + 0.5 * LEVEL, freedom) * 2.0 * wobble
+    half = math.hypot(max(abs(currents[1] - currents[0]), abs(currents[2] - currents[1])), around)
+    onset = Onset(
+        recording.source, direction, at, low, high, currents[1], currents[1] - half, currents[1] + half, noise, rest,
+    )  # fmt: skip
+    return Rise(onset, t[:last], x[:last], best(at).at(t[:last]), u[:last])
+
+
+def _window(x: Array, rest: float, noise: float, seen: int) -> int:
+    """How far the cubic is followed: to 60 times the noise, and no longer past the onset than it took to be seen, thrice."""
+    far = np.flatnonzero(np.abs(x - rest) > 60.0 * noise)
+    last = int(far[0]) if far.size else x.size
+    return min(max(last, seen + 8), x.size)
+
+
+def _rise(s: Array, rate: float, square: float = 0.0) -> Array:
+    """What a ramp of force from s = 0 on does to a mass with friction r and a spring w^2; roots that are equal are parted."""
+    half = 0.5 * rate
+    if square == 0.0 and rate > 0.0:
+        return np.asarray((0.5 * s * s - _twice(-rate, s)) / rate)
+    under, least = half * half - square, 1e-4 * (half + 1e-3)
+    apart = math.sqrt(abs(under))
+    if under > 0.0 or apart <= least:
+        apart = max(apart, least)
+        return np.asarray((_twice(apart - half, s) - _twice(-apart - half, s)) / (2.0 * apart))
+    return np.asarray(np.imag(_twice(complex(-half, apart), s)) / apart)
+
+
+def _twice(p: complex, s: Array) -> NDArray[Any]:
+    """(e^(p s) - 1 - p s)/p^2, by its series where that is exact."""
+    z = p * s
+    small = np.abs(z) < 0.02
+    safe = np.where(small, 1.0, z)
+    shares = (np.expm1(safe) - safe) / (safe * safe)
+    near = z[small]
+    shares[small] = 0.5 + near * (1.0 / 6.0 + near * (1.0 / 24.0 + near * (1.0 / 120.0 + near / 720.0)))
+    return np.asarray(s * s * shares)
+
+
+_ENOUGH = 250
+"""Samples of a window: more are averaged, which tells as much of so smooth a motion."""
+
+
+def _thinned(values: Array) -> Array:
+    """Means of neighbours, so that not many more than enough are left."""
+    many = max(values.size // _ENOUGH, 1)
+    return np.asarray(values[: values.size // many * many].reshape(-1, many).mean(axis=1))
+
+
+class _Best(NamedTuple):
+    """The motion that fits a window best of those that begin at one time: its sum of squares, and x1 at times."""
+
+    cost: float
+    at: Callable[[Array], Array]
+
+
+def _costs(t: Array, x: Array, spring: bool) -> tuple[Callable[[float], _Best], int]:
+    """The best motion for each beginning t*, over rest, slope of the ramp's force, friction's rate, and the spring."""
+    t, x = _thinned(t), _thinned(x)
+    span, mean = float(t[-1] - t[0]), x - x.mean()
+
+    def rise_of(times: Array, begin: float, rate: float, square: float) -> Array:
+        still = int(np.searchsorted(times, begin))
+        return np.concatenate([np.zeros(still), _rise((times[still:] - begin) / span, rate, square)])
+
+    def slope_of(rise: Array) -> float:
+        rise = rise - rise.mean()
+        power = float(rise @ rise)
+        return float(rise @ mean) / power if power > 0.0 else 0.0
+
+    def missed(begin: float, rate: float, square: float) -> Array:
+        """What is left of the motion after the best rest and slope."""
+        rise = rise_of(t, begin, rate, square)
+        return np.asarray(mean - slope_of(rise) * (rise - rise.mean()))
+
+    def found(begin: float, rate: float, square: float) -> _Best:
+        rest = missed(begin, rate, square)
+
+        def at(times: Array) -> Array:
+            rise = rise_of(t, begin, rate, square)
+            slope = slope_of(rise)
+            return np.asarray(x.mean() + slope * (rise_of(times, begin, rate, square) - rise.mean()))
+
+        return _Best(float(rest @ rest), at)
+
+    lowest, highest, about = math.log(0.01), math.log(1e3), math.nan
+
+    def in_the_air(begin: float) -> _Best:
+        """Over rates from none to one that settles at once, at first about that of the last beginning."""
+        nonlocal about
+
+        def left(log: float) -> float:
+            rest = missed(begin, math.exp(log), 0.0)
+            return float(rest @ rest)
+
+        low, high = max(about - _NEAR, lowest), min(about + _NEAR, highest)
+        log = _golden(left, low, high, 0.02 * _NEAR) if math.isfinite(about) else math.nan
+        inside = min(log - low, high - log) > 0.05 * _NEAR
+        about = log if inside else _least(left, lowest, highest, 15, 1e-3)
+        return found(begin, math.exp(about), 0.0)
+
+    first = np.array([math.log(5.0), math.log(100.0)])
+    near, size, smallest = first, float(np.sqrt(mean @ mean)), math.inf
+
+    def against_a_spring(begin: float) -> _Best:
+        """Over rates and springs, from where the last beginning had them, and from a guess where that is not enough."""
+        nonlocal near, smallest
+
+        def share(logs: Array) -> Array:
+            return missed(begin, math.exp(float(logs[0])), math.exp(float(logs[1]))) / size
+
+        def settled(start: Array) -> Any:
+            return scipy_optimize().least_squares(
+                share, start, bounds=([-5.0, -5.0], [9.0, 14.0]), ftol=1e-9, xtol=1e-5, max_nfev=40
+            )
+
+        tried = [settled(near)]
+        if tried[0].cost > smallest * (1.0 + 4.0 / t.size) or not math.isfinite(smallest):
+            tried.append(settled(first))
+        smallest = min(smallest, *(float(each.cost) for each in tried))
+        near = np.asarray(min(tried, key=lambda each: float(each.cost)).x, dtype=float)
+        return found(begin, math.exp(near[0]), math.exp(near[1]))
+
+    return against_a_spring if spring else in_the_air, t.size
+
+
+_NEAR = math.log(3.0)
+"""How far from that of the last beginning a rate is looked for first, as a logarithm."""
+
+
+def _least(cost: Callable[[float], float], low: float, high: float, places: int = 31, precision: float = 1e-4) -> float:
+    """Where a cost is least, to a share of the range: on a grid, then by golden sections around its best place."""
+    grid = np.linspace(low, high, places)
+    n = int(np.argmin([cost(float(each)) for each in grid]))
+    return _golden(cost, float(grid[max(n - 1, 0)]), float(grid[min(n + 1, places - 1)]), precision * (high - low))
+
+
+def _golden(cost: Callable[[float], float], a: float, b: float, width: float) -> float:
+    """Where a cost is least between a and b, to a width, by golden sections."""
+    golden = 0.5 * (math.sqrt(5.0) - 1.0)
+    left, right = b - golden * (b - a), a + golden * (b - a)
+    at_left, at_right = cost(left), cost(right)
+    while b - a > width:
+        if at_left < at_right:
+            b, right, at_right = right, left, at_left
+            left = b - golden * (b - a)
+            at_left = cost(left)
+        else:
+            a, left, at_left = left, right, at_right
+            right = a + golden * (b - a)
+            at_right = cost(right)
+    return 0.5 * (a + b)
+
+
+def _reach(cost: Callable[[float], float], at: float, limit: float, end: float, step: float) -> float:
+    """How far the cost stays under a limit towards an end, from outside in steps that double, then halved."""
+    sign, inside, reach = math.copysign(1.0, end - at), 0.0, step
+    most = abs(end - at)
+    while reach < most and cost(at + sign * reach) <= limit:
+        inside, reach = reach, 2.0 * reach
+    outside = min(reach, most)
+    for _ in range(12):
+        middle = 0.5 * (inside + outside)
+        if cost(at + sign * middle) <= limit:
+            inside = middle
+        else:
+            outside = middle
+    return at + sign * outside

@@ -1,0 +1,388 @@
+"""Recordings: a CSV with named columns and units, read into SI units, and what its samples show by themselves.
+
+The first line names the columns, each with its unit: `time_s,x_mm,current_A`. Every fault is one line with file, line, column.
+"""
+
+import csv
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hopform._checks import finite, is_number
+from hopform._errors import HopformError
+from hopform._identify.motion import Array
+
+UNITS: dict[str, tuple[str, float]] = {
+    "s": ("time", 1.0), "ms": ("time", 1e-3), "us": ("time", 1e-6),
+    "m": ("length", 1.0), "cm": ("length", 1e-2), "mm": ("length", 1e-3), "um": ("length", 1e-6),
+    "A": ("current", 1.0), "mA": ("current", 1e-3),
+    "V": ("voltage", 1.0), "mV": ("voltage", 1e-3),
+    "N": ("force", 1.0), "kN": ("force", 1e3),
+}  # fmt: skip
+"""What may follow the last underscore of a column's name: the quantity, and the SI unit's multiple."""
+
+TIMES = ("time", "t")
+POSITIONS = {
+    "x1": ("x1", "actuator", "x", "position", "pos"),
+    "x2": ("x2", "height", "body", "x", "position", "pos"),
+}
+CURRENTS = ("current", "u", "i", "drive_current", "drive_voltage", "voltage")
+FEWEST = 20
+_LEAST_WAY, _MOST_WAY, _MOST_HEIGHT = 5e-4, 10.0, 10.0
+"""[m] what no hopper's motion is smaller or larger, no hopper's position larger than: beyond, a unit is wrong."""
+_LEAST_CURRENT, _MOST_CURRENT = 0.01, {"current": 300.0, "voltage": 1000.0}
+"""[A or V] the same of what drives it."""
+
+
+class Column(NamedTuple):
+    """A column in SI units: its name in the file, its quantity, its place, its values."""
+
+    title: str
+    quantity: str
+    place: int
+    values: Array
+
+
+@dataclass(frozen=True)
+class Recording:
+    """What was recorded: times [s] that increase, and columns in SI units by their names without the unit.
+
+    line: that of the first sample in the file. added_mass [kg]: what the body carried beside itself.
+    """
+
+    source: str
+    time: Array
+    columns: Mapping[str, Column]
+    line: int = 2
+    added_mass: float = 0.0
+    notes: tuple[str, ...] = field(default=(), compare=False)
+
+    def position(self, of: str) -> Array:
+        """The measured x1 or x2 [m]; HopformError if there is none, or if it cannot be one."""
+        column = self.column_of(of)
+        self._check_position(column)
+        return column.values
+
+    def current(self) -> Array:
+        """The measured current [A] (volts, for a robot whose input is one)."""
+        column = self._one_of(CURRENTS, None, "a current")
+        if column.quantity not in ("current", "voltage"):
+            raise self.error(f"is to be a current, but its unit is that of a {column.quantity}", 1, column)
+        most = float(np.abs(column.values).max())
+        if most > 0.0 and not _LEAST_CURRENT <= most <= _MOST_CURRENT[column.quantity]:
+            worst, unit = int(np.abs(column.values).argmax()), "A" if column.quantity == "current" else "V"
+            raise self.error(
+                f"reaches {column.values[worst]:.6g} {unit}; what drives a hopper reaches {_LEAST_CURRENT:g} to "
+                f"{_MOST_CURRENT[column.quantity]:g} {unit}: is its unit right?",
+                self.line + worst,
+                column,
+            )
+        return column.values
+
+    def driving_current(self) -> Array:
+        """The same; HopformError if it never changes, so that nothing can be told of the motor."""
+        values = self.current()
+        if float(np.ptp(values)) == 0.0:
+            column = self._one_of(CURRENTS, None, "a current")
+            raise self.error(f"is constant at {values[0]:.6g}: record its step too", self.line, column)
+        return values
+
+    def has_current(self) -> bool:
+        return self.current_column() is not None
+
+    def current_column(self) -> Column | None:
+        """The column of the current, or None."""
+        return next((self.columns[name] for name in CURRENTS if name in self.columns), None)
+
+    def column_of(self, of: str) -> Column:
+        """The column of the measured x1 or x2; HopformError if there is none."""
+        return self._one_of(POSITIONS[of], "length", f"a position {of}")
+
+    def error(self, message: str, line: int | None = None, column: Column | None = None) -> HopformError:
+        """An error that says where it is."""
+        places = [self.source, *([f"line {line}"] if line else []), *([f"column {column.title!r}"] if column else [])]
+        return HopformError(f"{', '.join(places)}: {message}")
+
+    def error_of(self, of: str, message: str, line: int) -> HopformError:
+        """An error about the measured x1 or x2."""
+        return self.error(message, line, self.column_of(of))
+
+    def _one_of(self, names: tuple[str, ...], quantity: str | None, what: str) -> Column:
+        for name in names:
+            if name in self.columns:
+                column = self.columns[name]
+                if quantity is not None and column.quantity != quantity:
+                    raise self.error(f"is to be {what}, but its unit is that of a {column.quantity}", 1, column)
+                return column
+        titles = ", ".join(column.title for column in self.columns.values())
+        raise self.error(
+            f"no column is {what}: one must be named {' or '.join(names)}, with its unit; there are {titles}", 1
+        )
+
+    def _check_position(self, column: Column) -> None:
+        values = column.values
+        reach = float(np.ptp(values))
+        if reach == 0.0:
+            raise self.error("is constant: nothing moves", self.line, column)
+        others = [c for c in self.columns.values() if c.quantity in ("current", "voltage", "force")]
+        if others and _jump(values) > 0.3 and min(_jump(c.values) for c in others) < 0.1:
+            smooth = min(others, key=lambda c: _jump(c.values))
+            raise self.error(f"jumps and column {smooth.title!r} is smooth: are the two swapped?", 1, column)
+        allowed = f"{1e3 * _LEAST_WAY:g} mm to {_MOST_WAY:g} m"
+        if float(np.abs(values).max()) > _MOST_HEIGHT:
+            worst = int(np.abs(values).argmax())
+            raise self.error(
+                f"reaches {values[worst]:.6g} m; a position of a hopper is within {_MOST_HEIGHT:g} m: is its unit right?",
+                self.line + worst,
+                column,
+            )
+        if reach > _MOST_WAY:
+            raise self.error(
+                f"moves by {reach:.3g} m in all; a hopper moves by {allowed}: is its unit right?", self.line, column
+            )
+        if reach < _LEAST_WAY:
+            raise self.error(
+                f"moves by {1e3 * reach:.2g} mm in all; a fit can use {allowed}: is its unit right?", self.line, column
+            )
+        noise = max(noise_of(values), quantum_of(values))
+        if float(np.std(values)) < 3.0 * noise:
+            raise self.error(f"does not move beyond its noise of {noise:.2g} m: let it move further", self.line, column)
+
+
+def _jump(values: Array) -> float:
+    """The largest step from sample to sample, outliers and noise apart, as a share of the range: of a motion a small one."""
+    steady = calm(values)
+    reach = float(np.ptp(steady))
+    return float(np.abs(np.diff(steady)).max()) / reach if reach > 10.0 * noise_of(values) else 0.0
+
+
+def read_recording(path: str | Path, *, added_mass: float = 0.0) -> Recording:
+    """The recording in a CSV file, in SI units; HopformError names file, line and column of what is wrong.
+
+    >>> import tempfile
+    >>> path = Path(tempfile.mkdtemp()) / "drop.csv"
+    >>> rows = ["time_ms,x2_mm"] + [f"{5 * n},{400 - n * n / 4}" for n in range(30)]
+    >>> _ = path.write_text("\\n".join(rows))
+    >>> recording = read_recording(path)
+    >>> round(float(recording.time[-1]), 3), round(float(recording.position("x2")[2]), 4)
+    (0.145, 0.399)
+    """
+    file = Path(path)
+    try:
+        raw = file.read_bytes()
+    except OSError as error:
+        raise HopformError(f"{file}: cannot be read: {error.strerror or error}") from None
+    try:
+        text = raw.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        line = raw.count(b"\n", 0, error.start) + 1
+        raise HopformError(
+            f"{file}, line {line}: is no text in UTF-8, got a byte {raw[error.start]:#04x}: save it as CSV in UTF-8"
+        ) from None
+    return parse_recording(text, str(path), added_mass)
+
+
+def parse_recording(text: str, source: str, added_mass: float = 0.0) -> Recording:
+    """The recording in a CSV text; source is what errors call it."""
+    finite("added_mass", added_mass, "kg")
+    rows = [
+        (number, row)
+        for number, row in enumerate(csv.reader(text.splitlines()), 1)
+        if row and any(c.strip() for c in row)
+    ]
+    if not rows:
+        raise HopformError(f"{source}: is empty")
+    head_line, head = rows[0]
+    titles = [title.strip() for title in head]
+    known = [_title(title, source, head_line, n) for n, title in enumerate(titles)]
+    names = [name for name, _, _ in known]
+    for n, name in enumerate(names):
+        if name in names[:n]:
+            raise HopformError(
+                f"{source}, line {head_line}, column {titles[n]!r}: {titles[names.index(name)]!r} is named {name} too"
+            )
+    table = np.array([_numbers(row, titles, source, number) for number, row in rows[1:]], dtype=float)
+    if len(table) < FEWEST:
+        raise HopformError(
+            f"{source}, line {rows[-1][0]}: ends after {len(table)} samples, at least {FEWEST} are needed"
+        )
+    first = rows[1][0]
+    columns = {
+        name: Column(title, quantity, place + 1, table[:, place] * factor)
+        for place, (title, (name, quantity, factor)) in enumerate(zip(titles, known, strict=True))
+    }
+    time = _time(columns, source, first)
+    rest = {name: column for name, column in columns.items() if name not in TIMES}
+    return Recording(source, time - time[0], rest, first, added_mass, _notes(time, rest))
+
+
+def _title(title: str, source: str, line: int, place: int) -> tuple[str, str, float]:
+    name, _, unit = title.rpartition("_")
+    apart = next((mark for mark in ";\t|" if mark in title), None)
+    if apart is not None:
+        raise HopformError(f"{source}, line {line}: columns must be separated by commas, got {apart!r} in {title!r}")
+    if not name or unit not in UNITS:
+        if not name and is_number(title):
+            raise HopformError(
+                f"{source}, line {line}: the first line must name the columns, as in time_s,x2_mm, got {title!r}"
+            )
+        raise HopformError(
+            f"{source}, line {line}, column {place + 1}: {title!r} has no unit that is known: a name ends in one of "
+            f"{', '.join('_' + known for known in UNITS)}"
+        )
+    quantity, factor = UNITS[unit]
+    return name.lower(), quantity, factor
+
+
+def _numbers(row: list[str], titles: list[str], source: str, line: int) -> list[float]:
+    if len(row) != len(titles):
+        raise HopformError(f"{source}, line {line}: has {len(row)} columns, the first line names {len(titles)}")
+    numbers = list[float]()
+    for title, cell in zip(titles, row, strict=True):
+        try:
+            number = float(cell)
+        except ValueError:
+            raise HopformError(
+                f"{source}, line {line}, column {title!r}: must be a number, got {cell.strip()!r}"
+            ) from None
+        if not math.isfinite(number):
+            raise HopformError(f"{source}, line {line}, column {title!r}: must be finite, got {cell.strip()!r}")
+        numbers.append(number)
+    return numbers
+
+
+def _time(columns: Mapping[str, Column], source: str, first: int) -> Array:
+    name = next((name for name in TIMES if name in columns), None)
+    if name is None:
+        raise HopformError(
+            f"{source}, line 1: no column is the time: one must be named time or t, with its unit, as in time_s"
+        )
+    column = columns[name]
+    if column.quantity != "time":
+        raise HopformError(
+            f"{source}, line 1, column {column.title!r}: is to be the time, but its unit is that of a {column.quantity}"
+        )
+    steps = np.diff(column.values)
+    if not bool((steps > 0.0).all()):
+        back = int(np.argmin(steps > 0.0)) + 1
+        rising = [c.title for n, c in columns.items() if n != name and bool((np.diff(c.values) > 0.0).all())]
+        hint = f"; column {rising[0]!r} does: are the two swapped?" if rising else ""
+        went = "stands still" if steps[back - 1] == 0.0 else "goes back"
+        raise HopformError(
+            f"{source}, line {first + back}, column {column.title!r}: time {went}, from {float(column.values[back - 1])!r} to "
+            f"{float(column.values[back])!r} s; it must increase{hint}"
+        )
+    if not 2e-5 <= float(np.median(steps)) <= 0.5:
+        raise HopformError(
+            f"{source}, line {first + 1}, column {column.title!r}: samples are {float(np.median(steps)):.3g} s apart, 2e-05 to "
+            "0.5 s are allowed: is its unit right?"
+        )
+    return column.values
+
+
+def quantum_of(values: Array) -> float:
+    """The encoder's step, of which all differences are multiples; 0 if there is none to be seen."""
+    steps = np.unique(np.round(np.abs(np.diff(values)), 12))
+    steps = steps[steps > 0.0]
+    if steps.size == 0 or steps.size > 0.5 * values.size:
+        return 0.0
+    smallest = float(steps[0])
+    counts = steps[steps < 50.0 * smallest] / smallest
+    return smallest if bool((np.abs(counts - np.round(counts)) < 0.02 * np.maximum(counts, 1.0)).all()) else 0.0
+
+
+def noise_of(values: Array) -> float:
+    """Standard deviation of what cannot be a motion: third differences, whose noise is sqrt(20) times that of a sample."""
+    third = np.diff(values, 3)
+    return float(np.median(np.abs(third - np.median(third)))) / (0.6745 * math.sqrt(20.0)) if third.size else 0.0
+
+
+def calm(values: Array) -> Array:
+    """Running medians of five: what single outliers do not move."""
+    padded = np.concatenate([np.repeat(values[:1], 2), values, np.repeat(values[-1:], 2)])
+    return np.asarray(np.median(np.lib.stride_tricks.sliding_window_view(padded, 5), axis=1))
+
+
+def _neighbours(values: Array) -> Array:
+    """Running medians of seven, reflected at the ends: what up to three outliers in a row do not move, nor one at an end."""
+    return np.asarray(np.median(np.lib.stride_tricks.sliding_window_view(np.pad(values, 3, mode="reflect"), 7), axis=1))
+
+
+def outliers(values: Array) -> NDArray[np.bool_]:
+    """Which samples are off the median of their seven neighbours, beyond noise and beyond what a motion does in three samples.
+
+    The rest is looked at once more without those found, since several close together hide each other. None of a few samples is.
+    """
+    rest, found = np.arange(values.size), np.zeros(values.size, dtype=bool)
+    for _ in range(2):
+        if rest.size < FEWEST:
+            break
+        some = values[rest]
+        travel = float(np.percentile(np.abs(np.diff(some)), 75.0))
+        off = np.abs(some - _neighbours(some)) > max(3.0 * travel, 6.0 * noise_of(some), 6.0 * quantum_of(some))
+        found[rest[off]], rest = True, rest[~off]
+    return found
+
+
+def mended(values: Array) -> Array:
+    """The values with the median of their neighbours in place of each outlier."""
+    return np.where(outliers(values), _neighbours(values), values)
+
+
+def saturated(values: Array, least: int = 8) -> tuple[int, int] | None:
+    """First and last sample of the longest stay at an extreme that noise does not explain, or None."""
+    noise = noise_of(values)
+    for extreme in (values.max(), values.min()):
+        at = np.flatnonzero(np.abs(values - extreme) <= 1e-12 * max(abs(float(extreme)), 1.0))
+        if at.size < least or noise == 0.0:
+            continue
+        runs = np.split(at, np.flatnonzero(np.diff(at) > 1) + 1)
+        longest = max(runs, key=len)
+        if len(longest) >= least:
+            return int(longest[0]), int(longest[-1])
+    return None
+
+
+def gaps_of(time: Array) -> list[tuple[float, float]]:
+    """Where samples are missing: begin and length [s] of each pause that is over 2.5 times the usual one."""
+    steps = np.diff(time)
+    usual = float(np.median(steps))
+    return [(float(time[n]), float(steps[n])) for n in np.flatnonzero(steps > 2.5 * usual)]
+
+
+def _notes(time: Array, columns: Mapping[str, Column]) -> tuple[str, ...]:
+    notes = list[str]()
+    gaps = gaps_of(time)
+    if gaps:
+        begin, length = max(gaps, key=lambda gap: gap[1])
+        notes.append(
+            f"{len(gaps)} gap{'s' * (len(gaps) > 1)} in time, the longest of {length:.4g} s after {begin - time[0]:.4g} s"
+        )
+    steps = np.diff(time)
+    if float(np.ptp(steps)) > 0.02 * float(np.median(steps)) and not gaps:
+        notes.append(f"time stamps are uneven: {steps.min():.3g} to {steps.max():.3g} s apart")
+    for column in columns.values():
+        if column.quantity in ("current", "voltage") and (stay := saturated(column.values)) is not None:
+            notes.append(f"{column.title} stays at its limit from sample {stay[0] + 1} to {stay[1] + 1}")
+    return tuple(notes)
+
+
+MOST_STEPS = 2**16 - 1
+
+
+def steps_of(recording: Recording, start: int = 0, end: int | None = None) -> tuple[tuple[float, float], ...]:
+    """The measured current of samples start to end as steps from t = 0 on: one holds until the next; equal neighbours are one."""
+    time, u = recording.time[start:end], recording.current()[start:end]
+    if time.size > MOST_STEPS:
+        raise recording.error_of(
+            "x1",
+            f"has {time.size} samples; a fit in position takes up to {MOST_STEPS}: record at a lower rate",
+            recording.line + MOST_STEPS,
+        )
+    starts = np.concatenate([[True], u[1:] != u[:-1]])
+    return tuple(zip((time[starts] - time[0]).tolist(), u[starts].tolist(), strict=True))

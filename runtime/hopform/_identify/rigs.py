@@ -1,0 +1,205 @@
+"""Rigs: what a recording was made on, as a motion of the model in the letters that are fitted.
+
+| rig | what moves | model |
+|---|---|---|
+| attached | a body on a spring that pushes and pulls | (4), actuator locked; the body rests at `rest` without gravity |
+| ground | a body that falls, meets the ground and may hop | (4), actuator locked, flight and impact between stances |
+| free | the same over an actuator that moves under a given current | (3), (4), the actuator alone in flight |
+| held | an actuator on a spring whose other end is held | (3), body held; the spring is relaxed at x1 = `rest` |
+| air | an actuator without a spring: the leg in the air, an axis | (3) with k = 0; `offset` is a constant current |
+| threshold | nothing yet: the current at which the actuator begins to move | (5) |
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from functools import lru_cache
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hopform._identify import hopping, motion
+from hopform._identify.motion import AT, STATE, Array
+from hopform._solver.package import records
+
+Kind = Literal["attached", "ground", "free", "held", "air", "threshold"]
+
+LETTERS: dict[Kind, tuple[str, ...]] = {
+    "attached": ("m_s", "k", "b2", "f2", "g", "rest", "x", "v"),
+    "ground": ("m_s", "k", "b2", "f2", "g", "length", "impact_loss", "x", "v"),
+    "free": (
+        "m_s", "k", "b2", "f2", "g", "length", "impact_loss", "m_eff", "b1", "f1", "gamma2", "offset", "x1_min", "x1_max",
+        "x", "v", "x1", "v1",
+    ),
+    "held": ("m_eff", "k", "b1", "f1", "gamma2", "rest", "x", "v"),
+    "air": ("m_eff", "b1", "f1", "gamma2", "offset", "x", "v"),
+    "threshold": ("m_eff", "f1", "gamma2"),
+}  # fmt: skip
+"""What a rig's motion depends on; x, v are position and velocity of what is measured at its start (of the body, if it is free,
+with x1, v1 of the actuator)."""
+
+UNITS = {
+    "m_s": "kg", "m_eff": "kg", "k": "N/m", "b1": "N s/m", "b2": "N s/m", "f1": "m/s^2", "f2": "m/s^2", "gamma2": "N/A",
+    "g": "m/s^2", "rest": "m", "length": "m", "L0": "m", "impact_loss": "", "x": "m", "v": "m/s", "offset": "A",
+    "x1": "m", "v1": "m/s", "x1_min": "m", "x1_max": "m",
+}  # fmt: skip
+
+SOFT = 1e-9
+"""[N/m] a spring that is none: over a meter it pulls with less than the last digit of any force."""
+
+_FREE = {"c": 0.0, "L0": 0.0, "b1": 0.0, "b2": 0.0, "f1": 0.0, "f2": 0.0, "gamma2": 0.0, "g": 0.0}
+
+
+@dataclass(frozen=True)
+class Experiment:
+    """A recording on its rig: what was measured when, under which current, and which parameter each letter stands for.
+
+    time [s] from 0, not decreasing; measured [m]: x2 of a body, x1 of an actuator, of a free drop the one that `of` says; steps:
+    the current. names: a letter's parameter. constants: letters that are known. added_mass [kg] on the body. backend: of the
+    solver, the best if None. noise: standard deviation of what was measured, where the residuals are too few to show it.
+    """
+
+    label: str
+    kind: Kind
+    time: Array
+    measured: Array
+    names: Mapping[str, str]
+    constants: Mapping[str, float]
+    steps: tuple[tuple[float, float], ...] = ((0.0, 0.0),)
+    added_mass: float = 0.0
+    begin: float = 0.0
+    backend: str | None = None
+    noise: float | None = None
+    of: Literal["x1", "x2"] = "x2"
+    preload: float = field(init=False)
+
+    def __post_init__(self) -> None:
+        reach = float(np.ptp(self.measured)) + abs(float(self.measured.mean())) + 0.01
+        object.__setattr__(self, "preload", 4.0 * reach)
+
+    def letters(self, values: Mapping[str, float]) -> dict[str, float]:
+        """The letters of the rig under values of the parameters."""
+        return {
+            letter: values[self.names[letter]] if letter in self.names else self.constants[letter]
+            for letter in LETTERS[self.kind]
+        }
+
+    def predict(self, values: Mapping[str, float], time: Array | None = None) -> tuple[Array, dict[str, Array]]:
+        """What should have been measured, and its derivatives by the parameters."""
+        predicted, by = _PREDICT[self.kind](self, self.letters(values), self.time if time is None else time)
+        found: dict[str, Array] = {}
+        for letter, name in self.names.items():
+            found[name] = found.get(name, 0.0) + by[letter]
+        return predicted, found
+
+    def only(self, chosen: NDArray[np.bool_]) -> "Experiment":
+        """The samples that a mask selects."""
+        return replace(self, time=self.time[chosen], measured=self.measured[chosen])
+
+    def upto(self, count: int, every: int = 1) -> "Experiment":
+        """Its first samples alone, or every so manieth of them."""
+        return replace(self, time=self.time[:count:every], measured=self.measured[:count:every])
+
+
+def _robot(**fields: float) -> records.Robot:
+    whole = {"m_eff": 1.0, "m_s": 1.0, "k": 1.0, **_FREE, "x1_min": -np.inf, "x1_max": np.inf, "u_max": np.inf}
+    return records.Robot(**{**whole, "impact_loss": 0.0, **fields})
+
+
+def _attached(of: Experiment, at: Mapping[str, float], time: Array) -> tuple[Array, dict[str, Array]]:
+    mass, preload = at["m_s"] + of.added_mass, of.preload + at["m_s"] * at["g"] / at["k"]
+    robot = _robot(
+        m_s=mass, k=at["k"], b2=at["b2"], f2=at["f2"], L0=at["rest"], c=preload, g=at["g"] + at["k"] * preload / mass,
+        x1_min=0.0, x1_max=0.0,
+    )  # fmt: skip
+    moved = motion.stance(robot, (0.0, 0.0, at["x"], at["v"]), of.steps, time, of.backend)
+    row = moved.by[:, 2]
+    by = {letter: row[:, AT[field]] for letter, field in _BODY.items() if letter != "length"}
+    by["rest"] = row[:, AT["L0"]]
+    # The preload is a number: it moves with nothing. The gravity that balances it does.
+    by["k"] = by["k"] + row[:, AT["g"]] * preload / mass
+    by["m_s"] = by["m_s"] - row[:, AT["g"]] * at["k"] * preload / mass**2
+    return moved.states[:, 2], by
+
+
+_BODY = {"m_s": "m_s", "k": "k", "b2": "b2", "f2": "f2", "g": "g", "length": "L0", "x": "x2", "v": "v2"}
+_ACTUATOR = {
+    "m_eff": "m_eff",
+    "k": "k",
+    "b1": "b1",
+    "f1": "f1",
+    "gamma2": "gamma2",
+    "offset": "u",
+    "x": "x1",
+    "v": "v1",
+}
+
+
+_LANDING = {**_BODY, "impact_loss": "impact_loss"}
+_FREE_LEG = {
+    **_LANDING, "m_eff": "m_eff", "b1": "b1", "f1": "f1", "gamma2": "gamma2", "offset": "u", "x1_min": "x1_min",
+    "x1_max": "x1_max", "x1": "x1", "v1": "v1",
+}  # fmt: skip
+
+
+def _ground(of: Experiment, at: Mapping[str, float], time: Array) -> tuple[Array, dict[str, Array]]:
+    robot = _robot(
+        m_s=at["m_s"] + of.added_mass, k=at["k"], b2=at["b2"], f2=at["f2"], g=at["g"], L0=at["length"],
+        impact_loss=at["impact_loss"], x1_min=0.0, x1_max=0.0,
+    )  # fmt: skip
+    moved = hopping.drop(robot, (0.0, 0.0, at["x"], at["v"]), ((0.0, 0.0),), time, of.backend)
+    row = moved.by[:, 2]
+    return moved.states[:, 2], {letter: row[:, AT[field]] for letter, field in _LANDING.items()}
+
+
+@lru_cache(maxsize=2)
+def _dropped(
+    robot: records.Robot, start: tuple[float, ...], steps: hopping.Steps, times: bytes, backend: str | None
+) -> motion.Motion:
+    """A drop of which both x1 and x2 were measured is solved once for both."""
+    return hopping.drop(robot, start, steps, np.frombuffer(times), backend)
+
+
+def _free(of: Experiment, at: Mapping[str, float], time: Array) -> tuple[Array, dict[str, Array]]:
+    robot = _robot(
+        m_s=at["m_s"] + of.added_mass, k=at["k"], b2=at["b2"], f2=at["f2"], g=at["g"], L0=at["length"],
+        impact_loss=at["impact_loss"], m_eff=at["m_eff"], b1=at["b1"], f1=at["f1"], gamma2=at["gamma2"],
+        x1_min=at["x1_min"], x1_max=at["x1_max"],
+    )  # fmt: skip
+    steps = tuple((t, u + at["offset"]) for t, u in of.steps)
+    moved = _dropped(robot, (at["x1"], at["v1"], at["x"], at["v"]), steps, time.tobytes(), of.backend)
+    place = STATE.index(of.of)
+    row = moved.by[:, place]
+    return moved.states[:, place], {letter: row[:, AT[field]] for letter, field in _FREE_LEG.items()}
+
+
+def _actuator(of: Experiment, at: Mapping[str, float], time: Array) -> tuple[Array, dict[str, Array]]:
+    """The body is held at x2 = 0; the offset of the spring puts its relaxed state at `rest`."""
+    offset = at.get("offset", 0.0)
+    robot = _robot(
+        m_eff=at["m_eff"], k=at.get("k", SOFT), b1=at["b1"], f1=at["f1"], gamma2=at["gamma2"], L0=-at.get("rest", 0.0),
+        c=of.preload, f2=motion.FIRM,
+    )  # fmt: skip
+    steps = tuple((t, u + offset) for t, u in of.steps) if offset else of.steps
+    moved = motion.stance(robot, (at["x"], at["v"], 0.0, 0.0), steps, time, of.backend)
+    row = moved.by[:, 0]
+    by = {letter: row[:, AT[field]] for letter, field in _ACTUATOR.items()}
+    by["rest"] = -row[:, AT["L0"]]
+    return moved.states[:, 0], by
+
+
+def _threshold(of: Experiment, at: Mapping[str, float], time: Array) -> tuple[Array, dict[str, Array]]:
+    """The current of (5) in A, in place of a position."""
+    u = at["m_eff"] * at["f1"] / abs(at["gamma2"])
+    by = {"m_eff": u / at["m_eff"], "f1": at["m_eff"] / abs(at["gamma2"]), "gamma2": -u / at["gamma2"]}
+    return np.full(time.shape, u), {letter: np.full(time.shape, value) for letter, value in by.items()}
+
+
+_PREDICT = {
+    "attached": _attached,
+    "ground": _ground,
+    "free": _free,
+    "held": _actuator,
+    "air": _actuator,
+    "threshold": _threshold,
+}

@@ -1,0 +1,350 @@
+"""The least sum of squares of a problem: from several starts, over more and more of the recordings, at last of all samples.
+
+Starts are told apart by some samples of the beginnings, one after the other until one leaves nothing but noise: then there is no
+better one. What leaves more is compared with the rest of them, and with starts from further away.
+"""
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hopform._identify import estimation
+from hopform._identify.estimation import Parameter, Solution
+from hopform._identify.motion import Array
+from hopform._identify.recordings import noise_of, outliers, quantum_of
+from hopform._identify.rigs import Experiment
+
+
+@dataclass(frozen=True)
+class Problem:
+    """What is to be fitted: experiments, parameters with their starts, other starts worth a try, and what is known."""
+
+    kind: str
+    quantity: str
+    experiments: tuple[Experiment, ...]
+    parameters: tuple[Parameter, ...]
+    starts: tuple[Mapping[str, float], ...]
+    known: Mapping[str, float]
+    statements: tuple[str, ...]
+    warnings: tuple[str, ...]
+    coulomb: tuple[str, ...]
+    """names of the parameters that the old model lacks"""
+    parts: tuple[float, ...] = (1.0,)
+    """of each recording, over which a fit is followed from its start to its end"""
+    motions: int = 0
+    """how many motions there are, each with a beginning of its own (x@0, x@1, ...)"""
+
+
+def minimise(problem: Problem, loss: str) -> Solution:
+    """The best minimum from all starts.
+
+    A robust cost has false minima, in which part of the motion counts as outliers. A robust fit therefore starts from the least
+    squares without outliers. If its residuals are more than noise, it also starts from everywhere else, and the lowest cost wins.
+    Both costs are taken under the smaller standard deviation of the noise, since a false minimum has a larger one.
+    """
+    if loss == "linear":
+        return least_squares(problem)
+    first = _weighed(problem, _without_outliers(problem, least_squares), {}, loss)
+    if _is_noise(problem, first, loss):
+        return first
+    other = _searched(problem, loss, {}, first.sigma)
+
+    noise = [min(pair) for pair in zip(first.sigma, other.sigma, strict=True)]
+
+    def cost(each: Solution) -> float:
+        return estimation.solve(problem.experiments, estimation.started(each), sigma=noise, loss=loss, most=1).cost
+
+    return _unstuck(problem, _traded(problem, min(first, other, key=cost), loss), loss)
+
+
+def least_squares(problem: Problem, fixed: Mapping[str, float] | None = None) -> Solution:
+    """The least sum of squares from all starts, where some parameters may be fixed."""
+    found = _searched(problem, "linear", held := dict(fixed or {}))
+    return found if held else _unstuck(problem, _traded(problem, found, "linear"), "linear")
+
+
+def follow(problem: Problem, loss: str) -> Solution:
+    """The minimum that a problem's first start leads to, and no other."""
+    if loss == "linear":
+        found = _from(problem, loss, {}, problem.parameters, problem.starts[:1] or ({},))
+    else:
+        found = _without_outliers(problem, lambda some: follow(some, "linear"))
+    return _weighed(problem, found, {}, loss)
+
+
+def _searched(problem: Problem, loss: str, held: Mapping[str, float], sigma: Sequence[float] | None = None) -> Solution:
+    """The best minimum from a problem's starts: first over the beginning of each recording, the best of these over more and more.
+
+    Where it stays far from the data, by more than noise and a two thousandth of the motion, it looks again from further away.
+    """
+    free = [p for p in problem.parameters if p.name not in held]
+    found = _from(problem, loss, held, free, problem.starts or ({},), sigma)
+    if not held and _level(problem, found, loss) > 1.0:
+        again = _from(problem, loss, held, free, _further(free, found.values), sigma)
+        found = estimation.best([found, again])
+    return _weighed(problem, found, held, loss)
+
+
+def _without_outliers(problem: Problem, least: Callable[[Problem], Solution]) -> Solution:
+    """The least squares of the samples that are no outliers, at first of their neighbours, then of the fit."""
+    several, all_starts = problem.experiments, problem.starts or ({},)
+    starts = all_starts
+
+    def fit(masks: estimation.Masks) -> tuple[Solution, Sequence[Array]]:
+        nonlocal starts
+        found = least(replace(problem, experiments=selected(several, masks), starts=starts))
+        starts = (found.values, *all_starts)
+        whole = estimation.solve(several, estimation.started(found), sigma=found.sigma, most=1)
+        return found, whole.residuals
+
+    return estimation.trimmed(fit, [~outliers(each.measured) for each in several])
+
+
+def selected(several: Sequence[Experiment], masks: estimation.Masks) -> tuple[Experiment, ...]:
+    """The samples that the masks select: x1 and x2 of one motion are solved together, so where both masks do."""
+
+    def common(each: Experiment) -> NDArray[np.bool_]:
+        own = [mask for other, mask in zip(several, masks, strict=True) if other.time is each.time]
+        return np.asarray(np.logical_and.reduce(own))
+
+    return tuple(each.only(common(each)) for each in several)
+
+
+def _from_start(parameters: Sequence[Parameter], start: Mapping[str, float]) -> list[Parameter]:
+    return [p._replace(start=start.get(p.name, p.start)) for p in parameters]
+
+
+_FINALISTS = 4
+"""Starts that are followed over the first part of the recordings; others are judged by where they start."""
+_CONTENDERS = 2
+"""Of these, how many are followed over more and more of them: the sum of squares has kinks, and minima beside the least."""
+
+
+def _from(
+    problem: Problem,
+    loss: str,
+    held: Mapping[str, float],
+    free: Sequence[Parameter],
+    starts: Sequence[Mapping[str, float]],
+    sigma: Sequence[float] | None = None,
+) -> Solution:
+    first, *longer = ([_beginning(each, part) for each in problem.experiments] for part in problem.parts)
+    tried = [_from_start(free, start) for start in starts]
+    if len(tried) > _FINALISTS:
+        costs = [estimation.solve(first, each, sigma=sigma, fixed=held, loss=loss, most=1).cost for each in tried]
+        order: list[int] = np.argsort(costs, kind="stable").tolist()
+        tried = [tried[n] for n in order[:_FINALISTS]]
+
+    def settled(part: Sequence[Experiment], start: Sequence[Parameter]) -> Solution:
+        """Where a start comes to over a part; what comes near the noise is followed further."""
+        one = estimation.solve(part, start, sigma=sigma, fixed=held, loss=loss, most=8, precision=1e-3)
+        if held or not 1.0 < _level(problem, one, loss) <= _NEAR:
+            return one
+        return estimation.solve(
+            part, estimation.started(one), sigma=sigma, fixed=held, loss=loss, most=8, precision=1e-3
+        )
+
+    def followed(one: Solution) -> Solution:
+        """Where it leads over more and more of the recordings."""
+        for part in longer:
+            one = settled(part, estimation.started(one))
+        return one
+
+    def is_noise(one: Solution) -> bool:
+        return not held and _is_noise(problem, one, loss)
+
+    begun, ends = list[Solution](), list[Solution]()
+    for start in tried:
+        begun.append(settled(first, start))
+        if is_noise(begun[-1]):
+            ends.append(followed(begun.pop()))
+            if is_noise(ends[-1]):
+                break
+    else:
+        rest = _apart(sorted(begun, key=lambda each: each.cost), _ALIKE if held else _SAME)
+        ends += [followed(each) for each in rest[: max(_CONTENDERS - len(ends), 1)]]
+    last = longer[-1] if longer else first
+    return estimation.solve(
+        last, estimation.started(estimation.best(ends)), sigma=sigma, fixed=held, loss=loss, most=25, precision=1e-5
+    )
+
+
+_NEAR = 3.0
+"""A fit that is off by so many times the noise is on its way to it."""
+
+
+def _is_noise(problem: Problem, found: Solution, loss: str) -> bool:
+    """Whether a fit leaves nothing but noise of each recording."""
+    return _level(problem, found, loss) <= 1.0 and all(
+        estimation.tests_of(rest[bulk(rest, loss)]).white for rest in found.residuals
+    )
+
+
+def _level(problem: Problem, found: Solution, loss: str) -> float:
+    """What is left of the worst recording, over what noise and the smallest errors of a model explain."""
+    return max(
+        _size(rest[bulk(rest, loss)]) / _limit(each)
+        for each, rest in zip(problem.experiments, found.residuals, strict=True)
+    )
+
+
+def _size(residual: Array) -> float:
+    return math.sqrt(float((residual**2).mean())) if residual.size else 0.0
+
+
+def _limit(experiment: Experiment) -> float:
+    """How much a fit may leave of a recording [m]: 1.15 times its noise, or a two thousandth of its motion."""
+    if experiment.noise is not None:  # of a single measurement, which is off by three times its noise in 1 case of 400
+        return 3.0 * experiment.noise
+    noise = max(noise_of(experiment.measured), quantum_of(experiment.measured))
+    return max(1.15 * noise, 5e-4 * float(np.ptp(experiment.measured)), 1e-15)
+
+
+def bulk(residual: Array, loss: str) -> NDArray[np.bool_]:
+    """Which residuals are none of single samples far off their neighbours; all, unless a robust loss was asked for."""
+    return np.full(residual.size, True) if loss == "linear" else ~outliers(residual)
+
+
+def _apart(found: Sequence[Solution], share: float) -> list[Solution]:
+    """The best, and those of the others that came to another place: two starts that agree are followed as one."""
+    others = [
+        each for each in found[1:]
+        if any(
+            abs(each.values[p.name] - found[0].values[p.name]) > share * max(p.scale, abs(found[0].values[p.name]))
+            for p in found[0].parameters
+        )
+    ]  # fmt: skip
+    return [*found[:1], *others]
+
+
+_SAME, _ALIKE = 1e-3, 1e-2
+"""Solutions that differ by less, as a share of each parameter, are one: that is how precisely a part is fitted. Without Coulomb
+friction the sum of squares has no kinks, and what is alike is one, too."""
+
+
+def _further(parameters: Sequence[Parameter], found: Mapping[str, float]) -> list[dict[str, float]]:
+    """Starts all around: what is shared by factors of up to 2, friction from none to much, drawn alike every time."""
+    rng = np.random.default_rng(len(parameters))
+    starts = list[dict[str, float]]()
+    for _ in range(12):
+        start = dict[str, float]()
+        for p in parameters:
+            if p.own:
+                start[p.name] = p.start
+            elif p.kind in ("nonnegative", "fraction"):
+                start[p.name] = float(rng.uniform(0.0, 2.0)) * max(found[p.name], p.start, 0.1 * p.scale)
+            else:
+                start[p.name] = p.start * math.exp(float(rng.uniform(-0.7, 0.7)))
+        starts.append(start)
+    return starts
+
+
+def _weighed(problem: Problem, found: Solution, fixed: Mapping[str, float], loss: str) -> Solution:
+    """Of all samples, each recording counted by its own noise, until that no longer changes what counts how much.
+
+    A common factor of all noises moves no least squares; a robust loss takes the noise itself.
+    """
+    rounds, precision = (1, 1e-6) if fixed else (3, 1e-8)
+    noise = found.sigma
+    if len(problem.experiments) > 1 or loss != "linear":
+        seen = estimation.solve(
+            problem.experiments, estimation.started(found), sigma=noise, fixed=fixed, loss=loss, most=1
+        )
+        noise = estimation.deviations(seen, problem.experiments, loss)
+    for _ in range(rounds):
+        found = estimation.solve(
+            problem.experiments, estimation.started(found), sigma=noise, fixed=fixed, loss=loss, most=20, precision=precision
+        )  # fmt: skip
+        last, noise = noise, estimation.deviations(found, problem.experiments, loss)
+        changes = np.array(noise) / np.array(last)
+        if (
+            float(changes.max() / changes.min() if loss == "linear" else np.exp(np.abs(np.log(changes)).max()))
+            < _STEADY
+        ):
+            break
+    return found
+
+
+_STEADY = 1.02
+"""Noises that change by less, one against the other, are those that the residuals show: half of 2 % of a standard error."""
+
+
+_TRADES = ((0.6, 1.3), (1.3, 0.6), (0.0, 1.6))
+_SMALL_TRADES = ((0.9, 0.9), (1.1, 1.1))
+"""Viscous and Coulomb friction times so much; the small ones where residuals are no noise."""
+
+
+def _traded(problem: Problem, found: Solution, loss: str) -> Solution:
+    """The least of the minima between kinks: where a mass comes to stick the sum of squares has some.
+
+    Friction of one kind is traded for the other, and the best is kept. Where that leads is told by some of the samples. A body
+    sticks once, at its end: its residuals tell by themselves; an actuator does at every turn of its current.
+    """
+    white = all(estimation.tests_of(rest[bulk(rest, loss)]).white for rest in found.residuals)
+    viscous = [p.name for p in found.parameters if p.name[:1] == "b"]
+    coulomb = [p.name for p in found.parameters if p.name[:1] == "f"]
+    if not coulomb or (white and "f1" not in coulomb):
+        return found
+    some = [_beginning(each, 1.0) for each in problem.experiments]
+
+    def least(start: Mapping[str, float]) -> Solution:
+        tried = _from_start(estimation.started(found), start)
+        return estimation.solve(some, tried, sigma=found.sigma, loss=loss, most=6, precision=1e-4)
+
+    first = best = least({})
+    for b, f in _TRADES if white else _TRADES + _SMALL_TRADES:
+        moved = {name: b * found.values[name] for name in viscous} | {name: f * found.values[name] for name in coulomb}
+        again = least(moved)
+        if again.cost < best.cost * (1.0 - 1e-4):
+            best = again
+    return found if best is first else _better(problem, found, estimation.started(best), loss)
+
+
+def _unstuck(problem: Problem, found: Solution, loss: str) -> Solution:
+    """Out of a kink: where least squares ends though its own slopes promise more, it goes on from beside it, either way.
+
+    An actuator that may be at rest at first has a kink there: under friction it takes off one way, or the other, or stays.
+    """
+    coulomb = [p.name for p in found.parameters if p.name[:1] == "f"][:1]
+    for side in (1.0, -1.0):
+        for p in [p for p in found.parameters if p.name[:3] == "v1@" and p.low < p.high]:
+            if estimation.promise(found) >= _KINK:
+                beside = {p.name: min(max(found.values[p.name] + side * _BESIDE * p.scale, p.low), p.high)}
+                found = _better(problem, found, _from_start(estimation.started(found), beside), loss)
+    for name, side in [(name, side) for name in coulomb for side in (1.0, -1.0)]:
+        if estimation.promise(found) >= _KINK:
+            found = _better(problem, found, estimation.moved(found, name, side), loss)
+    return found
+
+
+_BESIDE = 0.01
+"""Of its scale, by how much an actuator's first velocity is moved out of its kink at rest."""
+_KINK = 0.05
+"""Variances that the slopes at a minimum still promise."""
+
+
+def _better(problem: Problem, found: Solution, start: Sequence[Parameter], loss: str) -> Solution:
+    """Where a start leads to by all samples, if that is lower than what was found."""
+    again = estimation.solve(problem.experiments, start, sigma=found.sigma, loss=loss, most=8, precision=1e-4)
+    return _weighed(problem, again, {}, loss) if again.cost < found.cost * (1.0 - 1e-5) else found
+
+
+_ENOUGH = 400
+"""Samples of a recording that tell starts apart; the last fit takes all of them."""
+
+
+def _beginning(experiment: Experiment, part: float) -> Experiment:
+    """A part of a recording, from its beginning on, at a rate that is enough to find the way."""
+    return experiment.upto(part_of(experiment, part), max(experiment.time.size // _ENOUGH, 1))
+
+
+def part_of(experiment: Experiment, part: float) -> int:
+    """How many samples hold a part of a recording: of its samples, and of the way that it covers, stillness at first left out."""
+    size = experiment.time.size
+    places = np.unique(np.linspace(0, size - 1, 200).astype(int))
+    way = np.cumsum(np.abs(np.diff(experiment.measured[places], prepend=experiment.measured[0])))
+    covered = int(places[np.count_nonzero(way < part * way[-1])]) if part < 1.0 else size
+    return max(int(part * size), covered, min(20, size))

@@ -1,0 +1,194 @@
+"""Motions in a recording: where a body is released, and where what follows is no longer its own motion. Samples, end exclusive.
+
+A decay starts just after a largest deviation from rest, before which there is a hand, and ends where swings grow again: at the
+next hand. A drop starts where a height falls that was held, and ends where the body is lifted again. A recording may hold
+several.
+"""
+
+import math
+
+import numpy as np
+
+from hopform._errors import HopformError
+from hopform._identify.motion import Array
+from hopform._identify.recordings import FEWEST, Recording, calm, noise_of, quantum_of
+
+Span = tuple[int, int]
+_ALIKE = 0.03
+"""Swings of one body on one spring are as fast each time: another decay is within this share, what a hand does is not."""
+_LEAST_REACH = 0.25
+"""Of the largest decay or drop: what is smaller is left out."""
+_HELD = 0.08
+"""[s] over which a body that is held does not move; at an apex one moves by 8 mm in as long."""
+
+
+def decays(recording: Recording, values: Array) -> list[Span]:
+    """The free decays of a recording about its rest, in their order: the largest, and others that swing as fast."""
+    main = _decay(recording, values, 0, values.size)
+    size = _reach(values, main)
+    pace = _pace(recording, values, main)
+    found, open_spans = [main], [(0, _hand(values, main)), (main[1], values.size)]
+    while open_spans and math.isfinite(pace):
+        begin, end = open_spans.pop()
+        try:
+            other = _decay(recording, values, begin, end)
+        except HopformError:
+            continue
+        if _reach(values, other) < _LEAST_REACH * size:
+            continue
+        open_spans += [(begin, _hand(values, other, begin)), (other[1], end)]
+        if abs(_pace(recording, values, other) / pace - 1.0) <= _ALIKE:
+            found.append(other)
+    return sorted(found)
+
+
+def _decay(recording: Recording, whole: Array, begin: int, end: int) -> Span:
+    """The decay from the largest deviation of some samples on; HopformError if none follows it."""
+    if end - begin <= FEWEST:
+        raise recording.error_of("x2", f"too short: {end - begin} samples", recording.line + begin)
+    noise, values = max(noise_of(whole), quantum_of(whole)), calm(whole[begin:end])
+    rest, tail = rest_of(values), values[-max(values.size // 20, 5) :]
+    reach = float(np.abs(values - rest).max())
+    start = int((np.abs(values - rest) >= reach - 8.0 * noise).argmax())  # without friction all swings are as large
+    left = values[start:] - rest
+    crossings = np.flatnonzero(np.signbit(left[1:]) != np.signbit(left[:-1])) + 1
+    edges = [0, *crossings.tolist(), left.size]
+    sizes = [float(np.abs(left[a:b]).max()) for a, b in zip(edges[:-1], edges[1:], strict=True)]
+    swings = sum(size > max(8.0 * noise, 0.1 * reach) for size in sizes)
+    at = recording.line + begin + start
+    moves = float(np.ptp(tail)) / reach if reach > 0.0 else math.inf  # at the end, still
+    if reach <= 10.0 * noise or left.size <= FEWEST or (swings < 2 and moves > 0.05) or (swings < 3 and moves > 0.3):
+        raise recording.error_of("x2", "the release is not found: no decay follows the largest deviation", at)
+    way = np.abs(left - left[0])
+    turn = int((way >= float(way.max()) - 8.0 * noise).argmax())
+    if moves > 0.05 and turn >= 0.95 * (left.size - 1):
+        raise recording.error_of("x2", "too short: it ends before the body swings back", recording.line + end - 1)
+    grows = [n for n in range(2, len(sizes)) if sizes[n] > 1.3 * max(sizes[n - 2 : n]) + max(8.0 * noise, 0.05 * reach)]
+    last = start + (edges[grows[0] - 1] if grows else left.size)
+    near = np.abs(left) > reach - 8.0 * noise  # held, or about its turn: the last sample of it
+    start = min(start + int(near[: edges[1]].nonzero()[0][-1]) + 1, last - 1)
+    if last - start < FEWEST:
+        raise recording.error_of(
+            "x2", f"too short: {last - start} samples follow the release, at least {FEWEST} are needed", at
+        )
+    return begin + start, begin + last
+
+
+def rest_of(values: Array, share: int = 20) -> float:
+    """Where a body comes to rest, by the last of so many parts; where it swings on to the end, the middle of its last swings."""
+    tail, last = values[-max(values.size // share, 5) :], calm(values)[values.size // 2 :]
+    middle, whole = 0.5 * float(last.max() + last.min()), float(np.ptp(values))
+    crossings = np.count_nonzero(np.diff(np.signbit(last - middle)))
+    if crossings >= 3 and float(np.ptp(last)) > 0.5 * whole and float(np.ptp(tail)) > 0.1 * whole:
+        return middle
+    return float(np.median(tail))
+
+
+def _reach(values: Array, span: Span) -> float:
+    """How far a decay swings at first."""
+    part = calm(values[slice(*span)])
+    return abs(float(part[0]) - rest_of(part))
+
+
+def _hand(values: Array, span: Span, begin: int = 0) -> int:
+    """Where the hand has taken the body from rest, before a decay: the last crossing of its rest."""
+    part = values[slice(*span)]
+    side = np.signbit(values[begin : span[0]] - rest_of(part))
+    crossings = np.flatnonzero(side[1:] != side[:-1])
+    return begin + int(crossings[-1]) if crossings.size else begin
+
+
+def _pace(recording: Recording, values: Array, span: Span) -> float:
+    """Time [s] from crossing to crossing of the rest, the median of the larger swings; NaN for too few of them."""
+    time, part = recording.time[slice(*span)], calm(values[slice(*span)])
+    left = part - rest_of(part)
+    crossings = np.flatnonzero(np.signbit(left[1:]) != np.signbit(left[:-1]))
+    large = [
+        n for n, (a, b) in enumerate(zip(crossings[:-1], crossings[1:], strict=True))
+        if float(np.abs(left[a : b + 1]).max()) > 0.1 * abs(float(left[0]))
+    ]  # fmt: skip
+    if len(large) < 3:
+        return math.nan
+    share = left[crossings] / (left[crossings] - left[crossings + 1])
+    moments = time[crossings] + share * (time[crossings + 1] - time[crossings])
+    return float(np.median(np.diff(moments)[large]))
+
+
+def drops(recording: Recording, values: Array, driven: bool = False) -> list[Span]:
+    """The drops of a recording: each from where the height is lower than it was held, up to where the body is lifted again.
+
+    driven: by an actuator that may lift the body too: then one drop fills the recording.
+    """
+    noise = max(noise_of(values), quantum_of(values), 1e-9)
+    if driven:
+        return [(_fall(recording, values, 0, values.size, noise, driven)[0], values.size)]
+    first = _fall(recording, values, 0, values.size, noise)
+    size = float(np.ptp(calm(values[slice(*first)])))
+    lifts = _lifts(recording.time, values, noise, size)
+    found, begin = [first] if not lifts else [_fall(recording, values, 0, lifts[0][0], noise)], 0
+    for n, (_, held) in enumerate(lifts):
+        begin, end = held, lifts[n + 1][0] if n + 1 < len(lifts) else values.size
+        try:
+            other = _fall(recording, values, begin, end, noise)
+        except HopformError:  # lifted, and held to the end
+            continue
+        if float(np.ptp(calm(values[slice(*other)]))) >= _LEAST_REACH * size:
+            found.append(other)
+    return found
+
+
+def _fall(recording: Recording, whole: Array, begin: int, end: int, noise: float, driven: bool = False) -> Span:
+    """A fall from the height at which some samples begin; HopformError if there is none."""
+    values = calm(whole[begin:end])
+    level = float(np.median(values[:5]))
+    fallen = np.flatnonzero(values < level - max(8.0 * noise, 0.002 * float(np.ptp(values))))
+    if not fallen.size:
+        raise recording.error_of("x2", "the release is not found: the height does not fall", recording.line + begin)
+    start, last, least = int(fallen[0]), values.size, 8.0 * noise + 0.02 * float(np.ptp(values))
+    higher = np.flatnonzero(values[start:] > level + least)  # than it was let go at: there a hand is at work
+    if higher.size and not driven:
+        last = _taken(values, start, start + int(higher[0]), least)
+    if last - start < FEWEST:
+        raise recording.error_of(
+            "x2",
+            f"too short: {last - start} samples follow the release, at least {FEWEST} are needed",
+            recording.line + begin + start,
+        )
+    return begin + start, begin + last
+
+
+def _lifts(time: Array, values: Array, noise: float, size: float) -> list[Span]:
+    """Where a body is taken by the hand, and the first sample at which it is held higher, for each time that it is."""
+    width = max(round(_HELD / float(np.median(np.diff(time)))), 5)
+    if values.size < 4 * width:
+        return []
+    smooth = calm(values)
+    windows = np.lib.stride_tricks.sliding_window_view(smooth, width)
+    still = windows.max(axis=1) - windows.min(axis=1) < max(8.0 * noise, 2e-3 * size)
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], still, [False]]).astype(int)))
+    spans = [(int(a), int(b) - 1 + width) for a, b in zip(edges[::2], edges[1::2], strict=True)]
+    high = float(smooth.min()) + 0.5 * size
+    lifts, last = list[Span](), 0
+    for begin, end in spans:
+        if float(np.median(smooth[begin:end])) <= high:
+            continue
+        rests = [b for a, b in spans if last < a and b <= begin and float(np.median(smooth[a:b])) <= high]
+        fell = begin > last and float(smooth[last:begin].min()) <= high - 0.25 * size
+        if last and fell:
+            lifts.append((rests[-1] if rests else _taken(smooth, last, begin, 0.02 * size + 8.0 * noise), begin))
+        last = end
+    return lifts
+
+
+def _taken(values: Array, begin: int, held: int, least: float) -> int:
+    """The last high of a motion before the low from which it is lifted: there it was surely its own."""
+    turn, extreme, rising = begin, begin, False
+    highs = [begin]
+    for n in range(begin, held):
+        if (values[n] > values[extreme]) == rising and values[n] != values[extreme]:
+            extreme = n
+        elif abs(float(values[n] - values[extreme])) > least:
+            turn, extreme, rising = extreme, n, not rising
+            if not rising:
+                highs.append(turn)
+    return highs[-1]

@@ -1,0 +1,202 @@
+"""Synthetic recordings of any robot, with noise, encoder quantum and rate: to plan experiments with, and to prove the fits."""
+
+import math
+from typing import Literal, NamedTuple, SupportsFloat
+
+import numpy as np
+
+from hopform._checks import finite, positive, whole
+from hopform._errors import HopformError
+from hopform._identify import rigs
+from hopform._identify.motion import Array
+from hopform._identify.recordings import Column, Recording
+from hopform._robots import Robot
+
+Test = Literal["drop", "free", "decay", "step", "air", "ramp"]
+TESTS: tuple[Test, ...] = ("drop", "free", "decay", "step", "air", "ramp")
+
+NOISE = 2e-4
+QUANTUM = 1.0 / 56000.0
+
+
+def record(
+    robot: Robot,
+    test: str,
+    *,
+    duration: SupportsFloat = 2.0,
+    rate: SupportsFloat = 500.0,
+    noise: SupportsFloat = NOISE,
+    quantum: SupportsFloat = QUANTUM,
+    height: SupportsFloat = 0.2,
+    current: SupportsFloat | None = None,
+    hold: SupportsFloat = 0.2,
+    added_mass: SupportsFloat = 0.0,
+    repeats: int = 1,
+    spring: bool = False,
+    seed: int | None = None,
+) -> Recording:
+    """What a lab would record of a robot in a test.
+
+    test: "drop" (released at hop height `height` [m], actuator held, flights and impacts included), "free" (the same, the
+    actuator free within its stops under currents of both signs from the release on; x1 is recorded too), "decay" (the body fixed
+    to its spring, pulled down by `height`), "step" (the body held, currents +-`current` [A] in turn), "air" (the same without a
+    spring), "ramp" (in the air, or against the spring if `spring`, the current grows to `current` [A] and, from rest again, to
+    its negative). current: u_max if not given. hold [s]: of stillness at first, but in a decay. duration [s]: of a motion; a drop
+    or a decay is repeated `repeats` times, the body taken back by hand in between. rate [Hz], noise [m] (standard deviation),
+    quantum [m] (0 for none). The same seed gives the same recording. Raises HopformError for a value that is not allowed.
+
+    >>> import hopform
+    >>> recording = record(hopform.load_robot("hopper_c"), "step", seed=1)
+    >>> recording.time.size, sorted(recording.columns)
+    (1001, ['current', 'x1'])
+    """
+    if test not in TESTS:
+        raise HopformError(f"test must be one of {', '.join(TESTS)}, got {test!r}")
+    whole("repeats", repeats, most=1000)
+    if repeats > 1 and test not in ("drop", "decay"):
+        raise HopformError(f"repeats are for a drop or a decay, got {test!r}")
+    encoder = _Encoder(finite("noise", noise, "m"), finite("quantum", quantum, "m"), np.random.default_rng(seed))
+    if encoder.noise < 0.0 or encoder.quantum < 0.0:
+        raise HopformError(f"noise and quantum must be >= 0 m, got {encoder.noise!r} and {encoder.quantum!r}")
+    time, hertz = _times(duration, rate)
+    still, mass = finite("hold", hold, "s"), finite("added_mass", added_mass, "kg")
+    if not still <= time[-1]:
+        raise HopformError(f"hold must be <= {float(time[-1])!r} s, the duration, got {still!r}")
+    most = positive("current", robot.u_max if current is None and math.isfinite(robot.u_max) else current or 1.0, "A")
+    u = _current(test, time, still, most)
+    if test in ("drop", "free", "decay"):
+        x, x1 = _body(robot, test, time, positive("height", height, "m"), still, mass, u)
+        if repeats > 1:
+            x, time = _again(x, repeats, hertz)
+        columns = {"x2": encoder.column("x2_m", 2, x)}
+    else:
+        x1 = _actuator(robot, "held" if test == "step" or spring else "air", time, u)
+        columns = {"x1": encoder.column("x1_m", 2, x1)}
+    if test not in ("drop", "decay"):
+        columns["current"] = Column("current_A", "current", 3, u)
+    if test == "free":
+        columns["x1"] = encoder.column("x1_m", 4, x1)
+    return Recording(f"{robot.name or 'robot'}, {test}", time, columns, 2, mass)
+
+
+def to_csv(recording: Recording) -> str:
+    """A recording as the CSV text that `read_recording` reads."""
+    columns = sorted(recording.columns.values(), key=lambda column: column.place)
+    head = ",".join(["time_s", *(column.title for column in columns)])
+    rows = zip(recording.time.tolist(), *(column.values.tolist() for column in columns), strict=True)
+    return "\n".join([head, *(",".join(f"{value:.9g}" for value in row) for row in rows)]) + "\n"
+
+
+class _Encoder(NamedTuple):
+    """How a position is measured: noise [m], quantum [m], and where the noise comes from."""
+
+    noise: float
+    quantum: float
+    rng: "np.random.Generator"
+
+    def column(self, title: str, place: int, x: Array) -> Column:
+        """A position as a column."""
+        values = x + self.noise * self.rng.standard_normal(x.size)
+        return Column(
+            title, "length", place, self.quantum * np.round(values / self.quantum) if self.quantum > 0.0 else values
+        )
+
+
+def _times(duration: SupportsFloat, rate: SupportsFloat) -> tuple[Array, float]:
+    span, hertz = positive("duration", duration, "s"), positive("rate", rate, "Hz")
+    if not 18.5 < span * hertz < 2**16 - 1.5:
+        raise HopformError(f"duration times rate must give 20 to {2**16 - 1} samples, got {span * hertz + 1.0:.6g}")
+    return np.arange(round(span * hertz) + 1) / hertz, hertz
+
+
+def _current(test: str, time: Array, still: float, most: float) -> Array:
+    """The current over a test; 0 where there is none."""
+    if test == "free":
+        return _pulses(time, still, most, _FREE_PATTERN)
+    if test in ("step", "air"):
+        return _pulses(time, still, most, _PATTERN)
+    return _ramps(time, still, most) if test == "ramp" else np.zeros(time.size)
+
+
+def _body(
+    robot: Robot, test: str, time: Array, height: float, still: float, added: float, u: Array
+) -> tuple[Array, Array]:
+    """x2 and x1 of a body that is let go after a while; a decay without stillness begins with the swing."""
+    body = {"m_s": robot.m_s, "k": robot.k, "b2": robot.b2, "f2": robot.f2}
+    if test == "decay":
+        values = {**body, "g": 0.0, "rest": 0.0, "x": -height, "v": 0.0}
+        return _of("attached", values, time, added), np.zeros(time.size)
+    values = {
+        **body, "g": robot.g, "length": robot.L0 + robot.c, "impact_loss": robot.impact_loss,
+        "x": robot.L0 + robot.c + height, "v": 0.0,
+    }  # fmt: skip
+    falls = time >= still
+    x, x1 = np.full(time.size, values["x"]), np.zeros(time.size)
+    since = time[falls] - still
+    if test == "drop":
+        x[falls] = _of("ground", values, since, added)
+        return x, x1
+    values |= {
+        "m_eff": robot.m_eff, "b1": robot.b1, "f1": robot.f1, "gamma2": robot.gamma2, "offset": -robot.k * robot.c / robot.gamma2,
+        "x1_min": min(robot.x1_min, 0.0), "x1_max": max(robot.x1_max, 0.0), "x1": 0.0, "v1": 0.0,
+    }  # fmt: skip
+    steps = (
+        (0.0, 0.0),
+        *((since[0] + t, each) for t, each in _steps(since, u[falls])),
+    )  # a sample holds until the next
+    x[falls], x1[falls] = (_of("free", values, since, added, steps, which) for which in ("x2", "x1"))
+    return x, x1
+
+
+def _again(x: Array, repeats: int, rate: float) -> tuple[Array, Array]:
+    """A motion several times, between which a hand takes the body back within 0.6 s and holds it for 0.3 s; and its times."""
+    t = np.linspace(0.0, 1.0, max(round(0.6 * rate), 2))
+    back = x[-1] + (x[0] - x[-1]) * (3.0 * t**2 - 2.0 * t**3)
+    held = np.full(max(round(0.3 * rate), 1), x[0])
+    whole = np.concatenate([x, *([back, held, x] * (repeats - 1))])
+    return whole, np.arange(whole.size) / rate
+
+
+def _steps(time: Array, u: Array) -> tuple[tuple[float, float], ...]:
+    starts = np.concatenate([[True], u[1:] != u[:-1]])
+    return tuple(zip((time[starts] - time[0]).tolist(), u[starts].tolist(), strict=True))
+
+
+def _actuator(robot: Robot, kind: Literal["held", "air"], time: Array, u: Array) -> Array:
+    values = {
+        "m_eff": robot.m_eff, "k": robot.k, "b1": robot.b1, "f1": robot.f1, "gamma2": robot.gamma2, "rest": 0.0, "offset": 0.0,
+        "x": 0.0, "v": 0.0,
+    }  # fmt: skip
+    return _of(kind, values, time, 0.0, _steps(time, u))
+
+
+def _of(
+    kind: rigs.Kind,
+    values: dict[str, float],
+    time: Array,
+    added: float,
+    steps: tuple[tuple[float, float], ...] = ((0.0, 0.0),),
+    which: Literal["x1", "x2"] = "x2",
+) -> Array:
+    reach = np.array([0.0, abs(values["x"]) + 1.0])
+    experiment = rigs.Experiment("", kind, time, reach, {}, values, steps, added, of=which)
+    return experiment.predict({})[0]
+
+
+_PATTERN = (1.0, -1.0, 0.5, -0.5)
+_FREE_PATTERN = (0.7, -0.35, 1.0, -0.7, 0.35)
+"""Shares of the largest current, held as long each."""
+
+
+def _pulses(time: Array, still: float, most: float, pattern: tuple[float, ...]) -> Array:
+    """Currents of both signs and of several sizes after stillness."""
+    part = np.floor(len(pattern) * (time - still) / max(float(time[-1]) - still, 1e-9)).astype(int)
+    return np.where(time < still, 0.0, np.array(pattern)[np.clip(part, 0, len(pattern) - 1)] * most)
+
+
+def _ramps(time: Array, still: float, most: float) -> Array:
+    """Up to the largest current in the first half, back to 0, down to its negative in the second."""
+    half = 0.5 * float(time[-1])
+    part = np.where(time < half, time, time - half)
+    sign = np.where(time < half, 1.0, -1.0)
+    return sign * most * np.clip((part - still) / max(half - still, 1e-9), 0.0, 1.0)

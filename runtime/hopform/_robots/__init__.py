@@ -1,0 +1,150 @@
+"""Robots: checked parameters, the shipped ones, TOML in and out."""
+
+import difflib
+import json
+import re
+import tomllib
+from dataclasses import dataclass, fields
+from importlib import resources
+from pathlib import Path
+from typing import Any, NoReturn
+
+from hopform._checks import shown
+from hopform._errors import HopformError
+from hopform._solver.package import ROBOT_FIELDS, CheckedRobot, Field, checked
+
+ROBOTS = ("hopper_c", "hopper_b", "ideal")
+"""Names of the shipped robots. They are this project's own, not the paper's, which gives no values."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Robot(CheckedRobot):
+    """What a hopper is made of, in SI units and A, checked at construction; fields as in `Robot.fields()`.
+
+    Raises HopformError, which names the field, the value and what is allowed.
+
+    >>> Robot(m_eff=25.0, m_s=3.0, k=1200.0, L0=0.4, f2=-1.0)
+    Traceback (most recent call last):
+    ...
+    hopform._errors.HopformError: f2 must be >= 0 and finite m/s^2, got -1.0
+    """
+
+    name: str = ""
+    description: str = ""
+
+    def __post_init__(self) -> None:
+        try:
+            super().__post_init__()
+        except HopformError:
+            raise
+        except ValueError as error:
+            raise HopformError(str(error)) from None
+        for key in ("name", "description"):
+            text: object = getattr(self, key)
+            if not isinstance(text, str):
+                raise HopformError(f"{key} must be a text, got {shown(text)}")
+            try:
+                text.encode()
+            except UnicodeEncodeError:
+                raise HopformError(f"{key} must be a text that UTF-8 holds, got {shown(text)}") from None
+
+    @staticmethod
+    def fields() -> tuple[Field, ...]:
+        """The parameters: name, the paper's glyph, unit, domain, meaning, default."""
+        return ROBOT_FIELDS
+
+    def to_toml(self) -> str:
+        """The robot as a TOML text that `load_robot` reads back to the same robot."""
+        lines = [f"{key} = {toml_string(text)}" for key in ("name", "description") if (text := getattr(self, key))]
+        for field in ROBOT_FIELDS:
+            value = f"{field.name} = {getattr(self, field.name)!r}"
+            lines.append(f"{value:<24} # [{field.unit}] {field.meaning}")
+        return "\n".join(lines) + "\n"
+
+
+def toml_string(text: str) -> str:
+    """A text as a basic string of TOML, which has JSON's escapes, and one for U+007F."""
+    return json.dumps(text, ensure_ascii=False).replace("\x7f", r"\u007f")
+
+
+def checked_robot(robot: object) -> Robot:
+    """The robot; HopformError for what is none, the name of one for instance."""
+    if not isinstance(robot, Robot):
+        raise HopformError(f"robot must be a Robot, as load_robot gives it, got {shown(robot)}")
+    return robot
+
+
+def load_robot(name_or_path: str | Path) -> Robot:
+    """A shipped robot by its name, or the robot of a TOML file whose keys are the parameter names.
+
+    Raises HopformError: no such robot or file (with the nearest name), an unknown key (with the nearest known one),
+    a value out of its domain (with file and line).
+
+    >>> load_robot("hopper_c").k
+    1200.0
+    """
+    path = file_of(name_or_path)
+    if path is None:
+        text = resources.files("hopform._robots").joinpath(f"{name_or_path}.toml").read_text("utf-8")
+        return robot_from_toml(text, f"{name_or_path}.toml")
+    if not path.is_file():
+        _no_such_robot(str(name_or_path))
+    try:
+        return robot_from_toml(path.read_text("utf-8"), str(path))
+    except (OSError, UnicodeDecodeError) as error:
+        raise HopformError(f"{path}: cannot be read: {error}") from None
+
+
+def file_of(name_or_path: str | Path) -> Path | None:
+    """The file that `load_robot` reads; None for a shipped robot."""
+    return None if str(name_or_path) in ROBOTS else Path(name_or_path)
+
+
+def robot_from_toml(text: str, source: str = "TOML") -> Robot:
+    """The robot of a TOML text; `source` is what errors call it."""
+    try:
+        table: dict[str, Any] = tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise HopformError(f"{source} is not valid TOML: {error}") from None
+    except ValueError:
+        raise HopformError(f"{source} holds a whole number of more digits than Python reads") from None
+    known = {field.name: field for field in ROBOT_FIELDS}
+    for key, value in table.items():
+        where = f"({source}, line {_line_of(key, text)})"
+        if key in ("name", "description"):
+            if not isinstance(value, str):
+                raise HopformError(f"{key} must be a text, got {shown(value)} {where}")
+        elif key not in known:
+            raise HopformError(f"unknown parameter {key!r}{_nearest(key, [*known, 'name'])} {where}")
+        elif (reason := checked.refusal(known[key], value)) is not None:
+            raise HopformError(f"{reason} {where}")
+    missing = [field.name for field in ROBOT_FIELDS if field.default is None and field.name not in table]
+    if missing:
+        raise HopformError(f"{source} lacks {', '.join(missing)}")
+    try:
+        return Robot(**table)
+    except HopformError as error:
+        raise HopformError(f"{error} ({source})") from None
+
+
+def _line_of(key: str, text: str) -> int:
+    pattern = re.compile(rf"""^\s*["']?{re.escape(key)}["']?\s*[.=]|^\s*\[+\s*{re.escape(key)}""")
+    return next((number for number, line in enumerate(text.splitlines(), 1) if pattern.match(line)), 1)
+
+
+def _nearest(word: str, known: list[str]) -> str:
+    close = difflib.get_close_matches(word, known, 1, 0.5)
+    return f", did you mean {close[0]!r}?" if close else ""
+
+
+def _no_such_robot(name: str) -> NoReturn:
+    looks_like_a_file = "/" in name or "\\" in name or name.endswith(".toml")
+    if looks_like_a_file:
+        raise HopformError(f"there is no file {name!r}")
+    nearest = _nearest(name, list(ROBOTS))
+    raise HopformError(
+        f"there is no robot {name!r}{f'{nearest} Known' if nearest else '; known'}: {', '.join(ROBOTS)}, or a TOML file"
+    )
+
+
+assert {field.name for field in fields(Robot)} == {field.name for field in ROBOT_FIELDS} | {"name", "description"}

@@ -1,0 +1,80 @@
+"""How the take-off of a stance depends on its inputs: what the back ends compute, in the coordinates that people give."""
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hopform._errors import HopformError
+from hopform._solver.package import COLUMNS as SOLVED_COLUMNS
+from hopform._solver.package import ROWS, records
+
+COLUMNS = ("x1", "v1", "x2", "v2", "u", *records.Robot._fields)
+
+
+@dataclass(frozen=True)
+class Sensitivities:
+    """Derivatives of the take-off through the events of a stance, in the units of row over column; NaN without take-off.
+
+    rows: T [s], the state x1, v1, x2, v2 at take-off, apex, aed. columns: the initial state x1, v1, x2, v2, the current u (all
+    steps alike), the robot's fields. matrix: rows times columns; `[row, column]` is one entry by name.
+    """
+
+    rows: tuple[str, ...]
+    columns: tuple[str, ...]
+    matrix: NDArray[np.floating] = field(compare=False)
+
+    def __getitem__(self, names: tuple[str, str]) -> float:
+        """The derivative of a row by a column, by their names; HopformError if there is none of that name."""
+        return float(self.matrix[_place(*names)])
+
+
+@dataclass(frozen=True)
+class ManySensitivities:
+    """The same of many stances, as arrays of their shape: matrix has two further axes, rows and columns."""
+
+    rows: tuple[str, ...]
+    columns: tuple[str, ...]
+    matrix: NDArray[np.floating] = field(compare=False)
+
+    def __getitem__(self, names: tuple[str, str]) -> NDArray[np.floating]:
+        """The derivatives of a row by a column, by their names; HopformError if there is none of that name."""
+        return np.asarray(self.matrix[(..., *_place(*names))])
+
+
+def _place(row: str, column: str) -> tuple[int, int]:
+    for name, known in ((row, ROWS), (column, COLUMNS)):
+        if name not in known:
+            raise HopformError(
+                f"there is no sensitivity {row!r}, {column!r}: {name!r} is not one of {', '.join(known)}"
+            )
+    return ROWS.index(row), COLUMNS.index(column)
+
+
+def in_height(solved: NDArray[Any], x2_is_given: bool) -> NDArray[Any]:
+    """Derivatives (..., rows, columns) with the column x2 in place of the compression's, y = x1 - x2 + L0 + c.
+
+    Where x2 is left out it is x1 + L0 + c: y stays 0, and the column x2 is 0.
+    """
+    at = {name: number for number, name in enumerate(SOLVED_COLUMNS)}
+    by_y = solved[..., at["y"]].copy() if x2_is_given else np.zeros_like(solved[..., 0])
+    matrix = solved.copy()
+    matrix[..., at["y"]] = np.where(np.isnan(solved[..., at["y"]]), np.nan, -by_y)
+    for name in ("x1", "L0", "c"):
+        matrix[..., at[name]] += by_y
+    return matrix
+
+
+def of_matrix(solved: NDArray[Any], x2_is_given: bool) -> Sensitivities:
+    """The sensitivities of one stance from what a back end computes."""
+    matrix = in_height(solved, x2_is_given)
+    matrix.setflags(write=False)
+    return Sensitivities(ROWS, COLUMNS, matrix)
+
+
+def of_matrices(solved: NDArray[Any], x2_is_given: bool) -> ManySensitivities:
+    """The sensitivities of many stances from what a back end computes."""
+    matrix = in_height(solved, x2_is_given)
+    matrix.setflags(write=False)
+    return ManySensitivities(ROWS, COLUMNS, matrix)

@@ -1,0 +1,231 @@
+"""The NumPy back end: the vectorised solver of a package, seen as the C back end shows it."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hopform._errors import HopformError
+from hopform._solver.columns import CODES, RESULTS, Columns, Events
+from hopform._solver.library import Backend
+from hopform._solver.package import REFUSALS, Energy, Gains, Package, records
+from hopform._solver.protocol import FlightRow, Steps
+
+
+@dataclass(frozen=True)
+class Solved:
+    """A stance solved on arrays of length one."""
+
+    package: Package
+    solution: Any
+
+    def outcome(self) -> tuple[int, float, records.State, float, float]:
+        """Ending, duration, state at the ending, apex, AED."""
+        of = self.solution
+        end = records.State(*(float(field) for field in of.end))
+        return int(of.ending), float(of.duration), end, float(of.apex), float(of.aed)
+
+    def event_rows(self) -> list[tuple[float, int]]:
+        """Time and number of each event."""
+        return [(t, event) for t, _, _, event, _ in self.phase_rows() if event]
+
+    def phase_rows(self) -> list[tuple[float, records.State, int, int, int]]:
+        """Each phase: when and where it starts, its mode, the event that starts it, the step of the current."""
+        p = self.solution.phases
+        columns = (p.t, p.x1, p.v1, p.v2, p.y, p.mode, p.event, p.step)
+        rows = zip(*(column.tolist() for column in columns), strict=True)
+        return [(t, records.State(x1, v1, v2, y), mode, event, step) for t, x1, v1, v2, y, mode, event, step in rows]
+
+    def state(self, t: float) -> records.State:
+        """The state at one time."""
+        return records.State(
+            *(float(column[0]) for column in self.state_at(np.array([t], self.solution.duration.dtype)))
+        )
+
+    def state_at(self, t: NDArray[np.floating]) -> records.State:
+        """States at times of one dimension."""
+        found: records.State = self.package.stance.state_at(self.solution, 0, t)
+        return found
+
+    def grid(self, dt: float, out: records.State) -> None:
+        """Put the states at i dt, i = 0, 1, ..., into arrays of one dimension."""
+        real = self.solution.duration.dtype.type
+        t = np.arange(out.x1.size, dtype=real) * real(dt)
+        for column, values in zip(out, self.state_at(t), strict=True):
+            column[...] = values
+
+    def energy(self, t: float) -> Energy:
+        """Energies at one time."""
+        return Energy(*(float(column[0]) for column in self.energy_at(np.array([t], self.solution.duration.dtype))))
+
+    def energy_at(self, t: NDArray[np.floating]) -> Energy:
+        """Energies at times of one dimension."""
+        found: Energy = self.package.energy.energy_at(self.solution, 0, t)
+        return found
+
+    def ledger_at(self, t: NDArray[np.floating]) -> tuple[records.Ledger, NDArray[np.floating]]:
+        """Ledger and loss at stops at times of one dimension."""
+        found: tuple[records.Ledger, NDArray[np.floating]] = self.package.energy.ledger_at(self.solution, 0, t)
+        return found
+
+    def sensitivities(self) -> NDArray[np.floating]:
+        """Derivatives, rows times columns as in the package's `sensitivity`; NaN where there are none."""
+        found: NDArray[np.floating] = self.package.sensitivity.sensitivities_of(self.solution)
+        return found
+
+    def tangents(self, t: NDArray[np.floating]) -> tuple[records.State, NDArray[np.floating]]:
+        """States at times of one dimension, which do not decrease, and the derivatives of x1, v1, v2, y there."""
+        return self.state_at(t), self.package.sensitivity.tangents_of(self.solution, t)
+
+
+@dataclass(frozen=True)
+class ArrayFlight:
+    """A flight solved with NumPy."""
+
+    package: Package
+    flight: Any
+
+    @property
+    def gains(self) -> Gains:
+        """Gains of the actuator's law."""
+        return Gains(*map(float, self.flight.gains))
+
+    @property
+    def end(self) -> records.State:
+        """The state at the ending."""
+        return records.State(*map(float, self.flight.end))
+
+    def rows(self) -> list[FlightRow]:
+        """The phases."""
+        phases = self.flight.phases
+        return [FlightRow(float(p.t), float(p.x1), float(p.v1), p.side, p.limit, p.event) for p in phases]
+
+    def state_at(self, t: NDArray[np.floating]) -> records.State:
+        """States at times of one dimension."""
+        found: records.State = self.package.flight.flight_at(self.flight, t)
+        return found
+
+    def energy_at(self, t: NDArray[np.floating]) -> tuple[Energy, records.FlightLedger, NDArray[np.floating]]:
+        """Energies, ledger and loss at stops at times of one dimension."""
+        ledger, losses = self.package.flight.flight_ledger_at(self.flight, t)
+        return self.package.flight.flight_energy_at(self.flight, t), ledger, losses
+
+
+class OnArrays:
+    """A generated package as a solver, by NumPy."""
+
+    name: Backend = "numpy"
+
+    def __init__(self, package: Package) -> None:
+        self.package = package
+
+    def solve_stance(
+        self, parameters: Any, start: records.State, steps: Steps, horizon: float, max_phases: int, dtype: np.dtype[Any]
+    ) -> Solved:
+        """One stance; HopformError if the numbers leave the range of the precision."""
+        times, values = zip(*steps, strict=True)
+        u = values[0] if len(values) == 1 else values
+        with np.errstate(all="ignore"):
+            solution = self.package.stance.solve(parameters, start, u, times, horizon, max_phases, dtype.type)
+        _check_range(solution.duration, solution.aed, *solution.end)
+        return Solved(self.package, solution)
+
+    def solve_flight(
+        self, parameters: Any, start: records.State, gains: Gains | None, horizon: float, max_phases: int,
+        dtype: np.dtype[Any],
+    ) -> ArrayFlight:  # fmt: skip
+        """One flight; HopformError if the numbers leave the range of the precision."""
+        with np.errstate(all="ignore"):
+            flight = self.package.flight.solve_flight(parameters, start, gains, horizon, max_phases, dtype.type)
+        _check_range(flight.duration, flight.apex, flight.v2_after, *flight.end, *(() if flight.phases else (np.nan,)))
+        return ArrayFlight(self.package, flight)
+
+    def choose_current(
+        self, parameters: Any, start: records.State, target: tuple[float, float, float, float], max_phases: int,
+        dtype: np.dtype[Any],
+    ) -> tuple[float, float, int, int]:  # fmt: skip
+        """Current [A], hop height [m] (0 without take-off), status as in COMMANDS, and how many stances were solved."""
+        found: tuple[float, float, int, int] = self.package.control.choose(
+            parameters, start, target, max_phases, dtype.type
+        )
+        return found
+
+    def apexes(
+        self, parameters: Any, starts: list[records.State], currents: NDArray[np.float64], horizon: float,
+        max_phases: int,
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:  # fmt: skip
+        """The next apex, NaN without take-off, and the largest x1, (starts, currents)."""
+        columns = records.State(*(np.repeat([start[n] for start in starts], currents.size) for n in range(4)))
+        u = np.tile(currents, len(starts))
+        with np.errstate(all="ignore"):
+            found = self.package.trial.try_currents(parameters, columns, u, horizon, max_phases)
+        shape = len(starts), currents.size
+        apex = np.where(found.takes_off, found.apex, np.nan).astype(float)
+        return apex.reshape(shape), found.peak.astype(float).reshape(shape)
+
+    def solve_columns(self, columns: Columns, results: Sequence[NDArray[Any]], max_phases: int, events: bool) -> Events:
+        """Put the results of stances into arrays; their events."""
+        real, size = results[1].dtype, results[0].size
+        x1, v1, v2, y, u, horizon, *fields = (np.broadcast_to(column, size) for column in columns)
+        status = self._refusals(records.State(x1, v1, v2, y), u, horizon, fields, max_phases)
+        for name, result in zip(RESULTS, results, strict=True):
+            result[...] = 0 if name in CODES else np.nan
+        results[0][...] = status
+        sound = np.flatnonzero(status == 0)
+        if not sound.size:
+            return [(np.zeros(0, np.intp), np.zeros(0, real), np.zeros(0, np.int8))]
+        solution = self._solved(columns, sound, size, max_phases, real)
+        with np.errstate(all="ignore"):
+            x2 = self.package.formulas.body_height(solution.plan.robot, solution.end.x1, solution.end.y)
+        end, phases = solution.end, solution.phases
+        found = (solution.ending, solution.duration, end.x1, end.v1, x2, end.v2, solution.apex, solution.aed)
+        finite = np.all([np.isfinite(value) for value in (*found[1:6], solution.aed)], axis=0)
+        for result, values in zip(results, found, strict=False):
+            result[sound[finite]] = values[finite]
+        results[0][sound[~finite]] = -8
+        happens = (phases.event != 0) & finite[phases.lane]
+        lane, t, kind = sound[phases.lane[happens]], phases.t[happens], phases.event[happens]
+        results[-1][...] = np.bincount(lane, minlength=size)
+        return [(lane, t, kind)]
+
+    def differentiate_columns(
+        self, columns: Columns, matrices: NDArray[Any], status: NDArray[Any], max_phases: int
+    ) -> None:
+        """Put the derivatives of stances, rows times columns, into an array."""
+        matrices[...] = np.nan
+        sound = np.flatnonzero(status >= 0)
+        if sound.size:
+            solution = self._solved(columns, sound, status.size, max_phases, matrices.dtype)
+            matrices[sound] = self.package.sensitivity.sensitivities_of(solution)
+
+    def _solved(
+        self, columns: Columns, lanes: NDArray[np.intp], size: int, max_phases: int, real: np.dtype[Any]
+    ) -> Any:
+        x1, v1, v2, y, u, horizon, *fields = (np.broadcast_to(column, size)[lanes] for column in columns)
+        robot, start = self.package.records.Robot(*fields), records.State(x1, v1, v2, y)
+        with np.errstate(all="ignore"):
+            return self.package.stance.solve(robot, start, u, 0.0, horizon, max_phases, real.type)
+
+    def _refusals(
+        self, start: records.State, u: NDArray[Any], horizon: NDArray[Any], fields: list[NDArray[Any]], max_phases: int
+    ) -> NDArray[np.intc]:
+        """The negative status of what the C library refuses, 0 for what it solves."""
+        limit, robot = self.package.limits.NEVER[u.dtype], self.package.records.Robot(*fields)
+
+        def beyond(*values: NDArray[Any]) -> NDArray[np.bool_]:
+            return np.asarray(~np.all([np.abs(value) <= limit for value in values], axis=0))
+
+        outside = ~(robot.x1_min <= robot.x1_max)
+        for field in self.package.records.ROBOT_FIELDS:
+            outside |= ~self.package.checked.inside(field.domain, getattr(robot, field.name), limit)
+        misplaced = beyond(*start) | ~((start.x1 >= robot.x1_min) & (start.x1 <= robot.x1_max))
+        endless = ~((horizon > 0.0) & (horizon <= limit)) | (max_phases < 1)
+        cases = [outside, misplaced, start.y < 0.0, beyond(u), endless]
+        return np.select(cases, [-2, -3, -4, -5, -6], 0).astype(np.intc)
+
+
+def _check_range(*numbers: Any) -> None:
+    if not all(np.isfinite(number) for number in numbers):
+        raise HopformError(REFUSALS[-8])

@@ -1,0 +1,354 @@
+"""The C back end: the compiled library, loaded by ctypes. Its structs follow the records of the package.
+
+A library that was built from other sources than the package is refused by name, because it would answer wrongly.
+"""
+
+import ctypes
+import struct
+from collections.abc import Callable, Mapping
+from functools import cache, lru_cache
+from importlib import import_module
+from pathlib import Path
+from typing import Any, cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hopform._errors import BackendError, HopformError
+from hopform._solver import library as of_library
+from hopform._solver.library import Backend, handle, opened
+from hopform._solver.package import OURS, REFUSALS, ROWS, Energy, Package, records
+
+PHASES_NOT_KEPT = 1
+NO_DERIVATIVE = 2
+_FIRST_CAPACITY = 64
+tuple_of: Any = cast(Any, tuple).__new__
+"""A named tuple of what it holds, in half the time that its class takes."""
+
+
+_SCALARS = {
+    "int8": ctypes.c_int8,
+    "uint16": ctypes.c_uint16,
+    "int32": ctypes.c_int32,
+    "uint32": ctypes.c_uint32,
+    "bool": ctypes.c_bool,
+    "ptrdiff": ctypes.c_ssize_t,
+}
+
+
+class Types:
+    """The structs of one precision, made from the table of a package: `Types("f64").Stance`, of its own package by default."""
+
+    def __init__(self, suffix: str, table: Mapping[str, tuple[Any, ...]] | None = None) -> None:
+        self.suffix, self.real = suffix, {"f32": ctypes.c_float, "f64": ctypes.c_double}[suffix]
+        self._table: Mapping[str, tuple[Any, ...]] = OURS.structs.STRUCTS if table is None else table
+        self._made: dict[str, Any] = {}
+
+    def __getattr__(self, name: str) -> Any:
+        if name.startswith("_") or name not in self._table:
+            raise AttributeError(f"the library has no struct {name}")
+        if name not in self._made:
+            fields = [(member, self._type(kind) * count if count > 1 else self._type(kind))
+                      for member, kind, count in self._table[name]]  # fmt: skip
+            self._made[name] = type(name, (ctypes.Structure,), {"_fields_": fields})
+        return self._made[name]
+
+    def _type(self, kind: str) -> Any:
+        if kind.endswith("*"):
+            return ctypes.c_void_p
+        return self.real if kind == "real" else _SCALARS.get(kind) or getattr(self, kind)
+
+
+class Library:
+    """A compiled library and the types that go with it."""
+
+    def __init__(self, path: Path, prefix: str, package: Package) -> None:
+        self.source = str(import_module(package.name).SOURCE)
+        self._handle = opened(path, prefix, package.name, self.source)
+        self._prefix, self.package = prefix, package
+        self._types: dict[str, Types] = {}
+        self._functions: dict[tuple[str, str], Any] = {}
+        self._desks: dict[str, Desk] = {}
+
+    def _function(self, name: str, result: Any = ctypes.c_int32) -> Any:
+        function = getattr(self._handle, f"{self._prefix}_{name}")
+        function.restype = result
+        return function
+
+    def address(self, name: str) -> int:
+        """Where a function of the library lies in memory."""
+        address = ctypes.cast(self._function(name), ctypes.c_void_p).value
+        assert address is not None
+        return address
+
+    def types(self, dtype: np.dtype[Any]) -> Types:
+        suffix = {np.dtype(np.float32): "f32", np.dtype(np.float64): "f64"}[dtype]
+        if suffix not in self._types:
+            self._types[suffix] = Types(suffix, self.package.structs.STRUCTS)
+        return self._types[suffix]
+
+    def call(self, name: str, types: Types, *arguments: Any) -> int:
+        key = name, types.suffix
+        if key not in self._functions:
+            self._functions[key] = self._function(f"{name}_{types.suffix}")
+        status: int = self._functions[key](*arguments)
+        if status < 0:
+            raise refusal(name, status)
+        return status
+
+    def desk(self, dtype: np.dtype[Any]) -> "Desk":
+        """Where stances of one precision are solved."""
+        try:
+            return self._desks[dtype.char]
+        except KeyError:
+            return self._desks.setdefault(dtype.char, Desk(self, self.types(dtype)))
+
+    def function(self, name: str, types: Types) -> Any:
+        """A function in one precision, which returns a status."""
+        return self._function(f"{name}_{types.suffix}")
+
+
+def refusal(name: str, status: int) -> HopformError:
+    """What a negative status of a function means."""
+    return HopformError(REFUSALS.get(status, f"{name} failed with status {status}"))
+
+
+class Desk:
+    """One precision of a library at hand: its functions, how its structs are packed, and memory to solve in.
+
+    Memory is taken from `free` and put back, so that no two stances are ever solved in the same: not those of two
+    threads, nor that of a signal handler which comes in between.
+    """
+
+    def __init__(self, library: Library, types: Types) -> None:
+        double = types.suffix == "f64"
+        self.library, self.types = library, types
+        self.solve_stance = library.function("solve_stance", types)
+        self.stance_at = library.function("stance_at", types)
+        self.stance_energy = library.function("stance_energy", types)
+        self.pack: Callable[..., bytes] = _packed_doubles if double else _packed_floats
+        letter, event = "d" if double else "f", types.Phase.event.offset
+        self.stance, self.phase = layout(types.Stance), layout(types.Phase)
+        self.state, self.energy = layout(types.State), layout(types.Energy)
+        time = struct.calcsize(letter)
+        self.event = struct.Struct(f"{letter}{event - time}xb{self.phase.size - event - 1}x")
+        """Of a phase only when it starts, and the event that starts it."""
+        self.pack_state: Callable[..., bytes] = self.state.pack if double else _packed_floats
+        self.pack_step: Callable[..., bytes] = struct.Struct("2d").pack if double else _packed_floats
+        self.one_state, self.one_energy = (ctypes.c_char * each.size for each in (self.state, self.energy))
+        self.free: list[tuple[Any, Any]] = []
+
+    def memory(self, capacity: int = _FIRST_CAPACITY) -> tuple[Any, Any]:
+        """Room for a stance and its phases."""
+        return (ctypes.c_char * self.stance.size)(), (ctypes.c_char * (self.phase.size * capacity))()
+
+
+def layout(structure: Any) -> struct.Struct:
+    """How a struct of numbers lies in memory, as `struct` packs and unpacks it."""
+
+    def letters(structure: Any) -> str:
+        return "".join(
+            letters(kind) if issubclass(kind, ctypes.Structure) else kind._type_ for _, kind in structure._fields_
+        )
+
+    longest = ctypes.alignment(structure)
+    return struct.Struct(f"{letters(structure)}0{'d' if longest == 8 else 'f'}")
+
+
+def _packed_doubles(*numbers: float) -> bytes:
+    return struct.pack(f"{len(numbers)}d", *numbers)
+
+
+def _packed_floats(*numbers: float) -> bytes:
+    """As C rounds them, to infinity what is too large; `struct` would raise."""
+    return bytes((ctypes.c_float * len(numbers))(*numbers))
+
+
+@cache
+def library() -> Library:
+    """The library that belongs to this installation; BackendError if there is none or it is stale."""
+    handle()
+    return Library(of_library.LIBRARY, "hopform", OURS)
+
+
+class Solved:
+    """A stance solved by the library, as the bytes of its structs: nothing changes them, and they can be pickled."""
+
+    __slots__ = ("answer", "desk", "phases", "plan", "stance", "steps")
+
+    def __init__(self, desk: Desk, plan: bytes, steps: bytes, phases: Any, stance: bytes) -> None:
+        """phases: bytes of theirs, or memory that begins with them."""
+        self.desk, self.plan, self.steps, self.stance = desk, plan, steps, stance
+        self.answer = answer = desk.stance.unpack(stance)
+        self.phases: bytes = phases[: answer[-2] * desk.phase.size]
+
+    def __reduce__(self) -> Any:
+        desk = self.desk
+        return _solved_again, (
+            desk.library.source, np.dtype(desk.types.real), self.plan, self.steps, self.phases, self.stance,
+        )  # fmt: skip
+
+    def outcome(self) -> tuple[int, float, records.State, float, float]:
+        """Ending, duration, state at the ending, apex, AED."""
+        duration, x1, v1, v2, y, apex, aed, _, ending, _, _, _ = self.answer
+        return ending, duration, tuple_of(records.State, (x1, v1, v2, y)), apex, aed
+
+    def event_rows(self) -> list[tuple[float, int]]:
+        """Time and number of each event."""
+        return [row for row in self.desk.event.iter_unpack(self.phases) if row[1]]
+
+    def phase_rows(self) -> list[tuple[float, records.State, int, int, int]]:
+        """Each phase: when and where it starts, its mode, the event that starts it, the step of the current."""
+        rows = self.desk.phase.iter_unpack(self.phases)
+        return [(t, records.State(x1, v1, v2, y), mode, event, step) for t, x1, v1, v2, y, mode, event, step in rows]
+
+    def state(self, t: float) -> records.State:
+        """The state at one time."""
+        desk, state = self.desk, self.desk.one_state()
+        status = desk.stance_at(self.plan, self.steps, self.phases, self.stance, desk.types.real(t), state)
+        if status < 0:
+            raise refusal("stance_at", status)
+        return records.State._make(desk.state.unpack(state))
+
+    def state_at(self, t: NDArray[np.floating]) -> records.State:
+        """States at times of one dimension."""
+        rows = np.empty((len(records.State._fields), t.size), dtype=t.dtype)
+        self._call("stance_states", pointer(t), ctypes.c_int32(t.size), *map(pointer, rows))
+        return records.State(*rows)
+
+    def grid(self, dt: float, out: records.State) -> None:
+        """Put the states at i dt, i = 0, 1, ..., into arrays of one dimension, each in one piece."""
+        real = self.desk.types.real
+        self._call("stance_grid", real(0.0), real(dt), ctypes.c_int32(out.x1.size), *map(pointer, out))
+
+    def energy(self, t: float) -> Energy:
+        """Energies at one time."""
+        desk, energy = self.desk, self.desk.one_energy()
+        status = desk.stance_energy(
+            self.plan, self.steps, self.phases, self.stance, desk.pack(t), 1, energy, None, None
+        )
+        if status < 0:
+            raise refusal("stance_energy", status)
+        return Energy._make(desk.energy.unpack(energy))
+
+    def energy_at(self, t: NDArray[np.floating]) -> Energy:
+        """Energies at times of one dimension."""
+        energies = np.empty((t.size, len(Energy._fields)), dtype=t.dtype)
+        self._call("stance_energy", pointer(t), ctypes.c_int32(t.size), pointer(energies), None, None)
+        return Energy(*energies.T)
+
+    def ledger_at(self, t: NDArray[np.floating]) -> tuple[records.Ledger, NDArray[np.floating]]:
+        """Ledger and loss at stops at times of one dimension, which must not decrease."""
+        record = self.desk.library.package.records.Ledger
+        energies = np.empty((t.size, len(Energy._fields)), dtype=t.dtype)
+        ledgers, losses = np.empty((t.size, len(record._fields)), dtype=t.dtype), np.empty_like(t)
+        self._call(
+            "stance_energy",
+            pointer(t),
+            ctypes.c_int32(t.size),
+            pointer(energies),
+            pointer(ledgers),
+            pointer(losses),
+        )
+        return record(*ledgers.T), losses
+
+    def sensitivities(self) -> NDArray[np.floating]:
+        """Derivatives, rows times columns as in the package's `sensitivity`; NaN where there are none."""
+        types = self.desk.types
+        shape = (len(ROWS), 5 + len(self.desk.library.package.records.Robot._fields))
+        matrix = np.empty(shape, dtype=np.dtype(types.real))
+        if self._call("stance_sensitivities", pointer(matrix)) == NO_DERIVATIVE:
+            matrix[:] = np.nan
+        if not types.Plan.from_buffer_copy(self.plan).robot.g > 0.0:
+            matrix[ROWS.index("apex")] = np.nan
+        return matrix
+
+    def tangents(self, t: NDArray[np.floating]) -> tuple[records.State, NDArray[np.floating]]:
+        """States at times of one dimension, which do not decrease, and the derivatives of x1, v1, v2, y there."""
+        states = np.empty((t.size, len(records.State._fields)), dtype=t.dtype)
+        columns = 5 + len(self.desk.library.package.records.Robot._fields)
+        tangents = np.empty((t.size, len(records.State._fields), columns), dtype=t.dtype)
+        self._call("stance_tangents", pointer(t), ctypes.c_int32(t.size), pointer(states), pointer(tangents))
+        return records.State(*states.T), tangents
+
+    def _call(self, name: str, *arguments: Any) -> int:
+        return self.desk.library.call(
+            name, self.desk.types, self.plan, self.steps, self.phases, self.stance, *arguments
+        )
+
+
+_Bytes = ctypes.c_char * 0
+
+
+def pointer(array: NDArray[Any]) -> Any:
+    """An array's memory as a function of the library takes it; the array must outlive the call."""
+    memory: Any = array
+    try:
+        return _Bytes.from_buffer(memory)
+    except (BufferError, TypeError, ValueError):  # what may not be written to, or lies in pieces, takes longer
+        return ctypes.c_void_p(array.ctypes.data)
+
+
+def _solved_again(source: str, dtype: np.dtype[Any], *structs: bytes) -> Solved:
+    """The stance of a pickle; BackendError where another library would read its bytes."""
+    ours = library()
+    if source != ours.source:
+        raise BackendError(f"the stance was solved by a library built from {source}, this one is from {ours.source}")
+    return Solved(ours.desk(dtype), *structs)
+
+
+@lru_cache(maxsize=256)
+def plan_of(lib: Library, types: Types, parameters: tuple[Any, ...]) -> Any:
+    """The plan of a robot, which nobody writes to once it is made."""
+    plan = types.Plan()
+    lib.call("plan_init", types, ctypes.byref(plan), ctypes.byref(types.Robot(*parameters)))
+    return plan
+
+
+@lru_cache(maxsize=256)
+def _plan_of(desk: Desk, parameters: tuple[Any, ...]) -> bytes:
+    """The same as bytes."""
+    return bytes(plan_of(desk.library, desk.types, parameters))
+
+
+class Compiled:
+    """What a library solves with."""
+
+    name: Backend = "c"
+
+    def __init__(self, library: Library) -> None:
+        self.library = library
+
+
+def solve_stance(
+    solver: Compiled,
+    parameters: tuple[Any, ...],
+    start: records.State,
+    steps: tuple[tuple[float, float], ...],
+    horizon: float,
+    max_phases: int,
+    dtype: np.dtype[Any],
+) -> Solved:
+    """One stance, by the compiled library."""
+    desk = solver.library.desk(dtype)
+    plan = _plan_of(desk, parameters)
+    one = len(steps) == 1
+    packed = desk.pack_step(*steps[0]) if one else desk.pack(*(number for step in steps for number in step))
+    begin, longest = desk.pack_state(*start), desk.types.real(horizon)
+    capacity = _FIRST_CAPACITY if max_phases >= _FIRST_CAPACITY else max_phases + 1
+    try:
+        stance, phases = desk.free.pop()
+    except IndexError:
+        stance, phases = desk.memory()
+    while True:
+        status = desk.solve_stance(plan, begin, packed, len(steps), longest, max_phases, phases, capacity, stance)
+        if status != PHASES_NOT_KEPT:
+            break
+        capacity = desk.stance.unpack(stance)[-3]
+        stance, phases = desk.memory(capacity)
+    if status < 0:
+        raise refusal("solve_stance", status)
+    solved = Solved(desk, plan, packed, phases, stance[:])
+    if capacity <= _FIRST_CAPACITY:
+        desk.free.append((stance, phases))
+    return solved

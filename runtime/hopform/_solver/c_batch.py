@@ -1,0 +1,145 @@
+"""Many stances by the compiled library, from columns into columns."""
+
+import ctypes
+import importlib
+from collections.abc import Sequence
+from functools import cache
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hopform._solver.c import PHASES_NOT_KEPT, Compiled, Library, pointer
+from hopform._solver.columns import CODES, INPUTS, MAX_PHASES, RESULTS, SIGNATURE, STATES, Columns, Events
+
+_FIRST_EVENTS = 16
+_FIRST_PHASES = 64
+_INDEX_IN_API = 31
+
+# What NumPy's ufunc points to for as long as it lives.
+_kept: list[Any] = []
+
+
+@cache
+def ufunc_of(library: Library, meaning: str = "") -> Any:
+    """The ufunc over the loops of a library, made as an extension module makes one, without Python.h."""
+    api: Any = ctypes.pythonapi
+    pointer_of = ctypes.PYFUNCTYPE(ctypes.c_void_p, ctypes.py_object, ctypes.c_char_p)(("PyCapsule_GetPointer", api))
+    capsule = importlib.import_module("numpy._core._multiarray_umath")._UFUNC_API
+    table = ctypes.cast(pointer_of(capsule, None), ctypes.POINTER(ctypes.c_void_p))
+    integers = (ctypes.c_int,) * 4
+    prototype = ctypes.PYFUNCTYPE(
+        ctypes.py_object, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_void_p, *integers,
+        ctypes.c_char_p, ctypes.c_char_p, ctypes.c_int, ctypes.c_char_p,
+    )  # fmt: skip
+    loops = (ctypes.c_void_p * 2)(*(library.address(f"stance_loop_{suffix}") for suffix in ("f32", "f64")))
+    types = bytes(np.dtype(code).num for row in _types() for code in row)
+    type_numbers = (ctypes.c_char * len(types)).from_buffer_copy(types)
+    data = (ctypes.c_void_p * 2)()
+    texts = (b"stance", meaning.encode(), SIGNATURE.encode())
+    _kept.append((loops, type_numbers, data, texts))
+    return prototype(table[_INDEX_IN_API])(
+        loops, data, type_numbers, 2, len(INPUTS), len(RESULTS), -1, texts[0], texts[1], 0, texts[2]
+    )
+
+
+def _types() -> list[list[Any]]:
+    """The types of inputs and results, once per precision."""
+    return [
+        [real] * len(INPUTS) + [np.intc if name in CODES else real for name in RESULTS]
+        for real in (np.float32, np.float64)
+    ]
+
+
+def solve_columns(
+    solver: Compiled, columns: Columns, results: Sequence[NDArray[Any]], max_phases: int, events: bool
+) -> Events:
+    """Put the results of stances into arrays; the events, if they are asked for."""
+    if not events and max_phases == MAX_PHASES:
+        _solve_by_ufunc(solver, columns, results)
+        return []
+    room = _FIRST_EVENTS if events else 0
+    found = _call(solver.library, columns, results, max_phases, room)
+    if not events:
+        return []
+    counts = results[-1]
+    kept = [_listed(found, np.arange(counts.size), counts <= room)]
+    for lane in np.flatnonzero(counts > room).tolist():
+        one = [column if column.shape == () else column[lane : lane + 1] for column in columns]
+        part = [result[lane : lane + 1] for result in results]
+        again = _call(solver.library, one, part, max_phases, int(counts[lane]))
+        kept.append(_listed(again, np.array([lane]), np.array([True])))
+    lanes, t, kind = (np.concatenate(column) for column in zip(*kept, strict=True))
+    order = np.argsort(lanes, kind="stable")
+    return [(lanes[order], t[order], kind[order])]
+
+
+def differentiate_columns(
+    solver: Compiled, columns: Columns, matrices: NDArray[Any], status: NDArray[Any], max_phases: int
+) -> None:
+    """Put the derivatives of stances, rows times columns, into an array."""
+    lanes, room = np.arange(status.size), _FIRST_PHASES
+    while lanes.size:
+        chosen = [column if column.shape == () else column[lanes] for column in columns]
+        found = np.empty((lanes.size, *matrices.shape[1:]), matrices.dtype)
+        state = np.empty(lanes.size, np.int32)
+        types = solver.library.types(matrices.dtype)
+        phases = (types.Phase * room)()
+        solver.library.call(
+            "stances_sensitivities", types, ctypes.c_int64(lanes.size),
+            ctypes.byref(_arguments(types, chosen, max_phases)), phases, room, pointer(found), pointer(state),
+        )  # fmt: skip
+        matrices[lanes] = found
+        lanes, room = lanes[state == PHASES_NOT_KEPT], 16 * room
+
+
+def _solve_by_ufunc(solver: Compiled, columns: Columns, results: Sequence[NDArray[Any]]) -> None:
+    fields = columns[len(STATES) :]
+    rows = np.empty((len(fields), *np.broadcast_shapes(*(field.shape for field in fields))), results[1].dtype)
+    for n, field in enumerate(fields):
+        rows[n] = field
+    with np.errstate(all="ignore"):
+        ufunc_of(solver.library)(*columns[: len(STATES)], np.moveaxis(rows, 0, -1), out=tuple(results))
+
+
+def _arguments(types: Any, columns: Columns, max_phases: int) -> Any:
+    """hopform_stances_in for these columns, which must outlive it."""
+    arguments = types.StancesIn()
+    for name, column in zip(STATES, columns, strict=False):
+        setattr(arguments, name, _column(column))
+    for n, column in enumerate(columns[len(STATES) :]):
+        arguments.robot[n] = _column(column)
+    arguments.max_phases = max_phases
+    return arguments
+
+
+def _call(
+    library: Library, columns: Columns, results: Sequence[NDArray[Any]], max_phases: int, room: int
+) -> tuple[NDArray[Any], NDArray[np.int8]]:
+    """Solve the columns; the first `room` events of each stance."""
+    real = results[1].dtype
+    types = library.types(real)
+    arguments, out = _arguments(types, columns, max_phases), types.StancesOut()
+    for name, result in zip(RESULTS, results, strict=True):
+        setattr(out, name, _column(result))
+    count = results[0].size
+    times, kinds = np.empty((count, room), real), np.empty((count, room), np.int8)
+    # A touch is a phase without an event: with room for twice as many phases, hardly any list stays short.
+    phases = (types.Phase * (2 * room + 2))()
+    if room:
+        out.phases, out.phase_capacity = ctypes.addressof(phases), len(phases)
+        out.event_time, out.event_kind, out.event_capacity = times.ctypes.data, kinds.ctypes.data, room
+    library.call("solve_stances", types, ctypes.c_int64(count), ctypes.byref(arguments), ctypes.byref(out))
+    return times, kinds
+
+
+def _column(array: NDArray[Any]) -> tuple[int, int]:
+    return array.ctypes.data, array.strides[0] if array.ndim else 0
+
+
+def _listed(
+    found: tuple[NDArray[Any], NDArray[np.int8]], lanes: NDArray[np.intp], complete: NDArray[np.bool_]
+) -> tuple[NDArray[np.intp], NDArray[Any], NDArray[np.int8]]:
+    times, kinds = found
+    row, place = np.nonzero((kinds != 0) & complete[:, np.newaxis])
+    return lanes[row], times[row, place], kinds[row, place]

@@ -1,0 +1,39 @@
+"""What stances in columns take and give: an array or a number for each input, an array for each result."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hopform._solver.package import ENDINGS
+
+STATES = ("x1", "v1", "v2", "y", "u", "horizon")
+INPUTS = (*STATES, "robot")
+RESULTS = ("status", "duration", "x1", "v1", "x2", "v2", "apex", "aed", "event_count")
+CODES = ("status", "event_count")
+SIGNATURE = f"{'(),' * (len(INPUTS) - 1)}(p)->{','.join(['()'] * len(RESULTS))}"
+MAX_PHASES = 4096
+CHUNK = 16384
+"""Stances that are solved at a time."""
+
+REFUSED = {
+    -2: "robot_refused",
+    -3: "state_refused",
+    -4: "spring_pulls",
+    -5: "current_refused",
+    -6: "horizon_refused",
+    -8: "out_of_range",
+}
+STATUS = ENDINGS | REFUSED
+"""What a status says: how the stance ended, or why there is none ("out_of_range": the numbers left the precision's range)."""
+
+Columns = Sequence[NDArray[Any]]
+"""The states, u, horizon, then the robot's fields: numbers (without a dimension) or arrays of one length."""
+Events = list[tuple[NDArray[np.intp], NDArray[Any], NDArray[np.int8]]]
+"""Stance, time and kind of events, in the order of the stances."""
+
+
+def results_like(shape: int | tuple[int, ...], real: np.dtype[Any]) -> tuple[NDArray[Any], ...]:
+    """Room for the results of stances."""
+    return tuple(np.empty(shape, np.intc if name in CODES else real) for name in RESULTS)

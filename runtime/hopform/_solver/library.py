@@ -1,0 +1,71 @@
+"""The compiled library: where it is, and whether it is that of the generated package beside it.
+
+This loads neither NumPy nor the package, so that `hopform --version` can name the back ends.
+"""
+
+import ctypes
+import re
+import sys
+from functools import cache
+from importlib import import_module
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Literal
+
+from hopform._errors import BackendError
+
+Backend = Literal["c", "numpy"]
+LIBRARY = Path(__file__).resolve().parents[1] / f"_libhopform.{'dylib' if sys.platform == 'darwin' else 'so'}"
+
+
+def opened(path: Path, prefix: str, package: str, source: str) -> ctypes.CDLL:
+    """The library of a package; BackendError, which names both, for one that was built from other sources."""
+    try:
+        handle = ctypes.CDLL(str(path))
+    except OSError as error:
+        raise BackendError(f"the compiled library {path.name} cannot be loaded: {error}") from None
+    try:
+        says = getattr(handle, f"{prefix}_source")
+    except AttributeError:
+        raise BackendError(f"{path.name} is no library of {package}: it does not say its source") from None
+    says.restype = ctypes.c_char_p
+    if (built := says().decode()) != source:
+        raise BackendError(
+            f"the compiled library {path.name} is stale: it was built from {built}, {package} from {source}; "
+            "rebuild it with `make test` or reinstall hopform"
+        )
+    return handle
+
+
+@cache
+def handle() -> ctypes.CDLL:
+    """The library that belongs to this installation; BackendError if there is none or it is stale."""
+    if not LIBRARY.is_file():
+        raise BackendError(f"there is no compiled library {LIBRARY.name}: hopform was installed without a C compiler")
+    return opened(LIBRARY, "hopform", "hopform_solver", source_of("hopform_solver"))
+
+
+def source_of(package: str) -> str:
+    """What a package says that it was generated from, read from its text: importing it takes much longer."""
+    spec = find_spec(package)
+    text = Path(spec.origin).read_text("utf-8") if spec and spec.origin else ""
+    found = re.search(r'^SOURCE = "(\w+)"$', text, re.MULTILINE)
+    return found[1] if found else str(import_module(package).SOURCE)
+
+
+def library_message() -> str | None:
+    """Why the C back end cannot be used; None if it can."""
+    try:
+        handle()
+    except BackendError as error:
+        return str(error)
+    return None
+
+
+def backends() -> tuple[Backend, ...]:
+    """The back ends that can be used here, the default first.
+
+    >>> "numpy" in backends()
+    True
+    """
+    return ("numpy",) if library_message() else ("c", "numpy")

@@ -1,0 +1,48 @@
+"""The generated package that `hopform` is over; any other is a `Package` of its name."""
+
+from importlib import import_module
+from typing import Any
+
+from hopform_solver import SOURCE, checked, formulas, records, touchdown
+from hopform_solver.equations import EQUATIONS, Equation
+from hopform_solver.records import (
+    COMMANDS,
+    ENDINGS,
+    EVENTS,
+    FLIGHT_ENDINGS,
+    FLIGHT_EVENTS,
+    LEDGER_OF_BODY,
+    LEDGER_OF_ROBOT,
+    REFUSALS,
+    ROBOT_FIELDS,
+    Energy,
+    Field,
+    Gains,
+)  # fmt: skip
+from hopform_solver.robot import Robot as CheckedRobot
+from hopform_solver.sensitivity import COLUMNS, ROWS
+
+__all__ = [
+    "COLUMNS", "COMMANDS", "ENDINGS", "EQUATIONS", "EVENTS", "FLIGHT_ENDINGS", "FLIGHT_EVENTS", "LEDGER_OF_BODY",
+    "LEDGER_OF_ROBOT", "OURS", "REFUSALS", "ROBOT_FIELDS", "ROWS", "SOURCE", "CheckedRobot", "Energy", "Equation", "Field", "Gains",
+    "Package",     "checked", "formulas", "records", "touchdown",
+]  # fmt: skip
+
+
+class Package:
+    """A generated package: its modules are its attributes, imported when they are first used."""
+
+    def __init__(self, name: str) -> None:
+        self.name = name
+
+    def __reduce__(self) -> Any:
+        return Package, (self.name,)
+
+    def __getattr__(self, module: str) -> Any:
+        if module.startswith("__"):
+            raise AttributeError(module)
+        self.__dict__[module] = found = import_module(f"{self.name}.{module}")
+        return found
+
+
+OURS = Package("hopform_solver")

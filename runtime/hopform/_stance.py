@@ -1,0 +1,451 @@
+"""One stance: from touchdown to take-off, solved exactly, then evaluated at any time."""
+
+import math
+import sys
+from collections import namedtuple
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple, SupportsFloat
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from hopform._checks import LARGEST, finite, positive, shown, times_of, whole
+from hopform._errors import HopformError
+from hopform._robots import Robot, checked_robot
+from hopform._sensitivities import Sensitivities, of_matrix
+from hopform._solver.c import tuple_of
+from hopform._solver.choice import choose
+from hopform._solver.library import Backend
+from hopform._solver.package import ENDINGS, EVENTS, LEDGER_OF_BODY, Energy, formulas
+from hopform._solver.package import records as solver_records
+from hopform._solver.protocol import SolvedStance
+
+Real = float | NDArray[np.floating]
+Current = SupportsFloat | Sequence[tuple[SupportsFloat, SupportsFloat]]
+
+_TOUCHING_ULP = 4.0
+_DOUBLE = np.dtype(np.float64)
+_TAKEOFF = next(number for number, word in ENDINGS.items() if word == "takeoff")
+
+
+class State(NamedTuple):
+    """The hopper at one instant, or at the times of an array."""
+
+    x1: Real
+    """[m] displacement of the actuator"""
+    v1: Real
+    """[m/s] its velocity"""
+    x2: Real
+    """[m] height of the body over the ground under the foot"""
+    v2: Real
+    """[m/s] its velocity"""
+
+
+class Event(NamedTuple):
+    """Something that happened during a stance; kinds are the words of the model's page."""
+
+    time: float
+    """[s] since touchdown"""
+    kind: str
+
+
+class Phase(NamedTuple):
+    """A part of a stance in which the mode stays: each mass slips up (+1), down (-1) or is held (0)."""
+
+    start: float
+    """[s] since touchdown"""
+    end: float
+    """[s]"""
+    mode_1: int
+    mode_2: int
+    u: float
+    """[A]"""
+    state: State
+    """where it starts"""
+
+
+class Ledger(NamedTuple):
+    """Where energy came from and went to since touchdown, signed as it enters, [J].
+
+    All but spring_work sum to the change of H; spring_work, viscous_2 and coulomb_2 sum to that of E, the AED (24).
+    Further terms of a model of one's own have their entries behind these.
+    """
+
+    motor_work: Real
+    offset_work: Real
+    viscous_1: Real
+    viscous_2: Real
+    coulomb_1: Real
+    coulomb_2: Real
+    stop_loss: Real
+    spring_work: Real
+
+
+_FURTHER: list[str] = [name for name in solver_records.Ledger._fields if name not in Ledger._fields]
+if _FURTHER:  # the solver is of a model of one's own; type checkers know the hopper's entries
+    _fields = [*Ledger._fields, *_FURTHER]
+    globals()["Ledger"] = namedtuple("Ledger", _fields, module=__name__)  # pyright: ignore[reportUntypedNamedTuple]
+
+
+def aed_of(entries: Ledger) -> NDArray[np.floating]:
+    """The AED (24) [J], the change of the body's energy, by its entries in a ledger."""
+    return np.asarray(sum(getattr(entries, name) for name in LEDGER_OF_BODY))
+
+
+@dataclass(frozen=True)
+class Stance:
+    """A stance, solved. Times in s from touchdown, heights in m over the ground under the foot.
+
+    status: "takeoff", "rest", "horizon" or "too_many_phases". duration: time of the ending. takeoff: the state there, None
+    without take-off. end: the state at the ending. apex: hop height of the apex, NaN without take-off. aed: change
+    of the body's energy over the stance (24). warnings: what a user should know, e.g. u above u_max.
+    """
+
+    robot: Robot
+    u: tuple[tuple[float, float], ...]
+    backend: Backend
+    dtype: np.dtype[Any]
+    status: str
+    duration: float
+    end: State
+    takeoff: State | None
+    apex: float
+    aed: float
+    events: tuple[Event, ...]
+    phases: tuple[Phase, ...]
+    warnings: tuple[str, ...]
+    _solved: SolvedStance = field(repr=False, compare=False)
+    _x2_is_given: bool = field(repr=False, compare=False)
+
+    def at(self, t: ArrayLike) -> State:
+        """The state at times t [s], in t's shape; 0 <= t <= duration, any t >= 0 after rest, else ValueError.
+
+        >>> from hopform import load_robot
+        >>> stance = solve_stance(load_robot("hopper_c"), v2=-1.93, u=2.0)
+        >>> print(round(float(stance.at(0.05).x2), 6))
+        0.312109
+        """
+        if type(t) is float and self.dtype is _DOUBLE:
+            return _with_height(self, self._solved.state(self._time(t)))
+        state = self._solver_state(t)
+        x2 = body_height(self.robot, self.dtype, state.x1, state.y)
+        return State(*(self._shaped(value, t) for value in (state.x1, state.v1, x2, state.v2)))
+
+    def grid(
+        self, count: int | None = None, *, dt: SupportsFloat | None = None, out: Sequence[Any] | None = None
+    ) -> tuple[NDArray[np.floating], State]:
+        """Times from 0 to the ending and the states there: `count` of them, or one every dt [s]; faster than `at`.
+
+        out: four arrays of one dimension, of the stance's dtype, that take the states. Raises HopformError if not exactly
+        one of count >= 1 and dt > 0 is given, or if out does not fit.
+
+        >>> from hopform import load_robot
+        >>> stance = solve_stance(load_robot("hopper_c"), v2=-1.93, u=2.0)
+        >>> t, state = stance.grid(1001)
+        >>> float(t[-1]) == stance.duration, round(float(state.x2[500]), 6) == round(float(stance.at(t[500]).x2), 6)
+        (True, True)
+        """
+        t, step = uniform_times(self.duration, count, dt, self.dtype)
+        into = list(np.empty((4, t.size), self.dtype)) if out is None else fitting(out, t)
+        whole = all(column.flags.c_contiguous for column in into)
+        x1, v1, x2, v2 = into if whole else np.empty((4, t.size), self.dtype)
+        if self.duration > 0.0:
+            self._solved.grid(step, solver_records.State(x1, v1, v2, x2))
+        else:
+            for column, values in zip((x1, v1, v2, x2), self._solver_state(t), strict=True):
+                column[...] = values
+        x2[...] = body_height(self.robot, self.dtype, x1, x2)
+        if not whole:
+            for column, values in zip(into, (x1, v1, x2, v2), strict=True):
+                column[...] = values
+        return t, State(*into)
+
+    def compression(self, t: ArrayLike) -> Real:
+        """Compression of the spring [m] at times t [s], x1 - x2 + L0 + c, to its own last digit; the force is k times it."""
+        return self._shaped(self._solver_state(t).y, t)
+
+    def energy(self, t: ArrayLike) -> Energy:
+        """Energies [J] of the body and of the robot at times t [s], in t's shape; t as for `at`."""
+        if type(t) is float and self.dtype is _DOUBLE:
+            return self._solved.energy(self._time(t))
+        return Energy(*(self._shaped(value, t) for value in self._solved.energy_at(self._times(t))))
+
+    def ledger(self, t: ArrayLike) -> Ledger:
+        """The ledger [J] from touchdown to times t [s], in t's shape; each entry from its own closed form, t as for `at`."""
+        times = self._times(t)
+        order = np.argsort(times, kind="stable")
+        entries, losses = self._solved.ledger_at(times[order])
+        by_name = entries._asdict() | {"stop_loss": losses}
+        back = np.argsort(order, kind="stable")
+        return Ledger(**{name: self._shaped(by_name[name][back], t) for name in Ledger._fields})
+
+    @property
+    def sensitivities(self) -> Sensitivities:
+        """Derivatives of take-off time T, take-off state, apex and AED by initial state, current and robot, through every event.
+
+        They are those of the events as they are: none appears or goes. With x2 left out it follows x1, L0 and c, and its own
+        column is 0. A mass that is held at the start keeps its velocity 0. An actuator that starts on a stop and is held there
+        stays where it starts (column x1); x1_min, x1_max count where a stop is met later. With a list of steps u moves all
+        currents alike. NaN without take-off and where an event grazes; the apex' row without gravity.
+
+        >>> from hopform import load_robot
+        >>> stance = solve_stance(load_robot("hopper_c"), v2=-1.93, u=3.0)
+        >>> print(round(stance.sensitivities["apex", "u"], 6))
+        0.089756
+        """
+        return of_matrix(self._solved.sensitivities(), self._x2_is_given)
+
+    def _solver_state(self, t: ArrayLike) -> solver_records.State:
+        times = self._times(t)
+        return self._solved.state_at(times)
+
+    def _time(self, t: float) -> float:
+        if not 0.0 <= t <= (sys.float_info.max if self.status == "rest" else self.duration):
+            self._times(t)
+        return t
+
+    def _times(self, t: ArrayLike) -> NDArray[np.floating]:
+        found = times_of(t, self.dtype)
+        longest = math.inf if self.status == "rest" else self.duration
+        if found.size and not bool(np.all((found >= 0.0) & (found <= longest) & np.isfinite(found))):
+            bad = found[~((found >= 0.0) & (found <= longest) & np.isfinite(found))][0]
+            allowed = "0 <= t" if self.status == "rest" else f"0 <= t <= {self.duration!r} s"
+            raise HopformError(f"t must be {allowed}, got {float(bad)!r}")
+        return found
+
+    def _shaped(self, value: Any, t: ArrayLike) -> Real:
+        shape = np.shape(t)
+        return float(np.asarray(value).reshape(-1)[0]) if shape == () else np.asarray(value).reshape(shape)
+
+
+def solve_stance(
+    robot: Robot,
+    *,
+    v2: SupportsFloat,
+    x1: SupportsFloat = 0.0,
+    v1: SupportsFloat = 0.0,
+    x2: SupportsFloat | None = None,
+    u: Current = 0.0,
+    horizon: SupportsFloat = 2.0,
+    max_phases: int = 4096,
+    backend: str | None = None,
+    dtype: Any = np.float64,
+) -> Stance:
+    """The stance that follows from a state at touchdown, by (3), (4), exactly: every mode, every event, every ending.
+
+    v1, v2 [m/s]: velocities after the impact; x1 [m]; x2 [m]: height of the body, from F = 0 if left out. u [A]: a current, or
+    steps [(t, u), ...] from t = 0 on. horizon [s]: longest time. backend: "c", "numpy", or None for the best there is.
+    dtype: float64 or float32. Raises HopformError (a ValueError) for a value that is not allowed.
+
+    >>> from hopform import load_robot
+    >>> stance = solve_stance(load_robot("hopper_c"), v2=-1.93, u=2.0)
+    >>> stance.status, round(stance.duration, 4), [event.kind for event in stance.events]
+    ('takeoff', 0.1841, ['x2_reverses'])
+    """
+    precision = _DOUBLE if dtype is np.float64 else precision_of(dtype)
+    start = start_of(robot, x1, v1, x2, v2)
+    steps = steps_of(u)
+    longest = horizon if type(horizon) is float and 0.0 < horizon < math.inf else positive("horizon", horizon, "s")
+    most = max_phases if type(max_phases) is int and 0 < max_phases <= LARGEST else whole("max_phases", max_phases)
+    solver = choose(backend)
+    solved = solver.solve_stance(robot.parameters, start, steps, longest, most, precision)
+    return _stance(robot, steps, solver.name, precision, solved, x2 is not None)
+
+
+def uniform_times(
+    duration: float, count: int | None, dt: SupportsFloat | None, dtype: np.dtype[Any]
+) -> tuple[NDArray[np.floating], float]:
+    """Times of a uniform grid over [0, duration] and their distance [s], any where there is but one time."""
+    if (count is None) == (dt is None):
+        raise HopformError(f"either count or dt must be given, got count = {shown(count)}, dt = {shown(dt)}")
+    if dt is None:
+        number = whole("count", count)
+        step = duration / (number - 1) if number > 1 else 0.0
+    else:
+        step = positive("dt", dt, "s")
+        last = duration / step * (1.0 + 4.0 * float(np.finfo(dtype).eps))
+        if last >= LARGEST:
+            raise HopformError(f"dt must be > {duration / LARGEST!r} s for a stance of {duration!r} s, got {step!r}")
+        number = math.floor(last) + 1
+    t = np.arange(number, dtype=dtype)
+    t *= dtype.type(step)
+    if dt is None and number > 1:
+        t[-1] = duration
+    t[np.searchsorted(t, dtype.type(duration), "right") :] = duration  # what rounding took past the ending
+    return t, step or 1.0
+
+
+def fitting(out: Sequence[Any], t: NDArray[np.floating]) -> list[NDArray[Any]]:
+    """The arrays if they can take the states at times t; HopformError if not."""
+    if len(out) != len(State._fields):
+        raise HopformError(f"out must be {len(State._fields)} arrays, got {len(out)}")
+    for name, column in zip(State._fields, out, strict=True):
+        array: Any = column
+        holds = isinstance(column, np.ndarray)
+        if not (holds and array.shape == t.shape and array.dtype == t.dtype):
+            got = f"{array.dtype} of shape {array.shape}" if holds else repr(array)
+            raise HopformError(f"out.{name} must be an array of {t.dtype} of shape {t.shape}, got {got}")
+    return list(out)
+
+
+def touchdown_velocity(robot: Robot, height: SupportsFloat) -> float:
+    """Velocity of the body [m/s] after the impact of a drop from rest at a hop height [m], x1 = 0; negative.
+
+    >>> from hopform import load_robot
+    >>> round(touchdown_velocity(load_robot("hopper_c"), 0.2), 4)
+    -1.9308
+    """
+    drop = finite("height", height, "m")
+    if drop < 0.0:
+        raise HopformError(f"height must be >= 0 m, got {drop!r}")
+    return float(formulas.touchdown_velocity(robot.parameters, drop))
+
+
+def _stance(
+    robot: Robot,
+    u: tuple[tuple[float, float], ...],
+    backend: Backend,
+    dtype: np.dtype[Any],
+    solved: SolvedStance,
+    x2_is_given: bool,
+) -> Stance:
+    """A stance with its ending; the other fields unfold from what the back end found when they are asked for."""
+    ending, duration, (x1, v1, v2, y), apex, aed = solved.outcome()
+    status, lifts = ENDINGS[ending], ending == _TAKEOFF
+    end = tuple_of(State, (x1, v1, float(body_height(robot, dtype, x1, y)), v2))
+    stance: Stance = object.__new__(Stance)
+    stance.__dict__.update({
+        "robot": robot,
+        "u": u,
+        "backend": backend,
+        "dtype": dtype,
+        "status": status,
+        "duration": duration,
+        "end": end,
+        "takeoff": end if lifts else None,
+        "apex": apex if lifts and robot.g > 0.0 else math.nan,
+        "aed": aed,
+        "_solved": solved,
+        "_x2_is_given": x2_is_given,
+    })  # fmt: skip
+    return stance
+
+
+def _events_of(_: Stance, solved: SolvedStance) -> tuple[Event, ...]:
+    return tuple([tuple_of(Event, (t, EVENTS[event])) for t, event in solved.event_rows()])
+
+
+def _phases_of(stance: Stance, solved: SolvedStance) -> tuple[Phase, ...]:
+    rows = solved.phase_rows()
+    ends = [row[0] for row in rows[1:]] + [stance.duration]
+    return tuple(
+        Phase(t, end, mode // 3 - 1, mode % 3 - 1, stance.u[step][1], _with_height(stance, state))
+        for (t, state, mode, _, step), end in zip(rows, ends, strict=True)
+    )
+
+
+def _with_height(stance: Stance, state: solver_records.State) -> State:
+    height = float(body_height(stance.robot, stance.dtype, state.x1, state.y))
+    return State(state.x1, state.v1, height, state.v2)
+
+
+def body_height(robot: Robot, dtype: np.dtype[Any], x1: Real, y: Real) -> Any:
+    """Height of the body [m] at states of a precision, in which every operation is rounded, as in the C library."""
+    if dtype is _DOUBLE:
+        return formulas.body_height(robot.parameters, x1, y)
+    real = dtype.type
+    rounded = robot.parameters._replace(L0=real(robot.L0), c=real(robot.c))
+    return formulas.body_height(rounded, np.asarray(x1, dtype), np.asarray(y, dtype))
+
+
+def _warnings_of(stance: Stance, _: SolvedStance) -> tuple[str, ...]:
+    robot, found = stance.robot, list[str]()
+    largest = max((u for _, u in stance.u), key=abs)
+    if abs(largest) > robot.u_max:
+        found.append(f"u = {largest!r} A is above u_max = {robot.u_max!r} A")
+    if stance.status == "takeoff" and robot.g == 0.0:
+        found.append("g = 0: there is no apex")
+    return tuple(found)
+
+
+class _Later:
+    """A field that is made when it is first asked for; two threads that ask at a time put the same value in."""
+
+    def __init__(self, name: str, made: Callable[[Stance, SolvedStance], Any]) -> None:
+        self._name, self._made = name, made
+
+    def __get__(self, stance: Stance | None, owner: type[Stance]) -> Any:
+        if stance is None:
+            return self
+        found = stance.__dict__
+        if "_solved" not in found:
+            raise AttributeError(
+                f"{owner.__name__!r} object has no attribute {self._name!r}", name=self._name, obj=stance
+            )
+        made = found[self._name] = self._made(stance, found["_solved"])
+        return made
+
+
+_UNFOLDS = {"events": _events_of, "phases": _phases_of, "warnings": _warnings_of}
+for _name, _made in _UNFOLDS.items():
+    setattr(Stance, _name, _Later(_name, _made))
+
+
+def start_of(robot: Robot, x1: Any, v1: Any, x2: object, v2: Any) -> solver_records.State:
+    """The state at touchdown with the compression as a coordinate of its own; 0 where x2 is left out."""
+    checked_robot(robot)
+    if type(x1) is type(v1) is type(v2) is float and math.isfinite(x1 + v1 + v2):  # the common case, all at once
+        x_1, v_1, v_2 = x1, v1, v2
+    else:
+        x_1, v_1, v_2 = finite("x1", x1, "m"), finite("v1", v1, "m/s"), finite("v2", v2, "m/s")
+    if not robot.x1_min <= x_1 <= robot.x1_max:
+        raise HopformError(f"x1 must be within its stroke {robot.x1_min!r} .. {robot.x1_max!r} m, got {x_1!r}")
+    if x2 is None:
+        start: solver_records.State = tuple_of(solver_records.State, (x_1, v_1, v_2, 0.0))
+        return start
+    y = x_1 - finite("x2", x2, "m") + robot.L0 + robot.c
+    if abs(y) <= _TOUCHING_ULP * math.ulp(robot.L0):
+        y = 0.0
+    if y < 0.0:
+        highest = x_1 + robot.L0 + robot.c
+        raise HopformError(f"x2 must be <= x1 + L0 + c = {highest!r} m, or the spring pulls, got {float(x2)!r}")  # type: ignore[arg-type]
+    return solver_records.State(x_1, v_1, v_2, y)
+
+
+def steps_of(u: Current) -> tuple[tuple[float, float], ...]:
+    """A current, or steps of it, as steps (t, u) [s, A] that begin at 0; HopformError for what is neither."""
+    if type(u) is float and math.isfinite(u):  # the common case, before a protocol is asked
+        return ((0.0, u),)
+    if isinstance(u, (float, SupportsFloat, str)):
+        return ((0.0, finite("u", u, "A")),)
+    if not isinstance(u, Iterable):
+        raise HopformError(f"u must be a current in A or steps (t, u), got {shown(u)}")
+    pairs = list(u)
+    if not pairs:
+        raise HopformError("u must be a current in A or at least one step (t, u), got no step")
+    steps: list[tuple[float, float]] = []
+    for number, pair in enumerate(pairs):
+        if isinstance(pair, str) or not isinstance(pair, Sequence) or len(pair) != 2:
+            raise HopformError(f"u[{number}] must be a pair (t, u), got {shown(pair)}")
+        steps.append((finite(f"u[{number}] time", pair[0], "s"), finite(f"u[{number}] current", pair[1], "A")))
+    if steps[0][0] != 0.0:
+        raise HopformError(f"u must start at t = 0 s, got {steps[0][0]!r}")
+    for (before, _), (after, _) in zip(steps, steps[1:], strict=False):
+        if not after > before:
+            raise HopformError(f"the times of u must increase, got {after!r} s after {before!r} s")
+    if len(steps) > 65535:
+        raise HopformError(f"u may have up to 65535 steps, got {len(steps)}")
+    return tuple(steps)
+
+
+def precision_of(dtype: Any) -> np.dtype[Any]:
+    if dtype is np.float64:
+        return _DOUBLE
+    try:
+        precision: np.dtype[Any] = np.dtype(dtype)
+    except TypeError:
+        precision = np.dtype(object)
+    if precision not in (np.dtype(np.float32), np.dtype(np.float64)):
+        raise HopformError(f"dtype must be float64 or float32, got {shown(dtype)}")
+    return precision

@@ -1,0 +1,178 @@
+"""The rooms of runtime/hopform: what rests on what, what is public, and what is loaded and entered when."""
+
+import ast
+import os
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+import hopform
+import hopform_solver
+
+ROOT = Path(__file__).resolve().parents[2]
+RUNTIME = ROOT / "runtime" / "hopform"
+
+# Each module may import those of the lines above it, inside of functions too. A folder's own name is its __init__.
+LAYERS = (
+    ("hopform", "_errors"),
+    ("_solver", "_solver.library", "_solver.package"),
+    ("_checks",),
+    ("_solver.columns",), ("_solver.protocol",),
+    ("_solver.c", "_solver.arrays"), ("_solver.c_flight", "_solver.c_control", "_solver.c_batch"), ("_solver.choice",),
+    ("_robots", "_sensitivities", "model", "terrain", "ufuncs"),
+    ("_stance",), ("_flight", "_batch"),
+    ("_control", "_control.exact"), ("_control.printed", "_control.reach"), ("controllers",),
+    ("_hopping", "_hopping.run", "_hopping.touchdown"),
+    ("_identify.motion",), ("_identify.recordings",),
+    ("_identify.hopping", "_identify.segments", "_identify.filtering"),
+    ("_identify.rigs",), ("_identify.estimation",), ("_identify.search",), ("_identify.fits",),
+    ("_identify.drop", "_identify.ramp", "_identify.step", "_identify.synthetic"), ("_identify.joint",), ("_identify",),
+    ("_all",),
+    ("_export",), ("_export.selftest",),
+    ("_cli.files", "_cli.options", "_cli.tables"),
+    ("_figures.plots",), ("_figures.picture",),
+    ("_figures.actuator", "_figures.animation", "_figures.contact", "_figures.energies", "_figures.first_controller"),
+    ("_figures.feedforward", "_figures.return_maps", "_figures.verification"), ("_figures",),
+    ("_cli.tables_control", "_cli.report", "_cli.output"),
+    ("_cli.solve", "_cli.identify", "_cli.figures", "_cli.export"), ("_cli",), ("__main__",),
+)  # fmt: skip
+LEVEL = {name: level for level, names in enumerate(LAYERS) for name in names}
+
+PUBLIC = {"controllers", "model", "terrain", "ufuncs"}
+EXTRAS = {"scipy", "matplotlib"}
+
+# What `hopform` hands on is no import of its own: it waits until it is asked.
+HANDS_ON = {("hopform", "_all")}
+
+
+def name_of(path: Path) -> str:
+    """The module of a file, without `hopform.`; that of the package itself is `hopform`."""
+    parts = path.relative_to(RUNTIME).with_suffix("").parts
+    return ".".join(parts if parts[-1] != "__init__" else parts[:-1]) or "hopform"
+
+
+MODULES = {name_of(path): path for path in sorted(RUNTIME.rglob("*.py"))}
+each = pytest.mark.parametrize("name", MODULES)
+
+
+def imported(node: ast.AST) -> Iterator[str]:
+    """What some code imports, in functions and for type checkers too; a name taken from a package may be its module."""
+    for inner in ast.walk(node):
+        if isinstance(inner, ast.Import):
+            yield from (alias.name for alias in inner.names)
+        elif isinstance(inner, ast.ImportFrom):
+            assert inner.level == 0, f"line {inner.lineno}: a relative import"
+            for alias in inner.names:
+                module = f"{inner.module}.{alias.name}"
+                yield module if module.removeprefix("hopform.") in MODULES else str(inner.module)
+        elif isinstance(inner, ast.Call) and ast.unparse(inner.func).endswith("import_module"):
+            yield from (arg.value for arg in inner.args[:1] if isinstance(arg, ast.Constant))
+
+
+def tree(name: str) -> ast.Module:
+    return ast.parse(MODULES[name].read_text("utf-8"))
+
+
+def of_hopform(names: Iterator[str]) -> set[str]:
+    """Those of this room; the derivation, which a wheel has inside, is a room of its own apart."""
+    ours = {name.removeprefix("hopform.") for name in names if name.split(".")[0] == "hopform"}
+    return {name for name in ours if not name.startswith("_derive")}
+
+
+def test_every_module_has_its_place():
+    assert set(MODULES) == LEVEL.keys()
+
+
+@each
+def test_a_module_imports_only_what_lies_below(name):
+    above = [
+        other
+        for other in of_hopform(imported(tree(name))) - {name}
+        if LEVEL[other] >= LEVEL[name] and (name, other) not in HANDS_ON
+    ]
+    assert not above, f"{name} is not above {above}"
+
+
+def test_no_module_is_public_that_nobody_promised():
+    top = {name.split(".")[0] for name in MODULES} - {"hopform", "__main__"}
+    assert {name for name in top if not name.startswith("_")} == PUBLIC
+    folders = {path.name for path in RUNTIME.iterdir() if path.is_dir()}
+    assert all(name.startswith("_") for name in folders), folders
+
+
+@each
+def test_only_the_solvers_room_knows_the_generated_package(name):
+    known = {module for module in imported(tree(name)) if module.split(".")[0] == "hopform_solver"}
+    assert not known or name == "_solver.package", known
+
+
+def at_import(name: str) -> set[str]:
+    """What a module imports when it is imported: all but the bodies of functions and what only type checkers read."""
+    module = tree(name)
+    for_types = [node for node in module.body if isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING"]
+    module.body = [node for node in module.body if node not in for_types and not isinstance(node, ast.FunctionDef)]
+    return set(imported(module))
+
+
+def test_what_needs_an_extra_is_imported_within_functions():
+    """Pictures import matplotlib, and say so by MissingExtra; nothing else imports them before they are asked for."""
+    needs = {name for name in MODULES if {module.split(".")[0] for module in at_import(name)} & EXTRAS}
+    assert needs and all(name.startswith("_figures.") for name in needs)
+    assert all("MissingExtra" in MODULES[name].read_text("utf-8") for name in ("_figures.plots", "_figures.picture"))
+    for name in MODULES:
+        if not name.startswith("_figures."):
+            assert not of_hopform(iter(at_import(name))) & needs, name
+
+
+def loaded_by(code: str) -> set[str]:
+    """The modules that some code loads in a process of its own, with what it prints left out."""
+    program = f"import sys\nbefore = set(sys.modules)\n{code}\nprint('', *set(sys.modules) - before, file=sys.stderr)"
+    roots = [str(Path(package.__file__ or "").parent.parent) for package in (hopform, hopform_solver)]
+    environment = os.environ | {"PYTHONPATH": os.pathsep.join(roots)}
+    done = subprocess.run(
+        [sys.executable, "-c", program], env=environment, capture_output=True, text=True, check=True, encoding="utf-8"
+    )
+    return set(done.stderr.split())
+
+
+@pytest.mark.parametrize("arguments", [["--version"], ["--help"], []])
+def test_the_front_of_the_command_line_loads_no_command(arguments):
+    loaded = loaded_by(f"from hopform._cli import main\nassert main({arguments!r}) == 0")
+    ours = {name for name in loaded if name.split(".")[0] == "hopform"}
+    assert ours <= {"hopform", "hopform._cli", "hopform._errors", "hopform._solver", "hopform._solver.library"}
+    assert not {name.split(".")[0] for name in loaded} & {"numpy", "hopform_solver", *EXTRAS}
+
+
+def test_importing_hopform_loads_nothing_else_and_its_names_load_numpy():
+    for code, packages in (
+        ("import hopform", {"hopform"}),
+        ("import hopform\nhopform.solve_stance", {"hopform", "hopform_solver", "numpy"}),
+    ):
+        assert {name.split(".")[0] for name in loaded_by(code)} - sys.stdlib_module_names == packages
+
+
+def test_every_name_of_hopform_is_there_and_no_other():
+    assert set(hopform.__all__) <= set(dir(hopform))
+    assert all(getattr(hopform, name) is not None for name in hopform.__all__)
+    with pytest.raises(AttributeError, match="module 'hopform' has no attribute 'solve_stanze'"):
+        _ = hopform.solve_stanze
+
+
+def test_a_warm_stance_enters_at_most_four_modules(hopper_c):
+    """What a call costs beside the library's work is mostly frames."""
+    hopform.solve_stance(hopper_c, v2=-1.93, u=2.0)
+    entered: list[str] = []
+
+    def seen(frame, event, _):
+        if event == "call" and Path(frame.f_code.co_filename).is_relative_to(RUNTIME):
+            entered.append(frame.f_code.co_filename)
+
+    sys.setprofile(seen)
+    try:
+        hopform.solve_stance(hopper_c, v2=-1.93, u=2.0)
+    finally:
+        sys.setprofile(None)
+    assert 0 < len(set(entered)) <= 4, set(entered)
