@@ -1,6 +1,7 @@
 """What the tests share: the robots, and the rule that in CI a skipped test fails."""
 
 import os
+from pathlib import Path
 
 import pytest
 
@@ -11,10 +12,10 @@ collect_ignore = ["manifests.py"]  # `make test-manifests`, in an environment of
 
 
 LONG = (
-    "export", "sensitivities", "house", "identification", "figures", "stance", "generator", "c_programs", "hopping",
-    "selftest", "package", "checker", "model_file", "stability", "control_search", "control", "plots", "batch",
-    "certificate", "switchovers", "single_precision_control", "cube_root", "pages", "recordings", "tangents",
-    "estimation",
+    "c_programs", "house", "export", "selftest", "identification", "package", "model_file", "checker", "plots",
+    "stance", "sensitivities", "generator", "outliers", "files", "cube_root", "certificate", "cli", "batch",
+    "switchovers", "derivation", "flight", "body_height", "recordings", "estimation", "stability", "figures",
+    "run_object", "hopping",
 )  # fmt: skip
 """Files of many seconds, longest first: they are begun first, so that no worker is left alone with one at the end."""
 
@@ -23,6 +24,15 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Begin with the longest files; the tests of each stay together, in their order."""
     place = {f"test_{name}": n for n, name in enumerate(LONG)}
     items.sort(key=lambda item: place.get(item.path.stem, len(LONG)))
+
+
+@pytest.fixture(scope="session")
+def store(tmp_path_factory) -> Path:
+    """Where tests/objects.py keeps objects: one folder for all workers of a run."""
+    base = tmp_path_factory.getbasetemp()
+    folder = (base.parent if "PYTEST_XDIST_WORKER" in os.environ else base) / "objects_of_all"
+    folder.mkdir(exist_ok=True)
+    return folder
 
 
 @pytest.fixture(scope="session")

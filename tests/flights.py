@@ -6,6 +6,7 @@
 An error above the tolerance is divided by the condition number: what a relative change of an input by d does, over d.
 """
 
+import dataclasses
 import math
 import random
 from typing import Any
@@ -125,9 +126,8 @@ def assert_same_flight(robot: hopform.Robot, inputs: dict[str, Any], backend: st
     exact = solve_flight(rounded(robot, dtype), **seen)
     what = f"{robot} {seen} {backend} {dtype.__name__}"
     assert flight.status == exact.status, (exact.status, flight.status, what)
-    kept = exact.events[: inputs["max_phases"] - 1]
-    assert [event.kind for event in flight.events] == [event.kind for event in kept], (exact.events, what)
-    exact.events = kept
+    exact = dataclasses.replace(exact, events=exact.events[: inputs["max_phases"] - 1])
+    assert [event.kind for event in flight.events] == [event.kind for event in exact.events], what
     both = (outcome(one, robot, seen, float(exact.duration)) for one in (of_flight(flight), exact))
     pairs = zip(*both, strict=True)
     error = max(abs(float(ours - theirs)) for ours, theirs in pairs)

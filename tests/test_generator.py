@@ -11,7 +11,7 @@ import os
 import shutil
 import subprocess
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import NamedTuple
 
@@ -55,10 +55,29 @@ def derive(tree: Path, *options: str | Path, seed: str = "0") -> Ran:
     return Ran(done.returncode, done.stdout, done.stderr)
 
 
+@pytest.fixture(scope="module")
+def rendered() -> Callable[[render.Options], dict[Path, str]]:
+    """What `render` says, kept by all that it reads: most tests are about what the command does with the same texts."""
+    known: dict[tuple[str, ...], dict[Path, str]] = {}
+
+    def remembered(options: render.Options) -> dict[Path, str]:
+        if options.model is not render.HOPPER:
+            return render.render(options)
+        made_from = (f"{name}\n{path.read_text('utf-8')}" for name, path in render.inputs())
+        key = (options.prefix, *map(str, options.precisions), *made_from)
+        if key not in known:
+            known[key] = render.render(options)
+        return dict(known[key])
+
+    return remembered
+
+
 @pytest.fixture
-def run(tree, monkeypatch, capsys) -> Callable[..., Ran]:
-    """The same in this process."""
+def run(request, fresh, rendered, monkeypatch, capsys) -> Callable[..., Ran]:
+    """The same in this process, of the copy that the test breaks or, if it breaks none, of the one that all share."""
+    tree = request.getfixturevalue("tree") if "tree" in request.fixturenames else fresh
     monkeypatch.chdir(tree)
+    monkeypatch.setattr(command, "render", rendered)
     for module, name, path in (
         (render, "SOURCES", {name: tree / name for name in render.SOURCES}),
         (files, "GENERATED", tree / "generated"),
@@ -79,13 +98,15 @@ def copy(source: Path, target: Path) -> Path:
 
 
 @pytest.fixture(scope="module")
-def fresh(tmp_path_factory) -> Path:
+def fresh(tmp_path_factory) -> Iterator[Path]:
     """A copy whose generated/ was thrown away and made again."""
     tree = copy(ROOT, tmp_path_factory.mktemp("fresh"))
     shutil.rmtree(tree / "generated")
     done = derive(tree)
     assert done.code == 0, done.err
-    return tree
+    before = contents(tree)
+    yield tree
+    assert contents(tree) == before, "a test has written into what all share"
 
 
 @pytest.fixture

@@ -6,7 +6,6 @@ import shlex
 import shutil
 import subprocess
 from collections.abc import Callable
-from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -17,22 +16,18 @@ from derive.model.selftest import CASES, ROBOTS
 from hopform._export.selftest import selftest
 from tests.firmware import golden
 from tests.firmware.targets import BOARDS, COMMON, HERE, C, sources
+from tests.objects import compiled
 
 CC = shlex.split(os.environ.get("CC") or "cc")
 MODES, EVENTS = 9, 7
 
 
 @pytest.fixture(scope="module")
-def library(tmp_path_factory):
+def library(store):
     """The library by a compiler with some flags: its objects, made once."""
 
-    @cache
     def objects(*command: str) -> list[Path]:
-        folder = tmp_path_factory.mktemp("objects")
-        compile_all = [*command, *COMMON, "-I", str(C / "include"), "-c", *map(str, sources())]
-        done = subprocess.run(compile_all, capture_output=True, text=True, check=False, cwd=folder)
-        assert done.returncode == 0, done.stderr
-        return sorted(folder.iterdir())
+        return [compiled(store, (*command, *COMMON), source) for source in sources()]
 
     return objects
 

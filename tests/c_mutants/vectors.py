@@ -6,7 +6,7 @@ number by which an error may grow. Random robots are those of tests/random_stanc
 """
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from concurrent.futures import ProcessPoolExecutor
 from functools import partial
 from pathlib import Path
@@ -112,9 +112,8 @@ def flight_row(seed: int) -> Row | None:
     return [*row, exact.duration, *exact.end, *exact.ledger, time, energy, size]
 
 
-def command_rows() -> list[Row]:
+def command_rows() -> Iterator[Row]:
     """What the NumPy back end chooses: within reach, beyond it, in a gap, with a margin, from a moving actuator."""
-    rows: list[Row] = []
     for name in ("hopper_c", "hopper_b"):
         robot = hopform.load_robot(name)
         for v2, h_des, x1, v1, margin in (
@@ -125,9 +124,9 @@ def command_rows() -> list[Row]:
                 robot, x1=x1, v1=v1, v2=v2, h_des=h_des, stop_margin=margin, backend="numpy", horizon=2.0
             )
             inputs = {field.name: float(getattr(robot, field.name)) for field in robot.fields()}
-            rows.append([3, *fields(inputs).values(), x1, v1, v2, 0.0, h_des, margin, 2.0, found.u,
-                         found.apex if math.isfinite(found.apex) else 0.0, COMMANDS[found.status]])  # fmt: skip
-    return rows
+            apex = found.apex if math.isfinite(found.apex) else 0.0
+            numbers = (x1, v1, v2, 0.0, h_des, margin, 2.0, found.u, apex)
+            yield [3, *fields(inputs).values(), *numbers, COMMANDS[found.status]]
 
 
 def number(value: Any) -> str:

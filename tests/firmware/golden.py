@@ -52,6 +52,12 @@ def number(value: Any) -> str:
     return f"{single(float(value)):.9g}f" if "." in f"{single(float(value)):.9g}" else f"{single(float(value)):.9e}f"
 
 
+def folded(rows: Iterable[str]) -> str:
+    """Rows of numbers, none wider than a source line may be."""
+    lines = "\n".join(rows).splitlines()
+    return "\n".join(textwrap.fill(line, 120, subsequent_indent="     ", break_on_hyphens=False) for line in lines)
+
+
 def row(robot: dict[str, float], start: dict[str, Any]) -> str:
     """One stance as an initialiser."""
     exact = reference.solve(robot, **start)
@@ -68,7 +74,7 @@ def row(robot: dict[str, float], start: dict[str, Any]) -> str:
     numbers = [start["x1"], start["v1"], start["v2"], start["y"], u, later, then, start["horizon"]]
     answer = [exact.duration, exact.final.x1, exact.final.v1, exact.final.v2, y, exact.aed]
     answer += [exact.apex if exact.apex is not None else 0.0]
-    return (
+    line = (
         "    {{" + ", ".join(map(number, robot.values())) + "},\n     "
         + ", ".join(map(number, numbers)) + f", {ENDINGS[exact.status]}, {len(events)},\n     {{"
         + ", ".join(str(1 + KINDS.index(event.kind)) for event in events or ()) + ("" if events else "0") + "},\n     {"
@@ -76,16 +82,11 @@ def row(robot: dict[str, float], start: dict[str, Any]) -> str:
         + ", ".join(map(number, answer)) + ",\n     "
         + ", ".join(map(number, [unit["time"], unit["energy"], *conditions])) + "},"
     )  # fmt: skip
-
-
-def folded(rows: Iterable[str]) -> str:
-    """Rows of numbers, none wider than a source line may be."""
-    lines = "\n".join(rows).splitlines()
-    return "\n".join(textwrap.fill(line, 120, subsequent_indent="     ", break_on_hyphens=False) for line in lines)
+    return folded([line])
 
 
 def text() -> str:
-    rows = folded(row(robot, start) for robot, start in inputs())
+    rows = "\n".join(row(robot, start) for robot, start in inputs())
     return f"""/* Written by `python -m tests.firmware.golden` from the 50-digit reference. Do not edit. */
 #ifndef GOLDEN_H
 #define GOLDEN_H

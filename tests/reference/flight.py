@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import NamedTuple
 
 from .records import Event, Number, Real, Robot, exact, mp, parse_robot
@@ -167,11 +168,28 @@ def solve_flight(
     max_phases: int = 4096,
 ) -> FlightReference:
     """The flight from a state at take-off; y is how far the foot is below the ground ahead there."""
-    r = parse_robot(robot)
+    return _solved(tuple(sorted(robot.items())), v2, x1, v1, y, *gains, horizon, max_phases, mp.prec)
+
+
+@lru_cache(maxsize=256)
+def _solved(
+    robot: tuple[tuple[str, Number], ...],
+    v2: Number,
+    x1: Number,
+    v1: Number,
+    y: Number,
+    Kp: Number,
+    Kd: Number,
+    horizon: Number,
+    max_phases: int,
+    _precision: int,
+) -> FlightReference:
+    """The same problem is solved once, for both back ends."""
+    r = parse_robot(dict(robot))
     force = abs(r.gamma2) * r.u_max if r.gamma2 else mp.zero
-    Kp, Kd = map(exact, gains) if force else (mp.zero, mp.zero)
+    gains = (exact(Kp), exact(Kd)) if force else (mp.zero, mp.zero)
     zero = mp.zero
-    now = _Now(r, Kp, Kd, force, zero, exact(x1), exact(v1), zero, 0, 0, zero, zero, zero, zero, zero)
+    now = _Now(r, *gains, force, zero, exact(x1), exact(v1), zero, 0, 0, zero, zero, zero, zero, zero)
     body, rise, start_foot = exact(x1) - exact(y), exact(v2), -exact(y)
     _begin(now)
     return _Flight(now, body, rise, start_foot, exact(horizon), max_phases).run()

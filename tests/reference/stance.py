@@ -9,7 +9,7 @@ from __future__ import annotations
 from bisect import bisect_right
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 from .chain import Leg, balanced, choose_modes, loads, name_events, search, settle, with_modes
 from .energy import FIELDS, energies, work
@@ -148,12 +148,32 @@ def solve(
     Raises ValueError for values outside the model and for F(0) < 0.
     """
     with mp.workdps(digits + GUARD):
-        r, begin = parse_robot(robot), exact(x1)
-        height = None if x2 is None else exact(x2)
-        if y is not None and exact(y):
-            height = mp.fsum((begin, -exact(y), r.L0, r.c))
-        leg, z = touchdown(r, begin, exact(v1), height, exact(v2), digits)
-        return run(leg, z, parse_current(u), exact(horizon), max_phases)
+        return _solved(tuple(sorted(robot.items())), v2, x1, v1, x2, y, parse_current(u), horizon, max_phases, digits)
+
+
+@lru_cache(maxsize=256)
+def _solved(
+    robot: tuple[tuple[str, Number], ...],
+    v2: Number,
+    x1: Number,
+    v1: Number,
+    x2: Number | None,
+    y: Number | None,
+    steps: Steps,
+    horizon: Number,
+    max_phases: int,
+    digits: int,
+) -> Reference:
+    """Differences and conditions start from the same stance, for each output and for each back end; it is solved once.
+
+    Numbers that are equal are the same problem, whatever their type, and no Reference is changed by who reads it.
+    """
+    r, begin = parse_robot(dict(robot)), exact(x1)
+    height = None if x2 is None else exact(x2)
+    if y is not None and exact(y):
+        height = mp.fsum((begin, -exact(y), r.L0, r.c))
+    leg, z = touchdown(r, begin, exact(v1), height, exact(v2), digits)
+    return run(leg, z, steps, exact(horizon), max_phases)
 
 
 def touchdown(r: Robot, x1: Real, v1: Real, x2: Real | None, v2: Real, digits: int) -> tuple[Leg, Point]:
