@@ -3,8 +3,9 @@
 import math
 import sys
 from collections import namedtuple
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any, NamedTuple, SupportsFloat
 
 import numpy as np
@@ -99,7 +100,7 @@ class Stance:
 
     status: "takeoff", "rest", "horizon" or "too_many_phases". duration: time of the ending. takeoff: the state there, None
     without take-off. end: the state at the ending. apex: hop height of the apex, NaN without take-off. aed: change
-    of the body's energy over the stance (24). warnings: what a user should know, e.g. u above u_max.
+    of the body's energy over the stance (24).
     """
 
     robot: Robot
@@ -112,11 +113,34 @@ class Stance:
     takeoff: State | None
     apex: float
     aed: float
-    events: tuple[Event, ...]
-    phases: tuple[Phase, ...]
-    warnings: tuple[str, ...]
     _solved: SolvedStance = field(repr=False, compare=False)
     _x2_is_given: bool = field(repr=False, compare=False)
+
+    @cached_property
+    def events(self) -> tuple[Event, ...]:
+        """What happened, in its order."""
+        return tuple([tuple_of(Event, (t, EVENTS[event])) for t, event in self._solved.event_rows()])
+
+    @cached_property
+    def phases(self) -> tuple[Phase, ...]:
+        """The phases in their order."""
+        rows = self._solved.phase_rows()
+        ends = [row[0] for row in rows[1:]] + [self.duration]
+        return tuple(
+            Phase(t, end, mode // 3 - 1, mode % 3 - 1, self.u[step][1], _with_height(self, state))
+            for (t, state, mode, _, step), end in zip(rows, ends, strict=True)
+        )
+
+    @cached_property
+    def warnings(self) -> tuple[str, ...]:
+        """What a user should know, e.g. u above u_max."""
+        found = list[str]()
+        largest = max((u for _, u in self.u), key=abs)
+        if abs(largest) > self.robot.u_max:
+            found.append(f"u = {largest!r} A is above u_max = {self.robot.u_max!r} A")
+        if self.status == "takeoff" and self.robot.g == 0.0:
+            found.append("g = 0: there is no apex")
+        return tuple(found)
 
     def at(self, t: ArrayLike) -> State:
         """The state at times t [s], in t's shape; 0 <= t <= duration, any t >= 0 after rest, else ValueError.
@@ -310,7 +334,7 @@ def _stance(
     solved: SolvedStance,
     x2_is_given: bool,
 ) -> Stance:
-    """A stance with its ending; the other fields unfold from what the back end found when they are asked for."""
+    """A stance with its ending, made without the slow __init__ of a frozen dataclass."""
     ending, duration, (x1, v1, v2, y), apex, aed = solved.outcome()
     status, lifts = ENDINGS[ending], ending == _TAKEOFF
     end = tuple_of(State, (x1, v1, float(body_height(robot, dtype, x1, y)), v2))
@@ -332,19 +356,6 @@ def _stance(
     return stance
 
 
-def _events_of(_: Stance, solved: SolvedStance) -> tuple[Event, ...]:
-    return tuple([tuple_of(Event, (t, EVENTS[event])) for t, event in solved.event_rows()])
-
-
-def _phases_of(stance: Stance, solved: SolvedStance) -> tuple[Phase, ...]:
-    rows = solved.phase_rows()
-    ends = [row[0] for row in rows[1:]] + [stance.duration]
-    return tuple(
-        Phase(t, end, mode // 3 - 1, mode % 3 - 1, stance.u[step][1], _with_height(stance, state))
-        for (t, state, mode, _, step), end in zip(rows, ends, strict=True)
-    )
-
-
 def _with_height(stance: Stance, state: solver_records.State) -> State:
     height = float(body_height(stance.robot, stance.dtype, state.x1, state.y))
     return State(state.x1, state.v1, height, state.v2)
@@ -357,39 +368,6 @@ def body_height(robot: Robot, dtype: np.dtype[Any], x1: Real, y: Real) -> Any:
     real = dtype.type
     rounded = robot.parameters._replace(L0=real(robot.L0), c=real(robot.c))
     return formulas.body_height(rounded, np.asarray(x1, dtype), np.asarray(y, dtype))
-
-
-def _warnings_of(stance: Stance, _: SolvedStance) -> tuple[str, ...]:
-    robot, found = stance.robot, list[str]()
-    largest = max((u for _, u in stance.u), key=abs)
-    if abs(largest) > robot.u_max:
-        found.append(f"u = {largest!r} A is above u_max = {robot.u_max!r} A")
-    if stance.status == "takeoff" and robot.g == 0.0:
-        found.append("g = 0: there is no apex")
-    return tuple(found)
-
-
-class _Later:
-    """A field that is made when it is first asked for; two threads that ask at a time put the same value in."""
-
-    def __init__(self, name: str, made: Callable[[Stance, SolvedStance], Any]) -> None:
-        self._name, self._made = name, made
-
-    def __get__(self, stance: Stance | None, owner: type[Stance]) -> Any:
-        if stance is None:
-            return self
-        found = stance.__dict__
-        if "_solved" not in found:
-            raise AttributeError(
-                f"{owner.__name__!r} object has no attribute {self._name!r}", name=self._name, obj=stance
-            )
-        made = found[self._name] = self._made(stance, found["_solved"])
-        return made
-
-
-_UNFOLDS = {"events": _events_of, "phases": _phases_of, "warnings": _warnings_of}
-for _name, _made in _UNFOLDS.items():
-    setattr(Stance, _name, _Later(_name, _made))
 
 
 def start_of(robot: Robot, x1: Any, v1: Any, x2: object, v2: Any) -> solver_records.State:

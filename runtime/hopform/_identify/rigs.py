@@ -11,8 +11,8 @@
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
-from functools import lru_cache
+from dataclasses import dataclass, replace
+from functools import cached_property, lru_cache
 from typing import Literal
 
 import numpy as np
@@ -71,11 +71,11 @@ class Experiment:
     backend: str | None = None
     noise: float | None = None
     of: Literal["x1", "x2"] = "x2"
-    preload: float = field(init=False)
 
-    def __post_init__(self) -> None:
-        reach = float(np.ptp(self.measured)) + abs(float(self.measured.mean())) + 0.01
-        object.__setattr__(self, "preload", 4.0 * reach)
+    @cached_property
+    def preload(self) -> float:
+        """How far a spring that pushes and pulls is compressed beforehand [m]."""
+        return 4.0 * (float(np.ptp(self.measured)) + abs(float(self.measured.mean())) + 0.01)
 
     def letters(self, values: Mapping[str, float]) -> dict[str, float]:
         """The letters of the rig under values of the parameters."""
