@@ -12,7 +12,6 @@ from rich.console import RenderableType
 
 import hopform
 from hopform._cli import report as reports
-from hopform._cli import tables
 from hopform._cli.files import Named, write
 from hopform._cli.options import (
     AddedMasses,
@@ -36,6 +35,7 @@ from hopform._cli.options import (
     quantity,
 )  # fmt: skip
 from hopform._cli.output import check_outputs, figures, patience, show
+from hopform._cli.render import to_json
 from hopform._errors import HopformError
 from hopform._identify import synthetic
 from hopform._identify.drop import fit_drop_test
@@ -249,7 +249,7 @@ def identify(
         stages = iter(range(STAGES))
         answer = answer_to(wanted, lambda _: advance(next(stages, STAGES), STAGES))
         written = files_of(answer, base, out, report, plot)
-    printed = tables.to_json({"hopform": hopform.__version__, **record_of(answer)}) if json else ""
+    printed = to_json(**record_of(answer)) if json else ""
     shown = [] if json else [*tables_of(answer), *(f"wrote {path}" for path, _ in written)]
     for path, content in written:
         write(path, content)

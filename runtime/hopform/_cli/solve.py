@@ -62,6 +62,7 @@ from hopform._cli.options import (
     WithSensitivities,
 )
 from hopform._cli.output import check_outputs, deliver, figures, patience, show
+from hopform._cli.render import to_json
 from hopform._hopping.run import csv_of
 from hopform._robots import file_of as robot_file
 
@@ -74,7 +75,7 @@ def robots(name: OneRobot = None, json: Json = False, toml: Toml = False) -> Non
         return
     shown = [hopform.load_robot(each) for each in ([name] if name else hopform.ROBOTS)]
     if json:
-        print(tables.to_json(tables.robots_record(shown)))
+        print(to_json(**tables.robots_record(shown)))
     else:
         show(tables.robots(shown, with_meaning=name is not None))
 
@@ -86,7 +87,7 @@ def equations(number: OneEquation = None, json: Json = False) -> None:
         known = f"({register[0].number}) to ({register[-1].number})" if register else "none"
         raise hopform.HopformError(f"there is no equation {number}; known: {known}")
     if json:
-        print(tables.to_json(tables.equations_record(shown)))
+        print(to_json(**tables.equations_record(shown)))
     else:
         show(tables.equations(shown) if number is None else tables.equation(shown[0]))
 

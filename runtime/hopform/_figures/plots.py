@@ -17,13 +17,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hopform._cli.tables import current, ending, mode, mode_of_actuator, name_of, unit_of_time
 from hopform._control.exact import Command
 from hopform._control.reach import Reachability
 from hopform._errors import HopformError, MissingExtra
 from hopform._hopping.run import Run
 from hopform._robots import Robot
 from hopform._stance import Phase, Stance, aed_of
+from hopform._words import current, ending, mode, mode_of_actuator, name_of, unit_of_time
 
 try:
     import matplotlib.style
