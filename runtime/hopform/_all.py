@@ -26,7 +26,8 @@ from hopform._stance import Event, Ledger, Phase, Stance, State, solve_stance, t
 
 
 def equations() -> tuple[Equation, ...]:
-    """The register: each equation of the paper as printed, as derived, a verdict, the reason, the code that computes it.
+    """The register: each equation of the paper as printed, as derived, a verdict, the reason, the code that computes
+    it.
 
     >>> [equation.number for equation in equations()] == list(range(1, 28))
     True

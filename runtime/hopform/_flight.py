@@ -45,7 +45,9 @@ class FlightPhase(NamedTuple):
 
 
 class FlightLedger(NamedTuple):
-    """Where the actuator's energy came from and went to since take-off, signed as it enters, [J]; the sum is the change of H."""
+    """Where the actuator's energy came from and went to since take-off, signed as it enters, [J]; the sum is the change
+    of H.
+    """
 
     motor_work: Real
     offset_work: Real
@@ -59,9 +61,9 @@ class Flight:
     """A flight, solved. Times in s from take-off, heights in m over the ground ahead, which the foot meets next.
 
     status: "touchdown"; "tripped": the foot never got above the ground ahead, the flight ends where it came highest;
-    "horizon"; "too_many_phases". duration: time of the ending. end: the state there, before the impact. touchdown: that after
-    the impact, with which the stance begins, None without one. gains: of the law. apex, apex_time: highest hop height of the body
-    up to the ending, and when. impact_loss [J]: what the impact takes, negative.
+    "horizon"; "too_many_phases". duration: time of the ending. end: the state there, before the impact. touchdown: that
+    after the impact, with which the stance begins, None without one. gains: of the law. apex, apex_time: highest hop
+    height of the body up to the ending, and when. impact_loss [J]: what the impact takes, negative.
     """
 
     robot: Robot
@@ -92,7 +94,8 @@ class Flight:
         return tuple(Event(row.t, FLIGHT_EVENTS[row.event]) for row in self._solved.rows() if row.event)
 
     def at(self, t: ArrayLike) -> State:
-        """The state at times t [s], in t's shape; 0 <= t <= duration, else ValueError. At the ending: before the impact.
+        """The state at times t [s], in t's shape; 0 <= t <= duration, else ValueError. At the ending: before the
+        impact.
 
         >>> from hopform import load_robot
         >>> flight = solve_flight(load_robot("hopper_c"), x1=0.05, v1=0.1, v2=1.9)
@@ -157,13 +160,14 @@ def solve_flight(
     backend: str | None = None,
     dtype: Any = np.float64,
 ) -> Flight:
-    """The flight that follows from a state at take-off, exactly: the return of the actuator, every event, the touchdown.
+    """The flight that follows from a state at take-off, exactly: the return of the actuator, every event, the
+    touchdown.
 
-    x1, v1, v2 [m, m/s]: actuator and body at take-off; x2 [m]: height of the body over the ground *ahead*, over which the foot
-    lands: x1 + L0 + c if left out (flat ground), less by a step up. gains (Kp, Kd) [N/m, N s/m], both >= 0: of the law
-    gamma2 u = Kp x1 + Kd v1 within u_max; if left out those of `design_return`, settled 50 ms before the touchdown on the ground
-    that was left, in 20 ms at least. horizon [s]: longest time. Raises HopformError for a value that is not allowed, g = 0 among
-    them.
+    x1, v1, v2 [m, m/s]: actuator and body at take-off; x2 [m]: height of the body over the ground *ahead*, over which
+    the foot lands: x1 + L0 + c if left out (flat ground), less by a step up. gains (Kp, Kd) [N/m, N s/m], both >= 0: of
+    the law gamma2 u = Kp x1 + Kd v1 within u_max; if left out those of `design_return`, settled 50 ms before the
+    touchdown on the ground that was left, in 20 ms at least. horizon [s]: longest time. Raises HopformError for a value
+    that is not allowed, g = 0 among them.
 
     >>> from hopform import load_robot
     >>> flight = solve_flight(load_robot("hopper_c"), x1=0.05, v1=0.1, v2=1.9)
@@ -191,11 +195,12 @@ def solve_flight(
 
 
 def design_return(robot: Robot, time: SupportsFloat) -> Gains:
-    """Gains (Kp, Kd) with which the actuator returns gently in a time [s]: critically damped, within 1/100 of its way from rest.
+    """Gains (Kp, Kd) with which the actuator returns gently in a time [s]: critically damped, within 1/100 of its way
+    from rest.
 
-    The friction b1 is part of the damping; where it is more than critical Kd is 0 and Kp puts the slower pole where both were.
-    Dry friction may leave it as far from 0 as f1 m_eff/Kp, and a motor at its limit takes longer. Raises HopformError unless
-    time > 0.
+    The friction b1 is part of the damping; where it is more than critical Kd is 0 and Kp puts the slower pole where
+    both were. Dry friction may leave it as far from 0 as f1 m_eff/Kp, and a motor at its limit takes longer. Raises
+    HopformError unless time > 0.
 
     >>> from hopform import load_robot
     >>> print(*(round(gain, 3) for gain in design_return(load_robot("hopper_c"), 0.3)))

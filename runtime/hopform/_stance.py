@@ -98,8 +98,8 @@ def aed_of(entries: Ledger) -> NDArray[np.floating]:
 class Stance:
     """A stance, solved. Times in s from touchdown, heights in m over the ground under the foot.
 
-    status: "takeoff", "rest", "horizon" or "too_many_phases". duration: time of the ending. takeoff: the state there, None
-    without take-off. end: the state at the ending. apex: hop height of the apex, NaN without take-off. aed: change
+    status: "takeoff", "rest", "horizon" or "too_many_phases". duration: time of the ending. takeoff: the state there,
+    None without take-off. end: the state at the ending. apex: hop height of the apex, NaN without take-off. aed: change
     of the body's energy over the stance (24).
     """
 
@@ -161,8 +161,8 @@ class Stance:
     ) -> tuple[NDArray[np.floating], State]:
         """Times from 0 to the ending and the states there: `count` of them, or one every dt [s]; faster than `at`.
 
-        out: four arrays of one dimension, of the stance's dtype, that take the states. Raises HopformError if not exactly
-        one of count >= 1 and dt > 0 is given, or if out does not fit.
+        out: four arrays of one dimension, of the stance's dtype, that take the states. Raises HopformError if not
+        exactly one of count >= 1 and dt > 0 is given, or if out does not fit.
 
         >>> from hopform import load_robot
         >>> stance = solve_stance(load_robot("hopper_c"), v2=-1.93, u=2.0)
@@ -186,7 +186,9 @@ class Stance:
         return t, State(*into)
 
     def compression(self, t: ArrayLike) -> Real:
-        """Compression of the spring [m] at times t [s], x1 - x2 + L0 + c, to its own last digit; the force is k times it."""
+        """Compression of the spring [m] at times t [s], x1 - x2 + L0 + c, to its own last digit; the force is k times
+        it.
+        """
         return self._shaped(self._solver_state(t).y, t)
 
     def energy(self, t: ArrayLike) -> Energy:
@@ -196,7 +198,9 @@ class Stance:
         return Energy(*(self._shaped(value, t) for value in self._solved.energy_at(self._times(t))))
 
     def ledger(self, t: ArrayLike) -> Ledger:
-        """The ledger [J] from touchdown to times t [s], in t's shape; each entry from its own closed form, t as for `at`."""
+        """The ledger [J] from touchdown to times t [s], in t's shape; each entry from its own closed form, t as for
+        `at`.
+        """
         times = self._times(t)
         order = np.argsort(times, kind="stable")
         entries, losses = self._solved.ledger_at(times[order])
@@ -206,12 +210,14 @@ class Stance:
 
     @property
     def sensitivities(self) -> Sensitivities:
-        """Derivatives of take-off time T, take-off state, apex and AED by initial state, current and robot, through every event.
+        """Derivatives of take-off time T, take-off state, apex and AED by initial state, current and robot, through
+        every event.
 
-        They are those of the events as they are: none appears or goes. With x2 left out it follows x1, L0 and c, and its own
-        column is 0. A mass that is held at the start keeps its velocity 0. An actuator that starts on a stop and is held there
-        stays where it starts (column x1); x1_min, x1_max count where a stop is met later. With a list of steps u moves all
-        currents alike. NaN without take-off and where an event grazes; the apex' row without gravity.
+        They are those of the events as they are: none appears or goes. With x2 left out it follows x1, L0 and c, and
+        its own column is 0. A mass that is held at the start keeps its velocity 0. An actuator that starts on a stop
+        and is held there stays where it starts (column x1); x1_min, x1_max count where a stop is met later. With a list
+        of steps u moves all currents alike. NaN without take-off and where an event grazes; the apex' row without
+        gravity.
 
         >>> from hopform import load_robot
         >>> stance = solve_stance(load_robot("hopper_c"), v2=-1.93, u=3.0)
@@ -258,9 +264,9 @@ def solve_stance(
 ) -> Stance:
     """The stance that follows from a state at touchdown, by (3), (4), exactly: every mode, every event, every ending.
 
-    v1, v2 [m/s]: velocities after the impact; x1 [m]; x2 [m]: height of the body, from F = 0 if left out. u [A]: a current, or
-    steps [(t, u), ...] from t = 0 on. horizon [s]: longest time. backend: "c", "numpy", or None for the best there is.
-    dtype: float64 or float32. Raises HopformError (a ValueError) for a value that is not allowed.
+    v1, v2 [m/s]: velocities after the impact; x1 [m]; x2 [m]: height of the body, from F = 0 if left out. u [A]: a
+    current, or steps [(t, u), ...] from t = 0 on. horizon [s]: longest time. backend: "c", "numpy", or None for the
+    best there is. dtype: float64 or float32. Raises HopformError (a ValueError) for a value that is not allowed.
 
     >>> from hopform import load_robot
     >>> stance = solve_stance(load_robot("hopper_c"), v2=-1.93, u=2.0)
@@ -382,12 +388,13 @@ def start_of(robot: Robot, x1: Any, v1: Any, x2: object, v2: Any) -> solver_reco
     if x2 is None:
         start: solver_records.State = tuple_of(solver_records.State, (x_1, v_1, v_2, 0.0))
         return start
-    y = x_1 - finite("x2", x2, "m") + robot.L0 + robot.c
+    height = finite("x2", x2, "m")
+    y = x_1 - height + robot.L0 + robot.c
     if abs(y) <= _TOUCHING_ULP * math.ulp(robot.L0):
         y = 0.0
     if y < 0.0:
         highest = x_1 + robot.L0 + robot.c
-        raise HopformError(f"x2 must be <= x1 + L0 + c = {highest!r} m, or the spring pulls, got {float(x2)!r}")  # type: ignore[arg-type]
+        raise HopformError(f"x2 must be <= x1 + L0 + c = {highest!r} m, or the spring pulls, got {height!r}")
     return solver_records.State(x_1, v_1, v_2, y)
 
 

@@ -173,3 +173,9 @@ def test_a_warm_stance_enters_at_most_four_modules(hopper_c):
     finally:
         sys.setprofile(None)
     assert 0 < len(set(entered)) <= 4, set(entered)
+
+
+@each
+def test_no_line_is_longer_than_120_columns(name):
+    long = [n for n, line in enumerate(MODULES[name].read_text("utf-8").splitlines(), 1) if len(line) > 120]
+    assert not long, f"{MODULES[name].name}, lines {long}"

@@ -1,7 +1,8 @@
 """The command line: `hopform stance --robot hopper_c --height 0.2 --u 3`, and its sisters.
 
-Exit codes: 0, there is an answer, whatever it is; 2, bad input, one line on the error stream says which, and nothing was
-written; 1, a fault of hopform, or a pipe that was closed. A command's module is imported when the command is called.
+Exit codes: 0, there is an answer, whatever it is; 2, bad input, one line on the error stream says which, and nothing
+was written; 1, a fault of hopform, or a pipe that was closed. A command's module is imported when the command is
+called.
 """
 
 import os

@@ -1,4 +1,6 @@
-"""`hopform export DIR --for cmake`: the C library as a package for a firmware's build system; and `hopform selftest`."""
+"""`hopform export DIR --for cmake`: the C library as a package for a firmware's build system; and `hopform
+selftest`.
+"""
 
 import json as json_module
 from pathlib import Path

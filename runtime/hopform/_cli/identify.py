@@ -1,4 +1,6 @@
-"""What `hopform identify` does between its options and its output: files to recordings, recordings to a fit, a fit to files."""
+"""What `hopform identify` does between its options and its output: files to recordings, recordings to a fit, a fit to
+files.
+"""
 
 import math
 import sys
@@ -166,8 +168,8 @@ def role_and_path(name: str) -> tuple[str | None, str]:
 
 
 def _role(recording: Recording, wanted: Wanted) -> str:
-    """What a recording is, where nobody says so: without a current a drop; with one and x2 a drop with the actuator free; with a
-    current that creeps a ramp, else steps."""
+    """What a recording is, where nobody says so: without a current a drop; with one and x2 a drop with the actuator
+    free; with a current that creeps a ramp, else steps."""
     if "x2" in recording.columns and recording.has_current():
         return "free"
     if not recording.has_current():
@@ -278,7 +280,8 @@ def record(
 ) -> None:
     check_outputs(False, csv, reads=[("--robot", robot_file(robot))])
     made = synthetic.record(
-        hopform.load_robot(robot), test.value, duration=duration, rate=rate, noise=noise, quantum=quantum, height=height,
+        hopform.load_robot(robot), test.value, duration=duration, rate=rate, noise=noise, quantum=quantum,
+        height=height,
         current=current, hold=hold, added_mass=added_mass, repeats=repeats, spring=spring, seed=seed,
     )  # fmt: skip
     if csv is None or csv == "-":

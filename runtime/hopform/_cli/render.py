@@ -1,4 +1,5 @@
-"""One renderer of answers: tables for people, JSON for programs, CSV for spreadsheets; docs/json.md explains the last two.
+"""One renderer of answers: tables for people, JSON for programs, CSV for spreadsheets; docs/json.md explains the last
+two.
 
 JSON and CSV are in SI units and A; tables are in the units in which a hopper is talked about, which their heads name.
 """
@@ -6,7 +7,7 @@ JSON and CSV are in SI units and A; tables are in the units in which a hopper is
 import json
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -26,7 +27,9 @@ PROSE = ("title", "meaning")
 
 
 def table(title: str, columns: Sequence[str], rows: Rows, words: Iterable[str] = ()) -> Table:
-    """A table; columns hold numbers, at the right, but for those in `words`. A long one leaves out its middle and says so."""
+    """A table; columns hold numbers, at the right, but for those in `words`. A long one leaves out its middle and says
+    so.
+    """
     made = Table(title=title, title_justify="left", title_style="bold", box=box.SIMPLE_HEAD)
     made.show_edge, made.padding = False, (0, 1, 0, 0)
     for column in columns:
@@ -55,11 +58,11 @@ def plain(value: Any) -> Any:
     if hasattr(value, "_asdict"):
         value = value._asdict()
     if isinstance(value, Mapping):
-        return {str(key): plain(each) for key, each in value.items()}  # pyright: ignore[reportUnknownArgumentType, reportUnknownVariableType]
+        return {str(key): plain(each) for key, each in cast(Any, value).items()}
     if isinstance(value, (list, tuple)):
-        return [plain(each) for each in value]  # pyright: ignore[reportUnknownVariableType]
+        return [plain(each) for each in cast(Sequence[Any], value)]
     if isinstance(value, (float, np.floating, np.ndarray)):
-        number = float(value)  # pyright: ignore[reportUnknownArgumentType]
+        number = float(cast(Any, value))
         return number if math.isfinite(number) else None
     return value
 

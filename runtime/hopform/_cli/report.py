@@ -175,7 +175,9 @@ def _draw_trace(above: "Axes", below: "Axes", trace: Trace) -> None:
 
 
 def _with_intervals(fit: Fit) -> list[Estimate]:
-    """Estimates whose interval says something as a share of the value: none that may have either sign, none of one recording."""
+    """Estimates whose interval says something as a share of the value: none that may have either sign, none of one
+    recording.
+    """
     return [
         each for each in fit.estimates
         if not each.own and math.isfinite(each.high - each.low) and each.high - each.low < 2.0 * abs(each.value)
@@ -314,7 +316,8 @@ def _html(page: _Page, picture: str) -> str:
         return "<tr>" + "".join(f"<{tag}>{html.escape(cell)}</{tag}>" for cell in cells) + "</tr>"
 
     style = (
-        "body{font:15px sans-serif;max-width:62em;margin:2em auto}table{border-collapse:collapse}svg{max-width:100%;height:auto}"
+        "body{font:15px sans-serif;max-width:62em;margin:2em auto}"
+        "table{border-collapse:collapse}svg{max-width:100%;height:auto}"
         "td,th{padding:.2em .7em;text-align:left;border-bottom:1px solid #ddd;font-variant-numeric:tabular-nums}"
     )
     title = f"Identification: {html.escape(page.title)}"

@@ -1,4 +1,6 @@
-"""The commands that solve: robots, equations, stance, hop, control, reach. `tables` writes what they print, `plots` draws."""
+"""The commands that solve: robots, equations, stance, hop, control, reach. `tables` writes what they print, `plots`
+draws.
+"""
 
 import io
 import math
@@ -184,7 +186,8 @@ def hop(
     )  # fmt: skip
     with patience(f"{len(ground)} hops") as progress:
         run = hopform.simulate(
-            hopper, ground, asked, height=height, gains=gains, errors=errors, seed=seed, horizon=horizon, backend=backend,
+            hopper, ground, asked, height=height, gains=gains, errors=errors, seed=seed, horizon=horizon,
+            backend=backend,
             progress=progress,
         )  # fmt: skip
     settings = {"height": height, "controller": controller.value, "u": u if h_des is None else None, "h_des": h_des}

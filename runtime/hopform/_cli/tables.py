@@ -1,4 +1,6 @@
-"""What the commands that solve print of robots, equations, stances and runs: tables and records, which `render` writes."""
+"""What the commands that solve print of robots, equations, stances and runs: tables and records, which `render`
+writes.
+"""
 
 import math
 from collections.abc import Iterable, Iterator, Sequence
@@ -88,7 +90,9 @@ def equation(shown: Equation) -> Iterator[RenderableType]:
 
 
 def stance(solved: Stance, with_sensitivities: bool = False) -> Iterator[RenderableType]:
-    """A stance: its ending, phases with the events that begin them, states and energies; derivatives where asked for."""
+    """A stance: its ending, phases with the events that begin them, states and energies; derivatives where asked
+    for.
+    """
     first = solved.phases[0].state
     head = (
         f"{name_of(solved.robot)}: touchdown at {float(first.v2) + 0.0:.4g} m/s, {current(solved.u)}; {ending(solved)}"

@@ -1,4 +1,6 @@
-"""What `hopform control` and `hopform reach` print: tables for people, records for JSON; docs/json.md explains the last."""
+"""What `hopform control` and `hopform reach` print: tables for people, records for JSON; docs/json.md explains the
+last.
+"""
 
 from collections.abc import Iterator
 from typing import Any
@@ -60,7 +62,8 @@ def reach(found: Reachability) -> Iterator[RenderableType]:
     yield Text(head, style="bold")
     yield ""
     columns = (
-        "height [cm]", "lowest [cm]", "at [A]", "highest [cm]", "at [A] ", "held by [A]", "gaps [A]", "limited by stroke",
+        "height [cm]", "lowest [cm]", "at [A]", "highest [cm]", "at [A] ", "held by [A]", "gaps [A]", "limited by "
+        "stroke",
     )  # fmt: skip
     yield table("Next apex", columns, (_height_row(found, row) for row in range(found.heights.size)), ("gaps [A]",))
     if found.fixed_points:

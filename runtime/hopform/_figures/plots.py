@@ -296,7 +296,9 @@ def run_times(run: Run) -> Curve:
 
 
 def plot_reach(found: Reachability) -> Figure:
-    """The next apex over the current one (Figs. 5, 11): the reachable, each current's curve, fixed points, the stroke."""
+    """The next apex over the current one (Figs. 5, 11): the reachable, each current's curve, fixed points, the
+    stroke.
+    """
     with house_style():
         figure = Figure(figsize=(5.2, 4.8), layout="constrained")
         axes: Axes = figure.subplots()
@@ -324,7 +326,9 @@ def plot_reach(found: Reachability) -> Figure:
 
 
 def plot_command(robot: Robot, u: Curve, apex: Curve, h_des: float, found: Command) -> Figure:
-    """The next apex over the current, NaN where none is admissible, what is desired, and the current that was chosen."""
+    """The next apex over the current, NaN where none is admissible, what is desired, and the current that was
+    chosen.
+    """
     with house_style():
         figure = Figure(figsize=(6.0, 3.4), layout="constrained")
         axes: Axes = figure.subplots()

@@ -53,7 +53,9 @@ _SCALARS = {
 
 
 class Types:
-    """The structs of one precision, made from the table of a package: `Types("f64").Stance`, of its own package by default."""
+    """The structs of one precision, made from the table of a package: `Types("f64").Stance`, of its own package by
+    default.
+    """
 
     def __init__(self, suffix: str, table: Mapping[str, tuple[Any, ...]] | None = None) -> None:
         self.suffix, self.real = suffix, {"f32": ctypes.c_float, "f64": ctypes.c_double}[suffix]

@@ -38,7 +38,8 @@ def choose_current(
     begin, wish = types.State(*start), memory.target(*target)
     while True:
         status = library.call(
-            "choose_current", types, ctypes.byref(memory.search), ctypes.byref(plan), ctypes.byref(begin), ctypes.byref(wish),
+            "choose_current", types, ctypes.byref(memory.search), ctypes.byref(plan), ctypes.byref(begin),
+            ctypes.byref(wish),
             memory.phases, ctypes.c_int32(capacity), ctypes.byref(memory.command),
         )  # fmt: skip
         if status != native.PHASES_NOT_KEPT or capacity == max_phases:
@@ -72,7 +73,9 @@ def try_currents(
     horizon: float,
     max_phases: int,
 ) -> NDArray[Any]:
-    """What each current does from each state, (states, currents), a structured array with the fields of hopform_trial."""
+    """What each current does from each state, (states, currents), a structured array with the fields of
+    hopform_trial.
+    """
     library = solver.library
     types = library.types(np.dtype(np.float64))
     plan = native.plan_of(library, types, parameters)

@@ -16,7 +16,9 @@ Steps = tuple[tuple[float, float], ...]
 
 
 class FlightRow(NamedTuple):
-    """A phase: when and where it starts, the sign of v_1, that of the pull at its limit, and the event that starts it."""
+    """A phase: when and where it starts, the sign of v_1, that of the pull at its limit, and the event that starts
+    it.
+    """
 
     t: float
     x1: float
