@@ -14,7 +14,7 @@ from typing import Any, NamedTuple, SupportsFloat
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from hopform._checks import finite, positive, shown, times_of, whole
+from hopform._checks import finite, positive, shaped, shown, times_of, whole
 from hopform._errors import HopformError
 from hopform._robots import Robot, checked_robot
 from hopform._solver.choice import choose
@@ -104,29 +104,29 @@ class Flight:
         """
         state = self._solved.state_at(self._times(t))
         x2 = body_height(self.robot, self.dtype, state.x1, state.y)
-        return State(*(_shaped(value, t) for value in (state.x1, state.v1, x2, state.v2)))
+        return State(*(shaped(value, t) for value in (state.x1, state.v1, x2, state.v2)))
 
     def foot(self, t: ArrayLike) -> Real:
         """Height of the foot over the ground ahead [m] at times t [s], in t's shape."""
-        return _shaped(-self._solved.state_at(self._times(t)).y, t)
+        return shaped(-self._solved.state_at(self._times(t)).y, t)
 
     def current(self, t: ArrayLike) -> Real:
         """The current [A] of the law at times t [s], in t's shape; 0 where the motor has no force."""
         state = self._solved.state_at(self._times(t))
         gamma2, u_max = self.robot.gamma2, self.robot.u_max
         if gamma2 == 0.0:
-            return _shaped(np.zeros_like(state.x1), t)
-        return _shaped(np.clip((self.gains.Kp * state.x1 + self.gains.Kd * state.v1) / gamma2, -u_max, u_max), t)
+            return shaped(np.zeros_like(state.x1), t)
+        return shaped(np.clip((self.gains.Kp * state.x1 + self.gains.Kd * state.v1) / gamma2, -u_max, u_max), t)
 
     def energy(self, t: ArrayLike) -> Energy:
         """Energies [J] of the body and of the robot at times t [s], in t's shape; the spring carries nothing."""
         energy, _, _ = self._energies(t)
-        return Energy(*(_shaped(value, t) for value in energy))
+        return Energy(*(shaped(value, t) for value in energy))
 
     def ledger(self, t: ArrayLike) -> FlightLedger:
         """The ledger [J] from take-off to times t [s], in t's shape; each entry from its own closed form."""
         _, entries, losses = self._energies(t)
-        return FlightLedger(*(_shaped(value, t) for value in (*entries, losses)))
+        return FlightLedger(*(shaped(value, t) for value in (*entries, losses)))
 
     def _energies(self, t: ArrayLike) -> tuple[Energy, solver_records.FlightLedger, NDArray[np.floating]]:
         times = self._times(t)
@@ -229,8 +229,3 @@ def _gains(gains: Sequence[SupportsFloat]) -> Gains:
         if value < 0.0:
             raise HopformError(f"{name} must be >= 0 {unit}, got {value!r}")
     return law
-
-
-def _shaped(value: Any, t: ArrayLike) -> Real:
-    shape = np.shape(t)
-    return float(np.asarray(value).reshape(-1)[0]) if shape == () else np.asarray(value).reshape(shape)

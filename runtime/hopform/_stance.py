@@ -11,7 +11,7 @@ from typing import Any, NamedTuple, SupportsFloat
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from hopform._checks import LARGEST, finite, positive, shown, times_of, whole
+from hopform._checks import LARGEST, finite, positive, shaped, shown, times_of, whole
 from hopform._errors import HopformError
 from hopform._robots import Robot, checked_robot
 from hopform._sensitivities import Sensitivities, of_matrix
@@ -154,7 +154,7 @@ class Stance:
             return _with_height(self, self._solved.state(self._time(t)))
         state = self._solver_state(t)
         x2 = body_height(self.robot, self.dtype, state.x1, state.y)
-        return State(*(self._shaped(value, t) for value in (state.x1, state.v1, x2, state.v2)))
+        return State(*(shaped(value, t) for value in (state.x1, state.v1, x2, state.v2)))
 
     def grid(
         self, count: int | None = None, *, dt: SupportsFloat | None = None, out: Sequence[Any] | None = None
@@ -189,13 +189,13 @@ class Stance:
         """Compression of the spring [m] at times t [s], x1 - x2 + L0 + c, to its own last digit; the force is k times
         it.
         """
-        return self._shaped(self._solver_state(t).y, t)
+        return shaped(self._solver_state(t).y, t)
 
     def energy(self, t: ArrayLike) -> Energy:
         """Energies [J] of the body and of the robot at times t [s], in t's shape; t as for `at`."""
         if type(t) is float and self.dtype is _DOUBLE:
             return self._solved.energy(self._time(t))
-        return Energy(*(self._shaped(value, t) for value in self._solved.energy_at(self._times(t))))
+        return Energy(*(shaped(value, t) for value in self._solved.energy_at(self._times(t))))
 
     def ledger(self, t: ArrayLike) -> Ledger:
         """The ledger [J] from touchdown to times t [s], in t's shape; each entry from its own closed form, t as for
@@ -206,7 +206,7 @@ class Stance:
         entries, losses = self._solved.ledger_at(times[order])
         by_name = entries._asdict() | {"stop_loss": losses}
         back = np.argsort(order, kind="stable")
-        return Ledger(**{name: self._shaped(by_name[name][back], t) for name in Ledger._fields})
+        return Ledger(**{name: shaped(by_name[name][back], t) for name in Ledger._fields})
 
     @property
     def sensitivities(self) -> Sensitivities:
@@ -243,10 +243,6 @@ class Stance:
             allowed = "0 <= t" if self.status == "rest" else f"0 <= t <= {self.duration!r} s"
             raise HopformError(f"t must be {allowed}, got {float(bad)!r}")
         return found
-
-    def _shaped(self, value: Any, t: ArrayLike) -> Real:
-        shape = np.shape(t)
-        return float(np.asarray(value).reshape(-1)[0]) if shape == () else np.asarray(value).reshape(shape)
 
 
 def solve_stance(

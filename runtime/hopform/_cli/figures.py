@@ -31,6 +31,10 @@ Json = Annotated[bool, typer.Option("--json", help="print what was written, with
 
 
 def figures(folder: Folder, only: Only = None, json: Json = False) -> None:
+    """Draw the paper's figures 2 to 17 from this project's robots, and the hopper on rough ground.
+
+    Each becomes an SVG and a PNG with its caption; captions.md has the captions of what was drawn, animation.gif moves.
+    """
     wanted = asked_for(only)
     check(folder, wanted)
     files, pictures = drawn(wanted)

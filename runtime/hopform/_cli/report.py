@@ -57,16 +57,8 @@ def trace_rows(fit: Fit) -> list[tuple[str, ...]]:
 
 PARAMETER_HEAD = ("parameter", "value", "unit", "95 % interval", "by")
 TRACE_HEAD = (
-    "recording",
-    "samples",
-    "rms",
-    "rms, viscous alone",
-    "hold-out",
-    "quantum",
-    "unit",
-    "autocorrelation",
-    "white",
-)
+    "recording", "samples", "rms", "rms, viscous alone", "hold-out", "quantum", "unit", "autocorrelation", "white",
+)  # fmt: skip
 ONSET_HEAD = ("recording", "direction of x1", "t [s]", "u [A]", "95 % interval")
 
 
@@ -126,6 +118,16 @@ def threshold_record(threshold: Threshold) -> dict[str, Any]:
     """A threshold for JSON."""
     names = ("u", "low", "high", "load", "f1", "f1_low", "f1_high", "onsets", "statements", "warnings")
     return {"kind": "ramp", **pick(threshold, *names)}
+
+
+def tables_of(answer: Fit | Threshold) -> Iterator[RenderableType]:
+    """An answer for a terminal."""
+    return fit_tables(answer) if isinstance(answer, Fit) else threshold_tables(answer)
+
+
+def record_of(answer: Fit | Threshold) -> dict[str, Any]:
+    """An answer for JSON."""
+    return fit_record(answer) if isinstance(answer, Fit) else threshold_record(answer)
 
 
 # ---- pictures ----

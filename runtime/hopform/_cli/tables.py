@@ -32,11 +32,7 @@ LEDGER = {
     "spring_work": "the actuator's work on the body",
 }
 OF_ROBOT = (*LEDGER_OF_ROBOT, "stop_loss")
-OUTCOMES = {
-    "completed": "hops on",
-    "stopped": "stays on the ground",
-    "tripped": "trips over the ground ahead",
-}
+OUTCOMES = {"completed": "hops on", "stopped": "stays on the ground", "tripped": "trips over the ground ahead"}
 OURS = "Values of shipped robots are this project's own: the paper gives none."
 
 

@@ -52,23 +52,11 @@ SHADES: dict[str, dict[str, Any]] = {
 }
 STANCE: dict[str, Any] = {"facecolor": "#EDEDED", "edgecolor": "none"}
 STYLE: dict[str, Any] = {
-    "figure.dpi": 100,
-    "savefig.dpi": 160,
-    "font.size": 9,
-    "figure.titlesize": 9.5,
-    "axes.labelsize": 9,
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "axes.xmargin": 0.0,
-    "legend.frameon": False,
-    "legend.fontsize": 8,
-    "lines.linewidth": 1.4,
-    "lines.solid_capstyle": "round",
-    "hatch.linewidth": 0.6,
-    "svg.hashsalt": "hopform",
-    "svg.fonttype": "path",
-    "pdf.fonttype": 42,
-}
+    "figure.dpi": 100, "savefig.dpi": 160, "font.size": 9, "figure.titlesize": 9.5, "axes.labelsize": 9,
+    "axes.spines.top": False, "axes.spines.right": False, "axes.xmargin": 0.0, "legend.frameon": False,
+    "legend.fontsize": 8, "lines.linewidth": 1.4, "lines.solid_capstyle": "round", "hatch.linewidth": 0.6,
+    "svg.hashsalt": "hopform", "svg.fonttype": "path", "pdf.fonttype": 42,
+}  # fmt: skip
 FORETOLD = r"E(0) + AED (24) $-$ impacts $-$ $k\,x_1^2/2$ at take-off"
 SAMPLES = 400
 """Points along a stance's curves."""

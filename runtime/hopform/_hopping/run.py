@@ -15,7 +15,7 @@ from typing import Any, SupportsFloat, cast
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from hopform._checks import finite, positive, shown, times_of, whole
+from hopform._checks import finite, positive, shaped, shown, times_of, whole
 from hopform._control.reach import home_of
 from hopform._errors import HopformError
 from hopform._flight import Flight, solve_flight
@@ -195,7 +195,7 @@ class Run:
             state = leg.motion.at(times)
             found[:, inside] = state
             found[2, inside] += leg.ground
-        return State(*(_shaped(column, t) for column in found))
+        return State(*(shaped(column, t) for column in found))
 
     def energy(self, t: ArrayLike) -> Energy:
         """Energies [J] of body and robot at times t [s], in t's shape, weight from level 0 on; in flight without a
@@ -207,7 +207,7 @@ class Run:
             energy = leg.motion.energy(times)
             found[0, inside] = energy.body + weight * leg.ground
             found[1, inside] = energy.total + weight * leg.ground
-        return Energy(*(_shaped(column, t) for column in found))
+        return Energy(*(shaped(column, t) for column in found))
 
     def aed(self, t: ArrayLike) -> Real:
         """The body's energy foretold [J]: that of the start, plus the AED (24), the impacts and the spring's
@@ -218,21 +218,21 @@ class Run:
             found[inside] = leg.level
             if isinstance(leg.motion, Stance):
                 found[inside] += aed_of(leg.motion.ledger(times))
-        return _shaped(found, t)
+        return shaped(found, t)
 
     def ground(self, t: ArrayLike) -> Real:
         """Height [m] of the ground at times t [s], in t's shape; in flight that of the ground ahead."""
         found = np.empty(np.size(t))
         for leg, inside, _ in self._legs(t):
             found[inside] = leg.ground
-        return _shaped(found, t)
+        return shaped(found, t)
 
     def foot(self, t: ArrayLike) -> Real:
         """Height [m] of the foot over level 0 at times t [s], in t's shape; on the ground in stance."""
         found = np.empty(np.size(t))
         for leg, inside, times in self._legs(t):
             found[inside] = leg.ground + (leg.motion.foot(times) if isinstance(leg.motion, Flight) else 0.0)
-        return _shaped(found, t)
+        return shaped(found, t)
 
     def current(self, t: ArrayLike) -> Real:
         """Current [A] that is asked for at times t [s], in t's shape; in flight that of the return's law."""
@@ -243,7 +243,7 @@ class Run:
             else:
                 starts, currents = np.array(leg.motion.u).T
                 found[inside] = currents[np.searchsorted(starts, times, side="right") - 1]
-        return _shaped(found, t)
+        return shaped(found, t)
 
     def to_csv(self, path: str | Path) -> None:
         """Write the table, a line per hop; every number reads back to the same bits."""
@@ -383,18 +383,9 @@ def simulate(
     if not callable(prepared):
         raise HopformError(f"controller must be a current in A or a callable, got {shown(controller)}")
     task = _Task(
-        plant,
-        model,
-        grounds,
-        cast(Controller, prepared),
-        gains,
-        errors,
-        np.random.default_rng(seed),
-        longest,
-        max_phases,
-        backend,
-        progress,
-    )
+        plant, model, grounds, cast(Controller, prepared), gains, errors, np.random.default_rng(seed), longest,
+        max_phases, backend, progress,
+    )  # fmt: skip
     return _run(task, first)
 
 
@@ -597,7 +588,3 @@ def csv_of(table: NDArray[Any]) -> str:
     lines = [",".join(table.dtype.names or ())]
     lines += [",".join(repr(each) if isinstance(each, float) else str(each) for each in row) for row in table.tolist()]
     return "\n".join(lines) + "\n"
-
-
-def _shaped(values: Array, t: ArrayLike) -> Real:
-    return float(values[0]) if np.shape(t) == () else values.reshape(np.shape(t))

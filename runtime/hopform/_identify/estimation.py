@@ -410,18 +410,8 @@ def estimates(
         value = solution.values[parameter.name]
         stderr = math.sqrt(seen.covariance[index, index] * inflation)
         if parameter.name in seen.weak:
-            found.append(
-                Estimate(
-                    parameter.name,
-                    parameter.unit,
-                    value,
-                    math.inf,
-                    -math.inf,
-                    math.inf,
-                    "not identifiable",
-                    parameter.own,
-                )
-            )
+            unknown = (math.inf, -math.inf, math.inf, "not identifiable")
+            found.append(Estimate(parameter.name, parameter.unit, value, *unknown, parameter.own))
             continue
         low, high, method = value - t * stderr, value + t * stderr, "t"
         if parameter.kind == "positive":

@@ -28,10 +28,7 @@ UNITS: dict[str, tuple[str, float]] = {
 """What may follow the last underscore of a column's name: the quantity, and the SI unit's multiple."""
 
 TIMES = ("time", "t")
-POSITIONS = {
-    "x1": ("x1", "actuator", "x", "position", "pos"),
-    "x2": ("x2", "height", "body", "x", "position", "pos"),
-}
+POSITIONS = {"x1": ("x1", "actuator", "x", "position", "pos"), "x2": ("x2", "height", "body", "x", "position", "pos")}
 CURRENTS = ("current", "u", "i", "drive_current", "drive_voltage", "voltage")
 FEWEST = 20
 _LEAST_WAY, _MOST_WAY, _MOST_HEIGHT = 5e-4, 10.0, 10.0

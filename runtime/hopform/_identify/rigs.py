@@ -126,15 +126,8 @@ def _attached(of: Experiment, at: Mapping[str, float], time: Array) -> tuple[Arr
 
 _BODY = {"m_s": "m_s", "k": "k", "b2": "b2", "f2": "f2", "g": "g", "length": "L0", "x": "x2", "v": "v2"}
 _ACTUATOR = {
-    "m_eff": "m_eff",
-    "k": "k",
-    "b1": "b1",
-    "f1": "f1",
-    "gamma2": "gamma2",
-    "offset": "u",
-    "x": "x1",
-    "v": "v1",
-}
+    "m_eff": "m_eff", "k": "k", "b1": "b1", "f1": "f1", "gamma2": "gamma2", "offset": "u", "x": "x1", "v": "v1",
+}  # fmt: skip
 
 
 _LANDING = {**_BODY, "impact_loss": "impact_loss"}
@@ -198,10 +191,6 @@ def _threshold(of: Experiment, at: Mapping[str, float], time: Array) -> tuple[Ar
 
 
 _PREDICT = {
-    "attached": _attached,
-    "ground": _ground,
-    "free": _free,
-    "held": _actuator,
-    "air": _actuator,
+    "attached": _attached, "ground": _ground, "free": _free, "held": _actuator, "air": _actuator,
     "threshold": _threshold,
-}
+}  # fmt: skip

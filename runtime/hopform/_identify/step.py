@@ -21,15 +21,7 @@ from hopform._identify import estimation
 from hopform._identify import recordings as of_recordings
 from hopform._identify.estimation import LEVEL, Estimate, Parameter
 from hopform._identify.filtering import CUTOFFS, Filtered, filtered, moving_rows
-from hopform._identify.fits import (
-    Fit,
-    Options,
-    Trace,
-    as_several,
-    checked_known,
-    checked_loss,
-    finish,
-)
+from hopform._identify.fits import Fit, Options, Trace, as_several, checked_known, checked_loss, finish
 from hopform._identify.motion import Array
 from hopform._identify.recordings import Recording
 from hopform._identify.rigs import UNITS, Experiment, Kind
@@ -103,17 +95,9 @@ def step_problem(
             )
             made = _parameter(letter, name, start, clean)
             parameters.setdefault(name, _near(made, clean) if letter == "x" and "v" in constants else made)
+        under = of_recordings.steps_of(recording)
         experiments.append(
-            Experiment(
-                recording.source,
-                kind,
-                recording.time,
-                x,
-                names,
-                constants,
-                of_recordings.steps_of(recording),
-                backend=backend,
-            )
+            Experiment(recording.source, kind, recording.time, x, names, constants, under, backend=backend)
         )
     notes = tuple(f"{each.source}: {note}" for each in recordings for note in each.notes)
     return Problem(
@@ -348,17 +332,8 @@ def _beside(recordings: Sequence[Recording], fit: Fit, loss: str) -> tuple[str, 
         every = max(recording.time.size // 2500, 1)
         names = {each: each for each in ("m_eff", "b1", "f1", "offset")} | {"x": f"x@{n}", "v": f"v@{n}"}
         constants = {"gamma2": values["gamma2"]}
-        experiments.append(
-            Experiment(
-                recording.source,
-                "air",
-                recording.time[::every],
-                x[::every],
-                names,
-                constants,
-                _coarse(recording, every),
-            )
-        )
+        time, under = recording.time[::every], _coarse(recording, every)
+        experiments.append(Experiment(recording.source, "air", time, x[::every], names, constants, under))
         slope = float(np.polyfit(recording.time[:20], x[:20], 1)[0])
         start = {"x": float(x[0]), "v": slope}
         parameters += [_parameter(letter, f"{letter}@{n}", start[letter], x) for letter in ("x", "v")]

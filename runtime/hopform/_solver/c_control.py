@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from hopform._solver import c as native
 from hopform._solver.package import records
+from hopform._solver.protocol import Target
 
 FIRST_CAPACITY = 64
 """Phases that the buffer holds at first; hardly any stance has more."""
@@ -18,7 +19,7 @@ def choose_current(
     solver: native.Compiled,
     parameters: records.Robot,
     start: records.State,
-    target: tuple[float, float, float, float],
+    target: Target,
     max_phases: int,
     dtype: np.dtype[Any],
 ) -> tuple[float, float, int, int]:

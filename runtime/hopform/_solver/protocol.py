@@ -13,6 +13,8 @@ from hopform._solver.package import Energy, Gains, records
 Array = NDArray[np.floating]
 Steps = tuple[tuple[float, float], ...]
 """Steps of the current [s, A]."""
+Target = tuple[float, float, float, float]
+"""h_des, datum, stop_margin [m], horizon [s]."""
 
 
 class FlightRow(NamedTuple):
@@ -126,13 +128,9 @@ class Solver(Protocol):
         ...
 
     def choose_current(
-        self, parameters: Any, start: records.State, target: tuple[float, float, float, float], max_phases: int,
-        dtype: np.dtype[Any],
-    ) -> tuple[float, float, int, int]:  # fmt: skip
-        """Current [A], hop height [m] (0 without take-off), status as in COMMANDS, and how many stances were solved.
-
-        target: h_des, datum, stop_margin [m], horizon [s].
-        """
+        self, parameters: Any, start: records.State, target: Target, max_phases: int, dtype: np.dtype[Any]
+    ) -> tuple[float, float, int, int]:
+        """Current [A], hop height [m] (0 without take-off), status as in COMMANDS, and how many stances were solved."""
         ...
 
     def apexes(
