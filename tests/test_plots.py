@@ -20,8 +20,8 @@ from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 
 import hopform
-from hopform._cli.tables import mode
 from hopform._figures import plots
+from hopform._words import mode
 
 HOPPER = hopform.load_robot("hopper_c")
 STANCES: dict[str, dict] = {

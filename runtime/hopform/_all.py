@@ -17,7 +17,7 @@ from hopform._identify import (
     friction_threshold,
     read_recording,
     record,
-)
+)  # fmt: skip
 from hopform._robots import ROBOTS, Robot, load_robot
 from hopform._sensitivities import ManySensitivities, Sensitivities
 from hopform._solver.library import backends, library_message
@@ -26,7 +26,8 @@ from hopform._stance import Event, Ledger, Phase, Stance, State, solve_stance, t
 
 
 def equations() -> tuple[Equation, ...]:
-    """The register: each equation of the paper as printed, as derived, a verdict, the reason, the code that computes it.
+    """The register: each equation of the paper as printed, as derived, a verdict, the reason, the code that computes
+    it.
 
     >>> [equation.number for equation in equations()] == list(range(1, 28))
     True
@@ -35,57 +36,12 @@ def equations() -> tuple[Equation, ...]:
 
 
 __all__ = [
-    "BackendError",
-    "Batch",
-    "Command",
-    "Energy",
-    "Equation",
-    "Errors",
-    "Event",
-    "Flight",
-    "FlightLedger",
-    "FlightPhase",
-    "Gains",
-    "FixedPoint",
-    "Hop",
-    "HopformError",
-    "Ledger",
-    "ManySensitivities",
-    "MissingExtra",
-    "Phase",
-    "PrintedCommand",
-    "Reachability",
-    "ROBOTS",
-    "Robot",
-    "Run",
-    "Sensitivities",
-    "Stance",
-    "State",
-    "TouchdownDetector",
-    "__version__",
-    "backends",
-    "choose_current",
-    "delayed_apex",
-    "controllers",
-    "design_return",
-    "choose_current_as_printed",
-    "equations",
-    "fit_drop_test",
-    "fit_force",
-    "fit_robot",
-    "fit_step_response",
-    "friction_threshold",
-    "library_message",
-    "load_robot",
-    "read_recording",
-    "record",
-    "simulate",
-    "solve_flight",
-    "next_apex",
-    "reachability",
-    "solve_stance",
-    "solve_stances",
-    "terrain",
-    "touchdown_velocity",
-    "ufuncs",
-]
+    "__version__", "BackendError", "backends", "Batch", "choose_current", "choose_current_as_printed", "Command",
+    "controllers", "delayed_apex", "design_return", "Energy", "Equation", "equations", "Errors", "Event",
+    "fit_drop_test", "fit_force", "fit_robot", "fit_step_response", "FixedPoint", "Flight", "FlightLedger",
+    "FlightPhase", "friction_threshold", "Gains", "Hop", "HopformError", "Ledger", "library_message",
+    "load_robot", "ManySensitivities", "MissingExtra", "next_apex", "Phase", "PrintedCommand", "Reachability",
+    "reachability", "read_recording", "record", "Robot", "ROBOTS", "Run", "Sensitivities", "simulate",
+    "solve_flight", "solve_stance", "solve_stances", "Stance", "State", "terrain", "touchdown_velocity",
+    "TouchdownDetector", "ufuncs",
+]  # fmt: skip

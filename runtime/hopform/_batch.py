@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from dataclasses import dataclass
 from numbers import Real
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -38,8 +38,8 @@ class Batch:
 
     status: keys of `hopform.ufuncs.STATUS`, negative where the numbers left the range of the precision (NaN in
     every other field there); `words` has them as text. duration: time of the ending. end: the state there. apex: NaN
-    without take-off. aed: change of the body's energy. event_count: how many events. event_time, event_kind: the events,
-    with a further last axis, NaN and 0 behind the last one; None unless asked for. Kinds are keys of `EVENTS`.
+    without take-off. aed: change of the body's energy. event_count: how many events. event_time, event_kind: the
+    events, with a further last axis, NaN and 0 behind the last one; None unless asked for. Kinds are keys of `EVENTS`.
     sensitivities: the derivatives as `Stance.sensitivities` has them, as arrays; None unless asked for.
     """
 
@@ -273,7 +273,7 @@ def robot_columns(robot: Robot, fields: dict[str, Any]) -> dict[str, NDArray[Any
 
 def _array(name: str, value: object, unit: str) -> NDArray[Any]:
     given: object = value
-    if isinstance(value, Sequence) and any(isinstance(each, tuple) for each in value):  # pyright: ignore[reportUnknownVariableType]
+    if isinstance(value, Sequence) and any(isinstance(each, tuple) for each in cast(Sequence[object], value)):
         raise HopformError(
             f"{name} must be a number per stance in {unit}; steps (t, u) are for solve_stance, got {shown(given)}"
         )

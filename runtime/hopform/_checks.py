@@ -11,7 +11,7 @@ from hopform._solver.package import checked
 
 beyond, shown = checked.beyond, checked.shown
 
-__all__ = ["LARGEST", "finite", "is_number", "positive", "real", "shown", "times_of", "whole"]
+__all__ = ["LARGEST", "finite", "is_number", "positive", "real", "shaped", "shown", "times_of", "whole"]
 
 LARGEST = 2**31 - 1
 """The largest count: C counts in 32 bits."""
@@ -73,3 +73,9 @@ def times_of(t: ArrayLike, dtype: np.dtype[Any]) -> NDArray[Any]:
         raise HopformError(beyond("t", "s", t)) from None
     except (TypeError, ValueError):
         raise HopformError(f"t must be numbers in s, got {shown(t)}") from None
+
+
+def shaped(values: Any, t: ArrayLike) -> float | NDArray[Any]:
+    """Values at times as those were given: a float for one, else in their shape."""
+    found = np.asarray(values)
+    return float(found.reshape(-1)[0]) if np.shape(t) == () else found.reshape(np.shape(t))

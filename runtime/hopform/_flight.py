@@ -14,7 +14,7 @@ from typing import Any, NamedTuple, SupportsFloat
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from hopform._checks import finite, positive, shown, times_of, whole
+from hopform._checks import finite, positive, shaped, shown, times_of, whole
 from hopform._errors import HopformError
 from hopform._robots import Robot, checked_robot
 from hopform._solver.choice import choose
@@ -45,7 +45,9 @@ class FlightPhase(NamedTuple):
 
 
 class FlightLedger(NamedTuple):
-    """Where the actuator's energy came from and went to since take-off, signed as it enters, [J]; the sum is the change of H."""
+    """Where the actuator's energy came from and went to since take-off, signed as it enters, [J]; the sum is the change
+    of H.
+    """
 
     motor_work: Real
     offset_work: Real
@@ -59,9 +61,9 @@ class Flight:
     """A flight, solved. Times in s from take-off, heights in m over the ground ahead, which the foot meets next.
 
     status: "touchdown"; "tripped": the foot never got above the ground ahead, the flight ends where it came highest;
-    "horizon"; "too_many_phases". duration: time of the ending. end: the state there, before the impact. touchdown: that after
-    the impact, with which the stance begins, None without one. gains: of the law. apex, apex_time: highest hop height of the body
-    up to the ending, and when. impact_loss [J]: what the impact takes, negative.
+    "horizon"; "too_many_phases". duration: time of the ending. end: the state there, before the impact. touchdown: that
+    after the impact, with which the stance begins, None without one. gains: of the law. apex, apex_time: highest hop
+    height of the body up to the ending, and when. impact_loss [J]: what the impact takes, negative.
     """
 
     robot: Robot
@@ -92,7 +94,8 @@ class Flight:
         return tuple(Event(row.t, FLIGHT_EVENTS[row.event]) for row in self._solved.rows() if row.event)
 
     def at(self, t: ArrayLike) -> State:
-        """The state at times t [s], in t's shape; 0 <= t <= duration, else ValueError. At the ending: before the impact.
+        """The state at times t [s], in t's shape; 0 <= t <= duration, else ValueError. At the ending: before the
+        impact.
 
         >>> from hopform import load_robot
         >>> flight = solve_flight(load_robot("hopper_c"), x1=0.05, v1=0.1, v2=1.9)
@@ -101,29 +104,29 @@ class Flight:
         """
         state = self._solved.state_at(self._times(t))
         x2 = body_height(self.robot, self.dtype, state.x1, state.y)
-        return State(*(_shaped(value, t) for value in (state.x1, state.v1, x2, state.v2)))
+        return State(*(shaped(value, t) for value in (state.x1, state.v1, x2, state.v2)))
 
     def foot(self, t: ArrayLike) -> Real:
         """Height of the foot over the ground ahead [m] at times t [s], in t's shape."""
-        return _shaped(-self._solved.state_at(self._times(t)).y, t)
+        return shaped(-self._solved.state_at(self._times(t)).y, t)
 
     def current(self, t: ArrayLike) -> Real:
         """The current [A] of the law at times t [s], in t's shape; 0 where the motor has no force."""
         state = self._solved.state_at(self._times(t))
         gamma2, u_max = self.robot.gamma2, self.robot.u_max
         if gamma2 == 0.0:
-            return _shaped(np.zeros_like(state.x1), t)
-        return _shaped(np.clip((self.gains.Kp * state.x1 + self.gains.Kd * state.v1) / gamma2, -u_max, u_max), t)
+            return shaped(np.zeros_like(state.x1), t)
+        return shaped(np.clip((self.gains.Kp * state.x1 + self.gains.Kd * state.v1) / gamma2, -u_max, u_max), t)
 
     def energy(self, t: ArrayLike) -> Energy:
         """Energies [J] of the body and of the robot at times t [s], in t's shape; the spring carries nothing."""
         energy, _, _ = self._energies(t)
-        return Energy(*(_shaped(value, t) for value in energy))
+        return Energy(*(shaped(value, t) for value in energy))
 
     def ledger(self, t: ArrayLike) -> FlightLedger:
         """The ledger [J] from take-off to times t [s], in t's shape; each entry from its own closed form."""
         _, entries, losses = self._energies(t)
-        return FlightLedger(*(_shaped(value, t) for value in (*entries, losses)))
+        return FlightLedger(*(shaped(value, t) for value in (*entries, losses)))
 
     def _energies(self, t: ArrayLike) -> tuple[Energy, solver_records.FlightLedger, NDArray[np.floating]]:
         times = self._times(t)
@@ -157,13 +160,14 @@ def solve_flight(
     backend: str | None = None,
     dtype: Any = np.float64,
 ) -> Flight:
-    """The flight that follows from a state at take-off, exactly: the return of the actuator, every event, the touchdown.
+    """The flight that follows from a state at take-off, exactly: the return of the actuator, every event, the
+    touchdown.
 
-    x1, v1, v2 [m, m/s]: actuator and body at take-off; x2 [m]: height of the body over the ground *ahead*, over which the foot
-    lands: x1 + L0 + c if left out (flat ground), less by a step up. gains (Kp, Kd) [N/m, N s/m], both >= 0: of the law
-    gamma2 u = Kp x1 + Kd v1 within u_max; if left out those of `design_return`, settled 50 ms before the touchdown on the ground
-    that was left, in 20 ms at least. horizon [s]: longest time. Raises HopformError for a value that is not allowed, g = 0 among
-    them.
+    x1, v1, v2 [m, m/s]: actuator and body at take-off; x2 [m]: height of the body over the ground *ahead*, over which
+    the foot lands: x1 + L0 + c if left out (flat ground), less by a step up. gains (Kp, Kd) [N/m, N s/m], both >= 0: of
+    the law gamma2 u = Kp x1 + Kd v1 within u_max; if left out those of `design_return`, settled 50 ms before the
+    touchdown on the ground that was left, in 20 ms at least. horizon [s]: longest time. Raises HopformError for a value
+    that is not allowed, g = 0 among them.
 
     >>> from hopform import load_robot
     >>> flight = solve_flight(load_robot("hopper_c"), x1=0.05, v1=0.1, v2=1.9)
@@ -191,11 +195,12 @@ def solve_flight(
 
 
 def design_return(robot: Robot, time: SupportsFloat) -> Gains:
-    """Gains (Kp, Kd) with which the actuator returns gently in a time [s]: critically damped, within 1/100 of its way from rest.
+    """Gains (Kp, Kd) with which the actuator returns gently in a time [s]: critically damped, within 1/100 of its way
+    from rest.
 
-    The friction b1 is part of the damping; where it is more than critical Kd is 0 and Kp puts the slower pole where both were.
-    Dry friction may leave it as far from 0 as f1 m_eff/Kp, and a motor at its limit takes longer. Raises HopformError unless
-    time > 0.
+    The friction b1 is part of the damping; where it is more than critical Kd is 0 and Kp puts the slower pole where
+    both were. Dry friction may leave it as far from 0 as f1 m_eff/Kp, and a motor at its limit takes longer. Raises
+    HopformError unless time > 0.
 
     >>> from hopform import load_robot
     >>> print(*(round(gain, 3) for gain in design_return(load_robot("hopper_c"), 0.3)))
@@ -224,8 +229,3 @@ def _gains(gains: Sequence[SupportsFloat]) -> Gains:
         if value < 0.0:
             raise HopformError(f"{name} must be >= 0 {unit}, got {value!r}")
     return law
-
-
-def _shaped(value: Any, t: ArrayLike) -> Real:
-    shape = np.shape(t)
-    return float(np.asarray(value).reshape(-1)[0]) if shape == () else np.asarray(value).reshape(shape)

@@ -1,4 +1,6 @@
-"""How the take-off of a stance depends on its inputs: what the back ends compute, in the coordinates that people give."""
+"""How the take-off of a stance depends on its inputs: what the back ends compute, in the coordinates that people
+give.
+"""
 
 from dataclasses import dataclass, field
 from typing import Any
@@ -15,10 +17,11 @@ COLUMNS = ("x1", "v1", "x2", "v2", "u", *records.Robot._fields)
 
 @dataclass(frozen=True)
 class Sensitivities:
-    """Derivatives of the take-off through the events of a stance, in the units of row over column; NaN without take-off.
+    """Derivatives of the take-off through the events of a stance, in the units of row over column; NaN without
+    take-off.
 
-    rows: T [s], the state x1, v1, x2, v2 at take-off, apex, aed. columns: the initial state x1, v1, x2, v2, the current u (all
-    steps alike), the robot's fields. matrix: rows times columns; `[row, column]` is one entry by name.
+    rows: T [s], the state x1, v1, x2, v2 at take-off, apex, aed. columns: the initial state x1, v1, x2, v2, the current
+    u (all steps alike), the robot's fields. matrix: rows times columns; `[row, column]` is one entry by name.
     """
 
     rows: tuple[str, ...]

@@ -3,14 +3,15 @@
 import math
 import sys
 from collections import namedtuple
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any, NamedTuple, SupportsFloat
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from hopform._checks import LARGEST, finite, positive, shown, times_of, whole
+from hopform._checks import LARGEST, finite, positive, shaped, shown, times_of, whole
 from hopform._errors import HopformError
 from hopform._robots import Robot, checked_robot
 from hopform._sensitivities import Sensitivities, of_matrix
@@ -97,9 +98,9 @@ def aed_of(entries: Ledger) -> NDArray[np.floating]:
 class Stance:
     """A stance, solved. Times in s from touchdown, heights in m over the ground under the foot.
 
-    status: "takeoff", "rest", "horizon" or "too_many_phases". duration: time of the ending. takeoff: the state there, None
-    without take-off. end: the state at the ending. apex: hop height of the apex, NaN without take-off. aed: change
-    of the body's energy over the stance (24). warnings: what a user should know, e.g. u above u_max.
+    status: "takeoff", "rest", "horizon" or "too_many_phases". duration: time of the ending. takeoff: the state there,
+    None without take-off. end: the state at the ending. apex: hop height of the apex, NaN without take-off. aed: change
+    of the body's energy over the stance (24).
     """
 
     robot: Robot
@@ -112,11 +113,34 @@ class Stance:
     takeoff: State | None
     apex: float
     aed: float
-    events: tuple[Event, ...]
-    phases: tuple[Phase, ...]
-    warnings: tuple[str, ...]
     _solved: SolvedStance = field(repr=False, compare=False)
     _x2_is_given: bool = field(repr=False, compare=False)
+
+    @cached_property
+    def events(self) -> tuple[Event, ...]:
+        """What happened, in its order."""
+        return tuple([tuple_of(Event, (t, EVENTS[event])) for t, event in self._solved.event_rows()])
+
+    @cached_property
+    def phases(self) -> tuple[Phase, ...]:
+        """The phases in their order."""
+        rows = self._solved.phase_rows()
+        ends = [row[0] for row in rows[1:]] + [self.duration]
+        return tuple(
+            Phase(t, end, mode // 3 - 1, mode % 3 - 1, self.u[step][1], _with_height(self, state))
+            for (t, state, mode, _, step), end in zip(rows, ends, strict=True)
+        )
+
+    @cached_property
+    def warnings(self) -> tuple[str, ...]:
+        """What a user should know, e.g. u above u_max."""
+        found = list[str]()
+        largest = max((u for _, u in self.u), key=abs)
+        if abs(largest) > self.robot.u_max:
+            found.append(f"u = {largest!r} A is above u_max = {self.robot.u_max!r} A")
+        if self.status == "takeoff" and self.robot.g == 0.0:
+            found.append("g = 0: there is no apex")
+        return tuple(found)
 
     def at(self, t: ArrayLike) -> State:
         """The state at times t [s], in t's shape; 0 <= t <= duration, any t >= 0 after rest, else ValueError.
@@ -130,15 +154,15 @@ class Stance:
             return _with_height(self, self._solved.state(self._time(t)))
         state = self._solver_state(t)
         x2 = body_height(self.robot, self.dtype, state.x1, state.y)
-        return State(*(self._shaped(value, t) for value in (state.x1, state.v1, x2, state.v2)))
+        return State(*(shaped(value, t) for value in (state.x1, state.v1, x2, state.v2)))
 
     def grid(
         self, count: int | None = None, *, dt: SupportsFloat | None = None, out: Sequence[Any] | None = None
     ) -> tuple[NDArray[np.floating], State]:
         """Times from 0 to the ending and the states there: `count` of them, or one every dt [s]; faster than `at`.
 
-        out: four arrays of one dimension, of the stance's dtype, that take the states. Raises HopformError if not exactly
-        one of count >= 1 and dt > 0 is given, or if out does not fit.
+        out: four arrays of one dimension, of the stance's dtype, that take the states. Raises HopformError if not
+        exactly one of count >= 1 and dt > 0 is given, or if out does not fit.
 
         >>> from hopform import load_robot
         >>> stance = solve_stance(load_robot("hopper_c"), v2=-1.93, u=2.0)
@@ -162,32 +186,38 @@ class Stance:
         return t, State(*into)
 
     def compression(self, t: ArrayLike) -> Real:
-        """Compression of the spring [m] at times t [s], x1 - x2 + L0 + c, to its own last digit; the force is k times it."""
-        return self._shaped(self._solver_state(t).y, t)
+        """Compression of the spring [m] at times t [s], x1 - x2 + L0 + c, to its own last digit; the force is k times
+        it.
+        """
+        return shaped(self._solver_state(t).y, t)
 
     def energy(self, t: ArrayLike) -> Energy:
         """Energies [J] of the body and of the robot at times t [s], in t's shape; t as for `at`."""
         if type(t) is float and self.dtype is _DOUBLE:
             return self._solved.energy(self._time(t))
-        return Energy(*(self._shaped(value, t) for value in self._solved.energy_at(self._times(t))))
+        return Energy(*(shaped(value, t) for value in self._solved.energy_at(self._times(t))))
 
     def ledger(self, t: ArrayLike) -> Ledger:
-        """The ledger [J] from touchdown to times t [s], in t's shape; each entry from its own closed form, t as for `at`."""
+        """The ledger [J] from touchdown to times t [s], in t's shape; each entry from its own closed form, t as for
+        `at`.
+        """
         times = self._times(t)
         order = np.argsort(times, kind="stable")
         entries, losses = self._solved.ledger_at(times[order])
         by_name = entries._asdict() | {"stop_loss": losses}
         back = np.argsort(order, kind="stable")
-        return Ledger(**{name: self._shaped(by_name[name][back], t) for name in Ledger._fields})
+        return Ledger(**{name: shaped(by_name[name][back], t) for name in Ledger._fields})
 
     @property
     def sensitivities(self) -> Sensitivities:
-        """Derivatives of take-off time T, take-off state, apex and AED by initial state, current and robot, through every event.
+        """Derivatives of take-off time T, take-off state, apex and AED by initial state, current and robot, through
+        every event.
 
-        They are those of the events as they are: none appears or goes. With x2 left out it follows x1, L0 and c, and its own
-        column is 0. A mass that is held at the start keeps its velocity 0. An actuator that starts on a stop and is held there
-        stays where it starts (column x1); x1_min, x1_max count where a stop is met later. With a list of steps u moves all
-        currents alike. NaN without take-off and where an event grazes; the apex' row without gravity.
+        They are those of the events as they are: none appears or goes. With x2 left out it follows x1, L0 and c, and
+        its own column is 0. A mass that is held at the start keeps its velocity 0. An actuator that starts on a stop
+        and is held there stays where it starts (column x1); x1_min, x1_max count where a stop is met later. With a list
+        of steps u moves all currents alike. NaN without take-off and where an event grazes; the apex' row without
+        gravity.
 
         >>> from hopform import load_robot
         >>> stance = solve_stance(load_robot("hopper_c"), v2=-1.93, u=3.0)
@@ -214,10 +244,6 @@ class Stance:
             raise HopformError(f"t must be {allowed}, got {float(bad)!r}")
         return found
 
-    def _shaped(self, value: Any, t: ArrayLike) -> Real:
-        shape = np.shape(t)
-        return float(np.asarray(value).reshape(-1)[0]) if shape == () else np.asarray(value).reshape(shape)
-
 
 def solve_stance(
     robot: Robot,
@@ -234,9 +260,9 @@ def solve_stance(
 ) -> Stance:
     """The stance that follows from a state at touchdown, by (3), (4), exactly: every mode, every event, every ending.
 
-    v1, v2 [m/s]: velocities after the impact; x1 [m]; x2 [m]: height of the body, from F = 0 if left out. u [A]: a current, or
-    steps [(t, u), ...] from t = 0 on. horizon [s]: longest time. backend: "c", "numpy", or None for the best there is.
-    dtype: float64 or float32. Raises HopformError (a ValueError) for a value that is not allowed.
+    v1, v2 [m/s]: velocities after the impact; x1 [m]; x2 [m]: height of the body, from F = 0 if left out. u [A]: a
+    current, or steps [(t, u), ...] from t = 0 on. horizon [s]: longest time. backend: "c", "numpy", or None for the
+    best there is. dtype: float64 or float32. Raises HopformError (a ValueError) for a value that is not allowed.
 
     >>> from hopform import load_robot
     >>> stance = solve_stance(load_robot("hopper_c"), v2=-1.93, u=2.0)
@@ -310,7 +336,7 @@ def _stance(
     solved: SolvedStance,
     x2_is_given: bool,
 ) -> Stance:
-    """A stance with its ending; the other fields unfold from what the back end found when they are asked for."""
+    """A stance with its ending, made without the slow __init__ of a frozen dataclass."""
     ending, duration, (x1, v1, v2, y), apex, aed = solved.outcome()
     status, lifts = ENDINGS[ending], ending == _TAKEOFF
     end = tuple_of(State, (x1, v1, float(body_height(robot, dtype, x1, y)), v2))
@@ -332,19 +358,6 @@ def _stance(
     return stance
 
 
-def _events_of(_: Stance, solved: SolvedStance) -> tuple[Event, ...]:
-    return tuple([tuple_of(Event, (t, EVENTS[event])) for t, event in solved.event_rows()])
-
-
-def _phases_of(stance: Stance, solved: SolvedStance) -> tuple[Phase, ...]:
-    rows = solved.phase_rows()
-    ends = [row[0] for row in rows[1:]] + [stance.duration]
-    return tuple(
-        Phase(t, end, mode // 3 - 1, mode % 3 - 1, stance.u[step][1], _with_height(stance, state))
-        for (t, state, mode, _, step), end in zip(rows, ends, strict=True)
-    )
-
-
 def _with_height(stance: Stance, state: solver_records.State) -> State:
     height = float(body_height(stance.robot, stance.dtype, state.x1, state.y))
     return State(state.x1, state.v1, height, state.v2)
@@ -359,39 +372,6 @@ def body_height(robot: Robot, dtype: np.dtype[Any], x1: Real, y: Real) -> Any:
     return formulas.body_height(rounded, np.asarray(x1, dtype), np.asarray(y, dtype))
 
 
-def _warnings_of(stance: Stance, _: SolvedStance) -> tuple[str, ...]:
-    robot, found = stance.robot, list[str]()
-    largest = max((u for _, u in stance.u), key=abs)
-    if abs(largest) > robot.u_max:
-        found.append(f"u = {largest!r} A is above u_max = {robot.u_max!r} A")
-    if stance.status == "takeoff" and robot.g == 0.0:
-        found.append("g = 0: there is no apex")
-    return tuple(found)
-
-
-class _Later:
-    """A field that is made when it is first asked for; two threads that ask at a time put the same value in."""
-
-    def __init__(self, name: str, made: Callable[[Stance, SolvedStance], Any]) -> None:
-        self._name, self._made = name, made
-
-    def __get__(self, stance: Stance | None, owner: type[Stance]) -> Any:
-        if stance is None:
-            return self
-        found = stance.__dict__
-        if "_solved" not in found:
-            raise AttributeError(
-                f"{owner.__name__!r} object has no attribute {self._name!r}", name=self._name, obj=stance
-            )
-        made = found[self._name] = self._made(stance, found["_solved"])
-        return made
-
-
-_UNFOLDS = {"events": _events_of, "phases": _phases_of, "warnings": _warnings_of}
-for _name, _made in _UNFOLDS.items():
-    setattr(Stance, _name, _Later(_name, _made))
-
-
 def start_of(robot: Robot, x1: Any, v1: Any, x2: object, v2: Any) -> solver_records.State:
     """The state at touchdown with the compression as a coordinate of its own; 0 where x2 is left out."""
     checked_robot(robot)
@@ -404,12 +384,13 @@ def start_of(robot: Robot, x1: Any, v1: Any, x2: object, v2: Any) -> solver_reco
     if x2 is None:
         start: solver_records.State = tuple_of(solver_records.State, (x_1, v_1, v_2, 0.0))
         return start
-    y = x_1 - finite("x2", x2, "m") + robot.L0 + robot.c
+    height = finite("x2", x2, "m")
+    y = x_1 - height + robot.L0 + robot.c
     if abs(y) <= _TOUCHING_ULP * math.ulp(robot.L0):
         y = 0.0
     if y < 0.0:
         highest = x_1 + robot.L0 + robot.c
-        raise HopformError(f"x2 must be <= x1 + L0 + c = {highest!r} m, or the spring pulls, got {float(x2)!r}")  # type: ignore[arg-type]
+        raise HopformError(f"x2 must be <= x1 + L0 + c = {highest!r} m, or the spring pulls, got {height!r}")
     return solver_records.State(x_1, v_1, v_2, y)
 
 

@@ -1,9 +1,9 @@
 """Controllers: what `simulate` asks at every touchdown for the current of the stance.
 
-A controller is any callable that takes a `Touchdown` and returns a current [A], steps of it [(t, u), ...] with t in s since
-touchdown, or a `Sampled` law, which then sees the stance at every tick of its clock. If it has a method
-`prepare(robot, terrain)`, that is called once, before anything is simulated, with the model of the robot that the controller
-may use; what it returns is then asked in its place.
+A controller is any callable that takes a `Touchdown` and returns a current [A], steps of it [(t, u), ...] with t in s
+since touchdown, or a `Sampled` law, which then sees the stance at every tick of its clock. If it has a method
+`prepare(robot, terrain)`, that is called once, before anything is simulated, with the model of the robot that the
+controller may use; what it returns is then asked in its place.
 """
 
 import math
@@ -35,7 +35,9 @@ SETTLING = 5
 
 
 class Touchdown(NamedTuple):
-    """What a controller is told, with the errors of its sensors; heights count from level 0, that of the terrain's zero."""
+    """What a controller is told, with the errors of its sensors; heights count from level 0, that of the terrain's
+    zero.
+    """
 
     hop: int
     """0 for the first touchdown"""
@@ -139,7 +141,9 @@ class FeedForward:
 
 @dataclass(frozen=True)
 class AsPrinted:
-    """The controller as the paper prints it: J of (27) minimised on a grid; options as for `choose_current_as_printed`."""
+    """The controller as the paper prints it: J of (27) minimised on a grid; options as for
+    `choose_current_as_printed`.
+    """
 
     h_des: SupportsFloat | Sequence[SupportsFloat]
     grid: float = 0.01
@@ -168,13 +172,13 @@ class ReturnMap:
     """Hopper B's first controller (section II): return maps for the compression, feedback in the expansion.
 
     The current of the compression is read from return maps, the next apex over the last one for a family of constant
-    currents, measured once on even ground: the robot hops at a height until it is steady, then the current is changed for
-    one hop. In expansion a law of 1/period tracks a height x2 over time that was recorded in a steady hop from h_des to
-    h_des: the current of the compression plus Kp (x2 recorded - x2) + Kd (v2 recorded - v2), within u_max. It knows
-    neither the ground nor the actuator's state at touchdown, so rough ground throws it off (Fig. 7).
+    currents, measured once on even ground: the robot hops at a height until it is steady, then the current is changed
+    for one hop. In expansion a law of 1/period tracks a height x2 over time that was recorded in a steady hop from
+    h_des to h_des: the current of the compression plus Kp (x2 recorded - x2) + Kd (v2 recorded - v2), within u_max. It
+    knows neither the ground nor the actuator's state at touchdown, so rough ground throws it off (Fig. 7).
 
-    h_des [m]: hop height over level 0, or one per hop. Kp [A/m], Kd [A s/m]: for a force that lifts. heights, currents: how
-    many of each are measured.
+    h_des [m]: hop height over level 0, or one per hop. Kp [A/m], Kd [A s/m]: for a force that lifts. heights, currents:
+    how many of each are measured.
     """
 
     h_des: SupportsFloat | Sequence[SupportsFloat]
@@ -219,7 +223,9 @@ class ReturnMaps:
     v1: Array
 
     def current(self, apex: float, h_des: float) -> float:
-        """The current [A] that the maps give for an apex [m] and the wish for the next one; the least |u| if several do."""
+        """The current [A] that the maps give for an apex [m] and the wish for the next one; the least |u| if several
+        do.
+        """
         place = min(max(int(np.searchsorted(self.heights, apex)), 1), self.heights.size - 1)
         low, high = float(self.heights[place - 1]), float(self.heights[place])
         share = min(max((apex - low) / (high - low), 0.0), 1.0)
@@ -227,7 +233,9 @@ class ReturnMaps:
 
 
 def measured(robot: Robot, heights: Array, currents: Array, horizon: float) -> ReturnMaps:
-    """The return maps of steady hopping: at first the actuator is at its origin, then as it arrives from the hop before."""
+    """The return maps of steady hopping: at first the actuator is at its origin, then as it arrives from the hop
+    before.
+    """
     x1, v1 = np.full(heights.size, home_of(robot)), np.zeros(heights.size)
     apex = _apexes(robot, heights, currents, x1, v1, horizon)
     for _ in range(SETTLING):
@@ -242,7 +250,9 @@ def measured(robot: Robot, heights: Array, currents: Array, horizon: float) -> R
 
 
 def _fallen(robot: Robot, height: Array, x1: Array) -> Array:
-    """Velocity of the body [m/s] after the impact of a hop from a height [m]; 0 where the foot is not above the ground."""
+    """Velocity of the body [m/s] after the impact of a hop from a height [m]; 0 where the foot is not above the
+    ground.
+    """
     return -np.sqrt(2.0 * robot.g * np.maximum(height - x1, 0.0) * (1.0 - robot.impact_loss))
 
 
@@ -260,7 +270,9 @@ def _steady(robot: Robot, height: float, x1: float, v1: float, u: float, horizon
 
 
 def crossing(currents: Array, miss: Array) -> float:
-    """The current [A] of least |u| at which a miss (U,) vanishes between two currents, or the nearest; 0 if all is NaN."""
+    """The current [A] of least |u| at which a miss (U,) vanishes between two currents, or the nearest; 0 if all is
+    NaN.
+    """
     crossings = np.flatnonzero(np.sign(miss[:-1]) * np.sign(miss[1:]) <= 0.0)
     if not crossings.size:
         return float(currents[int(np.nanargmin(np.abs(miss)))]) if np.isfinite(miss).any() else 0.0
@@ -349,6 +361,7 @@ def check_wishes(
         wanted = wish(asked, index)
         if wanted < ground:
             raise HopformError(
-                f"h_des must not lie below the ground: got {wanted!r} m at hop {index}, where the ground is at {ground!r} m"
+                f"h_des must not lie below the ground: got {wanted!r} m at hop {index}, where the ground is at "
+                f"{ground!r} m"
             )
     checked_target(robot, wish(asked, 0), -grounds[0], stop_margin, horizon)

@@ -2,12 +2,12 @@
 
     from hopform.model import Quantity, Term, v1
 
-    damping = Quantity("k_emf", "k_{emf}", "N s/m", "damping by the back-EMF, k_t^2/R", "nonnegative", 0.0)
+    damping = Quantity("k_emf", "k_{emf}", "N s/m", "damping by the back-EMF, k_t^2/R", "nonnegative")
     parameters = (damping,)
     terms = (Term("back-EMF", -damping.symbol * v1, 0),)
 
-It is the derivation's own module, which needs the extra `derive`: that of a checkout where `python -m derive` runs, else
-the one that is installed with hopform, `python -m hopform._derive`.
+It is the derivation's own module, which needs the extra `derive`: that of a checkout where `python -m derive` runs,
+else the one that is installed with hopform, `python -m hopform._derive`.
 """
 
 import sys

@@ -1,4 +1,5 @@
-"""Terrain: a height of the ground per hop [m]; the first is under the first touchdown, each next one from a take-off on.
+"""Terrain: a height of the ground per hop [m]; the first is under the first touchdown, each next one from a take-off
+on.
 
 Every function returns a tuple of heights that `simulate` takes. The same seed gives the same ground.
 """
@@ -61,7 +62,8 @@ def gaussian(hops: int, size: SupportsFloat, seed: int = 0) -> Heights:
 
 
 def generate(name: str, hops: int, size: SupportsFloat = 0.0, seed: int = 0) -> Heights:
-    """The terrain of a name in `NAMES`; `size` [m] is the step, the half width or the standard deviation, unused if flat.
+    """The terrain of a name in `NAMES`; `size` [m] is the step, the half width or the standard deviation, unused if
+    flat.
 
     >>> generate("steps", 4, 0.01)
     (0.0, 0.0, 0.0, 0.01)

@@ -32,11 +32,11 @@ LAYERS = (
     ("_identify.drop", "_identify.ramp", "_identify.step", "_identify.synthetic"), ("_identify.joint",), ("_identify",),
     ("_all",),
     ("_export",), ("_export.selftest",),
-    ("_cli.files", "_cli.options", "_cli.tables"),
+    ("_words",), ("_cli.files", "_cli.options", "_cli.render"),
     ("_figures.plots",), ("_figures.picture",),
     ("_figures.actuator", "_figures.animation", "_figures.contact", "_figures.energies", "_figures.first_controller"),
     ("_figures.feedforward", "_figures.return_maps", "_figures.verification"), ("_figures",),
-    ("_cli.tables_control", "_cli.report", "_cli.output"),
+    ("_cli.tables", "_cli.report", "_cli.output"), ("_cli.tables_control",),
     ("_cli.solve", "_cli.identify", "_cli.figures", "_cli.export"), ("_cli",), ("__main__",),
 )  # fmt: skip
 LEVEL = {name: level for level, names in enumerate(LAYERS) for name in names}

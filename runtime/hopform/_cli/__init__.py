@@ -1,13 +1,16 @@
 """The command line: `hopform stance --robot hopper_c --height 0.2 --u 3`, and its sisters.
 
-Exit codes: 0, there is an answer, whatever it is; 2, bad input, one line on the error stream says which, and nothing was
-written; 1, a fault of hopform, or a pipe that was closed. A command's module is imported when the command is called.
+Exit codes: 0, there is an answer, whatever it is; 2, bad input, one line on the error stream says which, and nothing
+was written; 1, a fault of hopform, or a pipe that was closed. A command's module is imported when the command is
+called.
 """
 
+import ast
 import os
 import sys
 from collections.abc import Sequence
 from importlib import import_module
+from pathlib import Path
 from typing import Annotated, Any
 
 import typer
@@ -25,66 +28,38 @@ SETTINGS: dict[str, Any] = {
 }  # fmt: skip
 
 COMMANDS = {
-    "robots": ("solve", "Show the shipped robots, or one robot with all its parameters."),
-    "equations": (
-        "solve",
-        "Show the register of the paper's equations: what is right, what is not, and where it is computed.",
-    ),
-    "stance": ("solve", "Solve one stance: its phases, events, ending, apex and energy ledger."),
-    "hop": (
-        "solve",
-        "Drop the robot and let it hop, over rough terrain and under a controller: heights and energy over time.\n\n"
-        "The terrain is flat, steps, uniform, gaussian (with --size and --seed) or a CSV file of heights. The "
-        "controllers: constant (--u), exact (the energy-based feedforward), printed (the same as the paper prints "
-        "it), return-map (Hopper B's first one).",
-    ),
-    "identify": (
-        "identify",
-        "Identify a robot from CSV recordings: drop tests, step responses, slow ramps of the current, or all together.",
-    ),
-    "record": (
-        "identify",
-        "Make a synthetic recording of a robot, as a lab would record it, to plan experiments with.",
-    ),
-    "control": ("solve", "Choose the current after which the next apex is the desired one, (25)-(27)."),
-    "reach": (
-        "solve",
-        "Map the next apex over the current one for all currents (Figs. 5, 11): bounds, gaps, fixed points, what can "
-        "be held.",
-    ),
-    "figures": (
-        "figures",
-        "Draw the paper's figures 2 to 17 from this project's robots, and the hopper on rough ground.\n\n"
-        "Each becomes an SVG and a PNG with its caption; captions.md has the captions of what was drawn, "
-        "animation.gif moves.",
-    ),
-    "export": (
-        "export",
-        "Write the C library for firmware: sources, amalgamated pair, README, costs, and a build system's manifest.",
-    ),
-    "selftest": ("export", "Print the words of the C library's selftest, which a board must repeat."),
-}
-"""The module of a command, and its help, which stands here so that `hopform --help` needs none of them."""
+    "robots": "solve", "equations": "solve", "stance": "solve", "hop": "solve", "identify": "identify", "record":
+    "identify", "control": "solve", "reach": "solve", "figures": "figures", "export": "export", "selftest":
+    "export",
+}  # fmt: skip
+"""The module of each command."""
 
 
 class Command(TyperCommand):
-    """A command of which no more than name and help is known until it is called."""
+    """A command of which only the name is known until it is called or helped with."""
 
     def loaded(self) -> Any:
         """The command with its options."""
         name = str(self.name)
         one = typer.Typer(**SETTINGS)
-        one.command(name, help=self.help)(getattr(import_module(f"hopform._cli.{COMMANDS[name][0]}"), name))
+        one.command(name)(getattr(import_module(f"hopform._cli.{COMMANDS[name]}"), name))
         return typer.main.get_command(one)
 
     def make_context(self, *arguments: Any, **named: Any) -> Any:
         """The context of the command with its options."""
         return self.loaded().make_context(*arguments, **named)
 
+    def get_short_help_str(self, limit: int = 45) -> str:
+        """The first sentence of its docstring, read without an import."""
+        text = Path(__file__).with_name(f"{COMMANDS[str(self.name)]}.py").read_text("utf-8")
+        functions = [node for node in ast.parse(text).body if isinstance(node, ast.FunctionDef)]
+        self.help = next(ast.get_docstring(node) for node in functions if node.name == self.name)
+        return super().get_short_help_str(limit)
+
 
 app = typer.Typer(**SETTINGS)
-for _name, (_, _help) in COMMANDS.items():
-    app.command(_name, cls=Command, help=_help)(lambda: None)
+for _name in COMMANDS:
+    app.command(_name, cls=Command)(lambda: None)
 
 
 @app.callback(invoke_without_command=True)

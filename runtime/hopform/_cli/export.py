@@ -1,4 +1,6 @@
-"""`hopform export DIR --for cmake`: the C library as a package for a firmware's build system; and `hopform selftest`."""
+"""`hopform export DIR --for cmake`: the C library as a package for a firmware's build system; and `hopform
+selftest`.
+"""
 
 import json as json_module
 from pathlib import Path
@@ -19,6 +21,7 @@ def export(
     f64: Annotated[bool, typer.Option("--f64", help="double precision alone")] = False,
     json: Annotated[bool, typer.Option("--json", help="list the files as JSON")] = False,
 ) -> None:
+    """Write the C library for firmware: sources, amalgamated pair, README, costs, and a build system's manifest."""
     chosen = tuple(name for name, wanted in zip(PRECISIONS, (f32, f64), strict=True) if wanted) or PRECISIONS
     files = packages.export(folder, Wanted(cast(System, system), prefix, chosen))
     if json:
@@ -27,9 +30,8 @@ def export(
         print(f"{len(files)} files in {folder}; begin with {folder / 'README.md'}")
 
 
-def selftest(
-    json: Annotated[bool, typer.Option("--json", help="as JSON")] = False,
-) -> None:
+def selftest(json: Annotated[bool, typer.Option("--json", help="as JSON")] = False) -> None:
+    """Print the words of the C library's selftest, which a board must repeat."""
     words = {
         f"hopform_selftest_{name}": f"{digest(dtype):08x}" for name, dtype in (("f32", "float32"), ("f64", "float64"))
     }

@@ -10,10 +10,9 @@ import typer
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
-import hopform
-from hopform._cli import tables
 from hopform._cli.files import check_files, write
 from hopform._cli.output import show
+from hopform._cli.render import pick, to_json
 from hopform._errors import HopformError
 from hopform._figures import DRAWN, draw
 
@@ -32,6 +31,10 @@ Json = Annotated[bool, typer.Option("--json", help="print what was written, with
 
 
 def figures(folder: Folder, only: Only = None, json: Json = False) -> None:
+    """Draw the paper's figures 2 to 17 from this project's robots, and the hopper on rough ground.
+
+    Each becomes an SVG and a PNG with its caption; captions.md has the captions of what was drawn, animation.gif moves.
+    """
     wanted = asked_for(only)
     check(folder, wanted)
     files, pictures = drawn(wanted)
@@ -39,12 +42,12 @@ def figures(folder: Folder, only: Only = None, json: Json = False) -> None:
     for name, content in files.items():
         write(folder / name, content)
     if json:
-        record = {
-            "hopform": hopform.__version__,
-            "figures": [record_of(each) for each in pictures],
-            "files": [str(folder / name) for name in files],
-        }
-        print(tables.to_json(record))
+        print(
+            to_json(
+                figures=[pick(each, "number", "title", "paper", "ours", "robot") for each in pictures],
+                files=[str(folder / name) for name in files],
+            )
+        )
     else:
         show([*(f"Fig. {each.number:<3} {each.title}" for each in pictures), f"wrote {len(files)} files to {folder}"])
 
@@ -133,10 +136,3 @@ def captions(pictures: "Iterable[Picture]") -> str:
         for each in pictures
     ]
     return "\n".join(parts)
-
-
-def record_of(picture: "Picture") -> dict[str, object]:
-    """A picture for JSON."""
-    return {
-        "number": picture.number, "title": picture.title, "paper": picture.paper, "ours": picture.ours, "robot": picture.robot,
-    }  # fmt: skip

@@ -1,41 +1,22 @@
-"""What `hopform identify` does between its options and its output: files to recordings, recordings to a fit, a fit to files."""
+"""What `hopform identify` does between its options and its output: files to recordings, recordings to a fit, a fit to
+files.
+"""
 
 import math
 import sys
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import numpy as np
-from rich.console import RenderableType
 
 import hopform
+from hopform._cli import options
 from hopform._cli import report as reports
-from hopform._cli import tables
 from hopform._cli.files import Named, write
-from hopform._cli.options import (
-    AddedMasses,
-    Air,
-    Attached,
-    Csv,
-    Force,
-    Free,
-    Identified,
-    Json,
-    Known,
-    Loss,
-    Plot,
-    Recorded,
-    Recordings,
-    Report,
-    RobotName,
-    Spring,
-    TomlOut,
-    count,
-    quantity,
-)  # fmt: skip
 from hopform._cli.output import check_outputs, figures, patience, show
+from hopform._cli.render import to_json
 from hopform._errors import HopformError
 from hopform._identify import synthetic
 from hopform._identify.drop import fit_drop_test
@@ -134,17 +115,17 @@ def _no_fit(trace: Trace, recordings: Sequence[Recording]) -> HopformError:
 
 
 def _fitted(wanted: Wanted, roles: Sequence[str], recordings: Sequence[Recording], progress: Progress | None) -> Fit:
-    options: Options = {"loss": wanted.loss, "progress": progress}
+    how: Options = {"loss": wanted.loss, "progress": progress}
     if wanted.kind == "drop":
-        return fit_drop_test(recordings, attached=wanted.attached, free=wanted.free, known=wanted.known, **options)
+        return fit_drop_test(recordings, attached=wanted.attached, free=wanted.free, known=wanted.known, **how)
     if wanted.kind == "step" and wanted.force:
-        return fit_force(recordings, known=wanted.known, **options)
+        return fit_force(recordings, known=wanted.known, **how)
     if wanted.kind == "step":
-        return fit_step_response(recordings, spring=not wanted.air, known=wanted.known, **options)
+        return fit_step_response(recordings, spring=not wanted.air, known=wanted.known, **how)
     of = {role: [r for r, own in zip(recordings, roles, strict=True) if own == role] for role in ROLES}
     return fit_robot(
         drops=of["drop"], free_drops=of["free"], decays=of["decay"], steps=of["step"], air=of["air"], ramps=of["ramp"],
-        known=wanted.known, **options,
+        known=wanted.known, **how,
     )  # fmt: skip
 
 
@@ -166,8 +147,8 @@ def role_and_path(name: str) -> tuple[str | None, str]:
 
 
 def _role(recording: Recording, wanted: Wanted) -> str:
-    """What a recording is, where nobody says so: without a current a drop; with one and x2 a drop with the actuator free; with a
-    current that creeps a ramp, else steps."""
+    """What a recording is, where nobody says so: without a current a drop; with one and x2 a drop with the actuator
+    free; with a current that creeps a ramp, else steps."""
     if "x2" in recording.columns and recording.has_current():
         return "free"
     if not recording.has_current():
@@ -178,14 +159,6 @@ def _role(recording: Recording, wanted: Wanted) -> str:
     if 0.02 < share < 0.3:
         return "ramp"
     return "air" if wanted.air else "step"
-
-
-def tables_of(answer: Fit | Threshold) -> Iterator[RenderableType]:
-    return reports.fit_tables(answer) if isinstance(answer, Fit) else reports.threshold_tables(answer)
-
-
-def record_of(answer: Fit | Threshold) -> dict[str, Any]:
-    return reports.fit_record(answer) if isinstance(answer, Fit) else reports.threshold_record(answer)
 
 
 def files_of(
@@ -216,22 +189,23 @@ def files_of(
 
 
 def identify(
-    kind: Identified,
-    files: Recordings,
-    known: Known = None,
-    attached: Attached = False,
-    free: Free = False,
-    air: Air = False,
-    spring: Spring = False,
-    force: Force = False,
-    added_mass: AddedMasses = "",
-    loss: Loss = "linear",
-    robot: RobotName = "hopper_c",
-    out: TomlOut = None,
-    report: Report = None,
-    json: Json = False,
-    plot: Plot = None,
+    kind: options.Identified,
+    files: options.Recordings,
+    known: options.Known = None,
+    attached: options.Attached = False,
+    free: options.Free = False,
+    air: options.Air = False,
+    spring: options.Spring = False,
+    force: options.Force = False,
+    added_mass: options.AddedMasses = "",
+    loss: options.Loss = "linear",
+    robot: options.RobotName = "hopper_c",
+    out: options.TomlOut = None,
+    report: options.Report = None,
+    json: options.Json = False,
+    plot: options.Plot = None,
 ) -> None:
+    """Identify a robot from CSV recordings: drop tests, step responses, slow ramps of the current, or all together."""
     pages: list[Named] = []
     if report is not None:
         reports.check_suffix(report)
@@ -249,8 +223,8 @@ def identify(
         stages = iter(range(STAGES))
         answer = answer_to(wanted, lambda _: advance(next(stages, STAGES), STAGES))
         written = files_of(answer, base, out, report, plot)
-    printed = tables.to_json({"hopform": hopform.__version__, **record_of(answer)}) if json else ""
-    shown = [] if json else [*tables_of(answer), *(f"wrote {path}" for path, _ in written)]
+    printed = to_json(**reports.record_of(answer)) if json else ""
+    shown = [] if json else [*reports.tables_of(answer), *(f"wrote {path}" for path, _ in written)]
     for path, content in written:
         write(path, content)
     for warning in answer.warnings:
@@ -261,24 +235,28 @@ def identify(
 
 
 def record(
-    test: Recorded,
-    robot: RobotName = "hopper_c",
-    duration: Annotated[float, quantity("--duration", "s", "how long")] = 2.0,
-    rate: Annotated[float, quantity("--rate", "Hz", "samples per second")] = 500.0,
-    noise: Annotated[float, quantity("--noise", "m", "standard deviation of the position's noise")] = 2e-4,
-    quantum: Annotated[float, quantity("--quantum", "m", "step of the encoder, 0 for none")] = 1.0 / 56000.0,
-    height: Annotated[float, quantity("--height", "m", "hop height of a drop, pull of a decay")] = 0.2,
-    current: Annotated[float | None, quantity("--current", "A", "largest current; u_max if left out")] = None,
-    hold: Annotated[float, quantity("--hold", "s", "stillness at first")] = 0.2,
-    added_mass: Annotated[float, quantity("--added-mass", "kg", "mass that the body carries beside its own")] = 0.0,
-    repeats: Annotated[int, count("--repeats", 1, "drops or decays in the recording")] = 1,
-    spring: Spring = False,
-    seed: Annotated[int | None, count("--seed", 0, "of the noise", math.inf)] = None,
-    csv: Csv = "-",
+    test: options.Recorded,
+    robot: options.RobotName = "hopper_c",
+    duration: Annotated[float, options.quantity("--duration", "s", "how long")] = 2.0,
+    rate: Annotated[float, options.quantity("--rate", "Hz", "samples per second")] = 500.0,
+    noise: Annotated[float, options.quantity("--noise", "m", "standard deviation of the position's noise")] = 2e-4,
+    quantum: Annotated[float, options.quantity("--quantum", "m", "step of the encoder, 0 for none")] = 1.0 / 56000.0,
+    height: Annotated[float, options.quantity("--height", "m", "hop height of a drop, pull of a decay")] = 0.2,
+    current: Annotated[float | None, options.quantity("--current", "A", "largest current; u_max if left out")] = None,
+    hold: Annotated[float, options.quantity("--hold", "s", "stillness at first")] = 0.2,
+    added_mass: Annotated[
+        float, options.quantity("--added-mass", "kg", "mass that the body carries beside its own")
+    ] = 0.0,
+    repeats: Annotated[int, options.count("--repeats", 1, "drops or decays in the recording")] = 1,
+    spring: options.Spring = False,
+    seed: Annotated[int | None, options.count("--seed", 0, "of the noise", math.inf)] = None,
+    csv: options.Csv = "-",
 ) -> None:
+    """Make a synthetic recording of a robot, as a lab would record it, to plan experiments with."""
     check_outputs(False, csv, reads=[("--robot", robot_file(robot))])
     made = synthetic.record(
-        hopform.load_robot(robot), test.value, duration=duration, rate=rate, noise=noise, quantum=quantum, height=height,
+        hopform.load_robot(robot), test.value, duration=duration, rate=rate, noise=noise, quantum=quantum,
+        height=height,
         current=current, hold=hold, added_mass=added_mass, repeats=repeats, spring=spring, seed=seed,
     )  # fmt: skip
     if csv is None or csv == "-":

@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING
 from rich.console import Console, RenderableType
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
-from hopform._cli import tables
 from hopform._cli.files import Named, check_files, write
+from hopform._cli.render import Record, to_json
 from hopform._errors import HopformError
 
 if TYPE_CHECKING:
@@ -50,7 +50,7 @@ def check_outputs(
 
 def deliver(
     *,
-    json: Callable[[], tables.Record] | None,
+    json: Callable[[], Record] | None,
     csv: tuple[str, Callable[[], str]] | None,
     plot: tuple[Path, Callable[[], "Figure"]] | None,
     readable: Callable[[], Iterable[RenderableType]],
@@ -68,7 +68,7 @@ def deliver(
             files.append((plot[0], figures().render(plot[1](), plot[0].suffix)))
         files += [(path, content()) for path, content in more]
         if json is not None:
-            printed = tables.to_json(json()) + "\n"
+            printed = to_json(**json()) + "\n"
         if not printed:
             shown = [*readable(), *(f"wrote {path}" for path, _ in files)]
     for path, content in files:

@@ -14,7 +14,7 @@ from urllib.parse import quote
 import numpy as np
 from rich.console import RenderableType
 
-from hopform._cli import tables
+from hopform._cli.render import number, pick, table
 from hopform._errors import HopformError
 from hopform._identify.estimation import Estimate
 from hopform._identify.fits import NEW, OLD, Fit, Trace
@@ -33,16 +33,13 @@ TITLES = {
 _UNIT = {"x1": ("mm", 1e3), "x2": ("mm", 1e3), "force": ("N", 1.0), "threshold": ("A", 1.0)}
 
 
-def _number(value: float, digits: int = 6) -> str:
-    return "-" if math.isnan(value) else f"{value:.{digits}g}"
-
-
 def parameter_rows(fit: Fit) -> list[tuple[str, ...]]:
     """Name, value, unit, interval and how it was found, of each parameter; what was known last."""
     rows: list[tuple[str, ...]] = [
-        (e.name, _number(e.value), e.unit, f"{_number(e.low)} .. {_number(e.high)}", e.method) for e in fit.estimates
+        (e.name, number(e.value, ".6g"), e.unit, f"{number(e.low, '.6g')} .. {number(e.high, '.6g')}", e.method)
+        for e in fit.estimates
     ]
-    return rows + [(name, _number(value), "", "", "known") for name, value in fit.known.items()]
+    return rows + [(name, number(value, ".6g"), "", "", "known") for name, value in fit.known.items()]
 
 
 def trace_rows(fit: Fit) -> list[tuple[str, ...]]:
@@ -52,7 +49,7 @@ def trace_rows(fit: Fit) -> list[tuple[str, ...]]:
         unit, factor = _UNIT[trace.quantity]
         lengths = (trace.tests.rms, trace.old_rms, trace.holdout, trace.quantum or math.nan)
         rows.append((
-            trace.label, str(trace.time.size), *(_number(factor * value, 4) for value in lengths), unit,
+            trace.label, str(trace.time.size), *(number(factor * value, ".4g") for value in lengths), unit,
             f"{trace.tests.autocorrelation:.2f}", "yes" if trace.tests.white else "no",
         ))  # fmt: skip
     return rows
@@ -60,27 +57,15 @@ def trace_rows(fit: Fit) -> list[tuple[str, ...]]:
 
 PARAMETER_HEAD = ("parameter", "value", "unit", "95 % interval", "by")
 TRACE_HEAD = (
-    "recording",
-    "samples",
-    "rms",
-    "rms, viscous alone",
-    "hold-out",
-    "quantum",
-    "unit",
-    "autocorrelation",
-    "white",
-)
+    "recording", "samples", "rms", "rms, viscous alone", "hold-out", "quantum", "unit", "autocorrelation", "white",
+)  # fmt: skip
 ONSET_HEAD = ("recording", "direction of x1", "t [s]", "u [A]", "95 % interval")
 
 
 def fit_tables(fit: Fit) -> Iterator[RenderableType]:
     """A fit for a terminal."""
-    made = tables.table("Parameters", *PARAMETER_HEAD, words=("parameter", "unit", "by"))
-    tables.add_rows(made, parameter_rows(fit))
-    yield made
-    made = tables.table("Recordings", *TRACE_HEAD, words=("recording", "unit", "white"))
-    tables.add_rows(made, trace_rows(fit))
-    yield made
+    yield table("Parameters", PARAMETER_HEAD, parameter_rows(fit), ("parameter", "unit", "by"))
+    yield table("Recordings", TRACE_HEAD, trace_rows(fit), ("recording", "unit", "white"))
     strong = [(a, b, r) for (a, b), r in fit.correlations.items() if abs(r) > 0.9]
     if strong:
         yield "strong correlations: " + ", ".join(f"{a} with {b} {r:+.3f}" for a, b, r in strong)
@@ -89,7 +74,7 @@ def fit_tables(fit: Fit) -> Iterator[RenderableType]:
 
 def threshold_rows(threshold: Threshold) -> list[tuple[str, ...]]:
     return [
-        (o.source, f"{o.direction:+d}", _number(o.time, 5), _number(o.u, 5), f"{_number(o.u_low, 5)} .. {_number(o.u_high, 5)}")
+        (o.source, f"{o.direction:+d}", number(o.time), number(o.u), f"{number(o.u_low)} .. {number(o.u_high)}")
         for o in threshold.onsets
     ]  # fmt: skip
 
@@ -105,9 +90,7 @@ def threshold_said(threshold: Threshold) -> Iterator[str]:
 
 def threshold_tables(threshold: Threshold) -> Iterator[RenderableType]:
     """A threshold for a terminal."""
-    made = tables.table("Onsets of motion", *ONSET_HEAD, words=("recording",))
-    tables.add_rows(made, threshold_rows(threshold))
-    yield made
+    yield table("Onsets of motion", ONSET_HEAD, threshold_rows(threshold), ("recording",))
     yield from threshold_said(threshold)
     yield from (f"note: {each}" for each in threshold.statements)
 
@@ -116,35 +99,35 @@ def fit_record(fit: Fit) -> dict[str, Any]:
     """A fit for JSON."""
     return {
         "kind": fit.kind,
-        "parameters": [each._asdict() for each in fit.estimates],
-        "known": dict(fit.known),
+        "parameters": fit.estimates,
+        "known": fit.known,
         "correlations": [{"first": a, "second": b, "value": r} for (a, b), r in fit.correlations.items()],
         "recordings": [
             {
                 "source": trace.label, "quantity": trace.quantity, "samples": trace.time.size, "rms": trace.tests.rms,
                 "rms_viscous": trace.old_rms, "holdout": trace.holdout, "largest": trace.tests.largest,
-                "quantum": trace.quantum, "autocorrelation": trace.tests.autocorrelation, "runs_z": trace.tests.runs_z,
-                "white": trace.tests.white,
+                "quantum": trace.quantum, **pick(trace.tests, "autocorrelation", "runs_z", "white"),
             }
             for trace in fit.traces
         ],
-        "statements": list(fit.statements),
-        "warnings": list(fit.warnings),
-        "evaluations": fit.evaluations,
-        "seconds": fit.seconds,
+        **pick(fit, "statements", "warnings", "evaluations", "seconds"),
     }  # fmt: skip
 
 
 def threshold_record(threshold: Threshold) -> dict[str, Any]:
     """A threshold for JSON."""
-    return {
-        "kind": "ramp",
-        "u": threshold.u, "low": threshold.low, "high": threshold.high, "load": threshold.load,
-        "f1": threshold.f1, "f1_low": threshold.f1_low, "f1_high": threshold.f1_high,
-        "onsets": [each._asdict() for each in threshold.onsets],
-        "statements": list(threshold.statements),
-        "warnings": list(threshold.warnings),
-    }  # fmt: skip
+    names = ("u", "low", "high", "load", "f1", "f1_low", "f1_high", "onsets", "statements", "warnings")
+    return {"kind": "ramp", **pick(threshold, *names)}
+
+
+def tables_of(answer: Fit | Threshold) -> Iterator[RenderableType]:
+    """An answer for a terminal."""
+    return fit_tables(answer) if isinstance(answer, Fit) else threshold_tables(answer)
+
+
+def record_of(answer: Fit | Threshold) -> dict[str, Any]:
+    """An answer for JSON."""
+    return fit_record(answer) if isinstance(answer, Fit) else threshold_record(answer)
 
 
 # ---- pictures ----
@@ -194,7 +177,9 @@ def _draw_trace(above: "Axes", below: "Axes", trace: Trace) -> None:
 
 
 def _with_intervals(fit: Fit) -> list[Estimate]:
-    """Estimates whose interval says something as a share of the value: none that may have either sign, none of one recording."""
+    """Estimates whose interval says something as a share of the value: none that may have either sign, none of one
+    recording.
+    """
     return [
         each for each in fit.estimates
         if not each.own and math.isfinite(each.high - each.low) and each.high - each.low < 2.0 * abs(each.value)
@@ -333,7 +318,8 @@ def _html(page: _Page, picture: str) -> str:
         return "<tr>" + "".join(f"<{tag}>{html.escape(cell)}</{tag}>" for cell in cells) + "</tr>"
 
     style = (
-        "body{font:15px sans-serif;max-width:62em;margin:2em auto}table{border-collapse:collapse}svg{max-width:100%;height:auto}"
+        "body{font:15px sans-serif;max-width:62em;margin:2em auto}"
+        "table{border-collapse:collapse}svg{max-width:100%;height:auto}"
         "td,th{padding:.2em .7em;text-align:left;border-bottom:1px solid #ddd;font-variant-numeric:tabular-nums}"
     )
     title = f"Identification: {html.escape(page.title)}"

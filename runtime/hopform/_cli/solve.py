@@ -1,4 +1,6 @@
-"""The commands that solve: robots, equations, stance, hop, control, reach. `tables` writes what they print, `plots` draws."""
+"""The commands that solve: robots, equations, stance, hop, control, reach. `tables` writes what they print, `plots`
+draws.
+"""
 
 import io
 import math
@@ -9,64 +11,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 import hopform
-from hopform._cli import tables, tables_control
-from hopform._cli.options import (
-    V1,
-    V2,
-    X1,
-    X2,
-    Backend,
-    Columns,
-    ControllerName,
-    ControllerOption,
-    Csv,
-    CurrentScale,
-    Datum,
-    Delay,
-    Dtype,
-    HDes,
-    Height,
-    HeightOrNone,
-    Highest,
-    Hops,
-    HopsCsv,
-    HopTarget,
-    Horizon,
-    Json,
-    Lowest,
-    MaxPhases,
-    Model,
-    NoiseGround,
-    NoiseV1,
-    NoiseV2,
-    NoiseX1,
-    NoiseX2,
-    Npz,
-    OneEquation,
-    OneRobot,
-    Plot,
-    Precision,
-    Printed,
-    Quantum,
-    ReturnGains,
-    RobotName,
-    Rows,
-    Samples,
-    Seed,
-    Size,
-    Steps,
-    StopMargin,
-    Terrain,
-    Toml,
-    U,
-    WithSensitivities,
-)
+from hopform._cli import options, tables, tables_control
 from hopform._cli.output import check_outputs, deliver, figures, patience, show
+from hopform._cli.render import to_json
 from hopform._hopping.run import csv_of
 from hopform._robots import file_of as robot_file
 
 
-def robots(name: OneRobot = None, json: Json = False, toml: Toml = False) -> None:
+def robots(name: options.OneRobot = None, json: options.Json = False, toml: options.Toml = False) -> None:
+    """Show the shipped robots, or one robot with all its parameters."""
     if json and toml:
         raise hopform.HopformError("--json and --toml exclude each other")
     if toml:
@@ -74,42 +27,44 @@ def robots(name: OneRobot = None, json: Json = False, toml: Toml = False) -> Non
         return
     shown = [hopform.load_robot(each) for each in ([name] if name else hopform.ROBOTS)]
     if json:
-        print(tables.to_json(tables.robots_record(shown)))
+        print(to_json(**tables.robots_record(shown)))
     else:
         show(tables.robots(shown, with_meaning=name is not None))
 
 
-def equations(number: OneEquation = None, json: Json = False) -> None:
+def equations(number: options.OneEquation = None, json: options.Json = False) -> None:
+    """Show the register of the paper's equations: what is right, what is not, and where it is computed."""
     register = hopform.equations()
     shown = [equation for equation in register if number is None or str(equation.number) == number.strip("()")]
     if not shown:
         known = f"({register[0].number}) to ({register[-1].number})" if register else "none"
         raise hopform.HopformError(f"there is no equation {number}; known: {known}")
     if json:
-        print(tables.to_json(tables.equations_record(shown)))
+        print(to_json(**tables.equations_record(shown)))
     else:
         show(tables.equations(shown) if number is None else tables.equation(shown[0]))
 
 
 def stance(
-    robot: RobotName = "hopper_c",
-    height: HeightOrNone = None,
-    v2: V2 = None,
-    x1: X1 = 0.0,
-    v1: V1 = 0.0,
-    x2: X2 = None,
-    u: U = 0.0,
-    u_steps: Steps = None,
-    horizon: Horizon = 2.0,
-    max_phases: MaxPhases = 4096,
-    backend: Backend = None,
-    dtype: Dtype = Precision.float64,
-    samples: Samples = 500,
-    sensitivities: WithSensitivities = False,
-    json: Json = False,
-    csv: Csv = None,
-    plot: Plot = None,
+    robot: options.RobotName = "hopper_c",
+    height: options.HeightOrNone = None,
+    v2: options.V2 = None,
+    x1: options.X1 = 0.0,
+    v1: options.V1 = 0.0,
+    x2: options.X2 = None,
+    u: options.U = 0.0,
+    u_steps: options.Steps = None,
+    horizon: options.Horizon = 2.0,
+    max_phases: options.MaxPhases = 4096,
+    backend: options.Backend = None,
+    dtype: options.Dtype = options.Precision.float64,
+    samples: options.Samples = 500,
+    sensitivities: options.WithSensitivities = False,
+    json: options.Json = False,
+    csv: options.Csv = None,
+    plot: options.Plot = None,
 ) -> None:
+    """Solve one stance: its phases, events, ending, apex and energy ledger."""
     check_outputs(json, csv, plot, reads=[("--robot", robot_file(robot))])
     if u and u_steps:
         raise hopform.HopformError("give either --u or --u-steps")
@@ -136,35 +91,41 @@ def stance(
 
 
 def hop(
-    height: Height,
-    robot: RobotName = "hopper_c",
-    terrain: Terrain = "flat",
-    size: Size = 0.02,
-    hops: Hops = None,
-    seed: Seed = 0,
-    controller: ControllerOption = ControllerName.constant,
-    u: U = 0.0,
-    h_des: HopTarget = None,
-    stop_margin: StopMargin = 0.0,
-    noise_x1: NoiseX1 = 0.0,
-    noise_v1: NoiseV1 = 0.0,
-    noise_x2: NoiseX2 = 0.0,
-    noise_v2: NoiseV2 = 0.0,
-    noise_ground: NoiseGround = 0.0,
-    current_scale: CurrentScale = 1.0,
-    quantum: Quantum = 0.0,
-    delay: Delay = 0.0,
-    model: Model = None,
-    gains: ReturnGains = None,
-    horizon: Horizon = 2.0,
-    backend: Backend = None,
-    samples: Samples = 2000,
-    json: Json = False,
-    csv: Csv = None,
-    hops_csv: HopsCsv = None,
-    npz: Npz = None,
-    plot: Plot = None,
+    height: options.Height,
+    robot: options.RobotName = "hopper_c",
+    terrain: options.Terrain = "flat",
+    size: options.Size = 0.02,
+    hops: options.Hops = None,
+    seed: options.Seed = 0,
+    controller: options.ControllerOption = options.ControllerName.constant,
+    u: options.U = 0.0,
+    h_des: options.HopTarget = None,
+    stop_margin: options.StopMargin = 0.0,
+    noise_x1: options.NoiseX1 = 0.0,
+    noise_v1: options.NoiseV1 = 0.0,
+    noise_x2: options.NoiseX2 = 0.0,
+    noise_v2: options.NoiseV2 = 0.0,
+    noise_ground: options.NoiseGround = 0.0,
+    current_scale: options.CurrentScale = 1.0,
+    quantum: options.Quantum = 0.0,
+    delay: options.Delay = 0.0,
+    model: options.Model = None,
+    gains: options.ReturnGains = None,
+    horizon: options.Horizon = 2.0,
+    backend: options.Backend = None,
+    samples: options.Samples = 2000,
+    json: options.Json = False,
+    csv: options.Csv = None,
+    hops_csv: options.HopsCsv = None,
+    npz: options.Npz = None,
+    plot: options.Plot = None,
 ) -> None:
+    """Drop the robot and let it hop, over rough terrain and under a controller: heights and energy over time.
+
+    The terrain is flat, steps, uniform, gaussian (with --size and --seed) or a CSV file of heights. The controllers:
+    constant (--u), exact (the energy-based feedforward), printed (the same as the paper prints it), return-map (Hopper
+    B's first one).
+    """
     check_outputs(
         json, csv, plot,
         reads=[
@@ -183,7 +144,8 @@ def hop(
     )  # fmt: skip
     with patience(f"{len(ground)} hops") as progress:
         run = hopform.simulate(
-            hopper, ground, asked, height=height, gains=gains, errors=errors, seed=seed, horizon=horizon, backend=backend,
+            hopper, ground, asked, height=height, gains=gains, errors=errors, seed=seed, horizon=horizon,
+            backend=backend,
             progress=progress,
         )  # fmt: skip
     settings = {"height": height, "controller": controller.value, "u": u if h_des is None else None, "h_des": h_des}
@@ -201,22 +163,23 @@ def hop(
 
 
 def control(
-    h_des: HDes,
-    robot: RobotName = "hopper_c",
-    height: HeightOrNone = None,
-    v2: V2 = None,
-    x1: X1 = 0.0,
-    v1: V1 = 0.0,
-    x2: X2 = None,
-    datum: Datum = 0.0,
-    stop_margin: StopMargin = 0.0,
-    horizon: Horizon = 2.0,
-    backend: Backend = None,
-    dtype: Dtype = Precision.float64,
-    printed: Printed = False,
-    json: Json = False,
-    plot: Plot = None,
+    h_des: options.HDes,
+    robot: options.RobotName = "hopper_c",
+    height: options.HeightOrNone = None,
+    v2: options.V2 = None,
+    x1: options.X1 = 0.0,
+    v1: options.V1 = 0.0,
+    x2: options.X2 = None,
+    datum: options.Datum = 0.0,
+    stop_margin: options.StopMargin = 0.0,
+    horizon: options.Horizon = 2.0,
+    backend: options.Backend = None,
+    dtype: options.Dtype = options.Precision.float64,
+    printed: options.Printed = False,
+    json: options.Json = False,
+    plot: options.Plot = None,
 ) -> None:
+    """Choose the current after which the next apex is the desired one, (25)-(27)."""
     check_outputs(json, plot=plot, reads=[("--robot", robot_file(robot))])
     hopper = hopform.load_robot(robot)
     start: dict[str, Any] = {"x1": x1, "v1": v1, "v2": velocity_after_impact(hopper, height, v2), "x2": x2}
@@ -246,17 +209,20 @@ def control(
 
 
 def reach(
-    robot: RobotName = "hopper_c",
-    lowest: Lowest = 0.02,
-    highest: Highest = 0.4,
-    heights: Rows = 39,
-    currents: Columns = 61,
-    stop_margin: StopMargin = 0.0,
-    horizon: Horizon = 2.0,
-    backend: Backend = None,
-    json: Json = False,
-    plot: Plot = None,
+    robot: options.RobotName = "hopper_c",
+    lowest: options.Lowest = 0.02,
+    highest: options.Highest = 0.4,
+    heights: options.Rows = 39,
+    currents: options.Columns = 61,
+    stop_margin: options.StopMargin = 0.0,
+    horizon: options.Horizon = 2.0,
+    backend: options.Backend = None,
+    json: options.Json = False,
+    plot: options.Plot = None,
 ) -> None:
+    """Map the next apex over the current one for all currents (Figs. 5, 11): bounds, gaps, fixed points, what can be
+    held.
+    """
     check_outputs(json, plot=plot, reads=[("--robot", robot_file(robot))])
     hopper = hopform.load_robot(robot)
     if not lowest < highest:
@@ -310,20 +276,20 @@ def terrain_of(name: str, size: float, hops: int | None, seed: int) -> tuple[flo
 
 
 def controller_of(
-    name: ControllerName, u: float, h_des: float | None, stop_margin: float, horizon: float, backend: str | None
+    name: options.ControllerName, u: float, h_des: float | None, stop_margin: float, horizon: float, backend: str | None
 ) -> Any:
     """The controller that `hop` is asked for; HopformError for an option that it does not have."""
-    if (name is ControllerName.constant) != (h_des is None):
+    if (name is options.ControllerName.constant) != (h_des is None):
         raise hopform.HopformError(f"--h-des goes with every controller but constant, and each needs it: {name.value}")
-    if u and name is not ControllerName.constant:
+    if u and name is not options.ControllerName.constant:
         raise hopform.HopformError(f"--u goes with the constant controller, not with {name.value}")
-    if stop_margin and name is not ControllerName.exact:
+    if stop_margin and name is not options.ControllerName.exact:
         raise hopform.HopformError(f"--stop-margin goes with the exact controller, not with {name.value}")
     if h_des is None:
         return hopform.controllers.ConstantCurrent(u)
-    if name is ControllerName.exact:
+    if name is options.ControllerName.exact:
         return hopform.controllers.FeedForward(h_des, stop_margin, horizon, backend)
-    if name is ControllerName.printed:
+    if name is options.ControllerName.printed:
         return hopform.controllers.AsPrinted(h_des, horizon=horizon, backend=backend)
     return hopform.controllers.ReturnMap(h_des, horizon=horizon)
 

@@ -1,51 +1,26 @@
-"""Answers as text: tables for people, records for JSON, CSV for spreadsheets; docs/json.md explains the last two.
-
-JSON and CSV are in SI units and A; tables are in the units in which a hopper is talked about, which their heads name.
+"""What the commands that solve print of robots, equations, stances and runs: tables and records, which `render`
+writes.
 """
 
-import json
 import math
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from typing import Any
+from collections.abc import Iterable, Iterator, Sequence
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
-from rich import box
+from numpy.typing import NDArray
 from rich.console import RenderableType
 from rich.table import Table
 from rich.text import Text
 
 import hopform
-from hopform import Energy, Equation, Hop, Ledger, Phase, Robot, Run, Sensitivities, Stance, State
+from hopform import Equation, Hop, Robot, Run, Stance
+from hopform._cli.render import Record, number, pick, table, to_csv
 from hopform._solver.package import LEDGER_OF_BODY, LEDGER_OF_ROBOT
 from hopform._stance import aed_of
-
-Record = dict[str, Any]
-
-MOST_ROWS = 40
-"""A table that would be longer shows its first and its last rows."""
+from hopform._words import EVENTS, current, ending, mode, mode_of_actuator, name_of, unit_of_time, value_of
 
 READABLE = 90
 """Columns of a paragraph, however wide the line may be."""
 
-PROSE = ("title", "meaning")
-"""Columns of a table that may be broken into lines where a terminal is narrow."""
-
-ENDINGS = {
-    "takeoff": "takes off after",
-    "rest": "comes to rest after",
-    "horizon": "is still on the ground after",
-    "too_many_phases": "has had the allowed number of phases after",
-}
-EVENTS = {
-    "x1_reverses": "actuator reverses",
-    "x1_sticks": "actuator sticks",
-    "x1_slips": "actuator slips",
-    "x1_hits_stop": "actuator hits stop",
-    "x2_reverses": "body reverses",
-    "x2_sticks": "body sticks",
-    "x2_slips": "body slips",
-}
 LEDGER = {
     "motor_work": "work of the motor",
     "offset_work": "work of the offset force k c",
@@ -57,96 +32,25 @@ LEDGER = {
     "spring_work": "the actuator's work on the body",
 }
 OF_ROBOT = (*LEDGER_OF_ROBOT, "stop_loss")
-OUTCOMES = {
-    "completed": "hops on",
-    "stopped": "stays on the ground",
-    "tripped": "trips over the ground ahead",
-}
+OUTCOMES = {"completed": "hops on", "stopped": "stays on the ground", "tripped": "trips over the ground ahead"}
 OURS = "Values of shipped robots are this project's own: the paper gives none."
-
-
-# ---- words ----
-
-
-def name_of(robot: Robot) -> str:
-    """What a robot is called; one made in Python may have no name."""
-    return robot.name or "robot"
-
-
-def mode_of_actuator(phase: Phase, robot: Robot) -> str:
-    """What the actuator does in a phase."""
-    if phase.mode_1 == 0 and robot.x1_min == robot.x1_max:
-        return "locked"
-    if phase.mode_1 == 0 and phase.state.x1 in (robot.x1_min, robot.x1_max):
-        return "at stop"
-    return mode(phase.mode_1)
-
-
-def mode(side: int) -> str:
-    """What a mass with this sign of its velocity does."""
-    return {1: "slips up", 0: "held", -1: "slips down"}[side]
-
-
-def current(steps: Sequence[tuple[float, float]]) -> str:
-    """The current of a stance in words."""
-    if len(steps) == 1:
-        return f"u = {steps[0][1]:g} A"
-    return f"u in {len(steps)} steps, {min(u for _, u in steps):g} to {max(u for _, u in steps):g} A"
-
-
-def ending(stance: Stance) -> str:
-    """How a stance ends, in one sentence."""
-    scale, unit = unit_of_time(stance.duration)
-    words = f"{ENDINGS[stance.status]} {stance.duration * scale:.5g} {unit}"
-    return words if math.isnan(stance.apex) else f"{words}, apex {100.0 * stance.apex:.4g} cm"
-
-
-def unit_of_time(longest: float) -> tuple[float, str]:
-    """Milliseconds for what is over within a second."""
-    return (1000.0, "ms") if longest < 1.0 else (1.0, "s")
-
-
-def value_of(value: float, unit: str) -> str:
-    """A parameter as a table shows it."""
-    return "none" if math.isinf(value) else f"{value:.6g}" + (f" {unit}" if unit and unit != "1" else "")
 
 
 # ---- tables ----
 
 
-def table(title: str, *columns: str, words: Iterable[str] = ()) -> Table:
-    """A table without rows; columns hold numbers, at the right, but for those in `words`."""
-    made = Table(title=title, title_justify="left", title_style="bold", box=box.SIMPLE_HEAD)
-    made.show_edge, made.padding = False, (0, 1, 0, 0)
-    for column in columns:
-        made.add_column(column, justify="left" if column in words else "right", no_wrap=column not in PROSE)
-    return made
-
-
-def add_rows(made: Table, rows: Sequence[Sequence[str]]) -> None:
-    """Fill a table; in the middle of a long one, say how many rows are left out."""
-    left_out = len(rows) - MOST_ROWS
-    if left_out <= 0:
-        shown = list(rows)
-    else:
-        half = MOST_ROWS // 2
-        shown = [*rows[:half], ["..."] * len(rows[0]), *rows[-half:]]
-        made.caption = f"{left_out} rows left out; --json has them all"
-    for row in shown:
-        made.add_row(*row)
-
-
 def robots(shown: Sequence[Robot], *, with_meaning: bool) -> Iterator[RenderableType]:
     """Robots side by side, a row per parameter."""
     meaning = ("meaning",) if with_meaning else ()
-    names = [name_of(robot) for robot in shown]
-    made = table("", "parameter", *names, "unit", *meaning, words=("parameter", "unit", "meaning"))
-    for field in Robot.fields():
-        values = [value_of(getattr(robot, field.name), "") for robot in shown]
-        made.add_row(
-            field.name, *values, "" if field.unit == "1" else field.unit, *([field.meaning] if meaning else [])
+    columns = ("parameter", *map(name_of, shown), "unit", *meaning)
+    rows = (
+        (
+            field.name, *(value_of(getattr(robot, field.name), "") for robot in shown),
+            "" if field.unit == "1" else field.unit, *(getattr(field, each) for each in meaning),
         )
-    yield made
+        for field in Robot.fields()
+    )  # fmt: skip
+    yield table("", columns, rows, ("parameter", "unit", "meaning"))
     yield ""
     for robot in shown:
         if robot.description:
@@ -157,10 +61,8 @@ def robots(shown: Sequence[Robot], *, with_meaning: bool) -> Iterator[Renderable
 
 def equations(shown: Sequence[Equation]) -> Iterator[RenderableType]:
     """The register, a row per equation."""
-    made = table("", "no.", "title", "verdict", words=("title", "verdict"))
-    for each in shown:
-        made.add_row(f"({each.number})", each.title, each.verdict)
-    yield made
+    rows = ((f"({each.number})", each.title, each.verdict) for each in shown)
+    yield table("", ("no.", "title", "verdict"), rows, ("title", "verdict"))
     yield ""
     yield "`hopform equations N` shows how equation N is printed, how it is derived, and what differs."
 
@@ -184,7 +86,9 @@ def equation(shown: Equation) -> Iterator[RenderableType]:
 
 
 def stance(solved: Stance, with_sensitivities: bool = False) -> Iterator[RenderableType]:
-    """A stance: its ending, phases with the events that begin them, states and energies; derivatives where asked for."""
+    """A stance: its ending, phases with the events that begin them, states and energies; derivatives where asked
+    for.
+    """
     first = solved.phases[0].state
     head = (
         f"{name_of(solved.robot)}: touchdown at {float(first.v2) + 0.0:.4g} m/s, {current(solved.u)}; {ending(solved)}"
@@ -202,22 +106,14 @@ def phases(solved: Stance) -> Table:
     """The chain of phases; what begins each one is its event."""
     scale, unit = unit_of_time(solved.duration)
     columns = (f"from [{unit}]", f"to [{unit}]", "begins with", "actuator", "body", "u [A]", "x1 [cm]")
-    made = table("Phases and events", *columns, words=columns[2:5])
-    begins = beginnings(solved)
-    rows = [
+    rows = (
         (
-            f"{phase.start * scale:.6g}",
-            f"{phase.end * scale:.6g}",
-            event,
-            mode_of_actuator(phase, solved.robot),
-            mode(phase.mode_2),
-            f"{phase.u:.4g}",
-            f"{100.0 * float(phase.state.x1):.4g}",
+            f"{phase.start * scale:.6g}", f"{phase.end * scale:.6g}", event, mode_of_actuator(phase, solved.robot),
+            mode(phase.mode_2), f"{phase.u:.4g}", f"{100.0 * float(phase.state.x1):.4g}",
         )
-        for phase, event in zip(solved.phases, begins, strict=True)
-    ]
-    add_rows(made, rows)
-    return made
+        for phase, event in zip(solved.phases, beginnings(solved), strict=True)
+    )  # fmt: skip
+    return table("Phases and events", columns, rows, columns[2:5])
 
 
 def beginnings(solved: Stance) -> list[str]:
@@ -236,22 +132,25 @@ def beginnings(solved: Stance) -> list[str]:
 def states(solved: Stance) -> Table:
     """Where the stance begins and ends."""
     columns = ("", "x1 [cm]", "v1 [m/s]", "x2 [cm]", "v2 [m/s]", "F [N]", "E [J]", "H [J]")
-    made = table("State", *columns, words=("",))
+    rows = list[tuple[str, ...]]()
     for name, t in (("touchdown", 0.0), (solved.status.replace("_", " "), solved.duration)):
         at, energy = solved.at(t), solved.energy(t)
         force = solved.robot.k * float(solved.compression(t))
         numbers = (100.0 * at.x1, at.v1, 100.0 * at.x2, at.v2, force, energy.body, energy.total)
-        made.add_row(name, *(f"{round(float(number), 9) + 0.0:.5g}" for number in numbers))
-    return made
+        rows.append((name, *(f"{round(float(each), 9) + 0.0:.5g}" for each in numbers)))
+    return table("State", columns, rows, ("",))
 
 
 def ledger(solved: Stance) -> Table:
     """Where the energy went, and whether it adds up."""
-    made = table("Energy ledger", "", "whole robot [J]", "body [J]", words=("",))
     entries = {name: float(value) for name, value in solved.ledger(solved.duration)._asdict().items()}
     parts = (OF_ROBOT, LEDGER_OF_BODY)
-    for name, words in (LEDGER | {name: name.replace("_", " ") for name in entries if name not in LEDGER}).items():
-        made.add_row(words, *(f"{entries[name] + 0.0:+.6f}" if name in part else "" for part in parts))
+    words = LEDGER | {name: name.replace("_", " ") for name in entries if name not in LEDGER}
+    rows = [
+        (said, *(f"{entries[name] + 0.0:+.6f}" if name in part else "" for part in parts))
+        for name, said in words.items()
+    ]
+    made = table("Energy ledger", ("", "whole robot [J]", "body [J]"), rows, ("",))
     made.add_section()
     sums = [math.fsum(entries[name] for name in part) for part in parts]
     before, after = solved.energy(0.0), solved.energy(solved.duration)
@@ -268,14 +167,12 @@ def sensitivities(solved: Stance) -> Table:
     units = {"x1": "m", "v1": "m/s", "x2": "m", "v2": "m/s", "u": "A"}
     units |= {field.name: field.unit for field in Robot.fields()}
     of = {"T": "s", "apex": "m", "aed": "J"}
-    heads = [f"{row} [{of.get(row) or units[row]}]" for row in derivatives.rows]
-    made = table("Sensitivities: change of the take-off per unit of", "", *heads, words=("",))
-    for column in derivatives.columns:
-        values = [derivatives[row, column] for row in derivatives.rows]
-        made.add_row(
-            f"{column} [{units[column]}]", *("-" if math.isnan(value) else f"{value + 0.0:.5g}" for value in values)
-        )
-    return made
+    heads = ("", *(f"{row} [{of.get(row) or units[row]}]" for row in derivatives.rows))
+    rows = (
+        (f"{column} [{units[column]}]", *(number(derivatives[row, column] + 0.0) for row in derivatives.rows))
+        for column in derivatives.columns
+    )
+    return table("Sensitivities: change of the take-off per unit of", heads, rows, ("",))
 
 
 def run(solved: Run, designed: bool) -> Iterator[RenderableType]:
@@ -286,9 +183,7 @@ def run(solved: Run, designed: bool) -> Iterator[RenderableType]:
     yield ""
     numbers = ("hop", "ground [cm]", "from [cm]", "at [s]", "u [A]", "stance [ms]")
     columns = (*numbers, "ending", "apex [cm]", "AED [J]", "impact [J]", "stops")
-    made = table("Hops", *columns, words=("ending", "stops"))
-    add_rows(made, [hop_row(each) for each in solved.hops])
-    yield made
+    yield table("Hops", columns, map(hop_row, solved.hops), ("ending", "stops"))
     yield ""
     yield "Heights are hop heights over the terrain's zero: 0 where the unloaded leg touches ground of height 0."
     yield from gains_of(solved, designed)
@@ -305,143 +200,88 @@ def gains_of(solved: Run, designed: bool) -> Iterator[str]:
 
 
 def hop_row(hop: Hop) -> tuple[str, ...]:
-    numbers = (100.0 * hop.height, hop.touchdown_time, 1000.0 * hop.stance.duration, 100.0 * hop.apex)
-    height, time, duration, apex = (f"{number:.5g}" for number in numbers)
+    """A hop in the table of a run."""
     return (
-        str(hop.index + 1),
-        f"{100.0 * hop.ground + 0.0:.4g}",
-        height,
-        time,
-        f"{hop.u + 0.0:.4g}",
-        duration,
-        hop.stance.status.replace("_", " "),
-        "-" if math.isnan(hop.apex) else apex,
-        f"{hop.stance.aed:+.4f}",
-        f"{-hop.energy_lost_at_impact + 0.0:+.4f}",
+        str(hop.index + 1), f"{100.0 * hop.ground + 0.0:.4g}", f"{100.0 * hop.height:.5g}", f"{hop.touchdown_time:.5g}",
+        f"{hop.u + 0.0:.4g}", f"{1000.0 * hop.stance.duration:.5g}", hop.stance.status.replace("_", " "),
+        number(hop.apex, scale=100.0), f"{hop.stance.aed:+.4f}", f"{-hop.energy_lost_at_impact + 0.0:+.4f}",
         "bottoms out" if hop.bottoms_out else "hits a stop" if hop.hits_stop else "",
-    )
+    )  # fmt: skip
 
 
 # ---- records for JSON ----
 
 
-def to_json(record: Record) -> str:
-    """Strict JSON: what is not a number, or has no limit, is null."""
-    return json.dumps(strict(record), indent=2, allow_nan=False)
-
-
-def strict(value: Any) -> Any:
-    """The same with plain Python numbers, and null for NaN and infinities."""
-    if isinstance(value, Mapping):
-        return {str(key): strict(each) for key, each in value.items()}  # pyright: ignore[reportUnknownArgumentType, reportUnknownVariableType]
-    if isinstance(value, (list, tuple)):
-        return [strict(each) for each in value]  # pyright: ignore[reportUnknownVariableType]
-    if isinstance(value, (float, np.floating, np.ndarray)):
-        number = float(value)  # pyright: ignore[reportUnknownArgumentType]
-        return number if math.isfinite(number) else None
-    return value
-
-
 def robot_record(robot: Robot) -> Record:
-    names = ("name", "description", *(field.name for field in Robot.fields()))
-    return {name: getattr(robot, name) for name in names}
+    """A robot by its parameters."""
+    return pick(robot, "name", "description", *(field.name for field in Robot.fields()))
 
 
 def robots_record(shown: Sequence[Robot]) -> Record:
-    fields = [
-        {name: getattr(field, name) for name in ("name", "unit", "domain", "meaning", "default")}
-        | {"required": field.default is None}
-        for field in Robot.fields()
-    ]
-    return {"hopform": hopform.__version__, "robots": [robot_record(robot) for robot in shown], "fields": fields}
+    """Robots, and what their parameters are."""
+    names = ("name", "unit", "domain", "meaning", "default")
+    fields = [pick(field, *names) | {"required": field.default is None} for field in Robot.fields()]
+    return {"robots": [robot_record(robot) for robot in shown], "fields": fields}
 
 
 def equations_record(shown: Sequence[Equation]) -> Record:
+    """Equations of the register."""
     names = ("number", "title", "printed", "derived", "verdict", "reason", "computed_by")
-    register = [{name: getattr(each, name) for name in names} for each in shown]
-    return {"hopform": hopform.__version__, "equations": register}
+    return {"equations": [pick(each, *names) for each in shown]}
 
 
 def stance_record(solved: Stance, height: float | None) -> Record:
     """A stance with the robot it was solved for; `height` is the drop, None if a velocity was given."""
+    derivatives = solved.sensitivities
     return {
-        "hopform": hopform.__version__,
         "robot": robot_record(solved.robot),
         "height": height,
         "u": steps_record(solved.u),
         "backend": solved.backend,
         "dtype": str(solved.dtype),
         **ending_record(solved),
-        "start": state_record(solved.at(0.0)),
-        "end": state_record(solved.end),
-        "takeoff": None if solved.takeoff is None else state_record(solved.takeoff),
-        "events": [{"time": event.time, "kind": event.kind} for event in solved.events],
-        "phases": [phase_record(phase) for phase in solved.phases],
-        "energy": {"start": energy_record(solved.energy(0.0)), "end": energy_record(solved.energy(solved.duration))},
-        "ledger": ledger_record(solved.ledger(solved.duration)),
-        "sensitivities": sensitivities_record(solved.sensitivities),
-        "warnings": list(solved.warnings),
+        "start": solved.at(0.0),
+        **pick(solved, "end", "takeoff", "events", "phases"),
+        "energy": {"start": solved.energy(0.0), "end": solved.energy(solved.duration)},
+        "ledger": solved.ledger(solved.duration),
+        "sensitivities": {
+            row: {column: derivatives[row, column] for column in derivatives.columns} for row in derivatives.rows
+        },
+        "warnings": solved.warnings,
     }
 
 
 def ending_record(solved: Stance) -> Record:
-    return {"status": solved.status, "duration": solved.duration, "apex": solved.apex, "aed": solved.aed}
+    """How a stance ends."""
+    return pick(solved, "status", "duration", "apex", "aed")
 
 
 def steps_record(steps: Sequence[tuple[float, float]]) -> list[Record]:
+    """Steps of the current."""
     return [{"time": t, "current": u} for t, u in steps]
-
-
-def state_record(state: State) -> Record:
-    return dict(state._asdict())
-
-
-def energy_record(energy: Energy) -> Record:
-    return dict(energy._asdict())
-
-
-def ledger_record(entries: Ledger) -> Record:
-    return dict(entries._asdict())
-
-
-def sensitivities_record(derivatives: Sensitivities) -> Record:
-    return {row: {column: derivatives[row, column] for column in derivatives.columns} for row in derivatives.rows}
-
-
-def phase_record(phase: Phase) -> Record:
-    return {**phase._asdict(), "state": state_record(phase.state)}
 
 
 def run_record(solved: Run, settings: Record) -> Record:
     """A run with the settings that it was asked with; each hop with the ending of its stance."""
     return {
-        "hopform": hopform.__version__,
         "robot": robot_record(solved.robot),
         **settings,
-        "terrain": list(solved.terrain),
-        "backend": solved.backend,
-        "status": solved.status,
-        "duration": solved.duration,
+        **pick(solved, "terrain", "backend", "status", "duration"),
         "hops": [hop_record(hop) for hop in solved.hops],
-        "warnings": list(solved.warnings),
+        "warnings": solved.warnings,
     }
 
 
 def hop_record(hop: Hop) -> Record:
+    """A hop of a run."""
     return {
-        "index": hop.index,
-        "ground": hop.ground,
-        "height": hop.height,
-        "touchdown_time": hop.touchdown_time,
-        "gains": hop.flight.gains._asdict(),
-        "touchdown": state_record(hop.touchdown),
+        **pick(hop, "index", "ground", "height", "touchdown_time"),
+        "gains": hop.flight.gains,
+        "touchdown": hop.touchdown,
         "u": steps_record(hop.stance.u),
         "takeoff_time": None if hop.stance.takeoff is None else hop.takeoff_time,
-        "takeoff": None if hop.stance.takeoff is None else state_record(hop.stance.takeoff),
-        "apex": hop.apex,
-        "energy_lost_at_impact": hop.energy_lost_at_impact,
-        "hits_stop": hop.hits_stop,
-        "bottoms_out": hop.bottoms_out,
+        "takeoff": hop.stance.takeoff,
+        **pick(hop, "apex", "energy_lost_at_impact", "hits_stop", "bottoms_out"),
         "stance": ending_record(hop.stance),
     }
 
@@ -482,10 +322,3 @@ def run_csv(solved: Run, samples: int) -> str:
 def times(duration: float, samples: int, events: Iterable[float]) -> NDArray[np.float64]:
     """`samples` uniform times over [0, duration] and the given ones, in order, each once."""
     return np.union1d(np.linspace(0.0, duration, samples), np.fromiter(events, float))
-
-
-def to_csv(columns: Mapping[str, ArrayLike]) -> str:
-    """Columns as text; every number reads back to the same bits."""
-    arrays = [np.asarray(column, dtype=float).tolist() for column in columns.values()]
-    lines = [",".join(columns), *(",".join(map(repr, row)) for row in zip(*arrays, strict=True))]
-    return "\n".join(lines) + "\n"

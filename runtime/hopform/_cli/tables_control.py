@@ -1,6 +1,7 @@
-"""What `hopform control` and `hopform reach` print: tables for people, records for JSON; docs/json.md explains the last."""
+"""What `hopform control` and `hopform reach` print: tables for people, records for JSON; docs/json.md explains the
+last.
+"""
 
-import math
 from collections.abc import Iterator
 from typing import Any
 
@@ -8,9 +9,10 @@ import numpy as np
 from rich.console import RenderableType
 from rich.text import Text
 
-import hopform
 from hopform import Command, FixedPoint, PrintedCommand, Reachability, Robot
-from hopform._cli.tables import Record, add_rows, name_of, robot_record, table
+from hopform._cli.render import Record, number, pick, table
+from hopform._cli.tables import robot_record
+from hopform._words import name_of
 
 STATUSES = {
     "reached": "reaches the desired apex",
@@ -33,28 +35,23 @@ def command(
     """The controller's answer, and what the printed forms would have done."""
     yield Text(f"{name_of(robot)}: {STATUSES[found.status]}", style="bold")
     yield ""
-    made = table("Currents", "controller", "u [A]", "apex [cm]", "off by [cm]", words=("controller",))
-    made.add_row("exact", f"{found.u:.9g}", *_heights(found.apex, h_des))
-    for words, each in printed:
-        made.add_row(words, f"{each.u:.9g}", *_heights(each.apex, h_des))
-    yield made
+    shown: list[tuple[str, Command | PrintedCommand]] = [("exact", found), *printed]
+    rows = (
+        (words, f"{each.u:.9g}", number(each.apex, ".6g", 100.0), number(each.apex - h_des, "+.2g", 100.0))
+        for words, each in shown
+    )
+    yield table("Currents", ("controller", "u [A]", "apex [cm]", "off by [cm]"), rows, ("controller",))
     yield ""
     yield f"{found.solved} stances were solved. Heights are hop heights."
 
 
 def command_record(robot: Robot, asked: Record, found: Command, printed: list[tuple[str, PrintedCommand]]) -> Record:
+    """The same for JSON."""
     return {
-        "hopform": hopform.__version__,
         "robot": robot_record(robot),
         **asked,
-        "status": found.status,
-        "u": found.u,
-        "apex": found.apex,
-        "solved": found.solved,
-        "printed": [
-            {"form": words, "u": each.u, "apex": each.apex, "objective": each.objective, "status": each.status}
-            for words, each in printed
-        ],
+        **pick(found, "status", "u", "apex", "solved"),
+        "printed": [{"form": words, **pick(each, "u", "apex", "objective", "status")} for words, each in printed],
     }
 
 
@@ -65,48 +62,28 @@ def reach(found: Reachability) -> Iterator[RenderableType]:
     yield Text(head, style="bold")
     yield ""
     columns = (
-        "height [cm]",
-        "lowest [cm]",
-        "at [A]",
-        "highest [cm]",
-        "at [A] ",
-        "held by [A]",
-        "gaps [A]",
-        "limited by stroke",
-    )
-    made = table("Next apex", *columns, words=("gaps [A]",))
-    add_rows(made, [_height_row(found, row) for row in range(found.heights.size)])
-    yield made
+        "height [cm]", "lowest [cm]", "at [A]", "highest [cm]", "at [A] ", "held by [A]", "gaps [A]", "limited by "
+        "stroke",
+    )  # fmt: skip
+    yield table("Next apex", columns, (_height_row(found, row) for row in range(found.heights.size)), ("gaps [A]",))
     if found.fixed_points:
         yield ""
-        points = table("Fixed points", "u [A]", "height [cm]", "multiplier", "hop", words=("hop",))
-        add_rows(points, [_point_row(point) for point in found.fixed_points])
-        yield points
+        yield table(
+            "Fixed points", ("u [A]", "height [cm]", "multiplier", "hop"), map(_point_row, found.fixed_points), ("hop",)
+        )
     yield ""
     yield "Heights are hop heights. Gaps and the stroke's share are those of the currents of the map."
 
 
 def reach_record(found: Reachability) -> Record:
+    """The same for JSON."""
+    names = ("u", "height", "multiplier", "stable", "admissible")
     return {
-        "hopform": hopform.__version__,
         "robot": robot_record(found.robot),
         "stop_margin": found.stop_margin,
         "rows": [_row_record(found, row) for row in range(found.heights.size)],
-        "fixed_points": [
-            {
-                "u": point.u,
-                "height": point.height,
-                "multiplier": point.multiplier,
-                "stable": point.stable,
-                "admissible": point.admissible,
-            }
-            for point in found.fixed_points
-        ],
+        "fixed_points": [pick(point, *names) for point in found.fixed_points],
     }
-
-
-def _heights(apex: float, h_des: float) -> tuple[str, str]:
-    return ("-", "-") if math.isnan(apex) else (f"{100.0 * apex:.6g}", f"{100.0 * (apex - h_des):+.2g}")
 
 
 def _row_record(found: Reachability, row: int) -> Record:
@@ -120,20 +97,16 @@ def _row_record(found: Reachability, row: int) -> Record:
     }
 
 
-def _number(value: float, form: str = ".5g", scale: float = 1.0) -> str:
-    return "-" if math.isnan(value) else format(scale * value, form)
-
-
 def _height_row(found: Reachability, row: int) -> tuple[str, ...]:
     gaps = ", ".join(f"{low:.3g}..{high:.3g}" for low, high in found.gaps(row))
     share = float(np.count_nonzero(found.limited[row])) / found.currents.size
     return (
         f"{100.0 * float(found.heights[row]):.5g}",
-        _number(float(found.lowest[row]), scale=100.0),
-        _number(float(found.u_lowest[row])),
-        _number(float(found.highest[row]), scale=100.0),
-        _number(float(found.u_highest[row])),
-        _number(float(found.hold[row])),
+        number(float(found.lowest[row]), scale=100.0),
+        number(float(found.u_lowest[row])),
+        number(float(found.highest[row]), scale=100.0),
+        number(float(found.u_highest[row])),
+        number(float(found.hold[row])),
         gaps or "-",
         f"{100.0 * share:.0f} %",
     )

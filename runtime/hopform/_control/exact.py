@@ -1,4 +1,5 @@
-"""The controller: at touchdown the state is known, and a current is chosen so that the next apex is the desired one, (25)-(27).
+"""The controller: at touchdown the state is known, and a current is chosen so that the next apex is the desired one,
+(25)-(27).
 
 The exact form solves apex(u) = h_des over the whole range of currents; docs/control.md says how, and what is proven.
 """
@@ -47,12 +48,13 @@ def choose_current(
     backend: str | None = None,
     dtype: Any = np.float64,
 ) -> Command:
-    """The current of least |u| in [-u_max, u_max] after which the next apex is h_des; the nearest one if none reaches it.
+    """The current of least |u| in [-u_max, u_max] after which the next apex is h_des; the nearest one if none reaches
+    it.
 
     State at touchdown as for `solve_stance`. h_des [m]: hop height, from L0 + c above the ground, less `datum` [m], the
-    level that it counts from less the ground under the foot. Admissible is a current with a take-off within `horizon` [s]
-    and x1 < x1_max - stop_margin [m] throughout, unless the actuator is locked. Raises HopformError, which names what is
-    not allowed: h_des + datum < 0, stop_margin < 0, g = 0, u_max = inf, and what `solve_stance` refuses.
+    level that it counts from less the ground under the foot. Admissible is a current with a take-off within `horizon`
+    [s] and x1 < x1_max - stop_margin [m] throughout, unless the actuator is locked. Raises HopformError, which names
+    what is not allowed: h_des + datum < 0, stop_margin < 0, g = 0, u_max = inf, and what `solve_stance` refuses.
 
     >>> from hopform import load_robot, touchdown_velocity
     >>> robot = load_robot("hopper_c")

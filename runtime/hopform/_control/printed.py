@@ -24,7 +24,8 @@ MOST = 1_000_000
 
 @dataclass(frozen=True)
 class PrintedCommand:
-    """u [A]; apex [m]: the hop height that follows in the model; objective [J]: J of (27); status: "found" or "no_takeoff".
+    """u [A]; apex [m]: the hop height that follows in the model; objective [J]: J of (27); status: "found" or
+    "no_takeoff".
 
     Without a take-off at any current of the grid u is 0, apex and objective are NaN.
     """
@@ -51,11 +52,12 @@ def choose_current_as_printed(
     horizon: SupportsFloat = 2.0,
     backend: str | None = None,
 ) -> PrintedCommand:
-    """The current of a grid, `grid` [A] apart over [-u_max, u_max], at which J of (27) is least; of equals the least |u|.
+    """The current of a grid, `grid` [A] apart over [-u_max, u_max], at which J of (27) is least; of equals the least
+    |u|.
 
-    half: the factor 1/2 of (26); signed: the step's sign in place of its absolute value; spring_coordinate: the terms in x1
-    that (27) leaves out. The defaults are as printed. With half=False, signed=True, spring_coordinate=True J vanishes where
-    the apex is h_des, up to the grid. Inputs and errors otherwise as for `choose_current`; grid > 0.
+    half: the factor 1/2 of (26); signed: the step's sign in place of its absolute value; spring_coordinate: the terms
+    in x1 that (27) leaves out. The defaults are as printed. With half=False, signed=True, spring_coordinate=True J
+    vanishes where the apex is h_des, up to the grid. Inputs and errors otherwise as for `choose_current`; grid > 0.
 
     >>> from hopform import load_robot, touchdown_velocity
     >>> robot = load_robot("hopper_c")

@@ -1,7 +1,8 @@
-"""Reachability: the next apex over the current one for every current (the paper's Figs. 5, 11), and what follows from it.
+"""Reachability: the next apex over the current one for every current (the paper's Figs. 5, 11), and what follows from
+it.
 
-Heights and apexes are hop heights [m] on flat ground. The robot drops from rest, its actuator at rest at its origin, or at the
-end of its stroke next to it.
+Heights and apexes are hop heights [m] on flat ground. The robot drops from rest, its actuator at rest at its origin, or
+at the end of its stroke next to it.
 """
 
 import math
@@ -118,10 +119,11 @@ def reachability(
     backend: str | None = None,
     progress: Progress | None = None,
 ) -> Reachability:
-    """The next apex from each of `heights` [m] under each of `currents` [A], both increasing; bounds, fixed points, holds.
+    """The next apex from each of `heights` [m] under each of `currents` [A], both increasing; bounds, fixed points,
+    holds.
 
-    progress: called with the number of heights done and their total. Raises HopformError: heights or currents that do not
-    increase, a height that is not above the actuator's origin, g = 0, u_max = inf, stop_margin < 0.
+    progress: called with the number of heights done and their total. Raises HopformError: heights or currents that do
+    not increase, a height that is not above the actuator's origin, g = 0, u_max = inf, stop_margin < 0.
 
     >>> import numpy as np
     >>> from hopform import load_robot

@@ -1,8 +1,8 @@
 """The C library as a package of its own, for the build system of a firmware: what `hopform export` writes.
 
 What is written are the generated sources, with another prefix or in one precision if asked for, the two files of the
-amalgamated pair, a README, a licence, a table of costs, and the manifest of one build system. Batches, which are for the
-vector registers of workstations, are left out.
+amalgamated pair, a README, a licence, a table of costs, and the manifest of one build system. Batches, which are for
+the vector registers of workstations, are left out.
 """
 
 import re
@@ -36,7 +36,8 @@ class Wanted(NamedTuple):
 def export(folder: Path, wanted: Wanted) -> tuple[Path, ...]:
     """Write the library's package into a new or empty folder, its root, and return the files, relative to it.
 
-    Raises HopformError for an unknown system, a prefix that is no lower-case identifier of C, or a folder that holds files.
+    Raises HopformError for an unknown system, a prefix that is no lower-case identifier of C, or a folder that holds
+    files.
     """
     check(wanted)
     if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
@@ -142,7 +143,9 @@ _INCLUDE = re.compile(r'^#include "([^"]+)"\n', re.MULTILINE)
 
 
 def amalgamated(library: dict[Path, str], prefix: str) -> dict[str, str]:
-    """The whole library as one header and one source: its files one behind the other, without the lines that include them."""
+    """The whole library as one header and one source: its files one behind the other, without the lines that include
+    them.
+    """
     texts = {path.name: text for path, text in library.items() if path.suffix in (".h", ".c")}
     public = [f"{prefix}.h", *sorted(path.name for path in library if path.parts[0] == "include")]
     private = in_order([path.name for path in library if path.parts[0] == "src"], texts)

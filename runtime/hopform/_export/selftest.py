@@ -13,7 +13,8 @@ PHASES = 32
 
 
 def selftest(dtype: DTypeLike = np.float32) -> int:
-    """The 32-bit hash of all that `hopform_selftest` solves, from the library that Python loads: a board must say the same.
+    """The 32-bit hash of all that `hopform_selftest` solves, from the library that Python loads: a board must say the
+    same.
 
     dtype: float32 or float64. Raises BackendError without a library.
 

@@ -1,4 +1,5 @@
-"""The paper's figures, drawn from this project's own robots: one function per figure, each with what it computed and a caption.
+"""The paper's figures, drawn from this project's own robots: one function per figure, each with what it computed and a
+caption.
 
     >>> from hopform._figures import DRAWN
     >>> sorted(DRAWN) == [*range(2, 18)]

@@ -38,7 +38,8 @@ def step_response() -> Picture:
         bottom.set_ylabel("current $u$ [A]")
         bottom.set_xlabel("time [ms]")
     ours = (
-        f"simulated, {robot.u_max:g} A for {1e3 * pulse:.0f} ms while it stands on its spring. After that pulse x1 has moved "
+        f"simulated, {robot.u_max:g} A for {1e3 * pulse:.0f} ms while it stands on its spring. After that pulse x1 "
+        "has moved "
         f"{cm(float(stance.at(pulse).x1))}, its velocity is at most {v1.max():.2f} m/s, and it comes to "
         f"{cm(float(x1.max()))} "
         f"{'when the leg takes off' if stance.status == 'takeoff' else 'before it sinks back'} at "

@@ -46,8 +46,10 @@ def picture(number: int, ground: Heights, title: str, paper: str, where: str) ->
         figure = drawn(run, np.abs(miss), np.abs(miss_printed))
     ours = (
         f"{len(run.hops)} hops {where}, wanted {', '.join(cm(each, 0) for each in dict.fromkeys(REFERENCE))}. With "
-        f"apex(u) = h_des solved exactly every apex is within {worst(miss):.0e} m of the wish (an error of 0 is drawn as "
-        f"{LEAST:.0e} m), at {np.abs(run.table['u']).max():.2f} A of {robot.u_max:g} A at most. (26), (27) as printed, J "
+        f"apex(u) = h_des solved exactly every apex is within {worst(miss):.0e} m of the wish (an error of 0 is "
+        "drawn as "
+        f"{LEAST:.0e} m), at {np.abs(run.table['u']).max():.2f} A of {robot.u_max:g} A at most. (26), (27) as "
+        "printed, J "
         f"minimised on a grid of 0.01 A: {mm(rms(miss_printed))} rms, {mm(worst(miss_printed))} at most"
     )
     data = {"run": run, "printed": printed, "wanted": REFERENCE, "miss": miss, "miss printed": miss_printed}

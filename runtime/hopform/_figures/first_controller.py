@@ -50,7 +50,8 @@ def on_even_ground() -> Picture:
         figure = tracked(run, REFERENCE, {"first controller": run})
     ours = (
         f"{len(run.hops)} hops over flat ground, wanted {', '.join(cm(each, 0) for each in dict.fromkeys(REFERENCE))}. "
-        f"The return maps were measured in simulated steady hopping; in expansion a law at 1 kHz (Kp = {KP:g} V/m, Kd = "
+        f"The return maps were measured in simulated steady hopping; in expansion a law at 1 kHz (Kp = {KP:g} V/m, "
+        "Kd = "
         f"{KD:g} V s/m) tracks a recorded x2. It rises to a step up within {rise} hops; the apex is off by "
         f"{mm(worst(miss))} at most behind a step, by {mm(rms(settled))} rms from the {SETTLED + 1}th hop on"
     )

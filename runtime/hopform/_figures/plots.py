@@ -17,13 +17,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hopform._cli.tables import current, ending, mode, mode_of_actuator, name_of, unit_of_time
 from hopform._control.exact import Command
 from hopform._control.reach import Reachability
 from hopform._errors import HopformError, MissingExtra
 from hopform._hopping.run import Run
 from hopform._robots import Robot
 from hopform._stance import Phase, Stance, aed_of
+from hopform._words import current, ending, mode, mode_of_actuator, name_of, unit_of_time
 
 try:
     import matplotlib.style
@@ -52,23 +52,11 @@ SHADES: dict[str, dict[str, Any]] = {
 }
 STANCE: dict[str, Any] = {"facecolor": "#EDEDED", "edgecolor": "none"}
 STYLE: dict[str, Any] = {
-    "figure.dpi": 100,
-    "savefig.dpi": 160,
-    "font.size": 9,
-    "figure.titlesize": 9.5,
-    "axes.labelsize": 9,
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "axes.xmargin": 0.0,
-    "legend.frameon": False,
-    "legend.fontsize": 8,
-    "lines.linewidth": 1.4,
-    "lines.solid_capstyle": "round",
-    "hatch.linewidth": 0.6,
-    "svg.hashsalt": "hopform",
-    "svg.fonttype": "path",
-    "pdf.fonttype": 42,
-}
+    "figure.dpi": 100, "savefig.dpi": 160, "font.size": 9, "figure.titlesize": 9.5, "axes.labelsize": 9,
+    "axes.spines.top": False, "axes.spines.right": False, "axes.xmargin": 0.0, "legend.frameon": False,
+    "legend.fontsize": 8, "lines.linewidth": 1.4, "lines.solid_capstyle": "round", "hatch.linewidth": 0.6,
+    "svg.hashsalt": "hopform", "svg.fonttype": "path", "pdf.fonttype": 42,
+}  # fmt: skip
 FORETOLD = r"E(0) + AED (24) $-$ impacts $-$ $k\,x_1^2/2$ at take-off"
 SAMPLES = 400
 """Points along a stance's curves."""
@@ -296,7 +284,9 @@ def run_times(run: Run) -> Curve:
 
 
 def plot_reach(found: Reachability) -> Figure:
-    """The next apex over the current one (Figs. 5, 11): the reachable, each current's curve, fixed points, the stroke."""
+    """The next apex over the current one (Figs. 5, 11): the reachable, each current's curve, fixed points, the
+    stroke.
+    """
     with house_style():
         figure = Figure(figsize=(5.2, 4.8), layout="constrained")
         axes: Axes = figure.subplots()
@@ -324,7 +314,9 @@ def plot_reach(found: Reachability) -> Figure:
 
 
 def plot_command(robot: Robot, u: Curve, apex: Curve, h_des: float, found: Command) -> Figure:
-    """The next apex over the current, NaN where none is admissible, what is desired, and the current that was chosen."""
+    """The next apex over the current, NaN where none is admissible, what is desired, and the current that was
+    chosen.
+    """
     with house_style():
         figure = Figure(figsize=(6.0, 3.4), layout="constrained")
         axes: Axes = figure.subplots()

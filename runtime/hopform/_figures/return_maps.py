@@ -63,7 +63,8 @@ def maps_of_hopper_b() -> Picture:
         f"under {currents.size} "
         f"constant voltages. Heights that a voltage gives back: {points}. Without actuation {cm(0.2, 0)} become "
         f"{cm(passive(reach, 0.2))}; the highest that can be held is "
-        f"{cm(highest_held(reach))}. Up to {cm(float(silent.max(initial=0.0)))} some voltages lead to no take-off: their "
+        f"{cm(highest_held(reach))}. Up to {cm(float(silent.max(initial=0.0)))} some voltages lead to no take-off: "
+        "their "
         "curves begin above that"
     )
     paper = "overlaid return maps of Hopper B for different control actions, measured"
@@ -104,13 +105,16 @@ def map_of_hopper_c() -> Picture:
     ours = (
         f"the dashed curve is a drop at 0 A ({cm(0.2, 0)} become {cm(passive(reach, 0.2))}); the lowest apex of all "
         f"currents lies below it, by up to {mm(float(below.max()))}: {cm(reach.heights[row], 0)} become "
-        f"{cm(reach.lowest[row])} at {reach.u_lowest[row]:.2f} A. The upper curve is the highest apex of all currents up to "
+        f"{cm(reach.lowest[row])} at {reach.u_lowest[row]:.2f} A. The upper curve is the highest apex of all "
+        "currents up to "
         f"{robot.u_max:g} A that keep x1 {cm(margin)} off its stop; {holds}. The stroke limits "
-        f"{int(reach.limited.any(axis=1).sum())} of {reach.heights.size} heights. Markers: simulated hops, {mm(noise)} noise on "
+        f"{int(reach.limited.any(axis=1).sum())} of {reach.heights.size} heights. Markers: simulated hops, "
+        f"{mm(noise)} noise on "
         f"each height; rms distance to the curves {mm(rms(misses))}"
     )
     paper = (
-        "the next apex over the current one for Hopper C, measured and computed: bottom without actuation, top at about "
+        "the next apex over the current one for Hopper C, measured and computed: bottom without actuation, top at "
+        "about "
         "the largest compression, x1 kept 1 to 2 cm off its end"
     )
     data = {"reach": reach, "seen": seen, "least": least, "most": most, "misses": misses, "noise": noise}

@@ -1,7 +1,7 @@
 """The model against measurements: without dry friction on hopper_b (Fig. 4), with it on hopper_c (Fig. 10).
 
-The measurements are synthetic: the robot itself, simulated, with noise. The initial model (1), (2) has viscous friction alone;
-its two coefficients are fitted, each to its recording, so that it is not blamed for a bad guess.
+The measurements are synthetic: the robot itself, simulated, with noise. The initial model (1), (2) has viscous friction
+alone; its two coefficients are fitted, each to its recording, so that it is not blamed for a bad guess.
 """
 
 # pyright: reportUnknownMemberType=false

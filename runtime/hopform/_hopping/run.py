@@ -1,7 +1,8 @@
-"""Hopping: drop, touchdown, control, stance, take-off, flight, and so on over the heights of a terrain, without a time step.
+"""Hopping: drop, touchdown, control, stance, take-off, flight, and so on over the heights of a terrain, without a time
+step.
 
-Heights in a run count from level 0, that of the terrain's zero. Each stance and each flight is solved exactly; what remains of
-the actuator's return in flight is carried into the next stance.
+Heights in a run count from level 0, that of the terrain's zero. Each stance and each flight is solved exactly; what
+remains of the actuator's return in flight is carried into the next stance.
 """
 
 import math
@@ -14,7 +15,7 @@ from typing import Any, SupportsFloat, cast
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from hopform._checks import finite, positive, shown, times_of, whole
+from hopform._checks import finite, positive, shaped, shown, times_of, whole
 from hopform._control.reach import home_of
 from hopform._errors import HopformError
 from hopform._flight import Flight, solve_flight
@@ -56,12 +57,14 @@ COLUMNS: tuple[tuple[str, str, str], ...] = (
 
 @dataclass(frozen=True)
 class Errors:
-    """What is not as the controller believes. Standard deviations of what it measures, and what is wrong in the machine.
+    """What is not as the controller believes. Standard deviations of what it measures, and what is wrong in the
+    machine.
 
-    x1 [m], v1, v2 [m/s]: of the state at touchdown and at the ticks of a sampled law; x2 [m]: of the apex before, and at those
-    ticks; ground [m]: of the height of the ground. current_scale: current that flows over current that is asked for, in
-    stance and in flight. quantum [s]: touchdown is seen at the next tick of such a clock; delay [s]: and so much later; until
-    then no current flows, and the controller does not know. model: the robot that the controller believes in.
+    x1 [m], v1, v2 [m/s]: of the state at touchdown and at the ticks of a sampled law; x2 [m]: of the apex before, and
+    at those ticks; ground [m]: of the height of the ground. current_scale: current that flows over current that is
+    asked for, in stance and in flight. quantum [s]: touchdown is seen at the next tick of such a clock; delay [s]: and
+    so much later; until then no current flows, and the controller does not know. model: the robot that the controller
+    believes in.
     """
 
     x1: float = 0.0
@@ -89,7 +92,8 @@ NONE = Errors()
 
 @dataclass(frozen=True)
 class Hop:
-    """A hop: the flight that leads to it, the stance, and the apex that follows; heights over level 0, hop heights in m.
+    """A hop: the flight that leads to it, the stance, and the apex that follows; heights over level 0, hop heights in
+    m.
 
     height: of the apex from which it falls. apex: NaN without take-off.
     """
@@ -142,9 +146,9 @@ class Hop:
 class Run:
     """Hops in a row. Times in s since the start, heights over level 0.
 
-    status: "completed", all of the terrain was hopped, and the run ends at the apex behind it; "stopped", a stance ended without
-    take-off, or a flight met its horizon; "tripped", the foot never got above the ground ahead. table: a row per hop, columns as
-    in `COLUMNS`. robot: the plant, its gamma2 that of the current that really flows.
+    status: "completed", all of the terrain was hopped, and the run ends at the apex behind it; "stopped", a stance
+    ended without take-off, or a flight met its horizon; "tripped", the foot never got above the ground ahead. table: a
+    row per hop, columns as in `COLUMNS`. robot: the plant, its gamma2 that of the current that really flows.
     """
 
     robot: Robot
@@ -191,40 +195,44 @@ class Run:
             state = leg.motion.at(times)
             found[:, inside] = state
             found[2, inside] += leg.ground
-        return State(*(_shaped(column, t) for column in found))
+        return State(*(shaped(column, t) for column in found))
 
     def energy(self, t: ArrayLike) -> Energy:
-        """Energies [J] of body and robot at times t [s], in t's shape, weight from level 0 on; in flight without a spring."""
+        """Energies [J] of body and robot at times t [s], in t's shape, weight from level 0 on; in flight without a
+        spring.
+        """
         found = np.empty((2, np.size(t)))
         weight = self.robot.m_s * self.robot.g
         for leg, inside, times in self._legs(t):
             energy = leg.motion.energy(times)
             found[0, inside] = energy.body + weight * leg.ground
             found[1, inside] = energy.total + weight * leg.ground
-        return Energy(*(_shaped(column, t) for column in found))
+        return Energy(*(shaped(column, t) for column in found))
 
     def aed(self, t: ArrayLike) -> Real:
-        """The body's energy foretold [J]: that of the start, plus the AED (24), the impacts and the spring's coordinate."""
+        """The body's energy foretold [J]: that of the start, plus the AED (24), the impacts and the spring's
+        coordinate.
+        """
         found = np.empty(np.size(t))
         for leg, inside, times in self._legs(t):
             found[inside] = leg.level
             if isinstance(leg.motion, Stance):
                 found[inside] += aed_of(leg.motion.ledger(times))
-        return _shaped(found, t)
+        return shaped(found, t)
 
     def ground(self, t: ArrayLike) -> Real:
         """Height [m] of the ground at times t [s], in t's shape; in flight that of the ground ahead."""
         found = np.empty(np.size(t))
         for leg, inside, _ in self._legs(t):
             found[inside] = leg.ground
-        return _shaped(found, t)
+        return shaped(found, t)
 
     def foot(self, t: ArrayLike) -> Real:
         """Height [m] of the foot over level 0 at times t [s], in t's shape; on the ground in stance."""
         found = np.empty(np.size(t))
         for leg, inside, times in self._legs(t):
             found[inside] = leg.ground + (leg.motion.foot(times) if isinstance(leg.motion, Flight) else 0.0)
-        return _shaped(found, t)
+        return shaped(found, t)
 
     def current(self, t: ArrayLike) -> Real:
         """Current [A] that is asked for at times t [s], in t's shape; in flight that of the return's law."""
@@ -235,7 +243,7 @@ class Run:
             else:
                 starts, currents = np.array(leg.motion.u).T
                 found[inside] = currents[np.searchsorted(starts, times, side="right") - 1]
-        return _shaped(found, t)
+        return shaped(found, t)
 
     def to_csv(self, path: str | Path) -> None:
         """Write the table, a line per hop; every number reads back to the same bits."""
@@ -248,7 +256,9 @@ class Run:
             np.savez_compressed(file, **arrays)
 
     def arrays(self, samples: int = 2000) -> dict[str, Any]:
-        """table, terrain, and, at `times(samples)`, t, x1, v1, x2, v2, ground, foot, u, E, H (`energy`), AED (`aed`)."""
+        """table, terrain, and, at `times(samples)`, t, x1, v1, x2, v2, ground, foot, u, E, H (`energy`), AED
+        (`aed`).
+        """
         t = self.times(samples)
         energy = self.energy(t)
         return {
@@ -264,7 +274,9 @@ class Run:
         return np.union1d(uniform, np.minimum(corners, self.duration))
 
     def _legs(self, t: ArrayLike) -> "list[tuple[_Leg, NDArray[np.intp], Array]]":
-        """The flights and stances that times fall into, which times, and those since each began; a touchdown is in its stance."""
+        """The flights and stances that times fall into, which times, and those since each began; a touchdown is in its
+        stance.
+        """
         asked = times_of(t, _DOUBLE)
         good = (asked >= 0.0) & (asked <= self.duration)
         if not bool(np.all(good)):
@@ -306,7 +318,9 @@ def _first_flight(run: Run) -> Flight:
 
 
 def _legs_of(run: Run) -> list[_Leg]:
-    """Flight, stance, flight, ...; the energies are those of Figs. 13, 14: start, impact, AED, spring coordinate, and again."""
+    """Flight, stance, flight, ...; the energies are those of Figs. 13, 14: start, impact, AED, spring coordinate, and
+    again.
+    """
     robot, weight = run.robot, run.robot.m_s * run.robot.g
     first = _first_flight(run)
     ground = run.terrain[0]
@@ -338,15 +352,16 @@ def simulate(
     backend: str | None = None,
     progress: Progress | None = None,
 ) -> Run:
-    """The run that follows from a drop: each touchdown on the next height of a terrain, each stance as a controller wants it.
+    """The run that follows from a drop: each touchdown on the next height of a terrain, each stance as a controller
+    wants it.
 
     terrain [m]: heights of the ground, one per hop (`hopform.terrain` makes some). controller: a current [A], or as
-    `hopform.controllers` says. height [m]: hop height of the drop, the actuator at rest at its origin; or start, a state in
-    the air; both over level 0. gains (Kp, Kd) of the return in flight as for `solve_flight`. errors: what the controller does
-    not know, drawn with the seed. horizon [s]: longest time of a stance. progress: called after every hop with the number
-    done and that of the terrain's heights; an exception from it, as from Ctrl-C, ends the run. Raises HopformError for a
-    value that is not allowed: an empty terrain, g = 0, a wish below the ground; and for what a controller answers that is no
-    current.
+    `hopform.controllers` says. height [m]: hop height of the drop, the actuator at rest at its origin; or start, a
+    state in the air; both over level 0. gains (Kp, Kd) of the return in flight as for `solve_flight`. errors: what the
+    controller does not know, drawn with the seed. horizon [s]: longest time of a stance. progress: called after every
+    hop with the number done and that of the terrain's heights; an exception from it, as from Ctrl-C, ends the run.
+    Raises HopformError for a value that is not allowed: an empty terrain, g = 0, a wish below the ground; and for what
+    a controller answers that is no current.
 
     >>> from hopform import load_robot
     >>> run = simulate(load_robot("hopper_c"), [0.0, 0.0], 3.0, height=0.2)
@@ -368,18 +383,9 @@ def simulate(
     if not callable(prepared):
         raise HopformError(f"controller must be a current in A or a callable, got {shown(controller)}")
     task = _Task(
-        plant,
-        model,
-        grounds,
-        cast(Controller, prepared),
-        gains,
-        errors,
-        np.random.default_rng(seed),
-        longest,
-        max_phases,
-        backend,
-        progress,
-    )
+        plant, model, grounds, cast(Controller, prepared), gains, errors, np.random.default_rng(seed), longest,
+        max_phases, backend, progress,
+    )  # fmt: skip
     return _run(task, first)
 
 
@@ -451,7 +457,9 @@ def _flight(task: _Task, start: State, step: float | None) -> Flight:
 
 
 def _gains(task: _Task, x1: float, v2: float) -> tuple[SupportsFloat, SupportsFloat] | None:
-    """Gains of the force as the plant feels it, where the controller's own idea of gamma2 or of the robot is another."""
+    """Gains of the force as the plant feels it, where the controller's own idea of gamma2 or of the robot is
+    another.
+    """
     plant, model = task.plant, task.model
     if plant is model or (plant.gamma2 == 0.0 or model.gamma2 == 0.0):
         return task.gains
@@ -580,7 +588,3 @@ def csv_of(table: NDArray[Any]) -> str:
     lines = [",".join(table.dtype.names or ())]
     lines += [",".join(repr(each) if isinstance(each, float) else str(each) for each in row) for row in table.tolist()]
     return "\n".join(lines) + "\n"
-
-
-def _shaped(values: Array, t: ArrayLike) -> Real:
-    return float(values[0]) if np.shape(t) == () else values.reshape(np.shape(t))

@@ -1,7 +1,7 @@
 """Touchdown from a noisy Hall signal (Fig. 15): hysteresis and debounce, what noise does to them, what a delay costs.
 
-The samples in a row so far are a chain of states. With h the chance that a sample reaches `high` and s that one stays above
-`low`, a detector of n samples takes on average
+The samples in a row so far are a chain of states. With h the chance that a sample reaches `high` and s that one stays
+above `low`, a detector of n samples takes on average
 
     (1/h + 1 + s + ... + s^(n-2)) / s^(n-1) samples to a detection:
 
@@ -27,7 +27,8 @@ _KINDS = {solver.TOUCHDOWN: "touchdown", solver.TAKEOFF: "takeoff"}
 
 @dataclass(frozen=True, kw_only=True)
 class TouchdownDetector:
-    """Thresholds in units of the signal (high >= low), `count` samples in a row, one every `dt` [s]; noise is white and normal.
+    """Thresholds in units of the signal (high >= low), `count` samples in a row, one every `dt` [s]; noise is white and
+    normal.
 
     Raises HopformError for a threshold that is not finite, low > high, count < 1, dt <= 0.
 
@@ -51,7 +52,9 @@ class TouchdownDetector:
         positive("dt", self.dt, "s")
 
     def detect(self, samples: Iterable[SupportsFloat]) -> tuple[Event, ...]:
-        """Touchdowns and take-offs in a signal that begins in flight, each at the time of the sample that told it [s]."""
+        """Touchdowns and take-offs in a signal that begins in flight, each at the time of the sample that told it
+        [s].
+        """
         if isinstance(samples, str) or not isinstance(samples, Iterable):
             raise HopformError(f"samples must be a sequence of numbers in units of the signal, got {shown(samples)}")
         settings, contact = solver.Detector(self.high, self.low, self.count), solver.Contact()
@@ -76,7 +79,9 @@ class TouchdownDetector:
         return 1.0 / (self.dt * mirrored._samples(deviation, -height))
 
     def mean_delay(self, noise: SupportsFloat, level: SupportsFloat = 1.0) -> float:
-        """Mean time [s] from a touchdown to its detection, for a signal that steps to a level at any time between two samples."""
+        """Mean time [s] from a touchdown to its detection, for a signal that steps to a level at any time between two
+        samples.
+        """
         deviation, height = (
             positive("noise", noise, "units of the signal"),
             finite("level", level, "units of the signal"),
@@ -84,7 +89,9 @@ class TouchdownDetector:
         return self.dt * (self._samples(deviation, height) - 0.5)
 
     def chances(self, noise: SupportsFloat, signal: Sequence[SupportsFloat]) -> NDArray[np.float64]:
-        """For a signal that is known without its noise: the chance that each of its samples is the one that tells touchdown."""
+        """For a signal that is known without its noise: the chance that each of its samples is the one that tells
+        touchdown.
+        """
         deviation = positive("noise", noise, "units of the signal")
         if isinstance(signal, str) or not isinstance(signal, (Sequence, np.ndarray)):
             raise HopformError(f"signal must be a sequence of numbers in units of the signal, got {shown(signal)}")
@@ -103,7 +110,9 @@ class TouchdownDetector:
     def simulated_delays(
         self, noise: SupportsFloat, level: SupportsFloat = 1.0, *, trials: int = 1000, seed: int = 0
     ) -> NDArray[np.float64]:
-        """Delays [s] of touchdowns drawn with a seed: a step of the signal to a level at any time between two samples."""
+        """Delays [s] of touchdowns drawn with a seed: a step of the signal to a level at any time between two
+        samples.
+        """
         deviation, height = (
             positive("noise", noise, "units of the signal"),
             finite("level", level, "units of the signal"),
@@ -148,8 +157,8 @@ def delayed_apex(
 ) -> tuple[float, float]:
     """Apex [m] where the current u [A] comes a delay [s] after touchdown, and its error: less the apex with u at once.
 
-    before [A]: the current until then. x1, v1, v2: the state at touchdown, after the impact. Exact, one stance each; NaN without
-    take-off.
+    before [A]: the current until then. x1, v1, v2: the state at touchdown, after the impact. Exact, one stance each;
+    NaN without take-off.
 
     >>> from hopform import load_robot
     >>> apex, error = delayed_apex(load_robot("hopper_c"), 0.01, v2=-1.93, u=3.0)

@@ -20,20 +20,6 @@ from hopform._identify.step import fit_force, fit_step_response
 from hopform._identify.synthetic import record, to_csv
 
 __all__ = [
-    "Estimate",
-    "Fit",
-    "Onset",
-    "Options",
-    "Recording",
-    "Threshold",
-    "Trace",
-    "fit_drop_test",
-    "fit_force",
-    "fit_robot",
-    "fit_step_response",
-    "friction_threshold",
-    "parse_recording",
-    "read_recording",
-    "record",
-    "to_csv",
-]
+    "Estimate", "Fit", "Onset", "Options", "Recording", "Threshold", "Trace", "fit_drop_test", "fit_force",
+    "fit_robot", "fit_step_response", "friction_threshold", "parse_recording", "read_recording", "record", "to_csv",
+]  # fmt: skip

@@ -2,9 +2,9 @@
 
     m_s x2'' = k (L0 + c - x2) - b2 x2' - m_s g - m_s f2 sign(x2')
 
-The fit starts from the data: the frequency of the swings gives k/m_s, their envelope the friction. Successive extrema about the
-rest obey |A_(n+1)| = a |A_n| - d with a = exp(-b2 T/(4 m_s)) and d = (1 + a) f2 m_s/k: an envelope that falls along a line is
-Coulomb's, one that falls exponentially is viscous.
+The fit starts from the data: the frequency of the swings gives k/m_s, their envelope the friction. Successive extrema
+about the rest obey |A_(n+1)| = a |A_n| - d with a = exp(-b2 T/(4 m_s)) and d = (1 + a) f2 m_s/k: an envelope that falls
+along a line is Coulomb's, one that falls exponentially is viscous.
 """
 
 import math
@@ -40,7 +40,9 @@ _PARTS: dict[Rig, tuple[float, ...]] = {
     "ground": (0.35, 0.65, 1.0),
     "free": (0.25, 0.45, 0.7, 1.0),
 }
-"""Over how much of a recording a fit is followed at first, and then: each hop multiplies what is wrong about the one before."""
+"""Over how much of a recording a fit is followed at first, and then: each hop multiplies what is wrong about the one
+before.
+"""
 _DEFAULTS: dict[Rig, dict[str, float]] = {
     "attached": {"g": 0.0},
     "ground": {"g": 9.81},
@@ -53,7 +55,9 @@ _MOST_SWING = 3.0
 
 
 class Cut(NamedTuple):
-    """One motion out of a recording: times [s] since the release, x2 [m], when the release was; x1 where it is recorded."""
+    """One motion out of a recording: times [s] since the release, x2 [m], when the release was; x1 where it is
+    recorded.
+    """
 
     recording: Recording
     number: int
@@ -104,7 +108,9 @@ def _spectral_peak(time: Array, values: Array) -> float:
 
 
 def _extrema(time: Array, values: Array, half: float, least: float) -> list[tuple[float, float]]:
-    """Times and sizes of the swings: the largest deviation between crossings of the rest, as long as they exceed the noise."""
+    """Times and sizes of the swings: the largest deviation between crossings of the rest, as long as they exceed the
+    noise.
+    """
     signs = np.signbit(values)
     edges = [0, *(np.flatnonzero(signs[1:] != signs[:-1]) + 1).tolist(), values.size]
     found = list[tuple[float, float]]()
@@ -128,15 +134,16 @@ def fit_drop_test(
 ) -> Fit:
     """Spring, mass and friction of a body from recordings of x2, by least squares on exact motions.
 
-    The body is dropped, meets the ground and may hop, once or several times in a recording; the actuator is held. free: it is
-    not, and moves under the recorded current (0 if there is none) from x1 = 0, or from where it is if x1 is recorded too; then
-    m_eff, b1, f1, gamma2 are fitted as well. attached: the body is fixed to its spring (a cart, a clamped foot), which pushes
-    and pulls.
+    The body is dropped, meets the ground and may hop, once or several times in a recording; the actuator is held. free:
+    it is not, and moves under the recorded current (0 if there is none) from x1 = 0, or from where it is if x1 is
+    recorded too; then m_eff, b1, f1, gamma2 are fitted as well. attached: the body is fixed to its spring (a cart, a
+    clamped foot), which pushes and pulls.
 
-    known: values of m_s, k, b2, f2, length (L0 + c), impact_loss, g; g is 9.81 m/s^2 for a drop, 0 for an attached body; with
-    `free` of m_eff, b1, f1, gamma2, offset, and the stops x1_min, x1_max, which are none if not given. If no mass is known and
-    none was added, m_s is taken as 1 kg: k is k/m_s, b2 is b2/m_s. With different added masses friction is fitted per recording
-    (b2@0, f2@0, ...). options: `Options`. Raises HopformError for data that cannot be a drop test, MissingExtra without scipy.
+    known: values of m_s, k, b2, f2, length (L0 + c), impact_loss, g; g is 9.81 m/s^2 for a drop, 0 for an attached
+    body; with `free` of m_eff, b1, f1, gamma2, offset, and the stops x1_min, x1_max, which are none if not given. If no
+    mass is known and none was added, m_s is taken as 1 kg: k is k/m_s, b2 is b2/m_s. With different added masses
+    friction is fitted per recording (b2@0, f2@0, ...). options: `Options`. Raises HopformError for data that cannot be
+    a drop test, MissingExtra without scipy.
     """
     if attached and free:
         raise HopformError("attached and free exclude each other: a free actuator is one of a leg that drops")
@@ -181,7 +188,8 @@ def drop_problem(
     finite = {name: value for name, value in values.items() if math.isfinite(value)}
     return Problem(
         "drop", "x2", tuple(experiments), tuple(parameters.values()),
-        _starts(parameters, rig, _driven_starts(mended, guesses, values) if rig == "free" else []), finite, tuple(statements),
+        _starts(parameters, rig, _driven_starts(mended, guesses, values) if rig == "free" else []), finite,
+        tuple(statements),
         notes, coulomb, parts=_PARTS[rig], motions=len(cuts),
     )  # fmt: skip
 
@@ -197,7 +205,8 @@ def _scale(values: dict[str, float], apart: bool) -> list[str]:
         return [f"the scale of all forces is that of the known {' and '.join(sorted(forces))}"]
     values["m_s"] = 1.0
     return [
-        "motion alone fixes k/m_s and b2/m_s: k and b2 are per kg of m_s; weigh the body (known m_s), or record again with a "
+        "motion alone fixes k/m_s and b2/m_s: k and b2 are per kg of m_s; weigh the body (known m_s), or record "
+        "again with a "
         "weighed mass added"
     ]
 
@@ -216,13 +225,16 @@ def _driven(values: dict[str, float], cuts: Sequence[Cut]) -> list[str]:
 
 
 def _cuts(recording: Recording, number: int, rig: Rig, g: float) -> list[Cut]:
-    """The motions of a recording from their releases on, found to a sample where the actuator is free: until then it rests."""
+    """The motions of a recording from their releases on, found to a sample where the actuator is free: until then it
+    rests.
+    """
     values = recording.position("x2")
     if rig == "attached" and float(np.ptp(values)) > _MOST_SWING:
         worst = int(np.abs(values - np.median(values)).argmax())
         raise recording.error_of(
             "x2",
-            f"swings over {np.ptp(values):.3g} m; a body on its spring does over {_MOST_SWING:g} m at most: is its unit right?",
+            f"swings over {np.ptp(values):.3g} m; a body on its spring does over {_MOST_SWING:g} m at most: is its "
+            "unit right?",
             recording.line + worst,
         )
     clean = of_recordings.mended(values)
@@ -265,7 +277,8 @@ def _check_fall(recording: Recording, line: int, x: Array, g: float) -> None:
     if not g / 3.0 < found < 3.0 * g:
         raise recording.error_of(
             "x2",
-            f"falls with {found:.3g} m/s^2, not {g / 3.0:.3g} to {3.0 * g:.3g} as g = {g:.4g}: is its unit right, is that of "
+            f"falls with {found:.3g} m/s^2, not {g / 3.0:.3g} to {3.0 * g:.3g} as g = {g:.4g}: is its unit right, is "
+            "that of "
             "time, is this the release?",
             recording.line + line,
         )
@@ -274,7 +287,9 @@ def _check_fall(recording: Recording, line: int, x: Array, g: float) -> None:
 def _names(
     letters: Sequence[str], values: Mapping[str, float], cut: Cut, n: int, rig: Rig, apart: bool
 ) -> dict[str, str]:
-    """Which parameter each letter of a motion stands for: where it begins is its own, friction under a mass that is added too."""
+    """Which parameter each letter of a motion stands for: where it begins is its own, friction under a mass that is
+    added too.
+    """
     own = {"attached": ("rest", "x", "v"), "ground": ("x", "v"), "free": ("x", "v")}[rig]
     own += ("x1", "v1") if cut.x1 is not None else ()
     names = {letter: f"{letter}@{cut.number}" if apart and letter in ("b2", "f2") else letter for letter in letters}
@@ -297,7 +312,9 @@ def _experiments(
 
 
 def _guess(cut: Cut, rig: Rig, g: float) -> Swing:
-    """What one motion shows: a decay by its swings, a drop by its lowest point and its rest, of the leg where x1 is known."""
+    """What one motion shows: a decay by its swings, a drop by its lowest point and its rest, of the leg where x1 is
+    known.
+    """
     if rig == "attached":
         return swing_of(cut.time, cut.x)
     x = cut.x
@@ -314,7 +331,9 @@ def _guess(cut: Cut, rig: Rig, g: float) -> Swing:
 
 
 def _first_stance(time: Array, x: Array, g: float) -> Swing:
-    """The same of a leg without a rest of its own: it leaves its parabola at L0, and m_s g (top - low) = k (L0 - low)^2/2."""
+    """The same of a leg without a rest of its own: it leaves its parabola at L0, and m_s g (top - low) = k (L0 -
+    low)^2/2.
+    """
     noise = max(of_recordings.noise_of(x), of_recordings.quantum_of(x), 1e-9)
     top, bottom = float(np.median(x[:3])), int(x.argmin())
     parabola = top - 0.5 * g * (time - time[0]) ** 2
@@ -329,7 +348,9 @@ def _first_stance(time: Array, x: Array, g: float) -> Swing:
 
 
 def _seen_stances(cut: Cut, x1: Array, g: float) -> Swing:
-    """The same of a leg whose x1 is recorded: L0 is where the body leaves its parabola, the rest what (4) says of all stances."""
+    """The same of a leg whose x1 is recorded: L0 is where the body leaves its parabola, the rest what (4) says of all
+    stances.
+    """
     time, x = cut.time, cut.x
     rises = np.flatnonzero(x > np.minimum.accumulate(x) + 0.05 * float(np.ptp(x)))
     lowest = int(x[: int(rises[0]) if rises.size else None].argmin())
@@ -385,7 +406,9 @@ def _shared_starts(
 
 
 def _driven_starts(cuts: Sequence[Cut], guesses: Sequence[Swing], known: Mapping[str, float]) -> list[dict[str, float]]:
-    """What (3) says of an actuator whose x1 was recorded, through each filter: acceleration over v1, current and compression."""
+    """What (3) says of an actuator whose x1 was recorded, through each filter: acceleration over v1, current and
+    compression.
+    """
     return [
         _driven_start(cut, guess, known, cutoff)
         for cut, guess in zip(cuts, guesses, strict=True) if cut.x1 is not None
@@ -406,7 +429,8 @@ def _driven_start(cut: Cut, guess: Swing, known: Mapping[str, float], cutoff: fl
     b, f, gamma, constant, k = moving_rows(rows, [-rows.v, -rows.side, -rows.u, rows.one, -pressed.u])
     stiffness = known.get("k", guess.omega**2 * (known.get("m_s", 1.0) + cut.recording.added_mass))
     masses = (
-        known.get("m_eff"), known["gamma2"] / gamma if "gamma2" in known and gamma else None, stiffness / k if k else None
+        known.get("m_eff"), known["gamma2"] / gamma if "gamma2" in known and gamma else None,
+        stiffness / k if k else None
     )  # fmt: skip
     mass = next((each for each in masses if each is not None and each > 0.0), 5.0 * known.get("m_s", 1.0))
     return {
@@ -425,7 +449,8 @@ def _own_start(letter: str, cut: Cut, guess: Swing) -> float:
 
 
 _KINDS = {
-    "m_s": "positive", "k": "positive", "m_eff": "positive", "b1": "nonnegative", "f1": "nonnegative", "b2": "nonnegative",
+    "m_s": "positive", "k": "positive", "m_eff": "positive", "b1": "nonnegative", "f1": "nonnegative",
+    "b2": "nonnegative",
     "f2": "nonnegative", "impact_loss": "fraction",
 }  # fmt: skip
 
@@ -440,7 +465,9 @@ def _parameter(letter: str, name: str, start: float, x: Array) -> Parameter:
 
 
 def _within(start: Parameter, cut: Cut, low: float, high: float) -> Parameter:
-    """The actuator's place within its stops; at a stop it moves away from it, if at all: into it a velocity is lost at once."""
+    """The actuator's place within its stops; at a stop it moves away from it, if at all: into it a velocity is lost at
+    once.
+    """
     x1 = cut.x if cut.x1 is None else cut.x1
     place, near = float(np.median(x1[:5])), 8.0 * max(of_recordings.noise_of(x1), of_recordings.quantum_of(x1))
     if start.name[0] == "v":
@@ -453,8 +480,8 @@ def _starts(
 ) -> tuple[dict[str, float], ...]:
     """Starts: what the data show, then all friction viscous, then most of it Coulomb's; a drop also with other springs.
 
-    A free actuator starts from what its own motion shows, if that was recorded; else from lighter and heavier, less and more
-    damped, pushed either way: of it x2 shows little by itself.
+    A free actuator starts from what its own motion shows, if that was recorded; else from lighter and heavier, less and
+    more damped, pushed either way: of it x2 shows little by itself.
     """
     first = {name: each.start for name, each in parameters.items()}
     coulomb = [name for name in first if name.startswith("f2")]

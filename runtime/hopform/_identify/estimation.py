@@ -2,10 +2,10 @@
 
     minimise sum_i ((predicted_i(p) - measured_i)/sigma_i)^2
 
-Masses, stiffness and the like, which are positive, are fitted as their logarithms; friction is bounded by 0. Covariance from the
-Jacobian at the solution; intervals of Student's t, those of Coulomb friction by profile likelihood, because its effect is not
-proportional and 0 is its end: all other parameters are fitted anew at each trial value, and the interval ends where the sum of
-squares has grown by the factor 1 + t^2/(n - p).
+Masses, stiffness and the like, which are positive, are fitted as their logarithms; friction is bounded by 0. Covariance
+from the Jacobian at the solution; intervals of Student's t, those of Coulomb friction by profile likelihood, because
+its effect is not proportional and 0 is its end: all other parameters are fitted anew at each trial value, and the
+interval ends where the sum of squares has grown by the factor 1 + t^2/(n - p).
 """
 
 import math
@@ -29,7 +29,9 @@ _WEAK = 1e-7
 
 
 _UNTOLD = 0.5
-"""Of its own value: a mass or a stiffness with so large a standard error is not told; a spring that is not there has one."""
+"""Of its own value: a mass or a stiffness with so large a standard error is not told; a spring that is not there has
+one.
+"""
 
 
 class Parameter(NamedTuple):
@@ -156,7 +158,9 @@ def solve(
     most: int = 60,
     precision: float = 1e-9,
 ) -> Solution:
-    """The least squares from where the parameters start; experiments count by their sigma [m], all alike if not given."""
+    """The least squares from where the parameters start; experiments count by their sigma [m], all alike if not
+    given.
+    """
     optimize = scipy_optimize()
     held = dict(fixed or {})
     weights = tuple(sigma or [each.noise or 1e-4 for each in experiments])
@@ -166,7 +170,9 @@ def solve(
     evaluations = 0
 
     def at(z: Array) -> _Place:
-        """Residuals and Jacobian at a place; the optimiser asks for one after the other, and goes back after a step too far."""
+        """Residuals and Jacobian at a place; the optimiser asks for one after the other, and goes back after a step too
+        far.
+        """
         nonlocal evaluations
         key = z.tobytes()
         if key not in known:
@@ -221,7 +227,8 @@ _ROBUST: Mapping[str, Callable[[Array], tuple[Array, Array, Array]]] = {
 
 
 def _condensed(residual: Array, jacobian: Array, loss: str) -> tuple[Array, Array]:
-    """(f, J) as (Q^T f and what is left of |f|, R), J = Q R: the same gradient, steps and cost in p + 1 rows, not thousands.
+    """(f, J) as (Q^T f and what is left of |f|, R), J = Q R: the same gradient, steps and cost in p + 1 rows, not
+    thousands.
 
     The cost of a robust loss is a sum of squares too, that of sign(f) sqrt(rho(f^2)).
     """
@@ -237,7 +244,9 @@ def _condensed(residual: Array, jacobian: Array, loss: str) -> tuple[Array, Arra
 
 
 def triangle(matrix: Array) -> Array:
-    """R of a tall matrix' QR, block by block: blocks so small that no library of linear algebra starts threads for them."""
+    """R of a tall matrix' QR, block by block: blocks so small that no library of linear algebra starts threads for
+    them.
+    """
     width = matrix.shape[1]
     found = np.empty((0, width))
     for begin in range(0, matrix.shape[0], 256):
@@ -271,7 +280,8 @@ def best(solutions: Sequence[Solution]) -> Solution:
 
 
 def deviations(solution: Solution, experiments: Sequence[Experiment], loss: str) -> tuple[float, ...]:
-    """Standard deviation of each recording's residuals, each counted for its share of the parameters, or its known noise.
+    """Standard deviation of each recording's residuals, each counted for its share of the parameters, or its known
+    noise.
 
     Under a robust loss that of the bulk, by the median, which outliers do not move.
     """
@@ -285,7 +295,9 @@ def deviations(solution: Solution, experiments: Sequence[Experiment], loss: str)
 
 
 class Influence(NamedTuple):
-    """psi of each sample, the derivative of half its cost by its residual; the mean of psi'; the variance unit of the cost."""
+    """psi of each sample, the derivative of half its cost by its residual; the mean of psi'; the variance unit of the
+    cost.
+    """
 
     psi: Array
     slope: float
@@ -295,8 +307,9 @@ class Influence(NamedTuple):
 def influence(solution: Solution) -> Influence:
     """The influence of each sample on a minimum, residuals in standard deviations.
 
-    The covariance of an M-estimate is (J^T J)^-1 mean(psi^2)/mean(psi')^2 (Huber 1981, 7.6). One standard error off the minimum,
-    its cost is mean(psi^2)/mean(psi') higher: the unit. Least squares have psi' = 1 and the variance of the residuals for both.
+    The covariance of an M-estimate is (J^T J)^-1 mean(psi^2)/mean(psi')^2 (Huber 1981, 7.6). One standard error off the
+    minimum, its cost is mean(psi^2)/mean(psi') higher: the unit. Least squares have psi' = 1 and the variance of the
+    residuals for both.
     """
     psi = np.concatenate(solution.residuals) / np.repeat(solution.sigma, [part.size for part in solution.residuals])
     slope = 1.0
@@ -308,15 +321,17 @@ def influence(solution: Solution) -> Influence:
 
 
 def scale(residual: Array) -> float:
-    """Standard deviation of the bulk of residuals around 0, by their median absolute deviation, which outliers do not move."""
+    """Standard deviation of the bulk of residuals around 0, by their median absolute deviation, which outliers do not
+    move.
+    """
     return 1.4826 * float(np.median(np.abs(residual)))
 
 
 _HAMPEL = 3.0
 """Standard deviations beyond which the Hampel identifier takes a residual for an outlier."""
 _REFITS, _FEW = 3, 0.01
-"""Most refits without outliers, and the share of samples whose classification may change without another one: 0.3 % of Gaussian
-noise is beyond 3 standard deviations."""
+"""Most refits without outliers, and the share of samples whose classification may change without another one: 0.3 % of
+Gaussian noise is beyond 3 standard deviations."""
 
 
 def regular(residual: Array) -> NDArray[np.bool_]:
@@ -395,18 +410,8 @@ def estimates(
         value = solution.values[parameter.name]
         stderr = math.sqrt(seen.covariance[index, index] * inflation)
         if parameter.name in seen.weak:
-            found.append(
-                Estimate(
-                    parameter.name,
-                    parameter.unit,
-                    value,
-                    math.inf,
-                    -math.inf,
-                    math.inf,
-                    "not identifiable",
-                    parameter.own,
-                )
-            )
+            unknown = (math.inf, -math.inf, math.inf, "not identifiable")
+            found.append(Estimate(parameter.name, parameter.unit, value, *unknown, parameter.own))
             continue
         low, high, method = value - t * stderr, value + t * stderr, "t"
         if parameter.kind == "positive":
@@ -448,14 +453,16 @@ def _profile(
     def growth(trial: float) -> float:
         """How much the sum of squares grows, in variances, if the parameter is held at a value.
 
-        The others start from where the covariance takes them; if that leads nowhere, from where they are, the next time at once.
+        The others start from where the covariance takes them; if that leads nowhere, from where they are, the next time
+        at once.
         """
         unit, expected = influence(solution).unit * inflation, ((trial - value) / stderr) ** 2
         grown = list[float]()
         for way in tuple(ways):
             start, most = way(trial)
             held = solve(
-                experiments, start, sigma=solution.sigma, fixed={parameter.name: trial}, loss=loss, most=most, precision=1e-4
+                experiments, start, sigma=solution.sigma, fixed={parameter.name: trial}, loss=loss, most=most,
+                precision=1e-4
             )  # fmt: skip
             grown.append((held.cost - solution.cost) / unit)
             if grown[-1] <= 4.0 * expected + 1.0:
@@ -483,7 +490,9 @@ def _clip(parameter: Parameter, value: float) -> float:
 
 
 def _cross(growth: Callable[[float], float], value: float, step: float, wanted: float, end: float) -> float:
-    """Where the growth, about (x - value)^2/step^2, reaches what is wanted; its root is nearly straight, so secants do it."""
+    """Where the growth, about (x - value)^2/step^2, reaches what is wanted; its root is nearly straight, so secants do
+    it.
+    """
     if not math.isfinite(step) or step == 0.0:
         return end if math.isfinite(end) else math.inf
     root, target = 0.0, math.sqrt(wanted)
@@ -522,7 +531,9 @@ def moved(solution: Solution, name: str, errors: float) -> list[Parameter]:
 
 
 def promise(solution: Solution) -> float:
-    """By how many variances a step along the slopes would lower the sum of squares: about 0 at a minimum, not in a kink."""
+    """By how many variances a step along the slopes would lower the sum of squares: about 0 at a minimum, not in a
+    kink.
+    """
     if not solution.parameters:
         return 0.0
     sigma = np.repeat(solution.sigma, [part.size for part in solution.residuals])
@@ -538,7 +549,9 @@ def promise(solution: Solution) -> float:
 
 
 class Tests(NamedTuple):
-    """What is left of a recording: rms [m], what neighbours have in common, and whether signs change as chance would have it."""
+    """What is left of a recording: rms [m], what neighbours have in common, and whether signs change as chance would
+    have it.
+    """
 
     rms: float
     largest: float

@@ -20,9 +20,10 @@ CUTOFFS = (4.0, 8.0, 16.0, 32.0)
 def low_passed(rows: Array, cutoff: float, rate: float, derivative: int = 0) -> Array:
     """Rows (..., samples) through a Butterworth filter of fourth order, forwards and backwards; cutoff and rate in Hz.
 
-    derivative: 1 or 2 for that of what passes, by time. The line from the first to the last sample passes as it is. What is left
-    begins and ends at 0, so its odd continuation is periodic and the filter is its gain 1/(1 + (tan(w/2)/tan(w_c/2))^8) on the
-    spectrum, a derivative i w: nothing has to settle at the ends, and no difference quotient takes its share.
+    derivative: 1 or 2 for that of what passes, by time. The line from the first to the last sample passes as it is.
+    What is left begins and ends at 0, so its odd continuation is periodic and the filter is its gain 1/(1 +
+    (tan(w/2)/tan(w_c/2))^8) on the spectrum, a derivative i w: nothing has to settle at the ends, and no difference
+    quotient takes its share.
     """
     count = rows.shape[-1]
     way = rows[..., -1:] - rows[..., :1]
@@ -50,11 +51,12 @@ class Filtered:
 
 
 def filtered(recording: Recording, cutoff: float | None = None, *, mend: bool = False) -> Filtered:
-    """A recording on even times, its derivatives by a zero-phase Butterworth filter, all through a second one, decimated.
+    """A recording on even times, its derivatives by a zero-phase Butterworth filter, all through a second one,
+    decimated.
 
-    cutoff [Hz]: of the filters; a tenth of the sampling rate, 50 Hz at most, if not given. Each part between gaps is filtered by
-    itself, and its ends are left out; where few parts are long enough for the filter, its cutoff is lowered. mend: samples of the
-    position far off their neighbours are taken as missing.
+    cutoff [Hz]: of the filters; a tenth of the sampling rate, 50 Hz at most, if not given. Each part between gaps is
+    filtered by itself, and its ends are left out; where few parts are long enough for the filter, its cutoff is
+    lowered. mend: samples of the position far off their neighbours are taken as missing.
     """
     x, u, time = recording.position("x1"), recording.driving_current(), recording.time
     step = float(np.median(np.diff(time)))
@@ -74,7 +76,9 @@ _SLOWEST = 2.0
 
 
 def _spans(time: Array, step: float, cut: float) -> tuple[list[tuple[int, int]], list[tuple[int, int]]]:
-    """Parts between gaps that a filter may not bridge: those that are long enough for it, and all, the longest first."""
+    """Parts between gaps that a filter may not bridge: those that are long enough for it, and all, the longest
+    first.
+    """
     wide = np.flatnonzero(np.diff(time) > max(2.5 * step, 0.25 / cut)) + 1
     edges = [0, *wide.tolist(), time.size]
     spans = sorted(zip(edges[:-1], edges[1:], strict=True), key=lambda span: float(time[span[0]] - time[span[1] - 1]))
@@ -91,7 +95,9 @@ _EDGE = 2.0
 
 
 def filtered_part(time: Array, x: Array, u: Array, step: float, cut: float) -> Filtered:
-    """A part without gaps; where its times are uneven it is interpolated, the position by cubics that do not overshoot."""
+    """A part without gaps; where its times are uneven it is interpolated, the position by cubics that do not
+    overshoot.
+    """
     rate = 1.0 / step
     t = np.arange(time[0], time[-1] + 0.5 * step, step)
     even = np.abs(np.diff(time) - step).max() <= 1e-3 * step

@@ -1,4 +1,6 @@
-"""What a fit hands back: parameters with their intervals, how well each recording is met, and what the data cannot tell."""
+"""What a fit hands back: parameters with their intervals, how well each recording is met, and what the data cannot
+tell.
+"""
 
 import dataclasses
 import math
@@ -27,8 +29,9 @@ OLD, NEW = "(1), (2): viscous friction alone", "(3), (4): with Coulomb friction"
 class Options(TypedDict, total=False):
     """How to fit, the same for all fits.
 
-    loss: linear (the default), or soft_l1, huber, cauchy against outliers. compare: fit the old model (1), (2) too. holdout: fit
-    without the last third of each recording too. Both are done if not given. backend: of the solver. progress: told each stage.
+    loss: linear (the default), or soft_l1, huber, cauchy against outliers. compare: fit the old model (1), (2) too.
+    holdout: fit without the last third of each recording too. Both are done if not given. backend: of the solver.
+    progress: told each stage.
     """
 
     loss: str
@@ -40,7 +43,8 @@ class Options(TypedDict, total=False):
 
 @dataclass(frozen=True)
 class Trace:
-    """A recording beside what the fit makes of it: times [s], positions [m]; the old model (1), (2) where it was fitted.
+    """A recording beside what the fit makes of it: times [s], positions [m]; the old model (1), (2) where it was
+    fitted.
 
     quantity: x1, x2; "force", then all are in N; "threshold", then they are in A.
     """
@@ -66,8 +70,9 @@ class Trace:
 class Fit:
     """A fit. `values` has every parameter, `estimates` their intervals, `traces` a recording each.
 
-    kind: drop, step, force, robot. correlations: of the fitted parameters that belong to no single recording. statements: what
-    the data tell and what they do not, and which recording would help. warnings: what was odd about the data.
+    kind: drop, step, force, robot. correlations: of the fitted parameters that belong to no single recording.
+    statements: what the data tell and what they do not, and which recording would help. warnings: what was odd about
+    the data.
     """
 
     kind: str
@@ -104,8 +109,8 @@ class Fit:
         return _together([trace.old_rms for trace in self.traces], self.traces)
 
     def robot(self, base: Robot) -> Robot:
-        """A robot with what was fitted, and the rest, as what is not identifiable, from `base`; friction of several recordings
-        as their mean."""
+        """A robot with what was fitted, and the rest, as what is not identifiable, from `base`; friction of several
+        recordings as their mean."""
         known = {field.name for field in Robot.fields()}
         found, blind = (
             dict[str, list[float]](),
@@ -177,7 +182,8 @@ def finish(problem: Problem, **options: Unpack[Options]) -> Fit:
 def _outlying(traces: Sequence[Trace], inliers: Sequence[NDArray[np.bool_]]) -> list[str]:
     """What is left out of rms and tests."""
     return [
-        f"{trace.label}: {some.size - int(some.sum())} of {some.size} samples are outliers; rms and tests leave them out"
+        f"{trace.label}: {some.size - int(some.sum())} of {some.size} samples are outliers; rms and tests leave them "
+        "out"
         for trace, some in zip(traces, inliers, strict=True) if not some.all()
     ]  # fmt: skip
 
@@ -185,8 +191,8 @@ def _outlying(traces: Sequence[Trace], inliers: Sequence[NDArray[np.bool_]]) -> 
 def _old(problem: Problem, solution: Solution, inliers: Sequence[NDArray[np.bool_]]) -> dict[int, Array]:
     """Residuals of the model without Coulomb friction, by the experiment's number; it has no threshold to compare.
 
-    It starts from the new one's parameters, with more viscous friction in place of the other, and is followed over more and more
-    of the recordings as that is. It is the least squares of the samples that are no outliers of the new one.
+    It starts from the new one's parameters, with more viscous friction in place of the other, and is followed over more
+    and more of the recordings as that is. It is the least squares of the samples that are no outliers of the new one.
     """
     numbers = [n for n, each in enumerate(problem.experiments) if each.kind != "threshold"]
     viscous = {p.name: p for p in problem.parameters if p.name[:1] == "b"}
@@ -254,8 +260,9 @@ def _boundary(estimates: Sequence[Estimate]) -> list[str]:
 
 
 _MISSED, _NO_FIT = 0.1, 0.2
-"""Residuals that are more than noise and than this share of a motion's standard deviation: nothing to make a robot of (99 % of
-the variance explained), and no fit at all (96 %). A force, which is measured with more noise, may be off by half."""
+"""Residuals that are more than noise and than this share of a motion's standard deviation: nothing to make a robot of
+(99 % of the variance explained), and no fit at all (96 %). A force, which is measured with more noise, may be off by
+half."""
 _NO_FORCE = 0.5
 
 
@@ -282,7 +289,8 @@ def _coloured(traces: Sequence[Trace], inflation: float) -> list[str]:
     for trace in traces:
         if missed(trace):
             said.append(
-                f"{trace.label}: the fit misses the recording by {100.0 * trace.tests.rms / np.std(trace.measured):.2g} % of its "
+                f"{trace.label}: the fit misses the recording by "
+                f"{100.0 * trace.tests.rms / np.std(trace.measured):.2g} % of its "
                 "motion: it is of another rig, or no start led to it; give more of what is known"
             )
     coloured = [

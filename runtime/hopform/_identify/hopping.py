@@ -1,4 +1,5 @@
-"""A drop at sample times with exact derivatives: flights and stances in turn, the actuator locked, or free under a given current.
+"""A drop at sample times with exact derivatives: flights and stances in turn, the actuator locked, or free under a
+given current.
 
 A stance is that of `motion`. In flight the body is ballistic and the actuator moves alone,
 
@@ -6,9 +7,9 @@ A stance is that of `motion`. In flight the body is ballistic and the actuator m
 
 which is the actuator's motion over a spring that is none. The foot is down where x_2 - x_1 - (L0 + c) = 0.
 
-Each piece is solved from its own beginning, at a time that depends on the parameters as its state does. Steps of the current do
-not: they come at times of the clock. So a piece that begins with an event is followed up to the next step under one current, and
-from there on, where time is the clock's again, under all that are left.
+Each piece is solved from its own beginning, at a time that depends on the parameters as its state does. Steps of the
+current do not: they come at times of the clock. So a piece that begins with an event is followed up to the next step
+under one current, and from there on, where time is the clock's again, under all that are left.
 """
 
 import math
@@ -27,7 +28,9 @@ from hopform._solver.package import records
 Steps = tuple[tuple[float, float], ...]
 _MOST_PIECES = 400
 _PLACES = 256
-"""Places at which the foot is looked at for the touchdown, over a flight and over the first of it: one between may be missed."""
+"""Places at which the foot is looked at for the touchdown, over a flight and over the first of it: one between may be
+missed.
+"""
 _SHARES = np.arange(1, _PLACES + 1) / _PLACES
 _NO_SPRING, _FAR = 1e-15, 100.0
 """[N/m], [m]: a spring that is none, and the compression at which it still pushes, with 1e-13 N."""
@@ -60,10 +63,11 @@ class _Run:
 def drop(
     robot: records.Robot, start: Sequence[float], steps: Steps, times: Array, backend: str | None = None
 ) -> Motion:
-    """The motion of a body that falls, meets the ground and hops on, at times [s] that do not decrease; impacts lose energy.
+    """The motion of a body that falls, meets the ground and hops on, at times [s] that do not decrease; impacts lose
+    energy.
 
-    start: x1, v1, x2, v2 at t = 0, in the air or compressed. The actuator is free within its stops, locked where these are equal.
-    HopformError without gravity, with an offset c, or for more hops than any recording has.
+    start: x1, v1, x2, v2 at t = 0, in the air or compressed. The actuator is free within its stops, locked where these
+    are equal. HopformError without gravity, with an offset c, or for more hops than any recording has.
     """
     if not robot.g > 0.0:
         raise HopformError(f"a drop needs g > 0 m/s^2, got {robot.g!r}")
@@ -107,7 +111,9 @@ def _steps_from(steps: Steps, begin: float) -> Steps:
 
 
 def _chain(by: Array, state_by: Array, begin_by: Array, rates: Array) -> Array:
-    """Derivatives (..., rows, columns) of a piece from those of the state that it starts with and of its beginning's time."""
+    """Derivatives (..., rows, columns) of a piece from those of the state that it starts with and of its beginning's
+    time.
+    """
     total = np.asarray(by[..., : len(STATE)] @ state_by)
     total[..., len(STATE) :] += by[..., len(STATE) :]
     return np.asarray(total - rates[..., np.newaxis] * begin_by)
@@ -135,7 +141,9 @@ def _stance_rates(rig: _Rig, times: Array, states: Array) -> Array:
 
 
 def _stance(rig: _Rig, run: _Run, times: Array) -> tuple[Motion, _Run | None]:
-    """The stance that a run is in: the motion at the times that lie in it, and the take-off if it comes before the last."""
+    """The stance that a run is in: the motion at the times that lie in it, and the take-off if it comes before the
+    last.
+    """
     steps = _steps_from(rig.steps, run.begin)
     piece = motion.stance_piece(
         rig.robot, run.state.tolist(), steps, times - run.begin, 0.0 if run.touches else None, rig.backend
@@ -230,7 +238,9 @@ def _landed(robot: records.Robot, run: _Run, airtime: float, state: Array, by: A
 
 
 def _touchdown(rig: _Rig, run: _Run, actuator: _Actuator, longest: float) -> float | None:
-    """When the foot comes down after it has been above the ground [s since the flight's beginning], None if not that soon."""
+    """When the foot comes down after it has been above the ground [s since the flight's beginning], None if not that
+    soon.
+    """
     robot, (_, v1, x2, v2) = rig.robot, run.state.tolist()
 
     def foot(t: Array) -> tuple[Array, Array]:
@@ -253,7 +263,9 @@ def _touchdown(rig: _Rig, run: _Run, actuator: _Actuator, longest: float) -> flo
 
 
 def _zero(falling: Callable[[Array], tuple[Array, Array]], low: float, high: float, guess: float) -> float:
-    """Where a function that is > 0 at low and < 0 at high is 0, to the last bits: Newton's steps in a bracket that shrinks."""
+    """Where a function that is > 0 at low and < 0 at high is 0, to the last bits: Newton's steps in a bracket that
+    shrinks.
+    """
     for n in range(100):
         middle = guess if low < guess < high and n % 8 != 7 else 0.5 * (low + high)
         if not low < middle < high:

@@ -1,7 +1,7 @@
 """All recordings of a robot, fitted together into one robot.
 
-The spring is the same in drop tests and in step responses against it: one weighed mass gives the scale of every force. A ramp
-adds its threshold (5) with its uncertainty. Each recording counts by its own noise.
+The spring is the same in drop tests and in step responses against it: one weighed mass gives the scale of every force.
+A ramp adds its threshold (5) with its uncertainty. Each recording counts by its own noise.
 """
 
 from collections.abc import Mapping, Sequence
@@ -38,10 +38,10 @@ def fit_robot(
 ) -> Fit:
     """All parameters that the recordings tell of, from all of them together; `fit.robot(base)` puts them into a robot.
 
-    drops: of the body onto the ground, actuator held; free_drops: the same, actuator free; decays: of a body fixed to its spring;
-    steps: of the actuator against its spring, the body held; air: of the actuator with the leg in the air; ramps: as
-    `friction_threshold` takes them. known as in `fit_drop_test` and `fit_step_response`; options: `Options`. Raises HopformError
-    where a recording cannot be what it is given as, or none is given.
+    drops: of the body onto the ground, actuator held; free_drops: the same, actuator free; decays: of a body fixed to
+    its spring; steps: of the actuator against its spring, the body held; air: of the actuator with the leg in the air;
+    ramps: as `friction_threshold` takes them. known as in `fit_drop_test` and `fit_step_response`; options: `Options`.
+    Raises HopformError where a recording cannot be what it is given as, or none is given.
     """
     values = checked_known(known, LETTERS)
     given: dict[str, Sequence[Recording]] = {
@@ -78,7 +78,9 @@ _STEPS: dict[str, tuple[bool, tuple[str, ...]]] = {
 def _problems(
     given: Mapping[str, Sequence[Recording]], values: Mapping[str, float], backend: str | None
 ) -> list[Problem]:
-    """The problem of each kind of recording, one scale through all of them; a free drop's last, it tells least of its starts."""
+    """The problem of each kind of recording, one scale through all of them; a free drop's last, it tells least of its
+    starts.
+    """
     problems, count = list[Problem](), 0
     for kind, (rig, letters) in _DROPS.items():
         if given[kind]:

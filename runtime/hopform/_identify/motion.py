@@ -1,12 +1,12 @@
 """Motions at sample times with exact derivatives by everything that they depend on, through sticking and reversals.
 
-A stance is solved in the compression y = x_1 - x_2 + L0 + c, and pulls nothing: at y = 0 it ends in a take-off. A rig whose
-spring is fixed at both ends pushes and pulls. Under
+A stance is solved in the compression y = x_1 - x_2 + L0 + c, and pulls nothing: at y = 0 it ends in a take-off. A rig
+whose spring is fixed at both ends pushes and pulls. Under
 
     c -> c + P,     g -> g + k P/m_s
 
-y grows by P while both (3) and (4) stay as they are: k (x_2 - x_1 - L0) knows no c, and k (y + P) - m_s g - k P = k y - m_s g.
-So a spring that pulls is one that is preloaded by more than it ever moves.
+y grows by P while both (3) and (4) stay as they are: k (x_2 - x_1 - L0) knows no c, and k (y + P) - m_s g - k P = k y -
+m_s g. So a spring that pulls is one that is preloaded by more than it ever moves.
 """
 
 from collections.abc import Sequence
@@ -59,7 +59,9 @@ def stance(
     times: Array,
     backend: str | None = None,
 ) -> Motion:
-    """The motion from a state x1, v1, x2, v2 at t = 0 at times that do not decrease; HopformError if the leg takes off before."""
+    """The motion from a state x1, v1, x2, v2 at t = 0 at times that do not decrease; HopformError if the leg takes off
+    before.
+    """
     piece = stance_piece(robot, start, steps, times, None, backend)
     if piece.motion.states.shape[0] < times.size:
         raise HopformError(f"the leg takes off after {piece.duration!r} s, before the last sample")
@@ -81,7 +83,9 @@ def solved(
 
 
 def _of_height(rows: NDArray[Any], given: bool) -> Array:
-    """Derivatives of x1, v1, x2, v2 by the columns from those of x1, v1, v2, y, as `in_height` has them, in one new array."""
+    """Derivatives of x1, v1, x2, v2 by the columns from those of x1, v1, v2, y, as `in_height` has them, in one new
+    array.
+    """
     by = np.empty((rows.shape[0], len(STATE), len(COLUMNS)))
     by[:, :2], by[:, 3] = rows[:, :2], rows[:, 2]
     np.subtract(rows[:, 0], rows[:, 3], out=by[:, 2])

@@ -4,12 +4,13 @@
 
 Until it slips the actuator rests. From then on the ramp's surplus grows with time against viscous friction,
 
-    x1'' = a s - r x1' - w^2 (x1 - x0),    x1 = x0 + a (g(p) - g(q))/(p - q),    g(p) = (e^(p s) - 1 - p s)/p^2,    s = t - t* > 0
+    x1'' = a s - r x1' - w^2 (x1 - x0),    x1 = x0 + a (g(p) - g(q))/(p - q),    g(p) = (e^(p s) - 1 - p s)/p^2,
+       s = t - t* > 0
 
-p and q being the roots of z^2 + r z + w^2; w = 0 in the air. t* is where the least sum of squares over x0, a, r (and w) is least,
-between samples too, and its interval where that has grown by what chance allows. A constant load (gravity) shifts the thresholds
-of both directions alike: their half difference is friction, their mean the load. A spring adds what it carries where the actuator
-rests, k x0, which is taken off if k and gamma2 are known.
+p and q being the roots of z^2 + r z + w^2; w = 0 in the air. t* is where the least sum of squares over x0, a, r (and w)
+is least, between samples too, and its interval where that has grown by what chance allows. A constant load (gravity)
+shifts the thresholds of both directions alike: their half difference is friction, their mean the load. A spring adds
+what it carries where the actuator rests, k x0, which is taken off if k and gamma2 are known.
 """
 
 import math
@@ -31,7 +32,9 @@ from hopform._identify.rigs import UNITS
 
 
 class Onset(NamedTuple):
-    """The beginning of a motion: time [s] and current [A], each with its interval; direction of x1, its noise and rest [m]."""
+    """The beginning of a motion: time [s] and current [A], each with its interval; direction of x1, its noise and rest
+    [m].
+    """
 
     source: str
     direction: int
@@ -59,8 +62,8 @@ class Rise(NamedTuple):
 class Threshold:
     """The current that friction takes, f1 m_eff/|gamma2| [A], with its 95 % interval, and the load that shifts it.
 
-    load [A]: the mean of the thresholds of both directions, NaN with one direction alone. onsets: each one found. f1 [m/s^2]: if
-    m_eff and gamma2 are given, else NaN. statements: what this tells and what it does not.
+    load [A]: the mean of the thresholds of both directions, NaN with one direction alone. onsets: each one found. f1
+    [m/s^2]: if m_eff and gamma2 are given, else NaN. statements: what this tells and what it does not.
     """
 
     u: float
@@ -85,19 +88,21 @@ def friction_threshold(
     k: float | None = None,
     loss: str = "linear",
 ) -> Threshold:
-    """The friction threshold (5) from recordings of x1 while the current slowly grows in magnitude, best in both directions.
+    """The friction threshold (5) from recordings of x1 while the current slowly grows in magnitude, best in both
+    directions.
 
     spring: the actuator works against its spring; else the leg is in the air. m_eff [kg], gamma2 [N/A]: with both,
-    f1 = |gamma2| u*/m_eff is given too. k [N/m]: of the spring; with gamma2 what it carries where the actuator rests is taken
-    off. loss: as in `Options`; a robust one leaves single samples out that are far off their neighbours. One recording may hold
-    several ramps from 0. Raises HopformError where no motion begins, or before the ramp does.
+    f1 = |gamma2| u*/m_eff is given too. k [N/m]: of the spring; with gamma2 what it carries where the actuator rests is
+    taken off. loss: as in `Options`; a robust one leaves single samples out that are far off their neighbours. One
+    recording may hold several ramps from 0. Raises HopformError where no motion begins, or before the ramp does.
     """
     several = as_several(recordings)
     for name, value in (("m_eff", m_eff), ("gamma2", gamma2), ("k", k)):
         number = 1.0 if value is None else finite(name, value, UNITS[name])
         if number == 0.0 or (name != "gamma2" and number < 0.0):
             raise HopformError(
-                f"{name} must be {'a number but 0 in N/A' if name == 'gamma2' else f'> 0 {UNITS[name]}'}, got {number!r}"
+                f"{name} must be {'a number but 0 in N/A' if name == 'gamma2' else f'> 0 {UNITS[name]}'}, got "
+                f"{number!r}"
             )
     attached = spring or k is not None
     robust = checked_loss({"loss": loss}) != "linear"
@@ -136,7 +141,10 @@ def _both(onsets: Sequence[Onset], carried: float) -> tuple[float, float, float,
     if len(means) == 2:
         half = 0.5 * math.hypot(*halves)
         return 0.5 * (means[0] - means[1]), half, 0.5 * (means[0] + means[1]), ()
-    said = "one direction alone: a constant load (gravity, a preloaded spring) counts as friction; record a ramp the other way"
+    said = (
+        "one direction alone: a constant load (gravity, a preloaded spring) counts as friction; "
+        "record a ramp the other way"
+    )
     return abs(means[0]), halves[0], math.nan, (said,)
 
 
@@ -205,14 +213,18 @@ def _onset(recording: Recording, ramp: NDArray[np.int_], x: Array, u: Array, spr
 
 
 def _window(x: Array, rest: float, noise: float, seen: int) -> int:
-    """How far the cubic is followed: to 60 times the noise, and no longer past the onset than it took to be seen, thrice."""
+    """How far the cubic is followed: to 60 times the noise, and no longer past the onset than it took to be seen,
+    thrice.
+    """
     far = np.flatnonzero(np.abs(x - rest) > 60.0 * noise)
     last = int(far[0]) if far.size else x.size
     return min(max(last, seen + 8), x.size)
 
 
 def _rise(s: Array, rate: float, square: float = 0.0) -> Array:
-    """What a ramp of force from s = 0 on does to a mass with friction r and a spring w^2; roots that are equal are parted."""
+    """What a ramp of force from s = 0 on does to a mass with friction r and a spring w^2; roots that are equal are
+    parted.
+    """
     half = 0.5 * rate
     if square == 0.0 and rate > 0.0:
         return np.asarray((0.5 * s * s - _twice(-rate, s)) / rate)

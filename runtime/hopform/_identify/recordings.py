@@ -1,6 +1,7 @@
 """Recordings: a CSV with named columns and units, read into SI units, and what its samples show by themselves.
 
-The first line names the columns, each with its unit: `time_s,x_mm,current_A`. Every fault is one line with file, line, column.
+The first line names the columns, each with its unit: `time_s,x_mm,current_A`. Every fault is one line with file, line,
+column.
 """
 
 import csv
@@ -27,10 +28,7 @@ UNITS: dict[str, tuple[str, float]] = {
 """What may follow the last underscore of a column's name: the quantity, and the SI unit's multiple."""
 
 TIMES = ("time", "t")
-POSITIONS = {
-    "x1": ("x1", "actuator", "x", "position", "pos"),
-    "x2": ("x2", "height", "body", "x", "position", "pos"),
-}
+POSITIONS = {"x1": ("x1", "actuator", "x", "position", "pos"), "x2": ("x2", "height", "body", "x", "position", "pos")}
 CURRENTS = ("current", "u", "i", "drive_current", "drive_voltage", "voltage")
 FEWEST = 20
 _LEAST_WAY, _MOST_WAY, _MOST_HEIGHT = 5e-4, 10.0, 10.0
@@ -137,7 +135,8 @@ class Recording:
         if float(np.abs(values).max()) > _MOST_HEIGHT:
             worst = int(np.abs(values).argmax())
             raise self.error(
-                f"reaches {values[worst]:.6g} m; a position of a hopper is within {_MOST_HEIGHT:g} m: is its unit right?",
+                f"reaches {values[worst]:.6g} m; a position of a hopper is within {_MOST_HEIGHT:g} m: is its unit "
+                "right?",
                 self.line + worst,
                 column,
             )
@@ -155,7 +154,9 @@ class Recording:
 
 
 def _jump(values: Array) -> float:
-    """The largest step from sample to sample, outliers and noise apart, as a share of the range: of a motion a small one."""
+    """The largest step from sample to sample, outliers and noise apart, as a share of the range: of a motion a small
+    one.
+    """
     steady = calm(values)
     reach = float(np.ptp(steady))
     return float(np.abs(np.diff(steady)).max()) / reach if reach > 10.0 * noise_of(values) else 0.0
@@ -274,12 +275,14 @@ def _time(columns: Mapping[str, Column], source: str, first: int) -> Array:
         hint = f"; column {rising[0]!r} does: are the two swapped?" if rising else ""
         went = "stands still" if steps[back - 1] == 0.0 else "goes back"
         raise HopformError(
-            f"{source}, line {first + back}, column {column.title!r}: time {went}, from {float(column.values[back - 1])!r} to "
+            f"{source}, line {first + back}, column {column.title!r}: time {went}, from "
+            f"{float(column.values[back - 1])!r} to "
             f"{float(column.values[back])!r} s; it must increase{hint}"
         )
     if not 2e-5 <= float(np.median(steps)) <= 0.5:
         raise HopformError(
-            f"{source}, line {first + 1}, column {column.title!r}: samples are {float(np.median(steps)):.3g} s apart, 2e-05 to "
+            f"{source}, line {first + 1}, column {column.title!r}: samples are {float(np.median(steps)):.3g} s "
+            "apart, 2e-05 to "
             "0.5 s are allowed: is its unit right?"
         )
     return column.values
@@ -297,7 +300,9 @@ def quantum_of(values: Array) -> float:
 
 
 def noise_of(values: Array) -> float:
-    """Standard deviation of what cannot be a motion: third differences, whose noise is sqrt(20) times that of a sample."""
+    """Standard deviation of what cannot be a motion: third differences, whose noise is sqrt(20) times that of a
+    sample.
+    """
     third = np.diff(values, 3)
     return float(np.median(np.abs(third - np.median(third)))) / (0.6745 * math.sqrt(20.0)) if third.size else 0.0
 
@@ -309,14 +314,18 @@ def calm(values: Array) -> Array:
 
 
 def _neighbours(values: Array) -> Array:
-    """Running medians of seven, reflected at the ends: what up to three outliers in a row do not move, nor one at an end."""
+    """Running medians of seven, reflected at the ends: what up to three outliers in a row do not move, nor one at an
+    end.
+    """
     return np.asarray(np.median(np.lib.stride_tricks.sliding_window_view(np.pad(values, 3, mode="reflect"), 7), axis=1))
 
 
 def outliers(values: Array) -> NDArray[np.bool_]:
-    """Which samples are off the median of their seven neighbours, beyond noise and beyond what a motion does in three samples.
+    """Which samples are off the median of their seven neighbours, beyond noise and beyond what a motion does in three
+    samples.
 
-    The rest is looked at once more without those found, since several close together hide each other. None of a few samples is.
+    The rest is looked at once more without those found, since several close together hide each other. None of a few
+    samples is.
     """
     rest, found = np.arange(values.size), np.zeros(values.size, dtype=bool)
     for _ in range(2):
@@ -361,7 +370,8 @@ def _notes(time: Array, columns: Mapping[str, Column]) -> tuple[str, ...]:
     if gaps:
         begin, length = max(gaps, key=lambda gap: gap[1])
         notes.append(
-            f"{len(gaps)} gap{'s' * (len(gaps) > 1)} in time, the longest of {length:.4g} s after {begin - time[0]:.4g} s"
+            f"{len(gaps)} gap{'s' * (len(gaps) > 1)} in time, the longest of {length:.4g} s after "
+            f"{begin - time[0]:.4g} s"
         )
     steps = np.diff(time)
     if float(np.ptp(steps)) > 0.02 * float(np.median(steps)) and not gaps:
@@ -376,7 +386,9 @@ MOST_STEPS = 2**16 - 1
 
 
 def steps_of(recording: Recording, start: int = 0, end: int | None = None) -> tuple[tuple[float, float], ...]:
-    """The measured current of samples start to end as steps from t = 0 on: one holds until the next; equal neighbours are one."""
+    """The measured current of samples start to end as steps from t = 0 on: one holds until the next; equal neighbours
+    are one.
+    """
     time, u = recording.time[start:end], recording.current()[start:end]
     if time.size > MOST_STEPS:
         raise recording.error_of(

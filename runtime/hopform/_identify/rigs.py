@@ -11,8 +11,8 @@
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
-from functools import lru_cache
+from dataclasses import dataclass, replace
+from functools import cached_property, lru_cache
 from typing import Literal
 
 import numpy as np
@@ -28,15 +28,16 @@ LETTERS: dict[Kind, tuple[str, ...]] = {
     "attached": ("m_s", "k", "b2", "f2", "g", "rest", "x", "v"),
     "ground": ("m_s", "k", "b2", "f2", "g", "length", "impact_loss", "x", "v"),
     "free": (
-        "m_s", "k", "b2", "f2", "g", "length", "impact_loss", "m_eff", "b1", "f1", "gamma2", "offset", "x1_min", "x1_max",
+        "m_s", "k", "b2", "f2", "g", "length", "impact_loss", "m_eff", "b1", "f1", "gamma2", "offset", "x1_min",
+        "x1_max",
         "x", "v", "x1", "v1",
     ),
     "held": ("m_eff", "k", "b1", "f1", "gamma2", "rest", "x", "v"),
     "air": ("m_eff", "b1", "f1", "gamma2", "offset", "x", "v"),
     "threshold": ("m_eff", "f1", "gamma2"),
 }  # fmt: skip
-"""What a rig's motion depends on; x, v are position and velocity of what is measured at its start (of the body, if it is free,
-with x1, v1 of the actuator)."""
+"""What a rig's motion depends on; x, v are position and velocity of what is measured at its start (of the body, if it
+is free, with x1, v1 of the actuator)."""
 
 UNITS = {
     "m_s": "kg", "m_eff": "kg", "k": "N/m", "b1": "N s/m", "b2": "N s/m", "f1": "m/s^2", "f2": "m/s^2", "gamma2": "N/A",
@@ -54,9 +55,10 @@ _FREE = {"c": 0.0, "L0": 0.0, "b1": 0.0, "b2": 0.0, "f1": 0.0, "f2": 0.0, "gamma
 class Experiment:
     """A recording on its rig: what was measured when, under which current, and which parameter each letter stands for.
 
-    time [s] from 0, not decreasing; measured [m]: x2 of a body, x1 of an actuator, of a free drop the one that `of` says; steps:
-    the current. names: a letter's parameter. constants: letters that are known. added_mass [kg] on the body. backend: of the
-    solver, the best if None. noise: standard deviation of what was measured, where the residuals are too few to show it.
+    time [s] from 0, not decreasing; measured [m]: x2 of a body, x1 of an actuator, of a free drop the one that `of`
+    says; steps: the current. names: a letter's parameter. constants: letters that are known. added_mass [kg] on the
+    body. backend: of the solver, the best if None. noise: standard deviation of what was measured, where the residuals
+    are too few to show it.
     """
 
     label: str
@@ -71,11 +73,11 @@ class Experiment:
     backend: str | None = None
     noise: float | None = None
     of: Literal["x1", "x2"] = "x2"
-    preload: float = field(init=False)
 
-    def __post_init__(self) -> None:
-        reach = float(np.ptp(self.measured)) + abs(float(self.measured.mean())) + 0.01
-        object.__setattr__(self, "preload", 4.0 * reach)
+    @cached_property
+    def preload(self) -> float:
+        """How far a spring that pushes and pulls is compressed beforehand [m]."""
+        return 4.0 * (float(np.ptp(self.measured)) + abs(float(self.measured.mean())) + 0.01)
 
     def letters(self, values: Mapping[str, float]) -> dict[str, float]:
         """The letters of the rig under values of the parameters."""
@@ -124,15 +126,8 @@ def _attached(of: Experiment, at: Mapping[str, float], time: Array) -> tuple[Arr
 
 _BODY = {"m_s": "m_s", "k": "k", "b2": "b2", "f2": "f2", "g": "g", "length": "L0", "x": "x2", "v": "v2"}
 _ACTUATOR = {
-    "m_eff": "m_eff",
-    "k": "k",
-    "b1": "b1",
-    "f1": "f1",
-    "gamma2": "gamma2",
-    "offset": "u",
-    "x": "x1",
-    "v": "v1",
-}
+    "m_eff": "m_eff", "k": "k", "b1": "b1", "f1": "f1", "gamma2": "gamma2", "offset": "u", "x": "x1", "v": "v1",
+}  # fmt: skip
 
 
 _LANDING = {**_BODY, "impact_loss": "impact_loss"}
@@ -196,10 +191,6 @@ def _threshold(of: Experiment, at: Mapping[str, float], time: Array) -> tuple[Ar
 
 
 _PREDICT = {
-    "attached": _attached,
-    "ground": _ground,
-    "free": _free,
-    "held": _actuator,
-    "air": _actuator,
+    "attached": _attached, "ground": _ground, "free": _free, "held": _actuator, "air": _actuator,
     "threshold": _threshold,
-}
+}  # fmt: skip

@@ -1,7 +1,8 @@
-"""The least sum of squares of a problem: from several starts, over more and more of the recordings, at last of all samples.
+"""The least sum of squares of a problem: from several starts, over more and more of the recordings, at last of all
+samples.
 
-Starts are told apart by some samples of the beginnings, one after the other until one leaves nothing but noise: then there is no
-better one. What leaves more is compared with the rest of them, and with starts from further away.
+Starts are told apart by some samples of the beginnings, one after the other until one leaves nothing but noise: then
+there is no better one. What leaves more is compared with the rest of them, and with starts from further away.
 """
 
 import math
@@ -41,9 +42,10 @@ class Problem:
 def minimise(problem: Problem, loss: str) -> Solution:
     """The best minimum from all starts.
 
-    A robust cost has false minima, in which part of the motion counts as outliers. A robust fit therefore starts from the least
-    squares without outliers. If its residuals are more than noise, it also starts from everywhere else, and the lowest cost wins.
-    Both costs are taken under the smaller standard deviation of the noise, since a false minimum has a larger one.
+    A robust cost has false minima, in which part of the motion counts as outliers. A robust fit therefore starts from
+    the least squares without outliers. If its residuals are more than noise, it also starts from everywhere else, and
+    the lowest cost wins. Both costs are taken under the smaller standard deviation of the noise, since a false minimum
+    has a larger one.
     """
     if loss == "linear":
         return least_squares(problem)
@@ -76,9 +78,11 @@ def follow(problem: Problem, loss: str) -> Solution:
 
 
 def _searched(problem: Problem, loss: str, held: Mapping[str, float], sigma: Sequence[float] | None = None) -> Solution:
-    """The best minimum from a problem's starts: first over the beginning of each recording, the best of these over more and more.
+    """The best minimum from a problem's starts: first over the beginning of each recording, the best of these over more
+    and more.
 
-    Where it stays far from the data, by more than noise and a two thousandth of the motion, it looks again from further away.
+    Where it stays far from the data, by more than noise and a two thousandth of the motion, it looks again from further
+    away.
     """
     free = [p for p in problem.parameters if p.name not in held]
     found = _from(problem, loss, held, free, problem.starts or ({},), sigma)
@@ -120,7 +124,9 @@ def _from_start(parameters: Sequence[Parameter], start: Mapping[str, float]) -> 
 _FINALISTS = 4
 """Starts that are followed over the first part of the recordings; others are judged by where they start."""
 _CONTENDERS = 2
-"""Of these, how many are followed over more and more of them: the sum of squares has kinks, and minima beside the least."""
+"""Of these, how many are followed over more and more of them: the sum of squares has kinks, and minima beside the
+least.
+"""
 
 
 def _from(
@@ -221,8 +227,8 @@ def _apart(found: Sequence[Solution], share: float) -> list[Solution]:
 
 
 _SAME, _ALIKE = 1e-3, 1e-2
-"""Solutions that differ by less, as a share of each parameter, are one: that is how precisely a part is fitted. Without Coulomb
-friction the sum of squares has no kinks, and what is alike is one, too."""
+"""Solutions that differ by less, as a share of each parameter, are one: that is how precisely a part is fitted. Without
+Coulomb friction the sum of squares has no kinks, and what is alike is one, too."""
 
 
 def _further(parameters: Sequence[Parameter], found: Mapping[str, float]) -> list[dict[str, float]]:
@@ -256,7 +262,8 @@ def _weighed(problem: Problem, found: Solution, fixed: Mapping[str, float], loss
         noise = estimation.deviations(seen, problem.experiments, loss)
     for _ in range(rounds):
         found = estimation.solve(
-            problem.experiments, estimation.started(found), sigma=noise, fixed=fixed, loss=loss, most=20, precision=precision
+            problem.experiments, estimation.started(found), sigma=noise, fixed=fixed, loss=loss, most=20,
+            precision=precision
         )  # fmt: skip
         last, noise = noise, estimation.deviations(found, problem.experiments, loss)
         changes = np.array(noise) / np.array(last)
@@ -269,7 +276,9 @@ def _weighed(problem: Problem, found: Solution, fixed: Mapping[str, float], loss
 
 
 _STEADY = 1.02
-"""Noises that change by less, one against the other, are those that the residuals show: half of 2 % of a standard error."""
+"""Noises that change by less, one against the other, are those that the residuals show: half of 2 % of a standard
+error.
+"""
 
 
 _TRADES = ((0.6, 1.3), (1.3, 0.6), (0.0, 1.6))
@@ -280,8 +289,8 @@ _SMALL_TRADES = ((0.9, 0.9), (1.1, 1.1))
 def _traded(problem: Problem, found: Solution, loss: str) -> Solution:
     """The least of the minima between kinks: where a mass comes to stick the sum of squares has some.
 
-    Friction of one kind is traded for the other, and the best is kept. Where that leads is told by some of the samples. A body
-    sticks once, at its end: its residuals tell by themselves; an actuator does at every turn of its current.
+    Friction of one kind is traded for the other, and the best is kept. Where that leads is told by some of the samples.
+    A body sticks once, at its end: its residuals tell by themselves; an actuator does at every turn of its current.
     """
     white = all(estimation.tests_of(rest[bulk(rest, loss)]).white for rest in found.residuals)
     viscous = [p.name for p in found.parameters if p.name[:1] == "b"]
@@ -304,9 +313,11 @@ def _traded(problem: Problem, found: Solution, loss: str) -> Solution:
 
 
 def _unstuck(problem: Problem, found: Solution, loss: str) -> Solution:
-    """Out of a kink: where least squares ends though its own slopes promise more, it goes on from beside it, either way.
+    """Out of a kink: where least squares ends though its own slopes promise more, it goes on from beside it, either
+    way.
 
-    An actuator that may be at rest at first has a kink there: under friction it takes off one way, or the other, or stays.
+    An actuator that may be at rest at first has a kink there: under friction it takes off one way, or the other, or
+    stays.
     """
     coulomb = [p.name for p in found.parameters if p.name[:1] == "f"][:1]
     for side in (1.0, -1.0):
@@ -342,7 +353,9 @@ def _beginning(experiment: Experiment, part: float) -> Experiment:
 
 
 def part_of(experiment: Experiment, part: float) -> int:
-    """How many samples hold a part of a recording: of its samples, and of the way that it covers, stillness at first left out."""
+    """How many samples hold a part of a recording: of its samples, and of the way that it covers, stillness at first
+    left out.
+    """
     size = experiment.time.size
     places = np.unique(np.linspace(0, size - 1, 200).astype(int))
     way = np.cumsum(np.abs(np.diff(experiment.measured[places], prepend=experiment.measured[0])))

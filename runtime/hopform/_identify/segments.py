@@ -1,8 +1,9 @@
-"""Motions in a recording: where a body is released, and where what follows is no longer its own motion. Samples, end exclusive.
+"""Motions in a recording: where a body is released, and where what follows is no longer its own motion. Samples, end
+exclusive.
 
-A decay starts just after a largest deviation from rest, before which there is a hand, and ends where swings grow again: at the
-next hand. A drop starts where a height falls that was held, and ends where the body is lifted again. A recording may hold
-several.
+A decay starts just after a largest deviation from rest, before which there is a hand, and ends where swings grow again:
+at the next hand. A drop starts where a height falls that was held, and ends where the body is lifted again. A recording
+may hold several.
 """
 
 import math
@@ -15,7 +16,9 @@ from hopform._identify.recordings import FEWEST, Recording, calm, noise_of, quan
 
 Span = tuple[int, int]
 _ALIKE = 0.03
-"""Swings of one body on one spring are as fast each time: another decay is within this share, what a hand does is not."""
+"""Swings of one body on one spring are as fast each time: another decay is within this share, what a hand does is
+not.
+"""
 _LEAST_REACH = 0.25
 """Of the largest decay or drop: what is smaller is left out."""
 _HELD = 0.08
@@ -75,7 +78,9 @@ def _decay(recording: Recording, whole: Array, begin: int, end: int) -> Span:
 
 
 def rest_of(values: Array, share: int = 20) -> float:
-    """Where a body comes to rest, by the last of so many parts; where it swings on to the end, the middle of its last swings."""
+    """Where a body comes to rest, by the last of so many parts; where it swings on to the end, the middle of its last
+    swings.
+    """
     tail, last = values[-max(values.size // share, 5) :], calm(values)[values.size // 2 :]
     middle, whole = 0.5 * float(last.max() + last.min()), float(np.ptp(values))
     crossings = np.count_nonzero(np.diff(np.signbit(last - middle)))
@@ -115,7 +120,8 @@ def _pace(recording: Recording, values: Array, span: Span) -> float:
 
 
 def drops(recording: Recording, values: Array, driven: bool = False) -> list[Span]:
-    """The drops of a recording: each from where the height is lower than it was held, up to where the body is lifted again.
+    """The drops of a recording: each from where the height is lower than it was held, up to where the body is lifted
+    again.
 
     driven: by an actuator that may lift the body too: then one drop fills the recording.
     """

@@ -1,10 +1,11 @@
-"""Step responses and current pulses: x1 over time, by (3), with the body held or the leg in the air; and the fit in force.
+"""Step responses and current pulses: x1 over time, by (3), with the body held or the leg in the air; and the fit in
+force.
 
     m_eff x1'' = -k (x1 - rest) - b1 x1' - gamma2 u - m_eff f1 sign(x1')
 
-The measured current enters as a piecewise constant input, each piece exact. A fit in force filters both sides alike, decimates
-them and solves a linear least squares: that is what a recording in closed loop wants, where position and current depend on each
-other through the controller; an error of the current then does not add up twice into position.
+The measured current enters as a piecewise constant input, each piece exact. A fit in force filters both sides alike,
+decimates them and solves a linear least squares: that is what a recording in closed loop wants, where position and
+current depend on each other through the controller; an error of the current then does not add up twice into position.
 """
 
 import math
@@ -20,15 +21,7 @@ from hopform._identify import estimation
 from hopform._identify import recordings as of_recordings
 from hopform._identify.estimation import LEVEL, Estimate, Parameter
 from hopform._identify.filtering import CUTOFFS, Filtered, filtered, moving_rows
-from hopform._identify.fits import (
-    Fit,
-    Options,
-    Trace,
-    as_several,
-    checked_known,
-    checked_loss,
-    finish,
-)
+from hopform._identify.fits import Fit, Options, Trace, as_several, checked_known, checked_loss, finish
 from hopform._identify.motion import Array
 from hopform._identify.recordings import Recording
 from hopform._identify.rigs import UNITS, Experiment, Kind
@@ -48,10 +41,10 @@ def fit_step_response(
 ) -> Fit:
     """Mass, friction and force constant of an actuator from recordings of x1 and the current.
 
-    spring: the actuator works against its spring, the body being held; False: the leg is in the air, there is no spring and
-    `offset` [A] is a constant force as a current. known: values of m_eff, k, b1, f1, gamma2, offset: one of m_eff, k, gamma2 at
-    least, else m_eff is taken as 1 kg and k, b1, gamma2 are per kg of it. options: `Options`. Raises HopformError for data that
-    cannot be a step response, MissingExtra without scipy.
+    spring: the actuator works against its spring, the body being held; False: the leg is in the air, there is no spring
+    and `offset` [A] is a constant force as a current. known: values of m_eff, k, b1, f1, gamma2, offset: one of m_eff,
+    k, gamma2 at least, else m_eff is taken as 1 kg and k, b1, gamma2 are per kg of it. options: `Options`. Raises
+    HopformError for data that cannot be a step response, MissingExtra without scipy.
     """
     return finish(step_problem(as_several(recordings), spring, known, options.get("backend")), **options)
 
@@ -64,7 +57,8 @@ def step_problem(
     first: int = 0,
     scaled: bool = False,
 ) -> Problem:
-    """The least-squares problem of step responses; first: the number of the first recording in names of parameters (x@0).
+    """The least-squares problem of step responses; first: the number of the first recording in names of parameters
+    (x@0).
 
     scaled: other recordings give the scale, so that m_eff is no longer 1 kg if nothing is known.
     """
@@ -75,7 +69,8 @@ def step_problem(
     if not ({"m_eff", "k", "gamma2"} & set(values) or scaled):
         values["m_eff"] = 1.0
         statements.append(
-            "motion and current fix m_eff, k, b1, gamma2 only up to a common factor: they are per kg of m_eff; give a weighed "
+            "motion and current fix m_eff, k, b1, gamma2 only up to a common factor: they are per kg of m_eff; give "
+            "a weighed "
             "mass, the stiffness or the force constant as known"
         )
     tries = [[_regress(each, letters, values, cutoff) for each in recordings] for cutoff in CUTOFFS]
@@ -100,17 +95,9 @@ def step_problem(
             )
             made = _parameter(letter, name, start, clean)
             parameters.setdefault(name, _near(made, clean) if letter == "x" and "v" in constants else made)
+        under = of_recordings.steps_of(recording)
         experiments.append(
-            Experiment(
-                recording.source,
-                kind,
-                recording.time,
-                x,
-                names,
-                constants,
-                of_recordings.steps_of(recording),
-                backend=backend,
-            )
+            Experiment(recording.source, kind, recording.time, x, names, constants, under, backend=backend)
         )
     notes = tuple(f"{each.source}: {note}" for each in recordings for note in each.notes)
     return Problem(
@@ -120,7 +107,9 @@ def step_problem(
 
 
 def _near(position: Parameter, x: Array) -> Parameter:
-    """Where a recording begins that begins at rest: within the noise of what is measured there, whatever the fit would gain."""
+    """Where a recording begins that begins at rest: within the noise of what is measured there, whatever the fit would
+    gain.
+    """
     wide = 8.0 * max(of_recordings.noise_of(x), of_recordings.quantum_of(x), 1e-9)
     return position._replace(low=position.start - wide, high=position.start + wide)
 
@@ -191,13 +180,15 @@ def fit_force(
     position: bool = True,
     **options: Unpack[Options],
 ) -> Fit:
-    """Mass and friction of an actuator without a spring by its equation of motion itself, for recordings in closed loop.
+    """Mass and friction of an actuator without a spring by its equation of motion itself, for recordings in closed
+    loop.
 
         -gamma2 u = m_eff a + b1 v + m_eff f1 sign(v) + offset force
 
-    Both sides go through the same filters (`filtered`), then a linear least squares. known: gamma2, which gives the scale, or
-    m_eff. cutoff [Hz]: of the filters. position: fit the position too and set it beside this in the statements. The estimates
-    hold f1 m_eff [N] and the constant force on the load's side [N] beside the parameters. Residuals of the traces are in N.
+    Both sides go through the same filters (`filtered`), then a linear least squares. known: gamma2, which gives the
+    scale, or m_eff. cutoff [Hz]: of the filters. position: fit the position too and set it beside this in the
+    statements. The estimates hold f1 m_eff [N] and the constant force on the load's side [N] beside the parameters.
+    Residuals of the traces are in N.
     """
     began = clock.perf_counter()
     several = as_several(recordings)
@@ -299,7 +290,9 @@ def _left_out(parts: Sequence[Filtered], a: Array, b: Array) -> list[float]:
 def _force_estimates(
     names: Sequence[str], found: Sequence[float], covariance: Array, known: Mapping[str, float], count: int
 ) -> tuple[Estimate, ...]:
-    """The parameters and the forces behind them; f1 and the offset are quotients, whose errors follow to first order."""
+    """The parameters and the forces behind them; f1 and the offset are quotients, whose errors follow to first
+    order.
+    """
     at = {name: n for n, name in enumerate(names)}
     t = estimation.student(0.5 + 0.5 * LEVEL, max(count - len(names), 1))
 
@@ -339,17 +332,8 @@ def _beside(recordings: Sequence[Recording], fit: Fit, loss: str) -> tuple[str, 
         every = max(recording.time.size // 2500, 1)
         names = {each: each for each in ("m_eff", "b1", "f1", "offset")} | {"x": f"x@{n}", "v": f"v@{n}"}
         constants = {"gamma2": values["gamma2"]}
-        experiments.append(
-            Experiment(
-                recording.source,
-                "air",
-                recording.time[::every],
-                x[::every],
-                names,
-                constants,
-                _coarse(recording, every),
-            )
-        )
+        time, under = recording.time[::every], _coarse(recording, every)
+        experiments.append(Experiment(recording.source, "air", time, x[::every], names, constants, under))
         slope = float(np.polyfit(recording.time[:20], x[:20], 1)[0])
         start = {"x": float(x[0]), "v": slope}
         parameters += [_parameter(letter, f"{letter}@{n}", start[letter], x) for letter in ("x", "v")]
@@ -368,6 +352,8 @@ def _beside(recordings: Sequence[Recording], fit: Fit, loss: str) -> tuple[str, 
     told = ", ".join(f"{p.name} {solution.values[p.name]:.6g} {p.unit}" for p in shared)
     return (
         f"the fit in position, by the same current without feedback, gives {told}, rms {1e3 * rms:.3g} mm",
-        "a closed loop keeps the position near its reference whatever the model misses, so an error of the force of 1 % adds up "
-        "twice into position, unopposed: the fit in position bends the parameters after that drift, the one in force does not",
+        "a closed loop keeps the position near its reference whatever the model misses, so an error of the force of "
+        "1 % adds up "
+        "twice into position, unopposed: the fit in position bends the parameters after that drift, the one in force "
+        "does not",
     )

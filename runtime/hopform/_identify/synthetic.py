@@ -1,4 +1,6 @@
-"""Synthetic recordings of any robot, with noise, encoder quantum and rate: to plan experiments with, and to prove the fits."""
+"""Synthetic recordings of any robot, with noise, encoder quantum and rate: to plan experiments with, and to prove the
+fits.
+"""
 
 import math
 from typing import Literal, NamedTuple, SupportsFloat
@@ -37,13 +39,14 @@ def record(
 ) -> Recording:
     """What a lab would record of a robot in a test.
 
-    test: "drop" (released at hop height `height` [m], actuator held, flights and impacts included), "free" (the same, the
-    actuator free within its stops under currents of both signs from the release on; x1 is recorded too), "decay" (the body fixed
-    to its spring, pulled down by `height`), "step" (the body held, currents +-`current` [A] in turn), "air" (the same without a
-    spring), "ramp" (in the air, or against the spring if `spring`, the current grows to `current` [A] and, from rest again, to
-    its negative). current: u_max if not given. hold [s]: of stillness at first, but in a decay. duration [s]: of a motion; a drop
-    or a decay is repeated `repeats` times, the body taken back by hand in between. rate [Hz], noise [m] (standard deviation),
-    quantum [m] (0 for none). The same seed gives the same recording. Raises HopformError for a value that is not allowed.
+    test: "drop" (released at hop height `height` [m], actuator held, flights and impacts included), "free" (the same,
+    the actuator free within its stops under currents of both signs from the release on; x1 is recorded too), "decay"
+    (the body fixed to its spring, pulled down by `height`), "step" (the body held, currents +-`current` [A] in turn),
+    "air" (the same without a spring), "ramp" (in the air, or against the spring if `spring`, the current grows to
+    `current` [A] and, from rest again, to its negative). current: u_max if not given. hold [s]: of stillness at first,
+    but in a decay. duration [s]: of a motion; a drop or a decay is repeated `repeats` times, the body taken back by
+    hand in between. rate [Hz], noise [m] (standard deviation), quantum [m] (0 for none). The same seed gives the same
+    recording. Raises HopformError for a value that is not allowed.
 
     >>> import hopform
     >>> recording = record(hopform.load_robot("hopper_c"), "step", seed=1)
@@ -137,7 +140,8 @@ def _body(
         x[falls] = _of("ground", values, since, added)
         return x, x1
     values |= {
-        "m_eff": robot.m_eff, "b1": robot.b1, "f1": robot.f1, "gamma2": robot.gamma2, "offset": -robot.k * robot.c / robot.gamma2,
+        "m_eff": robot.m_eff, "b1": robot.b1, "f1": robot.f1, "gamma2": robot.gamma2,
+        "offset": -robot.k * robot.c / robot.gamma2,
         "x1_min": min(robot.x1_min, 0.0), "x1_max": max(robot.x1_max, 0.0), "x1": 0.0, "v1": 0.0,
     }  # fmt: skip
     steps = (
@@ -149,7 +153,9 @@ def _body(
 
 
 def _again(x: Array, repeats: int, rate: float) -> tuple[Array, Array]:
-    """A motion several times, between which a hand takes the body back within 0.6 s and holds it for 0.3 s; and its times."""
+    """A motion several times, between which a hand takes the body back within 0.6 s and holds it for 0.3 s; and its
+    times.
+    """
     t = np.linspace(0.0, 1.0, max(round(0.6 * rate), 2))
     back = x[-1] + (x[0] - x[-1]) * (3.0 * t**2 - 2.0 * t**3)
     held = np.full(max(round(0.3 * rate), 1), x[0])
@@ -164,7 +170,8 @@ def _steps(time: Array, u: Array) -> tuple[tuple[float, float], ...]:
 
 def _actuator(robot: Robot, kind: Literal["held", "air"], time: Array, u: Array) -> Array:
     values = {
-        "m_eff": robot.m_eff, "k": robot.k, "b1": robot.b1, "f1": robot.f1, "gamma2": robot.gamma2, "rest": 0.0, "offset": 0.0,
+        "m_eff": robot.m_eff, "k": robot.k, "b1": robot.b1, "f1": robot.f1, "gamma2": robot.gamma2, "rest": 0.0,
+        "offset": 0.0,
         "x": 0.0, "v": 0.0,
     }  # fmt: skip
     return _of(kind, values, time, 0.0, _steps(time, u))

@@ -11,7 +11,7 @@ from hopform._errors import HopformError
 from hopform._solver.columns import CODES, RESULTS, Columns, Events
 from hopform._solver.library import Backend
 from hopform._solver.package import REFUSALS, Energy, Gains, Package, records
-from hopform._solver.protocol import FlightRow, Steps
+from hopform._solver.protocol import FlightRow, Steps, Target
 
 
 @dataclass(frozen=True)
@@ -143,9 +143,8 @@ class OnArrays:
         return ArrayFlight(self.package, flight)
 
     def choose_current(
-        self, parameters: Any, start: records.State, target: tuple[float, float, float, float], max_phases: int,
-        dtype: np.dtype[Any],
-    ) -> tuple[float, float, int, int]:  # fmt: skip
+        self, parameters: Any, start: records.State, target: Target, max_phases: int, dtype: np.dtype[Any]
+    ) -> tuple[float, float, int, int]:
         """Current [A], hop height [m] (0 without take-off), status as in COMMANDS, and how many stances were solved."""
         found: tuple[float, float, int, int] = self.package.control.choose(
             parameters, start, target, max_phases, dtype.type

@@ -27,21 +27,17 @@ tuple_of: Any = cast(Any, tuple).__new__
 
 
 _SCALARS = {
-    "int8": ctypes.c_int8,
-    "uint16": ctypes.c_uint16,
-    "int32": ctypes.c_int32,
-    "uint32": ctypes.c_uint32,
-    "bool": ctypes.c_bool,
-    "ptrdiff": ctypes.c_ssize_t,
-}
+    "int8": ctypes.c_int8, "uint16": ctypes.c_uint16, "int32": ctypes.c_int32, "uint32": ctypes.c_uint32,
+    "bool": ctypes.c_bool, "ptrdiff": ctypes.c_ssize_t,
+}  # fmt: skip
 
 
 class Types:
-    """The structs of one precision, made from the table of a package: `Types("f64").Stance`, of its own package by default."""
+    """The structs of one precision, made from the table of a package: `Types("f64", STRUCTS).Stance`."""
 
-    def __init__(self, suffix: str, table: Mapping[str, tuple[Any, ...]] | None = None) -> None:
+    def __init__(self, suffix: str, table: Mapping[str, tuple[Any, ...]]) -> None:
         self.suffix, self.real = suffix, {"f32": ctypes.c_float, "f64": ctypes.c_double}[suffix]
-        self._table: Mapping[str, tuple[Any, ...]] = OURS.structs.STRUCTS if table is None else table
+        self._table = table
         self._made: dict[str, Any] = {}
 
     def __getattr__(self, name: str) -> Any:
@@ -243,12 +239,7 @@ class Solved:
         energies = np.empty((t.size, len(Energy._fields)), dtype=t.dtype)
         ledgers, losses = np.empty((t.size, len(record._fields)), dtype=t.dtype), np.empty_like(t)
         self._call(
-            "stance_energy",
-            pointer(t),
-            ctypes.c_int32(t.size),
-            pointer(energies),
-            pointer(ledgers),
-            pointer(losses),
+            "stance_energy", pointer(t), ctypes.c_int32(t.size), pointer(energies), pointer(ledgers), pointer(losses)
         )
         return record(*ledgers.T), losses
 

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from hopform._solver import c as native
 from hopform._solver.package import records
+from hopform._solver.protocol import Target
 
 FIRST_CAPACITY = 64
 """Phases that the buffer holds at first; hardly any stance has more."""
@@ -18,7 +19,7 @@ def choose_current(
     solver: native.Compiled,
     parameters: records.Robot,
     start: records.State,
-    target: tuple[float, float, float, float],
+    target: Target,
     max_phases: int,
     dtype: np.dtype[Any],
 ) -> tuple[float, float, int, int]:
@@ -38,7 +39,8 @@ def choose_current(
     begin, wish = types.State(*start), memory.target(*target)
     while True:
         status = library.call(
-            "choose_current", types, ctypes.byref(memory.search), ctypes.byref(plan), ctypes.byref(begin), ctypes.byref(wish),
+            "choose_current", types, ctypes.byref(memory.search), ctypes.byref(plan), ctypes.byref(begin),
+            ctypes.byref(wish),
             memory.phases, ctypes.c_int32(capacity), ctypes.byref(memory.command),
         )  # fmt: skip
         if status != native.PHASES_NOT_KEPT or capacity == max_phases:
@@ -72,7 +74,9 @@ def try_currents(
     horizon: float,
     max_phases: int,
 ) -> NDArray[Any]:
-    """What each current does from each state, (states, currents), a structured array with the fields of hopform_trial."""
+    """What each current does from each state, (states, currents), a structured array with the fields of
+    hopform_trial.
+    """
     library = solver.library
     types = library.types(np.dtype(np.float64))
     plan = native.plan_of(library, types, parameters)

@@ -24,7 +24,9 @@ class C(c.Compiled):
 
 
 def choose(backend: str | None) -> Solver:
-    """The solver of a name, or the default; HopformError if there is none of that name, BackendError if it is unusable."""
+    """The solver of a name, or the default; HopformError if there is none of that name, BackendError if it is
+    unusable.
+    """
     if backend is None:
         return _default()
     if backend == "c":

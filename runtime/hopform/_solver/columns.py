@@ -26,7 +26,9 @@ REFUSED = {
     -8: "out_of_range",
 }
 STATUS = ENDINGS | REFUSED
-"""What a status says: how the stance ended, or why there is none ("out_of_range": the numbers left the precision's range)."""
+"""What a status says: how the stance ended, or why there is none ("out_of_range": the numbers left the precision's
+range).
+"""
 
 Columns = Sequence[NDArray[Any]]
 """The states, u, horizon, then the robot's fields: numbers (without a dimension) or arrays of one length."""

@@ -24,8 +24,8 @@ from hopform_solver.sensitivity import COLUMNS, ROWS
 
 __all__ = [
     "COLUMNS", "COMMANDS", "ENDINGS", "EQUATIONS", "EVENTS", "FLIGHT_ENDINGS", "FLIGHT_EVENTS", "LEDGER_OF_BODY",
-    "LEDGER_OF_ROBOT", "OURS", "REFUSALS", "ROBOT_FIELDS", "ROWS", "SOURCE", "CheckedRobot", "Energy", "Equation", "Field", "Gains",
-    "Package",     "checked", "formulas", "records", "touchdown",
+    "LEDGER_OF_ROBOT", "OURS", "REFUSALS", "ROBOT_FIELDS", "ROWS", "SOURCE", "CheckedRobot", "Energy", "Equation",
+    "Field", "Gains", "Package", "checked", "formulas", "records", "touchdown",
 ]  # fmt: skip
 
 

@@ -13,10 +13,14 @@ from hopform._solver.package import Energy, Gains, records
 Array = NDArray[np.floating]
 Steps = tuple[tuple[float, float], ...]
 """Steps of the current [s, A]."""
+Target = tuple[float, float, float, float]
+"""h_des, datum, stop_margin [m], horizon [s]."""
 
 
 class FlightRow(NamedTuple):
-    """A phase: when and where it starts, the sign of v_1, that of the pull at its limit, and the event that starts it."""
+    """A phase: when and where it starts, the sign of v_1, that of the pull at its limit, and the event that starts
+    it.
+    """
 
     t: float
     x1: float
@@ -124,13 +128,9 @@ class Solver(Protocol):
         ...
 
     def choose_current(
-        self, parameters: Any, start: records.State, target: tuple[float, float, float, float], max_phases: int,
-        dtype: np.dtype[Any],
-    ) -> tuple[float, float, int, int]:  # fmt: skip
-        """Current [A], hop height [m] (0 without take-off), status as in COMMANDS, and how many stances were solved.
-
-        target: h_des, datum, stop_margin [m], horizon [s].
-        """
+        self, parameters: Any, start: records.State, target: Target, max_phases: int, dtype: np.dtype[Any]
+    ) -> tuple[float, float, int, int]:
+        """Current [A], hop height [m] (0 without take-off), status as in COMMANDS, and how many stances were solved."""
         ...
 
     def apexes(

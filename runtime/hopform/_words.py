@@ -1,0 +1,66 @@
+"""Answers in words, as tables and pictures say them."""
+
+import math
+from collections.abc import Sequence
+
+from hopform._robots import Robot
+from hopform._stance import Phase, Stance
+
+ENDINGS = {
+    "takeoff": "takes off after",
+    "rest": "comes to rest after",
+    "horizon": "is still on the ground after",
+    "too_many_phases": "has had the allowed number of phases after",
+}
+EVENTS = {
+    "x1_reverses": "actuator reverses",
+    "x1_sticks": "actuator sticks",
+    "x1_slips": "actuator slips",
+    "x1_hits_stop": "actuator hits stop",
+    "x2_reverses": "body reverses",
+    "x2_sticks": "body sticks",
+    "x2_slips": "body slips",
+}
+
+
+def name_of(robot: Robot) -> str:
+    """What a robot is called; one made in Python may have no name."""
+    return robot.name or "robot"
+
+
+def mode_of_actuator(phase: Phase, robot: Robot) -> str:
+    """What the actuator does in a phase."""
+    if phase.mode_1 == 0 and robot.x1_min == robot.x1_max:
+        return "locked"
+    if phase.mode_1 == 0 and phase.state.x1 in (robot.x1_min, robot.x1_max):
+        return "at stop"
+    return mode(phase.mode_1)
+
+
+def mode(side: int) -> str:
+    """What a mass with this sign of its velocity does."""
+    return {1: "slips up", 0: "held", -1: "slips down"}[side]
+
+
+def current(steps: Sequence[tuple[float, float]]) -> str:
+    """The current of a stance in words."""
+    if len(steps) == 1:
+        return f"u = {steps[0][1]:g} A"
+    return f"u in {len(steps)} steps, {min(u for _, u in steps):g} to {max(u for _, u in steps):g} A"
+
+
+def ending(stance: Stance) -> str:
+    """How a stance ends, in one sentence."""
+    scale, unit = unit_of_time(stance.duration)
+    words = f"{ENDINGS[stance.status]} {stance.duration * scale:.5g} {unit}"
+    return words if math.isnan(stance.apex) else f"{words}, apex {100.0 * stance.apex:.4g} cm"
+
+
+def unit_of_time(longest: float) -> tuple[float, str]:
+    """Milliseconds for what is over within a second."""
+    return (1000.0, "ms") if longest < 1.0 else (1.0, "s")
+
+
+def value_of(value: float, unit: str) -> str:
+    """A parameter as a table shows it."""
+    return "none" if math.isinf(value) else f"{value:.6g}" + (f" {unit}" if unit and unit != "1" else "")
