@@ -11,3 +11,5 @@ Read in this order, which is also the order of the imports:
     emit/             program, expressions, numpy, c, instantiate, render, folder
     model_file        a model of further terms from a file
 """
+
+VERSION = "0.1.0"

@@ -227,9 +227,10 @@ def function(
 
 @dataclass(frozen=True)
 class Program:
-    """Everything that gets rendered."""
+    """Everything that gets rendered; `summary` is what a list of packages says of it."""
 
     meaning: str
+    summary: str
     records: tuple[Record, ...]
     functions: tuple[Function, ...]
 

@@ -22,6 +22,7 @@ def program(model: Model = HOPPER) -> Program:
     named = {value.name: value for value in (*vars(quantities).values(), *defined) if isinstance(value, Record)}
     return Program(
         "Closed-form stance of a series-elastic hopper with viscous and Coulomb friction.",
+        "Exact stances of a series-elastic hopper with dry friction, in closed form, and its controller",
         tuple((named | of_model).values()),
         tuple(value.of(model, of_model) for value in defined if isinstance(value, Definition)),
     )

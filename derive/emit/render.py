@@ -15,6 +15,7 @@ from typing import Any
 
 import jinja2
 
+from .. import VERSION
 from ..maths import energy, kernels, stability
 from ..model.equations import Model
 from ..model.kinds import FLIGHT_EVENTS, KINDS, STATUSES
@@ -105,36 +106,64 @@ def _texts(options: Options) -> dict[Path, str]:
         target = name.removesuffix(".j2")
         for precision in options.precisions if target.startswith("c/") and "_real" in target else (None,):
             text = environment.get_template(name).render(_context(made, options, precision or PRECISIONS[1]))
-            path, text = _spelled(target, text, options.prefix, precision)
+            path, text = _spelled(target, text, options, precision)
             text = documented(text) if target.startswith("c/include/") else text
             text = text.replace(HEADER_MARK, HEADER.format(f"templates/{name}"))
             texts[Path(path)] = "\n".join(line.rstrip() for line in text.split("\n"))
     return texts | _instances(options)
 
 
-# Where the instances of the engine's sources stand, by the folder of the source.
-INSTANCES = {"c": "c/src", "numpy": "python/hopform_solver"}
+INSTANCES = {"c": "c/src", "c/workstation": "c/src", "numpy": "python/hopform_solver", "packages": "packages"}
+"""Where the instances of the engine's sources stand, by their folder; firmware does without a workstation's."""
 
 
 def _instances(options: Options) -> dict[Path, str]:
     """The engine, written by hand, in each precision: line for line the source, its first line but for who made it."""
     texts: dict[Path, str] = {}
-    for folder, target in INSTANCES.items():
-        for source in sorted(path for path in (SOURCES["runtime/engine"] / folder).glob("*") if path.is_file()):
-            header, text = HEADER.format(f"runtime/engine/{folder}/{source.name}"), source.read_text("utf-8")
-            for precision in options.precisions if "_real" in source.name else (None,):
-                path, spelled = _spelled(f"{target}/{source.name}", text, options.prefix, precision)
-                texts[Path(path)] = spelled.replace(LICENCE_LINE, header, 1)
+    for name, source in engine():
+        header, text = HEADER.format(f"runtime/engine/{name}"), source.read_text("utf-8")
+        for precision in options.precisions if "_real" in source.name else (None,):
+            path, spelled = _spelled(instance(name), text, options, precision)
+            texts[Path(path)] = spelled.replace(LICENCE_LINE, header, 1)
     return texts
 
 
-def _spelled(target: str, text: str, prefix: str, precision: Precision | None) -> tuple[str, str]:
+def engine() -> Iterator[tuple[str, Path]]:
+    """The engine's sources by their paths in it."""
+    folder = SOURCES["runtime/engine"]
+    for source in sorted(folder.rglob("[!.]*")):
+        if source.is_file() and "__pycache__" not in source.parts:
+            yield source.relative_to(folder).as_posix(), source
+
+
+def instance(name: str) -> str:
+    """Where the instance of a source of the engine stands: the longest folder counts."""
+    folder = max((each for each in INSTANCES if name.startswith(f"{each}/")), key=len)
+    return f"{INSTANCES[folder]}/{name.removeprefix(f'{folder}/')}"
+
+
+def _spelled(target: str, text: str, options: Options, precision: Precision | None) -> tuple[str, str]:
     """Path and text in one precision, with the prefix of every public name; EQUATIONS.md has neither."""
+    prefix = options.prefix
     if precision is not None:
         return with_prefix(target.replace("_real", f"_{precision.name}"), prefix), instantiate(text, precision, prefix)
-    if target.startswith(("c/", "python/")):
+    if target.startswith("packages/") and target.endswith((".c", ".ino")):  # an example, in the first precision
+        return with_prefix(target, prefix), instantiate(text, options.precisions[0], prefix)
+    if target.startswith(("c/", "python/", "packages/")):
         return with_prefix(target, prefix), with_prefix(text, prefix)
     return target, text
+
+
+def _firmware(options: Options) -> list[str]:
+    """The files of the C library that firmware compiles or includes, relative to its folder."""
+    sources = [instance(name) for name, _ in engine() if name.startswith("c/") and "workstation" not in name]
+    rendered = [str(path.relative_to(SOURCES["templates"]))[:-3] for path in SOURCES["templates"].glob("c/**/*.j2")]
+    names = [name.removeprefix("c/") for name in (*sources, *rendered)]
+    return sorted(
+        with_prefix(name.replace("_real", f"_{precision.name}"), options.prefix)
+        for name in names
+        for precision in (options.precisions if "_real" in name else PRECISIONS[:1])
+    )
 
 
 def example_value(quantity: Quantity) -> float:
@@ -156,7 +185,11 @@ def _context(made: Program, options: Options, precision: Precision) -> dict[str,
         "public_records": public,
         "internal_records": [record for record in made.records if record.name not in PUBLIC],
         "walked_records": [made.record(name) for name in WALKED],
-        "example": ", ".join(repr(example_value(quantity)) for quantity in made.record("Robot").quantities),
+        "example": (example := ", ".join(repr(example_value(each)) for each in made.record("Robot").quantities)),
+        "example_in_c": f"{{{example}}}",
+        "firmware": (firmware := _firmware(options)),
+        "units": [name for name in firmware if name.endswith(".c")],
+        "version": VERSION,
         "register": REGISTER,
         "tallies": tallies(),
         "verdicts": ", ".join(f'"{verdict}"' for verdict in VERDICTS),

@@ -11,16 +11,19 @@ numbers are those of the paper that the register (`hopform.equations`) covers.
 """
 
 from importlib import import_module
+from importlib.metadata import version
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from hopform._all import *  # noqa: F403
 
-__version__ = "0.1.0"
+__version__: str
 
 
 def __getattr__(name: str) -> Any:
     """What `_all` has of this name; from then on it is an attribute like any other."""
+    if name == "__version__":
+        return version("hopform")
     offered = import_module("hopform._all")
     if name != "__all__" and name not in offered.__all__:
         raise AttributeError(f"module 'hopform' has no attribute {name!r}", name=name)

@@ -383,7 +383,7 @@ MUTANTS = (
     ),
     Mutant(
         "C, lanes: a stop that is touched where x1 turns is hit",
-        "runtime/engine/c/lanes_real.h",
+        "runtime/engine/c/workstation/lanes_real.h",
         "const bool past = beyond > hopform_touch_real(&motion, &from_stop, &one);",
         "const bool past = beyond > 0.0 * hopform_touch_real(&motion, &from_stop, &one);",
         first=("tests/test_ties.py",),
@@ -460,21 +460,21 @@ MUTANTS = (
     # ---- many stances in vector registers ----
     Mutant(
         "C lanes: windows that are not judged",
-        "runtime/engine/c/lanes_real.h",
+        "runtime/engine/c/workstation/lanes_real.h",
         "    settle_windows(w, &work->find);\n",
         "    (void)settle_windows;\n",
         first=("tests/test_lanes.py",),
     ),
     Mutant(
         "C lanes: a series that ends too early",
-        "runtime/engine/c/lanes_real.h",
+        "runtime/engine/c/workstation/lanes_real.h",
         "fabs_real(first) < 0.002 * HOPFORM_EPS_real",
         "fabs_real(first) < 20.0 * HOPFORM_EPS_real",
         first=("tests/test_lanes.py",),
     ),
     Mutant(
         "C lanes: a stance that depends on its neighbours",
-        "runtime/engine/c/lanes_real.h",
+        "runtime/engine/c/workstation/lanes_real.h",
         "keep(&w->alone[l], how[l] > (real)NO_END, alone[l]);",
         "keep(&w->alone[l], how[l] > (real)NO_END, alone[(l + 1) % LANES]);",
         first=("tests/test_lanes.py",),

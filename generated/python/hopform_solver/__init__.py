@@ -14,7 +14,10 @@ An exact solver by itself, on NumPy arrays, generated from the derivation:
 from hopform_solver.records import ENDINGS, EVENTS, ROBOT_FIELDS, Ledger, Robot, State
 from hopform_solver.stance import Solution, solve
 
-SOURCE = "708dda39ee46c75d"
+SOURCE = "e07b7718364d4bb6"
 """What this package was generated from; the C library carries the same text."""
 
-__all__ = ["ENDINGS", "EVENTS", "ROBOT_FIELDS", "SOURCE", "Ledger", "Robot", "Solution", "State", "solve"]
+VERSION = "0.1.0"
+"""Of what generated it."""
+
+__all__ = ["ENDINGS", "EVENTS", "ROBOT_FIELDS", "SOURCE", "VERSION", "Ledger", "Robot", "Solution", "State", "solve"]

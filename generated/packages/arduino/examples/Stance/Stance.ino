@@ -1,0 +1,25 @@
+// Solves one stance and prints when the leg takes off. SPDX-License-Identifier: MIT-0
+#include <hopform.h>
+
+static hopform_plan_f32 plan;
+static hopform_phase_f32 phases[32];
+
+void setup() {
+  Serial.begin(115200);
+  const hopform_robot_f32 robot = {25.0f, 3.0f, 1.2e3f, 0.4f, 0.0f, 1.5e2f, 5.0f, 0.78f, 0.6f, -65.0f, 9.81f, 0.0f, 0.08f, 3.0f, 0.05f};
+  if (hopform_plan_init_f32(&plan, &robot) != HOPFORM_OK) {
+    Serial.println("bad robot");
+  }
+}
+
+void loop() {
+  const hopform_state_f32 touchdown = {0.0f, 0.0f, -1.93f, 0.0f};
+  const hopform_step_f32 current = {0.0f, 3.0f};
+  hopform_stance_f32 stance;
+  const int32_t status =
+      hopform_solve_stance_f32(&plan, &touchdown, &current, 1, 2.0f, 32, phases, 32, &stance);
+  Serial.print(status);
+  Serial.print(" take-off after ");
+  Serial.println(stance.duration, 6);
+  delay(1000);
+}

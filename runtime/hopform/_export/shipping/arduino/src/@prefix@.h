@@ -1,2 +1,0 @@
-/* The header that an Arduino sketch includes. SPDX-License-Identifier: MIT-0 */
-#include "@prefix@/@prefix@.h"
