@@ -11,6 +11,7 @@ from packaging.tags import sys_tags
 SHIPPED = {
     "generated/c": "hopform/c",
     "generated/packages": "hopform/packages",
+    "generated/schema.json": "hopform/schema.json",
     "docs/firmware-costs.md": "hopform/firmware-costs.md",
     "derive": "hopform/_derive",
     "templates": "hopform/_templates",

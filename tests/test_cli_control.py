@@ -28,11 +28,11 @@ def run(capsys: Any) -> Any:
 @pytest.mark.parametrize(
     ("arguments", "heading"),
     [
-        (ASK, "`hopform control --json`"),
-        ((*ASK, "--printed"), "`hopform control --json`"),
-        (("control", "--v2", "-0.14", "--h-des", "0.2", "--x1", "0.07"), "`hopform control --json`"),
-        (MAP, "`hopform reach --json`"),
-        (("reach", "--from", "0.005", "--to", "0.02", "--heights", "3", "--currents", "9"), "`hopform reach --json`"),
+        (ASK, "hopform control"),
+        ((*ASK, "--printed"), "hopform control"),
+        (("control", "--v2", "-0.14", "--h-des", "0.2", "--x1", "0.07"), "hopform control"),
+        (MAP, "hopform reach"),
+        (("reach", "--from", "0.005", "--to", "0.02", "--heights", "3", "--currents", "9"), "hopform reach"),
     ],
 )
 def test_the_json_is_as_documented(run, arguments, heading):

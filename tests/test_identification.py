@@ -22,7 +22,7 @@ from hopform._identify.drop import drop_problem
 from hopform._identify.recordings import Column, Recording, parse_recording
 from hopform._identify.synthetic import record, to_csv
 from tests import coverage
-from tests.test_cli import SCHEMA, fits, strict_json
+from tests.test_cli import fits, strict_json
 
 HOPPER = hopform.load_robot("hopper_c")
 
@@ -352,13 +352,10 @@ def test_options_are_checked(arguments, words, tmp_path, capsys):
 
 @pytest.mark.parametrize("kind", ["drop", "ramp"])
 def test_json_is_what_the_document_says(kind, tmp_path, capsys):
-    """Every field that docs/json.md names, of the type that it names, and no other."""
+    """Every field that the schema names, of the type that it names, and no other."""
     file = tmp_path / f"{kind}.csv"
     made = record(HOPPER, kind, duration=8.0 if kind == "ramp" else 1.5, current=1.0, seed=1)
     file.write_text(to_csv(made), "utf-8")
     assert main(["identify", kind, str(file), "--json"]) == 0
     said = strict_json(capsys.readouterr().out)
-    schema = SCHEMA["`hopform identify --json`" if kind == "drop" else "`hopform identify ramp --json`"]
-    assert list(said) == list(schema)
-    for name, expected in schema.items():
-        assert expected == "known" or fits(said[name], expected), name
+    assert fits(said, "hopform identify" if kind == "drop" else "hopform identify ramp")

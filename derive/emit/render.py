@@ -8,6 +8,7 @@ stands in the package and in the library so that a stale library can be refused.
 """
 
 import hashlib
+import json
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,6 +18,7 @@ import jinja2
 
 from .. import VERSION
 from ..maths import energy, kernels, stability
+from ..model.answers import answers, schema
 from ..model.equations import Model
 from ..model.kinds import FLIGHT_EVENTS, KINDS, STATUSES
 from ..model.precisions import CONSTANTS, LIMITS, PRECISIONS, Precision
@@ -190,6 +192,8 @@ def _context(made: Program, options: Options, precision: Precision) -> dict[str,
         "firmware": (firmware := _firmware(options)),
         "units": [name for name in firmware if name.endswith(".c")],
         "version": VERSION,
+        "answers": (answered := answers(made.record("Robot"), made.record("Ledger"), VERDICTS)),
+        "schema": json.dumps({"$comment": HEADER_MARK} | schema(answered), indent=2),
         "register": REGISTER,
         "tallies": tallies(),
         "verdicts": ", ".join(f'"{verdict}"' for verdict in VERDICTS),

@@ -17,7 +17,7 @@ DERIVE = Path(__file__).resolve().parents[2] / "derive"
 LAYERS = (
     ("emit.ir",),
     ("model.quantities", "model.precisions", "model.kinds"),
-    ("model.equations", "model.structs", "model.selftest"),
+    ("model.equations", "model.structs", "model.selftest", "model.answers"),
     ("model",),
     ("models.hopper",),
     ("maths.laplace", "maths.kernels"),

@@ -14,7 +14,7 @@ An exact solver by itself, on NumPy arrays, generated from the derivation:
 from hopform_solver.records import ENDINGS, EVENTS, ROBOT_FIELDS, Ledger, Robot, State
 from hopform_solver.stance import Solution, solve
 
-SOURCE = "e07b7718364d4bb6"
+SOURCE = "c91913f583e91f5e"
 """What this package was generated from; the C library carries the same text."""
 
 VERSION = "0.1.0"

@@ -160,7 +160,7 @@ Highest = Annotated[float, quantity("--to", "m", "highest hop height of the map"
 Rows = Annotated[int, count("--heights", 2, "hop heights of the map")]
 Columns = Annotated[int, count("--currents", 1, "currents of the map, over all that is allowed")]
 Printed = Annotated[bool, option("--printed", "compare with (26), (27) as printed, on a grid of 0.01 A")]
-Json = Annotated[bool, option("--json", "print JSON (docs/json.md has its schema)")]
+Json = Annotated[bool, option("--json", "print JSON (its schema: schema.json of the package)")]
 WithSensitivities = Annotated[
     bool, option("--sensitivities", "show what the take-off depends on, which JSON always has")
 ]

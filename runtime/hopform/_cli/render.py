@@ -1,5 +1,5 @@
-"""One renderer of answers: tables for people, JSON for programs, CSV for spreadsheets; docs/json.md explains the last
-two.
+"""One renderer of answers: tables for people, JSON for programs, CSV for spreadsheets; generated/JSON.md explains the
+last two.
 
 JSON and CSV are in SI units and A; tables are in the units in which a hopper is talked about, which their heads name.
 """

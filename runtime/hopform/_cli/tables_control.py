@@ -1,4 +1,4 @@
-"""What `hopform control` and `hopform reach` print: tables for people, records for JSON; docs/json.md explains the
+"""What `hopform control` and `hopform reach` print: tables for people, records for JSON; generated/JSON.md explains the
 last.
 """
 

@@ -1,0 +1,134 @@
+"""What the command line answers as JSON and CSV, from which its schema and the page about it are made."""
+
+import textwrap
+import tomllib
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from ..emit.ir import DOMAINS, Quantity, Record
+from .kinds import KINDS
+
+SIMPLE = {"number", "integer", "string", "boolean", "null"}
+NOTE = "note"
+
+
+@dataclass(frozen=True)
+class Field:
+    """A field or a column. The type of a column is its unit, of a field one of SIMPLE, the name of an object, a list of
+    either, or one of several. A text may be one of some words alone.
+    """
+
+    name: str
+    type: str
+    meaning: str = ""
+    words: tuple[str, ...] = ()
+
+    @property
+    def cell(self) -> str:
+        """The meaning as a table says it, the words listed."""
+        *first, last = (f"`{word}`" for word in self.words or ("",))
+        listed = f"{', '.join(first)} or {last}" if first else last.strip("`")
+        return "; ".join(part for part in (listed, self.meaning) if part)
+
+
+@dataclass(frozen=True)
+class Answer:
+    """An object, or the columns of a table, with what is to be said of all its fields."""
+
+    name: str
+    note: str
+    fields: tuple[Field, ...]
+
+    @property
+    def columns(self) -> bool:
+        return not self.name.startswith("hopform ") and " of a " in self.name
+
+    @property
+    def notes(self) -> list[str]:
+        return textwrap.wrap(self.note, 1000)
+
+    @property
+    def heads(self) -> tuple[str, str, str]:
+        return ("column", "unit", "meaning") if self.columns else ("field", "type", "meaning")
+
+    @property
+    def title(self) -> str:
+        """Its heading; what a command prints is named by the command."""
+        return f"`{self.name} --json`" if self.name.startswith("hopform ") else self.name
+
+
+def answers(robot: Record, ledger: Record, verdicts: Iterable[str]) -> tuple[Answer, ...]:
+    """Everything that is answered, of a robot with these parameters and this ledger."""
+    words = {kind.table: tuple(word.text for word in kind.words) for kind in KINDS}
+    words |= {"DOMAINS": tuple(DOMAINS), "VERDICTS": tuple(verdicts)}
+    of_facts = {
+        "ledger": tuple(_entries(ledger)),
+        "robot": tuple(map(_parameter, robot.quantities)),
+        "derivatives": tuple(
+            Field(each.name, "number or null", f"per {'unit' if each.unit == '1' else each.unit}")
+            for each in robot.quantities
+        ),
+    }
+    tables: dict[str, dict[str, str]] = tomllib.loads(Path(__file__).with_suffix(".toml").read_text("utf-8"))
+    return tuple(
+        Answer(
+            name,
+            table.pop(NOTE, "").replace("\n", " "),
+            (*(_field(key, text, words) for key, text in table.items()), *of_facts.get(name, ())),
+        )
+        for name, table in tables.items()
+    )
+
+
+def _field(name: str, text: str, words: Mapping[str, tuple[str, ...]]) -> Field:
+    kind, _, meaning = text.partition(": ")
+    if kind.startswith("word of "):
+        return Field(name, "string", meaning, words[kind.removeprefix("word of ")])
+    return Field(name, kind, meaning)
+
+
+def _entries(ledger: Record) -> Iterator[Field]:
+    """Those of the ledger, the work of the spring last, and what is lost at stops, which no power of a phase says."""
+    fields = [Field(entry.name, "number", entry.meaning) for entry in ledger.quantities]
+    spring = next(field for field in fields if field.name == "spring_work")
+    fields.remove(spring)
+    yield from (*fields, Field("stop_loss", "number", "what the actuator lost at stops"), spring)
+
+
+def _parameter(parameter: Quantity) -> Field:
+    domain, unit = parameter.interval, "" if parameter.unit == "1" else f"{parameter.unit}, "
+    if domain.unbounded_below or domain.unbounded_above:
+        return Field(parameter.name, "number or null", f"{unit}{parameter.meaning}; null: none")
+    return Field(parameter.name, "number", f"{unit}{parameter.meaning}")
+
+
+def schema(answers: Iterable[Answer]) -> dict[str, Any]:
+    """The answers as JSON Schema: `$defs` has each object by its name, that of a command by the command."""
+    defined = {
+        answer.name: {
+            "type": "object",
+            "properties": {field.name: _schema_of(field) for field in answer.fields},
+            "required": [field.name for field in answer.fields],
+            "additionalProperties": False,
+        }
+        for answer in answers
+        if not answer.columns
+    }
+    return {"$schema": "https://json-schema.org/draft/2020-12/schema", "$defs": defined}
+
+
+def _schema_of(field: Field) -> dict[str, Any]:
+    enumeration = {"enum": list(field.words)} if field.words else {}
+    return _type(field.type) | enumeration | ({"description": field.meaning} if field.meaning else {})
+
+
+def _type(kind: str) -> dict[str, Any]:
+    if " or " in kind:
+        return {"anyOf": [_type(each) for each in kind.split(" or ")]}
+    if kind.startswith("list of "):
+        return {"type": "array", "items": _type(kind.removeprefix("list of "))}
+    if kind.startswith("map of "):
+        return {"type": "object", "additionalProperties": _type(kind.removeprefix("map of "))}
+    return {"type": kind} if kind in SIMPLE else {"$ref": f"#/$defs/{kind}"}
