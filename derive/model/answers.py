@@ -90,11 +90,11 @@ def _field(name: str, text: str, words: Mapping[str, tuple[str, ...]]) -> Field:
 
 
 def _entries(ledger: Record) -> Iterator[Field]:
-    """Those of the ledger, the work of the spring last, and what is lost at stops, which no power of a phase says."""
-    fields = [Field(entry.name, "number", entry.meaning) for entry in ledger.quantities]
-    spring = next(field for field in fields if field.name == "spring_work")
-    fields.remove(spring)
-    yield from (*fields, Field("stop_loss", "number", "what the actuator lost at stops"), spring)
+    """Those of the ledger, and what is lost at stops, which no power of a phase says."""
+    for entry in ledger.quantities:
+        if entry.name == "spring_work":
+            yield Field("stop_loss", "number", "what the actuator lost at stops")
+        yield Field(entry.name, "number", entry.meaning)
 
 
 def _parameter(parameter: Quantity) -> Field:

@@ -4,6 +4,7 @@ import math
 from collections.abc import Sequence
 
 from hopform._robots import Robot
+from hopform._solver.package import EVENTS as KINDS
 from hopform._stance import Phase, Stance
 
 ENDINGS = {
@@ -12,15 +13,7 @@ ENDINGS = {
     "horizon": "is still on the ground after",
     "too_many_phases": "has had the allowed number of phases after",
 }
-EVENTS = {
-    "x1_reverses": "actuator reverses",
-    "x1_sticks": "actuator sticks",
-    "x1_slips": "actuator slips",
-    "x1_hits_stop": "actuator hits stop",
-    "x2_reverses": "body reverses",
-    "x2_sticks": "body sticks",
-    "x2_slips": "body slips",
-}
+EVENTS = {kind: kind.replace("x1_", "actuator ").replace("x2_", "body ").replace("_", " ") for kind in KINDS.values()}
 
 
 def name_of(robot: Robot) -> str:
