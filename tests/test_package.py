@@ -121,6 +121,15 @@ def test_an_installed_wheel_derives_another_robot(installed, tmp_path):
     assert (code, output) == (0, "k_emf\n")
 
 
+def test_a_model_file_without_the_extra_says_which_one_it_needs(installed, tmp_path):
+    without = "import sys; sys.modules['sympy'] = None; from hopform.model import Term"
+    code, output = run(sys.executable, "-c", without, cwd=tmp_path, PYTHONPATH=str(installed))
+    assert code == 1
+    assert output.splitlines()[-1].endswith(
+        "MissingExtra: hopform.model needs the extra `derive`: pip install 'hopform[derive]'"
+    )
+
+
 def test_an_installed_wheel_has_no_folder_to_write_into_but_the_one_it_is_told(installed, tmp_path):
     for options in ((), ("--check",)):
         code, output = run(sys.executable, "-m", "hopform._derive", *options, cwd=tmp_path, PYTHONPATH=str(installed))

@@ -16,20 +16,28 @@ from importlib import import_module
 from types import ModuleType
 from typing import Any
 
-from hopform._errors import MissingExtra
+from hopform._errors import HopformError, MissingExtra
+
+_NAMES = ("derive.model", "hopform._derive.model")
 
 
 @cache
 def _derivation() -> ModuleType:
-    for name in ("derive.model", "hopform._derive.model"):
+    """The one that is running, else the one that is there."""
+    for name in _NAMES:
         if name in sys.modules:
             return sys.modules[name]
-    try:
-        return import_module("hopform._derive.model")
-    except ModuleNotFoundError as error:
-        if error.name == "sympy":
-            raise MissingExtra("hopform.model", "derive") from None
-    return import_module("derive.model")
+    for name in reversed(_NAMES):
+        try:
+            return import_module(name)
+        except ModuleNotFoundError as error:
+            if error.name == "sympy":
+                raise MissingExtra("hopform.model", "derive") from None
+            if error.name != name.removesuffix(".model"):
+                raise
+    raise HopformError(
+        "hopform.model is the derivation's, which is neither installed here nor in this folder's checkout"
+    )
 
 
 def __getattr__(name: str) -> Any:
