@@ -51,7 +51,6 @@ HEADER_MARK = "@header@"
 # Records that appear in the public C header; the others belong to the formulas.
 PUBLIC = ("Robot", "Rates", "Poles", "State", "Energy", "Ledger", "Gains", "FlightLedger")
 
-
 # Records whose members the engine goes through one after the other.
 WALKED = ("Robot", "Rates", "Poles", "State", "Energy", "Ledger", "FlightLedger", "Motion", "Basis")
 
@@ -84,10 +83,18 @@ def manifest(texts: dict[Path, str]) -> str:
 def inputs() -> Iterator[tuple[str, Path]]:
     """Every file that what is generated depends on, by its path in the repository."""
     for label, folder in SOURCES.items():
-        for file in sorted(
-            path for path in folder.rglob("[!.]*") if path.is_file() and "__pycache__" not in path.parts
-        ):
-            yield f"{label}/{file.relative_to(folder).as_posix()}", file
+        yield from ((f"{label}/{name}", file) for name, file in _files(folder))
+
+
+def engine() -> Iterator[tuple[str, Path]]:
+    """The engine's sources by their paths in it."""
+    return _files(SOURCES["runtime/engine"])
+
+
+def _files(folder: Path) -> Iterator[tuple[str, Path]]:
+    for file in sorted(folder.rglob("[!.]*")):
+        if file.is_file() and "__pycache__" not in file.parts:
+            yield file.relative_to(folder).as_posix(), file
 
 
 def _hash(text: str) -> str:
@@ -128,14 +135,6 @@ def _instances(options: Options) -> dict[Path, str]:
             path, spelled = _spelled(instance(name), text, options, precision)
             texts[Path(path)] = spelled.replace(LICENCE_LINE, header, 1)
     return texts
-
-
-def engine() -> Iterator[tuple[str, Path]]:
-    """The engine's sources by their paths in it."""
-    folder = SOURCES["runtime/engine"]
-    for source in sorted(folder.rglob("[!.]*")):
-        if source.is_file() and "__pycache__" not in source.parts:
-            yield source.relative_to(folder).as_posix(), source
 
 
 def instance(name: str) -> str:
