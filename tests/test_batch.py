@@ -16,12 +16,11 @@ import pytest
 import hopform
 from hopform import HopformError, Robot, ufuncs
 from hopform_solver.records import EVENTS, ROBOT_FIELDS
+from tests import needs
 
 HOPPER = hopform.load_robot("hopper_c")
 VECTOR = np.array(HOPPER.parameters)
 NAMES = [field.name for field in ROBOT_FIELDS]
-
-needs_library = pytest.mark.skipif("c" not in hopform.backends(), reason="there is no compiled library")
 
 
 def random_inputs(count: int, seed: int) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]]:
@@ -56,7 +55,7 @@ def singly(states, robots, **how) -> list[hopform.Stance]:
 # ---- the same stances ----
 
 
-@needs_library
+@needs.library
 @pytest.mark.parametrize("dtype", [np.float64, np.float32])
 @pytest.mark.parametrize("how", [{}, {"events": True}, {"max_phases": 3}, {"events": True, "max_phases": 3}])
 def test_a_batch_is_its_stances_to_the_last_bit(dtype, how):
@@ -88,7 +87,7 @@ def test_the_robots_above_do_all_that_robots_do():
     assert batch.event_count.max() > 16
 
 
-@needs_library
+@needs.library
 def test_both_back_ends_agree():
     states, robots = random_inputs(500, 2)
     c, numpy = (hopform.solve_stances(HOPPER, **states, **robots, events=True, backend=b) for b in ("c", "numpy"))
@@ -214,7 +213,7 @@ def test_the_ufunc_writes_into_arrays_of_the_caller(function):
     assert not table[:, 9:].any()
 
 
-@needs_library
+@needs.library
 @pytest.mark.parametrize("dtype", [np.float64, np.float32])
 @pytest.mark.parametrize("shift", [-1, 0, 1])
 def test_a_result_of_the_ufunc_may_overlap_its_inputs(dtype, shift):
@@ -239,7 +238,7 @@ def test_a_result_of_the_ufunc_may_overlap_its_inputs(dtype, shift):
                 assert one.tobytes() == other.tobytes()
 
 
-@needs_library
+@needs.library
 def test_the_ufunc_is_one_of_numpy():
     assert isinstance(ufuncs.stance, np.ufunc)
     assert (ufuncs.stance.nin, ufuncs.stance.nout) == (len(ufuncs.INPUTS), len(ufuncs.RESULTS))
@@ -341,7 +340,7 @@ def test_an_interrupt_ends_a_batch_at_once(threads):
     assert hopform.solve_stances(HOPPER, v2=-2.0).words == "takeoff"
 
 
-@needs_library
+@needs.library
 def test_a_million_stances_need_little_memory():
     code = (
         "import resource, sys, numpy as np, hopform\n"
@@ -388,7 +387,7 @@ def test_xarray_takes_it():
     assert np.array_equal(apex.compute(), expected.apex, equal_nan=True)
 
 
-@needs_library
+@needs.library
 def test_dask_arrays_take_it():
     dask_array = pytest.importorskip("dask.array")
     v2 = np.linspace(-3.0, -1.0, 100)

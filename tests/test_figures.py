@@ -192,10 +192,10 @@ def test_the_ideal_hopper_keeps_its_energy():
 
 
 @pytest.mark.parametrize("number", [12, 13, 14])
-def test_the_energy_foretold_is_that_after_the_fact(number):
+def test_the_energy_predicted_is_that_after_the_fact(number):
     """Figs. 13, 14: AED before = after, at every instant and for every hop."""
     shown = data(number)
-    np.testing.assert_allclose(shown["foretold"], shown["energy"], rtol=0, atol=1e-12)
+    np.testing.assert_allclose(shown["predicted"], shown["energy"], rtol=0, atol=1e-12)
     table = shown["run"].table
     np.testing.assert_allclose(table["aed"], table["gained"], rtol=0, atol=1e-12)
     np.testing.assert_allclose(
@@ -225,8 +225,8 @@ def test_three_amperes_add_energy_until_the_height_is_steady():
 def test_a_noisier_signal_tells_touchdown_later_and_more_often_falsely():
     """Fig. 15: delay and false alarms over noise; a late current costs height."""
     shown = data(15)
-    assert shown["told"].size == shown["true"].size
-    assert np.all((shown["told"] - shown["true"] > 0.0) & (shown["told"] - shown["true"] < 0.006))
+    assert shown["detected"].size == shown["true"].size
+    assert np.all((shown["detected"] - shown["true"] > 0.0) & (shown["detected"] - shown["true"] < 0.006))
     assert np.all(np.diff(shown["mean delay"]) > 0.0) and np.all(np.diff(shown["false alarms"]) > 0.0)
     np.testing.assert_allclose(shown["drawn"], shown["mean delay"][::4], rtol=0.03)
     assert shown["cost"][0] == 0.0 and np.all(np.diff(shown["cost"]) < 0.0)

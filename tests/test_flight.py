@@ -14,6 +14,7 @@ from derive.emit.ir import unfold
 from derive.maths import flight as derivation
 from derive.model import quantities as Q
 from derive.models.hopper import HOPPER
+from tests import needs
 from tests.flights import assert_same_flight, of_flight, outcome, random_flight, solved
 from tests.reference.flight import solve_flight as reference_flight
 
@@ -164,10 +165,9 @@ def test_the_random_flights_visit_every_ending_and_event():
 # ---- both back ends ----
 
 
+@needs.library
 @pytest.mark.parametrize("seed", range(1000, 1060))
 def test_both_back_ends_agree(seed):
-    if len(hopform.backends()) < 2:
-        pytest.skip("there is no compiled library")
     robot, inputs = random_flight(seed)
     (ours, seen), (theirs, _) = (solved(robot, inputs, backend) for backend in hopform.backends())
     assert ours.status == theirs.status

@@ -11,6 +11,7 @@ import pytest
 import hopform
 from hopform import Robot, State
 from hopform._solver import c as native
+from tests import needs
 from tools.build_library import compile_sources
 
 SAMPLES = 10_000
@@ -148,7 +149,7 @@ def is_another(name: str) -> bool:
     return name.endswith(".c") and not name.startswith(("grid_", "overlap_"))
 
 
-@pytest.mark.skipif("c" not in hopform.backends(), reason="there is no compiled library")
+@needs.library
 @pytest.mark.parametrize("dtype", [np.float64, np.float32])
 def test_wider_registers_give_the_bits_of_the_plain_ones(tmp_path, dtype):
     shutil.copytree(GENERATED, tmp_path / "c", ignore=lambda _, names: {name for name in names if is_another(name)})

@@ -11,7 +11,7 @@ import hopform
 from hopform import terrain
 from hopform._hopping.run import COLUMNS
 from hopform.controllers import AsPrinted, ConstantCurrent, FeedForward, ReturnMap, Sampled
-from tests import integrator
+from tests import integrator, needs
 
 HOPPER = hopform.load_robot("hopper_c")
 ROUGH = terrain.uniform(30, 0.02, seed=5)
@@ -67,9 +67,8 @@ def test_the_twenty_hops_meet_sticking_slipping_stops_and_the_limit_of_the_curre
     assert {"x1_sticks", "x1_slips", "x1_hits_stop", "u_desaturates", "x1_reverses", "x2_reverses"} <= kinds
 
 
+@needs.library
 def test_both_back_ends_hop_alike():
-    if "c" not in hopform.backends():
-        pytest.skip("there is no compiled library")
     one, other = (hops(ROUGH[:4], FeedForward(0.2, backend=each), backend=each) for each in ("c", "numpy"))
     for name, kind, _ in COLUMNS:
         if kind == "f8":  # a few last digits a hop
@@ -104,7 +103,7 @@ def test_the_energy_of_a_passive_robot_less_the_offsets_share_never_rises(c):
 @pytest.mark.parametrize(
     ("controller", "robot"), [(0.0, HOPPER), (3.0, HOPPER), (FeedForward(0.2), OTHERS["an offset, no stop in reach"])]
 )
-def test_the_energy_foretold_at_every_touchdown_is_that_after_the_fact(controller, robot):
+def test_the_energy_predicted_at_every_touchdown_is_that_after_the_fact(controller, robot):
     """Figs. 13, 14."""
     run = hops(ROUGH, controller, robot)
     table, t = run.table, run.times(3000)

@@ -11,9 +11,10 @@ import hopform
 from hopform import ufuncs
 from hopform._solver import c as native
 from hopform_solver.records import ROBOT_FIELDS
+from tests import needs
 from tests.random_stances import draw_stances
 
-pytestmark = pytest.mark.skipif("c" not in hopform.backends(), reason="there is no compiled library")
+pytestmark = needs.library
 
 ONE_BY_ONE, BASELINE, AVX2, AVX512 = 1, 2, 3, 4
 VARIANTS = {"baseline": BASELINE, "AVX2": AVX2, "AVX-512": AVX512}

@@ -102,8 +102,8 @@ def test_the_curves_are_the_stance(stance, figure):
 
 def test_the_analytical_energy_lies_on_the_energy(figure, run_figure):
     for axes, tolerance in ((figure.axes[3], 1e-12), (run_figure.axes[2], 1e-11)):
-        energy, foretold = curves(axes).values()
-        np.testing.assert_allclose(foretold, energy, rtol=0, atol=tolerance)
+        energy, predicted = curves(axes).values()
+        np.testing.assert_allclose(predicted, energy, rtol=0, atol=tolerance)
 
 
 def test_an_energy_jump_at_an_impact_is_drawn_upright(run, run_figure):

@@ -215,9 +215,9 @@ def test_the_aed_equals_the_difference_of_the_energy(hopper_c, backend):
         stance = hopform.solve_stance(hopper_c, v2=-1.93, u=u, backend=backend)
         ledger = stance.ledger(stance.duration)
         gained = stance.energy(stance.duration).body - stance.energy(0.0).body
-        foretold = ledger.spring_work + ledger.viscous_2 + ledger.coulomb_2
+        predicted = ledger.spring_work + ledger.viscous_2 + ledger.coulomb_2
         assert stance.aed == pytest.approx(gained, abs=1e-12)
-        assert stance.aed == pytest.approx(foretold, abs=1e-12)
+        assert stance.aed == pytest.approx(predicted, abs=1e-12)
 
 
 def test_the_ledger_closes_at_every_time(hopper_c, backend):

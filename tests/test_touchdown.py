@@ -14,6 +14,7 @@ import hopform
 from hopform._hopping.touchdown import TouchdownDetector, delayed_apex
 from hopform._solver import c as native
 from hopform_solver import touchdown as solver
+from tests import needs
 
 DETECTORS = [
     TouchdownDetector(),
@@ -40,11 +41,10 @@ def test_a_touchdown_is_told_by_the_last_of_the_samples_in_a_row_and_a_takeoff_t
     assert events == (hopform.Event(6e-3, "touchdown"), hopform.Event(12e-3, "takeoff"))
 
 
+@needs.library
 @pytest.mark.parametrize("detector", DETECTORS)
 @pytest.mark.parametrize("dtype", [np.float32, np.float64])
-def test_c_tells_what_python_tells(detector, dtype):
-    if "c" not in hopform.backends():
-        pytest.skip("there is no compiled library")
+def test_c_detects_what_python_detects(detector, dtype):
     library = native.library()
     types = library.types(np.dtype(dtype))
     settings = struct(types.real, detector)
@@ -69,9 +69,8 @@ def struct(real, detector):
     return type("Detector", (ctypes.Structure,), {"_fields_": fields})(detector.high, detector.low, detector.count)
 
 
+@needs.library
 def test_c_refuses_a_sample_that_is_no_number_and_keeps_what_it_knows():
-    if "c" not in hopform.backends():
-        pytest.skip("there is no compiled library")
     library = native.library()
     types = library.types(np.dtype(np.float64))
     known = CONTACT(1, 0, 2)
@@ -89,7 +88,7 @@ def test_c_refuses_a_sample_that_is_no_number_and_keeps_what_it_knows():
 
 
 @pytest.mark.parametrize("detector", DETECTORS)
-def test_false_alarms_are_as_frequent_as_foretold(detector):
+def test_false_alarms_are_as_frequent_as_predicted(detector):
     """A long signal of noise alone, forgotten after each alarm:
     the count of a Poisson-like process within five deviations.
     """
@@ -106,7 +105,7 @@ def test_false_alarms_are_as_frequent_as_foretold(detector):
 
 @pytest.mark.parametrize("detector", DETECTORS)
 @pytest.mark.parametrize("noise", [0.1, 0.3, 0.6])
-def test_delays_are_as_long_as_foretold(detector, noise):
+def test_delays_are_as_long_as_predicted(detector, noise):
     delays = detector.simulated_delays(noise, trials=20_000, seed=3)
     assert abs(np.mean(delays) - detector.mean_delay(noise)) <= 5.0 * np.std(delays) / math.sqrt(delays.size)
 

@@ -47,7 +47,8 @@ class Answer:
 
     @property
     def notes(self) -> list[str]:
-        return textwrap.wrap(self.note, 1000)
+        """The note as a paragraph, if there is one."""
+        return [textwrap.fill(self.note, 120)] if self.note else []
 
     @property
     def heads(self) -> tuple[str, str, str]:

@@ -36,17 +36,13 @@ STATUSES = Kind(
         Word(2, "no_derivative", "no take-off, an event that grazes, or derivatives out of range"),
         Word(3, "searching", "the search for a current goes on"),
         Word(-1, "error_null", "a pointer is NULL"),
-        Word(
-            -2, "error_robot", "a parameter of the robot is not finite or out of its domain, or the plan was not made"
-        ),
+        Word(-2, "error_robot", "a parameter of the robot is out of its domain, or the plan was not made"),
         Word(-3, "error_state", "an initial value is not finite, or x_1 is outside its stroke"),
         Word(-4, "error_extended", "the spring force at the start is negative"),
         Word(-5, "error_steps", "the steps of the current are none or too many, do not start at 0 or do not increase"),
         Word(-6, "error_horizon", "horizon or max_phases is not positive"),
         Word(-7, "error_time", "a time is not finite or outside the stance"),
-        Word(
-            -8, "error_numbers", "the numbers left the range of the precision: scale the robot or use double precision"
-        ),
+        Word(-8, "error_numbers", "out of the range of the precision: scale the robot or use double precision"),
         Word(-9, "error_target", "the desired apex is below the ground, not finite, or stop_margin is negative"),
         Word(-10, "error_gains", "a gain is negative or not finite"),
         Word(-11, "error_variant", "no such variant of a batch on this processor"),
@@ -54,7 +50,7 @@ STATUSES = Kind(
         Word(
             -13,
             "error_unstable",
-            "the robot is unstable: one of Routh's conditions p_i, q_i, s_i >= 0, s_1 s_2 >= s_3 is violated",
+            "unstable robot: Routh's conditions p_i, q_i, s_i >= 0, s_1 s_2 >= s_3 are violated",
         ),
         Word(-14, "error_overlap", "an output overlaps an input that is read while it is written"),
     ),
@@ -115,7 +111,7 @@ CURRENT_EVENTS = Kind(
     ),
 )
 CONTACTS = Kind(
-    "What a sample of the signal of contact has told.",
+    "What touchdown detection returns for a sample.",
     "CONTACTS",
     "contact_",
     (

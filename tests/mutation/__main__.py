@@ -681,7 +681,7 @@ MUTANTS = (
         first=("tests/test_hopping.py",),
     ),
     Mutant(
-        "hopping: energy foretold without the spring's coordinate",
+        "hopping: energy predicted without the spring's coordinate",
         "runtime/hopform/_hopping/run.py",
         "level += hop.stance.aed - robot.k * float(hop.stance.end.x1) ** 2 / 2.0",
         "level += hop.stance.aed",

@@ -69,7 +69,7 @@ def test_a_new_parameter_stands_in_every_table(altered, package):
         "| `seal` | number or null | per N s/m |",
         "| `seal` | number | N s/m, drag of a seal |",
     ]
-    assert "0.25f}" in lines(altered, "packages/example.c", "robot = {")[0]
+    assert lines(altered, "packages/example.c", "25.0f, 3.0f")[0].endswith(", 0.25f")
 
 
 def test_a_new_entry_of_the_ledger_stands_in_every_table(altered, package):

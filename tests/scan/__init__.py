@@ -221,8 +221,8 @@ def _is_true(robot: hopform.Robot, touchdown: Touchdown, command: hopform.Comman
     """Whether a command does what it says; its gap is NaN if it is not admissible."""
     if command.status == "no_takeoff":
         return command.u == 0.0 and math.isnan(command.apex)
-    foretold = abs(gap - (command.apex - touchdown.h_des)) <= 1e-12
-    return foretold and abs(command.u) <= robot.u_max and (command.status != "reached" or abs(gap) <= NEARER)
+    predicted = abs(gap - (command.apex - touchdown.h_des)) <= 1e-12
+    return predicted and abs(command.u) <= robot.u_max and (command.status != "reached" or abs(gap) <= NEARER)
 
 
 def compare_single(robot: hopform.Robot, touchdowns: list[Touchdown]) -> Findings:

@@ -74,18 +74,18 @@ STATUSES = {
     2: "no_derivative",  # no take-off, an event that grazes, or derivatives out of range
     3: "searching",  # the search for a current goes on
     -1: "error_null",  # a pointer is NULL
-    -2: "error_robot",  # a parameter of the robot is not finite or out of its domain, or the plan was not made
+    -2: "error_robot",  # a parameter of the robot is out of its domain, or the plan was not made
     -3: "error_state",  # an initial value is not finite, or x_1 is outside its stroke
     -4: "error_extended",  # the spring force at the start is negative
     -5: "error_steps",  # the steps of the current are none or too many, do not start at 0 or do not increase
     -6: "error_horizon",  # horizon or max_phases is not positive
     -7: "error_time",  # a time is not finite or outside the stance
-    -8: "error_numbers",  # the numbers left the range of the precision: scale the robot or use double precision
+    -8: "error_numbers",  # out of the range of the precision: scale the robot or use double precision
     -9: "error_target",  # the desired apex is below the ground, not finite, or stop_margin is negative
     -10: "error_gains",  # a gain is negative or not finite
     -11: "error_variant",  # no such variant of a batch on this processor
     -12: "error_detector",  # a sample or threshold is not finite, low > high, or count < 1
-    -13: "error_unstable",  # the robot is unstable: one of Routh's conditions p_i, q_i, s_i >= 0, s_1 s_2 >= s_3 is violated
+    -13: "error_unstable",  # unstable robot: Routh's conditions p_i, q_i, s_i >= 0, s_1 s_2 >= s_3 are violated
     -14: "error_overlap",  # an output overlaps an input that is read while it is written
 }
 """Status: 0 ok, negative an error, positive an answer with a warning."""
@@ -134,22 +134,22 @@ CONTACTS = {
     1: "touchdown",  # the foot touches
     2: "takeoff",  # the foot has left the ground
 }
-"""What a sample of the signal of contact has told."""
+"""What touchdown detection returns for a sample."""
 
 REFUSALS = {
     -1: "a pointer is NULL",
-    -2: "a parameter of the robot is not finite or out of its domain, or the plan was not made",
+    -2: "a parameter of the robot is out of its domain, or the plan was not made",
     -3: "an initial value is not finite, or x_1 is outside its stroke",
     -4: "the spring force at the start is negative",
     -5: "the steps of the current are none or too many, do not start at 0 or do not increase",
     -6: "horizon or max_phases is not positive",
     -7: "a time is not finite or outside the stance",
-    -8: "the numbers left the range of the precision: scale the robot or use double precision",
+    -8: "out of the range of the precision: scale the robot or use double precision",
     -9: "the desired apex is below the ground, not finite, or stop_margin is negative",
     -10: "a gain is negative or not finite",
     -11: "no such variant of a batch on this processor",
     -12: "a sample or threshold is not finite, low > high, or count < 1",
-    -13: "the robot is unstable: one of Routh's conditions p_i, q_i, s_i >= 0, s_1 s_2 >= s_3 is violated",
+    -13: "unstable robot: Routh's conditions p_i, q_i, s_i >= 0, s_1 s_2 >= s_3 are violated",
     -14: "an output overlaps an input that is read while it is written",
 }
 """What a negative status means."""

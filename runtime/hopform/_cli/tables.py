@@ -305,7 +305,7 @@ def stance_csv(solved: Stance, samples: int) -> str:
 def run_csv(solved: Run, samples: int) -> str:
     """A run over time: uniform times, and those of touchdowns and take-offs."""
     t = solved.times(samples)
-    energy, foretold = solved.energy(t), np.asarray(solved.aed(t))
+    energy, predicted = solved.energy(t), np.asarray(solved.aed(t))
     columns = {
         "t": t,
         **solved.at(t)._asdict(),
@@ -314,7 +314,7 @@ def run_csv(solved: Run, samples: int) -> str:
         "u": solved.current(t),
         "E": energy.body,
         "H": energy.total,
-        "AED": foretold - foretold[0],
+        "AED": predicted - predicted[0],
     }
     return to_csv(columns)
 

@@ -40,7 +40,7 @@ def hall_sensor() -> Picture:
     t = sampled_length(run.duration, 1.0 / detector.dt)
     signal = in_contact(run, t) + NOISE * np.random.default_rng(15).standard_normal(t.size)
     events = detector.detect(signal.tolist())
-    told = np.array([event.time for event in events if event.kind == "touchdown"])
+    detected = np.array([event.time for event in events if event.kind == "touchdown"])
     true = np.array([hop.touchdown_time for hop in run.hops])
     noise = np.linspace(0.10, 0.40, 31)
     mean = np.array([detector.mean_delay(each) for each in noise])
@@ -52,7 +52,7 @@ def hall_sensor() -> Picture:
     with house_style():
         figure = Figure(figsize=(WIDTH, 4.4), layout="constrained")
         places = figure.subplot_mosaic("AAA;BCD", height_ratios=[1.2, 1.0])
-        draw_signal(places["A"], run, t, signal, detector, told)
+        draw_signal(places["A"], run, t, signal, detector, detected)
         places["B"].plot(noise, 1e3 * mean, color=BLUE, label="closed form")
         places["B"].plot(noise[::4], 1e3 * drawn, "o", color=ORANGE, markersize=3.5, label="drawn")
         places["B"].set_ylabel("mean delay [ms]")
@@ -66,19 +66,19 @@ def hall_sensor() -> Picture:
         places["D"].plot(1e3 * delays, 1e3 * cost, color=BLUE)
         places["D"].set_xlabel("delay [ms]")
         places["D"].set_ylabel("apex error [mm]")
-    late = told[: true.size] - true
+    late = detected[: true.size] - true
     ours = (
         f"a synthetic signal of {true.size} hops at 1 kHz, noise {NOISE:g} of the step, through hysteresis "
         f"({detector.low:g}, {detector.high:g}) and {detector.count} samples in a "
-        f"row. {told.size} touchdowns told for {true.size}, {1e3 * late.mean():.1f} ms late on average; expected "
-        f"{1e3 * detector.mean_delay(NOISE):.1f} ms and "
+        f"row. {detected.size} touchdowns detected for {true.size}, {1e3 * late.mean():.1f} ms late on average; "
+        f"expected {1e3 * detector.mean_delay(NOISE):.1f} ms and "
         f"{detector.false_alarm_rate(NOISE):.1e} false alarms a second. At noise {noise[-1]:g} it would be "
         f"{1e3 * mean[-1]:.1f} ms and {alarms[-1]:.1f} a second. A current that "
         f"comes {1e3 * delays[5]:.0f} ms late costs {mm(-cost[5])} of a {100 * first.apex:.0f} cm apex"
     )
     paper = "the Hall sensor's signal on Hopper C in real hopping: noisy, ground contact easily detected"
-    data = {"t": t, "signal": signal, "told": told, "true": true, "noise": noise, "mean delay": mean, "drawn": drawn,
-            "false alarms": alarms, "delays": delays, "cost": cost}  # fmt: skip
+    data = {"t": t, "signal": signal, "detected": detected, "true": true, "noise": noise, "mean delay": mean,
+            "drawn": drawn, "false alarms": alarms, "delays": delays, "cost": cost}  # fmt: skip
     return finished(15, "Touchdown from a Hall sensor", paper, ours, robot.name, figure, data)
 
 
@@ -90,13 +90,13 @@ def in_contact(run: Run, t: Array) -> Array:
     return found
 
 
-def draw_signal(axes: Axes, run: Run, t: Array, signal: Array, detector: TouchdownDetector, told: Array) -> None:
+def draw_signal(axes: Axes, run: Run, t: Array, signal: Array, detector: TouchdownDetector, detected: Array) -> None:
     shade_stances(axes, run)
     axes.plot(t, signal, color=BLUE, linewidth=0.6, label="signal")
     axes.axhline(detector.high, color=GREEN, linestyle="--", linewidth=1.0, label="touch begins above")
     axes.axhline(detector.low, color=MAGENTA, linestyle=":", linewidth=1.2, label="ends below")
-    axes.plot(told, np.full(told.size, detector.high), "v", color=ORANGE, markersize=6.0, markeredgecolor=BLACK,
-              markeredgewidth=0.5, label="touchdown told")  # fmt: skip
+    axes.plot(detected, np.full(detected.size, detector.high), "v", color=ORANGE, markersize=6.0, markeredgecolor=BLACK,
+              markeredgewidth=0.5, label="touchdown detected")  # fmt: skip
     axes.set_ylabel("Hall signal [of its step]")
     axes.set_xlabel("time [s]")
     legend(axes, 5)

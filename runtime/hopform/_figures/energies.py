@@ -45,7 +45,7 @@ def ideal_drop() -> Picture:
 
 
 def real_drop() -> Picture:
-    """Fig. 13: a passive drop, the energy as foretold by (24)."""
+    """Fig. 13: a passive drop, the energy as predicted by (24)."""
     run = simulate(load_robot("hopper_c"), flat(7), 0.0, height=HEIGHT)
     data, figure = drawn(run)
     first = run.hops[0]
@@ -53,9 +53,9 @@ def real_drop() -> Picture:
     ours = (
         f"a drop of {cm(HEIGHT, 0)} at 0 A, {len(run.hops)} hops ({run.status}), {loss:.2f} J lost. At the first "
         f"impact {first.energy_lost_at_impact:.3f} J go at "
-        f"once, {-float(first.stance.aed):.3f} J over the stance. The AED of (24), foretold at each touchdown, and "
+        f"once, {-float(first.stance.aed):.3f} J over the stance. The AED of (24), predicted at each touchdown, and "
         f"the energy after the fact differ by at most "
-        f"{data['foretold off']:.0e} J"
+        f"{data['predicted off']:.0e} J"
     )
     paper = (
         "the energy of a real hopper in a static drop: an instantaneous loss at impact, friction in stance, and the "
@@ -76,8 +76,8 @@ def actuated() -> Picture:
         f"settle at {cm(steady, 2)}. The dips in stance are the "
         "actuator's work on the body; the drop at take-off is k x1^2/2, the spring's share at x1 > 0, which (27) "
         "leaves "
-        f"out. AED foretold and energy after the fact differ by at most "
-        f"{data['foretold off']:.0e} J"
+        f"out. AED predicted and energy after the fact differ by at most "
+        f"{data['predicted off']:.0e} J"
     )
     paper = (
         "the same with 3 A: energy added in U-shaped dips between the flights' plateaus, "
@@ -88,16 +88,16 @@ def actuated() -> Picture:
 
 
 def drawn(run: Run) -> tuple[dict[str, Any], Figure]:
-    """Parts and sum of the body's energy over a run, with the sum as (24) foretells it; and these numbers."""
+    """Parts and sum of the body's energy over a run, with the sum as (24) predicts it; and these numbers."""
     t = np.asarray(run_times(run), dtype=float)
     kinetic, weight, spring = parts(run, t)
-    energy, foretold = np.asarray(run.energy(t).body), np.asarray(run.aed(t))
+    energy, predicted = np.asarray(run.energy(t).body), np.asarray(run.aed(t))
     with house_style():
         figure, (top, bottom) = panels(2, 4.2, sharex=True, height_ratios=[1.4, 1.0])
         for axes in (top, bottom):
             shade_stances(axes, run)
         top.plot(t, energy, color=SKY, linewidth=4.0, label="kinetic + potential")
-        top.plot(t, foretold, color=MAGENTA, linewidth=1.1, label="start + AED (24) and impacts, foretold")
+        top.plot(t, predicted, color=MAGENTA, linewidth=1.1, label="start + AED (24) and impacts, predicted")
         top.set_ylabel("body energy [J]")
         room_for_a_constant(top, 0.5)
         legend(top)
@@ -109,9 +109,9 @@ def drawn(run: Run) -> tuple[dict[str, Any], Figure]:
         bottom.legend(
             handles=bottom.get_lines(), loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=3, borderaxespad=0.2
         )
-    off = float(np.abs(energy - foretold).max())
-    data = {"run": run, "t": t, "energy": energy, "foretold": foretold, "kinetic": kinetic, "weight": weight,
-            "spring": spring, "foretold off": off}  # fmt: skip
+    off = float(np.abs(energy - predicted).max())
+    data = {"run": run, "t": t, "energy": energy, "predicted": predicted, "kinetic": kinetic, "weight": weight,
+            "spring": spring, "predicted off": off}  # fmt: skip
     return data, figure
 
 

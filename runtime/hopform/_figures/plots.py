@@ -148,9 +148,9 @@ def draw_energy(axes: Axes, stance: Stance, t: Curve, shown: Curve) -> None:
     axes.legend(loc="best")
 
 
-def draw_twice(axes: Axes, shown: Curve, energy: Curve, foretold: Curve, words: str) -> None:
+def draw_twice(axes: Axes, shown: Curve, energy: Curve, predicted: Curve, words: str) -> None:
     axes.plot(shown, energy, color=PALE_BLUE, linewidth=4.0, label="kinetic + potential")
-    axes.plot(shown, foretold, color=MAGENTA, linewidth=1.1, label=words)
+    axes.plot(shown, predicted, color=MAGENTA, linewidth=1.1, label=words)
     axes.set_ylabel("body energy [J]")
     room_for_a_constant(axes, 0.5)
 

@@ -46,7 +46,7 @@ COLUMNS: tuple[tuple[str, str, str], ...] = (
     ("takeoff_x2", "f8", "[m] height of the body over level 0"),
     ("takeoff_v2", "f8", "[m/s]"),
     ("apex", "f8", "[m] hop height of the apex that follows"),
-    ("aed", "f8", "[J] change of the body's energy over the stance as (24) foretells it"),
+    ("aed", "f8", "[J] change of the body's energy over the stance as (24) predicts it"),
     ("gained", "f8", "[J] the same after the fact, from the states at both ends"),
     ("energy_lost_at_impact", "f8", "[J]"),
     ("hits_stop", "?", "the actuator met a stop in the stance or in the flight before"),
@@ -210,7 +210,7 @@ class Run:
         return Energy(*(shaped(column, t) for column in found))
 
     def aed(self, t: ArrayLike) -> Real:
-        """The body's energy foretold [J]: that of the start, plus the AED (24), the impacts and the spring's
+        """The body's energy predicted [J]: that of the start, plus the AED (24), the impacts and the spring's
         coordinate.
         """
         found = np.empty(np.size(t))
@@ -302,7 +302,7 @@ class Run:
 
 @dataclass(frozen=True)
 class _Leg:
-    """A flight or a stance of a run: when it begins, its ground, and the body's energy foretold for its beginning."""
+    """A flight or a stance of a run: when it begins, its ground, and the body's energy predicted for its beginning."""
 
     begin: float
     motion: Flight | Stance

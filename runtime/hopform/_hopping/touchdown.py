@@ -52,7 +52,7 @@ class TouchdownDetector:
         positive("dt", self.dt, "s")
 
     def detect(self, samples: Iterable[SupportsFloat]) -> tuple[Event, ...]:
-        """Touchdowns and take-offs in a signal that begins in flight, each at the time of the sample that told it
+        """Touchdowns and take-offs in a signal that begins in flight, each at the time of the sample that confirms it
         [s].
         """
         if isinstance(samples, str) or not isinstance(samples, Iterable):

@@ -217,7 +217,7 @@ def _driven(values: dict[str, float], cuts: Sequence[Cut]) -> list[str]:
     if not levels.any():
         values.setdefault("gamma2", 1.0)
         values.setdefault("offset", 0.0)
-        return ["no current flows: gamma2 is not told; record a drop under a constant current too"]
+        return ["no current flows: gamma2 cannot be identified; record a drop under a constant current too"]
     if float(np.ptp(levels)) <= 0.02 * float(np.abs(levels).max()):
         values.setdefault("offset", 0.0)
         return ["the current is constant: a constant load of the actuator counts as part of gamma2 u"]

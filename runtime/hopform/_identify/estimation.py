@@ -28,9 +28,9 @@ _WEAK = 1e-7
 """Below this share of the largest singular value of the scaled Jacobian a direction is one that the data do not see."""
 
 
-_UNTOLD = 0.5
-"""Of its own value: a mass or a stiffness with so large a standard error is not told; a spring that is not there has
-one.
+_NOT_IDENTIFIABLE = 0.5
+"""Share of its own value: a mass or a stiffness with so large a standard error is not identifiable. A spring that is
+absent has one.
 """
 
 
@@ -381,7 +381,7 @@ def spread(solution: Solution) -> Spread:
     weak = set(names[~alive]) | {name for row in blind for name in names[alive][row]}
     weak |= {
         p.name for p, variance in zip(solution.parameters, np.diag(covariance).tolist(), strict=True)
-        if p.kind == "positive" and math.sqrt(variance) > _UNTOLD * solution.values[p.name]
+        if p.kind == "positive" and math.sqrt(variance) > _NOT_IDENTIFIABLE * solution.values[p.name]
     }  # fmt: skip
     together = tuple(dict.fromkeys(", ".join(names[alive][row]) for row in blind))
     for index, name in enumerate(names):

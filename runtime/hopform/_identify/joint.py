@@ -154,7 +154,8 @@ def _missing(names: set[str], known: Mapping[str, float]) -> list[str]:
         said.append("nothing was recorded of the body: a drop test gives k/m_s, b2, f2, L0 + c and impact_loss")
     elif "length" not in has:
         said.append(
-            "L0 + c and impact_loss are not told by a body that is fixed to its spring: drop it onto the ground"
+            "L0 + c and impact_loss cannot be identified from a body that is fixed to its spring: "
+            "drop it onto the ground"
         )
     if "b1" not in has:
         said.append("nothing was recorded of the actuator: a step response gives m_eff, b1, f1 and gamma2")

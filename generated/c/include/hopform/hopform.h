@@ -39,18 +39,18 @@ extern "C" {
 #define HOPFORM_NO_DERIVATIVE 2      /**< no take-off, an event that grazes, or derivatives out of range */
 #define HOPFORM_SEARCHING 3          /**< the search for a current goes on */
 #define HOPFORM_ERROR_NULL (-1)      /**< a pointer is NULL */
-#define HOPFORM_ERROR_ROBOT (-2)     /**< a parameter of the robot is not finite or out of its domain, or the plan was not made */
+#define HOPFORM_ERROR_ROBOT (-2)     /**< a parameter of the robot is out of its domain, or the plan was not made */
 #define HOPFORM_ERROR_STATE (-3)     /**< an initial value is not finite, or x_1 is outside its stroke */
 #define HOPFORM_ERROR_EXTENDED (-4)  /**< the spring force at the start is negative */
 #define HOPFORM_ERROR_STEPS (-5)     /**< the steps of the current are none or too many, do not start at 0 or do not increase */
 #define HOPFORM_ERROR_HORIZON (-6)   /**< horizon or max_phases is not positive */
 #define HOPFORM_ERROR_TIME (-7)      /**< a time is not finite or outside the stance */
-#define HOPFORM_ERROR_NUMBERS (-8)   /**< the numbers left the range of the precision: scale the robot or use double precision */
+#define HOPFORM_ERROR_NUMBERS (-8)   /**< out of the range of the precision: scale the robot or use double precision */
 #define HOPFORM_ERROR_TARGET (-9)    /**< the desired apex is below the ground, not finite, or stop_margin is negative */
 #define HOPFORM_ERROR_GAINS (-10)    /**< a gain is negative or not finite */
 #define HOPFORM_ERROR_VARIANT (-11)  /**< no such variant of a batch on this processor */
 #define HOPFORM_ERROR_DETECTOR (-12) /**< a sample or threshold is not finite, low > high, or count < 1 */
-#define HOPFORM_ERROR_UNSTABLE (-13) /**< the robot is unstable: one of Routh's conditions p_i, q_i, s_i >= 0, s_1 s_2 >= s_3 is violated */
+#define HOPFORM_ERROR_UNSTABLE (-13) /**< unstable robot: Routh's conditions p_i, q_i, s_i >= 0, s_1 s_2 >= s_3 are violated */
 #define HOPFORM_ERROR_OVERLAP (-14)  /**< an output overlaps an input that is read while it is written */
 
 /** What the controller found. */
@@ -83,7 +83,7 @@ extern "C" {
 #define HOPFORM_FLIGHT_EVENT_U_SATURATES 8 /**< the current reaches its limit */
 #define HOPFORM_FLIGHT_EVENT_U_DESATURATES 9 /**< the current leaves its limit */
 
-/** What a sample of the signal of contact has told. */
+/** What touchdown detection returns for a sample. */
 #define HOPFORM_CONTACT_TOUCHDOWN 1  /**< the foot touches */
 #define HOPFORM_CONTACT_TAKEOFF 2    /**< the foot has left the ground */
 
