@@ -11,7 +11,6 @@ from ..emit.ir import DOMAINS, Quantity, Record
 from .kinds import KINDS
 
 SIMPLE = {"number", "integer", "string", "boolean", "null"}
-NOTE = "note"
 
 
 @dataclass(frozen=True)
@@ -39,11 +38,8 @@ class Answer:
 
     name: str
     note: str
+    columns: bool
     fields: tuple[Field, ...]
-
-    @property
-    def columns(self) -> bool:
-        return not self.name.startswith("hopform ") and " of a " in self.name
 
     @property
     def notes(self) -> list[str]:
@@ -72,12 +68,13 @@ def answers(robot: Record, ledger: Record, verdicts: Iterable[str]) -> tuple[Ans
             for each in robot.quantities
         ),
     }
-    tables: dict[str, dict[str, str]] = tomllib.loads(Path(__file__).with_suffix(".toml").read_text("utf-8"))
+    tables: dict[str, dict[str, str | bool]] = tomllib.loads(Path(__file__).with_suffix(".toml").read_text("utf-8"))
     return tuple(
         Answer(
             name,
-            table.pop(NOTE, "").replace("\n", " "),
-            (*(_field(key, text, words) for key, text in table.items()), *of_facts.get(name, ())),
+            str(table.pop("note", "")).replace("\n", " "),
+            bool(table.pop("columns", False)),
+            (*(_field(key, str(text), words) for key, text in table.items()), *of_facts.get(name, ())),
         )
         for name, table in tables.items()
     )
