@@ -22,16 +22,16 @@ test: compiler venv-dev ## prove it: the derivation, the generated code against 
 N = 1000000
 test-exhaustive: compiler venv-dev ## certify N (1 000 000) random stances; then test-control-exhaustive
 	$(PY) tools/build_library.py
-	$(PY) -m tests.exhaustive --count $(N) --reference 2000 --cases out/cases.json
-	$(PY) -m tests.scan --count $(TOUCHDOWNS) --step 1e-4
+	$(PY) -m tests.conformance.exhaustive --count $(N) --reference 2000 --cases out/cases.json
+	$(PY) -m tests.conformance.currents --count $(TOUCHDOWNS) --step 1e-4
 
 test-exhaustive-slice: compiler venv-dev ## the same for 20 000 of them, 500 with the 50-digit reference
 	$(PY) tools/build_library.py
-	$(PY) -m tests.exhaustive --count 20000 --reference 500 --cases out/cases.json
+	$(PY) -m tests.conformance.exhaustive --count 20000 --reference 500 --cases out/cases.json
 
 test-exhaustive-identification: compiler venv-dev ## fit 300 random robots, count how often intervals hold the truth
 	$(PY) tools/build_library.py
-	$(PY) -m tests.coverage --count 300
+	$(PY) -m tests.conformance.confidence --count 300
 
 validate-data: compiler venv-dev ## fit the real recordings in HOPFORM_DATA, compare with what is published
 	@$(PY) tools/build_library.py
@@ -39,11 +39,11 @@ validate-data: compiler venv-dev ## fit the real recordings in HOPFORM_DATA, com
 
 scans: compiler venv-dev ## sweep across every case distinction of the solver, write docs/switchovers.*
 	$(PY) tools/build_library.py
-	$(PY) -m tests.scans
+	$(PY) -m tests.conformance.switchovers
 TOUCHDOWNS = 10000
 test-control-exhaustive: compiler venv-dev ## scan all currents at TOUCHDOWNS (10 000), against the controller
 	$(PY) tools/build_library.py
-	$(PY) -m tests.scan --count $(TOUCHDOWNS) --step 1e-4
+	$(PY) -m tests.conformance.currents --count $(TOUCHDOWNS) --step 1e-4
 
 SECONDS = 60
 fuzz: ## arbitrary bits into each C entry point (or ENTRIES), SECONDS (60) each, under the sanitizers; needs clang
@@ -51,31 +51,31 @@ fuzz: ## arbitrary bits into each C entry point (or ENTRIES), SECONDS (60) each,
 
 coverage-c: compiler venv-dev ## count the branches of the C that the tests take; 95 % of firmware's must be
 	$(PY) tools/build_library.py
-	$(PY) -m tests.c_coverage
+	$(PY) -m tests.repository.branch_coverage
 
 MUTANTS = 400
 mutants-c: compiler venv-dev ## break the C in MUTANTS (400) random places, see tests in C fail; quicker with tcc
-	$(PY) -m tests.c_mutants --count $(MUTANTS)
+	$(PY) -m tests.mutation.c --count $(MUTANTS)
 
 frama-c: venv-dev ## Frama-C's Eva on the library for firmware, any bits as inputs; needs frama-c-base of Debian 12
-	$(PY) -m tests.firmware.eva
+	$(PY) -m tests.conformance.firmware.eva
 
 test-exhaustive-kernels: compiler venv-dev ## every float32 input of every kernel in C against double precision
-	nice $(PY) -m tests.c_kernels
+	nice $(PY) -m tests.conformance.kernels
 
 firmware-test: compiler venv-dev ## the C library on emulated processors: selftest, golden vectors, garbage, costs
-	sh tests/firmware/install.sh
+	sh tests/conformance/firmware/install.sh
 	$(PY) tools/build_library.py
-	$(PY) -m tests.firmware
+	$(PY) -m tests.conformance.firmware
 
 firmware-test-all: compiler venv-dev ## the same for every processor, compiler, optimisation and precision
-	sh tests/firmware/install.sh
+	sh tests/conformance/firmware/install.sh
 	$(PY) tools/build_library.py
-	$(PY) -m tests.firmware --all
+	$(PY) -m tests.conformance.firmware --all
 
 firmware-report: compiler venv-dev ## count instructions, flash and stack there, write docs/firmware-costs.*
-	sh tests/firmware/install.sh
-	$(PY) -m tests.firmware --report
+	sh tests/conformance/firmware/install.sh
+	$(PY) -m tests.conformance.firmware --report
 
 generate: venv ## derive the formulas and write generated/
 	$(PY) -m derive
@@ -89,7 +89,7 @@ test-manifests: compiler venv ## exported packages before their own readers, and
 	@rm -rf out/manifests
 	@for each in platformio arduino esp-idf zephyr cmsis-pack; do \
 	    .venv/bin/hopform export out/manifests/$$each --for $$each >/dev/null || exit 1; done
-	.venv-manifests/bin/python -m tests.manifests out/manifests
+	.venv-manifests/bin/python -m tests.repository.manifests out/manifests
 
 BASE = HEAD
 gate: compiler venv-dev ## instructions, answers and public names of BASE and this checkout: nothing may have moved
@@ -123,9 +123,9 @@ test-determinism: venv-dev ## derive with every Python, several sympy and hash s
 
 bench: compiler venv-bench ## time hopform and other solvers, write docs/benchmark.*; QUICK=1 is short
 	$(PY) tools/build_library.py
-	OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1 $(PY) -m tests.benchmarks $(if $(QUICK),--quick)
-	OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1 $(PY) -m tests.benchmarks.identification
-	OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1 $(PY) -m tests.benchmarks.lanes
+	OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1 $(PY) -m tests.bench $(if $(QUICK),--quick)
+	OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1 $(PY) -m tests.bench.identification
+	OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1 $(PY) -m tests.bench.lanes
 
 clean: ## remove everything that these targets made, except generated/
 	rm -rf .venv .venv-manifests out dist build .pytest_cache .mypy_cache .ruff_cache .hypothesis

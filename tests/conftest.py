@@ -8,7 +8,7 @@ import pytest
 import hopform
 from tests.seeds import SEED
 
-collect_ignore = ["manifests.py"]  # `make test-manifests`, in an environment of its own
+collect_ignore = ["repository/manifests.py"]  # `make test-manifests`, in an environment of its own
 
 
 LONG = (

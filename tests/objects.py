@@ -5,7 +5,7 @@ import os
 import subprocess
 from pathlib import Path
 
-from tests.firmware.targets import C
+from tests.conformance.firmware.targets import C
 
 
 def compiled(store: Path, command: tuple[str, ...], source: Path) -> Path:

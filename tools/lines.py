@@ -15,7 +15,7 @@ from pathlib import Path, PurePosixPath
 ROOT = Path(__file__).resolve().parent.parent
 MOST = 21_500
 PRODUCT = ("derive", "templates", "runtime/hopform", "runtime/engine", "tools")
-TEST_TOOLS = r"mutants|mutation|coverage|fuzz|bench|scan"
+TEST_TOOLS = r"^tests/(mutation|fuzz|bench)/|/branch_coverage/|/conformance/(confidence|currents|switchover)"
 NO_SOURCE = {".json", ".png", ".svg", ".typed", ".npz", ".csv"}
 
 SILENT = {tokenize.COMMENT, tokenize.NL, tokenize.NEWLINE, tokenize.INDENT, tokenize.DEDENT, tokenize.ENDMARKER}

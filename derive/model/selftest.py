@@ -1,7 +1,7 @@
 """The fixed stances that hopform_selftest solves: together they visit every mode, kind of event, ending and kernel
 branch.
 
-Data alone; tests/test_selftest.py counts what they visit.
+Data alone; tests/conformance/test_selftest.py counts what they visit.
 """
 
 from dataclasses import astuple, dataclass

@@ -530,65 +530,65 @@ def tallies(register: Iterable[Equation] = REGISTER) -> tuple[Tally, ...]:
 CERTIFICATE: tuple[Proof, ...] = (
     Proof(
         "The closed form obeys (3), (4) in every combination of slipping and held masses, further terms or none.",
-        "tests/test_derivation.py::test_velocities_obey_3_and_4",
+        "tests/unit/test_derivation.py::test_velocities_obey_3_and_4",
     ),
     Proof(
         "Each phase starts where the last one ended.",
-        "tests/test_derivation.py::test_a_phase_starts_where_the_last_one_ended",
+        "tests/unit/test_derivation.py::test_a_phase_starts_where_the_last_one_ended",
     ),
     Proof(
         "For ever after, both masses move with the terminal velocity that balances all forces.",
-        "tests/test_derivation.py::test_both_masses_end_with_the_terminal_velocity_that_balances_all_forces",
+        "tests/unit/test_derivation.py::test_both_masses_end_with_the_terminal_velocity_that_balances_all_forces",
     ),
     Proof(
         "The numerators are those of (11) to (17), with the corrections of this page.",
-        "tests/test_derivation.py::test_the_numerators_are_those_of_11_to_17_counted_from_the_start",
+        "tests/unit/test_derivation.py::test_the_numerators_are_those_of_11_to_17_counted_from_the_start",
     ),
     Proof(
         "Away from multiple poles the solution is (18), coefficient by coefficient.",
-        "tests/test_derivation.py::test_18_comes_back_for_distinct_poles",
+        "tests/unit/test_derivation.py::test_18_comes_back_for_distinct_poles",
     ),
     Proof(
         "Real pole and pair, split, are the inverse transform of (11) for any poles.",
-        "tests/test_derivation.py::test_the_split_off_pole_and_the_pair_are_w",
+        "tests/unit/test_derivation.py::test_the_split_off_pole_and_the_pair_are_w",
     ),
     Proof(
         "So are the power series, the recursions and the series around a triple pole.",
-        "tests/test_derivation.py::test_integrals_and_derivatives_by_recursion_are_what_they_are_called",
+        "tests/unit/test_derivation.py::test_integrals_and_derivatives_by_recursion_are_what_they_are_called",
     ),
     Proof(
         "The change of the robot's energy is the sum of the ledger.",
-        "tests/test_derivation.py::test_the_whole_robot_gains_what_the_ledger_says",
+        "tests/unit/test_derivation.py::test_the_whole_robot_gains_what_the_ledger_says",
     ),
-    Proof("The change of the body's energy is the AED.", "tests/test_derivation.py::test_the_body_gains_the_aed"),
+    Proof("The change of the body's energy is the AED.", "tests/unit/test_derivation.py::test_the_body_gains_the_aed"),
     Proof(
         "The apex from energies is the apex of the take-off.",
-        "tests/test_derivation.py::test_the_apex_from_energies_is_the_apex_of_the_takeoff",
+        "tests/unit/test_derivation.py::test_the_apex_from_energies_is_the_apex_of_the_takeoff",
     ),
     Proof(
         "A variation is the derivative of the motion, for the current and every parameter.",
-        "tests/test_derivation.py::test_a_variation_is_the_derivative_of_the_motion",
+        "tests/unit/test_derivation.py::test_a_variation_is_the_derivative_of_the_motion",
     ),
-    Proof("Units balance in every generated step.", "tests/test_certificate.py::test_units_balance_in_every_step"),
+    Proof("Units balance in every generated step.", "tests/unit/test_certificate.py::test_units_balance_in_every_step"),
     Proof(
         "Every generated formula has the value of its derivation at 40 digits, within 16 eps of the sum of its terms.",
-        "tests/test_certificate.py::test_the_generated_formula_has_the_value_of_its_derivation_at_forty_digits",
+        "tests/unit/test_certificate.py::test_the_generated_formula_has_the_value_of_its_derivation_at_forty_digits",
     ),
     Proof(
         "W, its derivatives and its integral are right within 128 eps for distinct, complex, double, triple, nearly "
         "triple and slow poles, the second integral within 192 eps.",
-        "tests/test_certificate.py::test_w_is_exact_in_double_precision_for_any_poles_and_times",
+        "tests/unit/test_certificate.py::test_w_is_exact_in_double_precision_for_any_poles_and_times",
     ),
     Proof(
         "The factors of the cubic multiply to its coefficients, within 4 eps each, 12 eps near a triple pole.",
-        "tests/test_certificate.py::test_the_factors_of_the_cubic_multiply_to_its_coefficients",
+        "tests/unit/test_certificate.py::test_the_factors_of_the_cubic_multiply_to_its_coefficients",
     ),
     Proof(
         "Every verdict and every figure of this page.",
-        "tests/test_equations.py::test_what_agrees_differs_by_nothing_from_what_follows",
+        "tests/unit/test_equations.py::test_what_agrees_differs_by_nothing_from_what_follows",
     ),
     Proof(
         "The formulas on this page are the expressions that are proven.",
-        "tests/test_equations.py::test_what_is_printed_reads_as_the_expression_that_is_proven",
+        "tests/unit/test_equations.py::test_what_is_printed_reads_as_the_expression_that_is_proven",
     ),
 )

@@ -27,10 +27,16 @@ TIME_LIMIT = 600
 
 # The fast part of the tests, in the order in which they judge: random robots, wheels, plots, command lines are left
 # out.
-ALGEBRA = ("tests/test_derivation.py", "tests/test_certificate.py")
-MOTION = ("tests/test_stance.py", "tests/test_ties.py", "tests/test_properties.py", "tests/test_model_file.py")
-HOUSE = ("tests/test_house.py", "tests/test_library.py")
-CONTROL = ("tests/test_control_search.py",)
+ALGEBRA = ("tests/unit/test_derivation.py", "tests/unit/test_certificate.py")
+MOTION = (
+    "tests/conformance/test_stance.py",
+    "tests/conformance/test_ties.py",
+    "tests/unit/test_properties.py",
+    "tests/conformance/test_model_file.py",
+)
+HOUSE = ("tests/repository/test_house.py", "tests/unit/test_library.py")
+HOPPING = ("tests/unit/test_hopping.py", "tests/conformance/test_hops.py")
+CONTROL = ("tests/conformance/test_control_search.py",)
 NEAREST = {
     "derive": ALGEBRA + MOTION + HOUSE,
     "templates": MOTION + HOUSE + ALGEBRA,
@@ -40,9 +46,9 @@ LEFT_OUT_TESTS = "not random and not page"
 
 DERIVED = ("-m", "derive")
 COMPILED = ("tools/build_library.py",)
-IDENTIFICATION = ("tests/test_rigs.py",)
-RECORDED = ("tests/test_recordings.py",)
-ESTIMATED = ("tests/test_estimation.py",)
+IDENTIFICATION = ("tests/unit/test_rigs.py",)
+RECORDED = ("tests/unit/test_recordings.py",)
+ESTIMATED = ("tests/unit/test_estimation.py",)
 
 
 @dataclass(frozen=True)
@@ -130,7 +136,7 @@ MUTANTS = (
         "/* The chain while it grows. */",
         "/* The chain as it grows. */",
         after=(DERIVED,),
-        first=("tests/test_library.py",),
+        first=("tests/unit/test_library.py",),
     ),
     Mutant("a stale derivation", "derive/maths/laplace.py", "a2_0 - f2 * side_2", "a2_0 + f2 * side_2", after=()),
     # ---- the controller ----
@@ -209,7 +215,7 @@ MUTANTS = (
         "runtime/engine/numpy/trial.py",
         "t = _turn(found, low, high, rate[row, look], rate[row, look + 1])",
         "t = 0.5 * _turn(found, low, high, rate[row, look], rate[row, look + 1]) + 0.5 * high",
-        first=("tests/test_control.py",),
+        first=("tests/conformance/test_control.py",),
     ),
     Mutant(
         "controller, NumPy: the stroke has no margin",
@@ -277,42 +283,42 @@ MUTANTS = (
         "runtime/engine/numpy/stance.py",
         "(end.kind[lanes] != LIMIT) & (end.kind[lanes] != STOP)",
         "(end.kind[lanes] != LIMIT)",
-        first=("tests/test_checker.py",),
+        first=("tests/conformance/test_checker.py",),
     ),
     Mutant(
         "C: a slip whose threshold is blurred comes before the take-off at the same time",
         "runtime/engine/c/stance_real.c",
         "    guard->doubt = 4.0 * HOPFORM_EPS_real * (friction + fabs_real(acceleration));",
         "    guard->doubt = 0.0 * (friction + fabs_real(acceleration));",
-        first=("tests/test_checker.py",),
+        first=("tests/conformance/test_checker.py",),
     ),
     Mutant(
         "C: an actuator without friction stays at its stop where its forces cancel",
         "runtime/engine/c/stance_real.c",
         "        keep_faint_acceleration_real(chain, motion, &end->basis);",
         "        (void)keep_faint_acceleration;",
-        first=("tests/test_checker.py",),
+        first=("tests/conformance/test_checker.py",),
     ),
     Mutant(
         "NumPy: an actuator without friction stays at its stop where its forces cancel",
         "runtime/engine/numpy/stance.py",
         "    if not slides.any():",
         "    if slides.any() or not slides.any():",
-        first=("tests/test_checker.py",),
+        first=("tests/conformance/test_checker.py",),
     ),
     Mutant(
         "C: a leg that rings about 0 is given up",
         "runtime/engine/c/stance_real.c",
         "if (rings && lift <= guard->halt) {",
         "if (rings && lift < 0.0) {",
-        first=("tests/test_checker.py",),
+        first=("tests/conformance/test_checker.py",),
     ),
     Mutant(
         "NumPy: a leg that rings about 0 is given up",
         "runtime/engine/numpy/stance.py",
         "    if not rings.any():\n        return lift\n",
         "    if rings.size:\n        return lift\n",
-        first=("tests/test_checker.py",),
+        first=("tests/conformance/test_checker.py",),
     ),
     Mutant(
         "C: every minimum is held up by tangents",
@@ -343,28 +349,28 @@ MUTANTS = (
         "runtime/engine/c/sensitivity_real.c",
         "change->at[i][column] += (before[i] - after[i]) * late;",
         "change->at[i][column] += 0.0 * (before[i] - after[i]) * late;",
-        first=("tests/test_sensitivities.py",),
+        first=("tests/conformance/test_sensitivities.py",),
     ),
     Mutant(
         "NumPy: a stop that is moved is met where it was",
         "runtime/engine/numpy/sensitivity.py",
         "bound[hits, stop[hits]] = 1.0",
         "bound[hits, stop[hits]] = 0.0",
-        first=("tests/test_sensitivities.py",),
+        first=("tests/conformance/test_sensitivities.py",),
     ),
     Mutant(
         "the current's own share in how the accelerations change",
         "derive/maths/sensitivity.py",
         "(*model.robot.symbols, u), SLOPES.symbols",
         "model.robot.symbols, SLOPES.symbols",
-        first=("tests/test_sensitivities.py",),
+        first=("tests/conformance/test_sensitivities.py",),
     ),
     Mutant(
         "C: the distance to a stop is what x1 says",
         "runtime/engine/c/stance_real.c",
         "chain->from_min += moved.x1_t;",
         "chain->from_min = chain->state.x1 + moved.x1_t - chain->plan->robot.x1_min;",
-        first=("tests/test_checker.py",),
+        first=("tests/conformance/test_checker.py",),
     ),
     Mutant(
         "NumPy: the distance to a stop is what x1 says",
@@ -372,28 +378,28 @@ MUTANTS = (
         "chain.from_min, chain.from_max = chain.from_min + moved, chain.from_max + moved",
         "chain.from_min, chain.from_max = "
         "chain.state.x1 + moved - chain.plan.robot.x1_min, chain.state.x1 + moved - chain.plan.robot.x1_max",
-        first=("tests/test_checker.py",),
+        first=("tests/conformance/test_checker.py",),
     ),
     Mutant(
         "C: a stop that is touched where x1 turns is hit",
         "runtime/engine/c/stance_real.c",
         "!(beyond > hopform_touch_real(guard->motion, &start, &basis))",
         "false",
-        first=("tests/test_ties.py",),
+        first=("tests/conformance/test_ties.py",),
     ),
     Mutant(
         "C, lanes: a stop that is touched where x1 turns is hit",
         "runtime/engine/c/workstation/lanes_real.h",
         "const bool past = beyond > hopform_touch_real(&motion, &from_stop, &one);",
         "const bool past = beyond > 0.0 * hopform_touch_real(&motion, &from_stop, &one);",
-        first=("tests/test_ties.py",),
+        first=("tests/conformance/test_ties.py",),
     ),
     Mutant(
         "W is carried without the fourth order",
         "derive/maths/time_domain.py",
         "sixth * rates[2] + rest * rates[3]",
         "sixth * rates[2]",
-        first=("tests/test_certificate.py",),
+        first=("tests/unit/test_certificate.py",),
     ),
     # ---- the first event ----
     Mutant(
@@ -401,28 +407,28 @@ MUTANTS = (
         "runtime/engine/c/stance_real.c",
         "at->value < -8.0 * HOPFORM_EPS_real * limit * at->rate",
         "at->value < 8.0 * HOPFORM_EPS_real * limit * at->rate",
-        first=("tests/test_ties.py",),
+        first=("tests/conformance/test_ties.py",),
     ),
     Mutant(
         "NumPy: an event before the take-off at the same time",
         "runtime/engine/numpy/stance.py",
         "lifts = lift <= end.t[lanes] * (1.0 + end.tie)",
         "lifts = lift <= end.t[lanes] * (1.0 - 64.0 * end.tie)",
-        first=("tests/test_ties.py",),
+        first=("tests/conformance/test_ties.py",),
     ),
     Mutant(
         "C: a touch taken for a crossing",
         "runtime/engine/c/stance_real.c",
         "if (bottom.at.value < -bottom.at.noise) {",
         "if (bottom.at.value < bottom.at.noise) {",
-        first=("tests/test_ties.py",),
+        first=("tests/conformance/test_ties.py",),
     ),
     Mutant(
         "C: rounding taken for a crossing",
         "runtime/engine/c/events_real.h",
         "if (value < 0.0 && (value < -to->noise || to->rate * h < -to->noise)) {",
         "if (value < 0.0) {",
-        first=("tests/test_ties.py",),
+        first=("tests/conformance/test_ties.py",),
     ),
     Mutant(
         "NumPy: a dip between two samples is not seen",
@@ -435,21 +441,21 @@ MUTANTS = (
         "runtime/engine/numpy/events.py",
         "crosses[dips] = bottom.value < -bottom.noise",
         "crosses[dips] = bottom.value < bottom.noise",
-        first=("tests/test_ties.py",),
+        first=("tests/conformance/test_ties.py",),
     ),
     Mutant(
         "NumPy: rounding taken for a crossing",
         "runtime/engine/numpy/events.py",
         "crosses = (here.value < 0.0) & ((here.value < -here.noise) | steep)",
         "crosses = here.value < 0.0",
-        first=("tests/test_ties.py",),
+        first=("tests/conformance/test_ties.py",),
     ),
     Mutant(
         "C: everything is quiet",
         "runtime/engine/c/events_real.h",
         "return least > 1.001 * amplitude * hopform_exp_real(-mean * from);",
         "return least > 1.001 * amplitude * hopform_exp_real(-mean * from) || least <= HOPFORM_NEVER_real;",
-        first=("tests/test_model_file.py",),
+        first=("tests/conformance/test_model_file.py",),
     ),
     Mutant(
         "C: a mass that has just slipped may return at once",
@@ -463,21 +469,21 @@ MUTANTS = (
         "runtime/engine/c/workstation/lanes_real.h",
         "    settle_windows(w, &work->find);\n",
         "    (void)settle_windows;\n",
-        first=("tests/test_lanes.py",),
+        first=("tests/unit/test_lanes.py",),
     ),
     Mutant(
         "C lanes: a series that ends too early",
         "runtime/engine/c/workstation/lanes_real.h",
         "fabs_real(first) < 0.002 * HOPFORM_EPS_real",
         "fabs_real(first) < 20.0 * HOPFORM_EPS_real",
-        first=("tests/test_lanes.py",),
+        first=("tests/unit/test_lanes.py",),
     ),
     Mutant(
         "C lanes: a stance that depends on its neighbours",
         "runtime/engine/c/workstation/lanes_real.h",
         "keep(&w->alone[l], how[l] > (real)NO_END, alone[l]);",
         "keep(&w->alone[l], how[l] > (real)NO_END, alone[(l + 1) % LANES]);",
-        first=("tests/test_lanes.py",),
+        first=("tests/unit/test_lanes.py",),
     ),
     # ---- the kernels ----
     Mutant(
@@ -491,14 +497,14 @@ MUTANTS = (
         "runtime/engine/c/kernels_real.h",
         "if (half * t >= 0.5) {",
         "if (half * t > 0.5) {",
-        first=("tests/test_switchovers.py",),
+        first=("tests/conformance/test_switchovers.py",),
     ),
     Mutant(
         "NumPy: factors of the cubic that are not polished",
         "runtime/engine/numpy/kernels.py",
         "for _ in range(3):",
         "for _ in range(0):",
-        first=("tests/test_certificate.py",),
+        first=("tests/unit/test_certificate.py",),
     ),
     # ---- identification ----
     Mutant(
@@ -554,7 +560,7 @@ MUTANTS = (
         "runtime/hopform/_identify/estimation.py",
         '    if loss != "linear":\n        cost, slope, _',
         '    if loss == "none":\n        cost, slope, _',
-        first=("tests/test_identification.py::test_a_robust_loss_withstands_outliers",),
+        first=("tests/unit/test_identification.py::test_a_robust_loss_withstands_outliers",),
         after=(),
     ),
     Mutant(
@@ -594,7 +600,7 @@ MUTANTS = (
         "runtime/hopform/_identify/recordings.py",
         "np.flatnonzero(steps > 2.5 * usual)",
         "np.flatnonzero(steps > 1e9 * usual)",
-        first=("tests/test_identification.py::test_uneven_time_stamps_and_a_gap_do_no_harm",),
+        first=("tests/unit/test_identification.py::test_uneven_time_stamps_and_a_gap_do_no_harm",),
         after=(),
     ),
     Mutant(
@@ -619,42 +625,42 @@ MUTANTS = (
         "runtime/engine/c/flight_real.c",
         "        watch_level_real(chain, points, count, -1, -1, end);\n",
         "",
-        first=("tests/test_flight.py",),
+        first=("tests/conformance/test_flight.py",),
     ),
     Mutant(
         "C flight: a stop that is not met",
         "runtime/engine/c/flight_real.c",
         "if (hopform_is_finite_real(stop) && sign * (end->at.actuator.moved - way) > 0.0) {",
         "if (hopform_is_finite_real(stop) && sign * (end->at.actuator.moved - way) > 1.0e9) {",
-        first=("tests/test_flight.py",),
+        first=("tests/conformance/test_flight.py",),
     ),
     Mutant(
         "C flight: a foot that does not move with the actuator",
         "runtime/engine/c/flight_real.c",
         "chain->ballistic.foot = (chain->x1 - chain->actuator.x1) +",
         "chain->ballistic.foot = 0.0 * (chain->x1 - chain->actuator.x1) +",
-        first=("tests/test_flight.py",),
+        first=("tests/conformance/test_flight.py",),
     ),
     Mutant(
         "C flight: the turning points of the foot are not looked for",
         "runtime/engine/c/flight_real.c",
         "count = split_real(chain, FOOT_RATE_real, points, count);",
         "(void)split;",
-        first=("tests/test_flight.py",),
+        first=("tests/conformance/test_flight.py",),
     ),
     Mutant(
         "NumPy flight: a foot below a step up has been above it",
         "runtime/engine/numpy/flight.py",
         "chain.airborne = bool(foot > noise)",
         "chain.airborne = bool(foot > -1.0)",
-        first=("tests/test_flight.py",),
+        first=("tests/conformance/test_flight.py",),
     ),
     Mutant(
         "flight: an impact without its loss",
         "derive/maths/flight.py",
         "sp.sqrt(1 - impact_loss)",
         "sp.sqrt(1 - 0 * impact_loss)",
-        first=("tests/test_flight.py",),
+        first=("tests/conformance/test_flight.py",),
     ),
     Mutant(
         "flight: a pickle that any library reads",
@@ -662,7 +668,7 @@ MUTANTS = (
         "    if source != library.source:\n",
         "    if not source:\n",
         after=(),
-        first=("tests/test_run_object.py",),
+        first=("tests/unit/test_run_object.py",),
     ),
     Mutant(
         "hopping: ground that stays where it was",
@@ -670,7 +676,7 @@ MUTANTS = (
         "flight = _flight(task, state, None if index and step == 0.0 else step)",
         "flight = _flight(task, state, None if index else step)",
         after=(),
-        first=("tests/test_hopping.py",),
+        first=HOPPING,
     ),
     Mutant(
         "hopping: what is left of the return is forgotten",
@@ -678,7 +684,7 @@ MUTANTS = (
         "task.plant, x1=state.x1, v1=state.v1, v2=state.v2, u=u,",
         "task.plant, x1=state.x1, v2=state.v2, u=u,",
         after=(),
-        first=("tests/test_hopping.py",),
+        first=HOPPING,
     ),
     Mutant(
         "hopping: energy predicted without the spring's coordinate",
@@ -686,7 +692,7 @@ MUTANTS = (
         "level += hop.stance.aed - robot.k * float(hop.stance.end.x1) ** 2 / 2.0",
         "level += hop.stance.aed",
         after=(),
-        first=("tests/test_hopping.py",),
+        first=HOPPING,
     ),
     Mutant(
         "hopping: a touchdown seen without its delay",
@@ -694,7 +700,7 @@ MUTANTS = (
         "return max(tick, 0.0) + errors.delay",
         "return max(tick, 0.0)",
         after=(),
-        first=("tests/test_hopping.py",),
+        first=HOPPING,
     ),
     Mutant(
         "hopping: noise of the ground that is that of the velocity",
@@ -702,7 +708,7 @@ MUTANTS = (
         "ground + errors.ground * noise[3]",
         "ground + errors.ground * noise[2]",
         after=(),
-        first=("tests/test_hopping.py",),
+        first=HOPPING,
     ),
     Mutant(
         "terrain: lines counted from 0",
@@ -710,7 +716,7 @@ MUTANTS = (
         "csv.reader(text.splitlines()), 1)",
         "csv.reader(text.splitlines()), 0)",
         after=(),
-        first=("tests/test_hopping.py",),
+        first=HOPPING,
     ),
     Mutant(
         "hopping: energies over the ground under the foot",
@@ -718,7 +724,7 @@ MUTANTS = (
         "found[0, inside] = energy.body + weight * leg.ground",
         "found[0, inside] = energy.body",
         after=(),
-        first=("tests/test_hopping.py",),
+        first=HOPPING,
     ),
     Mutant(
         "hopping: a robot that trips only stops",
@@ -726,7 +732,7 @@ MUTANTS = (
         'status = "tripped" if flight.status == "tripped" else "stopped"',
         'status = "stopped"',
         after=(),
-        first=("tests/test_hopping.py",),
+        first=HOPPING,
     ),
     Mutant(
         "hopping: a wish below ground that is higher than level 0",
@@ -734,7 +740,7 @@ MUTANTS = (
         "if wanted < ground:",
         "if wanted < min(ground, 0.0):",
         after=(),
-        first=("tests/test_hopping.py",),
+        first=HOPPING,
     ),
     Mutant(
         "hopping: no gravity",
@@ -742,7 +748,7 @@ MUTANTS = (
         "if not checked_robot(robot).g > 0.0:",
         "if not checked_robot(robot).g >= 0.0:",
         after=(),
-        first=("tests/test_hopping.py",),
+        first=HOPPING,
     ),
     Mutant(
         "terrain: none at all",
@@ -750,7 +756,7 @@ MUTANTS = (
         "    if not heights:\n",
         "    if heights is None:\n",
         after=(),
-        first=("tests/test_hopping.py",),
+        first=HOPPING,
     ),
     Mutant(
         "terrain: no hop",
@@ -758,7 +764,7 @@ MUTANTS = (
         'return (finite("height", height, "m"),) * whole("hops", hops)',
         'return (finite("height", height, "m"),) * whole("hops", hops, 0)',
         after=(),
-        first=("tests/test_hopping.py",),
+        first=HOPPING,
     ),
     Mutant(
         "the first controller's maps of drops, not of steady hopping",
@@ -766,7 +772,7 @@ MUTANTS = (
         "for _ in range(SETTLING):",
         "for _ in range(0):",
         after=(),
-        first=("tests/test_hopping.py",),
+        first=HOPPING,
     ),
     Mutant(
         "(26) as printed, with the sign of the step",
@@ -774,7 +780,7 @@ MUTANTS = (
         "rise = (-level if signed else abs(level))",
         "rise = (-level if signed else -level)",
         after=(),
-        first=("tests/test_control.py",),
+        first=("tests/conformance/test_control.py",),
     ),
     Mutant(
         "maps: a jump taken for a fixed point",
@@ -782,7 +788,7 @@ MUTANTS = (
         "return points if points and abs(gain) <= _CLOSED else []",
         "return points if points else []",
         after=(),
-        first=("tests/test_reachability.py",),
+        first=("tests/unit/test_reachability.py",),
     ),
     Mutant(
         "maps: a multiplier without the impact",
@@ -790,7 +796,7 @@ MUTANTS = (
         "* robot.g * (1.0 - robot.impact_loss) / v2",
         "* robot.g / v2",
         after=(),
-        first=("tests/test_reachability.py",),
+        first=("tests/unit/test_reachability.py",),
     ),
     Mutant(
         "maps: a stroke without its margin",
@@ -798,7 +804,7 @@ MUTANTS = (
         "return robot.x1_max - margin if",
         "return robot.x1_max if",
         after=(),
-        first=("tests/test_reachability.py",),
+        first=("tests/unit/test_reachability.py",),
     ),
     Mutant(
         "maps: two currents side by side taken for a gap",
@@ -806,14 +812,14 @@ MUTANTS = (
         "jumps = np.flatnonzero(np.diff(lifts) > 1)",
         "jumps = np.flatnonzero(np.diff(lifts) > 0)",
         after=(),
-        first=("tests/test_reachability.py",),
+        first=("tests/unit/test_reachability.py",),
     ),
     Mutant(
         "C touchdown: no hysteresis",
         "runtime/engine/c/touchdown_real.c",
         "(contact->above != 0 ? detector->low : detector->high)",
         "(contact->above != 2 ? detector->high : detector->low)",
-        first=("tests/test_touchdown.py",),
+        first=("tests/unit/test_touchdown.py",),
     ),
     Mutant(
         "touchdown: a step of the signal that comes with a sample",
@@ -821,7 +827,7 @@ MUTANTS = (
         "return self.dt * (self._samples(deviation, height) - 0.5)",
         "return self.dt * (self._samples(deviation, height) - 1.0)",
         after=(),
-        first=("tests/test_touchdown.py",),
+        first=("tests/unit/test_touchdown.py",),
     ),
     Mutant(
         "touchdown: samples in a row that need not be in a row",
@@ -829,7 +835,7 @@ MUTANTS = (
         "whole = stays ** (self.count - 1)",
         "whole = stays",
         after=(),
-        first=("tests/test_touchdown.py",),
+        first=("tests/unit/test_touchdown.py",),
     ),
 )
 

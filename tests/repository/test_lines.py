@@ -3,7 +3,7 @@
 import subprocess
 from pathlib import Path
 
-ROOT = Path(__file__).resolve().parent.parent.parent
+ROOT = Path(__file__).resolve().parents[2]
 WIDEST = 120
 SUFFIXES = {".py", ".c", ".h", ".cpp", ".sh", ".toml", ".j2"}
 NAMES = {"Makefile", ".ci/run"}

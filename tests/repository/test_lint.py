@@ -5,7 +5,7 @@ import shutil
 import subprocess
 from pathlib import Path
 
-ROOT = Path(__file__).resolve().parent.parent.parent
+ROOT = Path(__file__).resolve().parents[2]
 SOUND = "static inline float half(float value)\n{\n    return value / 2.0f;\n}\n"
 BROKEN = {
     "a float that becomes an int": "static inline int f(float a)\n{\n    int b = a;\n    return b;\n}\n",

@@ -20,8 +20,8 @@ from typing import Any
 import numpy as np
 
 from hopform_solver.records import ROBOT_FIELDS
-from tests.flights import random_flight
-from tests.random_stances import draw_stances
+from tests.conformance.flights import random_flight
+from tests.conformance.random_stances import draw_stances
 from tests.repository.gate import answers, objects
 
 ROOT = Path(__file__).resolve().parents[3]

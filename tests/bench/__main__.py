@@ -1,0 +1,44 @@
+"""`python -m tests.bench [--quick]`: the table, docs/benchmark.*, the README's;
+--quick writes into out/ instead.
+"""
+
+import sys
+
+from rich.console import Console
+
+from tests.bench import beside, native, report
+from tests.bench.jobs import COUNT, sets
+from tests.bench.pieces import pieces
+from tests.bench.timing import measure
+
+QUICK = {"count": 20, "repetitions": 3}
+FULL = {"count": COUNT, "repetitions": 9}
+
+
+def main() -> None:
+    quick = "--quick" in sys.argv[1:]
+    size = QUICK if quick else FULL
+    console = Console(width=None if sys.stdout.isatty() else 150)
+    progress = Console(stderr=True)
+    with progress.status("benchmarks") as status:
+        outcome = measure(**size, say=status.update)
+        status.update("instructions")
+        found = {
+            (of.name, precision): pieces(precision, of.first(size["count"]), size["repetitions"])
+            for of in sets()
+            for precision in native.REALS
+        }
+        status.update("beside the table")
+        lines = beside.measure(size["repetitions"])
+    report.terminal(outcome, found, lines, console)
+    folder = native.OUT if quick else native.ROOT / "docs"
+    (folder / "benchmark.md").write_text(report.markdown(outcome, found, lines), "utf-8")
+    if not quick:
+        readme = native.ROOT / "README.md"
+        readme.write_text(report.into_readme(outcome, readme.read_text("utf-8")), "utf-8")
+    report.picture(outcome, folder / "benchmark.svg")
+    console.print(f"written: {folder.relative_to(native.ROOT)}/benchmark.md and .svg", markup=False)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,228 @@
+"""What came out: a table for the terminal, the same in Markdown, and the work-precision picture."""
+
+import io
+import math
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+from rich.console import Console
+from rich.table import Table
+
+from tests.bench.beside import Line
+from tests.bench.pieces import Piece
+from tests.bench.rows import BASE
+from tests.bench.timing import Outcome, Result
+
+SETS = ("hopper_c", "random")
+TITLES = ("solver", *(f"{of} {what}" for of in SETS for what in ("us/stance", "ratio", "error", "wrong")))
+ACCURATE = 1e-9
+Pieces = Mapping[tuple[str, str], tuple[Piece, ...]]
+
+
+def base(outcome: Outcome) -> Result:
+    """The row that is 1."""
+    return next(result for result in outcome.results if result.row.name == BASE)
+
+
+def largest_error(result: Result) -> float:
+    """The largest error of a row over both sets."""
+    return max(verdict.error for verdict in result.verdicts.values())
+
+
+def fastest_right(outcome: Outcome, error: float = math.inf) -> Result | None:
+    """The fastest peer, over both sets, without a wrong event list in either and with errors up to `error`."""
+    right = [
+        result
+        for result in outcome.results
+        if not result.row.is_ours and result.wrong == 0 and largest_error(result) <= error
+    ]
+    return min(right, key=lambda result: sum(result.times.values()), default=None)
+
+
+def cells(result: Result, one: Result) -> tuple[str, ...]:
+    """A line of the table."""
+    found = [result.row.name]
+    for of in SETS:
+        verdict, ratio = result.verdicts[of], result.times[of] / one.times[of]
+        found += [_short(result.times[of]), _short(ratio), f"{verdict.error:.0e}", str(verdict.wrong)]
+    return tuple(found)
+
+
+def _short(value: float) -> str:
+    return f"{value:.2f}" if value < 10.0 else (f"{value:.1f}" if value < 100.0 else f"{value:.0f}")
+
+
+def against(outcome: Outcome, best: Result, one: Result) -> str:
+    """A peer in a sentence: its error and how much longer it takes."""
+    included = next(result for result in outcome.results if result.row.name == f"{BASE}, plan included")
+    ratios = " and ".join(f"{_short(best.times[of] / one.times[of])} x on {of}" for of in SETS)
+    with_plan = " and ".join(f"{_short(best.times[of] / included.times[of])} x" for of in SETS)
+    return (
+        f"{best.row.name}, largest error {largest_error(best):.0e}: it takes {ratios} the time of {BASE} "
+        f"(largest error {largest_error(one):.0e}), {with_plan} where hopform's plan is made anew for each stance."
+    )
+
+
+def headline(outcome: Outcome) -> str:
+    """hopform's C against the fastest peer that is right, and against the fastest that is also accurate."""
+    best, one, accurate = fastest_right(outcome), base(outcome), fastest_right(outcome, ACCURATE)
+    if best is None:
+        return "No peer was without a wrong event list."
+    text = f"The fastest peer without a wrong event list is {against(outcome, best, one)}"
+    if accurate is None:
+        return f"{text} None of them has errors up to {ACCURATE:.0e}."
+    if accurate is best:
+        return text
+    return f"{text} The fastest of those with errors up to {ACCURATE:.0e} is {against(outcome, accurate, one)}"
+
+
+def terminal(outcome: Outcome, pieces: Pieces, lines: Sequence[Line], console: Console) -> None:
+    """Print everything."""
+    table = Table(title=f"{outcome.count} stances of each set, median of {outcome.repetitions} repetitions")
+    for n, title in enumerate(TITLES):
+        table.add_column(title, justify="right" if n else "left", no_wrap=n == 0)
+    for result in outcome.results:
+        table.add_row(*cells(result, base(outcome)), style=None if result.wrong == 0 else "dim")
+    console.print(table)
+    for line in outcome.left_out:
+        console.print(f"left out: {line}", markup=False)
+    alone = Table("hopform C alone", *PIECE_TITLES, title="per call")
+    for row in piece_cells(pieces):
+        alone.add_row(*row)
+    console.print(alone)
+    besides = Table(*LINE_TITLES, title="beside the table")
+    for cells_of in line_cells(lines):
+        besides.add_row(*cells_of)
+    console.print(besides)
+    console.print(headline(outcome), markup=False)
+
+
+PIECE_TITLES = ("jobs", "precision", "instructions", "ns")
+
+
+def piece_cells(pieces: Pieces) -> list[tuple[str, ...]]:
+    return [
+        (
+            piece.function,
+            of,
+            precision,
+            "-" if piece.instructions is None else f"{piece.instructions:.0f}",
+            f"{piece.nanoseconds:.0f}",
+        )
+        for (of, precision), found in pieces.items()
+        for piece in found
+    ]
+
+
+LINE_TITLES = ("what", "value", "unit", "ratio")
+
+
+def line_cells(lines: Sequence[Line]) -> list[tuple[str, ...]]:
+    return [
+        (line.name, _short(line.value), line.unit, "" if line.ratio is None else _short(line.ratio)) for line in lines
+    ]
+
+
+def _markdown(titles: tuple[str, ...], rows: list[tuple[str, ...]], texts: int) -> str:
+    """A Markdown table; the columns behind the first `texts` hold numbers."""
+    rule = ["---" if n < texts else "--:" for n in range(len(titles))]
+    return "\n".join("| " + " | ".join(line) + " |" for line in (titles, tuple(rule), *rows)) + "\n"
+
+
+FROM, TO = "<!-- `make bench` writes from here -->\n", "<!-- to here -->\n"
+
+
+def into_readme(outcome: Outcome, text: str) -> str:
+    """A README with the short table between its two marks: hopform's main rows and each peer's fastest right row."""
+    one, shown = base(outcome), list[Result]()
+    for result in outcome.results:
+        if result.row.is_ours and "f32" not in result.row.name and "plan included" not in result.row.name:
+            shown.append(result)
+    for solver in dict.fromkeys(result.row.solver for result in outcome.results if not result.row.is_ours):
+        right = [result for result in outcome.results if result.row.solver == solver and result.wrong == 0]
+        shown += sorted(right, key=lambda result: sum(result.times.values()))[:1]
+    table = _markdown(TITLES, [cells(result, one) for result in shown], 1)
+    before, rest = text.split(FROM)
+    after = rest.split(TO)[1]
+    return f"{before}{FROM}{headline(outcome)}\n\n{table}{TO}{after}"
+
+
+def markdown(outcome: Outcome, pieces: Pieces, lines: Sequence[Line] = ()) -> str:
+    """The page docs/benchmark.md."""
+    one = base(outcome)
+    left_out = "".join(f"\nLeft out: {line}.\n" for line in outcome.left_out)
+    return f"""# Benchmarks
+
+`make bench` makes this page, its picture and the README's table: {outcome.count} stances of each set, one thread,
+processor time, all rows in one run, repetitions interleaved, the median of {outcome.repetitions} (3 for slow rows).
+hopform is compiled with the flags it ships with (-O2, portable baseline), the peers with -O3 -march=native.
+
+{headline(outcome)}
+
+![Work and precision](benchmark.svg)
+
+The job: touchdown state and a constant current in; take-off time and state, every event with its time, and the AED out,
+by the same rules for sticking, slipping, reversals and stops.
+
+- `hopper_c`: drops from 2 to 40 cm at -3 to 3 A. `random`: a robot of its own for each stance, mass ratio 1e-2 to 1e2,
+  k 1e2 to 1e5 N/m, Coulomb friction, a third with stops.
+- ratio: time over that of {BASE}. The plan of a robot is made once, unless a row says otherwise.
+- error: the largest scaled error of times, state and AED against the 50-digit reference, over the condition number
+  where that is above 1.
+- wrong: stances whose ending or event list is not the reference's; they are not in the error.
+- Every peer starts anew at every switch, with a first step within which no event function that starts at zero returns.
+  For expm + brentq the tolerance sets how densely it scans.
+
+{_markdown(TITLES, [cells(result, one) for result in outcome.results], 1)}{left_out}
+## hopform's C alone
+
+Instructions are counted by callgrind, so they are the same on a busy machine; per call, on the same stances.
+
+{_markdown(("function", *PIECE_TITLES), piece_cells(pieces), 3)}
+## Beside the table
+
+The paper's sequence, both masses moving, the body turning once, then take-off, has a closed form that one can write by
+hand; it proves nothing and knows no other event. Many stances: ratios are to the C loop over the same stances, which
+has the plans ready; where every stance has its own robot `solve_stances` makes them too. The memory is that of a
+process of its own, without event lists.
+
+{_markdown(LINE_TITLES, line_cells(lines), 1)}"""
+
+
+COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#7F7F7F")
+
+
+def picture(outcome: Outcome, path: Path) -> None:
+    """Time over error, a line per peer; hollow where an event list is wrong."""
+    import matplotlib
+
+    matplotlib.use("svg")
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(10.0, 4.6), layout="constrained")
+    axes = figure.subplots(1, 2, sharey=True)
+    solvers = list(dict.fromkeys(result.row.solver for result in outcome.results if not result.row.is_ours))
+    marks = [result for result in outcome.results if result.row.is_ours]
+    for of, ax in zip(SETS, axes, strict=True):
+        for solver, colour in zip(solvers, COLOURS, strict=False):
+            line = [result for result in outcome.results if result.row.solver == solver]
+            xs, ys = [result.verdicts[of].error for result in line], [result.times[of] for result in line]
+            ax.plot(xs, ys, color=colour, label=solver, linewidth=1.2)
+            for x, y, result in zip(xs, ys, line, strict=True):
+                face = colour if result.verdicts[of].wrong == 0 else "white"
+                ax.plot(x, y, "o", color=colour, markerfacecolor=face, markersize=5)
+        for result, symbol in zip(marks, "*PDXv^<>s", strict=False):
+            x = max(result.verdicts[of].error, 1e-17)
+            ax.plot(x, result.times[of], symbol, color="black", markersize=7, label=result.row.name)
+        ax.set(xscale="log", yscale="log", xlabel="largest scaled error", title=of)
+        ax.grid(alpha=0.3)
+    axes[0].set_ylabel("time of a stance in us")
+    handles, labels = axes[0].get_legend_handles_labels()
+    figure.legend(
+        handles, labels, loc="outside right center", fontsize=7, title="hollow: wrong event lists", title_fontsize=7
+    )
+    buffer = io.StringIO()
+    with matplotlib.rc_context({"svg.hashsalt": "hopform"}):
+        figure.savefig(buffer, format="svg", metadata={"Date": None, "Creator": "hopform"})
+    text = "\n".join(line.rstrip() for line in buffer.getvalue().splitlines())
+    path.write_text(text + "\n", "utf-8")

@@ -1,0 +1,102 @@
+"""`python -m tests.conformance.firmware.eva` has Frama-C's Eva look at the library on arbitrary bit patterns,
+counts what it can not prove.
+
+The driver is eva.c; no annotation stands in the product. It takes frama-c-base, of Debian 12 (Debian 13 has no such
+package). Alarms beyond those that LEFT names, with the reason, are a failure, and so is less than LEAST of the
+statements reached.
+"""
+
+import re
+import shutil
+import sys
+from collections import Counter
+
+from tests.conformance.firmware.targets import HERE, C, Failed, run
+
+LEAST = 95
+PARTS = {
+    "ONLY_FLIGHT": ("flight", "overlap", "stance", "touchdown"),
+    "ONLY_STANCE": ("stance", "energy", "grid", "overlap", "sensitivity", "states"),
+    "ONLY_CONTROL": ("stance", "control", "overlap"),
+}
+OPTIONS = (
+    "-machdep", "gcc_x86_64", "-warn-special-float", "none", "-kernel-warn-key", "parser:decimal-float=inactive",
+    "-eva", "-eva-precision", "0", "-eva-no-print", "-eva-domains", "octagon,equality,symbolic-locations",
+    "-eva-octagon-through-calls",
+)  # fmt: skip
+UNROLLED = {
+    "ONLY_FLIGHT": "hopform_flight_energy_f32:60",
+    "ONLY_STANCE": "watch_thresholds_f32:40,lost_at_once_f32:10,hopform_stance_energy_f32:60,"
+                   "hopform_stance_sensitivities_f32:60,hopform_stance_tangents_f32:60,hopform_stance_grid_f32:300,"
+                   "samples_of_phase_f32:100,fill_table_f32:100,sample_behind_f32:100,sum_up_f32:50,sum_up_x1_f32:50,"
+                   "put_same_f32:50,put_samples_f32:50,put_basis_f32:50,samples_at_rest_f32:50",
+    "ONLY_CONTROL": "watch_thresholds_f32:40,lost_at_once_f32:10,hopform_trial_of_f32:60",
+}  # fmt: skip
+"""How many states are kept apart in functions whose loops run over a few phases or watches."""
+
+SPLIT = {"ONLY_STANCE": "sample_behind_f32:0:1:2"}
+"""Results of a function after which states are kept apart: samples before a phase's end, of TIMES in eva.c."""
+
+NAN, BOOL = "non-finite float value", "trap representation of a _Bool lvalue"
+LEFT = {
+    (
+        "kernels_f32.h",
+        NAN,
+    ): "a number that was compared with both bounds is converted; Eva does not conclude that it is one",
+    ("trial_f32.h", NAN): "the same",
+    ("grid_f32.c", NAN): "the same",
+    (
+        "control_f32.c",
+        BOOL,
+    ): "flags of cells, written as bool and copied by a struct's assignment to an index that is not a constant",
+}
+"""What Eva can not prove, by file and kind, and why it holds. None is about memory, initialisation or integers."""
+
+TIME = 3600.0
+
+
+Alarms = Counter[tuple[str, str]]
+
+
+def look(part: str) -> tuple[str, Alarms, int]:
+    """What Eva says of a part: its summary, alarms by file and kind, the share of statements reached."""
+    files = [str(C / "src" / f"{unit}_f32.c") for unit in PARTS[part]]
+    flags = f"-cpp-extra-args=-I{C / 'include'} -I{C / 'src'} -D{part} -DHOPFORM_PORTABLE"
+    split = ["-eva-split-return-function", SPLIT[part]] if part in SPLIT else []
+    text = run(
+        ["frama-c", flags, *OPTIONS, "-eva-slevel-function", UNROLLED[part], *split, str(HERE / "eva.c"), *files],
+        timeout=TIME,
+    )
+    alarm = r"^\[eva:alarm\] (?:[^\n:]*/)?([\w.]+):\d+: Warning:\s+([A-Za-z_ \-]+)\."
+    alarms = Counter(re.findall(alarm, text, re.MULTILINE))
+    reached = re.search(r"(\d+) statements reached \(out of (\d+)\): (\d+)% coverage", text)
+    if reached is None:
+        raise Failed(text[-2000:])
+    return f"{reached[1]} of {reached[2]} statements reached", alarms, int(reached[3])
+
+
+def main() -> int:
+    if shutil.which("frama-c") is None:
+        sys.exit("hopform: frama-c is not installed (on Debian 12: apt install frama-c-base)")
+    total: Alarms = Counter()
+    least = 100
+    for part in PARTS:
+        try:
+            summary, alarms, percent = look(part)
+        except Failed as error:
+            print(f"{part}: {error}", file=sys.stderr)
+            return 1
+        named = ", ".join(f"{count} {kind} in {file}" for (file, kind), count in sorted(alarms.items()))
+        print(f"{part}: {summary}, {percent} %; {named or 'no alarm'}", flush=True)
+        total += alarms
+        least = min(least, percent)
+    new = {each: count for each, count in total.items() if each not in LEFT}
+    print(
+        f"{total.total()} alarms, {sum(new.values())} of them not named here; "
+        f"{least} % of the statements, {LEAST} asked for"
+    )
+    return int(least < LEAST or bool(new))
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

@@ -1,0 +1,192 @@
+"""Processors, the compilers for them and the machines of QEMU that stand in for boards;
+how a program is built and run.
+"""
+
+import math
+import re
+import shutil
+import signal
+import subprocess
+import tempfile
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[3]
+C = ROOT / "generated" / "c"
+HERE = Path(__file__).resolve().parent
+BOARDS = HERE / "boards"
+OUT = ROOT / "out" / "firmware"
+
+COMMON = ("-std=c99", "-ffp-contract=off", "-fno-math-errno", "-ffunction-sections", "-fdata-sections")
+UNITS = ("control", "energy", "flight", "grid", "overlap", "selftest", "sensitivity", "stance", "states", "touchdown")
+"""Sources of the library for firmware, in each precision; batches are for computers with vector registers."""
+
+
+WORD = r"(f32|f64) ([0-9a-f]{8})"
+
+PATIENCE = 20.0
+"""How much longer than its time of the processor a command may wait: for what never ends, and waits."""
+
+OUT_OF_TIME = (-signal.SIGXCPU, -signal.SIGKILL)
+"""How a command ends whose time of the processor is over; dash sets both limits."""
+
+
+class Failed(Exception):
+    """A tool or an emulated program that failed, with its last words;
+    `code` is how it ended, 124 where it took too long.
+    """
+
+    def __init__(self, message: str, code: int = 124) -> None:
+        super().__init__(message)
+        self.code = code
+
+
+@dataclass(frozen=True)
+class Target:
+    """A processor with its tool chain, and the machine that emulates it."""
+
+    name: str
+    gcc: str
+    processor: tuple[str, ...]
+    clang: tuple[str, ...]
+    script: str
+    startup: str
+    machine: tuple[str, ...]
+    libraries: tuple[str, ...] = ("-lm", "-lc", "-lgcc")
+
+
+def _arm(name: str, board: str, script: str, *processor: str) -> Target:
+    clang = ("--target=arm-none-eabi", "-isystem", "/usr/lib/arm-none-eabi/include", *processor)
+    machine = ("qemu-system-arm", "-M", board, "-icount", "shift=6")
+    return Target(name, "arm-none-eabi-gcc", processor, clang, script, "arm_startup.S", machine)
+
+
+TARGETS = (
+    _arm("m4f", "mps2-an386", "mps2.ld", "-mcpu=cortex-m4", "-mthumb", "-mfpu=fpv4-sp-d16", "-mfloat-abi=hard"),
+    _arm("m7", "mps2-an500", "mps2.ld", "-mcpu=cortex-m7", "-mthumb", "-mfpu=fpv5-d16", "-mfloat-abi=hard"),
+    _arm("m33", "mps2-an505", "mps2_an505.ld", "-mcpu=cortex-m33", "-mthumb", "-mfpu=fpv5-sp-d16", "-mfloat-abi=hard"),
+    _arm("m3", "mps2-an385", "mps2.ld", "-mcpu=cortex-m3", "-mthumb", "-mfloat-abi=soft"),
+    Target(
+        "rv32",
+        "riscv64-unknown-elf-gcc",
+        ("--specs=picolibc.specs", "-march=rv32imafc", "-misa-spec=2.2", "-mabi=ilp32f", "-mcmodel=medany"),
+        ("--target=riscv32-unknown-elf", "-march=rv32imafc", "-mabi=ilp32f", "-mcmodel=medany", "-mno-relax",
+         "-msmall-data-limit=0",
+         "-isystem", "/usr/lib/picolibc/riscv64-unknown-elf/include"),
+        "riscv_virt.ld",
+        "riscv_startup.S",
+        ("qemu-system-riscv32", "-M", "virt", "-cpu", "rv32", "-bios", "none", "-icount", "shift=0"),
+    ),
+)  # fmt: skip
+BY_NAME = {target.name: target for target in TARGETS}
+
+
+@dataclass(frozen=True)
+class Build:
+    """A way to compile for a target."""
+
+    target: Target
+    compiler: str
+    level: str
+    libm: bool = False
+    """Whether exp, sin, cos, ln and roots are those of its C library."""
+
+    @property
+    def name(self) -> str:
+        return f"{self.target.name}-{self.compiler}{self.level}{'-libm' if self.libm else ''}"
+
+    @property
+    def folder(self) -> Path:
+        return OUT / self.name
+
+    def command(self) -> list[str]:
+        """The compiler with the flags of the processor."""
+        chosen = [self.target.gcc, *self.target.processor] if self.compiler == "gcc" else ["clang", *self.target.clang]
+        option = ["-DHOPFORM_LIBM"] if self.libm else []
+        return [*chosen, *COMMON, *option, self.level, "-I", str(C / "include")]
+
+
+def needed() -> list[str]:
+    """Programs that are not installed, among those that the targets take."""
+    tools = {"clang", *(target.gcc for target in TARGETS), *(target.machine[0] for target in TARGETS)}
+    return sorted(tool for tool in tools if shutil.which(tool) is None)
+
+
+def run(command: list[str], timeout: float = 120.0, cwd: Path | None = None) -> str:
+    """Both streams of a command; raise `Failed` if it says no, or takes more than so much time of the processor.
+
+    Not of the clock: on a machine that does other work, too, a program that emulates for seconds may wait for minutes.
+    """
+    limited = ["sh", "-c", f'ulimit -t {math.ceil(timeout)} && exec "$0" "$@"', *command]
+    try:
+        done = subprocess.run(
+            limited, capture_output=True, text=True, errors="replace", timeout=PATIENCE * timeout, check=False, cwd=cwd
+        )
+    except subprocess.TimeoutExpired:
+        raise Failed(f"{command[0]} waited for longer than {PATIENCE * timeout:.0f} s") from None
+    if done.returncode in OUT_OF_TIME:
+        raise Failed(f"{command[0]} took longer than {timeout:.0f} s of the processor")
+    text = done.stdout + done.stderr
+    if done.returncode != 0:
+        raise Failed(f"{' '.join(command[:6])} ... ended with {done.returncode}:\n{text[-4000:]}", done.returncode)
+    return text
+
+
+def sources(precisions: tuple[str, ...] = ("f32", "f64")) -> list[Path]:
+    """The library's sources for firmware."""
+    return [
+        *(C / "src" / f"{unit}_{precision}.c" for unit in UNITS for precision in precisions),
+        C / "src" / "version.c",
+    ]
+
+
+@cache
+def objects(build: Build, precisions: tuple[str, ...] = ("f32", "f64"), *extra: str) -> tuple[Path, ...]:
+    """The library, compiled; each object is made once a process."""
+    folder = build.folder
+    folder.mkdir(parents=True, exist_ok=True)
+    made = []
+    for source in sources(precisions):
+        target = folder / f"{source.stem}.o"
+        run([*build.command(), *extra, "-c", str(source), "-o", str(target)])
+        made.append(target)
+    return tuple(made)
+
+
+def link(
+    build: Build, program: str, *, precisions: tuple[str, ...] = ("f32", "f64"), define: tuple[str, ...] = ()
+) -> Path:
+    """An image of `program`.c of this folder with the library; boards and startup are always compiled by gcc."""
+    target, folder = build.target, build.folder
+    library = objects(build, precisions)
+    main, board, startup = folder / f"{program}.o", folder / "board.o", folder / "startup.o"
+    gcc = [target.gcc, *target.processor]
+    flags = ["-I", str(C / "include"), "-I", str(BOARDS), *define]
+    run([*build.command(), "-I", str(BOARDS), *define, "-c", str(HERE / f"{program}.c"), "-o", str(main)])
+    run([*gcc, "-std=c99", "-Os", "-ffunction-sections", *flags, "-c", str(BOARDS / "board.c"), "-o", str(board)])
+    run([*gcc, "-c", str(BOARDS / target.startup), "-o", str(startup)])
+    image = folder / f"{program}.elf"
+    inputs = [str(path) for path in (startup, main, board, *library)]
+    script = ["-nostartfiles", "-nodefaultlibs", "-Wl,--gc-sections", "-L", str(BOARDS), "-T", target.script]
+    run([*gcc, *script, *inputs, "-Wl,--start-group", *target.libraries, "-Wl,--end-group", "-o", str(image)])
+    return image
+
+
+@cache
+def native_words() -> dict[str, str]:
+    """What tests/conformance/firmware/words.c says on this computer, by precision."""
+    with tempfile.TemporaryDirectory(prefix="hopform-") as folder:
+        image = str(Path(folder) / "words")
+        files = [HERE / "words.c", BOARDS / "board.c", *sources()]
+        include = ["-I", str(C / "include"), "-I", str(BOARDS)]
+        run(["cc", "-O2", *COMMON, *include, *map(str, files), "-o", image, "-lm"])
+        return dict(re.findall(WORD, run([image])))
+
+
+def emulate(target: Target, image: Path, timeout: float = 120.0) -> str:
+    """What a program says on the terminal of its machine; raise `Failed` unless it ends with 0."""
+    quiet = ["-nographic", "-monitor", "none", "-serial", "none"]
+    return run(
+        [*target.machine, *quiet, "-semihosting-config", "enable=on,target=native", "-kernel", str(image)], timeout
+    )

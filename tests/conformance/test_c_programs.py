@@ -1,0 +1,166 @@
+"""Programs in C on the library: refusals, pointers, garbage, reference vectors,
+arbitrary inputs under the sanitizers.
+"""
+
+import re
+import shutil
+import subprocess
+from concurrent.futures import ThreadPoolExecutor
+from functools import cache
+from itertools import islice
+from pathlib import Path
+
+import pytest
+
+from tests.conformance.firmware.targets import BOARDS, COMMON, HERE, ROOT, C, sources
+from tests.conformance.test_selftest import CC, COMPILERS
+from tests.mutation.c import vectors
+from tests.objects import compiled
+
+FUZZ = ROOT / "tests" / "fuzz"
+MUTANTS = ROOT / "tests" / "mutation" / "c"
+CHECKS = (
+    "-O1",
+    "-g1",
+    "-fsanitize=address,undefined,float-cast-overflow,float-divide-by-zero",
+    "-fno-sanitize-recover=all",
+)
+DEFINE = {"f32": "-DSINGLE", "f64": "-DDOUBLE"}
+
+
+INCLUDE = ["-I", str(C / "include"), "-I", str(C / "src"), "-I", str(BOARDS)]
+
+
+def run_compiler(*command: str | Path) -> None:
+    done = subprocess.run([*map(str, command)], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+
+
+@cache
+def objects(folder: Path, compiler: tuple[str, ...], precision: str, *flags: str) -> list[Path]:
+    """The library's sources in a precision, for this computer."""
+    made = folder / "_".join([compiler[0], precision, *flags[:1]])
+    made.mkdir()
+
+    def make(source: Path) -> Path:
+        target = made / f"{source.stem}.o"
+        run_compiler(*compiler, *COMMON, *flags, *INCLUDE, "-c", source, "-o", target)
+        return target
+
+    with ThreadPoolExecutor(2) as pool:
+        return list(pool.map(make, sources((precision,))))
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory) -> Path:
+    return tmp_path_factory.mktemp("objects")
+
+
+def built(folder: Path, name: str, own: list[Path], compiler: list[str], precision: str, *flags: str) -> Path:
+    """A program with the library in a precision."""
+    image = folder / f"{name}_{compiler[0]}_{precision}"
+    library = objects(folder, tuple(compiler), precision, *(flag for flag in flags if not flag.startswith("-D")))
+    run_compiler(
+        *compiler, *COMMON, "-D_GNU_SOURCE", DEFINE[precision], *flags, *INCLUDE, *own, *library, "-o", image, "-lm"
+    )
+    return image
+
+
+def linked(store: Path, image: Path, own: Path, compiler: list[str], without: str = "") -> Path:
+    """A judge of mutants with the library in double precision, optimised, but for the unit that it includes."""
+    command = (*compiler, "-O2", *COMMON)
+    library = [compiled(store, command, path) for path in sources(("f64",)) if path.stem != f"{without}_f64"]
+    run_compiler(*command, "-D_GNU_SOURCE", DEFINE["f64"], *INCLUDE, "-I", MUTANTS, own, *library, "-o", image, "-lm")
+    return image
+
+
+def says(image: Path, *arguments: str) -> str:
+    done = subprocess.run([image, *arguments], capture_output=True, text=True, check=False, timeout=120)
+    assert done.returncode == 0, done.stdout + done.stderr
+    return done.stdout + done.stderr
+
+
+@pytest.mark.parametrize("precision", DEFINE)
+@pytest.mark.parametrize("program", ["refusals", "garbage", "contract"])
+def test_bad_input_is_refused_by_name_and_leaves_safe_outputs(folder, program, precision):
+    image = built(folder, program, [HERE / f"{program}.c", BOARDS / "board.c"], CC, precision, *CHECKS)
+    assert says(image).endswith("wrong 0\n")
+
+
+@pytest.mark.parametrize("precision", DEFINE)
+def test_batches_refuse_pointers_that_are_null_or_overlap(folder, precision):
+    """Lanes, which see no batch of three stances, are compiled without optimisation, the rest under the sanitizers."""
+    made = []
+    units = ("batch", "sensitivities_of_many", "lanes_baseline", "lanes_avx2", "lanes_avx512")
+    for unit in units:
+        made.append(folder / f"{unit}_{precision}_{CC[0]}.o")
+        flags = ("-O0",) if unit.startswith("lanes") else CHECKS
+        run_compiler(*CC, *COMMON, *flags, *INCLUDE, "-c", C / "src" / f"{unit}_{precision}.c", "-o", made[-1])
+    image = built(
+        folder,
+        "contract_batches",
+        [ROOT / "tests" / "conformance" / "contract_batches.c", *made],
+        CC,
+        precision,
+        *CHECKS,
+    )
+    assert says(image).endswith("wrong 0\n")
+
+
+def test_the_programs_about_pointers_call_every_public_function():
+    header = (C / "include" / "hopform" / "hopform_f64.h").read_text("utf-8")
+    functions = set(re.findall(r"^\w+ \*?hopform_(\w+)_f64\(", header, re.MULTILINE))
+    assert {"plan_init", "stance_grid", "solve_stances", "stance_loop", "selftest"} <= functions
+    programs = (HERE / "contract.c", ROOT / "tests" / "conformance" / "contract_batches.c")
+    called = {name for program in programs for name in re.findall(r"OF\((\w+)\)\(", program.read_text("utf-8"))}
+    assert functions - called == {"has_variant"}, "which takes no pointer"
+
+
+@pytest.mark.parametrize("compiler", COMPILERS, ids=" ".join)
+@pytest.mark.parametrize("judge", ["answers", "parts"])
+def test_the_judges_of_mutants_find_nothing_wrong_in_what_is_not_broken(store, tmp_path, judge, compiler):
+    image = linked(store, tmp_path / judge, MUTANTS / f"{judge}.c", compiler)
+    assert says(image, "aloud").endswith("wrong 0\n")
+
+
+@pytest.mark.parametrize("compiler", COMPILERS, ids=" ".join)
+@pytest.mark.parametrize("unit", ["flight", "control"])
+def test_the_judges_of_inner_functions_find_nothing_wrong_in_what_is_not_broken(store, tmp_path, unit, compiler):
+    image = linked(store, tmp_path / unit, MUTANTS / f"inside_{unit}.c", compiler, without=unit)
+    assert says(image, "aloud").endswith("wrong 0\n")
+
+
+def test_the_judge_finds_a_constant_that_is_off(tmp_path):
+    """It can fail: the Coulomb friction of the body counts a hundred-thousandth more."""
+    shutil.copytree(C / "src", tmp_path / "src")
+    formulas = tmp_path / "src" / "formulas_f64.h"
+    text = formulas.read_text("utf-8")
+    assert text.count("- f2*side_2") > 0
+    formulas.write_text(text.replace("- f2*side_2", "- 1.00001*f2*side_2"), "utf-8")
+    files = [str(tmp_path / "src" / path.name) for path in sources(("f64",))]
+    include = ["-I", str(C / "include"), "-I", str(tmp_path / "src")]
+    image = tmp_path / "answers"
+    subprocess.run(
+        [*CC, *COMMON, "-O1", *include, str(MUTANTS / "answers.c"), *files, "-o", str(image), "-lm"], check=True
+    )
+    assert subprocess.run([image], check=False, timeout=60).returncode == 1
+
+
+@pytest.mark.parametrize("precision", DEFINE)
+@pytest.mark.parametrize("entry", ["3", "4", "flight", "control", "reading"])
+def test_arbitrary_inputs_get_answers_within_bounds(folder, entry, precision):
+    """What `make fuzz` looks for, on what it found before and on a fixed draw: nothing undefined, no endless search."""
+    target = FUZZ / f"fuzz_{entry}.c" if entry.isalpha() else FUZZ / "fuzz_entry.c"
+    image = built(folder, f"fuzz_{entry}", [target, FUZZ / "replay.c"], CC, precision, *CHECKS, f"-DENTRY={entry}")
+    found = sorted((FUZZ / "found").iterdir())
+    assert len(found) >= 10
+    says(image, "4000", *map(str, found))
+
+
+def test_the_vectors_are_those_of_the_reference():
+    """The first rows anew, to the last digit; `python -m tests.mutation.c.vectors` writes them all."""
+    text = vectors.HEADER.read_text("utf-8")
+    for robot, start in vectors.stance_inputs()[:2]:
+        assert vectors.line(vectors.stance_row, robot, start) in text
+    for row in islice(vectors.command_rows(), 1):
+        assert vectors.line(list, row) in text

@@ -1,0 +1,444 @@
+"""The controller: it finds the current, the least one, and nothing that a scan of all currents would improve on."""
+
+import ctypes
+import doctest
+import math
+import re
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import hopform
+from hopform._cli.tables_control import PRINTED
+from hopform._solver import c as native
+from hopform._solver import c_control as native_control
+from hopform._solver.choice import choose
+from hopform_solver.records import COMMANDS, State
+from hopform_solver.trial import try_currents
+from tests.conformance.currents import Judge, compare, compare_single, draw_touchdowns
+
+HOPPER = hopform.load_robot("hopper_c")
+AXIS = hopform.load_robot("hopper_b")
+IDEAL = hopform.load_robot("ideal")
+F64 = np.dtype(np.float64)
+
+
+def drop(robot: hopform.Robot, height: float, h_des: float, **how: Any) -> hopform.Command:
+    return hopform.choose_current(robot, v2=hopform.touchdown_velocity(robot, height), h_des=h_des, **how)
+
+
+def with_fields(robot: hopform.Robot, **fields: float) -> hopform.Robot:
+    values = {field.name: getattr(robot, field.name) for field in hopform.Robot.fields()}
+    return hopform.Robot(**(values | fields))
+
+
+# ---- against brute force ----
+
+
+@pytest.mark.parametrize("robot", [HOPPER, AXIS], ids=lambda robot: robot.name)
+def test_no_current_of_a_scan_is_smaller_or_nearer(robot):
+    found = compare(robot, draw_touchdowns(robot, 424, 60), step=1e-3 * robot.u_max)
+    assert len(found.statuses) == 3, "the draw must reach, miss, and find no take-off"
+    assert not found.untrue
+    assert not found.smaller
+    assert not found.nearer
+
+
+def test_a_scan_sees_an_answer_that_is_not_the_least_or_not_the_nearest(monkeypatch):
+    """The scan must be able to fail: it is shown answers that are admissible and worse."""
+    touchdowns = draw_touchdowns(HOPPER, 424, 30)
+    lazy = hopform.Command(u=HOPPER.u_max, apex=math.nan, status="nearest", solved=1)
+    monkeypatch.setattr("tests.conformance.currents.choose_current", lambda *_, **__: lazy)
+    found = compare(HOPPER, touchdowns, step=0.01)
+    assert len(found.nearer) > 15
+    assert len(found.untrue) == 30
+
+
+@pytest.mark.parametrize("robot", [HOPPER, AXIS], ids=lambda robot: robot.name)
+def test_single_precision_reaches_the_apex_in_the_double_precision_model(robot):
+    found = compare_single(robot, draw_touchdowns(robot, 99, 300))
+    assert not found.single
+    assert 0.0 < found.worst_single <= 1e-5
+
+
+def test_both_back_ends_choose_alike():
+    drops = [(0.2, 0.2), (0.2, 0.1162), (0.2, 0.3), (0.1, 0.15), (0.3, 0.1), (0.05, 0.02)]
+    for height, h_des in drops:
+        first, second = (drop(HOPPER, height, h_des, backend=name) for name in ("c", "numpy"))
+        assert first.status == second.status
+        assert first.apex == pytest.approx(second.apex, abs=1e-9)
+        if first.status == "reached":  # at a fold the current is known to half the digits
+            assert first.u == pytest.approx(second.u, abs=1e-6)
+
+
+# ---- what is known of hopper_c ----
+
+
+@pytest.mark.parametrize(("u", "apex"), [(0.0, 0.1182), (1.25, 0.1162), (2.0, 0.1399), (3.0, 0.2233)])
+def test_a_current_is_found_back_from_its_apex_or_a_smaller_one_is(u, apex):
+    assert hopform.next_apex(HOPPER, 0.2, u) == pytest.approx(apex, abs=1e-4)
+    command = drop(HOPPER, 0.2, hopform.next_apex(HOPPER, 0.2, u))
+    assert command.status == "reached"
+    assert abs(command.u) <= u + 1e-6
+    assert command.apex == pytest.approx(hopform.next_apex(HOPPER, 0.2, u), abs=1e-9)
+
+
+def test_of_two_currents_with_one_apex_the_smaller_is_chosen():
+    apex = float(hopform.next_apex(HOPPER, 0.2, 1.0))
+    wide = np.linspace(1.25, 2.0, 2001)
+    second = wide[np.argmin(np.abs(hopform.next_apex(HOPPER, 0.2, wide) - apex))]
+    assert second > 1.3
+    assert drop(HOPPER, 0.2, apex).u == pytest.approx(1.0, abs=1e-6)
+
+
+def test_an_apex_that_lies_in_the_gap_is_not_reached():
+    """From 2 cm no current takes off between about 0.82 and 1.37 A: 0.28 cm below that, 2.3 cm above it."""
+    for h_des, u, apex in ((0.01, 0.8125, 0.0028), (0.02, 1.378, 0.023)):
+        command = drop(HOPPER, 0.02, h_des)
+        assert command.status == "nearest"
+        assert command.u == pytest.approx(u, abs=0.01)
+        assert command.apex == pytest.approx(apex, abs=3e-4)
+
+
+def test_beyond_the_largest_apex_the_limit_is_the_nearest():
+    command = drop(HOPPER, 0.2, 1.0)
+    assert (command.status, command.u) == ("nearest", HOPPER.u_max)
+
+
+def test_the_least_apex_is_that_of_the_fold():
+    command = drop(HOPPER, 0.2, 0.0)
+    u = np.linspace(-3.0, 3.0, 6001)
+    assert command.status == "nearest"
+    assert command.apex <= np.nanmin(hopform.next_apex(HOPPER, 0.2, u)) + 1e-12
+    assert abs(judge_slope(HOPPER, 0.2, command.u)) < 1e-4
+
+
+def judge_slope(robot: hopform.Robot, height: float, u: float) -> float:
+    stance = hopform.solve_stance(robot, v2=hopform.touchdown_velocity(robot, height), u=u)
+    return float(stance.sensitivities["apex", "u"])
+
+
+def test_heights_count_from_the_datum():
+    flat = drop(HOPPER, 0.2, 0.18)
+    step = drop(HOPPER, 0.2, 0.15, datum=0.03)
+    assert (step.u, step.status) == (flat.u, "reached")
+    assert step.apex == pytest.approx(0.15, abs=1e-12)
+
+
+def test_the_stroke_limits_and_the_margin_more_so():
+    free = drop(HOPPER, 0.2, 0.3)
+    for margin in (0.05, 0.06):
+        command = drop(HOPPER, 0.2, 0.3, stop_margin=margin)
+        stance = hopform.solve_stance(HOPPER, v2=hopform.touchdown_velocity(HOPPER, 0.2), u=command.u)
+        peak = max(stance.end.x1, *(phase.state.x1 for phase in stance.phases))
+        assert command.status == "nearest"
+        assert 0.0 < HOPPER.x1_max - margin - peak < 1e-9
+        assert command.apex < free.apex
+
+
+# ---- robots that cannot choose ----
+
+
+def test_a_locked_actuator_makes_currents_alike():
+    assert drop(IDEAL, 0.2, 0.2).status == "reached"
+    command = drop(IDEAL, 0.2, 0.25)
+    assert (command.status, command.u, command.solved) == ("nearest", 0.0, 1)
+    assert command.apex == pytest.approx(0.2, abs=1e-12)
+
+
+def test_without_current_there_is_one_apex():
+    command = drop(with_fields(HOPPER, u_max=0.0), 0.2, 0.2)
+    assert (command.status, command.u, command.solved) == ("nearest", 0.0, 1)
+
+
+def test_a_leg_that_never_takes_off_gets_no_current():
+    command = drop(with_fields(HOPPER, u_max=0.1), 0.001, 0.1)
+    assert (command.status, command.u) == ("no_takeoff", 0.0)
+    assert math.isnan(command.apex)
+
+
+def test_a_stroke_that_is_used_up_admits_no_current():
+    command = hopform.choose_current(HOPPER, x1=0.07, v2=-2.0, h_des=0.2, stop_margin=0.02)
+    assert (command.status, command.u) == ("no_takeoff", 0.0)
+
+
+def test_a_held_actuator_is_proven_to_be_held_between_two_currents():
+    """At its lower stop every negative current leaves it there: one trial settles all of them."""
+    apex = float(hopform.next_apex(HOPPER, 0.2, 0.0))
+    assert hopform.next_apex(HOPPER, 0.2, -3.0) == apex
+    assert drop(HOPPER, 0.2, 0.22).solved < 20
+
+
+# ---- what is refused ----
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        ({"h_des": -0.01}, "h_des + datum must be >= 0 m, the apex must not lie below the ground, got -0.01"),
+        ({"h_des": 0.1, "datum": -0.2}, "h_des + datum must be >= 0 m"),
+        ({"h_des": math.nan}, "h_des must be finite m, got nan"),
+        ({"h_des": 0.1, "datum": math.inf}, "datum must be finite m"),
+        ({"h_des": 0.1, "stop_margin": -1e-3}, "stop_margin must be >= 0 m, got -0.001"),
+        ({"h_des": 0.1, "x1": 0.2}, "x1 must be within its stroke"),
+        ({"h_des": 0.1, "v1": math.nan}, "v1 must be finite"),
+        ({"h_des": 0.1, "x2": 1.0}, "x2 must be <="),
+        ({"h_des": 0.1, "horizon": 0.0}, "horizon must be > 0 s"),
+        ({"h_des": "high"}, "h_des must be a number in m"),
+        ({"h_des": 0.1, "backend": "gpu"}, "backend must be 'c' or 'numpy'"),
+        ({"h_des": 0.1, "dtype": "int32"}, "dtype must be"),
+    ],
+)
+def test_what_is_not_allowed_is_named(options, said):
+    with pytest.raises(hopform.HopformError) as caught:
+        hopform.choose_current(HOPPER, v2=-2.0, **options)
+    assert said in str(caught.value)
+
+
+@pytest.mark.parametrize(("field", "value"), [("g", 0.0), ("u_max", math.inf)])
+def test_a_robot_without_gravity_or_limit_is_refused(field, value):
+    with pytest.raises(hopform.HopformError, match=field):
+        hopform.choose_current(with_fields(HOPPER, **{field: value}), v2=-2.0, h_des=0.2)
+
+
+@pytest.mark.parametrize(
+    "call",
+    [
+        lambda: hopform.choose_current("hopper_c", v2=-2.0, h_des=0.2),
+        lambda: hopform.choose_current_as_printed("hopper_c", v2=-2.0, h_des=0.2),
+        lambda: hopform.solve_flight("hopper_c", v2=1.0),
+        lambda: hopform.solve_stance("hopper_c", v2=-1.0),
+        lambda: hopform.reachability("hopper_c", [0.1], [1.0]),
+    ],
+)
+def test_the_name_of_a_robot_is_no_robot(call):
+    with pytest.raises(hopform.HopformError, match="robot must be a Robot, as load_robot gives it, got 'hopper_c'"):
+        call()
+
+
+@pytest.mark.parametrize(("grid", "said"), [(0.0, "grid must be > 0 A"), (1e-12, "grid must be >= 3e-06 A")])
+def test_a_grid_that_no_memory_would_hold_is_refused(grid, said):
+    with pytest.raises(hopform.HopformError, match=said):
+        hopform.choose_current_as_printed(HOPPER, v2=-2.0, h_des=0.2, grid=grid)
+
+
+# ---- one piece of work per tick ----
+
+
+class Resumable:
+    """The C library's search, tick by tick."""
+
+    def __init__(self, robot: hopform.Robot, start: State, target: tuple[float, ...], dtype: Any = np.float64) -> None:
+        self.library = native.library()
+        self.types = self.library.types(np.dtype(dtype))
+        self.plan = native.plan_of(self.library, self.types, robot.parameters)
+        target_type, command_type, search_type = self.types.Target, self.types.Command, self.types.Search
+        self.search, self.command = search_type(), command_type()
+        self.phases = (self.types.Phase * 256)()
+        self.status = self.library.call(
+            "choose_current_begin", self.types, ctypes.byref(self.search), ctypes.byref(self.plan),
+            ctypes.byref(self.types.State(*start)), ctypes.byref(target_type(*target)), ctypes.byref(self.command),
+        )  # fmt: skip
+
+    def step(self, capacity: int = 256) -> int:
+        self.status = self.library.call(
+            "choose_current_step", self.types, ctypes.byref(self.search), self.phases, ctypes.c_int32(capacity),
+            ctypes.byref(self.command),
+        )  # fmt: skip
+        return self.status
+
+
+def test_the_search_may_be_left_after_any_tick_and_holds_a_safe_current():
+    judge = Judge(HOPPER)
+    for touchdown in draw_touchdowns(HOPPER, 5, 20):
+        start = State(touchdown.x1, touchdown.v1, touchdown.v2, touchdown.y)
+        search = Resumable(HOPPER, start, (touchdown.h_des, touchdown.datum, touchdown.stop_margin, 2.0))
+        assert (search.status, search.command.u) == (3, 0.0)
+        gaps, ticks = [math.inf], 0
+        while search.status == 3:
+            search.step()
+            ticks += 1
+            assert search.search.trials == ticks, "one stance a tick"
+            if COMMANDS[search.command.status] == "no_takeoff":
+                assert search.command.u == 0.0
+            else:
+                gaps.append(abs(judge.gap(touchdown, search.command.u)))
+        assert gaps == sorted(gaps, reverse=True) or gaps[-1] <= 2e-10
+        whole = touchdown.ask(HOPPER)
+        assert (search.command.u, ticks) == (whole.u, whole.solved)
+        assert search.step() == 0, "a search that is done stays done"
+
+
+def test_a_stance_that_outgrows_the_memory_is_said_to_be_left_out():
+    search = Resumable(HOPPER, State(0.0, 0.0, -0.6, 0.0), (0.05, 0.0, 0.0, 2.0))
+    while search.step(capacity=3) == 3:
+        pass
+    assert search.status == native.PHASES_NOT_KEPT
+
+
+@pytest.mark.parametrize("target", [(math.nan, 0.0, 0.0, 2.0), (-0.1, 0.0, 0.0, 2.0), (0.1, 0.0, -1.0, 2.0),
+                                    (0.1, 0.0, 0.0, 0.0), (0.1, math.inf, 0.0, 2.0)])  # fmt: skip
+def test_the_library_refuses_what_it_is_asked_and_leaves_a_safe_current(target):
+    with pytest.raises(hopform.HopformError):
+        Resumable(HOPPER, State(0.0, 0.0, -2.0, 0.0), target)
+
+
+def test_a_bad_state_ends_the_search_with_a_safe_current():
+    search = Resumable(HOPPER, State(0.0, math.nan, -2.0, 0.0), (0.1, 0.0, 0.0, 2.0))
+    with pytest.raises(hopform.HopformError):
+        search.step()
+    assert search.command.u == 0.0
+    assert COMMANDS[search.command.status] == "no_takeoff"
+
+
+# ---- what a tried current says ----
+
+
+@pytest.mark.parametrize(
+    ("robot", "start"),
+    [
+        (HOPPER, State(0.0, 0.0, -1.93, 0.0)),
+        (HOPPER, State(0.05, -0.2, -0.6, 0.004)),
+        (HOPPER, State(0.02, 0.1, -0.63, 0.0)),
+        (AXIS, State(0.01, 0.2, -1.2, 0.0)),
+    ],
+    ids=["a drop", "compressed", "a low drop", "an axis"],
+)
+def test_slopes_are_those_of_the_values_in_both_back_ends(robot, start):
+    u = np.linspace(-0.97, 0.93, 20) * robot.u_max
+    h = 1e-6 * robot.u_max
+    around = np.concatenate([u - h, u, u + h])
+    c = native_control.try_currents(choose("c"), robot.parameters, [start], around, 2.0, 4096)[0]
+    n = try_currents(robot.parameters, start, around, 2.0, 4096)
+    below, at, above = np.split(c, 3)
+    alike = (below["events"] == at["events"]) & (at["events"] == above["events"]) & at["smooth"]
+    assert alike.sum() > 10
+    for name in ("apex", "peak", "dip"):
+        known = alike & np.isfinite(at[name]) & (np.abs(at[name]) < 1e3)
+        slope = (above[name] - below[name]) / (2.0 * h)
+        assert np.allclose(at[f"{name}_u"][known], slope[known], atol=2e-6, rtol=2e-4)
+        numpy_value = np.split(np.asarray(getattr(n, name)), 3)[1]
+        numpy_slope = np.split(np.asarray(getattr(n, f"{name}_u")), 3)[1]
+        assert np.allclose(at[name][known], numpy_value[known], atol=1e-9)
+        assert np.allclose(at[f"{name}_u"][known], numpy_slope[known], atol=1e-5)
+    lifts = np.flatnonzero(at["takes_off"] & at["smooth"])
+    for lane in lifts[:5]:
+        x2 = start.x1 - start.y + robot.L0 + robot.c
+        stance = hopform.solve_stance(robot, x1=start.x1, v1=start.v1, v2=start.v2, x2=x2, u=at["u"][lane])
+        assert at["apex_u"][lane] == pytest.approx(stance.sensitivities["apex", "u"], abs=1e-9)
+
+
+def test_a_rebound_that_nearly_takes_off_is_seen_as_a_dip():
+    """Where take-offs end (2 cm drop, 0.82 A) the least spring of the rebound passes zero."""
+    start = State(0.0, 0.0, hopform.touchdown_velocity(HOPPER, 0.02), 0.0)
+    found = native_control.try_currents(
+        choose("c"), HOPPER.parameters, [start], np.linspace(0.70, 0.95, 2501), 2.0, 4096
+    )[0]
+    edge = int(np.flatnonzero(found["takes_off"][:-1] & ~found["takes_off"][1:])[0])
+    assert found["dip"][edge + 1] < 1e-5
+    assert np.all(found["dip"][edge + 1 : edge + 200] > 0.0)
+
+
+# ---- as printed ----
+
+
+def printed(height: float, h_des: float, **how: Any) -> hopform.PrintedCommand:
+    v2 = hopform.touchdown_velocity(HOPPER, height)
+    return hopform.choose_current_as_printed(HOPPER, v2=v2, h_des=h_des, **how)
+
+
+@pytest.mark.parametrize("datum", [-0.03, 0.0, 0.03])
+def test_with_everything_put_right_the_printed_controller_is_the_exact_one_up_to_its_grid(datum):
+    for h_des in (0.15, 0.16, 0.165):
+        found = printed(0.2, h_des, datum=datum, half=False, signed=True, spring_coordinate=True, grid=1e-3)
+        exact = drop(HOPPER, 0.2, h_des, datum=datum)
+        assert exact.status == "reached"
+        assert found.apex == pytest.approx(h_des, abs=1e-4)
+        assert found.objective == pytest.approx(HOPPER.m_s * HOPPER.g * abs(found.apex - h_des), abs=1e-12)
+
+
+def test_the_spring_coordinate_that_is_left_out_costs_centimetres():
+    errors = {h_des: printed(0.2, h_des).apex - h_des for h_des in (0.15, 0.18, 0.2, 0.22)}
+    assert errors[0.2] == pytest.approx(-0.0141, abs=5e-4)
+    assert all(a > b for a, b in zip(errors.values(), list(errors.values())[1:], strict=False))
+
+
+@pytest.mark.parametrize(("datum", "error"), [(-0.03, 0.015), (0.03, -0.045)])
+def test_the_half_of_26_misses_half_a_step_down_and_all_of_a_step_up(datum, error):
+    found = printed(0.2, 0.15, datum=datum, spring_coordinate=True, grid=1e-3)
+    assert found.apex - 0.15 == pytest.approx(error, abs=2e-4)
+
+
+def test_the_printed_objective_is_the_general_one_with_its_defaults():
+    from hopform_solver import formulas
+
+    state = State(0.01, 0.0, -1.5, 0.0)
+    one = formulas.printed_objective(HOPPER.parameters, state, 1.2, 0.2, -0.04)
+    two = formulas.objective(HOPPER.parameters, state, 1.2, 0.03, 0.2, 0.5 * 0.04, 0.0)
+    assert one == pytest.approx(two, abs=1e-14)
+
+
+def test_without_take_off_the_printed_controller_has_no_current():
+    found = hopform.choose_current_as_printed(with_fields(HOPPER, u_max=0.1), v2=-0.13, h_des=0.1)
+    assert (found.status, found.u) == ("no_takeoff", 0.0)
+    with pytest.raises(hopform.HopformError, match="grid must be > 0 A"):
+        printed(0.2, 0.2, grid=0.0)
+
+
+# ---- docs/control.md ----
+
+DOCUMENT = Path(__file__).resolve().parents[2] / "docs" / "control.md"
+
+
+def test_the_lines_of_the_page_run():
+    outcome = doctest.testfile(str(DOCUMENT), module_relative=False)
+    assert outcome.attempted >= 7
+    assert outcome.failed == 0
+
+
+def printed_errors(datum: float, count: int) -> dict[str, np.ndarray]:
+    """|apex - h_des| [cm] of each printed form, at drops from which h_des is reachable."""
+    draw = np.random.default_rng(17)
+    errors: dict[str, list[float]] = {form: [] for form in PRINTED}
+    while len(errors["all three"]) < count:
+        height, h_des = draw.uniform(0.05, 0.3), draw.uniform(0.05, 0.25)
+        if drop(HOPPER, height, h_des, datum=datum).status == "reached":
+            for form, options in PRINTED.items():
+                apex = printed(height, h_des, datum=datum, **options).apex
+                errors[form].append(100.0 * abs(apex - h_des))
+    return {form: np.array(found) for form, found in errors.items()}
+
+
+def test_the_errors_of_the_printed_forms_are_those_of_the_page():
+    rows = re.findall(r"^\| ([^|]+) \|" + r" ([\d.]+) \|" * 6 + "$", DOCUMENT.read_text("utf-8"), re.MULTILINE)
+    page = {form: [float(cell) for cell in cells] for form, *cells in rows}
+    assert set(page) == set(PRINTED)
+    for column, datum in enumerate((0.0, 0.03, -0.03)):
+        for form, found in printed_errors(datum, 200).items():
+            assert found.mean() == pytest.approx(page[form][2 * column], abs=0.006)
+            assert found.max() == pytest.approx(page[form][2 * column + 1], abs=0.006)
+
+
+def test_arbitrary_bits_give_an_error_or_a_finite_safe_command():
+    draw = np.random.default_rng(20)
+    refused = 0
+    for dtype, words in ((np.float32, np.uint32), (np.float64, np.uint64)):
+        for _ in range(200):
+            with np.errstate(invalid="ignore"):
+                bits = draw.integers(0, np.iinfo(words).max, size=8, dtype=words).view(dtype).astype(float)
+            keep = draw.random(8) < 0.7
+            values = np.where(keep, [0.0, 0.0, -1.5, 0.0, 0.2, 0.0, 0.0, 2.0], bits).tolist()
+            try:
+                search = Resumable(HOPPER, State(*values[:4]), tuple(values[4:]), dtype)
+                for _ in range(400):
+                    if search.step() != 3:
+                        break
+                command = search.command
+            except hopform.HopformError:
+                refused += 1
+                continue
+            assert abs(command.u) <= HOPPER.u_max
+            assert math.isfinite(command.apex)
+    assert 50 < refused < 350

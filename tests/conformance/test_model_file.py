@@ -1,0 +1,766 @@
+"""A robot of one's own: `python -m derive --model FILE` for a hopper whose motor has a back-EMF.
+
+Package and library are derived, compiled and compared with the 50-digit reference, which knows the back-EMF as more of
+b1, and hop with an integrator; a term that the closed form cannot carry, or that would end at take-off, is refused by
+name.
+"""
+
+import ctypes
+import dataclasses
+import importlib
+import math
+import os
+import subprocess
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import hopform
+import hopform_solver
+from derive.__main__ import main
+from derive.emit.folder import write
+from derive.emit.ir import Quantity
+from derive.emit.program import program as derived_program
+from derive.emit.render import Options, render
+from derive.model.equations import Model, Term
+from derive.model.quantities import v2
+from hopform._solver import arrays, c_flight
+from hopform._solver import c as native
+from hopform._solver.choice import C
+from hopform._solver.package import Package
+from hopform_solver import records
+from tests.conformance.errors import TOLERANCE, plain_errors, rounded
+from tests.conformance.flights import condition, outcome, random_flight
+from tests.conformance.random_stances import random_robot
+from tests.oracle import integrator, reference
+from tests.oracle.differences import differences, scaled_error, size_of
+from tests.oracle.reference.flight import FlightReference
+from tests.oracle.reference.flight import solve_flight as reference_flight
+from tests.oracle.reference.records import mp
+from tools.build_library import compile_sources
+
+MODELS = Path(__file__).resolve().parents[1] / "models"
+WARNINGS = (
+    "-Wall",
+    "-Wextra",
+    "-Wpedantic",
+    "-Wshadow",
+    "-Wconversion",
+    "-Wdouble-promotion",
+    "-Wfloat-equal",
+    "-Werror",
+)
+EVERY_EVENT = set(records.EVENTS.values())
+EVERY_MODE = {(one, other) for one in (-1, 0, 1) for other in (-1, 0, 1)}
+
+
+@pytest.fixture(scope="module")
+def driven(tmp_path_factory) -> Path:
+    """The folder that the command writes."""
+    out = tmp_path_factory.mktemp("driven")
+    assert main(["--model", str(MODELS / "back_emf.py"), "--out", str(out), "--prefix", "driven"]) == 0
+    return out
+
+
+@pytest.fixture(scope="module")
+def package(driven):
+    """Its package, imported from there."""
+    sys.path.insert(0, str(driven / "python"))
+    try:
+        yield importlib.import_module("driven_solver")
+    finally:
+        sys.path.remove(str(driven / "python"))
+
+
+@pytest.fixture(scope="module")
+def library(driven, package) -> native.Library:
+    """Its library, compiled there."""
+    path = driven / "libdriven.so"
+    compile_sources(driven / "c", path, "-O0")
+    return native.Library(path, "driven", Package("driven_solver"))
+
+
+@dataclass(frozen=True)
+class Seen:
+    """What the comparison reads of a stance, whoever solved it."""
+
+    dtype: Any
+    status: str
+    duration: float
+    end: hopform.State
+    apex: float
+    aed: float
+    events: tuple[hopform.Event, ...]
+    modes: tuple[tuple[int, int], ...]
+    ledger: Any
+    stop_loss: tuple[float, float]
+    gained: float
+
+
+def seen(robot: hopform.Robot, solved: Any, dtype: Any, ledger: Any, loss: Any, total: Any) -> Seen:
+    rows = solved.phase_rows()
+    ending, duration, state, apex, aed = solved.outcome()
+    end = hopform.State(state.x1, state.v1, state.x1 - state.y + (robot.L0 + robot.c), state.v2)
+    return Seen(
+        np.dtype(dtype),
+        records.ENDINGS[ending],
+        duration,
+        end,
+        apex,
+        aed,
+        tuple(hopform.Event(t, records.EVENTS[event]) for t, _, _, event, _ in rows if event),
+        tuple((mode // 3 - 1, mode % 3 - 1) for _, _, mode, _, _ in rows),
+        type(ledger)(*(float(entry[-1]) for entry in ledger)),
+        (float(loss[0]), float(loss[-1])),
+        float(total[-1] - total[0]),
+    )
+
+
+def by_library(robot: hopform.Robot, k_emf: float, start: dict[str, Any], dtype: Any, library: native.Library) -> Seen:
+    steps = start["u"] if isinstance(start["u"], tuple) else ((0.0, start["u"]),)
+    state = records.State(start.get("x1", 0.0), start.get("v1", 0.0), start["v2"], 0.0)
+    solved = C(library).solve_stance(
+        (*robot.parameters, k_emf), state, steps, start.get("horizon", 2.0), start.get("max_phases", 4096),
+        np.dtype(dtype),
+    )  # fmt: skip
+    times = np.array([0.0, solved.outcome()[1]], dtype)
+    return seen(robot, solved, dtype, *solved.ledger_at(times), solved.energy_at(times).total)
+
+
+def by_package(robot: hopform.Robot, k_emf: float, start: dict[str, Any], dtype: Any, package: Any) -> Seen:
+    steps = start["u"] if isinstance(start["u"], tuple) else ((0.0, start["u"]),)
+    times, currents = zip(*steps, strict=True)
+    state = package.State(start.get("x1", 0.0), start.get("v1", 0.0), start["v2"], 0.0)
+    with np.errstate(all="ignore"):
+        solution = package.solve(
+            package.Robot(*robot.parameters, k_emf), state, currents if len(steps) > 1 else currents[0], times,
+            start.get("horizon", 2.0), start.get("max_phases", 4096), dtype,
+        )  # fmt: skip
+        energy = importlib.import_module("driven_solver.energy")
+        at = np.array([0.0, float(solution.duration)], dtype)
+        ledger, loss = energy.ledger_at(solution, 0, at)
+        total = energy.energy_at(solution, 0, at).total
+    return seen(robot, arrays.Solved(Package("driven_solver"), solution), dtype, ledger, loss, total)
+
+
+# ---- the derivatives are those of the reference ----
+
+
+def in_reference(robot: hopform.Robot, k_emf: float) -> dict[str, Any]:
+    """The reference's robot: b1 and k_emf exactly added."""
+    parameters = rounded(robot, np.float64)
+    return parameters | {"b1": mp.mpf(parameters["b1"]) + mp.mpf(k_emf)}
+
+
+def test_derivatives_with_a_back_emf_are_those_of_the_reference(package, library):
+    """Through a stop, and by the new parameter, which moves whatever it moves as b1 does."""
+    robot, k_emf = dataclasses.replace(hopform.load_robot("hopper_c"), x1_max=0.05), 10.0
+    start = {"v2": -1.93, "x1": 0.02, "v1": 0.9, "u": 1.5}
+    solved = C(library).solve_stance(
+        (*robot.parameters, k_emf), records.State(0.02, 0.9, -1.93, 0.0), ((0.0, 1.5),), 2.0, 4096,
+        np.dtype(np.float64),
+    )  # fmt: skip
+    assert {records.EVENTS[row[3]] for row in solved.phase_rows()[1:]} >= {"x1_hits_stop", "x1_slips", "x1_reverses"}
+    solution = package.solve(package.Robot(*robot.parameters, k_emf), package.State(0.02, 0.9, -1.93, 0.0), 1.5)
+    by_package = importlib.import_module("driven_solver.sensitivity")
+    exact, sizes, columns = in_reference(robot, k_emf), [], []
+    values = {**rounded(robot, np.float64), **start, "k_emf": k_emf}
+    for name in by_package.COLUMNS:
+        sizes.append(size_of(name, values.get(name, 0.0)))
+        known = name not in ("y", "u_max", "impact_loss")
+        in_exact = "b1" if name == "k_emf" else name
+        columns.append(differences(exact, start, in_exact, sizes[-1]) if known else [0.0] * 7)
+    columns[by_package.COLUMNS.index("y")] = [math.nan] * 7
+    assert by_package.COLUMNS[-1] == "k_emf"
+    for ours in (solved.sensitivities(), by_package.sensitivities_of(solution)):
+        assert scaled_error(ours, np.array(columns).T, np.array(sizes)) <= 1e-12
+
+
+# ---- the answers are those of the reference ----
+
+
+def hoppers() -> dict[str, tuple[hopform.Robot, float, dict[str, Any]]]:
+    """A robot, its back-EMF and a start: drops, strokes that end, friction that holds, and robots of every size."""
+    c = hopform.load_robot("hopper_c")
+    cases: dict[str, tuple[hopform.Robot, float, dict[str, Any]]] = {
+        f"hopper_c, {k_emf} N s/m, {u} A": (c, k_emf, {"v2": -1.93, "u": u})
+        for k_emf in (0.0, 1e-9, 2.0, 20.0, 400.0)
+        for u in (-3.0, 0.0, 2.0, 3.0)
+    }
+    cases["onto the lower stop"] = c, 20.0, {"v2": -1.93, "v1": -0.3, "x1": 0.02, "u": -2.0}
+    cases["onto the upper stop"] = c, 20.0, {"v2": -1.93, "v1": 0.6, "x1": 0.06, "u": -3.0}
+    cases["against a stop at once"] = c, 20.0, {"v2": -1.93, "v1": 0.2, "x1": 0.08, "u": 0.0}
+    cases["the current reverses"] = c, 20.0, {"v2": -1.93, "u": ((0.0, 3.0), (0.06, -3.0), (0.12, 3.0))}
+    cases["a locked actuator"] = (
+        hopform.Robot(m_eff=25.0, m_s=3.0, k=1200.0, L0=0.4, b2=5.0, f2=0.6, x1_min=0.0, x1_max=0.0),
+        20.0,
+        {"v2": -1.5, "u": 0.0},
+    )
+    heavy_friction = hopform.Robot(m_eff=3.0, m_s=3.0, k=800.0, L0=0.4, b2=60.0, f1=0.3, f2=6.0, gamma2=-60.0)
+    both_rest = dataclasses.replace(heavy_friction, f1=8.0)
+    cases["a body that sticks and slips before both rest"] = both_rest, 10.0, {"v2": -0.4, "v1": 0.3, "u": 1.0}
+    cases["a body that sticks, pushed up"] = heavy_friction, 10.0, {"v2": -0.9, "v1": 0.3, "u": 1.0}
+    cases["a body let go: the force touches zero once a period"] = (
+        hopform.load_robot("ideal"),
+        0.0,
+        {"v2": 0.0, "u": 0.0},
+    )
+    stiff = hopform.Robot(m_eff=25.0, m_s=1.0, k=4e6, L0=0.4, b1=600.0, b2=1000.0, f1=0.5, f2=0.01, gamma2=100.0)
+    cases["a leg that rings for long before the actuator reverses"] = stiff, 0.0, {"v2": -0.1, "v1": 1.0, "u": 2.0}
+    some_friction = hopform.Robot(m_eff=3.0, m_s=3.0, k=800.0, L0=0.4, b2=5.0, f1=0.3, f2=3.0, gamma2=-60.0)
+    cases["a body that sticks, let down"] = some_friction, 1.0, {"v2": -0.4, "v1": 0.6, "u": 0.0}
+    for seed in range(16):
+        robot, start = random_robot(1000 + seed)
+        cases[f"random {seed}"] = robot, 10.0 ** (seed % 5 - 3) * math.sqrt(robot.k * robot.m_s), start
+    return cases
+
+
+CASES = pytest.mark.parametrize("name", hoppers())
+
+
+@CASES
+def test_package_and_library_agree_with_the_reference(name, package, library):
+    """Events and ending are the same; times, states and AED within 1e-12 in the units of the accuracy measure, divided
+    by the condition number where that is above 1."""
+    robot, k_emf, start = hoppers()[name]
+    exact = reference.solve(in_reference(robot, k_emf), **start)
+    kept = exact.events[: start.get("max_phases", 4096) - 1]
+    for stance in (
+        by_package(robot, k_emf, start, np.float64, package),
+        by_library(robot, k_emf, start, np.float64, library),
+    ):
+        assert stance.status == exact.status
+        assert [event.kind for event in stance.events] == [event.kind for event in kept]
+        for of, error in plain_errors(robot, stance, exact, start["v2"]).items():  # type: ignore[arg-type]
+            if error > TOLERANCE[np.float64]:
+                error /= max(1.0, reference.condition(in_reference(robot, k_emf), of=of, **start))  # noqa: PLW2901
+            assert error <= TOLERANCE[np.float64], of
+
+
+@CASES
+def test_the_back_emf_has_an_entry_of_its_own_and_the_ledger_closes(name, package, library):
+    """It takes its share of what all viscous friction of the actuator takes,
+    and the entries add up to the energy's change.
+    """
+    robot, k_emf, start = hoppers()[name]
+    exact = reference.solve(in_reference(robot, k_emf), **start)
+    unit = float(reference.scales(rounded(robot, np.float64), exact, start["v2"])["energy"])
+    theirs = {entry: float(value) for entry, value in exact.ledger(exact.duration).items()}
+    share = k_emf / (robot.b1 + k_emf) if k_emf else 0.0
+    theirs |= {"back_EMF_1": share * theirs["viscous_1"], "viscous_1": (1.0 - share) * theirs["viscous_1"]}
+    bound = TOLERANCE[np.float64] * max(unit, *map(abs, theirs.values()))
+    for stance in (
+        by_package(robot, k_emf, start, np.float64, package),
+        by_library(robot, k_emf, start, np.float64, library),
+    ):
+        ours = stance.ledger._asdict()
+        at_once, in_all = stance.stop_loss
+        entries = package.records.LEDGER_OF_ROBOT
+        assert abs(sum(ours[entry] for entry in entries) + (in_all - at_once) - stance.gained) <= bound
+        assert abs(sum(ours[entry] for entry in package.records.LEDGER_OF_BODY) - stance.aed) <= bound
+        assert abs(in_all - theirs["stop_loss"]) <= bound
+        assert ours.keys() == {*records.Ledger._fields, "back_EMF_1"}  # it does nothing to the body
+        for entry in ours:
+            assert abs(ours[entry] - theirs[entry]) <= bound, entry
+
+
+def test_the_cases_visit_every_mode_and_every_event(library):
+    """A guard of this file: what is not visited is not compared."""
+    stances = [by_library(robot, k_emf, start, np.float64, library) for robot, k_emf, start in hoppers().values()]
+    assert {event.kind for stance in stances for event in stance.events} == EVERY_EVENT
+    assert {mode for stance in stances for mode in stance.modes} == EVERY_MODE
+
+
+def test_a_take_off_comes_before_what_else_happens_then(package, library, hopper_c):
+    """The horizon, say: a stance that is cut at its own duration takes off, and cut 64 eps earlier it does not."""
+    for u in (0.0, 2.0, 3.0):
+        start = {"v2": -1.93, "u": u}
+        for solve, with_what in ((by_library, library), (by_package, package)):
+            whole = solve(hopper_c, 2.0, start, np.float64, with_what)
+            assert whole.status == "takeoff"
+            endings = {
+                horizon: solve(hopper_c, 2.0, start | {"horizon": horizon}, np.float64, with_what).status
+                for horizon in (whole.duration * (1.0 - 64.0 * 2.0**-52), whole.duration)
+            }
+            assert list(endings.values()) == ["horizon", "takeoff"]
+
+
+def test_without_back_emf_the_hopper_is_that_of_the_paper(library, hopper_c):
+    """To the last bit: what the term adds is an exact zero in every sum."""
+    for u in (-3.0, 0.0, 3.0):
+        stance = by_library(hopper_c, 0.0, {"v2": -1.93, "u": u}, np.float64, library)
+        plain = hopform.solve_stance(hopper_c, v2=-1.93, u=u)
+        assert (stance.duration, stance.end, stance.aed) == (plain.duration, plain.end, plain.aed)
+
+
+def test_the_new_parameter_is_checked_and_documented_like_the_others(package):
+    robot = importlib.import_module("driven_solver.robot").Robot
+    assert package.Robot._fields[-1] == "k_emf"
+    assert package.ROBOT_FIELDS[-1].meaning == "damping by the back-EMF, k_t^2/R"
+    with pytest.raises(ValueError, match=r"k_emf must be >= 0 and finite N s/m, got -1\.0"):
+        robot(m_eff=25.0, m_s=3.0, k=1200.0, L0=0.4, k_emf=-1.0)
+
+
+# ---- the flight and whole hops ----
+
+
+def fly_by_package(
+    parameters: tuple[float, ...], start: records.State, gains: tuple[float, float], package: Any, **settings: Any
+) -> FlightReference:
+    flight = importlib.import_module("driven_solver.flight")
+    law = importlib.import_module("driven_solver.records").Gains(*gains)
+    with np.errstate(all="ignore"):
+        solved = flight.solve_flight(package.Robot(*parameters), package.State(*start), law, **settings)
+        ledger, lost = flight.flight_ledger_at(solved, solved.duration)
+    return flown(arrays.ArrayFlight(Package("driven_solver"), solved), solved.ending, solved.duration, ledger, lost)
+
+
+def fly_by_library(
+    parameters: tuple[float, ...], start: records.State, gains: tuple[float, float], library: native.Library,
+    horizon: float = 3.0, max_phases: int = 200,
+) -> FlightReference:  # fmt: skip
+    types = library.types(np.dtype(np.float64))
+    flight, phases = types.Flight(), (types.FlightPhase * max_phases)()
+    plan = ctypes.byref(native.plan_of(library, types, parameters))
+    library.call(
+        "solve_flight", types, plan, ctypes.byref(types.State(*start)), ctypes.byref(types.Gains(*gains)),
+        ctypes.c_double(horizon), ctypes.c_int32(max_phases), phases, ctypes.c_int32(max_phases), ctypes.byref(flight),
+    )  # fmt: skip
+    solved = c_flight.NativeFlight(library, types, parameters, plan, phases, flight)  # type: ignore[arg-type]
+    _, ledger, lost = solved.energy_at(np.array([flight.duration]))
+    ledger = type(ledger)(*(entry[0] for entry in ledger))
+    return flown(solved, flight.ending, flight.duration, ledger, lost[0])
+
+
+def flown(solved: Any, ending: int, duration: float, ledger: Any, lost: float) -> FlightReference:
+    """A flight in the form of the reference."""
+    return FlightReference(
+        records.FLIGHT_ENDINGS[ending],
+        duration,
+        (solved.end.x1, solved.end.v1, solved.end.v2, solved.end.y),
+        [hopform.Event(row.t, records.FLIGHT_EVENTS[row.event]) for row in solved.rows() if row.event],
+        (*ledger, lost),
+    )
+
+
+@pytest.mark.parametrize("seed", range(24))
+def test_a_flight_with_a_back_emf_is_that_of_the_reference(seed, package, library):
+    """Random robots and laws, degenerate ones among them: the same events and ending, errors as of any flight."""
+    robot, inputs = random_flight(seed)
+    k_emf = 10.0 ** (seed % 5 - 3) * robot.m_eff / 0.1
+    start = records.State(*(inputs[name] for name in ("x1", "v1", "v2", "y")))
+    gains = inputs["gains"] if robot.gamma2 else (0.0, 0.0)
+    exact = reference_flight(in_reference(robot, k_emf), **inputs)
+    settings = {name: inputs[name] for name in ("horizon", "max_phases")}
+    summed = dataclasses.replace(robot, b1=robot.b1 + k_emf)
+    theirs = outcome(exact, summed, inputs, float(exact.duration))
+    for flight in (
+        fly_by_package((*robot.parameters, k_emf), start, gains, package, **settings),
+        fly_by_library((*robot.parameters, k_emf), start, gains, library, **settings),
+    ):
+        assert flight.status == exact.status
+        assert [event.kind for event in flight.events] == [event.kind for event in exact.events]
+        ours = outcome(flight, summed, inputs, float(exact.duration))
+        error = max(abs(float(one - other)) for one, other in zip(ours, theirs, strict=True))
+        if error > TOLERANCE[np.float64]:
+            error /= max(1.0, condition(summed, inputs, np.float64, exact))
+        assert error <= TOLERANCE[np.float64]
+
+
+def test_hops_with_a_back_emf_are_those_of_an_integrator(package, library, hopper_c):
+    """A drop and four hops over uneven ground: times and states of every touchdown and take-off, and the apexes."""
+    k_emf, gains, ground, currents = 35.0, (2500.0, 300.0), [0.0, 0.01, -0.01, 0.005], [3.0, 2.6, 3.0, 2.8]
+    exact = integrator.hop(dataclasses.replace(hopper_c, b1=hopper_c.b1 + k_emf), ground, currents, 0.2, gains)
+    parameters, loss = (*hopper_c.parameters, k_emf), math.sqrt(1.0 - hopper_c.impact_loss)
+    for stand, fly, backend in ((by_package, fly_by_package, package), (by_library, fly_by_library, library)):
+        t, x1, v1, v2, level = 0.0, 0.0, 0.0, 0.0, 0.2
+        for height, u, touchdown, takeoff in zip(ground, currents, exact.touchdowns, exact.takeoffs, strict=True):
+            flight = fly(parameters, records.State(x1, v1, v2, height - level), gains, backend)
+            assert flight.status == "touchdown"
+            t += flight.duration
+            x1, v1, v2 = flight.end[0], flight.end[1], flight.end[2] * loss
+            assert t == pytest.approx(touchdown[0], abs=1e-8)
+            there = [x1, v1, x1 + hopper_c.L0 + height, v2]
+            np.testing.assert_allclose(there, touchdown[1], rtol=0, atol=1e-8)
+            stance = stand(hopper_c, k_emf, {"x1": x1, "v1": v1, "v2": v2, "u": u}, np.float64, backend)
+            assert stance.status == "takeoff"
+            t += stance.duration
+            assert t == pytest.approx(takeoff[0], abs=1e-8)
+            np.testing.assert_allclose(np.array(stance.end) + [0, 0, height, 0], takeoff[1], rtol=0, atol=1e-8)
+            _, _, x2, up = takeoff[1]
+            apex = x2 - height - hopper_c.L0 + max(up, 0.0) ** 2 / (2.0 * hopper_c.g)
+            assert stance.apex == pytest.approx(apex, abs=1e-8)
+            x1, v1, v2, level = stance.end.x1, stance.end.v1, stance.end.v2, height
+
+
+def test_forces_on_the_actuator_alone_are_what_the_hopper_has_already(tmp_path, monkeypatch, hopper_c):
+    """More viscous friction is a larger b1, a constant pull a larger c at the same L0 + c: within 1e-13 relative."""
+    assert main(["--model", str(MODELS / "bearing.py"), "--out", str(tmp_path), "--prefix", "bearing"]) == 0
+    monkeypatch.syspath_prepend(tmp_path / "python")
+    bearing = importlib.import_module("bearing_solver")
+    u, pull = np.array([0.0, 2.0, 3.0]), 6.0
+    start = records.State(0.0, 0.0, -1.93, 0.0)
+    more = pull / hopper_c.k
+    robot = bearing.Robot(*hopper_c.parameters, 50.0, pull)
+    same = hopper_c.parameters._replace(b1=hopper_c.b1 + 50.0, c=hopper_c.c + more, L0=hopper_c.L0 - more)
+    ours, theirs = bearing.solve(robot, bearing.State(*start), u), hopform_solver.solve(same, start, u)
+    np.testing.assert_array_equal(ours.ending, theirs.ending)
+    np.testing.assert_allclose(ours.duration, theirs.duration, rtol=1e-13)
+    np.testing.assert_allclose(ours.apex, theirs.apex, rtol=1e-12)
+    np.testing.assert_allclose(ours.end, theirs.end, rtol=1e-12, atol=1e-15)
+    air = records.State(0.05, 0.3, 1.9, 0.01)
+    flight = importlib.import_module("bearing_solver.flight").solve_flight(robot, bearing.State(*air))
+    as_flown = importlib.import_module("hopform_solver.flight").solve_flight(same, air)
+    assert [(p.side, p.limit, p.event) for p in flight.phases] == [(p.side, p.limit, p.event) for p in as_flown.phases]
+    np.testing.assert_allclose(flight.gains, as_flown.gains, rtol=1e-13)
+    np.testing.assert_allclose(flight.duration, as_flown.duration, rtol=1e-13)
+    np.testing.assert_allclose(flight.end, as_flown.end, rtol=1e-12, atol=1e-15)
+
+
+def test_a_package_of_the_same_name_gives_hopform_the_term(tmp_path):
+    """Under the prefix hopform it stands in for hopform_solver:
+    fields, ledger and AED have the term wherever they are shown.
+
+    A term with a share in the energy of the body is refused in a model file, so it is handed to the renderer.
+    """
+    drag = Quantity("d2", "d_2", "N s/m", "drag of the body", "nonnegative", 0.0)
+    write(render(Options(Model((Term("drag", 0, -drag.symbol * v2),), (drag,)))), tmp_path)
+    code = """
+import csv, dataclasses, io
+import numpy as np
+import hopform
+from hopform._figures import plots
+from hopform._cli import tables
+robot = dataclasses.replace(hopform.load_robot("hopper_c"), d2=20.0)
+stance = hopform.solve_stance(robot, v2=-1.93, u=2.0, backend="numpy")
+run = hopform.simulate(robot, [0.0, 0.01], 3.0, height=0.2, backend="numpy")
+(header, *rows) = csv.reader(io.StringIO(tables.stance_csv(stance, 50)))
+column = {name: np.array(values, float) for name, *values in zip(header, *rows)}
+t = run.times(50)
+drawn = [line.get_ydata() for line in plots.plot_stance(stance).axes[3].get_lines()[:2]]
+ledger = tables.ledger(stance)
+entries = stance.ledger(stance.duration)
+print(abs(entries.drag_2) > 0.01)
+for error in (
+    column["E"] - column["E"][0] - column["AED"],
+    np.asarray(run.energy(t).body) - run.aed(t),
+    drawn[0] - drawn[1],
+    *([float(list(each.cells)[-1])] for each in ledger.columns[1:]),
+):
+    print(np.abs(error).max() < 1e-12)
+print([each for each in ledger.columns[0].cells if "drag" in each])
+"""
+    paths = os.pathsep.join([str(tmp_path / "python"), os.environ.get("PYTHONPATH", "")])
+    done = subprocess.run(
+        [sys.executable, "-c", code],
+        env=os.environ | {"PYTHONPATH": paths},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert (done.stderr, done.stdout.split("\n")) == ("", [*["True"] * 6, "['drag 2']", ""])
+
+
+# ---- what is refused ----
+
+
+@pytest.mark.parametrize(
+    ("name", "why"),
+    [
+        ("ground", ("'ground spring'", "mass 1", "s^2", "(11)", "-k1")),
+        ("drag", ("'drag'", "not linear in v2", "-d2*v2**2")),
+        ("undeclared", ("k_emf", "`parameters`")),
+        ("current", ("'reaction'", "may not contain u", "gamma2*u")),
+        ("damper", ("'damper'", "between the masses", "b12*(v1 - v2)", "contact force", "k y")),
+        ("second_spring", ("'second spring'", "between the masses", "contact force", "k y")),
+        ("cable", ("'cable'", "mass 2", "F_cable", "end at take-off")),
+        ("pushrod", ("'rod'", "mass 1", "b_rod*v2", "depends on v2", "v1 alone")),
+    ],
+)
+def test_a_term_that_no_hop_can_carry_is_refused_by_name(tmp_path, capsys, name, why):
+    assert main(["--model", str(MODELS / f"{name}.py"), "--out", str(tmp_path / "out")]) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert line.startswith("derive: ")
+    for words in (f"{name}.py", *why):
+        assert words in line
+    assert not (tmp_path / "out").exists()
+
+
+HEAD = """
+import sympy as sp
+from hopform.model import ROBOT, Quantity, Term, k, u, v1, v2, x1, x2, y
+r = Quantity("r", "r", "N s/m", "a rate", "nonnegative", 0.0)
+"""
+"""Six lines that the bad files below begin with."""
+
+
+def term(force: str, other: str = "0", name: str = '"drag"') -> str:
+    return f"terms = (Term({name}, {force}, {other}),)\nparameters = (r,)"
+
+
+def parameter(*arguments: str) -> str:
+    return f"r = Quantity({', '.join(arguments)})\nterms = ()\nparameters = (r,)"
+
+
+def declared(**fields: str) -> str:
+    given = {
+        "name": '"rate"',
+        "glyph": '"r"',
+        "unit": '"N"',
+        "meaning": '"a rate"',
+        "domain": '"real"',
+        "default": "0.0",
+    }
+    return parameter(*(given | fields).values())
+
+
+BAD_FILES = {
+    "no terms": ("parameters = ()", "must define `terms`"),
+    "terms that are a number": ("terms = 3", "`terms` must be a tuple of hopform.model.Term, got 3"),
+    "a term alone": ('terms = Term("drag", 0, 0)', "must be a tuple of hopform.model.Term, got Term(name='drag'"),
+    "a text among the terms": ('terms = ["drag"]', "got 'drag' as terms[0]"),
+    "a function for terms": ("terms = lambda: ()", "must be a tuple of hopform.model.Term"),
+    "parameters that are none": ("terms = ()\nparameters = r", "must be a tuple of hopform.model.Quantity"),
+    "a symbol among the parameters": ("terms = ()\nparameters = (r, r.symbol)", "got r as parameters[1]"),
+    "a parameter of the robot": ("terms = ()\nparameters = (ROBOT.quantities[2],)",
+                                "is 'k': it must not be one of the robot's"),
+    "a parameter declared twice": ("terms = ()\nparameters = (r, r)", "the parameter r is declared twice"),
+    "a term called twice": (
+        'terms = (Term("slow drag", r.symbol, 0), Term("slow-drag", r.symbol, 0))\nparameters = (r,)',
+        "'slow-drag': the generated code or another term has slow_drag_1 already",
+    ),
+    "a term called as the hopper's": (term("r.symbol", name='"viscous"'), "has viscous_1 already"),
+    "a term called as a parameter": (
+        'q = Quantity("drag_2", "d", "N", "drag")\nterms = (Term("drag", q.symbol, 0),)\nparameters = (q,)',
+        "has drag_1 already",
+    ),
+    "a term without a name": (term("r.symbol", name='""'), "the name of a term is ''"),
+    "a term whose name ends a comment": (term("r.symbol", name='"*/"'), "the name of a term is '*/'"),
+    "a term whose name is no text": (term("r.symbol", name="3"), "the name of a term is 3"),
+    "a term whose name is not ASCII": (term("r.symbol", name='"gröss"'), "'gröss'"),
+    "a force that is a text": (
+        term('"-r*v1"'), "force_1 of the term 'drag' must be a number or an expression of sympy, got '-r*v1'",
+    ),
+    "a force that is nothing": (term("None"), "got None"),
+    "a force that is a truth": (term("True"), "got True"),
+    "a force that is a matrix": (term("sp.eye(2)"), "got Matrix("),
+    "a second force that is a list": (term("0", "[v1]"), "force_2 of the term 'drag' must be a number"),
+    "a function of a parameter": (term("-sp.cos(r.symbol)*v1"), "cos(r) has no spelling in generated code"),
+    "a function of a velocity": (term("-sp.tanh(v1)"), "tanh(v1) has no spelling"),
+    "a root of a parameter": (term("-sp.sqrt(r.symbol)*v1"), "sqrt(r) has no spelling"),
+    "a power by a float": (term("-r.symbol**0.5*v1"), "r**0.5 has no spelling"),
+    "a quotient by a sum": (term("-v1/(r.symbol + 1)"), "1/(r + 1) has no spelling"),
+    "pi": (term("-sp.pi*v1"), "pi has no spelling"),
+    "a complex force": (term("sp.I*v1"), "I has no spelling"),
+    "no number": (term('float("nan")'), "nan has no spelling"),
+    "an infinite force": (term('float("inf")*v1'), "oo has no spelling"),
+    "a number too small": (term("-1e-31*v1"), "a number must be 0 or between 1e-30 and 1e30 in size"),
+    "a number beyond floats": (term('sp.Float("1e-400")*v1'), "between 1e-30 and 1e30"),
+    "a number too large": (term("2**200"), "between 1e-30 and 1e30"),
+    "a power that is too large": (term("(1e20*r.symbol + v1/1e20)**2 - v1**2/1e40"), "between 1e-30 and 1e30"),
+    "a symbol of no quantity": (term('-sp.Symbol("r")*v1'),
+                                "r is not declared in `parameters`: its symbols must be those of"),
+    "a velocity of one's own": (term('-r.symbol*sp.Symbol("v1")'), "v1 is not declared"),
+    "the compression": (term("-r.symbol*y"), "y is not declared"),
+    "a product of velocities": (term("-r.symbol*v1*v2"), "is not linear in v1"),
+    "a velocity below the line": (term("r.symbol/v1"), "is not linear in v1"),
+    "a force by the leg's length": (term("-r.symbol*(x1 - x2)"), "on mass 1, the actuator, by force_1"),
+    "a current": (term("0", "u"), "may not contain u"),
+    "a syntax error": ("terms = (", "line 5: SyntaxError: '(' was never closed"),
+    "an indented line": ("  terms = ()", "line 5: IndentationError: unexpected indent"),
+    "a name that is not there": ("terms = (Term('a', b, 0),)", "line 5: NameError: name 'b' is not defined"),
+    "an entry that is not there": ("terms = {}['terms']", "line 5: KeyError: 'terms'"),
+    "a field too few": ("\nterms = (Term('a', 0),)", "line 6: TypeError: "),
+    "an import that fails": ("import derive.nothing", "line 5: ModuleNotFoundError: No module named 'derive.nothing'"),
+    "an exception of two lines": ("raise OSError('one\\ntwo')", "line 5: OSError: one two"),
+    "an exception without a text": ("assert False", "line 5: AssertionError"),
+    "an exception from deeper": ("\ndef f():\n    raise ValueError('no')\nf()", "line 7: ValueError: no"),
+    "an exit": ("raise SystemExit(0)", "line 5: SystemExit: 0"),
+    "an exit by name": ("import sys\nsys.exit('enough')", "line 6: SystemExit: enough"),
+    "no end": ("def f(): f()\nf()", "line 5: RecursionError: maximum recursion depth exceeded"),
+    "a zero below the line": ("terms = 1/0", "line 5: ZeroDivisionError: division by zero"),
+    "a unit that is a number": (declared(unit="3"), "unit of the parameter rate must be a printable line"),
+    "a meaning of two lines": (declared(meaning='"a\\nrate"'),
+                               "meaning of the parameter rate must be a printable line"),
+    "a meaning that ends a comment": (declared(meaning='"a */ rate"'), "meaning of the parameter rate"),
+    "a meaning with quotes": (declared(meaning="'a \"rate\"'"), "meaning of the parameter rate"),
+    "a unit with a backslash": (declared(unit=r'"N\\s"'), "unit of the parameter rate"),
+    "a glyph that is nothing": (declared(glyph="None"), "glyph of the parameter rate"),
+    "a domain of one's own": (
+        declared(domain='"negative"'),
+        "domain of the parameter rate must be one of 'real', 'positive', 'nonnegative', 'fraction', got 'negative'",
+    ),
+    "a domain that may be infinite": (declared(domain='"bound"'), "got 'bound'"),
+    "a default that is a text": (declared(default='"1"'),
+                                 "default of the parameter rate must be finite or None, got '1'"),
+    "a default that is a truth": (declared(default="True"), "got True"),
+    "a default that is no number": (declared(default='float("nan")'), "got nan"),
+    "a default that is infinite": (declared(default='float("inf")'), "got inf"),
+    "a default beyond floats": (declared(default="10**400"), "got 1000"),
+    "a default out of the domain": (
+        declared(domain='"nonnegative"', default="-1"),
+        "default of the parameter rate must be >= 0 and finite or None, got -1",
+    ),
+}  # fmt: skip
+
+BAD_NAMES = {
+    "it must be a str": ("3", "None", '""', '"2r"', '"a b"', '"_r"', '"größe"', '"a-b"', '"r\\n"'),
+    "a small letter": ('"NEVER"', '"EPSILON"', '"INT32_MAX"', '"M_PI"', '"BITS"'),
+    "a keyword": (
+        '"lambda"', '"double"', '"float"', '"for"', '"int"', '"def"', '"None"', '"signed"', '"restrict"', '"inline"',
+        '"class"', '"template"', '"nullptr"', '"bool"', '"true"', '"yield"', '"register"', '"import"', '"typeof"',
+        '"linux"',
+    ),
+    "built into Python": ('"property"', '"tuple"', '"type"', '"count"', '"index"', '"min"', '"abs"', '"super"'),
+    "as names of the generated code": (
+        '"x_t"', '"size_t"', '"k_real"', '"k_f32"', '"d_tau"', '"hopform_k"', '"my_HOPFORM"', '"leg_k"',
+    ),
+    "that the generated code has already": (
+        '"x1"', '"v1"', '"y"', '"u"', '"t"', '"a1_v1"', '"s_1"', '"C_1"', '"side_1"', '"robot"', '"rates"', '"Rates"',
+        '"R"', '"I"', '"X1"', '"U"', '"sqrt"', '"fabs"', '"exp"', '"real"', '"result"', '"parameters"', '"math"',
+        '"formulas"', '"cached_property"', '"rates_of"', '"body"', '"x1_0"', '"length"', '"viscous_1"', '"int_v1"',
+        '"limit"', '"Kp"',
+    ),
+}  # fmt: skip
+BAD_FILES |= {f"the name {name}": (declared(name=name), why) for why, names in BAD_NAMES.items() for name in names}
+
+
+def refused_in_one_line(folder: Path, capsys: Any, *options: str) -> str:
+    """What the command prints of robot.py in a folder; it writes nothing."""
+    out = folder / "out"
+    assert main(["--model", str(folder / "robot.py"), "--out", str(out), "--prefix", "leg", *options]) == 2
+    printed = capsys.readouterr()
+    (line,) = printed.err.splitlines()
+    assert printed.out == "" and not out.exists()
+    assert line.startswith(f"derive: {folder / 'robot.py'}")
+    return line
+
+
+@pytest.mark.parametrize("name", BAD_FILES)
+def test_a_file_that_is_no_model_is_refused_by_what_is_wrong_with_it(tmp_path, capsys, name):
+    text, why = BAD_FILES[name]
+    (tmp_path / "robot.py").write_text(HEAD + text, "utf-8")
+    assert why in refused_in_one_line(tmp_path, capsys)
+
+
+@pytest.mark.parametrize("data", [b"terms = ()\0", b"\xff\xfe", b"PK\x03\x04", b"terms"])
+def test_a_file_that_is_no_python_is_refused(tmp_path, capsys, data):
+    (tmp_path / "robot.py").write_bytes(data)
+    assert "Error" in refused_in_one_line(tmp_path, capsys)
+
+
+def test_every_name_of_the_derivation_is_refused_for_a_parameter(tmp_path, capsys):
+    """Whatever a formula calls a value, a record or itself; the robot's own among them."""
+    program = derived_program()
+    names = {str(step.symbol) for function in program.functions for step in function.steps}
+    names |= {function.name for function in program.functions}
+    names |= {str(symbol) for record in program.records for symbol in record.symbols}
+    assert len(names) > 250
+    for name in names:
+        (tmp_path / "robot.py").write_text(HEAD + declared(name=repr(name)), "utf-8")
+        assert f"the name of a parameter is {name!r}: it must not" in refused_in_one_line(tmp_path, capsys)
+
+
+def test_the_help_says_that_a_model_is_run(capsys):
+    with pytest.raises(SystemExit):
+        main(["--help"])
+    assert "run as Python" in " ".join(capsys.readouterr().out.split())
+
+
+# ---- what goes ----
+
+ODD = """
+\"\"\"Numbers of every kind, quotients of parameters, and names that look like trouble.\"\"\"
+import fractions
+import numpy
+import sympy as sp
+from hopform.model import Quantity, Term, g, m_eff, v1
+
+names = ("tau", "h", "R_a", "L_2", "in_series", "n", "w", "plan", "columns", "stance", "self", "dtype", "np", "isnan")
+parameters = [
+    Quantity(name, "x", "N", f"meaning of {name}: 5 % of 'it' \u2264 1 | a", "nonnegative", 0) for name in names
+]
+R, S = (Quantity(name, r"\\Omega_{a}", "ohm", "resistance", "positive", sp.Rational(1, 2)) for name in ("r_a", "r_s"))
+tau, h = (parameter.symbol for parameter in parameters[:2])
+terms = [
+    Term("float", -12.5 * v1, 0),
+    Term("decimal", -0.1 * v1 - 0.7, 0.0),
+    Term("third", sp.Rational(-1, 3) * v1 * 1.0, sp.Integer(0)),
+    Term("long fraction", -1.2345678901234567e-25 * v1, 0),
+    Term("whole", 2, 0),
+    Term("fraction", fractions.Fraction(1, 7), numpy.float64(0.0)),
+    Term("weight", -m_eff * g * 1e-3, 0),
+    Term("quotient", -(tau**2.0 / R.symbol + h / (2 * S.symbol) ** 2) * v1, 0),
+    Term("nothing", 0, 0),
+    Term("sum of all", -v1 * sum(parameter.symbol for parameter in parameters[2:]), v1 - v1),
+]
+parameters += [R, S]
+"""
+
+
+@pytest.fixture(scope="module")
+def odd(tmp_path_factory) -> Path:
+    folder = tmp_path_factory.mktemp("odd")
+    (folder / "robot.py").write_text(ODD, "utf-8")
+    assert main(["--model", str(folder / "robot.py"), "--out", str(folder / "out"), "--prefix", "odd"]) == 0
+    return folder / "out"
+
+
+@pytest.fixture(scope="module")
+def odd_package(odd) -> Any:
+    sys.path.insert(0, str(odd / "python"))
+    try:
+        yield importlib.import_module("odd_solver")
+    finally:
+        sys.path.remove(str(odd / "python"))
+
+
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+def test_numbers_and_quotients_of_parameters_are_what_they_say(odd, odd_package, hopper_c, dtype):
+    """The hopper with the same b1 and c, to rounding;
+    the library compiles without a warning and agrees with the package.
+    """
+    further = {name: 0.01 * n for n, name in enumerate(odd_package.Robot._fields[15:], 1)}
+    further |= {"r_a": 0.5, "r_s": 0.25}
+    tau, h, *others = list(further.values())[:-2]
+    robot = odd_package.Robot(*hopper_c.parameters, *further.values())
+    more = 12.5 + 0.1 + 1 / 3 + tau**2 / 0.5 + h / 0.25 + sum(others)
+    pull = -0.7 + 2.0 + 1 / 7 - hopper_c.m_eff * hopper_c.g * 1e-3
+    shift = pull / hopper_c.k
+    same = hopper_c.parameters._replace(b1=hopper_c.b1 + more, c=hopper_c.c + shift, L0=hopper_c.L0 - shift)
+    start, eps = odd_package.State(0.0, 0.0, -1.93, 0.0), float(np.finfo(dtype).eps)
+    ours = odd_package.solve(robot, start, 2.0, dtype=dtype)
+    theirs = hopform_solver.solve(same, records.State(*start), 2.0, dtype=dtype)
+    np.testing.assert_allclose(ours.end, theirs.end, rtol=200 * eps, atol=20 * eps)
+    np.testing.assert_allclose(ours.duration, theirs.duration, rtol=200 * eps)
+    library = odd / "libodd.so"
+    if not library.exists():
+        compile_sources(odd / "c", library, "-O0", *WARNINGS)
+    solver = C(native.Library(library, "odd", Package("odd_solver")))
+    solved = solver.solve_stance(tuple(robot), start, ((0.0, 2.0),), 2.0, 64, np.dtype(dtype))
+    _, duration, state, _, _ = solved.outcome()
+    np.testing.assert_allclose(duration, ours.duration, rtol=20 * eps)
+    np.testing.assert_allclose(state, ours.end, rtol=200 * eps, atol=20 * eps)
+
+
+def test_a_parameter_of_any_accepted_name_stands_in_every_class(odd_package):
+    checked = importlib.import_module("odd_solver.robot").Robot(m_eff=25.0, m_s=3.0, k=1200.0, L0=0.4)
+    assert checked.parameters._fields == odd_package.Robot._fields
+    assert checked.parameters[15:] == (0.0,) * (len(checked.parameters) - 17) + (0.5, 0.5)
+    assert not [entry for entry in odd_package.Ledger._fields if entry.startswith("nothing") or entry.endswith("_2_2")]
+
+
+# ---- what the package says of itself ----
+
+
+def test_the_examples_of_a_package_with_a_further_parameter_run(tmp_path):
+    """Its robot has a value for every parameter, and what is printed does not depend on it."""
+    assert main(["--model", str(MODELS / "back_emf.py"), "--out", str(tmp_path), "--prefix", "shown"]) == 0
+    code = "import doctest, shown_solver; print(doctest.testmod(shown_solver))"
+    environment = os.environ | {"PYTHONPATH": str(tmp_path / "python")}
+    done = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=True)
+    assert done.stdout == "TestResults(failed=0, attempted=5)\n", done.stdout

@@ -1,0 +1,164 @@
+"""hopform_selftest: one word for all bits of all results, the same wherever IEEE 754 is kept to."""
+
+import os
+import re
+import shlex
+import shutil
+import subprocess
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import hopform
+from derive.model.selftest import CASES, ROBOTS
+from hopform._export.selftest import selftest
+from tests.conformance.firmware import golden
+from tests.conformance.firmware.targets import BOARDS, COMMON, HERE, C, sources
+from tests.objects import compiled
+
+CC = shlex.split(os.environ.get("CC") or "cc")
+MODES, EVENTS = 9, 7
+
+
+@pytest.fixture(scope="module")
+def library(store):
+    """The library by a compiler with some flags: its objects, made once."""
+
+    def objects(*command: str) -> list[Path]:
+        return [compiled(store, (*command, *COMMON), source) for source in sources()]
+
+    return objects
+
+
+def built(folder: Path, library: Callable[..., list[Path]], program: str, *command: str) -> Path:
+    """tests/conformance/firmware/`program`.c for this computer."""
+    image = folder / program
+    files = [HERE / f"{program}.c", BOARDS / "board.c", *library(*command)]
+    include = ["-I", str(C / "include"), "-I", str(BOARDS)]
+    done = subprocess.run(
+        [*command, *COMMON, *include, *map(str, files), "-o", str(image), "-lm"],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    return image
+
+
+def says(image: Path) -> str:
+    done = subprocess.run([image], capture_output=True, text=True, check=False, timeout=60)
+    assert done.returncode == 0, done.stderr
+    return done.stderr
+
+
+COMPILERS = [CC, *([["clang"]] if shutil.which("clang") else [])]
+
+
+@pytest.mark.parametrize("level", ["-O0", "-O2"])
+@pytest.mark.parametrize("compiler", COMPILERS, ids=" ".join)
+def test_the_library_of_python_says_the_word_of_every_compiler(tmp_path, library, compiler, level):
+    said = says(built(tmp_path, library, "selftest", *compiler, level))
+    found = re.fullmatch(r"f32 ([0-9a-f]{8}) f64 ([0-9a-f]{8})\n", said)
+    assert found is not None
+    assert found.groups() == (f"{selftest('float32'):08x}", f"{selftest('float64'):08x}")
+
+
+def test_random_stances_flights_and_commands_have_the_same_bits_with_every_compiler(tmp_path, library):
+    words = {
+        says(built(tmp_path, library, "words", *compiler, level)) for compiler in COMPILERS for level in ("-O0", "-O2")
+    }
+    assert len(words) == 1
+    assert re.fullmatch(r"f32 [0-9a-f]{8} f64 [0-9a-f]{8}\n", words.pop())
+
+
+def test_a_coefficient_that_is_off_in_its_last_digit_gives_another_word(tmp_path):
+    """The selftest can fail."""
+    shutil.copytree(C, tmp_path / "c")
+    series = tmp_path / "c" / "src" / "series_f32.h"
+    text = series.read_text("utf-8")
+    assert "(0.041666668f)" in text
+    series.write_text(text.replace("(0.041666668f)", "(0.041666672f)"), "utf-8")
+    files = [tmp_path / "c" / "src" / path.name for path in sources(("f32",))]
+    include = ["-I", tmp_path / "c" / "include", "-I", BOARDS]
+    command = [*CC, *COMMON, "-DSINGLE", *include, HERE / "selftest.c", BOARDS / "board.c", *files]
+    subprocess.run([*command, "-o", tmp_path / "image", "-lm"], check=True)
+    assert re.fullmatch(r"f32 [0-9a-f]{8}\n", said := says(tmp_path / "image"))
+    assert f"{selftest('float32'):08x}" not in said
+
+
+def test_other_types_are_refused():
+    with pytest.raises(hopform.HopformError, match="float32 or float64"):
+        selftest(np.float16)
+
+
+def test_the_cases_visit_every_mode_event_and_ending():
+    modes, events, endings = set(), set(), set()
+    for case in CASES:
+        fields = {name: value for name, value in golden.fields(ROBOTS[case.robot]).items() if name in FIELDS}
+        robot = hopform.Robot(**fields)
+        stance = hopform.solve_stance(
+            robot, x1=case.x1, v1=case.v1, v2=case.v2, x2=case.x1 + robot.L0 + robot.c - case.y,
+            u=[(0.0, case.u), (case.later, case.then)], horizon=case.horizon, max_phases=32, backend="c",
+        )  # fmt: skip
+        modes |= {(phase.mode_1, phase.mode_2) for phase in stance.phases}
+        events |= {event.kind for event in stance.events}
+        endings.add(stance.status)
+    assert len(modes) == MODES
+    assert len(events) == EVENTS
+    assert endings == {"takeoff", "rest", "horizon", "too_many_phases"}
+
+
+FIELDS = {field.name for field in hopform.Robot.fields()}
+
+
+@pytest.mark.parametrize("flags", [["-O2"], ["-O2", "-DHOPFORM_LIBM"]], ids=" ".join)
+def test_the_golden_vectors_hold_on_this_computer(tmp_path, library, flags):
+    assert ", wrong 0" in says(built(tmp_path, library, "golden", *CC, *flags))
+
+
+def test_with_the_functions_of_the_c_library_the_word_is_another_and_the_numbers_are_not(tmp_path, library):
+    """The option does something: both words differ from those of the library's own exp, sin, cos, ln and roots."""
+    found = re.fullmatch(
+        r"f32 ([0-9a-f]{8}) f64 ([0-9a-f]{8})\n",
+        says(built(tmp_path, library, "selftest", *CC, "-O2", "-DHOPFORM_LIBM")),
+    )
+    assert found is not None
+    assert found.group(1) != f"{selftest('float32'):08x}"
+    assert found.group(2) != f"{selftest('float64'):08x}"
+
+
+def test_what_is_counted_is_what_the_selftest_solves():
+    assert golden.COST_HEADER.read_text("utf-8") == golden.cost_text()
+
+
+def test_the_golden_vectors_are_those_of_the_reference():
+    """The first rows anew, to the last digit; `python -m tests.conformance.firmware.golden` writes them all."""
+    text = golden.HEADER.read_text("utf-8")
+    for robot, start in golden.inputs()[:2]:
+        assert golden.row(robot, start) in text
+
+
+@pytest.mark.parametrize(
+    ("flags", "why"), [(["-ffast-math"], "NaN"), (["-m32", "-mfpmath=387", "-mno-sse"], "FLT_EVAL_METHOD")]
+)
+def test_flags_that_would_break_it_are_refused_by_the_header(tmp_path, flags, why):
+    """Preprocessed only: no libraries of that kind of processor are needed."""
+    source = tmp_path / "one.c"
+    source.write_text('#include "hopform/hopform.h"\n', "utf-8")
+    command = [*CC, *flags, "-std=c99", "-ffreestanding", "-E", "-I", str(C / "include"), str(source)]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert done.returncode != 0
+    assert "#error" in done.stderr and why in done.stderr
+
+
+@pytest.mark.parametrize("precision", ["f32", "f64"])
+def test_every_public_function_and_struct_is_documented(precision):
+    """A Doxygen comment stands right above; members say their unit or meaning behind."""
+    text = (C / "include" / "hopform" / f"hopform_{precision}.h").read_text("utf-8")
+    declared = list(re.finditer(r"^(?:u?int32_t|void) hopform_\w+\(|^typedef struct \{", text, re.MULTILINE))
+    assert len(declared) > 30
+    for match in declared:
+        above = text[: match.start()].rstrip().rpartition("/**")[2]
+        assert above.endswith("*/") and above.count("*/") == 1, match.group()

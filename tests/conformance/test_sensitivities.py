@@ -1,0 +1,264 @@
+"""Derivatives through the events against differences of the 50-digit reference,
+and the formulas behind them by algebra.
+"""
+
+import dataclasses
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+
+import hopform
+from derive.emit.ir import unfold
+from derive.emit.program import program
+from derive.maths import control, energy, sensitivity
+from derive.model import quantities as Q
+from derive.models.hopper import HOPPER
+from hopform_solver import solve as solve_arrays
+from hopform_solver.records import State
+from hopform_solver.sensitivity import COLUMNS, ROWS, sensitivities_of
+from tests.conformance.errors import rounded
+from tests.conformance.random_stances import random_robot
+from tests.oracle.differences import STOPS, differences, scaled_error, size_of
+
+TOLERANCE = 1e-11
+
+
+def side_of(name: str, stance: hopform.Stance) -> int:
+    """Where an input may go: a velocity the way the mass moves, a stop away from the actuator."""
+    first = stance.phases[0]
+    moving = {"v1": first.mode_1, "v2": first.mode_2, "x1_min": -1}
+    return moving.get(name, 1) or 1
+
+
+def expected(stance: hopform.Stance, start: dict[str, Any]) -> tuple[Any, Any]:
+    """The matrix by differences, and the size of each column's input;
+    NaN for a stop that the actuator rests on at first.
+
+    Such a stop and x1 are no inputs of their own: `moved` moves them together.
+    """
+    robot, values = rounded(stance.robot, stance.dtype.type), {"x1": 0.0, "v1": 0.0, **start}
+    values["u"], first = max((u for _, u in stance.u), key=abs), stance.phases[0]
+    columns, sizes = [], []
+    for name in stance.sensitivities.columns:
+        value = robot.get(name, values.get(name, 0.0))
+        size = size_of(name, value)
+        sizes.append(size)
+        if name in ("u_max", "impact_loss") or (name == "x2" and "x2" not in start) or not math.isfinite(value):
+            columns.append([0.0] * 7)
+        elif name in STOPS and value == values["x1"] and (not first.mode_1 or values["v1"] != first.state.v1):
+            columns.append([math.nan] * 7)
+        else:
+            columns.append(differences(robot, start, name, side_of(name, stance) * size))
+    return np.array(columns).T, np.array(sizes)
+
+
+def with_stops(sensitivities: hopform.Sensitivities, stance: hopform.Stance) -> Any:
+    """The matrix with the column x1 for an actuator that takes the stop on which it starts along."""
+    matrix = sensitivities.matrix.copy()
+    x1 = sensitivities.columns.index("x1")
+    for stop in STOPS:
+        if getattr(stance.robot, stop) == stance.phases[0].state.x1:
+            matrix[:, x1] += matrix[:, sensitivities.columns.index(stop)]
+    return matrix
+
+
+def kinds(stance: hopform.Stance) -> list[str]:
+    return [event.kind for event in stance.events]
+
+
+def own(**changes: float) -> hopform.Robot:
+    return dataclasses.replace(hopform.load_robot("hopper_c"), **changes)
+
+
+FREE = {"x1_min": -math.inf, "x1_max": math.inf}
+TRIPLE = hopform.Robot(m_eff=3.0, m_s=24.0, k=800.0, L0=0.4, b1=90.0, gamma2=-65.0, f1=0.1, f2=0.1)
+
+# What each case is about: robot, start, and events that must be among those that happen.
+CASES: dict[str, tuple[hopform.Robot, dict[str, Any], set[str]]] = {
+    **{f"{u} A": (own(), {"v2": -1.93, "u": u}, {"x2_reverses"}) for u in (-3.0, 0.0, 0.5, 1.25, 2.0, 3.0)},
+    "the upper stop, hit from within": (own(), {"v2": -1.93, "u": 3.0, "x1": 0.07, "v1": 0.5}, {"x1_hits_stop"}),
+    "the lower stop": (own(), {"v2": -1.93, "u": -3.0, "x1": 0.02, "v1": 0.3}, {"x1_reverses", "x1_hits_stop"}),
+    "a stop hit and left again": (own(x1_max=0.05), {"v2": -1.93, "x1": 0.04, "v1": 1.5}, {"x1_hits_stop"}),
+    "a velocity lost at a stop at once": (own(), {"v2": -1.93, "v1": -0.2, "u": 2.0}, {"x2_reverses"}),
+    "a velocity lost at the upper stop": (own(), {"v2": -1.93, "v1": 0.2, "x1": 0.08}, {"x1_slips"}),
+    "locked": (own(x1_min=0.01, x1_max=0.01), {"v2": -1.93, "x1": 0.01}, {"x2_reverses"}),
+    "free of stops": (own(**FREE), {"v2": -1.93, "u": 1.0}, {"x1_reverses"}),
+    "pulled down from rest": (own(), {"v2": -1.93, "u": -1.0, "x1": 0.04}, {"x2_reverses"}),
+    "sticks and slips": (own(f1=5.0, b1=30.0), {"v2": -1.93, "v1": 0.4, "x1": 0.03}, {"x1_sticks", "x1_slips"}),
+    "the body sticks": (
+        own(f2=14.0, b1=10.0, **FREE),
+        {"v2": -0.4, "u": [(0.0, 3.0), (0.25, -30.0)], "x1": 0.03},
+        {"x2_sticks", "x2_slips"},
+    ),
+    "no friction": (own(b1=0.0, b2=0.0, f1=0.0, f2=0.0, **FREE), {"v2": -1.93, "u": 1.0}, {"x1_reverses"}),
+    "dry friction alone": (own(b1=0.0, b2=0.0, **FREE), {"v2": -1.93, "u": 1.0}, {"x1_reverses"}),
+    "compressed": (own(), {"v2": -1.2, "x1": 0.03, "x2": 0.41, "u": 2.0}, {"x2_reverses"}),
+    "compressed, from rest": (own(), {"v2": 0.0, "x1": 0.03, "x2": 0.33, "u": 2.0}, {"x1_slips"}),
+    "an offset": (own(c=0.01), {"v2": -1.93, "u": 2.0}, {"x2_reverses"}),
+    "steps of the current": (own(), {"v2": -1.9, "u": [(0.0, 0.0), (0.05, 3.0), (0.10, -3.0)]}, {"x1_slips"}),
+    "a take-off at once": (own(), {"v2": -0.3, "x1": 0.05, "v1": -1.5, "u": -3.0}, set()),
+    "a body that falls at take-off": (
+        own(b2=30.0),
+        {"v2": -0.3, "x1": 0.05, "v1": -0.25, "u": [(0.0, -3.0), (0.06, -60.0)]},
+        set(),
+    ),
+    "triple pole": (TRIPLE, {"v2": -1.3, "v1": 0.2, "u": [(0.0, 6.0), (0.3, -6.0)]}, {"x1_reverses", "x2_reverses"}),
+    "nearly triple pole": (
+        dataclasses.replace(TRIPLE, b1=90.0 * (1 + 1e-9)),
+        {"v2": -1.3, "v1": 0.2, "u": [(0.0, 6.0), (0.3, -6.0)]},
+        {"x1_reverses", "x2_reverses"},
+    ),
+    "double pole": (
+        hopform.Robot(m_eff=1.0, m_s=1.0, k=100.0, L0=0.4, b1=20.0, b2=20.0, gamma2=-20.0),
+        {"v2": -1.3, "v1": 0.2, "u": [(0.0, 3.0), (0.15, -6.0)]},
+        {"x1_reverses", "x2_reverses"},
+    ),
+    "stiff": (own(k=1e6, b1=2e4), {"v2": -1.93, "u": 3.0}, {"x1_hits_stop", "x1_slips"}),
+}
+
+
+def assert_derivatives(robot: hopform.Robot, start: dict[str, Any], events: set[str]) -> None:
+    stances = [hopform.solve_stance(robot, backend=backend, **start) for backend in hopform.backends()]
+    assert stances[0].status == "takeoff"
+    assert events <= set(kinds(stances[0])), kinds(stances[0])
+    theirs, sizes = expected(stances[0], start)
+    for stance in stances:
+        error = scaled_error(with_stops(stance.sensitivities, stance), theirs, sizes)
+        assert error <= TOLERANCE, (stance.backend, kinds(stance), error)
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_derivatives_are_those_of_the_reference(name):
+    assert_derivatives(*CASES[name])
+
+
+def random_takeoffs(count: int) -> dict[int, tuple[hopform.Robot, dict[str, Any]]]:
+    """The first random robots that take off, those with dozens of reversals left to the other tests."""
+    found: dict[int, tuple[hopform.Robot, dict[str, Any]]] = {}
+    seed = 0
+    while len(found) < count:
+        robot, start = random_robot(seed)
+        stance = hopform.solve_stance(robot, **start)
+        if stance.status == "takeoff" and len(stance.events) <= 30:
+            found[seed] = (robot, start)
+        seed += 1
+    return found
+
+
+RANDOM = random_takeoffs(40)
+
+
+@pytest.mark.parametrize("seed", RANDOM)
+def test_derivatives_of_random_robots_are_those_of_the_reference(seed):
+    robot, start = RANDOM[seed]
+    assert_derivatives(robot, {name: value for name, value in start.items() if name != "max_phases"}, set())
+
+
+def test_a_given_height_at_touchdown_passes_the_compression_on(hopper_c, backend):
+    """x2 = x1 + L0 + c given: from y = 0 on the leg may only be shortened, so x2 goes down by what is above 4 ulp."""
+    height = 0.01 + hopper_c.L0 + hopper_c.c
+    start = {"v2": -1.93, "x1": 0.01, "u": 2.0}
+    given = hopform.solve_stance(hopper_c, x2=height, backend=backend, **start).sensitivities
+    left_out = hopform.solve_stance(hopper_c, backend=backend, **start).sensitivities
+    step = 1e-6
+    states = [hopform.solve_stance(hopper_c, x2=height - n * step, backend=backend, **start) for n in range(3)]
+    apexes = [stance.apex for stance in states]
+    assert given["apex", "x2"] == pytest.approx(-(4 * apexes[1] - 3 * apexes[0] - apexes[2]) / (2 * step), rel=1e-6)
+    for row in given.rows:
+        assert left_out[row, "x2"] == 0.0
+        for name in ("x1", "L0", "c"):
+            assert given[row, name] == pytest.approx(left_out[row, name] - given[row, "x2"], rel=1e-9, abs=1e-9)
+
+
+def test_a_common_shift_of_all_currents_is_what_u_means(hopper_c, backend):
+    one = hopform.solve_stance(hopper_c, v2=-1.93, u=2.0, backend=backend).sensitivities
+    in_steps = hopform.solve_stance(hopper_c, v2=-1.93, u=[(0.0, 2.0), (0.07, 2.0)], backend=backend).sensitivities
+    np.testing.assert_allclose(in_steps.matrix, one.matrix, rtol=1e-12, atol=1e-13)
+
+
+def test_without_take_off_there_are_no_derivatives(hopper_c, backend):
+    stance = hopform.solve_stance(hopper_c, v2=-0.5, u=1.0, horizon=0.05, backend=backend)
+    assert stance.status == "horizon"
+    assert np.isnan(stance.sensitivities.matrix).all()
+
+
+def test_a_leg_that_extends_from_equal_velocities_has_no_derivatives(hopper_c, backend):
+    stance = hopform.solve_stance(hopper_c, v2=-1.0, v1=-1.0, x1=0.04, u=-100.0, backend=backend)
+    assert stance.status == "takeoff"
+    assert stance.duration == 0.0
+    assert np.isnan(stance.sensitivities.matrix).all()
+
+
+def test_without_gravity_the_row_of_the_apex_alone_is_missing(hopper_c, backend):
+    robot = dataclasses.replace(hopper_c, g=0.0)
+    stance = hopform.solve_stance(robot, v2=-1.93, u=2.0, backend=backend)
+    missing = np.isnan(stance.sensitivities.matrix).all(axis=1)
+    assert stance.sensitivities.rows[int(np.flatnonzero(missing)[0])] == "apex"
+    assert missing.sum() == 1 == np.isnan(stance.sensitivities.matrix).any(axis=1).sum()
+
+
+def test_a_name_that_there_is_not_is_refused(hopper_c):
+    with pytest.raises(hopform.HopformError, match="'mass' is not one of x1, v1, x2, v2, u, m_eff"):
+        hopform.solve_stance(hopper_c, v2=-1.93).sensitivities["T", "mass"]
+
+
+def test_single_precision_has_the_same_derivatives_to_its_own_digits(hopper_c, backend):
+    for u in (-3.0, 0.5, 3.0):
+        double, single = (
+            hopform.solve_stance(hopper_c, v2=-1.93, u=u, backend=backend, dtype=dtype).sensitivities.matrix
+            for dtype in (np.float64, np.float32)
+        )
+        assert single.dtype == np.float32
+        scale = np.max(np.abs(double), axis=1, keepdims=True)
+        np.testing.assert_allclose(single / (scale + (scale == 0)), double / (scale + (scale == 0)), rtol=0, atol=2e-4)
+
+
+def test_a_batch_has_the_derivatives_of_each_of_its_stances(hopper_c):
+    """Two axes of inputs, among them one without take-off; every lane is that of a batch of one."""
+    velocities, currents = np.array([-0.3, -1.0, -1.93, -2.5])[:, np.newaxis], np.linspace(-3.0, 3.0, 7)
+    parameters = hopper_c.parameters
+    solution = solve_arrays(parameters, State(0.0, 0.0, velocities, 0.0), currents)
+    batch = sensitivities_of(solution)
+    assert batch.shape == (4, 7, len(ROWS), len(COLUMNS))
+    assert 0 < np.isnan(batch).all(axis=(2, 3)).sum() < 28
+    for place in np.ndindex(4, 7):
+        own_start = State(0.0, 0.0, velocities[place[0], 0], 0.0)
+        alone = sensitivities_of(solve_arrays(parameters, own_start, currents[place[1]]))
+        np.testing.assert_allclose(batch[place], alone, rtol=1e-12, atol=1e-12, equal_nan=True)
+
+
+# ---- the formulas, by algebra ----
+
+
+def is_zero(expression: Any) -> bool:
+    return bool(expression.expand().cancel() == 0)
+
+
+def test_the_slopes_are_the_variations_of_the_equations_of_motion():
+    """Times y, v_1, v_2 and 1 they sum to the change of (3), (4) at a fixed state, whatever input changes."""
+    steps = program().function("slopes_of").steps
+    constant, per_y, per_1, per_2 = (sensitivity.SLOPES.symbols[n::4] for n in range(4))
+    for mass in (0, 1):
+        total = constant[mass] + per_y[mass] * Q.y + per_1[mass] * Q.v1 + per_2[mass] * Q.v2
+        change = sum(
+            values[mass] * sensitivity.change_of(symbol) for symbol, values in control.variations(HOPPER).items()
+        )
+        assert is_zero(unfold(total, steps) - change)
+
+
+def test_the_change_of_the_body_s_energy_is_its_derivative():
+    """With x_2 = L_0 + c + length: what m_s g (L_0 + c) adds at both ends of a stance is no part of the AED."""
+    (_, body, *_) = energy.energies()
+    value = unfold(body.value, energy.energies()[:1]).subs({Q.L0: 0, Q.c: 0})
+    change = sum(value.diff(symbol) * sensitivity.change_of(symbol) for symbol in (Q.m_s, Q.k, Q.g, Q.x1, Q.v2, Q.y))
+    steps = program().function("body_energy_change").steps
+    assert is_zero(unfold(steps[-1].symbol, steps) - change)
+
+
+def test_the_change_of_the_apex_is_the_derivative_of_the_apex():
+    (apex,) = control.apex_of_takeoff()
+    change = sum(apex.value.diff(symbol) * sensitivity.change_of(symbol) for symbol in (Q.g, Q.x1, control.v_up))
+    steps = program().function("apex_change").steps
+    assert is_zero(unfold(steps[-1].symbol, steps) - change)

@@ -1,0 +1,36 @@
+"""No case distinction of the solver can be seen:
+a slice of `make scans`, three values on each side and the last bits of each.
+"""
+
+import numpy as np
+import pytest
+
+from tests.conformance import switchovers
+
+ALL = (*switchovers.SWITCHES, *switchovers.STANCES)
+
+
+@pytest.mark.parametrize("switch", ALL, ids=lambda switch: switch.name)
+def test_no_error_and_no_jump_across_a_switch_is_above_the_limit(switch):
+    swept = switchovers.sweep(switch, 3)
+    assert set(swept.curves) == {(name, precision) for name in switch.libraries for precision in switchovers.DTYPES}
+    assert not switchovers.beyond(swept)
+
+
+@pytest.mark.parametrize("switch", switchovers.SWITCHES, ids=lambda switch: switch.name)
+def test_a_sweep_lies_on_both_sides_of_its_switch_and_next_to_it(switch):
+    for dtype in switchovers.DTYPES.values():
+        values = switchovers.parameters(switch.at(dtype), switch.reach, dtype, 3)
+        at = dtype(switch.at(dtype))
+        for direction in (0.0, np.inf):
+            neighbour = at
+            for _ in range(switchovers.NEIGHBOURS):
+                neighbour = np.nextafter(neighbour, dtype(direction))
+                assert neighbour in values
+        assert values.min() < 0.9 * at < 1.1 * at < values.max()
+
+
+def test_the_page_has_a_line_for_every_switch():
+    page = (switchovers.ROOT / "docs" / "switchovers.md").read_text("utf-8")
+    for switch in ALL:
+        assert switch.where in page, switch.name

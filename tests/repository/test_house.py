@@ -1,0 +1,399 @@
+"""The rules of the house: what is generated is fresh, imports point one way, templates only loop, the C is C.
+
+They hold for files that nobody has written yet: each test walks the folder that it is about.
+"""
+
+import ast
+import dataclasses
+import os
+import re
+import shutil
+import subprocess
+import sys
+import tomllib
+from collections.abc import Iterator
+from functools import cache
+from importlib.metadata import version
+from pathlib import Path
+
+import jinja2
+import pytest
+from jinja2 import nodes
+
+import hopform
+from derive.emit.folder import GENERATED, check
+from derive.emit.ir import Function
+from derive.emit.program import program
+from derive.emit.render import MANIFEST, instance, render
+from derive.model import quantities
+from hopform_solver import records
+
+ROOT = Path(__file__).resolve().parents[2]
+DERIVE, TEMPLATES, RUNTIME = ROOT / "derive", ROOT / "templates", ROOT / "runtime" / "hopform"
+ENGINE = ROOT / "runtime" / "engine"
+SOLVER, C = GENERATED / "python" / "hopform_solver", GENERATED / "c"
+
+
+def modules(folder: Path) -> list[Path]:
+    found = sorted(folder.glob("*.py"))
+    assert found, folder
+    return found
+
+
+def each(paths: list[Path]) -> pytest.MarkDecorator:
+    return pytest.mark.parametrize("path", paths, ids=lambda path: path.name)
+
+
+# ---- what is generated is fresh ----
+
+
+def test_what_is_generated_is_what_the_derivation_and_the_templates_say(capsys):
+    stale = check(render(), GENERATED)
+    assert stale == 0, capsys.readouterr().err
+
+
+# ---- imports point one way ----
+
+
+def imported(tree: ast.AST) -> Iterator[str]:
+    """The modules that some code imports, a name taken from a package counted as a module of it."""
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            assert node.level == 0, f"line {node.lineno}: a relative import"
+            yield str(node.module)
+            yield from (f"{node.module}.{alias.name}" for alias in node.names)
+
+
+def packages(path: Path) -> set[str]:
+    """The packages that a file imports anywhere, other than the standard library's."""
+    return {name.split(".")[0] for name in imported(ast.parse(path.read_text("utf-8")))} - sys.stdlib_module_names
+
+
+@each(modules(SOLVER))
+def test_the_generated_package_needs_numpy_alone(path):
+    assert packages(path) <= {"hopform_solver", "numpy"}
+
+
+def declared(*extras: str) -> set[str]:
+    """The packages that the project needs, or those that its extras add."""
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]
+    lists = [project["optional-dependencies"][extra] for extra in extras] or [project["dependencies"]]
+    return {re.split(r"[^\w-]", requirement)[0] for requirements in lists for requirement in requirements}
+
+
+def installed_by_make_run() -> set[str]:
+    """The packages of the extras that `make run` installs, and what the project needs anyway."""
+    makefile = (ROOT / "Makefile").read_text("utf-8")
+    assert re.search(r"^run: .*\bvenv\b", makefile, re.MULTILINE)
+    recipe = re.search(r"^venv:\n\t@sh tools/venv.sh ([\w,]+)$", makefile, re.MULTILINE)
+    assert recipe
+    return declared() | declared(*recipe[1].split(","))
+
+
+def test_what_make_run_installs_is_enough_for_the_commands_of_the_readme(tmp_path):
+    """They run where no other package of any extra can be imported."""
+    extras = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]["optional-dependencies"]
+    present = installed_by_make_run()
+    absent = declared(*extras) - present - {"hopform"}
+    readme = (ROOT / "README.md").read_text("utf-8").splitlines()
+    commands = [line.split("#")[0].split()[1:] for line in readme if line.startswith("hopform ")]
+    assert len(commands) >= 8
+    assert {"sympy", "jinja2"} <= present  # python -m derive, which takes too long to be run here
+    program = f"""
+import importlib.abc, sys
+
+class Absent(importlib.abc.MetaPathFinder):
+    def find_spec(self, name, path, target=None):
+        if name.partition(".")[0] in {absent!r}:
+            raise ModuleNotFoundError(name=name)
+
+sys.meta_path.insert(0, Absent())
+from hopform._cli import main
+sys.exit([command for command in {commands!r} if main(command) != 0] or 0)
+"""
+    done = subprocess.run([sys.executable, "-c", program], cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+
+
+@each(sorted(RUNTIME.rglob("*.py")))
+def test_the_runtime_imports_what_the_project_declares(path):
+    extras = declared("identify", "plot")
+    assert not (declared() | extras) & {"sympy", "jinja2"}
+    assert packages(path) <= {"hopform", "hopform_solver"} | declared() | extras
+
+
+# ---- templates have shape, not thoughts ----
+
+SHAPE = {"Template", "Output", "TemplateData", "For", "Name", "Getattr", "Call", "Const"}
+FILTERS = {"join", "length", "upper"}
+
+
+def inside(node: nodes.Node) -> Iterator[nodes.Node]:
+    yield node
+    for child in node.iter_child_nodes():
+        yield from inside(child)
+
+
+@pytest.mark.parametrize("path", sorted(TEMPLATES.rglob("*.j2")), ids=lambda path: path.name)
+def test_a_template_substitutes_and_loops_and_nothing_else(path):
+    for node in inside(jinja2.Environment().parse(path.read_text("utf-8"))):
+        where = f"{path.name}, line {node.lineno}"
+        if isinstance(node, nodes.For):
+            assert not node.test and not node.else_ and not node.recursive, where
+        elif isinstance(node, nodes.Filter):
+            assert node.name in FILTERS, where
+        else:
+            assert type(node).__name__ in SHAPE, where
+
+
+def test_every_source_makes_its_files_and_every_file_has_a_source():
+    sources = {path: path.relative_to(TEMPLATES).as_posix().removesuffix(".j2") for path in files(TEMPLATES)}
+    sources |= {path: instance(path.relative_to(ENGINE).as_posix()) for path in files(ENGINE)}
+    expected = set()
+    for target in sources.values():
+        precisions = ("_f32", "_f64") if target.startswith("c/") and "_real" in target else ("_real",)
+        expected |= {Path(target.replace("_real", precision)) for precision in precisions}
+    assert {path for path in render() if path != MANIFEST} == expected
+
+
+def files(folder: Path) -> list[Path]:
+    return [path for path in sorted(folder.rglob("[!.]*")) if path.is_file() and "__pycache__" not in path.parts]
+
+
+def test_an_instance_of_the_engine_has_the_lines_of_its_source():
+    """So that a message of a compiler or a debugger about generated code names the line to change."""
+    made = render()
+    for source in files(ENGINE):
+        lines = source.read_text("utf-8").count("\n")
+        target = instance(source.relative_to(ENGINE).as_posix())
+        for precision in ("_f32", "_f64") if "_real" in target else ("",):
+            assert made[Path(target.replace("_real", precision))].count("\n") == lines, source.name
+
+
+def test_every_template_is_filled_by_the_derivation():
+    """Besides header, name and version: what nothing fills is source and stands in the engine."""
+    own = {"header", "source", "program.meaning", "version"}
+    for path in TEMPLATES.rglob("*.j2"):
+        tags = set(re.findall(r"\{\{-?\s*(.*?)\s*-?\}\}|\{%-?\s*(for .*?)\s*-?%\}", path.read_text("utf-8")))
+        filled = {first or second for first, second in tags} - own
+        assert filled, path.name
+
+
+# ---- generated files ----
+
+
+def generated_texts() -> list[Path]:
+    """Those of this project; a package's manifests follow the rules of other build systems."""
+    found = [path for path in sorted(GENERATED.rglob("*")) if path.is_file() and "__pycache__" not in path.parts]
+    return [path for path in found if path.relative_to(GENERATED).parts[0] != "packages"]
+
+
+def headed_texts() -> list[Path]:
+    """JSON has no comments."""
+    bare = (MANIFEST.name, "schema.json")
+    return [path for path in generated_texts() if path.stat().st_size and path.name not in bare]
+
+
+@each(headed_texts())
+def test_a_generated_file_opens_with_the_source_that_makes_it(path):
+    first = path.read_text("utf-8").splitlines()[0]
+    match = re.fullmatch(
+        r"(?:# |/\* |<!-- )Generated by `make generate` from (\S+)\. Do not edit\. "
+        r"SPDX-License-Identifier: MIT-0(?: \*/| -->)?",
+        first,
+    )
+    assert match, first
+    assert (ROOT / match[1]).is_file(), f"there is no {match[1]}"
+
+
+@each(generated_texts())
+def test_a_generated_file_knows_no_date_no_version_of_a_tool_and_no_folder_of_its_maker(path):
+    text = path.read_text("utf-8").replace("https://json-schema.org/draft/2020-12/schema", "")
+    tools = {version(name) for name in ("sympy", "jinja2", "numpy")} | {".".join(map(str, sys.version_info[:3]))}
+    found = [tool for tool in tools if re.search(rf"(?<![\w.]){re.escape(tool)}(?![\w.])", text)]
+    found += re.findall(r"\b(?:19|20)\d\d-\d\d(?:-\d\d)?\b", text)
+    found += re.findall(rf"{re.escape(str(ROOT))}/", text)
+    assert not found
+
+
+@each(generated_texts())
+def test_a_generated_text_is_plain(path):
+    """UTF-8, Unix line ends, one newline at the end, no tab, no trailing blank."""
+    data = path.read_bytes()
+    assert b"\r" not in data and b"\t" not in data
+    lines = data.decode("utf-8").split("\n")
+    assert not data or (lines[-1] == "" and lines[-2] != "")
+    assert not [number for number, line in enumerate(lines, 1) if line != line.rstrip()]
+
+
+# ---- one name per thing ----
+
+
+def test_every_word_for_a_parameter_is_the_one_of_quantities():
+    names = [quantity.name for quantity in quantities.ROBOT.quantities]
+    assert [field.name for field in dataclasses.fields(hopform.Robot)] == [*names, "name", "description"]
+    assert list(records.Robot._fields) == [field.name for field in records.ROBOT_FIELDS] == names
+    for precision in ("f32", "f64"):
+        assert members(f"hopform_robot_{precision}") == names
+    shipped = sorted((RUNTIME / "_robots").glob("*.toml"))
+    assert shipped
+    for path in shipped:
+        assert tomllib.loads(path.read_text("utf-8")).keys() <= {*names, "name", "description"}, path.name
+
+
+def test_every_parameter_is_what_quantities_declares():
+    for field, quantity in zip(records.ROBOT_FIELDS, quantities.ROBOT.quantities, strict=True):
+        assert field._asdict() == dataclasses.asdict(quantity)
+
+
+def header(name: str) -> str:
+    return (C / "include" / "hopform" / name).read_text("utf-8")
+
+
+def members(struct: str) -> list[str]:
+    """The names of the members of a struct of the public headers."""
+    text = re.sub(r"/\*.*?\*/", "", header(f"hopform_{struct[-3:]}.h"), flags=re.DOTALL)
+    (body,) = re.findall(rf"typedef struct {{([^}}]*)}} {struct};", text)
+    return re.findall(r"(\w+);", body)
+
+
+@pytest.mark.parametrize("record", program().records, ids=lambda record: record.name)
+def test_a_record_has_its_fields_in_the_same_order_in_python_and_c(record):
+    names = [quantity.name for quantity in record.quantities]
+    assert list(getattr(records, record.name)._fields) == names
+    struct = re.sub(r"(?<!^)(?=[A-Z])", "_", record.name).lower()
+    sources = header("hopform_f64.h") + (C / "src" / "formulas_f64.h").read_text("utf-8")
+    (body,) = re.findall(rf"typedef struct {{([^}}]*)}} hopform_{struct}_f64;", sources)
+    assert re.findall(r"double (\w+);", body) == names
+
+
+def test_the_words_for_endings_and_events_are_the_same_in_python_and_c():
+    for kind, words in (("ENDING", records.ENDINGS), ("EVENT", records.EVENTS)):
+        macros = dict(re.findall(rf"#define HOPFORM_{kind}_(\w+) (\d+)", header("hopform.h")))
+        macros.pop("NONE", None)
+        assert {word.upper(): str(number) for number, word in words.items()} == macros
+
+
+def test_both_precisions_have_the_same_functions():
+    single = re.findall(r"(hopform_\w+)_f32\(", header("hopform_f32.h"))
+    double = re.findall(r"(hopform_\w+)_f64\(", header("hopform_f64.h"))
+    assert single == double != []
+
+
+def definitions(path: Path, opening: str) -> dict[str, str]:
+    """The text of each function of a file of formulas, up to the next one."""
+    parts = re.split(opening, path.read_text("utf-8"), flags=re.MULTILINE)
+    return dict(zip(parts[1::2], parts[2::2], strict=True))
+
+
+@pytest.mark.parametrize("function", program().functions, ids=lambda function: function.name)
+def test_a_formula_is_the_same_lines_in_python_and_c(function: Function):
+    """Step by step the same name, the same expression, the same source; only the punctuation differs."""
+    python = definitions(SOLVER / "formulas.py", r"^def (\w+)\(")[function.name]
+    c = definitions(C / "src" / "formulas_f64.h", r"^static inline \w+ hopform_(\w+)_f64\(")[function.name]
+    in_python = re.findall(r"^    (\w+) = (.*?) +# (.*)$", python, flags=re.MULTILINE)
+    in_c = re.findall(r"^    const double (\w+) = (.*?); +/\* (.*) \*/$", c, flags=re.MULTILINE)
+    derived = [(str(step.symbol), step.source) for step in function.steps]
+    assert [(name, source) for name, _, source in in_python] == derived
+    in_c = [(name, re.sub(r"\b(sqrt|fabs)_f64\(", r"\1(", text), source) for name, text, source in in_c]
+    assert in_python == in_c
+
+
+# ---- the C is C ----
+
+WARNINGS = [
+    "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wsign-conversion", "-Wdouble-promotion", "-Wfloat-equal",
+    "-Wshadow", "-Wundef", "-Werror",
+]  # fmt: skip
+
+
+def installed(*names: str) -> list[str]:
+    return [name for name in names if shutil.which(name)]
+
+
+def compile_without_a_warning(command: list[str], source: Path, target: Path) -> None:
+    command = [*command, *WARNINGS, "-I", str(C / "include"), "-c", str(source), "-o", str(target)]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+
+
+@cache
+def objects(compiler: str, folder: Path) -> tuple[Path, ...]:
+    """Every source of the library, compiled with every warning an error."""
+    made = []
+    for source in sorted((C / "src").glob("*.c")):
+        target = folder / f"{compiler}_{source.stem}.o"
+        compile_without_a_warning([compiler, "-std=c99", "-O2", "-ffp-contract=off"], source, target)
+        made.append(target)
+    assert made
+    return tuple(made)
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory) -> Path:
+    return tmp_path_factory.mktemp("objects")
+
+
+def symbols(path: Path) -> list[tuple[str, str]]:
+    """Kind and name of each symbol of an object file."""
+    listing = subprocess.run(["nm", path], capture_output=True, text=True, check=True).stdout
+    return [(line.split()[-2], line.split()[-1]) for line in listing.splitlines()]
+
+
+def test_the_library_compiles_as_c99_without_a_warning(folder):
+    compilers = installed("gcc", "clang") or installed("cc")
+    assert compilers or not os.environ.get("HOPFORM_REQUIRE_C"), "there is no C compiler"
+    for compiler in compilers:
+        objects(compiler, folder)
+
+
+def test_the_library_keeps_no_data(folder):
+    for compiler in installed("gcc", "clang"):
+        for path in objects(compiler, folder):
+            assert not [name for kind, name in symbols(path) if kind in "dDbBC"], path.name
+
+
+def test_the_library_defines_no_name_that_is_not_its_own(folder):
+    for compiler in installed("gcc", "clang"):
+        for path in objects(compiler, folder):
+            assert not [name for kind, name in symbols(path) if kind in "TRVWi" and not name.startswith("hopform_")]
+
+
+# What compilers make of __builtin_cpu_supports, and of <fenv.h> where a processor is no x86.
+ASKS_THE_PROCESSOR = {"__cpu_model", "__cpu_indicator_init", "_GLOBAL_OFFSET_TABLE_"}
+KEEPS_FLAGS = {"fegetenv", "fesetenv"}
+
+
+def test_single_precision_calls_single_precision_alone(folder):
+    """It needs its own, memory functions, and of libm what ends in f: no warning of a compiler sees calls."""
+    for compiler in installed("gcc", "clang"):
+        for path in objects(compiler, folder):
+            if path.stem.endswith("_f32"):
+                needed = {name for kind, name in symbols(path) if kind == "U"}
+                other = {name for name in needed if not name.endswith("f") and not name.startswith("hopform_")}
+                assert other <= {"memcpy", "memset", "memmove", *ASKS_THE_PROCESSOR, *KEEPS_FLAGS}, path.name
+                assert not {name for name in needed if name.startswith("hopform_") and not name.endswith("_f32")}
+
+
+@pytest.mark.parametrize("name", [path.name for path in sorted((C / "include" / "hopform").glob("*.h"))])
+def test_a_public_header_stands_alone_in_c_and_in_cpp(tmp_path, name):
+    for compiler, suffix, language in (
+        *((compiler, ".c", "-std=c99") for compiler in installed("gcc", "clang")),
+        *((compiler, ".cpp", "-std=c++11") for compiler in installed("g++", "clang++")),
+    ):
+        source, target = tmp_path / f"user{suffix}", tmp_path / "user.o"
+        source.write_text(f'#include "hopform/{name}"\n#include "hopform/{name}"\nconst char *what(void);\n')
+        compile_without_a_warning([compiler, language], source, target)
+
+
+def test_cpp_finds_the_names_of_the_library(tmp_path, folder):
+    source = tmp_path / "user.cpp"
+    source.write_text(
+        '#include "hopform/hopform.h"\n'
+        "int main() { hopform_plan_f64 plan; return hopform_source() && !hopform_plan_init_f64(&plan, 0); }\n"
+    )
+    for cpp, compiler in zip(installed("g++"), installed("gcc"), strict=False):
+        made = objects(compiler, folder)
+        subprocess.run([cpp, "-I", C / "include", source, *made, "-lm", "-o", tmp_path / "user"], check=True)

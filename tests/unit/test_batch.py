@@ -1,0 +1,437 @@
+"""Many stances at once are the same stances, whatever the shapes, strides, back end,
+process or machinery around them.
+"""
+
+import doctest
+import os
+import pickle
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import hopform
+from hopform import HopformError, Robot, ufuncs
+from hopform_solver.records import EVENTS, ROBOT_FIELDS
+from tests import needs
+
+HOPPER = hopform.load_robot("hopper_c")
+VECTOR = np.array(HOPPER.parameters)
+NAMES = [field.name for field in ROBOT_FIELDS]
+
+
+def random_inputs(count: int, seed: int) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]]:
+    """States and currents, and robots of all kinds: a third without viscous friction, a third without stops."""
+    rng = np.random.default_rng(seed)
+    states = {"v2": rng.uniform(-4, 1, count), "v1": rng.normal(0, 0.5, count) * (rng.random(count) > 0.5)}
+    states |= {"u": rng.uniform(-3, 3, count), "x1": rng.uniform(0.0, 0.05, count)}
+    robots = {name: 10.0 ** rng.uniform(-1, 2, count) for name in ("m_eff", "m_s")}
+    robots["k"] = 10.0 ** rng.uniform(1, 6, count)
+    robots |= {name: 10.0 ** rng.uniform(-2, 3, count) * (rng.random(count) > 0.33) for name in ("b1", "b2")}
+    robots |= {name: rng.uniform(0, 3, count) * (rng.random(count) > 0.2) for name in ("f1", "f2")}
+    robots["gamma2"] = rng.uniform(-50, 50, count)
+    robots["x1_min"] = np.where(rng.random(count) > 0.33, 0.0, -np.inf)
+    robots["x1_max"] = np.where(rng.random(count) > 0.33, 0.05, np.inf)
+    return states, robots
+
+
+def singly(states, robots, **how) -> list[hopform.Stance]:
+    """The same stances one by one."""
+    lanes = range(len(next(iter(states.values()))))
+    base = {name: getattr(HOPPER, name) for name in NAMES}
+    return [
+        hopform.solve_stance(
+            Robot(**(base | {name: float(value[i]) for name, value in robots.items()})),
+            **{name: float(value[i]) for name, value in states.items()},
+            **how,
+        )
+        for i in lanes
+    ]
+
+
+# ---- the same stances ----
+
+
+@needs.library
+@pytest.mark.parametrize("dtype", [np.float64, np.float32])
+@pytest.mark.parametrize("how", [{}, {"events": True}, {"max_phases": 3}, {"events": True, "max_phases": 3}])
+def test_a_batch_is_its_stances_to_the_last_bit(dtype, how):
+    states, robots = random_inputs(200, 1)
+    batch = hopform.solve_stances(HOPPER, **states, **robots, dtype=dtype, backend="c", **how)
+    single = singly(states, robots, dtype=dtype, backend="c", max_phases=how.get("max_phases", 4096))
+    assert batch.duration.dtype == dtype
+    assert batch.words.tolist() == [stance.status for stance in single]
+    for name, values in (("duration", batch.duration), ("aed", batch.aed), ("apex", batch.apex)):
+        assert np.array_equal(values, np.array([getattr(stance, name) for stance in single]), equal_nan=True), name
+    for name in hopform.State._fields:
+        assert np.array_equal(getattr(batch.end, name), np.array([getattr(stance.end, name) for stance in single]))
+    assert batch.event_count.tolist() == [len(stance.events) for stance in single]
+    if how.get("events"):
+        assert batch.event_time.shape == (200, batch.event_count.max())
+        for row, stance in enumerate(single):
+            count = len(stance.events)
+            assert batch.event_time[row, :count].tolist() == [event.time for event in stance.events]
+            assert batch.event_words[row, :count].tolist() == [event.kind for event in stance.events]
+            assert np.all(np.isnan(batch.event_time[row, count:])) and not batch.event_kind[row, count:].any()
+
+
+def test_the_robots_above_do_all_that_robots_do():
+    """Or the tests above and below would compare little."""
+    states, robots = random_inputs(2000, 1)
+    batch = hopform.solve_stances(HOPPER, **states, **robots, events=True)
+    assert {"takeoff", "rest", "horizon"} <= set(batch.words.tolist())
+    assert set(batch.event_words.ravel().tolist()) == {"", *EVENTS.values()}
+    assert batch.event_count.max() > 16
+
+
+@needs.library
+def test_both_back_ends_agree():
+    states, robots = random_inputs(500, 2)
+    c, numpy = (hopform.solve_stances(HOPPER, **states, **robots, events=True, backend=b) for b in ("c", "numpy"))
+    assert np.array_equal(c.status, numpy.status)
+    assert np.array_equal(c.event_kind, numpy.event_kind)
+    assert np.allclose(c.duration, numpy.duration, rtol=1e-9, atol=0.0)
+    for mine, other in zip((*c.end, c.aed), (*numpy.end, numpy.aed), strict=True):
+        assert np.allclose(mine, other, rtol=1e-8, atol=1e-9)
+    assert np.allclose(c.apex, numpy.apex, rtol=1e-8, atol=1e-9, equal_nan=True)
+    assert np.allclose(c.event_time, numpy.event_time, rtol=1e-8, atol=1e-12, equal_nan=True)
+
+
+def test_lists_of_events_may_be_long(backend):
+    """A stiff leg that rings down, much longer than the first room for its events, beside one without."""
+    robot = Robot(m_eff=2.0, m_s=3.0, k=2e4, L0=0.4, b1=40.0, b2=0.5, f1=2.0, f2=0.01, x1_min=-0.002)
+    batch = hopform.solve_stances(
+        robot, v2=[0.0, -2.0, 0.0], x1=-0.002, x2=[0.3972, 0.398, 0.3972], events=True, backend=backend
+    )
+    single = hopform.solve_stance(robot, v2=0.0, x1=-0.002, x2=0.3972, backend=backend)
+    assert len(single.events) > 40
+    assert batch.event_count[0] == batch.event_count[2] == len(single.events)
+    for row in (0, 2):
+        assert batch.event_time[row].tolist() == [event.time for event in single.events]
+    assert np.isnan(batch.event_time[1, batch.event_count[1] :]).all()
+
+
+def test_without_a_takeoff_there_is_none(backend):
+    batch = hopform.solve_stances(HOPPER, v2=[-1.9, -1.9], b2=[5.0, 5000.0], backend=backend)
+    assert batch.words.tolist()[0] == "takeoff" != batch.words.tolist()[1]
+    for value, end in zip(batch.takeoff, batch.end, strict=True):
+        assert np.isnan(value).tolist() == [False, True]
+        assert value[0] == end[0] and np.isfinite(end[1])
+    assert np.isnan(batch.apex).tolist() == [False, True]
+
+
+# ---- shapes and strides ----
+
+
+def test_everything_broadcasts(backend):
+    batch = hopform.solve_stances(
+        HOPPER,
+        v2=np.linspace(-3, -1, 4),
+        u=[[0.0], [2.0], [3.0]],
+        k=np.full((2, 1, 1), 1200.0),
+        backend=backend,
+        events=True,
+    )
+    assert batch.status.shape == batch.duration.shape == batch.end.x2.shape == batch.apex.shape == (2, 3, 4)
+    assert batch.event_time.shape[:-1] == (2, 3, 4)
+    one = hopform.solve_stance(HOPPER, v2=float(np.linspace(-3, -1, 4)[2]), u=2.0, backend=backend)
+    assert batch.duration[1, 1, 2] == pytest.approx(one.duration, rel=1e-12)
+    assert hopform.solve_stances(HOPPER, v2=-1.0, backend=backend).apex.shape == ()
+
+
+@pytest.mark.parametrize("shape", [(0,), (3, 0), (0, 2, 2)])
+@pytest.mark.parametrize("events", [False, True])
+def test_a_batch_may_be_empty(backend, shape, events):
+    batch = hopform.solve_stances(HOPPER, v2=np.empty(shape), backend=backend, events=events)
+    assert batch.status.shape == batch.takeoff.x2.shape == batch.words.shape == shape
+    assert not events or batch.event_time.shape == (*shape, 0)
+
+
+def strided(values: np.ndarray, kind: str) -> np.ndarray:
+    """The same values in another place."""
+    if kind == "fortran":
+        return np.asfortranarray(values)
+    if kind == "backwards":
+        return np.ascontiguousarray(values[::-1, ::-1])[::-1, ::-1]
+    if kind == "every third":
+        return np.repeat(values, 3, axis=-1)[..., ::3]
+    if kind == "a field of records":
+        records = np.zeros(values.shape, [("other", np.int8), ("value", values.dtype)])
+        records["value"] = values
+        return records["value"]
+    raise ValueError(kind)
+
+
+@pytest.mark.parametrize("kind", ["fortran", "backwards", "every third", "a field of records"])
+@pytest.mark.parametrize("how", [{}, {"events": True}, {"dtype": np.float32}])
+def test_strides_do_not_matter(backend, kind, how):
+    states, robots = random_inputs(60, 3)
+    plain = {name: value.reshape(6, 10) for name, value in (states | robots).items()}
+    expected = hopform.solve_stances(HOPPER, **plain, backend=backend, **how)
+    batch = hopform.solve_stances(
+        HOPPER, **{name: strided(value, kind) for name, value in plain.items()}, backend=backend, **how
+    )
+    for field in ("status", "duration", "apex", "aed", "event_count"):
+        assert np.array_equal(getattr(batch, field), getattr(expected, field), equal_nan=True)
+    assert not how.get("events") or np.array_equal(batch.event_time, expected.event_time, equal_nan=True)
+
+
+@pytest.mark.parametrize("function", [ufuncs.stance, ufuncs.stance_on_arrays], ids=["stance", "on arrays"])
+@pytest.mark.parametrize("kind", ["plain", "zero", "fortran", "backwards", "every third", "a field of records"])
+def test_the_ufunc_takes_any_strides(function, kind):
+    states, robots = random_inputs(60, 4)
+    v2 = states["v2"].reshape(6, 10)
+    vectors = np.stack([robots.get(name, np.full(60, getattr(HOPPER, name))) for name in NAMES], axis=-1)
+    vectors = vectors.reshape(6, 10, -1)
+    expected = function(0.01, 0.0, v2, 0.0, 1.0, 2.0, vectors)
+    if kind == "zero":
+        got = function(*(np.broadcast_to(x, (6, 10)) for x in (0.01, 0.0)), v2, *np.broadcast_to(0.0, (1, 6, 10)),
+                       np.broadcast_to(1.0, (6, 10)), np.broadcast_to(2.0, (6, 10)), vectors)  # fmt: skip
+    elif kind == "plain":
+        one_by_one = [function(0.01, 0.0, v2[i, 0], 0.0, 1.0, 2.0, vectors[i, 0]) for i in range(6)]
+        got, expected = zip(*one_by_one, strict=True), [column[:, 0] for column in expected]
+    else:
+        robot = np.asfortranarray(vectors) if kind == "fortran" else vectors[..., ::-1].copy()[..., ::-1]
+        got = function(0.01, 0.0, strided(v2, kind), 0.0, 1.0, 2.0, robot)
+    for mine, other in zip(got, expected, strict=True):
+        assert np.array_equal(mine, other, equal_nan=True)
+
+
+@pytest.mark.parametrize("function", [ufuncs.stance, ufuncs.stance_on_arrays], ids=["stance", "on arrays"])
+def test_the_ufunc_writes_into_arrays_of_the_caller(function):
+    v2 = np.linspace(-3, -1, 50)
+    expected = function(0.0, 0.0, v2, 0.0, 2.0, 2.0, VECTOR)
+    table = np.zeros((50, 12))
+    out = tuple(np.zeros(50, np.intc) if name in ufuncs.CODES else table[:, n] for n, name in enumerate(ufuncs.RESULTS))
+    got = function(0.0, 0.0, v2, 0.0, 2.0, 2.0, VECTOR, out=out)
+    for mine, given, other in zip(got, out, expected, strict=True):
+        assert mine is given
+        assert np.array_equal(given, other, equal_nan=True)
+    assert not table[:, 9:].any()
+
+
+@needs.library
+@pytest.mark.parametrize("dtype", [np.float64, np.float32])
+@pytest.mark.parametrize("shift", [-1, 0, 1])
+def test_a_result_of_the_ufunc_may_overlap_its_inputs(dtype, shift):
+    """NumPy copies what the loop, which checks nothing, would read after it has written it."""
+    count = 40
+    v2 = np.linspace(-3.0, -1.0, count, dtype=dtype)
+    robots = np.tile(VECTOR.astype(dtype), (count, 1))
+    robots[:, NAMES.index("k")] *= np.linspace(0.5, 2.0, count, dtype=dtype)
+    expected = ufuncs.stance(dtype(0), dtype(0), v2, dtype(0), dtype(2), dtype(2), robots)
+    for column in ("v2", "k"):
+        for name in (each for each in ufuncs.RESULTS if each not in ufuncs.CODES):
+            room, given = np.zeros(count + 2, dtype), robots.copy()
+            velocities = room[1 : count + 1]
+            velocities[:] = v2
+            over = room[1 + shift : 1 + shift + count] if column == "v2" else given[:, NAMES.index("k") + shift]
+            out = [
+                over if each == name else np.empty_like(value)
+                for each, value in zip(ufuncs.RESULTS, expected, strict=True)
+            ]
+            got = ufuncs.stance(dtype(0), dtype(0), velocities, dtype(0), dtype(2), dtype(2), given, out=tuple(out))
+            for one, other in zip(got, expected, strict=True):
+                assert one.tobytes() == other.tobytes()
+
+
+@needs.library
+def test_the_ufunc_is_one_of_numpy():
+    assert isinstance(ufuncs.stance, np.ufunc)
+    assert (ufuncs.stance.nin, ufuncs.stance.nout) == (len(ufuncs.INPUTS), len(ufuncs.RESULTS))
+    assert ufuncs.stance.signature == ufuncs.SIGNATURE
+    single = ufuncs.stance(*np.float32([0, 0, -1.9, 0, 2, 2]), VECTOR.astype(np.float32))
+    assert [np.asarray(value).dtype.char for value in single] == list("ifffffffi")
+    assert ufuncs.stance(0, 0, -2, 0, 2, 2, VECTOR)[1].dtype == np.float64
+
+
+@pytest.mark.parametrize("function", [ufuncs.stance, ufuncs.stance_on_arrays], ids=["stance", "on arrays"])
+def test_a_stance_that_is_refused_is_not_a_number_and_spoils_no_other(function):
+    bad = {
+        "robot_refused": (0.0, 0.0, -2.0, 0.0, 0.0, 2.0, VECTOR * np.where(np.arange(VECTOR.size) == 1, -1.0, 1.0)),
+        "state_refused": (0.0, np.nan, -2.0, 0.0, 0.0, 2.0, VECTOR),
+        "spring_pulls": (0.0, 0.0, -2.0, -0.01, 0.0, 2.0, VECTOR),
+        "current_refused": (0.0, 0.0, -2.0, 0.0, np.inf, 2.0, VECTOR),
+        "horizon_refused": (0.0, 0.0, -2.0, 0.0, 0.0, 0.0, VECTOR),
+        "takeoff": (0.0, 0.0, -2.0, 0.0, 0.0, 2.0, VECTOR),
+    }
+    columns = [np.array(column) for column in zip(*bad.values(), strict=True)]
+    with np.errstate(invalid="ignore"):  # as NumPy's own functions do, it flags what is not a number
+        short = function(0.0, 0.0, np.full(2, -2.0), 0.0, 0.0, 2.0, VECTOR[:-1])
+        got = function(*columns)
+    assert [ufuncs.STATUS[int(code)] for code in short[0]] == ["robot_refused"] * 2 and np.isnan(short[1]).all()
+    assert [ufuncs.STATUS[int(code)] for code in got[0]] == list(bad)
+    assert all(np.isnan(values[:-1]).all() and np.isfinite(values[-1]) for values in got[1:-1])
+    assert got[-1].tolist() == [0, 0, 0, 0, 0, int(function(*bad["takeoff"])[-1])]
+
+
+def test_numbers_that_leave_the_range_of_the_precision_are_said(backend):
+    batch = hopform.solve_stances(HOPPER, v2=[-2.0, -1e30], dtype=np.float32, backend=backend, events=True)
+    assert batch.words.tolist() == ["takeoff", "out_of_range"]
+    assert np.isfinite(batch.duration[0]) and np.isnan(batch.duration[1]) and np.isnan(batch.end.x2[1])
+    assert batch.event_count[1] == 0 and not batch.event_kind[1].any()
+
+
+# ---- bad input ----
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        ({"v2": [-1.0, np.nan]}, r"v2\[1\] must be finite m/s, got nan"),
+        ({"v2": -1.0, "u": [[0.0, 1.0], [np.inf, 1.0]]}, r"u\[1, 0\] must be finite A, got inf"),
+        ({"v2": "fast"}, "v2 must be numbers in m/s, got 'fast'"),
+        ({"v2": [-1.0, None]}, "v2 must be numbers in m/s"),
+        ({"v2": [[1.0], [1.0, 2.0]]}, "v2 must be numbers in m/s"),
+        ({"v2": -1.0, "u": [(0.0, 1.0), (0.1, 2.0)]}, "steps .* are for solve_stance"),
+        ({"v2": -1.0, "m_s": [3.0, -3.0]}, r"m_s\[1\] must be > 0 kg, got -3.0"),
+        ({"v2": -1.0, "impact_loss": 1.0}, "impact_loss must be >= 0 and < 1, got 1.0"),
+        ({"v2": -1.0, "k": [1.0, np.inf]}, r"k\[1\] must be > 0 N/m, got inf"),
+        ({"v2": -1.0, "x1_max": [0.1, -0.1]}, r"x1_min\[1\] must be <= x1_max m"),
+        ({"v2": -1.0, "mass": 3.0}, "'mass' is neither"),
+        ({"v2": -1.0, "x1": [0.0, 0.5]}, r"x1\[1\] must be within its stroke 0 .. 0.08 m, got 0.5"),
+        ({"v2": -1.0, "x2": [0.39, 0.41]}, r"x2\[1\] must be <= x1 \+ L0 \+ c"),
+        ({"v2": -1.0, "horizon": [1.0, 0.0]}, r"horizon\[1\] must be > 0 s, got 0.0"),
+        ({"v2": [1.0, 2.0], "u": [1.0, 2.0, 3.0]}, "must broadcast"),
+        ({"v2": [1.0, 2.0], "k": [1.0, 2.0, 3.0]}, "must broadcast"),
+        ({"v2": -1.0, "max_phases": 0}, "max_phases must be a whole number >= 1, got 0"),
+        ({"v2": -1.0, "threads": 0}, "threads must be a whole number >= 1, got 0"),
+        ({"v2": -1.0, "dtype": int}, "dtype must be float64 or float32"),
+        ({"v2": -1.0, "backend": "fortran"}, "backend must be 'c' or 'numpy'"),
+    ],
+)
+def test_what_cannot_be_is_refused_by_name_index_and_value(arguments, words):
+    with pytest.raises(HopformError, match=words):
+        hopform.solve_stances(HOPPER, **arguments)
+
+
+# ---- long batches ----
+
+
+LONG = 3 * ufuncs.CHUNK // 2
+
+
+@pytest.mark.parametrize("threads", [1, 2])
+def test_progress_is_told_and_threads_change_nothing(threads):
+    v2, told = np.linspace(-3.0, -0.5, LONG), []
+    batch = hopform.solve_stances(
+        HOPPER, v2=v2, threads=threads, events=True, progress=lambda done, total: told.append((done, total))
+    )
+    assert told[-1] == (LONG, LONG) and len(told) == 2
+    alone = hopform.solve_stances(HOPPER, v2=v2[-5:], events=True)
+    assert np.array_equal(batch.duration[-5:], alone.duration)
+    assert np.array_equal(batch.event_time[-5:, : alone.event_time.shape[1]], alone.event_time, equal_nan=True)
+
+
+@pytest.mark.parametrize("threads", [1, 2])
+def test_an_interrupt_ends_a_batch_at_once(threads):
+    told = []
+
+    def interrupt(done: int, total: int) -> None:
+        told.append(done)
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        hopform.solve_stances(HOPPER, v2=np.full(20 * ufuncs.CHUNK, -0.5), threads=threads, progress=interrupt)
+    assert told == [ufuncs.CHUNK]
+    assert hopform.solve_stances(HOPPER, v2=-2.0).words == "takeoff"
+
+
+@needs.library
+def test_a_million_stances_need_little_memory():
+    code = (
+        "import resource, sys, numpy as np, hopform\n"
+        "v2, robot = np.linspace(-3, -1, 10**6), hopform.load_robot('hopper_c')\n"
+        "batch = hopform.solve_stances(robot, v2=v2, backend='c', horizon=1e-6)\n"
+        "assert batch.apex.shape == (10**6,)\n"
+        "print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / (1 if sys.platform == 'darwin' else 1024) / 1024)\n"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert float(done.stdout) <= 0.4 * 1e9 / 2**30
+
+
+# ---- other processes, other engines ----
+
+
+def test_the_ufunc_travels_to_a_fresh_process(tmp_path):
+    (tmp_path / "stance.pickle").write_bytes(pickle.dumps((ufuncs.stance, VECTOR)))
+    code = (
+        "import pickle, sys\n"
+        "stance, vector = pickle.load(open(sys.argv[1], 'rb'))\n"
+        "from hopform import ufuncs\n"
+        "assert stance is ufuncs.stance\n"
+        "print(float(stance(0.0, 0.0, -1.93, 0.0, 2.0, 2.0, vector)[1]).hex())\n"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code, str(tmp_path / "stance.pickle")], capture_output=True, text=True, check=True
+    )
+    assert done.stdout.strip() == float(ufuncs.stance(0.0, 0.0, -1.93, 0.0, 2.0, 2.0, VECTOR)[1]).hex()
+
+
+def test_xarray_takes_it():
+    xarray = pytest.importorskip("xarray")
+    dask_array = pytest.importorskip("dask.array")
+    v2, u = np.linspace(-3.0, -1.0, 20), np.array([0.0, 1.0, 3.0])
+    lazy = xarray.apply_ufunc(
+        ufuncs.stance, 0.0, 0.0, xarray.DataArray(dask_array.from_array(v2, chunks=7), dims="v2", coords={"v2": v2}),
+        0.0, xarray.DataArray(u, dims="u", coords={"u": u}), 2.0, xarray.DataArray(VECTOR, dims="parameter"),
+        input_core_dims=[[]] * 6 + [["parameter"]], output_core_dims=[[]] * len(ufuncs.RESULTS), dask="parallelized",
+        output_dtypes=[np.intc if name in ufuncs.CODES else float for name in ufuncs.RESULTS],
+    )  # fmt: skip
+    apex = lazy[ufuncs.RESULTS.index("apex")]
+    assert apex.dims == ("v2", "u") and apex.chunks is not None
+    expected = hopform.solve_stances(HOPPER, v2=v2[:, np.newaxis], u=u)
+    assert np.array_equal(apex.compute(), expected.apex, equal_nan=True)
+
+
+@needs.library
+def test_dask_arrays_take_it():
+    dask_array = pytest.importorskip("dask.array")
+    v2 = np.linspace(-3.0, -1.0, 100)
+    chunks = dask_array.from_array(v2, chunks=30)
+    results = ufuncs.stance(0.0, 0.0, chunks, 0.0, 2.0, 2.0, VECTOR)
+    assert isinstance(results[1], dask_array.Array)
+    expected = hopform.solve_stances(HOPPER, v2=v2, u=2.0)
+    assert np.array_equal(results[1].compute(), expected.duration)
+    mapped = chunks.map_blocks(lambda part: hopform.solve_stances(HOPPER, v2=part, u=2.0).apex, dtype=float)
+    assert np.array_equal(mapped.compute(), expected.apex)
+
+
+def slow_apex(v2: np.ndarray, folder: str) -> np.ndarray:
+    """The apex, and a mark of the process that found it, so that the test knows whom to kill."""
+    (Path(folder) / str(os.getpid())).touch()
+    time.sleep(0.3)
+    return np.asarray(ufuncs.stance(0.0, 0.0, v2, 0.0, 2.0, 2.0, VECTOR)[ufuncs.RESULTS.index("apex")])
+
+
+def test_a_sweep_survives_the_death_of_a_worker(tmp_path):
+    distributed = pytest.importorskip("distributed")
+    v2 = np.linspace(-3.0, -1.0, 4000)
+    parts = np.array_split(v2, 12)
+    with (
+        distributed.LocalCluster(
+            n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None,
+            local_directory=str(tmp_path / "dask"),
+        ) as cluster,
+        distributed.Client(cluster) as client,
+    ):  # fmt: skip
+        folder = tmp_path / "marks"
+        folder.mkdir()
+        futures = client.map(slow_apex, parts, folder=str(folder))
+        distributed.wait(futures[:3], return_when="ALL_COMPLETED", timeout=30)
+        assert not all(future.done() for future in futures), "the sweep was over before the worker died"
+        victim = int(next(folder.iterdir()).name)
+        assert victim != os.getpid()
+        os.kill(victim, 9)
+        found = np.concatenate(client.gather(futures))
+        survivors = {int(mark.name) for mark in folder.iterdir()}
+    assert len(survivors) >= 2
+    assert np.array_equal(found, hopform.solve_stances(HOPPER, v2=v2, u=2.0).apex)
+
+
+def test_the_page_on_batches_says_what_is_computed():
+    page = Path(__file__).resolve().parents[2] / "docs" / "batch.md"
+    assert doctest.testfile(str(page), module_relative=False) == doctest.TestResults(failed=0, attempted=8)

@@ -1,0 +1,376 @@
+"""The paper's figures: what each one claims holds in the numbers behind it,
+and its files say whose parameters they show.
+"""
+
+import dataclasses
+import json
+import os
+import re
+import subprocess
+import sys
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+from matplotlib.colors import to_rgb
+
+import hopform
+from hopform import _cli as cli
+from hopform import _figures as figures
+from hopform._cli import figures as figures_command
+from hopform._figures import animation, picture, plots
+from tests.repository.test_house import packages
+from tests.unit.test_cli import fits
+
+ALL = [*range(2, 18)]
+
+
+@cache
+def drawn(number):
+    return figures.draw(number)
+
+
+def data(number):
+    return drawn(number).data
+
+
+# ---- what they show ----
+
+
+def test_the_actuator_reaches_neither_place_nor_speed_at_once():
+    """Fig. 2: slower than motor and viscous friction alone would make it, all through the pulse; no jump anywhere."""
+    shown = data(2)
+    during = (shown["u"] > 0.0) & (shown["t"] > 0.0)
+    assert np.all(shown["v1"][during] < shown["free"][during])
+    assert np.all(np.diff(shown["x1"]) >= 0.0) and np.abs(np.diff(shown["v1"])).max() < 0.01
+    assert shown["v1"][0] == 0.0 and shown["v1"].max() < 0.5 * shown["free"].max()
+
+
+def test_the_actuator_still_compresses_when_a_steady_stance_ends():
+    """Fig. 3, and the hops are all alike."""
+    shown = data(3)
+    assert np.all(shown["takeoff_v1"] > 0.3)
+    assert np.ptp(shown["takeoff_x1"]) < 1e-6
+    assert shown["peak"] > shown["takeoff_x1"].max() + 0.005
+
+
+def test_viscous_friction_alone_cannot_be_fitted_to_a_robot_with_dry_friction():
+    """Fig. 4: the fit is the best of its neighbourhood, and yet several times the noise is left."""
+    from hopform._figures import verification
+
+    shown = data(4)
+    assert shown["fitted"].f1 == shown["fitted"].f2 == 0.0
+    assert shown["rms x1"] > 5.0 * verification.NOISE and shown["rms x2"] > 5.0 * verification.NOISE
+    for factor in (0.8, 1.25):
+        other = {name: factor * getattr(shown["fitted"], name) for name in ("b1", "b2")}
+        for name, recorded, made in (
+            ("b1", "x1", lambda r: verification.step(r, 4.0)),
+            ("b2", "x2", verification.drop),
+        ):
+            changed = dataclasses.replace(shown["fitted"], **{name: other[name]})
+            off = verification.misfit(getattr(shown["measured"], recorded), made(changed))
+            assert off > shown[f"rms {recorded}"], name
+
+
+def test_dry_friction_leaves_the_noise_alone():
+    """Fig. 10."""
+    left = data(10)["rms"]
+    assert all(1.8e-4 < value < 2.2e-4 for value in left["new"])
+    assert left["old"][0] > 5.0 * left["new"][0] and left["old"][1] > 5.0 * left["new"][1]
+
+
+@pytest.mark.parametrize("number", [5, 11])
+def test_return_maps_lie_within_their_bounds(number):
+    reach = data(number)["reach"]
+    allowed = reach.admissible
+    assert allowed.any(axis=1).all()
+    low = np.broadcast_to(reach.lowest[:, None], allowed.shape)[allowed]
+    high = np.broadcast_to(reach.highest[:, None], allowed.shape)[allowed]
+    assert np.all(reach.apex[allowed] >= low - 1e-9) and np.all(reach.apex[allowed] <= high + 1e-9)
+
+
+@pytest.mark.parametrize(("number", "u", "height"), [(11, 3.0, 0.252), (5, 10.0, 0.272)])
+def test_a_fixed_point_is_where_steady_hopping_settles(number, u, height):
+    """Figs. 5, 11: stable, and near where a run under that current ends;
+    what is left of the actuator's return is between.
+    """
+    reach = data(number)["reach"]
+    (point,) = [point for point in reach.fixed_points if point.u == u]
+    assert point.height == pytest.approx(height, abs=5e-4) and 0.0 < point.multiplier < 1.0
+    run = hopform.simulate(reach.robot, hopform.terrain.flat(40), u, height=0.2)
+    assert run.hops[-1].apex == pytest.approx(point.height, abs=0.035)
+    assert np.all(np.diff(run.table["apex"][1:]) > -1e-5)
+
+
+def test_the_margin_to_the_stop_limits_low_hops_only():
+    """Fig. 11: where the largest current comes too near to the stop, the bound bends away from it."""
+    reach = data(11)["reach"]
+    limited = reach.limited[:, -1]
+    assert limited.any() and not limited.all()
+    assert np.all(np.diff(limited.astype(int)) <= 0)
+    assert np.all(reach.highest[limited] < reach.apex[limited, -1])
+    np.testing.assert_allclose(reach.highest[~limited], reach.apex[~limited, -1], rtol=0, atol=1e-9)
+    assert 0.01 <= reach.stop_margin <= 0.02
+    for height, u in zip(reach.heights[limited], reach.u_highest[limited], strict=True):
+        v2 = hopform.touchdown_velocity(reach.robot, height)
+        stance = hopform.solve_stance(reach.robot, v2=v2, u=u)
+        peak = np.asarray(stance.at(np.linspace(0.0, stance.duration, 4001)).x1).max()
+        assert peak == pytest.approx(reach.robot.x1_max - reach.stop_margin, abs=1e-6)
+
+
+def test_the_caption_says_what_is_lowest():
+    """Fig. 11: not the curve without actuation; a current between 0 and the largest leads lower at every height."""
+    shown = drawn(11)
+    reach = shown.data["reach"]
+    passive = reach.apex[:, 0]
+    assert reach.currents[0] == 0.0 and np.all(reach.lowest < passive - 1e-4)
+    assert 1e-3 < (passive - reach.lowest).max() < 1e-2
+    row = int(np.abs(reach.heights - 0.2).argmin())
+    for height, u in ((reach.lowest[row], reach.u_lowest[row]), (passive[row], 0.0)):
+        assert hopform.next_apex(reach.robot, 0.2, u) == pytest.approx(height, abs=1e-9)
+    texts = (
+        f"the dashed curve is a drop at 0 A (20 cm become {100.0 * passive[row]:.1f} cm)",
+        f"the lowest apex of all currents lies below it, by up to {1000.0 * (passive - reach.lowest).max():.1f} mm: ",
+        f"20 cm become {100.0 * reach.lowest[row]:.1f} cm at {reach.u_lowest[row]:.2f} A",
+    )
+    assert all(text in shown.ours for text in texts), shown.ours
+    (dashed,) = [line for line in shown.figure.axes[0].get_lines() if line.get_label() == "no actuation"]
+    assert dashed.get_linestyle() == "--"
+    np.testing.assert_array_equal(dashed.get_ydata(), 100.0 * passive)
+
+
+def test_hops_with_noise_lie_around_the_bounds():
+    """Fig. 11: as far as the noise of both heights lets them."""
+    shown = data(11)
+    spread = float(np.sqrt(np.mean(shown["misses"] ** 2)))
+    assert 0.7 * shown["noise"] < spread < 2.0 * shown["noise"]
+
+
+def test_the_first_controller_follows_steps_on_even_ground():
+    """Fig. 6: every hop taken, the apexes of the middle third above those of the others."""
+    shown = data(6)
+    assert shown["run"].status == "completed"
+    low, high, lowest = (shown["run"].table["apex"][part].mean() for part in (slice(3, 6), slice(9, 12), slice(15, 18)))
+    assert high > low + 0.02 and low > lowest + 0.01
+    assert np.abs(shown["miss"][[5, 11, 17]]).max() < 0.003, "the last hop of each third"
+    assert shown["miss"][6] < -0.015, "the rise time that the paper speaks of"
+
+
+def test_the_first_controller_fails_on_rough_ground_where_the_exact_one_holds():
+    """Fig. 7: its apexes scatter many times more than on even ground; on every other ground too."""
+    shown = data(7)
+    assert shown["spread"]["even"] < 5e-4
+    assert shown["spread"]["rough"] > 10.0 * shown["spread"]["even"]
+    assert np.nanmax(np.abs(shown["miss"]["rough"][3:])) > 0.015
+    assert all(np.nanstd(run.table["apex"][3:]) > 10.0 * shown["spread"]["even"] for run in shown["others"])
+    assert np.abs(shown["miss"]["exact"]).max() < 1e-9
+    assert shown["runs"]["exact"].terrain == shown["runs"]["rough"].terrain
+
+
+def test_errors_of_measurement_make_the_first_controller_worse():
+    """Fig. 8."""
+    shown = data(8)
+    off, before = (np.nanmean(shown[name][3:] ** 2) ** 0.5 for name in ("miss", "miss without errors"))
+    assert off > 1.5 * before
+
+
+def test_dry_friction_is_read_from_a_ramp_if_the_spring_carries_nothing():
+    """Fig. 9: u* = 0.30 A; standing it would be 0.75 A."""
+    shown, robot = data(9), hopform.load_robot("hopper_c")
+    assert shown["f1"] == pytest.approx(robot.f1, abs=0.005)
+    assert shown["onset"]["spring unloaded"] == pytest.approx(0.30, abs=0.002)
+    standing = (robot.f1 * robot.m_eff + robot.m_s * robot.g) / abs(robot.gamma2)
+    assert shown["onset"]["standing"] == pytest.approx(standing, abs=0.002)
+
+
+def test_the_ideal_hopper_keeps_its_energy():
+    """Fig. 12: the sum stays, its parts do not."""
+    shown = data(12)
+    assert np.ptp(shown["energy"]) < 1e-12 * shown["energy"][0]
+    assert min(np.ptp(shown[name]) for name in ("kinetic", "weight", "spring")) > 5.0
+
+
+@pytest.mark.parametrize("number", [12, 13, 14])
+def test_the_energy_predicted_is_that_after_the_fact(number):
+    """Figs. 13, 14: AED before = after, at every instant and for every hop."""
+    shown = data(number)
+    np.testing.assert_allclose(shown["predicted"], shown["energy"], rtol=0, atol=1e-12)
+    table = shown["run"].table
+    np.testing.assert_allclose(table["aed"], table["gained"], rtol=0, atol=1e-12)
+    np.testing.assert_allclose(
+        shown["kinetic"] + shown["weight"] + shown["spring"], shown["energy"], rtol=0, atol=1e-12
+    )
+
+
+def test_a_passive_drop_loses_energy_at_impact_and_in_stance():
+    """Fig. 13."""
+    shown = data(13)
+    assert np.all(np.diff(shown["energy"]) <= 1e-12)
+    first = shown["run"].hops[0]
+    assert first.energy_lost_at_impact == pytest.approx(0.05 * 3.0 * 9.81 * 0.2, rel=1e-12)
+    assert first.stance.aed < -first.energy_lost_at_impact
+
+
+def test_three_amperes_add_energy_until_the_height_is_steady():
+    """Fig. 14: U-shaped dips within the stances, plateaus that rise."""
+    shown = data(14)
+    apexes = shown["run"].table["apex"]
+    assert np.all(np.diff(apexes) > 0.0) and abs(apexes[-1] - shown["steady"]) < 1e-3
+    hop = shown["run"].hops[-1]
+    energy = np.asarray(hop.stance.energy(np.linspace(0.0, hop.stance.duration, 101)).body)
+    assert energy.min() < min(energy[0], energy[-1]) - 1.0
+
+
+def test_a_noisier_signal_tells_touchdown_later_and_more_often_falsely():
+    """Fig. 15: delay and false alarms over noise; a late current costs height."""
+    shown = data(15)
+    assert shown["detected"].size == shown["true"].size
+    assert np.all((shown["detected"] - shown["true"] > 0.0) & (shown["detected"] - shown["true"] < 0.006))
+    assert np.all(np.diff(shown["mean delay"]) > 0.0) and np.all(np.diff(shown["false alarms"]) > 0.0)
+    np.testing.assert_allclose(shown["drawn"], shown["mean delay"][::4], rtol=0.03)
+    assert shown["cost"][0] == 0.0 and np.all(np.diff(shown["cost"]) < 0.0)
+
+
+@pytest.mark.parametrize("number", [16, 17])
+def test_the_exact_controller_reaches_every_height_and_the_printed_one_does_not(number):
+    """Figs. 16, 17: to 1e-9 m, on rough ground as on even."""
+    shown = data(number)
+    assert shown["run"].status == "completed" and len(shown["run"].hops) == 18
+    assert np.abs(shown["miss"]).max() < 1e-9
+    assert np.nanmax(np.abs(shown["miss printed"])) > 0.01
+    assert np.ptp(shown["run"].terrain) == 0.0 if number == 16 else np.ptp(shown["run"].terrain) > 0.02
+
+
+# ---- what they look like ----
+
+
+@pytest.mark.parametrize("number", ALL)
+def test_a_caption_says_what_the_paper_shows_what_ours_shows_and_whose_parameters_these_are(number):
+    shown = drawn(number)
+    text = shown.caption
+    assert text.startswith(f"Fig. {number}. ") and "The paper shows" in text and "Here:" in text
+    assert text.endswith(f"Parameters: {shown.robot}, this project's own; the paper gives none.")
+    assert re.search(r"hopper_b|hopper_c|ideal", shown.robot)
+    assert len(re.findall(r"\d", shown.ours)) >= 6, "no numbers"
+    assert "nan" not in text and "\n" not in text
+    (under,) = [each.get_text() for each in shown.figure.texts]
+    assert re.sub(r"\s+", " ", under) == plots.plain(text)
+
+
+@pytest.mark.parametrize("number", ALL)
+def test_axes_have_names_with_units_and_the_curves_fit(number):
+    for axes in drawn(number).figure.axes:
+        assert re.search(r"\[.+\]", axes.get_ylabel()), axes
+        assert axes.get_xlabel() == "" or re.search(r"\[.+\]", axes.get_xlabel())
+    assert any(axes.get_legend() is not None for axes in drawn(number).figure.axes)
+
+
+def test_the_colours_stay_apart_for_colour_blind_eyes():
+    """As seen without red or green cones, by the matrices of Vienot, Brettel and Mollon (1999) for linear RGB."""
+    blind = {
+        "red": [[0.11238, 0.88762, 0.0], [0.11238, 0.88762, 0.0], [0.00401, -0.00401, 1.0]],
+        "green": [[0.29275, 0.70725, 0.0], [0.29275, 0.70725, 0.0], [-0.02234, 0.02234, 1.0]],
+    }
+    colours = [picture.BLUE, picture.ORANGE, picture.GREEN, picture.MAGENTA, picture.SKY, picture.BLACK]
+    linear = np.array([to_rgb(colour) for colour in colours]) ** 2.2
+    for matrix in blind.values():
+        seen = np.clip(linear @ np.array(matrix).T, 0.0, 1.0) ** (1.0 / 2.2)
+        apart = np.linalg.norm(seen[:, None] - seen[None], axis=2)[np.triu_indices(len(colours), 1)]
+        assert apart.min() > 0.12
+
+
+# ---- the command ----
+
+
+@pytest.mark.parametrize("number", ALL)
+def test_each_number_is_written_as_svg_and_png_with_its_caption(tmp_path, monkeypatch, capsys, number):
+    monkeypatch.setattr(figures_command, "draw", drawn)
+    assert cli.main(["figures", str(tmp_path / "out"), "--only", str(number), "--json"]) == 0
+    name = f"fig_{number:02d}"
+    record = json.loads(capsys.readouterr().out)
+    assert {Path(each).name for each in record["files"]} == {f"{name}.svg", f"{name}.png", "captions.md"}
+    assert {path.name for path in (tmp_path / "out").iterdir()} == {f"{name}.svg", f"{name}.png", "captions.md"}
+    assert (tmp_path / "out" / f"{name}.png").read_bytes()[:8] == b"\x89PNG\r\n\x1a\n"
+    assert b"</svg>" in (tmp_path / "out" / f"{name}.svg").read_bytes()
+    captions = (tmp_path / "out" / "captions.md").read_text("utf-8")
+    assert drawn(number).ours in captions and drawn(number).paper in captions and "the paper gives none" in captions
+    assert record["figures"][0]["ours"] == drawn(number).ours
+    assert fits(record, "hopform figures")
+
+
+def test_only_what_is_asked_for_is_drawn_in_the_papers_order():
+    assert figures_command.asked_for("17, 5,5,animation") == (5, 17, "animation")
+    assert figures_command.asked_for(None) == (*ALL, "animation")
+
+
+def test_the_animation_moves(tmp_path):
+    run = animation.animate(tmp_path / "a.gif", seconds=0.6)
+    content = (tmp_path / "a.gif").read_bytes()
+    assert content[:6] == b"GIF89a" and content.count(b"\x21\xf9\x04") == 8
+    assert run.status == "completed" and np.ptp(run.terrain) > 0.03
+    assert np.abs(run.table["apex"] - animation.WANTED).max() < 1e-9
+
+
+def test_the_animations_foot_stands_still_in_stance():
+    run = hopform.simulate(hopform.load_robot("hopper_c"), [0.0, 0.02], 3.0, height=0.2)
+    for hop in run.hops:
+        inside = np.linspace(hop.touchdown_time, hop.takeoff_time, 5)
+        np.testing.assert_allclose(animation.position(run, inside), animation.STRIDE * hop.index, atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (("out", "--only", "18"), "--only takes 2, 3, 4,"),
+        (("out", "--only", ""), "--only takes"),
+        (("file",), "is a file, not a folder"),
+        (("nowhere/out",), "there is no folder"),
+    ],
+)
+def test_what_cannot_be_drawn_or_written_is_refused_in_one_line(tmp_path, monkeypatch, capsys, arguments, said):
+    monkeypatch.chdir(tmp_path)
+    Path("file").write_text("kept")
+    assert cli.main(["figures", *arguments]) == 2
+    output, errors = capsys.readouterr()
+    assert output == "" and said in errors and errors.count("\n") == 1
+    assert {path.name for path in tmp_path.iterdir()} == {"file"}
+
+
+def test_there_is_no_figure_1():
+    with pytest.raises(hopform.HopformError, match="figure must be one of 2, 3"):
+        figures.draw(1)
+
+
+def python(code, *arguments, cwd):
+    environment = {name: value for name, value in os.environ.items() if name not in ("DISPLAY", "WAYLAND_DISPLAY")}
+    done = subprocess.run(
+        [sys.executable, "-c", code, *arguments], cwd=cwd, env=environment, capture_output=True, text=True, check=False
+    )
+    return done.returncode, done.stdout, done.stderr
+
+
+def test_a_figure_needs_no_display(tmp_path):
+    run = "import sys; from hopform._cli import main; sys.exit(main())"
+    code, output, errors = python(run, "figures", "out", "--only", "12", cwd=tmp_path)
+    assert (code, errors) == (0, "") and "wrote 3 files" in output
+
+
+def test_figures_without_matplotlib_are_refused_in_one_line(tmp_path):
+    without = "import sys; sys.modules['matplotlib'] = None; from hopform._cli import main; sys.exit(main())"
+    code, output, errors = python(without, "figures", "out", cwd=tmp_path)
+    assert (code, output) == (2, "")
+    assert errors == "hopform: a plot needs the extra `plot`: pip install 'hopform[plot]'\n"
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_importing_the_figures_loads_no_matplotlib(tmp_path):
+    loaded = "import sys, hopform._figures, hopform._cli.figures; print('matplotlib' in sys.modules)"
+    assert python(loaded, cwd=tmp_path) == (0, "False\n", "")
+
+
+def test_the_figures_need_numpy_and_matplotlib_alone():
+    """The rule of the house for the runtime, in this folder of it."""
+    found = sorted(Path(figures.__file__).parent.glob("*.py"))
+    assert len(found) == 11
+    assert {name for path in found for name in packages(path)} == {"hopform", "numpy", "matplotlib"}

@@ -1,0 +1,531 @@
+"""`python -m derive`: what it writes, what `--check` says of whose doing, and what it refuses.
+
+Every test works on a copy of derive/, templates/ and generated/. Where a formula changes, or the hash seed, the command
+runs as people type it; elsewhere its main function runs here, with the copy's folders in place of the real ones.
+"""
+
+import ctypes
+import hashlib
+import importlib
+import os
+import shutil
+import subprocess
+import sys
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+
+import derive.__main__ as command
+import hopform
+import hopform_solver
+from derive.emit import folder as files
+from derive.emit import render
+from hopform._solver import c as native
+from hopform._solver.choice import C
+from hopform._solver.package import Package
+from hopform_solver.records import State
+from tools.build_library import compile_sources
+
+ROOT = Path(__file__).resolve().parents[2]
+FORMULAS = "python/hopform_solver/formulas.py"
+OLD, NEW = "C_2 = a2_0 - f2*side_2", "C_2 = a2_0 + f2*side_2"
+
+
+class Ran(NamedTuple):
+    """How a run ended and what it printed."""
+
+    code: int
+    out: str
+    err: str
+
+
+def derive(tree: Path, *options: str | Path, seed: str = "0") -> Ran:
+    """`python -m derive` of a copy, as people type it."""
+    done = subprocess.run(
+        [sys.executable, "-m", "derive", *options],
+        cwd=tree,
+        env=os.environ | {"PYTHONHASHSEED": seed, "PYTHONDONTWRITEBYTECODE": "1", "PYTHONPATH": ""},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    return Ran(done.returncode, done.stdout, done.stderr)
+
+
+@pytest.fixture(scope="module")
+def rendered() -> Callable[[render.Options], dict[Path, str]]:
+    """What `render` says, kept by all that it reads: most tests are about what the command does with the same texts."""
+    known: dict[tuple[str, ...], dict[Path, str]] = {}
+
+    def remembered(options: render.Options) -> dict[Path, str]:
+        if options.model is not render.HOPPER:
+            return render.render(options)
+        made_from = (f"{name}\n{path.read_text('utf-8')}" for name, path in render.inputs())
+        key = (options.prefix, *map(str, options.precisions), *made_from)
+        if key not in known:
+            known[key] = render.render(options)
+        return dict(known[key])
+
+    return remembered
+
+
+@pytest.fixture
+def run(request, fresh, rendered, monkeypatch, capsys) -> Callable[..., Ran]:
+    """The same in this process, of the copy that the test breaks or, if it breaks none, of the one that all share."""
+    tree = request.getfixturevalue("tree") if "tree" in request.fixturenames else fresh
+    monkeypatch.chdir(tree)
+    monkeypatch.setattr(command, "render", rendered)
+    for module, name, path in (
+        (render, "SOURCES", {name: tree / name for name in render.SOURCES}),
+        (files, "GENERATED", tree / "generated"),
+        (command, "GENERATED", tree / "generated"),
+    ):
+        monkeypatch.setattr(module, name, path)
+
+    def here(*options: str | Path) -> Ran:
+        return Ran(command.main([str(option) for option in options]), *capsys.readouterr())
+
+    return here
+
+
+def copy(source: Path, target: Path) -> Path:
+    for folder in ("derive", "templates", "runtime/engine", "generated"):
+        shutil.copytree(source / folder, target / folder, ignore=shutil.ignore_patterns("__pycache__"))
+    return target
+
+
+@pytest.fixture(scope="module")
+def fresh(tmp_path_factory) -> Iterator[Path]:
+    """A copy whose generated/ was thrown away and made again."""
+    tree = copy(ROOT, tmp_path_factory.mktemp("fresh"))
+    shutil.rmtree(tree / "generated")
+    done = derive(tree)
+    assert done.code == 0, done.err
+    before = contents(tree)
+    yield tree
+    assert contents(tree) == before, "a test has written into what all share"
+
+
+@pytest.fixture
+def tree(fresh, tmp_path) -> Path:
+    """A copy of one's own, to break."""
+    return copy(fresh, tmp_path)
+
+
+def contents(folder: Path) -> dict[str, bytes]:
+    found = [path for path in folder.rglob("*") if path.is_file()]
+    return {path.relative_to(folder).as_posix(): path.read_bytes() for path in found}
+
+
+def replace(path: Path, old: str, new: str) -> None:
+    text = path.read_text("utf-8")
+    assert old in text, f"{path.name} has no {old!r}"
+    path.write_text(text.replace(old, new, 1), "utf-8")
+
+
+def complaints(ran: Ran) -> list[str]:
+    """What `--check` says of a stale copy, line by line, without its last one."""
+    assert ran.code == 1, ran
+    *lines, last = ran.err.splitlines()
+    assert last == "derive: generated/ is out of date: run `make generate`"
+    return lines
+
+
+# ---- what --check says ----
+
+
+def test_a_fresh_copy_passes_in_silence(run):
+    assert run("--check") == (0, "", "")
+
+
+def test_a_hand_edit_is_called_one_and_shown_and_left_alone(run, tree):
+    replace(tree / "generated" / FORMULAS, OLD, NEW)
+    before = contents(tree)
+    ran = run("--check")
+    assert complaints(ran) == [f"derive: {FORMULAS} was edited by hand or is missing"]
+    assert [line[0] for line in ran.out.splitlines() if OLD in line or NEW in line] == ["-", "+"]
+    assert contents(tree) == before
+
+
+def test_a_file_that_is_missing_is_named(run, tree):
+    (tree / "generated" / "c" / "src" / "version.c").unlink()
+    assert complaints(run("--check")) == ["derive: c/src/version.c was edited by hand or is missing"]
+
+
+def test_a_stray_file_is_named_and_caches_are_none(run, tree):
+    (tree / "generated" / "python" / "hopform_solver" / "__pycache__").mkdir()
+    (tree / "generated" / "python" / "hopform_solver" / "__pycache__" / "stance.pyc").write_bytes(b"")
+    (tree / "generated" / "c" / "src" / "old.c").write_text("int old;\n")
+    assert complaints(run("--check")) == [
+        "derive: c/src/old.c is a stray file: neither a template nor the engine makes it"
+    ]
+
+
+@pytest.mark.parametrize(
+    ("path", "old", "new", "kind"),
+    [
+        ("templates/c/src/series_real.h.j2", "and tables", "and lists", "template"),
+        ("runtime/engine/c/phase_real.h", "/* ", "/*  ", "engine"),
+        ("derive/model/equations.py", '"""', '"""\n', "model"),
+        ("derive/emit/c.py", '"""', '"""\n', "generator"),
+    ],
+)
+def test_whoever_was_changed_is_named_even_where_no_text_changes_by_it(run, tree, path, old, new, kind):
+    replace(tree / path, old, new)
+    assert complaints(run("--check")) == [f"derive: the {kind} was changed since: {path}"]
+
+
+def test_a_changed_formula_is_laid_on_the_model_and_shown_in_both_languages(tree):
+    replace(tree / "derive/maths/laplace.py", "a2_0 - f2 * side_2", "a2_0 + f2 * side_2")
+    before = contents(tree)
+    ran = derive(tree, "--check")
+    assert complaints(ran) == ["derive: the model was changed since: derive/maths/laplace.py"]
+    for line in (f"-    {OLD} ", f"+    {NEW} ", f"-    const double {OLD};", f"+    const float {NEW};"):
+        assert any(shown.startswith(line) for shown in ran.out.splitlines()), line
+    assert contents(tree) == before
+
+
+def test_a_changed_template_and_a_hand_edit_are_both_named(run, tree):
+    replace(tree / "templates/c/src/series_real.h.j2", "and tables", "and lists")
+    replace(tree / "generated" / FORMULAS, OLD, NEW)
+    assert sorted(complaints(run("--check"))) == [
+        f"derive: {FORMULAS} was edited by hand or is missing",
+        "derive: the template was changed since: templates/c/src/series_real.h.j2",
+    ]
+
+
+def test_another_text_with_the_same_hashes_is_laid_on_a_tool(run, tree):
+    """As if another version of a tool had written it: the file is what MANIFEST says, made from what is here."""
+    path, manifest = tree / "generated" / FORMULAS, tree / "generated" / "MANIFEST"
+    before = hashlib.sha256(path.read_bytes()).hexdigest()
+    replace(path, OLD, NEW)
+    replace(manifest, before, hashlib.sha256(path.read_bytes()).hexdigest())
+    assert complaints(run("--check")) == ["derive: all hashes agree but the text differs: a tool's version did it"]
+
+
+# ---- what it writes ----
+
+
+def test_a_second_run_rewrites_nothing(run, tree):
+    files = [path for path in (tree / "generated").rglob("*") if path.is_file()]
+    before = [(path.stat().st_mtime_ns, path.stat().st_ino) for path in files]
+    assert run() == (0, "", "")
+    assert [(path.stat().st_mtime_ns, path.stat().st_ino) for path in files] == before
+
+
+def test_a_run_takes_away_what_is_stray_and_mends_what_was_edited(run, tree, fresh):
+    replace(tree / "generated" / FORMULAS, OLD, NEW)
+    (tree / "generated" / "c" / "src" / "old.c").write_text("int old;\n")
+    assert run().code == 0
+    assert contents(tree / "generated") == contents(fresh / "generated")
+
+
+def test_another_hash_seed_gives_the_same_bytes_and_out_writes_a_whole_tree(fresh, tmp_path):
+    assert derive(fresh, "--out", tmp_path / "new" / "out", seed="20261").code == 0
+    assert contents(tmp_path / "new" / "out") == contents(fresh / "generated")
+
+
+def test_an_output_folder_loses_what_an_earlier_run_made_and_keeps_what_is_not_of_the_generator(run, tmp_path):
+    out = tmp_path / "out"
+    assert run("--out", out).code == 0
+    (out / "mine.txt").write_text("mine")
+    assert run("--out", out, "--float32").code == 0
+    assert (out / "mine.txt").read_text() == "mine"
+    assert not list(out.rglob("*_f64*"))
+
+
+# ---- whose files they are ----
+
+
+def sha256(text: str) -> str:
+    return hashlib.sha256(text.encode()).hexdigest()
+
+
+def list_as_made(out: Path, path: str, digest: str) -> None:
+    """Add a line to the MANIFEST of a folder, or make a folder of nothing but such a MANIFEST."""
+    out.mkdir(exist_ok=True)
+    manifest = out / "MANIFEST"
+    old = manifest.read_text("utf-8") if manifest.exists() else "# made\n# made from\n"
+    manifest.write_text(old.replace("# made\n", f"# made\n{digest}  {path}\n", 1), "utf-8")
+
+
+def refused(ran: Ran) -> str:
+    """The one line that a refusal is."""
+    assert (ran.code, ran.out) == (2, ""), ran
+    (line,) = ran.err.splitlines()
+    assert line.startswith("derive: ")
+    return line
+
+
+@pytest.mark.parametrize("digest", ["0000", sha256("mine")])
+@pytest.mark.parametrize("way", ["../victim.txt", "c/../../victim.txt", "absolute", "link/victim.txt"])
+@pytest.mark.parametrize("own", [False, True])
+def test_a_manifest_that_names_files_elsewhere_is_not_believed(run, tmp_path, own, way, digest):
+    """Nothing outside the folder is removed, whatever its MANIFEST says, and nothing is written."""
+    out, victim = tmp_path / "out", tmp_path / "victim.txt"
+    victim.write_text("mine")
+    if own:
+        assert run("--out", out, "--float32").code == 0
+    list_as_made(out, str(victim) if way == "absolute" else way, digest)
+    (out / "link").symlink_to(tmp_path)
+    before = contents(tmp_path)
+    assert "MANIFEST" in refused(run("--out", out))
+    assert contents(tmp_path) == before
+
+
+@pytest.mark.parametrize("folder", ["c", "python/hopform_solver"])
+def test_a_folder_that_leads_elsewhere_is_not_written_into(run, tmp_path, folder):
+    """A link within an own folder: what would be written through it lies outside."""
+    out, elsewhere = tmp_path / "out", tmp_path / "elsewhere"
+    assert run("--out", out).code == 0
+    shutil.move(out / folder, elsewhere)
+    (out / folder).symlink_to(elsewhere)
+    before = contents(tmp_path)
+    assert f"{folder}/" in refused(run("--out", out, "--float32"))
+    assert contents(tmp_path) == before
+
+
+@pytest.mark.parametrize("name", ["notes.txt", "EQUATIONS.md", "c/src/version.c", "c"])
+def test_a_folder_that_was_not_made_by_derive_is_refused(run, tmp_path, name):
+    out = tmp_path / "out"
+    (out / name).parent.mkdir(parents=True)
+    (out / name).write_text("mine")
+    line = refused(run("--out", out))
+    assert f"{out} " in line
+    assert "not made by derive; choose an empty folder" in line
+    assert contents(out) == {name: b"mine"}
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        b"",
+        b"mine",
+        b"\xff\xfe\x00",
+        b"# made\n0000  EQUATIONS.md\n# made from\n",
+        b"# made\n" + b"0" * 64 + b"  a\n",
+        b"# made from\n# made\n",
+        b"# made\n" + b"0" * 64 + b"  a\0b\n# made from\n",
+    ],
+)
+def test_a_manifest_that_is_none_is_refused(run, tmp_path, text):
+    out = tmp_path / "out"
+    out.mkdir()
+    (out / "MANIFEST").write_bytes(text)
+    for options in ((), ("--check",)):
+        assert "not made by derive; choose an empty folder" in refused(run("--out", out, *options))
+    assert contents(out) == {"MANIFEST": text}
+
+
+def test_a_file_of_ones_own_where_one_would_be_made_is_refused_by_name(run, tmp_path):
+    """Beside what derive made before, and listed nowhere; a text that is the derived one does no harm."""
+    out = tmp_path / "out"
+    assert run("--out", out, "--float32").code == 0
+    (out / "c" / "src" / "stance_f64.c").write_text("mine")
+    before = contents(out)
+    line = refused(run("--out", out))
+    assert "c/src/stance_f64.c" in line
+    assert "not made by derive" in line
+    assert contents(out) == before
+
+
+@pytest.mark.parametrize("options", [(), ("--float32",), ("--prefix", "monopod")])
+def test_a_file_that_was_edited_by_hand_is_refused_by_name_before_anything_is_written(run, tmp_path, options):
+    """Whether the run would change this file or not."""
+    out = tmp_path / "out"
+    assert run("--out", out).code == 0
+    edited = "EQUATIONS.md" if options else FORMULAS
+    (out / edited).write_text((out / edited).read_text("utf-8") + "mine\n", "utf-8")
+    before = contents(out)
+    line = refused(run("--out", out, *options))
+    assert f"{edited} was edited by hand" in line
+    assert contents(out) == before
+
+
+def test_a_stray_file_that_was_edited_by_hand_is_left(run, tmp_path):
+    """It is no longer what derive made: only the others of the precision that is left out go."""
+    out = tmp_path / "out"
+    assert run("--out", out).code == 0
+    (out / "c" / "src" / "stance_f64.c").write_text("mine")
+    assert run("--out", out, "--float32") == (0, "", "")
+    assert [path for path in contents(out) if "_f64" in path] == ["c/src/stance_f64.c"]
+    assert "stance_f64" not in (out / "MANIFEST").read_text("utf-8")
+
+
+def test_an_interrupted_change_of_options_is_taken_up_again(run, tmp_path):
+    """Files that are already what is asked for, while MANIFEST still has the hashes of before."""
+    out, wanted = tmp_path / "out", tmp_path / "wanted"
+    assert run("--out", out, "--float32").code == run("--out", wanted).code == 0
+    for path in ("c/src/version.c", "c/include/hopform/hopform.h", "c/src/stance_f64.c"):
+        shutil.copy(wanted / path, out / path)
+    assert run("--out", out).code == 0
+    assert contents(out) == contents(wanted)
+
+
+@pytest.mark.parametrize("options", [(), ("--check",)])
+@pytest.mark.parametrize("where", ["file.txt", "loop", "nowhere", "/dev/full"])
+def test_a_place_that_is_no_folder_is_refused_by_name(run, tmp_path, monkeypatch, where, options):
+    here = tmp_path / "here"
+    here.mkdir()
+    (here / "file.txt").write_text("mine")
+    (here / "loop").symlink_to("loop")
+    (here / "nowhere").symlink_to("not_there")
+    monkeypatch.chdir(here)
+    assert refused(run("--out", where, *options)) == f"derive: --out {where} is not a folder"
+    assert contents(here) == {"file.txt": b"mine"}
+
+
+@pytest.mark.parametrize("where", ["file.txt/out", "/dev/full/out", "/proc/hopform", "n" * 300])
+def test_a_folder_that_cannot_be_made_is_refused_by_name(run, tmp_path, monkeypatch, where):
+    here = tmp_path / "here"
+    here.mkdir()
+    (here / "file.txt").write_text("mine")
+    monkeypatch.chdir(here)
+    assert where in refused(run("--out", where))
+    assert contents(here) == {"file.txt": b"mine"}
+
+
+@pytest.mark.parametrize("path", ["c/src/version.c", "MANIFEST", "c"])
+def test_a_folder_where_a_file_belongs_or_the_other_way_round_is_refused(run, tmp_path, path):
+    out = tmp_path / "out"
+    assert run("--out", out).code == 0
+    if (out / path).is_dir():
+        shutil.rmtree(out / path)
+        (out / path).write_text("mine")
+    else:
+        (out / path).unlink()
+        (out / path).mkdir()
+        (out / path / "mine.txt").write_text("mine")
+    before = contents(out)
+    assert path in refused(run("--out", out))
+    assert contents(out) == before
+
+
+def test_bytes_that_are_no_text_are_a_hand_edit_in_generated(run, tree, fresh):
+    (tree / "generated" / FORMULAS).write_bytes(b"\xff\xfe\x00")
+    assert complaints(run("--check")) == [f"derive: {FORMULAS} was edited by hand or is missing"]
+    assert run().code == 0
+    assert contents(tree / "generated") == contents(fresh / "generated")
+
+
+def test_a_manifest_that_is_none_is_made_anew_in_generated(run, tree, fresh):
+    (tree / "generated" / "MANIFEST").write_bytes(b"\xff\xfe\x00")
+    assert run("--check").code == 1
+    assert run().code == 0
+    assert contents(tree / "generated") == contents(fresh / "generated")
+
+
+# ---- another name ----
+
+
+@pytest.fixture(scope="module")
+def renamed(fresh, tmp_path_factory) -> Path:
+    out = tmp_path_factory.mktemp("renamed")
+    done = derive(fresh, "--out", out, "--prefix", "monopod")
+    assert done.code == 0, done.err
+    return out
+
+
+def test_a_prefix_renames_every_name_and_leaves_none(renamed, fresh):
+    ours, theirs = contents(renamed), contents(fresh / "generated")
+    made_of = theirs["MANIFEST"].partition(b"# made from")[2]
+    assert {path.replace("monopod", "hopform") for path in ours} == theirs.keys()
+    assert ours["MANIFEST"].partition(b"# made from")[2] == made_of
+    for path, data in ours.items():
+        if path.startswith(("c/", "python/")):
+            text = data.decode().split("\n", 1)[-1]  # below the header, which names a template
+            assert "hopform" not in path + text.lower(), path
+
+
+@pytest.fixture(scope="module")
+def monopod(renamed):
+    """The renamed package, and its library."""
+    sys.path.insert(0, str(renamed / "python"))
+    try:
+        package = importlib.import_module("monopod_solver")
+        library = renamed / "libmonopod.so"
+        compile_sources(renamed / "c", library, "-O0")
+        yield package, C(native.Library(library, "monopod", Package("monopod_solver")))
+    finally:
+        sys.path.remove(str(renamed / "python"))
+
+
+CASES = [(v2, u) for v2 in (-0.4, -1.93) for u in (-3.0, 0.0, 2.0, 3.0)]
+
+
+def test_a_renamed_package_answers_the_same_numbers(monopod, hopper_c):
+    package, _ = monopod
+    velocities, currents = np.array(CASES).T
+    parameters = hopper_c.parameters
+    ours = package.solve(package.Robot(*parameters), package.State(0.0, 0.0, velocities, 0.0), currents)
+    theirs = hopform_solver.solve(parameters, State(0.0, 0.0, velocities, 0.0), currents)
+    for name in ("duration", "apex", "aed", "ending", "phase_count"):
+        np.testing.assert_array_equal(getattr(ours, name), getattr(theirs, name))
+    np.testing.assert_array_equal(ours.end, theirs.end)
+
+
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+def test_a_renamed_library_answers_the_same_numbers(monopod, hopper_c, dtype):
+    _, solver = monopod
+    for v2, u in CASES:
+        start = State(0.0, 0.0, v2, 0.0)
+        ours = solver.solve_stance(hopper_c.parameters, start, ((0.0, u),), 2.0, 4096, np.dtype(dtype))
+        theirs = hopform.solve_stance(hopper_c, v2=v2, u=u, dtype=dtype, backend="c")
+        _, duration, _, _, aed = ours.outcome()
+        assert (duration, aed) == (theirs.duration, theirs.aed)
+        assert [row[0] for row in ours.phase_rows()] == [phase.start for phase in theirs.phases]
+
+
+# ---- one precision ----
+
+
+@pytest.mark.parametrize(("option", "kept", "left_out"), [("--float32", "f32", "f64"), ("--float64", "f64", "f32")])
+def test_one_precision_leaves_the_other_out(run, fresh, tmp_path, option, kept, left_out):
+    out = tmp_path / "out"
+    assert run("--out", out, option) == (0, "", "")
+    everything, made = contents(fresh / "generated"), contents(out)
+    assert made.keys() == {path for path in everything if left_out not in path}
+    assert not [path for path, data in made.items() if path.startswith("c/") and f"_{left_out}\n".encode() in data]
+    library = tmp_path / "libone.so"
+    compile_sources(out / "c", library, "-O0")
+    handle = ctypes.CDLL(str(library))
+    assert hasattr(handle, f"hopform_solve_stance_{kept}")
+    assert not hasattr(handle, f"hopform_solve_stance_{left_out}")
+
+
+# ---- what it refuses ----
+
+
+@pytest.mark.parametrize(
+    ("options", "why"),
+    [
+        (("--prefix", "monopod"), "need --out DIR"),
+        (("--float32",), "need --out DIR"),
+        (("--model", "robot.py"), "need --out DIR"),
+        (("--prefix", "2legs", "--out", "out"), "'2legs'"),
+        (("--prefix", "Monopod", "--out", "out"), "'Monopod'"),
+        (("--prefix", "mono-pod", "--out", "out"), "'mono-pod'"),
+        (("--prefix", "größe", "--out", "out"), "'größe'"),
+        (("--prefix", "", "--out", "out"), "''"),
+        (("--model", "nowhere.py", "--out", "out"), "there is no file nowhere.py"),
+        (("--out", "derive/model/equations.py"), "derive/model/equations.py"),
+    ],
+)
+def test_what_cannot_be_is_refused_in_one_line_and_nothing_is_written(run, tree, options, why):
+    before = contents(tree)
+    ran = run(*options)
+    assert ran.code == 2
+    (line,) = ran.err.splitlines()
+    assert line.startswith("derive: ")
+    assert why in line
+    assert contents(tree) == before
+
+
+def test_two_precisions_exclude_each_other(run, tree):
+    with pytest.raises(SystemExit) as refused:
+        run("--out", "out", "--float32", "--float64")
+    assert refused.value.code == 2
+    assert not (tree / "out").exists()

@@ -1,0 +1,170 @@
+"""The compiled library and what stands in for it:
+one that is missing, broken or stale is refused by name, and NumPy solves.
+"""
+
+import os
+import shutil
+import subprocess
+import sys
+import warnings
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import hopform
+import hopform_solver
+from hopform import ufuncs
+from hopform._solver import c as native
+from hopform._solver import library as libraries
+from hopform._solver.choice import _compiled, _default
+from tools.build_library import LibraryNotBuilt, compile_sources
+
+ROOT = Path(__file__).resolve().parents[2]
+
+
+def compile_one(library: Path, source: str) -> None:
+    """A library of one source and the public headers."""
+    folder = library.with_name("c")
+    shutil.copytree(ROOT / "generated" / "c" / "include", folder / "include")
+    (folder / "src").mkdir()
+    (folder / "src" / "one.c").write_text(source, "utf-8")
+    compile_sources(folder, library)
+
+
+def forget() -> None:
+    """Back ends are chosen once a process."""
+    native.library.cache_clear()
+    libraries.handle.cache_clear()
+    _compiled.cache_clear()
+    _default.cache_clear()
+
+
+@pytest.fixture
+def library(tmp_path, monkeypatch) -> Iterator[Path]:
+    """Where the library is looked for in a test: a file that is not there yet."""
+    path = tmp_path / libraries.LIBRARY.name
+    monkeypatch.setattr(libraries, "LIBRARY", path)
+    forget()
+    yield path
+    forget()
+
+
+def stale(library: Path) -> str:
+    """A library of other sources, down to the function that says which."""
+    source = (ROOT / "generated" / "c" / "src" / "version.c").read_text("utf-8")
+    other = hopform_solver.SOURCE[::-1]
+    assert source.count('#include "facts.h"\n') == 1
+    compile_one(library, source.replace('#include "facts.h"\n', f'#define HOPFORM_SOURCE "{other}"\n'))
+    return f"is stale: it was built from {other}, hopform_solver from {hopform_solver.SOURCE}"
+
+
+def missing(library: Path) -> str:
+    return f"there is no compiled library {library.name}"
+
+
+def broken(library: Path) -> str:
+    library.write_bytes(b"half a library")
+    return f"the compiled library {library.name} cannot be loaded"
+
+
+def foreign(library: Path) -> str:
+    compile_one(library, "int other;\n")
+    return library.name
+
+
+UNUSABLE = pytest.mark.parametrize("prepare", [stale, missing, broken, foreign])
+
+
+def test_the_library_of_this_checkout_is_the_one_of_its_sources(tmp_path):
+    """Else every other test would judge NumPy alone: a stale library is refused, and that is no failure of its own."""
+    try:
+        compile_one(tmp_path / "nothing.so", "int nothing;\n")
+    except LibraryNotBuilt:
+        return
+    assert hopform.library_message() is None
+    assert hopform.backends() == ("c", "numpy")
+
+
+@UNUSABLE
+def test_the_default_falls_back_to_numpy_and_says_so_once(library, hopper_c, prepare):
+    why = prepare(library)
+    with pytest.warns(RuntimeWarning, match="hopform uses its NumPy back end: ") as caught:
+        first = hopform.solve_stance(hopper_c, v2=-1.93, u=2.0)
+    (warning,) = caught
+    assert why in str(warning.message)
+    assert warning.filename == __file__, "it points at the caller"
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        second = hopform.solve_stance(hopper_c, v2=-1.93, u=2.0)
+    assert first.backend == second.backend == "numpy"
+    assert first.duration == second.duration
+
+
+@UNUSABLE
+def test_asking_for_c_is_refused_with_the_reason(library, hopper_c, prepare):
+    why = prepare(library)
+    with pytest.raises(hopform.BackendError) as refused:
+        hopform.solve_stance(hopper_c, v2=-1.93, backend="c")
+    assert why in str(refused.value)
+    assert hopform.library_message() == str(refused.value)
+    assert len(str(refused.value).splitlines()) == 1
+    assert hopform.backends() == ("numpy",)
+
+
+@UNUSABLE
+def test_asking_for_numpy_works_in_silence(library, hopper_c, prepare):
+    prepare(library)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        stance = hopform.solve_stance(hopper_c, v2=-1.93, u=2.0, backend="numpy")
+    assert (stance.backend, stance.status) == ("numpy", "takeoff")
+
+
+def test_a_back_end_of_no_such_name_is_refused(hopper_c):
+    with pytest.raises(ValueError, match="backend must be 'c' or 'numpy', got 'fortran'"):
+        hopform.solve_stance(hopper_c, v2=-1.93, backend="fortran")
+
+
+WITHOUT_LIBRARY = """
+import pickle
+import sys
+import warnings
+
+import numpy as np
+
+import hopform
+from hopform import ufuncs
+
+assert hopform.backends() == ("numpy",), hopform.backends()
+assert ufuncs.stance is ufuncs.stance_on_arrays
+assert pickle.loads(pickle.dumps(ufuncs.stance)) is ufuncs.stance
+robot = hopform.load_robot("hopper_c")
+v2, u = np.linspace(-2.5, -0.5, 5)[:, np.newaxis], np.linspace(-3.0, 3.0, 4)
+out = tuple(np.empty((5, 4), np.intc if name in ufuncs.CODES else float) for name in ufuncs.RESULTS)
+assert all(a is b for a, b in zip(ufuncs.stance(0.0, 0.0, v2, 0.0, u, 2.0, np.array(robot.parameters), out=out), out))
+with warnings.catch_warnings(record=True) as said:
+    warnings.simplefilter("always")
+    batch = hopform.solve_stances(robot, v2=v2, u=u)
+assert ["no compiled library" in str(warning.message) for warning in said] == [True], said
+np.savez(sys.argv[1], *out, duration_of_batch=batch.duration)
+"""
+
+
+def test_the_ufunc_works_where_there_is_no_library(tmp_path):
+    """An installation without a compiler: NumPy stands in, for the ufunc too, with the numbers of the library."""
+    for package, folder in (("hopform", "runtime"), ("hopform_solver", "generated/python")):
+        shutil.copytree(
+            ROOT / folder / package, tmp_path / package, ignore=shutil.ignore_patterns("_lib*", "__pycache__")
+        )
+    environment = os.environ | {"PYTHONPATH": str(tmp_path)}
+    result = tmp_path / "results.npz"
+    subprocess.run([sys.executable, "-c", WITHOUT_LIBRARY, str(result)], env=environment, cwd=tmp_path, check=True)
+    found = np.load(result)
+    v2, u = np.linspace(-2.5, -0.5, 5)[:, np.newaxis], np.linspace(-3.0, 3.0, 4)
+    robot = hopform.load_robot("hopper_c")
+    expected = ufuncs.stance(0.0, 0.0, v2, 0.0, u, 2.0, np.array(robot.parameters))
+    for n, values in enumerate(expected):
+        np.testing.assert_allclose(found[f"arr_{n}"], values, rtol=1e-12, atol=1e-13)
+    np.testing.assert_array_equal(found["duration_of_batch"], found["arr_1"])
