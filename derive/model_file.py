@@ -131,7 +131,7 @@ def _names_of_the_derivation() -> frozenset[str]:
     }
     names |= {"I", "U", "V1", "V2", "X1"}  # the imaginary unit of C, and enumerators of columns
     for record in derived.records:
-        names |= {record.name, snake(record.name), *map(str, record.symbols)}
+        names |= {record.name, record.in_python, snake(record.name), *map(str, record.symbols)}
     for function in derived.functions:
         names.add(function.name)
         names |= {str(symbol) for part in (*function.takes, function.returns) for symbol in part.symbols}

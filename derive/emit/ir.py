@@ -88,15 +88,20 @@ def scalar(name: str, unit: str, meaning: str) -> Quantity:
 
 @dataclass(frozen=True)
 class Record:
-    """An ordered group of quantities: a named tuple in Python, a struct in C."""
+    """An ordered group of quantities: a named tuple in Python, a struct in C, of one name unless Python has its own."""
 
     name: str
     meaning: str
     quantities: tuple[Quantity, ...]
+    python_name: str = ""
 
     @property
     def symbols(self) -> tuple[sp.Symbol, ...]:
         return tuple(quantity.symbol for quantity in self.quantities)
+
+    @property
+    def in_python(self) -> str:
+        return self.python_name or self.name
 
 
 SCALARS = {

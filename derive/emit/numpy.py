@@ -16,9 +16,9 @@ class NumPy:
 
     def signature(self, function: Function) -> str:
         arguments = ", ".join(
-            f"{argument_name(a)}: {a.name if isinstance(a, Record) else 'Real'}" for a in function.takes
+            f"{argument_name(a)}: {a.in_python if isinstance(a, Record) else 'Real'}" for a in function.takes
         )
-        returns = function.returns.name if isinstance(function.returns, Record) else "Real"
+        returns = function.returns.in_python if isinstance(function.returns, Record) else "Real"
         return f"def {function.name}({arguments}) -> {returns}:"
 
     def body(self, function: Function) -> Iterator[str]:
@@ -31,7 +31,9 @@ class NumPy:
         yield from aligned((f"{s.symbol} = {self.spelled(s.value)}", f"# {s.source}") for s in function.steps)
         values = ", ".join(map(str, function.returns.symbols))
         yield (
-            f"return {function.returns.name}({values})" if isinstance(function.returns, Record) else f"return {values}"
+            f"return {function.returns.in_python}({values})"
+            if isinstance(function.returns, Record)
+            else f"return {values}"
         )
 
     def docstring(self, function: Function) -> Iterator[str]:
@@ -76,7 +78,7 @@ class NumPy:
 
     def record_names(self, program: Program) -> list[str]:
         """The records that the formulas name, sorted, with the type of a number."""
-        used = {r.name for f in program.functions for r in (*f.takes, f.returns) if isinstance(r, Record)}
+        used = {r.in_python for f in program.functions for r in (*f.takes, f.returns) if isinstance(r, Record)}
         return sorted(used | {"Real"})
 
     def calls(self, functions: Iterable[Function]) -> str:

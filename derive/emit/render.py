@@ -178,11 +178,27 @@ def example_value(quantity: Quantity) -> float:
     return 0.0 if 0.0 in quantity.interval else 1e-9
 
 
+LEDGERS = {
+    "Ledger": """Where energy came from and went to since touchdown, signed as it enters, [J].
+
+    All but spring_work sum to the change of H; spring_work, viscous_2 and coulomb_2 sum to that of E, the AED (24).
+    Further terms of a model of one's own have their entries behind these.
+    """,
+    "FlightLedger": """Where the actuator's energy came from and went to since take-off, signed as it enters, [J].
+
+    The sum is the change of H.
+    """,
+}
+"""What the ledgers are that a stance and a flight return, by the record of their work."""
+
+
 def _context(made: Program, options: Options, precision: Precision) -> dict[str, Any]:
+    ledgers = [energy.with_stop_loss(made.record(name), meaning) for name, meaning in LEDGERS.items()]
     public = [record for record in made.records if record.name in PUBLIC]
     return {
         "header": HEADER_MARK,
         "program": made,
+        "python_records": (*made.records, *ledgers),
         "public_records": public,
         "internal_records": [record for record in made.records if record.name not in PUBLIC],
         "walked_records": [made.record(name) for name in WALKED],
@@ -190,7 +206,7 @@ def _context(made: Program, options: Options, precision: Precision) -> dict[str,
         "firmware": (firmware := _firmware(options)),
         "units": [name for name in firmware if name.endswith(".c")],
         "version": VERSION,
-        "answers": (answered := answers(made.record("Robot"), made.record("Ledger"), VERDICTS)),
+        "answers": (answered := answers(made.record("Robot"), ledgers[0], VERDICTS)),
         "schema": json.dumps({"$comment": HEADER_MARK} | schema(answered), indent=2),
         "register": REGISTER,
         "tallies": tallies(),

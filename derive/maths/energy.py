@@ -63,7 +63,13 @@ def ledger_record(model: Model) -> Record:
         )
         for work in works(model)
     )
-    return Record(LEDGER.name, LEDGER.meaning, LEDGER.quantities + further)
+    return Record(LEDGER.name, LEDGER.meaning, LEDGER.quantities + further, LEDGER.python_name)
+
+
+def with_stop_loss(work: Record, meaning: str) -> Record:
+    """The ledger that a user sees: the work of each force, and behind the losses of friction that at stops."""
+    place = 1 + max(n for n, entry in enumerate(work.quantities) if entry.name.startswith("coulomb_"))
+    return Record(work.name, meaning, (*work.quantities[:place], STOP_LOSS, *work.quantities[place:]))
 
 
 def whole_robot_entries(model: Model) -> tuple[sp.Symbol, ...]:

@@ -111,13 +111,14 @@ foot_t, foot_rate, foot_curvature = FOOT_AT.symbols
 
 FLIGHT_LEDGER = Record(
     "FlightLedger",
-    "Where the actuator's energy came from and went to in flight, signed as it enters.",
+    "Work of each force on the actuator in flight, signed as it enters; what is lost at stops is apart.",
     (
         Quantity("motor_work", r"-\int\gamma_2 u v_1", "J", "work of the motor"),
         Quantity("offset_work", r"k c \Delta x_1", "J", "work of the constant force k c"),
         Quantity("viscous_1", r"-\int b_1 v_1^2", "J", "viscous loss of the actuator"),
         Quantity("coulomb_1", r"-m_{eff} f_1\int|v_1|", "J", "Coulomb loss of the actuator"),
     ),
+    "FlightWork",
 )
 HOP_HEIGHT = Quantity("hop_height", r"x_2 - L_0 - c", "m", "height of the body, counted from L_0 + c")
 DROP = Quantity("drop", r"h", "m", "height of the body over where it comes back to", "nonnegative")

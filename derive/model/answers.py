@@ -2,7 +2,7 @@
 
 import textwrap
 import tomllib
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -61,7 +61,7 @@ def answers(robot: Record, ledger: Record, verdicts: Iterable[str]) -> tuple[Ans
     words = {kind.table: tuple(word.text for word in kind.words) for kind in KINDS}
     words |= {"DOMAINS": tuple(DOMAINS), "VERDICTS": tuple(verdicts)}
     of_facts = {
-        "ledger": tuple(_entries(ledger)),
+        "ledger": tuple(Field(entry.name, "number", entry.meaning) for entry in ledger.quantities),
         "robot": tuple(map(_parameter, robot.quantities)),
         "derivatives": tuple(
             Field(each.name, "number or null", f"per {'unit' if each.unit == '1' else each.unit}")
@@ -85,14 +85,6 @@ def _field(name: str, text: str, words: Mapping[str, tuple[str, ...]]) -> Field:
     if kind.startswith("word of "):
         return Field(name, "string", meaning, words[kind.removeprefix("word of ")])
     return Field(name, kind, meaning)
-
-
-def _entries(ledger: Record) -> Iterator[Field]:
-    """Those of the ledger, and what is lost at stops, which no power of a phase says."""
-    for entry in ledger.quantities:
-        if entry.name == "spring_work":
-            yield Field("stop_loss", "number", "what the actuator lost at stops")
-        yield Field(entry.name, "number", entry.meaning)
 
 
 def _parameter(parameter: Quantity) -> Field:

@@ -77,6 +77,7 @@ STATE = Record(
         Quantity("v2", r"\dot{x}_2", "m/s", "velocity of the body"),
         Quantity("y", r"y", "m", "compression of the spring, x_1 - x_2 + L_0 + c"),
     ),
+    "LegState",
 )
 x1, v1, v2, y = STATE.symbols
 
@@ -243,7 +244,7 @@ int_v1, int_v2, int_v1v1, int_v1v2, int_v2v2, int_yv1, int_yv2, int_xv2 = MOMENT
 
 LEDGER = Record(
     "Ledger",
-    "Where energy came from and went to, signed as it enters.",
+    "Work of each force, signed as it enters the robot; what is lost at stops is apart.",
     (
         Quantity("motor_work", r"-\int\gamma_2 u v_1", "J", "work of the motor"),
         Quantity("offset_work", r"k c \Delta x_1", "J", "work of the offset force k c"),
@@ -258,7 +259,9 @@ LEDGER = Record(
             "what the actuator's displacement does to the body through the spring",
         ),
     ),
+    "Work",
 )
+STOP_LOSS = Quantity("stop_loss", "E_s", "J", "what the actuator lost at stops")
 motor_work, offset_work, viscous_1, viscous_2, coulomb_1, coulomb_2, spring_work = LEDGER.symbols
 
 TIME = Quantity("t", r"t", "s", "time since the phase began")

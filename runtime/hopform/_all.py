@@ -6,7 +6,7 @@ from hopform._control.exact import Command, choose_current
 from hopform._control.printed import PrintedCommand, choose_current_as_printed
 from hopform._control.reach import FixedPoint, Reachability, next_apex, reachability
 from hopform._errors import BackendError, HopformError, MissingExtra
-from hopform._flight import Flight, FlightLedger, FlightPhase, design_return, solve_flight
+from hopform._flight import Flight, FlightPhase, design_return, solve_flight
 from hopform._hopping.run import Errors, Hop, Run, simulate
 from hopform._hopping.touchdown import TouchdownDetector, delayed_apex
 from hopform._identify import (
@@ -21,8 +21,8 @@ from hopform._identify import (
 from hopform._robots import ROBOTS, Robot, load_robot
 from hopform._sensitivities import ManySensitivities, Sensitivities
 from hopform._solver.library import backends, library_message
-from hopform._solver.package import EQUATIONS, Energy, Equation, Gains
-from hopform._stance import Event, Ledger, Phase, Stance, State, solve_stance, touchdown_velocity
+from hopform._solver.package import EQUATIONS, Energy, Equation, FlightLedger, Gains, Ledger
+from hopform._stance import Event, Phase, Stance, State, solve_stance, touchdown_velocity
 
 
 def equations() -> tuple[Equation, ...]:

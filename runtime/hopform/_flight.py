@@ -19,7 +19,7 @@ from hopform._errors import HopformError
 from hopform._robots import Robot, checked_robot
 from hopform._solver.choice import choose
 from hopform._solver.library import Backend
-from hopform._solver.package import FLIGHT_ENDINGS, FLIGHT_EVENTS, Energy, Gains, formulas
+from hopform._solver.package import FLIGHT_ENDINGS, FLIGHT_EVENTS, Energy, FlightLedger, Gains, formulas
 from hopform._solver.package import records as solver_records
 from hopform._solver.protocol import SolvedFlight
 from hopform._stance import Event, Real, State, body_height, precision_of
@@ -42,18 +42,6 @@ class FlightPhase(NamedTuple):
     """[m] where it starts"""
     v1: float
     """[m/s]"""
-
-
-class FlightLedger(NamedTuple):
-    """Where the actuator's energy came from and went to since take-off, signed as it enters, [J]; the sum is the change
-    of H.
-    """
-
-    motor_work: Real
-    offset_work: Real
-    viscous_1: Real
-    coulomb_1: Real
-    stop_loss: Real
 
 
 @dataclass(frozen=True)
@@ -120,23 +108,22 @@ class Flight:
 
     def energy(self, t: ArrayLike) -> Energy:
         """Energies [J] of the body and of the robot at times t [s], in t's shape; the spring carries nothing."""
-        energy, _, _ = self._energies(t)
+        energy, _ = self._energies(t)
         return Energy(*(shaped(value, t) for value in energy))
 
     def ledger(self, t: ArrayLike) -> FlightLedger:
         """The ledger [J] from take-off to times t [s], in t's shape; each entry from its own closed form."""
-        _, entries, losses = self._energies(t)
-        return FlightLedger(*(shaped(value, t) for value in (*entries, losses)))
+        _, entries = self._energies(t)
+        return FlightLedger(*(shaped(value, t) for value in entries))
 
-    def _energies(self, t: ArrayLike) -> tuple[Energy, solver_records.FlightLedger, NDArray[np.floating]]:
+    def _energies(self, t: ArrayLike) -> tuple[Energy, FlightLedger]:
         times = self._times(t)
         order = np.argsort(times, kind="stable")
-        energy, ledger, losses = self._solved.energy_at(times[order])
+        energy, ledger = self._solved.energy_at(times[order])
         back = np.argsort(order, kind="stable")
         return (
             Energy(*(np.asarray(value)[back] for value in energy)),
-            solver_records.FlightLedger(*(np.asarray(value)[back] for value in ledger)),
-            losses[back],
+            FlightLedger(*(np.asarray(value)[back] for value in ledger)),
         )
 
     def _times(self, t: ArrayLike) -> NDArray[np.floating]:
@@ -212,13 +199,13 @@ def design_return(robot: Robot, time: SupportsFloat) -> Gains:
     return Gains(*map(float, gains))
 
 
-def _start(robot: Robot, x1: object, v1: object, x2: object, v2: object) -> solver_records.State:
+def _start(robot: Robot, x1: object, v1: object, x2: object, v2: object) -> solver_records.LegState:
     """The state at take-off; y is how far the foot is below the ground ahead, 0 where x2 is left out."""
     x_1, v_1, v_2 = finite("x1", x1, "m"), finite("v1", v1, "m/s"), finite("v2", v2, "m/s")
     if not robot.x1_min <= x_1 <= robot.x1_max:
         raise HopformError(f"x1 must be within its stroke {robot.x1_min!r} .. {robot.x1_max!r} m, got {x_1!r}")
     y = 0.0 if x2 is None else x_1 - finite("x2", x2, "m") + robot.L0 + robot.c
-    return solver_records.State(x_1, v_1, v_2, 0.0 if abs(y) <= _TOUCHING_ULP * math.ulp(robot.L0) else y)
+    return solver_records.LegState(x_1, v_1, v_2, 0.0 if abs(y) <= _TOUCHING_ULP * math.ulp(robot.L0) else y)
 
 
 def _gains(gains: Sequence[SupportsFloat]) -> Gains:

@@ -2,7 +2,6 @@
 
 import math
 import sys
-from collections import namedtuple
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -18,7 +17,7 @@ from hopform._sensitivities import Sensitivities, of_matrix
 from hopform._solver.c import tuple_of
 from hopform._solver.choice import choose
 from hopform._solver.library import Backend
-from hopform._solver.package import ENDINGS, EVENTS, LEDGER_OF_BODY, Energy, formulas
+from hopform._solver.package import ENDINGS, EVENTS, LEDGER_OF_BODY, Energy, Ledger, formulas
 from hopform._solver.package import records as solver_records
 from hopform._solver.protocol import SolvedStance
 
@@ -64,29 +63,6 @@ class Phase(NamedTuple):
     """[A]"""
     state: State
     """where it starts"""
-
-
-class Ledger(NamedTuple):
-    """Where energy came from and went to since touchdown, signed as it enters, [J].
-
-    All but spring_work sum to the change of H; spring_work, viscous_2 and coulomb_2 sum to that of E, the AED (24).
-    Further terms of a model of one's own have their entries behind these.
-    """
-
-    motor_work: Real
-    offset_work: Real
-    viscous_1: Real
-    viscous_2: Real
-    coulomb_1: Real
-    coulomb_2: Real
-    stop_loss: Real
-    spring_work: Real
-
-
-_FURTHER: list[str] = [name for name in solver_records.Ledger._fields if name not in Ledger._fields]
-if _FURTHER:  # the solver is of a model of one's own; type checkers know the hopper's entries
-    _fields = [*Ledger._fields, *_FURTHER]
-    globals()["Ledger"] = namedtuple("Ledger", _fields, module=__name__)  # pyright: ignore[reportUntypedNamedTuple]
 
 
 def aed_of(entries: Ledger) -> NDArray[np.floating]:
@@ -175,7 +151,7 @@ class Stance:
         whole = all(column.flags.c_contiguous for column in into)
         x1, v1, x2, v2 = into if whole else np.empty((4, t.size), self.dtype)
         if self.duration > 0.0:
-            self._solved.grid(step, solver_records.State(x1, v1, v2, x2))
+            self._solved.grid(step, solver_records.LegState(x1, v1, v2, x2))
         else:
             for column, values in zip((x1, v1, v2, x2), self._solver_state(t), strict=True):
                 column[...] = values
@@ -203,10 +179,8 @@ class Stance:
         """
         times = self._times(t)
         order = np.argsort(times, kind="stable")
-        entries, losses = self._solved.ledger_at(times[order])
-        by_name = entries._asdict() | {"stop_loss": losses}
         back = np.argsort(order, kind="stable")
-        return Ledger(**{name: shaped(by_name[name][back], t) for name in Ledger._fields})
+        return Ledger(*(shaped(entry[back], t) for entry in self._solved.ledger_at(times[order])))
 
     @property
     def sensitivities(self) -> Sensitivities:
@@ -226,7 +200,7 @@ class Stance:
         """
         return of_matrix(self._solved.sensitivities(), self._x2_is_given)
 
-    def _solver_state(self, t: ArrayLike) -> solver_records.State:
+    def _solver_state(self, t: ArrayLike) -> solver_records.LegState:
         times = self._times(t)
         return self._solved.state_at(times)
 
@@ -358,7 +332,7 @@ def _stance(
     return stance
 
 
-def _with_height(stance: Stance, state: solver_records.State) -> State:
+def _with_height(stance: Stance, state: solver_records.LegState) -> State:
     height = float(body_height(stance.robot, stance.dtype, state.x1, state.y))
     return State(state.x1, state.v1, height, state.v2)
 
@@ -372,7 +346,7 @@ def body_height(robot: Robot, dtype: np.dtype[Any], x1: Real, y: Real) -> Any:
     return formulas.body_height(rounded, np.asarray(x1, dtype), np.asarray(y, dtype))
 
 
-def start_of(robot: Robot, x1: Any, v1: Any, x2: object, v2: Any) -> solver_records.State:
+def start_of(robot: Robot, x1: Any, v1: Any, x2: object, v2: Any) -> solver_records.LegState:
     """The state at touchdown with the compression as a coordinate of its own; 0 where x2 is left out."""
     checked_robot(robot)
     if type(x1) is type(v1) is type(v2) is float and math.isfinite(x1 + v1 + v2):  # the common case, all at once
@@ -382,7 +356,7 @@ def start_of(robot: Robot, x1: Any, v1: Any, x2: object, v2: Any) -> solver_reco
     if not robot.x1_min <= x_1 <= robot.x1_max:
         raise HopformError(f"x1 must be within its stroke {robot.x1_min!r} .. {robot.x1_max!r} m, got {x_1!r}")
     if x2 is None:
-        start: solver_records.State = tuple_of(solver_records.State, (x_1, v_1, v_2, 0.0))
+        start: solver_records.LegState = tuple_of(solver_records.LegState, (x_1, v_1, v_2, 0.0))
         return start
     height = finite("x2", x2, "m")
     y = x_1 - height + robot.L0 + robot.c
@@ -391,7 +365,7 @@ def start_of(robot: Robot, x1: Any, v1: Any, x2: object, v2: Any) -> solver_reco
     if y < 0.0:
         highest = x_1 + robot.L0 + robot.c
         raise HopformError(f"x2 must be <= x1 + L0 + c = {highest!r} m, or the spring pulls, got {height!r}")
-    return solver_records.State(x_1, v_1, v_2, y)
+    return solver_records.LegState(x_1, v_1, v_2, y)
 
 
 def steps_of(u: Current) -> tuple[tuple[float, float], ...]:

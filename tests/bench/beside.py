@@ -157,7 +157,7 @@ def grid(repetitions: int) -> list[Line]:
     """States of one stance on a uniform grid, per sample of four."""
     stance = hopform.solve_stance(hopform.load_robot("hopper_c"), v2=-1.93, u=3.0, backend="c")
     out = hopform.State(*np.empty((4, SAMPLES)))
-    solver_out = records.State(*np.empty((4, SAMPLES)))
+    solver_out = records.LegState(*np.empty((4, SAMPLES)))
     step = stance.duration / (SAMPLES - 1)
     t = np.linspace(0.0, stance.duration, SAMPLES)
 

@@ -108,7 +108,7 @@ def _numpy(dtype: Any, jobs: Jobs) -> Ready:
     columns = [np.ascontiguousarray(column) for column in table.T]
     robot = hopform_solver.Robot(*columns[: len(ROBOT)])
     x1, v1, v2, u = columns[len(ROBOT) :]
-    start = hopform_solver.State(x1, v1, v2, np.zeros_like(x1))
+    start = hopform_solver.LegState(x1, v1, v2, np.zeros_like(x1))
 
     def run(loops: int) -> hopform_solver.Solution:
         with np.errstate(all="ignore"):

@@ -12,7 +12,7 @@ import numpy as np
 import hopform
 import hopform_solver
 from hopform._solver import c as native
-from hopform_solver.records import Robot, State
+from hopform_solver.records import LegState, Robot
 from tests.oracle.checker import ANSWER, PHASE, PROBLEM, ROBOT, START
 
 MAX_PHASES = 100
@@ -144,7 +144,7 @@ def solve_with_c(p: Any) -> tuple[Any, Any]:
 def solve_with_numpy(p: Any) -> tuple[Any, Any]:
     """The same of the NumPy back end."""
     s = hopform_solver.solve(
-        Robot(*(p[name] for name in ROBOT)), State(*(p[name] for name in START)), p["u"], horizon=p["horizon"],
+        Robot(*(p[name] for name in ROBOT)), LegState(*(p[name] for name in START)), p["u"], horizon=p["horizon"],
         max_phases=MAX_PHASES,
     )  # fmt: skip
     answers, phases = np.zeros(p.size, ANSWER), np.zeros(s.phases.lane.size, PHASE)

@@ -15,7 +15,7 @@ from hopform._cli.tables_control import PRINTED
 from hopform._solver import c as native
 from hopform._solver import c_control as native_control
 from hopform._solver.choice import choose
-from hopform_solver.records import COMMANDS, State
+from hopform_solver.records import COMMANDS, LegState
 from hopform_solver.trial import try_currents
 from tests.conformance.currents import Judge, compare, compare_single, draw_touchdowns
 
@@ -230,7 +230,9 @@ def test_a_grid_that_no_memory_would_hold_is_refused(grid, said):
 class Resumable:
     """The C library's search, tick by tick."""
 
-    def __init__(self, robot: hopform.Robot, start: State, target: tuple[float, ...], dtype: Any = np.float64) -> None:
+    def __init__(
+        self, robot: hopform.Robot, start: LegState, target: tuple[float, ...], dtype: Any = np.float64
+    ) -> None:
         self.library = native.library()
         self.types = self.library.types(np.dtype(dtype))
         self.plan = native.plan_of(self.library, self.types, robot.parameters)
@@ -253,7 +255,7 @@ class Resumable:
 def test_the_search_may_be_left_after_any_tick_and_holds_a_safe_current():
     judge = Judge(HOPPER)
     for touchdown in draw_touchdowns(HOPPER, 5, 20):
-        start = State(touchdown.x1, touchdown.v1, touchdown.v2, touchdown.y)
+        start = LegState(touchdown.x1, touchdown.v1, touchdown.v2, touchdown.y)
         search = Resumable(HOPPER, start, (touchdown.h_des, touchdown.datum, touchdown.stop_margin, 2.0))
         assert (search.status, search.command.u) == (3, 0.0)
         gaps, ticks = [math.inf], 0
@@ -272,7 +274,7 @@ def test_the_search_may_be_left_after_any_tick_and_holds_a_safe_current():
 
 
 def test_a_stance_that_outgrows_the_memory_is_said_to_be_left_out():
-    search = Resumable(HOPPER, State(0.0, 0.0, -0.6, 0.0), (0.05, 0.0, 0.0, 2.0))
+    search = Resumable(HOPPER, LegState(0.0, 0.0, -0.6, 0.0), (0.05, 0.0, 0.0, 2.0))
     while search.step(capacity=3) == 3:
         pass
     assert search.status == native.PHASES_NOT_KEPT
@@ -282,11 +284,11 @@ def test_a_stance_that_outgrows_the_memory_is_said_to_be_left_out():
                                     (0.1, 0.0, 0.0, 0.0), (0.1, math.inf, 0.0, 2.0)])  # fmt: skip
 def test_the_library_refuses_what_it_is_asked_and_leaves_a_safe_current(target):
     with pytest.raises(hopform.HopformError):
-        Resumable(HOPPER, State(0.0, 0.0, -2.0, 0.0), target)
+        Resumable(HOPPER, LegState(0.0, 0.0, -2.0, 0.0), target)
 
 
 def test_a_bad_state_ends_the_search_with_a_safe_current():
-    search = Resumable(HOPPER, State(0.0, math.nan, -2.0, 0.0), (0.1, 0.0, 0.0, 2.0))
+    search = Resumable(HOPPER, LegState(0.0, math.nan, -2.0, 0.0), (0.1, 0.0, 0.0, 2.0))
     with pytest.raises(hopform.HopformError):
         search.step()
     assert search.command.u == 0.0
@@ -299,10 +301,10 @@ def test_a_bad_state_ends_the_search_with_a_safe_current():
 @pytest.mark.parametrize(
     ("robot", "start"),
     [
-        (HOPPER, State(0.0, 0.0, -1.93, 0.0)),
-        (HOPPER, State(0.05, -0.2, -0.6, 0.004)),
-        (HOPPER, State(0.02, 0.1, -0.63, 0.0)),
-        (AXIS, State(0.01, 0.2, -1.2, 0.0)),
+        (HOPPER, LegState(0.0, 0.0, -1.93, 0.0)),
+        (HOPPER, LegState(0.05, -0.2, -0.6, 0.004)),
+        (HOPPER, LegState(0.02, 0.1, -0.63, 0.0)),
+        (AXIS, LegState(0.01, 0.2, -1.2, 0.0)),
     ],
     ids=["a drop", "compressed", "a low drop", "an axis"],
 )
@@ -332,7 +334,7 @@ def test_slopes_are_those_of_the_values_in_both_back_ends(robot, start):
 
 def test_a_rebound_that_nearly_takes_off_is_seen_as_a_dip():
     """Where take-offs end (2 cm drop, 0.82 A) the least spring of the rebound passes zero."""
-    start = State(0.0, 0.0, hopform.touchdown_velocity(HOPPER, 0.02), 0.0)
+    start = LegState(0.0, 0.0, hopform.touchdown_velocity(HOPPER, 0.02), 0.0)
     found = native_control.try_currents(
         choose("c"), HOPPER.parameters, [start], np.linspace(0.70, 0.95, 2501), 2.0, 4096
     )[0]
@@ -374,7 +376,7 @@ def test_the_half_of_26_misses_half_a_step_down_and_all_of_a_step_up(datum, erro
 def test_the_printed_objective_is_the_general_one_with_its_defaults():
     from hopform_solver import formulas
 
-    state = State(0.01, 0.0, -1.5, 0.0)
+    state = LegState(0.01, 0.0, -1.5, 0.0)
     one = formulas.printed_objective(HOPPER.parameters, state, 1.2, 0.2, -0.04)
     two = formulas.objective(HOPPER.parameters, state, 1.2, 0.03, 0.2, 0.5 * 0.04, 0.0)
     assert one == pytest.approx(two, abs=1e-14)
@@ -431,7 +433,7 @@ def test_arbitrary_bits_give_an_error_or_a_finite_safe_command():
             keep = draw.random(8) < 0.7
             values = np.where(keep, [0.0, 0.0, -1.5, 0.0, 0.2, 0.0, 0.0, 2.0], bits).tolist()
             try:
-                search = Resumable(HOPPER, State(*values[:4]), tuple(values[4:]), dtype)
+                search = Resumable(HOPPER, LegState(*values[:4]), tuple(values[4:]), dtype)
                 for _ in range(400):
                     if search.step() != 3:
                         break

@@ -6,7 +6,7 @@ import pytest
 import hopform
 from hopform._solver import c_control as native_control
 from hopform._solver.choice import choose
-from hopform_solver.records import State
+from hopform_solver.records import LegState
 from hopform_solver.trial import try_currents
 from tests.conformance.currents import Touchdown, compare, draw_robot, draw_touchdowns
 from tests.seeds import SEED
@@ -136,7 +136,7 @@ def test_a_hit_tells_how_far_it_is_from_not_being_one(backend):
     """Past x1_max by v1^2/(2 g) at the stop, or by y there if the leg would be off sooner, with the slopes of these."""
     slow = fast = 0
     for fields, touchdown in FOUND_BY_SCANS.values():
-        robot, start = changed(**fields), State(touchdown.x1, touchdown.v1, touchdown.v2, touchdown.y)
+        robot, start = changed(**fields), LegState(touchdown.x1, touchdown.v1, touchdown.v2, touchdown.y)
         u, h = np.linspace(-0.97, 0.97, 24) * robot.u_max, 1e-6 * robot.u_max
         around = np.concatenate([u - h, u, u + h])
         if backend == "c":
@@ -163,7 +163,7 @@ def test_a_hit_tells_how_far_it_is_from_not_being_one(backend):
 def test_what_a_hit_tells_has_no_jump_where_hits_begin(name, way):
     """Else a cell between two hits, of which one is near to be none, would seem to have no other current in it."""
     fields, touchdown = FOUND_BY_SCANS[name]
-    robot, start = changed(**fields), State(touchdown.x1, touchdown.v1, touchdown.v2, touchdown.y)
+    robot, start = changed(**fields), LegState(touchdown.x1, touchdown.v1, touchdown.v2, touchdown.y)
 
     def peaks(u: np.ndarray) -> np.ndarray:
         trials = native_control.try_currents(choose("c"), robot.parameters, [start], u, 2.0, 4096)[0]
@@ -238,7 +238,7 @@ def test_a_drop_of_the_paper_takes_few_stances():
 
 
 def test_slopes_follow_the_events_and_the_take_off():
-    start, h = State(0.02, 0.1, -1.5, 0.0), 1e-6
+    start, h = LegState(0.02, 0.1, -1.5, 0.0), 1e-6
     u = np.linspace(-2.5, 2.5, 11)
     around = np.concatenate([u - h, u, u + h])
     c = native_control.try_currents(choose("c"), HOPPER.parameters, [start], around, 2.0, 4096)[0]

@@ -101,7 +101,7 @@ class Seen:
     gained: float
 
 
-def seen(robot: hopform.Robot, solved: Any, dtype: Any, ledger: Any, loss: Any, total: Any) -> Seen:
+def seen(robot: hopform.Robot, solved: Any, dtype: Any, ledger: Any, total: Any) -> Seen:
     rows = solved.phase_rows()
     ending, duration, state, apex, aed = solved.outcome()
     end = hopform.State(state.x1, state.v1, state.x1 - state.y + (robot.L0 + robot.c), state.v2)
@@ -115,26 +115,26 @@ def seen(robot: hopform.Robot, solved: Any, dtype: Any, ledger: Any, loss: Any, 
         tuple(hopform.Event(t, records.EVENTS[event]) for t, _, _, event, _ in rows if event),
         tuple((mode // 3 - 1, mode % 3 - 1) for _, _, mode, _, _ in rows),
         type(ledger)(*(float(entry[-1]) for entry in ledger)),
-        (float(loss[0]), float(loss[-1])),
+        (float(ledger.stop_loss[0]), float(ledger.stop_loss[-1])),
         float(total[-1] - total[0]),
     )
 
 
 def by_library(robot: hopform.Robot, k_emf: float, start: dict[str, Any], dtype: Any, library: native.Library) -> Seen:
     steps = start["u"] if isinstance(start["u"], tuple) else ((0.0, start["u"]),)
-    state = records.State(start.get("x1", 0.0), start.get("v1", 0.0), start["v2"], 0.0)
+    state = records.LegState(start.get("x1", 0.0), start.get("v1", 0.0), start["v2"], 0.0)
     solved = C(library).solve_stance(
         (*robot.parameters, k_emf), state, steps, start.get("horizon", 2.0), start.get("max_phases", 4096),
         np.dtype(dtype),
     )  # fmt: skip
     times = np.array([0.0, solved.outcome()[1]], dtype)
-    return seen(robot, solved, dtype, *solved.ledger_at(times), solved.energy_at(times).total)
+    return seen(robot, solved, dtype, solved.ledger_at(times), solved.energy_at(times).total)
 
 
 def by_package(robot: hopform.Robot, k_emf: float, start: dict[str, Any], dtype: Any, package: Any) -> Seen:
     steps = start["u"] if isinstance(start["u"], tuple) else ((0.0, start["u"]),)
     times, currents = zip(*steps, strict=True)
-    state = package.State(start.get("x1", 0.0), start.get("v1", 0.0), start["v2"], 0.0)
+    state = package.LegState(start.get("x1", 0.0), start.get("v1", 0.0), start["v2"], 0.0)
     with np.errstate(all="ignore"):
         solution = package.solve(
             package.Robot(*robot.parameters, k_emf), state, currents if len(steps) > 1 else currents[0], times,
@@ -142,9 +142,9 @@ def by_package(robot: hopform.Robot, k_emf: float, start: dict[str, Any], dtype:
         )  # fmt: skip
         energy = importlib.import_module("driven_solver.energy")
         at = np.array([0.0, float(solution.duration)], dtype)
-        ledger, loss = energy.ledger_at(solution, 0, at)
+        ledger = energy.ledger_at(solution, 0, at)
         total = energy.energy_at(solution, 0, at).total
-    return seen(robot, arrays.Solved(Package("driven_solver"), solution), dtype, ledger, loss, total)
+    return seen(robot, arrays.Solved(Package("driven_solver"), solution), dtype, ledger, total)
 
 
 # ---- the derivatives are those of the reference ----
@@ -161,11 +161,11 @@ def test_derivatives_with_a_back_emf_are_those_of_the_reference(package, library
     robot, k_emf = dataclasses.replace(hopform.load_robot("hopper_c"), x1_max=0.05), 10.0
     start = {"v2": -1.93, "x1": 0.02, "v1": 0.9, "u": 1.5}
     solved = C(library).solve_stance(
-        (*robot.parameters, k_emf), records.State(0.02, 0.9, -1.93, 0.0), ((0.0, 1.5),), 2.0, 4096,
+        (*robot.parameters, k_emf), records.LegState(0.02, 0.9, -1.93, 0.0), ((0.0, 1.5),), 2.0, 4096,
         np.dtype(np.float64),
     )  # fmt: skip
     assert {records.EVENTS[row[3]] for row in solved.phase_rows()[1:]} >= {"x1_hits_stop", "x1_slips", "x1_reverses"}
-    solution = package.solve(package.Robot(*robot.parameters, k_emf), package.State(0.02, 0.9, -1.93, 0.0), 1.5)
+    solution = package.solve(package.Robot(*robot.parameters, k_emf), package.LegState(0.02, 0.9, -1.93, 0.0), 1.5)
     by_package = importlib.import_module("driven_solver.sensitivity")
     exact, sizes, columns = in_reference(robot, k_emf), [], []
     values = {**rounded(robot, np.float64), **start, "k_emf": k_emf}
@@ -309,18 +309,18 @@ def test_the_new_parameter_is_checked_and_documented_like_the_others(package):
 
 
 def fly_by_package(
-    parameters: tuple[float, ...], start: records.State, gains: tuple[float, float], package: Any, **settings: Any
+    parameters: tuple[float, ...], start: records.LegState, gains: tuple[float, float], package: Any, **settings: Any
 ) -> FlightReference:
     flight = importlib.import_module("driven_solver.flight")
     law = importlib.import_module("driven_solver.records").Gains(*gains)
     with np.errstate(all="ignore"):
-        solved = flight.solve_flight(package.Robot(*parameters), package.State(*start), law, **settings)
-        ledger, lost = flight.flight_ledger_at(solved, solved.duration)
-    return flown(arrays.ArrayFlight(Package("driven_solver"), solved), solved.ending, solved.duration, ledger, lost)
+        solved = flight.solve_flight(package.Robot(*parameters), package.LegState(*start), law, **settings)
+        ledger = flight.flight_ledger_at(solved, solved.duration)
+    return flown(arrays.ArrayFlight(Package("driven_solver"), solved), solved.ending, solved.duration, ledger)
 
 
 def fly_by_library(
-    parameters: tuple[float, ...], start: records.State, gains: tuple[float, float], library: native.Library,
+    parameters: tuple[float, ...], start: records.LegState, gains: tuple[float, float], library: native.Library,
     horizon: float = 3.0, max_phases: int = 200,
 ) -> FlightReference:  # fmt: skip
     types = library.types(np.dtype(np.float64))
@@ -331,19 +331,19 @@ def fly_by_library(
         ctypes.c_double(horizon), ctypes.c_int32(max_phases), phases, ctypes.c_int32(max_phases), ctypes.byref(flight),
     )  # fmt: skip
     solved = c_flight.NativeFlight(library, types, parameters, plan, phases, flight)  # type: ignore[arg-type]
-    _, ledger, lost = solved.energy_at(np.array([flight.duration]))
+    _, ledger = solved.energy_at(np.array([flight.duration]))
     ledger = type(ledger)(*(entry[0] for entry in ledger))
-    return flown(solved, flight.ending, flight.duration, ledger, lost[0])
+    return flown(solved, flight.ending, flight.duration, ledger)
 
 
-def flown(solved: Any, ending: int, duration: float, ledger: Any, lost: float) -> FlightReference:
+def flown(solved: Any, ending: int, duration: float, ledger: Any) -> FlightReference:
     """A flight in the form of the reference."""
     return FlightReference(
         records.FLIGHT_ENDINGS[ending],
         duration,
         (solved.end.x1, solved.end.v1, solved.end.v2, solved.end.y),
         [hopform.Event(row.t, records.FLIGHT_EVENTS[row.event]) for row in solved.rows() if row.event],
-        (*ledger, lost),
+        tuple(ledger),
     )
 
 
@@ -352,7 +352,7 @@ def test_a_flight_with_a_back_emf_is_that_of_the_reference(seed, package, librar
     """Random robots and laws, degenerate ones among them: the same events and ending, errors as of any flight."""
     robot, inputs = random_flight(seed)
     k_emf = 10.0 ** (seed % 5 - 3) * robot.m_eff / 0.1
-    start = records.State(*(inputs[name] for name in ("x1", "v1", "v2", "y")))
+    start = records.LegState(*(inputs[name] for name in ("x1", "v1", "v2", "y")))
     gains = inputs["gains"] if robot.gamma2 else (0.0, 0.0)
     exact = reference_flight(in_reference(robot, k_emf), **inputs)
     settings = {name: inputs[name] for name in ("horizon", "max_phases")}
@@ -379,7 +379,7 @@ def test_hops_with_a_back_emf_are_those_of_an_integrator(package, library, hoppe
     for stand, fly, backend in ((by_package, fly_by_package, package), (by_library, fly_by_library, library)):
         t, x1, v1, v2, level = 0.0, 0.0, 0.0, 0.0, 0.2
         for height, u, touchdown, takeoff in zip(ground, currents, exact.touchdowns, exact.takeoffs, strict=True):
-            flight = fly(parameters, records.State(x1, v1, v2, height - level), gains, backend)
+            flight = fly(parameters, records.LegState(x1, v1, v2, height - level), gains, backend)
             assert flight.status == "touchdown"
             t += flight.duration
             x1, v1, v2 = flight.end[0], flight.end[1], flight.end[2] * loss
@@ -403,17 +403,17 @@ def test_forces_on_the_actuator_alone_are_what_the_hopper_has_already(tmp_path, 
     monkeypatch.syspath_prepend(tmp_path / "python")
     bearing = importlib.import_module("bearing_solver")
     u, pull = np.array([0.0, 2.0, 3.0]), 6.0
-    start = records.State(0.0, 0.0, -1.93, 0.0)
+    start = records.LegState(0.0, 0.0, -1.93, 0.0)
     more = pull / hopper_c.k
     robot = bearing.Robot(*hopper_c.parameters, 50.0, pull)
     same = hopper_c.parameters._replace(b1=hopper_c.b1 + 50.0, c=hopper_c.c + more, L0=hopper_c.L0 - more)
-    ours, theirs = bearing.solve(robot, bearing.State(*start), u), hopform_solver.solve(same, start, u)
+    ours, theirs = bearing.solve(robot, bearing.LegState(*start), u), hopform_solver.solve(same, start, u)
     np.testing.assert_array_equal(ours.ending, theirs.ending)
     np.testing.assert_allclose(ours.duration, theirs.duration, rtol=1e-13)
     np.testing.assert_allclose(ours.apex, theirs.apex, rtol=1e-12)
     np.testing.assert_allclose(ours.end, theirs.end, rtol=1e-12, atol=1e-15)
-    air = records.State(0.05, 0.3, 1.9, 0.01)
-    flight = importlib.import_module("bearing_solver.flight").solve_flight(robot, bearing.State(*air))
+    air = records.LegState(0.05, 0.3, 1.9, 0.01)
+    flight = importlib.import_module("bearing_solver.flight").solve_flight(robot, bearing.LegState(*air))
     as_flown = importlib.import_module("hopform_solver.flight").solve_flight(same, air)
     assert [(p.side, p.limit, p.event) for p in flight.phases] == [(p.side, p.limit, p.event) for p in as_flown.phases]
     np.testing.assert_allclose(flight.gains, as_flown.gains, rtol=1e-13)
@@ -732,9 +732,9 @@ def test_numbers_and_quotients_of_parameters_are_what_they_say(odd, odd_package,
     pull = -0.7 + 2.0 + 1 / 7 - hopper_c.m_eff * hopper_c.g * 1e-3
     shift = pull / hopper_c.k
     same = hopper_c.parameters._replace(b1=hopper_c.b1 + more, c=hopper_c.c + shift, L0=hopper_c.L0 - shift)
-    start, eps = odd_package.State(0.0, 0.0, -1.93, 0.0), float(np.finfo(dtype).eps)
+    start, eps = odd_package.LegState(0.0, 0.0, -1.93, 0.0), float(np.finfo(dtype).eps)
     ours = odd_package.solve(robot, start, 2.0, dtype=dtype)
-    theirs = hopform_solver.solve(same, records.State(*start), 2.0, dtype=dtype)
+    theirs = hopform_solver.solve(same, records.LegState(*start), 2.0, dtype=dtype)
     np.testing.assert_allclose(ours.end, theirs.end, rtol=200 * eps, atol=20 * eps)
     np.testing.assert_allclose(ours.duration, theirs.duration, rtol=200 * eps)
     library = odd / "libodd.so"

@@ -11,7 +11,7 @@ import pytest
 
 import hopform
 from hopform._solver.choice import choose
-from hopform_solver.records import State
+from hopform_solver.records import LegState
 from hopform_solver.sensitivity import COLUMNS
 
 FREE = {"x1_min": -math.inf, "x1_max": math.inf}
@@ -23,17 +23,17 @@ def own(**changes: float) -> hopform.Robot:
 
 
 # Robot, start (x1, v1, v2, y), steps of the current, horizon, events that must be among those that happen.
-CASES: dict[str, tuple[hopform.Robot, State, tuple[tuple[float, float], ...], float, set[str]]] = {
-    "a stance with a stepped current": (own(), State(0.02, 0.3, -1.93, 0.0), STEPS, 2.0,
+CASES: dict[str, tuple[hopform.Robot, LegState, tuple[tuple[float, float], ...], float, set[str]]] = {
+    "a stance with a stepped current": (own(), LegState(0.02, 0.3, -1.93, 0.0), STEPS, 2.0,
                                         {"x1_reverses", "x2_reverses"}),
-    "stops": (own(), State(0.07, 0.5, -1.93, 0.0), ((0.0, 3.0),), 2.0, {"x1_hits_stop"}),
+    "stops": (own(), LegState(0.07, 0.5, -1.93, 0.0), ((0.0, 3.0),), 2.0, {"x1_hits_stop"}),
     "a cart on a spring that comes to rest": (
         own(k=700.0, m_s=0.6, b2=1.0, f2=0.2, c=0.1, g=70.0 / 0.6, x1_max=0.0),
-        State(0.0, 0.0, 0.05, 0.13), ((0.0, 0.0),), 4.0, {"x2_reverses", "x2_sticks"},
+        LegState(0.0, 0.0, 0.05, 0.13), ((0.0, 0.0),), 4.0, {"x2_reverses", "x2_sticks"},
     ),
     "an actuator that sticks and slips": (
         own(f2=1e9, c=0.3, k=400.0, b1=20.0, f1=2.5, gamma2=-30.0, m_eff=2.0, **FREE),
-        State(0.03, 0.0, 0.0, 0.3), tuple((0.02 * n, 0.5 * math.sin(0.1 * n)) for n in range(60)), 1.2,
+        LegState(0.03, 0.0, 0.0, 0.3), tuple((0.02 * n, 0.5 * math.sin(0.1 * n)) for n in range(60)), 1.2,
         {"x1_slips", "x1_sticks"},
     ),
 }  # fmt: skip
@@ -42,7 +42,7 @@ CASES: dict[str, tuple[hopform.Robot, State, tuple[tuple[float, float], ...], fl
 def solved(backend: str, name: str, **moved: float) -> tuple[Any, float]:
     """A case with inputs moved, on a back end, and its duration."""
     robot, start, steps, horizon, _ = CASES[name]
-    start = start._replace(**{key: getattr(start, key) + by for key, by in moved.items() if key in State._fields})
+    start = start._replace(**{key: getattr(start, key) + by for key, by in moved.items() if key in LegState._fields})
     fields = {key: getattr(robot, key) + by for key, by in moved.items() if hasattr(robot, key)}
     current = tuple((t, u + moved.get("u", 0.0)) for t, u in steps)
     parameters = dataclasses.replace(robot, **fields).parameters

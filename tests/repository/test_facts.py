@@ -90,7 +90,7 @@ def test_what_is_altered_builds_and_is_checked_by_both_back_ends(altered, packag
     solver = C(native.Library(library, "sealed", Package("sealed_solver")))
     hopper = hopform.load_robot("hopper_c")
     robot = tuple(getattr(hopper, field.name) for field in package.ROBOT_FIELDS[:-1])
-    start, steps = package.State(0.0, 0.0, -1.93, 0.0), ((0.0, 2.0),)
+    start, steps = package.LegState(0.0, 0.0, -1.93, 0.0), ((0.0, 2.0),)
     by_c = solver.solve_stance((*robot, 0.5), start, steps, 2.0, 64, np.dtype(np.float64)).outcome()
     by_numpy = package.solve(package.Robot(*robot, 0.5), start, 2.0)
     assert by_c[1] == pytest.approx(float(by_numpy.duration), rel=1e-13)

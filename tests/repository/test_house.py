@@ -262,11 +262,18 @@ def members(struct: str) -> list[str]:
 @pytest.mark.parametrize("record", program().records, ids=lambda record: record.name)
 def test_a_record_has_its_fields_in_the_same_order_in_python_and_c(record):
     names = [quantity.name for quantity in record.quantities]
-    assert list(getattr(records, record.name)._fields) == names
+    assert list(getattr(records, record.in_python)._fields) == names
     struct = re.sub(r"(?<!^)(?=[A-Z])", "_", record.name).lower()
     sources = header("hopform_f64.h") + (C / "src" / "formulas_f64.h").read_text("utf-8")
     (body,) = re.findall(rf"typedef struct {{([^}}]*)}} hopform_{struct}_f64;", sources)
     assert re.findall(r"double (\w+);", body) == names
+
+
+def test_a_class_that_hopform_and_its_solver_both_have_is_one():
+    """But for the robot: the solver's is the numbers alone, that of hopform checks them and has a name."""
+    both = {name for name in hopform.__all__ if isinstance(getattr(records, name, None), type)} - {"Robot"}
+    assert both == {"Energy", "FlightLedger", "Gains", "Ledger"}
+    assert [name for name in both if getattr(hopform, name) is not getattr(records, name)] == []
 
 
 def test_the_words_for_endings_and_events_are_the_same_in_python_and_c():

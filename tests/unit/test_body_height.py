@@ -71,7 +71,7 @@ def test_states_along_a_stance_have_it_too(backend, dtype):
     for robot, v2 in zip(ROBOTS, VELOCITIES, strict=True):
         stance = hopform.solve_stance(robot, v2=float(v2), u=2.0, backend=backend, dtype=dtype)
         t, along = stance.grid(40)
-        columns = solver_records.State(*np.empty((4, t.size), dtype))
+        columns = solver_records.LegState(*np.empty((4, t.size), dtype))
         stance._solved.grid(stance.duration / (t.size - 1), columns)
         assert is_same(expected(robot, dtype, columns.x1, columns.y), along.x2, dtype)
         at = stance.at(t)

@@ -150,7 +150,7 @@ def test_the_generated_formula_has_the_value_of_its_derivation_at_forty_digits(f
         numbers = [random_argument(thing, rng) for thing in function.takes]
         numbers = [tuple(map(abs, n)) if function.name == "touchdown_velocity" else n for n in numbers]
         arguments = [
-            getattr(records, thing.name)(*n) if isinstance(thing, Record) else n[0]
+            getattr(records, thing.in_python)(*n) if isinstance(thing, Record) else n[0]
             for thing, n in zip(function.takes, numbers, strict=True)
         ]
         got = generated(*arguments)

@@ -20,7 +20,7 @@ from derive.model import quantities as Q
 from derive.models.hopper import HOPPER
 from derive.paper import register
 from derive.paper.register import CERTIFICATE, LETTERS, REGISTER, VERDICTS, cubic, quadratic_1
-from hopform_solver import EVENTS, Robot, State, formulas, solve
+from hopform_solver import EVENTS, LegState, Robot, formulas, solve
 from hopform_solver.energy import ledger_at
 
 BY_NUMBER = {entry.number: entry for entry in REGISTER}
@@ -533,7 +533,7 @@ def test_the_energy_under_22_reads_as_the_energy_of_the_body():
 def drop(u: float, robot: Robot = HOPPER_C, height: float = DROP):
     """The stance after a drop from a height with the actuator at 0."""
     v2 = formulas.touchdown_velocity(robot, height)
-    return solve(robot, State(0.0, 0.0, v2, 0.0), u=np.array([u]))
+    return solve(robot, LegState(0.0, 0.0, v2, 0.0), u=np.array([u]))
 
 
 def events_of(stance) -> list[str]:
@@ -595,7 +595,7 @@ def test_5_a_standing_robot_moves_at_other_currents():
     up, down = (load + friction) / force, (load - friction) / force
     says(5, f"{up:.2f} A", f"{formulas.threshold_current(HOPPER_C):.2f} A", f"{down:.2f} A", f"{(up - down) / 2:.2f} A")
     assert load > friction
-    standing = State(0.04, 0.0, 0.0, load / HOPPER_C.k)
+    standing = LegState(0.04, 0.0, 0.0, load / HOPPER_C.k)
     for u, direction in ((1.01 * up, 1), (0.99 * up, 0), (1.01 * down, 0), (0.99 * down, -1), (0.0, -1)):
         assert np.sign(float(np.ravel(solve(HOPPER_C, standing, u=u).end.x1)[0]) - 0.04) == direction, u
 
@@ -648,7 +648,7 @@ def test_18_loses_its_digits_where_friction_is_small():
 
 def body_ledger(u: float):
     stance = drop(u)
-    entries, _ = ledger_at(stance, 0, stance.duration)
+    entries = ledger_at(stance, 0, stance.duration)
     return stance, {name: float(np.ravel(value)[0]) for name, value in zip(entries._fields, entries, strict=True)}
 
 
@@ -687,9 +687,9 @@ def test_27_promises_the_height_that_the_spring_keeps():
 def test_27_has_jumps_and_several_minima():
     u = np.linspace(0.0, 2.0, 41)
     v2 = formulas.touchdown_velocity(HOPPER_C, 0.02)
-    low = solve(HOPPER_C, State(0.0, 0.0, v2, 0.0), u=u).apex
+    low = solve(HOPPER_C, LegState(0.0, 0.0, v2, 0.0), u=u).apex
     gap = np.flatnonzero(np.isnan(low))
     assert gap[0] > 0 and gap[-1] < u.size - 1
     assert low[gap[-1] + 1] - low[gap[0] - 1] > 0.01
-    high = solve(HOPPER_C, State(0.0, 0.0, formulas.touchdown_velocity(HOPPER_C, DROP), 0.0), u=u).apex
+    high = solve(HOPPER_C, LegState(0.0, 0.0, formulas.touchdown_velocity(HOPPER_C, DROP), 0.0), u=u).apex
     assert (np.diff(high) < 0.0).any() and (np.diff(high) > 0.0).any()

@@ -26,7 +26,7 @@ from derive.emit import render
 from hopform._solver import c as native
 from hopform._solver.choice import C
 from hopform._solver.package import Package
-from hopform_solver.records import State
+from hopform_solver.records import LegState
 from tools.build_library import compile_sources
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -460,8 +460,8 @@ def test_a_renamed_package_answers_the_same_numbers(monopod, hopper_c):
     package, _ = monopod
     velocities, currents = np.array(CASES).T
     parameters = hopper_c.parameters
-    ours = package.solve(package.Robot(*parameters), package.State(0.0, 0.0, velocities, 0.0), currents)
-    theirs = hopform_solver.solve(parameters, State(0.0, 0.0, velocities, 0.0), currents)
+    ours = package.solve(package.Robot(*parameters), package.LegState(0.0, 0.0, velocities, 0.0), currents)
+    theirs = hopform_solver.solve(parameters, LegState(0.0, 0.0, velocities, 0.0), currents)
     for name in ("duration", "apex", "aed", "ending", "phase_count"):
         np.testing.assert_array_equal(getattr(ours, name), getattr(theirs, name))
     np.testing.assert_array_equal(ours.end, theirs.end)
@@ -471,7 +471,7 @@ def test_a_renamed_package_answers_the_same_numbers(monopod, hopper_c):
 def test_a_renamed_library_answers_the_same_numbers(monopod, hopper_c, dtype):
     _, solver = monopod
     for v2, u in CASES:
-        start = State(0.0, 0.0, v2, 0.0)
+        start = LegState(0.0, 0.0, v2, 0.0)
         ours = solver.solve_stance(hopper_c.parameters, start, ((0.0, u),), 2.0, 4096, np.dtype(dtype))
         theirs = hopform.solve_stance(hopper_c, v2=v2, u=u, dtype=dtype, backend="c")
         _, duration, _, _, aed = ours.outcome()

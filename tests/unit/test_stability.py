@@ -158,7 +158,7 @@ BY_DTYPE = pytest.mark.parametrize("dtype", [np.float32, np.float64])
 def test_a_robot_that_runs_away_is_refused_by_the_condition(package, library, hopper_c, dtype):
     """By the least that negative damping can be; a robot without any damping is legal."""
     b1 = dtype(hopper_c.b1)
-    state, records = package.State(0.0, 0.01, -1.9, 0.0), importlib.import_module("fed_solver.records")
+    state, records = package.LegState(0.0, 0.01, -1.9, 0.0), importlib.import_module("fed_solver.records")
     fly = importlib.import_module("fed_solver.flight").solve_flight
     for d, legal in ((b1, True), (np.nextafter(b1, dtype(1e9)), False), (dtype(400.0), False)):
         robot = package.Robot(*hopper_c.parameters, float(d))
@@ -181,7 +181,7 @@ def test_one_unstable_robot_among_many_is_refused(package, hopper_c):
     """A batch of NumPy is refused as a whole."""
     robot = package.Robot(*hopper_c.parameters, np.array([0.0, 100.0, 149.0, 151.0]))
     with pytest.raises(ValueError, match=r"p_1 >= 0 is violated, p_1 = -0\.04"):
-        package.solve(robot, package.State(0.0, 0.0, -1.9, 0.0), 1.0)
+        package.solve(robot, package.LegState(0.0, 0.0, -1.9, 0.0), 1.0)
 
 
 def test_the_hopper_of_the_paper_is_asked_nothing(fed):

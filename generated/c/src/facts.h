@@ -7,7 +7,7 @@
 #define HOPFORM_FACTS_H
 
 /* Text that this library and a package generated with it have in common. */
-#define HOPFORM_SOURCE "86060ea3c50f63b2"
+#define HOPFORM_SOURCE "7c4af1a70f18bef4"
 
 /* Routh's conditions that a robot may violate, X(what must not be negative), in its rates; none for the paper's hopper.
  * */
@@ -28,10 +28,10 @@
 /* The energy of the body (22), (23) and of the whole robot. */
 #define HOPFORM_ENERGY_MEMBERS(X) X(body, REAL) X(total, REAL)
 
-/* Where energy came from and went to, signed as it enters. */
+/* Work of each force, signed as it enters the robot; what is lost at stops is apart. */
 #define HOPFORM_LEDGER_MEMBERS(X) X(motor_work, REAL) X(offset_work, REAL) X(viscous_1, REAL) X(viscous_2, REAL) X(coulomb_1, REAL) X(coulomb_2, REAL) X(spring_work, REAL)
 
-/* Where the actuator's energy came from and went to in flight, signed as it enters. */
+/* Work of each force on the actuator in flight, signed as it enters; what is lost at stops is apart. */
 #define HOPFORM_FLIGHT_LEDGER_MEMBERS(X) X(motor_work, REAL) X(offset_work, REAL) X(viscous_1, REAL) X(coulomb_1, REAL)
 
 /* Numerators H_3 s^2 + H_2 s + H_1 of (11), taken from where and how fast each coordinate starts; that of v_1 also whole. */

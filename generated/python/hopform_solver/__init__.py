@@ -4,20 +4,22 @@
 An exact solver by itself, on NumPy arrays, generated from the derivation:
 
     >>> import numpy as np
-    >>> from hopform_solver import ENDINGS, Robot, State, solve
+    >>> from hopform_solver import ENDINGS, LegState, Robot, solve
     >>> hopper = Robot(25.0, 3.0, 1200.0, 0.4, 0.0, 150.0, 5.0, 0.78, 0.6, -65.0, 9.81, 0.0, 0.08, 3.0, 0.05)
-    >>> stance = solve(hopper, State(x1=0.0, v1=0.0, v2=-1.93, y=0.0), u=np.array([0.0, 2.0, 3.0]))
+    >>> stance = solve(hopper, LegState(x1=0.0, v1=0.0, v2=-1.93, y=0.0), u=np.array([0.0, 2.0, 3.0]))
     >>> stance.duration.shape, [ENDINGS[ending] for ending in stance.ending.tolist()]
     ((3,), ['takeoff', 'takeoff', 'takeoff'])
 """
 
-from hopform_solver.records import ENDINGS, EVENTS, ROBOT_FIELDS, Ledger, Robot, State
+from hopform_solver.records import ENDINGS, EVENTS, ROBOT_FIELDS, Ledger, LegState, Robot
 from hopform_solver.stance import Solution, solve
 
-SOURCE = "86060ea3c50f63b2"
+SOURCE = "7c4af1a70f18bef4"
 """What this package was generated from; the C library carries the same text."""
 
 VERSION = "0.1.0"
 """Of what generated it."""
 
-__all__ = ["ENDINGS", "EVENTS", "ROBOT_FIELDS", "SOURCE", "VERSION", "Ledger", "Robot", "Solution", "State", "solve"]
+__all__ = [
+    "ENDINGS", "EVENTS", "ROBOT_FIELDS", "SOURCE", "VERSION", "Ledger", "LegState", "Robot", "Solution", "solve",
+]  # fmt: skip

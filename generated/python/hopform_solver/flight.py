@@ -27,13 +27,14 @@ from hopform_solver.records import (
     Energy,
     FlightLedger,
     FlightRates,
+    FlightWork,
     FootAt,
     Gains,
+    LegState,
     Pair,
     Poles,
     Pull,
     Robot,
-    State,
     Way,
 )
 
@@ -71,9 +72,9 @@ class FlightSolution:
 
     robot: Robot
     gains: Gains
-    start: State
+    start: LegState
     duration: Real
-    end: State
+    end: LegState
     v2_after: Real
     apex: Real
     apex_time: Real
@@ -181,7 +182,7 @@ class _Chain:
     gains: Gains
     rates: FlightRates
     largest: Real
-    start: State
+    start: LegState
     horizon: Real
     t: Real
     actuator: Actuator
@@ -192,7 +193,7 @@ class _Chain:
     phases: list[FlightPhase]
 
     def __post_init__(self) -> None:
-        self.highest: tuple[Real, Real, State, int] = (-np.inf, self.t, self.start, 0)
+        self.highest: tuple[Real, Real, LegState, int] = (-np.inf, self.t, self.start, 0)
         self.start_loss = self.t * 0.0
         self.eps = np.finfo(self.t.dtype).eps
 
@@ -210,9 +211,9 @@ class _Chain:
         foot = formulas.foot_in_flight(self.robot, Ballistic(self.foot, self.v2), actuator, t)
         return _Instant(t, actuator, pull, foot)
 
-    def state_of(self, at: _Instant) -> State:
+    def state_of(self, at: _Instant) -> LegState:
         v2 = self.start.v2 - self.robot.g * (self.t + at.t)
-        return State(self.within_stroke(at.actuator.moved), at.actuator.v1_t, v2, -at.foot.foot_t)
+        return LegState(self.within_stroke(at.actuator.moved), at.actuator.v1_t, v2, -at.foot.foot_t)
 
     def within_stroke(self, moved: Real) -> Real:
         """x_1, which rounding or underflow may have put a last digit beyond a stop."""
@@ -429,13 +430,13 @@ def _too_low(chain: _Chain) -> bool:
     return bool(not chain.airborne and falls and chain.foot + shortest < chain.highest[0])
 
 
-def _trip(chain: _Chain) -> tuple[str, State]:
+def _trip(chain: _Chain) -> tuple[str, LegState]:
     _, chain.t, state, count = chain.highest
     del chain.phases[count:]
     return "tripped", state
 
 
-def _run(chain: _Chain, max_phases: int) -> tuple[str, State]:
+def _run(chain: _Chain, max_phases: int) -> tuple[str, LegState]:
     _begin(chain)
     _remember_highest(chain, chain.look(chain.t))
     while True:
@@ -467,7 +468,7 @@ def _run(chain: _Chain, max_phases: int) -> tuple[str, State]:
 # ---- what users call ----
 
 
-def expected_time(robot: Robot, start: State) -> Real:
+def expected_time(robot: Robot, start: LegState) -> Real:
     """The time in which a designed return settles: 50 ms before the touchdown on the ground that was left, 20 ms at
     least.
     """
@@ -478,7 +479,7 @@ def expected_time(robot: Robot, start: State) -> Real:
 
 def solve_flight(
     robot: Robot,
-    start: State,
+    start: LegState,
     gains: Gains | None = None,
     horizon: float = 10.0,
     max_phases: int = 4096,
@@ -492,7 +493,7 @@ def solve_flight(
     """
     one = Robot(*(dtype(field) for field in robot))
     stable_rates_of(one)
-    first = State(*(dtype(field) for field in start))
+    first = LegState(*(dtype(field) for field in start))
     largest = largest_force(one)
     law = Gains(dtype(0.0), dtype(0.0))
     if largest > 0.0:
@@ -507,7 +508,7 @@ def solve_flight(
     return _report(chain, ending, end)
 
 
-def _report(chain: _Chain, ending: str, end: State) -> FlightSolution:
+def _report(chain: _Chain, ending: str, end: LegState) -> FlightSolution:
     robot, start = chain.robot, chain.start
     top = min(max(start.v2 / robot.g, chain.t * 0.0), chain.t)
     lands = ending == "touchdown"
@@ -520,24 +521,24 @@ def _report(chain: _Chain, ending: str, end: State) -> FlightSolution:
     )  # fmt: skip
 
 
-def flight_at(flight: FlightSolution, t: ArrayLike) -> State:
+def flight_at(flight: FlightSolution, t: ArrayLike) -> LegState:
     """States at times t [s], 0 <= t <= duration, in t's shape."""
     times = flight.times(t)
-    columns = np.empty((len(State._fields), times.size), dtype=times.dtype)
+    columns = np.empty((len(LegState._fields), times.size), dtype=times.dtype)
     for n, time in enumerate(times.reshape(-1)):
         columns[:, n] = _state_at(flight, time)
-    return State(*(column.reshape(times.shape) for column in columns))
+    return LegState(*(column.reshape(times.shape) for column in columns))
 
 
 def _phase_at(flight: FlightSolution, t: Real) -> FlightPhase:
     return next(phase for phase in reversed(flight.phases) if phase.t <= t)
 
 
-def _state_at(flight: FlightSolution, t: Real) -> State:
+def _state_at(flight: FlightSolution, t: Real) -> LegState:
     phase, start, g = _phase_at(flight, t), flight.start, flight.robot.g
     at = _at_in_phase(flight, phase, t - phase.t)
     moved = (phase.x1 - start.x1) + at.moved
-    return State(
+    return LegState(
         _clipped(flight.robot, phase.x1 + at.moved),
         at.v1_t,
         start.v2 - g * t,
@@ -589,13 +590,13 @@ def _ledger_in_phase(flight: FlightSolution, phase: FlightPhase, t: Real) -> Arr
     return flight.times(entries)
 
 
-def flight_ledger_at(flight: FlightSolution, t: ArrayLike) -> tuple[FlightLedger, Array]:
-    """The ledger from take-off to times t [s], and the energy lost at stops [J], in t's shape."""
+def flight_ledger_at(flight: FlightSolution, t: ArrayLike) -> FlightLedger:
+    """The ledger from take-off to times t [s], in t's shape."""
     times = flight.times(t)
     phases, hits = flight.phases, _EVENT["x1_hits_stop"]
     lengths = [after.t - before.t for before, after in zip(phases, phases[1:], strict=False)]
     whole = [_ledger_in_phase(flight, phase, length) for phase, length in zip(phases, lengths, strict=False)]
-    sums = np.cumsum([np.zeros(len(FlightLedger._fields), times.dtype), *whole], axis=0)
+    sums = np.cumsum([np.zeros(len(FlightWork._fields), times.dtype), *whole], axis=0)
     losses = [flight.start_loss]
     for before, after, length in zip(phases, phases[1:], lengths, strict=False):
         v1 = _at_in_phase(flight, before, length).v1_t if after.event == hits else length * 0.0
@@ -603,12 +604,13 @@ def flight_ledger_at(flight: FlightSolution, t: ArrayLike) -> tuple[FlightLedger
     lost = np.cumsum(losses)
     starts = np.array([phase.t for phase in phases])
     index = np.searchsorted(starts, times.reshape(-1), side="right") - 1
-    columns = np.empty((len(FlightLedger._fields), times.size), dtype=times.dtype)
+    columns = np.empty((len(FlightWork._fields), times.size), dtype=times.dtype)
     for column, time in enumerate(times.reshape(-1)):
         n = int(index[column])
         phase = phases[n]
         columns[:, column] = sums[n] + _ledger_in_phase(flight, phase, time - phase.t)
-    return FlightLedger(*(column.reshape(times.shape) for column in columns)), lost[index].reshape(times.shape)
+    work = FlightWork(*(column.reshape(times.shape) for column in columns))
+    return FlightLedger(**work._asdict(), stop_loss=lost[index].reshape(times.shape))
 
 
 def flight_energy_at(flight: FlightSolution, t: ArrayLike) -> Energy:

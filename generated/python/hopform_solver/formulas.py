@@ -16,15 +16,15 @@ from hopform_solver.records import (
     Decay,
     Drive,
     Energy,
-    FlightLedger,
     FlightRates,
+    FlightWork,
     FootAt,
     Free,
     Gains,
     Integrals,
     KnownBasis,
     KnownPair,
-    Ledger,
+    LegState,
     Moments,
     Motion,
     Numerator,
@@ -46,9 +46,9 @@ from hopform_solver.records import (
     Shifted,
     ShiftedSeries,
     Slopes,
-    State,
     StateChange,
     Way,
+    Work,
 )
 
 
@@ -91,7 +91,7 @@ def drive_of(robot: Robot, rates: Rates, u: Real, side_1: Real, side_2: Real) ->
     return Drive(C_1, C_2)
 
 
-def motion_of_both(rates: Rates, drive: Drive, state: State) -> Motion:
+def motion_of_both(rates: Rates, drive: Drive, state: LegState) -> Motion:
     """Numerators of the motion with both slipping.
 
     """
@@ -114,7 +114,7 @@ def motion_of_both(rates: Rates, drive: Drive, state: State) -> Motion:
     return Motion(H3_1, H2_1, H1_1, H3_2, H2_2, H1_2, H3_y, H2_y, H1_y, N2_1, N1_1, N0_1)
 
 
-def motion_of_actuator(rates: Rates, drive: Drive, state: State) -> Motion:
+def motion_of_actuator(rates: Rates, drive: Drive, state: LegState) -> Motion:
     """Numerators of the motion with actuator slipping.
 
     """
@@ -136,7 +136,7 @@ def motion_of_actuator(rates: Rates, drive: Drive, state: State) -> Motion:
     return Motion(H3_1, H2_1, H1_1, H3_2, H2_2, H1_2, H3_y, H2_y, H1_y, N2_1, N1_1, N0_1)
 
 
-def motion_of_body(rates: Rates, drive: Drive, state: State) -> Motion:
+def motion_of_body(rates: Rates, drive: Drive, state: LegState) -> Motion:
     """Numerators of the motion with body slipping.
 
     """
@@ -158,7 +158,7 @@ def motion_of_body(rates: Rates, drive: Drive, state: State) -> Motion:
     return Motion(H3_1, H2_1, H1_1, H3_2, H2_2, H1_2, H3_y, H2_y, H1_y, N2_1, N1_1, N0_1)
 
 
-def free_accelerations(rates: Rates, state: State, u: Real) -> Free:
+def free_accelerations(rates: Rates, state: LegState, u: Real) -> Free:
     """Free accelerations of both masses.
 
     u [A] current.
@@ -408,7 +408,7 @@ def carry(poles: Poles, basis: Basis, t: Real) -> Carried:
     return Carried(Wdd_t, Wd_t, W_t, W1_t, W2_t)
 
 
-def state_at(state: State, motion: Motion, basis: Basis) -> At:
+def state_at(state: LegState, motion: Motion, basis: Basis) -> At:
     """The state at time t of a phase.
 
     """
@@ -424,7 +424,7 @@ def state_at(state: State, motion: Motion, basis: Basis) -> At:
     return At(x1_t, v1_t, v2_t, y_t)
 
 
-def ledger_of(robot: Robot, moments: Moments, u: Real, side_1: Real, side_2: Real, x1_0: Real) -> Ledger:
+def ledger_of(robot: Robot, moments: Moments, u: Real, side_1: Real, side_2: Real, x1_0: Real) -> Work:
     """Each entry of the ledger over a part of a phase that starts at x_1 = x1_0.
 
     u [A] current.
@@ -443,10 +443,10 @@ def ledger_of(robot: Robot, moments: Moments, u: Real, side_1: Real, side_2: Rea
     coulomb_1 = -f1*int_v1*m_eff*side_1      # ledger
     coulomb_2 = -f2*int_v2*m_s*side_2        # (24)
     spring_work = int_xv2*k + int_v2*k*x1_0  # (24)
-    return Ledger(motor_work, offset_work, viscous_1, viscous_2, coulomb_1, coulomb_2, spring_work)
+    return Work(motor_work, offset_work, viscous_1, viscous_2, coulomb_1, coulomb_2, spring_work)
 
 
-def aed_of_ledger(ledger: Ledger) -> Real:
+def aed_of_ledger(ledger: Work) -> Real:
     """What the entries of a ledger add to the energy of the body.
 
     Returns aed [J], analytical energy delta.
@@ -470,7 +470,7 @@ def body_height(robot: Robot, x1: Real, y: Real) -> Real:
     return x2
 
 
-def stored_energy(robot: Robot, state: State) -> Real:
+def stored_energy(robot: Robot, state: LegState) -> Real:
     """What the energy of the body has beside its motion and its height.
 
     Returns stored [J], k (x_2 - L_0 - c)^2/2.
@@ -482,7 +482,7 @@ def stored_energy(robot: Robot, state: State) -> Real:
     return stored
 
 
-def energies(robot: Robot, state: State) -> Energy:
+def energies(robot: Robot, state: LegState) -> Energy:
     """Energy of the body and of the robot.
 
     """
@@ -494,7 +494,7 @@ def energies(robot: Robot, state: State) -> Energy:
     return Energy(body, total)
 
 
-def body_energy_gain(robot: Robot, state: State, at: At) -> Real:
+def body_energy_gain(robot: Robot, state: LegState, at: At) -> Real:
     """Change of the body's energy between two states, the AED.
 
     Returns gain [J], E(t) - E(0).
@@ -531,7 +531,7 @@ def apex_of_takeoff(robot: Robot, x1: Real, v_up: Real) -> Real:
     return apex
 
 
-def apex_from_energy(robot: Robot, state: State, aed: Real, x1_T: Real, step: Real) -> Real:
+def apex_from_energy(robot: Robot, state: LegState, aed: Real, x1_T: Real, step: Real) -> Real:
     """Hop height of the apex over the ground at take-off, from the energies at touchdown and the AED.
 
     aed [J] analytical energy delta of the stance.
@@ -547,7 +547,7 @@ def apex_from_energy(robot: Robot, state: State, aed: Real, x1_T: Real, step: Re
     return apex
 
 
-def printed_objective(robot: Robot, state: State, aed: Real, h_des: Real, step: Real) -> Real:
+def printed_objective(robot: Robot, state: LegState, aed: Real, h_des: Real, step: Real) -> Real:
     """The objective of the controller as the paper prints it.
 
     aed [J] analytical energy delta of the stance.
@@ -563,7 +563,7 @@ def printed_objective(robot: Robot, state: State, aed: Real, h_des: Real, step: 
     return J
 
 
-def objective(robot: Robot, state: State, aed: Real, x1_T: Real, h_des: Real, lift: Real, spring: Real) -> Real:
+def objective(robot: Robot, state: LegState, aed: Real, x1_T: Real, h_des: Real, lift: Real, spring: Real) -> Real:
     """The same objective with another share of the step, and with the spring coordinate.
 
     aed [J] analytical energy delta of the stance.
@@ -620,7 +620,7 @@ def slopes_of(robot: Robot, u: Real, side_1: Real, side_2: Real, robot_change: R
     return Slopes(d_C_1, d_a1_y, d_a1_v1, d_a1_v2, d_C_2, d_a2_y, d_a2_v1, d_a2_v2)
 
 
-def body_energy_change(robot: Robot, state: State, robot_change: RobotChange, state_change: StateChange) -> Real:
+def body_energy_change(robot: Robot, state: LegState, robot_change: RobotChange, state_change: StateChange) -> Real:
     """How the energy of the body changes with the robot and the state, x_2 counted from L_0 + c.
 
     Returns d_body [J], change of the energy.
@@ -787,7 +787,7 @@ def flight_energies(robot: Robot, v1: Real, v2: Real, hop_height: Real) -> Energ
     return Energy(body, total)
 
 
-def flight_ledger_of(robot: Robot, gains: Gains, largest: Real, x1: Real, side_1: Real, limit: Real, way: Way) -> FlightLedger:
+def flight_ledger_of(robot: Robot, gains: Gains, largest: Real, x1: Real, side_1: Real, limit: Real, way: Way) -> FlightWork:
     """Each entry of the flight's ledger over a part of a phase.
 
     largest [N] largest force of the motor.
@@ -802,4 +802,4 @@ def flight_ledger_of(robot: Robot, gains: Gains, largest: Real, x1: Real, side_1
     offset_work = c*k*moved                                                                           # constant force
     viscous_1 = -b1*int_v1v1                                                                          # ledger
     coulomb_1 = -f1*m_eff*moved*side_1                                                                # ledger
-    return FlightLedger(motor_work, offset_work, viscous_1, coulomb_1)
+    return FlightWork(motor_work, offset_work, viscous_1, coulomb_1)

@@ -15,7 +15,7 @@ from hopform_solver import formulas
 from hopform_solver.lanes import Array, take
 from hopform_solver.linear import ONE, V1, V2, X, Y, doublings_of, system, transition
 from hopform_solver.phases import Plan, Side, plan_lanes
-from hopform_solver.records import Ledger, Moments, State
+from hopform_solver.records import LegState, Moments, Work
 
 TERMS = 24
 
@@ -32,7 +32,7 @@ def _short_moments(m: Array, start: Array, h: Array) -> Array:
     return total
 
 
-def moments_of(plan: Plan, start: State, u: Array, side: Side, t: Array) -> Moments:
+def moments_of(plan: Plan, start: LegState, u: Array, side: Side, t: Array) -> Moments:
     """Integrals of the products over the first t of phases."""
     drive = formulas.drive_of(plan.robot, plan.rates, u, *side)
     doublings = doublings_of(plan, side, t)
@@ -48,6 +48,6 @@ def moments_of(plan: Plan, start: State, u: Array, side: Side, t: Array) -> Mome
     return Moments(*(total[:, row, column] for row, column in pairs))
 
 
-def ledger_over(plan: Plan, start: State, u: Array, side: Side, t: Array) -> Ledger:
+def ledger_over(plan: Plan, start: LegState, u: Array, side: Side, t: Array) -> Work:
     """The entries of the ledger over the first t of phases that start in a state."""
     return formulas.ledger_of(plan.robot, moments_of(plan, start, u, side, t), u, *side, start.x1)

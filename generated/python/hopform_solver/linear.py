@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 from hopform_solver.kernels import basis_at
 from hopform_solver.lanes import Array
 from hopform_solver.phases import Plan, Side, arrive, motion_under, poles_of
-from hopform_solver.records import Drive, State
+from hopform_solver.records import Drive, LegState
 
 ONE, X, Y, V1, V2 = range(5)
 
@@ -36,10 +36,10 @@ def transition(plan: Plan, drive: Drive, side: Side, h: Array) -> Array:
     phi = np.zeros((*h.shape, 5, 5), dtype=h.dtype)
     phi[:, ONE, ONE] = phi[:, X, X] = 1.0
     unit = {
-        ONE: State(zero, zero, zero, zero),
-        Y: State(zero, zero, zero, zero + 1.0),
-        V1: State(zero, np.abs(side.first), zero, zero),
-        V2: State(zero, zero, np.abs(side.second), zero),
+        ONE: LegState(zero, zero, zero, zero),
+        Y: LegState(zero, zero, zero, zero + 1.0),
+        V1: LegState(zero, np.abs(side.first), zero, zero),
+        V2: LegState(zero, zero, np.abs(side.second), zero),
     }
     for column, start in unit.items():
         motion = motion_under(plan.rates, drive if column == ONE else none, start, side)

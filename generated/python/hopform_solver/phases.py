@@ -8,7 +8,7 @@ import numpy as np
 from hopform_solver import formulas
 from hopform_solver.kernels import basis_at, factor_cubic
 from hopform_solver.lanes import Array, Lanes, blank, choose, put, take
-from hopform_solver.records import Basis, Drive, Motion, Poles, Rates, Robot, State
+from hopform_solver.records import Basis, Drive, LegState, Motion, Poles, Rates, Robot
 from hopform_solver.stability import conditions
 
 
@@ -75,7 +75,7 @@ def poles_of(plan: Plan, side: Side) -> Poles:
     )
 
 
-def motion_under(rates: Rates, drive: Drive, state: State, side: Side) -> Motion:
+def motion_under(rates: Rates, drive: Drive, state: LegState, side: Side) -> Motion:
     """The numerators of each lane's mode from the state in which the phase starts, under constant accelerations."""
     motion = blank(Motion, side.first)
     moves_1, moves_2 = side.first != 0.0, side.second != 0.0
@@ -89,16 +89,16 @@ def motion_under(rates: Rates, drive: Drive, state: State, side: Side) -> Motion
     return motion
 
 
-def motion_of(plan: Plan, state: State, u: Array, side: Side) -> Motion:
+def motion_of(plan: Plan, state: LegState, u: Array, side: Side) -> Motion:
     """The same under a current."""
     return motion_under(plan.rates, formulas.drive_of(plan.robot, plan.rates, u, *side), state, side)
 
 
-def arrive(state: State, motion: Motion, basis: Basis, side: Side) -> State:
+def arrive(state: LegState, motion: Motion, basis: Basis, side: Side) -> LegState:
     """The state of a phase where the response of the poles is `basis`; what is held stays exactly where it is."""
     at = formulas.state_at(state, motion, basis)
     holds_1, holds_2 = side.first == 0.0, side.second == 0.0
-    return State(
+    return LegState(
         np.where(holds_1, state.x1, at.x1_t),
         np.where(holds_1, 0.0, at.v1_t).astype(at.v1_t.dtype),
         np.where(holds_2, 0.0, at.v2_t).astype(at.v2_t.dtype),
@@ -106,6 +106,6 @@ def arrive(state: State, motion: Motion, basis: Basis, side: Side) -> State:
     )
 
 
-def state_in_phase(plan: Plan, start: State, u: Array, side: Side, t: Array) -> State:
+def state_in_phase(plan: Plan, start: LegState, u: Array, side: Side, t: Array) -> LegState:
     """The state at time t since a phase began."""
     return arrive(start, motion_of(plan, start, u, side), basis_at(poles_of(plan, side), t), side)

@@ -259,7 +259,7 @@ class Poles(NamedTuple):
     """[1/s^3] their product"""
 
 
-class State(NamedTuple):
+class LegState(NamedTuple):
     """The hopper at one instant; x_2 = x_1 - y + L_0 + c."""
 
     x1: Real
@@ -443,8 +443,8 @@ class Moments(NamedTuple):
     """[m^2] integral of (x_1 - x_1(0)) v_2"""
 
 
-class Ledger(NamedTuple):
-    """Where energy came from and went to, signed as it enters."""
+class Work(NamedTuple):
+    """Work of each force, signed as it enters the robot; what is lost at stops is apart."""
 
     motor_work: Real
     """[J] work of the motor"""
@@ -741,8 +741,8 @@ class FootAt(NamedTuple):
     """[m/s^2] the rate of that"""
 
 
-class FlightLedger(NamedTuple):
-    """Where the actuator's energy came from and went to in flight, signed as it enters."""
+class FlightWork(NamedTuple):
+    """Work of each force on the actuator in flight, signed as it enters; what is lost at stops is apart."""
 
     motor_work: Real
     """[J] work of the motor"""
@@ -761,3 +761,46 @@ class Way(NamedTuple):
     """[m] how far it has moved since the phase began"""
     int_v1v1: Real
     """[m^2/s] integral of v_1^2"""
+
+
+class Ledger(NamedTuple):
+    """Where energy came from and went to since touchdown, signed as it enters, [J].
+
+    All but spring_work sum to the change of H; spring_work, viscous_2 and coulomb_2 sum to that of E, the AED (24).
+    Further terms of a model of one's own have their entries behind these.
+    """
+
+    motor_work: Real
+    """[J] work of the motor"""
+    offset_work: Real
+    """[J] work of the offset force k c"""
+    viscous_1: Real
+    """[J] viscous loss of the actuator"""
+    viscous_2: Real
+    """[J] viscous loss of the body"""
+    coulomb_1: Real
+    """[J] Coulomb loss of the actuator"""
+    coulomb_2: Real
+    """[J] Coulomb loss of the body"""
+    stop_loss: Real
+    """[J] what the actuator lost at stops"""
+    spring_work: Real
+    """[J] what the actuator's displacement does to the body through the spring"""
+
+
+class FlightLedger(NamedTuple):
+    """Where the actuator's energy came from and went to since take-off, signed as it enters, [J].
+
+    The sum is the change of H.
+    """
+
+    motor_work: Real
+    """[J] work of the motor"""
+    offset_work: Real
+    """[J] work of the constant force k c"""
+    viscous_1: Real
+    """[J] viscous loss of the actuator"""
+    coulomb_1: Real
+    """[J] Coulomb loss of the actuator"""
+    stop_loss: Real
+    """[J] what the actuator lost at stops"""

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from hopform_solver.lanes import Array, take
 from hopform_solver.lanes import choose as either
 from hopform_solver.limits import NEAR_WITHIN, REACHED_WITHIN
-from hopform_solver.records import COMMANDS, Robot, State
+from hopform_solver.records import COMMANDS, LegState, Robot
 from hopform_solver.trial import Trials, try_currents
 
 REACHED, NEAREST, NO_TAKEOFF = COMMANDS
@@ -49,7 +49,7 @@ class Target(NamedTuple):
 @dataclass
 class _Search:
     robot: Robot
-    start: State
+    start: LegState
     target: Target
     max_phases: int
     dtype: np.dtype[Any]
@@ -312,7 +312,7 @@ class _Cells:
 
 
 def choose(
-    robot: Robot, start: State, target: tuple[float, float, float, float], max_phases: int, dtype: type[np.floating]
+    robot: Robot, start: LegState, target: tuple[float, float, float, float], max_phases: int, dtype: type[np.floating]
 ) -> tuple[float, float, int, int]:
     """Current [A], hop height [m] (0 without take-off), REACHED, NEAREST or NO_TAKEOFF, and how many stances were
     solved.

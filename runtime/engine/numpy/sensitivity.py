@@ -22,7 +22,7 @@ from hopform_solver import formulas
 from hopform_solver.lanes import Array, Record, choose, take
 from hopform_solver.linear import ONE, V1, V2, X, Y, doublings_of, system, transition
 from hopform_solver.phases import Plan, Side, motion_of, plan_lanes, state_in_phase
-from hopform_solver.records import ENDINGS, EVENTS, Robot, RobotChange, State, StateChange
+from hopform_solver.records import ENDINGS, EVENTS, LegState, Robot, RobotChange, StateChange
 from hopform_solver.stance import Phases, Solution, sides_of
 
 ROWS = ("T", "x1", "v1", "x2", "v2", "apex", "aed")
@@ -53,10 +53,10 @@ class _Chains:
     count: NDArray[np.int64]
 
     @property
-    def states(self) -> State:
-        return State(self.phases.x1, self.phases.v1, self.phases.v2, self.phases.y)
+    def states(self) -> LegState:
+        return LegState(self.phases.x1, self.phases.v1, self.phases.v2, self.phases.y)
 
-    def only(self, index: NDArray[Any]) -> tuple[Plan, State, Array, Side]:
+    def only(self, index: NDArray[Any]) -> tuple[Plan, LegState, Array, Side]:
         """Plan, state at the start, current and mode of some phases."""
         return plan_lanes(self.plan, index), take(self.states, index), self.u[index], take(self.side, index)
 
@@ -94,7 +94,7 @@ def _short_response(m: Array, h: Array) -> Array:
     return total
 
 
-def _responses(plan: Plan, start: State, u: Array, side: Side, t: Array) -> tuple[Array, Array]:
+def _responses(plan: Plan, start: LegState, u: Array, side: Side, t: Array) -> tuple[Array, Array]:
     """Phi (n, 5, 5), and how z at the end answers to each share (n, 5, 8); that of a held mass has no answer."""
     drive = formulas.drive_of(plan.robot, plan.rates, u, *side)
     doublings = doublings_of(plan, side, t)
@@ -135,7 +135,7 @@ def _advance(chains: _Chains, index: NDArray[np.intp], change: Array) -> Array:
     return np.asarray(phi @ change + by_share @ of_share)
 
 
-def _speeds(chains: _Chains, index: NDArray[np.intp], state: State) -> Array:
+def _speeds(chains: _Chains, index: NDArray[np.intp], state: LegState) -> Array:
     """z' (n, 5) in the modes and under the currents of phases, at states."""
     plan, _, u, side = chains.only(index)
     motion = motion_of(plan, state, u, side)
@@ -191,7 +191,7 @@ def _begin(chains: _Chains, struck: NDArray[np.bool_]) -> Array:
     return change
 
 
-def _finish(chains: _Chains, end: State, change: Array) -> Array:
+def _finish(chains: _Chains, end: LegState, change: Array) -> Array:
     """The rows (n, 7, columns) from the changes at take-off, F = 0."""
     dtype = change.dtype
     last = chains.first + chains.count - 1
@@ -200,7 +200,7 @@ def _finish(chains: _Chains, end: State, change: Array) -> Array:
     d_x1, d_v1, d_v2 = (change[:, row] + speed[:, row] * late for row in (X, V1, V2))
     by = _robot_change(dtype)
     unit = np.eye(len(COLUMNS), dtype=dtype)
-    at_start = StateChange(*(unit[np.newaxis, _BY[name]] for name in State._fields))
+    at_start = StateChange(*(unit[np.newaxis, _BY[name]] for name in LegState._fields))
     robot = _column(take(chains.plan.robot, chains.first))
     start, end = _column(take(chains.states, chains.first)), _column(end)
     at_end = StateChange(d_x1, d_v1, d_v2, np.zeros_like(d_x1))
@@ -219,7 +219,7 @@ def _of_lanes(solution: Solution, lanes: NDArray[np.intp]) -> Array:
         change[going] = _advance(chains, chains.first[going] + n, change[going])
         on = np.flatnonzero(chains.count > n + 1)
         change[on] = _pass(chains, chains.first[on] + n, change[on])
-    end = State(*(np.asarray(field).reshape(-1)[lanes] for field in solution.end))
+    end = LegState(*(np.asarray(field).reshape(-1)[lanes] for field in solution.end))
     return _finish(chains, end, change)
 
 
@@ -249,7 +249,7 @@ def _between(chains: _Chains, n: int, t: Array) -> _Chains:
     begin = np.concatenate([chains.phases.t[n : n + 1], t[:-1]])
     plan, start, u, side = chains.only(index)
     at = state_in_phase(plan, start, u, side, begin - chains.phases.t[n])
-    at = State(*(np.where(begin > chains.phases.t[n], later, now) for later, now in zip(at, start, strict=True)))
+    at = LegState(*(np.where(begin > chains.phases.t[n], later, now) for later, now in zip(at, start, strict=True)))
     phases = take(chains.phases, index)._replace(t=begin, x1=at.x1, v1=at.v1, v2=at.v2, y=at.y)
     one = np.zeros(1, dtype=np.intp)
     return _Chains(plan, phases, t - begin, u, side, one, np.full(1, t.size, dtype=np.int64))

@@ -18,7 +18,7 @@ from hopform_solver.lanes import Array, choose, join, take
 from hopform_solver.ledgers import ledger_over
 from hopform_solver.limits import NEVER, UNDERFLOW
 from hopform_solver.phases import Plan, Side, arrive, motion_of, plan_lanes, plan_of, poles_of, state_in_phase
-from hopform_solver.records import ENDINGS, EVENTS, At, Basis, Motion, Numerator, Poles, Robot, State
+from hopform_solver.records import ENDINGS, EVENTS, At, Basis, LegState, Motion, Numerator, Poles, Robot
 
 _ENDING = {text: number for number, text in ENDINGS.items()}
 _EVENT = {text: number for number, text in EVENTS.items()} | {"": 0}
@@ -52,9 +52,9 @@ class Solution:
     plan: Plan
     u_times: Array
     u_values: Array
-    start: State
+    start: LegState
     duration: Array
-    end: State
+    end: LegState
     apex: Array
     aed: Array
     start_loss: Array
@@ -73,7 +73,7 @@ class _Chain:
     horizon: Array
     max_phases: int
     lane: NDArray[np.intp]
-    state: State
+    state: LegState
     from_min: Array  # x1 - x1_min and x1 - x1_max: x1 itself has no digits for what is this close to a stop
     from_max: Array
     side: Side
@@ -272,7 +272,7 @@ def _roots(watched: list[_Watched], limit: Array, tie: float) -> list[Array]:
     return np.split(roots, np.cumsum([of.lanes.size for of in watched])[:-1])
 
 
-def _touch(from_stop: State, motion: Motion, basis: Basis) -> Array:
+def _touch(from_stop: LegState, motion: Motion, basis: Basis) -> Array:
     """How near to a stop, from which x_1 is counted, an extremum of x_1 touches it: 16 ulp of the terms."""
     terms = (
         from_stop.x1, from_stop.v1 * basis.Wd, motion.N2_1 * basis.W, motion.N1_1 * basis.W1, motion.N0_1 * basis.W2,
@@ -353,7 +353,7 @@ def _sharpened(chain: _Chain, leg: _Watched, lift: Array, limit: Array) -> Array
         return lift
     where, watch = leg.lanes[lanes], lanes_of(leg.watch, lanes)
     plan, side = plan_lanes(chain.plan, where), take(chain.side, where)
-    slack = State(*(np.zeros(where.size, lift.dtype) for _ in State._fields))
+    slack = LegState(*(np.zeros(where.size, lift.dtype) for _ in LegState._fields))
     motion = motion_of(plan, slack, chain.u[where], side)
     slow = watch.poles.s_3 > 0.0
     draws = choose(slow, watch.poles.s_3, watch.poles.s_2)
@@ -595,7 +595,7 @@ class _Result:
 
     def __init__(self, like: Array) -> None:
         self.duration, self.ending = np.zeros_like(like), np.zeros(like.shape, dtype=np.int64)
-        self.state = State(*(np.zeros_like(like) for _ in State._fields))
+        self.state = LegState(*(np.zeros_like(like) for _ in LegState._fields))
         self.count = np.zeros(like.shape, dtype=np.int64)
 
     def close(self, chain: _Chain, lanes: NDArray[np.bool_], ending: str) -> None:
@@ -649,7 +649,7 @@ def _run(chain: _Chain, log: _Log, result: _Result) -> Array:
     return loss
 
 
-def _add_up(plan: Plan, start: State, u_values: Array, phases: Phases, duration: Array, aed: Array) -> None:
+def _add_up(plan: Plan, start: LegState, u_values: Array, phases: Phases, duration: Array, aed: Array) -> None:
     """The AED as the sum of its entries where it is the difference of energies that are much larger."""
     large = formulas.stored_energy(plan.robot, start) > 32.0 * plan.robot.m_s * (1.0 + start.v2 * start.v2)
     if not (index := np.flatnonzero(large[phases.lane])).size:
@@ -659,14 +659,14 @@ def _add_up(plan: Plan, start: State, u_values: Array, phases: Phases, duration:
     following = np.minimum(index + 1, phases.lane.size - 1)
     t = np.where(last, duration[lane], phases.t[following]) - phases.t[index]
     own = take(phases, index)
-    state = State(own.x1, own.v1, own.v2, own.y)
+    state = LegState(own.x1, own.v1, own.v2, own.y)
     ledger = ledger_over(plan_lanes(plan, lane), state, u_values[lane, own.step], sides_of(own.mode, t.dtype), t)
     aed[large] = np.bincount(lane, formulas.aed_of_ledger(ledger), aed.size)[large]
 
 
 def solve(
     robot: Robot,
-    start: State,
+    start: LegState,
     u: ArrayLike = 0.0,
     u_times: ArrayLike = (0.0,),
     horizon: ArrayLike = 2.0,
@@ -688,13 +688,13 @@ def solve(
     shape = np.broadcast_shapes(*(field.shape for field in inputs), values.shape[:-1])
     flat = [np.broadcast_to(field, shape).reshape(-1).copy() for field in inputs]
     values = np.broadcast_to(values, (*shape, times.size)).reshape(-1, times.size)
-    robots, first = Robot(*flat[: len(robot)]), State(*flat[len(robot) : -1])
+    robots, first = Robot(*flat[: len(robot)]), LegState(*flat[len(robot) : -1])
     plan, like = plan_of(robots), flat[0]
     nothing = np.zeros(like.shape, dtype=bool)
     counts = np.zeros(like.shape, dtype=np.int64)
     side = Side(np.zeros_like(like), np.zeros_like(like))
     chain = _Chain(
-        plan, times, values, flat[-1], max_phases, np.arange(like.size), State(*(field.copy() for field in first)),
+        plan, times, values, flat[-1], max_phases, np.arange(like.size), LegState(*(field.copy() for field in first)),
         first.x1 - robots.x1_min, first.x1 - robots.x1_max, side,
         np.zeros_like(like), counts.copy(), nothing, nothing, counts.copy(), np.zeros_like(like), counts.copy(),
     )  # fmt: skip
@@ -711,12 +711,12 @@ def solve(
     _add_up(plan, first, values, phases, result.duration, aed)
     return Solution(
         shape, plan, times, values, first, result.duration.reshape(shape),
-        State(*(np.reshape(field, shape) for field in end)), apex.reshape(shape), np.reshape(aed, shape),
+        LegState(*(np.reshape(field, shape) for field in end)), apex.reshape(shape), np.reshape(aed, shape),
         loss.reshape(shape), result.ending.reshape(shape), result.count.reshape(shape), phases,
     )  # fmt: skip
 
 
-def state_at(solution: Solution, lane: int, t: ArrayLike) -> State:
+def state_at(solution: Solution, lane: int, t: ArrayLike) -> LegState:
     """States of one lane at times t [s], 0 <= t <= duration, in t's shape; after rest the state stays."""
     times, first, within = locate(solution, lane, t)
     phases = take(solution.phases, first)
@@ -724,12 +724,12 @@ def state_at(solution: Solution, lane: int, t: ArrayLike) -> State:
     side = sides_of(phases.mode, times.dtype)
     state = state_in_phase(
         plan_lanes(solution.plan, one),
-        State(phases.x1, phases.v1, phases.v2, phases.y),
+        LegState(phases.x1, phases.v1, phases.v2, phases.y),
         solution.u_values[lane][phases.step],
         side,
         within,
     )
-    return State(*(np.reshape(field, np.shape(t)) for field in state))
+    return LegState(*(np.reshape(field, np.shape(t)) for field in state))
 
 
 def locate(solution: Solution, lane: int, t: ArrayLike) -> tuple[Array, NDArray[np.intp], Array]:

@@ -17,7 +17,7 @@ from hopform_solver import formulas
 from hopform_solver.kernels import basis_at
 from hopform_solver.lanes import Array, choose, put, take
 from hopform_solver.phases import Plan, Side, arrive, motion_of, motion_under, plan_lanes, poles_of
-from hopform_solver.records import ENDINGS, EVENTS, Drive, Motion, Poles, Robot, State
+from hopform_solver.records import ENDINGS, EVENTS, Drive, LegState, Motion, Poles, Robot
 from hopform_solver.stance import Solution, sides_of, solve
 
 LOOKS = 32
@@ -53,17 +53,17 @@ class _Phase:
     """A phase of each of some lanes: where it starts, how it moves, how its change moves."""
 
     poles: Poles
-    start: State
+    start: LegState
     motion: Motion
-    change: State
+    change: LegState
     by_u: Motion
     side: Side
     length: Array
 
-    def at(self, t: Array) -> State:
+    def at(self, t: Array) -> LegState:
         return arrive(self.start, self.motion, basis_at(self.poles, t), self.side)
 
-    def change_at(self, t: Array) -> State:
+    def change_at(self, t: Array) -> LegState:
         return arrive(self.change, self.by_u, basis_at(self.poles, t), self.side)
 
     def only(self, lanes: NDArray[np.intp]) -> "_Phase":
@@ -73,7 +73,7 @@ class _Phase:
         )  # fmt: skip
 
 
-def try_currents(robot: Robot, start: State, u: Array, horizon: float, max_phases: int) -> Trials:
+def try_currents(robot: Robot, start: LegState, u: Array, horizon: float, max_phases: int) -> Trials:
     """The stances from one state under currents u, an array of one dimension, in its precision."""
     solution = solve(robot, start, u, (0.0,), horizon, max_phases, u.dtype.type)
     phases, count = solution.phases, solution.phase_count
@@ -82,7 +82,7 @@ def try_currents(robot: Robot, start: State, u: Array, horizon: float, max_phase
     trials = _blank(u)
     trials.takes_off[:] = solution.ending == _TAKEOFF
     trials.peak[:] = phases.x1[first]
-    change = State(*(np.zeros_like(u) for _ in State._fields))
+    change = LegState(*(np.zeros_like(u) for _ in LegState._fields))
     rate = np.zeros_like(u)
     ends = np.append(phases.t[1:], u.dtype.type(0.0))
     ends[first + count - 1] = solution.duration
@@ -90,7 +90,7 @@ def try_currents(robot: Robot, start: State, u: Array, horizon: float, max_phase
         lanes = np.flatnonzero(count > n)
         index = first[lanes] + n
         side = sides_of(phases.mode[index], u.dtype)
-        states = State(phases.x1[index], phases.v1[index], phases.v2[index], phases.y[index])
+        states = LegState(phases.x1[index], phases.v1[index], phases.v2[index], phases.y[index])
         trials.held[lanes] &= side.first == 0.0
         trials.events[lanes] = trials.events[lanes] * _PRIME + phases.mode[index] + 16 * phases.event[index]
         if n:
@@ -114,7 +114,7 @@ def _blank(u: Array) -> Trials:
     )  # fmt: skip
 
 
-def _phase_of(plan: Plan, start: State, u: Array, change: State, side: Side, length: Array) -> _Phase:
+def _phase_of(plan: Plan, start: LegState, u: Array, change: LegState, side: Side, length: Array) -> _Phase:
     zero = np.zeros_like(u)
     per_ampere = Drive(plan.rates.a1_u, zero)
     return _Phase(
@@ -170,17 +170,17 @@ def _turn(phase: _Phase, low: Array, high: Array, falling: Array, rising: Array)
     return new
 
 
-def _speeds(plan: Plan, state: State, u: Array, side: Side) -> State:
+def _speeds(plan: Plan, state: LegState, u: Array, side: Side) -> LegState:
     """x_1, v_1, v_2, y per time in modes, at states."""
     motion = motion_of(plan, state, u, side)
-    return State(state.v1, motion.H3_1, motion.H3_2, motion.H3_y)
+    return LegState(state.v1, motion.H3_1, motion.H3_2, motion.H3_y)
 
 
 def _cross(
     plan: Plan,
     solution: Solution,
     trials: Trials,
-    change: State,
+    change: LegState,
     rate: Array,
     lanes: NDArray[np.intp],
     now: NDArray[np.intp],
@@ -190,7 +190,7 @@ def _cross(
     stops, rests_1 = event == _EVENT["x1_hits_stop"], np.isin(event, [_EVENT["x1_reverses"], _EVENT["x1_sticks"]])
     rests_2 = np.isin(event, [_EVENT["x2_reverses"], _EVENT["x2_sticks"]])
     u, plans, dtype = trials.u[lanes], plan_lanes(plan, lanes), rate.dtype
-    state = State(phases.x1[now], phases.v1[now], phases.v2[now], phases.y[now])
+    state = LegState(phases.x1[now], phases.v1[now], phases.v2[now], phases.y[now])
     after = _speeds(plans, state, u, sides_of(phases.mode[now], dtype))
     arriving = state._replace(v1=np.where(stops, rate[lanes] + state.v2, state.v1))
     before = _speeds(plans, arriving, u, sides_of(phases.mode[now - 1], dtype))
@@ -202,8 +202,8 @@ def _cross(
     late = np.zeros_like(off)
     sound = moving & ~grazes
     late[sound] = -off[sound] / speed[sound]
-    passed = State(*(c + (b - a) * late for c, b, a in zip(old, before, after, strict=True)))
-    new = State(
+    passed = LegState(*(c + (b - a) * late for c, b, a in zip(old, before, after, strict=True)))
+    new = LegState(
         np.where(stops, -after.x1 * late, passed.x1),
         np.where(stops | rests_1, -after.v1 * late, passed.v1),
         np.where(rests_2, -after.v2 * late, passed.v2),
@@ -211,7 +211,7 @@ def _cross(
     )
     put(change, lanes, new)
     trials.smooth[lanes] &= ~grazes
-    met = State(*(np.asarray(c + b * late) for c, b in zip(old, before, strict=True)))
+    met = LegState(*(np.asarray(c + b * late) for c, b in zip(old, before, strict=True)))
     hit = np.flatnonzero(sound & stops & (speed > 0.0))
     _note_hit(trials, lanes[hit], take(arriving, hit), take(met, hit), plans.robot.g[hit])
     _note(trials.peak, trials.peak_u, lanes, state.x1, new.x1, 1.0)
@@ -225,7 +225,7 @@ def _cross(
     _note(trials.dip, trials.dip_u, lanes[turns], state.y[turns], met.y[turns], -1.0)
 
 
-def _note_hit(trials: Trials, lanes: NDArray[np.intp], at: State, met: State, g: Array) -> None:
+def _note_hit(trials: Trials, lanes: NDArray[np.intp], at: LegState, met: LegState, g: Array) -> None:
     """Where the upper stop is hit: how far x_1 is from staying off it, as its velocity vanishes or the leg takes off
     before.
 
@@ -237,9 +237,9 @@ def _note_hit(trials: Trials, lanes: NDArray[np.intp], at: State, met: State, g:
     _note(trials.peak, trials.peak_u, lanes, np.asarray(at.x1 + past), past_u, 1.0)
 
 
-def _lift(solution: Solution, trials: Trials, change: State, last: NDArray[np.intp], gravity: Array) -> None:
+def _lift(solution: Solution, trials: Trials, change: LegState, last: NDArray[np.intp], gravity: Array) -> None:
     """The apex and its change where a stance takes off; the last extremum of x_1."""
-    end = State(*(np.asarray(field) for field in solution.end))
+    end = LegState(*(np.asarray(field) for field in solution.end))
     side = sides_of(solution.phases.mode[last], trials.u.dtype)
     speed = _speeds(solution.plan, end, trials.u, side)
     off = trials.takes_off

@@ -170,13 +170,13 @@ def _increasing(name: str, value: ArrayLike, unit: str) -> Array:
     return array
 
 
-def _drops(robot: Robot, heights: Array) -> list[records.State]:
+def _drops(robot: Robot, heights: Array) -> list[records.LegState]:
     """The touchdowns after drops from heights."""
     home = home_of(robot)
     for height in heights.tolist():
         if not height > home:
             raise HopformError(f"height must be > {home!r} m, the foot must be above the ground, got {height!r}")
-    return [records.State(home, 0.0, _velocity(robot, height), 0.0) for height in heights.tolist()]
+    return [records.LegState(home, 0.0, _velocity(robot, height), 0.0) for height in heights.tolist()]
 
 
 def _velocity(robot: Robot, height: float) -> float:
@@ -185,7 +185,7 @@ def _velocity(robot: Robot, height: float) -> float:
 
 
 def _bounds(
-    robot: Robot, start: records.State, height: float, apex: Array, margin: float, horizon: float, backend: str
+    robot: Robot, start: records.LegState, height: float, apex: Array, margin: float, horizon: float, backend: str
 ) -> tuple[float, float, float, float, float]:
     """lowest and its current, highest and its current, the current that holds the height."""
     ask: dict[str, Any] = {"stop_margin": margin, "horizon": horizon, "backend": backend}

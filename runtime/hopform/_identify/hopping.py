@@ -182,7 +182,7 @@ def _actuator(rig: _Rig, run: _Run, longest: float) -> _Actuator:
     if rig.robot.x1_min == rig.robot.x1_max:
         return _locked(x1)
     alone = rig.robot._replace(k=_NO_SPRING, L0=0.0, c=_FAR, b2=0.0, f2=FIRM, g=0.0)
-    state = records.State(x1, v1, 0.0, x1 + _FAR)
+    state = records.LegState(x1, v1, 0.0, x1 + _FAR)
     found = motion.solved(alone, state, _steps_from(rig.steps, run.begin), longest, rig.backend)
 
     def at(t: Array) -> tuple[Array, Array]:

@@ -70,7 +70,7 @@ def stance(
 
 def solved(
     robot: records.Robot,
-    state: records.State,
+    state: records.LegState,
     steps: tuple[tuple[float, float], ...],
     horizon: float,
     backend: str | None,
@@ -113,7 +113,7 @@ def stance_piece(
     given = y is None
     compression = max(x1 - x2 + robot.L0 + robot.c, 0.0) if y is None else y
     horizon = max(float(times[-1]), 1e-9) * (1.0 + 1e-12) if times.size else 1e-9
-    found = solved(robot, records.State(x1, v1, v2, compression), steps, horizon, backend)
+    found = solved(robot, records.LegState(x1, v1, v2, compression), steps, horizon, backend)
     ending, duration, last, *_ = found.outcome()
     within = times if ENDINGS[ending] == "rest" else times[times <= duration]
     at, rows = found.tangents(np.ascontiguousarray(within))

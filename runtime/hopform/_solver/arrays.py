@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from hopform._errors import HopformError
 from hopform._solver.columns import CODES, RESULTS, Columns, Events
 from hopform._solver.library import Backend
-from hopform._solver.package import REFUSALS, Energy, Gains, Package, records
+from hopform._solver.package import REFUSALS, Energy, FlightLedger, Gains, Ledger, Package, records
 from hopform._solver.protocol import FlightRow, Steps, Target
 
 
@@ -21,35 +21,35 @@ class Solved:
     package: Package
     solution: Any
 
-    def outcome(self) -> tuple[int, float, records.State, float, float]:
+    def outcome(self) -> tuple[int, float, records.LegState, float, float]:
         """Ending, duration, state at the ending, apex, AED."""
         of = self.solution
-        end = records.State(*(float(field) for field in of.end))
+        end = records.LegState(*(float(field) for field in of.end))
         return int(of.ending), float(of.duration), end, float(of.apex), float(of.aed)
 
     def event_rows(self) -> list[tuple[float, int]]:
         """Time and number of each event."""
         return [(t, event) for t, _, _, event, _ in self.phase_rows() if event]
 
-    def phase_rows(self) -> list[tuple[float, records.State, int, int, int]]:
+    def phase_rows(self) -> list[tuple[float, records.LegState, int, int, int]]:
         """Each phase: when and where it starts, its mode, the event that starts it, the step of the current."""
         p = self.solution.phases
         columns = (p.t, p.x1, p.v1, p.v2, p.y, p.mode, p.event, p.step)
         rows = zip(*(column.tolist() for column in columns), strict=True)
-        return [(t, records.State(x1, v1, v2, y), mode, event, step) for t, x1, v1, v2, y, mode, event, step in rows]
+        return [(t, records.LegState(x1, v1, v2, y), mode, event, step) for t, x1, v1, v2, y, mode, event, step in rows]
 
-    def state(self, t: float) -> records.State:
+    def state(self, t: float) -> records.LegState:
         """The state at one time."""
-        return records.State(
+        return records.LegState(
             *(float(column[0]) for column in self.state_at(np.array([t], self.solution.duration.dtype)))
         )
 
-    def state_at(self, t: NDArray[np.floating]) -> records.State:
+    def state_at(self, t: NDArray[np.floating]) -> records.LegState:
         """States at times of one dimension."""
-        found: records.State = self.package.stance.state_at(self.solution, 0, t)
+        found: records.LegState = self.package.stance.state_at(self.solution, 0, t)
         return found
 
-    def grid(self, dt: float, out: records.State) -> None:
+    def grid(self, dt: float, out: records.LegState) -> None:
         """Put the states at i dt, i = 0, 1, ..., into arrays of one dimension."""
         real = self.solution.duration.dtype.type
         t = np.arange(out.x1.size, dtype=real) * real(dt)
@@ -65,9 +65,9 @@ class Solved:
         found: Energy = self.package.energy.energy_at(self.solution, 0, t)
         return found
 
-    def ledger_at(self, t: NDArray[np.floating]) -> tuple[records.Ledger, NDArray[np.floating]]:
-        """Ledger and loss at stops at times of one dimension."""
-        found: tuple[records.Ledger, NDArray[np.floating]] = self.package.energy.ledger_at(self.solution, 0, t)
+    def ledger_at(self, t: NDArray[np.floating]) -> Ledger:
+        """The ledger at times of one dimension."""
+        found: Ledger = self.package.energy.ledger_at(self.solution, 0, t)
         return found
 
     def sensitivities(self) -> NDArray[np.floating]:
@@ -75,7 +75,7 @@ class Solved:
         found: NDArray[np.floating] = self.package.sensitivity.sensitivities_of(self.solution)
         return found
 
-    def tangents(self, t: NDArray[np.floating]) -> tuple[records.State, NDArray[np.floating]]:
+    def tangents(self, t: NDArray[np.floating]) -> tuple[records.LegState, NDArray[np.floating]]:
         """States at times of one dimension, which do not decrease, and the derivatives of x1, v1, v2, y there."""
         return self.state_at(t), self.package.sensitivity.tangents_of(self.solution, t)
 
@@ -93,24 +93,24 @@ class ArrayFlight:
         return Gains(*map(float, self.flight.gains))
 
     @property
-    def end(self) -> records.State:
+    def end(self) -> records.LegState:
         """The state at the ending."""
-        return records.State(*map(float, self.flight.end))
+        return records.LegState(*map(float, self.flight.end))
 
     def rows(self) -> list[FlightRow]:
         """The phases."""
         phases = self.flight.phases
         return [FlightRow(float(p.t), float(p.x1), float(p.v1), p.side, p.limit, p.event) for p in phases]
 
-    def state_at(self, t: NDArray[np.floating]) -> records.State:
+    def state_at(self, t: NDArray[np.floating]) -> records.LegState:
         """States at times of one dimension."""
-        found: records.State = self.package.flight.flight_at(self.flight, t)
+        found: records.LegState = self.package.flight.flight_at(self.flight, t)
         return found
 
-    def energy_at(self, t: NDArray[np.floating]) -> tuple[Energy, records.FlightLedger, NDArray[np.floating]]:
-        """Energies, ledger and loss at stops at times of one dimension."""
-        ledger, losses = self.package.flight.flight_ledger_at(self.flight, t)
-        return self.package.flight.flight_energy_at(self.flight, t), ledger, losses
+    def energy_at(self, t: NDArray[np.floating]) -> tuple[Energy, FlightLedger]:
+        """Energies and ledger at times of one dimension."""
+        of = self.package.flight
+        return of.flight_energy_at(self.flight, t), of.flight_ledger_at(self.flight, t)
 
 
 class OnArrays:
@@ -122,7 +122,13 @@ class OnArrays:
         self.package = package
 
     def solve_stance(
-        self, parameters: Any, start: records.State, steps: Steps, horizon: float, max_phases: int, dtype: np.dtype[Any]
+        self,
+        parameters: Any,
+        start: records.LegState,
+        steps: Steps,
+        horizon: float,
+        max_phases: int,
+        dtype: np.dtype[Any],
     ) -> Solved:
         """One stance; HopformError if the numbers leave the range of the precision."""
         times, values = zip(*steps, strict=True)
@@ -133,7 +139,7 @@ class OnArrays:
         return Solved(self.package, solution)
 
     def solve_flight(
-        self, parameters: Any, start: records.State, gains: Gains | None, horizon: float, max_phases: int,
+        self, parameters: Any, start: records.LegState, gains: Gains | None, horizon: float, max_phases: int,
         dtype: np.dtype[Any],
     ) -> ArrayFlight:  # fmt: skip
         """One flight; HopformError if the numbers leave the range of the precision."""
@@ -143,7 +149,7 @@ class OnArrays:
         return ArrayFlight(self.package, flight)
 
     def choose_current(
-        self, parameters: Any, start: records.State, target: Target, max_phases: int, dtype: np.dtype[Any]
+        self, parameters: Any, start: records.LegState, target: Target, max_phases: int, dtype: np.dtype[Any]
     ) -> tuple[float, float, int, int]:
         """Current [A], hop height [m] (0 without take-off), status as in COMMANDS, and how many stances were solved."""
         found: tuple[float, float, int, int] = self.package.control.choose(
@@ -152,11 +158,11 @@ class OnArrays:
         return found
 
     def apexes(
-        self, parameters: Any, starts: list[records.State], currents: NDArray[np.float64], horizon: float,
+        self, parameters: Any, starts: list[records.LegState], currents: NDArray[np.float64], horizon: float,
         max_phases: int,
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:  # fmt: skip
         """The next apex, NaN without take-off, and the largest x1, (starts, currents)."""
-        columns = records.State(*(np.repeat([start[n] for start in starts], currents.size) for n in range(4)))
+        columns = records.LegState(*(np.repeat([start[n] for start in starts], currents.size) for n in range(4)))
         u = np.tile(currents, len(starts))
         with np.errstate(all="ignore"):
             found = self.package.trial.try_currents(parameters, columns, u, horizon, max_phases)
@@ -168,7 +174,7 @@ class OnArrays:
         """Put the results of stances into arrays; their events."""
         real, size = results[1].dtype, results[0].size
         x1, v1, v2, y, u, horizon, *fields = (np.broadcast_to(column, size) for column in columns)
-        status = self._refusals(records.State(x1, v1, v2, y), u, horizon, fields, max_phases)
+        status = self._refusals(records.LegState(x1, v1, v2, y), u, horizon, fields, max_phases)
         for name, result in zip(RESULTS, results, strict=True):
             result[...] = 0 if name in CODES else np.nan
         results[0][...] = status
@@ -203,12 +209,17 @@ class OnArrays:
         self, columns: Columns, lanes: NDArray[np.intp], size: int, max_phases: int, real: np.dtype[Any]
     ) -> Any:
         x1, v1, v2, y, u, horizon, *fields = (np.broadcast_to(column, size)[lanes] for column in columns)
-        robot, start = self.package.records.Robot(*fields), records.State(x1, v1, v2, y)
+        robot, start = self.package.records.Robot(*fields), records.LegState(x1, v1, v2, y)
         with np.errstate(all="ignore"):
             return self.package.stance.solve(robot, start, u, 0.0, horizon, max_phases, real.type)
 
     def _refusals(
-        self, start: records.State, u: NDArray[Any], horizon: NDArray[Any], fields: list[NDArray[Any]], max_phases: int
+        self,
+        start: records.LegState,
+        u: NDArray[Any],
+        horizon: NDArray[Any],
+        fields: list[NDArray[Any]],
+        max_phases: int,
     ) -> NDArray[np.intc]:
         """The negative status of what the C library refuses, 0 for what it solves."""
         limit, robot = self.package.limits.NEVER[u.dtype], self.package.records.Robot(*fields)

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from hopform._errors import BackendError, HopformError
 from hopform._solver import library as of_library
 from hopform._solver.library import Backend, handle, opened
-from hopform._solver.package import OURS, REFUSALS, ROWS, Energy, Package, records
+from hopform._solver.package import OURS, REFUSALS, ROWS, Energy, Ledger, Package, records
 
 PHASES_NOT_KEPT = 1
 NO_DERIVATIVE = 2
@@ -184,35 +184,35 @@ class Solved:
             desk.library.source, np.dtype(desk.types.real), self.plan, self.steps, self.phases, self.stance,
         )  # fmt: skip
 
-    def outcome(self) -> tuple[int, float, records.State, float, float]:
+    def outcome(self) -> tuple[int, float, records.LegState, float, float]:
         """Ending, duration, state at the ending, apex, AED."""
         duration, x1, v1, v2, y, apex, aed, _, ending, _, _, _ = self.answer
-        return ending, duration, tuple_of(records.State, (x1, v1, v2, y)), apex, aed
+        return ending, duration, tuple_of(records.LegState, (x1, v1, v2, y)), apex, aed
 
     def event_rows(self) -> list[tuple[float, int]]:
         """Time and number of each event."""
         return [row for row in self.desk.event.iter_unpack(self.phases) if row[1]]
 
-    def phase_rows(self) -> list[tuple[float, records.State, int, int, int]]:
+    def phase_rows(self) -> list[tuple[float, records.LegState, int, int, int]]:
         """Each phase: when and where it starts, its mode, the event that starts it, the step of the current."""
         rows = self.desk.phase.iter_unpack(self.phases)
-        return [(t, records.State(x1, v1, v2, y), mode, event, step) for t, x1, v1, v2, y, mode, event, step in rows]
+        return [(t, records.LegState(x1, v1, v2, y), mode, event, step) for t, x1, v1, v2, y, mode, event, step in rows]
 
-    def state(self, t: float) -> records.State:
+    def state(self, t: float) -> records.LegState:
         """The state at one time."""
         desk, state = self.desk, self.desk.one_state()
         status = desk.stance_at(self.plan, self.steps, self.phases, self.stance, desk.types.real(t), state)
         if status < 0:
             raise refusal("stance_at", status)
-        return records.State._make(desk.state.unpack(state))
+        return records.LegState._make(desk.state.unpack(state))
 
-    def state_at(self, t: NDArray[np.floating]) -> records.State:
+    def state_at(self, t: NDArray[np.floating]) -> records.LegState:
         """States at times of one dimension."""
-        rows = np.empty((len(records.State._fields), t.size), dtype=t.dtype)
+        rows = np.empty((len(records.LegState._fields), t.size), dtype=t.dtype)
         self._call("stance_states", pointer(t), ctypes.c_int32(t.size), *map(pointer, rows))
-        return records.State(*rows)
+        return records.LegState(*rows)
 
-    def grid(self, dt: float, out: records.State) -> None:
+    def grid(self, dt: float, out: records.LegState) -> None:
         """Put the states at i dt, i = 0, 1, ..., into arrays of one dimension, each in one piece."""
         real = self.desk.types.real
         self._call("stance_grid", real(0.0), real(dt), ctypes.c_int32(out.x1.size), *map(pointer, out))
@@ -233,15 +233,16 @@ class Solved:
         self._call("stance_energy", pointer(t), ctypes.c_int32(t.size), pointer(energies), None, None)
         return Energy(*energies.T)
 
-    def ledger_at(self, t: NDArray[np.floating]) -> tuple[records.Ledger, NDArray[np.floating]]:
-        """Ledger and loss at stops at times of one dimension, which must not decrease."""
-        record = self.desk.library.package.records.Ledger
+    def ledger_at(self, t: NDArray[np.floating]) -> Ledger:
+        """The ledger at times of one dimension, which must not decrease."""
+        of = self.desk.library.package.records
         energies = np.empty((t.size, len(Energy._fields)), dtype=t.dtype)
-        ledgers, losses = np.empty((t.size, len(record._fields)), dtype=t.dtype), np.empty_like(t)
+        work, losses = np.empty((t.size, len(of.Work._fields)), dtype=t.dtype), np.empty_like(t)
         self._call(
-            "stance_energy", pointer(t), ctypes.c_int32(t.size), pointer(energies), pointer(ledgers), pointer(losses)
+            "stance_energy", pointer(t), ctypes.c_int32(t.size), pointer(energies), pointer(work), pointer(losses)
         )
-        return record(*ledgers.T), losses
+        found: Ledger = of.Ledger(**of.Work(*work.T)._asdict(), stop_loss=losses)
+        return found
 
     def sensitivities(self) -> NDArray[np.floating]:
         """Derivatives, rows times columns as in the package's `sensitivity`; NaN where there are none."""
@@ -254,13 +255,13 @@ class Solved:
             matrix[ROWS.index("apex")] = np.nan
         return matrix
 
-    def tangents(self, t: NDArray[np.floating]) -> tuple[records.State, NDArray[np.floating]]:
+    def tangents(self, t: NDArray[np.floating]) -> tuple[records.LegState, NDArray[np.floating]]:
         """States at times of one dimension, which do not decrease, and the derivatives of x1, v1, v2, y there."""
-        states = np.empty((t.size, len(records.State._fields)), dtype=t.dtype)
+        states = np.empty((t.size, len(records.LegState._fields)), dtype=t.dtype)
         columns = 5 + len(self.desk.library.package.records.Robot._fields)
-        tangents = np.empty((t.size, len(records.State._fields), columns), dtype=t.dtype)
+        tangents = np.empty((t.size, len(records.LegState._fields), columns), dtype=t.dtype)
         self._call("stance_tangents", pointer(t), ctypes.c_int32(t.size), pointer(states), pointer(tangents))
-        return records.State(*states.T), tangents
+        return records.LegState(*states.T), tangents
 
     def _call(self, name: str, *arguments: Any) -> int:
         return self.desk.library.call(
@@ -314,7 +315,7 @@ class Compiled:
 def solve_stance(
     solver: Compiled,
     parameters: tuple[Any, ...],
-    start: records.State,
+    start: records.LegState,
     steps: tuple[tuple[float, float], ...],
     horizon: float,
     max_phases: int,

@@ -18,7 +18,7 @@ FIRST_CAPACITY = 64
 def choose_current(
     solver: native.Compiled,
     parameters: records.Robot,
-    start: records.State,
+    start: records.LegState,
     target: Target,
     max_phases: int,
     dtype: np.dtype[Any],
@@ -69,7 +69,7 @@ def _free(types: native.Types) -> list[_Memory]:
 def try_currents(
     solver: native.Compiled,
     parameters: records.Robot,
-    starts: list[records.State],
+    starts: list[records.LegState],
     currents: NDArray[np.float64],
     horizon: float,
     max_phases: int,
@@ -97,7 +97,7 @@ def try_currents(
 
 
 def apexes(
-    solver: native.Compiled, parameters: records.Robot, starts: list[records.State], currents: NDArray[np.float64],
+    solver: native.Compiled, parameters: records.Robot, starts: list[records.LegState], currents: NDArray[np.float64],
     horizon: float, max_phases: int,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:  # fmt: skip
     """The next apex, NaN without take-off, and the largest x1, (starts, currents)."""

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from hopform._errors import BackendError
 from hopform._solver import c as native
-from hopform._solver.package import Energy, Gains, records
+from hopform._solver.package import Energy, FlightLedger, Gains, records
 from hopform._solver.protocol import FlightRow
 
 _CAPACITY = 32
@@ -36,27 +36,27 @@ class NativeFlight:
         return Gains(self.flight.gains.Kp, self.flight.gains.Kd)
 
     @property
-    def end(self) -> records.State:
+    def end(self) -> records.LegState:
         end = self.flight.end
-        return records.State(end.x1, end.v1, end.v2, end.y)
+        return records.LegState(end.x1, end.v1, end.v2, end.y)
 
     def rows(self) -> list[FlightRow]:
         kept = self.phases[: self.flight.phases_kept]
         return [FlightRow(p.t, p.x1, p.v1, p.side, p.limit, p.event) for p in kept]
 
-    def state_at(self, t: NDArray[np.floating]) -> records.State:
+    def state_at(self, t: NDArray[np.floating]) -> records.LegState:
         """States at times of one dimension."""
-        rows = np.empty((t.size, len(records.State._fields)), dtype=t.dtype)
+        rows = np.empty((t.size, len(records.LegState._fields)), dtype=t.dtype)
         self._call("flight_at", np.ascontiguousarray(t), rows)
-        return records.State(*rows.T)
+        return records.LegState(*rows.T)
 
-    def energy_at(self, t: NDArray[np.floating]) -> tuple[Energy, records.FlightLedger, NDArray[np.floating]]:
-        """Energies, ledger and loss at stops at times of one dimension, which do not decrease."""
+    def energy_at(self, t: NDArray[np.floating]) -> tuple[Energy, FlightLedger]:
+        """Energies and ledger at times of one dimension, which do not decrease."""
         energy = np.empty((t.size, len(Energy._fields)), dtype=t.dtype)
-        ledger = np.empty((t.size, len(self.library.package.records.FlightLedger._fields)), dtype=t.dtype)
+        work = np.empty((t.size, len(records.FlightWork._fields)), dtype=t.dtype)
         losses = np.empty_like(t)
-        self._call("flight_energy", np.ascontiguousarray(t), energy, ledger, losses)
-        return Energy(*energy.T), records.FlightLedger(*ledger.T), losses
+        self._call("flight_energy", np.ascontiguousarray(t), energy, work, losses)
+        return Energy(*energy.T), FlightLedger(**records.FlightWork(*work.T)._asdict(), stop_loss=losses)
 
     def _call(self, name: str, t: NDArray[np.floating], *out: NDArray[np.floating]) -> None:
         self.library.call(
@@ -79,7 +79,7 @@ def _flight_again(
 
 
 def solve_flight(
-    solver: native.Compiled, parameters: records.Robot, start: records.State, gains: Gains | None, horizon: float,
+    solver: native.Compiled, parameters: records.Robot, start: records.LegState, gains: Gains | None, horizon: float,
     max_phases: int, dtype: np.dtype[Any],
 ) -> NativeFlight:  # fmt: skip
     """One flight, by the compiled library."""

@@ -17,7 +17,9 @@ from hopform_solver.records import (
     ROBOT_FIELDS,
     Energy,
     Field,
+    FlightLedger,
     Gains,
+    Ledger,
 )  # fmt: skip
 from hopform_solver.robot import Robot as CheckedRobot
 from hopform_solver.sensitivity import COLUMNS, ROWS
@@ -25,7 +27,7 @@ from hopform_solver.sensitivity import COLUMNS, ROWS
 __all__ = [
     "COLUMNS", "COMMANDS", "ENDINGS", "EQUATIONS", "EVENTS", "FLIGHT_ENDINGS", "FLIGHT_EVENTS", "LEDGER_OF_BODY",
     "LEDGER_OF_ROBOT", "OURS", "REFUSALS", "ROBOT_FIELDS", "ROWS", "SOURCE", "CheckedRobot", "Energy", "Equation",
-    "Field", "Gains", "Package", "checked", "formulas", "records", "touchdown",
+    "Field", "FlightLedger", "Gains", "Ledger", "Package", "checked", "formulas", "records", "touchdown",
 ]  # fmt: skip
 
 

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from hopform._solver.columns import Columns, Events
 from hopform._solver.library import Backend
-from hopform._solver.package import Energy, Gains, records
+from hopform._solver.package import Energy, FlightLedger, Gains, Ledger, records
 
 Array = NDArray[np.floating]
 Steps = tuple[tuple[float, float], ...]
@@ -33,7 +33,7 @@ class FlightRow(NamedTuple):
 class SolvedStance(Protocol):
     """A stance as its solver keeps it; arrays of times have one dimension."""
 
-    def outcome(self) -> tuple[int, float, records.State, float, float]:
+    def outcome(self) -> tuple[int, float, records.LegState, float, float]:
         """Ending, duration, state at the ending, apex, AED."""
         ...
 
@@ -41,19 +41,19 @@ class SolvedStance(Protocol):
         """Time and number of each event."""
         ...
 
-    def phase_rows(self) -> list[tuple[float, records.State, int, int, int]]:
+    def phase_rows(self) -> list[tuple[float, records.LegState, int, int, int]]:
         """Each phase: when and where it starts, its mode, the event that starts it, the step of the current."""
         ...
 
-    def state(self, t: float) -> records.State:
+    def state(self, t: float) -> records.LegState:
         """The state at one time."""
         ...
 
-    def state_at(self, t: Array) -> records.State:
+    def state_at(self, t: Array) -> records.LegState:
         """States at times."""
         ...
 
-    def grid(self, dt: float, out: records.State) -> None:
+    def grid(self, dt: float, out: records.LegState) -> None:
         """Put the states at i dt, i = 0, 1, ..., into arrays, each in one piece."""
         ...
 
@@ -65,15 +65,15 @@ class SolvedStance(Protocol):
         """Energies at times."""
         ...
 
-    def ledger_at(self, t: Array) -> tuple[records.Ledger, Array]:
-        """Ledger and loss at stops at times, which do not decrease."""
+    def ledger_at(self, t: Array) -> Ledger:
+        """The ledger at times, which do not decrease."""
         ...
 
     def sensitivities(self) -> Array:
         """Derivatives, rows times columns as in the package's `sensitivity`; NaN where there are none."""
         ...
 
-    def tangents(self, t: Array) -> tuple[records.State, Array]:
+    def tangents(self, t: Array) -> tuple[records.LegState, Array]:
         """States at times, which do not decrease, and the derivatives of x1, v1, v2, y there."""
         ...
 
@@ -92,7 +92,7 @@ class SolvedFlight(Protocol):
         ...
 
     @property
-    def end(self) -> records.State:
+    def end(self) -> records.LegState:
         """The state at the ending."""
         ...
 
@@ -100,12 +100,12 @@ class SolvedFlight(Protocol):
         """The phases."""
         ...
 
-    def state_at(self, t: Array) -> records.State:
+    def state_at(self, t: Array) -> records.LegState:
         """States at times."""
         ...
 
-    def energy_at(self, t: Array) -> tuple[Energy, records.FlightLedger, Array]:
-        """Energies, ledger and loss at stops at times, which do not decrease."""
+    def energy_at(self, t: Array) -> tuple[Energy, FlightLedger]:
+        """Energies and ledger at times, which do not decrease."""
         ...
 
 
@@ -115,26 +115,32 @@ class Solver(Protocol):
     name: Backend
 
     def solve_stance(
-        self, parameters: Any, start: records.State, steps: Steps, horizon: float, max_phases: int, dtype: np.dtype[Any]
+        self,
+        parameters: Any,
+        start: records.LegState,
+        steps: Steps,
+        horizon: float,
+        max_phases: int,
+        dtype: np.dtype[Any],
     ) -> SolvedStance:
         """One stance; HopformError if the numbers leave the range of the precision."""
         ...
 
     def solve_flight(
-        self, parameters: Any, start: records.State, gains: Gains | None, horizon: float, max_phases: int,
+        self, parameters: Any, start: records.LegState, gains: Gains | None, horizon: float, max_phases: int,
         dtype: np.dtype[Any],
     ) -> SolvedFlight:  # fmt: skip
         """One flight; HopformError if the numbers leave the range of the precision."""
         ...
 
     def choose_current(
-        self, parameters: Any, start: records.State, target: Target, max_phases: int, dtype: np.dtype[Any]
+        self, parameters: Any, start: records.LegState, target: Target, max_phases: int, dtype: np.dtype[Any]
     ) -> tuple[float, float, int, int]:
         """Current [A], hop height [m] (0 without take-off), status as in COMMANDS, and how many stances were solved."""
         ...
 
     def apexes(
-        self, parameters: Any, starts: list[records.State], currents: NDArray[np.float64], horizon: float,
+        self, parameters: Any, starts: list[records.LegState], currents: NDArray[np.float64], horizon: float,
         max_phases: int,
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:  # fmt: skip
         """The next apex, NaN without take-off, and the largest x1, (starts, currents)."""

@@ -77,7 +77,7 @@ typedef struct {
     float total;  /**< [J] kinetic and potential energy of the whole robot */
 } hopform_energy_f32;
 
-/** Where energy came from and went to, signed as it enters. */
+/** Work of each force, signed as it enters the robot; what is lost at stops is apart. */
 typedef struct {
     float motor_work;   /**< [J] work of the motor */
     float offset_work;  /**< [J] work of the offset force k c */
@@ -94,7 +94,7 @@ typedef struct {
     float Kd;  /**< [N s/m] force per velocity */
 } hopform_gains_f32;
 
-/** Where the actuator's energy came from and went to in flight, signed as it enters. */
+/** Work of each force on the actuator in flight, signed as it enters; what is lost at stops is apart. */
 typedef struct {
     float motor_work;   /**< [J] work of the motor */
     float offset_work;  /**< [J] work of the constant force k c */
