@@ -123,11 +123,16 @@ def _names_of_the_derivation() -> frozenset[str]:
         "Parameters",
         "Real",
         "cached_property",
+        "description",
+        "fields",
         "formulas",
         "math",
+        "name",
         "parameters",
         "real",
         "result",
+        "solver",
+        "to_toml",
     }
     names |= {"I", "U", "V1", "V2", "X1"}  # the imaginary unit of C, and enumerators of columns
     for record in derived.records:

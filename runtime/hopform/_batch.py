@@ -19,11 +19,10 @@ from hopform._checks import real, shown, whole
 from hopform._errors import HopformError
 from hopform._robots import Robot
 from hopform._sensitivities import COLUMNS, ManySensitivities, of_matrices
-from hopform._solver.choice import choose
 from hopform._solver.columns import CHUNK, MAX_PHASES, RESULTS, STATES, STATUS, Events, results_like
 from hopform._solver.library import Backend
 from hopform._solver.package import EVENTS, ROBOT_FIELDS, ROWS, Field, checked
-from hopform._solver.protocol import Solver
+from hopform._solver.protocol import BackEnd
 from hopform._stance import State, precision_of
 
 Progress = Callable[[int, int], object]
@@ -153,9 +152,9 @@ def solve_stances(
     results = results_like(size, real)
     matrices = np.empty((size, len(ROWS), len(COLUMNS)), real) if sensitivities else None
     job = _Job(columns, shape, size, max_phases, real, results, matrices)
-    solver = choose(backend)
-    lists = _run(job, solver, events, threads, progress)
-    return _batch(job, solver.name, lists, x2 is not None)
+    back_end = robot.solver.back_end(backend)
+    lists = _run(job, back_end, events, threads, progress)
+    return _batch(job, back_end.name, lists, x2 is not None)
 
 
 def _batch(
@@ -183,17 +182,17 @@ def _batch(
 
 
 def _run(
-    job: _Job, solver: Solver, events: bool, threads: int, progress: Progress | None
+    job: _Job, back_end: BackEnd, events: bool, threads: int, progress: Progress | None
 ) -> tuple[NDArray[Any], NDArray[np.int8]] | None:
     found: dict[int, Events] = {}
 
     def solve(part: slice) -> int:
         columns, results = job.chunk(part), [result[part] for result in job.results]
-        lists = solver.solve_columns(columns, results, job.max_phases, events)
+        lists = back_end.solve_columns(columns, results, job.max_phases, events)
         if events:
             found[part.start] = [(lane + part.start, t, kind) for lane, t, kind in lists]
         if job.matrices is not None:
-            solver.differentiate_columns(columns, job.matrices[part], results[0], job.max_phases)
+            back_end.differentiate_columns(columns, job.matrices[part], results[0], job.max_phases)
         return int(part.stop - part.start)
 
     parts = [slice(first, min(first + CHUNK, job.size)) for first in range(0, job.size, CHUNK)]

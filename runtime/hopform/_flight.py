@@ -17,7 +17,6 @@ from numpy.typing import ArrayLike, NDArray
 from hopform._checks import finite, positive, shaped, shown, times_of, whole
 from hopform._errors import HopformError
 from hopform._robots import Robot, checked_robot
-from hopform._solver.choice import choose
 from hopform._solver.library import Backend
 from hopform._solver.package import FLIGHT_ENDINGS, FLIGHT_EVENTS, Energy, FlightLedger, Gains, formulas
 from hopform._solver.package import records as solver_records
@@ -168,15 +167,15 @@ def solve_flight(
     law = None if gains is None else _gains(gains)
     longest = positive("horizon", horizon, "s")
     most = whole("max_phases", max_phases)
-    solver = choose(backend)
-    solved = solver.solve_flight(robot.parameters, start, law, longest, most, precision)
+    back_end = robot.solver.back_end(backend)
+    solved = back_end.solve_flight(robot.parameters, start, law, longest, most, precision)
     flight = solved.flight
     status = FLIGHT_ENDINGS[flight.ending]
     state = solved.end
     end = State(state.x1, state.v1, float(body_height(robot, precision, state.x1, state.y)), state.v2)
     after = State(end.x1, end.v1, end.x2, float(flight.v2_after)) if status == "touchdown" else None
     return Flight(
-        robot, solver.name, precision, status, float(flight.duration), end, after, solved.gains,
+        robot, back_end.name, precision, status, float(flight.duration), end, after, solved.gains,
         float(flight.apex), float(flight.apex_time), float(flight.impact_loss), solved,
     )  # fmt: skip
 

@@ -15,9 +15,8 @@ from hopform._errors import HopformError
 from hopform._robots import Robot, checked_robot
 from hopform._sensitivities import Sensitivities, of_matrix
 from hopform._solver.c import tuple_of
-from hopform._solver.choice import choose
 from hopform._solver.library import Backend
-from hopform._solver.package import ENDINGS, EVENTS, LEDGER_OF_BODY, Energy, Ledger, formulas
+from hopform._solver.package import ENDINGS, EVENTS, Energy, Ledger, formulas
 from hopform._solver.package import records as solver_records
 from hopform._solver.protocol import SolvedStance
 
@@ -63,11 +62,6 @@ class Phase(NamedTuple):
     """[A]"""
     state: State
     """where it starts"""
-
-
-def aed_of(entries: Ledger) -> NDArray[np.floating]:
-    """The AED (24) [J], the change of the body's energy, by its entries in a ledger."""
-    return np.asarray(sum(getattr(entries, name) for name in LEDGER_OF_BODY))
 
 
 @dataclass(frozen=True)
@@ -180,7 +174,8 @@ class Stance:
         times = self._times(t)
         order = np.argsort(times, kind="stable")
         back = np.argsort(order, kind="stable")
-        return Ledger(*(shaped(entry[back], t) for entry in self._solved.ledger_at(times[order])))
+        found = self._solved.ledger_at(times[order])
+        return type(found)(*(shaped(entry[back], t) for entry in found))
 
     @property
     def sensitivities(self) -> Sensitivities:
@@ -248,9 +243,15 @@ def solve_stance(
     steps = steps_of(u)
     longest = horizon if type(horizon) is float and 0.0 < horizon < math.inf else positive("horizon", horizon, "s")
     most = max_phases if type(max_phases) is int and 0 < max_phases <= LARGEST else whole("max_phases", max_phases)
-    solver = choose(backend)
-    solved = solver.solve_stance(robot.parameters, start, steps, longest, most, precision)
-    return _stance(robot, steps, solver.name, precision, solved, x2 is not None)
+    back_end = robot.solver.back_end(backend)
+    solved = back_end.solve_stance(robot.parameters, start, steps, longest, most, precision)
+    return _stance(robot, steps, back_end.name, precision, solved, x2 is not None)
+
+
+def aed_at(stance: Stance, t: ArrayLike) -> NDArray[np.floating]:
+    """The AED (24) [J], the change of the body's energy since touchdown, at times t [s], by its ledger's entries."""
+    entries = stance.ledger(t)
+    return np.asarray(sum(getattr(entries, name) for name in stance.robot.solver.package.records.LEDGER_OF_BODY))
 
 
 def uniform_times(

@@ -22,7 +22,6 @@ from hopform._control.reach import home_of
 from hopform._errors import HopformError
 from hopform._flight import solve_flight
 from hopform._robots import Robot
-from hopform._solver.choice import choose
 from hopform._solver.columns import MAX_PHASES
 from hopform._stance import Current, Stance, State, solve_stance, start_of
 from hopform.terrain import heights_of
@@ -130,9 +129,9 @@ class FeedForward:
             ground = finite("ground", touchdown.ground, "m")
             start = start_of(touchdown.robot, touchdown.x1, touchdown.v1, None, touchdown.v2)
             target = (self.h_des if self.h_des > ground else ground, -ground, self.stop_margin, self.horizon)
-            return choose(self.backend).choose_current(touchdown.robot.parameters, start, target, MAX_PHASES, _DOUBLE)[
-                0
-            ]
+            robot = touchdown.robot
+            back_end = robot.solver.back_end(self.backend)
+            return back_end.choose_current(robot.parameters, start, target, MAX_PHASES, _DOUBLE)[0]
         return choose_current(
             touchdown.robot, x1=touchdown.x1, v1=touchdown.v1, v2=touchdown.v2, **target_of(self.h_des, touchdown),
             stop_margin=self.stop_margin, horizon=self.horizon, backend=self.backend,

@@ -19,7 +19,7 @@ from numpy.typing import ArrayLike, NDArray
 from hopform._errors import BackendError
 from hopform._solver.c import library
 from hopform._solver.c_batch import ufunc_of
-from hopform._solver.choice import ON_ARRAYS
+from hopform._solver.choice import DEFAULT
 from hopform._solver.columns import CHUNK, CODES, INPUTS, MAX_PHASES, REFUSED, RESULTS, SIGNATURE, STATUS, results_like
 from hopform._solver.package import ROBOT_FIELDS
 
@@ -47,7 +47,7 @@ def stance_on_arrays(*inputs: ArrayLike, out: Sequence[NDArray[Any]] | None = No
         part = slice(first, first + CHUNK)
         chunk = [np.asarray(np.broadcast_to(column, shape).flat[part], dtype=real) for column in columns]
         found = results_like(chunk[0].size, real)
-        ON_ARRAYS.solve_columns(chunk, found, MAX_PHASES, events=False)
+        DEFAULT.arrays.solve_columns(chunk, found, MAX_PHASES, events=False)
         for result, values in zip(results, found, strict=True):
             result.flat[part] = values
     return results

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import hopform
-from hopform._solver.choice import choose
+from hopform._solver.choice import DEFAULT
 from hopform_solver.records import LegState
 from hopform_solver.sensitivity import COLUMNS
 
@@ -46,7 +46,7 @@ def solved(backend: str, name: str, **moved: float) -> tuple[Any, float]:
     fields = {key: getattr(robot, key) + by for key, by in moved.items() if hasattr(robot, key)}
     current = tuple((t, u + moved.get("u", 0.0)) for t, u in steps)
     parameters = dataclasses.replace(robot, **fields).parameters
-    found = choose(backend).solve_stance(parameters, start, current, horizon, 4096, np.dtype(np.float64))
+    found = DEFAULT.back_end(backend).solve_stance(parameters, start, current, horizon, 4096, np.dtype(np.float64))
     return found, found.outcome()[1]
 
 

@@ -18,7 +18,8 @@ import hopform_solver
 from hopform import ufuncs
 from hopform._solver import c as native
 from hopform._solver import library as libraries
-from hopform._solver.choice import _compiled, _default
+from hopform._solver.choice import DEFAULT, Solver
+from hopform._solver.package import OURS
 from tools.build_library import LibraryNotBuilt, compile_sources
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -37,8 +38,7 @@ def forget() -> None:
     """Back ends are chosen once a process."""
     native.library.cache_clear()
     libraries.handle.cache_clear()
-    _compiled.cache_clear()
-    _default.cache_clear()
+    DEFAULT._compiled = DEFAULT._best = None
 
 
 @pytest.fixture
@@ -125,6 +125,30 @@ def test_asking_for_numpy_works_in_silence(library, hopper_c, prepare):
 def test_a_back_end_of_no_such_name_is_refused(hopper_c):
     with pytest.raises(ValueError, match="backend must be 'c' or 'numpy', got 'fortran'"):
         hopform.solve_stance(hopper_c, v2=-1.93, backend="fortran")
+
+
+def test_the_class_of_a_robot_names_what_solves_it(hopper_c):
+    """So that functions of hopform solve robots of another package by its own back ends, whoever calls them."""
+
+    def absent() -> native.Library:
+        raise hopform.BackendError("this package has no library")
+
+    class Other(hopform.Robot):
+        solver = Solver(OURS, absent)
+
+    other = Other(**{field.name: getattr(hopper_c, field.name) for field in hopper_c.fields()})
+    with pytest.warns(RuntimeWarning, match="hopform uses its NumPy back end: this package has no library") as caught:
+        stance = hopform.solve_stance(other, v2=-1.93, u=2.0)
+    assert caught[0].filename == __file__
+    v2 = np.array([-1.93])
+    assert {
+        stance.backend,
+        hopform.solve_stances(other, v2=v2).backend,
+        hopform.solve_flight(other, v2=1.9).backend,
+    } == {"numpy"}
+    with pytest.raises(hopform.BackendError, match="this package has no library"):
+        hopform.choose_current(other, v2=-1.93, h_des=0.2, backend="c")
+    assert hopform.solve_stance(hopper_c, v2=-1.93).backend == hopform.backends()[0]
 
 
 WITHOUT_LIBRARY = """

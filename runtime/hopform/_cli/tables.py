@@ -15,7 +15,7 @@ import hopform
 from hopform import Equation, Hop, Robot, Run, Stance
 from hopform._cli.render import Record, number, pick, table, to_csv
 from hopform._solver.package import LEDGER_OF_BODY, LEDGER_OF_ROBOT
-from hopform._stance import aed_of
+from hopform._stance import aed_at
 from hopform._words import EVENTS, current, ending, mode, mode_of_actuator, name_of, unit_of_time, value_of
 
 READABLE = 90
@@ -297,7 +297,7 @@ def stance_csv(solved: Stance, samples: int) -> str:
         **solved.at(t)._asdict(),
         "F": solved.robot.k * np.asarray(solved.compression(t)),
         "E": solved.energy(t).body,
-        "AED": aed_of(solved.ledger(t)),
+        "AED": aed_at(solved, t),
     }
     return to_csv(columns)
 

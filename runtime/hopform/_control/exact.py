@@ -13,7 +13,6 @@ import numpy as np
 from hopform._checks import finite, positive
 from hopform._errors import HopformError
 from hopform._robots import Robot, checked_robot
-from hopform._solver.choice import choose
 from hopform._solver.columns import MAX_PHASES
 from hopform._solver.package import COMMANDS
 from hopform._stance import precision_of, start_of
@@ -65,8 +64,8 @@ def choose_current(
     precision = precision_of(dtype)
     start = start_of(robot, x1, v1, x2, v2)
     target = checked_target(robot, h_des, datum, stop_margin, horizon)
-    solver = choose(backend)
-    u, apex, code, solved = solver.choose_current(robot.parameters, start, target, MAX_PHASES, precision)
+    back_end = robot.solver.back_end(backend)
+    u, apex, code, solved = back_end.choose_current(robot.parameters, start, target, MAX_PHASES, precision)
     status = COMMANDS[code]
     u = min(max(u, -robot.u_max), robot.u_max)  # which single precision may have rounded up
     return Command(u, math.nan if status == "no_takeoff" else apex, status, solved)

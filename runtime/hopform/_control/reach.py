@@ -17,7 +17,6 @@ from hopform._batch import numbers
 from hopform._control.exact import checked_target, choose_current
 from hopform._errors import HopformError
 from hopform._robots import Robot
-from hopform._solver.choice import choose
 from hopform._solver.columns import MAX_PHASES
 from hopform._solver.package import records
 from hopform._stance import solve_stance
@@ -103,9 +102,9 @@ def next_apex(
     longest = checked_target(robot, 0.0, 0.0, 0.0, horizon)[3]
     starts = _drops(robot, heights.reshape(-1))
     found = np.empty(heights.size)
-    solver = choose(backend)
+    back_end = robot.solver.back_end(backend)
     for n, (start, value) in enumerate(zip(starts, currents.reshape(-1).tolist(), strict=True)):
-        found[n] = solver.apexes(robot.parameters, [start], np.array([value]), longest, MAX_PHASES)[0][0, 0]
+        found[n] = back_end.apexes(robot.parameters, [start], np.array([value]), longest, MAX_PHASES)[0][0, 0]
     return float(found[0]) if heights.shape == () else found.reshape(heights.shape)
 
 
@@ -133,20 +132,20 @@ def reachability(
     """
     rows, columns = _increasing("heights", heights, "m"), _increasing("currents", currents, "A")
     margin, longest = checked_target(robot, 0.0, 0.0, stop_margin, horizon)[2:]
-    solver = choose(backend)
+    back_end = robot.solver.back_end(backend)
     starts = _drops(robot, rows)
     apex, peak = np.empty((rows.size, columns.size)), np.empty((rows.size, columns.size))
     bounds = np.full((5, rows.size), np.nan)
     for first in range(0, rows.size, ROWS):
         part = slice(first, min(first + ROWS, rows.size))
-        apex[part], peak[part] = solver.apexes(robot.parameters, starts[part], columns, longest, MAX_PHASES)
+        apex[part], peak[part] = back_end.apexes(robot.parameters, starts[part], columns, longest, MAX_PHASES)
         for row in range(part.start, part.stop):
-            bounds[:, row] = _bounds(robot, starts[row], float(rows[row]), apex[row], margin, longest, solver.name)
+            bounds[:, row] = _bounds(robot, starts[row], float(rows[row]), apex[row], margin, longest, back_end.name)
         if progress is not None:
             progress(part.stop, rows.size)
     limit = _limit(robot, margin)
     admissible = np.isfinite(apex) & (peak < limit)
-    points = _fixed_points(robot, rows, columns, apex, limit, longest, solver.name)
+    points = _fixed_points(robot, rows, columns, apex, limit, longest, back_end.name)
     lowest, u_lowest, highest, u_highest, hold = bounds
     return Reachability(
         robot, rows, columns, margin, apex, admissible, lowest, u_lowest, highest, u_highest, hold, points

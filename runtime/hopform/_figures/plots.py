@@ -22,7 +22,7 @@ from hopform._control.reach import Reachability
 from hopform._errors import HopformError, MissingExtra
 from hopform._hopping.run import Run
 from hopform._robots import Robot
-from hopform._stance import Phase, Stance, aed_of
+from hopform._stance import Phase, Stance, aed_at
 from hopform._words import current, ending, mode, mode_of_actuator, name_of, unit_of_time
 
 try:
@@ -144,7 +144,7 @@ def draw_force(axes: Axes, stance: Stance, t: Curve, shown: Curve) -> None:
 def draw_energy(axes: Axes, stance: Stance, t: Curve, shown: Curve) -> None:
     """Two independent computations on top of each other: E from the state, E(0) + AED from the integrals of (24)."""
     energy = np.asarray(stance.energy(t).body)
-    draw_twice(axes, shown, energy, energy[0] + aed_of(stance.ledger(t)), "E(0) + analytical energy delta (24)")
+    draw_twice(axes, shown, energy, energy[0] + aed_at(stance, t), "E(0) + analytical energy delta (24)")
     axes.legend(loc="best")
 
 

@@ -21,7 +21,7 @@ from hopform._errors import HopformError
 from hopform._flight import Flight, solve_flight
 from hopform._robots import Robot, checked_robot
 from hopform._solver.package import Energy, Gains, formulas
-from hopform._stance import Real, Stance, State, aed_of, solve_stance, steps_of
+from hopform._stance import Real, Stance, State, aed_at, solve_stance, steps_of
 from hopform.controllers import Answer, ConstantCurrent, Controller, Preparing, Sampled, Touchdown
 from hopform.terrain import heights_of
 
@@ -217,7 +217,7 @@ class Run:
         for leg, inside, times in self._legs(t):
             found[inside] = leg.level
             if isinstance(leg.motion, Stance):
-                found[inside] += aed_of(leg.motion.ledger(times))
+                found[inside] += aed_at(leg.motion, times)
         return shaped(found, t)
 
     def ground(self, t: ArrayLike) -> Real:

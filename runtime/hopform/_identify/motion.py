@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from hopform._errors import HopformError
 from hopform._sensitivities import COLUMNS, in_height
-from hopform._solver.choice import choose
+from hopform._solver.choice import DEFAULT
 from hopform._solver.package import ENDINGS, ROWS, records
 from hopform._solver.protocol import SolvedStance
 
@@ -76,7 +76,7 @@ def solved(
     backend: str | None,
 ) -> SolvedStance:
     """A stance as its back end has it; HopformError for more phases than any recording has."""
-    found = choose(backend).solve_stance(robot, state, steps, horizon, MAX_PHASES, _DOUBLE)
+    found = DEFAULT.back_end(backend).solve_stance(robot, state, steps, horizon, MAX_PHASES, _DOUBLE)
     if ENDINGS[found.outcome()[0]] == "too_many_phases":
         raise HopformError(f"the motion has more than {MAX_PHASES} phases: hardly any friction for so long a recording")
     return found

@@ -7,10 +7,11 @@ import tomllib
 from dataclasses import dataclass, fields
 from importlib import resources
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import Any, ClassVar, NoReturn
 
 from hopform._checks import shown
 from hopform._errors import HopformError
+from hopform._solver.choice import DEFAULT, Solver
 from hopform._solver.package import ROBOT_FIELDS, CheckedRobot, Field, checked
 
 ROBOTS = ("hopper_c", "hopper_b", "ideal")
@@ -31,6 +32,7 @@ class Robot(CheckedRobot):
 
     name: str = ""
     description: str = ""
+    solver: ClassVar[Solver] = DEFAULT
 
     def __post_init__(self) -> None:
         try:

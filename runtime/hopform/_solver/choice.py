@@ -1,19 +1,18 @@
-"""The solvers: the compiled library where it is there and current, NumPy otherwise, which it says once."""
+"""A solver: a generated package with its back ends, the compiled library where it is there and current, else NumPy."""
 
 import warnings
-from functools import cache
+from collections.abc import Callable
 
 from hopform._checks import shown
-from hopform._errors import HopformError
+from hopform._errors import BackendError, HopformError
 from hopform._solver import c, c_batch, c_control, c_flight
 from hopform._solver.arrays import OnArrays
-from hopform._solver.library import library_message
-from hopform._solver.package import OURS
-from hopform._solver.protocol import Solver
+from hopform._solver.package import OURS, Package
+from hopform._solver.protocol import BackEnd
 
 
 class C(c.Compiled):
-    """The compiled library of a generated package as a solver."""
+    """The compiled library of a generated package as a back end."""
 
     solve_stance = c.solve_stance
     solve_flight = c_flight.solve_flight
@@ -23,31 +22,42 @@ class C(c.Compiled):
     differentiate_columns = c_batch.differentiate_columns
 
 
-def choose(backend: str | None) -> Solver:
-    """The solver of a name, or the default; HopformError if there is none of that name, BackendError if it is
-    unusable.
-    """
-    if backend is None:
-        return _default()
-    if backend == "c":
-        return _compiled()
-    if backend == "numpy":
-        return ON_ARRAYS
-    raise HopformError(f"backend must be 'c' or 'numpy', got {shown(backend)}")
+class Solver:
+    """What every function of hopform solves with: a package and its back ends. The class of a robot names it."""
+
+    def __init__(self, package: Package, library: Callable[[], c.Library]) -> None:
+        """library: loads the compiled one; BackendError if there is none or it is stale."""
+        self.package, self.arrays = package, OnArrays(package)
+        self._library = library
+        self._compiled: C | None = None
+        self._best: BackEnd | None = None
+
+    def back_end(self, name: str | None) -> BackEnd:
+        """The back end of a name, or the best; HopformError if there is none of that name, BackendError if it is
+        unusable.
+        """
+        if name is None:
+            return self._best or self._found()
+        if name == "c":
+            return self.compiled()
+        if name == "numpy":
+            return self.arrays
+        raise HopformError(f"backend must be 'c' or 'numpy', got {shown(name)}")
+
+    def compiled(self) -> C:
+        """The compiled library; BackendError if it is unusable."""
+        self._compiled = self._compiled or C(self._library())
+        return self._compiled
+
+    def _found(self) -> BackEnd:
+        """The best back end, which is looked for once; where it is not the library a warning says why."""
+        try:
+            self._best = self.compiled()
+        except BackendError as error:
+            self._best = self.arrays
+            warnings.warn(f"hopform uses its NumPy back end: {error}", RuntimeWarning, stacklevel=4)
+        return self._best
 
 
-ON_ARRAYS = OnArrays(OURS)
-
-
-@cache
-def _compiled() -> C:
-    return C(c.library())
-
-
-@cache
-def _default() -> Solver:
-    message = library_message()
-    if message is None:
-        return _compiled()
-    warnings.warn(f"hopform uses its NumPy back end: {message}", RuntimeWarning, stacklevel=4)
-    return ON_ARRAYS
+DEFAULT = Solver(OURS, c.library)
+"""That of the package that is installed with hopform."""

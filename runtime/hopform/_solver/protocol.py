@@ -1,4 +1,4 @@
-"""What a solver does, whichever way it does it. A state in here is x1, v1, v2 and the compression y."""
+"""What a back end does, whichever it is. A state in here is x1, v1, v2 and the compression y."""
 
 from collections.abc import Sequence
 from typing import Any, NamedTuple, Protocol
@@ -109,7 +109,7 @@ class SolvedFlight(Protocol):
         ...
 
 
-class Solver(Protocol):
+class BackEnd(Protocol):
     """A generated package at work: `C` by its compiled library, `OnArrays` by NumPy."""
 
     name: Backend
