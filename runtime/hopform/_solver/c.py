@@ -64,7 +64,7 @@ class Library:
         self._prefix, self.package = prefix, package
         self._types: dict[str, Types] = {}
         self._functions: dict[tuple[str, str], Any] = {}
-        self._desks: dict[str, Desk] = {}
+        self._buffers: dict[str, Buffers] = {}
 
     def _function(self, name: str, result: Any = ctypes.c_int32) -> Any:
         function = getattr(self._handle, f"{self._prefix}_{name}")
@@ -92,12 +92,12 @@ class Library:
             raise refusal(name, status)
         return status
 
-    def desk(self, dtype: np.dtype[Any]) -> "Desk":
+    def buffers(self, dtype: np.dtype[Any]) -> "Buffers":
         """Where stances of one precision are solved."""
         try:
-            return self._desks[dtype.char]
+            return self._buffers[dtype.char]
         except KeyError:
-            return self._desks.setdefault(dtype.char, Desk(self, self.types(dtype)))
+            return self._buffers.setdefault(dtype.char, Buffers(self, self.types(dtype)))
 
     def function(self, name: str, types: Types) -> Any:
         """A function in one precision, which returns a status."""
@@ -109,7 +109,7 @@ def refusal(name: str, status: int) -> HopformError:
     return HopformError(REFUSALS.get(status, f"{name} failed with status {status}"))
 
 
-class Desk:
+class Buffers:
     """One precision of a library at hand: its functions, how its structs are packed, and memory to solve in.
 
     Memory is taken from `free` and put back, so that no two stances are ever solved in the same: not those of two
@@ -170,18 +170,18 @@ def library() -> Library:
 class Solved:
     """A stance solved by the library, as the bytes of its structs: nothing changes them, and they can be pickled."""
 
-    __slots__ = ("answer", "desk", "phases", "plan", "stance", "steps")
+    __slots__ = ("answer", "buffers", "phases", "plan", "stance", "steps")
 
-    def __init__(self, desk: Desk, plan: bytes, steps: bytes, phases: Any, stance: bytes) -> None:
+    def __init__(self, buffers: Buffers, plan: bytes, steps: bytes, phases: Any, stance: bytes) -> None:
         """phases: bytes of theirs, or memory that begins with them."""
-        self.desk, self.plan, self.steps, self.stance = desk, plan, steps, stance
-        self.answer = answer = desk.stance.unpack(stance)
-        self.phases: bytes = phases[: answer[-2] * desk.phase.size]
+        self.buffers, self.plan, self.steps, self.stance = buffers, plan, steps, stance
+        self.answer = answer = buffers.stance.unpack(stance)
+        self.phases: bytes = phases[: answer[-2] * buffers.phase.size]
 
     def __reduce__(self) -> Any:
-        desk = self.desk
+        buffers = self.buffers
         return _solved_again, (
-            desk.library.source, np.dtype(desk.types.real), self.plan, self.steps, self.phases, self.stance,
+            buffers.library.source, np.dtype(buffers.types.real), self.plan, self.steps, self.phases, self.stance,
         )  # fmt: skip
 
     def outcome(self) -> tuple[int, float, records.LegState, float, float]:
@@ -191,20 +191,20 @@ class Solved:
 
     def event_rows(self) -> list[tuple[float, int]]:
         """Time and number of each event."""
-        return [row for row in self.desk.event.iter_unpack(self.phases) if row[1]]
+        return [row for row in self.buffers.event.iter_unpack(self.phases) if row[1]]
 
     def phase_rows(self) -> list[tuple[float, records.LegState, int, int, int]]:
         """Each phase: when and where it starts, its mode, the event that starts it, the step of the current."""
-        rows = self.desk.phase.iter_unpack(self.phases)
+        rows = self.buffers.phase.iter_unpack(self.phases)
         return [(t, records.LegState(x1, v1, v2, y), mode, event, step) for t, x1, v1, v2, y, mode, event, step in rows]
 
     def state(self, t: float) -> records.LegState:
         """The state at one time."""
-        desk, state = self.desk, self.desk.one_state()
-        status = desk.stance_at(self.plan, self.steps, self.phases, self.stance, desk.types.real(t), state)
+        buffers, state = self.buffers, self.buffers.one_state()
+        status = buffers.stance_at(self.plan, self.steps, self.phases, self.stance, buffers.types.real(t), state)
         if status < 0:
             raise refusal("stance_at", status)
-        return records.LegState._make(desk.state.unpack(state))
+        return records.LegState._make(buffers.state.unpack(state))
 
     def state_at(self, t: NDArray[np.floating]) -> records.LegState:
         """States at times of one dimension."""
@@ -214,18 +214,18 @@ class Solved:
 
     def grid(self, dt: float, out: records.LegState) -> None:
         """Put the states at i dt, i = 0, 1, ..., into arrays of one dimension, each in one piece."""
-        real = self.desk.types.real
+        real = self.buffers.types.real
         self._call("stance_grid", real(0.0), real(dt), ctypes.c_int32(out.x1.size), *map(pointer, out))
 
     def energy(self, t: float) -> Energy:
         """Energies at one time."""
-        desk, energy = self.desk, self.desk.one_energy()
-        status = desk.stance_energy(
-            self.plan, self.steps, self.phases, self.stance, desk.pack(t), 1, energy, None, None
+        buffers, energy = self.buffers, self.buffers.one_energy()
+        status = buffers.stance_energy(
+            self.plan, self.steps, self.phases, self.stance, buffers.pack(t), 1, energy, None, None
         )
         if status < 0:
             raise refusal("stance_energy", status)
-        return Energy._make(desk.energy.unpack(energy))
+        return Energy._make(buffers.energy.unpack(energy))
 
     def energy_at(self, t: NDArray[np.floating]) -> Energy:
         """Energies at times of one dimension."""
@@ -235,7 +235,7 @@ class Solved:
 
     def ledger_at(self, t: NDArray[np.floating]) -> Ledger:
         """The ledger at times of one dimension, which must not decrease."""
-        of = self.desk.library.package.records
+        of = self.buffers.library.package.records
         energies = np.empty((t.size, len(Energy._fields)), dtype=t.dtype)
         work, losses = np.empty((t.size, len(of.Work._fields)), dtype=t.dtype), np.empty_like(t)
         self._call(
@@ -246,8 +246,8 @@ class Solved:
 
     def sensitivities(self) -> NDArray[np.floating]:
         """Derivatives, rows times columns as in the package's `sensitivity`; NaN where there are none."""
-        types = self.desk.types
-        shape = (len(ROWS), 5 + len(self.desk.library.package.records.Robot._fields))
+        types = self.buffers.types
+        shape = (len(ROWS), 5 + len(self.buffers.library.package.records.Robot._fields))
         matrix = np.empty(shape, dtype=np.dtype(types.real))
         if self._call("stance_sensitivities", pointer(matrix)) == NO_DERIVATIVE:
             matrix[:] = np.nan
@@ -258,14 +258,14 @@ class Solved:
     def tangents(self, t: NDArray[np.floating]) -> tuple[records.LegState, NDArray[np.floating]]:
         """States at times of one dimension, which do not decrease, and the derivatives of x1, v1, v2, y there."""
         states = np.empty((t.size, len(records.LegState._fields)), dtype=t.dtype)
-        columns = 5 + len(self.desk.library.package.records.Robot._fields)
+        columns = 5 + len(self.buffers.library.package.records.Robot._fields)
         tangents = np.empty((t.size, len(records.LegState._fields), columns), dtype=t.dtype)
         self._call("stance_tangents", pointer(t), ctypes.c_int32(t.size), pointer(states), pointer(tangents))
         return records.LegState(*states.T), tangents
 
     def _call(self, name: str, *arguments: Any) -> int:
-        return self.desk.library.call(
-            name, self.desk.types, self.plan, self.steps, self.phases, self.stance, *arguments
+        return self.buffers.library.call(
+            name, self.buffers.types, self.plan, self.steps, self.phases, self.stance, *arguments
         )
 
 
@@ -286,7 +286,7 @@ def _solved_again(source: str, dtype: np.dtype[Any], *structs: bytes) -> Solved:
     ours = library()
     if source != ours.source:
         raise BackendError(f"the stance was solved by a library built from {source}, this one is from {ours.source}")
-    return Solved(ours.desk(dtype), *structs)
+    return Solved(ours.buffers(dtype), *structs)
 
 
 @lru_cache(maxsize=256)
@@ -298,9 +298,9 @@ def plan_of(lib: Library, types: Types, parameters: tuple[Any, ...]) -> Any:
 
 
 @lru_cache(maxsize=256)
-def _plan_of(desk: Desk, parameters: tuple[Any, ...]) -> bytes:
+def _plan_of(buffers: Buffers, parameters: tuple[Any, ...]) -> bytes:
     """The same as bytes."""
-    return bytes(plan_of(desk.library, desk.types, parameters))
+    return bytes(plan_of(buffers.library, buffers.types, parameters))
 
 
 class Compiled:
@@ -322,25 +322,25 @@ def solve_stance(
     dtype: np.dtype[Any],
 ) -> Solved:
     """One stance, by the compiled library."""
-    desk = solver.library.desk(dtype)
-    plan = _plan_of(desk, parameters)
+    buffers = solver.library.buffers(dtype)
+    plan = _plan_of(buffers, parameters)
     one = len(steps) == 1
-    packed = desk.pack_step(*steps[0]) if one else desk.pack(*(number for step in steps for number in step))
-    begin, longest = desk.pack_state(*start), desk.types.real(horizon)
+    packed = buffers.pack_step(*steps[0]) if one else buffers.pack(*(number for step in steps for number in step))
+    begin, longest = buffers.pack_state(*start), buffers.types.real(horizon)
     capacity = _FIRST_CAPACITY if max_phases >= _FIRST_CAPACITY else max_phases + 1
     try:
-        stance, phases = desk.free.pop()
+        stance, phases = buffers.free.pop()
     except IndexError:
-        stance, phases = desk.memory()
+        stance, phases = buffers.memory()
     while True:
-        status = desk.solve_stance(plan, begin, packed, len(steps), longest, max_phases, phases, capacity, stance)
+        status = buffers.solve_stance(plan, begin, packed, len(steps), longest, max_phases, phases, capacity, stance)
         if status != PHASES_NOT_KEPT:
             break
-        capacity = desk.stance.unpack(stance)[-3]
-        stance, phases = desk.memory(capacity)
+        capacity = buffers.stance.unpack(stance)[-3]
+        stance, phases = buffers.memory(capacity)
     if status < 0:
         raise refusal("solve_stance", status)
-    solved = Solved(desk, plan, packed, phases, stance[:])
+    solved = Solved(buffers, plan, packed, phases, stance[:])
     if capacity <= _FIRST_CAPACITY:
-        desk.free.append((stance, phases))
+        buffers.free.append((stance, phases))
     return solved
