@@ -115,14 +115,14 @@ class FeedForward:
     backend: str | None = None
 
     def __post_init__(self) -> None:
-        wishes(self.h_des)
+        set_points(self.h_des)
         finite("stop_margin", self.stop_margin, "m")
         finite("horizon", self.horizon, "s")
 
     def prepare(self, robot: Robot, terrain: tuple[float, ...]) -> "FeedForward":
-        """Itself, if every wish is above its ground; HopformError if not."""
-        check_wishes(robot, self.h_des, terrain, self.stop_margin, self.horizon)
-        return replace(self, h_des=wishes(self.h_des))
+        """Itself, if every set point is above its ground; HopformError if not."""
+        check_set_points(robot, self.h_des, terrain, self.stop_margin, self.horizon)
+        return replace(self, h_des=set_points(self.h_des))
 
     def __call__(self, touchdown: Touchdown) -> float:
         if type(self.h_des) is float:  # checked once, when it was made
@@ -153,10 +153,10 @@ class AsPrinted:
     backend: str | None = None
 
     def prepare(self, robot: Robot, terrain: tuple[float, ...]) -> "AsPrinted":
-        """Itself, if every wish is above its ground; HopformError if not."""
-        check_wishes(robot, self.h_des, terrain, 0.0, self.horizon)
+        """Itself, if every set point is above its ground; HopformError if not."""
+        check_set_points(robot, self.h_des, terrain, 0.0, self.horizon)
         positive("grid", self.grid, "A")
-        return replace(self, h_des=wishes(self.h_des))
+        return replace(self, h_des=set_points(self.h_des))
 
     def __call__(self, touchdown: Touchdown) -> float:
         return choose_current_as_printed(
@@ -190,13 +190,13 @@ class ReturnMap:
 
     def prepare(self, robot: Robot, terrain: tuple[float, ...]) -> "Tracking":
         """The controller with its return maps."""
-        check_wishes(robot, self.h_des, terrain, 0.0, self.horizon)
+        check_set_points(robot, self.h_des, terrain, 0.0, self.horizon)
         positive("period", self.period, "s")
         for name, count in (("heights", self.heights), ("currents", self.currents)):
             whole(name, count, 2)
         for name, gain, unit in (("Kp", self.Kp, "A/m"), ("Kd", self.Kd, "A s/m")):
             finite(name, gain, unit)
-        h_des = wishes(self.h_des)
+        h_des = set_points(self.h_des)
         highest = max(h_des) if isinstance(h_des, tuple) else h_des
         if not highest > 0.0:
             raise HopformError(f"h_des must be > 0 m for maps that are measured up to twice that, got {highest!r}")
@@ -222,8 +222,8 @@ class ReturnMaps:
     v1: Array
 
     def current(self, apex: float, h_des: float) -> float:
-        """The current [A] that the maps give for an apex [m] and the wish for the next one; the least |u| if several
-        do.
+        """The current [A] that the maps give for an apex [m] and the set point for the next one; the least |u| if
+        several do.
         """
         place = min(max(int(np.searchsorted(self.heights, apex)), 1), self.heights.size - 1)
         low, high = float(self.heights[place - 1]), float(self.heights[place])
@@ -302,7 +302,7 @@ class Tracking:
         return self._recorded[h_des]
 
     def __call__(self, touchdown: Touchdown) -> Sampled:
-        h_des = wish(self.h_des, touchdown.hop)
+        h_des = set_point(self.h_des, touchdown.hop)
         return Sampled(self.settings.period, self._law(self.maps.current(touchdown.apex, h_des), self.recorded(h_des)))
 
     def _law(self, command: float, recorded: Stance) -> Callable[[float, State], float]:
@@ -325,14 +325,14 @@ class Tracking:
         return law
 
 
-def wish(h_des: SupportsFloat | Sequence[SupportsFloat], index: int) -> float:
+def set_point(h_des: SupportsFloat | Sequence[SupportsFloat], index: int) -> float:
     """The desired apex [m] after a touchdown."""
     if type(h_des) is float:  # the common case, before a protocol is asked
         return h_des
     return finite("h_des", h_des[index] if isinstance(h_des, Sequence) else h_des, "m")
 
 
-def wishes(h_des: SupportsFloat | Sequence[SupportsFloat]) -> Heights:
+def set_points(h_des: SupportsFloat | Sequence[SupportsFloat]) -> Heights:
     """The desired apexes [m] as floats: one, or one per hop; HopformError for what is not finite."""
     if isinstance(h_des, (Sequence, np.ndarray)) and not isinstance(h_des, str):
         each = cast(Sequence[SupportsFloat], h_des)
@@ -341,26 +341,26 @@ def wishes(h_des: SupportsFloat | Sequence[SupportsFloat]) -> Heights:
 
 
 def target_of(h_des: SupportsFloat | Sequence[SupportsFloat], touchdown: Touchdown) -> dict[str, float]:
-    """The wish as `choose_current` takes it: never below the ground, where a sensor may have put it."""
-    return {"h_des": max(wish(h_des, touchdown.hop), touchdown.ground), "datum": -touchdown.ground}
+    """The set point as `choose_current` takes it: never below the ground, where a sensor may have put it."""
+    return {"h_des": max(set_point(h_des, touchdown.hop), touchdown.ground), "datum": -touchdown.ground}
 
 
-def check_wishes(
+def check_set_points(
     robot: Robot,
     h_des: SupportsFloat | Sequence[SupportsFloat],
     terrain: tuple[float, ...],
     stop_margin: float,
     horizon: float,
 ) -> None:
-    """HopformError if a wish lies below its ground, or there are too few."""
-    asked, grounds = wishes(h_des), heights_of(terrain)
+    """HopformError if a set point lies below its ground, or there are too few."""
+    asked, grounds = set_points(h_des), heights_of(terrain)
     if isinstance(asked, tuple) and len(asked) < len(grounds):
         raise HopformError(f"h_des must be one height, or one per hop: got {len(asked)} for {len(grounds)} hops")
     for index, ground in enumerate(grounds):
-        wanted = wish(asked, index)
+        wanted = set_point(asked, index)
         if wanted < ground:
             raise HopformError(
                 f"h_des must not lie below the ground: got {wanted!r} m at hop {index}, where the ground is at "
                 f"{ground!r} m"
             )
-    checked_target(robot, wish(asked, 0), -grounds[0], stop_margin, horizon)
+    checked_target(robot, set_point(asked, 0), -grounds[0], stop_margin, horizon)

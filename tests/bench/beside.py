@@ -204,7 +204,7 @@ def hopping(repetitions: int) -> list[Line]:
     robot, ground = hopform.load_robot("hopper_c"), hopform.terrain.uniform(1000, 0.02, seed=3)
     exact, axis = hopform.controllers.FeedForward(0.2), np.linspace(0.02, 0.35, 200)
     takeoff = hopform.solve_stance(robot, v2=hopform.touchdown_velocity(robot, 0.2), u=3.0).end._asdict()
-    wishes = np.linspace(-2.2, -1.6, 100).tolist()
+    speeds = np.linspace(-2.2, -1.6, 100).tolist()
     calls: dict[str, tuple[int, Callable[[], object]]] = {
         "a stance, C loop": (10 * len(jobs), lambda: stances(10)),
         "a flight, C loop": (10 * len(jobs), lambda: flights(10)),
@@ -212,7 +212,7 @@ def hopping(repetitions: int) -> list[Line]:
             100, lambda: [hopform.solve_flight(robot, **takeoff, backend="c") for _ in range(100)],
         ),
         "a current, choose_current from Python": (
-            len(wishes), lambda: [hopform.choose_current(robot, v2=v2, h_des=0.2, backend="c") for v2 in wishes],
+            len(speeds), lambda: [hopform.choose_current(robot, v2=v2, h_des=0.2, backend="c") for v2 in speeds],
         ),
         "a hop under the exact controller, of 1000 on rough ground": (
             len(ground), lambda: hopform.simulate(robot, ground, exact, height=0.2, backend="c"),

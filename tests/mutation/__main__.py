@@ -735,7 +735,7 @@ MUTANTS = (
         first=HOPPING,
     ),
     Mutant(
-        "hopping: a wish below ground that is higher than level 0",
+        "hopping: a set point below ground that is higher than level 0",
         "runtime/hopform/controllers.py",
         "if wanted < ground:",
         "if wanted < min(ground, 0.0):",

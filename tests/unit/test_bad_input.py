@@ -242,7 +242,7 @@ ANSWERS = {
 """Classes that hopform fills itself, and records that are checked where they are handed in."""
 OF_RECORDINGS = {"fit_drop_test", "fit_force", "fit_robot", "fit_step_response", "read_recording"}
 """What takes numbers by name, in `known`, or beside a file."""
-INSIDE = {"check_wishes", "crossing", "home_of", "measured", "target_of", "wish", "wishes"}
+INSIDE = {"check_set_points", "crossing", "home_of", "measured", "target_of", "set_point", "set_points"}
 """What controllers and terrains share, behind the classes and functions above."""
 OBJECTS: dict[str, Any] = {
     "stance": hopform.solve_stance(HOPPER, v2=-1.9),

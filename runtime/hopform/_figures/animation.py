@@ -55,7 +55,7 @@ def position(run: Run, t: Array) -> Array:
 
 
 def scene(axes: Axes, run: Run) -> dict[str, Line2D | Rectangle]:
-    """What does not move: ground and wish; and the parts that do."""
+    """What does not move: ground and set point; and the parts that do."""
     edges = STRIDE * (np.arange(len(run.terrain) + 1) - 0.5)
     edges[0], edges[-1] = -3 * STRIDE, edges[-1] + 3 * STRIDE
     axes.stairs(run.terrain, edges, baseline=-0.2, fill=True, facecolor="#DDDDDD", edgecolor=GROUND)

@@ -46,7 +46,7 @@ def picture(number: int, ground: Heights, title: str, paper: str, where: str) ->
         figure = drawn(run, np.abs(miss), np.abs(miss_printed))
     ours = (
         f"{len(run.hops)} hops {where}, wanted {', '.join(cm(each, 0) for each in dict.fromkeys(REFERENCE))}. With "
-        f"apex(u) = h_des solved exactly every apex is within {worst(miss):.0e} m of the wish (an error of 0 is "
+        f"apex(u) = h_des solved exactly every apex is within {worst(miss):.0e} m of the set point (an error of 0 is "
         "drawn as "
         f"{LEAST:.0e} m), at {np.abs(run.table['u']).max():.2f} A of {robot.u_max:g} A at most. (26), (27) as "
         "printed, J "

@@ -130,7 +130,7 @@ def with_errors_of_measurement() -> Picture:
 
 
 def tracked(run: Run, wanted: Sequence[float], compared: Mapping[str, Run]) -> Figure:
-    """Heights and voltages of a run, its wishes, and by how much the apexes of some runs, by name, miss them."""
+    """Heights and voltages of a run, its set points, and by how much the apexes of some runs, by name, miss them."""
     figure, (top, middle, bottom) = panels(3, 5.0, sharex=True, height_ratios=[1.6, 0.8, 0.9])
     draw_heights(top, run, wanted)
     legend(top, 4)
@@ -150,7 +150,7 @@ def tracked(run: Run, wanted: Sequence[float], compared: Mapping[str, Run]) -> F
 
 
 def draw_heights(axes: Axes, run: Run, wanted: Sequence[float]) -> None:
-    """Body, apexes, wishes and ground of a run, as hop heights over level 0."""
+    """Body, apexes, set points and ground of a run, as hop heights over level 0."""
     t, height = hop_heights(run)
     axes.plot(t, 100 * height, color=BLUE, linewidth=1.0, label="body")
     times, tops = apexes(run)

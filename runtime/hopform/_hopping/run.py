@@ -360,8 +360,8 @@ def simulate(
     state in the air; both over level 0. gains (Kp, Kd) of the return in flight as for `solve_flight`. errors: what the
     controller does not know, drawn with the seed. horizon [s]: longest time of a stance. progress: called after every
     hop with the number done and that of the terrain's heights; an exception from it, as from Ctrl-C, ends the run.
-    Raises HopformError for a value that is not allowed: an empty terrain, g = 0, a wish below the ground; and for what
-    a controller answers that is no current.
+    Raises HopformError for a value that is not allowed: an empty terrain, g = 0, a set point below the ground; and for
+    what a controller answers that is no current.
 
     >>> from hopform import load_robot
     >>> run = simulate(load_robot("hopper_c"), [0.0, 0.0], 3.0, height=0.2)

@@ -36,11 +36,11 @@ def choose_current(
         memory = free.pop()
     except IndexError:
         memory = _Memory(types, FIRST_CAPACITY)
-    begin, wish = types.State(*start), memory.target(*target)
+    begin, wanted = types.State(*start), memory.target(*target)
     while True:
         status = library.call(
             "choose_current", types, ctypes.byref(memory.search), ctypes.byref(plan), ctypes.byref(begin),
-            ctypes.byref(wish),
+            ctypes.byref(wanted),
             memory.phases, ctypes.c_int32(capacity), ctypes.byref(memory.command),
         )  # fmt: skip
         if status != native.PHASES_NOT_KEPT or capacity == max_phases:
