@@ -2,8 +2,8 @@
 
 `templates/` mirrors `generated/` path for path; of the engine's sources `generated/` has instances, line for line.
 
-A C template whose name contains _real is rendered once per precision. Two hashes are all that tells where a text came
-from: MANIFEST lists one per generated file and one per input, and `source`, the hash of all texts before it is put in,
+A C template whose name contains _real is rendered once per precision. The origin of a text is given by two hashes:
+MANIFEST lists one per generated file and one per input, and `source`, the hash of all texts before it is put in,
 stands in the package and in the library so that a stale library can be refused.
 """
 

@@ -14,7 +14,7 @@ class Word:
 
 @dataclass(frozen=True)
 class Kind:
-    """Words of one kind: what they tell, the name of their table in Python, the prefix of their macros in C."""
+    """Words of one kind: their meaning, the name of their table in Python, the prefix of their macros in C."""
 
     meaning: str
     table: str

@@ -34,7 +34,7 @@ SETTLING = 5
 
 
 class Touchdown(NamedTuple):
-    """What a controller is told, with the errors of its sensors; heights count from level 0, that of the terrain's
+    """What a controller is given, with the errors of its sensors; heights count from level 0, that of the terrain's
     zero.
     """
 

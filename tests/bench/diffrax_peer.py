@@ -66,7 +66,7 @@ def _functions(leg, side_1, side_2, z):
 
 
 def _walk(job, answer):
-    """`rules.chain`, which asks for each search by a yield and is told what was found."""
+    """`rules.chain`, which asks for each search by a yield and is sent what was found."""
     leg = rules.leg_of(job)
     z, side_1, side_2 = rules.begin(job, leg)
     t, phases, count, ending = 0.0, 1, 0, rules.TOO_MANY_PHASES

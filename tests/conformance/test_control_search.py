@@ -118,7 +118,7 @@ def test_an_actuator_that_starts_at_its_limit_is_tried_once(backend):
 
 def past_the_stop(robot: hopform.Robot, touchdown: Touchdown, u: float) -> tuple[float, bool]:
     """What the hits of the upper stop add to it, from the states just before them;
-    whether the velocity tells it, or y.
+    whether the velocity decides, or y.
     """
     stance = hopform.solve_stance(robot, x1=touchdown.x1, v1=touchdown.v1, x2=touchdown.x2(robot), v2=touchdown.v2, u=u)
     found = (-1.0, True)
@@ -132,7 +132,7 @@ def past_the_stop(robot: hopform.Robot, touchdown: Touchdown, u: float) -> tuple
 
 
 @pytest.mark.parametrize("backend", ["c", "numpy"])
-def test_a_hit_tells_how_far_it_is_from_not_being_one(backend):
+def test_a_hit_returns_how_far_it_is_from_not_being_one(backend):
     """Past x1_max by v1^2/(2 g) at the stop, or by y there if the leg would be off sooner, with the slopes of these."""
     slow = fast = 0
     for fields, touchdown in FOUND_BY_SCANS.values():
@@ -160,7 +160,7 @@ def test_a_hit_tells_how_far_it_is_from_not_being_one(backend):
 @pytest.mark.parametrize(
     ("name", "way"), [("hit, not hit, and hit", 1.0), ("off before it is hit", -1.0), ("off before it is hit", 1.0)]
 )
-def test_what_a_hit_tells_has_no_jump_where_hits_begin(name, way):
+def test_the_peak_of_a_hit_has_no_jump_where_hits_begin(name, way):
     """Else a cell between two hits, of which one is near to be none, would seem to have no other current in it."""
     fields, touchdown = FOUND_BY_SCANS[name]
     robot, start = changed(**fields), LegState(touchdown.x1, touchdown.v1, touchdown.v2, touchdown.y)

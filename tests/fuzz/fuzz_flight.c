@@ -16,11 +16,11 @@ static void detect(source *from)
     T(contact) contact = {0, 0, 0};
     for (int n = 0; n < 8; n++) {
         const T(contact) before = contact;
-        const int32_t told = T(touchdown)(&detector, &contact, next_real(from, 0, 0));
-        must(told >= 0
+        const int32_t event = T(touchdown)(&detector, &contact, next_real(from, 0, 0));
+        must(event >= 0
              || (before.run == contact.run && before.above == contact.above && before.touches == contact.touches));
-        must(told <= HOPFORM_CONTACT_TAKEOFF && (told != HOPFORM_CONTACT_TOUCHDOWN || contact.touches == 1));
-        must(contact.run >= 0 && (told < 0 || contact.run < detector.count));
+        must(event <= HOPFORM_CONTACT_TAKEOFF && (event != HOPFORM_CONTACT_TOUCHDOWN || contact.touches == 1));
+        must(contact.run >= 0 && (event < 0 || contact.run < detector.count));
     }
 }
 

@@ -27,11 +27,11 @@ static void read_stance(const T(plan) *plan, const T(step) *step, const T(stance
     for (int n = 0; n < MATRIX; n++) {
         must(isfinite(matrix[n]) && (status == HOPFORM_OK || !(fabs(matrix[n]) > 0)));
     }
-    const int32_t told = T(stance_tangents)(plan, step, phases, stance, times, 2, states, tangents);
-    must(told == HOPFORM_OK || told == HOPFORM_NO_DERIVATIVE || told == HOPFORM_ERROR_TIME);
+    const int32_t tangent = T(stance_tangents)(plan, step, phases, stance, times, 2, states, tangents);
+    must(tangent == HOPFORM_OK || tangent == HOPFORM_NO_DERIVATIVE || tangent == HOPFORM_ERROR_TIME);
     const int32_t stated =
         T(stance_states)(plan, step, phases, stance, times, 2, columns[0], columns[1], columns[2], columns[3]);
-    must((stated < 0) == (told < 0) || early > stance->duration); /* tangents want times in their order */
+    must((stated < 0) == (tangent < 0) || early > stance->duration); /* tangents want times in their order */
     const real dt = stance->duration / GRID;
     const int32_t drawn =
         T(stance_grid)(plan, step, phases, stance, early, dt, GRID, columns[0], columns[1], columns[2], columns[3]);

@@ -176,21 +176,21 @@ MUTANTS = (
         first=CONTROL,
     ),
     Mutant(
-        "controller, C: a stop that is hit tells nothing",
+        "controller, C: a stop that is hit counts for nothing",
         "runtime/engine/c/trial_real.h",
         "    if (stops && rate > 0.0) {\n",
         "    if (stops && rate < 0.0) {\n",
         first=CONTROL,
     ),
     Mutant(
-        "controller, C: at a hit, the other tells",
+        "controller, C: at a hit, the other velocity decides",
         "runtime/engine/c/trial_real.h",
         "if (height < met->y) {",
         "if (height > met->y) {",
         first=CONTROL,
     ),
     Mutant(
-        "controller, NumPy: at a hit, the other tells",
+        "controller, NumPy: at a hit, the other velocity decides",
         "runtime/engine/numpy/trial.py",
         "slow = np.asarray(height < at.y)",
         "slow = np.asarray(height > at.y)",
@@ -580,7 +580,7 @@ MUTANTS = (
         after=(),
     ),
     Mutant(
-        "identification: directions that are not seen but told",
+        "identification: directions that are listed without being identifiable",
         "runtime/hopform/_identify/estimation.py",
         "unseen = singular <= _WEAK * singular[0]",
         "unseen = singular < 0.0 * singular[0]",

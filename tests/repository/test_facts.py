@@ -101,7 +101,7 @@ def test_what_is_altered_builds_and_is_checked_by_both_back_ends(altered, packag
 
 
 def test_a_new_word_stands_in_every_table(monkeypatch):
-    """A kind of event and a status, as if the engine were to tell them."""
+    """A kind of event and a status, as if the engine returned them."""
     event, status = kinds.Word(8, "x2_hits_stop", "the body meets a stop"), kinds.Word(-15, "error_weather", "it rains")
     longer = tuple(
         replace(kind, words=(*kind.words, {"EVENTS": event, "STATUSES": status}[kind.table]))

@@ -315,12 +315,12 @@ LONG = 3 * ufuncs.CHUNK // 2
 
 
 @pytest.mark.parametrize("threads", [1, 2])
-def test_progress_is_told_and_threads_change_nothing(threads):
-    v2, told = np.linspace(-3.0, -0.5, LONG), []
+def test_progress_is_reported_and_threads_change_nothing(threads):
+    v2, seen = np.linspace(-3.0, -0.5, LONG), []
     batch = hopform.solve_stances(
-        HOPPER, v2=v2, threads=threads, events=True, progress=lambda done, total: told.append((done, total))
+        HOPPER, v2=v2, threads=threads, events=True, progress=lambda done, total: seen.append((done, total))
     )
-    assert told[-1] == (LONG, LONG) and len(told) == 2
+    assert seen[-1] == (LONG, LONG) and len(seen) == 2
     alone = hopform.solve_stances(HOPPER, v2=v2[-5:], events=True)
     assert np.array_equal(batch.duration[-5:], alone.duration)
     assert np.array_equal(batch.event_time[-5:, : alone.event_time.shape[1]], alone.event_time, equal_nan=True)
@@ -328,15 +328,15 @@ def test_progress_is_told_and_threads_change_nothing(threads):
 
 @pytest.mark.parametrize("threads", [1, 2])
 def test_an_interrupt_ends_a_batch_at_once(threads):
-    told = []
+    seen = []
 
     def interrupt(done: int, total: int) -> None:
-        told.append(done)
+        seen.append(done)
         raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
         hopform.solve_stances(HOPPER, v2=np.full(20 * ufuncs.CHUNK, -0.5), threads=threads, progress=interrupt)
-    assert told == [ufuncs.CHUNK]
+    assert seen == [ufuncs.CHUNK]
     assert hopform.solve_stances(HOPPER, v2=-2.0).words == "takeoff"
 
 

@@ -217,7 +217,7 @@ def test_one_equation_is_shown_in_full(answer):
         assert text in output
 
 
-def test_a_stance_is_told_in_words_and_units(answer):
+def test_a_stance_is_printed_in_words_and_units(answer):
     output = answer(*DROP)
     assert "takes off after 188.13 ms, apex 22.33 cm" in output
     assert "84.3887  188.128  body reverses  slips up  slips up" in output
@@ -236,7 +236,7 @@ def test_phases_begin_with_their_events_and_with_steps_of_the_current(answer):
     assert re.search(".*".join(said), output, re.DOTALL)
 
 
-def test_events_at_one_time_are_each_told_once():
+def test_events_at_one_time_are_each_listed_once():
     stance = hopform.solve_stance(HOPPER, v2=-1.93, u=3.0)
     down, up = stance.phases
     between = up._replace(end=up.start)
@@ -287,7 +287,7 @@ def test_initial_values_and_options_reach_the_solver(answer):
     assert record["u"] == [{"time": 0.0, "current": 1.0}, {"time": 0.05, "current": 2.0}]
 
 
-def test_hops_are_told_in_a_row_each(answer):
+def test_hops_are_printed_in_a_row_each(answer):
     output = answer("hop", "--height", "0.2", "--u", "3", "--hops", "3")
     assert "hops on after 3 touchdowns" in output
     assert re.search(r"1 +0 +20 +0\.20193 +3 +188\.13 +takeoff +22\.329 +\+1\.9216", output)

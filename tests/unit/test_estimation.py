@@ -183,7 +183,7 @@ def test_correlations_and_hold_out_are_those_of_the_data():
     assert any("not white" in each for each in fit.warnings)
 
 
-def test_residuals_with_a_memory_are_told_from_white_ones():
+def test_residuals_with_a_memory_are_distinguished_from_white_ones():
     """The variance of a mean of a process of first order is (1 + rho)/(1 - rho) times that of as many
     independent ones.
     """

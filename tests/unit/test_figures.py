@@ -222,7 +222,7 @@ def test_three_amperes_add_energy_until_the_height_is_steady():
     assert energy.min() < min(energy[0], energy[-1]) - 1.0
 
 
-def test_a_noisier_signal_tells_touchdown_later_and_more_often_falsely():
+def test_a_noisier_signal_detects_touchdown_later_and_more_often_falsely():
     """Fig. 15: delay and false alarms over noise; a late current costs height."""
     shown = data(15)
     assert shown["detected"].size == shown["true"].size

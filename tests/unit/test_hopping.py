@@ -116,16 +116,16 @@ def test_hopper_bs_first_controller_holds_a_height_on_even_ground_and_not_on_rou
 # ---- any controller ----
 
 
-def test_a_controller_of_ones_own_is_told_the_touchdown():
-    told = []
+def test_a_controller_of_ones_own_is_given_the_touchdown():
+    given = []
 
     def controller(touchdown):
-        told.append(touchdown)
+        given.append(touchdown)
         return [(0.0, 3.0), (0.05, 2.0)]
 
     run = hops(ROUGH[:3], controller)
     assert run.hops[1].stance.u == ((0.0, 3.0), (0.05, 2.0))
-    for hop, touchdown in zip(run.hops, told, strict=True):
+    for hop, touchdown in zip(run.hops, given, strict=True):
         start = hop.touchdown
         assert touchdown[2:] == (start.x1, start.v1, start.v2, hop.ground, hop.height, HOPPER)
         assert (touchdown.hop, touchdown.time) == (hop.index, hop.touchdown_time)
@@ -167,12 +167,12 @@ def test_the_same_seed_gives_the_same_run_and_another_another():
     assert (one.table == same.table).all() and one.table["u"][0] != other.table["u"][0]
 
 
-def test_what_is_measured_scatters_as_it_is_told_and_within_the_stroke():
-    told = []
+def test_what_is_measured_scatters_as_asked_and_within_the_stroke():
+    given = []
     errors = hopform.Errors(x1=1e-3, v1=2e-2, v2=1e-2, ground=5e-3, x2=3e-3)
-    run = hops(terrain.flat(2000), lambda seen: told.append(seen) or 2.7, errors=errors)
+    run = hops(terrain.flat(2000), lambda seen: given.append(seen) or 2.7, errors=errors)
     truth = np.array([[*hop.touchdown[:2], hop.touchdown[3], hop.ground, hop.height] for hop in run.hops])
-    seen = np.array([[each.x1, each.v1, each.v2, each.ground, each.apex] for each in told])
+    seen = np.array([[each.x1, each.v1, each.v2, each.ground, each.apex] for each in given])
     spread = (seen - truth).std(axis=0)  # of 2000: within 5 % but once in a thousand
     assert spread[1:] == pytest.approx([2e-2, 1e-2, 5e-3, 3e-3], rel=0.06)
     assert seen[:, 0].min() >= HOPPER.x1_min

@@ -38,7 +38,7 @@ def holds(fit, **truth):
         assert each.low - 0.5 * half <= value <= each.high + 0.5 * half, (name, each)
 
 
-def test_a_drop_with_hops_tells_the_spring_the_length_and_the_impact():
+def test_a_drop_with_hops_identifies_the_spring_the_length_and_the_impact():
     fit = fit_drop_test(record(HOPPER, "drop", seed=1), known={"m_s": 3.0})
     holds(fit, k=1200.0, b2=5.0, f2=0.6, length=0.4, impact_loss=0.05)
     assert fit.traces[0].tests.white
@@ -47,7 +47,7 @@ def test_a_drop_with_hops_tells_the_spring_the_length_and_the_impact():
     assert fit.traces[0].holdout <= 3e-4
 
 
-def test_two_decays_with_a_weighed_mass_between_them_tell_the_mass():
+def test_two_decays_with_a_weighed_mass_between_them_identify_the_mass():
     recordings = [record(HOPPER, "decay", height=0.04, added_mass=mass, seed=7) for mass in (0.0, 2.0)]
     fit = fit_drop_test(recordings, attached=True)
     holds(fit, m_s=3.0, k=1200.0, **{"f2@0": 0.6, "f2@1": 0.6})
@@ -55,14 +55,14 @@ def test_two_decays_with_a_weighed_mass_between_them_tell_the_mass():
     assert not fit.statements
 
 
-def test_motion_alone_tells_ratios_and_says_so():
+def test_motion_alone_identifies_ratios_and_states_it():
     fit = fit_drop_test(record(HOPPER, "decay", height=0.04, seed=3), attached=True, compare=False)
     holds(fit, k=400.0, b2=5.0 / 3.0, f2=0.6)
     assert "weigh the body" in fit.statements[0]
 
 
 @pytest.mark.parametrize(("known", "scale"), [({"m_eff": 25.0}, 1.0), ({"k": 1200.0}, 1.0), ({}, 1.0 / 25.0)])
-def test_a_step_response_tells_the_actuator_up_to_its_scale(known, scale):
+def test_a_step_response_identifies_the_actuator_up_to_its_scale(known, scale):
     fit = fit_step_response(record(HOPPER, "step", seed=2), known=known, holdout=False)
     truth = {"k": 1200.0, "m_eff": 25.0, "b1": 150.0, "gamma2": -65.0}
     fitted = {each.name for each in fit.estimates}
@@ -129,7 +129,7 @@ def test_uneven_time_stamps_and_a_gap_do_no_harm():
 
 
 @pytest.mark.parametrize("seed", range(3))
-def test_a_slow_ramp_tells_the_threshold_of_motion_in_both_directions(seed):
+def test_a_slow_ramp_identifies_the_threshold_of_motion_in_both_directions(seed):
     ramp = record(HOPPER, "ramp", duration=8.0, current=1.0, hold=0.5, seed=seed)
     threshold = friction_threshold(ramp, m_eff=25.0, gamma2=-65.0)
     assert [each.direction for each in threshold.onsets] == [1, -1]
@@ -209,7 +209,7 @@ def test_intervals_hold_the_truth_in_19_of_20_cases():
 
 
 @pytest.mark.parametrize("with_x1", [True, False])
-def test_a_drop_with_the_actuator_free_tells_of_both_masses(with_x1):
+def test_a_drop_with_the_actuator_free_identifies_both_masses(with_x1):
     made = record(HOPPER, "free", seed=1)
     columns = {name: column for name, column in made.columns.items() if with_x1 or name != "x1"}
     known = {"m_s": 3.0, "x1_min": 0.0, "x1_max": 0.08} | ({} if with_x1 else {"m_eff": 25.0, "gamma2": -65.0})
@@ -222,7 +222,7 @@ def test_a_drop_with_the_actuator_free_tells_of_both_masses(with_x1):
     assert all(trace.tests.white for trace in fit.traces)
 
 
-def test_without_a_current_a_free_actuator_tells_no_force_constant_and_says_so():
+def test_without_a_current_a_free_actuator_identifies_no_force_constant_and_states_it():
     still = dataclasses.replace(HOPPER, x1_min=-math.inf, x1_max=math.inf, gamma2=1e-9)
     made = record(still, "free", seed=2, current=1e-9)
     columns = {name: column for name, column in made.columns.items() if name != "current"}
@@ -258,7 +258,7 @@ def test_several_motions_in_a_recording_are_found_and_fitted_together(test, dura
 
 
 @pytest.mark.parametrize("seed", range(3))
-def test_a_ramp_against_the_spring_tells_the_threshold_where_its_load_is_taken_off(seed):
+def test_a_ramp_against_the_spring_identifies_the_threshold_where_its_load_is_taken_off(seed):
     """After the first ramp the actuator sticks 1 cm off rest: k x1 then counts for 0.2 A of the second."""
     ramp = record(HOPPER, "ramp", duration=10.0, current=1.2, hold=1.0, spring=True, seed=seed)
     threshold = friction_threshold(ramp, spring=True, m_eff=25.0, gamma2=-65.0, k=1200.0)

@@ -265,6 +265,6 @@ def test_a_suffix_that_cannot_be_drawn_is_refused():
 
 
 def test_colours_of_energy_differ_for_every_reader():
-    """Luminance tells the two energies apart even without colour."""
+    """Luminance distinguishes the two energies even without colour."""
     pale, dark = (np.dot(to_rgb(colour), [0.2126, 0.7152, 0.0722]) for colour in (plots.PALE_BLUE, plots.MAGENTA))
     assert pale - dark > 0.4

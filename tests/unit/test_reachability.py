@@ -131,7 +131,7 @@ def test_both_back_ends_map_alike():
     assert maps[0].lowest == pytest.approx(maps[1].lowest, abs=1e-9)
 
 
-def test_progress_is_told_and_may_stop_the_map():
+def test_progress_is_reported_and_may_stop_the_map():
     seen: list[tuple[int, int]] = []
     hopform.reachability(HOPPER, np.linspace(0.1, 0.2, 40), [0.0], progress=lambda *done: seen.append(done))
     assert seen == [(16, 40), (32, 40), (40, 40)]

@@ -109,12 +109,14 @@ def test_a_file_that_is_no_text_is_refused_with_its_line(broken, tmp_path):
         read_recording(path)
 
 
-def test_a_motion_that_tells_no_friction_is_refused_in_force():
+def test_a_motion_that_identifies_no_friction_is_refused_in_force():
     """One way at a growing speed: the sign of v is the constant force."""
     step = record(HOPPER, "step", seed=1)
     rising = np.linspace(0.0, 0.5, step.time.size) ** 2
     one_way = dataclasses.replace(step, columns={**step.columns, "x1": step.columns["x1"]._replace(values=rising)})
-    with pytest.raises(hopform.HopformError, match=r"line 2, column 'x1_m': tells friction, mass and load not apart"):
+    with pytest.raises(
+        hopform.HopformError, match=r"line 2, column 'x1_m': does not distinguish friction, mass and load"
+    ):
         fit_force(one_way, known={"gamma2": -65.0}, position=False)
 
 

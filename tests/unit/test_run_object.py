@@ -1,4 +1,5 @@
-"""A run as an object: it can be pickled, copied and sent to other processes; it tells its progress; Ctrl-C ends it."""
+"""A run as an object: it can be pickled, copied and sent to other processes; it reports its progress; Ctrl-C ends
+it."""
 
 import copy
 import multiprocessing
@@ -86,7 +87,7 @@ def test_a_flight_of_another_library_is_refused():
         again(source[:-1] + "x", *rest)
 
 
-def test_progress_is_told_after_every_hop():
+def test_progress_is_reported_after_every_hop():
     seen: list[tuple[int, int]] = []
     hops(progress=lambda *done: seen.append(done))
     assert seen == [(1, 5), (2, 5), (3, 5), (4, 5), (5, 5)]
@@ -123,7 +124,7 @@ def test_ctrl_c_ends_the_command_with_130_no_traceback_and_no_file(tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
-def test_the_bar_of_hop_tells_how_far_it_is(monkeypatch, capsys):
+def test_the_bar_of_hop_shows_how_far_it_is(monkeypatch, capsys):
     """A bar that only moves says less than one that fills."""
     shares: list[float] = []
     monkeypatch.setattr(output, "PATIENCE", 0.0)

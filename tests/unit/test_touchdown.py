@@ -1,4 +1,4 @@
-"""Touchdown from a noisy signal: what the detector tells, how often it is fooled, how late it is, what that costs."""
+"""Touchdown from a noisy signal: what the detector returns, how often it is fooled, how late it is, what that costs."""
 
 import ctypes
 import doctest
@@ -24,7 +24,7 @@ DETECTORS = [
 ]
 
 
-def test_noise_between_the_thresholds_tells_nothing():
+def test_noise_between_the_thresholds_is_no_event():
     assert TouchdownDetector(high=0.6, low=0.4, count=1).detect([0.5, 0.41, 0.59, 0.5]) == ()
 
 
@@ -35,7 +35,7 @@ def test_a_signal_that_is_above_stays_so_down_to_the_lower_threshold():
     assert detector.detect([0.59, 0.59, 0.59]) == ()
 
 
-def test_a_touchdown_is_told_by_the_last_of_the_samples_in_a_row_and_a_takeoff_too():
+def test_a_touchdown_is_detected_at_the_last_of_the_samples_in_a_row_and_a_takeoff_too():
     samples = [0.0] * 4 + [1.0] * 6 + [0.0] * 5
     events = TouchdownDetector(count=3, dt=1e-3).detect(samples)
     assert events == (hopform.Event(6e-3, "touchdown"), hopform.Event(12e-3, "takeoff"))
@@ -51,13 +51,13 @@ def test_c_detects_what_python_detects(detector, dtype):
     known = CONTACT()
     contact = solver.Contact()
     high, low = float(dtype(detector.high)), float(dtype(detector.low))
-    told = 0
+    counted = 0
     for sample in np.random.default_rng(7).normal(0.5, 0.4, 5000).astype(dtype).tolist():
         contact, event = solver.touchdown(solver.Detector(high, low, detector.count), contact, sample)
         status = library.call("touchdown", types, ctypes.byref(settings), ctypes.byref(known), types.real(sample))
         assert (status, known.above, known.touches, known.run) == (event, *contact)
-        told += event > 0
-    assert told > 10
+        counted += event > 0
+    assert counted > 10
 
 
 class CONTACT(ctypes.Structure):
@@ -129,14 +129,14 @@ def test_the_chances_of_a_ramp_are_those_of_draws():
     """A signal that grows with the compression of the spring, as in Fig. 15."""
     detector, noise, ramp = TouchdownDetector(), 0.2, np.minimum(np.arange(60) / 20.0, 1.5)
     draw, trials = np.random.default_rng(5), 4000
-    told = np.zeros(ramp.size)
+    counted = np.zeros(ramp.size)
     for _ in range(trials):
         events = detector.detect(ramp + draw.normal(0.0, noise, ramp.size))
         first = next((event for event in events if event.kind == "touchdown"), None)
         if first is not None:
-            told[round(first.time / detector.dt)] += 1
+            counted[round(first.time / detector.dt)] += 1
     chances = detector.chances(noise, ramp.tolist())
-    assert np.all(np.abs(told - trials * chances) <= 5.0 * np.sqrt(trials * chances) + 3.0)
+    assert np.all(np.abs(counted - trials * chances) <= 5.0 * np.sqrt(trials * chances) + 3.0)
 
 
 def test_a_false_takeoff_is_a_false_alarm_upside_down():

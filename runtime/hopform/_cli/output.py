@@ -92,7 +92,7 @@ def show(parts: Iterable[RenderableType]) -> None:
 def patience(what: str) -> Generator[Callable[[int, int], None], None, None]:
     """A moving bar on the error stream if this takes longer than `PATIENCE` and a person is there to see it.
 
-    What it gives tells the bar how much is done, of how much.
+    The function that it yields takes what is done and the total, and moves the bar.
     """
     console = Console(stderr=True)
     columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())

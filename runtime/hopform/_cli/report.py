@@ -310,7 +310,7 @@ def _markdown(page: _Page, picture: str) -> str:
         parts += [f"## {title}", "", "| " + " | ".join(head) + " |", "|" + "---|" * len(head)]
         parts += ["| " + " | ".join(cell.replace("|", r"\|") for cell in row) + " |" for row in rows] + [""]
     said = [f"- {each}" for each in page.said]
-    return "\n".join([*parts, "## What the data tell", "", *said, "", f"![the fit]({picture})", ""])
+    return "\n".join([*parts, "## What the data identify", "", *said, "", f"![the fit]({picture})", ""])
 
 
 def _html(page: _Page, picture: str) -> str:
@@ -329,5 +329,10 @@ def _html(page: _Page, picture: str) -> str:
     ]  # fmt: skip
     for heading, head, rows in page.sections:
         parts += [f"<h2>{heading}</h2>", "<table>", row(head, "th"), *(row(cells, "td") for cells in rows), "</table>"]
-    parts += ["<h2>What the data tell</h2>", "<ul>", *(f"<li>{html.escape(each)}</li>" for each in page.said), "</ul>"]
+    parts += [
+        "<h2>What the data identify</h2>",
+        "<ul>",
+        *(f"<li>{html.escape(each)}</li>" for each in page.said),
+        "</ul>",
+    ]
     return "\n".join([*parts, picture[picture.index("<svg") :], "</body></html>", ""])

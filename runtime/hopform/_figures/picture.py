@@ -30,7 +30,7 @@ except ModuleNotFoundError as error:
 Array = NDArray[np.float64]
 
 BLUE, ORANGE, GREEN, MAGENTA, SKY, BLACK = "#0072B2", "#D55E00", "#009E73", "#A6257A", "#56B4E9", "#222222"
-"""Of the palette of Okabe and Ito, which colour-blind readers tell apart."""
+"""Of the palette of Okabe and Ito, which colour-blind readers distinguish."""
 GROUND = "#8C8C8C"
 WIDTH = 6.4  # [in]
 _COLUMNS = 115  # of a caption's line at its size

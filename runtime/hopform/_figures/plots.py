@@ -1,4 +1,4 @@
-"""Pictures of stances and runs, ready for a paper: units, legends, colours that colour-blind readers tell apart.
+"""Pictures of stances and runs, ready for a paper: units, legends, colours that colour-blind readers distinguish.
 
 Every function returns a matplotlib Figure, which needs no display; `render` turns it into the bytes of a file, the same
 bytes each time. The extra `plot` brings matplotlib.

@@ -89,23 +89,23 @@ class TouchdownDetector:
         return self.dt * (self._samples(deviation, height) - 0.5)
 
     def chances(self, noise: SupportsFloat, signal: Sequence[SupportsFloat]) -> NDArray[np.float64]:
-        """For a signal that is known without its noise: the chance that each of its samples is the one that tells
-        touchdown.
+        """For a signal that is known without its noise: the probability that touchdown is detected at each of its
+        samples.
         """
         deviation = positive("noise", noise, "units of the signal")
         if isinstance(signal, str) or not isinstance(signal, (Sequence, np.ndarray)):
             raise HopformError(f"signal must be a sequence of numbers in units of the signal, got {shown(signal)}")
         state = np.zeros(self.count)  # chance of so many samples in a row so far
         state[0] = 1.0
-        told = np.empty(len(signal))
+        detected = np.empty(len(signal))
         for n, value in enumerate(signal):
             mean = finite(f"signal[{n}]", value, "units of the signal")
             advance = np.full(self.count, _above(self.low, mean, deviation))
             advance[0] = _above(self.high, mean, deviation)
             going = state * advance
-            told[n] = going[-1]
+            detected[n] = going[-1]
             state = np.concatenate([[float(np.sum(state - going))], going[:-1]])
-        return told
+        return detected
 
     def simulated_delays(
         self, noise: SupportsFloat, level: SupportsFloat = 1.0, *, trials: int = 1000, seed: int = 0

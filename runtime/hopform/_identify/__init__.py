@@ -1,4 +1,4 @@
-"""Identification: a robot's parameters from its own measurements, with what the data can and cannot tell.
+"""Identification: a robot's parameters from its own measurements, with what the data can and cannot identify.
 
     >>> import hopform
     >>> from hopform._identify import fit_drop_test, record

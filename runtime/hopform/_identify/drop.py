@@ -212,7 +212,9 @@ def _scale(values: dict[str, float], apart: bool) -> list[str]:
 
 
 def _driven(values: dict[str, float], cuts: Sequence[Cut]) -> list[str]:
-    """What the currents of a free actuator tell of gamma2 and of a constant load; what they do not is held and said."""
+    """Statements about gamma2 and a constant load where the currents of a free actuator do not identify them; they are
+    held then.
+    """
     levels = np.array([u for cut in cuts for _, u in cut.steps])
     if not levels.any():
         values.setdefault("gamma2", 1.0)
@@ -264,7 +266,7 @@ def _mended(cut: Cut) -> Cut:
 
 
 def _check_fall(recording: Recording, line: int, x: Array, g: float) -> None:
-    """A body that falls tells the units of its height and of time by g; HopformError if they cannot be right."""
+    """HopformError if a free fall does not show g: then the units of height or time cannot be right."""
     rises = np.flatnonzero(x > np.minimum.accumulate(x) + 0.05 * float(np.ptp(x)))
     lowest = int(x[: int(rises[0]) if rises.size else None].argmin())
     fallen = np.flatnonzero(x[:lowest] < x[0] - 0.4 * (x[0] - x[lowest]))

@@ -1,5 +1,5 @@
-"""What a fit hands back: parameters with their intervals, how well each recording is met, and what the data cannot
-tell.
+"""What a fit hands back: parameters with their intervals, how well each recording is met, and what the data do not
+identify.
 """
 
 import dataclasses
@@ -31,7 +31,7 @@ class Options(TypedDict, total=False):
 
     loss: linear (the default), or soft_l1, huber, cauchy against outliers. compare: fit the old model (1), (2) too.
     holdout: fit without the last third of each recording too. Both are done if not given. backend: of the solver.
-    progress: told each stage.
+    progress: called with the name of each stage.
     """
 
     loss: str
@@ -71,8 +71,8 @@ class Fit:
     """A fit. `values` has every parameter, `estimates` their intervals, `traces` a recording each.
 
     kind: drop, step, force, robot. correlations: of the fitted parameters that belong to no single recording.
-    statements: what the data tell and what they do not, and which recording would help. warnings: what was odd about
-    the data.
+    statements: what the data identify and what they do not, and which recording would help. warnings: what was odd
+    about the data.
     """
 
     kind: str

@@ -36,7 +36,7 @@ def fit_robot(
     known: Mapping[str, float] | None = None,
     **options: Unpack[Options],
 ) -> Fit:
-    """All parameters that the recordings tell of, from all of them together; `fit.robot(base)` puts them into a robot.
+    """All parameters that the recordings identify, from all of them together; `fit.robot(base)` puts them into a robot.
 
     drops: of the body onto the ground, actuator held; free_drops: the same, actuator free; decays: of a body fixed to
     its spring; steps: of the actuator against its spring, the body held; air: of the actuator with the leg in the air;
@@ -78,8 +78,8 @@ _STEPS: dict[str, tuple[bool, tuple[str, ...]]] = {
 def _problems(
     given: Mapping[str, Sequence[Recording]], values: Mapping[str, float], backend: str | None
 ) -> list[Problem]:
-    """The problem of each kind of recording, one scale through all of them; a free drop's last, it tells least of its
-    starts.
+    """The problem of each kind of recording, one scale through all of them; a free drop's last, since it says least
+    about its starts.
     """
     problems, count = list[Problem](), 0
     for kind, (rig, letters) in _DROPS.items():
@@ -147,7 +147,7 @@ def _threshold_of(threshold: Threshold, problem: Problem) -> Experiment:
 
 
 def _missing(names: set[str], known: Mapping[str, float]) -> list[str]:
-    """What no recording tells of, and which one would."""
+    """What no recording identifies, and which one would."""
     has = {name.partition("@")[0] for name in names} | set(known)
     said = list[str]()
     if "b2" not in has:

@@ -63,7 +63,7 @@ class Threshold:
     """The current that friction takes, f1 m_eff/|gamma2| [A], with its 95 % interval, and the load that shifts it.
 
     load [A]: the mean of the thresholds of both directions, NaN with one direction alone. onsets: each one found. f1
-    [m/s^2]: if m_eff and gamma2 are given, else NaN. statements: what this tells and what it does not.
+    [m/s^2]: if m_eff and gamma2 are given, else NaN. statements: what this identifies and what it does not.
     """
 
     u: float
@@ -248,7 +248,7 @@ def _twice(p: complex, s: Array) -> NDArray[Any]:
 
 
 _ENOUGH = 250
-"""Samples of a window: more are averaged, which tells as much of so smooth a motion."""
+"""Samples of a window: more are averaged, which loses nothing of so smooth a motion."""
 
 
 def _thinned(values: Array) -> Array:

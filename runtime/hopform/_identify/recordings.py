@@ -83,7 +83,7 @@ class Recording:
         return column.values
 
     def driving_current(self) -> Array:
-        """The same; HopformError if it never changes, so that nothing can be told of the motor."""
+        """The same; HopformError if it never changes, so that nothing of the motor can be identified."""
         values = self.current()
         if float(np.ptp(values)) == 0.0:
             column = self._one_of(CURRENTS, None, "a current")

@@ -1,7 +1,7 @@
 """The least sum of squares of a problem: from several starts, over more and more of the recordings, at last of all
 samples.
 
-Starts are told apart by some samples of the beginnings, one after the other until one leaves nothing but noise: then
+Starts are compared on some samples of the beginnings, one after the other until one leaves nothing but noise: then
 there is no better one. What leaves more is compared with the rest of them, and with starts from further away.
 """
 
@@ -289,8 +289,8 @@ _SMALL_TRADES = ((0.9, 0.9), (1.1, 1.1))
 def _traded(problem: Problem, found: Solution, loss: str) -> Solution:
     """The least of the minima between kinks: where a mass comes to stick the sum of squares has some.
 
-    Friction of one kind is traded for the other, and the best is kept. Where that leads is told by some of the samples.
-    A body sticks once, at its end: its residuals tell by themselves; an actuator does at every turn of its current.
+    Friction of one kind is traded for the other, and the best is kept. Some of the samples show where that leads.
+    A body sticks once, at its end, and its residuals are enough; an actuator sticks at every turn of its current.
     """
     white = all(estimation.tests_of(rest[bulk(rest, loss)]).white for rest in found.residuals)
     viscous = [p.name for p in found.parameters if p.name[:1] == "b"]
@@ -344,7 +344,7 @@ def _better(problem: Problem, found: Solution, start: Sequence[Parameter], loss:
 
 
 _ENOUGH = 400
-"""Samples of a recording that tell starts apart; the last fit takes all of them."""
+"""Samples of a recording on which starts are compared; the last fit takes all of them."""
 
 
 def _beginning(experiment: Experiment, part: float) -> Experiment:

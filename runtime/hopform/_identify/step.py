@@ -202,7 +202,7 @@ def fit_force(
     names, a, b = _force_equation(parts, values)
     if np.linalg.matrix_rank(a / np.abs(a).max(axis=0, initial=1e-300)) < a.shape[1]:
         raise several[0].error_of(
-            "x1", "tells friction, mass and load not apart: move both ways, at several speeds", several[0].line
+            "x1", "does not distinguish friction, mass and load: move both ways, at several speeds", several[0].line
         )
     found, covariance, residual = _linear(a, b, loss)
     sizes = np.cumsum([part.time.size for part in parts])[:-1]
@@ -349,9 +349,9 @@ def _beside(recordings: Sequence[Recording], fit: Fit, loss: str) -> tuple[str, 
     solution = follow(problem, loss)
     rest = np.concatenate([each[bulk(each, loss)] for each in solution.residuals])
     rms = math.sqrt(float((rest**2).mean()))
-    told = ", ".join(f"{p.name} {solution.values[p.name]:.6g} {p.unit}" for p in shared)
+    found = ", ".join(f"{p.name} {solution.values[p.name]:.6g} {p.unit}" for p in shared)
     return (
-        f"the fit in position, by the same current without feedback, gives {told}, rms {1e3 * rms:.3g} mm",
+        f"the fit in position, by the same current without feedback, gives {found}, rms {1e3 * rms:.3g} mm",
         "a closed loop keeps the position near its reference whatever the model misses, so an error of the force of "
         "1 % adds up "
         "twice into position, unopposed: the fit in position bends the parameters after that drift, the one in force "

@@ -166,7 +166,7 @@ class Judge:
     def task(self, touchdown: Touchdown, stop: float, nearer: float, step: float) -> Any:
         robot = self.robot
         limit = robot.x1_max - touchdown.stop_margin if robot.x1_min < robot.x1_max else math.inf
-        # what the controller is asked, to the last bit: at a jump that tells
+        # what the controller is asked, to the last bit: a jump shows it
         start = start_of(robot, touchdown.x1, touchdown.v1, touchdown.x2(robot), touchdown.v2)
         return _Task(
             *start, touchdown.h_des + touchdown.datum, limit, robot.u_max,

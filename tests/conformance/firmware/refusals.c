@@ -471,9 +471,9 @@ static void contacts(void)
     IS(OF(touchdown)(&detector, &contact, inf), HOPFORM_ERROR_DETECTOR);
     IS(OF(touchdown)(&detector, &contact, -inf), HOPFORM_ERROR_DETECTOR);
     const real samples[] = {0.6f, 0.5f, 0.5f, 0.3f, 0.5f, 0.3f, 0.3f, 0.5f};
-    const int32_t told[] = {0, HOPFORM_CONTACT_TOUCHDOWN, 0, 0, HOPFORM_CONTACT_TAKEOFF, 0, 0, 0};
+    const int32_t expected[] = {0, HOPFORM_CONTACT_TOUCHDOWN, 0, 0, HOPFORM_CONTACT_TAKEOFF, 0, 0, 0};
     for (int n = 0; n < 8; n++) {
-        IS(OF(touchdown)(&detector, &contact, samples[n]), told[n]);
+        IS(OF(touchdown)(&detector, &contact, samples[n]), expected[n]);
     }
 }
 

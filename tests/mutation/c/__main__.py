@@ -125,7 +125,7 @@ CHECKED = ("gcc", "-w", "-O0", *SANITIZERS)
 def takes_longer(calls: tuple[tuple[str, int], ...], usual: tuple[tuple[str, int], ...]) -> bool:
     """Whether calls of a kind take more than GROWTH of what they took, or one of them more than MORE.
 
-    A judge that takes another way, with other calls, tells nothing of either.
+    A judge that takes another way, with other calls, says nothing about either.
     """
     if [kind for kind, _ in calls] != [kind for kind, _ in usual]:
         return False

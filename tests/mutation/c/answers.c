@@ -21,11 +21,11 @@ static T(flight_phase) flight_phases[CAPACITY];
 static T(search) search;
 static const double *next_number = vectors;
 
-/* The result of a call, whose work is told: what the library has done since this was last called. */
+/* The result of a call, whose work is printed: what the library has done since this was last called. */
 static int32_t spent(const char *kind, int32_t result)
 {
     static unsigned long before;
-    if (tells_work) {
+    if (prints_work) {
         printf("%s %lu\n", kind, blocks - before);
     }
     before = blocks;
@@ -605,9 +605,9 @@ static void contact(void)
         for (int held = -2; held <= count + 2; held++) { /* a number of samples that can not be counts as none */
             T(contact) any = {0, 0, held};
             const int known_run = held > 0 && held < count ? held : 0;
-            const int tells = known_run + 1 == count;
-            must(T(touchdown)(&detector, &any, 0.9) == (tells ? HOPFORM_CONTACT_TOUCHDOWN : 0)
-                     && any.run == (tells ? 0 : known_run + 1) && any.above == 1 && any.touches == tells,
+            const int detects = known_run + 1 == count;
+            must(T(touchdown)(&detector, &any, 0.9) == (detects ? HOPFORM_CONTACT_TOUCHDOWN : 0)
+                     && any.run == (detects ? 0 : known_run + 1) && any.above == 1 && any.touches == detects,
                  "a detector whose memory holds anything");
         }
         T(contact) same = known;

@@ -1,4 +1,4 @@
-/* What the judges of mutants share: how an error is told, a generator of numbers, robots drawn from it, and how work is
+/* What the judges of mutants share: how an error is printed, a generator of numbers, robots drawn from it, and how work is
  * counted. */
 #ifndef CHECKS_H
 #define CHECKS_H
@@ -17,7 +17,7 @@ static int row;
 static int wrong;
 static double worst;
 static int verbose;
-static int tells_work;
+static int prints_work;
 static unsigned long blocks;
 
 void __sanitizer_cov_trace_pc(void);
@@ -102,8 +102,8 @@ static T(robot) any_robot(void)
 
 static void listen(int argc, char **argv)
 {
-    tells_work = argc > 1 && strcmp(argv[1], "work") == 0;
-    verbose = argc > 1 && !tells_work;
+    prints_work = argc > 1 && strcmp(argv[1], "work") == 0;
+    verbose = argc > 1 && !prints_work;
 }
 
 static int conclude(void)

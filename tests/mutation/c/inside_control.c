@@ -69,7 +69,7 @@ static void cubics(void)
         const double third = fabs(f.c[3]) * width * width,
                      line = fabs(c.from_rate - chord_f64(&c)) + fabs(c.to_rate - chord_f64(&c));
         near(chord_f64(&c), (value_of(&f, width) - value_of(&f, 0.0)) / width, 1e-13 * size / width, "the chord");
-        near(fabs(lean_f64(&c)), third, 1e-12 * size / width, "what tells it from a parabola");
+        near(fabs(lean_f64(&c)), third, 1e-12 * size / width, "its distance from a parabola");
         near(doubt_f64(&c), 0.25 * third + line / 32.0, 1e-12 * size / width, "the doubt");
         for (int n = 0; n <= 8; n++) {
             near(cubic_at_f64(&c, (double)n / 8.0), value_of(&f, width * (double)n / 8.0), 1e-13 * size,
@@ -456,7 +456,7 @@ static void rows_of_cells(void)
     const T(plan) plan = hopper_plan();
     T(search) s = search_for(&plan, 0.2);
     enum { CELLS = HOPFORM_SEARCH_CELLS_f64 };
-    for (int n = 0; n < CELLS + 3; n++) { /* all may hold the root; what does not fit is told */
+    for (int n = 0; n < CELLS + 3; n++) { /* all may hold the root; what does not fit is reported */
         const double u = 0.03 * n;
         const T(trial) from = trial_at(u, 0.1, 5.0, 0.01, 0.0), to = trial_at(u + 0.03, 0.25, 5.0, 0.01, 0.0);
         keep_f64(&s, &from, &to, n);

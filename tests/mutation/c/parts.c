@@ -284,14 +284,14 @@ static T(watch) any_watch(const T(poles) *poles, double *h)
 /* (18): what fades with the pole that is apart and what rings with the pair are the whole. */
 static void ringing(void)
 {
-    int told = 0;
+    int seen = 0;
     for (row = 0; row < 600; row++) {
         const T(poles) poles = poles_of_any_robot();
         const double chi = poles.q - poles.a * (poles.p - poles.a);
         if (!(poles.q > 0.0 && chi > 0.2 * (poles.q + poles.a * poles.a + poles.a * poles.p))) {
             continue;
         }
-        told++;
+        seen++;
         const double w = sqrt(poles.q) + poles.a, t = over(0.05, 5.0) / w;
         const T(numerator) numerator = {uniform(-1.0, 1.0), uniform(-1.0, 1.0) * w, uniform(-1.0, 1.0) * w * w};
         const T(decay) decay = hopform_decay_at_f64(poles.a, t);
@@ -302,7 +302,7 @@ static void ringing(void)
         const double size = fabs(parts.slow) + fabs(parts.X * pair.Rd) + fabs(parts.Y * pair.R) + fabs(whole);
         near(parts.slow + parts.X * pair.Rd + parts.Y * pair.R, whole, 1e-11 * size, "(18), slow and ringing");
     }
-    must(told > 100, "too few that ring");
+    must(seen > 100, "too few that ring");
 }
 
 /* The same function, so much lower that it touches zero, has its minimum there; a little higher, it is above zero. */
@@ -498,7 +498,7 @@ static void transitions(void)
 /* The minima of y inside a phase in which both masses slide the same way, as samples show them. */
 static void dips(void)
 {
-    int told = 0, deep = 0, ways = 0;
+    int seen = 0, deep = 0, ways = 0;
     for (row = 0; row < 1500; row++) {
         T(robot) r = any_robot();
         T(plan) plan;
@@ -553,7 +553,7 @@ static void dips(void)
             const T(state) change = hopform_arrive_f64(&tally.change, &stretch.by_u, &basis, side, side);
             near(trial.dip_u, change.y, 0.05 * (fabs(change.y) + 0.1 * fabs(plan.rates.a1_u) / (w * w)),
                  "how that changes with the current");
-            told++;
+            seen++;
         }
         deep += all > 1;
         trial.dips = 0;
@@ -561,7 +561,7 @@ static void dips(void)
         hopform_find_dips_f64(&tally, &apart, &end, length, start.v1 - start.v2, rate);
         must(trial.dips == 0, "what can not turn");
     }
-    must(told > 300 && deep > 30 && ways > 150, "too few that turn, or bend one way");
+    must(seen > 300 && deep > 30 && ways > 150, "too few that turn, or bend one way");
 }
 
 /* A function that is called quiet has no root, be it sampled many times in each turn. */
@@ -591,7 +591,7 @@ static void any_quiet(void)
     must(quiet > 80, "nothing that is quiet");
 }
 
-/* Swinging about a constant: the root that is foretold, to the error of its arc tangent. */
+/* Swinging about a constant: the root that is predicted, to the error of its arc tangent. */
 static void swings(void)
 {
     for (row = 0; row < 300; row++) {
@@ -610,7 +610,7 @@ static void swings(void)
         }
         must(first > 1e299 ? found > 1e299 || found * w > 3.1 || value + 2.0 * curvature / (w * w) < 0.05
                            : fabs(found - first) * w < 0.02 || first * w > 3.1 || (row % 4 == 0 && slope < 0.0),
-             "a root that is foretold");
+             "a root that is predicted");
     }
     const T(sample) still = {1.0, -1.0, -1.0, 0.0, 0.0, 0.0};
     must(hopform_swing_to_zero_f64(&still, 0.0) >= 1e300, "what does not swing");
@@ -619,7 +619,7 @@ static void swings(void)
 /* What creeps to its zero when nearly all has faded: from where rounding may have put the root, to the root. */
 static void late_roots(void)
 {
-    int told = 0;
+    int seen = 0;
     const T(poles) undrawn = {0.0, 2.0, 0.0, 2.0, 0.0, 0.0};
     const T(numerator) pulled = {-1.0, -1.0, 0.0};
     const T(basis) faded = hopform_basis_at_f64(&undrawn, 20.0);
@@ -661,7 +661,7 @@ static void late_roots(void)
         if (!(rate < 0.0 && faded < 1e-3 && blurred < 0.005 * low && blurred > 1e-13 * low)) {
             continue;
         }
-        told++;
+        seen++;
         must(!(fabs(hopform_root_is_later_f64(&poles, &h, start, settled, &early, 0.5 * low)) > 0.0),
              "a root that is not near");
         for (int side = -1; side <= 1; side += 2) {
@@ -671,7 +671,7 @@ static void late_roots(void)
             near(t + later, low, 0.2 * blurred, "a late root");
         }
     }
-    must(told > 30, "too few late roots");
+    must(seen > 30, "too few late roots");
 }
 
 int main(int argc, char **argv)

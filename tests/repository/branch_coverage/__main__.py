@@ -3,7 +3,7 @@ fewer than 95 % of firmware's fail.
 
 The library is compiled by gcc without optimisation, with counters, and the tests that call C run on it: those in C as
 programs, then those of pytest. A branch is one way out of a condition, `&&`, `||` and `?:` included,
-as gcov tells them; one of a header that several files include is taken if it is in any of them. `--untaken` lists the
+as gcov lists them; one of a header that several files include is taken if it is in any of them. `--untaken` lists the
 rest.
 """
 

@@ -91,7 +91,7 @@ extern "C" {
 #define HOPFORM_SEARCH_TRIALS 4096   /**< currents tried at most */
 
 #define HOPFORM_MOST_STEPS 65535 /**< steps of a current at most */
-#define HOPFORM_PLAN_MADE 0x686f7066u /**< tells a plan from memory that holds anything */
+#define HOPFORM_PLAN_MADE 0x686f7066u /**< marks memory that is a plan */
 #define HOPFORM_SELFTEST_PHASES 32   /**< phases that hopform_selftest works in */
 
 /** How a batch is solved, each to the same bits: the fastest that the processor has; one stance after the other; many at

@@ -9,7 +9,7 @@ void board_number(int32_t value);
 void board_hex(uint32_t value);
 void board_exit(int code);
 
-/* Starts the counter; then its reading, which grows. How many instructions a count is, board_counts_of_1000 tells. */
+/* Starts the counter; then its reading, which grows. board_counts_of_1000 gives how many instructions a count is. */
 void board_start_counter(void);
 uint32_t board_counter(void);
 uint32_t board_counts_of_1000(void);
