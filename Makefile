@@ -37,7 +37,7 @@ validate-data: compiler venv-dev ## fit the real recordings in HOPFORM_DATA, com
 	@$(PY) tools/build_library.py
 	@$(PY) tools/validate_data.py
 
-scans: compiler venv-dev ## sweep across every case distinction of the solver, write docs/switchovers.*
+scans: compiler venv-dev ## sweep across every case distinction of the solver, write docs/evidence/switchovers.*
 	$(PY) tools/build_library.py
 	$(PY) -m tests.scans
 TOUCHDOWNS = 10000
@@ -73,7 +73,7 @@ firmware-test-all: compiler venv-dev ## the same for every processor, compiler, 
 	$(PY) tools/build_library.py
 	$(PY) -m tests.firmware --all
 
-firmware-report: compiler venv-dev ## count instructions, flash and stack there, write docs/firmware-costs.*
+firmware-report: compiler venv-dev ## count instructions, flash and stack there, write docs/evidence/firmware-costs.*
 	sh tests/firmware/install.sh
 	$(PY) -m tests.firmware --report
 
@@ -121,7 +121,7 @@ mutants-all: compiler venv-dev ## the same with every mutant that tests/mutation
 test-determinism: venv-dev ## derive with every Python, several sympy and hash seeds: the same bytes each time
 	$(PY) tools/determinism.py
 
-bench: compiler venv-bench ## time hopform and other solvers, write docs/benchmark.*; QUICK=1 is short
+bench: compiler venv-bench ## time hopform and other solvers, write docs/evidence/benchmark.*; QUICK=1 is short
 	$(PY) tools/build_library.py
 	OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1 $(PY) -m tests.benchmarks $(if $(QUICK),--quick)
 	OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1 $(PY) -m tests.benchmarks.identification

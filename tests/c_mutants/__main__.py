@@ -7,7 +7,7 @@ inside_flight.c and inside_control.c (the inner functions of these two), refusal
 fuzzing targets on fixed inputs; the word for all bits of random stances, flights and commands (tests/firmware/words.c),
 which any changed bit changes, so what it alone kills is counted apart; judge.c and parts.c again under the sanitizers;
 and the work that judge.c's calls take, in basic blocks. With `--pytest` the nearest tests of pytest follow. Survivors
-are argued in docs/c-mutants.md: those that are listed there as equivalent are taken off, the others fail.
+are argued in docs/evidence/c-mutants.md: those that are listed there as equivalent are taken off, the others fail.
 """
 
 import argparse
@@ -35,7 +35,7 @@ from tests.firmware.targets import run as patient_run
 SRC = C / "src"
 MINE = Path(__file__).resolve().parent
 FUZZ = ROOT / "tests" / "fuzz"
-PAGE = ROOT / "docs" / "c-mutants.md"
+PAGE = ROOT / "docs" / "evidence" / "c-mutants.md"
 BROKEN = tuple(unit for unit in UNITS if unit != "selftest")
 LEAST = 0.90
 MOST_EQUIVALENT = 0.05
