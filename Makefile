@@ -1,9 +1,13 @@
-# Everything this repository knows how to do. `make` says what.
+# Everything this repository knows how to do. `make` says what most people need, `make help-all` everything.
 # Set PYTHON to choose the interpreter that makes .venv, CC to choose the compiler.
 PY = .venv/bin/python
 export CC
 
-help: ## say what each target does
+FIRST = run|test|generate|check|lint|bench|firmware-test|test-exhaustive|mutants|wheel|clean|help-all
+help:
+	@sed -nE 's/^($(FIRST)):[^#]*## /\1|/p' Makefile | awk -F'|' '{ printf "make %-16s %s\n", $$1, $$2 }'
+
+help-all: ## say what every target does
 	@sed -n 's/^\([a-z-]*\):[^#]*## /\1|/p' Makefile | awk -F'|' '{ printf "make %-31s %s\n", $$1, $$2 }'
 
 run: compiler venv ## set up .venv, derive and compile the formulas, solve stances, hop, draw it all into out/
@@ -146,7 +150,8 @@ venv-bench:
 	@sh tools/venv.sh bench
 
 .NOTPARALLEL:
-.PHONY: help run test test-exhaustive test-exhaustive-slice test-exhaustive-identification validate-data test-manifests
+.PHONY: help help-all run test test-exhaustive test-exhaustive-slice test-exhaustive-identification validate-data
+.PHONY: test-manifests
 .PHONY: scans fuzz generate check lint lines wheel mutants mutants-all test-determinism bench gate
 .PHONY: test-control-exhaustive
 .PHONY: firmware-test firmware-test-all firmware-report coverage-c mutants-c frama-c test-exhaustive-kernels

@@ -7,6 +7,7 @@ import importlib.util
 import os
 import re
 import shlex
+import shutil
 import subprocess
 import sys
 from functools import cache
@@ -168,3 +169,14 @@ def test_the_figures_of_the_readme_are_those_of_the_evidence():
     assert sum(len(NUMBER.findall(figures)) for figures, _ in rows) >= 9
     for figures, page in rows:
         assert [number for number in NUMBER.findall(figures) if number not in text_of(page)] == [], page
+
+
+def test_make_shows_a_dozen_targets_and_help_all_the_rest():
+    if shutil.which("make") is None:
+        pytest.skip("there is no make")
+    few, all_of_them = (
+        subprocess.run(["make", "-s", target], cwd=ROOT, capture_output=True, text=True, check=True).stdout.splitlines()
+        for target in ("help", "help-all")
+    )
+    assert 10 <= len(few) <= 14
+    assert {line.split()[1] for line in few} < {line.split()[1] for line in all_of_them}

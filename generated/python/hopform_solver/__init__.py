@@ -14,7 +14,7 @@ An exact solver by itself, on NumPy arrays, generated from the derivation:
 from hopform_solver.records import ENDINGS, EVENTS, ROBOT_FIELDS, Ledger, Robot, State
 from hopform_solver.stance import Solution, solve
 
-SOURCE = "9dcf6cb0dcab196f"
+SOURCE = "467bbe01d084cefd"
 """What this package was generated from; the C library carries the same text."""
 
 VERSION = "0.1.0"
