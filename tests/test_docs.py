@@ -112,6 +112,17 @@ def test_every_command_of_hopform_has_its_options(page):
             assert option in options_of(words[1]), line
 
 
+def test_the_first_commands_of_the_page_on_another_robot_run(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    lines = [line for line in code(ROOT / "docs" / "how-to" / "use-another-robot.md") if line.startswith("hopform ")]
+    assert len(lines) == 3
+    for line in lines:
+        command, _, target = line.partition(" > ")
+        assert cli.main(shlex.split(command)[1:]) == 0, line
+        if target:
+            Path(target).write_text(capsys.readouterr().out, "utf-8")
+
+
 @each_page
 def test_every_make_target_exists(page):
     makefile = (ROOT / "Makefile").read_text("utf-8")
