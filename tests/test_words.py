@@ -9,8 +9,8 @@ from pathlib import Path
 import pytest
 
 ROOT = next(folder for folder in Path(__file__).resolve().parents if (folder / "pyproject.toml").is_file())
-COVERED = ("README.md", "CONTRIBUTING.md", "CHANGELOG.md", "docs")
-"""Files and folders that are read; derive, templates and runtime/hopform can be added."""
+COVERED = ("README.md", "CONTRIBUTING.md", "CHANGELOG.md", "docs", "templates")
+"""Files and folders that are read; derive and runtime/hopform can be added."""
 
 SUFFIXES = {".md", ".py", ".j2", ".toml"}
 QUOTING = {"docs/evidence/c-mutants.md"}
