@@ -99,6 +99,13 @@ def test_a_page_has_the_words_of_the_field(path):
     assert coined(prose(path), "" if quotes else path.read_text("utf-8")) == {}
 
 
+def test_the_aed_is_spelt_out_on_each_page_that_has_it():
+    pages = [path.read_text("utf-8") for path in files() if path.suffix == ".md" and path.name != "CHANGELOG.md"]
+    named = [text for text in pages if re.search(r"\bAED\b", text)]
+    assert len(named) > 5
+    assert [text[:80] for text in named if "analytical energy delta" not in re.sub(r"\s+", " ", text).lower()] == []
+
+
 def test_a_coined_word_is_found():
     assert len(files()) > 25
     found = coined("What the hit says was foretold, in a half turn.")

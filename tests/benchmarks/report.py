@@ -143,7 +143,8 @@ hopform is compiled with the flags it ships with (-O2, portable baseline), the p
 
 ![Work and precision](benchmark.svg)
 
-The job: touchdown state and a constant current in; take-off time and state, every event with its time, and the AED out,
+The job: touchdown state and a constant current in; take-off time and state, every event with its time, and the AED
+(analytical energy delta) out,
 by the same rules for sticking, slipping, reversals and stops.
 
 - `hopper_c`: drops from 2 to 40 cm at -3 to 3 A. `random`: a robot of its own for each stance, mass ratio 1e-2 to 1e2,
