@@ -1,9 +1,13 @@
-# Everything this repository knows how to do. `make` says what.
+# Everything this repository knows how to do. `make` says what most people need, `make help-all` everything.
 # Set PYTHON to choose the interpreter that makes .venv, CC to choose the compiler.
 PY = .venv/bin/python
 export CC
 
-help: ## say what each target does
+FIRST = run|test|generate|check|lint|bench|firmware-test|test-exhaustive|mutants|wheel|clean|help-all
+help:
+	@sed -nE 's/^($(FIRST)):[^#]*## /\1|/p' Makefile | awk -F'|' '{ printf "make %-16s %s\n", $$1, $$2 }'
+
+help-all: ## say what every target does
 	@sed -n 's/^\([a-z-]*\):[^#]*## /\1|/p' Makefile | awk -F'|' '{ printf "make %-31s %s\n", $$1, $$2 }'
 
 run: compiler venv ## set up .venv, derive and compile the formulas, solve stances, hop, draw it all into out/
@@ -37,7 +41,7 @@ validate-data: compiler venv-dev ## fit the real recordings in HOPFORM_DATA, com
 	@$(PY) tools/build_library.py
 	@$(PY) tools/validate_data.py
 
-scans: compiler venv-dev ## sweep across every case distinction of the solver, write docs/switchovers.*
+scans: compiler venv-dev ## sweep across every case distinction of the solver, write docs/evidence/switchovers.*
 	$(PY) tools/build_library.py
 	$(PY) -m tests.conformance.switchovers
 TOUCHDOWNS = 10000
@@ -73,7 +77,7 @@ firmware-test-all: compiler venv-dev ## the same for every processor, compiler, 
 	$(PY) tools/build_library.py
 	$(PY) -m tests.conformance.firmware --all
 
-firmware-report: compiler venv-dev ## count instructions, flash and stack there, write docs/firmware-costs.*
+firmware-report: compiler venv-dev ## count instructions, flash and stack there, write docs/evidence/firmware-costs.*
 	sh tests/conformance/firmware/install.sh
 	$(PY) -m tests.conformance.firmware --report
 
@@ -121,7 +125,7 @@ mutants-all: compiler venv-dev ## the same with every mutant that tests/mutation
 test-determinism: venv-dev ## derive with every Python, several sympy and hash seeds: the same bytes each time
 	$(PY) tools/determinism.py
 
-bench: compiler venv-bench ## time hopform and other solvers, write docs/benchmark.*; QUICK=1 is short
+bench: compiler venv-bench ## time hopform and other solvers, write docs/evidence/benchmark.*; QUICK=1 is short
 	$(PY) tools/build_library.py
 	OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1 $(PY) -m tests.bench $(if $(QUICK),--quick)
 	OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1 $(PY) -m tests.bench.identification
@@ -146,7 +150,8 @@ venv-bench:
 	@sh tools/venv.sh bench
 
 .NOTPARALLEL:
-.PHONY: help run test test-exhaustive test-exhaustive-slice test-exhaustive-identification validate-data test-manifests
+.PHONY: help help-all run test test-exhaustive test-exhaustive-slice test-exhaustive-identification validate-data
+.PHONY: test-manifests
 .PHONY: scans fuzz generate check lint lines wheel mutants mutants-all test-determinism bench gate
 .PHONY: test-control-exhaustive
 .PHONY: firmware-test firmware-test-all firmware-report coverage-c mutants-c frama-c test-exhaustive-kernels

@@ -12,7 +12,7 @@ SHIPPED = {
     "generated/c": "hopform/c",
     "generated/packages": "hopform/packages",
     "generated/schema.json": "hopform/schema.json",
-    "docs/firmware-costs.md": "hopform/firmware-costs.md",
+    "docs/evidence/firmware-costs.md": "hopform/firmware-costs.md",
     "derive": "hopform/_derive",
     "templates": "hopform/_templates",
     "runtime/engine": "hopform/_engine",

@@ -42,7 +42,7 @@ class State(NamedTuple):
 
 
 class Event(NamedTuple):
-    """Something that happened during a stance; kinds are the words of the model's page."""
+    """Something that happened during a stance; kinds are those of docs/reference/model.md."""
 
     time: float
     """[s] since touchdown"""

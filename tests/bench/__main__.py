@@ -1,4 +1,4 @@
-"""`python -m tests.bench [--quick]`: the table, docs/benchmark.*, the README's;
+"""`python -m tests.bench [--quick]`: the table, docs/evidence/benchmark.*, the README's;
 --quick writes into out/ instead.
 """
 
@@ -31,11 +31,8 @@ def main() -> None:
         status.update("beside the table")
         lines = beside.measure(size["repetitions"])
     report.terminal(outcome, found, lines, console)
-    folder = native.OUT if quick else native.ROOT / "docs"
+    folder = native.OUT if quick else native.ROOT / "docs" / "evidence"
     (folder / "benchmark.md").write_text(report.markdown(outcome, found, lines), "utf-8")
-    if not quick:
-        readme = native.ROOT / "README.md"
-        readme.write_text(report.into_readme(outcome, readme.read_text("utf-8")), "utf-8")
     report.picture(outcome, folder / "benchmark.svg")
     console.print(f"written: {folder.relative_to(native.ROOT)}/benchmark.md and .svg", markup=False)
 

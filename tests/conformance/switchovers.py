@@ -4,7 +4,7 @@ A parameter is swept through each switch-over. On both sides, and from each floa
 it, W'', W', W and its two integrals (or a whole stance) are compared with 50 digits, in both back ends and both
 precisions. The error of a function is divided by its largest magnitude up to t, and by the condition number of the five
 where that is above 1; that of a stance is scaled as everywhere (tests/conformance/errors.py). Writes
-docs/switchovers.svg and docs/switchovers.md.
+docs/evidence/switchovers.svg and docs/evidence/switchovers.md.
 """
 
 import argparse
@@ -509,7 +509,7 @@ def main() -> None:
     arguments = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
     arguments.add_argument("--count", type=int, default=60, help="values on each side")
     arguments.add_argument("--processes", type=int, default=os.cpu_count() or 1)
-    arguments.add_argument("--out", type=Path, default=ROOT / "docs")
+    arguments.add_argument("--out", type=Path, default=ROOT / "docs" / "evidence")
     chosen = arguments.parse_args()
     swept, wrong = [], []
     for one in swept_all(chosen.count, chosen.processes):

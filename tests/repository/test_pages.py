@@ -19,7 +19,7 @@ def commands(page: str) -> list[list[str]]:
 def test_the_commands_of_the_page_on_hopping_run_and_write_what_they_say(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     Path("heights.csv").write_text("height\n0\n0.01\n-0.01\n", "utf-8")
-    lines = commands("hopping.md")
+    lines = commands("how-to/hop-over-terrain.md")
     assert len(lines) >= 2
     for arguments in lines:
         assert cli.main(arguments) == 0, arguments
@@ -28,7 +28,7 @@ def test_the_commands_of_the_page_on_hopping_run_and_write_what_they_say(tmp_pat
     assert capsys.readouterr().err == ""
 
 
-@pytest.mark.parametrize("arguments", [each for each in commands("figures.md") if "--only" in each])
+@pytest.mark.parametrize("arguments", [each for each in commands("reference/figures.md") if "--only" in each])
 def test_the_commands_of_the_page_on_figures_run(tmp_path, monkeypatch, arguments):
     monkeypatch.chdir(tmp_path)
     assert cli.main(arguments) == 0

@@ -7,7 +7,7 @@
  * one that is nearest to u = 0 is done first. A cell is left when the values and slopes at its ends say that nothing
  * better lies in it, else it is split: at the root, extremum or limit that they foretell, or in the middle. Exact are:
  * a tried current and what it does; an actuator held at both ends of a cell is held in all of it, because the force on
- * it is linear in u. The rest are bounds by slopes, docs/control.md says which.
+ * it is linear in u. The rest are bounds by slopes, docs/explanation/controller.md says which.
  */
 #include "trial_f32.h"
 

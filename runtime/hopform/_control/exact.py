@@ -1,7 +1,8 @@
 """The controller: at touchdown the state is known, and a current is chosen so that the next apex is the desired one,
 (25)-(27).
 
-The exact form solves apex(u) = h_des over the whole range of currents; docs/control.md says how, and what is proven.
+The exact form solves apex(u) = h_des over the whole range of currents; docs/explanation/controller.md says
+how, and what is proven.
 """
 
 import math

@@ -1,6 +1,7 @@
 """The controller as the paper prints it, (25)-(27): J minimised on a grid of currents.
 
-It is here to be compared with. `choose_current` solves the exact form; docs/control.md shows how far the two are apart.
+It is here to be compared with. `choose_current` solves the exact form; docs/how-to/choose-a-current.md shows
+how far the two are apart.
 """
 
 import math

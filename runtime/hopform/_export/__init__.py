@@ -91,7 +91,7 @@ def generated(name: str) -> Path:
 
 
 def costs() -> str:
-    shipped, checkout = _HOPFORM / "firmware-costs.md", _CHECKOUT / "docs" / "firmware-costs.md"
+    shipped, checkout = _HOPFORM / "firmware-costs.md", _CHECKOUT / "docs" / "evidence" / "firmware-costs.md"
     return (shipped if shipped.is_file() else checkout).read_text("utf-8")
 
 

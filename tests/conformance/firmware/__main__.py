@@ -136,7 +136,7 @@ def of_python() -> dict[str, str]:
 def main() -> int:
     parser = argparse.ArgumentParser(prog="python -m tests.conformance.firmware", description=__doc__)
     parser.add_argument("--all", action="store_true", help="every combination, in both precisions")
-    parser.add_argument("--report", action="store_true", help="count, and write docs/firmware-costs.*")
+    parser.add_argument("--report", action="store_true", help="count, and write docs/evidence/firmware-costs.*")
     chosen = parser.parse_args()
     if missing := needed():
         sys.exit(f"hopform: not installed: {', '.join(missing)} (tests/conformance/firmware/install.sh, on Debian)")

@@ -1,7 +1,7 @@
 """What the library costs per target: instructions and stack per call, flash, structs; and whether that has grown.
 
 `measure` runs tests/conformance/firmware/costs.c on the emulated target, links images for the flash, and adds up the
-frames of the compiler's call graph. docs/firmware-costs.json is the committed record, docs/firmware-costs.md the same
+frames of the compiler's call graph. docs/evidence/firmware-costs.json is the committed record, docs/evidence/firmware-costs.md the same
 as a page.
 """
 
@@ -12,7 +12,7 @@ from typing import Any
 
 from tests.conformance.firmware.targets import BY_NAME, ROOT, Build, Failed, emulate, link, objects, run
 
-RECORD = ROOT / "docs" / "firmware-costs.json"
+RECORD = ROOT / "docs" / "evidence" / "firmware-costs.json"
 PAGE = RECORD.with_suffix(".md")
 GROWTH = 1.02
 F32 = ("f32",)
@@ -170,7 +170,7 @@ def page(builds: dict[str, dict[str, Any]]) -> str:
     return f"""# What the C library costs on a processor
 
 Written by `make firmware-report`; `make firmware-test` fails when a figure of the two Cortex-M4F builds,
-`make firmware-test-all` when any, is more than 2 % above docs/firmware-costs.json. Single precision, instructions per
+`make firmware-test-all` when any, is more than 2 % above firmware-costs.json. Single precision, instructions per
 call, counted by QEMU ({versions}).
 
 Set `modes`: the 18 stances of `hopform_selftest`, which visit every mode, kind of event and ending. Set `drops`:
@@ -181,9 +181,9 @@ Set `modes`: the 18 stances of `hopform_selftest`, which visit every mode, kind 
 
 {table(["", "measured", "budget"], budget)}
 The budgets come from a hand-written solver of the paper's sequence of signs alone. This one proves each event to be the
-first of its phase, sampling all watched functions at both ends of each window, and the controller tries some 12
-stances, with their derivatives, where the other followed one root: that is where the instructions go. The plan keeps
-the robot's parameters.
+first of its phase, evaluating all active event functions at both ends of each search interval, and the controller
+evaluates some 12 stances, with their derivatives, where the other followed one root: that is where the instructions go.
+The plan keeps the robot's parameters.
 
 ## Instructions, mean
 

@@ -8,7 +8,7 @@ inside_flight.c and inside_control.c (the inner functions of these two), refusal
 fuzzing targets on fixed inputs; the word for all bits of random stances, flights and commands
 (tests/conformance/firmware/words.c), which any changed bit changes, so what it alone kills is counted apart; answers.c
 and parts.c again under the sanitizers; and the work that answers.c's calls take, in basic blocks. With `--pytest` the
-nearest tests of pytest follow. Survivors are argued in docs/c-mutants.md: those that are listed there as equivalent are
+nearest tests of pytest follow. Survivors are argued in docs/evidence/c-mutants.md: those that are listed there as equivalent are
 taken off, the others fail.
 """
 
@@ -37,7 +37,7 @@ from tests.mutation.c.operators import Mutant, mutants_of
 SRC = C / "src"
 MINE = Path(__file__).resolve().parent
 FUZZ = ROOT / "tests" / "fuzz"
-PAGE = ROOT / "docs" / "c-mutants.md"
+PAGE = ROOT / "docs" / "evidence" / "c-mutants.md"
 BROKEN = tuple(unit for unit in UNITS if unit != "selftest")
 LEAST = 0.90
 MOST_EQUIVALENT = 0.05

@@ -1,5 +1,6 @@
 /* The judge of mutants in the controller: what it concludes from the ends of a cell, function by function, against
- * cubics whose values, slopes, roots and extrema are known, and against the bounds that docs/control.md promises.
+ * cubics whose values, slopes, roots and extrema are known, and against the bounds of
+ * docs/explanation/controller.md.
  * Prints what is wrong and ends with 1.
  */
 #include "control_f64.c"
@@ -260,7 +261,7 @@ static void lines(void)
     }
 }
 
-/* What the widths of docs/control.md say: wider cells are not judged by their ends. */
+/* What the widths of docs/explanation/controller.md say: wider cells are not judged by their ends. */
 static void widths(void)
 {
     const T(plan) plan = hopper_plan();

@@ -1,0 +1,193 @@
+"""The pages are true: examples run, links and anchors lead somewhere, commands, options, targets and paths exist, C
+compiles, and the README's figures stand on the pages that it names.
+"""
+
+import doctest
+import importlib.util
+import os
+import re
+import shlex
+import shutil
+import subprocess
+import sys
+from functools import cache
+from pathlib import Path
+
+import pytest
+
+from hopform import _cli as cli
+
+ROOT = next(folder for folder in Path(__file__).resolve().parents if (folder / "pyproject.toml").is_file())
+PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").rglob("*.md"))]
+WRITTEN = {"benchmark.md", "c-mutants.md", "firmware-costs.md", "switchovers.md"}
+"""Pages that programs write, in lines of their own width."""
+
+WIDEST = 120
+each_page = pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
+
+
+@cache
+def text_of(page: Path) -> str:
+    return page.read_text("utf-8")
+
+
+def with_examples() -> list[Path]:
+    return [page for page in PAGES if ">>> " in text_of(page)]
+
+
+@pytest.mark.parametrize("page", with_examples(), ids=lambda page: page.name)
+def test_the_examples_of_a_page_run(page):
+    outcome = doctest.testfile(str(page), module_relative=False)
+    assert outcome.attempted > 1
+    assert outcome.failed == 0
+
+
+# ---- links ----
+
+FENCE = re.compile(r"^```.*?^```", re.DOTALL | re.MULTILINE)
+
+
+def anchors(page: Path) -> set[str]:
+    """The anchors that GitHub makes of a page's headings, and those that the page sets itself."""
+    text = text_of(page)
+    headings = re.findall(r"^#+ +(.*)$", FENCE.sub("", text), re.MULTILINE)
+    plain = (re.sub(r"\]\([^)]*\)|<[^>]*>", "", heading).lower() for heading in headings)
+    made = {re.sub(r"[^\w\- ]", "", heading).strip().replace(" ", "-") for heading in plain}
+    return made | set(re.findall(r'<a id="([^"]+)">', text))
+
+
+def links(page: Path) -> list[tuple[Path, str]]:
+    """The files and anchors that a page links to; addresses of the web are left out."""
+    found = re.findall(r"\]\(([^)\s]+)\)", FENCE.sub("", text_of(page)))
+    pairs = [link.partition("#")[::2] for link in found if ":" not in link]
+    return [((page.parent / path).resolve() if path else page, anchor) for path, anchor in pairs]
+
+
+@each_page
+def test_every_link_of_a_page_leads_somewhere(page):
+    dead = [(str(path), anchor) for path, anchor in links(page) if not path.exists()]
+    dead += [(str(path), anchor) for path, anchor in links(page) if anchor and anchor not in anchors(path)]
+    assert not dead
+
+
+def test_links_and_anchors_are_found():
+    assert sum(len(links(page)) for page in PAGES) > 100
+    assert sum(bool(anchor) for page in PAGES for _, anchor in links(page)) > 10
+    assert "what-right-means" in anchors(ROOT / "docs" / "reference" / "model.md")
+    assert "14" in anchors(ROOT / "generated" / "EQUATIONS.md")
+
+
+def test_the_index_lists_every_page():
+    index = ROOT / "docs" / "README.md"
+    assert {page for page in PAGES if page.parent.parent == index.parent} - {path for path, _ in links(index)} == set()
+
+
+# ---- what pages name ----
+
+
+def code(page: Path) -> list[str]:
+    """The lines of code blocks without an example's answers, and the code within lines."""
+    text = text_of(page)
+    blocks = [line for block in FENCE.findall(text) for line in block.splitlines()[1:-1]]
+    return blocks + re.findall(r"`([^`\n]+)`", FENCE.sub("", text))
+
+
+@cache
+def options_of(command: str) -> str:
+    done = subprocess.run(
+        [sys.executable, "-m", "hopform", command, "--help"],
+        capture_output=True, text=True, check=True, env=os.environ | {"COLUMNS": "200"},
+    )  # fmt: skip
+    return done.stdout
+
+
+@each_page
+def test_every_command_of_hopform_has_its_options(page):
+    for line in code(page):
+        words = re.split(r"\s+#\s", line)[0].split(" | ")[0].removeprefix(".venv/bin/").split()
+        if len(words) < 2 or words[0] != "hopform" or words[1].startswith("-") or words[1].isupper():
+            continue
+        assert words[1] in cli.COMMANDS, line
+        for option in (word.split("=")[0] for word in shlex.split(" ".join(words[2:])) if word.startswith("--")):
+            assert option in options_of(words[1]), line
+
+
+def test_the_first_commands_of_the_page_on_another_robot_run(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    lines = [line for line in code(ROOT / "docs" / "how-to" / "use-another-robot.md") if line.startswith("hopform ")]
+    assert len(lines) == 3
+    for line in lines:
+        command, _, target = line.partition(" > ")
+        assert cli.main(shlex.split(command)[1:]) == 0, line
+        if target:
+            Path(target).write_text(capsys.readouterr().out, "utf-8")
+
+
+@each_page
+def test_every_make_target_exists(page):
+    makefile = (ROOT / "Makefile").read_text("utf-8")
+    for target in {line.split()[1] for line in code(page) if re.match(r"make [a-z]", line)}:
+        assert re.search(rf"^{re.escape(target)}:", makefile, re.MULTILINE), target
+
+
+@each_page
+def test_every_module_that_is_run_exists(page):
+    for module in {name for line in code(page) for name in re.findall(r"python -m ([\w.]+)", line)}:
+        assert module == "hopform._derive" or importlib.util.find_spec(module), module
+
+
+PLACE = re.compile(r"(?:derive|templates|runtime|generated|tests|tools|docs|\.ci)/[\w./*-]*")
+
+
+@each_page
+def test_every_path_exists(page):
+    named = {match[0] for line in code(page) if (match := PLACE.fullmatch(line))}
+    missing = [path for path in named if not any(ROOT.glob(path.rstrip("/")))]
+    missing = [path for path in missing if not (ROOT / path).with_suffix(".py").is_file()]
+    assert not missing
+
+
+@each_page
+def test_no_line_of_prose_is_wider_than_120_columns(page):
+    if page.name in WRITTEN:
+        return
+    prose = re.sub(r"^(\||!\[|\$\$|<).*$", "", FENCE.sub("", text_of(page)), flags=re.MULTILINE)
+    assert [line for line in prose.splitlines() if len(line) > WIDEST] == []
+
+
+def test_the_interrupt_of_the_page_on_firmware_compiles(tmp_path):
+    (program,) = re.findall(r"```c\n(.*?)```", text_of(ROOT / "docs" / "how-to" / "call-from-firmware.md"), re.DOTALL)
+    (tmp_path / "wiring.c").write_text(program, "utf-8")
+    flags = ["-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wdouble-promotion", "-Werror"]
+    include = ROOT / "generated" / "c" / "include"
+    subprocess.run(["cc", *flags, "-I", str(include), "-c", "wiring.c"], cwd=tmp_path, check=True)
+
+
+# ---- figures ----
+
+NUMBER = re.compile(r"(?<![\w.])\d+(?: \d{3})*(?:\.\d+)?(?:e-?\d+)?")
+
+
+def rows_of_figures() -> list[tuple[str, Path]]:
+    """The figures of the README's table, row by row, with the page of evidence that each row names."""
+    rows = re.findall(r"^\|[^|]*\|([^|]*)\|[^|]*\]\(([^)]+)\)[^|]*\|$", text_of(ROOT / "README.md"), re.MULTILINE)
+    return [(figures, ROOT / path) for figures, path in rows]
+
+
+def test_the_figures_of_the_readme_are_those_of_the_evidence():
+    rows = rows_of_figures()
+    assert len(rows) == 5
+    assert sum(len(NUMBER.findall(figures)) for figures, _ in rows) >= 9
+    for figures, page in rows:
+        assert [number for number in NUMBER.findall(figures) if number not in text_of(page)] == [], page
+
+
+def test_make_shows_a_dozen_targets_and_help_all_the_rest():
+    if shutil.which("make") is None:
+        pytest.skip("there is no make")
+    few, all_of_them = (
+        subprocess.run(["make", "-s", target], cwd=ROOT, capture_output=True, text=True, check=True).stdout.splitlines()
+        for target in ("help", "help-all")
+    )
+    assert 10 <= len(few) <= 14
+    assert {line.split()[1] for line in few} < {line.split()[1] for line in all_of_them}
