@@ -1,0 +1,261 @@
+"""Problems of known mechanisms, their physics written out by hand; numbers go in as decimals or exact floats.
+
+(1), (2) are (3), (4) without dry friction:
+
+    m_eff x1'' = k (x2 - x1 - L0) - b1 x1' - gamma2 u - m_eff f1 sign(x1')             (1), (3)
+    m_s x2'' = k (x1 - x2 + L0 + c) - b2 x2' - m_s g - m_s f2 sign(x2')                (2), (4)
+
+With z = x2 - L0 - c the spring's compression is y = x1 - z, and k (x2 - x1 - L0) = -k y + k c.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from .numbers import Number, Real, exact
+
+Text = dict[str, Any]
+
+HOPPER_C: dict[str, Number] = {
+    "m_eff": "25",
+    "m_s": "3",
+    "k": "1200",
+    "L0": "0.40",
+    "c": "0",
+    "b1": "150",
+    "b2": "5",
+    "f1": "0.78",
+    "f2": "0.60",
+    "gamma2": "-65",
+    "g": "9.81",
+    "x1_min": "0",
+    "x1_max": "0.08",
+}
+LEG = [["1", "-1"], ["-1", "1"]]  # of a force between the masses along y = x1 - z
+HEIGHTS = {
+    "x1": {"q": [1, 0]},
+    "v1": {"v": [1, 0]},
+    "x2": {"q": [0, 1], "constant": "L0 + c"},
+    "v2": {"v": [0, 1]},
+    "y": {"q": [1, -1]},
+}
+UNITS = {
+    "time": "sqrt(m_s/k)",
+    "x1": "0.1",
+    "x2": "0.1",
+    "y": "0.1",
+    "v1": "1",
+    "v2": "1",
+    "body": "m_s*max(abs(v2), 1)**2/2",
+}
+
+
+def scaled(matrix: list[list[str]], name: str) -> list[list[str]]:
+    """A matrix of 1, -1 and 0 times a named coefficient."""
+    return [[name if entry == "1" else f"-{name}" if entry == "-1" else "0" for entry in row] for row in matrix]
+
+
+def given(parameters: Mapping[str, Number], start: Mapping[str, Number], u: Any, horizon: Number, most: int) -> Text:
+    return {"parameters": dict(parameters), "start": dict(start), "u": u, "horizon": horizon, "max_phases": most}
+
+
+def stance(
+    robot: Mapping[str, Number],
+    *,
+    v2: Number,
+    x1: Number = "0",
+    v1: Number = "0",
+    y: Number = "0",
+    u: Any = "0",
+    horizon: Number = "2",
+    max_phases: int = 4096,
+) -> Text:
+    """The hopper on the ground, (3), (4); y is the compression at the start. N = k y.
+
+    >>> from tests.oracle.mechanism import solve
+    >>> [event.kind for event in solve(stance(HOPPER_C, v2="-1.930829")).events]
+    ['x2_reverses']
+    """
+    body = {
+        "mass": [["0", "0"], ["0", "m_s"]],
+        "stiffness": [["0", "0"], ["0", "k"]],
+        "force": ["0", "-m_s*g"],
+    }  # m_s v2^2/2 + m_s g x2 + k (x2 - L0 - c)^2/2, less a constant
+    return {
+        "name": "hopper in stance",
+        "coordinates": ["x1", "z"],
+        "mass": [["m_eff", "0"], ["0", "m_s"]],
+        "stiffness": {"leg": scaled(LEG, "k")},
+        "damping": {"viscous_1": [["b1", "0"], ["0", "0"]], "viscous_2": [["0", "0"], ["0", "b2"]]},
+        "force": {"offset": ["k*c", "0"], "weight": ["0", "-m_s*g"]},
+        "input": ["-gamma2", "0"],
+        "elements": [
+            {
+                "name": "x1",
+                "direction": [1, 0],
+                "friction": ["m_eff*f1", "m_eff*f1"],
+                "limits": ["x1_min", "x1_max"],
+            },
+            {"name": "x2", "direction": [0, 1], "friction": ["m_s*f2", "m_s*f2"]},
+        ],
+        "contact": {"force": {"q": ["k", "-k"]}, "compression": {"q": [1, -1]}, "tolerance": "0"},
+        "position": ["x1", "x1 - y"],
+        "velocity": ["v1", "v2"],
+        "outputs": HEIGHTS,
+        "energies": {"body": body},
+        "units": UNITS,
+        **given(robot, {"x1": x1, "v1": v1, "v2": v2, "y": y}, u, horizon, max_phases),
+    }
+
+
+def compression(robot: Mapping[str, Number], x1: Number, x2: Number) -> Real:
+    """y = x1 - x2 + L0 + c, taken as 0 within 4 ulp (float64) of the largest of its terms."""
+    terms = [exact(q) for q in (x1, x2, robot["L0"], robot["c"])]
+    y = terms[0] - terms[1] + terms[2] + terms[3]
+    largest = max(map(abs, terms))
+    return y - y if abs(y) <= 4 * ulp(largest, 53) else y
+
+
+def ulp(value: Real, digits: int) -> Real:
+    """The unit in the last place of a number of so many binary digits."""
+    scale = exact(1)
+    if not value:
+        return scale - scale
+    _, exponent = value.context.frexp(abs(value))
+    return value.context.ldexp(scale, int(exponent) - digits)
+
+
+def damped_leg(robot: Mapping[str, Number], b12: Number, **start: Any) -> Text:
+    """(3), (4) and a damper in the leg: m_eff x1'' = ... - b12 (v1 - v2), N = k y + b12 (v1 - v2)."""
+    text = stance({**robot, "b12": b12}, **start)
+    damping = {**text["damping"], "viscous_12": scaled(LEG, "b12")}
+    force = {"q": ["k", "-k"], "v": ["b12", "-b12"]}
+    return {
+        **text,
+        "name": "hopper with a damper in the leg",
+        "damping": damping,
+        "contact": {**text["contact"], "force": force},
+    }
+
+
+def second_spring(robot: Mapping[str, Number], k_2: Number, L_2: Number, **start: Any) -> Text:
+    """(3), (4) and a spring k_2 (x1 - x2 + L_2) beside the leg's: N is the sum, N = k y + k_2 (y + L_2 - L0 - c).
+
+    y counts from the free length of the leg's own spring; N vanishes elsewhere where the two lengths differ.
+    """
+    text = stance({**robot, "k_2": k_2, "L_2": L_2}, **start)
+    slack = "k_2*(L_2 - L0 - c)"
+    return {
+        **text,
+        "name": "hopper with a second spring in the leg",
+        "stiffness": {**text["stiffness"], "second": scaled(LEG, "k_2")},
+        "force": {**text["force"], "second": [f"-{slack}", slack]},
+        "contact": {**text["contact"], "force": {"q": ["k + k_2", "-(k + k_2)"], "constant": slack}},
+    }
+
+
+def body_spring(robot: Mapping[str, Number], k_b: Number, h_b: Number, **start: Any) -> Text:
+    """(3), (4) and a spring from the body to the world, -k_b (x2 - h_b): a linear force on the body. N = k y."""
+    text = stance({**robot, "k_b": k_b, "h_b": h_b}, **start)
+    return {
+        **text,
+        "name": "hopper with a spring from the body to the world",
+        "stiffness": {**text["stiffness"], "world": [["0", "0"], ["0", "k_b"]]},
+        "force": {**text["force"], "world": ["0", "k_b*(h_b - L0 - c)"]},
+    }
+
+
+def pushed_body(robot: Mapping[str, Number], push: Number, **start: Any) -> Text:
+    """(3), (4) and a constant force on the body, upwards: m_s x2'' = ... + push."""
+    text = stance({**robot, "push": push}, **start)
+    return {
+        **text,
+        "name": "hopper with a constant force on the body",
+        "force": {**text["force"], "push": ["0", "push"]},
+    }
+
+
+def flight(
+    robot: Mapping[str, Number],
+    *,
+    Kp: Number,
+    Kd: Number,
+    u_max: Number,
+    x1: Number,
+    v1: Number,
+    x2: Number,
+    v2: Number,
+    ground: Number = "0",
+    horizon: Number = "2",
+    max_phases: int = 4096,
+) -> Text:
+    """The hopper in the air: the spring carries nothing, F = 0, so the foot moves with the actuator.
+
+    m_eff x1'' = k c - b1 x1' - gamma2 u - m_eff f1 sign(x1')     u = sat((Kp x1 + Kd v1)/gamma2)     x2'' = -g
+    foot over the ground = x2 - (L0 + c) - x1 - ground
+    """
+    parameters = {**robot, "Kp": Kp, "Kd": Kd, "u_max": u_max, "ground": ground}
+    actuator = {
+        "name": "x1",
+        "direction": [1, 0],
+        "friction": ["m_eff*f1", "m_eff*f1"],
+        "limits": ["x1_min", "x1_max"],
+    }
+    return {
+        "name": "hopper in flight",
+        "coordinates": ["x1", "x2"],
+        "mass": [["m_eff", "0"], ["0", "m_s"]],
+        "damping": {"viscous_1": [["b1", "0"], ["0", "0"]]},
+        "force": {"offset": ["k*c", "0"], "weight": ["0", "-m_s*g"]},
+        "input": ["-gamma2", "0"],
+        "law": {"q": ["Kp/gamma2", "0"], "v": ["Kd/gamma2", "0"], "limit": "u_max"},
+        "elements": [actuator],
+        "clearance": {"q": ["-1", "1"], "constant": "-(L0 + c) - ground"},
+        "position": ["x1", "x2"],
+        "velocity": ["v1", "v2"],
+        "outputs": {"x1": {"q": [1, 0]}, "v1": {"v": [1, 0]}, "x2": {"q": [0, 1]}, "v2": {"v": [0, 1]}},
+        "units": {name: UNITS[name] for name in ("time", "x1", "x2", "v1", "v2")},
+        **given(parameters, {"x1": x1, "v1": v1, "x2": x2, "v2": v2}, "0", horizon, max_phases),
+    }
+
+
+def joint(
+    *,
+    m: Number,
+    k: Number = "0",
+    q_0: Number = "0",
+    b: Number = "0",
+    gamma: Number = "1",
+    load: Number = "0",
+    F_plus: Number = "0",
+    F_minus: Number = "0",
+    q_min: Number = "-inf",
+    q_max: Number = "inf",
+    q: Number = "0",
+    v: Number = "0",
+    u: Any = "0",
+    horizon: Number = "2",
+    max_phases: int = 4096,
+) -> Text:
+    """One mass on a spring to ground: m q'' = -k (q - q_0) - b q' + gamma u + load - F_plus or + F_minus, by sign(q').
+
+    Lengths, or angles with m an inertia: kg or kg m^2, N/m or N m/rad, m or rad; k = 0 is allowed.
+    """
+    parameters = {"m": m, "k": k, "q_0": q_0, "b": b, "gamma": gamma, "load": load}
+    friction = {"F_plus": F_plus, "F_minus": F_minus, "q_min": q_min, "q_max": q_max}
+    return {
+        "name": "joint",
+        "coordinates": ["q"],
+        "mass": [["m"]],
+        "stiffness": {"spring": [["k"]]},
+        "damping": {"viscous": [["b"]]},
+        "force": {"rest": ["k*q_0"], "load": ["load"]},
+        "input": ["gamma"],
+        "elements": [{"name": "q", "direction": [1], "friction": ["F_plus", "F_minus"], "limits": ["q_min", "q_max"]}],
+        "position": ["q"],
+        "velocity": ["v"],
+        "outputs": {"q": {"q": [1]}, "v": {"v": [1]}},
+        "units": {"time": "sqrt(m/max(k, m))", "q": "0.1", "v": "1"},
+        **given({**parameters, **friction}, {"q": q, "v": v}, u, horizon, max_phases),
+    }

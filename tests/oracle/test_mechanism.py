@@ -1,0 +1,238 @@
+"""The oracle of mechanisms stands on its own feet: the 50-digit reference, time stepping, printed figures, energy."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from tests.oracle.mechanism import builders, solve
+from tests.oracle.mechanism.numbers import mp
+from tests.random_stances import draw_stances
+from tests.reference import solve as solve_reference
+
+FIXTURES = sorted((Path(__file__).parent / "mechanism" / "fixtures").glob("*.json"))
+ROBOT = ("m_eff", "m_s", "k", "L0", "c", "b1", "b2", "f1", "f2", "gamma2", "g", "x1_min", "x1_max")
+START = ("x1", "v1", "v2", "y")
+TINY = mp.mpf("1e-40")
+DROP = "-1.930751"  # sqrt(2 g 0.2 m) less 5 % of its energy
+HOPPER = builders.HOPPER_C
+
+
+def random_problem(row: Any) -> tuple[dict[str, float], dict[str, Any]]:
+    start = {name: float(row[name]) for name in START}
+    return {name: float(row[name]) for name in ROBOT}, {**start, "u": float(row["u"]), "max_phases": 60}
+
+
+@pytest.mark.parametrize("row", draw_stances(71, 100), ids=range(100))
+def test_random_stances_are_those_of_the_reference(row):
+    robot, start = random_problem(row)
+    found, wanted = solve(builders.stance(robot, **start)), solve_reference(robot, **start)
+    assert found.kinds == (*(event.kind for event in wanted.events), wanted.status)
+    assert abs(found.duration - wanted.duration) < TINY
+    for event, other in zip(found.events, wanted.events, strict=True):
+        assert abs(event.time - other.time) < TINY
+    for t, state in ((found.duration / 3, wanted.at(wanted.duration / 3)), (found.duration, wanted.final)):
+        here = found.at(t)
+        assert all(abs(here[name] - getattr(state, name)) < TINY * (1 + abs(here[name])) for name in state._fields)
+    assert abs(found.gains["body"] - wanted.aed) < TINY * (1 + abs(wanted.aed))
+
+
+# ---- time stepping: the same physics in floats, by scipy ----
+
+Force = Callable[[Any, Any], Any]
+
+
+@dataclass(frozen=True)
+class Stepper:
+    """Coordinates with a mass, dry friction (plus, minus) and limits each, under forces without dry friction."""
+
+    mass: Sequence[float]
+    force: Force
+    friction: Sequence[tuple[float, float]]
+    limits: Sequence[tuple[float, float]]
+    ends: Callable[[Any, Any], float] = lambda q, v: 1.0
+
+    def side(self, i: int, q: Any, v: Any) -> int:
+        """Where a coordinate at rest goes."""
+        pull, (plus, minus) = self.force(q, v)[i], self.friction[i]
+        sign = 1 if pull > plus else -1 if pull < -minus else 0
+        return 0 if sign and q[i] == self.limits[i][sign > 0] else sign
+
+    def rate(self, z: Any, signs: Sequence[int]) -> Any:
+        q, v = np.split(z, 2)
+        level = [(minus, 0.0, plus)[s + 1] * s for s, (plus, minus) in zip(signs, self.friction, strict=True)]
+        moving = np.abs(signs)
+        return np.concatenate([v * moving, moving * (self.force(q, v) - level) / self.mass])
+
+    def watched(self, q: Any, signs: Sequence[int]) -> Iterator[tuple[str, int, int, Any]]:
+        """What, which coordinate, which side, and the function that falls through zero there."""
+        count = len(signs)
+        yield "end", 0, 0, lambda t, z: self.ends(*np.split(z, 2))
+        for i, s in enumerate(signs):
+            if s:
+                yield "velocity", i, s, lambda t, z, i=i, s=s: s * z[count + i]
+                stop = self.limits[i][s > 0]
+                if math.isfinite(stop):
+                    yield "limit", i, s, lambda t, z, i=i, s=s, stop=stop: s * (stop - z[i])
+                continue
+            for way, level in zip((1, -1), self.friction[i], strict=True):
+                if q[i] != self.limits[i][way > 0]:
+                    yield "hold", i, way, lambda t, z, i=i, w=way, f=level: f - w * self.force(*np.split(z, 2))[i]
+
+    def run(self, q: Sequence[float], v: Sequence[float], horizon: float = 2.0) -> tuple[list[Any], float, Any]:
+        """Changes (word, coordinate), duration, final state."""
+        t, changes, q, v = 0.0, list[Any](), np.array(q, float), np.array(v, float)
+        signs = [int(np.sign(v[i])) or self.side(i, q, v) for i in range(len(q))]
+        while any(signs):
+            watched = list(self.watched(q, signs))
+            for *_, function in watched:
+                function.terminal, function.direction = True, -1
+            done = solve_ivp(
+                lambda t, z, signs=tuple(signs): self.rate(z, signs), (t, horizon), np.concatenate([q, v]),
+                events=[function for *_, function in watched], method="DOP853", rtol=1e-12, atol=1e-14, max_step=2e-3,
+            )  # fmt: skip
+            t, (q, v) = done.t[-1], np.split(done.y[:, -1].copy(), 2)
+            due = [entry[:3] for entry, times in zip(watched, done.t_events or (), strict=True) if len(times)]
+            if not due or due[0][0] == "end":
+                break
+            changes.append(self.change(*due[0], q, v, signs))
+        return changes, t, (q, v)
+
+    def change(self, what: str, i: int, way: int, q: Any, v: Any, signs: list[int]) -> tuple[str, int]:
+        """The word for an event; q, v and signs are changed."""
+        if what == "hold":
+            signs[i] = way
+            return "slips", i
+        q[i] = self.limits[i][way > 0] if what == "limit" else q[i]
+        v[i] = 0.0
+        signs[i] = self.side(i, q, v)
+        return "hits_stop" if what == "limit" else "reverses" if signs[i] else "sticks", i
+
+
+def agrees(text: dict[str, Any], names: Sequence[str], stepped: Any) -> None:
+    changes, duration, (q, v) = stepped
+    found = solve(text)
+    assert [event.kind for event in found.events] == [f"{names[i]}_{what}" for what, i in changes]
+    assert abs(found.duration - duration) < 1e-8
+    assert max(abs(a - b) for a, b in zip(found.end.q, q, strict=True)) < 1e-8
+    assert max(abs(a - b) for a, b in zip(found.end.v, v, strict=True)) < 1e-7
+
+
+NONE = (-math.inf, math.inf)
+JOINTS = [
+    {"m": 2.0, "k": 50.0, "q_0": 0.1, "b": 1.0, "F_plus": 3.0, "F_minus": 1.0, "q": 0.5, "q_min": -0.05, "q_max": 1.0},
+    {"m": 0.5, "k": 0.0, "b": 2.0, "F_plus": 0.2, "F_minus": 0.4, "v": -1.0, "u": 0.3},
+    {"m": 1.0, "k": 400.0, "b": 0.4, "F_plus": 0.0, "F_minus": 2.0, "q": 0.3, "load": -1.0},
+    {"m": 1.0, "k": 30.0, "b": 0.0, "F_plus": 0.5, "F_minus": 0.5, "q": 0.9, "v": -1.0, "q_min": 0.2, "q_max": 1.0},
+]
+
+
+@pytest.mark.parametrize("joint", JOINTS, ids=range(len(JOINTS)))
+def test_a_joint_is_that_of_time_stepping(joint):
+    p = {"k": 0.0, "q_0": 0.0, "b": 0.0, "load": 0.0, "u": 0.0, "q": 0.0, "v": 0.0, **joint}
+    stepper = Stepper(
+        [p["m"]],
+        lambda q, v: -p["k"] * (q - p["q_0"]) - p["b"] * v + p["u"] + p["load"],
+        [(p["F_plus"], p["F_minus"])],
+        [(p.get("q_min", -math.inf), p.get("q_max", math.inf))],
+    )
+    agrees(builders.joint(**joint), ["q"], stepper.run([p["q"]], [p["v"]]))
+
+
+def leg_force(b12: float, k_2: float, L_2: float, k_b: float, h_b: float, push: float, u: float) -> Any:
+    """Forces on x1 and z = x2 - L0 of hopper_c, and the contact force."""
+
+    def contact(q: Any, v: Any) -> float:
+        x1, x2 = q[0], q[1] + 0.4
+        return 1200.0 * (x1 - x2 + 0.4) + k_2 * (x1 - x2 + L_2) + b12 * (v[0] - v[1])
+
+    def force(q: Any, v: Any) -> Any:
+        N = contact(q, v)
+        x2 = q[1] + 0.4
+        return np.array([-N - 150.0 * v[0] + 65.0 * u, N - 5.0 * v[1] - 3.0 * 9.81 - k_b * (x2 - h_b) + push])
+
+    return force, contact
+
+
+LEGS = {
+    "damper 5": (builders.damped_leg(HOPPER, "5", v2="-1.9", u="3"), {"b12": 5.0}),
+    "damper 40": (builders.damped_leg(HOPPER, "40", v2="-1.9", u="3"), {"b12": 40.0}),
+    "second spring": (builders.second_spring(HOPPER, "300", "0.42", v2="-1.9", u="3"), {"k_2": 300.0, "L_2": 0.42}),
+    "world": (builders.body_spring(HOPPER, "60", "0.5", v2="-1.9", u="3"), {"k_b": 60.0, "h_b": 0.5}),
+    "push": (builders.pushed_body(HOPPER, "-5", v2="-1.9", u="3"), {"push": -5.0}),
+}
+
+
+@pytest.mark.parametrize("name", LEGS)
+def test_a_leg_with_more_in_it_is_that_of_time_stepping(name):
+    text, parts = LEGS[name]
+    force, contact = leg_force(**{"b12": 0, "k_2": 0, "L_2": 0, "k_b": 0, "h_b": 0, "push": 0, "u": 3.0, **parts})
+    stepper = Stepper([25.0, 3.0], force, [(25 * 0.78,) * 2, (3 * 0.6,) * 2], [(0.0, 0.08), NONE], contact)
+    agrees(text, ["x1", "x2"], stepper.run([0.0, 0.0], [0.0, -1.9]))
+
+
+GAINS = [("500", "200", "0.04", "0.39"), ("3000", "100", "0.08", "-0.5"), ("60000", "300", "0.03", "0.1")]
+
+
+@pytest.mark.parametrize(("Kp", "Kd", "x1", "v1"), GAINS)
+def test_a_flight_is_that_of_time_stepping(Kp, Kd, x1, v1):
+    text = builders.flight(HOPPER, Kp=Kp, Kd=Kd, u_max="3", x1=x1, v1=v1, x2="0.5", v2="1.9")
+    p, d = float(Kp), float(Kd)
+
+    def force(q: Any, v: Any) -> Any:
+        u = min(max((p * q[0] + d * v[0]) / -65.0, -3.0), 3.0)
+        return np.array([-150.0 * v[0] + 65.0 * u, -3.0 * 9.81])
+
+    stepper = Stepper(
+        [25.0, 3.0], force, [(25 * 0.78,) * 2, (0.0, 0.0)], [(0.0, 0.08), NONE], lambda q, v: q[1] - 0.4 - q[0]
+    )
+    changes, duration, end = stepper.run([float(x1), 0.5], [float(v1), 1.9])
+    agrees(text, ["x1"], ([c for c in changes if c[1] == 0], duration, end))
+
+
+@pytest.mark.parametrize(
+    ("b12", "u", "duration", "apex"),
+    [
+        ("5", "0", "0.184781", "7.851"),
+        ("5", "3", "0.189874", "17.156"),
+        ("20", "0", "0.190742", "1.368"),
+        ("40", "3", "0.25562", "7.81"),
+    ],
+)
+def test_a_damper_in_the_leg_does_what_is_printed(b12, u, duration, apex):
+    stance = solve(builders.damped_leg(HOPPER, b12, v2=DROP, u=u))
+    height = stance.final["x2"] + stance.final["v2"] ** 2 / (2 * mp.mpf("9.81")) - mp.mpf("0.4")
+    assert stance.status == "takeoff"
+    assert mp.nstr(stance.duration, len(duration) - 2) == duration
+    assert abs(100 * height - mp.mpf(apex)) < mp.mpf("0.0006") * max(1, 10 ** (5 - len(apex)))
+
+
+def test_a_contact_opens_where_an_impact_makes_its_force_negative():
+    """At 20 N s/m and 3 A the stop takes v1, and N = k y + b12 (v1 - v2) jumps from 9.4 N to -4.2 N."""
+    stance = solve(builders.damped_leg(HOPPER, "20", v2=DROP, u="3"))
+    assert stance.kinds == ("x2_reverses", "x1_hits_stop", "takeoff")
+    assert stance.events[-1].time == stance.duration
+    assert stance.system.contact.force.at(stance.end.q, stance.end.v) < -4
+
+
+@pytest.mark.parametrize("path", FIXTURES, ids=lambda path: path.stem)
+def test_the_works_of_all_forces_are_the_gain_of_kinetic_energy(path):
+    motion = solve(path)
+    for t in (motion.duration / 3, motion.duration):
+        works = motion.ledger(t)
+        assert abs(sum(works.values()) - motion.kinetic(t) + motion.given_kinetic) < mp.mpf("1e-45")
+        assert all(work <= 0 for name, work in works.items() if name.split()[0] in ("damper", "friction", "stop_loss"))
+
+
+def test_fixtures_say_what_they_do():
+    for path in FIXTURES:
+        assert list(solve(path).kinds) == json.loads(path.read_text("utf-8"))["expected"], path.stem
+    assert len(FIXTURES) >= 10
