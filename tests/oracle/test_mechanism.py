@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -13,8 +13,10 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from tests.oracle.mechanism import builders, solve
-from tests.oracle.mechanism.numbers import mp
+from tests.oracle.mechanism import builders, read, solve
+from tests.oracle.mechanism.compare import EXCUSED, RIGHT, WRONG, Answer, compare, conditions
+from tests.oracle.mechanism.neighbour import neighbour
+from tests.oracle.mechanism.numbers import mp, ulp
 from tests.random_stances import draw_stances
 from tests.reference import solve as solve_reference
 
@@ -236,3 +238,142 @@ def test_fixtures_say_what_they_do():
     for path in FIXTURES:
         assert list(solve(path).kinds) == json.loads(path.read_text("utf-8"))["expected"], path.stem
     assert len(FIXTURES) >= 10
+
+
+# ---- neighbours ----
+
+SWING = {"m": 1.0, "k": 30.0, "b": 0.5, "F_plus": 0.5, "F_minus": 0.5, "q": 0.2, "v": -1.0, "horizon": 1.0}
+HIT, MISS = ("q_hits_stop", "horizon"), ("q_reverses", "horizon")
+
+
+def lowest_turn(**changes: Any) -> float:
+    motion = solve(builders.joint(**{**SWING, **changes}))
+    return float(motion.at(motion.events[0].time)["q"])
+
+
+@pytest.mark.parametrize("ulps", [-20, -1, 0, 1, 20])
+def test_a_grazed_limit_has_neighbours_that_hit_and_that_miss(ulps):
+    low = lowest_turn()
+    joint = read(builders.joint(**SWING, q_min=low + ulps * math.ulp(low)))
+    found = solve(joint).kinds
+    assert found in (HIT, MISS) and neighbour(joint, found).attempts == ()
+    other = neighbour(joint, MISS if found == HIT else HIT)
+    assert other.solution is not None and other.attempts[0].label[0] == "least"
+    moves = [abs(q - joint.inputs()[name]) for name, q in other.solution.problem.inputs().items() if mp.isfinite(q)]
+    most = [32 * ulp(q, 53) for q in joint.inputs().values() if mp.isfinite(q)]
+    assert all(p <= q for p, q in zip(moves, most, strict=True)) and any(moves)
+
+
+def test_a_limit_that_is_missed_by_far_has_no_neighbour_that_hits():
+    low = lowest_turn()
+    joint = read(builders.joint(**SWING, q_min=low * (1 + 1e-12)))
+    assert solve(joint).kinds == MISS and not neighbour(joint, HIT).found
+    assert neighbour(joint, HIT, digits=24).found
+
+
+@pytest.mark.parametrize(
+    "kinds", [("q_sticks", "rest"), ("q_reverses", "q_reverses", "horizon"), ("horizon",), ("q_slips", "horizon")]
+)
+def test_a_list_that_nothing_near_has_is_refused(kinds):
+    low = lowest_turn()
+    assert not neighbour(read(builders.joint(**SWING, q_min=low)), kinds).found
+
+
+def at_the_level(ulps: int) -> Any:
+    """A joint that turns where the spring balances the friction of the way back, but for some ulp of it."""
+    pull = -30.0 * lowest_turn()
+    return read(builders.joint(**{**SWING, "F_plus": pull + ulps * math.ulp(pull)}))
+
+
+@pytest.mark.parametrize("ulps", [-9, 0, 9])
+def test_a_tie_of_the_hold_rule_has_neighbours_that_stick_and_that_turn(ulps):
+    joint, sides = at_the_level(ulps), [solve(at_the_level(far)).kinds for far in (-100, 100)]
+    assert [kinds[0] for kinds in sides] == ["q_reverses", "q_sticks"]
+    other = neighbour(joint, next(kinds for kinds in sides if kinds[0] != solve(joint).kinds[0]))
+    assert other.found and other.attempts[0].label[0] == "hold"
+
+
+def test_two_events_at_one_time_have_neighbours_in_both_orders():
+    """Two joints on unlike springs; the second starts such that both turn at once."""
+    first, second = solve(pair("1")).events[:2]
+    assert {first.kind, second.kind} == {"a_reverses", "b_reverses"}
+    low, high = mp.mpf("0.3"), mp.mpf("2")
+    for _ in range(60):
+        middle = (low + high) / 2
+        ahead = solve(pair(middle)).events[0].kind == "b_reverses"
+        low, high = (middle, high) if ahead else (low, middle)
+    problem = read(pair(float(low)))
+    kinds = solve(problem).kinds
+    other = neighbour(problem, (kinds[1], kinds[0], *kinds[2:]))
+    assert other.found and other.attempts[0].label[0] == "order"
+
+
+def pair(speed: Any) -> dict[str, Any]:
+    """Two joints that know nothing of each other; b turns later the faster it starts."""
+    zero = [["0", "0"], ["0", "0"]]
+    return {
+        "name": "two joints",
+        "coordinates": ["a", "b"],
+        "parameters": {"k": 7.0, "F": 0.3},
+        "start": {"v_a": 1.0, "v_b": speed},
+        "position": [0, 0],
+        "velocity": ["v_a", "v_b"],
+        "mass": [[1, 0], [0, 1]],
+        "stiffness": [["k", 0], [0, "4*k/5"]],
+        "damping": zero,
+        "elements": [
+            {"name": "a", "direction": [1, 0], "friction": ["F", "F"]},
+            {"name": "b", "direction": [0, 1], "friction": ["F", "F"]},
+        ],
+        "outputs": {"v_a": {"v": [1, 0]}, "v_b": {"v": [0, 1]}},
+        "units": {"time": 1, "v_a": 1, "v_b": 1},
+        "horizon": 1,
+    }
+
+
+# ---- the judge ----
+
+
+def answer_of(motion: Any, **changes: Any) -> Answer:
+    events = [(float(event.time), event.kind) for event in motion.events]
+    final = {name: float(q) for name, q in motion.final.items()}
+    gains = {name: float(q) for name, q in motion.gains.items() if name in motion.system.units}
+    return replace(Answer(motion.status, float(motion.duration), events, final, gains), **changes)
+
+
+@pytest.mark.parametrize("path", FIXTURES, ids=lambda path: path.stem)
+def test_the_exact_answer_is_right_and_one_that_is_off_is_not(path):
+    motion = solve(path)
+    verdict = compare(motion.problem, answer_of(motion))
+    assert verdict.outcome == RIGHT and verdict.ratio < 1e-15 and not verdict.condition
+    name, value = next((name, q) for name, q in motion.final.items() if name in motion.system.units)
+    off = answer_of(motion, final={name: value + mp.mpf("1e-7") * motion.system.units[name]})
+    wrong = compare(motion.problem, off)
+    assert wrong.outcome == WRONG and abs(wrong.errors["state"] - 1e-7) < 1e-12
+    assert compare(motion.problem, off, digits=24).outcome == RIGHT
+
+
+def test_an_answer_without_an_event_is_wrong():
+    motion = solve(builders.stance(HOPPER, v2=DROP, u="3"))
+    assert compare(motion.problem, answer_of(motion, events=[])).outcome == WRONG
+
+
+def test_the_answer_of_a_neighbour_is_excused():
+    low = lowest_turn()
+    joint = read(builders.joint(**SWING, q_min=low))
+    other = neighbour(joint, MISS if solve(joint).kinds == HIT else HIT).solution
+    assert other is not None
+    assert compare(joint, answer_of(other)).outcome == EXCUSED
+
+
+def test_the_condition_of_a_free_mass_is_that_of_its_formula():
+    """q = v_0 t + gamma u t^2/(2 m) = 1 + 1 at t = 1: v_0, gamma, u and m each count 1 m in 0.1 m."""
+    free = solve(builders.joint(m="1", k="0", v="1", u="2", horizon="1"))
+    assert abs(conditions(free)["state"] - 40) < 1e-20
+
+
+def test_a_grazing_answer_is_judged_by_its_condition():
+    """A slow reversal: its time has a condition far above 1, which its error is divided by."""
+    joint = read(builders.joint(m=1.0, k=0.0, load=-1e-9, v=1e-9, horizon=2.0))
+    verdict = compare(joint, answer_of(solve(joint)), condition=True)
+    assert verdict.outcome == RIGHT and verdict.condition["state"] >= 1

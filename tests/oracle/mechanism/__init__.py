@@ -23,6 +23,7 @@ one JSON object (fixtures/*.json). Entries of matrices and rows are numbers or f
 | `outputs` | rows that `at(t)` and `final` return | |
 | `energies` | `mass`, `stiffness`, `force` of v M v/2 + q K q/2 - f q | J |
 | `units` | scales of errors: `time` (at least the duration), each output, each energy | |
+| `tied` | groups of inputs that are moved together where they are equal: a start at a stop stays there | |
 | `horizon`, `max_phases` | where the motion is given up | s, - |
 
 A row is {"q": [...], "v": [...], "constant": ...}: q . position + v . velocity + constant.

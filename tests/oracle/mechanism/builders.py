@@ -13,7 +13,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from .numbers import Number, Real, exact
+from .numbers import Number, Real, exact, mp, ulp
 
 Text = dict[str, Any]
 
@@ -40,6 +40,7 @@ HEIGHTS = {
     "v2": {"v": [0, 1]},
     "y": {"q": [1, -1]},
 }
+STROKE = [["x1", "x1_min", "x1_max"]]  # equal ones are moved together
 UNITS = {
     "time": "sqrt(m_s/k)",
     "x1": "0.1",
@@ -105,25 +106,16 @@ def stance(
         "outputs": HEIGHTS,
         "energies": {"body": body},
         "units": UNITS,
+        "tied": STROKE,
         **given(robot, {"x1": x1, "v1": v1, "v2": v2, "y": y}, u, horizon, max_phases),
     }
 
 
 def compression(robot: Mapping[str, Number], x1: Number, x2: Number) -> Real:
     """y = x1 - x2 + L0 + c, taken as 0 within 4 ulp (float64) of the largest of its terms."""
-    terms = [exact(q) for q in (x1, x2, robot["L0"], robot["c"])]
-    y = terms[0] - terms[1] + terms[2] + terms[3]
-    largest = max(map(abs, terms))
-    return y - y if abs(y) <= 4 * ulp(largest, 53) else y
-
-
-def ulp(value: Real, digits: int) -> Real:
-    """The unit in the last place of a number of so many binary digits."""
-    scale = exact(1)
-    if not value:
-        return scale - scale
-    _, exponent = value.context.frexp(abs(value))
-    return value.context.ldexp(scale, int(exponent) - digits)
+    terms = [exact(x1), -exact(x2), exact(robot["L0"]), exact(robot["c"])]
+    y = mp.fsum(terms)
+    return mp.zero if abs(y) <= 4 * ulp(max(abs(q) for q in terms), 53) else y
 
 
 def damped_leg(robot: Mapping[str, Number], b12: Number, **start: Any) -> Text:
@@ -216,6 +208,7 @@ def flight(
         "velocity": ["v1", "v2"],
         "outputs": {"x1": {"q": [1, 0]}, "v1": {"v": [1, 0]}, "x2": {"q": [0, 1]}, "v2": {"v": [0, 1]}},
         "units": {name: UNITS[name] for name in ("time", "x1", "x2", "v1", "v2")},
+        "tied": STROKE,
         **given(parameters, {"x1": x1, "v1": v1, "x2": x2, "v2": v2}, "0", horizon, max_phases),
     }
 
@@ -257,5 +250,6 @@ def joint(
         "velocity": ["v"],
         "outputs": {"q": {"q": [1]}, "v": {"v": [1]}},
         "units": {"time": "sqrt(m/max(k, m))", "q": "0.1", "v": "1"},
+        "tied": [["q", "q_min", "q_max"]],
         **given({**parameters, **friction}, {"q": q, "v": v}, u, horizon, max_phases),
     }

@@ -22,6 +22,7 @@ from .roots import Root, Search, first_root, stays_positive
 PATIENCE = 3  # windows of a phase before a long step is tried
 MOST_WINDOWS = 200_000
 TIE = max(fixed(TINY), 1)
+FlowKey = tuple[tuple[int, ...], bool]  # what is held, and whether a law acts unsaturated
 
 
 @dataclass(frozen=True)
@@ -67,12 +68,14 @@ class Run:
 
     problem: Problem
     system: System
-    flows: dict[tuple[tuple[int, ...], bool], Flow | None] = field(default_factory=dict)
-    spectra: dict[int, list[Level]] = field(default_factory=dict)
-    phases: list[Phase] = field(default_factory=list)
-    marks: list[Mark] = field(default_factory=list)
-    events: list[Event] = field(default_factory=list)
-    losses: list[tuple[Real, Real]] = field(default_factory=list)  # (time, kinetic energy) taken by the limits
+    flows: dict[FlowKey, Flow | None] = field(default_factory=dict[FlowKey, Flow | None])
+    spectra: dict[int, list[Level]] = field(default_factory=dict[int, list[Level]])
+    phases: list[Phase] = field(default_factory=list[Phase])
+    marks: list[Mark] = field(default_factory=list[Mark])
+    events: list[Event] = field(default_factory=list[Event])
+    losses: list[tuple[Real, Real]] = field(
+        default_factory=list[tuple[Real, Real]]
+    )  # (time, kinetic energy) taken by the limits
     margin: Real = mp.inf
     windows: int = 0
 
@@ -105,7 +108,7 @@ class Run:
 
 def inputs(system: System, q: Vector, mode: Mode, u: Real) -> list[Vector]:
     """What a mode adds to the forces r: friction of slipping elements, the input."""
-    parts = []
+    parts = list[Vector]()
     for element, sign in zip(system.elements, mode.signs, strict=True):
         if sign:
             parts.append(tuple(p * element.friction(sign) for p in element.direction))
@@ -123,7 +126,7 @@ def rebased(system: System, z: Point, old: tuple[Mode, Real] | None, new: tuple[
     """The same state with the forces of another mode and input."""
     away = [] if old is None else inputs(system, z.q, *old)
     come = inputs(system, z.q, *new)
-    r = []
+    r = list[Real]()
     for i, p in enumerate(z.r):
         gone, added = sorted(part[i] for part in away), sorted(part[i] for part in come)
         r.append(p if gone == added else total(p, *(-q for q in gone), *added))
@@ -308,7 +311,7 @@ def spectrum(run: Run, flow: Flow) -> list[Level]:
 
 def first_due(run: Run, functions: Sequence[Polynomial], limit: int) -> tuple[int, tuple[Guard, ...]]:
     """Place of the first violated event function in the window, and all that are due there."""
-    found = []
+    found = list[tuple[int, Polynomial]]()
     for function in functions:
         root = violated(run, function)
         if root is not None and root.place <= limit + TIE:
@@ -356,7 +359,7 @@ def note_flat(run: Run, function: Polynomial, place: int) -> None:
 
 def name_events(system: System, t: Real, due: Sequence[Guard], old: Mode, new: Mode) -> list[Event]:
     """The events of one instant in the order of the elements; a limit that is hit comes before what follows from it."""
-    names = []
+    names = list[str]()
     for e, element in enumerate(system.elements):
         before, after = old.signs[e], new.signs[e]
         if any(guard.kind == "limit" and guard.element == e for guard in due):
@@ -436,7 +439,7 @@ def starts_above(run: Run, q: Vector, v: Vector) -> bool:
     if row is None:
         return True
     height, rate = row.at(q, v), dot(row.q, v)
-    return height > 0 or (height == 0 and rate > 0)
+    return bool(height > 0 or (height == 0 and rate > 0))
 
 
 def between(run: Run, mark: Mark, t: Real) -> Point:

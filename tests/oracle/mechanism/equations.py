@@ -182,6 +182,20 @@ class Problem:
             steps=tuple((t, new.get(f"u[{n}]", u)) for n, (t, u) in enumerate(self.steps)),
         )
 
+    def groups(self) -> list[tuple[str, ...]]:
+        """Inputs that can be moved, each alone or with those that it equals and is tied to; zeros stay zero."""
+        values = {name: q for name, q in self.inputs().items() if q and mp.isfinite(q)}
+        ties = [frozenset(names) for names in self.equations.get("tied", ())]
+
+        def equals(name: str) -> tuple[str, ...]:
+            return tuple(
+                other
+                for other in values
+                if other == name or (values[other] == values[name] and any({name, other} <= tie for tie in ties))
+            )
+
+        return list(dict.fromkeys(equals(name) for name in values))
+
     @cached_property
     def system(self) -> System:
         return system_of(self)
@@ -196,7 +210,7 @@ def read(source: Mapping[str, Any] | str | Path) -> Problem:
     """
     text: Mapping[str, Any] = json.loads(Path(source).read_text("utf-8")) if isinstance(source, str | Path) else source
     u = text.get("u", 0)
-    steps = ((0, u),) if not isinstance(u, Sequence) or isinstance(u, str) else u
+    steps: Sequence[Any] = u if isinstance(u, list | tuple) else [(0, u)]
     found = tuple((exact(t), exact(value)) for t, value in steps)
     if found[0][0] != 0 or any(a[0] >= b[0] for a, b in zip(found, found[1:], strict=False)):
         raise ValueError(f"steps of u must start at t = 0 and rise, got {u}")
@@ -229,8 +243,8 @@ def system_of(problem: Problem) -> System:
             vector(entry.get("q", none)), vector(entry.get("v", none)), formula(entry.get("constant", 0), values)
         )
 
-    def named(entry: Any, kind: str) -> Mapping[str, Any]:
-        return entry if isinstance(entry, Mapping) else {kind: entry}
+    def named(entry: Any, kind: str) -> dict[str, Any]:
+        return {**entry} if isinstance(entry, Mapping) else {kind: entry}
 
     none = [0] * size
     contact, law, clearance = text.get("contact"), text.get("law"), text.get("clearance")

@@ -15,7 +15,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from functools import cached_property
 
-from .equations import System
+from .equations import Row, System
 from .numbers import (
     Matrix,
     Real,
@@ -74,10 +74,9 @@ class Flow:
 
     def __init__(self, system: System, held: tuple[int, ...], lawful: bool) -> None:
         self.system, self.held, self.lawful = system, held, lawful
-        self.K, self.B = system.stiffness, system.damping
-        if lawful and system.law is not None:
-            self.K = plus(self.K, outer(system.input, system.law.row.q, -1))
-            self.B = plus(self.B, outer(system.input, system.law.row.v, -1))
+        row = system.law.row if lawful and system.law is not None else Row((mp.zero,) * system.size, (), mp.zero)
+        self.K = plus(system.stiffness, outer(system.input, row.q, -1))
+        self.B = plus(system.damping, outer(system.input, row.v or row.q, -1))
         self.C: Matrix = tuple(system.elements[e].direction for e in held)
         self.Z = null_space(self.C, system.size)
         self.order = len(self.Z[0])
@@ -133,8 +132,10 @@ class Series:
     w: list[list[int]]
     a: list[list[int]]  # in units of nu rho
     x: list[list[int]]
-    w_size: list[list[int]] = field(default_factory=list)  # sums of magnitudes of the terms, orders below LEADING
-    x_size: list[list[int]] = field(default_factory=list)
+    w_size: list[list[int]] = field(
+        default_factory=list[list[int]]
+    )  # sums of magnitudes of the terms, orders below LEADING
+    x_size: list[list[int]] = field(default_factory=list[list[int]])
 
 
 def expand(flow: Flow, z: Point, terms: int = TERMS) -> Series:
@@ -236,7 +237,7 @@ def exponential(flow: Flow, h: Real) -> Matrix:
 def short_exponential(flow: Flow, h: Real) -> Matrix:
     """The same within a window: w' = a - D w, a' = -S w, x' = w, a column per start."""
     d = flow.order
-    columns = []
+    columns = list[list[Real]]()
     for unit in range(2 * d):
         w = [mp.mpf(int(unit == i)) for i in range(d)]
         a = [mp.mpf(int(unit == d + i)) for i in range(d)]

@@ -128,7 +128,7 @@ def split(flow: Flow, level: Level, start: Sequence[Real], guard: Guard, h: Real
         now = [q * h / n for q in (mp.fdot(row, slow) for row in level.slow)]
         coefficients.append(mp.fdot(guard.x, slow[:d]) * h / n + mp.fdot(guard.w, now[:d]))
         slow = now
-    top, most = max(map(abs, coefficients)), max(amplitudes, default=mp.zero)
+    top, most = max(abs(c) for c in coefficients), max(amplitudes, default=mp.zero)
     if top <= FAINT * most and not fall and all(q > FAINT * most for q in sums):
         return [1.0], 0.0  # nothing but real modes that stay above zero
     fall += max([-q for q in sums if q < 0], default=mp.zero)

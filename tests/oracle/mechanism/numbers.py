@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from functools import lru_cache
 from typing import Any
 
-from mpmath.ctx_mp import MPContext
+from mpmath.ctx_mp import MPContext  # pyright: ignore[reportMissingTypeStubs]
 
 DIGITS = 60  # promised
 GUARD = 30  # carried beyond them
@@ -24,12 +24,13 @@ Number = Any  # int, float, mpf or text
 Vector = tuple[Any, ...]
 Matrix = tuple[Vector, ...]
 
+ARITHMETIC: Any = operator
 OPERATIONS: dict[type[ast.operator], Any] = {
-    ast.Add: operator.add,
-    ast.Sub: operator.sub,
-    ast.Mult: operator.mul,
-    ast.Div: operator.truediv,
-    ast.Pow: operator.pow,
+    ast.Add: ARITHMETIC.add,
+    ast.Sub: ARITHMETIC.sub,
+    ast.Mult: ARITHMETIC.mul,
+    ast.Div: ARITHMETIC.truediv,
+    ast.Pow: ARITHMETIC.pow,
 }
 FUNCTIONS: dict[str, Any] = {"sqrt": mp.sqrt, "max": max, "min": min, "abs": abs}
 
@@ -78,6 +79,13 @@ def evaluate(node: ast.expr, values: Mapping[str, Real], text: str) -> Real:
     if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id in FUNCTIONS:
         return FUNCTIONS[node.func.id](*(evaluate(argument, values, text) for argument in node.args))
     raise ValueError(f"cannot read {text!r}; known names are {sorted(values)}")
+
+
+def ulp(value: Real, digits: int) -> Real:
+    """The unit in the last place of a number with so many binary digits; 0 for 0 and infinities."""
+    if not value or not mp.isfinite(value):
+        return mp.zero
+    return mp.ldexp(1, int(mp.frexp(abs(value))[1]) - digits)
 
 
 def total(*terms: Real) -> Real:
@@ -152,7 +160,7 @@ def null_space(directions: Matrix, size: int) -> Matrix:
                 rows[r] = [total(p, -rows[r][column] * q) for p, q in zip(rows[r], rows[i], strict=True)]
     free = [j for j in range(size) if j not in pivots]
     columns: list[list[Real]] = [[mp.mpf(int(i == j)) for i in range(size)] for j in free]
-    for column, j in zip(columns, free, strict=True):
+    for entries, j in zip(columns, free, strict=True):
         for i, pivot in enumerate(pivots):
-            column[pivot] = -rows[i][j]
+            entries[pivot] = -rows[i][j]
     return tuple(tuple(column[i] for column in columns) for i in range(size))

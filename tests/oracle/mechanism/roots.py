@@ -34,7 +34,7 @@ class Search:
 
     c: list[int]
     touch: int
-    minima: list[tuple[int, int]] = field(default_factory=list)
+    minima: list[tuple[int, int]] = field(default_factory=list[tuple[int, int]])
 
     @property
     def slope(self) -> list[int]:
@@ -80,7 +80,7 @@ def stays_positive(c: list[int]) -> bool:
 
 def halves(b: list[int]) -> tuple[list[int], list[int]]:
     """De Casteljau: the coefficients on both halves."""
-    row, left, right = list(b), [b[0]], [b[-1]]
+    row, left, right = [*b], [b[0]], [b[-1]]
     while len(row) > 1:
         row = [(p + q) >> 1 for p, q in zip(row, row[1:], strict=False)]
         left.append(row[0])

@@ -114,8 +114,8 @@ class Solution:
         return works
 
     def turning_points(self, row: Row) -> list[tuple[Real, Real]]:
-        """(time, value) of a linear function at the start, the end, at events and where its derivative vanishes."""
-        ends = {mark.time for mark in self.run.marks} | {self.duration}
+        """(time, value) of a linear function where phases begin, at the end, and where its derivative vanishes."""
+        ends = {mp.zero, self.duration, *(phase.start for phase in self.phases)}
         found = [(t, row.at(z.q, z.v)) for t in sorted(ends) for z in [self.point(t)]]
         for mark, end in stretches(self, self.duration):
             found += turns(self, mark, end, row)
@@ -261,7 +261,7 @@ def turns(solution: Solution, mark: Mark, end: Real, row: Row) -> list[tuple[Rea
     last = fixed((end - mark.time) / flow.window)
     places = [last * n // 64 for n in range(65)]
     values = [horner(slope, place) for place in places]
-    found = []
+    found = list[tuple[Real, Real]]()
     for a, b, p, q in zip(places, places[1:], values, values[1:], strict=False):
         if (p > 0) != (q > 0):
             t = mark.time + loose(bracketed(slope, a, b)) * flow.window
