@@ -200,6 +200,42 @@ def test_a_flight_is_that_of_time_stepping(Kp, Kd, x1, v1):
     agrees(text, ["x1"], ([c for c in changes if c[1] == 0], duration, end))
 
 
+def test_a_flight_with_a_damper_in_the_leg_is_that_of_time_stepping():
+    """The foot follows from N = 0, k y + b12 y' = 0, a first-order equation: a third coordinate by its solution."""
+    gains = {"Kp": "500", "Kd": "200", "u_max": "3", "x1": "0.04", "v1": "0.39", "x2": "0.5", "v2": "1.9"}
+    text = builders.damped_flight(HOPPER, "20", y="0.01", push="-2", **gains)
+
+    def force(q: Any, v: Any) -> Any:
+        u = min(max((500 * q[0] + 200 * v[0]) / -65.0, -3.0), 3.0)
+        return np.array([-150.0 * v[0] + 65.0 * u, -3.0 * 9.81 - 2.0, -v[2]])
+
+    stepper = Stepper(
+        [25.0, 3.0, 20.0 / 1200.0], force, [(25 * 0.78,) * 2, (0.0, 0.0), (0.0, 0.0)], [(0.0, 0.08), NONE, NONE],
+        lambda q, v: q[1] - 0.4 - q[0] + q[2],
+    )  # fmt: skip
+    changes, duration, end = stepper.run([0.04, 0.5, 0.01], [0.39, 1.9, -0.6])
+    agrees(text, ["x1"], ([c for c in changes if c[1] == 0], duration, end))
+    found = solve(text)
+    assert abs(found.at("0.1")["y"] - mp.exp(-6) / 100) < TINY
+
+
+@pytest.mark.parametrize(("m_f", "b12", "u"), [("0.15", "5", "0"), ("0.15", "20", "-2"), ("0.3", "5", "3")])
+def test_a_hopper_with_a_foot_mass_is_that_of_time_stepping(m_f, b12, u):
+    """Three coordinates, landing is an impact on a limit and take-off a release: stance and flight are held sets."""
+    s = np.array([1.0, 1.0, -1.0])
+
+    def force(q: Any, v: Any) -> Any:
+        N = 1200.0 * (s @ q) + float(b12) * (s @ v)
+        return -N * s - np.array([0.0, 150.0, 5.0]) * v + [-float(m_f) * 9.81, 65.0 * float(u), -3.0 * 9.81]
+
+    stepper = Stepper(
+        [float(m_f), 25.0, 3.0], force, [(0.0, 0.0), (25 * 0.78,) * 2, (3 * 0.6,) * 2],
+        [(0.0, math.inf), (0.0, 0.08), NONE],
+    )  # fmt: skip
+    text = builders.footed(HOPPER, m_f, b12, height="0.2", u=u, horizon="0.6")
+    agrees(text, ["foot", "x1", "x2"], stepper.run([0.2, 0.0, 0.2], [0.0, 0.0, 0.0], 0.6))
+
+
 @pytest.mark.parametrize(
     ("b12", "u", "duration", "apex"),
     [
@@ -238,6 +274,175 @@ def test_fixtures_say_what_they_do():
     for path in FIXTURES:
         assert list(solve(path).kinds) == json.loads(path.read_text("utf-8"))["expected"], path.stem
     assert len(FIXTURES) >= 10
+
+
+# ---- the rules, one by one ----
+
+
+def in_leg_coordinates(text: dict[str, Any]) -> dict[str, Any]:
+    """The same stance in (x1, y), z = x1 - y, where the masses are coupled: T^T M T, directions c T."""
+    damping = {"viscous_1": [["b1", "0"], ["0", "0"]], "viscous_2": [["b2", "-b2"], ["-b2", "b2"]]}
+    first, second = text["elements"]
+    return {
+        **text,
+        "mass": [["m_eff + m_s", "-m_s"], ["-m_s", "m_s"]],
+        "stiffness": {"leg": [["0", "0"], ["0", "k"]]},
+        "damping": {**damping, "viscous_12": [["0", "0"], ["0", "b12"]]},
+        "force": {"offset": ["k*c", "0"], "weight": ["-m_s*g", "m_s*g"]},
+        "elements": [first, {**second, "direction": [1, -1]}],
+        "contact": {"force": {"q": [0, "k"], "v": [0, "b12"]}, "compression": {"q": [0, 1]}, "tolerance": "0"},
+        "position": ["x1", "y"],
+        "velocity": ["v1", "v1 - v2"],
+        "outputs": {
+            "x1": {"q": [1, 0]},
+            "v1": {"v": [1, 0]},
+            "x2": {"q": [1, -1], "constant": "L0 + c"},
+            "v2": {"v": [1, -1]},
+            "y": {"q": [0, 1]},
+        },
+        "energies": {},
+    }
+
+
+@pytest.mark.parametrize("b12", ["0", "20", "40"])
+@pytest.mark.parametrize("friction", [{}, {"f1": "8", "f2": "6"}])
+@pytest.mark.parametrize("start", [{"v2": "-1.9", "u": "3"}, {"v2": "-2.5", "x1": "0.079", "v1": "0.5", "u": "3"}])
+def test_coordinates_do_not_matter(b12, friction, start):
+    """An impact is a projection along M^-1 c: the body keeps its velocity though x1 carries its coordinate along."""
+    text = builders.damped_leg({**HOPPER, **friction}, b12, **start)
+    one, other = solve(text), solve(in_leg_coordinates(text))
+    assert one.kinds == other.kinds and abs(one.duration - other.duration) < mp.mpf("1e-55")
+    assert all(abs(q - other.final[name]) < mp.mpf("1e-55") for name, q in one.final.items())
+    works, others = one.ledger(one.duration), other.ledger(other.duration)
+    assert abs(works["stop_loss"] - others["stop_loss"]) < mp.mpf("1e-55")
+
+
+BARE = {"m_eff": 2, "m_s": 1, "k": 100, "L0": "0.5", "c": 0, "b1": 0, "b2": 0, "f1": 0, "f2": 0, "gamma2": -1, "g": 10}
+LOCKED = {**BARE, "x1_min": 0, "x1_max": 0}
+
+
+def test_a_force_that_touches_zero_is_no_takeoff():
+    stance = solve(builders.stance(LOCKED, v2="0", y="0.2"))
+    assert stance.kinds == ("x2_reverses",) * 6 + ("horizon",)
+    assert stance.margin < 1e-60
+    assert all(abs(event.time - n * mp.pi / 10) < TINY for n, event in enumerate(stance.events, 1))
+
+
+@pytest.mark.parametrize("depth", ["1e-3", "1e-12", "1e-25"])
+def test_a_force_that_dips_below_zero_is_a_takeoff_by_any_depth(depth):
+    """A locked leg without friction swings about its sag of 0.1 m."""
+    stance = solve(builders.stance(LOCKED, v2="0", y=mp.mpf("0.1") * (2 + mp.mpf(depth))))
+    assert stance.kinds == ("takeoff",) and 0 < stance.margin < 2 * mp.mpf(depth)
+    assert abs(stance.duration - mp.acos(-1 / (1 + mp.mpf(depth))) / 10) < TINY
+    above = solve(builders.stance(LOCKED, v2="0", y=mp.mpf("0.1") * (2 - mp.mpf(depth))))
+    assert above.kinds[:2] == ("x2_reverses",) * 2
+
+
+@pytest.mark.parametrize(
+    ("start", "b12", "kinds"),
+    [
+        ({"v2": "-1"}, "0", ("x2_reverses", "takeoff")),  # N = 0, compressing
+        ({"v2": "1"}, "0", ("takeoff",)),  # N = 0, extending
+        ({"v2": "0"}, "0", ("x2_reverses",)),  # N = N' = 0, N'' > 0: the body falls
+        ({"v2": "1"}, "5", ("takeoff",)),  # y = 0, N < 0
+        ({"v2": "-1"}, "0.5", ("x2_reverses", "takeoff")),  # y = 0, N > 0
+        ({"v2": "-1", "y": "-1e-17"}, "0", ("takeoff",)),  # N < 0, y within the tolerance
+    ],
+)
+def test_the_contact_force_at_the_start_decides(start, b12, kinds):
+    found = solve(builders.damped_leg(LOCKED, b12, **start))
+    assert found.kinds[: len(kinds)] == kinds
+    assert found.duration == 0 or found.kinds != ("takeoff",)
+
+
+def test_a_leg_that_is_stretched_at_the_start_is_an_error():
+    with pytest.raises(ValueError, match="stretched"):
+        solve(builders.stance(LOCKED, v2="-1", y="-1e-15"))
+
+
+def test_a_start_that_moves_into_a_stop_loses_its_velocity_without_an_event():
+    motion = solve(builders.joint(m="2", k="1", q_max="0", v="3", load="1", horizon="1"))
+    assert motion.kinds == ("rest",) and motion.duration == 0
+    assert motion.ledger(0)["stop_loss"] == -9
+
+
+def test_a_stop_that_is_left_again_at_once_is_hit_and_nothing_else():
+    motion = solve(builders.joint(m="1", k="4", q_0="0", v="1", q_max="0.25", horizon="1"))
+    assert motion.kinds == ("q_hits_stop", "horizon")
+    assert abs(motion.events[0].time - mp.asin("0.5") / 2) < TINY
+    assert abs(motion.final["q"] - mp.cos(2 * (1 - motion.events[0].time)) / 4) < TINY
+
+
+def test_a_stop_that_holds_is_left_where_the_force_exceeds_the_level():
+    """Pushed onto the stop by 2 N; drawn off by 1 N, which is the level exactly, and at last by 1.5 N."""
+    steps = [["0", "2"], ["1", "-1"], ["2", "-1.5"]]
+    motion = solve(builders.joint(m="1", F_plus="1", F_minus="1", v="1", q_max="0.25", u=steps, horizon="2.1"))
+    assert motion.kinds == ("q_hits_stop", "q_slips", "horizon") and motion.events[1].time == 2
+
+
+def test_exact_ties_of_the_hold_rule_are_decided_by_the_first_derivative_that_is_not_zero():
+    """The load equals the level; the spring lets go or pulls as a second body moves."""
+    for speed, kinds in (("1", ()), ("-1", ("a_slips",))):
+        text = pair(speed)
+        text |= {"parameters": {"k": "1", "F": "1"}, "start": {"v_a": "0", "v_b": speed}, "horizon": "0.1"}
+        text |= {"stiffness": [["k", "-k"], ["-k", "k"]], "force": ["-F", "0"]}
+        found = solve(text)
+        assert found.kinds == ("horizon",)  # what an element does at t = 0 is no event
+        assert bool(found.final["v_a"]) == bool(kinds)
+
+
+def test_a_frictionless_element_starts_at_once():
+    motion = solve(builders.joint(m="1", k="0", u="1e-30", horizon="1"))
+    assert motion.kinds == ("horizon",) and abs(motion.final["q"] / mp.mpf("5e-31") - 1) < TINY
+
+
+def test_events_at_one_time_come_in_the_order_of_the_elements_and_takeoff_first():
+    twins = pair("1") | {"stiffness": [["k", 0], [0, "k"]]}
+    both = solve(twins)
+    assert both.kinds[:2] == ("a_reverses", "b_reverses") and both.events[0].time == both.events[1].time
+    turned = solve({**twins, "elements": twins["elements"][::-1]})
+    assert turned.kinds[:2] == ("b_reverses", "a_reverses")
+    row = {"v": [1, 0]}
+    left = solve({**twins, "contact": {"force": row, "compression": row}})
+    assert left.kinds == ("takeoff",) and left.duration == both.events[0].time
+
+
+def test_a_step_of_the_current_lets_go_and_holds():
+    motion = solve(builders.joint(m="1", F_plus="1", F_minus="2", b="0", u=[["0", "1"], ["0.5", "2"], ["1", "0"]]))
+    assert [event.kind for event in motion.events] == ["q_slips", "q_sticks"] and motion.status == "rest"
+    assert motion.events[0].time == mp.mpf("0.5") and abs(motion.duration - mp.mpf("1.5")) < TINY
+
+
+def test_levels_differ_by_sign():
+    down = solve(builders.joint(m="1", F_plus="1", F_minus="2", v="-1"))
+    up = solve(builders.joint(m="1", F_plus="1", F_minus="2", v="1"))
+    assert abs(down.duration - mp.mpf("0.5")) < TINY and abs(up.duration - 1) < TINY
+
+
+def test_a_chain_stops_at_its_cap():
+    motion = solve(builders.joint(m="1", k="100", v="1", max_phases=5))
+    assert motion.kinds == ("q_reverses",) * 5 + ("too_many_phases",)
+    assert abs(motion.duration - mp.mpf(9) / 20 * mp.pi) < TINY
+
+
+def test_a_law_that_saturates_is_a_phase_and_no_event():
+    motion = solve(builders.flight(HOPPER, Kp="3000", Kd="100", u_max="1", x1="0.06", v1="-0.1", x2="0.9", v2="1"))
+    assert [phase.mode.saturation for phase in motion.phases][:2] == [-1, 0]
+    edge = next(phase for phase in motion.phases if not phase.mode.saturation)
+    law = motion.system.law
+    assert law is not None and (not edge.start or abs(abs(law.row.at(edge.point.q, edge.point.v)) - law.limit) < TINY)
+
+
+def test_a_foot_that_never_gets_over_the_ground_has_tripped():
+    gains = {"Kp": "500", "Kd": "200", "u_max": "3", "x1": "0", "v1": "0", "v2": "1"}
+    for ground, status in (("0.1", "tripped"), ("0.02", "touchdown")):
+        assert solve(builders.flight(HOPPER, **gains, x2="0.4", ground=ground)).status == status
+
+
+def test_held_directions_that_depend_on_each_other_are_never_held_together():
+    text = pair("1") | {"elements": [{"name": n, "direction": [1, 0], "friction": [1, 1]} for n in ("a", "b")]}
+    with pytest.raises(ArithmeticError, match="no mode"):
+        solve(text | {"start": {"v_a": "0", "v_b": "1"}})
 
 
 # ---- neighbours ----

@@ -4,7 +4,8 @@
 
 It is written from physics and shares nothing with what it judges: the standard library and mpmath alone. A problem is
 one JSON object (fixtures/*.json). Entries of matrices and rows are numbers or formulas in the names of `parameters` and
-`start` (+ - * / **, sqrt, max, min, abs); numbers are decimals, fractions, hex floats or floats, all taken exactly.
+`start` (+ - * / **, sqrt, max, min, abs, ulp of a float64). Numbers are decimals, fractions, hex floats or floats, all
+taken exactly.
 
 | field | meaning | unit |
 |---|---|---|
@@ -20,7 +21,7 @@ one JSON object (fixtures/*.json). Entries of matrices and rows are numbers or f
 | `contact` | `force` N and `compression` y as rows, `tolerance` of y; the motion ends at N = 0 (takeoff) | N, m, m |
 | `clearance` | a row; once positive, the motion ends where it falls through zero (touchdown) | m |
 | `law` | a row and `limit`: u = sat(row) in place of `u` | A |
-| `outputs` | rows that `at(t)` and `final` return | |
+| `outputs` | rows that `at(t)` and `final` return; with all names of `start`, for conditions | |
 | `energies` | `mass`, `stiffness`, `force` of v M v/2 + q K q/2 - f q | J |
 | `units` | scales of errors: `time` (at least the duration), each output, each energy | |
 | `tied` | groups of inputs that are moved together where they are equal: a start at a stop stays there | |

@@ -40,6 +40,7 @@ HEIGHTS = {
     "v2": {"v": [0, 1]},
     "y": {"q": [1, -1]},
 }
+TOLERANCE = "4*ulp(max(abs(x1), abs(x1 - y + L0 + c), abs(L0), abs(c)))"
 STROKE = [["x1", "x1_min", "x1_max"]]  # equal ones are moved together
 UNITS = {
     "time": "sqrt(m_s/k)",
@@ -100,7 +101,7 @@ def stance(
             },
             {"name": "x2", "direction": [0, 1], "friction": ["m_s*f2", "m_s*f2"]},
         ],
-        "contact": {"force": {"q": ["k", "-k"]}, "compression": {"q": [1, -1]}, "tolerance": "0"},
+        "contact": {"force": {"q": ["k", "-k"]}, "compression": {"q": [1, -1]}, "tolerance": TOLERANCE},
         "position": ["x1", "x1 - y"],
         "velocity": ["v1", "v2"],
         "outputs": HEIGHTS,
@@ -210,6 +211,75 @@ def flight(
         "units": {name: UNITS[name] for name in ("time", "x1", "x2", "v1", "v2")},
         "tied": STROKE,
         **given(parameters, {"x1": x1, "v1": v1, "x2": x2, "v2": v2}, "0", horizon, max_phases),
+    }
+
+
+def damped_flight(robot: Mapping[str, Number], b12: Number, *, y: Number, push: Number = "0", **given: Any) -> Text:
+    """The hopper in the air with a damper in the leg and a constant force on the body, m_s x2'' = -m_s g + push.
+
+    The foot has no mass, so k y + b12 y' = 0: y'' = -(k/b12) y' from y' = -(k/b12) y, a coordinate of its own.
+    foot over the ground = x2 - (L0 + c) - x1 + y - ground
+    """
+    text = flight({**robot, "b12": b12, "push": push}, **given)
+    none = ["0", "0", "0"]
+    return {
+        **text,
+        "name": "hopper in flight with a damper in the leg",
+        "coordinates": ["x1", "x2", "y"],
+        "mass": [["m_eff", "0", "0"], ["0", "m_s", "0"], ["0", "0", "b12/k"]],
+        "damping": {"viscous_1": [["b1", "0", "0"], none, none], "leg": [none, none, ["0", "0", "1"]]},
+        "force": {"offset": ["k*c", "0", "0"], "weight": ["0", "-m_s*g", "0"], "push": ["0", "push", "0"]},
+        "input": ["-gamma2", "0", "0"],
+        "law": {"q": ["Kp/gamma2", "0", "0"], "v": ["Kd/gamma2", "0", "0"], "limit": "u_max"},
+        "elements": [{**element, "direction": [1, 0, 0]} for element in text["elements"]],
+        "clearance": {"q": ["-1", "1", "1"], "constant": "-(L0 + c) - ground"},
+        "start": {**text["start"], "y": y},
+        "position": ["x1", "x2", "y"],
+        "velocity": ["v1", "v2", "-k/b12*y"],
+        "outputs": {
+            "x1": {"q": [1, 0, 0]},
+            "v1": {"v": [1, 0, 0]},
+            "x2": {"q": [0, 1, 0]},
+            "v2": {"v": [0, 1, 0]},
+            "y": {"q": [0, 0, 1]},
+        },
+        "units": {name: UNITS[name] for name in ("time", "x1", "x2", "y", "v1", "v2")},
+    }
+
+
+def footed(robot: Mapping[str, Number], m_f: Number, b12: Number, *, height: Number, u: Any, horizon: Number) -> Text:
+    """A hopper whose foot has a mass: ground is a limit of the foot, and flight is one more held set.
+
+    y = x_f + x1 - z and N = k y + b12 y': -N on foot and actuator, +N on the body.
+    Dropped from rest with the foot `height` over the ground.
+    """
+    legs = [["1", "1", "-1"], ["1", "1", "-1"], ["-1", "-1", "1"]]
+    unit = [[1, 0, 0], [0, 1, 0], [0, 0, 1]]
+    start = {"x_f": height, "x1": "0", "z": height, "v_f": "0", "v1": "0", "v2": "0"}
+    body = {"name": "x2", "direction": [0, 0, 1], "friction": ["m_s*f2", "m_s*f2"]}
+    return {
+        "name": "hopper with a foot mass",
+        "coordinates": ["x_f", "x1", "z"],
+        "mass": [["m_f", "0", "0"], ["0", "m_eff", "0"], ["0", "0", "m_s"]],
+        "stiffness": {"leg": scaled(legs, "k")},
+        "damping": {
+            "viscous_12": scaled(legs, "b12"),
+            "viscous_1": scaled([["0", "0", "0"], ["0", "1", "0"], ["0", "0", "0"]], "b1"),
+            "viscous_2": scaled([["0", "0", "0"], ["0", "0", "0"], ["0", "0", "1"]], "b2"),
+        },
+        "force": {"offset": ["0", "k*c", "0"], "weight": ["-m_f*g", "0", "-m_s*g"]},
+        "input": ["0", "-gamma2", "0"],
+        "elements": [
+            {"name": "foot", "direction": [1, 0, 0], "friction": ["0", "0"], "limits": ["0", "inf"]},
+            {"name": "x1", "direction": [0, 1, 0], "friction": ["m_eff*f1"] * 2, "limits": ["x1_min", "x1_max"]},
+            body,
+        ],
+        "position": ["x_f", "x1", "z"],
+        "velocity": ["v_f", "v1", "v2"],
+        "outputs": {name: {"q": row} for name, row in zip(("x_f", "x1", "z"), unit, strict=True)}
+        | {name: {"v": row} for name, row in zip(("v_f", "v1", "v2"), unit, strict=True)},
+        "units": {"time": "sqrt(m_s/k)", "x_f": "0.1", "x1": "0.1", "z": "0.1", "v_f": "1", "v1": "1", "v2": "1"},
+        **given({**robot, "m_f": m_f, "b12": b12}, start, u, horizon, 4096),
     }
 
 

@@ -16,7 +16,23 @@ from .equations import Problem, System
 from .flow import LEADING, Flow, Point, Series, advance, at, expand, fixed, loose
 from .guards import Guard, Mode, Polynomial, blocked, guards, polynomial
 from .leap import Level, leap, levels
-from .numbers import TINY, Matrix, Real, Vector, apply, dot, inverse, mp, times, total, transpose
+from .numbers import (
+    TINY,
+    Matrix,
+    Real,
+    Vector,
+    apply,
+    dot,
+    free_rows,
+    independent,
+    inverse,
+    magnitude,
+    mp,
+    null_space,
+    times,
+    total,
+    transpose,
+)
 from .roots import Root, Search, first_root, stays_positive
 
 PATIENCE = 3  # windows of a phase before a long step is tried
@@ -218,8 +234,11 @@ def note_holds(run: Run, z: Point, mode: Mode, u: Real) -> None:
 # ---- impacts ----
 
 
-def impact(system: System, q: Vector, v: Vector) -> Vector:
-    """The velocity after the limits took what moves into them: projected along M^-1 c onto all that are violated."""
+def impact(system: System, q: Vector, v: Vector, resting: Sequence[int] = ()) -> Vector:
+    """The velocity after the limits took what moves into them: projected along M^-1 c onto all that are violated.
+
+    Elements at rest that the impact sets in motion are released: friction gives no impulse.
+    """
     struck: list[int] = []
     while True:
         into = [
@@ -233,31 +252,44 @@ def impact(system: System, q: Vector, v: Vector) -> Vector:
         C: Matrix = tuple(system.elements[e].direction for e in struck)
         CM = times(C, system.mobility)
         impulse = apply(inverse(times(CM, transpose(C))), apply(C, v))
-        v = tuple(p - dot(column, impulse) for p, column in zip(v, zip(*CM, strict=True), strict=True))
-        for e in struck:
-            v = without(v, system.elements[e].direction, mp.zero)
+        after = tuple(total(p, -dot(column, impulse)) for p, column in zip(v, zip(*CM, strict=True), strict=True))
+        still = [e for e in resting if unmoved(system.elements[e].direction, v, after)]
+        v = arrested(system, after, [*struck, *still])
 
 
-def without(x: Vector, direction: Vector, wanted: Real) -> Vector:
-    """x moved the shortest way so that direction . x is exactly what is wanted."""
-    excess = total(mp.fdot(direction, x), -wanted)
-    square = mp.fdot(direction, direction)
-    return tuple(total(p, -d * excess / square) if d else p for p, d in zip(x, direction, strict=True))
+def unmoved(direction: Vector, before: Vector, after: Vector) -> bool:
+    """Whether an impact left an element at rest, to within rounding."""
+    return bool(abs(dot(direction, after)) <= TINY * (magnitude(direction, before) + magnitude(direction, after)))
 
 
-def settle(run: Run, hit: Hit) -> Point:
+def arrested(system: System, v: Vector, resting: Sequence[int]) -> Vector:
+    """The velocity with that of elements at rest exactly zero: free coordinates keep theirs, the others follow."""
+    held: Matrix = ()
+    for e in resting:
+        more = (*held, system.elements[e].direction)
+        held = more if independent(more, system.size) else held
+    Z = null_space(held, system.size)
+    return apply(Z, tuple(v[i] for i in free_rows(Z)))
+
+
+def placed(q: Vector, direction: Vector, limit: Real) -> Vector:
+    """The position moved the shortest way so that direction . q is exactly the limit."""
+    excess, square = total(mp.fdot(direction, q), -limit), mp.fdot(direction, direction)
+    return tuple(total(p, -d * excess / square) if d else p for p, d in zip(q, direction, strict=True))
+
+
+def settle(run: Run, hit: Hit, mode: Mode) -> Point:
     """The state after events: what is zero is exactly zero, a limit takes the velocity of what hits it."""
-    system, q, v = run.system, hit.point.q, hit.point.v
+    system, q = run.system, hit.point.q
+    resting = {*mode.held, *(guard.element for guard in hit.due if guard.kind == "velocity")}
+    v = arrested(system, hit.point.v, sorted(resting))
     for guard in hit.due:
-        element = system.elements[guard.element]
-        if guard.kind == "velocity":
-            v = without(v, element.direction, mp.zero)
         if guard.kind == "limit":
-            q = without(q, element.direction, element.limit(guard.side))
+            q = placed(q, system.elements[guard.element].direction, system.elements[guard.element].limit(guard.side))
     for e, element in enumerate(system.elements):
         for side in blocked(system, e, q):
-            q = without(q, element.direction, element.limit(side))
-    after = impact(system, q, v)
+            q = placed(q, element.direction, element.limit(side))
+    after = impact(system, q, v, sorted(resting))
     lose(run, hit.time, v, after)
     return replace(hit.point, q=q, v=after)
 
@@ -404,7 +436,7 @@ def run_chain(run: Run, z: Point, armed: bool) -> tuple[str, Real, Point]:
             t, word = hit.time, ending(due)
             if word:
                 return word, t, hit.point
-            z = settle(run, hit)
+            z = settle(run, hit, mode)
         armed = mode.armed or any(guard.kind == "arming" for guard in due)
         mode, z = choose(run, z, old, u, armed)
         run.events += name_events(run.system, t, due, old[0], mode)

@@ -136,10 +136,17 @@ def later_phases(base: Solution) -> Iterator[tuple[Problem, Real, list[tuple[str
         state = {name: outputs[name].at(phase.point.q, phase.point.v) for name in problem.start}
         steps = [(max(t - phase.start, mp.zero), u) for t, u in problem.steps]
         first = max(n for n, (t, _) in enumerate(steps) if t == 0)
+        equations = problem.equations
+        if "contact" in equations:  # a leg may be longer than free in mid-motion, where a damper or a spring holds on
+            equations = {**equations, "contact": {**equations["contact"], "tolerance": "inf"}}
         again = replace(
-            problem, start=state, steps=tuple(steps[first:]), horizon=problem.horizon - phase.start,
+            problem,
+            equations=equations,
+            start=state,
+            steps=tuple(steps[first:]),
+            horizon=problem.horizon - phase.start,
             max_phases=problem.max_phases - base.phases.index(phase),
-        )  # fmt: skip
+        )
         ties = {name: set(names) for names in problem.equations.get("tied", ()) for name in names}
         free = [name for name, value in state.items() if value and not stuck(name, value, ties, again)]
         yield again, phase.start, [(name,) for name in free]

@@ -209,11 +209,9 @@ def read(source: Mapping[str, Any] | str | Path) -> Problem:
     mpf('4.0')
     """
     text: Mapping[str, Any] = json.loads(Path(source).read_text("utf-8")) if isinstance(source, str | Path) else source
-    u = text.get("u", 0)
-    steps: Sequence[Any] = u if isinstance(u, list | tuple) else [(0, u)]
-    found = tuple((exact(t), exact(value)) for t, value in steps)
+    found = parsed_steps(text.get("u", 0))
     if found[0][0] != 0 or any(a[0] >= b[0] for a, b in zip(found, found[1:], strict=False)):
-        raise ValueError(f"steps of u must start at t = 0 and rise, got {u}")
+        raise ValueError(f"steps of u must start at t = 0 and rise, got {text['u']}")
     return Problem(
         text,
         {name: exact(value) for name, value in text["parameters"].items()},
@@ -222,6 +220,13 @@ def read(source: Mapping[str, Any] | str | Path) -> Problem:
         exact(text.get("horizon", 2)),
         int(text.get("max_phases", 4096)),
     )
+
+
+def parsed_steps(u: Any) -> Steps:
+    """A number, or steps [[t0, u0], ...]."""
+    if isinstance(u, str) or not hasattr(u, "__len__"):
+        return ((mp.zero, exact(u)),)
+    return tuple((exact(t), exact(value)) for t, value in u)
 
 
 def system_of(problem: Problem) -> System:

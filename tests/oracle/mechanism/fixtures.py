@@ -42,6 +42,10 @@ PROBLEMS: dict[str, dict[str, Any]] = {
     "flight_stiff_law": builders.flight(
         HOPPER_C, Kp="60000", Kd="300", u_max="3", x1="0.03", v1="0.1", x2="0.5", v2="1.9"
     ),
+    "flight_leg_damper": builders.damped_flight(
+        HOPPER_C, "20", y="0.01", push="-2", Kp="500", Kd="200", u_max="3", x1="0.04", v1="0.39", x2="0.44", v2="1.9"
+    ),
+    "foot_mass": builders.footed(HOPPER_C, "0.15", "20", height="0.2", u="-2", horizon="0.6"),
     "flight_tripped": builders.flight(
         HOPPER_C, Kp="500", Kd="200", u_max="3", x1="0", v1="0", x2="0.4", v2="1", ground="0.1", horizon="0.5"
     ),

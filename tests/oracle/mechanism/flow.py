@@ -22,6 +22,7 @@ from .numbers import (
     Vector,
     apply,
     dot,
+    free_rows,
     inverse,
     magnitude,
     mp,
@@ -74,9 +75,10 @@ class Flow:
 
     def __init__(self, system: System, held: tuple[int, ...], lawful: bool) -> None:
         self.system, self.held, self.lawful = system, held, lawful
-        row = system.law.row if lawful and system.law is not None else Row((mp.zero,) * system.size, (), mp.zero)
+        none = (mp.zero,) * system.size
+        row = system.law.row if lawful and system.law is not None else Row(none, none, mp.zero)
         self.K = plus(system.stiffness, outer(system.input, row.q, -1))
-        self.B = plus(system.damping, outer(system.input, row.v or row.q, -1))
+        self.B = plus(system.damping, outer(system.input, row.v, -1))
         self.C: Matrix = tuple(system.elements[e].direction for e in held)
         self.Z = null_space(self.C, system.size)
         self.order = len(self.Z[0])
@@ -96,8 +98,7 @@ class Flow:
     @cached_property
     def free(self) -> tuple[int, ...]:
         """The coordinate that is each entry of w."""
-        unit = [tuple(mp.mpf(int(i == j)) for j in range(self.order)) for i in range(self.order)]
-        return tuple(self.Z.index(row) for row in unit)
+        return free_rows(self.Z)
 
     @cached_property
     def rho(self) -> Real:
@@ -194,7 +195,7 @@ def moved(flow: Flow, z: Point, x: Vector, w: Vector, a: Vector) -> Point:
 
     r = M Z a + (1 - M Z P) (r(0) - K Z x): what accelerates keeps its relative accuracy while it dies away.
     """
-    q = tuple(p + dot(row, x) for p, row in zip(z.q, flow.Z, strict=True))
+    q = tuple(total(p, dot(row, x)) for p, row in zip(z.q, flow.Z, strict=True))
     r = tuple(total(p, -dot(row, x)) for p, row in zip(z.r, flow.KZ, strict=True))
     return Point(q, apply(flow.Z, w), plus_vectors(apply(flow.MZ, a), apply(flow.blocked, r)))
 

@@ -32,7 +32,6 @@ OPERATIONS: dict[type[ast.operator], Any] = {
     ast.Div: ARITHMETIC.truediv,
     ast.Pow: ARITHMETIC.pow,
 }
-FUNCTIONS: dict[str, Any] = {"sqrt": mp.sqrt, "max": max, "min": min, "abs": abs}
 
 
 def exact(value: Number) -> Real:
@@ -45,6 +44,16 @@ def exact(value: Number) -> Real:
     if "0x" in value.lower():
         return mp.mpf(float.fromhex(value))
     return mp.mpf(value)
+
+
+def ulp(value: Real, digits: int = 53) -> Real:
+    """The unit in the last place of a number with so many binary digits; 0 for 0 and infinities."""
+    if not value or not mp.isfinite(value):
+        return mp.zero
+    return mp.ldexp(1, int(mp.frexp(abs(value))[1]) - digits)
+
+
+FUNCTIONS: dict[str, Any] = {"sqrt": mp.sqrt, "max": max, "min": min, "abs": abs, "ulp": ulp}
 
 
 def formula(text: Number, values: Mapping[str, Real]) -> Real:
@@ -79,13 +88,6 @@ def evaluate(node: ast.expr, values: Mapping[str, Real], text: str) -> Real:
     if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id in FUNCTIONS:
         return FUNCTIONS[node.func.id](*(evaluate(argument, values, text) for argument in node.args))
     raise ValueError(f"cannot read {text!r}; known names are {sorted(values)}")
-
-
-def ulp(value: Real, digits: int) -> Real:
-    """The unit in the last place of a number with so many binary digits; 0 for 0 and infinities."""
-    if not value or not mp.isfinite(value):
-        return mp.zero
-    return mp.ldexp(1, int(mp.frexp(abs(value))[1]) - digits)
 
 
 def total(*terms: Real) -> Real:
@@ -164,3 +166,18 @@ def null_space(directions: Matrix, size: int) -> Matrix:
         for i, pivot in enumerate(pivots):
             entries[pivot] = -rows[i][j]
     return tuple(tuple(column[i] for column in columns) for i in range(size))
+
+
+def free_rows(Z: Matrix) -> tuple[int, ...]:
+    """The coordinate that is each entry of w in v = Z w."""
+    count = len(Z[0])
+    return tuple(Z.index(tuple(mp.mpf(int(i == j)) for j in range(count))) for i in range(count))
+
+
+def independent(directions: Matrix, size: int) -> bool:
+    """Whether directions can be held together."""
+    try:
+        null_space(directions, size)
+    except ZeroDivisionError:
+        return False
+    return True

@@ -80,7 +80,8 @@ def stays_positive(c: list[int]) -> bool:
 
 def halves(b: list[int]) -> tuple[list[int], list[int]]:
     """De Casteljau: the coefficients on both halves."""
-    row, left, right = [*b], [b[0]], [b[-1]]
+    left, right = [b[0]], [b[-1]]
+    row: list[int] = b
     while len(row) > 1:
         row = [(p + q) >> 1 for p, q in zip(row, row[1:], strict=False)]
         left.append(row[0])
