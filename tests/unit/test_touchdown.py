@@ -205,6 +205,7 @@ def test_what_it_is_asked_is_checked(hopper_c):
 
 
 def test_the_page_on_touchdown_is_true():
-    outcome = doctest.testfile(str(Path(__file__).parents[2] / "docs" / "how-to" / "detect-touchdown.md"), module_relative=False)
+    page = Path(__file__).parents[2] / "docs" / "how-to" / "detect-touchdown.md"
+    outcome = doctest.testfile(str(page), module_relative=False)
     assert outcome.attempted >= 6
     assert outcome.failed == 0

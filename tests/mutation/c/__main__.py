@@ -8,8 +8,8 @@ inside_flight.c and inside_control.c (the inner functions of these two), refusal
 fuzzing targets on fixed inputs; the word for all bits of random stances, flights and commands
 (tests/conformance/firmware/words.c), which any changed bit changes, so what it alone kills is counted apart; answers.c
 and parts.c again under the sanitizers; and the work that answers.c's calls take, in basic blocks. With `--pytest` the
-nearest tests of pytest follow. Survivors are argued in docs/evidence/c-mutants.md: those that are listed there as equivalent are
-taken off, the others fail.
+nearest tests of pytest follow. Survivors are argued in docs/evidence/c-mutants.md: those that are listed there as
+equivalent are taken off, the others fail.
 """
 
 import argparse
