@@ -30,15 +30,36 @@ def struct_of(record: Record) -> Struct:
 SEARCH_CELLS = 24
 """Intervals of currents that wait in a search."""
 
+NODE = Struct(
+    "Node",
+    "The propagator of a mode at one time, most of half a period: where a phase is looked at first. What the certificate "
+    "needs of the poles.",
+    (
+        Member("half_period", "real", "of the pair; HOPFORM_NEVER where its poles are real", "s"),
+        Member("fades", "real", "from then on the pair is nothing beside the real pole", "s"),
+        Member("pole", "real", "the real pole that is removed from a derivative: the fastest of three", "1/s"),
+        Member("second", "real", "of three real poles; 0 of a pair that rings", "1/s"),
+        Member("third", "real", "the slowest of three", "1/s"),
+        *reals("s", "t"),
+        *reals("1", "Wdd", meaning="W''"),
+        *reals("s", "Wd", meaning="W'"),
+        *reals("s^2", "W", meaning="impulse response of the poles"),
+        *reals("s^3", "W1", meaning="integral of W"),
+        *reals("s^4", "W2", meaning="integral of W1"),
+    ),
+)
 PLAN = Struct(
     "Plan",
-    "What is computed once per robot: coefficients of the equations of motion and poles of each mode.",
+    "What is computed once per robot: coefficients of the equations of motion, poles and a node of each mode.",
     (
         Member("robot", "Robot"),
         Member("rates", "Rates"),
         Member("both", "Poles", "both masses slip"),
         Member("actuator", "Poles", "the body is held"),
         Member("body", "Poles", "the actuator is held"),
+        Member("node_both", "Node"),
+        Member("node_actuator", "Node"),
+        Member("node_body", "Node"),
         Member("made", "uint32", "HOPFORM_PLAN_MADE once hopform_plan_init was content"),
     ),
 )
@@ -254,6 +275,6 @@ STANCES_OUT = Struct(
 def structs(robot: Record = ROBOT) -> tuple[Struct, ...]:
     """The structs of the interface that are no records, each behind those that it holds."""
     return (
-        PLAN, STEP, PHASE, STANCE, TARGET, COMMAND, TRIAL, CELL, SEARCH, FLIGHT_PHASE, FLIGHT, DETECTOR, CONTACT, INPUT,
+        NODE, PLAN, STEP, PHASE, STANCE, TARGET, COMMAND, TRIAL, CELL, SEARCH, FLIGHT_PHASE, FLIGHT, DETECTOR, CONTACT, INPUT,
         OUTPUT, stances_in(robot), STANCES_OUT,
     )  # fmt: skip

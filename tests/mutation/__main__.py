@@ -383,15 +383,8 @@ MUTANTS = (
     Mutant(
         "C: a stop that is touched where x1 turns is hit",
         "runtime/engine/c/stance_real.c",
-        "!(beyond > hopform_touch_real(guard->motion, &start, &basis))",
+        "!(beyond > hopform_touch_real(events->motion, &start, &at.basis))",
         "false",
-        first=("tests/conformance/test_ties.py",),
-    ),
-    Mutant(
-        "C, lanes: a stop that is touched where x1 turns is hit",
-        "runtime/engine/c/workstation/lanes_real.h",
-        "const bool past = beyond > hopform_touch_real(&motion, &from_stop, &one);",
-        "const bool past = beyond > 0.0 * hopform_touch_real(&motion, &from_stop, &one);",
         first=("tests/conformance/test_ties.py",),
     ),
     Mutant(
@@ -462,28 +455,6 @@ MUTANTS = (
         "runtime/engine/c/stance_real.c",
         "chain->fresh_1 = end->kind == END_THRESHOLD_1_real;",
         "chain->fresh_1 = false;",
-    ),
-    # ---- many stances in vector registers ----
-    Mutant(
-        "C lanes: windows that are not judged",
-        "runtime/engine/c/workstation/lanes_real.h",
-        "    settle_windows(w, &work->find);\n",
-        "    (void)settle_windows;\n",
-        first=("tests/unit/test_lanes.py",),
-    ),
-    Mutant(
-        "C lanes: a series that ends too early",
-        "runtime/engine/c/workstation/lanes_real.h",
-        "fabs_real(first) < 0.002 * HOPFORM_EPS_real",
-        "fabs_real(first) < 20.0 * HOPFORM_EPS_real",
-        first=("tests/unit/test_lanes.py",),
-    ),
-    Mutant(
-        "C lanes: a stance that depends on its neighbours",
-        "runtime/engine/c/workstation/lanes_real.h",
-        "keep(&w->alone[l], how[l] > (real)NO_END, alone[l]);",
-        "keep(&w->alone[l], how[l] > (real)NO_END, alone[(l + 1) % LANES]);",
-        first=("tests/unit/test_lanes.py",),
     ),
     # ---- the kernels ----
     Mutant(

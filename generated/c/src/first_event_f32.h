@@ -18,7 +18,6 @@
 #ifndef HOPFORM_FIRST_EVENT_H_f32
 #define HOPFORM_FIRST_EVENT_H_f32
 
-#include "events_f32.h"
 #include "phase_f32.h"
 
 enum { MOST_EVENT_FUNCTIONS_f32 = 3, MOST_CUTS_f32 = 400 };
@@ -44,7 +43,7 @@ typedef struct {
     float t;
     hopform_basis_f32 basis;
     float W_third; /* W''' */
-} instant_f32;
+} propagator_f32;
 
 /* Value and derivatives of an event function. */
 typedef struct {
@@ -54,31 +53,33 @@ typedef struct {
     float third;
 } jet_f32;
 
-static inline instant_f32 instant_of_f32(const hopform_poles_f32 *poles, float t, const hopform_basis_f32 *basis)
+static inline propagator_f32 propagator_of_f32(const hopform_poles_f32 *poles, float t,
+                                                 const hopform_basis_f32 *basis)
 {
-    const instant_f32 at = {t, *basis, -(poles->s_1 * basis->Wdd + poles->s_2 * basis->Wd + poles->s_3 * basis->W)};
+    const propagator_f32 at = {t, *basis, -(poles->s_1 * basis->Wdd + poles->s_2 * basis->Wd + poles->s_3 * basis->W)};
     return at;
 }
 
-static inline instant_f32 instant_at_f32(const hopform_poles_f32 *poles, float t)
+static inline propagator_f32 propagator_at_f32(const hopform_poles_f32 *poles, float t)
 {
     const hopform_basis_f32 basis = hopform_basis_at_f32(poles, t);
-    return instant_of_f32(poles, t, &basis);
+    return propagator_of_f32(poles, t, &basis);
 }
 
-static inline float value_at_f32(const event_function_f32 *g, const instant_f32 *at)
+static inline float value_at_f32(const event_function_f32 *g, const propagator_f32 *at)
 {
     const hopform_numerator_f32 *h = &g->numerator;
     return g->start + (h->H3 * at->basis.Wd + h->H2 * at->basis.W + h->H1 * at->basis.W1);
 }
 
-static inline float rate_at_f32(const event_function_f32 *g, const instant_f32 *at)
+static inline float rate_at_f32(const event_function_f32 *g, const propagator_f32 *at)
 {
     const hopform_numerator_f32 *h = &g->numerator;
     return h->H3 * at->basis.Wdd + h->H2 * at->basis.Wd + h->H1 * at->basis.W;
 }
 
-static inline float third_of_f32(const hopform_poles_f32 *poles, const event_function_f32 *g, const instant_f32 *at)
+static inline float third_of_f32(const hopform_poles_f32 *poles, const event_function_f32 *g,
+                                 const propagator_f32 *at)
 {
     const hopform_numerator_f32 *h = &g->numerator;
     const hopform_basis_f32 *w = &at->basis;
@@ -86,9 +87,8 @@ static inline float third_of_f32(const hopform_poles_f32 *poles, const event_fun
     return h->H3 * fourth + h->H2 * at->W_third + h->H1 * w->Wdd;
 }
 
-static inline jet_f32 jet_at_start_f32(const event_set_f32 *set, const event_function_f32 *g)
+static inline jet_f32 jet_at_start_f32(const hopform_poles_f32 *poles, const event_function_f32 *g)
 {
-    const hopform_poles_f32 *poles = set->poles;
     const hopform_numerator_f32 *h = &g->numerator;
     jet_f32 jet;
     jet.value = g->start;
@@ -99,7 +99,7 @@ static inline jet_f32 jet_at_start_f32(const event_set_f32 *set, const event_fun
 }
 
 /* Without the third derivative, which is 0 here. */
-static inline jet_f32 short_jet_at_f32(const event_function_f32 *g, const instant_f32 *at)
+static inline jet_f32 short_jet_at_f32(const event_function_f32 *g, const propagator_f32 *at)
 {
     const hopform_numerator_f32 *h = &g->numerator;
     const hopform_basis_f32 *w = &at->basis;
@@ -111,7 +111,7 @@ static inline jet_f32 short_jet_at_f32(const event_function_f32 *g, const instan
     return jet;
 }
 
-static inline jet_f32 jet_at_f32(const event_set_f32 *set, const event_function_f32 *g, const instant_f32 *at)
+static inline jet_f32 jet_at_f32(const event_set_f32 *set, const event_function_f32 *g, const propagator_f32 *at)
 {
     jet_f32 jet = short_jet_at_f32(g, at);
     jet.third = third_of_f32(set->poles, g, at);
@@ -119,7 +119,7 @@ static inline jet_f32 jet_at_f32(const event_set_f32 *set, const event_function_
 }
 
 /* Bound of what rounding may have done to the value of an event function. */
-static inline float rounding_of_f32(const event_function_f32 *g, const instant_f32 *at, float rate)
+static inline float rounding_of_f32(const event_function_f32 *g, const propagator_f32 *at, float rate)
 {
     const hopform_numerator_f32 *h = &g->numerator;
     return 16.0f * HOPFORM_EPS_f32
@@ -133,23 +133,28 @@ static inline float rounding_of_f32(const event_function_f32 *g, const instant_f
  * below: roughly, by inverse interpolation. Where it starts at 0 it is divided by the time first. */
 static inline float rough_root_f32(const jet_f32 *from, const jet_f32 *to, float h)
 {
-    const float value = to->value;
-    const float rate = to->rate;
     const bool above = from->value > 0.0f;
-    const float start = above ? from->value : h * from->rate;
-    const float slope = above ? h * from->rate : 0.5f * h * h * from->curvature;
-    const float end_slope = above ? h * rate : h * rate - value;
-    if (!(start > 0.0f)) {
-        return 0.75f;
-    }
-    const float s = start / (start - value);
-    const float cubic = s * (s * (3.0f - 2.0f * s) + (1.0f - s) * (value - start) * ((1.0f - s) / slope - s / end_slope));
-    return (slope < 0.0f) & (end_slope < 0.0f) & (cubic > 0.0f) & (cubic < 1.0f) ? cubic : s;
+    const float rise = h * from->rate;
+    const float end_rise = h * to->rate;
+    const float start = above ? from->value : rise;
+    const float slope = above ? rise : 0.5f * h * h * from->curvature;
+    const float end_slope = above ? end_rise : end_rise - to->value;
+    const bool falls = (slope < 0.0f) & (end_slope < 0.0f);
+    const float s = start / (start > 0.0f ? start - to->value : 1.0f);
+    const float by_slopes = (1.0f - s) / (falls ? slope : -1.0f) - s / (falls ? end_slope : -1.0f);
+    const float cubic = s * (s * (3.0f - 2.0f * s) + (1.0f - s) * (to->value - start) * by_slopes);
+    const float share = falls & (cubic > 0.0f) & (cubic < 1.0f) ? cubic : s;
+    return start > 0.0f ? share : 0.75f;
 }
 
-/* A root of the polynomial of degree 7 through the jets at both ends, c0 + c1 x + c2 x^2 + c3 x^3 + x^4 (r0 + s1 (x - 1)
- * + s2 (x - 1)^2 + s3 (x - 1)^3), by Halley's steps from x. Both guess: no bound rests on them. */
-static inline float refined_root_f32(const jet_f32 *from, const jet_f32 *to, float third, float h, float x)
+/* The polynomial of degree 7 through the jets at both ends of an interval, in x from 0 to 1: c0 + c1 x + c2 x^2 + c3
+ * x^3
+ * + x^4 (r0 + s1 (x - 1) + s2 (x - 1)^2 + s3 (x - 1)^3). */
+typedef struct {
+    float c0, c1, c2, c3, r0, s1, s2, s3;
+} interpolant_f32;
+
+static inline interpolant_f32 interpolant_of_f32(const jet_f32 *from, const jet_f32 *to, float third, float h)
 {
     const float hh = 0.5f * h * h;
     const float hhh = (1.0f / 3.0f) * h * hh;
@@ -164,18 +169,34 @@ static inline float refined_root_f32(const jet_f32 *from, const jet_f32 *to, flo
     const float s1 = r1 - 4.0f * r0;
     const float s2 = r2 - 4.0f * s1 - 6.0f * r0;
     const float s3 = r3 - 4.0f * s2 - 6.0f * s1 - 4.0f * r0;
-    for (int n = 0; n < 3; n++) {
-        const float y = x - 1.0f;
-        const float tail = r0 + y * (s1 + y * (s2 + y * s3));
-        const float tail_1 = s1 + y * (2.0f * s2 + y * 3.0f * s3);
-        const float tail_2 = s2 + 3.0f * y * s3;
-        const float value = c0 + x * (c1 + x * (c2 + x * (c3 + x * tail)));
-        const float slope = c1 + x * (2.0f * c2 + x * (3.0f * c3 + x * (4.0f * tail + x * tail_1)));
-        const float bend = c2 + x * (3.0f * c3 + x * (6.0f * tail + x * (4.0f * tail_1 + x * tail_2)));
-        const float below = slope * slope - value * bend;
-        const float step = below > 0.0f ? value * slope / below : 0.0f;
+    const interpolant_f32 p = {c0, c1, c2, c3, r0, s1, s2, s3};
+    return p;
+}
+
+enum { PREDICTION_STEPS_f32 = 3 };
+
+/* Halley's step from x towards a root of it. */
+static inline float prediction_step_f32(const interpolant_f32 *p, float x)
+{
+    const float y = x - 1.0f;
+    const float tail = p->r0 + y * (p->s1 + y * (p->s2 + y * p->s3));
+    const float tail_1 = p->s1 + y * (2.0f * p->s2 + y * 3.0f * p->s3);
+    const float tail_2 = p->s2 + 3.0f * y * p->s3;
+    const float value = p->c0 + x * (p->c1 + x * (p->c2 + x * (p->c3 + x * tail)));
+    const float slope = p->c1 + x * (2.0f * p->c2 + x * (3.0f * p->c3 + x * (4.0f * tail + x * tail_1)));
+    const float bend = p->c2 + x * (3.0f * p->c3 + x * (6.0f * tail + x * (4.0f * tail_1 + x * tail_2)));
+    const float below = slope * slope - value * bend;
+    const float step = value * slope / (below > 0.0f ? below : 1.0f);
+    return below > 0.0f ? step : 0.0f;
+}
+
+/* A root of it, from a guess. It guesses, too: no bound rests on it. */
+static inline float refined_root_f32(const interpolant_f32 *p, float x)
+{
+    for (int n = 0; n < PREDICTION_STEPS_f32; n++) {
+        const float step = prediction_step_f32(p, x);
         const float next = x - step;
-        x = next > 0.0f && next < 1.0f ? next : x;
+        x = (next > 0.0f) & (next < 1.0f) ? next : x;
         if (fabs_f32(step) < HOPFORM_PREDICTION_f32) {
             break;
         }
@@ -187,30 +208,55 @@ static inline float refined_root_f32(const jet_f32 *from, const jet_f32 *to, flo
 static inline float step_to_root_f32(const jet_f32 *at)
 {
     const float square = at->rate * at->rate;
-    const float below = 6.0f * square * at->rate - 6.0f * at->value * at->rate * at->curvature
-                       + at->value * at->value * at->third;
-    return fabs_f32(below) > 0.0f ? at->value * (6.0f * square - 3.0f * at->value * at->curvature) / below
-                                  : HOPFORM_NEVER_f32;
+    const float below =
+        6.0f * square * at->rate - 6.0f * at->value * at->rate * at->curvature + at->value * at->value * at->third;
+    const bool usable = fabs_f32(below) > 0.0f;
+    const float step = at->value * (6.0f * square - 3.0f * at->value * at->curvature) / (usable ? below : 1.0f);
+    return usable ? step : HOPFORM_NEVER_f32;
 }
 
-/* True where this step lands on the root to rounding, and the propagator can be carried there. */
-static inline bool is_last_step_f32(const hopform_poles_f32 *poles, const jet_f32 *at, float t, float step)
+/* Whether what a Taylor series of the fourth order leaves out over a time d before or after t is lost in rounding: of
+ * the fifth order in d/t and in r d, r above all poles. */
+static inline bool is_near_f32(const hopform_poles_f32 *poles, float t, float d)
 {
-    const float fourth = poles->s_1 * at->third + poles->s_2 * at->curvature + poles->s_3 * at->rate;
+    const float share = t > 0.0f ? d / t : 1.0f;
+    const float square = d * d * (poles->s_1 * poles->s_1 + poles->s_2) + share * share;
+    return square * square * square <= 0.0078125f * HOPFORM_EPS_f32;
+}
+
+static inline hopform_basis_f32 carried_basis_f32(const hopform_poles_f32 *poles, const hopform_basis_f32 *from,
+                                                    float d)
+{
+    const hopform_carried_f32 later = hopform_carry_f32(poles, from, d);
+    const hopform_basis_f32 basis = {later.Wdd_t, later.Wd_t, later.W_t, later.W1_t, later.W2_t};
+    return basis;
+}
+
+/* True where Householder's step lands on the root to rounding, and the propagator can be carried there. Its error is of
+ * the fourth order in the step: products of the derivatives up to the fourth. */
+static inline bool step_converges_f32(const hopform_poles_f32 *poles, const jet_f32 *at, float fourth, float t,
+                                       float step)
+{
     const float per_rate = fabs_f32(step) / (fabs_f32(at->rate) > 0.0f ? fabs_f32(at->rate) : 1.0f);
     const float bend = per_rate * fabs_f32(at->curvature);
     const float twist = per_rate * fabs_f32(step * at->third);
     const float error = bend * (0.7f * bend * bend + 0.5f * twist) + 0.05f * per_rate * fabs_f32(step * step * fourth);
-    return fabs_f32(at->value) <= 2.0f * fabs_f32(step * at->rate) && fabs_f32(step) * error <= HOPFORM_EPS_f32 * t
-           && hopform_is_near_f32(poles, t, step);
+    return (fabs_f32(at->value) <= 2.0f * fabs_f32(step * at->rate))
+           & (fabs_f32(step) * error <= HOPFORM_EPS_f32 * t) & is_near_f32(poles, t, step);
+}
+
+/* The fourth derivative of an event function, but for its sign: the poles give it from the others. */
+static inline float fourth_of_f32(const hopform_poles_f32 *poles, const jet_f32 *at)
+{
+    return poles->s_1 * at->third + poles->s_2 * at->curvature + poles->s_3 * at->rate;
 }
 
 /* The root of g between a time at which g > 0 and an instant at which g < 0, from a guess. */
-static inline instant_f32 root_between_f32(const event_set_f32 *set, const event_function_f32 *g, float low,
-                                             const instant_f32 *last, float guess)
+static inline propagator_f32 located_root_f32(const event_set_f32 *set, const event_function_f32 *g, float low,
+                                                const propagator_f32 *last, float guess)
 {
     const hopform_poles_f32 *poles = set->poles;
-    instant_f32 high = *last;
+    propagator_f32 high = *last;
     float t = guess;
     for (int n = 0; n < 100; n++) {
         if (!(t > low && t < high.t)) {
@@ -219,7 +265,7 @@ static inline instant_f32 root_between_f32(const event_set_f32 *set, const event
                 break;
             }
         }
-        const instant_f32 at = instant_at_f32(poles, t);
+        const propagator_f32 at = propagator_at_f32(poles, t);
         const jet_f32 jet = jet_at_f32(set, g, &at);
         if (fabs_f32(jet.value) <= HOPFORM_EPS_f32 * t * fabs_f32(jet.rate)) {
             return at;
@@ -233,9 +279,9 @@ static inline instant_f32 root_between_f32(const event_set_f32 *set, const event
             return at;
         }
         const float next = t - step;
-        if (next > low && next < high.t && is_last_step_f32(poles, &jet, next, step)) {
-            const hopform_basis_f32 carried = hopform_carried_basis_f32(poles, &at.basis, next - t);
-            return instant_of_f32(poles, next, &carried);
+        if (next > low && next < high.t && step_converges_f32(poles, &jet, fourth_of_f32(poles, &jet), next, step)) {
+            const hopform_basis_f32 carried = carried_basis_f32(poles, &at.basis, next - t);
+            return propagator_of_f32(poles, next, &carried);
         }
         t = n > 8 && n % 2 == 1 ? low : next;
     }
@@ -244,19 +290,16 @@ static inline instant_f32 root_between_f32(const event_set_f32 *set, const event
 
 /* ---- certificate ---- */
 
-/* Sign changes of (+, rate, d). */
-static inline int sign_changes_f32(float rate, bool d_is_negative)
-{
-    return d_is_negative ? 1 : (rate < 0.0f ? 2 : 0);
-}
-
-/* Rule 2: true if g, above zero at both ends of an interval, has no root in it; d is g'' + l g'. */
+/* Rule 2: true if g, above zero at both ends of an interval, has no root in it; d is g'' + l g'. With V = 0, 1, 1, 2
+ * for the signs (+, +), (+, -), (-, -), (-, +) of (g', d), V at the start, less V at the end, and 1 if d changes its
+ * sign, is 0 or less. */
 static inline bool has_no_root_f32(const jet_f32 *from, float d, const jet_f32 *to, float d_then)
 {
-    const bool falls = d < 0.0f;
-    const bool faded = !(fabs_f32(d_then) > 0.0f) && d > 0.0f; /* no sign is left: the worse one */
-    const bool falls_then = d_then < 0.0f || faded;
-    return sign_changes_f32(from->rate, falls) - sign_changes_f32(to->rate, falls_then) + (falls != falls_then) <= 0;
+    const bool faded = !(fabs_f32(d_then) > 0.0f) & (d > 0.0f); /* no sign is left of it: the worse one */
+    const bool negative_then = (d_then < 0.0f) | faded;
+    const bool after_negative = (to->rate < 0.0f) | negative_then;
+    const bool after_positive = (!(from->rate < 0.0f)) | ((to->rate < 0.0f) & !negative_then);
+    return d < 0.0f ? after_negative : after_positive;
 }
 
 /* Sign changes of (+, b, c, d). */
@@ -267,7 +310,7 @@ static inline int sign_changes_of_four_f32(bool b, bool c, bool d)
 
 /* Rule 2 with the pair removed first: u = exp(-mu t) sin(w (t + s)), centred on the interval, has no root in it. */
 static inline bool has_no_root_by_pair_f32(const hopform_poles_f32 *poles, const event_function_f32 *g,
-                                            const instant_f32 *end, const jet_f32 *from, const jet_f32 *to)
+                                            const propagator_f32 *end, const jet_f32 *from, const jet_f32 *to)
 {
     const float mu = 0.5f * poles->p;
     const float ww = poles->q - mu * mu;
@@ -282,21 +325,26 @@ static inline bool has_no_root_by_pair_f32(const hopform_poles_f32 *poles, const
            <= 0;
 }
 
-/* Rule 1: Bernstein's coefficients of the quintic through both ends, and the sixth derivative. */
-static inline bool is_held_up_by_bernstein_f32(const hopform_poles_f32 *poles, const event_function_f32 *g,
-                                                const jet_f32 *from, const jet_f32 *to, float h, bool root_at_end,
-                                                float rounding)
+/* Bound of the sixth derivative of an event function whose pair rings: the envelopes of its modes. */
+static inline float sixth_derivative_bound_f32(const hopform_poles_f32 *poles, const event_function_f32 *g)
 {
     const hopform_numerator_f32 *n = &g->numerator;
     const float mu = 0.5f * poles->p;
     const float ww = poles->q - mu * mu;
     const float a = poles->a;
-    const float chi = hopform_residue_f32(poles);
-    const float e = (n->H1 - a * (n->H2 - a * n->H3)) / chi;
+    const float e = (n->H1 - a * (n->H2 - a * n->H3)) / hopform_residue_f32(poles);
     const float c = n->H3 - e;
     const float sw = n->H2 - n->H3 * poles->s_1 + a * e + mu * c;
-    const float q2 = poles->q * poles->q;
-    const float M6 = q2 * sqrt_f32(poles->q * (c * c + sw * sw / ww)) + a * a * a * a * a * fabs_f32(e);
+    return poles->q * poles->q * sqrt_f32(poles->q * (c * c + sw * sw / ww)) + a * a * a * a * a * fabs_f32(e);
+}
+
+/* Rule 1: Bernstein's coefficients of the quintic through value, slope and curvature at both ends, from which g differs
+ * by at most M6 t^3 (h - t)^3/720; those that a root of order 0 or 1 at an end makes 0 do not count. */
+static inline bool is_held_up_by_bernstein_f32(const hopform_poles_f32 *poles, const event_function_f32 *g,
+                                                const jet_f32 *from, const jet_f32 *to, float h, bool root_at_end,
+                                                float rounding)
+{
+    const float M6 = sixth_derivative_bound_f32(poles, g);
     const float f = 0.2f * h;
     const float tw = 0.05f * h * h;
     const float b1 = from->value + f * from->rate;
@@ -304,8 +352,10 @@ static inline bool is_held_up_by_bernstein_f32(const hopform_poles_f32 *poles, c
     const float b4 = to->value - f * to->rate;
     const float b3 = b4 - f * to->rate + tw * to->curvature;
     float low = hopform_lesser_f32(hopform_lesser_f32(b1, b2), hopform_lesser_f32(b3, b4));
-    low = from->value > 0.0f ? hopform_lesser_f32(low, from->value) : low;
-    low = root_at_end ? low : hopform_lesser_f32(low, to->value);
+    const float at_start = hopform_lesser_f32(low, from->value);
+    low = from->value > 0.0f ? at_start : low;
+    const float at_end = hopform_lesser_f32(low, to->value);
+    low = root_at_end ? low : at_end;
     const float hhh = h * h * h;
     return low > M6 * hhh * hhh / 4.32e4f + rounding;
 }
@@ -316,8 +366,8 @@ static inline bool has_minimum_f32(const jet_f32 *from, const jet_f32 *to)
     return from->rate < 0.0f && !(to->rate < 0.0f);
 }
 
-/* Rule 4: whether the tangents at both ends hold g above its rounding, where exp(l t) g' rises: g lies above the tangent
- * at the start, and above one a little steeper than that at the end. */
+/* Rule 4: whether the tangents at both ends hold g above its rounding, where exp(l t) g' rises: g lies above the
+ * tangent at the start, and above one a little steeper than that at the end. */
 static inline bool is_held_up_by_tangents_f32(const jet_f32 *from, const jet_f32 *to, float l, float h, float rounding)
 {
     if (from->curvature + l * from->rate < 0.0f || to->curvature + l * to->rate < 0.0f) {
@@ -332,8 +382,8 @@ static inline bool is_held_up_by_tangents_f32(const jet_f32 *from, const jet_f32
 
 /* The minimum of g between two times between which its rate becomes positive; ends early where g < 0 is found, or where
  * g is known to stay above zero. */
-static inline instant_f32 minimum_between_f32(const event_set_f32 *set, const event_function_f32 *g, float low,
-                                                const jet_f32 *at_low, float high, const jet_f32 *at_high)
+static inline propagator_f32 minimum_between_f32(const event_set_f32 *set, const event_function_f32 *g, float low,
+                                                   const jet_f32 *at_low, float high, const jet_f32 *at_high)
 {
     const hopform_poles_f32 *poles = set->poles;
     jet_f32 before = *at_low;
@@ -343,9 +393,9 @@ static inline instant_f32 minimum_between_f32(const event_set_f32 *set, const ev
     if (!(t > low && t < high)) {
         t = low + 0.5f * (high - low);
     }
-    instant_f32 at;
+    propagator_f32 at;
     for (int n = 0; n < 100; n++) {
-        at = instant_at_f32(poles, t);
+        at = propagator_at_f32(poles, t);
         const jet_f32 jet = short_jet_at_f32(g, &at);
         const float rounding = rounding_of_f32(g, &at, jet.rate);
         if (jet.value < -rounding) {
@@ -386,9 +436,8 @@ static inline float cut_between_f32(float d, float d_then, float h)
  *
  * g' = x + r, where x fades with the real pole and r rings. What rings in g is X = -(r' + p r)/q, of an amplitude that
  * does not grow; what does not, g - X, falls by no more than x times the time, or x/a. */
-static inline float quiet_time_of_ringing_f32(const event_set_f32 *set, const jet_f32 *at, float rounding)
+static inline float quiet_time_of_ringing_f32(const hopform_poles_f32 *poles, const jet_f32 *at, float rounding)
 {
-    const hopform_poles_f32 *poles = set->poles;
     const float mu = 0.5f * poles->p;
     const float ww = poles->q - mu * mu;
     const float x = (at->third + poles->p * at->curvature + poles->q * at->rate) / hopform_residue_f32(poles);
@@ -396,10 +445,9 @@ static inline float quiet_time_of_ringing_f32(const event_set_f32 *set, const je
     const float X = -(at->curvature + poles->a * x + poles->p * r) / poles->q;
     const float wY = r + mu * X;
     const float left = at->value - X - 1.001f * sqrt_f32(X * X + wY * wY / ww) - rounding;
-    if (!(left > 0.0f)) {
-        return 0.0f;
-    }
-    return !(x < 0.0f) || left * poles->a > -x ? HOPFORM_NEVER_f32 : -left / x;
+    const float time = -left / (x < 0.0f ? x : -1.0f);
+    const float quiet = !(x < 0.0f) | (left * poles->a > -x) ? HOPFORM_NEVER_f32 : time;
+    return left > 0.0f ? quiet : 0.0f;
 }
 
 /* The same of three real poles, l_1 the fastest: g' is a sum of g', (D + l_1) g' and (D + l_2)(D + l_1) g' at the start
@@ -408,11 +456,15 @@ static inline float quiet_time_of_decay_f32(const event_set_f32 *set, const jet_
 {
     const float l_1 = set->node->pole;
     const float l_2 = set->node->second;
+    const float product = l_1 * l_2;
+    if (!(product > 0.0f)) {
+        return 0.0f;
+    }
     const float first = hopform_lesser_f32(at->rate, 0.0f);
     const float second = hopform_lesser_f32(at->curvature + l_1 * at->rate, 0.0f);
-    const float third = hopform_lesser_f32(at->third + (l_1 + l_2) * at->curvature + l_1 * l_2 * at->rate, 0.0f);
-    const float left = at->value + first / l_1 + second / (l_1 * l_2) - rounding;
-    const float falls = third / (l_1 * l_2);
+    const float third = hopform_lesser_f32(at->third + (l_1 + l_2) * at->curvature + product * at->rate, 0.0f);
+    const float left = at->value + first / l_1 + second / product - rounding;
+    const float falls = third / product;
     if (!(left > 0.0f)) {
         return 0.0f;
     }
@@ -421,8 +473,8 @@ static inline float quiet_time_of_decay_f32(const event_set_f32 *set, const jet_
 
 static inline float quiet_time_f32(const event_set_f32 *set, const jet_f32 *at, float rounding)
 {
-    return set->node->half_period < HOPFORM_NEVER_f32 ? quiet_time_of_ringing_f32(set, at, rounding)
-                                                 : quiet_time_of_decay_f32(set, at, rounding);
+    return set->node->half_period < HOPFORM_NEVER_f32 ? quiet_time_of_ringing_f32(set->poles, at, rounding)
+                                                       : quiet_time_of_decay_f32(set, at, rounding);
 }
 
 /* ---- the search ---- */
@@ -430,7 +482,7 @@ static inline float quiet_time_f32(const event_set_f32 *set, const jet_f32 *at, 
 /* An interval of the search: its ends, the jets there, and which function has its first root at the second one. */
 typedef struct {
     float low;
-    instant_f32 high;
+    propagator_f32 high;
     int32_t found; /* -1: none */
     jet_f32 from[MOST_EVENT_FUNCTIONS_f32];
     jet_f32 to[MOST_EVENT_FUNCTIONS_f32];
@@ -438,7 +490,7 @@ typedef struct {
 
 static inline void end_interval_at_f32(const event_set_f32 *set, interval_f32 *in, float t)
 {
-    in->high = instant_at_f32(set->poles, t);
+    in->high = propagator_at_f32(set->poles, t);
     in->found = -1;
 }
 
@@ -469,7 +521,9 @@ static inline void end_at_first_crossing_f32(const event_set_f32 *set, interval_
         for (int32_t n = 0; n < set->count; n++) {
             const jet_f32 *to = &in->to[n];
             if (to->value < 0.0f && n != in->found && has_crossed_f32(set, in, n)) {
-                const float guess = rough_root_f32(&in->from[n], to, h);
+                const float third = third_of_f32(set->poles, &set->function[n], &in->high);
+                const interpolant_f32 p = interpolant_of_f32(&in->from[n], to, third, h);
+                const float guess = refined_root_f32(&p, rough_root_f32(&in->from[n], to, h));
                 first = guess < share ? n : first;
                 share = guess < share ? guess : share;
             }
@@ -477,10 +531,7 @@ static inline void end_at_first_crossing_f32(const event_set_f32 *set, interval_
         if (first < 0) {
             return;
         }
-        const event_function_f32 *g = &set->function[first];
-        const float third = third_of_f32(set->poles, g, &in->high);
-        const float guess = in->low + h * refined_root_f32(&in->from[first], &in->to[first], third, h, share);
-        in->high = root_between_f32(set, g, in->low, &in->high, guess);
+        in->high = located_root_f32(set, &set->function[first], in->low, &in->high, in->low + h * share);
         in->found = first;
         look_there_f32(set, in);
     }
@@ -549,7 +600,7 @@ static inline bool is_certified_inside_f32(const event_set_f32 *set, interval_f3
         if (is_held_up_by_tangents_f32(from, to, set->node->pole, h, rounding)) {
             return true;
         }
-        const instant_f32 lowest = minimum_between_f32(set, g, in->low, from, in->high.t, to);
+        const propagator_f32 lowest = minimum_between_f32(set, g, in->low, from, in->high.t, to);
         const jet_f32 least = short_jet_at_f32(g, &lowest);
         if (!(least.value < -rounding_of_f32(g, &lowest, least.rate))) {
             return true;
@@ -619,6 +670,91 @@ static inline int32_t lost_at_once_f32(const event_set_f32 *set, interval_f32 *i
         }
     }
     return -1;
+}
+
+/* ---- closed forms, contacts ---- */
+
+/* Rule 3: when a mass that slips alone comes to rest, NEVER if it does not: v and v' = acc at t = 0, times its sign.
+ *
+ * v'' + p v' + q v = 0 without a constant force, so v keeps its relative accuracy however far it has faded: its first
+ * zero is where v cos(w t) + (acc + p v/2) sin(w t)/w is 0, or where two decays have become equal.
+ */
+static inline float time_to_rest_f32(const hopform_poles_f32 *poles, float v, float acc)
+{
+    const float mean = 0.5f * poles->p;
+    const float discriminant = mean * mean - poles->q;
+    if (!(v > 0.0f)) { /* from rest a mass swings for a half turn, or creeps */
+        return acc > 0.0f ? (discriminant < 0.0f ? 3.1415927f / sqrt_f32(-discriminant) : HOPFORM_NEVER_f32)
+                         : (acc < 0.0f ? 0.0f : HOPFORM_NEVER_f32);
+    }
+    if (discriminant < 0.0f) {
+        const float omega = sqrt_f32(-discriminant);
+        return hopform_angle_f32(-(acc + mean * v) / omega, v) / omega;
+    }
+    const float half = sqrt_f32(discriminant);
+    const float slow = mean + half > 0.0f ? poles->q / (mean + half) : 0.0f;
+    const float back = -(acc + slow * v); /* what the slow decay alone would leave over */
+    const float x = back > 0.0f ? 2.0f * half * (v / back) : 1.0f;
+    if (!(x < 1.0f)) {
+        return HOPFORM_NEVER_f32;
+    }
+    const float s = x / (2.0f - x);
+    if (s < 0.1716f) {
+        return 2.0f * (v / back) * hopform_area_tangent_f32(s) / (2.0f - x);
+    }
+    const float ratio = -(acc + (mean + half) * v) / back;
+    return ratio > 0.0f ? -hopform_log_f32(ratio) / (2.0f * half) : HOPFORM_NEVER_f32;
+}
+
+/* Correction to a root estimate from the steady-state form of g, which keeps its digits after the transients have
+ * decayed; 0 when it is no more accurate. */
+static inline float root_is_later_f32(const hopform_poles_f32 *poles, const hopform_numerator_f32 *h, float start,
+                                      float settled, const hopform_basis_f32 *basis, float t)
+{
+    const float residual = settled - start;
+    const bool slow = poles->s_3 > 0.0f; /* else W does not fade, but is not in it */
+    const float by_2 = residual * poles->s_2;
+    const hopform_numerator_f32 fading = {h->H3, slow ? h->H2 : by_2, h->H1};
+    const float value = settled - hopform_left_to_go_f32(poles, &fading, basis, residual);
+    const float rate = h->H3 * basis->Wdd + h->H2 * basis->Wd + h->H1 * basis->W;
+    const float of_time = t * fabs_f32(rate);
+    const float of_rise = fabs_f32(start) + fabs_f32(h->H3 * basis->Wd) + fabs_f32(h->H2 * basis->W)
+                         + fabs_f32(h->H1 * basis->W1) + of_time;
+    const float of_residual = fabs_f32(settled) + fabs_f32(residual * basis->Wdd)
+                             + (fabs_f32(h->H3) + fabs_f32(residual * poles->s_1)) * fabs_f32(basis->Wd)
+                             + (slow ? fabs_f32(h->H2) + fabs_f32(by_2) : 0.0f) * fabs_f32(basis->W) + of_time;
+    const bool better =
+        (rate < 0.0f) & (of_residual < 0.25f * of_rise) & (fabs_f32(value) <= 16.0f * HOPFORM_EPS_f32 * of_rise);
+    const float later = -value / (better ? rate : -1.0f);
+    const bool counts = (fabs_f32(later) < 0.01f * t) & (fabs_f32(later) > 16.0f * HOPFORM_EPS_f32 * t);
+    return (better & counts) ? later : 0.0f;
+}
+
+/* An extremum of x_1, counted from a stop, that is this near to it is a grazing contact: 16 ulp of the terms. */
+static inline float grazing_tolerance_f32(const hopform_motion_f32 *motion, const hopform_state_f32 *start,
+                                          const hopform_basis_f32 *basis)
+{
+    return 16.0f * HOPFORM_EPS_f32
+           * (fabs_f32(start->x1) + fabs_f32(start->v1 * basis->Wd) + fabs_f32(motion->N2_1 * basis->W)
+              + fabs_f32(motion->N1_1 * basis->W1) + fabs_f32(motion->N0_1 * basis->W2));
+}
+
+/* How far x_1 is beyond a stop, from which `start` counts it, with its derivatives up to the fourth. */
+typedef struct {
+    jet_f32 at;
+    float fourth;
+} approach_f32;
+
+static inline approach_f32 approach_of_f32(const hopform_poles_f32 *poles, const hopform_motion_f32 *motion,
+                                             const hopform_state_f32 *start, float sign,
+                                             const hopform_basis_f32 *basis)
+{
+    const hopform_numerator_f32 h = {motion->H3_1, motion->H2_1, motion->H1_1};
+    const hopform_rise_f32 rise = hopform_rises_f32(poles, &h, basis);
+    const hopform_at_f32 at = hopform_state_at_f32(start, motion, basis);
+    const approach_f32 to = {{sign * at.x1_t, sign * at.v1_t, sign * rise.rise_rate, sign * rise.rise_curvature},
+                              sign * rise.rise_third};
+    return to;
 }
 
 #endif

@@ -18,7 +18,6 @@
 #ifndef HOPFORM_FIRST_EVENT_H_f64
 #define HOPFORM_FIRST_EVENT_H_f64
 
-#include "events_f64.h"
 #include "phase_f64.h"
 
 enum { MOST_EVENT_FUNCTIONS_f64 = 3, MOST_CUTS_f64 = 400 };
@@ -44,7 +43,7 @@ typedef struct {
     double t;
     hopform_basis_f64 basis;
     double W_third; /* W''' */
-} instant_f64;
+} propagator_f64;
 
 /* Value and derivatives of an event function. */
 typedef struct {
@@ -54,31 +53,33 @@ typedef struct {
     double third;
 } jet_f64;
 
-static inline instant_f64 instant_of_f64(const hopform_poles_f64 *poles, double t, const hopform_basis_f64 *basis)
+static inline propagator_f64 propagator_of_f64(const hopform_poles_f64 *poles, double t,
+                                                 const hopform_basis_f64 *basis)
 {
-    const instant_f64 at = {t, *basis, -(poles->s_1 * basis->Wdd + poles->s_2 * basis->Wd + poles->s_3 * basis->W)};
+    const propagator_f64 at = {t, *basis, -(poles->s_1 * basis->Wdd + poles->s_2 * basis->Wd + poles->s_3 * basis->W)};
     return at;
 }
 
-static inline instant_f64 instant_at_f64(const hopform_poles_f64 *poles, double t)
+static inline propagator_f64 propagator_at_f64(const hopform_poles_f64 *poles, double t)
 {
     const hopform_basis_f64 basis = hopform_basis_at_f64(poles, t);
-    return instant_of_f64(poles, t, &basis);
+    return propagator_of_f64(poles, t, &basis);
 }
 
-static inline double value_at_f64(const event_function_f64 *g, const instant_f64 *at)
+static inline double value_at_f64(const event_function_f64 *g, const propagator_f64 *at)
 {
     const hopform_numerator_f64 *h = &g->numerator;
     return g->start + (h->H3 * at->basis.Wd + h->H2 * at->basis.W + h->H1 * at->basis.W1);
 }
 
-static inline double rate_at_f64(const event_function_f64 *g, const instant_f64 *at)
+static inline double rate_at_f64(const event_function_f64 *g, const propagator_f64 *at)
 {
     const hopform_numerator_f64 *h = &g->numerator;
     return h->H3 * at->basis.Wdd + h->H2 * at->basis.Wd + h->H1 * at->basis.W;
 }
 
-static inline double third_of_f64(const hopform_poles_f64 *poles, const event_function_f64 *g, const instant_f64 *at)
+static inline double third_of_f64(const hopform_poles_f64 *poles, const event_function_f64 *g,
+                                 const propagator_f64 *at)
 {
     const hopform_numerator_f64 *h = &g->numerator;
     const hopform_basis_f64 *w = &at->basis;
@@ -86,9 +87,8 @@ static inline double third_of_f64(const hopform_poles_f64 *poles, const event_fu
     return h->H3 * fourth + h->H2 * at->W_third + h->H1 * w->Wdd;
 }
 
-static inline jet_f64 jet_at_start_f64(const event_set_f64 *set, const event_function_f64 *g)
+static inline jet_f64 jet_at_start_f64(const hopform_poles_f64 *poles, const event_function_f64 *g)
 {
-    const hopform_poles_f64 *poles = set->poles;
     const hopform_numerator_f64 *h = &g->numerator;
     jet_f64 jet;
     jet.value = g->start;
@@ -99,7 +99,7 @@ static inline jet_f64 jet_at_start_f64(const event_set_f64 *set, const event_fun
 }
 
 /* Without the third derivative, which is 0 here. */
-static inline jet_f64 short_jet_at_f64(const event_function_f64 *g, const instant_f64 *at)
+static inline jet_f64 short_jet_at_f64(const event_function_f64 *g, const propagator_f64 *at)
 {
     const hopform_numerator_f64 *h = &g->numerator;
     const hopform_basis_f64 *w = &at->basis;
@@ -111,7 +111,7 @@ static inline jet_f64 short_jet_at_f64(const event_function_f64 *g, const instan
     return jet;
 }
 
-static inline jet_f64 jet_at_f64(const event_set_f64 *set, const event_function_f64 *g, const instant_f64 *at)
+static inline jet_f64 jet_at_f64(const event_set_f64 *set, const event_function_f64 *g, const propagator_f64 *at)
 {
     jet_f64 jet = short_jet_at_f64(g, at);
     jet.third = third_of_f64(set->poles, g, at);
@@ -119,7 +119,7 @@ static inline jet_f64 jet_at_f64(const event_set_f64 *set, const event_function_
 }
 
 /* Bound of what rounding may have done to the value of an event function. */
-static inline double rounding_of_f64(const event_function_f64 *g, const instant_f64 *at, double rate)
+static inline double rounding_of_f64(const event_function_f64 *g, const propagator_f64 *at, double rate)
 {
     const hopform_numerator_f64 *h = &g->numerator;
     return 16.0 * HOPFORM_EPS_f64
@@ -133,23 +133,28 @@ static inline double rounding_of_f64(const event_function_f64 *g, const instant_
  * below: roughly, by inverse interpolation. Where it starts at 0 it is divided by the time first. */
 static inline double rough_root_f64(const jet_f64 *from, const jet_f64 *to, double h)
 {
-    const double value = to->value;
-    const double rate = to->rate;
     const bool above = from->value > 0.0;
-    const double start = above ? from->value : h * from->rate;
-    const double slope = above ? h * from->rate : 0.5 * h * h * from->curvature;
-    const double end_slope = above ? h * rate : h * rate - value;
-    if (!(start > 0.0)) {
-        return 0.75;
-    }
-    const double s = start / (start - value);
-    const double cubic = s * (s * (3.0 - 2.0 * s) + (1.0 - s) * (value - start) * ((1.0 - s) / slope - s / end_slope));
-    return (slope < 0.0) & (end_slope < 0.0) & (cubic > 0.0) & (cubic < 1.0) ? cubic : s;
+    const double rise = h * from->rate;
+    const double end_rise = h * to->rate;
+    const double start = above ? from->value : rise;
+    const double slope = above ? rise : 0.5 * h * h * from->curvature;
+    const double end_slope = above ? end_rise : end_rise - to->value;
+    const bool falls = (slope < 0.0) & (end_slope < 0.0);
+    const double s = start / (start > 0.0 ? start - to->value : 1.0);
+    const double by_slopes = (1.0 - s) / (falls ? slope : -1.0) - s / (falls ? end_slope : -1.0);
+    const double cubic = s * (s * (3.0 - 2.0 * s) + (1.0 - s) * (to->value - start) * by_slopes);
+    const double share = falls & (cubic > 0.0) & (cubic < 1.0) ? cubic : s;
+    return start > 0.0 ? share : 0.75;
 }
 
-/* A root of the polynomial of degree 7 through the jets at both ends, c0 + c1 x + c2 x^2 + c3 x^3 + x^4 (r0 + s1 (x - 1)
- * + s2 (x - 1)^2 + s3 (x - 1)^3), by Halley's steps from x. Both guess: no bound rests on them. */
-static inline double refined_root_f64(const jet_f64 *from, const jet_f64 *to, double third, double h, double x)
+/* The polynomial of degree 7 through the jets at both ends of an interval, in x from 0 to 1: c0 + c1 x + c2 x^2 + c3
+ * x^3
+ * + x^4 (r0 + s1 (x - 1) + s2 (x - 1)^2 + s3 (x - 1)^3). */
+typedef struct {
+    double c0, c1, c2, c3, r0, s1, s2, s3;
+} interpolant_f64;
+
+static inline interpolant_f64 interpolant_of_f64(const jet_f64 *from, const jet_f64 *to, double third, double h)
 {
     const double hh = 0.5 * h * h;
     const double hhh = (1.0 / 3.0) * h * hh;
@@ -164,18 +169,34 @@ static inline double refined_root_f64(const jet_f64 *from, const jet_f64 *to, do
     const double s1 = r1 - 4.0 * r0;
     const double s2 = r2 - 4.0 * s1 - 6.0 * r0;
     const double s3 = r3 - 4.0 * s2 - 6.0 * s1 - 4.0 * r0;
-    for (int n = 0; n < 3; n++) {
-        const double y = x - 1.0;
-        const double tail = r0 + y * (s1 + y * (s2 + y * s3));
-        const double tail_1 = s1 + y * (2.0 * s2 + y * 3.0 * s3);
-        const double tail_2 = s2 + 3.0 * y * s3;
-        const double value = c0 + x * (c1 + x * (c2 + x * (c3 + x * tail)));
-        const double slope = c1 + x * (2.0 * c2 + x * (3.0 * c3 + x * (4.0 * tail + x * tail_1)));
-        const double bend = c2 + x * (3.0 * c3 + x * (6.0 * tail + x * (4.0 * tail_1 + x * tail_2)));
-        const double below = slope * slope - value * bend;
-        const double step = below > 0.0 ? value * slope / below : 0.0;
+    const interpolant_f64 p = {c0, c1, c2, c3, r0, s1, s2, s3};
+    return p;
+}
+
+enum { PREDICTION_STEPS_f64 = 3 };
+
+/* Halley's step from x towards a root of it. */
+static inline double prediction_step_f64(const interpolant_f64 *p, double x)
+{
+    const double y = x - 1.0;
+    const double tail = p->r0 + y * (p->s1 + y * (p->s2 + y * p->s3));
+    const double tail_1 = p->s1 + y * (2.0 * p->s2 + y * 3.0 * p->s3);
+    const double tail_2 = p->s2 + 3.0 * y * p->s3;
+    const double value = p->c0 + x * (p->c1 + x * (p->c2 + x * (p->c3 + x * tail)));
+    const double slope = p->c1 + x * (2.0 * p->c2 + x * (3.0 * p->c3 + x * (4.0 * tail + x * tail_1)));
+    const double bend = p->c2 + x * (3.0 * p->c3 + x * (6.0 * tail + x * (4.0 * tail_1 + x * tail_2)));
+    const double below = slope * slope - value * bend;
+    const double step = value * slope / (below > 0.0 ? below : 1.0);
+    return below > 0.0 ? step : 0.0;
+}
+
+/* A root of it, from a guess. It guesses, too: no bound rests on it. */
+static inline double refined_root_f64(const interpolant_f64 *p, double x)
+{
+    for (int n = 0; n < PREDICTION_STEPS_f64; n++) {
+        const double step = prediction_step_f64(p, x);
         const double next = x - step;
-        x = next > 0.0 && next < 1.0 ? next : x;
+        x = (next > 0.0) & (next < 1.0) ? next : x;
         if (fabs_f64(step) < HOPFORM_PREDICTION_f64) {
             break;
         }
@@ -187,30 +208,55 @@ static inline double refined_root_f64(const jet_f64 *from, const jet_f64 *to, do
 static inline double step_to_root_f64(const jet_f64 *at)
 {
     const double square = at->rate * at->rate;
-    const double below = 6.0 * square * at->rate - 6.0 * at->value * at->rate * at->curvature
-                       + at->value * at->value * at->third;
-    return fabs_f64(below) > 0.0 ? at->value * (6.0 * square - 3.0 * at->value * at->curvature) / below
-                                  : HOPFORM_NEVER_f64;
+    const double below =
+        6.0 * square * at->rate - 6.0 * at->value * at->rate * at->curvature + at->value * at->value * at->third;
+    const bool usable = fabs_f64(below) > 0.0;
+    const double step = at->value * (6.0 * square - 3.0 * at->value * at->curvature) / (usable ? below : 1.0);
+    return usable ? step : HOPFORM_NEVER_f64;
 }
 
-/* True where this step lands on the root to rounding, and the propagator can be carried there. */
-static inline bool is_last_step_f64(const hopform_poles_f64 *poles, const jet_f64 *at, double t, double step)
+/* Whether what a Taylor series of the fourth order leaves out over a time d before or after t is lost in rounding: of
+ * the fifth order in d/t and in r d, r above all poles. */
+static inline bool is_near_f64(const hopform_poles_f64 *poles, double t, double d)
 {
-    const double fourth = poles->s_1 * at->third + poles->s_2 * at->curvature + poles->s_3 * at->rate;
+    const double share = t > 0.0 ? d / t : 1.0;
+    const double square = d * d * (poles->s_1 * poles->s_1 + poles->s_2) + share * share;
+    return square * square * square <= 0.0078125 * HOPFORM_EPS_f64;
+}
+
+static inline hopform_basis_f64 carried_basis_f64(const hopform_poles_f64 *poles, const hopform_basis_f64 *from,
+                                                    double d)
+{
+    const hopform_carried_f64 later = hopform_carry_f64(poles, from, d);
+    const hopform_basis_f64 basis = {later.Wdd_t, later.Wd_t, later.W_t, later.W1_t, later.W2_t};
+    return basis;
+}
+
+/* True where Householder's step lands on the root to rounding, and the propagator can be carried there. Its error is of
+ * the fourth order in the step: products of the derivatives up to the fourth. */
+static inline bool step_converges_f64(const hopform_poles_f64 *poles, const jet_f64 *at, double fourth, double t,
+                                       double step)
+{
     const double per_rate = fabs_f64(step) / (fabs_f64(at->rate) > 0.0 ? fabs_f64(at->rate) : 1.0);
     const double bend = per_rate * fabs_f64(at->curvature);
     const double twist = per_rate * fabs_f64(step * at->third);
     const double error = bend * (0.7 * bend * bend + 0.5 * twist) + 0.05 * per_rate * fabs_f64(step * step * fourth);
-    return fabs_f64(at->value) <= 2.0 * fabs_f64(step * at->rate) && fabs_f64(step) * error <= HOPFORM_EPS_f64 * t
-           && hopform_is_near_f64(poles, t, step);
+    return (fabs_f64(at->value) <= 2.0 * fabs_f64(step * at->rate))
+           & (fabs_f64(step) * error <= HOPFORM_EPS_f64 * t) & is_near_f64(poles, t, step);
+}
+
+/* The fourth derivative of an event function, but for its sign: the poles give it from the others. */
+static inline double fourth_of_f64(const hopform_poles_f64 *poles, const jet_f64 *at)
+{
+    return poles->s_1 * at->third + poles->s_2 * at->curvature + poles->s_3 * at->rate;
 }
 
 /* The root of g between a time at which g > 0 and an instant at which g < 0, from a guess. */
-static inline instant_f64 root_between_f64(const event_set_f64 *set, const event_function_f64 *g, double low,
-                                             const instant_f64 *last, double guess)
+static inline propagator_f64 located_root_f64(const event_set_f64 *set, const event_function_f64 *g, double low,
+                                                const propagator_f64 *last, double guess)
 {
     const hopform_poles_f64 *poles = set->poles;
-    instant_f64 high = *last;
+    propagator_f64 high = *last;
     double t = guess;
     for (int n = 0; n < 100; n++) {
         if (!(t > low && t < high.t)) {
@@ -219,7 +265,7 @@ static inline instant_f64 root_between_f64(const event_set_f64 *set, const event
                 break;
             }
         }
-        const instant_f64 at = instant_at_f64(poles, t);
+        const propagator_f64 at = propagator_at_f64(poles, t);
         const jet_f64 jet = jet_at_f64(set, g, &at);
         if (fabs_f64(jet.value) <= HOPFORM_EPS_f64 * t * fabs_f64(jet.rate)) {
             return at;
@@ -233,9 +279,9 @@ static inline instant_f64 root_between_f64(const event_set_f64 *set, const event
             return at;
         }
         const double next = t - step;
-        if (next > low && next < high.t && is_last_step_f64(poles, &jet, next, step)) {
-            const hopform_basis_f64 carried = hopform_carried_basis_f64(poles, &at.basis, next - t);
-            return instant_of_f64(poles, next, &carried);
+        if (next > low && next < high.t && step_converges_f64(poles, &jet, fourth_of_f64(poles, &jet), next, step)) {
+            const hopform_basis_f64 carried = carried_basis_f64(poles, &at.basis, next - t);
+            return propagator_of_f64(poles, next, &carried);
         }
         t = n > 8 && n % 2 == 1 ? low : next;
     }
@@ -244,19 +290,16 @@ static inline instant_f64 root_between_f64(const event_set_f64 *set, const event
 
 /* ---- certificate ---- */
 
-/* Sign changes of (+, rate, d). */
-static inline int sign_changes_f64(double rate, bool d_is_negative)
-{
-    return d_is_negative ? 1 : (rate < 0.0 ? 2 : 0);
-}
-
-/* Rule 2: true if g, above zero at both ends of an interval, has no root in it; d is g'' + l g'. */
+/* Rule 2: true if g, above zero at both ends of an interval, has no root in it; d is g'' + l g'. With V = 0, 1, 1, 2
+ * for the signs (+, +), (+, -), (-, -), (-, +) of (g', d), V at the start, less V at the end, and 1 if d changes its
+ * sign, is 0 or less. */
 static inline bool has_no_root_f64(const jet_f64 *from, double d, const jet_f64 *to, double d_then)
 {
-    const bool falls = d < 0.0;
-    const bool faded = !(fabs_f64(d_then) > 0.0) && d > 0.0; /* no sign is left: the worse one */
-    const bool falls_then = d_then < 0.0 || faded;
-    return sign_changes_f64(from->rate, falls) - sign_changes_f64(to->rate, falls_then) + (falls != falls_then) <= 0;
+    const bool faded = !(fabs_f64(d_then) > 0.0) & (d > 0.0); /* no sign is left of it: the worse one */
+    const bool negative_then = (d_then < 0.0) | faded;
+    const bool after_negative = (to->rate < 0.0) | negative_then;
+    const bool after_positive = (!(from->rate < 0.0)) | ((to->rate < 0.0) & !negative_then);
+    return d < 0.0 ? after_negative : after_positive;
 }
 
 /* Sign changes of (+, b, c, d). */
@@ -267,7 +310,7 @@ static inline int sign_changes_of_four_f64(bool b, bool c, bool d)
 
 /* Rule 2 with the pair removed first: u = exp(-mu t) sin(w (t + s)), centred on the interval, has no root in it. */
 static inline bool has_no_root_by_pair_f64(const hopform_poles_f64 *poles, const event_function_f64 *g,
-                                            const instant_f64 *end, const jet_f64 *from, const jet_f64 *to)
+                                            const propagator_f64 *end, const jet_f64 *from, const jet_f64 *to)
 {
     const double mu = 0.5 * poles->p;
     const double ww = poles->q - mu * mu;
@@ -282,21 +325,26 @@ static inline bool has_no_root_by_pair_f64(const hopform_poles_f64 *poles, const
            <= 0;
 }
 
-/* Rule 1: Bernstein's coefficients of the quintic through both ends, and the sixth derivative. */
-static inline bool is_held_up_by_bernstein_f64(const hopform_poles_f64 *poles, const event_function_f64 *g,
-                                                const jet_f64 *from, const jet_f64 *to, double h, bool root_at_end,
-                                                double rounding)
+/* Bound of the sixth derivative of an event function whose pair rings: the envelopes of its modes. */
+static inline double sixth_derivative_bound_f64(const hopform_poles_f64 *poles, const event_function_f64 *g)
 {
     const hopform_numerator_f64 *n = &g->numerator;
     const double mu = 0.5 * poles->p;
     const double ww = poles->q - mu * mu;
     const double a = poles->a;
-    const double chi = hopform_residue_f64(poles);
-    const double e = (n->H1 - a * (n->H2 - a * n->H3)) / chi;
+    const double e = (n->H1 - a * (n->H2 - a * n->H3)) / hopform_residue_f64(poles);
     const double c = n->H3 - e;
     const double sw = n->H2 - n->H3 * poles->s_1 + a * e + mu * c;
-    const double q2 = poles->q * poles->q;
-    const double M6 = q2 * sqrt_f64(poles->q * (c * c + sw * sw / ww)) + a * a * a * a * a * fabs_f64(e);
+    return poles->q * poles->q * sqrt_f64(poles->q * (c * c + sw * sw / ww)) + a * a * a * a * a * fabs_f64(e);
+}
+
+/* Rule 1: Bernstein's coefficients of the quintic through value, slope and curvature at both ends, from which g differs
+ * by at most M6 t^3 (h - t)^3/720; those that a root of order 0 or 1 at an end makes 0 do not count. */
+static inline bool is_held_up_by_bernstein_f64(const hopform_poles_f64 *poles, const event_function_f64 *g,
+                                                const jet_f64 *from, const jet_f64 *to, double h, bool root_at_end,
+                                                double rounding)
+{
+    const double M6 = sixth_derivative_bound_f64(poles, g);
     const double f = 0.2 * h;
     const double tw = 0.05 * h * h;
     const double b1 = from->value + f * from->rate;
@@ -304,8 +352,10 @@ static inline bool is_held_up_by_bernstein_f64(const hopform_poles_f64 *poles, c
     const double b4 = to->value - f * to->rate;
     const double b3 = b4 - f * to->rate + tw * to->curvature;
     double low = hopform_lesser_f64(hopform_lesser_f64(b1, b2), hopform_lesser_f64(b3, b4));
-    low = from->value > 0.0 ? hopform_lesser_f64(low, from->value) : low;
-    low = root_at_end ? low : hopform_lesser_f64(low, to->value);
+    const double at_start = hopform_lesser_f64(low, from->value);
+    low = from->value > 0.0 ? at_start : low;
+    const double at_end = hopform_lesser_f64(low, to->value);
+    low = root_at_end ? low : at_end;
     const double hhh = h * h * h;
     return low > M6 * hhh * hhh / 43200.0 + rounding;
 }
@@ -316,8 +366,8 @@ static inline bool has_minimum_f64(const jet_f64 *from, const jet_f64 *to)
     return from->rate < 0.0 && !(to->rate < 0.0);
 }
 
-/* Rule 4: whether the tangents at both ends hold g above its rounding, where exp(l t) g' rises: g lies above the tangent
- * at the start, and above one a little steeper than that at the end. */
+/* Rule 4: whether the tangents at both ends hold g above its rounding, where exp(l t) g' rises: g lies above the
+ * tangent at the start, and above one a little steeper than that at the end. */
 static inline bool is_held_up_by_tangents_f64(const jet_f64 *from, const jet_f64 *to, double l, double h, double rounding)
 {
     if (from->curvature + l * from->rate < 0.0 || to->curvature + l * to->rate < 0.0) {
@@ -332,8 +382,8 @@ static inline bool is_held_up_by_tangents_f64(const jet_f64 *from, const jet_f64
 
 /* The minimum of g between two times between which its rate becomes positive; ends early where g < 0 is found, or where
  * g is known to stay above zero. */
-static inline instant_f64 minimum_between_f64(const event_set_f64 *set, const event_function_f64 *g, double low,
-                                                const jet_f64 *at_low, double high, const jet_f64 *at_high)
+static inline propagator_f64 minimum_between_f64(const event_set_f64 *set, const event_function_f64 *g, double low,
+                                                   const jet_f64 *at_low, double high, const jet_f64 *at_high)
 {
     const hopform_poles_f64 *poles = set->poles;
     jet_f64 before = *at_low;
@@ -343,9 +393,9 @@ static inline instant_f64 minimum_between_f64(const event_set_f64 *set, const ev
     if (!(t > low && t < high)) {
         t = low + 0.5 * (high - low);
     }
-    instant_f64 at;
+    propagator_f64 at;
     for (int n = 0; n < 100; n++) {
-        at = instant_at_f64(poles, t);
+        at = propagator_at_f64(poles, t);
         const jet_f64 jet = short_jet_at_f64(g, &at);
         const double rounding = rounding_of_f64(g, &at, jet.rate);
         if (jet.value < -rounding) {
@@ -386,9 +436,8 @@ static inline double cut_between_f64(double d, double d_then, double h)
  *
  * g' = x + r, where x fades with the real pole and r rings. What rings in g is X = -(r' + p r)/q, of an amplitude that
  * does not grow; what does not, g - X, falls by no more than x times the time, or x/a. */
-static inline double quiet_time_of_ringing_f64(const event_set_f64 *set, const jet_f64 *at, double rounding)
+static inline double quiet_time_of_ringing_f64(const hopform_poles_f64 *poles, const jet_f64 *at, double rounding)
 {
-    const hopform_poles_f64 *poles = set->poles;
     const double mu = 0.5 * poles->p;
     const double ww = poles->q - mu * mu;
     const double x = (at->third + poles->p * at->curvature + poles->q * at->rate) / hopform_residue_f64(poles);
@@ -396,10 +445,9 @@ static inline double quiet_time_of_ringing_f64(const event_set_f64 *set, const j
     const double X = -(at->curvature + poles->a * x + poles->p * r) / poles->q;
     const double wY = r + mu * X;
     const double left = at->value - X - 1.001 * sqrt_f64(X * X + wY * wY / ww) - rounding;
-    if (!(left > 0.0)) {
-        return 0.0;
-    }
-    return !(x < 0.0) || left * poles->a > -x ? HOPFORM_NEVER_f64 : -left / x;
+    const double time = -left / (x < 0.0 ? x : -1.0);
+    const double quiet = !(x < 0.0) | (left * poles->a > -x) ? HOPFORM_NEVER_f64 : time;
+    return left > 0.0 ? quiet : 0.0;
 }
 
 /* The same of three real poles, l_1 the fastest: g' is a sum of g', (D + l_1) g' and (D + l_2)(D + l_1) g' at the start
@@ -408,11 +456,15 @@ static inline double quiet_time_of_decay_f64(const event_set_f64 *set, const jet
 {
     const double l_1 = set->node->pole;
     const double l_2 = set->node->second;
+    const double product = l_1 * l_2;
+    if (!(product > 0.0)) {
+        return 0.0;
+    }
     const double first = hopform_lesser_f64(at->rate, 0.0);
     const double second = hopform_lesser_f64(at->curvature + l_1 * at->rate, 0.0);
-    const double third = hopform_lesser_f64(at->third + (l_1 + l_2) * at->curvature + l_1 * l_2 * at->rate, 0.0);
-    const double left = at->value + first / l_1 + second / (l_1 * l_2) - rounding;
-    const double falls = third / (l_1 * l_2);
+    const double third = hopform_lesser_f64(at->third + (l_1 + l_2) * at->curvature + product * at->rate, 0.0);
+    const double left = at->value + first / l_1 + second / product - rounding;
+    const double falls = third / product;
     if (!(left > 0.0)) {
         return 0.0;
     }
@@ -421,8 +473,8 @@ static inline double quiet_time_of_decay_f64(const event_set_f64 *set, const jet
 
 static inline double quiet_time_f64(const event_set_f64 *set, const jet_f64 *at, double rounding)
 {
-    return set->node->half_period < HOPFORM_NEVER_f64 ? quiet_time_of_ringing_f64(set, at, rounding)
-                                                 : quiet_time_of_decay_f64(set, at, rounding);
+    return set->node->half_period < HOPFORM_NEVER_f64 ? quiet_time_of_ringing_f64(set->poles, at, rounding)
+                                                       : quiet_time_of_decay_f64(set, at, rounding);
 }
 
 /* ---- the search ---- */
@@ -430,7 +482,7 @@ static inline double quiet_time_f64(const event_set_f64 *set, const jet_f64 *at,
 /* An interval of the search: its ends, the jets there, and which function has its first root at the second one. */
 typedef struct {
     double low;
-    instant_f64 high;
+    propagator_f64 high;
     int32_t found; /* -1: none */
     jet_f64 from[MOST_EVENT_FUNCTIONS_f64];
     jet_f64 to[MOST_EVENT_FUNCTIONS_f64];
@@ -438,7 +490,7 @@ typedef struct {
 
 static inline void end_interval_at_f64(const event_set_f64 *set, interval_f64 *in, double t)
 {
-    in->high = instant_at_f64(set->poles, t);
+    in->high = propagator_at_f64(set->poles, t);
     in->found = -1;
 }
 
@@ -469,7 +521,9 @@ static inline void end_at_first_crossing_f64(const event_set_f64 *set, interval_
         for (int32_t n = 0; n < set->count; n++) {
             const jet_f64 *to = &in->to[n];
             if (to->value < 0.0 && n != in->found && has_crossed_f64(set, in, n)) {
-                const double guess = rough_root_f64(&in->from[n], to, h);
+                const double third = third_of_f64(set->poles, &set->function[n], &in->high);
+                const interpolant_f64 p = interpolant_of_f64(&in->from[n], to, third, h);
+                const double guess = refined_root_f64(&p, rough_root_f64(&in->from[n], to, h));
                 first = guess < share ? n : first;
                 share = guess < share ? guess : share;
             }
@@ -477,10 +531,7 @@ static inline void end_at_first_crossing_f64(const event_set_f64 *set, interval_
         if (first < 0) {
             return;
         }
-        const event_function_f64 *g = &set->function[first];
-        const double third = third_of_f64(set->poles, g, &in->high);
-        const double guess = in->low + h * refined_root_f64(&in->from[first], &in->to[first], third, h, share);
-        in->high = root_between_f64(set, g, in->low, &in->high, guess);
+        in->high = located_root_f64(set, &set->function[first], in->low, &in->high, in->low + h * share);
         in->found = first;
         look_there_f64(set, in);
     }
@@ -549,7 +600,7 @@ static inline bool is_certified_inside_f64(const event_set_f64 *set, interval_f6
         if (is_held_up_by_tangents_f64(from, to, set->node->pole, h, rounding)) {
             return true;
         }
-        const instant_f64 lowest = minimum_between_f64(set, g, in->low, from, in->high.t, to);
+        const propagator_f64 lowest = minimum_between_f64(set, g, in->low, from, in->high.t, to);
         const jet_f64 least = short_jet_at_f64(g, &lowest);
         if (!(least.value < -rounding_of_f64(g, &lowest, least.rate))) {
             return true;
@@ -619,6 +670,91 @@ static inline int32_t lost_at_once_f64(const event_set_f64 *set, interval_f64 *i
         }
     }
     return -1;
+}
+
+/* ---- closed forms, contacts ---- */
+
+/* Rule 3: when a mass that slips alone comes to rest, NEVER if it does not: v and v' = acc at t = 0, times its sign.
+ *
+ * v'' + p v' + q v = 0 without a constant force, so v keeps its relative accuracy however far it has faded: its first
+ * zero is where v cos(w t) + (acc + p v/2) sin(w t)/w is 0, or where two decays have become equal.
+ */
+static inline double time_to_rest_f64(const hopform_poles_f64 *poles, double v, double acc)
+{
+    const double mean = 0.5 * poles->p;
+    const double discriminant = mean * mean - poles->q;
+    if (!(v > 0.0)) { /* from rest a mass swings for a half turn, or creeps */
+        return acc > 0.0 ? (discriminant < 0.0 ? 3.141592653589793 / sqrt_f64(-discriminant) : HOPFORM_NEVER_f64)
+                         : (acc < 0.0 ? 0.0 : HOPFORM_NEVER_f64);
+    }
+    if (discriminant < 0.0) {
+        const double omega = sqrt_f64(-discriminant);
+        return hopform_angle_f64(-(acc + mean * v) / omega, v) / omega;
+    }
+    const double half = sqrt_f64(discriminant);
+    const double slow = mean + half > 0.0 ? poles->q / (mean + half) : 0.0;
+    const double back = -(acc + slow * v); /* what the slow decay alone would leave over */
+    const double x = back > 0.0 ? 2.0 * half * (v / back) : 1.0;
+    if (!(x < 1.0)) {
+        return HOPFORM_NEVER_f64;
+    }
+    const double s = x / (2.0 - x);
+    if (s < 0.1716) {
+        return 2.0 * (v / back) * hopform_area_tangent_f64(s) / (2.0 - x);
+    }
+    const double ratio = -(acc + (mean + half) * v) / back;
+    return ratio > 0.0 ? -hopform_log_f64(ratio) / (2.0 * half) : HOPFORM_NEVER_f64;
+}
+
+/* Correction to a root estimate from the steady-state form of g, which keeps its digits after the transients have
+ * decayed; 0 when it is no more accurate. */
+static inline double root_is_later_f64(const hopform_poles_f64 *poles, const hopform_numerator_f64 *h, double start,
+                                      double settled, const hopform_basis_f64 *basis, double t)
+{
+    const double residual = settled - start;
+    const bool slow = poles->s_3 > 0.0; /* else W does not fade, but is not in it */
+    const double by_2 = residual * poles->s_2;
+    const hopform_numerator_f64 fading = {h->H3, slow ? h->H2 : by_2, h->H1};
+    const double value = settled - hopform_left_to_go_f64(poles, &fading, basis, residual);
+    const double rate = h->H3 * basis->Wdd + h->H2 * basis->Wd + h->H1 * basis->W;
+    const double of_time = t * fabs_f64(rate);
+    const double of_rise = fabs_f64(start) + fabs_f64(h->H3 * basis->Wd) + fabs_f64(h->H2 * basis->W)
+                         + fabs_f64(h->H1 * basis->W1) + of_time;
+    const double of_residual = fabs_f64(settled) + fabs_f64(residual * basis->Wdd)
+                             + (fabs_f64(h->H3) + fabs_f64(residual * poles->s_1)) * fabs_f64(basis->Wd)
+                             + (slow ? fabs_f64(h->H2) + fabs_f64(by_2) : 0.0) * fabs_f64(basis->W) + of_time;
+    const bool better =
+        (rate < 0.0) & (of_residual < 0.25 * of_rise) & (fabs_f64(value) <= 16.0 * HOPFORM_EPS_f64 * of_rise);
+    const double later = -value / (better ? rate : -1.0);
+    const bool counts = (fabs_f64(later) < 0.01 * t) & (fabs_f64(later) > 16.0 * HOPFORM_EPS_f64 * t);
+    return (better & counts) ? later : 0.0;
+}
+
+/* An extremum of x_1, counted from a stop, that is this near to it is a grazing contact: 16 ulp of the terms. */
+static inline double grazing_tolerance_f64(const hopform_motion_f64 *motion, const hopform_state_f64 *start,
+                                          const hopform_basis_f64 *basis)
+{
+    return 16.0 * HOPFORM_EPS_f64
+           * (fabs_f64(start->x1) + fabs_f64(start->v1 * basis->Wd) + fabs_f64(motion->N2_1 * basis->W)
+              + fabs_f64(motion->N1_1 * basis->W1) + fabs_f64(motion->N0_1 * basis->W2));
+}
+
+/* How far x_1 is beyond a stop, from which `start` counts it, with its derivatives up to the fourth. */
+typedef struct {
+    jet_f64 at;
+    double fourth;
+} approach_f64;
+
+static inline approach_f64 approach_of_f64(const hopform_poles_f64 *poles, const hopform_motion_f64 *motion,
+                                             const hopform_state_f64 *start, double sign,
+                                             const hopform_basis_f64 *basis)
+{
+    const hopform_numerator_f64 h = {motion->H3_1, motion->H2_1, motion->H1_1};
+    const hopform_rise_f64 rise = hopform_rises_f64(poles, &h, basis);
+    const hopform_at_f64 at = hopform_state_at_f64(start, motion, basis);
+    const approach_f64 to = {{sign * at.x1_t, sign * at.v1_t, sign * rise.rise_rate, sign * rise.rise_curvature},
+                              sign * rise.rise_third};
+    return to;
 }
 
 #endif

@@ -16,16 +16,13 @@
 
 #include "facts.h"
 #include "columns_f64.h"
-#include "events_f64.h"
+#include "first_event_f64.h"
 #include "phase_f64.h"
 
 enum {
     LANES = HOPFORM_LANE_COUNT_f64,
-    SLOTS = 3,
+    SLOTS = MOST_EVENT_FUNCTIONS_f64,
     ROOT_STEPS = 6,
-    MOST_STEPS = 12,
-    MOST_CUTS = 24,
-    MOST_WINDOWS = 7,
     SHORT_RUN = 2 * LANES,
     LONG_RUN = 4096
 };
@@ -41,9 +38,6 @@ typedef double column[LANES];
 
 /* How a phase ends. */
 enum { NO_END, BY_TAKEOFF, BY_VELOCITY_1, BY_THRESHOLD_1, BY_VELOCITY_2, BY_THRESHOLD_2, BY_STOP, BY_LIMIT };
-
-/* What is done about a watch. */
-enum { NOTHING, LEAVE, FIND_BOTTOM, FIND_ROOT, CUT };
 
 static inline bool within_range(double value)
 {
@@ -111,14 +105,14 @@ RECORD_IN_COLUMNS(state, HOPFORM_STATE_MEMBERS)
 RECORD_IN_COLUMNS(motion, HOPFORM_MOTION_MEMBERS)
 RECORD_IN_COLUMNS(basis, HOPFORM_BASIS_MEMBERS)
 
-/* A watch, one a lane. */
+/* An event function, one a lane. */
 typedef struct {
-    column H3, H2, H1, A, B, start;
-} watch_columns;
+    column H3, H2, H1, start;
+} function_columns;
 
 typedef struct {
-    column value, rate, curvature, third, turning, noise;
-} sample_columns;
+    column value, rate, curvature, third;
+} jet_columns;
 
 /* The stances under way. */
 typedef struct {
@@ -141,17 +135,17 @@ typedef struct {
     column halt, limit; /* when a mass that slips alone comes to rest, and the end of the phase: since it began, as all
                            its times */
     poles_columns poles;
-    column chi, omega, longest, half_turn;
+    column chi, omega, half_turn;
     motion_columns motion;
-    watch_columns watch[SLOTS];
+    column node_t, fades; /* as in the plan */
+    basis_columns node;
+    function_columns function[SLOTS];
     column on[SLOTS], kind[SLOTS], side[SLOTS];
-    bool watched[SLOTS]; /* whether one of the lanes has such a watch */
-    column doubt;        /* of a threshold: what rounding may have done to friction less force */
+    bool used[SLOTS]; /* whether one of the lanes has such a function */
 
-    column low, windows; /* the window, and what is known at its ends */
-    sample_columns from[SLOTS];
-    sample_columns to[SLOTS];
-    column end_t, found, settled; /* 1 where a watch was found */
+    jet_columns from[SLOTS]; /* at the ends of the phase's one interval: others are left to the scalar code */
+    jet_columns to[SLOTS];
+    column end_t, found; /* -1: none */
     basis_columns end;
 
     column event, ending; /* what a round has brought */
@@ -521,64 +515,26 @@ LANES_CODE static void bases_at(lanes *restrict w, const double *restrict t, con
     }
 }
 
-/* ---- samples ---- */
+/* ---- jets ---- */
 
-static inline hopform_sample_f64 sample_of(const watch_columns *watch, const poles_columns *poles,
-                                            const hopform_basis_f64 *basis, int l, double t)
+static inline event_function_f64 one_function(const function_columns *g, int l)
 {
-    const hopform_poles_f64 one = one_of_poles_columns(poles, l);
-    const hopform_numerator_f64 h = {watch->H3[l], watch->H2[l], watch->H1[l]};
-    const hopform_pair_numerator_f64 left = {watch->A[l], watch->B[l]};
-    const hopform_rise_f64 rise = hopform_rises_f64(&one, &h, basis);
-    const double noise = 16.0 * HOPFORM_EPS_f64
-                       * (fabs_f64(watch->start[l]) + fabs_f64(h.H3 * basis->Wd) + fabs_f64(h.H2 * basis->W)
-                          + fabs_f64(h.H1 * basis->W1) + t * fabs_f64(rise.rise_rate));
-    const hopform_sample_f64 sample = {watch->start[l] + rise.rise,
-                                        rise.rise_rate,
-                                        rise.rise_curvature,
-                                        rise.rise_third,
-                                        hopform_turning_f64(&one, &left, basis),
-                                        noise};
-    return sample;
+    const event_function_f64 one = {{g->H3[l], g->H2[l], g->H1[l]}, g->start[l], 0, 0};
+    return one;
 }
 
-static inline void keep_sample(sample_columns *samples, int l, bool yes, const hopform_sample_f64 *sample)
+static inline jet_f64 one_jet(const jet_columns *jets, int l)
 {
-    keep(&samples->value[l], yes, sample->value);
-    keep(&samples->rate[l], yes, sample->rate);
-    keep(&samples->curvature[l], yes, sample->curvature);
-    keep(&samples->third[l], yes, sample->third);
-    keep(&samples->turning[l], yes, sample->turning);
-    keep(&samples->noise[l], yes, sample->noise);
+    const jet_f64 jet = {jets->value[l], jets->rate[l], jets->curvature[l], jets->third[l]};
+    return jet;
 }
 
-static inline hopform_sample_f64 one_sample(const sample_columns *samples, int l)
+static inline void put_jet(jet_columns *jets, int l, const jet_f64 *jet)
 {
-    const hopform_sample_f64 sample = {samples->value[l], samples->rate[l],    samples->curvature[l],
-                                        samples->third[l], samples->turning[l], samples->noise[l]};
-    return sample;
-}
-
-/* One watch where `wanted`. */
-LANES_CODE static void sample_watch(const lanes *restrict w, const watch_columns *restrict watch,
-                                    const basis_columns *restrict basis, const double *restrict t,
-                                    const double *restrict wanted, sample_columns *restrict samples)
-{
-    for (int l = 0; l < LANES; l++) {
-        const hopform_basis_f64 one = one_of_basis_columns(basis, l);
-        const hopform_sample_f64 sample = sample_of(watch, &w->poles, &one, l, t[l]);
-        keep_sample(samples, l, wanted[l] > 0.0, &sample);
-    }
-}
-
-/* All watches at the end of the window, where `wanted`. */
-LANES_CODE static void sample_ends(lanes *restrict w, const double *restrict wanted)
-{
-    for (int s = 0; s < SLOTS; s++) {
-        if (w->watched[s]) {
-            sample_watch(w, &w->watch[s], &w->end, w->end_t, wanted, &w->to[s]);
-        }
-    }
+    jets->value[l] = jet->value;
+    jets->rate[l] = jet->rate;
+    jets->curvature[l] = jet->curvature;
+    jets->third[l] = jet->third;
 }
 
 /* ---- the start of a phase ---- */
@@ -604,8 +560,18 @@ LANES_CODE static void start_poles(lanes *restrict w, double *restrict lost)
         w->chi[l] = hopform_residue_f64(&now);
         w->omega[l] = omega;
         w->half_turn[l] = 3.14159265358979323846 / omega;
-        keep(&w->low[l], begins, 0.0);
-        keep(&w->windows[l], begins, 0.0);
+    }
+    for (int l = 0; l < LANES; l++) {
+        if (w->begins[l] > 0.0) {
+            const hopform_node_f64 *node = hopform_node_of_f64(&w->plan[l], (int)w->side_1[l], (int)w->side_2[l]);
+            w->node_t[l] = node->t;
+            w->fades[l] = node->fades;
+            w->node.Wdd[l] = node->Wdd;
+            w->node.Wd[l] = node->Wd;
+            w->node.W[l] = node->W;
+            w->node.W1[l] = node->W1;
+            w->node.W2[l] = node->W2;
+        }
     }
 }
 
@@ -693,7 +659,7 @@ LANES_CODE static void rings_about_zero(const lanes *restrict w, const double *r
     }
 }
 
-/* When each mass that slips alone comes to rest, as hopform_halt_time_f64 of a pair that swings; the phase ends there
+/* When each mass that slips alone comes to rest, as time_to_rest_f64 of a pair that swings; the phase ends there
  * at last. */
 LANES_CODE static void start_halts(lanes *restrict w, double *restrict lost)
 {
@@ -759,56 +725,58 @@ static inline bool blocks(const lanes *w, int l, double side)
     return at_end | !(w->robot.x1_min[l] < w->robot.x1_max[l]);
 }
 
-static inline void keep_watch(lanes *w, int s, int l, bool yes, double on, double kind, double side,
-                              const hopform_watch_f64 *watch)
+static inline void keep_function(lanes *w, int s, int l, bool yes, double on, double kind, double side,
+                                 const function_columns *g)
 {
     keep(&w->on[s][l], yes, on);
     keep(&w->kind[s][l], yes, kind);
     keep(&w->side[s][l], yes, side);
-    keep(&w->watch[s].H3[l], yes, watch->numerator.H3);
-    keep(&w->watch[s].H2[l], yes, watch->numerator.H2);
-    keep(&w->watch[s].H1[l], yes, watch->numerator.H1);
-    keep(&w->watch[s].A[l], yes, watch->left.A);
-    keep(&w->watch[s].B[l], yes, watch->left.B);
-    keep(&w->watch[s].start[l], yes, watch->start);
+    keep(&w->function[s].H3[l], yes, g->H3[l]);
+    keep(&w->function[s].H2[l], yes, g->H2[l]);
+    keep(&w->function[s].H1[l], yes, g->H1[l]);
+    keep(&w->function[s].start[l], yes, g->start[l]);
 }
 
 /* Take-off. */
-LANES_CODE static void watch_leg(lanes *restrict w)
+LANES_CODE static void add_takeoffs(lanes *restrict w)
 {
+    function_columns leg;
     for (int l = 0; l < LANES; l++) {
-        const hopform_poles_f64 poles = one_of_poles_columns(&w->poles, l);
-        const hopform_motion_f64 m = one_of_motion_columns(&w->motion, l);
-        const hopform_watch_f64 leg = hopform_watch_of_f64(&poles, m.H3_y, m.H2_y, m.H1_y, w->state.y[l], 1.0, 0, 0);
+        leg.H3[l] = w->motion.H3_y[l];
+        leg.H2[l] = w->motion.H2_y[l];
+        leg.H1[l] = w->motion.H1_y[l];
+        leg.start[l] = w->state.y[l];
         const double falls = flag((w->side_1[l] < 0.0) | (w->side_2[l] > 0.0)
                                 | (w->state.y[l] < 0.0)); /* else y only rises, from 0 or above */
-        keep_watch(w, 0, l, w->begins[l] > 0.0, falls, BY_TAKEOFF, 0.0, &leg);
+        keep_function(w, 0, l, w->begins[l] > 0.0, falls, BY_TAKEOFF, 0.0, &leg);
     }
 }
 
 /* The velocities of both masses. */
-LANES_CODE static void watch_velocities(lanes *restrict w, const double *restrict who)
+LANES_CODE static void add_velocities(lanes *restrict w, const double *restrict who)
 {
+    function_columns first, second;
     for (int l = 0; l < LANES; l++) {
-        const hopform_poles_f64 poles = one_of_poles_columns(&w->poles, l);
-        const hopform_motion_f64 m = one_of_motion_columns(&w->motion, l);
-        const double H3_1 = w->fresh_1[l] > 0.0 ? 0.0 : m.H3_1;
-        const double H3_2 = w->fresh_2[l] > 0.0 ? 0.0 : m.H3_2;
-        const hopform_watch_f64 velocity_1 =
-            hopform_watch_of_f64(&poles, H3_1, m.H2_1, m.H1_1, w->state.v1[l], w->side_1[l], 0, 0);
-        const hopform_watch_f64 velocity_2 =
-            hopform_watch_of_f64(&poles, H3_2, m.H2_2, m.H1_2, w->state.v2[l], w->side_2[l], 0, 0);
-        keep_watch(w, 1, l, who[l] > 0.0, 1.0, BY_VELOCITY_1, 0.0, &velocity_1);
-        keep_watch(w, 2, l, who[l] > 0.0, 1.0, BY_VELOCITY_2, 0.0, &velocity_2);
-        keep(&w->doubt[l], who[l] > 0.0, 0.0);
+        const double side_1 = w->side_1[l];
+        const double side_2 = w->side_2[l];
+        first.H3[l] = side_1 * (w->fresh_1[l] > 0.0 ? 0.0 : w->motion.H3_1[l]);
+        first.H2[l] = side_1 * w->motion.H2_1[l];
+        first.H1[l] = side_1 * w->motion.H1_1[l];
+        first.start[l] = side_1 * w->state.v1[l];
+        second.H3[l] = side_2 * (w->fresh_2[l] > 0.0 ? 0.0 : w->motion.H3_2[l]);
+        second.H2[l] = side_2 * w->motion.H2_2[l];
+        second.H1[l] = side_2 * w->motion.H1_2[l];
+        second.start[l] = side_2 * w->state.v2[l];
+        keep_function(w, 1, l, who[l] > 0.0, 1.0, BY_VELOCITY_1, 0.0, &first);
+        keep_function(w, 2, l, who[l] > 0.0, 1.0, BY_VELOCITY_2, 0.0, &second);
     }
 }
 
 /* Where a mass that is held slips to on either side, while the other one moves. */
-LANES_CODE static void watch_thresholds(lanes *restrict w, const double *restrict who)
+LANES_CODE static void add_thresholds(lanes *restrict w, const double *restrict who)
 {
     column blocked_below, blocked_above, free, friction;
-    watch_columns slips;
+    function_columns slips, below, above;
     for (int l = 0; l < LANES; l++) {
         const hopform_rates_f64 rates = one_of_rates_columns(&w->rates, l);
         const hopform_state_f64 state = one_of_state_columns(&w->state, l);
@@ -826,12 +794,15 @@ LANES_CODE static void watch_thresholds(lanes *restrict w, const double *restric
         blocked_above[l] = flag(blocks(w, l, 1.0));
     }
     for (int l = 0; l < LANES; l++) {
-        const hopform_poles_f64 poles = one_of_poles_columns(&w->poles, l);
         const double held_1 = 1.0 - fabs_f64(w->side_1[l]);
-        const hopform_watch_f64 below =
-            hopform_watch_of_f64(&poles, slips.H3[l], slips.H2[l], slips.H1[l], friction[l] + free[l], 1.0, 0, 0);
-        const hopform_watch_f64 above =
-            hopform_watch_of_f64(&poles, -slips.H3[l], -slips.H2[l], -slips.H1[l], friction[l] - free[l], 1.0, 0, 0);
+        below.H3[l] = slips.H3[l];
+        below.H2[l] = slips.H2[l];
+        below.H1[l] = slips.H1[l];
+        below.start[l] = friction[l] + free[l];
+        above.H3[l] = -slips.H3[l];
+        above.H2[l] = -slips.H2[l];
+        above.H1[l] = -slips.H1[l];
+        above.start[l] = friction[l] - free[l];
         const double kind = held_1 * (double)BY_THRESHOLD_1 + (1.0 - held_1) * (double)BY_THRESHOLD_2;
         const double per_y = held_1 > 0.0 ? w->rates.a1_y[l] : w->rates.a2_y[l];
         const double per_v = held_1 > 0.0 ? w->rates.a1_v2[l] : w->rates.a2_v1[l];
@@ -839,38 +810,36 @@ LANES_CODE static void watch_thresholds(lanes *restrict w, const double *restric
         const double towards = fabs_f64(per_v) > 0.0 ? 0.0 : along; /* where it may slip to, 0 for either side */
         const double on_below = flag(!(towards > 0.0)) * (1.0 - held_1 * blocked_below[l]);
         const double on_above = flag(!(towards < 0.0)) * (1.0 - held_1 * blocked_above[l]);
-        keep_watch(w, 1, l, who[l] > 0.0, on_below, kind, -1.0, &below);
-        keep_watch(w, 2, l, who[l] > 0.0, on_above, kind, 1.0, &above);
-        keep(&w->doubt[l], who[l] > 0.0, 4.0 * HOPFORM_EPS_f64 * (friction[l] + fabs_f64(free[l])));
+        keep_function(w, 1, l, who[l] > 0.0, on_below, kind, -1.0, &below);
+        keep_function(w, 2, l, who[l] > 0.0, on_above, kind, 1.0, &above);
     }
 }
 
-LANES_CODE static void start_watches(lanes *restrict w, mode_columns *restrict mode)
+LANES_CODE static void start_functions(lanes *restrict w, mode_columns *restrict mode)
 {
-    watch_leg(w);
+    add_takeoffs(w);
     if (any(mode->both)) {
-        watch_velocities(w, mode->both);
+        add_velocities(w, mode->both);
     }
     for (int l = 0; l < LANES; l++) {
         mode->body[l] += mode->actuator[l];
     }
     if (any(mode->body)) {
-        watch_thresholds(w, mode->body);
+        add_thresholds(w, mode->body);
     }
 }
 
-/* What is known of a watch when a phase begins, and whether it is below zero already. */
-LANES_CODE static void start_samples(const lanes *restrict w, const watch_columns *restrict watch,
-                                     const double *restrict on, sample_columns *restrict from, double *restrict lost)
+/* The jets of a function when a phase begins, and whether it is below zero already. */
+LANES_CODE static void start_jets(const lanes *restrict w, const function_columns *restrict functions,
+                                  const double *restrict on, jet_columns *restrict from, double *restrict lost)
 {
     column below;
     for (int l = 0; l < LANES; l++) {
         const hopform_poles_f64 poles = one_of_poles_columns(&w->poles, l);
-        const hopform_watch_f64 one = {
-            {watch->H3[l], watch->H2[l], watch->H1[l]}, {watch->A[l], watch->B[l]}, watch->start[l], 0, 0};
-        const hopform_sample_f64 sample = hopform_first_sample_f64(&one, &poles);
-        keep_sample(from, l, w->begins[l] > 0.0, &sample);
-        below[l] = flag(w->begins[l] > 0.0) * flag(on[l] > 0.0) * flag(sample.value < 0.0);
+        const event_function_f64 g = one_function(functions, l);
+        const jet_f64 jet = jet_at_start_f64(&poles, &g);
+        put_jet(from, l, &jet);
+        below[l] = flag(w->begins[l] > 0.0) * flag(on[l] > 0.0) * flag(jet.value < 0.0);
     }
     for (int l = 0; l < LANES; l++) {
         keep(&from->value[l], below[l] > 0.0, 0.0);
@@ -887,644 +856,282 @@ LANES_CODE static void start_phases(lanes *restrict w)
     start_modes(w, &mode);
     start_motion(w, &mode);
     start_halts(w, lost);
-    start_watches(w, &mode);
+    start_functions(w, &mode);
     for (int s = 0; s < SLOTS; s++) {
-        w->watched[s] = any(w->on[s]);
-        if (w->watched[s]) {
-            start_samples(w, &w->watch[s], w->on[s], &w->from[s], lost);
+        w->used[s] = any(w->on[s]);
+        if (w->used[s]) {
+            start_jets(w, &w->function[s], w->on[s], &w->from[s], lost);
         }
     }
     leave(w, lost);
 }
 
-/* ---- a window ---- */
+/* ---- the first event ---- */
 
-/* Time to the root of a watch if it swung with the pair's frequency about a constant, as hopform_swing_to_zero_f64 has
- * it. */
-LANES_CODE static void swings_to_zero(const sample_columns *restrict from, const double *restrict per_omega,
-                                      double *restrict swing)
-{
-    column above, below, falls, angle;
-    for (int l = 0; l < LANES; l++) {
-        const double value = from->value[l] > 0.0 ? from->value[l] : 0.0;
-        const double per = per_omega[l];
-        const double slope = from->rate[l] * per;
-        const double bend = 2.0 * from->curvature[l] * (per * per);
-        const double discriminant = slope * slope - (value + bend) * value;
-        const double root = sqrt_f64(discriminant > 0.0 ? discriminant : 0.0);
-        const double least = slope < -bend ? slope : -bend;
-        above[l] = value > 0.0 ? value : -2.0 * slope;
-        below[l] = value > 0.0 ? root - slope : bend;
-        falls[l] = value > 0.0 ? root - slope : least;
-        angle[l] = discriminant;
-    }
-    for (int l = 0; l < LANES; l++) {
-        falls[l] = angle[l] >= 0.0 ? falls[l] : -1.0;
-    }
-    for (int l = 0; l < LANES; l++) {
-        const bool far = fabs_f64(above[l]) > fabs_f64(below[l]);
-        const double less = far ? below[l] : above[l];
-        const double more = far ? above[l] : below[l];
-        const double near = over(less, more);
-        const double close = near * (1.0584 - 0.273 * near);
-        const double from_quarter = 1.5708 - close;
-        angle[l] = far ? from_quarter : close;
-    }
-    for (int l = 0; l < LANES; l++) {
-        const double time = 2.0 * angle[l] * per_omega[l];
-        swing[l] = falls[l] > 0.0 ? time : HOPFORM_NEVER_f64;
-    }
-}
-
-/* A watch where a flag says so. */
-LANES_CODE static void choose_watch(const watch_columns *restrict watch, const double *restrict yes,
-                                    watch_columns *restrict chosen)
-{
-    for (int l = 0; l < LANES; l++) {
-        const bool here = yes[l] > 0.0;
-        keep(&chosen->H3[l], here, watch->H3[l]);
-        keep(&chosen->H2[l], here, watch->H2[l]);
-        keep(&chosen->H1[l], here, watch->H1[l]);
-        keep(&chosen->A[l], here, watch->A[l]);
-        keep(&chosen->B[l], here, watch->B[l]);
-        keep(&chosen->start[l], here, watch->start[l]);
-    }
-}
-
-/* The search for the first root that swinging on would bring. */
-typedef struct {
-    watch_columns watch;
-    column number;     /* of the watch */
-    column far, close; /* where the window ends at most, and if no root is found */
-    column t, seeks, lands, closes;
-} outlook;
-
-/* What a guess takes of the sample of the watch with this number. */
-static inline hopform_sample_f64 one_ahead(const lanes *w, double number, int l)
-{
-    const sample_columns *from = w->from;
-    const bool first = number < 0.5;
-    const bool second = number < 1.5;
-    const hopform_sample_f64 sample = {
-        one_of_three(first, second, from[0].value[l], from[1].value[l], from[2].value[l]),
-        one_of_three(first, second, from[0].rate[l], from[1].rate[l], from[2].rate[l]),
-        one_of_three(first, second, from[0].curvature[l], from[1].curvature[l], from[2].curvature[l]),
-        one_of_three(first, second, from[0].third[l], from[1].third[l], from[2].third[l]),
-        0.0,
-        0.0};
-    return sample;
-}
-
-/* The watch whose number a lane has. */
-LANES_CODE static void choose_ahead(const lanes *restrict w, outlook *restrict ahead)
-{
-    const watch_columns *watch = w->watch;
-    for (int l = 0; l < LANES; l++) {
-        const bool first = ahead->number[l] < 0.5;
-        const bool second = ahead->number[l] < 1.5;
-        ahead->watch.H3[l] = one_of_three(first, second, watch[0].H3[l], watch[1].H3[l], watch[2].H3[l]);
-        ahead->watch.H2[l] = one_of_three(first, second, watch[0].H2[l], watch[1].H2[l], watch[2].H2[l]);
-        ahead->watch.H1[l] = one_of_three(first, second, watch[0].H1[l], watch[1].H1[l], watch[2].H1[l]);
-        ahead->watch.A[l] = one_of_three(first, second, watch[0].A[l], watch[1].A[l], watch[2].A[l]);
-        ahead->watch.B[l] = one_of_three(first, second, watch[0].B[l], watch[1].B[l], watch[2].B[l]);
-        ahead->watch.start[l] = one_of_three(first, second, watch[0].start[l], watch[1].start[l], watch[2].start[l]);
-    }
-}
-
-LANES_CODE static void look_ahead(const lanes *restrict w, outlook *restrict ahead)
-{
-    column after, swing, sooner, after_fade, watched, per_omega;
-    for (int l = 0; l < LANES; l++) {
-        per_omega[l] = 1.0 / w->omega[l];
-        after[l] = 0.96875 * w->half_turn[l];
-        ahead->number[l] = -1.0;
-        watched[l] = 0.0;
-    }
-    for (int s = 0; s < SLOTS; s++) {
-        const double *on = w->on[s];
-        if (!w->watched[s]) {
-            continue;
-        }
-        swings_to_zero(&w->from[s], per_omega, swing);
-        for (int l = 0; l < LANES; l++) {
-            sooner[l] = flag((on[l] > 0.0) & (swing[l] < after[l]));
-            watched[l] += on[l];
-        }
-        for (int l = 0; l < LANES; l++) {
-            keep(&after[l], sooner[l] > 0.0, swing[l]);
-            keep(&ahead->number[l], sooner[l] > 0.0, (double)s);
-        }
-    }
-    choose_ahead(w, ahead);
-    for (int l = 0; l < LANES; l++) {
-        const hopform_poles_f64 poles = one_of_poles_columns(&w->poles, l);
-        const hopform_sample_f64 from = one_ahead(w, ahead->number[l], l);
-        const double step = hopform_swing_step_f64(&poles, &from, w->omega[l], after[l]);
-        const bool nearer = (ahead->number[l] >= 0.0) & (fabs_f64(step) < 0.25 * after[l]);
-        const double moved = after[l] - step;
-        keep(&after[l], nearer, moved);
-    }
-    for (int l = 0; l < LANES; l++) {
-        const double p = w->poles.p[l];
-        const double in_fade = over(8.0, p);
-        after_fade[l] = p * w->half_turn[l] > 8.0 ? in_fade : w->half_turn[l];
-    }
-    for (int l = 0; l < LANES; l++) {
-        const double low = 3.0 * w->low[l];
-        after_fade[l] = after_fade[l] > low ? after_fade[l] : low;
-    }
-    for (int l = 0; l < LANES; l++) {
-        const double half = 0.96875 * w->half_turn[l];
-        after_fade[l] = half < after_fade[l] ? half : after_fade[l];
-        keep(&after_fade[l], !(watched[l] > 0.0), HOPFORM_NEVER_f64);
-    }
-    for (int l = 0; l < LANES; l++) {
-        const double low = w->low[l];
-        const double longest = after_fade[l];
-        const double least = w->windows[l] > 3.0 ? 0.125 * w->half_turn[l] : 64.0 * HOPFORM_EPS_f64 * low;
-        const double wanted = ahead->number[l] >= 0.0 ? 1.015625 * after[l] : longest;
-        const double reach = wanted > least ? wanted : least;
-        ahead->far[l] = longest < w->limit[l] - low ? low + longest : w->limit[l];
-        ahead->close[l] = low + reach;
-        ahead->t[l] = low + after[l];
-    }
-    for (int l = 0; l < LANES; l++) {
-        const bool inside = (ahead->close[l] > w->low[l]) & (ahead->close[l] < ahead->far[l]);
-        ahead->close[l] = inside ? ahead->close[l] : ahead->far[l];
-        ahead->t[l] = ahead->t[l] < ahead->far[l] ? ahead->t[l] : ahead->far[l];
-    }
-    for (int l = 0; l < LANES; l++) {
-        const bool seeks = ahead->number[l] >= 0.0;
-        ahead->t[l] = seeks ? ahead->t[l] : ahead->close[l];
-        ahead->seeks[l] = flag((w->live[l] > 0.0) & seeks);
-        ahead->closes[l] = flag((w->live[l] > 0.0) & !seeks);
-        ahead->lands[l] = 0.0;
-    }
-}
-
-static inline double fourth_of(const poles_columns *poles, int l, const hopform_sample_f64 *at)
-{
-    return poles->s_1[l] * at->third + poles->s_2[l] * at->curvature + poles->s_3[l] * at->rate;
-}
-
-static inline bool one_step_left(const poles_columns *poles, int l, const hopform_sample_f64 *at, double fourth, double t,
-                                 double step)
-{
-    const hopform_poles_f64 one = one_of_poles_columns(poles, l);
-    const double per_rate = over(fabs_f64(step), fabs_f64(at->rate));
-    const double bend = per_rate * fabs_f64(at->curvature);
-    const double twist = per_rate * fabs_f64(step * at->third);
-    const double error = bend * (0.7 * bend * bend + 0.5 * twist) + 0.05 * per_rate * fabs_f64(step * step * fourth);
-    return (fabs_f64(at->value) <= 2.0 * fabs_f64(step * at->rate))
-           & (fabs_f64(step) * error <= HOPFORM_EPS_f64 * t) & hopform_is_near_f64(&one, t, step);
-}
-
-static inline double step_to_root(const hopform_sample_f64 *at)
-{
-    const double rate2 = at->rate * at->rate;
-    const double below =
-        6.0 * rate2 * at->rate - 6.0 * at->value * at->rate * at->curvature + at->value * at->value * at->third;
-    const double step = over(at->value * (6.0 * rate2 - 3.0 * at->value * at->curvature), below);
-    return fabs_f64(below) > 0.0 ? step : HOPFORM_NEVER_f64;
-}
-
-/* The last step to a root, by a Taylor series from `from_t`, where W is known. */
-LANES_CODE static void carry_ahead(lanes *restrict w, outlook *restrict ahead, const basis_columns *restrict basis,
-                                   const double *restrict from_t)
+/* The jets of all functions at the end of the interval, where `wanted`; without third derivatives. */
+LANES_CODE static void look_there(const lanes *restrict w, const function_columns *restrict functions,
+                                  const double *restrict wanted, jet_columns *restrict to)
 {
     for (int l = 0; l < LANES; l++) {
         const hopform_poles_f64 poles = one_of_poles_columns(&w->poles, l);
-        const hopform_basis_f64 one = one_of_basis_columns(basis, l);
-        const double t = ahead->t[l];
-        const double low = w->low[l];
-        const double d = t - from_t[l];
-        const hopform_basis_f64 there = hopform_carried_basis_f64(&poles, &one, d);
-        const hopform_sample_f64 at = sample_of(&ahead->watch, &w->poles, &there, l, t);
-        const bool lands = ahead->lands[l] > 0.0;
-        const bool found = lands & (t > low) & (at.rate * (t - low) < -at.noise);
-        const bool fails = lands & !found;
-        keep_basis_columns(&w->end, l, found, &there);
-        keep(&w->end_t[l], found, t);
-        keep(&w->found[l], found, ahead->number[l]);
-        keep(&ahead->closes[l], fails, 1.0);
-        keep(&ahead->t[l], fails, ahead->close[l]);
+        const hopform_basis_f64 basis = one_of_basis_columns(&w->end, l);
+        const propagator_f64 at = propagator_of_f64(&poles, w->end_t[l], &basis);
+        const event_function_f64 g = one_function(functions, l);
+        const jet_f64 jet = short_jet_at_f64(&g, &at);
+        keep(&to->value[l], wanted[l] > 0.0, jet.value);
+        keep(&to->rate[l], wanted[l] > 0.0, jet.rate);
+        keep(&to->curvature[l], wanted[l] > 0.0, jet.curvature);
     }
 }
 
-/* Householder's steps towards the root that is expected first; the window ends there, or where it would without it. */
-LANES_CODE static void reach_ahead(lanes *restrict w, outlook *restrict ahead, basis_columns *restrict basis)
+/* Interval in which the first root is looked for: up to the node of the plan, or to the limit. */
+LANES_CODE static void reach_nodes(lanes *restrict w, double *restrict wanted)
 {
-    column wanted, from_t;
-    for (int n = 0; n < ROOT_STEPS + 2; n++) {
-        for (int l = 0; l < LANES; l++) {
-            wanted[l] = flag((ahead->seeks[l] > 0.0) | (ahead->closes[l] > 0.0));
-        }
-        if (!any(wanted)) {
-            return;
-        }
-        bases_at(w, ahead->t, wanted, basis);
-        for (int l = 0; l < LANES; l++) {
-            const hopform_basis_f64 one = one_of_basis_columns(basis, l);
-            const double t = ahead->t[l];
-            const double low = w->low[l];
-            const hopform_sample_f64 at = sample_of(&ahead->watch, &w->poles, &one, l, t);
-            const double step = step_to_root(&at);
-            const double next = t - step;
-            const bool seeks = ahead->seeks[l] > 0.0;
-            const bool closes = ahead->closes[l] > 0.0;
-            const bool falls = at.rate < 0.0;
-            const bool exact = fabs_f64(at.value) <= HOPFORM_EPS_f64 * t * fabs_f64(at.rate);
-            const bool inside = (next > low) & (next < ahead->far[l]);
-            const bool arrives = seeks & falls & exact;
-            const bool real_root = (t > low) & (at.rate * (t - low) < -at.noise);
-            const bool goes_on = seeks & falls & !exact & inside;
-            const bool last = goes_on & one_step_left(&w->poles, l, &at, fourth_of(&w->poles, l, &at), next, step);
-            const bool found = arrives & real_root;
-            const bool more = goes_on & !last & (n + 1 < ROOT_STEPS);
-            const bool fails = seeks & !found & !last & !more;
-            keep_basis_columns(&w->end, l, found | closes, &one);
-            keep(&w->end_t[l], found | closes, t);
-            keep(&w->found[l], found | closes, closes ? -1.0 : ahead->number[l]);
-            ahead->seeks[l] = flag(more);
-            ahead->lands[l] = flag(last);
-            ahead->closes[l] = flag(fails);
-            ahead->t[l] = fails ? ahead->close[l] : (goes_on ? next : t);
-            from_t[l] = t;
-        }
-        if (any(ahead->lands)) {
-            carry_ahead(w, ahead, basis, from_t);
-        }
+    for (int l = 0; l < LANES; l++) {
+        const bool live = (w->live[l] > 0.0) & !(w->left[l] > 0.0);
+        const bool node = live & (w->node_t[l] < w->limit[l]);
+        const hopform_basis_f64 basis = one_of_basis_columns(&w->node, l);
+        keep(&w->end_t[l], live, node ? w->node_t[l] : w->limit[l]);
+        keep(&w->found[l], live, -1.0);
+        keep_basis_columns(&w->end, l, node, &basis);
+        wanted[l] = flag(live & !node);
+    }
+    if (any(wanted)) {
+        bases_at(w, w->end_t, wanted, &w->end);
     }
 }
 
-/* ---- what the window says ---- */
-
-/* hopform_is_held_up_f64 by arithmetic with flags. */
-static inline double held_up_by(const sample_columns *from, const sample_columns *to, int l, double value, double a, double h)
-{
-    const double last = a * h < 1.0 ? to->rate[l] * (1.0 + a * h) : HOPFORM_NEVER_f64;
-    const double steeper = last - from->rate[l];
-    const double cross = fabs_f64(steeper) > 0.0 ? over(from->value[l] - value + last * h, steeper) : h;
-    const double ahead = cross > 0.0 ? cross : 0.0;
-    const double reach = cross < h ? ahead : h;
-    return flag(!(from->turning[l] < 0.0)) * flag(!(to->turning[l] < 0.0))
-           * flag(from->value[l] + from->rate[l] * reach > from->noise[l] + to->noise[l]);
-}
-
-/* hopform_judge_f64 without a jump, for watches of one number; `value` is g at the end. Where exp(a t) g' comes nearer
- * to zero and goes back, `nears` is 1 and more is to be asked. */
-static inline double verdict_on(const lanes *w, const sample_columns *from, const sample_columns *to, int l, double value,
-                              double *nears)
-{
-    const double h = w->end_t[l] - w->low[l];
-    const double later = to->rate[l];
-    const double turning = from->turning[l];
-    const bool falls = from->rate[l] < 0.0;
-    const bool turns =
-        (turning * to->turning[l] < 0.0) | ((fabs_f64(turning) > 0.0) & !(fabs_f64(to->turning[l]) > 0.0));
-    const bool pauses = !(fabs_f64(later) * h > to->noise[l]);
-    const bool below = (value < 0.0) & ((value < -to->noise[l]) | (later * h < -to->noise[l]));
-    const bool alike = !(falls ^ (later < 0.0));
-    const bool same = (pauses & turns) | (!pauses & alike);
-    const bool dips = falls & !same; /* unless it is held up */
-    const double of_dips = dips ? (double)DIPS_f64 : 0.0;
-    *nears = flag(turns & same & !(falls ^ (turning > 0.0)));
-    return below ? (double)LOSES_SIGN_f64 : of_dips;
-}
-
-/* What more there is to say where it nears zero; else what is known. */
-static inline double verdict_near_zero(const lanes *w, const sample_columns *from, const sample_columns *to, int l,
-                                     double value, double nears, double known)
-{
-    const double a = w->poles.a[l];
-    const double h = w->end_t[l] - w->low[l];
-    const bool slow = a * h < 1.0;
-    const double grows = 1.0 + 2.0 * a * h;
-    const double growth = slow ? grows : HOPFORM_NEVER_f64;
-    const double inverse = over(1.0, a);
-    const double span = slow ? h : inverse;
-    const double rate = from->rate[l];
-    const double turning = fabs_f64(from->turning[l]);
-    const double grown = to->rate[l] * growth;
-    const bool quarter = h <= 0.5 * w->half_turn[l];
-    const double change = -turning * span;
-    const double steepest = rate < grown ? rate : grown;
-    const double lowest = quarter ? change : -HOPFORM_NEVER_f64;
-    const double slope = rate < 0.0 ? steepest : lowest;
-    const bool away = quarter & (fabs_f64(rate) > turning * h * growth);
-    const bool far = (value > 0.0) & (from->value[l] + slope * h > from->noise[l] + to->noise[l]);
-    const double undecided = far ? 0.0 : (double)UNDECIDED_f64;
-    const bool open = (nears > 0.0) & !away;
-    return open ? undecided : known;
-}
-
-/* A search in the window of a lane: which watch, and where it has got to. */
+/* The search for a root: which function, where it has got to, and the bracket. */
 typedef struct {
-    watch_columns watch;
-    sample_columns before; /* at the start of the window, and where a search for a minimum has got to from there */
-    sample_columns at;     /* at its end */
+    function_columns function;
+    column crossed, number, share, low, high, t, next, going, lands;
+    column found_rate, found_rounding; /* of the function that was found */
     basis_columns basis;
-    column number, low, high, t, going, done, turning;
 } search;
 
-/* How fast the watch falls that has been found, and what rounding may have done to it. */
-typedef struct {
-    column rate, blur;
-} found_columns;
-
-/* Whether something is to be done about watch s of a lane, and what. */
-LANES_CODE static void act_on(const lanes *restrict w, int s, const double *restrict unsettled,
-                              const double *restrict first, const found_columns *restrict other, double *restrict here,
-                              double *restrict what)
+/* Where function s, if it has crossed zero by the end of the interval, did so: guesses of the share. */
+LANES_CODE static void guess_crossings(const lanes *restrict w, int s, const double *restrict wanted,
+                                       search *restrict find)
 {
-    const sample_columns *from = &w->from[s];
-    const sample_columns *to = &w->to[s];
-    const double number = (double)s;
-    column ends, nears, dipping;
+    column going;
+    const function_columns *functions = &w->function[s];
     for (int l = 0; l < LANES; l++) {
-        const double just_beyond = -2.0 * to->noise[l];
-        const bool is_found = (w->found[l] >= number) & (w->found[l] <= number);
-        const double value = is_found ? just_beyond : to->value[l];
-        what[l] = verdict_on(w, from, to, l, value, &nears[l]);
-        ends[l] = value;
+        const hopform_basis_f64 basis = one_of_basis_columns(&w->end, l);
+        const propagator_f64 at = {w->end_t[l], basis, 0.0};
+        const event_function_f64 g = one_function(functions, l);
+        const jet_f64 from = one_jet(&w->from[s], l);
+        const jet_f64 to = one_jet(&w->to[s], l);
+        const double rounding = rounding_of_f64(&g, &at, to.rate);
+        const bool is_found = (w->found[l] >= (double)s) & (w->found[l] <= (double)s);
+        const bool steep = (w->found[l] < 0.0) & (to.rate * w->end_t[l] < -rounding);
+        const bool crossed = (to.value < 0.0) & !is_found & ((to.value < -rounding) | steep);
+        going[l] = wanted[l] * flag((w->on[s][l] > 0.0) & crossed);
+        find->crossed[l] = going[l];
+        find->next[l] = rough_root_f64(&from, &to, w->end_t[l]);
     }
-    if (any(nears)) {
+    for (int n = 0; n < PREDICTION_STEPS_f64 && any(going); n++) {
         for (int l = 0; l < LANES; l++) {
-            what[l] = verdict_near_zero(w, from, to, l, ends[l], nears[l], what[l]);
+            const hopform_poles_f64 poles = one_of_poles_columns(&w->poles, l);
+            const hopform_basis_f64 basis = one_of_basis_columns(&w->end, l);
+            const propagator_f64 at = propagator_of_f64(&poles, w->end_t[l], &basis);
+            const event_function_f64 g = one_function(functions, l);
+            const jet_f64 from = one_jet(&w->from[s], l);
+            const jet_f64 to = one_jet(&w->to[s], l);
+            const interpolant_f64 p = interpolant_of_f64(&from, &to, third_of_f64(&poles, &g, &at), w->end_t[l]);
+            const double x = find->next[l];
+            const double step = prediction_step_f64(&p, x);
+            const double next = x - step;
+            const bool inside = (next > 0.0) & (next < 1.0);
+            keep(&find->next[l], (going[l] > 0.0) & inside, next);
+            going[l] *= flag(!(fabs_f64(step) < HOPFORM_PREDICTION_f64));
         }
-    }
-    for (int l = 0; l < LANES; l++) {
-        dipping[l] = flag(what[l] > 1.5) * flag(what[l] < 2.5);
-    }
-    if (any(dipping)) {
-        for (int l = 0; l < LANES; l++) {
-            const double held_up = held_up_by(from, to, l, ends[l], w->poles.a[l], w->end_t[l] - w->low[l]);
-            what[l] = dipping[l] * held_up > 0.0 ? 0.0 : what[l];
-        }
-    }
-    for (int l = 0; l < LANES; l++) {
-        const bool is_found = (w->found[l] >= number) & (w->found[l] <= number);
-        const bool is_lost = (what[l] > 0.5) & !(is_found & (what[l] < 1.5));
-        here[l] = unsettled[l] * w->on[s][l] * flag(is_lost | (w->found[l] > number));
-    }
-    if (!any(here)) { /* no watch that may lose its sign, and no tie */
-        return;
-    }
-    for (int l = 0; l < LANES; l++) {
-        const double h = w->end_t[l] - w->low[l];
-        const double noise = to->noise[l];
-        const double later_found = flag(w->found[l] > number);
-        const double is_found = flag(w->found[l] >= number) - later_found;
-        const double other_found = flag(w->found[l] >= 0.0) - is_found;
-        const double early = flag(to->value[l] < -(noise + (s > 0 ? w->doubt[l] : 0.0)));
-        const double ties_with =
-            flag((to->value[l] - 4.0 * noise) * other->rate[l] < fabs_f64(to->rate[l]) * other->blur[l]);
-        const double nearly = flag(to->rate[l] * h < -16.0 * noise) * ties_with;
-        const double at_once = flag(!(from->value[l] > 0.0))
-                             * flag((from->rate[l] < 0.0) | ((from->rate[l] <= 0.0) & (from->turning[l] <= 0.0)));
-        const double keeps = flag(what[l] < 0.5);
-        const double loses = flag(what[l] < 1.5) - keeps;
-        const double dips = flag(what[l] < 2.5) - keeps - loses;
-        const double ties = early + nearly;
-        const double goes_first = flag(early + later_found * nearly > 0.0);
-        const double leaves = keeps * later_found * ties
-                            + loses * (other_found * (1.0 - goes_first) + (1.0 - is_found) * at_once) + dips * is_found;
-        const double acts = (1.0 - keeps) * (1.0 - loses * is_found);
-        const double deed = (double)CUT + (double)(FIND_ROOT - CUT) * loses + (double)(FIND_BOTTOM - CUT) * dips;
-        here[l] = unsettled[l] * flag(w->on[s][l] > 0.0) * flag(first[l] <= number) * flag(acts + leaves > 0.0);
-        what[l] = leaves > 0.0 ? (double)LEAVE : deed;
     }
 }
 
-/* The first watch of each lane, from `first` on, about which something is to be done, and what. */
-LANES_CODE static void settle_verdicts(const lanes *restrict w, const double *restrict unsettled,
-                                       const double *restrict first, double *restrict what, search *restrict found)
+/* The function that has crossed zero first by the end of the interval, by the guesses. */
+LANES_CODE static void choose_crossings(const lanes *restrict w, const double *restrict wanted, search *restrict find)
 {
-    column here, deed;
-    found_columns other;
     for (int l = 0; l < LANES; l++) {
-        what[l] = NOTHING;
-        found->number[l] = 0.0;
-        const bool first_found = w->found[l] < 0.5;
-        const bool second_found = w->found[l] < 1.5;
-        const double later_rate = second_found ? w->to[1].rate[l] : w->to[2].rate[l];
-        const double later_noise = second_found ? w->to[1].noise[l] : w->to[2].noise[l];
-        other.rate[l] = fabs_f64(first_found ? w->to[0].rate[l] : later_rate);
-        other.blur[l] = first_found ? w->to[0].noise[l] : later_noise + w->doubt[l];
+        find->number[l] = -1.0;
+        find->share[l] = 2.0;
     }
-    for (int s = SLOTS - 1; s >= 0; s--) {
-        const sample_columns *from = &w->from[s];
-        const sample_columns *to = &w->to[s];
-        if (!w->watched[s]) {
+    for (int s = 0; s < SLOTS; s++) {
+        if (!w->used[s]) {
             continue;
         }
-        act_on(w, s, unsettled, first, &other, here, deed);
-        if (!any(here)) {
-            continue;
-        }
+        guess_crossings(w, s, wanted, find);
         for (int l = 0; l < LANES; l++) {
-            const bool yes = here[l] > 0.0;
-            const hopform_sample_f64 begin = one_sample(from, l);
-            const hopform_sample_f64 end = one_sample(to, l);
-            const double h = w->end_t[l] - w->low[l];
-            keep(&what[l], yes, deed[l]);
-            keep(&found->number[l], yes, (double)s);
-            keep(&found->turning[l], yes, from->turning[l]);
-            keep(&found->t[l], yes, w->low[l] + h * over(from->rate[l], from->rate[l] - to->rate[l]));
-            keep_sample(&found->before, l, yes, &begin);
-            keep_sample(&found->at, l, yes, &end);
+            const bool here = (find->crossed[l] > 0.0) & (find->next[l] < find->share[l]);
+            keep(&find->number[l], here, (double)s);
+            keep(&find->share[l], here, find->next[l]);
+            keep(&find->function.H3[l], here, w->function[s].H3[l]);
+            keep(&find->function.H2[l], here, w->function[s].H2[l]);
+            keep(&find->function.H1[l], here, w->function[s].H1[l]);
+            keep(&find->function.start[l], here, w->function[s].start[l]);
         }
-        choose_watch(&w->watch[s], here, &found->watch);
+    }
+    for (int l = 0; l < LANES; l++) {
+        find->low[l] = 0.0;
+        find->high[l] = w->end_t[l];
+        const double guess = w->end_t[l] * find->share[l];
+        const bool inside = (guess > 0.0) & (guess < w->end_t[l]);
+        find->t[l] = inside ? guess : 0.5 * w->end_t[l];
     }
 }
 
-/* The minimum of a watch in the window; a lane where it is below zero, or hard to find, is left. */
-LANES_CODE static void find_bottoms(lanes *restrict w, const double *restrict what, search *restrict find)
+/* Householder's steps to the roots, as located_root_f64 takes them; a lane in which they do not converge is left. */
+LANES_CODE static void find_roots(lanes *restrict w, search *restrict find)
 {
-    column stuck, next, falls, ready, bisects;
-    for (int l = 0; l < LANES; l++) {
-        const double low = w->low[l];
-        const double high = w->end_t[l];
-        find->going[l] = is(what[l], FIND_BOTTOM);
-        find->low[l] = low;
-        find->high[l] = high;
-        find->t[l] = ((find->t[l] > low) & (find->t[l] < high)) ? find->t[l] : low + 0.5 * (high - low);
-    }
-    for (int n = 0; n < MOST_STEPS && any(find->going); n++) {
-        const bool halves = n > 8 && n % 2 == 1;
+    for (int n = 0; n < ROOT_STEPS && any(find->going); n++) {
         bases_at(w, find->t, find->going, &find->basis);
         for (int l = 0; l < LANES; l++) {
-            const hopform_basis_f64 one = one_of_basis_columns(&find->basis, l);
+            const hopform_poles_f64 poles = one_of_poles_columns(&w->poles, l);
+            const hopform_basis_f64 basis = one_of_basis_columns(&find->basis, l);
             const double t = find->t[l];
-            const hopform_sample_f64 at = sample_of(&find->watch, &w->poles, &one, l, t);
-            const bool usable = fabs_f64(at.curvature) > 0.0;
-            const double step = over(at.rate, at.curvature);
-            next[l] = t - step;
-            falls[l] = at.rate;
-            ready[l] = flag(usable) * flag(fabs_f64(step) <= 0.001 * HOPFORM_ROOT_EPS_f64 * t);
-            bisects[l] = halves ? 1.0 : flag(!usable);
-            find->done[l] = find->going[l] * flag(at.value < -at.noise);
-            keep_sample(&find->before, l, (find->going[l] > 0.0) & (at.rate < 0.0), &at);
-            keep_sample(&find->at, l, (find->going[l] > 0.0) & !(at.rate < 0.0), &at);
+            const propagator_f64 at = propagator_of_f64(&poles, t, &basis);
+            const event_function_f64 g = one_function(&find->function, l);
+            jet_f64 jet = short_jet_at_f64(&g, &at);
+            jet.third = third_of_f64(&poles, &g, &at);
+            const bool going = find->going[l] > 0.0;
+            const bool arrived = going & (fabs_f64(jet.value) <= HOPFORM_EPS_f64 * t * fabs_f64(jet.rate));
+            const double step = step_to_root_f64(&jet);
+            const double next = t - step;
+            const bool goes_on = going & !arrived;
+            const double low = goes_on & (jet.value > 0.0) ? t : find->low[l];
+            const double high = goes_on & (jet.value < 0.0) ? t : find->high[l];
+            const bool inside = (next > low) & (next < high);
+            const bool last =
+                goes_on & inside & step_converges_f64(&poles, &jet, fourth_of_f64(&poles, &jet), next, step);
+            keep_basis_columns(&w->end, l, arrived, &basis);
+            keep(&w->end_t[l], arrived, t);
+            find->low[l] = low;
+            find->high[l] = high;
+            find->lands[l] = flag(last);
+            find->next[l] = inside ? next : low + 0.5 * (high - low);
+            find->going[l] = flag(goes_on & !last);
         }
-        for (int l = 0; l < LANES; l++) {
-            keep(&find->low[l], (find->going[l] > 0.0) & (falls[l] < 0.0), find->t[l]);
-            keep(&find->high[l], (find->going[l] > 0.0) & !(falls[l] < 0.0), find->t[l]);
-        }
-        for (int l = 0; l < LANES; l++) {
-            const double held_up =
-                held_up_by(&find->before, &find->at, l, find->at.value[l], w->poles.a[l], find->high[l] - find->low[l]);
-            ready[l] = held_up > 0.0 ? 1.0 : ready[l];
-        }
-        for (int l = 0; l < LANES; l++) {
-            const bool inside = (next[l] > find->low[l]) & (next[l] < find->high[l]) & !(bisects[l] > 0.0);
-            next[l] = inside ? next[l] : find->low[l] + 0.5 * (find->high[l] - find->low[l]);
-        }
-        for (int l = 0; l < LANES; l++) {
-            const bool inside = (next[l] > find->low[l]) & (next[l] < find->high[l]);
-            find->going[l] *= (1.0 - find->done[l]) * (1.0 - ready[l]) * flag(inside);
-        }
-        for (int l = 0; l < LANES; l++) {
-            keep(&find->t[l], find->going[l] > 0.0, next[l]);
-        }
-        leave(w, find->done);
-    }
-    for (int l = 0; l < LANES; l++) {
-        stuck[l] = find->going[l];
-    }
-    leave(w, stuck);
-}
-
-/* The window ends at the one root of a watch in it. */
-LANES_CODE static void find_roots(lanes *restrict w, const double *restrict what, search *restrict find)
-{
-    column lands, arrived, ready, inside, next;
-    for (int l = 0; l < LANES; l++) {
-        const bool here = is(what[l], FIND_ROOT) > 0.0;
-        find->going[l] = flag(here);
-        find->low[l] = w->low[l];
-        find->high[l] = w->end_t[l];
-        keep(&find->t[l], here, w->end_t[l]);
-        keep(&w->found[l], here, find->number[l]);
-        lands[l] = 0.0;
-        arrived[l] = 0.0;
-    }
-    for (int n = 0; n < MOST_STEPS && any(find->going); n++) {
-        const bool halves = n > 8 && n % 2 == 1;
-        for (int l = 0; l < LANES; l++) {
-            const hopform_sample_f64 at = one_sample(&find->at, l);
-            const double step = step_to_root(&at);
-            next[l] = find->t[l] - step;
-            lands[l] = flag(one_step_left(&w->poles, l, &at, fourth_of(&w->poles, l, &at), next[l], step));
-            ready[l] =
-                flag((arrived[l] > 0.0) | (fabs_f64(at.value) <= HOPFORM_EPS_f64 * find->t[l] * fabs_f64(at.rate)));
-        }
-        for (int l = 0; l < LANES; l++) {
-            inside[l] = flag((next[l] > find->low[l]) & (next[l] < find->high[l]));
-            lands[l] *= inside[l];
-        }
-        for (int l = 0; l < LANES; l++) {
-            const double newton = halves ? lands[l] : inside[l];
-            next[l] = newton > 0.0 ? next[l] : find->low[l] + 0.5 * (find->high[l] - find->low[l]);
-        }
-        for (int l = 0; l < LANES; l++) {
-            const double between = flag((next[l] > find->low[l]) & (next[l] < find->high[l]));
-            find->going[l] *= 1.0 - ready[l];
-            find->done[l] = find->going[l] * (1.0 - between);
-            find->going[l] *= between;
-            lands[l] *= find->going[l];
-        }
-        if (any(lands)) {
+        if (any(find->lands)) {
             for (int l = 0; l < LANES; l++) {
                 const hopform_poles_f64 poles = one_of_poles_columns(&w->poles, l);
-                const hopform_basis_f64 one = one_of_basis_columns(&w->end, l);
-                const hopform_basis_f64 there = hopform_carried_basis_f64(&poles, &one, next[l] - find->t[l]);
-                const bool here = lands[l] > 0.0;
-                keep_basis_columns(&w->end, l, here, &there);
-                keep(&w->end_t[l], here, next[l]);
-                find->going[l] *= 1.0 - lands[l];
+                const hopform_basis_f64 basis = one_of_basis_columns(&find->basis, l);
+                const hopform_basis_f64 there = carried_basis_f64(&poles, &basis, find->next[l] - find->t[l]);
+                keep_basis_columns(&w->end, l, find->lands[l] > 0.0, &there);
+                keep(&w->end_t[l], find->lands[l] > 0.0, find->next[l]);
             }
         }
         for (int l = 0; l < LANES; l++) {
-            keep(&find->t[l], find->going[l] > 0.0, next[l]);
-        }
-        leave(w, find->done);
-        if (!any(find->going)) {
-            break;
-        }
-        bases_at(w, find->t, find->going, &w->end);
-        for (int l = 0; l < LANES; l++) {
-            const hopform_basis_f64 one = one_of_basis_columns(&w->end, l);
-            const double t = find->t[l];
-            const hopform_sample_f64 at = sample_of(&find->watch, &w->poles, &one, l, t);
-            const bool goes = find->going[l] > 0.0;
-            keep_sample(&find->at, l, goes, &at);
-            keep(&w->end_t[l], goes, t);
-            arrived[l] = flag(!((at.value > 0.0) | (at.value < 0.0)));
-            keep(&find->low[l], goes & (at.value > 0.0), t);
-            keep(&find->high[l], goes & (at.value < 0.0), t);
-            find->going[l] = flag(goes);
+            find->t[l] = find->next[l];
         }
     }
     leave(w, find->going);
 }
 
-/* Windows in which a watch cannot be judged end where its m has its zero. */
-LANES_CODE static void cut_windows(lanes *restrict w, const double *restrict what, search *restrict find)
+/* How fast the function falls that was found, and its rounding. */
+LANES_CODE static void look_at_found(const lanes *restrict w, int s, search *restrict find)
 {
-    column inside;
+    const function_columns *functions = &w->function[s];
     for (int l = 0; l < LANES; l++) {
-        find->going[l] = is(what[l], CUT);
-        inside[l] = over(find->turning[l], find->turning[l] - find->at.turning[l]);
+        const hopform_basis_f64 basis = one_of_basis_columns(&w->end, l);
+        const propagator_f64 at = {w->end_t[l], basis, 0.0};
+        const event_function_f64 g = one_function(functions, l);
+        const bool is_found = (w->found[l] >= (double)s) & (w->found[l] <= (double)s);
+        keep(&find->found_rate[l], is_found, fabs_f64(w->to[s].rate[l]));
+        keep(&find->found_rounding[l], is_found, rounding_of_f64(&g, &at, w->to[s].rate[l]));
     }
-    for (int l = 0; l < LANES; l++) {
-        inside[l] = fabs_f64(find->at.turning[l]) > 0.0 ? inside[l] : 0.25;
-    }
-    for (int l = 0; l < LANES; l++) {
-        inside[l] = inside[l] < 0.984375 ? inside[l] : 0.984375;
-    }
-    for (int l = 0; l < LANES; l++) {
-        inside[l] = inside[l] > 0.015625 ? inside[l] : 0.015625;
-        const double t = w->low[l] + inside[l] * (w->end_t[l] - w->low[l]);
-        find->done[l] = find->going[l] * (1.0 - flag((t > w->low[l]) & (t < w->end_t[l])));
-        keep(&w->end_t[l], find->going[l] > 0.0, t);
-        keep(&w->found[l], find->going[l] > 0.0, -1.0);
-    }
-    leave(w, find->done);
-    bases_at(w, w->end_t, find->going, &w->end);
 }
 
-/* Shorten each window until every watch is known to keep its sign in it, but for the one that is found at its end. */
-LANES_CODE static void settle_windows(lanes *restrict w, search *restrict find)
+/* Lanes in which a function has no certificate by the rules that take no further evaluation, or ties with the one that
+ * was found, are left. */
+LANES_CODE static void certify(lanes *restrict w, int s, const search *restrict find)
 {
-    column what, first, unsettled, left, roots;
+    column open, leaves;
+    const function_columns *functions = &w->function[s];
     for (int l = 0; l < LANES; l++) {
-        first[l] = 0.0;
-        unsettled[l] = flag((w->live[l] > 0.0) & !(w->left[l] > 0.0));
-        roots[l] = unsettled[l];
+        const hopform_basis_f64 basis = one_of_basis_columns(&w->end, l);
+        const double h = w->end_t[l];
+        const propagator_f64 at = {h, basis, 0.0};
+        const event_function_f64 g = one_function(functions, l);
+        const jet_f64 from = one_jet(&w->from[s], l);
+        const jet_f64 to = one_jet(&w->to[s], l);
+        const double d = from.curvature + w->poles.a[l] * from.rate;
+        const double d_then = to.curvature + w->poles.a[l] * to.rate;
+        const double rounding = rounding_of_f64(&g, &at, to.rate);
+        const double live = w->live[l] * w->on[s][l] * (1.0 - w->left[l]);
+        const bool ties =
+            (w->found[l] > (double)s) & (to.rate * h < -16.0 * rounding)
+            & ((to.value - 4.0 * rounding) * find->found_rate[l] < fabs_f64(to.rate) * find->found_rounding[l]);
+        leaves[l] = live * flag((h > w->fades[l]) | ties);
+        open[l] = live * (1.0 - flag(has_no_root_f64(&from, d, &to, d_then)));
     }
-    for (int n = 0; n < MOST_CUTS; n++) {
-        if (any(roots)) {
-            sample_ends(w, roots);
+    leave(w, leaves);
+    if (!any(open)) {
+        return;
+    }
+    for (int l = 0; l < LANES; l++) {
+        const hopform_poles_f64 poles = one_of_poles_columns(&w->poles, l);
+        const jet_f64 from = one_jet(&w->from[s], l);
+        const double h = w->end_t[l];
+        const double rounding = 32.0 * HOPFORM_EPS_f64 * (fabs_f64(from.value) + fabs_f64(from.rate * h));
+        open[l] *= flag(!(quiet_time_of_ringing_f64(&poles, &from, rounding) > h));
+    }
+    if (!any(open)) {
+        return;
+    }
+    for (int l = 0; l < LANES; l++) {
+        const hopform_poles_f64 poles = one_of_poles_columns(&w->poles, l);
+        const hopform_basis_f64 basis = one_of_basis_columns(&w->end, l);
+        const event_function_f64 g = one_function(functions, l);
+        const propagator_f64 at = {w->end_t[l], basis, 0.0};
+        const jet_f64 from = one_jet(&w->from[s], l);
+        const jet_f64 to = one_jet(&w->to[s], l);
+        const bool is_found = (w->found[l] >= (double)s) & (w->found[l] <= (double)s);
+        const double rounding = rounding_of_f64(&g, &at, to.rate);
+        open[l] *= flag(!is_held_up_by_bernstein_f64(&poles, &g, &from, &to, w->end_t[l], is_found, rounding));
+    }
+    leave(w, open);
+}
+
+/* The first event of each phase. */
+LANES_CODE static void find_first_events(lanes *restrict w, search *restrict find)
+{
+    column wanted, crossed;
+    reach_nodes(w, wanted);
+    for (int l = 0; l < LANES; l++) {
+        wanted[l] = flag((w->live[l] > 0.0) & !(w->left[l] > 0.0));
+        crossed[l] = wanted[l];
+    }
+    for (int n = 0; n <= MOST_EVENT_FUNCTIONS_f64; n++) {
+        for (int s = 0; s < SLOTS; s++) {
+            if (w->used[s]) {
+                look_there(w, &w->function[s], crossed, &w->to[s]);
+            }
         }
-        settle_verdicts(w, unsettled, first, what, find);
+        if (n == MOST_EVENT_FUNCTIONS_f64) {
+            break;
+        }
+        choose_crossings(w, crossed, find);
         for (int l = 0; l < LANES; l++) {
-            unsettled[l] = flag(what[l] > (double)LEAVE);
-            left[l] = flag((what[l] > (double)NOTHING) & !(what[l] > (double)LEAVE));
-            roots[l] = flag(what[l] > (double)FIND_BOTTOM); /* the window has another end */
-            first[l] = roots[l] > 0.0 ? 0.0 : find->number[l] + 1.0;
+            crossed[l] = flag(find->number[l] >= 0.0);
+            find->going[l] = crossed[l];
         }
-        leave(w, left);
-        if (!any(unsettled)) {
-            return;
+        if (!any(crossed)) {
+            break;
         }
-        if (any(roots)) {
-            find_roots(w, what, find);
-            cut_windows(w, what, find);
+        find_roots(w, find);
+        for (int l = 0; l < LANES; l++) {
+            keep(&w->found[l], crossed[l] > 0.0, find->number[l]);
         }
-        find_bottoms(w, what, find);
     }
-    leave(w, unsettled);
+    for (int s = 1; s < SLOTS; s++) { /* the first wins a tie */
+        if (w->used[s]) {
+            look_at_found(w, s, find);
+        }
+    }
+    for (int s = 0; s < SLOTS; s++) {
+        if (w->used[s]) {
+            certify(w, s, find);
+        }
+    }
 }
 
 /* At the time of the limit a take-off comes before it, and before mass 2 comes to rest what mass 1 does. */
@@ -1532,19 +1139,22 @@ LANES_CODE static void cross_at_the_limit(lanes *restrict w)
 {
     column at_limit, crosses;
     for (int l = 0; l < LANES; l++) {
-        at_limit[l] = w->live[l] * flag(!(w->end_t[l] < w->limit[l]));
+        at_limit[l] = w->live[l] * flag(!(w->end_t[l] < w->limit[l])) * flag(w->found[l] < 0.0);
     }
     if (!any(at_limit)) {
         return;
     }
     for (int s = SLOTS - 1; s >= 0; s--) {
-        const sample_columns *to = &w->to[s];
+        const jet_columns *to = &w->to[s];
         for (int l = 0; l < LANES; l++) {
+            const hopform_basis_f64 basis = one_of_basis_columns(&w->end, l);
+            const propagator_f64 at = {w->end_t[l], basis, 0.0};
+            const event_function_f64 g = one_function(&w->function[s], l);
+            const double rounding = rounding_of_f64(&g, &at, to->rate[l]);
             const double reached = at_limit[l] * flag(w->on[s][l] > 0.0);
             const double is_first = s == 0 ? 1.0 : is(w->kind[s][l], BY_THRESHOLD_1) * flag(!(w->halt[l] > w->limit[l]));
-            crosses[l] = reached * is_first * flag(to->rate[l] * w->limit[l] < -16.0 * to->noise[l])
-                         * flag(to->value[l] < -8.0 * HOPFORM_EPS_f64 * w->limit[l] * to->rate[l])
-                         * (1.0 - w->settled[l]);
+            crosses[l] = reached * is_first * flag(to->rate[l] * w->limit[l] < -16.0 * rounding)
+                         * flag(to->value[l] < -8.0 * HOPFORM_EPS_f64 * w->limit[l] * to->rate[l]);
         }
         for (int l = 0; l < LANES; l++) {
             keep(&w->found[l], crosses[l] > 0.0, (double)s);
@@ -1571,12 +1181,12 @@ LANES_CODE static void approach_stops(const lanes *restrict w, stop_search *rest
         const hopform_poles_f64 poles = one_of_poles_columns(&w->poles, l);
         const hopform_basis_f64 one = one_of_basis_columns(&find->basis, l);
         const double t = find->t[l];
-        const hopform_approach_f64 to = hopform_approach_of_f64(&poles, &motion, &from_stop, w->side_1[l], &one);
-        const double step = step_to_root(&to.at);
+        const approach_f64 to = approach_of_f64(&poles, &motion, &from_stop, w->side_1[l], &one);
+        const double step = step_to_root_f64(&to.at);
         value[l] = to.at.value;
         rate[l] = to.at.rate;
         next[l] = t - step;
-        near[l] = flag(one_step_left(&w->poles, l, &to.at, to.fourth, next[l], step));
+        near[l] = flag(step_converges_f64(&poles, &to.at, to.fourth, next[l], step));
         exact[l] = flag(fabs_f64(to.at.value) <= HOPFORM_EPS_f64 * t * to.at.rate);
     }
     for (int l = 0; l < LANES; l++) {
@@ -1599,7 +1209,7 @@ LANES_CODE static void approach_stops(const lanes *restrict w, stop_search *rest
         for (int l = 0; l < LANES; l++) {
             const hopform_poles_f64 poles = one_of_poles_columns(&w->poles, l);
             const hopform_basis_f64 one = one_of_basis_columns(&find->basis, l);
-            const hopform_basis_f64 there = hopform_carried_basis_f64(&poles, &one, next[l] - find->t[l]);
+            const hopform_basis_f64 there = carried_basis_f64(&poles, &one, next[l] - find->t[l]);
             keep_basis_columns(&find->basis, l, last[l] > 0.0, &there);
         }
     }
@@ -1627,7 +1237,7 @@ LANES_CODE static void meet_stops(lanes *restrict w, double *restrict stops)
         const hopform_at_f64 at = hopform_state_at_f64(&from_stop, &motion, &one);
         const bool ahead = (fabs_f64(w->side_1[l]) > 0.0) & within_range(find.gap[l]);
         const double beyond = w->side_1[l] * at.x1_t;
-        const bool past = beyond > hopform_touch_f64(&motion, &from_stop, &one);
+        const bool past = beyond > grazing_tolerance_f64(&motion, &from_stop, &one);
         stops[l] = w->live[l] * flag(ahead & !(w->left[l] > 0.0) & past);
         find.going[l] = stops[l];
     }
@@ -1796,17 +1406,6 @@ LANES_CODE static void pass(lanes *restrict w, const double *restrict how, const
     leave(w, crowded);
 }
 
-/* A window begins where the one before has ended. */
-LANES_CODE static void next_samples(const sample_columns *restrict to, const double *restrict yes,
-                                    sample_columns *restrict from)
-{
-    for (int l = 0; l < LANES; l++) {
-        hopform_sample_f64 sample = one_sample(to, l);
-        sample.value = sample.value > 0.0 ? sample.value : 0.0;
-        keep_sample(from, l, yes[l] > 0.0, &sample);
-    }
-}
-
 /* A take-off late in a phase whose time has not all its digits is left. */
 LANES_CODE static void look_at_takeoffs(lanes *restrict w, const double *restrict how)
 {
@@ -1835,16 +1434,16 @@ LANES_CODE static void look_at_takeoffs(lanes *restrict w, const double *restric
         const hopform_poles_f64 poles = one_of_poles_columns(&w->poles, l);
         const hopform_basis_f64 basis = one_of_basis_columns(&w->end, l);
         const hopform_numerator_f64 leg = {w->motion.H3_y[l], w->motion.H2_y[l], w->motion.H1_y[l]};
-        const double later = hopform_root_is_later_f64(&poles, &leg, w->state.y[l], settled[l], &basis, w->end_t[l]);
+        const double later = root_is_later_f64(&poles, &leg, w->state.y[l], settled[l], &basis, w->end_t[l]);
         late[l] *= flag(fabs_f64(later) > 0.0);
     }
     leave(w, late);
 }
 
-/* The next window of a phase, or what follows its end. */
-LANES_CODE static void end_windows(lanes *restrict w, const double *restrict stops)
+/* What follows the end of a phase; a lane in which the interval has brought nothing is left. */
+LANES_CODE static void end_phases(lanes *restrict w, const double *restrict stops)
 {
-    column how, late, goes_on, touches;
+    column how, goes_on, touches;
     for (int l = 0; l < LANES; l++) {
         const double kind = is(w->found[l], 0) * w->kind[0][l] + is(w->found[l], 1) * w->kind[1][l]
                           + is(w->found[l], 2) * w->kind[2][l];
@@ -1863,17 +1462,8 @@ LANES_CODE static void end_windows(lanes *restrict w, const double *restrict sto
     for (int l = 0; l < LANES; l++) {
         keep(&how[l], !(w->live[l] > 0.0), (double)NO_END);
         goes_on[l] = flag(w->live[l] > 0.0) * flag(how[l] <= (double)NO_END);
-        w->windows[l] += goes_on[l];
-        keep(&w->low[l], goes_on[l] > 0.0, w->end_t[l]);
-        const bool has_faded = -0.5 * w->poles.p[l] * w->end_t[l] < HOPFORM_SMALLEST_EXPONENT_f64;
-        late[l] = goes_on[l] * flag((w->windows[l] >= (double)MOST_WINDOWS) | has_faded);
     }
-    leave(w, late);
-    if (any(goes_on)) {
-        for (int s = 0; s < SLOTS; s++) {
-            next_samples(&w->to[s], goes_on, &w->from[s]);
-        }
-    }
+    leave(w, goes_on);
     look_at_takeoffs(w, how);
     for (int l = 0; l < LANES; l++) {
         const hopform_state_f64 state = one_of_state_columns(&w->state, l);
@@ -1884,7 +1474,7 @@ LANES_CODE static void end_windows(lanes *restrict w, const double *restrict sto
         const hopform_at_f64 moved = hopform_state_at_f64(&from_zero, &motion, &basis);
         const double gap = w->side_1[l] > 0.0 ? w->from_max[l] : w->from_min[l];
         const hopform_state_f64 from_stop = {gap, state.v1, state.v2, state.y};
-        const bool near_stop = fabs_f64(gap + moved.x1_t) <= hopform_touch_f64(&motion, &from_stop, &basis);
+        const bool near_stop = fabs_f64(gap + moved.x1_t) <= grazing_tolerance_f64(&motion, &from_stop, &basis);
         touches[l] = flag(within_range(gap) & near_stop);
         const bool ends = how[l] > (double)NO_END;
         const bool held_1 = !(fabs_f64(w->side_1[l]) > 0.0);
@@ -1900,27 +1490,15 @@ LANES_CODE static void end_windows(lanes *restrict w, const double *restrict sto
     pass(w, how, touches);
 }
 
-/* What a round works in; kept, so that no lane reads what was never written. */
-typedef struct {
-    outlook ahead;
-    search find;
-    basis_columns basis;
-} workspace;
-
-/* One window of each stance. */
-LANES_CODE static void advance(lanes *restrict w, workspace *restrict work)
+/* One phase of each stance. */
+LANES_CODE static void advance(lanes *restrict w, search *restrict find)
 {
     column stops;
     start_phases(w);
-    look_ahead(w, &work->ahead);
-    reach_ahead(w, &work->ahead, &work->basis);
-    settle_windows(w, &work->find);
-    for (int l = 0; l < LANES; l++) {
-        w->settled[l] = flag(w->found[l] >= 0.0);
-    }
+    find_first_events(w, find);
     cross_at_the_limit(w);
     meet_stops(w, stops);
-    end_windows(w, stops);
+    end_phases(w, stops);
 }
 
 /* ---- stances in and out ---- */
@@ -2266,20 +1844,20 @@ static void clear(lanes *w)
 int32_t LANES_NAME(int64_t count, const hopform_stances_in_f64 *in, const hopform_stances_out_f64 *out)
 {
     lanes w;
-    workspace work;
+    search find;
     queue stances = {0};
     stances.count = count;
     stances.in = in;
     stances.out = out;
     stances.many_robots = hopform_has_many_robots_f64(in);
     clear(&w);
-    memset(&work, 0, sizeof work);
+    memset(&find, 0, sizeof find);
     for (;;) {
         if (stances.next < stances.pause && w.busy <= MOST_BUSY) {
             refill(&w, &stances);
         }
         if (w.busy > 0) {
-            advance(&w, &work);
+            advance(&w, &find);
             collect(&w, &stances);
         } else if (stances.next < count) {
             look_back(&w, &stances);

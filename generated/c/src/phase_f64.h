@@ -37,6 +37,11 @@ static inline const hopform_poles_f64 *hopform_poles_of_f64(const hopform_plan_f
     return side_1 == 0 ? &plan->body : (side_2 == 0 ? &plan->actuator : &plan->both);
 }
 
+static inline const hopform_node_f64 *hopform_node_of_f64(const hopform_plan_f64 *plan, int side_1, int side_2)
+{
+    return side_1 == 0 ? &plan->node_body : (side_2 == 0 ? &plan->node_actuator : &plan->node_both);
+}
+
 /* The numerators of a mode from the state in which the phase starts, under constant accelerations. */
 static inline hopform_motion_f64 hopform_motion_under_f64(const hopform_rates_f64 *rates,
                                                             const hopform_drive_f64 *drive,

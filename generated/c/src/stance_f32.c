@@ -4,7 +4,7 @@
  * which a mass reverses, sticks, slips or hits a stop, or in which the spring force returns to zero.
  */
 #include "facts.h"
-#include "events_f32.h"
+#include "first_event_f32.h"
 #include "ledger_f32.h"
 
 /* How a phase ends. */
@@ -110,23 +110,14 @@ static void stance_settle_f32(stance_chain_f32 *chain, bool rests_1, bool rests_
 
 /* ---- the end of a phase ---- */
 
-enum { MOST_WATCHES_f32 = 3 };
-
-/* What is watched in a phase: take-off first, then what mass 1 does, then mass 2, which is also who wins a tie.
- * Not what cannot happen while v_1 and v_2 keep their signs, nor the velocity of a mass that slips alone: its zero is
- * known. */
+/* The event functions of a phase, and what ends it in closed form. Not in it are the velocity of a mass that slips
+ * alone, whose time to rest is known, and what cannot happen while v_1 and v_2 keep their signs. */
 typedef struct {
-    const hopform_poles_f32 *poles;
+    event_set_f32 set;
     const hopform_motion_f32 *motion;
-    hopform_watch_f32 watch[MOST_WATCHES_f32];
-    hopform_sample_f32 from[MOST_WATCHES_f32];
-    int32_t count;
-    float doubt; /* of a threshold: what rounding may have done to friction less force */
-    float frequency;
-    float half_turn;
-    float halt; /* when the mass that slips alone comes to rest, or y, which rings about 0, vanishes */
-    stance_end_kind_f32 halts;
-} stance_guard_f32;
+    float rest_time; /* when the mass that slips alone comes to rest, or y, which rings about 0, vanishes */
+    stance_end_kind_f32 rests;
+} stance_events_f32;
 
 /* Where a held mass may slip to while the other one moves: where its free acceleration changes with y alone, which is
  * monotone then, to the side that it goes towards; 0 for either. */
@@ -138,42 +129,35 @@ static int side_of_slip_f32(const stance_chain_f32 *chain, int mass)
     return fabs_f32(per_v) > 0.0f ? 0 : (int)stance_sign_of_f32(per_y) * (chain->side_1 - chain->side_2);
 }
 
+static void add_event_function_f32(event_set_f32 *set, float H3, float H2, float H1, float start, float sign,
+                                    stance_end_kind_f32 kind, int side)
+{
+    const event_function_f32 g = {{sign * H3, sign * H2, sign * H1}, sign * start, (int32_t)kind, side};
+    set->function[set->count++] = g;
+}
+
 /* A held mass slips where its free acceleration leaves [-f, f]; a stop holds on its side whatever the force. */
-static void watch_thresholds_f32(const stance_chain_f32 *chain, stance_guard_f32 *guard, int mass)
+static void add_thresholds_f32(const stance_chain_f32 *chain, stance_events_f32 *events, int mass)
 {
     const hopform_robot_f32 *robot = &chain->plan->robot;
     const hopform_rates_f32 *rates = &chain->plan->rates;
     const hopform_free_f32 at_rest =
         hopform_free_accelerations_f32(rates, &chain->state, chain->steps[chain->step].u);
-    const hopform_numerator_f32 h = mass == 1 ? hopform_free_numerator_1_f32(rates, guard->motion)
-                                               : hopform_free_numerator_2_f32(rates, guard->motion);
+    const hopform_numerator_f32 h = mass == 1 ? hopform_free_numerator_1_f32(rates, events->motion)
+                                               : hopform_free_numerator_2_f32(rates, events->motion);
     const float acceleration = mass == 1 ? at_rest.free_1 : at_rest.free_2;
     const float friction = mass == 1 ? robot->f1 : robot->f2;
     const int towards = side_of_slip_f32(chain, mass);
-    guard->doubt = 4.0f * HOPFORM_EPS_f32 * (friction + fabs_f32(acceleration));
     for (int side = -1; side <= 1; side += 2) {
         if (side == -towards || (mass == 1 && stance_blocked_f32(chain, side))) {
             continue;
         }
         const float sign = (float)side;
-        guard->watch[guard->count++] = hopform_watch_of_f32(
-            guard->poles, -sign * h.H3, -sign * h.H2, -sign * h.H1, friction - sign * acceleration, 1.0f,
-            mass == 1 ? END_THRESHOLD_1_f32 : END_THRESHOLD_2_f32, side);
-    }
-}
-
-/* Where both masses slip, each watches its velocity. */
-static void watch_velocity_f32(const stance_chain_f32 *chain, stance_guard_f32 *guard, stance_end_kind_f32 kind)
-{
-    const hopform_motion_f32 *motion = guard->motion;
-    if (kind == END_VELOCITY_1_f32) {
-        guard->watch[guard->count++] =
-            hopform_watch_of_f32(guard->poles, chain->fresh_1 ? 0.0f : motion->H3_1, motion->H2_1, motion->H1_1,
-                                  chain->state.v1, (float)chain->side_1, (int32_t)kind, 0);
-    } else {
-        guard->watch[guard->count++] =
-            hopform_watch_of_f32(guard->poles, chain->fresh_2 ? 0.0f : motion->H3_2, motion->H2_2, motion->H1_2,
-                                  chain->state.v2, (float)chain->side_2, (int32_t)kind, 0);
+        const event_function_f32 g = {{-sign * h.H3, -sign * h.H2, -sign * h.H1},
+                                       friction - sign * acceleration,
+                                       (int32_t)(mass == 1 ? END_THRESHOLD_1_f32 : END_THRESHOLD_2_f32),
+                                       side};
+        events->set.function[events->set.count++] = g;
     }
 }
 
@@ -193,209 +177,48 @@ static bool rings_about_zero_f32(const stance_chain_f32 *chain)
     return !(fabs_f32(left) > 0.0f);
 }
 
-static void put_guard_f32(stance_guard_f32 *guard, const stance_chain_f32 *chain, const hopform_poles_f32 *poles,
-                           const hopform_motion_f32 *motion)
+static void put_events_f32(stance_events_f32 *events, const stance_chain_f32 *chain, const hopform_poles_f32 *poles,
+                            const hopform_motion_f32 *motion)
 {
-    guard->poles = poles;
-    guard->motion = motion;
-    guard->count = 0;
-    const bool rings = rings_about_zero_f32(chain);
-    if (!rings
-        && (chain->side_1 < 0 || chain->side_2 > 0 || chain->state.y < 0.0f)) { /* else y only rises, from 0 or above */
-        guard->watch[guard->count++] = hopform_watch_of_f32(poles, motion->H3_y, motion->H2_y, motion->H1_y,
-                                                             chain->state.y, 1.0f, END_TAKEOFF_f32, 0);
+    const hopform_state_f32 *state = &chain->state;
+    event_set_f32 *set = &events->set;
+    set->poles = poles;
+    set->node = hopform_node_of_f32(chain->plan, chain->side_1, chain->side_2);
+    set->count = 0;
+    events->motion = motion;
+    events->rest_time = HOPFORM_NEVER_f32;
+    events->rests = STANCE_END_LIMIT_f32;
+    const bool alone = chain->side_1 == 0 || chain->side_2 == 0;
+    const bool rings = alone && rings_about_zero_f32(chain);
+    if (!rings && (chain->side_1 < 0 || chain->side_2 > 0 || state->y < 0.0f)) { /* else y rises, from 0 or above */
+        add_event_function_f32(set, motion->H3_y, motion->H2_y, motion->H1_y, state->y, 1.0f, END_TAKEOFF_f32, 0);
     }
-    guard->halt = HOPFORM_NEVER_f32;
-    guard->halts = STANCE_END_LIMIT_f32;
     if (chain->side_1 == 0) {
         const float sign = (float)chain->side_2;
-        watch_thresholds_f32(chain, guard, 1);
-        guard->halt = hopform_halt_time_f32(poles, sign * chain->state.v2, sign * motion->H3_2);
-        guard->halts = END_VELOCITY_2_f32;
+        add_thresholds_f32(chain, events, 1);
+        events->rest_time = time_to_rest_f32(poles, sign * state->v2, sign * motion->H3_2);
+        events->rests = END_VELOCITY_2_f32;
     } else if (chain->side_2 == 0) {
         const float sign = (float)chain->side_1;
-        watch_thresholds_f32(chain, guard, 2);
-        guard->halt = hopform_halt_time_f32(poles, sign * chain->state.v1, sign * motion->H3_1);
-        guard->halts = END_VELOCITY_1_f32;
+        add_thresholds_f32(chain, events, 2);
+        events->rest_time = time_to_rest_f32(poles, sign * state->v1, sign * motion->H3_1);
+        events->rests = END_VELOCITY_1_f32;
     } else {
-        watch_velocity_f32(chain, guard, END_VELOCITY_1_f32);
-        watch_velocity_f32(chain, guard, END_VELOCITY_2_f32);
+        add_event_function_f32(set, chain->fresh_1 ? 0.0f : motion->H3_1, motion->H2_1, motion->H1_1, state->v1,
+                                (float)chain->side_1, END_VELOCITY_1_f32, 0);
+        add_event_function_f32(set, chain->fresh_2 ? 0.0f : motion->H3_2, motion->H2_2, motion->H1_2, state->v2,
+                                (float)chain->side_2, END_VELOCITY_2_f32, 0);
     }
-    const float lift =
-        rings ? hopform_halt_time_f32(poles, chain->state.y, chain->state.v1 - chain->state.v2) : HOPFORM_NEVER_f32;
-    if (rings && lift <= guard->halt) {
-        guard->halt = lift;
-        guard->halts = END_TAKEOFF_f32;
-    }
-    for (int32_t n = 0; n < guard->count; n++) {
-        guard->from[n] = hopform_first_sample_f32(&guard->watch[n], poles);
-    }
-    guard->frequency = hopform_frequency_f32(poles);
-    guard->half_turn = guard->frequency > 0.0f ? 3.1415927f / guard->frequency : HOPFORM_NEVER_f32;
-}
-
-static bool is_takeoff_f32(const stance_guard_f32 *guard, int32_t found)
-{
-    return found >= 0 && guard->watch[found].kind == END_TAKEOFF_f32;
-}
-
-/* A window of a phase that ends at `t`, with what is known there. */
-typedef struct {
-    float t;
-    hopform_basis_f32 basis;
-    hopform_sample_f32 at[MOST_WATCHES_f32];
-    int32_t found; /* the watch that has its root at t, -1 for none */
-} window_f32;
-
-static void sample_window_f32(const stance_guard_f32 *guard, window_f32 *end)
-{
-    for (int32_t n = 0; n < guard->count; n++) {
-        if (n != end->found) {
-            end->at[n] = hopform_sample_at_f32(&guard->watch[n], guard->poles, &end->basis, end->t);
-        }
+    const float lift = rings ? time_to_rest_f32(poles, state->y, state->v1 - state->v2) : HOPFORM_NEVER_f32;
+    if (rings && lift <= events->rest_time) {
+        events->rest_time = lift;
+        events->rests = END_TAKEOFF_f32;
     }
 }
 
-static void close_window_f32(const stance_guard_f32 *guard, window_f32 *end, float t)
+static bool is_takeoff_f32(const event_set_f32 *set, int32_t found)
 {
-    end->t = t;
-    end->found = -1;
-    end->basis = hopform_basis_at_f32(guard->poles, t);
-    sample_window_f32(guard, end);
-}
-
-/* The window ends where a watch has its root. */
-static void end_at_f32(const stance_guard_f32 *guard, window_f32 *end, int32_t n, const hopform_point_f32 *root)
-{
-    end->t = root->t;
-    end->basis = root->basis;
-    end->found = n;
-    end->at[n] = root->at;
-    sample_window_f32(guard, end);
-}
-
-/* Which root swinging on would bring first, and when. */
-typedef struct {
-    int32_t watch; /* -1 if none */
-    float after;
-} outlook_f32;
-
-static outlook_f32 look_ahead_f32(const stance_guard_f32 *guard, bool has_faded)
-{
-    const float w = guard->frequency > 0.0f ? guard->frequency : sqrt_f32(guard->poles->q);
-    outlook_f32 ahead = {-1, 0.96875f * guard->half_turn};
-    for (int32_t n = 0; n < guard->count && !has_faded; n++) {
-        const float swing = hopform_swing_to_zero_f32(&guard->from[n], w);
-        if (swing < ahead.after) {
-            ahead.watch = n;
-            ahead.after = swing;
-        }
-    }
-    if (ahead.watch >= 0 && guard->frequency > 0.0f) {
-        const float step = hopform_swing_step_f32(guard->poles, &guard->from[ahead.watch], w, ahead.after);
-        ahead.after -= fabs_f32(step) < 0.25f * ahead.after ? step : 0.0f;
-    }
-    return ahead;
-}
-
-/* Close the window at the root that is expected first, or a little beyond where it was expected. */
-static void reach_ahead_f32(const stance_guard_f32 *guard, float low, float limit, int32_t windows, window_f32 *end)
-{
-    const float p = guard->poles->p; /* a window in which the pair fades away tells little */
-    const bool has_faded =
-        -0.5f * p * low < HOPFORM_SMALLEST_EXPONENT_f32; /* without a digit left: what goes on is monotone */
-    const outlook_f32 ahead = look_ahead_f32(guard, has_faded);
-    const float fades = p * guard->half_turn > 8.0f ? 8.0f / p : guard->half_turn;
-    const float half = 0.96875f * guard->half_turn;
-    const float patient = fades > 3.0f * low ? fades : 3.0f * low;
-    const float longest = has_faded || guard->count == 0 ? limit - low : (half < patient ? half : patient);
-    const float far = longest < limit - low ? low + longest : limit;
-    if (ahead.watch >= 0) {
-        const hopform_point_f32 root = hopform_root_ahead_f32(&guard->watch[ahead.watch], guard->poles, low,
-                                                                low + ahead.after < far ? low + ahead.after : far, far);
-        if (root.t > low
-            && root.at.rate * (root.t - low) < -root.at.noise) { /* not what rounding makes of a g that fades */
-            end_at_f32(guard, end, ahead.watch, &root);
-            return;
-        }
-    }
-    const float least =
-        windows > 3 ? (guard->frequency > 0.0f ? 0.125f * guard->half_turn : low) : 64.0f * HOPFORM_EPS_f32 * low;
-    const float reach = ahead.watch >= 0 ? 1.015625f * ahead.after : longest;
-    const float t = low + (reach > least ? reach : least);
-    close_window_f32(guard, end, t > low && t < far ? t : far);
-}
-
-static float doubt_of_f32(const stance_guard_f32 *guard, int32_t n)
-{
-    const int32_t kind = guard->watch[n].kind;
-    return kind == END_THRESHOLD_1_f32 || kind == END_THRESHOLD_2_f32 ? guard->doubt : 0.0f;
-}
-
-/* Two events within rounding are at the same time, and the watch with the lower number wins: n, or the one that is
- * found. */
-static bool is_before_f32(const stance_guard_f32 *guard, const window_f32 *end, int32_t n, float h)
-{
-    const hopform_sample_f32 *at = &end->at[n];
-    const hopform_sample_f32 *other = &end->at[end->found];
-    const float blurred = other->noise + doubt_of_f32(guard, end->found);
-    const bool crosses = at->rate * h < -16.0f * at->noise;
-    const bool ties = (at->value - 4.0f * at->noise) * fabs_f32(other->rate) < fabs_f32(at->rate) * blurred;
-    return at->value < -(at->noise + doubt_of_f32(guard, n)) || (n < end->found && crosses && ties);
-}
-
-/* Shorten the window until each watch is known to keep its sign in it, but for the one that is found at its end. */
-static void settle_window_f32(const stance_guard_f32 *guard, float low, window_f32 *end)
-{
-    const float a = guard->poles->a;
-    int32_t lost = -1;
-    for (int32_t n = 0, cuts = 0; n < guard->count && cuts < 400; n++) {
-        const hopform_sample_f32 *from = &guard->from[n];
-        const float h = end->t - low;
-        const hopform_sample_f32 *to = &end->at[n];
-        const float value =
-            n == end->found ? -2.0f * to->noise : to->value; /* just beyond its root, which must be its first */
-        hopform_verdict_f32 verdict = hopform_judge_f32(from, to, value, a, h, h <= 0.5f * guard->half_turn);
-        if (n == end->found && verdict == LOSES_SIGN_f32) {
-            continue;
-        }
-        if (verdict == KEEPS_SIGN_f32 && end->found > n && is_before_f32(guard, end, n, h)) {
-            end->found = n; /* a tie */
-            continue;
-        }
-        if (verdict == LOSES_SIGN_f32 && end->found >= 0 && !is_before_f32(guard, end, n, h)) {
-            continue; /* a tie that the other wins */
-        }
-        if (verdict == DIPS_f32) {
-            const hopform_point_f32 bottom =
-                hopform_bottom_between_f32(&guard->watch[n], guard->poles, low, from, end->t, to);
-            if (bottom.at.value < -bottom.at.noise) {
-                close_window_f32(guard, end, bottom.t);
-                verdict = LOSES_SIGN_f32;
-            }
-        }
-        if (verdict == LOSES_SIGN_f32) {
-            if (!(from->value > 0.0f) && (from->rate < 0.0f || (!(from->rate > 0.0f) && !(from->turning > 0.0f)))) {
-                close_window_f32(guard, end, low);
-                end->found = n;
-                return;
-            }
-            const hopform_point_f32 last = {end->t, end->basis, end->at[n]};
-            const hopform_point_f32 root = hopform_root_between_f32(&guard->watch[n], guard->poles, low, last);
-            end_at_f32(guard, end, n, &root);
-            lost = n;
-            n = -1; /* the others must keep their signs up to here */
-            cuts++;
-        } else if (verdict == UNDECIDED_f32) {
-            const float cut = low + hopform_turn_between_f32(from, &end->at[n], h);
-            if (cut > low && cut < end->t) { /* else there is no number in between */
-                close_window_f32(guard, end, cut);
-                n = -1;
-                cuts++;
-            }
-        }
-    }
-    end->found = end->t > low ? end->found : lost; /* no number lies between its root and the start */
+    return found >= 0 && set->function[found].kind == END_TAKEOFF_f32;
 }
 
 /* The state that a phase starts from, x_1 counted from the stop ahead. */
@@ -406,143 +229,129 @@ static hopform_state_f32 from_stop_f32(const stance_chain_f32 *chain)
     return start;
 }
 
-/* The stop ahead, which x_1, monotone within a phase, has met if it is beyond it at the end of the window, and does not
- * just touch. */
-static bool meets_stop_f32(const stance_chain_f32 *chain, const stance_guard_f32 *guard, window_f32 *end)
+/* The stop ahead, which x_1, monotone within a phase, has met if it is beyond it at the end of an interval, and does
+ * not just touch: the interval ends there. */
+static bool meets_stop_f32(const stance_chain_f32 *chain, const stance_events_f32 *events, propagator_f32 *end)
 {
     const float sign = (float)chain->side_1;
     const hopform_state_f32 start = from_stop_f32(chain);
     if (chain->side_1 == 0 || !hopform_is_finite_f32(start.x1)) {
         return false;
     }
-    float low = 0.0f;
-    float high = end->t;
-    float t = end->t;
-    hopform_basis_f32 basis = end->basis;
-    const float beyond = sign * hopform_state_at_f32(&start, guard->motion, &basis).x1_t;
-    if (!(beyond > 0.0f) || !(beyond > hopform_touch_f32(guard->motion, &start, &basis))) {
+    propagator_f32 at = *end;
+    const float beyond = sign * hopform_state_at_f32(&start, events->motion, &at.basis).x1_t;
+    if (!(beyond > 0.0f) || !(beyond > grazing_tolerance_f32(events->motion, &start, &at.basis))) {
         return false;
     }
+    const hopform_poles_f32 *poles = events->set.poles;
+    float low = 0.0f;
+    float high = end->t;
     for (int n = 0; n < 100; n++) {
-        if (n > 0) {
-            basis = hopform_basis_at_f32(guard->poles, t);
-        }
-        const hopform_approach_f32 to = hopform_approach_of_f32(guard->poles, guard->motion, &start, sign, &basis);
+        const approach_f32 to = approach_of_f32(poles, events->motion, &start, sign, &at.basis);
         if (to.at.value > 0.0f) {
-            high = t;
+            high = at.t;
         } else {
-            low = t;
+            low = at.t;
         }
-        if (fabs_f32(to.at.value) <= HOPFORM_EPS_f32 * t * to.at.rate) {
+        if (fabs_f32(to.at.value) <= HOPFORM_EPS_f32 * at.t * to.at.rate) {
             break;
         }
-        const float step = hopform_step_to_root_f32(&to.at);
-        float next = t - step;
+        const float step = step_to_root_f32(&to.at);
+        float next = at.t - step;
         const bool inside = to.at.rate > 0.0f && next > low && next < high;
-        if (inside && hopform_is_last_step_f32(guard->poles, &to.at, to.fourth, next, step)) {
-            basis = hopform_carried_basis_f32(guard->poles, &basis, next - t);
-            t = next;
+        if (inside && step_converges_f32(poles, &to.at, to.fourth, next, step)) {
+            const hopform_basis_f32 carried = carried_basis_f32(poles, &at.basis, next - at.t);
+            at = propagator_of_f32(poles, next, &carried);
             break;
         }
         next = inside && !(n > 8 && n % 2 == 1) ? next : low + 0.5f * (high - low);
         if (!(next > low && next < high)) {
             break;
         }
-        t = next;
+        at = propagator_at_f32(poles, next);
     }
-    end->t = t;
-    end->basis = basis;
+    *end = at;
     return true;
 }
 
-/* While nothing happens in many half turns: up to where all watches are known to keep quiet, `from` if that is not far.
- */
-static float quiet_until_f32(const stance_guard_f32 *guard, float from, float limit)
-{
-    for (float reach = limit - from; reach > 8.0f * guard->half_turn; reach *= 0.125f) {
-        bool quiet = true;
-        for (int32_t n = 0; n < guard->count && quiet; n++) {
-            quiet = hopform_is_quiet_f32(&guard->watch[n], guard->poles, from, from + reach);
-        }
-        if (quiet) {
-            return from + reach;
-        }
-    }
-    return from;
-}
-
-/* A watch that is below zero already when the phase begins; -1 if there is none. */
-static int32_t lost_at_once_f32(stance_guard_f32 *guard)
-{
-    for (int32_t n = 0; n < guard->count; n++) {
-        if (guard->from[n].value < 0.0f) {
-            if (guard->from[n].rate <= 0.0f) {
-                return n;
-            }
-            guard->from[n].value = 0.0f;
-        }
-    }
-    return -1;
-}
-
 /* At the time of the limit a take-off comes before it, and before mass 2 comes to rest what mass 1 does. */
-static void cross_at_the_limit_f32(const stance_guard_f32 *guard, float limit, window_f32 *end)
+static void cross_at_the_limit_f32(const stance_events_f32 *events, float limit, interval_f32 *in)
 {
-    for (int32_t n = 0; n < guard->count && end->found < 0 && !(end->t < limit); n++) {
-        const bool is_first = is_takeoff_f32(guard, n)
-                              || (guard->watch[n].kind == END_THRESHOLD_1_f32 && guard->halts == END_VELOCITY_2_f32
-                                  && !(guard->halt > limit));
-        const hopform_sample_f32 *at = &end->at[n];
-        const bool crosses = at->rate * limit < -16.0f * at->noise; /* and does not just touch */
-        if (is_first && crosses && at->value < -8.0f * HOPFORM_EPS_f32 * limit * at->rate) {
-            end->found = n;
+    const event_set_f32 *set = &events->set;
+    for (int32_t n = 0; n < set->count && in->found < 0 && !(in->high.t < limit); n++) {
+        const bool is_first = is_takeoff_f32(set, n)
+                              || (set->function[n].kind == END_THRESHOLD_1_f32 && events->rests == END_VELOCITY_2_f32
+                                  && !(events->rest_time > limit));
+        const jet_f32 *at = &in->to[n]; /* found_first_root has looked at all of them there */
+        if (is_first && at->value < -8.0f * HOPFORM_EPS_f32 * limit * at->rate
+            && at->rate * limit < -16.0f * rounding_of_f32(&set->function[n], &in->high, at->rate)) {
+            in->found = n; /* it crosses, and does not just touch */
         }
     }
 }
 
-/* What ends the phase at the end of its last window. */
-static stance_phase_end_f32 end_of_f32(const stance_guard_f32 *guard, const window_f32 *end, bool stops, float limit)
+/* What ends the phase at the end of its last interval. */
+static stance_phase_end_f32 end_of_f32(const stance_events_f32 *events, const interval_f32 *in, bool stops,
+                                         float limit)
 {
-    stance_phase_end_f32 result = {end->t, STANCE_END_LIMIT_f32, 0, end->basis, 0.0f};
-    const bool halts = !(guard->halt > limit) && !(end->t < limit * (1.0f - 8.0f * HOPFORM_EPS_f32));
-    const bool wins =
-        guard->halts != END_VELOCITY_2_f32 && !is_takeoff_f32(guard, end->found); /* over mass 2 at the same time */
+    stance_phase_end_f32 result = {in->high.t, STANCE_END_LIMIT_f32, 0, in->high.basis, 0.0f};
+    const bool rests = !(events->rest_time > limit) && !(in->high.t < limit * (1.0f - 8.0f * HOPFORM_EPS_f32));
+    const bool wins = events->rests != END_VELOCITY_2_f32
+                      && !is_takeoff_f32(&events->set, in->found); /* over mass 2 at the same time */
     if (stops) {
         result.kind = STANCE_END_STOP_f32;
-    } else if (end->found >= 0 && !(halts && wins)) {
-        result.kind = (stance_end_kind_f32)guard->watch[end->found].kind;
-        result.side = guard->watch[end->found].side;
-    } else if (halts) {
-        result.kind = guard->halts;
+    } else if (in->found >= 0 && !(rests && wins)) {
+        result.kind = (stance_end_kind_f32)events->set.function[in->found].kind;
+        result.side = events->set.function[in->found].side;
+    } else if (rests) {
+        result.kind = events->rests;
     }
     return result;
 }
 
 /* A take-off late in a phase: its time with all its digits. True if it comes later, so that something else may come
  * first. */
-static bool sharpen_takeoff_f32(const stance_chain_f32 *chain, const stance_guard_f32 *guard, float limit,
-                                 window_f32 *end)
+static bool sharpen_takeoff_f32(const stance_chain_f32 *chain, const stance_events_f32 *events, float limit,
+                                 interval_f32 *in)
 {
-    const int32_t found = end->found;
-    if (found < 0 || !is_takeoff_f32(guard, found) || !(fabs_f32(end->basis.Wdd) < 0.25f)) {
+    const event_set_f32 *set = &events->set;
+    const int32_t found = in->found;
+    if (!is_takeoff_f32(set, found) || !(fabs_f32(in->high.basis.Wdd) < 0.25f)) {
         return false;
     }
-    const hopform_watch_f32 *leg = &guard->watch[found];
+    const event_function_f32 *leg = &set->function[found];
     const hopform_state_f32 slack = {0.0f, 0.0f, 0.0f, 0.0f};
     const hopform_motion_f32 from_slack =
         hopform_motion_of_f32(chain->plan, &slack, chain->steps[chain->step].u, chain->side_1, chain->side_2);
-    const float settled = hopform_settled_y_f32(guard->poles, from_slack.H2_y, from_slack.H1_y);
-    const float before = end->t;
+    const float settled = hopform_settled_y_f32(set->poles, from_slack.H2_y, from_slack.H1_y);
+    const float before = in->high.t;
     for (int n = 0; n < 4; n++) {
         const float later =
-            hopform_root_is_later_f32(guard->poles, &leg->numerator, leg->start, settled, &end->basis, end->t);
-        if (!(fabs_f32(later) > 0.0f) || end->t + later > limit) {
+            root_is_later_f32(set->poles, &leg->numerator, leg->start, settled, &in->high.basis, in->high.t);
+        if (!(fabs_f32(later) > 0.0f) || in->high.t + later > limit) {
             break;
         }
-        close_window_f32(guard, end, end->t + later);
-        end->found = found;
+        end_interval_at_f32(set, in, in->high.t + later);
+        in->found = found;
     }
-    return end->t > before;
+    return in->high.t > before;
+}
+
+/* The far end of the next interval: less than half a period of the pair away, and not so far that all has faded. */
+static void reach_ahead_f32(const event_set_f32 *set, interval_f32 *in, float limit)
+{
+    const float low = in->low;
+    const float near = set->node->t > 3.0f * low ? set->node->t : 3.0f * low;
+    const float half = 0.95f * set->node->half_period;
+    const float far = low + (near < half ? near : half);
+    if (!(low > 0.0f) && set->node->t < limit) {
+        const hopform_node_f32 *node = set->node;
+        const hopform_basis_f32 basis = {node->Wdd, node->Wd, node->W, node->W1, node->W2};
+        in->high = propagator_of_f32(set->poles, node->t, &basis);
+        in->found = -1;
+    } else {
+        end_interval_at_f32(set, in, far > low && far < limit && set->count > 0 ? far : limit);
+    }
 }
 
 /* The first event of the phase that starts at the chain's state. */
@@ -554,45 +363,42 @@ static stance_phase_end_f32 stance_find_end_f32(const stance_chain_f32 *chain, c
         const stance_phase_end_f32 result = {until, STANCE_END_LIMIT_f32, 0, start, 0.0f};
         return result;
     }
-    stance_guard_f32 guard = {0};
-    put_guard_f32(&guard, chain, poles, motion);
-    const float limit = guard.halt < until ? guard.halt : until;
-    window_f32 end = {0};
-    end.basis = start;
-    end.found = lost_at_once_f32(&guard);
+    stance_events_f32 events;
+    put_events_f32(&events, chain, poles, motion);
+    const event_set_f32 *set = &events.set;
+    const float limit = events.rest_time < until ? events.rest_time : until;
+    interval_f32 in;
+    in.low = 0.0f;
+    in.high = propagator_of_f32(poles, 0.0f, &start);
+    for (int32_t n = 0; n < set->count; n++) {
+        in.from[n] = jet_at_start_f32(poles, &set->function[n]);
+    }
+    in.found = lost_at_once_f32(set, &in);
     bool stops = false;
-    int32_t patience = 8;
-    for (int32_t windows = 0; end.found < 0 && !stops && end.t < limit;
-         windows = windows > 3 ? windows : windows + 1) { /* more are not told apart */
-        const float low = end.t;
-        float quiet = low;
-        if (--patience <= 0) {
-            quiet = quiet_until_f32(&guard, low, limit);
-            patience = quiet > low ? 1 : 8;
+    for (int32_t intervals = 1; in.found < 0 && !stops && in.high.t < limit; intervals++) {
+        if (intervals > 1) {
+            begin_interval_f32(set, &in);
         }
-        if (quiet > low) {
-            close_window_f32(&guard, &end, quiet);
+        const float quiet = intervals > 1 ? quiet_until_f32(set, &in) : 0.0f;
+        if (quiet > in.low + 2.0f * set->node->t) {
+            end_interval_at_f32(set, &in, quiet < limit ? quiet : limit);
         } else {
-            reach_ahead_f32(&guard, low, limit, windows, &end);
+            reach_ahead_f32(set, &in, limit);
             bool later = true; /* once at most, and then what else happens by then is looked at */
             for (int n = 0; n < 2 && later; n++) {
-                settle_window_f32(&guard, low, &end);
-                cross_at_the_limit_f32(&guard, limit, &end);
-                later = n == 0 && sharpen_takeoff_f32(chain, &guard, limit, &end);
+                find_first_root_f32(set, &in);
+                cross_at_the_limit_f32(&events, limit, &in);
+                later = n == 0 && sharpen_takeoff_f32(chain, &events, limit, &in);
             }
         }
-        const float t = end.t;
-        stops = meets_stop_f32(chain, &guard, &end)
-                && !(is_takeoff_f32(&guard, end.found) && t <= end.t * (1.0f + 8.0f * HOPFORM_EPS_f32));
-        for (int32_t n = 0; n < guard.count && end.found < 0 && !stops; n++) {
-            guard.from[n] = end.at[n];
-            guard.from[n].value = end.at[n].value > 0.0f ? end.at[n].value : 0.0f;
-        }
+        const float t = in.high.t;
+        stops = meets_stop_f32(chain, &events, &in.high)
+                && !(is_takeoff_f32(set, in.found) && t <= in.high.t * (1.0f + 8.0f * HOPFORM_EPS_f32));
     }
-    stance_phase_end_f32 result = end_of_f32(&guard, &end, stops, limit);
+    stance_phase_end_f32 result = end_of_f32(&events, &in, stops, limit);
     if (result.kind == END_VELOCITY_1_f32) {
         const hopform_state_f32 ahead = from_stop_f32(chain);
-        result.touch = hopform_is_finite_f32(ahead.x1) ? hopform_touch_f32(motion, &ahead, &end.basis) : 0.0f;
+        result.touch = hopform_is_finite_f32(ahead.x1) ? grazing_tolerance_f32(motion, &ahead, &in.high.basis) : 0.0f;
     }
     return result;
 }
@@ -916,6 +722,29 @@ static void stance_report_f32(const stance_chain_f32 *chain, const hopform_state
     }
 }
 
+/* The node lies at nearly half a period where the pair is not damped, sooner where it is: at 0.95 pi/sqrt(q). */
+static hopform_node_f32 node_of_poles_f32(const hopform_poles_f32 *poles)
+{
+    const bool draws = poles->q > HOPFORM_UNDERFLOW_f32; /* else the node is never reached */
+    const float t = draws ? 2.984f / sqrt_f32(poles->q) : HOPFORM_NEVER_f32;
+    const hopform_basis_f32 basis = hopform_basis_at_f32(poles, draws ? t : 0.0f);
+    const float mu = 0.5f * poles->p;
+    const float square = mu * mu - poles->q;
+    hopform_node_f32 node = {HOPFORM_NEVER_f32, HOPFORM_NEVER_f32, poles->a, 0.0f,      0.0f,     t,
+                              basis.Wdd,          basis.Wd,           basis.W,  basis.W1, basis.W2};
+    if (square < 0.0f) {
+        node.half_period = 3.1415927f / sqrt_f32(-square);
+        node.fades = poles->a > 0.0f && mu > poles->a ? 1e1f / (mu - poles->a) : HOPFORM_NEVER_f32;
+    } else {
+        const float fast = mu + sqrt_f32(square);
+        const float slow = fast > 0.0f ? poles->q / fast : 0.0f;
+        node.pole = hopform_greater_f32(poles->a, fast);
+        node.second = hopform_lesser_f32(fast, hopform_greater_f32(poles->a, slow));
+        node.third = hopform_lesser_f32(poles->a, slow);
+    }
+    return node;
+}
+
 /* Fill a plan from its robot. */
 static int32_t fill_plan_f32(hopform_plan_f32 *plan)
 {
@@ -949,6 +778,9 @@ static int32_t fill_plan_f32(hopform_plan_f32 *plan)
     plan->both = both;
     plan->actuator = actuator;
     plan->body = body;
+    plan->node_both = node_of_poles_f32(&both);
+    plan->node_actuator = node_of_poles_f32(&actuator);
+    plan->node_body = node_of_poles_f32(&body);
     plan->made = HOPFORM_PLAN_MADE;
     return HOPFORM_OK;
 }

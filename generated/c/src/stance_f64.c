@@ -4,7 +4,7 @@
  * which a mass reverses, sticks, slips or hits a stop, or in which the spring force returns to zero.
  */
 #include "facts.h"
-#include "events_f64.h"
+#include "first_event_f64.h"
 #include "ledger_f64.h"
 
 /* How a phase ends. */
@@ -110,23 +110,14 @@ static void stance_settle_f64(stance_chain_f64 *chain, bool rests_1, bool rests_
 
 /* ---- the end of a phase ---- */
 
-enum { MOST_WATCHES_f64 = 3 };
-
-/* What is watched in a phase: take-off first, then what mass 1 does, then mass 2, which is also who wins a tie.
- * Not what cannot happen while v_1 and v_2 keep their signs, nor the velocity of a mass that slips alone: its zero is
- * known. */
+/* The event functions of a phase, and what ends it in closed form. Not in it are the velocity of a mass that slips
+ * alone, whose time to rest is known, and what cannot happen while v_1 and v_2 keep their signs. */
 typedef struct {
-    const hopform_poles_f64 *poles;
+    event_set_f64 set;
     const hopform_motion_f64 *motion;
-    hopform_watch_f64 watch[MOST_WATCHES_f64];
-    hopform_sample_f64 from[MOST_WATCHES_f64];
-    int32_t count;
-    double doubt; /* of a threshold: what rounding may have done to friction less force */
-    double frequency;
-    double half_turn;
-    double halt; /* when the mass that slips alone comes to rest, or y, which rings about 0, vanishes */
-    stance_end_kind_f64 halts;
-} stance_guard_f64;
+    double rest_time; /* when the mass that slips alone comes to rest, or y, which rings about 0, vanishes */
+    stance_end_kind_f64 rests;
+} stance_events_f64;
 
 /* Where a held mass may slip to while the other one moves: where its free acceleration changes with y alone, which is
  * monotone then, to the side that it goes towards; 0 for either. */
@@ -138,42 +129,35 @@ static int side_of_slip_f64(const stance_chain_f64 *chain, int mass)
     return fabs_f64(per_v) > 0.0 ? 0 : (int)stance_sign_of_f64(per_y) * (chain->side_1 - chain->side_2);
 }
 
+static void add_event_function_f64(event_set_f64 *set, double H3, double H2, double H1, double start, double sign,
+                                    stance_end_kind_f64 kind, int side)
+{
+    const event_function_f64 g = {{sign * H3, sign * H2, sign * H1}, sign * start, (int32_t)kind, side};
+    set->function[set->count++] = g;
+}
+
 /* A held mass slips where its free acceleration leaves [-f, f]; a stop holds on its side whatever the force. */
-static void watch_thresholds_f64(const stance_chain_f64 *chain, stance_guard_f64 *guard, int mass)
+static void add_thresholds_f64(const stance_chain_f64 *chain, stance_events_f64 *events, int mass)
 {
     const hopform_robot_f64 *robot = &chain->plan->robot;
     const hopform_rates_f64 *rates = &chain->plan->rates;
     const hopform_free_f64 at_rest =
         hopform_free_accelerations_f64(rates, &chain->state, chain->steps[chain->step].u);
-    const hopform_numerator_f64 h = mass == 1 ? hopform_free_numerator_1_f64(rates, guard->motion)
-                                               : hopform_free_numerator_2_f64(rates, guard->motion);
+    const hopform_numerator_f64 h = mass == 1 ? hopform_free_numerator_1_f64(rates, events->motion)
+                                               : hopform_free_numerator_2_f64(rates, events->motion);
     const double acceleration = mass == 1 ? at_rest.free_1 : at_rest.free_2;
     const double friction = mass == 1 ? robot->f1 : robot->f2;
     const int towards = side_of_slip_f64(chain, mass);
-    guard->doubt = 4.0 * HOPFORM_EPS_f64 * (friction + fabs_f64(acceleration));
     for (int side = -1; side <= 1; side += 2) {
         if (side == -towards || (mass == 1 && stance_blocked_f64(chain, side))) {
             continue;
         }
         const double sign = (double)side;
-        guard->watch[guard->count++] = hopform_watch_of_f64(
-            guard->poles, -sign * h.H3, -sign * h.H2, -sign * h.H1, friction - sign * acceleration, 1.0,
-            mass == 1 ? END_THRESHOLD_1_f64 : END_THRESHOLD_2_f64, side);
-    }
-}
-
-/* Where both masses slip, each watches its velocity. */
-static void watch_velocity_f64(const stance_chain_f64 *chain, stance_guard_f64 *guard, stance_end_kind_f64 kind)
-{
-    const hopform_motion_f64 *motion = guard->motion;
-    if (kind == END_VELOCITY_1_f64) {
-        guard->watch[guard->count++] =
-            hopform_watch_of_f64(guard->poles, chain->fresh_1 ? 0.0 : motion->H3_1, motion->H2_1, motion->H1_1,
-                                  chain->state.v1, (double)chain->side_1, (int32_t)kind, 0);
-    } else {
-        guard->watch[guard->count++] =
-            hopform_watch_of_f64(guard->poles, chain->fresh_2 ? 0.0 : motion->H3_2, motion->H2_2, motion->H1_2,
-                                  chain->state.v2, (double)chain->side_2, (int32_t)kind, 0);
+        const event_function_f64 g = {{-sign * h.H3, -sign * h.H2, -sign * h.H1},
+                                       friction - sign * acceleration,
+                                       (int32_t)(mass == 1 ? END_THRESHOLD_1_f64 : END_THRESHOLD_2_f64),
+                                       side};
+        events->set.function[events->set.count++] = g;
     }
 }
 
@@ -193,209 +177,48 @@ static bool rings_about_zero_f64(const stance_chain_f64 *chain)
     return !(fabs_f64(left) > 0.0);
 }
 
-static void put_guard_f64(stance_guard_f64 *guard, const stance_chain_f64 *chain, const hopform_poles_f64 *poles,
-                           const hopform_motion_f64 *motion)
+static void put_events_f64(stance_events_f64 *events, const stance_chain_f64 *chain, const hopform_poles_f64 *poles,
+                            const hopform_motion_f64 *motion)
 {
-    guard->poles = poles;
-    guard->motion = motion;
-    guard->count = 0;
-    const bool rings = rings_about_zero_f64(chain);
-    if (!rings
-        && (chain->side_1 < 0 || chain->side_2 > 0 || chain->state.y < 0.0)) { /* else y only rises, from 0 or above */
-        guard->watch[guard->count++] = hopform_watch_of_f64(poles, motion->H3_y, motion->H2_y, motion->H1_y,
-                                                             chain->state.y, 1.0, END_TAKEOFF_f64, 0);
+    const hopform_state_f64 *state = &chain->state;
+    event_set_f64 *set = &events->set;
+    set->poles = poles;
+    set->node = hopform_node_of_f64(chain->plan, chain->side_1, chain->side_2);
+    set->count = 0;
+    events->motion = motion;
+    events->rest_time = HOPFORM_NEVER_f64;
+    events->rests = STANCE_END_LIMIT_f64;
+    const bool alone = chain->side_1 == 0 || chain->side_2 == 0;
+    const bool rings = alone && rings_about_zero_f64(chain);
+    if (!rings && (chain->side_1 < 0 || chain->side_2 > 0 || state->y < 0.0)) { /* else y rises, from 0 or above */
+        add_event_function_f64(set, motion->H3_y, motion->H2_y, motion->H1_y, state->y, 1.0, END_TAKEOFF_f64, 0);
     }
-    guard->halt = HOPFORM_NEVER_f64;
-    guard->halts = STANCE_END_LIMIT_f64;
     if (chain->side_1 == 0) {
         const double sign = (double)chain->side_2;
-        watch_thresholds_f64(chain, guard, 1);
-        guard->halt = hopform_halt_time_f64(poles, sign * chain->state.v2, sign * motion->H3_2);
-        guard->halts = END_VELOCITY_2_f64;
+        add_thresholds_f64(chain, events, 1);
+        events->rest_time = time_to_rest_f64(poles, sign * state->v2, sign * motion->H3_2);
+        events->rests = END_VELOCITY_2_f64;
     } else if (chain->side_2 == 0) {
         const double sign = (double)chain->side_1;
-        watch_thresholds_f64(chain, guard, 2);
-        guard->halt = hopform_halt_time_f64(poles, sign * chain->state.v1, sign * motion->H3_1);
-        guard->halts = END_VELOCITY_1_f64;
+        add_thresholds_f64(chain, events, 2);
+        events->rest_time = time_to_rest_f64(poles, sign * state->v1, sign * motion->H3_1);
+        events->rests = END_VELOCITY_1_f64;
     } else {
-        watch_velocity_f64(chain, guard, END_VELOCITY_1_f64);
-        watch_velocity_f64(chain, guard, END_VELOCITY_2_f64);
+        add_event_function_f64(set, chain->fresh_1 ? 0.0 : motion->H3_1, motion->H2_1, motion->H1_1, state->v1,
+                                (double)chain->side_1, END_VELOCITY_1_f64, 0);
+        add_event_function_f64(set, chain->fresh_2 ? 0.0 : motion->H3_2, motion->H2_2, motion->H1_2, state->v2,
+                                (double)chain->side_2, END_VELOCITY_2_f64, 0);
     }
-    const double lift =
-        rings ? hopform_halt_time_f64(poles, chain->state.y, chain->state.v1 - chain->state.v2) : HOPFORM_NEVER_f64;
-    if (rings && lift <= guard->halt) {
-        guard->halt = lift;
-        guard->halts = END_TAKEOFF_f64;
-    }
-    for (int32_t n = 0; n < guard->count; n++) {
-        guard->from[n] = hopform_first_sample_f64(&guard->watch[n], poles);
-    }
-    guard->frequency = hopform_frequency_f64(poles);
-    guard->half_turn = guard->frequency > 0.0 ? 3.14159265358979323846 / guard->frequency : HOPFORM_NEVER_f64;
-}
-
-static bool is_takeoff_f64(const stance_guard_f64 *guard, int32_t found)
-{
-    return found >= 0 && guard->watch[found].kind == END_TAKEOFF_f64;
-}
-
-/* A window of a phase that ends at `t`, with what is known there. */
-typedef struct {
-    double t;
-    hopform_basis_f64 basis;
-    hopform_sample_f64 at[MOST_WATCHES_f64];
-    int32_t found; /* the watch that has its root at t, -1 for none */
-} window_f64;
-
-static void sample_window_f64(const stance_guard_f64 *guard, window_f64 *end)
-{
-    for (int32_t n = 0; n < guard->count; n++) {
-        if (n != end->found) {
-            end->at[n] = hopform_sample_at_f64(&guard->watch[n], guard->poles, &end->basis, end->t);
-        }
+    const double lift = rings ? time_to_rest_f64(poles, state->y, state->v1 - state->v2) : HOPFORM_NEVER_f64;
+    if (rings && lift <= events->rest_time) {
+        events->rest_time = lift;
+        events->rests = END_TAKEOFF_f64;
     }
 }
 
-static void close_window_f64(const stance_guard_f64 *guard, window_f64 *end, double t)
+static bool is_takeoff_f64(const event_set_f64 *set, int32_t found)
 {
-    end->t = t;
-    end->found = -1;
-    end->basis = hopform_basis_at_f64(guard->poles, t);
-    sample_window_f64(guard, end);
-}
-
-/* The window ends where a watch has its root. */
-static void end_at_f64(const stance_guard_f64 *guard, window_f64 *end, int32_t n, const hopform_point_f64 *root)
-{
-    end->t = root->t;
-    end->basis = root->basis;
-    end->found = n;
-    end->at[n] = root->at;
-    sample_window_f64(guard, end);
-}
-
-/* Which root swinging on would bring first, and when. */
-typedef struct {
-    int32_t watch; /* -1 if none */
-    double after;
-} outlook_f64;
-
-static outlook_f64 look_ahead_f64(const stance_guard_f64 *guard, bool has_faded)
-{
-    const double w = guard->frequency > 0.0 ? guard->frequency : sqrt_f64(guard->poles->q);
-    outlook_f64 ahead = {-1, 0.96875 * guard->half_turn};
-    for (int32_t n = 0; n < guard->count && !has_faded; n++) {
-        const double swing = hopform_swing_to_zero_f64(&guard->from[n], w);
-        if (swing < ahead.after) {
-            ahead.watch = n;
-            ahead.after = swing;
-        }
-    }
-    if (ahead.watch >= 0 && guard->frequency > 0.0) {
-        const double step = hopform_swing_step_f64(guard->poles, &guard->from[ahead.watch], w, ahead.after);
-        ahead.after -= fabs_f64(step) < 0.25 * ahead.after ? step : 0.0;
-    }
-    return ahead;
-}
-
-/* Close the window at the root that is expected first, or a little beyond where it was expected. */
-static void reach_ahead_f64(const stance_guard_f64 *guard, double low, double limit, int32_t windows, window_f64 *end)
-{
-    const double p = guard->poles->p; /* a window in which the pair fades away tells little */
-    const bool has_faded =
-        -0.5 * p * low < HOPFORM_SMALLEST_EXPONENT_f64; /* without a digit left: what goes on is monotone */
-    const outlook_f64 ahead = look_ahead_f64(guard, has_faded);
-    const double fades = p * guard->half_turn > 8.0 ? 8.0 / p : guard->half_turn;
-    const double half = 0.96875 * guard->half_turn;
-    const double patient = fades > 3.0 * low ? fades : 3.0 * low;
-    const double longest = has_faded || guard->count == 0 ? limit - low : (half < patient ? half : patient);
-    const double far = longest < limit - low ? low + longest : limit;
-    if (ahead.watch >= 0) {
-        const hopform_point_f64 root = hopform_root_ahead_f64(&guard->watch[ahead.watch], guard->poles, low,
-                                                                low + ahead.after < far ? low + ahead.after : far, far);
-        if (root.t > low
-            && root.at.rate * (root.t - low) < -root.at.noise) { /* not what rounding makes of a g that fades */
-            end_at_f64(guard, end, ahead.watch, &root);
-            return;
-        }
-    }
-    const double least =
-        windows > 3 ? (guard->frequency > 0.0 ? 0.125 * guard->half_turn : low) : 64.0 * HOPFORM_EPS_f64 * low;
-    const double reach = ahead.watch >= 0 ? 1.015625 * ahead.after : longest;
-    const double t = low + (reach > least ? reach : least);
-    close_window_f64(guard, end, t > low && t < far ? t : far);
-}
-
-static double doubt_of_f64(const stance_guard_f64 *guard, int32_t n)
-{
-    const int32_t kind = guard->watch[n].kind;
-    return kind == END_THRESHOLD_1_f64 || kind == END_THRESHOLD_2_f64 ? guard->doubt : 0.0;
-}
-
-/* Two events within rounding are at the same time, and the watch with the lower number wins: n, or the one that is
- * found. */
-static bool is_before_f64(const stance_guard_f64 *guard, const window_f64 *end, int32_t n, double h)
-{
-    const hopform_sample_f64 *at = &end->at[n];
-    const hopform_sample_f64 *other = &end->at[end->found];
-    const double blurred = other->noise + doubt_of_f64(guard, end->found);
-    const bool crosses = at->rate * h < -16.0 * at->noise;
-    const bool ties = (at->value - 4.0 * at->noise) * fabs_f64(other->rate) < fabs_f64(at->rate) * blurred;
-    return at->value < -(at->noise + doubt_of_f64(guard, n)) || (n < end->found && crosses && ties);
-}
-
-/* Shorten the window until each watch is known to keep its sign in it, but for the one that is found at its end. */
-static void settle_window_f64(const stance_guard_f64 *guard, double low, window_f64 *end)
-{
-    const double a = guard->poles->a;
-    int32_t lost = -1;
-    for (int32_t n = 0, cuts = 0; n < guard->count && cuts < 400; n++) {
-        const hopform_sample_f64 *from = &guard->from[n];
-        const double h = end->t - low;
-        const hopform_sample_f64 *to = &end->at[n];
-        const double value =
-            n == end->found ? -2.0 * to->noise : to->value; /* just beyond its root, which must be its first */
-        hopform_verdict_f64 verdict = hopform_judge_f64(from, to, value, a, h, h <= 0.5 * guard->half_turn);
-        if (n == end->found && verdict == LOSES_SIGN_f64) {
-            continue;
-        }
-        if (verdict == KEEPS_SIGN_f64 && end->found > n && is_before_f64(guard, end, n, h)) {
-            end->found = n; /* a tie */
-            continue;
-        }
-        if (verdict == LOSES_SIGN_f64 && end->found >= 0 && !is_before_f64(guard, end, n, h)) {
-            continue; /* a tie that the other wins */
-        }
-        if (verdict == DIPS_f64) {
-            const hopform_point_f64 bottom =
-                hopform_bottom_between_f64(&guard->watch[n], guard->poles, low, from, end->t, to);
-            if (bottom.at.value < -bottom.at.noise) {
-                close_window_f64(guard, end, bottom.t);
-                verdict = LOSES_SIGN_f64;
-            }
-        }
-        if (verdict == LOSES_SIGN_f64) {
-            if (!(from->value > 0.0) && (from->rate < 0.0 || (!(from->rate > 0.0) && !(from->turning > 0.0)))) {
-                close_window_f64(guard, end, low);
-                end->found = n;
-                return;
-            }
-            const hopform_point_f64 last = {end->t, end->basis, end->at[n]};
-            const hopform_point_f64 root = hopform_root_between_f64(&guard->watch[n], guard->poles, low, last);
-            end_at_f64(guard, end, n, &root);
-            lost = n;
-            n = -1; /* the others must keep their signs up to here */
-            cuts++;
-        } else if (verdict == UNDECIDED_f64) {
-            const double cut = low + hopform_turn_between_f64(from, &end->at[n], h);
-            if (cut > low && cut < end->t) { /* else there is no number in between */
-                close_window_f64(guard, end, cut);
-                n = -1;
-                cuts++;
-            }
-        }
-    }
-    end->found = end->t > low ? end->found : lost; /* no number lies between its root and the start */
+    return found >= 0 && set->function[found].kind == END_TAKEOFF_f64;
 }
 
 /* The state that a phase starts from, x_1 counted from the stop ahead. */
@@ -406,143 +229,129 @@ static hopform_state_f64 from_stop_f64(const stance_chain_f64 *chain)
     return start;
 }
 
-/* The stop ahead, which x_1, monotone within a phase, has met if it is beyond it at the end of the window, and does not
- * just touch. */
-static bool meets_stop_f64(const stance_chain_f64 *chain, const stance_guard_f64 *guard, window_f64 *end)
+/* The stop ahead, which x_1, monotone within a phase, has met if it is beyond it at the end of an interval, and does
+ * not just touch: the interval ends there. */
+static bool meets_stop_f64(const stance_chain_f64 *chain, const stance_events_f64 *events, propagator_f64 *end)
 {
     const double sign = (double)chain->side_1;
     const hopform_state_f64 start = from_stop_f64(chain);
     if (chain->side_1 == 0 || !hopform_is_finite_f64(start.x1)) {
         return false;
     }
-    double low = 0.0;
-    double high = end->t;
-    double t = end->t;
-    hopform_basis_f64 basis = end->basis;
-    const double beyond = sign * hopform_state_at_f64(&start, guard->motion, &basis).x1_t;
-    if (!(beyond > 0.0) || !(beyond > hopform_touch_f64(guard->motion, &start, &basis))) {
+    propagator_f64 at = *end;
+    const double beyond = sign * hopform_state_at_f64(&start, events->motion, &at.basis).x1_t;
+    if (!(beyond > 0.0) || !(beyond > grazing_tolerance_f64(events->motion, &start, &at.basis))) {
         return false;
     }
+    const hopform_poles_f64 *poles = events->set.poles;
+    double low = 0.0;
+    double high = end->t;
     for (int n = 0; n < 100; n++) {
-        if (n > 0) {
-            basis = hopform_basis_at_f64(guard->poles, t);
-        }
-        const hopform_approach_f64 to = hopform_approach_of_f64(guard->poles, guard->motion, &start, sign, &basis);
+        const approach_f64 to = approach_of_f64(poles, events->motion, &start, sign, &at.basis);
         if (to.at.value > 0.0) {
-            high = t;
+            high = at.t;
         } else {
-            low = t;
+            low = at.t;
         }
-        if (fabs_f64(to.at.value) <= HOPFORM_EPS_f64 * t * to.at.rate) {
+        if (fabs_f64(to.at.value) <= HOPFORM_EPS_f64 * at.t * to.at.rate) {
             break;
         }
-        const double step = hopform_step_to_root_f64(&to.at);
-        double next = t - step;
+        const double step = step_to_root_f64(&to.at);
+        double next = at.t - step;
         const bool inside = to.at.rate > 0.0 && next > low && next < high;
-        if (inside && hopform_is_last_step_f64(guard->poles, &to.at, to.fourth, next, step)) {
-            basis = hopform_carried_basis_f64(guard->poles, &basis, next - t);
-            t = next;
+        if (inside && step_converges_f64(poles, &to.at, to.fourth, next, step)) {
+            const hopform_basis_f64 carried = carried_basis_f64(poles, &at.basis, next - at.t);
+            at = propagator_of_f64(poles, next, &carried);
             break;
         }
         next = inside && !(n > 8 && n % 2 == 1) ? next : low + 0.5 * (high - low);
         if (!(next > low && next < high)) {
             break;
         }
-        t = next;
+        at = propagator_at_f64(poles, next);
     }
-    end->t = t;
-    end->basis = basis;
+    *end = at;
     return true;
 }
 
-/* While nothing happens in many half turns: up to where all watches are known to keep quiet, `from` if that is not far.
- */
-static double quiet_until_f64(const stance_guard_f64 *guard, double from, double limit)
-{
-    for (double reach = limit - from; reach > 8.0 * guard->half_turn; reach *= 0.125) {
-        bool quiet = true;
-        for (int32_t n = 0; n < guard->count && quiet; n++) {
-            quiet = hopform_is_quiet_f64(&guard->watch[n], guard->poles, from, from + reach);
-        }
-        if (quiet) {
-            return from + reach;
-        }
-    }
-    return from;
-}
-
-/* A watch that is below zero already when the phase begins; -1 if there is none. */
-static int32_t lost_at_once_f64(stance_guard_f64 *guard)
-{
-    for (int32_t n = 0; n < guard->count; n++) {
-        if (guard->from[n].value < 0.0) {
-            if (guard->from[n].rate <= 0.0) {
-                return n;
-            }
-            guard->from[n].value = 0.0;
-        }
-    }
-    return -1;
-}
-
 /* At the time of the limit a take-off comes before it, and before mass 2 comes to rest what mass 1 does. */
-static void cross_at_the_limit_f64(const stance_guard_f64 *guard, double limit, window_f64 *end)
+static void cross_at_the_limit_f64(const stance_events_f64 *events, double limit, interval_f64 *in)
 {
-    for (int32_t n = 0; n < guard->count && end->found < 0 && !(end->t < limit); n++) {
-        const bool is_first = is_takeoff_f64(guard, n)
-                              || (guard->watch[n].kind == END_THRESHOLD_1_f64 && guard->halts == END_VELOCITY_2_f64
-                                  && !(guard->halt > limit));
-        const hopform_sample_f64 *at = &end->at[n];
-        const bool crosses = at->rate * limit < -16.0 * at->noise; /* and does not just touch */
-        if (is_first && crosses && at->value < -8.0 * HOPFORM_EPS_f64 * limit * at->rate) {
-            end->found = n;
+    const event_set_f64 *set = &events->set;
+    for (int32_t n = 0; n < set->count && in->found < 0 && !(in->high.t < limit); n++) {
+        const bool is_first = is_takeoff_f64(set, n)
+                              || (set->function[n].kind == END_THRESHOLD_1_f64 && events->rests == END_VELOCITY_2_f64
+                                  && !(events->rest_time > limit));
+        const jet_f64 *at = &in->to[n]; /* found_first_root has looked at all of them there */
+        if (is_first && at->value < -8.0 * HOPFORM_EPS_f64 * limit * at->rate
+            && at->rate * limit < -16.0 * rounding_of_f64(&set->function[n], &in->high, at->rate)) {
+            in->found = n; /* it crosses, and does not just touch */
         }
     }
 }
 
-/* What ends the phase at the end of its last window. */
-static stance_phase_end_f64 end_of_f64(const stance_guard_f64 *guard, const window_f64 *end, bool stops, double limit)
+/* What ends the phase at the end of its last interval. */
+static stance_phase_end_f64 end_of_f64(const stance_events_f64 *events, const interval_f64 *in, bool stops,
+                                         double limit)
 {
-    stance_phase_end_f64 result = {end->t, STANCE_END_LIMIT_f64, 0, end->basis, 0.0};
-    const bool halts = !(guard->halt > limit) && !(end->t < limit * (1.0 - 8.0 * HOPFORM_EPS_f64));
-    const bool wins =
-        guard->halts != END_VELOCITY_2_f64 && !is_takeoff_f64(guard, end->found); /* over mass 2 at the same time */
+    stance_phase_end_f64 result = {in->high.t, STANCE_END_LIMIT_f64, 0, in->high.basis, 0.0};
+    const bool rests = !(events->rest_time > limit) && !(in->high.t < limit * (1.0 - 8.0 * HOPFORM_EPS_f64));
+    const bool wins = events->rests != END_VELOCITY_2_f64
+                      && !is_takeoff_f64(&events->set, in->found); /* over mass 2 at the same time */
     if (stops) {
         result.kind = STANCE_END_STOP_f64;
-    } else if (end->found >= 0 && !(halts && wins)) {
-        result.kind = (stance_end_kind_f64)guard->watch[end->found].kind;
-        result.side = guard->watch[end->found].side;
-    } else if (halts) {
-        result.kind = guard->halts;
+    } else if (in->found >= 0 && !(rests && wins)) {
+        result.kind = (stance_end_kind_f64)events->set.function[in->found].kind;
+        result.side = events->set.function[in->found].side;
+    } else if (rests) {
+        result.kind = events->rests;
     }
     return result;
 }
 
 /* A take-off late in a phase: its time with all its digits. True if it comes later, so that something else may come
  * first. */
-static bool sharpen_takeoff_f64(const stance_chain_f64 *chain, const stance_guard_f64 *guard, double limit,
-                                 window_f64 *end)
+static bool sharpen_takeoff_f64(const stance_chain_f64 *chain, const stance_events_f64 *events, double limit,
+                                 interval_f64 *in)
 {
-    const int32_t found = end->found;
-    if (found < 0 || !is_takeoff_f64(guard, found) || !(fabs_f64(end->basis.Wdd) < 0.25)) {
+    const event_set_f64 *set = &events->set;
+    const int32_t found = in->found;
+    if (!is_takeoff_f64(set, found) || !(fabs_f64(in->high.basis.Wdd) < 0.25)) {
         return false;
     }
-    const hopform_watch_f64 *leg = &guard->watch[found];
+    const event_function_f64 *leg = &set->function[found];
     const hopform_state_f64 slack = {0.0, 0.0, 0.0, 0.0};
     const hopform_motion_f64 from_slack =
         hopform_motion_of_f64(chain->plan, &slack, chain->steps[chain->step].u, chain->side_1, chain->side_2);
-    const double settled = hopform_settled_y_f64(guard->poles, from_slack.H2_y, from_slack.H1_y);
-    const double before = end->t;
+    const double settled = hopform_settled_y_f64(set->poles, from_slack.H2_y, from_slack.H1_y);
+    const double before = in->high.t;
     for (int n = 0; n < 4; n++) {
         const double later =
-            hopform_root_is_later_f64(guard->poles, &leg->numerator, leg->start, settled, &end->basis, end->t);
-        if (!(fabs_f64(later) > 0.0) || end->t + later > limit) {
+            root_is_later_f64(set->poles, &leg->numerator, leg->start, settled, &in->high.basis, in->high.t);
+        if (!(fabs_f64(later) > 0.0) || in->high.t + later > limit) {
             break;
         }
-        close_window_f64(guard, end, end->t + later);
-        end->found = found;
+        end_interval_at_f64(set, in, in->high.t + later);
+        in->found = found;
     }
-    return end->t > before;
+    return in->high.t > before;
+}
+
+/* The far end of the next interval: less than half a period of the pair away, and not so far that all has faded. */
+static void reach_ahead_f64(const event_set_f64 *set, interval_f64 *in, double limit)
+{
+    const double low = in->low;
+    const double near = set->node->t > 3.0 * low ? set->node->t : 3.0 * low;
+    const double half = 0.95 * set->node->half_period;
+    const double far = low + (near < half ? near : half);
+    if (!(low > 0.0) && set->node->t < limit) {
+        const hopform_node_f64 *node = set->node;
+        const hopform_basis_f64 basis = {node->Wdd, node->Wd, node->W, node->W1, node->W2};
+        in->high = propagator_of_f64(set->poles, node->t, &basis);
+        in->found = -1;
+    } else {
+        end_interval_at_f64(set, in, far > low && far < limit && set->count > 0 ? far : limit);
+    }
 }
 
 /* The first event of the phase that starts at the chain's state. */
@@ -554,45 +363,42 @@ static stance_phase_end_f64 stance_find_end_f64(const stance_chain_f64 *chain, c
         const stance_phase_end_f64 result = {until, STANCE_END_LIMIT_f64, 0, start, 0.0};
         return result;
     }
-    stance_guard_f64 guard = {0};
-    put_guard_f64(&guard, chain, poles, motion);
-    const double limit = guard.halt < until ? guard.halt : until;
-    window_f64 end = {0};
-    end.basis = start;
-    end.found = lost_at_once_f64(&guard);
+    stance_events_f64 events;
+    put_events_f64(&events, chain, poles, motion);
+    const event_set_f64 *set = &events.set;
+    const double limit = events.rest_time < until ? events.rest_time : until;
+    interval_f64 in;
+    in.low = 0.0;
+    in.high = propagator_of_f64(poles, 0.0, &start);
+    for (int32_t n = 0; n < set->count; n++) {
+        in.from[n] = jet_at_start_f64(poles, &set->function[n]);
+    }
+    in.found = lost_at_once_f64(set, &in);
     bool stops = false;
-    int32_t patience = 8;
-    for (int32_t windows = 0; end.found < 0 && !stops && end.t < limit;
-         windows = windows > 3 ? windows : windows + 1) { /* more are not told apart */
-        const double low = end.t;
-        double quiet = low;
-        if (--patience <= 0) {
-            quiet = quiet_until_f64(&guard, low, limit);
-            patience = quiet > low ? 1 : 8;
+    for (int32_t intervals = 1; in.found < 0 && !stops && in.high.t < limit; intervals++) {
+        if (intervals > 1) {
+            begin_interval_f64(set, &in);
         }
-        if (quiet > low) {
-            close_window_f64(&guard, &end, quiet);
+        const double quiet = intervals > 1 ? quiet_until_f64(set, &in) : 0.0;
+        if (quiet > in.low + 2.0 * set->node->t) {
+            end_interval_at_f64(set, &in, quiet < limit ? quiet : limit);
         } else {
-            reach_ahead_f64(&guard, low, limit, windows, &end);
+            reach_ahead_f64(set, &in, limit);
             bool later = true; /* once at most, and then what else happens by then is looked at */
             for (int n = 0; n < 2 && later; n++) {
-                settle_window_f64(&guard, low, &end);
-                cross_at_the_limit_f64(&guard, limit, &end);
-                later = n == 0 && sharpen_takeoff_f64(chain, &guard, limit, &end);
+                find_first_root_f64(set, &in);
+                cross_at_the_limit_f64(&events, limit, &in);
+                later = n == 0 && sharpen_takeoff_f64(chain, &events, limit, &in);
             }
         }
-        const double t = end.t;
-        stops = meets_stop_f64(chain, &guard, &end)
-                && !(is_takeoff_f64(&guard, end.found) && t <= end.t * (1.0 + 8.0 * HOPFORM_EPS_f64));
-        for (int32_t n = 0; n < guard.count && end.found < 0 && !stops; n++) {
-            guard.from[n] = end.at[n];
-            guard.from[n].value = end.at[n].value > 0.0 ? end.at[n].value : 0.0;
-        }
+        const double t = in.high.t;
+        stops = meets_stop_f64(chain, &events, &in.high)
+                && !(is_takeoff_f64(set, in.found) && t <= in.high.t * (1.0 + 8.0 * HOPFORM_EPS_f64));
     }
-    stance_phase_end_f64 result = end_of_f64(&guard, &end, stops, limit);
+    stance_phase_end_f64 result = end_of_f64(&events, &in, stops, limit);
     if (result.kind == END_VELOCITY_1_f64) {
         const hopform_state_f64 ahead = from_stop_f64(chain);
-        result.touch = hopform_is_finite_f64(ahead.x1) ? hopform_touch_f64(motion, &ahead, &end.basis) : 0.0;
+        result.touch = hopform_is_finite_f64(ahead.x1) ? grazing_tolerance_f64(motion, &ahead, &in.high.basis) : 0.0;
     }
     return result;
 }
@@ -916,6 +722,29 @@ static void stance_report_f64(const stance_chain_f64 *chain, const hopform_state
     }
 }
 
+/* The node lies at nearly half a period where the pair is not damped, sooner where it is: at 0.95 pi/sqrt(q). */
+static hopform_node_f64 node_of_poles_f64(const hopform_poles_f64 *poles)
+{
+    const bool draws = poles->q > HOPFORM_UNDERFLOW_f64; /* else the node is never reached */
+    const double t = draws ? 2.984 / sqrt_f64(poles->q) : HOPFORM_NEVER_f64;
+    const hopform_basis_f64 basis = hopform_basis_at_f64(poles, draws ? t : 0.0);
+    const double mu = 0.5 * poles->p;
+    const double square = mu * mu - poles->q;
+    hopform_node_f64 node = {HOPFORM_NEVER_f64, HOPFORM_NEVER_f64, poles->a, 0.0,      0.0,     t,
+                              basis.Wdd,          basis.Wd,           basis.W,  basis.W1, basis.W2};
+    if (square < 0.0) {
+        node.half_period = 3.14159265358979323846 / sqrt_f64(-square);
+        node.fades = poles->a > 0.0 && mu > poles->a ? 10.0 / (mu - poles->a) : HOPFORM_NEVER_f64;
+    } else {
+        const double fast = mu + sqrt_f64(square);
+        const double slow = fast > 0.0 ? poles->q / fast : 0.0;
+        node.pole = hopform_greater_f64(poles->a, fast);
+        node.second = hopform_lesser_f64(fast, hopform_greater_f64(poles->a, slow));
+        node.third = hopform_lesser_f64(poles->a, slow);
+    }
+    return node;
+}
+
 /* Fill a plan from its robot. */
 static int32_t fill_plan_f64(hopform_plan_f64 *plan)
 {
@@ -949,6 +778,9 @@ static int32_t fill_plan_f64(hopform_plan_f64 *plan)
     plan->both = both;
     plan->actuator = actuator;
     plan->body = body;
+    plan->node_both = node_of_poles_f64(&both);
+    plan->node_actuator = node_of_poles_f64(&actuator);
+    plan->node_body = node_of_poles_f64(&body);
     plan->made = HOPFORM_PLAN_MADE;
     return HOPFORM_OK;
 }

@@ -37,6 +37,11 @@ static inline const hopform_poles_real *hopform_poles_of_real(const hopform_plan
     return side_1 == 0 ? &plan->body : (side_2 == 0 ? &plan->actuator : &plan->both);
 }
 
+static inline const hopform_node_real *hopform_node_of_real(const hopform_plan_real *plan, int side_1, int side_2)
+{
+    return side_1 == 0 ? &plan->node_body : (side_2 == 0 ? &plan->node_actuator : &plan->node_both);
+}
+
 /* The numerators of a mode from the state in which the phase starts, under constant accelerations. */
 static inline hopform_motion_real hopform_motion_under_real(const hopform_rates_real *rates,
                                                             const hopform_drive_real *drive,

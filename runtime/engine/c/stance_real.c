@@ -4,7 +4,7 @@
  * which a mass reverses, sticks, slips or hits a stop, or in which the spring force returns to zero.
  */
 #include "facts.h"
-#include "events_real.h"
+#include "first_event_real.h"
 #include "ledger_real.h"
 
 /* How a phase ends. */
@@ -110,23 +110,14 @@ static void stance_settle_real(stance_chain_real *chain, bool rests_1, bool rest
 
 /* ---- the end of a phase ---- */
 
-enum { MOST_WATCHES_real = 3 };
-
-/* What is watched in a phase: take-off first, then what mass 1 does, then mass 2, which is also who wins a tie.
- * Not what cannot happen while v_1 and v_2 keep their signs, nor the velocity of a mass that slips alone: its zero is
- * known. */
+/* The event functions of a phase, and what ends it in closed form. Not in it are the velocity of a mass that slips
+ * alone, whose time to rest is known, and what cannot happen while v_1 and v_2 keep their signs. */
 typedef struct {
-    const hopform_poles_real *poles;
+    event_set_real set;
     const hopform_motion_real *motion;
-    hopform_watch_real watch[MOST_WATCHES_real];
-    hopform_sample_real from[MOST_WATCHES_real];
-    int32_t count;
-    real doubt; /* of a threshold: what rounding may have done to friction less force */
-    real frequency;
-    real half_turn;
-    real halt; /* when the mass that slips alone comes to rest, or y, which rings about 0, vanishes */
-    stance_end_kind_real halts;
-} stance_guard_real;
+    real rest_time; /* when the mass that slips alone comes to rest, or y, which rings about 0, vanishes */
+    stance_end_kind_real rests;
+} stance_events_real;
 
 /* Where a held mass may slip to while the other one moves: where its free acceleration changes with y alone, which is
  * monotone then, to the side that it goes towards; 0 for either. */
@@ -138,42 +129,35 @@ static int side_of_slip_real(const stance_chain_real *chain, int mass)
     return fabs_real(per_v) > 0.0 ? 0 : (int)stance_sign_of_real(per_y) * (chain->side_1 - chain->side_2);
 }
 
+static void add_event_function_real(event_set_real *set, real H3, real H2, real H1, real start, real sign,
+                                    stance_end_kind_real kind, int side)
+{
+    const event_function_real g = {{sign * H3, sign * H2, sign * H1}, sign * start, (int32_t)kind, side};
+    set->function[set->count++] = g;
+}
+
 /* A held mass slips where its free acceleration leaves [-f, f]; a stop holds on its side whatever the force. */
-static void watch_thresholds_real(const stance_chain_real *chain, stance_guard_real *guard, int mass)
+static void add_thresholds_real(const stance_chain_real *chain, stance_events_real *events, int mass)
 {
     const hopform_robot_real *robot = &chain->plan->robot;
     const hopform_rates_real *rates = &chain->plan->rates;
     const hopform_free_real at_rest =
         hopform_free_accelerations_real(rates, &chain->state, chain->steps[chain->step].u);
-    const hopform_numerator_real h = mass == 1 ? hopform_free_numerator_1_real(rates, guard->motion)
-                                               : hopform_free_numerator_2_real(rates, guard->motion);
+    const hopform_numerator_real h = mass == 1 ? hopform_free_numerator_1_real(rates, events->motion)
+                                               : hopform_free_numerator_2_real(rates, events->motion);
     const real acceleration = mass == 1 ? at_rest.free_1 : at_rest.free_2;
     const real friction = mass == 1 ? robot->f1 : robot->f2;
     const int towards = side_of_slip_real(chain, mass);
-    guard->doubt = 4.0 * HOPFORM_EPS_real * (friction + fabs_real(acceleration));
     for (int side = -1; side <= 1; side += 2) {
         if (side == -towards || (mass == 1 && stance_blocked_real(chain, side))) {
             continue;
         }
         const real sign = (real)side;
-        guard->watch[guard->count++] = hopform_watch_of_real(
-            guard->poles, -sign * h.H3, -sign * h.H2, -sign * h.H1, friction - sign * acceleration, 1.0,
-            mass == 1 ? END_THRESHOLD_1_real : END_THRESHOLD_2_real, side);
-    }
-}
-
-/* Where both masses slip, each watches its velocity. */
-static void watch_velocity_real(const stance_chain_real *chain, stance_guard_real *guard, stance_end_kind_real kind)
-{
-    const hopform_motion_real *motion = guard->motion;
-    if (kind == END_VELOCITY_1_real) {
-        guard->watch[guard->count++] =
-            hopform_watch_of_real(guard->poles, chain->fresh_1 ? 0.0 : motion->H3_1, motion->H2_1, motion->H1_1,
-                                  chain->state.v1, (real)chain->side_1, (int32_t)kind, 0);
-    } else {
-        guard->watch[guard->count++] =
-            hopform_watch_of_real(guard->poles, chain->fresh_2 ? 0.0 : motion->H3_2, motion->H2_2, motion->H1_2,
-                                  chain->state.v2, (real)chain->side_2, (int32_t)kind, 0);
+        const event_function_real g = {{-sign * h.H3, -sign * h.H2, -sign * h.H1},
+                                       friction - sign * acceleration,
+                                       (int32_t)(mass == 1 ? END_THRESHOLD_1_real : END_THRESHOLD_2_real),
+                                       side};
+        events->set.function[events->set.count++] = g;
     }
 }
 
@@ -193,209 +177,48 @@ static bool rings_about_zero_real(const stance_chain_real *chain)
     return !(fabs_real(left) > 0.0);
 }
 
-static void put_guard_real(stance_guard_real *guard, const stance_chain_real *chain, const hopform_poles_real *poles,
-                           const hopform_motion_real *motion)
+static void put_events_real(stance_events_real *events, const stance_chain_real *chain, const hopform_poles_real *poles,
+                            const hopform_motion_real *motion)
 {
-    guard->poles = poles;
-    guard->motion = motion;
-    guard->count = 0;
-    const bool rings = rings_about_zero_real(chain);
-    if (!rings
-        && (chain->side_1 < 0 || chain->side_2 > 0 || chain->state.y < 0.0)) { /* else y only rises, from 0 or above */
-        guard->watch[guard->count++] = hopform_watch_of_real(poles, motion->H3_y, motion->H2_y, motion->H1_y,
-                                                             chain->state.y, 1.0, END_TAKEOFF_real, 0);
+    const hopform_state_real *state = &chain->state;
+    event_set_real *set = &events->set;
+    set->poles = poles;
+    set->node = hopform_node_of_real(chain->plan, chain->side_1, chain->side_2);
+    set->count = 0;
+    events->motion = motion;
+    events->rest_time = HOPFORM_NEVER_real;
+    events->rests = STANCE_END_LIMIT_real;
+    const bool alone = chain->side_1 == 0 || chain->side_2 == 0;
+    const bool rings = alone && rings_about_zero_real(chain);
+    if (!rings && (chain->side_1 < 0 || chain->side_2 > 0 || state->y < 0.0)) { /* else y rises, from 0 or above */
+        add_event_function_real(set, motion->H3_y, motion->H2_y, motion->H1_y, state->y, 1.0, END_TAKEOFF_real, 0);
     }
-    guard->halt = HOPFORM_NEVER_real;
-    guard->halts = STANCE_END_LIMIT_real;
     if (chain->side_1 == 0) {
         const real sign = (real)chain->side_2;
-        watch_thresholds_real(chain, guard, 1);
-        guard->halt = hopform_halt_time_real(poles, sign * chain->state.v2, sign * motion->H3_2);
-        guard->halts = END_VELOCITY_2_real;
+        add_thresholds_real(chain, events, 1);
+        events->rest_time = time_to_rest_real(poles, sign * state->v2, sign * motion->H3_2);
+        events->rests = END_VELOCITY_2_real;
     } else if (chain->side_2 == 0) {
         const real sign = (real)chain->side_1;
-        watch_thresholds_real(chain, guard, 2);
-        guard->halt = hopform_halt_time_real(poles, sign * chain->state.v1, sign * motion->H3_1);
-        guard->halts = END_VELOCITY_1_real;
+        add_thresholds_real(chain, events, 2);
+        events->rest_time = time_to_rest_real(poles, sign * state->v1, sign * motion->H3_1);
+        events->rests = END_VELOCITY_1_real;
     } else {
-        watch_velocity_real(chain, guard, END_VELOCITY_1_real);
-        watch_velocity_real(chain, guard, END_VELOCITY_2_real);
+        add_event_function_real(set, chain->fresh_1 ? 0.0 : motion->H3_1, motion->H2_1, motion->H1_1, state->v1,
+                                (real)chain->side_1, END_VELOCITY_1_real, 0);
+        add_event_function_real(set, chain->fresh_2 ? 0.0 : motion->H3_2, motion->H2_2, motion->H1_2, state->v2,
+                                (real)chain->side_2, END_VELOCITY_2_real, 0);
     }
-    const real lift =
-        rings ? hopform_halt_time_real(poles, chain->state.y, chain->state.v1 - chain->state.v2) : HOPFORM_NEVER_real;
-    if (rings && lift <= guard->halt) {
-        guard->halt = lift;
-        guard->halts = END_TAKEOFF_real;
-    }
-    for (int32_t n = 0; n < guard->count; n++) {
-        guard->from[n] = hopform_first_sample_real(&guard->watch[n], poles);
-    }
-    guard->frequency = hopform_frequency_real(poles);
-    guard->half_turn = guard->frequency > 0.0 ? 3.14159265358979323846 / guard->frequency : HOPFORM_NEVER_real;
-}
-
-static bool is_takeoff_real(const stance_guard_real *guard, int32_t found)
-{
-    return found >= 0 && guard->watch[found].kind == END_TAKEOFF_real;
-}
-
-/* A window of a phase that ends at `t`, with what is known there. */
-typedef struct {
-    real t;
-    hopform_basis_real basis;
-    hopform_sample_real at[MOST_WATCHES_real];
-    int32_t found; /* the watch that has its root at t, -1 for none */
-} window_real;
-
-static void sample_window_real(const stance_guard_real *guard, window_real *end)
-{
-    for (int32_t n = 0; n < guard->count; n++) {
-        if (n != end->found) {
-            end->at[n] = hopform_sample_at_real(&guard->watch[n], guard->poles, &end->basis, end->t);
-        }
+    const real lift = rings ? time_to_rest_real(poles, state->y, state->v1 - state->v2) : HOPFORM_NEVER_real;
+    if (rings && lift <= events->rest_time) {
+        events->rest_time = lift;
+        events->rests = END_TAKEOFF_real;
     }
 }
 
-static void close_window_real(const stance_guard_real *guard, window_real *end, real t)
+static bool is_takeoff_real(const event_set_real *set, int32_t found)
 {
-    end->t = t;
-    end->found = -1;
-    end->basis = hopform_basis_at_real(guard->poles, t);
-    sample_window_real(guard, end);
-}
-
-/* The window ends where a watch has its root. */
-static void end_at_real(const stance_guard_real *guard, window_real *end, int32_t n, const hopform_point_real *root)
-{
-    end->t = root->t;
-    end->basis = root->basis;
-    end->found = n;
-    end->at[n] = root->at;
-    sample_window_real(guard, end);
-}
-
-/* Which root swinging on would bring first, and when. */
-typedef struct {
-    int32_t watch; /* -1 if none */
-    real after;
-} outlook_real;
-
-static outlook_real look_ahead_real(const stance_guard_real *guard, bool has_faded)
-{
-    const real w = guard->frequency > 0.0 ? guard->frequency : sqrt_real(guard->poles->q);
-    outlook_real ahead = {-1, 0.96875 * guard->half_turn};
-    for (int32_t n = 0; n < guard->count && !has_faded; n++) {
-        const real swing = hopform_swing_to_zero_real(&guard->from[n], w);
-        if (swing < ahead.after) {
-            ahead.watch = n;
-            ahead.after = swing;
-        }
-    }
-    if (ahead.watch >= 0 && guard->frequency > 0.0) {
-        const real step = hopform_swing_step_real(guard->poles, &guard->from[ahead.watch], w, ahead.after);
-        ahead.after -= fabs_real(step) < 0.25 * ahead.after ? step : 0.0;
-    }
-    return ahead;
-}
-
-/* Close the window at the root that is expected first, or a little beyond where it was expected. */
-static void reach_ahead_real(const stance_guard_real *guard, real low, real limit, int32_t windows, window_real *end)
-{
-    const real p = guard->poles->p; /* a window in which the pair fades away tells little */
-    const bool has_faded =
-        -0.5 * p * low < HOPFORM_SMALLEST_EXPONENT_real; /* without a digit left: what goes on is monotone */
-    const outlook_real ahead = look_ahead_real(guard, has_faded);
-    const real fades = p * guard->half_turn > 8.0 ? 8.0 / p : guard->half_turn;
-    const real half = 0.96875 * guard->half_turn;
-    const real patient = fades > 3.0 * low ? fades : 3.0 * low;
-    const real longest = has_faded || guard->count == 0 ? limit - low : (half < patient ? half : patient);
-    const real far = longest < limit - low ? low + longest : limit;
-    if (ahead.watch >= 0) {
-        const hopform_point_real root = hopform_root_ahead_real(&guard->watch[ahead.watch], guard->poles, low,
-                                                                low + ahead.after < far ? low + ahead.after : far, far);
-        if (root.t > low
-            && root.at.rate * (root.t - low) < -root.at.noise) { /* not what rounding makes of a g that fades */
-            end_at_real(guard, end, ahead.watch, &root);
-            return;
-        }
-    }
-    const real least =
-        windows > 3 ? (guard->frequency > 0.0 ? 0.125 * guard->half_turn : low) : 64.0 * HOPFORM_EPS_real * low;
-    const real reach = ahead.watch >= 0 ? 1.015625 * ahead.after : longest;
-    const real t = low + (reach > least ? reach : least);
-    close_window_real(guard, end, t > low && t < far ? t : far);
-}
-
-static real doubt_of_real(const stance_guard_real *guard, int32_t n)
-{
-    const int32_t kind = guard->watch[n].kind;
-    return kind == END_THRESHOLD_1_real || kind == END_THRESHOLD_2_real ? guard->doubt : 0.0;
-}
-
-/* Two events within rounding are at the same time, and the watch with the lower number wins: n, or the one that is
- * found. */
-static bool is_before_real(const stance_guard_real *guard, const window_real *end, int32_t n, real h)
-{
-    const hopform_sample_real *at = &end->at[n];
-    const hopform_sample_real *other = &end->at[end->found];
-    const real blurred = other->noise + doubt_of_real(guard, end->found);
-    const bool crosses = at->rate * h < -16.0 * at->noise;
-    const bool ties = (at->value - 4.0 * at->noise) * fabs_real(other->rate) < fabs_real(at->rate) * blurred;
-    return at->value < -(at->noise + doubt_of_real(guard, n)) || (n < end->found && crosses && ties);
-}
-
-/* Shorten the window until each watch is known to keep its sign in it, but for the one that is found at its end. */
-static void settle_window_real(const stance_guard_real *guard, real low, window_real *end)
-{
-    const real a = guard->poles->a;
-    int32_t lost = -1;
-    for (int32_t n = 0, cuts = 0; n < guard->count && cuts < 400; n++) {
-        const hopform_sample_real *from = &guard->from[n];
-        const real h = end->t - low;
-        const hopform_sample_real *to = &end->at[n];
-        const real value =
-            n == end->found ? -2.0 * to->noise : to->value; /* just beyond its root, which must be its first */
-        hopform_verdict_real verdict = hopform_judge_real(from, to, value, a, h, h <= 0.5 * guard->half_turn);
-        if (n == end->found && verdict == LOSES_SIGN_real) {
-            continue;
-        }
-        if (verdict == KEEPS_SIGN_real && end->found > n && is_before_real(guard, end, n, h)) {
-            end->found = n; /* a tie */
-            continue;
-        }
-        if (verdict == LOSES_SIGN_real && end->found >= 0 && !is_before_real(guard, end, n, h)) {
-            continue; /* a tie that the other wins */
-        }
-        if (verdict == DIPS_real) {
-            const hopform_point_real bottom =
-                hopform_bottom_between_real(&guard->watch[n], guard->poles, low, from, end->t, to);
-            if (bottom.at.value < -bottom.at.noise) {
-                close_window_real(guard, end, bottom.t);
-                verdict = LOSES_SIGN_real;
-            }
-        }
-        if (verdict == LOSES_SIGN_real) {
-            if (!(from->value > 0.0) && (from->rate < 0.0 || (!(from->rate > 0.0) && !(from->turning > 0.0)))) {
-                close_window_real(guard, end, low);
-                end->found = n;
-                return;
-            }
-            const hopform_point_real last = {end->t, end->basis, end->at[n]};
-            const hopform_point_real root = hopform_root_between_real(&guard->watch[n], guard->poles, low, last);
-            end_at_real(guard, end, n, &root);
-            lost = n;
-            n = -1; /* the others must keep their signs up to here */
-            cuts++;
-        } else if (verdict == UNDECIDED_real) {
-            const real cut = low + hopform_turn_between_real(from, &end->at[n], h);
-            if (cut > low && cut < end->t) { /* else there is no number in between */
-                close_window_real(guard, end, cut);
-                n = -1;
-                cuts++;
-            }
-        }
-    }
-    end->found = end->t > low ? end->found : lost; /* no number lies between its root and the start */
+    return found >= 0 && set->function[found].kind == END_TAKEOFF_real;
 }
 
 /* The state that a phase starts from, x_1 counted from the stop ahead. */
@@ -406,143 +229,129 @@ static hopform_state_real from_stop_real(const stance_chain_real *chain)
     return start;
 }
 
-/* The stop ahead, which x_1, monotone within a phase, has met if it is beyond it at the end of the window, and does not
- * just touch. */
-static bool meets_stop_real(const stance_chain_real *chain, const stance_guard_real *guard, window_real *end)
+/* The stop ahead, which x_1, monotone within a phase, has met if it is beyond it at the end of an interval, and does
+ * not just touch: the interval ends there. */
+static bool meets_stop_real(const stance_chain_real *chain, const stance_events_real *events, propagator_real *end)
 {
     const real sign = (real)chain->side_1;
     const hopform_state_real start = from_stop_real(chain);
     if (chain->side_1 == 0 || !hopform_is_finite_real(start.x1)) {
         return false;
     }
-    real low = 0.0;
-    real high = end->t;
-    real t = end->t;
-    hopform_basis_real basis = end->basis;
-    const real beyond = sign * hopform_state_at_real(&start, guard->motion, &basis).x1_t;
-    if (!(beyond > 0.0) || !(beyond > hopform_touch_real(guard->motion, &start, &basis))) {
+    propagator_real at = *end;
+    const real beyond = sign * hopform_state_at_real(&start, events->motion, &at.basis).x1_t;
+    if (!(beyond > 0.0) || !(beyond > grazing_tolerance_real(events->motion, &start, &at.basis))) {
         return false;
     }
+    const hopform_poles_real *poles = events->set.poles;
+    real low = 0.0;
+    real high = end->t;
     for (int n = 0; n < 100; n++) {
-        if (n > 0) {
-            basis = hopform_basis_at_real(guard->poles, t);
-        }
-        const hopform_approach_real to = hopform_approach_of_real(guard->poles, guard->motion, &start, sign, &basis);
+        const approach_real to = approach_of_real(poles, events->motion, &start, sign, &at.basis);
         if (to.at.value > 0.0) {
-            high = t;
+            high = at.t;
         } else {
-            low = t;
+            low = at.t;
         }
-        if (fabs_real(to.at.value) <= HOPFORM_EPS_real * t * to.at.rate) {
+        if (fabs_real(to.at.value) <= HOPFORM_EPS_real * at.t * to.at.rate) {
             break;
         }
-        const real step = hopform_step_to_root_real(&to.at);
-        real next = t - step;
+        const real step = step_to_root_real(&to.at);
+        real next = at.t - step;
         const bool inside = to.at.rate > 0.0 && next > low && next < high;
-        if (inside && hopform_is_last_step_real(guard->poles, &to.at, to.fourth, next, step)) {
-            basis = hopform_carried_basis_real(guard->poles, &basis, next - t);
-            t = next;
+        if (inside && step_converges_real(poles, &to.at, to.fourth, next, step)) {
+            const hopform_basis_real carried = carried_basis_real(poles, &at.basis, next - at.t);
+            at = propagator_of_real(poles, next, &carried);
             break;
         }
         next = inside && !(n > 8 && n % 2 == 1) ? next : low + 0.5 * (high - low);
         if (!(next > low && next < high)) {
             break;
         }
-        t = next;
+        at = propagator_at_real(poles, next);
     }
-    end->t = t;
-    end->basis = basis;
+    *end = at;
     return true;
 }
 
-/* While nothing happens in many half turns: up to where all watches are known to keep quiet, `from` if that is not far.
- */
-static real quiet_until_real(const stance_guard_real *guard, real from, real limit)
-{
-    for (real reach = limit - from; reach > 8.0 * guard->half_turn; reach *= 0.125) {
-        bool quiet = true;
-        for (int32_t n = 0; n < guard->count && quiet; n++) {
-            quiet = hopform_is_quiet_real(&guard->watch[n], guard->poles, from, from + reach);
-        }
-        if (quiet) {
-            return from + reach;
-        }
-    }
-    return from;
-}
-
-/* A watch that is below zero already when the phase begins; -1 if there is none. */
-static int32_t lost_at_once_real(stance_guard_real *guard)
-{
-    for (int32_t n = 0; n < guard->count; n++) {
-        if (guard->from[n].value < 0.0) {
-            if (guard->from[n].rate <= 0.0) {
-                return n;
-            }
-            guard->from[n].value = 0.0;
-        }
-    }
-    return -1;
-}
-
 /* At the time of the limit a take-off comes before it, and before mass 2 comes to rest what mass 1 does. */
-static void cross_at_the_limit_real(const stance_guard_real *guard, real limit, window_real *end)
+static void cross_at_the_limit_real(const stance_events_real *events, real limit, interval_real *in)
 {
-    for (int32_t n = 0; n < guard->count && end->found < 0 && !(end->t < limit); n++) {
-        const bool is_first = is_takeoff_real(guard, n)
-                              || (guard->watch[n].kind == END_THRESHOLD_1_real && guard->halts == END_VELOCITY_2_real
-                                  && !(guard->halt > limit));
-        const hopform_sample_real *at = &end->at[n];
-        const bool crosses = at->rate * limit < -16.0 * at->noise; /* and does not just touch */
-        if (is_first && crosses && at->value < -8.0 * HOPFORM_EPS_real * limit * at->rate) {
-            end->found = n;
+    const event_set_real *set = &events->set;
+    for (int32_t n = 0; n < set->count && in->found < 0 && !(in->high.t < limit); n++) {
+        const bool is_first = is_takeoff_real(set, n)
+                              || (set->function[n].kind == END_THRESHOLD_1_real && events->rests == END_VELOCITY_2_real
+                                  && !(events->rest_time > limit));
+        const jet_real *at = &in->to[n]; /* found_first_root has looked at all of them there */
+        if (is_first && at->value < -8.0 * HOPFORM_EPS_real * limit * at->rate
+            && at->rate * limit < -16.0 * rounding_of_real(&set->function[n], &in->high, at->rate)) {
+            in->found = n; /* it crosses, and does not just touch */
         }
     }
 }
 
-/* What ends the phase at the end of its last window. */
-static stance_phase_end_real end_of_real(const stance_guard_real *guard, const window_real *end, bool stops, real limit)
+/* What ends the phase at the end of its last interval. */
+static stance_phase_end_real end_of_real(const stance_events_real *events, const interval_real *in, bool stops,
+                                         real limit)
 {
-    stance_phase_end_real result = {end->t, STANCE_END_LIMIT_real, 0, end->basis, 0.0};
-    const bool halts = !(guard->halt > limit) && !(end->t < limit * (1.0 - 8.0 * HOPFORM_EPS_real));
-    const bool wins =
-        guard->halts != END_VELOCITY_2_real && !is_takeoff_real(guard, end->found); /* over mass 2 at the same time */
+    stance_phase_end_real result = {in->high.t, STANCE_END_LIMIT_real, 0, in->high.basis, 0.0};
+    const bool rests = !(events->rest_time > limit) && !(in->high.t < limit * (1.0 - 8.0 * HOPFORM_EPS_real));
+    const bool wins = events->rests != END_VELOCITY_2_real
+                      && !is_takeoff_real(&events->set, in->found); /* over mass 2 at the same time */
     if (stops) {
         result.kind = STANCE_END_STOP_real;
-    } else if (end->found >= 0 && !(halts && wins)) {
-        result.kind = (stance_end_kind_real)guard->watch[end->found].kind;
-        result.side = guard->watch[end->found].side;
-    } else if (halts) {
-        result.kind = guard->halts;
+    } else if (in->found >= 0 && !(rests && wins)) {
+        result.kind = (stance_end_kind_real)events->set.function[in->found].kind;
+        result.side = events->set.function[in->found].side;
+    } else if (rests) {
+        result.kind = events->rests;
     }
     return result;
 }
 
 /* A take-off late in a phase: its time with all its digits. True if it comes later, so that something else may come
  * first. */
-static bool sharpen_takeoff_real(const stance_chain_real *chain, const stance_guard_real *guard, real limit,
-                                 window_real *end)
+static bool sharpen_takeoff_real(const stance_chain_real *chain, const stance_events_real *events, real limit,
+                                 interval_real *in)
 {
-    const int32_t found = end->found;
-    if (found < 0 || !is_takeoff_real(guard, found) || !(fabs_real(end->basis.Wdd) < 0.25)) {
+    const event_set_real *set = &events->set;
+    const int32_t found = in->found;
+    if (!is_takeoff_real(set, found) || !(fabs_real(in->high.basis.Wdd) < 0.25)) {
         return false;
     }
-    const hopform_watch_real *leg = &guard->watch[found];
+    const event_function_real *leg = &set->function[found];
     const hopform_state_real slack = {0.0, 0.0, 0.0, 0.0};
     const hopform_motion_real from_slack =
         hopform_motion_of_real(chain->plan, &slack, chain->steps[chain->step].u, chain->side_1, chain->side_2);
-    const real settled = hopform_settled_y_real(guard->poles, from_slack.H2_y, from_slack.H1_y);
-    const real before = end->t;
+    const real settled = hopform_settled_y_real(set->poles, from_slack.H2_y, from_slack.H1_y);
+    const real before = in->high.t;
     for (int n = 0; n < 4; n++) {
         const real later =
-            hopform_root_is_later_real(guard->poles, &leg->numerator, leg->start, settled, &end->basis, end->t);
-        if (!(fabs_real(later) > 0.0) || end->t + later > limit) {
+            root_is_later_real(set->poles, &leg->numerator, leg->start, settled, &in->high.basis, in->high.t);
+        if (!(fabs_real(later) > 0.0) || in->high.t + later > limit) {
             break;
         }
-        close_window_real(guard, end, end->t + later);
-        end->found = found;
+        end_interval_at_real(set, in, in->high.t + later);
+        in->found = found;
     }
-    return end->t > before;
+    return in->high.t > before;
+}
+
+/* The far end of the next interval: less than half a period of the pair away, and not so far that all has faded. */
+static void reach_ahead_real(const event_set_real *set, interval_real *in, real limit)
+{
+    const real low = in->low;
+    const real near = set->node->t > 3.0 * low ? set->node->t : 3.0 * low;
+    const real half = 0.95 * set->node->half_period;
+    const real far = low + (near < half ? near : half);
+    if (!(low > 0.0) && set->node->t < limit) {
+        const hopform_node_real *node = set->node;
+        const hopform_basis_real basis = {node->Wdd, node->Wd, node->W, node->W1, node->W2};
+        in->high = propagator_of_real(set->poles, node->t, &basis);
+        in->found = -1;
+    } else {
+        end_interval_at_real(set, in, far > low && far < limit && set->count > 0 ? far : limit);
+    }
 }
 
 /* The first event of the phase that starts at the chain's state. */
@@ -554,45 +363,42 @@ static stance_phase_end_real stance_find_end_real(const stance_chain_real *chain
         const stance_phase_end_real result = {until, STANCE_END_LIMIT_real, 0, start, 0.0};
         return result;
     }
-    stance_guard_real guard = {0};
-    put_guard_real(&guard, chain, poles, motion);
-    const real limit = guard.halt < until ? guard.halt : until;
-    window_real end = {0};
-    end.basis = start;
-    end.found = lost_at_once_real(&guard);
+    stance_events_real events;
+    put_events_real(&events, chain, poles, motion);
+    const event_set_real *set = &events.set;
+    const real limit = events.rest_time < until ? events.rest_time : until;
+    interval_real in;
+    in.low = 0.0;
+    in.high = propagator_of_real(poles, 0.0, &start);
+    for (int32_t n = 0; n < set->count; n++) {
+        in.from[n] = jet_at_start_real(poles, &set->function[n]);
+    }
+    in.found = lost_at_once_real(set, &in);
     bool stops = false;
-    int32_t patience = 8;
-    for (int32_t windows = 0; end.found < 0 && !stops && end.t < limit;
-         windows = windows > 3 ? windows : windows + 1) { /* more are not told apart */
-        const real low = end.t;
-        real quiet = low;
-        if (--patience <= 0) {
-            quiet = quiet_until_real(&guard, low, limit);
-            patience = quiet > low ? 1 : 8;
+    for (int32_t intervals = 1; in.found < 0 && !stops && in.high.t < limit; intervals++) {
+        if (intervals > 1) {
+            begin_interval_real(set, &in);
         }
-        if (quiet > low) {
-            close_window_real(&guard, &end, quiet);
+        const real quiet = intervals > 1 ? quiet_until_real(set, &in) : 0.0;
+        if (quiet > in.low + 2.0 * set->node->t) {
+            end_interval_at_real(set, &in, quiet < limit ? quiet : limit);
         } else {
-            reach_ahead_real(&guard, low, limit, windows, &end);
+            reach_ahead_real(set, &in, limit);
             bool later = true; /* once at most, and then what else happens by then is looked at */
             for (int n = 0; n < 2 && later; n++) {
-                settle_window_real(&guard, low, &end);
-                cross_at_the_limit_real(&guard, limit, &end);
-                later = n == 0 && sharpen_takeoff_real(chain, &guard, limit, &end);
+                find_first_root_real(set, &in);
+                cross_at_the_limit_real(&events, limit, &in);
+                later = n == 0 && sharpen_takeoff_real(chain, &events, limit, &in);
             }
         }
-        const real t = end.t;
-        stops = meets_stop_real(chain, &guard, &end)
-                && !(is_takeoff_real(&guard, end.found) && t <= end.t * (1.0 + 8.0 * HOPFORM_EPS_real));
-        for (int32_t n = 0; n < guard.count && end.found < 0 && !stops; n++) {
-            guard.from[n] = end.at[n];
-            guard.from[n].value = end.at[n].value > 0.0 ? end.at[n].value : 0.0;
-        }
+        const real t = in.high.t;
+        stops = meets_stop_real(chain, &events, &in.high)
+                && !(is_takeoff_real(set, in.found) && t <= in.high.t * (1.0 + 8.0 * HOPFORM_EPS_real));
     }
-    stance_phase_end_real result = end_of_real(&guard, &end, stops, limit);
+    stance_phase_end_real result = end_of_real(&events, &in, stops, limit);
     if (result.kind == END_VELOCITY_1_real) {
         const hopform_state_real ahead = from_stop_real(chain);
-        result.touch = hopform_is_finite_real(ahead.x1) ? hopform_touch_real(motion, &ahead, &end.basis) : 0.0;
+        result.touch = hopform_is_finite_real(ahead.x1) ? grazing_tolerance_real(motion, &ahead, &in.high.basis) : 0.0;
     }
     return result;
 }
@@ -916,6 +722,29 @@ static void stance_report_real(const stance_chain_real *chain, const hopform_sta
     }
 }
 
+/* The node lies at nearly half a period where the pair is not damped, sooner where it is: at 0.95 pi/sqrt(q). */
+static hopform_node_real node_of_poles_real(const hopform_poles_real *poles)
+{
+    const bool draws = poles->q > HOPFORM_UNDERFLOW_real; /* else the node is never reached */
+    const real t = draws ? 2.984 / sqrt_real(poles->q) : HOPFORM_NEVER_real;
+    const hopform_basis_real basis = hopform_basis_at_real(poles, draws ? t : 0.0);
+    const real mu = 0.5 * poles->p;
+    const real square = mu * mu - poles->q;
+    hopform_node_real node = {HOPFORM_NEVER_real, HOPFORM_NEVER_real, poles->a, 0.0,      0.0,     t,
+                              basis.Wdd,          basis.Wd,           basis.W,  basis.W1, basis.W2};
+    if (square < 0.0) {
+        node.half_period = 3.14159265358979323846 / sqrt_real(-square);
+        node.fades = poles->a > 0.0 && mu > poles->a ? 10.0 / (mu - poles->a) : HOPFORM_NEVER_real;
+    } else {
+        const real fast = mu + sqrt_real(square);
+        const real slow = fast > 0.0 ? poles->q / fast : 0.0;
+        node.pole = hopform_greater_real(poles->a, fast);
+        node.second = hopform_lesser_real(fast, hopform_greater_real(poles->a, slow));
+        node.third = hopform_lesser_real(poles->a, slow);
+    }
+    return node;
+}
+
 /* Fill a plan from its robot. */
 static int32_t fill_plan_real(hopform_plan_real *plan)
 {
@@ -949,6 +778,9 @@ static int32_t fill_plan_real(hopform_plan_real *plan)
     plan->both = both;
     plan->actuator = actuator;
     plan->body = body;
+    plan->node_both = node_of_poles_real(&both);
+    plan->node_actuator = node_of_poles_real(&actuator);
+    plan->node_body = node_of_poles_real(&body);
     plan->made = HOPFORM_PLAN_MADE;
     return HOPFORM_OK;
 }

@@ -9,7 +9,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "events_f64.h"
+#include "first_event_f64.h"
 
 #define T(name) hopform_##name##_f64
 
@@ -52,6 +52,11 @@ static void near(double got, double wanted, double allowed, const char *what)
     } else if (share > worst) {
         worst = share;
     }
+}
+
+static double smaller(double a, double b)
+{
+    return a < b ? a : b;
 }
 
 static double larger(double a, double b)

@@ -3,6 +3,7 @@
  * is silent.
  */
 #include "checks.h"
+#include "first_event_f64.h"
 #include "linear_f64.h"
 #include "trial_f64.h"
 
@@ -127,7 +128,7 @@ static void halts(void)
         for (int i = 0; i < 24; i += 4) {
             const double q = 400.0, p = 2.0 * damping[n] * 20.0, v = 0.3, acc = -0.25 * (double)(1 + i * i) + 2.0;
             const T(poles) poles = {0.0, p, q, p, q, 0.0};
-            const double t = hopform_halt_time_f64(&poles, v, acc);
+            const double t = time_to_rest_f64(&poles, v, acc);
             long double w[5], zero = -1.0L;
             for (int k = 1; k <= 200 && zero < 0.0L; k++) { /* v(t) = v (R' + p R) + acc R */
                 exact_basis(&poles, (double)k * 1e-2, w);
@@ -194,7 +195,7 @@ static void any_halts(void)
         const double q = over(1.0, 1e5), p = 2.0 * sqrt(q) * (row % 3 == 0 ? uniform(0.0, 1.0) : over(1e-3, 50.0));
         const double v = over(1e-6, 10.0), acc = v * sqrt(q) * (row % 2 ? -over(1e-3, 1e3) : uniform(-3.0, 3.0));
         const T(poles) poles = {0.0, p, q, p, q, 0.0};
-        const double t = hopform_halt_time_f64(&poles, v, acc);
+        const double t = time_to_rest_f64(&poles, v, acc);
         const double last = t < 1e300 ? t : 40.0 / sqrt(q);
         long double w[5];
         for (int n = 0; n <= 20; n++) { /* v(t) = v (R' + p R) + acc R: above zero before, below it behind */
@@ -209,11 +210,11 @@ static void any_halts(void)
         must(!(t < 1e300) || fabs(left) <= 2e-13 * t * fabs((double)rate) + 1e-16 * v, "a mass that has come to rest");
     }
     const T(poles) swings = {0.0, 4.0, 104.0, 4.0, 104.0, 0.0}, creeps = {0.0, 5.0, 4.0, 5.0, 4.0, 0.0};
-    near(hopform_halt_time_f64(&swings, 0.0, 1.0), 3.14159265358979323846 / 10.0, 1e-15, "a half turn from rest");
-    must(hopform_halt_time_f64(&creeps, 0.0, 1.0) >= 1e300, "creeping from rest");
-    must(!(hopform_halt_time_f64(&creeps, 0.0, -1.0) > 0.0) && !(hopform_halt_time_f64(&swings, 0.0, -1.0) > 0.0),
+    near(time_to_rest_f64(&swings, 0.0, 1.0), 3.14159265358979323846 / 10.0, 1e-15, "a half turn from rest");
+    must(time_to_rest_f64(&creeps, 0.0, 1.0) >= 1e300, "creeping from rest");
+    must(!(time_to_rest_f64(&creeps, 0.0, -1.0) > 0.0) && !(time_to_rest_f64(&swings, 0.0, -1.0) > 0.0),
          "away from rest the other way");
-    must(hopform_halt_time_f64(&creeps, 0.0, 0.0) >= 1e300 && hopform_halt_time_f64(&swings, 0.0, 0.0) >= 1e300,
+    must(time_to_rest_f64(&creeps, 0.0, 0.0) >= 1e300 && time_to_rest_f64(&swings, 0.0, 0.0) >= 1e300,
          "nothing that moves");
 }
 
@@ -250,35 +251,42 @@ static void formulas(void)
 
 enum { SAMPLES = 240 };
 
-/* g at a time, from its numerator and the response of the poles. */
-static double value_of(const T(watch) *watch, const T(poles) *poles, double t)
+static double value_of(const event_function_f64 *g, const T(poles) *poles, double t)
 {
     const T(basis) basis = hopform_basis_at_f64(poles, t);
-    return watch->start + watch->numerator.H3 * basis.Wd + watch->numerator.H2 * basis.W
-           + watch->numerator.H1 * basis.W1;
+    return g->start + g->numerator.H3 * basis.Wd + g->numerator.H2 * basis.W + g->numerator.H1 * basis.W1;
 }
 
-static T(poles) poles_of_any_robot(void)
+/* The poles and the node of a phase of any robot. */
+static void any_phase(T(poles) *poles, T(node) *node)
 {
     T(plan) plan;
     const T(robot) robot = any_robot();
     must(T(plan_init)(&plan, &robot) == HOPFORM_OK, "no plan");
     const double which = uniform(0.0, 1.0);
-    return which < 0.7 ? plan.both : (which < 0.85 ? plan.actuator : plan.body);
+    *poles = which < 0.7 ? plan.both : (which < 0.85 ? plan.actuator : plan.body);
+    *node = which < 0.7 ? plan.node_both : (which < 0.85 ? plan.node_actuator : plan.node_body);
 }
 
-/* A function of time that begins at 0 or above it, with a window of it that is shorter than a half turn. */
-static T(watch) any_watch(const T(poles) *poles, double *h)
+static T(poles) poles_of_any_robot(void)
+{
+    T(poles) poles;
+    T(node) node;
+    any_phase(&poles, &node);
+    return poles;
+}
+
+/* An event function that begins at 0 or above it, with an interval of it that is shorter than half a period. */
+static event_set_f64 any_function(const T(poles) *poles, const T(node) *node, double *h)
 {
     const double w = sqrt(poles->q > 0.0 ? poles->q : poles->s_2);
     const double start = uniform(0.0, 1.0) < 0.2 ? 0.0 : over(1e-3, 2.0);
     const double H3 = mostly(uniform(-1.0, 1.0), start > 0.0 ? 0.15 : 0.0) * w,
                  H2 = mostly(uniform(-1.0, 1.0), 0.2) * w * w + poles->s_1 * H3;
-    const double H1 = mostly(uniform(-1.0, 1.0), 0.2) * w * w * (w + poles->a);
-    const double half_turn =
-        hopform_frequency_f64(poles) > 0.0 ? 3.141592653589793 / hopform_frequency_f64(poles) : 3.0 / w;
-    *h = 0.97 * half_turn * (uniform(0.0, 1.0) < 0.5 ? 1.0 : over(1e-2, 1.0));
-    return hopform_watch_of_f64(poles, start > 0.0 ? H3 : fabs(H3), H2, H1, start, 1.0, 0, 0);
+    const double H1 = poles->a > 0.0 ? mostly(uniform(-1.0, 1.0), 0.2) * w * w * (w + poles->a) : 0.0;
+    const event_set_f64 set = {poles, node, 1, {{{start > 0.0 ? H3 : fabs(H3), H2, H1}, start, 0, 0}}};
+    *h = 0.95 * smaller(node->half_period, 3.0 / w) * (uniform(0.0, 1.0) < 0.5 ? 1.0 : over(1e-2, 1.0));
+    return set;
 }
 
 /* (18): what fades with the pole that is apart and what rings with the pair are the whole. */
@@ -305,127 +313,177 @@ static void ringing(void)
     must(seen > 100, "too few that ring");
 }
 
-/* The same function, so much lower that it touches zero, has its minimum there; a little higher, it is above zero. */
-static void any_bottom(const T(watch) *high, const T(poles) *poles, double h, double least, double most)
+/* What many samples of a function show. */
+typedef struct {
+    double least, most, first; /* its least and largest magnitude; where it first falls below zero, else negative */
+    int crossings;
+} shape;
+
+static shape sampled(const event_set_f64 *set, double h)
 {
-    for (int n = 0; n < 2; n++) {
-        T(watch) watch = *high;
-        watch.start -= least - (n == 0 ? 0.0 : 1e-3 * most);
-        const T(sample) from = hopform_first_sample_f64(&watch, poles);
-        const T(point) end = hopform_point_at_f64(&watch, poles, h);
-        const T(point) bottom = hopform_bottom_between_f64(&watch, poles, 0.0, &from, h, &end.at);
-        if (n == 0) {
-            must(bottom.at.value <= bottom.at.noise && bottom.at.value >= -1e-3 * most,
-                 "a bottom that is higher than what was seen");
-            must(bottom.at.value < -bottom.at.noise
-                     || fabs(bottom.at.rate) <= 1e-7 * (fabs(bottom.at.curvature) * h + most / h),
-                 "a bottom that slopes");
-        } else {
-            must(bottom.at.value > 0.0, "a bottom that is below zero, and is not");
+    shape seen = {INFINITY, 0.0, -1.0, 0};
+    double before = 1.0;
+    for (int n = 1; n <= SAMPLES; n++) {
+        const double t = h * (double)n / SAMPLES, g = value_of(&set->function[0], set->poles, t);
+        seen.least = smaller(seen.least, g);
+        seen.most = larger(seen.most, fabs(g));
+        seen.crossings += (before > 0.0) != (g > 0.0);
+        seen.first = g < 0.0 && seen.first < 0.0 ? t : seen.first;
+        before = g;
+    }
+    return seen;
+}
+
+static int signs_said, pair_said, quiet_said, bernstein_said, roots_said, minima_said;
+
+/* Each rule of the certificate against samples: where it says that there is no root, there is none. */
+static void any_certificate(const event_set_f64 *set, const interval_f64 *in, const shape *seen)
+{
+    const event_function_f64 *g = &set->function[0];
+    const jet_f64 *from = &in->from[0], *to = &in->to[0];
+    const double h = in->high.t, rounding = rounding_of_f64(g, &in->high, to->rate), tiny = 1e-13 * seen->most + rounding;
+    const bool holds = seen->least >= -tiny, rings = set->node->half_period < HOPFORM_NEVER_f64;
+    if (to->value > rounding) {
+        const bool signs =
+            has_no_root_f64(from, deflated_f64(set, g, from, 0.0), to, deflated_f64(set, g, to, h));
+        const bool pair = rings && has_no_root_by_pair_f64(set->poles, g, &in->high, from, to);
+        const bool apart = rings && is_held_up_by_bernstein_f64(set->poles, g, from, to, h, false, rounding);
+        must(!signs || holds, "rule 2: a root by the real pole's chain");
+        must(!pair || holds, "rule 2: a root by the pair's chain");
+        must(!apart || holds, "rule 1: a root");
+        signs_said += signs;
+        pair_said += pair;
+        bernstein_said += apart && !signs;
+    }
+    const double quiet = quiet_time_f64(set, from, rounding);
+    must(!(quiet > h) || holds, "rule 5: a root while it is quiet");
+    quiet_said += quiet > h;
+    must(quiet > h || seen->first < 0.0 || seen->first > 0.999 * quiet, "rule 5: a root before it ends");
+}
+
+/* The bound of the sixth derivative against the derivative itself, which the poles give from the others. */
+static void any_sixth_derivative(const event_set_f64 *set, double h)
+{
+    const T(poles) *poles = set->poles;
+    if (!(set->node->half_period < HOPFORM_NEVER_f64)) {
+        return;
+    }
+    const double bound = sixth_derivative_bound_f64(poles, &set->function[0]);
+    double most = 0.0;
+    for (int n = 0; n <= 40; n++) {
+        const propagator_f64 then = propagator_at_f64(poles, h * (double)n / 40.0);
+        const jet_f64 at = jet_at_f64(set, &set->function[0], &then);
+        double d[3] = {at.rate, at.curvature, at.third}; /* then the next ones */
+        for (int k = 0; k < 3; k++) {
+            const double next = -(poles->s_1 * d[2] + poles->s_2 * d[1] + poles->s_3 * d[0]);
+            d[0] = d[1];
+            d[1] = d[2];
+            d[2] = next;
         }
+        most = larger(most, fabs(d[2]));
+    }
+    must(most <= 1.0000001 * bound, "a sixth derivative above its bound");
+}
+
+/* The first root of an interval is where samples show it, and where g is 0; the guesses are near. */
+static void any_first_root(const event_set_f64 *set, interval_f64 *in, const shape *seen)
+{
+    const event_function_f64 *g = &set->function[0];
+    const double h = in->high.t, step = h / SAMPLES;
+    const double tiny = 1e-9 * seen->most;
+    find_first_root_f64(set, in);
+    if (in->found == 0) {
+        roots_said++;
+        const double t = in->high.t;
+        const jet_f64 at = short_jet_at_f64(g, &in->high);
+        const double rounding = rounding_of_f64(g, &in->high, at.rate);
+        near(value_of(g, set->poles, t), 0.0, 4e-16 * t * fabs(at.rate) + rounding, "a root");
+        must(seen->first < 0.0 || t <= seen->first + 1e-9 * h, "a root behind the first");
+        must(t > 0.0 && t <= h, "a root outside");
+        must(seen->first < 0.0 || t >= seen->first - step || seen->least < tiny, "a root where there is none");
+    } else {
+        must(!(in->high.t >= h) || seen->least > -tiny, "a root that is not found");
     }
 }
 
-/* A step towards a root from 3 % beyond it leaves a tenth of that, but where g hardly falls. */
-static void any_step(const T(watch) *watch, const T(poles) *poles, double root)
+static void any_minimum(const event_set_f64 *set, const interval_f64 *in, const shape *seen)
 {
-    const double w = hopform_frequency_f64(poles), t = 1.03 * root;
-    const T(sample) from = hopform_first_sample_f64(watch, poles);
-    const T(point) there = hopform_point_at_f64(watch, poles, root), near_it = hopform_point_at_f64(watch, poles, t);
-    const bool plain = w > 0.0 && w * t < 3.0 && 0.5 * poles->p * t < 1.0 && poles->a * t < 1.0;
-    if (plain && fabs(there.at.rate - near_it.at.rate) < 0.2 * fabs(there.at.rate)) {
-        const double step = hopform_swing_step_f64(poles, &from, w, t);
-        const double size =
-            from.value + fabs(from.rate) / w + fabs(from.curvature) / (w * w) + fabs(from.third) / (w * w * w);
-        near(t - step, root, 0.003 * root + 1e-4 * size / fabs(there.at.rate), "a step to a root");
+    const event_function_f64 *g = &set->function[0];
+    const jet_f64 *from = &in->from[0], *to = &in->to[0];
+    if (!has_minimum_f64(from, to) || from->curvature + set->node->pole * from->rate < 0.0
+        || to->curvature + set->node->pole * to->rate < 0.0) {
+        return;
     }
+    minima_said++;
+    const propagator_f64 lowest = minimum_between_f64(set, g, 0.0, from, in->high.t, to);
+    const jet_f64 least = short_jet_at_f64(g, &lowest);
+    const double rounding = rounding_of_f64(g, &lowest, least.rate);
+    must((least.value < -rounding) == (seen->least < -rounding) || fabs(seen->least) < 1e-3 * seen->most,
+         "rule 4: a minimum on the other side of zero");
+    must(!is_held_up_by_tangents_f64(from, to, set->node->pole, in->high.t, rounding) || seen->least > 0.0,
+         "rule 4: held up, and below zero");
 }
 
-/* A verdict against samples: how often g changes its sign, and how often it turns upwards. */
-static void any_verdicts(void)
+static void any_intervals(void)
 {
-    for (row = 0; row < 2500; row++) {
-        const T(poles) poles = poles_of_any_robot();
-        double h, g[SAMPLES + 1];
-        const T(watch) watch = any_watch(&poles, &h);
-        const T(point) end = hopform_point_at_f64(&watch, &poles, h);
-        const T(sample) from = hopform_first_sample_f64(&watch, &poles);
-        const double half_turn =
-            hopform_frequency_f64(&poles) > 0.0 ? 3.141592653589793 / hopform_frequency_f64(&poles) : 1e300;
-        if (!(from.value > 0.0) && !(from.rate > 0.0)) {
+    for (row = 0; row < 4000; row++) {
+        T(poles) poles;
+        T(node) node;
+        double h;
+        any_phase(&poles, &node);
+        const event_set_f64 set = any_function(&poles, &node, &h);
+        interval_f64 in;
+        in.low = 0.0;
+        in.found = -1;
+        in.high = propagator_at_f64(&poles, h);
+        in.from[0] = jet_at_start_f64(&poles, &set.function[0]);
+        in.to[0] = short_jet_at_f64(&set.function[0], &in.high);
+        if (!(in.from[0].value > 0.0) && !(in.from[0].rate > 0.0)) {
             continue;
         }
-        const T(verdict) verdict = hopform_judge_f64(&from, &end.at, end.at.value, poles.a, h, h <= 0.5 * half_turn);
-        double least = INFINITY, most = 0.0;
-        int crossings = 0, lowest = 0;
-        for (int n = 0; n <= SAMPLES; n++) {
-            g[n] = value_of(&watch, &poles, h * (double)n / SAMPLES);
-            most = larger(most, fabs(g[n]));
-            if (n > 0 && g[n] < least) {
-                least = g[n];
-                lowest = n;
+        const shape seen = sampled(&set, h);
+        any_certificate(&set, &in, &seen);
+        any_sixth_derivative(&set, h);
+        for (double less = 1e-6; less < 0.02 && seen.least < set.function[0].start; less *= 3.0) { /* lowered below 0 */
+            event_set_f64 low = set;
+            interval_f64 then = in;
+            low.function[0].start -= seen.least + less * seen.most;
+            then.from[0].value = low.function[0].start;
+            then.to[0] = short_jet_at_f64(&low.function[0], &in.high);
+            const shape lowered = sampled(&low, h);
+            if (then.from[0].value > 0.0) {
+                any_certificate(&low, &then, &lowered);
             }
-            crossings += n > 0 && (g[n - 1] > 0.0) != (g[n] > 0.0) && (n > 1 || g[0] > 0.0);
         }
-        const double tiny = 1e-13 * most + end.at.noise;
-        must(verdict != KEEPS_SIGN_f64 || least >= -tiny, "a sign that is not kept");
-        must(verdict != LOSES_SIGN_f64 || ((crossings == 1 || (crossings == 0 && !(g[0] > 0.0))) && g[SAMPLES] < tiny)
-                 || fabs(g[SAMPLES]) < tiny,
-             "a sign that is not lost once");
-        must(verdict != DIPS_f64 || (crossings != 1 && crossings < 3) || fabs(g[SAMPLES]) < 1e-3 * most,
-             "a dip that is none");
-        must(crossings == 0 || verdict != KEEPS_SIGN_f64 || fabs(least) < tiny, "crossings that are not seen");
-        if (verdict == LOSES_SIGN_f64 && crossings == 1 && g[SAMPLES] < -tiny) {
-            const T(point) root = hopform_root_between_f64(&watch, &poles, 0.0, end);
-            near(root.at.value, 0.0, 4e-16 * root.t * fabs(root.at.rate) + 0.5 * root.at.noise, "a root");
-            must(root.t > 0.0 && root.t < h, "a root outside");
-            any_step(&watch, &poles, root.t);
-            const T(point) ahead =
-                hopform_root_ahead_f64(&watch, &poles, 0.0, root.t * 1.01 < h ? root.t * 1.01 : h, h);
-            near(ahead.t, root.t, 1e-14 * root.t + 4.0 * root.at.noise / fabs(root.at.rate), "a root that is expected");
-            near(root.at.value, value_of(&watch, &poles, root.t), root.at.noise, "g at its root");
-        }
-        if (verdict == DIPS_f64 && least > tiny && lowest > 1 && lowest < SAMPLES - 1 && end.at.rate > 0.0
-            && from.rate < 0.0) {
-            const T(point) bottom = hopform_bottom_between_f64(&watch, &poles, 0.0, &from, h, &end.at);
-            must(bottom.t > 0.0 && bottom.t < h && bottom.at.value >= least - 1e-4 * most,
-                 "a bottom below what was seen");
-            any_bottom(&watch, &poles, h, least, most);
-        }
-        if (verdict == DIPS_f64 && least < -tiny) {
-            const T(point) bottom = hopform_bottom_between_f64(&watch, &poles, 0.0, &from, h, &end.at);
-            must(bottom.at.value < 0.0, "a bottom that is not below zero");
-        }
-        const bool held_up =
-            from.rate < 0.0 && end.at.rate > 0.0 && hopform_is_held_up_f64(&from, &end.at, end.at.value, poles.a, h);
-        must(!held_up || h > half_turn || least > 0.0, "held up, and below zero");
-        if (verdict == UNDECIDED_f64) {
-            const double cut = hopform_turn_between_f64(&from, &end.at, h);
-            must(cut >= h / 64.0 && cut <= h * 63.0 / 64.0, "a cut at the rim");
-        }
+        any_minimum(&set, &in, &seen);
+        any_first_root(&set, &in, &seen);
     }
+    must(signs_said > 500 && pair_said > 500 && quiet_said > 300 && bernstein_said > 100 && roots_said > 500
+             && minima_said > 100,
+         "a rule that hardly ever says anything");
 }
 
-/* A function at the start of a phase is what it is at the time 0 of it; what the pair's part of it is there, too. */
-static void first_samples(void)
+/* A function at the start of a phase is what it is at the time 0 of it. */
+static void first_jets(void)
 {
     for (row = 0; row < 200; row++) {
-        const T(poles) poles = poles_of_any_robot();
+        T(poles) poles;
+        T(node) node;
         double h;
-        const T(watch) watch = any_watch(&poles, &h);
+        any_phase(&poles, &node);
+        const event_set_f64 set = any_function(&poles, &node, &h);
+        const event_function_f64 *g = &set.function[0];
         const T(basis) start = {1.0, 0.0, 0.0, 0.0, 0.0};
-        const T(sample) first = hopform_first_sample_f64(&watch, &poles),
-                        at = hopform_sample_at_f64(&watch, &poles, &start, 0.0);
+        const propagator_f64 then = propagator_of_f64(&poles, 0.0, &start);
+        const jet_f64 first = jet_at_start_f64(&poles, g), at = jet_at_f64(&set, g, &then);
         const double w = poles.s_1 + sqrt(poles.s_2),
                      size = 1e-12
                             * (fabs(first.value) + fabs(first.rate) / w + fabs(first.curvature) / (w * w)
-                               + fabs(watch.numerator.H1) / (w * w * w));
+                               + fabs(g->numerator.H1) / (w * w * w));
         near(first.value, at.value, size, "g at 0");
         near(first.rate, at.rate, size * w, "its rate at 0");
         near(first.curvature, at.curvature, size * w * w, "its second derivative at 0");
         near(first.third, at.third, size * w * w * w, "its third derivative at 0");
-        near(first.turning, at.turning, size * w * w, "the turning at 0");
-        near(first.noise, at.noise, size, "the noise at 0");
     }
 }
 
@@ -564,56 +622,35 @@ static void dips(void)
     must(seen > 300 && deep > 30 && ways > 150, "too few that turn, or bend one way");
 }
 
-/* A function that is called quiet has no root, be it sampled many times in each turn. */
-static void any_quiet(void)
+/* Rule 5 over long times: as long as a function is said to ring above zero it does, be it sampled many times in each
+ * turn. */
+static void any_ringing(void)
 {
     int quiet = 0;
     for (row = 0; row < 600; row++) {
         const double w = over(10.0, 1000.0), p = mostly(w * over(1e-5, 1e-2), 0.2), a = over(0.05, 5.0), q = w * w;
         const T(poles) poles = hopform_factor_cubic_f64(a + p, q + a * p, a * q);
+        const T(node) node = {3.141592653589793 / w, HOPFORM_NEVER_f64, poles.a, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0};
         const double slow = uniform(-1.0, 1.0), swing = uniform(-1.0, 1.0) * over(1e-3, 1.0),
                      other = uniform(-1.0, 1.0) * over(1e-3, 1.0);
-        const T(watch) watch = hopform_watch_of_f64(&poles, w * swing, w * w * other + slow * a,
-                                                    w * w * a * uniform(-0.5, 0.5), uniform(0.0, 2.0), 1.0, 0, 0);
-        const double from = over(0.01, 1.0), to = from + over(10.0, 100.0) * 3.1416 / w;
-        const bool says = hopform_is_quiet_f64(&watch, &poles, from, to);
+        const event_set_f64 set = {
+            &poles, &node, 1,
+            {{{w * swing, w * w * other + slow * a, w * w * a * uniform(-0.5, 0.5)}, uniform(0.0, 2.0), 0, 0}}};
+        const double from = over(0.01, 1.0), turns = over(10.0, 100.0) * 3.1416 / w;
+        const propagator_f64 then = propagator_at_f64(&poles, from);
+        const jet_f64 jet = jet_at_f64(&set, &set.function[0], &then);
+        const double span = smaller(quiet_time_f64(&set, &jet, 1e-14), turns);
         double least = INFINITY, most = 0.0;
         for (int n = 0; n <= 1000; n++) {
-            const double value = value_of(&watch, &poles, from + (to - from) * (double)n / 1000.0);
-            least = value < least ? value : least;
+            const double value = value_of(&set.function[0], &poles, from + turns * (double)n / 1000.0);
+            must(turns * (double)n / 1000.0 >= span || value > 0.0, "a root in what is said to be quiet");
+            least = smaller(least, value);
             most = larger(most, fabs(value));
         }
-        must(!says || least > 0.0, "a root in what is called quiet");
-        quiet += says;
-        must(says || least < 0.45 * most || p * (to - from) > 0.2 || a * (to - from) > 0.2,
-             "quiet, and not seen to be");
+        quiet += span >= turns;
+        must(span >= turns || least < 0.45 * most || p * turns > 0.2 || a * turns > 0.2, "quiet, and not seen to be");
     }
     must(quiet > 80, "nothing that is quiet");
-}
-
-/* Swinging about a constant: the root that is predicted, to the error of its arc tangent. */
-static void swings(void)
-{
-    for (row = 0; row < 300; row++) {
-        const double w = over(1.0, 1e3), value = row % 4 ? uniform(0.01, 2.0) : 0.0, slope = uniform(-2.0, 2.0) * w,
-                     curvature = uniform(-2.0, 2.0) * w * w;
-        const T(sample) from = {value, slope, curvature, 0.0, 0.0, 0.0};
-        const double found = hopform_swing_to_zero_f64(&from, w);
-        double before = value, first = 1e300;
-        for (int n = 1; n <= 3000; n++) { /* g = value + curvature/w^2 (1 - cos) + slope/w sin */
-            const double angle = 3.14159265 * (double)n / 3000.0;
-            const double now = value + curvature / (w * w) * (1.0 - cos(angle)) + slope / w * sin(angle);
-            if (now < 0.0 && before > 0.0 && first > 1e299) {
-                first = angle / w;
-            }
-            before = now;
-        }
-        must(first > 1e299 ? found > 1e299 || found * w > 3.1 || value + 2.0 * curvature / (w * w) < 0.05
-                           : fabs(found - first) * w < 0.02 || first * w > 3.1 || (row % 4 == 0 && slope < 0.0),
-             "a root that is predicted");
-    }
-    const T(sample) still = {1.0, -1.0, -1.0, 0.0, 0.0, 0.0};
-    must(hopform_swing_to_zero_f64(&still, 0.0) >= 1e300, "what does not swing");
 }
 
 /* What creeps to its zero when nearly all has faded: from where rounding may have put the root, to the root. */
@@ -625,7 +662,7 @@ static void late_roots(void)
     const T(basis) faded = hopform_basis_at_f64(&undrawn, 20.0);
     const double nowhere = hopform_settled_y_f64(&undrawn, -1.0, 0.0);
     must(nowhere >= 1e300, "what tends to nothing");
-    must(!(fabs(hopform_root_is_later_f64(&undrawn, &pulled, 10.0, nowhere, &faded, 20.0)) > 0.0),
+    must(!(fabs(root_is_later_f64(&undrawn, &pulled, 10.0, nowhere, &faded, 20.0)) > 0.0),
          "a root of what does not settle");
     for (row = 0; row < 600; row++) {
         const T(poles) poles = poles_of_any_robot();
@@ -662,12 +699,12 @@ static void late_roots(void)
             continue;
         }
         seen++;
-        must(!(fabs(hopform_root_is_later_f64(&poles, &h, start, settled, &early, 0.5 * low)) > 0.0),
+        must(!(fabs(root_is_later_f64(&poles, &h, start, settled, &early, 0.5 * low)) > 0.0),
              "a root that is not near");
         for (int side = -1; side <= 1; side += 2) {
             const double t = low + side * blurred;
             const T(basis) basis = hopform_basis_at_f64(&poles, t);
-            const double later = hopform_root_is_later_f64(&poles, &h, start, settled, &basis, t);
+            const double later = root_is_later_f64(&poles, &h, start, settled, &basis, t);
             near(t + later, low, 0.2 * blurred, "a late root");
         }
     }
@@ -684,11 +721,10 @@ int main(int argc, char **argv)
     any_halts();
     formulas();
     ringing();
-    any_verdicts();
-    any_quiet();
-    swings();
+    any_intervals();
+    any_ringing();
     late_roots();
-    first_samples();
+    first_jets();
     tables();
     transitions();
     dips();

@@ -104,13 +104,31 @@ typedef struct {
 
 enum { HOPFORM_SEARCH_CELLS_f64 = 24 }; /**< intervals of currents that wait in a search */
 
-/** What is computed once per robot: coefficients of the equations of motion and poles of each mode. */
+/** The propagator of a mode at one time, most of half a period: where a phase is looked at first. What the certificate needs of the poles. */
+typedef struct {
+    double half_period; /**< [s] of the pair; HOPFORM_NEVER where its poles are real */
+    double fades; /**< [s] from then on the pair is nothing beside the real pole */
+    double pole; /**< [1/s] the real pole that is removed from a derivative: the fastest of three */
+    double second; /**< [1/s] of three real poles; 0 of a pair that rings */
+    double third; /**< [1/s] the slowest of three */
+    double t; /**< [s] */
+    double Wdd; /**< [1] W'' */
+    double Wd; /**< [s] W' */
+    double W; /**< [s^2] impulse response of the poles */
+    double W1; /**< [s^3] integral of W */
+    double W2; /**< [s^4] integral of W1 */
+} hopform_node_f64;
+
+/** What is computed once per robot: coefficients of the equations of motion, poles and a node of each mode. */
 typedef struct {
     hopform_robot_f64 robot;
     hopform_rates_f64 rates;
     hopform_poles_f64 both; /**< both masses slip */
     hopform_poles_f64 actuator; /**< the body is held */
     hopform_poles_f64 body; /**< the actuator is held */
+    hopform_node_f64 node_both;
+    hopform_node_f64 node_actuator;
+    hopform_node_f64 node_body;
     uint32_t made; /**< HOPFORM_PLAN_MADE once hopform_plan_init was content */
 } hopform_plan_f64;
 

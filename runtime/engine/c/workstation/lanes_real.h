@@ -16,16 +16,13 @@
 
 #include "facts.h"
 #include "columns_real.h"
-#include "events_real.h"
+#include "first_event_real.h"
 #include "phase_real.h"
 
 enum {
     LANES = HOPFORM_LANE_COUNT_real,
-    SLOTS = 3,
+    SLOTS = MOST_EVENT_FUNCTIONS_real,
     ROOT_STEPS = 6,
-    MOST_STEPS = 12,
-    MOST_CUTS = 24,
-    MOST_WINDOWS = 7,
     SHORT_RUN = 2 * LANES,
     LONG_RUN = 4096
 };
@@ -41,9 +38,6 @@ typedef real column[LANES];
 
 /* How a phase ends. */
 enum { NO_END, BY_TAKEOFF, BY_VELOCITY_1, BY_THRESHOLD_1, BY_VELOCITY_2, BY_THRESHOLD_2, BY_STOP, BY_LIMIT };
-
-/* What is done about a watch. */
-enum { NOTHING, LEAVE, FIND_BOTTOM, FIND_ROOT, CUT };
 
 static inline bool within_range(real value)
 {
@@ -111,14 +105,14 @@ RECORD_IN_COLUMNS(state, HOPFORM_STATE_MEMBERS)
 RECORD_IN_COLUMNS(motion, HOPFORM_MOTION_MEMBERS)
 RECORD_IN_COLUMNS(basis, HOPFORM_BASIS_MEMBERS)
 
-/* A watch, one a lane. */
+/* An event function, one a lane. */
 typedef struct {
-    column H3, H2, H1, A, B, start;
-} watch_columns;
+    column H3, H2, H1, start;
+} function_columns;
 
 typedef struct {
-    column value, rate, curvature, third, turning, noise;
-} sample_columns;
+    column value, rate, curvature, third;
+} jet_columns;
 
 /* The stances under way. */
 typedef struct {
@@ -141,17 +135,17 @@ typedef struct {
     column halt, limit; /* when a mass that slips alone comes to rest, and the end of the phase: since it began, as all
                            its times */
     poles_columns poles;
-    column chi, omega, longest, half_turn;
+    column chi, omega, half_turn;
     motion_columns motion;
-    watch_columns watch[SLOTS];
+    column node_t, fades; /* as in the plan */
+    basis_columns node;
+    function_columns function[SLOTS];
     column on[SLOTS], kind[SLOTS], side[SLOTS];
-    bool watched[SLOTS]; /* whether one of the lanes has such a watch */
-    column doubt;        /* of a threshold: what rounding may have done to friction less force */
+    bool used[SLOTS]; /* whether one of the lanes has such a function */
 
-    column low, windows; /* the window, and what is known at its ends */
-    sample_columns from[SLOTS];
-    sample_columns to[SLOTS];
-    column end_t, found, settled; /* 1 where a watch was found */
+    jet_columns from[SLOTS]; /* at the ends of the phase's one interval: others are left to the scalar code */
+    jet_columns to[SLOTS];
+    column end_t, found; /* -1: none */
     basis_columns end;
 
     column event, ending; /* what a round has brought */
@@ -521,64 +515,26 @@ LANES_CODE static void bases_at(lanes *restrict w, const real *restrict t, const
     }
 }
 
-/* ---- samples ---- */
+/* ---- jets ---- */
 
-static inline hopform_sample_real sample_of(const watch_columns *watch, const poles_columns *poles,
-                                            const hopform_basis_real *basis, int l, real t)
+static inline event_function_real one_function(const function_columns *g, int l)
 {
-    const hopform_poles_real one = one_of_poles_columns(poles, l);
-    const hopform_numerator_real h = {watch->H3[l], watch->H2[l], watch->H1[l]};
-    const hopform_pair_numerator_real left = {watch->A[l], watch->B[l]};
-    const hopform_rise_real rise = hopform_rises_real(&one, &h, basis);
-    const real noise = 16.0 * HOPFORM_EPS_real
-                       * (fabs_real(watch->start[l]) + fabs_real(h.H3 * basis->Wd) + fabs_real(h.H2 * basis->W)
-                          + fabs_real(h.H1 * basis->W1) + t * fabs_real(rise.rise_rate));
-    const hopform_sample_real sample = {watch->start[l] + rise.rise,
-                                        rise.rise_rate,
-                                        rise.rise_curvature,
-                                        rise.rise_third,
-                                        hopform_turning_real(&one, &left, basis),
-                                        noise};
-    return sample;
+    const event_function_real one = {{g->H3[l], g->H2[l], g->H1[l]}, g->start[l], 0, 0};
+    return one;
 }
 
-static inline void keep_sample(sample_columns *samples, int l, bool yes, const hopform_sample_real *sample)
+static inline jet_real one_jet(const jet_columns *jets, int l)
 {
-    keep(&samples->value[l], yes, sample->value);
-    keep(&samples->rate[l], yes, sample->rate);
-    keep(&samples->curvature[l], yes, sample->curvature);
-    keep(&samples->third[l], yes, sample->third);
-    keep(&samples->turning[l], yes, sample->turning);
-    keep(&samples->noise[l], yes, sample->noise);
+    const jet_real jet = {jets->value[l], jets->rate[l], jets->curvature[l], jets->third[l]};
+    return jet;
 }
 
-static inline hopform_sample_real one_sample(const sample_columns *samples, int l)
+static inline void put_jet(jet_columns *jets, int l, const jet_real *jet)
 {
-    const hopform_sample_real sample = {samples->value[l], samples->rate[l],    samples->curvature[l],
-                                        samples->third[l], samples->turning[l], samples->noise[l]};
-    return sample;
-}
-
-/* One watch where `wanted`. */
-LANES_CODE static void sample_watch(const lanes *restrict w, const watch_columns *restrict watch,
-                                    const basis_columns *restrict basis, const real *restrict t,
-                                    const real *restrict wanted, sample_columns *restrict samples)
-{
-    for (int l = 0; l < LANES; l++) {
-        const hopform_basis_real one = one_of_basis_columns(basis, l);
-        const hopform_sample_real sample = sample_of(watch, &w->poles, &one, l, t[l]);
-        keep_sample(samples, l, wanted[l] > 0.0, &sample);
-    }
-}
-
-/* All watches at the end of the window, where `wanted`. */
-LANES_CODE static void sample_ends(lanes *restrict w, const real *restrict wanted)
-{
-    for (int s = 0; s < SLOTS; s++) {
-        if (w->watched[s]) {
-            sample_watch(w, &w->watch[s], &w->end, w->end_t, wanted, &w->to[s]);
-        }
-    }
+    jets->value[l] = jet->value;
+    jets->rate[l] = jet->rate;
+    jets->curvature[l] = jet->curvature;
+    jets->third[l] = jet->third;
 }
 
 /* ---- the start of a phase ---- */
@@ -604,8 +560,18 @@ LANES_CODE static void start_poles(lanes *restrict w, real *restrict lost)
         w->chi[l] = hopform_residue_real(&now);
         w->omega[l] = omega;
         w->half_turn[l] = 3.14159265358979323846 / omega;
-        keep(&w->low[l], begins, 0.0);
-        keep(&w->windows[l], begins, 0.0);
+    }
+    for (int l = 0; l < LANES; l++) {
+        if (w->begins[l] > 0.0) {
+            const hopform_node_real *node = hopform_node_of_real(&w->plan[l], (int)w->side_1[l], (int)w->side_2[l]);
+            w->node_t[l] = node->t;
+            w->fades[l] = node->fades;
+            w->node.Wdd[l] = node->Wdd;
+            w->node.Wd[l] = node->Wd;
+            w->node.W[l] = node->W;
+            w->node.W1[l] = node->W1;
+            w->node.W2[l] = node->W2;
+        }
     }
 }
 
@@ -693,7 +659,7 @@ LANES_CODE static void rings_about_zero(const lanes *restrict w, const real *res
     }
 }
 
-/* When each mass that slips alone comes to rest, as hopform_halt_time_real of a pair that swings; the phase ends there
+/* When each mass that slips alone comes to rest, as time_to_rest_real of a pair that swings; the phase ends there
  * at last. */
 LANES_CODE static void start_halts(lanes *restrict w, real *restrict lost)
 {
@@ -759,56 +725,58 @@ static inline bool blocks(const lanes *w, int l, real side)
     return at_end | !(w->robot.x1_min[l] < w->robot.x1_max[l]);
 }
 
-static inline void keep_watch(lanes *w, int s, int l, bool yes, real on, real kind, real side,
-                              const hopform_watch_real *watch)
+static inline void keep_function(lanes *w, int s, int l, bool yes, real on, real kind, real side,
+                                 const function_columns *g)
 {
     keep(&w->on[s][l], yes, on);
     keep(&w->kind[s][l], yes, kind);
     keep(&w->side[s][l], yes, side);
-    keep(&w->watch[s].H3[l], yes, watch->numerator.H3);
-    keep(&w->watch[s].H2[l], yes, watch->numerator.H2);
-    keep(&w->watch[s].H1[l], yes, watch->numerator.H1);
-    keep(&w->watch[s].A[l], yes, watch->left.A);
-    keep(&w->watch[s].B[l], yes, watch->left.B);
-    keep(&w->watch[s].start[l], yes, watch->start);
+    keep(&w->function[s].H3[l], yes, g->H3[l]);
+    keep(&w->function[s].H2[l], yes, g->H2[l]);
+    keep(&w->function[s].H1[l], yes, g->H1[l]);
+    keep(&w->function[s].start[l], yes, g->start[l]);
 }
 
 /* Take-off. */
-LANES_CODE static void watch_leg(lanes *restrict w)
+LANES_CODE static void add_takeoffs(lanes *restrict w)
 {
+    function_columns leg;
     for (int l = 0; l < LANES; l++) {
-        const hopform_poles_real poles = one_of_poles_columns(&w->poles, l);
-        const hopform_motion_real m = one_of_motion_columns(&w->motion, l);
-        const hopform_watch_real leg = hopform_watch_of_real(&poles, m.H3_y, m.H2_y, m.H1_y, w->state.y[l], 1.0, 0, 0);
+        leg.H3[l] = w->motion.H3_y[l];
+        leg.H2[l] = w->motion.H2_y[l];
+        leg.H1[l] = w->motion.H1_y[l];
+        leg.start[l] = w->state.y[l];
         const real falls = flag((w->side_1[l] < 0.0) | (w->side_2[l] > 0.0)
                                 | (w->state.y[l] < 0.0)); /* else y only rises, from 0 or above */
-        keep_watch(w, 0, l, w->begins[l] > 0.0, falls, BY_TAKEOFF, 0.0, &leg);
+        keep_function(w, 0, l, w->begins[l] > 0.0, falls, BY_TAKEOFF, 0.0, &leg);
     }
 }
 
 /* The velocities of both masses. */
-LANES_CODE static void watch_velocities(lanes *restrict w, const real *restrict who)
+LANES_CODE static void add_velocities(lanes *restrict w, const real *restrict who)
 {
+    function_columns first, second;
     for (int l = 0; l < LANES; l++) {
-        const hopform_poles_real poles = one_of_poles_columns(&w->poles, l);
-        const hopform_motion_real m = one_of_motion_columns(&w->motion, l);
-        const real H3_1 = w->fresh_1[l] > 0.0 ? 0.0 : m.H3_1;
-        const real H3_2 = w->fresh_2[l] > 0.0 ? 0.0 : m.H3_2;
-        const hopform_watch_real velocity_1 =
-            hopform_watch_of_real(&poles, H3_1, m.H2_1, m.H1_1, w->state.v1[l], w->side_1[l], 0, 0);
-        const hopform_watch_real velocity_2 =
-            hopform_watch_of_real(&poles, H3_2, m.H2_2, m.H1_2, w->state.v2[l], w->side_2[l], 0, 0);
-        keep_watch(w, 1, l, who[l] > 0.0, 1.0, BY_VELOCITY_1, 0.0, &velocity_1);
-        keep_watch(w, 2, l, who[l] > 0.0, 1.0, BY_VELOCITY_2, 0.0, &velocity_2);
-        keep(&w->doubt[l], who[l] > 0.0, 0.0);
+        const real side_1 = w->side_1[l];
+        const real side_2 = w->side_2[l];
+        first.H3[l] = side_1 * (w->fresh_1[l] > 0.0 ? 0.0 : w->motion.H3_1[l]);
+        first.H2[l] = side_1 * w->motion.H2_1[l];
+        first.H1[l] = side_1 * w->motion.H1_1[l];
+        first.start[l] = side_1 * w->state.v1[l];
+        second.H3[l] = side_2 * (w->fresh_2[l] > 0.0 ? 0.0 : w->motion.H3_2[l]);
+        second.H2[l] = side_2 * w->motion.H2_2[l];
+        second.H1[l] = side_2 * w->motion.H1_2[l];
+        second.start[l] = side_2 * w->state.v2[l];
+        keep_function(w, 1, l, who[l] > 0.0, 1.0, BY_VELOCITY_1, 0.0, &first);
+        keep_function(w, 2, l, who[l] > 0.0, 1.0, BY_VELOCITY_2, 0.0, &second);
     }
 }
 
 /* Where a mass that is held slips to on either side, while the other one moves. */
-LANES_CODE static void watch_thresholds(lanes *restrict w, const real *restrict who)
+LANES_CODE static void add_thresholds(lanes *restrict w, const real *restrict who)
 {
     column blocked_below, blocked_above, free, friction;
-    watch_columns slips;
+    function_columns slips, below, above;
     for (int l = 0; l < LANES; l++) {
         const hopform_rates_real rates = one_of_rates_columns(&w->rates, l);
         const hopform_state_real state = one_of_state_columns(&w->state, l);
@@ -826,12 +794,15 @@ LANES_CODE static void watch_thresholds(lanes *restrict w, const real *restrict 
         blocked_above[l] = flag(blocks(w, l, 1.0));
     }
     for (int l = 0; l < LANES; l++) {
-        const hopform_poles_real poles = one_of_poles_columns(&w->poles, l);
         const real held_1 = 1.0 - fabs_real(w->side_1[l]);
-        const hopform_watch_real below =
-            hopform_watch_of_real(&poles, slips.H3[l], slips.H2[l], slips.H1[l], friction[l] + free[l], 1.0, 0, 0);
-        const hopform_watch_real above =
-            hopform_watch_of_real(&poles, -slips.H3[l], -slips.H2[l], -slips.H1[l], friction[l] - free[l], 1.0, 0, 0);
+        below.H3[l] = slips.H3[l];
+        below.H2[l] = slips.H2[l];
+        below.H1[l] = slips.H1[l];
+        below.start[l] = friction[l] + free[l];
+        above.H3[l] = -slips.H3[l];
+        above.H2[l] = -slips.H2[l];
+        above.H1[l] = -slips.H1[l];
+        above.start[l] = friction[l] - free[l];
         const real kind = held_1 * (real)BY_THRESHOLD_1 + (1.0 - held_1) * (real)BY_THRESHOLD_2;
         const real per_y = held_1 > 0.0 ? w->rates.a1_y[l] : w->rates.a2_y[l];
         const real per_v = held_1 > 0.0 ? w->rates.a1_v2[l] : w->rates.a2_v1[l];
@@ -839,38 +810,36 @@ LANES_CODE static void watch_thresholds(lanes *restrict w, const real *restrict 
         const real towards = fabs_real(per_v) > 0.0 ? 0.0 : along; /* where it may slip to, 0 for either side */
         const real on_below = flag(!(towards > 0.0)) * (1.0 - held_1 * blocked_below[l]);
         const real on_above = flag(!(towards < 0.0)) * (1.0 - held_1 * blocked_above[l]);
-        keep_watch(w, 1, l, who[l] > 0.0, on_below, kind, -1.0, &below);
-        keep_watch(w, 2, l, who[l] > 0.0, on_above, kind, 1.0, &above);
-        keep(&w->doubt[l], who[l] > 0.0, 4.0 * HOPFORM_EPS_real * (friction[l] + fabs_real(free[l])));
+        keep_function(w, 1, l, who[l] > 0.0, on_below, kind, -1.0, &below);
+        keep_function(w, 2, l, who[l] > 0.0, on_above, kind, 1.0, &above);
     }
 }
 
-LANES_CODE static void start_watches(lanes *restrict w, mode_columns *restrict mode)
+LANES_CODE static void start_functions(lanes *restrict w, mode_columns *restrict mode)
 {
-    watch_leg(w);
+    add_takeoffs(w);
     if (any(mode->both)) {
-        watch_velocities(w, mode->both);
+        add_velocities(w, mode->both);
     }
     for (int l = 0; l < LANES; l++) {
         mode->body[l] += mode->actuator[l];
     }
     if (any(mode->body)) {
-        watch_thresholds(w, mode->body);
+        add_thresholds(w, mode->body);
     }
 }
 
-/* What is known of a watch when a phase begins, and whether it is below zero already. */
-LANES_CODE static void start_samples(const lanes *restrict w, const watch_columns *restrict watch,
-                                     const real *restrict on, sample_columns *restrict from, real *restrict lost)
+/* The jets of a function when a phase begins, and whether it is below zero already. */
+LANES_CODE static void start_jets(const lanes *restrict w, const function_columns *restrict functions,
+                                  const real *restrict on, jet_columns *restrict from, real *restrict lost)
 {
     column below;
     for (int l = 0; l < LANES; l++) {
         const hopform_poles_real poles = one_of_poles_columns(&w->poles, l);
-        const hopform_watch_real one = {
-            {watch->H3[l], watch->H2[l], watch->H1[l]}, {watch->A[l], watch->B[l]}, watch->start[l], 0, 0};
-        const hopform_sample_real sample = hopform_first_sample_real(&one, &poles);
-        keep_sample(from, l, w->begins[l] > 0.0, &sample);
-        below[l] = flag(w->begins[l] > 0.0) * flag(on[l] > 0.0) * flag(sample.value < 0.0);
+        const event_function_real g = one_function(functions, l);
+        const jet_real jet = jet_at_start_real(&poles, &g);
+        put_jet(from, l, &jet);
+        below[l] = flag(w->begins[l] > 0.0) * flag(on[l] > 0.0) * flag(jet.value < 0.0);
     }
     for (int l = 0; l < LANES; l++) {
         keep(&from->value[l], below[l] > 0.0, 0.0);
@@ -887,644 +856,282 @@ LANES_CODE static void start_phases(lanes *restrict w)
     start_modes(w, &mode);
     start_motion(w, &mode);
     start_halts(w, lost);
-    start_watches(w, &mode);
+    start_functions(w, &mode);
     for (int s = 0; s < SLOTS; s++) {
-        w->watched[s] = any(w->on[s]);
-        if (w->watched[s]) {
-            start_samples(w, &w->watch[s], w->on[s], &w->from[s], lost);
+        w->used[s] = any(w->on[s]);
+        if (w->used[s]) {
+            start_jets(w, &w->function[s], w->on[s], &w->from[s], lost);
         }
     }
     leave(w, lost);
 }
 
-/* ---- a window ---- */
+/* ---- the first event ---- */
 
-/* Time to the root of a watch if it swung with the pair's frequency about a constant, as hopform_swing_to_zero_real has
- * it. */
-LANES_CODE static void swings_to_zero(const sample_columns *restrict from, const real *restrict per_omega,
-                                      real *restrict swing)
-{
-    column above, below, falls, angle;
-    for (int l = 0; l < LANES; l++) {
-        const real value = from->value[l] > 0.0 ? from->value[l] : 0.0;
-        const real per = per_omega[l];
-        const real slope = from->rate[l] * per;
-        const real bend = 2.0 * from->curvature[l] * (per * per);
-        const real discriminant = slope * slope - (value + bend) * value;
-        const real root = sqrt_real(discriminant > 0.0 ? discriminant : 0.0);
-        const real least = slope < -bend ? slope : -bend;
-        above[l] = value > 0.0 ? value : -2.0 * slope;
-        below[l] = value > 0.0 ? root - slope : bend;
-        falls[l] = value > 0.0 ? root - slope : least;
-        angle[l] = discriminant;
-    }
-    for (int l = 0; l < LANES; l++) {
-        falls[l] = angle[l] >= 0.0 ? falls[l] : -1.0;
-    }
-    for (int l = 0; l < LANES; l++) {
-        const bool far = fabs_real(above[l]) > fabs_real(below[l]);
-        const real less = far ? below[l] : above[l];
-        const real more = far ? above[l] : below[l];
-        const real near = over(less, more);
-        const real close = near * (1.0584 - 0.273 * near);
-        const real from_quarter = 1.5708 - close;
-        angle[l] = far ? from_quarter : close;
-    }
-    for (int l = 0; l < LANES; l++) {
-        const real time = 2.0 * angle[l] * per_omega[l];
-        swing[l] = falls[l] > 0.0 ? time : HOPFORM_NEVER_real;
-    }
-}
-
-/* A watch where a flag says so. */
-LANES_CODE static void choose_watch(const watch_columns *restrict watch, const real *restrict yes,
-                                    watch_columns *restrict chosen)
-{
-    for (int l = 0; l < LANES; l++) {
-        const bool here = yes[l] > 0.0;
-        keep(&chosen->H3[l], here, watch->H3[l]);
-        keep(&chosen->H2[l], here, watch->H2[l]);
-        keep(&chosen->H1[l], here, watch->H1[l]);
-        keep(&chosen->A[l], here, watch->A[l]);
-        keep(&chosen->B[l], here, watch->B[l]);
-        keep(&chosen->start[l], here, watch->start[l]);
-    }
-}
-
-/* The search for the first root that swinging on would bring. */
-typedef struct {
-    watch_columns watch;
-    column number;     /* of the watch */
-    column far, close; /* where the window ends at most, and if no root is found */
-    column t, seeks, lands, closes;
-} outlook;
-
-/* What a guess takes of the sample of the watch with this number. */
-static inline hopform_sample_real one_ahead(const lanes *w, real number, int l)
-{
-    const sample_columns *from = w->from;
-    const bool first = number < 0.5;
-    const bool second = number < 1.5;
-    const hopform_sample_real sample = {
-        one_of_three(first, second, from[0].value[l], from[1].value[l], from[2].value[l]),
-        one_of_three(first, second, from[0].rate[l], from[1].rate[l], from[2].rate[l]),
-        one_of_three(first, second, from[0].curvature[l], from[1].curvature[l], from[2].curvature[l]),
-        one_of_three(first, second, from[0].third[l], from[1].third[l], from[2].third[l]),
-        0.0,
-        0.0};
-    return sample;
-}
-
-/* The watch whose number a lane has. */
-LANES_CODE static void choose_ahead(const lanes *restrict w, outlook *restrict ahead)
-{
-    const watch_columns *watch = w->watch;
-    for (int l = 0; l < LANES; l++) {
-        const bool first = ahead->number[l] < 0.5;
-        const bool second = ahead->number[l] < 1.5;
-        ahead->watch.H3[l] = one_of_three(first, second, watch[0].H3[l], watch[1].H3[l], watch[2].H3[l]);
-        ahead->watch.H2[l] = one_of_three(first, second, watch[0].H2[l], watch[1].H2[l], watch[2].H2[l]);
-        ahead->watch.H1[l] = one_of_three(first, second, watch[0].H1[l], watch[1].H1[l], watch[2].H1[l]);
-        ahead->watch.A[l] = one_of_three(first, second, watch[0].A[l], watch[1].A[l], watch[2].A[l]);
-        ahead->watch.B[l] = one_of_three(first, second, watch[0].B[l], watch[1].B[l], watch[2].B[l]);
-        ahead->watch.start[l] = one_of_three(first, second, watch[0].start[l], watch[1].start[l], watch[2].start[l]);
-    }
-}
-
-LANES_CODE static void look_ahead(const lanes *restrict w, outlook *restrict ahead)
-{
-    column after, swing, sooner, after_fade, watched, per_omega;
-    for (int l = 0; l < LANES; l++) {
-        per_omega[l] = 1.0 / w->omega[l];
-        after[l] = 0.96875 * w->half_turn[l];
-        ahead->number[l] = -1.0;
-        watched[l] = 0.0;
-    }
-    for (int s = 0; s < SLOTS; s++) {
-        const real *on = w->on[s];
-        if (!w->watched[s]) {
-            continue;
-        }
-        swings_to_zero(&w->from[s], per_omega, swing);
-        for (int l = 0; l < LANES; l++) {
-            sooner[l] = flag((on[l] > 0.0) & (swing[l] < after[l]));
-            watched[l] += on[l];
-        }
-        for (int l = 0; l < LANES; l++) {
-            keep(&after[l], sooner[l] > 0.0, swing[l]);
-            keep(&ahead->number[l], sooner[l] > 0.0, (real)s);
-        }
-    }
-    choose_ahead(w, ahead);
-    for (int l = 0; l < LANES; l++) {
-        const hopform_poles_real poles = one_of_poles_columns(&w->poles, l);
-        const hopform_sample_real from = one_ahead(w, ahead->number[l], l);
-        const real step = hopform_swing_step_real(&poles, &from, w->omega[l], after[l]);
-        const bool nearer = (ahead->number[l] >= 0.0) & (fabs_real(step) < 0.25 * after[l]);
-        const real moved = after[l] - step;
-        keep(&after[l], nearer, moved);
-    }
-    for (int l = 0; l < LANES; l++) {
-        const real p = w->poles.p[l];
-        const real in_fade = over(8.0, p);
-        after_fade[l] = p * w->half_turn[l] > 8.0 ? in_fade : w->half_turn[l];
-    }
-    for (int l = 0; l < LANES; l++) {
-        const real low = 3.0 * w->low[l];
-        after_fade[l] = after_fade[l] > low ? after_fade[l] : low;
-    }
-    for (int l = 0; l < LANES; l++) {
-        const real half = 0.96875 * w->half_turn[l];
-        after_fade[l] = half < after_fade[l] ? half : after_fade[l];
-        keep(&after_fade[l], !(watched[l] > 0.0), HOPFORM_NEVER_real);
-    }
-    for (int l = 0; l < LANES; l++) {
-        const real low = w->low[l];
-        const real longest = after_fade[l];
-        const real least = w->windows[l] > 3.0 ? 0.125 * w->half_turn[l] : 64.0 * HOPFORM_EPS_real * low;
-        const real wanted = ahead->number[l] >= 0.0 ? 1.015625 * after[l] : longest;
-        const real reach = wanted > least ? wanted : least;
-        ahead->far[l] = longest < w->limit[l] - low ? low + longest : w->limit[l];
-        ahead->close[l] = low + reach;
-        ahead->t[l] = low + after[l];
-    }
-    for (int l = 0; l < LANES; l++) {
-        const bool inside = (ahead->close[l] > w->low[l]) & (ahead->close[l] < ahead->far[l]);
-        ahead->close[l] = inside ? ahead->close[l] : ahead->far[l];
-        ahead->t[l] = ahead->t[l] < ahead->far[l] ? ahead->t[l] : ahead->far[l];
-    }
-    for (int l = 0; l < LANES; l++) {
-        const bool seeks = ahead->number[l] >= 0.0;
-        ahead->t[l] = seeks ? ahead->t[l] : ahead->close[l];
-        ahead->seeks[l] = flag((w->live[l] > 0.0) & seeks);
-        ahead->closes[l] = flag((w->live[l] > 0.0) & !seeks);
-        ahead->lands[l] = 0.0;
-    }
-}
-
-static inline real fourth_of(const poles_columns *poles, int l, const hopform_sample_real *at)
-{
-    return poles->s_1[l] * at->third + poles->s_2[l] * at->curvature + poles->s_3[l] * at->rate;
-}
-
-static inline bool one_step_left(const poles_columns *poles, int l, const hopform_sample_real *at, real fourth, real t,
-                                 real step)
-{
-    const hopform_poles_real one = one_of_poles_columns(poles, l);
-    const real per_rate = over(fabs_real(step), fabs_real(at->rate));
-    const real bend = per_rate * fabs_real(at->curvature);
-    const real twist = per_rate * fabs_real(step * at->third);
-    const real error = bend * (0.7 * bend * bend + 0.5 * twist) + 0.05 * per_rate * fabs_real(step * step * fourth);
-    return (fabs_real(at->value) <= 2.0 * fabs_real(step * at->rate))
-           & (fabs_real(step) * error <= HOPFORM_EPS_real * t) & hopform_is_near_real(&one, t, step);
-}
-
-static inline real step_to_root(const hopform_sample_real *at)
-{
-    const real rate2 = at->rate * at->rate;
-    const real below =
-        6.0 * rate2 * at->rate - 6.0 * at->value * at->rate * at->curvature + at->value * at->value * at->third;
-    const real step = over(at->value * (6.0 * rate2 - 3.0 * at->value * at->curvature), below);
-    return fabs_real(below) > 0.0 ? step : HOPFORM_NEVER_real;
-}
-
-/* The last step to a root, by a Taylor series from `from_t`, where W is known. */
-LANES_CODE static void carry_ahead(lanes *restrict w, outlook *restrict ahead, const basis_columns *restrict basis,
-                                   const real *restrict from_t)
+/* The jets of all functions at the end of the interval, where `wanted`; without third derivatives. */
+LANES_CODE static void look_there(const lanes *restrict w, const function_columns *restrict functions,
+                                  const real *restrict wanted, jet_columns *restrict to)
 {
     for (int l = 0; l < LANES; l++) {
         const hopform_poles_real poles = one_of_poles_columns(&w->poles, l);
-        const hopform_basis_real one = one_of_basis_columns(basis, l);
-        const real t = ahead->t[l];
-        const real low = w->low[l];
-        const real d = t - from_t[l];
-        const hopform_basis_real there = hopform_carried_basis_real(&poles, &one, d);
-        const hopform_sample_real at = sample_of(&ahead->watch, &w->poles, &there, l, t);
-        const bool lands = ahead->lands[l] > 0.0;
-        const bool found = lands & (t > low) & (at.rate * (t - low) < -at.noise);
-        const bool fails = lands & !found;
-        keep_basis_columns(&w->end, l, found, &there);
-        keep(&w->end_t[l], found, t);
-        keep(&w->found[l], found, ahead->number[l]);
-        keep(&ahead->closes[l], fails, 1.0);
-        keep(&ahead->t[l], fails, ahead->close[l]);
+        const hopform_basis_real basis = one_of_basis_columns(&w->end, l);
+        const propagator_real at = propagator_of_real(&poles, w->end_t[l], &basis);
+        const event_function_real g = one_function(functions, l);
+        const jet_real jet = short_jet_at_real(&g, &at);
+        keep(&to->value[l], wanted[l] > 0.0, jet.value);
+        keep(&to->rate[l], wanted[l] > 0.0, jet.rate);
+        keep(&to->curvature[l], wanted[l] > 0.0, jet.curvature);
     }
 }
 
-/* Householder's steps towards the root that is expected first; the window ends there, or where it would without it. */
-LANES_CODE static void reach_ahead(lanes *restrict w, outlook *restrict ahead, basis_columns *restrict basis)
+/* Interval in which the first root is looked for: up to the node of the plan, or to the limit. */
+LANES_CODE static void reach_nodes(lanes *restrict w, real *restrict wanted)
 {
-    column wanted, from_t;
-    for (int n = 0; n < ROOT_STEPS + 2; n++) {
-        for (int l = 0; l < LANES; l++) {
-            wanted[l] = flag((ahead->seeks[l] > 0.0) | (ahead->closes[l] > 0.0));
-        }
-        if (!any(wanted)) {
-            return;
-        }
-        bases_at(w, ahead->t, wanted, basis);
-        for (int l = 0; l < LANES; l++) {
-            const hopform_basis_real one = one_of_basis_columns(basis, l);
-            const real t = ahead->t[l];
-            const real low = w->low[l];
-            const hopform_sample_real at = sample_of(&ahead->watch, &w->poles, &one, l, t);
-            const real step = step_to_root(&at);
-            const real next = t - step;
-            const bool seeks = ahead->seeks[l] > 0.0;
-            const bool closes = ahead->closes[l] > 0.0;
-            const bool falls = at.rate < 0.0;
-            const bool exact = fabs_real(at.value) <= HOPFORM_EPS_real * t * fabs_real(at.rate);
-            const bool inside = (next > low) & (next < ahead->far[l]);
-            const bool arrives = seeks & falls & exact;
-            const bool real_root = (t > low) & (at.rate * (t - low) < -at.noise);
-            const bool goes_on = seeks & falls & !exact & inside;
-            const bool last = goes_on & one_step_left(&w->poles, l, &at, fourth_of(&w->poles, l, &at), next, step);
-            const bool found = arrives & real_root;
-            const bool more = goes_on & !last & (n + 1 < ROOT_STEPS);
-            const bool fails = seeks & !found & !last & !more;
-            keep_basis_columns(&w->end, l, found | closes, &one);
-            keep(&w->end_t[l], found | closes, t);
-            keep(&w->found[l], found | closes, closes ? -1.0 : ahead->number[l]);
-            ahead->seeks[l] = flag(more);
-            ahead->lands[l] = flag(last);
-            ahead->closes[l] = flag(fails);
-            ahead->t[l] = fails ? ahead->close[l] : (goes_on ? next : t);
-            from_t[l] = t;
-        }
-        if (any(ahead->lands)) {
-            carry_ahead(w, ahead, basis, from_t);
-        }
+    for (int l = 0; l < LANES; l++) {
+        const bool live = (w->live[l] > 0.0) & !(w->left[l] > 0.0);
+        const bool node = live & (w->node_t[l] < w->limit[l]);
+        const hopform_basis_real basis = one_of_basis_columns(&w->node, l);
+        keep(&w->end_t[l], live, node ? w->node_t[l] : w->limit[l]);
+        keep(&w->found[l], live, -1.0);
+        keep_basis_columns(&w->end, l, node, &basis);
+        wanted[l] = flag(live & !node);
+    }
+    if (any(wanted)) {
+        bases_at(w, w->end_t, wanted, &w->end);
     }
 }
 
-/* ---- what the window says ---- */
-
-/* hopform_is_held_up_real by arithmetic with flags. */
-static inline real held_up_by(const sample_columns *from, const sample_columns *to, int l, real value, real a, real h)
-{
-    const real last = a * h < 1.0 ? to->rate[l] * (1.0 + a * h) : HOPFORM_NEVER_real;
-    const real steeper = last - from->rate[l];
-    const real cross = fabs_real(steeper) > 0.0 ? over(from->value[l] - value + last * h, steeper) : h;
-    const real ahead = cross > 0.0 ? cross : 0.0;
-    const real reach = cross < h ? ahead : h;
-    return flag(!(from->turning[l] < 0.0)) * flag(!(to->turning[l] < 0.0))
-           * flag(from->value[l] + from->rate[l] * reach > from->noise[l] + to->noise[l]);
-}
-
-/* hopform_judge_real without a jump, for watches of one number; `value` is g at the end. Where exp(a t) g' comes nearer
- * to zero and goes back, `nears` is 1 and more is to be asked. */
-static inline real verdict_on(const lanes *w, const sample_columns *from, const sample_columns *to, int l, real value,
-                              real *nears)
-{
-    const real h = w->end_t[l] - w->low[l];
-    const real later = to->rate[l];
-    const real turning = from->turning[l];
-    const bool falls = from->rate[l] < 0.0;
-    const bool turns =
-        (turning * to->turning[l] < 0.0) | ((fabs_real(turning) > 0.0) & !(fabs_real(to->turning[l]) > 0.0));
-    const bool pauses = !(fabs_real(later) * h > to->noise[l]);
-    const bool below = (value < 0.0) & ((value < -to->noise[l]) | (later * h < -to->noise[l]));
-    const bool alike = !(falls ^ (later < 0.0));
-    const bool same = (pauses & turns) | (!pauses & alike);
-    const bool dips = falls & !same; /* unless it is held up */
-    const real of_dips = dips ? (real)DIPS_real : 0.0;
-    *nears = flag(turns & same & !(falls ^ (turning > 0.0)));
-    return below ? (real)LOSES_SIGN_real : of_dips;
-}
-
-/* What more there is to say where it nears zero; else what is known. */
-static inline real verdict_near_zero(const lanes *w, const sample_columns *from, const sample_columns *to, int l,
-                                     real value, real nears, real known)
-{
-    const real a = w->poles.a[l];
-    const real h = w->end_t[l] - w->low[l];
-    const bool slow = a * h < 1.0;
-    const real grows = 1.0 + 2.0 * a * h;
-    const real growth = slow ? grows : HOPFORM_NEVER_real;
-    const real inverse = over(1.0, a);
-    const real span = slow ? h : inverse;
-    const real rate = from->rate[l];
-    const real turning = fabs_real(from->turning[l]);
-    const real grown = to->rate[l] * growth;
-    const bool quarter = h <= 0.5 * w->half_turn[l];
-    const real change = -turning * span;
-    const real steepest = rate < grown ? rate : grown;
-    const real lowest = quarter ? change : -HOPFORM_NEVER_real;
-    const real slope = rate < 0.0 ? steepest : lowest;
-    const bool away = quarter & (fabs_real(rate) > turning * h * growth);
-    const bool far = (value > 0.0) & (from->value[l] + slope * h > from->noise[l] + to->noise[l]);
-    const real undecided = far ? 0.0 : (real)UNDECIDED_real;
-    const bool open = (nears > 0.0) & !away;
-    return open ? undecided : known;
-}
-
-/* A search in the window of a lane: which watch, and where it has got to. */
+/* The search for a root: which function, where it has got to, and the bracket. */
 typedef struct {
-    watch_columns watch;
-    sample_columns before; /* at the start of the window, and where a search for a minimum has got to from there */
-    sample_columns at;     /* at its end */
+    function_columns function;
+    column crossed, number, share, low, high, t, next, going, lands;
+    column found_rate, found_rounding; /* of the function that was found */
     basis_columns basis;
-    column number, low, high, t, going, done, turning;
 } search;
 
-/* How fast the watch falls that has been found, and what rounding may have done to it. */
-typedef struct {
-    column rate, blur;
-} found_columns;
-
-/* Whether something is to be done about watch s of a lane, and what. */
-LANES_CODE static void act_on(const lanes *restrict w, int s, const real *restrict unsettled,
-                              const real *restrict first, const found_columns *restrict other, real *restrict here,
-                              real *restrict what)
+/* Where function s, if it has crossed zero by the end of the interval, did so: guesses of the share. */
+LANES_CODE static void guess_crossings(const lanes *restrict w, int s, const real *restrict wanted,
+                                       search *restrict find)
 {
-    const sample_columns *from = &w->from[s];
-    const sample_columns *to = &w->to[s];
-    const real number = (real)s;
-    column ends, nears, dipping;
+    column going;
+    const function_columns *functions = &w->function[s];
     for (int l = 0; l < LANES; l++) {
-        const real just_beyond = -2.0 * to->noise[l];
-        const bool is_found = (w->found[l] >= number) & (w->found[l] <= number);
-        const real value = is_found ? just_beyond : to->value[l];
-        what[l] = verdict_on(w, from, to, l, value, &nears[l]);
-        ends[l] = value;
+        const hopform_basis_real basis = one_of_basis_columns(&w->end, l);
+        const propagator_real at = {w->end_t[l], basis, 0.0};
+        const event_function_real g = one_function(functions, l);
+        const jet_real from = one_jet(&w->from[s], l);
+        const jet_real to = one_jet(&w->to[s], l);
+        const real rounding = rounding_of_real(&g, &at, to.rate);
+        const bool is_found = (w->found[l] >= (real)s) & (w->found[l] <= (real)s);
+        const bool steep = (w->found[l] < 0.0) & (to.rate * w->end_t[l] < -rounding);
+        const bool crossed = (to.value < 0.0) & !is_found & ((to.value < -rounding) | steep);
+        going[l] = wanted[l] * flag((w->on[s][l] > 0.0) & crossed);
+        find->crossed[l] = going[l];
+        find->next[l] = rough_root_real(&from, &to, w->end_t[l]);
     }
-    if (any(nears)) {
+    for (int n = 0; n < PREDICTION_STEPS_real && any(going); n++) {
         for (int l = 0; l < LANES; l++) {
-            what[l] = verdict_near_zero(w, from, to, l, ends[l], nears[l], what[l]);
+            const hopform_poles_real poles = one_of_poles_columns(&w->poles, l);
+            const hopform_basis_real basis = one_of_basis_columns(&w->end, l);
+            const propagator_real at = propagator_of_real(&poles, w->end_t[l], &basis);
+            const event_function_real g = one_function(functions, l);
+            const jet_real from = one_jet(&w->from[s], l);
+            const jet_real to = one_jet(&w->to[s], l);
+            const interpolant_real p = interpolant_of_real(&from, &to, third_of_real(&poles, &g, &at), w->end_t[l]);
+            const real x = find->next[l];
+            const real step = prediction_step_real(&p, x);
+            const real next = x - step;
+            const bool inside = (next > 0.0) & (next < 1.0);
+            keep(&find->next[l], (going[l] > 0.0) & inside, next);
+            going[l] *= flag(!(fabs_real(step) < HOPFORM_PREDICTION_real));
         }
-    }
-    for (int l = 0; l < LANES; l++) {
-        dipping[l] = flag(what[l] > 1.5) * flag(what[l] < 2.5);
-    }
-    if (any(dipping)) {
-        for (int l = 0; l < LANES; l++) {
-            const real held_up = held_up_by(from, to, l, ends[l], w->poles.a[l], w->end_t[l] - w->low[l]);
-            what[l] = dipping[l] * held_up > 0.0 ? 0.0 : what[l];
-        }
-    }
-    for (int l = 0; l < LANES; l++) {
-        const bool is_found = (w->found[l] >= number) & (w->found[l] <= number);
-        const bool is_lost = (what[l] > 0.5) & !(is_found & (what[l] < 1.5));
-        here[l] = unsettled[l] * w->on[s][l] * flag(is_lost | (w->found[l] > number));
-    }
-    if (!any(here)) { /* no watch that may lose its sign, and no tie */
-        return;
-    }
-    for (int l = 0; l < LANES; l++) {
-        const real h = w->end_t[l] - w->low[l];
-        const real noise = to->noise[l];
-        const real later_found = flag(w->found[l] > number);
-        const real is_found = flag(w->found[l] >= number) - later_found;
-        const real other_found = flag(w->found[l] >= 0.0) - is_found;
-        const real early = flag(to->value[l] < -(noise + (s > 0 ? w->doubt[l] : 0.0)));
-        const real ties_with =
-            flag((to->value[l] - 4.0 * noise) * other->rate[l] < fabs_real(to->rate[l]) * other->blur[l]);
-        const real nearly = flag(to->rate[l] * h < -16.0 * noise) * ties_with;
-        const real at_once = flag(!(from->value[l] > 0.0))
-                             * flag((from->rate[l] < 0.0) | ((from->rate[l] <= 0.0) & (from->turning[l] <= 0.0)));
-        const real keeps = flag(what[l] < 0.5);
-        const real loses = flag(what[l] < 1.5) - keeps;
-        const real dips = flag(what[l] < 2.5) - keeps - loses;
-        const real ties = early + nearly;
-        const real goes_first = flag(early + later_found * nearly > 0.0);
-        const real leaves = keeps * later_found * ties
-                            + loses * (other_found * (1.0 - goes_first) + (1.0 - is_found) * at_once) + dips * is_found;
-        const real acts = (1.0 - keeps) * (1.0 - loses * is_found);
-        const real deed = (real)CUT + (real)(FIND_ROOT - CUT) * loses + (real)(FIND_BOTTOM - CUT) * dips;
-        here[l] = unsettled[l] * flag(w->on[s][l] > 0.0) * flag(first[l] <= number) * flag(acts + leaves > 0.0);
-        what[l] = leaves > 0.0 ? (real)LEAVE : deed;
     }
 }
 
-/* The first watch of each lane, from `first` on, about which something is to be done, and what. */
-LANES_CODE static void settle_verdicts(const lanes *restrict w, const real *restrict unsettled,
-                                       const real *restrict first, real *restrict what, search *restrict found)
+/* The function that has crossed zero first by the end of the interval, by the guesses. */
+LANES_CODE static void choose_crossings(const lanes *restrict w, const real *restrict wanted, search *restrict find)
 {
-    column here, deed;
-    found_columns other;
     for (int l = 0; l < LANES; l++) {
-        what[l] = NOTHING;
-        found->number[l] = 0.0;
-        const bool first_found = w->found[l] < 0.5;
-        const bool second_found = w->found[l] < 1.5;
-        const real later_rate = second_found ? w->to[1].rate[l] : w->to[2].rate[l];
-        const real later_noise = second_found ? w->to[1].noise[l] : w->to[2].noise[l];
-        other.rate[l] = fabs_real(first_found ? w->to[0].rate[l] : later_rate);
-        other.blur[l] = first_found ? w->to[0].noise[l] : later_noise + w->doubt[l];
+        find->number[l] = -1.0;
+        find->share[l] = 2.0;
     }
-    for (int s = SLOTS - 1; s >= 0; s--) {
-        const sample_columns *from = &w->from[s];
-        const sample_columns *to = &w->to[s];
-        if (!w->watched[s]) {
+    for (int s = 0; s < SLOTS; s++) {
+        if (!w->used[s]) {
             continue;
         }
-        act_on(w, s, unsettled, first, &other, here, deed);
-        if (!any(here)) {
-            continue;
-        }
+        guess_crossings(w, s, wanted, find);
         for (int l = 0; l < LANES; l++) {
-            const bool yes = here[l] > 0.0;
-            const hopform_sample_real begin = one_sample(from, l);
-            const hopform_sample_real end = one_sample(to, l);
-            const real h = w->end_t[l] - w->low[l];
-            keep(&what[l], yes, deed[l]);
-            keep(&found->number[l], yes, (real)s);
-            keep(&found->turning[l], yes, from->turning[l]);
-            keep(&found->t[l], yes, w->low[l] + h * over(from->rate[l], from->rate[l] - to->rate[l]));
-            keep_sample(&found->before, l, yes, &begin);
-            keep_sample(&found->at, l, yes, &end);
+            const bool here = (find->crossed[l] > 0.0) & (find->next[l] < find->share[l]);
+            keep(&find->number[l], here, (real)s);
+            keep(&find->share[l], here, find->next[l]);
+            keep(&find->function.H3[l], here, w->function[s].H3[l]);
+            keep(&find->function.H2[l], here, w->function[s].H2[l]);
+            keep(&find->function.H1[l], here, w->function[s].H1[l]);
+            keep(&find->function.start[l], here, w->function[s].start[l]);
         }
-        choose_watch(&w->watch[s], here, &found->watch);
+    }
+    for (int l = 0; l < LANES; l++) {
+        find->low[l] = 0.0;
+        find->high[l] = w->end_t[l];
+        const real guess = w->end_t[l] * find->share[l];
+        const bool inside = (guess > 0.0) & (guess < w->end_t[l]);
+        find->t[l] = inside ? guess : 0.5 * w->end_t[l];
     }
 }
 
-/* The minimum of a watch in the window; a lane where it is below zero, or hard to find, is left. */
-LANES_CODE static void find_bottoms(lanes *restrict w, const real *restrict what, search *restrict find)
+/* Householder's steps to the roots, as located_root_real takes them; a lane in which they do not converge is left. */
+LANES_CODE static void find_roots(lanes *restrict w, search *restrict find)
 {
-    column stuck, next, falls, ready, bisects;
-    for (int l = 0; l < LANES; l++) {
-        const real low = w->low[l];
-        const real high = w->end_t[l];
-        find->going[l] = is(what[l], FIND_BOTTOM);
-        find->low[l] = low;
-        find->high[l] = high;
-        find->t[l] = ((find->t[l] > low) & (find->t[l] < high)) ? find->t[l] : low + 0.5 * (high - low);
-    }
-    for (int n = 0; n < MOST_STEPS && any(find->going); n++) {
-        const bool halves = n > 8 && n % 2 == 1;
+    for (int n = 0; n < ROOT_STEPS && any(find->going); n++) {
         bases_at(w, find->t, find->going, &find->basis);
         for (int l = 0; l < LANES; l++) {
-            const hopform_basis_real one = one_of_basis_columns(&find->basis, l);
+            const hopform_poles_real poles = one_of_poles_columns(&w->poles, l);
+            const hopform_basis_real basis = one_of_basis_columns(&find->basis, l);
             const real t = find->t[l];
-            const hopform_sample_real at = sample_of(&find->watch, &w->poles, &one, l, t);
-            const bool usable = fabs_real(at.curvature) > 0.0;
-            const real step = over(at.rate, at.curvature);
-            next[l] = t - step;
-            falls[l] = at.rate;
-            ready[l] = flag(usable) * flag(fabs_real(step) <= 0.001 * HOPFORM_ROOT_EPS_real * t);
-            bisects[l] = halves ? 1.0 : flag(!usable);
-            find->done[l] = find->going[l] * flag(at.value < -at.noise);
-            keep_sample(&find->before, l, (find->going[l] > 0.0) & (at.rate < 0.0), &at);
-            keep_sample(&find->at, l, (find->going[l] > 0.0) & !(at.rate < 0.0), &at);
+            const propagator_real at = propagator_of_real(&poles, t, &basis);
+            const event_function_real g = one_function(&find->function, l);
+            jet_real jet = short_jet_at_real(&g, &at);
+            jet.third = third_of_real(&poles, &g, &at);
+            const bool going = find->going[l] > 0.0;
+            const bool arrived = going & (fabs_real(jet.value) <= HOPFORM_EPS_real * t * fabs_real(jet.rate));
+            const real step = step_to_root_real(&jet);
+            const real next = t - step;
+            const bool goes_on = going & !arrived;
+            const real low = goes_on & (jet.value > 0.0) ? t : find->low[l];
+            const real high = goes_on & (jet.value < 0.0) ? t : find->high[l];
+            const bool inside = (next > low) & (next < high);
+            const bool last =
+                goes_on & inside & step_converges_real(&poles, &jet, fourth_of_real(&poles, &jet), next, step);
+            keep_basis_columns(&w->end, l, arrived, &basis);
+            keep(&w->end_t[l], arrived, t);
+            find->low[l] = low;
+            find->high[l] = high;
+            find->lands[l] = flag(last);
+            find->next[l] = inside ? next : low + 0.5 * (high - low);
+            find->going[l] = flag(goes_on & !last);
         }
-        for (int l = 0; l < LANES; l++) {
-            keep(&find->low[l], (find->going[l] > 0.0) & (falls[l] < 0.0), find->t[l]);
-            keep(&find->high[l], (find->going[l] > 0.0) & !(falls[l] < 0.0), find->t[l]);
-        }
-        for (int l = 0; l < LANES; l++) {
-            const real held_up =
-                held_up_by(&find->before, &find->at, l, find->at.value[l], w->poles.a[l], find->high[l] - find->low[l]);
-            ready[l] = held_up > 0.0 ? 1.0 : ready[l];
-        }
-        for (int l = 0; l < LANES; l++) {
-            const bool inside = (next[l] > find->low[l]) & (next[l] < find->high[l]) & !(bisects[l] > 0.0);
-            next[l] = inside ? next[l] : find->low[l] + 0.5 * (find->high[l] - find->low[l]);
-        }
-        for (int l = 0; l < LANES; l++) {
-            const bool inside = (next[l] > find->low[l]) & (next[l] < find->high[l]);
-            find->going[l] *= (1.0 - find->done[l]) * (1.0 - ready[l]) * flag(inside);
-        }
-        for (int l = 0; l < LANES; l++) {
-            keep(&find->t[l], find->going[l] > 0.0, next[l]);
-        }
-        leave(w, find->done);
-    }
-    for (int l = 0; l < LANES; l++) {
-        stuck[l] = find->going[l];
-    }
-    leave(w, stuck);
-}
-
-/* The window ends at the one root of a watch in it. */
-LANES_CODE static void find_roots(lanes *restrict w, const real *restrict what, search *restrict find)
-{
-    column lands, arrived, ready, inside, next;
-    for (int l = 0; l < LANES; l++) {
-        const bool here = is(what[l], FIND_ROOT) > 0.0;
-        find->going[l] = flag(here);
-        find->low[l] = w->low[l];
-        find->high[l] = w->end_t[l];
-        keep(&find->t[l], here, w->end_t[l]);
-        keep(&w->found[l], here, find->number[l]);
-        lands[l] = 0.0;
-        arrived[l] = 0.0;
-    }
-    for (int n = 0; n < MOST_STEPS && any(find->going); n++) {
-        const bool halves = n > 8 && n % 2 == 1;
-        for (int l = 0; l < LANES; l++) {
-            const hopform_sample_real at = one_sample(&find->at, l);
-            const real step = step_to_root(&at);
-            next[l] = find->t[l] - step;
-            lands[l] = flag(one_step_left(&w->poles, l, &at, fourth_of(&w->poles, l, &at), next[l], step));
-            ready[l] =
-                flag((arrived[l] > 0.0) | (fabs_real(at.value) <= HOPFORM_EPS_real * find->t[l] * fabs_real(at.rate)));
-        }
-        for (int l = 0; l < LANES; l++) {
-            inside[l] = flag((next[l] > find->low[l]) & (next[l] < find->high[l]));
-            lands[l] *= inside[l];
-        }
-        for (int l = 0; l < LANES; l++) {
-            const real newton = halves ? lands[l] : inside[l];
-            next[l] = newton > 0.0 ? next[l] : find->low[l] + 0.5 * (find->high[l] - find->low[l]);
-        }
-        for (int l = 0; l < LANES; l++) {
-            const real between = flag((next[l] > find->low[l]) & (next[l] < find->high[l]));
-            find->going[l] *= 1.0 - ready[l];
-            find->done[l] = find->going[l] * (1.0 - between);
-            find->going[l] *= between;
-            lands[l] *= find->going[l];
-        }
-        if (any(lands)) {
+        if (any(find->lands)) {
             for (int l = 0; l < LANES; l++) {
                 const hopform_poles_real poles = one_of_poles_columns(&w->poles, l);
-                const hopform_basis_real one = one_of_basis_columns(&w->end, l);
-                const hopform_basis_real there = hopform_carried_basis_real(&poles, &one, next[l] - find->t[l]);
-                const bool here = lands[l] > 0.0;
-                keep_basis_columns(&w->end, l, here, &there);
-                keep(&w->end_t[l], here, next[l]);
-                find->going[l] *= 1.0 - lands[l];
+                const hopform_basis_real basis = one_of_basis_columns(&find->basis, l);
+                const hopform_basis_real there = carried_basis_real(&poles, &basis, find->next[l] - find->t[l]);
+                keep_basis_columns(&w->end, l, find->lands[l] > 0.0, &there);
+                keep(&w->end_t[l], find->lands[l] > 0.0, find->next[l]);
             }
         }
         for (int l = 0; l < LANES; l++) {
-            keep(&find->t[l], find->going[l] > 0.0, next[l]);
-        }
-        leave(w, find->done);
-        if (!any(find->going)) {
-            break;
-        }
-        bases_at(w, find->t, find->going, &w->end);
-        for (int l = 0; l < LANES; l++) {
-            const hopform_basis_real one = one_of_basis_columns(&w->end, l);
-            const real t = find->t[l];
-            const hopform_sample_real at = sample_of(&find->watch, &w->poles, &one, l, t);
-            const bool goes = find->going[l] > 0.0;
-            keep_sample(&find->at, l, goes, &at);
-            keep(&w->end_t[l], goes, t);
-            arrived[l] = flag(!((at.value > 0.0) | (at.value < 0.0)));
-            keep(&find->low[l], goes & (at.value > 0.0), t);
-            keep(&find->high[l], goes & (at.value < 0.0), t);
-            find->going[l] = flag(goes);
+            find->t[l] = find->next[l];
         }
     }
     leave(w, find->going);
 }
 
-/* Windows in which a watch cannot be judged end where its m has its zero. */
-LANES_CODE static void cut_windows(lanes *restrict w, const real *restrict what, search *restrict find)
+/* How fast the function falls that was found, and its rounding. */
+LANES_CODE static void look_at_found(const lanes *restrict w, int s, search *restrict find)
 {
-    column inside;
+    const function_columns *functions = &w->function[s];
     for (int l = 0; l < LANES; l++) {
-        find->going[l] = is(what[l], CUT);
-        inside[l] = over(find->turning[l], find->turning[l] - find->at.turning[l]);
+        const hopform_basis_real basis = one_of_basis_columns(&w->end, l);
+        const propagator_real at = {w->end_t[l], basis, 0.0};
+        const event_function_real g = one_function(functions, l);
+        const bool is_found = (w->found[l] >= (real)s) & (w->found[l] <= (real)s);
+        keep(&find->found_rate[l], is_found, fabs_real(w->to[s].rate[l]));
+        keep(&find->found_rounding[l], is_found, rounding_of_real(&g, &at, w->to[s].rate[l]));
     }
-    for (int l = 0; l < LANES; l++) {
-        inside[l] = fabs_real(find->at.turning[l]) > 0.0 ? inside[l] : 0.25;
-    }
-    for (int l = 0; l < LANES; l++) {
-        inside[l] = inside[l] < 0.984375 ? inside[l] : 0.984375;
-    }
-    for (int l = 0; l < LANES; l++) {
-        inside[l] = inside[l] > 0.015625 ? inside[l] : 0.015625;
-        const real t = w->low[l] + inside[l] * (w->end_t[l] - w->low[l]);
-        find->done[l] = find->going[l] * (1.0 - flag((t > w->low[l]) & (t < w->end_t[l])));
-        keep(&w->end_t[l], find->going[l] > 0.0, t);
-        keep(&w->found[l], find->going[l] > 0.0, -1.0);
-    }
-    leave(w, find->done);
-    bases_at(w, w->end_t, find->going, &w->end);
 }
 
-/* Shorten each window until every watch is known to keep its sign in it, but for the one that is found at its end. */
-LANES_CODE static void settle_windows(lanes *restrict w, search *restrict find)
+/* Lanes in which a function has no certificate by the rules that take no further evaluation, or ties with the one that
+ * was found, are left. */
+LANES_CODE static void certify(lanes *restrict w, int s, const search *restrict find)
 {
-    column what, first, unsettled, left, roots;
+    column open, leaves;
+    const function_columns *functions = &w->function[s];
     for (int l = 0; l < LANES; l++) {
-        first[l] = 0.0;
-        unsettled[l] = flag((w->live[l] > 0.0) & !(w->left[l] > 0.0));
-        roots[l] = unsettled[l];
+        const hopform_basis_real basis = one_of_basis_columns(&w->end, l);
+        const real h = w->end_t[l];
+        const propagator_real at = {h, basis, 0.0};
+        const event_function_real g = one_function(functions, l);
+        const jet_real from = one_jet(&w->from[s], l);
+        const jet_real to = one_jet(&w->to[s], l);
+        const real d = from.curvature + w->poles.a[l] * from.rate;
+        const real d_then = to.curvature + w->poles.a[l] * to.rate;
+        const real rounding = rounding_of_real(&g, &at, to.rate);
+        const real live = w->live[l] * w->on[s][l] * (1.0 - w->left[l]);
+        const bool ties =
+            (w->found[l] > (real)s) & (to.rate * h < -16.0 * rounding)
+            & ((to.value - 4.0 * rounding) * find->found_rate[l] < fabs_real(to.rate) * find->found_rounding[l]);
+        leaves[l] = live * flag((h > w->fades[l]) | ties);
+        open[l] = live * (1.0 - flag(has_no_root_real(&from, d, &to, d_then)));
     }
-    for (int n = 0; n < MOST_CUTS; n++) {
-        if (any(roots)) {
-            sample_ends(w, roots);
+    leave(w, leaves);
+    if (!any(open)) {
+        return;
+    }
+    for (int l = 0; l < LANES; l++) {
+        const hopform_poles_real poles = one_of_poles_columns(&w->poles, l);
+        const jet_real from = one_jet(&w->from[s], l);
+        const real h = w->end_t[l];
+        const real rounding = 32.0 * HOPFORM_EPS_real * (fabs_real(from.value) + fabs_real(from.rate * h));
+        open[l] *= flag(!(quiet_time_of_ringing_real(&poles, &from, rounding) > h));
+    }
+    if (!any(open)) {
+        return;
+    }
+    for (int l = 0; l < LANES; l++) {
+        const hopform_poles_real poles = one_of_poles_columns(&w->poles, l);
+        const hopform_basis_real basis = one_of_basis_columns(&w->end, l);
+        const event_function_real g = one_function(functions, l);
+        const propagator_real at = {w->end_t[l], basis, 0.0};
+        const jet_real from = one_jet(&w->from[s], l);
+        const jet_real to = one_jet(&w->to[s], l);
+        const bool is_found = (w->found[l] >= (real)s) & (w->found[l] <= (real)s);
+        const real rounding = rounding_of_real(&g, &at, to.rate);
+        open[l] *= flag(!is_held_up_by_bernstein_real(&poles, &g, &from, &to, w->end_t[l], is_found, rounding));
+    }
+    leave(w, open);
+}
+
+/* The first event of each phase. */
+LANES_CODE static void find_first_events(lanes *restrict w, search *restrict find)
+{
+    column wanted, crossed;
+    reach_nodes(w, wanted);
+    for (int l = 0; l < LANES; l++) {
+        wanted[l] = flag((w->live[l] > 0.0) & !(w->left[l] > 0.0));
+        crossed[l] = wanted[l];
+    }
+    for (int n = 0; n <= MOST_EVENT_FUNCTIONS_real; n++) {
+        for (int s = 0; s < SLOTS; s++) {
+            if (w->used[s]) {
+                look_there(w, &w->function[s], crossed, &w->to[s]);
+            }
         }
-        settle_verdicts(w, unsettled, first, what, find);
+        if (n == MOST_EVENT_FUNCTIONS_real) {
+            break;
+        }
+        choose_crossings(w, crossed, find);
         for (int l = 0; l < LANES; l++) {
-            unsettled[l] = flag(what[l] > (real)LEAVE);
-            left[l] = flag((what[l] > (real)NOTHING) & !(what[l] > (real)LEAVE));
-            roots[l] = flag(what[l] > (real)FIND_BOTTOM); /* the window has another end */
-            first[l] = roots[l] > 0.0 ? 0.0 : find->number[l] + 1.0;
+            crossed[l] = flag(find->number[l] >= 0.0);
+            find->going[l] = crossed[l];
         }
-        leave(w, left);
-        if (!any(unsettled)) {
-            return;
+        if (!any(crossed)) {
+            break;
         }
-        if (any(roots)) {
-            find_roots(w, what, find);
-            cut_windows(w, what, find);
+        find_roots(w, find);
+        for (int l = 0; l < LANES; l++) {
+            keep(&w->found[l], crossed[l] > 0.0, find->number[l]);
         }
-        find_bottoms(w, what, find);
     }
-    leave(w, unsettled);
+    for (int s = 1; s < SLOTS; s++) { /* the first wins a tie */
+        if (w->used[s]) {
+            look_at_found(w, s, find);
+        }
+    }
+    for (int s = 0; s < SLOTS; s++) {
+        if (w->used[s]) {
+            certify(w, s, find);
+        }
+    }
 }
 
 /* At the time of the limit a take-off comes before it, and before mass 2 comes to rest what mass 1 does. */
@@ -1532,19 +1139,22 @@ LANES_CODE static void cross_at_the_limit(lanes *restrict w)
 {
     column at_limit, crosses;
     for (int l = 0; l < LANES; l++) {
-        at_limit[l] = w->live[l] * flag(!(w->end_t[l] < w->limit[l]));
+        at_limit[l] = w->live[l] * flag(!(w->end_t[l] < w->limit[l])) * flag(w->found[l] < 0.0);
     }
     if (!any(at_limit)) {
         return;
     }
     for (int s = SLOTS - 1; s >= 0; s--) {
-        const sample_columns *to = &w->to[s];
+        const jet_columns *to = &w->to[s];
         for (int l = 0; l < LANES; l++) {
+            const hopform_basis_real basis = one_of_basis_columns(&w->end, l);
+            const propagator_real at = {w->end_t[l], basis, 0.0};
+            const event_function_real g = one_function(&w->function[s], l);
+            const real rounding = rounding_of_real(&g, &at, to->rate[l]);
             const real reached = at_limit[l] * flag(w->on[s][l] > 0.0);
             const real is_first = s == 0 ? 1.0 : is(w->kind[s][l], BY_THRESHOLD_1) * flag(!(w->halt[l] > w->limit[l]));
-            crosses[l] = reached * is_first * flag(to->rate[l] * w->limit[l] < -16.0 * to->noise[l])
-                         * flag(to->value[l] < -8.0 * HOPFORM_EPS_real * w->limit[l] * to->rate[l])
-                         * (1.0 - w->settled[l]);
+            crosses[l] = reached * is_first * flag(to->rate[l] * w->limit[l] < -16.0 * rounding)
+                         * flag(to->value[l] < -8.0 * HOPFORM_EPS_real * w->limit[l] * to->rate[l]);
         }
         for (int l = 0; l < LANES; l++) {
             keep(&w->found[l], crosses[l] > 0.0, (real)s);
@@ -1571,12 +1181,12 @@ LANES_CODE static void approach_stops(const lanes *restrict w, stop_search *rest
         const hopform_poles_real poles = one_of_poles_columns(&w->poles, l);
         const hopform_basis_real one = one_of_basis_columns(&find->basis, l);
         const real t = find->t[l];
-        const hopform_approach_real to = hopform_approach_of_real(&poles, &motion, &from_stop, w->side_1[l], &one);
-        const real step = step_to_root(&to.at);
+        const approach_real to = approach_of_real(&poles, &motion, &from_stop, w->side_1[l], &one);
+        const real step = step_to_root_real(&to.at);
         value[l] = to.at.value;
         rate[l] = to.at.rate;
         next[l] = t - step;
-        near[l] = flag(one_step_left(&w->poles, l, &to.at, to.fourth, next[l], step));
+        near[l] = flag(step_converges_real(&poles, &to.at, to.fourth, next[l], step));
         exact[l] = flag(fabs_real(to.at.value) <= HOPFORM_EPS_real * t * to.at.rate);
     }
     for (int l = 0; l < LANES; l++) {
@@ -1599,7 +1209,7 @@ LANES_CODE static void approach_stops(const lanes *restrict w, stop_search *rest
         for (int l = 0; l < LANES; l++) {
             const hopform_poles_real poles = one_of_poles_columns(&w->poles, l);
             const hopform_basis_real one = one_of_basis_columns(&find->basis, l);
-            const hopform_basis_real there = hopform_carried_basis_real(&poles, &one, next[l] - find->t[l]);
+            const hopform_basis_real there = carried_basis_real(&poles, &one, next[l] - find->t[l]);
             keep_basis_columns(&find->basis, l, last[l] > 0.0, &there);
         }
     }
@@ -1627,7 +1237,7 @@ LANES_CODE static void meet_stops(lanes *restrict w, real *restrict stops)
         const hopform_at_real at = hopform_state_at_real(&from_stop, &motion, &one);
         const bool ahead = (fabs_real(w->side_1[l]) > 0.0) & within_range(find.gap[l]);
         const real beyond = w->side_1[l] * at.x1_t;
-        const bool past = beyond > hopform_touch_real(&motion, &from_stop, &one);
+        const bool past = beyond > grazing_tolerance_real(&motion, &from_stop, &one);
         stops[l] = w->live[l] * flag(ahead & !(w->left[l] > 0.0) & past);
         find.going[l] = stops[l];
     }
@@ -1796,17 +1406,6 @@ LANES_CODE static void pass(lanes *restrict w, const real *restrict how, const r
     leave(w, crowded);
 }
 
-/* A window begins where the one before has ended. */
-LANES_CODE static void next_samples(const sample_columns *restrict to, const real *restrict yes,
-                                    sample_columns *restrict from)
-{
-    for (int l = 0; l < LANES; l++) {
-        hopform_sample_real sample = one_sample(to, l);
-        sample.value = sample.value > 0.0 ? sample.value : 0.0;
-        keep_sample(from, l, yes[l] > 0.0, &sample);
-    }
-}
-
 /* A take-off late in a phase whose time has not all its digits is left. */
 LANES_CODE static void look_at_takeoffs(lanes *restrict w, const real *restrict how)
 {
@@ -1835,16 +1434,16 @@ LANES_CODE static void look_at_takeoffs(lanes *restrict w, const real *restrict 
         const hopform_poles_real poles = one_of_poles_columns(&w->poles, l);
         const hopform_basis_real basis = one_of_basis_columns(&w->end, l);
         const hopform_numerator_real leg = {w->motion.H3_y[l], w->motion.H2_y[l], w->motion.H1_y[l]};
-        const real later = hopform_root_is_later_real(&poles, &leg, w->state.y[l], settled[l], &basis, w->end_t[l]);
+        const real later = root_is_later_real(&poles, &leg, w->state.y[l], settled[l], &basis, w->end_t[l]);
         late[l] *= flag(fabs_real(later) > 0.0);
     }
     leave(w, late);
 }
 
-/* The next window of a phase, or what follows its end. */
-LANES_CODE static void end_windows(lanes *restrict w, const real *restrict stops)
+/* What follows the end of a phase; a lane in which the interval has brought nothing is left. */
+LANES_CODE static void end_phases(lanes *restrict w, const real *restrict stops)
 {
-    column how, late, goes_on, touches;
+    column how, goes_on, touches;
     for (int l = 0; l < LANES; l++) {
         const real kind = is(w->found[l], 0) * w->kind[0][l] + is(w->found[l], 1) * w->kind[1][l]
                           + is(w->found[l], 2) * w->kind[2][l];
@@ -1863,17 +1462,8 @@ LANES_CODE static void end_windows(lanes *restrict w, const real *restrict stops
     for (int l = 0; l < LANES; l++) {
         keep(&how[l], !(w->live[l] > 0.0), (real)NO_END);
         goes_on[l] = flag(w->live[l] > 0.0) * flag(how[l] <= (real)NO_END);
-        w->windows[l] += goes_on[l];
-        keep(&w->low[l], goes_on[l] > 0.0, w->end_t[l]);
-        const bool has_faded = -0.5 * w->poles.p[l] * w->end_t[l] < HOPFORM_SMALLEST_EXPONENT_real;
-        late[l] = goes_on[l] * flag((w->windows[l] >= (real)MOST_WINDOWS) | has_faded);
     }
-    leave(w, late);
-    if (any(goes_on)) {
-        for (int s = 0; s < SLOTS; s++) {
-            next_samples(&w->to[s], goes_on, &w->from[s]);
-        }
-    }
+    leave(w, goes_on);
     look_at_takeoffs(w, how);
     for (int l = 0; l < LANES; l++) {
         const hopform_state_real state = one_of_state_columns(&w->state, l);
@@ -1884,7 +1474,7 @@ LANES_CODE static void end_windows(lanes *restrict w, const real *restrict stops
         const hopform_at_real moved = hopform_state_at_real(&from_zero, &motion, &basis);
         const real gap = w->side_1[l] > 0.0 ? w->from_max[l] : w->from_min[l];
         const hopform_state_real from_stop = {gap, state.v1, state.v2, state.y};
-        const bool near_stop = fabs_real(gap + moved.x1_t) <= hopform_touch_real(&motion, &from_stop, &basis);
+        const bool near_stop = fabs_real(gap + moved.x1_t) <= grazing_tolerance_real(&motion, &from_stop, &basis);
         touches[l] = flag(within_range(gap) & near_stop);
         const bool ends = how[l] > (real)NO_END;
         const bool held_1 = !(fabs_real(w->side_1[l]) > 0.0);
@@ -1900,27 +1490,15 @@ LANES_CODE static void end_windows(lanes *restrict w, const real *restrict stops
     pass(w, how, touches);
 }
 
-/* What a round works in; kept, so that no lane reads what was never written. */
-typedef struct {
-    outlook ahead;
-    search find;
-    basis_columns basis;
-} workspace;
-
-/* One window of each stance. */
-LANES_CODE static void advance(lanes *restrict w, workspace *restrict work)
+/* One phase of each stance. */
+LANES_CODE static void advance(lanes *restrict w, search *restrict find)
 {
     column stops;
     start_phases(w);
-    look_ahead(w, &work->ahead);
-    reach_ahead(w, &work->ahead, &work->basis);
-    settle_windows(w, &work->find);
-    for (int l = 0; l < LANES; l++) {
-        w->settled[l] = flag(w->found[l] >= 0.0);
-    }
+    find_first_events(w, find);
     cross_at_the_limit(w);
     meet_stops(w, stops);
-    end_windows(w, stops);
+    end_phases(w, stops);
 }
 
 /* ---- stances in and out ---- */
@@ -2266,20 +1844,20 @@ static void clear(lanes *w)
 int32_t LANES_NAME(int64_t count, const hopform_stances_in_real *in, const hopform_stances_out_real *out)
 {
     lanes w;
-    workspace work;
+    search find;
     queue stances = {0};
     stances.count = count;
     stances.in = in;
     stances.out = out;
     stances.many_robots = hopform_has_many_robots_real(in);
     clear(&w);
-    memset(&work, 0, sizeof work);
+    memset(&find, 0, sizeof find);
     for (;;) {
         if (stances.next < stances.pause && w.busy <= MOST_BUSY) {
             refill(&w, &stances);
         }
         if (w.busy > 0) {
-            advance(&w, &work);
+            advance(&w, &find);
             collect(&w, &stances);
         } else if (stances.next < count) {
             look_back(&w, &stances);

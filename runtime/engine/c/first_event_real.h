@@ -1,0 +1,760 @@
+/* SPDX-License-Identifier: MIT-0
+ *
+ * The first event of a phase: the earliest root of its event functions, certified to be the earliest.
+ *
+ * An event function of a phase is g(t) = start + H3 W' + H2 W + H1 W1 with the three poles of the phase, positive right
+ * after its start; an event is its first root. The search goes from interval to interval. In each, roots are predicted
+ * from the values and derivatives at both ends, located by Householder's method, and certified to be the first by the
+ * numbered rules of docs/explanation/events.md:
+ *
+ * Rule 2, sign variations (Budan and Fourier for exponential polynomials): on an interval shorter than half a period of
+ * the pair, the number of roots of g is at most V(from) - V(to) + c. V counts the sign changes of (g, g', d), c is 1 if
+ * d changes its sign, and d = g'' + a g' is the derivative of g with the real pole removed (deflated), which has at
+ * most one root there.
+ * Rule 3, closed forms: the time to rest of a mass that slips alone.
+ * Rule 4, minima: where g' has one root, the minimum is held above zero by the tangents at both ends, or located.
+ * Rule 5, long ringing: while the slow part of g exceeds the envelope of the pair there is no root.
+ */
+#ifndef HOPFORM_FIRST_EVENT_H_real
+#define HOPFORM_FIRST_EVENT_H_real
+
+#include "phase_real.h"
+
+enum { MOST_EVENT_FUNCTIONS_real = 3, MOST_CUTS_real = 400 };
+
+/* An event function. `kind` and `side` are the caller's. */
+typedef struct {
+    hopform_numerator_real numerator;
+    real start;
+    int32_t kind;
+    int32_t side;
+} event_function_real;
+
+/* The active event functions of a phase, in the order in which they win a tie. */
+typedef struct {
+    const hopform_poles_real *poles;
+    const hopform_node_real *node;
+    int32_t count;
+    event_function_real function[MOST_EVENT_FUNCTIONS_real];
+} event_set_real;
+
+/* A time since the start of the phase, and the propagator there. */
+typedef struct {
+    real t;
+    hopform_basis_real basis;
+    real W_third; /* W''' */
+} propagator_real;
+
+/* Value and derivatives of an event function. */
+typedef struct {
+    real value;
+    real rate;
+    real curvature;
+    real third;
+} jet_real;
+
+static inline propagator_real propagator_of_real(const hopform_poles_real *poles, real t,
+                                                 const hopform_basis_real *basis)
+{
+    const propagator_real at = {t, *basis, -(poles->s_1 * basis->Wdd + poles->s_2 * basis->Wd + poles->s_3 * basis->W)};
+    return at;
+}
+
+static inline propagator_real propagator_at_real(const hopform_poles_real *poles, real t)
+{
+    const hopform_basis_real basis = hopform_basis_at_real(poles, t);
+    return propagator_of_real(poles, t, &basis);
+}
+
+static inline real value_at_real(const event_function_real *g, const propagator_real *at)
+{
+    const hopform_numerator_real *h = &g->numerator;
+    return g->start + (h->H3 * at->basis.Wd + h->H2 * at->basis.W + h->H1 * at->basis.W1);
+}
+
+static inline real rate_at_real(const event_function_real *g, const propagator_real *at)
+{
+    const hopform_numerator_real *h = &g->numerator;
+    return h->H3 * at->basis.Wdd + h->H2 * at->basis.Wd + h->H1 * at->basis.W;
+}
+
+static inline real third_of_real(const hopform_poles_real *poles, const event_function_real *g,
+                                 const propagator_real *at)
+{
+    const hopform_numerator_real *h = &g->numerator;
+    const hopform_basis_real *w = &at->basis;
+    const real fourth = -(poles->s_1 * at->W_third + poles->s_2 * w->Wdd + poles->s_3 * w->Wd);
+    return h->H3 * fourth + h->H2 * at->W_third + h->H1 * w->Wdd;
+}
+
+static inline jet_real jet_at_start_real(const hopform_poles_real *poles, const event_function_real *g)
+{
+    const hopform_numerator_real *h = &g->numerator;
+    jet_real jet;
+    jet.value = g->start;
+    jet.rate = h->H3;
+    jet.curvature = h->H2 - h->H3 * poles->s_1;
+    jet.third = h->H1 - poles->s_1 * jet.curvature - poles->s_2 * jet.rate;
+    return jet;
+}
+
+/* Without the third derivative, which is 0 here. */
+static inline jet_real short_jet_at_real(const event_function_real *g, const propagator_real *at)
+{
+    const hopform_numerator_real *h = &g->numerator;
+    const hopform_basis_real *w = &at->basis;
+    jet_real jet;
+    jet.value = value_at_real(g, at);
+    jet.rate = rate_at_real(g, at);
+    jet.curvature = h->H3 * at->W_third + h->H2 * w->Wdd + h->H1 * w->Wd;
+    jet.third = 0.0;
+    return jet;
+}
+
+static inline jet_real jet_at_real(const event_set_real *set, const event_function_real *g, const propagator_real *at)
+{
+    jet_real jet = short_jet_at_real(g, at);
+    jet.third = third_of_real(set->poles, g, at);
+    return jet;
+}
+
+/* Bound of what rounding may have done to the value of an event function. */
+static inline real rounding_of_real(const event_function_real *g, const propagator_real *at, real rate)
+{
+    const hopform_numerator_real *h = &g->numerator;
+    return 16.0 * HOPFORM_EPS_real
+           * (fabs_real(g->start) + fabs_real(h->H3 * at->basis.Wd) + fabs_real(h->H2 * at->basis.W)
+              + fabs_real(h->H1 * at->basis.W1) + at->t * fabs_real(rate));
+}
+
+/* ---- prediction ---- */
+
+/* Where in (0, 1) of an interval of length h a function has a root after a value (or slope) above 0 and before a value
+ * below: roughly, by inverse interpolation. Where it starts at 0 it is divided by the time first. */
+static inline real rough_root_real(const jet_real *from, const jet_real *to, real h)
+{
+    const bool above = from->value > 0.0;
+    const real rise = h * from->rate;
+    const real end_rise = h * to->rate;
+    const real start = above ? from->value : rise;
+    const real slope = above ? rise : 0.5 * h * h * from->curvature;
+    const real end_slope = above ? end_rise : end_rise - to->value;
+    const bool falls = (slope < 0.0) & (end_slope < 0.0);
+    const real s = start / (start > 0.0 ? start - to->value : 1.0);
+    const real by_slopes = (1.0 - s) / (falls ? slope : -1.0) - s / (falls ? end_slope : -1.0);
+    const real cubic = s * (s * (3.0 - 2.0 * s) + (1.0 - s) * (to->value - start) * by_slopes);
+    const real share = falls & (cubic > 0.0) & (cubic < 1.0) ? cubic : s;
+    return start > 0.0 ? share : 0.75;
+}
+
+/* The polynomial of degree 7 through the jets at both ends of an interval, in x from 0 to 1: c0 + c1 x + c2 x^2 + c3
+ * x^3
+ * + x^4 (r0 + s1 (x - 1) + s2 (x - 1)^2 + s3 (x - 1)^3). */
+typedef struct {
+    real c0, c1, c2, c3, r0, s1, s2, s3;
+} interpolant_real;
+
+static inline interpolant_real interpolant_of_real(const jet_real *from, const jet_real *to, real third, real h)
+{
+    const real hh = 0.5 * h * h;
+    const real hhh = (1.0 / 3.0) * h * hh;
+    const real c0 = from->value;
+    const real c1 = h * from->rate;
+    const real c2 = hh * from->curvature;
+    const real c3 = hhh * from->third;
+    const real r0 = to->value - (c0 + c1 + c2 + c3);
+    const real r1 = h * to->rate - (c1 + 2.0 * c2 + 3.0 * c3);
+    const real r2 = hh * to->curvature - (c2 + 3.0 * c3);
+    const real r3 = hhh * third - c3;
+    const real s1 = r1 - 4.0 * r0;
+    const real s2 = r2 - 4.0 * s1 - 6.0 * r0;
+    const real s3 = r3 - 4.0 * s2 - 6.0 * s1 - 4.0 * r0;
+    const interpolant_real p = {c0, c1, c2, c3, r0, s1, s2, s3};
+    return p;
+}
+
+enum { PREDICTION_STEPS_real = 3 };
+
+/* Halley's step from x towards a root of it. */
+static inline real prediction_step_real(const interpolant_real *p, real x)
+{
+    const real y = x - 1.0;
+    const real tail = p->r0 + y * (p->s1 + y * (p->s2 + y * p->s3));
+    const real tail_1 = p->s1 + y * (2.0 * p->s2 + y * 3.0 * p->s3);
+    const real tail_2 = p->s2 + 3.0 * y * p->s3;
+    const real value = p->c0 + x * (p->c1 + x * (p->c2 + x * (p->c3 + x * tail)));
+    const real slope = p->c1 + x * (2.0 * p->c2 + x * (3.0 * p->c3 + x * (4.0 * tail + x * tail_1)));
+    const real bend = p->c2 + x * (3.0 * p->c3 + x * (6.0 * tail + x * (4.0 * tail_1 + x * tail_2)));
+    const real below = slope * slope - value * bend;
+    const real step = value * slope / (below > 0.0 ? below : 1.0);
+    return below > 0.0 ? step : 0.0;
+}
+
+/* A root of it, from a guess. It guesses, too: no bound rests on it. */
+static inline real refined_root_real(const interpolant_real *p, real x)
+{
+    for (int n = 0; n < PREDICTION_STEPS_real; n++) {
+        const real step = prediction_step_real(p, x);
+        const real next = x - step;
+        x = (next > 0.0) & (next < 1.0) ? next : x;
+        if (fabs_real(step) < HOPFORM_PREDICTION_real) {
+            break;
+        }
+    }
+    return x;
+}
+
+/* Householder's step of third order towards a root. */
+static inline real step_to_root_real(const jet_real *at)
+{
+    const real square = at->rate * at->rate;
+    const real below =
+        6.0 * square * at->rate - 6.0 * at->value * at->rate * at->curvature + at->value * at->value * at->third;
+    const bool usable = fabs_real(below) > 0.0;
+    const real step = at->value * (6.0 * square - 3.0 * at->value * at->curvature) / (usable ? below : 1.0);
+    return usable ? step : HOPFORM_NEVER_real;
+}
+
+/* Whether what a Taylor series of the fourth order leaves out over a time d before or after t is lost in rounding: of
+ * the fifth order in d/t and in r d, r above all poles. */
+static inline bool is_near_real(const hopform_poles_real *poles, real t, real d)
+{
+    const real share = t > 0.0 ? d / t : 1.0;
+    const real square = d * d * (poles->s_1 * poles->s_1 + poles->s_2) + share * share;
+    return square * square * square <= 0.0078125 * HOPFORM_EPS_real;
+}
+
+static inline hopform_basis_real carried_basis_real(const hopform_poles_real *poles, const hopform_basis_real *from,
+                                                    real d)
+{
+    const hopform_carried_real later = hopform_carry_real(poles, from, d);
+    const hopform_basis_real basis = {later.Wdd_t, later.Wd_t, later.W_t, later.W1_t, later.W2_t};
+    return basis;
+}
+
+/* True where Householder's step lands on the root to rounding, and the propagator can be carried there. Its error is of
+ * the fourth order in the step: products of the derivatives up to the fourth. */
+static inline bool step_converges_real(const hopform_poles_real *poles, const jet_real *at, real fourth, real t,
+                                       real step)
+{
+    const real per_rate = fabs_real(step) / (fabs_real(at->rate) > 0.0 ? fabs_real(at->rate) : 1.0);
+    const real bend = per_rate * fabs_real(at->curvature);
+    const real twist = per_rate * fabs_real(step * at->third);
+    const real error = bend * (0.7 * bend * bend + 0.5 * twist) + 0.05 * per_rate * fabs_real(step * step * fourth);
+    return (fabs_real(at->value) <= 2.0 * fabs_real(step * at->rate))
+           & (fabs_real(step) * error <= HOPFORM_EPS_real * t) & is_near_real(poles, t, step);
+}
+
+/* The fourth derivative of an event function, but for its sign: the poles give it from the others. */
+static inline real fourth_of_real(const hopform_poles_real *poles, const jet_real *at)
+{
+    return poles->s_1 * at->third + poles->s_2 * at->curvature + poles->s_3 * at->rate;
+}
+
+/* The root of g between a time at which g > 0 and an instant at which g < 0, from a guess. */
+static inline propagator_real located_root_real(const event_set_real *set, const event_function_real *g, real low,
+                                                const propagator_real *last, real guess)
+{
+    const hopform_poles_real *poles = set->poles;
+    propagator_real high = *last;
+    real t = guess;
+    for (int n = 0; n < 100; n++) {
+        if (!(t > low && t < high.t)) {
+            t = low + 0.5 * (high.t - low);
+            if (!(t > low && t < high.t)) {
+                break;
+            }
+        }
+        const propagator_real at = propagator_at_real(poles, t);
+        const jet_real jet = jet_at_real(set, g, &at);
+        if (fabs_real(jet.value) <= HOPFORM_EPS_real * t * fabs_real(jet.rate)) {
+            return at;
+        }
+        const real step = step_to_root_real(&jet);
+        if (jet.value > 0.0) {
+            low = t;
+        } else if (jet.value < 0.0) {
+            high = at;
+        } else {
+            return at;
+        }
+        const real next = t - step;
+        if (next > low && next < high.t && step_converges_real(poles, &jet, fourth_of_real(poles, &jet), next, step)) {
+            const hopform_basis_real carried = carried_basis_real(poles, &at.basis, next - t);
+            return propagator_of_real(poles, next, &carried);
+        }
+        t = n > 8 && n % 2 == 1 ? low : next;
+    }
+    return high;
+}
+
+/* ---- certificate ---- */
+
+/* Rule 2: true if g, above zero at both ends of an interval, has no root in it; d is g'' + l g'. With V = 0, 1, 1, 2
+ * for the signs (+, +), (+, -), (-, -), (-, +) of (g', d), V at the start, less V at the end, and 1 if d changes its
+ * sign, is 0 or less. */
+static inline bool has_no_root_real(const jet_real *from, real d, const jet_real *to, real d_then)
+{
+    const bool faded = !(fabs_real(d_then) > 0.0) & (d > 0.0); /* no sign is left of it: the worse one */
+    const bool negative_then = (d_then < 0.0) | faded;
+    const bool after_negative = (to->rate < 0.0) | negative_then;
+    const bool after_positive = (!(from->rate < 0.0)) | ((to->rate < 0.0) & !negative_then);
+    return d < 0.0 ? after_negative : after_positive;
+}
+
+/* Sign changes of (+, b, c, d). */
+static inline int sign_changes_of_four_real(bool b, bool c, bool d)
+{
+    return (b ? 1 : 0) + (b != c ? 1 : 0) + (c != d ? 1 : 0);
+}
+
+/* Rule 2 with the pair removed first: u = exp(-mu t) sin(w (t + s)), centred on the interval, has no root in it. */
+static inline bool has_no_root_by_pair_real(const hopform_poles_real *poles, const event_function_real *g,
+                                            const propagator_real *end, const jet_real *from, const jet_real *to)
+{
+    const real mu = 0.5 * poles->p;
+    const real ww = poles->q - mu * mu;
+    const real R = end->basis.Wd + poles->a * end->basis.W;
+    const real C = end->basis.Wdd + poles->a * end->basis.Wd + mu * R;
+    const real wt = ww * R / (sqrt_real(ww * R * R + C * C) + C); /* w tan(w h/2) */
+    const hopform_numerator_real *h = &g->numerator;
+    const bool e = h->H1 - poles->a * (h->H2 - poles->a * h->H3) < 0.0;
+    const bool first = from->curvature - (wt - mu) * from->rate < 0.0;
+    const bool last = to->curvature + (wt + mu) * to->rate < 0.0;
+    return sign_changes_of_four_real(from->rate < 0.0, first, e) - sign_changes_of_four_real(to->rate < 0.0, last, e)
+           <= 0;
+}
+
+/* Bound of the sixth derivative of an event function whose pair rings: the envelopes of its modes. */
+static inline real sixth_derivative_bound_real(const hopform_poles_real *poles, const event_function_real *g)
+{
+    const hopform_numerator_real *n = &g->numerator;
+    const real mu = 0.5 * poles->p;
+    const real ww = poles->q - mu * mu;
+    const real a = poles->a;
+    const real e = (n->H1 - a * (n->H2 - a * n->H3)) / hopform_residue_real(poles);
+    const real c = n->H3 - e;
+    const real sw = n->H2 - n->H3 * poles->s_1 + a * e + mu * c;
+    return poles->q * poles->q * sqrt_real(poles->q * (c * c + sw * sw / ww)) + a * a * a * a * a * fabs_real(e);
+}
+
+/* Rule 1: Bernstein's coefficients of the quintic through value, slope and curvature at both ends, from which g differs
+ * by at most M6 t^3 (h - t)^3/720; those that a root of order 0 or 1 at an end makes 0 do not count. */
+static inline bool is_held_up_by_bernstein_real(const hopform_poles_real *poles, const event_function_real *g,
+                                                const jet_real *from, const jet_real *to, real h, bool root_at_end,
+                                                real rounding)
+{
+    const real M6 = sixth_derivative_bound_real(poles, g);
+    const real f = 0.2 * h;
+    const real tw = 0.05 * h * h;
+    const real b1 = from->value + f * from->rate;
+    const real b2 = b1 + f * from->rate + tw * from->curvature;
+    const real b4 = to->value - f * to->rate;
+    const real b3 = b4 - f * to->rate + tw * to->curvature;
+    real low = hopform_lesser_real(hopform_lesser_real(b1, b2), hopform_lesser_real(b3, b4));
+    const real at_start = hopform_lesser_real(low, from->value);
+    low = from->value > 0.0 ? at_start : low;
+    const real at_end = hopform_lesser_real(low, to->value);
+    low = root_at_end ? low : at_end;
+    const real hhh = h * h * h;
+    return low > M6 * hhh * hhh / 43200.0 + rounding;
+}
+
+/* True where g' has exactly one root in the interval, and g its minimum there. */
+static inline bool has_minimum_real(const jet_real *from, const jet_real *to)
+{
+    return from->rate < 0.0 && !(to->rate < 0.0);
+}
+
+/* Rule 4: whether the tangents at both ends hold g above its rounding, where exp(l t) g' rises: g lies above the
+ * tangent at the start, and above one a little steeper than that at the end. */
+static inline bool is_held_up_by_tangents_real(const jet_real *from, const jet_real *to, real l, real h, real rounding)
+{
+    if (from->curvature + l * from->rate < 0.0 || to->curvature + l * to->rate < 0.0) {
+        return false;
+    }
+    const real last = l * h < 1.0 ? to->rate * (1.0 + l * h) : HOPFORM_NEVER_real;
+    const real steeper = last - from->rate;
+    const real cross = fabs_real(steeper) > 0.0 ? (from->value - to->value + last * h) / steeper : h;
+    const real reach = cross < h ? (cross > 0.0 ? cross : 0.0) : h;
+    return from->value + from->rate * reach > rounding;
+}
+
+/* The minimum of g between two times between which its rate becomes positive; ends early where g < 0 is found, or where
+ * g is known to stay above zero. */
+static inline propagator_real minimum_between_real(const event_set_real *set, const event_function_real *g, real low,
+                                                   const jet_real *at_low, real high, const jet_real *at_high)
+{
+    const hopform_poles_real *poles = set->poles;
+    jet_real before = *at_low;
+    jet_real after = *at_high;
+    const real turn = before.rate - after.rate;
+    real t = low + (high - low) * (turn < 0.0 ? before.rate / turn : 0.5);
+    if (!(t > low && t < high)) {
+        t = low + 0.5 * (high - low);
+    }
+    propagator_real at;
+    for (int n = 0; n < 100; n++) {
+        at = propagator_at_real(poles, t);
+        const jet_real jet = short_jet_at_real(g, &at);
+        const real rounding = rounding_of_real(g, &at, jet.rate);
+        if (jet.value < -rounding) {
+            break;
+        }
+        if (jet.rate < 0.0) {
+            low = t;
+            before = jet;
+        } else { /* a rate that has faded to 0 lies behind the minimum */
+            high = t;
+            after = jet;
+        }
+        const real step = fabs_real(jet.curvature) > 0.0 ? jet.rate / jet.curvature : HOPFORM_NEVER_real;
+        if (fabs_real(step) <= 0.001 * HOPFORM_ROOT_EPS_real * t
+            || is_held_up_by_tangents_real(&before, &after, set->node->pole, high - low, rounding)) {
+            break;
+        }
+        t -= step;
+        if (!(t > low && t < high) || (n > 8 && n % 2 == 1)) {
+            t = low + 0.5 * (high - low);
+        }
+        if (!(t > low && t < high)) {
+            break;
+        }
+    }
+    return at;
+}
+
+/* Where d, which changes its sign within an interval, has its root: the chord's, kept off the ends. */
+static inline real cut_between_real(real d, real d_then, real h)
+{
+    const real share = fabs_real(d_then) > 0.0 ? d / (d - d_then) : 0.25;
+    const real inside = share > 0.015625 ? (share < 0.984375 ? share : 0.984375) : 0.015625;
+    return inside * h;
+}
+
+/* Rule 5 of a pair that rings: how long from `at` on g, for certain, has no root; NEVER if it has none at all.
+ *
+ * g' = x + r, where x fades with the real pole and r rings. What rings in g is X = -(r' + p r)/q, of an amplitude that
+ * does not grow; what does not, g - X, falls by no more than x times the time, or x/a. */
+static inline real quiet_time_of_ringing_real(const hopform_poles_real *poles, const jet_real *at, real rounding)
+{
+    const real mu = 0.5 * poles->p;
+    const real ww = poles->q - mu * mu;
+    const real x = (at->third + poles->p * at->curvature + poles->q * at->rate) / hopform_residue_real(poles);
+    const real r = at->rate - x;
+    const real X = -(at->curvature + poles->a * x + poles->p * r) / poles->q;
+    const real wY = r + mu * X;
+    const real left = at->value - X - 1.001 * sqrt_real(X * X + wY * wY / ww) - rounding;
+    const real time = -left / (x < 0.0 ? x : -1.0);
+    const real quiet = !(x < 0.0) | (left * poles->a > -x) ? HOPFORM_NEVER_real : time;
+    return left > 0.0 ? quiet : 0.0;
+}
+
+/* The same of three real poles, l_1 the fastest: g' is a sum of g', (D + l_1) g' and (D + l_2)(D + l_1) g' at the start
+ * over kernels that are positive, of integrals 1/l_1, 1/(l_1 l_2) and 1/(l_1 l_2 l_3). */
+static inline real quiet_time_of_decay_real(const event_set_real *set, const jet_real *at, real rounding)
+{
+    const real l_1 = set->node->pole;
+    const real l_2 = set->node->second;
+    const real product = l_1 * l_2;
+    if (!(product > 0.0)) {
+        return 0.0;
+    }
+    const real first = hopform_lesser_real(at->rate, 0.0);
+    const real second = hopform_lesser_real(at->curvature + l_1 * at->rate, 0.0);
+    const real third = hopform_lesser_real(at->third + (l_1 + l_2) * at->curvature + product * at->rate, 0.0);
+    const real left = at->value + first / l_1 + second / product - rounding;
+    const real falls = third / product;
+    if (!(left > 0.0)) {
+        return 0.0;
+    }
+    return !(falls < 0.0) || left * set->node->third > -falls ? HOPFORM_NEVER_real : -left / falls;
+}
+
+static inline real quiet_time_real(const event_set_real *set, const jet_real *at, real rounding)
+{
+    return set->node->half_period < HOPFORM_NEVER_real ? quiet_time_of_ringing_real(set->poles, at, rounding)
+                                                       : quiet_time_of_decay_real(set, at, rounding);
+}
+
+/* ---- the search ---- */
+
+/* An interval of the search: its ends, the jets there, and which function has its first root at the second one. */
+typedef struct {
+    real low;
+    propagator_real high;
+    int32_t found; /* -1: none */
+    jet_real from[MOST_EVENT_FUNCTIONS_real];
+    jet_real to[MOST_EVENT_FUNCTIONS_real];
+} interval_real;
+
+static inline void end_interval_at_real(const event_set_real *set, interval_real *in, real t)
+{
+    in->high = propagator_at_real(set->poles, t);
+    in->found = -1;
+}
+
+/* The far end of the interval has been passed below zero by more than rounding, or so steeply that the root is near. */
+static inline bool has_crossed_real(const event_set_real *set, const interval_real *in, int32_t n)
+{
+    const jet_real *to = &in->to[n];
+    const real rounding = rounding_of_real(&set->function[n], &in->high, to->rate);
+    return to->value < -rounding || (in->found < 0 && to->rate * (in->high.t - in->low) < -rounding);
+}
+
+/* The far end of the interval, with the jets of all functions there. */
+static inline void look_there_real(const event_set_real *set, interval_real *in)
+{
+    for (int32_t n = 0; n < set->count; n++) {
+        in->to[n] = short_jet_at_real(&set->function[n], &in->high);
+    }
+}
+
+/* Ends the interval at the earliest root of the functions that have crossed zero by its end. */
+static inline void end_at_first_crossing_real(const event_set_real *set, interval_real *in)
+{
+    look_there_real(set, in);
+    for (int32_t tries = 0; tries < MOST_EVENT_FUNCTIONS_real; tries++) {
+        const real h = in->high.t - in->low;
+        int32_t first = -1;
+        real share = 2.0;
+        for (int32_t n = 0; n < set->count; n++) {
+            const jet_real *to = &in->to[n];
+            if (to->value < 0.0 && n != in->found && has_crossed_real(set, in, n)) {
+                const real third = third_of_real(set->poles, &set->function[n], &in->high);
+                const interpolant_real p = interpolant_of_real(&in->from[n], to, third, h);
+                const real guess = refined_root_real(&p, rough_root_real(&in->from[n], to, h));
+                first = guess < share ? n : first;
+                share = guess < share ? guess : share;
+            }
+        }
+        if (first < 0) {
+            return;
+        }
+        in->high = located_root_real(set, &set->function[first], in->low, &in->high, in->low + h * share);
+        in->found = first;
+        look_there_real(set, in);
+    }
+}
+
+/* Two roots within rounding are at the same time, and the function that is listed first wins. */
+static inline void settle_ties_real(const event_set_real *set, interval_real *in)
+{
+    for (int32_t n = 0; n < in->found; n++) {
+        const jet_real *at = &in->to[n];
+        const jet_real *other = &in->to[in->found];
+        const real rounding = rounding_of_real(&set->function[n], &in->high, at->rate);
+        const real of_other = rounding_of_real(&set->function[in->found], &in->high, other->rate);
+        const bool crosses = at->rate * (in->high.t - in->low) < -16.0 * rounding;
+        if (crosses && (at->value - 4.0 * rounding) * fabs_real(other->rate) < fabs_real(at->rate) * of_other) {
+            in->found = n;
+        }
+    }
+}
+
+/* d of rule 2. Where the pair has faded beside the real pole, d is taken from the pair itself. */
+static inline real deflated_real(const event_set_real *set, const event_function_real *g, const jet_real *at, real t)
+{
+    if (t > set->node->fades) {
+        const hopform_poles_real *poles = set->poles;
+        const hopform_pair_numerator_real left = hopform_behind_the_pole_real(poles, &g->numerator);
+        const hopform_pair_real pair = hopform_pair_at_real(poles, t);
+        return left.A * pair.Rd + left.B * pair.R;
+    }
+    return at->curvature + set->node->pole * at->rate;
+}
+
+/* Whether function n has no root before the end of the interval, by the rules that take no further evaluation. */
+static inline bool is_certified_real(const event_set_real *set, const interval_real *in, int32_t n)
+{
+    const event_function_real *g = &set->function[n];
+    const jet_real *from = &in->from[n];
+    const jet_real *to = &in->to[n];
+    const real d = deflated_real(set, g, from, in->low);
+    const real d_then = deflated_real(set, g, to, in->high.t);
+    if (has_no_root_real(from, d, to, d_then)) {
+        return true;
+    }
+    const real h = in->high.t - in->low;
+    const real rounding = rounding_of_real(g, &in->high, to->rate);
+    if (quiet_time_real(set, from, rounding) > h) {
+        return true;
+    }
+    const bool rings = set->node->half_period < HOPFORM_NEVER_real;
+    return rings
+           && ((!(in->low > 0.0) && has_no_root_by_pair_real(set->poles, g, &in->high, from, to))
+               || is_held_up_by_bernstein_real(set->poles, g, from, to, h, n == in->found, rounding));
+}
+
+/* The same by a look inside the interval. If there is a root, or still no certificate, the interval ends there. */
+static inline bool is_certified_inside_real(const event_set_real *set, interval_real *in, int32_t n)
+{
+    const event_function_real *g = &set->function[n];
+    const jet_real *from = &in->from[n];
+    const jet_real *to = &in->to[n];
+    const real h = in->high.t - in->low;
+    const real d = deflated_real(set, g, from, in->low);
+    const real d_then = deflated_real(set, g, to, in->high.t);
+    if (!(d < 0.0) && !(d_then < 0.0) && has_minimum_real(from, to)) {
+        const real rounding = rounding_of_real(g, &in->high, to->rate);
+        if (is_held_up_by_tangents_real(from, to, set->node->pole, h, rounding)) {
+            return true;
+        }
+        const propagator_real lowest = minimum_between_real(set, g, in->low, from, in->high.t, to);
+        const jet_real least = short_jet_at_real(g, &lowest);
+        if (!(least.value < -rounding_of_real(g, &lowest, least.rate))) {
+            return true;
+        }
+        in->high = lowest;
+        in->found = -1;
+        return false;
+    }
+    const real cut = in->low + cut_between_real(d, d_then, h);
+    if (!(cut > in->low && cut < in->high.t)) {
+        return true; /* no number lies in between */
+    }
+    end_interval_at_real(set, in, cut);
+    return false;
+}
+
+/* Ends the interval at the first root in it, if it has one. */
+static inline void find_first_root_real(const event_set_real *set, interval_real *in)
+{
+    for (int32_t cuts = 0; cuts < MOST_CUTS_real; cuts++) {
+        end_at_first_crossing_real(set, in);
+        bool certified = true;
+        for (int32_t n = 0; n < set->count && certified; n++) {
+            certified = is_certified_real(set, in, n) || is_certified_inside_real(set, in, n);
+        }
+        if (certified) {
+            break;
+        }
+    }
+    if (in->found > 0) {
+        settle_ties_real(set, in);
+    }
+}
+
+/* The next interval begins where this one has ended. */
+static inline void begin_interval_real(const event_set_real *set, interval_real *in)
+{
+    in->low = in->high.t;
+    in->found = -1;
+    for (int32_t n = 0; n < set->count; n++) {
+        in->from[n] = jet_at_real(set, &set->function[n], &in->high);
+        in->from[n].value = hopform_greater_real(in->from[n].value, 0.0);
+    }
+}
+
+/* Rule 5: until when no function has a root, for certain. */
+static inline real quiet_until_real(const event_set_real *set, const interval_real *in)
+{
+    real quiet = HOPFORM_NEVER_real;
+    for (int32_t n = 0; n < set->count && quiet > 0.0; n++) {
+        const real rounding = 16.0 * HOPFORM_EPS_real * fabs_real(set->function[n].start);
+        const real one = quiet_time_real(set, &in->from[n], rounding);
+        quiet = one < quiet ? one : quiet;
+    }
+    return in->low + quiet;
+}
+
+/* A function that is below zero already when the phase begins; -1 if there is none. */
+static inline int32_t lost_at_once_real(const event_set_real *set, interval_real *in)
+{
+    for (int32_t n = 0; n < set->count; n++) {
+        if (in->from[n].value < 0.0) {
+            if (in->from[n].rate <= 0.0) {
+                return n;
+            }
+            in->from[n].value = 0.0;
+        }
+    }
+    return -1;
+}
+
+/* ---- closed forms, contacts ---- */
+
+/* Rule 3: when a mass that slips alone comes to rest, NEVER if it does not: v and v' = acc at t = 0, times its sign.
+ *
+ * v'' + p v' + q v = 0 without a constant force, so v keeps its relative accuracy however far it has faded: its first
+ * zero is where v cos(w t) + (acc + p v/2) sin(w t)/w is 0, or where two decays have become equal.
+ */
+static inline real time_to_rest_real(const hopform_poles_real *poles, real v, real acc)
+{
+    const real mean = 0.5 * poles->p;
+    const real discriminant = mean * mean - poles->q;
+    if (!(v > 0.0)) { /* from rest a mass swings for a half turn, or creeps */
+        return acc > 0.0 ? (discriminant < 0.0 ? 3.141592653589793 / sqrt_real(-discriminant) : HOPFORM_NEVER_real)
+                         : (acc < 0.0 ? 0.0 : HOPFORM_NEVER_real);
+    }
+    if (discriminant < 0.0) {
+        const real omega = sqrt_real(-discriminant);
+        return hopform_angle_real(-(acc + mean * v) / omega, v) / omega;
+    }
+    const real half = sqrt_real(discriminant);
+    const real slow = mean + half > 0.0 ? poles->q / (mean + half) : 0.0;
+    const real back = -(acc + slow * v); /* what the slow decay alone would leave over */
+    const real x = back > 0.0 ? 2.0 * half * (v / back) : 1.0;
+    if (!(x < 1.0)) {
+        return HOPFORM_NEVER_real;
+    }
+    const real s = x / (2.0 - x);
+    if (s < 0.1716) {
+        return 2.0 * (v / back) * hopform_area_tangent_real(s) / (2.0 - x);
+    }
+    const real ratio = -(acc + (mean + half) * v) / back;
+    return ratio > 0.0 ? -hopform_log_real(ratio) / (2.0 * half) : HOPFORM_NEVER_real;
+}
+
+/* Correction to a root estimate from the steady-state form of g, which keeps its digits after the transients have
+ * decayed; 0 when it is no more accurate. */
+static inline real root_is_later_real(const hopform_poles_real *poles, const hopform_numerator_real *h, real start,
+                                      real settled, const hopform_basis_real *basis, real t)
+{
+    const real residual = settled - start;
+    const bool slow = poles->s_3 > 0.0; /* else W does not fade, but is not in it */
+    const real by_2 = residual * poles->s_2;
+    const hopform_numerator_real fading = {h->H3, slow ? h->H2 : by_2, h->H1};
+    const real value = settled - hopform_left_to_go_real(poles, &fading, basis, residual);
+    const real rate = h->H3 * basis->Wdd + h->H2 * basis->Wd + h->H1 * basis->W;
+    const real of_time = t * fabs_real(rate);
+    const real of_rise = fabs_real(start) + fabs_real(h->H3 * basis->Wd) + fabs_real(h->H2 * basis->W)
+                         + fabs_real(h->H1 * basis->W1) + of_time;
+    const real of_residual = fabs_real(settled) + fabs_real(residual * basis->Wdd)
+                             + (fabs_real(h->H3) + fabs_real(residual * poles->s_1)) * fabs_real(basis->Wd)
+                             + (slow ? fabs_real(h->H2) + fabs_real(by_2) : 0.0) * fabs_real(basis->W) + of_time;
+    const bool better =
+        (rate < 0.0) & (of_residual < 0.25 * of_rise) & (fabs_real(value) <= 16.0 * HOPFORM_EPS_real * of_rise);
+    const real later = -value / (better ? rate : -1.0);
+    const bool counts = (fabs_real(later) < 0.01 * t) & (fabs_real(later) > 16.0 * HOPFORM_EPS_real * t);
+    return (better & counts) ? later : 0.0;
+}
+
+/* An extremum of x_1, counted from a stop, that is this near to it is a grazing contact: 16 ulp of the terms. */
+static inline real grazing_tolerance_real(const hopform_motion_real *motion, const hopform_state_real *start,
+                                          const hopform_basis_real *basis)
+{
+    return 16.0 * HOPFORM_EPS_real
+           * (fabs_real(start->x1) + fabs_real(start->v1 * basis->Wd) + fabs_real(motion->N2_1 * basis->W)
+              + fabs_real(motion->N1_1 * basis->W1) + fabs_real(motion->N0_1 * basis->W2));
+}
+
+/* How far x_1 is beyond a stop, from which `start` counts it, with its derivatives up to the fourth. */
+typedef struct {
+    jet_real at;
+    real fourth;
+} approach_real;
+
+static inline approach_real approach_of_real(const hopform_poles_real *poles, const hopform_motion_real *motion,
+                                             const hopform_state_real *start, real sign,
+                                             const hopform_basis_real *basis)
+{
+    const hopform_numerator_real h = {motion->H3_1, motion->H2_1, motion->H1_1};
+    const hopform_rise_real rise = hopform_rises_real(poles, &h, basis);
+    const hopform_at_real at = hopform_state_at_real(start, motion, basis);
+    const approach_real to = {{sign * at.x1_t, sign * at.v1_t, sign * rise.rise_rate, sign * rise.rise_curvature},
+                              sign * rise.rise_third};
+    return to;
+}
+
+#endif
