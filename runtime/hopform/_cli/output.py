@@ -48,7 +48,7 @@ def check_outputs(
     check_files(reads, [("--csv", csv if csv and csv != "-" else None), *more, ("--plot", plot)])
 
 
-def deliver(
+def emit(
     *,
     json: Callable[[], Record] | None,
     csv: tuple[str, Callable[[], str]] | None,

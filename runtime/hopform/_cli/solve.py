@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 import hopform
 from hopform._cli import options, tables, tables_control
-from hopform._cli.output import check_outputs, deliver, figures, patience, show
+from hopform._cli.output import check_outputs, emit, figures, patience, show
 from hopform._cli.render import to_json
 from hopform._hopping.run import csv_of
 from hopform._robots import file_of as robot_file
@@ -81,7 +81,7 @@ def stance(
         backend=backend,
         dtype=np.dtype(dtype.value),
     )
-    deliver(
+    emit(
         json=(lambda: tables.stance_record(solved, height)) if json else None,
         csv=(csv, lambda: tables.stance_csv(solved, samples)) if csv else None,
         plot=(plot, lambda: figures().plot_stance(solved)) if plot else None,
@@ -149,7 +149,7 @@ def hop(
             progress=progress,
         )  # fmt: skip
     settings = {"height": height, "controller": controller.value, "u": u if h_des is None else None, "h_des": h_des}
-    deliver(
+    emit(
         json=(lambda: tables.run_record(run, settings | {"seed": seed})) if json else None,
         csv=(csv, lambda: tables.run_csv(run, samples)) if csv else None,
         plot=(plot, lambda: figures().plot_run(run)) if plot else None,
@@ -193,7 +193,7 @@ def control(
             (words, hopform.choose_current_as_printed(hopper, **start, **asked, **form, **how))
             for words, form in (tables_control.PRINTED.items() if printed else ())
         ]
-    deliver(
+    emit(
         json=(
             lambda: tables_control.command_record(hopper, start | asked | {"stop_margin": stop_margin}, found, others)
         )
@@ -240,7 +240,7 @@ def reach(
             backend=backend,
             progress=advance,
         )
-    deliver(
+    emit(
         json=(lambda: tables_control.reach_record(found)) if json else None,
         csv=None,
         plot=(plot, lambda: figures().plot_reach(found)) if plot else None,

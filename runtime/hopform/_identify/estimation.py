@@ -530,7 +530,7 @@ def moved(solution: Solution, name: str, errors: float) -> list[Parameter]:
     ]
 
 
-def promise(solution: Solution) -> float:
+def expected_decrease(solution: Solution) -> float:
     """By how many variances a step along the slopes would lower the sum of squares: about 0 at a minimum, not in a
     kink.
     """

@@ -21,7 +21,7 @@ from hopform._identify.rigs import Experiment
 
 @dataclass(frozen=True)
 class Problem:
-    """What is to be fitted: experiments, parameters with their starts, other starts worth a try, and what is known."""
+    """What is to be fitted: experiments, parameters with their starts, further starts, and what is known."""
 
     kind: str
     quantity: str
@@ -313,8 +313,8 @@ def _traded(problem: Problem, found: Solution, loss: str) -> Solution:
 
 
 def _unstuck(problem: Problem, found: Solution, loss: str) -> Solution:
-    """Out of a kink: where least squares ends though its own slopes promise more, it goes on from beside it, either
-    way.
+    """Out of a kink: where least squares ends though its own slopes predict a decrease, it goes on from beside it,
+    either way.
 
     An actuator that may be at rest at first has a kink there: under friction it takes off one way, or the other, or
     stays.
@@ -322,11 +322,11 @@ def _unstuck(problem: Problem, found: Solution, loss: str) -> Solution:
     coulomb = [p.name for p in found.parameters if p.name[:1] == "f"][:1]
     for side in (1.0, -1.0):
         for p in [p for p in found.parameters if p.name[:3] == "v1@" and p.low < p.high]:
-            if estimation.promise(found) >= _KINK:
+            if estimation.expected_decrease(found) >= _KINK:
                 beside = {p.name: min(max(found.values[p.name] + side * _BESIDE * p.scale, p.low), p.high)}
                 found = _better(problem, found, _from_start(estimation.started(found), beside), loss)
     for name, side in [(name, side) for name in coulomb for side in (1.0, -1.0)]:
-        if estimation.promise(found) >= _KINK:
+        if estimation.expected_decrease(found) >= _KINK:
             found = _better(problem, found, estimation.moved(found, name, side), loss)
     return found
 
@@ -334,7 +334,7 @@ def _unstuck(problem: Problem, found: Solution, loss: str) -> Solution:
 _BESIDE = 0.01
 """Of its scale, by how much an actuator's first velocity is moved out of its kink at rest."""
 _KINK = 0.05
-"""Variances that the slopes at a minimum still promise."""
+"""Variances by which the slopes at a minimum may still predict a decrease."""
 
 
 def _better(problem: Problem, found: Solution, start: Sequence[Parameter], loss: str) -> Solution:

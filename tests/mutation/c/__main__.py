@@ -257,10 +257,10 @@ class Bench:
                     own = f"{name}-{PROGRAMS[name][0].name}.o"
                     objects[own] = self.folder / f"broken-{name}.o"
                     self.compile(PROGRAMS[name][0], objects[own])
-            killer = self.judge(objects, wanted)
-            if self.asks_pytest and killer in (None, "word"):
-                return self.pytest(mutant, affected) or killer
-            return killer
+            killed_by = self.judge(objects, wanted)
+            if self.asks_pytest and killed_by in (None, "word"):
+                return self.pytest(mutant, affected) or killed_by
+            return killed_by
         except ValueError:
             return "stillborn"
         finally:
@@ -317,7 +317,7 @@ def whole_library() -> tuple[Path, ...]:
 @dataclass(frozen=True)
 class Verdict:
     mutant: Mutant
-    killer: str | None
+    killed_by: str | None
 
 
 def argued() -> set[str]:
@@ -363,14 +363,17 @@ def draw(count: int, seed: int, jobs: int, asks_pytest: bool, seconds: float) ->
             batch = order[start : start + count - len(verdicts)]
             start += len(batch)
             for found in pool.map(verdict, batch):
-                if found.killer in ("stillborn", "late"):
+                if found.killed_by in ("stillborn", "late"):
                     continue
                 verdicts.append(found)
                 if len(verdicts) % 25 == 0:
-                    print(f"{len(verdicts)}, {sum(v.killer is not None for v in verdicts)} of them killed", flush=True)
-                if found.killer in (None, "word", "pytest"):
                     print(
-                        f"{found.killer or 'SURVIVES'}: {found.mutant.describe(text_of(found.mutant.file))}", flush=True
+                        f"{len(verdicts)}, {sum(v.killed_by is not None for v in verdicts)} of them killed", flush=True
+                    )
+                if found.killed_by in (None, "word", "pytest"):
+                    print(
+                        f"{found.killed_by or 'SURVIVES'}: {found.mutant.describe(text_of(found.mutant.file))}",
+                        flush=True,
                     )
     shutil.rmtree(folder)
     return verdicts
@@ -389,17 +392,17 @@ def main() -> int:
     seed = chosen.seed if chosen.seed is not None else random.SystemRandom().randrange(10**6)
     began = time.perf_counter()
     verdicts = draw(chosen.count, seed, chosen.jobs, chosen.pytest, chosen.seconds)
-    killers = Counter(found.killer or "survived" for found in verdicts)
+    killers = Counter(found.killed_by or "survived" for found in verdicts)
     known = argued()
     equivalent = [
-        v for v in verdicts if v.killer is None and without_line(v.mutant.describe(text_of(v.mutant.file))) in known
+        v for v in verdicts if v.killed_by is None and without_line(v.mutant.describe(text_of(v.mutant.file))) in known
     ]
     survived = killers["survived"] - len(equivalent)
     killed = len(verdicts) - killers["survived"]
     without_word = killed - killers["word"]
     print(f"{len(verdicts)} mutants, seed {seed}, {time.perf_counter() - began:.0f} s: {dict(killers.most_common())}")
     print("by operator, killed of drawn: " + ", ".join(
-        f"{name} {sum(v.killer is not None for v in verdicts if v.mutant.operator == name)}/{count}"
+        f"{name} {sum(v.killed_by is not None for v in verdicts if v.mutant.operator == name)}/{count}"
         for name, count in sorted(Counter(v.mutant.operator for v in verdicts).items())))  # fmt: skip
     print(f"killed {100 * killed / len(verdicts):.1f} %, without the word {100 * without_word / len(verdicts):.1f} %, "
           f"equivalent {100 * len(equivalent) / len(verdicts):.1f} %, survived unargued {survived}")  # fmt: skip
