@@ -1,5 +1,5 @@
-/* What the judges of mutants share: how an error is printed, a generator of numbers, robots drawn from it, and how work is
- * counted. */
+/* What the judges of mutants share: how an error is printed, a generator of numbers, robots drawn from it, and how work
+ * is counted. */
 #ifndef CHECKS_H
 #define CHECKS_H
 

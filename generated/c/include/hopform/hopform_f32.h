@@ -414,9 +414,9 @@ int32_t hopform_flight_energy_f32(const hopform_plan_f32 *plan, const hopform_fl
                                    float *stop_losses);
 
 /** Solves fixed cases that visit every mode, kind of event, ending and branch of the kernels, and hashes all bits of
- * what comes out: the same word on every processor, with every compiler and optimisation that keeps to IEEE 754.
- * search, phases: memory to work in; capacity >= HOPFORM_SELFTEST_PHASES, else the word is 0, which no selftest gives.
- * */
+ * what comes out: the same digest on every processor, with every compiler and optimisation that keeps to IEEE 754.
+ * search, phases: memory to work in; capacity >= HOPFORM_SELFTEST_PHASES, else the digest is 0, which no selftest
+ * gives. */
 uint32_t hopform_selftest_f32(hopform_search_f32 *search, hopform_phase_f32 *phases, int32_t capacity);
 
 /** Take one sample; HOPFORM_CONTACT_TOUCHDOWN or HOPFORM_CONTACT_TAKEOFF where it detects one, else 0. A refusal does
