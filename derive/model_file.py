@@ -74,8 +74,8 @@ def _run(path: Path) -> dict[str, Any]:
     except (Exception, SystemExit) as error:
         line = _line_in(path, error)
         text = error.msg if isinstance(error, SyntaxError) else str(error)
-        said = ": ".join(part for part in (type(error).__name__, _one_line(text)) if part)
-        raise ModelError(f"{f'line {line}: ' if line else ''}{said}") from None
+        message = ": ".join(part for part in (type(error).__name__, _one_line(text)) if part)
+        raise ModelError(f"{f'line {line}: ' if line else ''}{message}") from None
 
 
 def _line_in(path: Path, error: BaseException) -> int | None:

@@ -30,13 +30,13 @@ def free_accelerations() -> tuple[Step, ...]:
 
 @function(takes=(RATES, MOTION), returns=NUMERATOR)
 def free_numerator_1() -> tuple[Step, ...]:
-    """How the free acceleration of mass 1, held, leaves its initial value."""
+    """Numerator of the free acceleration of mass 1 while it is held."""
     return _free_numerator(1)
 
 
 @function(takes=(RATES, MOTION), returns=NUMERATOR)
 def free_numerator_2() -> tuple[Step, ...]:
-    """How the free acceleration of mass 2, held, leaves its initial value."""
+    """Numerator of the free acceleration of mass 2 while it is held."""
     return _free_numerator(2)
 
 

@@ -1,4 +1,4 @@
-"""Answers in words, as tables and pictures say them."""
+"""Answers in words, for tables and pictures."""
 
 import math
 from collections.abc import Sequence

@@ -90,7 +90,7 @@ typedef struct {
     double Y;     /* [1/s] share of R */
 } hopform_ringing_f64;
 
-/* What is left of a numerator behind the factor s + a: A s + B over s^2 + p s + q. */
+/* Deflated numerator, the factor s + a divided out: A s + B over s^2 + p s + q. */
 typedef struct {
     double A;  /* [1/s^2] terms in s */
     double B;  /* [1/s^3] constant terms */
@@ -165,7 +165,7 @@ typedef struct {
     double W2;  /* [s^4] integral of W1 */
 } hopform_integrals_f64;
 
-/* How far a function of time has left its initial value, and its first three derivatives. */
+/* Step response: change of a function of time since the start of the phase, and its first three derivatives. */
 typedef struct {
     double rise;            /* [1] the function less its initial value */
     double rise_rate;       /* [1/s] its rate */
@@ -173,7 +173,7 @@ typedef struct {
     double rise_third;      /* [1/s^3] the derivative of that */
 } hopform_rise_f64;
 
-/* W, its derivatives and integrals a short time later. */
+/* W, its derivatives and integrals a short time later: a Taylor step of the propagator. */
 typedef struct {
     double Wdd_t;  /* [1] W'' */
     double Wd_t;   /* [s] W' */
@@ -273,7 +273,7 @@ typedef struct {
     double foot_curvature;  /* [m/s^2] the rate of that */
 } hopform_foot_at_f64;
 
-/* What a part of a phase of the flight leaves behind. */
+/* Integrals over a part of a phase of the flight. */
 typedef struct {
     double moved;     /* [m] how far it has moved since the phase began */
     double int_v1v1;  /* [m^2/s] integral of v_1^2 */
@@ -394,7 +394,7 @@ static inline hopform_free_f64 hopform_free_accelerations_f64(const hopform_rate
     return result;
 }
 
-/* How the free acceleration of mass 1, held, leaves its initial value. */
+/* Numerator of the free acceleration of mass 1 while it is held. */
 static inline hopform_numerator_f64 hopform_free_numerator_1_f64(const hopform_rates_f64 *rates, const hopform_motion_f64 *motion)
 {
     const double a1_y = rates->a1_y, a1_v2 = rates->a1_v2;
@@ -407,7 +407,7 @@ static inline hopform_numerator_f64 hopform_free_numerator_1_f64(const hopform_r
     return result;
 }
 
-/* How the free acceleration of mass 2, held, leaves its initial value. */
+/* Numerator of the free acceleration of mass 2 while it is held. */
 static inline hopform_numerator_f64 hopform_free_numerator_2_f64(const hopform_rates_f64 *rates, const hopform_motion_f64 *motion)
 {
     const double a2_y = rates->a2_y, a2_v1 = rates->a2_v1;
@@ -526,7 +526,7 @@ static inline hopform_integrals_f64 hopform_integrals_by_recursion_f64(const hop
     return result;
 }
 
-/* What is left of a numerator behind the factor s + a. */
+/* Deflated numerator: the factor s + a divided out. */
 static inline hopform_pair_numerator_f64 hopform_behind_the_pole_f64(const hopform_poles_f64 *poles, const hopform_numerator_f64 *numerator)
 {
     const double p = poles->p, q = poles->q;
@@ -537,7 +537,7 @@ static inline hopform_pair_numerator_f64 hopform_behind_the_pole_f64(const hopfo
     return result;
 }
 
-/* How fast a function of time turns, but for the real pole: a motion of the pair alone. */
+/* Deflated derivative of a function of time: the real pole divided out, a motion of the pair alone. */
 static inline double hopform_turning_f64(const hopform_poles_f64 *poles, const hopform_pair_numerator_f64 *pair_numerator, const hopform_basis_f64 *basis)
 {
     const double a = poles->a;
@@ -562,7 +562,7 @@ static inline hopform_ringing_f64 hopform_ringing_at_f64(const hopform_poles_f64
     return result;
 }
 
-/* How far a function of time has left its initial value. */
+/* Step response: change of a function of time since the start of the phase. */
 static inline hopform_rise_f64 hopform_rises_f64(const hopform_poles_f64 *poles, const hopform_numerator_f64 *numerator, const hopform_basis_f64 *basis)
 {
     const double s_1 = poles->s_1, s_2 = poles->s_2, s_3 = poles->s_3;
@@ -578,7 +578,7 @@ static inline hopform_rise_f64 hopform_rises_f64(const hopform_poles_f64 *poles,
     return result;
 }
 
-/* What is left of the way to the value to which a function of time tends. */
+/* Residual of a function of time to its steady state. */
 static inline double hopform_left_to_go_f64(const hopform_poles_f64 *poles, const hopform_numerator_f64 *numerator, const hopform_basis_f64 *basis, double way)
 {
     const double s_1 = poles->s_1, s_2 = poles->s_2;

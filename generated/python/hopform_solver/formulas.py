@@ -172,7 +172,7 @@ def free_accelerations(rates: Rates, state: LegState, u: Real) -> Free:
 
 
 def free_numerator_1(rates: Rates, motion: Motion) -> Numerator:
-    """How the free acceleration of mass 1, held, leaves its initial value.
+    """Numerator of the free acceleration of mass 1 while it is held.
 
     """
     a1_y, a1_v2 = rates.a1_y, rates.a1_v2
@@ -185,7 +185,7 @@ def free_numerator_1(rates: Rates, motion: Motion) -> Numerator:
 
 
 def free_numerator_2(rates: Rates, motion: Motion) -> Numerator:
-    """How the free acceleration of mass 2, held, leaves its initial value.
+    """Numerator of the free acceleration of mass 2 while it is held.
 
     """
     a2_y, a2_v1 = rates.a2_y, rates.a2_v1
@@ -314,7 +314,7 @@ def integrals_by_recursion(poles: Poles, response: Response, t: Real) -> Integra
 
 
 def behind_the_pole(poles: Poles, numerator: Numerator) -> PairNumerator:
-    """What is left of a numerator behind the factor s + a.
+    """Deflated numerator: the factor s + a divided out.
 
     """
     p, q = poles.p, poles.q
@@ -325,7 +325,7 @@ def behind_the_pole(poles: Poles, numerator: Numerator) -> PairNumerator:
 
 
 def turning(poles: Poles, pair_numerator: PairNumerator, basis: Basis) -> Real:
-    """How fast a function of time turns, but for the real pole: a motion of the pair alone.
+    """Deflated derivative of a function of time: the real pole divided out, a motion of the pair alone.
 
     Returns m [1/s^2], A R' + B R.
     """
@@ -353,7 +353,7 @@ def ringing_at(poles: Poles, chi: Real, numerator: Numerator, decay: Decay) -> R
 
 
 def rises(poles: Poles, numerator: Numerator, basis: Basis) -> Rise:
-    """How far a function of time has left its initial value.
+    """Step response: change of a function of time since the start of the phase.
 
     """
     s_1, s_2, s_3 = poles.s_1, poles.s_2, poles.s_3
@@ -369,9 +369,9 @@ def rises(poles: Poles, numerator: Numerator, basis: Basis) -> Rise:
 
 
 def left_to_go(poles: Poles, numerator: Numerator, basis: Basis, way: Real) -> Real:
-    """What is left of the way to the value to which a function of time tends.
+    """Residual of a function of time to its steady state.
 
-    way [1] what a function of time moves by until it has settled.
+    way [1] final value of a function of time, less its initial value.
     Returns left [1], the final value less the function.
     """
     s_1, s_2 = poles.s_1, poles.s_2

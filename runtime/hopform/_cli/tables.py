@@ -147,8 +147,8 @@ def ledger(solved: Stance) -> Table:
     parts = (OF_ROBOT, LEDGER_OF_BODY)
     words = LEDGER | {name: name.replace("_", " ") for name in entries if name not in LEDGER}
     rows = [
-        (said, *(f"{entries[name] + 0.0:+.6f}" if name in part else "" for part in parts))
-        for name, said in words.items()
+        (text, *(f"{entries[name] + 0.0:+.6f}" if name in part else "" for part in parts))
+        for name, text in words.items()
     ]
     made = table("Energy ledger", ("", "whole robot [J]", "body [J]"), rows, ("",))
     made.add_section()

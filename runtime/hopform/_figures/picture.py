@@ -59,7 +59,7 @@ class Picture:
 
 
 def caption(number: int, title: str, paper: str, ours: str, robot: str) -> str:
-    """What every caption says: the paper's figure, this one, and whose parameters these are."""
+    """The end of every caption: the paper's figure, this one, and whose parameters these are."""
     return (
         f"Fig. {number}. {title}. The paper shows {paper}. Here: {ours}. "
         f"Parameters: {robot}, this project's own; the paper gives none."

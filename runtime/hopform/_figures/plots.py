@@ -40,7 +40,7 @@ SUFFIXES = {
     ".pdf": {"CreationDate": None, "Creator": "hopform"},
     ".png": {"Software": "hopform"},
 }
-"""What a file may end in, with what it says of itself: no date, no version."""
+"""Suffixes of files with their metadata, without date or version."""
 
 BLUE, PALE_BLUE, MAGENTA, GREY = "#0072B2", "#8CC4E8", "#A6257A", "#666666"
 SHADES: dict[str, dict[str, Any]] = {

@@ -350,8 +350,8 @@ def _first_stance(time: Array, x: Array, g: float) -> Swing:
 
 
 def _seen_stances(cut: Cut, x1: Array, g: float) -> Swing:
-    """The same of a leg whose x1 is recorded: L0 is where the body leaves its parabola, the rest what (4) says of all
-    stances.
+    """The same of a leg whose x1 is recorded: L0 is where the body leaves its parabola, the rest by least squares on
+    (4) with all stances.
     """
     time, x = cut.time, cut.x
     rises = np.flatnonzero(x > np.minimum.accumulate(x) + 0.05 * float(np.ptp(x)))
@@ -408,8 +408,8 @@ def _shared_starts(
 
 
 def _driven_starts(cuts: Sequence[Cut], guesses: Sequence[Swing], known: Mapping[str, float]) -> list[dict[str, float]]:
-    """What (3) says of an actuator whose x1 was recorded, through each filter: acceleration over v1, current and
-    compression.
+    """Least squares on (3) for an actuator whose x1 was recorded, through each filter: acceleration over v1, current
+    and compression.
     """
     return [
         _driven_start(cut, guess, known, cutoff)

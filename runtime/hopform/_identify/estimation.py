@@ -1,4 +1,4 @@
-"""Least squares on exact residuals with exact derivatives, and what the data say about each parameter.
+"""Least squares on exact residuals with exact derivatives, and how well the data identify each parameter.
 
     minimise sum_i ((predicted_i(p) - measured_i)/sigma_i)^2
 
@@ -355,7 +355,7 @@ def trimmed(fit: Callable[[Masks], tuple[Fitted, Sequence[Array]]], masks: Masks
 
 
 class Spread(NamedTuple):
-    """What the Jacobian says: covariance, which parameters the data do not fix, and along which combinations."""
+    """The Jacobian's covariance, the parameters that the data do not identify, and their combinations."""
 
     covariance: Array
     weak: tuple[str, ...]
@@ -363,7 +363,8 @@ class Spread(NamedTuple):
 
 
 def spread(solution: Solution) -> Spread:
-    """The covariance of the parameters under the noise that the residuals show; infinite where the data say nothing."""
+    """The covariance of the parameters under the noise that the residuals show; infinite where the data do not identify
+    one."""
     sigma = np.repeat(solution.sigma, [part.size for part in solution.residuals])
     scales = _Coordinates(solution.parameters).slopes(solution.values)
     scaled = solution.jacobian * scales / sigma[:, np.newaxis]

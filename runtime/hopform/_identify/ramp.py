@@ -141,11 +141,11 @@ def _both(onsets: Sequence[Onset], carried: float) -> tuple[float, float, float,
     if len(means) == 2:
         half = 0.5 * math.hypot(*halves)
         return 0.5 * (means[0] - means[1]), half, 0.5 * (means[0] + means[1]), ()
-    said = (
+    statement = (
         "one direction alone: a constant load (gravity, a preloaded spring) counts as friction; "
         "record a ramp the other way"
     )
-    return abs(means[0]), halves[0], math.nan, (said,)
+    return abs(means[0]), halves[0], math.nan, (statement,)
 
 
 def _onsets(recording: Recording, spring: bool, robust: bool) -> list[Rise]:
