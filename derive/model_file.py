@@ -68,7 +68,7 @@ def read_model(path: Path, prefix: str = "hopform") -> Model:
 
 
 def _run(path: Path) -> dict[str, Any]:
-    """What the file defines; whatever it raises becomes one line with the place in the file."""
+    """The names that the file defines; an exception becomes one line with the place in the file."""
     try:
         return runpy.run_path(str(path))
     except (Exception, SystemExit) as error:

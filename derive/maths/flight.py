@@ -218,7 +218,7 @@ def actuator_in_flight() -> tuple[Step, ...]:
 
 @function(takes=(GAINS, ACTUATOR, ACTUATOR_AT), returns=PULL)
 def pull_of_law() -> tuple[Step, ...]:
-    """What the law asks of the motor at time t of a phase of the flight."""
+    """Force that the law demands of the motor at time t of a phase of the flight."""
     return (
         Step(pull, Kp * (x1 + moved) + Kd * v1_t, "PD law"),
         Step(pull_rate, Kp * v1_t + Kd * acc1_t, "derivative of the law"),

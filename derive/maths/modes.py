@@ -1,4 +1,4 @@
-"""What each mass may do and what ends it: slipping up, slipping down, or held.
+"""The modes of each mass and their ends: slipping up, slipping down, or held (stuck).
 
 Mass i is held at v_i = 0 while |a_i| <= f_i, where the free acceleration a_i is the right side of (3) or (4) at
 v_i = 0 without the friction of mass i. In each of the four combinations of slipping and held masses the motion is

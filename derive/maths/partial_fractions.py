@@ -52,7 +52,7 @@ m = TURNING.symbol
 
 @function(takes=(POLES,), returns=CHI)
 def residue() -> tuple[Step, ...]:
-    """What (18) divides by."""
+    """Denominator of (18)."""
     return (Step(chi, q - a * (p - a), "(18) residue at s = -a"),)
 
 

@@ -420,7 +420,7 @@ static inline hopform_numerator_f32 hopform_free_numerator_2_f32(const hopform_r
     return result;
 }
 
-/* What (18) divides by. */
+/* Denominator of (18). */
 static inline float hopform_residue_f32(const hopform_poles_f32 *poles)
 {
     const float a = poles->a, p = poles->p, q = poles->q;
@@ -648,7 +648,7 @@ static inline hopform_ledger_f32 hopform_ledger_of_f32(const hopform_robot_f32 *
     return result;
 }
 
-/* What the entries of a ledger add to the energy of the body. */
+/* Change of the energy of the body by the entries of a ledger. */
 static inline float hopform_aed_of_ledger_f32(const hopform_ledger_f32 *ledger)
 {
     const float viscous_2 = ledger->viscous_2, coulomb_2 = ledger->coulomb_2, spring_work = ledger->spring_work;
@@ -666,7 +666,7 @@ static inline float hopform_body_height_f32(const hopform_robot_f32 *robot, floa
     return x2;
 }
 
-/* What the energy of the body has beside its motion and its height. */
+/* Energy of the body beside its kinetic energy and that of its height. */
 static inline float hopform_stored_energy_f32(const hopform_robot_f32 *robot, const hopform_state_f32 *state)
 {
     const float k = robot->k;
@@ -758,7 +758,7 @@ static inline float hopform_threshold_current_f32(const hopform_robot_f32 *robot
     return u_threshold;
 }
 
-/* How the right sides of (3), (4) change with the robot and the current. */
+/* Change of the right sides of (3), (4) with the robot and the current. */
 static inline hopform_slopes_f32 hopform_slopes_of_f32(const hopform_robot_f32 *robot, float u, float side_1, float side_2, const hopform_robot_change_f32 *robot_change, float d_u)
 {
     const float m_eff = robot->m_eff, m_s = robot->m_s, k = robot->k, c = robot->c, b1 = robot->b1, b2 = robot->b2;
@@ -783,7 +783,7 @@ static inline hopform_slopes_f32 hopform_slopes_of_f32(const hopform_robot_f32 *
     return result;
 }
 
-/* How the energy of the body changes with the robot and the state, x_2 counted from L_0 + c. */
+/* Change of the energy of the body with the robot and the state, x_2 counted from L_0 + c. */
 static inline float hopform_body_energy_change_f32(const hopform_robot_f32 *robot, const hopform_state_f32 *state, const hopform_robot_change_f32 *robot_change, const hopform_state_change_f32 *state_change)
 {
     const float m_s = robot->m_s, k = robot->k, g = robot->g;
@@ -799,7 +799,7 @@ static inline float hopform_body_energy_change_f32(const hopform_robot_f32 *robo
     return d_body;
 }
 
-/* How the apex changes with gravity and the state at take-off. */
+/* Change of the apex with gravity and the state at take-off. */
 static inline float hopform_apex_change_f32(const hopform_robot_f32 *robot, float v_up, const hopform_robot_change_f32 *robot_change, float d_x1, float d_v_up)
 {
     const float g = robot->g;
@@ -854,7 +854,7 @@ static inline hopform_actuator_at_f32 hopform_actuator_in_flight_f32(const hopfo
     return result;
 }
 
-/* What the law asks of the motor at time t of a phase of the flight. */
+/* Force that the law demands of the motor at time t of a phase of the flight. */
 static inline hopform_pull_f32 hopform_pull_of_law_f32(const hopform_gains_f32 *gains, const hopform_actuator_f32 *actuator, const hopform_actuator_at_f32 *actuator_at)
 {
     const float Kp = gains->Kp, Kd = gains->Kd;

@@ -198,7 +198,7 @@ def free_numerator_2(rates: Rates, motion: Motion) -> Numerator:
 
 
 def residue(poles: Poles) -> Real:
-    """What (18) divides by.
+    """Denominator of (18).
 
     Returns chi [1/s^2], s^2 + p s + q at s = -a: what (18) divides by.
     """
@@ -447,7 +447,7 @@ def ledger_of(robot: Robot, moments: Moments, u: Real, side_1: Real, side_2: Rea
 
 
 def aed_of_ledger(ledger: Work) -> Real:
-    """What the entries of a ledger add to the energy of the body.
+    """Change of the energy of the body by the entries of a ledger.
 
     Returns aed [J], analytical energy delta.
     """
@@ -471,7 +471,7 @@ def body_height(robot: Robot, x1: Real, y: Real) -> Real:
 
 
 def stored_energy(robot: Robot, state: LegState) -> Real:
-    """What the energy of the body has beside its motion and its height.
+    """Energy of the body beside its kinetic energy and that of its height.
 
     Returns stored [J], k (x_2 - L_0 - c)^2/2.
     """
@@ -593,7 +593,7 @@ def threshold_current(robot: Robot) -> Real:
 
 
 def slopes_of(robot: Robot, u: Real, side_1: Real, side_2: Real, robot_change: RobotChange, d_u: Real) -> Slopes:
-    """How the right sides of (3), (4) change with the robot and the current.
+    """Change of the right sides of (3), (4) with the robot and the current.
 
     u [A] current.
     side_1 [1] sign of v_1 in the phase, 0 if held.
@@ -621,7 +621,7 @@ def slopes_of(robot: Robot, u: Real, side_1: Real, side_2: Real, robot_change: R
 
 
 def body_energy_change(robot: Robot, state: LegState, robot_change: RobotChange, state_change: StateChange) -> Real:
-    """How the energy of the body changes with the robot and the state, x_2 counted from L_0 + c.
+    """Change of the energy of the body with the robot and the state, x_2 counted from L_0 + c.
 
     Returns d_body [J], change of the energy.
     """
@@ -639,7 +639,7 @@ def body_energy_change(robot: Robot, state: LegState, robot_change: RobotChange,
 
 
 def apex_change(robot: Robot, v_up: Real, robot_change: RobotChange, d_x1: Real, d_v_up: Real) -> Real:
-    """How the apex changes with gravity and the state at take-off.
+    """Change of the apex with gravity and the state at take-off.
 
     v_up [m/s] max(v_2, 0) at take-off.
     d_x1 [m] change of the actuator's displacement at take-off.
@@ -710,7 +710,7 @@ def actuator_in_flight(actuator: Actuator, poles: Poles, pair: Pair) -> Actuator
 
 
 def pull_of_law(gains: Gains, actuator: Actuator, actuator_at: ActuatorAt) -> Pull:
-    """What the law asks of the motor at time t of a phase of the flight.
+    """Force that the law demands of the motor at time t of a phase of the flight.
 
     """
     Kp, Kd = gains.Kp, gains.Kd

@@ -15,7 +15,7 @@ import hopform
 from hopform._cli import options
 from hopform._cli import report as reports
 from hopform._cli.files import Named, write
-from hopform._cli.output import check_outputs, figures, patience, show
+from hopform._cli.output import check_outputs, figures, progress_bar, show
 from hopform._cli.render import to_json
 from hopform._errors import HopformError
 from hopform._identify import synthetic
@@ -37,7 +37,7 @@ ROLES = ("drop", "free", "decay", "step", "air", "ramp")
 
 @dataclass(frozen=True)
 class Wanted:
-    """What was asked for. attached, free, air, force: which rig or fit; added_mass [kg], one per file or none."""
+    """The request. attached, free, air, force: which rig or fit; added_mass [kg], one per file or none."""
 
     kind: str
     files: tuple[str, ...]
@@ -218,7 +218,7 @@ def identify(
     )  # fmt: skip
     base = hopform.load_robot(robot)
     masses, values = added_masses(added_mass), known_values(known or [])
-    with patience("identification") as advance:
+    with progress_bar("identification") as advance:
         wanted = Wanted(kind.value, tuple(files), values, masses, attached, air, force, loss, free, spring)
         stages = iter(range(STAGES))
         answer = answer_to(wanted, lambda _: advance(next(stages, STAGES), STAGES))

@@ -29,7 +29,7 @@ TITLES = {
     "drop": "drop test", "step": "step response", "force": "in force", "robot": "all recordings together",
     "ramp": "friction threshold (5) from a ramp",
 }  # fmt: skip
-"""What each kind of answer is called in a heading."""
+"""Headings by kind of answer."""
 _UNIT = {"x1": ("mm", 1e3), "x2": ("mm", 1e3), "force": ("N", 1.0), "threshold": ("A", 1.0)}
 
 
@@ -80,7 +80,7 @@ def threshold_rows(threshold: Threshold) -> list[tuple[str, ...]]:
 
 
 def threshold_said(threshold: Threshold) -> Iterator[str]:
-    """What a threshold comes to."""
+    """A threshold as a row of the table."""
     yield f"u* = {threshold.u:.5g} A, 95 % interval {threshold.low:.5g} .. {threshold.high:.5g} A"
     if not math.isnan(threshold.load):
         yield f"constant load: {threshold.load:.4g} A"

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 import hopform
 from hopform._cli import options, tables, tables_control
-from hopform._cli.output import check_outputs, emit, figures, patience, show
+from hopform._cli.output import check_outputs, emit, figures, progress_bar, show
 from hopform._cli.render import to_json
 from hopform._hopping.run import csv_of
 from hopform._robots import file_of as robot_file
@@ -142,7 +142,7 @@ def hop(
         noise_x1, noise_v1, noise_x2, noise_v2, noise_ground, current_scale, quantum, delay,
         None if model is None else hopform.load_robot(model),
     )  # fmt: skip
-    with patience(f"{len(ground)} hops") as progress:
+    with progress_bar(f"{len(ground)} hops") as progress:
         run = hopform.simulate(
             hopper, ground, asked, height=height, gains=gains, errors=errors, seed=seed, horizon=horizon,
             backend=backend,
@@ -185,7 +185,7 @@ def control(
     start: dict[str, Any] = {"x1": x1, "v1": v1, "v2": velocity_after_impact(hopper, height, v2), "x2": x2}
     asked: dict[str, Any] = {"h_des": h_des, "datum": datum}
     how: dict[str, Any] = {"horizon": horizon, "backend": backend}
-    with patience("solving"):
+    with progress_bar("solving"):
         found = hopform.choose_current(
             hopper, **start, **asked, stop_margin=stop_margin, **how, dtype=np.dtype(dtype.value)
         )
@@ -230,7 +230,7 @@ def reach(
     if not math.isfinite(hopper.u_max):
         raise hopform.HopformError(f"the controller needs a finite u_max, got {hopper.u_max!r} A")
     range_of_u = np.linspace(-hopper.u_max, hopper.u_max, currents if hopper.u_max > 0.0 else 1)
-    with patience(f"{heights} heights") as advance:
+    with progress_bar(f"{heights} heights") as advance:
         found = hopform.reachability(
             hopper,
             np.linspace(lowest, highest, heights),

@@ -35,7 +35,7 @@ absent has one.
 
 
 class Parameter(NamedTuple):
-    """What is fitted: its unit, where the fit starts, the size of a change that matters, and its kind."""
+    """A fitted parameter: its unit, start, the size of a significant change, and kind."""
 
     name: str
     unit: str
@@ -105,7 +105,7 @@ def student(level: float, freedom: float) -> float:
 
 
 _FAR = 14.0
-"""How far a logarithm may go from where it starts: a factor of a million, beyond which no leg is."""
+"""Largest change of a logarithm: a factor of a million, beyond which no leg is."""
 
 
 def _ends(p: Parameter) -> tuple[float, float]:
@@ -550,7 +550,7 @@ def expected_decrease(solution: Solution) -> float:
 
 
 class Tests(NamedTuple):
-    """What is left of a recording: rms [m], what neighbours have in common, and whether signs change as chance would
+    """Residuals of a recording: rms [m], what neighbours have in common, and whether signs change as chance would
     have it.
     """
 

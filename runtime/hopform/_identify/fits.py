@@ -1,4 +1,4 @@
-"""What a fit hands back: parameters with their intervals, how well each recording is met, and what the data do not
+"""The result of a fit: parameters with their intervals, how well each recording is met, and what the data do not
 identify.
 """
 
@@ -27,7 +27,7 @@ OLD, NEW = "(1), (2): viscous friction alone", "(3), (4): with Coulomb friction"
 
 
 class Options(TypedDict, total=False):
-    """How to fit, the same for all fits.
+    """Options of every fit.
 
     loss: linear (the default), or soft_l1, huber, cauchy against outliers. compare: fit the old model (1), (2) too.
     holdout: fit without the last third of each recording too. Both are done if not given. backend: of the solver.
@@ -180,7 +180,7 @@ def finish(problem: Problem, **options: Unpack[Options]) -> Fit:
 
 
 def _outlying(traces: Sequence[Trace], inliers: Sequence[NDArray[np.bool_]]) -> list[str]:
-    """What is left out of rms and tests."""
+    """Outliers, which are left out of rms and tests."""
     return [
         f"{trace.label}: {some.size - int(some.sum())} of {some.size} samples are outliers; rms and tests leave them "
         "out"
@@ -284,7 +284,7 @@ def is_no_fit(trace: Trace) -> bool:
 
 
 def _coloured(traces: Sequence[Trace], inflation: float) -> list[str]:
-    """What is odd about residuals: a fit that is none, and those that are no white noise."""
+    """Warnings about residuals: of a fit that fails, and of residuals that are not white."""
     statements = list[str]()
     for trace in traces:
         if missed(trace):

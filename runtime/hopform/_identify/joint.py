@@ -147,7 +147,7 @@ def _threshold_of(threshold: Threshold, problem: Problem) -> Experiment:
 
 
 def _missing(names: set[str], known: Mapping[str, float]) -> list[str]:
-    """What no recording identifies, and which one would."""
+    """Parameters that no recording identifies, with one that would."""
     has = {name.partition("@")[0] for name in names} | set(known)
     statements = list[str]()
     if "b2" not in has:

@@ -1,4 +1,4 @@
-"""What stances in columns take and give: an array or a number for each input, an array for each result."""
+"""Stances in columns: an array or a number for each input, an array for each result."""
 
 from collections.abc import Sequence
 from typing import Any
