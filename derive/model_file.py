@@ -68,14 +68,14 @@ def read_model(path: Path, prefix: str = "hopform") -> Model:
 
 
 def _run(path: Path) -> dict[str, Any]:
-    """What the file defines; whatever it raises becomes one line with the place in the file."""
+    """The names that the file defines; an exception becomes one line with the place in the file."""
     try:
         return runpy.run_path(str(path))
     except (Exception, SystemExit) as error:
         line = _line_in(path, error)
         text = error.msg if isinstance(error, SyntaxError) else str(error)
-        said = ": ".join(part for part in (type(error).__name__, _one_line(text)) if part)
-        raise ModelError(f"{f'line {line}: ' if line else ''}{said}") from None
+        message = ": ".join(part for part in (type(error).__name__, _one_line(text)) if part)
+        raise ModelError(f"{f'line {line}: ' if line else ''}{message}") from None
 
 
 def _line_in(path: Path, error: BaseException) -> int | None:

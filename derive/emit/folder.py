@@ -1,4 +1,4 @@
-"""What is generated, as files: written where nothing of anybody else's is lost, compared with what they should be."""
+"""The generated files: written without loss of files that are not ours, and compared with the derivation's."""
 
 import difflib
 import hashlib
@@ -119,7 +119,7 @@ def check(texts: dict[Path, str], folder: Path) -> int:
 
 
 def _reasons(texts: dict[Path, str], folder: Path, differing: list[Path]) -> list[str]:
-    """What was changed: the model, a template, the generator, a file itself, or none of them."""
+    """The kind of change: the model, a template, the generator, a file itself, or none of them."""
     if not differing:
         return []
     made, makers = _read_manifest(folder)
@@ -137,7 +137,7 @@ def _reasons(texts: dict[Path, str], folder: Path, differing: list[Path]) -> lis
 
 
 def _kind(path: Path) -> str:
-    """What a file is that the output is made from."""
+    """The kind of a file among the inputs."""
     if path.parts[0] == "templates":
         return "template"
     if path.parts[0] == "runtime":

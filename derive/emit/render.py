@@ -40,7 +40,7 @@ SOURCES = {
     "templates": DERIVE.with_name("_templates") if INSTALLED else DERIVE.with_name("templates"),
     "runtime/engine": DERIVE.with_name("_engine") if INSTALLED else DERIVE.parent / "runtime" / "engine",
 }
-"""What everything is made from, by its path in the repository."""
+"""The inputs of the generator, by their paths in the repository."""
 
 MANIFEST = Path("MANIFEST")
 SOURCE = "0" * 16
@@ -57,7 +57,7 @@ WALKED = ("Robot", "Rates", "Poles", "State", "Energy", "Ledger", "FlightLedger"
 
 @dataclass(frozen=True)
 class Options:
-    """What to render: the model, the prefix of every public name, the precisions of the C library."""
+    """The model to render, the prefix of every public name, the precisions of the C library."""
 
     model: Model = HOPPER
     prefix: str = "hopform"
@@ -138,7 +138,7 @@ def _instances(options: Options) -> dict[Path, str]:
 
 
 def instance(name: str) -> str:
-    """Where the instance of a source of the engine stands: the longest folder counts."""
+    """The path of the instance of a source of the engine: the longest folder counts."""
     folder = max((each for each in INSTANCES if name.startswith(f"{each}/")), key=len)
     return f"{INSTANCES[folder]}/{name.removeprefix(f'{folder}/')}"
 
@@ -168,8 +168,8 @@ def _firmware(options: Options) -> list[str]:
 
 
 def example_value(quantity: Quantity) -> float:
-    """What a robot in an example has: the first of the selftest's, and of a further parameter its default or next to
-    nothing.
+    """A parameter's value in an example: that of the selftest's first robot; for a further parameter its default or
+    next to nothing.
     """
     if quantity.name in ROBOTS[0] or quantity in HOPPER.robot.quantities:
         return float(ROBOTS[0].get(quantity.name, 0.0))
@@ -189,7 +189,7 @@ LEDGERS = {
     The sum is the change of H.
     """,
 }
-"""What the ledgers are that a stance and a flight return, by the record of their work."""
+"""Meanings of the ledgers that a stance and a flight return, by the record of their work."""
 
 
 def _context(made: Program, options: Options, precision: Precision) -> dict[str, Any]:

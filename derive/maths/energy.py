@@ -93,7 +93,7 @@ def ledger_of(model: Model) -> tuple[Step, ...]:
 
 @function(takes=(LEDGER,), returns=AED)
 def aed_of_ledger(model: Model) -> tuple[Step, ...]:
-    """What the entries of a ledger add to the energy of the body."""
+    """Change of the energy of the body by the entries of a ledger."""
     return (Step(aed, sum(body_entries(model), sp.S.Zero), "(24)"),)
 
 
@@ -112,7 +112,7 @@ def body_height() -> tuple[Step, ...]:
 
 @function(takes=(ROBOT, STATE), returns=STORED)
 def stored_energy() -> tuple[Step, ...]:
-    """What the energy of the body has beside its motion and its height.
+    """Energy of the body beside its kinetic energy and that of its height.
 
     Where this is large against m_s max(v_2^2, 1)/2, the difference of two E has lost the digits of the AED.
     """
@@ -159,7 +159,7 @@ def body_energy_gain() -> tuple[Step, ...]:
 
 @dataclass(frozen=True)
 class Work:
-    """What a term does to one of the masses: an entry of the ledger and its power."""
+    """The work of a term on one of the masses: an entry of the ledger and its power."""
 
     term: Term
     mass: int

@@ -124,7 +124,7 @@ HOP_HEIGHT = Quantity("hop_height", r"x_2 - L_0 - c", "m", "height of the body, 
 DROP = Quantity("drop", r"h", "m", "height of the body over where it comes back to", "nonnegative")
 WAY_OF_FLIGHT = Record(
     "Way",
-    "What a part of a phase of the flight leaves behind.",
+    "Integrals over a part of a phase of the flight.",
     (ACTUATOR_AT.quantities[0], MOMENTS.quantities[2]),
 )
 TOUCHDOWN_TIME = scalar("touchdown_time", "s", "time of the touchdown")
@@ -218,7 +218,7 @@ def actuator_in_flight() -> tuple[Step, ...]:
 
 @function(takes=(GAINS, ACTUATOR, ACTUATOR_AT), returns=PULL)
 def pull_of_law() -> tuple[Step, ...]:
-    """What the law asks of the motor at time t of a phase of the flight."""
+    """Force that the law demands of the motor at time t of a phase of the flight."""
     return (
         Step(pull, Kp * (x1 + moved) + Kd * v1_t, "PD law"),
         Step(pull_rate, Kp * v1_t + Kd * acc1_t, "derivative of the law"),
@@ -287,7 +287,7 @@ def flight_energies() -> tuple[Step, ...]:
 def flight_ledger_of(model: Model) -> tuple[Step, ...]:
     """Each entry of the flight's ledger over a part of a phase.
 
-    From the way moved and the integral of v_1^2.
+    From the displacement and the integral of v_1^2.
     """
     follows = 1 - limit**2
     force = sp.expand(acceleration(model).subs({u: 0, side_1: 0}) * m_eff)

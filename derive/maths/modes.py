@@ -1,4 +1,4 @@
-"""What each mass may do and what ends it: slipping up, slipping down, or held.
+"""The modes of each mass and their ends: slipping up, slipping down, or held (stuck).
 
 Mass i is held at v_i = 0 while |a_i| <= f_i, where the free acceleration a_i is the right side of (3) or (4) at
 v_i = 0 without the friction of mass i. In each of the four combinations of slipping and held masses the motion is
@@ -30,13 +30,13 @@ def free_accelerations() -> tuple[Step, ...]:
 
 @function(takes=(RATES, MOTION), returns=NUMERATOR)
 def free_numerator_1() -> tuple[Step, ...]:
-    """How the free acceleration of mass 1, held, leaves its initial value."""
+    """Numerator of the free acceleration of mass 1 while it is held."""
     return _free_numerator(1)
 
 
 @function(takes=(RATES, MOTION), returns=NUMERATOR)
 def free_numerator_2() -> tuple[Step, ...]:
-    """How the free acceleration of mass 2, held, leaves its initial value."""
+    """Numerator of the free acceleration of mass 2 while it is held."""
     return _free_numerator(2)
 
 

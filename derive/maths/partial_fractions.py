@@ -52,7 +52,7 @@ m = TURNING.symbol
 
 @function(takes=(POLES,), returns=CHI)
 def residue() -> tuple[Step, ...]:
-    """What (18) divides by."""
+    """Denominator of (18)."""
     return (Step(chi, q - a * (p - a), "(18) residue at s = -a"),)
 
 
@@ -165,7 +165,7 @@ def integrals_by_recursion() -> tuple[Step, ...]:
 
 @function(takes=(POLES, NUMERATOR), returns=PAIR_NUMERATOR)
 def behind_the_pole() -> tuple[Step, ...]:
-    """What is left of a numerator behind the factor s + a.
+    """Deflated numerator: the factor s + a divided out.
 
     (d/dt + a) h' is a motion of the pair alone: (A s + B)/(s^2 + p s + q), whatever the poles.
     """
@@ -177,7 +177,7 @@ def behind_the_pole() -> tuple[Step, ...]:
 
 @function(takes=(POLES, PAIR_NUMERATOR, BASIS), returns=TURNING)
 def turning() -> tuple[Step, ...]:
-    """How fast a function of time turns, but for the real pole: a motion of the pair alone.
+    """Deflated derivative of a function of time: the real pole divided out, a motion of the pair alone.
 
     (d/dt + a) h' = A R' + B R at one time, with R = (d/dt + a) W.
     """

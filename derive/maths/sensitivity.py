@@ -76,14 +76,14 @@ def changed_steps(steps: Sequence[Step], inputs: Sequence[sp.Symbol], wanted: Se
 
 @function(takes=(ROBOT, CURRENT, SIDE_1, SIDE_2, ROBOT_CHANGE, CURRENT_CHANGE), returns=SLOPES)
 def slopes_of(model: Model) -> tuple[Step, ...]:
-    """How the right sides of (3), (4) change with the robot and the current."""
+    """Change of the right sides of (3), (4) with the robot and the current."""
     rates = [step for step in laplace.rates_of(model) if step.symbol in RATES.symbols[:9]]
     return changed_steps((*rates, *laplace.drive_of()), (*model.robot.symbols, u), SLOPES.symbols)
 
 
 @function(takes=(ROBOT, STATE, ROBOT_CHANGE, STATE_CHANGE), returns=_change_of(body, "J", "change of the energy"))
 def body_energy_change(model: Model) -> tuple[Step, ...]:
-    """How the energy of the body changes with the robot and the state, x_2 counted from L_0 + c.
+    """Change of the energy of the body with the robot and the state, x_2 counted from L_0 + c.
 
     That at the end less that at the start is the change of the AED.
     """
@@ -109,5 +109,5 @@ def body_energy_change(model: Model) -> tuple[Step, ...]:
     returns=_change_of(control.apex, "m", "change of the hop height of the apex"),
 )
 def apex_change() -> tuple[Step, ...]:
-    """How the apex changes with gravity and the state at take-off."""
+    """Change of the apex with gravity and the state at take-off."""
     return changed_steps(control.apex_of_takeoff(), (g, x1, control.v_up), (change_of(control.apex),))

@@ -16,7 +16,7 @@ from ..model.quantities import *
 
 RISE = Record(
     "Rise",
-    "How far a function of time has left its initial value, and its first three derivatives.",
+    "Step response: change of a function of time since the start of the phase, and its first three derivatives.",
     (
         scalar("rise", "1", "the function less its initial value"),
         scalar("rise_rate", "1/s", "its rate"),
@@ -29,7 +29,7 @@ LEFT = scalar("left", "1", "the final value less the function")
 left = LEFT.symbol
 CARRIED = Record(
     "Carried",
-    "W, its derivatives and integrals a short time later.",
+    "W, its derivatives and integrals a short time later: a Taylor step of the propagator.",
     (
         scalar("Wdd_t", "1", "W''"),
         scalar("Wd_t", "s", "W'"),
@@ -55,7 +55,7 @@ W_third, W_fourth, W_fifth, W_sixth = sp.symbols("W_third W_fourth W_fifth W_six
 
 @function(takes=(POLES, NUMERATOR, BASIS), returns=RISE)
 def rises() -> tuple[Step, ...]:
-    """How far a function of time has left its initial value.
+    """Step response: change of a function of time since the start of the phase.
 
     h(t) - h(0) of a coordinate of (y, v_1, v_2), and its first three derivatives.
     """
@@ -71,9 +71,9 @@ def rises() -> tuple[Step, ...]:
 
 @function(takes=(POLES, NUMERATOR, BASIS, WAY), returns=LEFT)
 def left_to_go() -> tuple[Step, ...]:
-    """What is left of the way to the value to which a function of time tends.
+    """Residual of a function of time to its steady state.
 
-    The same as `rises` says, of terms that fade.
+    The step response of `rises` less its final value, of terms that decay: it keeps its digits after the transients.
     """
     return (Step(left, way * Wdd - (H3 - way * s_1) * Wd - (H2 - way * s_2) * W, "(19), (21) less their final value"),)
 
@@ -82,7 +82,7 @@ def left_to_go() -> tuple[Step, ...]:
 def carry() -> tuple[Step, ...]:
     """W a short time t later.
 
-    By Taylor series: what is left out is of the fifth order in t.
+    A Taylor step of the propagator; its remainder is of the fifth order in t.
     """
     half, sixth, rest = sp.symbols("half sixth rest", real=True)
     gains = sp.symbols("more_Wdd more_Wd more_W more_W1 more_W2", real=True)

@@ -51,7 +51,7 @@ class Model:
 
     @cached_property
     def forces(self) -> tuple[sp.Expr, sp.Expr]:
-        """What is not in the Lagrangian: current, offset, friction, further terms, [N]."""
+        """Generalised forces beside the Lagrangian: current, offset, friction, further terms, [N]."""
         actuator = k * c - gamma2 * u - b1 * v1 - m_eff * f1 * side_1
         body = -b2 * v2 - m_s * f2 * side_2
         return (

@@ -1,4 +1,4 @@
-"""What happens and what is answered: the words for events, endings and statuses, and their numbers in the C library."""
+"""The words for events, endings and statuses, and their numbers in the C library."""
 
 from dataclasses import dataclass
 
@@ -121,4 +121,4 @@ CONTACTS = Kind(
 )
 KINDS = (STATUSES, COMMANDS, ENDINGS, EVENTS, FLIGHT_ENDINGS, CURRENT_EVENTS, CONTACTS)
 FLIGHT_EVENTS = (*(word for word in EVENTS.words if word.text.startswith("x1_")), *CURRENT_EVENTS.words)
-"""What may start a phase of a flight."""
+"""Events that start a phase of a flight."""

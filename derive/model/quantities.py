@@ -208,7 +208,7 @@ slow, X, Y = RINGING.symbols
 
 PAIR_NUMERATOR = Record(
     "PairNumerator",
-    "What is left of a numerator behind the factor s + a: A s + B over s^2 + p s + q.",
+    "Deflated numerator, the factor s + a divided out: A s + B over s^2 + p s + q.",
     (
         Quantity("A", r"A", "1/s^2", "terms in s"),
         Quantity("B", r"B", "1/s^3", "constant terms"),
@@ -268,7 +268,7 @@ TIME = Quantity("t", r"t", "s", "time since the phase began")
 CURRENT = Quantity("u", r"u", "A", "current")
 SIDE_1 = Quantity("side_1", r"\mathrm{sign}\,\dot{x}_1", "1", "sign of v_1 in the phase, 0 if held")
 SIDE_2 = Quantity("side_2", r"\mathrm{sign}\,\dot{x}_2", "1", "sign of v_2 in the phase, 0 if held")
-WAY = Quantity("way", r"w", "1", "what a function of time moves by until it has settled")
+WAY = Quantity("way", r"w", "1", "final value of a function of time, less its initial value")
 CHI = Quantity("chi", r"\chi", "1/s^2", "s^2 + p s + q at s = -a: what (18) divides by")
 SHIFT = Quantity("sigma", r"\sigma", "1/s", "mean of the three rates, for nearly triple poles")
 HEIGHT = Quantity("height", r"h", "m", "hop height")

@@ -134,12 +134,12 @@ TRIAL = Struct(
 )
 CELL = Struct(
     "Cell",
-    "The range between two currents that were tried.",
+    "An interval between two currents that were tried, of a branch and bound.",
     (
         Member("from", "Trial", "the one nearer to 0"),
         Member("to", "Trial"),
-        Member("promise", "real", "no admissible current in it comes nearer to what is wanted", "m"),
-        Member("slow", "int32", "splits in a row that left most of a cell"),
+        Member("promise", "real", "lower bound: no admissible current in it comes nearer to what is wanted", "m"),
+        Member("slow", "int32", "bisections in a row that left most of an interval"),
     ),
 )
 SEARCH = Struct(
@@ -154,7 +154,7 @@ SEARCH = Struct(
         *reals("m", "datum"),
         Member("best", "Trial", "the nearest so far; u = 0 until one is admissible"),
         Member("zero", "Trial", "the current 0"),
-        Member("cells", "Cell", "in which something better may lie", count=SEARCH_CELLS),
+        Member("cells", "Cell", "intervals in which a better current may lie", count=SEARCH_CELLS),
         Member("count", "int32", "of them; the last one is split next"),
         Member("limits", "int32", "of the range, yet to be tried"),
         Member("next", "real", "what to try", "A"),
@@ -204,7 +204,7 @@ DETECTOR = Struct(
     (
         Member("high", "real", "the signal is above where it reaches this"),
         Member("low", "real", "and no longer where it falls below this; low <= high"),
-        Member("count", "int32", "samples in a row that must say the same, >= 1"),
+        Member("count", "int32", "samples in a row that must agree, >= 1"),
     ),
 )
 CONTACT = Struct(
@@ -213,7 +213,7 @@ CONTACT = Struct(
     (
         Member("above", "int32", "1 if the signal is above"),
         Member("touches", "int32", "1 if the foot is taken to touch"),
-        Member("run", "int32", "for how many samples the signal has said otherwise"),
+        Member("run", "int32", "samples in a row that disagree with it"),
     ),
 )
 INPUT = Struct(

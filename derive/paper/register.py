@@ -469,7 +469,7 @@ REGISTER: tuple[Equation, ...] = (
         r"E_{td} = \frac{1}{2} m_s (1 - \eta) v_{td}^2",
         "incomplete",
         "v_td has to be taken after the impact, which costs the fraction eta of the energy: taken before it, a drop "
-        "from 20 cm promises 1.0 cm too much. Height and spring at touchdown, m_s g x_1(0) + k x_1(0)^2/2, are left "
+        "from 20 cm predicts 1.0 cm too much. Height and spring at touchdown, m_s g x_1(0) + k x_1(0)^2/2, are left "
         "to (27).",
         ("touchdown_velocity: v_after", "apex_from_energy: E_td"),
         m_s * v_td**2 / 2,

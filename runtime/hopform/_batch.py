@@ -205,7 +205,7 @@ def _run(
 
 
 def _in_threads(solve: Callable[[slice], int], parts: list[slice], threads: int) -> Iterator[int]:
-    """What `solve` returns, as the parts are done; whoever stops listening stops the rest."""
+    """The results of `solve` as the parts are done; closing the iterator cancels the rest."""
     with ThreadPoolExecutor(threads) as pool:
         waiting: set[Future[int]] = {pool.submit(solve, part) for part in parts}
         try:

@@ -1,4 +1,4 @@
-"""What goes wrong, said once: every error is a `HopformError` with one clear message."""
+"""Errors: every one is a `HopformError` with one clear message."""
 
 
 class HopformError(ValueError):

@@ -77,7 +77,7 @@ class Flight:
 
     @cached_property
     def events(self) -> tuple[Event, ...]:
-        """What happened on the way: the words of a stance for the actuator, and u_saturates, u_desaturates."""
+        """The events in their order: the kinds of a stance for the actuator, and u_saturates, u_desaturates."""
         return tuple(Event(row.t, FLIGHT_EVENTS[row.event]) for row in self._solved.rows() if row.event)
 
     def at(self, t: ArrayLike) -> State:

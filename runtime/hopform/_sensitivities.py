@@ -1,4 +1,4 @@
-"""How the take-off of a stance depends on its inputs: what the back ends compute, in the coordinates that people
+"""Derivatives of the take-off of a stance by its inputs: those of the back ends, in the coordinates that people
 give.
 """
 

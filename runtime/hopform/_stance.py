@@ -88,7 +88,7 @@ class Stance:
 
     @cached_property
     def events(self) -> tuple[Event, ...]:
-        """What happened, in its order."""
+        """The events in their order."""
         return tuple([tuple_of(Event, (t, EVENTS[event])) for t, event in self._solved.event_rows()])
 
     @cached_property
@@ -103,7 +103,7 @@ class Stance:
 
     @cached_property
     def warnings(self) -> tuple[str, ...]:
-        """What a user should know, e.g. u above u_max."""
+        """Warnings, e.g. of u above u_max."""
         found = list[str]()
         largest = max((u for _, u in self.u), key=abs)
         if abs(largest) > self.robot.u_max:

@@ -1,4 +1,4 @@
-"""Answers in words, as tables and pictures say them."""
+"""Answers in words, for tables and pictures."""
 
 import math
 from collections.abc import Sequence
@@ -17,12 +17,12 @@ EVENTS = {kind: kind.replace("x1_", "actuator ").replace("x2_", "body ").replace
 
 
 def name_of(robot: Robot) -> str:
-    """What a robot is called; one made in Python may have no name."""
+    """A robot's name; one made in Python may have none."""
     return robot.name or "robot"
 
 
 def mode_of_actuator(phase: Phase, robot: Robot) -> str:
-    """What the actuator does in a phase."""
+    """The mode of the actuator in a phase, in words."""
     if phase.mode_1 == 0 and robot.x1_min == robot.x1_max:
         return "locked"
     if phase.mode_1 == 0 and phase.state.x1 in (robot.x1_min, robot.x1_max):
@@ -31,7 +31,7 @@ def mode_of_actuator(phase: Phase, robot: Robot) -> str:
 
 
 def mode(side: int) -> str:
-    """What a mass with this sign of its velocity does."""
+    """The mode of a mass with this sign of its velocity, in words."""
     return {1: "slips up", 0: "held", -1: "slips down"}[side]
 
 
@@ -43,7 +43,7 @@ def current(steps: Sequence[tuple[float, float]]) -> str:
 
 
 def ending(stance: Stance) -> str:
-    """How a stance ends, in one sentence."""
+    """The ending of a stance, in one sentence."""
     scale, unit = unit_of_time(stance.duration)
     words = f"{ENDINGS[stance.status]} {stance.duration * scale:.5g} {unit}"
     return words if math.isnan(stance.apex) else f"{words}, apex {100.0 * stance.apex:.4g} cm"

@@ -34,7 +34,7 @@ SETTLING = 5
 
 
 class Touchdown(NamedTuple):
-    """What a controller is given, with the errors of its sensors; heights count from level 0, that of the terrain's
+    """The input of a controller, with the errors of its sensors; heights count from level 0, that of the terrain's
     zero.
     """
 
@@ -79,7 +79,7 @@ class Preparing(Protocol):
     """A controller that wants to know the robot first."""
 
     def prepare(self, robot: Robot, terrain: tuple[float, ...]) -> Controller:
-        """What is asked in its place."""
+        """The controller that is asked in its place."""
         ...
 
 

@@ -17,7 +17,7 @@ from hopform._errors import HopformError
 
 Heights = tuple[float, ...]
 NAMES = ("flat", "steps", "uniform", "gaussian")
-"""What `generate` knows."""
+"""Kinds of terrain that `generate` knows."""
 COLUMN = "height"
 """The column of a CSV that holds the heights."""
 

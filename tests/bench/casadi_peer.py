@@ -46,7 +46,7 @@ def solve(jobs: Jobs, tolerance: float):
         flat = matrix.T.reshape(-1)
         widest = 1.0 / (SAMPLES[rtol] * leg.rate)
         cell = min(widest, rules.first_step(leg, side_1, side_2, z))
-        here, t, values = z, 0.0, rules.watched(leg, side_1, side_2, z)
+        here, t, values = z, 0.0, rules.event_functions(leg, side_1, side_2, z)
 
         def point(column):
             """A state in which what is held stays, which the integrator knows to rounding only."""
@@ -66,14 +66,16 @@ def solve(jobs: Jobs, tolerance: float):
             )
             for n in range(cells):
                 after = point(reached[:, n])
-                new = rules.watched(leg, side_1, side_2, after)
+                new = rules.event_functions(leg, side_1, side_2, after)
                 crossed = [g for g in range(6) if values[g] > 0.0 >= new[g] or (values[g] == 0.0 > new[g])]
                 if crossed:
+
+                    def value(s, g, at=here):
+                        return rules.event_functions(leg, side_1, side_2, moved(s, at))[g]
+
                     roots = [
-                        (brentq(lambda s, g=g, at=here: rules.watched(leg, side_1, side_2, moved(s, at))[g], 0.0, cell,
-                                xtol=1e-4 * rtol * cell, rtol=1e-14), g)
-                        if values[g] > 0.0 > new[g]
-                        and rules.watched(leg, side_1, side_2, moved(cell, here))[g] < 0.0
+                        (brentq(value, 0.0, cell, (g,), xtol=1e-4 * rtol * cell, rtol=1e-14), g)
+                        if values[g] > 0.0 > new[g] and value(cell, g) < 0.0
                         else (cell if values[g] > 0.0 else 0.0, g)
                         for g in crossed
                     ]  # fmt: skip

@@ -25,7 +25,7 @@ def _search(tolerance: float) -> Any:
 
     jax.config.update("jax_enable_x64", True)
 
-    def watched(number):
+    def event_function(number):
         return lambda t, y, args, **_: args[1][number] @ jnp.append(y, 1.0)
 
     def one(matrix, functions, z, limit, first):
@@ -39,7 +39,7 @@ def _search(tolerance: float) -> Any:
             args=(matrix, functions),
             stepsize_controller=diffrax.PIDController(rtol=tolerance, atol=0.01 * tolerance),
             event=diffrax.Event(
-                [watched(number) for number in range(6)], optimistix.Newton(1e-12, 1e-14), direction=False
+                [event_function(number) for number in range(6)], optimistix.Newton(1e-12, 1e-14), direction=False
             ),
             max_steps=STEPS,
             throw=False,
@@ -51,10 +51,10 @@ def _search(tolerance: float) -> Any:
 
 
 def _functions(leg, side_1, side_2, z):
-    """The six functions that are watched, linear within a mode: their rows in (x1, v1, v2, y, 1)."""
+    """The six event functions, linear within a mode: their rows in (x1, v1, v2, y, 1)."""
 
     def at(v1, v2, y):
-        return np.minimum(rules.watched(leg, side_1, side_2, Point(z.x1, v1, v2, y)), 1e6)
+        return np.minimum(rules.event_functions(leg, side_1, side_2, Point(z.x1, v1, v2, y)), 1e6)
 
     rest, rows = at(0.0, 0.0, 0.0), np.zeros((6, 5))
     for n, unit in enumerate(np.eye(3).tolist()):
@@ -89,7 +89,7 @@ def _walk(job, answer):
 
 
 OFF = (0.0, 0.0, 0.0, 0.0, 1.0)
-"""The row of a function that is not watched."""
+"""The row of an event function that is not active."""
 
 
 def _first_of(search: Any, requests: Any, count: int) -> dict[int, tuple[float, int, Point]]:

@@ -16,7 +16,7 @@ import numpy as np
 
 from tests.bench.jobs import Jobs, answers
 from tests.oracle import rules
-from tests.oracle.rules import NONE, Point, first_step, rates, watched
+from tests.oracle.rules import NONE, Point, event_functions, first_step, rates
 
 
 def moved(z, h, c1, d1, c2, d2, c3, d3, c4, d4, c5, d5, c6, d6):
@@ -54,13 +54,13 @@ def error_of(z, new, e, h, atol, rtol):
 
 
 def crossing(leg, side_1, side_2, z, new, h, k1, k7, k, number, g_low, g_high):
-    """The share of the step at which a watched function comes to zero, from the right; Illinois' rule."""
+    """The share of the step at which an event function comes to zero, from the right; Illinois' rule."""
     low, high = 0.0, 1.0
     for _ in range(100):
         s = high - g_high * (high - low) / (g_high - g_low)
         if not low < s < high:
             s = 0.5 * (low + high)
-        g = watched(leg, side_1, side_2, dense(z, new, h, k1, k7, k, s))[number]
+        g = event_functions(leg, side_1, side_2, dense(z, new, h, k1, k7, k, s))[number]
         if g > 0.0:
             if high - s < 1e-15:
                 break
@@ -78,7 +78,7 @@ def search(leg, side_1, side_2, z, limit, rtol):
     atol = 0.01 * rtol
     h, t = min(first_step(leg, side_1, side_2, z), limit), 0.0
     k1 = rates(leg, side_1, side_2, z)
-    before = watched(leg, side_1, side_2, z)
+    before = event_functions(leg, side_1, side_2, z)
     while True:
         h = min(h, limit - t)
         o = k1
@@ -102,7 +102,7 @@ def search(leg, side_1, side_2, z, limit, rtol):
         if error > 1.0:
             h *= max(0.2, 0.9 * error**-0.2)
             continue
-        after = watched(leg, side_1, side_2, new)
+        after = event_functions(leg, side_1, side_2, new)
         which, first = NONE, 2.0
         fifth = moved(
             nothing, h, -12715105075 / 11282082432, k1, 87487479700 / 32700410799, k3, -10690763975 / 1880347072, k4,
@@ -162,7 +162,7 @@ def compiled() -> Callable[..., Any]:
     from numba import njit
 
     fast = _second(rules, njit)
-    names = ("Point", "first_step", "rates", "watched")
+    names = ("Point", "first_step", "rates", "event_functions")
     here = _second(sys.modules[__name__], njit, rules_chain=fast.chain, **{name: getattr(fast, name) for name in names})
     return here.run
 

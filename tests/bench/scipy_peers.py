@@ -60,16 +60,16 @@ def expm(jobs: Jobs, tolerance: float):
         h = widest / 2.0**doublings
         step = exponential(matrix * h)
         here, t = np.array([*z, 1.0]), 0.0
-        values = rules.watched(leg, side_1, side_2, z)
+        values = rules.event_functions(leg, side_1, side_2, z)
         while t < limit:
             after = step @ here
-            new = rules.watched(leg, side_1, side_2, Point(*after[:4].tolist()))
+            new = rules.event_functions(leg, side_1, side_2, Point(*after[:4].tolist()))
             crossed = [n for n in range(6) if values[n] > 0.0 >= new[n] or (values[n] == 0.0 > new[n])]
             if crossed:
                 # Never beyond the end of the step: a zero at its start has been passed upwards already.
                 def value(s, number, base=here):
                     moved = exponential(matrix * s) @ base
-                    return rules.watched(leg, side_1, side_2, Point(*moved[:4].tolist()))[number]
+                    return rules.event_functions(leg, side_1, side_2, Point(*moved[:4].tolist()))[number]
 
                 roots = [
                     (brentq(value, 0.0, h, (n,), xtol=max(1e-16, 1e-4 * rtol * h), rtol=1e-15), n)

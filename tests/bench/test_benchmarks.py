@@ -204,7 +204,7 @@ if OPTIONAL:
         assert verdict.error <= 1e-6
 
 
-def test_the_linear_functions_of_diffrax_are_those_that_are_watched():
+def test_the_linear_functions_of_diffrax_are_the_event_functions():
     """Anywhere within a mode, stops and held masses among them."""
     for of in SETS:
         for job in of.table.tolist():
@@ -212,7 +212,7 @@ def test_the_linear_functions_of_diffrax_are_those_that_are_watched():
             z, side_1, side_2 = rules.begin(tuple(job), leg)
             rows = diffrax_peer._functions(leg, side_1, side_2, z)
             there = rules.Point(z.x1 + 0.01 * side_1, 0.3 * side_1, -0.2 * side_2, 0.03)
-            expected = np.minimum(rules.watched(leg, side_1, side_2, there), 1e6)
+            expected = np.minimum(rules.event_functions(leg, side_1, side_2, there), 1e6)
             np.testing.assert_allclose(rows @ [*there, 1.0], expected, rtol=1e-9)
 
 

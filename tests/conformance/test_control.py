@@ -17,7 +17,7 @@ from hopform._solver import c_control as native_control
 from hopform._solver.choice import DEFAULT
 from hopform_solver.records import COMMANDS, LegState
 from hopform_solver.trial import try_currents
-from tests.conformance.currents import Judge, compare, compare_single, draw_touchdowns
+from tests.conformance.currents import CurrentScan, compare, compare_single, draw_touchdowns
 
 HOPPER = hopform.load_robot("hopper_c")
 AXIS = hopform.load_robot("hopper_b")
@@ -112,10 +112,10 @@ def test_the_least_apex_is_that_of_the_fold():
     u = np.linspace(-3.0, 3.0, 6001)
     assert command.status == "nearest"
     assert command.apex <= np.nanmin(hopform.next_apex(HOPPER, 0.2, u)) + 1e-12
-    assert abs(judge_slope(HOPPER, 0.2, command.u)) < 1e-4
+    assert abs(scanned_slope(HOPPER, 0.2, command.u)) < 1e-4
 
 
-def judge_slope(robot: hopform.Robot, height: float, u: float) -> float:
+def scanned_slope(robot: hopform.Robot, height: float, u: float) -> float:
     stance = hopform.solve_stance(robot, v2=hopform.touchdown_velocity(robot, height), u=u)
     return float(stance.sensitivities["apex", "u"])
 
@@ -253,7 +253,7 @@ class Resumable:
 
 
 def test_the_search_may_be_left_after_any_tick_and_holds_a_safe_current():
-    judge = Judge(HOPPER)
+    scan = CurrentScan(HOPPER)
     for touchdown in draw_touchdowns(HOPPER, 5, 20):
         start = LegState(touchdown.x1, touchdown.v1, touchdown.v2, touchdown.y)
         search = Resumable(HOPPER, start, (touchdown.h_des, touchdown.datum, touchdown.stop_margin, 2.0))
@@ -266,7 +266,7 @@ def test_the_search_may_be_left_after_any_tick_and_holds_a_safe_current():
             if COMMANDS[search.command.status] == "no_takeoff":
                 assert search.command.u == 0.0
             else:
-                gaps.append(abs(judge.gap(touchdown, search.command.u)))
+                gaps.append(abs(scan.gap(touchdown, search.command.u)))
         assert gaps == sorted(gaps, reverse=True) or gaps[-1] <= 2e-10
         whole = touchdown.ask(HOPPER)
         assert (search.command.u, ticks) == (whole.u, whole.solved)

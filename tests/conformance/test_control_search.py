@@ -161,7 +161,7 @@ def test_a_hit_returns_how_far_it_is_from_not_being_one(backend):
     ("name", "way"), [("hit, not hit, and hit", 1.0), ("off before it is hit", -1.0), ("off before it is hit", 1.0)]
 )
 def test_the_peak_of_a_hit_has_no_jump_where_hits_begin(name, way):
-    """Else a cell between two hits, of which one is near to be none, would seem to have no other current in it."""
+    """Else an interval between two hits, of which one is near to be none, would seem to have no other current in it."""
     fields, touchdown = FOUND_BY_SCANS[name]
     robot, start = changed(**fields), LegState(touchdown.x1, touchdown.v1, touchdown.v2, touchdown.y)
 
@@ -226,7 +226,7 @@ def test_both_back_ends_choose_alike_at_random_touchdowns():
 
 
 def test_a_drop_of_the_paper_takes_few_stances():
-    """A count, not a time: 12 were needed in the mean before the search went by promise."""
+    """A count, not a time: 12 were needed in the mean before the search went by lower bounds."""
     draw = np.random.default_rng(2)
     solved = []
     for _ in range(200):

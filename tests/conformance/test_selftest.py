@@ -1,4 +1,4 @@
-"""hopform_selftest: one word for all bits of all results, the same wherever IEEE 754 is kept to."""
+"""hopform_selftest: one digest of all bits of all results, the same wherever IEEE 754 is kept to."""
 
 import os
 import re
@@ -58,7 +58,7 @@ COMPILERS = [CC, *([["clang"]] if shutil.which("clang") else [])]
 
 @pytest.mark.parametrize("level", ["-O0", "-O2"])
 @pytest.mark.parametrize("compiler", COMPILERS, ids=" ".join)
-def test_the_library_of_python_says_the_word_of_every_compiler(tmp_path, library, compiler, level):
+def test_the_library_of_python_returns_the_digest_of_every_compiler(tmp_path, library, compiler, level):
     said = says(built(tmp_path, library, "selftest", *compiler, level))
     found = re.fullmatch(r"f32 ([0-9a-f]{8}) f64 ([0-9a-f]{8})\n", said)
     assert found is not None
@@ -66,14 +66,16 @@ def test_the_library_of_python_says_the_word_of_every_compiler(tmp_path, library
 
 
 def test_random_stances_flights_and_commands_have_the_same_bits_with_every_compiler(tmp_path, library):
-    words = {
-        says(built(tmp_path, library, "words", *compiler, level)) for compiler in COMPILERS for level in ("-O0", "-O2")
+    digests = {
+        says(built(tmp_path, library, "digests", *compiler, level))
+        for compiler in COMPILERS
+        for level in ("-O0", "-O2")
     }
-    assert len(words) == 1
-    assert re.fullmatch(r"f32 [0-9a-f]{8} f64 [0-9a-f]{8}\n", words.pop())
+    assert len(digests) == 1
+    assert re.fullmatch(r"f32 [0-9a-f]{8} f64 [0-9a-f]{8}\n", digests.pop())
 
 
-def test_a_coefficient_that_is_off_in_its_last_digit_gives_another_word(tmp_path):
+def test_a_coefficient_that_is_off_in_its_last_digit_gives_another_digest(tmp_path):
     """The selftest can fail."""
     shutil.copytree(C, tmp_path / "c")
     series = tmp_path / "c" / "src" / "series_f32.h"
@@ -118,8 +120,8 @@ def test_the_golden_vectors_hold_on_this_computer(tmp_path, library, flags):
     assert ", wrong 0" in says(built(tmp_path, library, "golden", *CC, *flags))
 
 
-def test_with_the_functions_of_the_c_library_the_word_is_another_and_the_numbers_are_not(tmp_path, library):
-    """The option does something: both words differ from those of the library's own exp, sin, cos, ln and roots."""
+def test_with_the_functions_of_the_c_library_the_digest_is_another_and_the_numbers_are_not(tmp_path, library):
+    """The option does something: both digests differ from those of the library's own exp, sin, cos, ln and roots."""
     found = re.fullmatch(
         r"f32 ([0-9a-f]{8}) f64 ([0-9a-f]{8})\n",
         says(built(tmp_path, library, "selftest", *CC, "-O2", "-DHOPFORM_LIBM")),

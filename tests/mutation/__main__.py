@@ -89,7 +89,7 @@ class Outcome:
     """By which test a mutant was killed, None if it survived, and what pytest printed."""
 
     mutant: Mutant | None
-    killer: str | None
+    killed_by: str | None
     seconds: float
     output: str
 
@@ -837,12 +837,12 @@ def report(outcomes: Iterator[Outcome]) -> int:
     """Print the table as it comes about; the number of survivors."""
     survivors = 0
     for outcome in outcomes:
-        if outcome.mutant is None and outcome.killer is not None:
-            raise Stillborn(f"the copy is red before anything is broken: {outcome.killer}\n{outcome.output}")
-        survived = outcome.mutant is not None and outcome.killer is None
+        if outcome.mutant is None and outcome.killed_by is not None:
+            raise Stillborn(f"the copy is red before anything is broken: {outcome.killed_by}\n{outcome.output}")
+        survived = outcome.mutant is not None and outcome.killed_by is None
         survivors += survived
         name = outcome.mutant.name if outcome.mutant else "nothing is broken"
-        verdict = outcome.killer or ("SURVIVED" if survived else "all green")
+        verdict = outcome.killed_by or ("SURVIVED" if survived else "all green")
         print(f"{name:<54} {outcome.seconds:4.0f} s  {verdict}", flush=True)
     return survivors
 
@@ -860,7 +860,7 @@ def judge(mutant: Mutant | None, whole: Path, sound: tuple[str, ...]) -> Outcome
             for command in mutant.after:
                 run(tree, *command)
         done = tests(tree, mutant.judges) if mutant else tests(tree, sound, 4 * TIME_LIMIT)
-    return Outcome(mutant, killer(done), time.monotonic() - began, done.stdout)
+    return Outcome(mutant, killed_by(done), time.monotonic() - began, done.stdout)
 
 
 def run(tree: Path, *command: str) -> None:
@@ -875,7 +875,7 @@ def tests(tree: Path, files: tuple[str, ...], limit: int = TIME_LIMIT) -> subpro
     return python(tree, "-m", "pytest", *options, *present, limit=limit)
 
 
-def killer(done: subprocess.CompletedProcess[str]) -> str | None:
+def killed_by(done: subprocess.CompletedProcess[str]) -> str | None:
     """The test that failed, None if none did; tests that cannot be run are no verdict."""
     if done.returncode == 0:
         return None

@@ -73,7 +73,7 @@ def end_of_mode(
     numbers.sort()
     took, which, after, solution = first_zero(
         lambda _, y: rules.rates(leg, side_1, side_2, Point(*y)),
-        [lambda y, n=n: rules.watched(leg, side_1, side_2, Point(*y))[n] for n in numbers],
+        [lambda y, n=n: rules.event_functions(leg, side_1, side_2, Point(*y))[n] for n in numbers],
         z, limit, first_step=min(rules.first_step(leg, side_1, side_2, z), limit), **how,
     )  # fmt: skip
     return took, rules.NONE if which is None else numbers[which], Point(*after.tolist()), solution

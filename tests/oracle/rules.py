@@ -90,7 +90,7 @@ def departure_2(leg, side_1, z):
     return departure(leg.a2_y * z.y + leg.a2_0, leg.f2, drift)
 
 
-def watched(leg, side_1, side_2, z):
+def event_functions(leg, side_1, side_2, z):
     """Six functions, positive within a mode: compression, way to the stop, and two per mass.
 
     A mass that slips has its speed, one that is held what is left of its friction on either side.
@@ -112,7 +112,7 @@ def watched(leg, side_1, side_2, z):
 
 
 def slopes(leg, side_1, side_2, d):
-    """What the derivative d of the state does to the functions that are watched."""
+    """The change of the event functions with the derivative d of the state."""
     first_up = side_1 * d.v1 if side_1 != 0.0 else -leg.a1_y * d.y
     second_up = side_2 * d.v2 if side_2 != 0.0 else -leg.a2_y * d.y
     first_down = 0.0 if side_1 != 0.0 else leg.a1_y * d.y
@@ -127,7 +127,7 @@ def first_step(leg, side_1, side_2, z):
     d1 = rates(leg, side_1, side_2, z)
     d2 = next_rates(leg, side_1, side_2, d1)
     d3 = next_rates(leg, side_1, side_2, d2)
-    g0, g1 = watched(leg, side_1, side_2, z), slopes(leg, side_1, side_2, d1)
+    g0, g1 = event_functions(leg, side_1, side_2, z), slopes(leg, side_1, side_2, d1)
     g2, g3 = slopes(leg, side_1, side_2, d2), slopes(leg, side_1, side_2, d3)
     h = 0.05 / leg.rate
     for n in range(6):
@@ -154,7 +154,7 @@ def begin(job, leg):
 
 
 def pass_event(leg, side_1, side_2, z, which):
-    """State, modes and kind of the event (0: a touch) after one of the watched functions has come to zero."""
+    """State, modes and kind of the event (0: a touch) after one of the event functions has come to zero."""
     if which in (STOPS, FIRST_UP) and side_1 != 0.0:
         stop = leg.x1_max if side_1 > 0.0 else leg.x1_min
         hits = which == STOPS or abs(z.x1 - stop) <= 1e-13
@@ -182,7 +182,7 @@ def gained(job, z):
 def chain(job, search, tolerance, answer):
     """One stance into a row of `answer`; search(leg, side_1, side_2, z, limit, tolerance) is the peer.
 
-    It returns the time until the first watched function comes to zero, or limit, then which one (NONE), and the state
+    It returns the time until the first event function comes to zero, or limit, then which one (NONE), and the state
     there.
     """
     leg = leg_of(job)

@@ -594,14 +594,14 @@ def test_a_closed_pipe_is_no_traceback():
 def test_a_person_who_waits_is_shown_that_something_happens(monkeypatch, capsys):
     monkeypatch.setattr(output, "PATIENCE", 0.0)
     monkeypatch.setenv("FORCE_COLOR", "1")
-    with output.patience("1000 hops"):
+    with output.progress_bar("1000 hops"):
         time.sleep(0.3)
     assert "1000 hops" in capsys.readouterr().err
 
 
 def test_nobody_is_shown_what_is_over_in_time(monkeypatch, capsys):
     monkeypatch.setenv("FORCE_COLOR", "1")
-    with output.patience("1000 hops"):
+    with output.progress_bar("1000 hops"):
         pass
     assert capsys.readouterr().err == ""
 

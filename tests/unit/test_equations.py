@@ -680,8 +680,8 @@ def test_26_misplaces_the_apex_by_half_of_a_step_up_and_by_one_and_a_half_steps_
 def test_27_promises_the_height_that_the_spring_keeps():
     stance = drop(3.0)
     touchdown = 0.5 * HOPPER_C.m_s * formulas.touchdown_velocity(HOPPER_C, DROP) ** 2
-    promised = (touchdown + stance.aed[0]) / WEIGHT  # where (27) is zero on level ground
-    says(27, f"{1e2 * (promised - stance.apex[0]):.1f} cm of apex")
+    predicted = (touchdown + stance.aed[0]) / WEIGHT  # where (27) is zero on level ground
+    says(27, f"{1e2 * (predicted - stance.apex[0]):.1f} cm of apex")
 
 
 def test_27_has_jumps_and_several_minima():

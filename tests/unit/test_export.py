@@ -82,7 +82,7 @@ def test_the_amalgamated_pair_compiles(tmp_path, standard, prefix):
         assert all(name.startswith(f"{prefix}_") for name in defined), defined
 
 
-def test_the_amalgamated_pair_gives_the_word_of_the_library(tmp_path):
+def test_the_amalgamated_pair_gives_the_digest_of_the_library(tmp_path):
     from tests.conformance.firmware.targets import BOARDS, HERE
 
     for name, text in amalgamated(sources(Wanted()), "hopform").items():
@@ -280,7 +280,7 @@ def test_a_folder_with_files_is_left_alone(tmp_path, capsys):
     assert str(tmp_path) in " ".join(capsys.readouterr().err.split())
 
 
-def test_the_words_of_the_selftest_are_printed(capsys):
+def test_the_digests_of_the_selftest_are_printed(capsys):
     from hopform._export.selftest import selftest
 
     assert main(["selftest", "--json"]) == 0

@@ -90,7 +90,7 @@ typedef struct {
     double Y;     /* [1/s] share of R */
 } hopform_ringing_f64;
 
-/* What is left of a numerator behind the factor s + a: A s + B over s^2 + p s + q. */
+/* Deflated numerator, the factor s + a divided out: A s + B over s^2 + p s + q. */
 typedef struct {
     double A;  /* [1/s^2] terms in s */
     double B;  /* [1/s^3] constant terms */
@@ -165,7 +165,7 @@ typedef struct {
     double W2;  /* [s^4] integral of W1 */
 } hopform_integrals_f64;
 
-/* How far a function of time has left its initial value, and its first three derivatives. */
+/* Step response: change of a function of time since the start of the phase, and its first three derivatives. */
 typedef struct {
     double rise;            /* [1] the function less its initial value */
     double rise_rate;       /* [1/s] its rate */
@@ -173,7 +173,7 @@ typedef struct {
     double rise_third;      /* [1/s^3] the derivative of that */
 } hopform_rise_f64;
 
-/* W, its derivatives and integrals a short time later. */
+/* W, its derivatives and integrals a short time later: a Taylor step of the propagator. */
 typedef struct {
     double Wdd_t;  /* [1] W'' */
     double Wd_t;   /* [s] W' */
@@ -273,7 +273,7 @@ typedef struct {
     double foot_curvature;  /* [m/s^2] the rate of that */
 } hopform_foot_at_f64;
 
-/* What a part of a phase of the flight leaves behind. */
+/* Integrals over a part of a phase of the flight. */
 typedef struct {
     double moved;     /* [m] how far it has moved since the phase began */
     double int_v1v1;  /* [m^2/s] integral of v_1^2 */
@@ -394,7 +394,7 @@ static inline hopform_free_f64 hopform_free_accelerations_f64(const hopform_rate
     return result;
 }
 
-/* How the free acceleration of mass 1, held, leaves its initial value. */
+/* Numerator of the free acceleration of mass 1 while it is held. */
 static inline hopform_numerator_f64 hopform_free_numerator_1_f64(const hopform_rates_f64 *rates, const hopform_motion_f64 *motion)
 {
     const double a1_y = rates->a1_y, a1_v2 = rates->a1_v2;
@@ -407,7 +407,7 @@ static inline hopform_numerator_f64 hopform_free_numerator_1_f64(const hopform_r
     return result;
 }
 
-/* How the free acceleration of mass 2, held, leaves its initial value. */
+/* Numerator of the free acceleration of mass 2 while it is held. */
 static inline hopform_numerator_f64 hopform_free_numerator_2_f64(const hopform_rates_f64 *rates, const hopform_motion_f64 *motion)
 {
     const double a2_y = rates->a2_y, a2_v1 = rates->a2_v1;
@@ -420,7 +420,7 @@ static inline hopform_numerator_f64 hopform_free_numerator_2_f64(const hopform_r
     return result;
 }
 
-/* What (18) divides by. */
+/* Denominator of (18). */
 static inline double hopform_residue_f64(const hopform_poles_f64 *poles)
 {
     const double a = poles->a, p = poles->p, q = poles->q;
@@ -526,7 +526,7 @@ static inline hopform_integrals_f64 hopform_integrals_by_recursion_f64(const hop
     return result;
 }
 
-/* What is left of a numerator behind the factor s + a. */
+/* Deflated numerator: the factor s + a divided out. */
 static inline hopform_pair_numerator_f64 hopform_behind_the_pole_f64(const hopform_poles_f64 *poles, const hopform_numerator_f64 *numerator)
 {
     const double p = poles->p, q = poles->q;
@@ -537,7 +537,7 @@ static inline hopform_pair_numerator_f64 hopform_behind_the_pole_f64(const hopfo
     return result;
 }
 
-/* How fast a function of time turns, but for the real pole: a motion of the pair alone. */
+/* Deflated derivative of a function of time: the real pole divided out, a motion of the pair alone. */
 static inline double hopform_turning_f64(const hopform_poles_f64 *poles, const hopform_pair_numerator_f64 *pair_numerator, const hopform_basis_f64 *basis)
 {
     const double a = poles->a;
@@ -562,7 +562,7 @@ static inline hopform_ringing_f64 hopform_ringing_at_f64(const hopform_poles_f64
     return result;
 }
 
-/* How far a function of time has left its initial value. */
+/* Step response: change of a function of time since the start of the phase. */
 static inline hopform_rise_f64 hopform_rises_f64(const hopform_poles_f64 *poles, const hopform_numerator_f64 *numerator, const hopform_basis_f64 *basis)
 {
     const double s_1 = poles->s_1, s_2 = poles->s_2, s_3 = poles->s_3;
@@ -578,7 +578,7 @@ static inline hopform_rise_f64 hopform_rises_f64(const hopform_poles_f64 *poles,
     return result;
 }
 
-/* What is left of the way to the value to which a function of time tends. */
+/* Residual of a function of time to its steady state. */
 static inline double hopform_left_to_go_f64(const hopform_poles_f64 *poles, const hopform_numerator_f64 *numerator, const hopform_basis_f64 *basis, double way)
 {
     const double s_1 = poles->s_1, s_2 = poles->s_2;
@@ -648,7 +648,7 @@ static inline hopform_ledger_f64 hopform_ledger_of_f64(const hopform_robot_f64 *
     return result;
 }
 
-/* What the entries of a ledger add to the energy of the body. */
+/* Change of the energy of the body by the entries of a ledger. */
 static inline double hopform_aed_of_ledger_f64(const hopform_ledger_f64 *ledger)
 {
     const double viscous_2 = ledger->viscous_2, coulomb_2 = ledger->coulomb_2, spring_work = ledger->spring_work;
@@ -666,7 +666,7 @@ static inline double hopform_body_height_f64(const hopform_robot_f64 *robot, dou
     return x2;
 }
 
-/* What the energy of the body has beside its motion and its height. */
+/* Energy of the body beside its kinetic energy and that of its height. */
 static inline double hopform_stored_energy_f64(const hopform_robot_f64 *robot, const hopform_state_f64 *state)
 {
     const double k = robot->k;
@@ -758,7 +758,7 @@ static inline double hopform_threshold_current_f64(const hopform_robot_f64 *robo
     return u_threshold;
 }
 
-/* How the right sides of (3), (4) change with the robot and the current. */
+/* Change of the right sides of (3), (4) with the robot and the current. */
 static inline hopform_slopes_f64 hopform_slopes_of_f64(const hopform_robot_f64 *robot, double u, double side_1, double side_2, const hopform_robot_change_f64 *robot_change, double d_u)
 {
     const double m_eff = robot->m_eff, m_s = robot->m_s, k = robot->k, c = robot->c, b1 = robot->b1, b2 = robot->b2;
@@ -783,7 +783,7 @@ static inline hopform_slopes_f64 hopform_slopes_of_f64(const hopform_robot_f64 *
     return result;
 }
 
-/* How the energy of the body changes with the robot and the state, x_2 counted from L_0 + c. */
+/* Change of the energy of the body with the robot and the state, x_2 counted from L_0 + c. */
 static inline double hopform_body_energy_change_f64(const hopform_robot_f64 *robot, const hopform_state_f64 *state, const hopform_robot_change_f64 *robot_change, const hopform_state_change_f64 *state_change)
 {
     const double m_s = robot->m_s, k = robot->k, g = robot->g;
@@ -799,7 +799,7 @@ static inline double hopform_body_energy_change_f64(const hopform_robot_f64 *rob
     return d_body;
 }
 
-/* How the apex changes with gravity and the state at take-off. */
+/* Change of the apex with gravity and the state at take-off. */
 static inline double hopform_apex_change_f64(const hopform_robot_f64 *robot, double v_up, const hopform_robot_change_f64 *robot_change, double d_x1, double d_v_up)
 {
     const double g = robot->g;
@@ -854,7 +854,7 @@ static inline hopform_actuator_at_f64 hopform_actuator_in_flight_f64(const hopfo
     return result;
 }
 
-/* What the law asks of the motor at time t of a phase of the flight. */
+/* Force that the law demands of the motor at time t of a phase of the flight. */
 static inline hopform_pull_f64 hopform_pull_of_law_f64(const hopform_gains_f64 *gains, const hopform_actuator_f64 *actuator, const hopform_actuator_at_f64 *actuator_at)
 {
     const double Kp = gains->Kp, Kd = gains->Kd;

@@ -382,7 +382,7 @@ EQUATIONS: tuple[Equation, ...] = (
         "incomplete",
         (
             "v_td has to be taken after the impact, which costs the fraction eta of the energy: taken "
-            "before it, a drop from 20 cm promises 1.0 cm too much. Height and spring at touchdown, m_s g "
+            "before it, a drop from 20 cm predicts 1.0 cm too much. Height and spring at touchdown, m_s g "
             "x_1(0) + k x_1(0)^2/2, are left to (27)."
         ),
         ("touchdown_velocity: v_after", "apex_from_energy: E_td",),

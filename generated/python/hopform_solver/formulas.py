@@ -172,7 +172,7 @@ def free_accelerations(rates: Rates, state: LegState, u: Real) -> Free:
 
 
 def free_numerator_1(rates: Rates, motion: Motion) -> Numerator:
-    """How the free acceleration of mass 1, held, leaves its initial value.
+    """Numerator of the free acceleration of mass 1 while it is held.
 
     """
     a1_y, a1_v2 = rates.a1_y, rates.a1_v2
@@ -185,7 +185,7 @@ def free_numerator_1(rates: Rates, motion: Motion) -> Numerator:
 
 
 def free_numerator_2(rates: Rates, motion: Motion) -> Numerator:
-    """How the free acceleration of mass 2, held, leaves its initial value.
+    """Numerator of the free acceleration of mass 2 while it is held.
 
     """
     a2_y, a2_v1 = rates.a2_y, rates.a2_v1
@@ -198,7 +198,7 @@ def free_numerator_2(rates: Rates, motion: Motion) -> Numerator:
 
 
 def residue(poles: Poles) -> Real:
-    """What (18) divides by.
+    """Denominator of (18).
 
     Returns chi [1/s^2], s^2 + p s + q at s = -a: what (18) divides by.
     """
@@ -314,7 +314,7 @@ def integrals_by_recursion(poles: Poles, response: Response, t: Real) -> Integra
 
 
 def behind_the_pole(poles: Poles, numerator: Numerator) -> PairNumerator:
-    """What is left of a numerator behind the factor s + a.
+    """Deflated numerator: the factor s + a divided out.
 
     """
     p, q = poles.p, poles.q
@@ -325,7 +325,7 @@ def behind_the_pole(poles: Poles, numerator: Numerator) -> PairNumerator:
 
 
 def turning(poles: Poles, pair_numerator: PairNumerator, basis: Basis) -> Real:
-    """How fast a function of time turns, but for the real pole: a motion of the pair alone.
+    """Deflated derivative of a function of time: the real pole divided out, a motion of the pair alone.
 
     Returns m [1/s^2], A R' + B R.
     """
@@ -353,7 +353,7 @@ def ringing_at(poles: Poles, chi: Real, numerator: Numerator, decay: Decay) -> R
 
 
 def rises(poles: Poles, numerator: Numerator, basis: Basis) -> Rise:
-    """How far a function of time has left its initial value.
+    """Step response: change of a function of time since the start of the phase.
 
     """
     s_1, s_2, s_3 = poles.s_1, poles.s_2, poles.s_3
@@ -369,9 +369,9 @@ def rises(poles: Poles, numerator: Numerator, basis: Basis) -> Rise:
 
 
 def left_to_go(poles: Poles, numerator: Numerator, basis: Basis, way: Real) -> Real:
-    """What is left of the way to the value to which a function of time tends.
+    """Residual of a function of time to its steady state.
 
-    way [1] what a function of time moves by until it has settled.
+    way [1] final value of a function of time, less its initial value.
     Returns left [1], the final value less the function.
     """
     s_1, s_2 = poles.s_1, poles.s_2
@@ -447,7 +447,7 @@ def ledger_of(robot: Robot, moments: Moments, u: Real, side_1: Real, side_2: Rea
 
 
 def aed_of_ledger(ledger: Work) -> Real:
-    """What the entries of a ledger add to the energy of the body.
+    """Change of the energy of the body by the entries of a ledger.
 
     Returns aed [J], analytical energy delta.
     """
@@ -471,7 +471,7 @@ def body_height(robot: Robot, x1: Real, y: Real) -> Real:
 
 
 def stored_energy(robot: Robot, state: LegState) -> Real:
-    """What the energy of the body has beside its motion and its height.
+    """Energy of the body beside its kinetic energy and that of its height.
 
     Returns stored [J], k (x_2 - L_0 - c)^2/2.
     """
@@ -593,7 +593,7 @@ def threshold_current(robot: Robot) -> Real:
 
 
 def slopes_of(robot: Robot, u: Real, side_1: Real, side_2: Real, robot_change: RobotChange, d_u: Real) -> Slopes:
-    """How the right sides of (3), (4) change with the robot and the current.
+    """Change of the right sides of (3), (4) with the robot and the current.
 
     u [A] current.
     side_1 [1] sign of v_1 in the phase, 0 if held.
@@ -621,7 +621,7 @@ def slopes_of(robot: Robot, u: Real, side_1: Real, side_2: Real, robot_change: R
 
 
 def body_energy_change(robot: Robot, state: LegState, robot_change: RobotChange, state_change: StateChange) -> Real:
-    """How the energy of the body changes with the robot and the state, x_2 counted from L_0 + c.
+    """Change of the energy of the body with the robot and the state, x_2 counted from L_0 + c.
 
     Returns d_body [J], change of the energy.
     """
@@ -639,7 +639,7 @@ def body_energy_change(robot: Robot, state: LegState, robot_change: RobotChange,
 
 
 def apex_change(robot: Robot, v_up: Real, robot_change: RobotChange, d_x1: Real, d_v_up: Real) -> Real:
-    """How the apex changes with gravity and the state at take-off.
+    """Change of the apex with gravity and the state at take-off.
 
     v_up [m/s] max(v_2, 0) at take-off.
     d_x1 [m] change of the actuator's displacement at take-off.
@@ -710,7 +710,7 @@ def actuator_in_flight(actuator: Actuator, poles: Poles, pair: Pair) -> Actuator
 
 
 def pull_of_law(gains: Gains, actuator: Actuator, actuator_at: ActuatorAt) -> Pull:
-    """What the law asks of the motor at time t of a phase of the flight.
+    """Force that the law demands of the motor at time t of a phase of the flight.
 
     """
     Kp, Kd = gains.Kp, gains.Kd

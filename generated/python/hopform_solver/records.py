@@ -405,7 +405,7 @@ class Ringing(NamedTuple):
 
 
 class PairNumerator(NamedTuple):
-    """What is left of a numerator behind the factor s + a: A s + B over s^2 + p s + q."""
+    """Deflated numerator, the factor s + a divided out: A s + B over s^2 + p s + q."""
 
     A: Real
     """[1/s^2] terms in s"""
@@ -553,7 +553,7 @@ class Integrals(NamedTuple):
 
 
 class Rise(NamedTuple):
-    """How far a function of time has left its initial value, and its first three derivatives."""
+    """Step response: change of a function of time since the start of the phase, and its first three derivatives."""
 
     rise: Real
     """[1] the function less its initial value"""
@@ -566,7 +566,7 @@ class Rise(NamedTuple):
 
 
 class Carried(NamedTuple):
-    """W, its derivatives and integrals a short time later."""
+    """W, its derivatives and integrals a short time later: a Taylor step of the propagator."""
 
     Wdd_t: Real
     """[1] W''"""
@@ -755,7 +755,7 @@ class FlightWork(NamedTuple):
 
 
 class Way(NamedTuple):
-    """What a part of a phase of the flight leaves behind."""
+    """Integrals over a part of a phase of the flight."""
 
     moved: Real
     """[m] how far it has moved since the phase began"""

@@ -20,7 +20,7 @@ from hopform import __version__
 from hopform._errors import HopformError
 
 UsageError: type[Exception] = typer.BadParameter.__bases__[0]
-"""What typer raises for a command line that it cannot read; it has no public name in every version of typer."""
+"""The exception of typer for a command line that it cannot read; it has no public name in every version of typer."""
 
 SETTINGS: dict[str, Any] = {
     "add_completion": False, "rich_markup_mode": None, "pretty_exceptions_enable": False,

@@ -31,8 +31,8 @@ def export(
 
 
 def selftest(json: Annotated[bool, typer.Option("--json", help="as JSON")] = False) -> None:
-    """Print the words of the C library's selftest, which a board must repeat."""
-    words = {
+    """Print the digests of the C library's selftest, which a board must repeat."""
+    digests = {
         f"hopform_selftest_{name}": f"{digest(dtype):08x}" for name, dtype in (("f32", "float32"), ("f64", "float64"))
     }
-    print(json_module.dumps(words, indent=2) if json else "\n".join(f"{name} {word}" for name, word in words.items()))
+    print(json_module.dumps(digests, indent=2) if json else "\n".join(map(" ".join, digests.items())))

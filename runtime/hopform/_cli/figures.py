@@ -53,7 +53,7 @@ def figures(folder: Folder, only: Only = None, json: Json = False) -> None:
 
 
 def asked_for(only: str | None) -> tuple[int | str, ...]:
-    """What `--only` names, in the paper's order; HopformError for what is not drawn."""
+    """The figures that `--only` names, in the paper's order; HopformError for one that does not exist."""
     if only is None:
         return (*DRAWN, ANIMATION)
     known = {str(number): number for number in DRAWN} | {ANIMATION: ANIMATION}

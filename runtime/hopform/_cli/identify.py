@@ -15,7 +15,7 @@ import hopform
 from hopform._cli import options
 from hopform._cli import report as reports
 from hopform._cli.files import Named, write
-from hopform._cli.output import check_outputs, figures, patience, show
+from hopform._cli.output import check_outputs, figures, progress_bar, show
 from hopform._cli.render import to_json
 from hopform._errors import HopformError
 from hopform._identify import synthetic
@@ -37,7 +37,7 @@ ROLES = ("drop", "free", "decay", "step", "air", "ramp")
 
 @dataclass(frozen=True)
 class Wanted:
-    """What was asked for. attached, free, air, force: which rig or fit; added_mass [kg], one per file or none."""
+    """The request. attached, free, air, force: which rig or fit; added_mass [kg], one per file or none."""
 
     kind: str
     files: tuple[str, ...]
@@ -95,7 +95,7 @@ def answer_to(wanted: Wanted, progress: Progress | None = None) -> Fit | Thresho
 
 
 def _no_fit(trace: Trace, recordings: Sequence[Recording]) -> HopformError:
-    """What is said of a fit that explains too little: where it is off most, and what may be wrong."""
+    """The error about a fit that explains too little: where it is off most, and what may be wrong."""
     own = max((each for each in recordings if trace.label.startswith(each.source)), key=lambda each: len(each.source))
     left = trace.measured - trace.predicted
     at = int(np.abs(left).argmax())
@@ -141,13 +141,13 @@ def _read(wanted: Wanted) -> tuple[list[str], list[Recording]]:
 
 
 def role_and_path(name: str) -> tuple[str | None, str]:
-    """What ROLE:FILE says a file is, None where it says nothing, and the file."""
+    """The role that ROLE:FILE gives a file, None where it gives none, and the file."""
     role, colon, rest = name.partition(":")
     return (role, rest) if colon and role in ROLES else (None, name)
 
 
 def _role(recording: Recording, wanted: Wanted) -> str:
-    """What a recording is, where nobody says so: without a current a drop; with one and x2 a drop with the actuator
+    """The role of a recording without one: without a current a drop; with one and x2 a drop with the actuator
     free; with a current that creeps a ramp, else steps."""
     if "x2" in recording.columns and recording.has_current():
         return "free"
@@ -172,8 +172,8 @@ def files_of(
         files.append((out, replace(base, f1=answer.f1).to_toml().encode()))
     elif out and isinstance(answer, Fit):
         if any(missed(trace) for trace in answer.traces):
-            said = next(each for each in answer.warnings if "misses the recording" in each)
-            raise HopformError(f"{said}; no robot is written")
+            warning = next(each for each in answer.warnings if "misses the recording" in each)
+            raise HopformError(f"{warning}; no robot is written")
         name = out.stem.encode("utf-8", "backslashreplace").decode()
         files.append((out, replace(answer.robot(base), name=name, description="identified").to_toml().encode()))
     if written:
@@ -218,7 +218,7 @@ def identify(
     )  # fmt: skip
     base = hopform.load_robot(robot)
     masses, values = added_masses(added_mass), known_values(known or [])
-    with patience("identification") as advance:
+    with progress_bar("identification") as advance:
         wanted = Wanted(kind.value, tuple(files), values, masses, attached, air, force, loss, free, spring)
         stages = iter(range(STAGES))
         answer = answer_to(wanted, lambda _: advance(next(stages, STAGES), STAGES))

@@ -1,4 +1,4 @@
-"""What the options of the commands take."""
+"""Types and texts of the commands' options."""
 
 import math
 from collections.abc import Callable

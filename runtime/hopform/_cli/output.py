@@ -1,4 +1,4 @@
-"""What becomes of an answer: files are made first, then written, then something is printed."""
+"""Output of an answer: files are made first, then written, then a text is printed."""
 
 import sys
 import threading
@@ -48,7 +48,7 @@ def check_outputs(
     check_files(reads, [("--csv", csv if csv and csv != "-" else None), *more, ("--plot", plot)])
 
 
-def deliver(
+def emit(
     *,
     json: Callable[[], Record] | None,
     csv: tuple[str, Callable[[], str]] | None,
@@ -59,7 +59,7 @@ def deliver(
 ) -> None:
     """Make everything that was asked for; only then write the files, then print."""
     printed, shown, files = "", list[RenderableType](), list[tuple[Path, bytes]]()
-    with patience("writing"):
+    with progress_bar("writing"):
         if csv is not None and csv[0] != "-":
             files.append((Path(csv[0]), csv[1]().encode()))
         elif csv is not None:
@@ -89,7 +89,7 @@ def show(parts: Iterable[RenderableType]) -> None:
 
 
 @contextmanager
-def patience(what: str) -> Generator[Callable[[int, int], None], None, None]:
+def progress_bar(what: str) -> Generator[Callable[[int, int], None], None, None]:
     """A moving bar on the error stream if this takes longer than `PATIENCE` and a person is there to see it.
 
     The function that it yields takes what is done and the total, and moves the bar.

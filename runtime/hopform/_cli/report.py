@@ -1,4 +1,4 @@
-"""What a fit says, for people and for programs: tables, JSON, a picture, a report in Markdown or HTML."""
+"""A fit as tables, JSON, a picture, a report in Markdown or HTML."""
 
 # pyright: reportUnknownMemberType=false
 # matplotlib's own annotations leave the type of **kwargs open.
@@ -29,7 +29,7 @@ TITLES = {
     "drop": "drop test", "step": "step response", "force": "in force", "robot": "all recordings together",
     "ramp": "friction threshold (5) from a ramp",
 }  # fmt: skip
-"""What each kind of answer is called in a heading."""
+"""Headings by kind of answer."""
 _UNIT = {"x1": ("mm", 1e3), "x2": ("mm", 1e3), "force": ("N", 1.0), "threshold": ("A", 1.0)}
 
 
@@ -80,7 +80,7 @@ def threshold_rows(threshold: Threshold) -> list[tuple[str, ...]]:
 
 
 def threshold_said(threshold: Threshold) -> Iterator[str]:
-    """What a threshold comes to."""
+    """A threshold as a row of the table."""
     yield f"u* = {threshold.u:.5g} A, 95 % interval {threshold.low:.5g} .. {threshold.high:.5g} A"
     if not math.isnan(threshold.load):
         yield f"constant load: {threshold.load:.4g} A"
@@ -177,7 +177,7 @@ def _draw_trace(above: "Axes", below: "Axes", trace: Trace) -> None:
 
 
 def _with_intervals(fit: Fit) -> list[Estimate]:
-    """Estimates whose interval says something as a share of the value: none that may have either sign, none of one
+    """Estimates whose interval is shown as a share of the value: none that may have either sign, none of one
     recording.
     """
     return [
@@ -276,11 +276,11 @@ class _Section(NamedTuple):
 
 
 class _Page(NamedTuple):
-    """What a report says besides its picture."""
+    """The text of a report."""
 
     title: str
     sections: list[_Section]
-    said: list[str]
+    statements: list[str]
 
 
 def _fit_page(fit: Fit) -> _Page:
@@ -291,12 +291,14 @@ def _fit_page(fit: Fit) -> _Page:
         _Section("Correlations", ("first", "second", "correlation"), pairs),
     ]
     compared = [trace for trace in fit.traces if not math.isnan(trace.old_rms)]
-    said = list[str]()
+    statements = list[str]()
     for trace in compared:
         unit, factor = _UNIT[trace.quantity]
         new, old = (f"{factor * rms:.3g} {unit}" for rms in (trace.tests.rms, trace.old_rms))
-        said.append(f"{Path(trace.label).name}: rms {new} by {NEW}; {old} by {OLD}")
-    return _Page(TITLES[fit.kind], [each for each in sections if each.rows], [*said, *fit.statements, *fit.warnings])
+        statements.append(f"{Path(trace.label).name}: rms {new} by {NEW}; {old} by {OLD}")
+    return _Page(
+        TITLES[fit.kind], [each for each in sections if each.rows], [*statements, *fit.statements, *fit.warnings]
+    )
 
 
 def _threshold_page(threshold: Threshold) -> _Page:
@@ -309,8 +311,8 @@ def _markdown(page: _Page, picture: str) -> str:
     for title, head, rows in page.sections:
         parts += [f"## {title}", "", "| " + " | ".join(head) + " |", "|" + "---|" * len(head)]
         parts += ["| " + " | ".join(cell.replace("|", r"\|") for cell in row) + " |" for row in rows] + [""]
-    said = [f"- {each}" for each in page.said]
-    return "\n".join([*parts, "## What the data identify", "", *said, "", f"![the fit]({picture})", ""])
+    statements = [f"- {each}" for each in page.statements]
+    return "\n".join([*parts, "## What the data identify", "", *statements, "", f"![the fit]({picture})", ""])
 
 
 def _html(page: _Page, picture: str) -> str:
@@ -332,7 +334,7 @@ def _html(page: _Page, picture: str) -> str:
     parts += [
         "<h2>What the data identify</h2>",
         "<ul>",
-        *(f"<li>{html.escape(each)}</li>" for each in page.said),
+        *(f"<li>{html.escape(each)}</li>" for each in page.statements),
         "</ul>",
     ]
     return "\n".join([*parts, picture[picture.index("<svg") :], "</body></html>", ""])

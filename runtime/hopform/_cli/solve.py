@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 import hopform
 from hopform._cli import options, tables, tables_control
-from hopform._cli.output import check_outputs, deliver, figures, patience, show
+from hopform._cli.output import check_outputs, emit, figures, progress_bar, show
 from hopform._cli.render import to_json
 from hopform._hopping.run import csv_of
 from hopform._robots import file_of as robot_file
@@ -81,7 +81,7 @@ def stance(
         backend=backend,
         dtype=np.dtype(dtype.value),
     )
-    deliver(
+    emit(
         json=(lambda: tables.stance_record(solved, height)) if json else None,
         csv=(csv, lambda: tables.stance_csv(solved, samples)) if csv else None,
         plot=(plot, lambda: figures().plot_stance(solved)) if plot else None,
@@ -142,14 +142,14 @@ def hop(
         noise_x1, noise_v1, noise_x2, noise_v2, noise_ground, current_scale, quantum, delay,
         None if model is None else hopform.load_robot(model),
     )  # fmt: skip
-    with patience(f"{len(ground)} hops") as progress:
+    with progress_bar(f"{len(ground)} hops") as progress:
         run = hopform.simulate(
             hopper, ground, asked, height=height, gains=gains, errors=errors, seed=seed, horizon=horizon,
             backend=backend,
             progress=progress,
         )  # fmt: skip
     settings = {"height": height, "controller": controller.value, "u": u if h_des is None else None, "h_des": h_des}
-    deliver(
+    emit(
         json=(lambda: tables.run_record(run, settings | {"seed": seed})) if json else None,
         csv=(csv, lambda: tables.run_csv(run, samples)) if csv else None,
         plot=(plot, lambda: figures().plot_run(run)) if plot else None,
@@ -185,7 +185,7 @@ def control(
     start: dict[str, Any] = {"x1": x1, "v1": v1, "v2": velocity_after_impact(hopper, height, v2), "x2": x2}
     asked: dict[str, Any] = {"h_des": h_des, "datum": datum}
     how: dict[str, Any] = {"horizon": horizon, "backend": backend}
-    with patience("solving"):
+    with progress_bar("solving"):
         found = hopform.choose_current(
             hopper, **start, **asked, stop_margin=stop_margin, **how, dtype=np.dtype(dtype.value)
         )
@@ -193,7 +193,7 @@ def control(
             (words, hopform.choose_current_as_printed(hopper, **start, **asked, **form, **how))
             for words, form in (tables_control.PRINTED.items() if printed else ())
         ]
-    deliver(
+    emit(
         json=(
             lambda: tables_control.command_record(hopper, start | asked | {"stop_margin": stop_margin}, found, others)
         )
@@ -230,7 +230,7 @@ def reach(
     if not math.isfinite(hopper.u_max):
         raise hopform.HopformError(f"the controller needs a finite u_max, got {hopper.u_max!r} A")
     range_of_u = np.linspace(-hopper.u_max, hopper.u_max, currents if hopper.u_max > 0.0 else 1)
-    with patience(f"{heights} heights") as advance:
+    with progress_bar(f"{heights} heights") as advance:
         found = hopform.reachability(
             hopper,
             np.linspace(lowest, highest, heights),
@@ -240,7 +240,7 @@ def reach(
             backend=backend,
             progress=advance,
         )
-    deliver(
+    emit(
         json=(lambda: tables_control.reach_record(found)) if json else None,
         csv=None,
         plot=(plot, lambda: figures().plot_reach(found)) if plot else None,

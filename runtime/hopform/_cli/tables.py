@@ -117,7 +117,7 @@ def phases(solved: Stance) -> Table:
 
 
 def beginnings(solved: Stance) -> list[str]:
-    """What begins each phase: touchdown, events, or a step of the current."""
+    """The beginning of each phase: touchdown, events, or a step of the current."""
     events: dict[float, list[str]] = {}
     for event in solved.events:
         events.setdefault(event.time, []).append(EVENTS[event.kind])
@@ -130,7 +130,7 @@ def beginnings(solved: Stance) -> list[str]:
 
 
 def states(solved: Stance) -> Table:
-    """Where the stance begins and ends."""
+    """First and last state of the stance."""
     columns = ("", "x1 [cm]", "v1 [m/s]", "x2 [cm]", "v2 [m/s]", "F [N]", "E [J]", "H [J]")
     rows = list[tuple[str, ...]]()
     for name, t in (("touchdown", 0.0), (solved.status.replace("_", " "), solved.duration)):
@@ -142,13 +142,13 @@ def states(solved: Stance) -> Table:
 
 
 def ledger(solved: Stance) -> Table:
-    """Where the energy went, and whether it adds up."""
+    """The ledger at the ending, with its sums."""
     entries = {name: float(value) for name, value in solved.ledger(solved.duration)._asdict().items()}
     parts = (OF_ROBOT, LEDGER_OF_BODY)
     words = LEDGER | {name: name.replace("_", " ") for name in entries if name not in LEDGER}
     rows = [
-        (said, *(f"{entries[name] + 0.0:+.6f}" if name in part else "" for part in parts))
-        for name, said in words.items()
+        (text, *(f"{entries[name] + 0.0:+.6f}" if name in part else "" for part in parts))
+        for name, text in words.items()
     ]
     made = table("Energy ledger", ("", "whole robot [J]", "body [J]"), rows, ("",))
     made.add_section()
@@ -162,7 +162,7 @@ def ledger(solved: Stance) -> Table:
 
 
 def sensitivities(solved: Stance) -> Table:
-    """What the take-off depends on: a row per input, a column per result, "-" where there is no derivative."""
+    """Derivatives of the take-off: a row per input, a column per result, "-" where there is no derivative."""
     derivatives = solved.sensitivities
     units = {"x1": "m", "v1": "m/s", "x2": "m", "v2": "m/s", "u": "A"}
     units |= {field.name: field.unit for field in Robot.fields()}
@@ -252,7 +252,7 @@ def stance_record(solved: Stance, height: float | None) -> Record:
 
 
 def ending_record(solved: Stance) -> Record:
-    """How a stance ends."""
+    """The ending of a stance."""
     return pick(solved, "status", "duration", "apex", "aed")
 
 

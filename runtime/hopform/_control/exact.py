@@ -21,7 +21,7 @@ from hopform._stance import precision_of, start_of
 
 @dataclass(frozen=True)
 class Command:
-    """What the controller answers.
+    """The answer of the controller.
 
     u [A]. apex [m]: the hop height that follows in the model, NaN without take-off. status: "reached"; "nearest", the
     desired apex is out of reach and this is the admissible current that comes nearest; "no_takeoff", no current is

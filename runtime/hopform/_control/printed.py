@@ -20,7 +20,7 @@ from hopform._stance import start_of
 
 _TAKEOFF = 1
 MOST = 1_000_000
-"""How many currents a grid may have on either side of 0."""
+"""Largest number of currents of a grid on either side of 0."""
 
 
 @dataclass(frozen=True)

@@ -83,7 +83,7 @@ class Reachability:
 
 
 def home_of(robot: Robot) -> float:
-    """Where the actuator is at touchdown [m]: 0, or the end of its stroke next to it."""
+    """Displacement of the actuator at touchdown [m]: 0, or the end of its stroke next to it."""
     return min(max(0.0, robot.x1_min), robot.x1_max)
 
 
@@ -153,7 +153,7 @@ def reachability(
 
 
 def _limit(robot: Robot, margin: float) -> float:
-    """What x1 must stay below [m]; a locked actuator is exempt."""
+    """Upper limit of x1 [m]; a locked actuator is exempt."""
     return robot.x1_max - margin if robot.x1_min < robot.x1_max else math.inf
 
 
@@ -245,7 +245,7 @@ def _fixed_point(
 def _at(
     robot: Robot, u: float, height: float, limit: float, horizon: float, backend: str
 ) -> tuple[float, list[FixedPoint]]:
-    """What a hop gains, and the height as a fixed point; NaN and none without take-off."""
+    """Height gained by a hop, and the fixed point there; NaN and none without take-off."""
     v2 = _velocity(robot, height)
     stance = solve_stance(robot, x1=home_of(robot), v2=v2, u=u, horizon=horizon, backend=backend)
     if stance.takeoff is None:

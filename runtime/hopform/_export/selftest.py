@@ -1,4 +1,4 @@
-"""The word that the C library's selftest gives: per precision the same on every board, compiler and computer."""
+"""The digest that the C library's selftest returns: per precision the same on every board, compiler and computer."""
 
 import ctypes
 
@@ -13,8 +13,8 @@ PHASES = 32
 
 
 def selftest(dtype: DTypeLike = np.float32) -> int:
-    """The 32-bit hash of all that `hopform_selftest` solves, from the library that Python loads: a board must say the
-    same.
+    """The 32-bit digest of all that `hopform_selftest` solves, by the library that Python loads: that of a board must
+    be the same.
 
     dtype: float32 or float64. Raises BackendError without a library.
 
@@ -28,7 +28,7 @@ def selftest(dtype: DTypeLike = np.float32) -> int:
     types = library.types(wanted)
     search, phases = types.Search(), (types.Phase * PHASES)()
     prototype = ctypes.CFUNCTYPE(ctypes.c_uint32, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_int32)
-    word: int = prototype(library.address(f"selftest_{types.suffix}"))(
+    digest: int = prototype(library.address(f"selftest_{types.suffix}"))(
         ctypes.addressof(search), ctypes.addressof(phases), PHASES
     )
-    return word
+    return digest

@@ -44,7 +44,7 @@ def draw(number: int) -> "Picture":
     matplotlib."""
     if number not in DRAWN:
         raise HopformError(f"figure must be one of {', '.join(map(str, DRAWN))}, got {shown(number)}")
-    import_module("hopform._figures.picture")  # says which extra is missing
+    import_module("hopform._figures.picture")  # raises MissingExtra
     module, function = DRAWN[number]
     make = cast("Callable[[], Picture]", getattr(import_module(f"hopform._figures.{module}"), function))
     return make()

@@ -48,14 +48,14 @@ def animate(path: Path, seconds: float | None = None, rate: int = 12) -> Run:
 
 
 def position(run: Run, t: Array) -> Array:
-    """Where the picture puts the robot [m]: on its foothold in stance, on the way to the next one in flight."""
+    """Position of the robot in the picture [m]: on its foothold in stance, on the way to the next one in flight."""
     corners = [0.0, *(time for hop in run.hops for time in (hop.touchdown_time, hop.takeoff_time)), run.duration]
     places = [-1, *(hop.index for hop in run.hops for _ in range(2)), len(run.hops)]
     return STRIDE * np.interp(t, corners, places)
 
 
 def scene(axes: Axes, run: Run) -> dict[str, Line2D | Rectangle]:
-    """What does not move: ground and set point; and the parts that do."""
+    """The static parts, ground and set point, and the moving ones."""
     edges = STRIDE * (np.arange(len(run.terrain) + 1) - 0.5)
     edges[0], edges[-1] = -3 * STRIDE, edges[-1] + 3 * STRIDE
     axes.stairs(run.terrain, edges, baseline=-0.2, fill=True, facecolor="#DDDDDD", edgecolor=GROUND)

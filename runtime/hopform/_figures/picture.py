@@ -1,4 +1,4 @@
-"""What a figure of the paper becomes: a drawing with its caption under it, and the numbers behind it."""
+"""A figure of the paper: a drawing with its caption under it, and the data behind it."""
 
 # pyright: reportUnknownMemberType=false
 # matplotlib's own annotations leave the type of **kwargs open.
@@ -59,7 +59,7 @@ class Picture:
 
 
 def caption(number: int, title: str, paper: str, ours: str, robot: str) -> str:
-    """What every caption says: the paper's figure, this one, and whose parameters these are."""
+    """The end of every caption: the paper's figure, this one, and whose parameters these are."""
     return (
         f"Fig. {number}. {title}. The paper shows {paper}. Here: {ours}. "
         f"Parameters: {robot}, this project's own; the paper gives none."
@@ -119,7 +119,7 @@ def hop_heights(run: Run) -> tuple[Array, Array]:
 
 
 def apexes(run: Run) -> tuple[Array, Array]:
-    """When [s] and how high [m] the hops of a run end; those without take-off are left out."""
+    """Times [s] and heights [m] of a run's apexes; hops without take-off are left out."""
     found = [
         (hop.takeoff_time + max(float(hop.stance.takeoff.v2), 0.0) / run.robot.g, hop.apex)
         for hop in run.hops
@@ -140,7 +140,7 @@ def sampled_length(duration: float, rate: float) -> Array:
 
 
 def named(robot: Robot) -> str:
-    """What a caption calls a robot; Hopper B's input is in V, not in A."""
+    """A robot's name in captions; Hopper B's input is in V, not in A."""
     return f"{robot.name} (its input is in V)" if robot.name == "hopper_b" else robot.name
 
 

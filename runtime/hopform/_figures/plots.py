@@ -40,7 +40,7 @@ SUFFIXES = {
     ".pdf": {"CreationDate": None, "Creator": "hopform"},
     ".png": {"Software": "hopform"},
 }
-"""What a file may end in, with what it says of itself: no date, no version."""
+"""Suffixes of files with their metadata, without date or version."""
 
 BLUE, PALE_BLUE, MAGENTA, GREY = "#0072B2", "#8CC4E8", "#A6257A", "#666666"
 SHADES: dict[str, dict[str, Any]] = {
@@ -196,7 +196,7 @@ def mark_phases(axes: Axes, phases: Sequence[Phase], scale: float) -> None:
 
 
 def legend_of_modes(figure: Figure, stance: Stance) -> None:
-    """What the shades behind x1 and x2 mean; only those that occur."""
+    """Legend of the shades behind x1 and x2 that occur."""
     lasting = [phase for phase in stance.phases if phase.end > phase.start]
     present = {word for phase in lasting for word in (mode_of_actuator(phase, stance.robot), mode(phase.mode_2))}
     patches = [Patch(label=word, linewidth=0.0, **look) for word, look in SHADES.items() if word in present]

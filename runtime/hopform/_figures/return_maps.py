@@ -140,7 +140,7 @@ def measured(height: float, highest: bool, margin: float) -> float:
 
 
 def grouped(ends: Array, currents: Array, least: float) -> list[tuple[float, str]]:
-    """Where curves end and what they are called; those that end closer than `least` share a label."""
+    """Ends of curves with their labels; those that end closer than `least` share one."""
     groups: list[list[int]] = []
     for column in np.argsort(ends).tolist():
         if groups and ends[column] - ends[groups[-1][-1]] < least:
@@ -162,7 +162,7 @@ def passive(reach: Reachability, height: float) -> float:
 
 
 def shade(axes: Axes, reach: Reachability, words: str) -> None:
-    """What the currents that are allowed reach."""
+    """Shade the apexes that admissible currents reach."""
     ends = (100 * reach.heights, 100 * reach.lowest, 100 * reach.highest)
     axes.fill_between(*ends, color=SKY, alpha=0.18, linewidth=0.0, label=words)
 
@@ -174,7 +174,7 @@ def fixed_points(axes: Axes, reach: Reachability) -> None:
 
 
 def diagonal(axes: Axes, reach: Reachability) -> None:
-    """Where the next apex is the current one, and the axes' names."""
+    """The line of fixed points, and the axes' names."""
     ends = 100 * reach.heights[[0, -1]]
     axes.plot(ends, ends, color=BLACK, linestyle=":", linewidth=1.0, label="next = current")
     axes.set_xlabel("current apex [cm]")

@@ -88,7 +88,7 @@ def improved_model() -> Picture:
 
 
 def recordings(robot: Robot, u: float) -> Recordings:
-    """What a robot does in both tests."""
+    """The motions of a robot in both tests."""
     return Recordings(drop(robot), step(robot, u))
 
 
@@ -135,7 +135,7 @@ def misfit(measured: Array, model: Array) -> float:
 
 
 def least(cost: Callable[[float], float], low: float, high: float) -> float:
-    """Where a cost is least within an interval, by three grids, each around the best of the one before."""
+    """Minimiser of a cost within an interval, by three grids, each around the best of the one before."""
     for _ in range(3):
         grid = np.geomspace(low, high, 15)
         best = int(np.argmin([cost(float(value)) for value in grid]))

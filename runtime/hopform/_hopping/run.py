@@ -57,7 +57,7 @@ COLUMNS: tuple[tuple[str, str, str], ...] = (
 
 @dataclass(frozen=True)
 class Errors:
-    """What is not as the controller believes. Standard deviations of what it measures, and what is wrong in the
+    """Errors of sensors, motor and model. Standard deviations of what it measures, and what is wrong in the
     machine.
 
     x1 [m], v1, v2 [m/s]: of the state at touchdown and at the ticks of a sampled law; x2 [m]: of the apex before, and
@@ -174,12 +174,12 @@ class Run:
 
     @property
     def backend(self) -> str:
-        """What solved it: "c" or "numpy"."""
+        """The back end that solved it: "c" or "numpy"."""
         return _first_flight(self).backend
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """What a user should know of its stances, each once."""
+        """The warnings of its stances, each once."""
         return tuple(dict.fromkeys(warning for hop in self.hops for warning in hop.stance.warnings))
 
     def at(self, t: ArrayLike) -> State:
@@ -391,7 +391,7 @@ def simulate(
 
 @dataclass(frozen=True)
 class _Task:
-    """What stays the same over a run."""
+    """The constants of a run."""
 
     plant: Robot
     model: Robot
@@ -514,7 +514,7 @@ def _stance(task: _Task, answer: Answer, ground: float, time: float, flight: Fli
 
 
 def _wait(errors: Errors, time: float) -> float:
-    """How long after a touchdown [s] it is seen."""
+    """Delay [s] with which a touchdown is detected."""
     ticks = errors.quantum > math.ulp(time)  # a clock that is finer than the time's last digit makes no tick
     tick = math.ceil(time / errors.quantum) * errors.quantum - time if ticks else 0.0
     return max(tick, 0.0) + errors.delay

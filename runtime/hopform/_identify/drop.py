@@ -32,9 +32,9 @@ _LETTERS: dict[Rig, tuple[str, ...]] = {
     "ground": (*_BODY, "length", "impact_loss"),
     "free": (*_BODY, "length", "impact_loss", "m_eff", "b1", "f1", "gamma2", "offset"),
 }
-"""What is fitted unless it is known."""
+"""Parameters that are fitted unless they are known."""
 _GIVEN: dict[Rig, tuple[str, ...]] = {"attached": ("g",), "ground": ("g",), "free": ("g", "x1_min", "x1_max")}
-"""What may be known besides."""
+"""Further parameters that may be known."""
 _PARTS: dict[Rig, tuple[float, ...]] = {
     "attached": (0.3, 1.0),
     "ground": (0.35, 0.65, 1.0),
@@ -70,7 +70,7 @@ class Cut(NamedTuple):
 
 
 class Swing(NamedTuple):
-    """What a decay shows by itself: its rest [m], angular frequency [rad/s], b2/m_s [1/s] and f2 [m/s^2]."""
+    """Estimates from a decay: its rest [m], angular frequency [rad/s], b2/m_s [1/s] and f2 [m/s^2]."""
 
     rest: float
     omega: float
@@ -195,7 +195,7 @@ def drop_problem(
 
 
 def _scale(values: dict[str, float], apart: bool) -> list[str]:
-    """What gives the scale of all forces; if nothing does, m_s is made 1 kg."""
+    """The parameter that sets the scale of all forces; without one, m_s is 1 kg."""
     if "m_s" in values or apart:
         return []
     if "k" in values:
@@ -314,7 +314,7 @@ def _experiments(
 
 
 def _guess(cut: Cut, rig: Rig, g: float) -> Swing:
-    """What one motion shows: a decay by its swings, a drop by its lowest point and its rest, of the leg where x1 is
+    """Estimates from one motion: a decay by its swings, a drop by its lowest point and its rest, of the leg where x1 is
     known.
     """
     if rig == "attached":
@@ -350,8 +350,8 @@ def _first_stance(time: Array, x: Array, g: float) -> Swing:
 
 
 def _seen_stances(cut: Cut, x1: Array, g: float) -> Swing:
-    """The same of a leg whose x1 is recorded: L0 is where the body leaves its parabola, the rest what (4) says of all
-    stances.
+    """The same of a leg whose x1 is recorded: L0 is where the body leaves its parabola, the rest by least squares on
+    (4) with all stances.
     """
     time, x = cut.time, cut.x
     rises = np.flatnonzero(x > np.minimum.accumulate(x) + 0.05 * float(np.ptp(x)))
@@ -408,8 +408,8 @@ def _shared_starts(
 
 
 def _driven_starts(cuts: Sequence[Cut], guesses: Sequence[Swing], known: Mapping[str, float]) -> list[dict[str, float]]:
-    """What (3) says of an actuator whose x1 was recorded, through each filter: acceleration over v1, current and
-    compression.
+    """Least squares on (3) for an actuator whose x1 was recorded, through each filter: acceleration over v1, current
+    and compression.
     """
     return [
         _driven_start(cut, guess, known, cutoff)

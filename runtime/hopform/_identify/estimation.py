@@ -1,4 +1,4 @@
-"""Least squares on exact residuals with exact derivatives, and what the data say about each parameter.
+"""Least squares on exact residuals with exact derivatives, and how well the data identify each parameter.
 
     minimise sum_i ((predicted_i(p) - measured_i)/sigma_i)^2
 
@@ -35,7 +35,7 @@ absent has one.
 
 
 class Parameter(NamedTuple):
-    """What is fitted: its unit, where the fit starts, the size of a change that matters, and its kind."""
+    """A fitted parameter: its unit, start, the size of a significant change, and kind."""
 
     name: str
     unit: str
@@ -105,7 +105,7 @@ def student(level: float, freedom: float) -> float:
 
 
 _FAR = 14.0
-"""How far a logarithm may go from where it starts: a factor of a million, beyond which no leg is."""
+"""Largest change of a logarithm: a factor of a million, beyond which no leg is."""
 
 
 def _ends(p: Parameter) -> tuple[float, float]:
@@ -355,7 +355,7 @@ def trimmed(fit: Callable[[Masks], tuple[Fitted, Sequence[Array]]], masks: Masks
 
 
 class Spread(NamedTuple):
-    """What the Jacobian says: covariance, which parameters the data do not fix, and along which combinations."""
+    """The Jacobian's covariance, the parameters that the data do not identify, and their combinations."""
 
     covariance: Array
     weak: tuple[str, ...]
@@ -363,7 +363,8 @@ class Spread(NamedTuple):
 
 
 def spread(solution: Solution) -> Spread:
-    """The covariance of the parameters under the noise that the residuals show; infinite where the data say nothing."""
+    """The covariance of the parameters under the noise that the residuals show; infinite where the data do not identify
+    one."""
     sigma = np.repeat(solution.sigma, [part.size for part in solution.residuals])
     scales = _Coordinates(solution.parameters).slopes(solution.values)
     scaled = solution.jacobian * scales / sigma[:, np.newaxis]
@@ -530,7 +531,7 @@ def moved(solution: Solution, name: str, errors: float) -> list[Parameter]:
     ]
 
 
-def promise(solution: Solution) -> float:
+def expected_decrease(solution: Solution) -> float:
     """By how many variances a step along the slopes would lower the sum of squares: about 0 at a minimum, not in a
     kink.
     """
@@ -549,7 +550,7 @@ def promise(solution: Solution) -> float:
 
 
 class Tests(NamedTuple):
-    """What is left of a recording: rms [m], what neighbours have in common, and whether signs change as chance would
+    """Residuals of a recording: rms [m], what neighbours have in common, and whether signs change as chance would
     have it.
     """
 

@@ -1,4 +1,4 @@
-"""What a fit hands back: parameters with their intervals, how well each recording is met, and what the data do not
+"""The result of a fit: parameters with their intervals, how well each recording is met, and what the data do not
 identify.
 """
 
@@ -27,7 +27,7 @@ OLD, NEW = "(1), (2): viscous friction alone", "(3), (4): with Coulomb friction"
 
 
 class Options(TypedDict, total=False):
-    """How to fit, the same for all fits.
+    """Options of every fit.
 
     loss: linear (the default), or soft_l1, huber, cauchy against outliers. compare: fit the old model (1), (2) too.
     holdout: fit without the last third of each recording too. Both are done if not given. backend: of the solver.
@@ -140,11 +140,11 @@ def as_several(recordings: Sequence[Recording] | Recording) -> tuple[Recording, 
 
 
 def finish(problem: Problem, **options: Unpack[Options]) -> Fit:
-    """Fit, compare with the old model, hold a third out, find the intervals, and say what can be known."""
+    """Fit, compare with the old model, hold a third out, find the intervals, and state what is identifiable."""
     began = clock.perf_counter()
     loss, progress = checked_loss(options), options.get("progress")
-    say: Callable[[str], None] = progress or (lambda _: None)
-    say("fit")
+    report: Callable[[str], None] = progress or (lambda _: None)
+    report("fit")
     solution = minimise(problem, loss)
     inliers = [bulk(residual, loss) for residual in solution.residuals]
     tests = [estimation.tests_of(residual[some]) for residual, some in zip(solution.residuals, inliers, strict=True)]
@@ -152,14 +152,14 @@ def finish(problem: Problem, **options: Unpack[Options]) -> Fit:
         each.kind != "threshold" and _is_off(each.measured, test.rms, _NO_FIT)
         for each, test in zip(problem.experiments, tests, strict=True)
     )
-    say("the old model")
+    report("the old model")
     compare = options.get("compare", True) and not hopeless
     old = _old(problem, solution, inliers) if compare and problem.coulomb else {}
     inflation = max(each.inflation for each in tests)
     estimates, spread = estimation.estimates(
         solution, problem.experiments, loss=loss, inflation=inflation, profiles=not hopeless, progress=progress
     )
-    say("hold-out")
+    report("hold-out")
     holdout = options.get("holdout", True) and not hopeless
     left_out = _holdout(problem, solution, inliers, loss) if holdout else [math.nan] * len(tests)
     traces = tuple(
@@ -180,7 +180,7 @@ def finish(problem: Problem, **options: Unpack[Options]) -> Fit:
 
 
 def _outlying(traces: Sequence[Trace], inliers: Sequence[NDArray[np.bool_]]) -> list[str]:
-    """What is left out of rms and tests."""
+    """Outliers, which are left out of rms and tests."""
     return [
         f"{trace.label}: {some.size - int(some.sum())} of {some.size} samples are outliers; rms and tests leave them "
         "out"
@@ -244,11 +244,11 @@ def _holdout(problem: Problem, solution: Solution, inliers: Sequence[NDArray[np.
 
 
 def _blind(spread: estimation.Spread) -> list[str]:
-    said = list[str]()
+    statements = list[str]()
     if spread.weak:
-        said.append(f"not identifiable from these recordings: {', '.join(spread.weak)}")
-    said += [f"only combinations of {together} are fixed" for together in spread.combinations]
-    return said
+        statements.append(f"not identifiable from these recordings: {', '.join(spread.weak)}")
+    statements += [f"only combinations of {together} are fixed" for together in spread.combinations]
+    return statements
 
 
 def _boundary(estimates: Sequence[Estimate]) -> list[str]:
@@ -284,11 +284,11 @@ def is_no_fit(trace: Trace) -> bool:
 
 
 def _coloured(traces: Sequence[Trace], inflation: float) -> list[str]:
-    """What is odd about residuals: a fit that is none, and those that are no white noise."""
-    said = list[str]()
+    """Warnings about residuals: of a fit that fails, and of residuals that are not white."""
+    statements = list[str]()
     for trace in traces:
         if missed(trace):
-            said.append(
+            statements.append(
                 f"{trace.label}: the fit misses the recording by "
                 f"{100.0 * trace.tests.rms / np.std(trace.measured):.2g} % of its "
                 "motion: it is of another rig, or no start led to it; give more of what is known"
@@ -300,11 +300,11 @@ def _coloured(traces: Sequence[Trace], inflation: float) -> list[str]:
         if not trace.tests.white
     ]
     if coloured:
-        said += [
+        statements += [
             *coloured,
             f"intervals are widened by sqrt({inflation:.3g}) for what neighbouring residuals have in common",
         ]
-    return said
+    return statements
 
 
 def _correlations(estimates: Sequence[Estimate], spread: estimation.Spread) -> dict[tuple[str, str], float]:

@@ -36,11 +36,11 @@ _NO_SPRING, _FAR = 1e-15, 100.0
 """[N/m], [m]: a spring that is none, and the compression at which it still pushes, with 1e-13 N."""
 _LENGTH_BY = np.array([1.0 if name in ("L0", "c") else 0.0 for name in COLUMNS])
 _AIRBORNE = [AT[name] for name in ("x1", "v1", "u", "m_eff", "b1", "f1", "gamma2", "x1_min", "x1_max")]
-"""What the actuator in the air depends on."""
+"""Inputs of the actuator's motion in the air."""
 
 
 class _Rig(NamedTuple):
-    """What drops: the robot, whose c is 0 (a constant force on the actuator is a current's), and the current."""
+    """The dropped rig: the robot, whose c is 0 (a constant force on the actuator is a current's), and the current."""
 
     robot: records.Robot
     steps: Steps
@@ -49,7 +49,7 @@ class _Rig(NamedTuple):
 
 @dataclass(frozen=True)
 class _Run:
-    """Where a drop has come to: when, in which state, and how both depend on the columns."""
+    """A drop under way: time, state, and the derivatives of both by the columns."""
 
     begin: float
     begin_by: Array
@@ -132,7 +132,7 @@ def _acceleration(robot: records.Robot, v1: Array, spring: Array, pull: Array) -
 
 
 def _stance_rates(rig: _Rig, times: Array, states: Array) -> Array:
-    """How fast x1, v1, x2, v2 change in stance."""
+    """Rates of x1, v1, x2, v2 in stance."""
     robot, v1, v2 = rig.robot, states[:, 1], states[:, 3]
     spring = robot.k * (states[:, 0] - states[:, 2] + robot.L0)
     a2 = (spring - robot.b2 * v2) / robot.m_s - robot.g - robot.f2 * np.sign(v2)

@@ -78,7 +78,7 @@ _STEPS: dict[str, tuple[bool, tuple[str, ...]]] = {
 def _problems(
     given: Mapping[str, Sequence[Recording]], values: Mapping[str, float], backend: str | None
 ) -> list[Problem]:
-    """The problem of each kind of recording, one scale through all of them; a free drop's last, since it says least
+    """The problem of each kind of recording, one scale through all of them; a free drop's last, since it shows least
     about its starts.
     """
     problems, count = list[Problem](), 0
@@ -98,7 +98,7 @@ def _problems(
 
 
 def merged(problems: Sequence[Problem]) -> Problem:
-    """One problem of several: parameters of one name are one, those fitted first say where they start.
+    """One problem of several: parameters of one name are one, those fitted first give the starts.
 
     Each problem's other starts are tried beside the first of all the rest.
     """
@@ -147,16 +147,16 @@ def _threshold_of(threshold: Threshold, problem: Problem) -> Experiment:
 
 
 def _missing(names: set[str], known: Mapping[str, float]) -> list[str]:
-    """What no recording identifies, and which one would."""
+    """Parameters that no recording identifies, with one that would."""
     has = {name.partition("@")[0] for name in names} | set(known)
-    said = list[str]()
+    statements = list[str]()
     if "b2" not in has:
-        said.append("nothing was recorded of the body: a drop test gives k/m_s, b2, f2, L0 + c and impact_loss")
+        statements.append("nothing was recorded of the body: a drop test gives k/m_s, b2, f2, L0 + c and impact_loss")
     elif "length" not in has:
-        said.append(
+        statements.append(
             "L0 + c and impact_loss cannot be identified from a body that is fixed to its spring: "
             "drop it onto the ground"
         )
     if "b1" not in has:
-        said.append("nothing was recorded of the actuator: a step response gives m_eff, b1, f1 and gamma2")
-    return said
+        statements.append("nothing was recorded of the actuator: a step response gives m_eff, b1, f1 and gamma2")
+    return statements

@@ -49,7 +49,7 @@ class Onset(NamedTuple):
 
 
 class Rise(NamedTuple):
-    """What was measured about an onset, and the motion that fits it best: times [s], x1 [m], current [A]."""
+    """Samples around an onset, and the motion that fits them best: times [s], x1 [m], current [A]."""
 
     onset: Onset
     time: Array
@@ -141,11 +141,11 @@ def _both(onsets: Sequence[Onset], carried: float) -> tuple[float, float, float,
     if len(means) == 2:
         half = 0.5 * math.hypot(*halves)
         return 0.5 * (means[0] - means[1]), half, 0.5 * (means[0] + means[1]), ()
-    said = (
+    statement = (
         "one direction alone: a constant load (gravity, a preloaded spring) counts as friction; "
         "record a ramp the other way"
     )
-    return abs(means[0]), halves[0], math.nan, (said,)
+    return abs(means[0]), halves[0], math.nan, (statement,)
 
 
 def _onsets(recording: Recording, spring: bool, robust: bool) -> list[Rise]:
@@ -222,7 +222,7 @@ def _window(x: Array, rest: float, noise: float, seen: int) -> int:
 
 
 def _rise(s: Array, rate: float, square: float = 0.0) -> Array:
-    """What a ramp of force from s = 0 on does to a mass with friction r and a spring w^2; roots that are equal are
+    """Response of a mass with friction r and a spring w^2 to a ramp of force from s = 0 on; roots that are equal are
     parted.
     """
     half = 0.5 * rate
@@ -279,7 +279,7 @@ def _costs(t: Array, x: Array, spring: bool) -> tuple[Callable[[float], _Best], 
         return float(rise @ mean) / power if power > 0.0 else 0.0
 
     def missed(begin: float, rate: float, square: float) -> Array:
-        """What is left of the motion after the best rest and slope."""
+        """Residual of the motion after the best rest and slope."""
         rise = rise_of(t, begin, rate, square)
         return np.asarray(mean - slope_of(rise) * (rise - rise.mean()))
 
@@ -339,14 +339,14 @@ _NEAR = math.log(3.0)
 
 
 def _least(cost: Callable[[float], float], low: float, high: float, places: int = 31, precision: float = 1e-4) -> float:
-    """Where a cost is least, to a share of the range: on a grid, then by golden sections around its best place."""
+    """Minimiser of a cost, to a share of the range: on a grid, then by golden sections around its best place."""
     grid = np.linspace(low, high, places)
     n = int(np.argmin([cost(float(each)) for each in grid]))
     return _golden(cost, float(grid[max(n - 1, 0)]), float(grid[min(n + 1, places - 1)]), precision * (high - low))
 
 
 def _golden(cost: Callable[[float], float], a: float, b: float, width: float) -> float:
-    """Where a cost is least between a and b, to a width, by golden sections."""
+    """Minimiser of a cost between a and b, to a width, by golden sections."""
     golden = 0.5 * (math.sqrt(5.0) - 1.0)
     left, right = b - golden * (b - a), a + golden * (b - a)
     at_left, at_right = cost(left), cost(right)

@@ -25,7 +25,7 @@ UNITS: dict[str, tuple[str, float]] = {
     "V": ("voltage", 1.0), "mV": ("voltage", 1e-3),
     "N": ("force", 1.0), "kN": ("force", 1e3),
 }  # fmt: skip
-"""What may follow the last underscore of a column's name: the quantity, and the SI unit's multiple."""
+"""Units after the last underscore of a column's name: the quantity, and the multiple of its SI unit."""
 
 TIMES = ("time", "t")
 POSITIONS = {"x1": ("x1", "actuator", "x", "position", "pos"), "x2": ("x2", "height", "body", "x", "position", "pos")}
@@ -48,7 +48,7 @@ class Column(NamedTuple):
 
 @dataclass(frozen=True)
 class Recording:
-    """What was recorded: times [s] that increase, and columns in SI units by their names without the unit.
+    """A recording: times [s] that increase, and columns in SI units by their names without the unit.
 
     line: that of the first sample in the file. added_mass [kg]: what the body carried beside itself.
     """
@@ -358,7 +358,7 @@ def saturated(values: Array, least: int = 8) -> tuple[int, int] | None:
 
 
 def gaps_of(time: Array) -> list[tuple[float, float]]:
-    """Where samples are missing: begin and length [s] of each pause that is over 2.5 times the usual one."""
+    """Gaps: begin and length [s] of each pause that is over 2.5 times the usual one."""
     steps = np.diff(time)
     usual = float(np.median(steps))
     return [(float(time[n]), float(steps[n])) for n in np.flatnonzero(steps > 2.5 * usual)]

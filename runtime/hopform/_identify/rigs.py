@@ -76,7 +76,7 @@ class Experiment:
 
     @cached_property
     def preload(self) -> float:
-        """How far a spring that pushes and pulls is compressed beforehand [m]."""
+        """Preload of a spring that pushes and pulls [m]."""
         return 4.0 * (float(np.ptp(self.measured)) + abs(float(self.measured.mean())) + 0.01)
 
     def letters(self, values: Mapping[str, float]) -> dict[str, float]:
@@ -87,7 +87,7 @@ class Experiment:
         }
 
     def predict(self, values: Mapping[str, float], time: Array | None = None) -> tuple[Array, dict[str, Array]]:
-        """What should have been measured, and its derivatives by the parameters."""
+        """The predicted measurement, and its derivatives by the parameters."""
         predicted, by = _PREDICT[self.kind](self, self.letters(values), self.time if time is None else time)
         found: dict[str, Array] = {}
         for letter, name in self.names.items():

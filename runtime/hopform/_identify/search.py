@@ -21,7 +21,7 @@ from hopform._identify.rigs import Experiment
 
 @dataclass(frozen=True)
 class Problem:
-    """What is to be fitted: experiments, parameters with their starts, other starts worth a try, and what is known."""
+    """A fit to be made: experiments, parameters with their starts, further starts, and what is known."""
 
     kind: str
     quantity: str
@@ -190,7 +190,7 @@ def _is_noise(problem: Problem, found: Solution, loss: str) -> bool:
 
 
 def _level(problem: Problem, found: Solution, loss: str) -> float:
-    """What is left of the worst recording, over what noise and the smallest errors of a model explain."""
+    """Residual of the worst recording, over the share that noise and the smallest errors of a model explain."""
     return max(
         _size(rest[bulk(rest, loss)]) / _limit(each)
         for each, rest in zip(problem.experiments, found.residuals, strict=True)
@@ -202,7 +202,8 @@ def _size(residual: Array) -> float:
 
 
 def _limit(experiment: Experiment) -> float:
-    """How much a fit may leave of a recording [m]: 1.15 times its noise, or a two thousandth of its motion."""
+    """Largest residual of a recording that counts as noise [m]: 1.15 times its noise, or a two thousandth of its
+    motion."""
     if experiment.noise is not None:  # of a single measurement, which is off by three times its noise in 1 case of 400
         return 3.0 * experiment.noise
     noise = max(noise_of(experiment.measured), quantum_of(experiment.measured))
@@ -313,8 +314,8 @@ def _traded(problem: Problem, found: Solution, loss: str) -> Solution:
 
 
 def _unstuck(problem: Problem, found: Solution, loss: str) -> Solution:
-    """Out of a kink: where least squares ends though its own slopes promise more, it goes on from beside it, either
-    way.
+    """Out of a kink: where least squares ends though its own slopes predict a decrease, it goes on from beside it,
+    either way.
 
     An actuator that may be at rest at first has a kink there: under friction it takes off one way, or the other, or
     stays.
@@ -322,11 +323,11 @@ def _unstuck(problem: Problem, found: Solution, loss: str) -> Solution:
     coulomb = [p.name for p in found.parameters if p.name[:1] == "f"][:1]
     for side in (1.0, -1.0):
         for p in [p for p in found.parameters if p.name[:3] == "v1@" and p.low < p.high]:
-            if estimation.promise(found) >= _KINK:
+            if estimation.expected_decrease(found) >= _KINK:
                 beside = {p.name: min(max(found.values[p.name] + side * _BESIDE * p.scale, p.low), p.high)}
                 found = _better(problem, found, _from_start(estimation.started(found), beside), loss)
     for name, side in [(name, side) for name in coulomb for side in (1.0, -1.0)]:
-        if estimation.promise(found) >= _KINK:
+        if estimation.expected_decrease(found) >= _KINK:
             found = _better(problem, found, estimation.moved(found, name, side), loss)
     return found
 
@@ -334,11 +335,11 @@ def _unstuck(problem: Problem, found: Solution, loss: str) -> Solution:
 _BESIDE = 0.01
 """Of its scale, by how much an actuator's first velocity is moved out of its kink at rest."""
 _KINK = 0.05
-"""Variances that the slopes at a minimum still promise."""
+"""Variances by which the slopes at a minimum may still predict a decrease."""
 
 
 def _better(problem: Problem, found: Solution, start: Sequence[Parameter], loss: str) -> Solution:
-    """Where a start leads to by all samples, if that is lower than what was found."""
+    """The fit from a start by all samples, if its cost is lower."""
     again = estimation.solve(problem.experiments, start, sigma=found.sigma, loss=loss, most=8, precision=1e-4)
     return _weighed(problem, again, {}, loss) if again.cost < found.cost * (1.0 - 1e-5) else found
 
@@ -353,8 +354,8 @@ def _beginning(experiment: Experiment, part: float) -> Experiment:
 
 
 def part_of(experiment: Experiment, part: float) -> int:
-    """How many samples hold a part of a recording: of its samples, and of the way that it covers, stillness at first
-    left out.
+    """Number of samples of a part of a recording: a share of its samples, and of the way that it covers, stillness at
+    first left out.
     """
     size = experiment.time.size
     places = np.unique(np.linspace(0, size - 1, 200).astype(int))

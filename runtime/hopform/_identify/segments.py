@@ -90,7 +90,7 @@ def rest_of(values: Array, share: int = 20) -> float:
 
 
 def _reach(values: Array, span: Span) -> float:
-    """How far a decay swings at first."""
+    """First amplitude of a decay."""
     part = calm(values[slice(*span)])
     return abs(float(part[0]) - rest_of(part))
 

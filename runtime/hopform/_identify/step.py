@@ -155,7 +155,7 @@ def _parameter(letter: str, name: str, start: float, x: Array) -> Parameter:
 def _starts(
     parameters: Mapping[str, Parameter], tries: Sequence[Sequence[Mapping[str, float]]], first: int
 ) -> tuple[dict[str, float], ...]:
-    """Starts: what the equation says through each filter, then more and less Coulomb friction."""
+    """Starts: least squares on the equation through each filter, then more and less Coulomb friction."""
     starts = list[dict[str, float]]()
     for guesses in tries:
         start = dict[str, float]()

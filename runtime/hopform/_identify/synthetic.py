@@ -37,7 +37,7 @@ def record(
     spring: bool = False,
     seed: int | None = None,
 ) -> Recording:
-    """What a lab would record of a robot in a test.
+    """A synthetic recording of a robot in a test.
 
     test: "drop" (released at hop height `height` [m], actuator held, flights and impacts included), "free" (the same,
     the actuator free within its stops under currents of both signs from the release on; x1 is recorded too), "decay"
@@ -91,7 +91,7 @@ def to_csv(recording: Recording) -> str:
 
 
 class _Encoder(NamedTuple):
-    """How a position is measured: noise [m], quantum [m], and where the noise comes from."""
+    """The sensor of a position: noise [m], quantum [m], and the generator of the noise."""
 
     noise: float
     quantum: float

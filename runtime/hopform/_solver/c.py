@@ -72,7 +72,7 @@ class Library:
         return function
 
     def address(self, name: str) -> int:
-        """Where a function of the library lies in memory."""
+        """Address of a function of the library."""
         address = ctypes.cast(self._function(name), ctypes.c_void_p).value
         assert address is not None
         return address
@@ -93,7 +93,7 @@ class Library:
         return status
 
     def buffers(self, dtype: np.dtype[Any]) -> "Buffers":
-        """Where stances of one precision are solved."""
+        """The buffers of one precision."""
         try:
             return self._buffers[dtype.char]
         except KeyError:
@@ -105,7 +105,7 @@ class Library:
 
 
 def refusal(name: str, status: int) -> HopformError:
-    """What a negative status of a function means."""
+    """The error of a negative status of a function."""
     return HopformError(REFUSALS.get(status, f"{name} failed with status {status}"))
 
 
@@ -140,7 +140,7 @@ class Buffers:
 
 
 def layout(structure: Any) -> struct.Struct:
-    """How a struct of numbers lies in memory, as `struct` packs and unpacks it."""
+    """The layout of a struct of numbers, as `struct` packs and unpacks it."""
 
     def letters(structure: Any) -> str:
         return "".join(
@@ -304,7 +304,7 @@ def _plan_of(buffers: Buffers, parameters: tuple[Any, ...]) -> bytes:
 
 
 class Compiled:
-    """What a library solves with."""
+    """A library as a back end."""
 
     name: Backend = "c"
 

@@ -74,7 +74,7 @@ def try_currents(
     horizon: float,
     max_phases: int,
 ) -> NDArray[Any]:
-    """What each current does from each state, (states, currents), a structured array with the fields of
+    """The stance of each current from each state, (states, currents), a structured array with the fields of
     hopform_trial.
     """
     library = solver.library

@@ -1,4 +1,4 @@
-"""What stances in columns take and give: an array or a number for each input, an array for each result."""
+"""Stances in columns: an array or a number for each input, an array for each result."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -26,7 +26,7 @@ REFUSED = {
     -8: "out_of_range",
 }
 STATUS = ENDINGS | REFUSED
-"""What a status says: how the stance ended, or why there is none ("out_of_range": the numbers left the precision's
+"""Statuses: how the stance ended, or why there is none ("out_of_range": the numbers left the precision's
 range).
 """
 

@@ -25,11 +25,11 @@ def opened(path: Path, prefix: str, package: str, source: str) -> ctypes.CDLL:
     except OSError as error:
         raise BackendError(f"the compiled library {path.name} cannot be loaded: {error}") from None
     try:
-        says = getattr(handle, f"{prefix}_source")
+        source_of_library = getattr(handle, f"{prefix}_source")
     except AttributeError:
-        raise BackendError(f"{path.name} is no library of {package}: it does not say its source") from None
-    says.restype = ctypes.c_char_p
-    if (built := says().decode()) != source:
+        raise BackendError(f"{path.name} is no library of {package}: it does not name its source") from None
+    source_of_library.restype = ctypes.c_char_p
+    if (built := source_of_library().decode()) != source:
         raise BackendError(
             f"the compiled library {path.name} is stale: it was built from {built}, {package} from {source}; "
             "rebuild it with `make test` or reinstall hopform"
@@ -46,7 +46,7 @@ def handle() -> ctypes.CDLL:
 
 
 def source_of(package: str) -> str:
-    """What a package says that it was generated from, read from its text: importing it takes much longer."""
+    """The source that a package names, read from its text: importing it takes much longer."""
     spec = find_spec(package)
     text = Path(spec.origin).read_text("utf-8") if spec and spec.origin else ""
     found = re.search(r'^SOURCE = "(\w+)"$', text, re.MULTILINE)

@@ -1,4 +1,4 @@
-"""What a back end does, whichever it is. A state in here is x1, v1, v2 and the compression y."""
+"""The interface of a back end. A state here is x1, v1, v2 and the compression y."""
 
 from collections.abc import Sequence
 from typing import Any, NamedTuple, Protocol

@@ -32,7 +32,7 @@ static int events(realtype t, N_Vector y, realtype *g, void *data)
 {
     const phase_mode *mode = data;
     (void)t;
-    watched(mode->leg, mode->side, N_VGetArrayPointer(y), g);
+    event_functions(mode->leg, mode->side, N_VGetArrayPointer(y), g);
     return 0;
 }
 

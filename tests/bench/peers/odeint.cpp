@@ -18,7 +18,7 @@ static int search(const leg_t *leg, const double side[2], double z[4], double li
     std::copy(z, z + 4, here.begin());
     stepper.initialize(here, 0.0, first_step(leg, side, z));
     double before[6], after[6];
-    watched(leg, side, here.data(), before);
+    event_functions(leg, side, here.data(), before);
     for (;;) {
         stepper.do_step(motion);
         const double low = stepper.previous_time();
@@ -28,7 +28,7 @@ static int search(const leg_t *leg, const double side[2], double z[4], double li
             high = limit;
             stepper.calc_state(high, reached);
         }
-        watched(leg, side, reached.data(), after);
+        event_functions(leg, side, reached.data(), after);
         int which = NONE;
         double first = high;
         for (int n = 0; n < 6; n++) {
@@ -37,7 +37,7 @@ static int search(const leg_t *leg, const double side[2], double z[4], double li
                     state x;
                     double g[6];
                     stepper.calc_state(t, x);
-                    watched(leg, side, x.data(), g);
+                    event_functions(leg, side, x.data(), g);
                     return g[n];
                 };
                 std::uintmax_t most = 100;

@@ -2,7 +2,7 @@
  *
  * A peer defines    static int search(const leg_t *leg, const double side[2], double z[4], double limit,
  *                                     double tolerance, double *took)
- * which moves z to the first time at which one of the six watched functions comes to zero and returns which one, or
+ * which moves z to the first time at which one of the six event functions comes to zero and returns which one, or
  * moves it to `limit` and returns NONE; then RUN_ALL gives it its entry point. C99 and C++11.
  */
 #ifndef RULES_H
@@ -85,7 +85,7 @@ static inline double departure_of(int mass, const leg_t *leg, const double side[
 }
 
 /* Six functions, positive within a mode. */
-static inline void watched(const leg_t *leg, const double side[2], const double *z, double *g)
+static inline void event_functions(const leg_t *leg, const double side[2], const double *z, double *g)
 {
     g[LIFTS] = z[Y];
     g[STOPS] = FAR_AWAY;
@@ -124,7 +124,7 @@ static inline double first_step(const leg_t *leg, const double side[2], const do
     rates(leg, side, z, d1);
     next_rates(leg, side, d1, d2);
     next_rates(leg, side, d2, d3);
-    watched(leg, side, z, g0);
+    event_functions(leg, side, z, g0);
     slopes(leg, side, d1, g1);
     slopes(leg, side, d2, g2);
     slopes(leg, side, d3, g3);
@@ -158,7 +158,7 @@ static inline void begin(const double *job, const leg_t *leg, double *z, double 
     }
 }
 
-/* State, modes and kind of the event (0: a touch) after a watched function has come to zero. */
+/* State, modes and kind of the event (0: a touch) after an event function has come to zero. */
 static inline int pass_event(const leg_t *leg, double side[2], double *z, int which)
 {
     if ((which == STOPS || which == FIRST_UP) && side[0] != 0.0) {

@@ -155,7 +155,7 @@ class Findings:
         self.worst_single = max(self.worst_single, other.worst_single)
 
 
-class Judge:
+class CurrentScan:
     """The scan of one robot in double precision."""
 
     def __init__(self, robot: hopform.Robot) -> None:
@@ -188,18 +188,18 @@ class Judge:
 
 def compare(robot: hopform.Robot, touchdowns: list[Touchdown], step: float, **how: Any) -> Findings:
     """The controller's answers against a scan of the currents in steps [A]."""
-    judge, found = Judge(robot), Findings()
+    scan, found = CurrentScan(robot), Findings()
     for touchdown in touchdowns:
         command = touchdown.ask(robot, **how)
-        gap = math.inf if command.status == "no_takeoff" else judge.gap(touchdown, command.u)
+        gap = math.inf if command.status == "no_takeoff" else scan.gap(touchdown, command.u)
         reached = command.status == "reached"
         stop, nearer = (abs(command.u), 0.0) if reached else (math.inf, abs(gap) - NEARER)
-        result = judge.scan(touchdown, stop, nearer, step)
+        result = scan.scan(touchdown, stop, nearer, step)
         answer = (command, (result.gap, result.u, result.root))
         if not _is_true(robot, touchdown, command, gap):
             found.untrue.append((touchdown, answer))
         smaller = reached and result.root < abs(command.u) - SMALLER
-        if smaller and not _is_flat(judge, touchdown, command.u, result.root):
+        if smaller and not _is_flat(scan, touchdown, command.u, result.root):
             found.smaller.append((touchdown, answer))
         if not reached and (result.gap < math.inf or result.root < math.inf):
             found.nearer.append((touchdown, answer))
@@ -209,12 +209,12 @@ def compare(robot: hopform.Robot, touchdowns: list[Touchdown], step: float, **ho
     return found
 
 
-def _is_flat(judge: Judge, touchdown: Touchdown, u: float, root: float) -> bool:
+def _is_flat(scan: CurrentScan, touchdown: Touchdown, u: float, root: float) -> bool:
     """Whether the apex does not change between a command and a smaller root of that sign:
     rounding has the choice there.
     """
     between = np.linspace(root, abs(u), 9) * math.copysign(1.0, u)
-    return all(abs(judge.gap(touchdown, each)) <= FLAT for each in between)
+    return all(abs(scan.gap(touchdown, each)) <= FLAT for each in between)
 
 
 def _is_true(robot: hopform.Robot, touchdown: Touchdown, command: hopform.Command, gap: float) -> bool:
@@ -227,12 +227,12 @@ def _is_true(robot: hopform.Robot, touchdown: Touchdown, command: hopform.Comman
 
 def compare_single(robot: hopform.Robot, touchdowns: list[Touchdown]) -> Findings:
     """The controller in single precision: its currents in the model in double precision."""
-    judge, found = Judge(robot), Findings()
+    scan, found = CurrentScan(robot), Findings()
     for touchdown in touchdowns:
         command = touchdown.ask(robot, dtype=np.float32)
         if command.status == "no_takeoff":
             continue
-        gap = judge.gap(touchdown, command.u)
+        gap = scan.gap(touchdown, command.u)
         reached = command.status == "reached"
         if not abs(command.u) <= robot.u_max or math.isnan(gap) or (reached and abs(gap) > SINGLE):
             found.single.append((touchdown, (command, gap)))

@@ -1,10 +1,10 @@
 """`python -m tests.conformance.firmware` proves the library on emulated targets: CI's combinations; `--all` every one;
 `--report` counts.
 
-Each combination of target, compiler and optimisation runs the selftest, whose word must be the same everywhere (but not
-with the functions of a C library, `-libm`), random stances, flights and commands (words.c), whose word must be that of
-this computer, the golden vectors of the 50-digit reference, garbage, all that is to be refused, and pointers that are
-NULL or overlap; its objects' symbols are looked through.
+Each combination of target, compiler and optimisation runs the selftest, whose digest must be the same everywhere (but
+not with the functions of a C library, `-libm`), random stances, flights and commands (digests.c), whose digest must be
+that of this computer, the golden vectors of the 50-digit reference, garbage, all that is to be refused, and pointers
+that are NULL or overlap; its objects' symbols are looked through.
 """
 
 import argparse
@@ -18,13 +18,13 @@ from pathlib import Path
 from tests.conformance.firmware import costs, strict
 from tests.conformance.firmware.targets import (
     BY_NAME,
+    DIGEST,
     TARGETS,
-    WORD,
     Build,
     Failed,
     emulate,
     link,
-    native_words,
+    native_digests,
     needed,
     objects,
     run,
@@ -79,16 +79,16 @@ def symbols(objects_f32: tuple[Path, ...], libm: bool) -> list[str]:
 
 
 def unlike(many: dict[str, str], rounds_to_odd: bool) -> list[str]:
-    """Words of random calls that are not those of this computer;
+    """Digests of random calls that are not those of this computer;
     in double precision none is asked where ties go to odd.
     """
     if "f32" not in many:
-        return ["random calls: no word"]
-    asked = {name: word for name, word in many.items() if not (rounds_to_odd and name == "f64")}
+        return ["random calls: no digest"]
+    asked = {name: digest for name, digest in many.items() if not (rounds_to_odd and name == "f64")}
     return [
-        f"random calls: {name} {word}, here {native_words()[name]}"
-        for name, word in asked.items()
-        if word != native_words()[name]
+        f"random calls: {name} {digest}, here {native_digests()[name]}"
+        for name, digest in asked.items()
+        if digest != native_digests()[name]
     ]
 
 
@@ -98,10 +98,12 @@ def prove(build: Build, doubles: bool) -> tuple[str, list[str]]:
     precisions = ("f32", "f64") if doubles else ("f32",)
     define = () if doubles else ("-DSINGLE",)
     try:
-        word = emulate(build.target, link(build, "selftest", precisions=precisions, define=define)).strip()
-        many = dict(re.findall(WORD, emulate(build.target, link(build, "words", precisions=precisions, define=define))))
-        odd = [] if build.libm else unlike(many, "ties-to-odd" in word)
-        word = "a word of its own" if build.libm else word
+        digest = emulate(build.target, link(build, "selftest", precisions=precisions, define=define)).strip()
+        many = dict(
+            re.findall(DIGEST, emulate(build.target, link(build, "digests", precisions=precisions, define=define)))
+        )
+        odd = [] if build.libm else unlike(many, "ties-to-odd" in digest)
+        digest = "a digest of its own" if build.libm else digest
         images = [link(build, name, precisions=precisions, define=flags) for name, flags in PROGRAMS.items()]
         lines = [emulate(build.target, image) for image in images]
         hops = emulate(build.target, link(build, "hops", precisions=precisions)) if build.name in HOPPING else ""
@@ -111,20 +113,22 @@ def prove(build: Build, doubles: bool) -> tuple[str, list[str]]:
         return f"{build.name:16} FAILED", [f"{build.name}: {error}"]
     said = "; ".join(line.strip().splitlines()[-1] for line in lines)
     took = time.perf_counter() - began
-    return f"{build.name:16} {word:39} {said}; {hops}{took:.0f} s", [f"{build.name}: {what}" for what in [*odd, *wrong]]
+    return f"{build.name:16} {digest:39} {said}; {hops}{took:.0f} s", [
+        f"{build.name}: {what}" for what in [*odd, *wrong]
+    ]
 
 
-def words(lines: list[str]) -> dict[str, set[str]]:
-    """The selftest's words by precision; those of an arithmetic that rounds ties to odd apart."""
+def digests(lines: list[str]) -> dict[str, set[str]]:
+    """The selftest's digests by precision; those of an arithmetic that rounds ties to odd apart."""
     found: dict[str, set[str]] = {}
     for line in lines:
-        for precision, word, odd in re.findall(r"(f32|f64) ([0-9a-f]{8})( ties-to-odd)?", line):
-            found.setdefault(precision + odd, set()).add(word)
+        for precision, digest, odd in re.findall(r"(f32|f64) ([0-9a-f]{8})( ties-to-odd)?", line):
+            found.setdefault(precision + odd, set()).add(digest)
     return found
 
 
 def of_python() -> dict[str, str]:
-    """The words of the library that Python loads."""
+    """The digests of the library that Python loads."""
     import hopform
     from hopform._export.selftest import selftest
 
@@ -158,14 +162,14 @@ def main() -> int:
             wrong += costs.grown(build, figures.result())
         checks = [pool.submit(strict.compilers), pool.submit(strict.misra)]
         wrong += [what for check in checks for what in check.result()]
-    python, found = of_python(), words(lines)
+    python, found = of_python(), digests(lines)
     wrong += [
-        f"the selftest's words differ: {name} {sorted(found[name])}, Python {word}"
-        for name, word in python.items()
-        if found[name] != {word}
+        f"the selftest's digests differ: {name} {sorted(found[name])}, Python {digest}"
+        for name, digest in python.items()
+        if found[name] != {digest}
     ]
     if len(found.get("f64 ties-to-odd", ())) > 1:
-        wrong.append(f"the selftest's words differ where ties are rounded to odd: {sorted(found['f64 ties-to-odd'])}")
+        wrong.append(f"the selftest's digests differ where ties are rounded to odd: {sorted(found['f64 ties-to-odd'])}")
     for what in wrong:
         print(what, file=sys.stderr)
     print(f"{len(builds)} combinations; Python {python}; {len(wrong)} wrong")

@@ -1,5 +1,5 @@
-/* Prints the words of the selftests, 8 hexadecimal digits: f32, and f64 unless -DSINGLE; then ` ties-to-odd` where the
- * arithmetic in double precision is not IEEE 754's. libgcc's routines for ARM without such hardware round the
+/* Prints the digests of the selftests, 8 hexadecimal digits: f32, and f64 unless -DSINGLE; then ` ties-to-odd` where
+ * the arithmetic in double precision is not IEEE 754's. libgcc's routines for ARM without such hardware round the
  * difference below, which lies half way between two numbers, to the odd one: __aeabi_dsub after a cancellation by one
  * bit. */
 #include <stddef.h>

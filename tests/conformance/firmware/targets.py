@@ -23,7 +23,7 @@ UNITS = ("control", "energy", "flight", "grid", "overlap", "selftest", "sensitiv
 """Sources of the library for firmware, in each precision; batches are for computers with vector registers."""
 
 
-WORD = r"(f32|f64) ([0-9a-f]{8})"
+DIGEST = r"(f32|f64) ([0-9a-f]{8})"
 
 PATIENCE = 20.0
 """How much longer than its time of the processor a command may wait: for what never ends, and waits."""
@@ -174,14 +174,14 @@ def link(
 
 
 @cache
-def native_words() -> dict[str, str]:
-    """What tests/conformance/firmware/words.c says on this computer, by precision."""
+def native_digests() -> dict[str, str]:
+    """What digests.c prints on this computer, by precision."""
     with tempfile.TemporaryDirectory(prefix="hopform-") as folder:
-        image = str(Path(folder) / "words")
-        files = [HERE / "words.c", BOARDS / "board.c", *sources()]
+        image = str(Path(folder) / "digests")
+        files = [HERE / "digests.c", BOARDS / "board.c", *sources()]
         include = ["-I", str(C / "include"), "-I", str(BOARDS)]
         run(["cc", "-O2", *COMMON, *include, *map(str, files), "-o", image, "-lm"])
-        return dict(re.findall(WORD, run([image])))
+        return dict(re.findall(DIGEST, run([image])))
 
 
 def emulate(target: Target, image: Path, timeout: float = 120.0) -> str:

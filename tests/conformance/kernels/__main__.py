@@ -21,7 +21,7 @@ LIMITS = {
     "ln(x)": ("ulp", 3.0), "cbrt(x)": ("ulp", 0.6667), "artanh(s)/s": ("ulp", 0.55), "angle(x,y)": ("ulp", 3.0),
     "t*phi1(-t)": ("ulp", 1.5), "t^2*phi2(-t)": ("ulp", 3.0),
 }  # fmt: skip
-"""What is promised: units of the last place where a result keeps its relative accuracy, else absolute."""
+"""Limits: units of the last place where a result keeps its relative accuracy, else absolute."""
 
 
 def main() -> int:

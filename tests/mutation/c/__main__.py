@@ -5,11 +5,11 @@ The sources for firmware in double precision are broken, whose tests are the sha
 the same templates. Mutants that do not compile are drawn again. The judges, in this order: answers.c (vectors of the
 reference with their tolerances, and what must be true of any answer), parts.c (each function of the headers by itself),
 inside_flight.c and inside_control.c (the inner functions of these two), refusals, contract (pointers), garbage and
-fuzzing targets on fixed inputs; the word for all bits of random stances, flights and commands
-(tests/conformance/firmware/words.c), which any changed bit changes, so what it alone kills is counted apart; answers.c
-and parts.c again under the sanitizers; and the work that answers.c's calls take, in basic blocks. With `--pytest` the
-nearest tests of pytest follow. Survivors are argued in docs/evidence/c-mutants.md: those that are listed there as
-equivalent are taken off, the others fail.
+fuzzing targets on fixed inputs; the digest of all bits of random stances, flights and commands
+(tests/conformance/firmware/digests.c), which any changed bit changes, so what it alone kills is counted apart;
+answers.c and parts.c again under the sanitizers; and the work that answers.c's calls take, in basic blocks. With
+`--pytest` the nearest tests of pytest follow. Survivors are argued in docs/evidence/c-mutants.md: those that are listed
+there as equivalent are taken off, the others fail.
 """
 
 import argparse
@@ -61,7 +61,7 @@ PROGRAMS = {
     "fuzz_entry": (FUZZ / "fuzz_entry.c", FUZZ / "replay.c"),
     "fuzz_flight": (FUZZ / "fuzz_flight.c", FUZZ / "replay.c"),
     "fuzz_control": (FUZZ / "fuzz_control.c", FUZZ / "replay.c"),
-    "word": (HERE / "words.c", BOARDS / "board.c"),
+    "digest": (HERE / "digests.c", BOARDS / "board.c"),
 }
 JUDGES = ("answers", "parts")
 """Those that the sanitizers look at again."""
@@ -174,9 +174,9 @@ class Bench:
             "-DDOUBLE",
             "-DENTRY=4",
             "-DDOUBLE_ALONE",
-            "-DWORDS_ROBOTS=2500",
-            "-DWORDS_COMMANDS=500",
-            "-DWORDS_SAMPLES=4500",
+            "-DDIGEST_ROBOTS=2500",
+            "-DDIGEST_COMMANDS=500",
+            "-DDIGEST_SAMPLES=4500",
         ]
         command = [*(with_this or compiler()), *flags, *self.include, "-c", str(source), "-o", str(target)]
         code, said = run(command, 60)
@@ -200,7 +200,7 @@ class Bench:
                 return "link"
             arguments = [INPUTS, *map(str, sorted((FUZZ / "found").iterdir()))] if name.startswith("fuzz") else []
             code, said = run([str(image), *arguments], 15)
-            if code or (name == "word" and said.strip() != wanted):
+            if code or (name == "digest" and said.strip() != wanted):
                 return name
         return self.checked(objects)
 
@@ -230,17 +230,17 @@ class Bench:
         return None
 
     def unbroken(self) -> str:
-        """The word of random calls."""
+        """The digest of random calls."""
         failed = self.judge({}, "")
-        if failed != "word":
+        if failed != "digest":
             sys.exit(f"hopform: {failed} is red before anything is broken")
-        word = run([str(self.folder / "word")], 60)[1].strip()
-        if (failed := self.judge({}, word)) is not None:
+        digest = run([str(self.folder / "digest")], 60)[1].strip()
+        if (failed := self.judge({}, digest)) is not None:
             sys.exit(f"hopform: {failed} is red before anything is broken")
-        return word
+        return digest
 
     def break_and_judge(self, mutant: Mutant, wanted: str) -> str | None:
-        """Who kills a mutant: a program, pytest, the word; `stillborn` if it does not compile."""
+        """Who kills a mutant: a program, pytest, the digest; `stillborn` if it does not compile."""
         link = self.src / mutant.file
         link.unlink()
         link.write_text(mutant.apply(text_of(mutant.file)), "utf-8")
@@ -257,10 +257,10 @@ class Bench:
                     own = f"{name}-{PROGRAMS[name][0].name}.o"
                     objects[own] = self.folder / f"broken-{name}.o"
                     self.compile(PROGRAMS[name][0], objects[own])
-            killer = self.judge(objects, wanted)
-            if self.asks_pytest and killer in (None, "word"):
-                return self.pytest(mutant, affected) or killer
-            return killer
+            killed_by = self.judge(objects, wanted)
+            if self.asks_pytest and killed_by in (None, "digest"):
+                return self.pytest(mutant, affected) or killed_by
+            return killed_by
         except ValueError:
             return "stillborn"
         finally:
@@ -317,7 +317,7 @@ def whole_library() -> tuple[Path, ...]:
 @dataclass(frozen=True)
 class Verdict:
     mutant: Mutant
-    killer: str | None
+    killed_by: str | None
 
 
 def argued() -> set[str]:
@@ -363,14 +363,17 @@ def draw(count: int, seed: int, jobs: int, asks_pytest: bool, seconds: float) ->
             batch = order[start : start + count - len(verdicts)]
             start += len(batch)
             for found in pool.map(verdict, batch):
-                if found.killer in ("stillborn", "late"):
+                if found.killed_by in ("stillborn", "late"):
                     continue
                 verdicts.append(found)
                 if len(verdicts) % 25 == 0:
-                    print(f"{len(verdicts)}, {sum(v.killer is not None for v in verdicts)} of them killed", flush=True)
-                if found.killer in (None, "word", "pytest"):
                     print(
-                        f"{found.killer or 'SURVIVES'}: {found.mutant.describe(text_of(found.mutant.file))}", flush=True
+                        f"{len(verdicts)}, {sum(v.killed_by is not None for v in verdicts)} of them killed", flush=True
+                    )
+                if found.killed_by in (None, "digest", "pytest"):
+                    print(
+                        f"{found.killed_by or 'SURVIVES'}: {found.mutant.describe(text_of(found.mutant.file))}",
+                        flush=True,
                     )
     shutil.rmtree(folder)
     return verdicts
@@ -389,20 +392,20 @@ def main() -> int:
     seed = chosen.seed if chosen.seed is not None else random.SystemRandom().randrange(10**6)
     began = time.perf_counter()
     verdicts = draw(chosen.count, seed, chosen.jobs, chosen.pytest, chosen.seconds)
-    killers = Counter(found.killer or "survived" for found in verdicts)
+    killers = Counter(found.killed_by or "survived" for found in verdicts)
     known = argued()
     equivalent = [
-        v for v in verdicts if v.killer is None and without_line(v.mutant.describe(text_of(v.mutant.file))) in known
+        v for v in verdicts if v.killed_by is None and without_line(v.mutant.describe(text_of(v.mutant.file))) in known
     ]
     survived = killers["survived"] - len(equivalent)
     killed = len(verdicts) - killers["survived"]
-    without_word = killed - killers["word"]
+    without_digest = killed - killers["digest"]
     print(f"{len(verdicts)} mutants, seed {seed}, {time.perf_counter() - began:.0f} s: {dict(killers.most_common())}")
     print("by operator, killed of drawn: " + ", ".join(
-        f"{name} {sum(v.killer is not None for v in verdicts if v.mutant.operator == name)}/{count}"
+        f"{name} {sum(v.killed_by is not None for v in verdicts if v.mutant.operator == name)}/{count}"
         for name, count in sorted(Counter(v.mutant.operator for v in verdicts).items())))  # fmt: skip
-    print(f"killed {100 * killed / len(verdicts):.1f} %, without the word {100 * without_word / len(verdicts):.1f} %, "
-          f"equivalent {100 * len(equivalent) / len(verdicts):.1f} %, survived unargued {survived}")  # fmt: skip
+    print(f"killed {100 * killed / len(verdicts):.1f} %, without the digest {100 * without_digest / len(verdicts):.1f} "
+          f"%, equivalent {100 * len(equivalent) / len(verdicts):.1f} %, survived unargued {survived}")  # fmt: skip
     return int(killed < LEAST * len(verdicts) or len(equivalent) > MOST_EQUIVALENT * len(verdicts))
 
 

@@ -194,12 +194,12 @@ typedef struct {
     bool smooth; /**< the derivatives exist */
 } hopform_trial_f64;
 
-/** The range between two currents that were tried. */
+/** An interval between two currents that were tried, of a branch and bound. */
 typedef struct {
     hopform_trial_f64 from; /**< the one nearer to 0 */
     hopform_trial_f64 to;
-    double promise; /**< [m] no admissible current in it comes nearer to what is wanted */
-    int32_t slow; /**< splits in a row that left most of a cell */
+    double promise; /**< [m] lower bound: no admissible current in it comes nearer to what is wanted */
+    int32_t slow; /**< bisections in a row that left most of an interval */
 } hopform_cell_f64;
 
 /** A search for a current; the caller's memory. */
@@ -212,7 +212,7 @@ typedef struct {
     double datum; /**< [m] */
     hopform_trial_f64 best; /**< the nearest so far; u = 0 until one is admissible */
     hopform_trial_f64 zero; /**< the current 0 */
-    hopform_cell_f64 cells[24]; /**< in which something better may lie */
+    hopform_cell_f64 cells[24]; /**< intervals in which a better current may lie */
     int32_t count; /**< of them; the last one is split next */
     int32_t limits; /**< of the range, yet to be tried */
     double next; /**< [A] what to try */
@@ -256,14 +256,14 @@ typedef struct {
 typedef struct {
     double high; /**< the signal is above where it reaches this */
     double low; /**< and no longer where it falls below this; low <= high */
-    int32_t count; /**< samples in a row that must say the same, >= 1 */
+    int32_t count; /**< samples in a row that must agree, >= 1 */
 } hopform_detector_f64;
 
 /** What is known of the contact; begins as zeros. */
 typedef struct {
     int32_t above; /**< 1 if the signal is above */
     int32_t touches; /**< 1 if the foot is taken to touch */
-    int32_t run; /**< for how many samples the signal has said otherwise */
+    int32_t run; /**< samples in a row that disagree with it */
 } hopform_contact_f64;
 
 /** A column of numbers, one per stance, anywhere in memory: each lies `stride` bytes behind the one before; stride 0 repeats a single number. */
@@ -432,9 +432,9 @@ int32_t hopform_flight_energy_f64(const hopform_plan_f64 *plan, const hopform_fl
                                    double *stop_losses);
 
 /** Solves fixed cases that visit every mode, kind of event, ending and branch of the kernels, and hashes all bits of
- * what comes out: the same word on every processor, with every compiler and optimisation that keeps to IEEE 754.
- * search, phases: memory to work in; capacity >= HOPFORM_SELFTEST_PHASES, else the word is 0, which no selftest gives.
- * */
+ * what comes out: the same digest on every processor, with every compiler and optimisation that keeps to IEEE 754.
+ * search, phases: memory to work in; capacity >= HOPFORM_SELFTEST_PHASES, else the digest is 0, which no selftest
+ * gives. */
 uint32_t hopform_selftest_f64(hopform_search_f64 *search, hopform_phase_f64 *phases, int32_t capacity);
 
 /** Take one sample; HOPFORM_CONTACT_TOUCHDOWN or HOPFORM_CONTACT_TAKEOFF where it detects one, else 0. A refusal does

@@ -1,5 +1,5 @@
-/* A word for all bits that the library gives for WORDS_ROBOTS random robots, in one precision: included with REAL and T
- * defined.
+/* A digest of all bits that the library gives for DIGEST_ROBOTS random robots, in one precision: included with REAL
+ * and T defined.
  *
  * Half of the numbers have four digits in base 2, so that sums are exact and ties are met; the others have 24. Those of
  * every third robot are powers of 2, so that forces often balance exactly.
@@ -9,9 +9,9 @@ typedef struct {
     uint32_t dice;
     uint32_t hash;
     int plain; /* powers of 2 alone */
-} T(words);
+} T(digest);
 
-static uint32_t T(roll)(T(words) *w)
+static uint32_t T(roll)(T(digest) *w)
 {
     w->dice ^= w->dice << 13; /* Marsaglia, "Xorshift RNGs", 2003 */
     w->dice ^= w->dice >> 17;
@@ -19,13 +19,13 @@ static uint32_t T(roll)(T(words) *w)
     return w->dice;
 }
 
-static void T(take)(T(words) *w, uint32_t word)
+static void T(take)(T(digest) *w, uint32_t bits)
 {
-    w->hash = (w->hash ^ word) * 2654435761u;
+    w->hash = (w->hash ^ bits) * 2654435761u;
     w->hash ^= w->hash >> 15;
 }
 
-static void T(number)(T(words) *w, REAL value)
+static void T(number)(T(digest) *w, REAL value)
 {
     union {
         REAL value;
@@ -37,7 +37,7 @@ static void T(number)(T(words) *w, REAL value)
     }
 }
 
-static void T(numbers)(T(words) *w, const REAL *values, size_t size)
+static void T(numbers)(T(digest) *w, const REAL *values, size_t size)
 {
     for (size_t n = 0; n < size / sizeof(REAL); n++) {
         T(number)(w, values[n]);
@@ -45,7 +45,7 @@ static void T(numbers)(T(words) *w, const REAL *values, size_t size)
 }
 
 /* Between 2^low and 2^high, all sizes alike. */
-static REAL T(over)(T(words) *w, int low, int high)
+static REAL T(over)(T(digest) *w, int low, int high)
 {
     REAL value = (T(roll)(w) & 1u) != 0u ? (REAL)(8u + T(roll)(w) % 8u) / (REAL)8
                                          : (REAL)((1u << 23) + (T(roll)(w) >> 9)) / (REAL)(1u << 23);
@@ -61,18 +61,18 @@ static REAL T(over)(T(words) *w, int low, int high)
 }
 
 /* The same with either sign, or 0 in one of `zero` cases. */
-static REAL T(signed_over)(T(words) *w, int low, int high, uint32_t zero)
+static REAL T(signed_over)(T(digest) *w, int low, int high, uint32_t zero)
 {
     const REAL value = T(roll)(w) % zero == 0u ? (REAL)0 : T(over)(w, low, high);
     return (T(roll)(w) & 1u) != 0u ? value : -value;
 }
 
-static REAL T(positive_over)(T(words) *w, int low, int high, uint32_t zero)
+static REAL T(positive_over)(T(digest) *w, int low, int high, uint32_t zero)
 {
     return T(roll)(w) % zero == 0u ? (REAL)0 : T(over)(w, low, high);
 }
 
-static T(hopform_robot) T(robot)(T(words) *w)
+static T(hopform_robot) T(robot)(T(digest) *w)
 {
     const uint32_t kind = T(roll)(w);
     T(hopform_robot) r;
@@ -104,21 +104,21 @@ static T(hopform_robot) T(robot)(T(words) *w)
     return r;
 }
 
-static void T(with_flight)(T(words) *w, const T(hopform_plan) *plan, const T(hopform_state) *takeoff)
+static void T(with_flight)(T(digest) *w, const T(hopform_plan) *plan, const T(hopform_state) *takeoff)
 {
     enum { TIMES = 5 };
-    static T(hopform_flight_phase) phases[WORDS_PHASES];
+    static T(hopform_flight_phase) phases[DIGEST_PHASES];
     T(hopform_flight) flight;
     T(hopform_gains) gains, designed;
     gains.Kp = T(positive_over)(w, 2, 12, 6);
     gains.Kd = T(positive_over)(w, 0, 8, 6);
     const uint32_t kind = T(roll)(w);
     const REAL horizon = (kind & 6u) == 0u ? T(over)(w, -7, 2) : (REAL)2;
-    const int32_t most = (kind & 56u) == 0u ? 1 + (int32_t)(T(roll)(w) % 4u) : WORDS_PHASES;
+    const int32_t most = (kind & 56u) == 0u ? 1 + (int32_t)(T(roll)(w) % 4u) : DIGEST_PHASES;
     T(take)(w, (uint32_t)T(hopform_design_return)(plan, horizon, &designed));
     T(numbers)(w, &designed.Kp, sizeof designed);
     T(take)(w, (uint32_t)T(hopform_solve_flight)(plan, takeoff, (kind & 1u) != 0u ? NULL : &gains, horizon, most,
-                                                 phases, WORDS_PHASES, &flight));
+                                                 phases, DIGEST_PHASES, &flight));
     T(numbers)(w, (const REAL *)&flight, offsetof(T(hopform_flight), ending));
     T(take)(w, (uint32_t)flight.ending + 16u * (uint32_t)flight.event_count + 4096u * (uint32_t)flight.phase_count);
     for (int32_t n = 0; n < flight.phases_kept; n++) {
@@ -145,7 +145,7 @@ static void T(with_flight)(T(words) *w, const T(hopform_plan) *plan, const T(hop
 }
 
 /* A flight from anywhere: up or down, above the ground ahead or below it, the actuator anywhere in its stroke. */
-static void T(with_any_flight)(T(words) *w, const T(hopform_plan) *plan)
+static void T(with_any_flight)(T(digest) *w, const T(hopform_plan) *plan)
 {
     const T(hopform_robot) *robot = &plan->robot;
     const uint32_t kind = T(roll)(w);
@@ -162,10 +162,10 @@ static void T(with_any_flight)(T(words) *w, const T(hopform_plan) *plan)
     T(with_flight)(w, plan, &takeoff);
 }
 
-static void T(with_motion)(T(words) *w, const T(hopform_plan) *plan, const T(hopform_step) *steps,
+static void T(with_motion)(T(digest) *w, const T(hopform_plan) *plan, const T(hopform_step) *steps,
                            const T(hopform_phase) *phases, const T(hopform_stance) *stance)
 {
-    enum { TIMES = 4, GRID = WORDS_SAMPLES + 1 };
+    enum { TIMES = 4, GRID = DIGEST_SAMPLES + 1 };
     REAL times[TIMES], losses[TIMES];
     static REAL x1[GRID], v1[GRID], v2[GRID], y[GRID], matrix[HOPFORM_SENSITIVITY_ROWS * HOPFORM_SENSITIVITY_COLUMNS];
     static REAL tangents[TIMES * HOPFORM_TANGENT_ROWS * HOPFORM_SENSITIVITY_COLUMNS];
@@ -207,13 +207,13 @@ static void T(with_motion)(T(words) *w, const T(hopform_plan) *plan, const T(hop
 }
 
 /* The same with few phases: too small a buffer, or too few of them allowed. */
-static void T(with_less)(T(words) *w, const T(hopform_plan) *plan, const T(hopform_state) *start,
+static void T(with_less)(T(digest) *w, const T(hopform_plan) *plan, const T(hopform_state) *start,
                          const T(hopform_step) *steps, int32_t count, REAL horizon)
 {
     T(hopform_phase) phases[4];
     T(hopform_stance) stance;
     const uint32_t kind = T(roll)(w);
-    const int32_t most = (kind & 8u) != 0u ? 1 + (int32_t)(kind & 7u) : WORDS_PHASES;
+    const int32_t most = (kind & 8u) != 0u ? 1 + (int32_t)(kind & 7u) : DIGEST_PHASES;
     T(take)(w, (uint32_t)T(hopform_solve_stance)(plan, start, steps, count, horizon, most, phases,
                                                  (int32_t)(kind >> 4 & 3u), &stance));
     T(numbers)(w, &stance.duration, offsetof(T(hopform_stance), ending));
@@ -223,9 +223,9 @@ static void T(with_less)(T(words) *w, const T(hopform_plan) *plan, const T(hopfo
     }
 }
 
-static void T(with_stance)(T(words) *w, const T(hopform_plan) *plan, const T(hopform_state) *start)
+static void T(with_stance)(T(digest) *w, const T(hopform_plan) *plan, const T(hopform_state) *start)
 {
-    static T(hopform_phase) phases[WORDS_PHASES];
+    static T(hopform_phase) phases[DIGEST_PHASES];
     T(hopform_stance) stance;
     T(hopform_step) steps[2] = {{(REAL)0, (REAL)0}, {(REAL)0, (REAL)0}}; /* drawn one by one: a list has no order */
     steps[0].u = T(signed_over)(w, -5, 1, 6);
@@ -234,7 +234,7 @@ static void T(with_stance)(T(words) *w, const T(hopform_plan) *plan, const T(hop
     const int32_t count = 1 + (int32_t)(T(roll)(w) & 1u);
     const REAL horizon = T(over)(w, -3, 2);
     T(take)(w,
-            (uint32_t)T(hopform_solve_stance)(plan, start, steps, count, horizon, 64, phases, WORDS_PHASES, &stance));
+            (uint32_t)T(hopform_solve_stance)(plan, start, steps, count, horizon, 64, phases, DIGEST_PHASES, &stance));
     T(numbers)(w, &stance.duration, offsetof(T(hopform_stance), ending));
     T(take)(w, (uint32_t)stance.ending + 16u * (uint32_t)stance.event_count + 4096u * (uint32_t)stance.phase_count);
     for (int32_t n = 0; n < stance.phases_kept; n++) {
@@ -250,9 +250,9 @@ static void T(with_stance)(T(words) *w, const T(hopform_plan) *plan, const T(hop
     T(with_less)(w, plan, start, steps, count, horizon);
 }
 
-static void T(with_command)(T(words) *w, const T(hopform_plan) *plan, const T(hopform_state) *start)
+static void T(with_command)(T(digest) *w, const T(hopform_plan) *plan, const T(hopform_state) *start)
 {
-    static T(hopform_phase) phases[WORDS_PHASES];
+    static T(hopform_phase) phases[DIGEST_PHASES];
     static T(hopform_search) search;
     T(hopform_command) command;
     T(hopform_target) target;
@@ -260,7 +260,7 @@ static void T(with_command)(T(words) *w, const T(hopform_plan) *plan, const T(ho
     target.datum = T(signed_over)(w, -8, -5, 2);
     target.stop_margin = T(positive_over)(w, -10, -8, 2);
     target.horizon = (REAL)2;
-    T(take)(w, (uint32_t)T(hopform_choose_current)(&search, plan, start, &target, phases, WORDS_PHASES, &command));
+    T(take)(w, (uint32_t)T(hopform_choose_current)(&search, plan, start, &target, phases, DIGEST_PHASES, &command));
     T(number)(w, command.u);
     T(number)(w, command.apex);
     T(take)(w, (uint32_t)command.status + 16u * (uint32_t)search.trials);
@@ -274,17 +274,17 @@ static void T(with_command)(T(words) *w, const T(hopform_plan) *plan, const T(ho
     }
 }
 
-static void T(with_trials)(T(words) *w, const T(hopform_plan) *plan, const T(hopform_state) *start)
+static void T(with_trials)(T(digest) *w, const T(hopform_plan) *plan, const T(hopform_state) *start)
 {
     enum { CURRENTS = 3 };
-    static T(hopform_phase) phases[WORDS_PHASES];
+    static T(hopform_phase) phases[DIGEST_PHASES];
     T(hopform_trial) trials[CURRENTS];
     REAL currents[CURRENTS];
     for (int n = 0; n < CURRENTS; n++) {
         currents[n] = T(signed_over)(w, -5, 1, 6);
     }
     const int32_t status =
-        T(hopform_try_currents)(plan, start, 1, currents, CURRENTS, (REAL)1, phases, WORDS_PHASES, trials);
+        T(hopform_try_currents)(plan, start, 1, currents, CURRENTS, (REAL)1, phases, DIGEST_PHASES, trials);
     T(take)(w, (uint32_t)status);
     for (int n = 0; n < CURRENTS && status >= 0; n++) {
         T(numbers)(w, &trials[n].u, offsetof(T(hopform_trial), events));
@@ -295,7 +295,7 @@ static void T(with_trials)(T(words) *w, const T(hopform_plan) *plan, const T(hop
 }
 
 /* A signal of contact, whose samples often lie on a threshold. */
-static void T(with_contact)(T(words) *w)
+static void T(with_contact)(T(digest) *w)
 {
     T(hopform_detector) detector;
     T(hopform_contact) contact;
@@ -311,9 +311,9 @@ static void T(with_contact)(T(words) *w)
     }
 }
 
-static uint32_t T(word_of)(int robots, int commands)
+static uint32_t T(digest_of)(int robots, int commands)
 {
-    T(words) w = {2463534242u, 0u, 0};
+    T(digest) w = {2463534242u, 0u, 0};
     for (int n = 0; n < robots; n++) {
         T(hopform_plan) plan;
         w.plain = n % 3 == 0;

@@ -1,4 +1,4 @@
-/* Prints a word for all bits of random stances, flights and commands (words_of.h), in single precision, and in double
+/* Prints a digest of all bits of random stances, flights and commands (digest_of.h), in single precision, and in double
  * precision unless -DSINGLE. The selftest's cases are chosen to visit everything once; these are many. */
 #include <math.h>
 #include <stddef.h>
@@ -6,35 +6,35 @@
 #include "board.h"
 #include "hopform/hopform.h"
 
-#ifndef WORDS_ROBOTS
-#define WORDS_ROBOTS 30
-#define WORDS_COMMANDS 5
-#define WORDS_SAMPLES 70
+#ifndef DIGEST_ROBOTS
+#define DIGEST_ROBOTS 30
+#define DIGEST_COMMANDS 5
+#define DIGEST_SAMPLES 70
 #endif
-enum { WORDS_PHASES = 64 };
+enum { DIGEST_PHASES = 64 };
 
 #ifndef DOUBLE_ALONE
 #define REAL float
 #define T(name) name##_f32
-#include "words_of.h"
+#include "digest_of.h"
 #undef REAL
 #undef T
 #endif
 #ifndef SINGLE
 #define REAL double
 #define T(name) name##_f64
-#include "words_of.h"
+#include "digest_of.h"
 #endif
 
 int main(void)
 {
 #ifndef DOUBLE_ALONE
     board_text("f32 ");
-    board_hex(word_of_f32(WORDS_ROBOTS, WORDS_COMMANDS));
+    board_hex(digest_of_f32(DIGEST_ROBOTS, DIGEST_COMMANDS));
 #endif
 #ifndef SINGLE
     board_text(" f64 ");
-    board_hex(word_of_f64(WORDS_ROBOTS, WORDS_COMMANDS));
+    board_hex(digest_of_f64(DIGEST_ROBOTS, DIGEST_COMMANDS));
 #endif
     board_text("\n");
     board_exit(0);
