@@ -253,6 +253,24 @@ def test_a_damper_in_the_leg_does_what_is_printed(b12, u, duration, apex):
     assert abs(100 * height - mp.mpf(apex)) < mp.mpf("0.0006") * max(1, 10 ** (5 - len(apex)))
 
 
+def test_extremes_are_those_of_the_closed_form():
+    """y = sag (1 - cos wt) + (v/w) sin wt of a locked leg; N has a minimum where the body turns above the ground."""
+    stance = solve(builders.stance(LOCKED, v2="-1"))
+    assert abs(stance.compression_max - mp.mpf("0.1") - mp.sqrt(2) / 10) < TINY
+    swing = solve(builders.stance(LOCKED, v2="0", y="0.15", horizon="0.5"))
+    assert [mp.nstr(N, 20) for _, N in swing.force_minima] == ["5.0"]
+    assert abs(swing.force_minima[0][0] - mp.pi / 10) < TINY
+
+
+def test_works_over_long_steps_are_those_over_windows():
+    """An overdamped mass that creeps: rates of 1 and 1e4 per second, 2 s in a few long steps."""
+    creeping = solve(builders.joint(m="1", k="1e4", b="1e4", v="1", q="0.1"))
+    assert creeping.run.windows < 30
+    for t in ("0.3", "2"):
+        works = creeping.ledger(t)
+        assert abs(sum(works.values()) - creeping.kinetic(t) + creeping.given_kinetic) < mp.mpf("1e-55")
+
+
 def test_a_contact_opens_where_an_impact_makes_its_force_negative():
     """At 20 N s/m and 3 A the stop takes v1, and N = k y + b12 (v1 - v2) jumps from 9.4 N to -4.2 N."""
     stance = solve(builders.damped_leg(HOPPER, "20", v2=DROP, u="3"))
@@ -347,6 +365,7 @@ def test_a_force_that_dips_below_zero_is_a_takeoff_by_any_depth(depth):
         ({"v2": "1"}, "5", ("takeoff",)),  # y = 0, N < 0
         ({"v2": "-1"}, "0.5", ("x2_reverses", "takeoff")),  # y = 0, N > 0
         ({"v2": "-1", "y": "-1e-17"}, "0", ("takeoff",)),  # N < 0, y within the tolerance
+        ({"v2": "0", "y": "-1e-17"}, "0", ("takeoff",)),
     ],
 )
 def test_the_contact_force_at_the_start_decides(start, b12, kinds):
@@ -364,6 +383,21 @@ def test_a_start_that_moves_into_a_stop_loses_its_velocity_without_an_event():
     motion = solve(builders.joint(m="2", k="1", q_max="0", v="3", load="1", horizon="1"))
     assert motion.kinds == ("rest",) and motion.duration == 0
     assert motion.ledger(0)["stop_loss"] == -9
+
+
+def test_an_impact_releases_a_held_element_that_it_sets_in_motion():
+    """Masses (2, 1; 1, 2): M^-1 c = (2, -1)/3, so 1 m/s into a's stop is 0.5 m/s of b; friction gives no impulse."""
+    text = pair("0") | {"mass": [[2, 1], [1, 2]], "stiffness": [[0, 0], [0, 0]], "horizon": "0.3"}
+    text |= {"elements": [
+        {"name": "a", "direction": [1, 0], "limits": ["-inf", "0.25"]},
+        {"name": "b", "direction": [0, 1], "friction": [50, 50]},
+    ]}  # fmt: skip
+    motion = solve(text)
+    assert motion.kinds == ("a_hits_stop", "b_slips", "b_sticks", "rest")
+    after = motion.phases[1]
+    assert after.start == mp.mpf("0.25") and after.point.v == (0, mp.mpf("0.5"))
+    assert abs(motion.duration - mp.mpf("0.25") - mp.mpf("0.5") * 2 / 50) < TINY
+    assert motion.ledger(motion.duration)["stop_loss"] == mp.mpf("-0.75")
 
 
 def test_a_stop_that_is_left_again_at_once_is_hit_and_nothing_else():
@@ -411,6 +445,16 @@ def test_a_step_of_the_current_lets_go_and_holds():
     motion = solve(builders.joint(m="1", F_plus="1", F_minus="2", b="0", u=[["0", "1"], ["0.5", "2"], ["1", "0"]]))
     assert [event.kind for event in motion.events] == ["q_slips", "q_sticks"] and motion.status == "rest"
     assert motion.events[0].time == mp.mpf("0.5") and abs(motion.duration - mp.mpf("1.5")) < TINY
+
+
+def test_rest_begins_when_everything_is_held_though_the_current_steps_later():
+    motion = solve(builders.joint(m="1", F_plus="2", F_minus="2", v="1", u=[["0", "0"], ["1", "1.9"]]))
+    assert motion.kinds == ("q_sticks", "rest") and motion.duration == mp.mpf("0.5")
+
+
+def test_a_step_behind_the_horizon_is_none():
+    motion = solve(builders.joint(m="1", v="1", u=[["0", "0"], ["3", "5"]]))
+    assert motion.kinds == ("horizon",) and motion.duration == 2
 
 
 def test_levels_differ_by_sign():

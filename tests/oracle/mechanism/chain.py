@@ -310,7 +310,7 @@ def search(run: Run, t: Real, z: Point, mode: Mode, end: Real) -> tuple[Hit | No
     flow = run.known_flow(mode)
     if not flow.order:
         run.marks.append(Mark(t, len(run.phases) - 1, z))
-        return None, z
+        return (Hit(t, z, lifted), z) if (lifted := lifts(run, z)) else (None, z)
     windows, patience = 0, PATIENCE
     while t < end:
         run.marks.append(Mark(t, len(run.phases) - 1, z))
@@ -445,7 +445,16 @@ def run_chain(run: Run, z: Point, armed: bool) -> tuple[str, Real, Point]:
 def at_rest(run: Run, z: Point, mode: Mode) -> bool:
     """Nothing moves and nothing can start to: every element is held, and no free coordinate is accelerated."""
     flow = run.known_flow(mode)
-    return not any(mode.signs) and not any(z.v) and not (flow.order and any(flow.start(z)[1]))
+    still = not any(mode.signs) and not any(z.v) and not (flow.order and any(flow.start(z)[1]))
+    return still and not lifts(run, z)
+
+
+def lifts(run: Run, z: Point) -> tuple[Guard, ...]:
+    """The contact, if it would have to pull where nothing moves."""
+    contact = run.system.contact
+    if contact is None or contact.force.at(z.q, z.v) >= 0:
+        return ()
+    return (Guard("contact", -1, 0, contact.force.at(z.q, z.v), mp.zero, (), ()),)
 
 
 def begin(problem: Problem) -> tuple[Run, Point, bool]:
