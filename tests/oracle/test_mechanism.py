@@ -469,6 +469,14 @@ def test_a_chain_stops_at_its_cap():
     assert abs(motion.duration - mp.mpf(9) / 20 * mp.pi) < TINY
 
 
+def test_a_velocity_that_touches_zero_goes_on():
+    """Two equal masses on a spring: v_a = 1 + cos wt, v_b = 1 - cos wt, w = 2 pi/s; v_a is zero at 0.5 s."""
+    text = pair("0") | {"parameters": {"k": 2 * mp.pi**2, "F": "0"}, "start": {"v_a": "2", "v_b": "0"}}
+    motion = solve(text | {"stiffness": [["k", "-k"], ["-k", "k"]]})
+    assert motion.kinds == ("horizon",) and motion.margin < 1e-60
+    assert abs(motion.at("0.5")["v_a"]) < TINY and abs(motion.final["v_a"] - 2) < TINY
+
+
 def test_a_law_that_saturates_is_a_phase_and_no_event():
     motion = solve(builders.flight(HOPPER, Kp="3000", Kd="100", u_max="1", x1="0.06", v1="-0.1", x2="0.9", v2="1"))
     assert [phase.mode.saturation for phase in motion.phases][:2] == [-1, 0]
@@ -618,6 +626,12 @@ def test_the_answer_of_a_neighbour_is_excused():
 def test_the_condition_of_a_free_mass_is_that_of_its_formula():
     """q = v_0 t + gamma u t^2/(2 m) = 1 + 1 at t = 1: v_0, gamma, u and m each count 1 m in 0.1 m."""
     free = solve(builders.joint(m="1", k="0", v="1", u="2", horizon="1"))
+    assert abs(conditions(free)["state"] - 40) < 1e-20
+
+
+def test_the_condition_counts_the_start_of_each_later_phase():
+    """q = v_0 t, and from 1 s on q_1 + v_1 (t - 1): v_0 counts 2 m in 0.1 m, q_1 and v_1 1 m each."""
+    free = solve(builders.joint(m="1", v="1", u=[["0", "0"], ["1", "0"]], horizon="2"))
     assert abs(conditions(free)["state"] - 40) < 1e-20
 
 

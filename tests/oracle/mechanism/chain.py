@@ -33,7 +33,7 @@ from .numbers import (
     total,
     transpose,
 )
-from .roots import Root, Search, first_root, stays_positive
+from .roots import Search, first_root, stays_positive
 
 PATIENCE = 3  # windows of a phase before a long step is tried
 MOST_WINDOWS = 200_000
@@ -346,8 +346,8 @@ def first_due(run: Run, functions: Sequence[Polynomial], limit: int) -> tuple[in
     found = list[tuple[int, Polynomial]]()
     for function in functions:
         root = violated(run, function)
-        if root is not None and root.place <= limit + TIE:
-            found.append((root.place, function))
+        if root is not None and root <= limit + TIE:
+            found.append((root, function))
     if not found:
         return limit, ()
     first = min(place for place, _ in found)
@@ -357,16 +357,19 @@ def first_due(run: Run, functions: Sequence[Polynomial], limit: int) -> tuple[in
     return min(first, limit), tuple(function.guard for function in due)
 
 
-def violated(run: Run, function: Polynomial) -> Root | None:
-    """Where an event function first fails in a window; a velocity fails where it touches zero, too."""
+def violated(run: Run, function: Polynomial) -> int | None:
+    """Where an event function first fails in a window.
+
+    A velocity that touches zero goes on: what bends it upwards is the force that would move the element, were it held.
+    """
     order, sign = function.leading()
     if sign <= 0:
-        return Root(0) if sign else None
+        return 0 if sign else None
     c = function.c[order:]
     if stays_positive(c):
         return None
     search = Search(c, int(max(map(abs, c)) * TINY))
-    root = first_root(search, function.guard.kind == "velocity")
+    root = first_root(search)
     for place, value in search.minima:
         run.near(loose(value) * function.unit * loose(place) ** order, scale_of(function))
     return root

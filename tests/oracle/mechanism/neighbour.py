@@ -18,7 +18,7 @@ from .equations import Problem
 from .flow import Point, expand, fixed, horner, loose
 from .guards import Polynomial, guards, polynomial
 from .numbers import TINY, Real, mp, ulp
-from .roots import Root, bracketed
+from .roots import bracketed
 from .solution import Solution, solve
 
 STEP = mp.mpf("1e-25")  # relative, of the differences for gradients
@@ -167,7 +167,7 @@ def phase_quantities(solution: Solution, n: int) -> dict[Label, Real]:
                     found[label] = value
             root = first_zero(solution.run, function)
             if root is not None and guard.label not in zeros:
-                zeros[guard.label] = t + loose(root.place) * flow.window
+                zeros[guard.label] = t + loose(root) * flow.window
     labels = sorted(zeros, key=lambda label: zeros[label])
     for a in labels:
         for b in labels:
@@ -199,7 +199,7 @@ def windows(solution: Solution, n: int, end: Real) -> Iterator[tuple[Real, Point
         t += flow.window
 
 
-def first_zero(run: Run, function: Polynomial) -> Root | None:
+def first_zero(run: Run, function: Polynomial) -> int | None:
     """Where an event function falls through zero in a window; not where a window begins just behind it."""
     _, sign = function.leading()
     margin = run.margin
