@@ -278,6 +278,14 @@ def placed(q: Vector, direction: Vector, limit: Real) -> Vector:
     return tuple(total(p, -d * excess / square) if d else p for p, d in zip(q, direction, strict=True))
 
 
+def at_limits(system: System, q: Vector) -> Vector:
+    """The position with what is at a limit to within rounding exactly there."""
+    for e, element in enumerate(system.elements):
+        for side in blocked(system, e, q):
+            q = placed(q, element.direction, element.limit(side))
+    return q
+
+
 def settle(run: Run, hit: Hit, mode: Mode) -> Point:
     """The state after events: what is zero is exactly zero, a limit takes the velocity of what hits it."""
     system, q = run.system, hit.point.q
@@ -286,9 +294,7 @@ def settle(run: Run, hit: Hit, mode: Mode) -> Point:
     for guard in hit.due:
         if guard.kind == "limit":
             q = placed(q, system.elements[guard.element].direction, system.elements[guard.element].limit(guard.side))
-    for e, element in enumerate(system.elements):
-        for side in blocked(system, e, q):
-            q = placed(q, element.direction, element.limit(side))
+    q = at_limits(system, q)
     after = impact(system, q, v, sorted(resting))
     lose(run, hit.time, v, after)
     return replace(hit.point, q=q, v=after)
@@ -463,7 +469,7 @@ def lifts(run: Run, z: Point) -> tuple[Guard, ...]:
 def begin(problem: Problem) -> tuple[Run, Point, bool]:
     """The state at t = 0, before anything has moved. Raises ValueError for a start outside the model."""
     system = problem.system
-    run, q = Run(problem, system), system.position
+    run, q = Run(problem, system), at_limits(system, system.position)
     for element in system.elements:
         place = dot(element.direction, q)
         if not element.low <= place <= element.high:
