@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import random
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -16,9 +17,10 @@ from scipy.integrate import solve_ivp
 from tests.oracle.mechanism import builders, read, solve
 from tests.oracle.mechanism.compare import EXCUSED, RIGHT, WRONG, Answer, compare, conditions
 from tests.oracle.mechanism.neighbour import neighbour
-from tests.oracle.mechanism.numbers import mp, ulp
+from tests.oracle.mechanism.numbers import exact, mp, ulp
 from tests.random_stances import draw_stances
 from tests.reference import solve as solve_reference
+from tests.reference.flight import solve_flight as solve_reference_flight
 
 FIXTURES = sorted((Path(__file__).parent / "mechanism" / "fixtures").glob("*.json"))
 ROBOT = ("m_eff", "m_s", "k", "L0", "c", "b1", "b2", "f1", "f2", "gamma2", "g", "x1_min", "x1_max")
@@ -45,6 +47,49 @@ def test_random_stances_are_those_of_the_reference(row):
         here = found.at(t)
         assert all(abs(here[name] - getattr(state, name)) < TINY * (1 + abs(here[name])) for name in state._fields)
     assert abs(found.gains["body"] - wanted.aed) < TINY * (1 + abs(wanted.aed))
+
+
+def random_leg(seed: int) -> tuple[dict[str, Any], dict[str, Any]]:
+    draw = random.Random(seed)
+    m_s, k = 10 ** draw.uniform(-1, 1), 10 ** draw.uniform(1, 5)
+    m_eff = m_s * 10 ** draw.uniform(-2, 2)
+    b1, b2, b12 = (draw.choice([0.0, 2 * math.sqrt(k * m) * 10 ** draw.uniform(-3, 1)]) for m in (m_eff, m_s, m_s))
+    robot = {"m_eff": m_eff, "m_s": m_s, "k": k, "L0": 0.4, "c": draw.choice([0, 0.01]), "b1": b1, "b2": b2, "b12": b12}
+    robot |= {"f1": draw.choice([0, 0.7]), "f2": draw.choice([0, 0.5]), "gamma2": -10.0, "g": 9.81}
+    robot |= {"x1_min": 0, "x1_max": draw.choice([0.001, 0.08, math.inf])}
+    return robot, {"v2": -draw.uniform(0.5, 2.5), "u": [(0, draw.uniform(-2, 3)), (0.05, -1)], "max_phases": 40}
+
+
+@pytest.mark.parametrize("seed", range(30))
+def test_dampers_in_the_leg_and_steps_of_the_current_are_those_of_the_reference(seed):
+    """The reference takes off where the spring's force vanishes, so that is the contact force here, too."""
+    robot, start = random_leg(seed)
+    text = builders.damped_leg({name: q for name, q in robot.items() if name != "b12"}, robot["b12"], **start)
+    found = solve(text | {"contact": {**text["contact"], "force": {"q": ["k", "-k"]}}})
+    wanted = solve_reference(robot, **start)
+    assert found.kinds == (*(event.kind for event in wanted.events), wanted.status)
+    assert all(abs(a.time - b.time) < TINY for a, b in zip(found.events, wanted.events, strict=True))
+    assert all(abs(found.final[name] - getattr(wanted.final, name)) < TINY for name in wanted.final._fields)
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_random_flights_are_those_of_the_reference(seed):
+    draw = random.Random(seed)
+    robot = {**HOPPER, "c": draw.choice([0.0, 0.005]), "f1": draw.choice([0.0, 0.5]), "b1": draw.choice([0.0, 150.0])}
+    Kp, Kd, limit = 10 ** draw.uniform(1, 5), 10 ** draw.uniform(0, 3), 10 ** draw.uniform(-1, 1)
+    x1, v1, v2, ahead = draw.uniform(0, 0.08), draw.uniform(-0.5, 0.5), draw.uniform(1, 3), draw.uniform(-0.1, 0.1)
+    wanted = solve_reference_flight(
+        {**robot, "b2": 0, "f2": 0, "u_max": limit}, v2=v2, x1=x1, v1=v1, y=ahead, gains=(Kp, Kd)
+    )
+    x2 = exact(x1) - exact(ahead) + exact(robot["L0"]) + exact(robot["c"])
+    found = solve(builders.flight(robot, Kp=Kp, Kd=Kd, u_max=limit, x1=x1, v1=v1, x2=x2, v2=v2, horizon=10))
+    events = [event for event in wanted.events if not event.kind.startswith("u_")]
+    assert found.kinds == (*(event.kind for event in events), wanted.status) and found.status == "touchdown"
+    assert all(abs(a.time - b.time) < TINY for a, b in zip(found.events, events, strict=True))
+    assert all(abs(found.final[name] - q) < TINY for name, q in zip(("x1", "v1", "v2"), wanted.end, strict=False))
+    works = found.ledger(found.duration)
+    for name, work in (("input", "motor_work"), ("damper viscous_1", "viscous_1"), ("friction x1", "coulomb_1")):
+        assert abs(works[name] - getattr(wanted.ledger, work)) < TINY
 
 
 # ---- time stepping: the same physics in floats, by scipy ----
