@@ -445,6 +445,14 @@ def test_an_impact_releases_a_held_element_that_it_sets_in_motion():
     assert motion.ledger(motion.duration)["stop_loss"] == mp.mpf("-0.75")
 
 
+def test_a_position_at_a_stop_to_within_rounding_is_at_the_stop():
+    low = -mp.mpf(1) / 3
+    inside = solve(builders.joint(m="1", q=low * (1 + mp.mpf("1e-80")), q_min=low, v="-1", horizon="1"))
+    assert inside.kinds == ("rest",) and inside.final["q"] == low
+    with pytest.raises(ValueError, match="must be in"):
+        solve(builders.joint(m="1", q=low * (1 + mp.mpf("1e-60")), q_min=low))
+
+
 def test_a_stop_that_is_left_again_at_once_is_hit_and_nothing_else():
     motion = solve(builders.joint(m="1", k="4", q_0="0", v="1", q_max="0.25", horizon="1"))
     assert motion.kinds == ("q_hits_stop", "horizon")
@@ -499,7 +507,7 @@ def test_rest_begins_when_everything_is_held_though_the_current_steps_later():
 
 def test_a_step_behind_the_horizon_is_none():
     motion = solve(builders.joint(m="1", v="1", u=[["0", "0"], ["3", "5"]]))
-    assert motion.kinds == ("horizon",) and motion.duration == 2
+    assert motion.kinds == ("horizon",) and motion.duration == 2 == motion.final["q"]
 
 
 def test_levels_differ_by_sign():
@@ -653,6 +661,9 @@ def test_the_exact_answer_is_right_and_one_that_is_off_is_not(path):
     wrong = compare(motion.problem, off)
     assert wrong.outcome == WRONG and abs(wrong.errors["state"] - 1e-7) < 1e-12
     assert compare(motion.problem, off, digits=24).outcome == RIGHT
+    late = compare(motion.problem, answer_of(motion, duration=motion.duration * (1 + mp.mpf("1e-7"))), digits=24)
+    share = motion.duration / max(motion.duration, motion.system.units["time"])
+    assert abs(late.errors["state"] - 1e-7 * share) < 1e-12
 
 
 def test_an_answer_without_an_event_is_wrong():

@@ -274,8 +274,8 @@ def arrested(system: System, v: Vector, resting: Sequence[int]) -> Vector:
 
 def placed(q: Vector, direction: Vector, limit: Real) -> Vector:
     """The position moved the shortest way so that direction . q is exactly the limit."""
-    excess, square = total(mp.fdot(direction, q), -limit), mp.fdot(direction, direction)
-    return tuple(total(p, -d * excess / square) if d else p for p, d in zip(q, direction, strict=True))
+    excess, square = mp.fdot(direction, q) - limit, mp.fdot(direction, direction)
+    return tuple(p - d * excess / square if d else p for p, d in zip(q, direction, strict=True))
 
 
 def at_limits(system: System, q: Vector) -> Vector:
@@ -470,9 +470,9 @@ def begin(problem: Problem) -> tuple[Run, Point, bool]:
     """The state at t = 0, before anything has moved. Raises ValueError for a start outside the model."""
     system = problem.system
     run, q = Run(problem, system), at_limits(system, system.position)
-    for element in system.elements:
+    for e, element in enumerate(system.elements):
         place = dot(element.direction, q)
-        if not element.low <= place <= element.high:
+        if not element.low <= place <= element.high and not blocked(system, e, q):
             raise ValueError(f"{element.name} must be in [{element.low}, {element.high}], got {place}")
     if system.contact is not None:
         y, tolerance = system.contact.compression.at(q, system.velocity), system.contact.tolerance
