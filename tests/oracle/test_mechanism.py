@@ -16,6 +16,7 @@ from scipy.integrate import solve_ivp
 
 from tests.oracle.mechanism import builders, read, solve
 from tests.oracle.mechanism.compare import EXCUSED, RIGHT, WRONG, Answer, compare, conditions
+from tests.oracle.mechanism.fixtures import PROBLEMS, answer
 from tests.oracle.mechanism.neighbour import neighbour
 from tests.oracle.mechanism.numbers import exact, mp, ulp
 from tests.random_stances import draw_stances
@@ -333,10 +334,18 @@ def test_the_works_of_all_forces_are_the_gain_of_kinetic_energy(path):
         assert all(work <= 0 for name, work in works.items() if name.split()[0] in ("damper", "friction", "stop_loss"))
 
 
-def test_fixtures_say_what_they_do():
-    for path in FIXTURES:
-        assert list(solve(path).kinds) == json.loads(path.read_text("utf-8"))["expected"], path.stem
-    assert len(FIXTURES) >= 10
+@pytest.mark.parametrize("path", FIXTURES, ids=lambda path: path.stem)
+def test_a_fixture_is_its_builders_problem_with_its_answer(path):
+    text = json.loads(path.read_text("utf-8"))
+    wanted = text.pop("answer")
+    assert text == json.loads(json.dumps(PROBLEMS[path.stem]))
+    found = answer(solve(path))
+    assert found["status"] == wanted["status"] and len(FIXTURES) == len(PROBLEMS)
+    assert [kind for _, kind in found["events"]] == [kind for _, kind in wanted["events"]]
+    pairs = [(found["duration"], wanted["duration"])]
+    pairs += [(a, b) for (a, _), (b, _) in zip(found["events"], wanted["events"], strict=True)]
+    pairs += [(q, wanted[part][name]) for part in ("final", "gains", "ledger") for name, q in found[part].items()]
+    assert all(abs(mp.mpf(a) - mp.mpf(b)) < mp.mpf("1e-27") for a, b in pairs)
 
 
 # ---- the rules, one by one ----
@@ -417,6 +426,11 @@ def test_the_contact_force_at_the_start_decides(start, b12, kinds):
     found = solve(builders.damped_leg(LOCKED, b12, **start))
     assert found.kinds[: len(kinds)] == kinds
     assert found.duration == 0 or found.kinds != ("takeoff",)
+
+
+def test_a_leg_that_would_have_to_pull_while_all_is_held_takes_off():
+    stance = solve(builders.stance({**LOCKED, "f2": 20}, v2="0", y="-1e-17"))
+    assert stance.kinds == ("takeoff",) and stance.duration == 0
 
 
 def test_a_leg_that_is_stretched_at_the_start_is_an_error():
@@ -597,10 +611,19 @@ def at_the_level(ulps: int) -> Any:
 
 @pytest.mark.parametrize("ulps", [-9, 0, 9])
 def test_a_tie_of_the_hold_rule_has_neighbours_that_stick_and_that_turn(ulps):
+    assert 0 < solve(at_the_level(ulps)).margin < 1e-14
     joint, sides = at_the_level(ulps), [solve(at_the_level(far)).kinds for far in (-100, 100)]
     assert [kinds[0] for kinds in sides] == ["q_reverses", "q_sticks"]
     other = neighbour(joint, next(kinds for kinds in sides if kinds[0] != solve(joint).kinds[0]))
     assert other.found and other.attempts[0].label[0] == "hold"
+
+
+def test_an_exact_tie_is_decided_by_the_rule_and_not_excused():
+    """A force that touches zero is no take-off, however near one is."""
+    touching = read(builders.stance(LOCKED, v2="0", y="0.2"))
+    assert not neighbour(touching, ("x2_reverses", "takeoff")).found
+    nearly = read(builders.stance(LOCKED, v2="0", y=mp.mpf("0.2") * (1 - mp.mpf("1e-16"))))
+    assert neighbour(nearly, ("x2_reverses", "takeoff")).found
 
 
 def test_two_events_at_one_time_have_neighbours_in_both_orders():
@@ -669,6 +692,13 @@ def test_the_exact_answer_is_right_and_one_that_is_off_is_not(path):
 def test_an_answer_without_an_event_is_wrong():
     motion = solve(builders.stance(HOPPER, v2=DROP, u="3"))
     assert compare(motion.problem, answer_of(motion, events=[])).outcome == WRONG
+
+
+def test_an_answer_that_was_given_up_is_judged_up_to_there():
+    ringing = builders.joint(m="1", k="100", v="1")
+    short = answer_of(solve(ringing | {"max_phases": 4}))
+    assert short.kinds == ("q_reverses",) * 4 + ("too_many_phases",) and compare(ringing, short).outcome == RIGHT
+    assert compare(ringing, replace(short, events=short.events[:3])).outcome == WRONG
 
 
 def test_the_answer_of_a_neighbour_is_excused():

@@ -57,7 +57,7 @@ class Verdict:
 
 def compare(source: Problem | Mapping[str, Any], answer: Answer, digits: int = 53, condition: bool = False) -> Verdict:
     """The verdict on an answer in floats with so many binary digits."""
-    solution, near = solve(source), None
+    solution, near = capped(solve(source), answer), None
     if solution.kinds != answer.kinds:
         near = neighbour(solution.problem, answer.kinds, digits)
         if near.solution is None:
@@ -71,6 +71,14 @@ def compare(source: Problem | Mapping[str, Any], answer: Answer, digits: int = 5
     joint = max(errors.values()) / max(1.0, *known.values(), 1.0)
     outcome = WRONG if not ratio <= limit else RIGHT if near is None else EXCUSED
     return Verdict(outcome, errors, known, ratio, joint, solution, near)
+
+
+def capped(solution: Solution, answer: Answer) -> Solution:
+    """The motion up to where the answer was given up: a cap counts the phases of whoever has it."""
+    if answer.status != "too_many_phases" or len(answer.events) > len(solution.events):
+        return solution
+    most = next((n for n, phase in enumerate(solution.phases) if phase.before == len(answer.events)), 0)
+    return solve(replace(solution.problem, max_phases=most)) if most else solution
 
 
 def scale(solution: Solution, part: str) -> Real:
