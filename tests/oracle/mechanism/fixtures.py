@@ -74,11 +74,12 @@ def answer(motion: Solution) -> dict[str, Any]:
 
 
 def write() -> None:
-    """Each problem with its answer."""
+    """Each problem with its answer, a line per field."""
     FOLDER.mkdir(exist_ok=True)
     for name, text in PROBLEMS.items():
         whole = {**text, "answer": answer(solve(text))}
-        (FOLDER / f"{name}.json").write_text(json.dumps(whole, indent=1) + "\n", "utf-8")
+        lines = ",\n".join(f"  {json.dumps(field)}: {json.dumps(value)}" for field, value in whole.items())
+        (FOLDER / f"{name}.json").write_text(f"{{\n{lines}\n}}\n", "utf-8")
 
 
 if __name__ == "__main__":
