@@ -619,7 +619,10 @@ def test_a_tie_of_the_hold_rule_has_neighbours_that_stick_and_that_turn(ulps):
 
 
 def test_an_exact_tie_is_decided_by_the_rule_and_not_excused():
-    """A force that touches zero is no take-off, however near one is."""
+    """A stop that is touched is not hit, a force that touches zero is no take-off, however near they are."""
+    motion = solve(builders.joint(**SWING))
+    grazed = read(builders.joint(**SWING, q_min=motion.at(motion.events[0].time)["q"]))
+    assert solve(grazed).kinds == MISS and not neighbour(grazed, HIT).found
     touching = read(builders.stance(LOCKED, v2="0", y="0.2"))
     assert not neighbour(touching, ("takeoff",)).found
     nearly = read(builders.stance(LOCKED, v2="0", y=mp.mpf("0.2") * (1 - mp.mpf("1e-16"))))
