@@ -25,6 +25,7 @@ taken exactly.
 | `energies` | `mass`, `stiffness`, `force` of v M v/2 + q K q/2 - f q | J |
 | `units` | scales of errors: `time` (at least the duration), each output, each energy | |
 | `tied` | groups of inputs that are moved together where they are equal: a start at a stop stays there | |
+| `answer` | in fixtures: what the motion is, to 30 digits | |
 | `horizon`, `max_phases` | where the motion is given up | s, - |
 
 A row is {"q": [...], "v": [...], "constant": ...}: q . position + v . velocity + constant.

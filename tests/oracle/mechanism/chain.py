@@ -33,7 +33,7 @@ from .numbers import (
     total,
     transpose,
 )
-from .roots import Root, Search, first_root, stays_positive
+from .roots import Search, first_root, stays_positive
 
 PATIENCE = 3  # windows of a phase before a long step is tried
 MOST_WINDOWS = 200_000
@@ -274,8 +274,16 @@ def arrested(system: System, v: Vector, resting: Sequence[int]) -> Vector:
 
 def placed(q: Vector, direction: Vector, limit: Real) -> Vector:
     """The position moved the shortest way so that direction . q is exactly the limit."""
-    excess, square = total(mp.fdot(direction, q), -limit), mp.fdot(direction, direction)
-    return tuple(total(p, -d * excess / square) if d else p for p, d in zip(q, direction, strict=True))
+    excess, square = mp.fdot(direction, q) - limit, mp.fdot(direction, direction)
+    return tuple(p - d * excess / square if d else p for p, d in zip(q, direction, strict=True))
+
+
+def at_limits(system: System, q: Vector) -> Vector:
+    """The position with what is at a limit to within rounding exactly there."""
+    for e, element in enumerate(system.elements):
+        for side in blocked(system, e, q):
+            q = placed(q, element.direction, element.limit(side))
+    return q
 
 
 def settle(run: Run, hit: Hit, mode: Mode) -> Point:
@@ -286,9 +294,7 @@ def settle(run: Run, hit: Hit, mode: Mode) -> Point:
     for guard in hit.due:
         if guard.kind == "limit":
             q = placed(q, system.elements[guard.element].direction, system.elements[guard.element].limit(guard.side))
-    for e, element in enumerate(system.elements):
-        for side in blocked(system, e, q):
-            q = placed(q, element.direction, element.limit(side))
+    q = at_limits(system, q)
     after = impact(system, q, v, sorted(resting))
     lose(run, hit.time, v, after)
     return replace(hit.point, q=q, v=after)
@@ -310,7 +316,7 @@ def search(run: Run, t: Real, z: Point, mode: Mode, end: Real) -> tuple[Hit | No
     flow = run.known_flow(mode)
     if not flow.order:
         run.marks.append(Mark(t, len(run.phases) - 1, z))
-        return None, z
+        return (Hit(t, z, lifted), z) if (lifted := lifts(run, z)) else (None, z)
     windows, patience = 0, PATIENCE
     while t < end:
         run.marks.append(Mark(t, len(run.phases) - 1, z))
@@ -346,8 +352,8 @@ def first_due(run: Run, functions: Sequence[Polynomial], limit: int) -> tuple[in
     found = list[tuple[int, Polynomial]]()
     for function in functions:
         root = violated(run, function)
-        if root is not None and root.place <= limit + TIE:
-            found.append((root.place, function))
+        if root is not None and root <= limit + TIE:
+            found.append((root, function))
     if not found:
         return limit, ()
     first = min(place for place, _ in found)
@@ -357,16 +363,19 @@ def first_due(run: Run, functions: Sequence[Polynomial], limit: int) -> tuple[in
     return min(first, limit), tuple(function.guard for function in due)
 
 
-def violated(run: Run, function: Polynomial) -> Root | None:
-    """Where an event function first fails in a window; a velocity fails where it touches zero, too."""
+def violated(run: Run, function: Polynomial) -> int | None:
+    """Where an event function first fails in a window.
+
+    A velocity that touches zero goes on: what bends it upwards is the force that would move the element, were it held.
+    """
     order, sign = function.leading()
     if sign <= 0:
-        return Root(0) if sign else None
+        return 0 if sign else None
     c = function.c[order:]
     if stays_positive(c):
         return None
     search = Search(c, int(max(map(abs, c)) * TINY))
-    root = first_root(search, function.guard.kind == "velocity")
+    root = first_root(search)
     for place, value in search.minima:
         run.near(loose(value) * function.unit * loose(place) ** order, scale_of(function))
     return root
@@ -445,16 +454,25 @@ def run_chain(run: Run, z: Point, armed: bool) -> tuple[str, Real, Point]:
 def at_rest(run: Run, z: Point, mode: Mode) -> bool:
     """Nothing moves and nothing can start to: every element is held, and no free coordinate is accelerated."""
     flow = run.known_flow(mode)
-    return not any(mode.signs) and not any(z.v) and not (flow.order and any(flow.start(z)[1]))
+    still = not any(mode.signs) and not any(z.v) and not (flow.order and any(flow.start(z)[1]))
+    return still and not lifts(run, z)
+
+
+def lifts(run: Run, z: Point) -> tuple[Guard, ...]:
+    """The contact, if it would have to pull where nothing moves."""
+    contact = run.system.contact
+    if contact is None or contact.force.at(z.q, z.v) >= 0:
+        return ()
+    return (Guard("contact", -1, 0, contact.force.at(z.q, z.v), mp.zero, (), ()),)
 
 
 def begin(problem: Problem) -> tuple[Run, Point, bool]:
     """The state at t = 0, before anything has moved. Raises ValueError for a start outside the model."""
     system = problem.system
-    run, q = Run(problem, system), system.position
-    for element in system.elements:
+    run, q = Run(problem, system), at_limits(system, system.position)
+    for e, element in enumerate(system.elements):
         place = dot(element.direction, q)
-        if not element.low <= place <= element.high:
+        if not element.low <= place <= element.high and not blocked(system, e, q):
             raise ValueError(f"{element.name} must be in [{element.low}, {element.high}], got {place}")
     if system.contact is not None:
         y, tolerance = system.contact.compression.at(q, system.velocity), system.contact.tolerance

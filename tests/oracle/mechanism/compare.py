@@ -43,32 +43,42 @@ class Verdict:
     """right, excused (the events are a neighbour's) or wrong; errors in units of the scales, by part.
 
     `condition` is computed where an error is above the limit, or if it is asked for; without it, `ratio` is the error,
-    else error/max(1, condition).
+    else error/max(1, condition). Each part is judged by its own condition; `joint` divides by the largest of them.
     """
 
     outcome: str
     errors: Mapping[str, float]
     condition: Mapping[str, float]
     ratio: float
+    joint: float
     exact: Solution
     neighbour: Neighbour | None
 
 
 def compare(source: Problem | Mapping[str, Any], answer: Answer, digits: int = 53, condition: bool = False) -> Verdict:
     """The verdict on an answer in floats with so many binary digits."""
-    solution, near = solve(source), None
+    solution, near = capped(solve(source), answer), None
     if solution.kinds != answer.kinds:
         near = neighbour(solution.problem, answer.kinds, digits)
         if near.solution is None:
-            return Verdict(WRONG, {}, {}, float("inf"), solution, near)
+            return Verdict(WRONG, {}, {}, float("inf"), float("inf"), solution, near)
     other = near.solution if near is not None and near.solution is not None else solution
     errors, limit = errors_of(other, answer), LIMITS[digits]
     known: dict[str, float] = {}
     if condition or any(not error <= limit for error in errors.values()):
         known = conditions(other)
     ratio = max(error / max(1.0, known.get(part, 1.0)) for part, error in errors.items())
+    joint = max(errors.values()) / max(1.0, *known.values(), 1.0)
     outcome = WRONG if not ratio <= limit else RIGHT if near is None else EXCUSED
-    return Verdict(outcome, errors, known, ratio, solution, near)
+    return Verdict(outcome, errors, known, ratio, joint, solution, near)
+
+
+def capped(solution: Solution, answer: Answer) -> Solution:
+    """The motion up to where the answer was given up: a cap counts the phases of whoever has it."""
+    if answer.status != "too_many_phases" or len(answer.events) > len(solution.events):
+        return solution
+    most = next((n for n, phase in enumerate(solution.phases) if phase.before == len(answer.events)), 0)
+    return solve(replace(solution.problem, max_phases=most)) if most else solution
 
 
 def scale(solution: Solution, part: str) -> Real:

@@ -1,4 +1,4 @@
-"""The problems in fixtures/*.json, from the builders: `python -m tests.oracle.mechanism.fixtures` writes them anew."""
+"""The problems in fixtures/*.json with their answers to 30 digits; `python -m` this writes them."""
 
 from __future__ import annotations
 
@@ -6,9 +6,11 @@ import json
 from pathlib import Path
 from typing import Any
 
-from . import builders, solve
+from . import Solution, builders, solve
 from .builders import HOPPER_C
+from .numbers import Real, mp
 
+DIGITS = 30
 FOLDER = Path(__file__).parent / "fixtures"
 DROP = "-1.930751"
 SERVO: dict[str, Any] = {
@@ -55,12 +57,29 @@ PROBLEMS: dict[str, dict[str, Any]] = {
 }
 
 
+def answer(motion: Solution) -> dict[str, Any]:
+    """What a motion is, its numbers to DIGITS digits."""
+
+    def digits(value: Real) -> str:
+        return str(mp.nstr(value, DIGITS))
+
+    return {
+        "status": motion.status,
+        "duration": digits(motion.duration),
+        "events": [[digits(event.time), event.kind] for event in motion.events],
+        "final": {name: digits(value) for name, value in motion.final.items()},
+        "gains": {name: digits(value) for name, value in motion.gains.items() if name in motion.system.units},
+        "ledger": {name: digits(work) for name, work in motion.ledger(motion.duration).items()},
+    }
+
+
 def write() -> None:
-    """Each problem with the events and the ending it has."""
+    """Each problem with its answer, a line per field."""
     FOLDER.mkdir(exist_ok=True)
     for name, text in PROBLEMS.items():
-        whole = {**text, "expected": solve(text).kinds}
-        (FOLDER / f"{name}.json").write_text(json.dumps(whole, indent=1) + "\n", "utf-8")
+        whole = {**text, "answer": answer(solve(text))}
+        lines = ",\n".join(f"  {json.dumps(field)}: {json.dumps(value)}" for field, value in whole.items())
+        (FOLDER / f"{name}.json").write_text(f"{{\n{lines}\n}}\n", "utf-8")
 
 
 if __name__ == "__main__":

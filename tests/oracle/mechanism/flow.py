@@ -93,7 +93,8 @@ class Flow:
             self.MZ = times(system.mass, self.Z)
             unit = tuple(tuple(mp.mpf(int(i == j)) for j in range(system.size)) for i in range(system.size))
             self.blocked = plus(unit, times(self.MZ, tuple(tuple(-q for q in row) for row in self.P)))
-        self.powers: dict[Real, Matrix] = {}
+        self.powers: dict[Real, Matrix] = {}  # solutions over long steps, and their integrals of w_i w_j
+        self.gramians: dict[tuple[tuple[int, int], Real], Matrix] = {}
 
     @cached_property
     def free(self) -> tuple[int, ...]:

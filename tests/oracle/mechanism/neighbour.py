@@ -18,12 +18,13 @@ from .equations import Problem
 from .flow import Point, expand, fixed, horner, loose
 from .guards import Polynomial, guards, polynomial
 from .numbers import TINY, Real, mp, ulp
-from .roots import Root, bracketed
+from .roots import bracketed
 from .solution import Solution, solve
 
 STEP = mp.mpf("1e-25")  # relative, of the differences for gradients
 ULPS = 32
 SOLVES = 4
+TIE = mp.mpf("1e-50")  # what is smaller against what the moves change is an exact tie: the written rule decides it
 REACH = 2  # a quantity larger than this many times what the moves change is not tried
 MOST = 300  # windows of a phase that are looked at, the last ones
 GRID = 32  # places of a window between which an event function's slope changes sign at most once
@@ -66,7 +67,9 @@ def neighbour(problem: Problem, kinds: Sequence[str], digits: int = 53) -> Neigh
         place = difference(here.kinds, wanted)
         advanced = False
         for label, value, slopes in decisions(here, place, digits):
-            moved = solve(shifted(here.problem, value, slopes, digits))
+            moved = solved(shifted(here.problem, value, slopes, digits))
+            if moved is None:
+                continue
             attempts.append(Attempt(label, value, reach_of(here.problem, slopes, digits), moved.kinds))
             advanced = moved.kinds == wanted or difference(moved.kinds, wanted) > place
             if advanced or len(attempts) == SOLVES:
@@ -75,6 +78,14 @@ def neighbour(problem: Problem, kinds: Sequence[str], digits: int = 53) -> Neigh
         if not advanced:
             break
     return Neighbour(here if here.kinds == wanted else None, tuple(attempts))
+
+
+def solved(problem: Problem) -> Solution | None:
+    """The motion, or none where a move carries the start out of the model."""
+    try:
+        return solve(problem)
+    except ValueError:
+        return None
 
 
 def difference(a: Sequence[str], b: Sequence[str]) -> int:
@@ -90,14 +101,18 @@ def decisions(solution: Solution, place: int, digits: int) -> list[tuple[Label, 
     problem, base = solution.problem, quantities(solution, place)
     gradients: dict[Label, Slopes] = {label: {} for label in base}
     for group in problem.groups():
-        other = quantities(solve(scaled(problem, group, 1 + STEP)), place)
-        for label, value in base.items():
-            if label in other:
-                gradients[label][group] = (other[label] - value) / STEP
+        for step in (STEP, -STEP):
+            moved = solved(scaled(problem, group, 1 + step))
+            other = {} if moved is None else quantities(moved, place)
+            for label, value in base.items():
+                if label in other and group not in gradients[label]:
+                    gradients[label][group] = (other[label] - value) / step
+            if moved is not None and moved.kinds == solution.kinds:
+                break
     found = list[tuple[Real, Label, Real, Slopes]]()
     for label, value in base.items():
         reach = reach_of(problem, gradients[label], digits)
-        if value and abs(value) <= REACH * reach:
+        if TIE * reach < abs(value) <= REACH * reach:
             found.append((abs(value) / reach, label, value, gradients[label]))
     return [(label, value, slopes) for _, label, value, slopes in sorted(found, key=nearness)]
 
@@ -167,7 +182,7 @@ def phase_quantities(solution: Solution, n: int) -> dict[Label, Real]:
                     found[label] = value
             root = first_zero(solution.run, function)
             if root is not None and guard.label not in zeros:
-                zeros[guard.label] = t + loose(root.place) * flow.window
+                zeros[guard.label] = t + loose(root) * flow.window
     labels = sorted(zeros, key=lambda label: zeros[label])
     for a in labels:
         for b in labels:
@@ -199,7 +214,7 @@ def windows(solution: Solution, n: int, end: Real) -> Iterator[tuple[Real, Point
         t += flow.window
 
 
-def first_zero(run: Run, function: Polynomial) -> Root | None:
+def first_zero(run: Run, function: Polynomial) -> int | None:
     """Where an event function falls through zero in a window; not where a window begins just behind it."""
     _, sign = function.leading()
     margin = run.margin

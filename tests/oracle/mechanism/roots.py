@@ -18,14 +18,7 @@ NOISE = 1 << 24  # rounding of the coefficients, in units of 2^-BITS
 SCREEN = 36  # degree of the screening in floats
 NEAR = 1e-6  # what comes closer to zero, relative to the largest coefficient, is looked at in integers
 NARROW = BITS - 40  # halvings after which an interval is a point
-
-
-@dataclass(frozen=True)
-class Root:
-    """A place in units of 2^-BITS of the window; a touch is no crossing."""
-
-    place: int
-    touch: bool = False
+NONE = -1  # no root
 
 
 @dataclass
@@ -115,19 +108,19 @@ def bracketed(c: list[int], low: int, high: int) -> int:
     return x
 
 
-def first_root(search: Search, touches: bool) -> Root | None:
-    """The first place where p, positive just after 0, falls through zero; with `touches`, also where it touches it."""
+def first_root(search: Search) -> int | None:
+    """The first place, in units of 2^-BITS of the window, where p, positive just after 0, falls through zero."""
     stack = [(bernstein(search.c), 0, 0)]  # coefficients, left end, halvings
     while stack:
         b, left, depth = stack.pop()
-        found = decided(search, b, left, (1 << BITS) >> depth, touches)
-        if isinstance(found, Root):
-            return found
-        if found:
+        found = decided(search, b, left, (1 << BITS) >> depth)
+        if found == NONE:
             continue
+        if found is not None:
+            return found
         if depth >= NARROW:
             if b[-1] < -search.touch:
-                return Root(left)
+                return left
             continue
         near, far = halves(b)
         stack.append((far, left + ((1 << BITS) >> (depth + 1)), depth + 1))
@@ -135,24 +128,22 @@ def first_root(search: Search, touches: bool) -> Root | None:
     return None
 
 
-def decided(search: Search, b: list[int], left: int, width: int, touches: bool) -> Root | bool:
-    """The root in an interval, True for none, False if that is not known yet."""
+def decided(search: Search, b: list[int], left: int, width: int) -> int | None:
+    """The root in an interval, NONE if there is none, None if that is not known yet."""
     count = changes(b)
     if count == 0:
         negative = any(q < -NOISE for q in b)
-        return Root(left) if negative else True
+        return left if negative else NONE
     if count == 1:
         rises = next(q for q in reversed(b) if abs(q) > NOISE) > 0
-        return Root(left) if rises else Root(bracketed(search.c, left, left + width))
+        return left if rises else bracketed(search.c, left, left + width)
     differences = [q - p for p, q in zip(b, b[1:], strict=False)]
     bends = changes(differences)
     if bends == 0:
-        return True
+        return NONE
     if bends > 1 or differences[-1] < 0:
-        return False
+        return None
     bottom = bracketed(search.slope, left, left + width)
     value = horner(search.c, bottom)
     search.minima.append((bottom, value))
-    if value < -search.touch:
-        return Root(bracketed(search.c, left, bottom))
-    return Root(bottom, True) if touches and value <= search.touch else True
+    return bracketed(search.c, left, bottom) if value < -search.touch else NONE

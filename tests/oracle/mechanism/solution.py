@@ -13,9 +13,9 @@ from typing import Any
 
 from .chain import Event, Mark, Phase, Run, begin, between, run_chain
 from .equations import Problem, Row, System, read
-from .flow import BITS, Flow, Point, Series, expand, fixed, horner, loose
+from .flow import BITS, TERMS, Flow, Point, expand, exponential, fixed, horner, loose, recurrence
 from .guards import Guard, along, polynomial
-from .numbers import Number, Real, Vector, dot, exact, mp
+from .numbers import TINY, Matrix, Number, Real, Vector, dot, exact, mp, plus, times, transpose
 from .roots import bracketed
 
 
@@ -107,7 +107,7 @@ class Solution:
         works |= {f"damper {name}": mp.zero for name in s.dampers}
         works |= {f"friction {element.name}": mp.zero for element in s.elements}
         works["input"] = mp.zero
-        for mark, stop in stretches(self, t):
+        for mark, stop in strides(self, t):
             for name, work in path_works(self, mark, stop).items():
                 works[name] += work
         works["stop_loss"] = mp.fsum(loss for time, loss in self.run.losses if time <= t)
@@ -117,9 +117,11 @@ class Solution:
         """(time, value) of a linear function where phases begin, at the end, and where its derivative vanishes."""
         ends = {mp.zero, self.duration, *(phase.start for phase in self.phases)}
         found = [(t, row.at(z.q, z.v)) for t in sorted(ends) for z in [self.point(t)]]
-        for mark, end in stretches(self, self.duration):
+        for mark, end in stretches(self):
             found += turns(self, mark, end, row)
-        return sorted(found)
+        found.sort()
+        gaps = [b[0] - a[0] for a, b in zip(found, found[1:], strict=False)]
+        return [found[0], *(point for point, gap in zip(found[1:], gaps, strict=True) if gap > TINY * self.duration)]
 
     @property
     def compression_max(self) -> Real:
@@ -139,10 +141,6 @@ def solve(source: Problem | Mapping[str, Any] | str | Path) -> Solution:
     """The motion from its start to its ending. Raises ValueError for a start outside the model."""
     problem = source if isinstance(source, Problem) else read(source)
     run, z, armed = begin(problem)
-    contact = problem.system.contact
-    if contact is not None and contact.force.at(z.q, z.v) < 0:
-        run.marks.append(Mark(mp.zero, 0, z))
-        return Solution(problem, run, "takeoff", mp.zero, z)
     return Solution(problem, run, *run_chain(run, z, armed))
 
 
@@ -157,18 +155,23 @@ def minus(a: Vector, b: Vector) -> Vector:
     return tuple(p - q for p, q in zip(a, b, strict=True))
 
 
-def stretches(solution: Solution, until: Real) -> Iterator[tuple[Mark, Real]]:
-    """(window start, end) over the motion up to a time; a long step is cut into windows."""
-    run = solution.run
-    for mark, following in zip(run.marks, (*run.marks[1:], None), strict=True):
+def strides(solution: Solution, until: Real) -> Iterator[tuple[Mark, Real]]:
+    """(start, end) of each window and long step up to a time."""
+    marks = solution.run.marks
+    for mark, following in zip(marks, (*marks[1:], None), strict=True):
         end = min(until, solution.duration if following is None else following.time)
-        if not run.phases or not flow_of(solution, mark).order:
-            continue
+        if mark.time < end and flow_of(solution, mark).order:
+            yield mark, end
+
+
+def stretches(solution: Solution) -> Iterator[tuple[Mark, Real]]:
+    """The same over all the motion, a long step cut into windows."""
+    for mark, end in strides(solution, solution.duration):
         here, window = mark, flow_of(solution, mark).window
         while here.time < end:
             stop = min(here.time + window, end)
             yield here, stop
-            here = Mark(stop, mark.phase, between(run, here, stop))
+            here = Mark(stop, mark.phase, between(solution.run, here, stop))
 
 
 def flow_of(solution: Solution, mark: Mark) -> Flow:
@@ -178,27 +181,51 @@ def flow_of(solution: Solution, mark: Mark) -> Flow:
 def path_works(solution: Solution, mark: Mark, stop: Real) -> dict[str, Real]:
     """Works that depend on the path: friction and input by displacement, dampers by the integral of v_i v_j."""
     system, phase, flow = solution.system, solution.run.phases[mark.phase], flow_of(solution, mark)
-    series, place = expand(flow, mark.point), fixed((stop - mark.time) / flow.window)
     step = minus(between(solution.run, mark, stop).q, mark.point.q)
     work = {
         f"friction {e.name}": e.friction(sign) * dot(e.direction, step)
         for e, sign in zip(system.elements, phase.mode.signs, strict=True)
     }
-    squares = velocity_squares(series, place)
+    squares = velocity_squares(flow, mark.point, stop - mark.time)
     whole = spread(flow.Z, squares)
     for name, B in system.dampers.items():
         work[f"damper {name}"] = -mp.fsum(B[i][j] * value for (i, j), value in whole.items() if B[i][j])
-    return {**work, "input": input_work(system, phase, mark.point, series, place, step, squares)}
+    return {**work, "input": input_work(system, phase, mark.point, flow, stop - mark.time, step, squares)}
 
 
-def velocity_squares(s: Series, place: int) -> dict[tuple[int, int], Real]:
-    """int w_i w_j dt up to a place of the window."""
-    unit = s.nu**2 * s.flow.window
-    return {
-        (i, j): loose(product_integral(s.w[i], s.w[j], place)) * unit
-        for i in range(s.flow.order)
-        for j in range(s.flow.order)
-    }
+def velocity_squares(flow: Flow, z: Point, h: Real) -> dict[tuple[int, int], Real]:
+    """int w_i w_j dt over h: by the series within a window, else as a quadratic form of the start."""
+    pairs = [(i, j) for i in range(flow.order) for j in range(flow.order)]
+    if h > flow.window:
+        w, a, _ = flow.start(z)
+        return {pair: square(gramian(flow, pair, h), (*w, *a)) for pair in pairs}
+    s, place = expand(flow, z), fixed(h / flow.window)
+    unit = s.nu**2 * flow.window
+    return {(i, j): loose(product_integral(s.w[i], s.w[j], place)) * unit for i, j in pairs}
+
+
+def gramian(flow: Flow, pair: tuple[int, int], h: Real) -> Matrix:
+    """int phi_i^T phi_j dt over h, phi the rows of the solution from (w, a): W(2 h) = W + phi(h)^T W phi(h)."""
+    if (pair, h) in flow.gramians:
+        return flow.gramians[pair, h]
+    if h <= flow.window:
+        i, j = pair
+        columns = [basis(flow, n) for n in range(2 * flow.order)]
+        place = fixed(h / flow.window)
+        found = tuple(tuple(loose(product_integral(p[i], q[j], place)) * flow.window for q in columns) for p in columns)
+    else:
+        half, phi = gramian(flow, pair, h / 2), exponential(flow, h / 2)[: 2 * flow.order]
+        found = plus(half, times(transpose(phi), times(half, phi)))
+    flow.gramians[pair, h] = found
+    return found
+
+
+def basis(flow: Flow, n: int) -> list[list[int]]:
+    """The series of w over a window from a unit of w or a."""
+    d, s, theta = flow.integers
+    unit = [fixed(mp.one if i == n else mp.zero) for i in range(flow.order)]
+    other = [fixed(1 / flow.rho if flow.order + i == n else mp.zero) for i in range(flow.order)]
+    return recurrence(unit, other, d, s, theta, TERMS)[0]
 
 
 def product_integral(p: list[int], q: list[int], place: int) -> int:
@@ -221,8 +248,8 @@ def input_work(
     system: System,
     phase: Phase,
     z: Point,
-    s: Series,
-    place: int,
+    flow: Flow,
+    h: Real,
     step: Vector,
     squares: Mapping[tuple[int, int], Real],
 ) -> Real:
@@ -232,7 +259,7 @@ def input_work(
         return phase.u * way
     if phase.mode.saturation:
         return phase.mode.saturation * law.limit * way
-    flow = s.flow
+    s, place = expand(flow, z), fixed(h / flow.window)  # a law that acts has no long steps
     g, lq, lv = (along(row, flow) for row in (system.input, law.row.q, law.row.v))
     level = dot(law.row.q, z.q) + law.row.constant
     both = range(flow.order)
