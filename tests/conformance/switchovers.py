@@ -477,7 +477,7 @@ def page(swept: list[Swept], count: int) -> str:
         f"on each side, from a factor of several down to the last bit, and {NEIGHBOURS} floating point numbers in",
         "succession next to the switch. W'', W', W and its two integrals, or whole stances, are compared with 50",
         "digits, in both precisions. The error of a function is in units of its largest magnitude up to t, divided by",
-        "the condition number of the five where that is above 1; that of a stance is scaled as in the README. Worst of",
+        "the condition number of the five where that is above 1; a stance's is scaled as in accuracy.md. Worst of",
         "C and NumPy. *Jump*: the largest change of the error from one number to the next at the switch. Limits, held",
         f"by `make test`: {ULPS:.0f} units in the last place",
         "(1.4e-14, 7.6e-6) for functions, 1e-12 and 1e-5 for stances.",

@@ -191,3 +191,13 @@ def test_make_shows_a_dozen_targets_and_help_all_the_rest():
     )
     assert 10 <= len(few) <= 14
     assert {line.split()[1] for line in few} < {line.split()[1] for line in all_of_them}
+
+
+def test_the_costs_of_the_page_on_firmware_are_those_of_the_evidence():
+    page, costs = (
+        text_of(ROOT / "docs" / name) for name in ("how-to/call-from-firmware.md", "evidence/firmware-costs.md")
+    )
+    rows = re.findall(r"^\|[^|]*((?:\| [\d ]+(?: B)? )+)\|$", page, re.MULTILINE)
+    numbers = [number for row in rows for number in NUMBER.findall(row)]
+    assert len(numbers) == 22
+    assert [number for number in numbers if f"| {number} |" not in costs and f" {number} " not in costs] == []
