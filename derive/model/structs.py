@@ -32,8 +32,8 @@ SEARCH_CELLS = 24
 
 NODE = Struct(
     "Node",
-    "The propagator of a mode at one time, most of half a period: where a phase is looked at first. What the certificate "
-    "needs of the poles.",
+    "The propagator of a mode at one time, most of half a period: where a phase is looked at first. And what the "
+    "certificate needs of the poles.",
     (
         Member("half_period", "real", "of the pair; HOPFORM_NEVER where its poles are real", "s"),
         Member("fades", "real", "from then on the pair is nothing beside the real pole", "s"),
@@ -275,6 +275,6 @@ STANCES_OUT = Struct(
 def structs(robot: Record = ROBOT) -> tuple[Struct, ...]:
     """The structs of the interface that are no records, each behind those that it holds."""
     return (
-        NODE, PLAN, STEP, PHASE, STANCE, TARGET, COMMAND, TRIAL, CELL, SEARCH, FLIGHT_PHASE, FLIGHT, DETECTOR, CONTACT, INPUT,
-        OUTPUT, stances_in(robot), STANCES_OUT,
+        NODE, PLAN, STEP, PHASE, STANCE, TARGET, COMMAND, TRIAL, CELL, SEARCH, FLIGHT_PHASE, FLIGHT, DETECTOR, CONTACT,
+        INPUT, OUTPUT, stances_in(robot), STANCES_OUT,
     )  # fmt: skip

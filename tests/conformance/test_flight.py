@@ -427,6 +427,8 @@ def test_the_reference_agrees_with_a_parabola_and_an_oscillation():
 
 
 def test_the_page_on_flights_is_true():
-    outcome = doctest.testfile(str(Path(__file__).parents[2] / "docs" / "how-to" / "solve-a-flight.md"), module_relative=False)
+    outcome = doctest.testfile(
+        str(Path(__file__).parents[2] / "docs" / "how-to" / "solve-a-flight.md"), module_relative=False
+    )
     assert outcome.attempted >= 8
     assert outcome.failed == 0

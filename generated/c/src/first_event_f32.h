@@ -26,6 +26,7 @@ enum { MOST_EVENT_FUNCTIONS_f32 = 3, MOST_CUTS_f32 = 400 };
 typedef struct {
     hopform_numerator_f32 numerator;
     float start;
+    float start_error; /* bound of the rounding of `start`, where it is a difference */
     int32_t kind;
     int32_t side;
 } event_function_f32;
@@ -123,8 +124,9 @@ static inline float rounding_of_f32(const event_function_f32 *g, const propagato
 {
     const hopform_numerator_f32 *h = &g->numerator;
     return 16.0f * HOPFORM_EPS_f32
-           * (fabs_f32(g->start) + fabs_f32(h->H3 * at->basis.Wd) + fabs_f32(h->H2 * at->basis.W)
-              + fabs_f32(h->H1 * at->basis.W1) + at->t * fabs_f32(rate));
+               * (fabs_f32(g->start) + fabs_f32(h->H3 * at->basis.Wd) + fabs_f32(h->H2 * at->basis.W)
+                  + fabs_f32(h->H1 * at->basis.W1) + at->t * fabs_f32(rate))
+           + g->start_error;
 }
 
 /* ---- prediction ---- */
@@ -708,8 +710,8 @@ static inline float time_to_rest_f32(const hopform_poles_f32 *poles, float v, fl
 
 /* Correction to a root estimate from the steady-state form of g, which keeps its digits after the transients have
  * decayed; 0 when it is no more accurate. */
-static inline float root_is_later_f32(const hopform_poles_f32 *poles, const hopform_numerator_f32 *h, float start,
-                                      float settled, const hopform_basis_f32 *basis, float t)
+static inline float steady_state_correction_f32(const hopform_poles_f32 *poles, const hopform_numerator_f32 *h,
+                                                float start, float settled, const hopform_basis_f32 *basis, float t)
 {
     const float residual = settled - start;
     const bool slow = poles->s_3 > 0.0f; /* else W does not fade, but is not in it */

@@ -26,6 +26,7 @@ enum { MOST_EVENT_FUNCTIONS_f64 = 3, MOST_CUTS_f64 = 400 };
 typedef struct {
     hopform_numerator_f64 numerator;
     double start;
+    double start_error; /* bound of the rounding of `start`, where it is a difference */
     int32_t kind;
     int32_t side;
 } event_function_f64;
@@ -123,8 +124,9 @@ static inline double rounding_of_f64(const event_function_f64 *g, const propagat
 {
     const hopform_numerator_f64 *h = &g->numerator;
     return 16.0 * HOPFORM_EPS_f64
-           * (fabs_f64(g->start) + fabs_f64(h->H3 * at->basis.Wd) + fabs_f64(h->H2 * at->basis.W)
-              + fabs_f64(h->H1 * at->basis.W1) + at->t * fabs_f64(rate));
+               * (fabs_f64(g->start) + fabs_f64(h->H3 * at->basis.Wd) + fabs_f64(h->H2 * at->basis.W)
+                  + fabs_f64(h->H1 * at->basis.W1) + at->t * fabs_f64(rate))
+           + g->start_error;
 }
 
 /* ---- prediction ---- */
@@ -708,8 +710,8 @@ static inline double time_to_rest_f64(const hopform_poles_f64 *poles, double v, 
 
 /* Correction to a root estimate from the steady-state form of g, which keeps its digits after the transients have
  * decayed; 0 when it is no more accurate. */
-static inline double root_is_later_f64(const hopform_poles_f64 *poles, const hopform_numerator_f64 *h, double start,
-                                      double settled, const hopform_basis_f64 *basis, double t)
+static inline double steady_state_correction_f64(const hopform_poles_f64 *poles, const hopform_numerator_f64 *h,
+                                                double start, double settled, const hopform_basis_f64 *basis, double t)
 {
     const double residual = settled - start;
     const bool slow = poles->s_3 > 0.0; /* else W does not fade, but is not in it */

@@ -26,6 +26,7 @@ enum { MOST_EVENT_FUNCTIONS_real = 3, MOST_CUTS_real = 400 };
 typedef struct {
     hopform_numerator_real numerator;
     real start;
+    real start_error; /* bound of the rounding of `start`, where it is a difference */
     int32_t kind;
     int32_t side;
 } event_function_real;
@@ -123,8 +124,9 @@ static inline real rounding_of_real(const event_function_real *g, const propagat
 {
     const hopform_numerator_real *h = &g->numerator;
     return 16.0 * HOPFORM_EPS_real
-           * (fabs_real(g->start) + fabs_real(h->H3 * at->basis.Wd) + fabs_real(h->H2 * at->basis.W)
-              + fabs_real(h->H1 * at->basis.W1) + at->t * fabs_real(rate));
+               * (fabs_real(g->start) + fabs_real(h->H3 * at->basis.Wd) + fabs_real(h->H2 * at->basis.W)
+                  + fabs_real(h->H1 * at->basis.W1) + at->t * fabs_real(rate))
+           + g->start_error;
 }
 
 /* ---- prediction ---- */
@@ -708,8 +710,8 @@ static inline real time_to_rest_real(const hopform_poles_real *poles, real v, re
 
 /* Correction to a root estimate from the steady-state form of g, which keeps its digits after the transients have
  * decayed; 0 when it is no more accurate. */
-static inline real root_is_later_real(const hopform_poles_real *poles, const hopform_numerator_real *h, real start,
-                                      real settled, const hopform_basis_real *basis, real t)
+static inline real steady_state_correction_real(const hopform_poles_real *poles, const hopform_numerator_real *h,
+                                                real start, real settled, const hopform_basis_real *basis, real t)
 {
     const real residual = settled - start;
     const bool slow = poles->s_3 > 0.0; /* else W does not fade, but is not in it */

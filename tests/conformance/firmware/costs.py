@@ -1,8 +1,8 @@
 """What the library costs per target: instructions and stack per call, flash, structs; and whether that has grown.
 
 `measure` runs tests/conformance/firmware/costs.c on the emulated target, links images for the flash, and adds up the
-frames of the compiler's call graph. docs/evidence/firmware-costs.json is the committed record, docs/evidence/firmware-costs.md the same
-as a page.
+frames of the compiler's call graph. docs/evidence/firmware-costs.json is the committed record,
+docs/evidence/firmware-costs.md the same as a page.
 """
 
 import json

@@ -92,9 +92,11 @@ static void stance_of(int number, const golden *g)
     must(number, hopform_choose_current_f32(&search, &plan, &start, &target, phases, CAPACITY, &command) == HOPFORM_OK,
          "no search");
     must(number, command.status == HOPFORM_COMMAND_REACHED, "an apex that is not found again");
-    /* An apex within HOPFORM_NEAR_WITHIN counts as reached: where it hardly changes with u, u is known as well as that. */
+    /* An apex within HOPFORM_NEAR_WITHIN counts as reached: where it hardly changes with u, u is known as well as that.
+     */
     hopform_trial_f32 trial;
-    must(number, hopform_try_currents_f32(&plan, &start, 1, &g->u, 1, g->horizon, phases, CAPACITY, &trial) == HOPFORM_OK,
+    must(number,
+         hopform_try_currents_f32(&plan, &start, 1, &g->u, 1, g->horizon, phases, CAPACITY, &trial) == HOPFORM_OK,
          "no trial");
     const float slope = trial.smooth ? size_of(trial.apex_u) : 0.0f;
     const float room = slope > 0.0f ? 4e-6f / slope : 0.0f;

@@ -284,7 +284,7 @@ static event_set_f64 any_function(const T(poles) *poles, const T(node) *node, do
     const double H3 = mostly(uniform(-1.0, 1.0), start > 0.0 ? 0.15 : 0.0) * w,
                  H2 = mostly(uniform(-1.0, 1.0), 0.2) * w * w + poles->s_1 * H3;
     const double H1 = poles->a > 0.0 ? mostly(uniform(-1.0, 1.0), 0.2) * w * w * (w + poles->a) : 0.0;
-    const event_set_f64 set = {poles, node, 1, {{{start > 0.0 ? H3 : fabs(H3), H2, H1}, start, 0, 0}}};
+    const event_set_f64 set = {poles, node, 1, {{{start > 0.0 ? H3 : fabs(H3), H2, H1}, start, 0.0, 0, 0}}};
     *h = 0.95 * smaller(node->half_period, 3.0 / w) * (uniform(0.0, 1.0) < 0.5 ? 1.0 : over(1e-2, 1.0));
     return set;
 }
@@ -341,7 +341,8 @@ static void any_certificate(const event_set_f64 *set, const interval_f64 *in, co
 {
     const event_function_f64 *g = &set->function[0];
     const jet_f64 *from = &in->from[0], *to = &in->to[0];
-    const double h = in->high.t, rounding = rounding_of_f64(g, &in->high, to->rate), tiny = 1e-13 * seen->most + rounding;
+    const double h = in->high.t, rounding = rounding_of_f64(g, &in->high, to->rate);
+    const double tiny = 1e-13 * seen->most + rounding;
     const bool holds = seen->least >= -tiny, rings = set->node->half_period < HOPFORM_NEVER_f64;
     if (to->value > rounding) {
         const bool signs =
@@ -630,12 +631,12 @@ static void any_ringing(void)
     for (row = 0; row < 600; row++) {
         const double w = over(10.0, 1000.0), p = mostly(w * over(1e-5, 1e-2), 0.2), a = over(0.05, 5.0), q = w * w;
         const T(poles) poles = hopform_factor_cubic_f64(a + p, q + a * p, a * q);
-        const T(node) node = {3.141592653589793 / w, HOPFORM_NEVER_f64, poles.a, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0};
+        const T(node) node = {3.141592653589793 / w, HOPFORM_NEVER_f64, poles.a, 0, 0, 0, 0, 0, 0, 0, 0};
         const double slow = uniform(-1.0, 1.0), swing = uniform(-1.0, 1.0) * over(1e-3, 1.0),
                      other = uniform(-1.0, 1.0) * over(1e-3, 1.0);
         const event_set_f64 set = {
             &poles, &node, 1,
-            {{{w * swing, w * w * other + slow * a, w * w * a * uniform(-0.5, 0.5)}, uniform(0.0, 2.0), 0, 0}}};
+            {{{w * swing, w * w * other + slow * a, w * w * a * uniform(-0.5, 0.5)}, uniform(0.0, 2.0), 0.0, 0, 0}}};
         const double from = over(0.01, 1.0), turns = over(10.0, 100.0) * 3.1416 / w;
         const propagator_f64 then = propagator_at_f64(&poles, from);
         const jet_f64 jet = jet_at_f64(&set, &set.function[0], &then);
@@ -662,7 +663,7 @@ static void late_roots(void)
     const T(basis) faded = hopform_basis_at_f64(&undrawn, 20.0);
     const double nowhere = hopform_settled_y_f64(&undrawn, -1.0, 0.0);
     must(nowhere >= 1e300, "what tends to nothing");
-    must(!(fabs(root_is_later_f64(&undrawn, &pulled, 10.0, nowhere, &faded, 20.0)) > 0.0),
+    must(!(fabs(steady_state_correction_f64(&undrawn, &pulled, 10.0, nowhere, &faded, 20.0)) > 0.0),
          "a root of what does not settle");
     for (row = 0; row < 600; row++) {
         const T(poles) poles = poles_of_any_robot();
@@ -699,12 +700,12 @@ static void late_roots(void)
             continue;
         }
         seen++;
-        must(!(fabs(root_is_later_f64(&poles, &h, start, settled, &early, 0.5 * low)) > 0.0),
+        must(!(fabs(steady_state_correction_f64(&poles, &h, start, settled, &early, 0.5 * low)) > 0.0),
              "a root that is not near");
         for (int side = -1; side <= 1; side += 2) {
             const double t = low + side * blurred;
             const T(basis) basis = hopform_basis_at_f64(&poles, t);
-            const double later = root_is_later_f64(&poles, &h, start, settled, &basis, t);
+            const double later = steady_state_correction_f64(&poles, &h, start, settled, &basis, t);
             near(t + later, low, 0.2 * blurred, "a late root");
         }
     }
