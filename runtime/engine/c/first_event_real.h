@@ -145,7 +145,7 @@ static inline real rough_root_real(const jet_real *from, const jet_real *to, rea
     const real s = start / (start > 0.0 ? start - to->value : 1.0);
     const real by_slopes = (1.0 - s) / (falls ? slope : -1.0) - s / (falls ? end_slope : -1.0);
     const real cubic = s * (s * (3.0 - 2.0 * s) + (1.0 - s) * (to->value - start) * by_slopes);
-    const real share = falls & (cubic > 0.0) & (cubic < 1.0) ? cubic : s;
+    const real share = (falls & (cubic > 0.0) & (cubic < 1.0)) ? cubic : s;
     return start > 0.0 ? share : 0.75;
 }
 
@@ -198,7 +198,7 @@ static inline real refined_root_real(const interpolant_real *p, real x)
     for (int n = 0; n < PREDICTION_STEPS_real; n++) {
         const real step = prediction_step_real(p, x);
         const real next = x - step;
-        x = (next > 0.0) & (next < 1.0) ? next : x;
+        x = ((next > 0.0) & (next < 1.0)) ? next : x;
         if (fabs_real(step) < HOPFORM_PREDICTION_real) {
             break;
         }
@@ -448,7 +448,8 @@ static inline real quiet_time_of_ringing_real(const hopform_poles_real *poles, c
     const real wY = r + mu * X;
     const real left = at->value - X - 1.001 * sqrt_real(X * X + wY * wY / ww) - rounding;
     const real time = -left / (x < 0.0 ? x : -1.0);
-    const real quiet = !(x < 0.0) | (left * poles->a > -x) ? HOPFORM_NEVER_real : time;
+    const bool always = (!(x < 0.0)) | (left * poles->a > -x);
+    const real quiet = always ? HOPFORM_NEVER_real : time;
     return left > 0.0 ? quiet : 0.0;
 }
 

@@ -1001,8 +1001,8 @@ LANES_CODE static void find_roots(lanes *restrict w, search *restrict find)
             const real step = step_to_root_real(&jet);
             const real next = t - step;
             const bool goes_on = going & !arrived;
-            const real low = goes_on & (jet.value > 0.0) ? t : find->low[l];
-            const real high = goes_on & (jet.value < 0.0) ? t : find->high[l];
+            const real low = (goes_on & (jet.value > 0.0)) ? t : find->low[l];
+            const real high = (goes_on & (jet.value < 0.0)) ? t : find->high[l];
             const bool inside = (next > low) & (next < high);
             const bool last =
                 goes_on & inside & step_converges_real(&poles, &jet, fourth_of_real(&poles, &jet), next, step);
