@@ -21,7 +21,7 @@ def main() -> None:
     console = Console(width=None if sys.stdout.isatty() else 150)
     progress = Console(stderr=True)
     with progress.status("benchmarks") as status:
-        outcome = measure(**size, say=status.update)
+        outcome = measure(**size, report=status.update)
         status.update("instructions")
         found = {
             (of.name, precision): pieces(precision, of.first(size["count"]), size["repetitions"])

@@ -1,4 +1,4 @@
-"""What the table of peers does not say: the paper's sequence by hand, many stances at once, a sample of a grid, memory.
+"""Beside the table of peers: the paper's sequence by hand, many stances at once, a sample of a grid, memory.
 
 A line is a name, a number and its unit, and the ratio to hopform's C loop over the same stances where there is one.
 Whatever is compared is timed in one run, interleaved, by the processor's time.

@@ -1,4 +1,4 @@
-"""The benchmarks solve the job that they say: their stances, their truth, two of the peers, hopform's own rows."""
+"""The benchmarks solve their job: their stances, their truth, two of the peers, hopform's own rows."""
 
 import importlib.util
 import shutil

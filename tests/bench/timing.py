@@ -80,10 +80,10 @@ def _entry(row: Row, jobs: Jobs, exact: list[dict[str, Any]]) -> _Entry:
     return _Entry(row, jobs, ready, loops, took > LONG, judge(jobs, ready.answers(verdict_on), exact))
 
 
-def _entries(jobs: tuple[Jobs, ...], say: Callable[[str], None]) -> tuple[list[_Entry], list[str]]:
+def _entries(jobs: tuple[Jobs, ...], report: Callable[[str], None]) -> tuple[list[_Entry], list[str]]:
     exact, entries, left_out = truth.load(), list[_Entry](), list[str]()
     for row in every_row():
-        say(row.name)
+        report(row.name)
         try:
             entries += [_entry(row, of, exact[of.name]) for of in jobs]
         except (NotBuilt, ImportError, OSError, TypeError, ValueError) as error:
@@ -100,17 +100,17 @@ def _stamp(jobs: tuple[Jobs, ...]) -> str:
     return hashlib.sha256(b"".join(parts)).hexdigest()[:16]
 
 
-def measure(count: int, repetitions: int, say: Callable[[str], None]) -> Outcome:
+def measure(count: int, repetitions: int, report: Callable[[str], None]) -> Outcome:
     """Every row on the first `count` stances of each set."""
     jobs = tuple(of.first(count) for of in sets())
-    entries, left_out = _entries(jobs, say)
+    entries, left_out = _entries(jobs, report)
     kept = OUT / f"times-{_stamp(jobs)}.json"
     times: dict[str, list[float]] = json.loads(kept.read_text("utf-8")) if kept.exists() else {}
     for repetition in range(repetitions):
         for entry in entries:
             of = times.setdefault(entry.key, [])
             if len(of) <= repetition and not (entry.few and repetition >= FEW):
-                say(f"repetition {repetition + 1} of {repetitions}: {entry.row.name}")
+                report(f"repetition {repetition + 1} of {repetitions}: {entry.row.name}")
                 of.append(entry.time())
         kept.parent.mkdir(parents=True, exist_ok=True)
         kept.write_text(json.dumps(times), "utf-8")

@@ -109,7 +109,7 @@ def examine(seed: int, count: int, sampled: int, with_numpy: bool = True) -> Fin
 
 
 def case_of(p: Any, answer: Any, phases: Any, reason: str, seed: int, lane: int) -> dict[str, Any]:
-    """A stance and what the C back end says of it, as it can be written down and solved again."""
+    """A stance with the answer of the C back end, as it can be written down and solved again."""
     mine = phases[answer["first"] : answer["first"] + answer["count"]]
     return {
         "why": reason,
@@ -131,7 +131,7 @@ def solved_exactly(robot: dict[str, float], start: dict[str, Any]) -> reference.
 
 
 def refer(case: dict[str, Any]) -> dict[str, Any]:
-    """The same case with what the reference says of it: `verdict` is right, wrong events, or inaccurate."""
+    """The same case with the verdict of the reference: `verdict` is right, wrong events, or inaccurate."""
     p = case["problem"]
     robot = {name: p[name] for name in ROBOT}
     start: dict[str, Any] = {name: p[name] for name in ("v2", "x1", "v1", "u", "horizon")} | {"max_phases": MAX_PHASES}

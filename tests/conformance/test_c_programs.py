@@ -74,7 +74,7 @@ def linked(store: Path, image: Path, own: Path, compiler: list[str], without: st
     return image
 
 
-def says(image: Path, *arguments: str) -> str:
+def output_of(image: Path, *arguments: str) -> str:
     done = subprocess.run([image, *arguments], capture_output=True, text=True, check=False, timeout=120)
     assert done.returncode == 0, done.stdout + done.stderr
     return done.stdout + done.stderr
@@ -84,7 +84,7 @@ def says(image: Path, *arguments: str) -> str:
 @pytest.mark.parametrize("program", ["refusals", "garbage", "contract"])
 def test_bad_input_is_refused_by_name_and_leaves_safe_outputs(folder, program, precision):
     image = built(folder, program, [HERE / f"{program}.c", BOARDS / "board.c"], CC, precision, *CHECKS)
-    assert says(image).endswith("wrong 0\n")
+    assert output_of(image).endswith("wrong 0\n")
 
 
 @pytest.mark.parametrize("precision", DEFINE)
@@ -104,7 +104,7 @@ def test_batches_refuse_pointers_that_are_null_or_overlap(folder, precision):
         precision,
         *CHECKS,
     )
-    assert says(image).endswith("wrong 0\n")
+    assert output_of(image).endswith("wrong 0\n")
 
 
 def test_the_programs_about_pointers_call_every_public_function():
@@ -120,14 +120,14 @@ def test_the_programs_about_pointers_call_every_public_function():
 @pytest.mark.parametrize("judge", ["answers", "parts"])
 def test_the_judges_of_mutants_find_nothing_wrong_in_what_is_not_broken(store, tmp_path, judge, compiler):
     image = linked(store, tmp_path / judge, MUTANTS / f"{judge}.c", compiler)
-    assert says(image, "aloud").endswith("wrong 0\n")
+    assert output_of(image, "aloud").endswith("wrong 0\n")
 
 
 @pytest.mark.parametrize("compiler", COMPILERS, ids=" ".join)
 @pytest.mark.parametrize("unit", ["flight", "control"])
 def test_the_judges_of_inner_functions_find_nothing_wrong_in_what_is_not_broken(store, tmp_path, unit, compiler):
     image = linked(store, tmp_path / unit, MUTANTS / f"inside_{unit}.c", compiler, without=unit)
-    assert says(image, "aloud").endswith("wrong 0\n")
+    assert output_of(image, "aloud").endswith("wrong 0\n")
 
 
 def test_the_judge_finds_a_constant_that_is_off(tmp_path):
@@ -154,7 +154,7 @@ def test_arbitrary_inputs_get_answers_within_bounds(folder, entry, precision):
     image = built(folder, f"fuzz_{entry}", [target, FUZZ / "replay.c"], CC, precision, *CHECKS, f"-DENTRY={entry}")
     found = sorted((FUZZ / "found").iterdir())
     assert len(found) >= 10
-    says(image, "4000", *map(str, found))
+    output_of(image, "4000", *map(str, found))
 
 
 def test_the_vectors_are_those_of_the_reference():

@@ -175,7 +175,7 @@ def test_a_held_actuator_is_proven_to_be_held_between_two_currents():
 
 
 @pytest.mark.parametrize(
-    ("options", "said"),
+    ("options", "expected"),
     [
         ({"h_des": -0.01}, "h_des + datum must be >= 0 m, the apex must not lie below the ground, got -0.01"),
         ({"h_des": 0.1, "datum": -0.2}, "h_des + datum must be >= 0 m"),
@@ -191,10 +191,10 @@ def test_a_held_actuator_is_proven_to_be_held_between_two_currents():
         ({"h_des": 0.1, "dtype": "int32"}, "dtype must be"),
     ],
 )
-def test_what_is_not_allowed_is_named(options, said):
+def test_what_is_not_allowed_is_named(options, expected):
     with pytest.raises(hopform.HopformError) as caught:
         hopform.choose_current(HOPPER, v2=-2.0, **options)
-    assert said in str(caught.value)
+    assert expected in str(caught.value)
 
 
 @pytest.mark.parametrize(("field", "value"), [("g", 0.0), ("u_max", math.inf)])
@@ -218,9 +218,9 @@ def test_the_name_of_a_robot_is_no_robot(call):
         call()
 
 
-@pytest.mark.parametrize(("grid", "said"), [(0.0, "grid must be > 0 A"), (1e-12, "grid must be >= 3e-06 A")])
-def test_a_grid_that_no_memory_would_hold_is_refused(grid, said):
-    with pytest.raises(hopform.HopformError, match=said):
+@pytest.mark.parametrize(("grid", "expected"), [(0.0, "grid must be > 0 A"), (1e-12, "grid must be >= 3e-06 A")])
+def test_a_grid_that_no_memory_would_hold_is_refused(grid, expected):
+    with pytest.raises(hopform.HopformError, match=expected):
         hopform.choose_current_as_printed(HOPPER, v2=-2.0, h_des=0.2, grid=grid)
 
 
@@ -295,7 +295,7 @@ def test_a_bad_state_ends_the_search_with_a_safe_current():
     assert COMMANDS[search.command.status] == "no_takeoff"
 
 
-# ---- what a tried current says ----
+# ---- the stance of a tried current ----
 
 
 @pytest.mark.parametrize(

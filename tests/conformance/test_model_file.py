@@ -754,7 +754,7 @@ def test_a_parameter_of_any_accepted_name_stands_in_every_class(odd_package):
     assert not [entry for entry in odd_package.Ledger._fields if entry.startswith("nothing") or entry.endswith("_2_2")]
 
 
-# ---- what the package says of itself ----
+# ---- names and texts of the package ----
 
 
 def test_the_examples_of_a_package_with_a_further_parameter_run(tmp_path):

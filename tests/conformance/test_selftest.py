@@ -47,7 +47,7 @@ def built(folder: Path, library: Callable[..., list[Path]], program: str, *comma
     return image
 
 
-def says(image: Path) -> str:
+def output_of(image: Path) -> str:
     done = subprocess.run([image], capture_output=True, text=True, check=False, timeout=60)
     assert done.returncode == 0, done.stderr
     return done.stderr
@@ -59,15 +59,15 @@ COMPILERS = [CC, *([["clang"]] if shutil.which("clang") else [])]
 @pytest.mark.parametrize("level", ["-O0", "-O2"])
 @pytest.mark.parametrize("compiler", COMPILERS, ids=" ".join)
 def test_the_library_of_python_returns_the_digest_of_every_compiler(tmp_path, library, compiler, level):
-    said = says(built(tmp_path, library, "selftest", *compiler, level))
-    found = re.fullmatch(r"f32 ([0-9a-f]{8}) f64 ([0-9a-f]{8})\n", said)
+    output = output_of(built(tmp_path, library, "selftest", *compiler, level))
+    found = re.fullmatch(r"f32 ([0-9a-f]{8}) f64 ([0-9a-f]{8})\n", output)
     assert found is not None
     assert found.groups() == (f"{selftest('float32'):08x}", f"{selftest('float64'):08x}")
 
 
 def test_random_stances_flights_and_commands_have_the_same_bits_with_every_compiler(tmp_path, library):
     digests = {
-        says(built(tmp_path, library, "digests", *compiler, level))
+        output_of(built(tmp_path, library, "digests", *compiler, level))
         for compiler in COMPILERS
         for level in ("-O0", "-O2")
     }
@@ -86,8 +86,8 @@ def test_a_coefficient_that_is_off_in_its_last_digit_gives_another_digest(tmp_pa
     include = ["-I", tmp_path / "c" / "include", "-I", BOARDS]
     command = [*CC, *COMMON, "-DSINGLE", *include, HERE / "selftest.c", BOARDS / "board.c", *files]
     subprocess.run([*command, "-o", tmp_path / "image", "-lm"], check=True)
-    assert re.fullmatch(r"f32 [0-9a-f]{8}\n", said := says(tmp_path / "image"))
-    assert f"{selftest('float32'):08x}" not in said
+    assert re.fullmatch(r"f32 [0-9a-f]{8}\n", output := output_of(tmp_path / "image"))
+    assert f"{selftest('float32'):08x}" not in output
 
 
 def test_other_types_are_refused():
@@ -117,14 +117,14 @@ FIELDS = {field.name for field in hopform.Robot.fields()}
 
 @pytest.mark.parametrize("flags", [["-O2"], ["-O2", "-DHOPFORM_LIBM"]], ids=" ".join)
 def test_the_golden_vectors_hold_on_this_computer(tmp_path, library, flags):
-    assert ", wrong 0" in says(built(tmp_path, library, "golden", *CC, *flags))
+    assert ", wrong 0" in output_of(built(tmp_path, library, "golden", *CC, *flags))
 
 
 def test_with_the_functions_of_the_c_library_the_digest_is_another_and_the_numbers_are_not(tmp_path, library):
     """The option does something: both digests differ from those of the library's own exp, sin, cos, ln and roots."""
     found = re.fullmatch(
         r"f32 ([0-9a-f]{8}) f64 ([0-9a-f]{8})\n",
-        says(built(tmp_path, library, "selftest", *CC, "-O2", "-DHOPFORM_LIBM")),
+        output_of(built(tmp_path, library, "selftest", *CC, "-O2", "-DHOPFORM_LIBM")),
     )
     assert found is not None
     assert found.group(1) != f"{selftest('float32'):08x}"

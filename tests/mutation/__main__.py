@@ -366,14 +366,14 @@ MUTANTS = (
         first=("tests/conformance/test_sensitivities.py",),
     ),
     Mutant(
-        "C: the distance to a stop is what x1 says",
+        "C: the distance to a stop is formed from x1",
         "runtime/engine/c/stance_real.c",
         "chain->from_min += moved.x1_t;",
         "chain->from_min = chain->state.x1 + moved.x1_t - chain->plan->robot.x1_min;",
         first=("tests/conformance/test_checker.py",),
     ),
     Mutant(
-        "NumPy: the distance to a stop is what x1 says",
+        "NumPy: the distance to a stop is formed from x1",
         "runtime/engine/numpy/stance.py",
         "chain.from_min, chain.from_max = chain.from_min + moved, chain.from_max + moved",
         "chain.from_min, chain.from_max = "
@@ -567,7 +567,7 @@ MUTANTS = (
         after=(),
     ),
     Mutant(
-        "identification: gaps that are not said",
+        "identification: gaps without a warning",
         "runtime/hopform/_identify/recordings.py",
         "np.flatnonzero(steps > 2.5 * usual)",
         "np.flatnonzero(steps > 1e9 * usual)",

@@ -264,12 +264,15 @@ METHODS: dict[str, dict[str, Any]] = {
 
 def takes_numbers(parameter):
     """Whether an annotation allows a number; a seed may be a whole number of any size."""
-    said = str(parameter.annotation)
+    annotation = str(parameter.annotation)
     if parameter.name == "seed" or parameter.kind is parameter.VAR_KEYWORD:
         return False
-    if said.startswith("collections.abc.Callable"):
-        return "SupportsFloat" in said
-    return any(word in said for word in ("Float", "float", "complex")) or parameter.annotation in (int, int | None)
+    if annotation.startswith("collections.abc.Callable"):
+        return "SupportsFloat" in annotation
+    return any(word in annotation for word in ("Float", "float", "complex")) or parameter.annotation in (
+        int,
+        int | None,
+    )
 
 
 def numbers_of(call):

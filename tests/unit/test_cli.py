@@ -232,8 +232,15 @@ def test_a_stance_that_rests_says_so(answer):
 
 def test_phases_begin_with_their_events_and_with_steps_of_the_current(answer):
     output = answer("stance", "--height", "0.02", "--u-steps", "0:0,0.05:2,0.1:-3")
-    said = ["touchdown", "actuator slips", "current steps", "actuator reverses", "body reverses", "actuator hits stop"]
-    assert re.search(".*".join(said), output, re.DOTALL)
+    expected = [
+        "touchdown",
+        "actuator slips",
+        "current steps",
+        "actuator reverses",
+        "body reverses",
+        "actuator hits stop",
+    ]
+    assert re.search(".*".join(expected), output, re.DOTALL)
 
 
 def test_events_at_one_time_are_each_listed_once():
@@ -456,20 +463,20 @@ def with_outputs(folder):
     return "--csv", folder / "out.csv", "--plot", folder / "out.svg"
 
 
-@pytest.mark.parametrize(("changes", "said"), BAD_ROBOTS.values(), ids=BAD_ROBOTS)
-def test_a_bad_robot_is_refused_by_field_and_nothing_is_written(run, tmp_path, robot_file, changes, said):
+@pytest.mark.parametrize(("changes", "expected"), BAD_ROBOTS.values(), ids=BAD_ROBOTS)
+def test_a_bad_robot_is_refused_by_field_and_nothing_is_written(run, tmp_path, robot_file, changes, expected):
     path = robot_file(**changes)
     message = refused(run, tmp_path, "stance", "--robot", path, "--height", "0.2", *with_outputs(tmp_path))
-    assert said in message and path.name in message
+    assert expected in message and path.name in message
 
 
-@pytest.mark.parametrize(("options", "said"), BAD_OPTIONS.values(), ids=BAD_OPTIONS)
-def test_a_bad_option_is_refused_by_name_and_nothing_is_written(run, tmp_path, options, said):
-    assert said in refused(run, tmp_path, "stance", *options, *with_outputs(tmp_path))
+@pytest.mark.parametrize(("options", "expected"), BAD_OPTIONS.values(), ids=BAD_OPTIONS)
+def test_a_bad_option_is_refused_by_name_and_nothing_is_written(run, tmp_path, options, expected):
+    assert expected in refused(run, tmp_path, "stance", *options, *with_outputs(tmp_path))
 
 
 @pytest.mark.parametrize(
-    ("options", "said"),
+    ("options", "expected"),
     [
         (("--plot", "out.jpg"), ".svg, .pdf or .png, got 'out.jpg'"),
         (("--csv", "nowhere/out.csv"), "there is no folder nowhere"),
@@ -479,14 +486,14 @@ def test_a_bad_option_is_refused_by_name_and_nothing_is_written(run, tmp_path, o
         (("--json", "--csv", "-"), "both print"),
     ],
 )
-def test_an_output_that_cannot_be_is_refused_before_anything_is_computed(run, tmp_path, monkeypatch, options, said):
+def test_an_output_that_cannot_be_is_refused_before_anything_is_computed(run, tmp_path, monkeypatch, options, expected):
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(hopform, "solve_stance", None)
-    assert said in refused(run, tmp_path, *DROP, *options)
+    assert expected in refused(run, tmp_path, *DROP, *options)
 
 
 @pytest.mark.parametrize(
-    ("arguments", "said"),
+    ("arguments", "expected"),
     [
         (("stanc",), "'stance'"),
         (("equations", "99"), "there is no equation 99; known: (1) to (27)"),
@@ -522,8 +529,8 @@ def test_an_output_that_cannot_be_is_refused_before_anything_is_computed(run, tm
         (("hop", "--height", "nan"), "finite number"),
     ],
 )
-def test_other_commands_refuse_in_one_line_too(run, tmp_path, arguments, said):
-    assert said in refused(run, tmp_path, *arguments)
+def test_other_commands_refuse_in_one_line_too(run, tmp_path, arguments, expected):
+    assert expected in refused(run, tmp_path, *arguments)
 
 
 def test_a_terrain_with_a_hole_is_refused_by_file_line_and_column(run, tmp_path):

@@ -218,7 +218,7 @@ def _is_flat(scan: CurrentScan, touchdown: Touchdown, u: float, root: float) -> 
 
 
 def _is_true(robot: hopform.Robot, touchdown: Touchdown, command: hopform.Command, gap: float) -> bool:
-    """Whether a command does what it says; its gap is NaN if it is not admissible."""
+    """Whether a command has the apex that it returns; its gap is NaN if it is not admissible."""
     if command.status == "no_takeoff":
         return command.u == 0.0 and math.isnan(command.apex)
     predicted = abs(gap - (command.apex - touchdown.h_des)) <= 1e-12

@@ -111,9 +111,9 @@ def prove(build: Build, doubles: bool) -> tuple[str, list[str]]:
         wrong = symbols(objects(build, precisions)[:: len(precisions)], build.libm)
     except Failed as error:
         return f"{build.name:16} FAILED", [f"{build.name}: {error}"]
-    said = "; ".join(line.strip().splitlines()[-1] for line in lines)
+    output = "; ".join(line.strip().splitlines()[-1] for line in lines)
     took = time.perf_counter() - began
-    return f"{build.name:16} {digest:39} {said}; {hops}{took:.0f} s", [
+    return f"{build.name:16} {digest:39} {output}; {hops}{took:.0f} s", [
         f"{build.name}: {what}" for what in [*odd, *wrong]
     ]
 

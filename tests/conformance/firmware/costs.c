@@ -35,7 +35,7 @@ static void add(tally *to, uint32_t counts)
     to->most = instructions > to->most ? instructions : to->most;
 }
 
-static void say(const tally *of, const char *set)
+static void print_tally(const tally *of, const char *set)
 {
     board_text(of->name);
     board_text(" ");
@@ -137,7 +137,7 @@ static void measure(const cost_case *cases, int count, const char *set, int with
     const tally *all[] = {&init, &solve, &at, &energy, &grid, &flown, &begin, &step_of, &choose};
     for (int n = 0; n < (int)(sizeof all / sizeof all[0]); n++) {
         if (all[n]->calls > 0) {
-            say(all[n], set);
+            print_tally(all[n], set);
         }
     }
 }

@@ -59,7 +59,7 @@ Alarms = Counter[tuple[str, str]]
 
 
 def look(part: str) -> tuple[str, Alarms, int]:
-    """What Eva says of a part: its summary, alarms by file and kind, the share of statements reached."""
+    """The result of Eva on a part: its summary, alarms by file and kind, the share of statements reached."""
     files = [str(C / "src" / f"{unit}_f32.c") for unit in PARTS[part]]
     flags = f"-cpp-extra-args=-I{C / 'include'} -I{C / 'src'} -D{part} -DHOPFORM_PORTABLE"
     split = ["-eva-split-return-function", SPLIT[part]] if part in SPLIT else []

@@ -114,7 +114,8 @@ def needed() -> list[str]:
 
 
 def run(command: list[str], timeout: float = 120.0, cwd: Path | None = None) -> str:
-    """Both streams of a command; raise `Failed` if it says no, or takes more than so much time of the processor.
+    """Both streams of a command; raise `Failed` if it ends otherwise than with 0, or takes more than so much time of
+    the processor.
 
     Not of the clock: on a machine that does other work, too, a program that emulates for seconds may wait for minutes.
     """
@@ -185,7 +186,7 @@ def native_digests() -> dict[str, str]:
 
 
 def emulate(target: Target, image: Path, timeout: float = 120.0) -> str:
-    """What a program says on the terminal of its machine; raise `Failed` unless it ends with 0."""
+    """The output of a program on the terminal of its machine; raise `Failed` unless it ends with 0."""
     quiet = ["-nographic", "-monitor", "none", "-serial", "none"]
     return run(
         [*target.machine, *quiet, "-semihosting-config", "enable=on,target=native", "-kernel", str(image)], timeout

@@ -48,7 +48,7 @@ static void note(float x, float got, double exact)
     }
 }
 
-static void say(const char *name)
+static void print_errors(const char *name)
 {
     printf("%s %llu %.9g %.9g %.9g %.9g\n", name, (unsigned long long)count, worst_ulp, (double)where_ulp,
            worst_absolute, (double)where_absolute);
@@ -66,39 +66,39 @@ int main(int argc, char **argv)
         const float x = of_bits(bits);
         note(x, hopform_exp_f32(-x), x < 87.0f ? exp(-(double)x) : 0.0);
     }
-    say("exp(-x)");
+    print_errors("exp(-x)");
     EVERY(0u, 0x42ae0000u) {
         const float x = of_bits(bits);
         note(x, hopform_fade_by_f32(-x).gone, -expm1(-(double)x));
     }
-    say("1-exp(-x)");
+    print_errors("1-exp(-x)");
     EVERY(0u, 0x4b189680u) { /* up to 1e7, beyond which the angle counts as 0 */
         const float x = of_bits(bits);
         if (x < 1e4f) {
             note(x, hopform_turn_by_f32(x).sine, sin((double)x));
         }
     }
-    say("sin(x),x<1e4");
+    print_errors("sin(x),x<1e4");
     EVERY(0u, 0x461c4000u) {
         const float x = of_bits(bits);
         note(x, hopform_turn_by_f32(x).cosine, cos((double)x));
     }
-    say("cos(x),x<=1e4");
+    print_errors("cos(x),x<=1e4");
     EVERY(LEAST_NORMAL, 0x7f7fffffu) { /* all normal numbers */
         const float x = of_bits(bits);
         note(x, hopform_log_f32(x), log((double)x));
     }
-    say("ln(x)");
+    print_errors("ln(x)");
     EVERY(0u, 0x7f7fffffu) { /* denormals too */
         const float x = of_bits(bits);
         note(x, hopform_cube_root_f32(x), cbrt((double)x));
     }
-    say("cbrt(x)");
+    print_errors("cbrt(x)");
     EVERY(0u, 0x3e2fb7e9u) { /* 0 <= s <= 0.1716 */
         const float s = of_bits(bits);
         note(s, hopform_area_tangent_f32(s), s > 0.0f ? atanh((double)s) / (double)s : 1.0);
     }
-    say("artanh(s)/s");
+    print_errors("artanh(s)/s");
     for (int quarter = 0; quarter < 4; quarter++) { /* of (x, y): y/x and x/y from 0 to 1, both signs of x */
         EVERY(0u, (uint32_t)ONE) {
             const float t = of_bits(bits);
@@ -106,12 +106,12 @@ int main(int argc, char **argv)
             note(t, hopform_angle_f32(x, y), atan2((double)y, (double)x));
         }
     }
-    say("angle(x,y)");
+    print_errors("angle(x,y)");
     EVERY(0u, 0x42c80000u) { /* a = 1: 0 <= t <= 100 */
         const float t = of_bits(bits);
         note(t, hopform_decay_at_f32(1.0f, t).e1, -expm1(-(double)t));
     }
-    say("t*phi1(-t)");
+    print_errors("t*phi1(-t)");
     EVERY(0u, 0x42c80000u) {
         const float t = of_bits(bits);
         const double z = (double)t;
@@ -119,6 +119,6 @@ int main(int argc, char **argv)
                                       : (double)(expm1l(-(long double)t) + (long double)t);
         note(t, hopform_decay_at_f32(1.0f, t).e2, exact);
     }
-    say("t^2*phi2(-t)");
+    print_errors("t^2*phi2(-t)");
     return 0;
 }

@@ -112,7 +112,7 @@ def compiler() -> list[str]:
 
 
 def run(command: list[str], timeout: float) -> tuple[int, str]:
-    """The exit code, 124 if it took too much of the processor's time, and what was said."""
+    """The exit code, 124 if it took too much of the processor's time, and what was output."""
     try:
         return 0, patient_run(command, timeout)
     except Failed as error:
@@ -179,9 +179,9 @@ class Bench:
             "-DDIGEST_SAMPLES=4500",
         ]
         command = [*(with_this or compiler()), *flags, *self.include, "-c", str(source), "-o", str(target)]
-        code, said = run(command, 60)
+        code, output = run(command, 60)
         if code:
-            raise ValueError(said)
+            raise ValueError(output)
 
     def is_c(self, unit: str) -> bool:
         """Whether a strict compiler takes it: swapped arguments of other types are no mutant."""
@@ -199,8 +199,8 @@ class Bench:
             if run([*compiler(), *map(str, [*own, *library]), "-o", str(image), "-lm"], 60)[0]:
                 return "link"
             arguments = [INPUTS, *map(str, sorted((FUZZ / "found").iterdir()))] if name.startswith("fuzz") else []
-            code, said = run([str(image), *arguments], 15)
-            if code or (name == "digest" and said.strip() != wanted):
+            code, output = run([str(image), *arguments], 15)
+            if code or (name == "digest" and output.strip() != wanted):
                 return name
         return self.checked(objects)
 
@@ -219,11 +219,11 @@ class Bench:
             image = self.folder / f"checked-{name}"
             if run([*CHECKED, *map(str, [own, *library]), "-o", str(image), "-lm"], 60)[0]:
                 return "link"
-            code, said = run([str(image), "work"], 120)
+            code, output = run([str(image), "work"], 120)
             if code:
                 return "sanitizers"
             if name == "answers":
-                calls = tuple((kind, int(count)) for kind, count in re.findall(r"^(\w+) (\d+)$", said, re.MULTILINE))
+                calls = tuple((kind, int(count)) for kind, count in re.findall(r"^(\w+) (\d+)$", output, re.MULTILINE))
                 if self.usual_work and takes_longer(calls, self.usual_work):
                     return "work"
                 self.usual_work = self.usual_work or calls
