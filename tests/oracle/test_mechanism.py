@@ -629,6 +629,19 @@ def test_an_exact_tie_is_decided_by_the_rule_and_not_excused():
     assert neighbour(nearly, ("takeoff",)).found
 
 
+def test_what_is_left_of_a_motion_that_has_died_away_may_graze():
+    """0.1 % below critical damping a contact force first crosses zero after 70 s, at 1e-31 of what it was."""
+    text = builders.joint(m="1", k="1", b="1.998", q="1", v="-1", horizon="100")
+    text |= {"contact": {"force": {"q": ["k"]}, "compression": {"q": [1]}}}
+    crossing = solve(text).duration
+    late = read(text | {"horizon": crossing + mp.mpf("0.3")})
+    assert solve(late).kinds == ("takeoff",) and crossing > 30
+    other = neighbour(late, ("horizon",))
+    assert other.found and other.attempts[-1].label == ("grazing",)
+    early = read({**late.equations, "parameters": {**late.equations["parameters"], "b": "1.2"}})
+    assert solve(early).kinds == ("takeoff",) and not neighbour(early, ("horizon",)).found
+
+
 def test_two_events_at_one_time_have_neighbours_in_both_orders():
     """Two joints on unlike springs; the second starts such that both turn at once."""
     first, second = solve(pair("1")).events[:2]

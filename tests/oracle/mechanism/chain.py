@@ -8,7 +8,7 @@ is one. What ends a phase is the first of its event functions that falls through
 from __future__ import annotations
 
 from bisect import bisect_right
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import product
 
@@ -84,6 +84,7 @@ class Run:
 
     problem: Problem
     system: System
+    grazing: Real = mp.zero  # how far below zero, relative to their terms, forces and distances still only graze it
     flows: dict[FlowKey, Flow | None] = field(default_factory=dict[FlowKey, Flow | None])
     spectra: dict[int, list[Level]] = field(default_factory=dict[int, list[Level]])
     phases: list[Phase] = field(default_factory=list[Phase])
@@ -317,10 +318,10 @@ def search(run: Run, t: Real, z: Point, mode: Mode, end: Real) -> tuple[Hit | No
     if not flow.order:
         run.marks.append(Mark(t, len(run.phases) - 1, z))
         return (Hit(t, z, lifted), z) if (lifted := lifts(run, z)) else (None, z)
-    windows, patience = 0, PATIENCE
+    windows, patience, allowed = 0, PATIENCE, bands(run, flow, z, mode)
     while t < end:
         run.marks.append(Mark(t, len(run.phases) - 1, z))
-        watched = list(guards(run.system, flow, z, mode))
+        watched = [leniently(guard, allowed) for guard in guards(run.system, flow, z, mode)]
         if windows >= patience and not (flow.lawful and run.system.law):
             step = leap(flow, z, watched, (end - t) / flow.window, spectrum(run, flow))
             if step:
@@ -339,6 +340,17 @@ def search(run: Run, t: Real, z: Point, mode: Mode, end: Real) -> tuple[Hit | No
         if run.windows > MOST_WINDOWS:
             raise ArithmeticError(f"{run.problem.name}: more than {MOST_WINDOWS} windows")
     return None, z
+
+
+def bands(run: Run, flow: Flow, z: Point, mode: Mode) -> dict[tuple[str, int, int], Real]:
+    """How far below zero contact forces and distances still only graze it, by their terms where the phase begins."""
+    kinds = ("contact", "limit", "clearance") if run.grazing else ()
+    found = [guard for guard in guards(run.system, flow, z, mode) if guard.kind in kinds]
+    return {guard.label: run.grazing * guard.scale for guard in found}
+
+
+def leniently(guard: Guard, allowed: Mapping[tuple[str, int, int], Real]) -> Guard:
+    return replace(guard, value=guard.value + allowed[guard.label]) if guard.label in allowed else guard
 
 
 def spectrum(run: Run, flow: Flow) -> list[Level]:
@@ -466,10 +478,10 @@ def lifts(run: Run, z: Point) -> tuple[Guard, ...]:
     return (Guard("contact", -1, 0, contact.force.at(z.q, z.v), mp.zero, (), ()),)
 
 
-def begin(problem: Problem) -> tuple[Run, Point, bool]:
+def begin(problem: Problem, grazing: Real = mp.zero) -> tuple[Run, Point, bool]:
     """The state at t = 0, before anything has moved. Raises ValueError for a start outside the model."""
     system = problem.system
-    run, q = Run(problem, system), at_limits(system, system.position)
+    run, q = Run(problem, system, grazing), at_limits(system, system.position)
     for e, element in enumerate(system.elements):
         place = dot(element.direction, q)
         if not element.low <= place <= element.high and not blocked(system, e, q):

@@ -4,7 +4,8 @@
 
 Quantities near the first difference are the slacks of the hold rule, the least values of event functions, their values
 where a phase begins, and the times between zeros of two of them. Which was decided otherwise is not known from a list:
-they are tried in the order of |G| over what 32 ulp of all inputs move it. A list without a neighbour is wrong.
+they are tried in the order of |G| over what 32 ulp of all inputs move it. A list without a neighbour is wrong. An
+extremum within 16 ulp of zero counts as grazing, so the motion that grazes is tried last.
 """
 
 from __future__ import annotations
@@ -23,6 +24,7 @@ from .solution import Solution, solve
 
 STEP = mp.mpf("1e-25")  # relative, of the differences for gradients
 ULPS = 32
+GRAZES = 16  # ulp of its terms within which an extremum only grazes zero
 SOLVES = 4
 TIE = mp.mpf("1e-50")  # what is smaller against what the moves change is an exact tie: the written rule decides it
 REACH = 2  # a quantity larger than this many times what the moves change is not tried
@@ -77,6 +79,10 @@ def neighbour(problem: Problem, kinds: Sequence[str], digits: int = 53) -> Neigh
                 break
         if not advanced:
             break
+    if here.kinds != wanted:
+        band = GRAZES * mp.ldexp(1, 1 - digits)
+        here = solve(problem, band)
+        attempts.append(Attempt(("grazing",), band, band, here.kinds))
     return Neighbour(here if here.kinds == wanted else None, tuple(attempts))
 
 

@@ -137,10 +137,14 @@ class Solution:
         return [b for a, b, c in zip(points, points[1:], points[2:], strict=False) if a[1] > b[1] < c[1]]
 
 
-def solve(source: Problem | Mapping[str, Any] | str | Path) -> Solution:
-    """The motion from its start to its ending. Raises ValueError for a start outside the model."""
+def solve(source: Problem | Mapping[str, Any] | str | Path, grazing: Number = 0) -> Solution:
+    """The motion from its start to its ending. Raises ValueError for a start outside the model.
+
+    With `grazing`, contact forces and distances to limits may fall below zero by that much of the terms they are made
+    of: what is left of a motion that has died away ends nothing.
+    """
     problem = source if isinstance(source, Problem) else read(source)
-    run, z, armed = begin(problem)
+    run, z, armed = begin(problem, exact(grazing))
     return Solution(problem, run, *run_chain(run, z, armed))
 
 
