@@ -14,14 +14,14 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
+from tests.conformance.random_stances import draw_stances
 from tests.oracle.mechanism import builders, read, solve
 from tests.oracle.mechanism.compare import EXCUSED, RIGHT, WRONG, Answer, compare, conditions
 from tests.oracle.mechanism.fixtures import PROBLEMS, answer
 from tests.oracle.mechanism.neighbour import neighbour
 from tests.oracle.mechanism.numbers import exact, mp, ulp
-from tests.random_stances import draw_stances
-from tests.reference import solve as solve_reference
-from tests.reference.flight import solve_flight as solve_reference_flight
+from tests.oracle.reference import solve as solve_reference
+from tests.oracle.reference.flight import solve_flight as solve_reference_flight
 
 FIXTURES = sorted((Path(__file__).parent / "mechanism" / "fixtures").glob("*.json"))
 ROBOT = ("m_eff", "m_s", "k", "L0", "c", "b1", "b2", "f1", "f2", "gamma2", "g", "x1_min", "x1_max")

@@ -145,7 +145,7 @@ static inline float rough_root_f32(const jet_f32 *from, const jet_f32 *to, float
     const float s = start / (start > 0.0f ? start - to->value : 1.0f);
     const float by_slopes = (1.0f - s) / (falls ? slope : -1.0f) - s / (falls ? end_slope : -1.0f);
     const float cubic = s * (s * (3.0f - 2.0f * s) + (1.0f - s) * (to->value - start) * by_slopes);
-    const float share = falls & (cubic > 0.0f) & (cubic < 1.0f) ? cubic : s;
+    const float share = (falls & (cubic > 0.0f) & (cubic < 1.0f)) ? cubic : s;
     return start > 0.0f ? share : 0.75f;
 }
 
@@ -198,7 +198,7 @@ static inline float refined_root_f32(const interpolant_f32 *p, float x)
     for (int n = 0; n < PREDICTION_STEPS_f32; n++) {
         const float step = prediction_step_f32(p, x);
         const float next = x - step;
-        x = (next > 0.0f) & (next < 1.0f) ? next : x;
+        x = ((next > 0.0f) & (next < 1.0f)) ? next : x;
         if (fabs_f32(step) < HOPFORM_PREDICTION_f32) {
             break;
         }
@@ -448,7 +448,8 @@ static inline float quiet_time_of_ringing_f32(const hopform_poles_f32 *poles, co
     const float wY = r + mu * X;
     const float left = at->value - X - 1.001f * sqrt_f32(X * X + wY * wY / ww) - rounding;
     const float time = -left / (x < 0.0f ? x : -1.0f);
-    const float quiet = !(x < 0.0f) | (left * poles->a > -x) ? HOPFORM_NEVER_f32 : time;
+    const bool always = (!(x < 0.0f)) | (left * poles->a > -x);
+    const float quiet = always ? HOPFORM_NEVER_f32 : time;
     return left > 0.0f ? quiet : 0.0f;
 }
 

@@ -145,7 +145,7 @@ static inline double rough_root_f64(const jet_f64 *from, const jet_f64 *to, doub
     const double s = start / (start > 0.0 ? start - to->value : 1.0);
     const double by_slopes = (1.0 - s) / (falls ? slope : -1.0) - s / (falls ? end_slope : -1.0);
     const double cubic = s * (s * (3.0 - 2.0 * s) + (1.0 - s) * (to->value - start) * by_slopes);
-    const double share = falls & (cubic > 0.0) & (cubic < 1.0) ? cubic : s;
+    const double share = (falls & (cubic > 0.0) & (cubic < 1.0)) ? cubic : s;
     return start > 0.0 ? share : 0.75;
 }
 
@@ -198,7 +198,7 @@ static inline double refined_root_f64(const interpolant_f64 *p, double x)
     for (int n = 0; n < PREDICTION_STEPS_f64; n++) {
         const double step = prediction_step_f64(p, x);
         const double next = x - step;
-        x = (next > 0.0) & (next < 1.0) ? next : x;
+        x = ((next > 0.0) & (next < 1.0)) ? next : x;
         if (fabs_f64(step) < HOPFORM_PREDICTION_f64) {
             break;
         }
@@ -448,7 +448,8 @@ static inline double quiet_time_of_ringing_f64(const hopform_poles_f64 *poles, c
     const double wY = r + mu * X;
     const double left = at->value - X - 1.001 * sqrt_f64(X * X + wY * wY / ww) - rounding;
     const double time = -left / (x < 0.0 ? x : -1.0);
-    const double quiet = !(x < 0.0) | (left * poles->a > -x) ? HOPFORM_NEVER_f64 : time;
+    const bool always = (!(x < 0.0)) | (left * poles->a > -x);
+    const double quiet = always ? HOPFORM_NEVER_f64 : time;
     return left > 0.0 ? quiet : 0.0;
 }
 

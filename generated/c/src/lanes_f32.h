@@ -1001,8 +1001,8 @@ LANES_CODE static void find_roots(lanes *restrict w, search *restrict find)
             const float step = step_to_root_f32(&jet);
             const float next = t - step;
             const bool goes_on = going & !arrived;
-            const float low = goes_on & (jet.value > 0.0f) ? t : find->low[l];
-            const float high = goes_on & (jet.value < 0.0f) ? t : find->high[l];
+            const float low = (goes_on & (jet.value > 0.0f)) ? t : find->low[l];
+            const float high = (goes_on & (jet.value < 0.0f)) ? t : find->high[l];
             const bool inside = (next > low) & (next < high);
             const bool last =
                 goes_on & inside & step_converges_f32(&poles, &jet, fourth_of_f32(&poles, &jet), next, step);

@@ -1001,8 +1001,8 @@ LANES_CODE static void find_roots(lanes *restrict w, search *restrict find)
             const double step = step_to_root_f64(&jet);
             const double next = t - step;
             const bool goes_on = going & !arrived;
-            const double low = goes_on & (jet.value > 0.0) ? t : find->low[l];
-            const double high = goes_on & (jet.value < 0.0) ? t : find->high[l];
+            const double low = (goes_on & (jet.value > 0.0)) ? t : find->low[l];
+            const double high = (goes_on & (jet.value < 0.0)) ? t : find->high[l];
             const bool inside = (next > low) & (next < high);
             const bool last =
                 goes_on & inside & step_converges_f64(&poles, &jet, fourth_of_f64(&poles, &jet), next, step);
