@@ -286,13 +286,6 @@ MUTANTS = (
         first=("tests/conformance/test_checker.py",),
     ),
     Mutant(
-        "C: a slip whose threshold is blurred comes before the take-off at the same time",
-        "runtime/engine/c/stance_real.c",
-        "4.0 * HOPFORM_EPS_real * (friction + fabs_real(acceleration)),",
-        "0.0 * (friction + fabs_real(acceleration)),",
-        first=("tests/conformance/test_checker.py",),
-    ),
-    Mutant(
         "C: an actuator without friction stays at its stop where its forces cancel",
         "runtime/engine/c/stance_real.c",
         "        keep_faint_acceleration_real(chain, motion, &end->basis);",

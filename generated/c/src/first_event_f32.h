@@ -26,7 +26,6 @@ enum { MOST_EVENT_FUNCTIONS_f32 = 3, MOST_CUTS_f32 = 400 };
 typedef struct {
     hopform_numerator_f32 numerator;
     float start;
-    float start_error; /* bound of the rounding of `start`, where it is a difference */
     int32_t kind;
     int32_t side;
 } event_function_f32;
@@ -124,9 +123,8 @@ static inline float rounding_of_f32(const event_function_f32 *g, const propagato
 {
     const hopform_numerator_f32 *h = &g->numerator;
     return 16.0f * HOPFORM_EPS_f32
-               * (fabs_f32(g->start) + fabs_f32(h->H3 * at->basis.Wd) + fabs_f32(h->H2 * at->basis.W)
-                  + fabs_f32(h->H1 * at->basis.W1) + at->t * fabs_f32(rate))
-           + g->start_error;
+           * (fabs_f32(g->start) + fabs_f32(h->H3 * at->basis.Wd) + fabs_f32(h->H2 * at->basis.W)
+              + fabs_f32(h->H1 * at->basis.W1) + at->t * fabs_f32(rate));
 }
 
 /* ---- prediction ---- */

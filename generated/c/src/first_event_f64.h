@@ -26,7 +26,6 @@ enum { MOST_EVENT_FUNCTIONS_f64 = 3, MOST_CUTS_f64 = 400 };
 typedef struct {
     hopform_numerator_f64 numerator;
     double start;
-    double start_error; /* bound of the rounding of `start`, where it is a difference */
     int32_t kind;
     int32_t side;
 } event_function_f64;
@@ -124,9 +123,8 @@ static inline double rounding_of_f64(const event_function_f64 *g, const propagat
 {
     const hopform_numerator_f64 *h = &g->numerator;
     return 16.0 * HOPFORM_EPS_f64
-               * (fabs_f64(g->start) + fabs_f64(h->H3 * at->basis.Wd) + fabs_f64(h->H2 * at->basis.W)
-                  + fabs_f64(h->H1 * at->basis.W1) + at->t * fabs_f64(rate))
-           + g->start_error;
+           * (fabs_f64(g->start) + fabs_f64(h->H3 * at->basis.Wd) + fabs_f64(h->H2 * at->basis.W)
+              + fabs_f64(h->H1 * at->basis.W1) + at->t * fabs_f64(rate));
 }
 
 /* ---- prediction ---- */

@@ -132,7 +132,7 @@ static int side_of_slip_f32(const stance_chain_f32 *chain, int mass)
 static void add_event_function_f32(event_set_f32 *set, float H3, float H2, float H1, float start, float sign,
                                     stance_end_kind_f32 kind, int side)
 {
-    const event_function_f32 g = {{sign * H3, sign * H2, sign * H1}, sign * start, 0.0f, (int32_t)kind, side};
+    const event_function_f32 g = {{sign * H3, sign * H2, sign * H1}, sign * start, (int32_t)kind, side};
     set->function[set->count++] = g;
 }
 
@@ -155,7 +155,6 @@ static void add_thresholds_f32(const stance_chain_f32 *chain, stance_events_f32 
         const float sign = (float)side;
         const event_function_f32 g = {{-sign * h.H3, -sign * h.H2, -sign * h.H1},
                                        friction - sign * acceleration,
-                                       4.0f * HOPFORM_EPS_f32 * (friction + fabs_f32(acceleration)),
                                        (int32_t)(mass == 1 ? END_THRESHOLD_1_f32 : END_THRESHOLD_2_f32),
                                        side};
         events->set.function[events->set.count++] = g;

@@ -132,7 +132,7 @@ static int side_of_slip_f64(const stance_chain_f64 *chain, int mass)
 static void add_event_function_f64(event_set_f64 *set, double H3, double H2, double H1, double start, double sign,
                                     stance_end_kind_f64 kind, int side)
 {
-    const event_function_f64 g = {{sign * H3, sign * H2, sign * H1}, sign * start, 0.0, (int32_t)kind, side};
+    const event_function_f64 g = {{sign * H3, sign * H2, sign * H1}, sign * start, (int32_t)kind, side};
     set->function[set->count++] = g;
 }
 
@@ -155,7 +155,6 @@ static void add_thresholds_f64(const stance_chain_f64 *chain, stance_events_f64 
         const double sign = (double)side;
         const event_function_f64 g = {{-sign * h.H3, -sign * h.H2, -sign * h.H1},
                                        friction - sign * acceleration,
-                                       4.0 * HOPFORM_EPS_f64 * (friction + fabs_f64(acceleration)),
                                        (int32_t)(mass == 1 ? END_THRESHOLD_1_f64 : END_THRESHOLD_2_f64),
                                        side};
         events->set.function[events->set.count++] = g;

@@ -26,7 +26,6 @@ enum { MOST_EVENT_FUNCTIONS_real = 3, MOST_CUTS_real = 400 };
 typedef struct {
     hopform_numerator_real numerator;
     real start;
-    real start_error; /* bound of the rounding of `start`, where it is a difference */
     int32_t kind;
     int32_t side;
 } event_function_real;
@@ -124,9 +123,8 @@ static inline real rounding_of_real(const event_function_real *g, const propagat
 {
     const hopform_numerator_real *h = &g->numerator;
     return 16.0 * HOPFORM_EPS_real
-               * (fabs_real(g->start) + fabs_real(h->H3 * at->basis.Wd) + fabs_real(h->H2 * at->basis.W)
-                  + fabs_real(h->H1 * at->basis.W1) + at->t * fabs_real(rate))
-           + g->start_error;
+           * (fabs_real(g->start) + fabs_real(h->H3 * at->basis.Wd) + fabs_real(h->H2 * at->basis.W)
+              + fabs_real(h->H1 * at->basis.W1) + at->t * fabs_real(rate));
 }
 
 /* ---- prediction ---- */

@@ -132,7 +132,7 @@ static int side_of_slip_real(const stance_chain_real *chain, int mass)
 static void add_event_function_real(event_set_real *set, real H3, real H2, real H1, real start, real sign,
                                     stance_end_kind_real kind, int side)
 {
-    const event_function_real g = {{sign * H3, sign * H2, sign * H1}, sign * start, 0.0, (int32_t)kind, side};
+    const event_function_real g = {{sign * H3, sign * H2, sign * H1}, sign * start, (int32_t)kind, side};
     set->function[set->count++] = g;
 }
 
@@ -155,7 +155,6 @@ static void add_thresholds_real(const stance_chain_real *chain, stance_events_re
         const real sign = (real)side;
         const event_function_real g = {{-sign * h.H3, -sign * h.H2, -sign * h.H1},
                                        friction - sign * acceleration,
-                                       4.0 * HOPFORM_EPS_real * (friction + fabs_real(acceleration)),
                                        (int32_t)(mass == 1 ? END_THRESHOLD_1_real : END_THRESHOLD_2_real),
                                        side};
         events->set.function[events->set.count++] = g;

@@ -284,7 +284,7 @@ static event_set_f64 any_function(const T(poles) *poles, const T(node) *node, do
     const double H3 = mostly(uniform(-1.0, 1.0), start > 0.0 ? 0.15 : 0.0) * w,
                  H2 = mostly(uniform(-1.0, 1.0), 0.2) * w * w + poles->s_1 * H3;
     const double H1 = poles->a > 0.0 ? mostly(uniform(-1.0, 1.0), 0.2) * w * w * (w + poles->a) : 0.0;
-    const event_set_f64 set = {poles, node, 1, {{{start > 0.0 ? H3 : fabs(H3), H2, H1}, start, 0.0, 0, 0}}};
+    const event_set_f64 set = {poles, node, 1, {{{start > 0.0 ? H3 : fabs(H3), H2, H1}, start, 0, 0}}};
     *h = 0.95 * smaller(node->half_period, 3.0 / w) * (uniform(0.0, 1.0) < 0.5 ? 1.0 : over(1e-2, 1.0));
     return set;
 }
@@ -636,7 +636,7 @@ static void any_ringing(void)
                      other = uniform(-1.0, 1.0) * over(1e-3, 1.0);
         const event_set_f64 set = {
             &poles, &node, 1,
-            {{{w * swing, w * w * other + slow * a, w * w * a * uniform(-0.5, 0.5)}, uniform(0.0, 2.0), 0.0, 0, 0}}};
+            {{{w * swing, w * w * other + slow * a, w * w * a * uniform(-0.5, 0.5)}, uniform(0.0, 2.0), 0, 0}}};
         const double from = over(0.01, 1.0), turns = over(10.0, 100.0) * 3.1416 / w;
         const propagator_f64 then = propagator_at_f64(&poles, from);
         const jet_f64 jet = jet_at_f64(&set, &set.function[0], &then);

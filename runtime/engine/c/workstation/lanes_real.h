@@ -107,7 +107,7 @@ RECORD_IN_COLUMNS(basis, HOPFORM_BASIS_MEMBERS)
 
 /* An event function, one a lane. */
 typedef struct {
-    column H3, H2, H1, start, start_error;
+    column H3, H2, H1, start;
 } function_columns;
 
 typedef struct {
@@ -519,7 +519,7 @@ LANES_CODE static void bases_at(lanes *restrict w, const real *restrict t, const
 
 static inline event_function_real one_function(const function_columns *g, int l)
 {
-    const event_function_real one = {{g->H3[l], g->H2[l], g->H1[l]}, g->start[l], g->start_error[l], 0, 0};
+    const event_function_real one = {{g->H3[l], g->H2[l], g->H1[l]}, g->start[l], 0, 0};
     return one;
 }
 
@@ -735,7 +735,6 @@ static inline void keep_function(lanes *w, int s, int l, bool yes, real on, real
     keep(&w->function[s].H2[l], yes, g->H2[l]);
     keep(&w->function[s].H1[l], yes, g->H1[l]);
     keep(&w->function[s].start[l], yes, g->start[l]);
-    keep(&w->function[s].start_error[l], yes, g->start_error[l]);
 }
 
 /* Take-off. */
@@ -747,7 +746,6 @@ LANES_CODE static void add_takeoffs(lanes *restrict w)
         leg.H2[l] = w->motion.H2_y[l];
         leg.H1[l] = w->motion.H1_y[l];
         leg.start[l] = w->state.y[l];
-        leg.start_error[l] = 0.0;
         const real falls = flag((w->side_1[l] < 0.0) | (w->side_2[l] > 0.0)
                                 | (w->state.y[l] < 0.0)); /* else y only rises, from 0 or above */
         keep_function(w, 0, l, w->begins[l] > 0.0, falls, BY_TAKEOFF, 0.0, &leg);
@@ -765,7 +763,6 @@ LANES_CODE static void add_velocities(lanes *restrict w, const real *restrict wh
         first.H2[l] = side_1 * w->motion.H2_1[l];
         first.H1[l] = side_1 * w->motion.H1_1[l];
         first.start[l] = side_1 * w->state.v1[l];
-        first.start_error[l] = second.start_error[l] = 0.0;
         second.H3[l] = side_2 * (w->fresh_2[l] > 0.0 ? 0.0 : w->motion.H3_2[l]);
         second.H2[l] = side_2 * w->motion.H2_2[l];
         second.H1[l] = side_2 * w->motion.H1_2[l];
@@ -802,7 +799,6 @@ LANES_CODE static void add_thresholds(lanes *restrict w, const real *restrict wh
         below.H2[l] = slips.H2[l];
         below.H1[l] = slips.H1[l];
         below.start[l] = friction[l] + free[l];
-        below.start_error[l] = above.start_error[l] = 4.0 * HOPFORM_EPS_real * (friction[l] + fabs_real(free[l]));
         above.H3[l] = -slips.H3[l];
         above.H2[l] = -slips.H2[l];
         above.H1[l] = -slips.H1[l];
