@@ -302,13 +302,8 @@ static inline bool has_no_root_f32(const jet_f32 *from, float d, const jet_f32 *
     return d < 0.0f ? after_negative : after_positive;
 }
 
-/* Sign changes of (+, b, c, d). */
-static inline int sign_changes_of_four_f32(bool b, bool c, bool d)
-{
-    return (b ? 1 : 0) + (b != c ? 1 : 0) + (c != d ? 1 : 0);
-}
-
-/* Rule 2 with the pair removed first: u = exp(-mu t) sin(w (t + s)), centred on the interval, has no root in it. */
+/* Rule 2 with the pair removed first: u = exp(-mu t) sin(w (t + s)), centred on the interval, has no root in it. V, the
+ * sign changes of (+, g', f, e), does not fall from the start to the end; e is the sign of the real pole's part. */
 static inline bool has_no_root_by_pair_f32(const hopform_poles_f32 *poles, const event_function_f32 *g,
                                             const propagator_f32 *end, const jet_f32 *from, const jet_f32 *to)
 {
@@ -318,11 +313,14 @@ static inline bool has_no_root_by_pair_f32(const hopform_poles_f32 *poles, const
     const float C = end->basis.Wdd + poles->a * end->basis.Wd + mu * R;
     const float wt = ww * R / (sqrt_f32(ww * R * R + C * C) + C); /* w tan(w h/2) */
     const hopform_numerator_f32 *h = &g->numerator;
-    const bool e = h->H1 - poles->a * (h->H2 - poles->a * h->H3) < 0.0f;
-    const bool first = from->curvature - (wt - mu) * from->rate < 0.0f;
-    const bool last = to->curvature + (wt + mu) * to->rate < 0.0f;
-    return sign_changes_of_four_f32(from->rate < 0.0f, first, e) - sign_changes_of_four_f32(to->rate < 0.0f, last, e)
-           <= 0;
+    const bool e_is_negative = h->H1 - poles->a * (h->H2 - poles->a * h->H3) < 0.0f;
+    const bool falls = from->rate < 0.0f;
+    const bool falls_then = to->rate < 0.0f;
+    const bool f_is_negative = from->curvature - (wt - mu) * from->rate < 0.0f;
+    const bool f_is_negative_then = to->curvature + (wt + mu) * to->rate < 0.0f;
+    const bool with_positive = (!(falls | f_is_negative)) | falls_then | f_is_negative_then;
+    const bool with_negative = (!falls) | f_is_negative | (falls_then & !f_is_negative_then);
+    return e_is_negative ? with_negative : with_positive;
 }
 
 /* Bound of the sixth derivative of an event function whose pair rings: the envelopes of its modes. */

@@ -6,7 +6,6 @@
 
 #if defined(HOPFORM_X86_LANES)
 #define LANES_NAME hopform_lanes_avx2_f64
-#define LANES_WORTH 2
 #define LANES_CODE __attribute__((noinline, flatten, target("avx2")))
 #include "lanes_f64.h"
 #endif

@@ -5,7 +5,6 @@
 #include "variants_f32.h"
 
 #define LANES_NAME hopform_lanes_baseline_f32
-#define LANES_WORTH 1
 #if defined(__GNUC__)
 #define LANES_CODE __attribute__((noinline, flatten))
 #else

@@ -5,8 +5,8 @@
  * not done here: such a stance is left to hopform_solve_stance_f32. Numbers, flags (1 or 0) and kinds are all of one
  * type.
  *
- * Before it is included, LANES_NAME is the function to make, LANES_CODE what goes before each function, and LANES_WORTH
- * how many evaluations for all lanes a stance is worth: where it takes more, stances are solved one by one for a while.
+ * Before it is included, LANES_NAME is the function to make, and LANES_CODE what goes before each function. Where the
+ * lanes take more than one evaluation of all of them a stance, stances are solved one by one for a while.
  */
 #ifndef HOPFORM_LANES_H_f32
 #define HOPFORM_LANES_H_f32
@@ -909,8 +909,9 @@ typedef struct {
     basis_columns basis;
 } search;
 
-/* Where function s, if it has crossed zero by the end of the interval, did so: guesses of the share. */
-LANES_CODE static void guess_crossings(const lanes *restrict w, int s, const float *restrict wanted,
+/* Where function s, if it has crossed zero by the end of the interval, did so: guesses of the share. True if it has in
+ * some lane. */
+LANES_CODE static bool guess_crossings(const lanes *restrict w, int s, const float *restrict wanted,
                                        search *restrict find)
 {
     column going;
@@ -919,7 +920,6 @@ LANES_CODE static void guess_crossings(const lanes *restrict w, int s, const flo
         const hopform_basis_f32 basis = one_of_basis_columns(&w->end, l);
         const propagator_f32 at = {w->end_t[l], basis, 0.0f};
         const event_function_f32 g = one_function(functions, l);
-        const jet_f32 from = one_jet(&w->from[s], l);
         const jet_f32 to = one_jet(&w->to[s], l);
         const float rounding = rounding_of_f32(&g, &at, to.rate);
         const bool is_found = (w->found[l] >= (float)s) & (w->found[l] <= (float)s);
@@ -927,6 +927,13 @@ LANES_CODE static void guess_crossings(const lanes *restrict w, int s, const flo
         const bool crossed = (to.value < 0.0f) & !is_found & ((to.value < -rounding) | steep);
         going[l] = wanted[l] * flag((w->on[s][l] > 0.0f) & crossed);
         find->crossed[l] = going[l];
+    }
+    if (!any(going)) {
+        return false;
+    }
+    for (int l = 0; l < LANES; l++) {
+        const jet_f32 from = one_jet(&w->from[s], l);
+        const jet_f32 to = one_jet(&w->to[s], l);
         find->next[l] = rough_root_f32(&from, &to, w->end_t[l]);
     }
     for (int n = 0; n < PREDICTION_STEPS_f32 && any(going); n++) {
@@ -946,6 +953,7 @@ LANES_CODE static void guess_crossings(const lanes *restrict w, int s, const flo
             going[l] *= flag(!(fabs_f32(step) < HOPFORM_PREDICTION_f32));
         }
     }
+    return true;
 }
 
 /* The function that has crossed zero first by the end of the interval, by the guesses. */
@@ -956,10 +964,9 @@ LANES_CODE static void choose_crossings(const lanes *restrict w, const float *re
         find->share[l] = 2.0f;
     }
     for (int s = 0; s < SLOTS; s++) {
-        if (!w->used[s]) {
+        if (!w->used[s] || !guess_crossings(w, s, wanted, find)) {
             continue;
         }
-        guess_crossings(w, s, wanted, find);
         for (int l = 0; l < LANES; l++) {
             const bool here = (find->crossed[l] > 0.0f) & (find->next[l] < find->share[l]);
             keep(&find->number[l], here, (float)s);
@@ -1086,6 +1093,7 @@ LANES_CODE static void certify(lanes *restrict w, int s, const search *restrict 
         const jet_f32 to = one_jet(&w->to[s], l);
         const bool is_found = (w->found[l] >= (float)s) & (w->found[l] <= (float)s);
         const float rounding = rounding_of_f32(&g, &at, to.rate);
+        open[l] *= flag(!has_no_root_by_pair_f32(&poles, &g, &at, &from, &to));
         open[l] *= flag(!is_held_up_by_bernstein_f32(&poles, &g, &from, &to, w->end_t[l], is_found, rounding));
     }
     leave(w, open);
@@ -1673,7 +1681,7 @@ static void refill(lanes *w, queue *from)
 static void look_back(lanes *w, queue *from)
 {
     const int64_t run = w->evaluations > 0 ? LONG_RUN : SHORT_RUN;
-    const bool worth = w->evaluations <= LANES_WORTH * w->solved;
+    const bool worth = w->evaluations <= w->solved;
     const int64_t until = from->count - from->next < run ? from->count : from->next + run;
     while (!worth && from->next < until) {
         const int64_t i = next_stance(from);

@@ -5,7 +5,6 @@
 #include "variants_real.h"
 
 #define LANES_NAME hopform_lanes_baseline_real
-#define LANES_WORTH 1
 #if defined(__GNUC__)
 #define LANES_CODE __attribute__((noinline, flatten))
 #else
