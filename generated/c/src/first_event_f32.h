@@ -391,9 +391,8 @@ static inline propagator_f32 minimum_between_f32(const event_set_f32 *set, const
     if (!(t > low && t < high)) {
         t = low + 0.5f * (high - low);
     }
-    propagator_f32 at;
+    propagator_f32 at = propagator_at_f32(poles, t);
     for (int n = 0; n < 100; n++) {
-        at = propagator_at_f32(poles, t);
         const jet_f32 jet = short_jet_at_f32(g, &at);
         const float rounding = rounding_of_f32(g, &at, jet.rate);
         if (jet.value < -rounding) {
@@ -418,6 +417,7 @@ static inline propagator_f32 minimum_between_f32(const event_set_f32 *set, const
         if (!(t > low && t < high)) {
             break;
         }
+        at = propagator_at_f32(poles, t);
     }
     return at;
 }

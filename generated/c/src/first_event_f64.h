@@ -391,9 +391,8 @@ static inline propagator_f64 minimum_between_f64(const event_set_f64 *set, const
     if (!(t > low && t < high)) {
         t = low + 0.5 * (high - low);
     }
-    propagator_f64 at;
+    propagator_f64 at = propagator_at_f64(poles, t);
     for (int n = 0; n < 100; n++) {
-        at = propagator_at_f64(poles, t);
         const jet_f64 jet = short_jet_at_f64(g, &at);
         const double rounding = rounding_of_f64(g, &at, jet.rate);
         if (jet.value < -rounding) {
@@ -418,6 +417,7 @@ static inline propagator_f64 minimum_between_f64(const event_set_f64 *set, const
         if (!(t > low && t < high)) {
             break;
         }
+        at = propagator_at_f64(poles, t);
     }
     return at;
 }

@@ -391,9 +391,8 @@ static inline propagator_real minimum_between_real(const event_set_real *set, co
     if (!(t > low && t < high)) {
         t = low + 0.5 * (high - low);
     }
-    propagator_real at;
+    propagator_real at = propagator_at_real(poles, t);
     for (int n = 0; n < 100; n++) {
-        at = propagator_at_real(poles, t);
         const jet_real jet = short_jet_at_real(g, &at);
         const real rounding = rounding_of_real(g, &at, jet.rate);
         if (jet.value < -rounding) {
@@ -418,6 +417,7 @@ static inline propagator_real minimum_between_real(const event_set_real *set, co
         if (!(t > low && t < high)) {
             break;
         }
+        at = propagator_at_real(poles, t);
     }
     return at;
 }
