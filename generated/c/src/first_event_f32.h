@@ -594,8 +594,8 @@ static inline bool is_certified_inside_f32(const event_set_f32 *set, interval_f3
     const float h = in->high.t - in->low;
     const float d = deflated_f32(set, g, from, in->low);
     const float d_then = deflated_f32(set, g, to, in->high.t);
+    const float rounding = rounding_of_f32(g, &in->high, to->rate);
     if (!(d < 0.0f) && !(d_then < 0.0f) && has_minimum_f32(from, to)) {
-        const float rounding = rounding_of_f32(g, &in->high, to->rate);
         if (is_held_up_by_tangents_f32(from, to, set->node->pole, h, rounding)) {
             return true;
         }

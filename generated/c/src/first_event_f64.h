@@ -594,8 +594,8 @@ static inline bool is_certified_inside_f64(const event_set_f64 *set, interval_f6
     const double h = in->high.t - in->low;
     const double d = deflated_f64(set, g, from, in->low);
     const double d_then = deflated_f64(set, g, to, in->high.t);
+    const double rounding = rounding_of_f64(g, &in->high, to->rate);
     if (!(d < 0.0) && !(d_then < 0.0) && has_minimum_f64(from, to)) {
-        const double rounding = rounding_of_f64(g, &in->high, to->rate);
         if (is_held_up_by_tangents_f64(from, to, set->node->pole, h, rounding)) {
             return true;
         }

@@ -343,7 +343,9 @@ static void reach_ahead_f32(const event_set_f32 *set, interval_f32 *in, float li
     const float low = in->low;
     const float near = set->node->t > 3.0f * low ? set->node->t : 3.0f * low;
     const float half = 0.95f * set->node->half_period;
-    const float far = low + (near < half ? near : half);
+    const bool faded =
+        -0.5f * set->poles->p * low < HOPFORM_SMALLEST_EXPONENT_f32; /* the pair: what is left is monotone */
+    const float far = faded ? limit : low + (near < half ? near : half);
     if (!(low > 0.0f) && set->node->t < limit) {
         const hopform_node_f32 *node = set->node;
         const hopform_basis_f32 basis = {node->Wdd, node->Wd, node->W, node->W1, node->W2};

@@ -343,7 +343,9 @@ static void reach_ahead_f64(const event_set_f64 *set, interval_f64 *in, double l
     const double low = in->low;
     const double near = set->node->t > 3.0 * low ? set->node->t : 3.0 * low;
     const double half = 0.95 * set->node->half_period;
-    const double far = low + (near < half ? near : half);
+    const bool faded =
+        -0.5 * set->poles->p * low < HOPFORM_SMALLEST_EXPONENT_f64; /* the pair: what is left is monotone */
+    const double far = faded ? limit : low + (near < half ? near : half);
     if (!(low > 0.0) && set->node->t < limit) {
         const hopform_node_f64 *node = set->node;
         const hopform_basis_f64 basis = {node->Wdd, node->Wd, node->W, node->W1, node->W2};

@@ -594,8 +594,8 @@ static inline bool is_certified_inside_real(const event_set_real *set, interval_
     const real h = in->high.t - in->low;
     const real d = deflated_real(set, g, from, in->low);
     const real d_then = deflated_real(set, g, to, in->high.t);
+    const real rounding = rounding_of_real(g, &in->high, to->rate);
     if (!(d < 0.0) && !(d_then < 0.0) && has_minimum_real(from, to)) {
-        const real rounding = rounding_of_real(g, &in->high, to->rate);
         if (is_held_up_by_tangents_real(from, to, set->node->pole, h, rounding)) {
             return true;
         }

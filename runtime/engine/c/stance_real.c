@@ -343,7 +343,9 @@ static void reach_ahead_real(const event_set_real *set, interval_real *in, real 
     const real low = in->low;
     const real near = set->node->t > 3.0 * low ? set->node->t : 3.0 * low;
     const real half = 0.95 * set->node->half_period;
-    const real far = low + (near < half ? near : half);
+    const bool faded =
+        -0.5 * set->poles->p * low < HOPFORM_SMALLEST_EXPONENT_real; /* the pair: what is left is monotone */
+    const real far = faded ? limit : low + (near < half ? near : half);
     if (!(low > 0.0) && set->node->t < limit) {
         const hopform_node_real *node = set->node;
         const hopform_basis_real basis = {node->Wdd, node->Wd, node->W, node->W1, node->W2};
