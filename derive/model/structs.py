@@ -32,8 +32,7 @@ SEARCH_CELLS = 24
 
 NODE = Struct(
     "Node",
-    "The propagator of a mode at one time, most of half a period: where a phase is looked at first. And what the "
-    "certificate needs of the poles.",
+    "The propagator of a mode at one time, where a phase is looked at first, and constants of the certificate.",
     (
         Member("half_period", "real", "of the pair; HOPFORM_NEVER where its poles are real", "s"),
         Member("fades", "real", "from then on the pair is nothing beside the real pole", "s"),

@@ -20,7 +20,7 @@ import hopform
 from hopform_solver import records
 from tests.bench import native, truth
 from tests.bench.jobs import ROBOT, Jobs, hopper_c, random_robots
-from tests.bench.verdicts import judge
+from tests.bench.verdicts import assess
 
 MANY, FEW, SAMPLES = 100_000, 10_000, 10_000
 PAPER = ["x2_reverses"]
@@ -85,7 +85,7 @@ def by_hand(repetitions: int) -> list[Line]:
     calls = {"hand": hand.function("by_hand", jobs), "hopform": ours.function("planned", jobs)}
     hand.prepare(jobs)
     ours.prepare(jobs)
-    verdicts = {name: judge(jobs, call(1), exact) for name, call in calls.items()}
+    verdicts = {name: assess(jobs, call(1), exact) for name, call in calls.items()}
     loops = max(1, 20_000 // len(jobs))
     spent = medians({name: lambda call=call: call(loops) for name, call in calls.items()}, repetitions)
     of = f"paper's sequence, {len(jobs)} stances of hopper_c"

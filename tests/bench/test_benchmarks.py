@@ -21,7 +21,7 @@ from tests.bench import (
     truth,
 )
 from tests.bench.timing import Outcome, Result
-from tests.bench.verdicts import Verdict, is_right, judge
+from tests.bench.verdicts import Verdict, assess, is_right
 from tests.oracle import rules
 
 SETS = [of.first(3) for of in jobs.sets()]
@@ -51,14 +51,14 @@ def test_the_stances_hold_every_ending_but_the_cap_and_every_event():
 
 @each_set
 def test_scipy_solve_ivp_gives_the_reference_s_events(of):
-    verdict = judge(of, scipy_peers.solve_ivp(of, "DOP853", 1e-10), truth.load()[of.name])
+    verdict = assess(of, scipy_peers.solve_ivp(of, "DOP853", 1e-10), truth.load()[of.name])
     assert verdict.wrong == 0
     assert verdict.error <= 1e-7
 
 
 @each_set
 def test_expm_and_brentq_give_the_reference_s_events(of):
-    verdict = judge(of, scipy_peers.expm(of, 1e-10), truth.load()[of.name])
+    verdict = assess(of, scipy_peers.expm(of, 1e-10), truth.load()[of.name])
     assert verdict.wrong == 0
     assert verdict.error <= 1e-10
 
@@ -67,7 +67,7 @@ def test_expm_and_brentq_give_the_reference_s_events(of):
 def test_the_numba_peer_s_lines_give_the_reference_s_events_without_numba_too(of):
     found = jobs.answers(len(of))
     numba_peer.run(of.table, 1e-10, 1, found)
-    verdict = judge(of, found, truth.load()[of.name])
+    verdict = assess(of, found, truth.load()[of.name])
     assert verdict.wrong == 0
     assert verdict.error <= 1e-6
 
@@ -78,7 +78,7 @@ def test_hopform_s_rows_are_exact(of):
     for row in rows.ours():
         if "f32" not in row.name and f"{rows.BATCH} at once" not in row.name:
             ready = row.ready(of)
-            verdict = judge(of, ready.answers(ready.run(1)), exact)
+            verdict = assess(of, ready.answers(ready.run(1)), exact)
             assert verdict.wrong == 0, row.name
             assert verdict.error <= 1e-12, row.name
 
@@ -91,12 +91,12 @@ def test_a_wrong_event_list_and_a_wrong_number_are_seen():
     assert all(is_right(row, right) for row, right in zip(answers, exact, strict=False))
     late = answers.copy()
     late[1, 1] += 1e-3
-    assert judge(of, late, exact).error > 1e-4
+    assert assess(of, late, exact).error > 1e-4
     shorter = answers.copy()
     shorter[0, 7] -= 1
     renamed = answers.copy()
     renamed[0, len(jobs.HEAD) + 1] = 3.0
-    assert judge(of, shorter, exact).wrong == judge(of, renamed, exact).wrong == 1
+    assert assess(of, shorter, exact).wrong == assess(of, renamed, exact).wrong == 1
 
 
 def test_a_peer_that_cannot_be_built_is_left_out_by_name(monkeypatch, tmp_path):
@@ -150,12 +150,12 @@ def test_the_closed_form_by_hand_is_right_where_its_sequence_is():
     except native.NotBuilt as reason:
         pytest.skip(f"the peer by hand is C++, which only the benchmarks need: {reason}")
     library.prepare(of)
-    verdict = judge(of, library.function("by_hand", of)(1), exact)
+    verdict = assess(of, library.function("by_hand", of)(1), exact)
     assert verdict.wrong == 0
     assert verdict.error <= 1e-12
     everything = jobs.hopper_c()
     library.prepare(everything)
-    wrong = judge(everything, library.function("by_hand", everything)(1), truth.load()["hopper_c"]).wrong
+    wrong = assess(everything, library.function("by_hand", everything)(1), truth.load()["hopper_c"]).wrong
     assert wrong > 20, "it knows no other sequence"
 
 
@@ -199,7 +199,7 @@ if OPTIONAL:
     @each_set
     @pytest.mark.parametrize("peer", OPTIONAL)
     def test_a_peer_of_an_optional_package_gives_the_reference_s_events(of, peer):
-        verdict = judge(of, peer.solve(of, 1e-10), truth.load()[of.name])
+        verdict = assess(of, peer.solve(of, 1e-10), truth.load()[of.name])
         assert verdict.wrong == 0
         assert verdict.error <= 1e-6
 

@@ -19,7 +19,7 @@ from tests.bench import truth
 from tests.bench.jobs import Jobs, sets
 from tests.bench.native import OUT, C, NotBuilt, versions
 from tests.bench.rows import Ready, Row, every_row
-from tests.bench.verdicts import Verdict, judge
+from tests.bench.verdicts import Verdict, assess
 from tests.oracle import integrator, rules
 
 SHORTEST, LONG, FEW = 0.02, 0.2, 3
@@ -77,7 +77,7 @@ def _entry(row: Row, jobs: Jobs, exact: list[dict[str, Any]]) -> _Entry:
     verdict_on = ready.run(1)
     took = time.process_time() - begin
     loops = max(1, round(SHORTEST / max(took, 1e-6)))
-    return _Entry(row, jobs, ready, loops, took > LONG, judge(jobs, ready.answers(verdict_on), exact))
+    return _Entry(row, jobs, ready, loops, took > LONG, assess(jobs, ready.answers(verdict_on), exact))
 
 
 def _entries(jobs: tuple[Jobs, ...], report: Callable[[str], None]) -> tuple[list[_Entry], list[str]]:

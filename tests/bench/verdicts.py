@@ -57,7 +57,7 @@ def error(jobs: Jobs, n: int, row: NDArray[np.float64], exact: dict[str, Any]) -
     return largest if np.isfinite(largest) else float("inf")
 
 
-def judge(jobs: Jobs, answers: NDArray[np.float64], truth: list[dict[str, Any]]) -> Verdict:
+def assess(jobs: Jobs, answers: NDArray[np.float64], truth: list[dict[str, Any]]) -> Verdict:
     """Count what is wrong and measure the rest."""
     errors = [
         error(jobs, n, row, exact)

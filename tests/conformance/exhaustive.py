@@ -27,7 +27,7 @@ import numpy as np
 from hopform_solver.records import ENDINGS, EVENTS
 from tests.conformance.random_stances import MAX_PHASES, draw_stances, solve_with_c, solve_with_numpy
 from tests.oracle import reference
-from tests.oracle.checker import CERTIFIED, PROBLEM, REASONS, ROBOT, judge
+from tests.oracle.checker import CERTIFIED, PROBLEM, REASONS, ROBOT, certify
 
 BATCH = 10000  # for the NumPy back end, whose time goes with the longest chain of a batch
 TOLERANCE = 1e-12
@@ -84,7 +84,7 @@ def examine(seed: int, count: int, sampled: int, with_numpy: bool = True) -> Fin
     p = draw_stances(seed, count)
     answers, phases = c_says = solve_with_c(p)
     other, difference = differing(p, c_says, solve_with_numpy(p) if with_numpy else c_says)
-    v = judge(p, answers, phases)
+    v = certify(p, answers, phases)
     found = Findings(stances=count, windows=int(v["windows"].sum()))
     found.modes.update(phases["mode"].tolist())
     found.events.update(phases["event"][phases["event"] > 0].tolist())

@@ -117,9 +117,9 @@ def test_the_programs_about_pointers_call_every_public_function():
 
 
 @pytest.mark.parametrize("compiler", COMPILERS, ids=" ".join)
-@pytest.mark.parametrize("judge", ["answers", "parts"])
-def test_the_judges_of_mutants_find_nothing_wrong_in_what_is_not_broken(store, tmp_path, judge, compiler):
-    image = linked(store, tmp_path / judge, MUTANTS / f"{judge}.c", compiler)
+@pytest.mark.parametrize("program", ["answers", "parts"])
+def test_the_tests_of_mutants_find_nothing_wrong_in_what_is_not_broken(store, tmp_path, program, compiler):
+    image = linked(store, tmp_path / program, MUTANTS / f"{program}.c", compiler)
     assert output_of(image, "aloud").endswith("wrong 0\n")
 
 

@@ -24,7 +24,7 @@ from tests.conformance.exhaustive import (
     solved_again,
 )
 from tests.conformance.random_stances import draw_stances, solve_with_c
-from tests.oracle.checker import CERTIFIED, REASONS, judge
+from tests.oracle.checker import CERTIFIED, REASONS, certify
 from tests.seeds import SEED, chosen
 
 FOUND = Path(__file__).parent / "cases" / "found.json"
@@ -60,7 +60,7 @@ def test_the_reference_measures_the_errors_that_the_checker_measures():
     for name in ("x1", "v1", "v2"):
         answers[name] += 3e-7
     answers["aed"] += 1e-7 * problems["m_s"] * np.maximum(np.abs(problems["v2"]), 1.0) ** 2 / 2.0
-    verdicts, compared = judge(problems, answers, phases), 0
+    verdicts, compared = certify(problems, answers, phases), 0
     for row, verdict in enumerate(verdicts):
         if verdict["outcome"] == CERTIFIED:
             exact = refer(case_of(problems[row], answers[row], phases, "moved", 24, row))
@@ -78,7 +78,7 @@ def test_hardly_a_random_stance_is_ill_conditioned():
     an error is hardly ever excused.
     """
     problems = draw_stances(25, 4000)
-    verdicts = judge(problems, *solve_with_c(problems))
+    verdicts = certify(problems, *solve_with_c(problems))
     sure = verdicts["outcome"] == CERTIFIED
     assert sure.mean() > 0.99
     assert (verdicts["condition_state"][sure] > HIGH_CONDITION).mean() <= SHARE_OF_HIGH
@@ -90,7 +90,7 @@ def test_a_start_against_a_stop_has_a_condition():
     problems["x1_min"], problems["x1_max"], problems["x1"] = 0.0, 0.05, 0.0
     problems["v1"] = np.where(problems["y"] > 0.0, -0.1, 0.5 * problems["v2"])
     problems["c"] = 0.0
-    verdicts = judge(problems, *solve_with_c(problems))
+    verdicts = certify(problems, *solve_with_c(problems))
     sure = verdicts["outcome"] == CERTIFIED
     assert sure.sum() >= 990
     assert np.isfinite(verdicts["condition_state"][sure]).mean() >= 0.998
@@ -172,9 +172,9 @@ def test_a_chain_that_was_tampered_with_is_refused(tamper: Callable[..., Chain])
     places = reversals(answers, phases)
     assert len(places) >= 20
     for row, place in places[:20]:
-        assert judge(problems[row : row + 1], answers[row : row + 1], phases)["outcome"] == CERTIFIED
+        assert certify(problems[row : row + 1], answers[row : row + 1], phases)["outcome"] == CERTIFIED
         others, chain = tamper(answers.copy(), phases.copy(), row, place)
-        verdict = judge(problems[row : row + 1], others[row : row + 1], chain)[0]
+        verdict = certify(problems[row : row + 1], others[row : row + 1], chain)[0]
         assert verdict["outcome"] != CERTIFIED, (row, place)
         assert REASONS[verdict["reason"]]
 
@@ -184,7 +184,7 @@ def test_a_wrong_end_state_is_an_error_of_its_size():
     answers, phases = solve_with_c(problems)
     answers["v2"] += 1e-9
     answers["aed"] += 1e-9 * problems["m_s"] * np.maximum(np.abs(problems["v2"]), 1.0) ** 2 / 2.0
-    verdicts = judge(problems, answers, phases)
+    verdicts = certify(problems, answers, phases)
     sure = verdicts["outcome"] == CERTIFIED
     assert sure.sum() >= 45
     np.testing.assert_allclose(verdicts["error_state"][sure & (verdicts["condition_state"] < 100)], 1e-9, rtol=1e-3)

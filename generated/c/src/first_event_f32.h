@@ -366,7 +366,7 @@ static inline bool has_minimum_f32(const jet_f32 *from, const jet_f32 *to)
 
 /* Rule 4: whether the tangents at both ends hold g above its rounding, where exp(l t) g' rises: g lies above the
  * tangent at the start, and above one a little steeper than that at the end. */
-static inline bool is_held_up_by_tangents_f32(const jet_f32 *from, const jet_f32 *to, float l, float h, float rounding)
+static inline bool is_held_up_by_tangents_f32(const jet_f32 *from, const jet_f32 *to, float l, float h, float bound)
 {
     if (from->curvature + l * from->rate < 0.0f || to->curvature + l * to->rate < 0.0f) {
         return false;
@@ -375,7 +375,7 @@ static inline bool is_held_up_by_tangents_f32(const jet_f32 *from, const jet_f32
     const float steeper = last - from->rate;
     const float cross = fabs_f32(steeper) > 0.0f ? (from->value - to->value + last * h) / steeper : h;
     const float reach = cross < h ? (cross > 0.0f ? cross : 0.0f) : h;
-    return from->value + from->rate * reach > rounding;
+    return from->value + from->rate * reach > bound;
 }
 
 /* The minimum of g between two times between which its rate becomes positive; ends early where g < 0 is found, or where

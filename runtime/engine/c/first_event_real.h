@@ -366,7 +366,7 @@ static inline bool has_minimum_real(const jet_real *from, const jet_real *to)
 
 /* Rule 4: whether the tangents at both ends hold g above its rounding, where exp(l t) g' rises: g lies above the
  * tangent at the start, and above one a little steeper than that at the end. */
-static inline bool is_held_up_by_tangents_real(const jet_real *from, const jet_real *to, real l, real h, real rounding)
+static inline bool is_held_up_by_tangents_real(const jet_real *from, const jet_real *to, real l, real h, real bound)
 {
     if (from->curvature + l * from->rate < 0.0 || to->curvature + l * to->rate < 0.0) {
         return false;
@@ -375,7 +375,7 @@ static inline bool is_held_up_by_tangents_real(const jet_real *from, const jet_r
     const real steeper = last - from->rate;
     const real cross = fabs_real(steeper) > 0.0 ? (from->value - to->value + last * h) / steeper : h;
     const real reach = cross < h ? (cross > 0.0 ? cross : 0.0) : h;
-    return from->value + from->rate * reach > rounding;
+    return from->value + from->rate * reach > bound;
 }
 
 /* The minimum of g between two times between which its rate becomes positive; ends early where g < 0 is found, or where

@@ -1,7 +1,7 @@
 """The checker: judges stances in 113 bits, in C of its own that shares nothing with the solvers.
 
 checker.c follows the chain of phases and the rules, walk.h pushes the state, bounds.c proves that nothing happens
-between two events, poles.c finds the poles. `judge` compiles it with $CC when it is first used.
+between two events, poles.c finds the poles. `certify` compiles it with $CC when it is first used.
 """
 
 import ctypes
@@ -68,7 +68,7 @@ def _library() -> Any:
         return ctypes.CDLL(str(target))
 
 
-def judge(problems: Any, answers: Any, phases: Any, condition: bool = True) -> Any:
+def certify(problems: Any, answers: Any, phases: Any, condition: bool = True) -> Any:
     """A VERDICT per stance; `answers` say with `first` and `count` which of `phases` are theirs."""
     columns = [np.ascontiguousarray(a, dtype) for a, dtype in ((problems, PROBLEM), (answers, ANSWER), (phases, PHASE))]
     verdicts = np.zeros(len(problems), VERDICT)

@@ -104,7 +104,7 @@ typedef struct {
 
 enum { HOPFORM_SEARCH_CELLS_f64 = 24 }; /**< intervals of currents that wait in a search */
 
-/** The propagator of a mode at one time, most of half a period: where a phase is looked at first. And what the certificate needs of the poles. */
+/** The propagator of a mode at one time, where a phase is looked at first, and constants of the certificate. */
 typedef struct {
     double half_period; /**< [s] of the pair; HOPFORM_NEVER where its poles are real */
     double fades; /**< [s] from then on the pair is nothing beside the real pole */
