@@ -316,8 +316,8 @@ MUTANTS = (
     Mutant(
         "C: every minimum is held up by tangents",
         "runtime/engine/c/first_event_real.h",
-        "return from->value + from->rate * reach > rounding;",
-        "return from->value + 0.0 * reach > rounding;",
+        "return from->value + from->rate * reach > bound;",
+        "return from->value + 0.0 * reach > bound;",
     ),
     Mutant(
         "NumPy: a held mass heeds no friction",
