@@ -58,7 +58,7 @@ def read_model(path: Path, prefix: str = "hopform") -> Model:
         terms = _terms(defined, parameters, prefix)
         model = Model(terms, parameters)
         for term in terms:
-            flight.refuse_what_ends_at_takeoff(term)
+            flight.refuse_what_flight_cannot_carry(term)
     except ModelError as error:
         raise ModelError(f"{path}: {error}") from None
     return model

@@ -81,7 +81,9 @@ class C:
 
     def body(self, function: Function) -> Iterator[str]:
         for argument, symbols in function.arguments():
-            if isinstance(argument, Record):
+            if not symbols:
+                yield f"(void){argument_name(argument)};"
+            elif isinstance(argument, Record):
                 name = argument_name(argument)
                 yield from (
                     f"const real {', '.join(f'{symbol} = {name}->{symbol}' for symbol in chunk)};"

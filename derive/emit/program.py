@@ -4,13 +4,13 @@ Straight-line formulas only. What loops or branches (roots of the cubic, choice 
 events, the chain of phases) stands once per language in runtime/engine and calls these.
 """
 
-from ..maths import control, energy, flight, laplace, modes, partial_fractions, sensitivity, time_domain
+from ..maths import contact, control, energy, flight, laplace, modes, partial_fractions, sensitivity, time_domain
 from ..model import quantities
 from ..model.equations import Model
 from ..models.hopper import HOPPER
 from .ir import Definition, Program, Record
 
-MODULES = (laplace, modes, partial_fractions, time_domain, energy, control, sensitivity, flight)
+MODULES = (laplace, modes, partial_fractions, time_domain, energy, control, sensitivity, contact, flight)
 
 
 def program(model: Model = HOPPER) -> Program:

@@ -17,7 +17,7 @@ from typing import Any
 import jinja2
 
 from .. import VERSION
-from ..maths import energy, kernels, stability
+from ..maths import contact, energy, kernels, stability
 from ..model.answers import answers, schema
 from ..model.equations import Model
 from ..model.kinds import FLIGHT_EVENTS, KINDS, STATUSES
@@ -221,6 +221,8 @@ def _context(made: Program, options: Options, precision: Precision) -> dict[str,
         "series": kernels.series,
         "tables": kernels.tables,
         "nodes": kernels.nodes,
+        "contact_is_compression": contact.is_compression(options.model),
+        "leg_has_damper": contact.has_damper(options.model),
         "precisions": options.precisions,
         "selftest_robots": ROBOTS,
         "selftest_cases": CASES,

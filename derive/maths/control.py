@@ -39,10 +39,10 @@ def touchdown_velocity() -> tuple[Step, ...]:
     return (Step(v_after, -sp.sqrt(2 * g * height * (1 - impact_loss)), "drop from rest, after the impact"),)
 
 
-@function(takes=(ROBOT, STATE.quantities[0], V_UP), returns=APEX)
-def apex_of_takeoff() -> tuple[Step, ...]:
+@function(takes=(ROBOT, STATE.quantities[0], STATE.quantities[3], V_UP), returns=APEX)
+def apex_of_takeoff(model: Model) -> tuple[Step, ...]:
     """Hop height of the apex after a take-off."""
-    return (Step(apex, x1 + v_up**2 / (2 * g), "apex of the ballistic flight"),)
+    return (Step(apex, x1 - (y - model.rest) + v_up**2 / (2 * g), "apex of the ballistic flight"),)
 
 
 @function(takes=(ROBOT, STATE, AED, X1_T, STEP), returns=APEX)

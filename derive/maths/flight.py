@@ -13,11 +13,8 @@ p = b_1/m_eff, q = 0 at the limit. With R, the response of the pair to an impuls
 
 nothing is divided by p or q. The foot is above the ground by foot + v_2 t - g t^2/2 - (x_1(t) - x_1).
 
-A further term may be a force on the actuator alone that is constant or linear in v_1. It acts in stance and in flight
-alike.
-- A force between the masses would be part of the leg's contact force, and take-off is looked for where k y vanishes.
-- A force on the body would be lost at take-off, because the body is ballistic in flight.
-- A force on the actuator that depends on y or v_2 would be unknown in flight, where the leg carries nothing.
+A further term acts in flight unless it is declared for stance alone or acts in the leg. In flight it may be a force on
+the actuator, constant or linear in v_1; the body has no force but its weight.
 """
 
 import sympy as sp
@@ -138,35 +135,37 @@ settled_rate, damping, shortfall = sp.symbols("settled_rate damping shortfall", 
 # 1/100.
 SETTLED = sp.Rational(20, 3)
 
+ACTS = ("both", "stance", "flight")
+"""Where a term may be declared to act."""
 
-def refuse_what_ends_at_takeoff(term: Term) -> None:
-    """ModelError for a term that puts the take-off elsewhere than at y = 0, or that the flight would lose."""
-    force_1, force_2 = (sp.cancel(force) for force in (term.force_1, term.force_2))
+
+def refuse_what_flight_cannot_carry(term: Term) -> None:
+    """ModelError for a term that acts in flight on more than the actuator, or by more than its velocity."""
     here = f"the term '{term.name}' acts"
-    if force_2 != 0 and sp.cancel(force_1 + force_2) == 0:
+    if term.acts not in ACTS:
+        raise ModelError(f"{here} in {term.acts!r}: it must be one of {', '.join(map(repr, ACTS))}")
+    if term.is_in_leg and term.acts == "flight":
         raise ModelError(
-            f"{here} between the masses: force_2 = {term.force_2} adds to the leg's contact force, which would no "
-            "longer be "
-            "k y and vanish at y = 0, where take-off is looked for"
+            f"{here} in the leg, which carries nothing in flight: it must not be declared for flight alone"
         )
+    force_1, force_2 = (sp.cancel(force) for force in term.force_in("flight"))
     if force_2 != 0:
         raise ModelError(
-            f"{here} on mass 2, the body: force_2 = {term.force_2} would end at take-off, after which the body is "
-            "ballistic; "
-            "a term may act on mass 1, the actuator, alone"
+            f"{here} on mass 2, the body: force_2 = {term.force_2} would act in flight, too, where the body has no "
+            'force but its weight; a force that ends at take-off is declared by acts="stance"'
         )
     for variable in (x1, x2, v2):
-        if sp.cancel(force_1.diff(variable)) != 0:
+        if force_1.diff(variable) != 0:
             raise ModelError(
-                f"{here} on mass 1, the actuator, by force_1 = {term.force_1}, which depends on {variable}: in "
-                "flight, where "
-                "the leg carries nothing, that force has no meaning; it may be constant or linear in v1 alone"
+                f"{here} on mass 1, the actuator, by force_1 = {term.force_1}, which depends on {variable}: in flight, "
+                "where the leg carries nothing, it may be constant or linear in v1 alone; a force that ends at "
+                'take-off is declared by acts="stance"'
             )
 
 
 def acceleration(model: Model) -> sp.Expr:
-    """(3) while the leg carries nothing: y = 0."""
-    return sp.expand(model.in_compression[0].subs(y, 0))
+    """(3) while the leg carries nothing."""
+    return model.in_flight[0]
 
 
 def under_law(model: Model) -> sp.Expr:

@@ -104,10 +104,12 @@ def body_energy_change(model: Model) -> tuple[Step, ...]:
         control.V_UP,
         ROBOT_CHANGE,
         _change_of(x1, "m", "change of the actuator's displacement at take-off"),
+        _change_of(y, "m", "change of the compression at take-off"),
         _change_of(control.v_up, "m/s", "change of v_up"),
     ),
     returns=_change_of(control.apex, "m", "change of the hop height of the apex"),
 )
-def apex_change() -> tuple[Step, ...]:
-    """Change of the apex with gravity and the state at take-off."""
-    return changed_steps(control.apex_of_takeoff(), (g, x1, control.v_up), (change_of(control.apex),))
+def apex_change(model: Model) -> tuple[Step, ...]:
+    """Change of the apex with the robot and the state at take-off."""
+    inputs = (*model.robot.symbols, x1, y, control.v_up)
+    return changed_steps(control.apex_of_takeoff(model), inputs, (change_of(control.apex),))

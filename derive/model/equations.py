@@ -22,12 +22,26 @@ from .quantities import *
 
 @dataclass(frozen=True)
 class Term:
-    """A further force on each mass, linear in v1, v2, x1 - x2 or constant, [N]."""
+    """A further force on each mass, linear in v1, v2, x1 - x2 or constant, [N].
+
+    Equal and opposite forces act in the leg, beside the spring: they are part of its contact force, and the massless
+    foot ends them at take-off. Any other force acts in stance and in flight, or where `acts` says: "stance", "flight".
+    """
 
     name: str
     force_1: sp.Expr
     force_2: sp.Expr
     meaning: str = "a further term"
+    acts: str = "both"
+
+    @property
+    def is_in_leg(self) -> bool:
+        return bool(self.force_2 != 0 and sp.expand(self.force_1 + self.force_2) == 0)
+
+    def force_in(self, where: str) -> tuple[sp.Expr, sp.Expr]:
+        """The forces in "stance" or "flight"."""
+        here = where == "stance" if self.is_in_leg else self.acts in ("both", where)
+        return (sp.sympify(self.force_1), sp.sympify(self.force_2)) if here else (sp.S.Zero, sp.S.Zero)
 
 
 class ModelError(ValueError):
@@ -51,13 +65,34 @@ class Model:
 
     @cached_property
     def forces(self) -> tuple[sp.Expr, sp.Expr]:
-        """Generalised forces beside the Lagrangian: current, offset, friction, further terms, [N]."""
+        """Generalised forces in stance beside the Lagrangian: current, offset, friction, further terms, [N]."""
         actuator = k * c - gamma2 * u - b1 * v1 - m_eff * f1 * side_1
         body = -b2 * v2 - m_s * f2 * side_2
+        further = [term.force_in("stance") for term in self.terms]
         return (
-            actuator + sum((term.force_1 for term in self.terms), sp.S.Zero),
-            body + sum((term.force_2 for term in self.terms), sp.S.Zero),
+            actuator + sum((force for force, _ in further), sp.S.Zero),
+            body + sum((force for _, force in further), sp.S.Zero),
         )
+
+    @cached_property
+    def contact(self) -> sp.Expr:
+        """The contact force over k, in y, v1, v2: what the spring and the terms beside it carry, [m]."""
+        leg = sum((sp.sympify(term.force_2) for term in self.terms if term.is_in_leg), sp.S.Zero)
+        return y + sp.factor(sp.expand(leg.subs(x1, y + x2 - L0 - c))) / k  # in which lengths cancel before products
+
+    @cached_property
+    def rest(self) -> sp.Expr:
+        """The compression at which the leg at rest carries nothing, [m]; hop heights count from there."""
+        force = self.contact.subs({v1: 0, v2: 0})
+        return sp.cancel(-force.subs(y, 0) / force.diff(y))
+
+    @cached_property
+    def in_flight(self) -> tuple[sp.Expr, sp.Expr]:
+        """The accelerations in flight, where the leg carries nothing, in v1 and u; that of the body is constant."""
+        further = [term.force_in("flight") for term in self.terms]
+        actuator = k * c - gamma2 * u - b1 * v1 - m_eff * f1 * side_1 + sum((force for force, _ in further), sp.S.Zero)
+        body = -m_s * g + sum((force for _, force in further), sp.S.Zero)
+        return sp.expand(actuator / m_eff), sp.expand(body / m_s)
 
     @cached_property
     def accelerations(self) -> tuple[sp.Expr, sp.Expr]:

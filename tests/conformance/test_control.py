@@ -317,7 +317,7 @@ def test_slopes_are_those_of_the_values_in_both_back_ends(robot, start):
     below, at, above = np.split(c, 3)
     alike = (below["events"] == at["events"]) & (at["events"] == above["events"]) & at["smooth"]
     assert alike.sum() > 10
-    for name in ("apex", "peak", "dip"):
+    for name in ("apex", "largest_x1", "least_contact"):
         known = alike & np.isfinite(at[name]) & (np.abs(at[name]) < 1e3)
         slope = (above[name] - below[name]) / (2.0 * h)
         assert np.allclose(at[f"{name}_u"][known], slope[known], atol=2e-6, rtol=2e-4)
@@ -339,8 +339,8 @@ def test_a_rebound_that_nearly_takes_off_is_seen_as_a_dip():
         DEFAULT.back_end("c"), HOPPER.parameters, [start], np.linspace(0.70, 0.95, 2501), 2.0, 4096
     )[0]
     edge = int(np.flatnonzero(found["takes_off"][:-1] & ~found["takes_off"][1:])[0])
-    assert found["dip"][edge + 1] < 1e-5
-    assert np.all(found["dip"][edge + 1 : edge + 200] > 0.0)
+    assert found["least_contact"][edge + 1] < 1e-5
+    assert np.all(found["least_contact"][edge + 1 : edge + 200] > 0.0)
 
 
 # ---- as printed ----

@@ -141,10 +141,12 @@ def test_a_hit_returns_how_far_it_is_from_not_being_one(backend):
         around = np.concatenate([u - h, u, u + h])
         if backend == "c":
             trials = native_control.try_currents(DEFAULT.back_end("c"), robot.parameters, [start], around, 2.0, 4096)[0]
-            peak, peak_u, events = (np.split(trials[name], 3) for name in ("peak", "peak_u", "events"))
+            peak, peak_u, events = (np.split(trials[name], 3) for name in ("largest_x1", "largest_x1_u", "events"))
         else:
             found = try_currents(robot.parameters, start, around, 2.0, 4096)
-            peak, peak_u, events = (np.split(np.asarray(each), 3) for each in (found.peak, found.peak_u, found.events))
+            peak, peak_u, events = (
+                np.split(np.asarray(each), 3) for each in (found.largest_x1, found.largest_x1_u, found.events)
+            )
         for lane, current in enumerate(u):
             past, falls = past_the_stop(robot, touchdown, float(current))
             if past < 0.0:
@@ -167,7 +169,7 @@ def test_the_peak_of_a_hit_has_no_jump_where_hits_begin(name, way):
 
     def peaks(u: np.ndarray) -> np.ndarray:
         trials = native_control.try_currents(DEFAULT.back_end("c"), robot.parameters, [start], u, 2.0, 4096)[0]
-        return np.asarray(trials["peak"]) - robot.x1_max
+        return np.asarray(trials["largest_x1"]) - robot.x1_max
 
     inside = touchdown.ask(robot).u
     outside = inside + way * 0.1 * robot.u_max
@@ -246,7 +248,7 @@ def test_slopes_follow_the_events_and_the_take_off():
     below, at, above = np.split(c, 3)
     alike = (below["events"] == at["events"]) & (at["events"] == above["events"]) & at["smooth"] & at["takes_off"]
     assert alike.sum() >= 5
-    for name in ("apex", "peak"):
+    for name in ("apex", "largest_x1"):
         slope = (above[name] - below[name]) / (2.0 * h)
         assert np.allclose(at[f"{name}_u"][alike], slope[alike], atol=2e-6, rtol=2e-4)
         numpy_slope = np.split(np.asarray(getattr(n, f"{name}_u")), 3)[1]

@@ -258,7 +258,7 @@ def test_the_change_of_the_body_s_energy_is_its_derivative():
 
 
 def test_the_change_of_the_apex_is_the_derivative_of_the_apex():
-    (apex,) = control.apex_of_takeoff()
-    change = sum(apex.value.diff(symbol) * sensitivity.change_of(symbol) for symbol in (Q.g, Q.x1, control.v_up))
+    (apex,) = control.apex_of_takeoff(HOPPER)
+    change = sum(apex.value.diff(symbol) * sensitivity.change_of(symbol) for symbol in (Q.g, Q.x1, Q.y, control.v_up))
     steps = program().function("apex_change").steps
     assert is_zero(unfold(steps[-1].symbol, steps) - change)

@@ -40,7 +40,7 @@ static void try_some(source *from, const T(plan) *plan, const T(state) *start, r
         return;
     }
     for (int i = 0; i < CURRENTS; i++) {
-        must(isfinite(trials[i].u) && isfinite(trials[i].apex) && isfinite(trials[i].peak));
+        must(isfinite(trials[i].u) && isfinite(trials[i].apex) && isfinite(trials[i].largest_x1));
     }
 }
 

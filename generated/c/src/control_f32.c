@@ -198,28 +198,30 @@ static curve_f32 gap_of_f32(const hopform_cell_f32 *c, float wanted)
 /* The largest x_1 less its limit; it goes on where x_1 is stopped. */
 static curve_f32 peak_of_f32(const hopform_cell_f32 *c, float limit)
 {
-    return curve_of_f32(c, c->from.peak - limit, c->from.peak_u, c->to.peak - limit, c->to.peak_u);
+    return curve_of_f32(c, c->from.largest_x1 - limit, c->from.largest_x1_u, c->to.largest_x1 - limit,
+                         c->to.largest_x1_u);
 }
 
 /* No rebound in the cell takes off that does not do so at its ends: the least y of each stays above zero. */
-static bool dips_are_quiet_f32(const hopform_cell_f32 *c)
+static bool minima_are_positive_f32(const hopform_cell_f32 *c)
 {
-    const bool in_from = c->from.dips > 0;
-    const bool in_to = c->to.dips > 0;
+    const bool in_from = c->from.minima > 0;
+    const bool in_to = c->to.minima > 0;
     if (!in_from && !in_to) {
         return true;
     }
     if (in_from && in_to) {
-        const curve_f32 dip = curve_of_f32(c, c->from.dip, c->from.dip_u, c->to.dip, c->to.dip_u);
-        return least_f32(&dip) > 0.0f;
+        const curve_f32 least = curve_of_f32(c, c->from.least_contact, c->from.least_contact_u, c->to.least_contact,
+                                               c->to.least_contact_u);
+        return least_f32(&least) > 0.0f;
     }
     const hopform_trial_f32 *known = in_from ? &c->from : &c->to;
-    return known->dip > width_of_f32(c) * fabs_f32(known->dip_u);
+    return known->least_contact > width_of_f32(c) * fabs_f32(known->least_contact_u);
 }
 
 static bool is_admissible_f32(const hopform_search_f32 *search, const hopform_trial_f32 *trial)
 {
-    return trial->takes_off && trial->peak < search->limit;
+    return trial->takes_off && trial->largest_x1 < search->limit;
 }
 
 /* Where x_1 reaches its limit, as a share of the cell: by both ends where it rises from one to the other, else by the
@@ -260,7 +262,7 @@ static float promise_of_step_f32(const hopform_search_f32 *search, const hopform
     if (width > STEP_f32 * search->plan->robot.u_max) {
         return 0.0f;
     }
-    const bool hopeless = !(lifts->peak - 2.0f * width * fabs_f32(lifts->peak_u) < search->limit);
+    const bool hopeless = !(lifts->largest_x1 - 2.0f * width * fabs_f32(lifts->largest_x1_u) < search->limit);
     return hopeless ? HOPFORM_NEVER_f32
                     : fabs_f32(lifts->apex - search->apex) - 3.0f * width * fabs_f32(lifts->apex_u);
 }
@@ -283,7 +285,7 @@ static float promise_of_f32(const hopform_search_f32 *search, const hopform_cell
     if (from->takes_off != to->takes_off) {
         return promise_of_step_f32(search, c);
     }
-    if (width > HOPFORM_ROOT_EPS_f32 * range && !dips_are_quiet_f32(c)) {
+    if (width > HOPFORM_ROOT_EPS_f32 * range && !minima_are_positive_f32(c)) {
         return 0.0f;
     }
     if (!from->takes_off) {
@@ -336,8 +338,9 @@ static float share_to_try_f32(const hopform_search_f32 *search, const hopform_ce
         return 0.5f;
     }
     if (!from->takes_off) {
-        const curve_f32 dip = curve_of_f32(c, from->dip, from->dip_u, to->dip, to->dip_u);
-        return from->dips > 0 && to->dips > 0 ? share_of_turn_f32(&dip) : 0.5f;
+        const curve_f32 least =
+            curve_of_f32(c, from->least_contact, from->least_contact_u, to->least_contact, to->least_contact_u);
+        return from->minima > 0 && to->minima > 0 ? share_of_turn_f32(&least) : 0.5f;
     }
     const curve_f32 gap = gap_of_f32(c, search->apex);
     if (gap.from * gap.to < 0.0f) {
@@ -518,12 +521,20 @@ static int32_t attempt_f32(const hopform_plan_f32 *plan, const hopform_state_f32
                             hopform_phase_f32 *phases, int32_t capacity, hopform_trial_f32 *trial, bool *fits)
 {
     const hopform_step_f32 step = {0.0f, u};
+    const hopform_state_f32 none = {0.0f, 0.0f, 0.0f, 0.0f};
+    hopform_trial_f32 tried = {0};
+    tried.u = u;
+    tried.largest_x1 = start->x1;
+    tried.least_contact = HOPFORM_NEVER_f32;
+    tried.smooth = true;
+    hopform_tally_f32 tally = {plan, &tried, none, none, none, 0.0f, 0, 0, false};
     hopform_stance_f32 stance;
-    const int32_t status =
-        hopform_solve_stance_f32(plan, start, &step, 1, horizon, capacity, phases, capacity, &stance);
+    const int32_t status = hopform_solve_followed_f32(plan, start, &step, 1, horizon, capacity, phases, capacity,
+                                                       &stance, hopform_tally_up_f32, &tally);
     if (status >= 0) {
+        hopform_close_trial_f32(&tally, phases, &stance);
         *fits = stance.ending != HOPFORM_ENDING_TOO_MANY_PHASES;
-        *trial = hopform_trial_of_f32(plan, u, phases, &stance);
+        *trial = tried;
     }
     return status;
 }

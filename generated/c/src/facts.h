@@ -7,11 +7,15 @@
 #define HOPFORM_FACTS_H
 
 /* Text that this library and a package generated with it have in common. */
-#define HOPFORM_SOURCE "b3844c544a305720"
+#define HOPFORM_SOURCE "aba76c2ad3db8aa4"
 
 /* Routh's conditions that a robot may violate, X(what must not be negative), in its rates; none for the paper's hopper.
  * */
 #define HOPFORM_STABILITY(X)
+/* Whether the contact force of the leg is k y; whether a damper acts in the leg, which relaxes in flight. */
+#define HOPFORM_CONTACT_IS_COMPRESSION 1
+#define HOPFORM_LEG_HAS_DAMPER 0
+
 
 /* What the hopper is made of. */
 #define HOPFORM_ROBOT_MEMBERS(X) X(m_eff, POSITIVE) X(m_s, POSITIVE) X(k, POSITIVE) X(L0, REAL) X(c, REAL) X(b1, NONNEGATIVE) X(b2, NONNEGATIVE) X(f1, NONNEGATIVE) X(f2, NONNEGATIVE) X(gamma2, REAL) X(g, NONNEGATIVE) X(x1_min, LOWER) X(x1_max, UPPER) X(u_max, BOUND) X(impact_loss, FRACTION)

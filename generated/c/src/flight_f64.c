@@ -930,6 +930,10 @@ int32_t hopform_solve_flight_f64(const hopform_plan_f64 *plan, const hopform_sta
         || !hopform_is_finite_f64(from.y) || !(from.x1 >= robot->x1_min && from.x1 <= robot->x1_max)) {
         return HOPFORM_ERROR_STATE;
     }
+    const double rest = hopform_rest_compression_f64(robot);
+    if (HOPFORM_LEG_HAS_DAMPER && from.y > rest) {
+        return HOPFORM_ERROR_STATE; /* a leg that relaxes slowly in flight */
+    }
     if (!(horizon > 0.0 && horizon <= HOPFORM_NEVER_f64) || max_phases < 1 || capacity < 0) {
         return HOPFORM_ERROR_HORIZON;
     }
@@ -945,17 +949,18 @@ int32_t hopform_solve_flight_f64(const hopform_plan_f64 *plan, const hopform_sta
     chain.rates = hopform_flight_rates_of_f64(robot, &chain.gains, chain.largest);
     chain.horizon = horizon;
     chain.x1 = from.x1;
-    chain.y = from.y;
+    chain.y = from.y - rest;
     chain.v2 = from.v2;
     chain.actuator.x1 = from.x1;
     chain.actuator.v1 = from.v1;
-    chain.airborne = from.y < 0.0;
+    chain.airborne = chain.y < 0.0;
     chain.max_phases = max_phases;
     chain.phases = phases;
     chain.capacity = capacity;
     chain.highest = -HOPFORM_NEVER_f64;
     hopform_state_f64 end = from;
     const int32_t ending = flight_run_f64(&chain, &end);
+    end.y += rest;
     flight_report_f64(&chain, ending, &end, flight);
     flight->start = from;
     if (!is_sound_f64(flight)) {

@@ -709,10 +709,10 @@ static inline float hopform_touchdown_velocity_f32(const hopform_robot_f32 *robo
 }
 
 /* Hop height of the apex after a take-off. */
-static inline float hopform_apex_of_takeoff_f32(const hopform_robot_f32 *robot, float x1, float v_up)
+static inline float hopform_apex_of_takeoff_f32(const hopform_robot_f32 *robot, float x1, float y, float v_up)
 {
     const float g = robot->g;
-    const float apex = x1 + 0.5f*v_up*v_up/g;  /* apex of the ballistic flight */
+    const float apex = x1 + 0.5f*v_up*v_up/g - y;  /* apex of the ballistic flight */
     return apex;
 }
 
@@ -799,13 +799,50 @@ static inline float hopform_body_energy_change_f32(const hopform_robot_f32 *robo
     return d_body;
 }
 
-/* Change of the apex with gravity and the state at take-off. */
-static inline float hopform_apex_change_f32(const hopform_robot_f32 *robot, float v_up, const hopform_robot_change_f32 *robot_change, float d_x1, float d_v_up)
+/* Change of the apex with the robot and the state at take-off. */
+static inline float hopform_apex_change_f32(const hopform_robot_f32 *robot, float v_up, const hopform_robot_change_f32 *robot_change, float d_x1, float d_y, float d_v_up)
 {
     const float g = robot->g;
     const float d_g = robot_change->d_g;
-    const float d_apex = d_x1 + d_v_up*v_up/g - 0.5f*d_g*v_up*v_up/(g*g);  /* change of apex of the ballistic flight */
+    const float d_apex = d_x1 + d_v_up*v_up/g - d_y - 0.5f*d_g*v_up*v_up/(g*g);  /* change of apex of the ballistic flight */
     return d_apex;
+}
+
+/* Contact force of the leg over k, at a state. */
+static inline float hopform_contact_of_f32(const hopform_robot_f32 *robot, const hopform_state_f32 *state)
+{
+    (void)robot;
+    const float y = state->y;
+    const float contact = y;  /* what the leg carries */
+    return contact;
+}
+
+/* Change of the contact force over k with a change of the state, or with its rate. */
+static inline float hopform_contact_slope_f32(const hopform_robot_f32 *robot, const hopform_state_f32 *state)
+{
+    (void)robot;
+    const float y = state->y;
+    const float contact = y;  /* what the leg carries */
+    return contact;
+}
+
+/* Change of the contact force over k with the robot and the state. */
+static inline float hopform_contact_change_f32(const hopform_robot_f32 *robot, const hopform_state_f32 *state, const hopform_robot_change_f32 *robot_change, const hopform_state_change_f32 *state_change)
+{
+    (void)robot;
+    (void)state;
+    (void)robot_change;
+    const float d_y = state_change->d_y;
+    const float d_contact = d_y;  /* change of what the leg carries */
+    return d_contact;
+}
+
+/* Compression at which the leg at rest carries nothing: 0 where the spring is all that acts in it. */
+static inline float hopform_rest_compression_f32(const hopform_robot_f32 *robot)
+{
+    (void)robot;
+    const float rest = 0.0f;  /* N = 0 at rest */
+    return rest;
 }
 
 /* Poles and accelerations of the actuator in flight. */

@@ -709,10 +709,10 @@ static inline double hopform_touchdown_velocity_f64(const hopform_robot_f64 *rob
 }
 
 /* Hop height of the apex after a take-off. */
-static inline double hopform_apex_of_takeoff_f64(const hopform_robot_f64 *robot, double x1, double v_up)
+static inline double hopform_apex_of_takeoff_f64(const hopform_robot_f64 *robot, double x1, double y, double v_up)
 {
     const double g = robot->g;
-    const double apex = x1 + 0.5*v_up*v_up/g;  /* apex of the ballistic flight */
+    const double apex = x1 + 0.5*v_up*v_up/g - y;  /* apex of the ballistic flight */
     return apex;
 }
 
@@ -799,13 +799,50 @@ static inline double hopform_body_energy_change_f64(const hopform_robot_f64 *rob
     return d_body;
 }
 
-/* Change of the apex with gravity and the state at take-off. */
-static inline double hopform_apex_change_f64(const hopform_robot_f64 *robot, double v_up, const hopform_robot_change_f64 *robot_change, double d_x1, double d_v_up)
+/* Change of the apex with the robot and the state at take-off. */
+static inline double hopform_apex_change_f64(const hopform_robot_f64 *robot, double v_up, const hopform_robot_change_f64 *robot_change, double d_x1, double d_y, double d_v_up)
 {
     const double g = robot->g;
     const double d_g = robot_change->d_g;
-    const double d_apex = d_x1 + d_v_up*v_up/g - 0.5*d_g*v_up*v_up/(g*g);  /* change of apex of the ballistic flight */
+    const double d_apex = d_x1 + d_v_up*v_up/g - d_y - 0.5*d_g*v_up*v_up/(g*g);  /* change of apex of the ballistic flight */
     return d_apex;
+}
+
+/* Contact force of the leg over k, at a state. */
+static inline double hopform_contact_of_f64(const hopform_robot_f64 *robot, const hopform_state_f64 *state)
+{
+    (void)robot;
+    const double y = state->y;
+    const double contact = y;  /* what the leg carries */
+    return contact;
+}
+
+/* Change of the contact force over k with a change of the state, or with its rate. */
+static inline double hopform_contact_slope_f64(const hopform_robot_f64 *robot, const hopform_state_f64 *state)
+{
+    (void)robot;
+    const double y = state->y;
+    const double contact = y;  /* what the leg carries */
+    return contact;
+}
+
+/* Change of the contact force over k with the robot and the state. */
+static inline double hopform_contact_change_f64(const hopform_robot_f64 *robot, const hopform_state_f64 *state, const hopform_robot_change_f64 *robot_change, const hopform_state_change_f64 *state_change)
+{
+    (void)robot;
+    (void)state;
+    (void)robot_change;
+    const double d_y = state_change->d_y;
+    const double d_contact = d_y;  /* change of what the leg carries */
+    return d_contact;
+}
+
+/* Compression at which the leg at rest carries nothing: 0 where the spring is all that acts in it. */
+static inline double hopform_rest_compression_f64(const hopform_robot_f64 *robot)
+{
+    (void)robot;
+    const double rest = 0.0;  /* N = 0 at rest */
+    return rest;
 }
 
 /* Poles and accelerations of the actuator in flight. */

@@ -453,6 +453,10 @@ static inline hopform_poles_f32 hopform_factor_cubic_f32(float s_1, float s_2, f
     if (!(scale * scale * scale > 0.0f)) {
         return none; /* slower than the type can say */
     }
+    if (!(s_3 > 0.0f)) { /* where both masses drift the real pole is an integrator, whatever the pair is */
+        const hopform_poles_f32 drift = {0.0f, s_1, s_2, s_1, s_2, s_3};
+        return drift;
+    }
     const float c_1 = s_1 / scale;
     const float c_2 = s_2 / (scale * scale);
     const float c_3 = s_3 / scale / (scale * scale);

@@ -453,6 +453,10 @@ static inline hopform_poles_f64 hopform_factor_cubic_f64(double s_1, double s_2,
     if (!(scale * scale * scale > 0.0)) {
         return none; /* slower than the type can say */
     }
+    if (!(s_3 > 0.0)) { /* where both masses drift the real pole is an integrator, whatever the pair is */
+        const hopform_poles_f64 drift = {0.0, s_1, s_2, s_1, s_2, s_3};
+        return drift;
+    }
     const double c_1 = s_1 / scale;
     const double c_2 = s_2 / (scale * scale);
     const double c_3 = s_3 / scale / (scale * scale);

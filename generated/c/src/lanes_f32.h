@@ -1567,7 +1567,7 @@ LANES_CODE static void start_stances(lanes *restrict w, const float *restrict fr
             * flag(fabs_f32(w->u[l]) <= HOPFORM_NEVER_f32) * flag(w->horizon[l] > 0.0f)
             * flag(w->horizon[l] <= HOPFORM_NEVER_f32) * flag(!hopform_stores_much_f32(&robot, &state));
         const float locked = flag(!(robot.x1_min < robot.x1_max));
-        strange[l] = 1.0f - sound;
+        strange[l] = HOPFORM_CONTACT_IS_COMPRESSION ? 1.0f - sound : 1.0f;
         blocked_below[l] = flag(locked + flag(state.x1 <= robot.x1_min) > 0.0f);
         blocked_above[l] = flag(locked + flag(state.x1 >= robot.x1_max) > 0.0f);
     }
@@ -1721,7 +1721,7 @@ LANES_CODE static void end_stances(lanes *restrict w, result_columns *restrict r
         const float flies = is(w->ending[l], HOPFORM_ENDING_TAKEOFF) * flag(robot.g > 0.0f);
         hopform_robot_f32 pulled = robot;
         pulled.g = flies > 0.0f ? robot.g : 1.0f;
-        const float reached = hopform_apex_of_takeoff_f32(&pulled, end.x1, end.v2 > 0.0f ? end.v2 : 0.0f);
+        const float reached = hopform_apex_of_takeoff_f32(&pulled, end.x1, end.y, end.v2 > 0.0f ? end.v2 : 0.0f);
         const float apex = flies > 0.0f ? reached : 0.0f;
         const float aed = hopform_body_energy_gain_f32(&robot, &start, &at);
         const float sound =

@@ -1567,7 +1567,7 @@ LANES_CODE static void start_stances(lanes *restrict w, const double *restrict f
             * flag(fabs_f64(w->u[l]) <= HOPFORM_NEVER_f64) * flag(w->horizon[l] > 0.0)
             * flag(w->horizon[l] <= HOPFORM_NEVER_f64) * flag(!hopform_stores_much_f64(&robot, &state));
         const double locked = flag(!(robot.x1_min < robot.x1_max));
-        strange[l] = 1.0 - sound;
+        strange[l] = HOPFORM_CONTACT_IS_COMPRESSION ? 1.0 - sound : 1.0;
         blocked_below[l] = flag(locked + flag(state.x1 <= robot.x1_min) > 0.0);
         blocked_above[l] = flag(locked + flag(state.x1 >= robot.x1_max) > 0.0);
     }
@@ -1721,7 +1721,7 @@ LANES_CODE static void end_stances(lanes *restrict w, result_columns *restrict r
         const double flies = is(w->ending[l], HOPFORM_ENDING_TAKEOFF) * flag(robot.g > 0.0);
         hopform_robot_f64 pulled = robot;
         pulled.g = flies > 0.0 ? robot.g : 1.0;
-        const double reached = hopform_apex_of_takeoff_f64(&pulled, end.x1, end.v2 > 0.0 ? end.v2 : 0.0);
+        const double reached = hopform_apex_of_takeoff_f64(&pulled, end.x1, end.y, end.v2 > 0.0 ? end.v2 : 0.0);
         const double apex = flies > 0.0 ? reached : 0.0;
         const double aed = hopform_body_energy_gain_f64(&robot, &start, &at);
         const double sound =

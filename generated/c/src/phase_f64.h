@@ -66,6 +66,18 @@ static inline hopform_motion_f64 hopform_motion_of_f64(const hopform_plan_f64 *p
     return hopform_motion_under_f64(&plan->rates, &drive, state, side_1, side_2);
 }
 
+/* The numerator of the contact force over k. */
+static inline hopform_numerator_f64 hopform_contact_numerator_f64(const hopform_robot_f64 *robot,
+                                                                    const hopform_motion_f64 *motion)
+{
+    const hopform_state_f64 H3 = {0.0, motion->H3_1, motion->H3_2, motion->H3_y};
+    const hopform_state_f64 H2 = {0.0, motion->H2_1, motion->H2_2, motion->H2_y};
+    const hopform_state_f64 H1 = {0.0, motion->H1_1, motion->H1_2, motion->H1_y};
+    const hopform_numerator_f64 leg = {hopform_contact_slope_f64(robot, &H3), hopform_contact_slope_f64(robot, &H2),
+                                        hopform_contact_slope_f64(robot, &H1)};
+    return leg;
+}
+
 /* What y of a mode tends to; NEVER where nothing that is left of k draws it. */
 static inline double hopform_settled_y_f64(const hopform_poles_f64 *poles, double H2_y, double H1_y)
 {

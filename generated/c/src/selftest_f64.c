@@ -216,9 +216,9 @@ static uint32_t with_trials_f64(uint32_t hash, const hopform_selftest_case_f64 *
     sum = with_int_f64(sum, status);
     for (int32_t n = 0; status >= 0 && n < CURRENTS_f64; n++) {
         sum = with_number_f64(with_number_f64(sum, trials[n].apex), trials[n].apex_u);
-        sum = with_number_f64(with_number_f64(sum, trials[n].peak), trials[n].peak_u);
-        sum = with_number_f64(with_number_f64(sum, trials[n].dip), trials[n].dip_u);
-        sum = with_int_f64(with_word_f64(sum, trials[n].events), trials[n].dips);
+        sum = with_number_f64(with_number_f64(sum, trials[n].largest_x1), trials[n].largest_x1_u);
+        sum = with_number_f64(with_number_f64(sum, trials[n].least_contact), trials[n].least_contact_u);
+        sum = with_int_f64(with_word_f64(sum, trials[n].events), trials[n].minima);
     }
     return sum;
 }

@@ -246,26 +246,31 @@ static bool finish_f32(const hopform_plan_f32 *plan, const hopform_step_f32 *ste
     const float v_up = hopform_greater_f32(stance->end.v2, 0.0f);
     float speed[Z_SIZE];
     speeds_f32(plan, steps, last, &stance->end, speed);
+    const hopform_state_f32 rate = {speed[Z_X], speed[Z_V1], speed[Z_V2], speed[Z_Y]};
+    const float contact_rate = hopform_contact_slope_f32(robot, &rate);
     const bool underflows = robot->g > 0.0f && !(robot->g * robot->g > 0.0f); /* by which the apex's derivative divides */
-    if (!(fabs_f32(speed[Z_Y]) > 0.0f) || underflows) {
+    if (!(fabs_f32(contact_rate) > 0.0f) || underflows) {
         return false;
     }
     for (int column = 0; column < COLUMNS_f32; column++) {
         const hopform_robot_change_f32 by = robot_change_f32(column);
-        const float late = -change->at[Z_Y][column] / speed[Z_Y];
+        const hopform_state_change_f32 at_rest = {change->at[Z_X][column], change->at[Z_V1][column],
+                                                   change->at[Z_V2][column], change->at[Z_Y][column]};
+        const float late = -hopform_contact_change_f32(robot, &stance->end, &by, &at_rest) / contact_rate;
         const float d_x1 = change->at[Z_X][column] + speed[Z_X] * late;
         const float d_v1 = change->at[Z_V1][column] + speed[Z_V1] * late;
         const float d_v2 = change->at[Z_V2][column] + speed[Z_V2] * late;
         const hopform_state_change_f32 at_start = {column == BY_X1_f32 ? 1.0f : 0.0f, column == BY_V1_f32 ? 1.0f : 0.0f,
                                                     column == BY_V2_f32 ? 1.0f : 0.0f, column == BY_Y_f32 ? 1.0f : 0.0f};
-        const hopform_state_change_f32 at_end = {d_x1, d_v1, d_v2, 0.0f};
+        const float d_y = HOPFORM_CONTACT_IS_COMPRESSION ? 0.0f : change->at[Z_Y][column] + speed[Z_Y] * late;
+        const hopform_state_change_f32 at_end = {d_x1, d_v1, d_v2, d_y};
         matrix[ROW_T_f32 * COLUMNS_f32 + column] = late;
         matrix[ROW_X1_f32 * COLUMNS_f32 + column] = d_x1;
         matrix[ROW_V1_f32 * COLUMNS_f32 + column] = d_v1;
-        matrix[ROW_X2_f32 * COLUMNS_f32 + column] = d_x1 + by.d_L0 + by.d_c;
+        matrix[ROW_X2_f32 * COLUMNS_f32 + column] = d_x1 - d_y + by.d_L0 + by.d_c;
         matrix[ROW_V2_f32 * COLUMNS_f32 + column] = d_v2;
         matrix[ROW_APEX_f32 * COLUMNS_f32 + column] =
-            robot->g > 0.0f ? hopform_apex_change_f32(robot, v_up, &by, d_x1, d_v2) : 0.0f;
+            robot->g > 0.0f ? hopform_apex_change_f32(robot, v_up, &by, d_x1, d_y, d_v2) : 0.0f;
         matrix[ROW_AED_f32 * COLUMNS_f32 + column] =
             hopform_body_energy_change_f32(robot, &stance->end, &by, &at_end)
             - hopform_body_energy_change_f32(robot, &start, &by, &at_start);

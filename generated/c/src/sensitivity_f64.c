@@ -246,26 +246,31 @@ static bool finish_f64(const hopform_plan_f64 *plan, const hopform_step_f64 *ste
     const double v_up = hopform_greater_f64(stance->end.v2, 0.0);
     double speed[Z_SIZE];
     speeds_f64(plan, steps, last, &stance->end, speed);
+    const hopform_state_f64 rate = {speed[Z_X], speed[Z_V1], speed[Z_V2], speed[Z_Y]};
+    const double contact_rate = hopform_contact_slope_f64(robot, &rate);
     const bool underflows = robot->g > 0.0 && !(robot->g * robot->g > 0.0); /* by which the apex's derivative divides */
-    if (!(fabs_f64(speed[Z_Y]) > 0.0) || underflows) {
+    if (!(fabs_f64(contact_rate) > 0.0) || underflows) {
         return false;
     }
     for (int column = 0; column < COLUMNS_f64; column++) {
         const hopform_robot_change_f64 by = robot_change_f64(column);
-        const double late = -change->at[Z_Y][column] / speed[Z_Y];
+        const hopform_state_change_f64 at_rest = {change->at[Z_X][column], change->at[Z_V1][column],
+                                                   change->at[Z_V2][column], change->at[Z_Y][column]};
+        const double late = -hopform_contact_change_f64(robot, &stance->end, &by, &at_rest) / contact_rate;
         const double d_x1 = change->at[Z_X][column] + speed[Z_X] * late;
         const double d_v1 = change->at[Z_V1][column] + speed[Z_V1] * late;
         const double d_v2 = change->at[Z_V2][column] + speed[Z_V2] * late;
         const hopform_state_change_f64 at_start = {column == BY_X1_f64 ? 1.0 : 0.0, column == BY_V1_f64 ? 1.0 : 0.0,
                                                     column == BY_V2_f64 ? 1.0 : 0.0, column == BY_Y_f64 ? 1.0 : 0.0};
-        const hopform_state_change_f64 at_end = {d_x1, d_v1, d_v2, 0.0};
+        const double d_y = HOPFORM_CONTACT_IS_COMPRESSION ? 0.0 : change->at[Z_Y][column] + speed[Z_Y] * late;
+        const hopform_state_change_f64 at_end = {d_x1, d_v1, d_v2, d_y};
         matrix[ROW_T_f64 * COLUMNS_f64 + column] = late;
         matrix[ROW_X1_f64 * COLUMNS_f64 + column] = d_x1;
         matrix[ROW_V1_f64 * COLUMNS_f64 + column] = d_v1;
-        matrix[ROW_X2_f64 * COLUMNS_f64 + column] = d_x1 + by.d_L0 + by.d_c;
+        matrix[ROW_X2_f64 * COLUMNS_f64 + column] = d_x1 - d_y + by.d_L0 + by.d_c;
         matrix[ROW_V2_f64 * COLUMNS_f64 + column] = d_v2;
         matrix[ROW_APEX_f64 * COLUMNS_f64 + column] =
-            robot->g > 0.0 ? hopform_apex_change_f64(robot, v_up, &by, d_x1, d_v2) : 0.0;
+            robot->g > 0.0 ? hopform_apex_change_f64(robot, v_up, &by, d_x1, d_y, d_v2) : 0.0;
         matrix[ROW_AED_f64 * COLUMNS_f64 + column] =
             hopform_body_energy_change_f64(robot, &stance->end, &by, &at_end)
             - hopform_body_energy_change_f64(robot, &start, &by, &at_start);

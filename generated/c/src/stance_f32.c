@@ -5,6 +5,7 @@
  */
 #include "facts.h"
 #include "first_event_f32.h"
+#include "follow_f32.h"
 #include "ledger_f32.h"
 
 /* How a phase ends. */
@@ -52,6 +53,9 @@ typedef struct {
     int32_t capacity;
     int32_t count;
     int32_t event_count;
+    int event; /* with which the phase began */
+    hopform_follow_f32 *follow;
+    hopform_tally_f32 *tally;
 } stance_chain_f32;
 
 static float stance_sign_of_f32(float value)
@@ -189,9 +193,12 @@ static void put_events_f32(stance_events_f32 *events, const stance_chain_f32 *ch
     events->rest_time = HOPFORM_NEVER_f32;
     events->rests = STANCE_END_LIMIT_f32;
     const bool alone = chain->side_1 == 0 || chain->side_2 == 0;
-    const bool rings = alone && rings_about_zero_f32(chain);
-    if (!rings && (chain->side_1 < 0 || chain->side_2 > 0 || state->y < 0.0f)) { /* else y rises, from 0 or above */
-        add_event_function_f32(set, motion->H3_y, motion->H2_y, motion->H1_y, state->y, 1.0f, END_TAKEOFF_f32, 0);
+    const bool rings = HOPFORM_CONTACT_IS_COMPRESSION && alone && rings_about_zero_f32(chain);
+    const bool may_fall = chain->side_1 < 0 || chain->side_2 > 0 || state->y < 0.0f; /* else y rises, from 0 or above */
+    if (!rings && (may_fall || !HOPFORM_CONTACT_IS_COMPRESSION)) {
+        const hopform_numerator_f32 leg = hopform_contact_numerator_f32(&chain->plan->robot, motion);
+        add_event_function_f32(set, leg.H3, leg.H2, leg.H1, hopform_contact_of_f32(&chain->plan->robot, state), 1.0f,
+                                END_TAKEOFF_f32, 0);
     }
     if (chain->side_1 == 0) {
         const float sign = (float)chain->side_2;
@@ -323,7 +330,9 @@ static bool sharpen_takeoff_f32(const stance_chain_f32 *chain, const stance_even
     const hopform_state_f32 slack = {0.0f, 0.0f, 0.0f, 0.0f};
     const hopform_motion_f32 from_slack =
         hopform_motion_of_f32(chain->plan, &slack, chain->steps[chain->step].u, chain->side_1, chain->side_2);
-    const float settled = hopform_settled_y_f32(set->poles, from_slack.H2_y, from_slack.H1_y);
+    const hopform_state_f32 steady = {0.0f, 0.0f, 0.0f,
+                                       hopform_settled_y_f32(set->poles, from_slack.H2_y, from_slack.H1_y)};
+    const float settled = hopform_contact_of_f32(&chain->plan->robot, &steady);
     const float before = in->high.t;
     for (int n = 0; n < 4; n++) {
         const float later =
@@ -423,6 +432,7 @@ static void stance_record_f32(stance_chain_f32 *chain, int event)
     if (event != HOPFORM_EVENT_NONE && chain->count < chain->max_phases && chain->event_count < chain->count) {
         chain->event_count++;
     }
+    chain->event = event;
     chain->count++;
 }
 
@@ -603,16 +613,19 @@ static bool last_step_f32(const stance_chain_f32 *chain)
     return chain->step + 1 >= chain->step_count;
 }
 
-/* The leg leaves the ground at once: y = 0, and its first non-zero derivative is negative. */
-static bool extends_at_once_f32(const stance_chain_f32 *chain)
+/* The leg leaves the ground at once: it pulls, or its contact force is 0 and the first non-zero derivative of that is
+ * negative. */
+static bool leaves_at_once_f32(const stance_chain_f32 *chain)
 {
-    const float rate = chain->state.v1 - chain->state.v2;
-    if (fabs_f32(chain->state.y) > 0.0f || fabs_f32(rate) > 0.0f) {
-        return !(fabs_f32(chain->state.y) > 0.0f) && rate < 0.0f;
+    const float contact = hopform_contact_of_f32(&chain->plan->robot, &chain->state);
+    if (fabs_f32(contact) > 0.0f || (HOPFORM_CONTACT_IS_COMPRESSION && chain->state.v1 > chain->state.v2)) {
+        return contact < 0.0f;
     }
     const hopform_motion_f32 motion =
         hopform_motion_of_f32(chain->plan, &chain->state, chain->steps[chain->step].u, chain->side_1, chain->side_2);
-    return fabs_f32(motion.H2_y) > 0.0f ? motion.H2_y < 0.0f : motion.H1_y < 0.0f;
+    const hopform_numerator_f32 leg = hopform_contact_numerator_f32(&chain->plan->robot, &motion);
+    const float first = fabs_f32(leg.H3) > 0.0f ? leg.H3 : leg.H2;
+    return fabs_f32(first) > 0.0f ? first < 0.0f : leg.H1 < 0.0f;
 }
 
 /* What each mass does at the start; no event. */
@@ -630,14 +643,43 @@ static void stance_begin_f32(stance_chain_f32 *chain)
     stance_record_f32(chain, HOPFORM_EVENT_NONE);
 }
 
+/* Show the phase that has come to its end to who follows the stance. */
+static void show_phase_f32(const stance_chain_f32 *chain, const hopform_motion_f32 *motion,
+                            const hopform_state_f32 *start, float length, const hopform_basis_f32 *end)
+{
+    if (chain->follow != NULL) {
+        const hopform_passage_f32 passage = {
+            hopform_poles_of_f32(chain->plan, chain->side_1, chain->side_2),
+            motion,
+            end,
+            length,
+            *start,
+            chain->state,
+            chain->side_1,
+            chain->side_2,
+            chain->event,
+        };
+        chain->follow(chain->tally, &passage);
+    }
+}
+
+/* The same of a last phase in which no time passes. */
+static void show_ending_f32(const stance_chain_f32 *chain)
+{
+    const hopform_basis_f32 now = {1.0f, 0.0f, 0.0f, 0.0f, 0.0f};
+    const hopform_motion_f32 motion = motion_from_f32(chain);
+    show_phase_f32(chain, &motion, &chain->state, 0.0f, &now);
+}
+
 static int32_t stance_run_f32(stance_chain_f32 *chain)
 {
     stance_begin_f32(chain);
-    if (extends_at_once_f32(chain)) {
+    if (leaves_at_once_f32(chain)) {
         return HOPFORM_ENDING_TAKEOFF;
     }
     while (chain->count <= chain->max_phases) {
         if (chain->side_1 == 0 && chain->side_2 == 0 && last_step_f32(chain)) {
+            show_ending_f32(chain);
             return HOPFORM_ENDING_REST;
         }
         const float until = chain->step + 1 >= chain->step_count || chain->steps[chain->step + 1].t > chain->horizon
@@ -648,16 +690,23 @@ static int32_t stance_run_f32(stance_chain_f32 *chain)
         const stance_phase_end_f32 end = stance_find_end_f32(chain, poles, &motion, until - chain->t);
         chain->aed += chain->adds_up ? aed_in_phase_f32(chain, end.t) : 0.0f;
         keep_distances_f32(chain, &motion, &end);
-        chain->state = hopform_arrive_f32(&chain->state, &motion, &end.basis, chain->side_1, chain->side_2);
+        const hopform_state_f32 start = chain->state;
+        chain->state = hopform_arrive_f32(&start, &motion, &end.basis, chain->side_1, chain->side_2);
+        show_phase_f32(chain, &motion, &start, end.t, &end.basis);
         chain->t = end.kind == STANCE_END_LIMIT_f32 ? until : chain->t + end.t;
         if (end.kind == END_TAKEOFF_f32) {
-            chain->state.y = 0.0f;
+            chain->state.y = HOPFORM_CONTACT_IS_COMPRESSION ? 0.0f : chain->state.y;
             return HOPFORM_ENDING_TAKEOFF;
         }
         if (end.kind == STANCE_END_LIMIT_f32 && !(until < chain->horizon)) {
             return HOPFORM_ENDING_HORIZON;
         }
         stance_pass_f32(chain, &motion, &end);
+        if (!HOPFORM_CONTACT_IS_COMPRESSION && end.kind == STANCE_END_STOP_f32
+            && hopform_contact_of_f32(&chain->plan->robot, &chain->state) < 0.0f) {
+            show_ending_f32(chain); /* what v_1 has lost at the stop was in the contact force */
+            return HOPFORM_ENDING_TAKEOFF;
+        }
     }
     chain->count = chain->max_phases; /* a step of the current may have begun two */
     return HOPFORM_ENDING_TOO_MANY_PHASES;
@@ -720,7 +769,7 @@ static void stance_report_f32(const stance_chain_f32 *chain, const hopform_state
     stance->phases_kept = chain->count < chain->capacity ? chain->count : chain->capacity;
     stance->apex = 0.0f;
     if (ending == HOPFORM_ENDING_TAKEOFF && robot->g > 0.0f) {
-        stance->apex = hopform_apex_of_takeoff_f32(robot, end->x1, end->v2 > 0.0f ? end->v2 : 0.0f);
+        stance->apex = hopform_apex_of_takeoff_f32(robot, end->x1, end->y, end->v2 > 0.0f ? end->v2 : 0.0f);
     }
 }
 
@@ -808,6 +857,15 @@ int32_t hopform_solve_stance_f32(const hopform_plan_f32 *plan, const hopform_sta
                                   const hopform_step_f32 *steps, int32_t step_count, float horizon, int32_t max_phases,
                                   hopform_phase_f32 *phases, int32_t capacity, hopform_stance_f32 *stance)
 {
+    return hopform_solve_followed_f32(plan, start, steps, step_count, horizon, max_phases, phases, capacity, stance,
+                                       NULL, NULL);
+}
+
+int32_t hopform_solve_followed_f32(const hopform_plan_f32 *plan, const hopform_state_f32 *start,
+                                    const hopform_step_f32 *steps, int32_t step_count, float horizon,
+                                    int32_t max_phases, hopform_phase_f32 *phases, int32_t capacity,
+                                    hopform_stance_f32 *stance, hopform_follow_f32 *follow, hopform_tally_f32 *tally)
+{
     if (stance == NULL) {
         return HOPFORM_ERROR_NULL;
     }
@@ -856,7 +914,10 @@ int32_t hopform_solve_stance_f32(const hopform_plan_f32 *plan, const hopform_sta
                                phases,
                                capacity,
                                0,
-                               0};
+                               0,
+                               HOPFORM_EVENT_NONE,
+                               follow,
+                               tally};
     const int32_t ending = stance_run_f32(&chain);
     stance_report_f32(&chain, &from, ending, stance);
     if (!hopform_is_finite_f32(stance->duration) || !hopform_is_finite_f32(stance->end.x1)

@@ -5,6 +5,7 @@
  */
 #include "facts.h"
 #include "first_event_f64.h"
+#include "follow_f64.h"
 #include "ledger_f64.h"
 
 /* How a phase ends. */
@@ -52,6 +53,9 @@ typedef struct {
     int32_t capacity;
     int32_t count;
     int32_t event_count;
+    int event; /* with which the phase began */
+    hopform_follow_f64 *follow;
+    hopform_tally_f64 *tally;
 } stance_chain_f64;
 
 static double stance_sign_of_f64(double value)
@@ -189,9 +193,12 @@ static void put_events_f64(stance_events_f64 *events, const stance_chain_f64 *ch
     events->rest_time = HOPFORM_NEVER_f64;
     events->rests = STANCE_END_LIMIT_f64;
     const bool alone = chain->side_1 == 0 || chain->side_2 == 0;
-    const bool rings = alone && rings_about_zero_f64(chain);
-    if (!rings && (chain->side_1 < 0 || chain->side_2 > 0 || state->y < 0.0)) { /* else y rises, from 0 or above */
-        add_event_function_f64(set, motion->H3_y, motion->H2_y, motion->H1_y, state->y, 1.0, END_TAKEOFF_f64, 0);
+    const bool rings = HOPFORM_CONTACT_IS_COMPRESSION && alone && rings_about_zero_f64(chain);
+    const bool may_fall = chain->side_1 < 0 || chain->side_2 > 0 || state->y < 0.0; /* else y rises, from 0 or above */
+    if (!rings && (may_fall || !HOPFORM_CONTACT_IS_COMPRESSION)) {
+        const hopform_numerator_f64 leg = hopform_contact_numerator_f64(&chain->plan->robot, motion);
+        add_event_function_f64(set, leg.H3, leg.H2, leg.H1, hopform_contact_of_f64(&chain->plan->robot, state), 1.0,
+                                END_TAKEOFF_f64, 0);
     }
     if (chain->side_1 == 0) {
         const double sign = (double)chain->side_2;
@@ -323,7 +330,9 @@ static bool sharpen_takeoff_f64(const stance_chain_f64 *chain, const stance_even
     const hopform_state_f64 slack = {0.0, 0.0, 0.0, 0.0};
     const hopform_motion_f64 from_slack =
         hopform_motion_of_f64(chain->plan, &slack, chain->steps[chain->step].u, chain->side_1, chain->side_2);
-    const double settled = hopform_settled_y_f64(set->poles, from_slack.H2_y, from_slack.H1_y);
+    const hopform_state_f64 steady = {0.0, 0.0, 0.0,
+                                       hopform_settled_y_f64(set->poles, from_slack.H2_y, from_slack.H1_y)};
+    const double settled = hopform_contact_of_f64(&chain->plan->robot, &steady);
     const double before = in->high.t;
     for (int n = 0; n < 4; n++) {
         const double later =
@@ -423,6 +432,7 @@ static void stance_record_f64(stance_chain_f64 *chain, int event)
     if (event != HOPFORM_EVENT_NONE && chain->count < chain->max_phases && chain->event_count < chain->count) {
         chain->event_count++;
     }
+    chain->event = event;
     chain->count++;
 }
 
@@ -603,16 +613,19 @@ static bool last_step_f64(const stance_chain_f64 *chain)
     return chain->step + 1 >= chain->step_count;
 }
 
-/* The leg leaves the ground at once: y = 0, and its first non-zero derivative is negative. */
-static bool extends_at_once_f64(const stance_chain_f64 *chain)
+/* The leg leaves the ground at once: it pulls, or its contact force is 0 and the first non-zero derivative of that is
+ * negative. */
+static bool leaves_at_once_f64(const stance_chain_f64 *chain)
 {
-    const double rate = chain->state.v1 - chain->state.v2;
-    if (fabs_f64(chain->state.y) > 0.0 || fabs_f64(rate) > 0.0) {
-        return !(fabs_f64(chain->state.y) > 0.0) && rate < 0.0;
+    const double contact = hopform_contact_of_f64(&chain->plan->robot, &chain->state);
+    if (fabs_f64(contact) > 0.0 || (HOPFORM_CONTACT_IS_COMPRESSION && chain->state.v1 > chain->state.v2)) {
+        return contact < 0.0;
     }
     const hopform_motion_f64 motion =
         hopform_motion_of_f64(chain->plan, &chain->state, chain->steps[chain->step].u, chain->side_1, chain->side_2);
-    return fabs_f64(motion.H2_y) > 0.0 ? motion.H2_y < 0.0 : motion.H1_y < 0.0;
+    const hopform_numerator_f64 leg = hopform_contact_numerator_f64(&chain->plan->robot, &motion);
+    const double first = fabs_f64(leg.H3) > 0.0 ? leg.H3 : leg.H2;
+    return fabs_f64(first) > 0.0 ? first < 0.0 : leg.H1 < 0.0;
 }
 
 /* What each mass does at the start; no event. */
@@ -630,14 +643,43 @@ static void stance_begin_f64(stance_chain_f64 *chain)
     stance_record_f64(chain, HOPFORM_EVENT_NONE);
 }
 
+/* Show the phase that has come to its end to who follows the stance. */
+static void show_phase_f64(const stance_chain_f64 *chain, const hopform_motion_f64 *motion,
+                            const hopform_state_f64 *start, double length, const hopform_basis_f64 *end)
+{
+    if (chain->follow != NULL) {
+        const hopform_passage_f64 passage = {
+            hopform_poles_of_f64(chain->plan, chain->side_1, chain->side_2),
+            motion,
+            end,
+            length,
+            *start,
+            chain->state,
+            chain->side_1,
+            chain->side_2,
+            chain->event,
+        };
+        chain->follow(chain->tally, &passage);
+    }
+}
+
+/* The same of a last phase in which no time passes. */
+static void show_ending_f64(const stance_chain_f64 *chain)
+{
+    const hopform_basis_f64 now = {1.0, 0.0, 0.0, 0.0, 0.0};
+    const hopform_motion_f64 motion = motion_from_f64(chain);
+    show_phase_f64(chain, &motion, &chain->state, 0.0, &now);
+}
+
 static int32_t stance_run_f64(stance_chain_f64 *chain)
 {
     stance_begin_f64(chain);
-    if (extends_at_once_f64(chain)) {
+    if (leaves_at_once_f64(chain)) {
         return HOPFORM_ENDING_TAKEOFF;
     }
     while (chain->count <= chain->max_phases) {
         if (chain->side_1 == 0 && chain->side_2 == 0 && last_step_f64(chain)) {
+            show_ending_f64(chain);
             return HOPFORM_ENDING_REST;
         }
         const double until = chain->step + 1 >= chain->step_count || chain->steps[chain->step + 1].t > chain->horizon
@@ -648,16 +690,23 @@ static int32_t stance_run_f64(stance_chain_f64 *chain)
         const stance_phase_end_f64 end = stance_find_end_f64(chain, poles, &motion, until - chain->t);
         chain->aed += chain->adds_up ? aed_in_phase_f64(chain, end.t) : 0.0;
         keep_distances_f64(chain, &motion, &end);
-        chain->state = hopform_arrive_f64(&chain->state, &motion, &end.basis, chain->side_1, chain->side_2);
+        const hopform_state_f64 start = chain->state;
+        chain->state = hopform_arrive_f64(&start, &motion, &end.basis, chain->side_1, chain->side_2);
+        show_phase_f64(chain, &motion, &start, end.t, &end.basis);
         chain->t = end.kind == STANCE_END_LIMIT_f64 ? until : chain->t + end.t;
         if (end.kind == END_TAKEOFF_f64) {
-            chain->state.y = 0.0;
+            chain->state.y = HOPFORM_CONTACT_IS_COMPRESSION ? 0.0 : chain->state.y;
             return HOPFORM_ENDING_TAKEOFF;
         }
         if (end.kind == STANCE_END_LIMIT_f64 && !(until < chain->horizon)) {
             return HOPFORM_ENDING_HORIZON;
         }
         stance_pass_f64(chain, &motion, &end);
+        if (!HOPFORM_CONTACT_IS_COMPRESSION && end.kind == STANCE_END_STOP_f64
+            && hopform_contact_of_f64(&chain->plan->robot, &chain->state) < 0.0) {
+            show_ending_f64(chain); /* what v_1 has lost at the stop was in the contact force */
+            return HOPFORM_ENDING_TAKEOFF;
+        }
     }
     chain->count = chain->max_phases; /* a step of the current may have begun two */
     return HOPFORM_ENDING_TOO_MANY_PHASES;
@@ -720,7 +769,7 @@ static void stance_report_f64(const stance_chain_f64 *chain, const hopform_state
     stance->phases_kept = chain->count < chain->capacity ? chain->count : chain->capacity;
     stance->apex = 0.0;
     if (ending == HOPFORM_ENDING_TAKEOFF && robot->g > 0.0) {
-        stance->apex = hopform_apex_of_takeoff_f64(robot, end->x1, end->v2 > 0.0 ? end->v2 : 0.0);
+        stance->apex = hopform_apex_of_takeoff_f64(robot, end->x1, end->y, end->v2 > 0.0 ? end->v2 : 0.0);
     }
 }
 
@@ -808,6 +857,15 @@ int32_t hopform_solve_stance_f64(const hopform_plan_f64 *plan, const hopform_sta
                                   const hopform_step_f64 *steps, int32_t step_count, double horizon, int32_t max_phases,
                                   hopform_phase_f64 *phases, int32_t capacity, hopform_stance_f64 *stance)
 {
+    return hopform_solve_followed_f64(plan, start, steps, step_count, horizon, max_phases, phases, capacity, stance,
+                                       NULL, NULL);
+}
+
+int32_t hopform_solve_followed_f64(const hopform_plan_f64 *plan, const hopform_state_f64 *start,
+                                    const hopform_step_f64 *steps, int32_t step_count, double horizon,
+                                    int32_t max_phases, hopform_phase_f64 *phases, int32_t capacity,
+                                    hopform_stance_f64 *stance, hopform_follow_f64 *follow, hopform_tally_f64 *tally)
+{
     if (stance == NULL) {
         return HOPFORM_ERROR_NULL;
     }
@@ -856,7 +914,10 @@ int32_t hopform_solve_stance_f64(const hopform_plan_f64 *plan, const hopform_sta
                                phases,
                                capacity,
                                0,
-                               0};
+                               0,
+                               HOPFORM_EVENT_NONE,
+                               follow,
+                               tally};
     const int32_t ending = stance_run_f64(&chain);
     stance_report_f64(&chain, &from, ending, stance);
     if (!hopform_is_finite_f64(stance->duration) || !hopform_is_finite_f64(stance->end.x1)

@@ -75,7 +75,7 @@ class _Search:
         return max(abs(self.gap) - 2.0 * self.near, 0.0)
 
     def admits(self, trials: Trials) -> NDArray[np.bool_]:
-        return np.asarray(trials.takes_off & (trials.peak < self.limit))
+        return np.asarray(trials.takes_off & (trials.largest_x1 < self.limit))
 
     def attempt(self, u: Array) -> Trials:
         trials = try_currents(self.robot, self.start, u.astype(self.dtype), self.target.horizon, self.max_phases)
@@ -203,33 +203,40 @@ class _Cells:
         return self.curve(shown_from, self.from_.apex_u, shown_to, self.to.apex_u)
 
     @property
-    def peak(self) -> _Curve:
+    def largest_x1(self) -> _Curve:
         limit = self.width.dtype.type(self.search.limit)
-        return self.curve(self.from_.peak - limit, self.from_.peak_u, self.to.peak - limit, self.to.peak_u)
+        return self.curve(
+            self.from_.largest_x1 - limit, self.from_.largest_x1_u, self.to.largest_x1 - limit, self.to.largest_x1_u
+        )
 
     @property
-    def dip(self) -> _Curve:
-        return self.curve(self.from_.dip, self.from_.dip_u, self.to.dip, self.to.dip_u)
+    def least_contact(self) -> _Curve:
+        return self.curve(
+            self.from_.least_contact, self.from_.least_contact_u, self.to.least_contact, self.to.least_contact_u
+        )
 
     @property
     def quiet(self) -> NDArray[np.bool_]:
         """No rebound takes off that does not do so at the ends: the least y of each stays above zero."""
-        in_from, in_to = np.isfinite(self.from_.dip), np.isfinite(self.to.dip)
-        known, slope = either(in_from, self.from_.dip, self.to.dip), either(in_from, self.from_.dip_u, self.to.dip_u)
+        in_from, in_to = np.isfinite(self.from_.least_contact), np.isfinite(self.to.least_contact)
+        known, slope = (
+            either(in_from, self.from_.least_contact, self.to.least_contact),
+            either(in_from, self.from_.least_contact_u, self.to.least_contact_u),
+        )
         one = known > self.width * np.abs(slope)
         fine = self.width <= np.sqrt(self.search.eps) * self.search.robot.u_max
-        return np.asarray(fine | ~(in_from | in_to) | np.where(in_from & in_to, self.dip.least > 0.0, one))
+        return np.asarray(fine | ~(in_from | in_to) | np.where(in_from & in_to, self.least_contact.least > 0.0, one))
 
     @property
     def share_of_limit(self) -> Array:
         """Where x_1 reaches its limit, as a share of the cell: by both ends where it rises or falls throughout, else by
         the slope at the admissible one; far outside if that does not lead there.
         """
-        starts, peak = self.search.admits(self.from_), self.peak
-        room = either(starts, peak.from_, peak.to)
-        toward = np.where(starts, peak.from_rate, -peak.to_rate) * self.width
+        starts, largest = self.search.admits(self.from_), self.largest_x1
+        room = either(starts, largest.from_, largest.to)
+        toward = np.where(starts, largest.from_rate, -largest.to_rate) * self.width
         share = np.where((toward > 0.0) & (room + toward >= 0.0), -room / toward, np.inf)
-        return np.where(peak.monotone, peak.share_of_root, np.where(starts, share, 1.0 - share))
+        return np.where(largest.monotone, largest.share_of_root, np.where(starts, share, 1.0 - share))
 
     @property
     def promise_of_edge(self) -> Array:
@@ -237,7 +244,7 @@ class _Cells:
         gap, starts, there = self.gap, self.search.admits(self.from_), self.share_of_limit
         share = 2.0 * np.where(starts, there, 1.0 - there)
         rate = np.abs(gap.from_rate) + np.abs(gap.to_rate) + np.abs(gap.chord)
-        known = self.peak.monotone | (self.width <= EDGE * self.search.robot.u_max)
+        known = self.largest_x1.monotone | (self.width <= EDGE * self.search.robot.u_max)
         inside = np.abs(either(starts, gap.from_, gap.to))
         return np.where(known & (share <= 1.0), inside - rate * share * self.width, 0.0)
 
@@ -245,9 +252,12 @@ class _Cells:
     def promise_of_step(self) -> Array:
         """The same where one end takes off and the other does not: the apex ends like a square root."""
         lifts = self.from_.takes_off
-        peak, peak_u = either(lifts, self.from_.peak, self.to.peak), either(lifts, self.from_.peak_u, self.to.peak_u)
+        largest, largest_u = (
+            either(lifts, self.from_.largest_x1, self.to.largest_x1),
+            either(lifts, self.from_.largest_x1_u, self.to.largest_x1_u),
+        )
         apex, apex_u = either(lifts, self.from_.apex, self.to.apex), either(lifts, self.from_.apex_u, self.to.apex_u)
-        hopeless = ~(peak - 2.0 * self.width * np.abs(peak_u) < self.search.limit)
+        hopeless = ~(largest - 2.0 * self.width * np.abs(largest_u) < self.search.limit)
         away = np.abs(apex - self.search.wanted) - 3.0 * self.width * np.abs(apex_u)
         fine = self.width <= STEP * self.search.robot.u_max
         return np.where(fine, np.where(hopeless, np.inf, away), 0.0)
@@ -261,7 +271,7 @@ class _Cells:
         in_from, in_to = search.admits(from_), search.admits(to)
         whole = np.where(gap.from_ > 0.0, gap.least, gap.mirrored.least)
         both = np.where(in_from == in_to, whole, np.maximum(whole, self.promise_of_edge))
-        both = np.where(~in_from & ~in_to & (self.peak.least >= 0.0), np.inf, both)
+        both = np.where(~in_from & ~in_to & (self.largest_x1.least >= 0.0), np.inf, both)
         none = ~from_.takes_off & ~to.takes_off
         judged = np.where(self.quiet, np.where(none, np.inf, both), 0.0)
         judged = np.where(from_.takes_off != to.takes_off, self.promise_of_step, judged)
@@ -286,10 +296,10 @@ class _Cells:
         steep = (np.abs(gap.from_rate) + np.abs(gap.to_rate) + np.abs(gap.chord)) * self.width
         aside = 0.25 * search.near / (steep + search.near)
         limit = self.share_of_limit + np.where(in_from, -aside, aside)
-        turn = np.where(in_from, gap.share_of_turn, self.peak.share_of_turn)
+        turn = np.where(in_from, gap.share_of_turn, self.largest_x1.share_of_turn)
         lifted = np.where(gap.from_ * gap.to < 0.0, gap.share_of_root, np.where(in_from != in_to, limit, turn))
-        dips = np.isfinite(from_.dip) & np.isfinite(to.dip)
-        grounded = np.where(dips, self.dip.share_of_turn, -1.0)
+        minima = np.isfinite(from_.least_contact) & np.isfinite(to.least_contact)
+        grounded = np.where(minima, self.least_contact.share_of_turn, -1.0)
         share = np.where(
             from_.takes_off & to.takes_off, lifted, np.where(from_.takes_off | to.takes_off, -1.0, grounded)
         )

@@ -8,7 +8,7 @@ the roots of that the foot itself: each root is bracketed. One flight at a time.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
@@ -17,6 +17,7 @@ from numpy.typing import ArrayLike
 from hopform_solver import formulas
 from hopform_solver.kernels import decay_at, pair_at
 from hopform_solver.lanes import Array
+from hopform_solver.limits import LEG_HAS_DAMPER
 from hopform_solver.phases import stable_rates_of
 from hopform_solver.records import (
     FLIGHT_ENDINGS,
@@ -489,11 +490,16 @@ def solve_flight(
 
     start: the state at take-off; y [m] is the height of the ground ahead over the foot. gains: of the law
     gamma2 u = Kp x1 + Kd v1, designed if left out. horizon [s]: the longest time.
-    An unstable robot is a ValueError; no other input is checked here: hopform does that.
+    An unstable robot, or a leg that a damper lets relax slowly, is a ValueError; no other input is checked here:
+    hopform does that.
     """
     one = Robot(*(dtype(field) for field in robot))
     stable_rates_of(one)
-    first = LegState(*(dtype(field) for field in start))
+    given = LegState(*(dtype(field) for field in start))
+    rest = formulas.rest_compression(one)
+    if LEG_HAS_DAMPER and given.y > rest:
+        raise ValueError(f"y must be <= {float(rest)!r} m, a leg at rest, because a damper acts in it, got {start.y!r}")
+    first = given._replace(y=dtype(given.y - rest))
     largest = largest_force(one)
     law = Gains(dtype(0.0), dtype(0.0))
     if largest > 0.0:
@@ -505,7 +511,7 @@ def solve_flight(
         Actuator(first.x1, first.v1, zero), -first.y, 0, 0, bool(first.y < 0.0), [],
     )  # fmt: skip
     ending, end = _run(chain, max_phases)
-    return _report(chain, ending, end)
+    return replace(_report(chain, ending, end), start=given, end=end._replace(y=dtype(end.y + rest)))
 
 
 def _report(chain: _Chain, ending: str, end: LegState) -> FlightSolution:

@@ -519,15 +519,16 @@ def touchdown_velocity(robot: Robot, height: Real) -> Real:
     return v_after
 
 
-def apex_of_takeoff(robot: Robot, x1: Real, v_up: Real) -> Real:
+def apex_of_takeoff(robot: Robot, x1: Real, y: Real, v_up: Real) -> Real:
     """Hop height of the apex after a take-off.
 
     x1 [m] displacement of the actuator.
+    y [m] compression of the spring, x_1 - x_2 + L_0 + c.
     v_up [m/s] max(v_2, 0) at take-off.
     Returns apex [m], hop height of the apex.
     """
     g = robot.g
-    apex = x1 + 0.5*v_up*v_up/g  # apex of the ballistic flight
+    apex = x1 + 0.5*v_up*v_up/g - y  # apex of the ballistic flight
     return apex
 
 
@@ -638,18 +639,58 @@ def body_energy_change(robot: Robot, state: LegState, robot_change: RobotChange,
     return d_body
 
 
-def apex_change(robot: Robot, v_up: Real, robot_change: RobotChange, d_x1: Real, d_v_up: Real) -> Real:
-    """Change of the apex with gravity and the state at take-off.
+def apex_change(robot: Robot, v_up: Real, robot_change: RobotChange, d_x1: Real, d_y: Real, d_v_up: Real) -> Real:
+    """Change of the apex with the robot and the state at take-off.
 
     v_up [m/s] max(v_2, 0) at take-off.
     d_x1 [m] change of the actuator's displacement at take-off.
+    d_y [m] change of the compression at take-off.
     d_v_up [m/s] change of v_up.
     Returns d_apex [m], change of the hop height of the apex.
     """
     g = robot.g
     d_g = robot_change.d_g
-    d_apex = d_x1 + d_v_up*v_up/g - 0.5*d_g*v_up*v_up/(g*g)  # change of apex of the ballistic flight
+    d_apex = d_x1 + d_v_up*v_up/g - d_y - 0.5*d_g*v_up*v_up/(g*g)  # change of apex of the ballistic flight
     return d_apex
+
+
+def contact_of(robot: Robot, state: LegState) -> Real:
+    """Contact force of the leg over k, at a state.
+
+    Returns contact [m], contact force of the leg over k.
+    """
+    y = state.y
+    contact = y  # what the leg carries
+    return contact
+
+
+def contact_slope(robot: Robot, state: LegState) -> Real:
+    """Change of the contact force over k with a change of the state, or with its rate.
+
+    Returns contact [m], contact force of the leg over k.
+    """
+    y = state.y
+    contact = y  # what the leg carries
+    return contact
+
+
+def contact_change(robot: Robot, state: LegState, robot_change: RobotChange, state_change: StateChange) -> Real:
+    """Change of the contact force over k with the robot and the state.
+
+    Returns d_contact [m], change of the contact force over k.
+    """
+    d_y = state_change.d_y
+    d_contact = d_y  # change of what the leg carries
+    return d_contact
+
+
+def rest_compression(robot: Robot) -> Real:
+    """Compression at which the leg at rest carries nothing: 0 where the spring is all that acts in it.
+
+    Returns rest [m], compression at which the leg at rest carries nothing.
+    """
+    rest = 0.0  # N = 0 at rest
+    return rest
 
 
 def flight_rates_of(robot: Robot, gains: Gains, largest: Real) -> FlightRates:

@@ -8,6 +8,12 @@ import numpy as np
 _F32: np.dtype[Any] = np.dtype(np.float32)
 _F64: np.dtype[Any] = np.dtype(np.float64)
 
+CONTACT_IS_COMPRESSION = True
+"""Whether the contact force of the leg is k y."""
+
+LEG_HAS_DAMPER = False
+"""Whether a damper acts in the leg, which relaxes in flight."""
+
 NEVER = {_F32: 1e+38, _F64: 1e+300}
 UNDERFLOW = {_F32: 1e-30, _F64: 1e-280}
 REACHED_WITHIN = {_F32: 1e-06, _F64: 1e-14}

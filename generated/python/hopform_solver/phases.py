@@ -8,7 +8,7 @@ import numpy as np
 from hopform_solver import formulas
 from hopform_solver.kernels import basis_at, factor_cubic
 from hopform_solver.lanes import Array, Lanes, blank, choose, put, take
-from hopform_solver.records import Basis, Drive, LegState, Motion, Poles, Rates, Robot
+from hopform_solver.records import Basis, Drive, LegState, Motion, Numerator, Poles, Rates, Robot
 from hopform_solver.stability import conditions
 
 
@@ -92,6 +92,15 @@ def motion_under(rates: Rates, drive: Drive, state: LegState, side: Side) -> Mot
 def motion_of(plan: Plan, state: LegState, u: Array, side: Side) -> Motion:
     """The same under a current."""
     return motion_under(plan.rates, formulas.drive_of(plan.robot, plan.rates, u, *side), state, side)
+
+
+def contact_numerator(robot: Robot, motion: Motion) -> Numerator:
+    """The numerator of the contact force over k."""
+    none = np.zeros_like(motion.H3_y)
+    of_state = ((motion[n], motion[n + 3], motion[n + 6]) for n in range(3))
+    return Numerator(
+        *(formulas.contact_slope(robot, LegState(none, of_1, of_2, of_y)) for of_1, of_2, of_y in of_state)
+    )
 
 
 def arrive(state: LegState, motion: Motion, basis: Basis, side: Side) -> LegState:

@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 
 from hopform_solver import formulas
 from hopform_solver.lanes import Array, Record, choose, take
+from hopform_solver.limits import CONTACT_IS_COMPRESSION
 from hopform_solver.linear import ONE, V1, V2, X, Y, doublings_of, system, transition
 from hopform_solver.phases import Plan, Side, motion_of, plan_lanes, state_in_phase
 from hopform_solver.records import ENDINGS, EVENTS, LegState, Robot, RobotChange, StateChange
@@ -196,18 +197,23 @@ def _finish(chains: _Chains, end: LegState, change: Array) -> Array:
     dtype = change.dtype
     last = chains.first + chains.count - 1
     speed = _speeds(chains, last, end)[:, :, np.newaxis]
-    late = -change[:, Y] / speed[:, Y]
-    d_x1, d_v1, d_v2 = (change[:, row] + speed[:, row] * late for row in (X, V1, V2))
     by = _robot_change(dtype)
+    robot = _column(take(chains.plan.robot, chains.first))
+    rows = (X, V1, V2, Y)
+    rate = formulas.contact_slope(robot, LegState(*(speed[:, row] for row in rows)))
+    at_rest = StateChange(*(change[:, row] for row in rows))
+    late = -formulas.contact_change(robot, _column(end), by, at_rest) / rate
+    d_x1, d_v1, d_v2, d_y = (change[:, row] + speed[:, row] * late for row in rows)
+    if CONTACT_IS_COMPRESSION:
+        d_y = np.zeros_like(d_x1)
     unit = np.eye(len(COLUMNS), dtype=dtype)
     at_start = StateChange(*(unit[np.newaxis, _BY[name]] for name in LegState._fields))
-    robot = _column(take(chains.plan.robot, chains.first))
     start, end = _column(take(chains.states, chains.first)), _column(end)
-    at_end = StateChange(d_x1, d_v1, d_v2, np.zeros_like(d_x1))
+    at_end = StateChange(d_x1, d_v1, d_v2, d_y)
     before = formulas.body_energy_change(robot, start, by, at_start)
     aed = formulas.body_energy_change(robot, end, by, at_end) - before
-    apex = formulas.apex_change(robot, np.maximum(end.v2, 0.0), by, d_x1, d_v2)
-    return np.stack([late, d_x1, d_v1, d_x1 + by.d_L0 + by.d_c, d_v2, apex, aed], axis=1)
+    apex = formulas.apex_change(robot, np.maximum(end.v2, 0.0), by, d_x1, d_y, d_v2)
+    return np.stack([late, d_x1, d_v1, d_x1 - d_y + by.d_L0 + by.d_c, d_v2, apex, aed], axis=1)
 
 
 def _of_lanes(solution: Solution, lanes: NDArray[np.intp]) -> Array:

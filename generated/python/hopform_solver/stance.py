@@ -16,8 +16,18 @@ from hopform_solver.events import Watch, first_roots, halt_time, lanes_of, root_
 from hopform_solver.kernels import basis_at
 from hopform_solver.lanes import Array, choose, join, take
 from hopform_solver.ledgers import ledger_over
-from hopform_solver.limits import NEVER, UNDERFLOW
-from hopform_solver.phases import Plan, Side, arrive, motion_of, plan_lanes, plan_of, poles_of, state_in_phase
+from hopform_solver.limits import CONTACT_IS_COMPRESSION, NEVER, UNDERFLOW
+from hopform_solver.phases import (
+    Plan,
+    Side,
+    arrive,
+    contact_numerator,
+    motion_of,
+    plan_lanes,
+    plan_of,
+    poles_of,
+    state_in_phase,
+)
 from hopform_solver.records import ENDINGS, EVENTS, At, Basis, LegState, Motion, Numerator, Poles, Robot
 
 _ENDING = {text: number for number, text in ENDINGS.items()}
@@ -231,12 +241,12 @@ def _thresholds(chain: _Chain, poles: Poles, motion: Motion, mass: int) -> Itera
 
 
 def _leg(chain: _Chain, poles: Poles, motion: Motion) -> Iterator[_Watched]:
-    """The spring force, wherever something moves."""
+    """The contact force, wherever something moves."""
     if (lanes := np.flatnonzero((chain.side.first != 0.0) | (chain.side.second != 0.0))).size:
-        start = chain.state.y[lanes]
-        yield _Watched(
-            lanes, Watch(take(poles, lanes), take(Numerator(*motion[6:9]), lanes), start, np.ones_like(start)), TAKEOFF
-        )
+        robot = take(chain.plan.robot, lanes)
+        start = formulas.contact_of(robot, take(chain.state, lanes))
+        leg = contact_numerator(robot, take(motion, lanes))
+        yield _Watched(lanes, Watch(take(poles, lanes), leg, start, np.ones_like(start)), TAKEOFF)
 
 
 def _rings_down(chain: _Chain, poles: Poles, leg: _Watched, lift: Array) -> Array:
@@ -248,7 +258,7 @@ def _rings_down(chain: _Chain, poles: Poles, leg: _Watched, lift: Array) -> Arra
     free = take(formulas.free_accelerations(chain.plan.rates, slack, chain.u), leg.lanes)
     left_1: Array = free.free_1 - side.first * robot.f1[leg.lanes]
     left_2: Array = free.free_2 - side.second * robot.f2[leg.lanes]
-    alone = (side.first == 0.0) | (side.second == 0.0)
+    alone = CONTACT_IS_COMPRESSION & ((side.first == 0.0) | (side.second == 0.0))
     rings = alone & (np.where(side.second == 0.0, left_1, left_2) == 0.0) & (state.y >= 0.0)
     if not rings.any():
         return lift
@@ -360,6 +370,7 @@ def _sharpened(chain: _Chain, leg: _Watched, lift: Array, limit: Array) -> Array
     tends: NDArray[np.bool_] = draws > 0.0  # else nothing that is left of k draws y
     settled: Array = choose(slow, motion.H1_y, motion.H2_y) / choose(tends, draws, np.ones_like(draws))
     settled = choose(tends, settled, np.full_like(draws, NEVER[lift.dtype]))
+    settled = formulas.contact_of(plan.robot, slack._replace(y=settled))
     t = lift[lanes]
     for _ in range(4):
         later = root_is_later(watch, settled, t)
@@ -570,11 +581,14 @@ def _pass(chain: _Chain, log: _Log, end: _End) -> None:
     _next_step(chain, log, end)
 
 
-def _extends_at_once(chain: _Chain) -> NDArray[np.bool_]:
-    """The leg leaves the ground at once: y = 0, and its first non-zero derivative is negative."""
-    motion, poles = motion_of(chain.plan, chain.state, chain.u, chain.side), poles_of(chain.plan, chain.side)
-    later = choose(motion.H2_y != 0.0, motion.H2_y, motion.H1_y - poles.s_1 * motion.H2_y)
-    return np.asarray((chain.state.y == 0.0) & (np.where(motion.H3_y != 0.0, motion.H3_y, later) < 0.0))
+def _leaves_at_once(chain: _Chain) -> NDArray[np.bool_]:
+    """The leg leaves the ground at once: it pulls, or its contact force is 0 and the first non-zero derivative of that
+    is negative.
+    """
+    contact = formulas.contact_of(chain.plan.robot, chain.state)
+    leg = contact_numerator(chain.plan.robot, motion_of(chain.plan, chain.state, chain.u, chain.side))
+    first = choose(leg.H3 != 0.0, leg.H3, choose(leg.H2 != 0.0, leg.H2, leg.H1))
+    return np.asarray((contact < 0.0) | ((contact == 0.0) & (first < 0.0)))
 
 
 def _begin(chain: _Chain, log: _Log) -> Array:
@@ -611,7 +625,7 @@ class _Result:
 
 def _run(chain: _Chain, log: _Log, result: _Result) -> Array:
     loss = _begin(chain, log)
-    ended = _extends_at_once(chain)
+    ended = _leaves_at_once(chain)
     result.close(chain, ended, "takeoff")
     chain = chain.only(~ended)
     while chain.t.size:
@@ -635,13 +649,18 @@ def _run(chain: _Chain, log: _Log, result: _Result) -> Array:
         chain.state = arrive(chain.state, motion, basis, chain.side)
         chain.t = np.where(end.kind == LIMIT, until, chain.t + end.t)
         lifts = end.kind == TAKEOFF
-        chain.state.y[lifts] = 0.0
+        if CONTACT_IS_COMPRESSION:
+            chain.state.y[lifts] = 0.0
         over = (end.kind == LIMIT) & ~(until < chain.horizon)
         result.close(chain, lifts, "takeoff")
         result.close(chain, over, "horizon")
         end.kind[over] = TAKEOFF
         _keep_free_accelerations(chain, motion, basis, end)
         _pass(chain, log, end)
+        if not CONTACT_IS_COMPRESSION:  # what v_1 has lost at a stop was in the contact force
+            lost = (end.kind == STOP) & (formulas.contact_of(chain.plan.robot, chain.state) < 0.0)
+            result.close(chain, lost, "takeoff")
+            lifts |= lost
         full = (chain.count > chain.max_phases) & ~lifts & ~over
         result.close(chain, full, "too_many_phases")
         result.count[chain.lane[full]] = chain.max_phases  # a step of the current may have begun two
@@ -704,7 +723,9 @@ def solve(
     aed = formulas.body_energy_gain(robots, first, At(*end))
     lifts = (result.ending == _ENDING["takeoff"]) & (robots.g > 0.0)
     apex = np.full_like(like, np.nan)
-    apex[lifts] = formulas.apex_of_takeoff(take(robots, lifts), end.x1[lifts], np.maximum(end.v2[lifts], 0.0))
+    apex[lifts] = formulas.apex_of_takeoff(
+        take(robots, lifts), end.x1[lifts], end.y[lifts], np.maximum(end.v2[lifts], 0.0)
+    )
     phases = log.phases()
     kept = np.arange(phases.lane.size) - np.searchsorted(phases.lane, phases.lane) < result.count[phases.lane]
     phases = take(phases, kept)

@@ -198,28 +198,30 @@ static curve_real gap_of_real(const hopform_cell_real *c, real wanted)
 /* The largest x_1 less its limit; it goes on where x_1 is stopped. */
 static curve_real peak_of_real(const hopform_cell_real *c, real limit)
 {
-    return curve_of_real(c, c->from.peak - limit, c->from.peak_u, c->to.peak - limit, c->to.peak_u);
+    return curve_of_real(c, c->from.largest_x1 - limit, c->from.largest_x1_u, c->to.largest_x1 - limit,
+                         c->to.largest_x1_u);
 }
 
 /* No rebound in the cell takes off that does not do so at its ends: the least y of each stays above zero. */
-static bool dips_are_quiet_real(const hopform_cell_real *c)
+static bool minima_are_positive_real(const hopform_cell_real *c)
 {
-    const bool in_from = c->from.dips > 0;
-    const bool in_to = c->to.dips > 0;
+    const bool in_from = c->from.minima > 0;
+    const bool in_to = c->to.minima > 0;
     if (!in_from && !in_to) {
         return true;
     }
     if (in_from && in_to) {
-        const curve_real dip = curve_of_real(c, c->from.dip, c->from.dip_u, c->to.dip, c->to.dip_u);
-        return least_real(&dip) > 0.0;
+        const curve_real least = curve_of_real(c, c->from.least_contact, c->from.least_contact_u, c->to.least_contact,
+                                               c->to.least_contact_u);
+        return least_real(&least) > 0.0;
     }
     const hopform_trial_real *known = in_from ? &c->from : &c->to;
-    return known->dip > width_of_real(c) * fabs_real(known->dip_u);
+    return known->least_contact > width_of_real(c) * fabs_real(known->least_contact_u);
 }
 
 static bool is_admissible_real(const hopform_search_real *search, const hopform_trial_real *trial)
 {
-    return trial->takes_off && trial->peak < search->limit;
+    return trial->takes_off && trial->largest_x1 < search->limit;
 }
 
 /* Where x_1 reaches its limit, as a share of the cell: by both ends where it rises from one to the other, else by the
@@ -260,7 +262,7 @@ static real promise_of_step_real(const hopform_search_real *search, const hopfor
     if (width > STEP_real * search->plan->robot.u_max) {
         return 0.0;
     }
-    const bool hopeless = !(lifts->peak - 2.0 * width * fabs_real(lifts->peak_u) < search->limit);
+    const bool hopeless = !(lifts->largest_x1 - 2.0 * width * fabs_real(lifts->largest_x1_u) < search->limit);
     return hopeless ? HOPFORM_NEVER_real
                     : fabs_real(lifts->apex - search->apex) - 3.0 * width * fabs_real(lifts->apex_u);
 }
@@ -283,7 +285,7 @@ static real promise_of_real(const hopform_search_real *search, const hopform_cel
     if (from->takes_off != to->takes_off) {
         return promise_of_step_real(search, c);
     }
-    if (width > HOPFORM_ROOT_EPS_real * range && !dips_are_quiet_real(c)) {
+    if (width > HOPFORM_ROOT_EPS_real * range && !minima_are_positive_real(c)) {
         return 0.0;
     }
     if (!from->takes_off) {
@@ -336,8 +338,9 @@ static real share_to_try_real(const hopform_search_real *search, const hopform_c
         return 0.5;
     }
     if (!from->takes_off) {
-        const curve_real dip = curve_of_real(c, from->dip, from->dip_u, to->dip, to->dip_u);
-        return from->dips > 0 && to->dips > 0 ? share_of_turn_real(&dip) : 0.5;
+        const curve_real least =
+            curve_of_real(c, from->least_contact, from->least_contact_u, to->least_contact, to->least_contact_u);
+        return from->minima > 0 && to->minima > 0 ? share_of_turn_real(&least) : 0.5;
     }
     const curve_real gap = gap_of_real(c, search->apex);
     if (gap.from * gap.to < 0.0) {
@@ -518,12 +521,20 @@ static int32_t attempt_real(const hopform_plan_real *plan, const hopform_state_r
                             hopform_phase_real *phases, int32_t capacity, hopform_trial_real *trial, bool *fits)
 {
     const hopform_step_real step = {0.0, u};
+    const hopform_state_real none = {0.0, 0.0, 0.0, 0.0};
+    hopform_trial_real tried = {0};
+    tried.u = u;
+    tried.largest_x1 = start->x1;
+    tried.least_contact = HOPFORM_NEVER_real;
+    tried.smooth = true;
+    hopform_tally_real tally = {plan, &tried, none, none, none, 0.0, 0, 0, false};
     hopform_stance_real stance;
-    const int32_t status =
-        hopform_solve_stance_real(plan, start, &step, 1, horizon, capacity, phases, capacity, &stance);
+    const int32_t status = hopform_solve_followed_real(plan, start, &step, 1, horizon, capacity, phases, capacity,
+                                                       &stance, hopform_tally_up_real, &tally);
     if (status >= 0) {
+        hopform_close_trial_real(&tally, phases, &stance);
         *fits = stance.ending != HOPFORM_ENDING_TOO_MANY_PHASES;
-        *trial = hopform_trial_of_real(plan, u, phases, &stance);
+        *trial = tried;
     }
     return status;
 }

@@ -930,6 +930,10 @@ int32_t hopform_solve_flight_real(const hopform_plan_real *plan, const hopform_s
         || !hopform_is_finite_real(from.y) || !(from.x1 >= robot->x1_min && from.x1 <= robot->x1_max)) {
         return HOPFORM_ERROR_STATE;
     }
+    const real rest = hopform_rest_compression_real(robot);
+    if (HOPFORM_LEG_HAS_DAMPER && from.y > rest) {
+        return HOPFORM_ERROR_STATE; /* a leg that relaxes slowly in flight */
+    }
     if (!(horizon > 0.0 && horizon <= HOPFORM_NEVER_real) || max_phases < 1 || capacity < 0) {
         return HOPFORM_ERROR_HORIZON;
     }
@@ -945,17 +949,18 @@ int32_t hopform_solve_flight_real(const hopform_plan_real *plan, const hopform_s
     chain.rates = hopform_flight_rates_of_real(robot, &chain.gains, chain.largest);
     chain.horizon = horizon;
     chain.x1 = from.x1;
-    chain.y = from.y;
+    chain.y = from.y - rest;
     chain.v2 = from.v2;
     chain.actuator.x1 = from.x1;
     chain.actuator.v1 = from.v1;
-    chain.airborne = from.y < 0.0;
+    chain.airborne = chain.y < 0.0;
     chain.max_phases = max_phases;
     chain.phases = phases;
     chain.capacity = capacity;
     chain.highest = -HOPFORM_NEVER_real;
     hopform_state_real end = from;
     const int32_t ending = flight_run_real(&chain, &end);
+    end.y += rest;
     flight_report_real(&chain, ending, &end, flight);
     flight->start = from;
     if (!is_sound_real(flight)) {

@@ -453,6 +453,10 @@ static inline hopform_poles_real hopform_factor_cubic_real(real s_1, real s_2, r
     if (!(scale * scale * scale > 0.0)) {
         return none; /* slower than the type can say */
     }
+    if (!(s_3 > 0.0)) { /* where both masses drift the real pole is an integrator, whatever the pair is */
+        const hopform_poles_real drift = {0.0, s_1, s_2, s_1, s_2, s_3};
+        return drift;
+    }
     const real c_1 = s_1 / scale;
     const real c_2 = s_2 / (scale * scale);
     const real c_3 = s_3 / scale / (scale * scale);

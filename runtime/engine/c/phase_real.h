@@ -66,6 +66,18 @@ static inline hopform_motion_real hopform_motion_of_real(const hopform_plan_real
     return hopform_motion_under_real(&plan->rates, &drive, state, side_1, side_2);
 }
 
+/* The numerator of the contact force over k. */
+static inline hopform_numerator_real hopform_contact_numerator_real(const hopform_robot_real *robot,
+                                                                    const hopform_motion_real *motion)
+{
+    const hopform_state_real H3 = {0.0, motion->H3_1, motion->H3_2, motion->H3_y};
+    const hopform_state_real H2 = {0.0, motion->H2_1, motion->H2_2, motion->H2_y};
+    const hopform_state_real H1 = {0.0, motion->H1_1, motion->H1_2, motion->H1_y};
+    const hopform_numerator_real leg = {hopform_contact_slope_real(robot, &H3), hopform_contact_slope_real(robot, &H2),
+                                        hopform_contact_slope_real(robot, &H1)};
+    return leg;
+}
+
 /* What y of a mode tends to; NEVER where nothing that is left of k draws it. */
 static inline real hopform_settled_y_real(const hopform_poles_real *poles, real H2_y, real H1_y)
 {

@@ -246,26 +246,31 @@ static bool finish_real(const hopform_plan_real *plan, const hopform_step_real *
     const real v_up = hopform_greater_real(stance->end.v2, 0.0);
     real speed[Z_SIZE];
     speeds_real(plan, steps, last, &stance->end, speed);
+    const hopform_state_real rate = {speed[Z_X], speed[Z_V1], speed[Z_V2], speed[Z_Y]};
+    const real contact_rate = hopform_contact_slope_real(robot, &rate);
     const bool underflows = robot->g > 0.0 && !(robot->g * robot->g > 0.0); /* by which the apex's derivative divides */
-    if (!(fabs_real(speed[Z_Y]) > 0.0) || underflows) {
+    if (!(fabs_real(contact_rate) > 0.0) || underflows) {
         return false;
     }
     for (int column = 0; column < COLUMNS_real; column++) {
         const hopform_robot_change_real by = robot_change_real(column);
-        const real late = -change->at[Z_Y][column] / speed[Z_Y];
+        const hopform_state_change_real at_rest = {change->at[Z_X][column], change->at[Z_V1][column],
+                                                   change->at[Z_V2][column], change->at[Z_Y][column]};
+        const real late = -hopform_contact_change_real(robot, &stance->end, &by, &at_rest) / contact_rate;
         const real d_x1 = change->at[Z_X][column] + speed[Z_X] * late;
         const real d_v1 = change->at[Z_V1][column] + speed[Z_V1] * late;
         const real d_v2 = change->at[Z_V2][column] + speed[Z_V2] * late;
         const hopform_state_change_real at_start = {column == BY_X1_real ? 1.0 : 0.0, column == BY_V1_real ? 1.0 : 0.0,
                                                     column == BY_V2_real ? 1.0 : 0.0, column == BY_Y_real ? 1.0 : 0.0};
-        const hopform_state_change_real at_end = {d_x1, d_v1, d_v2, 0.0};
+        const real d_y = HOPFORM_CONTACT_IS_COMPRESSION ? 0.0 : change->at[Z_Y][column] + speed[Z_Y] * late;
+        const hopform_state_change_real at_end = {d_x1, d_v1, d_v2, d_y};
         matrix[ROW_T_real * COLUMNS_real + column] = late;
         matrix[ROW_X1_real * COLUMNS_real + column] = d_x1;
         matrix[ROW_V1_real * COLUMNS_real + column] = d_v1;
-        matrix[ROW_X2_real * COLUMNS_real + column] = d_x1 + by.d_L0 + by.d_c;
+        matrix[ROW_X2_real * COLUMNS_real + column] = d_x1 - d_y + by.d_L0 + by.d_c;
         matrix[ROW_V2_real * COLUMNS_real + column] = d_v2;
         matrix[ROW_APEX_real * COLUMNS_real + column] =
-            robot->g > 0.0 ? hopform_apex_change_real(robot, v_up, &by, d_x1, d_v2) : 0.0;
+            robot->g > 0.0 ? hopform_apex_change_real(robot, v_up, &by, d_x1, d_y, d_v2) : 0.0;
         matrix[ROW_AED_real * COLUMNS_real + column] =
             hopform_body_energy_change_real(robot, &stance->end, &by, &at_end)
             - hopform_body_energy_change_real(robot, &start, &by, &at_start);

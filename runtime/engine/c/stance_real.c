@@ -5,6 +5,7 @@
  */
 #include "facts.h"
 #include "first_event_real.h"
+#include "follow_real.h"
 #include "ledger_real.h"
 
 /* How a phase ends. */
@@ -52,6 +53,9 @@ typedef struct {
     int32_t capacity;
     int32_t count;
     int32_t event_count;
+    int event; /* with which the phase began */
+    hopform_follow_real *follow;
+    hopform_tally_real *tally;
 } stance_chain_real;
 
 static real stance_sign_of_real(real value)
@@ -189,9 +193,12 @@ static void put_events_real(stance_events_real *events, const stance_chain_real 
     events->rest_time = HOPFORM_NEVER_real;
     events->rests = STANCE_END_LIMIT_real;
     const bool alone = chain->side_1 == 0 || chain->side_2 == 0;
-    const bool rings = alone && rings_about_zero_real(chain);
-    if (!rings && (chain->side_1 < 0 || chain->side_2 > 0 || state->y < 0.0)) { /* else y rises, from 0 or above */
-        add_event_function_real(set, motion->H3_y, motion->H2_y, motion->H1_y, state->y, 1.0, END_TAKEOFF_real, 0);
+    const bool rings = HOPFORM_CONTACT_IS_COMPRESSION && alone && rings_about_zero_real(chain);
+    const bool may_fall = chain->side_1 < 0 || chain->side_2 > 0 || state->y < 0.0; /* else y rises, from 0 or above */
+    if (!rings && (may_fall || !HOPFORM_CONTACT_IS_COMPRESSION)) {
+        const hopform_numerator_real leg = hopform_contact_numerator_real(&chain->plan->robot, motion);
+        add_event_function_real(set, leg.H3, leg.H2, leg.H1, hopform_contact_of_real(&chain->plan->robot, state), 1.0,
+                                END_TAKEOFF_real, 0);
     }
     if (chain->side_1 == 0) {
         const real sign = (real)chain->side_2;
@@ -323,7 +330,9 @@ static bool sharpen_takeoff_real(const stance_chain_real *chain, const stance_ev
     const hopform_state_real slack = {0.0, 0.0, 0.0, 0.0};
     const hopform_motion_real from_slack =
         hopform_motion_of_real(chain->plan, &slack, chain->steps[chain->step].u, chain->side_1, chain->side_2);
-    const real settled = hopform_settled_y_real(set->poles, from_slack.H2_y, from_slack.H1_y);
+    const hopform_state_real steady = {0.0, 0.0, 0.0,
+                                       hopform_settled_y_real(set->poles, from_slack.H2_y, from_slack.H1_y)};
+    const real settled = hopform_contact_of_real(&chain->plan->robot, &steady);
     const real before = in->high.t;
     for (int n = 0; n < 4; n++) {
         const real later =
@@ -423,6 +432,7 @@ static void stance_record_real(stance_chain_real *chain, int event)
     if (event != HOPFORM_EVENT_NONE && chain->count < chain->max_phases && chain->event_count < chain->count) {
         chain->event_count++;
     }
+    chain->event = event;
     chain->count++;
 }
 
@@ -603,16 +613,19 @@ static bool last_step_real(const stance_chain_real *chain)
     return chain->step + 1 >= chain->step_count;
 }
 
-/* The leg leaves the ground at once: y = 0, and its first non-zero derivative is negative. */
-static bool extends_at_once_real(const stance_chain_real *chain)
+/* The leg leaves the ground at once: it pulls, or its contact force is 0 and the first non-zero derivative of that is
+ * negative. */
+static bool leaves_at_once_real(const stance_chain_real *chain)
 {
-    const real rate = chain->state.v1 - chain->state.v2;
-    if (fabs_real(chain->state.y) > 0.0 || fabs_real(rate) > 0.0) {
-        return !(fabs_real(chain->state.y) > 0.0) && rate < 0.0;
+    const real contact = hopform_contact_of_real(&chain->plan->robot, &chain->state);
+    if (fabs_real(contact) > 0.0 || (HOPFORM_CONTACT_IS_COMPRESSION && chain->state.v1 > chain->state.v2)) {
+        return contact < 0.0;
     }
     const hopform_motion_real motion =
         hopform_motion_of_real(chain->plan, &chain->state, chain->steps[chain->step].u, chain->side_1, chain->side_2);
-    return fabs_real(motion.H2_y) > 0.0 ? motion.H2_y < 0.0 : motion.H1_y < 0.0;
+    const hopform_numerator_real leg = hopform_contact_numerator_real(&chain->plan->robot, &motion);
+    const real first = fabs_real(leg.H3) > 0.0 ? leg.H3 : leg.H2;
+    return fabs_real(first) > 0.0 ? first < 0.0 : leg.H1 < 0.0;
 }
 
 /* What each mass does at the start; no event. */
@@ -630,14 +643,43 @@ static void stance_begin_real(stance_chain_real *chain)
     stance_record_real(chain, HOPFORM_EVENT_NONE);
 }
 
+/* Show the phase that has come to its end to who follows the stance. */
+static void show_phase_real(const stance_chain_real *chain, const hopform_motion_real *motion,
+                            const hopform_state_real *start, real length, const hopform_basis_real *end)
+{
+    if (chain->follow != NULL) {
+        const hopform_passage_real passage = {
+            hopform_poles_of_real(chain->plan, chain->side_1, chain->side_2),
+            motion,
+            end,
+            length,
+            *start,
+            chain->state,
+            chain->side_1,
+            chain->side_2,
+            chain->event,
+        };
+        chain->follow(chain->tally, &passage);
+    }
+}
+
+/* The same of a last phase in which no time passes. */
+static void show_ending_real(const stance_chain_real *chain)
+{
+    const hopform_basis_real now = {1.0, 0.0, 0.0, 0.0, 0.0};
+    const hopform_motion_real motion = motion_from_real(chain);
+    show_phase_real(chain, &motion, &chain->state, 0.0, &now);
+}
+
 static int32_t stance_run_real(stance_chain_real *chain)
 {
     stance_begin_real(chain);
-    if (extends_at_once_real(chain)) {
+    if (leaves_at_once_real(chain)) {
         return HOPFORM_ENDING_TAKEOFF;
     }
     while (chain->count <= chain->max_phases) {
         if (chain->side_1 == 0 && chain->side_2 == 0 && last_step_real(chain)) {
+            show_ending_real(chain);
             return HOPFORM_ENDING_REST;
         }
         const real until = chain->step + 1 >= chain->step_count || chain->steps[chain->step + 1].t > chain->horizon
@@ -648,16 +690,23 @@ static int32_t stance_run_real(stance_chain_real *chain)
         const stance_phase_end_real end = stance_find_end_real(chain, poles, &motion, until - chain->t);
         chain->aed += chain->adds_up ? aed_in_phase_real(chain, end.t) : 0.0;
         keep_distances_real(chain, &motion, &end);
-        chain->state = hopform_arrive_real(&chain->state, &motion, &end.basis, chain->side_1, chain->side_2);
+        const hopform_state_real start = chain->state;
+        chain->state = hopform_arrive_real(&start, &motion, &end.basis, chain->side_1, chain->side_2);
+        show_phase_real(chain, &motion, &start, end.t, &end.basis);
         chain->t = end.kind == STANCE_END_LIMIT_real ? until : chain->t + end.t;
         if (end.kind == END_TAKEOFF_real) {
-            chain->state.y = 0.0;
+            chain->state.y = HOPFORM_CONTACT_IS_COMPRESSION ? 0.0 : chain->state.y;
             return HOPFORM_ENDING_TAKEOFF;
         }
         if (end.kind == STANCE_END_LIMIT_real && !(until < chain->horizon)) {
             return HOPFORM_ENDING_HORIZON;
         }
         stance_pass_real(chain, &motion, &end);
+        if (!HOPFORM_CONTACT_IS_COMPRESSION && end.kind == STANCE_END_STOP_real
+            && hopform_contact_of_real(&chain->plan->robot, &chain->state) < 0.0) {
+            show_ending_real(chain); /* what v_1 has lost at the stop was in the contact force */
+            return HOPFORM_ENDING_TAKEOFF;
+        }
     }
     chain->count = chain->max_phases; /* a step of the current may have begun two */
     return HOPFORM_ENDING_TOO_MANY_PHASES;
@@ -720,7 +769,7 @@ static void stance_report_real(const stance_chain_real *chain, const hopform_sta
     stance->phases_kept = chain->count < chain->capacity ? chain->count : chain->capacity;
     stance->apex = 0.0;
     if (ending == HOPFORM_ENDING_TAKEOFF && robot->g > 0.0) {
-        stance->apex = hopform_apex_of_takeoff_real(robot, end->x1, end->v2 > 0.0 ? end->v2 : 0.0);
+        stance->apex = hopform_apex_of_takeoff_real(robot, end->x1, end->y, end->v2 > 0.0 ? end->v2 : 0.0);
     }
 }
 
@@ -808,6 +857,15 @@ int32_t hopform_solve_stance_real(const hopform_plan_real *plan, const hopform_s
                                   const hopform_step_real *steps, int32_t step_count, real horizon, int32_t max_phases,
                                   hopform_phase_real *phases, int32_t capacity, hopform_stance_real *stance)
 {
+    return hopform_solve_followed_real(plan, start, steps, step_count, horizon, max_phases, phases, capacity, stance,
+                                       NULL, NULL);
+}
+
+int32_t hopform_solve_followed_real(const hopform_plan_real *plan, const hopform_state_real *start,
+                                    const hopform_step_real *steps, int32_t step_count, real horizon,
+                                    int32_t max_phases, hopform_phase_real *phases, int32_t capacity,
+                                    hopform_stance_real *stance, hopform_follow_real *follow, hopform_tally_real *tally)
+{
     if (stance == NULL) {
         return HOPFORM_ERROR_NULL;
     }
@@ -856,7 +914,10 @@ int32_t hopform_solve_stance_real(const hopform_plan_real *plan, const hopform_s
                                phases,
                                capacity,
                                0,
-                               0};
+                               0,
+                               HOPFORM_EVENT_NONE,
+                               follow,
+                               tally};
     const int32_t ending = stance_run_real(&chain);
     stance_report_real(&chain, &from, ending, stance);
     if (!hopform_is_finite_real(stance->duration) || !hopform_is_finite_real(stance->end.x1)

@@ -1,262 +1,269 @@
 /* SPDX-License-Identifier: MIT-0
  *
- * One current, tried: the apex that follows, the largest x_1, by how little the upper stop is hit, the least spring
- * that the leg comes near to taking off with, and how each of them changes with the current, through the events.
+ * One candidate current, followed while its stance is solved: the apex, the largest x_1, by how little the upper stop
+ * is hit, the least minimum of the contact force, and how each of them changes with the current, through the events.
  *
  * A phase is linear, so its change d_z with u obeys the equations of motion without friction, weight and offset, under
  * the acceleration that 1 A gives. An event adds (z' before it - z' after it) d_tau, as in sensitivity_real.c. Extrema
- * of x_1 and of y move to first order as if their time stood still; where y' jumps, at a stop, the time counts.
+ * of x_1 and of the contact force move to first order as if their time stood still; where they jump, at a stop, the
+ * time counts.
  */
 #ifndef HOPFORM_TRIAL_H_real
 #define HOPFORM_TRIAL_H_real
 
-#include "phase_real.h"
+#include "facts.h"
+#include "first_event_real.h"
+#include "follow_real.h"
 
 /* What is gathered along the phases of a stance. */
-typedef struct {
+struct hopform_tally_real {
     const hopform_plan_real *plan;
-    hopform_state_real change; /* of x_1, v_1, v_2, y at a fixed time, per A */
-    real met_y;                /* change of y at the last event, whose time moves */
     hopform_trial_real *trial;
-} hopform_tally_real;
-
-/* x_1, v_1, v_2, y per time in a mode, at a state. */
-static inline hopform_state_real hopform_speeds_real(const hopform_plan_real *plan, const hopform_state_real *state,
-                                                     real u, int side_1, int side_2)
-{
-    const hopform_motion_real motion = hopform_motion_of_real(plan, state, u, side_1, side_2);
-    const hopform_state_real speed = {state->v1, motion.H3_1, motion.H3_2, motion.H3_y};
-    return speed;
-}
+    hopform_state_real change;  /* of x_1, v_1, v_2, y at a fixed time, per A */
+    hopform_state_real arrived; /* at the end of the last phase, before its event */
+    hopform_state_real speed;   /* x_1, v_1, v_2, y per time there */
+    real contact_rate;          /* of the contact force over k there */
+    int side_1;                 /* of the last phase */
+    int side_2;
+    bool begun;
+};
 
 /* A maximum of x_1: where the actuator starts, reverses, sticks, stops or lifts off. */
-static inline void hopform_note_peak_real(hopform_tally_real *tally, real x1, real change)
+static inline void hopform_note_largest_real(hopform_trial_real *trial, real x1, real change)
 {
-    if (x1 > tally->trial->peak) {
-        tally->trial->peak = x1;
-        tally->trial->peak_u = change;
+    if (x1 > trial->largest_x1) {
+        trial->largest_x1 = x1;
+        trial->largest_x1_u = change;
+    }
+}
+
+/* A minimum of the contact force before the ending, where the leg would have taken off with a little less of it. */
+static inline void hopform_note_minimum_real(hopform_trial_real *trial, real contact, real change)
+{
+    if (contact < trial->least_contact) {
+        trial->least_contact = contact;
+        trial->least_contact_u = change;
+    }
+    if (trial->minima < INT16_MAX) {
+        trial->minima++;
     }
 }
 
 /* The upper stop is hit: how far x_1 is from staying off it. It does where its velocity there vanishes, or where the
- * leg takes off before, y there being zero: the lesser of y and of the height from which a mass falls as fast; smooth,
- * as x_1 at rest is. */
-static inline void hopform_note_hit_real(hopform_tally_real *tally, const hopform_state_real *met, real met_v1)
+ * leg takes off before, its contact force being zero: the lesser of that and of the height from which a mass falls as
+ * fast; smooth, as x_1 at rest is. `met` is the change of the state at the event, whose time moves. */
+static inline void hopform_note_hit_real(const hopform_tally_real *tally, const hopform_state_real *met)
 {
-    const real g = tally->plan->robot.g;
-    const real height = 0.5 * met->v1 * met->v1 / g;
-    if (height < met->y) {
-        hopform_note_peak_real(tally, met->x1 + height, met->v1 * met_v1 / g);
-    } else {
-        hopform_note_peak_real(tally, met->x1 + met->y, tally->met_y);
-    }
+    const hopform_robot_real *robot = &tally->plan->robot;
+    const hopform_state_real *at = &tally->arrived;
+    const real height = 0.5 * at->v1 * at->v1 / robot->g;
+    const real contact = hopform_contact_of_real(robot, at);
+    const bool slow = height < contact;
+    const real change = slow ? at->v1 * met->v1 / robot->g : hopform_contact_slope_real(robot, met);
+    hopform_note_largest_real(tally->trial, at->x1 + (slow ? height : contact), change);
 }
 
-/* A minimum of y before the ending, where the leg would have taken off with a little less of it. */
-static inline void hopform_note_dip_real(hopform_tally_real *tally, real y, real change)
+/* The minimum of the contact force between two times, between which its rate becomes positive: a root of the rate. A
+ * few digits of its time do, because the force hardly changes there. */
+static inline void hopform_find_minimum_real(const hopform_tally_real *tally, const hopform_passage_real *passage,
+                                             const event_function_real *contact, const hopform_motion_real *by_u,
+                                             const jet_real *from, real low, const jet_real *to, real high)
 {
-    if (y < tally->trial->dip) {
-        tally->trial->dip = y;
-        tally->trial->dip_u = change;
-    }
-    if (tally->trial->dips < INT16_MAX) {
-        tally->trial->dips++;
-    }
-}
-
-/* A phase that is followed, with the motion of its change. */
-typedef struct {
-    const hopform_poles_real *poles;
-    hopform_state_real start;
-    hopform_motion_real motion;
-    hopform_motion_real by_u;
-    int side_1;
-    int side_2;
-} hopform_stretch_real;
-
-static inline real hopform_rate_of_y_real(const hopform_stretch_real *stretch, real t)
-{
-    const hopform_basis_real basis = hopform_basis_at_real(stretch->poles, t);
-    const hopform_state_real at =
-        hopform_arrive_real(&stretch->start, &stretch->motion, &basis, stretch->side_1, stretch->side_2);
-    return at.v1 - at.v2;
-}
-
-/* The minimum of y between two times, at the first of which y falls and at the second rises: a root of y', few digits
- * of it. */
-static inline void hopform_find_dip_real(hopform_tally_real *tally, const hopform_stretch_real *stretch, real low,
-                                         real falls, real high, real rises)
-{
-    const real small = 1e-4 * (rises - falls);
-    real t = low;
-    for (int n = 0; n < 12; n++) {
+    const hopform_poles_real *poles = passage->poles;
+    const real h = high - low;
+    const real small = 1e-4 * (to->rate - from->rate);
+    const jet_real rate_from = {-from->rate, -from->curvature, -from->third, fourth_of_real(poles, from)};
+    const jet_real rate_to = {-to->rate, -to->curvature, -to->third, 0.0};
+    const interpolant_real p = interpolant_of_real(&rate_from, &rate_to, fourth_of_real(poles, to), h);
+    real t = low + h * refined_root_real(&p, rough_root_real(&rate_from, &rate_to, h));
+    propagator_real at = propagator_at_real(poles, t);
+    jet_real jet = short_jet_at_real(contact, &at);
+    real falls = from->rate;
+    real rises = to->rate;
+    for (int n = 0; n < 12 && fabs_real(jet.rate) > small; n++) {
+        low = jet.rate < 0.0 ? t : low;
+        falls = jet.rate < 0.0 ? jet.rate : falls;
+        high = jet.rate < 0.0 ? high : t;
+        rises = jet.rate < 0.0 ? rises : jet.rate;
         t = n % 3 == 2 ? low + 0.5 * (high - low) : low + (high - low) * (falls / (falls - rises));
-        const real rate = hopform_rate_of_y_real(stretch, t);
-        if (fabs_real(rate) <= small) {
-            break;
-        }
-        if (rate < 0.0) {
-            low = t;
-            falls = rate;
-        } else {
-            high = t;
-            rises = rate;
-        }
+        at = propagator_at_real(poles, t);
+        jet = short_jet_at_real(contact, &at);
     }
-    const hopform_basis_real basis = hopform_basis_at_real(stretch->poles, t);
-    const hopform_state_real at =
-        hopform_arrive_real(&stretch->start, &stretch->motion, &basis, stretch->side_1, stretch->side_2);
     const hopform_state_real change =
-        hopform_arrive_real(&tally->change, &stretch->by_u, &basis, stretch->side_1, stretch->side_2);
-    hopform_note_dip_real(tally, at.y, change.y);
+        hopform_arrive_real(&tally->change, by_u, &at.basis, passage->side_1, passage->side_2);
+    hopform_note_minimum_real(tally->trial, jet.value, hopform_contact_slope_real(&tally->plan->robot, &change));
 }
 
-/* Whether y'' keeps its sign from the start of a phase to its end. (d/dt + a) y'' is a motion of the pair alone, with
- * one zero at most in a half turn: where it has the same sign at both ends, so has exp(a t) y'' no extremum in between.
- */
-static inline bool hopform_bends_one_way_real(const hopform_stretch_real *stretch, const hopform_basis_real *end,
-                                              real length)
+/* Rule 2 of docs/explanation/events.md for the rate of the contact force: how often it may vanish between two times
+ * that lie less than half a period of the pair apart. */
+static inline int hopform_most_turns_real(const hopform_node_real *node, const jet_real *from, const jet_real *to)
 {
-    const hopform_poles_real *poles = stretch->poles;
-    const hopform_motion_real *motion = &stretch->motion;
-    const hopform_numerator_real h = {motion->H3_y, motion->H2_y, motion->H1_y};
-    const real bend = h.H2 - h.H3 * poles->s_1;
-    const real jerk = h.H1 - h.H2 * poles->s_1 + h.H3 * (poles->s_1 * poles->s_1 - poles->s_2);
-    const hopform_rise_real rise = hopform_rises_real(poles, &h, end);
-    const real swings = (poles->q - 0.25 * poles->p * poles->p) * length * length;
-    const bool one_way = bend * rise.rise_curvature > 0.0;
-    return swings < 9.0 && one_way
-           && (jerk + poles->a * bend) * (rise.rise_third + poles->a * rise.rise_curvature) > 0.0;
+    const real d = from->third + node->pole * from->curvature;
+    const real d_then = to->third + node->pole * to->curvature;
+    const int variations = (int)(from->rate * from->curvature < 0.0) + (int)(from->curvature * d < 0.0);
+    const int variations_then = (int)(to->rate * to->curvature < 0.0) + (int)(to->curvature * d_then < 0.0);
+    const bool decided = fabs_real(from->rate * to->rate) > 0.0 && fabs_real(d * d_then) > 0.0
+                         && fabs_real(from->curvature * to->curvature) > 0.0;
+    return decided ? variations - variations_then + (int)(d * d_then < 0.0) : 3;
 }
 
-/* The minima of y inside a phase. y' = v_1 - v_2 keeps its sign unless both masses move in the same direction; then it
- * is looked at four times in a half turn of the pair, and between three looks where it comes near zero and goes back.
- */
-static inline void hopform_find_dips_real(hopform_tally_real *tally, const hopform_stretch_real *stretch,
-                                          const hopform_basis_real *end, real length, real rate, real last_rate)
+/* The minima of the contact force inside a phase. Where more than one is possible its rate is evaluated four times in
+ * half a period of the pair, and between three evaluations where it comes near zero and goes back. */
+static inline void hopform_find_minima_real(const hopform_tally_real *tally, const hopform_passage_real *passage,
+                                            const event_function_real *contact, const hopform_motion_real *by_u,
+                                            const jet_real *from, const jet_real *to)
 {
-    if (stretch->side_1 == 0 || stretch->side_1 != stretch->side_2) {
+    if (HOPFORM_CONTACT_IS_COMPRESSION && (passage->side_1 == 0 || passage->side_1 != passage->side_2)) {
+        return; /* y' keeps its sign unless both masses move in the same direction */
+    }
+    const hopform_node_real *node = hopform_node_of_real(tally->plan, passage->side_1, passage->side_2);
+    const bool turns = from->rate < 0.0 && to->rate > 0.0;
+    const int odd = turns || (from->rate > 0.0 && to->rate < 0.0) ? 1 : 0;
+    if (passage->length < 0.95 * node->half_period && hopform_most_turns_real(node, from, to) <= 1 + odd) {
+        if (turns) {
+            hopform_find_minimum_real(tally, passage, contact, by_u, from, 0.0, to, passage->length);
+        }
         return;
     }
-    if (!(rate < 0.0 && last_rate >= 0.0) && hopform_bends_one_way_real(stretch, end, length)) {
-        return;
-    }
-    const real looks = 1.0 + 1.3 * sqrt_real(stretch->poles->q) * length;
+    const real looks = 1.0 + 1.3 * sqrt_real(passage->poles->q) * passage->length;
     const int count = looks > 0.0 && looks < 64.0 ? (int)looks + 2 : 64;
-    const real apart = length / (real)count;
-    real before = rate;
+    const real apart = passage->length / (real)count;
+    const event_set_real set = {passage->poles, NULL, 0, {{{0.0, 0.0, 0.0}, 0.0, 0, 0}}};
+    jet_real before = *from;
+    jet_real last = *from;
     for (int n = 1; n <= count; n++) {
         const real t = apart * (real)n;
-        const real now = n < count ? hopform_rate_of_y_real(stretch, t) : last_rate;
-        if (rate < 0.0 && now >= 0.0) {
-            hopform_find_dip_real(tally, stretch, t - apart, rate, t, now);
-        } else if (n > 1 && rate < 0.0 && rate > before && rate > now) {
-            const real shift = 0.5 * (now - before) / (2.0 * rate - before - now);
+        jet_real now = *to;
+        if (n < count) {
+            const propagator_real at = propagator_at_real(passage->poles, t);
+            now = jet_at_real(&set, contact, &at);
+        }
+        if (last.rate < 0.0 && now.rate >= 0.0) {
+            hopform_find_minimum_real(tally, passage, contact, by_u, &last, t - apart, &now, t);
+        } else if (n > 1 && last.rate < 0.0 && last.rate > before.rate && last.rate > now.rate) {
+            const real shift = 0.5 * (now.rate - before.rate) / (2.0 * last.rate - before.rate - now.rate);
             const real top = t - apart + apart * shift;
-            const real at_top = hopform_rate_of_y_real(stretch, top);
-            if (at_top > 0.0) {
-                hopform_find_dip_real(tally, stretch, t - 2.0 * apart, before, top, at_top);
+            const propagator_real at = propagator_at_real(passage->poles, top);
+            const jet_real at_top = jet_at_real(&set, contact, &at);
+            if (at_top.rate > 0.0) {
+                hopform_find_minimum_real(tally, passage, contact, by_u, &before, t - 2.0 * apart, &at_top, top);
             }
         }
-        before = rate;
-        rate = now;
+        before = last;
+        last = now;
     }
 }
 
-/* The change per A at the end of a phase, and the rate of y there. */
-static inline real hopform_follow_real(hopform_tally_real *tally, const hopform_phase_real *phase, real u, real length)
+/* Whether the contact force, which fell before the event between two phases, falls no more after it. Where both masses
+ * stand still at the event, what they do before and after decides, and not what rounding leaves of their velocities. */
+static inline bool hopform_turns_up_real(const hopform_tally_real *tally, const hopform_passage_real *now,
+                                         real rate_after)
 {
-    const int side_1 = hopform_side_1_real(phase);
-    const int side_2 = hopform_side_2_real(phase);
-    const hopform_state_real start = {phase->x1, phase->v1, phase->v2, phase->y};
-    const hopform_drive_real per_ampere = {tally->plan->rates.a1_u, 0.0};
-    const hopform_stretch_real stretch = {
-        hopform_poles_of_real(tally->plan, side_1, side_2),
-        start,
-        hopform_motion_of_real(tally->plan, &start, u, side_1, side_2),
-        hopform_motion_under_real(&tally->plan->rates, &per_ampere, &tally->change, side_1, side_2),
-        side_1,
-        side_2,
-    };
-    const hopform_basis_real basis = hopform_basis_at_real(stretch.poles, length);
-    const hopform_state_real end = hopform_arrive_real(&start, &stretch.motion, &basis, side_1, side_2);
-    const real rate = end.v1 - end.v2;
-    hopform_find_dips_real(tally, &stretch, &basis, length, start.v1 - start.v2, rate);
-    tally->change = hopform_arrive_real(&tally->change, &stretch.by_u, &basis, side_1, side_2);
-    return rate;
-}
-
-/* Whether y, which changed by `rises` per time before the event between two phases, falls no more after it. Where both
- * masses stand still at the event, what they do before and after tells, and not what rounding leaves of their
- * velocities. */
-static inline bool hopform_turns_up_real(const hopform_phase_real *old, const hopform_phase_real *now, real rises)
-{
-    if (fabs_real(now->v1) > 0.0 || fabs_real(now->v2) > 0.0) {
-        return rises < 0.0 && !(now->v1 - now->v2 < 0.0);
+    const hopform_state_real *at = &now->start;
+    if (!HOPFORM_CONTACT_IS_COMPRESSION || fabs_real(at->v1) > 0.0 || fabs_real(at->v2) > 0.0) {
+        const bool jumps = !HOPFORM_CONTACT_IS_COMPRESSION && now->event == HOPFORM_EVENT_X1_HITS_STOP;
+        return (tally->contact_rate < 0.0 || jumps) && !(rate_after < 0.0);
     }
-    return hopform_side_1_real(old) < hopform_side_2_real(old) && hopform_side_1_real(now) >= hopform_side_2_real(now);
+    return tally->side_1 < tally->side_2 && now->side_1 >= now->side_2;
 }
 
-/* The change per A right after the event between two phases; false where its time does not move in proportion to u. */
-static inline bool hopform_cross_real(hopform_tally_real *tally, const hopform_phase_real *old,
-                                      const hopform_phase_real *now, real u, real rises)
+/* The change per A right after the event with which a phase begins, and the extrema there. Its time does not move in
+ * proportion to u where the rate that vanishes is 0. */
+static inline void hopform_cross_real(hopform_tally_real *tally, const hopform_passage_real *now,
+                                      const hopform_state_real *after)
 {
+    const hopform_robot_real *robot = &tally->plan->robot;
+    const hopform_state_real *before = &tally->speed;
     hopform_state_real *change = &tally->change;
-    hopform_state_real state = {now->x1, now->v1, now->v2, now->y};
-    const hopform_state_real after =
-        hopform_speeds_real(tally->plan, &state, u, hopform_side_1_real(now), hopform_side_2_real(now));
     const bool stops = now->event == HOPFORM_EVENT_X1_HITS_STOP;
-    tally->met_y = change->y;
     const bool rests_1 = now->event == HOPFORM_EVENT_X1_REVERSES || now->event == HOPFORM_EVENT_X1_STICKS;
     const bool rests_2 = now->event == HOPFORM_EVENT_X2_REVERSES || now->event == HOPFORM_EVENT_X2_STICKS;
-    if (!stops && !rests_1 && !rests_2) {
-        return true;
+    real late = 0.0;
+    if (stops || rests_1 || rests_2) {
+        const real rate = stops ? before->x1 : (rests_1 ? before->v1 : before->v2);
+        const real off = stops ? change->x1 : (rests_1 ? change->v1 : change->v2);
+        const bool moves = fabs_real(rate) > 0.0;
+        late = moves ? -off / rate : 0.0;
+        tally->trial->smooth = tally->trial->smooth && moves;
+        if (stops && rate > 0.0) {
+            const hopform_state_real met = {change->x1 + before->x1 * late, change->v1 + before->v1 * late,
+                                            change->v2 + before->v2 * late, change->y + before->y * late};
+            hopform_note_hit_real(tally, &met);
+        }
+        if (stops) { /* the only event at which more jumps than the acceleration of the mass that comes to rest */
+            change->x1 = moves ? 0.0 : change->x1;
+            change->v2 += (before->v2 - after->v2) * late;
+            change->y += (before->y - after->y) * late;
+        }
+        if (moves && !rests_2) {
+            change->v1 = -after->v1 * late;
+        } else if (moves) {
+            change->v2 = -after->v2 * late;
+        }
     }
-    if (stops) {
-        state.v1 = rises + state.v2; /* y' = v1 - v2 */
+    hopform_note_largest_real(tally->trial, now->start.x1, change->x1);
+    if (hopform_turns_up_real(tally, now, hopform_contact_slope_real(robot, after))) {
+        const hopform_state_real met = {0.0, change->v1 + after->v1 * late, change->v2 + after->v2 * late,
+                                        change->y + after->y * late};
+        hopform_note_minimum_real(tally->trial, hopform_contact_of_real(robot, &now->start),
+                                  hopform_contact_slope_real(robot, &met));
     }
-    const hopform_state_real before =
-        hopform_speeds_real(tally->plan, &state, u, hopform_side_1_real(old), hopform_side_2_real(old));
-    const real rate = stops ? before.x1 : (rests_1 ? before.v1 : before.v2);
-    const real off = stops ? change->x1 : (rests_1 ? change->v1 : change->v2);
-    if (!(fabs_real(rate) > 0.0)) {
-        return false;
-    }
-    const real late = -off / rate;
-    tally->met_y += before.y * late;
-    if (stops && rate > 0.0) {
-        hopform_note_hit_real(tally, &state, change->v1 + before.v1 * late);
-    }
-    if (stops) { /* the only event at which more jumps than the acceleration of the mass that comes to rest */
-        change->x1 = 0.0;
-        change->v1 = -after.v1 * late;
-        change->v2 += (before.v2 - after.v2) * late;
-        change->y += (before.y - after.y) * late;
-    } else if (rests_1) {
-        change->v1 = -after.v1 * late;
-    } else {
-        change->v2 = -after.v2 * late;
-    }
-    return true;
 }
 
-/* The apex' change per A from that at take-off, whose time moves; false where the leg does not extend. */
-static inline bool hopform_lift_real(hopform_tally_real *tally, const hopform_phase_real *last, real u,
+/* Follow the change through a phase, and through the event with which it began. */
+static inline void hopform_tally_up_real(hopform_tally_real *tally, const hopform_passage_real *passage)
+{
+    const hopform_plan_real *plan = tally->plan;
+    const hopform_motion_real *motion = passage->motion;
+    const hopform_state_real after = {passage->start.v1, motion->H3_1, motion->H3_2, motion->H3_y};
+    if (tally->begun) {
+        hopform_cross_real(tally, passage, &after);
+    }
+    const hopform_numerator_real leg = hopform_contact_numerator_real(&plan->robot, motion);
+    const event_function_real contact = {leg, hopform_contact_of_real(&plan->robot, &passage->start), 0, 0};
+    const event_function_real velocity_1 = {{motion->H3_1, motion->H2_1, motion->H1_1}, passage->start.v1, 0, 0};
+    const event_function_real velocity_2 = {{motion->H3_2, motion->H2_2, motion->H1_2}, passage->start.v2, 0, 0};
+    const event_function_real compression = {{motion->H3_y, motion->H2_y, motion->H1_y}, passage->start.y, 0, 0};
+    const event_set_real set = {passage->poles, NULL, 0, {contact}};
+    const hopform_drive_real per_ampere = {plan->rates.a1_u, 0.0};
+    const hopform_motion_real by_u =
+        hopform_motion_under_real(&plan->rates, &per_ampere, &tally->change, passage->side_1, passage->side_2);
+    const propagator_real end = propagator_of_real(passage->poles, passage->length, passage->end);
+    const jet_real from = jet_at_start_real(passage->poles, &contact);
+    const jet_real to = jet_at_real(&set, &contact, &end);
+    hopform_find_minima_real(tally, passage, &contact, &by_u, &from, &to);
+    tally->change = hopform_arrive_real(&tally->change, &by_u, passage->end, passage->side_1, passage->side_2);
+    tally->arrived = passage->arrived;
+    tally->speed.x1 = passage->arrived.v1;
+    tally->speed.v1 = rate_at_real(&velocity_1, &end);
+    tally->speed.v2 = rate_at_real(&velocity_2, &end);
+    tally->speed.y = rate_at_real(&compression, &end);
+    tally->contact_rate = to.rate;
+    tally->side_1 = passage->side_1;
+    tally->side_2 = passage->side_2;
+    tally->begun = true;
+}
+
+/* The apex' change per A from that at take-off, whose time moves; not smooth where the contact force does not fall. */
+static inline void hopform_lift_real(hopform_tally_real *tally, const hopform_phase_real *last,
                                      const hopform_state_real *end)
 {
     const hopform_robot_real *robot = &tally->plan->robot;
-    const hopform_state_real speed =
-        hopform_speeds_real(tally->plan, end, u, hopform_side_1_real(last), hopform_side_2_real(last));
-    if (!(fabs_real(speed.y) > 0.0)) {
-        return false;
+    hopform_trial_real *trial = tally->trial;
+    const hopform_motion_real motion =
+        hopform_motion_of_real(tally->plan, end, trial->u, hopform_side_1_real(last), hopform_side_2_real(last));
+    const hopform_state_real speed = {end->v1, motion.H3_1, motion.H3_2, motion.H3_y};
+    const real rate = hopform_contact_slope_real(robot, &speed);
+    if (!(fabs_real(rate) > 0.0)) {
+        trial->smooth = false;
+        return;
     }
-    const real late = -tally->change.y / speed.y;
+    const real late = -hopform_contact_slope_real(robot, &tally->change) / rate;
     const real x1_u = tally->change.x1 + speed.x1 * late;
+    const real y_u = HOPFORM_CONTACT_IS_COMPRESSION ? 0.0 : tally->change.y + speed.y * late;
     const real v2_u = tally->change.v2 + speed.v2 * late;
-    const real v_up = hopform_greater_real(end->v2, 0.0);
-    tally->trial->apex_u = x1_u + v_up * v2_u / robot->g;
-    hopform_note_peak_real(tally, end->x1, x1_u);
-    return true;
+    trial->apex_u = (x1_u - y_u) + hopform_greater_real(end->v2, 0.0) * v2_u / robot->g;
+    hopform_note_largest_real(trial, end->x1, x1_u);
 }
 
 /* The order of modes and events as a number, which differs where they do. */
@@ -269,42 +276,23 @@ static inline uint32_t hopform_fingerprint_real(const hopform_phase_real *phases
     return mark;
 }
 
-/* What a solved stance says of its current u. All its phases are at hand. */
-static inline hopform_trial_real hopform_trial_of_real(const hopform_plan_real *plan, real u,
-                                                       const hopform_phase_real *phases,
-                                                       const hopform_stance_real *stance)
+/* What a stance says of its current, all of whose phases are at hand, and whose changes have been followed. */
+static inline void hopform_close_trial_real(hopform_tally_real *tally, const hopform_phase_real *phases,
+                                            const hopform_stance_real *stance)
 {
-    hopform_trial_real trial = {0};
-    hopform_tally_real tally = {plan, {0.0, 0.0, 0.0, 0.0}, 0.0, &trial};
-    trial.u = u;
-    trial.peak = phases[0].x1;
-    trial.dip = HOPFORM_NEVER_real;
-    trial.held = true;
-    trial.smooth = true;
-    trial.takes_off = stance->ending == HOPFORM_ENDING_TAKEOFF;
-    trial.events = hopform_fingerprint_real(phases, stance->phases_kept);
-    real rises = 0.0;
-    const hopform_phase_real *phase = phases;
+    hopform_trial_real *trial = tally->trial;
+    trial->takes_off = stance->ending == HOPFORM_ENDING_TAKEOFF;
+    trial->events = hopform_fingerprint_real(phases, stance->phases_kept);
+    trial->held = true;
     for (int32_t n = 0; n < stance->phases_kept; n++) {
-        phase = &phases[n];
-        const bool last = n + 1 == stance->phases_kept;
-        trial.held = trial.held && hopform_side_1_real(phase) == 0;
-        if (n > 0) {
-            trial.smooth = hopform_cross_real(&tally, &phases[n - 1], phase, u, rises) && trial.smooth;
-            hopform_note_peak_real(&tally, phase->x1, tally.change.x1);
-            if (hopform_turns_up_real(&phases[n - 1], phase, rises)) {
-                hopform_note_dip_real(&tally, phase->y, tally.met_y);
-            }
-        }
-        rises = hopform_follow_real(&tally, phase, u, (last ? stance->duration : phases[n + 1].t) - phase->t);
+        trial->held = trial->held && hopform_side_1_real(&phases[n]) == 0;
     }
-    if (trial.takes_off) {
-        trial.apex = stance->apex;
-        trial.smooth = hopform_lift_real(&tally, phase, u, &stance->end) && trial.smooth;
+    if (trial->takes_off) {
+        trial->apex = stance->apex;
+        hopform_lift_real(tally, &phases[stance->phases_kept - 1], &stance->end);
     } else {
-        hopform_note_peak_real(&tally, stance->end.x1, tally.change.x1);
+        hopform_note_largest_real(trial, stance->end.x1, tally->change.x1);
     }
-    return trial;
 }
 
 #endif

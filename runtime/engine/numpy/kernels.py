@@ -262,4 +262,8 @@ def factor_cubic(s_1: Array, s_2: Array, s_3: Array) -> Poles:
         q = np.where(good, q + (r_2 - a * (r_1 - da) - p * da), q)
         p = np.where(good, p + (r_1 - da), p)
         a = np.where(good, a + da, a)
-    return Poles(a * scale, p * scale, q * scale * scale, s_1, s_2, s_3)
+    drifts = ~(s_3 > 0.0)  # an integrator, whatever the pair is
+    a, p, q = (
+        np.where(drifts, of_drift, x) for of_drift, x in ((0.0, a * scale), (s_1, p * scale), (s_2, q * scale * scale))
+    )
+    return Poles(a, p, q, s_1, s_2, s_3)

@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: MIT-0
-"""Currents, tried: the apex that follows each, the largest x_1, by how little the upper stop is hit, the least spring
-that the leg comes near to taking off with, and how they change with the current, through the events.
+"""Candidate currents: the apex that follows each, the largest x_1, by how little the upper stop is hit, the least
+minimum of the contact force, and how they change with the current, through the events.
 
 A phase is linear, so its change d_z with u obeys the equations of motion without friction, weight and offset, under the
-acceleration that 1 A gives. An event adds (z' before it - z' after it) d_tau. Extrema of x_1 and of y move to first
-order as if their time stood still. All currents at once, phase by phase.
+acceleration that 1 A gives. An event adds (z' before it - z' after it) d_tau. Extrema of x_1 and of the contact force
+move to first order as if their time stood still. All currents at once, phase by phase.
 """
 
 from dataclasses import dataclass
@@ -16,12 +16,13 @@ from numpy.typing import NDArray
 from hopform_solver import formulas
 from hopform_solver.kernels import basis_at
 from hopform_solver.lanes import Array, choose, put, take
-from hopform_solver.phases import Plan, Side, arrive, motion_of, motion_under, plan_lanes, poles_of
+from hopform_solver.limits import CONTACT_IS_COMPRESSION
+from hopform_solver.phases import Plan, Side, arrive, contact_numerator, motion_of, motion_under, plan_lanes, poles_of
 from hopform_solver.records import ENDINGS, EVENTS, Drive, LegState, Motion, Poles, Robot
 from hopform_solver.stance import Solution, sides_of, solve
 
 LOOKS = 32
-"""How often y' is looked at within a phase in which it might vanish."""
+"""How often the rate of the contact force is evaluated within a phase in which it might vanish."""
 _TAKEOFF = next(number for number, text in ENDINGS.items() if text == "takeoff")
 _EVENT = {text: number for number, text in EVENTS.items()}
 _PRIME = 1_000_003
@@ -30,18 +31,18 @@ _PRIME = 1_000_003
 class Trials(NamedTuple):
     """What the stances under some currents do; derivatives are by u.
 
-    peak: the largest x_1; above x1_max where that is hit, by what tells how far the stance is from not hitting it. dip:
-    the least minimum of y before the ending, inf if there is none. events: a number that stands for the order of modes
-    and events. held: the actuator never moves. smooth: the derivatives exist.
+    largest_x1: above x1_max where that is hit, by how far the stance is from not hitting it. least_contact: the least
+    minimum of the contact force over k before the ending, inf if there is none. events: a number that stands for the
+    order of modes and events. held: the actuator never moves. smooth: the derivatives exist.
     """
 
     u: Array
     apex: Array
     apex_u: Array
-    peak: Array
-    peak_u: Array
-    dip: Array
-    dip_u: Array
+    largest_x1: Array
+    largest_x1_u: Array
+    least_contact: Array
+    least_contact_u: Array
     events: NDArray[np.int64]
     takes_off: NDArray[np.bool_]
     held: NDArray[np.bool_]
@@ -52,6 +53,7 @@ class Trials(NamedTuple):
 class _Phase:
     """A phase of each of some lanes: where it starts, how it moves, how its change moves."""
 
+    robot: Robot
     poles: Poles
     start: LegState
     motion: Motion
@@ -68,9 +70,14 @@ class _Phase:
 
     def only(self, lanes: NDArray[np.intp]) -> "_Phase":
         return _Phase(
-            take(self.poles, lanes), take(self.start, lanes), take(self.motion, lanes), take(self.change, lanes),
-            take(self.by_u, lanes), take(self.side, lanes), self.length[lanes],
+            take(self.robot, lanes), take(self.poles, lanes), take(self.start, lanes), take(self.motion, lanes),
+            take(self.change, lanes), take(self.by_u, lanes), take(self.side, lanes), self.length[lanes],
         )  # fmt: skip
+
+    def contact_rate(self, t: Array) -> Array:
+        """Rate of the contact force over k."""
+        basis, leg = basis_at(self.poles, t), contact_numerator(self.robot, self.motion)
+        return np.asarray(leg.H3 * basis.Wdd + leg.H2 * basis.Wd + leg.H1 * basis.W)
 
 
 def try_currents(robot: Robot, start: LegState, u: Array, horizon: float, max_phases: int) -> Trials:
@@ -81,8 +88,9 @@ def try_currents(robot: Robot, start: LegState, u: Array, horizon: float, max_ph
     plan, gravity = solution.plan, solution.plan.robot.g
     trials = _blank(u)
     trials.takes_off[:] = solution.ending == _TAKEOFF
-    trials.peak[:] = phases.x1[first]
+    trials.largest_x1[:] = phases.x1[first]
     change = LegState(*(np.zeros_like(u) for _ in LegState._fields))
+    arrived = LegState(*(np.zeros_like(u) for _ in LegState._fields))
     rate = np.zeros_like(u)
     ends = np.append(phases.t[1:], u.dtype.type(0.0))
     ends[first + count - 1] = solution.duration
@@ -94,14 +102,14 @@ def try_currents(robot: Robot, start: LegState, u: Array, horizon: float, max_ph
         trials.held[lanes] &= side.first == 0.0
         trials.events[lanes] = trials.events[lanes] * _PRIME + phases.mode[index] + 16 * phases.event[index]
         if n:
-            _cross(plan, solution, trials, change, rate, lanes, index)
+            _cross(plan, solution, trials, change, (arrived, rate), lanes, index)
         phase = _phase_of(
             plan_lanes(plan, lanes), states, u[lanes], take(change, lanes), side, ends[index] - phases.t[index]
         )
-        end = phase.at(phase.length)
-        _find_dips(trials, lanes, phase)
+        _find_minima(trials, lanes, phase)
+        put(arrived, lanes, phase.at(phase.length))
         put(change, lanes, phase.change_at(phase.length))
-        rate[lanes] = end.v1 - end.v2
+        rate[lanes] = phase.contact_rate(phase.length)
     _lift(solution, trials, change, first + count - 1, gravity)
     return trials
 
@@ -118,7 +126,7 @@ def _phase_of(plan: Plan, start: LegState, u: Array, change: LegState, side: Sid
     zero = np.zeros_like(u)
     per_ampere = Drive(plan.rates.a1_u, zero)
     return _Phase(
-        poles_of(plan, side), start, motion_of(plan, start, u, side), change,
+        plan.robot, poles_of(plan, side), start, motion_of(plan, start, u, side), change,
         motion_under(plan.rates, per_ampere, change, side), side, length,
     )  # fmt: skip
 
@@ -129,37 +137,37 @@ def _note(value: Array, value_u: Array, lanes: NDArray[np.intp], found: Array, f
     value[lanes[better]], value_u[lanes[better]] = found[better], found_u[better]
 
 
-def _find_dips(trials: Trials, lanes: NDArray[np.intp], phase: _Phase) -> None:
-    """Minima of y inside phases; y' = v_1 - v_2 keeps its sign unless both masses move in the same direction."""
-    may = np.flatnonzero((phase.side.first != 0.0) & (phase.side.first == phase.side.second))
+def _find_minima(trials: Trials, lanes: NDArray[np.intp], phase: _Phase) -> None:
+    """Minima of the contact force inside phases; y' keeps its sign unless both masses move in the same direction."""
+    same_way = (phase.side.first != 0.0) & (phase.side.first == phase.side.second)
+    may = np.flatnonzero(same_way | (not CONTACT_IS_COMPRESSION))
     if not may.size:
         return
     some = phase.only(np.repeat(may, LOOKS + 1))
     share = np.tile(np.linspace(0.0, 1.0, LOOKS + 1, dtype=some.length.dtype), may.size)
-    at = some.at(share * some.length)
-    rate = (at.v1 - at.v2).reshape(may.size, LOOKS + 1)
+    rate = some.contact_rate(share * some.length).reshape(may.size, LOOKS + 1)
     row, look = np.nonzero((rate[:, :-1] < 0.0) & (rate[:, 1:] >= 0.0))
     if not row.size:
         return
     found = phase.only(may[row])
     low, high = found.length * share[look], found.length * share[look + 1]
     t = _turn(found, low, high, rate[row, look], rate[row, look + 1])
-    y, y_u = found.at(t).y, found.change_at(t).y
-    order = np.argsort(-y, kind="stable")
-    for one in order:  # the least last; hardly any stance has two
-        _note(trials.dip, trials.dip_u, lanes[may[row[one : one + 1]]], y[one : one + 1], y_u[one : one + 1], -1.0)
+    least = formulas.contact_of(found.robot, found.at(t))
+    least_u = formulas.contact_slope(found.robot, found.change_at(t))
+    for one in np.argsort(-least, kind="stable"):  # the least last; hardly any stance has two
+        here = slice(one, one + 1)
+        _note_minimum(trials, lanes[may[row[here]]], least[here], least_u[here])
 
 
 def _turn(phase: _Phase, low: Array, high: Array, falling: Array, rising: Array) -> Array:
-    """Where y' vanishes between two times of each phase, with its values there, the first < 0: by false position, the
-    value at an end that stays being halved (Illinois).
+    """Where the rate of the contact force vanishes between two times of each phase, with its values there, the first
+    < 0: by false position, the value at an end that stays being halved (Illinois).
     """
     last = new = high
     for _ in range(60):
         new = high - rising * (high - low) / (rising - falling)
         new = np.where((new > low) & (new < high), new, np.where(rising == 0.0, high, 0.5 * (low + high)))
-        at = phase.at(new)
-        rate = at.v1 - at.v2
+        rate = phase.contact_rate(new)
         down, was_down = rate < 0.0, last == low
         halved = np.where(was_down, falling, 0.5 * falling), np.where(was_down, 0.5 * rising, rising)
         falling, rising = np.where(down, rate, halved[0]), np.where(down, halved[1], rate)
@@ -181,18 +189,22 @@ def _cross(
     solution: Solution,
     trials: Trials,
     change: LegState,
-    rate: Array,
+    before_event: tuple[LegState, Array],
     lanes: NDArray[np.intp],
     now: NDArray[np.intp],
 ) -> None:
-    """Changes right after the events that start phases `now`, in place; extrema there."""
+    """Changes right after the events that start phases `now`, in place; extrema there.
+
+    before_event: the states in which they were met, and the rates of the contact force.
+    """
+    arrived, rate = before_event
     phases, event = solution.phases, solution.phases.event[now]
     stops, rests_1 = event == _EVENT["x1_hits_stop"], np.isin(event, [_EVENT["x1_reverses"], _EVENT["x1_sticks"]])
     rests_2 = np.isin(event, [_EVENT["x2_reverses"], _EVENT["x2_sticks"]])
     u, plans, dtype = trials.u[lanes], plan_lanes(plan, lanes), rate.dtype
     state = LegState(phases.x1[now], phases.v1[now], phases.v2[now], phases.y[now])
     after = _speeds(plans, state, u, sides_of(phases.mode[now], dtype))
-    arriving = state._replace(v1=np.where(stops, rate[lanes] + state.v2, state.v1))
+    arriving = state._replace(v1=np.where(stops, arrived.v1[lanes], state.v1))
     before = _speeds(plans, arriving, u, sides_of(phases.mode[now - 1], dtype))
     moving = stops | rests_1 | rests_2
     old = take(change, lanes)
@@ -213,28 +225,37 @@ def _cross(
     trials.smooth[lanes] &= ~grazes
     met = LegState(*(np.asarray(c + b * late) for c, b in zip(old, before, strict=True)))
     hit = np.flatnonzero(sound & stops & (speed > 0.0))
-    _note_hit(trials, lanes[hit], take(arriving, hit), take(met, hit), plans.robot.g[hit])
-    _note(trials.peak, trials.peak_u, lanes, state.x1, new.x1, 1.0)
+    _note_hit(trials, lanes[hit], take(arriving, hit), take(met, hit), take(plans.robot, hit))
+    _note(trials.largest_x1, trials.largest_x1_u, lanes, state.x1, new.x1, 1.0)
     # Where both masses stand still, what they do before and after tells, and not what rounding leaves of their
     # velocities.
     old_side, new_side = sides_of(phases.mode[now - 1], dtype), sides_of(phases.mode[now], dtype)
-    stands = (state.v1 == 0.0) & (state.v2 == 0.0)
-    fell = np.where(stands, old_side.first < old_side.second, rate[lanes] < 0.0)
-    falls = np.where(stands, new_side.first < new_side.second, state.v1 < state.v2)
+    stands = CONTACT_IS_COMPRESSION & (state.v1 == 0.0) & (state.v2 == 0.0)
+    jumps = (not CONTACT_IS_COMPRESSION) & stops
+    fell = np.where(stands, old_side.first < old_side.second, (rate[lanes] < 0.0) | jumps)
+    falls = np.where(stands, new_side.first < new_side.second, formulas.contact_slope(plans.robot, after) < 0.0)
     turns = np.flatnonzero(fell & ~falls)
-    _note(trials.dip, trials.dip_u, lanes[turns], state.y[turns], met.y[turns], -1.0)
+    left = LegState(*(np.asarray(c + a * late) for c, a in zip(new, after, strict=True)))
+    least = formulas.contact_of(plans.robot, state)
+    _note_minimum(trials, lanes[turns], least[turns], formulas.contact_slope(plans.robot, left)[turns])
 
 
-def _note_hit(trials: Trials, lanes: NDArray[np.intp], at: LegState, met: LegState, g: Array) -> None:
+def _note_minimum(trials: Trials, lanes: NDArray[np.intp], least: Array, least_u: Array) -> None:
+    _note(trials.least_contact, trials.least_contact_u, lanes, least, least_u, -1.0)
+
+
+def _note_hit(trials: Trials, lanes: NDArray[np.intp], at: LegState, met: LegState, robot: Robot) -> None:
     """Where the upper stop is hit: how far x_1 is from staying off it, as its velocity vanishes or the leg takes off
     before.
 
-    The lesser of y and of the height from which a mass falls as fast; met: the change of the state, whose time moves.
+    The lesser of the contact force over k and of the height from which a mass falls as fast; met: the change of the
+    state, whose time moves.
     """
-    height = np.asarray(0.5 * at.v1 * at.v1 / g)
-    slow = np.asarray(height < at.y)
-    past, past_u = choose(slow, height, at.y), choose(slow, np.asarray(at.v1 * met.v1 / g), met.y)
-    _note(trials.peak, trials.peak_u, lanes, np.asarray(at.x1 + past), past_u, 1.0)
+    height, contact = np.asarray(0.5 * at.v1 * at.v1 / robot.g), formulas.contact_of(robot, at)
+    slow = np.asarray(height < contact)
+    past_u = choose(slow, np.asarray(at.v1 * met.v1 / robot.g), formulas.contact_slope(robot, met))
+    past = choose(slow, height, contact)
+    _note(trials.largest_x1, trials.largest_x1_u, lanes, np.asarray(at.x1 + past), past_u, 1.0)
 
 
 def _lift(solution: Solution, trials: Trials, change: LegState, last: NDArray[np.intp], gravity: Array) -> None:
@@ -243,14 +264,15 @@ def _lift(solution: Solution, trials: Trials, change: LegState, last: NDArray[np
     side = sides_of(solution.phases.mode[last], trials.u.dtype)
     speed = _speeds(solution.plan, end, trials.u, side)
     off = trials.takes_off
-    good = off & (speed.y != 0.0)
+    robot = solution.plan.robot
+    rate = formulas.contact_slope(robot, speed)
+    good = off & (rate != 0.0)
     late = np.zeros_like(trials.u)
-    late[good] = -change.y[good] / speed.y[good]
+    late[good] = -formulas.contact_slope(robot, change)[good] / rate[good]
     x1_u, v2_u = change.x1 + speed.x1 * late, change.v2 + speed.v2 * late
-    trials.apex[off] = formulas.apex_of_takeoff(
-        take(solution.plan.robot, off), end.x1[off], np.maximum(end.v2[off], 0.0)
-    )
-    trials.apex_u[off] = (x1_u + np.maximum(end.v2, 0.0) * v2_u / gravity)[off]
+    y_u = np.zeros_like(x1_u) if CONTACT_IS_COMPRESSION else change.y + speed.y * late
+    trials.apex[off] = formulas.apex_of_takeoff(take(robot, off), end.x1[off], end.y[off], np.maximum(end.v2[off], 0.0))
+    trials.apex_u[off] = (x1_u - y_u + np.maximum(end.v2, 0.0) * v2_u / gravity)[off]
     trials.smooth[off & ~good] = False
     lanes = np.arange(trials.u.size)
-    _note(trials.peak, trials.peak_u, lanes, end.x1, choose(off, x1_u, np.asarray(change.x1)), 1.0)
+    _note(trials.largest_x1, trials.largest_x1_u, lanes, end.x1, choose(off, x1_u, np.asarray(change.x1)), 1.0)

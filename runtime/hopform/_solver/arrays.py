@@ -168,7 +168,7 @@ class OnArrays:
             found = self.package.trial.try_currents(parameters, columns, u, horizon, max_phases)
         shape = len(starts), currents.size
         apex = np.where(found.takes_off, found.apex, np.nan).astype(float)
-        return apex.reshape(shape), found.peak.astype(float).reshape(shape)
+        return apex.reshape(shape), found.largest_x1.astype(float).reshape(shape)
 
     def solve_columns(self, columns: Columns, results: Sequence[NDArray[Any]], max_phases: int, events: bool) -> Events:
         """Put the results of stances into arrays; their events."""

@@ -102,4 +102,4 @@ def apexes(
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:  # fmt: skip
     """The next apex, NaN without take-off, and the largest x1, (starts, currents)."""
     made = try_currents(solver, parameters, starts, currents, horizon, max_phases)
-    return np.where(made["takes_off"], made["apex"], np.nan), made["peak"]
+    return np.where(made["takes_off"], made["apex"], np.nan), made["largest_x1"]

@@ -569,11 +569,11 @@ static void one_command(void)
             && trials[n].smooth) {
             near(trials[n].apex_u, (two[1].apex - two[0].apex) / (2.0 * step), 1e-8 * (1.0 + fabs(trials[n].apex_u)),
                  "the apex' slope");
-            near(trials[n].peak_u, (two[1].peak - two[0].peak) / (2.0 * step), 1e-8 * (1.0 + fabs(trials[n].peak_u)),
+            near(trials[n].largest_x1_u, (two[1].largest_x1 - two[0].largest_x1) / (2.0 * step), 1e-8 * (1.0 + fabs(trials[n].largest_x1_u)),
                  "the peak's slope");
         }
-        if (trials[n].dips > 0 && two[0].dips == two[1].dips) {
-            near(trials[n].dip_u, (two[1].dip - two[0].dip) / (2.0 * step), 1e-4 * (1.0 + fabs(trials[n].dip_u)),
+        if (trials[n].minima > 0 && two[0].minima == two[1].minima) {
+            near(trials[n].least_contact_u, (two[1].least_contact - two[0].least_contact) / (2.0 * step), 1e-4 * (1.0 + fabs(trials[n].least_contact_u)),
                  "the dip's slope");
         }
     }
@@ -997,30 +997,30 @@ static void tried(const problem *p, const T(stance) *stance)
     must(trial.held == held && trial.takes_off == (stance->ending == HOPFORM_ENDING_TAKEOFF), "held, or taking off");
     must(!trial.takes_off || !(fabs(trial.apex - stance->apex) > 0.0), "the apex of a trial");
     if (many > 0) {
-        must(trial.peak >= peak - 1e-15 - 1e-5 * larger(peak - p->plan.robot.x1_max, 0.0)
-                 && trial.peak <= peak + 1e-4 * (fabs(peak) + 0.01),
+        must(trial.largest_x1 >= peak - 1e-15 - 1e-5 * larger(peak - p->plan.robot.x1_max, 0.0)
+                 && trial.largest_x1 <= peak + 1e-4 * (fabs(peak) + 0.01),
              "the largest x_1");
-        must(trial.dips >= seen.dips || size < 1e-12, "a rebound that is not seen");
-        must(trial.dip <= seen.least + 1e-5 * size
-                 && (seen.all == 0 || trial.dips > seen.all || trial.dip >= seen.lowest - 1e-3 * size),
+        must(trial.minima >= seen.dips || size < 1e-12, "a rebound that is not seen");
+        must(trial.least_contact <= seen.least + 1e-5 * size
+                 && (seen.all == 0 || trial.minima > seen.all || trial.least_contact >= seen.lowest - 1e-3 * size),
              "the least y of a rebound");
     }
     if (fits != HOPFORM_OK || beside[0].events != beside[1].events || beside[0].events != trial.events) {
         return;
     }
     const double apex_bend = fabs(beside[0].apex + beside[1].apex - 2.0 * trial.apex),
-                 peak_bend = fabs(beside[0].peak + beside[1].peak - 2.0 * trial.peak);
+                 peak_bend = fabs(beside[0].largest_x1 + beside[1].largest_x1 - 2.0 * trial.largest_x1);
     if (trial.takes_off && trial.smooth && apex_bend < 1e-13) {
         near(trial.apex_u, (beside[1].apex - beside[0].apex) / (2.0 * step), 1e-6 * (1.0 + fabs(trial.apex_u)),
              "any slope of the apex");
     }
-    if (peak_bend < 1e-13 && trial.smooth && fabs(beside[0].peak - p->start.x1) > 1e-9) {
-        near(trial.peak_u, (beside[1].peak - beside[0].peak) / (2.0 * step), 1e-6 * (1.0 + fabs(trial.peak_u)),
+    if (peak_bend < 1e-13 && trial.smooth && fabs(beside[0].largest_x1 - p->start.x1) > 1e-9) {
+        near(trial.largest_x1_u, (beside[1].largest_x1 - beside[0].largest_x1) / (2.0 * step), 1e-6 * (1.0 + fabs(trial.largest_x1_u)),
              "any slope of the peak");
     }
-    if (trial.dips > 0 && trial.dips == beside[0].dips && trial.dips == beside[1].dips && trial.smooth
-        && fabs(beside[0].dip + beside[1].dip - 2.0 * trial.dip) < 1e-11) {
-        near(trial.dip_u, (beside[1].dip - beside[0].dip) / (2.0 * step), 1e-3 * (1e-3 + fabs(trial.dip_u)) + 1e-4,
+    if (trial.minima > 0 && trial.minima == beside[0].minima && trial.minima == beside[1].minima && trial.smooth
+        && fabs(beside[0].least_contact + beside[1].least_contact - 2.0 * trial.least_contact) < 1e-11) {
+        near(trial.least_contact_u, (beside[1].least_contact - beside[0].least_contact) / (2.0 * step), 1e-3 * (1e-3 + fabs(trial.least_contact_u)) + 1e-4,
              "any slope of the dip");
     }
 }
@@ -1299,11 +1299,11 @@ static void any_command(void)
     const double gap = command.status == HOPFORM_COMMAND_NO_TAKEOFF ? INFINITY : fabs(command.apex - target.h_des);
     must(command.status != HOPFORM_COMMAND_REACHED || gap <= 2.1e-10, "an apex that is not reached");
     for (int n = 0; n < GRID; n++) {
-        const int admissible = trials[n].takes_off && trials[n].peak < limit - 1e-12;
+        const int admissible = trials[n].takes_off && trials[n].largest_x1 < limit - 1e-12;
         must(!admissible || fabs(trials[n].apex - target.h_des) >= gap - 2e-9, "a better current");
         if (n > 0 && command.status == HOPFORM_COMMAND_REACHED && trials[n].events == trials[n - 1].events && admissible
-            && trials[n - 1].takes_off && trials[n - 1].peak < limit - 1e-12 && trials[n].dips == 0
-            && trials[n - 1].dips == 0) {
+            && trials[n - 1].takes_off && trials[n - 1].largest_x1 < limit - 1e-12 && trials[n].minima == 0
+            && trials[n - 1].minima == 0) {
             const double inner = fmin(fabs(currents[n]), fabs(currents[n - 1])),
                          outer = larger(fabs(currents[n]), fabs(currents[n - 1]));
             const int crosses = (trials[n].apex - target.h_des) * (trials[n - 1].apex - target.h_des) < 0.0;
@@ -1313,7 +1313,7 @@ static void any_command(void)
     if (command.status != HOPFORM_COMMAND_NO_TAKEOFF) {
         T(trial) chosen;
         must(T(try_currents)(&plan, &start, 1, &command.u, 1, target.horizon, phases, CAPACITY, &chosen) >= 0
-                 && chosen.takes_off && chosen.peak < limit,
+                 && chosen.takes_off && chosen.largest_x1 < limit,
              "a command that is not admissible");
         near(chosen.apex, command.apex, 1e-12, "the apex of any command");
     }

@@ -183,9 +183,9 @@ static T(trial) trial_at(double u, double apex, double apex_u, double peak, doub
     trial.u = u;
     trial.apex = apex;
     trial.apex_u = apex_u;
-    trial.peak = peak;
-    trial.peak_u = peak_u;
-    trial.dip = 1e300;
+    trial.largest_x1 = peak;
+    trial.largest_x1_u = peak_u;
+    trial.least_contact = 1e300;
     trial.takes_off = true;
     trial.smooth = true;
     trial.events = 7u;
@@ -230,27 +230,27 @@ static void lines(void)
             near(share_to_try_f64(&s, &cell), gap / (gap - after), 1e-12, "the root of a line");
         }
         T(cell) high = cell; /* out of reach: x1 is beyond its limit at both ends, and rises or falls in between */
-        high.from.peak = limit + over(1e-9, 1e-2);
-        high.to.peak = limit + over(1e-9, 1e-2);
-        high.from.peak_u = (high.to.peak - high.from.peak) / (v - u);
-        high.to.peak_u = high.from.peak_u;
+        high.from.largest_x1 = limit + over(1e-9, 1e-2);
+        high.to.largest_x1 = limit + over(1e-9, 1e-2);
+        high.from.largest_x1_u = (high.to.largest_x1 - high.from.largest_x1) / (v - u);
+        high.to.largest_x1_u = high.from.largest_x1_u;
         must(promise_of_f64(&s, &high) >= 1e300, "a cell beyond the limit");
-        high.from.peak = limit; /* at it counts as beyond */
-        high.from.peak_u = (high.to.peak - high.from.peak) / (v - u);
-        high.to.peak_u = high.from.peak_u;
+        high.from.largest_x1 = limit; /* at it counts as beyond */
+        high.from.largest_x1_u = (high.to.largest_x1 - high.from.largest_x1) / (v - u);
+        high.to.largest_x1_u = high.from.largest_x1_u;
         must(promise_of_f64(&s, &high) >= 1e300 && !is_admissible_f64(&s, &high.from), "a cell from the limit on");
-        high.from.peak = limit + 1e-3; /* it dips below the limit in between */
-        high.to.peak = limit + 1e-3;
-        high.from.peak_u = -side * 1.0 * 1e-2 / width;
-        high.to.peak_u = side * 1.0 * 1e-2 / width;
+        high.from.largest_x1 = limit + 1e-3; /* it dips below the limit in between */
+        high.to.largest_x1 = limit + 1e-3;
+        high.from.largest_x1_u = -side * 1.0 * 1e-2 / width;
+        high.to.largest_x1_u = side * 1.0 * 1e-2 / width;
         must(promise_of_f64(&s, &high) < 1e300, "a cell that dips below the limit");
         T(cell) edge = cell; /* x1 rises through its limit */
         const double there = uniform(0.05, 0.4);
         const int starts = row % 4 < 2;
-        edge.from.peak = starts ? limit - 0.01 * there : limit + 0.01 * (1.0 - there);
-        edge.to.peak = starts ? limit + 0.01 * (1.0 - there) : limit - 0.01 * there;
-        edge.from.peak_u = (edge.to.peak - edge.from.peak) / (v - u);
-        edge.to.peak_u = edge.from.peak_u;
+        edge.from.largest_x1 = starts ? limit - 0.01 * there : limit + 0.01 * (1.0 - there);
+        edge.to.largest_x1 = starts ? limit + 0.01 * (1.0 - there) : limit - 0.01 * there;
+        edge.from.largest_x1_u = (edge.to.largest_x1 - edge.from.largest_x1) / (v - u);
+        edge.to.largest_x1_u = edge.from.largest_x1_u;
         near(share_of_limit_f64(&s, &edge), starts ? there : 1.0 - there, 1e-9, "where x1 reaches its limit");
         const double inside = fabs(starts ? gap : after), reach = 3.0 * fabs(rate) * 2.0 * there * width;
         near(promise_of_f64(&s, &edge), larger(promise, inside - reach), 1e-9, "what is admissible up to the limit");
@@ -305,7 +305,7 @@ static void widths(void)
     falls.takes_off = false;
     T(cell) step = cell_of(lifts, falls); /* x1 may come below its limit by 2 widths of slope: 2 mm, not quite */
     must(promise_of_f64(&s, &step) >= 1e300, "a step beyond the limit");
-    step.from.peak = limit + 0.0019;
+    step.from.largest_x1 = limit + 0.0019;
     must(promise_of_f64(&s, &step) < 1e300, "a step that may come below the limit");
     T(trial) flat = trial_at(0.0, 0.1, 0.0, limit - 0.01, 1.0),
         over_it = trial_at(most / 64.0, 0.1, 0.0, limit + 0.01, -1.0);
@@ -325,30 +325,30 @@ static void rebounds(void)
         const double side = row % 2 ? 1.0 : -1.0, width = over(1e-3, 1.0), low = over(1e-5, 1e-2),
                      high = over(1e-5, 1e-2);
         T(cell) cell = cell_of(trial_at(0.0, 0.1, 0.0, 0.0, 0.0), trial_at(side * width, 0.1, 0.0, 0.0, 0.0));
-        must(dips_are_quiet_f64(&cell), "no rebound, and not quiet");
-        cell.from.dips = 1 + row % 3;
-        cell.from.dip = low;
-        cell.from.dip_u = 0.9 * low / width * side * (row % 4 < 2 ? 1.0 : -1.0);
-        must(dips_are_quiet_f64(&cell), "a rebound that can not reach zero");
-        cell.from.dip_u *= 1.2;
-        must(!dips_are_quiet_f64(&cell), "a rebound that might reach zero");
-        cell.from.dip_u = low / width;
-        must(!dips_are_quiet_f64(&cell) || fabs(low / width) * width < low, "a rebound that just reaches zero");
+        must(minima_are_positive_f64(&cell), "no rebound, and not quiet");
+        cell.from.minima = 1 + row % 3;
+        cell.from.least_contact = low;
+        cell.from.least_contact_u = 0.9 * low / width * side * (row % 4 < 2 ? 1.0 : -1.0);
+        must(minima_are_positive_f64(&cell), "a rebound that can not reach zero");
+        cell.from.least_contact_u *= 1.2;
+        must(!minima_are_positive_f64(&cell), "a rebound that might reach zero");
+        cell.from.least_contact_u = low / width;
+        must(!minima_are_positive_f64(&cell) || fabs(low / width) * width < low, "a rebound that just reaches zero");
         T(cell) other = cell_of(cell.to, cell.from);
         other.from.u = 0.0;
         other.to.u = side * width;
-        other.to.dip_u = 0.9 * low / width;
-        must(dips_are_quiet_f64(&other), "a rebound at the far end that can not reach zero");
-        other.to.dip_u = 1.1 * low / width;
-        must(!dips_are_quiet_f64(&other), "a rebound at the far end that might reach zero");
-        cell.to.dips = 1;
-        cell.to.dip = high;
-        cell.from.dip_u = side * (high - low) / width;
-        cell.to.dip_u = cell.from.dip_u;
-        must(dips_are_quiet_f64(&cell), "rebounds along a line above zero");
-        cell.from.dip_u = -side * 8.0 * (low + high) / width;
-        cell.to.dip_u = side * 8.0 * (low + high) / width;
-        must(!dips_are_quiet_f64(&cell), "rebounds that fall and rise again");
+        other.to.least_contact_u = 0.9 * low / width;
+        must(minima_are_positive_f64(&other), "a rebound at the far end that can not reach zero");
+        other.to.least_contact_u = 1.1 * low / width;
+        must(!minima_are_positive_f64(&other), "a rebound at the far end that might reach zero");
+        cell.to.minima = 1;
+        cell.to.least_contact = high;
+        cell.from.least_contact_u = side * (high - low) / width;
+        cell.to.least_contact_u = cell.from.least_contact_u;
+        must(minima_are_positive_f64(&cell), "rebounds along a line above zero");
+        cell.from.least_contact_u = -side * 8.0 * (low + high) / width;
+        cell.to.least_contact_u = side * 8.0 * (low + high) / width;
+        must(!minima_are_positive_f64(&cell), "rebounds that fall and rise again");
         T(plan) plan = hopper_plan();
         const T(search) s = search_for(&plan, 0.5);
         T(cell) down = cell; /* no take-off: split where the least y is least */
@@ -359,10 +359,10 @@ static void rebounds(void)
         const double sum = 0.0, chord_of = high - low; /* the cubic of these ends, over 0 .. 1 */
         const polynomial dip = {{low, f.c[1], 3.0 * chord_of - 2.0 * f.c[1] + f.c[1], sum - 2.0 * chord_of}};
         near(slope_of(&dip, share), 0.0, 1e-9 * (low + high), "where a rebound is least");
-        down.to.dips = 0;
+        down.to.minima = 0;
         near(share_to_try_f64(&s, &down), 0.5, 1e-300, "a rebound at one end");
-        down.to.dips = 1;
-        down.from.dips = 0;
+        down.to.minima = 1;
+        down.from.minima = 0;
         near(share_to_try_f64(&s, &down), 0.5, 1e-300, "a rebound at the other end");
     }
 }
@@ -414,10 +414,10 @@ static void splits(void)
         cell.to.apex_u = 1.0;
         cell.to.apex = cell.from.apex + v;
         near(share_to_try_f64(&s, &cell), 0.5, 1e-300, "no extremum");
-        cell.from.peak = limit + 0.02 * at * at + 0.001; /* out of reach at both ends: where x1 is least */
-        cell.to.peak = limit + 0.02 * (1.0 - at) * (1.0 - at) + 0.001;
-        cell.from.peak_u = -0.04 * at / v;
-        cell.to.peak_u = 0.04 * (1.0 - at) / v;
+        cell.from.largest_x1 = limit + 0.02 * at * at + 0.001; /* out of reach at both ends: where x1 is least */
+        cell.to.largest_x1 = limit + 0.02 * (1.0 - at) * (1.0 - at) + 0.001;
+        cell.from.largest_x1_u = -0.04 * at / v;
+        cell.to.largest_x1_u = 0.04 * (1.0 - at) / v;
         near(share_to_try_f64(&s, &cell), at, 1e-9, "where x1 is least");
     }
     T(cell)
@@ -425,28 +425,28 @@ static void splits(void)
     const double rates = 3.0 * 0.001;
     const double aside = 0.25 * 2e-10 / (rates * 0.1 + 2e-10); /* a quarter of what the apex may be off, by slopes */
     const curve_f64 gap = gap_of_f64(&edge, 0.2);
-    edge.from.peak_u = 0.2; /* half of the way by the slope at the admissible end; the other one disagrees */
+    edge.from.largest_x1_u = 0.2; /* half of the way by the slope at the admissible end; the other one disagrees */
     near(share_inside_f64(&s, &edge, &gap), 0.5 - aside - 1.0 / 64.0, 1e-12,
          "just inside, short of it by a sixteenth of the square");
-    edge.from.peak_u = 0.1 / 0.98;
+    edge.from.largest_x1_u = 0.1 / 0.98;
     near(share_inside_f64(&s, &edge, &gap), 0.98 - aside - 0.98 * 0.98 / 16.0, 1e-12, "inside, near the end");
-    edge.from.peak_u = 0.01; /* a tenth of the way, and no more */
+    edge.from.largest_x1_u = 0.01; /* a tenth of the way, and no more */
     must(share_inside_f64(&s, &edge, &gap) >= 1e299, "no way to the limit");
     T(cell) back = cell_of(edge.to, edge.from);
     back.from.u = 0.0;
     back.to.u = 0.1;
     const curve_f64 gap_back = gap_of_f64(&back, 0.2);
-    back.to.peak_u = -0.2;
+    back.to.largest_x1_u = -0.2;
     near(share_inside_f64(&s, &back, &gap_back), 0.5 + aside + 1.0 / 64.0, 1e-12, "just inside from the far end");
-    back.to.peak_u = -0.1 / 0.98;
+    back.to.largest_x1_u = -0.1 / 0.98;
     near(share_inside_f64(&s, &back, &gap_back), 0.02 + aside + 0.98 * 0.98 / 16.0, 1e-12, "inside, near the near end");
-    back.to.peak_u = -0.01;
+    back.to.largest_x1_u = -0.01;
     must(share_inside_f64(&s, &back, &gap_back) <= -1e299, "no way to the limit from the far end");
-    edge.from.peak_u = -0.1; /* away from the limit: never */
+    edge.from.largest_x1_u = -0.1; /* away from the limit: never */
     must(share_of_limit_f64(&s, &edge) >= 1e300, "a slope that leads away");
-    edge.from.peak_u = 0.0;
+    edge.from.largest_x1_u = 0.0;
     must(share_of_limit_f64(&s, &edge) >= 1e300, "a slope that leads nowhere");
-    edge.from.peak_u = 0.1; /* exactly to its end */
+    edge.from.largest_x1_u = 0.1; /* exactly to its end */
     near(share_of_limit_f64(&s, &edge), 1.0, 1e-12, "a slope that leads to the end");
 }
 
@@ -522,7 +522,7 @@ static void what_is_better(void)
     T(trial) trial = trial_at(1.0, 0.1, 0.0, limit, 0.0);
     consider_f64(&s, &trial);
     must(!s.found, "x1 at its limit");
-    trial.peak = limit - 1e-9;
+    trial.largest_x1 = limit - 1e-9;
     trial.takes_off = false;
     consider_f64(&s, &trial);
     must(!s.found, "no take-off");

@@ -183,12 +183,12 @@ typedef struct {
     double u; /**< [A] */
     double apex; /**< [m] 0 without take-off */
     double apex_u; /**< [m/A] its derivative by u, as the next ones */
-    double peak; /**< [m] the largest x_1; above x1_max where that is hit: how far the stance is from not hitting it */
-    double peak_u; /**< [m/A] */
-    double dip; /**< [m] the least minimum of y before the ending */
-    double dip_u; /**< [m/A] */
+    double largest_x1; /**< [m] the largest x_1; above x1_max where that is hit: how far the stance is from not hitting it */
+    double largest_x1_u; /**< [m/A] */
+    double least_contact; /**< [m] the least minimum of the contact force over k before the ending */
+    double least_contact_u; /**< [m/A] */
     uint32_t events; /**< stands for the order of modes and events */
-    int32_t dips; /**< how many minima of y there are */
+    int32_t minima; /**< how many minima of it there are */
     bool takes_off;
     bool held; /**< the actuator never moves */
     bool smooth; /**< the derivatives exist */

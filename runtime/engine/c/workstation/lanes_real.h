@@ -1567,7 +1567,7 @@ LANES_CODE static void start_stances(lanes *restrict w, const real *restrict fre
             * flag(fabs_real(w->u[l]) <= HOPFORM_NEVER_real) * flag(w->horizon[l] > 0.0)
             * flag(w->horizon[l] <= HOPFORM_NEVER_real) * flag(!hopform_stores_much_real(&robot, &state));
         const real locked = flag(!(robot.x1_min < robot.x1_max));
-        strange[l] = 1.0 - sound;
+        strange[l] = HOPFORM_CONTACT_IS_COMPRESSION ? 1.0 - sound : 1.0;
         blocked_below[l] = flag(locked + flag(state.x1 <= robot.x1_min) > 0.0);
         blocked_above[l] = flag(locked + flag(state.x1 >= robot.x1_max) > 0.0);
     }
@@ -1721,7 +1721,7 @@ LANES_CODE static void end_stances(lanes *restrict w, result_columns *restrict r
         const real flies = is(w->ending[l], HOPFORM_ENDING_TAKEOFF) * flag(robot.g > 0.0);
         hopform_robot_real pulled = robot;
         pulled.g = flies > 0.0 ? robot.g : 1.0;
-        const real reached = hopform_apex_of_takeoff_real(&pulled, end.x1, end.v2 > 0.0 ? end.v2 : 0.0);
+        const real reached = hopform_apex_of_takeoff_real(&pulled, end.x1, end.y, end.v2 > 0.0 ? end.v2 : 0.0);
         const real apex = flies > 0.0 ? reached : 0.0;
         const real aed = hopform_body_energy_gain_real(&robot, &start, &at);
         const real sound =

@@ -1,0 +1,55 @@
+"""The contact of the leg with the ground, which can push but not pull: take-off is where its force vanishes.
+
+The contact force N is what the leg carries: k y for the paper's leg, k y + b_12 (v_1 - v_2) with a damper beside the
+spring. It is taken over k, so that it is the compression y itself for the paper's leg.
+"""
+
+import sympy as sp
+
+from ..emit.ir import Step, function, scalar
+from ..model.equations import Model
+from ..model.quantities import *
+from . import sensitivity
+
+CONTACT = scalar("contact", "m", "contact force of the leg over k")
+REST = scalar("rest", "m", "compression at which the leg at rest carries nothing")
+contact, rest = CONTACT.symbol, REST.symbol
+
+
+def is_compression(model: Model) -> bool:
+    """Whether the contact force is k y."""
+    return bool(model.contact == y)
+
+
+def has_damper(model: Model) -> bool:
+    """Whether a damper acts in the leg: without load it relaxes in flight."""
+    return bool({v1, v2} & model.contact.free_symbols)
+
+
+@function(takes=(ROBOT, STATE), returns=CONTACT)
+def contact_of(model: Model) -> tuple[Step, ...]:
+    """Contact force of the leg over k, at a state."""
+    return (Step(contact, model.contact, "what the leg carries"),)
+
+
+@function(takes=(ROBOT, STATE), returns=CONTACT)
+def contact_slope(model: Model) -> tuple[Step, ...]:
+    """Change of the contact force over k with a change of the state, or with its rate."""
+    slope = sum((model.contact.diff(symbol) * symbol for symbol in (y, v1, v2)), sp.S.Zero)
+    return (Step(contact, sp.expand(slope), "what the leg carries"),)
+
+
+@function(
+    takes=(ROBOT, STATE, sensitivity.ROBOT_CHANGE, sensitivity.STATE_CHANGE),
+    returns=scalar("d_contact", "m", "change of the contact force over k"),
+)
+def contact_change(model: Model) -> tuple[Step, ...]:
+    """Change of the contact force over k with the robot and the state."""
+    steps = (Step(contact, model.contact, "what the leg carries"),)
+    return sensitivity.changed_steps(steps, (*model.robot.symbols, v1, v2, y), (sensitivity.change_of(contact),))
+
+
+@function(takes=(ROBOT,), returns=REST)
+def rest_compression(model: Model) -> tuple[Step, ...]:
+    """Compression at which the leg at rest carries nothing: 0 where the spring is all that acts in it."""
+    return (Step(rest, model.rest, "N = 0 at rest"),)

@@ -1,0 +1,275 @@
+"""Forces beside the spring of the leg: take-off is where the contact force vanishes, and not where the spring's does.
+
+Models with a damper and with a second spring in the leg, and with a force on the body in stance, are derived, compiled
+and compared with the 60-digit oracle of mechanisms, which knows their equations of motion alone.
+"""
+
+import importlib
+import math
+import random
+import sys
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import hopform
+from derive.__main__ import main
+from hopform._solver import arrays, c_control
+from hopform._solver import c as native
+from hopform._solver.choice import C
+from hopform._solver.package import Package
+from hopform_solver.records import Robot
+from tests.conformance.random_stances import draw_stances
+from tests.oracle.mechanism import builders
+from tests.oracle.mechanism.compare import WRONG, Answer, compare
+from tools.build_library import compile_sources
+
+MODELS = Path(__file__).resolve().parents[1] / "models"
+PARAMETERS = ("m_eff", "m_s", "k", "L0", "c", "b1", "b2", "f1", "f2", "gamma2", "g", "x1_min", "x1_max")
+DROP = -math.sqrt(2.0 * 9.81 * 0.2 * 0.95)
+"""Velocity of hopper_c after the impact of a drop from 20 cm, [m/s]."""
+
+HOPPER = hopform.load_robot("hopper_c")
+MOST = 200  # phases
+
+
+@dataclass(frozen=True)
+class Leg:
+    """A model as a package and as a library."""
+
+    name: str
+    package: Any
+    library: native.Library
+
+    def solve(self, back_end: str, parameters: tuple[float, ...], start: Mapping[str, float], u: float) -> Any:
+        """What either back end says, in one form."""
+        state = self.package.LegState(*(start[name] for name in ("x1", "v1", "v2", "y")))
+        if back_end == "c":
+            return C(self.library).solve_stance(parameters, state, ((0.0, u),), 2.0, MOST, np.dtype(np.float64))
+        with np.errstate(all="ignore"):
+            solution = self.package.solve(self.package.Robot(*parameters), state, u, (0.0,), 2.0, MOST)
+        return arrays.Solved(Package(self.package.__name__), solution)
+
+    def events(self, solved: Any) -> list[tuple[float, str]]:
+        words = self.package.records.EVENTS
+        return [(float(row[0]), words[row[3]]) for row in solved.phase_rows() if row[3]]
+
+    def answer(self, solved: Any) -> Answer:
+        """Up to the ending; x2 counts from the length of the leg without load."""
+        ending, duration, end, _, aed = solved.outcome()
+        final = {"x1": end.x1, "v1": end.v1, "v2": end.v2, "y": end.y}
+        status = self.package.records.ENDINGS[ending]
+        return Answer(status, float(duration), self.events(solved), final, {"body": aed})
+
+
+@pytest.fixture(scope="module")
+def legs(tmp_path_factory: pytest.TempPathFactory) -> Iterator[dict[str, Leg]]:
+    made: dict[str, Leg] = {}
+    paths = list(sys.path)
+    for name in ("damper", "second_spring", "held_body"):
+        out, prefix = tmp_path_factory.mktemp(name), f"with_{name}"
+        assert main(["--model", str(MODELS / f"{name}.py"), "--out", str(out), "--prefix", prefix]) == 0
+        path = out / f"lib{prefix}.so"
+        compile_sources(out / "c", path, "-O0")
+        sys.path.insert(0, str(out / "python"))
+        package = importlib.import_module(f"{prefix}_solver")
+        made[name] = Leg(name, package, native.Library(path, prefix, Package(f"{prefix}_solver")))
+    yield made
+    sys.path[:] = paths
+
+
+BACK_ENDS = pytest.mark.parametrize("back_end", ["c", "numpy"])
+
+
+# ---- hopper_c with a damper in its leg, dropped from 20 cm ----
+
+
+@BACK_ENDS
+@pytest.mark.parametrize(
+    ("b12", "u", "takeoff", "apex"),
+    [
+        (5.0, 0.0, 0.184781, 7.851),
+        (5.0, 3.0, 0.189874, 17.156),
+        (20.0, 0.0, 0.190742, 1.368),
+        (40.0, 3.0, 0.255618, 7.811),
+    ],
+)
+def test_take_off_and_apex_over_the_free_length(b12, u, takeoff, apex, back_end, legs):
+    """Printed figures [s, cm]: matrix exponential and an independent integration."""
+    solved = legs["damper"].solve(back_end, (*HOPPER.parameters, b12), {"x1": 0, "v1": 0, "v2": DROP, "y": 0}, u)
+    ending, duration, end, height, _ = solved.outcome()
+    assert legs["damper"].package.records.ENDINGS[ending] == "takeoff"
+    assert (round(duration, 6), round(100.0 * height, 3)) == (takeoff, apex)
+    assert end.y > 0.004, "the spring is still compressed"
+
+
+@BACK_ENDS
+def test_a_stop_that_takes_the_dampers_force_ends_the_contact(back_end, legs):
+    """At the upper stop v_1 vanishes, and with it what the damper carried: the leg takes off at the impact."""
+    leg, start = legs["damper"], {"x1": 0.0, "v1": 0.0, "v2": DROP, "y": 0.0}
+    solved = leg.solve(back_end, (*HOPPER.parameters, 20.0), start, 3.0)
+    ending, duration, end, _, _ = solved.outcome()
+    assert leg.package.records.ENDINGS[ending] == "takeoff"
+    assert leg.events(solved)[-1] == (pytest.approx(duration, rel=1e-15), "x1_hits_stop")
+    assert HOPPER.k * end.y - 20.0 * end.v2 < 0.0
+    at_rest = leg.solve(back_end, (*HOPPER.parameters, 40.0), start, 3.0)
+    assert [kind for _, kind in leg.events(at_rest)] == ["x2_reverses", "x1_hits_stop"]
+    assert leg.events(at_rest)[-1][0] < at_rest.outcome()[1] - 0.005, "with more of it the leg stays down for a while"
+
+
+# ---- random robots, against the oracle ----
+
+
+def drawn(name: str, seed: int, count: int) -> Iterator[tuple[tuple[float, ...], dict[str, Any], dict[str, Any]]]:
+    """Parameters, start and problem of random robots, degenerate ones among them."""
+    choose = random.Random(seed)
+    for row in draw_stances(seed, count):
+        robot = {key: float(row[key]) for key in PARAMETERS}
+        start = {key: float(row[key]) for key in ("x1", "v1", "v2", "y")}
+        u = float(row["u"])
+        further: tuple[float, ...]
+        if name == "damper":
+            scale = 2.0 * math.sqrt(robot["k"] * robot["m_s"])
+            further = (choose.choice([0.0, scale * 10.0 ** choose.uniform(-3.0, 0.5)]),)
+            problem = builders.damped_leg(robot, further[0], **start, u=u, max_phases=MOST)
+        elif name == "second_spring":
+            longer = choose.choice([0.0, choose.uniform(-0.01, 0.01)])
+            further = (robot["k"] * 10.0 ** choose.uniform(-3.0, 0.0), robot["L0"] + robot["c"] + longer)
+            problem = builders.second_spring(robot, *further, **start, u=u, max_phases=MOST)
+        else:
+            further = (robot["m_s"] * robot["g"] * choose.uniform(-0.5, 0.9),)
+            problem = builders.pushed_body(robot, further[0], **start, u=u, max_phases=MOST)
+        known = set(row.dtype.names)
+        yield (
+            (*(float(row[key]) if key in known else 0.0 for key in Robot._fields), *further),
+            start | {"u": u},
+            problem,
+        )
+
+
+@BACK_ENDS
+@pytest.mark.parametrize("name", ["damper", "second_spring", "held_body"])
+def test_random_stances_are_those_of_the_oracle(name, back_end, legs):
+    """Events, ending, times, states and AED: right as mixed stability has it."""
+    verdicts = []
+    for parameters, start, problem in drawn(name, 5, 40):
+        solved = legs[name].solve(back_end, parameters, start, start["u"])
+        verdicts.append(compare(problem, legs[name].answer(solved)))
+    assert not [n for n, verdict in enumerate(verdicts) if verdict.outcome == WRONG]
+    assert sum(verdict.exact.status == "takeoff" for verdict in verdicts) >= 10
+
+
+# ---- the controller and the derivatives ----
+
+START = {"x1": 0.02, "v1": 0.1, "v2": -1.6, "y": 0.0}
+
+
+def tried(leg: Leg, back_end: str, parameters: tuple[float, ...], u: np.ndarray) -> dict[str, np.ndarray]:
+    """What candidate currents do, by name."""
+    state = leg.package.LegState(*START.values())
+    if back_end == "c":
+        found = c_control.try_currents(C(leg.library), parameters, [state], u, 2.0, MOST)[0]  # type: ignore[arg-type]
+        return {name: found[name] for name in found.dtype.names}
+    trial = importlib.import_module(f"{leg.package.__name__}.trial")
+    with np.errstate(all="ignore"):
+        return trial.try_currents(leg.package.Robot(*parameters), state, u, 2.0, MOST)._asdict()
+
+
+@BACK_ENDS
+@pytest.mark.parametrize("b12", [2.0, 10.0, 30.0])
+def test_the_slopes_of_a_candidate_follow_the_contact_force(b12, back_end, legs):
+    """Of the apex, the largest x_1 and the least contact force, against differences, where the events stay the same."""
+    u, h = np.linspace(-2.9, 2.9, 41), 1e-6
+    below, at, above = (
+        tried(legs["damper"], back_end, (*HOPPER.parameters, b12), currents) for currents in (u - h, u, u + h)
+    )
+    alike = (below["events"] == at["events"]) & (at["events"] == above["events"]) & at["smooth"]
+    for name, where in (("apex", at["takes_off"]), ("largest_x1", True), ("least_contact", at["least_contact"] < 1.0)):
+        lanes = np.flatnonzero(alike & where)
+        assert lanes.size >= 3 or (name, b12) == ("least_contact", 2.0)
+        slope = (above[name][lanes] - below[name][lanes]) / (2.0 * h)
+        np.testing.assert_allclose(at[f"{name}_u"][lanes], slope, rtol=2e-3, atol=2e-5)
+
+
+@BACK_ENDS
+@pytest.mark.parametrize("b12", [2.0, 10.0])
+def test_a_command_is_no_worse_than_the_best_of_a_scan(b12, back_end, legs):
+    """Every 1 mA: no apex nearer to the wanted one, and no smaller current that reaches it."""
+    leg, parameters, margin = legs["damper"], (*HOPPER.parameters, b12), 1e-3
+    u = np.linspace(-HOPPER.u_max, HOPPER.u_max, 6001)
+    scan = tried(leg, "c", parameters, u)
+    admissible = scan["takes_off"] & (scan["largest_x1"] < HOPPER.x1_max - margin)
+    state = leg.package.LegState(*START.values())
+    for wanted in (0.02, 0.05, 0.1, 0.3):
+        target = (wanted, 0.0, margin, 2.0)
+        if back_end == "c":
+            current, apex, _, _ = c_control.choose_current(
+                C(leg.library), parameters, state, target, MOST, np.dtype(np.float64)
+            )  # type: ignore[arg-type]
+        else:
+            control = importlib.import_module(f"{leg.package.__name__}.control")
+            current, apex, _, _ = control.choose(leg.package.Robot(*parameters), state, target, MOST, np.float64)
+        gaps = np.abs(scan["apex"][admissible] - wanted)
+        assert abs(apex - wanted) <= gaps.min() + 1e-9
+        crosses = admissible[1:] & admissible[:-1] & ((scan["apex"][1:] > wanted) != (scan["apex"][:-1] > wanted))
+        crosses &= scan["events"][1:] == scan["events"][:-1]
+        if abs(apex - wanted) < 1e-6 and crosses.any():
+            assert abs(current) <= np.abs(u[1:][crosses]).min() + 1e-3
+
+
+def test_derivatives_through_take_off_are_those_of_differences(legs):
+    """By the state, the current and every parameter, the damper's among them; both back ends alike."""
+    leg, parameters, u = legs["damper"], (*HOPPER.parameters, 12.0), 2.0
+    matrix = leg.solve("c", parameters, START, u).sensitivities()
+    sensitivity = importlib.import_module(f"{leg.package.__name__}.sensitivity")
+    state = leg.package.LegState(*START.values())
+    other = sensitivity.sensitivities_of(leg.package.solve(leg.package.Robot(*parameters), state, u))
+    np.testing.assert_allclose(other, matrix, rtol=1e-11, atol=1e-13)
+
+    def rows(inputs: dict[str, float]) -> np.ndarray:
+        moved = tuple(inputs[name] for name in leg.package.Robot._fields)
+        solved = leg.solve("c", moved, {name: inputs[name] for name in START}, inputs["u"])
+        _, duration, end, apex, aed = solved.outcome()
+        x2 = end.x1 - end.y + inputs["L0"] + inputs["c"]
+        return np.array([duration, end.x1, end.v1, x2, end.v2, apex, aed])
+
+    inputs = {**dict(zip(leg.package.Robot._fields, parameters, strict=True)), **START, "u": u}
+    for column, name in enumerate(sensitivity.COLUMNS):
+        if name in ("x1_min", "x1_max", "u_max", "impact_loss"):
+            continue
+        h = 1e-5 * max(abs(inputs[name]), 0.01)
+        if name == "y":
+            h = 1e-6
+            ahead = [rows(inputs | {"y": n * h}) for n in range(3)]
+            difference = (-3.0 * ahead[0] + 4.0 * ahead[1] - ahead[2]) / (2.0 * h)
+        else:
+            difference = (rows(inputs | {name: inputs[name] + h}) - rows(inputs | {name: inputs[name] - h})) / (2.0 * h)
+        np.testing.assert_allclose(matrix[:, column], difference, rtol=2e-5, atol=1e-7, err_msg=name)
+
+
+# ---- the flight ----
+
+
+@pytest.mark.parametrize("name", ["damper", "second_spring"])
+def test_a_flight_begins_with_a_leg_that_carries_nothing(name, legs):
+    """A second spring shifts where that is; how a damper lets the leg relax is not solved, and refused."""
+    leg = legs[name]
+    further = (12.0,) if name == "damper" else (300.0, HOPPER.L0 - 0.01)
+    parameters = (*HOPPER.parameters, *further)
+    flight = importlib.import_module(f"{leg.package.__name__}.flight")
+    end = leg.solve("c", parameters, {"x1": 0.0, "v1": 0.0, "v2": DROP, "y": 0.005}, 2.0).outcome()[2]
+    robot, start = leg.package.Robot(*parameters), leg.package.LegState(*end)
+    if name == "damper":
+        with pytest.raises(ValueError, match="a damper acts in it"):
+            flight.solve_flight(robot, start)
+        return
+    rest = 300.0 * 0.01 / (HOPPER.k + 300.0)
+    assert end.y == pytest.approx(rest, abs=1e-15)
+    flown = flight.solve_flight(robot, start)
+    assert flown.end.y == pytest.approx(rest, abs=1e-15)
+    other = hopform.solve_flight(HOPPER, v2=end.v2, x1=end.x1, v1=end.v1, gains=flown.gains)
+    assert (flown.duration, flown.apex) == (pytest.approx(other.duration), pytest.approx(other.apex))
