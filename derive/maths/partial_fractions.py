@@ -164,7 +164,7 @@ def integrals_by_recursion() -> tuple[Step, ...]:
 
 
 @function(takes=(POLES, NUMERATOR), returns=PAIR_NUMERATOR)
-def behind_the_pole() -> tuple[Step, ...]:
+def deflated_numerator() -> tuple[Step, ...]:
     """Deflated numerator: the factor s + a divided out.
 
     (d/dt + a) h' is a motion of the pair alone: (A s + B)/(s^2 + p s + q), whatever the poles.

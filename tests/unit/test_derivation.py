@@ -450,8 +450,8 @@ def test_what_y_tends_to_does_not_depend_on_where_it_starts(moving, name, last):
     assert is_zero(lowest - lowest.subs({Q.y: 0, Q.v1: 0, Q.v2: 0}) + last * Q.y)
 
 
-def test_behind_the_pole_only_the_pair_is_left():
-    known = values(partial_fractions.behind_the_pole())
+def test_deflation_leaves_a_numerator_over_the_pair_alone():
+    known = values(partial_fractions.deflated_numerator())
     assert is_zero((s + Q.a) * MOTION_OF_H - Q.H3 - (known[Q.A] * s + known[Q.B]) / D)
 
 

@@ -556,7 +556,7 @@ static inline float deflated_f32(const event_set_f32 *set, const event_function_
 {
     if (t > set->node->fades) {
         const hopform_poles_f32 *poles = set->poles;
-        const hopform_pair_numerator_f32 left = hopform_behind_the_pole_f32(poles, &g->numerator);
+        const hopform_pair_numerator_f32 left = hopform_deflated_numerator_f32(poles, &g->numerator);
         const hopform_pair_f32 pair = hopform_pair_at_f32(poles, t);
         return left.A * pair.Rd + left.B * pair.R;
     }

@@ -556,7 +556,7 @@ static inline double deflated_f64(const event_set_f64 *set, const event_function
 {
     if (t > set->node->fades) {
         const hopform_poles_f64 *poles = set->poles;
-        const hopform_pair_numerator_f64 left = hopform_behind_the_pole_f64(poles, &g->numerator);
+        const hopform_pair_numerator_f64 left = hopform_deflated_numerator_f64(poles, &g->numerator);
         const hopform_pair_f64 pair = hopform_pair_at_f64(poles, t);
         return left.A * pair.Rd + left.B * pair.R;
     }

@@ -527,7 +527,7 @@ static inline hopform_integrals_f32 hopform_integrals_by_recursion_f32(const hop
 }
 
 /* Deflated numerator: the factor s + a divided out. */
-static inline hopform_pair_numerator_f32 hopform_behind_the_pole_f32(const hopform_poles_f32 *poles, const hopform_numerator_f32 *numerator)
+static inline hopform_pair_numerator_f32 hopform_deflated_numerator_f32(const hopform_poles_f32 *poles, const hopform_numerator_f32 *numerator)
 {
     const float p = poles->p, q = poles->q;
     const float H3 = numerator->H3, H2 = numerator->H2, H1 = numerator->H1;

@@ -527,7 +527,7 @@ static inline hopform_integrals_f64 hopform_integrals_by_recursion_f64(const hop
 }
 
 /* Deflated numerator: the factor s + a divided out. */
-static inline hopform_pair_numerator_f64 hopform_behind_the_pole_f64(const hopform_poles_f64 *poles, const hopform_numerator_f64 *numerator)
+static inline hopform_pair_numerator_f64 hopform_deflated_numerator_f64(const hopform_poles_f64 *poles, const hopform_numerator_f64 *numerator)
 {
     const double p = poles->p, q = poles->q;
     const double H3 = numerator->H3, H2 = numerator->H2, H1 = numerator->H1;

@@ -82,7 +82,7 @@ def root_is_later(watch: Watch, settled: Array, t: Array) -> Array:
 
 def zeros_of_pair(watch: Watch) -> tuple[Array, Array]:
     """First zero and spacing of the motion of the pair that is left of g' behind the real pole; infinite if none."""
-    left = formulas.behind_the_pole(watch.poles, watch.numerator)
+    left = formulas.deflated_numerator(watch.poles, watch.numerator)
     never = NEVER[watch.start.dtype]
     first, spacing = np.full_like(watch.start, never), np.full_like(watch.start, never)
     mean = 0.5 * watch.poles.p

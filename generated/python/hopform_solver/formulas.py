@@ -313,7 +313,7 @@ def integrals_by_recursion(poles: Poles, response: Response, t: Real) -> Integra
     return Integrals(W1, W2)
 
 
-def behind_the_pole(poles: Poles, numerator: Numerator) -> PairNumerator:
+def deflated_numerator(poles: Poles, numerator: Numerator) -> PairNumerator:
     """Deflated numerator: the factor s + a divided out.
 
     """

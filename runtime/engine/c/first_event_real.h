@@ -556,7 +556,7 @@ static inline real deflated_real(const event_set_real *set, const event_function
 {
     if (t > set->node->fades) {
         const hopform_poles_real *poles = set->poles;
-        const hopform_pair_numerator_real left = hopform_behind_the_pole_real(poles, &g->numerator);
+        const hopform_pair_numerator_real left = hopform_deflated_numerator_real(poles, &g->numerator);
         const hopform_pair_real pair = hopform_pair_at_real(poles, t);
         return left.A * pair.Rd + left.B * pair.R;
     }
