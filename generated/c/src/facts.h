@@ -7,7 +7,7 @@
 #define HOPFORM_FACTS_H
 
 /* Text that this library and a package generated with it have in common. */
-#define HOPFORM_SOURCE "382636c6d76f7370"
+#define HOPFORM_SOURCE "0712e6f3e60a7201"
 
 /* Routh's conditions that a robot may violate, X(what must not be negative), in its rates; none for the paper's hopper.
  * */

@@ -538,7 +538,7 @@ static inline hopform_pair_numerator_f32 hopform_deflated_numerator_f32(const ho
 }
 
 /* Deflated derivative of a function of time: the real pole divided out, a motion of the pair alone. */
-static inline float hopform_turning_f32(const hopform_poles_f32 *poles, const hopform_pair_numerator_f32 *pair_numerator, const hopform_basis_f32 *basis)
+static inline float hopform_deflated_derivative_f32(const hopform_poles_f32 *poles, const hopform_pair_numerator_f32 *pair_numerator, const hopform_basis_f32 *basis)
 {
     const float a = poles->a;
     const float A = pair_numerator->A, B = pair_numerator->B;

@@ -538,7 +538,7 @@ static inline hopform_pair_numerator_f64 hopform_deflated_numerator_f64(const ho
 }
 
 /* Deflated derivative of a function of time: the real pole divided out, a motion of the pair alone. */
-static inline double hopform_turning_f64(const hopform_poles_f64 *poles, const hopform_pair_numerator_f64 *pair_numerator, const hopform_basis_f64 *basis)
+static inline double hopform_deflated_derivative_f64(const hopform_poles_f64 *poles, const hopform_pair_numerator_f64 *pair_numerator, const hopform_basis_f64 *basis)
 {
     const double a = poles->a;
     const double A = pair_numerator->A, B = pair_numerator->B;

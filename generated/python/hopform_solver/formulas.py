@@ -324,7 +324,7 @@ def deflated_numerator(poles: Poles, numerator: Numerator) -> PairNumerator:
     return PairNumerator(A, B)
 
 
-def turning(poles: Poles, pair_numerator: PairNumerator, basis: Basis) -> Real:
+def deflated_derivative(poles: Poles, pair_numerator: PairNumerator, basis: Basis) -> Real:
     """Deflated derivative of a function of time: the real pole divided out, a motion of the pair alone.
 
     Returns m [1/s^2], A R' + B R.
