@@ -54,7 +54,7 @@ W_third, W_fourth, W_fifth, W_sixth = sp.symbols("W_third W_fourth W_fifth W_six
 
 
 @function(takes=(POLES, NUMERATOR, BASIS), returns=RISE)
-def rises() -> tuple[Step, ...]:
+def step_response() -> tuple[Step, ...]:
     """Step response: change of a function of time since the start of the phase.
 
     h(t) - h(0) of a coordinate of (y, v_1, v_2), and its first three derivatives.
@@ -73,7 +73,7 @@ def rises() -> tuple[Step, ...]:
 def left_to_go() -> tuple[Step, ...]:
     """Residual of a function of time to its steady state.
 
-    The step response of `rises` less its final value, of terms that decay: it keeps its digits after the transients.
+    The step response less its final value, of terms that decay: it keeps its digits after the transients.
     """
     return (Step(left, way * Wdd - (H3 - way * s_1) * Wd - (H2 - way * s_2) * W, "(19), (21) less their final value"),)
 

@@ -749,7 +749,7 @@ static inline approach_f32 approach_of_f32(const hopform_poles_f32 *poles, const
                                              const hopform_basis_f32 *basis)
 {
     const hopform_numerator_f32 h = {motion->H3_1, motion->H2_1, motion->H1_1};
-    const hopform_rise_f32 rise = hopform_rises_f32(poles, &h, basis);
+    const hopform_rise_f32 rise = hopform_step_response_f32(poles, &h, basis);
     const hopform_at_f32 at = hopform_state_at_f32(start, motion, basis);
     const approach_f32 to = {{sign * at.x1_t, sign * at.v1_t, sign * rise.rise_rate, sign * rise.rise_curvature},
                               sign * rise.rise_third};

@@ -749,7 +749,7 @@ static inline approach_f64 approach_of_f64(const hopform_poles_f64 *poles, const
                                              const hopform_basis_f64 *basis)
 {
     const hopform_numerator_f64 h = {motion->H3_1, motion->H2_1, motion->H1_1};
-    const hopform_rise_f64 rise = hopform_rises_f64(poles, &h, basis);
+    const hopform_rise_f64 rise = hopform_step_response_f64(poles, &h, basis);
     const hopform_at_f64 at = hopform_state_at_f64(start, motion, basis);
     const approach_f64 to = {{sign * at.x1_t, sign * at.v1_t, sign * rise.rise_rate, sign * rise.rise_curvature},
                               sign * rise.rise_third};

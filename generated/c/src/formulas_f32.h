@@ -563,7 +563,7 @@ static inline hopform_ringing_f32 hopform_ringing_at_f32(const hopform_poles_f32
 }
 
 /* Step response: change of a function of time since the start of the phase. */
-static inline hopform_rise_f32 hopform_rises_f32(const hopform_poles_f32 *poles, const hopform_numerator_f32 *numerator, const hopform_basis_f32 *basis)
+static inline hopform_rise_f32 hopform_step_response_f32(const hopform_poles_f32 *poles, const hopform_numerator_f32 *numerator, const hopform_basis_f32 *basis)
 {
     const float s_1 = poles->s_1, s_2 = poles->s_2, s_3 = poles->s_3;
     const float H3 = numerator->H3, H2 = numerator->H2, H1 = numerator->H1;

@@ -563,7 +563,7 @@ static inline hopform_ringing_f64 hopform_ringing_at_f64(const hopform_poles_f64
 }
 
 /* Step response: change of a function of time since the start of the phase. */
-static inline hopform_rise_f64 hopform_rises_f64(const hopform_poles_f64 *poles, const hopform_numerator_f64 *numerator, const hopform_basis_f64 *basis)
+static inline hopform_rise_f64 hopform_step_response_f64(const hopform_poles_f64 *poles, const hopform_numerator_f64 *numerator, const hopform_basis_f64 *basis)
 {
     const double s_1 = poles->s_1, s_2 = poles->s_2, s_3 = poles->s_3;
     const double H3 = numerator->H3, H2 = numerator->H2, H1 = numerator->H1;

@@ -122,7 +122,7 @@ static inline bool hopform_bends_one_way_f32(const hopform_stretch_f32 *stretch,
     const hopform_numerator_f32 h = {motion->H3_y, motion->H2_y, motion->H1_y};
     const float bend = h.H2 - h.H3 * poles->s_1;
     const float jerk = h.H1 - h.H2 * poles->s_1 + h.H3 * (poles->s_1 * poles->s_1 - poles->s_2);
-    const hopform_rise_f32 rise = hopform_rises_f32(poles, &h, end);
+    const hopform_rise_f32 rise = hopform_step_response_f32(poles, &h, end);
     const float swings = (poles->q - 0.25f * poles->p * poles->p) * length * length;
     const bool one_way = bend * rise.rise_curvature > 0.0f;
     return swings < 9.0f && one_way

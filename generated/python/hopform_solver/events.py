@@ -43,7 +43,7 @@ def lanes_of(watch: Watch, lanes: Lanes) -> Watch:
 
 def sample_at(watch: Watch, t: Array) -> Sample:
     basis = basis_at(watch.poles, t)
-    rise = formulas.rises(watch.poles, watch.numerator, basis)
+    rise = formulas.step_response(watch.poles, watch.numerator, basis)
     H3, H2, H1 = (np.abs(field) for field in watch.numerator)
     Wd, W, W1 = (np.abs(field) for field in basis[1:4])
     ulps = 16.0 * np.finfo(t.dtype).eps

@@ -352,7 +352,7 @@ def ringing_at(poles: Poles, chi: Real, numerator: Numerator, decay: Decay) -> R
     return Ringing(slow, X, Y)
 
 
-def rises(poles: Poles, numerator: Numerator, basis: Basis) -> Rise:
+def step_response(poles: Poles, numerator: Numerator, basis: Basis) -> Rise:
     """Step response: change of a function of time since the start of the phase.
 
     """

@@ -749,7 +749,7 @@ static inline approach_real approach_of_real(const hopform_poles_real *poles, co
                                              const hopform_basis_real *basis)
 {
     const hopform_numerator_real h = {motion->H3_1, motion->H2_1, motion->H1_1};
-    const hopform_rise_real rise = hopform_rises_real(poles, &h, basis);
+    const hopform_rise_real rise = hopform_step_response_real(poles, &h, basis);
     const hopform_at_real at = hopform_state_at_real(start, motion, basis);
     const approach_real to = {{sign * at.x1_t, sign * at.v1_t, sign * rise.rise_rate, sign * rise.rise_curvature},
                               sign * rise.rise_third};

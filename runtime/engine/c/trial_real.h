@@ -122,7 +122,7 @@ static inline bool hopform_bends_one_way_real(const hopform_stretch_real *stretc
     const hopform_numerator_real h = {motion->H3_y, motion->H2_y, motion->H1_y};
     const real bend = h.H2 - h.H3 * poles->s_1;
     const real jerk = h.H1 - h.H2 * poles->s_1 + h.H3 * (poles->s_1 * poles->s_1 - poles->s_2);
-    const hopform_rise_real rise = hopform_rises_real(poles, &h, end);
+    const hopform_rise_real rise = hopform_step_response_real(poles, &h, end);
     const real swings = (poles->q - 0.25 * poles->p * poles->p) * length * length;
     const bool one_way = bend * rise.rise_curvature > 0.0;
     return swings < 9.0 && one_way
