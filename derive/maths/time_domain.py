@@ -25,8 +25,8 @@ RISE = Record(
     ),
 )
 rise, rise_rate, rise_curvature, rise_third = RISE.symbols
-LEFT = scalar("left", "1", "the final value less the function")
-left = LEFT.symbol
+RESIDUAL = scalar("residual", "1", "the final value less the function")
+residual = RESIDUAL.symbol
 CARRIED = Record(
     "Carried",
     "W, its derivatives and integrals a short time later: a Taylor step of the propagator.",
@@ -69,13 +69,19 @@ def step_response() -> tuple[Step, ...]:
     )
 
 
-@function(takes=(POLES, NUMERATOR, BASIS, WAY), returns=LEFT)
-def left_to_go() -> tuple[Step, ...]:
+@function(takes=(POLES, NUMERATOR, BASIS, RESIDUAL_0), returns=RESIDUAL)
+def residual_to_steady_state() -> tuple[Step, ...]:
     """Residual of a function of time to its steady state.
 
     The step response less its final value, of terms that decay: it keeps its digits after the transients.
     """
-    return (Step(left, way * Wdd - (H3 - way * s_1) * Wd - (H2 - way * s_2) * W, "(19), (21) less their final value"),)
+    return (
+        Step(
+            residual,
+            residual_0 * Wdd - (H3 - residual_0 * s_1) * Wd - (H2 - residual_0 * s_2) * W,
+            "(19), (21) less their final value",
+        ),
+    )
 
 
 @function(takes=(POLES, BASIS, TIME), returns=CARRIED)

@@ -40,7 +40,7 @@ NONE: Unit = (sp.S.Zero,) * 4
 GENERIC = {
     Q.H3: "A/s", Q.H2: "A/s^2", Q.H1: "A/s^3", Q.A: "A/s^2", Q.B: "A/s^3", Q.slow: "A", Q.X: "A", Q.Y: "A/s",
     time_domain.rise: "A", time_domain.rise_rate: "A/s", time_domain.rise_curvature: "A/s^2",
-    time_domain.rise_third: "A/s^3", partial_fractions.m: "A/s^2", Q.way: "A", time_domain.left: "A",
+    time_domain.rise_third: "A/s^3", partial_fractions.m: "A/s^2", Q.residual_0: "A", time_domain.residual: "A",
 }  # fmt: skip
 
 

@@ -434,11 +434,11 @@ def test_the_step_response_is_the_inverse_transform_of_the_numerator():
         assert is_zero((transformed(known[name]) - expected).subs(COEFFICIENTS))
 
 
-def test_what_is_left_is_the_final_value_less_the_function():
-    left = transformed(values(time_domain.left_to_go())[time_domain.left])
-    both = left.subs(Q.way, Q.H1 / Q.s_3).subs(COEFFICIENTS)
+def test_the_residual_to_steady_state_is_the_final_value_less_the_function():
+    left = transformed(values(time_domain.residual_to_steady_state())[time_domain.residual])
+    both = left.subs(Q.residual_0, Q.H1 / Q.s_3).subs(COEFFICIENTS)
     assert is_zero(both - (Q.H1 / Q.s_3 / s - MOTION_OF_H / s).subs(COEFFICIENTS))
-    one = left.subs(Q.way, Q.H2 / Q.s_2).subs(Q.H1, 0).subs(COEFFICIENTS).subs(Q.a, 0)
+    one = left.subs(Q.residual_0, Q.H2 / Q.s_2).subs(Q.H1, 0).subs(COEFFICIENTS).subs(Q.a, 0)
     assert is_zero(one - (Q.H2 / Q.s_2 / s - MOTION_OF_H / s).subs(Q.H1, 0).subs(COEFFICIENTS).subs(Q.a, 0))
 
 

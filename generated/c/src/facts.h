@@ -7,7 +7,7 @@
 #define HOPFORM_FACTS_H
 
 /* Text that this library and a package generated with it have in common. */
-#define HOPFORM_SOURCE "0a2d9c02cd6fd67a"
+#define HOPFORM_SOURCE "14adeaf970390130"
 
 /* Routh's conditions that a robot may violate, X(what must not be negative), in its rates; none for the paper's hopper.
  * */

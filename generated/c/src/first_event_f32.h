@@ -714,7 +714,7 @@ static inline float steady_state_correction_f32(const hopform_poles_f32 *poles, 
     const bool slow = poles->s_3 > 0.0f; /* else W does not fade, but is not in it */
     const float by_2 = residual * poles->s_2;
     const hopform_numerator_f32 fading = {h->H3, slow ? h->H2 : by_2, h->H1};
-    const float value = settled - hopform_left_to_go_f32(poles, &fading, basis, residual);
+    const float value = settled - hopform_residual_to_steady_state_f32(poles, &fading, basis, residual);
     const float rate = h->H3 * basis->Wdd + h->H2 * basis->Wd + h->H1 * basis->W;
     const float of_time = t * fabs_f32(rate);
     const float of_rise = fabs_f32(start) + fabs_f32(h->H3 * basis->Wd) + fabs_f32(h->H2 * basis->W)

@@ -714,7 +714,7 @@ static inline double steady_state_correction_f64(const hopform_poles_f64 *poles,
     const bool slow = poles->s_3 > 0.0; /* else W does not fade, but is not in it */
     const double by_2 = residual * poles->s_2;
     const hopform_numerator_f64 fading = {h->H3, slow ? h->H2 : by_2, h->H1};
-    const double value = settled - hopform_left_to_go_f64(poles, &fading, basis, residual);
+    const double value = settled - hopform_residual_to_steady_state_f64(poles, &fading, basis, residual);
     const double rate = h->H3 * basis->Wdd + h->H2 * basis->Wd + h->H1 * basis->W;
     const double of_time = t * fabs_f64(rate);
     const double of_rise = fabs_f64(start) + fabs_f64(h->H3 * basis->Wd) + fabs_f64(h->H2 * basis->W)

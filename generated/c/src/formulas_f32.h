@@ -579,13 +579,13 @@ static inline hopform_rise_f32 hopform_step_response_f32(const hopform_poles_f32
 }
 
 /* Residual of a function of time to its steady state. */
-static inline float hopform_left_to_go_f32(const hopform_poles_f32 *poles, const hopform_numerator_f32 *numerator, const hopform_basis_f32 *basis, float way)
+static inline float hopform_residual_to_steady_state_f32(const hopform_poles_f32 *poles, const hopform_numerator_f32 *numerator, const hopform_basis_f32 *basis, float residual_0)
 {
     const float s_1 = poles->s_1, s_2 = poles->s_2;
     const float H3 = numerator->H3, H2 = numerator->H2;
     const float Wdd = basis->Wdd, Wd = basis->Wd, W = basis->W;
-    const float left = Wdd*way - W*(H2 - s_2*way) - Wd*(H3 - s_1*way);  /* (19), (21) less their final value */
-    return left;
+    const float residual = Wdd*residual_0 - W*(H2 - residual_0*s_2) - Wd*(H3 - residual_0*s_1);  /* (19), (21) less their final value */
+    return residual;
 }
 
 /* W a short time t later. */

@@ -579,13 +579,13 @@ static inline hopform_rise_f64 hopform_step_response_f64(const hopform_poles_f64
 }
 
 /* Residual of a function of time to its steady state. */
-static inline double hopform_left_to_go_f64(const hopform_poles_f64 *poles, const hopform_numerator_f64 *numerator, const hopform_basis_f64 *basis, double way)
+static inline double hopform_residual_to_steady_state_f64(const hopform_poles_f64 *poles, const hopform_numerator_f64 *numerator, const hopform_basis_f64 *basis, double residual_0)
 {
     const double s_1 = poles->s_1, s_2 = poles->s_2;
     const double H3 = numerator->H3, H2 = numerator->H2;
     const double Wdd = basis->Wdd, Wd = basis->Wd, W = basis->W;
-    const double left = Wdd*way - W*(H2 - s_2*way) - Wd*(H3 - s_1*way);  /* (19), (21) less their final value */
-    return left;
+    const double residual = Wdd*residual_0 - W*(H2 - residual_0*s_2) - Wd*(H3 - residual_0*s_1);  /* (19), (21) less their final value */
+    return residual;
 }
 
 /* W a short time t later. */

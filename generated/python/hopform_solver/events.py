@@ -67,7 +67,7 @@ def root_is_later(watch: Watch, settled: Array, t: Array) -> Array:
     way = settled - start
     slow, by_2 = poles.s_3 > 0.0, way * poles.s_2  # else W does not fade, but is not in it
     fading = Numerator(H3, np.where(slow, H2, by_2), H1)
-    value = settled - formulas.left_to_go(poles, fading, basis, way)
+    value = settled - formulas.residual_to_steady_state(poles, fading, basis, way)
     rate = H3 * basis.Wdd + H2 * basis.Wd + H1 * basis.W
     of_time = t * np.abs(rate)
     of_rise = np.abs(start) + np.abs(H3 * basis.Wd) + np.abs(H2 * basis.W) + np.abs(H1 * basis.W1) + of_time

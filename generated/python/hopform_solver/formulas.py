@@ -368,17 +368,17 @@ def step_response(poles: Poles, numerator: Numerator, basis: Basis) -> Rise:
     return Rise(rise, rise_rate, rise_curvature, rise_third)
 
 
-def left_to_go(poles: Poles, numerator: Numerator, basis: Basis, way: Real) -> Real:
+def residual_to_steady_state(poles: Poles, numerator: Numerator, basis: Basis, residual_0: Real) -> Real:
     """Residual of a function of time to its steady state.
 
-    way [1] final value of a function of time, less its initial value.
-    Returns left [1], the final value less the function.
+    residual_0 [1] final value of a function of time, less its initial value.
+    Returns residual [1], the final value less the function.
     """
     s_1, s_2 = poles.s_1, poles.s_2
     H3, H2 = numerator.H3, numerator.H2
     Wdd, Wd, W = basis.Wdd, basis.Wd, basis.W
-    left = Wdd*way - W*(H2 - s_2*way) - Wd*(H3 - s_1*way)  # (19), (21) less their final value
-    return left
+    residual = Wdd*residual_0 - W*(H2 - residual_0*s_2) - Wd*(H3 - residual_0*s_1)  # (19), (21) less their final value
+    return residual
 
 
 def carry(poles: Poles, basis: Basis, t: Real) -> Carried:

@@ -714,7 +714,7 @@ static inline real steady_state_correction_real(const hopform_poles_real *poles,
     const bool slow = poles->s_3 > 0.0; /* else W does not fade, but is not in it */
     const real by_2 = residual * poles->s_2;
     const hopform_numerator_real fading = {h->H3, slow ? h->H2 : by_2, h->H1};
-    const real value = settled - hopform_left_to_go_real(poles, &fading, basis, residual);
+    const real value = settled - hopform_residual_to_steady_state_real(poles, &fading, basis, residual);
     const real rate = h->H3 * basis->Wdd + h->H2 * basis->Wd + h->H1 * basis->W;
     const real of_time = t * fabs_real(rate);
     const real of_rise = fabs_real(start) + fabs_real(h->H3 * basis->Wd) + fabs_real(h->H2 * basis->W)
