@@ -27,9 +27,9 @@ RISE = Record(
 rise, rise_rate, rise_curvature, rise_third = RISE.symbols
 RESIDUAL = scalar("residual", "1", "the final value less the function")
 residual = RESIDUAL.symbol
-CARRIED = Record(
-    "Carried",
-    "W, its derivatives and integrals a short time later: a Taylor step of the propagator.",
+PROPAGATED = Record(
+    "Propagated",
+    "W, its derivatives and integrals a short time later, by a Taylor step of the propagator.",
     (
         scalar("Wdd_t", "1", "W''"),
         scalar("Wd_t", "s", "W'"),
@@ -38,7 +38,7 @@ CARRIED = Record(
         scalar("W2_t", "s^4", "integral of that"),
     ),
 )
-Wdd_t, Wd_t, W_t, W1_t, W2_t = CARRIED.symbols
+Wdd_t, Wd_t, W_t, W1_t, W2_t = PROPAGATED.symbols
 AT = Record(
     "At",
     "The state at time t of a phase.",
@@ -84,8 +84,8 @@ def residual_to_steady_state() -> tuple[Step, ...]:
     )
 
 
-@function(takes=(POLES, BASIS, TIME), returns=CARRIED)
-def carry() -> tuple[Step, ...]:
+@function(takes=(POLES, BASIS, TIME), returns=PROPAGATED)
+def taylor_step() -> tuple[Step, ...]:
     """W a short time t later.
 
     A Taylor step of the propagator; its remainder is of the fifth order in t.

@@ -227,7 +227,7 @@ static inline bool is_near_f32(const hopform_poles_f32 *poles, float t, float d)
 static inline hopform_basis_f32 carried_basis_f32(const hopform_poles_f32 *poles, const hopform_basis_f32 *from,
                                                     float d)
 {
-    const hopform_carried_f32 later = hopform_carry_f32(poles, from, d);
+    const hopform_propagated_f32 later = hopform_taylor_step_f32(poles, from, d);
     const hopform_basis_f32 basis = {later.Wdd_t, later.Wd_t, later.W_t, later.W1_t, later.W2_t};
     return basis;
 }

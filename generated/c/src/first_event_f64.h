@@ -227,7 +227,7 @@ static inline bool is_near_f64(const hopform_poles_f64 *poles, double t, double 
 static inline hopform_basis_f64 carried_basis_f64(const hopform_poles_f64 *poles, const hopform_basis_f64 *from,
                                                     double d)
 {
-    const hopform_carried_f64 later = hopform_carry_f64(poles, from, d);
+    const hopform_propagated_f64 later = hopform_taylor_step_f64(poles, from, d);
     const hopform_basis_f64 basis = {later.Wdd_t, later.Wd_t, later.W_t, later.W1_t, later.W2_t};
     return basis;
 }

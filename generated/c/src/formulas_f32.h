@@ -173,14 +173,14 @@ typedef struct {
     float rise_third;      /* [1/s^3] the derivative of that */
 } hopform_rise_f32;
 
-/* W, its derivatives and integrals a short time later: a Taylor step of the propagator. */
+/* W, its derivatives and integrals a short time later, by a Taylor step of the propagator. */
 typedef struct {
     float Wdd_t;  /* [1] W'' */
     float Wd_t;   /* [s] W' */
     float W_t;    /* [s^2] W */
     float W1_t;   /* [s^3] integral of W */
     float W2_t;   /* [s^4] integral of that */
-} hopform_carried_f32;
+} hopform_propagated_f32;
 
 /* The state at time t of a phase. */
 typedef struct {
@@ -589,7 +589,7 @@ static inline float hopform_residual_to_steady_state_f32(const hopform_poles_f32
 }
 
 /* W a short time t later. */
-static inline hopform_carried_f32 hopform_carry_f32(const hopform_poles_f32 *poles, const hopform_basis_f32 *basis, float t)
+static inline hopform_propagated_f32 hopform_taylor_step_f32(const hopform_poles_f32 *poles, const hopform_basis_f32 *basis, float t)
 {
     const float s_1 = poles->s_1, s_2 = poles->s_2, s_3 = poles->s_3;
     const float Wdd = basis->Wdd, Wd = basis->Wd, W = basis->W, W1 = basis->W1, W2 = basis->W2;
@@ -610,7 +610,7 @@ static inline hopform_carried_f32 hopform_carry_f32(const hopform_poles_f32 *pol
     const float W1_t = W1 + more_W1;                                                  /* t later */
     const float more_W2 = W*half + W1*t + Wd*sixth + Wdd*rest;                        /* its Taylor series */
     const float W2_t = W2 + more_W2;                                                  /* t later */
-    const hopform_carried_f32 result = {Wdd_t, Wd_t, W_t, W1_t, W2_t};
+    const hopform_propagated_f32 result = {Wdd_t, Wd_t, W_t, W1_t, W2_t};
     return result;
 }
 

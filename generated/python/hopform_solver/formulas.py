@@ -12,7 +12,6 @@ from hopform_solver.records import (
     At,
     Ballistic,
     Basis,
-    Carried,
     Decay,
     Drive,
     Energy,
@@ -34,6 +33,7 @@ from hopform_solver.records import (
     PairNumerator,
     PairSeries,
     Poles,
+    Propagated,
     Pull,
     Rates,
     Real,
@@ -381,7 +381,7 @@ def residual_to_steady_state(poles: Poles, numerator: Numerator, basis: Basis, r
     return residual
 
 
-def carry(poles: Poles, basis: Basis, t: Real) -> Carried:
+def taylor_step(poles: Poles, basis: Basis, t: Real) -> Propagated:
     """W a short time t later.
 
     t [s] time since the phase began.
@@ -405,7 +405,7 @@ def carry(poles: Poles, basis: Basis, t: Real) -> Carried:
     W1_t = W1 + more_W1                                                  # t later
     more_W2 = W*half + W1*t + Wd*sixth + Wdd*rest                        # its Taylor series
     W2_t = W2 + more_W2                                                  # t later
-    return Carried(Wdd_t, Wd_t, W_t, W1_t, W2_t)
+    return Propagated(Wdd_t, Wd_t, W_t, W1_t, W2_t)
 
 
 def state_at(state: LegState, motion: Motion, basis: Basis) -> At:

@@ -227,7 +227,7 @@ static inline bool is_near_real(const hopform_poles_real *poles, real t, real d)
 static inline hopform_basis_real carried_basis_real(const hopform_poles_real *poles, const hopform_basis_real *from,
                                                     real d)
 {
-    const hopform_carried_real later = hopform_carry_real(poles, from, d);
+    const hopform_propagated_real later = hopform_taylor_step_real(poles, from, d);
     const hopform_basis_real basis = {later.Wdd_t, later.Wd_t, later.W_t, later.W1_t, later.W2_t};
     return basis;
 }
