@@ -124,7 +124,7 @@ def _current(test: str, time: Array, still: float, most: float) -> Array:
 def _body(
     robot: Robot, test: str, time: Array, height: float, still: float, added: float, u: Array
 ) -> tuple[Array, Array]:
-    """x2 and x1 of a body that is let go after a while; a decay without stillness begins with the swing."""
+    """x2 and x1 of a body that is let go after a while; a decay without stillness begins with the oscillation."""
     body = {"m_s": robot.m_s, "k": robot.k, "b2": robot.b2, "f2": robot.f2}
     if test == "decay":
         values = {**body, "g": 0.0, "rest": 0.0, "x": -height, "v": 0.0}
