@@ -179,7 +179,7 @@ def _from(
 
 
 _NEAR = 3.0
-"""A fit that is off by so many times the noise is on its way to it."""
+"""A fit within so many times the noise has nearly converged."""
 
 
 def _is_noise(problem: Problem, found: Solution, loss: str) -> bool:
