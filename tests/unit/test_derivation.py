@@ -10,7 +10,7 @@ import pytest
 import sympy as sp
 
 from derive.emit.ir import Step, unfold
-from derive.maths import control, energy, laplace, modes, partial_fractions, time_domain
+from derive.maths import control, energy, flight, laplace, modes, partial_fractions, time_domain
 from derive.maths.laplace import MATRIX, s
 from derive.model import quantities as Q
 from derive.model.equations import LAGRANGIAN, Model, Term, compression
@@ -296,6 +296,12 @@ def test_a_drop_arrives_with_the_energy_of_its_height_less_the_impact():
     fall = Q.m_s * Q.g * Q.height * (1 - Q.impact_loss)
     assert is_zero(Q.m_s * v_after**2 / 2 - fall)
     assert v_after.subs({Q.g: 1, Q.height: 1, Q.impact_loss: 0}).is_negative
+
+
+def test_a_touchdown_keeps_the_share_of_the_kinetic_energy_that_the_impact_leaves():
+    v_after = flight.velocity_after_impact()[-1].value
+    assert is_zero(v_after**2 - Q.v2**2 * (1 - Q.impact_loss))
+    assert (v_after / Q.v2).subs(Q.impact_loss, 0) == 1
 
 
 def test_the_printed_objective_is_that_of_the_register():
