@@ -2,8 +2,10 @@
 compiles, and the README's figures stand on the pages that it names.
 """
 
+import ast
 import doctest
 import importlib.util
+import inspect
 import json
 import os
 import re
@@ -16,6 +18,7 @@ from pathlib import Path
 
 import pytest
 
+import hopform
 from hopform import _cli as cli
 
 ROOT = next(folder for folder in Path(__file__).resolve().parents if (folder / "pyproject.toml").is_file())
@@ -181,6 +184,16 @@ def test_the_figures_of_the_readme_are_those_of_the_evidence():
     assert sum(len(NUMBER.findall(figures)) for figures, _ in rows) >= 9
     for figures, page in rows:
         assert [number for number in NUMBER.findall(figures) if number not in text_of(page)] == [], page
+
+
+def test_the_controllers_of_the_page_on_hopping_have_the_defaults_that_it_names():
+    page = text_of(ROOT / "docs" / "how-to" / "hop-over-terrain.md")
+    shown = re.findall(r"^\|[^|`]*`(\w+)\((\w+(?:, \w+=[^,`]+)+)\)`", page, re.MULTILINE)
+    assert {name for name, _ in shown} == {"FeedForward", "AsPrinted", "ReturnMap"}
+    for name, arguments in shown:
+        known = inspect.signature(getattr(hopform.controllers, name)).parameters
+        for default in re.findall(r"(\w+)=([^,]+)", arguments):
+            assert known[default[0]].default == ast.literal_eval(default[1]), (name, default)
 
 
 def test_make_shows_a_dozen_targets_and_help_all_the_rest():

@@ -78,6 +78,13 @@ def test_a_time_outside_the_stance_is_refused(hopper_c, backend, t):
             method(t)
 
 
+def test_a_time_that_is_no_number_is_refused(hopper_c, backend):
+    stance = hopform.solve_stance(hopper_c, v2=-1.93, backend=backend)
+    for t in (object(), "late", [0.1, "late"], [0.1, object()]):
+        with pytest.raises(hopform.HopformError, match="t must be numbers in s, got"):
+            stance.at(t)
+
+
 def test_any_time_after_rest_is_allowed(hopper_c, backend):
     stance = hopform.solve_stance(hopper_c, v2=-0.01, backend=backend)
     assert stance.status == "rest"
