@@ -330,6 +330,27 @@ def test_a_number_that_no_float_holds_is_refused_by_name(name, value):
     refused("u" if number == "controller" else number, partial(call, **{number: HUGE[value]}))
 
 
+SEEDED = {
+    name: partial(call, **arguments)
+    for name, (call, arguments) in CALLS.items()
+    if "seed" in inspect.signature(call).parameters
+} | {"simulated_delays": partial(OBJECTS["detector"].simulated_delays, **METHODS["simulated_delays"])}
+
+
+@pytest.mark.parametrize(
+    ("name", "seed"),
+    [(name, seed) for name in SEEDED for seed in (-1, 1.5, "1", True, None) if (name, seed) != ("record", None)],
+)
+def test_a_seed_that_is_no_whole_number_is_refused_by_name(name, seed):
+    """None too, but of a recording: the same call would not give the same numbers."""
+    arguments = {"name": "uniform"} if name == "generate" else {}
+    assert refused("seed", partial(SEEDED[name], seed=seed, **arguments)).startswith("seed must be a whole number >= 0")
+
+
+def test_every_function_with_a_seed_is_tried():
+    assert set(SEEDED) == {"simulate", "record", "uniform", "gaussian", "generate", "simulated_delays"}
+
+
 def by(law):
     """A controller that answers with a sampled law."""
     return lambda touchdown: hopform.controllers.Sampled(0.01, law)
