@@ -114,12 +114,13 @@ wheel: venv-dev ## build the sdist, from it the wheel, and look inside
 	$(PY) -m build --no-isolation
 	.venv/bin/check-wheel-contents dist
 
-mutants: compiler venv-dev ## break the project on purpose, one place at a time, and see a test fail each time
-	$(PY) tools/build_library.py
-	$(PY) -m tests.mutation "(14)" "(8)" "swapped sign" "hand edit" "stray file" "stale library" "reversal"
+COUNT = 60
+mutants: compiler venv-dev ## change COUNT (60) places of the package at random and two of the engine, see tests fail
+	$(PY) -m tests.mutation.python --count $(COUNT)
+	$(PY) -m tests.mutation "stale library" "reversal"
 
-mutants-all: compiler venv-dev ## the same with every mutant that tests/mutation knows, which takes longer
-	$(PY) tools/build_library.py
+mutants-all: compiler venv-dev ## 400 places of the package and every mutant of the engine that tests/mutation knows
+	$(PY) -m tests.mutation.python --count 400
 	$(PY) -m tests.mutation
 
 test-determinism: venv-dev ## derive with every Python, several sympy and hash seeds: the same bytes each time

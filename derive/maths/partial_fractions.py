@@ -46,8 +46,8 @@ SHIFTED_SERIES = Record(
 Vdd, Vd, V, decay = SHIFTED_SERIES.symbols
 RESPONSE = Record("Response", "W and its first two derivatives.", BASIS.quantities[:3])
 INTEGRALS = Record("Integrals", "The two integrals of W.", BASIS.quantities[3:])
-TURNING = scalar("m", "1/s^2", "A R' + B R")
-m = TURNING.symbol
+DEFLATED_DERIVATIVE = scalar("m", "1/s^2", "A R' + B R")
+m = DEFLATED_DERIVATIVE.symbol
 
 
 @function(takes=(POLES,), returns=CHI)
@@ -164,7 +164,7 @@ def integrals_by_recursion() -> tuple[Step, ...]:
 
 
 @function(takes=(POLES, NUMERATOR), returns=PAIR_NUMERATOR)
-def behind_the_pole() -> tuple[Step, ...]:
+def deflated_numerator() -> tuple[Step, ...]:
     """Deflated numerator: the factor s + a divided out.
 
     (d/dt + a) h' is a motion of the pair alone: (A s + B)/(s^2 + p s + q), whatever the poles.
@@ -175,8 +175,8 @@ def behind_the_pole() -> tuple[Step, ...]:
     )
 
 
-@function(takes=(POLES, PAIR_NUMERATOR, BASIS), returns=TURNING)
-def turning() -> tuple[Step, ...]:
+@function(takes=(POLES, PAIR_NUMERATOR, BASIS), returns=DEFLATED_DERIVATIVE)
+def deflated_derivative() -> tuple[Step, ...]:
     """Deflated derivative of a function of time: the real pole divided out, a motion of the pair alone.
 
     (d/dt + a) h' = A R' + B R at one time, with R = (d/dt + a) W.

@@ -25,11 +25,11 @@ RISE = Record(
     ),
 )
 rise, rise_rate, rise_curvature, rise_third = RISE.symbols
-LEFT = scalar("left", "1", "the final value less the function")
-left = LEFT.symbol
-CARRIED = Record(
-    "Carried",
-    "W, its derivatives and integrals a short time later: a Taylor step of the propagator.",
+RESIDUAL = scalar("residual", "1", "the final value less the function")
+residual = RESIDUAL.symbol
+PROPAGATED = Record(
+    "Propagated",
+    "W, its derivatives and integrals a short time later, by a Taylor step of the propagator.",
     (
         scalar("Wdd_t", "1", "W''"),
         scalar("Wd_t", "s", "W'"),
@@ -38,7 +38,7 @@ CARRIED = Record(
         scalar("W2_t", "s^4", "integral of that"),
     ),
 )
-Wdd_t, Wd_t, W_t, W1_t, W2_t = CARRIED.symbols
+Wdd_t, Wd_t, W_t, W1_t, W2_t = PROPAGATED.symbols
 AT = Record(
     "At",
     "The state at time t of a phase.",
@@ -54,7 +54,7 @@ W_third, W_fourth, W_fifth, W_sixth = sp.symbols("W_third W_fourth W_fifth W_six
 
 
 @function(takes=(POLES, NUMERATOR, BASIS), returns=RISE)
-def rises() -> tuple[Step, ...]:
+def step_response() -> tuple[Step, ...]:
     """Step response: change of a function of time since the start of the phase.
 
     h(t) - h(0) of a coordinate of (y, v_1, v_2), and its first three derivatives.
@@ -69,17 +69,23 @@ def rises() -> tuple[Step, ...]:
     )
 
 
-@function(takes=(POLES, NUMERATOR, BASIS, WAY), returns=LEFT)
-def left_to_go() -> tuple[Step, ...]:
+@function(takes=(POLES, NUMERATOR, BASIS, RESIDUAL_0), returns=RESIDUAL)
+def residual_to_steady_state() -> tuple[Step, ...]:
     """Residual of a function of time to its steady state.
 
-    The step response of `rises` less its final value, of terms that decay: it keeps its digits after the transients.
+    The step response less its final value, of terms that decay: it keeps its digits after the transients.
     """
-    return (Step(left, way * Wdd - (H3 - way * s_1) * Wd - (H2 - way * s_2) * W, "(19), (21) less their final value"),)
+    return (
+        Step(
+            residual,
+            residual_0 * Wdd - (H3 - residual_0 * s_1) * Wd - (H2 - residual_0 * s_2) * W,
+            "(19), (21) less their final value",
+        ),
+    )
 
 
-@function(takes=(POLES, BASIS, TIME), returns=CARRIED)
-def carry() -> tuple[Step, ...]:
+@function(takes=(POLES, BASIS, TIME), returns=PROPAGATED)
+def taylor_step() -> tuple[Step, ...]:
     """W a short time t later.
 
     A Taylor step of the propagator; its remainder is of the fifth order in t.

@@ -24,7 +24,7 @@ ROBOTS: tuple[dict[str, float], ...] = (
     HOPPER_C | {"m_eff": 0.05, "b1": 0.2, "b2": 0.1, "f1": 2.0, "f2": 0.2, "x1_min": -0.01, "x1_max": 0.02},  # light
     HOPPER_C | {"f1": 30.0, "f2": 25.0},  # stiff friction: sticks
     HOPPER_C | {"b2": 400.0, "f2": 0.0, "x1_max": 0.0},  # locked, two real poles
-    HOPPER_C | {"f1": 0.0, "f2": 0.0} | FREE,  # drifts for many half turns
+    HOPPER_C | {"f1": 0.0, "f2": 0.0} | FREE,  # drifts for many half periods
 )
 
 

@@ -20,7 +20,7 @@ import sympy as sp
 
 from ..maths import control, energy, laplace
 from ..maths.laplace import s
-from ..model.equations import LAGRANGIAN
+from ..model.equations import LAGRANGIAN, ModelError
 from ..model.quantities import *
 from ..models.hopper import HOPPER
 
@@ -114,6 +114,16 @@ cubic = (
 )
 quadratic_1 = s**2 + s * b1 / m_eff + k / m_eff
 quadratic_2 = s**2 + s * b2 / m_s + k / m_s
+
+_rates = {step.symbol: step.value for step in laplace.rates_of(HOPPER)}
+for _printed, _names in ((cubic, (s_1, s_2, s_3)), (quadratic_1, (p_1, q_1)), (quadratic_2, (p_2, q_2))):
+    _follows = s ** len(_names) + sum(_rates[name] * s**power for power, name in enumerate(reversed(_names)))
+    if sp.expand(_printed - _follows) != 0:
+        raise ModelError(
+            f"derive/paper/register.py states the denominators of (6), (7), (11) as printed, {_printed}; from "
+            f"derive/model/equations.py follows {_follows}: another equation of motion needs another register, "
+            "or stands in a model file"
+        )
 
 
 def _transformed(number: int) -> sp.Expr:

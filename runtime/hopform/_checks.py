@@ -11,7 +11,7 @@ from hopform._solver.package import checked
 
 beyond, shown = checked.beyond, checked.shown
 
-__all__ = ["LARGEST", "finite", "is_number", "positive", "real", "shaped", "shown", "times_of", "whole"]
+__all__ = ["LARGEST", "drawing", "finite", "is_number", "positive", "real", "shaped", "shown", "times_of", "whole"]
 
 LARGEST = 2**31 - 1
 """The largest count: C counts in 32 bits."""
@@ -63,6 +63,11 @@ def whole(name: str, value: object, least: int = 1, most: float = LARGEST) -> in
     if value > most:
         raise HopformError(f"{name} must be a whole number <= {most}, got {shown(value)}")
     return value
+
+
+def drawing(seed: object) -> "np.random.Generator":
+    """The random numbers of a seed; HopformError unless it is a whole number >= 0."""
+    return np.random.default_rng(whole("seed", seed, 0, math.inf))
 
 
 def times_of(t: ArrayLike, dtype: np.dtype[Any]) -> NDArray[Any]:

@@ -10,9 +10,7 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Any, SupportsFloat
 
-import numpy as np
-
-from hopform._checks import finite, is_number, shown, whole
+from hopform._checks import drawing, finite, is_number, shown, whole
 from hopform._errors import HopformError
 
 Heights = tuple[float, ...]
@@ -49,7 +47,7 @@ def uniform(hops: int, size: SupportsFloat, seed: int = 0) -> Heights:
     """
     half = _size(size)
     finite("2 size", 2.0 * half, "m")
-    return tuple(_generator(seed).uniform(-half, half, whole("hops", hops)).tolist())
+    return tuple(drawing(seed).uniform(-half, half, whole("hops", hops)).tolist())
 
 
 def gaussian(hops: int, size: SupportsFloat, seed: int = 0) -> Heights:
@@ -58,7 +56,7 @@ def gaussian(hops: int, size: SupportsFloat, seed: int = 0) -> Heights:
     >>> len(gaussian(10, 0.01, seed=3))
     10
     """
-    return tuple((_size(size) * _generator(seed).standard_normal(whole("hops", hops))).tolist())
+    return tuple((_size(size) * drawing(seed).standard_normal(whole("hops", hops))).tolist())
 
 
 def generate(name: str, hops: int, size: SupportsFloat = 0.0, seed: int = 0) -> Heights:
@@ -131,7 +129,3 @@ def _size(size: SupportsFloat) -> float:
     if value < 0.0:
         raise HopformError(f"size must be >= 0 m, got {value!r}")
     return value
-
-
-def _generator(seed: object) -> "np.random.Generator":
-    return np.random.default_rng(whole("seed", seed, 0, math.inf))

@@ -26,6 +26,7 @@ LAYERS = (
     ("maths.energy", "maths.flight"),
     ("maths.control",),
     ("maths.sensitivity",),
+    ("maths.contact",),
     ("paper.register",),
     ("emit.program", "emit.expressions", "emit.instantiate"),
     ("emit.numpy", "emit.c"),

@@ -2,8 +2,11 @@
 compiles, and the README's figures stand on the pages that it names.
 """
 
+import ast
 import doctest
 import importlib.util
+import inspect
+import json
 import os
 import re
 import shlex
@@ -15,6 +18,7 @@ from pathlib import Path
 
 import pytest
 
+import hopform
 from hopform import _cli as cli
 
 ROOT = next(folder for folder in Path(__file__).resolve().parents if (folder / "pyproject.toml").is_file())
@@ -182,6 +186,16 @@ def test_the_figures_of_the_readme_are_those_of_the_evidence():
         assert [number for number in NUMBER.findall(figures) if number not in text_of(page)] == [], page
 
 
+def test_the_controllers_of_the_page_on_hopping_have_the_defaults_that_it_names():
+    page = text_of(ROOT / "docs" / "how-to" / "hop-over-terrain.md")
+    shown = re.findall(r"^\|[^|`]*`(\w+)\((\w+(?:, \w+=[^,`]+)+)\)`", page, re.MULTILINE)
+    assert {name for name, _ in shown} == {"FeedForward", "AsPrinted", "ReturnMap"}
+    for name, arguments in shown:
+        known = inspect.signature(getattr(hopform.controllers, name)).parameters
+        for default in re.findall(r"(\w+)=([^,]+)", arguments):
+            assert known[default[0]].default == ast.literal_eval(default[1]), (name, default)
+
+
 def test_make_shows_a_dozen_targets_and_help_all_the_rest():
     if shutil.which("make") is None:
         pytest.skip("make is absent, and what it lists is tested here")
@@ -191,6 +205,18 @@ def test_make_shows_a_dozen_targets_and_help_all_the_rest():
     )
     assert 10 <= len(few) <= 14
     assert {line.split()[1] for line in few} < {line.split()[1] for line in all_of_them}
+
+
+def test_the_memory_of_the_interrupt_is_that_of_the_evidence():
+    page = text_of(ROOT / "docs" / "how-to" / "call-from-firmware.md")
+    build = json.loads(text_of(ROOT / "docs" / "evidence" / "firmware-costs.json"))["builds"]["m4f-gcc-O2"]
+    sizes = {name.removeprefix("bytes of "): size for name, size in build.items() if name.startswith("bytes of ")}
+    for name, size in re.findall(r"static hopform_(\w+)_f32 \w+(?:\[PHASES\])?; +/\* (\d+) B", page):
+        assert sizes[name] == int(size), name
+    buffers = re.findall(r"static hopform_(\w+)_f32 \w+(\[PHASES\])?;", page)
+    assert len(buffers) == 6
+    whole = sum(sizes[name] * (32 if many else 1) for name, many in buffers) + 1  # and `searching`
+    assert f"The buffers above take {whole // 1000} {whole % 1000:03d} B." in page
 
 
 def test_the_costs_of_the_page_on_firmware_are_those_of_the_evidence():

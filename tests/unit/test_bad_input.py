@@ -78,6 +78,13 @@ def test_a_time_outside_the_stance_is_refused(hopper_c, backend, t):
             method(t)
 
 
+def test_a_time_that_is_no_number_is_refused(hopper_c, backend):
+    stance = hopform.solve_stance(hopper_c, v2=-1.93, backend=backend)
+    for t in (object(), "late", [0.1, "late"], [0.1, object()]):
+        with pytest.raises(hopform.HopformError, match="t must be numbers in s, got"):
+            stance.at(t)
+
+
 def test_any_time_after_rest_is_allowed(hopper_c, backend):
     stance = hopform.solve_stance(hopper_c, v2=-0.01, backend=backend)
     assert stance.status == "rest"
@@ -321,6 +328,27 @@ def refused(number, call):
 def test_a_number_that_no_float_holds_is_refused_by_name(name, value):
     call, number = EVERY[name]
     refused("u" if number == "controller" else number, partial(call, **{number: HUGE[value]}))
+
+
+SEEDED = {
+    name: partial(call, **arguments)
+    for name, (call, arguments) in CALLS.items()
+    if "seed" in inspect.signature(call).parameters
+} | {"simulated_delays": partial(OBJECTS["detector"].simulated_delays, **METHODS["simulated_delays"])}
+
+
+@pytest.mark.parametrize(
+    ("name", "seed"),
+    [(name, seed) for name in SEEDED for seed in (-1, 1.5, "1", True, None) if (name, seed) != ("record", None)],
+)
+def test_a_seed_that_is_no_whole_number_is_refused_by_name(name, seed):
+    """None too, but of a recording: the same call would not give the same numbers."""
+    arguments = {"name": "uniform"} if name == "generate" else {}
+    assert refused("seed", partial(SEEDED[name], seed=seed, **arguments)).startswith("seed must be a whole number >= 0")
+
+
+def test_every_function_with_a_seed_is_tried():
+    assert set(SEEDED) == {"simulate", "record", "uniform", "gaussian", "generate", "simulated_delays"}
 
 
 def by(law):

@@ -40,7 +40,7 @@ NONE: Unit = (sp.S.Zero,) * 4
 GENERIC = {
     Q.H3: "A/s", Q.H2: "A/s^2", Q.H1: "A/s^3", Q.A: "A/s^2", Q.B: "A/s^3", Q.slow: "A", Q.X: "A", Q.Y: "A/s",
     time_domain.rise: "A", time_domain.rise_rate: "A/s", time_domain.rise_curvature: "A/s^2",
-    time_domain.rise_third: "A/s^3", partial_fractions.m: "A/s^2", Q.way: "A", time_domain.left: "A",
+    time_domain.rise_third: "A/s^3", partial_fractions.m: "A/s^2", Q.residual_0: "A", time_domain.residual: "A",
 }  # fmt: skip
 
 
@@ -320,7 +320,7 @@ def test_w_is_carried_to_its_last_digit_over_the_longest_time_that_counts_as_nea
     rng = np.random.default_rng(2)
     t = spread(rng, rng.choice([-6, -1], CASES), np.log10(50), CASES) / (poles.s_1 + np.sqrt(poles.s_2))
     later = t + sign * (EPS / 128.0) ** (1.0 / 6.0) / np.sqrt(poles.s_1**2 + poles.s_2 + t**-2)
-    carried = arrays(formulas.carry(poles, basis_at(poles, t), later - t))
+    carried = arrays(formulas.taylor_step(poles, basis_at(poles, t), later - t))
     assert_accurate(poles, later, power_series, (128.0, 128.0, 128.0, 128.0, 192.0), got=carried)
 
 

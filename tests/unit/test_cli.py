@@ -599,7 +599,7 @@ def test_a_closed_pipe_is_no_traceback():
 
 
 def test_a_person_who_waits_is_shown_that_something_happens(monkeypatch, capsys):
-    monkeypatch.setattr(output, "PATIENCE", 0.0)
+    monkeypatch.setattr(output, "BAR_AFTER", 0.0)
     monkeypatch.setenv("FORCE_COLOR", "1")
     with output.progress_bar("1000 hops"):
         time.sleep(0.3)

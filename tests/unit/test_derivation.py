@@ -10,7 +10,7 @@ import pytest
 import sympy as sp
 
 from derive.emit.ir import Step, unfold
-from derive.maths import control, energy, laplace, modes, partial_fractions, time_domain
+from derive.maths import control, energy, flight, laplace, modes, partial_fractions, time_domain
 from derive.maths.laplace import MATRIX, s
 from derive.model import quantities as Q
 from derive.model.equations import LAGRANGIAN, Model, Term, compression
@@ -214,7 +214,7 @@ def test_the_free_acceleration_of_a_held_mass_follows_the_other_one(number):
     path = values(laplace.numerators(moving), time_domain.state_at())
     end = {old: path[new] for old, new in zip((Q.y, Q.v1, Q.v2), (time_domain.y_t, *STATE[1:3]), strict=True)}
     known = values(modes.free_accelerations())[Q.free_1 if number == 1 else Q.free_2]
-    rise = values(laplace.numerators(moving), FREE_NUMERATORS[number](), time_domain.rises())[time_domain.rise]
+    rise = values(laplace.numerators(moving), FREE_NUMERATORS[number](), time_domain.step_response())[time_domain.rise]
     change = known.subs(end, simultaneous=True) - known
     assert is_zero((change - rise).subs(held(moving)))
 
@@ -296,6 +296,12 @@ def test_a_drop_arrives_with_the_energy_of_its_height_less_the_impact():
     fall = Q.m_s * Q.g * Q.height * (1 - Q.impact_loss)
     assert is_zero(Q.m_s * v_after**2 / 2 - fall)
     assert v_after.subs({Q.g: 1, Q.height: 1, Q.impact_loss: 0}).is_negative
+
+
+def test_a_touchdown_keeps_the_share_of_the_kinetic_energy_that_the_impact_leaves():
+    v_after = flight.velocity_after_impact()[-1].value
+    assert is_zero(v_after**2 - Q.v2**2 * (1 - Q.impact_loss))
+    assert (v_after / Q.v2).subs(Q.impact_loss, 0) == 1
 
 
 def test_the_printed_objective_is_that_of_the_register():
@@ -424,8 +430,8 @@ def test_the_series_around_the_mean_root_is_w():
 MOTION_OF_H = (Q.H3 * s**2 + Q.H2 * s + Q.H1) / P
 
 
-def test_rises_are_the_inverse_transform_of_the_numerator():
-    known = values(time_domain.rises())
+def test_the_step_response_is_the_inverse_transform_of_the_numerator():
+    known = values(time_domain.step_response())
     for name, expected in (
         (time_domain.rise, MOTION_OF_H / s),
         (time_domain.rise_rate, MOTION_OF_H),
@@ -434,11 +440,11 @@ def test_rises_are_the_inverse_transform_of_the_numerator():
         assert is_zero((transformed(known[name]) - expected).subs(COEFFICIENTS))
 
 
-def test_what_is_left_is_the_final_value_less_the_function():
-    left = transformed(values(time_domain.left_to_go())[time_domain.left])
-    both = left.subs(Q.way, Q.H1 / Q.s_3).subs(COEFFICIENTS)
+def test_the_residual_to_steady_state_is_the_final_value_less_the_function():
+    left = transformed(values(time_domain.residual_to_steady_state())[time_domain.residual])
+    both = left.subs(Q.residual_0, Q.H1 / Q.s_3).subs(COEFFICIENTS)
     assert is_zero(both - (Q.H1 / Q.s_3 / s - MOTION_OF_H / s).subs(COEFFICIENTS))
-    one = left.subs(Q.way, Q.H2 / Q.s_2).subs(Q.H1, 0).subs(COEFFICIENTS).subs(Q.a, 0)
+    one = left.subs(Q.residual_0, Q.H2 / Q.s_2).subs(Q.H1, 0).subs(COEFFICIENTS).subs(Q.a, 0)
     assert is_zero(one - (Q.H2 / Q.s_2 / s - MOTION_OF_H / s).subs(Q.H1, 0).subs(COEFFICIENTS).subs(Q.a, 0))
 
 
@@ -450,8 +456,8 @@ def test_what_y_tends_to_does_not_depend_on_where_it_starts(moving, name, last):
     assert is_zero(lowest - lowest.subs({Q.y: 0, Q.v1: 0, Q.v2: 0}) + last * Q.y)
 
 
-def test_behind_the_pole_only_the_pair_is_left():
-    known = values(partial_fractions.behind_the_pole())
+def test_deflation_leaves_a_numerator_over_the_pair_alone():
+    known = values(partial_fractions.deflated_numerator())
     assert is_zero((s + Q.a) * MOTION_OF_H - Q.H3 - (known[Q.A] * s + known[Q.B]) / D)
 
 

@@ -213,7 +213,7 @@ def test_a_passive_drop_loses_energy_at_impact_and_in_stance():
 
 
 def test_three_amperes_add_energy_until_the_height_is_steady():
-    """Fig. 14: U-shaped dips within the stances, plateaus that rise."""
+    """Fig. 14: U-shaped minima within the stances, plateaus that rise."""
     shown = data(14)
     apexes = shown["run"].table["apex"]
     assert np.all(np.diff(apexes) > 0.0) and abs(apexes[-1] - shown["steady"]) < 1e-3

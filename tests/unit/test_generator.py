@@ -188,6 +188,15 @@ def test_a_changed_formula_is_laid_on_the_model_and_shown_in_both_languages(tree
     assert contents(tree) == before
 
 
+def test_an_equation_that_the_register_does_not_state_is_refused_by_name(tree):
+    replace(tree / "derive/model/equations.py", "- b1 * v1 -", "- 2 * b1 * v1 -")
+    ran = derive(tree, "--check")
+    assert ran.code == 1
+    last = ran.err.splitlines()[-1]
+    for name in ("ModelError", "derive/paper/register.py", "derive/model/equations.py", "model file"):
+        assert name in last, ran.err
+
+
 def test_a_changed_template_and_a_hand_edit_are_both_named(run, tree):
     replace(tree / "templates/c/src/series_real.h.j2", "and tables", "and lists")
     replace(tree / "generated" / FORMULAS, OLD, NEW)

@@ -2,6 +2,7 @@
 
 import csv
 import dataclasses
+import itertools
 import math
 
 import numpy as np
@@ -10,7 +11,7 @@ import pytest
 import hopform
 from hopform import terrain
 from hopform._hopping.run import COLUMNS
-from hopform.controllers import AsPrinted, ConstantCurrent, FeedForward, ReturnMap, Sampled
+from hopform.controllers import AsPrinted, ConstantCurrent, FeedForward, ReturnMap, ReturnMaps, Sampled
 from tests import needs
 
 HOPPER = hopform.load_robot("hopper_c")
@@ -113,6 +114,14 @@ def test_hopper_bs_first_controller_holds_a_height_on_even_ground_and_not_on_rou
     assert np.abs(rough - 0.2).max() > 0.01
 
 
+def test_return_maps_are_read_between_their_heights_and_end_with_them():
+    """apex = h + u/10 over the last apex h: the current is 10 times what is missing."""
+    heights, currents = np.array([0.1, 0.2]), np.linspace(-1.0, 1.0, 5)
+    maps = ReturnMaps(heights, currents, heights[:, None] + currents / 10.0, np.zeros(2), np.zeros(2))
+    for apex, met in ((0.1, 0.1), (0.175, 0.175), (0.2, 0.2), (0.05, 0.1), (0.5, 0.2)):
+        assert maps.current(apex, 0.15) == pytest.approx(10.0 * (0.15 - met), abs=1e-13)
+
+
 # ---- any controller ----
 
 
@@ -149,6 +158,19 @@ def test_a_sampled_law_is_asked_at_every_tick_for_the_state_there():
         assert np.array(state) == pytest.approx(np.array(there) + [0.0, 0.0, 0.01, 0.0], abs=1e-12)
 
 
+@pytest.mark.parametrize(
+    "value",
+    [ConstantCurrent(2.0), FeedForward(0.2), AsPrinted(0.2), ReturnMap(0.2), ReturnMap(0.2).prepare(HOPPER, (0.0,)),
+     ReturnMap(0.2).prepare(HOPPER, (0.0,)).maps, hopform.Errors()],
+    ids=lambda value: type(value).__name__,
+)  # fmt: skip
+def test_controllers_and_errors_are_values(value):
+    """A run that has been pickled says what was asked of it."""
+    for each in dataclasses.fields(value):
+        with pytest.raises(dataclasses.FrozenInstanceError):
+            setattr(value, each.name, None)
+
+
 def test_a_controller_that_prepares_is_asked_by_what_it_returns():
     class Prepared:
         def prepare(self, robot, ground):
@@ -178,6 +200,35 @@ def test_what_is_measured_scatters_as_asked_and_within_the_stroke():
     assert seen[:, 0].min() >= HOPPER.x1_min
     related = np.corrcoef((seen - truth)[:, 1:].T) - np.eye(4)
     assert np.abs(related).max() < 0.1  # of 2000: four and a half standard deviations
+
+
+def test_what_a_sampled_law_sees_scatters_as_asked():
+    seen = []
+    errors = hopform.Errors(x1=1e-3, v1=2e-2, x2=3e-3, v2=1e-2)
+    run = hops(
+        terrain.flat(12), lambda _: Sampled(1e-3, lambda t, state: seen.append((t, state)) or 3.0), errors=errors
+    )
+    begins = [n for n, (t, _) in enumerate(seen) if t == 0.0]
+    misses = [
+        np.array(state) - np.array(hop.stance.at(t))
+        for hop, begin, end in zip(run.hops, begins, [*begins[1:], len(seen)], strict=True)
+        for t, state in seen[begin:end]
+    ]
+    assert len(misses) > 2000  # so a spread is within 6 % but once in a thousand
+    assert np.std(misses, axis=0) == pytest.approx([1e-3, 2e-2, 3e-3, 1e-2], rel=0.06)
+    assert np.abs(np.corrcoef(np.transpose(misses)) - np.eye(4)).max() < 0.1
+
+
+def test_the_return_is_designed_for_the_fall_that_the_model_predicts():
+    """From x1 above the ground at take-off; the motor's force is the plant's."""
+    believed = dataclasses.replace(HOPPER, gamma2=0.8 * HOPPER.gamma2, b1=HOPPER.b1 / 2.0, g=9.5)
+    run = hops(terrain.flat(3), 3.0, errors=hopform.Errors(model=believed))
+    for before, hop in itertools.pairwise(run.hops):
+        x1, v2 = float(before.stance.takeoff.x1), float(before.stance.takeoff.v2)
+        assert x1 > 0.01
+        fall = (v2 + math.sqrt(v2**2 + 2.0 * believed.g * x1)) / believed.g
+        designed = np.array(hopform.design_return(believed, fall - 0.05))
+        assert np.array(hop.flight.gains) == pytest.approx(designed / 0.8, rel=1e-12)
 
 
 def test_a_current_that_flows_less_than_asked_for_is_a_weaker_motor():

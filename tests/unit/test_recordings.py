@@ -11,7 +11,7 @@ import pytest
 import hopform
 from hopform._cli import main
 from hopform._identify import fit_drop_test, fit_force, fit_step_response, friction_threshold
-from hopform._identify.drop import swing_of
+from hopform._identify.drop import oscillation_of
 from hopform._identify.recordings import noise_of, outliers, parse_recording, quantum_of, read_recording, saturated
 from hopform._identify.synthetic import record, to_csv
 
@@ -30,10 +30,10 @@ def test_noise_and_quantum_are_seen():
 def test_an_envelope_along_a_line_is_coulomb_s_and_an_exponential_one_viscous(b2, f2):
     robot = dataclasses.replace(HOPPER, b2=b2, f2=f2)
     recording = record(robot, "decay", height=0.04, noise=1e-5, quantum=0.0, duration=3.0)
-    swing = swing_of(recording.time, recording.position("x2"))
-    assert swing.omega == pytest.approx(20.0, rel=0.02)
-    assert swing.viscous == pytest.approx(b2 / 3.0, abs=0.15)
-    assert swing.coulomb == pytest.approx(f2, abs=0.08)
+    found = oscillation_of(recording.time, recording.position("x2"))
+    assert found.omega == pytest.approx(20.0, rel=0.02)
+    assert found.viscous == pytest.approx(b2 / 3.0, abs=0.15)
+    assert found.coulomb == pytest.approx(f2, abs=0.08)
 
 
 # ---- bad data ----
@@ -77,7 +77,7 @@ BAD = {
         rows(*(f"{0.005 * n},{0.02 * math.cos(0.175 * n) * math.exp(0.01 * (n - 200))}" for n in range(200))),
         ("line", "x2_m", "release"),
     ),
-    "a decay that ends before it swings back": (
+    "a decay that ends before it turns back": (
         "\n".join(to_csv(record(HOPPER, "decay", seed=5)).splitlines()[:31]), ("line 31", "x2_m", "too short"),
     ),
     "noise alone": (
@@ -171,7 +171,7 @@ def test_a_current_that_is_of_another_run_is_refused_by_file_line_and_column(kin
 
 SCALED = {
     "drop": ("x2", 1000.0, "reaches 600.429 m; a position of a hopper is within 10 m"),
-    "decay": ("x2", 100.0, "swings over 7.24 m; a body on its spring does over 3 m at most"),
+    "decay": ("x2", 100.0, "moves over 7.24 m; a body on its spring does over 3 m at most"),
     "step": ("x1", 1000.0, "within 10 m"),
     "ramp": ("x1", 1e-3, "0.5 mm to 10 m"),
     "free": ("current", 1e-3, "reaches 0.003 A; what drives a hopper reaches 0.01 to 300 A"),

@@ -127,7 +127,7 @@ def test_ctrl_c_ends_the_command_with_130_no_traceback_and_no_file(tmp_path):
 def test_the_bar_of_hop_shows_how_far_it_is(monkeypatch, capsys):
     """A bar that only moves says less than one that fills."""
     shares: list[float] = []
-    monkeypatch.setattr(output, "PATIENCE", 0.0)
+    monkeypatch.setattr(output, "BAR_AFTER", 0.0)
     monkeypatch.setenv("FORCE_COLOR", "1")
     update = output.Progress.update
 

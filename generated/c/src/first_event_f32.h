@@ -227,7 +227,7 @@ static inline bool is_near_f32(const hopform_poles_f32 *poles, float t, float d)
 static inline hopform_basis_f32 carried_basis_f32(const hopform_poles_f32 *poles, const hopform_basis_f32 *from,
                                                     float d)
 {
-    const hopform_carried_f32 later = hopform_carry_f32(poles, from, d);
+    const hopform_propagated_f32 later = hopform_taylor_step_f32(poles, from, d);
     const hopform_basis_f32 basis = {later.Wdd_t, later.Wd_t, later.W_t, later.W1_t, later.W2_t};
     return basis;
 }
@@ -556,7 +556,7 @@ static inline float deflated_f32(const event_set_f32 *set, const event_function_
 {
     if (t > set->node->fades) {
         const hopform_poles_f32 *poles = set->poles;
-        const hopform_pair_numerator_f32 left = hopform_behind_the_pole_f32(poles, &g->numerator);
+        const hopform_pair_numerator_f32 left = hopform_deflated_numerator_f32(poles, &g->numerator);
         const hopform_pair_f32 pair = hopform_pair_at_f32(poles, t);
         return left.A * pair.Rd + left.B * pair.R;
     }
@@ -714,7 +714,7 @@ static inline float steady_state_correction_f32(const hopform_poles_f32 *poles, 
     const bool slow = poles->s_3 > 0.0f; /* else W does not fade, but is not in it */
     const float by_2 = residual * poles->s_2;
     const hopform_numerator_f32 fading = {h->H3, slow ? h->H2 : by_2, h->H1};
-    const float value = settled - hopform_left_to_go_f32(poles, &fading, basis, residual);
+    const float value = settled - hopform_residual_to_steady_state_f32(poles, &fading, basis, residual);
     const float rate = h->H3 * basis->Wdd + h->H2 * basis->Wd + h->H1 * basis->W;
     const float of_time = t * fabs_f32(rate);
     const float of_rise = fabs_f32(start) + fabs_f32(h->H3 * basis->Wd) + fabs_f32(h->H2 * basis->W)
@@ -749,7 +749,7 @@ static inline approach_f32 approach_of_f32(const hopform_poles_f32 *poles, const
                                              const hopform_basis_f32 *basis)
 {
     const hopform_numerator_f32 h = {motion->H3_1, motion->H2_1, motion->H1_1};
-    const hopform_rise_f32 rise = hopform_rises_f32(poles, &h, basis);
+    const hopform_rise_f32 rise = hopform_step_response_f32(poles, &h, basis);
     const hopform_at_f32 at = hopform_state_at_f32(start, motion, basis);
     const approach_f32 to = {{sign * at.x1_t, sign * at.v1_t, sign * rise.rise_rate, sign * rise.rise_curvature},
                               sign * rise.rise_third};

@@ -227,7 +227,7 @@ static inline bool is_near_f64(const hopform_poles_f64 *poles, double t, double 
 static inline hopform_basis_f64 carried_basis_f64(const hopform_poles_f64 *poles, const hopform_basis_f64 *from,
                                                     double d)
 {
-    const hopform_carried_f64 later = hopform_carry_f64(poles, from, d);
+    const hopform_propagated_f64 later = hopform_taylor_step_f64(poles, from, d);
     const hopform_basis_f64 basis = {later.Wdd_t, later.Wd_t, later.W_t, later.W1_t, later.W2_t};
     return basis;
 }
@@ -556,7 +556,7 @@ static inline double deflated_f64(const event_set_f64 *set, const event_function
 {
     if (t > set->node->fades) {
         const hopform_poles_f64 *poles = set->poles;
-        const hopform_pair_numerator_f64 left = hopform_behind_the_pole_f64(poles, &g->numerator);
+        const hopform_pair_numerator_f64 left = hopform_deflated_numerator_f64(poles, &g->numerator);
         const hopform_pair_f64 pair = hopform_pair_at_f64(poles, t);
         return left.A * pair.Rd + left.B * pair.R;
     }
@@ -714,7 +714,7 @@ static inline double steady_state_correction_f64(const hopform_poles_f64 *poles,
     const bool slow = poles->s_3 > 0.0; /* else W does not fade, but is not in it */
     const double by_2 = residual * poles->s_2;
     const hopform_numerator_f64 fading = {h->H3, slow ? h->H2 : by_2, h->H1};
-    const double value = settled - hopform_left_to_go_f64(poles, &fading, basis, residual);
+    const double value = settled - hopform_residual_to_steady_state_f64(poles, &fading, basis, residual);
     const double rate = h->H3 * basis->Wdd + h->H2 * basis->Wd + h->H1 * basis->W;
     const double of_time = t * fabs_f64(rate);
     const double of_rise = fabs_f64(start) + fabs_f64(h->H3 * basis->Wd) + fabs_f64(h->H2 * basis->W)
@@ -749,7 +749,7 @@ static inline approach_f64 approach_of_f64(const hopform_poles_f64 *poles, const
                                              const hopform_basis_f64 *basis)
 {
     const hopform_numerator_f64 h = {motion->H3_1, motion->H2_1, motion->H1_1};
-    const hopform_rise_f64 rise = hopform_rises_f64(poles, &h, basis);
+    const hopform_rise_f64 rise = hopform_step_response_f64(poles, &h, basis);
     const hopform_at_f64 at = hopform_state_at_f64(start, motion, basis);
     const approach_f64 to = {{sign * at.x1_t, sign * at.v1_t, sign * rise.rise_rate, sign * rise.rise_curvature},
                               sign * rise.rise_third};

@@ -173,14 +173,14 @@ typedef struct {
     double rise_third;      /* [1/s^3] the derivative of that */
 } hopform_rise_f64;
 
-/* W, its derivatives and integrals a short time later: a Taylor step of the propagator. */
+/* W, its derivatives and integrals a short time later, by a Taylor step of the propagator. */
 typedef struct {
     double Wdd_t;  /* [1] W'' */
     double Wd_t;   /* [s] W' */
     double W_t;    /* [s^2] W */
     double W1_t;   /* [s^3] integral of W */
     double W2_t;   /* [s^4] integral of that */
-} hopform_carried_f64;
+} hopform_propagated_f64;
 
 /* The state at time t of a phase. */
 typedef struct {
@@ -527,7 +527,7 @@ static inline hopform_integrals_f64 hopform_integrals_by_recursion_f64(const hop
 }
 
 /* Deflated numerator: the factor s + a divided out. */
-static inline hopform_pair_numerator_f64 hopform_behind_the_pole_f64(const hopform_poles_f64 *poles, const hopform_numerator_f64 *numerator)
+static inline hopform_pair_numerator_f64 hopform_deflated_numerator_f64(const hopform_poles_f64 *poles, const hopform_numerator_f64 *numerator)
 {
     const double p = poles->p, q = poles->q;
     const double H3 = numerator->H3, H2 = numerator->H2, H1 = numerator->H1;
@@ -538,7 +538,7 @@ static inline hopform_pair_numerator_f64 hopform_behind_the_pole_f64(const hopfo
 }
 
 /* Deflated derivative of a function of time: the real pole divided out, a motion of the pair alone. */
-static inline double hopform_turning_f64(const hopform_poles_f64 *poles, const hopform_pair_numerator_f64 *pair_numerator, const hopform_basis_f64 *basis)
+static inline double hopform_deflated_derivative_f64(const hopform_poles_f64 *poles, const hopform_pair_numerator_f64 *pair_numerator, const hopform_basis_f64 *basis)
 {
     const double a = poles->a;
     const double A = pair_numerator->A, B = pair_numerator->B;
@@ -563,7 +563,7 @@ static inline hopform_ringing_f64 hopform_ringing_at_f64(const hopform_poles_f64
 }
 
 /* Step response: change of a function of time since the start of the phase. */
-static inline hopform_rise_f64 hopform_rises_f64(const hopform_poles_f64 *poles, const hopform_numerator_f64 *numerator, const hopform_basis_f64 *basis)
+static inline hopform_rise_f64 hopform_step_response_f64(const hopform_poles_f64 *poles, const hopform_numerator_f64 *numerator, const hopform_basis_f64 *basis)
 {
     const double s_1 = poles->s_1, s_2 = poles->s_2, s_3 = poles->s_3;
     const double H3 = numerator->H3, H2 = numerator->H2, H1 = numerator->H1;
@@ -579,17 +579,17 @@ static inline hopform_rise_f64 hopform_rises_f64(const hopform_poles_f64 *poles,
 }
 
 /* Residual of a function of time to its steady state. */
-static inline double hopform_left_to_go_f64(const hopform_poles_f64 *poles, const hopform_numerator_f64 *numerator, const hopform_basis_f64 *basis, double way)
+static inline double hopform_residual_to_steady_state_f64(const hopform_poles_f64 *poles, const hopform_numerator_f64 *numerator, const hopform_basis_f64 *basis, double residual_0)
 {
     const double s_1 = poles->s_1, s_2 = poles->s_2;
     const double H3 = numerator->H3, H2 = numerator->H2;
     const double Wdd = basis->Wdd, Wd = basis->Wd, W = basis->W;
-    const double left = Wdd*way - W*(H2 - s_2*way) - Wd*(H3 - s_1*way);  /* (19), (21) less their final value */
-    return left;
+    const double residual = Wdd*residual_0 - W*(H2 - residual_0*s_2) - Wd*(H3 - residual_0*s_1);  /* (19), (21) less their final value */
+    return residual;
 }
 
 /* W a short time t later. */
-static inline hopform_carried_f64 hopform_carry_f64(const hopform_poles_f64 *poles, const hopform_basis_f64 *basis, double t)
+static inline hopform_propagated_f64 hopform_taylor_step_f64(const hopform_poles_f64 *poles, const hopform_basis_f64 *basis, double t)
 {
     const double s_1 = poles->s_1, s_2 = poles->s_2, s_3 = poles->s_3;
     const double Wdd = basis->Wdd, Wd = basis->Wd, W = basis->W, W1 = basis->W1, W2 = basis->W2;
@@ -610,7 +610,7 @@ static inline hopform_carried_f64 hopform_carry_f64(const hopform_poles_f64 *pol
     const double W1_t = W1 + more_W1;                                                  /* t later */
     const double more_W2 = W*half + W1*t + Wd*sixth + Wdd*rest;                        /* its Taylor series */
     const double W2_t = W2 + more_W2;                                                  /* t later */
-    const hopform_carried_f64 result = {Wdd_t, Wd_t, W_t, W1_t, W2_t};
+    const hopform_propagated_f64 result = {Wdd_t, Wd_t, W_t, W1_t, W2_t};
     return result;
 }
 

@@ -12,7 +12,6 @@ from hopform_solver.records import (
     At,
     Ballistic,
     Basis,
-    Carried,
     Decay,
     Drive,
     Energy,
@@ -34,6 +33,7 @@ from hopform_solver.records import (
     PairNumerator,
     PairSeries,
     Poles,
+    Propagated,
     Pull,
     Rates,
     Real,
@@ -313,7 +313,7 @@ def integrals_by_recursion(poles: Poles, response: Response, t: Real) -> Integra
     return Integrals(W1, W2)
 
 
-def behind_the_pole(poles: Poles, numerator: Numerator) -> PairNumerator:
+def deflated_numerator(poles: Poles, numerator: Numerator) -> PairNumerator:
     """Deflated numerator: the factor s + a divided out.
 
     """
@@ -324,7 +324,7 @@ def behind_the_pole(poles: Poles, numerator: Numerator) -> PairNumerator:
     return PairNumerator(A, B)
 
 
-def turning(poles: Poles, pair_numerator: PairNumerator, basis: Basis) -> Real:
+def deflated_derivative(poles: Poles, pair_numerator: PairNumerator, basis: Basis) -> Real:
     """Deflated derivative of a function of time: the real pole divided out, a motion of the pair alone.
 
     Returns m [1/s^2], A R' + B R.
@@ -352,7 +352,7 @@ def ringing_at(poles: Poles, chi: Real, numerator: Numerator, decay: Decay) -> R
     return Ringing(slow, X, Y)
 
 
-def rises(poles: Poles, numerator: Numerator, basis: Basis) -> Rise:
+def step_response(poles: Poles, numerator: Numerator, basis: Basis) -> Rise:
     """Step response: change of a function of time since the start of the phase.
 
     """
@@ -368,20 +368,20 @@ def rises(poles: Poles, numerator: Numerator, basis: Basis) -> Rise:
     return Rise(rise, rise_rate, rise_curvature, rise_third)
 
 
-def left_to_go(poles: Poles, numerator: Numerator, basis: Basis, way: Real) -> Real:
+def residual_to_steady_state(poles: Poles, numerator: Numerator, basis: Basis, residual_0: Real) -> Real:
     """Residual of a function of time to its steady state.
 
-    way [1] final value of a function of time, less its initial value.
-    Returns left [1], the final value less the function.
+    residual_0 [1] final value of a function of time, less its initial value.
+    Returns residual [1], the final value less the function.
     """
     s_1, s_2 = poles.s_1, poles.s_2
     H3, H2 = numerator.H3, numerator.H2
     Wdd, Wd, W = basis.Wdd, basis.Wd, basis.W
-    left = Wdd*way - W*(H2 - s_2*way) - Wd*(H3 - s_1*way)  # (19), (21) less their final value
-    return left
+    residual = Wdd*residual_0 - W*(H2 - residual_0*s_2) - Wd*(H3 - residual_0*s_1)  # (19), (21) less their final value
+    return residual
 
 
-def carry(poles: Poles, basis: Basis, t: Real) -> Carried:
+def taylor_step(poles: Poles, basis: Basis, t: Real) -> Propagated:
     """W a short time t later.
 
     t [s] time since the phase began.
@@ -405,7 +405,7 @@ def carry(poles: Poles, basis: Basis, t: Real) -> Carried:
     W1_t = W1 + more_W1                                                  # t later
     more_W2 = W*half + W1*t + Wd*sixth + Wdd*rest                        # its Taylor series
     W2_t = W2 + more_W2                                                  # t later
-    return Carried(Wdd_t, Wd_t, W_t, W1_t, W2_t)
+    return Propagated(Wdd_t, Wd_t, W_t, W1_t, W2_t)
 
 
 def state_at(state: LegState, motion: Motion, basis: Basis) -> At:

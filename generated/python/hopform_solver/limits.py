@@ -8,10 +8,10 @@ import numpy as np
 _F32: np.dtype[Any] = np.dtype(np.float32)
 _F64: np.dtype[Any] = np.dtype(np.float64)
 
-CONTACT_IS_COMPRESSION = True
+CONTACT_IS_COMPRESSION = bool(1)
 """Whether the contact force of the leg is k y."""
 
-LEG_HAS_DAMPER = False
+LEG_HAS_DAMPER = bool(0)
 """Whether a damper acts in the leg, which relaxes in flight."""
 
 NEVER = {_F32: 1e+38, _F64: 1e+300}

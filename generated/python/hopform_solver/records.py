@@ -565,8 +565,8 @@ class Rise(NamedTuple):
     """[1/s^3] the derivative of that"""
 
 
-class Carried(NamedTuple):
-    """W, its derivatives and integrals a short time later: a Taylor step of the propagator."""
+class Propagated(NamedTuple):
+    """W, its derivatives and integrals a short time later, by a Taylor step of the propagator."""
 
     Wdd_t: Real
     """[1] W''"""

@@ -227,7 +227,7 @@ static inline bool is_near_real(const hopform_poles_real *poles, real t, real d)
 static inline hopform_basis_real carried_basis_real(const hopform_poles_real *poles, const hopform_basis_real *from,
                                                     real d)
 {
-    const hopform_carried_real later = hopform_carry_real(poles, from, d);
+    const hopform_propagated_real later = hopform_taylor_step_real(poles, from, d);
     const hopform_basis_real basis = {later.Wdd_t, later.Wd_t, later.W_t, later.W1_t, later.W2_t};
     return basis;
 }
@@ -556,7 +556,7 @@ static inline real deflated_real(const event_set_real *set, const event_function
 {
     if (t > set->node->fades) {
         const hopform_poles_real *poles = set->poles;
-        const hopform_pair_numerator_real left = hopform_behind_the_pole_real(poles, &g->numerator);
+        const hopform_pair_numerator_real left = hopform_deflated_numerator_real(poles, &g->numerator);
         const hopform_pair_real pair = hopform_pair_at_real(poles, t);
         return left.A * pair.Rd + left.B * pair.R;
     }
@@ -714,7 +714,7 @@ static inline real steady_state_correction_real(const hopform_poles_real *poles,
     const bool slow = poles->s_3 > 0.0; /* else W does not fade, but is not in it */
     const real by_2 = residual * poles->s_2;
     const hopform_numerator_real fading = {h->H3, slow ? h->H2 : by_2, h->H1};
-    const real value = settled - hopform_left_to_go_real(poles, &fading, basis, residual);
+    const real value = settled - hopform_residual_to_steady_state_real(poles, &fading, basis, residual);
     const real rate = h->H3 * basis->Wdd + h->H2 * basis->Wd + h->H1 * basis->W;
     const real of_time = t * fabs_real(rate);
     const real of_rise = fabs_real(start) + fabs_real(h->H3 * basis->Wd) + fabs_real(h->H2 * basis->W)
@@ -749,7 +749,7 @@ static inline approach_real approach_of_real(const hopform_poles_real *poles, co
                                              const hopform_basis_real *basis)
 {
     const hopform_numerator_real h = {motion->H3_1, motion->H2_1, motion->H1_1};
-    const hopform_rise_real rise = hopform_rises_real(poles, &h, basis);
+    const hopform_rise_real rise = hopform_step_response_real(poles, &h, basis);
     const hopform_at_real at = hopform_state_at_real(start, motion, basis);
     const approach_real to = {{sign * at.x1_t, sign * at.v1_t, sign * rise.rise_rate, sign * rise.rise_curvature},
                               sign * rise.rise_third};

@@ -43,7 +43,7 @@ def lanes_of(watch: Watch, lanes: Lanes) -> Watch:
 
 def sample_at(watch: Watch, t: Array) -> Sample:
     basis = basis_at(watch.poles, t)
-    rise = formulas.rises(watch.poles, watch.numerator, basis)
+    rise = formulas.step_response(watch.poles, watch.numerator, basis)
     H3, H2, H1 = (np.abs(field) for field in watch.numerator)
     Wd, W, W1 = (np.abs(field) for field in basis[1:4])
     ulps = 16.0 * np.finfo(t.dtype).eps
@@ -67,7 +67,7 @@ def root_is_later(watch: Watch, settled: Array, t: Array) -> Array:
     way = settled - start
     slow, by_2 = poles.s_3 > 0.0, way * poles.s_2  # else W does not fade, but is not in it
     fading = Numerator(H3, np.where(slow, H2, by_2), H1)
-    value = settled - formulas.left_to_go(poles, fading, basis, way)
+    value = settled - formulas.residual_to_steady_state(poles, fading, basis, way)
     rate = H3 * basis.Wdd + H2 * basis.Wd + H1 * basis.W
     of_time = t * np.abs(rate)
     of_rise = np.abs(start) + np.abs(H3 * basis.Wd) + np.abs(H2 * basis.W) + np.abs(H1 * basis.W1) + of_time
@@ -82,7 +82,7 @@ def root_is_later(watch: Watch, settled: Array, t: Array) -> Array:
 
 def zeros_of_pair(watch: Watch) -> tuple[Array, Array]:
     """First zero and spacing of the motion of the pair that is left of g' behind the real pole; infinite if none."""
-    left = formulas.behind_the_pole(watch.poles, watch.numerator)
+    left = formulas.deflated_numerator(watch.poles, watch.numerator)
     never = NEVER[watch.start.dtype]
     first, spacing = np.full_like(watch.start, never), np.full_like(watch.start, never)
     mean = 0.5 * watch.poles.p

@@ -18,8 +18,8 @@ from hopform._errors import HopformError
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-PATIENCE = 2.0
-"""[s] after which a person who waits is shown that something happens."""
+BAR_AFTER = 2.0
+"""[s] after which a progress bar appears."""
 
 UNBROKEN = 240
 """Columns that a line may have where no terminal limits it."""
@@ -90,7 +90,7 @@ def show(parts: Iterable[RenderableType]) -> None:
 
 @contextmanager
 def progress_bar(what: str) -> Generator[Callable[[int, int], None], None, None]:
-    """A moving bar on the error stream if this takes longer than `PATIENCE` and a person is there to see it.
+    """A moving bar on the error stream if this takes longer than `BAR_AFTER` and a person is there to see it.
 
     The function that it yields takes what is done and the total, and moves the bar.
     """
@@ -98,7 +98,7 @@ def progress_bar(what: str) -> Generator[Callable[[int, int], None], None, None]
     columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
     bar = Progress(*columns, console=console, transient=True, disable=not console.is_terminal)
     task = bar.add_task(what, total=None)
-    timer = threading.Timer(PATIENCE, bar.start)
+    timer = threading.Timer(BAR_AFTER, bar.start)
     timer.start()
     try:
         yield lambda done, total: bar.update(task, completed=done, total=total)

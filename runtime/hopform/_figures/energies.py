@@ -73,14 +73,14 @@ def actuated() -> Picture:
     heights = run.table["apex"]
     ours = (
         f"the same drop at 3 A, {len(run.hops)} hops: apexes rise from {cm(heights[0])} to {cm(heights[-1], 2)} and "
-        f"settle at {cm(steady, 2)}. The dips in stance are the "
+        f"settle at {cm(steady, 2)}. The minima in stance are the "
         "actuator's work on the body; the drop at take-off is k x1^2/2, the spring's share at x1 > 0, which (27) "
         "leaves "
         f"out. AED predicted and energy after the fact differ by at most "
         f"{data['predicted off']:.0e} J"
     )
     paper = (
-        "the same with 3 A: energy added in U-shaped dips between the flights' plateaus, "
+        "the same with 3 A: energy added in U-shaped minima between the flights' plateaus, "
         "settling at a steady hopping height"
     )
     data["steady"] = steady

@@ -57,7 +57,7 @@ STYLE: dict[str, Any] = {
     "legend.fontsize": 8, "lines.linewidth": 1.4, "lines.solid_capstyle": "round", "hatch.linewidth": 0.6,
     "svg.hashsalt": "hopform", "svg.fonttype": "path", "pdf.fonttype": 42,
 }  # fmt: skip
-FORETOLD = r"E(0) + AED (24) $-$ impacts $-$ $k\,x_1^2/2$ at take-off"
+PREDICTED = r"E(0) + AED (24) $-$ impacts $-$ $k\,x_1^2/2$ at take-off"
 SAMPLES = 400
 """Points along a stance's curves."""
 
@@ -235,7 +235,7 @@ def plot_run(run: Run) -> Figure:
         rows: list[Axes] = list(figure.subplots(3, 1, sharex=True, height_ratios=[1.0, 0.7, 1.5]))
         draw_heights(rows[0], run, t)
         draw_strokes(rows[1], run, t)
-        draw_twice(rows[2], t, np.asarray(run.energy(t).body), np.asarray(run.aed(t)), FORETOLD)
+        draw_twice(rows[2], t, np.asarray(run.energy(t).body), np.asarray(run.aed(t)), PREDICTED)
         for axes in rows:
             for hop in run.hops:
                 axes.axvspan(hop.touchdown_time, hop.takeoff_time, zorder=0, **STANCE)

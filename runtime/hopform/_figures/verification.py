@@ -49,7 +49,7 @@ def initial_model() -> Picture:
         f"Model (1), (2) with the best viscous coefficients, b1 = {fitted.b1:.0f} and b2 = {fitted.b2:.1f} N s/m "
         f"(the robot: {robot.b1:g} and {robot.b2:g}), "
         f"leaves {mm(rms(off_1))} rms in x1 and {mm(rms(off_2))} in x2; over the last 0.5 s, "
-        f"where the recording rests, its body still swings by {mm(float(np.ptp(model.x2[-100:])))}"
+        f"where the recording rests, its body still oscillates over {mm(float(np.ptp(model.x2[-100:])))}"
     )
     paper = (
         "measured and simulated drop tests (x2) and step responses (x1) of Hopper B: fair for x2, off for small hops "

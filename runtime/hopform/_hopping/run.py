@@ -15,7 +15,7 @@ from typing import Any, SupportsFloat, cast
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from hopform._checks import finite, positive, shaped, shown, times_of, whole
+from hopform._checks import drawing, finite, positive, shaped, shown, times_of, whole
 from hopform._control.reach import home_of
 from hopform._errors import HopformError
 from hopform._flight import Flight, solve_flight
@@ -370,7 +370,7 @@ def simulate(
     """
     if not checked_robot(robot).g > 0.0:
         raise HopformError(f"hopping needs g > 0 m/s^2, got {robot.g!r}")
-    whole("seed", seed, 0, math.inf)
+    draw = drawing(seed)
     if not isinstance(errors, Errors):
         raise HopformError(f"errors must be Errors, got {shown(errors)}")
     grounds = heights_of(terrain)
@@ -383,8 +383,8 @@ def simulate(
     if not callable(prepared):
         raise HopformError(f"controller must be a current in A or a callable, got {shown(controller)}")
     task = _Task(
-        plant, model, grounds, cast(Controller, prepared), gains, errors, np.random.default_rng(seed), longest,
-        max_phases, backend, progress,
+        plant, model, grounds, cast(Controller, prepared), gains, errors, draw, longest, max_phases, backend,
+        progress,
     )  # fmt: skip
     return _run(task, first)
 

@@ -16,7 +16,7 @@ from typing import SupportsFloat
 import numpy as np
 from numpy.typing import NDArray
 
-from hopform._checks import finite, positive, shown, whole
+from hopform._checks import drawing, finite, positive, shown, whole
 from hopform._errors import HopformError
 from hopform._robots import Robot
 from hopform._solver.package import touchdown as solver
@@ -118,7 +118,7 @@ class TouchdownDetector:
             finite("level", level, "units of the signal"),
         )
         whole("trials", trials)
-        draw = np.random.default_rng(seed)
+        draw = drawing(seed)
         delays, run = draw.uniform(0.0, self.dt, trials), np.zeros(trials, dtype=np.int64)
         waiting = np.arange(trials)
         limit = 1000 + 100 * math.ceil(min(self._samples(deviation, height), 1e6))

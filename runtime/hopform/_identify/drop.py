@@ -2,9 +2,9 @@
 
     m_s x2'' = k (L0 + c - x2) - b2 x2' - m_s g - m_s f2 sign(x2')
 
-The fit starts from the data: the frequency of the swings gives k/m_s, their envelope the friction. Successive extrema
-about the rest obey |A_(n+1)| = a |A_n| - d with a = exp(-b2 T/(4 m_s)) and d = (1 + a) f2 m_s/k: an envelope that falls
-along a line is Coulomb's, one that falls exponentially is viscous.
+The fit starts from the data: the frequency of the oscillation gives k/m_s, its envelope the friction. Successive
+extrema about the rest obey |A_(n+1)| = a |A_n| - d with a = exp(-b2 T/(4 m_s)) and d = (1 + a) f2 m_s/k: an envelope
+that falls along a line is Coulomb's, one that falls exponentially is viscous.
 """
 
 import math
@@ -50,7 +50,7 @@ _DEFAULTS: dict[Rig, dict[str, float]] = {
 }
 
 
-_MOST_SWING = 3.0
+_MOST_RANGE = 3.0
 """[m] from end to end: no spring of a hopper is longer."""
 
 
@@ -69,7 +69,7 @@ class Cut(NamedTuple):
     x1: Array | None
 
 
-class Swing(NamedTuple):
+class Oscillation(NamedTuple):
     """Estimates from a decay: its rest [m], angular frequency [rad/s], b2/m_s [1/s] and f2 [m/s^2]."""
 
     rest: float
@@ -78,7 +78,7 @@ class Swing(NamedTuple):
     coulomb: float
 
 
-def swing_of(time: Array, values: Array) -> Swing:
+def oscillation_of(time: Array, values: Array) -> Oscillation:
     """Frequency and friction of an oscillation about a rest, from its extrema; a guess where there are too few."""
     noise = max(of_recordings.noise_of(values), of_recordings.quantum_of(values))
     values = of_recordings.calm(values)
@@ -86,15 +86,15 @@ def swing_of(time: Array, values: Array) -> Swing:
     omega = _spectral_peak(time, values - rest)
     extrema = _extrema(time, values - rest, math.pi / omega, 4.0 * noise)
     if len(extrema) < 3:
-        return Swing(rest, omega, 0.2 * omega, 0.0)
+        return Oscillation(rest, omega, 0.2 * omega, 0.0)
     at, size = np.array([t for t, _ in extrema]), np.abs([a for _, a in extrema])
     omega = math.pi / float(np.median(np.diff(at)))
     if len(extrema) < 4:
-        return Swing(rest, omega, max(2.0 * omega / math.pi * math.log(size[0] / size[1]), 0.0), 0.0)
+        return Oscillation(rest, omega, max(2.0 * omega / math.pi * math.log(size[0] / size[1]), 0.0), 0.0)
     slope, drop = np.polyfit(size[:-1], size[1:], 1, w=np.sqrt(size[:-1]))
     ratio = min(max(float(slope), 0.05), 1.0)
     viscous = -2.0 * omega / math.pi * math.log(ratio)
-    return Swing(rest, omega, viscous, max(-float(drop), 0.0) * omega**2 / (1.0 + ratio))
+    return Oscillation(rest, omega, viscous, max(-float(drop), 0.0) * omega**2 / (1.0 + ratio))
 
 
 def _spectral_peak(time: Array, values: Array) -> float:
@@ -108,7 +108,7 @@ def _spectral_peak(time: Array, values: Array) -> float:
 
 
 def _extrema(time: Array, values: Array, half: float, least: float) -> list[tuple[float, float]]:
-    """Times and sizes of the swings: the largest deviation between crossings of the rest, as long as they exceed the
+    """Times and sizes of the extrema: the largest deviation between crossings of the rest, as long as they exceed the
     noise.
     """
     signs = np.signbit(values)
@@ -231,11 +231,11 @@ def _cuts(recording: Recording, number: int, rig: Rig, g: float) -> list[Cut]:
     rests.
     """
     values = recording.position("x2")
-    if rig == "attached" and float(np.ptp(values)) > _MOST_SWING:
+    if rig == "attached" and float(np.ptp(values)) > _MOST_RANGE:
         worst = int(np.abs(values - np.median(values)).argmax())
         raise recording.error_of(
             "x2",
-            f"swings over {np.ptp(values):.3g} m; a body on its spring does over {_MOST_SWING:g} m at most: is its "
+            f"moves over {np.ptp(values):.3g} m; a body on its spring does over {_MOST_RANGE:g} m at most: is its "
             "unit right?",
             recording.line + worst,
         )
@@ -313,12 +313,12 @@ def _experiments(
     return [body, replace(body, label=f"{cut.label}, x1", measured=cut.x1, of="x1")]
 
 
-def _guess(cut: Cut, rig: Rig, g: float) -> Swing:
-    """Estimates from one motion: a decay by its swings, a drop by its lowest point and its rest, of the leg where x1 is
-    known.
+def _guess(cut: Cut, rig: Rig, g: float) -> Oscillation:
+    """Estimates from one motion: a decay by its extrema, a drop by its lowest point and its rest, of the leg where x1
+    is known.
     """
     if rig == "attached":
-        return swing_of(cut.time, cut.x)
+        return oscillation_of(cut.time, cut.x)
     x = cut.x
     low, top = float(x.min()), float(x.max())
     fall = 0.9 * (top - low)
@@ -329,10 +329,10 @@ def _guess(cut: Cut, rig: Rig, g: float) -> Swing:
     depth = max(rest - low, 1e-6)
     half = fall - depth
     sag = half - math.sqrt(half * half - depth * depth) if half > depth else max(depth, 1e-4)
-    return Swing(rest, math.sqrt(g / max(sag, 1e-5)), 0.1 * math.sqrt(g / max(sag, 1e-5)), 0.3)
+    return Oscillation(rest, math.sqrt(g / max(sag, 1e-5)), 0.1 * math.sqrt(g / max(sag, 1e-5)), 0.3)
 
 
-def _first_stance(time: Array, x: Array, g: float) -> Swing:
+def _first_stance(time: Array, x: Array, g: float) -> Oscillation:
     """The same of a leg without a rest of its own: it leaves its parabola at L0, and m_s g (top - low) = k (L0 -
     low)^2/2.
     """
@@ -346,10 +346,10 @@ def _first_stance(time: Array, x: Array, g: float) -> Swing:
     low = float(x[bottom])
     depth = max(length - low, 1e-3)
     square = 2.0 * g * 0.9 * (top - low) / depth**2
-    return Swing(length - g / square, math.sqrt(square), 0.1 * math.sqrt(square), 0.3)
+    return Oscillation(length - g / square, math.sqrt(square), 0.1 * math.sqrt(square), 0.3)
 
 
-def _seen_stances(cut: Cut, x1: Array, g: float) -> Swing:
+def _seen_stances(cut: Cut, x1: Array, g: float) -> Oscillation:
     """The same of a leg whose x1 is recorded: L0 is where the body leaves its parabola, the rest by least squares on
     (4) with all stances.
     """
@@ -371,11 +371,11 @@ def _seen_stances(cut: Cut, x1: Array, g: float) -> Swing:
     ].tolist()
     if not square > 0.0:
         return _first_stance(time, x - x1, g)
-    return Swing(length - g / square, math.sqrt(square), max(viscous, 0.0), max(coulomb, 0.0))
+    return Oscillation(length - g / square, math.sqrt(square), max(viscous, 0.0), max(coulomb, 0.0))
 
 
 def _shared_starts(
-    known: Mapping[str, float], guesses: Sequence[Swing], added: Sequence[float], rig: Rig
+    known: Mapping[str, float], guesses: Sequence[Oscillation], added: Sequence[float], rig: Rig
 ) -> dict[str, list[float]]:
     """Where each letter starts, per motion, from frequencies, envelopes and added masses."""
     square = np.array([guess.omega**2 for guess in guesses])
@@ -407,7 +407,9 @@ def _shared_starts(
     return starts
 
 
-def _driven_starts(cuts: Sequence[Cut], guesses: Sequence[Swing], known: Mapping[str, float]) -> list[dict[str, float]]:
+def _driven_starts(
+    cuts: Sequence[Cut], guesses: Sequence[Oscillation], known: Mapping[str, float]
+) -> list[dict[str, float]]:
     """Least squares on (3) for an actuator whose x1 was recorded, through each filter: acceleration over v1, current
     and compression.
     """
@@ -418,7 +420,7 @@ def _driven_starts(cuts: Sequence[Cut], guesses: Sequence[Swing], known: Mapping
     ]  # fmt: skip
 
 
-def _driven_start(cut: Cut, guess: Swing, known: Mapping[str, float], cutoff: float) -> dict[str, float]:
+def _driven_start(cut: Cut, guess: Oscillation, known: Mapping[str, float], cutoff: float) -> dict[str, float]:
     x1 = cut.x if cut.x1 is None else cut.x1
     step = float(np.median(np.diff(cut.time)))
     cutoff = min(cutoff, 0.2 / step)
@@ -441,7 +443,7 @@ def _driven_start(cut: Cut, guess: Swing, known: Mapping[str, float], cutoff: fl
     }  # fmt: skip
 
 
-def _own_start(letter: str, cut: Cut, guess: Swing) -> float:
+def _own_start(letter: str, cut: Cut, guess: Oscillation) -> float:
     if letter == "rest":
         return guess.rest
     x = cut.x1 if letter in ("x1", "v1") and cut.x1 is not None else cut.x

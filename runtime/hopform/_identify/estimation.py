@@ -4,7 +4,7 @@
 
 Masses, stiffness and the like, which are positive, are fitted as their logarithms; friction is bounded by 0. Covariance
 from the Jacobian at the solution; intervals of Student's t, those of Coulomb friction by profile likelihood, because
-its effect is not proportional and 0 is its end: all other parameters are fitted anew at each trial value, and the
+its effect is not proportional and 0 is its end: all other parameters are fitted again at each trial value, and the
 interval ends where the sum of squares has grown by the factor 1 + t^2/(n - p).
 """
 
@@ -341,7 +341,7 @@ def regular(residual: Array) -> NDArray[np.bool_]:
 
 
 def trimmed(fit: Callable[[Masks], tuple[Fitted, Sequence[Array]]], masks: Masks) -> Fitted:
-    """A fit without outliers: fit the samples that the masks select, identify the outliers of all, fit anew.
+    """A fit without outliers: fit the samples that the masks select, identify the outliers of all, fit again.
 
     fit: returns its answer and the residuals of all samples, an array per mask.
     """
@@ -436,7 +436,7 @@ def _profile(
     loss: str,
     inflation: float,
 ) -> tuple[float, float, str]:
-    """Where the sum of squares, with all else fitted anew, has grown by the quantile, on both sides of the estimate."""
+    """Where the sum of squares, all else fitted again, has grown by the quantile, on both sides of the estimate."""
     value = solution.values[parameter.name]
     two, one = (student(level, solution.freedom) ** 2 for level in (0.5 + 0.5 * LEVEL, LEVEL))
     rest = [p for p in started(solution) if p.name != parameter.name]

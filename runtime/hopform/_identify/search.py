@@ -122,7 +122,7 @@ def _from_start(parameters: Sequence[Parameter], start: Mapping[str, float]) -> 
 
 
 _FINALISTS = 4
-"""Starts that are followed over the first part of the recordings; others are judged by where they start."""
+"""Starts that are followed over the first part of the recordings: those of least cost after one step."""
 _CONTENDERS = 2
 """Of these, how many are followed over more and more of them: the sum of squares has kinks, and minima beside the
 least.
@@ -179,7 +179,7 @@ def _from(
 
 
 _NEAR = 3.0
-"""A fit that is off by so many times the noise is on its way to it."""
+"""A fit within so many times the noise has nearly converged."""
 
 
 def _is_noise(problem: Problem, found: Solution, loss: str) -> bool:

@@ -1,9 +1,9 @@
 """Motions in a recording: where a body is released, and where what follows is no longer its own motion. Samples, end
 exclusive.
 
-A decay starts just after a largest deviation from rest, before which there is a hand, and ends where swings grow again:
-at the next hand. A drop starts where a height falls that was held, and ends where the body is lifted again. A recording
-may hold several.
+A decay starts just after a largest deviation from rest, before which there is a hand, and ends where amplitudes grow
+again: at the next hand. A drop starts where a height falls that was held, and ends where the body is lifted again. A
+recording may hold several.
 """
 
 import math
@@ -16,8 +16,8 @@ from hopform._identify.recordings import FEWEST, Recording, calm, noise_of, quan
 
 Span = tuple[int, int]
 _ALIKE = 0.03
-"""Swings of one body on one spring are as fast each time: another decay is within this share, what a hand does is
-not.
+"""One body on one spring has the same period each time: that of another decay differs by at most this share, what a
+hand does by more.
 """
 _LEAST_REACH = 0.25
 """Of the largest decay or drop: what is smaller is left out."""
@@ -26,7 +26,7 @@ _HELD = 0.08
 
 
 def decays(recording: Recording, values: Array) -> list[Span]:
-    """The free decays of a recording about its rest, in their order: the largest, and others that swing as fast."""
+    """The free decays of a recording about its rest, in their order: the largest, and others of the same period."""
     main = _decay(recording, values, 0, values.size)
     size = _reach(values, main)
     pace = _pace(recording, values, main)
@@ -52,20 +52,25 @@ def _decay(recording: Recording, whole: Array, begin: int, end: int) -> Span:
     noise, values = max(noise_of(whole), quantum_of(whole)), calm(whole[begin:end])
     rest, tail = rest_of(values), values[-max(values.size // 20, 5) :]
     reach = float(np.abs(values - rest).max())
-    start = int((np.abs(values - rest) >= reach - 8.0 * noise).argmax())  # without friction all swings are as large
+    start = int((np.abs(values - rest) >= reach - 8.0 * noise).argmax())  # without friction all amplitudes are equal
     left = values[start:] - rest
     crossings = np.flatnonzero(np.signbit(left[1:]) != np.signbit(left[:-1])) + 1
     edges = [0, *crossings.tolist(), left.size]
     sizes = [float(np.abs(left[a:b]).max()) for a, b in zip(edges[:-1], edges[1:], strict=True)]
-    swings = sum(size > max(8.0 * noise, 0.1 * reach) for size in sizes)
+    half_periods = sum(size > max(8.0 * noise, 0.1 * reach) for size in sizes)
     at = recording.line + begin + start
     moves = float(np.ptp(tail)) / reach if reach > 0.0 else math.inf  # at the end, still
-    if reach <= 10.0 * noise or left.size <= FEWEST or (swings < 2 and moves > 0.05) or (swings < 3 and moves > 0.3):
+    if (
+        reach <= 10.0 * noise
+        or left.size <= FEWEST
+        or (half_periods < 2 and moves > 0.05)
+        or (half_periods < 3 and moves > 0.3)
+    ):
         raise recording.error_of("x2", "the release is not found: no decay follows the largest deviation", at)
     way = np.abs(left - left[0])
     turn = int((way >= float(way.max()) - 8.0 * noise).argmax())
     if moves > 0.05 and turn >= 0.95 * (left.size - 1):
-        raise recording.error_of("x2", "too short: it ends before the body swings back", recording.line + end - 1)
+        raise recording.error_of("x2", "too short: it ends before the body turns back", recording.line + end - 1)
     grows = [n for n in range(2, len(sizes)) if sizes[n] > 1.3 * max(sizes[n - 2 : n]) + max(8.0 * noise, 0.05 * reach)]
     last = start + (edges[grows[0] - 1] if grows else left.size)
     near = np.abs(left) > reach - 8.0 * noise  # held, or about its turn: the last sample of it
@@ -78,8 +83,8 @@ def _decay(recording: Recording, whole: Array, begin: int, end: int) -> Span:
 
 
 def rest_of(values: Array, share: int = 20) -> float:
-    """Where a body comes to rest, by the last of so many parts; where it swings on to the end, the middle of its last
-    swings.
+    """Where a body comes to rest, by the last of so many parts; where it oscillates to the end, the middle of its last
+    half periods.
     """
     tail, last = values[-max(values.size // share, 5) :], calm(values)[values.size // 2 :]
     middle, whole = 0.5 * float(last.max() + last.min()), float(np.ptp(values))
@@ -104,7 +109,7 @@ def _hand(values: Array, span: Span, begin: int = 0) -> int:
 
 
 def _pace(recording: Recording, values: Array, span: Span) -> float:
-    """Time [s] from crossing to crossing of the rest, the median of the larger swings; NaN for too few of them."""
+    """Time [s] from crossing to crossing of the rest, the median of the larger ones; NaN for too few of them."""
     time, part = recording.time[slice(*span)], calm(values[slice(*span)])
     left = part - rest_of(part)
     crossings = np.flatnonzero(np.signbit(left[1:]) != np.signbit(left[:-1]))

@@ -7,7 +7,7 @@ from typing import Literal, NamedTuple, SupportsFloat
 
 import numpy as np
 
-from hopform._checks import finite, positive, whole
+from hopform._checks import drawing, finite, positive, whole
 from hopform._errors import HopformError
 from hopform._identify import rigs
 from hopform._identify.motion import Array
@@ -46,7 +46,7 @@ def record(
     `current` [A] and, from rest again, to its negative). current: u_max if not given. hold [s]: of stillness at first,
     but in a decay. duration [s]: of a motion; a drop or a decay is repeated `repeats` times, the body taken back by
     hand in between. rate [Hz], noise [m] (standard deviation), quantum [m] (0 for none). The same seed gives the same
-    recording. Raises HopformError for a value that is not allowed.
+    recording, None another one each time. Raises HopformError for a value that is not allowed.
 
     >>> import hopform
     >>> recording = record(hopform.load_robot("hopper_c"), "step", seed=1)
@@ -58,7 +58,8 @@ def record(
     whole("repeats", repeats, most=1000)
     if repeats > 1 and test not in ("drop", "decay"):
         raise HopformError(f"repeats are for a drop or a decay, got {test!r}")
-    encoder = _Encoder(finite("noise", noise, "m"), finite("quantum", quantum, "m"), np.random.default_rng(seed))
+    draw = np.random.default_rng() if seed is None else drawing(seed)
+    encoder = _Encoder(finite("noise", noise, "m"), finite("quantum", quantum, "m"), draw)
     if encoder.noise < 0.0 or encoder.quantum < 0.0:
         raise HopformError(f"noise and quantum must be >= 0 m, got {encoder.noise!r} and {encoder.quantum!r}")
     time, hertz = _times(duration, rate)
@@ -124,7 +125,7 @@ def _current(test: str, time: Array, still: float, most: float) -> Array:
 def _body(
     robot: Robot, test: str, time: Array, height: float, still: float, added: float, u: Array
 ) -> tuple[Array, Array]:
-    """x2 and x1 of a body that is let go after a while; a decay without stillness begins with the swing."""
+    """x2 and x1 of a body that is let go after a while; a decay without stillness begins with the oscillation."""
     body = {"m_s": robot.m_s, "k": robot.k, "b2": robot.b2, "f2": robot.f2}
     if test == "decay":
         values = {**body, "g": 0.0, "rest": 0.0, "x": -height, "v": 0.0}

@@ -829,7 +829,9 @@ static void late_roots(void) {
     double low = 1.0 / w, high = low;
     for (int n = 0; n < 60; n++) {
       const T(basis) basis = hopform_basis_at_f64(&poles, high);
-      if (!(settled - hopform_left_to_go_f64(&poles, &h, &basis, way) > 0.0)) {
+      if (!(settled -
+                hopform_residual_to_steady_state_f64(&poles, &h, &basis, way) >
+            0.0)) {
         break;
       }
       low = high;
@@ -838,7 +840,9 @@ static void late_roots(void) {
     for (int n = 0; n < 200; n++) {
       const double middle = 0.5 * (low + high);
       const T(basis) basis = hopform_basis_at_f64(&poles, middle);
-      if (settled - hopform_left_to_go_f64(&poles, &h, &basis, way) > 0.0) {
+      if (settled -
+              hopform_residual_to_steady_state_f64(&poles, &h, &basis, way) >
+          0.0) {
         low = middle;
       } else {
         high = middle;
