@@ -23,7 +23,7 @@ from ..model.equations import Model
 from ..model.kinds import FLIGHT_EVENTS, KINDS, STATUSES
 from ..model.precisions import CONSTANTS, LIMITS, PRECISIONS, Precision
 from ..model.selftest import CASES, ROBOTS
-from ..model.structs import SEARCH_CELLS, struct_of, structs
+from ..model.structs import SEARCH_INTERVALS, struct_of, structs
 from ..models.hopper import HOPPER
 from ..paper.register import CERTIFICATE, REGISTER, VERDICTS, tallies
 from .c import C, documented
@@ -233,6 +233,6 @@ def _context(made: Program, options: Options, precision: Precision) -> dict[str,
         "c": C(precision),
         "structs": structs(options.model.robot),
         "mirrored": (*map(struct_of, public), *structs(options.model.robot)),
-        "search_cells": SEARCH_CELLS,
+        "search_intervals": SEARCH_INTERVALS,
         "source": SOURCE,
     }

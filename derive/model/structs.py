@@ -27,7 +27,7 @@ def struct_of(record: Record) -> Struct:
     return Struct(record.name, record.meaning, tuple(of_quantities(record.quantities)))
 
 
-SEARCH_CELLS = 24
+SEARCH_INTERVALS = 24
 """Intervals of currents that wait in a search."""
 
 NODE = Struct(
@@ -131,13 +131,13 @@ TRIAL = Struct(
         Member("smooth", "bool", "the derivatives exist"),
     ),
 )
-CELL = Struct(
-    "Cell",
+INTERVAL = Struct(
+    "Interval",
     "An interval between two currents that were tried, of a branch and bound.",
     (
         Member("from", "Trial", "the one nearer to 0"),
         Member("to", "Trial"),
-        Member("promise", "real", "lower bound: no admissible current in it comes nearer to what is wanted", "m"),
+        Member("lower_bound", "real", "lower bound: no admissible current in it comes nearer to what is wanted", "m"),
         Member("slow", "int32", "bisections in a row that left most of an interval"),
     ),
 )
@@ -153,7 +153,7 @@ SEARCH = Struct(
         *reals("m", "datum"),
         Member("best", "Trial", "the nearest so far; u = 0 until one is admissible"),
         Member("zero", "Trial", "the current 0"),
-        Member("cells", "Cell", "intervals in which a better current may lie", count=SEARCH_CELLS),
+        Member("intervals", "Interval", "intervals in which a better current may lie", count=SEARCH_INTERVALS),
         Member("count", "int32", "of them; the last one is split next"),
         Member("limits", "int32", "of the range, yet to be tried"),
         Member("next", "real", "what to try", "A"),
@@ -274,6 +274,7 @@ STANCES_OUT = Struct(
 def structs(robot: Record = ROBOT) -> tuple[Struct, ...]:
     """The structs of the interface that are no records, each behind those that it holds."""
     return (
-        NODE, PLAN, STEP, PHASE, STANCE, TARGET, COMMAND, TRIAL, CELL, SEARCH, FLIGHT_PHASE, FLIGHT, DETECTOR, CONTACT,
+        NODE, PLAN, STEP, PHASE, STANCE, TARGET, COMMAND, TRIAL, INTERVAL, SEARCH, FLIGHT_PHASE, FLIGHT,
+        DETECTOR, CONTACT,
         INPUT, OUTPUT, stances_in(robot), STANCES_OUT,
     )  # fmt: skip

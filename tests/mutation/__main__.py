@@ -82,12 +82,12 @@ MUTANTS = (
     Mutant(
         "controller, C: a root further out is as good",
         "runtime/engine/c/control_real.c",
-        "return fabs_real(c->from.u) < fabs_real(search->best.u) && c->promise < HOPFORM_REACHED_WITHIN_real;",
-        "return fabs_real(c->from.u) > fabs_real(search->best.u) && c->promise < HOPFORM_REACHED_WITHIN_real;",
+        "return fabs_real(c->from.u) < fabs_real(search->best.u) && c->lower_bound < HOPFORM_REACHED_WITHIN_real;",
+        "return fabs_real(c->from.u) > fabs_real(search->best.u) && c->lower_bound < HOPFORM_REACHED_WITHIN_real;",
         first=CONTROL,
     ),
     Mutant(
-        "controller, C: nothing lies below the ends of a cell",
+        "controller, C: nothing lies below the ends of a interval",
         "runtime/engine/c/control_real.c",
         "return end - DEPTH_real * c->width * spread_real(c);",
         "return end - 0.0 * DEPTH_real * c->width * spread_real(c);",
@@ -108,9 +108,9 @@ MUTANTS = (
         first=CONTROL,
     ),
     Mutant(
-        "controller, C: half a cell is never tried",
+        "controller, C: half a interval is never tried",
         "runtime/engine/c/control_real.c",
-        "        keep_real(search, trial, &split.to, fabs_real(split.to.u - trial->u) > half ? slower : 0);\n",
+        "        add_interval_real(search, trial, &split.to, fabs_real(split.to.u - trial->u) > half ? slower : 0);\n",
         "",
         first=CONTROL,
     ),

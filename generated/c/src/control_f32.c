@@ -3,16 +3,17 @@
  * The current after which the next apex is the desired one, (25)-(27) in their exact form: apex(u) = h_des.
  *
  * apex(u) is analytic where modes and events keep their order, bends where that changes, and jumps or has gaps where
- * the least spring y of a rebound passes zero. The range of u is a row of cells between currents that were tried; the
- * one that is nearest to u = 0 is done first. A cell is left when the values and slopes at its ends say that nothing
- * better lies in it, else it is split: at the root, extremum or limit that they foretell, or in the middle. Exact are:
- * a tried current and what it does; an actuator held at both ends of a cell is held in all of it, because the force on
- * it is linear in u. The rest are bounds by slopes, docs/explanation/controller.md says which.
+ * the least contact force of a rebound passes zero. The search is branch and bound over intervals between candidate
+ * currents. Evaluating a candidate gives its apex, largest x_1 and least contact force, with their slopes; the best
+ * admissible one is the incumbent. An interval is pruned when its lower bound does not beat the incumbent; else it is
+ * branched at the predicted root, extremum or limit, or in the middle. Two bounds are proofs: what a candidate does,
+ * and that an actuator held at both ends of an interval is held in all of it, because the force on it is linear in u.
+ * The others rest on slopes; docs/explanation/controller.md says which.
  */
 #include "trial_f32.h"
 
-/* Cells wider than this share of u_max are not judged by their ends: where the events are the same at both, and where
- * not. */
+/* Intervals wider than this share of u_max have no bound from their ends: where the events are the same at both, and
+ * where not. */
 #define CONTROL_WIDE_f32 0.5f
 #define COARSE_f32 0.25f
 #define DOWN_f32 0.0625f
@@ -22,14 +23,14 @@
 #define LEAN_f32 0.25f
 #define BEND_f32 0.03125f
 
-/* Where the events change: how much slopes may differ where the function still rises throughout, and how deep it may
- * dip. */
+/* Where the events change: how much slopes may differ where the function still rises throughout, and how deep its
+ * minimum may lie. */
 #define KINK_f32 0.5f
 #define DEPTH_f32 1.0f
 #define STEP_f32 0.00390625f
 #define EDGE_f32 0.015625f
 
-/* A function of u on a cell, outward from 0: values and slopes at both ends; whether it is smooth in between. */
+/* A function of u on an interval, outward from 0: values and slopes at both ends; whether it is smooth in between. */
 typedef struct {
     float from;
     float from_rate;
@@ -39,7 +40,7 @@ typedef struct {
     bool smooth;
 } curve_f32;
 
-/* ---- what the ends of a cell say ---- */
+/* ---- bounds from values and slopes at both ends ---- */
 
 static float chord_f32(const curve_f32 *c)
 {
@@ -58,8 +59,8 @@ static float lean_f32(const curve_f32 *c)
     return c->from_rate + c->to_rate - 2.0f * chord_f32(c);
 }
 
-/* How far a slope in the cell may be off that of the cubic which the ends determine. */
-static float doubt_f32(const curve_f32 *c)
+/* How far a slope in the interval may be off that of the cubic which the ends determine. */
+static float slope_error_f32(const curve_f32 *c)
 {
     return LEAN_f32 * fabs_f32(lean_f32(c)) + BEND_f32 * spread_f32(c);
 }
@@ -79,7 +80,7 @@ static float least_slope_f32(const curve_f32 *c)
 static bool rises_f32(const curve_f32 *c)
 {
     if (c->smooth) {
-        return least_slope_f32(c) > 4.0f * doubt_f32(c);
+        return least_slope_f32(c) > 4.0f * slope_error_f32(c);
     }
     const float end = hopform_lesser_f32(c->from_rate, c->to_rate);
     return end > 0.0f && chord_f32(c) > 0.0f && spread_f32(c) <= KINK_f32 * end;
@@ -102,10 +103,10 @@ static bool is_convex_f32(const curve_f32 *c)
 {
     const float from = lean_f32(c) + c->from_rate - chord_f32(c);
     const float to = lean_f32(c) + c->to_rate - chord_f32(c);
-    return -from > 4.0f * doubt_f32(c) && to > 4.0f * doubt_f32(c);
+    return -from > 4.0f * slope_error_f32(c) && to > 4.0f * slope_error_f32(c);
 }
 
-/* Where the cubic has its minimum, as a share of the cell; -1 if there is none in it. */
+/* Where the cubic has its minimum, as a share of the interval; -1 if there is none in it. */
 static float share_of_minimum_f32(const curve_f32 *c)
 {
     const float half = c->from_rate + lean_f32(c) - chord_f32(c);
@@ -125,7 +126,7 @@ static float cubic_at_f32(const curve_f32 *c, float share)
     return c->from + c->width * share * (chord_f32(c) + rest * bend);
 }
 
-/* The least that the function is taken to be on the cell. */
+/* The least that the function is taken to be on the interval. */
 static float least_f32(const curve_f32 *c)
 {
     const float end = hopform_lesser_f32(c->from, c->to);
@@ -141,10 +142,11 @@ static float least_f32(const curve_f32 *c)
     }
     const float share = share_of_minimum_f32(c);
     const float inside = share > 0.0f ? cubic_at_f32(c, share) : end;
-    return hopform_lesser_f32(inside, end) - c->width * doubt_f32(c);
+    return hopform_lesser_f32(inside, end) - c->width * slope_error_f32(c);
 }
 
-/* Where the function vanishes, as a share of the cell: the inverse as a cubic, the chord's where a slope is against it.
+/* Where the function vanishes, as a share of the interval: the inverse as a cubic, the chord's where a slope is against
+ * it.
  */
 static float share_of_root_f32(const curve_f32 *c)
 {
@@ -159,32 +161,32 @@ static float share_of_root_f32(const curve_f32 *c)
     return t * (begin + t * (3.0f - 2.0f * begin - end + t * (begin + end - 2.0f)));
 }
 
-/* ---- a cell ---- */
+/* ---- an interval ---- */
 
-static float sign_of_cell_f32(const hopform_cell_f32 *c)
+static float sign_of_interval_f32(const hopform_interval_f32 *c)
 {
     return c->to.u > c->from.u ? 1.0f : -1.0f;
 }
 
-static float width_of_f32(const hopform_cell_f32 *c)
+static float width_of_f32(const hopform_interval_f32 *c)
 {
     return fabs_f32(c->to.u - c->from.u);
 }
 
-static bool is_smooth_f32(const hopform_cell_f32 *c)
+static bool is_smooth_f32(const hopform_interval_f32 *c)
 {
     return c->from.events == c->to.events && c->from.smooth && c->to.smooth;
 }
 
-static curve_f32 curve_of_f32(const hopform_cell_f32 *c, float from, float from_u, float to, float to_u)
+static curve_f32 curve_of_f32(const hopform_interval_f32 *c, float from, float from_u, float to, float to_u)
 {
-    const float sign = sign_of_cell_f32(c);
+    const float sign = sign_of_interval_f32(c);
     const curve_f32 made = {from, sign * from_u, to, sign * to_u, width_of_f32(c), is_smooth_f32(c)};
     return made;
 }
 
 /* The apex less what is wanted; an end that reaches it counts as being on the side of the other one. */
-static curve_f32 gap_of_f32(const hopform_cell_f32 *c, float wanted)
+static curve_f32 gap_of_f32(const hopform_interval_f32 *c, float wanted)
 {
     curve_f32 gap = curve_of_f32(c, c->from.apex - wanted, c->from.apex_u, c->to.apex - wanted, c->to.apex_u);
     if (fabs_f32(gap.to) <= HOPFORM_REACHED_WITHIN_f32) {
@@ -196,14 +198,15 @@ static curve_f32 gap_of_f32(const hopform_cell_f32 *c, float wanted)
 }
 
 /* The largest x_1 less its limit; it goes on where x_1 is stopped. */
-static curve_f32 peak_of_f32(const hopform_cell_f32 *c, float limit)
+static curve_f32 peak_of_f32(const hopform_interval_f32 *c, float limit)
 {
     return curve_of_f32(c, c->from.largest_x1 - limit, c->from.largest_x1_u, c->to.largest_x1 - limit,
                          c->to.largest_x1_u);
 }
 
-/* No rebound in the cell takes off that does not do so at its ends: the least y of each stays above zero. */
-static bool minima_are_positive_f32(const hopform_cell_f32 *c)
+/* No rebound in the interval takes off that does not do so at its ends: the least contact force of each
+ * stays above zero. */
+static bool minima_are_positive_f32(const hopform_interval_f32 *c)
 {
     const bool in_from = c->from.minima > 0;
     const bool in_to = c->to.minima > 0;
@@ -224,9 +227,10 @@ static bool is_admissible_f32(const hopform_search_f32 *search, const hopform_tr
     return trial->takes_off && trial->largest_x1 < search->limit;
 }
 
-/* Where x_1 reaches its limit, as a share of the cell: by both ends where it rises from one to the other, else by the
- * slope at the admissible one, as where x_1 is stopped another slope holds. NEVER if that slope does not lead there. */
-static float share_of_limit_f32(const hopform_search_f32 *search, const hopform_cell_f32 *c)
+/* Where x_1 reaches its limit, as a share of the interval: by both ends where it rises from one to the other, else by
+ * the slope at the admissible one, as where x_1 is stopped another slope holds. NEVER if that slope does not lead
+ * there. */
+static float share_of_limit_f32(const hopform_search_f32 *search, const hopform_interval_f32 *c)
 {
     const curve_f32 peak = peak_of_f32(c, search->limit);
     if (is_monotone_f32(&peak)) {
@@ -239,8 +243,10 @@ static float share_of_limit_f32(const hopform_search_f32 *search, const hopform_
     return starts ? share : 1.0f - share;
 }
 
-/* The nearest that an admissible current can come in a cell of which only a part, next to one end, is admissible. */
-static float promise_of_edge_f32(const hopform_search_f32 *search, const hopform_cell_f32 *c, const curve_f32 *gap)
+/* The nearest that an admissible current can come in an interval of which only a part, next to one end, is admissible.
+ */
+static float lower_bound_at_limit_f32(const hopform_search_f32 *search, const hopform_interval_f32 *c,
+                                      const curve_f32 *gap)
 {
     const curve_f32 peak = peak_of_f32(c, search->limit);
     if (peak.width > EDGE_f32 * search->plan->robot.u_max && !is_monotone_f32(&peak)) {
@@ -255,7 +261,7 @@ static float promise_of_edge_f32(const hopform_search_f32 *search, const hopform
 }
 
 /* Where one end takes off and the other does not: the apex ends like a square root. */
-static float promise_of_step_f32(const hopform_search_f32 *search, const hopform_cell_f32 *c)
+static float lower_bound_at_takeoff_f32(const hopform_search_f32 *search, const hopform_interval_f32 *c)
 {
     const hopform_trial_f32 *lifts = c->from.takes_off ? &c->from : &c->to;
     const float width = width_of_f32(c);
@@ -267,8 +273,8 @@ static float promise_of_step_f32(const hopform_search_f32 *search, const hopform
                     : fabs_f32(lifts->apex - search->apex) - 3.0f * width * fabs_f32(lifts->apex_u);
 }
 
-/* What no admissible current in the cell comes nearer than, as far as its ends tell; NEVER if there is none in it. */
-static float promise_of_f32(const hopform_search_f32 *search, const hopform_cell_f32 *c)
+/* Lower bound of the gap of any admissible current in the interval, from its ends; NEVER if there is none in it. */
+static float lower_bound_of_f32(const hopform_search_f32 *search, const hopform_interval_f32 *c)
 {
     const hopform_trial_f32 *from = &c->from;
     const hopform_trial_f32 *to = &c->to;
@@ -283,7 +289,7 @@ static float promise_of_f32(const hopform_search_f32 *search, const hopform_cell
         return 0.0f;
     }
     if (from->takes_off != to->takes_off) {
-        return promise_of_step_f32(search, c);
+        return lower_bound_at_takeoff_f32(search, c);
     }
     if (width > HOPFORM_ROOT_EPS_f32 * range && !minima_are_positive_f32(c)) {
         return 0.0f;
@@ -294,17 +300,17 @@ static float promise_of_f32(const hopform_search_f32 *search, const hopform_cell
     const curve_f32 gap = gap_of_f32(c, search->apex);
     const curve_f32 peak = peak_of_f32(c, search->limit);
     const curve_f32 below = mirrored_f32(&gap);
-    const float promise = gap.from > 0.0f ? least_f32(&gap) : least_f32(&below);
+    const float lower_bound = gap.from > 0.0f ? least_f32(&gap) : least_f32(&below);
     const bool in_from = is_admissible_f32(search, from);
     const bool in_to = is_admissible_f32(search, to);
     if (!in_from && !in_to && least_f32(&peak) >= 0.0f) {
         return HOPFORM_NEVER_f32;
     }
     if (in_from == in_to) {
-        return promise;
+        return lower_bound;
     }
-    const float edge = promise_of_edge_f32(search, c, &gap);
-    return hopform_greater_f32(edge, promise);
+    const float edge = lower_bound_at_limit_f32(search, c, &gap);
+    return hopform_greater_f32(edge, lower_bound);
 }
 
 /* Where a function that comes nearer to zero at both ends has its extremum. */
@@ -317,7 +323,7 @@ static float share_of_turn_f32(const curve_f32 *c)
 
 /* Just inside the limit of x_1: short of where a slope at the admissible end leads to, which overshoots by the square
  * of the way, so some way off the other end. */
-static float share_inside_f32(const hopform_search_f32 *search, const hopform_cell_f32 *c, const curve_f32 *gap)
+static float share_inside_f32(const hopform_search_f32 *search, const hopform_interval_f32 *c, const curve_f32 *gap)
 {
     const float steep = fabs_f32(gap->from_rate) + fabs_f32(gap->to_rate) + fabs_f32(chord_f32(gap));
     const float there = share_of_limit_f32(search, c);
@@ -328,8 +334,8 @@ static float share_inside_f32(const hopform_search_f32 *search, const hopform_ce
     return starts ? there - aside : there + aside;
 }
 
-/* Where to split the cell, as a share of it. */
-static float share_to_try_f32(const hopform_search_f32 *search, const hopform_cell_f32 *c)
+/* Where to split the interval, as a share of it. */
+static float share_to_try_f32(const hopform_search_f32 *search, const hopform_interval_f32 *c)
 {
     const hopform_trial_f32 *from = &c->from;
     const hopform_trial_f32 *to = &c->to;
@@ -371,7 +377,7 @@ static bool is_better_f32(const hopform_search_f32 *search, const hopform_trial_
     return gap < best && !search->reached;
 }
 
-static void consider_f32(hopform_search_f32 *search, const hopform_trial_f32 *trial)
+static void update_incumbent_f32(hopform_search_f32 *search, const hopform_trial_f32 *trial)
 {
     if (is_admissible_f32(search, trial) && is_better_f32(search, trial)) {
         search->best = *trial;
@@ -380,8 +386,8 @@ static void consider_f32(hopform_search_f32 *search, const hopform_trial_f32 *tr
     }
 }
 
-/* A gap that is worth looking for: smaller than this. */
-static float worth_f32(const hopform_search_f32 *search)
+/* A better candidate has a gap that is smaller than this. */
+static float gap_to_beat_f32(const hopform_search_f32 *search)
 {
     if (!search->found) {
         return HOPFORM_NEVER_f32;
@@ -390,58 +396,58 @@ static float worth_f32(const hopform_search_f32 *search)
     return hopform_greater_f32(gap, 0.0f);
 }
 
-static bool matters_f32(const hopform_search_f32 *search, const hopform_cell_f32 *c)
+static bool may_improve_f32(const hopform_search_f32 *search, const hopform_interval_f32 *c)
 {
     if (search->reached) {
-        return fabs_f32(c->from.u) < fabs_f32(search->best.u) && c->promise < HOPFORM_REACHED_WITHIN_f32;
+        return fabs_f32(c->from.u) < fabs_f32(search->best.u) && c->lower_bound < HOPFORM_REACHED_WITHIN_f32;
     }
-    return c->promise < HOPFORM_NEVER_f32 && c->promise <= worth_f32(search);
+    return c->lower_bound < HOPFORM_NEVER_f32 && c->lower_bound <= gap_to_beat_f32(search);
 }
 
-/* Keep the range between two tried currents if something better may lie in it. */
-static void keep_f32(hopform_search_f32 *search, const hopform_trial_f32 *from, const hopform_trial_f32 *to,
-                      int32_t slow)
+/* Add the interval between two candidates if a better one may lie in it. */
+static void add_interval_f32(hopform_search_f32 *search, const hopform_trial_f32 *from, const hopform_trial_f32 *to,
+                              int32_t slow)
 {
-    hopform_cell_f32 cell = {*from, *to, 0.0f, slow};
-    cell.promise = promise_of_f32(search, &cell);
-    if (!matters_f32(search, &cell)) {
+    hopform_interval_f32 interval = {*from, *to, 0.0f, slow};
+    interval.lower_bound = lower_bound_of_f32(search, &interval);
+    if (!may_improve_f32(search, &interval)) {
         return;
     }
-    if (search->count < HOPFORM_SEARCH_CELLS_f32) {
-        search->cells[search->count++] = cell;
+    if (search->count < HOPFORM_SEARCH_INTERVALS_f32) {
+        search->intervals[search->count++] = interval;
     } else {
         search->partial = true;
     }
 }
 
-/* Forget the cells that do not matter any more; the most promising one, of several the one nearest to 0, becomes the
- * last. */
-static void sift_f32(hopform_search_f32 *search)
+/* Prune the intervals that the incumbent beats; the one of the least lower bound, of several the one nearest to 0,
+ * becomes the last. */
+static void prune_f32(hopform_search_f32 *search)
 {
     int32_t kept = 0;
     int32_t first = 0;
-    for (int32_t n = 0; n < search->count && n < HOPFORM_SEARCH_CELLS_f32; n++) {
-        const hopform_cell_f32 *c = &search->cells[n];
-        if (matters_f32(search, c) && kept < HOPFORM_SEARCH_CELLS_f32) {
-            const hopform_cell_f32 *best = &search->cells[first];
-            const bool as_good = !(c->promise > best->promise) && !(c->promise < best->promise);
-            if (kept == 0 || c->promise < best->promise
+    for (int32_t n = 0; n < search->count && n < HOPFORM_SEARCH_INTERVALS_f32; n++) {
+        const hopform_interval_f32 *c = &search->intervals[n];
+        if (may_improve_f32(search, c) && kept < HOPFORM_SEARCH_INTERVALS_f32) {
+            const hopform_interval_f32 *best = &search->intervals[first];
+            const bool as_good = !(c->lower_bound > best->lower_bound) && !(c->lower_bound < best->lower_bound);
+            if (kept == 0 || c->lower_bound < best->lower_bound
                 || (as_good && fabs_f32(c->from.u) < fabs_f32(best->from.u))) {
                 first = kept;
             }
             if (kept < n) {
-                const hopform_cell_f32 moved = *c;
-                search->cells[kept] = moved;
+                const hopform_interval_f32 moved = *c;
+                search->intervals[kept] = moved;
             }
             kept++;
         }
     }
     search->count = kept;
     if (first + 1 < kept) {
-        const hopform_cell_f32 swapped = search->cells[first];
-        const hopform_cell_f32 last = search->cells[kept - 1];
-        search->cells[first] = last;
-        search->cells[kept - 1] = swapped;
+        const hopform_interval_f32 swapped = search->intervals[first];
+        const hopform_interval_f32 last = search->intervals[kept - 1];
+        search->intervals[first] = last;
+        search->intervals[kept - 1] = swapped;
     }
 }
 
@@ -455,8 +461,9 @@ static bool changes_nothing_f32(const hopform_search_f32 *search, float sign)
            && !(push < 0.0f && search->start.x1 > robot->x1_min);
 }
 
-/* Choose the next current: a limit, then in the most promising cell; false if nothing is left. */
-static bool go_on_f32(hopform_search_f32 *search)
+/* Branch: choose the next candidate, at a limit of the range, then in the interval of the least lower bound; false if
+ * nothing is left. */
+static bool branch_f32(hopform_search_f32 *search)
 {
     while (search->limits > 0) {
         const float sign = search->limits == 2 ? 1.0f : -1.0f;
@@ -466,11 +473,11 @@ static bool go_on_f32(hopform_search_f32 *search)
             return true;
         }
     }
-    sift_f32(search);
+    prune_f32(search);
     if (search->count == 0) {
         return false;
     }
-    const hopform_cell_f32 *c = &search->cells[search->count - 1];
+    const hopform_interval_f32 *c = &search->intervals[search->count - 1];
     const float share = share_to_try_f32(search, c);
     search->next = c->from.u + share * (c->to.u - c->from.u);
     if (!(share > 0.0f && fabs_f32(search->next) > fabs_f32(c->from.u)
@@ -480,11 +487,12 @@ static bool go_on_f32(hopform_search_f32 *search)
     return true;
 }
 
-/* Take in what a current does, and choose the next one: first 0, then the limits, then into the cells. */
-static bool take_in_f32(hopform_search_f32 *search, const hopform_trial_f32 *trial)
+/* Add an evaluated candidate, which splits its interval, and choose the next one: first 0, then the limits, then in the
+ * intervals. */
+static bool add_candidate_f32(hopform_search_f32 *search, const hopform_trial_f32 *trial)
 {
     const hopform_robot_f32 *robot = &search->plan->robot;
-    consider_f32(search, trial);
+    update_incumbent_f32(search, trial);
     if (search->trials < HOPFORM_SEARCH_TRIALS) {
         search->trials++;
     }
@@ -495,18 +503,18 @@ static bool take_in_f32(hopform_search_f32 *search, const hopform_trial_f32 *tri
             return false;
         }
     } else if (!(fabs_f32(trial->u) < robot->u_max)) {
-        keep_f32(search, &search->zero, trial, 0);
+        add_interval_f32(search, &search->zero, trial, 0);
     } else if (search->count > 0) {
-        const hopform_cell_f32 split = search->cells[--search->count];
+        const hopform_interval_f32 split = search->intervals[--search->count];
         const float half = 0.5f * width_of_f32(&split);
         const int32_t slower = split.slow < 2 ? split.slow + 1 : 2; /* of a search in any memory, too */
-        keep_f32(search, &split.from, trial, fabs_f32(trial->u - split.from.u) > half ? slower : 0);
-        keep_f32(search, trial, &split.to, fabs_f32(split.to.u - trial->u) > half ? slower : 0);
+        add_interval_f32(search, &split.from, trial, fabs_f32(trial->u - split.from.u) > half ? slower : 0);
+        add_interval_f32(search, trial, &split.to, fabs_f32(split.to.u - trial->u) > half ? slower : 0);
     }
-    return go_on_f32(search);
+    return branch_f32(search);
 }
 
-static void say_f32(const hopform_search_f32 *search, hopform_command_f32 *command)
+static void report_command_f32(const hopform_search_f32 *search, hopform_command_f32 *command)
 {
     command->u = search->best.u;
     command->apex = search->found ? search->best.apex - search->datum : 0.0f;
@@ -517,8 +525,9 @@ static void say_f32(const hopform_search_f32 *search, hopform_command_f32 *comma
 
 /* ---- a current ---- */
 
-static int32_t attempt_f32(const hopform_plan_f32 *plan, const hopform_state_f32 *start, float u, float horizon,
-                            hopform_phase_f32 *phases, int32_t capacity, hopform_trial_f32 *trial, bool *fits)
+static int32_t evaluate_candidate_f32(const hopform_plan_f32 *plan, const hopform_state_f32 *start, float u,
+                                       float horizon, hopform_phase_f32 *phases, int32_t capacity,
+                                       hopform_trial_f32 *trial, bool *fits)
 {
     const hopform_step_f32 step = {0.0f, u};
     const hopform_state_f32 none = {0.0f, 0.0f, 0.0f, 0.0f};
@@ -626,21 +635,21 @@ int32_t hopform_choose_current_step_f32(hopform_search_f32 *search, hopform_phas
         return end_search_f32(search, HOPFORM_ERROR_OVERLAP, command);
     }
     if (search->status != HOPFORM_SEARCHING) {
-        say_f32(search, command);
+        report_command_f32(search, command);
         return search->status;
     }
     hopform_trial_f32 trial = search->best;
     bool fits = true;
-    const int32_t status =
-        attempt_f32(search->plan, &search->start, search->next, search->horizon, phases, capacity, &trial, &fits);
+    const int32_t status = evaluate_candidate_f32(search->plan, &search->start, search->next, search->horizon, phases,
+                                                   capacity, &trial, &fits);
     if (status < 0) {
         return end_search_f32(search, status, command); /* for good: what was found does not count after an error */
     }
     search->partial = search->partial || !fits;
-    if (!take_in_f32(search, &trial)) {
+    if (!add_candidate_f32(search, &trial)) {
         search->status = search->partial ? HOPFORM_PHASES_NOT_KEPT : HOPFORM_OK;
     }
-    say_f32(search, command);
+    report_command_f32(search, command);
     return search->status;
 }
 
@@ -703,8 +712,8 @@ int32_t hopform_try_currents_f32(const hopform_plan_f32 *plan, const hopform_sta
     for (int32_t i = 0; i < start_count; i++) {
         for (int32_t j = 0; j < current_count; j++) {
             bool fits = true;
-            const int32_t status = attempt_f32(plan, &starts[i], currents[j], horizon, phases, capacity,
-                                                &trials[i * current_count + j], &fits);
+            const int32_t status = evaluate_candidate_f32(plan, &starts[i], currents[j], horizon, phases, capacity,
+                                                           &trials[i * current_count + j], &fits);
             if (status < 0) {
                 return control_refuse_f32(status, start_count, current_count, trials);
             }

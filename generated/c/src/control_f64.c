@@ -3,16 +3,17 @@
  * The current after which the next apex is the desired one, (25)-(27) in their exact form: apex(u) = h_des.
  *
  * apex(u) is analytic where modes and events keep their order, bends where that changes, and jumps or has gaps where
- * the least spring y of a rebound passes zero. The range of u is a row of cells between currents that were tried; the
- * one that is nearest to u = 0 is done first. A cell is left when the values and slopes at its ends say that nothing
- * better lies in it, else it is split: at the root, extremum or limit that they foretell, or in the middle. Exact are:
- * a tried current and what it does; an actuator held at both ends of a cell is held in all of it, because the force on
- * it is linear in u. The rest are bounds by slopes, docs/explanation/controller.md says which.
+ * the least contact force of a rebound passes zero. The search is branch and bound over intervals between candidate
+ * currents. Evaluating a candidate gives its apex, largest x_1 and least contact force, with their slopes; the best
+ * admissible one is the incumbent. An interval is pruned when its lower bound does not beat the incumbent; else it is
+ * branched at the predicted root, extremum or limit, or in the middle. Two bounds are proofs: what a candidate does,
+ * and that an actuator held at both ends of an interval is held in all of it, because the force on it is linear in u.
+ * The others rest on slopes; docs/explanation/controller.md says which.
  */
 #include "trial_f64.h"
 
-/* Cells wider than this share of u_max are not judged by their ends: where the events are the same at both, and where
- * not. */
+/* Intervals wider than this share of u_max have no bound from their ends: where the events are the same at both, and
+ * where not. */
 #define CONTROL_WIDE_f64 0.5
 #define COARSE_f64 0.25
 #define DOWN_f64 0.0625
@@ -22,14 +23,14 @@
 #define LEAN_f64 0.25
 #define BEND_f64 0.03125
 
-/* Where the events change: how much slopes may differ where the function still rises throughout, and how deep it may
- * dip. */
+/* Where the events change: how much slopes may differ where the function still rises throughout, and how deep its
+ * minimum may lie. */
 #define KINK_f64 0.5
 #define DEPTH_f64 1.0
 #define STEP_f64 0.00390625
 #define EDGE_f64 0.015625
 
-/* A function of u on a cell, outward from 0: values and slopes at both ends; whether it is smooth in between. */
+/* A function of u on an interval, outward from 0: values and slopes at both ends; whether it is smooth in between. */
 typedef struct {
     double from;
     double from_rate;
@@ -39,7 +40,7 @@ typedef struct {
     bool smooth;
 } curve_f64;
 
-/* ---- what the ends of a cell say ---- */
+/* ---- bounds from values and slopes at both ends ---- */
 
 static double chord_f64(const curve_f64 *c)
 {
@@ -58,8 +59,8 @@ static double lean_f64(const curve_f64 *c)
     return c->from_rate + c->to_rate - 2.0 * chord_f64(c);
 }
 
-/* How far a slope in the cell may be off that of the cubic which the ends determine. */
-static double doubt_f64(const curve_f64 *c)
+/* How far a slope in the interval may be off that of the cubic which the ends determine. */
+static double slope_error_f64(const curve_f64 *c)
 {
     return LEAN_f64 * fabs_f64(lean_f64(c)) + BEND_f64 * spread_f64(c);
 }
@@ -79,7 +80,7 @@ static double least_slope_f64(const curve_f64 *c)
 static bool rises_f64(const curve_f64 *c)
 {
     if (c->smooth) {
-        return least_slope_f64(c) > 4.0 * doubt_f64(c);
+        return least_slope_f64(c) > 4.0 * slope_error_f64(c);
     }
     const double end = hopform_lesser_f64(c->from_rate, c->to_rate);
     return end > 0.0 && chord_f64(c) > 0.0 && spread_f64(c) <= KINK_f64 * end;
@@ -102,10 +103,10 @@ static bool is_convex_f64(const curve_f64 *c)
 {
     const double from = lean_f64(c) + c->from_rate - chord_f64(c);
     const double to = lean_f64(c) + c->to_rate - chord_f64(c);
-    return -from > 4.0 * doubt_f64(c) && to > 4.0 * doubt_f64(c);
+    return -from > 4.0 * slope_error_f64(c) && to > 4.0 * slope_error_f64(c);
 }
 
-/* Where the cubic has its minimum, as a share of the cell; -1 if there is none in it. */
+/* Where the cubic has its minimum, as a share of the interval; -1 if there is none in it. */
 static double share_of_minimum_f64(const curve_f64 *c)
 {
     const double half = c->from_rate + lean_f64(c) - chord_f64(c);
@@ -125,7 +126,7 @@ static double cubic_at_f64(const curve_f64 *c, double share)
     return c->from + c->width * share * (chord_f64(c) + rest * bend);
 }
 
-/* The least that the function is taken to be on the cell. */
+/* The least that the function is taken to be on the interval. */
 static double least_f64(const curve_f64 *c)
 {
     const double end = hopform_lesser_f64(c->from, c->to);
@@ -141,10 +142,11 @@ static double least_f64(const curve_f64 *c)
     }
     const double share = share_of_minimum_f64(c);
     const double inside = share > 0.0 ? cubic_at_f64(c, share) : end;
-    return hopform_lesser_f64(inside, end) - c->width * doubt_f64(c);
+    return hopform_lesser_f64(inside, end) - c->width * slope_error_f64(c);
 }
 
-/* Where the function vanishes, as a share of the cell: the inverse as a cubic, the chord's where a slope is against it.
+/* Where the function vanishes, as a share of the interval: the inverse as a cubic, the chord's where a slope is against
+ * it.
  */
 static double share_of_root_f64(const curve_f64 *c)
 {
@@ -159,32 +161,32 @@ static double share_of_root_f64(const curve_f64 *c)
     return t * (begin + t * (3.0 - 2.0 * begin - end + t * (begin + end - 2.0)));
 }
 
-/* ---- a cell ---- */
+/* ---- an interval ---- */
 
-static double sign_of_cell_f64(const hopform_cell_f64 *c)
+static double sign_of_interval_f64(const hopform_interval_f64 *c)
 {
     return c->to.u > c->from.u ? 1.0 : -1.0;
 }
 
-static double width_of_f64(const hopform_cell_f64 *c)
+static double width_of_f64(const hopform_interval_f64 *c)
 {
     return fabs_f64(c->to.u - c->from.u);
 }
 
-static bool is_smooth_f64(const hopform_cell_f64 *c)
+static bool is_smooth_f64(const hopform_interval_f64 *c)
 {
     return c->from.events == c->to.events && c->from.smooth && c->to.smooth;
 }
 
-static curve_f64 curve_of_f64(const hopform_cell_f64 *c, double from, double from_u, double to, double to_u)
+static curve_f64 curve_of_f64(const hopform_interval_f64 *c, double from, double from_u, double to, double to_u)
 {
-    const double sign = sign_of_cell_f64(c);
+    const double sign = sign_of_interval_f64(c);
     const curve_f64 made = {from, sign * from_u, to, sign * to_u, width_of_f64(c), is_smooth_f64(c)};
     return made;
 }
 
 /* The apex less what is wanted; an end that reaches it counts as being on the side of the other one. */
-static curve_f64 gap_of_f64(const hopform_cell_f64 *c, double wanted)
+static curve_f64 gap_of_f64(const hopform_interval_f64 *c, double wanted)
 {
     curve_f64 gap = curve_of_f64(c, c->from.apex - wanted, c->from.apex_u, c->to.apex - wanted, c->to.apex_u);
     if (fabs_f64(gap.to) <= HOPFORM_REACHED_WITHIN_f64) {
@@ -196,14 +198,15 @@ static curve_f64 gap_of_f64(const hopform_cell_f64 *c, double wanted)
 }
 
 /* The largest x_1 less its limit; it goes on where x_1 is stopped. */
-static curve_f64 peak_of_f64(const hopform_cell_f64 *c, double limit)
+static curve_f64 peak_of_f64(const hopform_interval_f64 *c, double limit)
 {
     return curve_of_f64(c, c->from.largest_x1 - limit, c->from.largest_x1_u, c->to.largest_x1 - limit,
                          c->to.largest_x1_u);
 }
 
-/* No rebound in the cell takes off that does not do so at its ends: the least y of each stays above zero. */
-static bool minima_are_positive_f64(const hopform_cell_f64 *c)
+/* No rebound in the interval takes off that does not do so at its ends: the least contact force of each
+ * stays above zero. */
+static bool minima_are_positive_f64(const hopform_interval_f64 *c)
 {
     const bool in_from = c->from.minima > 0;
     const bool in_to = c->to.minima > 0;
@@ -224,9 +227,10 @@ static bool is_admissible_f64(const hopform_search_f64 *search, const hopform_tr
     return trial->takes_off && trial->largest_x1 < search->limit;
 }
 
-/* Where x_1 reaches its limit, as a share of the cell: by both ends where it rises from one to the other, else by the
- * slope at the admissible one, as where x_1 is stopped another slope holds. NEVER if that slope does not lead there. */
-static double share_of_limit_f64(const hopform_search_f64 *search, const hopform_cell_f64 *c)
+/* Where x_1 reaches its limit, as a share of the interval: by both ends where it rises from one to the other, else by
+ * the slope at the admissible one, as where x_1 is stopped another slope holds. NEVER if that slope does not lead
+ * there. */
+static double share_of_limit_f64(const hopform_search_f64 *search, const hopform_interval_f64 *c)
 {
     const curve_f64 peak = peak_of_f64(c, search->limit);
     if (is_monotone_f64(&peak)) {
@@ -239,8 +243,10 @@ static double share_of_limit_f64(const hopform_search_f64 *search, const hopform
     return starts ? share : 1.0 - share;
 }
 
-/* The nearest that an admissible current can come in a cell of which only a part, next to one end, is admissible. */
-static double promise_of_edge_f64(const hopform_search_f64 *search, const hopform_cell_f64 *c, const curve_f64 *gap)
+/* The nearest that an admissible current can come in an interval of which only a part, next to one end, is admissible.
+ */
+static double lower_bound_at_limit_f64(const hopform_search_f64 *search, const hopform_interval_f64 *c,
+                                      const curve_f64 *gap)
 {
     const curve_f64 peak = peak_of_f64(c, search->limit);
     if (peak.width > EDGE_f64 * search->plan->robot.u_max && !is_monotone_f64(&peak)) {
@@ -255,7 +261,7 @@ static double promise_of_edge_f64(const hopform_search_f64 *search, const hopfor
 }
 
 /* Where one end takes off and the other does not: the apex ends like a square root. */
-static double promise_of_step_f64(const hopform_search_f64 *search, const hopform_cell_f64 *c)
+static double lower_bound_at_takeoff_f64(const hopform_search_f64 *search, const hopform_interval_f64 *c)
 {
     const hopform_trial_f64 *lifts = c->from.takes_off ? &c->from : &c->to;
     const double width = width_of_f64(c);
@@ -267,8 +273,8 @@ static double promise_of_step_f64(const hopform_search_f64 *search, const hopfor
                     : fabs_f64(lifts->apex - search->apex) - 3.0 * width * fabs_f64(lifts->apex_u);
 }
 
-/* What no admissible current in the cell comes nearer than, as far as its ends tell; NEVER if there is none in it. */
-static double promise_of_f64(const hopform_search_f64 *search, const hopform_cell_f64 *c)
+/* Lower bound of the gap of any admissible current in the interval, from its ends; NEVER if there is none in it. */
+static double lower_bound_of_f64(const hopform_search_f64 *search, const hopform_interval_f64 *c)
 {
     const hopform_trial_f64 *from = &c->from;
     const hopform_trial_f64 *to = &c->to;
@@ -283,7 +289,7 @@ static double promise_of_f64(const hopform_search_f64 *search, const hopform_cel
         return 0.0;
     }
     if (from->takes_off != to->takes_off) {
-        return promise_of_step_f64(search, c);
+        return lower_bound_at_takeoff_f64(search, c);
     }
     if (width > HOPFORM_ROOT_EPS_f64 * range && !minima_are_positive_f64(c)) {
         return 0.0;
@@ -294,17 +300,17 @@ static double promise_of_f64(const hopform_search_f64 *search, const hopform_cel
     const curve_f64 gap = gap_of_f64(c, search->apex);
     const curve_f64 peak = peak_of_f64(c, search->limit);
     const curve_f64 below = mirrored_f64(&gap);
-    const double promise = gap.from > 0.0 ? least_f64(&gap) : least_f64(&below);
+    const double lower_bound = gap.from > 0.0 ? least_f64(&gap) : least_f64(&below);
     const bool in_from = is_admissible_f64(search, from);
     const bool in_to = is_admissible_f64(search, to);
     if (!in_from && !in_to && least_f64(&peak) >= 0.0) {
         return HOPFORM_NEVER_f64;
     }
     if (in_from == in_to) {
-        return promise;
+        return lower_bound;
     }
-    const double edge = promise_of_edge_f64(search, c, &gap);
-    return hopform_greater_f64(edge, promise);
+    const double edge = lower_bound_at_limit_f64(search, c, &gap);
+    return hopform_greater_f64(edge, lower_bound);
 }
 
 /* Where a function that comes nearer to zero at both ends has its extremum. */
@@ -317,7 +323,7 @@ static double share_of_turn_f64(const curve_f64 *c)
 
 /* Just inside the limit of x_1: short of where a slope at the admissible end leads to, which overshoots by the square
  * of the way, so some way off the other end. */
-static double share_inside_f64(const hopform_search_f64 *search, const hopform_cell_f64 *c, const curve_f64 *gap)
+static double share_inside_f64(const hopform_search_f64 *search, const hopform_interval_f64 *c, const curve_f64 *gap)
 {
     const double steep = fabs_f64(gap->from_rate) + fabs_f64(gap->to_rate) + fabs_f64(chord_f64(gap));
     const double there = share_of_limit_f64(search, c);
@@ -328,8 +334,8 @@ static double share_inside_f64(const hopform_search_f64 *search, const hopform_c
     return starts ? there - aside : there + aside;
 }
 
-/* Where to split the cell, as a share of it. */
-static double share_to_try_f64(const hopform_search_f64 *search, const hopform_cell_f64 *c)
+/* Where to split the interval, as a share of it. */
+static double share_to_try_f64(const hopform_search_f64 *search, const hopform_interval_f64 *c)
 {
     const hopform_trial_f64 *from = &c->from;
     const hopform_trial_f64 *to = &c->to;
@@ -371,7 +377,7 @@ static bool is_better_f64(const hopform_search_f64 *search, const hopform_trial_
     return gap < best && !search->reached;
 }
 
-static void consider_f64(hopform_search_f64 *search, const hopform_trial_f64 *trial)
+static void update_incumbent_f64(hopform_search_f64 *search, const hopform_trial_f64 *trial)
 {
     if (is_admissible_f64(search, trial) && is_better_f64(search, trial)) {
         search->best = *trial;
@@ -380,8 +386,8 @@ static void consider_f64(hopform_search_f64 *search, const hopform_trial_f64 *tr
     }
 }
 
-/* A gap that is worth looking for: smaller than this. */
-static double worth_f64(const hopform_search_f64 *search)
+/* A better candidate has a gap that is smaller than this. */
+static double gap_to_beat_f64(const hopform_search_f64 *search)
 {
     if (!search->found) {
         return HOPFORM_NEVER_f64;
@@ -390,58 +396,58 @@ static double worth_f64(const hopform_search_f64 *search)
     return hopform_greater_f64(gap, 0.0);
 }
 
-static bool matters_f64(const hopform_search_f64 *search, const hopform_cell_f64 *c)
+static bool may_improve_f64(const hopform_search_f64 *search, const hopform_interval_f64 *c)
 {
     if (search->reached) {
-        return fabs_f64(c->from.u) < fabs_f64(search->best.u) && c->promise < HOPFORM_REACHED_WITHIN_f64;
+        return fabs_f64(c->from.u) < fabs_f64(search->best.u) && c->lower_bound < HOPFORM_REACHED_WITHIN_f64;
     }
-    return c->promise < HOPFORM_NEVER_f64 && c->promise <= worth_f64(search);
+    return c->lower_bound < HOPFORM_NEVER_f64 && c->lower_bound <= gap_to_beat_f64(search);
 }
 
-/* Keep the range between two tried currents if something better may lie in it. */
-static void keep_f64(hopform_search_f64 *search, const hopform_trial_f64 *from, const hopform_trial_f64 *to,
-                      int32_t slow)
+/* Add the interval between two candidates if a better one may lie in it. */
+static void add_interval_f64(hopform_search_f64 *search, const hopform_trial_f64 *from, const hopform_trial_f64 *to,
+                              int32_t slow)
 {
-    hopform_cell_f64 cell = {*from, *to, 0.0, slow};
-    cell.promise = promise_of_f64(search, &cell);
-    if (!matters_f64(search, &cell)) {
+    hopform_interval_f64 interval = {*from, *to, 0.0, slow};
+    interval.lower_bound = lower_bound_of_f64(search, &interval);
+    if (!may_improve_f64(search, &interval)) {
         return;
     }
-    if (search->count < HOPFORM_SEARCH_CELLS_f64) {
-        search->cells[search->count++] = cell;
+    if (search->count < HOPFORM_SEARCH_INTERVALS_f64) {
+        search->intervals[search->count++] = interval;
     } else {
         search->partial = true;
     }
 }
 
-/* Forget the cells that do not matter any more; the most promising one, of several the one nearest to 0, becomes the
- * last. */
-static void sift_f64(hopform_search_f64 *search)
+/* Prune the intervals that the incumbent beats; the one of the least lower bound, of several the one nearest to 0,
+ * becomes the last. */
+static void prune_f64(hopform_search_f64 *search)
 {
     int32_t kept = 0;
     int32_t first = 0;
-    for (int32_t n = 0; n < search->count && n < HOPFORM_SEARCH_CELLS_f64; n++) {
-        const hopform_cell_f64 *c = &search->cells[n];
-        if (matters_f64(search, c) && kept < HOPFORM_SEARCH_CELLS_f64) {
-            const hopform_cell_f64 *best = &search->cells[first];
-            const bool as_good = !(c->promise > best->promise) && !(c->promise < best->promise);
-            if (kept == 0 || c->promise < best->promise
+    for (int32_t n = 0; n < search->count && n < HOPFORM_SEARCH_INTERVALS_f64; n++) {
+        const hopform_interval_f64 *c = &search->intervals[n];
+        if (may_improve_f64(search, c) && kept < HOPFORM_SEARCH_INTERVALS_f64) {
+            const hopform_interval_f64 *best = &search->intervals[first];
+            const bool as_good = !(c->lower_bound > best->lower_bound) && !(c->lower_bound < best->lower_bound);
+            if (kept == 0 || c->lower_bound < best->lower_bound
                 || (as_good && fabs_f64(c->from.u) < fabs_f64(best->from.u))) {
                 first = kept;
             }
             if (kept < n) {
-                const hopform_cell_f64 moved = *c;
-                search->cells[kept] = moved;
+                const hopform_interval_f64 moved = *c;
+                search->intervals[kept] = moved;
             }
             kept++;
         }
     }
     search->count = kept;
     if (first + 1 < kept) {
-        const hopform_cell_f64 swapped = search->cells[first];
-        const hopform_cell_f64 last = search->cells[kept - 1];
-        search->cells[first] = last;
-        search->cells[kept - 1] = swapped;
+        const hopform_interval_f64 swapped = search->intervals[first];
+        const hopform_interval_f64 last = search->intervals[kept - 1];
+        search->intervals[first] = last;
+        search->intervals[kept - 1] = swapped;
     }
 }
 
@@ -455,8 +461,9 @@ static bool changes_nothing_f64(const hopform_search_f64 *search, double sign)
            && !(push < 0.0 && search->start.x1 > robot->x1_min);
 }
 
-/* Choose the next current: a limit, then in the most promising cell; false if nothing is left. */
-static bool go_on_f64(hopform_search_f64 *search)
+/* Branch: choose the next candidate, at a limit of the range, then in the interval of the least lower bound; false if
+ * nothing is left. */
+static bool branch_f64(hopform_search_f64 *search)
 {
     while (search->limits > 0) {
         const double sign = search->limits == 2 ? 1.0 : -1.0;
@@ -466,11 +473,11 @@ static bool go_on_f64(hopform_search_f64 *search)
             return true;
         }
     }
-    sift_f64(search);
+    prune_f64(search);
     if (search->count == 0) {
         return false;
     }
-    const hopform_cell_f64 *c = &search->cells[search->count - 1];
+    const hopform_interval_f64 *c = &search->intervals[search->count - 1];
     const double share = share_to_try_f64(search, c);
     search->next = c->from.u + share * (c->to.u - c->from.u);
     if (!(share > 0.0 && fabs_f64(search->next) > fabs_f64(c->from.u)
@@ -480,11 +487,12 @@ static bool go_on_f64(hopform_search_f64 *search)
     return true;
 }
 
-/* Take in what a current does, and choose the next one: first 0, then the limits, then into the cells. */
-static bool take_in_f64(hopform_search_f64 *search, const hopform_trial_f64 *trial)
+/* Add an evaluated candidate, which splits its interval, and choose the next one: first 0, then the limits, then in the
+ * intervals. */
+static bool add_candidate_f64(hopform_search_f64 *search, const hopform_trial_f64 *trial)
 {
     const hopform_robot_f64 *robot = &search->plan->robot;
-    consider_f64(search, trial);
+    update_incumbent_f64(search, trial);
     if (search->trials < HOPFORM_SEARCH_TRIALS) {
         search->trials++;
     }
@@ -495,18 +503,18 @@ static bool take_in_f64(hopform_search_f64 *search, const hopform_trial_f64 *tri
             return false;
         }
     } else if (!(fabs_f64(trial->u) < robot->u_max)) {
-        keep_f64(search, &search->zero, trial, 0);
+        add_interval_f64(search, &search->zero, trial, 0);
     } else if (search->count > 0) {
-        const hopform_cell_f64 split = search->cells[--search->count];
+        const hopform_interval_f64 split = search->intervals[--search->count];
         const double half = 0.5 * width_of_f64(&split);
         const int32_t slower = split.slow < 2 ? split.slow + 1 : 2; /* of a search in any memory, too */
-        keep_f64(search, &split.from, trial, fabs_f64(trial->u - split.from.u) > half ? slower : 0);
-        keep_f64(search, trial, &split.to, fabs_f64(split.to.u - trial->u) > half ? slower : 0);
+        add_interval_f64(search, &split.from, trial, fabs_f64(trial->u - split.from.u) > half ? slower : 0);
+        add_interval_f64(search, trial, &split.to, fabs_f64(split.to.u - trial->u) > half ? slower : 0);
     }
-    return go_on_f64(search);
+    return branch_f64(search);
 }
 
-static void say_f64(const hopform_search_f64 *search, hopform_command_f64 *command)
+static void report_command_f64(const hopform_search_f64 *search, hopform_command_f64 *command)
 {
     command->u = search->best.u;
     command->apex = search->found ? search->best.apex - search->datum : 0.0;
@@ -517,8 +525,9 @@ static void say_f64(const hopform_search_f64 *search, hopform_command_f64 *comma
 
 /* ---- a current ---- */
 
-static int32_t attempt_f64(const hopform_plan_f64 *plan, const hopform_state_f64 *start, double u, double horizon,
-                            hopform_phase_f64 *phases, int32_t capacity, hopform_trial_f64 *trial, bool *fits)
+static int32_t evaluate_candidate_f64(const hopform_plan_f64 *plan, const hopform_state_f64 *start, double u,
+                                       double horizon, hopform_phase_f64 *phases, int32_t capacity,
+                                       hopform_trial_f64 *trial, bool *fits)
 {
     const hopform_step_f64 step = {0.0, u};
     const hopform_state_f64 none = {0.0, 0.0, 0.0, 0.0};
@@ -626,21 +635,21 @@ int32_t hopform_choose_current_step_f64(hopform_search_f64 *search, hopform_phas
         return end_search_f64(search, HOPFORM_ERROR_OVERLAP, command);
     }
     if (search->status != HOPFORM_SEARCHING) {
-        say_f64(search, command);
+        report_command_f64(search, command);
         return search->status;
     }
     hopform_trial_f64 trial = search->best;
     bool fits = true;
-    const int32_t status =
-        attempt_f64(search->plan, &search->start, search->next, search->horizon, phases, capacity, &trial, &fits);
+    const int32_t status = evaluate_candidate_f64(search->plan, &search->start, search->next, search->horizon, phases,
+                                                   capacity, &trial, &fits);
     if (status < 0) {
         return end_search_f64(search, status, command); /* for good: what was found does not count after an error */
     }
     search->partial = search->partial || !fits;
-    if (!take_in_f64(search, &trial)) {
+    if (!add_candidate_f64(search, &trial)) {
         search->status = search->partial ? HOPFORM_PHASES_NOT_KEPT : HOPFORM_OK;
     }
-    say_f64(search, command);
+    report_command_f64(search, command);
     return search->status;
 }
 
@@ -703,8 +712,8 @@ int32_t hopform_try_currents_f64(const hopform_plan_f64 *plan, const hopform_sta
     for (int32_t i = 0; i < start_count; i++) {
         for (int32_t j = 0; j < current_count; j++) {
             bool fits = true;
-            const int32_t status = attempt_f64(plan, &starts[i], currents[j], horizon, phases, capacity,
-                                                &trials[i * current_count + j], &fits);
+            const int32_t status = evaluate_candidate_f64(plan, &starts[i], currents[j], horizon, phases, capacity,
+                                                           &trials[i * current_count + j], &fits);
             if (status < 0) {
                 return control_refuse_f64(status, start_count, current_count, trials);
             }

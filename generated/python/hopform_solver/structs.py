@@ -151,10 +151,10 @@ STRUCTS: dict[str, tuple[Member, ...]] = {
         ("held", "bool", 1),
         ("smooth", "bool", 1),
     ),
-    "Cell": (
+    "Interval": (
         ("from", "Trial", 1),
         ("to", "Trial", 1),
-        ("promise", "real", 1),
+        ("lower_bound", "real", 1),
         ("slow", "int32", 1),
     ),
     "Search": (
@@ -166,7 +166,7 @@ STRUCTS: dict[str, tuple[Member, ...]] = {
         ("datum", "real", 1),
         ("best", "Trial", 1),
         ("zero", "Trial", 1),
-        ("cells", "Cell", 24),
+        ("intervals", "Interval", 24),
         ("count", "int32", 1),
         ("limits", "int32", 1),
         ("next", "real", 1),

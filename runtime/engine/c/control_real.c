@@ -3,16 +3,17 @@
  * The current after which the next apex is the desired one, (25)-(27) in their exact form: apex(u) = h_des.
  *
  * apex(u) is analytic where modes and events keep their order, bends where that changes, and jumps or has gaps where
- * the least spring y of a rebound passes zero. The range of u is a row of cells between currents that were tried; the
- * one that is nearest to u = 0 is done first. A cell is left when the values and slopes at its ends say that nothing
- * better lies in it, else it is split: at the root, extremum or limit that they foretell, or in the middle. Exact are:
- * a tried current and what it does; an actuator held at both ends of a cell is held in all of it, because the force on
- * it is linear in u. The rest are bounds by slopes, docs/explanation/controller.md says which.
+ * the least contact force of a rebound passes zero. The search is branch and bound over intervals between candidate
+ * currents. Evaluating a candidate gives its apex, largest x_1 and least contact force, with their slopes; the best
+ * admissible one is the incumbent. An interval is pruned when its lower bound does not beat the incumbent; else it is
+ * branched at the predicted root, extremum or limit, or in the middle. Two bounds are proofs: what a candidate does,
+ * and that an actuator held at both ends of an interval is held in all of it, because the force on it is linear in u.
+ * The others rest on slopes; docs/explanation/controller.md says which.
  */
 #include "trial_real.h"
 
-/* Cells wider than this share of u_max are not judged by their ends: where the events are the same at both, and where
- * not. */
+/* Intervals wider than this share of u_max have no bound from their ends: where the events are the same at both, and
+ * where not. */
 #define CONTROL_WIDE_real 0.5
 #define COARSE_real 0.25
 #define DOWN_real 0.0625
@@ -22,14 +23,14 @@
 #define LEAN_real 0.25
 #define BEND_real 0.03125
 
-/* Where the events change: how much slopes may differ where the function still rises throughout, and how deep it may
- * dip. */
+/* Where the events change: how much slopes may differ where the function still rises throughout, and how deep its
+ * minimum may lie. */
 #define KINK_real 0.5
 #define DEPTH_real 1.0
 #define STEP_real 0.00390625
 #define EDGE_real 0.015625
 
-/* A function of u on a cell, outward from 0: values and slopes at both ends; whether it is smooth in between. */
+/* A function of u on an interval, outward from 0: values and slopes at both ends; whether it is smooth in between. */
 typedef struct {
     real from;
     real from_rate;
@@ -39,7 +40,7 @@ typedef struct {
     bool smooth;
 } curve_real;
 
-/* ---- what the ends of a cell say ---- */
+/* ---- bounds from values and slopes at both ends ---- */
 
 static real chord_real(const curve_real *c)
 {
@@ -58,8 +59,8 @@ static real lean_real(const curve_real *c)
     return c->from_rate + c->to_rate - 2.0 * chord_real(c);
 }
 
-/* How far a slope in the cell may be off that of the cubic which the ends determine. */
-static real doubt_real(const curve_real *c)
+/* How far a slope in the interval may be off that of the cubic which the ends determine. */
+static real slope_error_real(const curve_real *c)
 {
     return LEAN_real * fabs_real(lean_real(c)) + BEND_real * spread_real(c);
 }
@@ -79,7 +80,7 @@ static real least_slope_real(const curve_real *c)
 static bool rises_real(const curve_real *c)
 {
     if (c->smooth) {
-        return least_slope_real(c) > 4.0 * doubt_real(c);
+        return least_slope_real(c) > 4.0 * slope_error_real(c);
     }
     const real end = hopform_lesser_real(c->from_rate, c->to_rate);
     return end > 0.0 && chord_real(c) > 0.0 && spread_real(c) <= KINK_real * end;
@@ -102,10 +103,10 @@ static bool is_convex_real(const curve_real *c)
 {
     const real from = lean_real(c) + c->from_rate - chord_real(c);
     const real to = lean_real(c) + c->to_rate - chord_real(c);
-    return -from > 4.0 * doubt_real(c) && to > 4.0 * doubt_real(c);
+    return -from > 4.0 * slope_error_real(c) && to > 4.0 * slope_error_real(c);
 }
 
-/* Where the cubic has its minimum, as a share of the cell; -1 if there is none in it. */
+/* Where the cubic has its minimum, as a share of the interval; -1 if there is none in it. */
 static real share_of_minimum_real(const curve_real *c)
 {
     const real half = c->from_rate + lean_real(c) - chord_real(c);
@@ -125,7 +126,7 @@ static real cubic_at_real(const curve_real *c, real share)
     return c->from + c->width * share * (chord_real(c) + rest * bend);
 }
 
-/* The least that the function is taken to be on the cell. */
+/* The least that the function is taken to be on the interval. */
 static real least_real(const curve_real *c)
 {
     const real end = hopform_lesser_real(c->from, c->to);
@@ -141,10 +142,11 @@ static real least_real(const curve_real *c)
     }
     const real share = share_of_minimum_real(c);
     const real inside = share > 0.0 ? cubic_at_real(c, share) : end;
-    return hopform_lesser_real(inside, end) - c->width * doubt_real(c);
+    return hopform_lesser_real(inside, end) - c->width * slope_error_real(c);
 }
 
-/* Where the function vanishes, as a share of the cell: the inverse as a cubic, the chord's where a slope is against it.
+/* Where the function vanishes, as a share of the interval: the inverse as a cubic, the chord's where a slope is against
+ * it.
  */
 static real share_of_root_real(const curve_real *c)
 {
@@ -159,32 +161,32 @@ static real share_of_root_real(const curve_real *c)
     return t * (begin + t * (3.0 - 2.0 * begin - end + t * (begin + end - 2.0)));
 }
 
-/* ---- a cell ---- */
+/* ---- an interval ---- */
 
-static real sign_of_cell_real(const hopform_cell_real *c)
+static real sign_of_interval_real(const hopform_interval_real *c)
 {
     return c->to.u > c->from.u ? 1.0 : -1.0;
 }
 
-static real width_of_real(const hopform_cell_real *c)
+static real width_of_real(const hopform_interval_real *c)
 {
     return fabs_real(c->to.u - c->from.u);
 }
 
-static bool is_smooth_real(const hopform_cell_real *c)
+static bool is_smooth_real(const hopform_interval_real *c)
 {
     return c->from.events == c->to.events && c->from.smooth && c->to.smooth;
 }
 
-static curve_real curve_of_real(const hopform_cell_real *c, real from, real from_u, real to, real to_u)
+static curve_real curve_of_real(const hopform_interval_real *c, real from, real from_u, real to, real to_u)
 {
-    const real sign = sign_of_cell_real(c);
+    const real sign = sign_of_interval_real(c);
     const curve_real made = {from, sign * from_u, to, sign * to_u, width_of_real(c), is_smooth_real(c)};
     return made;
 }
 
 /* The apex less what is wanted; an end that reaches it counts as being on the side of the other one. */
-static curve_real gap_of_real(const hopform_cell_real *c, real wanted)
+static curve_real gap_of_real(const hopform_interval_real *c, real wanted)
 {
     curve_real gap = curve_of_real(c, c->from.apex - wanted, c->from.apex_u, c->to.apex - wanted, c->to.apex_u);
     if (fabs_real(gap.to) <= HOPFORM_REACHED_WITHIN_real) {
@@ -196,14 +198,15 @@ static curve_real gap_of_real(const hopform_cell_real *c, real wanted)
 }
 
 /* The largest x_1 less its limit; it goes on where x_1 is stopped. */
-static curve_real peak_of_real(const hopform_cell_real *c, real limit)
+static curve_real peak_of_real(const hopform_interval_real *c, real limit)
 {
     return curve_of_real(c, c->from.largest_x1 - limit, c->from.largest_x1_u, c->to.largest_x1 - limit,
                          c->to.largest_x1_u);
 }
 
-/* No rebound in the cell takes off that does not do so at its ends: the least y of each stays above zero. */
-static bool minima_are_positive_real(const hopform_cell_real *c)
+/* No rebound in the interval takes off that does not do so at its ends: the least contact force of each
+ * stays above zero. */
+static bool minima_are_positive_real(const hopform_interval_real *c)
 {
     const bool in_from = c->from.minima > 0;
     const bool in_to = c->to.minima > 0;
@@ -224,9 +227,10 @@ static bool is_admissible_real(const hopform_search_real *search, const hopform_
     return trial->takes_off && trial->largest_x1 < search->limit;
 }
 
-/* Where x_1 reaches its limit, as a share of the cell: by both ends where it rises from one to the other, else by the
- * slope at the admissible one, as where x_1 is stopped another slope holds. NEVER if that slope does not lead there. */
-static real share_of_limit_real(const hopform_search_real *search, const hopform_cell_real *c)
+/* Where x_1 reaches its limit, as a share of the interval: by both ends where it rises from one to the other, else by
+ * the slope at the admissible one, as where x_1 is stopped another slope holds. NEVER if that slope does not lead
+ * there. */
+static real share_of_limit_real(const hopform_search_real *search, const hopform_interval_real *c)
 {
     const curve_real peak = peak_of_real(c, search->limit);
     if (is_monotone_real(&peak)) {
@@ -239,8 +243,10 @@ static real share_of_limit_real(const hopform_search_real *search, const hopform
     return starts ? share : 1.0 - share;
 }
 
-/* The nearest that an admissible current can come in a cell of which only a part, next to one end, is admissible. */
-static real promise_of_edge_real(const hopform_search_real *search, const hopform_cell_real *c, const curve_real *gap)
+/* The nearest that an admissible current can come in an interval of which only a part, next to one end, is admissible.
+ */
+static real lower_bound_at_limit_real(const hopform_search_real *search, const hopform_interval_real *c,
+                                      const curve_real *gap)
 {
     const curve_real peak = peak_of_real(c, search->limit);
     if (peak.width > EDGE_real * search->plan->robot.u_max && !is_monotone_real(&peak)) {
@@ -255,7 +261,7 @@ static real promise_of_edge_real(const hopform_search_real *search, const hopfor
 }
 
 /* Where one end takes off and the other does not: the apex ends like a square root. */
-static real promise_of_step_real(const hopform_search_real *search, const hopform_cell_real *c)
+static real lower_bound_at_takeoff_real(const hopform_search_real *search, const hopform_interval_real *c)
 {
     const hopform_trial_real *lifts = c->from.takes_off ? &c->from : &c->to;
     const real width = width_of_real(c);
@@ -267,8 +273,8 @@ static real promise_of_step_real(const hopform_search_real *search, const hopfor
                     : fabs_real(lifts->apex - search->apex) - 3.0 * width * fabs_real(lifts->apex_u);
 }
 
-/* What no admissible current in the cell comes nearer than, as far as its ends tell; NEVER if there is none in it. */
-static real promise_of_real(const hopform_search_real *search, const hopform_cell_real *c)
+/* Lower bound of the gap of any admissible current in the interval, from its ends; NEVER if there is none in it. */
+static real lower_bound_of_real(const hopform_search_real *search, const hopform_interval_real *c)
 {
     const hopform_trial_real *from = &c->from;
     const hopform_trial_real *to = &c->to;
@@ -283,7 +289,7 @@ static real promise_of_real(const hopform_search_real *search, const hopform_cel
         return 0.0;
     }
     if (from->takes_off != to->takes_off) {
-        return promise_of_step_real(search, c);
+        return lower_bound_at_takeoff_real(search, c);
     }
     if (width > HOPFORM_ROOT_EPS_real * range && !minima_are_positive_real(c)) {
         return 0.0;
@@ -294,17 +300,17 @@ static real promise_of_real(const hopform_search_real *search, const hopform_cel
     const curve_real gap = gap_of_real(c, search->apex);
     const curve_real peak = peak_of_real(c, search->limit);
     const curve_real below = mirrored_real(&gap);
-    const real promise = gap.from > 0.0 ? least_real(&gap) : least_real(&below);
+    const real lower_bound = gap.from > 0.0 ? least_real(&gap) : least_real(&below);
     const bool in_from = is_admissible_real(search, from);
     const bool in_to = is_admissible_real(search, to);
     if (!in_from && !in_to && least_real(&peak) >= 0.0) {
         return HOPFORM_NEVER_real;
     }
     if (in_from == in_to) {
-        return promise;
+        return lower_bound;
     }
-    const real edge = promise_of_edge_real(search, c, &gap);
-    return hopform_greater_real(edge, promise);
+    const real edge = lower_bound_at_limit_real(search, c, &gap);
+    return hopform_greater_real(edge, lower_bound);
 }
 
 /* Where a function that comes nearer to zero at both ends has its extremum. */
@@ -317,7 +323,7 @@ static real share_of_turn_real(const curve_real *c)
 
 /* Just inside the limit of x_1: short of where a slope at the admissible end leads to, which overshoots by the square
  * of the way, so some way off the other end. */
-static real share_inside_real(const hopform_search_real *search, const hopform_cell_real *c, const curve_real *gap)
+static real share_inside_real(const hopform_search_real *search, const hopform_interval_real *c, const curve_real *gap)
 {
     const real steep = fabs_real(gap->from_rate) + fabs_real(gap->to_rate) + fabs_real(chord_real(gap));
     const real there = share_of_limit_real(search, c);
@@ -328,8 +334,8 @@ static real share_inside_real(const hopform_search_real *search, const hopform_c
     return starts ? there - aside : there + aside;
 }
 
-/* Where to split the cell, as a share of it. */
-static real share_to_try_real(const hopform_search_real *search, const hopform_cell_real *c)
+/* Where to split the interval, as a share of it. */
+static real share_to_try_real(const hopform_search_real *search, const hopform_interval_real *c)
 {
     const hopform_trial_real *from = &c->from;
     const hopform_trial_real *to = &c->to;
@@ -371,7 +377,7 @@ static bool is_better_real(const hopform_search_real *search, const hopform_tria
     return gap < best && !search->reached;
 }
 
-static void consider_real(hopform_search_real *search, const hopform_trial_real *trial)
+static void update_incumbent_real(hopform_search_real *search, const hopform_trial_real *trial)
 {
     if (is_admissible_real(search, trial) && is_better_real(search, trial)) {
         search->best = *trial;
@@ -380,8 +386,8 @@ static void consider_real(hopform_search_real *search, const hopform_trial_real 
     }
 }
 
-/* A gap that is worth looking for: smaller than this. */
-static real worth_real(const hopform_search_real *search)
+/* A better candidate has a gap that is smaller than this. */
+static real gap_to_beat_real(const hopform_search_real *search)
 {
     if (!search->found) {
         return HOPFORM_NEVER_real;
@@ -390,58 +396,58 @@ static real worth_real(const hopform_search_real *search)
     return hopform_greater_real(gap, 0.0);
 }
 
-static bool matters_real(const hopform_search_real *search, const hopform_cell_real *c)
+static bool may_improve_real(const hopform_search_real *search, const hopform_interval_real *c)
 {
     if (search->reached) {
-        return fabs_real(c->from.u) < fabs_real(search->best.u) && c->promise < HOPFORM_REACHED_WITHIN_real;
+        return fabs_real(c->from.u) < fabs_real(search->best.u) && c->lower_bound < HOPFORM_REACHED_WITHIN_real;
     }
-    return c->promise < HOPFORM_NEVER_real && c->promise <= worth_real(search);
+    return c->lower_bound < HOPFORM_NEVER_real && c->lower_bound <= gap_to_beat_real(search);
 }
 
-/* Keep the range between two tried currents if something better may lie in it. */
-static void keep_real(hopform_search_real *search, const hopform_trial_real *from, const hopform_trial_real *to,
-                      int32_t slow)
+/* Add the interval between two candidates if a better one may lie in it. */
+static void add_interval_real(hopform_search_real *search, const hopform_trial_real *from, const hopform_trial_real *to,
+                              int32_t slow)
 {
-    hopform_cell_real cell = {*from, *to, 0.0, slow};
-    cell.promise = promise_of_real(search, &cell);
-    if (!matters_real(search, &cell)) {
+    hopform_interval_real interval = {*from, *to, 0.0, slow};
+    interval.lower_bound = lower_bound_of_real(search, &interval);
+    if (!may_improve_real(search, &interval)) {
         return;
     }
-    if (search->count < HOPFORM_SEARCH_CELLS_real) {
-        search->cells[search->count++] = cell;
+    if (search->count < HOPFORM_SEARCH_INTERVALS_real) {
+        search->intervals[search->count++] = interval;
     } else {
         search->partial = true;
     }
 }
 
-/* Forget the cells that do not matter any more; the most promising one, of several the one nearest to 0, becomes the
- * last. */
-static void sift_real(hopform_search_real *search)
+/* Prune the intervals that the incumbent beats; the one of the least lower bound, of several the one nearest to 0,
+ * becomes the last. */
+static void prune_real(hopform_search_real *search)
 {
     int32_t kept = 0;
     int32_t first = 0;
-    for (int32_t n = 0; n < search->count && n < HOPFORM_SEARCH_CELLS_real; n++) {
-        const hopform_cell_real *c = &search->cells[n];
-        if (matters_real(search, c) && kept < HOPFORM_SEARCH_CELLS_real) {
-            const hopform_cell_real *best = &search->cells[first];
-            const bool as_good = !(c->promise > best->promise) && !(c->promise < best->promise);
-            if (kept == 0 || c->promise < best->promise
+    for (int32_t n = 0; n < search->count && n < HOPFORM_SEARCH_INTERVALS_real; n++) {
+        const hopform_interval_real *c = &search->intervals[n];
+        if (may_improve_real(search, c) && kept < HOPFORM_SEARCH_INTERVALS_real) {
+            const hopform_interval_real *best = &search->intervals[first];
+            const bool as_good = !(c->lower_bound > best->lower_bound) && !(c->lower_bound < best->lower_bound);
+            if (kept == 0 || c->lower_bound < best->lower_bound
                 || (as_good && fabs_real(c->from.u) < fabs_real(best->from.u))) {
                 first = kept;
             }
             if (kept < n) {
-                const hopform_cell_real moved = *c;
-                search->cells[kept] = moved;
+                const hopform_interval_real moved = *c;
+                search->intervals[kept] = moved;
             }
             kept++;
         }
     }
     search->count = kept;
     if (first + 1 < kept) {
-        const hopform_cell_real swapped = search->cells[first];
-        const hopform_cell_real last = search->cells[kept - 1];
-        search->cells[first] = last;
-        search->cells[kept - 1] = swapped;
+        const hopform_interval_real swapped = search->intervals[first];
+        const hopform_interval_real last = search->intervals[kept - 1];
+        search->intervals[first] = last;
+        search->intervals[kept - 1] = swapped;
     }
 }
 
@@ -455,8 +461,9 @@ static bool changes_nothing_real(const hopform_search_real *search, real sign)
            && !(push < 0.0 && search->start.x1 > robot->x1_min);
 }
 
-/* Choose the next current: a limit, then in the most promising cell; false if nothing is left. */
-static bool go_on_real(hopform_search_real *search)
+/* Branch: choose the next candidate, at a limit of the range, then in the interval of the least lower bound; false if
+ * nothing is left. */
+static bool branch_real(hopform_search_real *search)
 {
     while (search->limits > 0) {
         const real sign = search->limits == 2 ? 1.0 : -1.0;
@@ -466,11 +473,11 @@ static bool go_on_real(hopform_search_real *search)
             return true;
         }
     }
-    sift_real(search);
+    prune_real(search);
     if (search->count == 0) {
         return false;
     }
-    const hopform_cell_real *c = &search->cells[search->count - 1];
+    const hopform_interval_real *c = &search->intervals[search->count - 1];
     const real share = share_to_try_real(search, c);
     search->next = c->from.u + share * (c->to.u - c->from.u);
     if (!(share > 0.0 && fabs_real(search->next) > fabs_real(c->from.u)
@@ -480,11 +487,12 @@ static bool go_on_real(hopform_search_real *search)
     return true;
 }
 
-/* Take in what a current does, and choose the next one: first 0, then the limits, then into the cells. */
-static bool take_in_real(hopform_search_real *search, const hopform_trial_real *trial)
+/* Add an evaluated candidate, which splits its interval, and choose the next one: first 0, then the limits, then in the
+ * intervals. */
+static bool add_candidate_real(hopform_search_real *search, const hopform_trial_real *trial)
 {
     const hopform_robot_real *robot = &search->plan->robot;
-    consider_real(search, trial);
+    update_incumbent_real(search, trial);
     if (search->trials < HOPFORM_SEARCH_TRIALS) {
         search->trials++;
     }
@@ -495,18 +503,18 @@ static bool take_in_real(hopform_search_real *search, const hopform_trial_real *
             return false;
         }
     } else if (!(fabs_real(trial->u) < robot->u_max)) {
-        keep_real(search, &search->zero, trial, 0);
+        add_interval_real(search, &search->zero, trial, 0);
     } else if (search->count > 0) {
-        const hopform_cell_real split = search->cells[--search->count];
+        const hopform_interval_real split = search->intervals[--search->count];
         const real half = 0.5 * width_of_real(&split);
         const int32_t slower = split.slow < 2 ? split.slow + 1 : 2; /* of a search in any memory, too */
-        keep_real(search, &split.from, trial, fabs_real(trial->u - split.from.u) > half ? slower : 0);
-        keep_real(search, trial, &split.to, fabs_real(split.to.u - trial->u) > half ? slower : 0);
+        add_interval_real(search, &split.from, trial, fabs_real(trial->u - split.from.u) > half ? slower : 0);
+        add_interval_real(search, trial, &split.to, fabs_real(split.to.u - trial->u) > half ? slower : 0);
     }
-    return go_on_real(search);
+    return branch_real(search);
 }
 
-static void say_real(const hopform_search_real *search, hopform_command_real *command)
+static void report_command_real(const hopform_search_real *search, hopform_command_real *command)
 {
     command->u = search->best.u;
     command->apex = search->found ? search->best.apex - search->datum : 0.0;
@@ -517,8 +525,9 @@ static void say_real(const hopform_search_real *search, hopform_command_real *co
 
 /* ---- a current ---- */
 
-static int32_t attempt_real(const hopform_plan_real *plan, const hopform_state_real *start, real u, real horizon,
-                            hopform_phase_real *phases, int32_t capacity, hopform_trial_real *trial, bool *fits)
+static int32_t evaluate_candidate_real(const hopform_plan_real *plan, const hopform_state_real *start, real u,
+                                       real horizon, hopform_phase_real *phases, int32_t capacity,
+                                       hopform_trial_real *trial, bool *fits)
 {
     const hopform_step_real step = {0.0, u};
     const hopform_state_real none = {0.0, 0.0, 0.0, 0.0};
@@ -626,21 +635,21 @@ int32_t hopform_choose_current_step_real(hopform_search_real *search, hopform_ph
         return end_search_real(search, HOPFORM_ERROR_OVERLAP, command);
     }
     if (search->status != HOPFORM_SEARCHING) {
-        say_real(search, command);
+        report_command_real(search, command);
         return search->status;
     }
     hopform_trial_real trial = search->best;
     bool fits = true;
-    const int32_t status =
-        attempt_real(search->plan, &search->start, search->next, search->horizon, phases, capacity, &trial, &fits);
+    const int32_t status = evaluate_candidate_real(search->plan, &search->start, search->next, search->horizon, phases,
+                                                   capacity, &trial, &fits);
     if (status < 0) {
         return end_search_real(search, status, command); /* for good: what was found does not count after an error */
     }
     search->partial = search->partial || !fits;
-    if (!take_in_real(search, &trial)) {
+    if (!add_candidate_real(search, &trial)) {
         search->status = search->partial ? HOPFORM_PHASES_NOT_KEPT : HOPFORM_OK;
     }
-    say_real(search, command);
+    report_command_real(search, command);
     return search->status;
 }
 
@@ -703,8 +712,8 @@ int32_t hopform_try_currents_real(const hopform_plan_real *plan, const hopform_s
     for (int32_t i = 0; i < start_count; i++) {
         for (int32_t j = 0; j < current_count; j++) {
             bool fits = true;
-            const int32_t status = attempt_real(plan, &starts[i], currents[j], horizon, phases, capacity,
-                                                &trials[i * current_count + j], &fits);
+            const int32_t status = evaluate_candidate_real(plan, &starts[i], currents[j], horizon, phases, capacity,
+                                                           &trials[i * current_count + j], &fits);
             if (status < 0) {
                 return control_refuse_real(status, start_count, current_count, trials);
             }

@@ -289,7 +289,7 @@ static void T(with_trials)(T(digest) *w, const T(hopform_plan) *plan, const T(ho
     for (int n = 0; n < CURRENTS && status >= 0; n++) {
         T(numbers)(w, &trials[n].u, offsetof(T(hopform_trial), events));
         T(take)(w, trials[n].events);
-        T(take)(w, (uint32_t)trials[n].dips
+        T(take)(w, (uint32_t)trials[n].minima
                        + 65536u * (uint32_t)(trials[n].takes_off + 2 * trials[n].held + 4 * trials[n].smooth));
     }
 }

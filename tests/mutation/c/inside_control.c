@@ -1,7 +1,7 @@
 /* The judge of mutants in the controller: what it concludes from the ends of a
- * cell, function by function, against cubics whose values, slopes, roots and
- * extrema are known, and against the bounds of docs/explanation/controller.md.
- * Prints what is wrong and ends with 1.
+ * interval, function by function, against cubics whose values, slopes, roots
+ * and extrema are known, and against the bounds of
+ * docs/explanation/controller.md. Prints what is wrong and ends with 1.
  */
 #include "control_f64.c"
 
@@ -79,7 +79,7 @@ static void cubics(void) {
          1e-13 * size / width, "the chord");
     near(fabs(lean_f64(&c)), third, 1e-12 * size / width,
          "its distance from a parabola");
-    near(doubt_f64(&c), 0.25 * third + line / 32.0, 1e-12 * size / width,
+    near(slope_error_f64(&c), 0.25 * third + line / 32.0, 1e-12 * size / width,
          "the doubt");
     for (int n = 0; n <= 8; n++) {
       near(cubic_at_f64(&c, (double)n / 8.0),
@@ -89,13 +89,16 @@ static void cubics(void) {
     near(least_slope_f64(&c), s.least_slope,
          1e-12 * size / width + third * 4e-7, "the least slope");
     must(!rises_f64(&c) || s.least_slope > 0.0, "what is said to rise");
-    must(rises_f64(&c) == (s.least_slope > 4.0 * doubt_f64(&c)) ||
-             fabs(s.least_slope - 4.0 * doubt_f64(&c)) < 1e-5 * size / width,
+    must(rises_f64(&c) == (s.least_slope > 4.0 * slope_error_f64(&c)) ||
+             fabs(s.least_slope - 4.0 * slope_error_f64(&c)) <
+                 1e-5 * size / width,
          "what rises without doubt");
-    must(is_monotone_f64(&c) == (s.least_slope > 4.0 * doubt_f64(&c) ||
-                                 s.most_slope < -4.0 * doubt_f64(&c)) ||
-             fabs(s.least_slope - 4.0 * doubt_f64(&c)) < 1e-5 * size / width ||
-             fabs(s.most_slope + 4.0 * doubt_f64(&c)) < 1e-5 * size / width,
+    must(is_monotone_f64(&c) == (s.least_slope > 4.0 * slope_error_f64(&c) ||
+                                 s.most_slope < -4.0 * slope_error_f64(&c)) ||
+             fabs(s.least_slope - 4.0 * slope_error_f64(&c)) <
+                 1e-5 * size / width ||
+             fabs(s.most_slope + 4.0 * slope_error_f64(&c)) <
+                 1e-5 * size / width,
          "what is monotone without doubt");
     must(!is_convex_f64(&c) || s.bends_up, "what is said to be convex");
     must(is_convex_f64(&c) || f.c[2] <= 0.0 ||
@@ -117,7 +120,7 @@ static void cubics(void) {
     }
     const double bound = least_f64(&c);
     must(bound <= s.least + 1e-13 * size, "a bound that is above the function");
-    must(bound >= s.least - 4.0 * width * doubt_f64(&c) - 1e-12 * size ||
+    must(bound >= s.least - 4.0 * width * slope_error_f64(&c) - 1e-12 * size ||
              is_convex_f64(&c),
          "a bound that is too low");
     if (is_monotone_f64(&c)) {
@@ -132,7 +135,7 @@ static void cubics(void) {
       near(bound, low, 1e-9 * size, "the least of what is convex");
       convex += c.from_rate < 0.0 && c.to_rate > 0.0;
     } else {
-      near(bound, s.least - width * doubt_f64(&c), 1e-6 * size,
+      near(bound, s.least - width * slope_error_f64(&c), 1e-6 * size,
            "the least of a cubic");
     }
     const curve_f64 m = mirrored_f64(&c);
@@ -208,7 +211,7 @@ static void roots(void) {
   }
 }
 
-/* ---- cells ---- */
+/* ---- intervals ---- */
 
 static const double limit = 0.05;
 
@@ -235,9 +238,9 @@ static T(trial)
   return trial;
 }
 
-static T(cell) cell_of(T(trial) from, T(trial) to) {
-  const T(cell) cell = {from, to, 0.0, 0};
-  return cell;
+static T(interval) interval_of(T(trial) from, T(trial) to) {
+  const T(interval) interval = {from, to, 0.0, 0};
+  return interval;
 }
 
 static T(search) search_for(const T(plan) * plan, double apex) {
@@ -250,8 +253,8 @@ static T(search) search_for(const T(plan) * plan, double apex) {
   return s;
 }
 
-/* An apex that is a line in u, a peak far below its limit: what a cell
- * promises, and where it is split, are known. */
+/* An apex that is a line in u, a peak far below its limit: what an interval
+ * lower_bounds, and where it is split, are known. */
 static void lines(void) {
   const T(plan) plan = hopper_plan();
   for (row = 0; row < 600; row++) {
@@ -261,43 +264,45 @@ static void lines(void) {
                  peak = uniform(0.0, 0.04);
     const double u = side * near_zero, v = side * (near_zero + width),
                  after = gap + rate * (v - u);
-    const T(cell) cell = cell_of(trial_at(u, wanted + gap, rate, peak, 0.0),
-                                 trial_at(v, wanted + after, rate, peak, 0.0));
+    const T(interval) interval =
+        interval_of(trial_at(u, wanted + gap, rate, peak, 0.0),
+                    trial_at(v, wanted + after, rate, peak, 0.0));
     const T(search) s = search_for(&plan, wanted);
-    near(width_of_f64(&cell), width, 1e-15 * (near_zero + width),
-         "the width of a cell");
-    const double promise = promise_of_f64(&s, &cell);
+    near(width_of_f64(&interval), width, 1e-15 * (near_zero + width),
+         "the width of an interval");
+    const double lower_bound = lower_bound_of_f64(&s, &interval);
     if (gap * after > 0.0) {
-      near(promise, fmin(fabs(gap), fabs(after)), 1e-13,
-           "what a line promises");
+      near(lower_bound, fmin(fabs(gap), fabs(after)), 1e-13,
+           "what a line lower_bounds");
     } else {
-      must(promise <= 0.0, "a root that is not promised");
-      near(share_to_try_f64(&s, &cell), gap / (gap - after), 1e-12,
+      must(lower_bound <= 0.0, "a root that is not lower_boundd");
+      near(share_to_try_f64(&s, &interval), gap / (gap - after), 1e-12,
            "the root of a line");
     }
-    T(cell)
-    high = cell; /* out of reach: x1 is beyond its limit at both ends, and rises
-                    or falls in between */
+    T(interval)
+    high = interval; /* out of reach: x1 is beyond its limit at both ends, and
+                    rises or falls in between */
     high.from.largest_x1 = limit + over(1e-9, 1e-2);
     high.to.largest_x1 = limit + over(1e-9, 1e-2);
     high.from.largest_x1_u =
         (high.to.largest_x1 - high.from.largest_x1) / (v - u);
     high.to.largest_x1_u = high.from.largest_x1_u;
-    must(promise_of_f64(&s, &high) >= 1e300, "a cell beyond the limit");
+    must(lower_bound_of_f64(&s, &high) >= 1e300, "a interval beyond the limit");
     high.from.largest_x1 = limit; /* at it counts as beyond */
     high.from.largest_x1_u =
         (high.to.largest_x1 - high.from.largest_x1) / (v - u);
     high.to.largest_x1_u = high.from.largest_x1_u;
-    must(promise_of_f64(&s, &high) >= 1e300 &&
+    must(lower_bound_of_f64(&s, &high) >= 1e300 &&
              !is_admissible_f64(&s, &high.from),
-         "a cell from the limit on");
+         "a interval from the limit on");
     high.from.largest_x1 =
         limit + 1e-3; /* it dips below the limit in between */
     high.to.largest_x1 = limit + 1e-3;
     high.from.largest_x1_u = -side * 1.0 * 1e-2 / width;
     high.to.largest_x1_u = side * 1.0 * 1e-2 / width;
-    must(promise_of_f64(&s, &high) < 1e300, "a cell that dips below the limit");
-    T(cell) edge = cell; /* x1 rises through its limit */
+    must(lower_bound_of_f64(&s, &high) < 1e300,
+         "a interval that dips below the limit");
+    T(interval) edge = interval; /* x1 rises through its limit */
     const double there = uniform(0.05, 0.4);
     const int starts = row % 4 < 2;
     edge.from.largest_x1 =
@@ -311,8 +316,8 @@ static void lines(void) {
          "where x1 reaches its limit");
     const double inside = fabs(starts ? gap : after),
                  reach = 3.0 * fabs(rate) * 2.0 * there * width;
-    near(promise_of_f64(&s, &edge), larger(promise, inside - reach), 1e-9,
-         "what is admissible up to the limit");
+    near(lower_bound_of_f64(&s, &edge), larger(lower_bound, inside - reach),
+         1e-9, "what is admissible up to the limit");
     const double aside = share_to_try_f64(&s, &edge);
     must(gap * after < 0.0 ||
              (starts ? aside < there && aside > there - 0.3
@@ -321,8 +326,8 @@ static void lines(void) {
   }
 }
 
-/* What the widths of docs/explanation/controller.md say: wider cells are not
- * judged by their ends. */
+/* What the widths of docs/explanation/controller.md say: wider intervals are
+ * not judged by their ends. */
 static void widths(void) {
   const T(plan) plan = hopper_plan();
   const T(search) s = search_for(&plan, 0.5);
@@ -339,71 +344,72 @@ static void widths(void) {
       to.events = row == 0 ? from.events : 8u;
       from.takes_off = row < 2;
       to.takes_off = row != 2;
-      const T(cell) cell = cell_of(from, to);
-      const double promise = promise_of_f64(&s, &cell);
+      const T(interval) interval = interval_of(from, to);
+      const double lower_bound = lower_bound_of_f64(&s, &interval);
       const double wanted =
           n == 1 ? 0.0
                  : (row < 2
                         ? 0.4 - 0.01 * v
                         : (row == 2 ? 1e300 : 0.4 - 0.01 * v - 3.0 * v * 0.01));
-      near(promise, wanted, 1e-12 * (1.0 + fabs(wanted)),
-           "a promise of a cell as wide as is judged");
-      T(cell) other = cell_of(to, from); /* the other way round */
+      near(lower_bound, wanted, 1e-12 * (1.0 + fabs(wanted)),
+           "a lower_bound of an interval as wide as is judged");
+      T(interval) other = interval_of(to, from); /* the other way round */
       other.from.u = 0.0;
       other.to.u = v;
-      must(row < 3 || fabs(promise_of_f64(&s, &other) - wanted) < 1e-12,
+      must(row < 3 || fabs(lower_bound_of_f64(&s, &other) - wanted) < 1e-12,
            "a step downwards");
     }
     const T(trial)
         held = {0.0, 0.0, 0.0, 0.0, 0.0, 1e300, 0.0, 0u, 0, false, true, true};
-    T(cell) still = cell_of(held, held);
+    T(interval) still = interval_of(held, held);
     still.to.u = most;
-    must(promise_of_f64(&s, &still) >= 1e300,
+    must(lower_bound_of_f64(&s, &still) >= 1e300,
          "an actuator that is held from one end to the other");
     still.to.held = false;
-    must(!(promise_of_f64(&s, &still) > 0.0),
+    must(!(lower_bound_of_f64(&s, &still) > 0.0),
          "an actuator that begins to move");
   }
   const double u = 1.5;
   for (row = 0; row < 2; row++) { /* next to each other */
-    const T(cell) narrow =
-        cell_of(trial_at(u, 0.49, 0.0, 0.01, 0.0),
-                trial_at(u * (1.0 + (row ? 3.1 : 1.9) * 2.22e-16), 0.51, 0.0,
-                         0.01, 0.0));
-    must((promise_of_f64(&s, &narrow) >= 1e300) == (row == 0),
-         "a cell without a number in it");
+    const T(interval) narrow =
+        interval_of(trial_at(u, 0.49, 0.0, 0.01, 0.0),
+                    trial_at(u * (1.0 + (row ? 3.1 : 1.9) * 2.22e-16), 0.51,
+                             0.0, 0.01, 0.0));
+    must((lower_bound_of_f64(&s, &narrow) >= 1e300) == (row == 0),
+         "a interval without a number in it");
   }
-  const T(cell) two =
-      cell_of(trial_at(1.0 - 0x1p-51, 0.49, 0.0, 0.01, 0.0),
-              trial_at(1.0, 0.51, 0.0, 0.01, 0.0)); /* two ulp of 1 wide */
-  must(promise_of_f64(&s, &two) >= 1e300, "a cell that is as narrow as counts");
+  const T(interval) two =
+      interval_of(trial_at(1.0 - 0x1p-51, 0.49, 0.0, 0.01, 0.0),
+                  trial_at(1.0, 0.51, 0.0, 0.01, 0.0)); /* two ulp of 1 wide */
+  must(lower_bound_of_f64(&s, &two) >= 1e300,
+       "a interval that is as narrow as counts");
   T(trial)
   lifts = trial_at(0.0, 0.1, 0.01, limit + 0.002, -0.1),
   falls = trial_at(0.01, 0.0, 0.0, 0.0, 0.0);
   falls.takes_off = false;
-  T(cell)
-  step = cell_of(lifts, falls); /* x1 may come below its limit by 2 widths of
-                                   slope: 2 mm, not quite */
-  must(promise_of_f64(&s, &step) >= 1e300, "a step beyond the limit");
+  T(interval)
+  step = interval_of(lifts, falls); /* x1 may come below its limit by 2 widths
+                                   of slope: 2 mm, not quite */
+  must(lower_bound_of_f64(&s, &step) >= 1e300, "a step beyond the limit");
   step.from.largest_x1 = limit + 0.0019;
-  must(promise_of_f64(&s, &step) < 1e300,
+  must(lower_bound_of_f64(&s, &step) < 1e300,
        "a step that may come below the limit");
   T(trial)
   flat = trial_at(0.0, 0.1, 0.0, limit - 0.01, 1.0),
   over_it = trial_at(most / 64.0, 0.1, 0.0, limit + 0.01, -1.0);
-  T(cell)
-  edge = cell_of(flat, over_it); /* the slopes disagree: by the admissible one,
-                                    if the cell is narrow */
-  near(promise_of_f64(&s, &edge), 0.4, 1e-12,
-       "a limit in a cell as narrow as is judged");
+  T(interval)
+  edge = interval_of(flat, over_it); /* the slopes disagree: by the admissible
+                                    one, if the interval is narrow */
+  near(lower_bound_of_f64(&s, &edge), 0.4, 1e-12,
+       "a limit in an interval as narrow as is judged");
   near(share_of_limit_f64(&s, &edge), 0.01 / (most / 64.0), 1e-12,
        "the limit by the slope at its admissible end");
   edge.to.u = most / 64.0 * (1.0 + 1e-9);
-  must(promise_of_f64(&s, &edge) <= 0.4 &&
-           promise_of_edge_f64(
+  must(lower_bound_of_f64(&s, &edge) <= 0.4 &&
+           lower_bound_at_limit_f64(
                &s, &edge,
                &(curve_f64){-0.4, 0.0, -0.4, 0.0, edge.to.u, true}) <= 0.0,
-       "a limit in a wider cell");
+       "a limit in a wider interval");
 }
 
 /* Rebounds: quiet where the least y stays above zero by slopes. */
@@ -411,21 +417,23 @@ static void rebounds(void) {
   for (row = 0; row < 400; row++) {
     const double side = row % 2 ? 1.0 : -1.0, width = over(1e-3, 1.0),
                  low = over(1e-5, 1e-2), high = over(1e-5, 1e-2);
-    T(cell)
-    cell = cell_of(trial_at(0.0, 0.1, 0.0, 0.0, 0.0),
-                   trial_at(side * width, 0.1, 0.0, 0.0, 0.0));
-    must(minima_are_positive_f64(&cell), "no rebound, and not quiet");
-    cell.from.minima = 1 + row % 3;
-    cell.from.least_contact = low;
-    cell.from.least_contact_u =
+    T(interval)
+    interval = interval_of(trial_at(0.0, 0.1, 0.0, 0.0, 0.0),
+                           trial_at(side * width, 0.1, 0.0, 0.0, 0.0));
+    must(minima_are_positive_f64(&interval), "no rebound, and not quiet");
+    interval.from.minima = 1 + row % 3;
+    interval.from.least_contact = low;
+    interval.from.least_contact_u =
         0.9 * low / width * side * (row % 4 < 2 ? 1.0 : -1.0);
-    must(minima_are_positive_f64(&cell), "a rebound that can not reach zero");
-    cell.from.least_contact_u *= 1.2;
-    must(!minima_are_positive_f64(&cell), "a rebound that might reach zero");
-    cell.from.least_contact_u = low / width;
-    must(!minima_are_positive_f64(&cell) || fabs(low / width) * width < low,
+    must(minima_are_positive_f64(&interval),
+         "a rebound that can not reach zero");
+    interval.from.least_contact_u *= 1.2;
+    must(!minima_are_positive_f64(&interval),
+         "a rebound that might reach zero");
+    interval.from.least_contact_u = low / width;
+    must(!minima_are_positive_f64(&interval) || fabs(low / width) * width < low,
          "a rebound that just reaches zero");
-    T(cell) other = cell_of(cell.to, cell.from);
+    T(interval) other = interval_of(interval.to, interval.from);
     other.from.u = 0.0;
     other.to.u = side * width;
     other.to.least_contact_u = 0.9 * low / width;
@@ -434,17 +442,20 @@ static void rebounds(void) {
     other.to.least_contact_u = 1.1 * low / width;
     must(!minima_are_positive_f64(&other),
          "a rebound at the far end that might reach zero");
-    cell.to.minima = 1;
-    cell.to.least_contact = high;
-    cell.from.least_contact_u = side * (high - low) / width;
-    cell.to.least_contact_u = cell.from.least_contact_u;
-    must(minima_are_positive_f64(&cell), "rebounds along a line above zero");
-    cell.from.least_contact_u = -side * 8.0 * (low + high) / width;
-    cell.to.least_contact_u = side * 8.0 * (low + high) / width;
-    must(!minima_are_positive_f64(&cell), "rebounds that fall and rise again");
+    interval.to.minima = 1;
+    interval.to.least_contact = high;
+    interval.from.least_contact_u = side * (high - low) / width;
+    interval.to.least_contact_u = interval.from.least_contact_u;
+    must(minima_are_positive_f64(&interval),
+         "rebounds along a line above zero");
+    interval.from.least_contact_u = -side * 8.0 * (low + high) / width;
+    interval.to.least_contact_u = side * 8.0 * (low + high) / width;
+    must(!minima_are_positive_f64(&interval),
+         "rebounds that fall and rise again");
     T(plan) plan = hopper_plan();
     const T(search) s = search_for(&plan, 0.5);
-    T(cell) down = cell; /* no take-off: split where the least y is least */
+    T(interval)
+    down = interval; /* no take-off: split where the least y is least */
     down.from.takes_off = false;
     down.to.takes_off = false;
     const double share = share_to_try_f64(&s, &down);
@@ -466,69 +477,69 @@ static void rebounds(void) {
   }
 }
 
-/* Where a cell is split: not where it is too wide to be judged, has been slow,
- * or at one end of which nothing takes off. */
+/* Where an interval is split: not where it is too wide to be judged, has been
+ * slow, or at one end of which nothing takes off. */
 static void splits(void) {
   const T(plan) plan = hopper_plan();
   const T(search) s = search_for(&plan, 0.2);
   const double most = plan.robot.u_max;
   for (row = 0; row < 200; row++) {
     const double v = most * over(1e-3, 0.5);
-    T(cell)
-    cell = cell_of(trial_at(0.0, 0.1, 0.2 / v * 0.25, 0.01, 0.0),
-                   trial_at(v, 0.15, 0.05 / v, 0.01, 0.0));
-    cell.to.apex = 0.2 + 0.05; /* a root: a quarter of the way from 0.1 below to
-                                  0.05 above would be 2/3 */
-    cell.from.apex_u = 0.15 / v;
-    cell.to.apex_u = 0.15 / v;
-    near(share_to_try_f64(&s, &cell), 2.0 / 3.0, 1e-12,
+    T(interval)
+    interval = interval_of(trial_at(0.0, 0.1, 0.2 / v * 0.25, 0.01, 0.0),
+                           trial_at(v, 0.15, 0.05 / v, 0.01, 0.0));
+    interval.to.apex = 0.2 + 0.05; /* a root: a quarter of the way from 0.1
+                                  below to 0.05 above would be 2/3 */
+    interval.from.apex_u = 0.15 / v;
+    interval.to.apex_u = 0.15 / v;
+    near(share_to_try_f64(&s, &interval), 2.0 / 3.0, 1e-12,
          "two thirds of the way");
-    cell.slow = 1;
-    near(share_to_try_f64(&s, &cell), 2.0 / 3.0, 1e-12, "slow once");
-    cell.slow = 2;
-    near(share_to_try_f64(&s, &cell), 0.5, 1e-300, "slow twice");
-    cell.slow = 0;
-    cell.to.takes_off = false;
-    near(share_to_try_f64(&s, &cell), 0.5, 1e-300, "a step");
-    cell.to.takes_off = true;
-    cell.to.u = most * 0.5000001;
-    near(share_to_try_f64(&s, &cell), 0.5, 1e-300, "too wide");
-    cell.to.u = v; /* an extremum: the gap comes nearer from both ends */
+    interval.slow = 1;
+    near(share_to_try_f64(&s, &interval), 2.0 / 3.0, 1e-12, "slow once");
+    interval.slow = 2;
+    near(share_to_try_f64(&s, &interval), 0.5, 1e-300, "slow twice");
+    interval.slow = 0;
+    interval.to.takes_off = false;
+    near(share_to_try_f64(&s, &interval), 0.5, 1e-300, "a step");
+    interval.to.takes_off = true;
+    interval.to.u = most * 0.5000001;
+    near(share_to_try_f64(&s, &interval), 0.5, 1e-300, "too wide");
+    interval.to.u = v; /* an extremum: the gap comes nearer from both ends */
     const double at = uniform(0.1, 0.9), deep = 0.02;
-    cell.from.apex = 0.1 - deep * at * at;
-    cell.to.apex = 0.1 - deep * (1.0 - at) * (1.0 - at);
-    cell.from.apex_u = 2.0 * deep * at / v;
-    cell.to.apex_u = -2.0 * deep * (1.0 - at) / v;
-    near(share_to_try_f64(&s, &cell), at, 1e-9, "where the gap is least");
-    cell.from.apex += 0.25; /* from above */
-    cell.from.apex = 0.3 + deep * at * at;
-    cell.to.apex = 0.3 + deep * (1.0 - at) * (1.0 - at);
-    cell.from.apex_u = -2.0 * deep * at / v;
-    cell.to.apex_u = 2.0 * deep * (1.0 - at) / v;
-    near(share_to_try_f64(&s, &cell), at, 1e-9,
+    interval.from.apex = 0.1 - deep * at * at;
+    interval.to.apex = 0.1 - deep * (1.0 - at) * (1.0 - at);
+    interval.from.apex_u = 2.0 * deep * at / v;
+    interval.to.apex_u = -2.0 * deep * (1.0 - at) / v;
+    near(share_to_try_f64(&s, &interval), at, 1e-9, "where the gap is least");
+    interval.from.apex += 0.25; /* from above */
+    interval.from.apex = 0.3 + deep * at * at;
+    interval.to.apex = 0.3 + deep * (1.0 - at) * (1.0 - at);
+    interval.from.apex_u = -2.0 * deep * at / v;
+    interval.to.apex_u = 2.0 * deep * (1.0 - at) / v;
+    near(share_to_try_f64(&s, &interval), at, 1e-9,
          "where the gap from above is least");
     const double rim = row % 2 ? 0.01 : 0.99; /* kept off the ends by a 32nd */
-    cell.from.apex_u = -2.0 * deep * rim / v;
-    cell.to.apex_u = 2.0 * deep * (1.0 - rim) / v;
-    cell.from.apex = 0.3 + deep * rim * rim;
-    cell.to.apex = 0.3 + deep * (1.0 - rim) * (1.0 - rim);
-    near(share_to_try_f64(&s, &cell), row % 2 ? 1.0 / 32.0 : 31.0 / 32.0, 1e-15,
-         "off the ends");
-    cell.from.apex_u = 1.0; /* it only rises: in the middle */
-    cell.to.apex_u = 1.0;
-    cell.to.apex = cell.from.apex + v;
-    near(share_to_try_f64(&s, &cell), 0.5, 1e-300, "no extremum");
-    cell.from.largest_x1 =
+    interval.from.apex_u = -2.0 * deep * rim / v;
+    interval.to.apex_u = 2.0 * deep * (1.0 - rim) / v;
+    interval.from.apex = 0.3 + deep * rim * rim;
+    interval.to.apex = 0.3 + deep * (1.0 - rim) * (1.0 - rim);
+    near(share_to_try_f64(&s, &interval), row % 2 ? 1.0 / 32.0 : 31.0 / 32.0,
+         1e-15, "off the ends");
+    interval.from.apex_u = 1.0; /* it only rises: in the middle */
+    interval.to.apex_u = 1.0;
+    interval.to.apex = interval.from.apex + v;
+    near(share_to_try_f64(&s, &interval), 0.5, 1e-300, "no extremum");
+    interval.from.largest_x1 =
         limit + 0.02 * at * at +
         0.001; /* out of reach at both ends: where x1 is least */
-    cell.to.largest_x1 = limit + 0.02 * (1.0 - at) * (1.0 - at) + 0.001;
-    cell.from.largest_x1_u = -0.04 * at / v;
-    cell.to.largest_x1_u = 0.04 * (1.0 - at) / v;
-    near(share_to_try_f64(&s, &cell), at, 1e-9, "where x1 is least");
+    interval.to.largest_x1 = limit + 0.02 * (1.0 - at) * (1.0 - at) + 0.001;
+    interval.from.largest_x1_u = -0.04 * at / v;
+    interval.to.largest_x1_u = 0.04 * (1.0 - at) / v;
+    near(share_to_try_f64(&s, &interval), at, 1e-9, "where x1 is least");
   }
-  T(cell)
-  edge = cell_of(trial_at(0.0, 0.1, 0.001, limit - 0.01, 0.1),
-                 trial_at(0.1, 0.1001, 0.001, limit + 0.01, -1.0));
+  T(interval)
+  edge = interval_of(trial_at(0.0, 0.1, 0.001, limit - 0.01, 0.1),
+                     trial_at(0.1, 0.1001, 0.001, limit + 0.01, -1.0));
   const double rates = 3.0 * 0.001;
   const double aside =
       0.25 * 2e-10 /
@@ -544,7 +555,7 @@ static void splits(void) {
        1e-12, "inside, near the end");
   edge.from.largest_x1_u = 0.01; /* a tenth of the way, and no more */
   must(share_inside_f64(&s, &edge, &gap) >= 1e299, "no way to the limit");
-  T(cell) back = cell_of(edge.to, edge.from);
+  T(interval) back = interval_of(edge.to, edge.from);
   back.from.u = 0.0;
   back.to.u = 0.1;
   const curve_f64 gap_back = gap_of_f64(&back, 0.2);
@@ -566,91 +577,95 @@ static void splits(void) {
        "a slope that leads to the end");
 }
 
-/* ---- the row of cells ---- */
+/* ---- the row of intervals ---- */
 
 static void rows_of_cells(void) {
   const T(plan) plan = hopper_plan();
   T(search) s = search_for(&plan, 0.2);
-  enum { CELLS = HOPFORM_SEARCH_CELLS_f64 };
+  enum { CELLS = HOPFORM_SEARCH_INTERVALS_f64 };
   for (int n = 0; n < CELLS + 3;
        n++) { /* all may hold the root; what does not fit is reported */
     const double u = 0.03 * n;
     const T(trial) from = trial_at(u, 0.1, 5.0, 0.01, 0.0),
                    to = trial_at(u + 0.03, 0.25, 5.0, 0.01, 0.0);
-    keep_f64(&s, &from, &to, n);
+    add_interval_f64(&s, &from, &to, n);
     must(s.count == (n < CELLS ? n + 1 : CELLS) && s.partial == (n >= CELLS),
          "a row that is full");
-    must(n >= CELLS || (s.cells[n].slow == n && !(s.cells[n].promise > 0.0) &&
-                        !(fabs(s.cells[n].from.u - u) > 0.0)),
-         "a cell that is kept");
+    must(n >= CELLS ||
+             (s.intervals[n].slow == n && !(s.intervals[n].lower_bound > 0.0) &&
+              !(fabs(s.intervals[n].from.u - u) > 0.0)),
+         "a interval that is kept");
   }
-  sift_f64(&s);
-  must(s.count == CELLS && !(fabs(s.cells[CELLS - 1].from.u) > 0.0) &&
-           fabs(s.cells[0].from.u - 0.03 * (CELLS - 1)) < 1e-12,
+  prune_f64(&s);
+  must(s.count == CELLS && !(fabs(s.intervals[CELLS - 1].from.u) > 0.0) &&
+           fabs(s.intervals[0].from.u - 0.03 * (CELLS - 1)) < 1e-12,
        "the nearest to 0 last");
   double sum = 0.0;
   for (int n = 0; n < CELLS; n++) {
-    sum += s.cells[n].from.u;
+    sum += s.intervals[n].from.u;
   }
-  near(sum, 0.03 * CELLS * (CELLS - 1) / 2.0, 1e-12, "a cell that is lost");
-  s.cells[5].promise = -1.0; /* promises more */
-  const double best = s.cells[5].from.u;
-  sift_f64(&s);
-  must(!(fabs(s.cells[CELLS - 1].from.u - best) > 0.0) && s.count == CELLS,
+  near(sum, 0.03 * CELLS * (CELLS - 1) / 2.0, 1e-12, "a interval that is lost");
+  s.intervals[5].lower_bound = -1.0; /* lower_bounds more */
+  const double best = s.intervals[5].from.u;
+  prune_f64(&s);
+  must(!(fabs(s.intervals[CELLS - 1].from.u - best) > 0.0) && s.count == CELLS,
        "the most promising last");
-  s.cells[7].promise = 1e300; /* nothing in it */
-  const double gone = s.cells[7].from.u;
-  sift_f64(&s);
-  must(s.count == CELLS - 1 && !(fabs(s.cells[CELLS - 2].from.u - best) > 0.0),
-       "a cell that is left");
+  s.intervals[7].lower_bound = 1e300; /* nothing in it */
+  const double gone = s.intervals[7].from.u;
+  prune_f64(&s);
+  must(s.count == CELLS - 1 &&
+           !(fabs(s.intervals[CELLS - 2].from.u - best) > 0.0),
+       "a interval that is left");
   for (int n = 0; n < s.count; n++) {
-    must(fabs(s.cells[n].from.u - gone) > 1e-9, "a cell that is not left");
+    must(fabs(s.intervals[n].from.u - gone) > 1e-9,
+         "a interval that is not left");
   }
-  s.found =
-      true; /* something within 1e-3: cells that promise no better are left */
+  s.found = true; /* something within 1e-3: intervals that lower_bound no better
+                     are left */
   s.best = trial_at(0.3, 0.201, 0.0, 0.0, 0.0);
   for (int n = 0; n < s.count; n++) {
-    s.cells[n].promise = n % 2 ? 1e-3 : 1e-4;
+    s.intervals[n].lower_bound = n % 2 ? 1e-3 : 1e-4;
   }
   const int count = s.count;
-  sift_f64(&s);
+  prune_f64(&s);
   must(s.count == (count + 1) / 2, "what is no better");
-  near(worth_f64(&s), 1e-3 - 4e-10, 1e-12, "what is worth looking for");
+  near(gap_to_beat_f64(&s), 1e-3 - 4e-10, 1e-12, "what is worth looking for");
   s.best.apex = 0.2 + 3e-10;
-  must(!(worth_f64(&s) > 0.0), "near enough");
-  s.reached = true; /* only smaller currents matter, where a root is promised */
+  must(!(gap_to_beat_f64(&s) > 0.0), "near enough");
+  s.reached =
+      true; /* only smaller currents matter, where a root is lower_boundd */
   s.best = trial_at(0.3, 0.2, 0.0, 0.0, 0.0);
-  T(cell)
-  c = cell_of(trial_at(0.29, 0.1, 0.0, 0.0, 0.0),
-              trial_at(0.5, 0.3, 0.0, 0.0, 0.0));
-  must(matters_f64(&s, &c), "a cell that begins nearer to 0");
-  c.promise = 1e-13;
-  must(!matters_f64(&s, &c), "a cell without a root");
-  c.promise = 0.0;
+  T(interval)
+  c = interval_of(trial_at(0.29, 0.1, 0.0, 0.0, 0.0),
+                  trial_at(0.5, 0.3, 0.0, 0.0, 0.0));
+  must(may_improve_f64(&s, &c), "a interval that begins nearer to 0");
+  c.lower_bound = 1e-13;
+  must(!may_improve_f64(&s, &c), "a interval without a root");
+  c.lower_bound = 0.0;
   c.from.u = -0.3;
-  must(!matters_f64(&s, &c), "a cell that begins as far from 0");
+  must(!may_improve_f64(&s, &c), "a interval that begins as far from 0");
   T(search) none = search_for(&plan, 0.2);
-  sift_f64(&none);
-  must(none.count == 0 && !go_on_f64(&none), "an empty row");
+  prune_f64(&none);
+  must(none.count == 0 && !branch_f64(&none), "an empty row");
 }
 
 static void what_is_better(void) {
   const T(plan) plan = hopper_plan();
   T(search) s = search_for(&plan, 0.2);
   T(command) command;
-  say_f64(&s, &command);
+  report_command_f64(&s, &command);
   must(command.status == HOPFORM_COMMAND_NO_TAKEOFF &&
            !(fabs(command.u) + fabs(command.apex) > 0.0),
        "nothing found");
   T(trial) trial = trial_at(1.0, 0.1, 0.0, limit, 0.0);
-  consider_f64(&s, &trial);
+  update_incumbent_f64(&s, &trial);
   must(!s.found, "x1 at its limit");
   trial.largest_x1 = limit - 1e-9;
   trial.takes_off = false;
-  consider_f64(&s, &trial);
+  update_incumbent_f64(&s, &trial);
   must(!s.found, "no take-off");
   trial.takes_off = true;
-  consider_f64(&s, &trial);
+  update_incumbent_f64(&s, &trial);
   must(s.found && !s.reached && !(fabs(s.best.u - 1.0) > 0.0), "the first");
   const double apexes[] = {0.31, 0.3, 0.29, 0.11, 0.2 + 1.1e-14,
                            0.2,  0.2, 0.2,  0.2}; /* from 0.1 wanted 0.2 */
@@ -660,7 +675,7 @@ static void what_is_better(void) {
     trial.u = currents[n];
     trial.apex = apexes[n];
     row = n;
-    consider_f64(&s, &trial);
+    update_incumbent_f64(&s, &trial);
     must(!(fabs(s.best.u - kept[n]) > 0.0) || n == 1 || n == 3,
          "the better one");
     s.best.u =
@@ -670,39 +685,39 @@ static void what_is_better(void) {
   }
   trial.u = 0.1;
   trial.apex = 0.2 + 2e-14;
-  consider_f64(&s, &trial);
+  update_incumbent_f64(&s, &trial);
   must(s.best.u > 1.0, "near, and not as near");
   s.datum = 0.05;
-  say_f64(&s, &command);
+  report_command_f64(&s, &command);
   must(command.status == HOPFORM_COMMAND_REACHED &&
            fabs(command.apex - 0.15) < 1e-15 && !(fabs(command.u - 1.5) > 0.0),
        "what is said");
   s.best.apex = 0.2 + 1.99e-10;
-  say_f64(&s, &command);
+  report_command_f64(&s, &command);
   must(command.status == HOPFORM_COMMAND_REACHED, "near enough to count");
   s.best.apex = 0.2 - 2.01e-10;
-  say_f64(&s, &command);
+  report_command_f64(&s, &command);
   must(command.status == HOPFORM_COMMAND_NEAREST, "too far off to count");
-  const T(cell) meets =
-      cell_of(trial_at(0.0, 0.2, 0.1, 0.0, 0.0),
-              trial_at(1.0, 0.3, 0.1, 0.0, 0.0)); /* an end that reaches it */
+  const T(interval) meets = interval_of(
+      trial_at(0.0, 0.2, 0.1, 0.0, 0.0),
+      trial_at(1.0, 0.3, 0.1, 0.0, 0.0)); /* an end that reaches it */
   must(gap_of_f64(&meets, 0.2).from > 0.0 && gap_of_f64(&meets, 0.3).to < 0.0,
        "an end that reaches it is on the other one's side");
-  const T(cell) falls = cell_of(trial_at(0.0, 0.3, -0.1, 0.0, 0.0),
-                                trial_at(-1.0, 0.2, 0.1, 0.0, 0.0));
+  const T(interval) falls = interval_of(trial_at(0.0, 0.3, -0.1, 0.0, 0.0),
+                                        trial_at(-1.0, 0.2, 0.1, 0.0, 0.0));
   must(gap_of_f64(&falls, 0.2).to > 0.0 && gap_of_f64(&falls, 0.3).from < 0.0,
        "an end that reaches it from the other side");
-  const T(cell) just =
-      cell_of(trial_at(0.0, 1e-14, 0.1, 0.0, 0.0),
-              trial_at(1.0, 0.1, 0.1, 0.0, 0.0)); /* as near as counts */
-  const T(cell) ends = cell_of(trial_at(0.0, -0.1, 0.1, 0.0, 0.0),
-                               trial_at(1.0, -1e-14, 0.1, 0.0, 0.0));
+  const T(interval) just =
+      interval_of(trial_at(0.0, 1e-14, 0.1, 0.0, 0.0),
+                  trial_at(1.0, 0.1, 0.1, 0.0, 0.0)); /* as near as counts */
+  const T(interval) ends = interval_of(trial_at(0.0, -0.1, 0.1, 0.0, 0.0),
+                                       trial_at(1.0, -1e-14, 0.1, 0.0, 0.0));
   must(gap_of_f64(&just, 0.0).from > 0.0 && gap_of_f64(&ends, 0.0).to < 0.0,
        "as near as counts, on the same side");
-  const T(cell) across = cell_of(trial_at(0.0, -1e-14, 0.1, 0.0, 0.0),
-                                 trial_at(1.0, 0.1, 0.1, 0.0, 0.0));
-  const T(cell) beyond = cell_of(trial_at(0.0, -0.1, 0.1, 0.0, 0.0),
-                                 trial_at(1.0, 1e-14, 0.1, 0.0, 0.0));
+  const T(interval) across = interval_of(trial_at(0.0, -1e-14, 0.1, 0.0, 0.0),
+                                         trial_at(1.0, 0.1, 0.1, 0.0, 0.0));
+  const T(interval) beyond = interval_of(trial_at(0.0, -0.1, 0.1, 0.0, 0.0),
+                                         trial_at(1.0, 1e-14, 0.1, 0.0, 0.0));
   must(gap_of_f64(&across, 0.0).from > 0.0 && gap_of_f64(&beyond, 0.0).to < 0.0,
        "as near as counts, on the other side");
   near(gap_of_f64(&falls, 0.2).to_rate, -0.1, 1e-300, "a slope outward from 0");
@@ -731,7 +746,7 @@ static void on_a_stop(void) {
     }
     s.limits = 2;
     s.count = 0;
-    const bool goes = go_on_f64(&s);
+    const bool goes = branch_f64(&s);
     const int first =
         s.zero.held && where == 0 && row % 2
             ? -1

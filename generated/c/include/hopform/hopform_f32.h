@@ -102,7 +102,7 @@ typedef struct {
     float coulomb_1;    /**< [J] Coulomb loss of the actuator */
 } hopform_flight_ledger_f32;
 
-enum { HOPFORM_SEARCH_CELLS_f32 = 24 }; /**< intervals of currents that wait in a search */
+enum { HOPFORM_SEARCH_INTERVALS_f32 = 24 }; /**< intervals of currents that wait in a search */
 
 /** The propagator of a mode at one time, where a phase is looked at first, and constants of the certificate. */
 typedef struct {
@@ -198,9 +198,9 @@ typedef struct {
 typedef struct {
     hopform_trial_f32 from; /**< the one nearer to 0 */
     hopform_trial_f32 to;
-    float promise; /**< [m] lower bound: no admissible current in it comes nearer to what is wanted */
+    float lower_bound; /**< [m] lower bound: no admissible current in it comes nearer to what is wanted */
     int32_t slow; /**< bisections in a row that left most of an interval */
-} hopform_cell_f32;
+} hopform_interval_f32;
 
 /** A search for a current; the caller's memory. */
 typedef struct {
@@ -212,7 +212,7 @@ typedef struct {
     float datum; /**< [m] */
     hopform_trial_f32 best; /**< the nearest so far; u = 0 until one is admissible */
     hopform_trial_f32 zero; /**< the current 0 */
-    hopform_cell_f32 cells[24]; /**< intervals in which a better current may lie */
+    hopform_interval_f32 intervals[24]; /**< intervals in which a better current may lie */
     int32_t count; /**< of them; the last one is split next */
     int32_t limits; /**< of the range, yet to be tried */
     float next; /**< [A] what to try */

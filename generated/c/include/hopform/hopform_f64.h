@@ -102,7 +102,7 @@ typedef struct {
     double coulomb_1;    /**< [J] Coulomb loss of the actuator */
 } hopform_flight_ledger_f64;
 
-enum { HOPFORM_SEARCH_CELLS_f64 = 24 }; /**< intervals of currents that wait in a search */
+enum { HOPFORM_SEARCH_INTERVALS_f64 = 24 }; /**< intervals of currents that wait in a search */
 
 /** The propagator of a mode at one time, where a phase is looked at first, and constants of the certificate. */
 typedef struct {
@@ -198,9 +198,9 @@ typedef struct {
 typedef struct {
     hopform_trial_f64 from; /**< the one nearer to 0 */
     hopform_trial_f64 to;
-    double promise; /**< [m] lower bound: no admissible current in it comes nearer to what is wanted */
+    double lower_bound; /**< [m] lower bound: no admissible current in it comes nearer to what is wanted */
     int32_t slow; /**< bisections in a row that left most of an interval */
-} hopform_cell_f64;
+} hopform_interval_f64;
 
 /** A search for a current; the caller's memory. */
 typedef struct {
@@ -212,7 +212,7 @@ typedef struct {
     double datum; /**< [m] */
     hopform_trial_f64 best; /**< the nearest so far; u = 0 until one is admissible */
     hopform_trial_f64 zero; /**< the current 0 */
-    hopform_cell_f64 cells[24]; /**< intervals in which a better current may lie */
+    hopform_interval_f64 intervals[24]; /**< intervals in which a better current may lie */
     int32_t count; /**< of them; the last one is split next */
     int32_t limits; /**< of the range, yet to be tried */
     double next; /**< [A] what to try */
