@@ -99,6 +99,6 @@ CONSTANTS = (
     Constant("TINY_DOWN", 2.0**-8, 2.0**-18, "scales its cube root back"),
     _each("EXPONENT_BIAS", lambda p: p.exponent_bias, "of the exponent's bits"),
     Constant("LANE_COUNT", 32, 32, "stances that are solved at a time"),
-    Constant("PREDICTION", 0.05, 0.01, "a shorter step, of an interval, predicts a root well enough"),
+    Constant("PREDICTION", 0.1, 0.01, "a shorter step, of an interval, predicts a root well enough"),
 )
 """Those of the C library, the limits among them."""

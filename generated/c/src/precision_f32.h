@@ -32,7 +32,7 @@ typedef int32_t hopform_signed_bits_f32;
 #define HOPFORM_TINY_DOWN_f32 0.00390625f /* scales its cube root back */
 #define HOPFORM_EXPONENT_BIAS_f32 127 /* of the exponent's bits */
 #define HOPFORM_LANE_COUNT_f32 32 /* stances that are solved at a time */
-#define HOPFORM_PREDICTION_f32 0.05f /* a shorter step, of an interval, predicts a root well enough */
+#define HOPFORM_PREDICTION_f32 0.1f /* a shorter step, of an interval, predicts a root well enough */
 
 /* Domains of parameters; NaN lies in none. */
 #define HOPFORM_IN_REAL_f32(value) ((value) >= -HOPFORM_NEVER_f32 && (value) <= HOPFORM_NEVER_f32)
