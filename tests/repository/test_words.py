@@ -9,13 +9,16 @@ from pathlib import Path
 import pytest
 
 ROOT = next(folder for folder in Path(__file__).resolve().parents if (folder / "pyproject.toml").is_file())
-COVERED = ("README.md", "CONTRIBUTING.md", "CHANGELOG.md", "docs", "templates", "derive", "runtime/hopform", "tools")
+COVERED = (
+    "README.md", "CONTRIBUTING.md", "CHANGELOG.md", "docs", "templates", "derive", "runtime/hopform", "tools",
+    "tests/bench", "tests/conformance", "tests/fuzz", "tests/oracle", "tests/unit",
+)  # fmt: skip
 """Files and folders that are read."""
 
 SUFFIXES = {".md", ".py", ".j2", ".toml"}
 QUOTING = {"docs/evidence/c-mutants.md"}
 """Pages that quote lines of the engine, whose identifiers are its own."""
-STANDING = {"derive/model/structs.py": {"dip", "dips"}}
+STANDING = {"derive/model/structs.py": {"dip", "dips"}, "tests/conformance/test_control.py": {"dip"}}
 """Members that the controller of the engine has by these names; an entry goes with them."""
 
 COINED = {
