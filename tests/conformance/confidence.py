@@ -45,7 +45,7 @@ class Count:
 
 
 def random_robot(rng: np.random.Generator) -> hopform.Robot:
-    """A robot whose leg is a leg: it swings a few times and stops, its motor moves it;
+    """A robot whose leg is a leg: it oscillates a few times and stops, its motor moves it;
     no friction of a kind at times.
     """
 

@@ -321,8 +321,8 @@ def test_the_foot_clears_a_step_up_to_where_it_comes_highest(hopper_c, backend):
 
 
 def test_a_foot_that_dips_touches_down_where_the_ground_is_met_first(backend):
-    """An actuator that swings lowers the foot between two rises:
-    the ground is met in the dip as soon as that is low enough.
+    """An actuator that oscillates lowers the foot between two rises:
+    the ground is met at the minimum as soon as that is low enough.
     """
     robot = hopform.Robot(m_eff=1.0, m_s=3.0, k=1200.0, L0=0.4, gamma2=-1.0)
     gains = (400.0, 0.0)
@@ -333,14 +333,14 @@ def test_a_foot_that_dips_touches_down_where_the_ground_is_met_first(backend):
 
     t = np.linspace(0.0, 0.4, 400_001)
     rate = np.diff(foot(t))
-    dips = t[1:-1][(rate[:-1] < 0.0) & (rate[1:] >= 0.0)]
-    lowest = foot(dips[0])
-    assert lowest < foot(t[t > dips[0]]).max()
+    minima = t[1:-1][(rate[:-1] < 0.0) & (rate[1:] >= 0.0)]
+    lowest = foot(minima[0])
+    assert lowest < foot(t[t > minima[0]]).max()
     for hair, early in ((1e-9, False), (-1e-9, True)):
         ground = lowest - hair
         flight = hopform.solve_flight(robot, **start, x2=0.4 - ground, gains=gains, backend=backend)
         assert flight.status == "touchdown"
-        assert (flight.duration < dips[0] + 1e-3) == early
+        assert (flight.duration < minima[0] + 1e-3) == early
         assert foot(flight.duration) == pytest.approx(ground, abs=1e-14)
 
 
@@ -361,7 +361,7 @@ def test_a_flight_that_is_cut_short_is_as_far_as_it_goes(hopper_c, backend):
 
 
 def test_many_reversals_are_all_found(backend):
-    """An undamped law of 10 000 rad/s: half turn after half turn, each a reversal,
+    """An undamped law of 10 000 rad/s: half period after half period, each a reversal,
     and more phases than the first buffer has.
     """
     robot = hopform.Robot(m_eff=1.0, m_s=3.0, k=1200.0, L0=0.4, gamma2=-1.0)

@@ -177,12 +177,12 @@ def test_a_leg_that_hardly_any_spring_draws_takes_off_where_drag_and_start_say(b
     assert stance.duration == pytest.approx(exact, rel=20.0 * float(np.finfo(dtype).eps), abs=0.0)
 
 
-def creeping_robot(seed: int, faint: float) -> tuple[hopform.Robot, dict[str, float]]:
-    """Heavily damped, and drawn to y = 0 by forces that are faint beside that of the spring at the start."""
+def creeping_robot(seed: int, ratio: float) -> tuple[hopform.Robot, dict[str, float]]:
+    """Heavily damped, and drawn to y = 0 by forces that are small beside that of the spring at the start."""
     draw = np.random.default_rng(seed)
     m_eff, m_s, k, y = 10.0 ** draw.uniform((-3.0, -3.0, 0.0, -3.0), (1.0, 1.0, 6.0, 0.0))
     b1, b2 = 2.0 * np.sqrt(k * np.array((m_eff, m_s))) * 10.0 ** draw.uniform(-0.5, 2.0, 2)
-    force = faint * k * y
+    force = ratio * k * y
     body_slips = draw.random() < 0.5
     of_body = 0.5 * force if body_slips else force * 10.0 ** draw.uniform(0.0, 4.0)
     robot = hopform.Robot(
@@ -194,21 +194,21 @@ def creeping_robot(seed: int, faint: float) -> tuple[hopform.Robot, dict[str, fl
     return robot, {"x2": -y, "u": 2.0 * force, "horizon": 1e6} | moving
 
 
-@pytest.mark.parametrize("faint", [1e-1, 1e-3, 1e-5, 1e-7, 1e-9])
-def test_what_creeps_on_by_faint_forces_keeps_its_events_and_the_digits_that_the_start_leaves(backend, faint):
+@pytest.mark.parametrize("ratio", [1e-1, 1e-3, 1e-5, 1e-7, 1e-9])
+def test_what_creeps_on_by_small_forces_keeps_its_events_and_the_digits_that_the_start_leaves(backend, ratio):
     """The zero of a velocity is where a start and a rise cancel:
-    what is faint beside them has fewer digits by as much.
+    what is small beside them has fewer digits by as much.
     """
     for seed in range(16):
-        robot, start = creeping_robot(seed, faint)
+        robot, start = creeping_robot(seed, ratio)
         exact, inputs = reference_for(robot, **start)
         stance = hopform.solve_stance(robot, backend=backend, **inputs)
         assert stance.status == exact.status
         assert [event.kind for event in stance.events] == [event.kind for event in exact.events]
         error = plain_errors(robot, stance, exact, inputs["v2"])["state"]
-        if error > 1e-13 / faint:
+        if error > 1e-13 / ratio:
             error /= max(1.0, reference.condition(rounded(robot, np.float64), of="state", **inputs))
-        assert error <= 1e-13 / faint
+        assert error <= 1e-13 / ratio
 
 
 def test_the_aed_equals_the_difference_of_the_energy(hopper_c, backend):

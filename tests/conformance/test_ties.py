@@ -131,13 +131,13 @@ def test_two_masses_that_a_step_of_the_current_lets_go_at_once_are_two_phases(ba
 @pytest.mark.parametrize("dtype", [np.float64, np.float32])
 @pytest.mark.parametrize("stops", [("x1_min",), ("x1_max",)])
 def test_a_stop_that_is_touched_where_the_actuator_turns_is_no_event(backend, dtype, stops):
-    """Without friction, from rest at a stop and away from it, it swings back to just there:
+    """Without friction, from rest at a stop and away from it, it comes back to just there:
     a reversal every half period.
     """
     rng = np.random.default_rng(5)
     k, m_eff, x1 = over(rng, 1.0, 2e4), over(rng, 0.1, 10.0), rng.uniform(-0.05, 0.05, COUNT)
     away, depth = (1.0 if stops == ("x1_min",) else -1.0), rng.uniform(0.001, 0.04, COUNT)
-    y = 0.1 - away * depth / 2.0  # it swings about 0.1 m of compression
+    y = 0.1 - away * depth / 2.0  # it oscillates about 0.1 m of compression
     robot = hopform.Robot(m_eff=1.0, m_s=1.0, k=1.0, L0=0.4, f2=1e5, gamma2=-1.0, g=G, u_max=1e4)
     batch = hopform.solve_stances(
         robot, k=k, m_eff=m_eff, x1=x1, x2=x1 - y + 0.4, v2=0.0, u=0.1 * k, horizon=6.5 * np.pi * np.sqrt(m_eff / k),

@@ -402,7 +402,7 @@ def test_a_force_that_touches_zero_is_no_takeoff():
 
 @pytest.mark.parametrize("depth", ["1e-3", "1e-12", "1e-25"])
 def test_a_force_that_dips_below_zero_is_a_takeoff_by_any_depth(depth):
-    """A locked leg without friction swings about its sag of 0.1 m."""
+    """A locked leg without friction oscillates about its sag of 0.1 m."""
     stance = solve(builders.stance(LOCKED, v2="0", y=mp.mpf("0.1") * (2 + mp.mpf(depth))))
     assert stance.kinds == ("takeoff",) and 0 < stance.margin < 2 * mp.mpf(depth)
     assert abs(stance.duration - mp.acos(-1 / (1 + mp.mpf(depth))) / 10) < TINY

@@ -9,7 +9,10 @@ from pathlib import Path
 import pytest
 
 ROOT = next(folder for folder in Path(__file__).resolve().parents if (folder / "pyproject.toml").is_file())
-COVERED = ("README.md", "CONTRIBUTING.md", "CHANGELOG.md", "docs", "templates", "derive", "runtime/hopform", "tools")
+COVERED = (
+    "README.md", "CONTRIBUTING.md", "CHANGELOG.md", "docs", "templates", "derive", "runtime/hopform", "tools",
+    "tests/bench", "tests/conformance", "tests/fuzz", "tests/oracle", "tests/unit",
+)  # fmt: skip
 """Files and folders that are read."""
 
 SUFFIXES = {".md", ".py", ".j2", ".toml"}

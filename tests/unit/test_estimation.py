@@ -233,7 +233,7 @@ def test_derivatives_of_what_passes_are_exact():
 
 
 def test_an_undamped_decay_is_released_at_its_first_swing():
-    """All swings are as large: noise must not decide which one it is."""
+    """All amplitudes are equal: noise must not decide which one it is."""
     body = hopform.Robot(**{**{f.name: getattr(HOPPER, f.name) for f in hopform.Robot.fields()}, "b2": 0.0, "f2": 0.0})
     for seed in range(4):
         decay = record(body, "decay", height=0.04, duration=1.6, seed=seed)

@@ -324,6 +324,16 @@ def test_stops_are_flags_of_a_hop():
     run = hops(terrain.flat(3), 3.0, quick)
     assert run.table["bottoms_out"].any() and run.table["hits_stop"].any()
     assert not hops(terrain.flat(3), 0.0).table["bottoms_out"].any()
+    assert not hops(terrain.flat(3), 2.0, OFFSET).table["hits_stop"].any()
+
+
+def test_times_of_a_run_are_the_sums_of_its_flights_and_stances():
+    clock = 0.0
+    for hop in hops(ROUGH[:4]).hops:
+        clock += hop.flight.duration
+        assert hop.touchdown_time == pytest.approx(clock, rel=1e-14)
+        clock += hop.stance.duration
+        assert hop.takeoff_time == pytest.approx(clock, rel=1e-14)
 
 
 def test_a_run_starts_from_any_state_in_the_air():

@@ -239,7 +239,7 @@ def test_a_held_actuator_cannot_be_free():
 
 @pytest.mark.parametrize(("test", "duration"), [("drop", 2.0), ("drop", 4.0), ("decay", 2.0), ("decay", 4.0)])
 def test_several_motions_in_a_recording_are_found_and_fitted_together(test, duration):
-    """The hand takes the body while it still swings, or after it has come to rest."""
+    """The hand takes the body while it still oscillates, or after it has come to rest."""
     made = record(HOPPER, test, height=0.2 if test == "drop" else 0.04, duration=duration, repeats=3, seed=1)
     attached = test == "decay"
     problem = drop_problem([made], "attached" if attached else "ground", {"m_s": 3.0})

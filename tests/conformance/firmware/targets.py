@@ -25,8 +25,8 @@ UNITS = ("control", "energy", "flight", "grid", "overlap", "selftest", "sensitiv
 
 DIGEST = r"(f32|f64) ([0-9a-f]{8})"
 
-PATIENCE = 20.0
-"""How much longer than its time of the processor a command may wait: for what never ends, and waits."""
+WAITING = 20.0
+"""How much longer by the clock than by the processor a command may take: for what never ends, and waits."""
 
 OUT_OF_TIME = (-signal.SIGXCPU, -signal.SIGKILL)
 """How a command ends whose time of the processor is over; dash sets both limits."""
@@ -122,10 +122,10 @@ def run(command: list[str], timeout: float = 120.0, cwd: Path | None = None) -> 
     limited = ["sh", "-c", f'ulimit -t {math.ceil(timeout)} && exec "$0" "$@"', *command]
     try:
         done = subprocess.run(
-            limited, capture_output=True, text=True, errors="replace", timeout=PATIENCE * timeout, check=False, cwd=cwd
+            limited, capture_output=True, text=True, errors="replace", timeout=WAITING * timeout, check=False, cwd=cwd
         )
     except subprocess.TimeoutExpired:
-        raise Failed(f"{command[0]} waited for longer than {PATIENCE * timeout:.0f} s") from None
+        raise Failed(f"{command[0]} waited for longer than {WAITING * timeout:.0f} s") from None
     if done.returncode in OUT_OF_TIME:
         raise Failed(f"{command[0]} took longer than {timeout:.0f} s of the processor")
     text = done.stdout + done.stderr

@@ -54,7 +54,7 @@ VERDICT = np.dtype(
 CERTIFIED, UNSETTLED, WRONG = range(3)
 REASONS = ("", "modes at the start", "take-off at 0", "an event these modes cannot have", "no zero where the event is",
            "time runs back", "hold rule", "a crossing that is none", "a stop passed", "an event missed", "no rest",
-           "not at the horizon", "poles", "patience")  # fmt: skip
+           "not at the horizon", "poles", "too many steps")  # fmt: skip
 
 
 @cache

@@ -35,7 +35,7 @@ enum {
     NO_REST,         /* something can move */
     NO_HORIZON,      /* the ending is not at the horizon */
     POLES,           /* the poles could not be found to enough digits */
-    PATIENCE         /* too many steps */
+    TOO_MANY_STEPS   /* of the walk along a phase */
 };
 
 typedef struct {

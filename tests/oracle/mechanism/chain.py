@@ -35,7 +35,7 @@ from .numbers import (
 )
 from .roots import Search, first_root, stays_positive
 
-PATIENCE = 3  # windows of a phase before a long step is tried
+SHORT_STEPS = 3  # windows of a phase before a long step is tried
 MOST_WINDOWS = 200_000
 TIE = max(fixed(TINY), 1)
 FlowKey = tuple[tuple[int, ...], bool]  # what is held, and whether a law acts unsaturated
@@ -318,17 +318,17 @@ def search(run: Run, t: Real, z: Point, mode: Mode, end: Real) -> tuple[Hit | No
     if not flow.order:
         run.marks.append(Mark(t, len(run.phases) - 1, z))
         return (Hit(t, z, lifted), z) if (lifted := lifts(run, z)) else (None, z)
-    windows, patience, allowed = 0, PATIENCE, bands(run, flow, z, mode)
+    windows, short_steps, allowed = 0, SHORT_STEPS, bands(run, flow, z, mode)
     while t < end:
         run.marks.append(Mark(t, len(run.phases) - 1, z))
         watched = [leniently(guard, allowed) for guard in guards(run.system, flow, z, mode)]
-        if windows >= patience and not (flow.lawful and run.system.law):
+        if windows >= short_steps and not (flow.lawful and run.system.law):
             step = leap(flow, z, watched, (end - t) / flow.window, spectrum(run, flow))
             if step:
                 z = advance(flow, z, step * flow.window)
                 t += step * flow.window
                 continue
-            patience = 2 * windows
+            short_steps = 2 * windows
         h = min(flow.window, end - t)
         series = expand(flow, z)
         place, due = first_due(run, [polynomial(guard, series) for guard in watched], fixed(h / flow.window))

@@ -23,7 +23,7 @@ DEGREE = 32  # 3^33/33! < 1e-21: what is cut off is below MARGIN
 MARGIN = 1e-11  # relative; the floats here are good to 1e-13
 WORTH = 4  # windows that a long step must replace
 APART = mp.mpf("1e-12")  # relative distance of a fast eigenvalue from all others
-FAINT = mp.mpf("1e-60")  # slow parts below this are rounding
+NEGLIGIBLE = mp.mpf("1e-60")  # slow parts below this are rounding
 
 
 @dataclass(frozen=True)
@@ -129,7 +129,7 @@ def split(flow: Flow, level: Level, start: Sequence[Real], guard: Guard, h: Real
         coefficients.append(mp.fdot(guard.x, slow[:d]) * h / n + mp.fdot(guard.w, now[:d]))
         slow = now
     top, most = max(abs(c) for c in coefficients), max(amplitudes, default=mp.zero)
-    if top <= FAINT * most and not fall and all(q > FAINT * most for q in sums):
+    if top <= NEGLIGIBLE * most and not fall and all(q > NEGLIGIBLE * most for q in sums):
         return [1.0], 0.0  # nothing but real modes that stay above zero
     fall += max([-q for q in sums if q < 0], default=mp.zero)
     unit = max(top, fall) or mp.one

@@ -20,7 +20,7 @@ from .records import Event, Phase, Point, Real, Robot, State, mp
 from .roots import first_crossing
 from .skip import long_step
 
-PATIENCE = 3  # windows of a phase before a long step is tried
+SHORT_STEPS = 3  # windows of a phase before a long step is tried
 
 
 class Condition(NamedTuple):
@@ -218,7 +218,7 @@ class Hit(NamedTuple):
 
 def search(leg: Leg, t: Real, z: Point, modes: tuple[int, int], u: Real, end: Real) -> tuple[Hit | None, Point]:
     """The first event of a phase, or none and the state at `end`."""
-    flow, windows, patience = leg.flow(modes), 0, PATIENCE
+    flow, windows, short_steps = leg.flow(modes), 0, SHORT_STEPS
     while t < end:
         h = min(flow.window, end - t)
         series = expand(flow, z, flow.window)
@@ -226,13 +226,13 @@ def search(leg: Leg, t: Real, z: Point, modes: tuple[int, int], u: Real, end: Re
         leg.widest = max(leg.widest, abs(z.x1), abs(z.y), series.nu * series.h)
         leg.marks.append((t, len(leg.phases) - 1, z))
         watched = list(conditions(leg, z, modes, u, series))
-        if windows >= patience:
+        if windows >= short_steps:
             step = long_step(flow, [c.c for c in watched], (end - t) / flow.window)
             if step:
                 z = balanced(leg, advance(flow, z, step * flow.window), modes, u)
                 t = t + step * flow.window
                 continue
-            patience = 2 * windows
+            short_steps = 2 * windows
         hit = first_hit(leg, flow, z, series, watched, fixed(h / flow.window, flow.bits))
         if hit is not None:
             tau, kinds = hit

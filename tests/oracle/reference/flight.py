@@ -19,7 +19,7 @@ from .roots import first_crossing
 
 TERMS = 64
 BITS = 330
-TOUCH = 200  # a dip not deeper than 2^-(BITS - TOUCH) of the function's scale is a touch
+TOUCH = 200  # a minimum not deeper than 2^-(BITS - TOUCH) of the function's scale is a touch
 REACH = 2  # (p + sqrt q) times a window
 
 

@@ -101,7 +101,7 @@ def refine(coefficients: Sequence[int], low: int, high: int, bits: int) -> int:
 def first_crossing(coefficients: Sequence[int], bits: int, touch: int, note: Note) -> int | None:
     """Where a polynomial that starts above zero first goes below it, as an integer of unit 2^-bits; None if it stays.
 
-    A dip not deeper than `touch` is none. Every extremum that decides is told to `note`.
+    A minimum not deeper than `touch` is no crossing. `note` is called for every extremum that decides.
     """
     if certainly_positive(coefficients):
         return None
@@ -116,7 +116,7 @@ def first_crossing(coefficients: Sequence[int], bits: int, touch: int, note: Not
             return refine(coefficients, low, low + width, bits)
         if count == 0 and (sign == 0 or min(b) > max(b) >> 20):
             continue
-        found = dip(coefficients, b, low, width, bits, noise, note)
+        found = minimum(coefficients, b, low, width, bits, noise, note)
         if found is not None:
             lowest, height = found
             if height < -touch:
@@ -133,7 +133,7 @@ def first_crossing(coefficients: Sequence[int], bits: int, touch: int, note: Not
     return None
 
 
-def dip(
+def minimum(
     coefficients: Sequence[int], b: Sequence[int], low: int, width: int, bits: int, noise: int, note: Note
 ) -> tuple[int, int] | None:
     """Place and height of the lowest point inside, if it is the only extremum between two ends above zero."""

@@ -55,7 +55,9 @@ def factors(poly: Sequence[Real]) -> list[tuple[Real, ...]]:
         if i:
             companion[i - 1, i] = 1
     roots = sorted(mp.eig(companion, left=False, right=False), key=abs)
-    units = [[q] for q in roots if not swings(q)] + [[q, mp.conj(q)] for q in roots if swings(q) and mp.im(q) > 0]
+    units = [[q] for q in roots if not oscillates(q)] + [
+        [q, mp.conj(q)] for q in roots if oscillates(q) and mp.im(q) > 0
+    ]
     groups: list[list[Real]] = []
     for unit in sorted(units, key=lambda unit: abs(unit[0])):
         if groups and alike(groups[-1][-1], unit[0]):
@@ -65,14 +67,14 @@ def factors(poly: Sequence[Real]) -> list[tuple[Real, ...]]:
     return [tuple(poly)] if len(groups) == 1 else [product(group) for group in groups]
 
 
-def swings(root: Real) -> bool:
+def oscillates(root: Real) -> bool:
     """Whether a root is one of a pair that oscillates; nearly double real roots are left together as real ones."""
     return bool(abs(mp.im(root)) > abs(root) * NARROW)
 
 
 def alike(slow: Real, fast: Real) -> bool:
     """Whether two roots belong into one group: of like magnitude, and not an oscillation beside a plain decay."""
-    apart = swings(slow) != swings(fast) and abs(slow - fast) > abs(fast) / GAP
+    apart = oscillates(slow) != oscillates(fast) and abs(slow - fast) > abs(fast) / GAP
     return bool(abs(fast) < GAP * abs(slow)) and not apart
 
 
