@@ -4,6 +4,7 @@ Models with a damper and with a second spring in the leg, and with a force on th
 and compared with the 60-digit oracle of mechanisms, which knows their equations of motion alone.
 """
 
+import ctypes
 import importlib
 import math
 import random
@@ -254,6 +255,19 @@ def test_derivatives_through_take_off_are_those_of_differences(legs):
 # ---- the flight ----
 
 
+def fly(leg: Leg, parameters: tuple[float, ...], start: Any) -> float:
+    """Duration by the library."""
+    types = leg.library.types(np.dtype(np.float64))
+    flight, phases = types.Flight(), (types.FlightPhase * MOST)()
+    plan = ctypes.byref(native.plan_of(leg.library, types, parameters))
+    leg.library.call(
+        "solve_flight", types, plan, ctypes.byref(types.State(*start)), None, ctypes.c_double(3.0),
+        ctypes.c_int32(MOST),
+        phases, ctypes.c_int32(MOST), ctypes.byref(flight),
+    )  # fmt: skip
+    return float(flight.duration)
+
+
 @pytest.mark.parametrize("name", ["damper", "second_spring"])
 def test_a_flight_begins_with_a_leg_that_carries_nothing(name, legs):
     """A second spring shifts where that is; how a damper lets the leg relax is not solved, and refused."""
@@ -264,12 +278,22 @@ def test_a_flight_begins_with_a_leg_that_carries_nothing(name, legs):
     end = leg.solve("c", parameters, {"x1": 0.0, "v1": 0.0, "v2": DROP, "y": 0.005}, 2.0).outcome()[2]
     robot, start = leg.package.Robot(*parameters), leg.package.LegState(*end)
     if name == "damper":
-        with pytest.raises(ValueError, match="a damper acts in it"):
-            flight.solve_flight(robot, start)
+        lower = start._replace(y=start.y - 0.05)  # the ground ahead
+        for refused in (start, lower):
+            with pytest.raises(ValueError, match="in which a damper acts, relaxes"):
+                flight.solve_flight(robot, refused)
+            with pytest.raises(hopform.HopformError, match="relax"):
+                fly(leg, parameters, refused)
+        drop = flight.solve_flight(robot, leg.package.LegState(0.0, 0.0, 0.0, -0.2))
+        assert drop.duration == pytest.approx(math.sqrt(2.0 * 0.2 / HOPPER.g), rel=1e-12)
+        assert fly(leg, parameters, leg.package.LegState(0.0, 0.0, 0.0, -0.2)) == pytest.approx(
+            drop.duration, rel=1e-12
+        )
         return
     rest = 300.0 * 0.01 / (HOPPER.k + 300.0)
     assert end.y == pytest.approx(rest, abs=1e-15)
     flown = flight.solve_flight(robot, start)
+    assert fly(leg, parameters, start) == pytest.approx(flown.duration, rel=1e-12)
     assert flown.end.y == pytest.approx(rest, abs=1e-15)
     other = hopform.solve_flight(HOPPER, v2=end.v2, x1=end.x1, v1=end.v1, gains=flown.gains)
     assert (flown.duration, flown.apex) == (pytest.approx(other.duration), pytest.approx(other.apex))

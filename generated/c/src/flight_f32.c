@@ -931,8 +931,9 @@ int32_t hopform_solve_flight_f32(const hopform_plan_f32 *plan, const hopform_sta
         return HOPFORM_ERROR_STATE;
     }
     const float rest = hopform_rest_compression_f32(robot);
-    if (HOPFORM_LEG_HAS_DAMPER && from.y > rest) {
-        return HOPFORM_ERROR_STATE; /* a leg that relaxes slowly in flight */
+    const hopform_state_f32 parting = {0.0f, from.v1, from.v2, rest};
+    if (HOPFORM_LEG_HAS_DAMPER && fabs_f32(hopform_contact_of_f32(robot, &parting)) > 0.0f) {
+        return HOPFORM_ERROR_STATE; /* at such a take-off the leg is compressed, and relaxes slowly in flight */
     }
     if (!(horizon > 0.0f && horizon <= HOPFORM_NEVER_f32) || max_phases < 1 || capacity < 0) {
         return HOPFORM_ERROR_HORIZON;

@@ -931,8 +931,9 @@ int32_t hopform_solve_flight_f64(const hopform_plan_f64 *plan, const hopform_sta
         return HOPFORM_ERROR_STATE;
     }
     const double rest = hopform_rest_compression_f64(robot);
-    if (HOPFORM_LEG_HAS_DAMPER && from.y > rest) {
-        return HOPFORM_ERROR_STATE; /* a leg that relaxes slowly in flight */
+    const hopform_state_f64 parting = {0.0, from.v1, from.v2, rest};
+    if (HOPFORM_LEG_HAS_DAMPER && fabs_f64(hopform_contact_of_f64(robot, &parting)) > 0.0) {
+        return HOPFORM_ERROR_STATE; /* at such a take-off the leg is compressed, and relaxes slowly in flight */
     }
     if (!(horizon > 0.0 && horizon <= HOPFORM_NEVER_f64) || max_phases < 1 || capacity < 0) {
         return HOPFORM_ERROR_HORIZON;

@@ -931,8 +931,9 @@ int32_t hopform_solve_flight_real(const hopform_plan_real *plan, const hopform_s
         return HOPFORM_ERROR_STATE;
     }
     const real rest = hopform_rest_compression_real(robot);
-    if (HOPFORM_LEG_HAS_DAMPER && from.y > rest) {
-        return HOPFORM_ERROR_STATE; /* a leg that relaxes slowly in flight */
+    const hopform_state_real parting = {0.0, from.v1, from.v2, rest};
+    if (HOPFORM_LEG_HAS_DAMPER && fabs_real(hopform_contact_of_real(robot, &parting)) > 0.0) {
+        return HOPFORM_ERROR_STATE; /* at such a take-off the leg is compressed, and relaxes slowly in flight */
     }
     if (!(horizon > 0.0 && horizon <= HOPFORM_NEVER_real) || max_phases < 1 || capacity < 0) {
         return HOPFORM_ERROR_HORIZON;

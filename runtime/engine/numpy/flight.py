@@ -490,15 +490,15 @@ def solve_flight(
 
     start: the state at take-off; y [m] is the height of the ground ahead over the foot. gains: of the law
     gamma2 u = Kp x1 + Kd v1, designed if left out. horizon [s]: the longest time.
-    An unstable robot, or a leg that a damper lets relax slowly, is a ValueError; no other input is checked here:
-    hopform does that.
+    An unstable robot, or a take-off after which a damper lets the leg relax slowly, is a ValueError; no other input is
+    checked here: hopform does that.
     """
     one = Robot(*(dtype(field) for field in robot))
     stable_rates_of(one)
     given = LegState(*(dtype(field) for field in start))
     rest = formulas.rest_compression(one)
-    if LEG_HAS_DAMPER and given.y > rest:
-        raise ValueError(f"y must be <= {float(rest)!r} m, a leg at rest, because a damper acts in it, got {start.y!r}")
+    if LEG_HAS_DAMPER and formulas.contact_of(one, given._replace(y=rest)) != 0.0:
+        raise ValueError(f"v1 must be v2, or the leg, in which a damper acts, relaxes: got {start.v1!r}, {start.v2!r}")
     first = given._replace(y=dtype(given.y - rest))
     largest = largest_force(one)
     law = Gains(dtype(0.0), dtype(0.0))
