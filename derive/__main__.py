@@ -68,6 +68,8 @@ def _options(chosen: argparse.Namespace) -> Options:
         raise ModelError(f"--out {chosen.out} lies in generated/, which holds the hopper of the paper alone")
     if not (chosen.prefix.isidentifier() and chosen.prefix.isascii() and chosen.prefix.islower()):
         raise ModelError(f"--prefix must be a lower-case identifier of C, got {chosen.prefix!r}")
+    if chosen.model is not None:
+        print(f"derive: {chosen.model} is run as Python", file=sys.stderr)
     model = read_model(chosen.model, chosen.prefix) if chosen.model is not None else HOPPER
     return Options(model, chosen.prefix, chosen.precisions or PRECISIONS)
 

@@ -14,6 +14,7 @@ from rich.text import Text
 import hopform
 from hopform import Equation, Hop, Robot, Run, Stance
 from hopform._cli.render import Record, number, pick, table, to_csv
+from hopform._errors import printable
 from hopform._solver.package import LEDGER_OF_BODY, LEDGER_OF_ROBOT
 from hopform._stance import aed_at
 from hopform._words import EVENTS, current, ending, mode, mode_of_actuator, name_of, unit_of_time, value_of
@@ -54,7 +55,7 @@ def robots(shown: Sequence[Robot], *, with_meaning: bool) -> Iterator[Renderable
     yield ""
     for robot in shown:
         if robot.description:
-            yield f"{robot.name}: {robot.description}"
+            yield f"{name_of(robot)}: {printable(' '.join(robot.description.split()))}"
     if any(robot.name in hopform.ROBOTS for robot in shown):
         yield OURS
 
