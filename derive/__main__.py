@@ -68,9 +68,10 @@ def _options(chosen: argparse.Namespace) -> Options:
         raise ModelError(f"--out {chosen.out} lies in generated/, which holds the hopper of the paper alone")
     if not (chosen.prefix.isidentifier() and chosen.prefix.isascii() and chosen.prefix.islower()):
         raise ModelError(f"--prefix must be a lower-case identifier of C, got {chosen.prefix!r}")
-    if chosen.model is not None:
-        print(f"derive: {chosen.model} is run as Python", file=sys.stderr)
-    model = read_model(chosen.model, chosen.prefix) if chosen.model is not None else HOPPER
+    if chosen.model is None:
+        return Options(HOPPER, chosen.prefix, chosen.precisions or PRECISIONS)
+    model = read_model(chosen.model, chosen.prefix)
+    print(f"derive: {chosen.model} was run as Python", file=sys.stderr)
     return Options(model, chosen.prefix, chosen.precisions or PRECISIONS)
 
 

@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 
 import hopform
-from hopform._identify import parse_recording, to_csv
 
 GOOD = {"m_eff": 25.0, "m_s": 3.0, "k": 1200.0, "L0": 0.4}
 HOPPER = hopform.load_robot("hopper_c")
@@ -63,7 +62,6 @@ OTHERS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
     "load_robot": (hopform.load_robot, {"name_or_path": "hopper_c"}),
     "read": (hopform.terrain.read, {"path": "nowhere.csv"}),
     "read_recording": (hopform.read_recording, {"path": "nowhere.csv"}),
-    "parse_recording": (parse_recording, {"text": to_csv(DECAY), "source": "a.csv"}),
     "fit_drop_test": (hopform.fit_drop_test, {"recordings": DECAY, "attached": True, "known": {"q": 1.0}}),
     "fit_step_response": (hopform.fit_step_response, {"recordings": STEP, "known": {"q": 1.0}}),
     "fit_force": (hopform.fit_force, {"recordings": STEP, "known": {"q": 1.0}}),

@@ -142,7 +142,7 @@ def solve_stances(
     with_events, with_derivatives = flag("events", events), flag("sensitivities", sensitivities)
     function("progress", progress)
     given_u = cast(object, u)
-    if isinstance(given_u, (list, tuple)) and any(isinstance(each, tuple) for each in cast(Sequence[object], given_u)):
+    if type(given_u) in (list, tuple) and any(isinstance(each, tuple) for each in cast(Sequence[object], given_u)):
         raise HopformError(
             f"u must be a number per stance in A; steps (t, u) are for solve_stance, got {shown(cast(object, u))}"
         )

@@ -77,7 +77,7 @@ def rows_of(text: str, source: str) -> list[tuple[int, list[str]]]:
 
 def check_files(reads: Iterable[Named], writes: Iterable[Named]) -> None:
     """HopformError for an output that cannot be written, would overwrite an input, or is another output too."""
-    inputs = [(what, path) for what, path in reads if path is not None]
+    inputs = [(what, path_of(what, path)) for what, path in reads if path is not None]
     outputs = list[tuple[str, str | Path]]()
     for what, path in writes:
         if path is None:

@@ -10,6 +10,7 @@ import math
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from inspect import getattr_static
 from pathlib import Path
 from typing import Any, SupportsFloat, cast
 
@@ -401,7 +402,7 @@ def simulate(
     model = robot if errors.model is None else errors.model
     first = _start(robot, height, start)
     asked: Any = ConstantCurrent(finite("u", controller, "A")) if is_scalar(controller) else controller
-    prepared: Any = asked.prepare(model, grounds) if isinstance(asked, Preparing) else asked
+    prepared: Any = asked.prepare(model, grounds) if getattr_static(asked, "prepare", None) else asked
     if not callable(prepared):
         raise HopformError(f"controller must be a current in A or a callable, got {shown(controller)}")
     task = _Task(
