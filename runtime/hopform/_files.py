@@ -103,9 +103,8 @@ def check_writable(path: Path) -> None:
             raise HopformError(f"{name_of(path)} cannot be written: it is a folder")
         if mode is not None and not os.access(target, os.W_OK):
             raise HopformError(f"{name_of(path)} cannot be written: it is protected against that")
-        for folder in (path.parent, target.parent):
-            if not folder.is_dir():
-                raise HopformError(f"{name_of(path)} cannot be written: there is no folder {name_of(folder)}")
+        if not path.parent.is_dir():
+            raise HopformError(f"{name_of(path)} cannot be written: there is no folder {name_of(path.parent)}")
         if mode is None or stat.S_ISREG(mode):
             _written_aside(target.parent, b"").unlink()
     except OSError as error:

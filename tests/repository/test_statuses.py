@@ -3,8 +3,8 @@
 import re
 from pathlib import Path
 
-from derive.model.kinds import MOST_STEPS
-from hopform import _batch, _checks, _export, _files, _robots, _stance, terrain
+from derive.model.kinds import LONGEST_PREFIX, MOST_STEPS
+from hopform import _batch, _checks, _files, _robots, _stance, terrain
 from hopform._cli import options
 from hopform._control import reach
 from hopform._hopping import run, touchdown
@@ -71,7 +71,7 @@ LIMITS = {
     "bytes of a robot file": _robots.LARGEST_TOML,
     "bytes of any other file that is read": _files.LARGEST,
     "digits of a whole number in text": _checks.MOST_DIGITS,
-    "characters of a prefix": _export.LONGEST_PREFIX,
+    "characters of a prefix": LONGEST_PREFIX,
 }
 
 

@@ -78,6 +78,7 @@ VIEW = np.broadcast_to(-1.0, (10**7, 10**7))
         (lambda: hopform.solve_stance(HOPPER, v2=-1.0).grid(dt=1e-9), "dt must be >"),
         (lambda: hopform.solve_stance(HOPPER, v2=-1.0).at(VIEW), "t must have at most"),
         (lambda: hopform.TouchdownDetector(count=2**31 - 1), "count"),
+        (lambda: hopform.TouchdownDetector().detect(np.broadcast_to(0.0, 10**9)), "samples must have at most"),
         (lambda: hopform.TouchdownDetector().simulated_delays(0.1, trials=2**31 - 1), "trials"),
         (lambda: hopform.TouchdownDetector().simulated_delays(0.1, 0.2), "trials must be at most"),
         (lambda: hopform.controllers.ReturnMap(0.2, heights=2**20, currents=2**20), "heights x currents"),
@@ -135,6 +136,35 @@ def test_masked_numbers_are_refused():
     assert hopform.solve_stances(HOPPER, v2=np.ma.array([-1.0])).duration.shape == (1,)
 
 
+@pytest.mark.parametrize(
+    "value", [[True], np.array([True]), ["1.0"], [1j], np.array(["2020"], "M8[Y]"), [None], [[1], []]]
+)
+def test_what_is_no_real_number_is_refused_in_an_array_too(value):
+    with pytest.raises(hopform.HopformError, match="^v2 must be numbers in m/s, got "):
+        hopform.solve_stances(HOPPER, v2=value)
+
+
+class Broken:
+    """An object that raises whatever is asked of it."""
+
+    def __repr__(self):
+        raise RuntimeError("no")
+
+    __float__ = __len__ = __iter__ = __bool__ = __array__ = __fspath__ = __repr__
+
+
+def test_an_object_that_raises_is_refused_by_its_class():
+    for call in (
+        partial(hopform.solve_stance, HOPPER, v2=Broken()),
+        partial(hopform.solve_stances, HOPPER, v2=Broken()),
+        partial(hopform.load_robot, Broken()),
+        partial(hopform.terrain.flat, Broken()),
+        partial(hopform.record, HOPPER, "drop", spring=Broken()),
+    ):
+        with pytest.raises(hopform.HopformError, match="got an object of Broken, which cannot be shown$"):
+            call()
+
+
 def test_no_current_is_no_ampere():
     with pytest.raises(hopform.HopformError, match=r"^current must be > 0 A, got 0\.0$"):
         hopform.record(HOPPER, "step", current=0.0)
@@ -153,7 +183,7 @@ def test_a_seed_is_a_whole_number(seed):
 
 
 @pytest.mark.parametrize("count", [1, 2, 3])
-@pytest.mark.parametrize("level", [-1.9, -1.0, 0.0, 10.0])
+@pytest.mark.parametrize("level", [-1.9, -1.0, -0.4, 0.0, 10.0])
 def test_a_level_below_the_thresholds_has_a_mean_delay(level, count):
     delay = hopform.TouchdownDetector(count=count).mean_delay(0.1, level)
     assert delay > 0.0

@@ -149,8 +149,6 @@ class TouchdownDetector:
         if not (reaches > 0.0 and whole > 0.0):
             return math.inf
         falls = _above(-self.low, -level, noise)
-        if self.count == 1:
-            return 1.0 / reaches
         if 0.0 < falls < 1.0:
             row = -math.expm1((self.count - 1) * math.log1p(-falls)) / falls
         else:
