@@ -56,7 +56,7 @@ fuzz: ## arbitrary bits into each C entry point (or ENTRIES), SECONDS (60) each,
 EXAMPLES = 20
 fuzz-outside: compiler venv-dev ## any objects, command lines and files from outside, EXAMPLES (20) times what test does
 	$(PY) tools/build_library.py
-	HOPFORM_EXAMPLES=$(EXAMPLES) $(PY) -m pytest -q -n auto tests/fuzz
+	HOPFORM_EXAMPLES=$(EXAMPLES) $(PY) -m pytest -q -n auto tests/unit/test_outside_*.py
 
 coverage-c: compiler venv-dev ## count the branches of the C that the tests take; 95 % of firmware's must be
 	$(PY) tools/build_library.py

@@ -213,8 +213,10 @@ def array_of(name: str, value: object, unit: str) -> NDArray[Any]:
     if isinstance(value, np.ma.MaskedArray) and bool(np.ma.getmaskarray(cast(Any, value)).any()):
         raise HopformError(f"{name} must have no masked numbers: fill them in, or leave them out")
     if array.dtype.kind in "iuf":
+        if array.dtype.itemsize <= 8:
+            return array
         with np.errstate(over="ignore"):  # of a long double that no float holds
-            return array if array.dtype.itemsize <= 8 else array.astype(float)
+            return array.astype(float)
     if array.dtype.kind == "O" and array.size and all(is_scalar(each) for each in array.flat):
         found = [real(f"{name}{place(index)}", each, unit) for index, each in np.ndenumerate(array)]
         return np.array(found).reshape(array.shape)
@@ -253,8 +255,11 @@ def place(index: tuple[int, ...]) -> str:
 
 def times_of(t: ArrayLike, dtype: np.dtype[Any]) -> NDArray[Any]:
     """Times as an array of one dimension, contiguous; HopformError for what is no number, or beyond all floats."""
+    array = array_of("t", t, "s")
+    if array.dtype == dtype:
+        return np.ascontiguousarray(array).reshape(-1)
     with np.errstate(over="ignore"):
-        return np.ascontiguousarray(array_of("t", t, "s"), dtype=dtype).reshape(-1)
+        return np.ascontiguousarray(array, dtype=dtype).reshape(-1)
 
 
 def shaped(values: Any, t: ArrayLike) -> float | NDArray[Any]:

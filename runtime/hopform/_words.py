@@ -18,8 +18,13 @@ EVENTS = {kind: kind.replace("x1_", "actuator ").replace("x2_", "body ").replace
 
 
 def name_of(robot: Robot) -> str:
-    """A robot's name in printable characters; one made in Python may have none."""
-    return printable(robot.name) or "robot"
+    """A robot's name; one made in Python may have none."""
+    return robot.name or "robot"
+
+
+def printable_name(robot: Robot) -> str:
+    """The same for a terminal."""
+    return printable(name_of(robot))
 
 
 def mode_of_actuator(phase: Phase, robot: Robot) -> str:

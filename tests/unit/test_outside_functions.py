@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 import hopform
 from hopform._files import write
 from tests.calls import ANSWERS, INSIDE, every, parameters_of
-from tests.fuzz.outside import examples, objects
+from tests.outside import examples, objects
 
 EVERY = every()
 PROTOCOLS = {"Preparing", "HopformError"}

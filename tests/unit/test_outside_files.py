@@ -11,7 +11,7 @@ import hopform
 from derive.model.equations import Model, ModelError
 from derive.model_file import read_model
 from hopform._robots import robot_from_toml
-from tests.fuzz.outside import examples, model_files, robot_files, tables
+from tests.outside import examples, model_files, robot_files, tables
 
 
 def outcome(read, content, name, refusal=hopform.HopformError):

@@ -20,7 +20,7 @@ from hopform._cli import figures as figures_command
 from hopform._cli import identify as identify_command
 from hopform._identify import fit_drop_test
 from tests.calls import DECAY
-from tests.fuzz.outside import command_lines, examples, furnish
+from tests.outside import command_lines, examples, furnish
 
 COMMANDS = {name: each.loaded() for name, each in typer.main.get_command(cli.app).commands.items()}
 QUICK = {name: each for name, each in COMMANDS.items() if name not in ("figures", "identify", "selftest")}
