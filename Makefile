@@ -53,6 +53,11 @@ SECONDS = 60
 fuzz: ## arbitrary bits into each C entry point (or ENTRIES), SECONDS (60) each, under the sanitizers; needs clang
 	@SECONDS_EACH=$(SECONDS) sh tests/fuzz/run.sh
 
+EXAMPLES = 20
+fuzz-outside: compiler venv-dev ## any objects, command lines and files from outside, EXAMPLES (20) times what test does
+	$(PY) tools/build_library.py
+	HOPFORM_EXAMPLES=$(EXAMPLES) $(PY) -m pytest -q -n auto tests/unit/test_outside_*.py
+
 coverage-c: compiler venv-dev ## count the branches of the C that the tests take; 95 % of firmware's must be
 	$(PY) tools/build_library.py
 	$(PY) -m tests.repository.branch_coverage
@@ -153,7 +158,7 @@ venv-bench:
 .NOTPARALLEL:
 .PHONY: help help-all run test test-exhaustive test-exhaustive-slice test-exhaustive-identification validate-data
 .PHONY: test-manifests
-.PHONY: scans fuzz generate check lint lines wheel mutants mutants-all test-determinism bench gate
+.PHONY: scans fuzz fuzz-outside generate check lint lines wheel mutants mutants-all test-determinism bench gate
 .PHONY: test-control-exhaustive
 .PHONY: firmware-test firmware-test-all firmware-report coverage-c mutants-c frama-c test-exhaustive-kernels
 .PHONY: clean compiler venv venv-dev venv-bench

@@ -10,6 +10,7 @@ from pathlib import Path
 from .emit.folder import GENERATED, FolderError, check, lies_in, write
 from .emit.render import INSTALLED, Options, render
 from .model.equations import ModelError
+from .model.kinds import LONGEST_PREFIX
 from .model.precisions import F32, F64, PRECISIONS
 from .model_file import read_model
 from .models.hopper import HOPPER
@@ -66,9 +67,15 @@ def _options(chosen: argparse.Namespace) -> Options:
         )
     if own and lies_in(chosen.out, GENERATED):
         raise ModelError(f"--out {chosen.out} lies in generated/, which holds the hopper of the paper alone")
-    if not (chosen.prefix.isidentifier() and chosen.prefix.isascii() and chosen.prefix.islower()):
-        raise ModelError(f"--prefix must be a lower-case identifier of C, got {chosen.prefix!r}")
-    model = read_model(chosen.model, chosen.prefix) if chosen.model is not None else HOPPER
+    prefix = chosen.prefix
+    if not (prefix.isidentifier() and prefix.isascii() and prefix.islower() and len(prefix) <= LONGEST_PREFIX):
+        raise ModelError(
+            f"--prefix must be a lower-case identifier of C of up to {LONGEST_PREFIX} characters, got {prefix!r}"
+        )
+    if chosen.model is None:
+        return Options(HOPPER, chosen.prefix, chosen.precisions or PRECISIONS)
+    model = read_model(chosen.model, chosen.prefix)
+    print(f"derive: {chosen.model} was run as Python", file=sys.stderr)
     return Options(model, chosen.prefix, chosen.precisions or PRECISIONS)
 
 

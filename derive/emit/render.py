@@ -20,7 +20,7 @@ from .. import VERSION
 from ..maths import contact, energy, kernels, stability
 from ..model.answers import answers, schema
 from ..model.equations import Model
-from ..model.kinds import FLIGHT_EVENTS, KINDS, STATUSES
+from ..model.kinds import FLIGHT_EVENTS, KINDS, LONGEST_PREFIX, MOST_STEPS, STATUSES
 from ..model.precisions import CONSTANTS, LIMITS, PRECISIONS, Precision
 from ..model.selftest import CASES, ROBOTS
 from ..model.structs import SEARCH_INTERVALS, struct_of, structs
@@ -214,6 +214,8 @@ def _context(made: Program, options: Options, precision: Precision) -> dict[str,
         "certificate": CERTIFICATE,
         "kinds": KINDS,
         "flight_events": FLIGHT_EVENTS,
+        "most_steps": MOST_STEPS,
+        "longest_prefix": LONGEST_PREFIX,
         "refusals": [word for word in STATUSES.words if word.number < 0],
         "domains": DOMAINS.values(),
         "limits": LIMITS,

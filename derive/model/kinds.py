@@ -124,3 +124,9 @@ CONTACTS = Kind(
 KINDS = (STATUSES, COMMANDS, ENDINGS, EVENTS, FLIGHT_ENDINGS, CURRENT_EVENTS, CONTACTS)
 FLIGHT_EVENTS = (*(word for word in EVENTS.words if word.text.startswith("x1_")), *CURRENT_EVENTS.words)
 """Events that start a phase of a flight."""
+
+MOST_STEPS = 2**16 - 1
+"""Steps of the current at most: a phase stores the index of its step in 16 bits."""
+
+LONGEST_PREFIX = 31
+"""Characters of a prefix of every public name: as many as C99 tells names of other files apart by."""

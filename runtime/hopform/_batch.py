@@ -9,15 +9,14 @@ import math
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from dataclasses import dataclass
-from numbers import Real
 from typing import Any, cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from hopform._checks import real, shown, whole
+from hopform._checks import MEMORY, array_of, flag, function, numbers, refuse_any, shown, whole
 from hopform._errors import HopformError
-from hopform._robots import Robot
+from hopform._robots import Robot, checked_robot
 from hopform._sensitivities import COLUMNS, ManySensitivities, of_matrices
 from hopform._solver.columns import CHUNK, MAX_PHASES, RESULTS, STATES, STATUS, Events, results_like
 from hopform._solver.library import Backend
@@ -28,6 +27,9 @@ from hopform._stance import State, precision_of
 Progress = Callable[[int, int], object]
 
 _TOUCHING_ULP = 4.0
+EACH, EACH_DIFFERENTIATED = 128, 128 + 16 * len(ROWS) * len(COLUMNS)
+"""[B] the results of a stance; with its derivatives, twice while they are put into the coordinates of the inputs."""
+MOST_THREADS = 1024
 _UNITS = {"x1": "m", "v1": "m/s", "v2": "m/s", "x2": "m", "u": "A", "horizon": "s"}
 
 
@@ -135,25 +137,30 @@ def solve_stances(
     ((2, 3), ['takeoff', 'takeoff', 'takeoff'])
     """
     real = precision_of(dtype)
-    whole("max_phases", max_phases)
-    whole("threads", threads)
+    checked_robot(robot)
+    most, crew = whole("max_phases", max_phases), whole("threads", threads, most=MOST_THREADS)
+    with_events, with_derivatives = flag("events", events), flag("sensitivities", sensitivities)
+    function("progress", progress)
+    given_u = cast(object, u)
+    if type(given_u) in (list, tuple) and any(isinstance(each, tuple) for each in cast(Sequence[object], given_u)):
+        raise HopformError(
+            f"u must be a number per stance in A; steps (t, u) are for solve_stance, got {shown(cast(object, u))}"
+        )
     states = {"x1": x1, "v1": v1, "v2": v2, "u": u, "horizon": horizon}
     given = {name: numbers(name, value, _UNITS[name]) for name, value in states.items()}
     robots = robot_columns(robot, fields)
-    given["y"] = _compression(given["x1"], x2, robots)
+    if x2 is not None:
+        given["x2"] = numbers("x2", x2, _UNITS["x2"])
+    shape = _shape_of(given | robots, EACH_DIFFERENTIATED if with_derivatives else EACH)
     _check_states(given, robots)
+    given["y"] = _compression(given["x1"], given.pop("x2", None), robots)
     columns = (*(given[name] for name in STATES), *robots.values())
-    try:
-        shape = np.broadcast_shapes(*(column.shape for column in columns))
-    except ValueError:
-        shapes = {name: column.shape for name, column in (given | robots).items() if column.shape}
-        raise HopformError(f"the shapes of the inputs must broadcast, got {shapes}") from None
     size = math.prod(shape)
-    results = results_like(size, real)
-    matrices = np.empty((size, len(ROWS), len(COLUMNS)), real) if sensitivities else None
-    job = _Job(columns, shape, size, max_phases, real, results, matrices)
     back_end = robot.solver.back_end(backend)
-    lists = _run(job, back_end, events, threads, progress)
+    results = results_like(size, real)
+    matrices = np.empty((size, len(ROWS), len(COLUMNS)), real) if with_derivatives else None
+    job = _Job(columns, shape, size, most, real, results, matrices)
+    lists = _run(job, back_end, with_events, crew, progress)
     return _batch(job, back_end.name, lists, x2 is not None)
 
 
@@ -219,7 +226,10 @@ def _in_threads(solve: Callable[[slice], int], parts: list[slice], threads: int)
 def _joined(job: _Job, lists: Events) -> tuple[NDArray[Any], NDArray[np.int8]]:
     """The events of all stances, a row each, NaN and 0 behind the last one."""
     counts = job.results[-1]
-    times = np.full((job.size, int(counts.max(initial=0))), np.nan, job.real)
+    longest = int(counts.max(initial=0))
+    if job.size * longest > MEMORY // 16:
+        raise HopformError(f"events can be listed of at most {MEMORY // 16 // longest} such stances, got {job.size}")
+    times = np.full((job.size, longest), np.nan, job.real)
     kinds = np.zeros(times.shape, np.int8)
     for lane, t, kind in lists:
         place = np.arange(lane.size) - np.searchsorted(lane, lane)
@@ -228,13 +238,6 @@ def _joined(job: _Job, lists: Events) -> tuple[NDArray[Any], NDArray[np.int8]]:
 
 
 # ---- what goes in ----
-
-
-def numbers(name: str, value: object, unit: str) -> NDArray[Any]:
-    """The value as an array of finite numbers; HopformError names the first that is none, with its index."""
-    array = _array(name, value, unit)
-    _refuse(name, array, np.isfinite(array), lambda bad: f"must be finite {unit}, got {bad!r}")
-    return array
 
 
 def robot_columns(robot: Robot, fields: dict[str, Any]) -> dict[str, NDArray[Any]]:
@@ -249,87 +252,52 @@ def robot_columns(robot: Robot, fields: dict[str, Any]) -> dict[str, NDArray[Any
     for name, field in known.items():
         array = np.asarray(getattr(robot, name))
         if name in fields:
-            array = _array(name, fields[name], field.unit)
+            array = array_of(name, fields[name], field.unit)
             fits = np.asarray(checked.inside(field.domain, array))
 
             def reason(bad: float, name: str = name, field: Field = field) -> str:
                 return (checked.refusal(field, bad) or f"{name} is not allowed: {bad!r}").removeprefix(f"{name} ")
 
-            _refuse(name, array, fits, reason)
+            refuse_any(name, array, fits, reason)
         columns[name] = array
-    try:
-        ordered = np.asarray(columns["x1_min"] <= columns["x1_max"])
-    except ValueError:
-        return columns
-    _refuse(
-        "x1_min",
-        np.broadcast_to(columns["x1_min"], ordered.shape),
-        ordered,
-        lambda bad: f"must be <= x1_max m, got {bad!r}",
-    )
     return columns
 
 
-def _array(name: str, value: object, unit: str) -> NDArray[Any]:
-    given: object = value
-    if isinstance(value, Sequence) and any(isinstance(each, tuple) for each in cast(Sequence[object], value)):
-        raise HopformError(
-            f"{name} must be a number per stance in {unit}; steps (t, u) are for solve_stance, got {shown(given)}"
-        )
+def _shape_of(inputs: dict[str, NDArray[Any]], each: int) -> tuple[int, ...]:
+    """The shape that the inputs broadcast to; HopformError if they do not, or to more stances than fit into memory."""
+    shapes = {name: column.shape for name, column in inputs.items() if column.shape}
     try:
-        array = np.asarray(value)
+        shape = np.broadcast_shapes(*shapes.values())
     except ValueError:
-        array = np.asarray(None)
-    if array.dtype.kind in "iuf":
-        return array
-    if array.dtype.kind == "O" and all(isinstance(each, Real) and not isinstance(each, bool) for each in array.flat):
-        found = [real(f"{name}{_place(index)}", each, unit) for index, each in np.ndenumerate(array)]
-        return np.array(found).reshape(array.shape)
-    raise HopformError(f"{name} must be numbers in {unit}, got {shown(given)}")
-
-
-def _refuse(name: str, array: NDArray[Any], allowed: NDArray[np.bool_], reason: Callable[[float], str]) -> None:
-    """HopformError about the first value that is not allowed, if there is one."""
-    if np.all(allowed):
-        return
-    index = tuple(int(n) for n in np.argwhere(~np.asarray(allowed))[0])
-    raise HopformError(f"{name}{_place(index)} {reason(float(array[index]))}")
-
-
-def _place(index: tuple[int, ...]) -> str:
-    return f"[{', '.join(map(str, index))}]" if index else ""
+        raise HopformError(f"the shapes of the inputs must broadcast, got {shapes}") from None
+    if math.prod(shape) > MEMORY // each:
+        raise HopformError(f"the inputs must broadcast to at most {MEMORY // each} stances, got shape {shape}")
+    return shape
 
 
 def _check_states(given: dict[str, NDArray[Any]], robots: dict[str, NDArray[Any]]) -> None:
     horizon, x1 = given["horizon"], given["x1"]
-    _refuse("horizon", horizon, horizon > 0.0, lambda bad: f"must be > 0 s, got {bad!r}")
+    refuse_any("horizon", horizon, horizon > 0.0, lambda bad: f"must be > 0 s, got {bad!r}")
     low, high = robots["x1_min"], robots["x1_max"]
-    within = _together(np.logical_and, _together(np.less_equal, low, x1), _together(np.less_equal, x1, high))
-    _refuse(
+    ordered = np.asarray(low <= high)
+    refuse_any("x1_min", np.broadcast_to(low, ordered.shape), ordered, lambda bad: f"must be <= x1_max m, got {bad!r}")
+    within = np.asarray((low <= x1) & (x1 <= high))
+    refuse_any(
         "x1", np.broadcast_to(x1, within.shape), within,
         lambda bad: f"must be within its stroke {float(low.min()):g} .. {float(high.max()):g} m, got {bad!r}",
     )  # fmt: skip
 
 
-def _compression(x1: NDArray[Any], x2: ArrayLike | None, robots: dict[str, NDArray[Any]]) -> NDArray[Any]:
+def _compression(x1: NDArray[Any], x2: NDArray[Any] | None, robots: dict[str, NDArray[Any]]) -> NDArray[Any]:
     """The compression at touchdown, exactly 0 where x2 is left out or says so within rounding."""
     if x2 is None:
         return np.zeros(())
-    place, height, L0, c = (np.asarray(a, float) for a in (x1, numbers("x2", x2, "m"), robots["L0"], robots["c"]))
-    y = _together(np.add, _together(np.subtract, place, height) + L0, c)  # in double precision, as for one stance
+    place, height, L0, c = (np.asarray(a, float) for a in (x1, x2, robots["L0"], robots["c"]))
+    y = (place - height + L0) + c  # in double precision, as for one stance
     y = np.where(np.abs(y) <= _TOUCHING_ULP * np.spacing(np.abs(L0)), 0.0, y)
-    highest = float(np.max(_together(np.add, place, _together(np.add, L0, c)), initial=-math.inf))
-    _refuse(
+    highest = float(np.max(place + (L0 + c), initial=-math.inf))
+    refuse_any(
         "x2", np.broadcast_to(height, y.shape), y >= 0.0,
         lambda bad: f"must be <= x1 + L0 + c (at most {highest!r} m), or the spring pulls, got {bad!r}",
     )  # fmt: skip
     return y
-
-
-def _together(function: Any, *arrays: NDArray[Any]) -> NDArray[Any]:
-    """A function of arrays; HopformError if their shapes do not broadcast."""
-    try:
-        return np.asarray(function(*arrays))
-    except ValueError:
-        shapes = " and ".join(str(array.shape) for array in arrays)
-        raise HopformError(f"the shapes of the inputs must broadcast, got {shapes}") from None

@@ -1,41 +1,87 @@
-"""Checks of what users hand in: each refusal names the field, the value and what is allowed."""
+"""Checks of what users hand in: each refusal names the field, the value and what is allowed.
+
+One function for each kind of argument: a number, an array of numbers, a count, a flag, a word, a callable, a seed, a
+number written as text. They raise HopformError for any object whatever, also for one whose own methods raise.
+"""
+
+# pyright: reportUnknownArgumentType=false, reportUnknownMemberType=false
+# Anything may be handed in, arrays of any type among it.
 
 import math
-from typing import Any, SupportsFloat
+import re
+from collections.abc import Callable, Iterable, Mapping, Sequence, Sized
+from itertools import islice
+from typing import Any, SupportsFloat, cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from hopform._errors import HopformError
+from hopform._errors import HopformError, printable
 from hopform._solver.package import checked
-
-beyond, shown = checked.beyond, checked.shown
-
-__all__ = ["LARGEST", "drawing", "finite", "is_number", "positive", "real", "shaped", "shown", "times_of", "whole"]
 
 LARGEST = 2**31 - 1
 """The largest count: C counts in 32 bits."""
 
+MEMORY = 2**31
+"""[B] what one call or command allocates at most; every count is bounded by what each of it takes."""
 
-def is_number(text: str) -> bool:
-    """True where a text reads as a number, infinities and NaN among them."""
+_NUMBER = re.compile(r"[+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:e[+-]?\d+)?|[+-]?(?:inf(?:inity)?|nan)", re.ASCII | re.IGNORECASE)
+_WHOLE = re.compile(r"[+-]?\d+", re.ASCII)
+MOST_DIGITS = 4300
+"""Digits of a whole number written as text; Python reads no more."""
+
+
+def shown(value: object) -> str:
+    """A value as an error message shows it, in a line: its repr, of a long one both ends; its class if it has none."""
     try:
-        float(text)
-    except ValueError:
-        return False
-    return True
+        return printable(" ".join(checked.shown(value).split("\n")))
+    except Exception:  # it is the object's own method that raises
+        return f"an object of {type(value).__name__}, which cannot be shown"
+
+
+def number_of(text: str) -> float | None:
+    """The number that a text writes in decimal digits, infinities and NaN among them; None for any other text.
+
+    Python's float() takes further spellings, which no other reader of a CSV takes: 1_0, and digits of other scripts.
+    """
+    written = text.strip()
+    return float(written) if _NUMBER.fullmatch(written) else None
+
+
+def whole_of(text: str) -> int | None:
+    """The whole number that a text writes in up to `MOST_DIGITS` decimal digits, None for any other text."""
+    written = text.strip()
+    return int(written) if _WHOLE.fullmatch(written) and len(written) <= MOST_DIGITS else None
+
+
+def is_scalar(value: object) -> bool:
+    """Whether a value is one real number by its type: no bool, no text, no complex number, no masked element."""
+    if isinstance(value, (np.ndarray, np.generic)):
+        return value.ndim == 0 and value.dtype.kind in "iuf" and not isinstance(value, np.ma.MaskedArray)
+    return hasattr(type(value), "__float__") and not isinstance(value, bool)
+
+
+def is_one(value: object) -> bool:
+    """Whether a value is meant as one number, be it a good one or not, and not as several."""
+    return is_scalar(value) or isinstance(value, (str, bool, np.generic))
 
 
 def real(name: str, value: object, unit: str) -> float:
     """The value as a float, infinities and NaN among them; HopformError for what is no number, or beyond all floats."""
-    if isinstance(value, (bool, str)) or not isinstance(value, SupportsFloat):
-        raise HopformError(f"{name} must be a number in {unit}, got {shown(value)}")
-    try:
-        return float(value)
-    except OverflowError:
-        raise HopformError(beyond(name, unit, value)) from None
-    except (TypeError, ValueError):
-        raise HopformError(f"{name} must be a number in {unit}, got {shown(value)}") from None
+    if is_scalar(value):
+        try:
+            return float(cast(SupportsFloat, value))
+        except OverflowError:
+            raise HopformError(checked.beyond(name, "" if unit == "1" else unit, _Shown(shown(value)))) from None
+        except Exception:
+            pass
+    raise HopformError(f"{name} must be a number{'' if unit == '1' else f' in {unit}'}, got {shown(value)}")
+
+
+class _Shown(str):
+    """A text that is its own repr."""
+
+    __repr__ = str.__str__
 
 
 def finite(name: str, value: object, unit: str) -> float:
@@ -56,28 +102,164 @@ def positive(name: str, value: object, unit: str) -> float:
     return number
 
 
+def nonnegative(name: str, value: object, unit: str) -> float:
+    """The value as a float; HopformError unless it is finite and not below zero."""
+    number = finite(name, value, unit)
+    if number < 0.0:
+        raise HopformError(f"{name} must be >= 0 {unit}, got {number!r}")
+    return abs(number)
+
+
 def whole(name: str, value: object, least: int = 1, most: float = LARGEST) -> int:
     """The value; HopformError unless it is a whole number from `least` to `most`."""
-    if isinstance(value, bool) or not isinstance(value, int) or value < least:
+    if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or value < least:
         raise HopformError(f"{name} must be a whole number >= {least}, got {shown(value)}")
     if value > most:
         raise HopformError(f"{name} must be a whole number <= {most}, got {shown(value)}")
+    return int(value)
+
+
+def count(name: str, value: object, each: int, least: int = 1) -> int:
+    """The value; HopformError unless it is a whole number of things that take `each` [B] and fit into `MEMORY`."""
+    return whole(name, value, least, min(MEMORY // each, LARGEST))
+
+
+def seeded(seed: object) -> "np.random.Generator":
+    """The generator of a seed, a whole number >= 0 of any size."""
+    return np.random.default_rng(whole("seed", seed, 0, math.inf))
+
+
+def flag(name: str, value: object) -> bool:
+    """The value; HopformError unless it is True or False."""
+    if not isinstance(value, (bool, np.bool_)):
+        raise HopformError(f"{name} must be True or False, got {shown(value)}")
+    return bool(value)
+
+
+def word(name: str, value: object, allowed: Sequence[str]) -> str:
+    """The value; HopformError unless it is one of some words."""
+    if not isinstance(value, str) or value not in allowed:
+        raise HopformError(f"{name} must be one of {', '.join(allowed)}, got {shown(value)}")
     return value
 
 
-def drawing(seed: object) -> "np.random.Generator":
-    """The random numbers of a seed; HopformError unless it is a whole number >= 0."""
-    return np.random.default_rng(whole("seed", seed, 0, math.inf))
+def function(name: str, value: object) -> Any:
+    """The value; HopformError unless it can be called, or is None."""
+    if value is not None and not callable(value):
+        raise HopformError(f"{name} must be a function, got {shown(value)}")
+    return value
+
+
+def items(name: str, value: object, what: str, most: int = LARGEST) -> list[Any]:
+    """What a sequence or an iterator holds, in a list; HopformError for no such thing, and for more than `most`."""
+    reason: Exception | None = None
+    if isinstance(value, np.ndarray) and value.ndim != 1:
+        raise HopformError(f"{name} must be of one dimension, got {value.ndim}")
+    if not isinstance(value, (str, bytes, Mapping)):
+        try:
+            size = len(value) if isinstance(value, Sized) else 0
+            found = list(islice(cast(Iterable[Any], value), most + 1)) if size <= most else []
+        except Exception as error:
+            reason = error
+        else:
+            if max(size, len(found)) > most:
+                raise HopformError(f"{name} must have at most {most} entries, got {size or 'more'}")
+            return found
+    raise HopformError(f"{name} must be {what}, got {shown(value)}") from reason
+
+
+def pair(name: str, value: object, what: str) -> tuple[Any, Any]:
+    """The two values of a sequence; HopformError for what is no pair."""
+    if isinstance(value, (Sequence, np.ndarray)) and not isinstance(value, (str, bytes)):
+        try:
+            first, second = cast(Any, value)
+        except Exception:
+            pass
+        else:
+            return first, second
+    raise HopformError(f"{name} must be a pair {what}, got {shown(value)}")
+
+
+def mapping(name: str, value: object) -> Mapping[str, Any]:
+    """The value; HopformError unless it is a mapping, an empty one for None."""
+    try:
+        return {} if value is None else dict(cast(Mapping[str, Any], value).items())
+    except Exception:
+        raise HopformError(f"{name} must be a mapping of names to values, got {shown(value)}") from None
+
+
+def keep(record: object, **values: object) -> None:
+    """Put checked values in place of those that a frozen dataclass was made with."""
+    for name, value in values.items():
+        object.__setattr__(record, name, value)
+
+
+# ---- arrays ----
+
+
+def array_of(name: str, value: object, unit: str) -> NDArray[Any]:
+    """The value as an array of real numbers, of its own type; HopformError for anything else, and for what is masked.
+
+    An array of more numbers than `MEMORY` holds is refused before anything is computed from it: a view that is
+    broadcast takes no memory, what follows from it does.
+    """
+    try:
+        size = _size_of(value)
+        array = np.asarray(value if size <= MEMORY // 8 else None)
+    except Exception:
+        size, array = 0, np.asarray(None)
+    if size > MEMORY // 8:
+        raise HopformError(f"{name} must have at most {MEMORY // 8} numbers, got {size}")
+    if isinstance(value, np.ma.MaskedArray) and bool(np.ma.getmaskarray(cast(Any, value)).any()):
+        raise HopformError(f"{name} must have no masked numbers: fill them in, or leave them out")
+    if array.dtype.kind in "iuf":
+        if array.dtype.itemsize <= 8:
+            return array
+        with np.errstate(over="ignore"):  # of a long double that no float holds
+            return array.astype(float)
+    if array.dtype.kind == "O" and array.size and all(is_scalar(each) for each in array.flat):
+        found = [real(f"{name}{place(index)}", each, unit) for index, each in np.ndenumerate(array)]
+        return np.array(found).reshape(array.shape)
+    raise HopformError(f"{name} must be numbers in {unit}, got {shown(value)}")
+
+
+def _size_of(value: object) -> int:
+    """How many numbers an array would have that is made of a value: of a list, by the first of its entries."""
+    if isinstance(value, np.ndarray):
+        return value.size
+    if type(value) in (list, tuple):
+        several = cast(Sequence[object], value)
+        return len(several) * (_size_of(several[0]) if several else 1)
+    return 1
+
+
+def numbers(name: str, value: object, unit: str) -> NDArray[Any]:
+    """The value as an array of finite numbers; HopformError names the first that is none, with its index."""
+    array = array_of(name, value, unit)
+    refuse_any(name, array, np.isfinite(array), lambda bad: f"must be finite {unit}, got {bad!r}")
+    return array
+
+
+def refuse_any(name: str, array: NDArray[Any], allowed: NDArray[np.bool_], reason: Callable[[float], str]) -> None:
+    """HopformError about the first value that is not allowed, if there is one."""
+    if np.all(allowed):
+        return
+    index = tuple(int(n) for n in np.argwhere(~np.asarray(allowed))[0])
+    raise HopformError(f"{name}{place(index)} {reason(float(array[index]))}")
+
+
+def place(index: tuple[int, ...]) -> str:
+    """An index as it is written, nothing for that of a number."""
+    return f"[{', '.join(map(str, index))}]" if index else ""
 
 
 def times_of(t: ArrayLike, dtype: np.dtype[Any]) -> NDArray[Any]:
     """Times as an array of one dimension, contiguous; HopformError for what is no number, or beyond all floats."""
-    try:
-        return np.ascontiguousarray(t, dtype=dtype).reshape(-1)
-    except OverflowError:
-        raise HopformError(beyond("t", "s", t)) from None
-    except (TypeError, ValueError):
-        raise HopformError(f"t must be numbers in s, got {shown(t)}") from None
+    array = array_of("t", t, "s")
+    if array.dtype == dtype:
+        return np.ascontiguousarray(array).reshape(-1)
+    with np.errstate(over="ignore"):
+        return np.ascontiguousarray(array, dtype=dtype).reshape(-1)
 
 
 def shaped(values: Any, t: ArrayLike) -> float | NDArray[Any]:

@@ -14,3 +14,8 @@ class MissingExtra(HopformError, ImportError):
 
 class BackendError(HopformError):
     """A back end that cannot be used: no library, or a stale one."""
+
+
+def printable(text: str) -> str:
+    """A text of printable characters, others as Python escapes them: no terminal obeys it."""
+    return "".join(each if each.isprintable() else ascii(each)[1:-1] for each in text)

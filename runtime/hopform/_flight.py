@@ -14,7 +14,7 @@ from typing import Any, NamedTuple, SupportsFloat
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from hopform._checks import finite, positive, shaped, shown, times_of, whole
+from hopform._checks import finite, nonnegative, pair, positive, shaped, times_of, whole
 from hopform._errors import HopformError
 from hopform._robots import Robot, checked_robot
 from hopform._solver.library import Backend
@@ -192,9 +192,11 @@ def design_return(robot: Robot, time: SupportsFloat) -> Gains:
     >>> print(*(round(gain, 3) for gain in design_return(load_robot("hopper_c"), 0.3)))
     12345.679 961.111
     """
-    gains = formulas.critical_gains(robot.parameters, positive("time", time, "s"))
+    parameters, span = checked_robot(robot).parameters, positive("time", time, "s")
+    with np.errstate(all="ignore"):
+        gains = formulas.critical_gains(parameters, span)
     if not all(math.isfinite(gain) for gain in gains):
-        raise HopformError(f"time must be long enough for finite gains, got {float(time)!r} s")
+        raise HopformError(f"time must be long enough for finite gains, got {span!r} s")
     return Gains(*map(float, gains))
 
 
@@ -208,10 +210,4 @@ def _start(robot: Robot, x1: object, v1: object, x2: object, v2: object) -> solv
 
 
 def _gains(gains: Sequence[SupportsFloat]) -> Gains:
-    if isinstance(gains, str) or not isinstance(gains, Sequence) or len(gains) != 2:
-        raise HopformError(f"gains must be a pair (Kp, Kd) in N/m and N s/m, got {shown(gains)}")
-    law = Gains(finite("Kp", gains[0], "N/m"), finite("Kd", gains[1], "N s/m"))
-    for name, value, unit in zip(Gains._fields, law, ("N/m", "N s/m"), strict=True):
-        if value < 0.0:
-            raise HopformError(f"{name} must be >= 0 {unit}, got {value!r}")
-    return law
+    return Gains(*map(nonnegative, Gains._fields, pair("gains", gains, "(Kp, Kd) in N/m and N s/m"), ("N/m", "N s/m")))

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from hopform._checks import pair, shown
 from hopform._errors import HopformError
 from hopform._solver.package import COLUMNS as SOLVED_COLUMNS
 from hopform._solver.package import ROWS, records
@@ -30,7 +31,7 @@ class Sensitivities:
 
     def __getitem__(self, names: tuple[str, str]) -> float:
         """The derivative of a row by a column, by their names; HopformError if there is none of that name."""
-        return float(self.matrix[_place(*names)])
+        return float(self.matrix[_place(names)])
 
 
 @dataclass(frozen=True)
@@ -43,14 +44,15 @@ class ManySensitivities:
 
     def __getitem__(self, names: tuple[str, str]) -> NDArray[np.floating]:
         """The derivatives of a row by a column, by their names; HopformError if there is none of that name."""
-        return np.asarray(self.matrix[(..., *_place(*names))])
+        return np.asarray(self.matrix[(..., *_place(names))])
 
 
-def _place(row: str, column: str) -> tuple[int, int]:
+def _place(names: tuple[str, str]) -> tuple[int, int]:
+    row, column = pair("a sensitivity", names, "(row, column) of names")
     for name, known in ((row, ROWS), (column, COLUMNS)):
-        if name not in known:
+        if not isinstance(name, str) or name not in known:
             raise HopformError(
-                f"there is no sensitivity {row!r}, {column!r}: {name!r} is not one of {', '.join(known)}"
+                f"there is no sensitivity {shown(row)}, {shown(column)}: {shown(name)} is not one of {', '.join(known)}"
             )
     return ROWS.index(row), COLUMNS.index(column)
 

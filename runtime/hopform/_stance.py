@@ -2,21 +2,35 @@
 
 import math
 import sys
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any, NamedTuple, SupportsFloat
+from typing import Any, NamedTuple, SupportsFloat, cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from hopform._checks import LARGEST, finite, positive, shaped, shown, times_of, whole
+from hopform._checks import (
+    LARGEST,
+    MEMORY,
+    finite,
+    is_one,
+    items,
+    nonnegative,
+    pair,
+    positive,
+    shaped,
+    shown,
+    times_of,
+    whole,
+)
+from hopform._checks import count as counted
 from hopform._errors import HopformError
 from hopform._robots import Robot, checked_robot
 from hopform._sensitivities import Sensitivities, of_matrix
 from hopform._solver.c import tuple_of
 from hopform._solver.library import Backend
-from hopform._solver.package import ENDINGS, EVENTS, Energy, Ledger, formulas
+from hopform._solver.package import ENDINGS, EVENTS, MOST_STEPS, Energy, Ledger, formulas
 from hopform._solver.package import records as solver_records
 from hopform._solver.protocol import SolvedStance
 
@@ -24,7 +38,11 @@ Real = float | NDArray[np.floating]
 Current = SupportsFloat | Sequence[tuple[SupportsFloat, SupportsFloat]]
 
 _TOUCHING_ULP = 4.0
+EACH = 128  # [B] a time of a grid
 _DOUBLE = np.dtype(np.float64)
+_PRECISIONS: dict[np.dtype[Any], tuple[str, ...]] = {
+    _DOUBLE: ("float64", "double", "f8", "d", "float"), np.dtype(np.float32): ("float32", "single", "f4", "f"),
+}  # fmt: skip
 _TAKEOFF = next(number for number, word in ENDINGS.items() if word == "takeoff")
 
 
@@ -261,13 +279,15 @@ def uniform_times(
     if (count is None) == (dt is None):
         raise HopformError(f"either count or dt must be given, got count = {shown(count)}, dt = {shown(dt)}")
     if dt is None:
-        number = whole("count", count)
+        number = counted("count", count, EACH)
         step = duration / (number - 1) if number > 1 else 0.0
     else:
         step = positive("dt", dt, "s")
         last = duration / step * (1.0 + 4.0 * float(np.finfo(dtype).eps))
-        if last >= LARGEST:
-            raise HopformError(f"dt must be > {duration / LARGEST!r} s for a stance of {duration!r} s, got {step!r}")
+        if last >= MEMORY // EACH:
+            raise HopformError(
+                f"dt must be > {duration / (MEMORY // EACH)!r} s for a stance of {duration!r} s, got {step!r}"
+            )
         number = math.floor(last) + 1
     t = np.arange(number, dtype=dtype)
     t *= dtype.type(step)
@@ -279,15 +299,16 @@ def uniform_times(
 
 def fitting(out: Sequence[Any], t: NDArray[np.floating]) -> list[NDArray[Any]]:
     """The arrays if they can take the states at times t; HopformError if not."""
-    if len(out) != len(State._fields):
-        raise HopformError(f"out must be {len(State._fields)} arrays, got {len(out)}")
-    for name, column in zip(State._fields, out, strict=True):
+    columns = items("out", out, f"{len(State._fields)} arrays", len(State._fields))
+    if len(columns) != len(State._fields):
+        raise HopformError(f"out must be {len(State._fields)} arrays, got {len(columns)}")
+    for name, column in zip(State._fields, columns, strict=True):
         array: Any = column
         holds = isinstance(column, np.ndarray)
         if not (holds and array.shape == t.shape and array.dtype == t.dtype):
-            got = f"{array.dtype} of shape {array.shape}" if holds else repr(array)
+            got = f"{array.dtype} of shape {array.shape}" if holds else shown(array)
             raise HopformError(f"out.{name} must be an array of {t.dtype} of shape {t.shape}, got {got}")
-    return list(out)
+    return columns
 
 
 def touchdown_velocity(robot: Robot, height: SupportsFloat) -> float:
@@ -297,10 +318,8 @@ def touchdown_velocity(robot: Robot, height: SupportsFloat) -> float:
     >>> round(touchdown_velocity(load_robot("hopper_c"), 0.2), 4)
     -1.9308
     """
-    drop = finite("height", height, "m")
-    if drop < 0.0:
-        raise HopformError(f"height must be >= 0 m, got {drop!r}")
-    return float(formulas.touchdown_velocity(robot.parameters, drop))
+    drop = nonnegative("height", height, "m")
+    return float(formulas.touchdown_velocity(checked_robot(robot).parameters, drop))
 
 
 def _stance(
@@ -373,35 +392,26 @@ def steps_of(u: Current) -> tuple[tuple[float, float], ...]:
     """A current, or steps of it, as steps (t, u) [s, A] that begin at 0; HopformError for what is neither."""
     if type(u) is float and math.isfinite(u):  # the common case, before a protocol is asked
         return ((0.0, u),)
-    if isinstance(u, (float, SupportsFloat, str)):
+    if is_one(u):
         return ((0.0, finite("u", u, "A")),)
-    if not isinstance(u, Iterable):
-        raise HopformError(f"u must be a current in A or steps (t, u), got {shown(u)}")
-    pairs = list(u)
-    if not pairs:
-        raise HopformError("u must be a current in A or at least one step (t, u), got no step")
     steps: list[tuple[float, float]] = []
-    for number, pair in enumerate(pairs):
-        if isinstance(pair, str) or not isinstance(pair, Sequence) or len(pair) != 2:
-            raise HopformError(f"u[{number}] must be a pair (t, u), got {shown(pair)}")
-        steps.append((finite(f"u[{number}] time", pair[0], "s"), finite(f"u[{number}] current", pair[1], "A")))
+    for number, step in enumerate(items("u", u, "a current in A or steps (t, u)", MOST_STEPS)):
+        t, current = pair(f"u[{number}]", step, "(t, u)")
+        steps.append((finite(f"u[{number}] time", t, "s"), finite(f"u[{number}] current", current, "A")))
+    if not steps:
+        raise HopformError("u must be a current in A or at least one step (t, u), got no step")
     if steps[0][0] != 0.0:
         raise HopformError(f"u must start at t = 0 s, got {steps[0][0]!r}")
     for (before, _), (after, _) in zip(steps, steps[1:], strict=False):
         if not after > before:
             raise HopformError(f"the times of u must increase, got {after!r} s after {before!r} s")
-    if len(steps) > 65535:
-        raise HopformError(f"u may have up to 65535 steps, got {len(steps)}")
     return tuple(steps)
 
 
 def precision_of(dtype: Any) -> np.dtype[Any]:
     if dtype is np.float64:
         return _DOUBLE
-    try:
-        precision: np.dtype[Any] = np.dtype(dtype)
-    except TypeError:
-        precision = np.dtype(object)
-    if precision not in (np.dtype(np.float32), np.dtype(np.float64)):
-        raise HopformError(f"dtype must be float64 or float32, got {shown(dtype)}")
-    return precision
+    for precision, words in _PRECISIONS.items():
+        if (dtype in words) if isinstance(dtype, str) else isinstance(dtype, (type, np.dtype)) and precision == dtype:
+            return precision
+    raise HopformError(f"dtype must be float64 or float32, got {shown(cast(object, dtype))}")

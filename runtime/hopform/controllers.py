@@ -8,23 +8,23 @@ controller may use; what it returns is then asked in its place.
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
-from typing import NamedTuple, Protocol, SupportsFloat, cast, runtime_checkable
+from dataclasses import dataclass, field
+from typing import NamedTuple, Protocol, SupportsFloat, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hopform._batch import solve_stances
-from hopform._checks import finite, positive, whole
+from hopform._checks import finite, flag, function, is_one, items, keep, nonnegative, positive, shown, whole
 from hopform._control.exact import checked_target, choose_current
 from hopform._control.printed import choose_current_as_printed
-from hopform._control.reach import home_of
+from hopform._control.reach import check_map, home_of
 from hopform._errors import HopformError
 from hopform._flight import solve_flight
 from hopform._robots import Robot
 from hopform._solver.columns import MAX_PHASES
 from hopform._stance import Current, Stance, State, solve_stance, start_of
-from hopform.terrain import heights_of
+from hopform.terrain import MOST_HOPS, heights_of
 
 Array = NDArray[np.float64]
 Heights = float | tuple[float, ...]
@@ -67,7 +67,9 @@ class Sampled:
     law: Callable[[float, State], float]
 
     def __post_init__(self) -> None:
-        positive("period", self.period, "s")
+        if function("law", self.law) is None:
+            raise HopformError("law must be a function of t and state, got None")
+        keep(self, period=positive("period", self.period, "s"))
 
 
 Answer = Current | Sampled
@@ -90,7 +92,7 @@ class ConstantCurrent:
     u: float = 0.0
 
     def __post_init__(self) -> None:
-        finite("u", self.u, "A")
+        keep(self, u=finite("u", self.u, "A"))
 
     def __call__(self, touchdown: Touchdown) -> float:
         return self.u
@@ -115,16 +117,18 @@ class FeedForward:
     backend: str | None = None
 
     def __post_init__(self) -> None:
-        set_points(self.h_des)
-        finite("stop_margin", self.stop_margin, "m")
-        finite("horizon", self.horizon, "s")
+        keep(
+            self, h_des=set_points(self.h_des), stop_margin=nonnegative("stop_margin", self.stop_margin, "m"),
+            horizon=positive("horizon", self.horizon, "s"),
+        )  # fmt: skip
 
     def prepare(self, robot: Robot, terrain: tuple[float, ...]) -> "FeedForward":
         """Itself, if every set point is above its ground; HopformError if not."""
         check_set_points(robot, self.h_des, terrain, self.stop_margin, self.horizon)
-        return replace(self, h_des=set_points(self.h_des))
+        return self
 
     def __call__(self, touchdown: Touchdown) -> float:
+        check_touchdown(touchdown)
         if type(self.h_des) is float:  # checked once, when it was made
             ground = finite("ground", touchdown.ground, "m")
             start = start_of(touchdown.robot, touchdown.x1, touchdown.v1, None, touchdown.v2)
@@ -152,13 +156,19 @@ class AsPrinted:
     horizon: float = 2.0
     backend: str | None = None
 
+    def __post_init__(self) -> None:
+        horizon = positive("horizon", self.horizon, "s")
+        keep(self, h_des=set_points(self.h_des), grid=positive("grid", self.grid, "A"), horizon=horizon)
+        for name in ("half", "signed", "spring_coordinate"):
+            flag(name, getattr(self, name))
+
     def prepare(self, robot: Robot, terrain: tuple[float, ...]) -> "AsPrinted":
         """Itself, if every set point is above its ground; HopformError if not."""
         check_set_points(robot, self.h_des, terrain, 0.0, self.horizon)
-        positive("grid", self.grid, "A")
-        return replace(self, h_des=set_points(self.h_des))
+        return self
 
     def __call__(self, touchdown: Touchdown) -> float:
+        check_touchdown(touchdown)
         return choose_current_as_printed(
             touchdown.robot, x1=touchdown.x1, v1=touchdown.v1, v2=touchdown.v2, **target_of(self.h_des, touchdown),
             grid=self.grid, half=self.half, signed=self.signed, spring_coordinate=self.spring_coordinate,
@@ -188,14 +198,17 @@ class ReturnMap:
     currents: int = 61
     horizon: float = 2.0
 
+    def __post_init__(self) -> None:
+        keep(
+            self, h_des=set_points(self.h_des), Kp=finite("Kp", self.Kp, "A/m"), Kd=finite("Kd", self.Kd, "A s/m"),
+            period=positive("period", self.period, "s"), horizon=positive("horizon", self.horizon, "s"),
+            heights=whole("heights", self.heights, 2), currents=whole("currents", self.currents, 2),
+        )  # fmt: skip
+        check_map(self.heights, self.currents)
+
     def prepare(self, robot: Robot, terrain: tuple[float, ...]) -> "Tracking":
         """The controller with its return maps."""
         check_set_points(robot, self.h_des, terrain, 0.0, self.horizon)
-        positive("period", self.period, "s")
-        for name, count in (("heights", self.heights), ("currents", self.currents)):
-            whole(name, count, 2)
-        for name, gain, unit in (("Kp", self.Kp, "A/m"), ("Kd", self.Kd, "A s/m")):
-            finite(name, gain, unit)
         h_des = set_points(self.h_des)
         highest = max(h_des) if isinstance(h_des, tuple) else h_des
         if not highest > 0.0:
@@ -205,6 +218,7 @@ class ReturnMap:
         return Tracking(self, h_des, robot, measured(robot, heights, family, self.horizon))
 
     def __call__(self, touchdown: Touchdown) -> Answer:
+        check_touchdown(touchdown)
         return self.prepare(touchdown.robot, (0.0,))(touchdown)
 
 
@@ -325,19 +339,28 @@ class Tracking:
         return law
 
 
+def check_touchdown(touchdown: object) -> None:
+    """HopformError for what is no Touchdown of a robot."""
+    if not isinstance(touchdown, Touchdown) or not isinstance(touchdown.robot, Robot):
+        raise HopformError(f"touchdown must be a Touchdown of a Robot, got {shown(touchdown)}")
+    whole("hop", touchdown.hop, 0)
+
+
 def set_point(h_des: SupportsFloat | Sequence[SupportsFloat], index: int) -> float:
-    """The desired apex [m] after a touchdown."""
+    """The desired apex [m] after a touchdown; HopformError for a hop that there is none for."""
     if type(h_des) is float:  # the common case, before a protocol is asked
         return h_des
+    if isinstance(h_des, Sequence) and not index < len(h_des):
+        raise HopformError(f"h_des must be one height, or one per hop: got {len(h_des)} for hop {index}")
     return finite("h_des", h_des[index] if isinstance(h_des, Sequence) else h_des, "m")
 
 
 def set_points(h_des: SupportsFloat | Sequence[SupportsFloat]) -> Heights:
     """The desired apexes [m] as floats: one, or one per hop; HopformError for what is not finite."""
-    if isinstance(h_des, (Sequence, np.ndarray)) and not isinstance(h_des, str):
-        each = cast(Sequence[SupportsFloat], h_des)
-        return tuple(finite(f"h_des[{number}]", value, "m") for number, value in enumerate(each))
-    return finite("h_des", h_des, "m")
+    if is_one(h_des):
+        return finite("h_des", h_des, "m")
+    each = items("h_des", h_des, "a height in m, or one per hop", MOST_HOPS)
+    return tuple(finite(f"h_des[{number}]", value, "m") for number, value in enumerate(each))
 
 
 def target_of(h_des: SupportsFloat | Sequence[SupportsFloat], touchdown: Touchdown) -> dict[str, float]:

@@ -4,18 +4,22 @@ on.
 Every function returns a tuple of heights that `simulate` takes. The same seed gives the same ground.
 """
 
-import csv
 import math
 from collections.abc import Iterable
 from pathlib import Path
 from typing import Any, SupportsFloat
 
-from hopform._checks import drawing, finite, is_number, shown, whole
+from hopform._checks import MEMORY, count, finite, items, nonnegative, number_of, seeded, shown, whole, word
 from hopform._errors import HopformError
+from hopform._files import name_of, path_of, read_text, rows_of
 
 Heights = tuple[float, ...]
 NAMES = ("flat", "steps", "uniform", "gaussian")
 """Kinds of terrain that `generate` knows."""
+_EACH = 64
+"""[B] a height in a tuple."""
+MOST_HOPS = MEMORY // 32768
+"""Hops of a run at most: flight and stance of each take up to 32 kB."""
 COLUMN = "height"
 """The column of a CSV that holds the heights."""
 
@@ -26,7 +30,7 @@ def flat(hops: int, height: SupportsFloat = 0.0) -> Heights:
     >>> flat(3)
     (0.0, 0.0, 0.0)
     """
-    return (finite("height", height, "m"),) * whole("hops", hops)
+    return (finite("height", height, "m"),) * count("hops", hops, _EACH)
 
 
 def steps(hops: int, size: SupportsFloat, length: int = 3) -> Heights:
@@ -36,7 +40,7 @@ def steps(hops: int, size: SupportsFloat, length: int = 3) -> Heights:
     (0.0, 0.0, 0.02, 0.02, 0.0)
     """
     rise, each = finite("size", size, "m"), whole("length", length)
-    return tuple(rise if (hop // each) % 2 else 0.0 for hop in range(whole("hops", hops)))
+    return tuple(rise if (hop // each) % 2 else 0.0 for hop in range(count("hops", hops, _EACH)))
 
 
 def uniform(hops: int, size: SupportsFloat, seed: int = 0) -> Heights:
@@ -45,9 +49,9 @@ def uniform(hops: int, size: SupportsFloat, seed: int = 0) -> Heights:
     >>> uniform(1000, 0.02, seed=1) == uniform(1000, 0.02, seed=1) != uniform(1000, 0.02, seed=2)
     True
     """
-    half = _size(size)
+    half = nonnegative("size", size, "m")
     finite("2 size", 2.0 * half, "m")
-    return tuple(drawing(seed).uniform(-half, half, whole("hops", hops)).tolist())
+    return tuple(seeded(seed).uniform(-half, half, count("hops", hops, _EACH)).tolist())
 
 
 def gaussian(hops: int, size: SupportsFloat, seed: int = 0) -> Heights:
@@ -56,7 +60,9 @@ def gaussian(hops: int, size: SupportsFloat, seed: int = 0) -> Heights:
     >>> len(gaussian(10, 0.01, seed=3))
     10
     """
-    return tuple((_size(size) * drawing(seed).standard_normal(whole("hops", hops))).tolist())
+    deviation = nonnegative("size", size, "m")
+    finite("10 size", 10.0 * deviation, "m")
+    return tuple((deviation * seeded(seed).standard_normal(count("hops", hops, _EACH))).tolist())
 
 
 def generate(name: str, hops: int, size: SupportsFloat = 0.0, seed: int = 0) -> Heights:
@@ -66,15 +72,13 @@ def generate(name: str, hops: int, size: SupportsFloat = 0.0, seed: int = 0) -> 
     >>> generate("steps", 4, 0.01)
     (0.0, 0.0, 0.0, 0.01)
     """
-    if name == "flat":
+    if word("terrain", name, NAMES) == "flat":
         return flat(hops)
     if name == "steps":
         return steps(hops, size)
     if name == "uniform":
         return uniform(hops, size, seed)
-    if name == "gaussian":
-        return gaussian(hops, size, seed)
-    raise HopformError(f"terrain must be one of {', '.join(NAMES)}, or a CSV file, got {name!r}")
+    return gaussian(hops, size, seed)
 
 
 def read(path: str | Path) -> Heights:
@@ -82,36 +86,28 @@ def read(path: str | Path) -> Heights:
 
     Raises HopformError that names file, line and column of what is no finite number, and if there is no height at all.
     """
-    try:
-        text = Path(path).read_text("utf-8-sig")
-    except (OSError, UnicodeDecodeError) as error:
-        raise HopformError(f"{path} cannot be read: {error}") from None
-    try:
-        lines = list(enumerate(csv.reader(text.splitlines()), 1))
-    except csv.Error as error:
-        raise HopformError(f"{path} is no CSV: {error}") from None
-    rows = [(number, row) for number, row in lines if any(map(str.strip, row))]
+    file = path_of("path", path)
+    source = name_of(file)
+    rows = rows_of(read_text(file), source)
     column, title = 0, "1"
-    if rows and not is_number(rows[0][1][0]):
+    if rows and number_of(rows[0][1][0]) is None:
         head = [name.strip() for name in rows[0][1]]
         if COLUMN not in head:
-            raise HopformError(f"{path}, line {rows[0][0]}: there is no column {COLUMN!r}, only {', '.join(head)}")
+            raise HopformError(
+                f"{source}, line {rows[0][0]}: there is no column {COLUMN!r}, only {shown(', '.join(head))[1:-1]}"
+            )
         column, title, rows = head.index(COLUMN), repr(COLUMN), rows[1:]
     elif rows and len(rows[0][1]) > 1:
-        raise HopformError(f"{path}, line {rows[0][0]}: several columns need a head, one of them named {COLUMN!r}")
+        raise HopformError(f"{source}, line {rows[0][0]}: several columns need a head, one of them named {COLUMN!r}")
     if not rows:
-        raise HopformError(f"{path} holds no height")
-    return tuple(_height(row, column, f"{path}, line {number}, column {title}") for number, row in rows)
+        raise HopformError(f"{source} holds no height")
+    return tuple(_height(row, column, f"{source}, line {number}, column {title}") for number, row in rows)
 
 
 def heights_of(terrain: Iterable[Any]) -> Heights:
     """The heights of a terrain as floats; HopformError if there is none, or one is not finite."""
-    if isinstance(terrain, (str, bytes)) or not isinstance(terrain, Iterable):
-        raise HopformError(f"terrain must be a sequence of heights in m, got {shown(terrain)}")
-    dimensions = getattr(terrain, "ndim", 1)
-    if dimensions != 1:
-        raise HopformError(f"terrain must be of one dimension, got {dimensions}")
-    heights = tuple(finite(f"terrain[{number}]", height, "m") for number, height in enumerate(terrain))
+    found = items("terrain", terrain, "a sequence of heights in m", MOST_HOPS)
+    heights = tuple(finite(f"terrain[{number}]", height, "m") for number, height in enumerate(found))
     if not heights:
         raise HopformError("terrain must have at least one height, under the first touchdown, got none")
     return heights
@@ -119,13 +115,7 @@ def heights_of(terrain: Iterable[Any]) -> Heights:
 
 def _height(row: list[str], column: int, where: str) -> float:
     text = row[column].strip() if column < len(row) else ""
-    if not is_number(text) or not math.isfinite(float(text)):
-        raise HopformError(f"{where}: a height must be a finite number in m, got {text!r}")
-    return float(text)
-
-
-def _size(size: SupportsFloat) -> float:
-    value = finite("size", size, "m")
-    if value < 0.0:
-        raise HopformError(f"size must be >= 0 m, got {value!r}")
-    return value
+    height = number_of(text)
+    if height is None or not math.isfinite(height):
+        raise HopformError(f"{where}: a height must be a finite number in m, got {shown(text)}")
+    return height

@@ -27,7 +27,7 @@ def test_an_edit_elsewhere_leaves_the_draw_of_a_place_as_it_is(monkeypatch, tmp_
     file = tmp_path / "runtime" / "hopform" / "terrain.py"
     file.parent.mkdir(parents=True)
     text = (ROOT / "runtime" / "hopform" / "terrain.py").read_text("utf-8")
-    file.write_text(text.replace("import csv\n", "# a line more\nimport csv\n") + "\n\nMORE = 7 + 8\n", "utf-8")
+    file.write_text(text.replace("import math\n", "# a line more\nimport math\n") + "\n\nMORE = 7 + 8\n", "utf-8")
     monkeypatch.setattr(python, "ROOT", tmp_path)
     after = [each for each in drawn(SEED, ("terrain.py",)) if "7 + 8" not in each.difference()]
     assert [dataclasses.replace(each, line=each.line - 1) for each in after] == before

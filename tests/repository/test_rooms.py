@@ -19,7 +19,7 @@ RUNTIME = ROOT / "runtime" / "hopform"
 LAYERS = (
     ("hopform", "_errors"),
     ("_solver", "_solver.library", "_solver.package"),
-    ("_checks",),
+    ("_checks",), ("_files",),
     ("_solver.columns",), ("_solver.protocol",),
     ("_solver.c", "_solver.arrays"), ("_solver.c_flight", "_solver.c_control", "_solver.c_batch"), ("_solver.choice",),
     ("_robots", "_sensitivities", "model", "terrain", "ufuncs"),
@@ -32,7 +32,7 @@ LAYERS = (
     ("_identify.drop", "_identify.ramp", "_identify.step", "_identify.synthetic"), ("_identify.joint",), ("_identify",),
     ("_all",),
     ("_export",), ("_export.selftest",),
-    ("_words",), ("_cli.files", "_cli.options", "_cli.render"),
+    ("_words",), ("_cli.options", "_cli.render"),
     ("_figures.plots",), ("_figures.picture",),
     ("_figures.actuator", "_figures.animation", "_figures.contact", "_figures.energies", "_figures.first_controller"),
     ("_figures.feedforward", "_figures.return_maps", "_figures.verification"), ("_figures",),

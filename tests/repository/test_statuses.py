@@ -1,8 +1,14 @@
-"""Each status of the C library stands in the header, in the README's table and in Python's reasons, with one number."""
+"""Statuses and limits stand in the header, in Python and on the pages with the same numbers."""
 
 import re
 from pathlib import Path
 
+from derive.model.kinds import LONGEST_PREFIX, MOST_STEPS
+from hopform import _batch, _checks, _files, _robots, _stance, terrain
+from hopform._cli import options
+from hopform._control import reach
+from hopform._hopping import run, touchdown
+from hopform._identify import fits, synthetic
 from hopform._solver import c as native
 
 C = Path(__file__).resolve().parents[2] / "generated" / "c"
@@ -45,3 +51,36 @@ def test_python_has_a_reason_for_each_error_and_for_nothing_else():
 def test_the_warnings_that_python_acts_on_have_the_numbers_of_the_header():
     for name in ("PHASES_NOT_KEPT", "NO_DERIVATIVE"):
         assert getattr(native, name) == statuses()[name][0]
+
+
+LIMITS = {
+    "stances of a batch": _checks.MEMORY // _batch.EACH,
+    "stances of a batch with derivatives": _checks.MEMORY // _batch.EACH_DIFFERENTIATED,
+    "threads of a batch": _batch.MOST_THREADS,
+    "numbers of an array": _checks.MEMORY // 8,
+    "times of a grid": _checks.MEMORY // _stance.EACH,
+    "times of a run": _checks.MEMORY // run.EACH,
+    "rows of a table over time": options.MOST_ROWS,
+    "hops of a run": terrain.MOST_HOPS,
+    "cells of a map": reach.MOST_CELLS,
+    "steps of a current": MOST_STEPS,
+    "ticks of a sampled law in the longest stance": run.MOST_TICKS,
+    "samples that a simulated detector draws": touchdown.MOST_DRAWN,
+    "samples of a synthetic recording": synthetic.MOST_SAMPLES,
+    "recordings of a fit": fits.MOST_RECORDINGS,
+    "bytes of a robot file": _robots.LARGEST_TOML,
+    "bytes of any other file that is read": _files.LARGEST,
+    "digits of a whole number in text": _checks.MOST_DIGITS,
+    "characters of a prefix": LONGEST_PREFIX,
+}
+
+
+def test_the_page_on_limits_has_each_with_its_number():
+    page = (C.parents[1] / "docs" / "reference" / "limits.md").read_text("utf-8")
+    rows = dict(re.findall(r"^\| ([a-z].+?) \| (\d+) \|", page, re.MULTILINE))
+    assert {name: int(number) for name, number in rows.items()} == LIMITS
+    assert f"{_checks.LARGEST}" in page
+
+
+def test_the_steps_of_a_current_are_counted_alike_in_c():
+    assert re.findall(r"^#define HOPFORM_MOST_STEPS (\d+)", HEADER, re.MULTILINE) == [str(MOST_STEPS)]

@@ -3,11 +3,10 @@
 import dataclasses
 import inspect
 import math
-import os
 import re
 import tempfile
 from fractions import Fraction
-from functools import partial, wraps
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -19,8 +18,8 @@ from hypothesis import strategies as st
 import hopform
 from hopform._identify import parse_recording, to_csv
 from hopform._robots import robot_from_toml
+from tests.calls import ANSWERS, CALLS, DECAY, GOOD, HOPPER, INSIDE, METHODS, OBJECTS, OF_RECORDINGS, START, methods
 
-GOOD = {"m_eff": 25.0, "m_s": 3.0, "k": 1200.0, "L0": 0.4}
 NAN, INF = math.nan, math.inf
 
 
@@ -195,78 +194,7 @@ def test_numbers_that_leave_the_range_of_float32_are_refused(backend):
 
 # ---- numbers that no float holds ----
 
-HOPPER = hopform.load_robot("hopper_c")
-
-
-def prepared(controller):
-    """A controller as `simulate` asks for it: made, then checked against robot and terrain."""
-
-    @wraps(controller)
-    def made(**settings):
-        return controller(**settings).prepare(HOPPER, (0.0,))
-
-    return made
-
-
-DECAY = hopform.record(HOPPER, "decay", height=0.04, duration=0.5)
 HUGE = {"positive": 10**400, "negative": -(10**400), "unprintable": 10**5000, "fraction": Fraction(10**400, 3)}
-START = {"robot": HOPPER, "v2": -1.9}
-FLOOR = {"hops": 3, "size": 0.02}
-CALLS: dict[str, tuple[Any, dict[str, Any]]] = {
-    "solve_stance": (hopform.solve_stance, START),
-    "solve_stances": (hopform.solve_stances, START),
-    "solve_flight": (hopform.solve_flight, START | {"v2": 1.9}),
-    "choose_current": (hopform.choose_current, START | {"h_des": 0.2}),
-    "choose_current_as_printed": (hopform.choose_current_as_printed, START | {"h_des": 0.2}),
-    "simulate": (hopform.simulate, {"robot": HOPPER, "terrain": [0.0], "height": 0.2}),
-    "next_apex": (hopform.next_apex, {"robot": HOPPER, "height": 0.2, "u": 1.0}),
-    "reachability": (hopform.reachability, {"robot": HOPPER, "heights": [0.1, 0.2], "currents": [0.0]}),
-    "touchdown_velocity": (hopform.touchdown_velocity, {"robot": HOPPER, "height": 0.2}),
-    "design_return": (hopform.design_return, {"robot": HOPPER, "time": 0.3}),
-    "delayed_apex": (hopform.delayed_apex, START | {"delay": 0.01, "u": 1.0}),
-    "friction_threshold": (hopform.friction_threshold, {"recordings": DECAY}),
-    "record": (hopform.record, {"robot": HOPPER, "test": "drop"}),
-    "Robot": (hopform.Robot, dict(GOOD)),
-    "Errors": (hopform.Errors, {}),
-    "TouchdownDetector": (hopform.TouchdownDetector, {}),
-    "flat": (hopform.terrain.flat, {"hops": 3}),
-    "steps": (hopform.terrain.steps, FLOOR),
-    "uniform": (hopform.terrain.uniform, FLOOR),
-    "gaussian": (hopform.terrain.gaussian, FLOOR),
-    "generate": (hopform.terrain.generate, FLOOR | {"name": "steps"}),
-    "ConstantCurrent": (hopform.controllers.ConstantCurrent, {}),
-    "FeedForward": (hopform.controllers.FeedForward, {"h_des": 0.2}),
-    "AsPrinted": (prepared(hopform.controllers.AsPrinted), {"h_des": 0.2}),
-    "ReturnMap": (prepared(hopform.controllers.ReturnMap), {"h_des": 0.2}),
-    "Sampled": (hopform.controllers.Sampled, {"period": 0.001, "law": lambda t, state: 0.0}),
-}
-"""What people call, with arguments that are right."""
-ANSWERS = {
-    "Batch", "Command", "Energy", "Equation", "Event", "FixedPoint", "Flight", "FlightLedger", "FlightPhase", "Gains",
-    "Hop", "Ledger", "ManySensitivities", "Phase", "PrintedCommand", "Reachability", "ReturnMaps", "Run",
-    "Sensitivities", "Stance", "State", "Touchdown", "Tracking",
-}  # fmt: skip
-"""Classes that hopform fills itself, and records that are checked where they are handed in."""
-OF_RECORDINGS = {"fit_drop_test", "fit_force", "fit_robot", "fit_step_response", "read_recording"}
-"""What takes numbers by name, in `known`, or beside a file."""
-INSIDE = {"check_set_points", "crossing", "home_of", "measured", "target_of", "set_point", "set_points"}
-"""What controllers and terrains share, behind the classes and functions above."""
-OBJECTS: dict[str, Any] = {
-    "stance": hopform.solve_stance(HOPPER, v2=-1.9),
-    "resting stance": hopform.solve_stance(HOPPER, v2=-0.01),
-    "flight": hopform.solve_flight(HOPPER, v2=1.9),
-    "run": hopform.simulate(HOPPER, [0.0], 3.0, height=0.2),
-    "detector": hopform.TouchdownDetector(),
-}
-METHODS: dict[str, dict[str, Any]] = {
-    "false_alarm_rate": {"noise": 0.1},
-    "false_takeoff_rate": {"noise": 0.1},
-    "mean_delay": {"noise": 0.1},
-    "chances": {"noise": 0.1, "signal": [0.0]},
-    "simulated_delays": {"noise": 0.1, "trials": 1},
-    "to_npz": {"path": os.devnull},
-}
-"""What methods need beside the number that is tried."""
 
 
 def takes_numbers(parameter):
@@ -292,11 +220,17 @@ def every_number():
         for number in numbers_of(call):
             rest = {each: value for each, value in arguments.items() if each != number}
             yield f"{name} {number}", partial(call, **rest), number
-    for name, of in OBJECTS.items():
-        for method, call in inspect.getmembers(of, inspect.ismethod):
-            for number in numbers_of(call) if not method.startswith("_") else ():
-                rest = {each: value for each, value in METHODS.get(method, {}).items() if each != number}
-                yield f"{name} {method} {number}", partial(call, **rest), number
+    for name, call, arguments in methods():
+        for number in numbers_of(call):
+            rest = {
+                each: value for each, value in arguments.items() if each != number and not alternatives(each, number)
+            }
+            yield f"{name} {number}", partial(call, **rest), number
+
+
+def alternatives(one, other):
+    """A grid has a count or a distance of its times."""
+    return {one, other} == {"count", "dt"}
 
 
 EVERY = {name: (call, number) for name, call, number in every_number()}

@@ -325,7 +325,7 @@ def test_the_animations_foot_stands_still_in_stance():
         (("out", "--only", "18"), "--only takes 2, 3, 4,"),
         (("out", "--only", ""), "--only takes"),
         (("file",), "is a file, not a folder"),
-        (("nowhere/out",), "there is no folder"),
+        (("file/out",), "is a file, not a folder"),
     ],
 )
 def test_what_cannot_be_drawn_or_written_is_refused_in_one_line(tmp_path, monkeypatch, capsys, arguments, said):

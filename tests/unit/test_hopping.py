@@ -479,10 +479,8 @@ def test_a_bad_file_is_refused_with_line_and_column(tmp_path, text, said):
         ({"controller": AsPrinted(0.01), "ground": [0.02]}, "below the ground"),
         ({"controller": ReturnMap(0.01), "ground": [0.02]}, "below the ground"),
         ({"controller": FeedForward([0.2]), "ground": [0.0, 0.0]}, "got 1 for 2 hops"),
-        ({"controller": FeedForward(0.2, stop_margin=-1.0)}, "stop_margin must be >= 0 m"),
         ({"controller": ReturnMap(0.0), "ground": [0.0]}, "h_des must be > 0 m for maps"),
         ({"controller": ReturnMap(-0.01), "ground": [-0.02]}, "h_des must be > 0 m for maps"),
-        ({"controller": ReturnMap(0.2, heights=1)}, "heights must be a whole number >= 2"),
         ({"seed": -1}, "seed must be a whole number >= 0"),
         ({"horizon": 0.0}, "horizon must be > 0 s"),
         ({"gains": (-1.0, 0.0)}, "Kp must be >= 0"),
@@ -493,6 +491,23 @@ def test_what_is_not_allowed_is_refused_by_name(change, said):
     how = {"ground": ROUGH[:2]} | change
     with pytest.raises(hopform.HopformError, match=said):
         hops(how.pop("ground"), how.pop("controller", 3.0), how.pop("robot", HOPPER), **how)
+
+
+@pytest.mark.parametrize(
+    ("controller", "change", "said"),
+    [
+        (FeedForward, {"stop_margin": -1.0}, "stop_margin must be >= 0 m"),
+        (FeedForward, {"horizon": 0.0}, "horizon must be > 0 s"),
+        (AsPrinted, {"grid": 0.0}, "grid must be > 0 A"),
+        (AsPrinted, {"half": 2}, "half must be True or False, got 2"),
+        (ReturnMap, {"heights": 1}, "heights must be a whole number >= 2"),
+        (ReturnMap, {"heights": 10**6, "currents": 10**6}, "heights x currents must be at most"),
+        (ReturnMap, {"h_des": "high"}, "h_des must be a number in m, got 'high'"),
+    ],
+)
+def test_a_controller_is_checked_where_it_is_made(controller, change, said):
+    with pytest.raises(hopform.HopformError, match=said):
+        controller(**({"h_des": 0.2} | change))
 
 
 @pytest.mark.parametrize(

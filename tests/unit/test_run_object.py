@@ -112,7 +112,7 @@ def test_ctrl_c_ends_the_command_with_130_no_traceback_and_no_file(tmp_path):
         "signal.signal(signal.SIGINT, signal.default_int_handler); sys.exit(main())"
     )  # as from a terminal; who runs tests in the background may have it ignored
     out = tmp_path / "hops.csv"
-    arguments = ["hop", "--height", "0.2", "--u", "3", "--hops", "2000000", "--hops-csv", str(out)]
+    arguments = ["hop", "--height", "0.2", "--u", "3", "--hops", "60000", "--hops-csv", str(out)]
     with subprocess.Popen(
         [sys.executable, "-c", code, *arguments], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
     ) as process:

@@ -154,6 +154,12 @@ REFUSALS = {
 }
 """What a negative status means."""
 
+MOST_STEPS = 65535
+"""Steps of the current at most: a phase stores the index of its step in 16 bits."""
+
+LONGEST_PREFIX = 31
+"""Characters of a prefix of every public name of the C library."""
+
 FLIGHT_EVENTS = {
     1: "x1_reverses",  # the actuator reverses
     2: "x1_sticks",  # the actuator comes to rest

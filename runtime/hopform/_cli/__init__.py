@@ -17,7 +17,7 @@ import typer
 from typer.core import TyperCommand
 
 from hopform import __version__
-from hopform._errors import HopformError
+from hopform._errors import HopformError, printable
 
 UsageError: type[Exception] = typer.BadParameter.__bases__[0]
 """The exception of typer for a command line that it cannot read; it has no public name in every version of typer."""
@@ -33,6 +33,10 @@ COMMANDS = {
     "export",
 }  # fmt: skip
 """The module of each command."""
+
+
+LONGEST = 2000
+"""Characters of a message at most."""
 
 
 class Command(TyperCommand):
@@ -77,7 +81,8 @@ def front(
         print(f"hopform {__version__} (back ends: {', '.join(backends())})")
         if reason := library_message():
             print(reason)
-    elif context.invoked_subcommand is None:
+        raise typer.Exit
+    if context.invoked_subcommand is None:
         print(context.get_help())
 
 
@@ -88,13 +93,19 @@ def main(arguments: Sequence[str] | None = None) -> int:
         reconfigure(errors="backslashreplace")
     try:
         code = app(args=arguments, prog_name="hopform", standalone_mode=False)
-        sys.stdout.flush()
+        if sys.stdout is not None:
+            sys.stdout.flush()
     except HopformError as error:
         return refuse(str(error))
     except UsageError as error:
         return refuse(getattr(error, "format_message", error.__str__)())
-    except BrokenPipeError:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    except MemoryError:
+        return refuse("there is not enough memory for that many numbers")
+    except OSError as error:  # of the standard output, mostly: files are checked where they are read and written
+        if sys.stdout is not None:
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        if not isinstance(error, BrokenPipeError):
+            print(f"hopform: cannot go on: {error.strerror}", file=sys.stderr)
         return 1
     except (typer.Abort, KeyboardInterrupt):
         return 130
@@ -103,5 +114,6 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def refuse(message: str) -> int:
     """Say in one line what is wrong with the input."""
-    print("hopform:", " ".join(message.split()), file=sys.stderr)
+    text = printable(" ".join(message.split()))
+    print("hopform:", text if len(text) <= LONGEST else f"{text[:LONGEST]}...", file=sys.stderr)
     return 2

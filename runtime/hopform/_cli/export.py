@@ -11,6 +11,7 @@ import typer
 from hopform import _export as packages
 from hopform._export import PRECISIONS, SYSTEMS, System, Wanted
 from hopform._export.selftest import selftest as digest
+from hopform._files import name_of
 
 
 def export(
@@ -27,7 +28,7 @@ def export(
     if json:
         print(json_module.dumps({"folder": str(folder), "files": [file.as_posix() for file in files]}, indent=2))
     else:
-        print(f"{len(files)} files in {folder}; begin with {folder / 'README.md'}")
+        print(f"{len(files)} files in {name_of(folder)}; begin with {name_of(folder / 'README.md')}")
 
 
 def selftest(json: Annotated[bool, typer.Option("--json", help="as JSON")] = False) -> None:

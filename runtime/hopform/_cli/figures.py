@@ -10,11 +10,12 @@ import typer
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
-from hopform._cli.files import check_files, write
+from hopform._checks import shown
 from hopform._cli.output import show
 from hopform._cli.render import pick, to_json
 from hopform._errors import HopformError
 from hopform._figures import DRAWN, draw
+from hopform._files import check_files, check_folder, name_of, write_folder
 
 if TYPE_CHECKING:
     from hopform._figures.picture import Picture
@@ -38,9 +39,7 @@ def figures(folder: Folder, only: Only = None, json: Json = False) -> None:
     wanted = asked_for(only)
     check(folder, wanted)
     files, pictures = drawn(wanted)
-    make(folder)
-    for name, content in files.items():
-        write(folder / name, content)
+    write_folder(folder, {Path(name): content for name, content in files.items()})
     if json:
         print(
             to_json(
@@ -49,7 +48,12 @@ def figures(folder: Folder, only: Only = None, json: Json = False) -> None:
             )
         )
     else:
-        show([*(f"Fig. {each.number:<3} {each.title}" for each in pictures), f"wrote {len(files)} files to {folder}"])
+        show(
+            [
+                *(f"Fig. {each.number:<3} {each.title}" for each in pictures),
+                f"wrote {len(files)} files to {name_of(folder)}",
+            ]
+        )
 
 
 def asked_for(only: str | None) -> tuple[int | str, ...]:
@@ -60,7 +64,7 @@ def asked_for(only: str | None) -> tuple[int | str, ...]:
     words = [word.strip() for word in only.split(",")]
     for word in words:
         if word not in known:
-            raise HopformError(f"--only takes {', '.join(known)}, separated by commas, got {word!r}")
+            raise HopformError(f"--only takes {', '.join(known)}, separated by commas, got {shown(word)}")
     return tuple(what for word, what in known.items() if word in words)
 
 
@@ -71,22 +75,11 @@ def names_of(what: int | str) -> tuple[str, ...]:
 
 def check(folder: Path, wanted: Iterable[int | str]) -> None:
     """HopformError, before anything is drawn, if it cannot be written there."""
-    if folder.exists() and not folder.is_dir():
-        raise HopformError(f"{folder} is a file, not a folder")
-    if not folder.parent.is_dir():
-        raise HopformError(f"{folder} cannot be made: there is no folder {folder.parent}")
+    check_folder(folder)
     if folder.is_dir():
         drawings = [(what if isinstance(what, str) else f"Fig. {what}", names_of(what)) for what in wanted]
         files = [(what, folder / name) for what, names in drawings for name in names]
         check_files((), [*files, ("the captions", folder / CAPTIONS)])
-
-
-def make(folder: Path) -> None:
-    """The folder, if it is not there."""
-    try:
-        folder.mkdir(exist_ok=True)
-    except OSError as error:
-        raise HopformError(f"{folder} cannot be made: {error.strerror}") from None
 
 
 def drawn(wanted: Iterable[int | str]) -> "tuple[dict[str, bytes], list[Picture]]":

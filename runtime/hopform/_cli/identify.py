@@ -3,7 +3,6 @@ files.
 """
 
 import math
-import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -12,12 +11,13 @@ from typing import Annotated
 import numpy as np
 
 import hopform
+from hopform._checks import number_of, shown
 from hopform._cli import options
 from hopform._cli import report as reports
-from hopform._cli.files import Named, write
-from hopform._cli.output import check_outputs, figures, progress_bar, show
+from hopform._cli.output import check_outputs, figures, progress_bar, show, warn
 from hopform._cli.render import to_json
 from hopform._errors import HopformError
+from hopform._files import Named, name_of, write
 from hopform._identify import synthetic
 from hopform._identify.drop import fit_drop_test
 from hopform._identify.estimation import Progress
@@ -56,26 +56,21 @@ def known_values(pairs: Sequence[str]) -> dict[str, float]:
     values = dict[str, float]()
     for pair in pairs:
         name, equals, value = pair.partition("=")
-        try:
-            number = float(value)
-        except ValueError:
-            number = float("nan")
-        if not equals or not np.isfinite(number):
-            raise HopformError(f"--known takes name=value in SI units, as in m_s=3.0, got {pair!r}")
+        number = number_of(value)
+        if not equals or number is None or not math.isfinite(number):
+            raise HopformError(f"--known takes name=value in SI units, as in m_s=3.0, got {shown(pair)}")
         if name not in LETTERS:
-            raise HopformError(f"--known: there is no parameter {name!r}; there are {', '.join(LETTERS)}")
+            raise HopformError(f"--known: there is no parameter {shown(name)}; there are {', '.join(LETTERS)}")
         values[name] = number
     return values
 
 
 def added_masses(text: str) -> tuple[float, ...]:
     """Masses [kg] from "0,0.986"."""
-    try:
-        masses = tuple(float(each) for each in text.split(",")) if text else ()
-    except ValueError:
-        masses = (float("nan"),)
-    if not all(np.isfinite(each) and each >= 0.0 for each in masses):
-        raise HopformError(f"--added-mass takes masses >= 0 in kg, one per file, as in 0,0.986, got {text!r}")
+    found = [number_of(each) for each in text.split(",")] if text else []
+    masses = tuple(each for each in found if each is not None and 0.0 <= each < math.inf)
+    if len(masses) < len(found):
+        raise HopformError(f"--added-mass takes masses >= 0 in kg, one per file, as in 0,0.986, got {shown(text)}")
     return masses
 
 
@@ -224,11 +219,9 @@ def identify(
         answer = answer_to(wanted, lambda _: advance(next(stages, STAGES), STAGES))
         written = files_of(answer, base, out, report, plot)
     printed = to_json(**reports.record_of(answer)) if json else ""
-    shown = [] if json else [*reports.tables_of(answer), *(f"wrote {path}" for path, _ in written)]
-    for path, content in written:
-        write(path, content)
-    for warning in answer.warnings:
-        print(f"hopform: warning: {warning}", file=sys.stderr)
+    shown = [] if json else [*reports.tables_of(answer), *(f"wrote {name_of(path)}" for path, _ in written)]
+    write(written)
+    warn(answer.warnings)
     if json:
         print(printed)
     show(shown)
@@ -262,5 +255,5 @@ def record(
     if csv is None or csv == "-":
         print(synthetic.to_csv(made), end="")
     else:
-        write(Path(csv), synthetic.to_csv(made).encode())
-        show([f"wrote {csv}"])
+        write([(Path(csv), synthetic.to_csv(made).encode())])
+        show([f"wrote {name_of(csv)}"])

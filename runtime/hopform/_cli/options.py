@@ -8,7 +8,12 @@ from typing import Annotated, Any
 
 import typer
 
-from hopform._checks import LARGEST, shown
+from hopform._checks import LARGEST, MEMORY, MOST_DIGITS, number_of, shown, whole_of
+from hopform._control.reach import MOST_CELLS
+from hopform.terrain import MOST_HOPS
+
+MOST_ROWS = MEMORY // 1024
+"""Rows of a table over time at most: in arrays and as text each takes up to 1 kB."""
 
 
 class BackendName(StrEnum):
@@ -48,10 +53,9 @@ def number_in(unit: str) -> Callable[[str], float]:
     """The parser of a number in `unit`, which is not written: a unit, NaN and infinities are refused."""
 
     def parse(text: str) -> float:
-        try:
-            value = float(text)
-        except ValueError:
-            raise typer.BadParameter(f"takes a number in {unit}, written without a unit, got {shown(text)}") from None
+        value = number_of(str(text))  # defaults are parsed too
+        if value is None:
+            raise typer.BadParameter(f"takes a number in {unit}, written without a unit, got {shown(text)}")
         if not math.isfinite(value):
             raise typer.BadParameter(f"takes a finite number in {unit}, got {shown(text)}")
         return value
@@ -63,11 +67,10 @@ def number_from(least: int, most: float) -> Callable[[str], int]:
     """The parser of a whole number from `least` to `most`."""
 
     def parse(text: str) -> int:
-        try:
-            value = int(text)
-        except ValueError:
-            value = least - 1
-        if value < least:
+        value = whole_of(str(text))
+        if value is None and len(str(text)) > MOST_DIGITS:
+            raise typer.BadParameter(f"takes a whole number of up to {MOST_DIGITS} digits, got {shown(text)}")
+        if value is None or value < least:
             raise typer.BadParameter(f"takes a whole number >= {least}, got {shown(text)}")
         if value > most:
             raise typer.BadParameter(f"takes a whole number <= {most}, got {shown(text)}")
@@ -125,7 +128,9 @@ Horizon = Annotated[float, quantity("--horizon", "s", "longest time of a stance"
 MaxPhases = Annotated[int, count("--max-phases", 1, "longest chain of phases")]
 Backend = Annotated[BackendName | None, option("--backend", "the fastest there is if left out")]
 Dtype = Annotated[Precision, option("--dtype", "precision of the computation")]
-Hops = Annotated[int | None, count("--hops", 1, "how often it meets the ground; 8, or the whole file, if left out")]
+Hops = Annotated[
+    int | None, count("--hops", 1, "how often it meets the ground; 8, or the whole file, if left out", MOST_HOPS)
+]
 Terrain = Annotated[
     str, option("--terrain", "flat, steps, uniform, gaussian, or a CSV of heights", metavar="NAME|FILE")
 ]
@@ -151,14 +156,14 @@ ReturnGains = Annotated[
 Model = Annotated[str | None, option("--model", "the robot the controller believes in", metavar="NAME|FILE.toml")]
 HopsCsv = Annotated[Path | None, option("--hops-csv", "write a table of the hops", metavar="FILE")]
 Npz = Annotated[Path | None, option("--npz", "write table and states for NumPy", metavar="FILE")]
-Samples = Annotated[int, count("--samples", 2, "uniform times in the CSV")]
+Samples = Annotated[int, count("--samples", 2, "uniform times in the CSV", MOST_ROWS)]
 HDes = Annotated[float, quantity("--h-des", "m", "desired hop height of the next apex")]
 Datum = Annotated[float, quantity("--datum", "m", "level that heights count from, less the ground under the foot")]
 StopMargin = Annotated[float, quantity("--stop-margin", "m", "x1 stays below x1_max by more than this")]
 Lowest = Annotated[float, quantity("--from", "m", "lowest hop height of the map")]
 Highest = Annotated[float, quantity("--to", "m", "highest hop height of the map")]
-Rows = Annotated[int, count("--heights", 2, "hop heights of the map")]
-Columns = Annotated[int, count("--currents", 1, "currents of the map, over all that is allowed")]
+Rows = Annotated[int, count("--heights", 2, "hop heights of the map", MOST_CELLS // 2)]
+Columns = Annotated[int, count("--currents", 1, "currents of the map, over all that is allowed", MOST_CELLS // 2)]
 Printed = Annotated[bool, option("--printed", "compare with (26), (27) as printed, on a grid of 0.01 A")]
 Json = Annotated[bool, option("--json", "print JSON (its schema: schema.json of the package)")]
 WithSensitivities = Annotated[

@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING
 from rich.console import Console, RenderableType
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
-from hopform._cli.files import Named, check_files, write
 from hopform._cli.render import Record, to_json
-from hopform._errors import HopformError
+from hopform._errors import HopformError, printable
+from hopform._files import Named, check_files, name_of, write
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -70,13 +70,17 @@ def emit(
         if json is not None:
             printed = to_json(**json()) + "\n"
         if not printed:
-            shown = [*readable(), *(f"wrote {path}" for path, _ in files)]
-    for path, content in files:
-        write(path, content)
-    for warning in warnings:
-        print(f"hopform: warning: {warning}", file=sys.stderr)
+            shown = [*readable(), *(f"wrote {name_of(path)}" for path, _ in files)]
+    write(files)
+    warn(warnings)
     print(printed, end="")
     show(shown)
+
+
+def warn(warnings: Iterable[str]) -> None:
+    """Print warnings on the error stream, a line each."""
+    for warning in warnings:
+        print(f"hopform: warning: {printable(warning)}", file=sys.stderr)
 
 
 def show(parts: Iterable[RenderableType]) -> None:

@@ -6,6 +6,7 @@
 import html
 import math
 import os
+import re
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -15,7 +16,7 @@ import numpy as np
 from rich.console import RenderableType
 
 from hopform._cli.render import number, pick, table
-from hopform._errors import HopformError
+from hopform._errors import HopformError, printable
 from hopform._identify.estimation import Estimate
 from hopform._identify.fits import NEW, OLD, Fit, Trace
 from hopform._identify.ramp import Rise, Threshold
@@ -310,14 +311,22 @@ def _markdown(page: _Page, picture: str) -> str:
     parts = [f"# Identification: {page.title}", ""]
     for title, head, rows in page.sections:
         parts += [f"## {title}", "", "| " + " | ".join(head) + " |", "|" + "---|" * len(head)]
-        parts += ["| " + " | ".join(cell.replace("|", r"\|") for cell in row) + " |" for row in rows] + [""]
-    statements = [f"- {each}" for each in page.statements]
+        parts += ["| " + " | ".join(map(markdown, row)) + " |" for row in rows] + [""]
+    statements = [f"- {markdown(each)}" for each in page.statements]
     return "\n".join([*parts, "## What the data identify", "", *statements, "", f"![the fit]({picture})", ""])
+
+
+_MARKUP = re.compile(r"[\\`*{}\[\]<>#|&$~]|(?<![A-Za-z0-9])_|_(?![A-Za-z0-9])")
+
+
+def markdown(text: str) -> str:
+    """A text in one line of Markdown that is shown as it is: no markup, no HTML, no formula, no cell's end."""
+    return _MARKUP.sub(r"\\\g<0>", printable(" ".join(text.split())))
 
 
 def _html(page: _Page, picture: str) -> str:
     def row(cells: Sequence[str], tag: str) -> str:
-        return "<tr>" + "".join(f"<{tag}>{html.escape(cell)}</{tag}>" for cell in cells) + "</tr>"
+        return "<tr>" + "".join(f"<{tag}>{html.escape(printable(cell))}</{tag}>" for cell in cells) + "</tr>"
 
     style = (
         "body{font:15px sans-serif;max-width:62em;margin:2em auto}"
@@ -334,7 +343,7 @@ def _html(page: _Page, picture: str) -> str:
     parts += [
         "<h2>What the data identify</h2>",
         "<ul>",
-        *(f"<li>{html.escape(each)}</li>" for each in page.statements),
+        *(f"<li>{html.escape(printable(each))}</li>" for each in page.statements),
         "</ul>",
     ]
     return "\n".join([*parts, picture[picture.index("<svg") :], "</body></html>", ""])

@@ -2,18 +2,20 @@
 draws.
 """
 
-import io
 import math
-from pathlib import Path
+import os
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 import hopform
+from hopform._checks import shown
 from hopform._cli import options, tables, tables_control
 from hopform._cli.output import check_outputs, emit, figures, progress_bar, show
 from hopform._cli.render import to_json
+from hopform._control.reach import check_map
+from hopform._files import name_of
 from hopform._hopping.run import csv_of
 from hopform._robots import file_of as robot_file
 
@@ -25,24 +27,24 @@ def robots(name: options.OneRobot = None, json: options.Json = False, toml: opti
     if toml:
         print(hopform.load_robot(name or "hopper_c").to_toml(), end="")
         return
-    shown = [hopform.load_robot(each) for each in ([name] if name else hopform.ROBOTS)]
+    found = [hopform.load_robot(each) for each in ([name] if name else hopform.ROBOTS)]
     if json:
-        print(to_json(**tables.robots_record(shown)))
+        print(to_json(**tables.robots_record(found)))
     else:
-        show(tables.robots(shown, with_meaning=name is not None))
+        show(tables.robots(found, with_meaning=name is not None))
 
 
 def equations(number: options.OneEquation = None, json: options.Json = False) -> None:
     """Show the register of the paper's equations: what is right, what is not, and where it is computed."""
     register = hopform.equations()
-    shown = [equation for equation in register if number is None or str(equation.number) == number.strip("()")]
-    if not shown:
+    found = [equation for equation in register if number is None or str(equation.number) == number.strip("()")]
+    if not found:
         known = f"({register[0].number}) to ({register[-1].number})" if register else "none"
-        raise hopform.HopformError(f"there is no equation {number}; known: {known}")
+        raise hopform.HopformError(f"there is no equation {shown(number)}; known: {known}")
     if json:
-        print(to_json(**tables.equations_record(shown)))
+        print(to_json(**tables.equations_record(found)))
     else:
-        show(tables.equations(shown) if number is None else tables.equation(shown[0]))
+        show(tables.equations(found) if number is None else tables.equation(found[0]))
 
 
 def stance(
@@ -157,7 +159,7 @@ def hop(
         warnings=run.warnings,
         more=[
             *([(hops_csv, lambda: csv_of(run.table).encode())] if hops_csv else []),
-            *([(npz, lambda: archive(run, samples))] if npz else []),
+            *([(npz, lambda: run.archive(samples))] if npz else []),
         ],
     )
 
@@ -224,6 +226,7 @@ def reach(
     held.
     """
     check_outputs(json, plot=plot, reads=[("--robot", robot_file(robot))])
+    check_map(heights, currents)
     hopper = hopform.load_robot(robot)
     if not lowest < highest:
         raise hopform.HopformError(f"--from must be below --to, got {lowest!r} and {highest!r} m")
@@ -265,13 +268,13 @@ def terrain_of(name: str, size: float, hops: int | None, seed: int) -> tuple[flo
     """The heights that `hop` is asked for: as many as the file has, 8 or as said otherwise."""
     if name in hopform.terrain.NAMES:
         return hopform.terrain.generate(name, 8 if hops is None else hops, size, seed)
-    if not Path(name).is_file():
+    if not os.path.exists(name):
         raise hopform.HopformError(
-            f"there is no terrain {name!r}; known: {', '.join(hopform.terrain.NAMES)}, or a CSV file"
+            f"there is no terrain {shown(name)}; known: {', '.join(hopform.terrain.NAMES)}, or a CSV file"
         )
     heights = hopform.terrain.read(name)
     if hops is not None and hops > len(heights):
-        raise hopform.HopformError(f"{name} has {len(heights)} heights, too few for --hops {hops}")
+        raise hopform.HopformError(f"{name_of(name)} has {len(heights)} heights, too few for --hops {hops}")
     return heights[:hops]
 
 
@@ -292,13 +295,6 @@ def controller_of(
     if name is options.ControllerName.printed:
         return hopform.controllers.AsPrinted(h_des, horizon=horizon, backend=backend)
     return hopform.controllers.ReturnMap(h_des, horizon=horizon)
-
-
-def archive(run: hopform.Run, samples: int) -> bytes:
-    """The bytes of the NumPy archive of a run."""
-    buffer = io.BytesIO()
-    np.savez_compressed(buffer, **run.arrays(samples))
-    return buffer.getvalue()
 
 
 def velocity_after_impact(robot: hopform.Robot, height: float | None, v2: float | None) -> float:

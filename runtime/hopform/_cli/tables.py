@@ -14,9 +14,10 @@ from rich.text import Text
 import hopform
 from hopform import Equation, Hop, Robot, Run, Stance
 from hopform._cli.render import Record, number, pick, table, to_csv
+from hopform._errors import printable
 from hopform._solver.package import LEDGER_OF_BODY, LEDGER_OF_ROBOT
 from hopform._stance import aed_at
-from hopform._words import EVENTS, current, ending, mode, mode_of_actuator, name_of, unit_of_time, value_of
+from hopform._words import EVENTS, current, ending, mode, mode_of_actuator, printable_name, unit_of_time, value_of
 
 READABLE = 90
 """Columns of a paragraph, however wide the line may be."""
@@ -42,7 +43,7 @@ OURS = "Values of shipped robots are this project's own: the paper gives none."
 def robots(shown: Sequence[Robot], *, with_meaning: bool) -> Iterator[RenderableType]:
     """Robots side by side, a row per parameter."""
     meaning = ("meaning",) if with_meaning else ()
-    columns = ("parameter", *map(name_of, shown), "unit", *meaning)
+    columns = ("parameter", *map(printable_name, shown), "unit", *meaning)
     rows = (
         (
             field.name, *(value_of(getattr(robot, field.name), "") for robot in shown),
@@ -54,7 +55,7 @@ def robots(shown: Sequence[Robot], *, with_meaning: bool) -> Iterator[Renderable
     yield ""
     for robot in shown:
         if robot.description:
-            yield f"{robot.name}: {robot.description}"
+            yield f"{printable_name(robot)}: {printable(' '.join(robot.description.split()))}"
     if any(robot.name in hopform.ROBOTS for robot in shown):
         yield OURS
 
@@ -90,9 +91,8 @@ def stance(solved: Stance, with_sensitivities: bool = False) -> Iterator[Rendera
     for.
     """
     first = solved.phases[0].state
-    head = (
-        f"{name_of(solved.robot)}: touchdown at {float(first.v2) + 0.0:.4g} m/s, {current(solved.u)}; {ending(solved)}"
-    )
+    begin = f"{printable_name(solved.robot)}: touchdown at {float(first.v2) + 0.0:.4g} m/s"
+    head = f"{begin}, {current(solved.u)}; {ending(solved)}"
     yield Text(head, style="bold")
     parts = [phases(solved), states(solved), ledger(solved)]
     for part in [*parts, sensitivities(solved)] if with_sensitivities else parts:
@@ -178,7 +178,7 @@ def sensitivities(solved: Stance) -> Table:
 def run(solved: Run, designed: bool) -> Iterator[RenderableType]:
     """A run: a row per hop; whether the gains of the return in flight were designed for each."""
     count = len(solved.hops)
-    head = f"{name_of(solved.robot)}: {OUTCOMES[solved.status]} after {count} touchdowns"
+    head = f"{printable_name(solved.robot)}: {OUTCOMES[solved.status]} after {count} touchdowns"
     yield Text(head.replace(" 1 touchdowns", " 1 touchdown"), style="bold")
     yield ""
     numbers = ("hop", "ground [cm]", "from [cm]", "at [s]", "u [A]", "stance [ms]")

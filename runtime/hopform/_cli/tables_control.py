@@ -12,7 +12,7 @@ from rich.text import Text
 from hopform import Command, FixedPoint, PrintedCommand, Reachability, Robot
 from hopform._cli.render import Record, number, pick, table
 from hopform._cli.tables import robot_record
-from hopform._words import name_of
+from hopform._words import printable_name
 
 STATUSES = {
     "reached": "reaches the desired apex",
@@ -33,7 +33,7 @@ def command(
     robot: Robot, h_des: float, found: Command, printed: list[tuple[str, PrintedCommand]]
 ) -> Iterator[RenderableType]:
     """The controller's answer, and what the printed forms would have done."""
-    yield Text(f"{name_of(robot)}: {STATUSES[found.status]}", style="bold")
+    yield Text(f"{printable_name(robot)}: {STATUSES[found.status]}", style="bold")
     yield ""
     shown: list[tuple[str, Command | PrintedCommand]] = [("exact", found), *printed]
     rows = (
@@ -58,7 +58,7 @@ def command_record(robot: Robot, asked: Record, found: Command, printed: list[tu
 def reach(found: Reachability) -> Iterator[RenderableType]:
     """A map: bounds and holds by height, then the fixed points."""
     held = np.isfinite(found.hold)
-    head = f"{name_of(found.robot)}: {int(held.sum())} of {held.size} heights can be held"
+    head = f"{printable_name(found.robot)}: {int(held.sum())} of {held.size} heights can be held"
     yield Text(head, style="bold")
     yield ""
     columns = (

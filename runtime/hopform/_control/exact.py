@@ -11,7 +11,7 @@ from typing import Any, SupportsFloat
 
 import numpy as np
 
-from hopform._checks import finite, positive
+from hopform._checks import finite, nonnegative, positive
 from hopform._errors import HopformError
 from hopform._robots import Robot, checked_robot
 from hopform._solver.columns import MAX_PHASES
@@ -85,7 +85,4 @@ def checked_target(
         raise HopformError(
             f"h_des + datum must be >= 0 m, the apex must not lie below the ground, got {apex + level!r}"
         )
-    margin = finite("stop_margin", stop_margin, "m")
-    if margin < 0.0:
-        raise HopformError(f"stop_margin must be >= 0 m, got {margin!r}")
-    return apex, level, margin, positive("horizon", horizon, "s")
+    return apex, level, nonnegative("stop_margin", stop_margin, "m"), positive("horizon", horizon, "s")

@@ -11,7 +11,7 @@ from typing import SupportsFloat
 import numpy as np
 
 from hopform._batch import solve_stances
-from hopform._checks import finite, positive
+from hopform._checks import finite, flag, positive, shown
 from hopform._control.exact import checked_target
 from hopform._errors import HopformError
 from hopform._robots import Robot
@@ -67,10 +67,14 @@ def choose_current_as_printed(
     (2.57, 0.186)
     """
     start = start_of(robot, x1, v1, x2, v2)
+    halved, with_sign, with_spring = (
+        flag(name, value)
+        for name, value in (("half", half), ("signed", signed), ("spring_coordinate", spring_coordinate))
+    )
     wanted, level, _, longest = checked_target(robot, h_des, datum, 0.0, horizon)
     count = math.ceil(min(robot.u_max / positive("grid", grid, "A"), MOST + 1.0))
     if count > MOST:
-        raise HopformError(f"grid must be >= {robot.u_max / MOST!r} A, u_max/{MOST}, got {grid!r}")
+        raise HopformError(f"grid must be >= {robot.u_max / MOST!r} A, u_max/{MOST}, got {shown(grid)}")
     u = np.linspace(-robot.u_max, robot.u_max, 2 * count + 1)
     u = u[np.argsort(np.abs(u), kind="stable")]
     height = None if x2 is None else finite("x2", x2, "m")
@@ -80,11 +84,9 @@ def choose_current_as_printed(
     lifts = np.flatnonzero(batch.status == _TAKEOFF)
     if not lifts.size:
         return PrintedCommand(0.0, math.nan, math.nan, "no_takeoff")
-    rise = (-level if signed else abs(level)) * (0.5 if half else 1.0)
+    rise = (-level if with_sign else abs(level)) * (0.5 if halved else 1.0)
     x1_end = np.asarray(batch.end.x1)[lifts]
-    objective = formulas.objective(
-        robot.parameters, start, batch.aed[lifts], x1_end, wanted, rise, float(spring_coordinate)
-    )
+    objective = formulas.objective(robot.parameters, start, batch.aed[lifts], x1_end, wanted, rise, float(with_spring))
     best = int(np.argmin(objective))
     place = lifts[best]
     return PrintedCommand(float(u[place]), float(batch.apex[place]) - level, float(objective[best]), "found")

@@ -13,7 +13,7 @@ from typing import Any, SupportsFloat
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from hopform._batch import numbers
+from hopform._checks import MEMORY, function, numbers, whole
 from hopform._control.exact import checked_target, choose_current
 from hopform._errors import HopformError
 from hopform._robots import Robot
@@ -25,6 +25,8 @@ Array = NDArray[np.float64]
 Progress = Callable[[int, int], object]
 ROWS = 16
 """Heights that are solved between two calls of the progress callback."""
+MOST_CELLS = MEMORY // 256
+"""Heights x currents of a map at most: in arrays and as text a cell takes up to 256 B."""
 _CLOSED = 1e-9  # [m] a bracket that ends with a larger gap holds a jump and no fixed point
 
 
@@ -77,7 +79,7 @@ class Reachability:
 
     def gaps(self, row: int) -> tuple[tuple[float, float], ...]:
         """Ranges of currents of the map without take-off, between two that take off, at a height."""
-        lifts = np.flatnonzero(np.isfinite(self.apex[row]))
+        lifts = np.flatnonzero(np.isfinite(self.apex[whole("row", row, 0, self.heights.size - 1)]))
         jumps = np.flatnonzero(np.diff(lifts) > 1)
         return tuple((float(self.currents[lifts[n]]), float(self.currents[lifts[n + 1]])) for n in jumps)
 
@@ -98,7 +100,13 @@ def next_apex(
     >>> print(round(next_apex(load_robot("hopper_c"), 0.20, 1.25), 4))
     0.1162
     """
-    heights, currents = np.broadcast_arrays(numbers("height", height, "m"), numbers("u", u, "A"))
+    heights, currents = numbers("height", height, "m"), numbers("u", u, "A")
+    try:
+        size = math.prod(np.broadcast_shapes(heights.shape, currents.shape))
+    except ValueError:
+        raise HopformError(f"height and u must broadcast, got shapes {heights.shape} and {currents.shape}") from None
+    check_map(size, 1)
+    heights, currents = np.broadcast_arrays(heights, currents)
     longest = checked_target(robot, 0.0, 0.0, 0.0, horizon)[3]
     starts = _drops(robot, heights.reshape(-1))
     found = np.empty(heights.size)
@@ -131,6 +139,8 @@ def reachability(
     [0.252]
     """
     rows, columns = _increasing("heights", heights, "m"), _increasing("currents", currents, "A")
+    check_map(rows.size, columns.size)
+    function("progress", progress)
     margin, longest = checked_target(robot, 0.0, 0.0, stop_margin, horizon)[2:]
     back_end = robot.solver.back_end(backend)
     starts = _drops(robot, rows)
@@ -150,6 +160,12 @@ def reachability(
     return Reachability(
         robot, rows, columns, margin, apex, admissible, lowest, u_lowest, highest, u_highest, hold, points
     )
+
+
+def check_map(heights: int, currents: int) -> None:
+    """HopformError for a map of more cells than fit into memory."""
+    if heights * currents > MOST_CELLS:
+        raise HopformError(f"heights x currents must be at most {MOST_CELLS}, got {heights} x {currents}")
 
 
 def _limit(robot: Robot, margin: float) -> float:

@@ -5,19 +5,35 @@ Heights in a run count from level 0, that of the terrain's zero. Each stance and
 remains of the actuator's return in flight is carried into the next stance.
 """
 
+import io
 import math
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from inspect import getattr_static
 from pathlib import Path
 from typing import Any, SupportsFloat, cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from hopform._checks import drawing, finite, positive, shaped, shown, times_of, whole
+from hopform._checks import (
+    count,
+    finite,
+    function,
+    is_scalar,
+    items,
+    keep,
+    nonnegative,
+    positive,
+    seeded,
+    shaped,
+    shown,
+    times_of,
+)
 from hopform._control.reach import home_of
 from hopform._errors import HopformError
+from hopform._files import path_of, write
 from hopform._flight import Flight, solve_flight
 from hopform._robots import Robot, checked_robot
 from hopform._solver.package import Energy, Gains, formulas
@@ -28,6 +44,9 @@ from hopform.terrain import heights_of
 Array = NDArray[np.float64]
 Steps = tuple[tuple[float, float], ...]
 _DOUBLE = np.dtype(np.float64)
+EACH = 512  # [B] a time of a run
+MOST_TICKS = 1_000_000
+"""Ticks of a sampled law in the longest stance."""
 Progress = Callable[[int, int], object]
 
 COLUMNS: tuple[tuple[str, str, str], ...] = (
@@ -80,9 +99,8 @@ class Errors:
     def __post_init__(self) -> None:
         units = {"v1": "m/s", "v2": "m/s", "quantum": "s", "delay": "s"}
         for name in ("x1", "v1", "x2", "v2", "ground", "quantum", "delay"):
-            if (value := finite(name, getattr(self, name), units.get(name, "m"))) < 0.0:
-                raise HopformError(f"{name} must be >= 0 {units.get(name, 'm')}, got {value!r}")
-        positive("current_scale", self.current_scale, "of the current")
+            keep(self, **{name: nonnegative(name, getattr(self, name), units.get(name, "m"))})
+        keep(self, current_scale=positive("current_scale", self.current_scale, "of the current"))
         if self.model is not None and not isinstance(self.model, Robot):
             raise HopformError(f"model must be a Robot, got {shown(self.model)}")
 
@@ -190,8 +208,8 @@ class Run:
         >>> print(round(float(run.at(0.0).x2), 9), round(float(run.at(0.3).x1), 4))
         0.6 0.0161
         """
-        found = np.empty((4, np.size(t)))
-        for leg, inside, times in self._legs(t):
+        legs, found = self._legs(t), np.empty((4, np.size(t)))
+        for leg, inside, times in legs:
             state = leg.motion.at(times)
             found[:, inside] = state
             found[2, inside] += leg.ground
@@ -201,9 +219,9 @@ class Run:
         """Energies [J] of body and robot at times t [s], in t's shape, weight from level 0 on; in flight without a
         spring.
         """
-        found = np.empty((2, np.size(t)))
+        legs, found = self._legs(t), np.empty((2, np.size(t)))
         weight = self.robot.m_s * self.robot.g
-        for leg, inside, times in self._legs(t):
+        for leg, inside, times in legs:
             energy = leg.motion.energy(times)
             found[0, inside] = energy.body + weight * leg.ground
             found[1, inside] = energy.total + weight * leg.ground
@@ -213,8 +231,8 @@ class Run:
         """The body's energy predicted [J]: that of the start, plus the AED (24), the impacts and the spring's
         coordinate.
         """
-        found = np.empty(np.size(t))
-        for leg, inside, times in self._legs(t):
+        legs, found = self._legs(t), np.empty(np.size(t))
+        for leg, inside, times in legs:
             found[inside] = leg.level
             if isinstance(leg.motion, Stance):
                 found[inside] += aed_at(leg.motion, times)
@@ -222,22 +240,22 @@ class Run:
 
     def ground(self, t: ArrayLike) -> Real:
         """Height [m] of the ground at times t [s], in t's shape; in flight that of the ground ahead."""
-        found = np.empty(np.size(t))
-        for leg, inside, _ in self._legs(t):
+        legs, found = self._legs(t), np.empty(np.size(t))
+        for leg, inside, _ in legs:
             found[inside] = leg.ground
         return shaped(found, t)
 
     def foot(self, t: ArrayLike) -> Real:
         """Height [m] of the foot over level 0 at times t [s], in t's shape; on the ground in stance."""
-        found = np.empty(np.size(t))
-        for leg, inside, times in self._legs(t):
+        legs, found = self._legs(t), np.empty(np.size(t))
+        for leg, inside, times in legs:
             found[inside] = leg.ground + (leg.motion.foot(times) if isinstance(leg.motion, Flight) else 0.0)
         return shaped(found, t)
 
     def current(self, t: ArrayLike) -> Real:
         """Current [A] that is asked for at times t [s], in t's shape; in flight that of the return's law."""
-        found = np.empty(np.size(t))
-        for leg, inside, times in self._legs(t):
+        legs, found = self._legs(t), np.empty(np.size(t))
+        for leg, inside, times in legs:
             if isinstance(leg.motion, Flight):
                 found[inside] = leg.motion.current(times)
             else:
@@ -247,13 +265,17 @@ class Run:
 
     def to_csv(self, path: str | Path) -> None:
         """Write the table, a line per hop; every number reads back to the same bits."""
-        Path(path).write_text(csv_of(self.table), "utf-8")
+        write([(path_of("path", path), csv_of(self.table).encode())])
 
     def to_npz(self, path: str | Path, samples: int = 2000) -> None:
         """Write a NumPy archive: `arrays(samples)`."""
-        arrays = self.arrays(samples)
-        with Path(path).open("wb") as file:
-            np.savez_compressed(file, **arrays)
+        write([(path_of("path", path), self.archive(samples))])
+
+    def archive(self, samples: int = 2000) -> bytes:
+        """The bytes of that archive."""
+        buffer = io.BytesIO()
+        np.savez_compressed(buffer, **self.arrays(samples))
+        return buffer.getvalue()
 
     def arrays(self, samples: int = 2000) -> dict[str, Any]:
         """table, terrain, and, at `times(samples)`, t, x1, v1, x2, v2, ground, foot, u, E, H (`energy`), AED
@@ -270,7 +292,7 @@ class Run:
     def times(self, samples: int) -> Array:
         """Uniform times over the run, and those of touchdowns and take-offs."""
         corners = [time for hop in self.hops for time in (hop.touchdown_time, hop.takeoff_time)]
-        uniform = np.linspace(0.0, self.duration, whole("samples", samples))
+        uniform = np.linspace(0.0, self.duration, count("samples", samples, EACH))
         return np.union1d(uniform, np.minimum(corners, self.duration))
 
     def _legs(self, t: ArrayLike) -> "list[tuple[_Leg, NDArray[np.intp], Array]]":
@@ -370,7 +392,8 @@ def simulate(
     """
     if not checked_robot(robot).g > 0.0:
         raise HopformError(f"hopping needs g > 0 m/s^2, got {robot.g!r}")
-    draw = drawing(seed)
+    draw = seeded(seed)
+    function("progress", progress)
     if not isinstance(errors, Errors):
         raise HopformError(f"errors must be Errors, got {shown(errors)}")
     grounds = heights_of(terrain)
@@ -378,13 +401,13 @@ def simulate(
     plant = robot if errors.current_scale == 1.0 else replace(robot, gamma2=robot.gamma2 * errors.current_scale)
     model = robot if errors.model is None else errors.model
     first = _start(robot, height, start)
-    asked: Any = ConstantCurrent(finite("u", controller, "A")) if isinstance(controller, SupportsFloat) else controller
-    prepared: Any = asked.prepare(model, grounds) if isinstance(asked, Preparing) else asked
+    asked: Any = ConstantCurrent(finite("u", controller, "A")) if is_scalar(controller) else controller
+    prepared: Any = asked.prepare(model, grounds) if getattr_static(asked, "prepare", None) else asked
     if not callable(prepared):
         raise HopformError(f"controller must be a current in A or a callable, got {shown(controller)}")
     task = _Task(
-        plant, model, grounds, cast(Controller, prepared), gains, errors, draw, longest, max_phases, backend,
-        progress,
+        plant, model, grounds, cast(Controller, prepared), gains, errors, draw, longest,
+        max_phases, backend, progress,
     )  # fmt: skip
     return _run(task, first)
 
@@ -414,11 +437,11 @@ def _start(robot: Robot, height: SupportsFloat | None, start: State | None) -> S
         )
     if start is None:
         return State(home_of(robot), 0.0, finite("height", height, "m") + (robot.L0 + robot.c), 0.0)
-    if len(start) != 4:
+    entries = items("start", start, "a State of x1, v1, x2, v2", 4)
+    if len(entries) != 4:
         raise HopformError(f"start must be a State of x1, v1, x2, v2, got {shown(start)}")
-    units = ("m", "m/s", "m", "m/s")
-    values = (finite(f"start.{name}", each, unit) for name, each, unit in zip(State._fields, start, units, strict=True))
-    return State(*values)
+    names = (f"start.{name}" for name in State._fields)
+    return State(*map(finite, names, entries, ("m", "m/s", "m", "m/s")))
 
 
 def _run(task: _Task, start: State) -> Run:
@@ -529,7 +552,9 @@ def _sampled(task: _Task, answer: Sampled, ground: float, wait: float, state: St
     """The steps of the current that a law makes, each from the state that the steps before lead to."""
     at: Any = state
     steps = [(0.0, 0.0)] if wait else list[tuple[float, float]]()
-    period, t, begin = float(answer.period), 0.0, True
+    period, t, begin = answer.period, 0.0, True
+    if task.horizon / period > MOST_TICKS:
+        raise HopformError(f"period must be >= {task.horizon / MOST_TICKS!r} s, horizon/{MOST_TICKS}, got {period!r}")
     while t < task.horizon:
         if t >= wait:
             u = finite("u", answer.law(t - wait, _measured(task, at, ground)), "A")

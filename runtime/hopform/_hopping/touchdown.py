@@ -16,12 +16,16 @@ from typing import SupportsFloat
 import numpy as np
 from numpy.typing import NDArray
 
-from hopform._checks import drawing, finite, positive, shown, whole
+from hopform._checks import MEMORY, count, finite, items, keep, nonnegative, positive, seeded
 from hopform._errors import HopformError
 from hopform._robots import Robot
 from hopform._solver.package import touchdown as solver
 from hopform._stance import Event, solve_stance
 
+_NUMBERS = "numbers in units of the signal"
+_EACH = 64  # [B] a sample
+MOST_DRAWN = 10**9
+"""Samples that a simulation draws at most, on average."""
 _KINDS = {solver.TOUCHDOWN: "touchdown", solver.TAKEOFF: "takeoff"}
 
 
@@ -48,18 +52,16 @@ class TouchdownDetector:
         low, high = (finite(name, getattr(self, name), "units of the signal") for name in ("low", "high"))
         if low > high:
             raise HopformError(f"low must be <= high = {high!r}, got {low!r}")
-        whole("count", self.count)
-        positive("dt", self.dt, "s")
+        keep(self, high=high, low=low, count=count("count", self.count, _EACH), dt=positive("dt", self.dt, "s"))
 
     def detect(self, samples: Iterable[SupportsFloat]) -> tuple[Event, ...]:
         """Touchdowns and take-offs in a signal that begins in flight, each at the time of the sample that confirms it
         [s].
         """
-        if isinstance(samples, str) or not isinstance(samples, Iterable):
-            raise HopformError(f"samples must be a sequence of numbers in units of the signal, got {shown(samples)}")
+        signal = items("samples", samples, f"a sequence of {_NUMBERS}", MEMORY // _EACH)
         settings, contact = solver.Detector(self.high, self.low, self.count), solver.Contact()
         found: list[Event] = []
-        for n, sample in enumerate(samples):
+        for n, sample in enumerate(signal):
             contact, event = solver.touchdown(settings, contact, finite(f"samples[{n}]", sample, "units of the signal"))
             if event:
                 found.append(Event(n * self.dt, _KINDS[event]))
@@ -93,12 +95,13 @@ class TouchdownDetector:
         samples.
         """
         deviation = positive("noise", noise, "units of the signal")
-        if isinstance(signal, str) or not isinstance(signal, (Sequence, np.ndarray)):
-            raise HopformError(f"signal must be a sequence of numbers in units of the signal, got {shown(signal)}")
+        means = items("signal", signal, f"a sequence of {_NUMBERS}", MEMORY // _EACH)
+        if len(means) * self.count > MOST_DRAWN:
+            raise HopformError(f"samples x count must be at most {MOST_DRAWN}, got {len(means)} x {self.count}")
         state = np.zeros(self.count)  # chance of so many samples in a row so far
         state[0] = 1.0
-        detected = np.empty(len(signal))
-        for n, value in enumerate(signal):
+        detected = np.empty(len(means))
+        for n, value in enumerate(means):
             mean = finite(f"signal[{n}]", value, "units of the signal")
             advance = np.full(self.count, _above(self.low, mean, deviation))
             advance[0] = _above(self.high, mean, deviation)
@@ -117,11 +120,16 @@ class TouchdownDetector:
             positive("noise", noise, "units of the signal"),
             finite("level", level, "units of the signal"),
         )
-        whole("trials", trials)
-        draw = drawing(seed)
-        delays, run = draw.uniform(0.0, self.dt, trials), np.zeros(trials, dtype=np.int64)
-        waiting = np.arange(trials)
-        limit = 1000 + 100 * math.ceil(min(self._samples(deviation, height), 1e6))
+        number, draw = count("trials", trials, _EACH), seeded(seed)
+        mean = self._samples(deviation, height)
+        if mean < math.inf and number * mean > MOST_DRAWN:
+            raise HopformError(
+                f"trials must be at most {int(MOST_DRAWN / mean)} where a detection takes {mean:.3g} samples on "
+                f"average, got {number}"
+            )
+        delays, run = draw.uniform(0.0, self.dt, number), np.zeros(number, dtype=np.int64)
+        waiting = np.arange(number)
+        limit = 1000 + 100 * math.ceil(mean) if mean < math.inf else 0
         for _ in range(limit):
             sample = height + deviation * draw.standard_normal(waiting.size)
             above = sample >= np.where(run > 0, self.low, self.high)
@@ -141,7 +149,10 @@ class TouchdownDetector:
         if not (reaches > 0.0 and whole > 0.0):
             return math.inf
         falls = _above(-self.low, -level, noise)
-        row = -math.expm1((self.count - 1) * math.log1p(-falls)) / falls if falls > 0.0 else self.count - 1.0
+        if 0.0 < falls < 1.0:
+            row = -math.expm1((self.count - 1) * math.log1p(-falls)) / falls
+        else:
+            row = 1.0 if falls else self.count - 1.0
         return (1.0 / reaches + row) / whole
 
 
@@ -165,9 +176,7 @@ def delayed_apex(
     >>> round(apex, 4), round(error, 4)
     (0.2044, -0.0188)
     """
-    late, now, early = finite("delay", delay, "s"), finite("u", u, "A"), finite("before", before, "A")
-    if late < 0.0:
-        raise HopformError(f"delay must be >= 0 s, got {late!r}")
+    late, now, early = nonnegative("delay", delay, "s"), finite("u", u, "A"), finite("before", before, "A")
     prompt = solve_stance(robot, v2=v2, x1=x1, v1=v1, u=now).apex
     steps = [(0.0, early), (late, now)] if late > 0.0 else now
     apex = solve_stance(robot, v2=v2, x1=x1, v1=v1, u=steps).apex

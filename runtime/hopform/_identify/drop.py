@@ -14,6 +14,7 @@ from typing import Literal, NamedTuple, Unpack
 
 import numpy as np
 
+from hopform._checks import flag
 from hopform._errors import HopformError
 from hopform._identify import recordings as of_recordings
 from hopform._identify import segments
@@ -145,7 +146,7 @@ def fit_drop_test(
     friction is fitted per recording (b2@0, f2@0, ...). options: `Options`. Raises HopformError for data that cannot be
     a drop test, MissingExtra without scipy.
     """
-    if attached and free:
+    if all([flag("attached", attached), flag("free", free)]):
         raise HopformError("attached and free exclude each other: a free actuator is one of a leg that drops")
     rig: Rig = "attached" if attached else "free" if free else "ground"
     problem = drop_problem(as_several(recordings), rig, known, options.get("backend"))

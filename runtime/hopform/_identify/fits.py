@@ -12,7 +12,7 @@ from typing import TypedDict, Unpack
 import numpy as np
 from numpy.typing import NDArray
 
-from hopform._checks import real
+from hopform._checks import flag, function, items, mapping, real, shown, word
 from hopform._errors import HopformError
 from hopform._identify import estimation
 from hopform._identify.estimation import Estimate, Progress, Solution, Tests
@@ -23,6 +23,8 @@ from hopform._identify.search import Problem, bulk, least_squares, minimise, par
 from hopform._robots import Robot
 
 Model = str
+MOST_RECORDINGS = 10_000
+"""Recordings of a fit at most."""
 OLD, NEW = "(1), (2): viscous friction alone", "(3), (4): with Coulomb friction"
 
 
@@ -133,10 +135,21 @@ def _together(each: Sequence[float], traces: Sequence[Trace]) -> float:
 
 def as_several(recordings: Sequence[Recording] | Recording) -> tuple[Recording, ...]:
     """One recording or several, as several; HopformError for none."""
-    several = (recordings,) if isinstance(recordings, Recording) else tuple(recordings)
+    several = as_many(recordings, "recordings")
     if not several:
         raise HopformError("a fit needs at least one recording, got none")
     return several
+
+
+def as_many(recordings: Sequence[Recording] | Recording, name: str) -> tuple[Recording, ...]:
+    """One recording, several or none, as several; HopformError for what is no recording."""
+    several = (
+        [recordings] if isinstance(recordings, Recording) else items(name, recordings, "recordings", MOST_RECORDINGS)
+    )
+    for n, each in enumerate(several):
+        if not isinstance(each, Recording):
+            raise HopformError(f"{name}[{n}] must be a Recording, as read_recording gives it, got {shown(each)}")
+    return tuple(several)
 
 
 def finish(problem: Problem, **options: Unpack[Options]) -> Fit:
@@ -218,11 +231,13 @@ _QUANTITY = {"attached": "x2", "ground": "x2", "free": "x2", "held": "x1", "air"
 
 
 def checked_loss(options: Options) -> str:
-    """The loss of the options; HopformError for one that is none."""
-    loss = options.get("loss", "linear")
-    if loss not in ("linear", "soft_l1", "huber", "cauchy"):
-        raise HopformError(f"loss must be linear, soft_l1, huber or cauchy, got {loss!r}")
-    return loss
+    """The loss of the options; HopformError for an option that is none, or for a value that it cannot have."""
+    for name in options:
+        word("an option of a fit", name, tuple(Options.__annotations__))
+    for name in ("compare", "holdout"):
+        flag(name, options.get(name, True))
+    function("progress", options.get("progress"))
+    return word("loss", options.get("loss", "linear"), ("linear", "soft_l1", "huber", "cauchy"))
 
 
 def _holdout(problem: Problem, solution: Solution, inliers: Sequence[NDArray[np.bool_]], loss: str) -> list[float]:
@@ -321,9 +336,11 @@ def _correlations(estimates: Sequence[Estimate], spread: estimation.Spread) -> d
 def checked_known(known: Mapping[str, float] | None, allowed: Sequence[str]) -> dict[str, float]:
     """The known values; HopformError for a name that is no parameter here or a value that is out of its domain."""
     values = dict[str, float]()
-    for name, value in (known or {}).items():
-        if name not in allowed:
-            raise HopformError(f"known: there is no parameter {name!r} in this fit; there are {', '.join(allowed)}")
+    for name, value in mapping("known", known).items():
+        if not isinstance(name, str) or name not in allowed:
+            raise HopformError(
+                f"known: there is no parameter {shown(name)} in this fit; there are {', '.join(allowed)}"
+            )
         number = real(f"known: {name}", value, UNITS[name] or "1")
         if not (math.isfinite(number) or name in ("x1_min", "x1_max")):
             raise HopformError(f"known: {name} must be a finite number in {UNITS[name] or '1'}, got {number!r}")

@@ -13,7 +13,7 @@ import numpy as np
 from hopform._errors import HopformError
 from hopform._identify.drop import Rig, drop_problem
 from hopform._identify.estimation import Parameter
-from hopform._identify.fits import Fit, Options, checked_known, finish
+from hopform._identify.fits import Fit, Options, as_many, checked_known, finish
 from hopform._identify.ramp import Threshold, friction_threshold
 from hopform._identify.recordings import Recording
 from hopform._identify.rigs import Experiment
@@ -44,9 +44,8 @@ def fit_robot(
     Raises HopformError where a recording cannot be what it is given as, or none is given.
     """
     values = checked_known(known, LETTERS)
-    given: dict[str, Sequence[Recording]] = {
-        "drops": drops, "free_drops": free_drops, "decays": decays, "steps": steps, "air": air,
-    }  # fmt: skip
+    handed = {"drops": drops, "free_drops": free_drops, "decays": decays, "steps": steps, "air": air, "ramps": ramps}
+    given = {name: as_many(recordings, name) for name, recordings in handed.items()}
     problems = _problems(given, values, options.get("backend"))
     if not problems:
         raise HopformError(
@@ -55,8 +54,8 @@ def fit_robot(
     together = merged(problems)
     names = {p.name for p in together.parameters}
     extra = list[str]()
-    if ramps:
-        threshold = friction_threshold(ramps, loss=options.get("loss", "linear"))
+    if given["ramps"]:
+        threshold = friction_threshold(given["ramps"], loss=options.get("loss", "linear"))
         if {"f1"} <= names:
             together = replace(together, experiments=(*together.experiments, _threshold_of(threshold, together)))
         extra += [each for each in threshold.statements if each.startswith("one direction")]

@@ -21,7 +21,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hopform._checks import finite
+from hopform._checks import finite, flag
 from hopform._errors import HopformError
 from hopform._identify import recordings as of_recordings
 from hopform._identify.estimation import LEVEL, scipy_optimize, student
@@ -104,7 +104,7 @@ def friction_threshold(
                 f"{name} must be {'a number but 0 in N/A' if name == 'gamma2' else f'> 0 {UNITS[name]}'}, got "
                 f"{number!r}"
             )
-    attached = spring or k is not None
+    attached = flag("spring", spring) or k is not None
     robust = checked_loss({"loss": loss}) != "linear"
     rises = tuple(rise for each in several for rise in _onsets(each, attached, robust))
     onsets = tuple(rise.onset for rise in rises)

@@ -4,7 +4,6 @@ The first line names the columns, each with its unit: `time_s,x_mm,current_A`. E
 column.
 """
 
-import csv
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -14,9 +13,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hopform._checks import finite, is_number
+from hopform._checks import nonnegative, number_of, shown
 from hopform._errors import HopformError
+from hopform._files import name_of, path_of, read_text, rows_of
 from hopform._identify.motion import Array
+from hopform._solver.package import MOST_STEPS
 
 UNITS: dict[str, tuple[str, float]] = {
     "s": ("time", 1.0), "ms": ("time", 1e-3), "us": ("time", 1e-6),
@@ -173,29 +174,14 @@ def read_recording(path: str | Path, *, added_mass: float = 0.0) -> Recording:
     >>> round(float(recording.time[-1]), 3), round(float(recording.position("x2")[2]), 4)
     (0.145, 0.399)
     """
-    file = Path(path)
-    try:
-        raw = file.read_bytes()
-    except OSError as error:
-        raise HopformError(f"{file}: cannot be read: {error.strerror or error}") from None
-    try:
-        text = raw.decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        line = raw.count(b"\n", 0, error.start) + 1
-        raise HopformError(
-            f"{file}, line {line}: is no text in UTF-8, got a byte {raw[error.start]:#04x}: save it as CSV in UTF-8"
-        ) from None
-    return parse_recording(text, str(path), added_mass)
+    file = path_of("path", path)
+    return parse_recording(read_text(file), name_of(file), added_mass)
 
 
 def parse_recording(text: str, source: str, added_mass: float = 0.0) -> Recording:
     """The recording in a CSV text; source is what errors call it."""
-    finite("added_mass", added_mass, "kg")
-    rows = [
-        (number, row)
-        for number, row in enumerate(csv.reader(text.splitlines()), 1)
-        if row and any(c.strip() for c in row)
-    ]
+    mass = nonnegative("added_mass", added_mass, "kg")
+    rows = rows_of(text, source)
     if not rows:
         raise HopformError(f"{source}: is empty")
     head_line, head = rows[0]
@@ -219,22 +205,24 @@ def parse_recording(text: str, source: str, added_mass: float = 0.0) -> Recordin
     }
     time = _time(columns, source, first)
     rest = {name: column for name, column in columns.items() if name not in TIMES}
-    return Recording(source, time - time[0], rest, first, added_mass, _notes(time, rest))
+    return Recording(source, time - time[0], rest, first, mass, _notes(time, rest))
 
 
 def _title(title: str, source: str, line: int, place: int) -> tuple[str, str, float]:
     name, _, unit = title.rpartition("_")
     apart = next((mark for mark in ";\t|" if mark in title), None)
     if apart is not None:
-        raise HopformError(f"{source}, line {line}: columns must be separated by commas, got {apart!r} in {title!r}")
+        raise HopformError(
+            f"{source}, line {line}: columns must be separated by commas, got {apart!r} in {shown(title)}"
+        )
     if not name or unit not in UNITS:
-        if not name and is_number(title):
+        if not name and number_of(title) is not None:
             raise HopformError(
-                f"{source}, line {line}: the first line must name the columns, as in time_s,x2_mm, got {title!r}"
+                f"{source}, line {line}: the first line must name the columns, as in time_s,x2_mm, got {shown(title)}"
             )
         raise HopformError(
-            f"{source}, line {line}, column {place + 1}: {title!r} has no unit that is known: a name ends in one of "
-            f"{', '.join('_' + known for known in UNITS)}"
+            f"{source}, line {line}, column {place + 1}: {shown(title)} has no unit that is known: a name ends in one "
+            f"of {', '.join('_' + known for known in UNITS)}"
         )
     quantity, factor = UNITS[unit]
     return name.lower(), quantity, factor
@@ -245,14 +233,10 @@ def _numbers(row: list[str], titles: list[str], source: str, line: int) -> list[
         raise HopformError(f"{source}, line {line}: has {len(row)} columns, the first line names {len(titles)}")
     numbers = list[float]()
     for title, cell in zip(titles, row, strict=True):
-        try:
-            number = float(cell)
-        except ValueError:
-            raise HopformError(
-                f"{source}, line {line}, column {title!r}: must be a number, got {cell.strip()!r}"
-            ) from None
-        if not math.isfinite(number):
-            raise HopformError(f"{source}, line {line}, column {title!r}: must be finite, got {cell.strip()!r}")
+        number = number_of(cell)
+        if number is None or not math.isfinite(number):
+            wanted = "a number" if number is None else "finite"
+            raise HopformError(f"{source}, line {line}, column {title!r}: must be {wanted}, got {shown(cell.strip())}")
         numbers.append(number)
     return numbers
 
@@ -380,9 +364,6 @@ def _notes(time: Array, columns: Mapping[str, Column]) -> tuple[str, ...]:
         if column.quantity in ("current", "voltage") and (stay := saturated(column.values)) is not None:
             notes.append(f"{column.title} stays at its limit from sample {stay[0] + 1} to {stay[1] + 1}")
     return tuple(notes)
-
-
-MOST_STEPS = 2**16 - 1
 
 
 def steps_of(recording: Recording, start: int = 0, end: int | None = None) -> tuple[tuple[float, float], ...]:

@@ -16,6 +16,7 @@ from typing import Unpack
 
 import numpy as np
 
+from hopform._checks import flag, positive
 from hopform._errors import HopformError
 from hopform._identify import estimation
 from hopform._identify import recordings as of_recordings
@@ -46,7 +47,8 @@ def fit_step_response(
     k, gamma2 at least, else m_eff is taken as 1 kg and k, b1, gamma2 are per kg of it. options: `Options`. Raises
     HopformError for data that cannot be a step response, MissingExtra without scipy.
     """
-    return finish(step_problem(as_several(recordings), spring, known, options.get("backend")), **options)
+    several, against = as_several(recordings), flag("spring", spring)
+    return finish(step_problem(several, against, known, options.get("backend")), **options)
 
 
 def step_problem(
@@ -193,6 +195,9 @@ def fit_force(
     began = clock.perf_counter()
     several = as_several(recordings)
     values = checked_known(known, ("gamma2", "m_eff"))
+    flag("position", position)
+    if cutoff is not None:
+        positive("cutoff", cutoff, "Hz")
     loss, progress = checked_loss(options), options.get("progress")
     if len(values) != 1:
         raise HopformError("known: a fit in force needs gamma2 or m_eff, one of them: it is the scale of all forces")

@@ -7,16 +7,19 @@ from typing import Literal, NamedTuple, SupportsFloat
 
 import numpy as np
 
-from hopform._checks import drawing, finite, positive, whole
+from hopform._checks import MEMORY, flag, nonnegative, positive, seeded, whole, word
 from hopform._errors import HopformError
 from hopform._identify import rigs
 from hopform._identify.motion import Array
 from hopform._identify.recordings import Column, Recording
-from hopform._robots import Robot
+from hopform._robots import Robot, checked_robot
+from hopform._solver.package import MOST_STEPS
 
 Test = Literal["drop", "free", "decay", "step", "air", "ramp"]
 TESTS: tuple[Test, ...] = ("drop", "free", "decay", "step", "air", "ramp")
 
+MOST_SAMPLES = MEMORY // 1024
+"""Samples of a recording at most: in arrays and as text each takes up to 1 kB."""
 NOISE = 2e-4
 QUANTUM = 1.0 / 56000.0
 
@@ -53,20 +56,24 @@ def record(
     >>> recording.time.size, sorted(recording.columns)
     (1001, ['current', 'x1'])
     """
-    if test not in TESTS:
-        raise HopformError(f"test must be one of {', '.join(TESTS)}, got {test!r}")
+    checked_robot(robot)
+    word("test", test, TESTS)
     whole("repeats", repeats, most=1000)
     if repeats > 1 and test not in ("drop", "decay"):
         raise HopformError(f"repeats are for a drop or a decay, got {test!r}")
-    draw = np.random.default_rng() if seed is None else drawing(seed)
-    encoder = _Encoder(finite("noise", noise, "m"), finite("quantum", quantum, "m"), draw)
-    if encoder.noise < 0.0 or encoder.quantum < 0.0:
-        raise HopformError(f"noise and quantum must be >= 0 m, got {encoder.noise!r} and {encoder.quantum!r}")
+    draw = np.random.default_rng() if seed is None else seeded(seed)
+    encoder = _Encoder(nonnegative("noise", noise, "m"), nonnegative("quantum", quantum, "m"), draw)
     time, hertz = _times(duration, rate)
-    still, mass = finite("hold", hold, "s"), finite("added_mass", added_mass, "kg")
+    if repeats * (time.size + hertz) > MOST_SAMPLES:
+        raise HopformError(
+            f"repeats must be at most {int(MOST_SAMPLES / (time.size + hertz))} for so many samples each, got {repeats}"
+        )
+    against = flag("spring", spring)
+    still, mass = nonnegative("hold", hold, "s"), nonnegative("added_mass", added_mass, "kg")
     if not still <= time[-1]:
         raise HopformError(f"hold must be <= {float(time[-1])!r} s, the duration, got {still!r}")
-    most = positive("current", robot.u_max if current is None and math.isfinite(robot.u_max) else current or 1.0, "A")
+    largest = robot.u_max if math.isfinite(robot.u_max) else 1.0
+    most = largest if current is None else positive("current", current, "A")
     u = _current(test, time, still, most)
     if test in ("drop", "free", "decay"):
         x, x1 = _body(robot, test, time, positive("height", height, "m"), still, mass, u)
@@ -74,7 +81,7 @@ def record(
             x, time = _again(x, repeats, hertz)
         columns = {"x2": encoder.column("x2_m", 2, x)}
     else:
-        x1 = _actuator(robot, "held" if test == "step" or spring else "air", time, u)
+        x1 = _actuator(robot, "held" if test == "step" or against else "air", time, u)
         columns = {"x1": encoder.column("x1_m", 2, x1)}
     if test not in ("drop", "decay"):
         columns["current"] = Column("current_A", "current", 3, u)
@@ -100,16 +107,19 @@ class _Encoder(NamedTuple):
 
     def column(self, title: str, place: int, x: Array) -> Column:
         """A position as a column."""
-        values = x + self.noise * self.rng.standard_normal(x.size)
-        return Column(
-            title, "length", place, self.quantum * np.round(values / self.quantum) if self.quantum > 0.0 else values
-        )
+        with np.errstate(over="ignore"):
+            values = x + self.noise * self.rng.standard_normal(x.size)
+        if not bool(np.isfinite(values).all()):
+            raise HopformError(f"{title} must stay within all numbers: a smaller height, current or noise is needed")
+        if self.quantum > np.spacing(np.abs(values)).max():  # a step that is finer than the last digit rounds nothing
+            values = self.quantum * np.round(values / self.quantum)
+        return Column(title, "length", place, values)
 
 
 def _times(duration: SupportsFloat, rate: SupportsFloat) -> tuple[Array, float]:
     span, hertz = positive("duration", duration, "s"), positive("rate", rate, "Hz")
-    if not 18.5 < span * hertz < 2**16 - 1.5:
-        raise HopformError(f"duration times rate must give 20 to {2**16 - 1} samples, got {span * hertz + 1.0:.6g}")
+    if not 18.5 < span * hertz < MOST_STEPS - 0.5:
+        raise HopformError(f"duration times rate must give 20 to {MOST_STEPS} samples, got {span * hertz + 1.0:.6g}")
     return np.arange(round(span * hertz) + 1) / hertz, hertz
 
 

@@ -2,6 +2,7 @@
 
 import difflib
 import json
+import os
 import re
 import tomllib
 from dataclasses import dataclass, fields
@@ -9,11 +10,14 @@ from importlib import resources
 from pathlib import Path
 from typing import Any, ClassVar, NoReturn
 
-from hopform._checks import shown
+from hopform._checks import MOST_DIGITS, real, shown
 from hopform._errors import HopformError
+from hopform._files import name_of, path_of, read_text
 from hopform._solver.choice import DEFAULT, Solver
 from hopform._solver.package import ROBOT_FIELDS, CheckedRobot, Field, checked
 
+LARGEST_TOML = 2**20
+"""[B] the largest file of a robot."""
 ROBOTS = ("hopper_c", "hopper_b", "ideal")
 """Names of the shipped robots. They are this project's own, not the paper's, which gives no values."""
 
@@ -35,10 +39,10 @@ class Robot(CheckedRobot):
     solver: ClassVar[Solver] = DEFAULT
 
     def __post_init__(self) -> None:
+        for field in ROBOT_FIELDS:
+            object.__setattr__(self, field.name, _checked(field, getattr(self, field.name)))
         try:
             super().__post_init__()
-        except HopformError:
-            raise
         except ValueError as error:
             raise HopformError(str(error)) from None
         for key in ("name", "description"):
@@ -62,6 +66,14 @@ class Robot(CheckedRobot):
             value = f"{field.name} = {getattr(self, field.name)!r}"
             lines.append(f"{value:<24} # [{field.unit}] {field.meaning}")
         return "\n".join(lines) + "\n"
+
+
+def _checked(field: Field, value: object) -> float:
+    """The value of a parameter; HopformError for what is no number, or is out of its domain."""
+    number = real(field.name, value, field.unit)
+    if (reason := checked.refusal(field, number)) is not None:
+        raise HopformError(reason)
+    return number
 
 
 def toml_string(text: str) -> str:
@@ -89,17 +101,14 @@ def load_robot(name_or_path: str | Path) -> Robot:
     if path is None:
         text = resources.files("hopform._robots").joinpath(f"{name_or_path}.toml").read_text("utf-8")
         return robot_from_toml(text, f"{name_or_path}.toml")
-    if not path.is_file():
+    if not os.path.exists(path):
         _no_such_robot(str(name_or_path))
-    try:
-        return robot_from_toml(path.read_text("utf-8"), str(path))
-    except (OSError, UnicodeDecodeError) as error:
-        raise HopformError(f"{path}: cannot be read: {error}") from None
+    return robot_from_toml(read_text(path, LARGEST_TOML), name_of(path))
 
 
 def file_of(name_or_path: str | Path) -> Path | None:
     """The file that `load_robot` reads; None for a shipped robot."""
-    return None if str(name_or_path) in ROBOTS else Path(name_or_path)
+    return None if isinstance(name_or_path, str) and name_or_path in ROBOTS else path_of("robot", name_or_path)
 
 
 def robot_from_toml(text: str, source: str = "TOML") -> Robot:
@@ -108,8 +117,10 @@ def robot_from_toml(text: str, source: str = "TOML") -> Robot:
         table: dict[str, Any] = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
         raise HopformError(f"{source} is not valid TOML: {error}") from None
+    except RecursionError:
+        raise HopformError(f"{source} is not valid TOML for a robot: it is nested too deep") from None
     except ValueError:
-        raise HopformError(f"{source} holds a whole number of more digits than Python reads") from None
+        raise HopformError(f"{source} holds a whole number of more than {MOST_DIGITS} digits") from None
     known = {field.name: field for field in ROBOT_FIELDS}
     for key, value in table.items():
         where = f"({source}, line {_line_of(key, text)})"
@@ -117,9 +128,12 @@ def robot_from_toml(text: str, source: str = "TOML") -> Robot:
             if not isinstance(value, str):
                 raise HopformError(f"{key} must be a text, got {shown(value)} {where}")
         elif key not in known:
-            raise HopformError(f"unknown parameter {key!r}{_nearest(key, [*known, 'name'])} {where}")
-        elif (reason := checked.refusal(known[key], value)) is not None:
-            raise HopformError(f"{reason} {where}")
+            raise HopformError(f"unknown parameter {shown(key)}{_nearest(key, [*known, 'name'])} {where}")
+        else:
+            try:
+                _checked(known[key], value)
+            except HopformError as error:
+                raise HopformError(f"{error} {where}") from None
     missing = [field.name for field in ROBOT_FIELDS if field.default is None and field.name not in table]
     if missing:
         raise HopformError(f"{source} lacks {', '.join(missing)}")
@@ -142,11 +156,9 @@ def _nearest(word: str, known: list[str]) -> str:
 def _no_such_robot(name: str) -> NoReturn:
     looks_like_a_file = "/" in name or "\\" in name or name.endswith(".toml")
     if looks_like_a_file:
-        raise HopformError(f"there is no file {name!r}")
-    nearest = _nearest(name, list(ROBOTS))
-    raise HopformError(
-        f"there is no robot {name!r}{f'{nearest} Known' if nearest else '; known'}: {', '.join(ROBOTS)}, or a TOML file"
-    )
+        raise HopformError(f"there is no file {shown(name)}")
+    nearest, known = _nearest(name, list(ROBOTS)), f"{', '.join(ROBOTS)}, or a TOML file"
+    raise HopformError(f"there is no robot {shown(name)}{f'{nearest} Known' if nearest else '; known'}: {known}")
 
 
 assert {field.name for field in fields(Robot)} == {field.name for field in ROBOT_FIELDS} | {"name", "description"}

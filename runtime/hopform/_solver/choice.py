@@ -38,9 +38,9 @@ class Solver:
         """
         if name is None:
             return self._best or self._found()
-        if name == "c":
+        if isinstance(name, str) and name == "c":
             return self.compiled()
-        if name == "numpy":
+        if isinstance(name, str) and name == "numpy":
             return self.arrays
         raise HopformError(f"backend must be 'c' or 'numpy', got {shown(name)}")
 

@@ -13,6 +13,8 @@ from hopform_solver.records import (
     FLIGHT_EVENTS,
     LEDGER_OF_BODY,
     LEDGER_OF_ROBOT,
+    LONGEST_PREFIX,
+    MOST_STEPS,
     REFUSALS,
     ROBOT_FIELDS,
     Energy,
@@ -26,8 +28,9 @@ from hopform_solver.sensitivity import COLUMNS, ROWS
 
 __all__ = [
     "COLUMNS", "COMMANDS", "ENDINGS", "EQUATIONS", "EVENTS", "FLIGHT_ENDINGS", "FLIGHT_EVENTS", "LEDGER_OF_BODY",
-    "LEDGER_OF_ROBOT", "OURS", "REFUSALS", "ROBOT_FIELDS", "ROWS", "SOURCE", "CheckedRobot", "Energy", "Equation",
-    "Field", "FlightLedger", "Gains", "Ledger", "Package", "checked", "formulas", "records", "touchdown",
+    "LEDGER_OF_ROBOT", "LONGEST_PREFIX", "MOST_STEPS", "OURS", "REFUSALS", "ROBOT_FIELDS", "ROWS", "SOURCE",
+    "CheckedRobot", "Energy", "Equation", "Field", "FlightLedger", "Gains", "Ledger", "Package", "checked",
+    "formulas", "records", "touchdown",
 ]  # fmt: skip
 
 

@@ -1,0 +1,197 @@
+"""Files that hopform reads and writes, by one rule each way.
+
+What is read is a regular file of a limited size, or a link to one, in UTF-8, with or without a byte order mark. What is
+written is checked before the work, against all that the command reads and writes; it is written aside and renamed, so
+that a file is there in whole or not at all, and a file that is replaced keeps its mode. Names and texts from outside
+reach a terminal or a message only as printable characters.
+"""
+
+import csv
+import io
+import os
+import secrets
+import stat
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+
+from hopform._checks import shown
+from hopform._errors import HopformError, printable
+
+LARGEST = 2**26
+"""[B] the largest file that is read: a recording of a million samples."""
+
+Named = tuple[str, str | Path | None]
+"""What a file is to the command, an option mostly, and its path; None where it is not asked for."""
+
+
+def path_of(name: str, value: object) -> Path:
+    """The value as a path; HopformError for what is none."""
+    try:
+        path = Path(value)  # type: ignore[arg-type]
+        if b"\0" not in os.fsencode(path):
+            return path
+    except Exception:
+        pass
+    raise HopformError(f"{name} must be a path, got {shown(value)}")
+
+
+def _at_once(name: str, flags: int) -> int:
+    """Open a file without waiting for the other end of a pipe."""
+    return os.open(name, flags | getattr(os, "O_NONBLOCK", 0))
+
+
+# ---- in ----
+
+
+def read_text(path: Path, most: int = LARGEST) -> str:
+    """The text of a file of at most `most` bytes; HopformError says why it cannot be read."""
+    try:
+        with open(path, "rb", opener=_at_once) as file:
+            if not stat.S_ISREG(os.fstat(file.fileno()).st_mode):
+                raise HopformError(f"{name_of(path)} cannot be read: it is no regular file")
+            raw = file.read(most + 1)
+    except OSError as error:
+        raise HopformError(f"{name_of(path)} cannot be read: {error.strerror}") from None
+    if len(raw) > most:
+        raise HopformError(f"{name_of(path)} cannot be read: it has more than {most} bytes")
+    try:
+        return raw.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        line, byte = raw.count(b"\n", 0, error.start) + 1, raw[error.start]
+        raise HopformError(
+            f"{name_of(path)}, line {line}: is no text in UTF-8, got a byte {byte:#04x}: save it in UTF-8"
+        ) from None
+
+
+def rows_of(text: str, source: str) -> list[tuple[int, list[str]]]:
+    """The rows of a CSV text that are not blank, each with its line; HopformError for what is no CSV."""
+    reader = csv.reader(io.StringIO(text, newline=None))
+    try:
+        return [(reader.line_num, row) for row in reader if any(map(str.strip, row))]
+    except csv.Error as error:
+        raise HopformError(f"{source}, line {reader.line_num}: is no CSV: {error}") from None
+
+
+# ---- out ----
+
+
+def check_files(reads: Iterable[Named], writes: Iterable[Named]) -> None:
+    """HopformError for an output that cannot be written, would overwrite an input, or is another output too."""
+    inputs = [(what, path_of(what, path)) for what, path in reads if path is not None]
+    outputs = list[tuple[str, str | Path]]()
+    for what, path in writes:
+        if path is None:
+            continue
+        check_writable(path_of(what, path))
+        for other, read in inputs:
+            if are_one(read, path):
+                raise HopformError(f"{what} {name_of(path)} would overwrite {other} {name_of(read)}: name another file")
+        for other, written in outputs:
+            if are_one(written, path):
+                raise HopformError(
+                    f"two outputs name the same file: {other} {name_of(written)} and {what} {name_of(path)}"
+                )
+        outputs.append((what, path))
+
+
+def check_writable(path: Path) -> None:
+    """HopformError for a folder, for a file that may not be written, and for one in a folder where none can be made."""
+    target = Path(os.path.realpath(path))
+    try:
+        mode = target.stat().st_mode if target.exists() else None
+        if mode is not None and stat.S_ISDIR(mode):
+            raise HopformError(f"{name_of(path)} cannot be written: it is a folder")
+        if mode is not None and not os.access(target, os.W_OK):
+            raise HopformError(f"{name_of(path)} cannot be written: it is protected against that")
+        if not path.parent.is_dir():
+            raise HopformError(f"{name_of(path)} cannot be written: there is no folder {name_of(path.parent)}")
+        if mode is None or stat.S_ISREG(mode):
+            _written_aside(target.parent, b"").unlink()
+    except OSError as error:
+        raise HopformError(f"{name_of(path)} cannot be written: {error.strerror}") from None
+
+
+def check_folder(folder: Path) -> None:
+    """HopformError unless a folder is there, or can be made with those above it, and files can be made in it."""
+    try:
+        folder.exists()  # which raises for a name that no folder can have
+        place = next(each for each in (folder, *folder.parents) if os.path.lexists(each))
+        if not place.is_dir():
+            raise HopformError(f"{name_of(folder)} cannot be made: {name_of(place)} is a file, not a folder")
+        _written_aside(place, b"").unlink()
+    except OSError as error:
+        raise HopformError(f"{name_of(folder)} cannot be made: {error.strerror}") from None
+
+
+def are_one(first: str | Path, second: str | Path) -> bool:
+    """Whether two paths lead to one file, through links and by other names; also where it is not there yet."""
+    if os.path.realpath(first) == os.path.realpath(second):
+        return True
+    return os.path.exists(first) and os.path.exists(second) and os.path.samefile(first, second)
+
+
+def write(files: Iterable[tuple[Path, bytes]]) -> None:
+    """Write all files aside, then rename them all; a device is written as it is, if somebody reads it."""
+    asides = list[tuple[Path, Path, Path]]()
+    path = Path()
+    try:
+        for path, content in files:
+            target = Path(os.path.realpath(path))
+            if target.exists() and not target.is_file():
+                with open(target, "wb", opener=_at_once) as file:
+                    os.set_blocking(file.fileno(), True)
+                    file.write(content)
+                continue
+            asides.append((path, _written_aside(target.parent, content), target))
+            if target.exists():
+                asides[-1][1].chmod(stat.S_IMODE(target.stat().st_mode))
+        for path, aside, target in asides:  # noqa: B007, `path` is the one that the message names
+            aside.replace(target)
+    except OSError as error:
+        raise HopformError(f"{name_of(path)} cannot be written: {error.strerror}") from None
+    finally:
+        for _, aside, _ in asides:
+            aside.unlink(missing_ok=True)
+
+
+def write_folder(folder: Path, files: Mapping[Path, bytes]) -> None:
+    """Write files into a folder, which is made, and those in it; what was made goes again if one cannot be written."""
+    made = list[Path]()
+    try:
+        for place in sorted({folder, *(folder / path.parent for path in files)}):
+            missing = [each for each in (place, *place.parents) if not each.exists()]
+            for each in reversed(missing):
+                each.mkdir()
+                made.append(each)
+        write((folder / path, content) for path, content in files.items())
+    except (OSError, HopformError) as error:
+        for each in reversed(made):
+            each.rmdir()
+        if isinstance(error, HopformError):
+            raise
+        raise HopformError(f"{name_of(folder)} cannot be made: {error.strerror}") from None
+
+
+def _written_aside(folder: Path, content: bytes) -> Path:
+    """A new file in a folder, under a name that no other process takes and that is never too long."""
+    aside = folder / f".hopform-{secrets.token_hex(8)}.tmp"
+    try:
+        with aside.open("xb") as file:
+            file.write(content)
+    except OSError:
+        aside.unlink(missing_ok=True)
+        raise
+    return aside
+
+
+# ---- text ----
+
+
+def name_of(path: str | Path) -> str:
+    """A path as a message shows it: of a very long one both ends."""
+    text = printable(str(path))
+    return text if len(text) <= 2 * _END else f"{text[:_END]}...{text[-_END:]}"
+
+
+_END = 200
+"""Characters of either end of a path that is too long to be shown."""

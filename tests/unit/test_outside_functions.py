@@ -1,0 +1,70 @@
+"""Any object for any argument of any public function: it is taken, or refused in one message, and nothing else."""
+
+import os
+import warnings
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import hopform
+from hopform._files import write
+from tests.calls import ANSWERS, INSIDE, every, parameters_of
+from tests.outside import examples, objects
+
+EVERY = every()
+PROTOCOLS = {"Preparing", "HopformError"}
+
+
+@pytest.fixture(scope="module", autouse=True)
+def a_folder_of_its_own(tmp_path_factory):
+    """What is saved is saved there, and nothing outside of it."""
+    folder = tmp_path_factory.mktemp("outside")
+
+    def inside(files):
+        write([each for each in files if Path(os.path.realpath(each[0])).is_relative_to(folder)])
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(folder)
+        patch.setattr("hopform._hopping.run.write", inside)
+        yield
+
+
+def test_every_public_function_is_in_the_catalogue():
+    for module in (hopform, hopform.controllers, hopform.terrain):
+        own = {name for name, found in vars(module).items() if getattr(found, "__module__", "") == module.__name__}
+        for name in hopform.__all__ if module is hopform else own:
+            found = getattr(module, name)
+            if name.startswith("_") or not callable(found) or found in (hopform.BackendError, hopform.MissingExtra):
+                continue
+            assert name in EVERY or name in ANSWERS | INSIDE | PROTOCOLS, name
+
+
+@st.composite
+def call(draw):
+    """A call with one to three of its arguments replaced by any object."""
+    name = draw(st.sampled_from(sorted(EVERY)))
+    function, arguments = EVERY[name]
+    names = parameters_of(function, arguments)
+    changed = draw(st.lists(st.sampled_from(names), min_size=1, max_size=3, unique=True)) if names else []
+    return name, arguments | {each: draw(objects()) for each in changed}
+
+
+def tried(name, arguments):
+    """None, or the message of a refusal; what else is raised or warned of goes through."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        try:
+            EVERY[name][0](**arguments)
+        except (hopform.HopformError, TypeError) as error:
+            return str(error)
+    return None
+
+
+@given(call())
+@examples(1200)
+def test_any_object_for_any_argument_is_taken_or_refused(drawn):
+    name, arguments = drawn
+    message = tried(name, arguments)
+    assert message is None or ("\n" not in message and len(message) < 600), message
