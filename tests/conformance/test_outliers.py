@@ -153,7 +153,7 @@ def test_the_lowest_robust_cost_wins_whichever_start_leads_there(monkeypatch):
         "_without_outliers": lambda *_: false,
         "_searched": lambda problem, loss, *more: false if loss == "huber" else searched(problem, loss, *more),
     }
-    monkeypatch.setattr(search, "_is_noise", lambda *_: False)
+    monkeypatch.setattr(search, "is_noise", lambda *_: False)
     monkeypatch.setattr(search, "_traded", lambda _problem, found, _loss: found)
     monkeypatch.setattr(search, "_unstuck", lambda _problem, found, _loss: found)
     for way, led_aside in ways.items():

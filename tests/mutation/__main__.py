@@ -474,7 +474,7 @@ MUTANTS = (
     Mutant(
         "identification: a preload that gravity does not balance",
         "runtime/hopform/_identify/rigs.py",
-        'by["k"] = by["k"] + row[:, AT["g"]] * preload / mass',
+        'by["k"] = by["k"] + by["g"] * preload / mass',
         'by["k"] = by["k"] + 0.0 * preload / mass',
         first=IDENTIFICATION,
         after=(),

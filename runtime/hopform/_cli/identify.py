@@ -23,6 +23,7 @@ from hopform._identify.drop import fit_drop_test
 from hopform._identify.estimation import Progress
 from hopform._identify.fits import Fit, Options, Trace, is_no_fit, missed
 from hopform._identify.joint import LETTERS, fit_robot
+from hopform._identify.nuisances import NUISANCES, said
 from hopform._identify.ramp import Threshold, friction_threshold
 from hopform._identify.recordings import Recording, read_recording
 from hopform._identify.step import fit_force, fit_step_response
@@ -49,6 +50,7 @@ class Wanted:
     loss: str = "linear"
     free: bool = False
     spring: bool = False
+    nuisances: tuple[str, ...] = ()
 
 
 def known_values(pairs: Sequence[str]) -> dict[str, float]:
@@ -90,11 +92,12 @@ def answer_to(wanted: Wanted, progress: Progress | None = None) -> Fit | Thresho
     fit = _fitted(wanted, roles, recordings, progress)
     off = [trace for trace in fit.traces if is_no_fit(trace)]
     if off:
-        raise _no_fit(max(off, key=lambda each: each.tests.rms / float(np.std(each.measured))), recordings)
+        worst = max(off, key=lambda each: each.tests.rms / float(np.std(each.measured)))
+        raise _no_fit(worst, recordings, said(fit.diagnoses))
     return fit
 
 
-def _no_fit(trace: Trace, recordings: Sequence[Recording]) -> HopformError:
+def _no_fit(trace: Trace, recordings: Sequence[Recording], causes: Sequence[str]) -> HopformError:
     """The error about a fit that explains too little: where it is off most, and what may be wrong."""
     own = max((each for each in recordings if trace.label.startswith(each.source)), key=lambda each: len(each.source))
     left = trace.measured - trace.predicted
@@ -108,14 +111,14 @@ def _no_fit(trace: Trace, recordings: Sequence[Recording]) -> HopformError:
     what, unit, least = ("force", "N", 75) if force else ("motion", "m", 96)
     return own.error(
         f"the fit explains {100.0 * share:.3g} % of the {what}, less than {least} % is no fit; it is off most here, by "
-        f"{abs(left[at]):.3g} {unit}: {', '.join(asked)}, is it of this rig?",
+        f"{abs(left[at]):.3g} {unit}: {', '.join([*asked, 'is it of this rig?', *causes])}",
         own.line + int(np.count_nonzero(own.time < trace.time[at] - 1e-9)),
         drives if force else position,
     )
 
 
 def _fitted(wanted: Wanted, roles: Sequence[str], recordings: Sequence[Recording], progress: Progress | None) -> Fit:
-    how: Options = {"loss": wanted.loss, "progress": progress}
+    how: Options = {"loss": wanted.loss, "progress": progress, "nuisances": wanted.nuisances}
     if wanted.kind == "drop":
         return fit_drop_test(recordings, attached=wanted.attached, free=wanted.free, known=wanted.known, **how)
     if wanted.kind == "step" and wanted.force:
@@ -197,6 +200,10 @@ def identify(
     air: options.Air = False,
     spring: options.Spring = False,
     force: options.Force = False,
+    delay: options.FitDelay = False,
+    gain: options.FitGain = False,
+    clock: options.FitClock = False,
+    lag: options.FitLag = False,
     added_mass: options.AddedMasses = "",
     loss: options.Loss = "linear",
     robot: options.RobotName = "hopper_c",
@@ -219,7 +226,9 @@ def identify(
     base = hopform.load_robot(robot)
     masses, values = added_masses(added_mass), known_values(known or [])
     with progress_bar("identification") as advance:
-        wanted = Wanted(kind.value, tuple(files), values, masses, attached, air, force, loss, free, spring)
+        asked = {"delay": delay, "gain": gain, "clock": clock, "lag": lag}
+        nuisances = tuple(name for name in NUISANCES if asked[name])
+        wanted = Wanted(kind.value, tuple(files), values, masses, attached, air, force, loss, free, spring, nuisances)
         stages = iter(range(STAGES))
         answer = answer_to(wanted, lambda _: advance(next(stages, STAGES), STAGES))
         written = files_of(answer, base, out, report, plot)

@@ -181,6 +181,10 @@ Air = Annotated[bool, option("--air", "the leg is in the air: no spring")]
 Spring = Annotated[bool, option("--spring", "a ramp against the spring, the body held")]
 Force = Annotated[bool, option("--force", "fit in force: no spring, recorded in closed loop")]
 AddedMasses = Annotated[str, option("--added-mass", "[kg] what the body carried, one per file", metavar="M,M,...")]
+FitDelay = Annotated[bool, option("--delay", "fit the delay between current and position, one per recording")]
+FitGain = Annotated[bool, option("--gain", "fit the gain of each position's sensor")]
+FitClock = Annotated[bool, option("--clock", "fit the speed of the recording's clock")]
+FitLag = Annotated[bool, option("--lag", "fit a first-order lag of each position's sensor")]
 Loss = Annotated[str, option("--loss", "linear, or against outliers soft_l1, huber, cauchy")]
 TomlOut = Annotated[
     Path | None, option("--out", "write the robot as TOML; --robot gives what is not fitted", metavar="FILE")

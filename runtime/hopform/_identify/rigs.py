@@ -58,9 +58,9 @@ class Experiment:
     """A recording on its rig: what was measured when, under which current, and which parameter each letter stands for.
 
     time [s] from 0, not decreasing; measured [m]: x2 of a body, x1 of an actuator, of a free drop the one that `of`
-    says; steps: the current. names: a letter's parameter, also of `Sensor`. constants: letters that are known. added_mass [kg] on the
-    body. backend: of the solver, the best if None. noise: standard deviation of what was measured, where the residuals
-    are too few to show it.
+    says; steps: the current. names: a letter's parameter, also of `Sensor`. constants: letters that are known.
+    added_mass [kg] on the body. backend: of the solver, the best if None. noise: standard deviation of what was
+    measured, where the residuals are too few to show it.
     """
 
     label: str
@@ -117,6 +117,36 @@ class Experiment:
             found[name] = found.get(name, 0.0) + scale * by[letter][:, 0]
         return sensor.gain * states[:, 0], found
 
+    def response_to_stribeck(self, values: Mapping[str, float], share: float) -> Array:
+        """The change of the prediction by friction that is 1 + level e^(-(v/v_s)^2) times as high, per level; 0 for a
+        rig that is none of one mass on a spring or in the air. v_s: a share of the largest velocity.
+        """
+        body = self.kind == "attached"
+        at = sensors.in_recorded_time(self.letters(values), self.sensor(values).clock)
+        friction = at.get("f2" if body else "f1", 0.0)
+        if self.kind not in ("attached", "held", "air") or friction == 0.0:
+            return np.zeros(self.time.size)
+        mass = at["m_s"] + self.added_mass if body else at["m_eff"]
+        k, rest, gamma = at.get("k", SOFT), at.get("rest", 0.0), at.get("gamma2", 0.0)
+        rest -= mass * at["g"] / k if body else 0.0
+        fine = np.interp(np.arange(4 * self.time.size - 3) / 4.0, np.arange(self.time.size), self.time)
+        begins, levels = np.array(sensors.delayed(self.steps, self.sensor(values).delay)).T
+        force = gamma * (levels + at.get("offset", 0.0))[np.searchsorted(begins, fine, side="right") - 1]
+        letters = {
+            "m_eff": mass, "k": k, "b1": at["b2" if body else "b1"], "f1": friction, "gamma2": 1.0, "rest": rest,
+            "x": at["x"], "v": at["v"],
+        }  # fmt: skip
+
+        def moved(force: Array) -> Array:
+            return _actuator(self, letters, tuple(zip(fine.tolist(), force.tolist(), strict=True)), fine)[0][0]
+
+        x, v = moved(force).T
+        side = np.asarray(np.where(v != 0.0, v, k * (rest - x) - force), dtype=np.float64)
+        rest_share = np.exp(-((v / (share * float(np.abs(v).max()))) ** 2))
+        more = np.asarray(mass * friction * rest_share * np.sign(side), dtype=np.float64)
+        apart = (moved(force + _SMALL * more) - moved(force - _SMALL * more))[::4, 0] / (2.0 * _SMALL)
+        return np.asarray(self.sensor(values).gain * apart)
+
     def only(self, chosen: NDArray[np.bool_]) -> "Experiment":
         """The samples that a mask selects."""
         return replace(self, time=self.time[chosen], measured=self.measured[chosen])
@@ -130,6 +160,9 @@ def _robot(**fields: float) -> records.Robot:
     whole = {"m_eff": 1.0, "m_s": 1.0, "k": 1.0, **_FREE, "x1_min": -np.inf, "x1_max": np.inf, "u_max": np.inf}
     return records.Robot(**{**whole, "impact_loss": 0.0, **fields})
 
+
+_SMALL = 0.01
+"""Level of the friction at rest for the difference that shows the response to it."""
 
 Rates = dict[str, float]
 """Derivatives by time of the letters of a start."""
