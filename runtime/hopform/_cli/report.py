@@ -16,6 +16,7 @@ from rich.console import RenderableType
 
 from hopform._cli.render import number, pick, table
 from hopform._errors import HopformError
+from hopform._identify.checks import Check
 from hopform._identify.estimation import Estimate
 from hopform._identify.fits import NEW, OLD, Fit, Trace
 from hopform._identify.ramp import Rise, Threshold
@@ -24,6 +25,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+Answer = Fit | Threshold | Check
 SUFFIXES = (".md", ".html")
 TITLES = {
     "drop": "drop test", "step": "step response", "force": "in force", "robot": "all recordings together",
@@ -95,13 +97,22 @@ def threshold_tables(threshold: Threshold) -> Iterator[RenderableType]:
     yield from (f"note: {each}" for each in threshold.statements)
 
 
+def covariance_record(fit: Fit) -> dict[str, Any]:
+    """The covariance of what is identifiable, for JSON."""
+    seen = [n for n, each in enumerate(fit.estimates) if each.method != "not identifiable"]
+    names = [fit.estimates[n].name for n in seen]
+    return {"names": names, "rows": fit.covariance[np.ix_(seen, seen)].tolist()}
+
+
 def fit_record(fit: Fit) -> dict[str, Any]:
     """A fit for JSON."""
     return {
         "kind": fit.kind,
         "parameters": fit.estimates,
         "known": fit.known,
+        "covariance": covariance_record(fit),
         "correlations": [{"first": a, "second": b, "value": r} for (a, b), r in fit.correlations.items()],
+        "diagnoses": fit.diagnoses,
         "recordings": [
             {
                 "source": trace.label, "quantity": trace.quantity, "samples": trace.time.size, "rms": trace.tests.rms,
@@ -120,13 +131,41 @@ def threshold_record(threshold: Threshold) -> dict[str, Any]:
     return {"kind": "ramp", **pick(threshold, *names)}
 
 
-def tables_of(answer: Fit | Threshold) -> Iterator[RenderableType]:
+CHECK_HEAD = (
+    "recording", "role", "samples", "s", "Hz", "noise [mm]", "quantum [mm]", "travel [mm]", "current [A]", "outliers",
+)  # fmt: skip
+
+
+def check_tables(check: Check) -> Iterator[RenderableType]:
+    """A check for a terminal."""
+    rows: list[tuple[str, ...]] = [
+        (
+            one.source, one.role, str(one.samples), number(one.duration), number(one.rate),
+            number(1e3 * one.noise, ".3g"), number(1e3 * one.quantum, ".3g"), number(1e3 * one.travel, ".4g"),
+            f"{one.lowest:.3g} .. {one.highest:.3g}", str(one.outliers),
+        ) for one in check.recordings
+    ]  # fmt: skip
+    yield table("Recordings", CHECK_HEAD, rows, ("recording", "role", "current [A]"))
+    ends = [
+        (e.name, number(e.value, ".6g"), e.unit, number(0.5 * (e.high - e.low), ".3g"), e.method)
+        for e in check.expected if not e.own
+    ]  # fmt: skip
+    head = ("parameter", "about", "unit", "95 % +-", "by")
+    yield table("Intervals to expect", head, ends, ("parameter", "unit", "by"))
+    yield from (f"note: {each}" for each in check.statements)
+
+
+def tables_of(answer: Answer) -> Iterator[RenderableType]:
     """An answer for a terminal."""
+    if isinstance(answer, Check):
+        return check_tables(answer)
     return fit_tables(answer) if isinstance(answer, Fit) else threshold_tables(answer)
 
 
-def record_of(answer: Fit | Threshold) -> dict[str, Any]:
+def record_of(answer: Answer) -> dict[str, Any]:
     """An answer for JSON."""
+    if isinstance(answer, Check):
+        return {"kind": "check", **answer._asdict()}
     return fit_record(answer) if isinstance(answer, Fit) else threshold_record(answer)
 
 
