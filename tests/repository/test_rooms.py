@@ -28,7 +28,7 @@ LAYERS = (
     ("_hopping", "_hopping.run", "_hopping.touchdown"),
     ("_identify.motion",), ("_identify.recordings",),
     ("_identify.hopping", "_identify.segments", "_identify.filtering", "_identify.sensors"),
-    ("_identify.rigs",), ("_identify.estimation",), ("_identify.search",), ("_identify.nuisances",),
+    ("_identify.rigs",), ("_identify.estimation",), ("_identify.search",), ("_identify.nuisances", "_identify.repeats"),
     ("_identify.fits",),
     ("_identify.drop", "_identify.ramp", "_identify.step", "_identify.synthetic"),
     ("_identify.joint",), ("_identify.checks",), ("_identify",),

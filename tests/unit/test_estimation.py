@@ -3,7 +3,7 @@ covariance, intervals, directions not seen, tests.
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 import pytest
@@ -30,6 +30,8 @@ class Line:
     kind: str = "held"
     label: str = "line"
     begin: float = 0.0
+    added_mass: float = 0.0
+    names: dict[str, str] = field(default_factory=lambda: {"x": "x@0"})
 
     @property
     def time(self):

@@ -64,10 +64,35 @@ TRACE_HEAD = (
 ONSET_HEAD = ("recording", "direction of x1", "t [s]", "u [A]", "95 % interval")
 
 
+def diagnosis_rows(fit: Fit) -> list[tuple[str, ...]]:
+    """Each cause that would explain the residuals better."""
+    return [
+        (each.cause(), number(1e3 * each.before, ".4g"), number(1e3 * each.after, ".4g"), number(each.decrease, ".3g"),
+         each.option or "-") for each in fit.diagnoses
+    ]  # fmt: skip
+
+
+def repeat_rows(fit: Fit) -> list[tuple[str, ...]]:
+    """Each parameter of several recordings alone, both intervals, and which to quote."""
+    return [
+        (each.name, ", ".join(number(value, ".4g") for value in each.values), each.unit,
+         f"{each.low:.4g} .. {each.high:.4g}", f"{each.fitted_low:.4g} .. {each.fitted_high:.4g}", each.quote)
+        for each in fit.repeats
+    ]  # fmt: skip
+
+
+DIAGNOSIS_HEAD = ("cause", "rms [mm]", "rms with it [mm]", "decrease [variances]", "option")
+REPEAT_HEAD = ("parameter", "each recording alone", "unit", "their mean, 95 %", "fit, 95 %", "quote")
+
+
 def fit_tables(fit: Fit) -> Iterator[RenderableType]:
     """A fit for a terminal."""
     yield table("Parameters", PARAMETER_HEAD, parameter_rows(fit), ("parameter", "unit", "by"))
     yield table("Recordings", TRACE_HEAD, trace_rows(fit), ("recording", "unit", "white"))
+    if fit.diagnoses:
+        yield table("What the residuals show", DIAGNOSIS_HEAD, diagnosis_rows(fit), ("cause", "option"))
+    if fit.repeats:
+        yield table("Repeats", REPEAT_HEAD, repeat_rows(fit), ("parameter", "unit", "quote"))
     strong = [(a, b, r) for (a, b), r in fit.correlations.items() if abs(r) > 0.9]
     if strong:
         yield "strong correlations: " + ", ".join(f"{a} with {b} {r:+.3f}" for a, b, r in strong)
@@ -121,7 +146,7 @@ def fit_record(fit: Fit) -> dict[str, Any]:
             }
             for trace in fit.traces
         ],
-        **pick(fit, "statements", "warnings", "evaluations", "seconds"),
+        **pick(fit, "repeats", "statements", "warnings", "evaluations", "seconds"),
     }  # fmt: skip
 
 
@@ -327,6 +352,8 @@ def _fit_page(fit: Fit) -> _Page:
     sections = [
         _Section("Parameters", PARAMETER_HEAD, parameter_rows(fit)),
         _Section("Recordings", TRACE_HEAD, trace_rows(fit)),
+        _Section("What the residuals show", DIAGNOSIS_HEAD, diagnosis_rows(fit)),
+        _Section("Repeats", REPEAT_HEAD, repeat_rows(fit)),
         _Section("Correlations", ("first", "second", "correlation"), pairs),
     ]
     compared = [trace for trace in fit.traces if not math.isnan(trace.old_rms)]

@@ -104,6 +104,15 @@ def student(level: float, freedom: float) -> float:
     return float(stdtrit(freedom, level))
 
 
+def chi_square(level: float, freedom: float) -> float:
+    """The quantile of chi square."""
+    try:
+        from scipy.special import chdtri
+    except ImportError:
+        raise MissingExtra("identification", "identify") from None
+    return float(chdtri(freedom, 1.0 - level))
+
+
 _FAR = 14.0
 """Largest change of a logarithm: a factor of a million, beyond which no leg is."""
 

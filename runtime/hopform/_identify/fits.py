@@ -19,6 +19,7 @@ from hopform._identify.estimation import Estimate, Progress, Solution, Tests
 from hopform._identify.motion import Array
 from hopform._identify.nuisances import NUISANCES, Diagnosis, diagnose, extended, said, with_nuisances
 from hopform._identify.recordings import Recording, noise_of, quantum_of
+from hopform._identify.repeats import Repeat, repeats_of
 from hopform._identify.rigs import UNITS
 from hopform._identify.search import Problem, bulk, least_squares, minimise, part_of, selected
 from hopform._robots import Robot, load_robot
@@ -94,6 +95,8 @@ class Fit:
     """causes in clock, logger, sensor or friction that would explain the residuals better, the best first"""
     covariance: Array = field(default_factory=lambda: np.empty((0, 0)), repr=False, compare=False)
     """of the estimates in their order, in the products of their units; infinite for what is not identifiable"""
+    repeats: tuple[Repeat, ...] = ()
+    """parameters over several recordings of one rig"""
 
     @property
     def values(self) -> dict[str, float]:
@@ -198,12 +201,13 @@ def finish(problem: Problem, **options: Unpack[Options]) -> Fit:
         )
         for n, (each, residual) in enumerate(zip(problem.experiments, solution.residuals, strict=True))
     )  # fmt: skip
-    statements = (*problem.statements, *_blind(spread), *_boundary(estimates))
+    repeats, differing = repeats_of(problem, solution, estimates, loss) if not hopeless else ((), ())
+    statements = (*problem.statements, *_blind(spread), *_boundary(estimates), *differing)
     warnings = (*problem.warnings, *_outlying(traces, inliers), *_coloured(traces, inflation), *said(diagnoses))
     return Fit(
         problem.kind, estimates, problem.known, _correlations(estimates, spread), traces, statements, warnings,
         solution.evaluations, clock.perf_counter() - began, solution, diagnoses,
-        spread.covariance * inflation,
+        spread.covariance * inflation, repeats,
     )  # fmt: skip
 
 

@@ -265,9 +265,11 @@ def _without_outliers(problem: Problem, solution: Solution) -> list[Diagnosis]:
     before, after = (_size(np.concatenate(each.residuals)) for each in (solution, again))
     decrease = solution.count * ((before / max(after, 1e-300)) ** 2 - 1.0)
     found = Diagnosis("outliers", {"samples": off}, before, after, decrease, "--loss huber")
-    return [found] if decrease >= _LEAST else []
+    return [found] if after < _SPOILT * before else []
 
 
+_SPOILT = 0.8
+"""Share of the rms that outliers must leave, to be named."""
 _OFF = 6.0
 """Times the rms of a fit without them that outliers are off it."""
 
