@@ -36,6 +36,8 @@ test-exhaustive-slice: compiler venv-dev ## the same for 20 000 of them, 500 wit
 test-exhaustive-identification: compiler venv-dev ## fit 300 random robots, count how often intervals hold the truth
 	$(PY) tools/build_library.py
 	$(PY) -m tests.conformance.confidence --count 300
+	$(PY) -m tests.conformance.robust --count 300
+	$(PY) -m tests.conformance.nuisances --count 300
 
 validate-data: compiler venv-dev ## fit the real recordings in HOPFORM_DATA, compare with what is published
 	@$(PY) tools/build_library.py

@@ -29,13 +29,14 @@ from hopform._identify.drop import drop_problem
 from hopform._identify.recordings import Column, Recording, outliers
 from hopform._identify.step import step_problem
 from hopform._identify.synthetic import record, to_csv
-from tests.oracle.time_stepping import dropped, on_a_spring
+from tests.oracle.recordings import Rig, simulate
 
 HOPPER = hopform.load_robot("hopper_c")
 LOSSES = ("soft_l1", "huber", "cauchy")
 CASES = ("drop", "decay", "step")
 RATE, COUNT, NOISE, SIZE, BROKEN = 200.0, 500, 5e-4, 0.04, 12
 BODY = {"k": 900.0, "b2": 7.0, "f2": 0.9}
+FALLING = Rig(2.2, *BODY.values(), rest=0.4, drops=1.0, g=9.81, loss=0.05, start=0.6, held=0.1)
 TRUTH = {
     "drop": {**BODY, "length": 0.4, "impact_loss": 0.05},
     "decay": BODY,
@@ -51,10 +52,10 @@ def current() -> np.ndarray:
 @cache
 def motion(case: str) -> np.ndarray:
     if case == "drop":
-        return dropped(2.2, *BODY.values(), 0.4, 0.05, height=0.2, held=0.1, rate=RATE, count=COUNT)
+        return simulate(FALLING, np.zeros(COUNT), RATE)
     if case == "decay":
-        return on_a_spring(2.2, *BODY.values(), np.zeros(COUNT), RATE, start=-0.04)
-    return on_a_spring(25.0, 1200.0, 150.0, 0.78, 65.0 * current(), RATE)
+        return simulate(Rig(2.2, *BODY.values(), start=-0.04), np.zeros(COUNT), RATE)
+    return simulate(Rig(25.0, 1200.0, 150.0, 0.78, gamma=65.0), current(), RATE)
 
 
 def measured(case: str, seed: int, broken: int = BROKEN) -> tuple[Recording, np.ndarray, np.ndarray]:
@@ -153,7 +154,7 @@ def test_the_lowest_robust_cost_wins_whichever_start_leads_there(monkeypatch):
         "_without_outliers": lambda *_: false,
         "_searched": lambda problem, loss, *more: false if loss == "huber" else searched(problem, loss, *more),
     }
-    monkeypatch.setattr(search, "_is_noise", lambda *_: False)
+    monkeypatch.setattr(search, "is_noise", lambda *_: False)
     monkeypatch.setattr(search, "_traded", lambda _problem, found, _loss: found)
     monkeypatch.setattr(search, "_unstuck", lambda _problem, found, _loss: found)
     for way, led_aside in ways.items():
@@ -270,7 +271,7 @@ def test_a_fall_with_outliers_about_its_release_is_one():
     """Of 20 recordings with an outlier in each 10 samples of the fall none is refused as a fall that is
     none under g.
     """
-    x = dropped(2.2, *BODY.values(), 0.4, 0.05, height=0.2, held=0.1, rate=500.0, count=200)
+    x = simulate(FALLING, np.zeros(200), 500.0)
     for seed in range(20):
         rng = np.random.default_rng(seed)
         values = x + NOISE * rng.standard_normal(x.size)

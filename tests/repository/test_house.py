@@ -233,7 +233,7 @@ def test_a_generated_text_is_plain(path):
 
 def test_every_word_for_a_parameter_is_the_one_of_quantities():
     names = [quantity.name for quantity in quantities.ROBOT.quantities]
-    assert [field.name for field in dataclasses.fields(hopform.Robot)] == [*names, "name", "description"]
+    assert [field.name for field in dataclasses.fields(hopform.Robot)] == [*names, "name", "description", "fit"]
     assert list(records.Robot._fields) == [field.name for field in records.ROBOT_FIELDS] == names
     for precision in ("f32", "f64"):
         assert members(f"hopform_robot_{precision}") == names

@@ -3,7 +3,7 @@ covariance, intervals, directions not seen, tests.
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 import pytest
@@ -30,6 +30,8 @@ class Line:
     kind: str = "held"
     label: str = "line"
     begin: float = 0.0
+    added_mass: float = 0.0
+    names: dict[str, str] = field(default_factory=lambda: {"x": "x@0"})
 
     @property
     def time(self):
@@ -174,7 +176,7 @@ def test_correlations_and_hold_out_are_those_of_the_data():
         "step", "x1", (Line(experiment.design, shifted),),
         tuple(Parameter(name, "m", 0.0, 0.1) for name in experiment.design), (), {}, (), (), (),
     )  # fmt: skip
-    fit = finish(problem)
+    fit = finish(problem, diagnose=False)
     _, covariance, _ = closed_form(Line(experiment.design, shifted))
     expected = covariance[0, 1] / math.sqrt(covariance[0, 0] * covariance[1, 1])
     assert fit.correlations["a", "b"] == pytest.approx(expected, rel=1e-6)

@@ -340,7 +340,6 @@ def test_identify_all_finds_out_what_each_file_is(tmp_path, capsys):
         (("--added-mass", "1,2"), "2 masses for 1 files"),
         (("--loss", "square"), "loss must be"),
         (("--report", "report.pdf"), ".md or .html"),
-        (("--attached", "--free"), "exclude each other"),
     ],
 )
 def test_options_are_checked(arguments, words, tmp_path, capsys):
@@ -350,12 +349,14 @@ def test_options_are_checked(arguments, words, tmp_path, capsys):
     assert words in capsys.readouterr().err
 
 
-@pytest.mark.parametrize("kind", ["drop", "ramp"])
+@pytest.mark.parametrize("kind", ["drop", "ramp", "check"])
 def test_json_is_what_the_document_says(kind, tmp_path, capsys):
     """Every field that the schema names, of the type that it names, and no other."""
     file = tmp_path / f"{kind}.csv"
-    made = record(HOPPER, kind, duration=8.0 if kind == "ramp" else 1.5, current=1.0, seed=1)
+    made = record(
+        HOPPER, "drop" if kind == "check" else kind, duration=8.0 if kind == "ramp" else 1.5, current=1.0, seed=1
+    )
     file.write_text(to_csv(made), "utf-8")
     assert main(["identify", kind, str(file), "--json"]) == 0
     said = strict_json(capsys.readouterr().out)
-    assert fits(said, "hopform identify" if kind == "drop" else "hopform identify ramp")
+    assert fits(said, "hopform identify" if kind == "drop" else f"hopform identify {kind}")

@@ -92,7 +92,7 @@ def test_bad_data_are_one_clear_message_and_nothing_is_written(name, tmp_path, c
     text, words = BAD[name]
     file, out = tmp_path / "bad.csv", tmp_path / "robot.toml"
     file.write_text(text, "utf-8")
-    assert main(["identify", "drop", str(file), "--attached", "--out", str(out)]) == 2
+    assert main(["identify", "decay", str(file), "--out", str(out)]) == 2
     said = capsys.readouterr()
     assert said.out == ""
     assert said.err.count("\n") == 1
@@ -142,7 +142,7 @@ def test_a_fit_that_misses_is_refused(tmp_path, capsys):
     """Heights in m that are called cm: a free actuator hides it from the check by g, the fit does not."""
     path = tmp_path / "free.csv"
     path.write_text(to_csv(record(HOPPER, "free", seed=4)).replace("x2_m", "x2_cm", 1))
-    said = refused(path, "drop", "--free", "--known", "m_eff=25", "--known", "gamma2=-65", capsys=capsys)
+    said = refused(path, "free", "--known", "m_eff=25", "--known", "gamma2=-65", capsys=capsys)
     assert "less than 96 % is no fit" in said
     assert "is the unit of" in said
     assert "x2_cm" in said
@@ -160,9 +160,9 @@ def test_a_current_that_is_of_another_run_is_refused_by_file_line_and_column(kin
     }
     path = tmp_path / "mixed.csv"
     path.write_text(with_column(made, "current", currents[other]))
-    more = {"air": ["--air"], "force": ["--air", "--force"]}.get(kind, [])
+    more = ["--force"] if kind == "force" else []
     known = "gamma2=-65" if kind == "force" else "m_eff=25"
-    command, role = ("all", "step:") if kind == "all" else ("step", "")
+    command, role = ("all", "step:") if kind == "all" else ("step" if kind == "step" else "air", "")
     said = refused(path, command, *more, "--known", known, capsys=capsys, role=role)
     assert "mixed.csv, line " in said
     assert f"column '{'current_A' if kind == 'force' else 'x1_m'}': the fit explains" in said
@@ -187,10 +187,8 @@ def test_a_column_in_another_unit_than_its_name_is_refused_with_what_is_allowed(
     )
     path = tmp_path / "scaled.csv"
     path.write_text(with_column(made, column, factor * made.columns[column].values))
-    kind = test if test in ("step", "ramp") else "drop"
-    more = {"decay": ["--attached"], "free": ["--free"]}.get(test, [])
-    for command in (kind,) if test == "ramp" else (kind, "all"):
-        said = refused(path, command, *more, capsys=capsys)
+    for command in (test,) if test == "ramp" else (test, "all"):
+        said = refused(path, command, capsys=capsys, role=f"{test}:")
         assert f"scaled.csv, line {said.partition('line ')[2].partition(',')[0]}, column '{column}_" in said
         assert words in said
         assert "is its unit right?" in said
@@ -221,7 +219,7 @@ def test_no_robot_is_written_of_a_fit_that_is_off(tmp_path, capsys):
 def test_good_data_pass_the_same_way(tmp_path, capsys):
     file, out = tmp_path / "good.csv", tmp_path / "robot.toml"
     file.write_text(rows(*GOOD), "utf-8")
-    assert main(["identify", "drop", str(file), "--attached", "--known", "m_s=1", "--out", str(out)]) == 0
+    assert main(["identify", "decay", str(file), "--known", "m_s=1", "--out", str(out)]) == 0
     assert hopform.load_robot(out).k == pytest.approx(35.0**2, rel=0.02)
 
 

@@ -7,9 +7,10 @@ import math
 
 import numpy as np
 import pytest
+from scipy import signal
 
 import hopform
-from hopform._identify import hopping
+from hopform._identify import hopping, sensors
 from hopform._identify.rigs import LETTERS, Experiment
 
 HOPPER = hopform.load_robot("hopper_c")
@@ -53,6 +54,56 @@ def test_a_rig_s_derivatives_are_the_limits_of_differences(kind):
         up, down = (rig.predict(values | {letter: value + sign * step})[0] for sign in (1.0, -1.0))
         error = np.abs((up - down) / (2.0 * step) - by[letter])
         assert error.max() <= 1e-6 * np.abs(by[letter]).max() + 1e-9, letter
+
+
+SENSOR = {"delay": 0.0043, "gain": 1.02, "clock": 0.98, "lag": 0.004}
+
+
+@pytest.mark.parametrize("of", ["x1", "x2"])
+@pytest.mark.parametrize("kind", [kind for kind in RIGS if kind != "threshold"])
+@pytest.mark.parametrize("letters", [("delay",), ("gain", "clock"), ("lag",), ("delay", "gain", "clock", "lag")])
+def test_derivatives_by_sensor_clock_and_logger_are_the_limits_of_differences(kind, letters, of):
+    """Also those by all other letters. A lag filters derivatives by cubics between samples 2 ms apart: to 1e-3; without
+    one they are exact, but for jumps of the velocity, across which a delay moves it: these samples are left out.
+    """
+    plain = experiment(kind, times=1001)
+    letters = letters if plain.steps != ((0.0, 0.0),) else tuple(each for each in letters if each != "delay")
+    rig = dataclasses.replace(plain, names=dict(plain.names) | {each: each for each in letters}, of=of)
+    values = RIGS[kind] | {each: SENSOR[each] for each in letters}
+    _, by = rig.predict(values)
+    within = 2e-3 if "lag" in letters else 1e-6
+    for letter, value in values.items():
+        step = 1e-6 * max(abs(value), 0.1)
+        up, down = (rig.predict(values | {letter: value + sign * step})[0] for sign in (1.0, -1.0))
+        error = np.abs((up - down) / (2.0 * step) - by[letter])[50:]
+        assert np.quantile(error, 0.98) <= within * np.abs(by[letter]).max() + 1e-9, letter
+
+
+def test_a_delayed_current_moves_its_steps_and_keeps_the_first():
+    steps = ((0.0, 1.0), (0.1, 2.0), (0.2, 3.0))
+    assert sensors.delayed(steps, 0.05) == ((0.0, 1.0), (pytest.approx(0.15), 2.0), (0.25, 3.0))
+    assert sensors.delayed(steps, -0.15) == ((0.0, 2.0), (pytest.approx(0.05), 3.0))
+    assert sensors.delayed(steps, 0.0) == steps
+
+
+def test_a_clock_of_another_speed_is_the_motion_at_other_times():
+    rig = experiment("held", times=101)
+    fast = dataclasses.replace(rig, names=dict(rig.names) | {"clock": "clock"})
+    found, _ = fast.predict(RIGS["held"] | {"clock": 1.02, "v": 0.01 * 1.02})
+    true = dataclasses.replace(rig, steps=tuple((1.02 * t, u) for t, u in rig.steps))
+    assert np.abs(found - true.predict(RIGS["held"], 1.02 * rig.time)[0]).max() <= 1e-12
+
+
+def test_a_lag_is_the_filter_of_first_order():
+    """Against scipy on a grid a hundred times as fine; a body swings through its reversals."""
+    rig = experiment("attached", times=1001)
+    slow = dataclasses.replace(rig, names=dict(rig.names) | {"lag": "lag"})
+    fine = np.linspace(0.0, 2.0, 100001)
+    x = rig.predict(RIGS["attached"], fine)[0]
+    response = signal.lti([1.0], [0.004, 1.0])
+    expected = signal.lsim(response, x - x[0], fine)[1][::100] + x[0]
+    found = slow.predict(RIGS["attached"] | {"lag": 0.004})[0]
+    assert np.abs(found - expected)[20:].max() <= 2e-7
 
 
 @pytest.mark.parametrize("kind", ["attached", "ground", "held", "air"])

@@ -19,36 +19,35 @@ from hopform._cli.render import to_json
 from hopform._errors import HopformError
 from hopform._files import Named, name_of, write
 from hopform._identify import synthetic
-from hopform._identify.drop import fit_drop_test
+from hopform._identify.checks import Check, check
+from hopform._identify.drop import Rig, drop_problem, fit_drop_test
 from hopform._identify.estimation import Progress
 from hopform._identify.fits import Fit, Options, Trace, is_no_fit, missed
 from hopform._identify.joint import LETTERS, fit_robot
+from hopform._identify.nuisances import NUISANCES, said
 from hopform._identify.ramp import Threshold, friction_threshold
 from hopform._identify.recordings import Recording, read_recording
 from hopform._identify.step import fit_force, fit_step_response
 from hopform._robots import Robot
 from hopform._robots import file_of as robot_file
 
-KINDS = ("drop", "step", "ramp", "all")
+KINDS = (*synthetic.TESTS, "all", "check")
 STAGES = 6
 """Of a fit, about: it, the old model, intervals, what is left out."""
-ROLES = ("drop", "free", "decay", "step", "air", "ramp")
 
 
 @dataclass(frozen=True)
 class Wanted:
-    """The request. attached, free, air, force: which rig or fit; added_mass [kg], one per file or none."""
+    """The request. kind: of `KINDS`; force: fit in force; added_mass [kg], one per file or none."""
 
     kind: str
     files: tuple[str, ...]
     known: Mapping[str, float]
     added_mass: tuple[float, ...] = ()
-    attached: bool = False
-    air: bool = False
     force: bool = False
     loss: str = "linear"
-    free: bool = False
     spring: bool = False
+    nuisances: tuple[str, ...] = ()
 
 
 def known_values(pairs: Sequence[str]) -> dict[str, float]:
@@ -74,7 +73,7 @@ def added_masses(text: str) -> tuple[float, ...]:
     return masses
 
 
-def answer_to(wanted: Wanted, progress: Progress | None = None) -> Fit | Threshold:
+def answer_to(wanted: Wanted, progress: Progress | None = None) -> reports.Answer:
     """The answer; HopformError names what is wrong with a file."""
     if wanted.added_mass and len(wanted.added_mass) != len(wanted.files):
         raise HopformError(f"--added-mass names {len(wanted.added_mass)} masses for {len(wanted.files)} files")
@@ -82,14 +81,17 @@ def answer_to(wanted: Wanted, progress: Progress | None = None) -> Fit | Thresho
     if wanted.kind == "ramp":
         given = {name: wanted.known.get(name) for name in ("m_eff", "gamma2", "k")}
         return friction_threshold(recordings, spring=wanted.spring, loss=wanted.loss, **given)
+    if wanted.kind == "check":
+        return check(_by_role(roles, recordings), wanted.known)
     fit = _fitted(wanted, roles, recordings, progress)
     off = [trace for trace in fit.traces if is_no_fit(trace)]
     if off:
-        raise _no_fit(max(off, key=lambda each: each.tests.rms / float(np.std(each.measured))), recordings)
+        worst = max(off, key=lambda each: each.tests.rms / float(np.std(each.measured)))
+        raise _no_fit(worst, recordings, said(fit.diagnoses))
     return fit
 
 
-def _no_fit(trace: Trace, recordings: Sequence[Recording]) -> HopformError:
+def _no_fit(trace: Trace, recordings: Sequence[Recording], causes: Sequence[str]) -> HopformError:
     """The error about a fit that explains too little: where it is off most, and what may be wrong."""
     own = max((each for each in recordings if trace.label.startswith(each.source)), key=lambda each: len(each.source))
     left = trace.measured - trace.predicted
@@ -103,25 +105,46 @@ def _no_fit(trace: Trace, recordings: Sequence[Recording]) -> HopformError:
     what, unit, least = ("force", "N", 75) if force else ("motion", "m", 96)
     return own.error(
         f"the fit explains {100.0 * share:.3g} % of the {what}, less than {least} % is no fit; it is off most here, by "
-        f"{abs(left[at]):.3g} {unit}: {', '.join(asked)}, is it of this rig?",
+        f"{abs(left[at]):.3g} {unit}: {', '.join([*asked, 'is it of this rig?', *causes])}",
         own.line + int(np.count_nonzero(own.time < trace.time[at] - 1e-9)),
         drives if force else position,
     )
 
 
 def _fitted(wanted: Wanted, roles: Sequence[str], recordings: Sequence[Recording], progress: Progress | None) -> Fit:
-    how: Options = {"loss": wanted.loss, "progress": progress}
-    if wanted.kind == "drop":
-        return fit_drop_test(recordings, attached=wanted.attached, free=wanted.free, known=wanted.known, **how)
-    if wanted.kind == "step" and wanted.force:
+    how: Options = {"loss": wanted.loss, "progress": progress, "nuisances": wanted.nuisances}
+    kind = wanted.kind
+    if wanted.force:
         return fit_force(recordings, known=wanted.known, **how)
-    if wanted.kind == "step":
-        return fit_step_response(recordings, spring=not wanted.air, known=wanted.known, **how)
-    of = {role: [r for r, own in zip(recordings, roles, strict=True) if own == role] for role in ROLES}
+    if kind in ("drop", "free", "decay"):
+        try:
+            return fit_drop_test(recordings, attached=kind == "decay", free=kind == "free", known=wanted.known, **how)
+        except HopformError as error:
+            raise HopformError(f"{error}{_other_kind(kind, recordings, wanted.known)}") from None
+    if kind in ("step", "air"):
+        return fit_step_response(recordings, spring=kind == "step", known=wanted.known, **how)
+    of = _by_role(roles, recordings)
     return fit_robot(
         drops=of["drop"], free_drops=of["free"], decays=of["decay"], steps=of["step"], air=of["air"], ramps=of["ramp"],
         known=wanted.known, **how,
     )  # fmt: skip
+
+
+def _other_kind(kind: str, recordings: Sequence[Recording], known: Mapping[str, float]) -> str:
+    """A question about the kind, where recordings are none of this kind but could be of the other."""
+    rigs: dict[str, Rig] = {"decay": "attached", "drop": "ground"}
+    other = "decay" if kind == "drop" else "drop"
+    shared = {name: value for name, value in known.items() if name in ("m_s", "k", "b2", "f2")}
+    try:
+        drop_problem(recordings, rigs[other], shared)
+    except HopformError:
+        return ""
+    return f"; or is it a {other}: hopform identify {other}?"
+
+
+def _by_role(roles: Sequence[str], recordings: Sequence[Recording]) -> dict[str, list[Recording]]:
+    """The recordings of each role."""
+    return {role: [r for r, own in zip(recordings, roles, strict=True) if own == role] for role in synthetic.TESTS}
 
 
 def _read(wanted: Wanted) -> tuple[list[str], list[Recording]]:
@@ -131,36 +154,38 @@ def _read(wanted: Wanted) -> tuple[list[str], list[Recording]]:
         recording = read_recording(path)
         mass = wanted.added_mass[n] if wanted.added_mass else 0.0
         recordings.append(replace(recording, added_mass=mass))
-        roles.append(role or _role(recording, wanted))
+        roles.append(role or (wanted.kind if wanted.kind in synthetic.TESTS else _role(recording)))
     return roles, recordings
 
 
 def role_and_path(name: str) -> tuple[str | None, str]:
     """The role that ROLE:FILE gives a file, None where it gives none, and the file."""
     role, colon, rest = name.partition(":")
-    return (role, rest) if colon and role in ROLES else (None, name)
+    return (role, rest) if colon and role in synthetic.TESTS else (None, name)
 
 
-def _role(recording: Recording, wanted: Wanted) -> str:
+def _role(recording: Recording) -> str:
     """The role of a recording without one: without a current a drop; with one and x2 a drop with the actuator
-    free; with a current that creeps a ramp, else steps."""
+    free; with a current that creeps a ramp, else steps against the spring."""
     if "x2" in recording.columns and recording.has_current():
         return "free"
     if not recording.has_current():
-        return "decay" if wanted.attached else "drop"
+        return "drop"
     u = recording.current()
     width = max(u.size // 20, 1)
     share = float(np.median(np.abs(u[width:] - u[:-width]))) / max(float(np.ptp(u)), 1e-12)
-    if 0.02 < share < 0.3:
-        return "ramp"
-    return "air" if wanted.air else "step"
+    return "ramp" if 0.02 < share < 0.3 else "step"
 
 
 def files_of(
-    answer: Fit | Threshold, base: Robot, out: Path | None, written: Path | None, plot: Path | None
+    answer: reports.Answer, base: Robot, out: Path | None, written: Path | None, plot: Path | None
 ) -> list[tuple[Path, bytes]]:
     """The files that were asked for: a robot's TOML, a report, a picture."""
     files = list[tuple[Path, bytes]]()
+    if isinstance(answer, Check):
+        if out or written or plot:
+            raise HopformError("--out, --report and --plot need a fit: check says what one could tell")
+        return files
     if out and isinstance(answer, Threshold):
         if np.isnan(answer.f1):
             raise HopformError("--out needs f1: give --known m_eff=... and --known gamma2=...")
@@ -187,11 +212,12 @@ def identify(
     kind: options.Identified,
     files: options.Recordings,
     known: options.Known = None,
-    attached: options.Attached = False,
-    free: options.Free = False,
-    air: options.Air = False,
     spring: options.Spring = False,
     force: options.Force = False,
+    delay: options.FitDelay = False,
+    gain: options.FitGain = False,
+    clock: options.FitClock = False,
+    lag: options.FitLag = False,
     added_mass: options.AddedMasses = "",
     loss: options.Loss = "linear",
     robot: options.RobotName = "hopper_c",
@@ -200,7 +226,7 @@ def identify(
     json: options.Json = False,
     plot: options.Plot = None,
 ) -> None:
-    """Identify a robot from CSV recordings: drop tests, step responses, slow ramps of the current, or all together."""
+    """Identify a robot from CSV recordings of one kind, or of all; check says what they could tell."""
     pages: list[Named] = []
     if report is not None:
         reports.check_suffix(report)
@@ -214,7 +240,9 @@ def identify(
     base = hopform.load_robot(robot)
     masses, values = added_masses(added_mass), known_values(known or [])
     with progress_bar("identification") as advance:
-        wanted = Wanted(kind.value, tuple(files), values, masses, attached, air, force, loss, free, spring)
+        asked = {"delay": delay, "gain": gain, "clock": clock, "lag": lag}
+        nuisances = tuple(name for name in NUISANCES if asked[name])
+        wanted = Wanted(kind.value, tuple(files), values, masses, force, loss, spring, nuisances)
         stages = iter(range(STAGES))
         answer = answer_to(wanted, lambda _: advance(next(stages, STAGES), STAGES))
         written = files_of(answer, base, out, report, plot)
@@ -225,6 +253,10 @@ def identify(
     if json:
         print(printed)
     show(shown)
+
+
+_WEIGHED = dict.fromkeys(("drop", "free", "decay"), "m_s") | dict.fromkeys(("step", "air", "ramp"), "m_eff")
+"""What is taken as known in the plan of a test if nothing is given."""
 
 
 def record(
@@ -243,16 +275,25 @@ def record(
     repeats: Annotated[int, options.count("--repeats", 1, "drops or decays in the recording")] = 1,
     spring: options.Spring = False,
     seed: Annotated[int | None, options.count("--seed", 0, "of the noise", math.inf)] = None,
+    plan: options.Plan = False,
+    known: options.Known = None,
     csv: options.Csv = "-",
 ) -> None:
     """Make a synthetic recording of a robot, as a lab would record it, to plan experiments with."""
     check_outputs(False, csv, reads=[("--robot", robot_file(robot))])
+    base = hopform.load_robot(robot)
     made = synthetic.record(
-        hopform.load_robot(robot), test.value, duration=duration, rate=rate, noise=noise, quantum=quantum,
+        base, test.value, duration=duration, rate=rate, noise=noise, quantum=quantum,
         height=height,
         current=current, hold=hold, added_mass=added_mass, repeats=repeats, spring=spring, seed=seed,
     )  # fmt: skip
-    if csv is None or csv == "-":
+    if plan:
+        given = known_values(known or []) or {_WEIGHED[test.value]: getattr(base, _WEIGHED[test.value])}
+        letters = {field.name: getattr(base, field.name) for field in Robot.fields()} | {"length": base.L0 + base.c}
+        ramp = test.value == "ramp"
+        plan_of = friction_threshold([made], spring=spring) if ramp else check({test.value: [made]}, given, letters)
+        show(reports.tables_of(plan_of))
+    elif csv is None or csv == "-":
         print(synthetic.to_csv(made), end="")
     else:
         write([(Path(csv), synthetic.to_csv(made).encode())])

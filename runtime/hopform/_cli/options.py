@@ -33,13 +33,6 @@ class Precision(StrEnum):
     float32 = "float32"
 
 
-class Identification(StrEnum):
-    drop = "drop"
-    step = "step"
-    ramp = "ramp"
-    all = "all"
-
-
 class Recordable(StrEnum):
     drop = "drop"
     free = "free"
@@ -47,6 +40,17 @@ class Recordable(StrEnum):
     step = "step"
     air = "air"
     ramp = "ramp"
+
+
+class Identification(StrEnum):
+    drop = "drop"
+    free = "free"
+    decay = "decay"
+    step = "step"
+    air = "air"
+    ramp = "ramp"
+    all = "all"
+    check = "check"
 
 
 def number_in(unit: str) -> Callable[[str], float]:
@@ -172,20 +176,24 @@ WithSensitivities = Annotated[
 Toml = Annotated[bool, option("--toml", "print a TOML to start from (of hopper_c if no NAME)")]
 Csv = Annotated[str | None, option("--csv", "write a table over time; - prints it", metavar="FILE|-")]
 Plot = Annotated[Path | None, option("--plot", "draw it: .svg, .pdf or .png", metavar="FILE")]
-Identified = Annotated[Identification, typer.Argument(help="what the files are")]
+Identified = Annotated[Identification, typer.Argument(help="what the files are; check says what they could tell")]
 Recordings = Annotated[
     list[str],
-    typer.Argument(metavar="FILES", help="CSV; with `all`, each may be ROLE:FILE, drop|free|decay|step|air|ramp"),
+    typer.Argument(
+        metavar="FILES", help="CSV; with `all` or `check`, each may be ROLE:FILE, drop|free|decay|step|air|ramp"
+    ),
 ]
 Known = Annotated[
     list[str] | None, option("--known", "a known parameter, in SI units; repeatable", metavar="NAME=VALUE")
 ]
-Attached = Annotated[bool, option("--attached", "the body is fixed to its spring, which pushes and pulls")]
-Free = Annotated[bool, option("--free", "the actuator is free to move while the body drops")]
-Air = Annotated[bool, option("--air", "the leg is in the air: no spring")]
+Plan = Annotated[bool, option("--plan", "show the intervals that a fit of it would give, instead of the recording")]
 Spring = Annotated[bool, option("--spring", "a ramp against the spring, the body held")]
 Force = Annotated[bool, option("--force", "fit in force: no spring, recorded in closed loop")]
 AddedMasses = Annotated[str, option("--added-mass", "[kg] what the body carried, one per file", metavar="M,M,...")]
+FitDelay = Annotated[bool, option("--delay", "fit the delay between current and position, one per recording")]
+FitGain = Annotated[bool, option("--gain", "fit the gain of each position's sensor")]
+FitClock = Annotated[bool, option("--clock", "fit the speed of the recording's clock")]
+FitLag = Annotated[bool, option("--lag", "fit a first-order lag of each position's sensor")]
 Loss = Annotated[str, option("--loss", "linear, or against outliers soft_l1, huber, cauchy")]
 TomlOut = Annotated[
     Path | None, option("--out", "write the robot as TOML; --robot gives what is not fitted", metavar="FILE")

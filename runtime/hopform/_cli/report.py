@@ -17,6 +17,7 @@ from rich.console import RenderableType
 
 from hopform._cli.render import number, pick, table
 from hopform._errors import HopformError, printable
+from hopform._identify.checks import Check
 from hopform._identify.estimation import Estimate
 from hopform._identify.fits import NEW, OLD, Fit, Trace
 from hopform._identify.ramp import Rise, Threshold
@@ -25,6 +26,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+Answer = Fit | Threshold | Check
 SUFFIXES = (".md", ".html")
 TITLES = {
     "drop": "drop test", "step": "step response", "force": "in force", "robot": "all recordings together",
@@ -63,10 +65,35 @@ TRACE_HEAD = (
 ONSET_HEAD = ("recording", "direction of x1", "t [s]", "u [A]", "95 % interval")
 
 
+def diagnosis_rows(fit: Fit) -> list[tuple[str, ...]]:
+    """Each cause that would explain the residuals better."""
+    return [
+        (each.cause(), number(1e3 * each.before, ".4g"), number(1e3 * each.after, ".4g"), number(each.decrease, ".3g"),
+         each.option or "-") for each in fit.diagnoses
+    ]  # fmt: skip
+
+
+def repeat_rows(fit: Fit) -> list[tuple[str, ...]]:
+    """Each parameter of several recordings alone, both intervals, and which to quote."""
+    return [
+        (each.name, ", ".join(number(value, ".4g") for value in each.values), each.unit,
+         f"{each.low:.4g} .. {each.high:.4g}", f"{each.fitted_low:.4g} .. {each.fitted_high:.4g}", each.quote)
+        for each in fit.repeats
+    ]  # fmt: skip
+
+
+DIAGNOSIS_HEAD = ("cause", "rms [mm]", "rms with it [mm]", "decrease [variances]", "option")
+REPEAT_HEAD = ("parameter", "each recording alone", "unit", "their mean, 95 %", "fit, 95 %", "quote")
+
+
 def fit_tables(fit: Fit) -> Iterator[RenderableType]:
     """A fit for a terminal."""
     yield table("Parameters", PARAMETER_HEAD, parameter_rows(fit), ("parameter", "unit", "by"))
     yield table("Recordings", TRACE_HEAD, trace_rows(fit), ("recording", "unit", "white"))
+    if fit.diagnoses:
+        yield table("What the residuals show", DIAGNOSIS_HEAD, diagnosis_rows(fit), ("cause", "option"))
+    if fit.repeats:
+        yield table("Repeats", REPEAT_HEAD, repeat_rows(fit), ("parameter", "unit", "quote"))
     strong = [(a, b, r) for (a, b), r in fit.correlations.items() if abs(r) > 0.9]
     if strong:
         yield "strong correlations: " + ", ".join(f"{a} with {b} {r:+.3f}" for a, b, r in strong)
@@ -96,13 +123,22 @@ def threshold_tables(threshold: Threshold) -> Iterator[RenderableType]:
     yield from (f"note: {each}" for each in threshold.statements)
 
 
+def covariance_record(fit: Fit) -> dict[str, Any]:
+    """The covariance of what is identifiable, for JSON."""
+    seen = [n for n, each in enumerate(fit.estimates) if each.method != "not identifiable"]
+    names = [fit.estimates[n].name for n in seen]
+    return {"names": names, "rows": fit.covariance[np.ix_(seen, seen)].tolist()}
+
+
 def fit_record(fit: Fit) -> dict[str, Any]:
     """A fit for JSON."""
     return {
         "kind": fit.kind,
         "parameters": fit.estimates,
         "known": fit.known,
+        "covariance": covariance_record(fit),
         "correlations": [{"first": a, "second": b, "value": r} for (a, b), r in fit.correlations.items()],
+        "diagnoses": fit.diagnoses,
         "recordings": [
             {
                 "source": trace.label, "quantity": trace.quantity, "samples": trace.time.size, "rms": trace.tests.rms,
@@ -111,7 +147,7 @@ def fit_record(fit: Fit) -> dict[str, Any]:
             }
             for trace in fit.traces
         ],
-        **pick(fit, "statements", "warnings", "evaluations", "seconds"),
+        **pick(fit, "repeats", "statements", "warnings", "evaluations", "seconds"),
     }  # fmt: skip
 
 
@@ -121,13 +157,41 @@ def threshold_record(threshold: Threshold) -> dict[str, Any]:
     return {"kind": "ramp", **pick(threshold, *names)}
 
 
-def tables_of(answer: Fit | Threshold) -> Iterator[RenderableType]:
+CHECK_HEAD = (
+    "recording", "role", "samples", "s", "Hz", "noise [mm]", "quantum [mm]", "travel [mm]", "current [A]", "outliers",
+)  # fmt: skip
+
+
+def check_tables(check: Check) -> Iterator[RenderableType]:
+    """A check for a terminal."""
+    rows: list[tuple[str, ...]] = [
+        (
+            one.source, one.role, str(one.samples), number(one.duration), number(one.rate),
+            number(1e3 * one.noise, ".3g"), number(1e3 * one.quantum, ".3g"), number(1e3 * one.travel, ".4g"),
+            f"{one.lowest:.3g} .. {one.highest:.3g}", str(one.outliers),
+        ) for one in check.recordings
+    ]  # fmt: skip
+    yield table("Recordings", CHECK_HEAD, rows, ("recording", "role", "current [A]"))
+    ends = [
+        (e.name, number(e.value, ".6g"), e.unit, number(0.5 * (e.high - e.low), ".3g"), e.method)
+        for e in check.expected if not e.own
+    ]  # fmt: skip
+    head = ("parameter", "about", "unit", "95 % +-", "by")
+    yield table("Intervals to expect", head, ends, ("parameter", "unit", "by"))
+    yield from (f"note: {each}" for each in check.statements)
+
+
+def tables_of(answer: Answer) -> Iterator[RenderableType]:
     """An answer for a terminal."""
+    if isinstance(answer, Check):
+        return check_tables(answer)
     return fit_tables(answer) if isinstance(answer, Fit) else threshold_tables(answer)
 
 
-def record_of(answer: Fit | Threshold) -> dict[str, Any]:
+def record_of(answer: Answer) -> dict[str, Any]:
     """An answer for JSON."""
+    if isinstance(answer, Check):
+        return {"kind": "check", **answer._asdict()}
     return fit_record(answer) if isinstance(answer, Fit) else threshold_record(answer)
 
 
@@ -289,6 +353,8 @@ def _fit_page(fit: Fit) -> _Page:
     sections = [
         _Section("Parameters", PARAMETER_HEAD, parameter_rows(fit)),
         _Section("Recordings", TRACE_HEAD, trace_rows(fit)),
+        _Section("What the residuals show", DIAGNOSIS_HEAD, diagnosis_rows(fit)),
+        _Section("Repeats", REPEAT_HEAD, repeat_rows(fit)),
         _Section("Correlations", ("first", "second", "correlation"), pairs),
     ]
     compared = [trace for trace in fit.traces if not math.isnan(trace.old_rms)]

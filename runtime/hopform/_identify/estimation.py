@@ -104,6 +104,15 @@ def student(level: float, freedom: float) -> float:
     return float(stdtrit(freedom, level))
 
 
+def chi_square(level: float, freedom: float) -> float:
+    """The quantile of chi square."""
+    try:
+        from scipy.special import chdtri
+    except ImportError:
+        raise MissingExtra("identification", "identify") from None
+    return float(chdtri(freedom, 1.0 - level))
+
+
 _FAR = 14.0
 """Largest change of a logarithm: a factor of a million, beyond which no leg is."""
 
@@ -177,7 +186,7 @@ def solve(
         key = z.tobytes()
         if key not in known:
             evaluations += 1
-            parts, rows = _residuals(experiments, parameters, coordinates.out(z) | held)
+            parts, rows = residuals(experiments, parameters, coordinates.out(z) | held)
             scaled = rows * coordinates.slopes(coordinates.out(z)) / per_sample[:, np.newaxis]
             known[key] = _Place(parts, rows, *_condensed(np.concatenate(parts) / per_sample, scaled, loss))
             while len(known) > 3:
@@ -255,7 +264,7 @@ def triangle(matrix: Array) -> Array:
     return found
 
 
-def _residuals(
+def residuals(
     experiments: Sequence[Experiment], parameters: Sequence[Parameter], values: Mapping[str, float]
 ) -> tuple[list[Array], Array]:
     """Predicted less measured [m] per experiment, and the derivatives of all of them by the parameters."""
@@ -277,6 +286,11 @@ def _residuals(
 
 def best(solutions: Sequence[Solution]) -> Solution:
     return min(solutions, key=lambda each: each.cost)
+
+
+def cost_of(solution: Solution, experiments: Sequence[Experiment], sigma: Sequence[float], loss: str) -> float:
+    """The cost of a solution's parameters under given standard deviations of the noise."""
+    return solve(experiments, started(solution), sigma=sigma, loss=loss, most=1).cost
 
 
 def deviations(solution: Solution, experiments: Sequence[Experiment], loss: str) -> tuple[float, ...]:
@@ -446,7 +460,7 @@ def _profile(
     slopes = (seen[index, own] / max(seen[own, own], 1e-300)).tolist()
     ways: list[Callable[[float], tuple[list[Parameter], int]]] = [
         lambda trial: (
-            [p._replace(start=_clip(p, p.start + s * (trial - value))) for p, s in zip(rest, slopes, strict=True)], 6,
+            [p._replace(start=clip(p, p.start + s * (trial - value))) for p, s in zip(rest, slopes, strict=True)], 6,
         ),
         lambda _: (rest, 20),
     ]  # fmt: skip
@@ -482,7 +496,7 @@ _DISTANT = 20.0
 """Standard errors from 0, from where nobody has to ask whether it may be 0."""
 
 
-def _clip(parameter: Parameter, value: float) -> float:
+def clip(parameter: Parameter, value: float) -> float:
     if parameter.kind == "positive":
         return max(value, 0.1 * parameter.start)
     if parameter.kind in ("nonnegative", "fraction"):
@@ -526,7 +540,7 @@ def moved(solution: Solution, name: str, errors: float) -> list[Parameter]:
     if not 0.0 < size < math.inf:
         return started(solution)
     return [
-        p._replace(start=_clip(p, p.start + errors * float(row) / size))
+        p._replace(start=clip(p, p.start + errors * float(row) / size))
         for p, row in zip(started(solution), rows, strict=True)
     ]
 

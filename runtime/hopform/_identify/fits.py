@@ -17,10 +17,13 @@ from hopform._errors import HopformError
 from hopform._identify import estimation
 from hopform._identify.estimation import Estimate, Progress, Solution, Tests
 from hopform._identify.motion import Array
+from hopform._identify.nuisances import NUISANCES, Diagnosis, diagnose, extended, said, with_nuisances
 from hopform._identify.recordings import Recording, noise_of, quantum_of
+from hopform._identify.repeats import Repeat, repeats_of
 from hopform._identify.rigs import UNITS
 from hopform._identify.search import Problem, bulk, least_squares, minimise, part_of, selected
-from hopform._robots import Robot
+from hopform._robots import Robot, load_robot
+from hopform._robots.provenance import Provenance
 
 Model = str
 MOST_RECORDINGS = 10_000
@@ -32,13 +35,16 @@ class Options(TypedDict, total=False):
     """Options of every fit.
 
     loss: linear (the default), or soft_l1, huber, cauchy against outliers. compare: fit the old model (1), (2) too.
-    holdout: fit without the last third of each recording too. Both are done if not given. backend: of the solver.
+    holdout: fit without the last third of each recording too. diagnose: test what clock, logger and sensor may have
+    done. These three are done if not given. nuisances: what of `NUISANCES` is fitted too. backend: of the solver.
     progress: called with the name of each stage.
     """
 
     loss: str
     compare: bool
     holdout: bool
+    diagnose: bool
+    nuisances: Sequence[str]
     backend: str | None
     progress: Progress | None
 
@@ -87,6 +93,12 @@ class Fit:
     evaluations: int
     seconds: float
     solution: Solution | None = field(default=None, repr=False, compare=False)
+    diagnoses: tuple[Diagnosis, ...] = ()
+    """causes in clock, logger, sensor or friction that would explain the residuals better, the best first"""
+    covariance: Array = field(default_factory=lambda: np.empty((0, 0)), repr=False, compare=False)
+    """of the estimates in their order, in the products of their units; infinite for what is not identifiable"""
+    repeats: tuple[Repeat, ...] = ()
+    """parameters over several recordings of one rig"""
 
     @property
     def values(self) -> dict[str, float]:
@@ -112,20 +124,36 @@ class Fit:
 
     def robot(self, base: Robot) -> Robot:
         """A robot with what was fitted, and the rest, as what is not identifiable, from `base`; friction of several
-        recordings as their mean."""
-        known = {field.name for field in Robot.fields()}
-        found, blind = (
-            dict[str, list[float]](),
-            {each.name for each in self.estimates if each.method == "not identifiable"},
+        recordings as their mean. Its `fit` says where each number comes from."""
+        fields = [each.name for each in Robot.fields()]
+        letters = ["L0" if each.name == "length" else each.name.partition("@")[0] for each in self.estimates]
+        seen = [each.method != "not identifiable" and each.name[:6] != "offset" for each in self.estimates]
+        rows = {letter: [n for n, (own, ok) in enumerate(zip(letters, seen, strict=True)) if own == letter and ok]
+                for letter in fields}  # fmt: skip
+        names = [letter for letter in fields if rows[letter]]
+        mean = np.zeros((len(names), len(letters)))
+        for n, letter in enumerate(names):
+            mean[n, rows[letter]] = 1.0 / len(rows[letter])
+        values = mean @ np.array([each.value for each in self.estimates])
+        low, high = (
+            mean @ np.nan_to_num([getattr(each, end) for each in self.estimates], posinf=0.0, neginf=0.0)
+            for end in ("low", "high")
         )
-        for name, value in self.values.items():
-            if name in blind:
-                continue
-            letter = "L0" if name == "length" else name.partition("@")[0]
-            if letter in known and not math.isnan(value):
-                found.setdefault(letter, []).append(value)
-        fields = {name: float(np.mean(values)) for name, values in found.items()}
-        return dataclasses.replace(base, **fields)  # type: ignore[arg-type]
+        shift = np.array([base.c if letter == "L0" else 0.0 for letter in names])  # the fit has L0 + c
+        known = {"L0" if name == "length" else name: value for name, value in self.known.items()}
+        given = {name: value - (base.c if name == "L0" else 0.0) for name, value in known.items() if name in fields}
+        covariance = mean @ np.where(np.isfinite(self.covariance), self.covariance, 0.0) @ mean.T
+        fit = Provenance(
+            tuple(names), tuple((values - shift).tolist()), tuple((low - shift).tolist()),
+            tuple((high - shift).tolist()), tuple(tuple(row) for row in covariance.tolist()), tuple(given),
+            base.name or "another robot", all(trace.tests.white for trace in self.traces),
+        )  # fmt: skip
+        changed = given | dict(zip(names, fit.values, strict=True))
+        return dataclasses.replace(base, **changed, fit=fit)  # type: ignore[arg-type]
+
+    def sample(self, count: int, seed: int | None = None, base: Robot | None = None) -> tuple[Robot, ...]:
+        """Robots drawn from the joint distribution of what was fitted; the rest is that of `base`, hopper_c if none."""
+        return self.robot(base or load_robot("hopper_c")).sample(count, seed)
 
 
 def _together(each: Sequence[float], traces: Sequence[Trace]) -> float:
@@ -158,13 +186,15 @@ def finish(problem: Problem, **options: Unpack[Options]) -> Fit:
     loss, progress = checked_loss(options), options.get("progress")
     report: Callable[[str], None] = progress or (lambda _: None)
     report("fit")
-    solution = minimise(problem, loss)
+    problem, solution = _minimum(problem, loss, checked_nuisances(options))
     inliers = [bulk(residual, loss) for residual in solution.residuals]
     tests = [estimation.tests_of(residual[some]) for residual, some in zip(solution.residuals, inliers, strict=True)]
     hopeless = any(
         each.kind != "threshold" and _is_off(each.measured, test.rms, _NO_FIT)
         for each, test in zip(problem.experiments, tests, strict=True)
     )
+    report("diagnoses")
+    diagnoses = diagnose(problem, solution, loss) if options.get("diagnose", True) else ()
     report("the old model")
     compare = options.get("compare", True) and not hopeless
     old = _old(problem, solution, inliers) if compare and problem.coulomb else {}
@@ -184,12 +214,28 @@ def finish(problem: Problem, **options: Unpack[Options]) -> Fit:
         )
         for n, (each, residual) in enumerate(zip(problem.experiments, solution.residuals, strict=True))
     )  # fmt: skip
-    statements = (*problem.statements, *_blind(spread), *_boundary(estimates))
-    warnings = (*problem.warnings, *_outlying(traces, inliers), *_coloured(traces, inflation))
+    repeats, differing = repeats_of(problem, solution, estimates, loss) if not hopeless else ((), ())
+    statements = (*problem.statements, *_blind(spread), *_boundary(estimates), *differing)
+    warnings = (*problem.warnings, *_outlying(traces, inliers), *_coloured(traces, inflation), *said(diagnoses))
     return Fit(
         problem.kind, estimates, problem.known, _correlations(estimates, spread), traces, statements, warnings,
-        solution.evaluations, clock.perf_counter() - began, solution,
+        solution.evaluations, clock.perf_counter() - began, solution, diagnoses,
+        spread.covariance * inflation, repeats,
     )  # fmt: skip
+
+
+def _minimum(problem: Problem, loss: str, wanted: Sequence[str]) -> tuple[Problem, Solution]:
+    """The minimum of a problem; with nuisances, those are fitted from where it is without them."""
+    solution = minimise(problem, loss)
+    if not wanted:
+        return problem, solution
+    wider = with_nuisances(problem, wanted)
+    idle = [each for each in wanted if all(each not in one.names for one in wider.experiments)]
+    if idle:
+        raise HopformError(f"nuisances: {idle[0]} is none of these recordings: no current changes in any of them")
+    _, parameters = extended(wider, solution, loss)
+    wider = replace(wider, parameters=tuple(parameters), starts=({p.name: p.start for p in parameters}, *wider.starts))
+    return wider, minimise(wider, loss)
 
 
 def _outlying(traces: Sequence[Trace], inliers: Sequence[NDArray[np.bool_]]) -> list[str]:
@@ -228,6 +274,15 @@ def _old(problem: Problem, solution: Solution, inliers: Sequence[NDArray[np.bool
 
 
 _QUANTITY = {"attached": "x2", "ground": "x2", "free": "x2", "held": "x1", "air": "x1", "threshold": "threshold"}
+
+
+def checked_nuisances(options: Options) -> tuple[str, ...]:
+    """The nuisances of the options, each once; HopformError for one that is none."""
+    wanted = tuple(dict.fromkeys(options.get("nuisances", ())))
+    for each in wanted:
+        if each not in NUISANCES:
+            raise HopformError(f"nuisances must be of {', '.join(NUISANCES)}, got {each!r}")
+    return wanted
 
 
 def checked_loss(options: Options) -> str:

@@ -43,10 +43,27 @@ def fit_robot(
     ramps: as `friction_threshold` takes them. known as in `fit_drop_test` and `fit_step_response`; options: `Options`.
     Raises HopformError where a recording cannot be what it is given as, or none is given.
     """
-    values = checked_known(known, LETTERS)
-    handed = {"drops": drops, "free_drops": free_drops, "decays": decays, "steps": steps, "air": air, "ramps": ramps}
-    given = {name: as_many(recordings, name) for name, recordings in handed.items()}
-    problems = _problems(given, values, options.get("backend"))
+    handed = {
+        "drop": ("drops", drops),
+        "free": ("free_drops", free_drops),
+        "decay": ("decays", decays),
+        "step": ("steps", steps),
+        "air": ("air", air),
+        "ramp": ("ramps", ramps),
+    }
+    of = {role: as_many(recordings, name) for role, (name, recordings) in handed.items()}
+    return finish(robot_problem(of, known, options.get("loss", "linear"), options.get("backend")), **options)
+
+
+def robot_problem(
+    of: Mapping[str, Sequence[Recording]],
+    known: Mapping[str, float] | None = None,
+    loss: str = "linear",
+    backend: str | None = None,
+) -> Problem:
+    """The least-squares problem of all recordings of a robot, by their role: drop, free, decay, step, air, ramp."""
+    values, ramps = checked_known(known, LETTERS), of.get("ramp", ())
+    problems = _problems(of, values, backend)
     if not problems:
         raise HopformError(
             "a fit needs at least one recording of a drop, a decay or a step; a ramp alone gives a threshold"
@@ -54,22 +71,21 @@ def fit_robot(
     together = merged(problems)
     names = {p.name for p in together.parameters}
     extra = list[str]()
-    if given["ramps"]:
-        threshold = friction_threshold(given["ramps"], loss=options.get("loss", "linear"))
+    if ramps:
+        threshold = friction_threshold(ramps, loss=loss)
         if {"f1"} <= names:
             together = replace(together, experiments=(*together.experiments, _threshold_of(threshold, together)))
         extra += [each for each in threshold.statements if each.startswith("one direction")]
-    together = replace(together, statements=(*together.statements, *extra, *_missing(names, values)))
-    return finish(together, **options)
+    return replace(together, statements=(*together.statements, *extra, *_missing(names, values)))
 
 
 _DROPS: dict[str, tuple[Rig, tuple[str, ...]]] = {
-    "drops": ("ground", ("m_s", "k", "b2", "f2", "length", "impact_loss", "g")),
-    "decays": ("attached", ("m_s", "k", "b2", "f2")),
-    "free_drops": ("free", LETTERS),
+    "drop": ("ground", ("m_s", "k", "b2", "f2", "length", "impact_loss", "g")),
+    "decay": ("attached", ("m_s", "k", "b2", "f2")),
+    "free": ("free", LETTERS),
 }
 _STEPS: dict[str, tuple[bool, tuple[str, ...]]] = {
-    "steps": (True, ("m_eff", "b1", "f1", "gamma2", "k")),
+    "step": (True, ("m_eff", "b1", "f1", "gamma2", "k")),
     "air": (False, ("m_eff", "b1", "f1", "gamma2", "offset")),
 }
 
@@ -82,15 +98,15 @@ def _problems(
     """
     problems, count = list[Problem](), 0
     for kind, (rig, letters) in _DROPS.items():
-        if given[kind]:
+        if given.get(kind):
             own = {name: values[name] for name in letters if name in values}
             problems.append(drop_problem(given[kind], rig, own, backend, count))
             count += problems[-1].motions
     has_k = "k" in values or any(p.name == "k" for problem in problems for p in problem.parameters)
     for kind, (spring, letters) in _STEPS.items():
-        if given[kind]:
+        if given.get(kind):
             own = {name: values[name] for name in letters if name in values}
-            scaled = has_k and (spring or bool(given["steps"]))
+            scaled = has_k and (spring or bool(given.get("step")))
             problems.append(step_problem(given[kind], spring, own, backend, count, scaled))
             count += problems[-1].motions
     return sorted(problems, key=lambda each: any(e.kind == "free" for e in each.experiments))

@@ -10,7 +10,8 @@
 | threshold | nothing yet: the current at which the actuator begins to move | (5) |
 """
 
-from collections.abc import Mapping
+import math
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from typing import Literal
@@ -18,8 +19,9 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from hopform._identify import hopping, motion
+from hopform._identify import hopping, motion, sensors
 from hopform._identify.motion import AT, STATE, Array
+from hopform._identify.sensors import Moved, Sensor, Steps
 from hopform._solver.package import records
 
 Kind = Literal["attached", "ground", "free", "held", "air", "threshold"]
@@ -42,7 +44,7 @@ is free, with x1, v1 of the actuator)."""
 UNITS = {
     "m_s": "kg", "m_eff": "kg", "k": "N/m", "b1": "N s/m", "b2": "N s/m", "f1": "m/s^2", "f2": "m/s^2", "gamma2": "N/A",
     "g": "m/s^2", "rest": "m", "length": "m", "L0": "m", "impact_loss": "", "x": "m", "v": "m/s", "offset": "A",
-    "x1": "m", "v1": "m/s", "x1_min": "m", "x1_max": "m",
+    "x1": "m", "v1": "m/s", "x1_min": "m", "x1_max": "m", "delay": "s", "gain": "", "clock": "", "lag": "s",
 }  # fmt: skip
 
 SOFT = 1e-9
@@ -56,9 +58,9 @@ class Experiment:
     """A recording on its rig: what was measured when, under which current, and which parameter each letter stands for.
 
     time [s] from 0, not decreasing; measured [m]: x2 of a body, x1 of an actuator, of a free drop the one that `of`
-    says; steps: the current. names: a letter's parameter. constants: letters that are known. added_mass [kg] on the
-    body. backend: of the solver, the best if None. noise: standard deviation of what was measured, where the residuals
-    are too few to show it.
+    says; steps: the current. names: a letter's parameter, also of `Sensor`. constants: letters that are known.
+    added_mass [kg] on the body. backend: of the solver, the best if None. noise: standard deviation of what was
+    measured, where the residuals are too few to show it.
     """
 
     label: str
@@ -86,13 +88,64 @@ class Experiment:
             for letter in LETTERS[self.kind]
         }
 
+    def sensor(self, values: Mapping[str, float]) -> Sensor:
+        """The letters of sensor, clock and logger under values of the parameters."""
+        here = {name: self.names.get(name) for name in Sensor._fields}
+        return Sensor(**{
+            name: values[parameter] if parameter is not None else self.constants.get(name, sensors.NEUTRAL[name])
+            for name, parameter in here.items()
+        })  # fmt: skip
+
     def predict(self, values: Mapping[str, float], time: Array | None = None) -> tuple[Array, dict[str, Array]]:
         """The predicted measurement, and its derivatives by the parameters."""
-        predicted, by = _PREDICT[self.kind](self, self.letters(values), self.time if time is None else time)
+        time, sensor, at = self.time if time is None else time, self.sensor(values), self.letters(values)
+        here = sensors.in_recorded_time(at, sensor.clock)
+        steps = sensors.delayed(self.steps, sensor.delay)
+        moved, rate = _PREDICT[self.kind](self, here, steps, time)
+        states, by = moved
+        if "delay" in self.names:
+            by["delay"] = _by_delay(states, by, rate, time)
+        if "clock" in self.names or sensor.clock != 1.0:
+            by = sensors.by_clock(at, by, sensor.clock)
+        if "lag" in self.names or sensor.lag != 0.0:
+            before = rate.get("v1" if self.kind == "free" and self.of == "x1" else "v", 0.0)
+            states, by = sensors.lagged(time, (states, by), sensor.lag, before)
+        by["gain"] = states
         found: dict[str, Array] = {}
         for letter, name in self.names.items():
-            found[name] = found.get(name, 0.0) + by[letter]
-        return predicted, found
+            scale = 1.0 if letter == "gain" else sensor.gain
+            found[name] = found.get(name, 0.0) + scale * by[letter][:, 0]
+        return sensor.gain * states[:, 0], found
+
+    def response_to_stribeck(self, values: Mapping[str, float], share: float) -> Array:
+        """The change of the prediction by friction that is 1 + level e^(-(v/v_s)^2) times as high, per level; 0 for a
+        rig that is none of one mass on a spring or in the air. v_s: a share of the largest velocity.
+        """
+        body = self.kind == "attached"
+        at = sensors.in_recorded_time(self.letters(values), self.sensor(values).clock)
+        friction = at.get("f2" if body else "f1", 0.0)
+        if self.kind not in ("attached", "held", "air") or friction == 0.0:
+            return np.zeros(self.time.size)
+        mass = at["m_s"] + self.added_mass if body else at["m_eff"]
+        k, rest, gamma = at.get("k", SOFT), at.get("rest", 0.0), at.get("gamma2", 0.0)
+        rest -= mass * at["g"] / k if body else 0.0
+        fine = np.interp(np.arange(4 * self.time.size - 3) / 4.0, np.arange(self.time.size), self.time)
+        begins, levels = np.array(sensors.delayed(self.steps, self.sensor(values).delay)).T
+        force = gamma * (levels + at.get("offset", 0.0))[np.searchsorted(begins, fine, side="right") - 1]
+        letters = {
+            "m_eff": mass, "k": k, "b1": at["b2" if body else "b1"], "f1": friction, "gamma2": 1.0, "rest": rest,
+            "x": at["x"], "v": at["v"],
+        }  # fmt: skip
+
+        def moved(force: Array) -> Array:
+            return _actuator(self, letters, tuple(zip(fine.tolist(), force.tolist(), strict=True)), fine)[0][0]
+
+        x, v = moved(force).T
+        side = np.asarray(np.where(v != 0.0, v, k * (rest - x) - force), dtype=np.float64)
+        rest_share = np.exp(-((v / (share * float(np.abs(v).max()))) ** 2))
+        more = np.asarray(mass * friction * rest_share * np.sign(side), dtype=np.float64)
+        apart = (moved(force + _SMALL * more) - moved(force - _SMALL * more))[::4, 0] / (2.0 * _SMALL)
+        return np.asarray(self.sensor(values).gain * apart)
 
     def only(self, chosen: NDArray[np.bool_]) -> "Experiment":
         """The samples that a mask selects."""
@@ -108,20 +161,46 @@ def _robot(**fields: float) -> records.Robot:
     return records.Robot(**{**whole, "impact_loss": 0.0, **fields})
 
 
-def _attached(of: Experiment, at: Mapping[str, float], time: Array) -> tuple[Array, dict[str, Array]]:
+_SMALL = 0.01
+"""Level of the friction at rest for the difference that shows the response to it."""
+
+Rates = dict[str, float]
+"""Derivatives by time of the letters of a start."""
+
+
+def _by_delay(states: Array, by: Mapping[str, Array], rate: Rates, time: Array) -> Array:
+    """Derivatives by a delay of the current: -x'(t) and what a start so much earlier changes."""
+    slope = np.gradient(states[:, 1], time) if time.size > 1 else np.zeros(time.size)
+    start = sum((by[letter] * each for letter, each in rate.items() if letter in by), np.zeros_like(states))
+    return np.asarray(start - np.stack([states[:, 1], slope], axis=1))
+
+
+def _first_acceleration(pull: float, velocity: float, friction: float) -> float:
+    """Of a mass under a pull [m/s^2] and Coulomb friction, by the hold rule."""
+    side = velocity if velocity != 0.0 else pull
+    return 0.0 if velocity == 0.0 and abs(pull) <= friction else pull - math.copysign(friction, side)
+
+
+def _rows(moved: motion.Motion, place: int, letters: Mapping[str, str]) -> Moved:
+    """Position and velocity of one mass, and their derivatives by letters."""
+    both = slice(place, place + 2)
+    return moved.states[:, both], {letter: moved.by[:, both, AT[field]] for letter, field in letters.items()}
+
+
+def _attached(of: Experiment, at: Mapping[str, float], steps: Steps, time: Array) -> tuple[Moved, Rates]:
     mass, preload = at["m_s"] + of.added_mass, of.preload + at["m_s"] * at["g"] / at["k"]
     robot = _robot(
         m_s=mass, k=at["k"], b2=at["b2"], f2=at["f2"], L0=at["rest"], c=preload, g=at["g"] + at["k"] * preload / mass,
         x1_min=0.0, x1_max=0.0,
     )  # fmt: skip
-    moved = motion.stance(robot, (0.0, 0.0, at["x"], at["v"]), of.steps, time, of.backend)
-    row = moved.by[:, 2]
-    by = {letter: row[:, AT[field]] for letter, field in _BODY.items() if letter != "length"}
-    by["rest"] = row[:, AT["L0"]]
+    moved = motion.stance(robot, (0.0, 0.0, at["x"], at["v"]), steps, time, of.backend)
+    states, by = _rows(moved, 2, {letter: field for letter, field in _BODY.items() if letter != "length"})
+    by["rest"] = moved.by[:, 2:4, AT["L0"]]
     # The preload is a number: it moves with nothing. The gravity that balances it does.
-    by["k"] = by["k"] + row[:, AT["g"]] * preload / mass
-    by["m_s"] = by["m_s"] - row[:, AT["g"]] * at["k"] * preload / mass**2
-    return moved.states[:, 2], by
+    by["k"] = by["k"] + by["g"] * preload / mass
+    by["m_s"] = by["m_s"] - by["g"] * at["k"] * preload / mass**2
+    pull = (at["k"] * (at["rest"] - at["x"]) - at["b2"] * at["v"]) / mass - at["g"]
+    return (states, by), {"x": at["v"], "v": _first_acceleration(pull, at["v"], at["f2"])}
 
 
 _BODY = {"m_s": "m_s", "k": "k", "b2": "b2", "f2": "f2", "g": "g", "length": "L0", "x": "x2", "v": "v2"}
@@ -137,60 +216,63 @@ _FREE_LEG = {
 }  # fmt: skip
 
 
-def _ground(of: Experiment, at: Mapping[str, float], time: Array) -> tuple[Array, dict[str, Array]]:
+def _ground(of: Experiment, at: Mapping[str, float], _: Steps, time: Array) -> tuple[Moved, Rates]:
     robot = _robot(
         m_s=at["m_s"] + of.added_mass, k=at["k"], b2=at["b2"], f2=at["f2"], g=at["g"], L0=at["length"],
         impact_loss=at["impact_loss"], x1_min=0.0, x1_max=0.0,
     )  # fmt: skip
     moved = hopping.drop(robot, (0.0, 0.0, at["x"], at["v"]), ((0.0, 0.0),), time, of.backend)
-    row = moved.by[:, 2]
-    return moved.states[:, 2], {letter: row[:, AT[field]] for letter, field in _LANDING.items()}
+    return _rows(moved, 2, _LANDING), {"x": at["v"], "v": -at["g"]}
 
 
 @lru_cache(maxsize=2)
 def _dropped(
-    robot: records.Robot, start: tuple[float, ...], steps: hopping.Steps, times: bytes, backend: str | None
+    robot: records.Robot, start: tuple[float, ...], steps: Steps, times: bytes, backend: str | None
 ) -> motion.Motion:
     """A drop of which both x1 and x2 were measured is solved once for both."""
     return hopping.drop(robot, start, steps, np.frombuffer(times), backend)
 
 
-def _free(of: Experiment, at: Mapping[str, float], time: Array) -> tuple[Array, dict[str, Array]]:
+def _free(of: Experiment, at: Mapping[str, float], steps: Steps, time: Array) -> tuple[Moved, Rates]:
     robot = _robot(
         m_s=at["m_s"] + of.added_mass, k=at["k"], b2=at["b2"], f2=at["f2"], g=at["g"], L0=at["length"],
         impact_loss=at["impact_loss"], m_eff=at["m_eff"], b1=at["b1"], f1=at["f1"], gamma2=at["gamma2"],
         x1_min=at["x1_min"], x1_max=at["x1_max"],
     )  # fmt: skip
-    steps = tuple((t, u + at["offset"]) for t, u in of.steps)
+    steps = tuple((t, u + at["offset"]) for t, u in steps)
     moved = _dropped(robot, (at["x1"], at["v1"], at["x"], at["v"]), steps, time.tobytes(), of.backend)
-    place = STATE.index(of.of)
-    row = moved.by[:, place]
-    return moved.states[:, place], {letter: row[:, AT[field]] for letter, field in _FREE_LEG.items()}
+    pull = -(at["b1"] * at["v1"] + at["gamma2"] * steps[0][1]) / at["m_eff"]
+    stopped = at["v1"] == 0.0 and (
+        (at["x1"] <= at["x1_min"] and pull <= 0.0) or (at["x1"] >= at["x1_max"] and pull >= 0.0)
+    )
+    first = 0.0 if stopped else _first_acceleration(pull, at["v1"], at["f1"])
+    rates = {"x": at["v"], "v": -at["g"], "x1": at["v1"], "v1": first}
+    return _rows(moved, STATE.index(of.of), _FREE_LEG), rates
 
 
-def _actuator(of: Experiment, at: Mapping[str, float], time: Array) -> tuple[Array, dict[str, Array]]:
+def _actuator(of: Experiment, at: Mapping[str, float], steps: Steps, time: Array) -> tuple[Moved, Rates]:
     """The body is held at x2 = 0; the offset of the spring puts its relaxed state at `rest`."""
-    offset = at.get("offset", 0.0)
+    offset, k, rest = at.get("offset", 0.0), at.get("k", SOFT), at.get("rest", 0.0)
     robot = _robot(
-        m_eff=at["m_eff"], k=at.get("k", SOFT), b1=at["b1"], f1=at["f1"], gamma2=at["gamma2"], L0=-at.get("rest", 0.0),
-        c=of.preload, f2=motion.FIRM,
+        m_eff=at["m_eff"], k=k, b1=at["b1"], f1=at["f1"], gamma2=at["gamma2"], L0=-rest, c=of.preload, f2=motion.FIRM,
     )  # fmt: skip
-    steps = tuple((t, u + offset) for t, u in of.steps) if offset else of.steps
+    steps = tuple((t, u + offset) for t, u in steps) if offset else steps
     moved = motion.stance(robot, (at["x"], at["v"], 0.0, 0.0), steps, time, of.backend)
-    row = moved.by[:, 0]
-    by = {letter: row[:, AT[field]] for letter, field in _ACTUATOR.items()}
-    by["rest"] = -row[:, AT["L0"]]
-    return moved.states[:, 0], by
+    states, by = _rows(moved, 0, _ACTUATOR)
+    by["rest"] = -moved.by[:, 0:2, AT["L0"]]
+    pull = (k * (rest - at["x"]) - at["b1"] * at["v"] - at["gamma2"] * steps[0][1]) / at["m_eff"]
+    return (states, by), {"x": at["v"], "v": _first_acceleration(pull, at["v"], at["f1"])}
 
 
-def _threshold(of: Experiment, at: Mapping[str, float], time: Array) -> tuple[Array, dict[str, Array]]:
+def _threshold(of: Experiment, at: Mapping[str, float], _: Steps, time: Array) -> tuple[Moved, Rates]:
     """The current of (5) in A, in place of a position."""
     u = at["m_eff"] * at["f1"] / abs(at["gamma2"])
     by = {"m_eff": u / at["m_eff"], "f1": at["m_eff"] / abs(at["gamma2"]), "gamma2": -u / at["gamma2"]}
-    return np.full(time.shape, u), {letter: np.full(time.shape, value) for letter, value in by.items()}
+    row = np.tile([1.0, 0.0], (time.size, 1))
+    return (u * row, {letter: value * row for letter, value in by.items()}), {}
 
 
-_PREDICT = {
+_PREDICT: Mapping[Kind, Callable[[Experiment, Mapping[str, float], Steps, Array], tuple[Moved, Rates]]] = {
     "attached": _attached, "ground": _ground, "free": _free, "held": _actuator, "air": _actuator,
     "threshold": _threshold,
 }  # fmt: skip

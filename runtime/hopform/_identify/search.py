@@ -50,16 +50,13 @@ def minimise(problem: Problem, loss: str) -> Solution:
     if loss == "linear":
         return least_squares(problem)
     first = _weighed(problem, _without_outliers(problem, least_squares), {}, loss)
-    if _is_noise(problem, first, loss):
+    if is_noise(problem, first, loss):
         return first
     other = _searched(problem, loss, {}, first.sigma)
 
     noise = [min(pair) for pair in zip(first.sigma, other.sigma, strict=True)]
-
-    def cost(each: Solution) -> float:
-        return estimation.solve(problem.experiments, estimation.started(each), sigma=noise, loss=loss, most=1).cost
-
-    return _unstuck(problem, _traded(problem, min(first, other, key=cost), loss), loss)
+    least = min(first, other, key=lambda each: estimation.cost_of(each, problem.experiments, noise, loss))
+    return _unstuck(problem, _traded(problem, least, loss), loss)
 
 
 def least_squares(problem: Problem, fixed: Mapping[str, float] | None = None) -> Solution:
@@ -159,15 +156,15 @@ def _from(
             one = settled(part, estimation.started(one))
         return one
 
-    def is_noise(one: Solution) -> bool:
-        return not held and _is_noise(problem, one, loss)
+    def explains(one: Solution) -> bool:
+        return not held and is_noise(problem, one, loss)
 
     begun, ends = list[Solution](), list[Solution]()
     for start in tried:
         begun.append(settled(first, start))
-        if is_noise(begun[-1]):
+        if explains(begun[-1]):
             ends.append(followed(begun.pop()))
-            if is_noise(ends[-1]):
+            if explains(ends[-1]):
                 break
     else:
         rest = _apart(sorted(begun, key=lambda each: each.cost), _ALIKE if held else _SAME)
@@ -182,7 +179,7 @@ _NEAR = 3.0
 """A fit within so many times the noise has nearly converged."""
 
 
-def _is_noise(problem: Problem, found: Solution, loss: str) -> bool:
+def is_noise(problem: Problem, found: Solution, loss: str) -> bool:
     """Whether a fit leaves nothing but noise of each recording."""
     return _level(problem, found, loss) <= 1.0 and all(
         estimation.tests_of(rest[bulk(rest, loss)]).white for rest in found.residuals

@@ -211,7 +211,7 @@ def fit_force(
         )
     found, covariance, residual = _linear(a, b, loss)
     sizes = np.cumsum([part.time.size for part in parts])[:-1]
-    estimates = _force_estimates(names, found, covariance, values, a.shape[0])
+    estimates, spread = _force_estimates(names, found, covariance, values, a.shape[0])
     scale = -values["gamma2"] if "gamma2" in values else -found[names.index("gamma2")]
     old = _viscous_alone(names, a, b) if options.get("compare", True) else np.full_like(b, np.nan)
     left_out = _left_out(parts, a, b) if options.get("holdout", True) else [math.nan] * len(parts)
@@ -225,7 +225,7 @@ def fit_force(
             several, parts, np.split(residual, sizes), np.split(old, sizes), left_out, strict=True
         )
     )  # fmt: skip
-    fit = Fit("force", estimates, values, {}, traces, (), (), 1, clock.perf_counter() - began)
+    fit = Fit("force", estimates, values, {}, traces, (), (), 1, clock.perf_counter() - began, covariance=spread)
     if not position:
         return fit
     if progress:
@@ -294,31 +294,32 @@ def _left_out(parts: Sequence[Filtered], a: Array, b: Array) -> list[float]:
 
 def _force_estimates(
     names: Sequence[str], found: Sequence[float], covariance: Array, known: Mapping[str, float], count: int
-) -> tuple[Estimate, ...]:
-    """The parameters and the forces behind them; f1 and the offset are quotients, whose errors follow to first
-    order.
+) -> tuple[tuple[Estimate, ...], Array]:
+    """The parameters and the forces behind them, with their covariance; f1 and the offset are quotients, whose errors
+    follow to first order.
     """
     at = {name: n for n, name in enumerate(names)}
     t = estimation.student(0.5 + 0.5 * LEVEL, max(count - len(names), 1))
-
-    def estimate(name: str, unit: str, value: float, slope: Mapping[str, float], bounded: bool = False) -> Estimate:
-        row = np.array([slope.get(each, 0.0) for each in names])
-        stderr = math.sqrt(float(row @ covariance @ row))
-        low = value - t * stderr
-        return Estimate(name, unit, value, stderr, max(low, 0.0) if bounded else low, value + t * stderr, "t")
-
-    direct = [n for n in names if n in ("m_eff", "gamma2", "b1")]
-    made = [estimate(n, UNITS[n], found[at[n]], {n: 1.0}, bounded=n == "b1") for n in direct]
     mass = known.get("m_eff", found[at["m_eff"]] if "m_eff" in at else math.nan)
     gamma = known.get("gamma2", found[at["gamma2"]] if "gamma2" in at else math.nan)
     coulomb, constant = found[at["coulomb"]], found[at["constant"]]
-    return (
-        *made,
-        estimate("f1", "m/s^2", coulomb / mass, {"coulomb": 1.0 / mass, "m_eff": -coulomb / mass**2}, bounded=True),
-        estimate("offset", "A", constant / gamma, {"constant": 1.0 / gamma, "gamma2": -constant / gamma**2}),
-        estimate("f1 m_eff", "N", coulomb, {"coulomb": 1.0}, bounded=True),
-        estimate("offset force", "N", constant, {"constant": 1.0}),
-    )
+    direct = [n for n in names if n in ("m_eff", "gamma2", "b1")]
+    made: list[tuple[str, str, float, dict[str, float]]] = [
+        *((name, UNITS[name], found[at[name]], {name: 1.0}) for name in direct),
+        ("f1", "m/s^2", coulomb / mass, {"coulomb": 1.0 / mass, "m_eff": -coulomb / mass**2}),
+        ("offset", "A", constant / gamma, {"constant": 1.0 / gamma, "gamma2": -constant / gamma**2}),
+        ("f1 m_eff", "N", coulomb, {"coulomb": 1.0}),
+        ("offset force", "N", constant, {"constant": 1.0}),
+    ]
+    slopes = np.array([[slope.get(each, 0.0) for each in names] for *_, slope in made])
+    whole = np.asarray(slopes @ covariance @ slopes.T)
+
+    def estimate(name: str, unit: str, value: float, stderr: float) -> Estimate:
+        low = max(value - t * stderr, 0.0) if name[:2] in ("b1", "f1") else value - t * stderr
+        return Estimate(name, unit, value, stderr, low, value + t * stderr, "t")
+
+    errors = np.sqrt(np.diag(whole)).tolist()
+    return tuple(estimate(*each[:3], error) for each, error in zip(made, errors, strict=True)), whole
 
 
 def _coarse(recording: Recording, every: int) -> tuple[tuple[float, float], ...]:

@@ -1,18 +1,18 @@
 """Robots: checked parameters, the shipped ones, TOML in and out."""
 
 import difflib
-import json
 import os
 import re
 import tomllib
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from importlib import resources
 from pathlib import Path
 from typing import Any, ClassVar, NoReturn
 
-from hopform._checks import MOST_DIGITS, real, shown
+from hopform._checks import MOST_DIGITS, real, shown, whole
 from hopform._errors import HopformError
 from hopform._files import name_of, path_of, read_text
+from hopform._robots.provenance import Provenance, provenance_from, toml_string
 from hopform._solver.choice import DEFAULT, Solver
 from hopform._solver.package import ROBOT_FIELDS, CheckedRobot, Field, checked
 
@@ -36,6 +36,8 @@ class Robot(CheckedRobot):
 
     name: str = ""
     description: str = ""
+    fit: Provenance | None = None
+    """where the numbers come from, for a robot that was identified"""
     solver: ClassVar[Solver] = DEFAULT
 
     def __post_init__(self) -> None:
@@ -60,12 +62,24 @@ class Robot(CheckedRobot):
         return ROBOT_FIELDS
 
     def to_toml(self) -> str:
-        """The robot as a TOML text that `load_robot` reads back to the same robot."""
+        """The robot as a TOML text that `load_robot` reads back to the same robot, with the origin of each number if it
+        was identified."""
         lines = [f"{key} = {toml_string(text)}" for key in ("name", "description") if (text := getattr(self, key))]
         for field in ROBOT_FIELDS:
-            value = f"{field.name} = {getattr(self, field.name)!r}"
-            lines.append(f"{value:<24} # [{field.unit}] {field.meaning}")
-        return "\n".join(lines) + "\n"
+            number = getattr(self, field.name)
+            origin = f"; {self.fit.of(field.name, number)}" if self.fit else ""
+            lines.append(f"{f'{field.name} = {number!r}':<24} # [{field.unit}] {field.meaning}{origin}")
+        return "\n".join(lines) + "\n" + (f"\n{self.fit.to_toml()}" if self.fit else "")
+
+    def sample(self, count: int, seed: int | None = None) -> "tuple[Robot, ...]":
+        """Robots drawn from the distribution of an identified robot's parameters; the same seed draws the same ones.
+
+        Raises HopformError for a robot that was not identified.
+        """
+        if self.fit is None:
+            raise HopformError(f"robot {self.name or 'given'} has no fit to draw from: identify one, or load its TOML")
+        whole("count", count)
+        return tuple(replace(self, **each, fit=None) for each in self.fit.draw(count, seed))  # type: ignore[arg-type]
 
 
 def _checked(field: Field, value: object) -> float:
@@ -74,11 +88,6 @@ def _checked(field: Field, value: object) -> float:
     if (reason := checked.refusal(field, number)) is not None:
         raise HopformError(reason)
     return number
-
-
-def toml_string(text: str) -> str:
-    """A text as a basic string of TOML, which has JSON's escapes, and one for U+007F."""
-    return json.dumps(text, ensure_ascii=False).replace("\x7f", r"\u007f")
 
 
 def checked_robot(robot: object) -> Robot:
@@ -113,20 +122,17 @@ def file_of(name_or_path: str | Path) -> Path | None:
 
 def robot_from_toml(text: str, source: str = "TOML") -> Robot:
     """The robot of a TOML text; `source` is what errors call it."""
-    try:
-        table: dict[str, Any] = tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
-        raise HopformError(f"{source} is not valid TOML: {error}") from None
-    except RecursionError:
-        raise HopformError(f"{source} is not valid TOML for a robot: it is nested too deep") from None
-    except ValueError:
-        raise HopformError(f"{source} holds a whole number of more than {MOST_DIGITS} digits") from None
+    table = _table(text, source)
     known = {field.name: field for field in ROBOT_FIELDS}
     for key, value in table.items():
         where = f"({source}, line {_line_of(key, text)})"
         if key in ("name", "description"):
             if not isinstance(value, str):
                 raise HopformError(f"{key} must be a text, got {shown(value)} {where}")
+        elif key == "fit":
+            if not isinstance(value, dict):
+                raise HopformError(f"fit must be a table [fit], got {shown(value)} {where}")
+            table[key] = provenance_from(value, where)  # pyright: ignore[reportUnknownArgumentType]
         elif key not in known:
             raise HopformError(f"unknown parameter {shown(key)}{_nearest(key, [*known, 'name'])} {where}")
         else:
@@ -141,6 +147,18 @@ def robot_from_toml(text: str, source: str = "TOML") -> Robot:
         return Robot(**table)
     except HopformError as error:
         raise HopformError(f"{error} ({source})") from None
+
+
+def _table(text: str, source: str) -> dict[str, Any]:
+    """What a TOML text holds."""
+    try:
+        return tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise HopformError(f"{source} is not valid TOML: {error}") from None
+    except RecursionError:
+        raise HopformError(f"{source} is not valid TOML for a robot: it is nested too deep") from None
+    except ValueError:
+        raise HopformError(f"{source} holds a whole number of more than {MOST_DIGITS} digits") from None
 
 
 def _line_of(key: str, text: str) -> int:
@@ -161,4 +179,6 @@ def _no_such_robot(name: str) -> NoReturn:
     raise HopformError(f"there is no robot {shown(name)}{f'{nearest} Known' if nearest else '; known'}: {known}")
 
 
-assert {field.name for field in fields(Robot)} == {field.name for field in ROBOT_FIELDS} | {"name", "description"}
+assert {field.name for field in fields(Robot)} == {field.name for field in ROBOT_FIELDS} | {
+    "name", "description", "fit",
+}  # fmt: skip

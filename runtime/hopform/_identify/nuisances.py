@@ -1,0 +1,278 @@
+"""Nuisances: what clock, logger and sensor may have done to a recording, tested after every fit.
+
+Each candidate is one more parameter (a delay is one per recording). Rao's score test at the minimum says what it would
+bring to first order,
+
+    chi^2 = (c . r)^2 / (c . c),      c = dx/d nuisance, less what the fitted parameters make of it
+
+and a candidate with a score is fitted. The friction law has a score alone: c is the response to a force
+e^(-(v/v_s)^2) sign(v) at the velocities of the fit, exact through sticking. Outliers are a candidate too: the samples
+that are off their neighbours are left out.
+"""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hopform._identify import estimation
+from hopform._identify.estimation import Parameter, Solution
+from hopform._identify.motion import Array
+from hopform._identify.recordings import outliers
+from hopform._identify.rigs import UNITS, Experiment
+from hopform._identify.search import Problem, bulk, follow, is_noise, selected
+
+NUISANCES = ("delay", "gain", "clock", "lag")
+"""What can be fitted on request."""
+_SHAPES: Mapping[str, Parameter] = {
+    "delay": Parameter("delay", UNITS["delay"], 0.0, 1e-3, "real", own=True, low=-0.1, high=0.1),
+    "gain": Parameter("gain", UNITS["gain"], 1.0, 1.0, "positive"),
+    "clock": Parameter("clock", UNITS["clock"], 1.0, 1.0, "positive"),
+    "lag": Parameter("lag", UNITS["lag"], 0.0, 1e-3, "nonnegative"),
+}
+
+
+class Diagnosis(NamedTuple):
+    """What one cause would bring: values of its parameters, rms of all positions [m] before and after, the decrease of
+    the sum of squares in variances of what is left, and the option that takes it into account.
+    """
+
+    name: str
+    values: Mapping[str, float]
+    before: float
+    after: float
+    decrease: float
+    option: str
+
+    def cause(self) -> str:
+        """The cause with its size."""
+        sizes = list(self.values.values())
+        if self.name == "delay":
+            late = ", ".join(f"{1e3 * each:.3g}" for each in sizes)
+            return f"a delay of {late} ms between current and position"
+        if self.name == "lag":
+            return f"a first-order lag of {', '.join(f'{1e3 * each:.3g}' for each in sizes)} ms"
+        if self.name == "gain":
+            return f"a sensor gain of {', '.join(f'{each:.4g}' for each in sizes)}"
+        if self.name == "clock":
+            fast = 100.0 * (sizes[0] - 1.0)
+            return f"a clock of the recording that is {abs(fast):.3g} % {'slow' if fast > 0.0 else 'fast'}"
+        if self.name == "outliers":
+            return f"leaving out {sizes[0]:.0f} samples"
+        return f"friction that is higher at rest, by about {100.0 * sizes[0]:.1g} % (Stribeck),"
+
+
+def said(found: Sequence[Diagnosis]) -> list[str]:
+    """The cause that explains most, and those that explain as much."""
+    if not found:
+        return []
+    first = found[0]
+    alike = [each for each in found[1:] if first.decrease - each.decrease < _ALIKE]
+    causes = " or ".join(each.cause() for each in (first, *alike))
+    options = " or ".join(dict.fromkeys(each.option for each in (first, *alike) if each.option))
+    brings = f"{causes} brings rms {1e3 * first.before:.3g} to {1e3 * first.after:.3g} mm"
+    advice = f"; fit it with {options}" if options else "; no option fits it: intervals are those of constant friction"
+    return [brings + advice + ("; these recordings do not separate them" if alike else "")]
+
+
+def with_nuisances(problem: Problem, wanted: Sequence[str]) -> Problem:
+    """A problem with sensor, clock or logger among its parameters: where the recordings have a current for a delay, one
+    per recording; a gain and a lag per sensor (gain1 of x1, gain2 of x2); one clock.
+    """
+    experiments, made = list[Experiment](), dict[str, Parameter]()
+    for each in problem.experiments:
+        names = dict(each.names)
+        for letter in wanted:
+            name = _name(each, letter)
+            if name and letter not in names:
+                names[letter] = name
+                made.setdefault(name, _SHAPES[letter]._replace(name=name))
+        experiments.append(replace(each, names=names))
+    new = tuple(p for name, p in made.items() if all(name != other.name for other in problem.parameters))
+    return replace(problem, experiments=tuple(experiments), parameters=(*problem.parameters, *new))
+
+
+def _name(experiment: Experiment, letter: str) -> str | None:
+    """The parameter that a letter of the sensor is in a recording; None where it has none."""
+    if experiment.kind == "threshold":
+        return None
+    if letter == "delay":
+        driven = experiment.kind in ("held", "air", "free") and len({u for _, u in experiment.steps}) > 1
+        return f"delay@{experiment.names['x'].partition('@')[2]}" if driven else None
+    x1 = experiment.kind in ("held", "air") or (experiment.kind == "free" and experiment.of == "x1")
+    return "clock" if letter == "clock" else f"{letter}{1 if x1 else 2}"
+
+
+_LEAST = 16.0
+"""Variances by which a cause must lower the sum of squares: four standard errors."""
+_SCORE = 6.0
+"""The same of a score that is worth a fit."""
+_ALIKE = 6.0
+"""Variances within which two causes explain as much."""
+_LAG = 3e-3
+"""[s] where the fit of a lag starts in a motion without a current: to first order a lag shifts it in time, as its own
+start does, and the score at 0 is none."""
+_INDEPENDENT = 1e-3
+"""Share of a derivative's size that the fitted parameters must leave of it."""
+
+
+def diagnose(problem: Problem, solution: Solution, loss: str) -> tuple[Diagnosis, ...]:
+    """The causes that would explain the residuals of a fit better than noise does, the best first."""
+    found = list[Diagnosis]()
+    fitted = {letter for each in problem.experiments for letter in each.names}
+    for letter in NUISANCES:
+        if letter not in fitted:
+            found += _fitted(with_nuisances(problem, [letter]), solution, loss, letter)
+    found += _stribeck(problem, solution, loss)
+    if loss == "linear":
+        found += _without_outliers(problem, solution)
+    return tuple(sorted(found, key=lambda each: -each.decrease))
+
+
+class _Score(NamedTuple):
+    """The decrease of the sum of squares that further parameters predict, and their values after one step; whether the
+    fitted ones leave anything of their derivatives.
+    """
+
+    decrease: float
+    values: dict[str, float]
+    independent: bool
+
+
+def extended(problem: Problem, solution: Solution, loss: str) -> tuple[_Score, list[Parameter]]:
+    """The score of a problem's further parameters at a solution without them, and all of its parameters one step of
+    Gauss and Newton on.
+    """
+    own = len(solution.parameters)
+    further = problem.parameters[own:]
+    at = {p.name: p.start for p in further} | solution.values
+    residual, jacobian = _whitened(problem, solution, at, loss)
+    score = _decrease(residual, jacobian[:, :own], jacobian[:, own:], further)
+    starts = [estimation.clip(p, score.values[p.name]) for p in further]
+    moved = [p._replace(start=start) for p, start in zip(further, starts, strict=True)]
+    return score, [*estimation.started(solution), *moved]
+
+
+def _whitened(problem: Problem, solution: Solution, values: Mapping[str, float], loss: str) -> tuple[Array, Array]:
+    """Residuals and their derivatives in standard deviations, samples that are outliers left out."""
+    parts, rows = estimation.residuals(problem.experiments, problem.parameters, values)
+    weight = _weights(solution, loss)
+    return np.concatenate(parts) * weight, rows * weight[:, np.newaxis]
+
+
+def _weights(solution: Solution, loss: str) -> Array:
+    """Of each sample, 1/sigma; 0 for an outlier."""
+    pairs = zip(solution.residuals, solution.sigma, strict=True)
+    return np.concatenate([bulk(part, loss) / sigma for part, sigma in pairs])
+
+
+def _decrease(residual: Array, known: Array, new: Array, further: Sequence[Parameter]) -> _Score:
+    """The score of columns beside those of fitted parameters."""
+    size, whole = (np.sqrt((rows**2).sum(axis=0)) for rows in (known, new))
+    known = known[:, size > 0.0] / size[size > 0.0]
+    r = estimation.triangle(np.column_stack([known, new, residual]))
+    free, last = known.shape[1], new.shape[1]
+    left, rest = r[free : free + last, free : free + last], r[free : free + last, -1]
+    independent = bool((np.sqrt((left**2).sum(axis=0)) > _INDEPENDENT * whole).all() and whole.all())
+    step = -np.linalg.lstsq(left, rest, rcond=1e-9)[0] if independent else np.zeros(last)
+    values = {p.name: p.start + float(each) for p, each in zip(further, step, strict=True)}
+    return _Score(float((rest**2).sum()) if independent else 0.0, values, independent)
+
+
+def _fitted(problem: Problem, solution: Solution, loss: str, letter: str) -> list[Diagnosis]:
+    """What a nuisance brings, fitted from where its score points."""
+    new = [p.name for p in problem.parameters[len(solution.parameters) :]]
+    if not new:
+        return []
+    score, start = extended(problem, solution, loss)
+    if letter == "lag" and not score.independent:
+        start = [p._replace(start=_LAG) if p.name in new else p for p in start]
+    elif score.decrease < _SCORE:
+        return []
+    again = estimation.solve(problem.experiments, start, sigma=solution.sigma, loss=loss, most=25, precision=1e-6)
+    if not is_noise(problem, again, loss):  # the minimum without it may be far from that with it
+        other = follow(problem, loss)
+        noise = [min(pair) for pair in zip(again.sigma, other.sigma, strict=True)]
+        again = min(again, other, key=lambda each: estimation.cost_of(each, problem.experiments, noise, loss))
+    values = {name: again.values[name] for name in new}
+    return _worth(letter, values, solution, again.residuals, loss)
+
+
+def _worth(
+    name: str, values: Mapping[str, float], solution: Solution, after: Sequence[Array], loss: str
+) -> list[Diagnosis]:
+    """A diagnosis, if it explains more than noise would, of the samples that are no outliers after it."""
+    chosen = [bulk(part, loss) for part in after]
+    old, new = ([part[some] for part, some in zip(parts, chosen, strict=True)] for parts in (solution.residuals, after))
+    before, left = (sum(_power(part) / each**2 for part, each in zip(parts, solution.sigma, strict=True))
+                    for parts in (old, new))  # fmt: skip
+    count = sum(part.size for part in new)
+    inflation = max(estimation.tests_of(part).inflation for part in new if part.size > 3)
+    unit = max(left, 1e-300) / max(count - len(solution.parameters) - len(values), 1) * inflation
+    decrease = (before - left) / unit - 2.0 * (len(values) - 1)
+    rms, rest = (math.sqrt(sum(map(_power, parts)) / max(count, 1)) for parts in (old, new))
+    return [Diagnosis(name, values, rms, rest, decrease, _OPTIONS.get(name, ""))] if decrease >= _LEAST else []
+
+
+def _power(residual: Array) -> float:
+    return float(residual @ residual)
+
+
+_OPTIONS = {each: f"--{each}" for each in NUISANCES}
+_WORTH = 0.97
+"""Share of the rms that friction higher at rest must leave: below it, an encoder's quantum looks like it."""
+_SPEEDS = (0.02, 0.06, 0.2)
+"""Stribeck velocities that are tried, as shares of the largest velocity."""
+
+
+def _stribeck(problem: Problem, solution: Solution, loss: str) -> list[Diagnosis]:
+    """The score of friction that is higher at rest, for masses on a spring and in the air."""
+    tried = [each for share in _SPEEDS for each in _stribeck_at(problem, solution, loss, share)]
+    found = [each for each in tried if each.values["level"] > 0.0 and each.after < _WORTH * each.before]
+    return [max(found, key=lambda each: each.decrease)] if found else []
+
+
+def _stribeck_at(problem: Problem, solution: Solution, loss: str, share: float) -> list[Diagnosis]:
+    response = [each.response_to_stribeck(solution.values, share) for each in problem.experiments]
+    if not any(each.any() for each in response):
+        return []
+    weight = _weights(solution, loss)[:, np.newaxis]
+    rows = np.column_stack([solution.jacobian, np.concatenate(response)])
+    residual = np.concatenate(solution.residuals)
+    size = np.maximum(np.sqrt(((rows * weight) ** 2).sum(axis=0)), 1e-300)
+    scaled = np.asarray(rows * weight / size, dtype=np.float64)
+    found = np.linalg.lstsq(scaled, residual * weight[:, 0], rcond=1e-9)[0] / size
+    ends = np.cumsum([part.size for part in solution.residuals])[:-1]
+    after: list[Array] = np.split(np.asarray(residual - rows @ found, dtype=np.float64), ends)
+    return _worth("Stribeck", {"level": -float(found[-1])}, solution, after, loss)
+
+
+def _without_outliers(problem: Problem, solution: Solution) -> list[Diagnosis]:
+    """What leaving out the samples that are off their neighbours brings, if they are off the fit to the others too."""
+    masks: list[NDArray[np.bool_]] = [~outliers(each.measured) for each in problem.experiments]
+    if all(mask.all() for mask in masks):
+        return []
+    some = selected(problem.experiments, masks)
+    again = estimation.solve(some, estimation.started(solution), sigma=solution.sigma, most=25, precision=1e-6)
+    whole = estimation.solve(problem.experiments, estimation.started(again), sigma=solution.sigma, most=1)
+    pairs = zip(whole.residuals, again.residuals, strict=True)
+    off = sum(int((np.abs(part) > _OFF * _size(kept)).sum()) for part, kept in pairs)
+    if not off:
+        return []
+    before, after = (_size(np.concatenate(each.residuals)) for each in (solution, again))
+    decrease = solution.count * ((before / max(after, 1e-300)) ** 2 - 1.0)
+    found = Diagnosis("outliers", {"samples": off}, before, after, decrease, "--loss huber")
+    return [found] if after < _SPOILT * before else []
+
+
+_SPOILT = 0.8
+"""Share of the rms that outliers must leave, to be named."""
+_OFF = 6.0
+"""Times the rms of a fit without them that outliers are off it."""
+
+
+def _size(residual: Array) -> float:
+    return math.sqrt(float((residual**2).mean())) if residual.size else 0.0

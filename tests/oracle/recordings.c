@@ -1,0 +1,106 @@
+/* Recordings of one mass by time stepping: the midpoint rule in steps of at most 10 us, with friction that holds the
+ * mass exactly; then what clock, logger and sensor make of them. Shares nothing with hopform.
+ *
+ *     m x'' = gamma u(t) - k (x - rest) - b x' - m f (1 + s e^(-(x'/v_s)^2)) sign(x')        on a spring
+ *     m x'' = k (length - x) - b x' - m g - the same friction, while x < length              a drop, else x'' = -g
+ *
+ * True time is `clock` times that of the recording. The current holds from sample to sample, late by `delay`; the
+ * sensor follows x through lag y' + y = x and shows gain y. */
+#include <math.h>
+
+#define STEP 1e-5
+
+typedef struct {
+    double mass, k, b, f, stribeck, speed, gamma, rest, drops, g, loss, start, held;
+    double delay, gain, clock, lag;
+} Rig;
+
+typedef struct {
+    double x, v, y;
+    int flies;
+} State;
+
+static double pull(const Rig *rig, double x, double v, double u) {
+    return (rig->gamma * u - rig->k * (x - rig->rest) - rig->b * v) / rig->mass - rig->g;
+}
+
+static double friction(const Rig *rig, double v) {
+    double share = v / rig->speed;
+    return rig->f * (1.0 + rig->stribeck * exp(-share * share));
+}
+
+static void slide(const Rig *rig, State *s, double u, double h) {
+    double free = pull(rig, s->x, s->v, u), level = friction(rig, s->v);
+    if (s->v == 0.0 && fabs(free) <= level) {
+        return;
+    }
+    double drag = copysign(level, s->v != 0.0 ? s->v : free);
+    double middle = s->v + 0.5 * h * (free - drag);
+    double level_there = copysign(friction(rig, middle), drag);
+    double after = s->v + h * (pull(rig, s->x + 0.5 * h * s->v, middle, u) - level_there);
+    if (after * drag < 0.0 && s->v * drag > 0.0) {
+        double turn = h * s->v / (s->v - after);
+        s->x += 0.5 * turn * s->v;
+        s->v = 0.0;
+        slide(rig, s, u, h - turn);
+        return;
+    }
+    s->x += h * middle;
+    s->v = after;
+}
+
+static void fall(const Rig *rig, State *s, double h) {
+    double length = rig->rest;
+    if (s->flies) {
+        double below = s->x + h * (s->v - 0.5 * h * rig->g);
+        if (below >= length) {
+            s->x = below;
+            s->v -= h * rig->g;
+            return;
+        }
+        double impact = sqrt(s->v * s->v + 2.0 * rig->g * (s->x - length));
+        double took = (s->v + impact) / rig->g;
+        s->x = length;
+        s->v = -impact * sqrt(1.0 - rig->loss);
+        s->flies = 0;
+        h = h > took ? h - took : 0.0;
+    }
+    slide(rig, s, 0.0, h);
+    if (s->x > length && s->v > 0.0) { /* since the time at which the foot came off it has flown */
+        s->v -= (s->x - length) / s->v * (pull(rig, s->x, s->v, 0.0) - friction(rig, s->v) + rig->g);
+        s->flies = 1;
+    }
+}
+
+static void advance(const Rig *rig, State *s, double u, double time) {
+    int count = (int)ceil(time / STEP);
+    double h = count > 0 ? time / count : 0.0, decay = rig->lag > 0.0 ? exp(-h / rig->lag) : 0.0;
+    for (int n = 0; n < count; n++) {
+        double before = s->x;
+        if (rig->drops != 0.0) {
+            fall(rig, s, h);
+        } else {
+            slide(rig, s, u, h);
+        }
+        s->y = decay * s->y + (rig->lag > 0.0 ? (1.0 - decay) * 0.5 * (before + s->x) : s->x);
+    }
+}
+
+/* measured: `count` samples `step` apart by the clock of the recording; u: the current at each. */
+void record(const Rig *rig, const double *u, int count, double step, double *measured) {
+    State s = {rig->start, 0.0, rig->start, rig->drops != 0.0};
+    for (int n = 0; n < count; n++) {
+        measured[n] = rig->gain * s.y;
+        double begin = n * step, end = begin + step;
+        if (end <= rig->held + 1e-12) {
+            continue;
+        }
+        int now = (int)floor((begin - rig->delay) / step + 1e-9);
+        while (begin < end - 1e-12) {
+            double next = fmin((now + 1) * step + rig->delay, end);
+            advance(rig, &s, u[now < 0 ? 0 : now >= count ? count - 1 : now], rig->clock * (next - begin));
+            begin = next;
+            now++;
+        }
+    }
+}

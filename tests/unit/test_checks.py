@@ -1,0 +1,112 @@
+"""What recordings can tell is said before a fit, by their Fisher information; so it is of recordings to be made."""
+
+import dataclasses
+import re
+
+import numpy as np
+import pytest
+
+import hopform
+from hopform._cli import main
+from hopform._identify import fit_drop_test, fit_robot, fit_step_response
+from hopform._identify.checks import check
+from hopform._identify.synthetic import TESTS, record, to_csv
+
+HOPPER = hopform.load_robot("hopper_c")
+TRUTH = {field.name: getattr(HOPPER, field.name) for field in hopform.Robot.fields()} | {"length": HOPPER.L0}
+
+
+def half(estimate):
+    return 0.5 * (estimate.high - estimate.low)
+
+
+@pytest.mark.parametrize("planned", [True, False])
+@pytest.mark.parametrize("seed", range(3))
+def test_expected_intervals_are_those_of_the_fit(seed, planned):
+    """The noise is estimated from the samples, by its median to 4 %, or found by the fit; a profile of friction is
+    wider or narrower by its kinks.
+    """
+    drop, step = record(HOPPER, "drop", seed=seed), record(HOPPER, "step", seed=seed)
+    found = check({"drop": [drop], "step": [step]}, {"m_s": 3.0}, TRUTH if planned else None)
+    fit = fit_robot(drops=[drop], steps=[step], known={"m_s": 3.0}, compare=False, holdout=False, diagnose=False)
+    for each in found.expected:
+        if not each.own:
+            assert half(each) == pytest.approx(half(fit[each.name]), rel=0.35 if each.name[0] == "f" else 0.15), each
+    assert not found.warnings
+
+
+def test_twice_the_noise_doubles_the_intervals_and_four_recordings_halve_them():
+    def widths(noise, count):
+        made = [record(HOPPER, "decay", height=0.04, noise=noise, quantum=0.0, seed=n) for n in range(count)]
+        found = check({"decay": made}, {"m_s": 3.0}, TRUTH).expected
+        return np.array([half(each) for each in found if not each.own])
+
+    assert widths(4e-4, 1) == pytest.approx(2.0 * widths(2e-4, 1), rel=0.1)
+    assert widths(2e-4, 4) == pytest.approx(0.5 * widths(2e-4, 1), rel=0.1)
+
+
+def test_what_recordings_do_not_tell_is_named_with_the_recording_that_would():
+    still = dataclasses.replace(HOPPER, gamma2=1e-9, x1_min=-np.inf, x1_max=np.inf)
+    made = record(still, "free", current=1e-9, seed=2)
+    columns = {name: column for name, column in made.columns.items() if name != "current"}
+    found = check({"free": [dataclasses.replace(made, columns=columns)]}, {"m_s": 3.0})
+    assert any("gamma2 cannot be identified" in each for each in found.statements)
+    decay = check({"decay": [record(HOPPER, "decay", height=0.04, seed=1)]}, {"m_s": 3.0})
+    assert any("drop it onto the ground" in each for each in decay.statements)
+    assert any("a step response gives m_eff" in each for each in decay.statements)
+
+
+def test_poor_recordings_are_named():
+    one_sided = record(HOPPER, "step", seed=1)
+    columns = dict(one_sided.columns)
+    u = np.where(one_sided.time > 1.0, 3.0, 0.0)
+    moved = record(HOPPER, "step", seed=1).columns["x1"].values
+    columns["current"] = columns["current"]._replace(values=u)
+    columns["x1"] = columns["x1"]._replace(values=moved)
+    (said,) = check({"step": [dataclasses.replace(one_sided, columns=columns)]}, {"m_eff": 25.0}).warnings
+    assert "one direction" in said
+    drop = record(HOPPER, "drop", seed=1)
+    drop.columns["x2"].values[[400, 500, 600]] += 0.05
+    assert any("3 samples are far off" in each for each in check({"drop": [drop]}, {"m_s": 3.0}).warnings)
+    small = record(HOPPER, "decay", height=0.04, noise=5e-4, quantum=0.0, seed=1)
+    assert any("times its noise" in each for each in check({"decay": [small]}, {"m_s": 3.0}).warnings)
+
+
+@pytest.mark.parametrize("test", TESTS)
+def test_record_and_identify_have_one_vocabulary(test, tmp_path, capsys):
+    """Each test that is recorded is identified, and planned, under its own name."""
+    more = {"ramp": ["--duration", "8", "--current", "1"], "decay": ["--height", "0.04"]}.get(test, [])
+    file = tmp_path / "it.csv"
+    assert main(["record", test, "--seed", "3", "--csv", str(file), *more]) == 0
+    given = {"free": ["m_s=3", "x1_min=0", "x1_max=0.08"], "drop": ["m_s=3"], "decay": ["m_s=3"]}.get(
+        test, ["m_eff=25"]
+    )
+    known = [word for each in given for word in ("--known", each)]
+    assert main(["identify", test, str(file), *known]) == 0
+    capsys.readouterr()
+    assert main(["record", test, "--seed", "3", "--plan", *more]) == 0
+    assert re.search(r"Intervals to expect|95 % interval", capsys.readouterr().out)
+
+
+def test_a_decay_that_is_called_a_drop_is_asked_about(tmp_path, capsys):
+    file = tmp_path / "decay.csv"
+    file.write_text(to_csv(record(HOPPER, "decay", height=0.04, seed=1)), "utf-8")
+    assert main(["identify", "drop", str(file)]) == 2
+    assert "or is it a decay: hopform identify decay?" in capsys.readouterr().err
+
+
+def test_a_check_has_no_robot_to_write(tmp_path, capsys):
+    file = tmp_path / "drop.csv"
+    file.write_text(to_csv(record(HOPPER, "drop", seed=1)), "utf-8")
+    assert main(["identify", "check", str(file), "--out", str(tmp_path / "mine.toml")]) == 2
+    assert "need a fit" in capsys.readouterr().err
+    assert main(["identify", "check", f"drop:{file}", "--known", "m_s=3"]) == 0
+    assert "Intervals to expect" in capsys.readouterr().out
+
+
+def test_fits_are_not_changed_by_a_check():
+    drop, step = record(HOPPER, "drop", seed=1), record(HOPPER, "step", seed=2)
+    before = fit_drop_test(drop, known={"m_s": 3.0}, compare=False, holdout=False).values
+    check({"drop": [drop], "step": [step]}, {"m_s": 3.0})
+    assert fit_drop_test(drop, known={"m_s": 3.0}, compare=False, holdout=False).values == before
+    assert fit_step_response(step, known={"m_eff": 25.0}, compare=False)["k"].low < 1200.0
