@@ -90,13 +90,14 @@ def _line_in(path: Path, error: BaseException) -> int | None:
     return line
 
 
-def _one_line(text: str) -> str:
-    return " ".join(text.split())
+def _one_line(text: str, most: int = 240) -> str:
+    """A text in a line, which is cut where it is long."""
+    line = " ".join(text.split())
+    return line if len(line) <= most else f"{line[: most - 3]}..."
 
 
 def _shown(value: object) -> str:
-    text = _one_line(repr(value))
-    return text if len(text) <= 80 else f"{text[:77]}..."
+    return _one_line(repr(value), 80)
 
 
 def _sequence(value: Any, name: str, kind: type) -> tuple[Any, ...]:

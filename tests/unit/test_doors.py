@@ -14,6 +14,8 @@ import numpy as np
 import pytest
 
 import hopform
+from derive.model.equations import ModelError
+from derive.model_file import read_model
 from hopform import _cli as cli
 from hopform._checks import number_of, whole_of
 from hopform._cli.report import markdown
@@ -268,6 +270,14 @@ def test_what_is_read_is_a_regular_file_of_a_limited_size(tmp_path):
     for name, said in (("pipe", "no regular file"), ("large", "more than"), (".", "folder|directory|regular")):
         with pytest.raises(hopform.HopformError, match=said):
             read_text(tmp_path / name)
+
+
+def test_a_model_file_with_a_long_number_is_refused_in_a_short_message(tmp_path):
+    path = tmp_path / "model.py"
+    path.write_text(f"from hopform.model import Term\nterms = (Term('push', 0, {'9' * 500}),)\n")
+    with pytest.raises(ModelError, match="a number must be 0 or between") as caught:
+        read_model(path)
+    assert len(str(caught.value)) < 500
 
 
 # ---- files out ----
