@@ -18,6 +18,7 @@ from hopform._identify.recordings import Column
 from tests.conformance.confidence import TRUTH, random_robot
 from tests.oracle.recordings import Rig, simulate
 
+SEED = 20260920
 NOISE, QUANTUM = 2e-5, 1.0 / 56000.0
 RANGES = {"delay": (0.0, 0.01), "lag": (0.0, 0.005), "gain": (0.97, 1.03), "clock": (0.98, 1.02)}
 NEUTRAL = {"delay": 0.0, "lag": 0.0, "gain": 1.0, "clock": 1.0}
@@ -132,7 +133,7 @@ def measure(seed: int, robots: int) -> Count:
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--count", type=int, default=300)
-    parser.add_argument("--seed", type=int, default=20260920)
+    parser.add_argument("--seed", type=int, default=SEED)
     parser.add_argument("--verbose", action="store_true")
     chosen = parser.parse_args()
     count = measure(chosen.seed, chosen.count)

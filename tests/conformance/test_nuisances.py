@@ -21,7 +21,8 @@ PULSES = np.concatenate([np.zeros(100), np.repeat([3.0, -3.0, 1.5, -1.5], 225)])
 
 @cache
 def counted() -> nuisances.Count:
-    return nuisances.measure(seed=1, robots=20)
+    """The first 20 robots of `make test-exhaustive-identification`."""
+    return nuisances.measure(nuisances.SEED, robots=20)
 
 
 @pytest.mark.parametrize("nuisance", RANGES)
@@ -35,6 +36,7 @@ def test_the_nuisance_is_named_first_and_its_fit_holds_the_truth(nuisance):
 
 
 def test_intervals_with_nuisances_hold_the_truth_in_19_of_20_cases():
+    """400 intervals of 20 robots, of which 6 to 36 miss in 99 of 100 draws of 20 from the 300: 91 to 98.5 % hold it."""
     count = counted()
     assert sum(count.total.values()) > 350
     assert 0.91 <= count.share <= 0.985, count.notes

@@ -7,6 +7,7 @@ import pytest
 from scipy import stats
 
 import hopform
+from hopform._cli import report
 from hopform._identify import fit_drop_test, fit_step_response
 from hopform._identify.synthetic import record
 
@@ -43,6 +44,22 @@ def test_friction_that_is_traded_from_recording_to_recording_is_said():
         assert repeats[name].values == pytest.approx([getattr(robot, name) for robot in robots], rel=0.03)
         assert any(each.startswith(f"{name} of each recording alone") for each in fit.statements)
     assert any("b1 and f1 are traded against each other" in each for each in fit.statements)
+
+
+def test_the_picture_has_residuals_over_position_and_velocity_and_the_correlations():
+    fit = fitted([record(HOPPER, "step", seed=n) for n in range(2)])
+    axes = {each.get_xlabel(): each for each in report.plot(fit).axes}
+    assert len(report.plot(fit).axes) == 4 * 2 + 2
+    (points,) = axes["d x1/dt [mm/s]"].lines
+    trace = fit.traces[-1]
+    assert points.get_ydata() == pytest.approx(1e3 * (trace.predicted - trace.measured))
+    assert np.abs(points.get_xdata()).max() == pytest.approx(
+        1e3 * np.abs(np.gradient(trace.predicted, trace.time)).max()
+    )
+    (image,) = axes["correlations"].get_images()
+    names = [label.get_text() for label in axes["correlations"].get_xticklabels()]
+    at = names.index("k"), names.index("gamma2")
+    assert image.get_array()[at] == pytest.approx(fit.correlations["k", "gamma2"])
 
 
 def test_one_recording_has_no_repeats_and_several_drops_in_one_have():

@@ -95,7 +95,7 @@ def test_a_clock_of_another_speed_is_the_motion_at_other_times():
 
 
 def test_a_lag_is_the_filter_of_first_order():
-    """Against scipy on a grid a hundred times as fine; a body swings through its reversals."""
+    """Against scipy on a grid a hundred times as fine; a body oscillates through its reversals."""
     rig = experiment("attached", times=1001)
     slow = dataclasses.replace(rig, names=dict(rig.names) | {"lag": "lag"})
     fine = np.linspace(0.0, 2.0, 100001)
@@ -124,7 +124,7 @@ def test_the_preload_of_a_spring_that_pulls_changes_nothing():
         assert np.abs(loose[1][letter] - again[1][letter]).max() <= 1e-10 * np.abs(loose[1][letter]).max() + 1e-13
 
 
-def test_an_attached_body_swings_about_its_rest_as_an_oscillator_does():
+def test_an_attached_body_oscillates_about_its_rest_as_an_oscillator_does():
     """Without friction x = rest + A cos(w t), w^2 = k/m_s: the closed form of a cart, which knows no take-off."""
     values = RIGS["attached"] | {"b2": 0.0, "f2": 0.0, "g": 0.0, "v": 0.0}
     rig = experiment("attached")

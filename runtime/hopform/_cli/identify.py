@@ -30,8 +30,11 @@ from hopform._identify.recordings import Recording, read_recording
 from hopform._identify.step import fit_force, fit_step_response
 from hopform._robots import Robot
 from hopform._robots import file_of as robot_file
+from hopform._robots.provenance import Provenance
 
 KINDS = (*synthetic.TESTS, "all", "check")
+_NORMAL = 1.96
+"""Standard errors of half a 95 % interval."""
 STAGES = 6
 """Of a fit, about: it, the old model, intervals, what is left out."""
 
@@ -189,7 +192,10 @@ def files_of(
     if out and isinstance(answer, Threshold):
         if np.isnan(answer.f1):
             raise HopformError("--out needs f1: give --known m_eff=... and --known gamma2=...")
-        files.append((out, replace(base, f1=answer.f1).to_toml().encode()))
+        error = 0.5 * (answer.f1_high - answer.f1_low) / _NORMAL
+        ends = (answer.f1_low,), (answer.f1_high,)
+        fit = Provenance(("f1",), (answer.f1,), *ends, ((error**2,),), (), base.name or "another robot", white=True)
+        files.append((out, replace(base, f1=answer.f1, fit=fit).to_toml().encode()))
     elif out and isinstance(answer, Fit):
         if any(missed(trace) for trace in answer.traces):
             warning = next(each for each in answer.warnings if "misses the recording" in each)

@@ -7,7 +7,7 @@ import html
 import math
 import os
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 from urllib.parse import quote
@@ -204,22 +204,55 @@ def plot(answer: Fit | Threshold) -> "Figure":
 
 
 def plot_fit(fit: Fit) -> "Figure":
-    """Each recording with both models, the residuals below it, and the intervals of the parameters."""
+    """Each recording with both models, the residuals over time, position and velocity, then the intervals of the
+    parameters and their correlations.
+    """
     from matplotlib.figure import Figure
 
     from hopform._figures import plots
 
     traces, shown = [trace for trace in fit.traces if trace.time.size > 1], _with_intervals(fit)
-    last = 0.7 + 0.22 * len(shown)
+    names = list(dict.fromkeys(name for pair in fit.correlations for name in pair))
+    last = 0.7 + 0.22 * max(len(shown), len(names))
     with plots.house_style():
-        figure = Figure(figsize=(8.0, 3.1 * len(traces) + last), layout="constrained")
-        heights = [*([2.0, 1.0] * len(traces)), max(last, 1.0)]
-        grid = figure.subplots(2 * len(traces) + 1, 1, height_ratios=heights)
+        figure = Figure(figsize=(8.0, 4.2 * len(traces) + last), layout="constrained")
+        heights = [*([2.0, 1.0, 1.0] * len(traces)), max(last, 1.0)]
+        grid = figure.add_gridspec(len(heights), 2, height_ratios=heights)
         for n, trace in enumerate(traces):
-            _draw_trace(grid[2 * n], grid[2 * n + 1], trace)
-        _draw_intervals(grid[-1], shown)
+            _draw_trace(figure.add_subplot(grid[3 * n, :]), figure.add_subplot(grid[3 * n + 1, :]), trace)
+            _draw_residuals(figure.add_subplot(grid[3 * n + 2, 0]), figure.add_subplot(grid[3 * n + 2, 1]), trace)
+        _draw_intervals(figure.add_subplot(grid[-1, 0] if names else grid[-1, :]), shown)
+        if names:
+            _draw_correlations(figure.add_subplot(grid[-1, 1]), fit.correlations, names)
         figure.suptitle(f"Identification: {TITLES[fit.kind]}")
     return figure
+
+
+def _draw_residuals(left: "Axes", right: "Axes", trace: Trace) -> None:
+    """Residuals over position, where a guide shows, and over velocity, where a friction law does."""
+    from hopform._figures import plots
+
+    unit, factor = _UNIT[trace.quantity]
+    residual = factor * (trace.predicted - trace.measured)
+    rate = factor * np.gradient(trace.predicted, trace.time)
+    for axes, over, label in ((left, factor * trace.predicted, f"{trace.quantity} [{unit}]"),
+                              (right, rate, f"d {trace.quantity}/dt [{unit}/s]")):  # fmt: skip
+        axes.plot(over, residual, ".", ms=1.5, color=plots.BLUE)
+        axes.set(xlabel=label)
+    left.set(ylabel=f"residual [{unit}]")
+
+
+def _draw_correlations(axes: "Axes", correlations: Mapping[tuple[str, str], float], names: Sequence[str]) -> None:
+    """Correlations of the parameters from -1, blue, to 1, red."""
+    at = {name: n for n, name in enumerate(names)}
+    table = np.eye(len(names))
+    for (first, second), value in correlations.items():
+        table[at[first], at[second]] = table[at[second], at[first]] = value
+    axes.imshow(table, cmap="RdBu_r", vmin=-1.0, vmax=1.0)
+    axes.set(xticks=range(len(names)), yticks=range(len(names)), xlabel="correlations")
+    axes.set_xticklabels(names, rotation=90)
+    axes.set_yticklabels(names)
+    axes.grid(visible=False)
 
 
 def _draw_trace(above: "Axes", below: "Axes", trace: Trace) -> None:
