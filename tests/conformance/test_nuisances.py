@@ -40,7 +40,6 @@ def test_intervals_with_nuisances_hold_the_truth_in_19_of_20_cases():
     count = counted()
     assert sum(count.total.values()) > 350
     assert 0.91 <= count.share <= 0.985, count.notes
-    assert count.slowest < 4.0
 
 
 def step(seed: int = 1, noise: float = 1e-4, **sensor: float) -> Recording:
