@@ -33,6 +33,10 @@ test-exhaustive-slice: compiler venv-dev ## the same for 20 000 of them, 500 wit
 	$(PY) tools/build_library.py
 	$(PY) -m tests.conformance.exhaustive --count 20000 --reference 500 --cases out/cases.json
 
+test-slices: compiler venv-dev ## 20 robots of each count of test-exhaustive-identification
+	$(PY) tools/build_library.py
+	OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1 $(PY) -m pytest -m sliced -n auto --dist loadfile tests/conformance
+
 test-exhaustive-identification: compiler venv-dev ## fit 300 random robots, count how often intervals hold the truth
 	$(PY) tools/build_library.py
 	$(PY) -m tests.conformance.confidence --count 300
@@ -158,7 +162,7 @@ venv-bench:
 	@sh tools/venv.sh bench
 
 .NOTPARALLEL:
-.PHONY: help help-all run test test-exhaustive test-exhaustive-slice test-exhaustive-identification validate-data
+.PHONY: help help-all run test test-slices test-exhaustive test-exhaustive-slice test-exhaustive-identification validate-data
 .PHONY: test-manifests
 .PHONY: scans fuzz fuzz-outside generate check lint lines wheel mutants mutants-all test-determinism bench gate
 .PHONY: test-control-exhaustive

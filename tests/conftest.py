@@ -12,7 +12,7 @@ collect_ignore = ["repository/manifests.py"]  # `make test-manifests`, in an env
 
 
 LONG = (
-    "c_programs", "house", "export", "nuisances", "selftest", "identification", "package", "model_file", "checker",
+    "c_programs", "house", "export", "selftest", "identification", "package", "model_file", "checker",
     "plots", "stance", "sensitivities", "generator", "outside_commands", "outliers", "leg", "files", "cube_root",
     "certificate", "cli", "batch", "switchovers", "derivation", "flight", "body_height", "recordings", "estimation",
     "stability", "figures", "run_object", "hopping",

@@ -25,6 +25,7 @@ def counted() -> nuisances.Count:
     return nuisances.measure(nuisances.SEED, robots=20)
 
 
+@pytest.mark.sliced
 @pytest.mark.parametrize("nuisance", RANGES)
 def test_the_nuisance_is_named_first_and_its_fit_holds_the_truth(nuisance):
     """20 robots: at least 17 named, which 18 of 20 expected miss in 1 of 30 cases; `make
@@ -35,6 +36,7 @@ def test_the_nuisance_is_named_first_and_its_fit_holds_the_truth(nuisance):
     assert count.inside[nuisance] >= 0.85 * count.total[nuisance], count.notes
 
 
+@pytest.mark.sliced
 def test_intervals_with_nuisances_hold_the_truth_in_19_of_20_cases():
     """400 intervals of 20 robots, of which 6 to 36 miss in 99 of 100 draws of 20 from the 300: 91 to 98.5 % hold it."""
     count = counted()

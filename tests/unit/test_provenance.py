@@ -11,6 +11,7 @@ from hopform._cli import main
 from hopform._identify import fit_drop_test, fit_robot, fit_step_response
 from hopform._identify.synthetic import record, to_csv
 from hopform._robots import robot_from_toml
+from hopform._robots.provenance import Provenance
 
 HOPPER = hopform.load_robot("hopper_c")
 
@@ -123,7 +124,39 @@ def test_a_table_of_the_wrong_shape_or_of_unknown_fields_is_refused(fit):
     text = fit.robot(HOPPER).to_toml()
     with pytest.raises(hopform.HopformError, match="names must be parameters"):
         robot_from_toml(text.replace('names = ["m_eff"', 'names = ["mass"'))
-    with pytest.raises(hopform.HopformError, match="must have the shape"):
+    with pytest.raises(hopform.HopformError, match="must be numbers of the shape"):
         robot_from_toml(text.replace('names = ["m_eff", ', "names = ["))
     with pytest.raises(hopform.HopformError, match="has no fit to draw from"):
         HOPPER.sample(3)
+
+
+ODD = (
+    "1", '"x"', "[]", "{}", "nan", "[[1]]", "true", "[1, 2, 3]", '[["a"]]', "1e400", "1" + "0" * 400, "2020-01-01",
+    "[{}]", '"\\u0000"', "[1, [2]]", '["k", "k"]', "[1, nan]", "[true, 1]",
+)  # fmt: skip
+"""Values of TOML."""
+
+ROWS = {
+    "names": '["k", "b1"]', "values": "[1200.0, 150.0]", "low": "[1.0, 1.0]", "high": "[2e3, inf]",
+    "covariance": "[[1.0, 0.0], [0.0, 2.0]]", "known": '["m_eff"]', "base": '"hopper_c"', "white": "true",
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("row", ROWS)
+def test_any_value_in_the_table_is_taken_or_refused_by_name(row):
+    """In one line of bounded length; `base` takes every text, and no list is a list of names."""
+    plain, refused = HOPPER.to_toml(), 0
+    for value in ODD:
+        table = "\n".join(f"{name} = {value if name == row else known}" for name, known in ROWS.items())
+        try:
+            robot_from_toml(f"{plain}\n[fit]\n{table}\n")
+        except hopform.HopformError as error:
+            refused += 1
+            assert len(str(error)) < 400 and "\n" not in str(error)
+    assert refused >= len(ODD) - 3
+
+
+def test_a_table_without_a_fitted_field_is_read_back():
+    empty = Provenance((), (), (), (), (), (), "hopper_c", False)
+    robot = dataclasses.replace(HOPPER, fit=empty)
+    assert robot_from_toml(robot.to_toml()) == robot

@@ -100,11 +100,11 @@ static inline int hopform_most_turns_f32(const hopform_node_f32 *node, const jet
 {
     const float d = from->third + node->pole * from->curvature;
     const float d_then = to->third + node->pole * to->curvature;
-    const int variations = (int)(from->rate * from->curvature < 0.0f) + (int)(from->curvature * d < 0.0f);
-    const int variations_then = (int)(to->rate * to->curvature < 0.0f) + (int)(to->curvature * d_then < 0.0f);
+    const int variations = (from->rate * from->curvature < 0.0f ? 1 : 0) + (from->curvature * d < 0.0f ? 1 : 0);
+    const int variations_then = (to->rate * to->curvature < 0.0f ? 1 : 0) + (to->curvature * d_then < 0.0f ? 1 : 0);
     const bool decided = fabs_f32(from->rate * to->rate) > 0.0f && fabs_f32(d * d_then) > 0.0f
                          && fabs_f32(from->curvature * to->curvature) > 0.0f;
-    return decided ? variations - variations_then + (int)(d * d_then < 0.0f) : 3;
+    return decided ? variations - variations_then + (d * d_then < 0.0f ? 1 : 0) : 3;
 }
 
 /* The minima of the contact force inside a phase. Where more than one is possible its rate is evaluated four times in

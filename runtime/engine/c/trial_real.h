@@ -100,11 +100,11 @@ static inline int hopform_most_turns_real(const hopform_node_real *node, const j
 {
     const real d = from->third + node->pole * from->curvature;
     const real d_then = to->third + node->pole * to->curvature;
-    const int variations = (int)(from->rate * from->curvature < 0.0) + (int)(from->curvature * d < 0.0);
-    const int variations_then = (int)(to->rate * to->curvature < 0.0) + (int)(to->curvature * d_then < 0.0);
+    const int variations = (from->rate * from->curvature < 0.0 ? 1 : 0) + (from->curvature * d < 0.0 ? 1 : 0);
+    const int variations_then = (to->rate * to->curvature < 0.0 ? 1 : 0) + (to->curvature * d_then < 0.0 ? 1 : 0);
     const bool decided = fabs_real(from->rate * to->rate) > 0.0 && fabs_real(d * d_then) > 0.0
                          && fabs_real(from->curvature * to->curvature) > 0.0;
-    return decided ? variations - variations_then + (int)(d * d_then < 0.0) : 3;
+    return decided ? variations - variations_then + (d * d_then < 0.0 ? 1 : 0) : 3;
 }
 
 /* The minima of the contact force inside a phase. Where more than one is possible its rate is evaluated four times in

@@ -9,7 +9,9 @@ from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
+from hopform._checks import array_of, flag, items, refuse_any, shown
 from hopform._errors import HopformError
 from hopform._solver.package import ROBOT_FIELDS
 
@@ -60,8 +62,7 @@ class Provenance(NamedTuple):
         lines = ["[fit]", "# 95 % intervals and covariance of what was fitted, in the units above"]
         for name, value in self._asdict().items():
             if name == "covariance":
-                rows = ",\n".join(f"  {list(row)!r}" for row in self.covariance)
-                lines.append(f"{name} = [\n{rows},\n]")
+                lines += [f"{name} = [", *(f"  {list(row)!r}," for row in self.covariance), "]"]
             else:
                 lines.append(f"{name} = {_toml(value)}")
         return "\n".join(lines) + "\n"
@@ -84,26 +85,40 @@ def toml_string(text: str) -> str:
 def provenance_from(table: Mapping[str, Any], where: str) -> Provenance:
     """The provenance in a table `[fit]`; HopformError for one that is none."""
     if set(table) != set(Provenance._fields):
-        raise HopformError(f"[fit] must have {', '.join(Provenance._fields)}, got {', '.join(table)} {where}")
-    names = tuple(map(str, np.ravel(table["names"]).tolist()))
-    if not set(names) <= _FIELDS:
-        raise HopformError(f"[fit] names must be parameters of the robot, got {', '.join(names)} {where}")
-    count = len(names)
+        raise HopformError(f"[fit] must have {', '.join(Provenance._fields)}, got {shown(list(table))} {where}")
     try:
-        values, low, high, covariance = (
-            np.array(table[name], dtype=float) for name in ("values", "low", "high", "covariance")
-        )
-    except (TypeError, ValueError):
-        raise HopformError(f"[fit] values, low, high and covariance must be numbers {where}") from None
-    for name, each in (("values", values), ("low", low), ("high", high)):
-        if each.shape != (count,):
-            raise HopformError(f"[fit] {name} must have the shape {(count,)}, got {each.shape} {where}")
-    if covariance.shape != (count, count) and covariance.size + count > 0:
-        raise HopformError(f"[fit] covariance must have the shape {(count, count)}, got {covariance.shape} {where}")
-    if not (np.isfinite(values).all() and np.isfinite(covariance).all()):
-        raise HopformError(f"[fit] values and covariance must be finite {where}")
-    return Provenance(
-        names, tuple(values.tolist()), tuple(low.tolist()), tuple(high.tolist()),
-        tuple(tuple(row) for row in covariance.reshape(count, count).tolist()), tuple(map(str, table["known"])),
-        str(table["base"]), bool(table["white"]),
-    )  # fmt: skip
+        names, known = (_fields_in(name, table[name]) for name in ("names", "known"))
+        count = len(names)
+        values, covariance = _array("values", table["values"], (count,)), table["covariance"]
+        rows = _array("covariance", covariance, (count, count)) if count or covariance else values.reshape(0, 0)
+        low, high = (_array(name, table[name], (count,), finite=False) for name in ("low", "high"))
+        if not isinstance(table["base"], str):
+            raise HopformError(f"base must be a text, got {shown(table['base'])}")
+        return Provenance(
+            names, tuple(values.tolist()), tuple(low.tolist()), tuple(high.tolist()), tuple(map(tuple, rows.tolist())),
+            known, table["base"], flag("white", table["white"]),
+        )  # fmt: skip
+    except HopformError as error:
+        raise HopformError(f"[fit] {error} {where}") from None
+
+
+def _fields_in(name: str, value: object) -> tuple[str, ...]:
+    found = items(name, value, "a list of parameters of the robot", len(_FIELDS))
+    if not all(isinstance(each, str) and each in _FIELDS for each in found) or len(set(found)) < len(found):
+        raise HopformError(f"{name} must be parameters of the robot, each once, got {shown(found)}")
+    return tuple(found)
+
+
+def _array(name: str, value: object, shape: tuple[int, ...], *, finite: bool = True) -> NDArray[Any]:
+    """Numbers in a shape; an end of an interval may be infinite."""
+    try:
+        found = np.array(value, dtype=object)
+    except ValueError:
+        found = np.array(None)
+    if found.shape != shape:
+        raise HopformError(f"{name} must be numbers of the shape {shape}, got {shown(value)}")
+    made = array_of(name, found, "SI units") if found.size else found.astype(float)
+    refuse_any(
+        name, made, np.isfinite(made) if finite else ~np.isnan(made), lambda bad: f"must be a number, got {bad!r}"
+    )
+    return made.astype(float)
