@@ -162,7 +162,8 @@ venv-bench:
 	@sh tools/venv.sh bench
 
 .NOTPARALLEL:
-.PHONY: help help-all run test test-slices test-exhaustive test-exhaustive-slice test-exhaustive-identification validate-data
+.PHONY: help help-all run test test-slices test-exhaustive test-exhaustive-slice test-exhaustive-identification
+.PHONY: validate-data
 .PHONY: test-manifests
 .PHONY: scans fuzz fuzz-outside generate check lint lines wheel mutants mutants-all test-determinism bench gate
 .PHONY: test-control-exhaustive

@@ -68,6 +68,7 @@ LIMITS = {
     "samples that a simulated detector draws": touchdown.MOST_DRAWN,
     "samples of a synthetic recording": synthetic.MOST_SAMPLES,
     "recordings of a fit": fits.MOST_RECORDINGS,
+    "robots of a sample": _robots.MOST_SAMPLES,
     "bytes of a robot file": _robots.LARGEST_TOML,
     "bytes of any other file that is read": _files.LARGEST,
     "digits of a whole number in text": _checks.MOST_DIGITS,

@@ -160,3 +160,19 @@ def test_a_table_without_a_fitted_field_is_read_back():
     empty = Provenance((), (), (), (), (), (), "hopper_c", False)
     robot = dataclasses.replace(HOPPER, fit=empty)
     assert robot_from_toml(robot.to_toml()) == robot
+
+
+@pytest.mark.parametrize("rows", ["[[1.0, 2.0], [2.0, 1.0]]", "[[1.0, 0.5], [0.0, 1.0]]", "[[-1.0, 0.0], [0.0, 1.0]]"])
+def test_a_covariance_that_is_none_is_refused(rows):
+    table = "\n".join(f"{name} = {rows if name == 'covariance' else known}" for name, known in ROWS.items())
+    with pytest.raises(hopform.HopformError, match="covariance must be symmetric and positive semidefinite"):
+        robot_from_toml(f"{HOPPER.to_toml()}\n[fit]\n{table}\n")
+
+
+@pytest.mark.parametrize(("name", "value"), [("count", 2**40), ("count", 0), ("seed", -1), ("seed", 1.5)])
+def test_a_sample_is_bounded_and_its_seed_checked(name, value):
+    robot = dataclasses.replace(
+        HOPPER, fit=Provenance(("k",), (1200.0,), (1.0,), (2e3,), ((4.0,),), (), "hopper_c", True)
+    )
+    with pytest.raises(hopform.HopformError, match=f"^{name} must be"):
+        robot.sample(**{"count": 3, "seed": 1, name: value})

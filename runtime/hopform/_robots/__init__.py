@@ -9,7 +9,9 @@ from importlib import resources
 from pathlib import Path
 from typing import Any, ClassVar, NoReturn
 
-from hopform._checks import MOST_DIGITS, real, shown, whole
+import numpy as np
+
+from hopform._checks import MEMORY, MOST_DIGITS, real, seeded, shown, whole
 from hopform._errors import HopformError
 from hopform._files import name_of, path_of, read_text
 from hopform._robots.provenance import Provenance, provenance_from, toml_string
@@ -18,6 +20,8 @@ from hopform._solver.package import ROBOT_FIELDS, CheckedRobot, Field, checked
 
 LARGEST_TOML = 2**20
 """[B] the largest file of a robot."""
+MOST_SAMPLES = MEMORY // 2**11
+"""Robots of one sample."""
 ROBOTS = ("hopper_c", "hopper_b", "ideal")
 """Names of the shipped robots. They are this project's own, not the paper's, which gives no values."""
 
@@ -74,12 +78,13 @@ class Robot(CheckedRobot):
     def sample(self, count: int, seed: int | None = None) -> "tuple[Robot, ...]":
         """Robots drawn from the distribution of an identified robot's parameters; the same seed draws the same ones.
 
-        Raises HopformError for a robot that was not identified.
+        count: at most `MOST_SAMPLES`. Raises HopformError for a robot that was not identified.
         """
         if self.fit is None:
             raise HopformError(f"robot {self.name or 'given'} has no fit to draw from: identify one, or load its TOML")
-        whole("count", count)
-        return tuple(replace(self, **each, fit=None) for each in self.fit.draw(count, seed))  # type: ignore[arg-type]
+        number = whole("count", count, 1, MOST_SAMPLES)
+        draw = np.random.default_rng() if seed is None else seeded(seed)
+        return tuple(replace(self, **each, fit=None) for each in self.fit.draw(number, draw))  # type: ignore[arg-type]
 
 
 def _checked(field: Field, value: object) -> float:

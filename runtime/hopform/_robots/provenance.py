@@ -41,7 +41,7 @@ class Provenance(NamedTuple):
             return f"changed after the fit, which gave {self.values[at]:.6g}"
         return "known" if name in self.known else f"from {self.base}, NOT IDENTIFIED"
 
-    def draw(self, count: int, seed: int | None) -> list[dict[str, float]]:
+    def draw(self, count: int, draw: np.random.Generator) -> list[dict[str, float]]:
         """Values of the fitted fields, drawn from their joint distribution: normal; of logarithms for what is positive;
         friction below 0 counts as 0.
         """
@@ -51,8 +51,7 @@ class Provenance(NamedTuple):
         slopes = np.where(log, values, 1.0)
         middle = np.where(log, np.log(np.where(log, values, 1.0)), values)
         covariance = np.array(self.covariance).reshape(values.size, values.size) / np.outer(slopes, slopes)
-        rng = np.random.default_rng(seed)
-        drawn = rng.multivariate_normal(middle, covariance, count, method="eigh")
+        drawn = draw.multivariate_normal(middle, covariance, count, method="eigh", check_valid="ignore")
         lowest = np.array([0.0 if domains[name] in ("nonnegative", "fraction") else -math.inf for name in self.names])
         drawn = np.maximum(np.where(log, np.exp(np.where(log, drawn, 0.0)), drawn), lowest)
         return [dict(zip(self.names, row, strict=True)) for row in drawn.tolist()]
@@ -91,6 +90,7 @@ def provenance_from(table: Mapping[str, Any], where: str) -> Provenance:
         count = len(names)
         values, covariance = _array("values", table["values"], (count,)), table["covariance"]
         rows = _array("covariance", covariance, (count, count)) if count or covariance else values.reshape(0, 0)
+        _refuse_no_covariance(rows)
         low, high = (_array(name, table[name], (count,), finite=False) for name in ("low", "high"))
         if not isinstance(table["base"], str):
             raise HopformError(f"base must be a text, got {shown(table['base'])}")
@@ -107,6 +107,15 @@ def _fields_in(name: str, value: object) -> tuple[str, ...]:
     if not all(isinstance(each, str) and each in _FIELDS for each in found) or len(set(found)) < len(found):
         raise HopformError(f"{name} must be parameters of the robot, each once, got {shown(found)}")
     return tuple(found)
+
+
+def _refuse_no_covariance(rows: NDArray[Any]) -> None:
+    spread = np.sqrt(np.maximum(np.diagonal(rows), 0.0))
+    units = np.outer(spread, spread)
+    correlation = np.divide(rows, units, out=np.where(rows == 0.0, 0.0, np.inf), where=units > 0.0)
+    sound = np.isfinite(correlation).all() and np.allclose(correlation, correlation.T, atol=1e-6)
+    if not sound or np.linalg.eigvalsh(correlation).min(initial=0.0) < -1e-6:
+        raise HopformError(f"covariance must be symmetric and positive semidefinite, got {shown(rows.tolist())}")
 
 
 def _array(name: str, value: object, shape: tuple[int, ...], *, finite: bool = True) -> NDArray[Any]:
