@@ -154,14 +154,15 @@ def drawn(name: str, seed: int, count: int) -> Iterator[tuple[tuple[float, ...],
 
 @BACK_ENDS
 @pytest.mark.parametrize("name", ["damper", "second_spring", "held_body"])
-def test_random_stances_are_those_of_the_oracle(name, back_end, legs):
+@pytest.mark.parametrize("count", [12, pytest.param(100, marks=pytest.mark.sliced)])
+def test_random_stances_are_those_of_the_oracle(count, name, back_end, legs):
     """Events, ending, times, states and AED: right as mixed stability has it."""
     verdicts = []
-    for parameters, start, problem in drawn(name, 5, 40):
+    for parameters, start, problem in drawn(name, 5, count):
         solved = legs[name].solve(back_end, parameters, start, start["u"])
         verdicts.append(compare(problem, legs[name].answer(solved)))
     assert not [n for n, verdict in enumerate(verdicts) if verdict.outcome == WRONG]
-    assert sum(verdict.exact.status == "takeoff" for verdict in verdicts) >= 10
+    assert sum(verdict.exact.status == "takeoff" for verdict in verdicts) >= count // 4
 
 
 # ---- the controller and the derivatives ----

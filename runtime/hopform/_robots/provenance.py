@@ -41,7 +41,7 @@ class Provenance(NamedTuple):
             return f"changed after the fit, which gave {self.values[at]:.6g}"
         return "known" if name in self.known else f"from {self.base}, NOT IDENTIFIED"
 
-    def draw(self, count: int, draw: np.random.Generator) -> list[dict[str, float]]:
+    def draw(self, count: int, draw: "np.random.Generator") -> list[dict[str, float]]:
         """Values of the fitted fields, drawn from their joint distribution: normal; of logarithms for what is positive;
         friction below 0 counts as 0.
         """
