@@ -59,8 +59,8 @@ SECONDS = 60
 fuzz: ## arbitrary bits into each C entry point (or ENTRIES), SECONDS (60) each, under the sanitizers; needs clang
 	@SECONDS_EACH=$(SECONDS) sh tests/fuzz/run.sh
 
-EXAMPLES = 20
-fuzz-outside: compiler venv-dev ## any objects, command lines and files from outside, EXAMPLES (20) times what test does
+EXAMPLES = 40
+fuzz-outside: compiler venv-dev ## any objects, command lines and files from outside, EXAMPLES (40) times what test does
 	$(PY) tools/build_library.py
 	HOPFORM_EXAMPLES=$(EXAMPLES) $(PY) -m pytest -q -n auto tests/unit/test_outside_*.py
 

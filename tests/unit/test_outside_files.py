@@ -32,7 +32,7 @@ def test_any_robot_file_is_read_or_refused():
     found = []
 
     @given(robot_files())
-    @examples(200)
+    @examples(100)
     def each(content):
         robot = outcome(hopform.load_robot, content, "robot.toml")
         found.append(robot is not None)
@@ -46,7 +46,7 @@ def test_any_table_is_read_or_refused():
     found = []
 
     @given(tables())
-    @examples(200)
+    @examples(100)
     def each(content):
         recording = outcome(hopform.read_recording, content, "table.csv")
         if recording is not None:
@@ -64,7 +64,7 @@ def test_any_model_file_is_read_or_refused():
     found = []
 
     @given(model_files())
-    @examples(60)
+    @examples(30)
     def each(content):
         model = outcome(read_model, content, "model.py", ModelError)
         assert model is None or isinstance(model, Model)

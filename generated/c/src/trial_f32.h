@@ -44,9 +44,7 @@ static inline void hopform_note_minimum_f32(hopform_trial_f32 *trial, float cont
         trial->least_contact = contact;
         trial->least_contact_u = change;
     }
-    if (trial->minima < INT16_MAX) {
-        trial->minima++;
-    }
+    trial->minima++; /* at most 32 a phase, which takes a number in the caller's memory */
 }
 
 /* The upper stop is hit: how far x_1 is from staying off it. It does where its velocity there vanishes, or where the
@@ -178,27 +176,29 @@ static inline void hopform_cross_f32(hopform_tally_f32 *tally, const hopform_pas
     const bool stops = now->event == HOPFORM_EVENT_X1_HITS_STOP;
     const bool rests_1 = now->event == HOPFORM_EVENT_X1_REVERSES || now->event == HOPFORM_EVENT_X1_STICKS;
     const bool rests_2 = now->event == HOPFORM_EVENT_X2_REVERSES || now->event == HOPFORM_EVENT_X2_STICKS;
+    const float rate = stops ? before->x1 : (rests_1 ? before->v1 : before->v2);
+    const float off = stops ? change->x1 : (rests_1 ? change->v1 : change->v2);
     float late = 0.0f;
     if (stops || rests_1 || rests_2) {
-        const float rate = stops ? before->x1 : (rests_1 ? before->v1 : before->v2);
-        const float off = stops ? change->x1 : (rests_1 ? change->v1 : change->v2);
-        const bool moves = fabs_f32(rate) > 0.0f;
-        late = moves ? -off / rate : 0.0f;
-        tally->trial->smooth = tally->trial->smooth && moves;
+        if (fabs_f32(rate) > 0.0f) {
+            late = -off / rate;
+        } else {
+            tally->trial->smooth = false;
+        }
         if (stops && rate > 0.0f) {
             const hopform_state_f32 met = {change->x1 + before->x1 * late, change->v1 + before->v1 * late,
                                             change->v2 + before->v2 * late, change->y + before->y * late};
             hopform_note_hit_f32(tally, &met);
         }
         if (stops) { /* the only event at which more jumps than the acceleration of the mass that comes to rest */
-            change->x1 = moves ? 0.0f : change->x1;
+            change->x1 = 0.0f;
             change->v2 += (before->v2 - after->v2) * late;
             change->y += (before->y - after->y) * late;
         }
-        if (moves && !rests_2) {
-            change->v1 = -after->v1 * late;
-        } else if (moves) {
+        if (rests_2) {
             change->v2 = -after->v2 * late;
+        } else {
+            change->v1 = -after->v1 * late;
         }
     }
     hopform_note_largest_f32(tally->trial, now->start.x1, change->x1);
