@@ -37,6 +37,7 @@ TIME_LIMIT = 120
 
 BAD, HOPS, MAPS = "tests/unit/test_bad_input.py", "tests/unit/test_hopping.py", "tests/unit/test_reachability.py"
 CONTROL = ("tests/conformance/test_control.py", "tests/conformance/test_control_search.py")
+DOORS = ("tests/unit/test_doors.py", "tests/unit/test_outside_functions.py")
 RUNS = (
     HOPS,
     "tests/conformance/test_hops.py",
@@ -50,12 +51,18 @@ RECORDED = (
     "tests/unit/test_identification.py",
 )
 NEAREST = {
-    "_checks.py": (BAD, HOPS),
-    "_robots/__init__.py": (BAD, "tests/unit/test_files.py", "tests/unit/test_cli.py"),
-    "terrain.py": (HOPS,),
+    "_checks.py": (BAD, HOPS, *DOORS),
+    "_robots/__init__.py": (
+        BAD,
+        "tests/unit/test_files.py",
+        "tests/unit/test_provenance.py",
+        "tests/unit/test_cli.py",
+        *DOORS,
+    ),
+    "terrain.py": (HOPS, *DOORS),
     "controllers.py": (*RUNS, BAD),
     "_hopping/run.py": (*RUNS, BAD),
-    "_hopping/touchdown.py": ("tests/unit/test_touchdown.py", HOPS),
+    "_hopping/touchdown.py": ("tests/unit/test_touchdown.py", HOPS, *DOORS),
     "_control/exact.py": (*CONTROL, MAPS, BAD),
     "_control/printed.py": (*CONTROL, HOPS, BAD),
     "_control/reach.py": (MAPS, BAD, "tests/unit/test_cli_control.py"),

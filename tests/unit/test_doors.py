@@ -427,3 +427,8 @@ def test_threads_refuse_and_solve_side_by_side():
 
     with ThreadPoolExecutor(8) as pool:
         assert list(pool.map(both, range(200))) == [duration(-1.0 - n / 200.0) for n in range(200)]
+
+
+def test_a_gaussian_terrain_whose_tails_overflow_is_refused():
+    with pytest.raises(hopform.HopformError, match="10 size must be finite"):
+        hopform.terrain.gaussian(3, 1e308, seed=1)
