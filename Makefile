@@ -33,9 +33,10 @@ test-exhaustive-slice: compiler venv-dev ## the same for 20 000 of them, 500 wit
 	$(PY) tools/build_library.py
 	$(PY) -m tests.conformance.exhaustive --count 20000 --reference 500 --cases out/cases.json
 
-test-slices: compiler venv-dev ## 20 robots of each count of test-exhaustive-identification
+test-slices: compiler venv-dev ## some robots of each count of test-exhaustive-identification
 	$(PY) tools/build_library.py
-	OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1 $(PY) -m pytest -m sliced -n auto --dist loadfile tests/conformance
+	OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1 $(PY) -m pytest -m sliced -n auto --dist loadfile \
+	    tests/conformance tests/unit
 
 test-exhaustive-identification: compiler venv-dev ## fit 300 random robots, count how often intervals hold the truth
 	$(PY) tools/build_library.py
