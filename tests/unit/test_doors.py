@@ -16,6 +16,7 @@ import pytest
 import hopform
 from derive.model.equations import ModelError
 from derive.model_file import read_model
+from hopform import _checks
 from hopform import _cli as cli
 from hopform._checks import number_of, whole_of
 from hopform._cli.report import markdown
@@ -432,3 +433,25 @@ def test_threads_refuse_and_solve_side_by_side():
 def test_a_gaussian_terrain_whose_tails_overflow_is_refused():
     with pytest.raises(hopform.HopformError, match="10 size must be finite"):
         hopform.terrain.gaussian(3, 1e308, seed=1)
+
+
+@pytest.mark.parametrize("one", [np.float32(0.5), np.float64(0.5), np.array(0.5), np.int8(1) / np.int8(2)])
+def test_a_number_of_numpy_is_a_number(one):
+    assert _checks.is_scalar(one)
+    assert _checks.real("x", one, "m") == 0.5
+
+
+@pytest.mark.parametrize(
+    "other", [np.array([0.5]), np.bool_(True), np.complex64(1), np.ma.masked, np.ma.array(0.5), True]
+)
+def test_what_numpy_has_beside_real_numbers_is_none(other):
+    assert not _checks.is_scalar(other)
+    with pytest.raises(hopform.HopformError, match="^x must be"):
+        _checks.real("x", other, "m")
+
+
+def test_lists_in_a_list_are_counted_before_an_array_is_made_of_them(monkeypatch):
+    monkeypatch.setattr(_checks, "MEMORY", 8 * 5)
+    assert _checks.array_of("x", [[1.0, 2.0], [3.0, 4.0]], "m").shape == (2, 2)
+    with pytest.raises(hopform.HopformError, match="x must have at most 5 numbers, got 6"):
+        _checks.array_of("x", [[1.0, 2.0, 3.0], [4.0, 5.0, 6.0]], "m")
