@@ -138,7 +138,7 @@ def solve_stances(
     """
     real = precision_of(dtype)
     checked_robot(robot)
-    most, crew = whole("max_phases", max_phases), whole("threads", threads, most=MOST_THREADS)
+    most, workers = whole("max_phases", max_phases), whole("threads", threads, most=MOST_THREADS)
     with_events, with_derivatives = flag("events", events), flag("sensitivities", sensitivities)
     function("progress", progress)
     given_u = cast(object, u)
@@ -160,7 +160,7 @@ def solve_stances(
     results = results_like(size, real)
     matrices = np.empty((size, len(ROWS), len(COLUMNS)), real) if with_derivatives else None
     job = _Job(columns, shape, size, most, real, results, matrices)
-    lists = _run(job, back_end, with_events, crew, progress)
+    lists = _run(job, back_end, with_events, workers, progress)
     return _batch(job, back_end.name, lists, x2 is not None)
 
 

@@ -1,1 +1,1 @@
-"""Mutants of the generated C, and the tests in C that judge them."""
+"""Mutants of the generated C, and their tests in C."""

@@ -1,4 +1,4 @@
-/* The tests in C that judge a mutant of the double precision sources: stances,
+/* The tests in C of a mutant of the double precision sources: stances,
  * flights and commands of vectors.h, each also at times in between and by what
  * must be true of any; nothing is compared bit for bit.
  *

@@ -1,4 +1,4 @@
-/* The judge of mutants in the controller: what it concludes from the ends of a
+/* The tests of mutants in the controller: what it concludes from the ends of a
  * interval, function by function, against cubics whose values, slopes, roots
  * and extrema are known, and against the bounds of
  * docs/explanation/controller.md. Prints what is wrong and ends with 1.
@@ -327,7 +327,7 @@ static void lines(void) {
 }
 
 /* What the widths of docs/explanation/controller.md say: wider intervals are
- * not judged by their ends. */
+ * not bounded by their ends. */
 static void widths(void) {
   const T(plan) plan = hopper_plan();
   const T(search) s = search_for(&plan, 0.5);
@@ -352,7 +352,7 @@ static void widths(void) {
                         ? 0.4 - 0.01 * v
                         : (row == 2 ? 1e300 : 0.4 - 0.01 * v - 3.0 * v * 0.01));
       near(lower_bound, wanted, 1e-12 * (1.0 + fabs(wanted)),
-           "a lower_bound of an interval as wide as is judged");
+           "the lower bound of an interval as wide as is bounded");
       T(interval) other = interval_of(to, from); /* the other way round */
       other.from.u = 0.0;
       other.to.u = v;
@@ -401,7 +401,7 @@ static void widths(void) {
   edge = interval_of(flat, over_it); /* the slopes disagree: by the admissible
                                     one, if the interval is narrow */
   near(lower_bound_of_f64(&s, &edge), 0.4, 1e-12,
-       "a limit in an interval as narrow as is judged");
+       "a limit in an interval as narrow as is bounded");
   near(share_of_limit_f64(&s, &edge), 0.01 / (most / 64.0), 1e-12,
        "the limit by the slope at its admissible end");
   edge.to.u = most / 64.0 * (1.0 + 1e-9);
@@ -477,7 +477,7 @@ static void rebounds(void) {
   }
 }
 
-/* Where an interval is split: not where it is too wide to be judged, has been
+/* Where an interval is split: not where it is too wide to be bounded, has been
  * slow, or at one end of which nothing takes off. */
 static void splits(void) {
   const T(plan) plan = hopper_plan();

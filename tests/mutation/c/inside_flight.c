@@ -1,4 +1,4 @@
-/* The judge of mutants in the flight: its inner functions one by one, against
+/* The tests of mutants in the flight: its inner functions one by one, against
  * differences, against what many samples of a phase show, and where the truth
  * at an equality is known by algebra. Prints what is wrong and ends with 1, or
  * is silent.

@@ -1,4 +1,4 @@
-/* The judge of mutants in headers: kernels, formulas and the search for events,
+/* The tests of mutants in headers: kernels, formulas and the search for events,
  * each function by itself, against long double arithmetic, against differences
  * and against what many samples show. Prints what is wrong and ends with 1, or
  * is silent.
