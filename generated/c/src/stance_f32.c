@@ -819,10 +819,10 @@ static int32_t fill_plan_f32(hopform_plan_f32 *plan)
     const hopform_poles_f32 actuator = {0.0f, rates.p_1, rates.q_1, rates.p_1, rates.q_1, 0.0f};
     const hopform_poles_f32 body = {0.0f, rates.p_2, rates.q_2, rates.p_2, rates.q_2, 0.0f};
     const hopform_poles_f32 both = hopform_factor_cubic_f32(rates.s_1, rates.s_2, rates.s_3);
-    if (!hopform_is_finite_f32(rates.s_1) || !hopform_is_finite_f32(rates.s_2) || !hopform_is_finite_f32(rates.s_3)
-        || !hopform_is_finite_f32(both.a) || !hopform_is_finite_f32(both.p)
-        || !(both.q > 0.0f && both.q <= HOPFORM_NEVER_f32) || !hopform_is_finite_f32(rates.a1_0)
-        || !hopform_is_finite_f32(rates.a1_u)) {
+    if (!hopform_is_finite_f32(rates.s_1 * rates.s_1) /* discriminants square it */
+        || !hopform_is_finite_f32(rates.s_2) || !hopform_is_finite_f32(rates.s_3) || !hopform_is_finite_f32(both.a)
+        || !hopform_is_finite_f32(both.p) || !(both.q > 0.0f && both.q <= HOPFORM_NEVER_f32)
+        || !hopform_is_finite_f32(rates.a1_0) || !hopform_is_finite_f32(rates.a1_u)) {
         return HOPFORM_ERROR_NUMBERS;
     }
     plan->rates = rates;
