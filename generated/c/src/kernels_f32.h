@@ -322,7 +322,7 @@ static inline hopform_pair_f32 hopform_pair_at_f32(const hopform_poles_f32 *pole
         core.Rd = fade.left * (1.0f - versine) - mean * core.R;
         core.turned = fade.gone + fade.left * versine - mean * core.R;
     } else {
-        const float half = sqrt_f32(discriminant);
+        const float half = poles->q > 0.0f ? sqrt_f32(discriminant) : mean; /* the square may underflow */
         const float fast = mean + half;
         if (fast * t < 2.0f) {
             return hopform_short_pair_f32(poles, t);

@@ -322,7 +322,7 @@ static inline hopform_pair_f64 hopform_pair_at_f64(const hopform_poles_f64 *pole
         core.Rd = fade.left * (1.0 - versine) - mean * core.R;
         core.turned = fade.gone + fade.left * versine - mean * core.R;
     } else {
-        const double half = sqrt_f64(discriminant);
+        const double half = poles->q > 0.0 ? sqrt_f64(discriminant) : mean; /* the square may underflow */
         const double fast = mean + half;
         if (fast * t < 2.0) {
             return hopform_short_pair_f64(poles, t);

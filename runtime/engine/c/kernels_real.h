@@ -322,7 +322,7 @@ static inline hopform_pair_real hopform_pair_at_real(const hopform_poles_real *p
         core.Rd = fade.left * (1.0 - versine) - mean * core.R;
         core.turned = fade.gone + fade.left * versine - mean * core.R;
     } else {
-        const real half = sqrt_real(discriminant);
+        const real half = poles->q > 0.0 ? sqrt_real(discriminant) : mean; /* the square may underflow */
         const real fast = mean + half;
         if (fast * t < 2.0) {
             return hopform_short_pair_real(poles, t);

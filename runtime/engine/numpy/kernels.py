@@ -99,7 +99,7 @@ def pair_at(poles: Poles, t: Array) -> Pair:
     """R, its derivative and integrals at t."""
     mean = 0.5 * poles.p
     discriminant = mean * mean - poles.q
-    half = np.sqrt(np.abs(discriminant))
+    half = np.where(poles.q > 0.0, np.sqrt(np.abs(discriminant)), mean)  # the square may underflow
     swings = discriminant < 0.0
     fast = mean + half
     short = (swings & (poles.q * t * t < 1.0)) | (~swings & (fast * t < 2.0))
