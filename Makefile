@@ -33,7 +33,7 @@ test-exhaustive-slice: compiler venv-dev ## the same for 20 000 of them, 500 wit
 	$(PY) tools/build_library.py
 	$(PY) -m tests.conformance.exhaustive --count 20000 --reference 500 --cases out/cases.json
 
-test-slices: compiler venv-dev ## some robots of each count of test-exhaustive-identification
+test-slices: compiler venv-dev ## the slower tests, with some robots of each count of test-exhaustive-identification
 	$(PY) tools/build_library.py
 	OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1 $(PY) -m pytest -m sliced -n auto --dist loadfile \
 	    tests/conformance tests/unit
@@ -63,7 +63,7 @@ fuzz: ## arbitrary bits into each C entry point (or ENTRIES), SECONDS (60) each,
 EXAMPLES = 40
 fuzz-outside: compiler venv-dev ## any objects, command lines and files from outside, EXAMPLES (40) times what test does
 	$(PY) tools/build_library.py
-	HOPFORM_EXAMPLES=$(EXAMPLES) $(PY) -m pytest -q -n auto tests/unit/test_outside_*.py
+	HOPFORM_EXAMPLES=$(EXAMPLES) $(PY) -m pytest -q -n auto -m "not exhaustive" tests/unit/test_outside_*.py
 
 coverage-c: compiler venv-dev ## count the branches of the C that the tests take; 95 % of firmware's must be
 	$(PY) tools/build_library.py

@@ -1,5 +1,7 @@
 """What some tests need and a bare machine may lack. A skipped test prints why; in CI it fails."""
 
+from collections.abc import Sequence
+
 import pytest
 
 import hopform
@@ -9,3 +11,8 @@ library = pytest.mark.skipif(
     MESSAGE is not None,
     reason=f"the C back end is absent, and NumPy cannot be compared with it: {MESSAGE} (`make test` builds it)",
 )
+
+
+def the_first(values: Sequence[str]) -> list:
+    """Parameters of a slow test: the first always, the others with `make test-slices`."""
+    return [*values[:1], *(pytest.param(value, marks=pytest.mark.sliced) for value in values[1:])]

@@ -27,6 +27,7 @@ from derive.emit.program import program
 from derive.emit.render import MANIFEST, instance, render
 from derive.model import quantities
 from hopform_solver import records
+from tests.needs import the_first
 
 ROOT = Path(__file__).resolve().parents[2]
 DERIVE, TEMPLATES, RUNTIME = ROOT / "derive", ROOT / "templates", ROOT / "runtime" / "hopform"
@@ -349,23 +350,26 @@ def symbols(path: Path) -> list[tuple[str, str]]:
     return [(line.split()[-2], line.split()[-1]) for line in listing.splitlines()]
 
 
-def test_the_library_compiles_as_c99_without_a_warning(folder):
-    compilers = installed("gcc", "clang") or installed("cc")
-    assert compilers or not os.environ.get("HOPFORM_REQUIRE_C"), "there is no C compiler"
-    for compiler in compilers:
+each_compiler = pytest.mark.parametrize("compiler", the_first(installed("gcc", "clang") or ["cc"]))
+
+
+@each_compiler
+def test_the_library_compiles_as_c99_without_a_warning(folder, compiler):
+    assert installed(compiler) or not os.environ.get("HOPFORM_REQUIRE_C"), "there is no C compiler"
+    if installed(compiler):
         objects(compiler, folder)
 
 
-def test_the_library_keeps_no_data(folder):
-    for compiler in installed("gcc", "clang"):
-        for path in objects(compiler, folder):
-            assert not [name for kind, name in symbols(path) if kind in "dDbBC"], path.name
+@each_compiler
+def test_the_library_keeps_no_data(folder, compiler):
+    for path in objects(compiler, folder):
+        assert not [name for kind, name in symbols(path) if kind in "dDbBC"], path.name
 
 
-def test_the_library_defines_no_name_that_is_not_its_own(folder):
-    for compiler in installed("gcc", "clang"):
-        for path in objects(compiler, folder):
-            assert not [name for kind, name in symbols(path) if kind in "TRVWi" and not name.startswith("hopform_")]
+@each_compiler
+def test_the_library_defines_no_name_that_is_not_its_own(folder, compiler):
+    for path in objects(compiler, folder):
+        assert not [name for kind, name in symbols(path) if kind in "TRVWi" and not name.startswith("hopform_")]
 
 
 # What compilers make of __builtin_cpu_supports, and of <fenv.h> where a processor is no x86.
@@ -373,15 +377,15 @@ ASKS_THE_PROCESSOR = {"__cpu_model", "__cpu_indicator_init", "_GLOBAL_OFFSET_TAB
 KEEPS_FLAGS = {"fegetenv", "fesetenv"}
 
 
-def test_single_precision_calls_single_precision_alone(folder):
+@each_compiler
+def test_single_precision_calls_single_precision_alone(folder, compiler):
     """It needs its own, memory functions, and of libm what ends in f: no warning of a compiler sees calls."""
-    for compiler in installed("gcc", "clang"):
-        for path in objects(compiler, folder):
-            if path.stem.endswith("_f32"):
-                needed = {name for kind, name in symbols(path) if kind == "U"}
-                other = {name for name in needed if not name.endswith("f") and not name.startswith("hopform_")}
-                assert other <= {"memcpy", "memset", "memmove", *ASKS_THE_PROCESSOR, *KEEPS_FLAGS}, path.name
-                assert not {name for name in needed if name.startswith("hopform_") and not name.endswith("_f32")}
+    for path in objects(compiler, folder):
+        if path.stem.endswith("_f32"):
+            needed = {name for kind, name in symbols(path) if kind == "U"}
+            other = {name for name in needed if not name.endswith("f") and not name.startswith("hopform_")}
+            assert other <= {"memcpy", "memset", "memmove", *ASKS_THE_PROCESSOR, *KEEPS_FLAGS}, path.name
+            assert not {name for name in needed if name.startswith("hopform_") and not name.endswith("_f32")}
 
 
 @pytest.mark.parametrize("name", [path.name for path in sorted((C / "include" / "hopform").glob("*.h"))])

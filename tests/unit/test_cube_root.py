@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from tests.needs import the_first
 from tools.build_library import FLAGS
 
 C = Path(__file__).resolve().parents[2] / "generated" / "c"
@@ -160,7 +161,7 @@ def asks(source: Path) -> set[str]:
     )
 
 
-@pytest.mark.parametrize("compiler", COMPILERS)
+@pytest.mark.parametrize("compiler", the_first(COMPILERS))
 def test_the_library_needs_no_libm(tmp_path, compiler):
     """As the README says: optimised, with -fno-math-errno, a square root is an instruction;
     else it is the one function left.

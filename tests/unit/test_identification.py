@@ -185,6 +185,7 @@ def test_what_nothing_was_recorded_of_is_said():
     assert any("drop it onto the ground" in each for each in fit.statements)
 
 
+@pytest.mark.sliced
 def test_both_back_ends_fit_the_same():
     recording = record(HOPPER, "decay", height=0.04, rate=50.0, duration=1.2, seed=9)
     c, arrays = (

@@ -109,6 +109,7 @@ def in_a_process(line, folder):
     return done.returncode, done.stdout.decode(errors="replace"), done.stderr.decode(errors="replace")
 
 
+@pytest.mark.sliced
 def test_the_same_in_processes_of_their_own():
     """As many as processors at a time; what leaves an interpreter is seen here alone, a second exception among it."""
     lines = list[list[str]]()
