@@ -46,6 +46,7 @@ DOMAINS = {
         Domain("positive", "> 0", low=0.0),
         Domain("nonnegative", ">= 0 and finite", low=0.0, with_low=True),
         Domain("bound", ">= 0", low=0.0, with_low=True, with_high=True),
+        Domain("length", "> 0", low=0.0, with_high=True),
         Domain("fraction", ">= 0 and < 1", low=0.0, high=1.0, with_low=True),
         Domain("lower", "a number or -inf", with_low=True),
         Domain("upper", "a number or inf", with_high=True),

@@ -22,6 +22,7 @@ from ..model.answers import answers, schema
 from ..model.equations import Model
 from ..model.kinds import FLIGHT_EVENTS, KINDS, LONGEST_PREFIX, MOST_STEPS, STATUSES
 from ..model.precisions import CONSTANTS, LIMITS, PRECISIONS, Precision
+from ..model.quantities import TRAVEL
 from ..model.selftest import CASES, ROBOTS
 from ..model.structs import SEARCH_INTERVALS, struct_of, structs
 from ..models.hopper import HOPPER
@@ -206,6 +207,7 @@ def _context(made: Program, options: Options, precision: Precision) -> dict[str,
         "firmware": (firmware := _firmware(options)),
         "units": [name for name in firmware if name.endswith(".c")],
         "version": VERSION,
+        "travel": TRAVEL,
         "answers": (answered := answers(made.record("Robot"), ledgers[0], VERDICTS)),
         "schema": json.dumps({"$comment": HEADER_MARK} | schema(answered), indent=2),
         "register": REGISTER,

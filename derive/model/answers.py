@@ -9,6 +9,7 @@ from typing import Any
 
 from ..emit.ir import DOMAINS, Quantity, Record
 from .kinds import KINDS
+from .quantities import TRAVEL
 
 SIMPLE = {"number", "integer", "string", "boolean", "null"}
 
@@ -62,7 +63,7 @@ def answers(robot: Record, ledger: Record, verdicts: Iterable[str]) -> tuple[Ans
     words |= {"DOMAINS": tuple(DOMAINS), "VERDICTS": tuple(verdicts)}
     of_facts = {
         "ledger": tuple(Field(entry.name, "number", entry.meaning) for entry in ledger.quantities),
-        "robot": tuple(map(_parameter, robot.quantities)),
+        "robot": tuple(map(_parameter, (*robot.quantities, TRAVEL))),
         "derivatives": tuple(
             Field(each.name, "number or null", f"per {'unit' if each.unit == '1' else each.unit}")
             for each in robot.quantities

@@ -29,6 +29,8 @@ ROBOT = Record(
     ),
 )
 m_eff, m_s, k, L0, c, b1, b2, f1, f2, gamma2, g, x1_min, x1_max, u_max, impact_loss = ROBOT.symbols
+TRAVEL = Quantity("travel", r"y_{max}", "m", "travel of the spring: compression at coil bind", "length", float("inf"))
+"""A limit of the robot that no equation knows: compressions are compared with it."""
 
 RATES = Record(
     "Rates",

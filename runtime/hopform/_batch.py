@@ -42,6 +42,7 @@ class Batch:
     without take-off. aed: change of the body's energy. event_count: how many events. event_time, event_kind: the
     events, with a further last axis, NaN and 0 behind the last one; None unless asked for. Kinds are keys of `EVENTS`.
     sensitivities: the derivatives as `Stance.sensitivities` has them, as arrays; None unless asked for.
+    compression_max: the largest compression of the spring; None unless asked for.
     """
 
     status: NDArray[np.int32]
@@ -54,6 +55,7 @@ class Batch:
     event_kind: NDArray[np.int8] | None
     backend: Backend
     sensitivities: ManySensitivities | None = None
+    compression_max: NDArray[np.floating] | None = None
 
     @property
     def words(self) -> NDArray[np.str_]:
@@ -91,6 +93,7 @@ class _Job:
     real: np.dtype[Any]
     results: tuple[NDArray[Any], ...]
     matrices: NDArray[Any] | None
+    compressions: NDArray[Any] | None
 
     def chunk(self, part: slice) -> list[NDArray[Any]]:
         """The columns of some stances: numbers stay numbers, a column in one piece is not copied."""
@@ -116,6 +119,7 @@ def solve_stances(
     max_phases: int = MAX_PHASES,
     events: bool = False,
     sensitivities: bool = False,
+    compression: bool = False,
     backend: str | None = None,
     dtype: Any = np.float64,
     threads: int = 1,
@@ -126,8 +130,9 @@ def solve_stances(
 
     Inputs as for `solve_stance`, as arrays; u is a constant current per stance. Any field of the robot may be given
     as an array too: `solve_stances(robot, v2=-2.0, k=np.linspace(800, 1600, 9))`. events: list them all.
-    sensitivities: derivatives through the events, 140 numbers a stance. threads: how many solve at a time. progress:
-    called with the number of stances done and their total, now and then; what it raises ends the batch.
+    sensitivities: derivatives through the events, 140 numbers a stance. compression: the largest of each. threads: how
+    many solve at a time. progress: called with the number of stances done and their total, now and then; what it raises
+    ends the batch.
     Raises HopformError, which names field, index, value and what is allowed.
 
     >>> import numpy as np
@@ -140,6 +145,7 @@ def solve_stances(
     checked_robot(robot)
     most, workers = whole("max_phases", max_phases), whole("threads", threads, most=MOST_THREADS)
     with_events, with_derivatives = flag("events", events), flag("sensitivities", sensitivities)
+    with_compression = flag("compression", compression)
     function("progress", progress)
     given_u = cast(object, u)
     if type(given_u) in (list, tuple) and any(isinstance(each, tuple) for each in cast(Sequence[object], given_u)):
@@ -159,7 +165,8 @@ def solve_stances(
     back_end = robot.solver.back_end(backend)
     results = results_like(size, real)
     matrices = np.empty((size, len(ROWS), len(COLUMNS)), real) if with_derivatives else None
-    job = _Job(columns, shape, size, most, real, results, matrices)
+    compressions = np.empty(size, real) if with_compression else None
+    job = _Job(columns, shape, size, most, real, results, matrices, compressions)
     lists = _run(job, back_end, with_events, workers, progress)
     return _batch(job, back_end.name, lists, x2 is not None)
 
@@ -182,6 +189,7 @@ def _batch(
         sensitivities=None
         if job.matrices is None
         else of_matrices(job.matrices.reshape(*job.shape, *job.matrices.shape[1:]), x2_is_given),
+        compression_max=None if job.compressions is None else job.compressions.reshape(job.shape),
     )
 
 
@@ -200,6 +208,8 @@ def _run(
             found[part.start] = [(lane + part.start, t, kind) for lane, t, kind in lists]
         if job.matrices is not None:
             back_end.differentiate_columns(columns, job.matrices[part], results[0], job.max_phases)
+        if job.compressions is not None:
+            back_end.compress_columns(columns, job.compressions[part], results[0], job.max_phases)
         return int(part.stop - part.start)
 
     parts = [slice(first, min(first + CHUNK, job.size)) for first in range(0, job.size, CHUNK)]

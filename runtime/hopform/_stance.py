@@ -120,13 +120,37 @@ class Stance:
         )
 
     @cached_property
+    def compression_max(self) -> float:
+        """The largest compression of the spring [m], from the closed form.
+
+        >>> from hopform import load_robot
+        >>> print(round(solve_stance(load_robot("hopper_c"), v2=-1.93).compression_max, 6))
+        0.114281
+        """
+        return self._solved.compression_max()
+
+    @cached_property
     def warnings(self) -> tuple[str, ...]:
-        """Warnings, e.g. of u above u_max."""
+        """What the model does not say of a real robot: a current above u_max, a spring beyond its travel, and so on."""
         found = list[str]()
+        robot, start = self.robot, self._solved.phase_rows()[0][1]
         largest = max((u for _, u in self.u), key=abs)
-        if abs(largest) > self.robot.u_max:
-            found.append(f"u = {largest!r} A is above u_max = {self.robot.u_max!r} A")
-        if self.status == "takeoff" and self.robot.g == 0.0:
+        if abs(largest) > robot.u_max:
+            found.append(f"u = {largest!r} A is above u_max = {robot.u_max!r} A")
+        if start.y == 0.0 and start.v2 > 0.0:
+            found.append(f"the body moves up at touchdown, v2 = {float(start.v2)!r} m/s")
+        force = -robot.gamma2 * self.u[0][1]
+        for stop, way in (("x1_min", -1.0), ("x1_max", 1.0)):
+            rests = start.x1 == getattr(robot, stop) and start.v1 == 0.0 and robot.x1_min < robot.x1_max
+            if rests and way * force > 0.0:
+                found.append(f"u = {self.u[0][1]!r} A pushes the actuator onto the stop {stop} on which it rests")
+        if robot.travel < math.inf and self.compression_max > robot.travel:
+            most = f"coil_bound: the spring is compressed by {self.compression_max:.6g} m"
+            found.append(f"{most}, its travel is {robot.travel!r} m")
+        lowest = min(float(state.x2) for state in (*(phase.state for phase in self.phases), self.end))
+        if lowest < 0.0:
+            found.append(f"the body passes below the ground, down to x2 = {lowest:.6g} m")
+        if self.status == "takeoff" and robot.g == 0.0:
             found.append("g = 0: there is no apex")
         return tuple(found)
 

@@ -218,11 +218,22 @@ static void no_pointer(void)
     OF(stance_loop)(columns, none, NULL, NULL);
 }
 
-/* Derivatives: every matrix is NaN and every status the refusal. */
-static int are_refused(const batch *b, int32_t status)
+/* What reads each stance: its derivatives or its compression, in `each` numbers. */
+typedef struct {
+    const char *name;
+    int32_t (*call)(int64_t count, const OF(stances_in) *in, OF(phase) *phases, int32_t capacity, real *numbers,
+                    int32_t *status);
+    int each;
+} reading;
+
+static const reading readings[2] = {{"derivatives", OF(stances_sensitivities), MATRIX},
+                                    {"compressions", OF(stances_compressions), 1}};
+
+/* Every number is NaN and every status the refusal. */
+static int are_refused(const batch *b, const reading *of, int32_t status)
 {
     int safe = 1;
-    for (int n = 0; n < COUNT * MATRIX; n++) {
+    for (int n = 0; n < COUNT * of->each; n++) {
         safe = safe && isnan(b->matrices[n / MATRIX][n % MATRIX]);
     }
     for (int i = 0; i < COUNT; i++) {
@@ -231,29 +242,29 @@ static int are_refused(const batch *b, int32_t status)
     return safe;
 }
 
-static void no_pointer_to_derivatives(void)
+static void no_pointer_to_a_reading(const reading *of)
 {
     static batch b;
     for (int mask = 0; mask < 16; mask++) {
         separate(&b);
         const int32_t status =
-            OF(stances_sensitivities)(COUNT, (mask & 1) != 0 ? NULL : &b.in, (mask & 2) != 0 ? NULL : b.phases, PHASES,
-                                      (mask & 4) != 0 ? NULL : b.matrices[0], (mask & 8) != 0 ? NULL : b.status);
-        holds(status == (mask == 0 ? HOPFORM_OK : HOPFORM_ERROR_NULL), "derivatives, mask of NULL", mask, status);
+            of->call(COUNT, (mask & 1) != 0 ? NULL : &b.in, (mask & 2) != 0 ? NULL : b.phases, PHASES,
+                     (mask & 4) != 0 ? NULL : b.matrices[0], (mask & 8) != 0 ? NULL : b.status);
+        holds(status == (mask == 0 ? HOPFORM_OK : HOPFORM_ERROR_NULL), of->name, mask, status);
         if ((mask & 4) != 0) {
             memset(b.matrices, 0xff, sizeof b.matrices);
         }
         for (int i = 0; (mask & 8) != 0 && i < COUNT; i++) {
             b.status[i] = HOPFORM_ERROR_NULL;
         }
-        holds(mask == 0 || are_refused(&b, HOPFORM_ERROR_NULL), "derivatives, mask of NULL, not safe", mask, 0);
+        holds(mask == 0 || are_refused(&b, of, HOPFORM_ERROR_NULL), "a reading, mask of NULL, not safe", mask, 0);
     }
     for (int n = 0; n < READ; n++) {
         separate(&b);
         input_of(&b, n)->first = NULL;
-        holds(OF(stances_sensitivities)(COUNT, &b.in, b.phases, PHASES, b.matrices[0], b.status) == HOPFORM_ERROR_NULL,
-              "derivatives, a column is NULL", n, 0);
-        holds(are_refused(&b, HOPFORM_ERROR_NULL), "derivatives, a column is NULL, not safe", n, 0);
+        holds(of->call(COUNT, &b.in, b.phases, PHASES, b.matrices[0], b.status) == HOPFORM_ERROR_NULL,
+              "a reading, a column is NULL", n, 0);
+        holds(are_refused(&b, of, HOPFORM_ERROR_NULL), "a reading, a column is NULL, not safe", n, 0);
     }
 }
 
@@ -376,7 +387,7 @@ static void over_the_structs(void)
     }
 }
 
-static void overlaps_of_derivatives(void)
+static void overlaps_of_a_reading(const reading *of)
 {
     static batch b;
     for (int n = 0; n < READ; n++) {
@@ -384,26 +395,26 @@ static void overlaps_of_derivatives(void)
             separate(&b);
             input_of(&b, n)->first =
                 m == 0 ? (const void *)b.phases
-                       : (m == 1 ? (const void *)&b.matrices[COUNT - 1][MATRIX - 1] : (const void *)b.status);
-            holds(OF(stances_sensitivities)(COUNT, &b.in, b.phases, PHASES, b.matrices[0], b.status)
-                      == HOPFORM_ERROR_OVERLAP,
-                  "derivatives, overlap", n, m);
-            holds(are_refused(&b, HOPFORM_ERROR_OVERLAP), "derivatives, overlap, not safe", n, m);
+                       : (m == 1 ? (const void *)(b.matrices[0] + COUNT * of->each - 1) : (const void *)b.status);
+            holds(of->call(COUNT, &b.in, b.phases, PHASES, b.matrices[0], b.status) == HOPFORM_ERROR_OVERLAP, of->name,
+                  n, m);
+            holds(are_refused(&b, of, HOPFORM_ERROR_OVERLAP), "a reading, overlap, not safe", n, m);
         }
     }
     separate(&b);
-    holds(OF(stances_sensitivities)(COUNT, &b.in, b.phases, PHASES, b.matrices[0], (int32_t *)(void *)&b.in)
-              == HOPFORM_ERROR_OVERLAP,
-          "derivatives, a status over the struct", 0, 0);
+    holds(of->call(COUNT, &b.in, b.phases, PHASES, b.matrices[0], (int32_t *)(void *)&b.in) == HOPFORM_ERROR_OVERLAP,
+          "a reading, a status over the struct", 0, 0);
 }
 
 int main(void)
 {
     no_pointer();
-    no_pointer_to_derivatives();
     overlaps();
     over_the_structs();
-    overlaps_of_derivatives();
+    for (int n = 0; n < 2; n++) {
+        no_pointer_to_a_reading(&readings[n]);
+        overlaps_of_a_reading(&readings[n]);
+    }
     printf("%d checks, wrong %d\n", (int)checks, wrong);
     return wrong > 0;
 }

@@ -1,9 +1,9 @@
 /* A libFuzzer target: the C entry points on arbitrary bit patterns.
  *
  * -DENTRY=n picks what is called (1 hopform_plan_init, 2 hopform_solve_stance, 3 hopform_stance_at, 4
- * hopform_stance_energy), -DSINGLE single precision, -DDESCRIBE prints what the bytes mean. The bytes become numbers as
- * they are, or, by the first byte, numbers of a sensible size, so that the solver is entered and not only its gate. An
- * answer that is not finite, or not within its own bounds, aborts.
+ * hopform_stance_energy, hopform_stance_compression), -DSINGLE single precision, -DDESCRIBE prints what the bytes
+ * mean. The bytes become numbers as they are, or, by the first byte, numbers of a sensible size, so that the solver is
+ * entered and not only its gate. An answer that is not finite, or not within its own bounds, aborts.
  *
  * Without friction a stance is followed half turn by half turn, and the quotient of two arbitrary numbers makes a
  * horizon of 1e7 half turns of the stiffest oscillation, which takes seconds and finds nothing that the first ones do
@@ -87,6 +87,9 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
         T(ledger) ledgers[2];
         real losses[2];
         T(stance_energy)(&plan, steps, phases, &stance, times, 2, energies, ledgers, losses);
+        real most;
+        const int32_t read = T(stance_compression)(&plan, steps, phases, &stance, &most);
+        must(isfinite(most) && (read < 0 || (most >= start.y && most >= stance.end.y)));
     }
     return 0;
 }

@@ -165,9 +165,9 @@ MUTANTS = (
     ),
     Mutant(
         "controller, NumPy: a dip that is not at the turn",
-        "runtime/engine/numpy/trial.py",
-        "t = _turn(found, low, high, rate[row, look], rate[row, look + 1])",
-        "t = 0.5 * _turn(found, low, high, rate[row, look], rate[row, look + 1]) + 0.5 * high",
+        "runtime/engine/numpy/extrema.py",
+        "        last = new\n    return new\n",
+        "        last = new\n    return 0.5 * (new + between[1])\n",
         first=("tests/conformance/test_control.py",),
     ),
     Mutant(

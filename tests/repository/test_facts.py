@@ -63,8 +63,8 @@ def test_a_new_parameter_stands_in_every_table(altered, package):
     assert dict((name, count) for name, _, count in structs["StancesIn"])["robot"] == 16
     assert package.ROBOT_FIELDS[-1] == ("seal", r"\zeta", "N s/m", "fraction", "drag of a seal", 0.25)
     objects = json.loads((altered / "schema.json").read_text("utf-8"))["$defs"]
-    for name in ("robot", "derivatives"):
-        assert list(objects[name]["properties"])[-1] == "seal"
+    assert list(objects["robot"]["properties"])[-2:] == ["seal", "travel"]
+    assert list(objects["derivatives"]["properties"])[-1] == "seal"
     assert lines(altered, "JSON.md", "`seal`") == [
         "| `seal` | number or null | per N s/m |",
         "| `seal` | number | N s/m, drag of a seal |",

@@ -234,19 +234,26 @@ def test_a_generated_text_is_plain(path):
 
 def test_every_word_for_a_parameter_is_the_one_of_quantities():
     names = [quantity.name for quantity in quantities.ROBOT.quantities]
-    assert [field.name for field in dataclasses.fields(hopform.Robot)] == [*names, "name", "description", "fit"]
+    assert [field.name for field in dataclasses.fields(hopform.Robot)] == [
+        *names,
+        "travel",
+        "name",
+        "description",
+        "fit",
+    ]
     assert list(records.Robot._fields) == [field.name for field in records.ROBOT_FIELDS] == names
     for precision in ("f32", "f64"):
         assert members(f"hopform_robot_{precision}") == names
     shipped = sorted((RUNTIME / "_robots").glob("*.toml"))
     assert shipped
     for path in shipped:
-        assert tomllib.loads(path.read_text("utf-8")).keys() <= {*names, "name", "description"}, path.name
+        assert tomllib.loads(path.read_text("utf-8")).keys() <= {*names, "travel", "name", "description"}, path.name
 
 
 def test_every_parameter_is_what_quantities_declares():
     for field, quantity in zip(records.ROBOT_FIELDS, quantities.ROBOT.quantities, strict=True):
         assert field._asdict() == dataclasses.asdict(quantity)
+    assert records.TRAVEL._asdict() == dataclasses.asdict(quantities.TRAVEL)
 
 
 def header(name: str) -> str:

@@ -127,7 +127,7 @@ def test_page_and_schema_have_the_same_fields():
         ("stance", "--v2", "-0.3", "--u", "1"),
         ("stance", "--height", "0.2", "--horizon", "0.01"),
         ("stance", "--height", "0.2", "--max-phases", "1"),
-        ("stance", "--v2", "1"),
+        ("stance", "--x1", "0.04", "--v1", "-0.1", "--v2", "0"),
         ("stance", "--height", "0.02", "--u-steps", "0:0,0.05:2,0.1:-3"),
         ("stance", "--height", "0.2", "--dtype", "float32"),
         ("hop", "--height", "0.2", "--u", "3", "--hops", "2"),

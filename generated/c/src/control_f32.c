@@ -722,3 +722,44 @@ int32_t hopform_try_currents_f32(const hopform_plan_f32 *plan, const hopform_sta
     }
     return kept;
 }
+
+/* ---- the largest compression, which shares the search for minima ---- */
+
+/* The largest compression inside a phase that lasts for t and in which both masses move in the same direction: y' keeps
+ * its sign in the others. 0 if there is no maximum. */
+static float most_in_phase_f32(const hopform_plan_f32 *plan, const hopform_phase_f32 *phase, float u, float t)
+{
+    const int side = hopform_side_1_f32(phase);
+    const hopform_state_f32 start = {phase->x1, phase->v1, phase->v2, phase->y};
+    const hopform_motion_f32 motion = hopform_motion_of_f32(plan, &start, u, side, side);
+    const hopform_poles_f32 *poles = hopform_poles_of_f32(plan, side, side);
+    const event_function_f32 extension = {{-motion.H3_y, -motion.H2_y, -motion.H1_y}, -start.y, 0, 0};
+    const event_set_f32 set = {poles, hopform_node_of_f32(plan, side, side), 1, {extension}};
+    const propagator_f32 end = propagator_at_f32(poles, t);
+    const jet_f32 from = jet_at_start_f32(poles, &extension);
+    const jet_f32 to = jet_at_f32(&set, &extension, &end);
+    return -hopform_least_minimum_f32(&set, &from, &to, &end, 65536.0f).value;
+}
+
+int32_t hopform_stance_compression_f32(const hopform_plan_f32 *plan, const hopform_step_f32 *steps,
+                                        const hopform_phase_f32 *phases, const hopform_stance_f32 *stance,
+                                        float *compression_max)
+{
+    if (compression_max == NULL) {
+        return HOPFORM_ERROR_NULL;
+    }
+    const hopform_memory_f32 none = {NULL, 0};
+    const int32_t status = hopform_reading_status_f32(plan, steps, phases, stance, none, NULL, 0);
+    float most = status < 0 ? 0.0f : stance->end.y;
+    for (int32_t n = 0; status >= 0 && n < stance->phases_kept; n++) {
+        const hopform_phase_f32 *phase = &phases[n];
+        const float until = n + 1 < stance->phases_kept ? phases[n + 1].t : stance->duration;
+        const int side = hopform_side_1_f32(phase);
+        most = hopform_greater_f32(most, phase->y);
+        if (side != 0 && side == hopform_side_2_f32(phase) && until > phase->t) {
+            most = hopform_greater_f32(most, most_in_phase_f32(plan, phase, steps[phase->step].u, until - phase->t));
+        }
+    }
+    *compression_max = most;
+    return status;
+}

@@ -722,3 +722,44 @@ int32_t hopform_try_currents_f64(const hopform_plan_f64 *plan, const hopform_sta
     }
     return kept;
 }
+
+/* ---- the largest compression, which shares the search for minima ---- */
+
+/* The largest compression inside a phase that lasts for t and in which both masses move in the same direction: y' keeps
+ * its sign in the others. 0 if there is no maximum. */
+static double most_in_phase_f64(const hopform_plan_f64 *plan, const hopform_phase_f64 *phase, double u, double t)
+{
+    const int side = hopform_side_1_f64(phase);
+    const hopform_state_f64 start = {phase->x1, phase->v1, phase->v2, phase->y};
+    const hopform_motion_f64 motion = hopform_motion_of_f64(plan, &start, u, side, side);
+    const hopform_poles_f64 *poles = hopform_poles_of_f64(plan, side, side);
+    const event_function_f64 extension = {{-motion.H3_y, -motion.H2_y, -motion.H1_y}, -start.y, 0, 0};
+    const event_set_f64 set = {poles, hopform_node_of_f64(plan, side, side), 1, {extension}};
+    const propagator_f64 end = propagator_at_f64(poles, t);
+    const jet_f64 from = jet_at_start_f64(poles, &extension);
+    const jet_f64 to = jet_at_f64(&set, &extension, &end);
+    return -hopform_least_minimum_f64(&set, &from, &to, &end, 65536.0).value;
+}
+
+int32_t hopform_stance_compression_f64(const hopform_plan_f64 *plan, const hopform_step_f64 *steps,
+                                        const hopform_phase_f64 *phases, const hopform_stance_f64 *stance,
+                                        double *compression_max)
+{
+    if (compression_max == NULL) {
+        return HOPFORM_ERROR_NULL;
+    }
+    const hopform_memory_f64 none = {NULL, 0};
+    const int32_t status = hopform_reading_status_f64(plan, steps, phases, stance, none, NULL, 0);
+    double most = status < 0 ? 0.0 : stance->end.y;
+    for (int32_t n = 0; status >= 0 && n < stance->phases_kept; n++) {
+        const hopform_phase_f64 *phase = &phases[n];
+        const double until = n + 1 < stance->phases_kept ? phases[n + 1].t : stance->duration;
+        const int side = hopform_side_1_f64(phase);
+        most = hopform_greater_f64(most, phase->y);
+        if (side != 0 && side == hopform_side_2_f64(phase) && until > phase->t) {
+            most = hopform_greater_f64(most, most_in_phase_f64(plan, phase, steps[phase->step].u, until - phase->t));
+        }
+    }
+    *compression_max = most;
+    return status;
+}

@@ -39,6 +39,7 @@ typedef int32_t hopform_signed_bits_f32;
 #define HOPFORM_IN_POSITIVE_f32(value) ((value) > 0.0f && (value) <= HOPFORM_NEVER_f32)
 #define HOPFORM_IN_NONNEGATIVE_f32(value) ((value) >= 0.0f && (value) <= HOPFORM_NEVER_f32)
 #define HOPFORM_IN_BOUND_f32(value) ((value) >= 0.0f)
+#define HOPFORM_IN_LENGTH_f32(value) ((value) > 0.0f)
 #define HOPFORM_IN_FRACTION_f32(value) ((value) >= 0.0f && (value) < 1.0f)
 #define HOPFORM_IN_LOWER_f32(value) ((value) <= HOPFORM_NEVER_f32)
 #define HOPFORM_IN_UPPER_f32(value) ((value) >= -HOPFORM_NEVER_f32)

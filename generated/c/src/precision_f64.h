@@ -39,6 +39,7 @@ typedef int64_t hopform_signed_bits_f64;
 #define HOPFORM_IN_POSITIVE_f64(value) ((value) > 0.0 && (value) <= HOPFORM_NEVER_f64)
 #define HOPFORM_IN_NONNEGATIVE_f64(value) ((value) >= 0.0 && (value) <= HOPFORM_NEVER_f64)
 #define HOPFORM_IN_BOUND_f64(value) ((value) >= 0.0)
+#define HOPFORM_IN_LENGTH_f64(value) ((value) > 0.0)
 #define HOPFORM_IN_FRACTION_f64(value) ((value) >= 0.0 && (value) < 1.0)
 #define HOPFORM_IN_LOWER_f64(value) ((value) <= HOPFORM_NEVER_f64)
 #define HOPFORM_IN_UPPER_f64(value) ((value) >= -HOPFORM_NEVER_f64)

@@ -11,8 +11,8 @@
 #ifndef HOPFORM_TRIAL_H_f32
 #define HOPFORM_TRIAL_H_f32
 
+#include "extrema_f32.h"
 #include "facts.h"
-#include "first_event_f32.h"
 #include "follow_f32.h"
 
 /* What is gathered along the phases of a stance. */
@@ -38,13 +38,13 @@ static inline void hopform_note_largest_f32(hopform_trial_f32 *trial, float x1, 
 }
 
 /* A minimum of the contact force before the ending, where the leg would have taken off with a little less of it. */
-static inline void hopform_note_minimum_f32(hopform_trial_f32 *trial, float contact, float change)
+static inline void hopform_note_minimum_f32(hopform_trial_f32 *trial, float contact, float change, int32_t count)
 {
     if (contact < trial->least_contact) {
         trial->least_contact = contact;
         trial->least_contact_u = change;
     }
-    trial->minima++; /* at most 32 a phase, which takes a number in the caller's memory */
+    trial->minima += count;
 }
 
 /* The upper stop is hit: how far x_1 is from staying off it. It does where its velocity there vanishes, or where the
@@ -59,97 +59,6 @@ static inline void hopform_note_hit_f32(const hopform_tally_f32 *tally, const ho
     const bool slow = height < contact;
     const float change = slow ? at->v1 * met->v1 / robot->g : hopform_contact_slope_f32(robot, met);
     hopform_note_largest_f32(tally->trial, at->x1 + (slow ? height : contact), change);
-}
-
-/* The minimum of the contact force between two times, between which its rate becomes positive: a root of the rate. A
- * few digits of its time do, because the force hardly changes there. */
-static inline void hopform_find_minimum_f32(const hopform_tally_f32 *tally, const hopform_passage_f32 *passage,
-                                             const event_function_f32 *contact, const hopform_motion_f32 *by_u,
-                                             const jet_f32 *from, float low, const jet_f32 *to, float high)
-{
-    const hopform_poles_f32 *poles = passage->poles;
-    const float h = high - low;
-    const float small = 0.0001f * (to->rate - from->rate);
-    const jet_f32 rate_from = {-from->rate, -from->curvature, -from->third, fourth_of_f32(poles, from)};
-    const jet_f32 rate_to = {-to->rate, -to->curvature, -to->third, 0.0f};
-    const interpolant_f32 p = interpolant_of_f32(&rate_from, &rate_to, fourth_of_f32(poles, to), h);
-    float t = low + h * refined_root_f32(&p, rough_root_f32(&rate_from, &rate_to, h));
-    propagator_f32 at = propagator_at_f32(poles, t);
-    jet_f32 jet = short_jet_at_f32(contact, &at);
-    float falls = from->rate;
-    float rises = to->rate;
-    for (int n = 0; n < 12 && fabs_f32(jet.rate) > small; n++) {
-        low = jet.rate < 0.0f ? t : low;
-        falls = jet.rate < 0.0f ? jet.rate : falls;
-        high = jet.rate < 0.0f ? high : t;
-        rises = jet.rate < 0.0f ? rises : jet.rate;
-        t = n % 3 == 2 ? low + 0.5f * (high - low) : low + (high - low) * (falls / (falls - rises));
-        at = propagator_at_f32(poles, t);
-        jet = short_jet_at_f32(contact, &at);
-    }
-    const hopform_state_f32 change =
-        hopform_arrive_f32(&tally->change, by_u, &at.basis, passage->side_1, passage->side_2);
-    hopform_note_minimum_f32(tally->trial, jet.value, hopform_contact_slope_f32(&tally->plan->robot, &change));
-}
-
-/* Rule 2 of docs/explanation/events.md for the rate of the contact force: how often it may vanish between two times
- * that lie less than half a period of the pair apart. */
-static inline int hopform_most_turns_f32(const hopform_node_f32 *node, const jet_f32 *from, const jet_f32 *to)
-{
-    const float d = from->third + node->pole * from->curvature;
-    const float d_then = to->third + node->pole * to->curvature;
-    const int variations = (from->rate * from->curvature < 0.0f ? 1 : 0) + (from->curvature * d < 0.0f ? 1 : 0);
-    const int variations_then = (to->rate * to->curvature < 0.0f ? 1 : 0) + (to->curvature * d_then < 0.0f ? 1 : 0);
-    const bool decided = fabs_f32(from->rate * to->rate) > 0.0f && fabs_f32(d * d_then) > 0.0f
-                         && fabs_f32(from->curvature * to->curvature) > 0.0f;
-    return decided ? variations - variations_then + (d * d_then < 0.0f ? 1 : 0) : 3;
-}
-
-/* The minima of the contact force inside a phase. Where more than one is possible its rate is evaluated four times in
- * half a period of the pair, and between three evaluations where it comes near zero and goes back. */
-static inline void hopform_find_minima_f32(const hopform_tally_f32 *tally, const hopform_passage_f32 *passage,
-                                            const event_function_f32 *contact, const hopform_motion_f32 *by_u,
-                                            const jet_f32 *from, const jet_f32 *to)
-{
-    if (HOPFORM_CONTACT_IS_COMPRESSION && (passage->side_1 == 0 || passage->side_1 != passage->side_2)) {
-        return; /* y' keeps its sign unless both masses move in the same direction */
-    }
-    const hopform_node_f32 *node = hopform_node_of_f32(tally->plan, passage->side_1, passage->side_2);
-    const bool turns = from->rate < 0.0f && to->rate > 0.0f;
-    const int odd = turns || (from->rate > 0.0f && to->rate < 0.0f) ? 1 : 0;
-    if (passage->length < 0.95f * node->half_period && hopform_most_turns_f32(node, from, to) <= 1 + odd) {
-        if (turns) {
-            hopform_find_minimum_f32(tally, passage, contact, by_u, from, 0.0f, to, passage->length);
-        }
-        return;
-    }
-    const float looks = 1.0f + 1.3f * sqrt_f32(passage->poles->q) * passage->length;
-    const int count = looks > 0.0f && looks < 64.0f ? (int)looks + 2 : 64;
-    const float apart = passage->length / (float)count;
-    const event_set_f32 set = {passage->poles, NULL, 0, {{{0.0f, 0.0f, 0.0f}, 0.0f, 0, 0}}};
-    jet_f32 before = *from;
-    jet_f32 last = *from;
-    for (int n = 1; n <= count; n++) {
-        const float t = apart * (float)n;
-        jet_f32 now = *to;
-        if (n < count) {
-            const propagator_f32 at = propagator_at_f32(passage->poles, t);
-            now = jet_at_f32(&set, contact, &at);
-        }
-        if (last.rate < 0.0f && now.rate >= 0.0f) {
-            hopform_find_minimum_f32(tally, passage, contact, by_u, &last, t - apart, &now, t);
-        } else if (n > 1 && last.rate < 0.0f && last.rate > before.rate && last.rate > now.rate) {
-            const float shift = 0.5f * (now.rate - before.rate) / (2.0f * last.rate - before.rate - now.rate);
-            const float top = t - apart + apart * shift;
-            const propagator_f32 at = propagator_at_f32(passage->poles, top);
-            const jet_f32 at_top = jet_at_f32(&set, contact, &at);
-            if (at_top.rate > 0.0f) {
-                hopform_find_minimum_f32(tally, passage, contact, by_u, &before, t - 2.0f * apart, &at_top, top);
-            }
-        }
-        before = last;
-        last = now;
-    }
 }
 
 /* Whether the contact force, which fell before the event between two phases, falls no more after it. Where both masses
@@ -206,7 +115,7 @@ static inline void hopform_cross_f32(hopform_tally_f32 *tally, const hopform_pas
         const hopform_state_f32 met = {0.0f, change->v1 + after->v1 * late, change->v2 + after->v2 * late,
                                         change->y + after->y * late};
         hopform_note_minimum_f32(tally->trial, hopform_contact_of_f32(robot, &now->start),
-                                  hopform_contact_slope_f32(robot, &met));
+                                  hopform_contact_slope_f32(robot, &met), 1);
     }
 }
 
@@ -224,14 +133,24 @@ static inline void hopform_tally_up_f32(hopform_tally_f32 *tally, const hopform_
     const event_function_f32 velocity_1 = {{motion->H3_1, motion->H2_1, motion->H1_1}, passage->start.v1, 0, 0};
     const event_function_f32 velocity_2 = {{motion->H3_2, motion->H2_2, motion->H1_2}, passage->start.v2, 0, 0};
     const event_function_f32 compression = {{motion->H3_y, motion->H2_y, motion->H1_y}, passage->start.y, 0, 0};
-    const event_set_f32 set = {passage->poles, NULL, 0, {contact}};
+    const hopform_node_f32 *node = hopform_node_of_f32(plan, passage->side_1, passage->side_2);
+    const event_set_f32 set = {passage->poles, node, 1, {contact}};
     const hopform_drive_f32 per_ampere = {plan->rates.a1_u, 0.0f};
     const hopform_motion_f32 by_u =
         hopform_motion_under_f32(&plan->rates, &per_ampere, &tally->change, passage->side_1, passage->side_2);
     const propagator_f32 end = propagator_of_f32(passage->poles, passage->length, passage->end);
     const jet_f32 from = jet_at_start_f32(passage->poles, &contact);
     const jet_f32 to = jet_at_f32(&set, &contact, &end);
-    hopform_find_minima_f32(tally, passage, &contact, &by_u, &from, &to);
+    if (!HOPFORM_CONTACT_IS_COMPRESSION || (passage->side_1 != 0 && passage->side_1 == passage->side_2)) {
+        /* else y' keeps its sign */
+        const hopform_least_f32 least = hopform_least_minimum_f32(&set, &from, &to, &end, 64.0f);
+        if (least.count > 0) {
+            const hopform_state_f32 there =
+                hopform_arrive_f32(&tally->change, &by_u, &least.basis, passage->side_1, passage->side_2);
+            hopform_note_minimum_f32(tally->trial, least.value, hopform_contact_slope_f32(&plan->robot, &there),
+                                      least.count);
+        }
+    }
     tally->change = hopform_arrive_f32(&tally->change, &by_u, passage->end, passage->side_1, passage->side_2);
     tally->arrived = passage->arrived;
     tally->speed.x1 = passage->arrived.v1;

@@ -11,8 +11,8 @@
 #ifndef HOPFORM_TRIAL_H_f64
 #define HOPFORM_TRIAL_H_f64
 
+#include "extrema_f64.h"
 #include "facts.h"
-#include "first_event_f64.h"
 #include "follow_f64.h"
 
 /* What is gathered along the phases of a stance. */
@@ -38,13 +38,13 @@ static inline void hopform_note_largest_f64(hopform_trial_f64 *trial, double x1,
 }
 
 /* A minimum of the contact force before the ending, where the leg would have taken off with a little less of it. */
-static inline void hopform_note_minimum_f64(hopform_trial_f64 *trial, double contact, double change)
+static inline void hopform_note_minimum_f64(hopform_trial_f64 *trial, double contact, double change, int32_t count)
 {
     if (contact < trial->least_contact) {
         trial->least_contact = contact;
         trial->least_contact_u = change;
     }
-    trial->minima++; /* at most 32 a phase, which takes a number in the caller's memory */
+    trial->minima += count;
 }
 
 /* The upper stop is hit: how far x_1 is from staying off it. It does where its velocity there vanishes, or where the
@@ -59,97 +59,6 @@ static inline void hopform_note_hit_f64(const hopform_tally_f64 *tally, const ho
     const bool slow = height < contact;
     const double change = slow ? at->v1 * met->v1 / robot->g : hopform_contact_slope_f64(robot, met);
     hopform_note_largest_f64(tally->trial, at->x1 + (slow ? height : contact), change);
-}
-
-/* The minimum of the contact force between two times, between which its rate becomes positive: a root of the rate. A
- * few digits of its time do, because the force hardly changes there. */
-static inline void hopform_find_minimum_f64(const hopform_tally_f64 *tally, const hopform_passage_f64 *passage,
-                                             const event_function_f64 *contact, const hopform_motion_f64 *by_u,
-                                             const jet_f64 *from, double low, const jet_f64 *to, double high)
-{
-    const hopform_poles_f64 *poles = passage->poles;
-    const double h = high - low;
-    const double small = 1e-4 * (to->rate - from->rate);
-    const jet_f64 rate_from = {-from->rate, -from->curvature, -from->third, fourth_of_f64(poles, from)};
-    const jet_f64 rate_to = {-to->rate, -to->curvature, -to->third, 0.0};
-    const interpolant_f64 p = interpolant_of_f64(&rate_from, &rate_to, fourth_of_f64(poles, to), h);
-    double t = low + h * refined_root_f64(&p, rough_root_f64(&rate_from, &rate_to, h));
-    propagator_f64 at = propagator_at_f64(poles, t);
-    jet_f64 jet = short_jet_at_f64(contact, &at);
-    double falls = from->rate;
-    double rises = to->rate;
-    for (int n = 0; n < 12 && fabs_f64(jet.rate) > small; n++) {
-        low = jet.rate < 0.0 ? t : low;
-        falls = jet.rate < 0.0 ? jet.rate : falls;
-        high = jet.rate < 0.0 ? high : t;
-        rises = jet.rate < 0.0 ? rises : jet.rate;
-        t = n % 3 == 2 ? low + 0.5 * (high - low) : low + (high - low) * (falls / (falls - rises));
-        at = propagator_at_f64(poles, t);
-        jet = short_jet_at_f64(contact, &at);
-    }
-    const hopform_state_f64 change =
-        hopform_arrive_f64(&tally->change, by_u, &at.basis, passage->side_1, passage->side_2);
-    hopform_note_minimum_f64(tally->trial, jet.value, hopform_contact_slope_f64(&tally->plan->robot, &change));
-}
-
-/* Rule 2 of docs/explanation/events.md for the rate of the contact force: how often it may vanish between two times
- * that lie less than half a period of the pair apart. */
-static inline int hopform_most_turns_f64(const hopform_node_f64 *node, const jet_f64 *from, const jet_f64 *to)
-{
-    const double d = from->third + node->pole * from->curvature;
-    const double d_then = to->third + node->pole * to->curvature;
-    const int variations = (from->rate * from->curvature < 0.0 ? 1 : 0) + (from->curvature * d < 0.0 ? 1 : 0);
-    const int variations_then = (to->rate * to->curvature < 0.0 ? 1 : 0) + (to->curvature * d_then < 0.0 ? 1 : 0);
-    const bool decided = fabs_f64(from->rate * to->rate) > 0.0 && fabs_f64(d * d_then) > 0.0
-                         && fabs_f64(from->curvature * to->curvature) > 0.0;
-    return decided ? variations - variations_then + (d * d_then < 0.0 ? 1 : 0) : 3;
-}
-
-/* The minima of the contact force inside a phase. Where more than one is possible its rate is evaluated four times in
- * half a period of the pair, and between three evaluations where it comes near zero and goes back. */
-static inline void hopform_find_minima_f64(const hopform_tally_f64 *tally, const hopform_passage_f64 *passage,
-                                            const event_function_f64 *contact, const hopform_motion_f64 *by_u,
-                                            const jet_f64 *from, const jet_f64 *to)
-{
-    if (HOPFORM_CONTACT_IS_COMPRESSION && (passage->side_1 == 0 || passage->side_1 != passage->side_2)) {
-        return; /* y' keeps its sign unless both masses move in the same direction */
-    }
-    const hopform_node_f64 *node = hopform_node_of_f64(tally->plan, passage->side_1, passage->side_2);
-    const bool turns = from->rate < 0.0 && to->rate > 0.0;
-    const int odd = turns || (from->rate > 0.0 && to->rate < 0.0) ? 1 : 0;
-    if (passage->length < 0.95 * node->half_period && hopform_most_turns_f64(node, from, to) <= 1 + odd) {
-        if (turns) {
-            hopform_find_minimum_f64(tally, passage, contact, by_u, from, 0.0, to, passage->length);
-        }
-        return;
-    }
-    const double looks = 1.0 + 1.3 * sqrt_f64(passage->poles->q) * passage->length;
-    const int count = looks > 0.0 && looks < 64.0 ? (int)looks + 2 : 64;
-    const double apart = passage->length / (double)count;
-    const event_set_f64 set = {passage->poles, NULL, 0, {{{0.0, 0.0, 0.0}, 0.0, 0, 0}}};
-    jet_f64 before = *from;
-    jet_f64 last = *from;
-    for (int n = 1; n <= count; n++) {
-        const double t = apart * (double)n;
-        jet_f64 now = *to;
-        if (n < count) {
-            const propagator_f64 at = propagator_at_f64(passage->poles, t);
-            now = jet_at_f64(&set, contact, &at);
-        }
-        if (last.rate < 0.0 && now.rate >= 0.0) {
-            hopform_find_minimum_f64(tally, passage, contact, by_u, &last, t - apart, &now, t);
-        } else if (n > 1 && last.rate < 0.0 && last.rate > before.rate && last.rate > now.rate) {
-            const double shift = 0.5 * (now.rate - before.rate) / (2.0 * last.rate - before.rate - now.rate);
-            const double top = t - apart + apart * shift;
-            const propagator_f64 at = propagator_at_f64(passage->poles, top);
-            const jet_f64 at_top = jet_at_f64(&set, contact, &at);
-            if (at_top.rate > 0.0) {
-                hopform_find_minimum_f64(tally, passage, contact, by_u, &before, t - 2.0 * apart, &at_top, top);
-            }
-        }
-        before = last;
-        last = now;
-    }
 }
 
 /* Whether the contact force, which fell before the event between two phases, falls no more after it. Where both masses
@@ -206,7 +115,7 @@ static inline void hopform_cross_f64(hopform_tally_f64 *tally, const hopform_pas
         const hopform_state_f64 met = {0.0, change->v1 + after->v1 * late, change->v2 + after->v2 * late,
                                         change->y + after->y * late};
         hopform_note_minimum_f64(tally->trial, hopform_contact_of_f64(robot, &now->start),
-                                  hopform_contact_slope_f64(robot, &met));
+                                  hopform_contact_slope_f64(robot, &met), 1);
     }
 }
 
@@ -224,14 +133,24 @@ static inline void hopform_tally_up_f64(hopform_tally_f64 *tally, const hopform_
     const event_function_f64 velocity_1 = {{motion->H3_1, motion->H2_1, motion->H1_1}, passage->start.v1, 0, 0};
     const event_function_f64 velocity_2 = {{motion->H3_2, motion->H2_2, motion->H1_2}, passage->start.v2, 0, 0};
     const event_function_f64 compression = {{motion->H3_y, motion->H2_y, motion->H1_y}, passage->start.y, 0, 0};
-    const event_set_f64 set = {passage->poles, NULL, 0, {contact}};
+    const hopform_node_f64 *node = hopform_node_of_f64(plan, passage->side_1, passage->side_2);
+    const event_set_f64 set = {passage->poles, node, 1, {contact}};
     const hopform_drive_f64 per_ampere = {plan->rates.a1_u, 0.0};
     const hopform_motion_f64 by_u =
         hopform_motion_under_f64(&plan->rates, &per_ampere, &tally->change, passage->side_1, passage->side_2);
     const propagator_f64 end = propagator_of_f64(passage->poles, passage->length, passage->end);
     const jet_f64 from = jet_at_start_f64(passage->poles, &contact);
     const jet_f64 to = jet_at_f64(&set, &contact, &end);
-    hopform_find_minima_f64(tally, passage, &contact, &by_u, &from, &to);
+    if (!HOPFORM_CONTACT_IS_COMPRESSION || (passage->side_1 != 0 && passage->side_1 == passage->side_2)) {
+        /* else y' keeps its sign */
+        const hopform_least_f64 least = hopform_least_minimum_f64(&set, &from, &to, &end, 64.0);
+        if (least.count > 0) {
+            const hopform_state_f64 there =
+                hopform_arrive_f64(&tally->change, &by_u, &least.basis, passage->side_1, passage->side_2);
+            hopform_note_minimum_f64(tally->trial, least.value, hopform_contact_slope_f64(&plan->robot, &there),
+                                      least.count);
+        }
+    }
     tally->change = hopform_arrive_f64(&tally->change, &by_u, passage->end, passage->side_1, passage->side_2);
     tally->arrived = passage->arrived;
     tally->speed.x1 = passage->arrived.v1;

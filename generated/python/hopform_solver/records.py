@@ -32,6 +32,7 @@ DOMAINS = {
     "positive": Domain("> 0", 0.0, float("inf"), False, False),
     "nonnegative": Domain(">= 0 and finite", 0.0, float("inf"), True, False),
     "bound": Domain(">= 0", 0.0, float("inf"), True, True),
+    "length": Domain("> 0", 0.0, float("inf"), False, True),
     "fraction": Domain(">= 0 and < 1", 0.0, 1.0, True, False),
     "lower": Domain("a number or -inf", float("-inf"), float("inf"), True, False),
     "upper": Domain("a number or inf", float("-inf"), float("inf"), False, True),
@@ -67,6 +68,9 @@ ROBOT_FIELDS = (
     Field("u_max", "u_{max}", "A", "bound", "current limit", float("inf")),
     Field("impact_loss", "\\eta", "1", "fraction", "fraction of the body's kinetic energy lost at touchdown", 0.0),
 )
+
+TRAVEL = Field("travel", "y_{max}", "m", "length", "travel of the spring: compression at coil bind", float("inf"))
+"""A limit of the robot that no equation knows."""
 
 STATUSES = {
     0: "ok",  # the answer, without a warning

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hopform_solver import formulas
+from hopform_solver.extrema import minima, rate_of
 from hopform_solver.kernels import basis_at
 from hopform_solver.lanes import Array, choose, put, take
 from hopform_solver.limits import CONTACT_IS_COMPRESSION
@@ -21,8 +22,6 @@ from hopform_solver.phases import Plan, Side, arrive, contact_numerator, motion_
 from hopform_solver.records import ENDINGS, EVENTS, Drive, LegState, Motion, Poles, Robot
 from hopform_solver.stance import Solution, sides_of, solve
 
-LOOKS = 32
-"""How often the rate of the contact force is evaluated within a phase in which it might vanish."""
 _TAKEOFF = next(number for number, text in ENDINGS.items() if text == "takeoff")
 _EVENT = {text: number for number, text in EVENTS.items()}
 _PRIME = 1_000_003
@@ -76,8 +75,7 @@ class _Phase:
 
     def contact_rate(self, t: Array) -> Array:
         """Rate of the contact force over k."""
-        basis, leg = basis_at(self.poles, t), contact_numerator(self.robot, self.motion)
-        return np.asarray(leg.H3 * basis.Wdd + leg.H2 * basis.Wd + leg.H1 * basis.W)
+        return rate_of(self.poles, contact_numerator(self.robot, self.motion), t)
 
 
 def try_currents(robot: Robot, start: LegState, u: Array, horizon: float, max_phases: int) -> Trials:
@@ -143,39 +141,16 @@ def _find_minima(trials: Trials, lanes: NDArray[np.intp], phase: _Phase) -> None
     may = np.flatnonzero(same_way | (not CONTACT_IS_COMPRESSION))
     if not may.size:
         return
-    some = phase.only(np.repeat(may, LOOKS + 1))
-    share = np.tile(np.linspace(0.0, 1.0, LOOKS + 1, dtype=some.length.dtype), may.size)
-    rate = some.contact_rate(share * some.length).reshape(may.size, LOOKS + 1)
-    row, look = np.nonzero((rate[:, :-1] < 0.0) & (rate[:, 1:] >= 0.0))
+    some = phase.only(may)
+    row, t = minima(some.poles, contact_numerator(some.robot, some.motion), some.length)
     if not row.size:
         return
-    found = phase.only(may[row])
-    low, high = found.length * share[look], found.length * share[look + 1]
-    t = _turn(found, low, high, rate[row, look], rate[row, look + 1])
+    found = some.only(row)
     least = formulas.contact_of(found.robot, found.at(t))
     least_u = formulas.contact_slope(found.robot, found.change_at(t))
     for one in np.argsort(-least, kind="stable"):  # the least last; hardly any stance has two
         here = slice(one, one + 1)
         _note_minimum(trials, lanes[may[row[here]]], least[here], least_u[here])
-
-
-def _turn(phase: _Phase, low: Array, high: Array, falling: Array, rising: Array) -> Array:
-    """Where the rate of the contact force vanishes between two times of each phase, with its values there, the first
-    < 0: by false position, the value at an end that stays being halved (Illinois).
-    """
-    last = new = high
-    for _ in range(60):
-        new = high - rising * (high - low) / (rising - falling)
-        new = np.where((new > low) & (new < high), new, np.where(rising == 0.0, high, 0.5 * (low + high)))
-        rate = phase.contact_rate(new)
-        down, was_down = rate < 0.0, last == low
-        halved = np.where(was_down, falling, 0.5 * falling), np.where(was_down, 0.5 * rising, rising)
-        falling, rising = np.where(down, rate, halved[0]), np.where(down, halved[1], rate)
-        low, high = np.where(down, new, low), np.where(down, high, new)
-        if bool((np.abs(new - last) <= 4.0 * np.finfo(new.dtype).eps * phase.length).all()):
-            break
-        last = new
-    return new
 
 
 def _speeds(plan: Plan, state: LegState, u: Array, side: Side) -> LegState:

@@ -722,3 +722,44 @@ int32_t hopform_try_currents_real(const hopform_plan_real *plan, const hopform_s
     }
     return kept;
 }
+
+/* ---- the largest compression, which shares the search for minima ---- */
+
+/* The largest compression inside a phase that lasts for t and in which both masses move in the same direction: y' keeps
+ * its sign in the others. 0 if there is no maximum. */
+static real most_in_phase_real(const hopform_plan_real *plan, const hopform_phase_real *phase, real u, real t)
+{
+    const int side = hopform_side_1_real(phase);
+    const hopform_state_real start = {phase->x1, phase->v1, phase->v2, phase->y};
+    const hopform_motion_real motion = hopform_motion_of_real(plan, &start, u, side, side);
+    const hopform_poles_real *poles = hopform_poles_of_real(plan, side, side);
+    const event_function_real extension = {{-motion.H3_y, -motion.H2_y, -motion.H1_y}, -start.y, 0, 0};
+    const event_set_real set = {poles, hopform_node_of_real(plan, side, side), 1, {extension}};
+    const propagator_real end = propagator_at_real(poles, t);
+    const jet_real from = jet_at_start_real(poles, &extension);
+    const jet_real to = jet_at_real(&set, &extension, &end);
+    return -hopform_least_minimum_real(&set, &from, &to, &end, 65536.0).value;
+}
+
+int32_t hopform_stance_compression_real(const hopform_plan_real *plan, const hopform_step_real *steps,
+                                        const hopform_phase_real *phases, const hopform_stance_real *stance,
+                                        real *compression_max)
+{
+    if (compression_max == NULL) {
+        return HOPFORM_ERROR_NULL;
+    }
+    const hopform_memory_real none = {NULL, 0};
+    const int32_t status = hopform_reading_status_real(plan, steps, phases, stance, none, NULL, 0);
+    real most = status < 0 ? 0.0 : stance->end.y;
+    for (int32_t n = 0; status >= 0 && n < stance->phases_kept; n++) {
+        const hopform_phase_real *phase = &phases[n];
+        const real until = n + 1 < stance->phases_kept ? phases[n + 1].t : stance->duration;
+        const int side = hopform_side_1_real(phase);
+        most = hopform_greater_real(most, phase->y);
+        if (side != 0 && side == hopform_side_2_real(phase) && until > phase->t) {
+            most = hopform_greater_real(most, most_in_phase_real(plan, phase, steps[phase->step].u, until - phase->t));
+        }
+    }
+    *compression_max = most;
+    return status;
+}

@@ -11,8 +11,8 @@
 #ifndef HOPFORM_TRIAL_H_real
 #define HOPFORM_TRIAL_H_real
 
+#include "extrema_real.h"
 #include "facts.h"
-#include "first_event_real.h"
 #include "follow_real.h"
 
 /* What is gathered along the phases of a stance. */
@@ -38,13 +38,13 @@ static inline void hopform_note_largest_real(hopform_trial_real *trial, real x1,
 }
 
 /* A minimum of the contact force before the ending, where the leg would have taken off with a little less of it. */
-static inline void hopform_note_minimum_real(hopform_trial_real *trial, real contact, real change)
+static inline void hopform_note_minimum_real(hopform_trial_real *trial, real contact, real change, int32_t count)
 {
     if (contact < trial->least_contact) {
         trial->least_contact = contact;
         trial->least_contact_u = change;
     }
-    trial->minima++; /* at most 32 a phase, which takes a number in the caller's memory */
+    trial->minima += count;
 }
 
 /* The upper stop is hit: how far x_1 is from staying off it. It does where its velocity there vanishes, or where the
@@ -59,97 +59,6 @@ static inline void hopform_note_hit_real(const hopform_tally_real *tally, const 
     const bool slow = height < contact;
     const real change = slow ? at->v1 * met->v1 / robot->g : hopform_contact_slope_real(robot, met);
     hopform_note_largest_real(tally->trial, at->x1 + (slow ? height : contact), change);
-}
-
-/* The minimum of the contact force between two times, between which its rate becomes positive: a root of the rate. A
- * few digits of its time do, because the force hardly changes there. */
-static inline void hopform_find_minimum_real(const hopform_tally_real *tally, const hopform_passage_real *passage,
-                                             const event_function_real *contact, const hopform_motion_real *by_u,
-                                             const jet_real *from, real low, const jet_real *to, real high)
-{
-    const hopform_poles_real *poles = passage->poles;
-    const real h = high - low;
-    const real small = 1e-4 * (to->rate - from->rate);
-    const jet_real rate_from = {-from->rate, -from->curvature, -from->third, fourth_of_real(poles, from)};
-    const jet_real rate_to = {-to->rate, -to->curvature, -to->third, 0.0};
-    const interpolant_real p = interpolant_of_real(&rate_from, &rate_to, fourth_of_real(poles, to), h);
-    real t = low + h * refined_root_real(&p, rough_root_real(&rate_from, &rate_to, h));
-    propagator_real at = propagator_at_real(poles, t);
-    jet_real jet = short_jet_at_real(contact, &at);
-    real falls = from->rate;
-    real rises = to->rate;
-    for (int n = 0; n < 12 && fabs_real(jet.rate) > small; n++) {
-        low = jet.rate < 0.0 ? t : low;
-        falls = jet.rate < 0.0 ? jet.rate : falls;
-        high = jet.rate < 0.0 ? high : t;
-        rises = jet.rate < 0.0 ? rises : jet.rate;
-        t = n % 3 == 2 ? low + 0.5 * (high - low) : low + (high - low) * (falls / (falls - rises));
-        at = propagator_at_real(poles, t);
-        jet = short_jet_at_real(contact, &at);
-    }
-    const hopform_state_real change =
-        hopform_arrive_real(&tally->change, by_u, &at.basis, passage->side_1, passage->side_2);
-    hopform_note_minimum_real(tally->trial, jet.value, hopform_contact_slope_real(&tally->plan->robot, &change));
-}
-
-/* Rule 2 of docs/explanation/events.md for the rate of the contact force: how often it may vanish between two times
- * that lie less than half a period of the pair apart. */
-static inline int hopform_most_turns_real(const hopform_node_real *node, const jet_real *from, const jet_real *to)
-{
-    const real d = from->third + node->pole * from->curvature;
-    const real d_then = to->third + node->pole * to->curvature;
-    const int variations = (from->rate * from->curvature < 0.0 ? 1 : 0) + (from->curvature * d < 0.0 ? 1 : 0);
-    const int variations_then = (to->rate * to->curvature < 0.0 ? 1 : 0) + (to->curvature * d_then < 0.0 ? 1 : 0);
-    const bool decided = fabs_real(from->rate * to->rate) > 0.0 && fabs_real(d * d_then) > 0.0
-                         && fabs_real(from->curvature * to->curvature) > 0.0;
-    return decided ? variations - variations_then + (d * d_then < 0.0 ? 1 : 0) : 3;
-}
-
-/* The minima of the contact force inside a phase. Where more than one is possible its rate is evaluated four times in
- * half a period of the pair, and between three evaluations where it comes near zero and goes back. */
-static inline void hopform_find_minima_real(const hopform_tally_real *tally, const hopform_passage_real *passage,
-                                            const event_function_real *contact, const hopform_motion_real *by_u,
-                                            const jet_real *from, const jet_real *to)
-{
-    if (HOPFORM_CONTACT_IS_COMPRESSION && (passage->side_1 == 0 || passage->side_1 != passage->side_2)) {
-        return; /* y' keeps its sign unless both masses move in the same direction */
-    }
-    const hopform_node_real *node = hopform_node_of_real(tally->plan, passage->side_1, passage->side_2);
-    const bool turns = from->rate < 0.0 && to->rate > 0.0;
-    const int odd = turns || (from->rate > 0.0 && to->rate < 0.0) ? 1 : 0;
-    if (passage->length < 0.95 * node->half_period && hopform_most_turns_real(node, from, to) <= 1 + odd) {
-        if (turns) {
-            hopform_find_minimum_real(tally, passage, contact, by_u, from, 0.0, to, passage->length);
-        }
-        return;
-    }
-    const real looks = 1.0 + 1.3 * sqrt_real(passage->poles->q) * passage->length;
-    const int count = looks > 0.0 && looks < 64.0 ? (int)looks + 2 : 64;
-    const real apart = passage->length / (real)count;
-    const event_set_real set = {passage->poles, NULL, 0, {{{0.0, 0.0, 0.0}, 0.0, 0, 0}}};
-    jet_real before = *from;
-    jet_real last = *from;
-    for (int n = 1; n <= count; n++) {
-        const real t = apart * (real)n;
-        jet_real now = *to;
-        if (n < count) {
-            const propagator_real at = propagator_at_real(passage->poles, t);
-            now = jet_at_real(&set, contact, &at);
-        }
-        if (last.rate < 0.0 && now.rate >= 0.0) {
-            hopform_find_minimum_real(tally, passage, contact, by_u, &last, t - apart, &now, t);
-        } else if (n > 1 && last.rate < 0.0 && last.rate > before.rate && last.rate > now.rate) {
-            const real shift = 0.5 * (now.rate - before.rate) / (2.0 * last.rate - before.rate - now.rate);
-            const real top = t - apart + apart * shift;
-            const propagator_real at = propagator_at_real(passage->poles, top);
-            const jet_real at_top = jet_at_real(&set, contact, &at);
-            if (at_top.rate > 0.0) {
-                hopform_find_minimum_real(tally, passage, contact, by_u, &before, t - 2.0 * apart, &at_top, top);
-            }
-        }
-        before = last;
-        last = now;
-    }
 }
 
 /* Whether the contact force, which fell before the event between two phases, falls no more after it. Where both masses
@@ -206,7 +115,7 @@ static inline void hopform_cross_real(hopform_tally_real *tally, const hopform_p
         const hopform_state_real met = {0.0, change->v1 + after->v1 * late, change->v2 + after->v2 * late,
                                         change->y + after->y * late};
         hopform_note_minimum_real(tally->trial, hopform_contact_of_real(robot, &now->start),
-                                  hopform_contact_slope_real(robot, &met));
+                                  hopform_contact_slope_real(robot, &met), 1);
     }
 }
 
@@ -224,14 +133,24 @@ static inline void hopform_tally_up_real(hopform_tally_real *tally, const hopfor
     const event_function_real velocity_1 = {{motion->H3_1, motion->H2_1, motion->H1_1}, passage->start.v1, 0, 0};
     const event_function_real velocity_2 = {{motion->H3_2, motion->H2_2, motion->H1_2}, passage->start.v2, 0, 0};
     const event_function_real compression = {{motion->H3_y, motion->H2_y, motion->H1_y}, passage->start.y, 0, 0};
-    const event_set_real set = {passage->poles, NULL, 0, {contact}};
+    const hopform_node_real *node = hopform_node_of_real(plan, passage->side_1, passage->side_2);
+    const event_set_real set = {passage->poles, node, 1, {contact}};
     const hopform_drive_real per_ampere = {plan->rates.a1_u, 0.0};
     const hopform_motion_real by_u =
         hopform_motion_under_real(&plan->rates, &per_ampere, &tally->change, passage->side_1, passage->side_2);
     const propagator_real end = propagator_of_real(passage->poles, passage->length, passage->end);
     const jet_real from = jet_at_start_real(passage->poles, &contact);
     const jet_real to = jet_at_real(&set, &contact, &end);
-    hopform_find_minima_real(tally, passage, &contact, &by_u, &from, &to);
+    if (!HOPFORM_CONTACT_IS_COMPRESSION || (passage->side_1 != 0 && passage->side_1 == passage->side_2)) {
+        /* else y' keeps its sign */
+        const hopform_least_real least = hopform_least_minimum_real(&set, &from, &to, &end, 64.0);
+        if (least.count > 0) {
+            const hopform_state_real there =
+                hopform_arrive_real(&tally->change, &by_u, &least.basis, passage->side_1, passage->side_2);
+            hopform_note_minimum_real(tally->trial, least.value, hopform_contact_slope_real(&plan->robot, &there),
+                                      least.count);
+        }
+    }
     tally->change = hopform_arrive_real(&tally->change, &by_u, passage->end, passage->side_1, passage->side_2);
     tally->arrived = passage->arrived;
     tally->speed.x1 = passage->arrived.v1;

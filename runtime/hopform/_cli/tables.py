@@ -15,6 +15,7 @@ import hopform
 from hopform import Equation, Hop, Robot, Run, Stance
 from hopform._cli.render import Record, number, pick, table, to_csv
 from hopform._errors import printable
+from hopform._robots import FIELDS
 from hopform._solver.package import LEDGER_OF_BODY, LEDGER_OF_ROBOT
 from hopform._stance import aed_at
 from hopform._words import EVENTS, current, ending, mode, mode_of_actuator, printable_name, unit_of_time, value_of
@@ -49,7 +50,7 @@ def robots(shown: Sequence[Robot], *, with_meaning: bool) -> Iterator[Renderable
             field.name, *(value_of(getattr(robot, field.name), "") for robot in shown),
             "" if field.unit == "1" else field.unit, *(getattr(field, each) for each in meaning),
         )
-        for field in Robot.fields()
+        for field in FIELDS
     )  # fmt: skip
     yield table("", columns, rows, ("parameter", "unit", "meaning"))
     yield ""
@@ -99,7 +100,8 @@ def stance(solved: Stance, with_sensitivities: bool = False) -> Iterator[Rendera
         yield ""
         yield part
     yield ""
-    yield f"AED {solved.aed:+.6g} J; solved by the {solved.backend} back end in {solved.dtype}"
+    most = f"largest compression {100.0 * solved.compression_max:.4g} cm"
+    yield f"AED {solved.aed:+.6g} J; {most}; solved by the {solved.backend} back end in {solved.dtype}"
 
 
 def phases(solved: Stance) -> Table:
@@ -214,13 +216,13 @@ def hop_row(hop: Hop) -> tuple[str, ...]:
 
 def robot_record(robot: Robot) -> Record:
     """A robot by its parameters."""
-    return pick(robot, "name", "description", *(field.name for field in Robot.fields()))
+    return pick(robot, "name", "description", *(field.name for field in FIELDS))
 
 
 def robots_record(shown: Sequence[Robot]) -> Record:
     """Robots, and what their parameters are."""
     names = ("name", "unit", "domain", "meaning", "default")
-    fields = [pick(field, *names) | {"required": field.default is None} for field in Robot.fields()]
+    fields = [pick(field, *names) | {"required": field.default is None} for field in FIELDS]
     return {"robots": [robot_record(robot) for robot in shown], "fields": fields}
 
 
@@ -240,6 +242,7 @@ def stance_record(solved: Stance, height: float | None) -> Record:
         "backend": solved.backend,
         "dtype": str(solved.dtype),
         **ending_record(solved),
+        "compression_max": solved.compression_max,
         "start": solved.at(0.0),
         **pick(solved, "end", "takeoff", "events", "phases"),
         "energy": {"start": solved.energy(0.0), "end": solved.energy(solved.duration)},

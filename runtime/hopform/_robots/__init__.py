@@ -1,6 +1,7 @@
 """Robots: checked parameters, the shipped ones, TOML in and out."""
 
 import difflib
+import math
 import os
 import re
 import tomllib
@@ -16,7 +17,7 @@ from hopform._errors import HopformError
 from hopform._files import name_of, path_of, read_text
 from hopform._robots.provenance import Provenance, provenance_from, toml_string
 from hopform._solver.choice import DEFAULT, Solver
-from hopform._solver.package import ROBOT_FIELDS, CheckedRobot, Field, checked
+from hopform._solver.package import ROBOT_FIELDS, TRAVEL, CheckedRobot, Field, checked
 
 LARGEST_TOML = 2**20
 """[B] the largest file of a robot."""
@@ -24,11 +25,14 @@ MOST_SAMPLES = MEMORY // 2**11
 """Robots of one sample."""
 ROBOTS = ("hopper_c", "hopper_b", "ideal")
 """Names of the shipped robots. They are this project's own, not the paper's, which gives no values."""
+FIELDS = (*ROBOT_FIELDS, TRAVEL)
+"""The parameters, then what no equation knows."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Robot(CheckedRobot):
-    """What a hopper is made of, in SI units and A, checked at construction; fields as in `Robot.fields()`.
+    """What a hopper is made of, in SI units and A, checked at construction; fields as in `Robot.fields()`, and travel
+    [m] of the spring, its compression at coil bind, beyond which a stance warns.
 
     Raises HopformError, which names the field, the value and what is allowed.
 
@@ -38,6 +42,7 @@ class Robot(CheckedRobot):
     hopform._errors.HopformError: f2 must be >= 0 and finite m/s^2, got -1.0
     """
 
+    travel: float = math.inf
     name: str = ""
     description: str = ""
     fit: Provenance | None = None
@@ -45,7 +50,7 @@ class Robot(CheckedRobot):
     solver: ClassVar[Solver] = DEFAULT
 
     def __post_init__(self) -> None:
-        for field in ROBOT_FIELDS:
+        for field in FIELDS:
             object.__setattr__(self, field.name, _checked(field, getattr(self, field.name)))
         try:
             super().__post_init__()
@@ -62,14 +67,14 @@ class Robot(CheckedRobot):
 
     @staticmethod
     def fields() -> tuple[Field, ...]:
-        """The parameters: name, the paper's glyph, unit, domain, meaning, default."""
+        """The parameters of the equations: name, the paper's glyph, unit, domain, meaning, default."""
         return ROBOT_FIELDS
 
     def to_toml(self) -> str:
         """The robot as a TOML text that `load_robot` reads back to the same robot, with the origin of each number if it
         was identified."""
         lines = [f"{key} = {toml_string(text)}" for key in ("name", "description") if (text := getattr(self, key))]
-        for field in ROBOT_FIELDS:
+        for field in FIELDS:
             number = getattr(self, field.name)
             origin = f"; {self.fit.of(field.name, number)}" if self.fit else ""
             lines.append(f"{f'{field.name} = {number!r}':<24} # [{field.unit}] {field.meaning}{origin}")
@@ -128,7 +133,7 @@ def file_of(name_or_path: str | Path) -> Path | None:
 def robot_from_toml(text: str, source: str = "TOML") -> Robot:
     """The robot of a TOML text; `source` is what errors call it."""
     table = _table(text, source)
-    known = {field.name: field for field in ROBOT_FIELDS}
+    known = {field.name: field for field in FIELDS}
     for key, value in table.items():
         where = f"({source}, line {_line_of(key, text)})"
         if key in ("name", "description"):
@@ -184,6 +189,6 @@ def _no_such_robot(name: str) -> NoReturn:
     raise HopformError(f"there is no robot {shown(name)}{f'{nearest} Known' if nearest else '; known'}: {known}")
 
 
-assert {field.name for field in fields(Robot)} == {field.name for field in ROBOT_FIELDS} | {
+assert {field.name for field in fields(Robot)} == {field.name for field in FIELDS} | {
     "name", "description", "fit",
 }  # fmt: skip

@@ -70,6 +70,11 @@ class Solved:
         found: Ledger = self.package.energy.ledger_at(self.solution, 0, t)
         return found
 
+    def compression_max(self) -> float:
+        """The largest compression."""
+        with np.errstate(all="ignore"):
+            return float(self.package.extrema.compressions(self.solution)[0])
+
     def sensitivities(self) -> NDArray[np.floating]:
         """Derivatives, rows times columns as in the package's `sensitivity`; NaN where there are none."""
         found: NDArray[np.floating] = self.package.sensitivity.sensitivities_of(self.solution)
@@ -204,6 +209,15 @@ class OnArrays:
         if sound.size:
             solution = self._solved(columns, sound, status.size, max_phases, matrices.dtype)
             matrices[sound] = self.package.sensitivity.sensitivities_of(solution)
+
+    def compress_columns(self, columns: Columns, most: NDArray[Any], status: NDArray[Any], max_phases: int) -> None:
+        """Put the largest compressions of stances into an array, NaN where there is none."""
+        most[...] = np.nan
+        sound = np.flatnonzero(status >= 0)
+        if sound.size:
+            solution = self._solved(columns, sound, status.size, max_phases, most.dtype)
+            with np.errstate(all="ignore"):
+                most[sound] = self.package.extrema.compressions(solution)
 
     def _solved(
         self, columns: Columns, lanes: NDArray[np.intp], size: int, max_phases: int, real: np.dtype[Any]

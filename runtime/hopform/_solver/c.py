@@ -244,6 +244,12 @@ class Solved:
         found: Ledger = of.Ledger(**of.Work(*work.T)._asdict(), stop_loss=losses)
         return found
 
+    def compression_max(self) -> float:
+        """The largest compression."""
+        most = self.buffers.types.real()
+        self._call("stance_compression", ctypes.byref(most))
+        return float(most.value)
+
     def sensitivities(self) -> NDArray[np.floating]:
         """Derivatives, rows times columns as in the package's `sensitivity`; NaN where there are none."""
         types = self.buffers.types

@@ -78,18 +78,30 @@ def differentiate_columns(
     solver: Compiled, columns: Columns, matrices: NDArray[Any], status: NDArray[Any], max_phases: int
 ) -> None:
     """Put the derivatives of stances, rows times columns, into an array."""
-    lanes, room = np.arange(status.size), _FIRST_PHASES
+    _read_columns(solver, "stances_sensitivities", columns, matrices, max_phases)
+
+
+def compress_columns(
+    solver: Compiled, columns: Columns, most: NDArray[Any], status: NDArray[Any], max_phases: int
+) -> None:
+    """Put the largest compressions of stances into an array, NaN where there is none."""
+    _read_columns(solver, "stances_compressions", columns, most, max_phases)
+
+
+def _read_columns(solver: Compiled, name: str, columns: Columns, results: NDArray[Any], max_phases: int) -> None:
+    """What a function says of each stance, into an array; with more room for phases where they were not kept."""
+    lanes, room = np.arange(len(results)), _FIRST_PHASES
     while lanes.size:
         chosen = [column if column.shape == () else column[lanes] for column in columns]
-        found = np.empty((lanes.size, *matrices.shape[1:]), matrices.dtype)
+        found = np.empty((lanes.size, *results.shape[1:]), results.dtype)
         state = np.empty(lanes.size, np.int32)
-        types = solver.library.types(matrices.dtype)
+        types = solver.library.types(results.dtype)
         phases = (types.Phase * room)()
         solver.library.call(
-            "stances_sensitivities", types, ctypes.c_int64(lanes.size),
+            name, types, ctypes.c_int64(lanes.size),
             ctypes.byref(_arguments(types, chosen, max_phases)), phases, room, pointer(found), pointer(state),
         )  # fmt: skip
-        matrices[lanes] = found
+        results[lanes] = found
         lanes, room = lanes[state == PHASES_NOT_KEPT], 16 * room
 
 

@@ -20,6 +20,7 @@ class C(c.Compiled):
     apexes = c_control.apexes
     solve_columns = c_batch.solve_columns
     differentiate_columns = c_batch.differentiate_columns
+    compress_columns = c_batch.compress_columns
 
 
 class Solver:

@@ -17,6 +17,7 @@ from hopform_solver.records import (
     MOST_STEPS,
     REFUSALS,
     ROBOT_FIELDS,
+    TRAVEL,
     Energy,
     Field,
     FlightLedger,
@@ -29,7 +30,7 @@ from hopform_solver.sensitivity import COLUMNS, ROWS
 __all__ = [
     "COLUMNS", "COMMANDS", "ENDINGS", "EQUATIONS", "EVENTS", "FLIGHT_ENDINGS", "FLIGHT_EVENTS", "LEDGER_OF_BODY",
     "LEDGER_OF_ROBOT", "LONGEST_PREFIX", "MOST_STEPS", "OURS", "REFUSALS", "ROBOT_FIELDS", "ROWS", "SOURCE",
-    "CheckedRobot", "Energy", "Equation", "Field", "FlightLedger", "Gains", "Ledger", "Package", "checked",
+    "TRAVEL", "CheckedRobot", "Energy", "Equation", "Field", "FlightLedger", "Gains", "Ledger", "Package", "checked",
     "formulas", "records", "touchdown",
 ]  # fmt: skip
 

@@ -69,6 +69,10 @@ class SolvedStance(Protocol):
         """The ledger at times, which do not decrease."""
         ...
 
+    def compression_max(self) -> float:
+        """The largest compression."""
+        ...
+
     def sensitivities(self) -> Array:
         """Derivatives, rows times columns as in the package's `sensitivity`; NaN where there are none."""
         ...
@@ -154,4 +158,8 @@ class BackEnd(Protocol):
         self, columns: Columns, matrices: NDArray[Any], status: NDArray[Any], max_phases: int
     ) -> None:
         """Put the derivatives of stances, rows times columns, into an array; `status` is that of `solve_columns`."""
+        ...
+
+    def compress_columns(self, columns: Columns, most: NDArray[Any], status: NDArray[Any], max_phases: int) -> None:
+        """Put the largest compressions of stances into an array, NaN where there is none."""
         ...

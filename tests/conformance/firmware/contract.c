@@ -139,6 +139,12 @@ static int32_t stance_energies(void *const *at)
                              (const OF(stance) *)at[3], (const real *)at[4], TIMES, (OF(energy) *)at[5], NULL, NULL);
 }
 
+static int32_t stance_compression(void *const *at)
+{
+    return OF(stance_compression)((const OF(plan) *)at[0], (const OF(step) *)at[1], (const OF(phase) *)at[2],
+                                  (const OF(stance) *)at[3], (real *)at[4]);
+}
+
 static int32_t stance_sensitivities(void *const *at)
 {
     return OF(stance_sensitivities)((const OF(plan) *)at[0], (const OF(step) *)at[1], (const OF(phase) *)at[2],
@@ -264,6 +270,9 @@ static void each(void (*check)(const entry *))
         {.name = "stance_energy, energies alone", .call = stance_energies, .count = 6, .refuses = ALL_OF(5),
          .arguments =
           {PLAN, STEPS, PHASES, STANCE, INSTANTS, {OUTPUT, NULL, WHOLE(OF(energy), TIMES)}}},
+        {.name = "stance_compression", .call = stance_compression, .count = 5,
+         .arguments =
+          {PLAN, STEPS, PHASES, STANCE, COLUMN(1)}},
         {.name = "stance_sensitivities", .call = stance_sensitivities, .count = 5, .refuses = ALL_OF(4),
          .arguments =
           {PLAN, STEPS, PHASES, STANCE, COLUMN(MATRIX)}},

@@ -243,6 +243,11 @@ static void readers(void)
     IS(OF(stance_energy)(&plan, one_step, phases, &solved, back, 2, two, two_ledgers, two_losses), HOPFORM_ERROR_TIME);
     IS(OF(stance_energy)(&plan, one_step, phases, &solved, back, 2, two, NULL, NULL), HOPFORM_OK);
 
+    IS(OF(stance_compression)(&plan, one_step, phases, &solved, numbers), HOPFORM_OK);
+    IS(OF(stance_compression)(&unmade, one_step, phases, &solved, numbers), HOPFORM_ERROR_TIME);
+    IS(OF(stance_compression)(&plan, one_step, phases, &lost, numbers), HOPFORM_ERROR_TIME);
+    IS(OF(stance_compression)(&plan, one_step, phases, &empty, numbers), HOPFORM_ERROR_TIME);
+
     IS(OF(stance_sensitivities)(&plan, one_step, phases, &solved, numbers), HOPFORM_OK);
     IS(OF(stance_sensitivities)(&unmade, one_step, phases, &solved, numbers), HOPFORM_ERROR_TIME);
     IS(OF(stance_sensitivities)(&plan, one_step, phases, &lost, numbers), HOPFORM_ERROR_TIME);

@@ -21,6 +21,7 @@ int main(void)
 #endif
 #if USES >= 3
     keep = (function)hopform_stance_energy_f32;
+    keep = (function)hopform_stance_compression_f32;
     keep = (function)hopform_stance_states_f32;
     keep = (function)hopform_stance_grid_f32;
     keep = (function)hopform_try_currents_f32;

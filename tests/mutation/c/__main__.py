@@ -68,6 +68,7 @@ JUDGES = ("answers", "parts")
 
 NEAREST = {
     "flight": ("flight",), "control": ("control",), "trial": ("control",), "grid": ("grid",),
+    "extrema": ("control", "compression"),
     "touchdown": ("touchdown",), "sensitivity": ("sensitivities", "tangents"),
     "linear": ("sensitivities", "stance_object"), "states": ("stance_object",), "energy": ("stance_object",),
     "ledger": ("stance_object", "stance"),

@@ -673,10 +673,7 @@ static void dips(void) {
     const double w = sqrt(plan.both.q), length = over(0.3, 12.0) / w,
                  u = uniform(-3.0, 3.0);
     const int side = row % 2 ? 1 : -1;
-    T(trial) trial = {0};
-    trial.least_contact = 1e300;
     const T(state) none = {0};
-    T(tally) tally = {&plan, &trial, none, none, none, 0.0, 0, 0, false};
     const T(drive) per_ampere = {plan.rates.a1_u, 0.0};
     const T(motion) motion =
         hopform_motion_of_f64(&plan, &start, u, side, side);
@@ -718,33 +715,29 @@ static void dips(void) {
                          : 9;
     must(turns <= most, "y' vanishes more often than rule 2 allows");
     ways += most <= 1;
-    T(passage)
-    passage = {&plan.both, &motion, &end.basis, length, start,
-               start,      side,    side,       0};
-    hopform_find_minima_f64(&tally, &passage, &y, &by_u, &from, &to);
-    must(trial.minima == all || (trial.minima < all && !plain),
+    const T(least) found =
+        hopform_least_minimum_f64(&set, &from, &to, &end, 64.0);
+    must(found.count == all || (found.count < all && !plain),
          "how often y turns upwards");
     const double size = 0.05 + fabs(start.v1 - start.v2) / w;
-    must(trial.minima < all || all == 0 ||
-             fabs(trial.least_contact - least) < 1e-4 * size,
+    must(found.count < all || all == 0 ||
+             fabs(found.value - least) < 1e-4 * size,
          "where y turns upwards");
-    if (trial.minima == all && all > 0 &&
+    if (found.count == all && all > 0 &&
         steep > 0.1 * w * fastest) { /* where it is flat its time is known to
                                         few digits */
       const T(basis) basis = hopform_basis_at_f64(
           &plan.both, when); /* at rest in u's change: the response to 1 A */
       const T(state) change =
           hopform_arrive_f64(&none, &by_u, &basis, side, side);
-      near(trial.least_contact_u, change.y,
+      const T(state) there =
+          hopform_arrive_f64(&none, &by_u, &found.basis, side, side);
+      near(there.y, change.y,
            0.05 * (fabs(change.y) + 0.1 * fabs(plan.rates.a1_u) / (w * w)),
            "how that changes with the current");
       seen++;
     }
     deep += all > 1;
-    trial.minima = 0;
-    passage.side_2 = -side;
-    hopform_find_minima_f64(&tally, &passage, &y, &by_u, &from, &to);
-    must(trial.minima == 0, "what can not turn");
   }
   must(seen > 300 && deep > 30 && ways > 150,
        "too few that turn, or bend one way");

@@ -342,6 +342,11 @@ int32_t hopform_stance_energy_f32(const hopform_plan_f32 *plan, const hopform_st
                                    const float *times, int32_t count, hopform_energy_f32 *energies,
                                    hopform_ledger_f32 *ledgers, float *stop_losses);
 
+/** The largest compression of the spring in a solved stance [m], to be compared with its travel; 0 if it is refused. */
+int32_t hopform_stance_compression_f32(const hopform_plan_f32 *plan, const hopform_step_f32 *steps,
+                                        const hopform_phase_f32 *phases, const hopform_stance_f32 *stance,
+                                        float *compression_max);
+
 /** Derivatives of a solved stance through its events: HOPFORM_SENSITIVITY_ROWS times HOPFORM_SENSITIVITY_COLUMNS
  * numbers, row by row; zeros if there are none (positive status).
  *
@@ -468,6 +473,11 @@ void hopform_stance_loop_f32(char **args, const ptrdiff_t *dimensions, const ptr
  * refused; a negative status refuses every stance. */
 int32_t hopform_stances_sensitivities_f32(int64_t count, const hopform_stances_in_f32 *in, hopform_phase_f32 *phases,
                                            int32_t capacity, float *matrices, int32_t *status);
+
+/** The largest compressions of `count` stances [m], each as hopform_stance_compression gives it, NaN where there is
+ * none; phases and statuses as in hopform_stances_sensitivities. */
+int32_t hopform_stances_compressions_f32(int64_t count, const hopform_stances_in_f32 *in, hopform_phase_f32 *phases,
+                                          int32_t capacity, float *compressions, int32_t *status);
 
 #ifdef __cplusplus
 }

@@ -1,0 +1,128 @@
+/* SPDX-License-Identifier: MIT-0
+ *
+ * The least minimum of an event function inside a phase that has been solved: of the contact force, for the controller;
+ * of the compression, with the other sign, for its largest value.
+ */
+#ifndef HOPFORM_EXTREMA_H_real
+#define HOPFORM_EXTREMA_H_real
+
+#include "first_event_real.h"
+
+/* The least of `count` minima, and the propagator there. */
+typedef struct {
+    real value;
+    hopform_basis_real basis;
+    int32_t count;
+} hopform_least_real;
+
+/* The minimum between two times, between which the rate becomes positive: a root of the rate, by Householder's method,
+ * until a further step changes the value by less than rounding does. */
+static inline void hopform_find_minimum_real(const event_set_real *set, const jet_real *from, real low,
+                                             const jet_real *to, real high, hopform_least_real *least)
+{
+    const hopform_poles_real *poles = set->poles;
+    const event_function_real *g = &set->function[0];
+    const jet_real rate_from = {-from->rate, -from->curvature, -from->third, fourth_of_real(poles, from)};
+    const jet_real rate_to = {-to->rate, -to->curvature, -to->third, 0.0};
+    const real apart = high - low;
+    const interpolant_real p = interpolant_of_real(&rate_from, &rate_to, fourth_of_real(poles, to), apart);
+    real t = low + apart * refined_root_real(&p, rough_root_real(&rate_from, &rate_to, apart));
+    propagator_real at = propagator_at_real(poles, t);
+    for (int n = 0; n < 100; n++) {
+        const jet_real jet = jet_at_real(set, g, &at);
+        const jet_real falls = {-jet.rate, -jet.curvature, -jet.third, fourth_of_real(poles, &jet)};
+        const real step = step_to_root_real(&falls);
+        const bool is_far = !(fabs_real(jet.rate * jet.third) < 0.01 * jet.curvature * jet.curvature); /* or fading */
+        if (!is_far && fabs_real(step * jet.rate) <= rounding_of_real(g, &at, 0.0)) {
+            break;
+        }
+        low = jet.rate < 0.0 ? t : low;
+        high = jet.rate < 0.0 ? high : t;
+        t = n > 8 && n % 2 == 1 ? low : t - step;
+        if (!(t > low && t < high)) {
+            t = low + 0.5 * (high - low);
+        }
+        at = propagator_at_real(poles, t);
+    }
+    const real value = value_at_real(g, &at);
+    if (least->count == 0 || value < least->value) {
+        least->value = value;
+        least->basis = at.basis;
+    }
+    least->count++;
+}
+
+/* Whether rate and curvature of an event function are more than what rounding may have left of them. */
+static inline bool hopform_is_decided_real(const event_function_real *g, const propagator_real *at, const jet_real *jet)
+{
+    const hopform_numerator_real *h = &g->numerator;
+    const hopform_basis_real *w = &at->basis;
+    const real of_rate = fabs_real(h->H3 * w->Wdd) + fabs_real(h->H2 * w->Wd) + fabs_real(h->H1 * w->W);
+    const real of_curvature = fabs_real(h->H3 * at->W_third) + fabs_real(h->H2 * w->Wdd) + fabs_real(h->H1 * w->Wd);
+    return fabs_real(jet->rate) > 64.0 * HOPFORM_EPS_real * of_rate
+           && fabs_real(jet->curvature) > 64.0 * HOPFORM_EPS_real * of_curvature;
+}
+
+/* Rule 2 of docs/explanation/events.md for the rate of an event function: how often it may vanish between two times
+ * that lie less than half a period of the pair apart. */
+static inline int hopform_most_turns_real(const hopform_node_real *node, const jet_real *from, const jet_real *to)
+{
+    const real d = from->third + node->pole * from->curvature;
+    const real d_then = to->third + node->pole * to->curvature;
+    const int variations = (from->rate * from->curvature < 0.0 ? 1 : 0) + (from->curvature * d < 0.0 ? 1 : 0);
+    const int variations_then = (to->rate * to->curvature < 0.0 ? 1 : 0) + (to->curvature * d_then < 0.0 ? 1 : 0);
+    const bool decided = fabs_real(from->rate) > 0.0 && fabs_real(from->curvature) > 0.0 && fabs_real(d * d_then) > 0.0;
+    return decided ? variations - variations_then + (d * d_then < 0.0 ? 1 : 0) : 3;
+}
+
+/* The minima of the one event function of a set inside a phase that ends at `end`. Where more than one is possible its
+ * rate is evaluated at times that double until they are a quarter of half a period of the pair apart, at about `most`
+ * of them at most, and between three evaluations where it comes near zero and goes back. */
+static inline hopform_least_real hopform_least_minimum_real(const event_set_real *set, const jet_real *from,
+                                                            const jet_real *to, const propagator_real *end, real most)
+{
+    const hopform_poles_real *poles = set->poles;
+    const event_function_real *g = &set->function[0];
+    hopform_least_real least = {0.0, {0.0, 0.0, 0.0, 0.0, 0.0}, 0};
+    const bool turns = from->rate < 0.0 && to->rate > 0.0;
+    const int odd = turns || (from->rate > 0.0 && to->rate < 0.0) ? 1 : 0;
+    if (end->t < 0.95 * set->node->half_period && hopform_is_decided_real(g, end, to)
+        && hopform_most_turns_real(set->node, from, to) <= 1 + odd) {
+        if (turns) {
+            hopform_find_minimum_real(set, from, 0.0, to, end->t, &least);
+        }
+        return least;
+    }
+    const real longest = hopform_greater_real(end->t / most, 0.77 / sqrt_real(poles->q));
+    real apart = hopform_lesser_real(0.5 / (poles->s_1 + sqrt_real(poles->s_2)), longest);
+    real earlier = 0.0; /* times of the jets before and last */
+    real t = 0.0;
+    jet_real before = *from;
+    jet_real last = *from;
+    while (t < end->t) {
+        const bool ends = !(t + 1.5 * apart < end->t);
+        const real next = ends ? end->t : t + apart;
+        const propagator_real at = ends ? *end : propagator_at_real(poles, next);
+        const jet_real now = ends ? *to : jet_at_real(set, g, &at);
+        if (last.rate < 0.0 && now.rate >= 0.0) {
+            hopform_find_minimum_real(set, &last, t, &now, next, &least);
+        } else if (t > 0.0 && last.rate < 0.0 && last.rate > before.rate && last.rate > now.rate) {
+            const real rise = (last.rate - before.rate) / (t - earlier);
+            const real bend = ((now.rate - last.rate) / (next - t) - rise) / (next - earlier);
+            const real top = t - 0.5 * (rise + bend * (t - earlier)) / bend; /* of the parabola through the three */
+            const propagator_real at_top = propagator_at_real(poles, top);
+            const jet_real there = jet_at_real(set, g, &at_top);
+            if (there.rate > 0.0) {
+                hopform_find_minimum_real(set, &before, earlier, &there, top, &least);
+            }
+        }
+        earlier = t;
+        t = next;
+        before = last;
+        last = now;
+        apart = hopform_lesser_real(2.0 * apart, longest);
+    }
+    return least;
+}
+
+#endif
