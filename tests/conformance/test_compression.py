@@ -36,8 +36,9 @@ def largest(robot, exact):
             return state.x1 - state.x2 + mpmath.mpf(robot.L0) + mpmath.mpf(robot.c)
 
         most = max(map(compression, states))
-        for low, high, before, after in zip(at, at[1:], states, states[1:], strict=False):
+        for start, end, before, after in zip(at, at[1:], states, states[1:], strict=False):
             if before.v1 > before.v2 and after.v1 < after.v2:
+                low, high = start, end
                 for _ in range(60):
                     middle = (low + high) / 2
                     state = exact.at(middle)

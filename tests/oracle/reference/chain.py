@@ -132,12 +132,9 @@ def conditions(leg: Leg, z: Point, modes: tuple[int, int], u: Real, s: Series) -
         if modes[mass]:
             yield Condition(f"v{mass + 1}", [modes[mass] * q for q in v], [one, *size[1:]], s.nu, leg.fastest)
             continue
-        n, other, pull = (s.n1, s.v2, s.size[1]) if mass == 0 else (s.n2, s.v1, s.size[3])
-        cross = fixed(flow.cross[mass] / flow.rho, flow.bits)
+        free, pull = (s.n1, s.size[1]) if mass == 0 else (s.n2, s.size[3])
         f = fixed((r.f1, r.f2)[mass] / load, flow.bits)
-        free = [p + (cross * q >> flow.bits) for p, q in zip(n, other, strict=True)]
-        sizes = [p + (cross * q >> flow.bits) for p, q in zip(pull, s.size[2 if mass == 0 else 0], strict=True)]
-        sizes[0] += f
+        sizes = [pull[0] + f, *pull[1:]]
         for sign in blocked_free(r, z.x1) if mass == 0 else (1, -1):
             c = [-sign * q for q in free]
             c[0] += f
@@ -298,11 +295,9 @@ def settle(leg: Leg, hit: Hit) -> Point:
     if "v2" in hit.kinds:
         z = z._replace(v2=mp.zero)
     if "a1" in hit.kinds:  # exactly on the limit, so that the derivatives decide and not the last digit
-        pull = r.b12 * z.v2 / r.m_eff
-        z = z._replace(n1=mp.sign(z.n1 + pull) * r.f1 - pull)
+        z = z._replace(n1=mp.sign(z.n1) * r.f1)
     if "a2" in hit.kinds:
-        pull = r.b12 * z.v1 / r.m_s
-        z = z._replace(n2=mp.sign(z.n2 + pull) * r.f2 - pull)
+        z = z._replace(n2=mp.sign(z.n2) * r.f2)
     return z
 
 

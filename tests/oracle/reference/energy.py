@@ -21,7 +21,6 @@ FIELDS = (
     "coulomb_2",
     "stop_loss",
     "spring_work",
-    "viscous_12",
 )
 
 
@@ -56,13 +55,12 @@ def gramian(flow: Flow, z: Point, h: Real) -> Matrix:
 
 
 def products(flow: Flow, z: Point, h: Real) -> dict[str, Real]:
-    """int v1^2, v2^2, v1 v2 and x1 v2 dt over [0, h], h within a window: the products of the series, term by term."""
+    """int v1^2, v2^2 and x1 v2 dt over [0, h], h within a window: the products of the series, term by term."""
     s = expand(flow, z, h)
     v1, v2, x1 = (pairs(p, q, flow.bits) for p, q in ((s.v1, s.v1), (s.v2, s.v2), (integral(s.v1), s.v2)))
-    mixed = pairs(s.v1, s.v2, flow.bits) if flow.robot.b12 else 0
     unit = mp.ldexp(s.nu**2 * h, -flow.bits)
     dx2 = mp.ldexp(mp.mpf(sum(integral(s.v2))), -flow.bits) * s.nu * h
-    return {"v1 v1": v1 * unit, "v2 v2": v2 * unit, "v1 v2": mixed * unit, "x1 v2": x1 * unit * h + z.x1 * dx2}
+    return {"v1 v1": v1 * unit, "v2 v2": v2 * unit, "x1 v2": x1 * unit * h + z.x1 * dx2}
 
 
 def pairs(p: Sequence[int], q: Sequence[int], bits: int) -> int:
@@ -79,7 +77,7 @@ def quadratics(flow: Flow, z: Point, h: Real) -> dict[str, Real]:
     if in_window(flow, h):
         return products(flow, z, h)
     w = gramian(flow, z, h)
-    return {"v1 v1": w[1][1], "v2 v2": w[3][3], "v1 v2": w[1][3], "x1 v2": w[0][3]}
+    return {"v1 v1": w[1][1], "v2 v2": w[3][3], "x1 v2": w[0][3]}
 
 
 def work(flow: Flow, modes: tuple[int, int], u: Real, z: Point, h: Real) -> dict[str, Real]:
@@ -98,5 +96,4 @@ def work(flow: Flow, modes: tuple[int, int], u: Real, z: Point, h: Real) -> dict
         "coulomb_2": -r.m_s * r.f2 * modes[1] * dx2,
         "stop_loss": mp.zero,
         "spring_work": r.k * q["x1 v2"],
-        "viscous_12": -r.b12 * (q["v1 v1"] - 2 * q["v1 v2"] + q["v2 v2"]),
     }

@@ -1,7 +1,7 @@
 """The motion inside one phase, a homogeneous linear system, as Taylor series and as a matrix exponential.
 
-    x1' = v1            v1' = n1 - (b1 v1 + b12 (v1 - v2))/m_eff        n1' = -k (v1 - v2)/m_eff
-    y'  = v1 - v2       v2' = n2 - (b2 v2 - b12 (v1 - v2))/m_s          n2' =  k (v1 - v2)/m_s
+    x1' = v1            v1' = n1 - b1 v1/m_eff        n1' = -k (v1 - v2)/m_eff
+    y'  = v1 - v2       v2' = n2 - b2 v2/m_s          n2' =  k (v1 - v2)/m_s
     n1  = (k (c - y) - gamma2 u)/m_eff - f1 sign_1                      n2  = k y/m_s - g - f2 sign_2
 
 A held mass keeps v_i = 0; its n_i, with sign_i = 0, is what pulls at it. A window is a step h with L h <= 4, L a norm
@@ -26,14 +26,13 @@ class Flow:
 
     def __init__(self, robot: Robot, moving: tuple[bool, bool]) -> None:
         self.robot, self.moving = robot, moving
-        self.damp = ((robot.b1 + robot.b12) / robot.m_eff, (robot.b2 + robot.b12) / robot.m_s)
-        self.cross = (robot.b12 / robot.m_eff, robot.b12 / robot.m_s)
+        self.damp = (robot.b1 / robot.m_eff, robot.b2 / robot.m_s)
         self.stiff = (robot.k / robot.m_eff, robot.k / robot.m_s)
         both = 1 + (moving[0] and moving[1])
         rates = [mp.sqrt(both * self.stiff[i]) for i in (0, 1) if moving[i]]
-        rates += [self.damp[i] + self.cross[i] * (both - 1) for i in (0, 1) if moving[i]]
+        rates += [self.damp[i] for i in (0, 1) if moving[i]]
         self.rho = max(rates, default=mp.one)
-        self.norm = 2 * self.rho  # of v: rho + damp + cross <= 2 rho; of n/rho: both*stiff/rho <= rho
+        self.norm = 2 * self.rho  # of v: rho + damp <= 2 rho; of n/rho: both*stiff/rho <= rho
         self.window = REACH / self.norm
         self.bits = mp.prec + 24
         self.terms = series_length(self.bits - 48)
@@ -46,9 +45,9 @@ class Flow:
         a = [[zero] * 6 for _ in range(6)]
         m1, m2 = (mp.mpf(int(flag)) for flag in self.moving)
         a[0][1] = m1
-        a[1] = [zero, -self.damp[0] * m1, m1, self.cross[0] * m1 * m2, zero, zero]
+        a[1] = [zero, -self.damp[0] * m1, m1, zero, zero, zero]
         a[2][1], a[2][3] = -self.stiff[0] * m1, self.stiff[0] * m2
-        a[3] = [zero, self.cross[1] * m1 * m2, zero, -self.damp[1] * m2, m2, zero]
+        a[3] = [zero, zero, zero, -self.damp[1] * m2, m2, zero]
         a[4][1], a[4][3] = self.stiff[1] * m1, -self.stiff[1] * m2
         a[5][1], a[5][3] = m1, -m2
         return a
@@ -86,20 +85,20 @@ def expand(flow: Flow, z: Point, h: Real, terms: int | None = None) -> Series:
     loads = [abs(n) / flow.rho for n, moves in zip((z.n1, z.n2), flow.moving, strict=True) if moves]
     nu = max(abs(z.v1), abs(z.v2), *loads) or mp.one
     start = [fixed(q, bits) for q in (z.v1 / nu, z.n1 / (nu * flow.rho), z.v2 / nu, z.n2 / (nu * flow.rho))]
-    theta, d1, d2, e1, e2 = (fixed(q * h, bits) for q in (flow.rho, *flow.damp, *flow.cross))
+    theta, d1, d2 = (fixed(q * h, bits) for q in (flow.rho, *flow.damp))
     s1, s2 = (fixed(q * h / flow.rho, bits) for q in flow.stiff)
     m1, m2 = flow.moving
     v1, n1, v2, n2 = ([q] for q in start)
     w1, l1, w2, l2 = ([abs(q)] for q in start)
     for n in range(order):
         p, q, rate, rest = v1[n], v2[n], (n + 1) << bits, v1[n] - v2[n]
-        v1.append((theta * n1[n] - d1 * p + e1 * q) // rate if m1 else 0)
-        v2.append((theta * n2[n] - d2 * q + e2 * p) // rate if m2 else 0)
+        v1.append((theta * n1[n] - d1 * p) // rate if m1 else 0)
+        v2.append((theta * n2[n] - d2 * q) // rate if m2 else 0)
         n1.append(-s1 * rest // rate)
         n2.append(s2 * rest // rate)
         if n + 1 < LEADING:
-            w1.append((theta * l1[n] + d1 * w1[n] + e1 * w2[n]) // rate if m1 else 0)
-            w2.append((theta * l2[n] + d2 * w2[n] + e2 * w1[n]) // rate if m2 else 0)
+            w1.append((theta * l1[n] + d1 * w1[n]) // rate if m1 else 0)
+            w2.append((theta * l2[n] + d2 * w2[n]) // rate if m2 else 0)
             l1.append(s1 * (w1[n] + w2[n]) // rate)
             l2.append(s2 * (w1[n] + w2[n]) // rate)
     return Series(h, nu, v1, n1, v2, n2, (w1, l1, w2, l2))

@@ -25,7 +25,6 @@ DEFAULTS: dict[str, Number] = {
     "c": 0,
     "b1": 0,
     "b2": 0,
-    "b12": 0,
     "f1": 0,
     "f2": 0,
     "gamma2": 0,
@@ -38,7 +37,7 @@ DEFAULTS: dict[str, Number] = {
 
 
 class Robot(NamedTuple):
-    """The parameters of model (3), (4), and b12, a damper between the masses."""
+    """The parameters of model (3), (4)."""
 
     m_eff: Real
     m_s: Real
@@ -47,7 +46,6 @@ class Robot(NamedTuple):
     c: Real
     b1: Real
     b2: Real
-    b12: Real
     f1: Real
     f2: Real
     gamma2: Real
@@ -112,7 +110,7 @@ def parse_robot(robot: Mapping[str, Number]) -> Robot:
     for name in ("m_eff", "m_s", "k"):
         if not values[name] > 0:
             raise ValueError(f"{name} must be > 0, got {values[name]}")
-    for name in ("b1", "b2", "b12", "f1", "f2", "g"):
+    for name in ("b1", "b2", "f1", "f2", "g"):
         if not values[name] >= 0:
             raise ValueError(f"{name} must be >= 0, got {values[name]}")
     if values["x1_min"] > values["x1_max"]:

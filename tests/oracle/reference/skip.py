@@ -37,11 +37,11 @@ class Group(NamedTuple):
 
 def characteristic(flow: Flow) -> tuple[int, tuple[Real, ...]]:
     """Zero roots and the other factor (monic, low to high) for the positions, in units of the window."""
-    h, (d1, d2), (e1, e2), (s1, s2) = flow.window, flow.damp, flow.cross, flow.stiff
+    h, (d1, d2), (s1, s2) = flow.window, flow.damp, flow.stiff
     if not all(flow.moving):
         d, s = (d1, s1) if flow.moving[0] else (d2, s2)
         return 1, (s * h**2, d * h, mp.one)
-    linear = (d1 * d2 - e1 * e2 + s1 + s2) * h**2
+    linear = (d1 * d2 + s1 + s2) * h**2
     constant = flow.robot.k * (flow.robot.b1 + flow.robot.b2) / (flow.robot.m_eff * flow.robot.m_s) * h**3
     return 2, (constant, linear, (d1 + d2) * h, mp.one)
 

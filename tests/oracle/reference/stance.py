@@ -91,8 +91,6 @@ class Reference:
             place = self.mark(t)
             here = {name: q + self.totals[place][name] for name, q in self.work(place, t).items()}
             here["stop_loss"] = mp.fsum(loss for time, loss in self.leg.losses if time <= t)
-            if not self.leg.robot.b12:
-                del here["viscous_12"]
             return here
 
     @cached_property
