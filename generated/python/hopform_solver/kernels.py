@@ -8,7 +8,7 @@ import math
 import numpy as np
 
 from hopform_solver import formulas
-from hopform_solver.lanes import Array, blank, put, take
+from hopform_solver.lanes import Array, blank, choose, put, take
 from hopform_solver.limits import TERMS
 from hopform_solver.records import (
     Basis,
@@ -99,7 +99,7 @@ def pair_at(poles: Poles, t: Array) -> Pair:
     """R, its derivative and integrals at t."""
     mean = 0.5 * poles.p
     discriminant = mean * mean - poles.q
-    half = np.where(poles.q > 0.0, np.sqrt(np.abs(discriminant)), mean)  # the square may underflow
+    half = choose(poles.q > 0.0, np.sqrt(np.abs(discriminant)), mean)  # the square may underflow
     swings = discriminant < 0.0
     fast = mean + half
     short = (swings & (poles.q * t * t < 1.0)) | (~swings & (fast * t < 2.0))

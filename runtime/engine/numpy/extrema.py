@@ -5,7 +5,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hopform_solver.kernels import basis_at
-from hopform_solver.lanes import Array, take
+from hopform_solver.lanes import Array, choose, take
 from hopform_solver.phases import arrive, motion_of, plan_lanes, poles_of
 from hopform_solver.records import LegState, Numerator, Poles
 from hopform_solver.stance import Solution, sides_of
@@ -29,8 +29,9 @@ def minima(poles: Poles, numerator: Numerator, length: Array) -> tuple[NDArray[n
     count = looks + HALVINGS + 1
     phase = np.repeat(np.arange(length.size), count)
     place = (np.arange(phase.size) - (np.cumsum(count) - count)[phase]) - HALVINGS
-    part = np.where(place > 0, place, np.exp2(np.minimum(place - 1, 0))) * (place > -HALVINGS)
-    t = length[phase] * (part / looks[phase]).astype(length.dtype)
+    parts = choose(place > 0, place.astype(np.float64), np.exp2(np.minimum(place - 1, 0).astype(np.float64)))
+    share = choose(place > -HALVINGS, parts / looks[phase], np.zeros(phase.size))
+    t = length[phase] * share.astype(length.dtype)
     rate = rate_of(take(poles, phase), take(numerator, phase), t)
     turns = np.flatnonzero((rate[:-1] < 0.0) & (rate[1:] >= 0.0) & (phase[:-1] == phase[1:]))
     found = phase[turns]
@@ -69,7 +70,7 @@ def compressions(solution: Solution) -> Array:
     keeps its sign in the others.
     """
     phases = solution.phases
-    most = np.maximum(solution.end.y.reshape(-1), 0.0)
+    most: Array = np.maximum(solution.end.y.reshape(-1), 0.0)
     np.maximum.at(most, phases.lane, phases.y)
     ends = np.append(phases.t[1:], most.dtype.type(0.0))
     last = np.append(phases.lane[1:] != phases.lane[:-1], True)
