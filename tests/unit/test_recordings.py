@@ -257,7 +257,7 @@ def test_a_drop_that_cannot_be_one_is_refused(name):
         (lambda text: text.replace("current_A", "current_mA"), "column 'current_mA': reaches 0.003 A"),
         (lambda text: "\n".join(line.rpartition(",")[0] + (",current_A" if n == 0 else ",0.5")
                                 for n, line in enumerate(text.splitlines())), "column 'current_A': is constant at 0.5"),
-        (lambda text: text.replace(",current_A", ",force_N"), "line 1: no column is a current"),
+        (lambda text: text.replace(",current_A", ",tension_N"), "line 1: no column is a current"),
     ],
 )  # fmt: skip
 def test_a_current_that_cannot_be_one_is_refused(change, words):

@@ -46,6 +46,12 @@ class Recordable(StrEnum):
     ramp = "ramp"
 
 
+class SimulatorFormat(StrEnum):
+    mjcf = "mjcf"
+    urdf = "urdf"
+    isaac = "isaac"
+
+
 class Identification(StrEnum):
     drop = "drop"
     free = "free"
@@ -207,6 +213,10 @@ FitLag = Annotated[bool, option("--lag", "fit a first-order lag of each position
 Loss = Annotated[str, option("--loss", "linear, or against outliers soft_l1, huber, cauchy")]
 TomlOut = Annotated[
     Path | None, option("--out", "write the robot as TOML; --robot gives what is not fitted", metavar="FILE")
+]
+Export = Annotated[
+    SimulatorFormat | None,
+    option("--export", "for a simulator, to --out or the standard output: armature, damping, frictionloss, gear"),
 ]
 Report = Annotated[Path | None, option("--report", "write a report with plots: .md or .html", metavar="FILE")]
 Recorded = Annotated[Recordable, typer.Argument(help="the test")]

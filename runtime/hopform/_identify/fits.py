@@ -5,7 +5,7 @@ identify.
 import dataclasses
 import math
 import time as clock
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import TypedDict, Unpack
 
@@ -15,13 +15,14 @@ from numpy.typing import NDArray
 from hopform._checks import flag, function, items, mapping, real, shown, word
 from hopform._errors import HopformError
 from hopform._identify import estimation
-from hopform._identify.estimation import Estimate, Progress, Solution, Tests
+from hopform._identify.estimation import Estimate, Parameter, Progress, Solution, Tests
 from hopform._identify.motion import Array
 from hopform._identify.nuisances import NUISANCES, Diagnosis, diagnose, extended, said, with_nuisances
 from hopform._identify.recordings import Recording, noise_of, quantum_of
 from hopform._identify.repeats import Repeat, repeats_of
 from hopform._identify.rigs import UNITS
 from hopform._identify.search import Problem, bulk, least_squares, minimise, part_of, selected
+from hopform._identify.units import HOPPER, Units
 from hopform._robots import Robot, load_robot
 from hopform._robots.provenance import Provenance
 
@@ -99,6 +100,10 @@ class Fit:
     """of the estimates in their order, in the products of their units; infinite for what is not identifiable"""
     repeats: tuple[Repeat, ...] = ()
     """parameters over several recordings of one rig"""
+    units: Units = HOPPER
+    """of the recordings; where positions are in rad, what is said to be in m is in rad, forces are torques"""
+    scale: bool = True
+    """whether something known fixes the scale of all forces"""
 
     @property
     def values(self) -> dict[str, float]:
@@ -124,7 +129,9 @@ class Fit:
 
     def robot(self, base: Robot) -> Robot:
         """A robot with what was fitted, and the rest, as what is not identifiable, from `base`; friction of several
-        recordings as their mean. Its `fit` says where each number comes from."""
+        recordings as their mean. Its `fit` says where each number comes from. HopformError for a rotary fit."""
+        if self.units.position != "m":
+            raise HopformError("a fit in rad is of no hopper: take it to a simulator by --export mjcf, urdf or isaac")
         fields = [each.name for each in Robot.fields()]
         letters = ["L0" if each.name == "length" else each.name.partition("@")[0] for each in self.estimates]
         seen = [each.method != "not identifiable" and each.name[:6] != "offset" for each in self.estimates]
@@ -216,11 +223,16 @@ def finish(problem: Problem, **options: Unpack[Options]) -> Fit:
     )  # fmt: skip
     repeats, differing = repeats_of(problem, solution, estimates, loss) if not hopeless else ((), ())
     statements = (*problem.statements, *_blind(spread), *_boundary(estimates), *differing)
-    warnings = (*problem.warnings, *_outlying(traces, inliers), *_coloured(traces, inflation), *said(diagnoses))
+    warnings = (
+        *problem.warnings,
+        *_outlying(traces, inliers),
+        *_coloured(traces, inflation),
+        *said(diagnoses, problem.units),
+    )
     return Fit(
         problem.kind, estimates, problem.known, _correlations(estimates, spread), traces, statements, warnings,
         solution.evaluations, clock.perf_counter() - began, solution, diagnoses,
-        spread.covariance * inflation, repeats,
+        spread.covariance * inflation, repeats, problem.units, problem.scale,
     )  # fmt: skip
 
 
@@ -388,7 +400,12 @@ def _correlations(estimates: Sequence[Estimate], spread: estimation.Spread) -> d
     return found
 
 
-def checked_known(known: Mapping[str, float] | None, allowed: Sequence[str]) -> dict[str, float]:
+def labelled(parameters: Iterable[Parameter], units: Units) -> tuple[Parameter, ...]:
+    """Parameters with the units that those of their recordings give them."""
+    return tuple(each._replace(unit=units.of(each.unit)) for each in parameters)
+
+
+def checked_known(known: Mapping[str, float] | None, allowed: Sequence[str], units: Units = HOPPER) -> dict[str, float]:
     """The known values; HopformError for a name that is no parameter here or a value that is out of its domain."""
     values = dict[str, float]()
     for name, value in mapping("known", known).items():
@@ -396,12 +413,13 @@ def checked_known(known: Mapping[str, float] | None, allowed: Sequence[str]) -> 
             raise HopformError(
                 f"known: there is no parameter {shown(name)} in this fit; there are {', '.join(allowed)}"
             )
-        number = real(f"known: {name}", value, UNITS[name] or "1")
+        unit = units.of(UNITS[name])
+        number = real(f"known: {name}", value, unit or "1")
         if not (math.isfinite(number) or name in ("x1_min", "x1_max")):
-            raise HopformError(f"known: {name} must be a finite number in {UNITS[name] or '1'}, got {number!r}")
+            raise HopformError(f"known: {name} must be a finite number in {unit or '1'}, got {number!r}")
         if name in ("m_s", "m_eff", "k") and not number > 0.0:
-            raise HopformError(f"known: {name} must be > 0 {UNITS[name]}, got {number!r}")
+            raise HopformError(f"known: {name} must be > 0 {unit}, got {number!r}")
         if name in ("b1", "b2", "f1", "f2", "g", "impact_loss") and number < 0.0:
-            raise HopformError(f"known: {name} must be >= 0 {UNITS[name]}, got {number!r}")
+            raise HopformError(f"known: {name} must be >= 0 {unit}, got {number!r}")
         values[name] = number
     return values

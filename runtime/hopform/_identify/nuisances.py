@@ -24,6 +24,7 @@ from hopform._identify.motion import Array
 from hopform._identify.recordings import outliers
 from hopform._identify.rigs import UNITS, Experiment
 from hopform._identify.search import Problem, bulk, follow, is_noise, selected
+from hopform._identify.units import Units
 
 NUISANCES = ("delay", "gain", "clock", "lag")
 """What can be fitted on request."""
@@ -65,7 +66,7 @@ class Diagnosis(NamedTuple):
         return f"friction that is higher at rest, by about {100.0 * sizes[0]:.1g} % (Stribeck),"
 
 
-def said(found: Sequence[Diagnosis]) -> list[str]:
+def said(found: Sequence[Diagnosis], units: Units) -> list[str]:
     """The cause that explains most, and those that explain as much."""
     if not found:
         return []
@@ -73,7 +74,8 @@ def said(found: Sequence[Diagnosis]) -> list[str]:
     alike = [each for each in found[1:] if first.decrease - each.decrease < _ALIKE]
     causes = " or ".join(each.cause() for each in (first, *alike))
     options = " or ".join(dict.fromkeys(each.option for each in (first, *alike) if each.option))
-    brings = f"{causes} brings rms {1e3 * first.before:.3g} to {1e3 * first.after:.3g} mm"
+    unit, factor = units.shown("x1")
+    brings = f"{causes} brings rms {factor * first.before:.3g} to {factor * first.after:.3g} {unit}"
     advice = f"; fit it with {options}" if options else "; no option fits it: intervals are those of constant friction"
     return [brings + advice + ("; these recordings do not separate them" if alike else "")]
 

@@ -48,7 +48,7 @@ UNITS = {
 }  # fmt: skip
 
 SOFT = 1e-9
-"""[N/m] a spring that is none: over a meter it pulls with less than the last digit of any force."""
+"""[1/s^2] of k/m_eff of a spring that is none: in a minute it moves nothing by more than two parts in a million."""
 
 _FREE = {"c": 0.0, "L0": 0.0, "b1": 0.0, "b2": 0.0, "f1": 0.0, "f2": 0.0, "gamma2": 0.0, "g": 0.0}
 
@@ -127,7 +127,7 @@ class Experiment:
         if self.kind not in ("attached", "held", "air") or friction == 0.0:
             return np.zeros(self.time.size)
         mass = at["m_s"] + self.added_mass if body else at["m_eff"]
-        k, rest, gamma = at.get("k", SOFT), at.get("rest", 0.0), at.get("gamma2", 0.0)
+        k, rest, gamma = at.get("k", SOFT * mass), at.get("rest", 0.0), at.get("gamma2", 0.0)
         rest -= mass * at["g"] / k if body else 0.0
         fine = np.interp(np.arange(4 * self.time.size - 3) / 4.0, np.arange(self.time.size), self.time)
         begins, levels = np.array(sensors.delayed(self.steps, self.sensor(values).delay)).T
@@ -252,7 +252,7 @@ def _free(of: Experiment, at: Mapping[str, float], steps: Steps, time: Array) ->
 
 def _actuator(of: Experiment, at: Mapping[str, float], steps: Steps, time: Array) -> tuple[Moved, Rates]:
     """The body is held at x2 = 0; the offset of the spring puts its relaxed state at `rest`."""
-    offset, k, rest = at.get("offset", 0.0), at.get("k", SOFT), at.get("rest", 0.0)
+    offset, k, rest = at.get("offset", 0.0), at.get("k", SOFT * at["m_eff"]), at.get("rest", 0.0)
     robot = _robot(
         m_eff=at["m_eff"], k=k, b1=at["b1"], f1=at["f1"], gamma2=at["gamma2"], L0=-rest, c=of.preload, f2=motion.FIRM,
     )  # fmt: skip

@@ -22,11 +22,12 @@ from hopform._identify import estimation
 from hopform._identify import recordings as of_recordings
 from hopform._identify.estimation import LEVEL, Estimate, Parameter
 from hopform._identify.filtering import CUTOFFS, Filtered, filtered, moving_rows
-from hopform._identify.fits import Fit, Options, Trace, as_several, checked_known, checked_loss, finish
+from hopform._identify.fits import Fit, Options, Trace, as_several, checked_known, checked_loss, finish, labelled
 from hopform._identify.motion import Array
 from hopform._identify.recordings import Recording
 from hopform._identify.rigs import UNITS, Experiment, Kind
 from hopform._identify.search import Problem, bulk, follow
+from hopform._identify.units import Units
 
 _LETTERS = {"held": ("m_eff", "k", "b1", "f1", "gamma2"), "air": ("m_eff", "b1", "f1", "gamma2", "offset")}
 SCALED = ("m_eff", "k", "b1", "gamma2")
@@ -65,15 +66,16 @@ def step_problem(
     scaled: other recordings give the scale, so that m_eff is no longer 1 kg if nothing is known.
     """
     kind: Kind = "held" if spring else "air"
-    letters = _LETTERS[kind]
-    values = checked_known(known, letters)
-    statements = list[str]()
-    if not ({"m_eff", "k", "gamma2"} & set(values) or scaled):
+    letters, units = _LETTERS[kind], of_recordings.units_of(recordings, "x1", driven=True)
+    values = checked_known(known, letters, units)
+    if units.drive == units.force:
+        values.setdefault("gamma2", -1.0)
+    statements, absolute = list[str](), bool({"m_eff", "k", "gamma2"} & set(values)) or scaled
+    if not absolute:
         values["m_eff"] = 1.0
         statements.append(
-            "motion and current fix m_eff, k, b1, gamma2 only up to a common factor: they are per kg of m_eff; give "
-            "a weighed "
-            "mass, the stiffness or the force constant as known"
+            "motion and current fix m_eff, k, b1, gamma2 only up to a common factor: they are per "
+            f"{units.of('kg')} of m_eff; give a weighed mass, the stiffness or the force constant as known"
         )
     tries = [[_regress(each, letters, values, cutoff) for each in recordings] for cutoff in CUTOFFS]
     guesses = tries[1]
@@ -103,8 +105,9 @@ def step_problem(
         )
     notes = tuple(f"{each.source}: {note}" for each in recordings for note in each.notes)
     return Problem(
-        "step", "x1", tuple(experiments), tuple(parameters.values()), _starts(parameters, tries, first), values,
-        tuple(statements), notes, ("f1",) if "f1" in parameters else (), parts=(0.35, 1.0), motions=len(recordings),
+        "step", "x1", tuple(experiments), labelled(parameters.values(), units),
+        _starts(parameters, tries, first), values, tuple(statements), notes, ("f1",) if "f1" in parameters else (),
+        parts=(0.35, 1.0), motions=len(recordings), units=units, scale=absolute,
     )  # fmt: skip
 
 
@@ -194,7 +197,10 @@ def fit_force(
     """
     began = clock.perf_counter()
     several = as_several(recordings)
-    values = checked_known(known, ("gamma2", "m_eff"))
+    units = of_recordings.units_of(several, "x1", driven=True)
+    values = checked_known(known, ("gamma2", "m_eff"), units)
+    if units.drive == units.force and not values:
+        values["gamma2"] = -1.0
     flag("position", position)
     if cutoff is not None:
         positive("cutoff", cutoff, "Hz")
@@ -211,7 +217,7 @@ def fit_force(
         )
     found, covariance, residual = _linear(a, b, loss)
     sizes = np.cumsum([part.time.size for part in parts])[:-1]
-    estimates, spread = _force_estimates(names, found, covariance, values, a.shape[0])
+    estimates, spread = _force_estimates(names, found, covariance, values, a.shape[0], units)
     scale = -values["gamma2"] if "gamma2" in values else -found[names.index("gamma2")]
     old = _viscous_alone(names, a, b) if options.get("compare", True) else np.full_like(b, np.nan)
     left_out = _left_out(parts, a, b) if options.get("holdout", True) else [math.nan] * len(parts)
@@ -225,7 +231,9 @@ def fit_force(
             several, parts, np.split(residual, sizes), np.split(old, sizes), left_out, strict=True
         )
     )  # fmt: skip
-    fit = Fit("force", estimates, values, {}, traces, (), (), 1, clock.perf_counter() - began, covariance=spread)
+    fit = Fit(
+        "force", estimates, values, {}, traces, (), (), 1, clock.perf_counter() - began, covariance=spread, units=units
+    )
     if not position:
         return fit
     if progress:
@@ -293,7 +301,12 @@ def _left_out(parts: Sequence[Filtered], a: Array, b: Array) -> list[float]:
 
 
 def _force_estimates(
-    names: Sequence[str], found: Sequence[float], covariance: Array, known: Mapping[str, float], count: int
+    names: Sequence[str],
+    found: Sequence[float],
+    covariance: Array,
+    known: Mapping[str, float],
+    count: int,
+    units: Units,
 ) -> tuple[tuple[Estimate, ...], Array]:
     """The parameters and the forces behind them, with their covariance; f1 and the offset are quotients, whose errors
     follow to first order.
@@ -316,7 +329,7 @@ def _force_estimates(
 
     def estimate(name: str, unit: str, value: float, stderr: float) -> Estimate:
         low = max(value - t * stderr, 0.0) if name[:2] in ("b1", "f1") else value - t * stderr
-        return Estimate(name, unit, value, stderr, low, value + t * stderr, "t")
+        return Estimate(name, units.of(unit), value, stderr, low, value + t * stderr, "t")
 
     errors = np.sqrt(np.diag(whole)).tolist()
     return tuple(estimate(*each[:3], error) for each, error in zip(made, errors, strict=True)), whole
@@ -355,9 +368,10 @@ def _beside(recordings: Sequence[Recording], fit: Fit, loss: str) -> tuple[str, 
     solution = follow(problem, loss)
     rest = np.concatenate([each[bulk(each, loss)] for each in solution.residuals])
     rms = math.sqrt(float((rest**2).mean()))
-    found = ", ".join(f"{p.name} {solution.values[p.name]:.6g} {p.unit}" for p in shared)
+    found = ", ".join(f"{p.name} {solution.values[p.name]:.6g} {fit.units.of(p.unit)}" for p in shared)
+    unit, factor = fit.units.shown("x1")
     return (
-        f"the fit in position, by the same current without feedback, gives {found}, rms {1e3 * rms:.3g} mm",
+        f"the fit in position, by the same current without feedback, gives {found}, rms {factor * rms:.3g} {unit}",
         "a closed loop keeps the position near its reference whatever the model misses, so an error of the force of "
         "1 % adds up "
         "twice into position, unopposed: the fit in position bends the parameters after that drift, the one in force "
