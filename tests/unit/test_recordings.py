@@ -300,3 +300,11 @@ def test_a_recording_reads_back_as_it_was_made(tmp_path):
     assert np.abs(again.time - made.time).max() <= 1e-9
     assert np.abs(again.position("x1") - made.position("x1")).max() <= 1e-9
     assert np.abs(again.current() - made.current()).max() <= 1e-9
+
+
+def test_a_column_that_no_fit_uses_needs_no_unit():
+    """A unit that a fit could use must be known all the same: see `BAD`."""
+    made = parse_recording(rows(*(f"{each},7,1" for each in GOOD), head="time_s,x2_m,load,torque_on"), "servo.csv")
+    assert list(made.columns) == ["x2"]
+    assert made.notes == ("without a unit that is known, so left out: 'load', 'torque_on'",)
+    assert not made.has_current()

@@ -23,6 +23,10 @@ from hopform._solver.package import MOST_STEPS
 TIMES = ("time", "t")
 POSITIONS = {"x1": ("x1", "actuator", "x", "position", "pos"), "x2": ("x2", "height", "body", "x", "position", "pos")}
 CURRENTS = ("current", "u", "i", "drive_current", "drive_voltage", "voltage", "torque", "force")
+_NAMED = {*TIMES, *POSITIONS["x1"], *POSITIONS["x2"], *CURRENTS} - {"torque", "force"}
+"""Columns that a fit may use, so they must have a unit that is known; `torque_on` is none."""
+UNUSED = ""
+"""The quantity of a column that no fit uses."""
 FEWEST = 20
 _LEAST_WAY = 5e-4
 """[m or rad] what no motion is smaller than, beyond noise and quantum: else a unit is wrong."""
@@ -218,8 +222,10 @@ def parse_recording(text: str, source: str, added_mass: float = 0.0) -> Recordin
         for place, (title, (name, quantity, factor)) in enumerate(zip(titles, known, strict=True))
     }
     time = _time(columns, source, first)
-    rest = {name: column for name, column in columns.items() if name not in TIMES}
-    return Recording(source, time - time[0], rest, first, mass, _notes(time, rest))
+    rest = {name: each for name, each in columns.items() if name not in TIMES and each.quantity != UNUSED}
+    unused = [each.title for each in columns.values() if each.quantity == UNUSED]
+    left_out = [f"without a unit that is known, so left out: {', '.join(map(shown, unused))}"] if unused else []
+    return Recording(source, time - time[0], rest, first, mass, (*_notes(time, rest), *left_out))
 
 
 def _title(title: str, source: str, line: int, place: int) -> tuple[str, str, float]:
@@ -237,6 +243,8 @@ def _title(title: str, source: str, line: int, place: int) -> tuple[str, str, fl
             raise HopformError(
                 f"{source}, line {line}: the first line must name the columns, as in time_s,x2_mm, got {shown(title)}"
             )
+        if not {title.lower(), name.lower()} & _NAMED:
+            return title.lower(), UNUSED, 1.0
         raise HopformError(
             f"{source}, line {line}, column {place + 1}: {shown(title)} has no unit that is known: a name ends in one "
             f"of {', '.join('_' + known for known in COLUMNS)}, or in counts of an encoder as position_4096perrev"
