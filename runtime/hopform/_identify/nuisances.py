@@ -231,18 +231,16 @@ _SPEEDS = (0.02, 0.06, 0.2)
 
 
 def _stribeck(problem: Problem, solution: Solution, loss: str) -> list[Diagnosis]:
-    """The score of friction that is higher at rest, for masses on a spring and in the air."""
-    tried = [each for share in _SPEEDS for each in _stribeck_at(problem, solution, loss, share)]
+    """The score of friction that is higher at rest, for all but a free actuator."""
+    response = np.concatenate([each.response_to_stribeck(solution.values, _SPEEDS) for each in problem.experiments])
+    tried = [each for column in response.T if column.any() for each in _stribeck_at(solution, column, loss)]
     found = [each for each in tried if each.values["level"] > 0.0 and each.after < _WORTH * each.before]
     return [max(found, key=lambda each: each.decrease)] if found else []
 
 
-def _stribeck_at(problem: Problem, solution: Solution, loss: str, share: float) -> list[Diagnosis]:
-    response = [each.response_to_stribeck(solution.values, share) for each in problem.experiments]
-    if not any(each.any() for each in response):
-        return []
+def _stribeck_at(solution: Solution, response: Array, loss: str) -> list[Diagnosis]:
     weight = _weights(solution, loss)[:, np.newaxis]
-    rows = np.column_stack([solution.jacobian, np.concatenate(response)])
+    rows = np.column_stack([solution.jacobian, response])
     residual = np.concatenate(solution.residuals)
     size = np.maximum(np.sqrt(((rows * weight) ** 2).sum(axis=0)), 1e-300)
     scaled = np.asarray(rows * weight / size, dtype=np.float64)

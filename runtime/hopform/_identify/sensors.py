@@ -108,10 +108,10 @@ class _Filter:
         h, (m0, m1, m2, m3) = self.step, self.moments
         rise, left, right = np.diff(x), h * v[:-1], h * v[1:]
         gain = x[:-1] * m0 + left * m1 + (3.0 * rise - 2.0 * left - right) * m2 + (left + right - 2.0 * rise) * m3
-        y = np.empty_like(x)
-        y[0] = x[0] - self.lag * v[0] if first is None else first
-        last = float(y[0])
-        for n, (keep, add) in enumerate(zip(self.decay.tolist(), gain.tolist(), strict=True), 1):
-            last = keep * last + add
-            y[n] = last
+        from scipy.linalg import solve_banded
+
+        start = x[0] - self.lag * v[0] if first is None else first
+        # y_(n+1) - decay_n y_n = gain_n: a matrix of two diagonals.
+        bands = np.stack([np.ones_like(x), np.append(-self.decay, 0.0)])
+        y = np.asarray(solve_banded((1, 0), bands, np.concatenate([[start], gain]), check_finite=False))
         return y
