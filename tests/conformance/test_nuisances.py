@@ -15,6 +15,7 @@ from hopform._identify.drop import drop_problem
 from hopform._identify.synthetic import record, to_csv
 from tests.conformance import nuisances
 from tests.conformance.nuisances import RANGES, measured
+from tests.fits import ALONE
 from tests.oracle.recordings import Rig, simulate
 
 HOPPER = hopform.load_robot("hopper_c")
@@ -107,8 +108,7 @@ def test_the_response_to_friction_at_rest_is_that_of_the_motion(rig):
     own = problem.experiments[0]
     truth = {"k": 1200.0, "b2": 5.0, "f2": 0.6, "length": 0.4, "impact_loss": 0.05, "rest@0": 0.0}
     fit = fit_drop_test(
-        parse_recording(text, "still.csv"), attached=rig is BODY, known={"m_s": 3.0}, compare=False, holdout=False,
-        diagnose=False,
+        parse_recording(text, "still.csv"), attached=rig is BODY, known={"m_s": 3.0}, **ALONE,
     )  # fmt: skip
     values = truth | {name: fit.values[name] for name in ("x@0", "v@0")}
     fastest = float(np.abs(np.gradient(at, 1.0 / 500.0)).max())

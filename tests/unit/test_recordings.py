@@ -141,7 +141,7 @@ def with_column(recording, name, values) -> str:
 def test_a_fit_that_misses_is_refused(tmp_path, capsys):
     """Heights in m that are called cm: a free actuator hides it from the check by g, the fit does not."""
     path = tmp_path / "free.csv"
-    path.write_text(to_csv(record(HOPPER, "free", seed=4)).replace("x2_m", "x2_cm", 1))
+    path.write_text(to_csv(record(HOPPER, "free", seed=4, duration=1.0)).replace("x2_m", "x2_cm", 1))
     said = refused(path, "free", "--known", "m_eff=25", "--known", "gamma2=-65", capsys=capsys)
     assert "less than 96 % is no fit" in said
     assert "is the unit of" in said

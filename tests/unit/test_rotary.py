@@ -19,6 +19,7 @@ from hopform import _cli as cli
 from hopform._identify import Fit, fit_drop_test, fit_force, fit_step_response, friction_threshold, parse_recording
 from hopform._identify.simulators import exported, quantities
 from hopform._identify.units import Units
+from tests.fits import ALONE
 from tests.oracle.recordings import Rig, simulate
 
 RATE, COUNT = 400.0, 1000
@@ -50,7 +51,7 @@ def holds(fit: Fit, **truth: float) -> list[str]:
 def air() -> Fit:
     return fit_step_response(
         recorded("time_s,position_deg,voltage_V", np.degrees(angles(SERVO)), DRIVE), spring=False,
-        known={"gamma2": -0.05}, compare=False, holdout=False, diagnose=False,
+        known={"gamma2": -0.05}, **ALONE,
     )  # fmt: skip
 
 
@@ -58,8 +59,7 @@ def air() -> Fit:
 def decay() -> Fit:
     counts = np.round(angles(PENDULUM, noise=1e-3) * 4096.0 / (2.0 * math.pi))
     return fit_drop_test(
-        recorded("time_s,position_counts_4096perrev", counts), attached=True, known={"k": 0.4807}, compare=False,
-        holdout=False, diagnose=False,
+        recorded("time_s,position_counts_4096perrev", counts), attached=True, known={"k": 0.4807}, **ALONE,
     )  # fmt: skip
 
 
@@ -82,8 +82,7 @@ def test_a_pendulum_in_counts_has_its_inertia_by_its_known_stiffness():
 
 def test_a_torque_is_a_known_drive():
     fit = fit_step_response(
-        recorded("time_s,position_rad,torque_mNm", angles(SPRUNG), 50.0 * DRIVE), compare=False, holdout=False,
-        diagnose=False,
+        recorded("time_s,position_rad,torque_mNm", angles(SPRUNG), 50.0 * DRIVE), **ALONE,
     )  # fmt: skip
     assert fit.known["gamma2"] == -1.0
     assert not holds(fit, m_eff=SPRUNG.mass, k=SPRUNG.k, b1=SPRUNG.b, f1=SPRUNG.f)
@@ -228,7 +227,7 @@ def test_isaac_lab_has_friction_as_an_effort():
 
 def test_a_hopper_s_actuator_slides():
     step = hopform.record(hopform.load_robot("hopper_c"), "step", seed=2)
-    fit = fit_step_response(step, known={"m_eff": 25.0}, compare=False, holdout=False, diagnose=False)
+    fit = fit_step_response(step, known={"m_eff": 25.0}, **ALONE)
     assert {word: each.unit for word, each in quantities(fit).items()} == {
         "armature": "kg", "damping": "N s/m", "stiffness": "N/m", "springref": "m", "gear": "N/A", "frictionloss": "N",
     }  # fmt: skip
