@@ -10,7 +10,7 @@ import pytest
 
 import hopform
 from hopform._cli import main
-from hopform._identify import Recording, fit_drop_test, fit_step_response, parse_recording
+from hopform._identify import Recording, fit_drop_test, fit_force, fit_step_response, parse_recording
 from hopform._identify.drop import drop_problem
 from hopform._identify.synthetic import record, to_csv
 from tests.conformance import nuisances
@@ -115,6 +115,47 @@ def test_the_response_to_friction_at_rest_is_that_of_the_motion(rig):
     found = own.response_to_stribeck(values, (0.1 / fastest,))[:, 0]
     expected = (high - low)[-own.time.size :] / 0.02
     assert np.abs(found - expected).max() < 0.03 * np.abs(expected).max()
+
+
+AXIS = Rig(95.0, 0.0, 200.0, 0.2, gamma=35.0)
+
+
+def axis(amplitude: float, noise: float = 2e-6, **changes: float) -> Recording:
+    """An axis without a spring, at 1 kHz, its voltage a sum of three sines."""
+    t = np.arange(4000) / 1000.0
+    u = amplitude * (2.0 * np.sin(4.0 * t) + 1.2 * np.sin(11.0 * t + 1.0) + 0.6 * np.sin(23.0 * t))
+    x = simulate(replace(AXIS, **changes), u, 1000.0) + noise * np.random.default_rng(1).standard_normal(t.size)
+    rows = np.stack([t, x, u], axis=1).tolist()
+    return parse_recording("\n".join(["time_s,x_m,voltage_V", *(",".join(map(repr, row)) for row in rows)]), "axis.csv")
+
+
+@pytest.mark.parametrize("known", [{"gamma2": -35.0}, {"m_eff": 95.0}], ids=str)
+@pytest.mark.parametrize("loss", ["linear", "huber"])
+def test_a_fit_in_force_names_a_delay_and_has_it_on_request(known, loss):
+    """The voltage of the recording is held from sample to sample, which the equation sees half a sample late."""
+    how = {"known": known, "position": False, "loss": loss}
+    plain = fit_force(axis(10.0, delay=0.006), **how)
+    assert plain.diagnoses[0].name == "delay"
+    assert plain.diagnoses[0].values["delay"] == pytest.approx(0.0065, rel=0.05)
+    assert "fit it with --delay" in plain.warnings[-1]
+    assert plain.warnings[-1].count(" N; ") == 1
+    fit = fit_force(axis(10.0, delay=0.006), nuisances=["delay"], **how)
+    assert fit["delay"].value == pytest.approx(0.0065, abs=3e-5)
+    assert fit["delay"].low < 0.0065 < fit["delay"].high
+    assert fit.rms < 0.2 * plain.rms
+    off = {name: abs(fit[name].value - value) for name, value in (("b1", 200.0), ("f1", 0.2))}
+    assert all(each <= 1.5 * (fit[name].high - fit[name].value) for name, each in off.items())
+    assert not any(each.name == "delay" for each in fit.diagnoses)
+
+
+def test_a_fit_in_force_names_friction_at_rest_and_nothing_else():
+    how = {"known": {"gamma2": -35.0}, "position": False}
+    assert not fit_force(axis(4.0), **how).diagnoses
+    stiff = fit_force(axis(4.0, stribeck=1.0, speed=0.1), **how)
+    assert [each.name for each in stiff.diagnoses] == ["Stribeck"]
+    assert 0.5 < stiff.diagnoses[0].values["level"] < 1.5
+    with pytest.raises(hopform.HopformError, match="a fit in force takes delay alone, got gain"):
+        fit_force(axis(4.0), nuisances=["gain"], **how)
 
 
 def test_nothing_is_named_where_nothing_was_done():

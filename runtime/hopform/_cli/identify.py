@@ -92,7 +92,7 @@ def answer_to(wanted: Wanted, progress: Progress | None = None) -> reports.Answe
     off = [trace for trace in fit.traces if is_no_fit(trace)]
     if off:
         worst = max(off, key=lambda each: each.tests.rms / float(np.std(each.measured)))
-        raise _no_fit(worst, recordings, said(fit.diagnoses, fit.units), fit.units)
+        raise _no_fit(worst, recordings, said(fit.diagnoses, fit.shown), fit.units)
     return fit
 
 

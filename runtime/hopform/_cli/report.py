@@ -70,9 +70,10 @@ def onset_head(units: Units) -> tuple[str, ...]:
 
 def diagnosis_rows(fit: Fit) -> list[tuple[str, ...]]:
     """Each cause that would explain the residuals better."""
+    _, factor = fit.shown
     return [
-        (each.cause(), number(1e3 * each.before, ".4g"), number(1e3 * each.after, ".4g"), number(each.decrease, ".3g"),
-         each.option or "-") for each in fit.diagnoses
+        (each.cause(), number(factor * each.before, ".4g"), number(factor * each.after, ".4g"),
+         number(each.decrease, ".3g"), each.option or "-") for each in fit.diagnoses
     ]  # fmt: skip
 
 
@@ -85,8 +86,8 @@ def repeat_rows(fit: Fit) -> list[tuple[str, ...]]:
     ]  # fmt: skip
 
 
-def diagnosis_head(units: Units) -> tuple[str, ...]:
-    unit, _ = units.shown("x1")
+def diagnosis_head(fit: Fit) -> tuple[str, ...]:
+    unit, _ = fit.shown
     return "cause", f"rms [{unit}]", f"rms with it [{unit}]", "decrease [variances]", "option"
 
 
@@ -98,7 +99,7 @@ def fit_tables(fit: Fit) -> Iterator[RenderableType]:
     yield table("Parameters", PARAMETER_HEAD, parameter_rows(fit), ("parameter", "unit", "by"))
     yield table("Recordings", TRACE_HEAD, trace_rows(fit), ("recording", "unit", "white"))
     if fit.diagnoses:
-        yield table("What the residuals show", diagnosis_head(fit.units), diagnosis_rows(fit), ("cause", "option"))
+        yield table("What the residuals show", diagnosis_head(fit), diagnosis_rows(fit), ("cause", "option"))
     if fit.repeats:
         yield table("Repeats", REPEAT_HEAD, repeat_rows(fit), ("parameter", "unit", "quote"))
     strong = [(a, b, r) for (a, b), r in fit.correlations.items() if abs(r) > 0.9]
@@ -397,7 +398,7 @@ def _fit_page(fit: Fit) -> _Page:
     sections = [
         _Section("Parameters", PARAMETER_HEAD, parameter_rows(fit)),
         _Section("Recordings", TRACE_HEAD, trace_rows(fit)),
-        _Section("What the residuals show", diagnosis_head(fit.units), diagnosis_rows(fit)),
+        _Section("What the residuals show", diagnosis_head(fit), diagnosis_rows(fit)),
         _Section("Repeats", REPEAT_HEAD, repeat_rows(fit)),
         _Section("Correlations", ("first", "second", "correlation"), pairs),
     ]

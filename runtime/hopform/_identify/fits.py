@@ -118,6 +118,11 @@ class Fit:
         raise HopformError(f"there is no estimate {name!r}; there are {', '.join(e.name for e in self.estimates)}")
 
     @property
+    def shown(self) -> tuple[str, float]:
+        """The unit in which people are shown residuals, and its factor."""
+        return self.units.shown("force" if self.kind == "force" else "x1")
+
+    @property
     def rms(self) -> float:
         """Of all residuals [m]."""
         return _together([trace.tests.rms for trace in self.traces], self.traces)
@@ -227,7 +232,7 @@ def finish(problem: Problem, **options: Unpack[Options]) -> Fit:
         *problem.warnings,
         *_outlying(traces, inliers),
         *_coloured(traces, inflation),
-        *said(diagnoses, problem.units),
+        *said(diagnoses, problem.units.shown("x1")),
     )
     return Fit(
         problem.kind, estimates, problem.known, _correlations(estimates, spread), traces, statements, warnings,

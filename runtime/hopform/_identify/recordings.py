@@ -6,7 +6,7 @@ column.
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import NamedTuple
 
@@ -87,6 +87,13 @@ class Recording:
             column = self._one_of(CURRENTS, tuple(DRIVES), "a current")
             raise self.error(f"is constant at {values[0]:.6g}: record its step too", self.line, column)
         return values
+
+    def with_late_current(self, delay: float) -> "Recording":
+        """The same with its current later by a delay [s], the first one before, linear between samples."""
+        column = self._one_of(CURRENTS, tuple(DRIVES), "a current")
+        name = next(name for name, each in self.columns.items() if each is column)
+        values = np.interp(self.time - delay, self.time, column.values)
+        return replace(self, columns={**self.columns, name: column._replace(values=values)})
 
     def has_current(self) -> bool:
         return self.current_column() is not None

@@ -22,8 +22,19 @@ from hopform._identify import estimation
 from hopform._identify import recordings as of_recordings
 from hopform._identify.estimation import LEVEL, Estimate, Parameter
 from hopform._identify.filtering import CUTOFFS, Filtered, filtered, moving_rows
-from hopform._identify.fits import Fit, Options, Trace, as_several, checked_known, checked_loss, finish, labelled
+from hopform._identify.fits import (
+    Fit,
+    Options,
+    Trace,
+    as_several,
+    checked_known,
+    checked_loss,
+    checked_nuisances,
+    finish,
+    labelled,
+)
 from hopform._identify.motion import Array
+from hopform._identify.nuisances import SPEEDS, WORTH, Diagnosis, brought, said
 from hopform._identify.recordings import Recording
 from hopform._identify.rigs import UNITS, Experiment, Kind
 from hopform._identify.search import Problem, bulk, follow
@@ -192,7 +203,8 @@ def fit_force(
 
     Both sides go through the same filters (`filtered`), then a linear least squares. known: gamma2, which gives the
     scale, or m_eff. cutoff [Hz]: of the filters. position: fit the position too and set it beside this in the
-    statements. The estimates hold f1 m_eff [N] and the constant force on the load's side [N] beside the parameters.
+    statements. The estimates hold f1 m_eff [N] and the constant force on the load's side [N] beside the parameters. Of
+    `NUISANCES` it takes a delay, one of all recordings.
     Residuals of the traces are in N.
     """
     began = clock.perf_counter()
@@ -205,19 +217,25 @@ def fit_force(
     if cutoff is not None:
         positive("cutoff", cutoff, "Hz")
     loss, progress = checked_loss(options), options.get("progress")
+    wanted = checked_nuisances(options)
     if len(values) != 1:
         raise HopformError("known: a fit in force needs gamma2 or m_eff, one of them: it is the scale of all forces")
+    if set(wanted) - {"delay"}:
+        raise HopformError(f"nuisances: a fit in force takes delay alone, got {', '.join(wanted)}")
     if progress:
         progress("fit in force")
-    parts = [filtered(each, cutoff, mend=loss != "linear") for each in several]
-    names, a, b = _force_equation(parts, values)
+    solve = _late if wanted else _sides
+    delay, parts, equation = solve(several, values, cutoff, loss)
+    names, a, b = equation
     if np.linalg.matrix_rank(a / np.abs(a).max(axis=0, initial=1e-300)) < a.shape[1]:
         raise several[0].error_of(
             "x1", "does not distinguish friction, mass and load: move both ways, at several speeds", several[0].line
         )
     found, covariance, residual = _linear(a, b, loss)
     sizes = np.cumsum([part.time.size for part in parts])[:-1]
-    estimates, spread = _force_estimates(names, found, covariance, values, a.shape[0], units)
+    estimates, spread = _force_estimates(names, found, covariance, values, a.shape[0], units, delay)
+    step = max(float(np.median(np.diff(each.time))) for each in several)
+    diagnoses = _causes(parts, equation, values, loss, step) if options.get("diagnose", True) else ()
     scale = -values["gamma2"] if "gamma2" in values else -found[names.index("gamma2")]
     old = _viscous_alone(names, a, b) if options.get("compare", True) else np.full_like(b, np.nan)
     left_out = _left_out(parts, a, b) if options.get("holdout", True) else [math.nan] * len(parts)
@@ -231,9 +249,11 @@ def fit_force(
             several, parts, np.split(residual, sizes), np.split(old, sizes), left_out, strict=True
         )
     )  # fmt: skip
+    took = clock.perf_counter() - began
     fit = Fit(
-        "force", estimates, values, {}, traces, (), (), 1, clock.perf_counter() - began, covariance=spread, units=units
-    )
+        "force", estimates, values, {}, traces, (), tuple(said(diagnoses, units.shown("force"))), 1, took,
+        covariance=spread, units=units, diagnoses=diagnoses,
+    )  # fmt: skip
     if not position:
         return fit
     if progress:
@@ -241,18 +261,99 @@ def fit_force(
     return replace(fit, statements=_beside(several, fit, loss), seconds=clock.perf_counter() - began)
 
 
-def _force_equation(parts: Sequence[Filtered], known: Mapping[str, float]) -> tuple[list[str], Array, Array]:
-    """Names of the coefficients, their columns, and the known side, all in N."""
+_Equation = tuple[list[str], Array, Array]
+"""Names of the coefficients, their columns, and the known side, all in N."""
+
+
+def _sides(
+    recordings: Sequence[Recording],
+    known: Mapping[str, float],
+    cutoff: float | None,
+    loss: str,
+    delay: float | None = None,
+) -> tuple[float, list[Filtered], _Equation]:
+    """Both sides of the equation, filtered; with a delay [s] of the position, the current comes as much later, and what
+    is left of it is a coefficient.
+    """
+    late = [each if delay is None else each.with_late_current(delay) for each in recordings]
+    parts = [filtered(each, cutoff, mend=loss != "linear") for each in late]
+    return delay or 0.0, parts, _force_equation(parts, known, delay is not None)
+
+
+def _late(
+    recordings: Sequence[Recording], known: Mapping[str, float], cutoff: float | None, loss: str
+) -> tuple[float, list[Filtered], _Equation]:
+    """The delay, by Gauss and Newton, and the equation there."""
+    delay = 0.0
+    for _ in range(_MOST_STEPS):
+        _, parts, equation = _sides(recordings, known, cutoff, loss, delay)
+        found = _linear(equation[1], equation[2], loss)[0]
+        more = _delay_of(equation[0], found, known)
+        if abs(more) <= _ALIKE:
+            break
+        delay = min(max(delay + more, -_LONGEST), _LONGEST)
+    return delay, parts, equation
+
+
+_MOST_STEPS, _ALIKE, _LONGEST = 12, 1e-6, 0.1
+"""Steps to a delay, and the last one's size [s]; the longest delay [s]."""
+
+
+def _delay_of(names: Sequence[str], found: Sequence[float], known: Mapping[str, float]) -> float:
+    """The delay [s] by its coefficient, -gamma2 delay."""
+    at = {name: n for n, name in enumerate(names)}
+    return -found[at["late"]] / known.get("gamma2", found[at["gamma2"]] if "gamma2" in at else math.nan)
+
+
+def _force_equation(parts: Sequence[Filtered], known: Mapping[str, float], late: bool = False) -> _Equation:
     rows = {
         name: np.concatenate([getattr(part, name) for part in parts])
-        for name in ("acceleration", "v", "side", "one", "u")
+        for name in ("acceleration", "v", "side", "one", "u", "rate")
     }
-    common = [rows["v"], rows["side"], rows["one"]]
+    # gamma2 u(t - delay) is gamma2 u - (gamma2 delay) u'.
+    common = [rows["v"], rows["side"], rows["one"], *([rows["rate"]] if late else [])]
+    names = ["b1", "coulomb", "constant", *(["late"] if late else [])]
     if "gamma2" in known:
-        columns, side = [rows["acceleration"], *common], -known["gamma2"] * rows["u"]
-        return ["m_eff", "b1", "coulomb", "constant"], np.stack(columns, axis=1), side
-    columns, side = [rows["u"], *common], -known["m_eff"] * rows["acceleration"]
-    return ["gamma2", "b1", "coulomb", "constant"], np.stack(columns, axis=1), side
+        return ["m_eff", *names], np.stack([rows["acceleration"], *common], axis=1), -known["gamma2"] * rows["u"]
+    return ["gamma2", *names], np.stack([rows["u"], *common], axis=1), -known["m_eff"] * rows["acceleration"]
+
+
+def _causes(
+    parts: Sequence[Filtered], equation: _Equation, known: Mapping[str, float], loss: str, step: float
+) -> tuple[Diagnosis, ...]:
+    """A delay and friction that is higher at rest, as further columns, where they explain more than noise does.
+
+    step [s]: from sample to sample.
+    """
+    names, a, b = equation
+    ends = np.cumsum([part.time.size for part in parts])[:-1]
+
+    def rest_of(columns: Array) -> tuple[list[float], list[Array]]:
+        found, _, residual = _linear(columns, b, loss)
+        return found, np.split(residual, ends)
+
+    before = rest_of(a)[1]
+    sigma = [max(estimation.scale(part), 1e-300) for part in before]
+
+    def with_it(name: str, column: Array) -> list[Diagnosis]:
+        found, after = rest_of(np.column_stack([a, column]))
+        of_time = name == "delay"
+        value = _delay_of([*names, "late"], found, known) if of_time else found[-1] / found[names.index("coulomb")]
+        chosen = [bulk(part, loss) for part in after]
+        old, new = ([part[some] for part, some in zip(rest, chosen, strict=True)] for rest in (before, after))
+        return brought(name, {"delay" if of_time else "level": value}, old, new, sigma, len(names))
+
+    side, v, rate = (np.concatenate([getattr(part, name) for part in parts]) for name in ("side", "v", "rate"))
+    # Between samples a current may be held or not, which is half a sample: no delay within one is named.
+    late = [] if "late" in names else with_it("delay", rate)
+    late = [each for each in late if abs(each.values["delay"]) > step]
+    stiff = [
+        each for share in SPEEDS
+        for each in with_it("Stribeck", side * np.exp(-((v / (share * float(np.abs(v).max()))) ** 2)))
+        if each.values["level"] > 0.0 and each.after < WORTH * each.before
+    ]  # fmt: skip
+    best = [max(stiff, key=lambda each: each.decrease)] if stiff else []
+    return tuple(sorted([*late, *best], key=lambda each: -each.decrease))
 
 
 def _linear(a: Array, b: Array, loss: str) -> tuple[list[float], Array, Array]:
@@ -307,6 +408,7 @@ def _force_estimates(
     known: Mapping[str, float],
     count: int,
     units: Units,
+    delay: float,
 ) -> tuple[tuple[Estimate, ...], Array]:
     """The parameters and the forces behind them, with their covariance; f1 and the offset are quotients, whose errors
     follow to first order.
@@ -324,6 +426,9 @@ def _force_estimates(
         ("f1 m_eff", "N", coulomb, {"coulomb": 1.0}),
         ("offset force", "N", constant, {"constant": 1.0}),
     ]
+    if "late" in at:
+        left = _delay_of(names, found, known)
+        made.append(("delay", "s", delay + left, {"late": -1.0 / gamma, "gamma2": -left / gamma}))
     slopes = np.array([[slope.get(each, 0.0) for each in names] for *_, slope in made])
     whole = np.asarray(slopes @ covariance @ slopes.T)
 
