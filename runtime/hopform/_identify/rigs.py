@@ -165,11 +165,11 @@ class Experiment:
             )
 
         x, v = moved(force).T[:2]
-        side = np.sign(np.where(v != 0.0, v, k * (rest - x) - force))
+        side: Array = np.sign(np.where(v != 0.0, v, k * (rest - x) - force))
         largest, found = float(np.abs(v).max()), list[Array]()
         for share in shares:
-            more = at["m_eff"] * at["f1"] * np.exp(-((v / (share * largest)) ** 2)) * side
-            found.append((moved(np.asarray(force + _SMALL * more))[:, 0] - x) / _SMALL)
+            more: Array = at["m_eff"] * at["f1"] * np.exp(-((v / (share * largest)) ** 2)) * side
+            found.append((moved(force + _SMALL * more)[:, 0] - x) / _SMALL)
         return np.stack(found, axis=1)
 
     def only(self, chosen: NDArray[np.bool_]) -> "Experiment":

@@ -286,13 +286,12 @@ def _late(
     """The delay, by Gauss and Newton, and the equation there."""
     delay = 0.0
     for _ in range(_MOST_STEPS):
-        _, parts, equation = _sides(recordings, known, cutoff, loss, delay)
-        found = _linear(equation[1], equation[2], loss)[0]
-        more = _delay_of(equation[0], found, known)
+        names, a, b = _sides(recordings, known, cutoff, loss, delay)[2]
+        more = _delay_of(names, _linear(a, b, loss)[0], known)
         if abs(more) <= _ALIKE:
             break
         delay = min(max(delay + more, -_LONGEST), _LONGEST)
-    return delay, parts, equation
+    return _sides(recordings, known, cutoff, loss, delay)
 
 
 _MOST_STEPS, _ALIKE, _LONGEST = 12, 1e-6, 0.1
