@@ -165,7 +165,8 @@ class Experiment:
             )
 
         x, v = moved(force).T[:2]
-        side: Array = np.sign(np.where(v != 0.0, v, k * (rest - x) - force))
+        pull = np.asarray(k * (rest - x) - force, dtype=np.float64)
+        side = np.sign(np.where(v != 0.0, v, pull))
         largest, found = float(np.abs(v).max()), list[Array]()
         for share in shares:
             more: Array = at["m_eff"] * at["f1"] * np.exp(-((v / (share * largest)) ** 2)) * side
