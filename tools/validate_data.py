@@ -2,9 +2,12 @@
 
 `HOPFORM_DATA=DIR make validate-data` prints a table and exits 1 if a line of it does not hold. DIR holds the CSV files
 named below: carts on a spring (Politecnico di Milano, ECP Model 210, repository rssalessio/Control-Linear-Vibrations,
-2016) and a ball-screw axis (EMPS, A. Janot, M. Gautier, M. Brunot, "Data set and reference models of EMPS", 2019).
+2016), a ball-screw axis (EMPS, A. Janot, M. Gautier, M. Brunot, "Data set and reference models of EMPS", 2019), and a
+pendulum of a servo that is let go (repository Rhoban/bam, Apache-2.0; M. Duclusaud et al., "Extended Friction Models
+for the Physics Simulation of Servo Actuators").
 """
 
+import csv
 import os
 import sys
 from collections.abc import Callable, Iterator
@@ -12,11 +15,17 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from hopform import HopformError, fit_drop_test, fit_force, fit_step_response, read_recording
+from hopform._identify import Recording, parse_recording
 
 CART, TWO_MASSES, SPRING, FORCE_CONSTANT = 0.5685, 0.986, 712.6, 2.0
 DECAYS = ("cart_free_decay_khigh_nomass.csv", "cart_free_decay_khigh_2mass.csv")
 PULSES = {"cart_current_pulses_kmed_nomass.csv": 315.5, "cart_current_pulses_kbig_nomass.csv": 712.6}
 AXIS, AXIS_GAIN = "ball_screw_axis.csv", -35.15
+PENDULUMS = ("servo_pendulum_kp100_lift_and_drop.csv", "servo_pendulum_kp200_lift_and_drop.csv")
+GRAVITY, LOAD = 0.4807, 0.0049
+"""m g l [N m] and m l^2 [kg m^2] of the mass on the pendulum."""
+SMALL = 0.3
+"""[rad] the amplitude A from which a pendulum is fitted too: its oscillation shows 1.1 % less stiffness, A^2/8."""
 PUBLISHED = {"m_eff": (95.11, "kg"), "b1": (203.5, "N s/m"), "f1 m_eff": (20.39, "N"), "offset force": (-3.16, "N")}
 
 
@@ -34,7 +43,10 @@ def near(what: str, found: float, unit: str, published: float, share: float) -> 
     """A value that must be within a share of the published one."""
     off = found / published - 1.0
     return Line(
-        what, f"{found:.5g} {unit} ({100.0 * off:+.2f} %)", f"{published} {unit} within {share:.0%}", abs(off) <= share
+        what,
+        f"{found:.5g} {unit} ({100.0 * off:+.2f} %)",
+        f"{published:.5g} {unit} within {share:.0%}",
+        abs(off) <= share,
     )
 
 
@@ -74,12 +86,46 @@ def axis(folder: Path) -> Iterator[Line]:
         yield Line(f"{AXIS}: note", statement, "", True)
 
 
+def pendulums(folder: Path) -> Iterator[Line]:
+    """Inertia and friction of a pendulum, from all of a decay and from its smaller amplitudes; gravity as a spring.
+
+    The rotor adds to m l^2; from a larger amplitude gravity is softer, so the inertia comes out larger.
+    """
+    found = dict[tuple[str, bool], float]()
+    for name in PENDULUMS:
+        for small in (False, True):
+            fit = fit_drop_test(_released(folder / name, small), attached=True, known={"k": GRAVITY}, holdout=False)
+            inertia, viscous, coulomb = (fit[each].value for each in ("m_s", "b2", "f2"))
+            found[name, small] = inertia
+            yield Line(
+                f"{name}{f' from {SMALL} rad' if small else ''}: inertia, viscous, Coulomb",
+                f"{inertia:.5f} kg m^2 [{fit['m_s'].low:.5f}, {fit['m_s'].high:.5f}], {viscous:.4f} N m s/rad, "
+                f"{inertia * coulomb:.4f} N m", f"m l^2 = {LOAD} and a rotor of less", LOAD < inertia < 2.0 * LOAD,
+            )  # fmt: skip
+            yield Line(
+                f"{name}{f' from {SMALL} rad' if small else ''}: rms",
+                f"{1e3 * fit.rms:.2f} mrad, viscous alone {1e3 * fit.old_rms:.2f} mrad", "at most half",
+                fit.rms <= 0.5 * fit.old_rms,
+            )  # fmt: skip
+    yield near("pendulums: inertia of the second", found[PENDULUMS[1], True], "kg m^2", found[PENDULUMS[0], True], 0.03)
+
+
+def _released(path: Path, small: bool) -> Recording:
+    """The motion of a servo after its torque is off, or from when it stays within `SMALL`."""
+    with path.open(encoding="utf-8", newline="") as file:
+        rows = [row for row in csv.DictReader(file) if float(row["torque_on"]) == 0.0]
+    large = [n for n, row in enumerate(rows) if abs(float(row["position_rad"])) > SMALL]
+    kept = rows[large[-1] + 1 :] if small and large else rows
+    lines = ["time_s,position_rad", *(f"{row['time_s']},{row['position_rad']}" for row in kept)]
+    return parse_recording("\n".join(lines), path.name)
+
+
 def main() -> int:
     folder = Path(os.environ.get("HOPFORM_DATA", ""))
     if not os.environ.get("HOPFORM_DATA") or not folder.is_dir():
         print("hopform: set HOPFORM_DATA to the folder of the recordings", file=sys.stderr)
         return 2
-    parts: tuple[Callable[[Path], Iterator[Line]], ...] = (decays, pulses, axis)
+    parts: tuple[Callable[[Path], Iterator[Line]], ...] = (decays, pulses, axis, pendulums)
     try:
         lines = [line for part in parts for line in part(folder)]
     except HopformError as error:

@@ -2,6 +2,7 @@
 
 import json
 import math
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -9,11 +10,13 @@ import pytest
 
 import hopform
 from hopform._cli import main
-from hopform._identify import Recording, fit_drop_test, fit_step_response
+from hopform._identify import Recording, fit_drop_test, fit_force, fit_step_response, parse_recording
+from hopform._identify.drop import drop_problem
 from hopform._identify.synthetic import record, to_csv
 from tests.conformance import nuisances
 from tests.conformance.nuisances import RANGES, measured
-from tests.oracle.recordings import Rig
+from tests.fits import ALONE
+from tests.oracle.recordings import Rig, simulate
 
 HOPPER = hopform.load_robot("hopper_c")
 PULSES = np.concatenate([np.zeros(100), np.repeat([3.0, -3.0, 1.5, -1.5], 225)])
@@ -79,6 +82,80 @@ def test_friction_that_is_higher_at_rest_is_named():
         assert fit.diagnoses[0].name == "Stribeck"
         assert 0.1 < fit.diagnoses[0].values["level"] < 1.0
         assert "no option fits it" in fit.warnings[-1]
+
+
+BODY = Rig(3.0, 1200.0, 5.0, 0.6, start=0.04)
+LEG = replace(BODY, rest=0.4, drops=1.0, g=9.81, loss=0.05, start=0.6, held=0.1)
+BODIES = pytest.mark.parametrize("rig", [BODY, LEG], ids=["decay", "drop"])
+
+
+@BODIES
+def test_a_body_whose_friction_is_higher_at_rest_is_named(rig):
+    still = measured(replace(rig, stribeck=0.5, speed=0.1), np.zeros(1500), 500.0, "x2", np.random.default_rng(1))
+    fit = fit_drop_test(still, attached=rig is BODY, known={"m_s": 3.0}, compare=False, holdout=False)
+    assert fit.diagnoses[0].name == "Stribeck"
+    assert 0.3 < fit.diagnoses[0].values["level"] < 0.6
+    assert fit.diagnoses[0].after < 0.5 * fit.diagnoses[0].before
+
+
+@BODIES
+def test_the_response_to_friction_at_rest_is_that_of_the_motion(rig):
+    """Through touchdowns, reversals and the last sticking, against a difference of the independent time stepping."""
+    zero = np.zeros(1500)
+    at, high, low = (simulate(replace(rig, stribeck=each, speed=0.1), zero, 500.0) for each in (0.0, 0.01, -0.01))
+    text = "\n".join(["time_s,x2_m", *(f"{n / 500.0!r},{x!r}" for n, x in enumerate(at.tolist()))])
+    problem = drop_problem([parse_recording(text, "still.csv")], "attached" if rig is BODY else "ground", {"m_s": 3.0})
+    own = problem.experiments[0]
+    truth = {"k": 1200.0, "b2": 5.0, "f2": 0.6, "length": 0.4, "impact_loss": 0.05, "rest@0": 0.0}
+    fit = fit_drop_test(
+        parse_recording(text, "still.csv"), attached=rig is BODY, known={"m_s": 3.0}, **ALONE,
+    )  # fmt: skip
+    values = truth | {name: fit.values[name] for name in ("x@0", "v@0")}
+    fastest = float(np.abs(np.gradient(at, 1.0 / 500.0)).max())
+    found = own.response_to_stribeck(values, (0.1 / fastest,))[:, 0]
+    expected = (high - low)[-own.time.size :] / 0.02
+    assert np.abs(found - expected).max() < 0.03 * np.abs(expected).max()
+
+
+AXIS = Rig(95.0, 0.0, 200.0, 0.2, gamma=35.0)
+
+
+def axis(amplitude: float, noise: float = 2e-6, **changes: float) -> Recording:
+    """An axis without a spring, at 1 kHz, its voltage a sum of three sines."""
+    t = np.arange(4000) / 1000.0
+    u = amplitude * (2.0 * np.sin(4.0 * t) + 1.2 * np.sin(11.0 * t + 1.0) + 0.6 * np.sin(23.0 * t))
+    x = simulate(replace(AXIS, **changes), u, 1000.0) + noise * np.random.default_rng(1).standard_normal(t.size)
+    rows = np.stack([t, x, u], axis=1).tolist()
+    return parse_recording("\n".join(["time_s,x_m,voltage_V", *(",".join(map(repr, row)) for row in rows)]), "axis.csv")
+
+
+@pytest.mark.parametrize("known", [{"gamma2": -35.0}, {"m_eff": 95.0}], ids=str)
+@pytest.mark.parametrize("loss", ["linear", "huber"])
+def test_a_fit_in_force_names_a_delay_and_has_it_on_request(known, loss):
+    """The voltage of the recording is held from sample to sample, which the equation sees half a sample late."""
+    how = {"known": known, "position": False, "loss": loss}
+    plain = fit_force(axis(10.0, delay=0.006), **how)
+    assert plain.diagnoses[0].name == "delay"
+    assert plain.diagnoses[0].values["delay"] == pytest.approx(0.0065, rel=0.05)
+    assert "fit it with --delay" in plain.warnings[-1]
+    assert plain.warnings[-1].count(" N; ") == 1
+    fit = fit_force(axis(10.0, delay=0.006), nuisances=["delay"], **how)
+    assert fit["delay"].value == pytest.approx(0.0065, abs=3e-5)
+    assert fit["delay"].low < 0.0065 < fit["delay"].high
+    assert fit.rms < 0.2 * plain.rms
+    off = {name: abs(fit[name].value - value) for name, value in (("b1", 200.0), ("f1", 0.2))}
+    assert all(each <= 1.5 * (fit[name].high - fit[name].value) for name, each in off.items())
+    assert not any(each.name == "delay" for each in fit.diagnoses)
+
+
+def test_a_fit_in_force_names_friction_at_rest_and_nothing_else():
+    how = {"known": {"gamma2": -35.0}, "position": False}
+    assert not fit_force(axis(4.0), **how).diagnoses
+    stiff = fit_force(axis(4.0, stribeck=1.0, speed=0.1), **how)
+    assert [each.name for each in stiff.diagnoses] == ["Stribeck"]
+    assert 0.5 < stiff.diagnoses[0].values["level"] < 1.5
+    with pytest.raises(hopform.HopformError, match="a fit in force takes delay alone, got gain"):
+        fit_force(axis(4.0), nuisances=["gain"], **how)
 
 
 def test_nothing_is_named_where_nothing_was_done():

@@ -29,6 +29,7 @@ from hopform._identify.drop import drop_problem
 from hopform._identify.recordings import Column, Recording, outliers
 from hopform._identify.step import step_problem
 from hopform._identify.synthetic import record, to_csv
+from tests.fits import ALONE
 from tests.oracle.recordings import Rig, simulate
 
 HOPPER = hopform.load_robot("hopper_c")
@@ -74,9 +75,14 @@ def measured(case: str, seed: int, broken: int = BROKEN) -> tuple[Recording, np.
 
 def fitted(case: str, recording: Recording, loss: str, **options):
     if case == "step":
-        return fit_step_response(recording, known={"m_eff": 25.0}, loss=loss, compare=False, holdout=False, **options)
+        return fit_step_response(recording, known={"m_eff": 25.0}, loss=loss, **ALONE, **options)
     return fit_drop_test(
-        recording, attached=case == "decay", known={"m_s": 2.2}, loss=loss, compare=False, holdout=False, **options
+        recording,
+        attached=case == "decay",
+        known={"m_s": 2.2},
+        loss=loss,
+        **ALONE,
+        **options,
     )
 
 
@@ -193,7 +199,11 @@ def within(fit, truth, errors: float = 3.0) -> None:
 def test_a_drop_over_a_free_actuator_withstands_outliers_in_both_positions(loss, share, seed):
     made = spoilt(record(HOPPER, "free", seed=seed), seed, share)
     fit = fit_drop_test(
-        made, free=True, known={"m_s": 3.0, "x1_min": 0.0, "x1_max": 0.08}, loss=loss, compare=False, holdout=False
+        made,
+        free=True,
+        known={"m_s": 3.0, "x1_min": 0.0, "x1_max": 0.08},
+        loss=loss,
+        **ALONE,
     )
     within(fit, {"k": 1200.0, "b2": 5.0, "f2": 0.6, "m_eff": 25.0, "b1": 150.0, "f1": 0.78, "gamma2": -65.0})
     assert fit.rms == pytest.approx(2e-4, rel=0.05)

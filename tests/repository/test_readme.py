@@ -62,7 +62,7 @@ def test_every_hopform_command_of_the_page_on_commands_runs(tmp_path, monkeypatc
     monkeypatch.chdir(tmp_path)  # one of them writes a recording, the next one reads it
     page = (ROOT / "docs" / "reference" / "commands.md").read_text("utf-8")
     lines = [line.split("#")[0].split()[1:] for line in page.splitlines() if line.startswith("hopform ")]
-    assert len(lines) == 9
+    assert len(lines) == 10
     for arguments in lines:
         assert cli.main(arguments) == 0, arguments
 

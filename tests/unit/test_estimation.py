@@ -16,6 +16,7 @@ from hopform._identify.filtering import low_passed
 from hopform._identify.fits import finish
 from hopform._identify.search import Problem
 from hopform._identify.synthetic import record
+from tests.fits import ALONE
 
 HOPPER = hopform.load_robot("hopper_c")
 
@@ -239,7 +240,7 @@ def test_an_undamped_decay_is_released_at_its_first_swing():
     body = hopform.Robot(**{**{f.name: getattr(HOPPER, f.name) for f in hopform.Robot.fields()}, "b2": 0.0, "f2": 0.0})
     for seed in range(4):
         decay = record(body, "decay", height=0.04, duration=1.6, seed=seed)
-        fit = fit_drop_test(decay, attached=True, known={"m_s": 3.0}, compare=False, holdout=False)
+        fit = fit_drop_test(decay, attached=True, known={"m_s": 3.0}, **ALONE)
         assert fit.traces[0].time[0] < 0.05
         assert fit["f2"].method == "profile, one-sided at 0"
         assert fit["k"].value == pytest.approx(1200.0, rel=1e-3)
@@ -250,7 +251,7 @@ def test_a_small_motion_in_noise_is_no_missed_one():
     weak = hopform.Robot(
         **{**{f.name: getattr(HOPPER, f.name) for f in hopform.Robot.fields()}, "gamma2": -0.9, "f1": 0.005}
     )
-    fit = fit_step_response(record(weak, "step", seed=1), known={"m_eff": 25.0}, compare=False, holdout=False)
+    fit = fit_step_response(record(weak, "step", seed=1), known={"m_eff": 25.0}, **ALONE)
     assert np.std(fit.traces[0].measured) < 10.0 * fit.rms
     assert not any("misses" in each for each in fit.warnings)
 
@@ -258,9 +259,7 @@ def test_a_small_motion_in_noise_is_no_missed_one():
 def test_friction_of_an_actuator_that_starts_at_its_stop_has_an_interval_around_it():
     """Into its stop a velocity is lost at once: nothing depends on it, and an interval must not end for that."""
     made = record(HOPPER, "free", rate=1000.0, seed=15)
-    fit = fit_drop_test(
-        made, free=True, known={"m_s": 3.0, "x1_min": 0.0, "x1_max": 0.08}, compare=False, holdout=False
-    )
+    fit = fit_drop_test(made, free=True, known={"m_s": 3.0, "x1_min": 0.0, "x1_max": 0.08}, **ALONE)
     for name, truth in (("f1", 0.78), ("f2", 0.6)):
         each = fit[name]
         assert each.low < each.value < each.high

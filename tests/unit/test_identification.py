@@ -22,6 +22,7 @@ from hopform._identify.drop import drop_problem
 from hopform._identify.recordings import Column, Recording, parse_recording
 from hopform._identify.synthetic import record, to_csv
 from tests.conformance import confidence
+from tests.fits import ALONE
 from tests.unit.test_cli import fits, strict_json
 
 HOPPER = hopform.load_robot("hopper_c")
@@ -73,7 +74,7 @@ def test_a_step_response_identifies_the_actuator_up_to_its_scale(known, scale):
 
 def test_a_spring_that_is_not_there_is_not_told():
     """A leg in the air, fitted as one against its spring: k comes out near 0 with an error as large."""
-    fit = fit_step_response(record(HOPPER, "air", seed=3), known={"m_eff": 25.0}, compare=False, holdout=False)
+    fit = fit_step_response(record(HOPPER, "air", seed=3), known={"m_eff": 25.0}, **ALONE)
     holds(fit, f1=0.78, b1=150.0, gamma2=-65.0)
     assert fit["k"].method == "not identifiable"
     assert any("not identifiable" in each and "k" in each for each in fit.statements)
@@ -101,8 +102,7 @@ def test_a_robust_loss_withstands_outliers():
     x[::29] += 0.03
     broken = dataclasses.replace(clean, columns={"x2": clean.columns["x2"]._replace(values=x)})
     linear, robust = (
-        fit_drop_test(broken, attached=True, known={"m_s": 3.0}, loss=loss, compare=False, holdout=False)
-        for loss in ("linear", "cauchy")
+        fit_drop_test(broken, attached=True, known={"m_s": 3.0}, loss=loss, **ALONE) for loss in ("linear", "cauchy")
     )
     assert abs(robust["k"].value - 1200.0) < 1.0
     assert abs(robust["f2"].value - 0.6) < 0.01
@@ -179,7 +179,9 @@ def test_all_recordings_together_make_a_robot():
 
 def test_what_nothing_was_recorded_of_is_said():
     fit = fit_robot(
-        decays=[record(HOPPER, "decay", height=0.04, seed=3)], known={"m_s": 3.0}, compare=False, holdout=False
+        decays=[record(HOPPER, "decay", height=0.04, seed=3)],
+        known={"m_s": 3.0},
+        **ALONE,
     )
     assert any("step response" in each for each in fit.statements)
     assert any("drop it onto the ground" in each for each in fit.statements)
@@ -189,8 +191,7 @@ def test_what_nothing_was_recorded_of_is_said():
 def test_both_back_ends_fit_the_same():
     recording = record(HOPPER, "decay", height=0.04, rate=50.0, duration=1.2, seed=9)
     c, arrays = (
-        fit_drop_test(recording, attached=True, known={"m_s": 3.0}, backend=each, compare=False, holdout=False)
-        for each in ("c", "numpy")
+        fit_drop_test(recording, attached=True, known={"m_s": 3.0}, backend=each, **ALONE) for each in ("c", "numpy")
     )
     for name in ("k", "b2", "f2"):
         assert arrays[name].value == pytest.approx(c[name].value, rel=1e-5), name
@@ -215,9 +216,7 @@ def test_a_drop_with_the_actuator_free_identifies_both_masses(with_x1):
     made = record(HOPPER, "free", seed=1)
     columns = {name: column for name, column in made.columns.items() if with_x1 or name != "x1"}
     known = {"m_s": 3.0, "x1_min": 0.0, "x1_max": 0.08} | ({} if with_x1 else {"m_eff": 25.0, "gamma2": -65.0})
-    fit = fit_drop_test(
-        dataclasses.replace(made, columns=columns), free=True, known=known, compare=False, holdout=False
-    )
+    fit = fit_drop_test(dataclasses.replace(made, columns=columns), free=True, known=known, **ALONE)
     truth = {"k": 1200.0, "b2": 5.0, "f2": 0.6, "length": 0.4, "impact_loss": 0.05, "b1": 150.0, "f1": 0.78}
     holds(fit, **truth, **({"m_eff": 25.0, "gamma2": -65.0} if with_x1 else {}))
     assert [trace.quantity for trace in fit.traces] == ["x2", "x1"][: 1 + with_x1]
@@ -252,9 +251,9 @@ def test_several_motions_in_a_recording_are_found_and_fitted_together(test, dura
         assert begin <= each.begin <= begin + 0.04
         assert each.begin + each.time[-1] <= begin - still + duration + 0.06
     if duration == 2.0:
-        fit = fit_drop_test(made, attached=attached, known={"m_s": 3.0}, compare=False, holdout=False)
+        fit = fit_drop_test(made, attached=attached, known={"m_s": 3.0}, **ALONE)
         one = fit_drop_test(record(HOPPER, test, height=0.2 if test == "drop" else 0.04, seed=1), attached=attached,
-                            known={"m_s": 3.0}, compare=False, holdout=False)  # fmt: skip
+                            known={"m_s": 3.0}, **ALONE)  # fmt: skip
         holds(fit, k=1200.0, b2=5.0, f2=0.6)
         assert fit["k"].stderr < 0.75 * one["k"].stderr
 

@@ -12,6 +12,7 @@ from hopform._identify import fit_drop_test, fit_robot, fit_step_response
 from hopform._identify.synthetic import record, to_csv
 from hopform._robots import robot_from_toml
 from hopform._robots.provenance import Provenance
+from tests.fits import ALONE
 
 HOPPER = hopform.load_robot("hopper_c")
 
@@ -19,7 +20,7 @@ HOPPER = hopform.load_robot("hopper_c")
 @pytest.fixture(scope="module")
 def fit():
     drops, steps = [record(HOPPER, "drop", seed=1)], [record(HOPPER, "step", seed=2)]
-    return fit_robot(drops=drops, steps=steps, known={"m_s": 3.0}, compare=False, holdout=False)
+    return fit_robot(drops=drops, steps=steps, known={"m_s": 3.0}, **ALONE)
 
 
 def test_each_line_of_an_identified_robot_says_where_it_comes_from(fit):
@@ -75,7 +76,7 @@ def test_friction_is_drawn_above_0_and_a_spring_that_is_not_known_is_not_drawn_n
 
 def test_what_is_not_identifiable_is_that_of_the_base_and_marked():
     made = record(HOPPER, "step", seed=2)
-    fit = fit_step_response(made, known={"m_eff": 25.0}, nuisances=["gain"], compare=False, holdout=False)
+    fit = fit_step_response(made, known={"m_eff": 25.0}, nuisances=["gain"], **ALONE)
     assert fit["gain1"].method == fit["gamma2"].method == "not identifiable"
     robot = fit.robot(HOPPER)
     assert robot.gamma2 == HOPPER.gamma2
@@ -85,7 +86,7 @@ def test_what_is_not_identifiable_is_that_of_the_base_and_marked():
 
 def test_friction_of_several_recordings_is_their_mean_with_the_covariance_of_a_mean():
     made = [record(HOPPER, "decay", height=0.04, added_mass=mass, seed=7) for mass in (0.0, 2.0)]
-    fit = fit_drop_test(made, attached=True, compare=False, holdout=False)
+    fit = fit_drop_test(made, attached=True, **ALONE)
     robot, names = fit.robot(HOPPER), [each.name for each in fit.estimates]
     i, j = names.index("f2@0"), names.index("f2@1")
     expected = 0.25 * (fit.covariance[i, i] + 2.0 * fit.covariance[i, j] + fit.covariance[j, j])

@@ -141,7 +141,7 @@ def with_column(recording, name, values) -> str:
 def test_a_fit_that_misses_is_refused(tmp_path, capsys):
     """Heights in m that are called cm: a free actuator hides it from the check by g, the fit does not."""
     path = tmp_path / "free.csv"
-    path.write_text(to_csv(record(HOPPER, "free", seed=4)).replace("x2_m", "x2_cm", 1))
+    path.write_text(to_csv(record(HOPPER, "free", seed=4, duration=1.0)).replace("x2_m", "x2_cm", 1))
     said = refused(path, "free", "--known", "m_eff=25", "--known", "gamma2=-65", capsys=capsys)
     assert "less than 96 % is no fit" in said
     assert "is the unit of" in said
@@ -257,7 +257,7 @@ def test_a_drop_that_cannot_be_one_is_refused(name):
         (lambda text: text.replace("current_A", "current_mA"), "column 'current_mA': reaches 0.003 A"),
         (lambda text: "\n".join(line.rpartition(",")[0] + (",current_A" if n == 0 else ",0.5")
                                 for n, line in enumerate(text.splitlines())), "column 'current_A': is constant at 0.5"),
-        (lambda text: text.replace(",current_A", ",force_N"), "line 1: no column is a current"),
+        (lambda text: text.replace(",current_A", ",tension_N"), "line 1: no column is a current"),
     ],
 )  # fmt: skip
 def test_a_current_that_cannot_be_one_is_refused(change, words):
@@ -300,3 +300,11 @@ def test_a_recording_reads_back_as_it_was_made(tmp_path):
     assert np.abs(again.time - made.time).max() <= 1e-9
     assert np.abs(again.position("x1") - made.position("x1")).max() <= 1e-9
     assert np.abs(again.current() - made.current()).max() <= 1e-9
+
+
+def test_a_column_that_no_fit_uses_needs_no_unit():
+    """A unit that a fit could use must be known all the same: see `BAD`."""
+    made = parse_recording(rows(*(f"{each},7,1" for each in GOOD), head="time_s,x2_m,load,torque_on"), "servo.csv")
+    assert list(made.columns) == ["x2"]
+    assert made.notes == ("without a unit that is known, so left out: 'load', 'torque_on'",)
+    assert not made.has_current()

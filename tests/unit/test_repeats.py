@@ -10,12 +10,13 @@ import hopform
 from hopform._cli import report
 from hopform._identify import fit_drop_test, fit_step_response
 from hopform._identify.synthetic import record
+from tests.fits import ALONE
 
 HOPPER = hopform.load_robot("hopper_c")
 
 
 def fitted(made):
-    return fit_step_response(made, known={"m_eff": 25.0}, compare=False, holdout=False, diagnose=False)
+    return fit_step_response(made, known={"m_eff": 25.0}, **ALONE)
 
 
 def test_repeats_of_one_robot_agree_and_the_interval_of_the_fit_is_as_wide_as_their_spread():
@@ -63,7 +64,7 @@ def test_the_picture_has_residuals_over_position_and_velocity_and_the_correlatio
 
 
 def test_one_recording_has_no_repeats_and_several_drops_in_one_have():
-    assert not fit_drop_test(record(HOPPER, "drop", seed=1), known={"m_s": 3.0}, compare=False, holdout=False).repeats
+    assert not fit_drop_test(record(HOPPER, "drop", seed=1), known={"m_s": 3.0}, **ALONE).repeats
     three = record(HOPPER, "drop", repeats=3, seed=1)
-    fit = fit_drop_test(three, known={"m_s": 3.0}, compare=False, holdout=False, diagnose=False)
+    fit = fit_drop_test(three, known={"m_s": 3.0}, **ALONE)
     assert {len(each.values) for each in fit.repeats} == {3}

@@ -27,7 +27,9 @@ from hopform._identify.joint import LETTERS, fit_robot
 from hopform._identify.nuisances import NUISANCES, said
 from hopform._identify.ramp import Threshold, friction_threshold
 from hopform._identify.recordings import Recording, read_recording
+from hopform._identify.simulators import exported
 from hopform._identify.step import fit_force, fit_step_response
+from hopform._identify.units import Units
 from hopform._robots import Robot
 from hopform._robots import file_of as robot_file
 from hopform._robots.provenance import Provenance
@@ -90,11 +92,11 @@ def answer_to(wanted: Wanted, progress: Progress | None = None) -> reports.Answe
     off = [trace for trace in fit.traces if is_no_fit(trace)]
     if off:
         worst = max(off, key=lambda each: each.tests.rms / float(np.std(each.measured)))
-        raise _no_fit(worst, recordings, said(fit.diagnoses))
+        raise _no_fit(worst, recordings, said(fit.diagnoses, fit.shown), fit.units)
     return fit
 
 
-def _no_fit(trace: Trace, recordings: Sequence[Recording], causes: Sequence[str]) -> HopformError:
+def _no_fit(trace: Trace, recordings: Sequence[Recording], causes: Sequence[str], units: Units) -> HopformError:
     """The error about a fit that explains too little: where it is off most, and what may be wrong."""
     own = max((each for each in recordings if trace.label.startswith(each.source)), key=lambda each: len(each.source))
     left = trace.measured - trace.predicted
@@ -102,10 +104,10 @@ def _no_fit(trace: Trace, recordings: Sequence[Recording], causes: Sequence[str]
     share = max(1.0 - float(np.var(left)) / float(np.var(trace.measured)), 0.0)
     force = trace.quantity == "force"
     position, drives = own.column_of("x1" if force else trace.quantity), own.current_column()
-    lengths = " and ".join(each.title for each in own.columns.values() if each.quantity == "length")
+    lengths = " and ".join(each.title for each in own.columns.values() if each.quantity in ("length", "angle"))
     asked = [f"is the unit of {lengths} right"]
     asked += [f"are {position.title} and {drives.title} of one run, each in its column"] if drives else []
-    what, unit, least = ("force", "N", 75) if force else ("motion", "m", 96)
+    what, unit, least = ("force", units.force, 75) if force else ("motion", units.position, 96)
     return own.error(
         f"the fit explains {100.0 * share:.3g} % of the {what}, less than {least} % is no fit; it is off most here, by "
         f"{abs(left[at]):.3g} {unit}: {', '.join([*asked, 'is it of this rig?', *causes])}",
@@ -180,10 +182,24 @@ def _role(recording: Recording) -> str:
     return "ramp" if 0.02 < share < 0.3 else "step"
 
 
+def model_of(answer: reports.Answer, form: str) -> str:
+    """A fit for a simulator."""
+    if not isinstance(answer, Fit):
+        raise HopformError("--export needs a fit: of a decay, step, air or force recording")
+    _refuse_missed(answer)
+    return exported(answer, form)
+
+
+def _refuse_missed(fit: Fit) -> None:
+    if any(missed(trace) for trace in fit.traces):
+        warning = next(each for each in fit.warnings if "misses the recording" in each)
+        raise HopformError(f"{warning}; no robot is written")
+
+
 def files_of(
-    answer: reports.Answer, base: Robot, out: Path | None, written: Path | None, plot: Path | None
+    answer: reports.Answer, base: Robot, out: Path | None, written: Path | None, plot: Path | None, model: str
 ) -> list[tuple[Path, bytes]]:
-    """The files that were asked for: a robot's TOML, a report, a picture."""
+    """The files that were asked for: a robot's TOML, or its model for a simulator, a report, a picture."""
     files = list[tuple[Path, bytes]]()
     if isinstance(answer, Check):
         if out or written or plot:
@@ -197,11 +213,10 @@ def files_of(
         fit = Provenance(("f1",), (answer.f1,), *ends, ((error**2,),), (), base.name or "another robot", white=True)
         files.append((out, replace(base, f1=answer.f1, fit=fit).to_toml().encode()))
     elif out and isinstance(answer, Fit):
-        if any(missed(trace) for trace in answer.traces):
-            warning = next(each for each in answer.warnings if "misses the recording" in each)
-            raise HopformError(f"{warning}; no robot is written")
+        _refuse_missed(answer)
         name = out.stem.encode("utf-8", "backslashreplace").decode()
-        files.append((out, replace(answer.robot(base), name=name, description="identified").to_toml().encode()))
+        robot = model or replace(answer.robot(base), name=name, description="identified").to_toml()
+        files.append((out, robot.encode()))
     if written:
         files += reports.files_of(answer, written)
     if plot:
@@ -228,6 +243,7 @@ def identify(
     loss: options.Loss = "linear",
     robot: options.RobotName = "hopper_c",
     out: options.TomlOut = None,
+    export: options.Export = None,
     report: options.Report = None,
     json: options.Json = False,
     plot: options.Plot = None,
@@ -243,6 +259,8 @@ def identify(
         reads=[("--robot", robot_file(robot)), *(("the recording", role_and_path(each)[1]) for each in files)],
         more=[("--out", out), *pages],
     )  # fmt: skip
+    if json and export and not out:
+        raise HopformError("--json and --export both print; give --export a file by --out")
     base = hopform.load_robot(robot)
     masses, values = added_masses(added_mass), known_values(known or [])
     with progress_bar("identification") as advance:
@@ -251,7 +269,13 @@ def identify(
         wanted = Wanted(kind.value, tuple(files), values, masses, force, loss, spring, nuisances)
         stages = iter(range(STAGES))
         answer = answer_to(wanted, lambda _: advance(next(stages, STAGES), STAGES))
-        written = files_of(answer, base, out, report, plot)
+        model = model_of(answer, export) if export else ""
+        written = files_of(answer, base, out, report, plot, model)
+    if model and not out:
+        write(written)
+        warn(answer.warnings)
+        print(model, end="")
+        return
     printed = to_json(**reports.record_of(answer)) if json else ""
     shown = [] if json else [*reports.tables_of(answer), *(f"wrote {name_of(path)}" for path, _ in written)]
     write(written)

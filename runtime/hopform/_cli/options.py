@@ -16,6 +16,10 @@ MOST_ROWS = MEMORY // 1024
 """Rows of a table over time at most: in arrays and as text each takes up to 1 kB."""
 
 
+MOST_DRAWS = 100_000
+"""Robots that are drawn from a fit."""
+
+
 class BackendName(StrEnum):
     c = "c"
     numpy = "numpy"
@@ -40,6 +44,12 @@ class Recordable(StrEnum):
     step = "step"
     air = "air"
     ramp = "ramp"
+
+
+class SimulatorFormat(StrEnum):
+    mjcf = "mjcf"
+    urdf = "urdf"
+    isaac = "isaac"
 
 
 class Identification(StrEnum):
@@ -116,6 +126,12 @@ def count(name: str, least: int, meaning: str, most: float = LARGEST) -> Any:
 
 
 RobotName = Annotated[str, option("--robot", "a shipped robot, or a TOML file", metavar="NAME|FILE.toml")]
+FromFit = Annotated[
+    Path | None,
+    option("--from-fit", "in place of --robot: an identified robot, and 95 % bands from its fit", metavar="FILE.toml"),
+]
+DrawCount = Annotated[int, count("--draws", 2, "robots that are drawn for --from-fit", MOST_DRAWS)]
+DrawSeed = Annotated[int, count("--seed", 0, "of these draws", math.inf)]
 OneRobot = Annotated[str | None, typer.Argument(metavar="[NAME|FILE.toml]", help="one robot; all if left out")]
 OneEquation = Annotated[str | None, typer.Argument(metavar="[N]", help="an equation's number; all if left out")]
 Height = Annotated[float, quantity("--height", "m", "hop height of the drop")]
@@ -139,7 +155,7 @@ Terrain = Annotated[
     str, option("--terrain", "flat, steps, uniform, gaussian, or a CSV of heights", metavar="NAME|FILE")
 ]
 Size = Annotated[float, quantity("--size", "m", "of the terrain: step, half width or standard deviation")]
-Seed = Annotated[int, count("--seed", 0, "of terrain and errors", math.inf)]
+Seed = Annotated[int, count("--seed", 0, "of terrain, errors and draws", math.inf)]
 ControllerOption = Annotated[ControllerName, option("--controller", "what chooses the current")]
 HopTarget = Annotated[float | None, quantity("--h-des", "m", "hop height wanted, over the terrain's zero")]
 NoiseX1 = Annotated[float, quantity("--noise-x1", "m", "standard deviation of the actuator as measured")]
@@ -197,6 +213,10 @@ FitLag = Annotated[bool, option("--lag", "fit a first-order lag of each position
 Loss = Annotated[str, option("--loss", "linear, or against outliers soft_l1, huber, cauchy")]
 TomlOut = Annotated[
     Path | None, option("--out", "write the robot as TOML; --robot gives what is not fitted", metavar="FILE")
+]
+Export = Annotated[
+    SimulatorFormat | None,
+    option("--export", "for a simulator, to --out or the standard output: armature, damping, frictionloss, gear"),
 ]
 Report = Annotated[Path | None, option("--report", "write a report with plots: .md or .html", metavar="FILE")]
 Recorded = Annotated[Recordable, typer.Argument(help="the test")]

@@ -21,6 +21,7 @@ from hopform._identify.checks import Check
 from hopform._identify.estimation import Estimate
 from hopform._identify.fits import NEW, OLD, Fit, Trace
 from hopform._identify.ramp import Rise, Threshold
+from hopform._identify.units import Units
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -33,7 +34,6 @@ TITLES = {
     "ramp": "friction threshold (5) from a ramp",
 }  # fmt: skip
 """Headings by kind of answer."""
-_UNIT = {"x1": ("mm", 1e3), "x2": ("mm", 1e3), "force": ("N", 1.0), "threshold": ("A", 1.0)}
 
 
 def parameter_rows(fit: Fit) -> list[tuple[str, ...]]:
@@ -49,7 +49,7 @@ def trace_rows(fit: Fit) -> list[tuple[str, ...]]:
     """Each recording: samples, rms under both models, hold-out error, the encoder's step, autocorrelation."""
     rows = list[tuple[str, ...]]()
     for trace in fit.traces:
-        unit, factor = _UNIT[trace.quantity]
+        unit, factor = fit.units.shown(trace.quantity)
         lengths = (trace.tests.rms, trace.old_rms, trace.holdout, trace.quantum or math.nan)
         rows.append((
             trace.label, str(trace.time.size), *(number(factor * value, ".4g") for value in lengths), unit,
@@ -62,14 +62,18 @@ PARAMETER_HEAD = ("parameter", "value", "unit", "95 % interval", "by")
 TRACE_HEAD = (
     "recording", "samples", "rms", "rms, viscous alone", "hold-out", "quantum", "unit", "autocorrelation", "white",
 )  # fmt: skip
-ONSET_HEAD = ("recording", "direction of x1", "t [s]", "u [A]", "95 % interval")
+
+
+def onset_head(units: Units) -> tuple[str, ...]:
+    return "recording", "direction of x1", "t [s]", f"u [{units.drive}]", "95 % interval"
 
 
 def diagnosis_rows(fit: Fit) -> list[tuple[str, ...]]:
     """Each cause that would explain the residuals better."""
+    _, factor = fit.shown
     return [
-        (each.cause(), number(1e3 * each.before, ".4g"), number(1e3 * each.after, ".4g"), number(each.decrease, ".3g"),
-         each.option or "-") for each in fit.diagnoses
+        (each.cause(), number(factor * each.before, ".4g"), number(factor * each.after, ".4g"),
+         number(each.decrease, ".3g"), each.option or "-") for each in fit.diagnoses
     ]  # fmt: skip
 
 
@@ -82,7 +86,11 @@ def repeat_rows(fit: Fit) -> list[tuple[str, ...]]:
     ]  # fmt: skip
 
 
-DIAGNOSIS_HEAD = ("cause", "rms [mm]", "rms with it [mm]", "decrease [variances]", "option")
+def diagnosis_head(fit: Fit) -> tuple[str, ...]:
+    unit, _ = fit.shown
+    return "cause", f"rms [{unit}]", f"rms with it [{unit}]", "decrease [variances]", "option"
+
+
 REPEAT_HEAD = ("parameter", "each recording alone", "unit", "their mean, 95 %", "fit, 95 %", "quote")
 
 
@@ -91,7 +99,7 @@ def fit_tables(fit: Fit) -> Iterator[RenderableType]:
     yield table("Parameters", PARAMETER_HEAD, parameter_rows(fit), ("parameter", "unit", "by"))
     yield table("Recordings", TRACE_HEAD, trace_rows(fit), ("recording", "unit", "white"))
     if fit.diagnoses:
-        yield table("What the residuals show", DIAGNOSIS_HEAD, diagnosis_rows(fit), ("cause", "option"))
+        yield table("What the residuals show", diagnosis_head(fit), diagnosis_rows(fit), ("cause", "option"))
     if fit.repeats:
         yield table("Repeats", REPEAT_HEAD, repeat_rows(fit), ("parameter", "unit", "quote"))
     strong = [(a, b, r) for (a, b), r in fit.correlations.items() if abs(r) > 0.9]
@@ -109,16 +117,18 @@ def threshold_rows(threshold: Threshold) -> list[tuple[str, ...]]:
 
 def threshold_said(threshold: Threshold) -> Iterator[str]:
     """A threshold as a row of the table."""
-    yield f"u* = {threshold.u:.5g} A, 95 % interval {threshold.low:.5g} .. {threshold.high:.5g} A"
+    drive = threshold.units.drive
+    yield f"u* = {threshold.u:.5g} {drive}, 95 % interval {threshold.low:.5g} .. {threshold.high:.5g} {drive}"
     if not math.isnan(threshold.load):
-        yield f"constant load: {threshold.load:.4g} A"
+        yield f"constant load: {threshold.load:.4g} {drive}"
     if not math.isnan(threshold.f1):
-        yield f"f1 = {threshold.f1:.5g} m/s^2, {threshold.f1_low:.5g} .. {threshold.f1_high:.5g}"
+        unit = threshold.units.of("m/s^2")
+        yield f"f1 = {threshold.f1:.5g} {unit}, {threshold.f1_low:.5g} .. {threshold.f1_high:.5g}"
 
 
 def threshold_tables(threshold: Threshold) -> Iterator[RenderableType]:
     """A threshold for a terminal."""
-    yield table("Onsets of motion", ONSET_HEAD, threshold_rows(threshold), ("recording",))
+    yield table("Onsets of motion", onset_head(threshold.units), threshold_rows(threshold), ("recording",))
     yield from threshold_said(threshold)
     yield from (f"note: {each}" for each in threshold.statements)
 
@@ -147,23 +157,23 @@ def fit_record(fit: Fit) -> dict[str, Any]:
             }
             for trace in fit.traces
         ],
-        **pick(fit, "repeats", "statements", "warnings", "evaluations", "seconds"),
+        **pick(fit, "repeats", "statements", "warnings", "evaluations", "seconds", "units"),
     }  # fmt: skip
 
 
 def threshold_record(threshold: Threshold) -> dict[str, Any]:
     """A threshold for JSON."""
-    names = ("u", "low", "high", "load", "f1", "f1_low", "f1_high", "onsets", "statements", "warnings")
+    names = ("u", "low", "high", "load", "f1", "f1_low", "f1_high", "onsets", "statements", "warnings", "units")
     return {"kind": "ramp", **pick(threshold, *names)}
-
-
-CHECK_HEAD = (
-    "recording", "role", "samples", "s", "Hz", "noise [mm]", "quantum [mm]", "travel [mm]", "current [A]", "outliers",
-)  # fmt: skip
 
 
 def check_tables(check: Check) -> Iterator[RenderableType]:
     """A check for a terminal."""
+    unit, drive = check.units.shown("x1")[0], f"drive [{check.units.drive}]"
+    head: tuple[str, ...] = (
+        "recording", "role", "samples", "s", "Hz", f"noise [{unit}]", f"quantum [{unit}]", f"travel [{unit}]", drive,
+        "outliers",
+    )  # fmt: skip
     rows: list[tuple[str, ...]] = [
         (
             one.source, one.role, str(one.samples), number(one.duration), number(one.rate),
@@ -171,7 +181,7 @@ def check_tables(check: Check) -> Iterator[RenderableType]:
             f"{one.lowest:.3g} .. {one.highest:.3g}", str(one.outliers),
         ) for one in check.recordings
     ]  # fmt: skip
-    yield table("Recordings", CHECK_HEAD, rows, ("recording", "role", "current [A]"))
+    yield table("Recordings", head, rows, ("recording", "role", drive))
     ends = [
         (e.name, number(e.value, ".6g"), e.unit, number(0.5 * (e.high - e.low), ".3g"), e.method)
         for e in check.expected if not e.own
@@ -219,8 +229,10 @@ def plot_fit(fit: Fit) -> "Figure":
         heights = [*([2.0, 1.0, 1.0] * len(traces)), max(last, 1.0)]
         grid = figure.add_gridspec(len(heights), 2, height_ratios=heights)
         for n, trace in enumerate(traces):
-            _draw_trace(figure.add_subplot(grid[3 * n, :]), figure.add_subplot(grid[3 * n + 1, :]), trace)
-            _draw_residuals(figure.add_subplot(grid[3 * n + 2, 0]), figure.add_subplot(grid[3 * n + 2, 1]), trace)
+            above, below = (figure.add_subplot(grid[3 * n + row, :]) for row in range(2))
+            left, right = (figure.add_subplot(grid[3 * n + 2, column]) for column in range(2))
+            _draw_trace(above, below, trace, fit.units)
+            _draw_residuals(left, right, trace, fit.units)
         _draw_intervals(figure.add_subplot(grid[-1, 0] if names else grid[-1, :]), shown)
         if names:
             _draw_correlations(figure.add_subplot(grid[-1, 1]), fit.correlations, names)
@@ -228,11 +240,11 @@ def plot_fit(fit: Fit) -> "Figure":
     return figure
 
 
-def _draw_residuals(left: "Axes", right: "Axes", trace: Trace) -> None:
+def _draw_residuals(left: "Axes", right: "Axes", trace: Trace, units: Units) -> None:
     """Residuals over position, where a guide shows, and over velocity, where a friction law does."""
     from hopform._figures import plots
 
-    unit, factor = _UNIT[trace.quantity]
+    unit, factor = units.shown(trace.quantity)
     residual = factor * (trace.predicted - trace.measured)
     rate = factor * np.gradient(trace.predicted, trace.time)
     for axes, over, label in ((left, factor * trace.predicted, f"{trace.quantity} [{unit}]"),
@@ -255,10 +267,10 @@ def _draw_correlations(axes: "Axes", correlations: Mapping[tuple[str, str], floa
     axes.grid(visible=False)
 
 
-def _draw_trace(above: "Axes", below: "Axes", trace: Trace) -> None:
+def _draw_trace(above: "Axes", below: "Axes", trace: Trace, units: Units) -> None:
     from hopform._figures import plots
 
-    unit, factor = _UNIT[trace.quantity]
+    unit, factor = units.shown(trace.quantity)
     above.plot(trace.time, factor * trace.measured, ".", ms=2, color=plots.GREY, label="measured")
     if trace.old is not None:
         above.plot(trace.time, factor * trace.old, "--", lw=0.9, color=plots.MAGENTA, label=OLD)
@@ -309,12 +321,12 @@ def plot_threshold(threshold: Threshold) -> "Figure":
         figure = Figure(figsize=(8.0, 3.1 * len(threshold.rises) + 0.4), layout="constrained")
         grid = figure.subplots(2 * len(threshold.rises), 1, height_ratios=[2.0, 1.0] * len(threshold.rises))
         for n, rise in enumerate(threshold.rises):
-            _draw_rise(grid[2 * n], grid[2 * n + 1], rise)
+            _draw_rise(grid[2 * n], grid[2 * n + 1], rise, threshold.units)
         figure.suptitle(f"Identification: {TITLES['ramp']}")
     return figure
 
 
-def _draw_rise(above: "Axes", below: "Axes", rise: Rise) -> None:
+def _draw_rise(above: "Axes", below: "Axes", rise: Rise, units: Units) -> None:
     from hopform._figures import plots
 
     onset, begin = rise.onset, float(rise.time[0])
@@ -326,10 +338,10 @@ def _draw_rise(above: "Axes", below: "Axes", rise: Rise) -> None:
         axes.axvline(onset.time, color=plots.MAGENTA, lw=0.9)
         axes.set_xlim(begin, float(rise.time[-1]))
     below.axhspan(onset.u_low, onset.u_high, color=plots.GREY, alpha=0.3)
-    above.set(ylabel="x1 [mm]", xticklabels=[])
+    above.set(ylabel=f"x1 [{units.shown('x1')[0]}]", xticklabels=[])
     source = plots.literal(Path(onset.source).name)
     above.set_title(f"{source}, direction {onset.direction:+d}", loc="left", fontsize=9)
-    below.set(xlabel="t [s]", ylabel="u [A]")
+    below.set(xlabel="t [s]", ylabel=f"u [{units.drive}]")
     above.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=3, fontsize=7, frameon=False)
 
 
@@ -386,14 +398,14 @@ def _fit_page(fit: Fit) -> _Page:
     sections = [
         _Section("Parameters", PARAMETER_HEAD, parameter_rows(fit)),
         _Section("Recordings", TRACE_HEAD, trace_rows(fit)),
-        _Section("What the residuals show", DIAGNOSIS_HEAD, diagnosis_rows(fit)),
+        _Section("What the residuals show", diagnosis_head(fit), diagnosis_rows(fit)),
         _Section("Repeats", REPEAT_HEAD, repeat_rows(fit)),
         _Section("Correlations", ("first", "second", "correlation"), pairs),
     ]
     compared = [trace for trace in fit.traces if not math.isnan(trace.old_rms)]
     statements = list[str]()
     for trace in compared:
-        unit, factor = _UNIT[trace.quantity]
+        unit, factor = fit.units.shown(trace.quantity)
         new, old = (f"{factor * rms:.3g} {unit}" for rms in (trace.tests.rms, trace.old_rms))
         statements.append(f"{Path(trace.label).name}: rms {new} by {NEW}; {old} by {OLD}")
     return _Page(
@@ -402,7 +414,7 @@ def _fit_page(fit: Fit) -> _Page:
 
 
 def _threshold_page(threshold: Threshold) -> _Page:
-    section = _Section("Onsets of motion", ONSET_HEAD, threshold_rows(threshold))
+    section = _Section("Onsets of motion", onset_head(threshold.units), threshold_rows(threshold))
     return _Page(TITLES["ramp"], [section], [*threshold_said(threshold), *threshold.statements, *threshold.warnings])
 
 

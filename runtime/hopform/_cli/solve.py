@@ -4,7 +4,7 @@ draws.
 
 import math
 import os
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,12 +12,19 @@ from numpy.typing import NDArray
 import hopform
 from hopform._checks import shown
 from hopform._cli import options, tables, tables_control
+from hopform._cli.bands import Bands, Draws, bands_of, draw, legend, robot_and_draws
 from hopform._cli.output import check_outputs, emit, figures, progress_bar, show
 from hopform._cli.render import to_json
 from hopform._control.reach import check_map
 from hopform._files import name_of
 from hopform._hopping.run import csv_of
 from hopform._robots import file_of as robot_file
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+CURVE = 601
+"""Currents of a curve of apexes."""
 
 
 def robots(name: options.OneRobot = None, json: options.Json = False, toml: options.Toml = False) -> None:
@@ -95,6 +102,8 @@ def stance(
 def hop(
     height: options.Height,
     robot: options.RobotName = "hopper_c",
+    from_fit: options.FromFit = None,
+    draws: options.DrawCount = 200,
     terrain: options.Terrain = "flat",
     size: options.Size = 0.02,
     hops: options.Hops = None,
@@ -132,31 +141,43 @@ def hop(
         json, csv, plot,
         reads=[
             ("--robot", robot_file(robot)),
+            ("--from-fit", from_fit),
             ("--model", None if model is None else robot_file(model)),
             ("--terrain", None if terrain in hopform.terrain.NAMES else terrain),
         ],
         more=[("--hops-csv", hops_csv), ("--npz", npz)],
     )  # fmt: skip
-    hopper = hopform.load_robot(robot)
     ground = terrain_of(terrain, size, hops, seed)
+    hopper, drawn = robot_and_draws(robot, from_fit, draws, seed, len(ground))
     asked = controller_of(controller, u, h_des, stop_margin, horizon, backend)
     errors = hopform.Errors(
         noise_x1, noise_v1, noise_x2, noise_v2, noise_ground, current_scale, quantum, delay,
         None if model is None else hopform.load_robot(model),
     )  # fmt: skip
+    how: dict[str, Any] = {
+        "height": height, "gains": gains, "errors": errors, "seed": seed, "horizon": horizon, "backend": backend,
+    }  # fmt: skip
     with progress_bar(f"{len(ground)} hops") as progress:
-        run = hopform.simulate(
-            hopper, ground, asked, height=height, gains=gains, errors=errors, seed=seed, horizon=horizon,
-            backend=backend,
-            progress=progress,
-        )  # fmt: skip
+        run = hopform.simulate(hopper, ground, asked, **how, progress=progress)
+    bands = None
+    if drawn:
+        with progress_bar(f"{draws} robots") as progress:
+            bands = bands_of(drawn.runs(ground, asked, how, progress))
+
+    def drawing() -> "Figure":
+        figure: Figure = figures().plot_run(run)
+        if bands:
+            apexes = [hop.takeoff_time + max(float(hop.stance.end.v2), 0.0) / hopper.g for hop in run.hops]
+            legend(figure.axes[0], [draw(bands, figure.axes[0], np.array(apexes), one_each=True)])
+        return figure
+
     settings = {"height": height, "controller": controller.value, "u": u if h_des is None else None, "h_des": h_des}
     emit(
-        json=(lambda: tables.run_record(run, settings | {"seed": seed})) if json else None,
+        json=(lambda: tables.run_record(run, settings | {"seed": seed}, drawn, bands)) if json else None,
         csv=(csv, lambda: tables.run_csv(run, samples)) if csv else None,
-        plot=(plot, lambda: figures().plot_run(run)) if plot else None,
-        readable=lambda: tables.run(run, designed=gains is None),
-        warnings=run.warnings,
+        plot=(plot, drawing) if plot else None,
+        readable=lambda: tables.run(run, gains is None, drawn, bands),
+        warnings=[*run.warnings, *(drawn.warnings() if drawn else ())],
         more=[
             *([(hops_csv, lambda: csv_of(run.table).encode())] if hops_csv else []),
             *([(npz, lambda: run.archive(samples))] if npz else []),
@@ -167,6 +188,9 @@ def hop(
 def control(
     h_des: options.HDes,
     robot: options.RobotName = "hopper_c",
+    from_fit: options.FromFit = None,
+    draws: options.DrawCount = 200,
+    seed: options.DrawSeed = 0,
     height: options.HeightOrNone = None,
     v2: options.V2 = None,
     x1: options.X1 = 0.0,
@@ -182,8 +206,8 @@ def control(
     plot: options.Plot = None,
 ) -> None:
     """Choose the current after which the next apex is the desired one, (25)-(27)."""
-    check_outputs(json, plot=plot, reads=[("--robot", robot_file(robot))])
-    hopper = hopform.load_robot(robot)
+    check_outputs(json, plot=plot, reads=[("--robot", robot_file(robot)), ("--from-fit", from_fit)])
+    hopper, drawn = robot_and_draws(robot, from_fit, draws, seed, CURVE if plot else 1)
     start: dict[str, Any] = {"x1": x1, "v1": v1, "v2": velocity_after_impact(hopper, height, v2), "x2": x2}
     asked: dict[str, Any] = {"h_des": h_des, "datum": datum}
     how: dict[str, Any] = {"horizon": horizon, "backend": backend}
@@ -195,23 +219,34 @@ def control(
             (words, hopform.choose_current_as_printed(hopper, **start, **asked, **form, **how))
             for words, form in (tables_control.PRINTED.items() if printed else ())
         ]
+
+    def bands(drawn: Draws, u: Any) -> Bands:
+        return bands_of(drawn.apexes(start, height, u, how) - datum)
+
+    def drawing() -> "Figure":
+        u, apex = curve(hopper, start, datum, stop_margin)
+        figure: Figure = figures().plot_command(hopper, u, apex, h_des, found)
+        if drawn:
+            draw(bands(drawn, u), figure.axes[0], u)
+            legend(figure.axes[0], figure.axes[0].get_legend_handles_labels()[0])
+        return figure
+
+    band = bands(drawn, found.u).at(0) if drawn else None
+    settings = start | asked | {"stop_margin": stop_margin}
     emit(
-        json=(
-            lambda: tables_control.command_record(hopper, start | asked | {"stop_margin": stop_margin}, found, others)
-        )
-        if json
-        else None,
+        json=(lambda: tables_control.command_record(hopper, settings, found, others, drawn, band)) if json else None,
         csv=None,
-        plot=(plot, lambda: figures().plot_command(hopper, *curve(hopper, start, datum, stop_margin), h_des, found))
-        if plot
-        else None,
-        readable=lambda: tables_control.command(hopper, h_des, found, others),
-        warnings=(),
+        plot=(plot, drawing) if plot else None,
+        readable=lambda: tables_control.command(hopper, h_des, found, others, drawn, band),
+        warnings=drawn.warnings() if drawn else (),
     )
 
 
 def reach(
     robot: options.RobotName = "hopper_c",
+    from_fit: options.FromFit = None,
+    draws: options.DrawCount = 200,
+    seed: options.DrawSeed = 0,
     lowest: options.Lowest = 0.02,
     highest: options.Highest = 0.4,
     heights: options.Rows = 39,
@@ -225,30 +260,36 @@ def reach(
     """Map the next apex over the current one for all currents (Figs. 5, 11): bounds, gaps, fixed points, what can be
     held.
     """
-    check_outputs(json, plot=plot, reads=[("--robot", robot_file(robot))])
+    check_outputs(json, plot=plot, reads=[("--robot", robot_file(robot)), ("--from-fit", from_fit)])
     check_map(heights, currents)
-    hopper = hopform.load_robot(robot)
+    hopper, drawn = robot_and_draws(robot, from_fit, draws, seed, heights * currents)
     if not lowest < highest:
         raise hopform.HopformError(f"--from must be below --to, got {lowest!r} and {highest!r} m")
     if not math.isfinite(hopper.u_max):
         raise hopform.HopformError(f"the controller needs a finite u_max, got {hopper.u_max!r} A")
-    range_of_u = np.linspace(-hopper.u_max, hopper.u_max, currents if hopper.u_max > 0.0 else 1)
+    range_of_u = np.unique(np.linspace(-hopper.u_max, hopper.u_max, currents if hopper.u_max > 0.0 else 1))
+    range_of_h = np.linspace(lowest, highest, heights)
+    how: dict[str, Any] = {"stop_margin": stop_margin, "horizon": horizon, "backend": backend}
     with progress_bar(f"{heights} heights") as advance:
-        found = hopform.reachability(
-            hopper,
-            np.linspace(lowest, highest, heights),
-            np.unique(range_of_u),
-            stop_margin=stop_margin,
-            horizon=horizon,
-            backend=backend,
-            progress=advance,
-        )
+        found = hopform.reachability(hopper, range_of_h, range_of_u, **how, progress=advance)
+    bands = None
+    if drawn:
+        with progress_bar(f"{draws} robots") as advance:
+            bands = drawn.maps(range_of_h, range_of_u, how, advance)
+
+    def drawing() -> "Figure":
+        figure: Figure = figures().plot_reach(found)
+        if bands:
+            ends = [draw(bands[name], figure.axes[0], 100.0 * range_of_h) for name in ("lowest", "highest")]
+            legend(figure.axes[0], ends[:1])
+        return figure
+
     emit(
-        json=(lambda: tables_control.reach_record(found)) if json else None,
+        json=(lambda: tables_control.reach_record(found, drawn, bands)) if json else None,
         csv=None,
-        plot=(plot, lambda: figures().plot_reach(found)) if plot else None,
-        readable=lambda: tables_control.reach(found),
-        warnings=(),
+        plot=(plot, drawing) if plot else None,
+        readable=lambda: tables_control.reach(found, drawn, bands),
+        warnings=drawn.warnings() if drawn else (),
     )
 
 
@@ -256,7 +297,7 @@ def curve(
     robot: hopform.Robot, start: dict[str, Any], datum: float, stop_margin: float
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Currents over all that is allowed, and the next apex [m], NaN where one is not admissible."""
-    u = np.linspace(-robot.u_max, robot.u_max, 601)
+    u = np.linspace(-robot.u_max, robot.u_max, CURVE)
     trials = [hopform.solve_stance(robot, **start, u=each) for each in u.tolist()]
     limit = robot.x1_max - stop_margin if robot.x1_min < robot.x1_max else math.inf
     peaks = [max(each.end.x1, *(phase.state.x1 for phase in each.phases)) for each in trials]

@@ -13,6 +13,7 @@ from rich.text import Text
 
 import hopform
 from hopform import Equation, Hop, Robot, Run, Stance
+from hopform._cli.bands import Bands, Draws, text_of
 from hopform._cli.render import Record, number, pick, table, to_csv
 from hopform._errors import printable
 from hopform._robots import FIELDS
@@ -177,18 +178,31 @@ def sensitivities(solved: Stance) -> Table:
     return table("Sensitivities: change of the take-off per unit of", heads, rows, ("",))
 
 
-def run(solved: Run, designed: bool) -> Iterator[RenderableType]:
-    """A run: a row per hop; whether the gains of the return in flight were designed for each."""
+def run(solved: Run, designed: bool, drawn: Draws | None, bands: Bands | None) -> Iterator[RenderableType]:
+    """A run: a row per hop, with bands of apexes if there are; whether the gains of the return in flight were designed
+    for each.
+    """
     count = len(solved.hops)
     head = f"{printable_name(solved.robot)}: {OUTCOMES[solved.status]} after {count} touchdowns"
     yield Text(head.replace(" 1 touchdowns", " 1 touchdown"), style="bold")
     yield ""
     numbers = ("hop", "ground [cm]", "from [cm]", "at [s]", "u [A]", "stance [ms]")
-    columns = (*numbers, "ending", "apex [cm]", "AED [J]", "impact [J]", "stops")
-    yield table("Hops", columns, map(hop_row, solved.hops), ("ending", "stops"))
+    columns = (
+        *numbers,
+        "ending",
+        "apex [cm]",
+        "AED [J]",
+        "impact [J]",
+        "stops",
+        *(["apex, 95 % [cm]"] if bands else ()),
+    )
+    rows = ((*hop_row(hop), *([text_of(bands.at(hop.index))] if bands else ())) for hop in solved.hops)
+    yield table("Hops", columns, rows, ("ending", "stops"))
     yield ""
     yield "Heights are hop heights over the terrain's zero: 0 where the unloaded leg touches ground of height 0."
     yield from gains_of(solved, designed)
+    if drawn:
+        yield drawn.said()
 
 
 def gains_of(solved: Run, designed: bool) -> Iterator[str]:
@@ -264,14 +278,15 @@ def steps_record(steps: Sequence[tuple[float, float]]) -> list[Record]:
     return [{"time": t, "current": u} for t, u in steps]
 
 
-def run_record(solved: Run, settings: Record) -> Record:
-    """A run with the settings that it was asked with; each hop with the ending of its stance."""
+def run_record(solved: Run, settings: Record, drawn: Draws | None, bands: Bands | None) -> Record:
+    """A run with the settings that it was asked with; each hop with the ending of its stance, and its band."""
     return {
         "robot": robot_record(solved.robot),
         **settings,
         **pick(solved, "terrain", "backend", "status", "duration"),
-        "hops": [hop_record(hop) for hop in solved.hops],
-        "warnings": solved.warnings,
+        "hops": [hop_record(hop) | {"band": bands and bands.at(hop.index)} for hop in solved.hops],
+        "draws": drawn and drawn.record(),
+        "warnings": [*solved.warnings, *(drawn.warnings() if drawn else ())],
     }
 
 

@@ -2,7 +2,7 @@
 last.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 import numpy as np
@@ -10,6 +10,7 @@ from rich.console import RenderableType
 from rich.text import Text
 
 from hopform import Command, FixedPoint, PrintedCommand, Reachability, Robot
+from hopform._cli.bands import Band, Bands, Draws, text_of
 from hopform._cli.render import Record, number, pick, table
 from hopform._cli.tables import robot_record
 from hopform._words import printable_name
@@ -30,7 +31,12 @@ PRINTED: dict[str, dict[str, Any]] = {
 
 
 def command(
-    robot: Robot, h_des: float, found: Command, printed: list[tuple[str, PrintedCommand]]
+    robot: Robot,
+    h_des: float,
+    found: Command,
+    printed: list[tuple[str, PrintedCommand]],
+    drawn: Draws | None,
+    band: Band | None,
 ) -> Iterator[RenderableType]:
     """The controller's answer, and what the printed forms would have done."""
     yield Text(f"{printable_name(robot)}: {STATUSES[found.status]}", style="bold")
@@ -42,20 +48,31 @@ def command(
     )
     yield table("Currents", ("controller", "u [A]", "apex [cm]", "off by [cm]"), rows, ("controller",))
     yield ""
+    if drawn and band:
+        yield f"Under the exact current 95 % of the apexes are {text_of(band)} cm. {drawn.said()}"
     yield f"{found.solved} stances were solved. Heights are hop heights."
 
 
-def command_record(robot: Robot, asked: Record, found: Command, printed: list[tuple[str, PrintedCommand]]) -> Record:
+def command_record(
+    robot: Robot,
+    asked: Record,
+    found: Command,
+    printed: list[tuple[str, PrintedCommand]],
+    drawn: Draws | None,
+    band: Band | None,
+) -> Record:
     """The same for JSON."""
     return {
         "robot": robot_record(robot),
         **asked,
         **pick(found, "status", "u", "apex", "solved"),
         "printed": [{"form": words, **pick(each, "u", "apex", "objective", "status")} for words, each in printed],
+        "band": band,
+        "draws": drawn and drawn.record(),
     }
 
 
-def reach(found: Reachability) -> Iterator[RenderableType]:
+def reach(found: Reachability, drawn: Draws | None, bands: Mapping[str, Bands] | None) -> Iterator[RenderableType]:
     """A map: bounds and holds by height, then the fixed points."""
     held = np.isfinite(found.hold)
     head = f"{printable_name(found.robot)}: {int(held.sum())} of {held.size} heights can be held"
@@ -63,9 +80,10 @@ def reach(found: Reachability) -> Iterator[RenderableType]:
     yield ""
     columns = (
         "height [cm]", "lowest [cm]", "at [A]", "highest [cm]", "at [A] ", "held by [A]", "gaps [A]", "limited by "
-        "stroke",
+        "stroke", *(BANDS.values() if bands else ()),
     )  # fmt: skip
-    yield table("Next apex", columns, (_height_row(found, row) for row in range(found.heights.size)), ("gaps [A]",))
+    rows = (_height_row(found, row, bands) for row in range(found.heights.size))
+    yield table("Next apex", columns, rows, ("gaps [A]",))
     if found.fixed_points:
         yield ""
         yield table(
@@ -73,33 +91,45 @@ def reach(found: Reachability) -> Iterator[RenderableType]:
         )
     yield ""
     yield "Heights are hop heights. Gaps and the stroke's share are those of the currents of the map."
+    if drawn:
+        yield drawn.said()
 
 
-def reach_record(found: Reachability) -> Record:
+BANDS = {"lowest": "lowest, 95 % [cm]", "highest": "highest, 95 % [cm]", "hold": "held by, 95 % [A]"}
+"""What has a band at each height, and its heading."""
+
+
+def reach_record(found: Reachability, drawn: Draws | None, bands: Mapping[str, Bands] | None) -> Record:
     """The same for JSON."""
     names = ("u", "height", "multiplier", "stable", "admissible")
     return {
         "robot": robot_record(found.robot),
         "stop_margin": found.stop_margin,
-        "rows": [_row_record(found, row) for row in range(found.heights.size)],
+        "rows": [_row_record(found, row, bands) for row in range(found.heights.size)],
         "fixed_points": [pick(point, *names) for point in found.fixed_points],
+        "draws": drawn and drawn.record(),
     }
 
 
-def _row_record(found: Reachability, row: int) -> Record:
+def _row_record(found: Reachability, row: int, bands: Mapping[str, Bands] | None) -> Record:
     names = ("lowest", "u_lowest", "highest", "u_highest", "hold")
     cells = zip(found.currents, found.apex[row], found.admissible[row], strict=True)
     return {
         "height": float(found.heights[row]),
         **{name: float(getattr(found, name)[row]) for name in names},
         "gaps": [{"above": low, "below": high} for low, high in found.gaps(row)],
-        "cells": [{"u": float(u), "apex": float(apex), "admissible": bool(fine)} for u, apex, fine in cells],
+        **{f"{name}_band": bands and bands[name].at(row) for name in BANDS},
+        "cells": [
+            {"u": float(u), "apex": float(apex), "admissible": bool(fine), "band": bands and bands["apex"].at(row, n)}
+            for n, (u, apex, fine) in enumerate(cells)
+        ],
     }
 
 
-def _height_row(found: Reachability, row: int) -> tuple[str, ...]:
+def _height_row(found: Reachability, row: int, bands: Mapping[str, Bands] | None) -> tuple[str, ...]:
     gaps = ", ".join(f"{low:.3g}..{high:.3g}" for low, high in found.gaps(row))
     share = float(np.count_nonzero(found.limited[row])) / found.currents.size
+    shown = {name: each for name, each in (bands or {}).items() if name in BANDS}
     return (
         f"{100.0 * float(found.heights[row]):.5g}",
         number(float(found.lowest[row]), scale=100.0),
@@ -109,6 +139,7 @@ def _height_row(found: Reachability, row: int) -> tuple[str, ...]:
         number(float(found.hold[row])),
         gaps or "-",
         f"{100.0 * share:.0f} %",
+        *(text_of(each.at(row), 1.0 if name == "hold" else 100.0) for name, each in shown.items()),
     )
 
 

@@ -18,6 +18,7 @@ from hopform._identify.joint import robot_problem
 from hopform._identify.motion import Array
 from hopform._identify.recordings import Recording, gaps_of, noise_of, outliers, quantum_of
 from hopform._identify.search import Problem, follow
+from hopform._identify.units import HOPPER, Units
 
 
 class Telemetry(NamedTuple):
@@ -46,6 +47,7 @@ class Check(NamedTuple):
     expected: tuple[Estimate, ...]
     statements: tuple[str, ...]
     warnings: tuple[str, ...]
+    units: Units = HOPPER
 
 
 def check(
@@ -67,7 +69,7 @@ def check(
         statements.append(f"not identifiable from these recordings: {', '.join(blind)}")
     statements += [f"only combinations of {together} are fixed" for together in spread.combinations]
     warnings = [each for one in telemetry for each in _odd(one)]
-    return Check(telemetry, found, (*statements, *helps), (*problem.warnings, *warnings))
+    return Check(telemetry, found, (*statements, *helps), (*problem.warnings, *warnings), problem.units)
 
 
 _HELPS = {

@@ -20,11 +20,12 @@ from hopform._identify import recordings as of_recordings
 from hopform._identify import segments
 from hopform._identify.estimation import Parameter
 from hopform._identify.filtering import CUTOFFS, filtered_part, moving_rows
-from hopform._identify.fits import Fit, Options, as_several, checked_known, finish
+from hopform._identify.fits import Fit, Options, as_several, checked_known, finish, labelled
 from hopform._identify.motion import Array
 from hopform._identify.recordings import Recording
 from hopform._identify.rigs import UNITS, Experiment
 from hopform._identify.search import Problem
+from hopform._identify.units import Units
 
 Rig = Literal["attached", "ground", "free"]
 _BODY = ("m_s", "k", "b2", "f2")
@@ -51,8 +52,8 @@ _DEFAULTS: dict[Rig, dict[str, float]] = {
 }
 
 
-_MOST_RANGE = 3.0
-"""[m] from end to end: no spring of a hopper is longer."""
+_MOST_RANGE = {"m": 3.0, "rad": 12.0}
+"""From end to end: no spring of a hopper is longer, no spring of a joint turns by more."""
 
 
 class Cut(NamedTuple):
@@ -161,13 +162,16 @@ def drop_problem(
     first: int = 0,
 ) -> Problem:
     """The least-squares problem of drop tests; first: the number of the first motion in names of parameters (x@0)."""
-    letters = _LETTERS[rig]
-    values = checked_known(known, (*letters, *_GIVEN[rig]))
+    letters, units = _LETTERS[rig], of_recordings.units_of(recordings, "x2", driven=rig == "free")
+    if rig != "attached" and units.position != "m":
+        raise recordings[0].error_of("x2", "is an angle; a drop is of a height in m", 1)
+    values = checked_known(known, (*letters, *_GIVEN[rig]), units)
     values = _DEFAULTS[rig] | values
     if rig != "attached" and not values["g"] > 0.0:
         raise HopformError(f"known: g must be > 0 m/s^2 for a drop, got {values['g']!r}")
     apart = len({each.added_mass for each in recordings}) > 1
-    statements = _scale(values, apart)
+    absolute = bool({"m_s", "k", "m_eff", "gamma2"} & set(values)) or apart
+    statements = _scale(values, apart, units)
     cuts = [cut for number, each in enumerate(recordings) for cut in _cuts(each, number + first, rig, values["g"])]
     if rig == "free":
         statements += _driven(values, cuts)
@@ -188,15 +192,15 @@ def drop_problem(
     notes = tuple(f"{each.source}: {note}" for each in recordings for note in each.notes)
     finite = {name: value for name, value in values.items() if math.isfinite(value)}
     return Problem(
-        "drop", "x2", tuple(experiments), tuple(parameters.values()),
+        "drop", "x2", tuple(experiments), labelled(parameters.values(), units),
         _starts(parameters, rig, _driven_starts(mended, guesses, values) if rig == "free" else []), finite,
         tuple(statements),
-        notes, coulomb, parts=_PARTS[rig], motions=len(cuts),
+        notes, coulomb, parts=_PARTS[rig], motions=len(cuts), units=units, scale=absolute,
     )  # fmt: skip
 
 
-def _scale(values: dict[str, float], apart: bool) -> list[str]:
-    """The parameter that sets the scale of all forces; without one, m_s is 1 kg."""
+def _scale(values: dict[str, float], apart: bool, units: Units) -> list[str]:
+    """The parameter that sets the scale of all forces; without one, m_s is 1 kg, or 1 kg m^2."""
     if "m_s" in values or apart:
         return []
     if "k" in values:
@@ -206,9 +210,8 @@ def _scale(values: dict[str, float], apart: bool) -> list[str]:
         return [f"the scale of all forces is that of the known {' and '.join(sorted(forces))}"]
     values["m_s"] = 1.0
     return [
-        "motion alone fixes k/m_s and b2/m_s: k and b2 are per kg of m_s; weigh the body (known m_s), or record "
-        "again with a "
-        "weighed mass added"
+        f"motion alone fixes k/m_s and b2/m_s: k and b2 are per {units.of('kg')} of m_s; weigh the body (known m_s), "
+        "or record again with a weighed mass added"
     ]
 
 
@@ -232,12 +235,13 @@ def _cuts(recording: Recording, number: int, rig: Rig, g: float) -> list[Cut]:
     rests.
     """
     values = recording.position("x2")
-    if rig == "attached" and float(np.ptp(values)) > _MOST_RANGE:
+    unit = recording.units("x2").position
+    if rig == "attached" and float(np.ptp(values)) > _MOST_RANGE[unit]:
         worst = int(np.abs(values - np.median(values)).argmax())
         raise recording.error_of(
             "x2",
-            f"moves over {np.ptp(values):.3g} m; a body on its spring does over {_MOST_RANGE:g} m at most: is its "
-            "unit right?",
+            f"moves over {np.ptp(values):.3g} {unit}; a body on its spring does over {_MOST_RANGE[unit]:g} {unit} at "
+            "most: is its unit right?",
             recording.line + worst,
         )
     clean = of_recordings.mended(values)
@@ -384,7 +388,7 @@ def _shared_starts(
     if "m_s" in known:
         mass = known["m_s"]
     elif "k" in known:
-        mass = max(float(np.mean(known["k"] / square - extra)), 1e-3)
+        mass = max(float(np.mean(known["k"] / square - extra)), 1e-3 * float(np.mean(known["k"] / square)))
     elif float(np.ptp(extra)) > 0.0:  # 1/omega^2 = (m_s + added)/k: a line over the added mass
         slope, height = np.polyfit(extra, 1.0 / square, 1)
         mass = max(float(height / slope), 1e-2 * float(extra.max())) if slope > 0.0 else float(extra.max())

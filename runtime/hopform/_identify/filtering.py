@@ -39,7 +39,9 @@ def low_passed(rows: Array, cutoff: float, rate: float, derivative: int = 0) -> 
 
 @dataclass(frozen=True)
 class Filtered:
-    """Both sides of the equation of motion, filtered alike and decimated: rows of acceleration, v, x, sign v, u, 1."""
+    """Both sides of the equation of motion, filtered alike and decimated: rows of acceleration, v, x, sign v, u, 1, and
+    the rate of u.
+    """
 
     time: Array
     acceleration: Array
@@ -48,6 +50,7 @@ class Filtered:
     side: Array
     u: Array
     one: Array
+    rate: Array
 
 
 def filtered(recording: Recording, cutoff: float | None = None, *, mend: bool = False) -> Filtered:
@@ -105,7 +108,8 @@ def filtered_part(time: Array, x: Array, u: Array, step: float, cut: float) -> F
     still = 3.0 * max(of_recordings.noise_of(raw), of_recordings.quantum_of(x)) * cut
     position, v, acceleration = (low_passed(raw, cut, rate, n) for n in range(3))
     side = np.where(np.abs(v) > still, np.sign(v), 0.0)
-    columns = np.stack([acceleration, v, position, side, np.interp(t, time, u), np.ones_like(v)])
+    drive = np.interp(t, time, u)
+    columns = np.stack([acceleration, v, position, side, drive, np.ones_like(v), low_passed(drive, cut, rate, 1)])
     columns = low_passed(columns, 0.8 * cut, rate)
     edge, every = min(int(_EDGE * rate / cut), t.size // 8), max(int(0.5 * rate / cut), 1)
     return Filtered(t[edge : t.size - edge : every], *columns[:, edge : t.size - edge : every])

@@ -5,9 +5,9 @@ identify.
 import dataclasses
 import math
 import time as clock
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import TypedDict, Unpack
+from typing import NamedTuple, TypedDict, Unpack
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,13 +15,14 @@ from numpy.typing import NDArray
 from hopform._checks import flag, function, items, mapping, real, shown, word
 from hopform._errors import HopformError
 from hopform._identify import estimation
-from hopform._identify.estimation import Estimate, Progress, Solution, Tests
+from hopform._identify.estimation import Estimate, Parameter, Progress, Solution, Tests
 from hopform._identify.motion import Array
 from hopform._identify.nuisances import NUISANCES, Diagnosis, diagnose, extended, said, with_nuisances
 from hopform._identify.recordings import Recording, noise_of, quantum_of
 from hopform._identify.repeats import Repeat, repeats_of
 from hopform._identify.rigs import UNITS
 from hopform._identify.search import Problem, bulk, least_squares, minimise, part_of, selected
+from hopform._identify.units import HOPPER, Units
 from hopform._robots import Robot, load_robot
 from hopform._robots.provenance import Provenance
 
@@ -99,6 +100,10 @@ class Fit:
     """of the estimates in their order, in the products of their units; infinite for what is not identifiable"""
     repeats: tuple[Repeat, ...] = ()
     """parameters over several recordings of one rig"""
+    units: Units = HOPPER
+    """of the recordings; where positions are in rad, what is said to be in m is in rad, forces are torques"""
+    scale: bool = True
+    """whether something known fixes the scale of all forces"""
 
     @property
     def values(self) -> dict[str, float]:
@@ -113,6 +118,11 @@ class Fit:
         raise HopformError(f"there is no estimate {name!r}; there are {', '.join(e.name for e in self.estimates)}")
 
     @property
+    def shown(self) -> tuple[str, float]:
+        """The unit in which people are shown residuals, and its factor."""
+        return self.units.shown("force" if self.kind == "force" else "x1")
+
+    @property
     def rms(self) -> float:
         """Of all residuals [m]."""
         return _together([trace.tests.rms for trace in self.traces], self.traces)
@@ -124,7 +134,9 @@ class Fit:
 
     def robot(self, base: Robot) -> Robot:
         """A robot with what was fitted, and the rest, as what is not identifiable, from `base`; friction of several
-        recordings as their mean. Its `fit` says where each number comes from."""
+        recordings as their mean. Its `fit` says where each number comes from. HopformError for a rotary fit."""
+        if self.units.position != "m":
+            raise HopformError("a fit in rad is of no hopper: take it to a simulator by --export mjcf, urdf or isaac")
         fields = [each.name for each in Robot.fields()]
         letters = ["L0" if each.name == "length" else each.name.partition("@")[0] for each in self.estimates]
         seen = [each.method != "not identifiable" and each.name[:6] != "offset" for each in self.estimates]
@@ -181,50 +193,92 @@ def as_many(recordings: Sequence[Recording] | Recording, name: str) -> tuple[Rec
 
 
 def finish(problem: Problem, **options: Unpack[Options]) -> Fit:
-    """Fit, compare with the old model, hold a third out, find the intervals, and state what is identifiable."""
+    """A fit by the recipe: minimise, intervals, diagnose, compare, report. Before it recordings were read and checked,
+    motions were cut out of them, and parameters have their starts: that is the problem.
+    """
     began = clock.perf_counter()
     loss, progress = checked_loss(options), options.get("progress")
-    report: Callable[[str], None] = progress or (lambda _: None)
-    report("fit")
-    problem, solution = _minimum(problem, loss, checked_nuisances(options))
-    inliers = [bulk(residual, loss) for residual in solution.residuals]
-    tests = [estimation.tests_of(residual[some]) for residual, some in zip(solution.residuals, inliers, strict=True)]
-    hopeless = any(
-        each.kind != "threshold" and _is_off(each.measured, test.rms, _NO_FIT)
-        for each, test in zip(problem.experiments, tests, strict=True)
-    )
-    report("diagnoses")
-    diagnoses = diagnose(problem, solution, loss) if options.get("diagnose", True) else ()
-    report("the old model")
-    compare = options.get("compare", True) and not hopeless
-    old = _old(problem, solution, inliers) if compare and problem.coulomb else {}
-    inflation = max(each.inflation for each in tests)
-    estimates, spread = estimation.estimates(
-        solution, problem.experiments, loss=loss, inflation=inflation, profiles=not hopeless, progress=progress
-    )
-    report("hold-out")
-    holdout = options.get("holdout", True) and not hopeless
-    left_out = _holdout(problem, solution, inliers, loss) if holdout else [math.nan] * len(tests)
-    traces = tuple(
+    asked = {name: bool(options.get(name, True)) for name in ("compare", "holdout", "diagnose")}
+    stage: Callable[[str], None] = progress or (lambda _: None)
+
+    stage("fit")
+    best = _minimum(problem, loss, checked_nuisances(options))
+    intervals = estimation.estimates(
+        best.solution, best.problem.experiments, loss=loss, inflation=best.inflation, profiles=not best.hopeless,
+        progress=progress,
+    )  # fmt: skip
+    stage("diagnoses")
+    diagnoses = diagnose(best.problem, best.solution, loss) if asked["diagnose"] else ()
+    stage("the old model")
+    old = _old(best) if asked["compare"] and not best.hopeless and best.problem.coulomb else {}
+    stage("hold-out")
+    left_out = _holdout(best, loss) if asked["holdout"] and not best.hopeless else [math.nan] * len(best.tests)
+    repeats = repeats_of(best.problem, best.solution, intervals[0], loss) if not best.hopeless else ((), ())
+    fit = _reported(best, intervals, diagnoses, _traces(best, old, left_out), repeats)
+    return replace(fit, seconds=clock.perf_counter() - began)
+
+
+class _Minimum(NamedTuple):
+    """A minimum: of each recording which samples are no outliers, and the tests of their residuals."""
+
+    problem: Problem
+    solution: Solution
+    inliers: list[NDArray[np.bool_]]
+    tests: list[Tests]
+
+    @property
+    def hopeless(self) -> bool:
+        """Whether it is no fit at all."""
+        return any(
+            each.kind != "threshold" and _is_off(each.measured, test.rms, _NO_FIT)
+            for each, test in zip(self.problem.experiments, self.tests, strict=True)
+        )
+
+    @property
+    def inflation(self) -> float:
+        """Of the variance, by what neighbouring residuals have in common."""
+        return max(each.inflation for each in self.tests)
+
+
+def _traces(best: _Minimum, old: Mapping[int, Array], left_out: Sequence[float]) -> tuple[Trace, ...]:
+    return tuple(
         Trace(
             each.label, each.of if each.kind == "free" else _QUANTITY[each.kind], each.time + each.begin, each.measured,
             each.measured + residual,
-            each.measured + old[n] if n in old else None, tests[n],
-            estimation.tests_of(old[n][inliers[n]]).rms if n in old else math.nan, left_out[n],
+            each.measured + old[n] if n in old else None, best.tests[n],
+            estimation.tests_of(old[n][best.inliers[n]]).rms if n in old else math.nan, left_out[n],
         )
-        for n, (each, residual) in enumerate(zip(problem.experiments, solution.residuals, strict=True))
+        for n, (each, residual) in enumerate(zip(best.problem.experiments, best.solution.residuals, strict=True))
     )  # fmt: skip
-    repeats, differing = repeats_of(problem, solution, estimates, loss) if not hopeless else ((), ())
-    statements = (*problem.statements, *_blind(spread), *_boundary(estimates), *differing)
-    warnings = (*problem.warnings, *_outlying(traces, inliers), *_coloured(traces, inflation), *said(diagnoses))
+
+
+def _reported(
+    best: _Minimum,
+    intervals: tuple[tuple[Estimate, ...], estimation.Spread],
+    diagnoses: tuple[Diagnosis, ...],
+    traces: tuple[Trace, ...],
+    repeats: tuple[tuple[Repeat, ...], Sequence[str]],
+) -> Fit:
+    """What was found, what the data identify and what they do not, and what was odd."""
+    problem, (estimates, spread), (several, differing) = best.problem, intervals, repeats
+    outlying, coloured = _outlying(traces, best.inliers), _coloured(traces, best.inflation)
     return Fit(
-        problem.kind, estimates, problem.known, _correlations(estimates, spread), traces, statements, warnings,
-        solution.evaluations, clock.perf_counter() - began, solution, diagnoses,
-        spread.covariance * inflation, repeats,
+        problem.kind, estimates, problem.known, _correlations(estimates, spread), traces,
+        statements=(*problem.statements, *_blind(spread), *_boundary(estimates), *differing),
+        warnings=(*problem.warnings, *outlying, *coloured, *said(diagnoses, problem.units.shown("x1"))),
+        evaluations=best.solution.evaluations, seconds=math.nan, solution=best.solution, diagnoses=diagnoses,
+        covariance=spread.covariance * best.inflation, repeats=several, units=problem.units, scale=problem.scale,
     )  # fmt: skip
 
 
-def _minimum(problem: Problem, loss: str, wanted: Sequence[str]) -> tuple[Problem, Solution]:
+def _minimum(problem: Problem, loss: str, wanted: Sequence[str]) -> _Minimum:
+    problem, solution = _minimised(problem, loss, wanted)
+    inliers = [bulk(residual, loss) for residual in solution.residuals]
+    tests = [estimation.tests_of(residual[some]) for residual, some in zip(solution.residuals, inliers, strict=True)]
+    return _Minimum(problem, solution, inliers, tests)
+
+
+def _minimised(problem: Problem, loss: str, wanted: Sequence[str]) -> tuple[Problem, Solution]:
     """The minimum of a problem; with nuisances, those are fitted from where it is without them."""
     solution = minimise(problem, loss)
     if not wanted:
@@ -247,12 +301,13 @@ def _outlying(traces: Sequence[Trace], inliers: Sequence[NDArray[np.bool_]]) -> 
     ]  # fmt: skip
 
 
-def _old(problem: Problem, solution: Solution, inliers: Sequence[NDArray[np.bool_]]) -> dict[int, Array]:
+def _old(best: _Minimum) -> dict[int, Array]:
     """Residuals of the model without Coulomb friction, by the experiment's number; it has no threshold to compare.
 
     It starts from the new one's parameters, with more viscous friction in place of the other, and is followed over more
     and more of the recordings as that is. It is the least squares of the samples that are no outliers of the new one.
     """
+    problem, solution, inliers, _ = best
     numbers = [n for n, each in enumerate(problem.experiments) if each.kind != "threshold"]
     viscous = {p.name: p for p in problem.parameters if p.name[:1] == "b"}
     starts = [
@@ -295,8 +350,9 @@ def checked_loss(options: Options) -> str:
     return word("loss", options.get("loss", "linear"), ("linear", "soft_l1", "huber", "cauchy"))
 
 
-def _holdout(problem: Problem, solution: Solution, inliers: Sequence[NDArray[np.bool_]], loss: str) -> list[float]:
+def _holdout(best: _Minimum, loss: str) -> list[float]:
     """rms over the last third of each recording, without outliers, of a fit to the first two."""
+    problem, solution, inliers, _ = best
     short = [each.upto(part_of(each, 2.0 / 3.0)) for each in problem.experiments]
     fitted = estimation.solve(
         short, estimation.started(solution), sigma=solution.sigma, loss=loss, most=20, precision=1e-6
@@ -388,7 +444,12 @@ def _correlations(estimates: Sequence[Estimate], spread: estimation.Spread) -> d
     return found
 
 
-def checked_known(known: Mapping[str, float] | None, allowed: Sequence[str]) -> dict[str, float]:
+def labelled(parameters: Iterable[Parameter], units: Units) -> tuple[Parameter, ...]:
+    """Parameters with the units that those of their recordings give them."""
+    return tuple(each._replace(unit=units.of(each.unit)) for each in parameters)
+
+
+def checked_known(known: Mapping[str, float] | None, allowed: Sequence[str], units: Units = HOPPER) -> dict[str, float]:
     """The known values; HopformError for a name that is no parameter here or a value that is out of its domain."""
     values = dict[str, float]()
     for name, value in mapping("known", known).items():
@@ -396,12 +457,13 @@ def checked_known(known: Mapping[str, float] | None, allowed: Sequence[str]) -> 
             raise HopformError(
                 f"known: there is no parameter {shown(name)} in this fit; there are {', '.join(allowed)}"
             )
-        number = real(f"known: {name}", value, UNITS[name] or "1")
+        unit = units.of(UNITS[name])
+        number = real(f"known: {name}", value, unit or "1")
         if not (math.isfinite(number) or name in ("x1_min", "x1_max")):
-            raise HopformError(f"known: {name} must be a finite number in {UNITS[name] or '1'}, got {number!r}")
+            raise HopformError(f"known: {name} must be a finite number in {unit or '1'}, got {number!r}")
         if name in ("m_s", "m_eff", "k") and not number > 0.0:
-            raise HopformError(f"known: {name} must be > 0 {UNITS[name]}, got {number!r}")
+            raise HopformError(f"known: {name} must be > 0 {unit}, got {number!r}")
         if name in ("b1", "b2", "f1", "f2", "g", "impact_loss") and number < 0.0:
-            raise HopformError(f"known: {name} must be >= 0 {UNITS[name]}, got {number!r}")
+            raise HopformError(f"known: {name} must be >= 0 {unit}, got {number!r}")
         values[name] = number
     return values

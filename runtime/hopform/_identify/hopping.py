@@ -262,10 +262,12 @@ def _touchdown(rig: _Rig, run: _Run, actuator: _Actuator, longest: float) -> flo
     return _zero(foot, low, high, high - float(heights[last] / rates[last]) if rates[last] < 0.0 else low)
 
 
+_INSTANT = 1e-15
+"""[s] of Newton's last step to a touchdown: heights are rounded to some 1e-16 m."""
+
+
 def _zero(falling: Callable[[Array], tuple[Array, Array]], low: float, high: float, guess: float) -> float:
-    """Where a function that is > 0 at low and < 0 at high is 0, to the last bits: Newton's steps in a bracket that
-    shrinks.
-    """
+    """Where a function that is > 0 at low and < 0 at high is 0: Newton's steps in a bracket that shrinks."""
     for n in range(100):
         middle = guess if low < guess < high and n % 8 != 7 else 0.5 * (low + high)
         if not low < middle < high:
@@ -278,6 +280,6 @@ def _zero(falling: Callable[[Array], tuple[Array, Array]], low: float, high: flo
         else:
             return middle
         guess = middle - value / rate if rate < 0.0 else math.nan
-        if abs(guess - middle) <= 2.0 * math.ulp(middle):
+        if abs(guess - middle) <= _INSTANT:
             return middle
     return low

@@ -117,6 +117,9 @@ def merged(problems: Sequence[Problem]) -> Problem:
 
     Each problem's other starts are tried beside the first of all the rest.
     """
+    if len({each.units.position for each in problems}) > 1:
+        raise HopformError("recordings in m and in rad are of two mechanisms: fit them apart")
+    units = next((each.units for each in problems if each.quantity == "x1"), problems[0].units)
     parameters, known = dict[str, Parameter](), dict[str, float]()
     first, others = dict[str, float](), list[dict[str, float]]()
     for problem in problems:
@@ -145,7 +148,8 @@ def merged(problems: Sequence[Problem]) -> Problem:
         tuple(dict.fromkeys(each for p in problems for each in p.statements)),
         tuple(each for p in problems for each in p.warnings),
         tuple(name for name in parameters if name[:2] in ("f1", "f2")),
-        parts=max((p.parts for p in problems), key=len), motions=sum(p.motions for p in problems),
+        parts=max((p.parts for p in problems), key=len), motions=sum(p.motions for p in problems), units=units,
+        scale=all(p.scale for p in problems),
     )  # fmt: skip
 
 

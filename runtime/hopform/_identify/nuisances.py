@@ -65,15 +65,16 @@ class Diagnosis(NamedTuple):
         return f"friction that is higher at rest, by about {100.0 * sizes[0]:.1g} % (Stribeck),"
 
 
-def said(found: Sequence[Diagnosis]) -> list[str]:
-    """The cause that explains most, and those that explain as much."""
+def said(found: Sequence[Diagnosis], shown: tuple[str, float]) -> list[str]:
+    """The cause that explains most, and those that explain as much; shown: the unit of residuals and its factor."""
     if not found:
         return []
     first = found[0]
     alike = [each for each in found[1:] if first.decrease - each.decrease < _ALIKE]
     causes = " or ".join(each.cause() for each in (first, *alike))
     options = " or ".join(dict.fromkeys(each.option for each in (first, *alike) if each.option))
-    brings = f"{causes} brings rms {1e3 * first.before:.3g} to {1e3 * first.after:.3g} mm"
+    unit, factor = shown
+    brings = f"{causes} brings rms {factor * first.before:.3g} to {factor * first.after:.3g} {unit}"
     advice = f"; fit it with {options}" if options else "; no option fits it: intervals are those of constant friction"
     return [brings + advice + ("; these recordings do not separate them" if alike else "")]
 
@@ -207,11 +208,26 @@ def _worth(
     """A diagnosis, if it explains more than noise would, of the samples that are no outliers after it."""
     chosen = [bulk(part, loss) for part in after]
     old, new = ([part[some] for part, some in zip(parts, chosen, strict=True)] for parts in (solution.residuals, after))
-    before, left = (sum(_power(part) / each**2 for part, each in zip(parts, solution.sigma, strict=True))
-                    for parts in (old, new))  # fmt: skip
+    return brought(name, values, old, new, solution.sigma, len(solution.parameters))
+
+
+def brought(
+    name: str,
+    values: Mapping[str, float],
+    old: Sequence[Array],
+    new: Sequence[Array],
+    sigma: Sequence[float],
+    free: int,
+) -> list[Diagnosis]:
+    """A diagnosis by the residuals of each recording without a cause and with it, if it explains more than noise would;
+    sigma: the noise of each; free: how many parameters the fit without it has.
+    """
+    before, left = (
+        sum(_power(part) / each**2 for part, each in zip(parts, sigma, strict=True)) for parts in (old, new)
+    )
     count = sum(part.size for part in new)
     inflation = max(estimation.tests_of(part).inflation for part in new if part.size > 3)
-    unit = max(left, 1e-300) / max(count - len(solution.parameters) - len(values), 1) * inflation
+    unit = max(left, 1e-300) / max(count - free - len(values), 1) * inflation
     decrease = (before - left) / unit - 2.0 * (len(values) - 1)
     rms, rest = (math.sqrt(sum(map(_power, parts)) / max(count, 1)) for parts in (old, new))
     return [Diagnosis(name, values, rms, rest, decrease, _OPTIONS.get(name, ""))] if decrease >= _LEAST else []
@@ -222,25 +238,23 @@ def _power(residual: Array) -> float:
 
 
 _OPTIONS = {each: f"--{each}" for each in NUISANCES}
-_WORTH = 0.97
+WORTH = 0.97
 """Share of the rms that friction higher at rest must leave: below it, an encoder's quantum looks like it."""
-_SPEEDS = (0.02, 0.06, 0.2)
+SPEEDS = (0.02, 0.06, 0.2)
 """Stribeck velocities that are tried, as shares of the largest velocity."""
 
 
 def _stribeck(problem: Problem, solution: Solution, loss: str) -> list[Diagnosis]:
-    """The score of friction that is higher at rest, for masses on a spring and in the air."""
-    tried = [each for share in _SPEEDS for each in _stribeck_at(problem, solution, loss, share)]
-    found = [each for each in tried if each.values["level"] > 0.0 and each.after < _WORTH * each.before]
+    """The score of friction that is higher at rest, for all but a free actuator."""
+    response = np.concatenate([each.response_to_stribeck(solution.values, SPEEDS) for each in problem.experiments])
+    tried = [each for column in response.T if column.any() for each in _stribeck_at(solution, column, loss)]
+    found = [each for each in tried if each.values["level"] > 0.0 and each.after < WORTH * each.before]
     return [max(found, key=lambda each: each.decrease)] if found else []
 
 
-def _stribeck_at(problem: Problem, solution: Solution, loss: str, share: float) -> list[Diagnosis]:
-    response = [each.response_to_stribeck(solution.values, share) for each in problem.experiments]
-    if not any(each.any() for each in response):
-        return []
+def _stribeck_at(solution: Solution, response: Array, loss: str) -> list[Diagnosis]:
     weight = _weights(solution, loss)[:, np.newaxis]
-    rows = np.column_stack([solution.jacobian, np.concatenate(response)])
+    rows = np.column_stack([solution.jacobian, response])
     residual = np.concatenate(solution.residuals)
     size = np.maximum(np.sqrt(((rows * weight) ** 2).sum(axis=0)), 1e-300)
     scaled = np.asarray(rows * weight / size, dtype=np.float64)

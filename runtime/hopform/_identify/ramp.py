@@ -27,8 +27,9 @@ from hopform._identify import recordings as of_recordings
 from hopform._identify.estimation import LEVEL, scipy_optimize, student
 from hopform._identify.fits import as_several, checked_loss
 from hopform._identify.motion import Array
-from hopform._identify.recordings import Recording
+from hopform._identify.recordings import Recording, units_of
 from hopform._identify.rigs import UNITS
+from hopform._identify.units import HOPPER, Units
 
 
 class Onset(NamedTuple):
@@ -77,6 +78,7 @@ class Threshold:
     statements: tuple[str, ...]
     warnings: tuple[str, ...] = ()
     rises: tuple[Rise, ...] = field(default=(), repr=False, compare=False)
+    units: Units = HOPPER
 
 
 def friction_threshold(
@@ -97,11 +99,12 @@ def friction_threshold(
     recording may hold several ramps from 0. Raises HopformError where no motion begins, or before the ramp does.
     """
     several = as_several(recordings)
+    units = units_of(several, "x1", driven=True)
     for name, value in (("m_eff", m_eff), ("gamma2", gamma2), ("k", k)):
-        number = 1.0 if value is None else finite(name, value, UNITS[name])
+        number = 1.0 if value is None else finite(name, value, units.of(UNITS[name]))
         if number == 0.0 or (name != "gamma2" and number < 0.0):
             raise HopformError(
-                f"{name} must be {'a number but 0 in N/A' if name == 'gamma2' else f'> 0 {UNITS[name]}'}, got "
+                f"{name} must be {'a number but 0 in' if name == 'gamma2' else '> 0'} {units.of(UNITS[name])}, got "
                 f"{number!r}"
             )
     attached = flag("spring", spring) or k is not None
@@ -119,7 +122,7 @@ def friction_threshold(
         )
     notes = tuple(f"{each.source}: {note}" for each in several for note in each.notes)
     low, high = max(u - spread, 0.0), u + spread
-    return Threshold(u, low, high, load, u * per, low * per, high * per, onsets, statements, notes, rises)
+    return Threshold(u, low, high, load, u * per, low * per, high * per, onsets, statements, notes, rises, units)
 
 
 def _both(onsets: Sequence[Onset], carried: float) -> tuple[float, float, float, tuple[str, ...]]:

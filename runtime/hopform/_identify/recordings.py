@@ -5,8 +5,8 @@ column.
 """
 
 import math
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import NamedTuple
 
@@ -17,25 +17,24 @@ from hopform._checks import nonnegative, number_of, shown
 from hopform._errors import HopformError
 from hopform._files import name_of, path_of, read_text, rows_of
 from hopform._identify.motion import Array
+from hopform._identify.units import COLUMNS, COUNTS, DRIVES, Units, unit_of
 from hopform._solver.package import MOST_STEPS
-
-UNITS: dict[str, tuple[str, float]] = {
-    "s": ("time", 1.0), "ms": ("time", 1e-3), "us": ("time", 1e-6),
-    "m": ("length", 1.0), "cm": ("length", 1e-2), "mm": ("length", 1e-3), "um": ("length", 1e-6),
-    "A": ("current", 1.0), "mA": ("current", 1e-3),
-    "V": ("voltage", 1.0), "mV": ("voltage", 1e-3),
-    "N": ("force", 1.0), "kN": ("force", 1e3),
-}  # fmt: skip
-"""Units after the last underscore of a column's name: the quantity, and the multiple of its SI unit."""
 
 TIMES = ("time", "t")
 POSITIONS = {"x1": ("x1", "actuator", "x", "position", "pos"), "x2": ("x2", "height", "body", "x", "position", "pos")}
-CURRENTS = ("current", "u", "i", "drive_current", "drive_voltage", "voltage")
+CURRENTS = ("current", "u", "i", "drive_current", "drive_voltage", "voltage", "torque", "force")
+_NAMED = {*TIMES, *POSITIONS["x1"], *POSITIONS["x2"], *CURRENTS} - {"torque", "force"}
+"""Columns that a fit may use, so they must have a unit that is known; `torque_on` is none."""
+UNUSED = ""
+"""The quantity of a column that no fit uses."""
 FEWEST = 20
-_LEAST_WAY, _MOST_WAY, _MOST_HEIGHT = 5e-4, 10.0, 10.0
-"""[m] what no hopper's motion is smaller or larger, no hopper's position larger than: beyond, a unit is wrong."""
-_LEAST_CURRENT, _MOST_CURRENT = 0.01, {"current": 300.0, "voltage": 1000.0}
-"""[A or V] the same of what drives it."""
+_LEAST_WAY = 5e-4
+"""[m or rad] what no motion is smaller than, beyond noise and quantum: else a unit is wrong."""
+_MOST_WAY = {"length": 10.0, "angle": 1e4}
+"""[m, rad] what no position and no motion is larger than."""
+_LEAST_DRIVE = {"current": 0.01, "voltage": 0.01, "force": 0.01, "torque": 1e-5}
+_MOST_DRIVE = {"current": 300.0, "voltage": 1000.0, "force": 1e5, "torque": 1e4}
+"""[A, V, N, N m] the same of what drives it."""
 
 
 class Column(NamedTuple):
@@ -68,16 +67,14 @@ class Recording:
         return column.values
 
     def current(self) -> Array:
-        """The measured current [A] (volts, for a robot whose input is one)."""
-        column = self._one_of(CURRENTS, None, "a current")
-        if column.quantity not in ("current", "voltage"):
-            raise self.error(f"is to be a current, but its unit is that of a {column.quantity}", 1, column)
-        most = float(np.abs(column.values).max())
-        if most > 0.0 and not _LEAST_CURRENT <= most <= _MOST_CURRENT[column.quantity]:
-            worst, unit = int(np.abs(column.values).argmax()), "A" if column.quantity == "current" else "V"
+        """The measured current [A], or what else drives: a voltage [V], a force [N], a torque [N m]."""
+        column = self._one_of(CURRENTS, tuple(DRIVES), "a current")
+        quantity, most = column.quantity, float(np.abs(column.values).max())
+        if most > 0.0 and not _LEAST_DRIVE[quantity] <= most <= _MOST_DRIVE[quantity]:
+            worst, unit = int(np.abs(column.values).argmax()), DRIVES[quantity]
             raise self.error(
-                f"reaches {column.values[worst]:.6g} {unit}; what drives a hopper reaches {_LEAST_CURRENT:g} to "
-                f"{_MOST_CURRENT[column.quantity]:g} {unit}: is its unit right?",
+                f"reaches {column.values[worst]:.6g} {unit}; what drives a hopper reaches {_LEAST_DRIVE[quantity]:g} "
+                f"to {_MOST_DRIVE[quantity]:g} {unit}: is its unit right?",
                 self.line + worst,
                 column,
             )
@@ -87,9 +84,16 @@ class Recording:
         """The same; HopformError if it never changes, so that nothing of the motor can be identified."""
         values = self.current()
         if float(np.ptp(values)) == 0.0:
-            column = self._one_of(CURRENTS, None, "a current")
+            column = self._one_of(CURRENTS, tuple(DRIVES), "a current")
             raise self.error(f"is constant at {values[0]:.6g}: record its step too", self.line, column)
         return values
+
+    def with_late_current(self, delay: float) -> "Recording":
+        """The same with its current later by a delay [s], the first one before, linear between samples."""
+        column = self._one_of(CURRENTS, tuple(DRIVES), "a current")
+        name = next(name for name, each in self.columns.items() if each is column)
+        values = np.interp(self.time - delay, self.time, column.values)
+        return replace(self, columns={**self.columns, name: column._replace(values=values)})
 
     def has_current(self) -> bool:
         return self.current_column() is not None
@@ -100,7 +104,13 @@ class Recording:
 
     def column_of(self, of: str) -> Column:
         """The column of the measured x1 or x2; HopformError if there is none."""
-        return self._one_of(POSITIONS[of], "length", f"a position {of}")
+        return self._one_of(POSITIONS[of], tuple(_MOST_WAY), f"a position {of}")
+
+    def units(self, of: str) -> Units:
+        """The units of x1 or x2, and of what drives it."""
+        drive = self.current_column()
+        position = "m" if self.column_of(of).quantity == "length" else "rad"
+        return Units(position, DRIVES.get(drive.quantity, "A") if drive else "A")
 
     def error(self, message: str, line: int | None = None, column: Column | None = None) -> HopformError:
         """An error that says where it is."""
@@ -111,11 +121,11 @@ class Recording:
         """An error about the measured x1 or x2."""
         return self.error(message, line, self.column_of(of))
 
-    def _one_of(self, names: tuple[str, ...], quantity: str | None, what: str) -> Column:
+    def _one_of(self, names: tuple[str, ...], quantities: tuple[str, ...], what: str) -> Column:
         for name in names:
             if name in self.columns:
                 column = self.columns[name]
-                if quantity is not None and column.quantity != quantity:
+                if column.quantity not in quantities:
                     raise self.error(f"is to be {what}, but its unit is that of a {column.quantity}", 1, column)
                 return column
         titles = ", ".join(column.title for column in self.columns.values())
@@ -128,30 +138,35 @@ class Recording:
         reach = float(np.ptp(values))
         if reach == 0.0:
             raise self.error("is constant: nothing moves", self.line, column)
-        others = [c for c in self.columns.values() if c.quantity in ("current", "voltage", "force")]
+        others = [c for c in self.columns.values() if c.quantity in DRIVES]
         if others and _jump(values) > 0.3 and min(_jump(c.values) for c in others) < 0.1:
             smooth = min(others, key=lambda c: _jump(c.values))
             raise self.error(f"jumps and column {smooth.title!r} is smooth: are the two swapped?", 1, column)
-        allowed = f"{1e3 * _LEAST_WAY:g} mm to {_MOST_WAY:g} m"
-        if float(np.abs(values).max()) > _MOST_HEIGHT:
+        unit, most = ("m", _MOST_WAY["length"]) if column.quantity == "length" else ("rad", _MOST_WAY["angle"])
+        allowed = f"{1e3 * _LEAST_WAY:g} m{unit} to {most:g} {unit}"
+        if float(np.abs(values).max()) > most:
             worst = int(np.abs(values).argmax())
             raise self.error(
-                f"reaches {values[worst]:.6g} m; a position of a hopper is within {_MOST_HEIGHT:g} m: is its unit "
+                f"reaches {values[worst]:.6g} {unit}; a position of a hopper is within {most:g} {unit}: is its unit "
                 "right?",
                 self.line + worst,
                 column,
             )
-        if reach > _MOST_WAY:
+        if reach > most:
             raise self.error(
-                f"moves by {reach:.3g} m in all; a hopper moves by {allowed}: is its unit right?", self.line, column
-            )
+                f"moves by {reach:.3g} {unit} in all; a hopper moves by {allowed}: is its unit right?", self.line,
+                column,
+            )  # fmt: skip
         if reach < _LEAST_WAY:
             raise self.error(
-                f"moves by {1e3 * reach:.2g} mm in all; a fit can use {allowed}: is its unit right?", self.line, column
-            )
+                f"moves by {1e3 * reach:.2g} m{unit} in all; a fit can use {allowed}: is its unit right?", self.line,
+                column,
+            )  # fmt: skip
         noise = max(noise_of(values), quantum_of(values))
         if float(np.std(values)) < 3.0 * noise:
-            raise self.error(f"does not move beyond its noise of {noise:.2g} m: let it move further", self.line, column)
+            raise self.error(
+                f"does not move beyond its noise of {noise:.2g} {unit}: let it move further", self.line, column
+            )
 
 
 def _jump(values: Array) -> float:
@@ -161,6 +176,16 @@ def _jump(values: Array) -> float:
     steady = calm(values)
     reach = float(np.ptp(steady))
     return float(np.abs(np.diff(steady)).max()) / reach if reach > 10.0 * noise_of(values) else 0.0
+
+
+def units_of(recordings: Sequence[Recording], of: str, *, driven: bool) -> Units:
+    """The units of recordings that are fitted together; HopformError where they differ. driven: by what drives too."""
+    found = [each.units(of) if driven else Units(each.units(of).position) for each in recordings]
+    for each, units in zip(recordings, found, strict=True):
+        if units != found[0]:
+            ours, first = (" by ".join(one if driven else one[:1]) for one in (units, found[0]))
+            raise each.error(f"is in {ours}, {recordings[0].source} in {first}: one fit takes one of them")
+    return found[0]
 
 
 def read_recording(path: str | Path, *, added_mass: float = 0.0) -> Recording:
@@ -204,8 +229,10 @@ def parse_recording(text: str, source: str, added_mass: float = 0.0) -> Recordin
         for place, (title, (name, quantity, factor)) in enumerate(zip(titles, known, strict=True))
     }
     time = _time(columns, source, first)
-    rest = {name: column for name, column in columns.items() if name not in TIMES}
-    return Recording(source, time - time[0], rest, first, mass, _notes(time, rest))
+    rest = {name: each for name, each in columns.items() if name not in TIMES and each.quantity != UNUSED}
+    unused = [each.title for each in columns.values() if each.quantity == UNUSED]
+    left_out = [f"without a unit that is known, so left out: {', '.join(map(shown, unused))}"] if unused else []
+    return Recording(source, time - time[0], rest, first, mass, (*_notes(time, rest), *left_out))
 
 
 def _title(title: str, source: str, line: int, place: int) -> tuple[str, str, float]:
@@ -215,17 +242,21 @@ def _title(title: str, source: str, line: int, place: int) -> tuple[str, str, fl
         raise HopformError(
             f"{source}, line {line}: columns must be separated by commas, got {apart!r} in {shown(title)}"
         )
-    if not name or unit not in UNITS:
+    found = unit_of(unit)
+    if name.endswith("_counts") and COUNTS.fullmatch(unit):
+        name = name.removesuffix("_counts")
+    if not name or found is None:
         if not name and number_of(title) is not None:
             raise HopformError(
                 f"{source}, line {line}: the first line must name the columns, as in time_s,x2_mm, got {shown(title)}"
             )
+        if not {title.lower(), name.lower()} & _NAMED:
+            return title.lower(), UNUSED, 1.0
         raise HopformError(
             f"{source}, line {line}, column {place + 1}: {shown(title)} has no unit that is known: a name ends in one "
-            f"of {', '.join('_' + known for known in UNITS)}"
+            f"of {', '.join('_' + known for known in COLUMNS)}, or in counts of an encoder as position_4096perrev"
         )
-    quantity, factor = UNITS[unit]
-    return name.lower(), quantity, factor
+    return name.lower(), *found
 
 
 def _numbers(row: list[str], titles: list[str], source: str, line: int) -> list[float]:
@@ -361,7 +392,7 @@ def _notes(time: Array, columns: Mapping[str, Column]) -> tuple[str, ...]:
     if float(np.ptp(steps)) > 0.02 * float(np.median(steps)) and not gaps:
         notes.append(f"time stamps are uneven: {steps.min():.3g} to {steps.max():.3g} s apart")
     for column in columns.values():
-        if column.quantity in ("current", "voltage") and (stay := saturated(column.values)) is not None:
+        if column.quantity in DRIVES and (stay := saturated(column.values)) is not None:
             notes.append(f"{column.title} stays at its limit from sample {stay[0] + 1} to {stay[1] + 1}")
     return tuple(notes)
 

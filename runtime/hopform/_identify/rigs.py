@@ -11,7 +11,7 @@
 """
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from typing import Literal
@@ -48,7 +48,7 @@ UNITS = {
 }  # fmt: skip
 
 SOFT = 1e-9
-"""[N/m] a spring that is none: over a meter it pulls with less than the last digit of any force."""
+"""[1/s^2] of k/m_eff of a spring that is none: in a minute it moves nothing by more than two parts in a million."""
 
 _FREE = {"c": 0.0, "L0": 0.0, "b1": 0.0, "b2": 0.0, "f1": 0.0, "f2": 0.0, "gamma2": 0.0, "g": 0.0}
 
@@ -117,35 +117,61 @@ class Experiment:
             found[name] = found.get(name, 0.0) + scale * by[letter][:, 0]
         return sensor.gain * states[:, 0], found
 
-    def response_to_stribeck(self, values: Mapping[str, float], share: float) -> Array:
-        """The change of the prediction by friction that is 1 + level e^(-(v/v_s)^2) times as high, per level; 0 for a
-        rig that is none of one mass on a spring or in the air. v_s: a share of the largest velocity.
+    def response_to_stribeck(self, values: Mapping[str, float], shares: Sequence[float]) -> Array:
+        """The change of the prediction by friction that is 1 + level e^(-(v/v_s)^2) times as high, per level, a column
+        for each v_s, a share of the largest velocity; 0 for a free actuator and for a threshold.
         """
-        body = self.kind == "attached"
-        at = sensors.in_recorded_time(self.letters(values), self.sensor(values).clock)
-        friction = at.get("f2" if body else "f1", 0.0)
-        if self.kind not in ("attached", "held", "air") or friction == 0.0:
-            return np.zeros(self.time.size)
-        mass = at["m_s"] + self.added_mass if body else at["m_eff"]
-        k, rest, gamma = at.get("k", SOFT), at.get("rest", 0.0), at.get("gamma2", 0.0)
-        rest -= mass * at["g"] / k if body else 0.0
+        sensor = self.sensor(values)
+        at = sensors.in_recorded_time(self.letters(values), sensor.clock)
+        if self.kind in ("free", "threshold") or at["f2" if self.kind in ("attached", "ground") else "f1"] == 0.0:
+            return np.zeros((self.time.size, len(shares)))
         fine = np.interp(np.arange(4 * self.time.size - 3) / 4.0, np.arange(self.time.size), self.time)
-        begins, levels = np.array(sensors.delayed(self.steps, self.sensor(values).delay)).T
+        steps = sensors.delayed(self.steps, sensor.delay)
+        found = (self._response if self.kind in ("attached", "ground") else self._driven_response)(
+            at, steps, fine, shares
+        )
+        return np.asarray(sensor.gain * found[::4])
+
+    def _response(self, at: Mapping[str, float], steps: Steps, fine: Array, shares: Sequence[float]) -> Array:
+        """Of a body without a drive, which sticks once, at its end. With P(t) the derivatives of its state by that at
+        the start it is P(t) int P(s)^-1 (0, e(s)) ds, through touchdowns and reversals, up to where it sticks.
+        """
+        (states, by), _ = _PREDICT[self.kind](self, at, steps, fine)
+        (x, v), transition = states.T, np.stack([by["x"], by["v"]], axis=2)
+        determinant = transition[:, 0, 0] * transition[:, 1, 1] - transition[:, 0, 1] * transition[:, 1, 0]
+        moves = int(np.argmax(np.append(np.abs(determinant) < _SINGULAR, True)))
+        stance = np.full(x.size, True) if self.kind == "attached" else x < at["length"]
+        rows = np.stack([-transition[:moves, 0, 1], transition[:moves, 0, 0]], axis=1) / determinant[:moves, np.newaxis]
+        found = np.zeros((fine.size, len(shares)))
+        for n, share in enumerate(shares):
+            side = -at["f2"] * np.sign(v) * stance * np.exp(-((v / (share * float(np.abs(v).max()))) ** 2))
+            inside = rows * side[:moves, np.newaxis]
+            parts = 0.5 * (inside[1:] + inside[:-1]) * np.diff(fine[:moves])[:, np.newaxis]
+            whole = np.concatenate([np.zeros((1, 2)), np.cumsum(parts, axis=0)])
+            found[:moves, n] = (transition[:moves, 0] * whole).sum(axis=1)
+            found[moves:, n] = found[moves - 1, n]
+        return found
+
+    def _driven_response(self, at: Mapping[str, float], steps: Steps, fine: Array, shares: Sequence[float]) -> Array:
+        """Of an actuator, which sticks at every turn of its drive: the difference that a small force makes."""
+        k, rest, gamma = at.get("k", SOFT * at["m_eff"]), at.get("rest", 0.0), at["gamma2"]
+        begins, levels = np.array(steps).T
         force = gamma * (levels + at.get("offset", 0.0))[np.searchsorted(begins, fine, side="right") - 1]
-        letters = {
-            "m_eff": mass, "k": k, "b1": at["b2" if body else "b1"], "f1": friction, "gamma2": 1.0, "rest": rest,
-            "x": at["x"], "v": at["v"],
-        }  # fmt: skip
+        robot, start = _actuator_robot(self, {**at, "gamma2": 1.0}), (at["x"], at["v"], 0.0, 0.0)
 
         def moved(force: Array) -> Array:
-            return _actuator(self, letters, tuple(zip(fine.tolist(), force.tolist(), strict=True)), fine)[0][0]
+            return motion.states(
+                robot, start, tuple(zip(fine.tolist(), force.tolist(), strict=True)), fine, self.backend
+            )
 
-        x, v = moved(force).T
-        side = np.asarray(np.where(v != 0.0, v, k * (rest - x) - force), dtype=np.float64)
-        rest_share = np.exp(-((v / (share * float(np.abs(v).max()))) ** 2))
-        more = np.asarray(mass * friction * rest_share * np.sign(side), dtype=np.float64)
-        apart = (moved(force + _SMALL * more) - moved(force - _SMALL * more))[::4, 0] / (2.0 * _SMALL)
-        return np.asarray(self.sensor(values).gain * apart)
+        x, v = moved(force).T[:2]
+        pull = np.asarray(k * (rest - x) - force, dtype=np.float64)
+        side = np.sign(np.where(v != 0.0, v, pull))
+        largest, found = float(np.abs(v).max()), list[Array]()
+        for share in shares:
+            more: Array = at["m_eff"] * at["f1"] * np.exp(-((v / (share * largest)) ** 2)) * side
+            found.append((moved(force + _SMALL * more)[:, 0] - x) / _SMALL)
+        return np.stack(found, axis=1)
 
     def only(self, chosen: NDArray[np.bool_]) -> "Experiment":
         """The samples that a mask selects."""
@@ -163,6 +189,8 @@ def _robot(**fields: float) -> records.Robot:
 
 _SMALL = 0.01
 """Level of the friction at rest for the difference that shows the response to it."""
+_SINGULAR = 1e-12
+"""Determinant of the derivatives of a state by that at the start below which the body has come to rest."""
 
 Rates = dict[str, float]
 """Derivatives by time of the letters of a start."""
@@ -252,16 +280,20 @@ def _free(of: Experiment, at: Mapping[str, float], steps: Steps, time: Array) ->
 
 def _actuator(of: Experiment, at: Mapping[str, float], steps: Steps, time: Array) -> tuple[Moved, Rates]:
     """The body is held at x2 = 0; the offset of the spring puts its relaxed state at `rest`."""
-    offset, k, rest = at.get("offset", 0.0), at.get("k", SOFT), at.get("rest", 0.0)
-    robot = _robot(
-        m_eff=at["m_eff"], k=k, b1=at["b1"], f1=at["f1"], gamma2=at["gamma2"], L0=-rest, c=of.preload, f2=motion.FIRM,
-    )  # fmt: skip
+    robot, offset = _actuator_robot(of, at), at.get("offset", 0.0)
     steps = tuple((t, u + offset) for t, u in steps) if offset else steps
     moved = motion.stance(robot, (at["x"], at["v"], 0.0, 0.0), steps, time, of.backend)
     states, by = _rows(moved, 0, _ACTUATOR)
     by["rest"] = -moved.by[:, 0:2, AT["L0"]]
-    pull = (k * (rest - at["x"]) - at["b1"] * at["v"] - at["gamma2"] * steps[0][1]) / at["m_eff"]
+    pull = (-robot.k * (robot.L0 + at["x"]) - at["b1"] * at["v"] - at["gamma2"] * steps[0][1]) / at["m_eff"]
     return (states, by), {"x": at["v"], "v": _first_acceleration(pull, at["v"], at["f1"])}
+
+
+def _actuator_robot(of: Experiment, at: Mapping[str, float]) -> records.Robot:
+    return _robot(
+        m_eff=at["m_eff"], k=at.get("k", SOFT * at["m_eff"]), b1=at["b1"], f1=at["f1"], gamma2=at["gamma2"],
+        L0=-at.get("rest", 0.0), c=of.preload, f2=motion.FIRM,
+    )  # fmt: skip
 
 
 def _threshold(of: Experiment, at: Mapping[str, float], _: Steps, time: Array) -> tuple[Moved, Rates]:

@@ -17,6 +17,7 @@ from hopform._identify.estimation import Parameter, Solution
 from hopform._identify.motion import Array
 from hopform._identify.recordings import noise_of, outliers, quantum_of
 from hopform._identify.rigs import Experiment
+from hopform._identify.units import HOPPER, Units
 
 
 @dataclass(frozen=True)
@@ -37,6 +38,9 @@ class Problem:
     """of each recording, over which a fit is followed from its start to its end"""
     motions: int = 0
     """how many motions there are, each with a beginning of its own (x@0, x@1, ...)"""
+    units: Units = HOPPER
+    scale: bool = True
+    """whether something known fixes the scale of all forces"""
 
 
 def minimise(problem: Problem, loss: str) -> Solution:

@@ -73,7 +73,7 @@ def _decay(recording: Recording, whole: Array, begin: int, end: int) -> Span:
         raise recording.error_of("x2", "too short: it ends before the body turns back", recording.line + end - 1)
     grows = [n for n in range(2, len(sizes)) if sizes[n] > 1.3 * max(sizes[n - 2 : n]) + max(8.0 * noise, 0.05 * reach)]
     last = start + (edges[grows[0] - 1] if grows else left.size)
-    near = np.abs(left) > reach - 8.0 * noise  # held, or about its turn: the last sample of it
+    near = np.abs(left) >= reach - 8.0 * noise  # held, or about its turn: the last sample of it
     start = min(start + int(near[: edges[1]].nonzero()[0][-1]) + 1, last - 1)
     if last - start < FEWEST:
         raise recording.error_of(

@@ -108,10 +108,14 @@ class _Filter:
         h, (m0, m1, m2, m3) = self.step, self.moments
         rise, left, right = np.diff(x), h * v[:-1], h * v[1:]
         gain = x[:-1] * m0 + left * m1 + (3.0 * rise - 2.0 * left - right) * m2 + (left + right - 2.0 * rise) * m3
-        y = np.empty_like(x)
-        y[0] = x[0] - self.lag * v[0] if first is None else first
-        last = float(y[0])
-        for n, (keep, add) in enumerate(zip(self.decay.tolist(), gain.tolist(), strict=True), 1):
-            last = keep * last + add
-            y[n] = last
+        start = x[0] - self.lag * v[0] if first is None else first
+        y = _recursion(self.decay, np.concatenate([[start], gain]))
         return y
+
+
+def _recursion(decay: Array, gain: Array) -> Array:
+    """y_(n+1) = decay_n y_n + gain_(n+1) from y_0 = gain_0: a system of equations with two diagonals."""
+    from scipy.linalg import solve_banded
+
+    bands = np.stack([np.ones_like(gain), np.append(-decay, 0.0)])
+    return np.asarray(solve_banded((1, 0), bands, gain, check_finite=False))

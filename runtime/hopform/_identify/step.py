@@ -22,11 +22,23 @@ from hopform._identify import estimation
 from hopform._identify import recordings as of_recordings
 from hopform._identify.estimation import LEVEL, Estimate, Parameter
 from hopform._identify.filtering import CUTOFFS, Filtered, filtered, moving_rows
-from hopform._identify.fits import Fit, Options, Trace, as_several, checked_known, checked_loss, finish
+from hopform._identify.fits import (
+    Fit,
+    Options,
+    Trace,
+    as_several,
+    checked_known,
+    checked_loss,
+    checked_nuisances,
+    finish,
+    labelled,
+)
 from hopform._identify.motion import Array
+from hopform._identify.nuisances import SPEEDS, WORTH, Diagnosis, brought, said
 from hopform._identify.recordings import Recording
 from hopform._identify.rigs import UNITS, Experiment, Kind
 from hopform._identify.search import Problem, bulk, follow
+from hopform._identify.units import Units
 
 _LETTERS = {"held": ("m_eff", "k", "b1", "f1", "gamma2"), "air": ("m_eff", "b1", "f1", "gamma2", "offset")}
 SCALED = ("m_eff", "k", "b1", "gamma2")
@@ -65,15 +77,16 @@ def step_problem(
     scaled: other recordings give the scale, so that m_eff is no longer 1 kg if nothing is known.
     """
     kind: Kind = "held" if spring else "air"
-    letters = _LETTERS[kind]
-    values = checked_known(known, letters)
-    statements = list[str]()
-    if not ({"m_eff", "k", "gamma2"} & set(values) or scaled):
+    letters, units = _LETTERS[kind], of_recordings.units_of(recordings, "x1", driven=True)
+    values = checked_known(known, letters, units)
+    if units.drive == units.force:
+        values.setdefault("gamma2", -1.0)
+    statements, absolute = list[str](), bool({"m_eff", "k", "gamma2"} & set(values)) or scaled
+    if not absolute:
         values["m_eff"] = 1.0
         statements.append(
-            "motion and current fix m_eff, k, b1, gamma2 only up to a common factor: they are per kg of m_eff; give "
-            "a weighed "
-            "mass, the stiffness or the force constant as known"
+            "motion and current fix m_eff, k, b1, gamma2 only up to a common factor: they are per "
+            f"{units.of('kg')} of m_eff; give a weighed mass, the stiffness or the force constant as known"
         )
     tries = [[_regress(each, letters, values, cutoff) for each in recordings] for cutoff in CUTOFFS]
     guesses = tries[1]
@@ -103,8 +116,9 @@ def step_problem(
         )
     notes = tuple(f"{each.source}: {note}" for each in recordings for note in each.notes)
     return Problem(
-        "step", "x1", tuple(experiments), tuple(parameters.values()), _starts(parameters, tries, first), values,
-        tuple(statements), notes, ("f1",) if "f1" in parameters else (), parts=(0.35, 1.0), motions=len(recordings),
+        "step", "x1", tuple(experiments), labelled(parameters.values(), units),
+        _starts(parameters, tries, first), values, tuple(statements), notes, ("f1",) if "f1" in parameters else (),
+        parts=(0.35, 1.0), motions=len(recordings), units=units, scale=absolute,
     )  # fmt: skip
 
 
@@ -189,29 +203,39 @@ def fit_force(
 
     Both sides go through the same filters (`filtered`), then a linear least squares. known: gamma2, which gives the
     scale, or m_eff. cutoff [Hz]: of the filters. position: fit the position too and set it beside this in the
-    statements. The estimates hold f1 m_eff [N] and the constant force on the load's side [N] beside the parameters.
+    statements. The estimates hold f1 m_eff [N] and the constant force on the load's side [N] beside the parameters. Of
+    `NUISANCES` it takes a delay, one of all recordings.
     Residuals of the traces are in N.
     """
     began = clock.perf_counter()
     several = as_several(recordings)
-    values = checked_known(known, ("gamma2", "m_eff"))
+    units = of_recordings.units_of(several, "x1", driven=True)
+    values = checked_known(known, ("gamma2", "m_eff"), units)
+    if units.drive == units.force and not values:
+        values["gamma2"] = -1.0
     flag("position", position)
     if cutoff is not None:
         positive("cutoff", cutoff, "Hz")
     loss, progress = checked_loss(options), options.get("progress")
+    wanted = checked_nuisances(options)
     if len(values) != 1:
         raise HopformError("known: a fit in force needs gamma2 or m_eff, one of them: it is the scale of all forces")
+    if set(wanted) - {"delay"}:
+        raise HopformError(f"nuisances: a fit in force takes delay alone, got {', '.join(wanted)}")
     if progress:
         progress("fit in force")
-    parts = [filtered(each, cutoff, mend=loss != "linear") for each in several]
-    names, a, b = _force_equation(parts, values)
+    solve = _late if wanted else _sides
+    delay, parts, equation = solve(several, values, cutoff, loss)
+    names, a, b = equation
     if np.linalg.matrix_rank(a / np.abs(a).max(axis=0, initial=1e-300)) < a.shape[1]:
         raise several[0].error_of(
             "x1", "does not distinguish friction, mass and load: move both ways, at several speeds", several[0].line
         )
     found, covariance, residual = _linear(a, b, loss)
     sizes = np.cumsum([part.time.size for part in parts])[:-1]
-    estimates, spread = _force_estimates(names, found, covariance, values, a.shape[0])
+    estimates, spread = _force_estimates(names, found, covariance, values, a.shape[0], units, delay)
+    step = max(float(np.median(np.diff(each.time))) for each in several)
+    diagnoses = _causes(parts, equation, values, loss, step) if options.get("diagnose", True) else ()
     scale = -values["gamma2"] if "gamma2" in values else -found[names.index("gamma2")]
     old = _viscous_alone(names, a, b) if options.get("compare", True) else np.full_like(b, np.nan)
     left_out = _left_out(parts, a, b) if options.get("holdout", True) else [math.nan] * len(parts)
@@ -225,7 +249,11 @@ def fit_force(
             several, parts, np.split(residual, sizes), np.split(old, sizes), left_out, strict=True
         )
     )  # fmt: skip
-    fit = Fit("force", estimates, values, {}, traces, (), (), 1, clock.perf_counter() - began, covariance=spread)
+    took = clock.perf_counter() - began
+    fit = Fit(
+        "force", estimates, values, {}, traces, (), tuple(said(diagnoses, units.shown("force"))), 1, took,
+        covariance=spread, units=units, diagnoses=diagnoses,
+    )  # fmt: skip
     if not position:
         return fit
     if progress:
@@ -233,18 +261,98 @@ def fit_force(
     return replace(fit, statements=_beside(several, fit, loss), seconds=clock.perf_counter() - began)
 
 
-def _force_equation(parts: Sequence[Filtered], known: Mapping[str, float]) -> tuple[list[str], Array, Array]:
-    """Names of the coefficients, their columns, and the known side, all in N."""
+_Equation = tuple[list[str], Array, Array]
+"""Names of the coefficients, their columns, and the known side, all in N."""
+
+
+def _sides(
+    recordings: Sequence[Recording],
+    known: Mapping[str, float],
+    cutoff: float | None,
+    loss: str,
+    delay: float | None = None,
+) -> tuple[float, list[Filtered], _Equation]:
+    """Both sides of the equation, filtered; with a delay [s] of the position, the current comes as much later, and what
+    is left of it is a coefficient.
+    """
+    late = [each if delay is None else each.with_late_current(delay) for each in recordings]
+    parts = [filtered(each, cutoff, mend=loss != "linear") for each in late]
+    return delay or 0.0, parts, _force_equation(parts, known, delay is not None)
+
+
+def _late(
+    recordings: Sequence[Recording], known: Mapping[str, float], cutoff: float | None, loss: str
+) -> tuple[float, list[Filtered], _Equation]:
+    """The delay, by Gauss and Newton, and the equation there."""
+    delay = 0.0
+    for _ in range(_MOST_STEPS):
+        names, a, b = _sides(recordings, known, cutoff, loss, delay)[2]
+        more = _delay_of(names, _linear(a, b, loss)[0], known)
+        if abs(more) <= _ALIKE:
+            break
+        delay = min(max(delay + more, -_LONGEST), _LONGEST)
+    return _sides(recordings, known, cutoff, loss, delay)
+
+
+_MOST_STEPS, _ALIKE, _LONGEST = 12, 1e-6, 0.1
+"""Steps to a delay, and the last one's size [s]; the longest delay [s]."""
+
+
+def _delay_of(names: Sequence[str], found: Sequence[float], known: Mapping[str, float]) -> float:
+    """The delay [s] by its coefficient, -gamma2 delay."""
+    at = {name: n for n, name in enumerate(names)}
+    return -found[at["late"]] / known.get("gamma2", found[at["gamma2"]] if "gamma2" in at else math.nan)
+
+
+def _force_equation(parts: Sequence[Filtered], known: Mapping[str, float], late: bool = False) -> _Equation:
     rows = {
         name: np.concatenate([getattr(part, name) for part in parts])
-        for name in ("acceleration", "v", "side", "one", "u")
+        for name in ("acceleration", "v", "side", "one", "u", "rate")
     }
-    common = [rows["v"], rows["side"], rows["one"]]
+    # gamma2 u(t - delay) is gamma2 u - (gamma2 delay) u'.
+    common = [rows["v"], rows["side"], rows["one"], *([rows["rate"]] if late else [])]
+    names = ["b1", "coulomb", "constant", *(["late"] if late else [])]
     if "gamma2" in known:
-        columns, side = [rows["acceleration"], *common], -known["gamma2"] * rows["u"]
-        return ["m_eff", "b1", "coulomb", "constant"], np.stack(columns, axis=1), side
-    columns, side = [rows["u"], *common], -known["m_eff"] * rows["acceleration"]
-    return ["gamma2", "b1", "coulomb", "constant"], np.stack(columns, axis=1), side
+        return ["m_eff", *names], np.stack([rows["acceleration"], *common], axis=1), -known["gamma2"] * rows["u"]
+    return ["gamma2", *names], np.stack([rows["u"], *common], axis=1), -known["m_eff"] * rows["acceleration"]
+
+
+def _causes(
+    parts: Sequence[Filtered], equation: _Equation, known: Mapping[str, float], loss: str, step: float
+) -> tuple[Diagnosis, ...]:
+    """A delay and friction that is higher at rest, as further columns, where they explain more than noise does.
+
+    step [s]: from sample to sample.
+    """
+    names, a, b = equation
+    ends = np.cumsum([part.time.size for part in parts])[:-1]
+
+    def rest_of(columns: Array) -> tuple[list[float], list[Array]]:
+        found, _, residual = _linear(columns, b, loss)
+        return found, np.split(residual, ends)
+
+    before = rest_of(a)[1]
+    sigma = [max(estimation.scale(part), 1e-300) for part in before]
+
+    def with_it(name: str, column: Array) -> list[Diagnosis]:
+        found, after = rest_of(np.column_stack([a, column]))
+        of_time = name == "delay"
+        value = _delay_of([*names, "late"], found, known) if of_time else found[-1] / found[names.index("coulomb")]
+        chosen = [bulk(part, loss) for part in after]
+        old, new = ([part[some] for part, some in zip(rest, chosen, strict=True)] for rest in (before, after))
+        return brought(name, {"delay" if of_time else "level": value}, old, new, sigma, len(names))
+
+    side, v, rate = (np.concatenate([getattr(part, name) for part in parts]) for name in ("side", "v", "rate"))
+    # Between samples a current may be held or not, which is half a sample: no delay within one is named.
+    late = [] if "late" in names else with_it("delay", rate)
+    late = [each for each in late if abs(each.values["delay"]) > step]
+    stiff = [
+        each for share in SPEEDS
+        for each in with_it("Stribeck", side * np.exp(-((v / (share * float(np.abs(v).max()))) ** 2)))
+        if each.values["level"] > 0.0 and each.after < WORTH * each.before
+    ]  # fmt: skip
+    best = [max(stiff, key=lambda each: each.decrease)] if stiff else []
+    return tuple(sorted([*late, *best], key=lambda each: -each.decrease))
 
 
 def _linear(a: Array, b: Array, loss: str) -> tuple[list[float], Array, Array]:
@@ -293,7 +401,13 @@ def _left_out(parts: Sequence[Filtered], a: Array, b: Array) -> list[float]:
 
 
 def _force_estimates(
-    names: Sequence[str], found: Sequence[float], covariance: Array, known: Mapping[str, float], count: int
+    names: Sequence[str],
+    found: Sequence[float],
+    covariance: Array,
+    known: Mapping[str, float],
+    count: int,
+    units: Units,
+    delay: float,
 ) -> tuple[tuple[Estimate, ...], Array]:
     """The parameters and the forces behind them, with their covariance; f1 and the offset are quotients, whose errors
     follow to first order.
@@ -311,12 +425,15 @@ def _force_estimates(
         ("f1 m_eff", "N", coulomb, {"coulomb": 1.0}),
         ("offset force", "N", constant, {"constant": 1.0}),
     ]
+    if "late" in at:
+        left = _delay_of(names, found, known)
+        made.append(("delay", "s", delay + left, {"late": -1.0 / gamma, "gamma2": -left / gamma}))
     slopes = np.array([[slope.get(each, 0.0) for each in names] for *_, slope in made])
     whole = np.asarray(slopes @ covariance @ slopes.T)
 
     def estimate(name: str, unit: str, value: float, stderr: float) -> Estimate:
         low = max(value - t * stderr, 0.0) if name[:2] in ("b1", "f1") else value - t * stderr
-        return Estimate(name, unit, value, stderr, low, value + t * stderr, "t")
+        return Estimate(name, units.of(unit), value, stderr, low, value + t * stderr, "t")
 
     errors = np.sqrt(np.diag(whole)).tolist()
     return tuple(estimate(*each[:3], error) for each, error in zip(made, errors, strict=True)), whole
@@ -355,9 +472,10 @@ def _beside(recordings: Sequence[Recording], fit: Fit, loss: str) -> tuple[str, 
     solution = follow(problem, loss)
     rest = np.concatenate([each[bulk(each, loss)] for each in solution.residuals])
     rms = math.sqrt(float((rest**2).mean()))
-    found = ", ".join(f"{p.name} {solution.values[p.name]:.6g} {p.unit}" for p in shared)
+    found = ", ".join(f"{p.name} {solution.values[p.name]:.6g} {fit.units.of(p.unit)}" for p in shared)
+    unit, factor = fit.units.shown("x1")
     return (
-        f"the fit in position, by the same current without feedback, gives {found}, rms {1e3 * rms:.3g} mm",
+        f"the fit in position, by the same current without feedback, gives {found}, rms {factor * rms:.3g} {unit}",
         "a closed loop keeps the position near its reference whatever the model misses, so an error of the force of "
         "1 % adds up "
         "twice into position, unopposed: the fit in position bends the parameters after that drift, the one in force "

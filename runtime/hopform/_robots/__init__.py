@@ -83,13 +83,18 @@ class Robot(CheckedRobot):
     def sample(self, count: int, seed: int | None = None) -> "tuple[Robot, ...]":
         """Robots drawn from the distribution of an identified robot's parameters; the same seed draws the same ones.
 
-        count: at most `MOST_SAMPLES`. Raises HopformError for a robot that was not identified.
+        A parameter that was changed after the fit keeps its value. count: at most `MOST_SAMPLES`. Raises HopformError
+        for a robot that was not identified.
         """
         if self.fit is None:
             raise HopformError(f"robot {self.name or 'given'} has no fit to draw from: identify one, or load its TOML")
         number = whole("count", count, 1, MOST_SAMPLES)
         draw = np.random.default_rng() if seed is None else seeded(seed)
-        return tuple(replace(self, **each, fit=None) for each in self.fit.draw(number, draw))  # type: ignore[arg-type]
+        kept = {
+            name for name, value in zip(self.fit.names, self.fit.values, strict=True) if getattr(self, name) == value
+        }
+        drawn = [{name: each[name] for name in kept} for each in self.fit.draw(number, draw)]
+        return tuple(replace(self, **each, fit=None) for each in drawn)  # type: ignore[arg-type]
 
 
 def _checked(field: Field, value: object) -> float:

@@ -1,0 +1,168 @@
+"""What a fit leaves open in an answer: the same question to robots that are drawn from an identified one.
+
+A controller has the fitted robot, the one that hops is drawn. A band goes from the 2.5 % to the 97.5 % quantile.
+"""
+
+# pyright: reportUnknownMemberType=false
+# matplotlib's own annotations leave the type of **kwargs open.
+
+import warnings
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+import hopform
+from hopform._checks import MEMORY
+from hopform._cli.render import Record, number
+from hopform._errors import HopformError
+from hopform._files import name_of
+from hopform._robots.provenance import Provenance
+
+if TYPE_CHECKING:
+    from matplotlib.artist import Artist
+    from matplotlib.axes import Axes
+
+Array = NDArray[np.float64]
+Progress = Callable[[int, int], object]
+
+
+class Band(NamedTuple):
+    """A 95 % band, NaN where no robot has a value, and the share of the robots that have one."""
+
+    low: float
+    high: float
+    share: float
+
+
+def text_of(band: Band, scale: float = 100.0, form: str = ".4g") -> str:
+    """A band in a table, with the share of the robots if that is not all."""
+    ends = f"{number(band.low, form, scale)} .. {number(band.high, form, scale)}"
+    return ends if band.share == 1.0 else f"{ends} ({100.0 * band.share:.3g} % of robots)"
+
+
+class Bands(NamedTuple):
+    """Bands of many values, arrays of their shape."""
+
+    low: Array
+    high: Array
+    share: Array
+
+    def at(self, *index: int) -> Band:
+        """One of them."""
+        return Band(*(float(each[index]) for each in self))
+
+
+def draw(bands: Bands, axes: "Axes", x: Array, *, one_each: bool = False) -> "Artist":
+    """Shade bands [m] over x in centimetres, or draw a bar for each; what a legend shows."""
+    from hopform._figures import plots
+
+    low, high, color, label = 100.0 * bands.low, 100.0 * bands.high, plots.MAGENTA, "95 % by the fit"
+    if not one_each:
+        return axes.fill_between(x, low, high, alpha=0.35, linewidth=0.0, color=color, label=label)
+    axes.plot([x, x], [low, high], "_", markersize=7.0, color=color, zorder=4)
+    return axes.vlines(x, low, high, linewidth=1.6, zorder=4, color=color, label=label)
+
+
+def legend(axes: "Axes", shown: "Sequence[Artist]") -> None:
+    """The legend of a panel with bands."""
+    from hopform._figures import plots
+
+    with plots.house_style():
+        axes.legend(handles=list(shown))
+
+
+@dataclass(frozen=True)
+class Draws:
+    """Robots drawn from the fit of an identified one, the model; the seed draws them again."""
+
+    model: hopform.Robot
+    fit: Provenance
+    robots: tuple[hopform.Robot, ...]
+    seed: int
+
+    def record(self) -> Record:
+        """What was drawn, for JSON."""
+        return {"count": len(self.robots), "seed": self.seed, "names": self.fit.names, "white": self.fit.white}
+
+    def said(self) -> str:
+        """What was drawn, and what was not."""
+        known = {*self.fit.names, *self.fit.known}
+        others = ", ".join(each.name for each in hopform.Robot.fields() if each.name not in known)
+        return (
+            f"Bands hold 95 % of {len(self.robots)} robots drawn from the fit of {', '.join(self.fit.names)}. Not "
+            f"identified, so alike in all: {others}."
+        )
+
+    def warnings(self) -> tuple[str, ...]:
+        """A warning about a fit that misses something."""
+        missed = "the residuals of the fit are not white: bands do not cover the error of its model"
+        return () if self.fit.white else (missed,)
+
+    def apexes(self, start: Record, height: float | None, u: Any, how: Record) -> Array:
+        """The next apex [m] of each robot under currents [A], (robots, currents), NaN without take-off.
+
+        start: x1, v1, v2, x2 at touchdown. After a drop from a height [m] each robot has its own v2; if x2 is given all
+        are compressed as the model is.
+        """
+        columns: Record = {
+            field.name: np.array([[getattr(each, field.name)] for each in self.robots])
+            for field in hopform.Robot.fields()
+        }
+        own = dict(start)
+        if height is not None:
+            own["v2"] = np.array([[hopform.touchdown_velocity(each, height)] for each in self.robots])
+        if own["x2"] is not None:
+            own["x2"] = own["x2"] + (columns["L0"] + columns["c"]) - (self.model.L0 + self.model.c)
+        solved = hopform.solve_stances(self.model, **own, u=np.atleast_1d(u), **how, **columns)
+        return solved.apex.astype(np.float64)
+
+    def runs(self, ground: tuple[float, ...], asked: Any, how: Record, step: Progress) -> Array:
+        """The apexes [m] of each robot's run, (robots, hops), NaN from where it hops no more."""
+        found = np.full((len(self.robots), len(ground)), np.nan)
+        errors = how["errors"]
+        believed = self.model if errors.model is None else errors.model
+        prepared = asked.prepare(believed, ground) if hasattr(asked, "prepare") else asked
+        for row, each in enumerate(self.robots):
+            run = hopform.simulate(each, ground, prepared, **{**how, "errors": replace(errors, model=believed)})
+            found[row, : len(run.hops)] = [hop.apex for hop in run.hops]
+            step(row + 1, len(self.robots))
+        return found
+
+    def maps(self, heights: Array, currents: Array, how: Record, step: Progress) -> dict[str, Bands]:
+        """Bands of a map's `apex` (heights, currents), and of its `lowest`, `highest`, `hold` (heights)."""
+        found = list[hopform.Reachability]()
+        for each in self.robots:
+            found.append(hopform.reachability(each, heights, currents, **how))
+            step(len(found), len(self.robots))
+        names = ("apex", "lowest", "highest", "hold")
+        return {name: bands_of(np.array([getattr(each, name) for each in found])) for name in names}
+
+
+def robot_and_draws(
+    name: str, from_fit: Path | None, count: int, seed: int, cells: int = 1
+) -> tuple[hopform.Robot, Draws | None]:
+    """The robot that a command is about, and those drawn from its fit where that is asked for; cells: values of each
+    robot's answer.
+    """
+    if from_fit is None:
+        return hopform.load_robot(name), None
+    if name != "hopper_c":
+        raise HopformError("--robot and --from-fit exclude each other: both name the robot")
+    if count * cells > MEMORY // 128:
+        raise HopformError(f"--draws must be at most {MEMORY // 128 // cells} for so large an answer, got {count}")
+    robot = hopform.load_robot(from_fit)
+    if robot.fit is None:
+        raise HopformError(f"--from-fit takes a robot that `identify --out` wrote; {name_of(from_fit)} has no fit")
+    return robot, Draws(robot, robot.fit, robot.sample(count, seed), seed)
+
+
+def bands_of(values: Array) -> Bands:
+    """Bands over the first axis, that of the robots; NaN is a robot without a value."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", RuntimeWarning)  # where no robot has one
+        low, high = np.nanquantile(values, (0.025, 0.975), axis=0)
+    return Bands(low, high, np.isfinite(values).mean(axis=0))

@@ -1,0 +1,175 @@
+"""An actuator's fit in the words of simulators: MJCF (MuJoCo), URDF, Isaac Lab.
+
+| word | of the fit | linear, rotary |
+|---|---|---|
+| armature | m, all that moves | kg, kg m^2 about the axis |
+| damping | b | N s/m, N m s/rad |
+| frictionloss | m f | N, N m |
+| gear | -gamma2, force per drive | N/A, N m/A; per V, N, N m as recorded |
+| stiffness, springref | k, rest | N/m, N m/rad; m, rad |
+| bias | offset, a constant load as a drive | A, or as recorded |
+"""
+
+import math
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from hopform._errors import HopformError, printable
+from hopform._identify.fits import Fit
+from hopform._identify.motion import Array
+from hopform._identify.rigs import UNITS
+
+FORMATS = ("mjcf", "urdf", "isaac")
+NAME = "identified"
+_TINY = 1e-9
+"""[kg, kg m^2] what a body has that must have some: armature holds what moves."""
+
+
+class Quantity(NamedTuple):
+    """A number of a simulator with its 95 % interval, NaN where it was known, and its unit."""
+
+    value: float
+    low: float
+    high: float
+    unit: str
+
+    def said(self) -> str:
+        """Unit and interval, for a comment."""
+        known = math.isnan(self.low)
+        return f"[{self.unit or '1'}] {'known' if known else f'95 % {self.low:.6g} .. {self.high:.6g}'}"
+
+
+def exported(fit: Fit, form: str) -> str:
+    """A text in one of `FORMATS`; HopformError for a fit that is of no actuator, or that misses what a simulator
+    needs.
+    """
+    if not fit.scale:
+        raise HopformError(
+            "--export needs forces in N or N m, and motion fixes them only up to a factor: give --known gamma2, k or a "
+            "mass"
+        )
+    return _FORMATS[form](fit, quantities(fit))
+
+
+def quantities(fit: Fit) -> dict[str, Quantity]:
+    """What of `exported`'s words a fit has."""
+    values = {name.partition("@")[0] for name in fit.values}
+    actuator = {"m_eff", "b1", "f1"} <= values
+    if not actuator and (not {"m_s", "b2", "f2"} <= values or "length" in values):
+        raise HopformError("--export takes the fit of an actuator or a joint: a decay, step, air or force recording")
+    mass, damping, friction = ("m_eff", "b1", "f1") if actuator else ("m_s", "b2", "f2")
+    words = {"armature": mass, "damping": damping, "stiffness": "k", "springref": "rest"}
+    words |= {"gear": "gamma2", "bias": "offset"} if actuator else {}
+    found = {word: _single(fit, letter) for word, letter in words.items() if letter in values}
+    found["frictionloss"] = _product(fit, mass, friction)
+    if "gear" in found:
+        gear = found["gear"]
+        found["gear"] = Quantity(-gear.value, -gear.high, -gear.low, gear.unit)
+    return found
+
+
+def _rows(fit: Fit, letter: str) -> Array:
+    """The mean of a letter's estimates, as a row over all estimates; zeros for a known one."""
+    own = [n for n, each in enumerate(fit.estimates) if each.name.partition("@")[0] == letter]
+    blind = [fit.estimates[n].name for n in own if fit.estimates[n].method == "not identifiable"]
+    if blind:
+        raise HopformError(f"--export needs {blind[0]}, which these recordings do not identify: see the notes")
+    row = np.zeros(len(fit.estimates))
+    row[own] = 1.0 / max(len(own), 1)
+    return row
+
+
+def _single(fit: Fit, letter: str) -> Quantity:
+    """A letter with its interval, the mean over recordings where each has its own."""
+    row, unit = _rows(fit, letter), fit.units.of(UNITS[letter])
+    if not row.any():
+        return Quantity(fit.known[letter], math.nan, math.nan, unit)
+    ends = [float(row @ np.nan_to_num([getattr(e, end) for e in fit.estimates], posinf=0.0, neginf=0.0))
+            for end in ("value", "low", "high")]  # fmt: skip
+    return Quantity(ends[0], ends[1], ends[2], unit)
+
+
+def _product(fit: Fit, mass: str, friction: str) -> Quantity:
+    """m f, with the covariance of both to first order."""
+    m, f = _single(fit, mass), _single(fit, friction)
+    slope = f.value * _rows(fit, mass) + m.value * _rows(fit, friction)
+    value, spread = m.value * f.value, np.where(np.isfinite(fit.covariance), fit.covariance, 0.0)
+    half = 1.96 * math.sqrt(max(float(slope @ spread @ slope), 0.0)) if slope.any() else math.nan
+    return Quantity(value, max(value - half, 0.0), value + half, fit.units.force)
+
+
+def _head(fit: Fit, found: Mapping[str, Quantity]) -> list[str]:
+    """What the numbers come from, and each with unit and interval."""
+    white = all(trace.tests.white for trace in fit.traces)
+    sources = ", ".join(Path(trace.label).name for trace in fit.traces)
+    lines = [f"identified by hopform from {sources}; residuals {'' if white else 'NOT '}white"]
+    lines += [f"{word} {each.value:.9g} {each.said()}" for word, each in found.items()]
+    return [*lines, "armature is all that moved; subtract what the links of your model have of it"]
+
+
+def _xml(lines: list[str]) -> list[str]:
+    """Comments of XML, which hold no double hyphen."""
+    return [f"  <!-- {printable(each).replace('--', '- -')} -->" for each in lines]
+
+
+def _attributes(found: Mapping[str, Quantity], *words: str) -> str:
+    return "".join(f' {word}="{found[word].value!r}"' for word in words if word in found)
+
+
+def _mjcf(fit: Fit, found: Mapping[str, Quantity]) -> str:
+    """A body on its joint. `angle` is set, since springref would be in degrees without; the bias acts through gear."""
+    kind = "slide" if fit.units.position == "m" else "hinge"
+    words = _attributes(found, "armature", "damping", "frictionloss", "stiffness", "springref")
+    lines = [
+        f'<mujoco model="{NAME}">', *_xml(_head(fit, found)), '  <compiler angle="radian"/>', "  <worldbody>",
+        f'    <body name="{NAME}">', f'      <joint name="{NAME}" type="{kind}" axis="0 0 1"{words}/>',
+        f'      <inertial pos="0 0 0" mass="{_TINY}" diaginertia="{_TINY} {_TINY} {_TINY}"/>', "    </body>",
+        "  </worldbody>",
+    ]  # fmt: skip
+    if "gear" in found:
+        bias = f' biastype="affine" biasprm="{found["bias"].value!r} 0 0"' if "bias" in found else ""
+        gear = f'<general name="{NAME}" joint="{NAME}" gear="{found["gear"].value!r}" gainprm="1"{bias}/>'
+        lines += ["  <actuator>", f"    {gear}", "  </actuator>"]
+    return "\n".join([*lines, "</mujoco>", ""])
+
+
+def _urdf(fit: Fit, found: Mapping[str, Quantity]) -> str:
+    """A link on its joint. URDF has no armature, so what moves is the link's; nor has it gear, stiffness, bias."""
+    rotary, moving = fit.units.position == "rad", repr(found["armature"].value)
+    mass, inertia = (repr(_TINY), moving) if rotary else (moving, repr(_TINY))
+    places = np.concatenate([trace.measured for trace in fit.traces])
+    limit = f'    <limit lower="{places.min():.6g}" upper="{places.max():.6g}" effort="1e9" velocity="1e9"/>'
+    damping, friction = found["damping"].value, found["frictionloss"].value
+    lines = [
+        '<?xml version="1.0"?>', f'<robot name="{NAME}">', *_xml(_head(fit, found)),
+        *_xml(["armature is the link's own here; the file has no word for gear, stiffness, springref and bias",
+               *([] if rotary else ["the limits are the way of the recordings; effort and velocity are not limited"])]),
+        '  <link name="base"/>', f'  <link name="{NAME}_link">', "    <inertial>", f'      <mass value="{mass}"/>',
+        f'      <inertia ixx="{inertia}" ixy="0" ixz="0" iyy="{inertia}" iyz="0" izz="{inertia}"/>',
+        "    </inertial>", "  </link>",
+        f'  <joint name="{NAME}" type="{"continuous" if rotary else "prismatic"}">', '    <parent link="base"/>',
+        f'    <child link="{NAME}_link"/>', '    <axis xyz="0 0 1"/>', *([] if rotary else [limit]),
+        f'    <dynamics damping="{damping!r}" friction="{friction!r}"/>', "  </joint>", "</robot>", "",
+    ]  # fmt: skip
+    return "\n".join(lines)
+
+
+def _isaac(fit: Fit, found: Mapping[str, Quantity]) -> str:
+    """An actuator of Isaac Lab (from 2.3 on), whose friction is an effort, and whose units are those of the fit."""
+    numbers = {
+        "stiffness": found.get("stiffness", Quantity(0.0, math.nan, math.nan, "none")), "armature": found["armature"],
+        "friction": found["frictionloss"], "dynamic_friction": found["frictionloss"],
+        "viscous_friction": found["damping"],
+    }  # fmt: skip
+    lines = [f"# {printable(each)}" for each in _head(fit, found)]
+    lines += ["# the effort of the joint is GEAR (drive + BIAS); its spring has the position target SPRINGREF", ""]
+    lines += ["from isaaclab.actuators import ImplicitActuatorCfg", ""]
+    lines += [f"{word.upper()} = {found[word].value!r}" for word in ("gear", "bias", "springref") if word in found]
+    lines += [f"{NAME.upper()} = ImplicitActuatorCfg(", f'    joint_names_expr=["{NAME}"],', "    damping=0.0,"]
+    return "\n".join([*lines, *(f"    {word}={each.value!r}," for word, each in numbers.items()), ")", ""])
+
+
+_FORMATS: Mapping[str, Callable[[Fit, Mapping[str, Quantity]], str]] = {"mjcf": _mjcf, "urdf": _urdf, "isaac": _isaac}

@@ -1,0 +1,255 @@
+"""Recordings in rad, deg, turns and counts, driven by A, V, N or N m, and fits in the words of simulators.
+
+Recordings of a servo are made by the independent time stepping of tests/oracle/recordings.c.
+"""
+
+import ast
+import math
+import re
+from dataclasses import replace
+from functools import cache
+from typing import Any
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+
+import hopform
+from hopform import _cli as cli
+from hopform._identify import Fit, fit_drop_test, fit_force, fit_step_response, friction_threshold, parse_recording
+from hopform._identify.simulators import exported, quantities
+from hopform._identify.units import Units
+from tests.fits import ALONE
+from tests.oracle.recordings import Rig, simulate
+
+RATE, COUNT = 400.0, 1000
+SERVO = Rig(mass=1.5e-4, k=0.0, b=1e-3, f=0.004 / 1.5e-4, gamma=0.05)
+PENDULUM = Rig(mass=5.5e-3, k=0.4807, b=4e-3, f=0.02 / 5.5e-3, start=0.3)
+SPRUNG = replace(SERVO, k=0.02, rest=0.1, start=0.1)
+TIME = np.arange(COUNT) / RATE
+DRIVE = np.where(TIME < 0.1, 0.0, np.where(np.arange(COUNT) // 120 % 2 == 0, 0.6, -0.5))
+
+
+@cache
+def angles(rig: Rig, noise: float = 3e-4) -> np.ndarray:
+    driven = simulate(rig, DRIVE if rig.gamma else np.zeros(COUNT), RATE)
+    return driven + np.random.default_rng(3).normal(0.0, noise, COUNT)
+
+
+def recorded(head: str, *columns: np.ndarray) -> Any:
+    lines = [head, *(",".join(map(repr, row)) for row in np.stack([TIME, *columns], axis=1).tolist())]
+    return parse_recording("\n".join(lines), "servo.csv")
+
+
+def holds(fit: Fit, **truth: float) -> list[str]:
+    """What of the truth is not within 1.5 times the 95 % interval: three standard errors."""
+    apart = {name: abs(fit[name].value - value) for name, value in truth.items()}
+    return [name for name, each in apart.items() if each > 1.5 * (fit[name].high - fit[name].low) / 2.0]
+
+
+@cache
+def air() -> Fit:
+    return fit_step_response(
+        recorded("time_s,position_deg,voltage_V", np.degrees(angles(SERVO)), DRIVE), spring=False,
+        known={"gamma2": -0.05}, **ALONE,
+    )  # fmt: skip
+
+
+@cache
+def decay() -> Fit:
+    counts = np.round(angles(PENDULUM, noise=1e-3) * 4096.0 / (2.0 * math.pi))
+    return fit_drop_test(
+        recorded("time_s,position_counts_4096perrev", counts), attached=True, known={"k": 0.4807}, **ALONE,
+    )  # fmt: skip
+
+
+def test_a_servo_in_degrees_and_volts_has_its_inertia_friction_and_torque():
+    fit = air()
+    assert not holds(fit, m_eff=SERVO.mass, b1=SERVO.b, f1=SERVO.f, offset=0.0)
+    units = {each.name: each.unit for each in fit.estimates}
+    assert units == {"m_eff": "kg m^2", "b1": "N m s/rad", "f1": "rad/s^2", "offset": "V", "x@0": "rad"}
+    assert (fit["m_eff"].high - fit["m_eff"].low) < 0.01 * SERVO.mass
+    assert fit.rms == pytest.approx(3e-4, rel=0.1)
+
+
+def test_a_pendulum_in_counts_has_its_inertia_by_its_known_stiffness():
+    fit = decay()
+    assert not holds(fit, m_s=PENDULUM.mass, b2=PENDULUM.b, f2=PENDULUM.f)
+    assert [fit["m_s"].unit, fit["b2"].unit, fit["f2"].unit, fit["rest@0"].unit] == [
+        "kg m^2", "N m s/rad", "rad/s^2", "rad",
+    ]  # fmt: skip
+
+
+def test_a_torque_is_a_known_drive():
+    fit = fit_step_response(
+        recorded("time_s,position_rad,torque_mNm", angles(SPRUNG), 50.0 * DRIVE), **ALONE,
+    )  # fmt: skip
+    assert fit.known["gamma2"] == -1.0
+    assert not holds(fit, m_eff=SPRUNG.mass, k=SPRUNG.k, b1=SPRUNG.b, f1=SPRUNG.f)
+    assert fit["k"].unit == "N m/rad"
+    assert fit.units == Units("rad", "N m")
+
+
+def test_a_fit_in_force_is_one_in_torque():
+    drive = 0.3 * np.sin(9.0 * TIME)
+    x = simulate(SERVO, drive, RATE)
+    fit = fit_force(recorded("time_s,position_rad,torque_Nm", x, 0.05 * drive), known={}, position=False)
+    assert {each.name: each.unit for each in fit.estimates} == {
+        "m_eff": "kg m^2", "b1": "N m s/rad", "f1": "rad/s^2", "offset": "N m", "f1 m_eff": "N m",
+        "offset force": "N m",
+    }  # fmt: skip
+    assert fit["b1"].value == pytest.approx(SERVO.b, rel=0.1)
+    assert fit["f1 m_eff"].value == pytest.approx(0.004, rel=0.1)
+
+
+def test_a_ramp_of_torque_has_its_threshold_in_torque():
+    slow = np.concatenate([np.zeros(100), np.linspace(0.0, 0.2, COUNT - 100)])
+    x = simulate(SERVO, slow, RATE)
+    moving = slice(0, int(np.argmax(x > 0.5)) or None)
+    rows = np.stack([TIME, x, 0.05 * slow], axis=1)[moving].tolist()
+    text = "\n".join(["time_s,position_rad,torque_Nm", *(",".join(map(repr, row)) for row in rows)])
+    threshold = friction_threshold(parse_recording(text, "ramp.csv"), m_eff=SERVO.mass, gamma2=-1.0)
+    assert threshold.u == pytest.approx(0.004, rel=0.02)
+    assert threshold.f1 == pytest.approx(SERVO.f, rel=0.02)
+    assert threshold.units == Units("rad", "N m")
+
+
+@pytest.mark.parametrize(
+    ("unit", "factor"),
+    [("deg", 180.0 / math.pi), ("rev", 0.5 / math.pi), ("mrad", 1e3), ("2048perrev", 1024.0 / math.pi)],
+)
+def test_an_angle_is_the_same_in_every_unit(unit, factor):
+    x = recorded("time_s,x_rad", angles(PENDULUM)).position("x1")
+    assert recorded(f"time_s,x_{unit}", factor * angles(PENDULUM)).position("x1") == pytest.approx(x, rel=1e-14)
+
+
+def test_counts_of_a_linear_encoder_are_a_length():
+    made = recorded("time_s,x_counts_56000perm", np.round(5600.0 * angles(PENDULUM)))
+    assert made.units("x2") == Units("m", "A")
+    assert made.position("x2") == pytest.approx(0.1 * angles(PENDULUM), abs=0.5 / 56000.0)
+
+
+def test_units_that_no_fit_takes_are_refused_by_file_and_column(tmp_path, capsys):
+    counts = "has no unit that is known.*counts of an encoder as position_4096perrev"
+    with pytest.raises(hopform.HopformError, match=f"servo.csv, line 1, column 2: 'x_counts' {counts}"):
+        recorded("time_s,x_counts", angles(PENDULUM))
+    with pytest.raises(hopform.HopformError, match="has no unit"):
+        recorded("time_s,x_0perrev", angles(PENDULUM))
+    angle, length = recorded("time_s,x_rad", angles(PENDULUM)), recorded("time_s,x_m", angles(PENDULUM))
+    with pytest.raises(hopform.HopformError, match="'x_rad': is an angle; a drop is of a height in m"):
+        fit_drop_test(angle)
+    with pytest.raises(hopform.HopformError, match="is in m, servo.csv in rad: one fit takes one"):
+        fit_drop_test([angle, length], attached=True)
+    with pytest.raises(hopform.HopformError, match="m_s must be > 0 kg m.2, got -1.0"):
+        fit_drop_test(angle, attached=True, known={"m_s": -1.0})
+    with pytest.raises(hopform.HopformError, match="a fit in rad is of no hopper"):
+        decay().robot(hopform.load_robot("hopper_c"))
+
+
+# ---- simulators ----
+
+
+def test_what_a_simulator_reads_are_forces_and_their_intervals():
+    found = quantities(air())
+    friction = found["frictionloss"]
+    assert friction.value == pytest.approx(air()["m_eff"].value * air()["f1"].value)
+    names = [each.name for each in air().estimates]
+    i, j, m, f = names.index("m_eff"), names.index("f1"), air()["m_eff"].value, air()["f1"].value
+    c = air().covariance
+    stderr = math.sqrt(f * f * c[i, i] + m * m * c[j, j] + 2.0 * m * f * c[i, j])
+    assert friction.high - friction.value == pytest.approx(1.96 * stderr)
+    assert friction.low < 0.004 < friction.high
+    assert found["gear"].value == 0.05
+    assert (found["damping"].low, found["damping"].high) == (air()["b1"].low, air()["b1"].high)
+    assert [each.unit for each in found.values()] == ["kg m^2", "N m s/rad", "N m/V", "V", "N m"]
+
+
+def model_of(text: str) -> Any:
+    mujoco = pytest.importorskip("mujoco")
+    return mujoco, mujoco.MjModel.from_xml_string(text)
+
+
+def test_mujoco_reads_back_what_was_fitted():
+    _, model = model_of(exported(air(), "mjcf"))
+    found = quantities(air())
+    assert model.dof_armature[0] == found["armature"].value
+    assert model.dof_damping.ravel()[0] == found["damping"].value
+    assert model.dof_frictionloss[0] == found["frictionloss"].value
+    assert model.actuator_gear[0, 0] == found["gear"].value
+    _, hung = model_of(exported(decay(), "mjcf"))
+    assert hung.jnt_stiffness.ravel()[0] == 0.4807
+    assert hung.qpos_spring[0] == decay()["rest@0"].value  # in radians: MJCF's default is degrees
+
+
+@pytest.mark.parametrize(("fit", "rig"), [(air, SERVO), (decay, PENDULUM)], ids=["air", "decay"])
+def test_mujoco_moves_as_the_servo_did(fit, rig):
+    """From the fitted start under the same drive; MuJoCo's friction is a soft constraint, its step 50 us."""
+    mujoco, model = model_of(exported(fit(), "mjcf"))
+    model.opt.timestep = 5e-5
+    model.dof_solref[0] = [-1e5, -2e2] if rig.k else [-1e6, -2e3]
+    data, values = mujoco.MjData(model), fit().values
+    data.qpos[0], data.qvel[0] = values["x@0"], values.get("v@0", 0.0)
+    trace, seen = fit().traces[0], []
+    drive = DRIVE[-trace.time.size :]
+    for u in drive.tolist():
+        seen.append(float(data.qpos[0]))
+        if model.nu:
+            data.ctrl[0] = u
+        for _ in range(round(1.0 / (RATE * model.opt.timestep))):
+            mujoco.mj_step(model, data)
+    truth = simulate(rig, DRIVE if rig.gamma else np.zeros(COUNT), RATE)[-trace.time.size :]
+    assert np.abs(np.array(seen) - truth).max() < 0.01 * np.ptp(truth)
+
+
+def test_urdf_has_inertia_damping_and_friction_about_its_axis():
+    text = exported(air(), "urdf")
+    joint = ElementTree.fromstring(text).find("joint")
+    assert joint.get("type") == "continuous"
+    found = quantities(air())
+    dynamics = {name: float(value) for name, value in joint.find("dynamics").attrib.items()}
+    assert dynamics == {"damping": found["damping"].value, "friction": found["frictionloss"].value}
+    _, model = model_of(text)
+    assert model.body_inertia[1] == pytest.approx([found["armature"].value] * 3)
+    assert (model.dof_damping.ravel()[0], model.dof_frictionloss[0]) == tuple(dynamics.values())
+
+
+def test_isaac_lab_has_friction_as_an_effort():
+    made = ast.parse(exported(decay(), "isaac"))
+    call = next(node.value for node in made.body if isinstance(node, ast.Assign) and isinstance(node.value, ast.Call))
+    values = {each.arg: ast.literal_eval(each.value) for each in call.keywords}
+    found = quantities(decay())
+    assert values == {
+        "joint_names_expr": ["identified"], "damping": 0.0, "stiffness": 0.4807, "armature": found["armature"].value,
+        "friction": found["frictionloss"].value, "dynamic_friction": found["frictionloss"].value,
+        "viscous_friction": found["damping"].value,
+    }  # fmt: skip
+
+
+def test_a_hopper_s_actuator_slides():
+    step = hopform.record(hopform.load_robot("hopper_c"), "step", seed=2)
+    fit = fit_step_response(step, known={"m_eff": 25.0}, **ALONE)
+    assert {word: each.unit for word, each in quantities(fit).items()} == {
+        "armature": "kg", "damping": "N s/m", "stiffness": "N/m", "springref": "m", "gear": "N/A", "frictionloss": "N",
+    }  # fmt: skip
+    joint = ElementTree.fromstring(exported(fit, "urdf")).find("joint")
+    assert joint.get("type") == "prismatic"
+    assert float(joint.find("limit").get("upper")) == pytest.approx(fit.traces[0].measured.max(), rel=1e-5)
+    _, model = model_of(exported(fit, "mjcf"))
+    assert model.actuator_gear[0, 0] == pytest.approx(65.0, rel=0.01)
+
+
+def test_the_command_writes_a_model_with_intervals_in_comments(tmp_path, capsys):
+    path, out = tmp_path / "servo.csv", tmp_path / "servo.xml"
+    rows = np.stack([TIME, np.degrees(angles(SERVO)), DRIVE], axis=1).tolist()
+    path.write_text("\n".join(["time_s,position_deg,voltage_V", *(",".join(map(repr, row)) for row in rows)]))
+    ask = ["identify", "air", str(path), "--known", "gamma2=-0.05"]
+    assert cli.main([*ask, "--export", "mjcf", "--out", str(out)]) == 0
+    assert "N m s/rad" in capsys.readouterr().out
+    assert re.search(r"<!-- damping \S+ \[N m s/rad\] 95 % \S+ \.\. \S+ -->", out.read_text())
+    assert cli.main([*ask, "--export", "mjcf"]) == 0
+    assert capsys.readouterr().out == out.read_text()
+    assert cli.main([*ask[:3], "--export", "urdf"]) == 2
+    assert "motion fixes them only up to a factor" in capsys.readouterr().err
+    assert cli.main([*ask, "--export", "urdf", "--json"]) == 2
+    assert cli.main([*ask, "--out", str(out)]) == 2
+    assert "a fit in rad is of no hopper" in capsys.readouterr().err
