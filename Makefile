@@ -38,6 +38,10 @@ test-slices: compiler venv-dev ## some robots of each count of test-exhaustive-i
 	OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1 $(PY) -m pytest -m sliced -n auto --dist loadfile \
 	    tests/conformance tests/unit
 
+site-test: compiler venv-docs ## open the page to play with in Chromium: its numbers and digests are those of Python
+	$(PY) tools/build_library.py
+	$(PY) -m pytest -q -m site tests
+
 test-exhaustive-identification: compiler venv-dev ## fit 300 random robots, count how often intervals hold the truth
 	$(PY) tools/build_library.py
 	$(PY) -m tests.conformance.confidence --count 300
@@ -162,6 +166,9 @@ venv-dev:
 venv-bench:
 	@sh tools/venv.sh bench
 
+venv-docs:
+	@sh tools/venv.sh docs
+
 .NOTPARALLEL:
 .PHONY: help help-all run test test-slices test-exhaustive test-exhaustive-slice test-exhaustive-identification
 .PHONY: validate-data
@@ -169,4 +176,4 @@ venv-bench:
 .PHONY: scans fuzz fuzz-outside generate check lint lines wheel mutants mutants-all test-determinism bench gate
 .PHONY: test-control-exhaustive
 .PHONY: firmware-test firmware-test-all firmware-report coverage-c mutants-c frama-c test-exhaustive-kernels
-.PHONY: clean compiler venv venv-dev venv-bench
+.PHONY: clean compiler venv venv-dev venv-bench venv-docs site-test
