@@ -3,7 +3,7 @@
 PY = .venv/bin/python
 export CC
 
-FIRST = run|test|generate|check|lint|bench|firmware-test|test-exhaustive|mutants|wheel|clean|help-all
+FIRST = run|test|docs|generate|check|lint|bench|firmware-test|test-exhaustive|mutants|wheel|clean|help-all
 help:
 	@sed -nE 's/^($(FIRST)):[^#]*## /\1|/p' Makefile | awk -F'|' '{ printf "make %-16s %s\n", $$1, $$2 }'
 
@@ -38,8 +38,15 @@ test-slices: compiler venv-dev ## some robots of each count of test-exhaustive-i
 	OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1 $(PY) -m pytest -m sliced -n auto --dist loadfile \
 	    tests/conformance tests/unit
 
-site-test: compiler venv-docs ## open the page to play with in Chromium: its numbers and digests are those of Python
+docs: compiler doxygen venv-docs ## build the site into out/site, the page to play with in it; warnings are errors
 	$(PY) tools/build_library.py
+	@rm -rf out/site out/doxygen && mkdir -p out
+	.venv/bin/hopform figures out/figures >out/figures.log
+	doxygen docs/site/Doxyfile
+	$(PY) -m sphinx -W --keep-going -q -d out/doctrees -c docs/site . out/site
+	$(PY) tools/play.py out/site/play
+
+site-test: docs ## follow every link of the site; open it in Chromium: numbers and digests are those of Python
 	$(PY) -m pytest -q -m site tests
 
 test-exhaustive-identification: compiler venv-dev ## fit 300 random robots, count how often intervals hold the truth
@@ -157,6 +164,9 @@ compiler:
 	@command -v $(firstword $(CC)) >/dev/null || \
 	{ echo "hopform: no C compiler: $(firstword $(CC)) not found (set CC, or on Debian: apt install gcc)" >&2; exit 1; }
 
+doxygen:
+	@command -v doxygen >/dev/null || { echo "hopform: doxygen not found (on Debian: apt install doxygen)" >&2; exit 1; }
+
 venv:
 	@sh tools/venv.sh derive,identify,plot
 
@@ -176,4 +186,4 @@ venv-docs:
 .PHONY: scans fuzz fuzz-outside generate check lint lines wheel mutants mutants-all test-determinism bench gate
 .PHONY: test-control-exhaustive
 .PHONY: firmware-test firmware-test-all firmware-report coverage-c mutants-c frama-c test-exhaustive-kernels
-.PHONY: clean compiler venv venv-dev venv-bench venv-docs site-test
+.PHONY: clean compiler venv venv-dev venv-bench venv-docs doxygen docs site-test
