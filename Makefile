@@ -137,6 +137,12 @@ wheel: venv-dev ## build the sdist, from it the wheel, and look inside
 	$(PY) -m build --no-isolation
 	.venv/bin/check-wheel-contents dist
 
+wheels: compiler venv-wheels ## the sdist and a wheel for each of PLATFORMS (all), cross compiled, into dist
+	$(PY) tools/build_library.py
+	@rm -rf dist
+	$(PY) tools/wheels.py dist $(PLATFORMS)
+	.venv/bin/check-wheel-contents dist
+
 COUNT = 60
 mutants: compiler venv-dev ## change COUNT (60) places of the package at random and two of the engine, see tests fail
 	$(PY) -m tests.mutation.python --count $(COUNT)
@@ -176,6 +182,9 @@ venv-dev:
 venv-bench:
 	@sh tools/venv.sh bench
 
+venv-wheels:
+	@sh tools/venv.sh wheels
+
 venv-docs:
 	@sh tools/venv.sh docs
 
@@ -186,4 +195,4 @@ venv-docs:
 .PHONY: scans fuzz fuzz-outside generate check lint lines wheel mutants mutants-all test-determinism bench gate
 .PHONY: test-control-exhaustive
 .PHONY: firmware-test firmware-test-all firmware-report coverage-c mutants-c frama-c test-exhaustive-kernels
-.PHONY: clean compiler venv venv-dev venv-bench venv-docs doxygen docs site-test
+.PHONY: clean compiler venv venv-dev venv-bench venv-docs venv-wheels doxygen docs site-test wheels

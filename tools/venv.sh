@@ -10,10 +10,11 @@ current="$here $(cksum <pyproject.toml)"
 
 clear=--clear
 if [ -x .venv/bin/python ]; then
-    # bench (peers of the benchmarks) and docs (the site, its browser, the cross compiler) hold dev, dev all the rest.
+    # bench (peers of the benchmarks), wheels (the cross compiler) and docs, which holds wheels, hold dev; dev the rest.
     case "$extras" in
     bench | docs) more= ;;
-    *) more=".venv/with-dev .venv/with-bench .venv/with-docs" ;;
+    wheels) more=.venv/with-docs ;;
+    *) more=".venv/with-dev .venv/with-bench .venv/with-wheels .venv/with-docs" ;;
     esac
     for stamp in ".venv/with-$extras" $more; do
         case "$(cat "$stamp" 2>/dev/null)" in
