@@ -13,11 +13,17 @@ help-all: ## say what every target does
 run: compiler venv ## set up .venv, derive and compile the formulas, solve stances, hop, draw it all into out/
 	$(PY) -m derive
 	$(PY) tools/build_library.py
+	.venv/bin/hopform stance --robot hopper_c --height 0.20 --u 3
 	@mkdir -p out
-	.venv/bin/hopform stance --robot hopper_c --height 0.20 --u 0 --plot out/stance_0A.png
-	.venv/bin/hopform stance --robot hopper_c --height 0.20 --u 3 --plot out/stance_3A.png
+	@echo "drawing into out/ ..."
+	@set -e; for u in 0 3; do \
+	    .venv/bin/hopform stance --height 0.20 --u $$u --plot out/stance_$${u}A.png >/dev/null; done
 	.venv/bin/hopform hop --height 0.20 --terrain uniform --seed 1 --controller exact --h-des 0.20 --hops 12 \
 	    --plot out/rough.png
+	@printf '%s\n' "" "Open out/stance_3A.png and out/rough.png. Then try:" \
+	    "  .venv/bin/hopform --help                              the commands; each has two examples in its help" \
+	    "  .venv/bin/hopform robots hopper_c --toml > mine.toml  a robot's 15 numbers, to edit; --robot mine.toml" \
+	    "  make docs                                             a site, and a page to play with (needs doxygen)"
 
 test: compiler venv-dev ## prove it: the derivation, the generated code against the symbols, the house rules
 	$(PY) tools/build_library.py
