@@ -28,15 +28,17 @@ def _installs(extra: str) -> str:
     import shlex
     import sys
     from importlib.metadata import PackageNotFoundError, distribution
+    from typing import Any
     from urllib.parse import unquote, urlsplit
 
     try:
         text = distribution("hopform").read_text("direct_url.json")
     except PackageNotFoundError:
         text = None
-    origin = json.loads(text) if text else {}
+    origin: dict[str, Any] = json.loads(text) if text else {}
     url = str(origin.get("url", ""))
     wanted = [f"hopform[{extra}] @ {url}" if url else f"hopform[{extra}]"]
-    if origin.get("dir_info", {}).get("editable"):
+    folder: dict[str, Any] = origin.get("dir_info", {})
+    if folder.get("editable"):
         wanted = ["--editable", f"{unquote(urlsplit(url).path)}[{extra}]"]
     return shlex.join([sys.executable, "-m", "pip", "install", *wanted])
