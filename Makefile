@@ -46,7 +46,7 @@ test-slices: compiler venv-dev ## some robots of each count of test-exhaustive-i
 
 docs: compiler doxygen venv-docs ## build the site into out/site, the page to play with in it; warnings are errors
 	$(PY) tools/build_library.py
-	@rm -rf out/site out/doxygen && mkdir -p out
+	@rm -rf out/site out/doxygen out/doctrees && mkdir -p out
 	.venv/bin/hopform figures out/figures >out/figures.log
 	doxygen docs/site/Doxyfile
 	$(PY) -m sphinx -W --keep-going -q -d out/doctrees -c docs/site . out/site

@@ -18,6 +18,7 @@ from hopform._cli import COMMANDS
 ROOT = Path(__file__).resolve().parents[2]
 
 project, author, release = "hopform", "hopform contributors", hopform.__version__
+copyright = "hopform contributors, MIT"
 extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.viewcode", "breathe"]
 root_doc = "README"
 include_patterns = [
