@@ -25,7 +25,7 @@ from hopform._export.selftest import selftest
 ROOT = Path(__file__).resolve().parent.parent
 PROGRAM = ROOT / "tests" / "conformance" / "firmware"
 QEMU = ("qemu-aarch64", "-L", "/usr/aarch64-linux-gnu")  # of Debian's qemu-user and libc6-arm64-cross
-WINE = ("wine64",)
+WINE = (shutil.which("wine64") or "/usr/lib/wine/wine64",)  # of Debian's wine64
 
 
 class Target(NamedTuple):
