@@ -3,7 +3,7 @@
 PY = .venv/bin/python
 export CC
 
-FIRST = run|test|generate|check|lint|bench|firmware-test|test-exhaustive|mutants|wheel|clean|help-all
+FIRST = run|test|docs|generate|check|lint|bench|firmware-test|test-exhaustive|mutants|wheel|clean|help-all
 help:
 	@sed -nE 's/^($(FIRST)):[^#]*## /\1|/p' Makefile | awk -F'|' '{ printf "make %-16s %s\n", $$1, $$2 }'
 
@@ -13,11 +13,17 @@ help-all: ## say what every target does
 run: compiler venv ## set up .venv, derive and compile the formulas, solve stances, hop, draw it all into out/
 	$(PY) -m derive
 	$(PY) tools/build_library.py
+	.venv/bin/hopform stance --robot hopper_c --height 0.20 --u 3
 	@mkdir -p out
-	.venv/bin/hopform stance --robot hopper_c --height 0.20 --u 0 --plot out/stance_0A.png
-	.venv/bin/hopform stance --robot hopper_c --height 0.20 --u 3 --plot out/stance_3A.png
+	@echo "drawing into out/ ..."
+	@set -e; for u in 0 3; do \
+	    .venv/bin/hopform stance --height 0.20 --u $$u --plot out/stance_$${u}A.png >/dev/null; done
 	.venv/bin/hopform hop --height 0.20 --terrain uniform --seed 1 --controller exact --h-des 0.20 --hops 12 \
 	    --plot out/rough.png
+	@printf '%s\n' "" "Open out/stance_3A.png and out/rough.png. Then try:" \
+	    "  .venv/bin/hopform --help                              the commands; each has two examples in its help" \
+	    "  .venv/bin/hopform robots hopper_c --toml > mine.toml  a robot's 15 numbers, to edit; --robot mine.toml" \
+	    "  make docs                                             a site, and a page to play with (needs doxygen)"
 
 test: compiler venv-dev ## prove it: the derivation, the generated code against the symbols, the house rules
 	$(PY) tools/build_library.py
@@ -37,6 +43,17 @@ test-slices: compiler venv-dev ## the slower tests, with some robots of each cou
 	$(PY) tools/build_library.py
 	OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1 $(PY) -m pytest -m sliced -n auto --dist loadfile \
 	    tests/conformance tests/unit
+
+docs: compiler doxygen venv-docs ## build the site into out/site, the page to play with in it; warnings are errors
+	$(PY) tools/build_library.py
+	@rm -rf out/site out/doxygen out/doctrees && mkdir -p out
+	.venv/bin/hopform figures out/figures >out/figures.log
+	doxygen docs/site/Doxyfile
+	$(PY) -m sphinx -W --keep-going -q -d out/doctrees -c docs/site . out/site
+	$(PY) tools/play.py out/site/play
+
+site-test: docs ## follow every link of the site; open it in Chromium: numbers and digests are those of Python
+	$(PY) -m pytest -q -m site tests
 
 test-exhaustive-identification: compiler venv-dev ## fit 300 random robots, count how often intervals hold the truth
 	$(PY) tools/build_library.py
@@ -126,6 +143,12 @@ wheel: venv-dev ## build the sdist, from it the wheel, and look inside
 	$(PY) -m build --no-isolation
 	.venv/bin/check-wheel-contents dist
 
+wheels: compiler venv-wheels ## the sdist and a wheel for each of PLATFORMS (all), cross compiled, into dist
+	$(PY) tools/build_library.py
+	@rm -rf dist
+	$(PY) tools/wheels.py dist $(PLATFORMS)
+	.venv/bin/check-wheel-contents dist
+
 COUNT = 60
 mutants: compiler venv-dev ## change COUNT (60) places of the package at random and two of the engine, see tests fail
 	$(PY) -m tests.mutation.python --count $(COUNT)
@@ -153,6 +176,9 @@ compiler:
 	@command -v $(firstword $(CC)) >/dev/null || \
 	{ echo "hopform: no C compiler: $(firstword $(CC)) not found (set CC, or on Debian: apt install gcc)" >&2; exit 1; }
 
+doxygen:
+	@command -v doxygen >/dev/null || { echo "hopform: doxygen not found (on Debian: apt install doxygen)" >&2; exit 1; }
+
 venv:
 	@sh tools/venv.sh derive,identify,plot
 
@@ -162,6 +188,12 @@ venv-dev:
 venv-bench:
 	@sh tools/venv.sh bench
 
+venv-wheels:
+	@sh tools/venv.sh wheels
+
+venv-docs:
+	@sh tools/venv.sh docs
+
 .NOTPARALLEL:
 .PHONY: help help-all run test test-slices test-exhaustive test-exhaustive-slice test-exhaustive-identification
 .PHONY: validate-data
@@ -169,4 +201,4 @@ venv-bench:
 .PHONY: scans fuzz fuzz-outside generate check lint lines wheel mutants mutants-all test-determinism bench gate
 .PHONY: test-control-exhaustive
 .PHONY: firmware-test firmware-test-all firmware-report coverage-c mutants-c frama-c test-exhaustive-kernels
-.PHONY: clean compiler venv venv-dev venv-bench
+.PHONY: clean compiler venv venv-dev venv-bench venv-docs venv-wheels doxygen docs site-test wheels

@@ -17,7 +17,11 @@ FLAGS = ["-std=c99", "-O2", "-fPIC", "-shared", "-fvisibility=default", "-ffp-co
 # Loops over lanes become vector instructions where no trap on a number that is not used, and no jump around it, is
 # kept.
 LANE_FLAGS = ["-O3", "-fno-trapping-math", "-fno-thread-jumps"]
-SUFFIX = ".dylib" if sys.platform == "darwin" else ".so"
+OF_GCC = {"-fno-thread-jumps"}
+"""What clang ignores and zig refuses."""
+PLATFORM = os.environ.get("HOPFORM_PLATFORM") or sys.platform
+"""The platform of a wheel that is built for another computer, with $CC a cross compiler; or this one's."""
+SUFFIX = ".dylib" if PLATFORM.startswith(("darwin", "macosx")) else ".dll" if PLATFORM.startswith("win") else ".so"
 
 
 class LibraryNotBuilt(Exception):
@@ -43,15 +47,14 @@ def build_library(root: Path = ROOT) -> Path:
     After a failure none is left: an old one would pass for the new sources'.
     """
     target = library(root)
-    aside = target.with_name(f"{target.stem}.{os.getpid()}.tmp")
     try:
-        compile_sources(root / "generated" / "c", aside)
-        os.replace(aside, target)
+        with tempfile.TemporaryDirectory(prefix="_build_", dir=target.parent) as folder:
+            aside = Path(folder, target.name)  # a library for Windows knows its own name
+            compile_sources(root / "generated" / "c", aside)
+            os.replace(aside, target)
     except LibraryNotBuilt:
         target.unlink(missing_ok=True)
         raise
-    finally:
-        aside.unlink(missing_ok=True)
     return target
 
 
@@ -66,13 +69,15 @@ def compile_sources(c: Path, output: Path, *more: str) -> None:
     lanes = [source for source in sources if source.name.startswith("lanes_")]
     others = [source for source in sources if source not in lanes]
     include = ["-I", str(c / "include")]
-    for_objects = [*compiler, *(flag for flag in FLAGS if flag != "-shared"), *LANE_FLAGS, *more, *include, "-c"]
+    libraries = [] if "-nostdlib" in compiler else ["-lm"]
+    lane_flags = [flag for flag in LANE_FLAGS if "ziglang" not in compiler or flag not in OF_GCC]
+    for_objects = [*compiler, *(flag for flag in FLAGS if flag != "-shared"), *lane_flags, *more, *include, "-c"]
     try:
         with tempfile.TemporaryDirectory() as folder, ThreadPoolExecutor(os.cpu_count()) as pool:
             objects = [str(Path(folder, f"{source.stem}.o")) for source in lanes]
             commands = ([*for_objects, str(source), "-o", made] for source, made in zip(lanes, objects, strict=True))
             list(pool.map(run, commands))
-            run([*compiler, *FLAGS, *more, *include, *map(str, others), *objects, "-o", str(output), "-lm"])
+            run([*compiler, *FLAGS, *more, *include, *map(str, others), *objects, "-o", str(output), *libraries])
     except OSError as error:
         hint = "set CC, or on Debian: apt install gcc"
         raise LibraryNotBuilt(f"no C compiler: {compiler[0]}: {error.strerror} ({hint})") from error

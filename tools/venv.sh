@@ -10,8 +10,13 @@ current="$here $(cksum <pyproject.toml)"
 
 clear=--clear
 if [ -x .venv/bin/python ]; then
-    # dev holds everything but the peers of the benchmarks, bench holds dev.
-    for stamp in ".venv/with-$extras" .venv/with-bench $([ "$extras" = bench ] || echo .venv/with-dev); do
+    # bench (peers of the benchmarks), wheels (the cross compiler) and docs, which holds wheels, hold dev; dev the rest.
+    case "$extras" in
+    bench | docs) more= ;;
+    wheels) more=.venv/with-docs ;;
+    *) more=".venv/with-dev .venv/with-bench .venv/with-wheels .venv/with-docs" ;;
+    esac
+    for stamp in ".venv/with-$extras" $more; do
         case "$(cat "$stamp" 2>/dev/null)" in
         "$current") exit 0 ;;
         "$here "*) clear= ;;

@@ -127,7 +127,7 @@ def test_a_model_file_without_the_extra_says_which_one_it_needs(installed, tmp_p
     code, output = run(sys.executable, "-c", without, cwd=tmp_path, PYTHONPATH=str(installed))
     assert code == 1
     assert output.splitlines()[-1].endswith(
-        "MissingExtra: hopform.model needs the extra `derive`: pip install 'hopform[derive]'"
+        f"MissingExtra: hopform.model needs the extra `derive`: {sys.executable} -m pip install 'hopform[derive]'"
     )
 
 

@@ -559,7 +559,7 @@ def test_a_picture_without_matplotlib_is_refused_with_the_name_of_the_extra(tmp_
     picture, table = str(tmp_path / "out.svg"), str(tmp_path / "out.csv")
     code, output, errors = python(without, *DROP, "--csv", table, "--plot", picture)
     assert (code, output) == (2, "")
-    assert errors == "hopform: a plot needs the extra `plot`: pip install 'hopform[plot]'\n"
+    assert errors == f"hopform: {hopform.MissingExtra('a plot', 'plot')}\n"
     assert list(tmp_path.iterdir()) == []
     assert python(without, *DROP)[0] == 0
 

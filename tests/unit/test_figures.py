@@ -360,7 +360,7 @@ def test_figures_without_matplotlib_are_refused_in_one_line(tmp_path):
     without = "import sys; sys.modules['matplotlib'] = None; from hopform._cli import main; sys.exit(main())"
     code, output, errors = python(without, "figures", "out", cwd=tmp_path)
     assert (code, output) == (2, "")
-    assert errors == "hopform: a plot needs the extra `plot`: pip install 'hopform[plot]'\n"
+    assert errors == f"hopform: {hopform.MissingExtra('a plot', 'plot')}\n"
     assert list(tmp_path.iterdir()) == []
 
 

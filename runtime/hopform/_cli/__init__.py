@@ -44,9 +44,11 @@ class Command(TyperCommand):
 
     def loaded(self) -> Any:
         """The command with its options."""
+        from hopform._cli.help import GroupedCommand
+
         name = str(self.name)
         one = typer.Typer(**SETTINGS)
-        one.command(name)(getattr(import_module(f"hopform._cli.{COMMANDS[name]}"), name))
+        one.command(name, cls=GroupedCommand)(getattr(import_module(f"hopform._cli.{COMMANDS[name]}"), name))
         return typer.main.get_command(one)
 
     def make_context(self, *arguments: Any, **named: Any) -> Any:

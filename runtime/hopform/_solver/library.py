@@ -15,7 +15,8 @@ from typing import Literal
 from hopform._errors import BackendError
 
 Backend = Literal["c", "numpy"]
-LIBRARY = Path(__file__).resolve().parents[1] / f"_libhopform.{'dylib' if sys.platform == 'darwin' else 'so'}"
+_SUFFIX = {"darwin": ".dylib", "win32": ".dll"}.get(sys.platform, ".so")
+LIBRARY = Path(__file__).resolve().parents[1] / f"_libhopform{_SUFFIX}"
 
 
 def opened(path: Path, prefix: str, package: str, source: str) -> ctypes.CDLL:

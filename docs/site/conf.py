@@ -1,0 +1,132 @@
+"""The site, `make docs`: the pages of docs/ as they stand, and what is taken from code: API, commands, figures.
+
+The source of the site is the checkout itself, so that a link between two files is the same on the site and in the tree.
+"""
+
+import re
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+from docutils import nodes
+from latex2mathml.converter import convert
+
+import hopform
+from hopform._cli import COMMANDS
+
+ROOT = Path(__file__).resolve().parents[2]
+
+project, author, release = "hopform", "hopform contributors", hopform.__version__
+copyright = "hopform contributors, MIT"
+extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.viewcode", "breathe"]
+root_doc = "README"
+include_patterns = [
+    "README.md", "CONTRIBUTING.md", "CHANGELOG.md", "SECURITY.md", "docs/**", "generated/*.md", "generated/c/README.md",
+]  # fmt: skip
+exclude_patterns = [".*", "build", "dist", "runtime", "tests", "derive", "templates", "tools", "generated/packages"]
+suppress_warnings = ["myst.header"]  # a heading may skip a level
+highlight_language = "text"
+
+myst_enable_extensions = ["dollarmath"]
+myst_fence_as_directive = ["math"]
+myst_heading_anchors = 4
+breathe_projects = {"c": str(ROOT / "out" / "doxygen" / "xml")}
+breathe_default_project = "c"
+autodoc_member_order = "bysource"
+autodoc_typehints_format = "short"
+
+html_theme = "furo"
+html_title = f"hopform {release}"
+html_extra_path = ["index.html"]
+html_math_renderer = "mathml"
+html_copy_source = html_show_sphinx = html_show_search_summary = False
+
+NAVIGATION = {
+    "Get started": ["docs/site/start", "docs/site/play", "docs/site/gallery"],
+    "Tutorials": ["docs/tutorials/*"],
+    "How-to": ["docs/how-to/*"],
+    "Reference": [
+        "docs/site/python", "docs/site/c", "generated/c/README", "docs/site/help", "generated/JSON",
+        "docs/reference/*", "generated/EQUATIONS",
+    ],
+    "Explanation": ["docs/explanation/*"],
+    "Evidence": ["docs/evidence/*"],
+    "Develop": ["CONTRIBUTING", "CHANGELOG", "SECURITY", "docs/README"],
+}  # fmt: skip
+"""The pages by section; the list at the left of every page."""
+
+
+def navigation() -> str:
+    listed = set[str]()
+    parts: list[str] = []
+    for caption, pages in NAVIGATION.items():
+        found = [name for page in pages for name in names(page) if name not in listed]
+        listed.update(found)
+        parts += [f"```{{toctree}}\n:hidden:\n:caption: {caption}\n\n" + "\n".join(found) + "\n```"]
+    return "\n\n".join(parts)
+
+
+def names(page: str) -> list[str]:
+    if "*" not in page:
+        return [page]
+    return [path.relative_to(ROOT).with_suffix("").as_posix() for path in sorted(ROOT.glob(f"{page}.md"))]
+
+
+def commands() -> str:
+    """What `hopform COMMAND --help` prints."""
+    parts: list[str] = []
+    for command in COMMANDS:
+        done = subprocess.run(
+            [sys.executable, "-m", "hopform", command, "--help"], capture_output=True, text=True, check=True
+        )
+        parts.append(f"## {command}\n\n```\n{done.stdout.strip()}\n```\n")
+    return "\n".join(parts)
+
+
+def gallery() -> str:
+    """The figures with their captions, as `hopform figures` has drawn them."""
+    text = (ROOT / "out" / "figures" / "captions.md").read_text("utf-8")
+    return text.partition("\n## ")[2].join(["## ", ""]).replace("](fig_", "](../../out/figures/fig_")
+
+
+def on_read(app: Any, name: str, source: list[str]) -> None:
+    """Pages as MyST reads them: headings' own anchors become targets; what is generated goes where it is asked for."""
+    text = re.sub(r'^(#+) <a id="([^"]+)"></a>(.*)$', r"(\2)=\n\1 \3", source[0], flags=re.MULTILINE)
+    for mark, made in (("{{commands}}", commands), ("{{gallery}}", gallery)):
+        if mark in text and name.startswith("docs/site/"):
+            text = text.replace(mark, made())
+    source[0] = text + ("\n" + navigation() if name == root_doc else "")
+
+
+def on_docstring(app: Any, what: str, name: str, obj: Any, options: Any, lines: list[str]) -> None:
+    """Docstrings are plain sentences: names in backquotes, equations indented, examples that run."""
+    paragraphs = "\n".join(lines).split("\n\n")
+    lines[:] = "\n\n".join(map(paragraph, paragraphs)).split("\n")
+
+
+def paragraph(text: str) -> str:
+    if text.lstrip().startswith(">>>"):
+        return text
+    if text.startswith("    "):
+        return f"::\n\n{text}"
+    text = re.sub(r"(?<!`)`([^`]+)`(?!`)", r"``\1``", text)
+    pieces = re.split(r"(``[^`]+``)", text)
+    return "".join(piece if piece.startswith("``") else re.sub(r"([*|\\]|_\b)", r"\\\1", piece) for piece in pieces)
+
+
+def in_line(self: Any, node: nodes.math) -> None:
+    self.body.append(convert(node.astext()))
+    raise nodes.SkipNode
+
+
+def in_block(self: Any, node: nodes.math_block) -> None:
+    drawn = convert(node.astext(), display="block")
+    self.body.append(f'<div style="overflow: auto hidden; padding: 0.4em 0">{drawn}</div>')
+    raise nodes.SkipNode
+
+
+def setup(app: Any) -> None:
+    app.add_html_math_renderer("mathml", (in_line, None), (in_block, None))
+    app.connect("source-read", on_read)
+    app.connect("autodoc-process-docstring", on_docstring)

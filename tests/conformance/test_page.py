@@ -1,0 +1,304 @@
+"""The page to play with, in Chromium: its numbers are those of Python, to the bit, its digests those of the library.
+
+`make site-test` runs it, with selenium and ziglang from the extra `docs`, and Debian's chromium and chromium-driver.
+"""
+
+import importlib.util
+import re
+import shutil
+import time
+from pathlib import Path
+from urllib.parse import urlencode
+
+import numpy as np
+import pytest
+
+import hopform
+from hopform._export.selftest import selftest
+
+ROOT = Path(__file__).resolve().parents[2]
+PAGE = ROOT / "docs" / "play"
+MISSING = [name for name in ("chromium", "chromedriver") if shutil.which(name) is None]
+MISSING += [name for name in ("selenium", "ziglang") if importlib.util.find_spec(name) is None]
+browser = pytest.mark.skipif(bool(MISSING), reason=f"the page is not opened: {', '.join(MISSING)} absent")
+pytestmark = pytest.mark.site
+
+COLUMNS = ("ground", "touchdown_time", "v2", "u", "duration", "apex", "aed")
+"""Columns of a run's table that the page shows too."""
+SHOWN = dict(zip(COLUMNS, (1, 2, 3, 4, 7, 8, 9), strict=True))
+
+MODULE = """
+const text = document.getElementById("wasm").textContent.trim();
+const bytes = Uint8Array.from(atob(text), (c) => c.charCodeAt(0));
+const done = arguments[arguments.length - 1];
+WebAssembly.instantiate(bytes, {}).then(({instance: {exports: c}}) => {
+  const view = (name, length) => new Float64Array(c.memory.buffer, c[`play_${name}`].value, length);
+  const all = (name, length) => Array.from(view(name, length), String);
+"""
+"""Opens the module anew, without the page's program; numbers are passed on as text, for the sake of NaN."""
+
+
+@pytest.fixture(scope="module")
+def built(tmp_path_factory):
+    spec = importlib.util.spec_from_file_location("play", ROOT / "tools" / "play.py")
+    assert spec is not None and spec.loader is not None
+    play = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(play)
+    return play.build(tmp_path_factory.mktemp("page"))
+
+
+@pytest.fixture(scope="module")
+def driver(tmp_path_factory):
+    from selenium import webdriver
+
+    options = webdriver.ChromeOptions()
+    for argument in ("headless=new", "no-sandbox", "disable-dev-shm-usage", "window-size=1300,2200"):
+        options.add_argument(f"--{argument}")
+    options.add_argument("--force-prefers-reduced-motion")
+    options.add_experimental_option(
+        "prefs", {"download.default_directory": str(tmp_path_factory.getbasetemp() / "downloads")}
+    )
+    options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
+    found = webdriver.Chrome(options=options, service=webdriver.ChromeService(shutil.which("chromedriver")))
+    yield found
+    found.quit()
+
+
+@pytest.fixture
+def page(driver, built):
+    """Opens the page with a state; at the end nothing may stand on the browser's console."""
+
+    def opened(**state):
+        driver.get("about:blank")
+        driver.get(f"{built.as_uri()}#{urlencode(state)}")
+        wait(lambda: driver.find_element("css selector", "html").get_attribute("data-ready") == "yes")
+        return driver
+
+    yield opened
+    assert driver.get_log("browser") == []
+
+
+def wait(holds, seconds=10.0):
+    end = time.monotonic() + seconds
+    while not holds():
+        assert time.monotonic() < end, "waited in vain"
+        time.sleep(0.02)
+
+
+def values(driver):
+    """The numbers of the table of hops, by column of a run's table."""
+    rows = driver.execute_script(
+        "return [...document.querySelectorAll('#hops-table tbody tr')].map(r => [...r.cells].map(d => d.dataset.value))"
+    )
+    return {name: [float(row[place]) for row in rows] for name, place in SHOWN.items()}
+
+
+def write(driver, name, value):
+    driver.execute_script(
+        "const e = document.getElementById(arguments[0]); e.value = arguments[1];e.dispatchEvent(new Event('change'));",
+        name,
+        value,
+    )
+
+
+def compare(found, run):
+    assert len(found["u"]) == len(run.hops) > 0
+    for name in COLUMNS:
+        np.testing.assert_array_equal(found[name], run.table[name], err_msg=name)
+
+
+@browser
+def test_the_digests_are_those_of_the_native_library(page):
+    rows = page().execute_script(
+        "return [...document.querySelectorAll('#digests tbody tr')].map(r => [...r.cells].map(d => d.textContent))"
+    )
+    expected = {"f32": f"{selftest('float32'):08x}", "f64": f"{selftest('float64'):08x}"}
+    assert rows == [[name, digest, digest, "yes"] for name, digest in expected.items()]
+
+
+@browser
+@pytest.mark.parametrize(
+    ("robot", "state"),
+    [
+        ("hopper_c", {"size": 0.03, "seed": 7, "hops": 40}),
+        ("hopper_b", {"h_des": 0.12, "terrain": "steps", "size": 0.02}),
+        ("hopper_c", {"mode": "constant", "u": 3, "height": 0.1, "terrain": "steps", "size": -0.02}),
+        ("ideal", {"mode": "constant", "u": 0, "hops": 5}),
+        ("hopper_c", {"mode": "constant", "u": 1.2, "height": 0.05}),
+    ],
+    ids=str,
+)
+def test_a_run_has_the_bits_of_python(page, robot, state):
+    found = values(page(robot=robot, **state))
+    constant = state.get("mode") == "constant"
+    controller = state["u"] if constant else hopform.controllers.FeedForward(state.get("h_des", 0.2))
+    count = state.get("hops", 12)
+    terrain = [*found["ground"], *[found["ground"][-1]] * (count - len(found["ground"]))]
+    run = hopform.simulate(hopform.load_robot(robot), terrain, controller, height=state.get("height", 0.2))
+    compare(found, run)
+
+
+@browser
+def test_samples_of_a_run_are_those_of_python(page, hopper_c):
+    terrain = [0.0, 0.02, -0.01]
+    numbers = page().execute_async_script(
+        MODULE + "view('robot', 15).set(arguments[0]); view('terrain', 3).set(arguments[1]);"
+        "c.play_run(0.2, 1, 0.2, 3); const end = view('duration', 1)[0];"
+        "c.play_sample(0, end, 501); done([String(end), all('samples', 501 * 14)]); });",
+        [getattr(hopper_c, field.name) for field in hopform.Robot.fields()], terrain,
+    )  # fmt: skip
+    run = hopform.simulate(hopper_c, terrain, hopform.controllers.FeedForward(0.2), height=0.2)
+    assert float(numbers[0]) == run.duration
+    t, x1, v1, x2, v2, foot, ground, u, y, spring, motor, energy, predicted, hop = (
+        np.array(numbers[1], float).reshape(501, 14).T
+    )
+    inside = t <= run.duration
+    assert inside.sum() >= 500
+    at = run.at(t[inside])
+    for column, expected in ((x1, at.x1), (v1, at.v1), (x2, at.x2), (v2, at.v2)):
+        np.testing.assert_array_equal(column[inside], expected)
+    np.testing.assert_array_equal(foot[inside], run.foot(t[inside]))
+    np.testing.assert_array_equal(ground[inside], run.ground(t[inside]))
+    np.testing.assert_array_equal(u[inside], run.current(t[inside]))
+    # Python sums the ledger once over all times, the page from the start to each: some roundings of 20 J.
+    np.testing.assert_allclose(energy[inside], run.energy(t[inside]).body, rtol=0, atol=1e-13)
+    np.testing.assert_allclose(predicted[inside], run.aed(t[inside]), rtol=0, atol=1e-12)
+    np.testing.assert_array_equal(spring, hopper_c.k * y)
+    np.testing.assert_array_equal(motor, -hopper_c.gamma2 * u)
+    assert set(hop) == {0.0, 1.0, 2.0, 3.0}
+    assert y.max() > 0.05 and (y[foot > ground] == 0.0).all()
+
+
+@browser
+def test_the_map_is_the_reachability_of_python(page, hopper_c):
+    heights, currents = np.linspace(0.01, 0.3, 12), np.array([0.0, 1.0, 2.0, 3.0])
+    apex, admissible, lowest, highest = page().execute_async_script(
+        MODULE + "view('robot', 15).set(arguments[0]); view('heights', 12).set(arguments[1]);"
+        "view('currents', 4).set(arguments[2]); c.play_reach(12, 4);"
+        "done([all('apex', 48), all('admissible', 48), all('lowest', 12), all('highest', 12)]); });",
+        [getattr(hopper_c, field.name) for field in hopform.Robot.fields()], heights.tolist(), currents.tolist(),
+    )  # fmt: skip
+    reach = hopform.reachability(hopper_c, heights, currents)
+    # Touchdown velocities: a square root there, a solved flight here, apart by some units in the last place.
+    np.testing.assert_allclose(np.array(apex, float).reshape(12, 4), reach.apex, rtol=0, atol=1e-13)
+    np.testing.assert_array_equal(np.array(admissible, float).reshape(12, 4), reach.admissible)
+    np.testing.assert_allclose(np.array(lowest, float), reach.lowest, rtol=0, atol=1e-9)  # `nearest` is within 1e-9 m
+    np.testing.assert_allclose(np.array(highest, float), reach.highest, rtol=0, atol=1e-9)
+
+
+@browser
+def test_a_robot_file_is_loaded_saved_and_kept_in_the_address(page, tmp_path, tmp_path_factory):
+    own = tmp_path / "own.toml"
+    own.write_text(re.sub(r"m_s = .*", "m_s = 3.25", hopform.load_robot("hopper_c").to_toml()), "utf-8")
+    driver = page(mode="constant", u=3)
+    driver.find_element("id", "load").send_keys(str(own))
+    wait(lambda: "m_s=3.25" in driver.current_url)
+    found = values(driver)
+    robot = hopform.load_robot(own)
+    compare(found, hopform.simulate(robot, found["ground"], 3.0, height=0.2))
+    driver.find_element("id", "save").click()
+    saved = tmp_path_factory.getbasetemp() / "downloads" / "mine.toml"
+    wait(saved.exists)
+    assert hopform.load_robot(saved).parameters == robot.parameters
+    address = driver.current_url
+    write(driver, "m_s", "3.5")
+    wait(lambda: "m_s=3.5" in driver.current_url)
+    assert values(driver)["apex"] != found["apex"]
+    driver.get("about:blank")
+    driver.get(address)
+    wait(lambda: driver.find_element("css selector", "html").get_attribute("data-ready") == "yes")
+    assert values(driver) == found
+
+
+@browser
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("m_s = 3\nm_z = 4\n", "line 2: no parameter m_z"),
+        ("k = soft\n", "line 1: k must be a number"),
+        ("", "m_eff is"),
+    ],
+    ids=["unknown", "no number", "missing"],
+)
+def test_a_bad_robot_file_is_refused_by_name_and_line(page, tmp_path, text, message):
+    bad = tmp_path / "bad.toml"
+    bad.write_text(text, "utf-8")
+    driver = page()
+    driver.find_element("id", "load").send_keys(str(bad))
+    wait(lambda: message in driver.find_element("id", "status").text)
+    assert "bad.toml" in driver.find_element("id", "status").text
+
+
+@browser
+def test_a_parameter_out_of_its_domain_is_refused_with_the_words_of_the_library(page):
+    driver = page(k=-1)
+    assert "a parameter of the robot is out of its domain" in driver.find_element("id", "status").text
+    assert values(driver)["u"] == []
+
+
+@browser
+def test_everything_is_done_by_keyboard_and_has_a_name(page):
+    from selenium.webdriver import ActionChains, Keys
+
+    driver = page()
+    nameless = driver.execute_script(
+        "return [...document.querySelectorAll('input, select, button')].filter(e => !(e.labels?.length"
+        " || e.ariaLabel || e.textContent.trim())).map(e => e.outerHTML)"
+    )
+    assert nameless == []
+    reached = []
+    for _ in range(60):
+        ActionChains(driver).send_keys(Keys.TAB).perform()
+        reached.append(driver.execute_script("return document.activeElement.id"))
+    assert {"mode", "h_des-range", "h_des", "terrain", "robot", "load", "save", "k", "play", "time-range"} <= set(
+        reached
+    )
+    wanted = driver.find_element("id", "h_des-range")
+    wanted.send_keys(Keys.ARROW_RIGHT)
+    wait(lambda: "h_des=0.205" in driver.current_url)
+    np.testing.assert_allclose(values(driver)["apex"], 0.205, rtol=0, atol=1e-9)
+
+
+@browser
+def test_it_stands_still_where_motion_is_unwanted_and_plays_at_a_button(page):
+    driver = page(size=0)
+    at = lambda: driver.find_element("id", "time").get_attribute("value")  # noqa: E731
+    assert at() == "0.0000"
+    time.sleep(0.2)
+    assert at() == "0.0000"
+    driver.find_element("id", "play").click()
+    wait(lambda: float(at()) > 0.05)
+    driver.find_element("id", "play").click()
+    stopped = at()
+    time.sleep(0.2)
+    assert at() == stopped
+
+
+def test_the_page_has_no_physics_in_its_program():
+    """Of the functions of numbers it takes those that scale, round and draw ground."""
+    used = set(re.findall(r"Math\.(\w+)", (PAGE / "play.js").read_text("utf-8")))
+    assert used <= {"min", "max", "floor", "ceil", "round", "log10", "imul"}
+    names = {field.name for field in hopform.Robot.fields()} - {"c"}
+    text = re.sub(r"//.*", "", (PAGE / "play.js").read_text("utf-8"))
+    assert set(re.findall(r"parameters\.(\w+)", text)) & names == {"L0", "u_max"}  # to scale a picture, to end a slider
+
+
+def luminance(colour):
+    parts = (int(colour[n : n + 2], 16) / 255 for n in (1, 3, 5))
+    linear = [part / 12.92 if part <= 0.04045 else ((part + 0.055) / 1.055) ** 2.4 for part in parts]
+    return float(np.dot([0.2126, 0.7152, 0.0722], linear))
+
+
+def test_text_and_curves_stand_out_in_light_and_dark():
+    """WCAG 2: 4.5 for text, 3 for what is drawn, on paper and on what is shaded."""
+    css = (PAGE / "play.css").read_text("utf-8")
+    found = {name: (light, dark) for name, light, dark in re.findall(r"--(\w+): light-dark\((#\w+), (#\w+)\)", css)}
+    assert len(found) == 11
+    for mode in (0, 1):
+        for front, back, least in (
+            *((name, back, 4.5) for name in ("ink", "accent") for back in ("paper", "panel")),
+            *((name, "stance", 3.0) for name in ("first", "second", "third", "fourth", "ink")),
+            *((name, "held", 3.0) for name in ("first", "second", "third", "ink")),
+        ):
+            low, high = sorted((luminance(found[front][mode]), luminance(found[back][mode])))
+            assert (high + 0.05) / (low + 0.05) >= least, (front, back, mode)

@@ -1,0 +1,119 @@
+"""The site that `make docs` has built: every link leads somewhere, nothing is fetched, search finds."""
+
+import ast
+import os
+import shutil
+import time
+from html.parser import HTMLParser
+from pathlib import Path
+from urllib.parse import unquote
+
+import pytest
+
+import hopform
+from hopform import _cli as cli
+
+ROOT = next(folder for folder in Path(__file__).resolve().parents if (folder / "pyproject.toml").is_file())
+SITE = ROOT / "out" / "site"
+pytestmark = [
+    pytest.mark.site,
+    pytest.mark.skipif(not (SITE / "index.html").is_file(), reason="the site is not there (`make docs` builds it)"),
+]
+
+
+class Page(HTMLParser):
+    """Links, what is loaded, and anchors of a page."""
+
+    def __init__(self, path: Path) -> None:
+        super().__init__()
+        self.links, self.loaded, self.anchors = list[str](), list[str](), set[str]()
+        self.feed(path.read_text("utf-8"))
+
+    def handle_starttag(self, tag, attrs):
+        found = dict(attrs)
+        self.anchors |= {found[key] for key in ("id", "name") if found.get(key)}
+        if tag == "a" and found.get("href"):
+            self.links.append(found["href"])
+        elif tag in {"script", "img", "link", "iframe", "source"}:
+            self.loaded += [found[key] for key in ("src", "href") if found.get(key)]
+
+
+@pytest.fixture(scope="module")
+def pages():
+    return {path: Page(path) for path in sorted(SITE.rglob("*.html"))}
+
+
+def outside(link):
+    return link.startswith(("http:", "https:", "mailto:", "data:"))
+
+
+def test_every_link_of_the_site_leads_somewhere(pages):
+    dead, followed = [], 0
+    for path, page in pages.items():
+        for link in page.links + page.loaded:
+            if outside(link):
+                continue
+            name, _, anchor = unquote(link).partition("#")
+            target = (path.parent / name.partition("?")[0]).resolve() if name else path
+            followed += 1
+            if not target.exists() or (anchor and target in pages and anchor not in pages[target].anchors):
+                dead.append((path.relative_to(SITE).as_posix(), link))
+    assert followed > 2000
+    assert dead == []
+
+
+def test_nothing_is_fetched_from_elsewhere(pages):
+    fetched = {(path.name, link) for path, page in pages.items() for link in page.loaded if outside(link)}
+    assert {(name, link) for name, link in fetched if not link.startswith("data:")} == set()
+    styles = [
+        path for path in SITE.rglob("*.css") if "http" in path.read_text("utf-8").replace("http://www.w3.org", "")
+    ]
+    assert [path for path in styles if "url(http" in path.read_text("utf-8")] == []
+
+
+def test_every_page_of_the_tree_is_on_the_site_and_in_its_navigation(pages):
+    home = {link.partition("#")[0] for link in pages[SITE / "README.html"].links}
+    for path in [*(ROOT / "docs").rglob("*.md"), ROOT / "CONTRIBUTING.md", ROOT / "generated" / "EQUATIONS.md"]:
+        assert path.relative_to(ROOT).with_suffix(".html").as_posix() in home, path
+
+
+def test_the_api_has_every_public_name_of_python_and_c(pages):
+    python = pages[SITE / "docs" / "site" / "python.html"].anchors
+    named = set(hopform.__all__) - {"__version__", "ROBOTS", "controllers", "terrain", "ufuncs"}
+    assert {f"hopform.{name}" for name in named} <= python
+    controllers = ast.parse((ROOT / "runtime" / "hopform" / "controllers.py").read_text("utf-8"))
+    classes = {node.name for node in controllers.body if isinstance(node, ast.ClassDef)}
+    assert {f"hopform.controllers.{name}" for name in classes if not name.startswith("_")} <= python
+    c = (SITE / "docs" / "site" / "c.html").read_text("utf-8")
+    header = (ROOT / "generated" / "c" / "include" / "hopform" / "hopform_f64.h").read_text("utf-8")
+    functions = {line.split("(")[0].split()[-1] for line in header.splitlines() if "hopform_" in line.split("(")[0]
+                 and line.startswith(("int32_t ", "uint32_t ", "void "))}  # fmt: skip
+    assert len(functions) > 20
+    assert [name for name in functions if f">{name}<" not in c] == []
+
+
+def test_the_help_of_every_command_is_there():
+    text = (SITE / "docs" / "site" / "help.html").read_text("utf-8")
+    assert [command for command in cli.COMMANDS if f"Usage: hopform {command}" not in text] == []
+
+
+@pytest.mark.skipif(shutil.which("chromedriver") is None, reason="search is not tried: chromedriver is absent")
+def test_search_finds_pages_without_a_server():
+    from selenium import webdriver
+
+    options = webdriver.ChromeOptions()
+    for argument in ("headless=new", "no-sandbox", "disable-dev-shm-usage"):
+        options.add_argument(f"--{argument}")
+    options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
+    driver = webdriver.Chrome(options=options, service=webdriver.ChromeService(shutil.which("chromedriver")))
+    try:
+        driver.get((SITE / "search.html").as_uri() + "?q=saltation")
+        end = time.monotonic() + 10.0
+        links: list[str] = []
+        while time.monotonic() < end and not any("sensitivities" in link for link in links):
+            links = [os.path.basename(each.get_attribute("href") or "")
+                     for each in driver.find_elements("css selector", "ul.search li a")]  # fmt: skip
+        assert any(link.startswith("sensitivities.html") for link in links), links
+        assert driver.get_log("browser") == []
+    finally:
+        driver.quit()

@@ -1,0 +1,86 @@
+"""The help of the commands, and the message where an extra is missing: what is written there works."""
+
+import importlib.metadata
+import json
+import shlex
+import sys
+
+import pytest
+
+import hopform
+from hopform import _cli as cli
+from hopform._cli.help import EXAMPLES, GROUPS
+
+
+def test_every_command_has_two_examples():
+    assert EXAMPLES.keys() == cli.COMMANDS.keys()
+    assert all(len(lines) == 2 for lines in EXAMPLES.values())
+    assert all(line.split()[0] == command for command, lines in EXAMPLES.items() for line in lines)
+
+
+def test_the_examples_of_the_help_run(tmp_path, monkeypatch, capsys):
+    pytest.importorskip("matplotlib")
+    pytest.importorskip("scipy")
+    monkeypatch.chdir(tmp_path)
+    for command in sorted(EXAMPLES, key=lambda name: name != "record"):
+        assert cli.main([command, "--help"]) == 0
+        shown = capsys.readouterr().out
+        for line in EXAMPLES[command]:
+            assert f"\n  hopform {line}\n" in shown
+            assert cli.main(shlex.split(line)) == 0, line
+            assert capsys.readouterr().out, line
+    assert {"drop.csv", "mine.toml", "pictures", "firmware", "single", "stance.csv"} <= {
+        path.name for path in tmp_path.iterdir()
+    }
+
+
+def test_options_stand_under_what_they_are_about(capsys):
+    assert cli.main(["hop", "--help"]) == 0
+    parts = capsys.readouterr().out.split("\n\n")
+    sections = {part.splitlines()[0].rstrip(":"): part for part in parts if part.splitlines()[0].endswith(":")}
+    for group, option in (
+        ("Robot and start", "--height"), ("Ground", "--terrain"), ("Current", "--h-des"), ("Solver", "--horizon"),
+        ("Errors of sensors and motor", "--delay"), ("Output", "--plot"), ("Options", "--help"),
+    ):  # fmt: skip
+        assert [name for name, part in sections.items() if f"  {option} " in part or f", {option} " in part] == [group]
+
+
+def test_every_group_is_that_of_some_option():
+    names = {f"{name}.{option}" for name, command in COMMANDS.items() for option in command}
+    for group, options in GROUPS.items():
+        for option in options.split():
+            assert any(each == option or each.endswith(f".{option}") for each in names), (group, option)
+
+
+COMMANDS = {
+    name: {str(parameter.name) for parameter in each.loaded().params}
+    for name, each in cli.typer.main.get_command(cli.app).commands.items()
+}
+
+
+class Installed:
+    """A distribution as pip has recorded it."""
+
+    def __init__(self, record):
+        self.record = record
+
+    def read_text(self, name):
+        assert name == "direct_url.json"
+        return None if self.record is None else json.dumps(self.record)
+
+
+@pytest.mark.parametrize(
+    ("record", "wanted"),
+    [
+        (None, ["hopform[plot]"]),
+        ({"url": "file:///home/a%20b/h", "dir_info": {"editable": True}}, ["--editable", "/home/a b/h[plot]"]),
+        ({"url": "file:///tmp/hopform.whl", "archive_info": {}}, ["hopform[plot] @ file:///tmp/hopform.whl"]),
+    ],
+    ids=["index", "checkout", "file"],
+)
+def test_a_missing_extra_is_added_to_the_installation_at_hand(monkeypatch, record, wanted):
+    monkeypatch.setattr(importlib.metadata, "distribution", lambda name: Installed(record))
+    message = str(hopform.MissingExtra("a plot", "plot"))
+    said, _, command = message.partition(": ")
+    assert said == "a plot needs the extra `plot`"
+    assert shlex.split(command) == [sys.executable, "-m", "pip", "install", *wanted]

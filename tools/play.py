@@ -1,0 +1,97 @@
+"""`python tools/play.py DIR` builds the page to play with, DIR/index.html: one file that needs no server.
+
+The library as `hopform export` writes it and docs/play/play.c are compiled to WebAssembly by the pinned ziglang, and
+put into the page with its style, its program and the facts that it shows: quantities, words, robots, digests.
+"""
+
+import base64
+import importlib.util
+import json
+import subprocess
+import sys
+import tempfile
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+import hopform
+from hopform._export import Wanted, package
+from hopform._export.selftest import selftest
+
+ROOT = Path(__file__).resolve().parent.parent
+PAGE = ROOT / "docs" / "play"
+FLAGS = [
+    "-target", "wasm32-wasi", "-nostdlib", "-std=c99", "-O2", "-ffp-contract=off", "-fno-math-errno",
+    "-fno-sanitize=undefined", "-fvisibility=hidden", "-ffunction-sections", "-fdata-sections", "-mbulk-memory",
+    "-Wl,--no-entry", "-Wl,--export-dynamic", "-Wl,--gc-sections", "-Wl,--strip-all",
+]  # fmt: skip
+
+
+class NoCompiler(Exception):
+    """ziglang is not installed."""
+
+
+def wasm() -> bytes:
+    """The library and play.c as a module of WebAssembly without imports."""
+    zig = importlib.util.find_spec("ziglang")
+    if zig is None or zig.origin is None:
+        raise NoCompiler("ziglang is not installed (`make docs` installs it)")
+    headers = Path(zig.origin).parent / "lib" / "libc" / "include"
+    include = [flag for name in ("wasm-wasi-musl", "generic-musl") for flag in ("-isystem", str(headers / name))]
+    with tempfile.TemporaryDirectory() as folder:
+        for path, text in package(Wanted("cmake")).items():
+            if path.parent.name == "amalgamated":
+                Path(folder, path.name).write_text(text, "utf-8")
+        module = Path(folder, "play.wasm")
+        files = [str(PAGE / "play.c"), str(Path(folder, "hopform.c")), "-I", folder, "-o", str(module)]
+        subprocess.run([sys.executable, "-m", "ziglang", "cc", *FLAGS, *include, *files], check=True)
+        return module.read_bytes()
+
+
+def facts() -> dict[str, Any]:
+    """What the page knows beside the numbers that it asks for; numbers as text, of which some are infinite."""
+    sys.path.insert(0, str(ROOT))
+    from derive.model import kinds
+
+    fields = hopform.Robot.fields()
+    robots = {name: hopform.load_robot(name) for name in hopform.ROBOTS}
+    tables = (kinds.STATUSES, kinds.COMMANDS, kinds.ENDINGS, kinds.EVENTS, kinds.CURRENT_EVENTS)
+    return {
+        "fields": [field._asdict() | {"default": text_of(field.default)} for field in fields],
+        "robots": {
+            name: {
+                "description": robot.description,
+                "values": {field.name: text_of(getattr(robot, field.name)) for field in fields},
+            }
+            for name, robot in robots.items()
+        },
+        "digests": {name: f"{selftest(dtype):08x}" for name, dtype in (("f32", "float32"), ("f64", "float64"))},
+        "words": {kind.table: [asdict(word) for word in kind.words] for kind in tables},
+    }
+
+
+def text_of(number: float | None) -> str | None:
+    """JSON has no infinity."""
+    return None if number is None else repr(number)
+
+
+def build(folder: Path) -> Path:
+    """Write the page and return it."""
+    page = (PAGE / "index.html").read_text("utf-8")
+    parts = {
+        "/* play.css */": (PAGE / "play.css").read_text("utf-8"),
+        "/* play.js */": (PAGE / "play.js").read_text("utf-8"),
+        'type="application/json">{}': 'type="application/json">' + json.dumps(facts()),
+        'type="application/octet-stream">': 'type="application/octet-stream">' + base64.b64encode(wasm()).decode(),
+    }
+    for place, text in parts.items():
+        before, found, after = page.partition(place)
+        assert found, place
+        page = before + text + after
+    folder.mkdir(parents=True, exist_ok=True)
+    (folder / "index.html").write_text(page, "utf-8")
+    return folder / "index.html"
+
+
+if __name__ == "__main__":
+    print(f"built {build(Path(sys.argv[1]))}")
