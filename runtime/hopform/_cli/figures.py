@@ -1,7 +1,6 @@
 """`hopform figures DIR`: the paper's figures from this project's robots, as SVG and PNG, with their captions and an
 animation."""
 
-import tempfile
 from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -11,6 +10,7 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
 from hopform._checks import shown
+from hopform._cli.output import figures as renderer
 from hopform._cli.output import show
 from hopform._cli.render import pick, to_json
 from hopform._errors import HopformError
@@ -84,7 +84,8 @@ def check(folder: Path, wanted: Iterable[int | str]) -> None:
 
 def drawn(wanted: Iterable[int | str]) -> "tuple[dict[str, bytes], list[Picture]]":
     """The files, by their names, and the pictures; a bar on the error stream if a person is there to see it."""
-    from hopform._figures import plots
+    plots = renderer()
+    from hopform._figures import animation
 
     wanted = list(wanted)
     files, pictures = dict[str, bytes](), list["Picture"]()
@@ -95,7 +96,7 @@ def drawn(wanted: Iterable[int | str]) -> "tuple[dict[str, bytes], list[Picture]
         for what in wanted:
             bar.update(task, description="animation" if isinstance(what, str) else f"Fig. {what}")
             if isinstance(what, str):
-                files |= dict.fromkeys(names_of(what), moving())
+                files |= dict.fromkeys(names_of(what), animation.shipped().gif)
             else:
                 pictures.append(draw(what))
                 figure = pictures[-1].figure
@@ -104,16 +105,6 @@ def drawn(wanted: Iterable[int | str]) -> "tuple[dict[str, bytes], list[Picture]
     if pictures:
         files[CAPTIONS] = captions(pictures).encode()
     return files, pictures
-
-
-def moving() -> bytes:
-    """The animation's bytes; matplotlib's writer wants a file."""
-    from hopform._figures.animation import animate
-
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / "animation.gif"
-        animate(path)
-        return path.read_bytes()
 
 
 def captions(pictures: "Iterable[Picture]") -> str:

@@ -7,16 +7,16 @@ import os
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 import hopform
 from hopform._checks import shown
 from hopform._cli import options, tables, tables_control
-from hopform._cli.output import check_outputs, emit, figures, progress_bar, show
+from hopform._cli.output import check_outputs, emit, show
 from hopform._cli.render import to_json
 from hopform._control.reach import check_map
 from hopform._files import name_of
 from hopform._hopping.run import csv_of
+from hopform._progress import progress_bar
 from hopform._robots import file_of as robot_file
 
 
@@ -86,7 +86,7 @@ def stance(
     emit(
         json=(lambda: tables.stance_record(solved, height)) if json else None,
         csv=(csv, lambda: tables.stance_csv(solved, samples)) if csv else None,
-        plot=(plot, lambda: figures().plot_stance(solved)) if plot else None,
+        plot=(plot, solved) if plot else None,
         readable=lambda: tables.stance(solved, sensitivities),
         warnings=solved.warnings,
     )
@@ -154,7 +154,7 @@ def hop(
     emit(
         json=(lambda: tables.run_record(run, settings | {"seed": seed})) if json else None,
         csv=(csv, lambda: tables.run_csv(run, samples)) if csv else None,
-        plot=(plot, lambda: figures().plot_run(run)) if plot else None,
+        plot=(plot, run) if plot else None,
         readable=lambda: tables.run(run, designed=gains is None),
         warnings=run.warnings,
         more=[
@@ -202,9 +202,7 @@ def control(
         if json
         else None,
         csv=None,
-        plot=(plot, lambda: figures().plot_command(hopper, *curve(hopper, start, datum, stop_margin), h_des, found))
-        if plot
-        else None,
+        plot=(plot, found) if plot else None,
         readable=lambda: tables_control.command(hopper, h_des, found, others),
         warnings=(),
     )
@@ -246,22 +244,10 @@ def reach(
     emit(
         json=(lambda: tables_control.reach_record(found)) if json else None,
         csv=None,
-        plot=(plot, lambda: figures().plot_reach(found)) if plot else None,
+        plot=(plot, found) if plot else None,
         readable=lambda: tables_control.reach(found),
         warnings=(),
     )
-
-
-def curve(
-    robot: hopform.Robot, start: dict[str, Any], datum: float, stop_margin: float
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Currents over all that is allowed, and the next apex [m], NaN where one is not admissible."""
-    u = np.linspace(-robot.u_max, robot.u_max, 601)
-    trials = [hopform.solve_stance(robot, **start, u=each) for each in u.tolist()]
-    limit = robot.x1_max - stop_margin if robot.x1_min < robot.x1_max else math.inf
-    peaks = [max(each.end.x1, *(phase.state.x1 for phase in each.phases)) for each in trials]
-    apex = [each.apex if peak < limit else math.nan for each, peak in zip(trials, peaks, strict=True)]
-    return u, np.array(apex) - datum
 
 
 def terrain_of(name: str, size: float, hops: int | None, seed: int) -> tuple[float, ...]:

@@ -29,6 +29,7 @@ from hopform._identify.fits import as_several, checked_loss
 from hopform._identify.motion import Array
 from hopform._identify.recordings import Recording
 from hopform._identify.rigs import UNITS
+from hopform._show import Arrays, Card, Curve, Shown, span
 
 
 class Onset(NamedTuple):
@@ -58,8 +59,8 @@ class Rise(NamedTuple):
     u: Array
 
 
-@dataclass(frozen=True)
-class Threshold:
+@dataclass(frozen=True, repr=False)
+class Threshold(Shown):
     """The current that friction takes, f1 m_eff/|gamma2| [A], with its 95 % interval, and the load that shifts it.
 
     load [A]: the mean of the thresholds of both directions, NaN with one direction alone. onsets: each one found. f1
@@ -77,6 +78,20 @@ class Threshold:
     statements: tuple[str, ...]
     warnings: tuple[str, ...] = ()
     rises: tuple[Rise, ...] = field(default=(), repr=False, compare=False)
+
+    def _card(self) -> Card:
+        given = [("onsets of motion", len(self.onsets)), ("notes", len(self.statements))]
+        found = [("u", self.u), ("95 % interval", f"{span((self.low, self.high))} A"), ("f1", self.f1)]
+        return Card(f"Friction threshold: {self.u:.5g} A", given, found)
+
+    def _curve(self) -> Curve | None:
+        return ("x1 [m] over time [s]", self.rises[0].time, self.rises[0].x1) if self.rises else None
+
+    def _arrays(self) -> Arrays:
+        names = ("source", "direction", "time", "u", "u_low", "u_high")
+        found = {f"onset_{name}": (("onset",), [getattr(each, name) for each in self.onsets]) for name in names}
+        return found | {name: ((), getattr(self, name), {"units": unit}) for name, unit in
+                        (("u", "A"), ("low", "A"), ("high", "A"), ("load", "A"), ("f1", "m/s^2"))}  # fmt: skip
 
 
 def friction_threshold(

@@ -17,6 +17,7 @@ from hopform._checks import nonnegative, number_of, shown
 from hopform._errors import HopformError
 from hopform._files import name_of, path_of, read_text, rows_of
 from hopform._identify.motion import Array
+from hopform._show import Arrays, Card, Curve, Shown, span
 from hopform._solver.package import MOST_STEPS
 
 UNITS: dict[str, tuple[str, float]] = {
@@ -28,6 +29,7 @@ UNITS: dict[str, tuple[str, float]] = {
 }  # fmt: skip
 """Units after the last underscore of a column's name: the quantity, and the multiple of its SI unit."""
 
+SI = {quantity: unit for unit, (quantity, multiple) in UNITS.items() if multiple == 1.0}
 TIMES = ("time", "t")
 POSITIONS = {"x1": ("x1", "actuator", "x", "position", "pos"), "x2": ("x2", "height", "body", "x", "position", "pos")}
 CURRENTS = ("current", "u", "i", "drive_current", "drive_voltage", "voltage")
@@ -47,8 +49,8 @@ class Column(NamedTuple):
     values: Array
 
 
-@dataclass(frozen=True)
-class Recording:
+@dataclass(frozen=True, repr=False)
+class Recording(Shown):
     """A recording: times [s] that increase, and columns in SI units by their names without the unit.
 
     line: that of the first sample in the file. added_mass [kg]: what the body carried beside itself.
@@ -60,6 +62,21 @@ class Recording:
     line: int = 2
     added_mass: float = 0.0
     notes: tuple[str, ...] = field(default=(), compare=False)
+
+    def _card(self) -> Card:
+        rate = (self.time.size - 1) / float(np.ptp(self.time)) if self.time.size > 1 else 0.0
+        given = [("samples", self.time.size), ("time", span(self.time)), ("rate", f"{rate:.5g} Hz"),
+                 ("added mass", f"{self.added_mass:g} kg")]  # fmt: skip
+        found = [(name, f"{span(each.values)} {SI[each.quantity]}") for name, each in sorted(self.columns.items())]
+        return Card(f"Recording {self.source}", given, found)
+
+    def _curve(self) -> Curve:
+        name, column = next(iter(self.columns.items()))
+        return f"{name} [{SI[column.quantity]}] over time [s]", self.time, column.values
+
+    def _arrays(self) -> Arrays:
+        columns = {name: (("time",), each.values, {"units": SI[each.quantity]}) for name, each in self.columns.items()}
+        return {"time": (("time",), self.time), **columns}
 
     def position(self, of: str) -> Array:
         """The measured x1 or x2 [m]; HopformError if there is none, or if it cannot be one."""
