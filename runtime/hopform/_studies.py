@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 from hopform._batch import solve_stances
 from hopform._checks import MEMORY, function, items, mapping, numbers, refuse_any, whole
 from hopform._errors import HopformError
-from hopform._hopping.run import NONE, Errors, Run, simulate
+from hopform._hopping.run import NONE, Errors, simulate
 from hopform._progress import Progress, progress_bar
 from hopform._robots import Robot, checked_robot
 from hopform._show import UNITS, Array, dataset, xarray_of
@@ -135,7 +135,7 @@ def compare(
             done = slice(0, len(run.hops))
             status[place], count[place] = run.status, len(run.hops)
             series["apex"][place][done], series["u"][place][done] = run.table["apex"], run.table["u"]
-            series["miss"][place][done] = _miss(run, laws[law])
+            series["miss"][place][done] = run.table["apex"] - (run.h_des[done] or np.nan)
             stopped[place][done] = run.table["bottoms_out"]
             (progress or bar)(n + 1, total)
     dims = ("controller", "ground", "errors", "seed")
@@ -149,9 +149,3 @@ def _named(name: str, things: Mapping[Any, Thing]) -> dict[Any, Thing]:
     if not things:
         raise HopformError(f"{name} must be at least one, got none")
     return dict(things)
-
-
-def _miss(run: Run, controller: object) -> ArrayLike:
-    """Apexes less the set points of a controller that has some [m]."""
-    h_des = getattr(controller, "h_des", np.nan)
-    return run.table["apex"] - (h_des[: len(run.hops)] if isinstance(h_des, tuple) else h_des)

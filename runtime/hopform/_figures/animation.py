@@ -16,10 +16,10 @@ from matplotlib.text import Text
 
 from hopform._checks import finite, positive, shown, whole
 from hopform._errors import HopformError
-from hopform._figures.picture import BLACK, BLUE, GREEN, GROUND, ORANGE, Array, cm
-from hopform._figures.plots import house_style
+from hopform._figures.picture import GREEN, ORANGE, Array, cm, completed, movable, scale
+from hopform._figures.plots import BLACK, BLUE, GREY, house_style
 from hopform._hopping.run import Run, simulate
-from hopform._robots import load_robot
+from hopform._robots import Robot, load_robot
 from hopform._show import Animation, name_of
 from hopform.controllers import FeedForward
 from hopform.terrain import uniform
@@ -60,10 +60,12 @@ def animated(run: Run, h_des: float | None, speed: float, rate: int, seconds: fl
         return Animation(path.read_bytes(), words)
 
 
-def shipped() -> Animation:
-    """6 hops of hopper_c over rough ground under the energy-based controller."""
-    run = simulate(load_robot("hopper_c"), uniform(6, 0.04, seed=4), FeedForward(WANTED), height=WANTED)
-    return animated(run, WANTED, 0.5, 12, None)
+def hopping(robot: Robot | None) -> Animation:
+    """6 hops of a robot, or of hopper_c, over rough ground under the energy-based controller."""
+    hopper = movable(load_robot("hopper_c") if robot is None else robot)
+    wanted = WANTED * scale(hopper)
+    run = simulate(hopper, uniform(6, 0.04 * scale(hopper), seed=4), FeedForward(wanted), height=wanted)
+    return animated(completed(run), wanted, 0.5, 12, None)
 
 
 def position(run: Run, t: Array) -> Array:
@@ -80,7 +82,7 @@ def scene(axes: Axes, run: Run, wanted: float | None) -> Parts:
     length = run.robot.L0 + run.robot.c
     tops = [0.0, wanted or 0.0, *(hop.height for hop in run.hops), *(hop.apex for hop in run.hops)]
     low, high = min(run.terrain) - 0.05, length + float(np.nanmax(tops)) + 0.15
-    axes.stairs(run.terrain, edges, baseline=low, fill=True, facecolor="#DDDDDD", edgecolor=GROUND)
+    axes.stairs(run.terrain, edges, baseline=low, fill=True, facecolor="#DDDDDD", edgecolor=GREY)
     if wanted is not None:
         axes.axhline(wanted + length, color=BLACK, linestyle="--", linewidth=1.0, label=f"wanted apex, {cm(wanted, 0)}")
     (trace,) = axes.plot([], [], color=BLUE, linewidth=0.9, label="body")

@@ -11,10 +11,12 @@ each time. The extra `plot` brings matplotlib.
 
 import io
 import re
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager
+from contextvars import ContextVar
 from pathlib import Path
-from typing import Any
+from types import MappingProxyType
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -49,7 +51,7 @@ SUFFIXES = {
 }
 """Suffixes of files with their metadata, without date or version."""
 
-BLUE, PALE_BLUE, MAGENTA, GREY = "#0072B2", "#8CC4E8", "#A6257A", "#666666"
+BLUE, PALE_BLUE, MAGENTA, GREY, BLACK = "#0072B2", "#8CC4E8", "#A6257A", "#666666", "#222222"
 SHADES: dict[str, dict[str, Any]] = {
     "slips up": {"facecolor": "#CFE6F5", "edgecolor": "none"},
     "slips down": {"facecolor": "#FBE3C5", "edgecolor": "none"},
@@ -74,9 +76,23 @@ Make = Callable[..., Figure]
 """What makes an empty figure from `figsize` and `layout`."""
 
 
+class Look(NamedTuple):
+    """How figures look: their width [in], a style on top of the house's, whether the caption is set under them; and
+    whether text stays text.
+    """
+
+    width: float = 6.4
+    style: Mapping[str, Any] = MappingProxyType({})
+    with_caption: bool = True
+
+
+LOOK: ContextVar[Look] = ContextVar("look")
+LOOK.set(Look())
+
+
 def house_style() -> AbstractContextManager[None]:
-    """matplotlib's defaults and ours, whatever the user's own settings are."""
-    return matplotlib.style.context(["default", STYLE])
+    """matplotlib's defaults, ours and those of the look, whatever the user's own settings are."""
+    return matplotlib.style.context(["default", STYLE, dict(LOOK.get().style)])
 
 
 def check_suffix(path: Path) -> None:
@@ -246,17 +262,23 @@ def plain(text: str) -> str:
 
 
 def plot_run(run: Run | Hop, make: Make = Figure) -> Figure:
-    """A run over time: hop height, actuator, and the body's energy with the analytical one on top (Figs. 12 to 14)."""
+    """A run over time: hop height, actuator, the body's energy with the analytical one on top (Figs. 12 to 14),
+    current.
+    """
     t = run_times(run)
     with house_style():
-        figure = make(figsize=(6.4, 5.4), layout="constrained")
-        rows: list[Axes] = list(figure.subplots(3, 1, sharex=True, height_ratios=[1.0, 0.7, 1.5]))
+        figure = make(figsize=(6.4, 6.4), layout="constrained")
+        rows: list[Axes] = list(figure.subplots(4, 1, sharex=True, height_ratios=[1.0, 0.7, 1.5, 0.6]))
         draw_heights(rows[0], run, t)
         draw_strokes(rows[1], run, t)
         draw_twice(rows[2], t, np.asarray(run.energy(t).body), np.asarray(run.aed(t)), PREDICTED)
+        rows[3].plot(t, np.asarray(run.current(t)), color=BLUE, linewidth=0.9)
+        rows[3].set_ylabel("current $u$ [A]")
+        room_for_a_constant(rows[3], 0.5)
         for axes in rows:
             shade_stances(axes, run)
-        lines, words = rows[-1].get_legend_handles_labels()
+        named = [each for axes in (rows[0], rows[2]) for each in zip(*axes.get_legend_handles_labels(), strict=True)]
+        lines, words = zip(*named, strict=True)
         figure.legend([Patch(**STANCE), *lines], ["stance", *words], loc="outside lower center", ncols=3)
         rows[-1].set_xlabel(since(run))
         figure.align_ylabels(rows)
@@ -299,15 +321,42 @@ def title_of_run(run: Run | Hop) -> str:
 
 
 def draw_heights(axes: Axes, run: Run | Hop, t: Curve) -> None:
-    axes.plot(t, 100.0 * (np.asarray(run.at(t).x2) - (run.robot.L0 + run.robot.c)), color=BLUE)
-    if isinstance(run, Run) and any(run.terrain):
-        axes.step(t, 100.0 * np.asarray(run.ground(t)), color=GREY, linewidth=1.0, where="post")
-        apexes = [(hop.takeoff_time + max(float(hop.stance.takeoff.v2), 0.0) / run.robot.g, 100.0 * hop.apex)
-                  for hop in run.hops if hop.stance.takeoff is not None]  # fmt: skip
-        axes.plot(
-            *zip(*(apex for apex in apexes if apex[0] <= run.duration), strict=True), "o", color=BLUE, markersize=3.0
-        )
+    """The body over the level at which the leg stands unloaded; of a run apexes, take-offs, ground and set points
+    too.
+    """
+    base = run.robot.L0 + run.robot.c
+    axes.plot(t, 100.0 * (np.asarray(run.at(t).x2) - base), color=BLUE, linewidth=1.0, label="body")
     axes.set_ylabel("hop height [cm]")
+    if isinstance(run, Hop):
+        return
+    lifts = [hop for hop in run.hops if hop.stance.takeoff is not None]
+    marks: dict[str, Any] = {"color": BLUE, "markersize": 3.5, "clip_on": False}
+    times, heights = apexes(run)
+    axes.plot(times, 100.0 * heights, "o", label="apex", **marks)
+    x2 = [100.0 * (float(hop.stance.end.x2) + hop.ground - base) for hop in lifts]
+    axes.plot([hop.takeoff_time for hop in lifts], x2, "^", markerfacecolor="none", label="take-off", **marks)
+    if run.h_des:
+        stairs(axes, run, run.h_des, color=BLACK, linestyle="--", linewidth=1.0, label="wanted")
+    if any(run.terrain):
+        stairs(axes, run, run.terrain, color=GREY, linewidth=1.6, label="ground")
+
+
+def stairs(axes: Axes, run: Run, values: Sequence[float], **how: Any) -> None:
+    """A height [m] per hop of a run, from one touchdown to the next, in cm."""
+    edges = [0.0, *(hop.touchdown_time for hop in run.hops[1:]), run.duration]
+    if run.hops:
+        axes.stairs(100.0 * np.array(values[: len(run.hops)]), edges, baseline=None, **how)
+
+
+def apexes(run: Run) -> tuple[Curve, Curve]:
+    """Times [s] and heights [m] of a run's apexes, up to its end; hops without take-off are left out."""
+    found = [
+        (hop.takeoff_time + max(float(hop.stance.takeoff.v2), 0.0) / run.robot.g, hop.apex)
+        for hop in run.hops
+        if hop.stance.takeoff is not None
+    ]
+    times, heights = np.array(found).reshape(-1, 2).T
+    return times[times <= run.duration], heights[times <= run.duration]
 
 
 def draw_strokes(axes: Axes, run: Run | Hop | Flight, t: Curve) -> None:

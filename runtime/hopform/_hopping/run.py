@@ -322,6 +322,8 @@ class Run(_Legs):
     hops: tuple[Hop, ...]
     last: Flight | None = field(repr=False)
     """the flight behind the last hop; None if that has no take-off"""
+    h_des: tuple[float, ...] = ()
+    """[m] the controller's set point at each height of the terrain, where it has some"""
 
     @cached_property
     def table(self) -> NDArray[Any]:
@@ -487,7 +489,14 @@ def simulate(
         plant, model, grounds, cast(Controller, prepared), gains, errors, draw, longest,
         max_phases, backend, progress,
     )  # fmt: skip
-    return _run(task, first)
+    return replace(_run(task, first), h_des=_set_points(controller, len(grounds)))
+
+
+def _set_points(controller: object, count: int) -> tuple[float, ...]:
+    """The set points of a controller that has some, the last one for all that follow."""
+    h_des: Any = getattr(controller, "h_des", ())
+    points = h_des if isinstance(h_des, tuple) else (h_des,)
+    return tuple(points[min(n, len(points) - 1)] for n in range(count)) if points else ()
 
 
 @dataclass(frozen=True)
