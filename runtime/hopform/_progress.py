@@ -22,7 +22,7 @@ def progress_bar(what: str) -> Generator[Callable[..., None], None, None]:
     from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
     console = Console(stderr=True)
-    seen = console.is_terminal or (console.is_jupyter and find_spec("ipywidgets") is not None)
+    seen = find_spec("ipywidgets") is not None if console.is_jupyter else console.is_terminal
     columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
     bar = Progress(*columns, console=console, transient=True, disable=not seen)
     task = bar.add_task(what, total=None)

@@ -462,6 +462,17 @@ def test_what_cannot_be_drawn_or_written_is_refused_in_one_line(tmp_path, monkey
     assert {path.name for path in tmp_path.iterdir()} == {"file"}
 
 
+@pytest.mark.parametrize("name", ["captions.md", "captions.tex", "fig_12.csv"])
+def test_no_figure_overwrites_what_is_read(tmp_path, monkeypatch, capsys, name):
+    monkeypatch.chdir(tmp_path)
+    Path("out").mkdir()
+    Path("out", name).write_text("font.size: 7\n", "utf-8")
+    for option in ("--style", "--robot"):
+        assert cli.main(["figures", "out", "--only", "12", "--caption", "tex", option, f"out/{name}"]) == 2
+        assert "would overwrite" in capsys.readouterr().err
+    assert Path("out", name).read_text("utf-8") == "font.size: 7\n"
+
+
 def test_there_is_no_figure_18():
     with pytest.raises(hopform.HopformError, match="figure must be one of 1, 2, 3"):
         figures.draw(18)

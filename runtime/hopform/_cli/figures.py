@@ -41,9 +41,7 @@ Folder = Annotated[Path, typer.Argument(metavar="DIR", help="where to; made if i
 Only = Annotated[
     str | None, typer.Option("--only", metavar="N,N,...", help="these figures, or the word animation; all if left out")
 ]
-Own = Annotated[
-    str | None, typer.Option("--robot", help="your robot: a name or a TOML file; each figure's own if left out")
-]
+Own = Annotated[str | None, typer.Option("--robot", metavar="NAME|FILE", help="your robot; a shipped one if left out")]
 Recordings = Annotated[
     str | None,
     typer.Option("--recordings", metavar="ROLE=CSV,...", help="drop, step and ramp, fitted for Figs. 4, 9 and 10"),
@@ -78,7 +76,7 @@ def figures(
     listed("--recordings", ",".join(sources), ROLES) if sources else ()
     reads = [("--robot", robot_file(robot) if robot else None), ("--style", style)]
     reads += [(f"--recordings {role}", Path(path)) for role, path in sources.items()]
-    check(folder, wanted, formats, reads)
+    check(folder, wanted, formats, reads, [CAPTIONS, *(["captions.tex"] if caption == "tex" else [])])
     plots = renderer()
     look = plots.Look(width_of(width), style_of(style), caption == "image")
     plots.LOOK.set(look)
@@ -160,12 +158,14 @@ def names_of(what: int | str, formats: Iterable[str]) -> tuple[str, ...]:
     return tuple(f"fig_{what:02d}.{suffix}" for suffix in (*formats, "csv"))
 
 
-def check(folder: Path, wanted: Iterable[int | str], formats: list[str], reads: Iterable[tuple[str, Any]]) -> None:
+def check(
+    folder: Path, wanted: Iterable[int | str], formats: list[str], reads: Iterable[tuple[str, Any]], texts: list[str]
+) -> None:
     """HopformError, before anything is drawn, if it cannot be written there, or would replace what is read."""
     check_folder(folder)
     drawings = [(what if isinstance(what, str) else f"Fig. {what}", names_of(what, formats)) for what in wanted]
     files = [(what, folder / name) for what, names in drawings for name in names]
-    check_files(reads, [*files, ("the captions", folder / CAPTIONS)] if folder.is_dir() else [])
+    check_files(reads, [*files, *(("the captions", folder / name) for name in texts)] if folder.is_dir() else [])
 
 
 def drawn(

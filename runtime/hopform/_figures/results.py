@@ -79,8 +79,18 @@ def drawn(result: Shown, axes: Axes | None) -> Axes:
         return axes
     from matplotlib import pyplot
 
-    make: Any = pyplot.figure
-    return whole(result, make).axes[0]
+    figure = pyplot.figure()  # outside of the house style: with the first one a notebook sets up its own
+
+    def made(figsize: tuple[float, float], layout: Any) -> Figure:
+        figure.set_size_inches(figsize)
+        figure.set_layout_engine(layout)
+        return figure
+
+    try:
+        return whole(result, made).axes[0]
+    except BaseException:
+        pyplot.close(figure)
+        raise
 
 
 def _picture_of(result: Shown) -> tuple[Whole, Panel]:

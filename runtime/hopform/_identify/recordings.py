@@ -67,7 +67,7 @@ class Recording(Shown):
         rate = (self.time.size - 1) / float(np.ptp(self.time)) if self.time.size > 1 else 0.0
         given = [("samples", self.time.size), ("time", span(self.time)), ("rate", f"{rate:.5g} Hz"),
                  ("added mass", f"{self.added_mass:g} kg")]  # fmt: skip
-        found = [(name, f"{span(each.values)} {SI[each.quantity]}") for name, each in sorted(self.columns.items())]
+        found = [(f"{name} [{SI[each.quantity]}]", span(each.values)) for name, each in sorted(self.columns.items())]
         return Card(f"Recording {self.source}", given, found)
 
     def _curve(self) -> Curve:
