@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from importlib import import_module
-from typing import TYPE_CHECKING, Any, NamedTuple, SupportsFloat, cast
+from typing import TYPE_CHECKING, Any, NamedTuple, SupportsFloat, TypeAlias, cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -48,7 +48,8 @@ from hopform._solver.protocol import SolvedStance
 if TYPE_CHECKING:
     from hopform._flight import Flight
 
-Real = float | NDArray[np.floating]
+Real: TypeAlias = Any
+"""A float, or an array that broadcasts: what is read at one time needs no check of its type."""
 Current = SupportsFloat | Sequence[tuple[SupportsFloat, SupportsFloat]]
 
 _TOUCHING_ULP = 4.0

@@ -72,8 +72,7 @@ def figures(
     wanted, formats = asked_for(only), listed("--format", format, FORMATS)
     if caption not in CAPTIONED:
         raise HopformError(f"--caption takes {', '.join(CAPTIONED)}, got {shown(caption)}")
-    sources = dict(each.partition("=")[::2] for each in recordings.split(",")) if recordings else {}
-    listed("--recordings", ",".join(sources), ROLES) if sources else ()
+    sources = recordings_of(recordings) if recordings else {}
     reads = [("--robot", robot_file(robot) if robot else None), ("--style", style)]
     reads += [(f"--recordings {role}", Path(path)) for role, path in sources.items()]
     check(folder, wanted, formats, reads, [CAPTIONS, *(["captions.tex"] if caption == "tex" else [])])
@@ -116,6 +115,13 @@ def asked_for(only: str | None) -> tuple[int | str, ...]:
     return tuple(what for word, what in known.items() if word in words)
 
 
+def recordings_of(text: str) -> dict[str, str]:
+    """The files of recordings by their roles; HopformError for a role that no figure has."""
+    pairs = [each.partition("=") for each in text.split(",")]
+    listed("--recordings", ",".join(role for role, _, _ in pairs), ROLES)
+    return {role.strip(): path for role, _, path in pairs}
+
+
 def listed(option: str, text: str, known: Iterable[str]) -> list[str]:
     """The words of an option, separated by commas; HopformError for one that is not known."""
     words = [word.strip() for word in text.split(",")]
@@ -145,7 +151,8 @@ def style_of(path: Path | None) -> dict[str, Any]:
             if line.strip() and not line.strip().startswith("#") and not (colon and key.strip() in mpl.rcParams):
                 raise HopformError(f"{name_of(path)}, line {number}: no setting of matplotlib, got {shown(line)}")
         try:
-            found.update(mpl.rc_params_from_file(path, fail_on_error=True, use_default_template=False).items())
+            settings = mpl.rc_params_from_file(path, True, False)  # pyright: ignore[reportUnknownMemberType]
+            found.update(settings.items())
         except (KeyError, ValueError) as error:
             raise HopformError(f"{name_of(path)}: {' '.join(str(error).split())[:200]}") from None
     return found

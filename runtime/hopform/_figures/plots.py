@@ -409,10 +409,12 @@ def flight_panel(axes: Axes, flight: Flight) -> None:
 
 def batch_panel(axes: Axes, batch: Batch) -> None:
     """Apexes over the dimensions of the batch: a map of two, else a curve over the last."""
-    apex = 100.0 * batch.apex
+    apex: Curve = 100.0 * batch.apex
     dims = batch.labels.dims if batch.labels else tuple(f"dimension {n}" for n in range(apex.ndim))
-    coords = batch.labels.coords if batch.labels else dict[str, Curve]()
-    ticks = [np.asarray(coords.get(dim, np.arange(size))) for dim, size in zip(dims, apex.shape, strict=True)]
+    coords: dict[str, Curve] = batch.labels.coords if batch.labels else {}
+    sizes: tuple[int, ...] = apex.shape
+    whole: dict[str, Curve] = {dim: np.arange(float(size)) for dim, size in zip(dims, sizes, strict=True)}
+    ticks = list((whole | coords).values())
     names = [f"{dim} [{UNITS[dim]}]" if dim in UNITS else f"{dim} [index]" for dim in dims]
     if apex.ndim == 2 and min(apex.shape) > 1:
         drawn = axes.pcolormesh(ticks[1], ticks[0], apex, cmap="viridis", shading="nearest")

@@ -495,7 +495,7 @@ def simulate(
 def _set_points(controller: object, count: int) -> tuple[float, ...]:
     """The set points of a controller that has some, the last one for all that follow."""
     h_des: Any = getattr(controller, "h_des", ())
-    points = h_des if isinstance(h_des, tuple) else (h_des,)
+    points = cast("tuple[float, ...]", h_des if isinstance(h_des, tuple) else (h_des,))
     return tuple(points[min(n, len(points) - 1)] for n in range(count)) if points else ()
 
 
