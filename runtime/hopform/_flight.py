@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 from hopform._checks import finite, nonnegative, pair, positive, shaped, times_of, whole
 from hopform._errors import HopformError
 from hopform._robots import Robot, checked_robot
-from hopform._show import Arrays, Card, Motion, name_of
+from hopform._show import Arrays, Card, Motion, events_of, name_of
 from hopform._solver.library import Backend
 from hopform._solver.package import FLIGHT_ENDINGS, FLIGHT_EVENTS, Energy, FlightEnding, FlightLedger, Gains, formulas
 from hopform._solver.package import records as solver_records
@@ -130,9 +130,6 @@ class Flight(Motion):
         title = f"Flight of {name_of(self.robot)}: {self.status} after {self.duration:.5g} s"
         return Card(title, given, found)
 
-    def _length(self) -> float:
-        return self.duration
-
     def _over(self, t: NDArray[np.float64]) -> dict[str, ArrayLike]:
         energy = self.energy(t)
         return {
@@ -142,8 +139,7 @@ class Flight(Motion):
 
     def _arrays(self) -> Arrays:
         return {
-            "event_time": (("event",), [event.time for event in self.events]),
-            "event_kind": (("event",), np.array([event.kind for event in self.events], dtype=str)),
+            **events_of(self.events),
             **{name: ((), getattr(self, name)) for name in ("status", "duration", "apex", "apex_time", "impact_loss")},
         }
 

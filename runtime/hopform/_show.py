@@ -8,6 +8,7 @@ import html
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from importlib import import_module
+from operator import attrgetter
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -40,6 +41,7 @@ UNITS: dict[str, str] = {
 } | {field.name: field.unit for field in ROBOT_FIELDS}  # fmt: skip
 """Units of what results hold, by name; what is not here is a number without one, or a word."""
 
+DURATION_OF = attrgetter("duration")
 MOST_POINTS = 320
 """Points of a small curve at most."""
 WIDEST = 120
@@ -104,11 +106,11 @@ class Shown:
 
 
 class Motion(Shown):
-    """A result over time. Its subclasses have `_length` and `_over`, too."""
+    """A result over time. Its subclasses have a `duration` and `_over`, too."""
 
     def _length(self) -> float:
         """Its duration [s]."""
-        raise NotImplementedError
+        return float(DURATION_OF(self))
 
     def to_xarray(self, t: ArrayLike | None = None) -> "xarray.Dataset":
         """Its motion at times t [s], 401 uniform ones if left out, and its figures; units in `attrs`.
@@ -225,6 +227,12 @@ def _figures(module: str) -> Any:
     """What draws, which is imported when a picture is asked for."""
     of_extra("matplotlib", "plot", "a plot")
     return import_module(f"hopform._figures.{module}")
+
+
+def events_of(events: Sequence[Any]) -> dict[str, Array]:
+    """Times and kinds of events, as arrays."""
+    kinds = np.array([each.kind for each in events], dtype=str)
+    return {"event_time": (("event",), [each.time for each in events]), "event_kind": (("event",), kinds)}
 
 
 def name_of(robot: Any) -> str:

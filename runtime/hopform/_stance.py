@@ -29,7 +29,7 @@ from hopform._checks import count as counted
 from hopform._errors import HopformError
 from hopform._robots import Robot, checked_robot
 from hopform._sensitivities import Sensitivities, of_matrix
-from hopform._show import Arrays, Card, Motion, name_of
+from hopform._show import Arrays, Card, Motion, events_of, name_of
 from hopform._solver.c import tuple_of
 from hopform._solver.library import Backend
 from hopform._solver.package import (
@@ -273,9 +273,6 @@ class Stance(Motion):
         title = f"Stance of {name_of(self.robot)}: {self.status} after {self.duration:.5g} s"
         return Card(title, given, [*found, *(("warning", each) for each in self.warnings)])
 
-    def _length(self) -> float:
-        return self.duration
-
     def _over(self, t: NDArray[np.float64]) -> dict[str, ArrayLike]:
         energy, compression = self.energy(t), np.asarray(self.compression(t))
         return {
@@ -285,8 +282,7 @@ class Stance(Motion):
 
     def _arrays(self) -> Arrays:
         return {
-            "event_time": (("event",), [event.time for event in self.events]),
-            "event_kind": (("event",), np.array([event.kind for event in self.events], dtype=str)),
+            **events_of(self.events),
             **{name: ((), getattr(self, name)) for name in ("status", "duration", "apex", "aed")},
         }
 

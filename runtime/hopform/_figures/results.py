@@ -40,14 +40,6 @@ def alone(panel: Panel, width: float, height: float) -> Whole:
     return whole
 
 
-def of_fit(axes: Axes, fit: Fit) -> None:
-    fits.trace_panel(axes, fit.traces[0])
-
-
-def of_threshold(axes: Axes, found: Threshold) -> None:
-    fits.rise_panel(axes, found.rises[0])
-
-
 PICTURES: dict[type[Shown], tuple[Whole, Panel]] = {
     Stance: (plots.plot_stance, plots.stance_panel),
     Flight: (plots.plot_flight, plots.flight_panel),
@@ -58,8 +50,8 @@ PICTURES: dict[type[Shown], tuple[Whole, Panel]] = {
     Reachability: (plots.plot_reach, plots.reach_panel),
     Command: (plots.plot_command, plots.command_panel),
     Recording: (fits.plot_recording, fits.recording_panel),
-    Fit: (fits.plot_fit, of_fit),
-    Threshold: (fits.plot_threshold, of_threshold),
+    Fit: (fits.plot_fit, lambda axes, fit: fits.trace_panel(axes, fit.traces[0])),
+    Threshold: (fits.plot_threshold, lambda axes, found: fits.rise_panel(axes, found.rises[0])),
 }
 
 

@@ -251,9 +251,6 @@ class Hop(_Legs):
         """[s] of flight and stance together"""
         return self.flight.duration + self.stance.duration
 
-    def _length(self) -> float:
-        return self.duration
-
     def _chain(self) -> list[_Leg]:
         robot = self.robot
         level = float(self.flight.energy(0.0).body) + robot.m_s * robot.g * self.ground
@@ -383,9 +380,6 @@ class Run(_Legs):
         corners = [time for hop in self.hops for time in (hop.touchdown_time, hop.takeoff_time)]
         uniform = np.linspace(0.0, self.duration, count("samples", samples, EACH))
         return np.union1d(uniform, np.minimum(corners, self.duration))
-
-    def _length(self) -> float:
-        return self.duration
 
     def _chain(self) -> list[_Leg]:
         return _legs_of(self)
