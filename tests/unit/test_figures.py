@@ -325,6 +325,11 @@ def test_figures_of_ones_own_in_every_form(tmp_path, monkeypatch, capsys):
     assert {"t", "energy", "kinetic", "run x2"} <= set(head.split(",")) and len(rows) > 300
 
 
+def test_a_caption_is_text_to_latex():
+    escaped = r"50 \% of m\_eff \& \{x\textasciicircum{}2\} \textbackslash{} \#1 \textasciitilde{} \$"
+    assert figures_command.tex(r"50 % of m_eff & {x^2} \ #1 ~ $") == escaped
+
+
 def test_the_data_beside_a_figure_are_what_it_draws():
     text = figures_command.table_of(data(2)).splitlines()
     table = np.genfromtxt(text, delimiter=",", names=True)
