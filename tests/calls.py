@@ -29,6 +29,7 @@ STEP = hopform.record(HOPPER, "step", duration=0.5, rate=200.0, seed=1)
 START = {"robot": HOPPER, "v2": -1.9}
 FLOOR = {"hops": 3, "size": 0.02}
 TOUCHDOWN = hopform.controllers.Touchdown(0, 0.2, 0.0, 0.0, -1.9, 0.0, 0.2, HOPPER)
+RUN = hopform.simulate(HOPPER, [0.0], 3.0, height=0.2)
 CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
     "solve_stance": (hopform.solve_stance, START),
     "solve_stances": (hopform.solve_stances, START),
@@ -42,6 +43,9 @@ CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
     "design_return": (hopform.design_return, {"robot": HOPPER, "time": 0.3}),
     "delayed_apex": (hopform.delayed_apex, START | {"delay": 0.01, "u": 1.0}),
     "friction_threshold": (hopform.friction_threshold, {"recordings": DECAY}),
+    "sweep": (hopform.sweep, START),
+    "compare": (hopform.compare, {"robot": HOPPER, "controllers": {"0 A": 0.0}, "grounds": [[0.0]], "height": 0.2}),
+    "animate": (hopform.animate, {"run": RUN, "seconds": 0.1, "rate": 5}),
     "record": (hopform.record, {"robot": HOPPER, "test": "drop"}),
     "Robot": (hopform.Robot, dict(GOOD)),
     "Errors": (hopform.Errors, {}),
@@ -95,7 +99,9 @@ OBJECTS: dict[str, Any] = {
     "stance": hopform.solve_stance(HOPPER, v2=-1.9),
     "resting stance": hopform.solve_stance(HOPPER, v2=-0.01),
     "flight": hopform.solve_flight(HOPPER, v2=1.9),
-    "run": hopform.simulate(HOPPER, [0.0], 3.0, height=0.2),
+    "run": RUN,
+    "hop": RUN.hops[0],
+    "command": hopform.choose_current(HOPPER, v2=-1.9, h_des=0.2),
     "detector": hopform.TouchdownDetector(),
     "batch": hopform.solve_stances(HOPPER, v2=[-1.9, -1.0], events=True, sensitivities=True),
     "map": hopform.reachability(HOPPER, [0.1, 0.2], [0.0]),
@@ -123,6 +129,8 @@ def methods() -> Iterator[tuple[str, Callable[..., Any], dict[str, Any]]]:
     """Name, method and arguments of every public method of an object, and of its brackets."""
     for name, of in OBJECTS.items():
         for method, call in inspect.getmembers(of, inspect.ismethod):
+            if (name, method) == ("resting stance", "fly"):
+                continue  # nothing follows from it
             if method == "__getitem__" or not method.startswith("_"):
                 taken = inspect.signature(call).parameters
                 yield f"{name} {method}", call, {k: v for k, v in METHODS.get(method, {}).items() if k in taken}

@@ -14,9 +14,11 @@ class Word:
 
 @dataclass(frozen=True)
 class Kind:
-    """Words of one kind: their meaning, the name of their table in Python, the prefix of their macros in C."""
+    """Words of one kind: their meaning, their type and the name of their table in Python, the prefix of their macros
+    in C."""
 
     meaning: str
+    type: str
     table: str
     macro: str
     words: tuple[Word, ...]
@@ -28,6 +30,7 @@ class Kind:
 
 STATUSES = Kind(
     "Status: 0 ok, negative an error, positive an answer with a warning.",
+    "Status",
     "STATUSES",
     "",
     (
@@ -59,6 +62,7 @@ STATUSES = Kind(
 )
 COMMANDS = Kind(
     "What the controller found.",
+    "CommandStatus",
     "COMMANDS",
     "command_",
     (
@@ -69,6 +73,7 @@ COMMANDS = Kind(
 )
 ENDINGS = Kind(
     "How a stance ended.",
+    "Ending",
     "ENDINGS",
     "ending_",
     (
@@ -80,6 +85,7 @@ ENDINGS = Kind(
 )
 EVENTS = Kind(
     "What starts a phase; 0 is the start of the stance or a step of the current.",
+    "EventKind",
     "EVENTS",
     "event_",
     (
@@ -94,6 +100,7 @@ EVENTS = Kind(
 )
 FLIGHT_ENDINGS = Kind(
     "How a flight ended.",
+    "FlightEnding",
     "FLIGHT_ENDINGS",
     "flight_",
     (
@@ -105,6 +112,7 @@ FLIGHT_ENDINGS = Kind(
 )
 CURRENT_EVENTS = Kind(
     "What starts a phase of a flight beside what the actuator does.",
+    "CurrentEventKind",
     "CURRENT_EVENTS",
     "flight_event_",
     (
@@ -114,6 +122,7 @@ CURRENT_EVENTS = Kind(
 )
 CONTACTS = Kind(
     "What touchdown detection returns for a sample.",
+    "Contact",
     "CONTACTS",
     "contact_",
     (

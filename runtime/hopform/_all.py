@@ -20,9 +20,11 @@ from hopform._identify import (
 )  # fmt: skip
 from hopform._robots import ROBOTS, Robot, load_robot
 from hopform._sensitivities import ManySensitivities, Sensitivities
+from hopform._show import animate
 from hopform._solver.library import backends, library_message
 from hopform._solver.package import EQUATIONS, Energy, Equation, FlightLedger, Gains, Ledger
 from hopform._stance import Event, Phase, Stance, State, solve_stance, touchdown_velocity
+from hopform._studies import compare, sweep
 
 
 def equations() -> tuple[Equation, ...]:
@@ -36,12 +38,11 @@ def equations() -> tuple[Equation, ...]:
 
 
 __all__ = [
-    "__version__", "BackendError", "backends", "Batch", "choose_current", "choose_current_as_printed", "Command",
-    "controllers", "delayed_apex", "design_return", "Energy", "Equation", "equations", "Errors", "Event",
-    "fit_drop_test", "fit_force", "fit_robot", "fit_step_response", "FixedPoint", "Flight", "FlightLedger",
-    "FlightPhase", "friction_threshold", "Gains", "Hop", "HopformError", "Ledger", "library_message",
-    "load_robot", "ManySensitivities", "MissingExtra", "next_apex", "Phase", "PrintedCommand", "Reachability",
-    "reachability", "read_recording", "record", "Robot", "ROBOTS", "Run", "Sensitivities", "simulate",
-    "solve_flight", "solve_stance", "solve_stances", "Stance", "State", "terrain", "touchdown_velocity",
-    "TouchdownDetector", "ufuncs",
+    "__version__", "animate", "BackendError", "backends", "Batch", "choose_current", "choose_current_as_printed",
+    "Command", "compare", "controllers", "delayed_apex", "design_return", "Energy", "Equation", "equations", "Errors",
+    "Event", "fit_drop_test", "fit_force", "fit_robot", "fit_step_response", "FixedPoint", "Flight", "FlightLedger",
+    "FlightPhase", "friction_threshold", "Gains", "Hop", "HopformError", "Ledger", "library_message", "load_robot",
+    "ManySensitivities", "MissingExtra", "next_apex", "Phase", "PrintedCommand", "Reachability", "reachability",
+    "read_recording", "record", "Robot", "ROBOTS", "Run", "Sensitivities", "simulate", "solve_flight", "solve_stance",
+    "solve_stances", "Stance", "State", "sweep", "terrain", "touchdown_velocity", "TouchdownDetector", "ufuncs",
 ]  # fmt: skip

@@ -6,10 +6,11 @@ is heard. Without event lists a chunk is one call of the ufunc `hopform.ufuncs.s
 
 import difflib
 import math
-from collections.abc import Callable, Iterator, Sequence
+import sys
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
-from dataclasses import dataclass
-from typing import Any, cast
+from dataclasses import dataclass, replace
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -18,6 +19,7 @@ from hopform._checks import MEMORY, array_of, flag, function, numbers, refuse_an
 from hopform._errors import HopformError
 from hopform._robots import Robot, checked_robot
 from hopform._sensitivities import COLUMNS, ManySensitivities, of_matrices
+from hopform._show import UNITS, Arrays, Card, Curve, Shown, counted, span
 from hopform._solver.columns import CHUNK, MAX_PHASES, RESULTS, STATES, STATUS, Events, results_like
 from hopform._solver.library import Backend
 from hopform._solver.package import EVENTS, ROBOT_FIELDS, ROWS, Field, checked
@@ -30,11 +32,20 @@ _TOUCHING_ULP = 4.0
 EACH, EACH_DIFFERENTIATED = 128, 128 + 16 * len(ROWS) * len(COLUMNS)
 """[B] the results of a stance; with its derivatives, twice while they are put into the coordinates of the inputs."""
 MOST_THREADS = 1024
-_UNITS = {"x1": "m", "v1": "m/s", "v2": "m/s", "x2": "m", "u": "A", "horizon": "s"}
+CURVE = 400
+"""Stances whose apexes a batch draws in a notebook at most."""
+_INPUTS = ("x1", "v1", "v2", "x2", "u", "horizon")
 
 
-@dataclass(frozen=True)
-class Batch:
+class Labels(NamedTuple):
+    """Dimensions of inputs that are labelled, in their order, with the coordinates that some have."""
+
+    dims: tuple[str, ...]
+    coords: dict[str, NDArray[Any]]
+
+
+@dataclass(frozen=True, repr=False)
+class Batch(Shown):
     """Stances, solved; every array has the shape that the inputs broadcast to. Times in s, lengths in m, energies in J.
 
     status: keys of `hopform.ufuncs.STATUS`, negative where the numbers left the range of the precision (NaN in
@@ -56,6 +67,8 @@ class Batch:
     backend: Backend
     sensitivities: ManySensitivities | None = None
     compression_max: NDArray[np.floating] | None = None
+    labels: Labels | None = None
+    """of the inputs, where they are DataArrays of xarray: `to_xarray` has them again"""
 
     @property
     def words(self) -> NDArray[np.str_]:
@@ -69,6 +82,33 @@ class Batch:
             raise HopformError("events must be True for a list of events, got False")
         return _words_of(self.event_kind, EVENTS | {0: ""})
 
+    def _curve(self) -> Curve:
+        some = self.apex.reshape(-1)[:CURVE]
+        return "apex [m], stance by stance", np.arange(some.size), some
+
+    def _card(self) -> Card:
+        shape = " x ".join(map(str, self.status.shape)) or "1"
+        dims = f" over {', '.join(self.labels.dims)}" if self.labels else ""
+        u = [("backend", self.backend), ("precision", str(self.apex.dtype)), ("events", span(self.event_count))]
+        found = [("apex", span(self.apex)), ("aed", span(self.aed)), ("duration", span(self.duration))]
+        return Card(f"Batch of {shape} stances{dims}: {counted(self.words)}", u, found)
+
+    def _arrays(self) -> Arrays:
+        dims, coords = self.labels or Labels(tuple(f"dim_{n}" for n in range(self.status.ndim)), {})
+        arrays: dict[str, Any] = {name: ((name,), values) for name, values in coords.items()}
+        arrays["status"] = (dims, self.words)
+        arrays |= {name: (dims, getattr(self, name)) for name in ("duration", "apex", "aed", "event_count")}
+        for name, values in self.end._asdict().items():
+            arrays[f"end_{name}"] = (dims, values, {"units": UNITS[name]})
+        if self.event_kind is not None:
+            arrays |= {"event_time": ((*dims, "event"), self.event_time)}
+            arrays |= {"event_kind": ((*dims, "event"), self.event_words)}
+        if self.compression_max is not None:
+            arrays["compression_max"] = (dims, self.compression_max, {"units": "m"})
+        if self.sensitivities is not None:
+            arrays |= self.sensitivities.arrays(dims)
+        return arrays
+
     @property
     def takeoff(self) -> State:
         """The state at take-off, NaN where there is none."""
@@ -76,7 +116,35 @@ class Batch:
         return State(*(np.where(lifts, value, value.dtype.type(math.nan)) for value in map(np.asarray, self.end)))
 
 
-def _words_of(codes: NDArray[Any], words: dict[int, str]) -> NDArray[np.str_]:
+def labelled(inputs: Mapping[str, Any]) -> tuple[dict[str, Any], Labels | None]:
+    """Inputs as arrays that broadcast by the names of their dimensions, where some are DataArrays; else as they are.
+
+    HopformError for coordinates of one name that differ, and for a plain array beside a DataArray.
+    """
+    xarray: Any = sys.modules.get("xarray")  # a DataArray is there only where xarray is
+    known = {name for name, each in inputs.items() if xarray is not None and isinstance(each, xarray.DataArray)}
+    if not known:
+        return dict(inputs), None
+    dims = tuple(dict.fromkeys(str(dim) for name in inputs if name in known for dim in inputs[name].dims))
+    coords, arrays = dict[str, NDArray[Any]](), dict[str, Any]()
+    for name, each in inputs.items():
+        if name not in known:
+            if np.ndim(each):
+                raise HopformError(f"{name} must be a number or a DataArray beside other DataArrays, got an array")
+            arrays[name] = each
+            continue
+        for dim in each.dims:
+            if dim in each.coords:
+                own = coords.setdefault(str(dim), each.coords[dim].values)
+                if not np.array_equal(own, each.coords[dim].values):
+                    raise HopformError(f"{name} must have the coordinates {dim} of the other inputs, got others")
+        sizes = {str(dim): size for dim, size in each.sizes.items()}
+        inner = each.transpose(*(dim for dim in dims if dim in sizes))
+        arrays[name] = np.reshape(inner.values, [sizes.get(dim, 1) for dim in dims])
+    return arrays, Labels(dims, coords)
+
+
+def _words_of(codes: NDArray[Any], words: Mapping[int, str]) -> NDArray[np.str_]:
     first = min(words)
     table = np.array([words.get(code, "") for code in range(first, max(words) + 1)])
     return np.asarray(table[codes - first])
@@ -130,9 +198,10 @@ def solve_stances(
 
     Inputs as for `solve_stance`, as arrays; u is a constant current per stance. Any field of the robot may be given
     as an array too: `solve_stances(robot, v2=-2.0, k=np.linspace(800, 1600, 9))`. events: list them all.
-    sensitivities: derivatives through the events, 140 numbers a stance. compression: the largest of each. threads: how
-    many solve at a time. progress: called with the number of stances done and their total, now and then; what it raises
-    ends the batch.
+    DataArrays of xarray broadcast by the names of their dimensions, and `to_xarray` of the answer has their
+    coordinates. sensitivities: derivatives through the events, 140 numbers a stance. compression: the largest of each.
+    threads: how many solve at a time. progress: called with the number of stances done and their total, now and then;
+    what it raises ends the batch.
     Raises HopformError, which names field, index, value and what is allowed.
 
     >>> import numpy as np
@@ -152,11 +221,10 @@ def solve_stances(
         raise HopformError(
             f"u must be a number per stance in A; steps (t, u) are for solve_stance, got {shown(cast(object, u))}"
         )
-    states = {"x1": x1, "v1": v1, "v2": v2, "u": u, "horizon": horizon}
-    given = {name: numbers(name, value, _UNITS[name]) for name, value in states.items()}
-    robots = robot_columns(robot, fields)
-    if x2 is not None:
-        given["x2"] = numbers("x2", x2, _UNITS["x2"])
+    states = {"x1": x1, "v1": v1, "v2": v2, "u": u, "horizon": horizon} | ({} if x2 is None else {"x2": x2})
+    plain, labels = labelled({**states, **fields})
+    given = {name: numbers(name, plain[name], UNITS[name]) for name in states}
+    robots = robot_columns(robot, {name: plain[name] for name in fields})
     shape = _shape_of(given | robots, EACH_DIFFERENTIATED if with_derivatives else EACH)
     _check_states(given, robots)
     given["y"] = _compression(given["x1"], given.pop("x2", None), robots)
@@ -168,7 +236,8 @@ def solve_stances(
     compressions = np.empty(size, real) if with_compression else None
     job = _Job(columns, shape, size, most, real, results, matrices, compressions)
     lists = _run(job, back_end, with_events, workers, progress)
-    return _batch(job, back_end.name, lists, x2 is not None)
+    batch = _batch(job, back_end.name, lists, x2 is not None)
+    return batch if labels is None else replace(batch, labels=labels)
 
 
 def _batch(
@@ -255,7 +324,7 @@ def robot_columns(robot: Robot, fields: dict[str, Any]) -> dict[str, NDArray[Any
     known = {field.name: field for field in ROBOT_FIELDS}
     for name in fields:
         if name not in known:
-            close = difflib.get_close_matches(name, [*known, *_UNITS], 1, 0.5)
+            close = difflib.get_close_matches(name, [*known, *_INPUTS], 1, 0.5)
             hint = f", did you mean {close[0]!r}?" if close else ""
             raise HopformError(f"{name!r} is neither an input of a stance nor a field of the robot{hint}")
     columns: dict[str, NDArray[Any]] = {}

@@ -17,8 +17,9 @@ from numpy.typing import ArrayLike, NDArray
 from hopform._checks import finite, nonnegative, pair, positive, shaped, times_of, whole
 from hopform._errors import HopformError
 from hopform._robots import Robot, checked_robot
+from hopform._show import Arrays, Card, Motion, events_of, name_of
 from hopform._solver.library import Backend
-from hopform._solver.package import FLIGHT_ENDINGS, FLIGHT_EVENTS, Energy, FlightLedger, Gains, formulas
+from hopform._solver.package import FLIGHT_ENDINGS, FLIGHT_EVENTS, Energy, FlightEnding, FlightLedger, Gains, formulas
 from hopform._solver.package import records as solver_records
 from hopform._solver.protocol import SolvedFlight
 from hopform._stance import Event, Real, State, body_height, precision_of
@@ -43,8 +44,8 @@ class FlightPhase(NamedTuple):
     """[m/s]"""
 
 
-@dataclass(frozen=True)
-class Flight:
+@dataclass(frozen=True, repr=False)
+class Flight(Motion):
     """A flight, solved. Times in s from take-off, heights in m over the ground ahead, which the foot meets next.
 
     status: "touchdown"; "tripped": the foot never got above the ground ahead, the flight ends where it came highest;
@@ -56,7 +57,7 @@ class Flight:
     robot: Robot
     backend: Backend
     dtype: np.dtype[Any]
-    status: str
+    status: FlightEnding
     duration: float
     end: State
     touchdown: State | None
@@ -114,6 +115,33 @@ class Flight:
         """The ledger [J] from take-off to times t [s], in t's shape; each entry from its own closed form."""
         _, entries = self._energies(t)
         return FlightLedger(*(shaped(value, t) for value in entries))
+
+    def _card(self) -> Card:
+        start = self.at(0.0)
+        given = [
+            ("x1", start.x1),
+            ("v1", start.v1),
+            ("x2", start.x2),
+            ("v2", start.v2),
+            ("gains", f"{self.gains.Kp:.5g} N/m, {self.gains.Kd:.5g} N s/m"),
+        ]
+        after = [] if self.touchdown is None else [("touchdown at v2", self.touchdown.v2), ("x1", self.touchdown.x1)]
+        found = [("apex", self.apex), ("apex_time", self.apex_time), *after, ("events", len(self.events))]
+        title = f"Flight of {name_of(self.robot)}: {self.status} after {self.duration:.5g} s"
+        return Card(title, given, found)
+
+    def _over(self, t: NDArray[np.float64]) -> dict[str, ArrayLike]:
+        energy = self.energy(t)
+        return {
+            **self.at(t)._asdict(), "foot": self.foot(t), "u": self.current(t),
+            "body_energy": energy.body, "total_energy": energy.total,
+        }  # fmt: skip
+
+    def _arrays(self) -> Arrays:
+        return {
+            **events_of(self.events),
+            **{name: ((), getattr(self, name)) for name in ("status", "duration", "apex", "apex_time", "impact_loss")},
+        }
 
     def _energies(self, t: ArrayLike) -> tuple[Energy, FlightLedger]:
         times = self._times(t)

@@ -10,14 +10,43 @@ from numpy.typing import NDArray
 
 from hopform._checks import pair, shown
 from hopform._errors import HopformError
+from hopform._show import UNITS, Arrays, Card, Shown, span
 from hopform._solver.package import COLUMNS as SOLVED_COLUMNS
 from hopform._solver.package import ROWS, records
 
 COLUMNS = ("x1", "v1", "x2", "v2", "u", *records.Robot._fields)
 
 
-@dataclass(frozen=True)
-class Sensitivities:
+@dataclass(frozen=True, repr=False)
+class _Derivatives(Shown):
+    """Derivatives in the last two axes of a matrix."""
+
+    rows: tuple[str, ...]
+    columns: tuple[str, ...]
+    matrix: NDArray[np.floating] = field(compare=False)
+
+    def _card(self) -> Card:
+        count = int(np.prod(self.matrix.shape[:-2], dtype=int))
+        apex = self.matrix[..., self.rows.index("apex"), :]
+        found = [(f"d apex/d {name}", span(apex[..., self.columns.index(name)])) for name in ("v2", "u", "k", "m_s")]
+        title = f"Sensitivities: {len(self.rows)} x {len(self.columns)} derivatives of {count} take-off(s)"
+        return Card(title, [("of", " ".join(self.rows)), ("by", " ".join(self.columns))], found)
+
+    def _arrays(self) -> Arrays:
+        return self.arrays(tuple(f"dim_{n}" for n in range(self.matrix.ndim - 2)))
+
+    def arrays(self, over: tuple[str, ...]) -> Arrays:
+        """The derivatives over dimensions, rows and columns, with the units of both."""
+        dims = (*over, "row", "column")
+        return {
+            "row": (("row",), list(self.rows), {}), "column": (("column",), list(self.columns), {}),
+            "derivative": (dims, self.matrix, {"units": "that of the row over that of the column"}),
+            **{f"{name}_unit": ((name,), [UNITS[each] for each in getattr(self, f"{name}s")], {})
+               for name in ("row", "column")},
+        }  # fmt: skip
+
+
+class Sensitivities(_Derivatives):
     """Derivatives of the take-off through the events of a stance, in the units of row over column; NaN without
     take-off.
 
@@ -25,22 +54,13 @@ class Sensitivities:
     u (all steps alike), the robot's fields. matrix: rows times columns; `[row, column]` is one entry by name.
     """
 
-    rows: tuple[str, ...]
-    columns: tuple[str, ...]
-    matrix: NDArray[np.floating] = field(compare=False)
-
     def __getitem__(self, names: tuple[str, str]) -> float:
         """The derivative of a row by a column, by their names; HopformError if there is none of that name."""
         return float(self.matrix[_place(names)])
 
 
-@dataclass(frozen=True)
-class ManySensitivities:
+class ManySensitivities(_Derivatives):
     """The same of many stances, as arrays of their shape: matrix has two further axes, rows and columns."""
-
-    rows: tuple[str, ...]
-    columns: tuple[str, ...]
-    matrix: NDArray[np.floating] = field(compare=False)
 
     def __getitem__(self, names: tuple[str, str]) -> NDArray[np.floating]:
         """The derivatives of a row by a column, by their names; HopformError if there is none of that name."""

@@ -5,7 +5,8 @@ import sys
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any, NamedTuple, SupportsFloat, cast
+from importlib import import_module
+from typing import TYPE_CHECKING, Any, NamedTuple, SupportsFloat, TypeAlias, cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -28,13 +29,27 @@ from hopform._checks import count as counted
 from hopform._errors import HopformError
 from hopform._robots import Robot, checked_robot
 from hopform._sensitivities import Sensitivities, of_matrix
+from hopform._show import Arrays, Card, Motion, events_of, name_of
 from hopform._solver.c import tuple_of
 from hopform._solver.library import Backend
-from hopform._solver.package import ENDINGS, EVENTS, MOST_STEPS, Energy, Ledger, formulas
+from hopform._solver.package import (
+    ENDINGS,
+    EVENTS,
+    MOST_STEPS,
+    AnyEvent,
+    Ending,
+    Energy,
+    Ledger,
+    formulas,
+)
 from hopform._solver.package import records as solver_records
 from hopform._solver.protocol import SolvedStance
 
-Real = float | NDArray[np.floating]
+if TYPE_CHECKING:
+    from hopform._flight import Flight
+
+Real: TypeAlias = Any
+"""A float, or an array that broadcasts: what is read at one time needs no check of its type."""
 Current = SupportsFloat | Sequence[tuple[SupportsFloat, SupportsFloat]]
 
 _TOUCHING_ULP = 4.0
@@ -63,8 +78,8 @@ class Event(NamedTuple):
     """Something that happened during a stance; kinds are those of docs/reference/model.md."""
 
     time: float
-    """[s] since touchdown"""
-    kind: str
+    """[s] since touchdown, in a flight since take-off"""
+    kind: AnyEvent
 
 
 class Phase(NamedTuple):
@@ -82,8 +97,8 @@ class Phase(NamedTuple):
     """where it starts"""
 
 
-@dataclass(frozen=True)
-class Stance:
+@dataclass(frozen=True, repr=False)
+class Stance(Motion):
     """A stance, solved. Times in s from touchdown, heights in m over the ground under the foot.
 
     status: "takeoff", "rest", "horizon" or "too_many_phases". duration: time of the ending. takeoff: the state there,
@@ -95,7 +110,7 @@ class Stance:
     u: tuple[tuple[float, float], ...]
     backend: Backend
     dtype: np.dtype[Any]
-    status: str
+    status: Ending
     duration: float
     end: State
     takeoff: State | None
@@ -197,6 +212,37 @@ class Stance:
                 column[...] = values
         return t, State(*into)
 
+    def current(self, t: ArrayLike) -> Real:
+        """The current [A] at times t [s], in t's shape; from the time of a step on that of the step."""
+        starts, currents = np.array(self.u).T
+        return shaped(currents[np.searchsorted(starts, self._times(t), side="right") - 1], t)
+
+    def fly(
+        self,
+        step: SupportsFloat = 0.0,
+        *,
+        gains: Sequence[SupportsFloat] | None = None,
+        horizon: SupportsFloat = 10.0,
+    ) -> "Flight":
+        """The flight that follows, to the next touchdown, on ground that is `step` [m] higher; as `solve_flight`.
+
+        Raises HopformError for a stance without take-off.
+
+        >>> from hopform import load_robot
+        >>> flight = solve_stance(load_robot("hopper_c"), v2=-1.93, u=2.0).fly()
+        >>> flight.status, round(flight.duration, 4)
+        ('touchdown', 0.3313)
+        """
+        if self.takeoff is None:
+            raise HopformError(f"a flight needs a take-off, but the stance has the ending {self.status!r}")
+        rise = finite("step", step, "m")
+        x1, v1, x2, v2 = map(float, self.takeoff)
+        flight: Flight = import_module("hopform._flight").solve_flight(
+            self.robot, x1=x1, v1=v1, v2=v2, x2=x2 - rise if rise else None, gains=gains, horizon=horizon,
+            backend=self.backend, dtype=self.dtype,
+        )  # fmt: skip
+        return flight
+
     def compression(self, t: ArrayLike) -> Real:
         """Compression of the spring [m] at times t [s], x1 - x2 + L0 + c, to its own last digit; the force is k times
         it.
@@ -236,6 +282,34 @@ class Stance:
         0.089756
         """
         return of_matrix(self._solved.sensitivities(), self._x2_is_given)
+
+    def _card(self) -> Card:
+        first, u = self.phases[0].state, [each for _, each in self.u]
+        given = [
+            ("v2", first.v2),
+            ("x1", first.x1),
+            ("v1", first.v1),
+            ("u", u[0] if len(u) == 1 else f"{len(u)} steps"),
+        ]
+        events = ", ".join(f"{event.kind} {event.time:.4g} s" for event in self.events[:3])
+        more = f", {len(self.events) - 3} more" if len(self.events) > 3 else ""
+        found = [("apex", self.apex), ("aed", self.aed), ("events", f"{events or 'none'}{more}")]
+        title = f"Stance of {name_of(self.robot)}: {self.status} after {self.duration:.5g} s"
+        return Card(title, given, [*found, *(("warning", each) for each in self.warnings)])
+
+    def _over(self, t: NDArray[np.float64]) -> dict[str, ArrayLike]:
+        energy, compression = self.energy(t), np.asarray(self.compression(t))
+        return {
+            **self.at(t)._asdict(), "compression": compression, "force": self.robot.k * compression,
+            "u": self.current(t), "body_energy": energy.body, "total_energy": energy.total,
+        }  # fmt: skip
+
+    def _arrays(self) -> Arrays:
+        return {
+            **events_of(self.events),
+            **{name: ((), getattr(self, name)) for name in ("status", "duration", "apex", "aed")},
+            "compression_max": ((), self.compression_max, {"units": "m"}),
+        }
 
     def _solver_state(self, t: ArrayLike) -> solver_records.LegState:
         times = self._times(t)

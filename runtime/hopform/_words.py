@@ -14,7 +14,9 @@ ENDINGS = {
     "horizon": "is still on the ground after",
     "too_many_phases": "has had the allowed number of phases after",
 }
-EVENTS = {kind: kind.replace("x1_", "actuator ").replace("x2_", "body ").replace("_", " ") for kind in KINDS.values()}
+EVENTS: dict[str, str] = {
+    kind: kind.replace("x1_", "actuator ").replace("x2_", "body ").replace("_", " ") for kind in KINDS.values()
+}
 
 
 def name_of(robot: Robot) -> str:

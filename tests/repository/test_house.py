@@ -120,7 +120,7 @@ sys.exit([command for command in {commands!r} if main(command) != 0] or 0)
 
 @each(sorted(RUNTIME.rglob("*.py")))
 def test_the_runtime_imports_what_the_project_declares(path):
-    extras = declared("identify", "plot")
+    extras = declared("identify", "plot", "xarray")
     assert not (declared() | extras) & {"sympy", "jinja2"}
     assert packages(path) <= {"hopform", "hopform_solver"} | declared() | extras
 

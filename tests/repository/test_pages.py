@@ -33,4 +33,5 @@ def test_the_commands_of_the_page_on_figures_run(tmp_path, monkeypatch, argument
     monkeypatch.chdir(tmp_path)
     assert cli.main(arguments) == 0
     asked = arguments[arguments.index("--only") + 1].split(",")
-    assert {f"fig_{int(number):02d}.png" for number in asked} <= {path.name for path in Path("DIR").iterdir()}
+    suffix = "pdf" if "--format" in arguments else "png"
+    assert {f"fig_{int(number):02d}.{suffix}" for number in asked} <= {path.name for path in Path("DIR").iterdir()}

@@ -17,12 +17,12 @@ RUNTIME = ROOT / "runtime" / "hopform"
 
 # Each module may import those of the lines above it, inside of functions too. A folder's own name is its __init__.
 LAYERS = (
-    ("hopform", "_errors"),
+    ("hopform", "_errors", "_progress"),
     ("_solver", "_solver.library", "_solver.package"),
     ("_checks",), ("_files",),
     ("_solver.columns",), ("_solver.protocol",),
     ("_solver.c", "_solver.arrays"), ("_solver.c_flight", "_solver.c_control", "_solver.c_batch"), ("_solver.choice",),
-    ("_robots.provenance",), ("_robots", "_sensitivities", "model", "terrain", "ufuncs"),
+    ("_robots.provenance",), ("_show",), ("_robots", "_sensitivities", "model", "terrain", "ufuncs"),
     ("_stance",), ("_flight", "_batch"),
     ("_control", "_control.exact"), ("_control.printed", "_control.reach"), ("controllers",),
     ("_hopping", "_hopping.run", "_hopping.touchdown"),
@@ -32,11 +32,12 @@ LAYERS = (
     ("_identify.fits",),
     ("_identify.drop", "_identify.ramp", "_identify.step", "_identify.synthetic"),
     ("_identify.joint", "_identify.simulators"), ("_identify.checks",), ("_identify",),
-    ("_all",),
+    ("_studies",), ("_all",),
     ("_export",), ("_export.selftest",),
     ("_words",), ("_cli.options", "_cli.render", "_cli.help"),
-    ("_figures.plots",), ("_figures.picture",),
-    ("_figures.actuator", "_figures.animation", "_figures.contact", "_figures.energies", "_figures.first_controller"),
+    ("_figures.plots",), ("_figures.fits",), ("_figures.results",), ("_figures.picture",),
+    ("_figures.actuator", "_figures.animation", "_figures.contact", "_figures.energies", "_figures.first_controller",
+     "_figures.schematic", "_figures.recorded"),
     ("_figures.feedforward", "_figures.return_maps", "_figures.verification"), ("_figures",),
     ("_cli.bands",), ("_cli.tables", "_cli.report", "_cli.output"), ("_cli.tables_control",),
     ("_cli.solve", "_cli.identify", "_cli.figures", "_cli.export"), ("_cli",), ("__main__",),
@@ -44,10 +45,10 @@ LAYERS = (
 LEVEL = {name: level for level, names in enumerate(LAYERS) for name in names}
 
 PUBLIC = {"controllers", "model", "terrain", "ufuncs"}
-EXTRAS = {"scipy", "matplotlib"}
+EXTRAS = {"scipy", "matplotlib", "xarray"}
 
-# What `hopform` hands on is no import of its own: it waits until it is asked.
-HANDS_ON = {("hopform", "_all")}
+# What is handed on is no import of one's own: it waits until it is asked.
+HANDS_ON = {("hopform", "_all"), ("_stance", "_flight")}
 
 
 def name_of(path: Path) -> str:

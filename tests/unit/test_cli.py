@@ -20,6 +20,7 @@ import typer
 
 import hopform
 from hopform import _cli as cli
+from hopform import _progress
 from hopform._cli import output, tables
 
 GENERATED = Path(__file__).resolve().parents[2] / "generated"
@@ -602,7 +603,7 @@ def test_a_closed_pipe_is_no_traceback():
 
 
 def test_a_person_who_waits_is_shown_that_something_happens(monkeypatch, capsys):
-    monkeypatch.setattr(output, "BAR_AFTER", 0.0)
+    monkeypatch.setattr(_progress, "BAR_AFTER", 0.0)
     monkeypatch.setenv("FORCE_COLOR", "1")
     with output.progress_bar("1000 hops"):
         time.sleep(0.3)

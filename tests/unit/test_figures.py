@@ -23,7 +23,7 @@ from hopform._figures import animation, picture, plots
 from tests.repository.test_house import packages
 from tests.unit.test_cli import fits
 
-ALL = [*range(2, 18)]
+ALL = [*range(1, 18)]
 
 
 @cache
@@ -233,13 +233,128 @@ def test_a_noisier_signal_detects_touchdown_later_and_more_often_falsely():
 
 
 @pytest.mark.parametrize("number", [16, 17])
-def test_the_exact_controller_reaches_every_height_and_the_printed_one_does_not(number):
-    """Figs. 16, 17: to 1e-9 m, on rough ground as on even."""
+def test_the_exact_controller_reaches_every_height_and_those_that_err_do_not(number):
+    """Figs. 16, 17: to 1e-9 m, on rough ground as on even; a wrong model, noise and delay cost millimetres."""
     shown = data(number)
     assert shown["run"].status == "completed" and len(shown["run"].hops) == 18
-    assert np.abs(shown["miss"]).max() < 1e-9
-    assert np.nanmax(np.abs(shown["miss printed"])) > 0.01
+    worst = {name: np.nanmax(np.abs(miss)) for name, miss in shown["miss"].items()}
+    assert worst["exact"] < 1e-9 and 3e-4 < worst["5 % wrong"] < 5e-3 and 5e-4 < worst["late"] < 1e-2 < worst["printed"]
+    assert 1e-3 < worst["noise"] < 5e-2
     assert np.ptp(shown["run"].terrain) == 0.0 if number == 16 else np.ptp(shown["run"].terrain) > 0.02
+    errors = drawn(number).figure.axes[2]
+    assert errors.get_ylabel() == "apex error [mm]" and errors.get_yscale() == "symlog"
+    assert [each.get_text() for each in errors.get_legend().get_texts()] == list(shown["miss"])
+
+
+@pytest.mark.parametrize("number", [6, 7, 8, 16, 17])
+def test_terrain_hops_show_ground_wanted_height_current_and_shaded_stances(number):
+    top, middle, bottom, *_ = drawn(number).figure.axes
+    run = next(each for name, each in {"": None, **data(number), **data(number).get("runs", {})}.items()
+               if isinstance(each, hopform.Run) and name != "printed")  # fmt: skip
+    words = [each.get_text() for each in top.get_legend().get_texts()]
+    assert {"body", "apex", "take-off", "wanted", "stance"} <= set(words) and ("ground" in words) == any(run.terrain)
+    assert re.search(r"\$u\$ \[[AV]\]", middle.get_ylabel())
+    assert all(len(axes.patches) >= len(run.hops) for axes in (top, middle, bottom))
+
+
+@pytest.mark.parametrize("number", [12, 13, 14])
+def test_take_offs_are_marked_where_energy_is_drawn(number):
+    marks = [line for line in drawn(number).figure.axes[0].get_lines() if line.get_label() == "take-off"]
+    lifts = [hop.takeoff_time for hop in data(number)["run"].hops if hop.stance.takeoff is not None]
+    assert [line.get_xdata().tolist() for line in marks] == [lifts]
+
+
+def test_the_schematic_has_every_coordinate_and_force():
+    words = " ".join(each.get_text() for axes in drawn(1).figure.axes for each in axes.texts)
+    for word in ("$x_1$", "$x_2$", "$L_0 + c$", "$k$", "F", r"$-\gamma_2 u$", "$m_s$", "$m_{eff}$"):
+        assert word in words
+    assert "a positive input lifts the body" in drawn(1).ours
+    other = figures.draw(1, dataclasses.replace(hopform.load_robot("hopper_c"), gamma2=65.0))
+    assert "a positive input lowers the body" in other.ours
+
+
+# ---- of one's own robot ----
+
+MINE = dataclasses.replace(hopform.load_robot("hopper_c"), name="mine", L0=0.3, k=1500.0, gamma2=65.0, u_max=4.0)
+
+
+@pytest.mark.parametrize("number", [1, 2, 3, 5, 9, 11, 12, 14, 16])
+def test_a_figure_is_drawn_from_ones_own_robot(number):
+    picture = figures.draw(number, MINE)
+    assert picture.caption.endswith("Parameters: mine, from its robot file.") and "hopper" not in picture.ours
+    assert not np.array_equal(*(sorted(plots.render(each.figure, ".svg")) for each in (picture, drawn(number))))
+    if number == 11:
+        reach = picture.data["reach"]
+        assert reach.robot.k == 1500.0 and reach.heights[-1] == pytest.approx(0.3)
+        assert np.nanmax(reach.highest) > np.nanmax(reach.apex[:, 0]) + 0.02, "the current counts so that it lifts"
+
+
+@pytest.mark.parametrize(
+    ("changed", "number", "said"),
+    [
+        ({"x1_min": 0.0, "x1_max": 0.0}, 16, "mine has no actuator to drive"),
+        ({"b2": 80.0}, 3, "mine does not hop on: stopped after 1 hops"),
+        ({"x1_min": 0.0, "x1_max": 0.0}, 9, "the actuator does not begin to slip"),
+        ({"g": 0.0}, 13, "hopping needs g > 0"),
+    ],
+)
+def test_what_a_robot_cannot_do_is_refused_by_name(changed, number, said):
+    with pytest.raises(hopform.HopformError, match=said):
+        figures.draw(number, dataclasses.replace(MINE, **changed))
+
+
+def test_figures_of_ones_own_in_every_form(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    Path("mine.toml").write_text(MINE.to_toml().replace("x1_max = 0.08", "x1_max = 0.0"), "utf-8")
+    Path("own.mplstyle").write_text("font.size: 6  # small\nlines.linewidth: 3\n", "utf-8")
+    how = ["--format", "pdf,svg", "--width", "84mm", "--caption", "tex", "--style", "own.mplstyle"]
+    assert cli.main(["figures", "out", "--only", "2,12,16", "--robot", "mine.toml", *how]) == 0
+    output, errors = capsys.readouterr()
+    assert "wrote 8 files to out" in output
+    assert [line.partition(":")[2][:30] for line in errors.splitlines()] == [" warning: Fig. 16 is left out:"]
+    names = {f"fig_{number}.{suffix}" for number in ("02", "12") for suffix in ("pdf", "svg", "csv")}
+    assert {path.name for path in Path("out").iterdir()} == names | {"captions.md", "captions.tex"}
+    svg = Path("out/fig_12.svg").read_text("utf-8")
+    width = re.search(r'width="([\d.]+)pt"', svg)
+    assert width is not None and float(width[1]) == pytest.approx(72.0 * 84.0 / 25.4, abs=0.1)
+    assert ">body energy [J]</text>" in svg and "font-size: 6px" in svg and "Parameters:" not in svg, "text is text"
+    tex = Path("out/captions.tex").read_text("utf-8")
+    assert tex.count("\\begin{figure}") == tex.count("\\end{figure}") == 2 and "\\includegraphics{fig_12}" in tex
+    assert "\\caption{Energy without losses." in tex and not re.search(r"(?<!\\)[%&#_]", re.sub(r"{fig.*?}", "", tex))
+    head, *rows = Path("out/fig_12.csv").read_text("utf-8").splitlines()
+    assert {"t", "energy", "kinetic", "run x2"} <= set(head.split(",")) and len(rows) > 300
+
+
+def test_a_caption_is_text_to_latex():
+    escaped = r"50 \% of m\_eff \& \{x\textasciicircum{}2\} \textbackslash{} \#1 \textasciitilde{} \$"
+    assert figures_command.tex(r"50 % of m_eff & {x^2} \ #1 ~ $") == escaped
+
+
+def test_the_data_beside_a_figure_are_what_it_draws():
+    text = figures_command.table_of(data(2)).splitlines()
+    table = np.genfromtxt(text, delimiter=",", names=True)
+    for name in ("t", "x1", "v1", "u", "free"):
+        np.testing.assert_array_equal(table[name], data(2)[name])
+    ragged = figures_command.table_of({"a": np.arange(3), "b": {"c": [[1.0, 2.0]], "d": "word"}, "e": 5.0, "f": None})
+    assert ragged.splitlines() == ["a,b c 0,b c 1,b d,e", "0,1.0,2.0,word,5.0", "1,,,,", "2,,,,"]
+
+
+def test_recordings_of_ones_own_are_in_figures_4_9_and_10(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    for n, test in enumerate(("drop", "step", "ramp")):
+        more = ["--duration", "8", "--current", "1"] if test == "ramp" else []
+        assert cli.main(["record", test, "--seed", str(n), "--csv", f"{test}.csv", *more]) == 0
+    sources = ",".join(f"{test}={test}.csv" for test in ("drop", "step", "ramp"))
+    capsys.readouterr()
+    assert cli.main(["figures", "out", "--only", "9,10", "--format", "svg", "--recordings", sources, "--json"]) == 0
+    nine, ten = json.loads(capsys.readouterr().out)["figures"]
+    threshold = float(re.search(r"u\* = ([\d.]+) A", nine["ours"])[1])
+    assert threshold == pytest.approx(0.30, abs=0.06) and "recorded from hopper_c" in nine["ours"]
+    (k,) = re.findall(r"\bk = (\d+)\.? N/m", ten["ours"])[-1:]
+    assert abs(float(k) - 1200.0) < 20.0 and "mm rms" in ten["ours"]
+    table = np.genfromtxt("out/fig_10.csv", delimiter=",", names=True)
+    recorded = np.genfromtxt("step.csv", delimiter=",", names=True)
+    assert np.isin(table["x1_measured"][~np.isnan(table["x1_measured"])], recorded["x1_m"]).mean() > 0.9
 
 
 # ---- what they look like ----
@@ -261,9 +376,10 @@ def test_a_caption_says_what_the_paper_shows_what_ours_shows_and_whose_parameter
 @pytest.mark.parametrize("number", ALL)
 def test_axes_have_names_with_units_and_the_curves_fit(number):
     for axes in drawn(number).figure.axes:
-        assert re.search(r"\[.+\]", axes.get_ylabel()), axes
+        if number != 1:
+            assert re.search(r"\[.+\]", axes.get_ylabel()), axes
         assert axes.get_xlabel() == "" or re.search(r"\[.+\]", axes.get_xlabel())
-    assert any(axes.get_legend() is not None for axes in drawn(number).figure.axes)
+    assert number == 1 or any(axes.get_legend() is not None for axes in drawn(number).figure.axes)
 
 
 def test_the_colours_stay_apart_for_colour_blind_eyes():
@@ -272,7 +388,7 @@ def test_the_colours_stay_apart_for_colour_blind_eyes():
         "red": [[0.11238, 0.88762, 0.0], [0.11238, 0.88762, 0.0], [0.00401, -0.00401, 1.0]],
         "green": [[0.29275, 0.70725, 0.0], [0.29275, 0.70725, 0.0], [-0.02234, 0.02234, 1.0]],
     }
-    colours = [picture.BLUE, picture.ORANGE, picture.GREEN, picture.MAGENTA, picture.SKY, picture.BLACK]
+    colours = [plots.BLUE, picture.ORANGE, picture.GREEN, plots.MAGENTA, picture.SKY, plots.BLACK]
     linear = np.array([to_rgb(colour) for colour in colours]) ** 2.2
     for matrix in blind.values():
         seen = np.clip(linear @ np.array(matrix).T, 0.0, 1.0) ** (1.0 / 2.2)
@@ -285,12 +401,17 @@ def test_the_colours_stay_apart_for_colour_blind_eyes():
 
 @pytest.mark.parametrize("number", ALL)
 def test_each_number_is_written_as_svg_and_png_with_its_caption(tmp_path, monkeypatch, capsys, number):
-    monkeypatch.setattr(figures_command, "draw", drawn)
+    monkeypatch.setattr(figures_command, "draw", lambda number, robot: drawn(number))
     assert cli.main(["figures", str(tmp_path / "out"), "--only", str(number), "--json"]) == 0
     name = f"fig_{number:02d}"
     record = json.loads(capsys.readouterr().out)
-    assert {Path(each).name for each in record["files"]} == {f"{name}.svg", f"{name}.png", "captions.md"}
-    assert {path.name for path in (tmp_path / "out").iterdir()} == {f"{name}.svg", f"{name}.png", "captions.md"}
+    assert {Path(each).name for each in record["files"]} == {f"{name}.svg", f"{name}.png", f"{name}.csv", "captions.md"}
+    assert {path.name for path in (tmp_path / "out").iterdir()} == {
+        f"{name}.svg",
+        f"{name}.png",
+        f"{name}.csv",
+        "captions.md",
+    }
     assert (tmp_path / "out" / f"{name}.png").read_bytes()[:8] == b"\x89PNG\r\n\x1a\n"
     assert b"</svg>" in (tmp_path / "out" / f"{name}.svg").read_bytes()
     captions = (tmp_path / "out" / "captions.md").read_text("utf-8")
@@ -304,12 +425,13 @@ def test_only_what_is_asked_for_is_drawn_in_the_papers_order():
     assert figures_command.asked_for(None) == (*ALL, "animation")
 
 
-def test_the_animation_moves(tmp_path):
-    run = animation.animate(tmp_path / "a.gif", seconds=0.6)
-    content = (tmp_path / "a.gif").read_bytes()
-    assert content[:6] == b"GIF89a" and content.count(b"\x21\xf9\x04") == 8
-    assert run.status == "completed" and np.ptp(run.terrain) > 0.03
-    assert np.abs(run.table["apex"] - animation.WANTED).max() < 1e-9
+def test_the_animation_moves():
+    run = hopform.simulate(
+        hopform.load_robot("hopper_c"), hopform.terrain.uniform(2, 0.04, seed=4),
+        hopform.controllers.FeedForward(animation.WANTED), height=animation.WANTED,
+    )  # fmt: skip
+    shown = hopform.animate(run, h_des=animation.WANTED, seconds=0.3, rate=12)
+    assert shown.gif[:6] == b"GIF89a" and shown.gif.count(b"\x21\xf9\x04") == 8
 
 
 def test_the_animations_foot_stands_still_in_stance():
@@ -322,7 +444,15 @@ def test_the_animations_foot_stands_still_in_stance():
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
-        (("out", "--only", "18"), "--only takes 2, 3, 4,"),
+        (("out", "--only", "18"), "--only takes 1, 2, 3,"),
+        (("out", "--format", "gif"), "--format takes svg, png, pdf"),
+        (("out", "--width", "3.5"), "--width must be 2in to 40in"),
+        (("out", "--width", "1in"), "--width must be 2in to 40in"),
+        (("out", "--caption", "html"), "--caption takes image, tex, none"),
+        (("out", "--recordings", "fall=a.csv"), "--recordings takes drop, step, ramp"),
+        (("out", "--robot", "nobody"), "there is no robot"),
+        (("out", "--style", "file"), "line 1: no setting of matplotlib, got 'kept'"),
+        (("out", "--only", "9", "--recordings", "ramp=none.csv"), "none.csv"),
         (("out", "--only", ""), "--only takes"),
         (("file",), "is a file, not a folder"),
         (("file/out",), "is a file, not a folder"),
@@ -337,9 +467,20 @@ def test_what_cannot_be_drawn_or_written_is_refused_in_one_line(tmp_path, monkey
     assert {path.name for path in tmp_path.iterdir()} == {"file"}
 
 
-def test_there_is_no_figure_1():
-    with pytest.raises(hopform.HopformError, match="figure must be one of 2, 3"):
-        figures.draw(1)
+@pytest.mark.parametrize("name", ["captions.md", "captions.tex", "fig_12.csv"])
+def test_no_figure_overwrites_what_is_read(tmp_path, monkeypatch, capsys, name):
+    monkeypatch.chdir(tmp_path)
+    Path("out").mkdir()
+    Path("out", name).write_text("font.size: 7\n", "utf-8")
+    for option in ("--style", "--robot"):
+        assert cli.main(["figures", "out", "--only", "12", "--caption", "tex", option, f"out/{name}"]) == 2
+        assert "would overwrite" in capsys.readouterr().err
+    assert Path("out", name).read_text("utf-8") == "font.size: 7\n"
+
+
+def test_there_is_no_figure_18():
+    with pytest.raises(hopform.HopformError, match="figure must be one of 1, 2, 3"):
+        figures.draw(18)
 
 
 def python(code, *arguments, cwd):
@@ -353,7 +494,7 @@ def python(code, *arguments, cwd):
 def test_a_figure_needs_no_display(tmp_path):
     run = "import sys; from hopform._cli import main; sys.exit(main())"
     code, output, errors = python(run, "figures", "out", "--only", "12", cwd=tmp_path)
-    assert (code, errors) == (0, "") and "wrote 3 files" in output
+    assert (code, errors) == (0, "") and "wrote 4 files" in output
 
 
 def test_figures_without_matplotlib_are_refused_in_one_line(tmp_path):
@@ -372,5 +513,5 @@ def test_importing_the_figures_loads_no_matplotlib(tmp_path):
 def test_the_figures_need_numpy_and_matplotlib_alone():
     """The rule of the house for the runtime, in this folder of it."""
     found = sorted(Path(figures.__file__).parent.glob("*.py"))
-    assert len(found) == 11
+    assert len(found) == 15
     assert {name for path in found for name in packages(path)} == {"hopform", "numpy", "matplotlib"}

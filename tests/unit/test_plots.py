@@ -218,15 +218,14 @@ def test_a_robots_name_is_drawn_as_it_is(name, kind):
     elif kind == "reach":
         figure = plots.plot_reach(hopform.reachability(odd, [0.1, 0.2], [0.0]))
     else:
-        found = hopform.choose_current(odd, v2=-1.9, h_des=0.2)
-        figure = plots.plot_command(odd, np.array([0.0, 3.0]), np.array([0.1, 0.2]), 0.2, found)
+        figure = plots.plot_command(hopform.choose_current(odd, v2=-1.9, h_des=0.2))
     assert drawn_titles(figure).startswith(as_drawn(name))
 
 
 @pytest.mark.parametrize("name", NAMES)
 @pytest.mark.parametrize("kind", ["fit", "threshold"])
 def test_a_recordings_name_is_drawn_as_it_is(name, kind):
-    report = pytest.importorskip("hopform._cli.report")
+    results = pytest.importorskip("hopform._figures.results")
     if kind == "fit":
         fit = a_fit()
         answer = dataclasses.replace(fit, traces=tuple(dataclasses.replace(each, label=name) for each in fit.traces))
@@ -234,7 +233,7 @@ def test_a_recordings_name_is_drawn_as_it_is(name, kind):
         threshold = a_threshold()
         rises = tuple(each._replace(onset=each.onset._replace(source=name)) for each in threshold.rises)
         answer = dataclasses.replace(threshold, rises=rises)
-    assert as_drawn(name) in drawn_titles(report.plot(answer))
+    assert as_drawn(name) in drawn_titles(results.figure_of(answer))
 
 
 @cache

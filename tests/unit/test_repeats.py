@@ -7,7 +7,7 @@ import pytest
 from scipy import stats
 
 import hopform
-from hopform._cli import report
+from hopform._figures import results
 from hopform._identify import fit_drop_test, fit_step_response
 from hopform._identify.synthetic import record
 from tests.fits import ALONE
@@ -49,8 +49,8 @@ def test_friction_that_is_traded_from_recording_to_recording_is_said():
 
 def test_the_picture_has_residuals_over_position_and_velocity_and_the_correlations():
     fit = fitted([record(HOPPER, "step", seed=n) for n in range(2)])
-    axes = {each.get_xlabel(): each for each in report.plot(fit).axes}
-    assert len(report.plot(fit).axes) == 4 * 2 + 2
+    axes = {each.get_xlabel(): each for each in results.figure_of(fit).axes}
+    assert len(results.figure_of(fit).axes) == 4 * 2 + 2
     (points,) = axes["d x1/dt [mm/s]"].lines
     trace = fit.traces[-1]
     assert points.get_ydata() == pytest.approx(1e3 * (trace.predicted - trace.measured))

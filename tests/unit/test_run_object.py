@@ -12,11 +12,11 @@ import time
 
 import numpy as np
 import pytest
+import rich.progress
 
 import hopform
 from hopform import _cli as cli
-from hopform import terrain
-from hopform._cli import output
+from hopform import _progress, terrain
 from hopform._solver import c_flight
 from hopform.controllers import FeedForward, ReturnMap
 
@@ -128,15 +128,15 @@ def test_ctrl_c_ends_the_command_with_130_no_traceback_and_no_file(tmp_path):
 def test_the_bar_of_hop_shows_how_far_it_is(monkeypatch, capsys):
     """A bar that only moves says less than one that fills."""
     shares: list[float] = []
-    monkeypatch.setattr(output, "BAR_AFTER", 0.0)
+    monkeypatch.setattr(_progress, "BAR_AFTER", 0.0)
     monkeypatch.setenv("FORCE_COLOR", "1")
-    update = output.Progress.update
+    update = rich.progress.Progress.update
 
     def seen(bar, task, **change):
         shares.append(change["completed"] / change["total"])
         update(bar, task, **change)
 
-    monkeypatch.setattr(output.Progress, "update", seen)
+    monkeypatch.setattr(rich.progress.Progress, "update", seen)
     assert cli.main(["hop", "--height", "0.2", "--u", "3", "--hops", "200"]) == 0
     assert shares == sorted(shares) and shares[-1] == 1.0 and len(shares) == 200
     assert "200 hops" in capsys.readouterr().err

@@ -1,45 +1,97 @@
-"""`hopform figures DIR`: the paper's figures from this project's robots, as SVG and PNG, with their captions and an
+"""`hopform figures DIR`: the paper's figures from one's own robot or this project's, with captions, data and an
 animation."""
 
-import tempfile
-from collections.abc import Iterable
+import csv
+import io
+import re
+from collections.abc import Iterable, Iterator, Mapping
+from itertools import zip_longest
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
+import numpy as np
 import typer
-from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
 from hopform._checks import shown
-from hopform._cli.output import show
+from hopform._cli.output import figures as renderer
+from hopform._cli.output import show, warn
 from hopform._cli.render import pick, to_json
+from hopform._control.reach import Reachability
 from hopform._errors import HopformError
-from hopform._figures import DRAWN, draw
-from hopform._files import check_files, check_folder, name_of, write_folder
+from hopform._figures import DRAWN, draw, draw_recordings
+from hopform._files import check_files, check_folder, name_of, read_text, write_folder
+from hopform._hopping.run import Run
+from hopform._progress import progress_bar
+from hopform._robots import Robot, load_robot
+from hopform._robots import file_of as robot_file
 
 if TYPE_CHECKING:
     from hopform._figures.picture import Picture
+    from hopform._figures.plots import Look
 
 ANIMATION = "animation"
 CAPTIONS = "captions.md"
-FORMATS = (".svg", ".png")
+CAPTIONED = ("image", "tex", "none")
+FORMATS = ("svg", "png", "pdf")
+ROLES = ("drop", "step", "ramp")
+WIDTHS = {"in": 1.0, "cm": 1.0 / 2.54, "mm": 1.0 / 25.4, "pt": 1.0 / 72.27}
+"""Units of a width in inches; a point is that of TeX."""
 
 Folder = Annotated[Path, typer.Argument(metavar="DIR", help="where to; made if it is not there")]
 Only = Annotated[
     str | None, typer.Option("--only", metavar="N,N,...", help="these figures, or the word animation; all if left out")
 ]
+Own = Annotated[str | None, typer.Option("--robot", metavar="NAME|FILE", help="your robot; a shipped one if left out")]
+Recordings = Annotated[
+    str | None,
+    typer.Option("--recordings", metavar="ROLE=CSV,...", help="drop, step and ramp, fitted for Figs. 4, 9 and 10"),
+]
+Format = Annotated[str, typer.Option("--format", metavar="EXT,...", help="svg, png, pdf")]
+Width = Annotated[str, typer.Option("--width", metavar="LENGTH", help="of a figure, as 3.5in, 84mm, 8.4cm, 252pt")]
+Caption = Annotated[str, typer.Option("--caption", help="image: under each figure; tex: captions.tex; none")]
+Style = Annotated[Path | None, typer.Option("--style", metavar="FILE", help="a style sheet of matplotlib, on top")]
 Json = Annotated[bool, typer.Option("--json", help="print what was written, with the captions")]
 
 
-def figures(folder: Folder, only: Only = None, json: Json = False) -> None:
-    """Draw the paper's figures 2 to 17 from this project's robots, and the hopper on rough ground.
+def figures(
+    folder: Folder,
+    only: Only = None,
+    robot: Own = None,
+    recordings: Recordings = None,
+    format: Format = "svg,png",
+    width: Width = "6.4in",
+    caption: Caption = "image",
+    style: Style = None,
+    json: Json = False,
+) -> None:
+    """Draw the paper's figures 1 to 17 from your robot or this project's, and the hopper on rough ground.
 
-    Each becomes an SVG and a PNG with its caption; captions.md has the captions of what was drawn, animation.gif moves.
+    Each becomes a file of each format, its text as text, with its data as CSV beside it; captions.md has the captions
+    of what was drawn, animation.gif moves. What a robot cannot do is named and left out.
     """
-    wanted = asked_for(only)
-    check(folder, wanted)
-    files, pictures = drawn(wanted)
+    wanted, formats = asked_for(only), listed("--format", format, FORMATS)
+    if caption not in CAPTIONED:
+        raise HopformError(f"--caption takes {', '.join(CAPTIONED)}, got {shown(caption)}")
+    sources = recordings_of(recordings) if recordings else {}
+    reads = [("--robot", robot_file(robot) if robot else None), ("--style", style)]
+    reads += [(f"--recordings {role}", Path(path)) for role, path in sources.items()]
+    check(folder, wanted, formats, reads, [CAPTIONS, *(["captions.tex"] if caption == "tex" else [])])
+    plots = renderer()
+    look = plots.Look(width_of(width), style_of(style), caption == "image")
+    plots.LOOK.set(look)
+    own = load_robot(robot) if robot else None
+    try:
+        files, pictures, left_out = drawn(wanted, own, sources, formats, look)
+    finally:
+        plots.LOOK.set(plots.Look())
+    if pictures:
+        files[CAPTIONS] = captions(pictures, formats).encode()
+    if pictures and caption == "tex":
+        files["captions.tex"] = in_tex(pictures).encode()
+    if not files:
+        raise HopformError(left_out[0])
     write_folder(folder, {Path(name): content for name, content in files.items()})
+    warn(left_out)
     if json:
         print(
             to_json(
@@ -58,74 +110,149 @@ def figures(folder: Folder, only: Only = None, json: Json = False) -> None:
 
 def asked_for(only: str | None) -> tuple[int | str, ...]:
     """The figures that `--only` names, in the paper's order; HopformError for one that does not exist."""
-    if only is None:
-        return (*DRAWN, ANIMATION)
     known = {str(number): number for number in DRAWN} | {ANIMATION: ANIMATION}
-    words = [word.strip() for word in only.split(",")]
-    for word in words:
-        if word not in known:
-            raise HopformError(f"--only takes {', '.join(known)}, separated by commas, got {shown(word)}")
+    words = list(known) if only is None else listed("--only", only, known)
     return tuple(what for word, what in known.items() if word in words)
 
 
-def names_of(what: int | str) -> tuple[str, ...]:
+def recordings_of(text: str) -> dict[str, str]:
+    """The files of recordings by their roles; HopformError for a role that no figure has."""
+    pairs = [each.partition("=") for each in text.split(",")]
+    listed("--recordings", ",".join(role for role, _, _ in pairs), ROLES)
+    return {role.strip(): path for role, _, path in pairs}
+
+
+def listed(option: str, text: str, known: Iterable[str]) -> list[str]:
+    """The words of an option, separated by commas; HopformError for one that is not known."""
+    words = [word.strip() for word in text.split(",")]
+    for word in words:
+        if word not in known:
+            raise HopformError(f"{option} takes {', '.join(known)}, separated by commas, got {shown(word)}")
+    return words
+
+
+def width_of(text: str) -> float:
+    """A width in inches; HopformError for what is none, or too narrow or wide for a page."""
+    match = re.fullmatch(r"([0-9]+(?:\.[0-9]*)?)\s*(in|cm|mm|pt)", text.strip())
+    inches = float(match[1]) * WIDTHS[match[2]] if match else 0.0
+    if not 2.0 <= inches <= 40.0:
+        raise HopformError(f"--width must be 2in to 40in, with a unit of {', '.join(WIDTHS)}, got {shown(text)}")
+    return inches
+
+
+def style_of(path: Path | None) -> dict[str, Any]:
+    """The settings of a style sheet of matplotlib, and text as text; HopformError for a value that it does not take."""
+    import matplotlib as mpl
+
+    found: dict[str, Any] = {"svg.fonttype": "none"}
+    if path is not None:
+        for number, line in enumerate(read_text(path, 2**20).splitlines(), 1):
+            key, colon, _ = line.partition(":")
+            if line.strip() and not line.strip().startswith("#") and not (colon and key.strip() in mpl.rcParams):
+                raise HopformError(f"{name_of(path)}, line {number}: no setting of matplotlib, got {shown(line)}")
+        try:
+            settings = mpl.rc_params_from_file(path, True, False)  # pyright: ignore[reportUnknownMemberType]
+            found.update(settings.items())
+        except (KeyError, ValueError) as error:
+            raise HopformError(f"{name_of(path)}: {' '.join(str(error).split())[:200]}") from None
+    return found
+
+
+def names_of(what: int | str, formats: Iterable[str]) -> tuple[str, ...]:
     """The files of a figure, or of the animation."""
-    return ("animation.gif",) if isinstance(what, str) else tuple(f"fig_{what:02d}{suffix}" for suffix in FORMATS)
+    if isinstance(what, str):
+        return ("animation.gif",)
+    return tuple(f"fig_{what:02d}.{suffix}" for suffix in (*formats, "csv"))
 
 
-def check(folder: Path, wanted: Iterable[int | str]) -> None:
-    """HopformError, before anything is drawn, if it cannot be written there."""
+def check(
+    folder: Path, wanted: Iterable[int | str], formats: list[str], reads: Iterable[tuple[str, Any]], texts: list[str]
+) -> None:
+    """HopformError, before anything is drawn, if it cannot be written there, or would replace what is read."""
     check_folder(folder)
-    if folder.is_dir():
-        drawings = [(what if isinstance(what, str) else f"Fig. {what}", names_of(what)) for what in wanted]
-        files = [(what, folder / name) for what, names in drawings for name in names]
-        check_files((), [*files, ("the captions", folder / CAPTIONS)])
+    drawings = [(what if isinstance(what, str) else f"Fig. {what}", names_of(what, formats)) for what in wanted]
+    files = [(what, folder / name) for what, names in drawings for name in names]
+    check_files(reads, [*files, *(("the captions", folder / name) for name in texts)] if folder.is_dir() else [])
 
 
-def drawn(wanted: Iterable[int | str]) -> "tuple[dict[str, bytes], list[Picture]]":
-    """The files, by their names, and the pictures; a bar on the error stream if a person is there to see it."""
-    from hopform._figures import plots
+def drawn(
+    wanted: Iterable[int | str], robot: Robot | None, sources: Mapping[str, str], formats: list[str], look: "Look"
+) -> "tuple[dict[str, bytes], list[Picture], list[str]]":
+    """The files, by their names, the pictures, and what was left out and why."""
+    plots = renderer()
+    from hopform._figures import animation
 
     wanted = list(wanted)
-    files, pictures = dict[str, bytes](), list["Picture"]()
-    console = Console(stderr=True)
-    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
-    with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:
-        task = bar.add_task("drawing", total=len(wanted))
-        for what in wanted:
-            bar.update(task, description="animation" if isinstance(what, str) else f"Fig. {what}")
-            if isinstance(what, str):
-                files |= dict.fromkeys(names_of(what), moving())
-            else:
-                pictures.append(draw(what))
-                figure = pictures[-1].figure
-                files |= {name: plots.render(figure, Path(name).suffix) for name in names_of(what)}
-            bar.advance(task)
-    if pictures:
-        files[CAPTIONS] = captions(pictures).encode()
-    return files, pictures
+    files, pictures, left_out = dict[str, bytes](), list["Picture"](), list[str]()
+    with progress_bar("drawing") as bar:
+        for n, what in enumerate(wanted):
+            bar(n, len(wanted), "animation" if isinstance(what, str) else f"Fig. {what}")
+            try:
+                if isinstance(what, str):
+                    files[names_of(what, formats)[0]] = animation.hopping(robot).gif
+                    continue
+                picture = draw_recordings(what, robot, sources) or draw(what, robot)
+            except HopformError as error:
+                if robot is None and not sources:
+                    raise
+                left_out.append(f"{'the animation' if isinstance(what, str) else f'Fig. {what}'} is left out: {error}")
+                continue
+            pictures.append(picture)
+            *images, table = names_of(what, formats)
+            files |= {name: plots.render(picture.figure, Path(name).suffix) for name in images}
+            files[table] = table_of(picture.data).encode()
+    return files, pictures, left_out
 
 
-def moving() -> bytes:
-    """The animation's bytes; matplotlib's writer wants a file."""
-    from hopform._figures.animation import animate
+def table_of(data: Mapping[str, Any]) -> str:
+    """What is drawn as CSV, a column each, SI units and A; shorter ones end in empty cells."""
+    columns = dict(columns_of("", data))
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(columns)
+    writer.writerows(zip_longest(*columns.values(), fillvalue=""))
+    return text.getvalue()
 
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / "animation.gif"
-        animate(path)
-        return path.read_bytes()
+
+def columns_of(name: str, value: Any) -> Iterator[tuple[str, list[Any]]]:
+    """The columns of a value: of a run its motion and its hops, of a map its currents, of a record its fields."""
+    if isinstance(value, (Run, Reachability)):
+        found = value.to_xarray(renderer().run_times(value)) if isinstance(value, Run) else value.to_xarray()
+        value = {str(key): each.values for key, each in found.variables.items()}
+    elif isinstance(value, Robot):
+        value = value.parameters
+    value = value._asdict() if hasattr(value, "_asdict") else getattr(value, "__dict__", value)
+    if isinstance(value, Mapping):
+        for key, each in value.items():  # pyright: ignore[reportUnknownVariableType]
+            yield from columns_of(f"{name} {key}".strip(), each)
+        return
+    array = np.asarray(value)
+    if array.dtype.kind in "fiub" and array.ndim == 2:
+        yield from ((f"{name} {n}", column.tolist()) for n, column in enumerate(array.T))
+    elif array.dtype.kind in "fiubU" and array.ndim < 2:
+        yield name, np.atleast_1d(array).tolist()
 
 
-def captions(pictures: "Iterable[Picture]") -> str:
+def captions(pictures: "Iterable[Picture]", formats: list[str]) -> str:
     """The captions as Markdown."""
-    parts = [
-        "# The figures, from this project's robots\n\nWritten by `hopform figures`; the numbers are computed as they "
-        "are drawn.\n"
-    ]
+    parts = ["# The figures\n\nWritten by `hopform figures`; the numbers are computed as they are drawn.\n"]
     parts += [
-        f"## Fig. {each.number}. {each.title}\n\n![Fig. {each.number}](fig_{each.number:02d}.svg)\n\n"
-        f"**The paper** shows {each.paper}.\n\n**Here:** {each.ours}.\n\n"
-        f"Parameters: {each.robot}, this project's own; the paper gives none.\n"
+        f"## Fig. {each.number}. {each.title}\n\n![Fig. {each.number}](fig_{each.number:02d}.{formats[0]})\n\n"
+        f"**The paper** shows {each.paper}.\n\n**Here:** {each.ours}.\n\nParameters: {each.whose}.\n"
         for each in pictures
     ]
     return "\n".join(parts)
+
+
+def in_tex(pictures: "Iterable[Picture]") -> str:
+    """The figures with their captions for LaTeX."""
+    lines = ("begin{figure}", "centering", "includegraphics{fig_%02d}", "caption{%s}", "label{fig:hopform-%d}")
+    form = "".join(f"\\{line}\n" for line in (*lines, "end{figure}"))
+    words = ((each.number, each.caption.removeprefix(f"Fig. {each.number}. ")) for each in pictures)
+    return "\n".join(form % (number, tex(text), number) for number, text in words)
+
+
+def tex(text: str) -> str:
+    """A text as LaTeX prints it."""
+    special = {"\\": r"\textbackslash{}", "^": r"\textasciicircum{}", "~": r"\textasciitilde{}"}
+    return re.sub(r"[\\^~#$%&_{}]", lambda match: special.get(match[0], f"\\{match[0]}"), text)

@@ -14,7 +14,7 @@ import hopform
 from hopform._checks import number_of, shown
 from hopform._cli import options
 from hopform._cli import report as reports
-from hopform._cli.output import check_outputs, figures, progress_bar, show, warn
+from hopform._cli.output import check_outputs, figures, picture, show, warn
 from hopform._cli.render import to_json
 from hopform._errors import HopformError
 from hopform._files import Named, name_of, write
@@ -30,6 +30,7 @@ from hopform._identify.recordings import Recording, read_recording
 from hopform._identify.simulators import exported
 from hopform._identify.step import fit_force, fit_step_response
 from hopform._identify.units import Units
+from hopform._progress import progress_bar
 from hopform._robots import Robot
 from hopform._robots import file_of as robot_file
 from hopform._robots.provenance import Provenance
@@ -220,9 +221,7 @@ def files_of(
     if written:
         files += reports.files_of(answer, written)
     if plot:
-        from hopform._figures import plots
-
-        files.append((plot, plots.render(reports.plot(answer), plot.suffix)))
+        files.append((plot, picture(plot, answer)))
     return files
 
 

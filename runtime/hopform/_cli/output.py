@@ -1,25 +1,21 @@
 """Output of an answer: files are made first, then written, then a text is printed."""
 
 import sys
-import threading
-from collections.abc import Callable, Generator, Iterable
-from contextlib import contextmanager
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING
 
 from rich.console import Console, RenderableType
-from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
 from hopform._cli.render import Record, to_json
 from hopform._errors import HopformError, printable
 from hopform._files import Named, check_files, name_of, write
+from hopform._progress import progress_bar
+from hopform._show import Shown
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
-BAR_AFTER = 2.0
-"""[s] after which a progress bar appears."""
+    from matplotlib.axes import Axes
 
 UNBROKEN = 240
 """Columns that a line may have where no terminal limits it."""
@@ -30,6 +26,18 @@ def figures() -> ModuleType:
     from hopform._figures import plots
 
     return plots
+
+
+def picture(path: Path, answer: Shown, over: Callable[["Axes"], None] | None = None) -> bytes:
+    """The picture of an answer, in the format that the file's name asks for; `over` draws more on its first axes."""
+    plots = figures()
+    from hopform._figures import results
+
+    figure = results.figure_of(answer)
+    if over is not None:
+        over(figure.axes[0])
+    drawn: bytes = plots.render(figure, path.suffix)
+    return drawn
 
 
 def check_outputs(
@@ -52,7 +60,8 @@ def emit(
     *,
     json: Callable[[], Record] | None,
     csv: tuple[str, Callable[[], str]] | None,
-    plot: tuple[Path, Callable[[], "Figure"]] | None,
+    plot: tuple[Path, Shown] | None,
+    over: Callable[["Axes"], None] | None = None,
     readable: Callable[[], Iterable[RenderableType]],
     warnings: Iterable[str],
     more: Iterable[tuple[Path, Callable[[], bytes]]] = (),
@@ -65,7 +74,7 @@ def emit(
         elif csv is not None:
             printed = csv[1]()
         if plot is not None:
-            files.append((plot[0], figures().render(plot[1](), plot[0].suffix)))
+            files.append((plot[0], picture(*plot, over)))
         files += [(path, content()) for path, content in more]
         if json is not None:
             printed = to_json(**json()) + "\n"
@@ -90,23 +99,3 @@ def show(parts: Iterable[RenderableType]) -> None:
         console.width = UNBROKEN
     for part in parts:
         console.print(part)
-
-
-@contextmanager
-def progress_bar(what: str) -> Generator[Callable[[int, int], None], None, None]:
-    """A moving bar on the error stream if this takes longer than `BAR_AFTER` and a person is there to see it.
-
-    The function that it yields takes what is done and the total, and moves the bar.
-    """
-    console = Console(stderr=True)
-    columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
-    bar = Progress(*columns, console=console, transient=True, disable=not console.is_terminal)
-    task = bar.add_task(what, total=None)
-    timer = threading.Timer(BAR_AFTER, bar.start)
-    timer.start()
-    try:
-        yield lambda done, total: bar.update(task, completed=done, total=total)
-    finally:
-        timer.cancel()
-        timer.join()
-        bar.stop()

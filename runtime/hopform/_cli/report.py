@@ -1,15 +1,12 @@
-"""A fit as tables, JSON, a picture, a report in Markdown or HTML."""
-
-# pyright: reportUnknownMemberType=false
-# matplotlib's own annotations leave the type of **kwargs open.
+"""A fit as tables, JSON, a report in Markdown or HTML."""
 
 import html
 import math
 import os
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 from urllib.parse import quote
 
 import numpy as np
@@ -18,22 +15,12 @@ from rich.console import RenderableType
 from hopform._cli.render import number, pick, table
 from hopform._errors import HopformError, printable
 from hopform._identify.checks import Check
-from hopform._identify.estimation import Estimate
-from hopform._identify.fits import NEW, OLD, Fit, Trace
-from hopform._identify.ramp import Rise, Threshold
+from hopform._identify.fits import NEW, OLD, TITLES, Fit
+from hopform._identify.ramp import Threshold
 from hopform._identify.units import Units
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 Answer = Fit | Threshold | Check
 SUFFIXES = (".md", ".html")
-TITLES = {
-    "drop": "drop test", "step": "step response", "force": "in force", "robot": "all recordings together",
-    "ramp": "friction threshold (5) from a ramp",
-}  # fmt: skip
-"""Headings by kind of answer."""
 
 
 def parameter_rows(fit: Fit) -> list[tuple[str, ...]]:
@@ -205,146 +192,6 @@ def record_of(answer: Answer) -> dict[str, Any]:
     return fit_record(answer) if isinstance(answer, Fit) else threshold_record(answer)
 
 
-# ---- pictures ----
-
-
-def plot(answer: Fit | Threshold) -> "Figure":
-    """The picture of a fit, or of a threshold."""
-    return plot_fit(answer) if isinstance(answer, Fit) else plot_threshold(answer)
-
-
-def plot_fit(fit: Fit) -> "Figure":
-    """Each recording with both models, the residuals over time, position and velocity, then the intervals of the
-    parameters and their correlations.
-    """
-    from matplotlib.figure import Figure
-
-    from hopform._figures import plots
-
-    traces, shown = [trace for trace in fit.traces if trace.time.size > 1], _with_intervals(fit)
-    names = list(dict.fromkeys(name for pair in fit.correlations for name in pair))
-    last = 0.7 + 0.22 * max(len(shown), len(names))
-    with plots.house_style():
-        figure = Figure(figsize=(8.0, 4.2 * len(traces) + last), layout="constrained")
-        heights = [*([2.0, 1.0, 1.0] * len(traces)), max(last, 1.0)]
-        grid = figure.add_gridspec(len(heights), 2, height_ratios=heights)
-        for n, trace in enumerate(traces):
-            above, below = (figure.add_subplot(grid[3 * n + row, :]) for row in range(2))
-            left, right = (figure.add_subplot(grid[3 * n + 2, column]) for column in range(2))
-            _draw_trace(above, below, trace, fit.units)
-            _draw_residuals(left, right, trace, fit.units)
-        _draw_intervals(figure.add_subplot(grid[-1, 0] if names else grid[-1, :]), shown)
-        if names:
-            _draw_correlations(figure.add_subplot(grid[-1, 1]), fit.correlations, names)
-        figure.suptitle(f"Identification: {TITLES[fit.kind]}")
-    return figure
-
-
-def _draw_residuals(left: "Axes", right: "Axes", trace: Trace, units: Units) -> None:
-    """Residuals over position, where a guide shows, and over velocity, where a friction law does."""
-    from hopform._figures import plots
-
-    unit, factor = units.shown(trace.quantity)
-    residual = factor * (trace.predicted - trace.measured)
-    rate = factor * np.gradient(trace.predicted, trace.time)
-    for axes, over, label in ((left, factor * trace.predicted, f"{trace.quantity} [{unit}]"),
-                              (right, rate, f"d {trace.quantity}/dt [{unit}/s]")):  # fmt: skip
-        axes.plot(over, residual, ".", ms=1.5, color=plots.BLUE)
-        axes.set(xlabel=label)
-    left.set(ylabel=f"residual [{unit}]")
-
-
-def _draw_correlations(axes: "Axes", correlations: Mapping[tuple[str, str], float], names: Sequence[str]) -> None:
-    """Correlations of the parameters from -1, blue, to 1, red."""
-    at = {name: n for n, name in enumerate(names)}
-    table = np.eye(len(names))
-    for (first, second), value in correlations.items():
-        table[at[first], at[second]] = table[at[second], at[first]] = value
-    axes.imshow(table, cmap="RdBu_r", vmin=-1.0, vmax=1.0)
-    axes.set(xticks=range(len(names)), yticks=range(len(names)), xlabel="correlations")
-    axes.set_xticklabels(names, rotation=90)
-    axes.set_yticklabels(names)
-    axes.grid(visible=False)
-
-
-def _draw_trace(above: "Axes", below: "Axes", trace: Trace, units: Units) -> None:
-    from hopform._figures import plots
-
-    unit, factor = units.shown(trace.quantity)
-    above.plot(trace.time, factor * trace.measured, ".", ms=2, color=plots.GREY, label="measured")
-    if trace.old is not None:
-        above.plot(trace.time, factor * trace.old, "--", lw=0.9, color=plots.MAGENTA, label=OLD)
-        below.plot(trace.time, factor * (trace.old - trace.measured), lw=0.6, color=plots.MAGENTA)
-    above.plot(trace.time, factor * trace.predicted, lw=1.1, color=plots.BLUE, label=NEW)
-    below.plot(trace.time, factor * (trace.predicted - trace.measured), lw=0.6, color=plots.BLUE)
-    above.set(ylabel=f"{trace.quantity} [{unit}]", xticklabels=[])
-    above.set_title(plots.literal(Path(trace.label).name), loc="left", fontsize=9)
-    ends = (float(trace.time[0]), float(trace.time[-1]))
-    above.set_xlim(ends)
-    below.set_xlim(ends)
-    below.set(xlabel="t [s]", ylabel=f"residual [{unit}]")
-    above.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=3, fontsize=7, frameon=False)
-
-
-def _with_intervals(fit: Fit) -> list[Estimate]:
-    """Estimates whose interval is shown as a share of the value: none that may have either sign, none of one
-    recording.
-    """
-    return [
-        each for each in fit.estimates
-        if not each.own and math.isfinite(each.high - each.low) and each.high - each.low < 2.0 * abs(each.value)
-    ]  # fmt: skip
-
-
-def _draw_intervals(axes: "Axes", shown: Sequence[Estimate]) -> None:
-    """95 % intervals as shares of the values, on a scale that shows small and large ones."""
-    from hopform._figures import plots
-
-    for row, each in enumerate(reversed(shown)):
-        ends = 100.0 * (np.array([each.low, each.high]) - each.value) / abs(each.value)
-        axes.plot(ends, [row, row], "|-", color=plots.BLUE)
-        axes.plot([0.0], [row], "o", ms=3, color=plots.BLUE)
-    axes.set(xlabel="95 % interval about the value [%]", yticks=range(len(shown)))
-    axes.set_xscale("symlog", linthresh=0.1)
-    axes.xaxis.set_major_formatter("{x:g}")
-    axes.set_yticklabels([each.name for each in reversed(shown)])
-    axes.margins(x=0.05, y=0.1)
-
-
-def plot_threshold(threshold: Threshold) -> "Figure":
-    """Each onset of motion with the motion that fits it, its time and interval, and the current over the same time."""
-    from matplotlib.figure import Figure
-
-    from hopform._figures import plots
-
-    with plots.house_style():
-        figure = Figure(figsize=(8.0, 3.1 * len(threshold.rises) + 0.4), layout="constrained")
-        grid = figure.subplots(2 * len(threshold.rises), 1, height_ratios=[2.0, 1.0] * len(threshold.rises))
-        for n, rise in enumerate(threshold.rises):
-            _draw_rise(grid[2 * n], grid[2 * n + 1], rise, threshold.units)
-        figure.suptitle(f"Identification: {TITLES['ramp']}")
-    return figure
-
-
-def _draw_rise(above: "Axes", below: "Axes", rise: Rise, units: Units) -> None:
-    from hopform._figures import plots
-
-    onset, begin = rise.onset, float(rise.time[0])
-    above.plot(rise.time, 1e3 * rise.x1, ".", ms=2, color=plots.GREY, label="measured")
-    above.plot(rise.time, 1e3 * rise.fitted, lw=1.1, color=plots.BLUE, label="rest, then a rise")
-    below.plot(rise.time, rise.u, lw=0.8, color=plots.BLUE)
-    for axes in (above, below):
-        axes.axvspan(onset.time_low, onset.time_high, color=plots.MAGENTA, alpha=0.2, label="onset, 95 %")
-        axes.axvline(onset.time, color=plots.MAGENTA, lw=0.9)
-        axes.set_xlim(begin, float(rise.time[-1]))
-    below.axhspan(onset.u_low, onset.u_high, color=plots.GREY, alpha=0.3)
-    above.set(ylabel=f"x1 [{units.shown('x1')[0]}]", xticklabels=[])
-    source = plots.literal(Path(onset.source).name)
-    above.set_title(f"{source}, direction {onset.direction:+d}", loc="left", fontsize=9)
-    below.set(xlabel="t [s]", ylabel=f"u [{units.drive}]")
-    above.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=3, fontsize=7, frameon=False)
-
-
 # ---- reports ----
 
 
@@ -361,10 +208,10 @@ def paths_of(path: Path) -> tuple[Path, ...]:
 
 def files_of(answer: Fit | Threshold, path: Path) -> list[tuple[Path, bytes]]:
     """The files of a report and what is in them; an HTML page has its picture inside."""
-    from hopform._figures import plots
+    from hopform._figures import plots, results
 
     check_suffix(path)
-    picture = plots.render(plot(answer), ".svg")
+    picture = plots.render(results.figure_of(answer), ".svg")
     page = _fit_page(answer) if isinstance(answer, Fit) else _threshold_page(answer)
     page_path, *beside = paths_of(path)
     if not beside:

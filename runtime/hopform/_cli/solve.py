@@ -7,24 +7,22 @@ import os
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 import hopform
 from hopform._checks import shown
 from hopform._cli import options, tables, tables_control
 from hopform._cli.bands import Bands, Draws, bands_of, draw, legend, robot_and_draws
-from hopform._cli.output import check_outputs, emit, figures, progress_bar, show
+from hopform._cli.output import check_outputs, emit, show
 from hopform._cli.render import to_json
+from hopform._control.exact import TRIED
 from hopform._control.reach import check_map
 from hopform._files import name_of
 from hopform._hopping.run import csv_of
+from hopform._progress import progress_bar
 from hopform._robots import file_of as robot_file
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
-CURVE = 601
-"""Currents of a curve of apexes."""
+    from matplotlib.axes import Axes
 
 
 def robots(name: options.OneRobot = None, json: options.Json = False, toml: options.Toml = False) -> None:
@@ -93,7 +91,7 @@ def stance(
     emit(
         json=(lambda: tables.stance_record(solved, height)) if json else None,
         csv=(csv, lambda: tables.stance_csv(solved, samples)) if csv else None,
-        plot=(plot, lambda: figures().plot_stance(solved)) if plot else None,
+        plot=(plot, solved) if plot else None,
         readable=lambda: tables.stance(solved, sensitivities),
         warnings=solved.warnings,
     )
@@ -164,18 +162,17 @@ def hop(
         with progress_bar(f"{draws} robots") as progress:
             bands = bands_of(drawn.runs(ground, asked, how, progress))
 
-    def drawing() -> "Figure":
-        figure: Figure = figures().plot_run(run)
+    def over(axes: "Axes") -> None:
+        apexes = [hop.takeoff_time + max(float(hop.stance.end.v2), 0.0) / hopper.g for hop in run.hops]
         if bands:
-            apexes = [hop.takeoff_time + max(float(hop.stance.end.v2), 0.0) / hopper.g for hop in run.hops]
-            legend(figure.axes[0], [draw(bands, figure.axes[0], np.array(apexes), one_each=True)])
-        return figure
+            legend(axes, [draw(bands, axes, np.array(apexes), one_each=True)])
 
     settings = {"height": height, "controller": controller.value, "u": u if h_des is None else None, "h_des": h_des}
     emit(
         json=(lambda: tables.run_record(run, settings | {"seed": seed}, drawn, bands)) if json else None,
         csv=(csv, lambda: tables.run_csv(run, samples)) if csv else None,
-        plot=(plot, drawing) if plot else None,
+        plot=(plot, run) if plot else None,
+        over=over if bands else None,
         readable=lambda: tables.run(run, gains is None, drawn, bands),
         warnings=[*run.warnings, *(drawn.warnings() if drawn else ())],
         more=[
@@ -207,7 +204,7 @@ def control(
 ) -> None:
     """Choose the current after which the next apex is the desired one, (25)-(27)."""
     check_outputs(json, plot=plot, reads=[("--robot", robot_file(robot)), ("--from-fit", from_fit)])
-    hopper, drawn = robot_and_draws(robot, from_fit, draws, seed, CURVE if plot else 1)
+    hopper, drawn = robot_and_draws(robot, from_fit, draws, seed, TRIED if plot else 1)
     start: dict[str, Any] = {"x1": x1, "v1": v1, "v2": velocity_after_impact(hopper, height, v2), "x2": x2}
     asked: dict[str, Any] = {"h_des": h_des, "datum": datum}
     how: dict[str, Any] = {"horizon": horizon, "backend": backend}
@@ -223,20 +220,19 @@ def control(
     def bands(drawn: Draws, u: Any) -> Bands:
         return bands_of(drawn.apexes(start, height, u, how) - datum)
 
-    def drawing() -> "Figure":
-        u, apex = curve(hopper, start, datum, stop_margin)
-        figure: Figure = figures().plot_command(hopper, u, apex, h_des, found)
+    def over(axes: "Axes") -> None:
+        u, _ = found.curve()
         if drawn:
-            draw(bands(drawn, u), figure.axes[0], u)
-            legend(figure.axes[0], figure.axes[0].get_legend_handles_labels()[0])
-        return figure
+            draw(bands(drawn, u), axes, u)
+            legend(axes, axes.get_legend_handles_labels()[0])
 
     band = bands(drawn, found.u).at(0) if drawn else None
     settings = start | asked | {"stop_margin": stop_margin}
     emit(
         json=(lambda: tables_control.command_record(hopper, settings, found, others, drawn, band)) if json else None,
         csv=None,
-        plot=(plot, drawing) if plot else None,
+        plot=(plot, found) if plot else None,
+        over=over if drawn else None,
         readable=lambda: tables_control.command(hopper, h_des, found, others, drawn, band),
         warnings=drawn.warnings() if drawn else (),
     )
@@ -277,32 +273,19 @@ def reach(
         with progress_bar(f"{draws} robots") as advance:
             bands = drawn.maps(range_of_h, range_of_u, how, advance)
 
-    def drawing() -> "Figure":
-        figure: Figure = figures().plot_reach(found)
+    def over(axes: "Axes") -> None:
         if bands:
-            ends = [draw(bands[name], figure.axes[0], 100.0 * range_of_h) for name in ("lowest", "highest")]
-            legend(figure.axes[0], ends[:1])
-        return figure
+            ends = [draw(bands[name], axes, 100.0 * range_of_h) for name in ("lowest", "highest")]
+            legend(axes, ends[:1])
 
     emit(
         json=(lambda: tables_control.reach_record(found, drawn, bands)) if json else None,
         csv=None,
-        plot=(plot, drawing) if plot else None,
+        plot=(plot, found) if plot else None,
+        over=over if bands else None,
         readable=lambda: tables_control.reach(found, drawn, bands),
         warnings=drawn.warnings() if drawn else (),
     )
-
-
-def curve(
-    robot: hopform.Robot, start: dict[str, Any], datum: float, stop_margin: float
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Currents over all that is allowed, and the next apex [m], NaN where one is not admissible."""
-    u = np.linspace(-robot.u_max, robot.u_max, CURVE)
-    trials = [hopform.solve_stance(robot, **start, u=each) for each in u.tolist()]
-    limit = robot.x1_max - stop_margin if robot.x1_min < robot.x1_max else math.inf
-    peaks = [max(each.end.x1, *(phase.state.x1 for phase in each.phases)) for each in trials]
-    apex = [each.apex if peak < limit else math.nan for each, peak in zip(trials, peaks, strict=True)]
-    return u, np.array(apex) - datum
 
 
 def terrain_of(name: str, size: float, hops: int | None, seed: int) -> tuple[float, ...]:

@@ -6,21 +6,35 @@ how, and what is proven.
 """
 
 import math
-from dataclasses import dataclass
-from typing import Any, SupportsFloat
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple, SupportsFloat
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hopform._checks import finite, nonnegative, positive
 from hopform._errors import HopformError
 from hopform._robots import Robot, checked_robot
+from hopform._show import Arrays, Card, Curve, Shown, name_of
 from hopform._solver.columns import MAX_PHASES
-from hopform._solver.package import COMMANDS
+from hopform._solver.package import COMMANDS, CommandStatus, records
 from hopform._stance import precision_of, start_of
 
+TRIED = 601
+"""Currents of the curve of a command."""
 
-@dataclass(frozen=True)
-class Command:
+
+class Question(NamedTuple):
+    """What a command answers: the robot, its state at touchdown, and h_des, datum, stop_margin, horizon."""
+
+    robot: Robot
+    start: records.LegState
+    target: tuple[float, float, float, float]
+    backend: str
+
+
+@dataclass(frozen=True, repr=False)
+class Command(Shown):
     """The answer of the controller.
 
     u [A]. apex [m]: the hop height that follows in the model, NaN without take-off. status: "reached"; "nearest", the
@@ -30,8 +44,37 @@ class Command:
 
     u: float
     apex: float
-    status: str
+    status: CommandStatus
     solved: int
+    question: Question = field(compare=False)
+
+    def curve(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Currents over all that is allowed [A], and the next apex [m] that each gives, NaN where not admissible."""
+        robot, start, (_, datum, margin, horizon), backend = self.question
+        u = np.linspace(-robot.u_max, robot.u_max, TRIED if robot.u_max > 0.0 else 1)
+        apex, peak = robot.solver.back_end(backend).apexes(robot.parameters, [start], u, horizon, MAX_PHASES)
+        return u, np.where(peak[0] < limit_of(robot, margin), apex[0] - datum, np.nan)
+
+    def _curve(self) -> Curve:
+        return "apex [m] over u [A]", *self.curve()
+
+    def _card(self) -> Card:
+        start, (h_des, datum, margin, _) = self.question.start, self.question.target
+        given = [("h_des", h_des), ("v2", start.v2), ("x1", start.x1), ("v1", start.v1)]
+        if datum or margin:
+            given += [("datum", f"{datum:.5g} m"), ("stop margin", f"{margin:.5g} m")]
+        found = [("u", self.u), ("apex", self.apex), ("stances solved", self.solved)]
+        title = f"Command for {name_of(self.question.robot)}: {self.status}"
+        return Card(title, given, found)
+
+    def _arrays(self) -> Arrays:
+        u, apex = self.curve()
+        metres = {"units": "m"}
+        return {
+            "u": (("u",), u), "apex": (("u",), apex), "h_des": ((), self.question.target[0]),
+            "chosen_u": ((), self.u, {"units": "A"}), "chosen_apex": ((), self.apex, metres),
+            "status": ((), self.status),
+        }  # fmt: skip
 
 
 def choose_current(
@@ -69,7 +112,13 @@ def choose_current(
     u, apex, code, solved = back_end.choose_current(robot.parameters, start, target, MAX_PHASES, precision)
     status = COMMANDS[code]
     u = min(max(u, -robot.u_max), robot.u_max)  # which single precision may have rounded up
-    return Command(u, math.nan if status == "no_takeoff" else apex, status, solved)
+    question = Question(robot, start, target, back_end.name)
+    return Command(u, math.nan if status == "no_takeoff" else apex, status, solved, question)
+
+
+def limit_of(robot: Robot, margin: float) -> float:
+    """Upper limit of x1 [m]; a locked actuator is exempt."""
+    return robot.x1_max - margin if robot.x1_min < robot.x1_max else math.inf
 
 
 def checked_target(

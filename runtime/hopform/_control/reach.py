@@ -14,9 +14,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from hopform._checks import MEMORY, function, numbers, whole
-from hopform._control.exact import checked_target, choose_current
+from hopform._control.exact import checked_target, choose_current, limit_of
 from hopform._errors import HopformError
 from hopform._robots import Robot
+from hopform._show import Arrays, Card, Curve, Shown, name_of, span
 from hopform._solver.columns import MAX_PHASES
 from hopform._solver.package import records
 from hopform._stance import solve_stance
@@ -48,8 +49,8 @@ class FixedPoint:
         return abs(self.multiplier) < 1.0
 
 
-@dataclass(frozen=True)
-class Reachability:
+@dataclass(frozen=True, repr=False)
+class Reachability(Shown):
     """Where a hop may lead. H heights [m], U currents [A]; arrays of shape (H, U) or (H,).
 
     apex (H, U): the next apex [m], NaN without take-off. admissible (H, U): takes off, and x1 < x1_max - stop_margin
@@ -76,6 +77,29 @@ class Reachability:
     def limited(self) -> NDArray[np.bool_]:
         """Where it takes off, but the stroke does not allow it, (H, U)."""
         return np.isfinite(self.apex) & ~self.admissible
+
+    def _curve(self) -> Curve:
+        return "highest next apex [m] over height [m]", self.heights, self.highest
+
+    def _card(self) -> Card:
+        shape = f"{self.heights.size} heights, {self.currents.size} currents"
+        given = [("height", span(self.heights)), ("u", span(self.currents)), ("stop margin", f"{self.stop_margin:g} m")]
+        held = span(self.heights[np.isfinite(self.hold)])
+        found = [("lowest", span(self.lowest)), ("highest", span(self.highest)), ("heights held", f"{held} m"),
+                 ("fixed points", len(self.fixed_points))]  # fmt: skip
+        title = f"Reachability of {name_of(self.robot)}: {shape}"
+        return Card(title, given, found)
+
+    def _arrays(self) -> Arrays:
+        points = {name: [getattr(each, name) for each in self.fixed_points] for name in ("u", "height", "multiplier")}
+        units = {"u": {"units": "A"}, "height": {"units": "m"}, "multiplier": dict[str, str]()}
+        return {
+            "height": (("height",), self.heights), "u": (("u",), self.currents),
+            **{name: (("height", "u"), getattr(self, name)) for name in ("apex", "admissible")},
+            **{name: (("height",), getattr(self, name))
+               for name in ("lowest", "u_lowest", "highest", "u_highest", "hold")},
+            **{f"fixed_{name}": (("fixed_point",), values, units[name]) for name, values in points.items()},
+        }  # fmt: skip
 
     def gaps(self, row: int) -> tuple[tuple[float, float], ...]:
         """Ranges of currents of the map without take-off, between two that take off, at a height."""
@@ -153,7 +177,7 @@ def reachability(
             bounds[:, row] = _bounds(robot, starts[row], float(rows[row]), apex[row], margin, longest, back_end.name)
         if progress is not None:
             progress(part.stop, rows.size)
-    limit = _limit(robot, margin)
+    limit = limit_of(robot, margin)
     admissible = np.isfinite(apex) & (peak < limit)
     points = _fixed_points(robot, rows, columns, apex, limit, longest, back_end.name)
     lowest, u_lowest, highest, u_highest, hold = bounds
@@ -166,11 +190,6 @@ def check_map(heights: int, currents: int) -> None:
     """HopformError for a map of more cells than fit into memory."""
     if heights * currents > MOST_CELLS:
         raise HopformError(f"heights x currents must be at most {MOST_CELLS}, got {heights} x {currents}")
-
-
-def _limit(robot: Robot, margin: float) -> float:
-    """Upper limit of x1 [m]; a locked actuator is exempt."""
-    return robot.x1_max - margin if robot.x1_min < robot.x1_max else math.inf
 
 
 def _increasing(name: str, value: ArrayLike, unit: str) -> Array:

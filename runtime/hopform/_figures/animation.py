@@ -1,7 +1,9 @@
-"""The hopper on rough ground under the energy-based controller, moving."""
+"""A hopper on its ground, moving: foot, spring, actuator, body, with time and current."""
 
 # pyright: reportUnknownMemberType=false
 
+import math
+import tempfile
 from pathlib import Path
 
 import numpy as np
@@ -10,11 +12,15 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Rectangle
+from matplotlib.text import Text
 
-from hopform._figures.picture import BLACK, BLUE, GREEN, GROUND, ORANGE, Array, cm
-from hopform._figures.plots import house_style
+from hopform._checks import finite, positive, shown, whole
+from hopform._errors import HopformError
+from hopform._figures.picture import GREEN, ORANGE, Array, cm, completed, movable, scale
+from hopform._figures.plots import BLACK, BLUE, GREY, house_style
 from hopform._hopping.run import Run, simulate
-from hopform._robots import load_robot
+from hopform._robots import Robot, load_robot
+from hopform._show import Animation, name_of
 from hopform.controllers import FeedForward
 from hopform.terrain import uniform
 
@@ -23,28 +29,43 @@ BODY, ACTUATOR = (0.22, 0.10), (0.12, 0.045)  # [m] width, height
 SHANK = 0.08  # [m] from the body's middle to the actuator's at x1 = 0
 WANTED = 0.18
 COILS = 7
+MOST_PICTURES = 5000
+Parts = dict[str, Line2D | Rectangle | Text]
 
 
-def animate(path: Path, seconds: float | None = None, rate: int = 12) -> Run:
-    """Write a GIF of 6 hops at half speed, or of its first seconds, `rate` pictures a second; the run that it
-    shows."""
-    robot = load_robot("hopper_c")
-    run = simulate(robot, uniform(6, 0.04, seed=4), FeedForward(WANTED), height=WANTED)
-    end = run.duration if seconds is None else min(seconds / 2.0, run.duration)
-    times = np.arange(0.0, end, 0.5 / rate)
-    with house_style():
+def animated(run: Run, h_des: float | None, speed: float, rate: int, seconds: float | None) -> Animation:
+    """A run, moving; arguments as for `hopform.animate`."""
+    if not isinstance(run, Run):
+        raise HopformError(f"run must be a Run, as simulate gives it, got {shown(run)}")
+    wanted = None if h_des is None else finite("h_des", h_des, "m")
+    pictures = whole("rate", rate, most=100)
+    end = run.duration if seconds is None else min(positive("seconds", seconds, "s"), run.duration)
+    count = math.ceil(end / (positive("speed", speed, "of real time") / pictures))
+    if count > MOST_PICTURES:
+        raise HopformError(f"seconds, rate and speed must make at most {MOST_PICTURES} pictures, got {count}")
+    with house_style(), tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "animation.gif"
         figure = Figure(figsize=(5.4, 3.6), dpi=100, layout="constrained")
         axes = figure.subplots()
-        parts = scene(axes, run)
-        writer = PillowWriter(fps=rate, metadata={"Software": "hopform"})
+        parts = scene(axes, run, wanted)
+        writer = PillowWriter(fps=pictures, metadata={"Software": "hopform"})
         writer.setup(figure, str(path), dpi=100)
         figure.draw_without_rendering()
         figure.set_layout_engine("none")  # laid out once
-        for t in times.tolist():
-            place(axes, parts, run, t)
+        for n in range(count):
+            place(axes, parts, run, n * speed / pictures)
             writer.grab_frame()
         writer.finish()
-    return run
+        words = f"Animation of {name_of(run.robot)}: {count} pictures, {pictures} a second"
+        return Animation(path.read_bytes(), words)
+
+
+def hopping(robot: Robot | None) -> Animation:
+    """6 hops of a robot, or of hopper_c, over rough ground under the energy-based controller."""
+    hopper = movable(load_robot("hopper_c") if robot is None else robot)
+    wanted = WANTED * scale(hopper)
+    run = simulate(hopper, uniform(6, 0.04 * scale(hopper), seed=4), FeedForward(wanted), height=wanted)
+    return animated(completed(run), wanted, 0.5, 12, None)
 
 
 def position(run: Run, t: Array) -> Array:
@@ -54,13 +75,16 @@ def position(run: Run, t: Array) -> Array:
     return STRIDE * np.interp(t, corners, places)
 
 
-def scene(axes: Axes, run: Run) -> dict[str, Line2D | Rectangle]:
+def scene(axes: Axes, run: Run, wanted: float | None) -> Parts:
     """The static parts, ground and set point, and the moving ones."""
     edges = STRIDE * (np.arange(len(run.terrain) + 1) - 0.5)
     edges[0], edges[-1] = -3 * STRIDE, edges[-1] + 3 * STRIDE
-    axes.stairs(run.terrain, edges, baseline=-0.2, fill=True, facecolor="#DDDDDD", edgecolor=GROUND)
     length = run.robot.L0 + run.robot.c
-    axes.axhline(WANTED + length, color=BLACK, linestyle="--", linewidth=1.0, label=f"wanted apex, {cm(WANTED, 0)}")
+    tops = [0.0, wanted or 0.0, *(hop.height for hop in run.hops), *(hop.apex for hop in run.hops)]
+    low, high = min(run.terrain) - 0.05, length + float(np.nanmax(tops)) + 0.15
+    axes.stairs(run.terrain, edges, baseline=low, fill=True, facecolor="#DDDDDD", edgecolor=GREY)
+    if wanted is not None:
+        axes.axhline(wanted + length, color=BLACK, linestyle="--", linewidth=1.0, label=f"wanted apex, {cm(wanted, 0)}")
     (trace,) = axes.plot([], [], color=BLUE, linewidth=0.9, label="body")
     (spring,) = axes.plot([], [], color=BLACK, linewidth=1.4)
     (rod,) = axes.plot([], [], color=GREEN, linewidth=3.0)
@@ -70,15 +94,18 @@ def scene(axes: Axes, run: Run) -> dict[str, Line2D | Rectangle]:
     )
     for box in (body, actuator):
         axes.add_patch(box)
-    axes.set_ylim(-0.09, 0.78)
+    (foot,) = axes.plot([], [], "_", color=BLACK, markersize=14.0, markeredgewidth=3.0, label="foot")
+    said = axes.text(0.99, 0.01, "", transform=axes.transAxes, ha="right", va="bottom", family="monospace", fontsize=8)
+    axes.set_ylim(low, high)
     axes.set_ylabel("height [m]")
     axes.set_xticks([])
     axes.set_aspect("equal")
-    axes.legend(loc="upper left", ncols=3)
-    return {"trace": trace, "spring": spring, "rod": rod, "body": body, "actuator": actuator}
+    axes.legend(loc="upper left", ncols=4)
+    lines = {"trace": trace, "spring": spring, "rod": rod, "foot": foot}
+    return {**lines, "body": body, "actuator": actuator, "said": said}
 
 
-def place(axes: Axes, parts: dict[str, Line2D | Rectangle], run: Run, t: float) -> None:
+def place(axes: Axes, parts: Parts, run: Run, t: float) -> None:
     """The parts at a time, the view moved along."""
     state, foot, middle = run.at(t), float(run.foot(t)), float(position(run, np.array([t]))[0])
     low = float(state.x2) - SHANK - float(state.x1)
@@ -86,6 +113,7 @@ def place(axes: Axes, parts: dict[str, Line2D | Rectangle], run: Run, t: float) 
     moved = {
         "trace": (position(run, past), np.asarray(run.at(past).x2)),
         "spring": coil(middle, foot, low),
+        "foot": (np.array([middle]), np.array([foot])),
         "rod": (np.array([middle, middle]), np.array([low, float(state.x2)])),
     }
     for name, (x, y) in moved.items():
@@ -96,6 +124,9 @@ def place(axes: Axes, parts: dict[str, Line2D | Rectangle], run: Run, t: float) 
         box = parts[name]
         assert isinstance(box, Rectangle)
         box.set_xy((middle - size[0] / 2.0, height - size[1] / 2.0))
+    said = parts["said"]
+    assert isinstance(said, Text)
+    said.set_text(f"t = {t:6.3f} s   u = {float(run.current(t)):6.2f} A")
     axes.set_xlim(middle - 0.62, middle + 0.62)
 
 

@@ -8,24 +8,22 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from hopform._figures.picture import (
-    BLACK,
-    BLUE,
     GREEN,
-    MAGENTA,
     ORANGE,
-    WIDTH,
     Array,
     Picture,
+    completed,
     finished,
     legend,
     mm,
+    named,
     sampled_length,
-    shade_stances,
+    scale,
 )  # fmt: skip
-from hopform._figures.plots import house_style
+from hopform._figures.plots import BLACK, BLUE, LOOK, MAGENTA, house_style, shade_stances
 from hopform._hopping.run import Run, simulate
 from hopform._hopping.touchdown import TouchdownDetector, delayed_apex
-from hopform._robots import load_robot
+from hopform._robots import Robot
 from hopform.controllers import FeedForward
 from hopform.terrain import flat
 
@@ -33,10 +31,11 @@ NOISE = 0.12
 """Standard deviation, in units of the signal's step."""
 
 
-def hall_sensor() -> Picture:
+def hall_sensor(robot: Robot) -> Picture:
     """Fig. 15: a signal with noise, what a detector makes of it, and its delay and false alarms over the noise."""
-    robot, detector = load_robot("hopper_c"), TouchdownDetector(high=0.6, low=0.4, count=3, dt=1e-3)
-    run = simulate(robot, flat(3), FeedForward(0.2), height=0.2)
+    detector, height = TouchdownDetector(high=0.6, low=0.4, count=3, dt=1e-3), 0.2 * scale(robot)
+    run = simulate(robot, flat(3), FeedForward(height), height=height)
+    completed(run)
     t = sampled_length(run.duration, 1.0 / detector.dt)
     signal = in_contact(run, t) + NOISE * np.random.default_rng(15).standard_normal(t.size)
     events = detector.detect(signal.tolist())
@@ -50,8 +49,9 @@ def hall_sensor() -> Picture:
     first = run.hops[0]
     cost = np.array([delayed_apex(robot, each, v2=first.touchdown.v2, u=first.u)[1] for each in delays])
     with house_style():
-        figure = Figure(figsize=(WIDTH, 4.4), layout="constrained")
-        places = figure.subplot_mosaic("AAA;BCD", height_ratios=[1.2, 1.0])
+        width = LOOK.get().width
+        figure = Figure(figsize=(width, 4.4 if width > 5.0 else 8.0), layout="constrained")
+        places = figure.subplot_mosaic("AAA;BCD" if width > 5.0 else "A;B;C;D")
         draw_signal(places["A"], run, t, signal, detector, detected)
         places["B"].plot(noise, 1e3 * mean, color=BLUE, label="closed form")
         places["B"].plot(noise[::4], 1e3 * drawn, "o", color=ORANGE, markersize=3.5, label="drawn")
@@ -69,17 +69,16 @@ def hall_sensor() -> Picture:
     late = detected[: true.size] - true
     ours = (
         f"a synthetic signal of {true.size} hops at 1 kHz, noise {NOISE:g} of the step, through hysteresis "
-        f"({detector.low:g}, {detector.high:g}) and {detector.count} samples in a "
-        f"row. {detected.size} touchdowns detected for {true.size}, {1e3 * late.mean():.1f} ms late on average; "
-        f"expected {1e3 * detector.mean_delay(NOISE):.1f} ms and "
-        f"{detector.false_alarm_rate(NOISE):.1e} false alarms a second. At noise {noise[-1]:g} it would be "
-        f"{1e3 * mean[-1]:.1f} ms and {alarms[-1]:.1f} a second. A current that "
-        f"comes {1e3 * delays[5]:.0f} ms late costs {mm(-cost[5])} of a {100 * first.apex:.0f} cm apex"
+        f"({detector.low:g}, {detector.high:g}) and {detector.count} samples in a row. {detected.size} touchdowns "
+        f"detected for {true.size}, {1e3 * late.mean():.1f} ms late on average; expected "
+        f"{1e3 * detector.mean_delay(NOISE):.1f} ms and {detector.false_alarm_rate(NOISE):.1e} false alarms a "
+        f"second. At noise {noise[-1]:g} it would be {1e3 * mean[-1]:.1f} ms and {alarms[-1]:.1f} a second. A "
+        f"current that comes {1e3 * delays[5]:.0f} ms late costs {mm(-cost[5])} of a {100 * first.apex:.0f} cm apex"
     )
     paper = "the Hall sensor's signal on Hopper C in real hopping: noisy, ground contact easily detected"
     data = {"t": t, "signal": signal, "detected": detected, "true": true, "noise": noise, "mean delay": mean,
             "drawn": drawn, "false alarms": alarms, "delays": delays, "cost": cost}  # fmt: skip
-    return finished(15, "Touchdown from a Hall sensor", paper, ours, robot.name, figure, data)
+    return finished(15, "Touchdown from a Hall sensor", paper, ours, named(robot), figure, data)
 
 
 def in_contact(run: Run, t: Array) -> Array:
@@ -91,7 +90,7 @@ def in_contact(run: Run, t: Array) -> Array:
 
 
 def draw_signal(axes: Axes, run: Run, t: Array, signal: Array, detector: TouchdownDetector, detected: Array) -> None:
-    shade_stances(axes, run)
+    shade_stances(axes, run, "stance")
     axes.plot(t, signal, color=BLUE, linewidth=0.6, label="signal")
     axes.axhline(detector.high, color=GREEN, linestyle="--", linewidth=1.0, label="touch begins above")
     axes.axhline(detector.low, color=MAGENTA, linestyle=":", linewidth=1.2, label="ends below")

@@ -2,89 +2,93 @@
 
 # pyright: reportUnknownMemberType=false
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
 
+from hopform._control.reach import home_of
+from hopform._errors import HopformError
 from hopform._figures.picture import (
-    BLUE,
     GREEN,
-    MAGENTA,
     ORANGE,
     SKY,
     Array,
     Picture,
     cm,
+    completed,
     finished,
     legend,
+    named,
     panels,
-    shade_stances,
+    scale,
+    volts,
 )  # fmt: skip
-from hopform._figures.plots import house_style, room_for_a_constant, run_times
+from hopform._figures.plots import BLACK, BLUE, MAGENTA, house_style, room_for_a_constant, run_times, shade_stances
 from hopform._hopping.run import Run, simulate
-from hopform._robots import load_robot
+from hopform._robots import Robot
 from hopform.terrain import flat
 
-HEIGHT = 0.2
 
-
-def ideal_drop() -> Picture:
-    """Fig. 12: without losses the energy stays."""
-    run = simulate(load_robot("ideal"), flat(5), 0.0, height=HEIGHT)
+def ideal_drop(robot: Robot) -> Picture:
+    """Fig. 12: without losses the energy stays; the robot without friction, its actuator locked."""
+    height, kept = 0.2 * scale(robot), home_of(robot)
+    still = replace(robot, b1=0.0, b2=0.0, f1=0.0, f2=0.0, impact_loss=0.0, x1_min=kept, x1_max=kept)
+    run = simulate(still, flat(5), 0.0, height=height)
     data, figure = drawn(run)
     energy = data["energy"]
     span = float(np.ptp(energy)) / float(energy[0])
     ours = (
-        f"a drop of {cm(HEIGHT, 0)}, {len(run.hops)} hops. Kinetic, gravitational and spring energy add up to "
-        f"{energy[0]:.4f} J throughout; "
-        f"the sum varies by {span:.0e} of that"
+        f"a drop of {cm(height, 0)}, {len(run.hops)} hops. Kinetic, gravitational and spring energy add up to "
+        f"{energy[0]:.4f} J throughout; the sum varies by {span:.0e} of that"
     )
     paper = "the energy of an ideal hopper in a static drop, constant over all time"
-    return finished(12, "Energy without losses", paper, ours, run.robot.name, figure, data)
+    return finished(12, "Energy without losses", paper, ours, named(robot), figure, data)
 
 
-def real_drop() -> Picture:
+def real_drop(robot: Robot) -> Picture:
     """Fig. 13: a passive drop, the energy as predicted by (24)."""
-    run = simulate(load_robot("hopper_c"), flat(7), 0.0, height=HEIGHT)
+    height = 0.2 * scale(robot)
+    run = simulate(robot, flat(7), 0.0, height=height)
+    if not run.hops:
+        raise HopformError("the robot does not reach the ground")
     data, figure = drawn(run)
     first = run.hops[0]
     loss = data["energy"][0] - data["energy"][-1]
     ours = (
-        f"a drop of {cm(HEIGHT, 0)} at 0 A, {len(run.hops)} hops ({run.status}), {loss:.2f} J lost. At the first "
-        f"impact {first.energy_lost_at_impact:.3f} J go at "
-        f"once, {-float(first.stance.aed):.3f} J over the stance. The AED of (24), predicted at each touchdown, and "
-        f"the energy after the fact differ by at most "
+        f"a drop of {cm(height, 0)} at 0 A, {len(run.hops)} hops ({run.status}), {loss:.2f} J lost. At the first "
+        f"impact {first.energy_lost_at_impact:.3f} J go at once, {-float(first.stance.aed):.3f} J over the stance. "
+        "The AED of (24), predicted at each touchdown, and the energy after the fact differ by at most "
         f"{data['predicted off']:.0e} J"
     )
     paper = (
         "the energy of a real hopper in a static drop: an instantaneous loss at impact, friction in stance, and the "
-        "precomputed "
-        "AED equal to kinetic plus potential energy"
+        "precomputed AED equal to kinetic plus potential energy"
     )
-    return finished(13, "Energy of a passive drop", paper, ours, run.robot.name, figure, data)
+    return finished(13, "Energy of a passive drop", paper, ours, named(robot), figure, data)
 
 
-def actuated() -> Picture:
+def actuated(robot: Robot) -> Picture:
     """Fig. 14: the same at 3 A, up to a steady height."""
-    run = simulate(load_robot("hopper_c"), flat(12), 3.0, height=HEIGHT)
-    steady = simulate(load_robot("hopper_c"), flat(60), 3.0, height=HEIGHT).hops[-1].apex
+    height, u = 0.2 * scale(robot), robot.u_max
+    run, long = (simulate(robot, flat(hops), u, height=height) for hops in (12, 60))
+    completed(long)
+    steady = long.hops[-1].apex
     data, figure = drawn(run)
     heights = run.table["apex"]
     ours = (
-        f"the same drop at 3 A, {len(run.hops)} hops: apexes rise from {cm(heights[0])} to {cm(heights[-1], 2)} and "
-        f"settle at {cm(steady, 2)}. The minima in stance are the "
-        "actuator's work on the body; the drop at take-off is k x1^2/2, the spring's share at x1 > 0, which (27) "
-        "leaves "
-        f"out. AED predicted and energy after the fact differ by at most "
-        f"{data['predicted off']:.0e} J"
+        f"the same drop at {u:g} {volts(robot)}, {len(run.hops)} hops: apexes go from {cm(heights[0])} to "
+        f"{cm(heights[-1], 2)} and settle at {cm(steady, 2)}. The minima in stance are the actuator's work on the "
+        "body; the drop at take-off is k x1^2/2, the spring's share at x1 > 0, which (27) leaves out. AED predicted "
+        f"and energy after the fact differ by at most {data['predicted off']:.0e} J"
     )
     paper = (
-        "the same with 3 A: energy added in U-shaped minima between the flights' plateaus, "
-        "settling at a steady hopping height"
+        "the same with 3 A: energy added in U-shaped minima between the flights' plateaus, settling at a steady "
+        "hopping height"
     )
     data["steady"] = steady
-    return finished(14, "Energy of actuated hopping", paper, ours, run.robot.name, figure, data)
+    return finished(14, "Energy of actuated hopping", paper, ours, named(robot), figure, data)
 
 
 def drawn(run: Run) -> tuple[dict[str, Any], Figure]:
@@ -95,7 +99,11 @@ def drawn(run: Run) -> tuple[dict[str, Any], Figure]:
     with house_style():
         figure, (top, bottom) = panels(2, 4.2, sharex=True, height_ratios=[1.4, 1.0])
         for axes in (top, bottom):
-            shade_stances(axes, run)
+            shade_stances(axes, run, "stance")
+            lifts = [hop.takeoff_time for hop in run.hops if hop.stance.takeoff is not None]
+            height = np.zeros(len(lifts))
+            frame = axes.get_xaxis_transform()
+            axes.plot(lifts, height, "^", color=BLACK, markersize=3.5, transform=frame, label="take-off")
         top.plot(t, energy, color=SKY, linewidth=4.0, label="kinetic + potential")
         top.plot(t, predicted, color=MAGENTA, linewidth=1.1, label="start + AED (24) and impacts, predicted")
         top.set_ylabel("body energy [J]")
@@ -106,9 +114,7 @@ def drawn(run: Run) -> tuple[dict[str, Any], Figure]:
         bottom.plot(t, spring, color=ORANGE, linewidth=1.0, linestyle="-.", label="spring")
         bottom.set_ylabel("its parts [J]")
         bottom.set_xlabel("time [s]")
-        bottom.legend(
-            handles=bottom.get_lines(), loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=3, borderaxespad=0.2
-        )
+        legend(bottom, handles=bottom.get_lines()[1:])
     off = float(np.abs(energy - predicted).max())
     data = {"run": run, "t": t, "energy": energy, "predicted": predicted, "kinetic": kinetic, "weight": weight,
             "spring": spring, "predicted off": off}  # fmt: skip

@@ -2,74 +2,105 @@
 
 # pyright: reportUnknownMemberType=false
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
 
-from hopform._figures.first_controller import draw_heights, rms, worst
-from hopform._figures.picture import BLACK, GREEN, ORANGE, Array, Picture, apexes, cm, finished, legend, mm, panels
-from hopform._figures.plots import house_style
-from hopform._hopping.run import Run, simulate
-from hopform._robots import load_robot
+from hopform._figures.first_controller import draw_run, rms, worst
+from hopform._figures.picture import (
+    GREEN,
+    ORANGE,
+    SKY,
+    Array,
+    Picture,
+    cm,
+    completed,
+    finished,
+    legend,
+    mm,
+    movable,
+    named,
+    panels,
+    scale,
+    volts,
+)
+from hopform._figures.plots import BLACK, MAGENTA, apexes, house_style, shade_stances
+from hopform._hopping.run import NONE, Errors, Run, simulate
+from hopform._robots import Robot
 from hopform.controllers import AsPrinted, FeedForward
 from hopform.terrain import Heights, flat, uniform
 
 REFERENCE = (0.14,) * 6 + (0.18,) * 6 + (0.12,) * 6
 SIZE = 0.02  # [m] half width of the uneven ground
-LEAST = 1e-17  # [m] what an error of 0 is drawn as
+WRONG = 1.05  # what the model has too much of, of every parameter that is identified
+IDENTIFIED = ("m_eff", "k", "b1", "b2", "f1", "f2", "gamma2")
+NOISE = Errors(x1=5e-4, v1=0.02, v2=0.02, ground=2e-3)
+LATE = Errors(quantum=1e-3, delay=2e-3)
+LEAST = 1e-3  # [mm] below which the scale of errors is linear
+MARKS = (("o", GREEN), ("s", BLACK), ("^", MAGENTA), ("D", SKY), ("v", ORANGE))
 
 
-def on_even_ground() -> Picture:
+def on_even_ground(robot: Robot) -> Picture:
     """Fig. 16."""
     return picture(
-        16, flat(len(REFERENCE)), "Energy-based controller, even ground",
+        16, robot, flat(len(REFERENCE)), "Energy-based controller, even ground",
         "simulations of the energy-based controller on even terrain", "over flat ground",
     )  # fmt: skip
 
 
-def on_uneven_ground() -> Picture:
+def on_uneven_ground(robot: Robot) -> Picture:
     """Fig. 17."""
+    size = SIZE * scale(robot)
     return picture(
-        17, uniform(len(REFERENCE), SIZE, seed=17), "Energy-based controller, uneven ground",
+        17, robot, uniform(len(REFERENCE), size, seed=17), "Energy-based controller, uneven ground",
         "the same on uneven terrain, as accurate as on even",
-        f"over heights drawn from {cm(-SIZE, 0)} to {cm(SIZE, 0)}, known at touchdown only",
+        f"over heights drawn from {cm(-size, 0)} to {cm(size, 0)}, known at touchdown only",
     )  # fmt: skip
 
 
-def picture(number: int, ground: Heights, title: str, paper: str, where: str) -> Picture:
-    """Heights, currents and errors of the exact controller, and of the one as printed."""
-    robot = load_robot("hopper_c")
-    run, printed = (simulate(robot, ground, kind(REFERENCE), height=REFERENCE[0]) for kind in (FeedForward, AsPrinted))
-    miss, miss_printed = (each.table["apex"] - np.array(REFERENCE[: len(each.hops)]) for each in (run, printed))
+def picture(number: int, robot: Robot, ground: Heights, title: str, paper: str, where: str) -> Picture:
+    """Heights, currents and errors of the exact controller, of the one as printed, and of the exact one that errs."""
+    wanted = tuple(scale(movable(robot)) * each for each in REFERENCE)
+    wrong = replace(robot, **{name: WRONG * getattr(robot, name) for name in IDENTIFIED})
+    asked: dict[str, tuple[Any, Errors]] = {
+        "exact": (FeedForward, NONE), "printed": (AsPrinted, NONE), "5 % wrong": (FeedForward, Errors(model=wrong)),
+        "noise": (FeedForward, NOISE), "late": (FeedForward, LATE),
+    }  # fmt: skip
+    runs = {
+        name: simulate(robot, ground, kind(wanted), height=wanted[0], errors=errors, seed=number)
+        for name, (kind, errors) in asked.items()
+    }
+    run = completed(runs["exact"])
+    miss = {name: each.table["apex"] - np.array(wanted[: len(each.hops)]) for name, each in runs.items()}
     with house_style():
-        figure = drawn(run, np.abs(miss), np.abs(miss_printed))
+        figure = drawn(run, miss)
+    off = {name: f"{mm(rms(each))} rms, {mm(worst(each))} at most" for name, each in miss.items()}
     ours = (
-        f"{len(run.hops)} hops {where}, wanted {', '.join(cm(each, 0) for each in dict.fromkeys(REFERENCE))}. With "
-        f"apex(u) = h_des solved exactly every apex is within {worst(miss):.0e} m of the set point (an error of 0 is "
-        "drawn as "
-        f"{LEAST:.0e} m), at {np.abs(run.table['u']).max():.2f} A of {robot.u_max:g} A at most. (26), (27) as "
-        "printed, J "
-        f"minimised on a grid of 0.01 A: {mm(rms(miss_printed))} rms, {mm(worst(miss_printed))} at most"
+        f"{len(run.hops)} hops {where}, wanted {', '.join(cm(each, 0) for each in dict.fromkeys(wanted))}. With "
+        f"apex(u) = h_des solved exactly every apex is within {worst(miss['exact']):.0e} m of the set point, at "
+        f"{np.abs(run.table['u']).max():.2f} {volts(robot)} of {robot.u_max:g} {volts(robot)} at most. (26), (27) as "
+        f"printed, J minimised on a grid of 0.01 {volts(robot)}: {off['printed']}. The exact controller whose model "
+        f"has 5 % too much of {', '.join(IDENTIFIED)}: {off['5 % wrong']}; with noise of {mm(NOISE.x1)} and "
+        f"{NOISE.v1:g} m/s on x1, {NOISE.v2:g} m/s on v2, {mm(NOISE.ground)} on the ground: {off['noise']}; with "
+        f"touchdown seen at a tick of 1 kHz and {1e3 * LATE.delay:.0f} ms late: {off['late']}. The scale of the "
+        "errors is linear below 1 um"
     )
-    data = {"run": run, "printed": printed, "wanted": REFERENCE, "miss": miss, "miss printed": miss_printed}
-    return finished(number, title, paper, ours, robot.name, figure, data)
+    data = {"run": run, "runs": runs, "wanted": wanted, "miss": miss}
+    return finished(number, title, paper, ours, named(robot), figure, data)
 
 
-def drawn(run: Run, miss: Array, miss_printed: Array) -> Figure:
-    figure, (top, middle, bottom) = panels(3, 5.0, sharex=True, height_ratios=[1.6, 0.8, 0.9])
-    draw_heights(top, run, REFERENCE)
-    legend(top, 4)
-    t = np.linspace(0.0, run.duration, 4000)
-    middle.plot(t, np.asarray(run.current(t)), color=ORANGE, linewidth=0.9)
-    middle.set_ylabel("current $u$ [A]")
+def drawn(run: Run, miss: dict[str, Array]) -> Figure:
+    figure, (top, middle, bottom) = panels(3, 5.4, sharex=True, height_ratios=[1.6, 0.8, 1.3])
+    draw_run(top, middle, run)
     times, _ = apexes(run)
-    looks: dict[str, Any] = {"markersize": 3.5, "clip_on": False}
-    shown = times[: miss_printed.size]
-    bottom.semilogy(shown, miss_printed, "s", color=BLACK, markerfacecolor="none", label="as printed", **looks)
-    bottom.semilogy(times, np.maximum(miss, LEAST), "o", color=GREEN, label="exact", **looks)
-    bottom.set_ylim(LEAST / 3.0, 1.0)
-    bottom.set_ylabel("apex error [m]")
+    for (name, off), (marker, colour) in zip(miss.items(), MARKS, strict=True):
+        shown = 1e3 * np.abs(off[: times.size])
+        bottom.plot(times[: shown.size], shown, marker, color=colour, markersize=3.5, clip_on=False, label=name)
+    bottom.set_yscale("symlog", linthresh=LEAST)
+    shade_stances(bottom, run)
+    bottom.set_ylabel("apex error [mm]")
     bottom.set_xlabel("time [s]")
-    legend(bottom)
+    legend(bottom, 5)
     return figure

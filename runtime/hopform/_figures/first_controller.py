@@ -3,144 +3,147 @@
 
 # pyright: reportUnknownMemberType=false
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from hopform._errors import HopformError
 from hopform._figures.picture import (
-    BLACK,
-    BLUE,
     GREEN,
-    GROUND,
     ORANGE,
     Array,
     Picture,
-    apexes,
     cm,
+    completed,
     finished,
-    hop_heights,
     legend,
     mm,
+    movable,
     named,
     panels,
-    stairs,
+    scale,
+    volts,
 )  # fmt: skip
-from hopform._figures.plots import house_style
+from hopform._figures.plots import BLACK, BLUE, apexes, draw_heights, house_style, run_times, shade_stances
 from hopform._hopping.run import Errors, Run, simulate
-from hopform._robots import load_robot
+from hopform._robots import Robot
 from hopform.controllers import FeedForward, ReturnMap
 from hopform.terrain import flat, uniform
 
 REFERENCE = (0.16,) * 6 + (0.20,) * 6 + (0.14,) * 6
 SETTLED = 3  # hops after a step of the reference that are not counted
-KP, KD = 200.0, 10.0  # [V/m], [V s/m] of the law in expansion
 
 
-def on_even_ground() -> Picture:
+def law(robot: Robot) -> tuple[float, float]:
+    """Kp [A/m] and Kd [A s/m] of the law in expansion: 20 u_max a metre, u_max a metre a second."""
+    return 20.0 * robot.u_max, robot.u_max
+
+
+def references(robot: Robot) -> tuple[float, ...]:
+    """Wanted heights [m] of the hops."""
+    return tuple(scale(robot) * each for each in REFERENCE)
+
+
+def on_even_ground(robot: Robot) -> Picture:
     """Fig. 6: the controller follows steps of the height."""
-    run = simulate(
-        load_robot("hopper_b"), flat(len(REFERENCE)), ReturnMap(REFERENCE, Kp=KP, Kd=KD), height=REFERENCE[0]
-    )
-    miss = run.table["apex"] - np.array(REFERENCE[: len(run.hops)])
-    settled, up = after_steps(miss), REFERENCE.index(max(REFERENCE))
-    rise = int(np.argmax(np.abs(miss[up:]) < 0.1 * (max(REFERENCE) - REFERENCE[0]))) + 1
+    (Kp, Kd), wanted = law(movable(robot)), references(robot)
+    run = completed(simulate(robot, flat(len(wanted)), ReturnMap(wanted, Kp=Kp, Kd=Kd), height=wanted[0]))
+    miss = run.table["apex"] - np.array(wanted)
+    settled, up = after_steps(miss), wanted.index(max(wanted))
+    rise = int(np.argmax(np.abs(miss[up:]) < 0.1 * (max(wanted) - wanted[0]))) + 1
     with house_style():
-        figure = tracked(run, REFERENCE, {"first controller": run})
+        figure = tracked(run, {"first controller": run})
     ours = (
-        f"{len(run.hops)} hops over flat ground, wanted {', '.join(cm(each, 0) for each in dict.fromkeys(REFERENCE))}. "
-        f"The return maps were measured in simulated steady hopping; in expansion a law at 1 kHz (Kp = {KP:g} V/m, "
-        "Kd = "
-        f"{KD:g} V s/m) tracks a recorded x2. It rises to a step up within {rise} hops; the apex is off by "
-        f"{mm(worst(miss))} at most behind a step, by {mm(rms(settled))} rms from the {SETTLED + 1}th hop on"
+        f"{len(run.hops)} hops over flat ground, wanted {', '.join(cm(each, 0) for each in dict.fromkeys(wanted))}. "
+        f"The return maps were measured in simulated steady hopping; in expansion a law at 1 kHz (Kp = {Kp:g} "
+        f"{volts(robot)}/m, Kd = {Kd:g} {volts(robot)} s/m) tracks a recorded x2. It rises to a step up within "
+        f"{rise} hops; the apex is off by {mm(worst(miss))} at most behind a step, by {mm(rms(settled))} rms from "
+        f"the {SETTLED + 1}th hop on"
     )
     paper = "simulated tracking of references by Hopper B's first controller on even ground"
-    data = {"run": run, "wanted": REFERENCE, "miss": miss}
-    return finished(6, "First controller, even ground", paper, ours, named(run.robot), figure, data)
+    data = {"run": run, "wanted": wanted, "miss": miss}
+    return finished(6, "First controller, even ground", paper, ours, named(robot), figure, data)
 
 
-def on_uneven_ground() -> Picture:
+def on_uneven_ground(robot: Robot) -> Picture:
     """Fig. 7: the same controller fails on rough ground, where the exact one holds the height."""
-    robot, wanted, size, count = load_robot("hopper_b"), 0.16, 0.03, 18
-    ground, first = uniform(count, size, seed=7), ReturnMap(wanted, Kp=KP, Kd=KD)
+    (Kp, Kd), wanted, size, count = law(movable(robot)), 0.16 * scale(robot), 0.03 * scale(robot), 18
+    ground, first = uniform(count, size, seed=7), ReturnMap(wanted, Kp=Kp, Kd=Kd)
     runs = {
         "rough": simulate(robot, ground, first, height=wanted),
         "even": simulate(robot, flat(count), first, height=wanted),
-        "soft": simulate(robot, ground, ReturnMap(wanted, Kp=KP / 4.0, Kd=KD / 4.0), height=wanted),
+        "soft": simulate(robot, ground, ReturnMap(wanted, Kp=Kp / 4.0, Kd=Kd / 4.0), height=wanted),
         "exact": simulate(robot, ground, FeedForward(wanted), height=wanted),
     }
+    completed(runs["exact"])
+    if len(runs["rough"].hops) <= SETTLED:
+        raise HopformError(f"{robot.name or 'robot'} falls within {SETTLED} hops under the first controller")
     others = [simulate(robot, uniform(count, size, seed=seed), first, height=wanted) for seed in range(100, 112)]
     miss = {name: run.table["apex"] - wanted for name, run in runs.items()}
     with house_style():
         shown = {"first controller": runs["rough"], "exact controller": runs["exact"]}
-        figure = tracked(runs["rough"], (wanted,) * count, shown)
+        figure = tracked(runs["rough"], shown)
     spread = {name: float(np.nanstd(values[SETTLED:])) for name, values in miss.items()}
     spreads = [float(np.nanstd(run.table["apex"][SETTLED:])) for run in others]
     fallen = sum(run.status != "completed" for run in others)
     ours = (
-        f"{len(runs['rough'].hops)} of {count} hops ({runs['rough'].status}) over heights drawn from {cm(-size, 0)} to "
-        f"{cm(size, 0)}, wanted {cm(wanted, 0)}, gains as in Fig. 6. Under the first controller the apex scatters by "
-        f"{mm(spread['rough'])} (standard deviation) and is off by up to {mm(worst(miss['rough']))}; on even ground it "
-        f"scatters by {mm(spread['even'])}. On {len(others)} other grounds: {mm(min(spreads))} to "
+        f"{len(runs['rough'].hops)} of {count} hops ({runs['rough'].status}) over heights drawn from {cm(-size, 0)} "
+        f"to {cm(size, 0)}, wanted {cm(wanted, 0)}, gains as in Fig. 6. Under the first controller the apex scatters "
+        f"by {mm(spread['rough'])} (standard deviation) and is off by up to {mm(worst(miss['rough']))}; on even "
+        f"ground it scatters by {mm(spread['even'])}. On {len(others)} other grounds: {mm(min(spreads))} to "
         f"{mm(max(spreads))}, {fallen} of these runs end early. A quarter of the gains: {mm(spread['soft'])} on this "
-        f"ground, up to {mm(worst(miss['soft']))} off. The exact energy-based controller on the same ground is off by "
-        f"{worst(miss['exact']):.0e} m at most"
+        f"ground, up to {mm(worst(miss['soft']))} off. The exact energy-based controller on the same ground is off "
+        f"by {worst(miss['exact']):.0e} m at most"
     )
     paper = "simulations in which Hopper B's first controller cannot hold the height on uneven terrain"
     data = {"runs": runs, "others": others, "wanted": wanted, "miss": miss, "spread": spread}
     return finished(7, "First controller, uneven ground", paper, ours, named(robot), figure, data)
 
 
-def with_errors_of_measurement() -> Picture:
+def with_errors_of_measurement(robot: Robot) -> Picture:
     """Fig. 8: the experiment's place is taken by a simulation whose sensors and motor are not perfect."""
     errors = Errors(x1=5e-4, v1=0.02, x2=3e-3, v2=0.05, ground=3e-3, current_scale=0.97, quantum=1e-3, delay=2e-3)
-    robot = load_robot("hopper_b")
-    run = simulate(
-        robot, flat(len(REFERENCE)), ReturnMap(REFERENCE, Kp=KP, Kd=KD), height=REFERENCE[0], errors=errors, seed=8
-    )
-    clean = simulate(robot, flat(len(REFERENCE)), ReturnMap(REFERENCE, Kp=KP, Kd=KD), height=REFERENCE[0])
-    miss = run.table["apex"] - np.array(REFERENCE[: len(run.hops)])
-    before = clean.table["apex"] - np.array(REFERENCE[: len(clean.hops)])
+    (Kp, Kd), wanted = law(movable(robot)), references(robot)
+    first = ReturnMap(wanted, Kp=Kp, Kd=Kd)
+    clean = completed(simulate(robot, flat(len(wanted)), first, height=wanted[0]))
+    run = completed(simulate(robot, flat(len(wanted)), first, height=wanted[0], errors=errors, seed=8))
+    miss, before = (each.table["apex"] - np.array(wanted) for each in (run, clean))
     seen = run.table["apex"] + 3e-3 * np.random.default_rng(8).standard_normal(len(run.hops))
     with house_style():
-        figure = tracked(run, REFERENCE, {"with errors of measurement": run, "without": clean})
+        figure = tracked(run, {"with errors of measurement": run, "without": clean})
         times, _ = apexes(run)
         figure.axes[0].plot(times, 100 * seen[: times.size], "s", color=GREEN, markersize=4.0, markerfacecolor="none",
                             clip_on=False, label="apex as measured")  # fmt: skip
         legend(figure.axes[0], 4)
     ours = (
         f"a simulation in the experiment's place ({run.status}, {len(run.hops)} hops): noise of {mm(errors.x2)} and "
-        f"{errors.v2:g} m/s on the body, "
-        f"{100 * (1 - errors.current_scale):.0f} % less force than asked for, touchdown seen at a 1 kHz tick and "
-        f"{1e3 * errors.delay:.0f} ms late. "
-        f"Once settled the apex is off by {mm(rms(after_steps(miss)))} rms, against {mm(rms(after_steps(before)))} "
-        f"without these errors"
+        f"{errors.v2:g} m/s on the body, {100 * (1 - errors.current_scale):.0f} % less force than asked for, "
+        f"touchdown seen at a 1 kHz tick and {1e3 * errors.delay:.0f} ms late. Once settled the apex is off by "
+        f"{mm(rms(after_steps(miss)))} rms, against {mm(rms(after_steps(before)))} without these errors"
     )
     paper = "the controller's experiments on Hopper B"
     data = {
         "run": run,
         "clean": clean,
-        "wanted": REFERENCE,
+        "wanted": wanted,
         "miss": miss,
         "miss without errors": before,
         "errors": errors,
     }
-    return finished(8, "First controller, errors of measurement", paper, ours, named(run.robot), figure, data)
+    return finished(8, "First controller, errors of measurement", paper, ours, named(robot), figure, data)
 
 
-def tracked(run: Run, wanted: Sequence[float], compared: Mapping[str, Run]) -> Figure:
-    """Heights and voltages of a run, its set points, and by how much the apexes of some runs, by name, miss them."""
+def tracked(run: Run, compared: Mapping[str, Run]) -> Figure:
+    """Heights and inputs of a run, its set points, and by how much the apexes of some runs, by name, miss them."""
     figure, (top, middle, bottom) = panels(3, 5.0, sharex=True, height_ratios=[1.6, 0.8, 0.9])
-    draw_heights(top, run, wanted)
-    legend(top, 4)
-    t = np.linspace(0.0, run.duration, 4000)
-    middle.plot(t, np.asarray(run.current(t)), color=ORANGE, linewidth=0.9)
-    middle.set_ylabel("input $u$ [V]")
+    draw_run(top, middle, run)
+    shade_stances(bottom, run)
     bottom.axhline(0.0, color=BLACK, linestyle="--", linewidth=0.8)
     for (name, each), colour, marker in zip(compared.items(), (BLUE, GREEN), "oD", strict=False):
         times, heights = apexes(each)
-        miss = 1e3 * (heights - np.array(wanted[: times.size]))
+        miss = 1e3 * (heights - np.array(run.h_des[: times.size]))
         bottom.plot(times, miss, marker, color=colour, markersize=3.5, clip_on=False, label=name)
     bottom.set_ylabel("apex error [mm]")
     bottom.set_xlabel("time [s]")
@@ -149,16 +152,15 @@ def tracked(run: Run, wanted: Sequence[float], compared: Mapping[str, Run]) -> F
     return figure
 
 
-def draw_heights(axes: Axes, run: Run, wanted: Sequence[float]) -> None:
-    """Body, apexes, set points and ground of a run, as hop heights over level 0."""
-    t, height = hop_heights(run)
-    axes.plot(t, 100 * height, color=BLUE, linewidth=1.0, label="body")
-    times, tops = apexes(run)
-    axes.plot(times, 100 * tops, "o", color=BLUE, markersize=3.5, clip_on=False, label="apex")
-    stairs(axes, run, np.array(wanted), color=BLACK, linestyle="--", linewidth=1.0, label="wanted")
-    if any(run.terrain):
-        stairs(axes, run, np.array(run.terrain), color=GROUND, linewidth=1.6, label="ground")
-    axes.set_ylabel("hop height [cm]")
+def draw_run(top: Axes, middle: Axes, run: Run) -> None:
+    """Heights and current of a run, its stances shaded."""
+    t = run_times(run)
+    draw_heights(top, run, t)
+    shade_stances(top, run, "stance")
+    legend(top, 5)
+    middle.plot(t, np.asarray(run.current(t)), color=ORANGE, linewidth=0.9)
+    shade_stances(middle, run)
+    middle.set_ylabel(f"{'input' if volts(run.robot) == 'V' else 'current'} $u$ [{volts(run.robot)}]")
 
 
 def after_steps(miss: Array) -> Array:

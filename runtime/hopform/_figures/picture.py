@@ -12,9 +12,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hopform._figures.plots import STANCE, house_style, plain, run_times
+from hopform._errors import HopformError
+from hopform._figures.plots import LOOK, house_style, plain
 from hopform._hopping.run import Run
-from hopform._robots import Robot
+from hopform._robots import ROBOTS, Robot
+from hopform._words import name_of
 
 try:
     from matplotlib.axes import Axes
@@ -29,10 +31,8 @@ except ModuleNotFoundError as error:
 
 Array = NDArray[np.float64]
 
-BLUE, ORANGE, GREEN, MAGENTA, SKY, BLACK = "#0072B2", "#D55E00", "#009E73", "#A6257A", "#56B4E9", "#222222"
+ORANGE, GREEN, SKY = "#D55E00", "#009E73", "#56B4E9"
 """Of the palette of Okabe and Ito, which colour-blind readers distinguish."""
-GROUND = "#8C8C8C"
-WIDTH = 6.4  # [in]
 _COLUMNS = 115  # of a caption's line at its size
 _LINE = 0.132  # [in]
 
@@ -53,6 +53,11 @@ class Picture:
     data: Mapping[str, Any]
 
     @property
+    def whose(self) -> str:
+        """Whose parameters these are."""
+        return provenance(self.robot)
+
+    @property
     def caption(self) -> str:
         """The text under the figure."""
         return caption(self.number, self.title, self.paper, self.ours, self.robot)
@@ -60,15 +65,19 @@ class Picture:
 
 def caption(number: int, title: str, paper: str, ours: str, robot: str) -> str:
     """The end of every caption: the paper's figure, this one, and whose parameters these are."""
-    return (
-        f"Fig. {number}. {title}. The paper shows {paper}. Here: {ours}. "
-        f"Parameters: {robot}, this project's own; the paper gives none."
-    )
+    return f"Fig. {number}. {title}. The paper shows {paper}. Here: {ours}. Parameters: {provenance(robot)}."
+
+
+def provenance(robot: str) -> str:
+    """Whose parameters these are."""
+    ours = any(robot.startswith(name) for name in ROBOTS)
+    return f"{robot}, this project's own; the paper gives none" if ours else f"{robot}, from its robot file"
 
 
 def panels(rows: int, height: float, columns: int = 1, **how: Any) -> tuple[Figure, list[Axes]]:
     """A figure of so many panels, row by row, and so many inches; call it within `house_style`."""
-    figure = Figure(figsize=(WIDTH, height), layout="constrained")
+    width = LOOK.get().width
+    figure = Figure(figsize=(width, height * max(1.0, (6.4 / width) ** 0.5)), layout="constrained")
     return figure, list(figure.subplots(rows, columns, squeeze=False, **how).flat)
 
 
@@ -76,12 +85,16 @@ def finished(
     number: int, title: str, paper: str, ours: str, robot: str, figure: Figure, data: Mapping[str, Any]
 ) -> Picture:
     """The picture, its caption set under the panels."""
+    picture = Picture(number, title, paper, ours, robot, figure, data)
+    if not LOOK.get().with_caption:
+        figure.align_ylabels()
+        return picture
     text = re.sub(
         r"(\d) (?=(?:[cmk]?m|[mk]?[sV]|k?Hz|[AJN])\b)",
         "\\1\N{NO-BREAK SPACE}",
-        caption(number, title, paper, ours, robot),
+        picture.caption,
     )
-    lines = textwrap.wrap(text, _COLUMNS)
+    lines = textwrap.wrap(text, round(_COLUMNS * LOOK.get().width / 6.4))
     width, height = (float(each) for each in figure.get_size_inches())
     foot = _LINE * len(lines) + 0.12
     with house_style():
@@ -92,41 +105,14 @@ def finished(
         figure.text(
             0.012, (foot - 0.06) / (height + foot), plain("\n".join(lines)), va="top", fontsize=7.2, linespacing=1.25
         )
-    return Picture(number, title, paper, ours, robot, figure, data)
+    return picture
 
 
-def legend(axes: Axes, columns: int = 3) -> None:
+def legend(axes: Axes, columns: int = 3, **how: Any) -> None:
     """The legend above its panel, where it hides no curve."""
-    axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=columns, borderaxespad=0.2, columnspacing=1.4)
-
-
-def shade_stances(axes: Axes, run: Run) -> None:
-    """The stances of a run behind its curves; the first one is named for the legend."""
-    for hop in run.hops:
-        axes.axvspan(hop.touchdown_time, hop.takeoff_time, zorder=0, label="" if hop.index else "stance", **STANCE)
-
-
-def stairs(axes: Axes, run: Run, values: Array, **how: Any) -> None:
-    """A value per hop of a run, from one touchdown to the next."""
-    edges = [0.0, *(hop.touchdown_time for hop in run.hops[1:]), run.duration]
-    axes.stairs(100.0 * values[: len(run.hops)], edges, baseline=None, **how)
-
-
-def hop_heights(run: Run) -> tuple[Array, Array]:
-    """Times [s], and the body's height [m] over level 0 less that in which the leg stands unloaded."""
-    t = np.asarray(run_times(run), dtype=float)
-    return t, np.asarray(run.at(t).x2, dtype=float) - (run.robot.L0 + run.robot.c)
-
-
-def apexes(run: Run) -> tuple[Array, Array]:
-    """Times [s] and heights [m] of a run's apexes; hops without take-off are left out."""
-    found = [
-        (hop.takeoff_time + max(float(hop.stance.takeoff.v2), 0.0) / run.robot.g, hop.apex)
-        for hop in run.hops
-        if hop.stance.takeoff is not None
-    ]
-    times, heights = np.array(found).reshape(-1, 2).T
-    return times, heights
+    columns = max(1, min(columns, int(LOOK.get().width / 2.1)))
+    axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=columns, borderaxespad=0.2, columnspacing=1.4,
+                **how)  # fmt: skip
 
 
 def standing(robot: Robot) -> float:
@@ -141,7 +127,31 @@ def sampled_length(duration: float, rate: float) -> Array:
 
 def named(robot: Robot) -> str:
     """A robot's name in captions; Hopper B's input is in V, not in A."""
-    return f"{robot.name} (its input is in V)" if robot.name == "hopper_b" else robot.name
+    return f"{name_of(robot)} (its input is in V)" if robot.name == "hopper_b" else name_of(robot)
+
+
+def volts(robot: Robot) -> str:
+    """The unit of a robot's input."""
+    return "V" if robot.name == "hopper_b" else "A"
+
+
+def scale(robot: Robot) -> float:
+    """Heights of a robot over those of the shipped ones: they grow with the leg, of 0.4 m there."""
+    return robot.L0 / 0.4
+
+
+def movable(robot: Robot) -> Robot:
+    """The robot; HopformError for one whose actuator cannot be driven."""
+    if not (0.0 < robot.u_max < np.inf and robot.gamma2 != 0.0 and robot.x1_min < robot.x1_max):
+        raise HopformError(f"{name_of(robot)} has no actuator to drive: it needs a finite u_max, gamma2 and a stroke")
+    return robot
+
+
+def completed(run: Run) -> Run:
+    """The run; HopformError for one that has not hopped over all of its ground."""
+    if run.status != "completed":
+        raise HopformError(f"{name_of(run.robot)} does not hop on: {run.status} after {len(run.hops)} hops")
+    return run
 
 
 def cm(metres: float, digits: int = 1) -> str:

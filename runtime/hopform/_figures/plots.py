@@ -1,7 +1,9 @@
-"""Pictures of stances and runs, ready for a paper: units, legends, colours that colour-blind readers distinguish.
+"""Pictures of stances, flights and runs, ready for a paper: units, legends, colours that colour-blind readers
+distinguish.
 
-Every function returns a matplotlib Figure, which needs no display; `render` turns it into the bytes of a file, the same
-bytes each time. The extra `plot` brings matplotlib.
+`plot_...(result, make)` fills a figure, which `make` makes: matplotlib's Figure, which needs no display, or pyplot's.
+`..._panel(axes, result)` draws the main panel alone. `render` turns a figure into the bytes of a file, the same bytes
+each time. The extra `plot` brings matplotlib.
 """
 
 # pyright: reportUnknownMemberType=false
@@ -9,25 +11,32 @@ bytes each time. The extra `plot` brings matplotlib.
 
 import io
 import re
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager
+from contextvars import ContextVar
 from pathlib import Path
-from typing import Any
+from types import MappingProxyType
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from hopform._batch import Batch
 from hopform._control.exact import Command
 from hopform._control.reach import Reachability
 from hopform._errors import HopformError, MissingExtra
-from hopform._hopping.run import Run
-from hopform._robots import Robot
+from hopform._flight import Flight
+from hopform._hopping.run import Hop, Run
+from hopform._sensitivities import Sensitivities
+from hopform._show import UNITS
 from hopform._stance import Phase, Stance, aed_at
 from hopform._words import current, ending, mode, mode_of_actuator, name_of, unit_of_time
 
 try:
     import matplotlib.style
     from matplotlib.axes import Axes
+    from matplotlib.cm import ScalarMappable
+    from matplotlib.colors import Normalize
     from matplotlib.figure import Figure
     from matplotlib.patches import Patch
 except ModuleNotFoundError as error:
@@ -42,7 +51,7 @@ SUFFIXES = {
 }
 """Suffixes of files with their metadata, without date or version."""
 
-BLUE, PALE_BLUE, MAGENTA, GREY = "#0072B2", "#8CC4E8", "#A6257A", "#666666"
+BLUE, PALE_BLUE, MAGENTA, GREY, BLACK = "#0072B2", "#8CC4E8", "#A6257A", "#666666", "#222222"
 SHADES: dict[str, dict[str, Any]] = {
     "slips up": {"facecolor": "#CFE6F5", "edgecolor": "none"},
     "slips down": {"facecolor": "#FBE3C5", "edgecolor": "none"},
@@ -63,11 +72,27 @@ SAMPLES = 400
 
 Curve = NDArray[np.floating]
 Drawing = Callable[[Axes, Stance, Curve, Curve], None]
+Make = Callable[..., Figure]
+"""What makes an empty figure from `figsize` and `layout`."""
+
+
+class Look(NamedTuple):
+    """How figures look: their width [in], a style on top of the house's, whether the caption is set under them; and
+    whether text stays text.
+    """
+
+    width: float = 6.4
+    style: Mapping[str, Any] = MappingProxyType({})
+    with_caption: bool = True
+
+
+LOOK: ContextVar[Look] = ContextVar("look")
+LOOK.set(Look())
 
 
 def house_style() -> AbstractContextManager[None]:
-    """matplotlib's defaults and ours, whatever the user's own settings are."""
-    return matplotlib.style.context(["default", STYLE])
+    """matplotlib's defaults, ours and those of the look, whatever the user's own settings are."""
+    return matplotlib.style.context(["default", STYLE, dict(LOOK.get().style)])
 
 
 def check_suffix(path: Path) -> None:
@@ -87,7 +112,7 @@ def render(figure: Figure, suffix: str) -> bytes:
 # ---- one stance ----
 
 
-def plot_stance(stance: Stance) -> Figure:
+def plot_stance(stance: Stance, make: Make = Figure) -> Figure:
     """A stance over time: actuator, body, spring force, and the body's energy with the AED (24) drawn on top.
 
     >>> import hopform
@@ -102,7 +127,7 @@ def plot_stance(stance: Stance) -> Figure:
     if len(stance.u) > 1:
         panels.append(draw_current)
     with house_style():
-        figure = Figure(figsize=(6.4, 1.45 * len(panels) + 1.1), layout="constrained")
+        figure = make(figsize=(6.4, 1.45 * len(panels) + 1.1), layout="constrained")
         rows: list[Axes] = list(figure.subplots(len(panels), 1, sharex=True, squeeze=False)[:, 0])
         for draw, axes in zip(panels, rows, strict=True):
             draw(axes, stance, t, t * scale)
@@ -114,6 +139,15 @@ def plot_stance(stance: Stance) -> Figure:
         figure.suptitle(title_of(stance))
         legend_of_modes(figure, stance)
     return figure
+
+
+def stance_panel(axes: Axes, stance: Stance) -> None:
+    """The height of the body, with its modes behind it."""
+    scale, unit = unit_of_time(stance.duration)
+    t = stance_times(stance)
+    draw_body(axes, stance, t, t * scale)
+    shade(axes, stance.phases, [mode(phase.mode_2) for phase in stance.phases], scale)
+    axes.set_xlabel(f"time since touchdown [{unit}]")
 
 
 def stance_times(stance: Stance) -> Curve:
@@ -227,83 +261,196 @@ def plain(text: str) -> str:
 # ---- a run ----
 
 
-def plot_run(run: Run) -> Figure:
-    """A run over time: hop height, actuator, and the body's energy with the analytical one on top (Figs. 12 to 14)."""
+def plot_run(run: Run | Hop, make: Make = Figure) -> Figure:
+    """A run over time: hop height, actuator, the body's energy with the analytical one on top (Figs. 12 to 14),
+    current.
+    """
     t = run_times(run)
     with house_style():
-        figure = Figure(figsize=(6.4, 5.4), layout="constrained")
-        rows: list[Axes] = list(figure.subplots(3, 1, sharex=True, height_ratios=[1.0, 0.7, 1.5]))
+        figure = make(figsize=(6.4, 6.4), layout="constrained")
+        rows: list[Axes] = list(figure.subplots(4, 1, sharex=True, height_ratios=[1.0, 0.7, 1.5, 0.6]))
         draw_heights(rows[0], run, t)
         draw_strokes(rows[1], run, t)
         draw_twice(rows[2], t, np.asarray(run.energy(t).body), np.asarray(run.aed(t)), PREDICTED)
+        rows[3].plot(t, np.asarray(run.current(t)), color=BLUE, linewidth=0.9)
+        rows[3].set_ylabel("current $u$ [A]")
+        room_for_a_constant(rows[3], 0.5)
         for axes in rows:
-            for hop in run.hops:
-                axes.axvspan(hop.touchdown_time, hop.takeoff_time, zorder=0, **STANCE)
-        lines, words = rows[-1].get_legend_handles_labels()
+            shade_stances(axes, run)
+        named = [each for axes in (rows[0], rows[2]) for each in zip(*axes.get_legend_handles_labels(), strict=True)]
+        lines, words = zip(*named, strict=True)
         figure.legend([Patch(**STANCE), *lines], ["stance", *words], loc="outside lower center", ncols=3)
-        rows[-1].set_xlabel("time since the start [s]")
+        rows[-1].set_xlabel(since(run))
         figure.align_ylabels(rows)
         figure.suptitle(title_of_run(run))
     return figure
 
 
-def title_of_run(run: Run) -> str:
+def run_panel(axes: Axes, run: Run | Hop) -> None:
+    """The hop height over the ground."""
+    draw_heights(axes, run, run_times(run))
+    shade_stances(axes, run)
+    axes.set_xlabel(since(run))
+
+
+def stances_of(run: Run | Hop) -> list[tuple[float, float]]:
+    """Touchdown and end of each stance [s]."""
+    if isinstance(run, Hop):
+        return [(run.flight.duration, run.duration)]
+    return [(hop.touchdown_time, hop.takeoff_time) for hop in run.hops]
+
+
+def shade_stances(axes: Axes, run: Run | Hop, label: str = "") -> None:
+    """The stances behind the curves; the first one has the label."""
+    for n, (begin, end) in enumerate(stances_of(run)):
+        axes.axvspan(begin, end, zorder=0, label="" if n else label, **STANCE)
+
+
+def since(run: Run | Hop) -> str:
+    return f"time since the {'flight began' if isinstance(run, Hop) else 'start'} [s]"
+
+
+def title_of_run(run: Run | Hop) -> str:
+    if isinstance(run, Hop):
+        words = f", hop {run.index}: {current(run.stance.u)}, {ending(run.stance)}"
+        return literal(name_of(run.robot)) + plain(words)
     start = f"from {100.0 * (float(run.at(0.0).x2) - run.robot.L0 - run.robot.c):.4g} cm"
     currents = {hop.stance.u for hop in run.hops}
     words = current(currents.pop()) if len(currents) == 1 else f"{len(run.hops)} hops"
     return literal(name_of(run.robot)) + plain(f" {start}, {words}")
 
 
-def draw_heights(axes: Axes, run: Run, t: Curve) -> None:
-    axes.plot(t, 100.0 * (np.asarray(run.at(t).x2) - (run.robot.L0 + run.robot.c)), color=BLUE)
-    if any(run.terrain):
-        axes.step(t, 100.0 * np.asarray(run.ground(t)), color=GREY, linewidth=1.0, where="post")
-        apexes = [(hop.takeoff_time + max(float(hop.stance.takeoff.v2), 0.0) / run.robot.g, 100.0 * hop.apex)
-                  for hop in run.hops if hop.stance.takeoff is not None]  # fmt: skip
-        axes.plot(
-            *zip(*(apex for apex in apexes if apex[0] <= run.duration), strict=True), "o", color=BLUE, markersize=3.0
-        )
+def draw_heights(axes: Axes, run: Run | Hop, t: Curve) -> None:
+    """The body over the level at which the leg stands unloaded; of a run apexes, take-offs, ground and set points
+    too.
+    """
+    base = run.robot.L0 + run.robot.c
+    axes.plot(t, 100.0 * (np.asarray(run.at(t).x2) - base), color=BLUE, linewidth=1.0, label="body")
     axes.set_ylabel("hop height [cm]")
+    if isinstance(run, Hop):
+        return
+    lifts = [hop for hop in run.hops if hop.stance.takeoff is not None]
+    marks: dict[str, Any] = {"color": BLUE, "markersize": 3.5, "clip_on": False}
+    times, heights = apexes(run)
+    axes.plot(times, 100.0 * heights, "o", label="apex", **marks)
+    x2 = [100.0 * (float(hop.stance.end.x2) + hop.ground - base) for hop in lifts]
+    axes.plot([hop.takeoff_time for hop in lifts], x2, "^", markerfacecolor="none", label="take-off", **marks)
+    if run.h_des:
+        stairs(axes, run, run.h_des, color=BLACK, linestyle="--", linewidth=1.0, label="wanted")
+    if any(run.terrain):
+        stairs(axes, run, run.terrain, color=GREY, linewidth=1.6, label="ground")
 
 
-def draw_strokes(axes: Axes, run: Run, t: Curve) -> None:
+def stairs(axes: Axes, run: Run, values: Sequence[float], **how: Any) -> None:
+    """A height [m] per hop of a run, from one touchdown to the next, in cm."""
+    edges = [0.0, *(hop.touchdown_time for hop in run.hops[1:]), run.duration]
+    if run.hops:
+        axes.stairs(100.0 * np.array(values[: len(run.hops)]), edges, baseline=None, **how)
+
+
+def apexes(run: Run) -> tuple[Curve, Curve]:
+    """Times [s] and heights [m] of a run's apexes, up to its end; hops without take-off are left out."""
+    found = [
+        (hop.takeoff_time + max(float(hop.stance.takeoff.v2), 0.0) / run.robot.g, hop.apex)
+        for hop in run.hops
+        if hop.stance.takeoff is not None
+    ]
+    times, heights = np.array(found).reshape(-1, 2).T
+    return times[times <= run.duration], heights[times <= run.duration]
+
+
+def draw_strokes(axes: Axes, run: Run | Hop | Flight, t: Curve) -> None:
     axes.plot(t, 100.0 * np.asarray(run.at(t).x1), color=BLUE)
     axes.set_ylabel("actuator $x_1$ [cm]")
     room_for_a_constant(axes, 0.5)
 
 
-def run_times(run: Run) -> Curve:
+def run_times(run: Run | Hop) -> Curve:
     """Uniform times, and both sides of every touchdown and take-off, where the energy jumps."""
-    corners = np.array([time for hop in run.hops for time in (hop.touchdown_time, hop.takeoff_time)])
+    corners = np.array(stances_of(run)).reshape(-1)
     both = np.concatenate([np.nextafter(corners, -np.inf), corners, np.nextafter(corners, np.inf)])
-    uniform = np.linspace(0.0, run.duration, min(200 * (len(run.hops) + 1), 6000))
+    uniform = np.linspace(0.0, run.duration, min(200 * (1 + corners.size // 2), 6000))
     return np.asarray(np.minimum(np.union1d(uniform, both), run.duration))
+
+
+# ---- a flight ----
+
+
+def plot_flight(flight: Flight, make: Make = Figure) -> Figure:
+    """A flight over time: body and foot over the ground ahead, the actuator on its way back, its current."""
+    t = np.linspace(0.0, flight.duration, SAMPLES)
+    with house_style():
+        figure = make(figsize=(6.4, 4.6), layout="constrained")
+        rows: list[Axes] = list(figure.subplots(3, 1, sharex=True, height_ratios=[1.5, 1.0, 0.8]))
+        flight_panel(rows[0], flight)
+        rows[0].set_xlabel("")
+        draw_strokes(rows[1], flight, t)
+        rows[2].plot(t, np.asarray(flight.current(t)), color=BLUE)
+        rows[2].set_ylabel("current $u$ [A]")
+        room_for_a_constant(rows[2], 0.5)
+        rows[2].set_xlabel("time since take-off [s]")
+        figure.align_ylabels(rows)
+        figure.suptitle(literal(name_of(flight.robot)) + plain(f": {flight.status} after {flight.duration:.4g} s"))
+    return figure
+
+
+def flight_panel(axes: Axes, flight: Flight) -> None:
+    """Body and foot over the ground ahead."""
+    t = np.linspace(0.0, flight.duration, SAMPLES)
+    axes.plot(t, 100.0 * np.asarray(flight.at(t).x2), color=BLUE, label="body")
+    axes.plot(t, 100.0 * np.asarray(flight.foot(t)), color=GREY, label="foot")
+    axes.set_ylabel("height [cm]")
+    axes.set_xlabel("time since take-off [s]")
+    axes.legend()
+
+
+# ---- many stances ----
+
+
+def batch_panel(axes: Axes, batch: Batch) -> None:
+    """Apexes over the dimensions of the batch: a map of two, else a curve over the last."""
+    apex: Curve = 100.0 * batch.apex
+    dims = batch.labels.dims if batch.labels else tuple(f"dimension {n}" for n in range(apex.ndim))
+    coords: dict[str, Curve] = batch.labels.coords if batch.labels else {}
+    sizes: tuple[int, ...] = apex.shape
+    whole: dict[str, Curve] = {dim: np.arange(float(size)) for dim, size in zip(dims, sizes, strict=True)}
+    ticks = list((whole | coords).values())
+    names = [f"{dim} [{UNITS[dim]}]" if dim in UNITS else f"{dim} [index]" for dim in dims]
+    if apex.ndim == 2 and min(apex.shape) > 1:
+        drawn = axes.pcolormesh(ticks[1], ticks[0], apex, cmap="viridis", shading="nearest")
+        axes.figure.colorbar(drawn, ax=axes, label="apex [cm]")
+        axes.set_ylabel(names[0])
+    else:
+        across = ticks[-1] if apex.ndim else np.zeros(1)
+        axes.plot(across, apex.reshape(-1, across.size).T, ".-", linewidth=0.8, markersize=3.0)
+        axes.set_ylabel("apex [cm]")
+    axes.set_xlabel(names[-1] if names else "stance [index]")
+
+
+def sensitivities_panel(axes: Axes, found: Sensitivities) -> None:
+    """Each derivative as a number, its size beside the others of its row as a colour."""
+    with np.errstate(invalid="ignore", divide="ignore"):
+        share = found.matrix / np.nanmax(np.abs(found.matrix), axis=1, keepdims=True)
+    axes.imshow(share, cmap="RdBu_r", vmin=-1.0, vmax=1.0, aspect="auto")
+    for (row, column), value in np.ndenumerate(found.matrix):
+        axes.text(column, row, f"{value:.2g}", ha="center", va="center", fontsize=5.5, rotation=90)
+    axes.set_ylabel("derivative of")
+    axes.set_xlabel("by")
+    axes.set_xticks(range(len(found.columns)), [f"{name} [{UNITS[name]}]" for name in found.columns], rotation=90)
+    axes.set_yticks(range(len(found.rows)), [f"{name} [{UNITS[name]}]" for name in found.rows])
 
 
 # ---- where a hop may lead ----
 
 
-def plot_reach(found: Reachability) -> Figure:
+def plot_reach(found: Reachability, make: Make = Figure) -> Figure:
     """The next apex over the current one (Figs. 5, 11): the reachable, each current's curve, fixed points, the
     stroke.
     """
     with house_style():
-        figure = Figure(figsize=(5.2, 4.8), layout="constrained")
+        figure = make(figsize=(5.2, 4.8), layout="constrained")
         axes: Axes = figure.subplots()
-        heights, apex = 100.0 * found.heights, 100.0 * found.apex
-        inside, beyond = np.where(found.admissible, apex, np.nan), np.where(found.limited, apex, np.nan)
-        axes.fill_between(
-            heights, 100.0 * found.lowest, 100.0 * found.highest, color=PALE_BLUE, alpha=0.5, label="reachable"
-        )
-        axes.plot(heights, inside, color=BLUE, linewidth=0.5, label=["one current each", *[""] * (apex.shape[1] - 1)])
-        axes.plot(heights, beyond, color=GREY, linewidth=0.5, label=["beyond the stroke", *[""] * (apex.shape[1] - 1)])
-        axes.plot(heights, heights, color=GREY, linestyle="--", linewidth=0.8, label="height held")
-        for stable, marker, words in ((True, "o", "settles"), (False, "x", "leaves")):
-            points = [100.0 * each.height for each in found.fixed_points if each.stable is stable and each.admissible]
-            if points:
-                axes.plot(points, points, marker, color=MAGENTA, markersize=4.0, label=f"fixed point, {words}")
-        axes.set_xlabel("apex [cm]")
-        axes.set_ylabel("next apex [cm]")
+        reach_panel(axes, found)
         lines, words_of = axes.get_legend_handles_labels()
         shown = [(line, word) for line, word in zip(lines, words_of, strict=True) if word and not word.startswith("_")]
         figure.legend(*zip(*shown, strict=True), loc="outside lower center", ncols=3)
@@ -313,19 +460,49 @@ def plot_reach(found: Reachability) -> Figure:
     return figure
 
 
-def plot_command(robot: Robot, u: Curve, apex: Curve, h_des: float, found: Command) -> Figure:
-    """The next apex over the current, NaN where none is admissible, what is desired, and the current that was
-    chosen.
-    """
+def reach_panel(axes: Axes, found: Reachability) -> None:
+    """The map itself, a colour for each current."""
+    heights, apex = 100.0 * found.heights, 100.0 * found.apex
+    ends = (heights, 100.0 * found.lowest, 100.0 * found.highest)
+    axes.fill_between(*ends, color=PALE_BLUE, alpha=0.35, label="reachable")
+    colours = ScalarMappable(Normalize(*limits(found.currents)), "viridis")
+    for u, column, inside, beyond in zip(found.currents, apex.T, found.admissible.T, found.limited.T, strict=True):
+        axes.plot(heights, np.where(inside, column, np.nan), color=colours.to_rgba(u), linewidth=0.6)
+        axes.plot(heights, np.where(beyond, column, np.nan), color=GREY, linewidth=0.5)
+    if found.limited.any():
+        axes.plot([], [], color=GREY, linewidth=0.5, label="beyond the stroke")
+    axes.figure.colorbar(colours, ax=axes, label="current [A]")
+    axes.plot(heights, heights, color=GREY, linestyle="--", linewidth=0.8, label="height held")
+    for stable, marker, words in ((True, "o", "settles"), (False, "x", "leaves")):
+        points = [100.0 * each.height for each in found.fixed_points if each.stable is stable and each.admissible]
+        if points:
+            axes.plot(points, points, marker, color=MAGENTA, markersize=4.0, label=f"fixed point, {words}")
+    axes.set_xlabel("apex [cm]")
+    axes.set_ylabel("next apex [cm]")
+
+
+def limits(values: Curve) -> tuple[float, float]:
+    """The ends of a colour bar, which are apart."""
+    low, high = float(np.min(values)), float(np.max(values))
+    return (low, high) if low < high else (low - 0.5, high + 0.5)
+
+
+def plot_command(found: Command, make: Make = Figure) -> Figure:
+    """The next apex over the current and the current that was chosen."""
     with house_style():
-        figure = Figure(figsize=(6.0, 3.4), layout="constrained")
-        axes: Axes = figure.subplots()
-        axes.plot(u, 100.0 * apex, color=BLUE, label="next apex, admissible currents")
-        axes.axhline(100.0 * h_des, color=GREY, linestyle="--", linewidth=0.8, label="desired")
-        if found.status != "no_takeoff":
-            axes.plot([found.u], [100.0 * found.apex], "o", color=MAGENTA, label=found.status)
-        axes.set_xlabel("current [A]")
-        axes.set_ylabel("next apex [cm]")
-        axes.legend()
-        figure.suptitle(literal(name_of(robot)) + plain(f": {found.u:.5g} A"))
+        figure = make(figsize=(6.0, 3.4), layout="constrained")
+        command_panel(figure.subplots(), found)
+        figure.suptitle(literal(name_of(found.question.robot)) + plain(f": {found.u:.5g} A"))
     return figure
+
+
+def command_panel(axes: Axes, found: Command) -> None:
+    """The next apex over the current, NaN where none is admissible, what is desired, and what was chosen."""
+    u, apex = found.curve()
+    axes.plot(u, 100.0 * apex, color=BLUE, label="next apex, admissible currents")
+    axes.axhline(100.0 * found.question.target[0], color=GREY, linestyle="--", linewidth=0.8, label="desired")
+    if found.status != "no_takeoff":
+        axes.plot([found.u], [100.0 * found.apex], "o", color=MAGENTA, label=found.status)
+    axes.set_xlabel("current [A]")
+    axes.set_ylabel("next apex [cm]")
+    axes.legend()

@@ -6,15 +6,14 @@ from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import Normalize
 from numpy.typing import NDArray
 
 from hopform._control.exact import choose_current
 from hopform._control.reach import Reachability, reachability
 from hopform._figures.first_controller import rms
 from hopform._figures.picture import (
-    BLACK,
-    BLUE,
-    MAGENTA,
     ORANGE,
     SKY,
     Array,
@@ -23,62 +22,70 @@ from hopform._figures.picture import (
     finished,
     legend,
     mm,
+    movable,
     named,
     panels,
+    scale,
+    volts,
 )  # fmt: skip
-from hopform._figures.plots import house_style
+from hopform._figures.plots import BLACK, BLUE, MAGENTA, house_style, limits
 from hopform._hopping.run import simulate
-from hopform._robots import load_robot
+from hopform._robots import Robot
+from hopform._words import name_of
 from hopform.controllers import Touchdown
 from hopform.terrain import flat
 
 
-def maps_of_hopper_b() -> Picture:
-    """Fig. 5: a family of return maps, one per control action, hopper_b."""
-    robot = load_robot("hopper_b")
-    currents = np.array([0.0, *np.linspace(0.5, 1.0, 6) * robot.u_max])
-    reach = reachability(robot, np.linspace(0.02, 0.36, 171), currents)
-    colours = [f"#{200 - 30 * n:02x}{215 - 18 * n:02x}{235 - 10 * n:02x}" for n in range(currents.size)]
+def family_of_maps(robot: Robot) -> Picture:
+    """Fig. 5: a family of return maps, one per control action."""
+    currents = np.array([0.0, *np.linspace(0.5, 1.0, 6) * movable(robot).u_max])
+    reach = reachability(robot, scale(robot) * np.linspace(0.02, 0.36, 171), currents)
+    colours = ScalarMappable(Normalize(*limits(currents)), "viridis_r")
     free = np.where(reach.admissible, 100 * reach.apex, np.nan)
     stopped = np.where(beside(reach.limited), 100 * reach.apex, np.nan)
     silent = reach.heights[np.isnan(reach.apex).any(axis=1)]
     with house_style():
         figure, (axes,) = panels(1, 4.3)
-        shade(axes, reach, "reachable by some voltage")
-        for column, colour in enumerate(colours):
+        shade(axes, reach, "reachable by some input")
+        for column, colour in enumerate(map(colours.to_rgba, currents)):
             axes.plot(100 * reach.heights, free[:, column], color=colour)
             label = "" if column < currents.size - 1 else "actuator meets its stop"
             axes.plot(100 * reach.heights, stopped[:, column], color=colour, linestyle=":", label=label)
         for height, words in grouped(100 * reach.apex[-1], currents, 1.2):
-            axes.annotate(f"{words} V", (100 * reach.heights[-1], height), (3, 0), textcoords="offset points",
-                          va="center", fontsize=8)  # fmt: skip
+            end = (100 * reach.heights[-1], height)
+            label = f"{words} {volts(robot)}"
+            axes.annotate(label, end, (3, 0), textcoords="offset points", va="center", fontsize=8)
+        axes.figure.colorbar(colours, ax=axes, label=f"input [{volts(robot)}]", pad=0.08)
         fixed_points(axes, reach)
         diagonal(axes, reach)
         legend(axes)
+    half = 0.2 * scale(robot)
     points = "; ".join(
-        f"{cm(point.height)} at {point.u:g} V (multiplier {point.multiplier:.2f})" for point in reach.fixed_points
+        f"{cm(each.height)} at {each.u:g} {volts(robot)} (multiplier {each.multiplier:.2f})"
+        for each in reach.fixed_points
     )
     ours = (
         f"the next apex after drops of {cm(reach.heights[0])} to {cm(reach.heights[-1])}, actuator at its origin, "
-        f"under {currents.size} "
-        f"constant voltages. Heights that a voltage gives back: {points}. Without actuation {cm(0.2, 0)} become "
-        f"{cm(passive(reach, 0.2))}; the highest that can be held is "
-        f"{cm(highest_held(reach))}. Up to {cm(float(silent.max(initial=0.0)))} some voltages lead to no take-off: "
-        "their "
-        "curves begin above that"
+        f"under {currents.size} constant inputs. Heights that one gives back: {points}. Without actuation "
+        f"{cm(half, 0)} become {cm(passive(reach, half))}; the highest that can be held is "
+        f"{cm(highest_held(reach))}. Up to {cm(float(silent.max(initial=0.0)))} some inputs lead to no take-off: "
+        "their curves begin above that"
     )
     paper = "overlaid return maps of Hopper B for different control actions, measured"
     data = {"reach": reach}
-    return finished(5, "Apex reachability of Hopper B", paper, ours, named(robot), figure, data)
+    return finished(5, f"Apex reachability, {name_of(robot)}", paper, ours, named(robot), figure, data)
 
 
-def map_of_hopper_c() -> Picture:
+def bounds_of_map(robot: Robot) -> Picture:
     """Fig. 11: what a current can reach, bounds from the closed form, markers from simulated hops with errors."""
-    robot, margin, noise = load_robot("hopper_c"), 0.015, 0.003
-    reach = reachability(robot, np.linspace(0.02, 0.40, 77), np.array([0.0, robot.u_max]), stop_margin=margin)
+    margin, noise = 0.015 * scale(movable(robot)), 0.003 * scale(robot)
+    heights = scale(robot) * np.linspace(0.02, 0.40, 77)
+    reach = reachability(robot, heights, np.array([0.0, robot.u_max]), stop_margin=margin)
     draw = np.random.default_rng(11)
-    drops = np.repeat(np.linspace(0.04, 0.38, 12), 2)
-    least, most = (np.array([measured(height, highest, margin) for height in drops]) for highest in (False, True))
+    drops = np.repeat(scale(robot) * np.linspace(0.04, 0.38, 12), 2)
+    least, most = (
+        np.array([measured(robot, height, highest, margin) for height in drops]) for highest in (False, True)
+    )
     seen = drops + noise * draw.standard_normal(drops.size)
     least, most = (values + noise * draw.standard_normal(drops.size) for values in (least, most))
     misses = np.concatenate([
@@ -97,28 +104,26 @@ def map_of_hopper_c() -> Picture:
         legend(axes)
     top = [point for point in reach.fixed_points if point.u == robot.u_max]
     holds = (
-        f"at {robot.u_max:g} A {cm(top[0].height)} is given back (multiplier {top[0].multiplier:.2f})"
+        f"at {robot.u_max:g} {volts(robot)} {cm(top[0].height)} is given back (multiplier {top[0].multiplier:.2f})"
         if top
         else "none is held"
     )
-    row, below = int(np.abs(reach.heights - 0.2).argmin()), reach.apex[:, 0] - reach.lowest
+    half = 0.2 * scale(robot)
+    row, below = int(np.abs(reach.heights - half).argmin()), reach.apex[:, 0] - reach.lowest
     ours = (
-        f"the dashed curve is a drop at 0 A ({cm(0.2, 0)} become {cm(passive(reach, 0.2))}); the lowest apex of all "
-        f"currents lies below it, by up to {mm(float(below.max()))}: {cm(reach.heights[row], 0)} become "
-        f"{cm(reach.lowest[row])} at {reach.u_lowest[row]:.2f} A. The upper curve is the highest apex of all "
-        "currents up to "
-        f"{robot.u_max:g} A that keep x1 {cm(margin)} off its stop; {holds}. The stroke limits "
-        f"{int(reach.limited.any(axis=1).sum())} of {reach.heights.size} heights. Markers: simulated hops, "
-        f"{mm(noise)} noise on "
-        f"each height; rms distance to the curves {mm(rms(misses))}"
+        f"the dashed curve is a drop at 0 {volts(robot)} ({cm(half, 0)} become {cm(passive(reach, half))}); the "
+        f"lowest apex of all currents lies below it, by up to {mm(float(below.max()))}: {cm(reach.heights[row], 0)} "
+        f"become {cm(reach.lowest[row])} at {reach.u_lowest[row]:.2f} {volts(robot)}. The upper curve is the highest "
+        f"apex of all currents up to {robot.u_max:g} {volts(robot)} that keep x1 {cm(margin)} off its stop; {holds}. "
+        f"The stroke limits {int(reach.limited.any(axis=1).sum())} of {reach.heights.size} heights. Markers: "
+        f"simulated hops, {mm(noise)} noise on each height; rms distance to the curves {mm(rms(misses))}"
     )
     paper = (
         "the next apex over the current one for Hopper C, measured and computed: bottom without actuation, top at "
-        "about "
-        "the largest compression, x1 kept 1 to 2 cm off its end"
+        "about the largest compression, x1 kept 1 to 2 cm off its end"
     )
     data = {"reach": reach, "seen": seen, "least": least, "most": most, "misses": misses, "noise": noise}
-    return finished(11, "Apex reachability of Hopper C", paper, ours, named(robot), figure, data)
+    return finished(11, f"Apex reachability, {name_of(robot)}", paper, ours, named(robot), figure, data)
 
 
 def beside(which: NDArray[np.bool_]) -> NDArray[np.bool_]:
@@ -129,9 +134,8 @@ def beside(which: NDArray[np.bool_]) -> NDArray[np.bool_]:
     return wider
 
 
-def measured(height: float, highest: bool, margin: float) -> float:
+def measured(robot: Robot, height: float, highest: bool, margin: float) -> float:
     """The apex [m] of one simulated hop from a height [m]: without actuation, or with what leads highest."""
-    robot = load_robot("hopper_c")
 
     def controller(touchdown: Touchdown) -> float:
         return choose_current(robot, v2=touchdown.v2, h_des=10.0, stop_margin=margin).u if highest else 0.0
@@ -153,7 +157,7 @@ def grouped(ends: Array, currents: Array, least: float) -> list[tuple[float, str
 def highest_held(reach: Reachability) -> float:
     """The highest height [m] that some current gives back."""
     held = reach.heights[np.isfinite(reach.hold)]
-    return float(held.max())
+    return float(held.max(initial=0.0))
 
 
 def passive(reach: Reachability, height: float) -> float:

@@ -13,10 +13,24 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from hopform._figures.first_controller import rms
-from hopform._figures.picture import BLACK, BLUE, ORANGE, Array, Picture, finished, legend, mm, named, panels, standing
-from hopform._figures.plots import house_style
+from hopform._figures.picture import (
+    ORANGE,
+    Array,
+    Picture,
+    cm,
+    finished,
+    legend,
+    mm,
+    movable,
+    named,
+    panels,
+    scale,
+    standing,
+    volts,
+)
+from hopform._figures.plots import BLACK, BLUE, house_style
 from hopform._hopping.run import simulate
-from hopform._robots import Robot, load_robot
+from hopform._robots import Robot
 from hopform._stance import solve_stance
 from hopform.terrain import flat
 
@@ -35,53 +49,53 @@ class Recordings:
     x1: Array
 
 
-def initial_model() -> Picture:
+def initial_model(robot: Robot) -> Picture:
     """Fig. 4: (1), (2) cannot be fitted to a robot with dry friction."""
-    robot, u = load_robot("hopper_b"), 4.0
+    u = 0.4 * movable(robot).u_max
     measured, fitted = measure(robot, u, 4), fit(robot, u, 4)
     model = recordings(fitted, u)
     with house_style():
-        figure = drawn(measured, {"model (1), (2), fitted": (model, ORANGE, "-")}, f"{u:g} V for {PULSE:g} s")
+        figure = drawn(
+            measured, {"model (1), (2), fitted": (model, ORANGE, "-")}, f"{u:g} {volts(robot)} for {PULSE:g} s"
+        )
     off_1, off_2 = measured.x1 - model.x1, measured.x2 - model.x2
     ours = (
-        f"synthetic recordings of hopper_b with noise of {mm(NOISE)}: a step of {u:g} V for {PULSE:g} s while "
-        f"standing, and a drop of {100 * DROP:.0f} cm with no input. "
-        f"Model (1), (2) with the best viscous coefficients, b1 = {fitted.b1:.0f} and b2 = {fitted.b2:.1f} N s/m "
-        f"(the robot: {robot.b1:g} and {robot.b2:g}), "
-        f"leaves {mm(rms(off_1))} rms in x1 and {mm(rms(off_2))} in x2; over the last 0.5 s, "
-        f"where the recording rests, its body still oscillates over {mm(float(np.ptp(model.x2[-100:])))}"
+        f"synthetic recordings of {named(robot)} with noise of {mm(NOISE)}: a step of {u:g} {volts(robot)} for "
+        f"{PULSE:g} s while standing, and a drop of {cm(DROP * scale(robot), 0)} with no input. Model (1), (2) with "
+        f"the best viscous coefficients, b1 = {fitted.b1:.0f} and b2 = {fitted.b2:.1f} N s/m (the robot: "
+        f"{robot.b1:g} and {robot.b2:g}), leaves {mm(rms(off_1))} rms in x1 and {mm(rms(off_2))} in x2; over the "
+        f"last 0.5 s, where the recording rests, its body still oscillates over {mm(float(np.ptp(model.x2[-100:])))}"
     )
     paper = (
-        "measured and simulated drop tests (x2) and step responses (x1) of Hopper B: fair for x2, off for small hops "
-        "and for x1"
+        "measured and simulated drop tests (x2) and step responses (x1) of Hopper B: fair for x2, off for small "
+        "hops and for x1"
     )
     data = {"robot": robot, "fitted": fitted, "measured": measured, "model": model,
             "rms x1": rms(off_1), "rms x2": rms(off_2)}  # fmt: skip
     return finished(4, "Initial model", paper, ours, named(robot), figure, data)
 
 
-def improved_model() -> Picture:
+def improved_model(robot: Robot) -> Picture:
     """Fig. 10: (3), (4) with dry friction."""
-    robot, u = load_robot("hopper_c"), 1.5
+    u = 0.5 * movable(robot).u_max
     measured, fitted = measure(robot, u, 10), fit(robot, u, 10)
     old, new = recordings(fitted, u), recordings(robot, u)
     with house_style():
         looks = {"model (3), (4)": (new, BLUE, "-"), "model (1), (2), fitted": (old, ORANGE, "--")}
-        figure = drawn(measured, looks, f"{u:g} A for {PULSE:g} s")
+        figure = drawn(measured, looks, f"{u:g} {volts(robot)} for {PULSE:g} s")
     left = {
         name: (rms(measured.x1 - model.x1), rms(measured.x2 - model.x2)) for name, model in (("old", old), ("new", new))
     }
     ours = (
-        f"synthetic recordings of hopper_c with noise of {mm(NOISE)}: a step of {u:g} A for {PULSE:g} s while "
-        f"standing, and a drop of {100 * DROP:.0f} cm at 0 A. With dry friction "
+        f"synthetic recordings of {named(robot)} with noise of {mm(NOISE)}: a step of {u:g} {volts(robot)} for "
+        f"{PULSE:g} s while standing, and a drop of {cm(DROP * scale(robot), 0)} with no input. With dry friction "
         f"{mm(left['new'][0], 2)} rms remain in x1 and {mm(left['new'][1], 2)} in x2: the noise, as the recordings "
-        f"are this model's own. Without it, viscous friction fitted "
-        f"(b1 = {fitted.b1:.0f}, b2 = {fitted.b2:.1f} N s/m), {mm(left['old'][0], 2)} and {mm(left['old'][1], 2)}"
+        f"are this model's own. Without it, viscous friction fitted (b1 = {fitted.b1:.0f}, b2 = {fitted.b2:.1f} N "
+        f"s/m), {mm(left['old'][0], 2)} and {mm(left['old'][1], 2)}"
     )
     paper = (
         "measured step responses (x1, top) and drop tests (x2, bottom) of Hopper C against the improved model: "
-        "transient and "
-        "steady state are better than in Fig. 4"
+        "transient and steady state are better than in Fig. 4"
     )
     data = {"robot": robot, "fitted": fitted, "measured": measured, "old": old, "new": new, "rms": left}
     return finished(10, "Improved model", paper, ours, named(robot), figure, data)
@@ -94,7 +108,7 @@ def recordings(robot: Robot, u: float) -> Recordings:
 
 def drop(robot: Robot) -> Array:
     """x2 [m] at `DROP_TIMES` after a drop without current; where the robot has come to rest it stays."""
-    run = simulate(robot, flat(60), 0.0, height=DROP, horizon=5.0)
+    run = simulate(robot, flat(60), 0.0, height=DROP * scale(robot), horizon=5.0)
     return np.asarray(run.at(np.minimum(DROP_TIMES, run.duration)).x2)
 
 
@@ -121,12 +135,13 @@ def fit(robot: Robot, u: float, seed: int) -> Robot:
     def cost_2(b2: float) -> float:
         return misfit(measured.x2, drop(replace(smooth, b2=b2)))
 
-    smooth = replace(smooth, b2=least(cost_2, robot.b2, 8.0 * robot.b2))
+    some = 1e-3 * np.sqrt(robot.k * robot.m_s)  # where there is hardly any to begin with
+    smooth = replace(smooth, b2=least(cost_2, max(robot.b2, some), 8.0 * max(robot.b2, some)))
 
     def cost_1(b1: float) -> float:
         return misfit(measured.x1, step(replace(smooth, b1=b1), u))
 
-    return replace(smooth, b1=least(cost_1, robot.b1, 8.0 * robot.b1))
+    return replace(smooth, b1=least(cost_1, max(robot.b1, some), 8.0 * max(robot.b1, some)))
 
 
 def misfit(measured: Array, model: Array) -> float:

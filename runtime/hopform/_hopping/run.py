@@ -12,7 +12,7 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 from inspect import getattr_static
 from pathlib import Path
-from typing import Any, SupportsFloat, cast
+from typing import Any, Literal, SupportsFloat, cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -36,6 +36,7 @@ from hopform._errors import HopformError
 from hopform._files import path_of, write
 from hopform._flight import Flight, solve_flight
 from hopform._robots import Robot, checked_robot
+from hopform._show import Arrays, Card, Motion, name_of, span
 from hopform._solver.package import Energy, Gains, formulas
 from hopform._stance import Real, Stance, State, aed_at, solve_stance, steps_of
 from hopform.controllers import Answer, ConstantCurrent, Controller, Preparing, Sampled, Touchdown
@@ -48,6 +49,7 @@ EACH = 512  # [B] a time of a run
 MOST_TICKS = 1_000_000
 """Ticks of a sampled law in the longest stance."""
 Progress = Callable[[int, int], object]
+RunStatus = Literal["completed", "stopped", "tripped"]
 
 COLUMNS: tuple[tuple[str, str, str], ...] = (
     ("index", "i4", "0 for the first touchdown"),
@@ -109,9 +111,120 @@ NONE = Errors()
 
 
 @dataclass(frozen=True)
-class Hop:
+class _Leg:
+    """A flight or a stance of a run: when it begins, its ground, and the body's energy predicted for its beginning."""
+
+    begin: float
+    motion: Flight | Stance
+    ground: float
+    level: float
+    after_takeoff: bool = False
+
+
+class _Legs(Motion):
+    """Flights and stances in a row; heights over level 0. Its subclasses have `_chain`."""
+
+    def _chain(self) -> list[_Leg]:
+        raise NotImplementedError
+
+    @cached_property
+    def _all_legs(self) -> list[_Leg]:
+        return self._chain()
+
+    def at(self, t: ArrayLike) -> State:
+        """States at times t [s], 0 <= t <= duration, in t's shape; x2 is the body's height over level 0.
+
+        >>> from hopform import load_robot
+        >>> run = simulate(load_robot("hopper_c"), [0.0, 0.01], 3.0, height=0.2)
+        >>> print(round(float(run.at(0.0).x2), 9), round(float(run.at(0.3).x1), 4))
+        0.6 0.0161
+        """
+        legs, found = self._legs(t), np.empty((4, np.size(t)))
+        for leg, inside, times in legs:
+            state = leg.motion.at(times)
+            found[:, inside] = state
+            found[2, inside] += leg.ground
+        return State(*(shaped(column, t) for column in found))
+
+    def energy(self, t: ArrayLike) -> Energy:
+        """Energies [J] of body and robot at times t [s], in t's shape, weight from level 0 on; in flight without a
+        spring.
+        """
+        legs, found = self._legs(t), np.empty((2, np.size(t)))
+        for leg, inside, times in legs:
+            energy, weight = leg.motion.energy(times), leg.motion.robot.m_s * leg.motion.robot.g
+            found[0, inside] = energy.body + weight * leg.ground
+            found[1, inside] = energy.total + weight * leg.ground
+        return Energy(*(shaped(column, t) for column in found))
+
+    def aed(self, t: ArrayLike) -> Real:
+        """The body's energy predicted [J]: that of the start, plus the AED (24), the impacts and the spring's
+        coordinate.
+        """
+        legs, found = self._legs(t), np.empty(np.size(t))
+        for leg, inside, times in legs:
+            found[inside] = leg.level
+            if isinstance(leg.motion, Stance):
+                found[inside] += aed_at(leg.motion, times)
+        return shaped(found, t)
+
+    def _ground(self, t: ArrayLike) -> Real:
+        """Height [m] of the ground at times t [s], in t's shape; in flight that of the ground ahead."""
+        legs, found = self._legs(t), np.empty(np.size(t))
+        for leg, inside, _ in legs:
+            found[inside] = leg.ground
+        return shaped(found, t)
+
+    def foot(self, t: ArrayLike) -> Real:
+        """Height [m] of the foot over level 0 at times t [s], in t's shape; on the ground in stance."""
+        legs, found = self._legs(t), np.empty(np.size(t))
+        for leg, inside, times in legs:
+            found[inside] = leg.ground + (leg.motion.foot(times) if isinstance(leg.motion, Flight) else 0.0)
+        return shaped(found, t)
+
+    def current(self, t: ArrayLike) -> Real:
+        """Current [A] that is asked for at times t [s], in t's shape; in flight that of the return's law."""
+        legs, found = self._legs(t), np.empty(np.size(t))
+        for leg, inside, times in legs:
+            found[inside] = leg.motion.current(times)
+        return shaped(found, t)
+
+    def _over(self, t: Array) -> dict[str, ArrayLike]:
+        energy = self.energy(t)
+        return {
+            **self.at(t)._asdict(), "ground": self._ground(t), "foot": self.foot(t), "u": self.current(t),
+            "body_energy": energy.body, "total_energy": energy.total, "predicted_energy": self.aed(t),
+        }  # fmt: skip
+
+    def _legs(self, t: ArrayLike) -> list[tuple[_Leg, NDArray[np.intp], Array]]:
+        """The flights and stances that times fall into, which times, and those since each began; a touchdown is in its
+        stance.
+        """
+        asked = times_of(t, _DOUBLE)
+        good = (asked >= 0.0) & (asked <= self._length())
+        if not bool(np.all(good)):
+            raise HopformError(f"t must be 0 <= t <= {self._length()!r} s, got {float(asked[~good][0])!r}")
+        legs = self._all_legs
+        begins = np.maximum.accumulate(
+            [math.nextafter(leg.begin, math.inf) if leg.after_takeoff else leg.begin for leg in legs]
+        )
+        places = np.maximum(np.searchsorted(begins, asked, side="right") - 1, 0)
+        order = np.argsort(places, kind="stable")
+        cuts = np.flatnonzero(np.diff(places[order])) + 1
+        groups = [group for group in np.split(order, cuts) if group.size]
+        found: list[tuple[_Leg, NDArray[np.intp], Array]] = []
+        for group in groups:
+            leg = legs[int(places[group[0]])]
+            found.append((leg, group, np.clip(asked[group] - leg.begin, 0.0, leg.motion.duration)))
+        return found
+
+
+@dataclass(frozen=True, repr=False)
+class Hop(_Legs):
     """A hop: the flight that leads to it, the stance, and the apex that follows; heights over level 0, hop heights in
     m.
+
+    `at(t)` and its like take times t [s] since the flight began, 0 <= t <= duration, through both.
 
     height: of the apex from which it falls. apex: NaN without take-off.
     """
@@ -127,6 +240,36 @@ class Hop:
     apex: float
     energy_lost_at_impact: float
     """[J]"""
+
+    @property
+    def robot(self) -> Robot:
+        """The plant, its gamma2 that of the current that really flows."""
+        return self.stance.robot
+
+    @property
+    def duration(self) -> float:
+        """[s] of flight and stance together"""
+        return self.flight.duration + self.stance.duration
+
+    def _chain(self) -> list[_Leg]:
+        robot = self.robot
+        level = float(self.flight.energy(0.0).body) + robot.m_s * robot.g * self.ground
+        after = level + robot.k * float(self.touchdown.x1) ** 2 / 2.0 - self.energy_lost_at_impact
+        return [
+            _Leg(0.0, self.flight, self.ground, level),
+            _Leg(self.flight.duration, self.stance, self.ground, after),
+        ]
+
+    def _card(self) -> Card:
+        given = [("height", self.height), ("ground", self.ground), ("u", self.u)]
+        found = [("apex", self.apex), ("v2", self.touchdown.v2), ("aed", self.stance.aed), ("stop hit", self.hits_stop)]
+        title = (
+            f"Hop {self.index} of {name_of(self.robot)}: {self.stance.status} {self.takeoff_time:.5g} s after the start"
+        )
+        return Card(title, given, found)
+
+    def _arrays(self) -> Arrays:
+        return {name: ((), getattr(self, name)) for name in ("height", "apex")} | {"status": ((), self.stance.status)}
 
     @property
     def touchdown(self) -> State:
@@ -160,8 +303,8 @@ class Hop:
         return any(phase.start in hits and phase.state.x1 == top for phase in self.stance.phases)
 
 
-@dataclass(frozen=True)
-class Run:
+@dataclass(frozen=True, repr=False)
+class Run(_Legs):
     """Hops in a row. Times in s since the start, heights over level 0.
 
     status: "completed", all of the terrain was hopped, and the run ends at the apex behind it; "stopped", a stance
@@ -171,11 +314,13 @@ class Run:
 
     robot: Robot
     terrain: tuple[float, ...]
-    status: str
+    status: RunStatus
     duration: float
     hops: tuple[Hop, ...]
     last: Flight | None = field(repr=False)
     """the flight behind the last hop; None if that has no take-off"""
+    h_des: tuple[float, ...] = ()
+    """[m] the controller's set point at each height of the terrain, where it has some"""
 
     @cached_property
     def table(self) -> NDArray[Any]:
@@ -200,68 +345,9 @@ class Run:
         """The warnings of its stances, each once."""
         return tuple(dict.fromkeys(warning for hop in self.hops for warning in hop.stance.warnings))
 
-    def at(self, t: ArrayLike) -> State:
-        """States at times t [s], 0 <= t <= duration, in t's shape; x2 is the body's height over level 0.
-
-        >>> from hopform import load_robot
-        >>> run = simulate(load_robot("hopper_c"), [0.0, 0.01], 3.0, height=0.2)
-        >>> print(round(float(run.at(0.0).x2), 9), round(float(run.at(0.3).x1), 4))
-        0.6 0.0161
-        """
-        legs, found = self._legs(t), np.empty((4, np.size(t)))
-        for leg, inside, times in legs:
-            state = leg.motion.at(times)
-            found[:, inside] = state
-            found[2, inside] += leg.ground
-        return State(*(shaped(column, t) for column in found))
-
-    def energy(self, t: ArrayLike) -> Energy:
-        """Energies [J] of body and robot at times t [s], in t's shape, weight from level 0 on; in flight without a
-        spring.
-        """
-        legs, found = self._legs(t), np.empty((2, np.size(t)))
-        weight = self.robot.m_s * self.robot.g
-        for leg, inside, times in legs:
-            energy = leg.motion.energy(times)
-            found[0, inside] = energy.body + weight * leg.ground
-            found[1, inside] = energy.total + weight * leg.ground
-        return Energy(*(shaped(column, t) for column in found))
-
-    def aed(self, t: ArrayLike) -> Real:
-        """The body's energy predicted [J]: that of the start, plus the AED (24), the impacts and the spring's
-        coordinate.
-        """
-        legs, found = self._legs(t), np.empty(np.size(t))
-        for leg, inside, times in legs:
-            found[inside] = leg.level
-            if isinstance(leg.motion, Stance):
-                found[inside] += aed_at(leg.motion, times)
-        return shaped(found, t)
-
     def ground(self, t: ArrayLike) -> Real:
         """Height [m] of the ground at times t [s], in t's shape; in flight that of the ground ahead."""
-        legs, found = self._legs(t), np.empty(np.size(t))
-        for leg, inside, _ in legs:
-            found[inside] = leg.ground
-        return shaped(found, t)
-
-    def foot(self, t: ArrayLike) -> Real:
-        """Height [m] of the foot over level 0 at times t [s], in t's shape; on the ground in stance."""
-        legs, found = self._legs(t), np.empty(np.size(t))
-        for leg, inside, times in legs:
-            found[inside] = leg.ground + (leg.motion.foot(times) if isinstance(leg.motion, Flight) else 0.0)
-        return shaped(found, t)
-
-    def current(self, t: ArrayLike) -> Real:
-        """Current [A] that is asked for at times t [s], in t's shape; in flight that of the return's law."""
-        legs, found = self._legs(t), np.empty(np.size(t))
-        for leg, inside, times in legs:
-            if isinstance(leg.motion, Flight):
-                found[inside] = leg.motion.current(times)
-            else:
-                starts, currents = np.array(leg.motion.u).T
-                found[inside] = currents[np.searchsorted(starts, times, side="right") - 1]
-        return shaped(found, t)
+        return self._ground(t)
 
     def to_csv(self, path: str | Path) -> None:
         """Write the table, a line per hop; every number reads back to the same bits."""
@@ -295,42 +381,30 @@ class Run:
         uniform = np.linspace(0.0, self.duration, count("samples", samples, EACH))
         return np.union1d(uniform, np.minimum(corners, self.duration))
 
-    def _legs(self, t: ArrayLike) -> "list[tuple[_Leg, NDArray[np.intp], Array]]":
-        """The flights and stances that times fall into, which times, and those since each began; a touchdown is in its
-        stance.
-        """
-        asked = times_of(t, _DOUBLE)
-        good = (asked >= 0.0) & (asked <= self.duration)
-        if not bool(np.all(good)):
-            raise HopformError(f"t must be 0 <= t <= {self.duration!r} s, got {float(asked[~good][0])!r}")
-        legs = self._all_legs
-        begins = np.maximum.accumulate(
-            [math.nextafter(leg.begin, math.inf) if leg.after_takeoff else leg.begin for leg in legs]
-        )
-        places = np.maximum(np.searchsorted(begins, asked, side="right") - 1, 0)
-        order = np.argsort(places, kind="stable")
-        cuts = np.flatnonzero(np.diff(places[order])) + 1
-        groups = [group for group in np.split(order, cuts) if group.size]
-        found: list[tuple[_Leg, NDArray[np.intp], Array]] = []
-        for group in groups:
-            leg = legs[int(places[group[0]])]
-            found.append((leg, group, np.clip(asked[group] - leg.begin, 0.0, leg.motion.duration)))
-        return found
-
-    @cached_property
-    def _all_legs(self) -> "list[_Leg]":
+    def _chain(self) -> list[_Leg]:
         return _legs_of(self)
 
+    def _card(self) -> Card:
+        currents = span([hop.u for hop in self.hops])
+        given = [
+            ("height", span([hop.height for hop in self.hops[:1]])),
+            ("terrain", span(self.terrain)),
+            ("u", currents),
+        ]
+        stops = sum(hop.hits_stop for hop in self.hops)
+        found = [("apex", span([hop.apex for hop in self.hops])), ("hops that meet a stop", stops)]
+        title = f"Run of {name_of(self.robot)}: {self.status} after {len(self.hops)} hops, {self.duration:.5g} s"
+        return Card(title, given, [*found, *(("warning", each) for each in self.warnings)])
 
-@dataclass(frozen=True)
-class _Leg:
-    """A flight or a stance of a run: when it begins, its ground, and the body's energy predicted for its beginning."""
+    def _arrays(self) -> Arrays:
+        table = {f"hop_{name}": (("hop",), self.table[name], _attrs(text)) for name, _, text in COLUMNS[1:]}
+        return {"hop": (("hop",), self.table["index"]), "status": ((), self.status), **table}
 
-    begin: float
-    motion: Flight | Stance
-    ground: float
-    level: float
-    after_takeoff: bool = False
+
+def _attrs(text: str) -> dict[str, str]:
+    """Unit and meaning from the text of a column."""
+    unit, _, meaning = text.rpartition("]")
+    return {name: words for name, words in (("units", unit.removeprefix("[")), ("long_name", meaning.strip())) if words}
 
 
 def _first_flight(run: Run) -> Flight:
@@ -409,7 +483,14 @@ def simulate(
         plant, model, grounds, cast(Controller, prepared), gains, errors, draw, longest,
         max_phases, backend, progress,
     )  # fmt: skip
-    return _run(task, first)
+    return replace(_run(task, first), h_des=_set_points(controller, len(grounds)))
+
+
+def _set_points(controller: object, count: int) -> tuple[float, ...]:
+    """The set points of a controller that has some, the last one for all that follow."""
+    h_des: Any = getattr(controller, "h_des", ())
+    points = cast("tuple[float, ...]", h_des if isinstance(h_des, tuple) else (h_des,))
+    return tuple(points[min(n, len(points) - 1)] for n in range(count)) if points else ()
 
 
 @dataclass(frozen=True)
@@ -451,7 +532,7 @@ def _run(task: _Task, start: State) -> Run:
         step = ground - (task.grounds[index - 1] if index else 0.0)
         flight = _flight(task, state, None if index and step == 0.0 else step)
         if flight.status != "touchdown":
-            status = "tripped" if flight.status == "tripped" else "stopped"
+            status: RunStatus = "tripped" if flight.status == "tripped" else "stopped"
             return Run(task.plant, task.grounds, status, time + flight.duration, tuple(hops), flight)
         time += flight.duration
         apex = apex if index else flight.apex + ground

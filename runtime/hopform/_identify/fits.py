@@ -25,10 +25,17 @@ from hopform._identify.search import Problem, bulk, least_squares, minimise, par
 from hopform._identify.units import HOPPER, Units
 from hopform._robots import Robot, load_robot
 from hopform._robots.provenance import Provenance
+from hopform._show import Array as Variable
+from hopform._show import Arrays, Card, Curve, Shown
 
 Model = str
 MOST_RECORDINGS = 10_000
 """Recordings of a fit at most."""
+TITLES = {
+    "drop": "drop test", "step": "step response", "force": "in force", "robot": "all recordings together",
+    "ramp": "friction threshold (5) from a ramp",
+}  # fmt: skip
+"""Headings by kind of answer."""
 OLD, NEW = "(1), (2): viscous friction alone", "(3), (4): with Coulomb friction"
 
 
@@ -75,8 +82,8 @@ class Trace:
         return quantum_of(self.measured) if self.quantity in ("x1", "x2") else 0.0
 
 
-@dataclass(frozen=True)
-class Fit:
+@dataclass(frozen=True, repr=False)
+class Fit(Shown):
     """A fit. `values` has every parameter, `estimates` their intervals, `traces` a recording each.
 
     kind: drop, step, force, robot. correlations: of the fitted parameters that belong to no single recording.
@@ -104,6 +111,33 @@ class Fit:
     """of the recordings; where positions are in rad, what is said to be in m is in rad, forces are torques"""
     scale: bool = True
     """whether something known fixes the scale of all forces"""
+
+    def _card(self) -> Card:
+        ends = [(each.name, f"{each.value:.4g} +- {0.5 * (each.high - each.low):.2g}")
+                for each in self.estimates if not each.own][:5]  # fmt: skip
+        found = [("rms", self.rms), ("notes", len(self.statements)), ("warnings", len(self.warnings))]
+        title = f"Fit ({self.kind}): {len(self.estimates)} parameters from {len(self.traces)} recording(s)"
+        return Card(title, ends, found)
+
+    def _curve(self) -> Curve:
+        trace = self.traces[0]
+        return f"residual of {trace.quantity} over time [s]", trace.time, trace.predicted - trace.measured
+
+    def _arrays(self) -> Arrays:
+        names = [each.name for each in self.estimates]
+        arrays: dict[str, Variable] = {"parameter": (("parameter",), names)}
+        for part in ("value", "low", "high", "unit"):
+            arrays[part] = (("parameter",), [getattr(each, part) for each in self.estimates])
+        if self.covariance.size:
+            arrays["covariance"] = (("parameter", "other_parameter"), self.covariance)
+            arrays["other_parameter"] = (("other_parameter",), names)
+        for n, trace in enumerate(self.traces):
+            shown, factor = self.units.shown(trace.quantity)
+            units = {"units": shown if factor == 1.0 else self.units.position}
+            arrays[f"time_{n}"] = ((f"time_{n}",), trace.time, {"units": "s", "long_name": trace.label})
+            for part in ("measured", "predicted"):
+                arrays[f"{part}_{n}"] = ((f"time_{n}",), getattr(trace, part), units)
+        return arrays
 
     @property
     def values(self) -> dict[str, float]:

@@ -30,6 +30,7 @@ from hopform._identify.motion import Array
 from hopform._identify.recordings import Recording, units_of
 from hopform._identify.rigs import UNITS
 from hopform._identify.units import HOPPER, Units
+from hopform._show import Arrays, Card, Curve, Shown, span
 
 
 class Onset(NamedTuple):
@@ -59,8 +60,8 @@ class Rise(NamedTuple):
     u: Array
 
 
-@dataclass(frozen=True)
-class Threshold:
+@dataclass(frozen=True, repr=False)
+class Threshold(Shown):
     """The current that friction takes, f1 m_eff/|gamma2| [A], with its 95 % interval, and the load that shifts it.
 
     load [A]: the mean of the thresholds of both directions, NaN with one direction alone. onsets: each one found. f1
@@ -79,6 +80,20 @@ class Threshold:
     warnings: tuple[str, ...] = ()
     rises: tuple[Rise, ...] = field(default=(), repr=False, compare=False)
     units: Units = HOPPER
+
+    def _card(self) -> Card:
+        given = [("onsets of motion", len(self.onsets)), ("notes", len(self.statements))]
+        found = [("u", self.u), ("95 % interval", f"{span((self.low, self.high))} A"), ("f1", self.f1)]
+        return Card(f"Friction threshold: {self.u:.5g} A", given, found)
+
+    def _curve(self) -> Curve | None:
+        return ("x1 [m] over time [s]", self.rises[0].time, self.rises[0].x1) if self.rises else None
+
+    def _arrays(self) -> Arrays:
+        names = ("source", "direction", "time", "u", "u_low", "u_high")
+        found = {f"onset_{name}": (("onset",), [getattr(each, name) for each in self.onsets]) for name in names}
+        return found | {name: ((), getattr(self, name), {"units": self.units.of(unit)}) for name, unit in
+                        (("u", "A"), ("low", "A"), ("high", "A"), ("load", "A"), ("f1", "m/s^2"))}  # fmt: skip
 
 
 def friction_threshold(

@@ -17,7 +17,8 @@ from hopform._checks import nonnegative, number_of, shown
 from hopform._errors import HopformError
 from hopform._files import name_of, path_of, read_text, rows_of
 from hopform._identify.motion import Array
-from hopform._identify.units import COLUMNS, COUNTS, DRIVES, Units, unit_of
+from hopform._identify.units import COLUMNS, COUNTS, DRIVES, SI, Units, unit_of
+from hopform._show import Arrays, Card, Curve, Shown, span
 from hopform._solver.package import MOST_STEPS
 
 TIMES = ("time", "t")
@@ -46,8 +47,8 @@ class Column(NamedTuple):
     values: Array
 
 
-@dataclass(frozen=True)
-class Recording:
+@dataclass(frozen=True, repr=False)
+class Recording(Shown):
     """A recording: times [s] that increase, and columns in SI units by their names without the unit.
 
     line: that of the first sample in the file. added_mass [kg]: what the body carried beside itself.
@@ -59,6 +60,23 @@ class Recording:
     line: int = 2
     added_mass: float = 0.0
     notes: tuple[str, ...] = field(default=(), compare=False)
+
+    def _card(self) -> Card:
+        rate = (self.time.size - 1) / float(np.ptp(self.time)) if self.time.size > 1 else 0.0
+        given = [("samples", self.time.size), ("time", span(self.time)), ("rate", f"{rate:.5g} Hz"),
+                 ("added mass", f"{self.added_mass:g} kg")]  # fmt: skip
+        found = [(f"{name} [{SI[each.quantity]}]", span(each.values)) for name, each in sorted(self.columns.items())]
+        return Card(f"Recording {self.source}", given, found)
+
+    def _curve(self) -> Curve:
+        name, column = next(iter(self.columns.items()))
+        return f"{name} [{SI[column.quantity]}] over time [s]", self.time, column.values
+
+    def _arrays(self) -> Arrays:
+        columns = {
+            name: (("time",), each.values, {"units": SI.get(each.quantity, "")}) for name, each in self.columns.items()
+        }
+        return {"time": (("time",), self.time), **columns}
 
     def position(self, of: str) -> Array:
         """The measured x1 or x2 [m]; HopformError if there is none, or if it cannot be one."""

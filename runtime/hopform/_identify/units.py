@@ -22,6 +22,8 @@ COUNTS = re.compile(r"([0-9]+(?:\.[0-9]+)?)per(rev|rad|deg|m|mm)")
 """The unit of an encoder's counts: how many a turn, or a length, has."""
 DRIVES = {"current": "A", "voltage": "V", "force": "N", "torque": "N m"}
 """What may drive an actuator, with its SI unit."""
+SI = {"time": "s", "length": "m", "angle": "rad", **DRIVES, "": ""}
+"""The SI units of what a column may hold; of one that no fit uses, none."""
 _ROTARY = {
     "kg": "kg m^2", "N/m": "N m/rad", "N s/m": "N m s/rad", "m/s^2": "rad/s^2", "m": "rad", "m/s": "rad/s", "N": "N m",
 }  # fmt: skip

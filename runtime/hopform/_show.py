@@ -1,0 +1,276 @@
+"""How a result shows itself: three lines, a table with a curve, a plot, a dataset.
+
+A result gives a `Card`, the figures that a reader looks for first, and its arrays by name; everything else is here.
+"""
+
+import base64
+import html
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from importlib import import_module
+from operator import attrgetter
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from hopform._checks import numbers
+from hopform._errors import HopformError, MissingExtra, printable
+from hopform._files import path_of, write
+from hopform._solver.package import ROBOT_FIELDS
+
+if TYPE_CHECKING:
+    import xarray
+    from matplotlib.axes import Axes
+
+Figures = Sequence[tuple[str, object]]
+"""Names and values, in SI units and A."""
+Array = tuple[tuple[str, ...], ArrayLike] | tuple[tuple[str, ...], ArrayLike, Mapping[str, str]]
+"""Dimensions, values, and `attrs` where the name does not say the unit."""
+Arrays = Mapping[str, Array]
+"""Arrays by name; one whose only dimension has its own name is a coordinate."""
+
+UNITS: dict[str, str] = {
+    "time": "s", "duration": "s", "horizon": "s", "apex_time": "s", "event_time": "s", "T": "s", "delay": "s",
+    "x1": "m", "x2": "m", "foot": "m", "ground": "m", "terrain": "m", "compression": "m", "height": "m", "h_des": "m",
+    "apex": "m", "lowest": "m", "highest": "m", "error": "m", "worst": "m", "rms": "m", "miss": "m",
+    "onset_time": "s", "onset_u": "A", "onset_u_low": "A", "onset_u_high": "A",
+    "v1": "m/s", "v2": "m/s", "u": "A", "u_lowest": "A", "u_highest": "A", "hold": "A", "current": "A",
+    "aed": "J", "body_energy": "J", "total_energy": "J", "predicted_energy": "J", "impact_loss": "J", "force": "N",
+} | {field.name: field.unit for field in ROBOT_FIELDS}  # fmt: skip
+"""Units of what results hold, by name; what is not here is a number without one, or a word."""
+
+DURATION_OF = attrgetter("duration")
+MOST_POINTS = 320
+"""Points of a small curve at most."""
+WIDEST = 120
+"""Characters of a line at most."""
+
+
+class Card(NamedTuple):
+    """What a reader looks for first: a title, what was given, what was found."""
+
+    title: str
+    given: Figures
+    found: Figures
+
+
+Curve = tuple[str, ArrayLike, ArrayLike]
+"""What a small curve shows, in words, and its points."""
+
+
+class Shown:
+    """A result that shows itself. Its subclasses have `_card` and `_arrays`."""
+
+    def _card(self) -> Card:
+        raise NotImplementedError
+
+    def _arrays(self) -> Arrays:
+        raise NotImplementedError
+
+    def _curve(self) -> Curve | None:
+        return None
+
+    def __repr__(self) -> str:
+        card = self._card()
+        lines = [card.title, *(f"  {', '.join(map(worded, figures))}" for figures in (card.given, card.found))]
+        return "\n".join(line if len(line) <= WIDEST else f"{line[: WIDEST - 3]}..." for line in lines)
+
+    def _repr_html_(self) -> str:
+        """The same for a notebook, with the curve."""
+        card, points = self._card(), self._curve()
+        rows = "".join(
+            f"<tr><th style='text-align:left'>{html.escape(name)}</th>"
+            f"<td>{html.escape(shown_value(value))} {html.escape(UNITS.get(name, ''))}</td></tr>"
+            for name, value in (*card.given, *card.found)
+        )
+        curve = "" if points is None else sparkline(*points)
+        return f"<div><b>{html.escape(card.title)}</b><table>{rows}</table>{curve}</div>"
+
+    def plot(self, ax: "Axes | None" = None) -> "Axes":
+        """Draw it: the figure that `--plot` draws, or its main panel into the axes `ax`; the (first) axes.
+
+        The figure is one of pyplot, so that `plt.show()` and notebooks show it, and `.plot().figure.savefig(...)`
+        writes it. Raises MissingExtra without matplotlib.
+        """
+        axes: Axes = _figures("results").drawn(self, ax)
+        return axes
+
+    def to_xarray(self) -> "xarray.Dataset":
+        """Its arrays with named dimensions, units in `attrs`; `.to_dataframe()` is one call from there.
+
+        Raises MissingExtra without xarray.
+        """
+        return dataset(self._arrays(), self._card().title)
+
+
+class Motion(Shown):
+    """A result over time. Its subclasses have a `duration` and `_over`, too."""
+
+    def _length(self) -> float:
+        """Its duration [s]."""
+        return float(DURATION_OF(self))
+
+    def to_xarray(self, t: ArrayLike | None = None) -> "xarray.Dataset":
+        """Its motion at times t [s], 401 uniform ones if left out, and its figures; units in `attrs`.
+
+        Raises MissingExtra without xarray.
+        """
+        times = np.linspace(0.0, self._length(), 401) if t is None else np.atleast_1d(numbers("t", t, "s"))
+        if times.ndim > 1:
+            raise HopformError(f"t must have one dimension, got shape {times.shape}")
+        motion: dict[str, Array] = {"time": (("time",), times)}
+        motion |= {name: (("time",), values) for name, values in self._over(times).items()}
+        return dataset({**motion, **self._arrays()}, self._card().title)
+
+    def _over(self, t: NDArray[np.float64]) -> Mapping[str, ArrayLike]:
+        """What moves, at times."""
+        raise NotImplementedError
+
+    def _curve(self) -> Curve:
+        """The height of the body over time."""
+        t = np.linspace(0.0, self._length(), 121)
+        return "x2 [m] over time [s]", t, self._over(t)["x2"]
+
+
+def worded(figure: tuple[str, object]) -> str:
+    """A name and its value in words."""
+    name, value = figure
+    unit = UNITS.get(name, "")
+    return f"{name} = {shown_value(value)}{f' {unit}' if unit not in ('', '1') else ''}"
+
+
+def shown_value(value: object) -> str:
+    """Five digits of a number, a text without what no terminal shows."""
+    if isinstance(value, (float, np.floating)):
+        return f"{value:.5g}"
+    return printable(str(value))
+
+
+def span(values: ArrayLike) -> str:
+    """The least and the largest of numbers, in words."""
+    array = np.asarray(values, dtype=float)
+    array = array[np.isfinite(array)]
+    if not array.size:
+        return "none"
+    low, high = f"{array.min():.5g}", f"{array.max():.5g}"
+    return low if low == high else f"{low} .. {high}"
+
+
+def counted(words: ArrayLike) -> str:
+    """How often each word occurs."""
+    found, counts = np.unique(np.asarray(words), return_counts=True)
+    return ", ".join(f"{count} {word}" for word, count in zip(found.tolist(), counts.tolist(), strict=True)) or "none"
+
+
+def sparkline(words: str, x: ArrayLike, y: ArrayLike) -> str:
+    """A small curve as inline SVG, interrupted where y is not finite."""
+    wide, high = 320.0, 60.0
+    xs, ys = np.asarray(x, dtype=float).reshape(-1), np.asarray(y, dtype=float).reshape(-1)
+    every = -(-xs.size // MOST_POINTS) or 1
+    xs, ys = xs[::every], ys[::every]
+    good = np.isfinite(xs) & np.isfinite(ys)
+    if not good.any():
+        return ""
+    across = wide * _share(xs, xs[good])
+    down = high - 4.0 - (high - 8.0) * _share(ys, ys[good])
+    path, pen = list[str](), "M"
+    for here, right, below in zip(good.tolist(), across.tolist(), down.tolist(), strict=True):
+        if here:
+            path.append(f"{pen}{right:.1f},{below:.1f}")
+        pen = "L" if here else "M"
+    words = html.escape(f"{words}: {span(ys)}")
+    return (
+        f"<svg width='{wide:g}' height='{high:g}' role='img' aria-label='{words}' xmlns='http://www.w3.org/2000/svg'>"
+        f"<title>{words}</title><path d='{' '.join(path)}' fill='none' stroke='#0072B2' stroke-width='1.5' "
+        f"stroke-linecap='round'/></svg><div><small>{words}</small></div>"
+    )
+
+
+def _share(values: NDArray[np.float64], within: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Where values lie between the least and the largest of some, 0 to 1; 1/2 where those are one."""
+    low, width = float(within.min()), float(np.ptp(within))
+    with np.errstate(invalid="ignore"):
+        return (values - low) / width if width > 0.0 else np.full_like(values, 0.5)
+
+
+def of_extra(package: str, extra: str, what: str) -> Any:
+    """A package that an extra brings; MissingExtra without it."""
+    try:
+        return import_module(package)
+    except ModuleNotFoundError as error:
+        if error.name is None or error.name.partition(".")[0] != package:
+            raise
+        raise MissingExtra(what, extra) from None
+
+
+def xarray_of() -> Any:
+    """xarray, of the extra with that name."""
+    return of_extra("xarray", "xarray", "a Dataset")
+
+
+def dataset(arrays: Arrays, title: str) -> "xarray.Dataset":
+    """Arrays with their names and units."""
+    of_xarray = xarray_of()
+    variables: dict[str, Any] = {}
+    for name, (dims, values, *more) in arrays.items():
+        attrs = more[0] if more else {"units": UNITS[name]} if name in UNITS else {}
+        variables[name] = of_xarray.Variable(dims, np.asarray(values), attrs)
+    coords = {name: each for name, each in variables.items() if each.dims == (name,)}
+    rest = {name: each for name, each in variables.items() if name not in coords}
+    found: xarray.Dataset = of_xarray.Dataset(rest, coords, {"title": title})
+    return found
+
+
+def _figures(module: str) -> Any:
+    """What draws, which is imported when a picture is asked for."""
+    of_extra("matplotlib", "plot", "a plot")
+    return import_module(f"hopform._figures.{module}")
+
+
+def events_of(events: Sequence[Any]) -> dict[str, Array]:
+    """Times and kinds of events, as arrays."""
+    kinds = np.array([each.kind for each in events], dtype=str)
+    return {"event_time": (("event",), [each.time for each in events]), "event_kind": (("event",), kinds)}
+
+
+def name_of(robot: Any) -> str:
+    """A robot's name for a terminal; one made in Python may have none."""
+    return printable(robot.name) or "robot"
+
+
+def animate(
+    run: Any, *, h_des: float | None = None, speed: float = 0.5, rate: int = 12, seconds: float | None = None
+) -> "Animation":
+    """The hopper of a `Run` on its ground, moving: foot, actuator, body, with time and current.
+
+    h_des [m]: a wanted apex, drawn as a line. speed: 1 is real time. rate [1/s]: pictures. seconds: of the run, all of
+    it if left out. Raises HopformError for a value that is not allowed, MissingExtra without matplotlib.
+
+    >>> import hopform
+    >>> run = hopform.simulate(hopform.load_robot("hopper_c"), [0.0], 3.0, height=0.2)
+    >>> hopform.animate(run, seconds=0.1, rate=4)
+    Animation of hopper_c: 1 pictures, 4 a second
+    """
+    made: Animation = _figures("animation").animated(run, h_des, speed, rate, seconds)
+    return made
+
+
+@dataclass(frozen=True, repr=False)
+class Animation:
+    """A GIF: a notebook shows it, `save` writes it."""
+
+    gif: bytes
+    title: str
+
+    def __repr__(self) -> str:
+        return self.title
+
+    def _repr_html_(self) -> str:
+        picture = base64.b64encode(self.gif).decode()
+        return f"<img alt='{html.escape(self.title)}' src='data:image/gif;base64,{picture}'>"
+
+    def save(self, path: str | Path) -> None:
+        """Write it to a file."""
+        write([(path_of("path", path), self.gif)])

@@ -1,0 +1,151 @@
+"""Studies: a sweep of stances over axes, and controllers compared on grounds; both answer with a dataset of xarray.
+
+What is swept or compared is a dimension with its name; units stand in `attrs`.
+"""
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from itertools import product
+from typing import TYPE_CHECKING, Any, SupportsFloat, TypeVar
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from hopform._batch import solve_stances
+from hopform._checks import MEMORY, function, items, mapping, numbers, refuse_any, whole
+from hopform._errors import HopformError
+from hopform._hopping.run import NONE, Errors, simulate
+from hopform._progress import Progress, progress_bar
+from hopform._robots import Robot, checked_robot
+from hopform._show import UNITS, Array, dataset, xarray_of
+from hopform._solver.package import formulas
+from hopform.controllers import Controller, Preparing
+from hopform.terrain import heights_of
+
+if TYPE_CHECKING:
+    import xarray
+
+Thing = TypeVar("Thing")
+EACH = 128
+"""[B] a hop of a comparison."""
+
+
+def sweep(
+    robot: Robot,
+    *,
+    height: ArrayLike | None = None,
+    threads: int = 1,
+    backend: str | None = None,
+    progress: Progress | None = None,
+    **inputs: ArrayLike,
+) -> "xarray.Dataset":
+    """The stances of all combinations of inputs: each list of numbers is an axis, a DataArray has its own.
+
+    inputs: those of `solve_stances`, states, u, horizon and fields of the robot; height [m]: of a drop, in place of v2.
+    The answer has status (in words), duration, apex, aed, event_count and the state at the ending, over the axes; an
+    input that is one number is a coordinate without a dimension. progress: called with the stances done and their
+    total; a bar where a person is there to see it if left out. Raises HopformError as `solve_stances` does, and
+    MissingExtra without xarray.
+
+    >>> from hopform import load_robot
+    >>> found = sweep(load_robot("hopper_c"), height=[0.1, 0.2], u=[0.0, 1.0, 3.0], k=1100.0)
+    >>> dict(found.sizes), found.apex.attrs["units"], round(float(found.apex.sel(height=0.2, u=3.0)), 4)
+    ({'height': 2, 'u': 3}, 'm', 0.229)
+    """
+    asked = dict(inputs) if height is None else {"height": height, **inputs}
+    axes, single = dict[str, Any](), dict[str, Any]()
+    of_xarray = xarray_of()
+    for name, value in asked.items():
+        axes[name] = value
+        if not isinstance(value, of_xarray.DataArray):
+            array = numbers(name, value, UNITS.get(name, "1"))
+            if array.ndim > 1:
+                raise HopformError(
+                    f"{name} must be a number, a list of numbers or a DataArray, got shape {array.shape}"
+                )
+            if array.ndim:
+                axes[name] = of_xarray.DataArray(array, dims=name, coords={name: array})
+            else:
+                single[name] = array
+    drop = axes.pop("height", None)
+    if drop is not None:
+        if "v2" in axes:
+            raise HopformError("either height or v2 must be given, got both")
+        given = np.asarray(drop)
+        refuse_any("height", given, np.asarray(given >= 0.0), lambda bad: f"must be >= 0 m, got {bad!r}")
+        own = {name: axes[name] for name in ("g", "impact_loss") if name in axes}
+        axes["v2"] = formulas.touchdown_velocity(checked_robot(robot).parameters._replace(**own), drop)
+    elif "v2" not in axes:
+        raise HopformError("either height or v2 must be given, got neither")
+    with progress_bar("stances") as bar:
+        batch = solve_stances(robot, **axes, threads=threads, backend=backend, progress=progress or bar)
+    fixed = {name: of_xarray.Variable((), value, {"units": UNITS[name]}) for name, value in single.items()}
+    found: Any = batch.to_xarray()
+    labelled: xarray.Dataset = found.assign_coords(fixed)
+    return labelled
+
+
+def compare(
+    robot: Robot,
+    controllers: Mapping[str, Controller | Preparing | SupportsFloat],
+    grounds: Mapping[str, Iterable[SupportsFloat]] | Sequence[Iterable[SupportsFloat]],
+    errors: Mapping[str, Errors] | Errors = NONE,
+    seeds: Sequence[int] = (0,),
+    *,
+    height: SupportsFloat,
+    horizon: SupportsFloat = 2.0,
+    backend: str | None = None,
+    progress: Progress | None = None,
+) -> "xarray.Dataset":
+    """Runs of each controller on each ground with each kind of errors and each seed, by `simulate`.
+
+    controllers, errors by name; grounds by name, or numbered. The answer, over controller, ground, errors and seed:
+    status and hops (how many were completed); with hop as a further dimension apex, u, bottoms_out, and miss: the apex
+    less the controller's `h_des`, NaN for one that has none. progress: called with the runs done and their total; a bar
+    where a person is there to see it if left out. Raises HopformError as `simulate` does, with the names of the run.
+
+    >>> from hopform import controllers, load_robot
+    >>> laws = {"exact": controllers.FeedForward(0.2), "3 A": 3.0}
+    >>> found = compare(load_robot("hopper_c"), laws, [[0.0, 0.01], [0.0, -0.01]], height=0.2)
+    >>> dict(found.sizes), bool(abs(found.miss.sel(controller="exact")).max() < 1e-9)
+    ({'controller': 2, 'ground': 2, 'errors': 1, 'seed': 1, 'hop': 2}, True)
+    """
+    laws = _named("controllers", mapping("controllers", controllers))
+    terrains = grounds if isinstance(grounds, Mapping) else dict(enumerate(items("grounds", grounds, "terrains")))
+    rough = {name: heights_of(each) for name, each in _named("grounds", terrains).items()}
+    kinds = _named("errors", errors if isinstance(errors, Mapping) else {"none" if errors is NONE else "given": errors})
+    draws = [whole(f"seeds[{n}]", each, 0) for n, each in enumerate(items("seeds", seeds, "whole numbers"))]
+    function("progress", progress)
+    shape, hops = (len(laws), len(rough), len(kinds), len(draws)), max(map(len, rough.values()))
+    total = math.prod(shape)
+    if not draws or total * hops > MEMORY // EACH:
+        raise HopformError(f"hops to compare must be 1 to {MEMORY // EACH}, got {total * hops}")
+    status, count = np.empty(shape, "U15"), np.zeros(shape, int)
+    series = {name: np.full((*shape, hops), np.nan) for name in ("apex", "miss", "u")}
+    stopped = np.zeros((*shape, hops), bool)
+    axes: tuple[list[Any], ...] = (list(laws), list(rough), list(kinds), draws)
+    with progress_bar("runs") as bar:
+        for n, place in enumerate(product(*map(range, shape))):
+            law, ground, kind, seed = (each[at] for each, at in zip(axes, place, strict=True))
+            try:
+                run = simulate(robot, rough[ground], laws[law], height=height, errors=kinds[kind], seed=seed,
+                               horizon=horizon, backend=backend)  # fmt: skip
+            except HopformError as error:
+                raise HopformError(f"controller {law}, ground {ground}, errors {kind}, seed {seed}: {error}") from None
+            done = slice(0, len(run.hops))
+            status[place], count[place] = run.status, len(run.hops)
+            series["apex"][place][done], series["u"][place][done] = run.table["apex"], run.table["u"]
+            series["miss"][place][done] = run.table["apex"] - (run.h_des[done] or np.nan)
+            stopped[place][done] = run.table["bottoms_out"]
+            (progress or bar)(n + 1, total)
+    dims = ("controller", "ground", "errors", "seed")
+    arrays: dict[str, Array] = {dim: ((dim,), each) for dim, each in zip(dims, axes, strict=True)}
+    arrays |= {"hop": (("hop",), np.arange(hops)), "status": (dims, status), "hops": (dims, count)}
+    arrays |= {name: ((*dims, "hop"), values) for name, values in {**series, "bottoms_out": stopped}.items()}
+    return dataset(arrays, f"{total} runs of up to {hops} hops")
+
+
+def _named(name: str, things: Mapping[Any, Thing]) -> dict[Any, Thing]:
+    if not things:
+        raise HopformError(f"{name} must be at least one, got none")
+    return dict(things)
