@@ -140,7 +140,7 @@ class Stance(Motion):
 
         >>> from hopform import load_robot
         >>> print(round(solve_stance(load_robot("hopper_c"), v2=-1.93).compression_max, 6))
-        0.114281
+        0.114321
         """
         return self._solved.compression_max()
 

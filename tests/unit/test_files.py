@@ -31,11 +31,11 @@ class Files(NamedTuple):
 COMMANDS = {
     "robots": Files((), ("name",), {}),
     "stance": Files(("--height", "0.2"), ("--robot",), {"--csv": ".svg", "--plot": ".svg"}),
-    "control": Files(("--height", "0.2", "--h-des", "0.2"), ("--robot",), {"--plot": ".svg"}),
-    "reach": Files(("--heights", "2", "--currents", "2"), ("--robot",), {"--plot": ".svg"}),
+    "control": Files(("--height", "0.2", "--h-des", "0.2"), ("--robot", "--from-fit"), {"--plot": ".svg"}),
+    "reach": Files(("--heights", "2", "--currents", "2"), ("--robot", "--from-fit"), {"--plot": ".svg"}),
     "hop": Files(
         ("--height", "0.2"),
-        ("--robot", "--model", "--terrain"),
+        ("--robot", "--from-fit", "--model", "--terrain"),
         {"--csv": ".svg", "--hops-csv": ".svg", "--npz": ".svg", "--plot": ".svg"},
     ),
     "identify": Files(("all",), ("files", "--robot"), {"--out": ".svg", "--report": ".md", "--plot": ".svg"}),

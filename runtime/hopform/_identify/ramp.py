@@ -114,9 +114,10 @@ def friction_threshold(
     recording may hold several ramps from 0. Raises HopformError where no motion begins, or before the ramp does.
     """
     several = as_several(recordings)
+    given = {"m_eff": m_eff, "gamma2": gamma2, "k": k}
+    numbers = {name: finite(name, value, UNITS[name]) for name, value in given.items() if value is not None}
     units = units_of(several, "x1", driven=True)
-    for name, value in (("m_eff", m_eff), ("gamma2", gamma2), ("k", k)):
-        number = 1.0 if value is None else finite(name, value, units.of(UNITS[name]))
+    for name, number in numbers.items():
         if number == 0.0 or (name != "gamma2" and number < 0.0):
             raise HopformError(
                 f"{name} must be {'a number but 0 in' if name == 'gamma2' else '> 0'} {units.of(UNITS[name])}, got "
