@@ -63,13 +63,14 @@ function writeUrl() {
 
 function readToml(text) {
   const found = {};
-  text.split(/\r?\n/).forEach((line, n) => {
+  const parameters = text.split(/^\[fit\]/m)[0]; // behind it an identified robot says where its numbers come from
+  parameters.split(/\r?\n/).forEach((line, n) => {
     const [, name, value] = /^\s*(\w+)\s*=\s*("[^"]*"|'[^']*'|[^#\s]+)\s*(#.*)?$/.exec(line) ?? [];
     if (!name) {
       if (!/^\s*(#.*)?$/.test(line)) throw new Error(`line ${n + 1}: name = number is wanted, got ${line.trim()}`);
       return;
     }
-    if (name === "name" || name === "description") return;
+    if (facts.unused.includes(name)) return;
     if (!facts.fields.some((field) => field.name === name)) throw new Error(`line ${n + 1}: no parameter ${name}`);
     found[name] = number(value);
     if (Number.isNaN(found[name])) throw new Error(`line ${n + 1}: ${name} must be a number, got ${value}`);

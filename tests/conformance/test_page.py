@@ -7,6 +7,7 @@ import importlib.util
 import re
 import shutil
 import time
+from dataclasses import replace
 from pathlib import Path
 from urllib.parse import urlencode
 
@@ -15,6 +16,7 @@ import pytest
 
 import hopform
 from hopform._export.selftest import selftest
+from hopform._robots.provenance import Provenance
 
 ROOT = Path(__file__).resolve().parents[2]
 PAGE = ROOT / "docs" / "play"
@@ -189,7 +191,8 @@ def test_the_map_is_the_reachability_of_python(page, hopper_c):
 @browser
 def test_a_robot_file_is_loaded_saved_and_kept_in_the_address(page, tmp_path, tmp_path_factory):
     own = tmp_path / "own.toml"
-    own.write_text(re.sub(r"m_s = .*", "m_s = 3.25", hopform.load_robot("hopper_c").to_toml()), "utf-8")
+    fit = Provenance(("m_s",), (3.25,), (3.2,), (3.3,), ((1e-4,),), (), "hopper_c", True)
+    own.write_text(replace(hopform.load_robot("hopper_c"), m_s=3.25, fit=fit).to_toml(), "utf-8")
     driver = page(mode="constant", u=3)
     driver.find_element("id", "load").send_keys(str(own))
     wait(lambda: "m_s=3.25" in driver.current_url)

@@ -2,7 +2,9 @@
 
 import importlib.metadata
 import json
+import os
 import shlex
+import subprocess
 import sys
 
 import pytest
@@ -43,6 +45,18 @@ def test_options_stand_under_what_they_are_about(capsys):
         ("Errors of sensors and motor", "--delay"), ("Output", "--plot"), ("Options", "--help"),
     ):  # fmt: skip
         assert [name for name, part in sections.items() if f"  {option} " in part or f", {option} " in part] == [group]
+
+
+@pytest.mark.parametrize(
+    ("words", "place", "offered"), [("hopform st", 1, {"stance"}), ("hopform stance --he", 2, {"--height", "--help"})]
+)
+def test_a_shell_completes_commands_and_options(words, place, offered):
+    """As the script of `--show-completion bash` asks, of commands whose modules are loaded when they are called."""
+    asked = {"_HOPFORM_COMPLETE": "complete_bash", "COMP_WORDS": words, "COMP_CWORD": str(place)}
+    done = subprocess.run(
+        [sys.executable, "-m", "hopform"], env=os.environ | asked, capture_output=True, text=True, check=True
+    )
+    assert set(done.stdout.split()) == offered
 
 
 def test_every_group_is_that_of_some_option():

@@ -99,8 +99,9 @@ static inline hopform_least_f32 hopform_least_minimum_f32(const event_set_f32 *s
     float t = 0.0f;
     jet_f32 before = *from;
     jet_f32 last = *from;
-    while (t < end->t) {
-        const bool ends = !(t + 1.5f * apart < end->t);
+    bool ends = false;
+    while (!ends) {
+        ends = !(t + 1.5f * apart < end->t);
         const float next = ends ? end->t : t + apart;
         const propagator_f32 at = ends ? *end : propagator_at_f32(poles, next);
         const jet_f32 now = ends ? *to : jet_at_f32(set, g, &at);

@@ -99,8 +99,9 @@ static inline hopform_least_f64 hopform_least_minimum_f64(const event_set_f64 *s
     double t = 0.0;
     jet_f64 before = *from;
     jet_f64 last = *from;
-    while (t < end->t) {
-        const bool ends = !(t + 1.5 * apart < end->t);
+    bool ends = false;
+    while (!ends) {
+        ends = !(t + 1.5 * apart < end->t);
         const double next = ends ? end->t : t + apart;
         const propagator_f64 at = ends ? *end : propagator_at_f64(poles, next);
         const jet_f64 now = ends ? *to : jet_at_f64(set, g, &at);

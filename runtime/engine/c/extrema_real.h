@@ -99,8 +99,9 @@ static inline hopform_least_real hopform_least_minimum_real(const event_set_real
     real t = 0.0;
     jet_real before = *from;
     jet_real last = *from;
-    while (t < end->t) {
-        const bool ends = !(t + 1.5 * apart < end->t);
+    bool ends = false;
+    while (!ends) {
+        ends = !(t + 1.5 * apart < end->t);
         const real next = ends ? end->t : t + apart;
         const propagator_real at = ends ? *end : propagator_at_real(poles, next);
         const jet_real now = ends ? *to : jet_at_real(set, g, &at);

@@ -63,7 +63,7 @@ class Command(TyperCommand):
         return super().get_short_help_str(limit)
 
 
-app = typer.Typer(**SETTINGS)
+app = typer.Typer(**(SETTINGS | {"add_completion": True}))
 for _name in COMMANDS:
     app.command(_name, cls=Command)(lambda: None)
 

@@ -13,8 +13,10 @@ GROUPS = {
     "Map": "lowest highest heights currents",
     "Experiment": "duration rate record.noise record.quantum current hold added_mass repeats spring record.seed plan",
     "Fit": "known force identify.delay gain clock lag loss",
+    "Uncertainty of a fit": "from_fit draws control.seed reach.seed",
+    "Figures": "only recordings format width caption style",
     "Solver": "horizon max_phases backend dtype",
-    "Output": "samples sensitivities json toml csv hops_csv npz plot out report",
+    "Output": "samples sensitivities json toml csv hops_csv npz plot out report export",
 }  # fmt: skip
 """Options by group; `command.option` where other commands mean something else by the name."""
 
