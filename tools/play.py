@@ -17,7 +17,7 @@ from typing import Any
 import hopform
 from hopform._export import Wanted, package
 from hopform._export.selftest import selftest
-from hopform._robots import TRAVEL
+from hopform._solver.package import TRAVEL
 
 ROOT = Path(__file__).resolve().parent.parent
 PAGE = ROOT / "docs" / "play"

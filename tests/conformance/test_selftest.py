@@ -57,7 +57,7 @@ def output_of(image: Path) -> str:
 COMPILERS = [CC, *([["clang"]] if shutil.which("clang") else [])]
 
 
-@pytest.mark.parametrize("level", ["-O0", "-O2"])
+@pytest.mark.parametrize("level", the_first(["-O2", "-O0"]))
 @pytest.mark.parametrize("compiler", COMPILERS, ids=" ".join)
 def test_the_library_of_python_returns_the_digest_of_every_compiler(tmp_path, library, compiler, level):
     output = output_of(built(tmp_path, library, "selftest", *compiler, level))
@@ -121,6 +121,7 @@ def test_the_golden_vectors_hold_on_this_computer(tmp_path, library, flags):
     assert ", wrong 0" in output_of(built(tmp_path, library, "golden", *CC, *flags.split()))
 
 
+@pytest.mark.sliced
 def test_with_the_functions_of_the_c_library_the_digest_is_another_and_the_numbers_are_not(tmp_path, library):
     """The option does something: both digests differ from those of the library's own exp, sin, cos, ln and roots."""
     found = re.fullmatch(

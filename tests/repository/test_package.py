@@ -14,6 +14,7 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
 HAS_COMPILER = shutil.which(shlex.split(os.environ.get("CC") or "cc")[0]) is not None
+pytestmark = pytest.mark.sliced
 NO_COMPILER = {"CC": "/nonexistent/cc", "HOPFORM_REQUIRE_C": ""}
 
 

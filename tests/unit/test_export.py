@@ -16,6 +16,7 @@ import hopform
 from derive.__main__ import main as derive
 from hopform._cli import main
 from hopform._export import SYSTEMS, Wanted, amalgamated, export, package, sources
+from tests.needs import the_first
 
 CC = shlex.split(os.environ.get("CC") or "cc")
 FLAGS = ["-O1", "-ffp-contract=off", "-fno-math-errno", "-Wall", "-Wextra", "-Werror"]
@@ -132,7 +133,7 @@ int main(void)
 """
 
 
-@pytest.mark.parametrize("way", WAYS)
+@pytest.mark.parametrize("way", the_first(list(WAYS)))
 def test_another_cmake_project_consumes_the_package(packages, tmp_path, way):
     from hopform._export.selftest import selftest
 
