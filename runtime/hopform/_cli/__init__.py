@@ -23,7 +23,7 @@ UsageError: type[Exception] = typer.BadParameter.__bases__[0]
 """The exception of typer for a command line that it cannot read; it has no public name in every version of typer."""
 
 SETTINGS: dict[str, Any] = {
-    "add_completion": False, "rich_markup_mode": None, "pretty_exceptions_enable": False,
+    "rich_markup_mode": None, "pretty_exceptions_enable": False,
     "context_settings": {"help_option_names": ["-h", "--help"]},
 }  # fmt: skip
 
@@ -47,7 +47,7 @@ class Command(TyperCommand):
         from hopform._cli.help import GroupedCommand
 
         name = str(self.name)
-        one = typer.Typer(**SETTINGS)
+        one = typer.Typer(add_completion=False, **SETTINGS)
         one.command(name, cls=GroupedCommand)(getattr(import_module(f"hopform._cli.{COMMANDS[name]}"), name))
         return typer.main.get_command(one)
 
@@ -63,7 +63,7 @@ class Command(TyperCommand):
         return super().get_short_help_str(limit)
 
 
-app = typer.Typer(**(SETTINGS | {"add_completion": True}))
+app = typer.Typer(**SETTINGS)
 for _name in COMMANDS:
     app.command(_name, cls=Command)(lambda: None)
 
