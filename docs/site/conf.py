@@ -6,11 +6,15 @@ The source of the site is the checkout itself, so that a link between two files 
 import re
 import subprocess
 import sys
+import tempfile
 from pathlib import Path
 from typing import Any
 
+import jupytext
 from docutils import nodes
 from latex2mathml.converter import convert
+from nbconvert.exporters import MarkdownExporter
+from nbconvert.preprocessors import ExecutePreprocessor
 
 import hopform
 from hopform._cli import COMMANDS
@@ -90,8 +94,23 @@ def gallery() -> str:
     return text.partition("\n## ")[2].join(["## ", ""]).replace("](fig_", "](../../out/figures/fig_")
 
 
+def notebook(text: str) -> str:
+    """A page that is a notebook, executed: its cells with what they print and draw."""
+    folder = ROOT / "out" / "notebook"
+    folder.mkdir(parents=True, exist_ok=True)
+    book = jupytext.reads(text, fmt="md:myst")
+    with tempfile.TemporaryDirectory() as empty:
+        ExecutePreprocessor(timeout=300).preprocess(book, {"metadata": {"path": empty}})
+    body, resources = MarkdownExporter().from_notebook_node(book)
+    for picture, content in resources["outputs"].items():
+        (folder / picture).write_bytes(content)
+    return str(body).replace("](output_", "](../../out/notebook/output_")
+
+
 def on_read(app: Any, name: str, source: list[str]) -> None:
     """Pages as MyST reads them: headings' own anchors become targets; what is generated goes where it is asked for."""
+    if "```{code-cell}" in source[0]:
+        source[0] = notebook(source[0])
     text = re.sub(r'^(#+) <a id="([^"]+)"></a>(.*)$', r"(\2)=\n\1 \3", source[0], flags=re.MULTILINE)
     for mark, made in (("{{commands}}", commands), ("{{gallery}}", gallery)):
         if mark in text and name.startswith("docs/site/"):
