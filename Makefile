@@ -22,7 +22,7 @@ run: compiler venv ## set up .venv, derive and compile the formulas, solve stanc
 	    --plot out/rough.png
 	@printf '%s\n' "" "Open out/stance_3A.png and out/rough.png. Then try:" \
 	    "  .venv/bin/hopform --help                              the commands; each has two examples in its help" \
-	    "  .venv/bin/hopform robots hopper_c --toml > mine.toml  a robot's 15 numbers, to edit; --robot mine.toml" \
+	    "  .venv/bin/hopform robots hopper_c --toml > mine.toml  a robot's numbers, to edit; --robot mine.toml" \
 	    "  make docs                                             a site, and a page to play with (needs doxygen)"
 
 test: compiler venv-dev ## prove it: the derivation, the generated code against the symbols, the house rules

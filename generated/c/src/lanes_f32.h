@@ -1076,9 +1076,12 @@ LANES_CODE static void certify(lanes *restrict w, int s, const search *restrict 
     }
     for (int l = 0; l < LANES; l++) {
         const hopform_poles_f32 poles = one_of_poles_columns(&w->poles, l);
-        const jet_f32 from = one_jet(&w->from[s], l);
+        const hopform_basis_f32 basis = one_of_basis_columns(&w->end, l);
+        const event_function_f32 g = one_function(functions, l);
         const float h = w->end_t[l];
-        const float rounding = 32.0f * HOPFORM_EPS_f32 * (fabs_f32(from.value) + fabs_f32(from.rate * h));
+        const propagator_f32 at = {h, basis, 0.0f};
+        const jet_f32 from = one_jet(&w->from[s], l);
+        const float rounding = rounding_of_f32(&g, &at, w->to[s].rate[l]);
         open[l] *= flag(!(quiet_time_of_ringing_f32(&poles, &from, rounding) > h));
     }
     if (!any(open)) {

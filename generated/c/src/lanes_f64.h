@@ -1076,9 +1076,12 @@ LANES_CODE static void certify(lanes *restrict w, int s, const search *restrict 
     }
     for (int l = 0; l < LANES; l++) {
         const hopform_poles_f64 poles = one_of_poles_columns(&w->poles, l);
-        const jet_f64 from = one_jet(&w->from[s], l);
+        const hopform_basis_f64 basis = one_of_basis_columns(&w->end, l);
+        const event_function_f64 g = one_function(functions, l);
         const double h = w->end_t[l];
-        const double rounding = 32.0 * HOPFORM_EPS_f64 * (fabs_f64(from.value) + fabs_f64(from.rate * h));
+        const propagator_f64 at = {h, basis, 0.0};
+        const jet_f64 from = one_jet(&w->from[s], l);
+        const double rounding = rounding_of_f64(&g, &at, w->to[s].rate[l]);
         open[l] *= flag(!(quiet_time_of_ringing_f64(&poles, &from, rounding) > h));
     }
     if (!any(open)) {

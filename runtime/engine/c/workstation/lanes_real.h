@@ -1076,9 +1076,12 @@ LANES_CODE static void certify(lanes *restrict w, int s, const search *restrict 
     }
     for (int l = 0; l < LANES; l++) {
         const hopform_poles_real poles = one_of_poles_columns(&w->poles, l);
-        const jet_real from = one_jet(&w->from[s], l);
+        const hopform_basis_real basis = one_of_basis_columns(&w->end, l);
+        const event_function_real g = one_function(functions, l);
         const real h = w->end_t[l];
-        const real rounding = 32.0 * HOPFORM_EPS_real * (fabs_real(from.value) + fabs_real(from.rate * h));
+        const propagator_real at = {h, basis, 0.0};
+        const jet_real from = one_jet(&w->from[s], l);
+        const real rounding = rounding_of_real(&g, &at, w->to[s].rate[l]);
         open[l] *= flag(!(quiet_time_of_ringing_real(&poles, &from, rounding) > h));
     }
     if (!any(open)) {
