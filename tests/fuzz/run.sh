@@ -1,7 +1,7 @@
 #!/bin/sh
 # Fuzz each C entry point, or those of ENTRIES, for SECONDS_EACH (default 60), in both precisions, JOBS (default:
-# processors) at a time, by FUZZ_SEED (default: another each time). A finding stops it, unless KEEP_GOING is set, and stays in out/fuzz; tests/fuzz/found holds
-# earlier ones, which are tried first.
+# processors) at a time, by FUZZ_SEED (default: another each time). A finding stops it, unless KEEP_GOING is set, and
+# stays in out/fuzz; tests/fuzz/found holds earlier ones, which are tried first.
 set -eu
 cd "$(dirname "$0")/../.."
 clang=${CLANG:-clang}
