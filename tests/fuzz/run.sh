@@ -17,7 +17,8 @@ if [ $# -eq 2 ]; then # one entry point in one precision
     "$clang" $flags $checks -fsanitize=fuzzer -D"$2" -DENTRY="$1" "$target" out/fuzz/objects/*.o -o "out/fuzz/$name" -lm
     mkdir -p "out/fuzz/corpus_$name"
     status=0
-    "out/fuzz/$name" -max_total_time="$seconds" -seed="${FUZZ_SEED:-0}" -max_len=256 -timeout=10 -verbosity=0 -print_final_stats=1 \
+    "out/fuzz/$name" -max_total_time="$seconds" -seed="${FUZZ_SEED:-0}" -max_len=256 -timeout=10 -verbosity=0 \
+        -print_final_stats=1 \
         -artifact_prefix="out/fuzz/${name}_" "out/fuzz/corpus_$name" tests/fuzz/found \
         2>"out/fuzz/$name.log" || status=$?
     runs=$(sed -n 's/^stat::number_of_executed_units: *//p' "out/fuzz/$name.log")
