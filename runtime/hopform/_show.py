@@ -5,6 +5,7 @@ A result gives a `Card`, the figures that a reader looks for first, and its arra
 
 import base64
 import html
+from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from importlib import import_module
@@ -60,14 +61,14 @@ Curve = tuple[str, ArrayLike, ArrayLike]
 """What a small curve shows, in words, and its points."""
 
 
-class Shown:
-    """A result that shows itself. Its subclasses have `_card` and `_arrays`."""
+class Shown(ABC):
+    """A result that shows itself."""
 
-    def _card(self) -> Card:
-        raise NotImplementedError
+    @abstractmethod
+    def _card(self) -> Card: ...
 
-    def _arrays(self) -> Arrays:
-        raise NotImplementedError
+    @abstractmethod
+    def _arrays(self) -> Arrays: ...
 
     def _curve(self) -> Curve | None:
         return None
@@ -106,7 +107,7 @@ class Shown:
 
 
 class Motion(Shown):
-    """A result over time. Its subclasses have a `duration` and `_over`, too."""
+    """A result over time. Its subclasses have a `duration`, too."""
 
     def _length(self) -> float:
         """Its duration [s]."""
@@ -124,9 +125,9 @@ class Motion(Shown):
         motion |= {name: (("time",), values) for name, values in self._over(times).items()}
         return dataset({**motion, **self._arrays()}, self._card().title)
 
+    @abstractmethod
     def _over(self, t: NDArray[np.float64]) -> Mapping[str, ArrayLike]:
         """What moves, at times."""
-        raise NotImplementedError
 
     def _curve(self) -> Curve:
         """The height of the body over time."""

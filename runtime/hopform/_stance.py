@@ -433,7 +433,7 @@ def _stance(
     status, lifts = ENDINGS[ending], ending == _TAKEOFF
     end = tuple_of(State, (x1, v1, float(body_height(robot, dtype, x1, y)), v2))
     stance: Stance = object.__new__(Stance)
-    stance.__dict__.update({
+    vars(stance).update({
         "robot": robot,
         "u": u,
         "backend": backend,

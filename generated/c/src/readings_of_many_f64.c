@@ -45,14 +45,14 @@ static int32_t solve_row(row_solver *row, int64_t i)
 }
 
 /* Status of the call: HOPFORM_OK if the stances can be solved. `size`: bytes of one result. */
-static int32_t status_of(int64_t count, const row_solver *row, const double *results, size_t size, const int32_t *status)
+static int32_t status_of(int64_t count, const row_solver *row, const double *first, size_t size, const int32_t *status)
 {
-    if (row->in == NULL || row->phases == NULL || results == NULL || status == NULL) {
+    if (row->in == NULL || row->phases == NULL || first == NULL || status == NULL) {
         return HOPFORM_ERROR_NULL;
     }
     const hopform_elements_f64 written[] = {
         {row->phases, 0, row->capacity > 0 ? (size_t)row->capacity * sizeof *row->phases : 0},
-        {results, (ptrdiff_t)size, size},
+        {first, (ptrdiff_t)size, size},
         {status, sizeof *status, sizeof *status},
     };
     return hopform_batch_status_f64(count, row->in, written, 3);

@@ -7,6 +7,7 @@ remains of the actuator's return in flight is carried into the next stance.
 
 import io
 import math
+from abc import abstractmethod
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -122,10 +123,10 @@ class _Leg:
 
 
 class _Legs(Motion):
-    """Flights and stances in a row; heights over level 0. Its subclasses have `_chain`."""
+    """Flights and stances in a row; heights over level 0."""
 
-    def _chain(self) -> list[_Leg]:
-        raise NotImplementedError
+    @abstractmethod
+    def _chain(self) -> list[_Leg]: ...
 
     @cached_property
     def _all_legs(self) -> list[_Leg]:
