@@ -14,11 +14,8 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
 FLAGS = ["-std=c99", "-O2", "-fPIC", "-shared", "-fvisibility=default", "-ffp-contract=off", "-fno-math-errno"]
-# Loops over lanes become vector instructions where no trap on a number that is not used, and no jump around it, is
-# kept.
-LANE_FLAGS = ["-O3", "-fno-trapping-math", "-fno-thread-jumps"]
-OF_GCC = {"-fno-thread-jumps"}
-"""What clang ignores and zig refuses."""
+# Loops over lanes become vector instructions where no trap on a number that is not used is kept.
+LANE_FLAGS = ["-O3", "-fno-trapping-math"]
 PLATFORM = os.environ.get("HOPFORM_PLATFORM") or sys.platform
 """The platform of a wheel that is built for another computer, with $CC a cross compiler; or this one's."""
 SUFFIX = ".dylib" if PLATFORM.startswith(("darwin", "macosx")) else ".dll" if PLATFORM.startswith("win") else ".so"
@@ -70,8 +67,7 @@ def compile_sources(c: Path, output: Path, *more: str) -> None:
     others = [source for source in sources if source not in lanes]
     include = ["-I", str(c / "include")]
     libraries = [] if "-nostdlib" in compiler else ["-lm"]
-    lane_flags = [flag for flag in LANE_FLAGS if "ziglang" not in compiler or flag not in OF_GCC]
-    for_objects = [*compiler, *(flag for flag in FLAGS if flag != "-shared"), *lane_flags, *more, *include, "-c"]
+    for_objects = [*compiler, *(flag for flag in FLAGS if flag != "-shared"), *LANE_FLAGS, *more, *include, "-c"]
     try:
         with tempfile.TemporaryDirectory() as folder, ThreadPoolExecutor(os.cpu_count()) as pool:
             objects = [str(Path(folder, f"{source.stem}.o")) for source in lanes]

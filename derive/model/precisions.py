@@ -92,6 +92,7 @@ CONSTANTS = (
     ),
     Constant("SMALLEST_EXPONENT", -87.0, -708.0, "exp of less counts as 0"),
     Constant("LARGEST_ANGLE", 1e6, 1e15, "a larger angle has no digit left"),
+    _each("ROUNDER", lambda p: 1.5 * 2.0**p.fraction_bits, "added to a number, it leaves it rounded in its last bits"),
     _each("FRACTION_BITS", lambda p: p.fraction_bits, "bits of the fraction"),
     Constant("LOWER_HALF", 12, 27, "bits that are cut off so that a square is exact"),
     _each("SMALLEST_NORMAL", lambda p: 2.0 ** (1 - p.exponent_bias), "smallest normal number"),

@@ -321,17 +321,17 @@ MUTANTS = (
     ),
     Mutant(
         "C: a stop that is touched where x1 turns is hit",
-        "runtime/engine/c/stance_real.c",
-        "!(beyond > grazing_tolerance_real(events->motion, &start, &at.basis))",
-        "false",
+        "runtime/engine/c/first_event_real.h",
+        "return beyond > 0.0 && beyond > grazing_tolerance_real(motion, start, basis);",
+        "return beyond > 0.0;",
         first=("tests/conformance/test_ties.py",),
     ),
     # ---- the first event ----
     Mutant(
         "C: an event before the take-off at the same time",
-        "runtime/engine/c/stance_real.c",
-        "at->value < -8.0 * HOPFORM_EPS_real * limit * at->rate",
-        "at->value < 8.0 * HOPFORM_EPS_real * limit * at->rate",
+        "runtime/engine/c/first_event_real.h",
+        "(at->value < -8.0 * HOPFORM_EPS_real * limit * at->rate)",
+        "(at->value < 8.0 * HOPFORM_EPS_real * limit * at->rate)",
         first=("tests/conformance/test_ties.py",),
     ),
     Mutant(
@@ -351,8 +351,8 @@ MUTANTS = (
     Mutant(
         "C: rounding taken for a crossing",
         "runtime/engine/c/first_event_real.h",
-        "return to->value < -rounding || (in->found < 0 && to->rate * (in->high.t - in->low) < -rounding);",
-        "return rounding >= 0.0;",
+        "((to->value < -rounding) | (is_last & (to->rate * h < -rounding)));",
+        "(rounding >= 0.0 || is_last || h >= 0.0);",
         first=("tests/conformance/test_ties.py",),
     ),
     Mutant(

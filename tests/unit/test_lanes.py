@@ -121,6 +121,16 @@ def test_a_sweep_has_the_same_bits(variant, dtype, how):
 
 
 @pytest.mark.parametrize("dtype", [np.float64, np.float32])
+def test_runs_of_one_robot_have_the_same_bits(variant, dtype):
+    problems = np.repeat(draw_stances(7, 90), 40)  # one run of each robot, and a run of one where it is refused
+    problems["u"] += np.tile(np.linspace(-1.0, 1.0, 40), 90)
+    problems["k"][400:440], problems["m_s"][447] = problems["k"][360], -1.0
+    expected = solve(ONE_BY_ONE, problems, dtype)
+    assert (expected.results["status"] < 0).sum() == 1
+    assert same(solve(variant, problems, dtype), expected)
+
+
+@pytest.mark.parametrize("dtype", [np.float64, np.float32])
 def test_what_else_is_in_a_batch_changes_nothing(variant, dtype):
     problems = np.concatenate([sweep(700), draw_stances(3, 700)])
     order = np.random.default_rng(5).permutation(len(problems))

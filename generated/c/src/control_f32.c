@@ -737,7 +737,7 @@ static float most_in_phase_f32(const hopform_plan_f32 *plan, const hopform_phase
     const event_set_f32 set = {poles, hopform_node_of_f32(plan, side, side), 1, {extension}};
     const propagator_f32 end = propagator_at_f32(poles, t);
     const jet_f32 from = jet_at_start_f32(poles, &extension);
-    const jet_f32 to = jet_at_f32(&set, &extension, &end);
+    const jet_f32 to = jet_at_f32(set.poles, &extension, &end);
     return -hopform_least_minimum_f32(&set, &from, &to, &end, 65536.0f).value;
 }
 

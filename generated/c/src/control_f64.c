@@ -737,7 +737,7 @@ static double most_in_phase_f64(const hopform_plan_f64 *plan, const hopform_phas
     const event_set_f64 set = {poles, hopform_node_of_f64(plan, side, side), 1, {extension}};
     const propagator_f64 end = propagator_at_f64(poles, t);
     const jet_f64 from = jet_at_start_f64(poles, &extension);
-    const jet_f64 to = jet_at_f64(&set, &extension, &end);
+    const jet_f64 to = jet_at_f64(set.poles, &extension, &end);
     return -hopform_least_minimum_f64(&set, &from, &to, &end, 65536.0).value;
 }
 

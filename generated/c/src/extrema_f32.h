@@ -29,7 +29,7 @@ static inline void hopform_find_minimum_f32(const event_set_f32 *set, const jet_
     float t = low + apart * refined_root_f32(&p, rough_root_f32(&rate_from, &rate_to, apart));
     propagator_f32 at = propagator_at_f32(poles, t);
     for (int n = 0; n < 100; n++) {
-        const jet_f32 jet = jet_at_f32(set, g, &at);
+        const jet_f32 jet = jet_at_f32(set->poles, g, &at);
         const jet_f32 falls = {-jet.rate, -jet.curvature, -jet.third, fourth_of_f32(poles, &jet)};
         const float step = step_to_root_f32(&falls);
         const bool is_far = !(fabs_f32(jet.rate * jet.third) < 0.01f * jet.curvature * jet.curvature); /* or fading */
@@ -104,7 +104,7 @@ static inline hopform_least_f32 hopform_least_minimum_f32(const event_set_f32 *s
         ends = !(t + 1.5f * apart < end->t);
         const float next = ends ? end->t : t + apart;
         const propagator_f32 at = ends ? *end : propagator_at_f32(poles, next);
-        const jet_f32 now = ends ? *to : jet_at_f32(set, g, &at);
+        const jet_f32 now = ends ? *to : jet_at_f32(set->poles, g, &at);
         if (last.rate < 0.0f && now.rate >= 0.0f) {
             hopform_find_minimum_f32(set, &last, t, &now, next, &least);
         } else if (t > 0.0f && last.rate < 0.0f && last.rate > before.rate && last.rate > now.rate) {
@@ -112,7 +112,7 @@ static inline hopform_least_f32 hopform_least_minimum_f32(const event_set_f32 *s
             const float bend = ((now.rate - last.rate) / (next - t) - rise) / (next - earlier);
             const float top = t - 0.5f * (rise + bend * (t - earlier)) / bend; /* of the parabola through the three */
             const propagator_f32 at_top = propagator_at_f32(poles, top);
-            const jet_f32 there = jet_at_f32(set, g, &at_top);
+            const jet_f32 there = jet_at_f32(set->poles, g, &at_top);
             if (there.rate > 0.0f) {
                 hopform_find_minimum_f32(set, &before, earlier, &there, top, &least);
             }

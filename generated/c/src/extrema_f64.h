@@ -29,7 +29,7 @@ static inline void hopform_find_minimum_f64(const event_set_f64 *set, const jet_
     double t = low + apart * refined_root_f64(&p, rough_root_f64(&rate_from, &rate_to, apart));
     propagator_f64 at = propagator_at_f64(poles, t);
     for (int n = 0; n < 100; n++) {
-        const jet_f64 jet = jet_at_f64(set, g, &at);
+        const jet_f64 jet = jet_at_f64(set->poles, g, &at);
         const jet_f64 falls = {-jet.rate, -jet.curvature, -jet.third, fourth_of_f64(poles, &jet)};
         const double step = step_to_root_f64(&falls);
         const bool is_far = !(fabs_f64(jet.rate * jet.third) < 0.01 * jet.curvature * jet.curvature); /* or fading */
@@ -104,7 +104,7 @@ static inline hopform_least_f64 hopform_least_minimum_f64(const event_set_f64 *s
         ends = !(t + 1.5 * apart < end->t);
         const double next = ends ? end->t : t + apart;
         const propagator_f64 at = ends ? *end : propagator_at_f64(poles, next);
-        const jet_f64 now = ends ? *to : jet_at_f64(set, g, &at);
+        const jet_f64 now = ends ? *to : jet_at_f64(set->poles, g, &at);
         if (last.rate < 0.0 && now.rate >= 0.0) {
             hopform_find_minimum_f64(set, &last, t, &now, next, &least);
         } else if (t > 0.0 && last.rate < 0.0 && last.rate > before.rate && last.rate > now.rate) {
@@ -112,7 +112,7 @@ static inline hopform_least_f64 hopform_least_minimum_f64(const event_set_f64 *s
             const double bend = ((now.rate - last.rate) / (next - t) - rise) / (next - earlier);
             const double top = t - 0.5 * (rise + bend * (t - earlier)) / bend; /* of the parabola through the three */
             const propagator_f64 at_top = propagator_at_f64(poles, top);
-            const jet_f64 there = jet_at_f64(set, g, &at_top);
+            const jet_f64 there = jet_at_f64(set->poles, g, &at_top);
             if (there.rate > 0.0) {
                 hopform_find_minimum_f64(set, &before, earlier, &there, top, &least);
             }

@@ -111,10 +111,11 @@ static inline jet_f32 short_jet_at_f32(const event_function_f32 *g, const propag
     return jet;
 }
 
-static inline jet_f32 jet_at_f32(const event_set_f32 *set, const event_function_f32 *g, const propagator_f32 *at)
+static inline jet_f32 jet_at_f32(const hopform_poles_f32 *poles, const event_function_f32 *g,
+                                   const propagator_f32 *at)
 {
     jet_f32 jet = short_jet_at_f32(g, at);
-    jet.third = third_of_f32(set->poles, g, at);
+    jet.third = third_of_f32(poles, g, at);
     return jet;
 }
 
@@ -251,6 +252,28 @@ static inline float fourth_of_f32(const hopform_poles_f32 *poles, const jet_f32 
     return poles->s_1 * at->third + poles->s_2 * at->curvature + poles->s_3 * at->rate;
 }
 
+/* A step towards a root between two times: whether t is it, or the step lands on it, and else where it is looked for
+ * next: `next` if that is inside. */
+typedef struct {
+    bool arrives, lands, inside;
+    float low, high, next;
+} root_step_f32;
+
+/* Of an event function, above zero at the lower time. */
+static inline root_step_f32 step_between_f32(const hopform_poles_f32 *poles, const jet_f32 *at, float t, float low,
+                                               float high)
+{
+    const bool arrives = fabs_f32(at->value) <= HOPFORM_EPS_f32 * t * fabs_f32(at->rate);
+    const float step = step_to_root_f32(at);
+    const float next = t - step;
+    const float from = at->value > 0.0f ? t : low;
+    const float to = at->value < 0.0f ? t : high;
+    const bool inside = (next > from) & (next < to);
+    const bool lands = (!arrives) & inside & step_converges_f32(poles, at, fourth_of_f32(poles, at), next, step);
+    const root_step_f32 towards = {arrives, lands, inside, from, to, next};
+    return towards;
+}
+
 /* The root of g between a time at which g > 0 and an instant at which g < 0, from a guess. */
 static inline propagator_f32 located_root_f32(const event_set_f32 *set, const event_function_f32 *g, float low,
                                                 const propagator_f32 *last, float guess)
@@ -266,24 +289,20 @@ static inline propagator_f32 located_root_f32(const event_set_f32 *set, const ev
             }
         }
         const propagator_f32 at = propagator_at_f32(poles, t);
-        const jet_f32 jet = jet_at_f32(set, g, &at);
-        if (fabs_f32(jet.value) <= HOPFORM_EPS_f32 * t * fabs_f32(jet.rate)) {
+        const jet_f32 jet = jet_at_f32(poles, g, &at);
+        const root_step_f32 step = step_between_f32(poles, &jet, t, low, high.t);
+        if (step.arrives) {
             return at;
         }
-        const float step = step_to_root_f32(&jet);
-        if (jet.value > 0.0f) {
-            low = t;
-        } else if (jet.value < 0.0f) {
+        if (step.lands) {
+            const hopform_basis_f32 carried = carried_basis_f32(poles, &at.basis, step.next - t);
+            return propagator_of_f32(poles, step.next, &carried);
+        }
+        if (jet.value < 0.0f) {
             high = at;
-        } else {
-            return at;
         }
-        const float next = t - step;
-        if (next > low && next < high.t && step_converges_f32(poles, &jet, fourth_of_f32(poles, &jet), next, step)) {
-            const hopform_basis_f32 carried = carried_basis_f32(poles, &at.basis, next - t);
-            return propagator_of_f32(poles, next, &carried);
-        }
-        t = n > 8 && n % 2 == 1 ? low : next;
+        low = step.low;
+        t = n > 8 && n % 2 == 1 ? low : step.next;
     }
     return high;
 }
@@ -493,12 +512,11 @@ static inline void end_interval_at_f32(const event_set_f32 *set, interval_f32 *i
     in->found = -1;
 }
 
-/* The far end of the interval has been passed below zero by more than rounding, or so steeply that the root is near. */
-static inline bool has_crossed_f32(const event_set_f32 *set, const interval_f32 *in, int32_t n)
+/* The far end of an interval of length h has been passed below zero by more than rounding, or, where no other root has
+ * been found before it, so steeply that the root is near. */
+static inline bool has_crossed_f32(const jet_f32 *to, float h, float rounding, bool is_last)
 {
-    const jet_f32 *to = &in->to[n];
-    const float rounding = rounding_of_f32(&set->function[n], &in->high, to->rate);
-    return to->value < -rounding || (in->found < 0 && to->rate * (in->high.t - in->low) < -rounding);
+    return (to->value < 0.0f) & ((to->value < -rounding) | (is_last & (to->rate * h < -rounding)));
 }
 
 /* The far end of the interval, with the jets of all functions there. */
@@ -519,7 +537,8 @@ static inline void end_at_first_crossing_f32(const event_set_f32 *set, interval_
         float share = 2.0f;
         for (int32_t n = 0; n < set->count; n++) {
             const jet_f32 *to = &in->to[n];
-            if (to->value < 0.0f && n != in->found && has_crossed_f32(set, in, n)) {
+            if (to->value < 0.0f && n != in->found
+                && has_crossed_f32(to, h, rounding_of_f32(&set->function[n], &in->high, to->rate), in->found < 0)) {
                 const float third = third_of_f32(set->poles, &set->function[n], &in->high);
                 const interpolant_f32 p = interpolant_of_f32(&in->from[n], to, third, h);
                 const float guess = refined_root_f32(&p, rough_root_f32(&in->from[n], to, h));
@@ -536,19 +555,31 @@ static inline void end_at_first_crossing_f32(const event_set_f32 *set, interval_
     }
 }
 
+/* Whether a function has a root within rounding of that of another, at the end of an interval of length h. */
+static inline bool is_tie_f32(const jet_f32 *at, float rounding, float h, float other_rate, float other_rounding)
+{
+    return (at->rate * h < -16.0f * rounding)
+           & ((at->value - 4.0f * rounding) * fabs_f32(other_rate) < fabs_f32(at->rate) * other_rounding);
+}
+
 /* Two roots within rounding are at the same time, and the function that is listed first wins. */
 static inline void settle_ties_f32(const event_set_f32 *set, interval_f32 *in)
 {
     for (int32_t n = 0; n < in->found; n++) {
         const jet_f32 *at = &in->to[n];
-        const jet_f32 *other = &in->to[in->found];
+        const float other = in->to[in->found].rate;
         const float rounding = rounding_of_f32(&set->function[n], &in->high, at->rate);
-        const float of_other = rounding_of_f32(&set->function[in->found], &in->high, other->rate);
-        const bool crosses = at->rate * (in->high.t - in->low) < -16.0f * rounding;
-        if (crosses && (at->value - 4.0f * rounding) * fabs_f32(other->rate) < fabs_f32(at->rate) * of_other) {
+        const float of_other = rounding_of_f32(&set->function[in->found], &in->high, other);
+        if (is_tie_f32(at, rounding, in->high.t - in->low, other, of_other)) {
             in->found = n;
         }
     }
+}
+
+/* Whether a function crosses zero, and does not just touch it, at the time of the limit. */
+static inline bool crosses_at_limit_f32(const jet_f32 *at, float rounding, float limit)
+{
+    return (at->value < -8.0f * HOPFORM_EPS_f32 * limit * at->rate) & (at->rate * limit < -16.0f * rounding);
 }
 
 /* d of rule 2. Where the pair has faded beside the real pole, d is taken from the pair itself. */
@@ -640,7 +671,7 @@ static inline void begin_interval_f32(const event_set_f32 *set, interval_f32 *in
     in->low = in->high.t;
     in->found = -1;
     for (int32_t n = 0; n < set->count; n++) {
-        in->from[n] = jet_at_f32(set, &set->function[n], &in->high);
+        in->from[n] = jet_at_f32(set->poles, &set->function[n], &in->high);
         in->from[n].value = hopform_greater_f32(in->from[n].value, 0.0f);
     }
 }
@@ -673,6 +704,15 @@ static inline int32_t lost_at_once_f32(const event_set_f32 *set, interval_f32 *i
 
 /* ---- closed forms, contacts ---- */
 
+/* Rule 3 of a pair that rings with omega. From rest a mass swings for a half turn. */
+static inline float time_to_rest_of_ringing_f32(const hopform_poles_f32 *poles, float omega, float v, float acc)
+{
+    const float slowing = hopform_angle_f32(-(acc + 0.5f * poles->p * v) / omega, v) / omega;
+    const float at_once = acc < 0.0f ? 0.0f : HOPFORM_NEVER_f32;
+    const float from_rest = acc > 0.0f ? 3.1415927f / omega : at_once;
+    return v > 0.0f ? slowing : from_rest;
+}
+
 /* Rule 3: when a mass that slips alone comes to rest, NEVER if it does not: v and v' = acc at t = 0, times its sign.
  *
  * v'' + p v' + q v = 0 without a constant force, so v keeps its relative accuracy however far it has faded: its first
@@ -682,13 +722,11 @@ static inline float time_to_rest_f32(const hopform_poles_f32 *poles, float v, fl
 {
     const float mean = 0.5f * poles->p;
     const float discriminant = mean * mean - poles->q;
-    if (!(v > 0.0f)) { /* from rest a mass swings for a half turn, or creeps */
-        return acc > 0.0f ? (discriminant < 0.0f ? 3.1415927f / sqrt_f32(-discriminant) : HOPFORM_NEVER_f32)
-                         : (acc < 0.0f ? 0.0f : HOPFORM_NEVER_f32);
-    }
     if (discriminant < 0.0f) {
-        const float omega = sqrt_f32(-discriminant);
-        return hopform_angle_f32(-(acc + mean * v) / omega, v) / omega;
+        return time_to_rest_of_ringing_f32(poles, sqrt_f32(-discriminant), v, acc);
+    }
+    if (!(v > 0.0f)) { /* from rest it creeps */
+        return acc < 0.0f ? 0.0f : HOPFORM_NEVER_f32;
     }
     const float half = sqrt_f32(discriminant);
     const float slow = mean + half > 0.0f ? poles->q / (mean + half) : 0.0f;
@@ -754,6 +792,30 @@ static inline approach_f32 approach_of_f32(const hopform_poles_f32 *poles, const
     const approach_f32 to = {{sign * at.x1_t, sign * at.v1_t, sign * rise.rise_rate, sign * rise.rise_curvature},
                               sign * rise.rise_third};
     return to;
+}
+
+/* Whether x_1 has passed the stop from which `start` counts it, and does not just touch it. */
+static inline bool is_beyond_stop_f32(const hopform_motion_f32 *motion, const hopform_state_f32 *start, float sign,
+                                       const hopform_basis_f32 *basis)
+{
+    const float beyond = sign * hopform_state_at_f32(start, motion, basis).x1_t;
+    return beyond > 0.0f && beyond > grazing_tolerance_f32(motion, start, basis);
+}
+
+/* A step towards the time at which x_1, short of its stop at the lower time, meets it. */
+static inline root_step_f32 step_to_stop_f32(const hopform_poles_f32 *poles, const approach_f32 *to, float t,
+                                               float low, float high)
+{
+    const bool arrives = fabs_f32(to->at.value) <= HOPFORM_EPS_f32 * t * to->at.rate;
+    const bool beyond = to->at.value > 0.0f;
+    const float step = step_to_root_f32(&to->at);
+    const float next = t - step;
+    const float from = beyond ? low : t;
+    const float until = beyond ? t : high;
+    const bool inside = (to->at.rate > 0.0f) & (next > from) & (next < until);
+    const bool lands = (!arrives) & inside & step_converges_f32(poles, &to->at, to->fourth, next, step);
+    const root_step_f32 towards = {arrives, lands, inside, from, until, next};
+    return towards;
 }
 
 #endif

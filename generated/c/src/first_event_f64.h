@@ -111,10 +111,11 @@ static inline jet_f64 short_jet_at_f64(const event_function_f64 *g, const propag
     return jet;
 }
 
-static inline jet_f64 jet_at_f64(const event_set_f64 *set, const event_function_f64 *g, const propagator_f64 *at)
+static inline jet_f64 jet_at_f64(const hopform_poles_f64 *poles, const event_function_f64 *g,
+                                   const propagator_f64 *at)
 {
     jet_f64 jet = short_jet_at_f64(g, at);
-    jet.third = third_of_f64(set->poles, g, at);
+    jet.third = third_of_f64(poles, g, at);
     return jet;
 }
 
@@ -251,6 +252,28 @@ static inline double fourth_of_f64(const hopform_poles_f64 *poles, const jet_f64
     return poles->s_1 * at->third + poles->s_2 * at->curvature + poles->s_3 * at->rate;
 }
 
+/* A step towards a root between two times: whether t is it, or the step lands on it, and else where it is looked for
+ * next: `next` if that is inside. */
+typedef struct {
+    bool arrives, lands, inside;
+    double low, high, next;
+} root_step_f64;
+
+/* Of an event function, above zero at the lower time. */
+static inline root_step_f64 step_between_f64(const hopform_poles_f64 *poles, const jet_f64 *at, double t, double low,
+                                               double high)
+{
+    const bool arrives = fabs_f64(at->value) <= HOPFORM_EPS_f64 * t * fabs_f64(at->rate);
+    const double step = step_to_root_f64(at);
+    const double next = t - step;
+    const double from = at->value > 0.0 ? t : low;
+    const double to = at->value < 0.0 ? t : high;
+    const bool inside = (next > from) & (next < to);
+    const bool lands = (!arrives) & inside & step_converges_f64(poles, at, fourth_of_f64(poles, at), next, step);
+    const root_step_f64 towards = {arrives, lands, inside, from, to, next};
+    return towards;
+}
+
 /* The root of g between a time at which g > 0 and an instant at which g < 0, from a guess. */
 static inline propagator_f64 located_root_f64(const event_set_f64 *set, const event_function_f64 *g, double low,
                                                 const propagator_f64 *last, double guess)
@@ -266,24 +289,20 @@ static inline propagator_f64 located_root_f64(const event_set_f64 *set, const ev
             }
         }
         const propagator_f64 at = propagator_at_f64(poles, t);
-        const jet_f64 jet = jet_at_f64(set, g, &at);
-        if (fabs_f64(jet.value) <= HOPFORM_EPS_f64 * t * fabs_f64(jet.rate)) {
+        const jet_f64 jet = jet_at_f64(poles, g, &at);
+        const root_step_f64 step = step_between_f64(poles, &jet, t, low, high.t);
+        if (step.arrives) {
             return at;
         }
-        const double step = step_to_root_f64(&jet);
-        if (jet.value > 0.0) {
-            low = t;
-        } else if (jet.value < 0.0) {
+        if (step.lands) {
+            const hopform_basis_f64 carried = carried_basis_f64(poles, &at.basis, step.next - t);
+            return propagator_of_f64(poles, step.next, &carried);
+        }
+        if (jet.value < 0.0) {
             high = at;
-        } else {
-            return at;
         }
-        const double next = t - step;
-        if (next > low && next < high.t && step_converges_f64(poles, &jet, fourth_of_f64(poles, &jet), next, step)) {
-            const hopform_basis_f64 carried = carried_basis_f64(poles, &at.basis, next - t);
-            return propagator_of_f64(poles, next, &carried);
-        }
-        t = n > 8 && n % 2 == 1 ? low : next;
+        low = step.low;
+        t = n > 8 && n % 2 == 1 ? low : step.next;
     }
     return high;
 }
@@ -493,12 +512,11 @@ static inline void end_interval_at_f64(const event_set_f64 *set, interval_f64 *i
     in->found = -1;
 }
 
-/* The far end of the interval has been passed below zero by more than rounding, or so steeply that the root is near. */
-static inline bool has_crossed_f64(const event_set_f64 *set, const interval_f64 *in, int32_t n)
+/* The far end of an interval of length h has been passed below zero by more than rounding, or, where no other root has
+ * been found before it, so steeply that the root is near. */
+static inline bool has_crossed_f64(const jet_f64 *to, double h, double rounding, bool is_last)
 {
-    const jet_f64 *to = &in->to[n];
-    const double rounding = rounding_of_f64(&set->function[n], &in->high, to->rate);
-    return to->value < -rounding || (in->found < 0 && to->rate * (in->high.t - in->low) < -rounding);
+    return (to->value < 0.0) & ((to->value < -rounding) | (is_last & (to->rate * h < -rounding)));
 }
 
 /* The far end of the interval, with the jets of all functions there. */
@@ -519,7 +537,8 @@ static inline void end_at_first_crossing_f64(const event_set_f64 *set, interval_
         double share = 2.0;
         for (int32_t n = 0; n < set->count; n++) {
             const jet_f64 *to = &in->to[n];
-            if (to->value < 0.0 && n != in->found && has_crossed_f64(set, in, n)) {
+            if (to->value < 0.0 && n != in->found
+                && has_crossed_f64(to, h, rounding_of_f64(&set->function[n], &in->high, to->rate), in->found < 0)) {
                 const double third = third_of_f64(set->poles, &set->function[n], &in->high);
                 const interpolant_f64 p = interpolant_of_f64(&in->from[n], to, third, h);
                 const double guess = refined_root_f64(&p, rough_root_f64(&in->from[n], to, h));
@@ -536,19 +555,31 @@ static inline void end_at_first_crossing_f64(const event_set_f64 *set, interval_
     }
 }
 
+/* Whether a function has a root within rounding of that of another, at the end of an interval of length h. */
+static inline bool is_tie_f64(const jet_f64 *at, double rounding, double h, double other_rate, double other_rounding)
+{
+    return (at->rate * h < -16.0 * rounding)
+           & ((at->value - 4.0 * rounding) * fabs_f64(other_rate) < fabs_f64(at->rate) * other_rounding);
+}
+
 /* Two roots within rounding are at the same time, and the function that is listed first wins. */
 static inline void settle_ties_f64(const event_set_f64 *set, interval_f64 *in)
 {
     for (int32_t n = 0; n < in->found; n++) {
         const jet_f64 *at = &in->to[n];
-        const jet_f64 *other = &in->to[in->found];
+        const double other = in->to[in->found].rate;
         const double rounding = rounding_of_f64(&set->function[n], &in->high, at->rate);
-        const double of_other = rounding_of_f64(&set->function[in->found], &in->high, other->rate);
-        const bool crosses = at->rate * (in->high.t - in->low) < -16.0 * rounding;
-        if (crosses && (at->value - 4.0 * rounding) * fabs_f64(other->rate) < fabs_f64(at->rate) * of_other) {
+        const double of_other = rounding_of_f64(&set->function[in->found], &in->high, other);
+        if (is_tie_f64(at, rounding, in->high.t - in->low, other, of_other)) {
             in->found = n;
         }
     }
+}
+
+/* Whether a function crosses zero, and does not just touch it, at the time of the limit. */
+static inline bool crosses_at_limit_f64(const jet_f64 *at, double rounding, double limit)
+{
+    return (at->value < -8.0 * HOPFORM_EPS_f64 * limit * at->rate) & (at->rate * limit < -16.0 * rounding);
 }
 
 /* d of rule 2. Where the pair has faded beside the real pole, d is taken from the pair itself. */
@@ -640,7 +671,7 @@ static inline void begin_interval_f64(const event_set_f64 *set, interval_f64 *in
     in->low = in->high.t;
     in->found = -1;
     for (int32_t n = 0; n < set->count; n++) {
-        in->from[n] = jet_at_f64(set, &set->function[n], &in->high);
+        in->from[n] = jet_at_f64(set->poles, &set->function[n], &in->high);
         in->from[n].value = hopform_greater_f64(in->from[n].value, 0.0);
     }
 }
@@ -673,6 +704,15 @@ static inline int32_t lost_at_once_f64(const event_set_f64 *set, interval_f64 *i
 
 /* ---- closed forms, contacts ---- */
 
+/* Rule 3 of a pair that rings with omega. From rest a mass swings for a half turn. */
+static inline double time_to_rest_of_ringing_f64(const hopform_poles_f64 *poles, double omega, double v, double acc)
+{
+    const double slowing = hopform_angle_f64(-(acc + 0.5 * poles->p * v) / omega, v) / omega;
+    const double at_once = acc < 0.0 ? 0.0 : HOPFORM_NEVER_f64;
+    const double from_rest = acc > 0.0 ? 3.141592653589793 / omega : at_once;
+    return v > 0.0 ? slowing : from_rest;
+}
+
 /* Rule 3: when a mass that slips alone comes to rest, NEVER if it does not: v and v' = acc at t = 0, times its sign.
  *
  * v'' + p v' + q v = 0 without a constant force, so v keeps its relative accuracy however far it has faded: its first
@@ -682,13 +722,11 @@ static inline double time_to_rest_f64(const hopform_poles_f64 *poles, double v, 
 {
     const double mean = 0.5 * poles->p;
     const double discriminant = mean * mean - poles->q;
-    if (!(v > 0.0)) { /* from rest a mass swings for a half turn, or creeps */
-        return acc > 0.0 ? (discriminant < 0.0 ? 3.141592653589793 / sqrt_f64(-discriminant) : HOPFORM_NEVER_f64)
-                         : (acc < 0.0 ? 0.0 : HOPFORM_NEVER_f64);
-    }
     if (discriminant < 0.0) {
-        const double omega = sqrt_f64(-discriminant);
-        return hopform_angle_f64(-(acc + mean * v) / omega, v) / omega;
+        return time_to_rest_of_ringing_f64(poles, sqrt_f64(-discriminant), v, acc);
+    }
+    if (!(v > 0.0)) { /* from rest it creeps */
+        return acc < 0.0 ? 0.0 : HOPFORM_NEVER_f64;
     }
     const double half = sqrt_f64(discriminant);
     const double slow = mean + half > 0.0 ? poles->q / (mean + half) : 0.0;
@@ -754,6 +792,30 @@ static inline approach_f64 approach_of_f64(const hopform_poles_f64 *poles, const
     const approach_f64 to = {{sign * at.x1_t, sign * at.v1_t, sign * rise.rise_rate, sign * rise.rise_curvature},
                               sign * rise.rise_third};
     return to;
+}
+
+/* Whether x_1 has passed the stop from which `start` counts it, and does not just touch it. */
+static inline bool is_beyond_stop_f64(const hopform_motion_f64 *motion, const hopform_state_f64 *start, double sign,
+                                       const hopform_basis_f64 *basis)
+{
+    const double beyond = sign * hopform_state_at_f64(start, motion, basis).x1_t;
+    return beyond > 0.0 && beyond > grazing_tolerance_f64(motion, start, basis);
+}
+
+/* A step towards the time at which x_1, short of its stop at the lower time, meets it. */
+static inline root_step_f64 step_to_stop_f64(const hopform_poles_f64 *poles, const approach_f64 *to, double t,
+                                               double low, double high)
+{
+    const bool arrives = fabs_f64(to->at.value) <= HOPFORM_EPS_f64 * t * to->at.rate;
+    const bool beyond = to->at.value > 0.0;
+    const double step = step_to_root_f64(&to->at);
+    const double next = t - step;
+    const double from = beyond ? low : t;
+    const double until = beyond ? t : high;
+    const bool inside = (to->at.rate > 0.0) & (next > from) & (next < until);
+    const bool lands = (!arrives) & inside & step_converges_f64(poles, &to->at, to->fourth, next, step);
+    const root_step_f64 towards = {arrives, lands, inside, from, until, next};
+    return towards;
 }
 
 #endif

@@ -116,38 +116,37 @@ static inline float hopform_cube_root_f32(float x)
 #else
 
 /* exp(x) and 1 - exp(x) for x <= 0, by x = n ln 2 + r with |r| <= ln(2)/2 and the power series of (exp(r) - 1)/r;
- * exp(x) counts as 0 below the normal numbers. */
+ * exp(x) counts as 0 below the normal numbers. No jump: loops over many x become vector instructions. */
 static inline hopform_fade_f32 hopform_fade_by_f32(float x)
 {
-    hopform_fade_f32 fade = {0.0f, 1.0f};
-    if (!(x > HOPFORM_SMALLEST_EXPONENT_f32)) {
-        return fade;
-    }
-    const float down =
-        x < 1.0f ? x : 1.0f; /* above 0 by rounding at most; so that the conversion is defined whatever comes */
-    const hopform_signed_bits_f32 n = (hopform_signed_bits_f32)(down * 1.442695f - 0.5f);
-    const float r = down - (float)n * HOPFORM_LOG_2_HIGH_f32 - (float)n * HOPFORM_LOG_2_LOW_f32;
+    const bool faded = !(x > HOPFORM_SMALLEST_EXPONENT_f32);
+    const float below = x < 0.0f ? x : 0.0f; /* above 0 by rounding at most */
+    const float down = faded ? 0.0f : below;
+    const int32_t n = (int32_t)(down * 1.442695f - 0.5f);
+    const float halvings = (float)n;
+    const float r = down - halvings * HOPFORM_LOG_2_HIGH_f32 - halvings * HOPFORM_LOG_2_LOW_f32;
     float sum = 0.0f;
 #define ADD_TERM(coefficient) sum = sum * r + (coefficient);
     HOPFORM_EXPONENTIAL_f32(ADD_TERM)
 #undef ADD_TERM
-        union {
-        hopform_bits_f32 bits;
-        float value;
-    } power;
-    power.bits = (hopform_bits_f32)(n + HOPFORM_EXPONENT_BIAS_f32) << HOPFORM_FRACTION_BITS_f32;
-    fade.left = (1.0f + r * sum) * power.value;
-    fade.gone = n == 0 ? -r * sum : 1.0f - fade.left;
+        const hopform_signed_bits_f32 exponent = n + HOPFORM_EXPONENT_BIAS_f32;
+    const float left =
+        (1.0f + r * sum) * hopform_real_of_bits_f32((hopform_bits_f32)exponent << HOPFORM_FRACTION_BITS_f32);
+    const float gone = n < 0 ? 1.0f - left : -r * sum;
+    const hopform_fade_f32 fade = {faded ? 0.0f : left, faded ? 1.0f : gone};
     return fade;
 }
 
 /* sin(x) and cos(x) for x >= 0, by quarter turns and power series; an angle without a digit left counts as 0. */
 static inline hopform_turn_f32 hopform_turn_by_f32(float x)
 {
-    const float angle = x > 0.0f && x < HOPFORM_LARGEST_ANGLE_f32 ? x : 0.0f;
-    const hopform_signed_bits_f32 n = (hopform_signed_bits_f32)(angle * 0.63661975f + 0.5f);
-    const float r = angle - (float)n * HOPFORM_QUARTER_TURN_HIGH_f32 - (float)n * HOPFORM_QUARTER_TURN_MIDDLE_f32
-                   - (float)n * HOPFORM_QUARTER_TURN_LOW_f32;
+    const float below = x < HOPFORM_LARGEST_ANGLE_f32 ? x : 0.0f;
+    const float angle = below > 0.0f ? below : 0.0f;
+    const float shifted = angle * 0.63661975f + HOPFORM_ROUNDER_f32;
+    const hopform_bits_f32 n = hopform_bits_of_real_f32(shifted);
+    const float quarters = shifted - HOPFORM_ROUNDER_f32;
+    const float r = angle - quarters * HOPFORM_QUARTER_TURN_HIGH_f32 - quarters * HOPFORM_QUARTER_TURN_MIDDLE_f32
+                   - quarters * HOPFORM_QUARTER_TURN_LOW_f32;
     const float rr = r * r;
     float sine = 0.0f;
     float cosine = 0.0f;
@@ -238,55 +237,113 @@ static inline float hopform_exp_f32(float x)
     return hopform_fade_by_f32(x).left;
 }
 
-/* exp(-a t) and its integrals t phi_1(-a t), t^2 phi_2(-a t), t^3 phi_3(-a t). */
-static inline hopform_decay_f32 hopform_decay_at_f32(float a, float t)
+/* exp(-a t) and its integrals t phi_1(-a t), t^2 phi_2(-a t), t^3 phi_3(-a t), from the last one over t^3. */
+static inline hopform_decay_f32 hopform_decay_of_tail_f32(float a, float t, float tail)
 {
-    const float z = a * t;
     hopform_decay_f32 decay;
-    if (fabs_f32(z) < 1.0f) {
-        float sum = 0.0f;
-#define ADD_TERM(coefficient) sum = sum * z + (coefficient);
-        HOPFORM_DECAY_TAIL_f32(ADD_TERM)
-#undef ADD_TERM
-            decay.e3 = t * t * t * sum;
-        decay.e2 = 0.5f * t * t - a * decay.e3;
-        decay.e1 = t - a * decay.e2;
-        decay.e = 1.0f - a * decay.e1;
-    } else {
-        const float inverse = 1.0f / a;
-        decay.e = hopform_exp_f32(-z);
-        decay.e1 = (1.0f - decay.e) * inverse;
-        decay.e2 = (t - decay.e1) * inverse;
-        decay.e3 = (0.5f * t * t - decay.e2) * inverse;
-    }
+    decay.e3 = t * t * t * tail;
+    decay.e2 = 0.5f * t * t - a * decay.e3;
+    decay.e1 = t - a * decay.e2;
+    decay.e = 1.0f - a * decay.e1;
     return decay;
 }
 
-/* R over a time that is short for the pair: the series of its two highest integrals. */
+/* The same from the first one. */
+static inline hopform_decay_f32 hopform_decay_of_exp_f32(float a, float t, float e)
+{
+    const float inverse = 1.0f / a;
+    hopform_decay_f32 decay;
+    decay.e = e;
+    decay.e1 = (1.0f - decay.e) * inverse;
+    decay.e2 = (t - decay.e1) * inverse;
+    decay.e3 = (0.5f * t * t - decay.e2) * inverse;
+    return decay;
+}
+
+static inline hopform_decay_f32 hopform_decay_at_f32(float a, float t)
+{
+    const float z = a * t;
+    if (fabs_f32(z) < 1.0f) {
+        float tail = 0.0f;
+#define ADD_TERM(coefficient) tail = tail * z + (coefficient);
+        HOPFORM_DECAY_TAIL_f32(ADD_TERM)
+#undef ADD_TERM
+            return hopform_decay_of_tail_f32(a, t, tail);
+    }
+    return hopform_decay_of_exp_f32(a, t, hopform_exp_f32(-z));
+}
+
+/* The series of the two highest integrals of R, by its last two terms. */
+typedef struct {
+    float before, term, R2, R3;
+} hopform_pair_terms_f32;
+
+static inline hopform_pair_terms_f32 hopform_first_pair_terms_f32(void)
+{
+    const hopform_pair_terms_f32 terms = {0.0f, 1.0f / 6.0f, 1.0f / 6.0f, 1.0f / 24.0f};
+    return terms;
+}
+
+/* Terms n and n + 1 of it: p t and q t^2, times -1. */
+static inline void hopform_add_pair_terms_f32(hopform_pair_terms_f32 *terms, float pt, float qtt, int n)
+{
+    const float *inverse = &hopform_inverse_f32[n];
+    const float next = (pt * terms->term + qtt * terms->before * inverse[2]) * inverse[3];
+    const float last = (pt * next + qtt * terms->term * inverse[3]) * inverse[4];
+    terms->before = next;
+    terms->term = last;
+    terms->R2 = terms->R2 + next + last;
+    terms->R3 = terms->R3 + next * inverse[4] + last * inverse[5];
+}
+
+static inline bool hopform_pair_terms_end_f32(const hopform_pair_terms_f32 *terms)
+{
+    return fabs_f32(terms->term) + fabs_f32(terms->before) < 0.01f * HOPFORM_EPS_f32;
+}
+
+static inline hopform_pair_f32 hopform_pair_of_terms_f32(const hopform_poles_f32 *poles, float t,
+                                                           const hopform_pair_terms_f32 *terms)
+{
+    const hopform_pair_series_f32 series = {terms->R2 * (t * t * t), terms->R3 * (t * t * t * t)};
+    const hopform_known_pair_f32 known = hopform_pair_from_series_f32(poles, &series, t);
+    const hopform_pair_f32 pair = {known.Rd, known.R, known.R1, series.R2, series.R3};
+    return pair;
+}
+
+/* R over a time that is short for the pair. */
 static inline hopform_pair_f32 hopform_short_pair_f32(const hopform_poles_f32 *poles, float t)
 {
     const float pt = -(poles->p * t);
     const float qtt = -(poles->q * t * t);
-    float before = 0.0f;
-    float term = 1.0f / 6.0f;
-    hopform_pair_series_f32 series = {1.0f / 6.0f, 1.0f / 24.0f};
+    hopform_pair_terms_f32 terms = hopform_first_pair_terms_f32();
     for (int n = 1; n < HOPFORM_TERMS_f32 - 1; n += 2) {
-        const float *inverse = &hopform_inverse_f32[n];
-        const float next = (pt * term + qtt * before * inverse[2]) * inverse[3];
-        const float last = (pt * next + qtt * term * inverse[3]) * inverse[4];
-        before = next;
-        term = last;
-        series.R2 = series.R2 + next + last;
-        series.R3 = series.R3 + next * inverse[4] + last * inverse[5];
-        if (fabs_f32(last) + fabs_f32(next) < 0.01f * HOPFORM_EPS_f32) {
+        hopform_add_pair_terms_f32(&terms, pt, qtt, n);
+        if (hopform_pair_terms_end_f32(&terms)) {
             break;
         }
     }
-    series.R2 *= t * t * t;
-    series.R3 *= t * t * t * t;
-    const hopform_known_pair_f32 known = hopform_pair_from_series_f32(poles, &series, t);
-    const hopform_pair_f32 pair = {known.Rd, known.R, known.R1, series.R2, series.R3};
+    return hopform_pair_of_terms_f32(poles, t, &terms);
+}
+
+static inline hopform_pair_f32 hopform_pair_of_core_f32(const hopform_poles_f32 *poles, float t,
+                                                          const hopform_pair_core_f32 *core)
+{
+    const hopform_pair_integrals_f32 integrals = hopform_pair_by_quotient_f32(poles, core, t);
+    const hopform_pair_f32 pair = {core->Rd, core->R, integrals.R1, integrals.R2, integrals.R3};
     return pair;
+}
+
+/* What R of a pair that rings with omega is made of. */
+static inline hopform_pair_core_f32 hopform_ringing_core_f32(const hopform_poles_f32 *poles, float omega, float t)
+{
+    const float mean = 0.5f * poles->p;
+    const hopform_fade_f32 fade = hopform_fade_by_f32(-mean * t);
+    const hopform_turn_f32 half = hopform_turn_by_f32(0.5f * omega * t);
+    const float versine = 2.0f * half.sine * half.sine;
+    const float R = fade.left * (2.0f * half.sine * half.cosine / omega);
+    const hopform_pair_core_f32 core = {fade.left * (1.0f - versine) - mean * R, R,
+                                         fade.gone + fade.left * versine - mean * R};
+    return core;
 }
 
 /* R of two real poles at least 1/t apart: quotients of differences, no quotient by q. */
@@ -314,13 +371,7 @@ static inline hopform_pair_f32 hopform_pair_at_f32(const hopform_poles_f32 *pole
         if (poles->q * t * t < 1.0f) {
             return hopform_short_pair_f32(poles, t);
         }
-        const float omega = sqrt_f32(-discriminant);
-        const hopform_fade_f32 fade = hopform_fade_by_f32(-mean * t);
-        const hopform_turn_f32 half = hopform_turn_by_f32(0.5f * omega * t);
-        const float versine = 2.0f * half.sine * half.sine;
-        core.R = fade.left * (2.0f * half.sine * half.cosine / omega);
-        core.Rd = fade.left * (1.0f - versine) - mean * core.R;
-        core.turned = fade.gone + fade.left * versine - mean * core.R;
+        core = hopform_ringing_core_f32(poles, sqrt_f32(-discriminant), t);
     } else {
         const float half = poles->q > 0.0f ? sqrt_f32(discriminant) : mean; /* the square may underflow */
         const float fast = mean + half;
@@ -337,9 +388,50 @@ static inline hopform_pair_f32 hopform_pair_at_f32(const hopform_poles_f32 *pole
         core.Rd = envelope - slow * core.R;
         core.turned = 1.0f - core.Rd - poles->p * core.R;
     }
-    const hopform_pair_integrals_f32 integrals = hopform_pair_by_quotient_f32(poles, &core, t);
-    const hopform_pair_f32 pair = {core.Rd, core.R, integrals.R1, integrals.R2, integrals.R3};
-    return pair;
+    return hopform_pair_of_core_f32(poles, t, &core);
+}
+
+/* The series of the three highest integrals of W, by its last three terms. */
+typedef struct {
+    float earlier, before, term, W2, W3, W4;
+} hopform_basis_terms_f32;
+
+static inline hopform_basis_terms_f32 hopform_first_basis_terms_f32(void)
+{
+    const hopform_basis_terms_f32 terms = {0.0f, 0.0f, 1.0f / 24.0f, 1.0f / 24.0f, 1.0f / 1.2e2f, 1.0f / 7.2e2f};
+    return terms;
+}
+
+/* Terms n to n + 2 of it: s_1 t, s_2 t^2 and s_3 t^3, times -1. */
+static inline void hopform_add_basis_terms_f32(hopform_basis_terms_f32 *terms, float h, float hh, float hhh, int n)
+{
+    const float *inverse = &hopform_inverse_f32[n];
+    const float first =
+        (h * terms->term + (hh * terms->before + hhh * terms->earlier * inverse[2]) * inverse[3]) * inverse[4];
+    const float second = (h * first + (hh * terms->term + hhh * terms->before * inverse[3]) * inverse[4]) * inverse[5];
+    const float third = (h * second + (hh * first + hhh * terms->term * inverse[4]) * inverse[5]) * inverse[6];
+    terms->earlier = first;
+    terms->before = second;
+    terms->term = third;
+    terms->W2 = terms->W2 + first + second + third;
+    terms->W3 = terms->W3 + first * inverse[5] + second * inverse[6] + third * inverse[7];
+    terms->W4 = terms->W4 + first * inverse[5] * inverse[6] + second * inverse[6] * inverse[7]
+                + third * inverse[7] * inverse[8];
+}
+
+static inline bool hopform_basis_terms_end_f32(const hopform_basis_terms_f32 *terms)
+{
+    return fabs_f32(terms->term) + fabs_f32(terms->before) + fabs_f32(terms->earlier) < 0.002f * HOPFORM_EPS_f32;
+}
+
+static inline hopform_basis_f32 hopform_basis_of_terms_f32(const hopform_poles_f32 *poles, float t,
+                                                             const hopform_basis_terms_f32 *terms)
+{
+    const float tt = t * t;
+    const hopform_series_f32 series = {terms->W2 * (tt * tt), terms->W3 * (tt * tt * t), terms->W4 * (tt * tt * tt)};
+    const hopform_known_basis_f32 known = hopform_all_from_series_f32(poles, &series, t);
+    const hopform_basis_f32 basis = {known.Wdd, known.Wd, known.W, known.W1, series.W2};
+    return basis;
 }
 
 /* W of s^3 + s_1 s^2 + s_2 s + s_3 over a time that is short for all three poles. */
@@ -348,33 +440,14 @@ static inline hopform_basis_f32 hopform_short_basis_f32(const hopform_poles_f32 
     const float h = -(poles->s_1 * t);
     const float hh = -(poles->s_2 * t * t);
     const float hhh = -(poles->s_3 * t * t * t);
-    float term = 1.0f / 24.0f;
-    float before = 0.0f;
-    float earlier = 0.0f;
-    hopform_series_f32 series = {1.0f / 24.0f, 1.0f / 1.2e2f, 1.0f / 7.2e2f};
+    hopform_basis_terms_f32 terms = hopform_first_basis_terms_f32();
     for (int n = 1; n < HOPFORM_TERMS_f32 - 2; n += 3) {
-        const float *inverse = &hopform_inverse_f32[n];
-        const float first = (h * term + (hh * before + hhh * earlier * inverse[2]) * inverse[3]) * inverse[4];
-        const float second = (h * first + (hh * term + hhh * before * inverse[3]) * inverse[4]) * inverse[5];
-        const float third = (h * second + (hh * first + hhh * term * inverse[4]) * inverse[5]) * inverse[6];
-        earlier = first;
-        before = second;
-        term = third;
-        series.W2 = series.W2 + first + second + third;
-        series.W3 = series.W3 + first * inverse[5] + second * inverse[6] + third * inverse[7];
-        series.W4 = series.W4 + first * inverse[5] * inverse[6] + second * inverse[6] * inverse[7]
-                    + third * inverse[7] * inverse[8];
-        if (fabs_f32(third) + fabs_f32(second) + fabs_f32(first) < 0.002f * HOPFORM_EPS_f32) {
+        hopform_add_basis_terms_f32(&terms, h, hh, hhh, n);
+        if (hopform_basis_terms_end_f32(&terms)) {
             break;
         }
     }
-    const float tt = t * t;
-    series.W2 *= tt * tt;
-    series.W3 *= tt * tt * t;
-    series.W4 *= tt * tt * tt;
-    const hopform_known_basis_f32 known = hopform_all_from_series_f32(poles, &series, t);
-    const hopform_basis_f32 basis = {known.Wdd, known.Wd, known.W, known.W1, series.W2};
-    return basis;
+    return hopform_basis_of_terms_f32(poles, t, &terms);
 }
 
 /* W of three poles that lie within 1/t of each other and are not slow: a series around their mean. */
@@ -391,13 +464,13 @@ static inline hopform_basis_f32 hopform_close_basis_f32(const hopform_poles_f32 
 }
 
 /* W split into the real pole and the pair. */
-static inline hopform_basis_f32 hopform_split_basis_f32(const hopform_poles_f32 *poles, float chi, float t)
+static inline hopform_basis_f32 hopform_basis_of_split_f32(const hopform_poles_f32 *poles, float chi, float t,
+                                                             const hopform_decay_f32 *decay,
+                                                             const hopform_pair_f32 *pair)
 {
-    const hopform_decay_f32 decay = hopform_decay_at_f32(poles->a, t);
-    const hopform_pair_f32 pair = hopform_pair_at_f32(poles, t);
-    hopform_basis_f32 basis = hopform_split_f32(poles, chi, &decay, &pair);
+    hopform_basis_f32 basis = hopform_split_f32(poles, chi, decay, pair);
     if (poles->a * t < 0.5f) {
-        basis.W = hopform_split_soon_f32(poles, chi, &decay, &pair);
+        basis.W = hopform_split_soon_f32(poles, chi, decay, pair);
     }
     if (chi < 0.05f * poles->q) {
         const hopform_response_f32 response = {basis.Wdd, basis.Wd, basis.W};
@@ -406,6 +479,13 @@ static inline hopform_basis_f32 hopform_split_basis_f32(const hopform_poles_f32 
         basis.W2 = integrals.W2;
     }
     return basis;
+}
+
+static inline hopform_basis_f32 hopform_split_basis_f32(const hopform_poles_f32 *poles, float chi, float t)
+{
+    const hopform_decay_f32 decay = hopform_decay_at_f32(poles->a, t);
+    const hopform_pair_f32 pair = hopform_pair_at_f32(poles, t);
+    return hopform_basis_of_split_f32(poles, chi, t, &decay, &pair);
 }
 
 /* W, its derivatives and integrals at t. With a = 0, as where one mass is held, W is the integral of R.

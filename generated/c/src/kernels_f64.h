@@ -116,38 +116,37 @@ static inline double hopform_cube_root_f64(double x)
 #else
 
 /* exp(x) and 1 - exp(x) for x <= 0, by x = n ln 2 + r with |r| <= ln(2)/2 and the power series of (exp(r) - 1)/r;
- * exp(x) counts as 0 below the normal numbers. */
+ * exp(x) counts as 0 below the normal numbers. No jump: loops over many x become vector instructions. */
 static inline hopform_fade_f64 hopform_fade_by_f64(double x)
 {
-    hopform_fade_f64 fade = {0.0, 1.0};
-    if (!(x > HOPFORM_SMALLEST_EXPONENT_f64)) {
-        return fade;
-    }
-    const double down =
-        x < 1.0 ? x : 1.0; /* above 0 by rounding at most; so that the conversion is defined whatever comes */
-    const hopform_signed_bits_f64 n = (hopform_signed_bits_f64)(down * 1.4426950408889634 - 0.5);
-    const double r = down - (double)n * HOPFORM_LOG_2_HIGH_f64 - (double)n * HOPFORM_LOG_2_LOW_f64;
+    const bool faded = !(x > HOPFORM_SMALLEST_EXPONENT_f64);
+    const double below = x < 0.0 ? x : 0.0; /* above 0 by rounding at most */
+    const double down = faded ? 0.0 : below;
+    const int32_t n = (int32_t)(down * 1.4426950408889634 - 0.5);
+    const double halvings = (double)n;
+    const double r = down - halvings * HOPFORM_LOG_2_HIGH_f64 - halvings * HOPFORM_LOG_2_LOW_f64;
     double sum = 0.0;
 #define ADD_TERM(coefficient) sum = sum * r + (coefficient);
     HOPFORM_EXPONENTIAL_f64(ADD_TERM)
 #undef ADD_TERM
-        union {
-        hopform_bits_f64 bits;
-        double value;
-    } power;
-    power.bits = (hopform_bits_f64)(n + HOPFORM_EXPONENT_BIAS_f64) << HOPFORM_FRACTION_BITS_f64;
-    fade.left = (1.0 + r * sum) * power.value;
-    fade.gone = n == 0 ? -r * sum : 1.0 - fade.left;
+        const hopform_signed_bits_f64 exponent = n + HOPFORM_EXPONENT_BIAS_f64;
+    const double left =
+        (1.0 + r * sum) * hopform_real_of_bits_f64((hopform_bits_f64)exponent << HOPFORM_FRACTION_BITS_f64);
+    const double gone = n < 0 ? 1.0 - left : -r * sum;
+    const hopform_fade_f64 fade = {faded ? 0.0 : left, faded ? 1.0 : gone};
     return fade;
 }
 
 /* sin(x) and cos(x) for x >= 0, by quarter turns and power series; an angle without a digit left counts as 0. */
 static inline hopform_turn_f64 hopform_turn_by_f64(double x)
 {
-    const double angle = x > 0.0 && x < HOPFORM_LARGEST_ANGLE_f64 ? x : 0.0;
-    const hopform_signed_bits_f64 n = (hopform_signed_bits_f64)(angle * 0.6366197723675814 + 0.5);
-    const double r = angle - (double)n * HOPFORM_QUARTER_TURN_HIGH_f64 - (double)n * HOPFORM_QUARTER_TURN_MIDDLE_f64
-                   - (double)n * HOPFORM_QUARTER_TURN_LOW_f64;
+    const double below = x < HOPFORM_LARGEST_ANGLE_f64 ? x : 0.0;
+    const double angle = below > 0.0 ? below : 0.0;
+    const double shifted = angle * 0.6366197723675814 + HOPFORM_ROUNDER_f64;
+    const hopform_bits_f64 n = hopform_bits_of_real_f64(shifted);
+    const double quarters = shifted - HOPFORM_ROUNDER_f64;
+    const double r = angle - quarters * HOPFORM_QUARTER_TURN_HIGH_f64 - quarters * HOPFORM_QUARTER_TURN_MIDDLE_f64
+                   - quarters * HOPFORM_QUARTER_TURN_LOW_f64;
     const double rr = r * r;
     double sine = 0.0;
     double cosine = 0.0;
@@ -238,55 +237,113 @@ static inline double hopform_exp_f64(double x)
     return hopform_fade_by_f64(x).left;
 }
 
-/* exp(-a t) and its integrals t phi_1(-a t), t^2 phi_2(-a t), t^3 phi_3(-a t). */
-static inline hopform_decay_f64 hopform_decay_at_f64(double a, double t)
+/* exp(-a t) and its integrals t phi_1(-a t), t^2 phi_2(-a t), t^3 phi_3(-a t), from the last one over t^3. */
+static inline hopform_decay_f64 hopform_decay_of_tail_f64(double a, double t, double tail)
 {
-    const double z = a * t;
     hopform_decay_f64 decay;
-    if (fabs_f64(z) < 1.0) {
-        double sum = 0.0;
-#define ADD_TERM(coefficient) sum = sum * z + (coefficient);
-        HOPFORM_DECAY_TAIL_f64(ADD_TERM)
-#undef ADD_TERM
-            decay.e3 = t * t * t * sum;
-        decay.e2 = 0.5 * t * t - a * decay.e3;
-        decay.e1 = t - a * decay.e2;
-        decay.e = 1.0 - a * decay.e1;
-    } else {
-        const double inverse = 1.0 / a;
-        decay.e = hopform_exp_f64(-z);
-        decay.e1 = (1.0 - decay.e) * inverse;
-        decay.e2 = (t - decay.e1) * inverse;
-        decay.e3 = (0.5 * t * t - decay.e2) * inverse;
-    }
+    decay.e3 = t * t * t * tail;
+    decay.e2 = 0.5 * t * t - a * decay.e3;
+    decay.e1 = t - a * decay.e2;
+    decay.e = 1.0 - a * decay.e1;
     return decay;
 }
 
-/* R over a time that is short for the pair: the series of its two highest integrals. */
+/* The same from the first one. */
+static inline hopform_decay_f64 hopform_decay_of_exp_f64(double a, double t, double e)
+{
+    const double inverse = 1.0 / a;
+    hopform_decay_f64 decay;
+    decay.e = e;
+    decay.e1 = (1.0 - decay.e) * inverse;
+    decay.e2 = (t - decay.e1) * inverse;
+    decay.e3 = (0.5 * t * t - decay.e2) * inverse;
+    return decay;
+}
+
+static inline hopform_decay_f64 hopform_decay_at_f64(double a, double t)
+{
+    const double z = a * t;
+    if (fabs_f64(z) < 1.0) {
+        double tail = 0.0;
+#define ADD_TERM(coefficient) tail = tail * z + (coefficient);
+        HOPFORM_DECAY_TAIL_f64(ADD_TERM)
+#undef ADD_TERM
+            return hopform_decay_of_tail_f64(a, t, tail);
+    }
+    return hopform_decay_of_exp_f64(a, t, hopform_exp_f64(-z));
+}
+
+/* The series of the two highest integrals of R, by its last two terms. */
+typedef struct {
+    double before, term, R2, R3;
+} hopform_pair_terms_f64;
+
+static inline hopform_pair_terms_f64 hopform_first_pair_terms_f64(void)
+{
+    const hopform_pair_terms_f64 terms = {0.0, 1.0 / 6.0, 1.0 / 6.0, 1.0 / 24.0};
+    return terms;
+}
+
+/* Terms n and n + 1 of it: p t and q t^2, times -1. */
+static inline void hopform_add_pair_terms_f64(hopform_pair_terms_f64 *terms, double pt, double qtt, int n)
+{
+    const double *inverse = &hopform_inverse_f64[n];
+    const double next = (pt * terms->term + qtt * terms->before * inverse[2]) * inverse[3];
+    const double last = (pt * next + qtt * terms->term * inverse[3]) * inverse[4];
+    terms->before = next;
+    terms->term = last;
+    terms->R2 = terms->R2 + next + last;
+    terms->R3 = terms->R3 + next * inverse[4] + last * inverse[5];
+}
+
+static inline bool hopform_pair_terms_end_f64(const hopform_pair_terms_f64 *terms)
+{
+    return fabs_f64(terms->term) + fabs_f64(terms->before) < 0.01 * HOPFORM_EPS_f64;
+}
+
+static inline hopform_pair_f64 hopform_pair_of_terms_f64(const hopform_poles_f64 *poles, double t,
+                                                           const hopform_pair_terms_f64 *terms)
+{
+    const hopform_pair_series_f64 series = {terms->R2 * (t * t * t), terms->R3 * (t * t * t * t)};
+    const hopform_known_pair_f64 known = hopform_pair_from_series_f64(poles, &series, t);
+    const hopform_pair_f64 pair = {known.Rd, known.R, known.R1, series.R2, series.R3};
+    return pair;
+}
+
+/* R over a time that is short for the pair. */
 static inline hopform_pair_f64 hopform_short_pair_f64(const hopform_poles_f64 *poles, double t)
 {
     const double pt = -(poles->p * t);
     const double qtt = -(poles->q * t * t);
-    double before = 0.0;
-    double term = 1.0 / 6.0;
-    hopform_pair_series_f64 series = {1.0 / 6.0, 1.0 / 24.0};
+    hopform_pair_terms_f64 terms = hopform_first_pair_terms_f64();
     for (int n = 1; n < HOPFORM_TERMS_f64 - 1; n += 2) {
-        const double *inverse = &hopform_inverse_f64[n];
-        const double next = (pt * term + qtt * before * inverse[2]) * inverse[3];
-        const double last = (pt * next + qtt * term * inverse[3]) * inverse[4];
-        before = next;
-        term = last;
-        series.R2 = series.R2 + next + last;
-        series.R3 = series.R3 + next * inverse[4] + last * inverse[5];
-        if (fabs_f64(last) + fabs_f64(next) < 0.01 * HOPFORM_EPS_f64) {
+        hopform_add_pair_terms_f64(&terms, pt, qtt, n);
+        if (hopform_pair_terms_end_f64(&terms)) {
             break;
         }
     }
-    series.R2 *= t * t * t;
-    series.R3 *= t * t * t * t;
-    const hopform_known_pair_f64 known = hopform_pair_from_series_f64(poles, &series, t);
-    const hopform_pair_f64 pair = {known.Rd, known.R, known.R1, series.R2, series.R3};
+    return hopform_pair_of_terms_f64(poles, t, &terms);
+}
+
+static inline hopform_pair_f64 hopform_pair_of_core_f64(const hopform_poles_f64 *poles, double t,
+                                                          const hopform_pair_core_f64 *core)
+{
+    const hopform_pair_integrals_f64 integrals = hopform_pair_by_quotient_f64(poles, core, t);
+    const hopform_pair_f64 pair = {core->Rd, core->R, integrals.R1, integrals.R2, integrals.R3};
     return pair;
+}
+
+/* What R of a pair that rings with omega is made of. */
+static inline hopform_pair_core_f64 hopform_ringing_core_f64(const hopform_poles_f64 *poles, double omega, double t)
+{
+    const double mean = 0.5 * poles->p;
+    const hopform_fade_f64 fade = hopform_fade_by_f64(-mean * t);
+    const hopform_turn_f64 half = hopform_turn_by_f64(0.5 * omega * t);
+    const double versine = 2.0 * half.sine * half.sine;
+    const double R = fade.left * (2.0 * half.sine * half.cosine / omega);
+    const hopform_pair_core_f64 core = {fade.left * (1.0 - versine) - mean * R, R,
+                                         fade.gone + fade.left * versine - mean * R};
+    return core;
 }
 
 /* R of two real poles at least 1/t apart: quotients of differences, no quotient by q. */
@@ -314,13 +371,7 @@ static inline hopform_pair_f64 hopform_pair_at_f64(const hopform_poles_f64 *pole
         if (poles->q * t * t < 1.0) {
             return hopform_short_pair_f64(poles, t);
         }
-        const double omega = sqrt_f64(-discriminant);
-        const hopform_fade_f64 fade = hopform_fade_by_f64(-mean * t);
-        const hopform_turn_f64 half = hopform_turn_by_f64(0.5 * omega * t);
-        const double versine = 2.0 * half.sine * half.sine;
-        core.R = fade.left * (2.0 * half.sine * half.cosine / omega);
-        core.Rd = fade.left * (1.0 - versine) - mean * core.R;
-        core.turned = fade.gone + fade.left * versine - mean * core.R;
+        core = hopform_ringing_core_f64(poles, sqrt_f64(-discriminant), t);
     } else {
         const double half = poles->q > 0.0 ? sqrt_f64(discriminant) : mean; /* the square may underflow */
         const double fast = mean + half;
@@ -337,9 +388,50 @@ static inline hopform_pair_f64 hopform_pair_at_f64(const hopform_poles_f64 *pole
         core.Rd = envelope - slow * core.R;
         core.turned = 1.0 - core.Rd - poles->p * core.R;
     }
-    const hopform_pair_integrals_f64 integrals = hopform_pair_by_quotient_f64(poles, &core, t);
-    const hopform_pair_f64 pair = {core.Rd, core.R, integrals.R1, integrals.R2, integrals.R3};
-    return pair;
+    return hopform_pair_of_core_f64(poles, t, &core);
+}
+
+/* The series of the three highest integrals of W, by its last three terms. */
+typedef struct {
+    double earlier, before, term, W2, W3, W4;
+} hopform_basis_terms_f64;
+
+static inline hopform_basis_terms_f64 hopform_first_basis_terms_f64(void)
+{
+    const hopform_basis_terms_f64 terms = {0.0, 0.0, 1.0 / 24.0, 1.0 / 24.0, 1.0 / 120.0, 1.0 / 720.0};
+    return terms;
+}
+
+/* Terms n to n + 2 of it: s_1 t, s_2 t^2 and s_3 t^3, times -1. */
+static inline void hopform_add_basis_terms_f64(hopform_basis_terms_f64 *terms, double h, double hh, double hhh, int n)
+{
+    const double *inverse = &hopform_inverse_f64[n];
+    const double first =
+        (h * terms->term + (hh * terms->before + hhh * terms->earlier * inverse[2]) * inverse[3]) * inverse[4];
+    const double second = (h * first + (hh * terms->term + hhh * terms->before * inverse[3]) * inverse[4]) * inverse[5];
+    const double third = (h * second + (hh * first + hhh * terms->term * inverse[4]) * inverse[5]) * inverse[6];
+    terms->earlier = first;
+    terms->before = second;
+    terms->term = third;
+    terms->W2 = terms->W2 + first + second + third;
+    terms->W3 = terms->W3 + first * inverse[5] + second * inverse[6] + third * inverse[7];
+    terms->W4 = terms->W4 + first * inverse[5] * inverse[6] + second * inverse[6] * inverse[7]
+                + third * inverse[7] * inverse[8];
+}
+
+static inline bool hopform_basis_terms_end_f64(const hopform_basis_terms_f64 *terms)
+{
+    return fabs_f64(terms->term) + fabs_f64(terms->before) + fabs_f64(terms->earlier) < 0.002 * HOPFORM_EPS_f64;
+}
+
+static inline hopform_basis_f64 hopform_basis_of_terms_f64(const hopform_poles_f64 *poles, double t,
+                                                             const hopform_basis_terms_f64 *terms)
+{
+    const double tt = t * t;
+    const hopform_series_f64 series = {terms->W2 * (tt * tt), terms->W3 * (tt * tt * t), terms->W4 * (tt * tt * tt)};
+    const hopform_known_basis_f64 known = hopform_all_from_series_f64(poles, &series, t);
+    const hopform_basis_f64 basis = {known.Wdd, known.Wd, known.W, known.W1, series.W2};
+    return basis;
 }
 
 /* W of s^3 + s_1 s^2 + s_2 s + s_3 over a time that is short for all three poles. */
@@ -348,33 +440,14 @@ static inline hopform_basis_f64 hopform_short_basis_f64(const hopform_poles_f64 
     const double h = -(poles->s_1 * t);
     const double hh = -(poles->s_2 * t * t);
     const double hhh = -(poles->s_3 * t * t * t);
-    double term = 1.0 / 24.0;
-    double before = 0.0;
-    double earlier = 0.0;
-    hopform_series_f64 series = {1.0 / 24.0, 1.0 / 120.0, 1.0 / 720.0};
+    hopform_basis_terms_f64 terms = hopform_first_basis_terms_f64();
     for (int n = 1; n < HOPFORM_TERMS_f64 - 2; n += 3) {
-        const double *inverse = &hopform_inverse_f64[n];
-        const double first = (h * term + (hh * before + hhh * earlier * inverse[2]) * inverse[3]) * inverse[4];
-        const double second = (h * first + (hh * term + hhh * before * inverse[3]) * inverse[4]) * inverse[5];
-        const double third = (h * second + (hh * first + hhh * term * inverse[4]) * inverse[5]) * inverse[6];
-        earlier = first;
-        before = second;
-        term = third;
-        series.W2 = series.W2 + first + second + third;
-        series.W3 = series.W3 + first * inverse[5] + second * inverse[6] + third * inverse[7];
-        series.W4 = series.W4 + first * inverse[5] * inverse[6] + second * inverse[6] * inverse[7]
-                    + third * inverse[7] * inverse[8];
-        if (fabs_f64(third) + fabs_f64(second) + fabs_f64(first) < 0.002 * HOPFORM_EPS_f64) {
+        hopform_add_basis_terms_f64(&terms, h, hh, hhh, n);
+        if (hopform_basis_terms_end_f64(&terms)) {
             break;
         }
     }
-    const double tt = t * t;
-    series.W2 *= tt * tt;
-    series.W3 *= tt * tt * t;
-    series.W4 *= tt * tt * tt;
-    const hopform_known_basis_f64 known = hopform_all_from_series_f64(poles, &series, t);
-    const hopform_basis_f64 basis = {known.Wdd, known.Wd, known.W, known.W1, series.W2};
-    return basis;
+    return hopform_basis_of_terms_f64(poles, t, &terms);
 }
 
 /* W of three poles that lie within 1/t of each other and are not slow: a series around their mean. */
@@ -391,13 +464,13 @@ static inline hopform_basis_f64 hopform_close_basis_f64(const hopform_poles_f64 
 }
 
 /* W split into the real pole and the pair. */
-static inline hopform_basis_f64 hopform_split_basis_f64(const hopform_poles_f64 *poles, double chi, double t)
+static inline hopform_basis_f64 hopform_basis_of_split_f64(const hopform_poles_f64 *poles, double chi, double t,
+                                                             const hopform_decay_f64 *decay,
+                                                             const hopform_pair_f64 *pair)
 {
-    const hopform_decay_f64 decay = hopform_decay_at_f64(poles->a, t);
-    const hopform_pair_f64 pair = hopform_pair_at_f64(poles, t);
-    hopform_basis_f64 basis = hopform_split_f64(poles, chi, &decay, &pair);
+    hopform_basis_f64 basis = hopform_split_f64(poles, chi, decay, pair);
     if (poles->a * t < 0.5) {
-        basis.W = hopform_split_soon_f64(poles, chi, &decay, &pair);
+        basis.W = hopform_split_soon_f64(poles, chi, decay, pair);
     }
     if (chi < 0.05 * poles->q) {
         const hopform_response_f64 response = {basis.Wdd, basis.Wd, basis.W};
@@ -406,6 +479,13 @@ static inline hopform_basis_f64 hopform_split_basis_f64(const hopform_poles_f64 
         basis.W2 = integrals.W2;
     }
     return basis;
+}
+
+static inline hopform_basis_f64 hopform_split_basis_f64(const hopform_poles_f64 *poles, double chi, double t)
+{
+    const hopform_decay_f64 decay = hopform_decay_at_f64(poles->a, t);
+    const hopform_pair_f64 pair = hopform_pair_at_f64(poles, t);
+    return hopform_basis_of_split_f64(poles, chi, t, &decay, &pair);
 }
 
 /* W, its derivatives and integrals at t. With a = 0, as where one mass is held, W is the integral of R.

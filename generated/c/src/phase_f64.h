@@ -87,6 +87,52 @@ static inline double hopform_settled_y_f64(const hopform_poles_f64 *poles, doubl
     return draws > 0.0 ? settled : HOPFORM_NEVER_f64;
 }
 
+/* ---- the hold rule ---- */
+
+/* Where a mass at rest goes, held while |a_i| <= f_i: 1 or -1, 0 if it stays. */
+static inline double hopform_goes_f64(double acceleration, double friction)
+{
+    const double down = acceleration < -friction ? -1.0 : 0.0;
+    return acceleration > friction ? 1.0 : down;
+}
+
+/* Where the mass that is held may slip to while the other one moves: where its free acceleration changes with y alone,
+ * which is monotone then, to the side that it goes towards; 0 for either. */
+static inline int hopform_side_of_slip_f64(const hopform_rates_f64 *rates, int side_1, int side_2)
+{
+    const double per_y = side_1 == 0 ? rates->a1_y : rates->a2_y;
+    const double per_v = side_1 == 0 ? rates->a1_v2 : rates->a2_v1;
+    return fabs_f64(per_v) > 0.0 ? 0 : (int)hopform_goes_f64(per_y, 0.0) * (side_1 - side_2);
+}
+
+/* The free acceleration of a mass that has come to rest alone, from its motion: it fades far below the digits of the
+ * state. Without friction nothing but the sign is left of it in the end, and that is kept. */
+static inline double hopform_free_after_motion_f64(double side, double friction, double H3, double H2,
+                                                  const hopform_basis_f64 *basis)
+{
+    const double back = fabs_f64(H3 * basis->Wdd + H2 * basis->Wd);
+    return side * (friction - (back > HOPFORM_UNDERFLOW_f64 ? back : HOPFORM_UNDERFLOW_f64));
+}
+
+/* Whether the forces on the actuator, at rest, cancel to all digits of the state. */
+static inline bool hopform_is_faint_f64(const hopform_rates_f64 *rates, const hopform_state_f64 *state, double free_1)
+{
+    return fabs_f64(free_1) < 64.0 * HOPFORM_EPS_f64 * fabs_f64(rates->a1_y * state->y);
+}
+
+/* Put the acceleration with which a mass goes on from rest in place of that of the state; alone, y follows it. */
+static inline void hopform_go_on_f64(hopform_motion_f64 *motion, int mass, bool alone, double acceleration)
+{
+    if (mass == 1) {
+        motion->H3_1 = acceleration;
+        motion->N2_1 = acceleration; /* v_1 is 0 */
+        motion->H2_y = alone ? acceleration : motion->H2_y;
+    } else {
+        motion->H3_2 = acceleration;
+        motion->H2_y = -acceleration;
+    }
+}
+
 /* The state of a phase where the response of the poles is `basis`; what is held stays exactly where it is. */
 static inline hopform_state_f64 hopform_arrive_f64(const hopform_state_f64 *state, const hopform_motion_f64 *motion,
                                                      const hopform_basis_f64 *basis, int side_1, int side_2)

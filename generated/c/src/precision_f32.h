@@ -25,6 +25,7 @@ typedef int32_t hopform_signed_bits_f32;
 #define HOPFORM_QUARTER_TURN_LOW_f32 7.54979e-8f /* the rest */
 #define HOPFORM_SMALLEST_EXPONENT_f32 -87.0f /* exp of less counts as 0 */
 #define HOPFORM_LARGEST_ANGLE_f32 1e6f /* a larger angle has no digit left */
+#define HOPFORM_ROUNDER_f32 12582912.0f /* added to a number, it leaves it rounded in its last bits */
 #define HOPFORM_FRACTION_BITS_f32 23 /* bits of the fraction */
 #define HOPFORM_LOWER_HALF_f32 12 /* bits that are cut off so that a square is exact */
 #define HOPFORM_SMALLEST_NORMAL_f32 1.1754944e-38f /* smallest normal number */

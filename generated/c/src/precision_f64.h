@@ -25,6 +25,7 @@ typedef int64_t hopform_signed_bits_f64;
 #define HOPFORM_QUARTER_TURN_LOW_f64 6.123233995736766e-17 /* the rest */
 #define HOPFORM_SMALLEST_EXPONENT_f64 -708.0 /* exp of less counts as 0 */
 #define HOPFORM_LARGEST_ANGLE_f64 1000000000000000.0 /* a larger angle has no digit left */
+#define HOPFORM_ROUNDER_f64 6755399441055744.0 /* added to a number, it leaves it rounded in its last bits */
 #define HOPFORM_FRACTION_BITS_f64 52 /* bits of the fraction */
 #define HOPFORM_LOWER_HALF_f64 27 /* bits that are cut off so that a square is exact */
 #define HOPFORM_SMALLEST_NORMAL_f64 2.2250738585072014e-308 /* smallest normal number */

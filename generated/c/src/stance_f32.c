@@ -58,11 +58,6 @@ typedef struct {
     hopform_tally_f32 *tally;
 } stance_chain_f32;
 
-static float stance_sign_of_f32(float value)
-{
-    return value > 0.0f ? 1.0f : (value < 0.0f ? -1.0f : 0.0f);
-}
-
 /* ---- the hold rule ---- */
 
 static bool stance_blocked_f32(const stance_chain_f32 *chain, int side)
@@ -94,10 +89,10 @@ static int direction_f32(const stance_chain_f32 *chain, int mass)
         hopform_free_accelerations_f32(&chain->plan->rates, &chain->state, chain->steps[chain->step].u);
     const float acceleration = chain->alone == mass ? chain->free : (mass == 1 ? free.free_1 : free.free_2);
     const float friction = mass == 1 ? robot->f1 : robot->f2;
-    float goes = acceleration > friction ? 1.0f : (acceleration < -friction ? -1.0f : 0.0f);
+    float goes = hopform_goes_f32(acceleration, friction);
     if (!(fabs_f32(acceleration) < friction) && !(fabs_f32(goes) > 0.0f)) {
         const float drift = drift_of_free_f32(chain, mass);
-        goes = acceleration * drift >= 0.0f ? stance_sign_of_f32(drift) : 0.0f;
+        goes = acceleration * drift >= 0.0f ? hopform_goes_f32(drift, 0.0f) : 0.0f;
     }
     const int side = (int)goes;
     return mass == 1 && stance_blocked_f32(chain, side) ? 0 : side;
@@ -123,16 +118,6 @@ typedef struct {
     stance_end_kind_f32 rests;
 } stance_events_f32;
 
-/* Where a held mass may slip to while the other one moves: where its free acceleration changes with y alone, which is
- * monotone then, to the side that it goes towards; 0 for either. */
-static int side_of_slip_f32(const stance_chain_f32 *chain, int mass)
-{
-    const hopform_rates_f32 *rates = &chain->plan->rates;
-    const float per_y = mass == 1 ? rates->a1_y : rates->a2_y;
-    const float per_v = mass == 1 ? rates->a1_v2 : rates->a2_v1;
-    return fabs_f32(per_v) > 0.0f ? 0 : (int)stance_sign_of_f32(per_y) * (chain->side_1 - chain->side_2);
-}
-
 static void add_event_function_f32(event_set_f32 *set, float H3, float H2, float H1, float start, float sign,
                                     stance_end_kind_f32 kind, int side)
 {
@@ -151,7 +136,7 @@ static void add_thresholds_f32(const stance_chain_f32 *chain, stance_events_f32 
                                                : hopform_free_numerator_2_f32(rates, events->motion);
     const float acceleration = mass == 1 ? at_rest.free_1 : at_rest.free_2;
     const float friction = mass == 1 ? robot->f1 : robot->f2;
-    const int towards = side_of_slip_f32(chain, mass);
+    const int towards = hopform_side_of_slip_f32(rates, chain->side_1, chain->side_2);
     for (int side = -1; side <= 1; side += 2) {
         if (side == -towards || (mass == 1 && stance_blocked_f32(chain, side))) {
             continue;
@@ -246,8 +231,7 @@ static bool meets_stop_f32(const stance_chain_f32 *chain, const stance_events_f3
         return false;
     }
     propagator_f32 at = *end;
-    const float beyond = sign * hopform_state_at_f32(&start, events->motion, &at.basis).x1_t;
-    if (!(beyond > 0.0f) || !(beyond > grazing_tolerance_f32(events->motion, &start, &at.basis))) {
+    if (!is_beyond_stop_f32(events->motion, &start, sign, &at.basis)) {
         return false;
     }
     const hopform_poles_f32 *poles = events->set.poles;
@@ -255,23 +239,18 @@ static bool meets_stop_f32(const stance_chain_f32 *chain, const stance_events_f3
     float high = end->t;
     for (int n = 0; n < 100; n++) {
         const approach_f32 to = approach_of_f32(poles, events->motion, &start, sign, &at.basis);
-        if (to.at.value > 0.0f) {
-            high = at.t;
-        } else {
-            low = at.t;
-        }
-        if (fabs_f32(to.at.value) <= HOPFORM_EPS_f32 * at.t * to.at.rate) {
+        const root_step_f32 step = step_to_stop_f32(poles, &to, at.t, low, high);
+        if (step.arrives) {
             break;
         }
-        const float step = step_to_root_f32(&to.at);
-        float next = at.t - step;
-        const bool inside = to.at.rate > 0.0f && next > low && next < high;
-        if (inside && step_converges_f32(poles, &to.at, to.fourth, next, step)) {
-            const hopform_basis_f32 carried = carried_basis_f32(poles, &at.basis, next - at.t);
-            at = propagator_of_f32(poles, next, &carried);
+        if (step.lands) {
+            const hopform_basis_f32 carried = carried_basis_f32(poles, &at.basis, step.next - at.t);
+            at = propagator_of_f32(poles, step.next, &carried);
             break;
         }
-        next = inside && !(n > 8 && n % 2 == 1) ? next : low + 0.5f * (high - low);
+        low = step.low;
+        high = step.high;
+        const float next = step.inside && !(n > 8 && n % 2 == 1) ? step.next : low + 0.5f * (high - low);
         if (!(next > low && next < high)) {
             break;
         }
@@ -290,9 +269,9 @@ static void cross_at_the_limit_f32(const stance_events_f32 *events, float limit,
                               || (set->function[n].kind == END_THRESHOLD_1_f32 && events->rests == END_VELOCITY_2_f32
                                   && !(events->rest_time > limit));
         const jet_f32 *at = &in->to[n]; /* found_first_root has looked at all of them there */
-        if (is_first && at->value < -8.0f * HOPFORM_EPS_f32 * limit * at->rate
-            && at->rate * limit < -16.0f * rounding_of_f32(&set->function[n], &in->high, at->rate)) {
-            in->found = n; /* it crosses, and does not just touch */
+        const float rounding = rounding_of_f32(&set->function[n], &in->high, at->rate);
+        if (is_first && crosses_at_limit_f32(at, rounding, limit)) {
+            in->found = n;
         }
     }
 }
@@ -499,7 +478,7 @@ static void keep_faint_acceleration_f32(stance_chain_f32 *chain, const hopform_m
     }
     const hopform_free_f32 at_rest =
         hopform_free_accelerations_f32(rates, &chain->state, chain->steps[chain->step].u);
-    if (!(fabs_f32(at_rest.free_1) < 64.0f * HOPFORM_EPS_f32 * fabs_f32(rates->a1_y * chain->state.y))) {
+    if (!hopform_is_faint_f32(rates, &chain->state, at_rest.free_1)) {
         return;
     }
     const float terms[] = {motion->H3_1 * basis->Wdd, motion->H2_1 * basis->Wd, motion->H1_1 * basis->W};
@@ -510,23 +489,20 @@ static void keep_faint_acceleration_f32(stance_chain_f32 *chain, const hopform_m
     }
 }
 
-/* A mass that rings alone fades far below the digits of the state; its acceleration at rest is known from the motion.
- * Without friction nothing but the sign is left of it in the end, and that is kept.
- */
+/* What is known of the free acceleration of a mass that comes to rest from its motion. */
 static void keep_free_acceleration_f32(stance_chain_f32 *chain, const hopform_motion_f32 *motion,
                                         const stance_phase_end_f32 *end)
 {
+    const hopform_robot_f32 *robot = &chain->plan->robot;
     chain->alone = 0;
     if (end->kind == END_VELOCITY_1_f32 && chain->side_2 == 0) {
-        const float back = fabs_f32(motion->H3_1 * end->basis.Wdd + motion->H2_1 * end->basis.Wd);
         chain->alone = 1;
-        chain->free = (float)chain->side_1
-                      * (chain->plan->robot.f1 - (back > HOPFORM_UNDERFLOW_f32 ? back : HOPFORM_UNDERFLOW_f32));
+        chain->free =
+            hopform_free_after_motion_f32((float)chain->side_1, robot->f1, motion->H3_1, motion->H2_1, &end->basis);
     } else if (end->kind == END_VELOCITY_2_f32 && chain->side_1 == 0) {
-        const float back = fabs_f32(motion->H3_2 * end->basis.Wdd + motion->H2_2 * end->basis.Wd);
         chain->alone = 2;
-        chain->free = (float)chain->side_2
-                      * (chain->plan->robot.f2 - (back > HOPFORM_UNDERFLOW_f32 ? back : HOPFORM_UNDERFLOW_f32));
+        chain->free =
+            hopform_free_after_motion_f32((float)chain->side_2, robot->f2, motion->H3_2, motion->H2_2, &end->basis);
     } else if ((end->kind == END_VELOCITY_1_f32 || end->kind == STANCE_END_STOP_f32) && chain->side_2 != 0) {
         keep_faint_acceleration_f32(chain, motion, &end->basis);
     }
@@ -552,12 +528,9 @@ static hopform_motion_f32 motion_from_f32(const stance_chain_f32 *chain)
     hopform_motion_f32 motion =
         hopform_motion_of_f32(chain->plan, &chain->state, chain->steps[chain->step].u, chain->side_1, chain->side_2);
     if (chain->alone == 1 && chain->side_1 != 0) {
-        motion.H3_1 = chain->free - (float)chain->side_1 * robot->f1;
-        motion.H2_y = chain->side_2 == 0 ? motion.H3_1 : motion.H2_y;
-        motion.N2_1 = motion.H3_1; /* v_1 is 0 */
+        hopform_go_on_f32(&motion, 1, chain->side_2 == 0, chain->free - (float)chain->side_1 * robot->f1);
     } else if (chain->alone == 2 && chain->side_2 != 0) {
-        motion.H3_2 = chain->free - (float)chain->side_2 * robot->f2;
-        motion.H2_y = -motion.H3_2;
+        hopform_go_on_f32(&motion, 2, true, chain->free - (float)chain->side_2 * robot->f2);
     }
     return motion;
 }
@@ -632,8 +605,8 @@ static bool leaves_at_once_f32(const stance_chain_f32 *chain)
 static void stance_begin_f32(stance_chain_f32 *chain)
 {
     const hopform_robot_f32 *robot = &chain->plan->robot;
-    chain->side_1 = (int)stance_sign_of_f32(chain->state.v1);
-    chain->side_2 = (int)stance_sign_of_f32(chain->state.v2);
+    chain->side_1 = (int)hopform_goes_f32(chain->state.v1, 0.0f);
+    chain->side_2 = (int)hopform_goes_f32(chain->state.v2, 0.0f);
     if (chain->side_1 != 0 && stance_blocked_f32(chain, chain->side_1)) {
         chain->start_loss = -0.5f * robot->m_eff * chain->state.v1 * chain->state.v1;
         chain->state.v1 = 0.0f;

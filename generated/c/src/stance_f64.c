@@ -58,11 +58,6 @@ typedef struct {
     hopform_tally_f64 *tally;
 } stance_chain_f64;
 
-static double stance_sign_of_f64(double value)
-{
-    return value > 0.0 ? 1.0 : (value < 0.0 ? -1.0 : 0.0);
-}
-
 /* ---- the hold rule ---- */
 
 static bool stance_blocked_f64(const stance_chain_f64 *chain, int side)
@@ -94,10 +89,10 @@ static int direction_f64(const stance_chain_f64 *chain, int mass)
         hopform_free_accelerations_f64(&chain->plan->rates, &chain->state, chain->steps[chain->step].u);
     const double acceleration = chain->alone == mass ? chain->free : (mass == 1 ? free.free_1 : free.free_2);
     const double friction = mass == 1 ? robot->f1 : robot->f2;
-    double goes = acceleration > friction ? 1.0 : (acceleration < -friction ? -1.0 : 0.0);
+    double goes = hopform_goes_f64(acceleration, friction);
     if (!(fabs_f64(acceleration) < friction) && !(fabs_f64(goes) > 0.0)) {
         const double drift = drift_of_free_f64(chain, mass);
-        goes = acceleration * drift >= 0.0 ? stance_sign_of_f64(drift) : 0.0;
+        goes = acceleration * drift >= 0.0 ? hopform_goes_f64(drift, 0.0) : 0.0;
     }
     const int side = (int)goes;
     return mass == 1 && stance_blocked_f64(chain, side) ? 0 : side;
@@ -123,16 +118,6 @@ typedef struct {
     stance_end_kind_f64 rests;
 } stance_events_f64;
 
-/* Where a held mass may slip to while the other one moves: where its free acceleration changes with y alone, which is
- * monotone then, to the side that it goes towards; 0 for either. */
-static int side_of_slip_f64(const stance_chain_f64 *chain, int mass)
-{
-    const hopform_rates_f64 *rates = &chain->plan->rates;
-    const double per_y = mass == 1 ? rates->a1_y : rates->a2_y;
-    const double per_v = mass == 1 ? rates->a1_v2 : rates->a2_v1;
-    return fabs_f64(per_v) > 0.0 ? 0 : (int)stance_sign_of_f64(per_y) * (chain->side_1 - chain->side_2);
-}
-
 static void add_event_function_f64(event_set_f64 *set, double H3, double H2, double H1, double start, double sign,
                                     stance_end_kind_f64 kind, int side)
 {
@@ -151,7 +136,7 @@ static void add_thresholds_f64(const stance_chain_f64 *chain, stance_events_f64 
                                                : hopform_free_numerator_2_f64(rates, events->motion);
     const double acceleration = mass == 1 ? at_rest.free_1 : at_rest.free_2;
     const double friction = mass == 1 ? robot->f1 : robot->f2;
-    const int towards = side_of_slip_f64(chain, mass);
+    const int towards = hopform_side_of_slip_f64(rates, chain->side_1, chain->side_2);
     for (int side = -1; side <= 1; side += 2) {
         if (side == -towards || (mass == 1 && stance_blocked_f64(chain, side))) {
             continue;
@@ -246,8 +231,7 @@ static bool meets_stop_f64(const stance_chain_f64 *chain, const stance_events_f6
         return false;
     }
     propagator_f64 at = *end;
-    const double beyond = sign * hopform_state_at_f64(&start, events->motion, &at.basis).x1_t;
-    if (!(beyond > 0.0) || !(beyond > grazing_tolerance_f64(events->motion, &start, &at.basis))) {
+    if (!is_beyond_stop_f64(events->motion, &start, sign, &at.basis)) {
         return false;
     }
     const hopform_poles_f64 *poles = events->set.poles;
@@ -255,23 +239,18 @@ static bool meets_stop_f64(const stance_chain_f64 *chain, const stance_events_f6
     double high = end->t;
     for (int n = 0; n < 100; n++) {
         const approach_f64 to = approach_of_f64(poles, events->motion, &start, sign, &at.basis);
-        if (to.at.value > 0.0) {
-            high = at.t;
-        } else {
-            low = at.t;
-        }
-        if (fabs_f64(to.at.value) <= HOPFORM_EPS_f64 * at.t * to.at.rate) {
+        const root_step_f64 step = step_to_stop_f64(poles, &to, at.t, low, high);
+        if (step.arrives) {
             break;
         }
-        const double step = step_to_root_f64(&to.at);
-        double next = at.t - step;
-        const bool inside = to.at.rate > 0.0 && next > low && next < high;
-        if (inside && step_converges_f64(poles, &to.at, to.fourth, next, step)) {
-            const hopform_basis_f64 carried = carried_basis_f64(poles, &at.basis, next - at.t);
-            at = propagator_of_f64(poles, next, &carried);
+        if (step.lands) {
+            const hopform_basis_f64 carried = carried_basis_f64(poles, &at.basis, step.next - at.t);
+            at = propagator_of_f64(poles, step.next, &carried);
             break;
         }
-        next = inside && !(n > 8 && n % 2 == 1) ? next : low + 0.5 * (high - low);
+        low = step.low;
+        high = step.high;
+        const double next = step.inside && !(n > 8 && n % 2 == 1) ? step.next : low + 0.5 * (high - low);
         if (!(next > low && next < high)) {
             break;
         }
@@ -290,9 +269,9 @@ static void cross_at_the_limit_f64(const stance_events_f64 *events, double limit
                               || (set->function[n].kind == END_THRESHOLD_1_f64 && events->rests == END_VELOCITY_2_f64
                                   && !(events->rest_time > limit));
         const jet_f64 *at = &in->to[n]; /* found_first_root has looked at all of them there */
-        if (is_first && at->value < -8.0 * HOPFORM_EPS_f64 * limit * at->rate
-            && at->rate * limit < -16.0 * rounding_of_f64(&set->function[n], &in->high, at->rate)) {
-            in->found = n; /* it crosses, and does not just touch */
+        const double rounding = rounding_of_f64(&set->function[n], &in->high, at->rate);
+        if (is_first && crosses_at_limit_f64(at, rounding, limit)) {
+            in->found = n;
         }
     }
 }
@@ -499,7 +478,7 @@ static void keep_faint_acceleration_f64(stance_chain_f64 *chain, const hopform_m
     }
     const hopform_free_f64 at_rest =
         hopform_free_accelerations_f64(rates, &chain->state, chain->steps[chain->step].u);
-    if (!(fabs_f64(at_rest.free_1) < 64.0 * HOPFORM_EPS_f64 * fabs_f64(rates->a1_y * chain->state.y))) {
+    if (!hopform_is_faint_f64(rates, &chain->state, at_rest.free_1)) {
         return;
     }
     const double terms[] = {motion->H3_1 * basis->Wdd, motion->H2_1 * basis->Wd, motion->H1_1 * basis->W};
@@ -510,23 +489,20 @@ static void keep_faint_acceleration_f64(stance_chain_f64 *chain, const hopform_m
     }
 }
 
-/* A mass that rings alone fades far below the digits of the state; its acceleration at rest is known from the motion.
- * Without friction nothing but the sign is left of it in the end, and that is kept.
- */
+/* What is known of the free acceleration of a mass that comes to rest from its motion. */
 static void keep_free_acceleration_f64(stance_chain_f64 *chain, const hopform_motion_f64 *motion,
                                         const stance_phase_end_f64 *end)
 {
+    const hopform_robot_f64 *robot = &chain->plan->robot;
     chain->alone = 0;
     if (end->kind == END_VELOCITY_1_f64 && chain->side_2 == 0) {
-        const double back = fabs_f64(motion->H3_1 * end->basis.Wdd + motion->H2_1 * end->basis.Wd);
         chain->alone = 1;
-        chain->free = (double)chain->side_1
-                      * (chain->plan->robot.f1 - (back > HOPFORM_UNDERFLOW_f64 ? back : HOPFORM_UNDERFLOW_f64));
+        chain->free =
+            hopform_free_after_motion_f64((double)chain->side_1, robot->f1, motion->H3_1, motion->H2_1, &end->basis);
     } else if (end->kind == END_VELOCITY_2_f64 && chain->side_1 == 0) {
-        const double back = fabs_f64(motion->H3_2 * end->basis.Wdd + motion->H2_2 * end->basis.Wd);
         chain->alone = 2;
-        chain->free = (double)chain->side_2
-                      * (chain->plan->robot.f2 - (back > HOPFORM_UNDERFLOW_f64 ? back : HOPFORM_UNDERFLOW_f64));
+        chain->free =
+            hopform_free_after_motion_f64((double)chain->side_2, robot->f2, motion->H3_2, motion->H2_2, &end->basis);
     } else if ((end->kind == END_VELOCITY_1_f64 || end->kind == STANCE_END_STOP_f64) && chain->side_2 != 0) {
         keep_faint_acceleration_f64(chain, motion, &end->basis);
     }
@@ -552,12 +528,9 @@ static hopform_motion_f64 motion_from_f64(const stance_chain_f64 *chain)
     hopform_motion_f64 motion =
         hopform_motion_of_f64(chain->plan, &chain->state, chain->steps[chain->step].u, chain->side_1, chain->side_2);
     if (chain->alone == 1 && chain->side_1 != 0) {
-        motion.H3_1 = chain->free - (double)chain->side_1 * robot->f1;
-        motion.H2_y = chain->side_2 == 0 ? motion.H3_1 : motion.H2_y;
-        motion.N2_1 = motion.H3_1; /* v_1 is 0 */
+        hopform_go_on_f64(&motion, 1, chain->side_2 == 0, chain->free - (double)chain->side_1 * robot->f1);
     } else if (chain->alone == 2 && chain->side_2 != 0) {
-        motion.H3_2 = chain->free - (double)chain->side_2 * robot->f2;
-        motion.H2_y = -motion.H3_2;
+        hopform_go_on_f64(&motion, 2, true, chain->free - (double)chain->side_2 * robot->f2);
     }
     return motion;
 }
@@ -632,8 +605,8 @@ static bool leaves_at_once_f64(const stance_chain_f64 *chain)
 static void stance_begin_f64(stance_chain_f64 *chain)
 {
     const hopform_robot_f64 *robot = &chain->plan->robot;
-    chain->side_1 = (int)stance_sign_of_f64(chain->state.v1);
-    chain->side_2 = (int)stance_sign_of_f64(chain->state.v2);
+    chain->side_1 = (int)hopform_goes_f64(chain->state.v1, 0.0);
+    chain->side_2 = (int)hopform_goes_f64(chain->state.v2, 0.0);
     if (chain->side_1 != 0 && stance_blocked_f64(chain, chain->side_1)) {
         chain->start_loss = -0.5 * robot->m_eff * chain->state.v1 * chain->state.v1;
         chain->state.v1 = 0.0;

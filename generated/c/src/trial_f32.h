@@ -140,7 +140,7 @@ static inline void hopform_tally_up_f32(hopform_tally_f32 *tally, const hopform_
         hopform_motion_under_f32(&plan->rates, &per_ampere, &tally->change, passage->side_1, passage->side_2);
     const propagator_f32 end = propagator_of_f32(passage->poles, passage->length, passage->end);
     const jet_f32 from = jet_at_start_f32(passage->poles, &contact);
-    const jet_f32 to = jet_at_f32(&set, &contact, &end);
+    const jet_f32 to = jet_at_f32(set.poles, &contact, &end);
     if (!HOPFORM_CONTACT_IS_COMPRESSION || (passage->side_1 != 0 && passage->side_1 == passage->side_2)) {
         /* else y' keeps its sign */
         const hopform_least_f32 least = hopform_least_minimum_f32(&set, &from, &to, &end, 64.0f);

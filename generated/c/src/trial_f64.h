@@ -140,7 +140,7 @@ static inline void hopform_tally_up_f64(hopform_tally_f64 *tally, const hopform_
         hopform_motion_under_f64(&plan->rates, &per_ampere, &tally->change, passage->side_1, passage->side_2);
     const propagator_f64 end = propagator_of_f64(passage->poles, passage->length, passage->end);
     const jet_f64 from = jet_at_start_f64(passage->poles, &contact);
-    const jet_f64 to = jet_at_f64(&set, &contact, &end);
+    const jet_f64 to = jet_at_f64(set.poles, &contact, &end);
     if (!HOPFORM_CONTACT_IS_COMPRESSION || (passage->side_1 != 0 && passage->side_1 == passage->side_2)) {
         /* else y' keeps its sign */
         const hopform_least_f64 least = hopform_least_minimum_f64(&set, &from, &to, &end, 64.0);

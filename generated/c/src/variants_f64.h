@@ -11,12 +11,14 @@
 #define HOPFORM_X86_LANES
 #endif
 
-int32_t hopform_lanes_baseline_f64(int64_t count, const hopform_stances_in_f64 *in,
-                                    const hopform_stances_out_f64 *out);
+/* Stances `first` to `end` of one robot. */
+int32_t hopform_lanes_baseline_f64(const hopform_plan_f64 *plan, int64_t first, int64_t end,
+                                    const hopform_stances_in_f64 *in, const hopform_stances_out_f64 *out);
 #if defined(HOPFORM_X86_LANES)
-int32_t hopform_lanes_avx2_f64(int64_t count, const hopform_stances_in_f64 *in, const hopform_stances_out_f64 *out);
-int32_t hopform_lanes_avx512_f64(int64_t count, const hopform_stances_in_f64 *in,
-                                  const hopform_stances_out_f64 *out);
+int32_t hopform_lanes_avx2_f64(const hopform_plan_f64 *plan, int64_t first, int64_t end,
+                                const hopform_stances_in_f64 *in, const hopform_stances_out_f64 *out);
+int32_t hopform_lanes_avx512_f64(const hopform_plan_f64 *plan, int64_t first, int64_t end,
+                                  const hopform_stances_in_f64 *in, const hopform_stances_out_f64 *out);
 #endif
 
 #endif

@@ -737,7 +737,7 @@ static real most_in_phase_real(const hopform_plan_real *plan, const hopform_phas
     const event_set_real set = {poles, hopform_node_of_real(plan, side, side), 1, {extension}};
     const propagator_real end = propagator_at_real(poles, t);
     const jet_real from = jet_at_start_real(poles, &extension);
-    const jet_real to = jet_at_real(&set, &extension, &end);
+    const jet_real to = jet_at_real(set.poles, &extension, &end);
     return -hopform_least_minimum_real(&set, &from, &to, &end, 65536.0).value;
 }
 

@@ -29,7 +29,7 @@ static inline void hopform_find_minimum_real(const event_set_real *set, const je
     real t = low + apart * refined_root_real(&p, rough_root_real(&rate_from, &rate_to, apart));
     propagator_real at = propagator_at_real(poles, t);
     for (int n = 0; n < 100; n++) {
-        const jet_real jet = jet_at_real(set, g, &at);
+        const jet_real jet = jet_at_real(set->poles, g, &at);
         const jet_real falls = {-jet.rate, -jet.curvature, -jet.third, fourth_of_real(poles, &jet)};
         const real step = step_to_root_real(&falls);
         const bool is_far = !(fabs_real(jet.rate * jet.third) < 0.01 * jet.curvature * jet.curvature); /* or fading */
@@ -104,7 +104,7 @@ static inline hopform_least_real hopform_least_minimum_real(const event_set_real
         ends = !(t + 1.5 * apart < end->t);
         const real next = ends ? end->t : t + apart;
         const propagator_real at = ends ? *end : propagator_at_real(poles, next);
-        const jet_real now = ends ? *to : jet_at_real(set, g, &at);
+        const jet_real now = ends ? *to : jet_at_real(set->poles, g, &at);
         if (last.rate < 0.0 && now.rate >= 0.0) {
             hopform_find_minimum_real(set, &last, t, &now, next, &least);
         } else if (t > 0.0 && last.rate < 0.0 && last.rate > before.rate && last.rate > now.rate) {
@@ -112,7 +112,7 @@ static inline hopform_least_real hopform_least_minimum_real(const event_set_real
             const real bend = ((now.rate - last.rate) / (next - t) - rise) / (next - earlier);
             const real top = t - 0.5 * (rise + bend * (t - earlier)) / bend; /* of the parabola through the three */
             const propagator_real at_top = propagator_at_real(poles, top);
-            const jet_real there = jet_at_real(set, g, &at_top);
+            const jet_real there = jet_at_real(set->poles, g, &at_top);
             if (there.rate > 0.0) {
                 hopform_find_minimum_real(set, &before, earlier, &there, top, &least);
             }

@@ -111,10 +111,11 @@ static inline jet_real short_jet_at_real(const event_function_real *g, const pro
     return jet;
 }
 
-static inline jet_real jet_at_real(const event_set_real *set, const event_function_real *g, const propagator_real *at)
+static inline jet_real jet_at_real(const hopform_poles_real *poles, const event_function_real *g,
+                                   const propagator_real *at)
 {
     jet_real jet = short_jet_at_real(g, at);
-    jet.third = third_of_real(set->poles, g, at);
+    jet.third = third_of_real(poles, g, at);
     return jet;
 }
 
@@ -251,6 +252,28 @@ static inline real fourth_of_real(const hopform_poles_real *poles, const jet_rea
     return poles->s_1 * at->third + poles->s_2 * at->curvature + poles->s_3 * at->rate;
 }
 
+/* A step towards a root between two times: whether t is it, or the step lands on it, and else where it is looked for
+ * next: `next` if that is inside. */
+typedef struct {
+    bool arrives, lands, inside;
+    real low, high, next;
+} root_step_real;
+
+/* Of an event function, above zero at the lower time. */
+static inline root_step_real step_between_real(const hopform_poles_real *poles, const jet_real *at, real t, real low,
+                                               real high)
+{
+    const bool arrives = fabs_real(at->value) <= HOPFORM_EPS_real * t * fabs_real(at->rate);
+    const real step = step_to_root_real(at);
+    const real next = t - step;
+    const real from = at->value > 0.0 ? t : low;
+    const real to = at->value < 0.0 ? t : high;
+    const bool inside = (next > from) & (next < to);
+    const bool lands = (!arrives) & inside & step_converges_real(poles, at, fourth_of_real(poles, at), next, step);
+    const root_step_real towards = {arrives, lands, inside, from, to, next};
+    return towards;
+}
+
 /* The root of g between a time at which g > 0 and an instant at which g < 0, from a guess. */
 static inline propagator_real located_root_real(const event_set_real *set, const event_function_real *g, real low,
                                                 const propagator_real *last, real guess)
@@ -266,24 +289,20 @@ static inline propagator_real located_root_real(const event_set_real *set, const
             }
         }
         const propagator_real at = propagator_at_real(poles, t);
-        const jet_real jet = jet_at_real(set, g, &at);
-        if (fabs_real(jet.value) <= HOPFORM_EPS_real * t * fabs_real(jet.rate)) {
+        const jet_real jet = jet_at_real(poles, g, &at);
+        const root_step_real step = step_between_real(poles, &jet, t, low, high.t);
+        if (step.arrives) {
             return at;
         }
-        const real step = step_to_root_real(&jet);
-        if (jet.value > 0.0) {
-            low = t;
-        } else if (jet.value < 0.0) {
+        if (step.lands) {
+            const hopform_basis_real carried = carried_basis_real(poles, &at.basis, step.next - t);
+            return propagator_of_real(poles, step.next, &carried);
+        }
+        if (jet.value < 0.0) {
             high = at;
-        } else {
-            return at;
         }
-        const real next = t - step;
-        if (next > low && next < high.t && step_converges_real(poles, &jet, fourth_of_real(poles, &jet), next, step)) {
-            const hopform_basis_real carried = carried_basis_real(poles, &at.basis, next - t);
-            return propagator_of_real(poles, next, &carried);
-        }
-        t = n > 8 && n % 2 == 1 ? low : next;
+        low = step.low;
+        t = n > 8 && n % 2 == 1 ? low : step.next;
     }
     return high;
 }
@@ -493,12 +512,11 @@ static inline void end_interval_at_real(const event_set_real *set, interval_real
     in->found = -1;
 }
 
-/* The far end of the interval has been passed below zero by more than rounding, or so steeply that the root is near. */
-static inline bool has_crossed_real(const event_set_real *set, const interval_real *in, int32_t n)
+/* The far end of an interval of length h has been passed below zero by more than rounding, or, where no other root has
+ * been found before it, so steeply that the root is near. */
+static inline bool has_crossed_real(const jet_real *to, real h, real rounding, bool is_last)
 {
-    const jet_real *to = &in->to[n];
-    const real rounding = rounding_of_real(&set->function[n], &in->high, to->rate);
-    return to->value < -rounding || (in->found < 0 && to->rate * (in->high.t - in->low) < -rounding);
+    return (to->value < 0.0) & ((to->value < -rounding) | (is_last & (to->rate * h < -rounding)));
 }
 
 /* The far end of the interval, with the jets of all functions there. */
@@ -519,7 +537,8 @@ static inline void end_at_first_crossing_real(const event_set_real *set, interva
         real share = 2.0;
         for (int32_t n = 0; n < set->count; n++) {
             const jet_real *to = &in->to[n];
-            if (to->value < 0.0 && n != in->found && has_crossed_real(set, in, n)) {
+            if (to->value < 0.0 && n != in->found
+                && has_crossed_real(to, h, rounding_of_real(&set->function[n], &in->high, to->rate), in->found < 0)) {
                 const real third = third_of_real(set->poles, &set->function[n], &in->high);
                 const interpolant_real p = interpolant_of_real(&in->from[n], to, third, h);
                 const real guess = refined_root_real(&p, rough_root_real(&in->from[n], to, h));
@@ -536,19 +555,31 @@ static inline void end_at_first_crossing_real(const event_set_real *set, interva
     }
 }
 
+/* Whether a function has a root within rounding of that of another, at the end of an interval of length h. */
+static inline bool is_tie_real(const jet_real *at, real rounding, real h, real other_rate, real other_rounding)
+{
+    return (at->rate * h < -16.0 * rounding)
+           & ((at->value - 4.0 * rounding) * fabs_real(other_rate) < fabs_real(at->rate) * other_rounding);
+}
+
 /* Two roots within rounding are at the same time, and the function that is listed first wins. */
 static inline void settle_ties_real(const event_set_real *set, interval_real *in)
 {
     for (int32_t n = 0; n < in->found; n++) {
         const jet_real *at = &in->to[n];
-        const jet_real *other = &in->to[in->found];
+        const real other = in->to[in->found].rate;
         const real rounding = rounding_of_real(&set->function[n], &in->high, at->rate);
-        const real of_other = rounding_of_real(&set->function[in->found], &in->high, other->rate);
-        const bool crosses = at->rate * (in->high.t - in->low) < -16.0 * rounding;
-        if (crosses && (at->value - 4.0 * rounding) * fabs_real(other->rate) < fabs_real(at->rate) * of_other) {
+        const real of_other = rounding_of_real(&set->function[in->found], &in->high, other);
+        if (is_tie_real(at, rounding, in->high.t - in->low, other, of_other)) {
             in->found = n;
         }
     }
+}
+
+/* Whether a function crosses zero, and does not just touch it, at the time of the limit. */
+static inline bool crosses_at_limit_real(const jet_real *at, real rounding, real limit)
+{
+    return (at->value < -8.0 * HOPFORM_EPS_real * limit * at->rate) & (at->rate * limit < -16.0 * rounding);
 }
 
 /* d of rule 2. Where the pair has faded beside the real pole, d is taken from the pair itself. */
@@ -640,7 +671,7 @@ static inline void begin_interval_real(const event_set_real *set, interval_real 
     in->low = in->high.t;
     in->found = -1;
     for (int32_t n = 0; n < set->count; n++) {
-        in->from[n] = jet_at_real(set, &set->function[n], &in->high);
+        in->from[n] = jet_at_real(set->poles, &set->function[n], &in->high);
         in->from[n].value = hopform_greater_real(in->from[n].value, 0.0);
     }
 }
@@ -673,6 +704,15 @@ static inline int32_t lost_at_once_real(const event_set_real *set, interval_real
 
 /* ---- closed forms, contacts ---- */
 
+/* Rule 3 of a pair that rings with omega. From rest a mass swings for a half turn. */
+static inline real time_to_rest_of_ringing_real(const hopform_poles_real *poles, real omega, real v, real acc)
+{
+    const real slowing = hopform_angle_real(-(acc + 0.5 * poles->p * v) / omega, v) / omega;
+    const real at_once = acc < 0.0 ? 0.0 : HOPFORM_NEVER_real;
+    const real from_rest = acc > 0.0 ? 3.141592653589793 / omega : at_once;
+    return v > 0.0 ? slowing : from_rest;
+}
+
 /* Rule 3: when a mass that slips alone comes to rest, NEVER if it does not: v and v' = acc at t = 0, times its sign.
  *
  * v'' + p v' + q v = 0 without a constant force, so v keeps its relative accuracy however far it has faded: its first
@@ -682,13 +722,11 @@ static inline real time_to_rest_real(const hopform_poles_real *poles, real v, re
 {
     const real mean = 0.5 * poles->p;
     const real discriminant = mean * mean - poles->q;
-    if (!(v > 0.0)) { /* from rest a mass swings for a half turn, or creeps */
-        return acc > 0.0 ? (discriminant < 0.0 ? 3.141592653589793 / sqrt_real(-discriminant) : HOPFORM_NEVER_real)
-                         : (acc < 0.0 ? 0.0 : HOPFORM_NEVER_real);
-    }
     if (discriminant < 0.0) {
-        const real omega = sqrt_real(-discriminant);
-        return hopform_angle_real(-(acc + mean * v) / omega, v) / omega;
+        return time_to_rest_of_ringing_real(poles, sqrt_real(-discriminant), v, acc);
+    }
+    if (!(v > 0.0)) { /* from rest it creeps */
+        return acc < 0.0 ? 0.0 : HOPFORM_NEVER_real;
     }
     const real half = sqrt_real(discriminant);
     const real slow = mean + half > 0.0 ? poles->q / (mean + half) : 0.0;
@@ -754,6 +792,30 @@ static inline approach_real approach_of_real(const hopform_poles_real *poles, co
     const approach_real to = {{sign * at.x1_t, sign * at.v1_t, sign * rise.rise_rate, sign * rise.rise_curvature},
                               sign * rise.rise_third};
     return to;
+}
+
+/* Whether x_1 has passed the stop from which `start` counts it, and does not just touch it. */
+static inline bool is_beyond_stop_real(const hopform_motion_real *motion, const hopform_state_real *start, real sign,
+                                       const hopform_basis_real *basis)
+{
+    const real beyond = sign * hopform_state_at_real(start, motion, basis).x1_t;
+    return beyond > 0.0 && beyond > grazing_tolerance_real(motion, start, basis);
+}
+
+/* A step towards the time at which x_1, short of its stop at the lower time, meets it. */
+static inline root_step_real step_to_stop_real(const hopform_poles_real *poles, const approach_real *to, real t,
+                                               real low, real high)
+{
+    const bool arrives = fabs_real(to->at.value) <= HOPFORM_EPS_real * t * to->at.rate;
+    const bool beyond = to->at.value > 0.0;
+    const real step = step_to_root_real(&to->at);
+    const real next = t - step;
+    const real from = beyond ? low : t;
+    const real until = beyond ? t : high;
+    const bool inside = (to->at.rate > 0.0) & (next > from) & (next < until);
+    const bool lands = (!arrives) & inside & step_converges_real(poles, &to->at, to->fourth, next, step);
+    const root_step_real towards = {arrives, lands, inside, from, until, next};
+    return towards;
 }
 
 #endif

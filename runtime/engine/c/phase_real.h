@@ -87,6 +87,52 @@ static inline real hopform_settled_y_real(const hopform_poles_real *poles, real 
     return draws > 0.0 ? settled : HOPFORM_NEVER_real;
 }
 
+/* ---- the hold rule ---- */
+
+/* Where a mass at rest goes, held while |a_i| <= f_i: 1 or -1, 0 if it stays. */
+static inline real hopform_goes_real(real acceleration, real friction)
+{
+    const real down = acceleration < -friction ? -1.0 : 0.0;
+    return acceleration > friction ? 1.0 : down;
+}
+
+/* Where the mass that is held may slip to while the other one moves: where its free acceleration changes with y alone,
+ * which is monotone then, to the side that it goes towards; 0 for either. */
+static inline int hopform_side_of_slip_real(const hopform_rates_real *rates, int side_1, int side_2)
+{
+    const real per_y = side_1 == 0 ? rates->a1_y : rates->a2_y;
+    const real per_v = side_1 == 0 ? rates->a1_v2 : rates->a2_v1;
+    return fabs_real(per_v) > 0.0 ? 0 : (int)hopform_goes_real(per_y, 0.0) * (side_1 - side_2);
+}
+
+/* The free acceleration of a mass that has come to rest alone, from its motion: it fades far below the digits of the
+ * state. Without friction nothing but the sign is left of it in the end, and that is kept. */
+static inline real hopform_free_after_motion_real(real side, real friction, real H3, real H2,
+                                                  const hopform_basis_real *basis)
+{
+    const real back = fabs_real(H3 * basis->Wdd + H2 * basis->Wd);
+    return side * (friction - (back > HOPFORM_UNDERFLOW_real ? back : HOPFORM_UNDERFLOW_real));
+}
+
+/* Whether the forces on the actuator, at rest, cancel to all digits of the state. */
+static inline bool hopform_is_faint_real(const hopform_rates_real *rates, const hopform_state_real *state, real free_1)
+{
+    return fabs_real(free_1) < 64.0 * HOPFORM_EPS_real * fabs_real(rates->a1_y * state->y);
+}
+
+/* Put the acceleration with which a mass goes on from rest in place of that of the state; alone, y follows it. */
+static inline void hopform_go_on_real(hopform_motion_real *motion, int mass, bool alone, real acceleration)
+{
+    if (mass == 1) {
+        motion->H3_1 = acceleration;
+        motion->N2_1 = acceleration; /* v_1 is 0 */
+        motion->H2_y = alone ? acceleration : motion->H2_y;
+    } else {
+        motion->H3_2 = acceleration;
+        motion->H2_y = -acceleration;
+    }
+}
+
 /* The state of a phase where the response of the poles is `basis`; what is held stays exactly where it is. */
 static inline hopform_state_real hopform_arrive_real(const hopform_state_real *state, const hopform_motion_real *motion,
                                                      const hopform_basis_real *basis, int side_1, int side_2)

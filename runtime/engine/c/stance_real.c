@@ -58,11 +58,6 @@ typedef struct {
     hopform_tally_real *tally;
 } stance_chain_real;
 
-static real stance_sign_of_real(real value)
-{
-    return value > 0.0 ? 1.0 : (value < 0.0 ? -1.0 : 0.0);
-}
-
 /* ---- the hold rule ---- */
 
 static bool stance_blocked_real(const stance_chain_real *chain, int side)
@@ -94,10 +89,10 @@ static int direction_real(const stance_chain_real *chain, int mass)
         hopform_free_accelerations_real(&chain->plan->rates, &chain->state, chain->steps[chain->step].u);
     const real acceleration = chain->alone == mass ? chain->free : (mass == 1 ? free.free_1 : free.free_2);
     const real friction = mass == 1 ? robot->f1 : robot->f2;
-    real goes = acceleration > friction ? 1.0 : (acceleration < -friction ? -1.0 : 0.0);
+    real goes = hopform_goes_real(acceleration, friction);
     if (!(fabs_real(acceleration) < friction) && !(fabs_real(goes) > 0.0)) {
         const real drift = drift_of_free_real(chain, mass);
-        goes = acceleration * drift >= 0.0 ? stance_sign_of_real(drift) : 0.0;
+        goes = acceleration * drift >= 0.0 ? hopform_goes_real(drift, 0.0) : 0.0;
     }
     const int side = (int)goes;
     return mass == 1 && stance_blocked_real(chain, side) ? 0 : side;
@@ -123,16 +118,6 @@ typedef struct {
     stance_end_kind_real rests;
 } stance_events_real;
 
-/* Where a held mass may slip to while the other one moves: where its free acceleration changes with y alone, which is
- * monotone then, to the side that it goes towards; 0 for either. */
-static int side_of_slip_real(const stance_chain_real *chain, int mass)
-{
-    const hopform_rates_real *rates = &chain->plan->rates;
-    const real per_y = mass == 1 ? rates->a1_y : rates->a2_y;
-    const real per_v = mass == 1 ? rates->a1_v2 : rates->a2_v1;
-    return fabs_real(per_v) > 0.0 ? 0 : (int)stance_sign_of_real(per_y) * (chain->side_1 - chain->side_2);
-}
-
 static void add_event_function_real(event_set_real *set, real H3, real H2, real H1, real start, real sign,
                                     stance_end_kind_real kind, int side)
 {
@@ -151,7 +136,7 @@ static void add_thresholds_real(const stance_chain_real *chain, stance_events_re
                                                : hopform_free_numerator_2_real(rates, events->motion);
     const real acceleration = mass == 1 ? at_rest.free_1 : at_rest.free_2;
     const real friction = mass == 1 ? robot->f1 : robot->f2;
-    const int towards = side_of_slip_real(chain, mass);
+    const int towards = hopform_side_of_slip_real(rates, chain->side_1, chain->side_2);
     for (int side = -1; side <= 1; side += 2) {
         if (side == -towards || (mass == 1 && stance_blocked_real(chain, side))) {
             continue;
@@ -246,8 +231,7 @@ static bool meets_stop_real(const stance_chain_real *chain, const stance_events_
         return false;
     }
     propagator_real at = *end;
-    const real beyond = sign * hopform_state_at_real(&start, events->motion, &at.basis).x1_t;
-    if (!(beyond > 0.0) || !(beyond > grazing_tolerance_real(events->motion, &start, &at.basis))) {
+    if (!is_beyond_stop_real(events->motion, &start, sign, &at.basis)) {
         return false;
     }
     const hopform_poles_real *poles = events->set.poles;
@@ -255,23 +239,18 @@ static bool meets_stop_real(const stance_chain_real *chain, const stance_events_
     real high = end->t;
     for (int n = 0; n < 100; n++) {
         const approach_real to = approach_of_real(poles, events->motion, &start, sign, &at.basis);
-        if (to.at.value > 0.0) {
-            high = at.t;
-        } else {
-            low = at.t;
-        }
-        if (fabs_real(to.at.value) <= HOPFORM_EPS_real * at.t * to.at.rate) {
+        const root_step_real step = step_to_stop_real(poles, &to, at.t, low, high);
+        if (step.arrives) {
             break;
         }
-        const real step = step_to_root_real(&to.at);
-        real next = at.t - step;
-        const bool inside = to.at.rate > 0.0 && next > low && next < high;
-        if (inside && step_converges_real(poles, &to.at, to.fourth, next, step)) {
-            const hopform_basis_real carried = carried_basis_real(poles, &at.basis, next - at.t);
-            at = propagator_of_real(poles, next, &carried);
+        if (step.lands) {
+            const hopform_basis_real carried = carried_basis_real(poles, &at.basis, step.next - at.t);
+            at = propagator_of_real(poles, step.next, &carried);
             break;
         }
-        next = inside && !(n > 8 && n % 2 == 1) ? next : low + 0.5 * (high - low);
+        low = step.low;
+        high = step.high;
+        const real next = step.inside && !(n > 8 && n % 2 == 1) ? step.next : low + 0.5 * (high - low);
         if (!(next > low && next < high)) {
             break;
         }
@@ -290,9 +269,9 @@ static void cross_at_the_limit_real(const stance_events_real *events, real limit
                               || (set->function[n].kind == END_THRESHOLD_1_real && events->rests == END_VELOCITY_2_real
                                   && !(events->rest_time > limit));
         const jet_real *at = &in->to[n]; /* found_first_root has looked at all of them there */
-        if (is_first && at->value < -8.0 * HOPFORM_EPS_real * limit * at->rate
-            && at->rate * limit < -16.0 * rounding_of_real(&set->function[n], &in->high, at->rate)) {
-            in->found = n; /* it crosses, and does not just touch */
+        const real rounding = rounding_of_real(&set->function[n], &in->high, at->rate);
+        if (is_first && crosses_at_limit_real(at, rounding, limit)) {
+            in->found = n;
         }
     }
 }
@@ -499,7 +478,7 @@ static void keep_faint_acceleration_real(stance_chain_real *chain, const hopform
     }
     const hopform_free_real at_rest =
         hopform_free_accelerations_real(rates, &chain->state, chain->steps[chain->step].u);
-    if (!(fabs_real(at_rest.free_1) < 64.0 * HOPFORM_EPS_real * fabs_real(rates->a1_y * chain->state.y))) {
+    if (!hopform_is_faint_real(rates, &chain->state, at_rest.free_1)) {
         return;
     }
     const real terms[] = {motion->H3_1 * basis->Wdd, motion->H2_1 * basis->Wd, motion->H1_1 * basis->W};
@@ -510,23 +489,20 @@ static void keep_faint_acceleration_real(stance_chain_real *chain, const hopform
     }
 }
 
-/* A mass that rings alone fades far below the digits of the state; its acceleration at rest is known from the motion.
- * Without friction nothing but the sign is left of it in the end, and that is kept.
- */
+/* What is known of the free acceleration of a mass that comes to rest from its motion. */
 static void keep_free_acceleration_real(stance_chain_real *chain, const hopform_motion_real *motion,
                                         const stance_phase_end_real *end)
 {
+    const hopform_robot_real *robot = &chain->plan->robot;
     chain->alone = 0;
     if (end->kind == END_VELOCITY_1_real && chain->side_2 == 0) {
-        const real back = fabs_real(motion->H3_1 * end->basis.Wdd + motion->H2_1 * end->basis.Wd);
         chain->alone = 1;
-        chain->free = (real)chain->side_1
-                      * (chain->plan->robot.f1 - (back > HOPFORM_UNDERFLOW_real ? back : HOPFORM_UNDERFLOW_real));
+        chain->free =
+            hopform_free_after_motion_real((real)chain->side_1, robot->f1, motion->H3_1, motion->H2_1, &end->basis);
     } else if (end->kind == END_VELOCITY_2_real && chain->side_1 == 0) {
-        const real back = fabs_real(motion->H3_2 * end->basis.Wdd + motion->H2_2 * end->basis.Wd);
         chain->alone = 2;
-        chain->free = (real)chain->side_2
-                      * (chain->plan->robot.f2 - (back > HOPFORM_UNDERFLOW_real ? back : HOPFORM_UNDERFLOW_real));
+        chain->free =
+            hopform_free_after_motion_real((real)chain->side_2, robot->f2, motion->H3_2, motion->H2_2, &end->basis);
     } else if ((end->kind == END_VELOCITY_1_real || end->kind == STANCE_END_STOP_real) && chain->side_2 != 0) {
         keep_faint_acceleration_real(chain, motion, &end->basis);
     }
@@ -552,12 +528,9 @@ static hopform_motion_real motion_from_real(const stance_chain_real *chain)
     hopform_motion_real motion =
         hopform_motion_of_real(chain->plan, &chain->state, chain->steps[chain->step].u, chain->side_1, chain->side_2);
     if (chain->alone == 1 && chain->side_1 != 0) {
-        motion.H3_1 = chain->free - (real)chain->side_1 * robot->f1;
-        motion.H2_y = chain->side_2 == 0 ? motion.H3_1 : motion.H2_y;
-        motion.N2_1 = motion.H3_1; /* v_1 is 0 */
+        hopform_go_on_real(&motion, 1, chain->side_2 == 0, chain->free - (real)chain->side_1 * robot->f1);
     } else if (chain->alone == 2 && chain->side_2 != 0) {
-        motion.H3_2 = chain->free - (real)chain->side_2 * robot->f2;
-        motion.H2_y = -motion.H3_2;
+        hopform_go_on_real(&motion, 2, true, chain->free - (real)chain->side_2 * robot->f2);
     }
     return motion;
 }
@@ -632,8 +605,8 @@ static bool leaves_at_once_real(const stance_chain_real *chain)
 static void stance_begin_real(stance_chain_real *chain)
 {
     const hopform_robot_real *robot = &chain->plan->robot;
-    chain->side_1 = (int)stance_sign_of_real(chain->state.v1);
-    chain->side_2 = (int)stance_sign_of_real(chain->state.v2);
+    chain->side_1 = (int)hopform_goes_real(chain->state.v1, 0.0);
+    chain->side_2 = (int)hopform_goes_real(chain->state.v2, 0.0);
     if (chain->side_1 != 0 && stance_blocked_real(chain, chain->side_1)) {
         chain->start_loss = -0.5 * robot->m_eff * chain->state.v1 * chain->state.v1;
         chain->state.v1 = 0.0;

@@ -140,7 +140,7 @@ static inline void hopform_tally_up_real(hopform_tally_real *tally, const hopfor
         hopform_motion_under_real(&plan->rates, &per_ampere, &tally->change, passage->side_1, passage->side_2);
     const propagator_real end = propagator_of_real(passage->poles, passage->length, passage->end);
     const jet_real from = jet_at_start_real(passage->poles, &contact);
-    const jet_real to = jet_at_real(&set, &contact, &end);
+    const jet_real to = jet_at_real(set.poles, &contact, &end);
     if (!HOPFORM_CONTACT_IS_COMPRESSION || (passage->side_1 != 0 && passage->side_1 == passage->side_2)) {
         /* else y' keeps its sign */
         const hopform_least_real least = hopform_least_minimum_real(&set, &from, &to, &end, 64.0);

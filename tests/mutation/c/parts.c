@@ -453,7 +453,7 @@ static void any_sixth_derivative(const event_set_f64 *set, double h) {
   double most = 0.0;
   for (int n = 0; n <= 40; n++) {
     const propagator_f64 then = propagator_at_f64(poles, h * (double)n / 40.0);
-    const jet_f64 at = jet_at_f64(set, &set->function[0], &then);
+    const jet_f64 at = jet_at_f64(set->poles, &set->function[0], &then);
     double d[3] = {at.rate, at.curvature, at.third}; /* then the next ones */
     for (int k = 0; k < 3; k++) {
       const double next =
@@ -566,7 +566,7 @@ static void first_jets(void) {
     const T(basis) start = {1.0, 0.0, 0.0, 0.0, 0.0};
     const propagator_f64 then = propagator_of_f64(&poles, 0.0, &start);
     const jet_f64 first = jet_at_start_f64(&poles, g),
-                  at = jet_at_f64(&set, g, &then);
+                  at = jet_at_f64(set.poles, g, &then);
     const double w = poles.s_1 + sqrt(poles.s_2),
                  size = 1e-12 * (fabs(first.value) + fabs(first.rate) / w +
                                  fabs(first.curvature) / (w * w) +
@@ -709,7 +709,7 @@ static void dips(void) {
     }
     const propagator_f64 end = propagator_at_f64(&plan.both, length);
     const jet_f64 from = jet_at_start_f64(&plan.both, &y),
-                  to = jet_at_f64(&set, &y, &end);
+                  to = jet_at_f64(set.poles, &y, &end);
     const int most = length < 0.95 * plan.node_both.half_period
                          ? hopform_most_turns_f64(&plan.node_both, &from, &to)
                          : 9;
@@ -775,7 +775,7 @@ static void any_ringing(void) {
           0}}};
     const double from = over(0.01, 1.0), turns = over(10.0, 100.0) * 3.1416 / w;
     const propagator_f64 then = propagator_at_f64(&poles, from);
-    const jet_f64 jet = jet_at_f64(&set, &set.function[0], &then);
+    const jet_f64 jet = jet_at_f64(set.poles, &set.function[0], &then);
     const double span = smaller(quiet_time_f64(&set, &jet, 1e-14), turns);
     double least = INFINITY, most = 0.0;
     for (int n = 0; n <= 1000; n++) {

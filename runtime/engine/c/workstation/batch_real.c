@@ -9,23 +9,6 @@
 
 enum { PHASES_OF_LOOP = 4096, RESULTS = 9, FEW_STANCES = 4 };
 
-static int32_t one_by_one(int64_t count, const hopform_stances_in_real *in, const hopform_stances_out_real *out)
-{
-    int32_t kept = HOPFORM_OK;
-    int32_t robot_status = HOPFORM_OK;
-    hopform_plan_real plan;
-    for (int64_t i = 0; i < count; i++) {
-        if (i == 0 || hopform_robot_changes_real(in, i)) {
-            const hopform_robot_real robot = hopform_robot_of_real(in, i);
-            robot_status = hopform_plan_init_real(&plan, &robot);
-        }
-        if (hopform_solve_column_real(&plan, robot_status, in, out, i) != HOPFORM_OK) {
-            kept = HOPFORM_PHASES_NOT_KEPT;
-        }
-    }
-    return kept;
-}
-
 /* ---- variants ---- */
 
 int32_t hopform_has_variant_real(int32_t variant)
@@ -49,32 +32,65 @@ int32_t hopform_has_variant_real(int32_t variant)
     }
 }
 
-static int32_t best_variant(int64_t count)
+static int32_t best_variant(void)
 {
-    if (count < FEW_STANCES) {
-        return HOPFORM_VARIANT_ONE_BY_ONE;
-    }
     if (hopform_has_variant_real(HOPFORM_VARIANT_AVX512)) {
         return HOPFORM_VARIANT_AVX512;
     }
     return hopform_has_variant_real(HOPFORM_VARIANT_AVX2) ? HOPFORM_VARIANT_AVX2 : HOPFORM_VARIANT_BASELINE;
 }
 
-static int32_t solve_by(int32_t variant, int64_t count, const hopform_stances_in_real *in,
-                        const hopform_stances_out_real *out)
+/* Stances `first` to `end` of one robot, whose plan could not be made if its status is negative. */
+static int32_t one_by_one(const hopform_plan_real *plan, int32_t robot_status, int64_t first, int64_t end,
+                          const hopform_stances_in_real *in, const hopform_stances_out_real *out)
+{
+    int32_t kept = HOPFORM_OK;
+    for (int64_t i = first; i < end; i++) {
+        if (hopform_solve_column_real(plan, robot_status, in, out, i) != HOPFORM_OK) {
+            kept = HOPFORM_PHASES_NOT_KEPT;
+        }
+    }
+    return kept;
+}
+
+static int32_t by_variant(int32_t variant, const hopform_plan_real *plan, int64_t first, int64_t end,
+                          const hopform_stances_in_real *in, const hopform_stances_out_real *out)
 {
     switch (variant) {
 #if defined(HOPFORM_X86_LANES)
     case HOPFORM_VARIANT_AVX2:
-        return hopform_lanes_avx2_real(count, in, out);
+        return hopform_lanes_avx2_real(plan, first, end, in, out);
     case HOPFORM_VARIANT_AVX512:
-        return hopform_lanes_avx512_real(count, in, out);
+        return hopform_lanes_avx512_real(plan, first, end, in, out);
 #endif
     case HOPFORM_VARIANT_BASELINE:
-        return hopform_lanes_baseline_real(count, in, out);
+        return hopform_lanes_baseline_real(plan, first, end, in, out);
     default:
-        return one_by_one(count, in, out);
+        return one_by_one(plan, HOPFORM_OK, first, end, in, out);
     }
+}
+
+/* The batch, one run of stances with the same robot after the other. */
+static int32_t solve_by(int32_t variant, int64_t count, const hopform_stances_in_real *in,
+                        const hopform_stances_out_real *out)
+{
+    const bool many_robots = hopform_has_many_robots_real(in);
+    int32_t kept = HOPFORM_OK;
+    int64_t end = 0;
+    for (int64_t first = 0; first < count; first = end) {
+        end = many_robots ? first + 1 : count;
+        while (end < count && !hopform_robot_changes_real(in, end)) {
+            end++;
+        }
+        hopform_plan_real plan;
+        const hopform_robot_real robot = hopform_robot_of_real(in, first);
+        const int32_t robot_status = hopform_plan_init_real(&plan, &robot);
+        const bool few = robot_status < 0 || end - first < FEW_STANCES;
+        const int32_t run = few ? one_by_one(&plan, robot_status, first, end, in, out)
+                                : by_variant(variant, &plan, first, end, in, out);
+        kept = run > kept ? run : kept;
+    }
+    return kept;
 }
 
 /* A lane computes what it does not use as well: what that does to the processor's flags is no news to the caller. */
@@ -110,7 +126,7 @@ static int32_t solve(int32_t variant, int64_t count, const hopform_stances_in_re
                      const hopform_stances_out_real *out)
 {
     const float_flags before = flags_now();
-    const int32_t kept = solve_by(variant == HOPFORM_VARIANT_BEST ? best_variant(count) : variant, count, in, out);
+    const int32_t kept = solve_by(variant == HOPFORM_VARIANT_BEST ? best_variant() : variant, count, in, out);
     restore_flags(&before);
     return kept;
 }

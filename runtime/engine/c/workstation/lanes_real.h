@@ -1,9 +1,10 @@
 /* SPDX-License-Identifier: MIT-0
  *
- * Many stances at a time, one in each lane of vector registers: every loop over the lanes is one that compilers turn
- * into vector instructions. The steps, their order and so the bits are those of stance_real.c. What is rare there is
- * not done here: such a stance is left to hopform_solve_stance_real. Numbers, flags (1 or 0) and kinds are all of one
- * type.
+ * Many stances of one robot at a time, one in each lane of vector registers: every loop over the lanes is one that
+ * compilers turn into vector instructions. What a lane computes is the text of one stance: the kernels, the formulas,
+ * the certificate and the steps of the search are the functions of its headers, so the bits are those of stance_real.c.
+ * A round takes one phase of the lanes that are in the same mode; the others wait. What is rare is not done here: such
+ * a stance is left to hopform_solve_stance_real. Numbers, flags (1 or 0) and kinds are all of one type.
  *
  * Before it is included, LANES_NAME is the function to make, and LANES_CODE what goes before each function. Where the
  * lanes take more than one evaluation of all of them a stance, stances are solved one by one for a while.
@@ -14,6 +15,11 @@
 #include <stdbool.h>
 #include <string.h>
 
+#if defined(__GNUC__) && !defined(__clang__)
+/* Each of these puts jumps into loops that had none. */
+#pragma GCC optimize("no-thread-jumps", "no-tree-pre", "no-tree-sink", "no-tree-loop-im")
+#endif
+
 #include "facts.h"
 #include "columns_real.h"
 #include "first_event_real.h"
@@ -22,6 +28,7 @@
 enum {
     LANES = HOPFORM_LANE_COUNT_real,
     SLOTS = MOST_EVENT_FUNCTIONS_real,
+    MODES = 9,
     ROOT_STEPS = 6,
     SHORT_RUN = 2 * LANES,
     LONG_RUN = 4096
@@ -54,18 +61,6 @@ static inline real is(real kind, int one)
     return flag(kind >= (real)one) * flag(kind <= (real)one);
 }
 
-/* A quotient whose divisor may be zero where the result is not used. */
-static inline real over(real value, real divisor)
-{
-    return value / (fabs_real(divisor) > 0.0 ? divisor : 1.0);
-}
-
-static inline real one_of_three(bool first, bool second, real a, real b, real c)
-{
-    const real later = second ? b : c;
-    return first ? a : later;
-}
-
 /* A number is put only where a flag says so. */
 static inline void keep(real *place, bool yes, real value)
 {
@@ -79,83 +74,97 @@ static inline void keep(real *place, bool yes, real value)
 #define TAKE_MEMBER(name, domain) columns->name[l],
 #define PUT_MEMBER(name, domain) columns->name[l] = one->name;
 #define KEEP_MEMBER(name, domain) keep(&columns->name[l], yes, one->name);
-#define RECORD_IN_COLUMNS(record, MEMBERS)                                                                             \
+#define RECORD_IN_COLUMNS(record, type, MEMBERS)                                                                       \
     typedef struct {                                                                                                   \
         MEMBERS(COLUMN)                                                                                                \
     } record##_columns;                                                                                                \
-    static inline hopform_##record##_real one_of_##record##_columns(const record##_columns *columns, int l)            \
+    static inline type one_##record(const record##_columns *columns, int l)                                            \
     {                                                                                                                  \
-        const hopform_##record##_real one = {MEMBERS(TAKE_MEMBER)};                                                    \
+        const type one = {MEMBERS(TAKE_MEMBER)};                                                                       \
         return one;                                                                                                    \
     }                                                                                                                  \
-    static inline void put_##record##_columns(record##_columns *columns, int l, const hopform_##record##_real *one)    \
+    static inline void put_##record(record##_columns *columns, int l, const type *one)                                 \
     {                                                                                                                  \
         MEMBERS(PUT_MEMBER)                                                                                            \
     }                                                                                                                  \
-    static inline void keep_##record##_columns(record##_columns *columns, int l, bool yes,                             \
-                                               const hopform_##record##_real *one)                                     \
+    static inline void keep_##record(record##_columns *columns, int l, bool yes, const type *one)                      \
     {                                                                                                                  \
         MEMBERS(KEEP_MEMBER)                                                                                           \
     }
+#define JET_MEMBERS(X) X(value, NUMBER) X(rate, NUMBER) X(curvature, NUMBER) X(third, NUMBER)
+#define PAIR_MEMBERS(X) X(Rd, NUMBER) X(R, NUMBER) X(R1, NUMBER) X(R2, NUMBER) X(R3, NUMBER)
+#define DECAY_MEMBERS(X) X(e, NUMBER) X(e1, NUMBER) X(e2, NUMBER) X(e3, NUMBER)
+#define PAIR_TERM_MEMBERS(X) X(before, NUMBER) X(term, NUMBER) X(R2, NUMBER) X(R3, NUMBER)
+#define BASIS_TERM_MEMBERS(X)                                                                                          \
+    X(earlier, NUMBER) X(before, NUMBER) X(term, NUMBER) X(W2, NUMBER) X(W3, NUMBER) X(W4, NUMBER)
 
-RECORD_IN_COLUMNS(robot, HOPFORM_ROBOT_MEMBERS)
-RECORD_IN_COLUMNS(rates, HOPFORM_RATES_MEMBERS)
-RECORD_IN_COLUMNS(poles, HOPFORM_POLES_MEMBERS)
-RECORD_IN_COLUMNS(state, HOPFORM_STATE_MEMBERS)
-RECORD_IN_COLUMNS(motion, HOPFORM_MOTION_MEMBERS)
-RECORD_IN_COLUMNS(basis, HOPFORM_BASIS_MEMBERS)
+RECORD_IN_COLUMNS(state, hopform_state_real, HOPFORM_STATE_MEMBERS)
+RECORD_IN_COLUMNS(motion, hopform_motion_real, HOPFORM_MOTION_MEMBERS)
+RECORD_IN_COLUMNS(basis, hopform_basis_real, HOPFORM_BASIS_MEMBERS)
+RECORD_IN_COLUMNS(jet, jet_real, JET_MEMBERS)
+RECORD_IN_COLUMNS(pair, hopform_pair_real, PAIR_MEMBERS)
+RECORD_IN_COLUMNS(decay, hopform_decay_real, DECAY_MEMBERS)
+RECORD_IN_COLUMNS(pair_terms, hopform_pair_terms_real, PAIR_TERM_MEMBERS)
+RECORD_IN_COLUMNS(basis_terms, hopform_basis_terms_real, BASIS_TERM_MEMBERS)
 
 /* An event function, one a lane. */
 typedef struct {
     column H3, H2, H1, start;
 } function_columns;
 
-typedef struct {
-    column value, rate, curvature, third;
-} jet_columns;
+static inline event_function_real one_function(const function_columns *g, int l)
+{
+    const event_function_real one = {{g->H3[l], g->H2[l], g->H1[l]}, g->start[l], 0, 0};
+    return one;
+}
+
+static inline void put_function(function_columns *g, int l, real sign, const hopform_numerator_real *numerator,
+                                real start)
+{
+    g->H3[l] = sign * numerator->H3;
+    g->H2[l] = sign * numerator->H2;
+    g->H1[l] = sign * numerator->H1;
+    g->start[l] = start;
+}
 
 /* The stances under way. */
 typedef struct {
-    robot_columns robot;
-    rates_columns rates;
-    poles_columns both; /* poles while both masses slip */
+    hopform_plan_real plan;
+    real max_phases;
 
-    column live;   /* 1 where there is a stance */
-    column left;   /* 1 where it is left to the scalar code */
-    column begins; /* 1 where a phase begins now */
-    column u, horizon, max_phases;
-
-    column t, side_1, side_2, fresh_1, fresh_2, count, events;
+    column live; /* 1 where there is a stance */
+    column left; /* 1 where it is left to the scalar code */
+    column turn; /* 1 where this round takes a phase of it */
+    column u, horizon, t, fresh_1, fresh_2, count, events;
+    column mode;         /* 3 (side_1 + 1) + side_2 + 1 */
     column alone, free;  /* the mass that has come to rest while the other was held, and its free acceleration */
     state_columns start; /* of the stance */
     state_columns state;
     column from_min; /* x1 - x1_min and x1 - x1_max: x1 itself has no digits for what is this close to a stop */
     column from_max;
 
+    /* Of the round. */
+    int side_1, side_2;
+    hopform_poles_real poles;
+    hopform_node_real node;
+    real chi, omega;
     column halt, limit; /* when a mass that slips alone comes to rest, and the end of the phase: since it began, as all
                            its times */
-    poles_columns poles;
-    column chi, omega, half_turn;
     motion_columns motion;
-    column node_t, fades; /* as in the plan */
-    basis_columns node;
     function_columns function[SLOTS];
-    column on[SLOTS], kind[SLOTS], side[SLOTS];
-    bool used[SLOTS]; /* whether one of the lanes has such a function */
-
+    column on[SLOTS];
+    int kind[SLOTS], side[SLOTS];
+    bool used[SLOTS];        /* whether one of the lanes has such a function */
     jet_columns from[SLOTS]; /* at the ends of the phase's one interval: others are left to the scalar code */
     jet_columns to[SLOTS];
     column end_t, found; /* -1: none */
     basis_columns end;
+    column event, ending; /* what it has brought */
 
-    column event, ending; /* what a round has brought */
-    int32_t busy;         /* lanes with a stance */
-    int64_t evaluations;  /* of W for all lanes */
+    int32_t busy;        /* lanes with a stance */
+    int64_t evaluations; /* of W for all lanes */
     int64_t solved;
-
-    hopform_plan_real plan[LANES];
     int64_t index[LANES];
-    int64_t robot_number[LANES];
     int32_t listed[LANES]; /* events in the caller's list */
 } lanes;
 
@@ -171,440 +180,189 @@ static inline bool any(const real *flags)
     return found != 0;
 }
 
-/* Stances that are left to the scalar code. */
+/* Stances of this round that are left to the scalar code. */
 static inline void leave(lanes *restrict w, const real *restrict who)
 {
     if (!any(who)) {
         return;
     }
     for (int l = 0; l < LANES; l++) {
-        keep(&w->left[l], who[l] * w->live[l] > 0.0, 1.0);
+        const bool leaves = who[l] * w->turn[l] > 0.0;
+        keep(&w->left[l], leaves, 1.0);
+        keep(&w->turn[l], leaves, 0.0);
     }
 }
 
-/* ---- kernels: as those of kernels_real.h, for all lanes ---- */
+/* ---- the propagator ---- */
 
-/* exp(x) and 1 - exp(x) for x <= 0. */
-typedef struct {
-    column left, gone;
-} fade_columns;
-
-LANES_CODE static void fades_by(const real *restrict x, fade_columns *restrict fade)
-{
-    column safe, power, near;
-    hopform_bits_real bits[LANES];
-    int32_t halvings[LANES];
-    for (int l = 0; l < LANES; l++) {
-        const real far = x[l] > HOPFORM_SMALLEST_EXPONENT_real ? x[l] : HOPFORM_SMALLEST_EXPONENT_real;
-        safe[l] = far < 0.0 ? far : 0.0;
-    }
-    for (int l = 0; l < LANES; l++) {
-        const int32_t n = (int32_t)(safe[l] * 1.4426950408889634 - 0.5);
-        const real r = safe[l] - (real)n * HOPFORM_LOG_2_HIGH_real - (real)n * HOPFORM_LOG_2_LOW_real;
-        real sum = 0.0;
-#define ADD_TERM(coefficient) sum = sum * r + (coefficient);
-        HOPFORM_EXPONENTIAL_real(ADD_TERM)
-#undef ADD_TERM
-            fade->left[l] = 1.0 + r * sum;
-        fade->gone[l] = -r * sum;
-        bits[l] = (hopform_bits_real)(hopform_signed_bits_real)(n + HOPFORM_EXPONENT_BIAS_real)
-                  << HOPFORM_FRACTION_BITS_real;
-        halvings[l] = n;
-    }
-    memcpy(power, bits, sizeof power);
-    for (int l = 0; l < LANES; l++) {
-        near[l] = (real)halvings[l];
-        fade->left[l] *= power[l];
-    }
-    for (int l = 0; l < LANES; l++) {
-        const real far = 1.0 - fade->left[l];
-        fade->gone[l] = near[l] < 0.0 ? far : fade->gone[l];
-    }
-    for (int l = 0; l < LANES; l++) {
-        fade->left[l] = x[l] > HOPFORM_SMALLEST_EXPONENT_real ? fade->left[l] : 0.0;
-        fade->gone[l] = x[l] > HOPFORM_SMALLEST_EXPONENT_real ? fade->gone[l] : 1.0;
-    }
-}
-
-/* sin(x) and cos(x) for 0 <= x < LARGEST_TURN. */
-LANES_CODE static void turns(const real *restrict x, real *restrict sine, real *restrict cosine)
-{
-    column angle, swap, minus_sine, minus_cosine;
-    int32_t quarter[LANES];
-    for (int l = 0; l < LANES; l++) {
-        const real small = x[l] < 1e6 ? x[l] : 0.0;
-        angle[l] = small > 0.0 ? small : 0.0;
-    }
-    for (int l = 0; l < LANES; l++) {
-        const int32_t n = (int32_t)(angle[l] * 0.6366197723675814 + 0.5);
-        const real r = angle[l] - (real)n * HOPFORM_QUARTER_TURN_HIGH_real - (real)n * HOPFORM_QUARTER_TURN_MIDDLE_real
-                       - (real)n * HOPFORM_QUARTER_TURN_LOW_real;
-        const real rr = r * r;
-        real s = 0.0;
-        real c = 0.0;
-#define ADD_TERM(coefficient) s = s * rr + (coefficient);
-        HOPFORM_SINE_real(ADD_TERM)
-#undef ADD_TERM
-#define ADD_TERM(coefficient) c = c * rr + (coefficient);
-            HOPFORM_COSINE_real(ADD_TERM)
-#undef ADD_TERM
-                sine[l] = s * r;
-        cosine[l] = c;
-        quarter[l] = n;
-    }
-    for (int l = 0; l < LANES; l++) {
-        swap[l] = (real)(quarter[l] & 1);
-        minus_sine[l] = (real)(quarter[l] & 2);
-        minus_cosine[l] = (real)((quarter[l] + 1) & 2);
-    }
-    for (int l = 0; l < LANES; l++) {
-        const real first = swap[l] > 0.0 ? cosine[l] : sine[l];
-        const real second = swap[l] > 0.0 ? sine[l] : cosine[l];
-        sine[l] = minus_sine[l] > 0.0 ? -first : first;
-        cosine[l] = minus_cosine[l] > 0.0 ? -second : second;
-    }
-}
-
-/* exp(-a t) and its integrals where `wanted`. */
-typedef struct {
-    column e, e1, e2;
-} decay_columns;
-
-LANES_CODE static void decays(const real *restrict a, const real *restrict t, const real *restrict wanted,
-                              decay_columns *restrict decay)
-{
-    column slow, fast, exponent;
-    fade_columns fade;
-    for (int l = 0; l < LANES; l++) {
-        const real z = a[l] * t[l];
-        slow[l] = flag((wanted[l] > 0.0) & (fabs_real(z) < 1.0));
-        fast[l] = flag((wanted[l] > 0.0) & !(fabs_real(z) < 1.0));
-        exponent[l] = -z;
-    }
-    if (any(slow)) {
-        for (int l = 0; l < LANES; l++) {
-            const real z = a[l] * t[l];
-            real sum = 0.0;
-#define ADD_TERM(coefficient) sum = sum * z + (coefficient);
-            HOPFORM_DECAY_TAIL_real(ADD_TERM)
-#undef ADD_TERM
-                const real e3 = t[l] * t[l] * t[l] * sum;
-            decay->e2[l] = 0.5 * t[l] * t[l] - a[l] * e3;
-            decay->e1[l] = t[l] - a[l] * decay->e2[l];
-            decay->e[l] = 1.0 - a[l] * decay->e1[l];
-        }
-    }
-    if (any(fast)) {
-        fades_by(exponent, &fade);
-        for (int l = 0; l < LANES; l++) {
-            const real inverse = over(1.0, a[l]);
-            const real e1 = (1.0 - fade.left[l]) * inverse;
-            const real e2 = (t[l] - e1) * inverse;
-            keep(&decay->e[l], fast[l] > 0.0, fade.left[l]);
-            keep(&decay->e1[l], fast[l] > 0.0, e1);
-            keep(&decay->e2[l], fast[l] > 0.0, e2);
-        }
-    }
-}
-
-typedef struct {
-    column Rd, R, R1, R2, R3;
-} pair_columns;
-
-/* The pair over a time that is short for it; its series as in short_bases. */
-LANES_CODE static void short_pairs(lanes *restrict w, const real *restrict t, const real *restrict wanted,
+/* The pair over a time that is short for it. Lanes whose series has ended wait for the others. */
+LANES_CODE static void short_pairs(const hopform_poles_real poles, const real *restrict t, const real *restrict wanted,
                                    pair_columns *restrict pair)
 {
-    column pt, qtt, before, term, R2, R3, going, small;
+    column going;
+    pair_terms_columns terms;
     for (int l = 0; l < LANES; l++) {
-        pt[l] = w->poles.p[l] * t[l];
-        qtt[l] = w->poles.q[l] * t[l] * t[l];
-        before[l] = 0.0;
-        term[l] = 1.0 / 6.0;
-        R2[l] = 1.0 / 6.0;
-        R3[l] = 1.0 / 24.0;
+        const hopform_pair_terms_real first = hopform_first_pair_terms_real();
+        put_pair_terms(&terms, l, &first);
+        going[l] = wanted[l];
     }
-    for (int n = 1; n < HOPFORM_TERMS_real - 1; n += 2) {
-        const real *inverse = &hopform_inverse_real[n];
+    for (int n = 1; n < HOPFORM_TERMS_real - 1 && any(going); n += 2) {
         for (int l = 0; l < LANES; l++) {
-            const real first = -(pt[l] * term[l] + qtt[l] * before[l] * inverse[2]) * inverse[3];
-            const real second = -(pt[l] * first + qtt[l] * term[l] * inverse[3]) * inverse[4];
-            R2[l] = R2[l] + first + second;
-            R3[l] = R3[l] + first * inverse[4] + second * inverse[5];
-            before[l] = first;
-            term[l] = second;
-            going[l] = wanted[l] * flag(!(fabs_real(second) + fabs_real(first) < 0.01 * HOPFORM_EPS_real));
-        }
-        if (!any(going)) {
-            break;
+            hopform_pair_terms_real one = one_pair_terms(&terms, l);
+            hopform_add_pair_terms_real(&one, -(poles.p * t[l]), -(poles.q * t[l] * t[l]), n);
+            keep_pair_terms(&terms, l, going[l] > 0.0, &one);
+            going[l] *= flag(!hopform_pair_terms_end_real(&one));
         }
     }
     for (int l = 0; l < LANES; l++) {
-        const hopform_poles_real poles = one_of_poles_columns(&w->poles, l);
-        const hopform_pair_series_real series = {R2[l] * (t[l] * t[l] * t[l]), R3[l] * (t[l] * t[l] * t[l] * t[l])};
-        const hopform_known_pair_real known = hopform_pair_from_series_real(&poles, &series, t[l]);
-        const bool here = wanted[l] > 0.0;
-        keep(&pair->Rd[l], here, known.Rd);
-        keep(&pair->R[l], here, known.R);
-        keep(&pair->R1[l], here, known.R1);
-        keep(&pair->R2[l], here, series.R2);
-        keep(&pair->R3[l], here, series.R3);
-        small[l] = going[l] + wanted[l] * flag(!((R2[l] > 0.0625) & (R3[l] > 0.015625)));
+        const hopform_pair_terms_real one = one_pair_terms(&terms, l);
+        const hopform_pair_real there = hopform_pair_of_terms_real(&poles, t[l], &one);
+        keep_pair(pair, l, wanted[l] > 0.0, &there);
     }
-    leave(w, small);
 }
 
-/* A pair that swings. */
-LANES_CODE static void swinging_pairs(const lanes *restrict w, const real *restrict t, const real *restrict wanted,
-                                      pair_columns *restrict pair)
+LANES_CODE static void ringing_pairs(const hopform_poles_real poles, real omega, const real *restrict t,
+                                     const real *restrict wanted, pair_columns *restrict pair)
 {
-    column half_angle, exponent, sine, cosine;
-    fade_columns fade;
     for (int l = 0; l < LANES; l++) {
-        half_angle[l] = 0.5 * w->omega[l] * t[l];
-        exponent[l] = -(0.5 * w->poles.p[l]) * t[l];
-    }
-    fades_by(exponent, &fade);
-    turns(half_angle, sine, cosine);
-    for (int l = 0; l < LANES; l++) {
-        const hopform_poles_real poles = one_of_poles_columns(&w->poles, l);
-        const real mean = 0.5 * poles.p;
-        const real versine = 2.0 * sine[l] * sine[l];
-        const real R = fade.left[l] * (2.0 * sine[l] * cosine[l] / w->omega[l]);
-        const real Rd = fade.left[l] * (1.0 - versine) - mean * R;
-        const hopform_pair_core_real core = {Rd, R, fade.gone[l] + fade.left[l] * versine - mean * R};
-        const hopform_pair_integrals_real integrals = hopform_pair_by_quotient_real(&poles, &core, t[l]);
-        const bool here = wanted[l] > 0.0;
-        keep(&pair->Rd[l], here, core.Rd);
-        keep(&pair->R[l], here, core.R);
-        keep(&pair->R1[l], here, integrals.R1);
-        keep(&pair->R2[l], here, integrals.R2);
-        keep(&pair->R3[l], here, integrals.R3);
+        const hopform_pair_core_real core = hopform_ringing_core_real(&poles, omega, t[l]);
+        const hopform_pair_real there = hopform_pair_of_core_real(&poles, t[l], &core);
+        keep_pair(pair, l, wanted[l] > 0.0, &there);
     }
 }
 
-/* W of three poles over a short time.
- *
- * Lanes whose series has ended go on with the others: three terms that are this small are followed by smaller ones,
- * which change no sum that is not small itself, and where one is, the lane is left.
- */
-LANES_CODE static void short_bases(lanes *restrict w, const real *restrict t, const real *restrict wanted,
+/* W of three poles over a short time. */
+LANES_CODE static void short_bases(const hopform_poles_real poles, const real *restrict t, const real *restrict wanted,
                                    basis_columns *restrict basis)
 {
-    column h, hh, hhh, term_0, term_1, term_2, W2, W3, W4, going, small;
+    column going;
+    basis_terms_columns terms;
     for (int l = 0; l < LANES; l++) {
-        h[l] = w->poles.s_1[l] * t[l];
-        hh[l] = w->poles.s_2[l] * t[l] * t[l];
-        hhh[l] = w->poles.s_3[l] * t[l] * t[l] * t[l];
-        term_0[l] = 1.0 / 24.0;
-        term_1[l] = 0.0;
-        term_2[l] = 0.0;
-        W2[l] = 1.0 / 24.0;
-        W3[l] = 1.0 / 120.0;
-        W4[l] = 1.0 / 720.0;
+        const hopform_basis_terms_real first = hopform_first_basis_terms_real();
+        put_basis_terms(&terms, l, &first);
+        going[l] = wanted[l];
     }
-    for (int n = 1; n < HOPFORM_TERMS_real - 2; n += 3) {
-        const real *inverse = &hopform_inverse_real[n];
+    for (int n = 1; n < HOPFORM_TERMS_real - 2 && any(going); n += 3) {
         for (int l = 0; l < LANES; l++) {
-            const real a = h[l];
-            const real b = hh[l];
-            const real c = hhh[l];
-            const real first =
-                -(a * term_0[l] + (b * term_1[l] + c * term_2[l] * inverse[2]) * inverse[3]) * inverse[4];
-            const real second = -(a * first + (b * term_0[l] + c * term_1[l] * inverse[3]) * inverse[4]) * inverse[5];
-            const real third = -(a * second + (b * first + c * term_0[l] * inverse[4]) * inverse[5]) * inverse[6];
-            W2[l] = W2[l] + first + second + third;
-            W3[l] = W3[l] + first * inverse[5] + second * inverse[6] + third * inverse[7];
-            W4[l] = W4[l] + first * inverse[5] * inverse[6] + second * inverse[6] * inverse[7]
-                    + third * inverse[7] * inverse[8];
-            term_2[l] = first;
-            term_1[l] = second;
-            term_0[l] = third;
-            going[l] =
-                wanted[l] * flag(!(fabs_real(third) + fabs_real(second) + fabs_real(first) < 0.002 * HOPFORM_EPS_real));
-        }
-        if (!any(going)) {
-            break;
+            hopform_basis_terms_real one = one_basis_terms(&terms, l);
+            hopform_add_basis_terms_real(&one, -(poles.s_1 * t[l]), -(poles.s_2 * t[l] * t[l]),
+                                         -(poles.s_3 * t[l] * t[l] * t[l]), n);
+            keep_basis_terms(&terms, l, going[l] > 0.0, &one);
+            going[l] *= flag(!hopform_basis_terms_end_real(&one));
         }
     }
     for (int l = 0; l < LANES; l++) {
-        const hopform_poles_real poles = one_of_poles_columns(&w->poles, l);
-        const real tt = t[l] * t[l];
-        const hopform_series_real series = {W2[l] * (tt * tt), W3[l] * (tt * tt * t[l]), W4[l] * (tt * tt * tt)};
-        const hopform_known_basis_real known = hopform_all_from_series_real(&poles, &series, t[l]);
-        const hopform_basis_real one = {known.Wdd, known.Wd, known.W, known.W1, series.W2};
-        keep_basis_columns(basis, l, wanted[l] > 0.0, &one);
-        small[l] =
-            going[l] + wanted[l] * flag(!((W2[l] > 0.0078125) & (W3[l] > 0.0009765625) & (W4[l] > 0.0001220703125)));
+        const hopform_basis_terms_real one = one_basis_terms(&terms, l);
+        const hopform_basis_real there = hopform_basis_of_terms_real(&poles, t[l], &one);
+        keep_basis(basis, l, wanted[l] > 0.0, &there);
     }
-    leave(w, small);
 }
 
-/* W at t where `wanted`; a lane whose poles are of another kind is left. */
+/* W at t where `wanted`, as hopform_basis_at_real; a lane whose poles lie close to each other is left. */
 LANES_CODE static void bases_at(lanes *restrict w, const real *restrict t, const real *restrict wanted,
                                 basis_columns *restrict basis)
 {
-    column brief, pairs, swift, swings, splits, close;
+    column brief, pairs, swift, rings, splits, close;
+    const hopform_poles_real poles = w->poles;
+    const real chi = w->chi, omega = w->omega;
+    const bool held = !(fabs_real(poles.a) > 0.0);
     w->evaluations++;
     for (int l = 0; l < LANES; l++) {
-        const bool here = wanted[l] > 0.0;
-        const bool held = !(fabs_real(w->poles.a[l]) > 0.0);
-        const bool late = w->chi[l] * t[l] * t[l] >= 1.0;
-        const bool soon = w->poles.s_1[l] * t[l] < 4.0;
-        const bool early = w->poles.q[l] * t[l] * t[l] < 1.0;
-        brief[l] = flag(here & !held & !late & soon);
-        const bool faded = (0.5 * w->poles.p[l] - w->poles.a[l]) * t[l] > 10.0;
-        const bool by_pair = held | late;
-        const bool beyond = by_pair & !(w->omega[l] * t[l] < 1e6);
-        const bool between = (faded | !(late | soon)) & !held;
-        close[l] = flag(here & (between | beyond));
-        pairs[l] = flag(here & by_pair);
-        swift[l] = flag(here & by_pair & early);
-        swings[l] = flag(here & by_pair & !early);
-        splits[l] = flag(here & !held & late);
+        const real late = flag(chi * t[l] * t[l] >= 1.0);
+        const real soon = flag(poles.s_1 * t[l] < 4.0);
+        const real by_pair = held ? 1.0 : late;
+        const real early = flag(poles.q * t[l] * t[l] < 1.0);
+        brief[l] = wanted[l] * (1.0 - by_pair) * soon;
+        close[l] = wanted[l] * (1.0 - by_pair) * (1.0 - soon);
+        pairs[l] = wanted[l] * by_pair;
+        swift[l] = pairs[l] * early;
+        rings[l] = pairs[l] * (1.0 - early);
+        splits[l] = held ? 0.0 : pairs[l];
     }
     leave(w, close);
     if (any(brief)) {
-        short_bases(w, t, brief, basis);
+        short_bases(poles, t, brief, basis);
     }
     if (!any(pairs)) {
         return;
     }
     pair_columns pair = {{0}, {0}, {0}, {0}, {0}};
-    if (any(swings)) {
-        swinging_pairs(w, t, swings, &pair);
+    if (any(rings)) {
+        ringing_pairs(poles, omega, t, rings, &pair);
     }
     if (any(swift)) {
-        short_pairs(w, t, swift, &pair);
+        short_pairs(poles, t, swift, &pair);
     }
-    for (int l = 0; l < LANES; l++) {
-        const bool here = (pairs[l] > 0.0) & !(splits[l] > 0.0);
-        keep(&basis->Wdd[l], here, pair.Rd[l]);
-        keep(&basis->Wd[l], here, pair.R[l]);
-        keep(&basis->W[l], here, pair.R1[l]);
-        keep(&basis->W1[l], here, pair.R2[l]);
-        keep(&basis->W2[l], here, pair.R3[l]);
-    }
-    if (!any(splits)) {
+    if (held) {
+        for (int l = 0; l < LANES; l++) {
+            const hopform_basis_real one = {pair.Rd[l], pair.R[l], pair.R1[l], pair.R2[l], pair.R3[l]};
+            keep_basis(basis, l, pairs[l] > 0.0, &one);
+        }
         return;
     }
-    decay_columns decay = {{0}, {0}, {0}};
-    decays(w->poles.a, t, splits, &decay);
+    decay_columns decays;
     for (int l = 0; l < LANES; l++) {
-        const hopform_poles_real poles = one_of_poles_columns(&w->poles, l);
-        const hopform_decay_real one_decay = {decay.e[l], decay.e1[l], decay.e2[l], 0.0};
-        const hopform_pair_real one_pair = {pair.Rd[l], pair.R[l], pair.R1[l], pair.R2[l], 0.0};
-        const real chi = splits[l] > 0.0 ? w->chi[l] : 1.0;
-        const hopform_basis_real split = hopform_split_real(&poles, chi, &one_decay, &one_pair);
-        const real soon = hopform_split_soon_real(&poles, chi, &one_decay, &one_pair);
-        keep_basis_columns(basis, l, splits[l] > 0.0, &split);
-        keep(&basis->W[l], (splits[l] > 0.0) & (poles.a * t[l] < 0.5), soon);
-        close[l] = flag((splits[l] > 0.0) & (chi < 0.05 * poles.q));
+        const real z = poles.a * t[l];
+        const hopform_decay_real fast = hopform_decay_of_exp_real(poles.a, t[l], hopform_exp_real(-z));
+        real tail = 0.0;
+#define ADD_TERM(coefficient) tail = tail * z + (coefficient);
+        HOPFORM_DECAY_TAIL_real(ADD_TERM)
+#undef ADD_TERM
+            const hopform_decay_real slow = hopform_decay_of_tail_real(poles.a, t[l], tail);
+        put_decay(&decays, l, &slow);
+        keep_decay(&decays, l, !(fabs_real(z) < 1.0), &fast);
     }
-    if (any(close)) {
-        for (int l = 0; l < LANES; l++) {
-            const hopform_poles_real poles = one_of_poles_columns(&w->poles, l);
-            const hopform_basis_real one = one_of_basis_columns(basis, l);
-            const hopform_response_real response = {one.Wdd, one.Wd, one.W};
-            const hopform_poles_real safe = {poles.a,   poles.p,   poles.q,
-                                             poles.s_1, poles.s_2, poles.s_3 > 0.0 ? poles.s_3 : 1.0};
-            const hopform_integrals_real integrals = hopform_integrals_by_recursion_real(&safe, &response, t[l]);
-            keep(&basis->W1[l], close[l] > 0.0, integrals.W1);
-            keep(&basis->W2[l], close[l] > 0.0, integrals.W2);
-        }
+    for (int l = 0; l < LANES; l++) {
+        const hopform_decay_real decay = one_decay(&decays, l);
+        const hopform_pair_real there = one_pair(&pair, l);
+        const hopform_basis_real split = hopform_basis_of_split_real(&poles, chi, t[l], &decay, &there);
+        keep_basis(basis, l, splits[l] > 0.0, &split);
     }
-}
-
-/* ---- jets ---- */
-
-static inline event_function_real one_function(const function_columns *g, int l)
-{
-    const event_function_real one = {{g->H3[l], g->H2[l], g->H1[l]}, g->start[l], 0, 0};
-    return one;
-}
-
-static inline jet_real one_jet(const jet_columns *jets, int l)
-{
-    const jet_real jet = {jets->value[l], jets->rate[l], jets->curvature[l], jets->third[l]};
-    return jet;
-}
-
-static inline void put_jet(jet_columns *jets, int l, const jet_real *jet)
-{
-    jets->value[l] = jet->value;
-    jets->rate[l] = jet->rate;
-    jets->curvature[l] = jet->curvature;
-    jets->third[l] = jet->third;
 }
 
 /* ---- the start of a phase ---- */
 
-/* Poles of the mode; lanes with two real poles in the pair are lost here. */
-LANES_CODE static void start_poles(lanes *restrict w, real *restrict lost)
+/* The mode of most stances has its turn; false if its pair does not ring, and the stances are left. */
+static bool choose_mode(lanes *w)
 {
+    int32_t stances[MODES] = {0};
+    int most = 0;
     for (int l = 0; l < LANES; l++) {
-        const bool begins = w->begins[l] > 0.0;
-        const bool held_1 = !(fabs_real(w->side_1[l]) > 0.0);
-        const bool held = held_1 | !(fabs_real(w->side_2[l]) > 0.0);
-        const real p_held = held_1 ? w->rates.p_2[l] : w->rates.p_1[l];
-        const real q_held = held_1 ? w->rates.q_2[l] : w->rates.q_1[l];
-        const hopform_poles_real both = one_of_poles_columns(&w->both, l);
-        const hopform_poles_real poles = {held ? 0.0 : both.a,      held ? p_held : both.p,   held ? q_held : both.q,
-                                          held ? p_held : both.s_1, held ? q_held : both.s_2, held ? 0.0 : both.s_3};
-        keep_poles_columns(&w->poles, l, begins, &poles);
-        const real mean = 0.5 * w->poles.p[l];
-        const real square = w->poles.q[l] - mean * mean;
-        const real omega = square > 0.0 ? sqrt_real(square) : 1.0;
-        lost[l] = flag(begins & !(square > 0.0));
-        const hopform_poles_real now = one_of_poles_columns(&w->poles, l);
-        w->chi[l] = hopform_residue_real(&now);
-        w->omega[l] = omega;
-        w->half_turn[l] = 3.14159265358979323846 / omega;
+        stances[(int)w->mode[l]] += w->live[l] > 0.0 ? 1 : 0;
+    }
+    for (int mode = 1; mode < MODES; mode++) {
+        most = stances[mode] > stances[most] ? mode : most;
     }
     for (int l = 0; l < LANES; l++) {
-        if (w->begins[l] > 0.0) {
-            const hopform_node_real *node = hopform_node_of_real(&w->plan[l], (int)w->side_1[l], (int)w->side_2[l]);
-            w->node_t[l] = node->t;
-            w->fades[l] = node->fades;
-            w->node.Wdd[l] = node->Wdd;
-            w->node.Wd[l] = node->Wd;
-            w->node.W[l] = node->W;
-            w->node.W1[l] = node->W1;
-            w->node.W2[l] = node->W2;
-        }
+        w->turn[l] = w->live[l] * is(w->mode[l], most);
+        w->event[l] = 0.0;
+        w->ending[l] = 0.0;
     }
-}
-
-/* The masses that move where a phase begins; in most rounds they are the same in all lanes. */
-typedef struct {
-    column both, actuator, body;
-} mode_columns;
-
-static inline hopform_drive_real drive_in(const lanes *w, int l)
-{
-    const hopform_robot_real robot = one_of_robot_columns(&w->robot, l);
-    const hopform_rates_real rates = one_of_rates_columns(&w->rates, l);
-    return hopform_drive_of_real(&robot, &rates, w->u[l], w->side_1[l], w->side_2[l]);
-}
-
-LANES_CODE static void start_modes(const lanes *restrict w, mode_columns *restrict mode)
-{
-    for (int l = 0; l < LANES; l++) {
-        mode->both[l] = w->begins[l] * fabs_real(w->side_1[l] * w->side_2[l]);
-        mode->actuator[l] = w->begins[l] * fabs_real(w->side_1[l]) * (1.0 - fabs_real(w->side_2[l]));
-        mode->body[l] = w->begins[l] * (1.0 - fabs_real(w->side_1[l]));
+    w->side_1 = most / 3 - 1;
+    w->side_2 = most % 3 - 1;
+    w->poles = *hopform_poles_of_real(&w->plan, w->side_1, w->side_2);
+    w->node = *hopform_node_of_real(&w->plan, w->side_1, w->side_2);
+    const real mean = 0.5 * w->poles.p;
+    const real square = w->poles.q - mean * mean;
+    w->omega = square > 0.0 ? sqrt_real(square) : 1.0;
+    w->chi = hopform_residue_real(&w->poles);
+    if (!(square > 0.0)) {
+        leave(w, w->turn);
     }
+    return square > 0.0;
 }
 
 #define MOVE(moving)                                                                                                   \
-    LANES_CODE static void move_##moving(lanes *restrict w, const real *restrict who)                                  \
+    LANES_CODE static void move_##moving(lanes *restrict w)                                                            \
     {                                                                                                                  \
+        const hopform_robot_real robot = w->plan.robot;                                                                \
+        const hopform_rates_real rates = w->plan.rates;                                                                \
+        const real side_1 = (real)w->side_1, side_2 = (real)w->side_2;                                                 \
         for (int l = 0; l < LANES; l++) {                                                                              \
-            const hopform_rates_real rates = one_of_rates_columns(&w->rates, l);                                       \
-            const hopform_state_real state = one_of_state_columns(&w->state, l);                                       \
-            const hopform_drive_real drive = drive_in(w, l);                                                           \
+            const hopform_state_real state = one_state(&w->state, l);                                                  \
+            const hopform_drive_real drive = hopform_drive_of_real(&robot, &rates, w->u[l], side_1, side_2);           \
             const hopform_motion_real motion = hopform_motion_of_##moving##_real(&rates, &drive, &state);              \
-            keep_motion_columns(&w->motion, l, who[l] > 0.0, &motion);                                                 \
+            put_motion(&w->motion, l, &motion);                                                                        \
         }                                                                                                              \
     }
 
@@ -612,289 +370,214 @@ MOVE(both)
 MOVE(actuator)
 MOVE(body)
 
-LANES_CODE static void start_motion(lanes *restrict w, const mode_columns *restrict mode)
+/* The motion of a mass that goes on alone from where it has come to rest. */
+LANES_CODE static void move_on(lanes *restrict w)
 {
-    column alone, alone_1, alone_2, alone_H2;
-    if (any(mode->both)) {
-        move_both(w, mode->both);
-    }
-    if (any(mode->actuator)) {
-        move_actuator(w, mode->actuator);
-    }
-    if (any(mode->body)) {
-        move_body(w, mode->body);
-    }
+    const real side = (real)(w->side_2 == 0 ? w->side_1 : w->side_2);
+    const real friction = w->side_2 == 0 ? w->plan.robot.f1 : w->plan.robot.f2;
+    const int mass = w->side_2 == 0 ? 1 : 2;
+    column goes_on, rate;
     for (int l = 0; l < LANES; l++) {
-        alone_1[l] = w->begins[l] * is(w->alone[l], 1) * fabs_real(w->side_1[l]);
-        alone_2[l] = w->begins[l] * is(w->alone[l], 2) * fabs_real(w->side_2[l]);
-        alone[l] = alone_1[l] + alone_2[l];
+        goes_on[l] = is(w->alone[l], mass);
+        rate[l] = w->free[l] - side * friction;
     }
-    if (!any(alone)) {
+    if (!any(goes_on)) {
         return;
     }
     for (int l = 0; l < LANES; l++) {
-        const real H3_1 = w->free[l] - w->side_1[l] * w->robot.f1[l];
-        const real H3_2 = w->free[l] - w->side_2[l] * w->robot.f2[l];
-        keep(&w->motion.H3_1[l], alone_1[l] > 0.0, H3_1);
-        keep(&w->motion.N2_1[l], alone_1[l] > 0.0, H3_1);
-        keep(&w->motion.H3_2[l], alone_2[l] > 0.0, H3_2);
-        alone_H2[l] = alone_1[l] > 0.0 ? H3_1 : -H3_2;
-    }
-    for (int l = 0; l < LANES; l++) {
-        keep(&w->motion.H2_y[l], alone[l] > 0.0, alone_H2[l]);
+        hopform_motion_real motion = one_motion(&w->motion, l);
+        hopform_go_on_real(&motion, mass, true, rate[l]);
+        keep_motion(&w->motion, l, goes_on[l] > 0.0, &motion);
     }
 }
 
-/* Lanes in which y rings about 0, as in stance_real.c, are told. */
-LANES_CODE static void rings_about_zero(const lanes *restrict w, const real *restrict alone, real *restrict rings)
+static void start_motion(lanes *w)
 {
-    for (int l = 0; l < LANES; l++) {
-        const hopform_rates_real rates = one_of_rates_columns(&w->rates, l);
-        const hopform_state_real slack = {0.0, 0.0, 0.0, 0.0};
-        const hopform_free_real free = hopform_free_accelerations_real(&rates, &slack, w->u[l]);
-        const real left_1 = free.free_1 - w->side_1[l] * w->robot.f1[l];
-        const real left_2 = free.free_2 - w->side_2[l] * w->robot.f2[l];
-        const real left = fabs_real(w->side_2[l]) > 0.0 ? left_2 : left_1;
-        rings[l] = alone[l] * flag(!(w->state.y[l] < 0.0)) * flag(!(fabs_real(left) > 0.0));
+    if (w->side_1 != 0 && w->side_2 != 0) {
+        move_both(w);
+    } else if (w->side_1 != 0) {
+        move_actuator(w);
+        move_on(w);
+    } else {
+        move_body(w);
+        move_on(w);
     }
 }
 
-/* When each mass that slips alone comes to rest, as time_to_rest_real of a pair that swings; the phase ends there
- * at last. */
-LANES_CODE static void start_halts(lanes *restrict w, real *restrict lost)
+/* When a mass that slips alone comes to rest; the phase ends there at last. Lanes in which it does so at once, or in
+ * which y rings about 0, as in stance_real.c, are left. */
+LANES_CODE static void start_halts(lanes *restrict w)
 {
-    column alone, v, acc, x, steep, tangent, guess, sine, cosine, at_once, halt;
+    column left;
+    const bool alone = w->side_1 == 0 || w->side_2 == 0;
+    const hopform_robot_real robot = w->plan.robot;
+    const hopform_rates_real rates = w->plan.rates;
+    const hopform_poles_real poles = w->poles;
+    const bool only_1 = w->side_2 == 0;
+    const real sign = (real)(only_1 ? w->side_1 : w->side_2);
+    const real friction = only_1 ? robot.f1 : robot.f2;
+    const real *velocity = only_1 ? w->state.v1 : w->state.v2;
+    const real *rate = only_1 ? w->motion.H3_1 : w->motion.H3_2;
+    const real omega = w->omega;
     for (int l = 0; l < LANES; l++) {
-        const bool only_1 = !(fabs_real(w->side_2[l]) > 0.0);
-        const real sign = only_1 ? w->side_1[l] : w->side_2[l];
-        v[l] = sign * (only_1 ? w->state.v1[l] : w->state.v2[l]);
-        acc[l] = sign * (only_1 ? w->motion.H3_1[l] : w->motion.H3_2[l]);
-        alone[l] = w->begins[l] * (1.0 - fabs_real(w->side_1[l] * w->side_2[l]));
-        halt[l] = HOPFORM_NEVER_real;
-        at_once[l] = 0.0;
+        w->halt[l] = HOPFORM_NEVER_real;
+        left[l] = 0.0;
     }
-    if (any(alone)) {
-        rings_about_zero(w, alone, at_once);
+    if (alone) {
         for (int l = 0; l < LANES; l++) {
-            const real mean = 0.5 * w->poles.p[l];
-            x[l] = -(acc[l] + mean * v[l]) / w->omega[l];
-            steep[l] = flag(v[l] > fabs_real(x[l]));
+            const real v = sign * velocity[l];
+            const real acc = sign * rate[l];
+            w->halt[l] = time_to_rest_of_ringing_real(&poles, omega, v, acc);
+            left[l] = flag(!(v > 0.0)) * flag(!(acc > 0.0));
         }
         for (int l = 0; l < LANES; l++) {
-            const real below = steep[l] > 0.0 ? v[l] : fabs_real(x[l]);
-            const real above = steep[l] > 0.0 ? fabs_real(x[l]) : v[l];
-            tangent[l] = over(above, below);
-        }
-        for (int l = 0; l < LANES; l++) {
-            const real near = tangent[l] * (1.0584 - 0.273 * tangent[l]);
-            const real from_quarter = 1.5707963267948966 - near;
-            guess[l] = steep[l] > 0.0 ? from_quarter : near;
-        }
-        for (int l = 0; l < LANES; l++) {
-            const real back = 3.141592653589793 - guess[l];
-            guess[l] = x[l] < 0.0 ? back : guess[l];
-        }
-        turns(guess, sine, cosine);
-        for (int l = 0; l < LANES; l++) {
-            const real e = over(v[l] * cosine[l] - x[l] * sine[l], x[l] * cosine[l] + v[l] * sine[l]);
-            const real ee = e * e;
-            const real angle = guess[l] + e * (1.0 - ee * (1.0 / 3.0 - ee * (0.2 - ee / 7.0)));
-            halt[l] = angle / w->omega[l];
-            at_once[l] += alone[l] * flag(!(v[l] > 0.0)) * flag(!(acc[l] > 0.0));
-        }
-        for (int l = 0; l < LANES; l++) {
-            halt[l] = v[l] > 0.0 ? halt[l] : w->half_turn[l];
-        }
-        for (int l = 0; l < LANES; l++) {
-            halt[l] = alone[l] > 0.0 ? halt[l] : HOPFORM_NEVER_real;
+            const hopform_state_real slack = {0.0, 0.0, 0.0, 0.0};
+            const hopform_free_real free = hopform_free_accelerations_real(&rates, &slack, w->u[l]);
+            const real over = (only_1 ? free.free_1 : free.free_2) - sign * friction;
+            left[l] += flag(!(w->state.y[l] < 0.0)) * flag(!(fabs_real(over) > 0.0));
         }
     }
     for (int l = 0; l < LANES; l++) {
-        const bool begins = w->begins[l] > 0.0;
         const real until = w->horizon[l] - w->t[l];
-        keep(&w->halt[l], begins, halt[l]);
-        keep(&w->limit[l], begins, halt[l] < until ? halt[l] : until);
-        lost[l] += at_once[l];
+        w->limit[l] = w->halt[l] < until ? w->halt[l] : until;
     }
+    leave(w, left);
 }
 
 /* Whether a lane's actuator is kept from moving up or down, a side. */
-static inline bool blocks(const lanes *w, int l, real side)
+static inline bool blocks(const lanes *w, int l, int side)
 {
-    const bool at_end = side < 0.0 ? w->from_min[l] <= 0.0 : w->from_max[l] >= 0.0;
-    return at_end | !(w->robot.x1_min[l] < w->robot.x1_max[l]);
-}
-
-static inline void keep_function(lanes *w, int s, int l, bool yes, real on, real kind, real side,
-                                 const function_columns *g)
-{
-    keep(&w->on[s][l], yes, on);
-    keep(&w->kind[s][l], yes, kind);
-    keep(&w->side[s][l], yes, side);
-    keep(&w->function[s].H3[l], yes, g->H3[l]);
-    keep(&w->function[s].H2[l], yes, g->H2[l]);
-    keep(&w->function[s].H1[l], yes, g->H1[l]);
-    keep(&w->function[s].start[l], yes, g->start[l]);
+    const bool locked = !(w->plan.robot.x1_min < w->plan.robot.x1_max);
+    const bool at_end = side < 0 ? w->from_min[l] <= 0.0 : w->from_max[l] >= 0.0;
+    return at_end | locked;
 }
 
 /* Take-off. */
 LANES_CODE static void add_takeoffs(lanes *restrict w)
 {
-    function_columns leg;
+    const bool falls = w->side_1 < 0 || w->side_2 > 0; /* else y only rises, from 0 or above */
+    w->kind[0] = BY_TAKEOFF;
+    w->side[0] = 0;
     for (int l = 0; l < LANES; l++) {
-        leg.H3[l] = w->motion.H3_y[l];
-        leg.H2[l] = w->motion.H2_y[l];
-        leg.H1[l] = w->motion.H1_y[l];
-        leg.start[l] = w->state.y[l];
-        const real falls = flag((w->side_1[l] < 0.0) | (w->side_2[l] > 0.0)
-                                | (w->state.y[l] < 0.0)); /* else y only rises, from 0 or above */
-        keep_function(w, 0, l, w->begins[l] > 0.0, falls, BY_TAKEOFF, 0.0, &leg);
+        const hopform_numerator_real leg = {w->motion.H3_y[l], w->motion.H2_y[l], w->motion.H1_y[l]};
+        put_function(&w->function[0], l, 1.0, &leg, w->state.y[l]);
+        w->on[0][l] = w->turn[l] * flag(falls | (w->state.y[l] < 0.0));
     }
 }
 
 /* The velocities of both masses. */
-LANES_CODE static void add_velocities(lanes *restrict w, const real *restrict who)
+LANES_CODE static void add_velocities(lanes *restrict w)
 {
-    function_columns first, second;
+    const real side_1 = (real)w->side_1, side_2 = (real)w->side_2;
+    w->kind[1] = BY_VELOCITY_1;
+    w->kind[2] = BY_VELOCITY_2;
+    w->side[1] = w->side[2] = 0;
     for (int l = 0; l < LANES; l++) {
-        const real side_1 = w->side_1[l];
-        const real side_2 = w->side_2[l];
-        first.H3[l] = side_1 * (w->fresh_1[l] > 0.0 ? 0.0 : w->motion.H3_1[l]);
-        first.H2[l] = side_1 * w->motion.H2_1[l];
-        first.H1[l] = side_1 * w->motion.H1_1[l];
-        first.start[l] = side_1 * w->state.v1[l];
-        second.H3[l] = side_2 * (w->fresh_2[l] > 0.0 ? 0.0 : w->motion.H3_2[l]);
-        second.H2[l] = side_2 * w->motion.H2_2[l];
-        second.H1[l] = side_2 * w->motion.H1_2[l];
-        second.start[l] = side_2 * w->state.v2[l];
-        keep_function(w, 1, l, who[l] > 0.0, 1.0, BY_VELOCITY_1, 0.0, &first);
-        keep_function(w, 2, l, who[l] > 0.0, 1.0, BY_VELOCITY_2, 0.0, &second);
+        const real rate_1 = w->fresh_1[l] > 0.0 ? 0.0 : w->motion.H3_1[l];
+        const real rate_2 = w->fresh_2[l] > 0.0 ? 0.0 : w->motion.H3_2[l];
+        const hopform_numerator_real first = {rate_1, w->motion.H2_1[l], w->motion.H1_1[l]};
+        const hopform_numerator_real second = {rate_2, w->motion.H2_2[l], w->motion.H1_2[l]};
+        put_function(&w->function[1], l, side_1, &first, side_1 * w->state.v1[l]);
+        put_function(&w->function[2], l, side_2, &second, side_2 * w->state.v2[l]);
+        w->on[1][l] = w->on[2][l] = w->turn[l];
     }
 }
 
 /* Where a mass that is held slips to on either side, while the other one moves. */
-LANES_CODE static void add_thresholds(lanes *restrict w, const real *restrict who)
+LANES_CODE static void add_thresholds(lanes *restrict w)
 {
-    column blocked_below, blocked_above, free, friction;
-    function_columns slips, below, above;
-    for (int l = 0; l < LANES; l++) {
-        const hopform_rates_real rates = one_of_rates_columns(&w->rates, l);
-        const hopform_state_real state = one_of_state_columns(&w->state, l);
-        const hopform_motion_real m = one_of_motion_columns(&w->motion, l);
-        const hopform_free_real at_rest = hopform_free_accelerations_real(&rates, &state, w->u[l]);
-        const hopform_numerator_real free_1 = hopform_free_numerator_1_real(&rates, &m);
-        const hopform_numerator_real free_2 = hopform_free_numerator_2_real(&rates, &m);
-        const bool held_1 = !(fabs_real(w->side_1[l]) > 0.0);
-        free[l] = held_1 ? at_rest.free_1 : at_rest.free_2;
-        friction[l] = held_1 ? w->robot.f1[l] : w->robot.f2[l];
-        slips.H3[l] = held_1 ? free_1.H3 : free_2.H3;
-        slips.H2[l] = held_1 ? free_1.H2 : free_2.H2;
-        slips.H1[l] = held_1 ? free_1.H1 : free_2.H1;
-        blocked_below[l] = flag(blocks(w, l, -1.0));
-        blocked_above[l] = flag(blocks(w, l, 1.0));
-    }
-    for (int l = 0; l < LANES; l++) {
-        const real held_1 = 1.0 - fabs_real(w->side_1[l]);
-        below.H3[l] = slips.H3[l];
-        below.H2[l] = slips.H2[l];
-        below.H1[l] = slips.H1[l];
-        below.start[l] = friction[l] + free[l];
-        above.H3[l] = -slips.H3[l];
-        above.H2[l] = -slips.H2[l];
-        above.H1[l] = -slips.H1[l];
-        above.start[l] = friction[l] - free[l];
-        const real kind = held_1 * (real)BY_THRESHOLD_1 + (1.0 - held_1) * (real)BY_THRESHOLD_2;
-        const real per_y = held_1 > 0.0 ? w->rates.a1_y[l] : w->rates.a2_y[l];
-        const real per_v = held_1 > 0.0 ? w->rates.a1_v2[l] : w->rates.a2_v1[l];
-        const real along = (flag(per_y > 0.0) - flag(per_y < 0.0)) * (w->side_1[l] - w->side_2[l]);
-        const real towards = fabs_real(per_v) > 0.0 ? 0.0 : along; /* where it may slip to, 0 for either side */
-        const real on_below = flag(!(towards > 0.0)) * (1.0 - held_1 * blocked_below[l]);
-        const real on_above = flag(!(towards < 0.0)) * (1.0 - held_1 * blocked_above[l]);
-        keep_function(w, 1, l, who[l] > 0.0, on_below, kind, -1.0, &below);
-        keep_function(w, 2, l, who[l] > 0.0, on_above, kind, 1.0, &above);
+    const bool held_1 = w->side_1 == 0;
+    const hopform_rates_real rates = w->plan.rates;
+    const real friction = held_1 ? w->plan.robot.f1 : w->plan.robot.f2;
+    const int towards = hopform_side_of_slip_real(&rates, w->side_1, w->side_2);
+    for (int s = 1; s < SLOTS; s++) {
+        w->kind[s] = held_1 ? BY_THRESHOLD_1 : BY_THRESHOLD_2;
+        w->side[s] = 2 * s - 3;
+        const real sign = (real)w->side[s];
+        for (int l = 0; l < LANES; l++) {
+            const hopform_state_real state = one_state(&w->state, l);
+            const hopform_motion_real motion = one_motion(&w->motion, l);
+            const hopform_free_real at_rest = hopform_free_accelerations_real(&rates, &state, w->u[l]);
+            const hopform_numerator_real free_1 = hopform_free_numerator_1_real(&rates, &motion);
+            const hopform_numerator_real free_2 = hopform_free_numerator_2_real(&rates, &motion);
+            const hopform_numerator_real slips = {held_1 ? free_1.H3 : free_2.H3, held_1 ? free_1.H2 : free_2.H2,
+                                                  held_1 ? free_1.H1 : free_2.H1};
+            const real free = held_1 ? at_rest.free_1 : at_rest.free_2;
+            put_function(&w->function[s], l, -sign, &slips, friction - sign * free);
+        }
+        for (int l = 0; l < LANES; l++) {
+            w->on[s][l] = w->turn[l] * flag(w->side[s] != -towards) * flag(!(held_1 & blocks(w, l, w->side[s])));
+        }
     }
 }
 
-LANES_CODE static void start_functions(lanes *restrict w, mode_columns *restrict mode)
-{
-    add_takeoffs(w);
-    if (any(mode->both)) {
-        add_velocities(w, mode->both);
-    }
-    for (int l = 0; l < LANES; l++) {
-        mode->body[l] += mode->actuator[l];
-    }
-    if (any(mode->body)) {
-        add_thresholds(w, mode->body);
-    }
-}
-
-/* The jets of a function when a phase begins, and whether it is below zero already. */
-LANES_CODE static void start_jets(const lanes *restrict w, const function_columns *restrict functions,
-                                  const real *restrict on, jet_columns *restrict from, real *restrict lost)
-{
-    column below;
-    for (int l = 0; l < LANES; l++) {
-        const hopform_poles_real poles = one_of_poles_columns(&w->poles, l);
-        const event_function_real g = one_function(functions, l);
-        const jet_real jet = jet_at_start_real(&poles, &g);
-        put_jet(from, l, &jet);
-        below[l] = flag(w->begins[l] > 0.0) * flag(on[l] > 0.0) * flag(jet.value < 0.0);
-    }
-    for (int l = 0; l < LANES; l++) {
-        keep(&from->value[l], below[l] > 0.0, 0.0);
-        lost[l] += below[l] * flag(from->rate[l] <= 0.0);
-    }
-}
-
-/* A lane that is lost to what this does is left. */
-LANES_CODE static void start_phases(lanes *restrict w)
+/* The jets of a function when a phase begins; lanes in which it is below zero already are left. */
+LANES_CODE static void start_jets(lanes *restrict w, int s)
 {
     column lost;
-    mode_columns mode;
-    start_poles(w, lost);
-    start_modes(w, &mode);
-    start_motion(w, &mode);
-    start_halts(w, lost);
-    start_functions(w, &mode);
-    for (int s = 0; s < SLOTS; s++) {
-        w->used[s] = any(w->on[s]);
-        if (w->used[s]) {
-            start_jets(w, &w->function[s], w->on[s], &w->from[s], lost);
-        }
+    const hopform_poles_real poles = w->poles;
+    for (int l = 0; l < LANES; l++) {
+        const event_function_real g = one_function(&w->function[s], l);
+        jet_real jet = jet_at_start_real(&poles, &g);
+        const bool below = jet.value < 0.0;
+        lost[l] = w->on[s][l] * flag(below & (jet.rate <= 0.0));
+        jet.value = below ? 0.0 : jet.value;
+        put_jet(&w->from[s], l, &jet);
     }
     leave(w, lost);
 }
 
+static void start_phases(lanes *w)
+{
+    start_motion(w);
+    start_halts(w);
+    add_takeoffs(w);
+    if (w->side_1 != 0 && w->side_2 != 0) {
+        add_velocities(w);
+    } else {
+        add_thresholds(w);
+    }
+    for (int s = 0; s < SLOTS; s++) {
+        w->used[s] = any(w->on[s]);
+        if (w->used[s]) {
+            start_jets(w, s);
+        }
+    }
+}
+
 /* ---- the first event ---- */
 
-/* The jets of all functions at the end of the interval, where `wanted`; without third derivatives. */
-LANES_CODE static void look_there(const lanes *restrict w, const function_columns *restrict functions,
-                                  const real *restrict wanted, jet_columns *restrict to)
+static inline propagator_real end_of_lane(const lanes *w, int l)
 {
+    const propagator_real at = {w->end_t[l], one_basis(&w->end, l), 0.0};
+    return at;
+}
+
+/* The jets of all functions at the end of the interval; without third derivatives. */
+LANES_CODE static void look_there(lanes *restrict w, int s, const real *restrict wanted)
+{
+    const hopform_poles_real poles = w->poles;
     for (int l = 0; l < LANES; l++) {
-        const hopform_poles_real poles = one_of_poles_columns(&w->poles, l);
-        const hopform_basis_real basis = one_of_basis_columns(&w->end, l);
+        const hopform_basis_real basis = one_basis(&w->end, l);
         const propagator_real at = propagator_of_real(&poles, w->end_t[l], &basis);
-        const event_function_real g = one_function(functions, l);
+        const event_function_real g = one_function(&w->function[s], l);
         const jet_real jet = short_jet_at_real(&g, &at);
-        keep(&to->value[l], wanted[l] > 0.0, jet.value);
-        keep(&to->rate[l], wanted[l] > 0.0, jet.rate);
-        keep(&to->curvature[l], wanted[l] > 0.0, jet.curvature);
+        keep_jet(&w->to[s], l, wanted[l] > 0.0, &jet);
     }
 }
 
 /* Interval in which the first root is looked for: up to the node of the plan, or to the limit. */
-LANES_CODE static void reach_nodes(lanes *restrict w, real *restrict wanted)
+LANES_CODE static void reach_nodes(lanes *restrict w)
 {
+    column wanted;
+    const real node_t = w->node.t;
+    const hopform_basis_real basis = {w->node.Wdd, w->node.Wd, w->node.W, w->node.W1, w->node.W2};
     for (int l = 0; l < LANES; l++) {
-        const bool live = (w->live[l] > 0.0) & !(w->left[l] > 0.0);
-        const bool node = live & (w->node_t[l] < w->limit[l]);
-        const hopform_basis_real basis = one_of_basis_columns(&w->node, l);
-        keep(&w->end_t[l], live, node ? w->node_t[l] : w->limit[l]);
-        keep(&w->found[l], live, -1.0);
-        keep_basis_columns(&w->end, l, node, &basis);
-        wanted[l] = flag(live & !node);
+        const bool node = node_t < w->limit[l];
+        w->end_t[l] = node ? node_t : w->limit[l];
+        w->found[l] = -1.0;
+        put_basis(&w->end, l, &basis);
+        wanted[l] = w->turn[l] * flag(!node);
     }
     if (any(wanted)) {
         bases_at(w, w->end_t, wanted, &w->end);
@@ -915,17 +598,13 @@ LANES_CODE static bool guess_crossings(const lanes *restrict w, int s, const rea
                                        search *restrict find)
 {
     column going;
-    const function_columns *functions = &w->function[s];
+    const hopform_poles_real poles = w->poles;
     for (int l = 0; l < LANES; l++) {
-        const hopform_basis_real basis = one_of_basis_columns(&w->end, l);
-        const propagator_real at = {w->end_t[l], basis, 0.0};
-        const event_function_real g = one_function(functions, l);
+        const propagator_real at = end_of_lane(w, l);
+        const event_function_real g = one_function(&w->function[s], l);
         const jet_real to = one_jet(&w->to[s], l);
-        const real rounding = rounding_of_real(&g, &at, to.rate);
-        const bool is_found = (w->found[l] >= (real)s) & (w->found[l] <= (real)s);
-        const bool steep = (w->found[l] < 0.0) & (to.rate * w->end_t[l] < -rounding);
-        const bool crossed = (to.value < 0.0) & !is_found & ((to.value < -rounding) | steep);
-        going[l] = wanted[l] * flag((w->on[s][l] > 0.0) & crossed);
+        const bool crossed = has_crossed_real(&to, at.t, rounding_of_real(&g, &at, to.rate), w->found[l] < 0.0);
+        going[l] = wanted[l] * w->on[s][l] * flag(crossed) * (1.0 - is(w->found[l], s));
         find->crossed[l] = going[l];
     }
     if (!any(going)) {
@@ -938,18 +617,15 @@ LANES_CODE static bool guess_crossings(const lanes *restrict w, int s, const rea
     }
     for (int n = 0; n < PREDICTION_STEPS_real && any(going); n++) {
         for (int l = 0; l < LANES; l++) {
-            const hopform_poles_real poles = one_of_poles_columns(&w->poles, l);
-            const hopform_basis_real basis = one_of_basis_columns(&w->end, l);
+            const hopform_basis_real basis = one_basis(&w->end, l);
             const propagator_real at = propagator_of_real(&poles, w->end_t[l], &basis);
-            const event_function_real g = one_function(functions, l);
+            const event_function_real g = one_function(&w->function[s], l);
             const jet_real from = one_jet(&w->from[s], l);
             const jet_real to = one_jet(&w->to[s], l);
             const interpolant_real p = interpolant_of_real(&from, &to, third_of_real(&poles, &g, &at), w->end_t[l]);
-            const real x = find->next[l];
-            const real step = prediction_step_real(&p, x);
-            const real next = x - step;
-            const bool inside = (next > 0.0) & (next < 1.0);
-            keep(&find->next[l], (going[l] > 0.0) & inside, next);
+            const real step = prediction_step_real(&p, find->next[l]);
+            const real next = find->next[l] - step;
+            keep(&find->next[l], (going[l] > 0.0) & (next > 0.0) & (next < 1.0), next);
             going[l] *= flag(!(fabs_real(step) < HOPFORM_PREDICTION_real));
         }
     }
@@ -986,43 +662,33 @@ LANES_CODE static void choose_crossings(const lanes *restrict w, const real *res
     }
 }
 
-/* Householder's steps to the roots, as located_root_real takes them; a lane in which they do not converge is left. */
+/* Steps to the roots, as located_root_real takes them; a lane in which they do not converge is left. */
 LANES_CODE static void find_roots(lanes *restrict w, search *restrict find)
 {
+    const hopform_poles_real poles = w->poles;
     for (int n = 0; n < ROOT_STEPS && any(find->going); n++) {
         bases_at(w, find->t, find->going, &find->basis);
         for (int l = 0; l < LANES; l++) {
-            const hopform_poles_real poles = one_of_poles_columns(&w->poles, l);
-            const hopform_basis_real basis = one_of_basis_columns(&find->basis, l);
-            const real t = find->t[l];
-            const propagator_real at = propagator_of_real(&poles, t, &basis);
+            const hopform_basis_real basis = one_basis(&find->basis, l);
             const event_function_real g = one_function(&find->function, l);
-            jet_real jet = short_jet_at_real(&g, &at);
-            jet.third = third_of_real(&poles, &g, &at);
-            const bool going = find->going[l] > 0.0;
-            const bool arrived = going & (fabs_real(jet.value) <= HOPFORM_EPS_real * t * fabs_real(jet.rate));
-            const real step = step_to_root_real(&jet);
-            const real next = t - step;
-            const bool goes_on = going & !arrived;
-            const real low = (goes_on & (jet.value > 0.0)) ? t : find->low[l];
-            const real high = (goes_on & (jet.value < 0.0)) ? t : find->high[l];
-            const bool inside = (next > low) & (next < high);
-            const bool last =
-                goes_on & inside & step_converges_real(&poles, &jet, fourth_of_real(&poles, &jet), next, step);
-            keep_basis_columns(&w->end, l, arrived, &basis);
-            keep(&w->end_t[l], arrived, t);
-            find->low[l] = low;
-            find->high[l] = high;
-            find->lands[l] = flag(last);
-            find->next[l] = inside ? next : low + 0.5 * (high - low);
-            find->going[l] = flag(goes_on & !last);
+            const propagator_real at = propagator_of_real(&poles, find->t[l], &basis);
+            const jet_real jet = jet_at_real(&poles, &g, &at);
+            const root_step_real step = step_between_real(&poles, &jet, find->t[l], find->low[l], find->high[l]);
+            const real going = find->going[l];
+            const real arrives = going * flag(step.arrives);
+            keep_basis(&w->end, l, arrives > 0.0, &basis);
+            keep(&w->end_t[l], arrives > 0.0, find->t[l]);
+            find->lands[l] = going * flag(step.lands);
+            find->going[l] = going - arrives - find->lands[l];
+            find->low[l] = step.low;
+            find->high[l] = step.high;
+            find->next[l] = step.inside ? step.next : step.low + 0.5 * (step.high - step.low);
         }
         if (any(find->lands)) {
             for (int l = 0; l < LANES; l++) {
-                const hopform_poles_real poles = one_of_poles_columns(&w->poles, l);
-                const hopform_basis_real basis = one_of_basis_columns(&find->basis, l);
+                const hopform_basis_real basis = one_basis(&find->basis, l);
                 const hopform_basis_real there = carried_basis_real(&poles, &basis, find->next[l] - find->t[l]);
-                keep_basis_columns(&w->end, l, find->lands[l] > 0.0, &there);
+                keep_basis(&w->end, l, find->lands[l] > 0.0, &there);
                 keep(&w->end_t[l], find->lands[l] > 0.0, find->next[l]);
             }
         }
@@ -1036,13 +702,11 @@ LANES_CODE static void find_roots(lanes *restrict w, search *restrict find)
 /* How fast the function falls that was found, and its rounding. */
 LANES_CODE static void look_at_found(const lanes *restrict w, int s, search *restrict find)
 {
-    const function_columns *functions = &w->function[s];
     for (int l = 0; l < LANES; l++) {
-        const hopform_basis_real basis = one_of_basis_columns(&w->end, l);
-        const propagator_real at = {w->end_t[l], basis, 0.0};
-        const event_function_real g = one_function(functions, l);
-        const bool is_found = (w->found[l] >= (real)s) & (w->found[l] <= (real)s);
-        keep(&find->found_rate[l], is_found, fabs_real(w->to[s].rate[l]));
+        const propagator_real at = end_of_lane(w, l);
+        const event_function_real g = one_function(&w->function[s], l);
+        const bool is_found = is(w->found[l], s) > 0.0;
+        keep(&find->found_rate[l], is_found, w->to[s].rate[l]);
         keep(&find->found_rounding[l], is_found, rounding_of_real(&g, &at, w->to[s].rate[l]));
     }
 }
@@ -1052,69 +716,58 @@ LANES_CODE static void look_at_found(const lanes *restrict w, int s, search *res
 LANES_CODE static void certify(lanes *restrict w, int s, const search *restrict find)
 {
     column open, leaves;
-    const function_columns *functions = &w->function[s];
+    const hopform_poles_real poles = w->poles;
+    const real fades = w->node.fades;
     for (int l = 0; l < LANES; l++) {
-        const hopform_basis_real basis = one_of_basis_columns(&w->end, l);
-        const real h = w->end_t[l];
-        const propagator_real at = {h, basis, 0.0};
-        const event_function_real g = one_function(functions, l);
+        const propagator_real at = end_of_lane(w, l);
+        const event_function_real g = one_function(&w->function[s], l);
         const jet_real from = one_jet(&w->from[s], l);
         const jet_real to = one_jet(&w->to[s], l);
-        const real d = from.curvature + w->poles.a[l] * from.rate;
-        const real d_then = to.curvature + w->poles.a[l] * to.rate;
+        const real d = from.curvature + poles.a * from.rate;
+        const real d_then = to.curvature + poles.a * to.rate;
         const real rounding = rounding_of_real(&g, &at, to.rate);
-        const real live = w->live[l] * w->on[s][l] * (1.0 - w->left[l]);
         const bool ties =
-            (w->found[l] > (real)s) & (to.rate * h < -16.0 * rounding)
-            & ((to.value - 4.0 * rounding) * find->found_rate[l] < fabs_real(to.rate) * find->found_rounding[l]);
-        leaves[l] = live * flag((h > w->fades[l]) | ties);
-        open[l] = live * (1.0 - flag(has_no_root_real(&from, d, &to, d_then)));
+            (w->found[l] > (real)s) & is_tie_real(&to, rounding, at.t, find->found_rate[l], find->found_rounding[l]);
+        leaves[l] = w->on[s][l] * flag((at.t > fades) | ties);
+        open[l] = w->turn[l] * w->on[s][l] * (1.0 - flag(has_no_root_real(&from, d, &to, d_then)));
     }
     leave(w, leaves);
     if (!any(open)) {
         return;
     }
     for (int l = 0; l < LANES; l++) {
-        const hopform_poles_real poles = one_of_poles_columns(&w->poles, l);
-        const hopform_basis_real basis = one_of_basis_columns(&w->end, l);
-        const event_function_real g = one_function(functions, l);
-        const real h = w->end_t[l];
-        const propagator_real at = {h, basis, 0.0};
+        const propagator_real at = end_of_lane(w, l);
+        const event_function_real g = one_function(&w->function[s], l);
         const jet_real from = one_jet(&w->from[s], l);
         const real rounding = rounding_of_real(&g, &at, w->to[s].rate[l]);
-        open[l] *= flag(!(quiet_time_of_ringing_real(&poles, &from, rounding) > h));
+        open[l] *= flag(!(quiet_time_of_ringing_real(&poles, &from, rounding) > at.t));
     }
     if (!any(open)) {
         return;
     }
     for (int l = 0; l < LANES; l++) {
-        const hopform_poles_real poles = one_of_poles_columns(&w->poles, l);
-        const hopform_basis_real basis = one_of_basis_columns(&w->end, l);
-        const event_function_real g = one_function(functions, l);
-        const propagator_real at = {w->end_t[l], basis, 0.0};
+        const propagator_real at = end_of_lane(w, l);
+        const event_function_real g = one_function(&w->function[s], l);
         const jet_real from = one_jet(&w->from[s], l);
         const jet_real to = one_jet(&w->to[s], l);
-        const bool is_found = (w->found[l] >= (real)s) & (w->found[l] <= (real)s);
         const real rounding = rounding_of_real(&g, &at, to.rate);
+        const bool is_found = is(w->found[l], s) > 0.0;
         open[l] *= flag(!has_no_root_by_pair_real(&poles, &g, &at, &from, &to));
-        open[l] *= flag(!is_held_up_by_bernstein_real(&poles, &g, &from, &to, w->end_t[l], is_found, rounding));
+        open[l] *= flag(!is_held_up_by_bernstein_real(&poles, &g, &from, &to, at.t, is_found, rounding));
     }
     leave(w, open);
 }
 
 /* The first event of each phase. */
-LANES_CODE static void find_first_events(lanes *restrict w, search *restrict find)
+static void find_first_events(lanes *w, search *find)
 {
-    column wanted, crossed;
-    reach_nodes(w, wanted);
-    for (int l = 0; l < LANES; l++) {
-        wanted[l] = flag((w->live[l] > 0.0) & !(w->left[l] > 0.0));
-        crossed[l] = wanted[l];
-    }
+    column crossed;
+    reach_nodes(w);
+    memcpy(crossed, w->turn, sizeof crossed);
     for (int n = 0; n <= MOST_EVENT_FUNCTIONS_real; n++) {
         for (int s = 0; s < SLOTS; s++) {
             if (w->used[s]) {
-                look_there(w, &w->function[s], crossed, &w->to[s]);
+                look_there(w, s, crossed);
             }
         }
         if (n == MOST_EVENT_FUNCTIONS_real) {
@@ -1148,27 +801,24 @@ LANES_CODE static void find_first_events(lanes *restrict w, search *restrict fin
 /* At the time of the limit a take-off comes before it, and before mass 2 comes to rest what mass 1 does. */
 LANES_CODE static void cross_at_the_limit(lanes *restrict w)
 {
-    column at_limit, crosses;
+    column at_limit;
     for (int l = 0; l < LANES; l++) {
-        at_limit[l] = w->live[l] * flag(!(w->end_t[l] < w->limit[l])) * flag(w->found[l] < 0.0);
+        at_limit[l] = w->turn[l] * flag(!(w->end_t[l] < w->limit[l])) * flag(w->found[l] < 0.0);
     }
     if (!any(at_limit)) {
         return;
     }
     for (int s = SLOTS - 1; s >= 0; s--) {
-        const jet_columns *to = &w->to[s];
-        for (int l = 0; l < LANES; l++) {
-            const hopform_basis_real basis = one_of_basis_columns(&w->end, l);
-            const propagator_real at = {w->end_t[l], basis, 0.0};
-            const event_function_real g = one_function(&w->function[s], l);
-            const real rounding = rounding_of_real(&g, &at, to->rate[l]);
-            const real reached = at_limit[l] * flag(w->on[s][l] > 0.0);
-            const real is_first = s == 0 ? 1.0 : is(w->kind[s][l], BY_THRESHOLD_1) * flag(!(w->halt[l] > w->limit[l]));
-            crosses[l] = reached * is_first * flag(to->rate[l] * w->limit[l] < -16.0 * rounding)
-                         * flag(to->value[l] < -8.0 * HOPFORM_EPS_real * w->limit[l] * to->rate[l]);
+        if (!w->used[s] || (s > 0 && w->kind[s] != BY_THRESHOLD_1)) {
+            continue;
         }
         for (int l = 0; l < LANES; l++) {
-            keep(&w->found[l], crosses[l] > 0.0, (real)s);
+            const propagator_real at = end_of_lane(w, l);
+            const event_function_real g = one_function(&w->function[s], l);
+            const jet_real to = one_jet(&w->to[s], l);
+            const bool is_first = (s == 0) | !(w->halt[l] > w->limit[l]);
+            const bool crosses = crosses_at_limit_real(&to, rounding_of_real(&g, &at, to.rate), w->limit[l]);
+            keep(&w->found[l], (at_limit[l] * w->on[s][l] > 0.0) & is_first & crosses, (real)s);
         }
     }
 }
@@ -1177,101 +827,71 @@ LANES_CODE static void cross_at_the_limit(lanes *restrict w)
 
 /* The search for the stop ahead: `gap` is x_1 counted from it at the start of the phase. */
 typedef struct {
-    column gap, low, high, t, next;
-    column going, halves;
+    column gap, low, high, t, next, going, lands;
     basis_columns basis;
 } stop_search;
 
-/* One step towards the stops. */
-LANES_CODE static void approach_stops(const lanes *restrict w, stop_search *restrict find)
-{
-    column value, rate, next, near, exact, last, moves;
-    for (int l = 0; l < LANES; l++) {
-        const hopform_state_real from_stop = {find->gap[l], w->state.v1[l], w->state.v2[l], w->state.y[l]};
-        const hopform_motion_real motion = one_of_motion_columns(&w->motion, l);
-        const hopform_poles_real poles = one_of_poles_columns(&w->poles, l);
-        const hopform_basis_real one = one_of_basis_columns(&find->basis, l);
-        const real t = find->t[l];
-        const approach_real to = approach_of_real(&poles, &motion, &from_stop, w->side_1[l], &one);
-        const real step = step_to_root_real(&to.at);
-        value[l] = to.at.value;
-        rate[l] = to.at.rate;
-        next[l] = t - step;
-        near[l] = flag(step_converges_real(&poles, &to.at, to.fourth, next[l], step));
-        exact[l] = flag(fabs_real(to.at.value) <= HOPFORM_EPS_real * t * to.at.rate);
-    }
-    for (int l = 0; l < LANES; l++) {
-        keep(&find->low[l], !(value[l] > 0.0), find->t[l]);
-        keep(&find->high[l], value[l] > 0.0, find->t[l]);
-        find->going[l] *= 1.0 - exact[l];
-    }
-    for (int l = 0; l < LANES; l++) {
-        const bool inside = (rate[l] > 0.0) & (next[l] > find->low[l]) & (next[l] < find->high[l]);
-        last[l] = find->going[l] * near[l] * flag(inside);
-        moves[l] = flag(inside) * (1.0 - find->halves[l]) + last[l];
-    }
-    for (int l = 0; l < LANES; l++) {
-        next[l] = moves[l] > 0.0 ? next[l] : find->low[l] + 0.5 * (find->high[l] - find->low[l]);
-    }
-    for (int l = 0; l < LANES; l++) {
-        find->going[l] *= flag((next[l] > find->low[l]) & (next[l] < find->high[l]));
-    }
-    if (any(last)) {
-        for (int l = 0; l < LANES; l++) {
-            const hopform_poles_real poles = one_of_poles_columns(&w->poles, l);
-            const hopform_basis_real one = one_of_basis_columns(&find->basis, l);
-            const hopform_basis_real there = carried_basis_real(&poles, &one, next[l] - find->t[l]);
-            keep_basis_columns(&find->basis, l, last[l] > 0.0, &there);
-        }
-    }
-    for (int l = 0; l < LANES; l++) {
-        keep(&find->t[l], find->going[l] > 0.0, next[l]);
-        find->going[l] *= 1.0 - last[l];
-    }
-}
-
-/* Windows end where x_1 meets its stop; `stops` says which. */
+/* Intervals end where x_1 meets its stop, as meets_stop_real finds it; `stops` says which. */
 LANES_CODE static void meet_stops(lanes *restrict w, real *restrict stops)
 {
     column tied;
     stop_search find;
+    const real side = (real)w->side_1;
+    const real *gap = w->side_1 > 0 ? w->from_max : w->from_min;
+    const hopform_poles_real poles = w->poles;
     for (int l = 0; l < LANES; l++) {
-        find.gap[l] = w->side_1[l] > 0.0 ? w->from_max[l] : w->from_min[l];
+        const hopform_state_real from_stop = {gap[l], w->state.v1[l], w->state.v2[l], w->state.y[l]};
+        const hopform_motion_real motion = one_motion(&w->motion, l);
+        const hopform_basis_real basis = one_basis(&w->end, l);
+        const bool past = is_beyond_stop_real(&motion, &from_stop, side, &basis);
+        stops[l] = w->turn[l] * fabs_real(side) * flag(within_range(gap[l]) & past);
+        find.gap[l] = gap[l];
         find.low[l] = 0.0;
         find.high[l] = w->end_t[l];
         find.t[l] = w->end_t[l];
-    }
-    for (int l = 0; l < LANES; l++) {
-        const hopform_state_real from_stop = {find.gap[l], w->state.v1[l], w->state.v2[l], w->state.y[l]};
-        const hopform_motion_real motion = one_of_motion_columns(&w->motion, l);
-        const hopform_basis_real one = one_of_basis_columns(&w->end, l);
-        const hopform_at_real at = hopform_state_at_real(&from_stop, &motion, &one);
-        const bool ahead = (fabs_real(w->side_1[l]) > 0.0) & within_range(find.gap[l]);
-        const real beyond = w->side_1[l] * at.x1_t;
-        const bool past = beyond > grazing_tolerance_real(&motion, &from_stop, &one);
-        stops[l] = w->live[l] * flag(ahead & !(w->left[l] > 0.0) & past);
         find.going[l] = stops[l];
     }
     if (!any(stops)) {
         return;
     }
     memcpy(&find.basis, &w->end, sizeof find.basis);
-    for (int n = 0; n < 100 && any(find.going); n++) {
-        for (int l = 0; l < LANES; l++) {
-            find.halves[l] = flag(n > 8 && n % 2 == 1);
-        }
+    for (int n = 0; n < ROOT_STEPS && any(find.going); n++) {
         if (n > 0) {
             bases_at(w, find.t, find.going, &find.basis);
         }
-        approach_stops(w, &find);
+        for (int l = 0; l < LANES; l++) {
+            const hopform_state_real from_stop = {find.gap[l], w->state.v1[l], w->state.v2[l], w->state.y[l]};
+            const hopform_motion_real motion = one_motion(&w->motion, l);
+            const hopform_basis_real basis = one_basis(&find.basis, l);
+            const approach_real to = approach_of_real(&poles, &motion, &from_stop, side, &basis);
+            const root_step_real step = step_to_stop_real(&poles, &to, find.t[l], find.low[l], find.high[l]);
+            const real next = step.inside ? step.next : step.low + 0.5 * (step.high - step.low);
+            const real going =
+                find.going[l] * (1.0 - flag(step.arrives)) * flag((next > step.low) & (next < step.high));
+            find.low[l] = step.low;
+            find.high[l] = step.high;
+            find.next[l] = next;
+            find.lands[l] = going * flag(step.lands);
+            find.going[l] = going;
+        }
+        if (any(find.lands)) {
+            for (int l = 0; l < LANES; l++) {
+                const hopform_basis_real basis = one_basis(&find.basis, l);
+                const hopform_basis_real there = carried_basis_real(&poles, &basis, find.next[l] - find.t[l]);
+                keep_basis(&find.basis, l, find.lands[l] > 0.0, &there);
+            }
+        }
+        for (int l = 0; l < LANES; l++) {
+            keep(&find.t[l], find.going[l] > 0.0, find.next[l]);
+            find.going[l] -= find.lands[l];
+        }
     }
     leave(w, find.going);
     for (int l = 0; l < LANES; l++) {
-        const hopform_basis_real one = one_of_basis_columns(&find.basis, l);
+        const hopform_basis_real basis = one_basis(&find.basis, l);
         const bool here = stops[l] > 0.0;
-        tied[l] = flag(here & (w->found[l] >= 0.0) & (w->found[l] <= 0.0)
-                       & (w->end_t[l] <= find.t[l] * (1.0 + 8.0 * HOPFORM_EPS_real)));
-        keep_basis_columns(&w->end, l, here, &one);
+        tied[l] = stops[l] * is(w->found[l], 0) * flag(w->end_t[l] <= find.t[l] * (1.0 + 8.0 * HOPFORM_EPS_real));
+        keep_basis(&w->end, l, here, &basis);
         keep(&w->end_t[l], here, find.t[l]);
     }
     leave(w, tied);
@@ -1279,89 +899,69 @@ LANES_CODE static void meet_stops(lanes *restrict w, real *restrict stops)
 
 /* ---- what follows ---- */
 
-/* Where a mass at rest goes; exactly on its threshold is left to the scalar code. */
-static inline real side_from_rest(real acceleration, real friction, real blocked_below, real blocked_above)
+/* What is told of a mass that has come to rest alone: its free acceleration from the motion, not from the state. */
+LANES_CODE static void keep_free_accelerations(lanes *restrict w, const real *restrict how)
 {
-    return flag(acceleration > friction) * (1.0 - blocked_above)
-           - flag(acceleration < -friction) * (1.0 - blocked_below);
-}
-
-static inline real on_threshold(real acceleration, real friction)
-{
-    return flag(!(fabs_real(acceleration) < friction)) * (1.0 - flag(acceleration > friction))
-           * (1.0 - flag(acceleration < -friction));
+    const bool only_1 = w->side_2 == 0;
+    const bool alone = only_1 || w->side_1 == 0;
+    const int by_velocity = only_1 ? BY_VELOCITY_1 : BY_VELOCITY_2;
+    const real side = (real)(only_1 ? w->side_1 : w->side_2);
+    const real friction = only_1 ? w->plan.robot.f1 : w->plan.robot.f2;
+    const real *H3 = only_1 ? w->motion.H3_1 : w->motion.H3_2;
+    const real *H2 = only_1 ? w->motion.H2_1 : w->motion.H2_2;
+    for (int l = 0; l < LANES; l++) {
+        const hopform_basis_real basis = one_basis(&w->end, l);
+        const real rests = alone ? is(how[l], by_velocity) : 0.0;
+        const real free = hopform_free_after_motion_real(side, friction, H3[l], H2[l], &basis);
+        keep(&w->free[l], rests > 0.0, free);
+        keep(&w->alone[l], how[l] > (real)NO_END, rests * (only_1 ? 1.0 : 2.0));
+    }
 }
 
 /* A mass that has come to rest stays there, is stopped, or goes on: its velocity is 0. */
 LANES_CODE static void come_to_rest(lanes *restrict w, const real *restrict how, const real *restrict touches,
                                     real *restrict hits)
 {
-    column stop, there;
+    const hopform_robot_real robot = w->plan.robot;
+    const real stop = w->side_1 > 0 ? robot.x1_max : robot.x1_min;
     for (int l = 0; l < LANES; l++) {
-        stop[l] = w->side_1[l] > 0.0 ? w->robot.x1_max[l] : w->robot.x1_min[l];
         hits[l] = is(how[l], BY_STOP);
-        there[l] = hits[l] + is(how[l], BY_VELOCITY_1) * touches[l];
-    }
-    for (int l = 0; l < LANES; l++) {
-        keep(&w->state.x1[l], there[l] > 0.0, stop[l]);
-        keep(&w->from_min[l], there[l] > 0.0, stop[l] - w->robot.x1_min[l]);
-        keep(&w->from_max[l], there[l] > 0.0, stop[l] - w->robot.x1_max[l]);
-        keep(&w->state.v1[l], is(how[l], BY_VELOCITY_1) + hits[l] > 0.0, 0.0);
+        const real by_velocity = is(how[l], BY_VELOCITY_1);
+        const bool there = hits[l] + by_velocity * touches[l] > 0.0;
+        keep(&w->state.x1[l], there, stop);
+        keep(&w->from_min[l], there, stop - robot.x1_min);
+        keep(&w->from_max[l], there, stop - robot.x1_max);
+        keep(&w->state.v1[l], by_velocity + hits[l] > 0.0, 0.0);
         keep(&w->state.v2[l], is(how[l], BY_VELOCITY_2) > 0.0, 0.0);
         keep(&w->state.y[l], is(how[l], BY_TAKEOFF) > 0.0, 0.0);
     }
 }
 
-/* A mass that comes to rest alone: its free acceleration from the motion, not from the state. */
-LANES_CODE static void keep_free_accelerations(lanes *restrict w, const real *restrict how)
+static inline real on_threshold(real acceleration, real friction)
 {
-    column alone, back, friction;
-    for (int l = 0; l < LANES; l++) {
-        const real back_1 = fabs_real(w->motion.H3_1[l] * w->end.Wdd[l] + w->motion.H2_1[l] * w->end.Wd[l]);
-        const real back_2 = fabs_real(w->motion.H3_2[l] * w->end.Wdd[l] + w->motion.H2_2[l] * w->end.Wd[l]);
-        const real alone_1 = is(how[l], BY_VELOCITY_1) * (1.0 - fabs_real(w->side_2[l]));
-        const real alone_2 = is(how[l], BY_VELOCITY_2) * (1.0 - fabs_real(w->side_1[l]));
-        alone[l] = alone_1 + 2.0 * alone_2;
-        back[l] = alone_1 > 0.0 ? back_1 : back_2;
-        friction[l] = alone_1 > 0.0 ? w->robot.f1[l] : w->robot.f2[l];
-    }
-    for (int l = 0; l < LANES; l++) {
-        back[l] = back[l] > HOPFORM_UNDERFLOW_real ? back[l] : HOPFORM_UNDERFLOW_real;
-    }
-    for (int l = 0; l < LANES; l++) {
-        const real side = is(alone[l], 1) * w->side_1[l] + is(alone[l], 2) * w->side_2[l];
-        keep(&w->free[l], alone[l] > 0.0, side * (friction[l] - back[l]));
-        keep(&w->alone[l], how[l] > (real)NO_END, alone[l]);
-    }
+    return flag(!(fabs_real(acceleration) < friction)) * (1.0 - fabs_real(hopform_goes_real(acceleration, friction)));
 }
 
-/* Where each mass would go from rest; exactly on its threshold is left to the scalar code. */
+/* Where each mass would go from rest. Lanes in which one that rests is exactly on its threshold are left. */
 LANES_CODE static void sides_from_rest(lanes *restrict w, const real *restrict rests_1, const real *restrict rests_2,
                                        real *restrict side_1, real *restrict side_2)
 {
-    column free_1, free_2, threshold, blocked_below, blocked_above;
+    column threshold;
+    const hopform_robot_real robot = w->plan.robot;
+    const hopform_rates_real rates = w->plan.rates;
+    const bool slides = w->side_2 != 0 && !(robot.f1 > 0.0) && !(fabs_real(rates.a1_v1) > 0.0);
     for (int l = 0; l < LANES; l++) {
-        const hopform_rates_real rates = one_of_rates_columns(&w->rates, l);
-        const hopform_state_real state = one_of_state_columns(&w->state, l);
+        const hopform_state_real state = one_state(&w->state, l);
         const hopform_free_real free = hopform_free_accelerations_real(&rates, &state, w->u[l]);
-        free_1[l] = free.free_1;
-        free_2[l] = free.free_2;
-        blocked_below[l] = flag(blocks(w, l, -1.0));
-        blocked_above[l] = flag(blocks(w, l, 1.0));
-    }
-    for (int l = 0; l < LANES; l++) {
-        keep(&free_1[l], is(w->alone[l], 1) > 0.0, w->free[l]);
-        keep(&free_2[l], is(w->alone[l], 2) > 0.0, w->free[l]);
-    }
-    for (int l = 0; l < LANES; l++) {
-        side_1[l] = side_from_rest(free_1[l], w->robot.f1[l], blocked_below[l], blocked_above[l]);
-        side_2[l] = side_from_rest(free_2[l], w->robot.f2[l], 0.0, 0.0);
-        const real faint =
-            flag(fabs_real(free_1[l]) < 64.0 * HOPFORM_EPS_real * fabs_real(w->rates.a1_y[l] * w->state.y[l]));
-        const real slides =
-            fabs_real(w->side_2[l]) * flag(!(w->robot.f1[l] > 0.0)) * flag(!(fabs_real(w->rates.a1_v1[l]) > 0.0));
-        threshold[l] = rests_1[l] * (on_threshold(free_1[l], w->robot.f1[l]) + faint * slides)
-                       + rests_2[l] * on_threshold(free_2[l], w->robot.f2[l]);
+        const real free_1 = is(w->alone[l], 1) > 0.0 ? w->free[l] : free.free_1;
+        const real free_2 = is(w->alone[l], 2) > 0.0 ? w->free[l] : free.free_2;
+        const real goes_1 = hopform_goes_real(free_1, robot.f1);
+        const real stops = flag((goes_1 < 0.0) & blocks(w, l, -1)) + flag((goes_1 > 0.0) & blocks(w, l, 1));
+        side_1[l] = stops > 0.0 ? 0.0 : goes_1;
+        side_2[l] = hopform_goes_real(free_2, robot.f2);
+        const real faint = flag(slides & hopform_is_faint_real(&rates, &state, free_1));
+        threshold[l] =
+            rests_1[l] * (on_threshold(free_1, robot.f1) + faint) + rests_2[l] * on_threshold(free_2, robot.f2);
     }
     leave(w, threshold);
 }
@@ -1369,48 +969,43 @@ LANES_CODE static void sides_from_rest(lanes *restrict w, const real *restrict r
 /* The state and the modes after the end of a phase. */
 LANES_CODE static void pass(lanes *restrict w, const real *restrict how, const real *restrict touches)
 {
-    column hits, rests_1, rests_2, slips_1, slips_2, side_1, side_2, side, goes_on, crowded;
+    column hits, rests_1, rests_2, slips_1, slips_2, from_rest_1, from_rest_2, crowded;
+    const real before_1 = (real)w->side_1, before_2 = (real)w->side_2;
+    const real slot_1 = (real)w->side[1], slot_2 = (real)w->side[2];
     keep_free_accelerations(w, how);
     come_to_rest(w, how, touches, hits);
     for (int l = 0; l < LANES; l++) {
-        rests_1[l] = is(how[l], BY_VELOCITY_1) + is(how[l], BY_STOP);
+        rests_1[l] = is(how[l], BY_VELOCITY_1) + hits[l];
         rests_2[l] = is(how[l], BY_VELOCITY_2);
         slips_1[l] = is(how[l], BY_THRESHOLD_1);
         slips_2[l] = is(how[l], BY_THRESHOLD_2);
-        goes_on[l] = rests_1[l] + rests_2[l] + slips_1[l] + slips_2[l];
     }
-    sides_from_rest(w, rests_1, rests_2, side_1, side_2);
+    sides_from_rest(w, rests_1, rests_2, from_rest_1, from_rest_2);
     for (int l = 0; l < LANES; l++) {
-        const real number = w->found[l];
-        side[l] = is(number, 1) * w->side[1][l] + is(number, 2) * w->side[2][l];
-    }
-    for (int l = 0; l < LANES; l++) {
-        const real sticks_1 = rests_1[l] * (1.0 - fabs_real(side_1[l]));
-        const real sticks_2 = rests_2[l] * (1.0 - fabs_real(side_2[l]));
-        const real reverses_1 = rests_1[l] * flag(side_1[l] * w->side_1[l] < 0.0);
-        const real reverses_2 = rests_2[l] * flag(side_2[l] * w->side_2[l] < 0.0);
+        const real sticks_1 = rests_1[l] * (1.0 - fabs_real(from_rest_1[l]));
+        const real sticks_2 = rests_2[l] * (1.0 - fabs_real(from_rest_2[l]));
+        const real reverses_1 = rests_1[l] * flag(from_rest_1[l] * before_1 < 0.0);
+        const real reverses_2 = rests_2[l] * flag(from_rest_2[l] * before_2 < 0.0);
         w->event[l] = hits[l] * (sticks_1 + reverses_1) * (real)HOPFORM_EVENT_X1_HITS_STOP
                       + (1.0 - hits[l])
                             * (sticks_1 * (real)HOPFORM_EVENT_X1_STICKS + reverses_1 * (real)HOPFORM_EVENT_X1_REVERSES)
                       + sticks_2 * (real)HOPFORM_EVENT_X2_STICKS + reverses_2 * (real)HOPFORM_EVENT_X2_REVERSES
                       + slips_1[l] * (real)HOPFORM_EVENT_X1_SLIPS + slips_2[l] * (real)HOPFORM_EVENT_X2_SLIPS;
         w->events[l] += flag(w->event[l] > 0.0);
-        w->count[l] += goes_on[l];
-        crowded[l] = goes_on[l] * flag(w->count[l] > w->max_phases[l]);
     }
     for (int l = 0; l < LANES; l++) {
-        keep(&w->side_1[l], rests_1[l] > 0.0, side_1[l]);
-        keep(&w->side_2[l], rests_2[l] > 0.0, side_2[l]);
-        keep(&w->fresh_1[l], goes_on[l] > 0.0, slips_1[l]);
-        keep(&w->fresh_2[l], goes_on[l] > 0.0, slips_2[l]);
-        w->begins[l] = goes_on[l];
-    }
-    for (int l = 0; l < LANES; l++) {
-        keep(&w->side_1[l], slips_1[l] > 0.0, side[l]);
-        keep(&w->side_2[l], slips_2[l] > 0.0, side[l]);
-    }
-    for (int l = 0; l < LANES; l++) {
-        const real rests = goes_on[l] * (1.0 - fabs_real(w->side_1[l])) * (1.0 - fabs_real(w->side_2[l]));
+        const real goes_on = rests_1[l] + rests_2[l] + slips_1[l] + slips_2[l];
+        const real slot = is(w->found[l], 1) * slot_1 + is(w->found[l], 2) * slot_2;
+        const real other_1 = slips_1[l] > 0.0 ? slot : before_1;
+        const real other_2 = slips_2[l] > 0.0 ? slot : before_2;
+        const real side_1 = rests_1[l] > 0.0 ? from_rest_1[l] : other_1;
+        const real side_2 = rests_2[l] > 0.0 ? from_rest_2[l] : other_2;
+        const real rests = goes_on * (1.0 - fabs_real(side_1)) * (1.0 - fabs_real(side_2));
+        w->count[l] += goes_on;
+        crowded[l] = goes_on * flag(w->count[l] > w->max_phases);
+        keep(&w->mode[l], goes_on > 0.0, 3.0 * (side_1 + 1.0) + side_2 + 1.0);
+        keep(&w->fresh_1[l], goes_on > 0.0, slips_1[l]);
+        keep(&w->fresh_2[l], goes_on > 0.0, slips_2[l]);
         w->ending[l] = is(how[l], BY_TAKEOFF) * (real)HOPFORM_ENDING_TAKEOFF
                        + is(how[l], BY_LIMIT) * (real)HOPFORM_ENDING_HORIZON + rests * (real)HOPFORM_ENDING_REST;
     }
@@ -1420,131 +1015,110 @@ LANES_CODE static void pass(lanes *restrict w, const real *restrict how, const r
 /* A take-off late in a phase whose time has not all its digits is left. */
 LANES_CODE static void look_at_takeoffs(lanes *restrict w, const real *restrict how)
 {
-    column late, settled;
+    column late;
     for (int l = 0; l < LANES; l++) {
         late[l] = is(how[l], BY_TAKEOFF) * flag(fabs_real(w->end.Wdd[l]) < 0.25);
     }
     if (!any(late)) {
         return;
     }
-    for (int l = 0; l < LANES; l++) {
-        const hopform_state_real slack = {0.0, 0.0, 0.0, 0.0};
-        const hopform_poles_real poles = one_of_poles_columns(&w->poles, l);
-        const hopform_rates_real rates = one_of_rates_columns(&w->rates, l);
-        const hopform_drive_real drive = drive_in(w, l);
-        const hopform_motion_real both = hopform_motion_of_both_real(&rates, &drive, &slack);
-        const hopform_motion_real actuator = hopform_motion_of_actuator_real(&rates, &drive, &slack);
-        const hopform_motion_real body = hopform_motion_of_body_real(&rates, &drive, &slack);
-        const real side_2 = fabs_real(w->side_2[l]);
-        const real H2_moves_1 = side_2 > 0.0 ? both.H2_y : actuator.H2_y;
-        const real H1_moves_1 = side_2 > 0.0 ? both.H1_y : actuator.H1_y;
-        const bool moves_1 = fabs_real(w->side_1[l]) > 0.0;
-        settled[l] = hopform_settled_y_real(&poles, moves_1 ? H2_moves_1 : body.H2_y, moves_1 ? H1_moves_1 : body.H1_y);
-    }
-    for (int l = 0; l < LANES; l++) {
-        const hopform_poles_real poles = one_of_poles_columns(&w->poles, l);
-        const hopform_basis_real basis = one_of_basis_columns(&w->end, l);
-        const hopform_numerator_real leg = {w->motion.H3_y[l], w->motion.H2_y[l], w->motion.H1_y[l]};
-        const real later = steady_state_correction_real(&poles, &leg, w->state.y[l], settled[l], &basis, w->end_t[l]);
-        late[l] *= flag(fabs_real(later) > 0.0);
+    const hopform_plan_real *plan = &w->plan;
+    for (int l = 0; l < LANES; l++) { /* rare enough to be one after the other */
+        if (late[l] > 0.0) {
+            const hopform_state_real slack = {0.0, 0.0, 0.0, 0.0};
+            const hopform_motion_real from_slack = hopform_motion_of_real(plan, &slack, w->u[l], w->side_1, w->side_2);
+            const real settled = hopform_settled_y_real(&w->poles, from_slack.H2_y, from_slack.H1_y);
+            const hopform_basis_real basis = one_basis(&w->end, l);
+            const hopform_numerator_real leg = {w->motion.H3_y[l], w->motion.H2_y[l], w->motion.H1_y[l]};
+            const real later =
+                steady_state_correction_real(&w->poles, &leg, w->state.y[l], settled, &basis, w->end_t[l]);
+            late[l] = flag(fabs_real(later) > 0.0);
+        }
     }
     leave(w, late);
 }
 
-/* What follows the end of a phase; a lane in which the interval has brought nothing is left. */
-LANES_CODE static void end_phases(lanes *restrict w, const real *restrict stops)
+/* How a phase ends in each lane; one in which the interval has brought nothing is left. */
+LANES_CODE static void choose_ends(lanes *restrict w, const real *restrict stops, real *restrict how)
 {
-    column how, goes_on, touches;
+    column nothing;
+    const bool only_1 = w->side_2 == 0;
+    const real by_halt = (real)(only_1 ? BY_VELOCITY_1 : BY_VELOCITY_2);
+    const real kinds[SLOTS] = {(real)w->kind[0], (real)w->kind[1], (real)w->kind[2]};
     for (int l = 0; l < LANES; l++) {
-        const real kind = is(w->found[l], 0) * w->kind[0][l] + is(w->found[l], 1) * w->kind[1][l]
-                          + is(w->found[l], 2) * w->kind[2][l];
-        const real only_1 = 1.0 - fabs_real(w->side_2[l]);
+        const real kind = is(w->found[l], 0) * kinds[0] + is(w->found[l], 1) * kinds[1] + is(w->found[l], 2) * kinds[2];
         const real halts =
             flag(!(w->halt[l] > w->limit[l])) * flag(!(w->end_t[l] < w->limit[l] * (1.0 - 8.0 * HOPFORM_EPS_real)));
-        const real wins = halts * only_1 * flag(w->found[l] > 0.0); /* over mass 2 at the same time */
+        const real wins = halts * flag(only_1) * flag(w->found[l] > 0.0); /* over mass 2 at the same time */
         const real happens = flag(w->found[l] >= 0.0) * (1.0 - wins);
-        const real by_halt = only_1 * (real)BY_VELOCITY_1 + (1.0 - only_1) * (real)BY_VELOCITY_2;
         const real reached = flag(!(w->end_t[l] < w->limit[l])) * (real)BY_LIMIT;
-        const real ends = flag(happens + wins > 0.0) + flag(reached > 0.0);
-        const real at_the_end = halts * by_halt + (1.0 - halts) * reached;
-        const real event = flag(ends > 0.0) * (happens * kind + (1.0 - happens) * at_the_end);
-        how[l] = stops[l] * (real)BY_STOP + (1.0 - stops[l]) * event;
+        const real at_the_end = halts > 0.0 ? by_halt : reached;
+        const real event = happens > 0.0 ? kind : at_the_end;
+        how[l] = w->turn[l] * (stops[l] > 0.0 ? (real)BY_STOP : event);
+        nothing[l] = flag(how[l] <= (real)NO_END);
     }
+    leave(w, nothing);
+}
+
+/* The states where the phases end. */
+LANES_CODE static void arrive(lanes *restrict w, const real *restrict how, real *restrict touches)
+{
+    const bool moves_1 = w->side_1 != 0, moves_2 = w->side_2 != 0;
+    const real *gaps = w->side_1 > 0 ? w->from_max : w->from_min;
     for (int l = 0; l < LANES; l++) {
-        keep(&how[l], !(w->live[l] > 0.0), (real)NO_END);
-        goes_on[l] = flag(w->live[l] > 0.0) * flag(how[l] <= (real)NO_END);
-    }
-    leave(w, goes_on);
-    look_at_takeoffs(w, how);
-    for (int l = 0; l < LANES; l++) {
-        const hopform_state_real state = one_of_state_columns(&w->state, l);
-        const hopform_motion_real motion = one_of_motion_columns(&w->motion, l);
-        const hopform_basis_real basis = one_of_basis_columns(&w->end, l);
+        const hopform_state_real state = one_state(&w->state, l);
+        const hopform_motion_real motion = one_motion(&w->motion, l);
+        const hopform_basis_real basis = one_basis(&w->end, l);
         const hopform_at_real at = hopform_state_at_real(&state, &motion, &basis);
         const hopform_state_real from_zero = {0.0, state.v1, state.v2, state.y};
         const hopform_at_real moved = hopform_state_at_real(&from_zero, &motion, &basis);
-        const real gap = w->side_1[l] > 0.0 ? w->from_max[l] : w->from_min[l];
+        const real gap = gaps[l];
         const hopform_state_real from_stop = {gap, state.v1, state.v2, state.y};
         const bool near_stop = fabs_real(gap + moved.x1_t) <= grazing_tolerance_real(&motion, &from_stop, &basis);
-        touches[l] = flag(within_range(gap) & near_stop);
         const bool ends = how[l] > (real)NO_END;
-        const bool held_1 = !(fabs_real(w->side_1[l]) > 0.0);
-        keep(&w->from_min[l], ends & !held_1, w->from_min[l] + moved.x1_t);
-        keep(&w->from_max[l], ends & !held_1, w->from_max[l] + moved.x1_t);
-        const bool held_2 = !(fabs_real(w->side_2[l]) > 0.0);
-        keep(&w->state.x1[l], ends & !held_1, at.x1_t);
-        keep(&w->state.v1[l], ends, held_1 ? 0.0 : at.v1_t);
-        keep(&w->state.v2[l], ends, held_2 ? 0.0 : at.v2_t);
+        touches[l] = flag(within_range(gap) & near_stop);
+        keep(&w->from_min[l], ends & moves_1, w->from_min[l] + moved.x1_t);
+        keep(&w->from_max[l], ends & moves_1, w->from_max[l] + moved.x1_t);
+        keep(&w->state.x1[l], ends & moves_1, at.x1_t);
+        keep(&w->state.v1[l], ends, moves_1 ? at.v1_t : 0.0);
+        keep(&w->state.v2[l], ends, moves_2 ? at.v2_t : 0.0);
         keep(&w->state.y[l], ends, at.y_t);
         keep(&w->t[l], ends, how[l] > (real)BY_STOP ? w->horizon[l] : w->t[l] + w->end_t[l]);
     }
-    pass(w, how, touches);
 }
 
-/* One phase of each stance. */
-LANES_CODE static void advance(lanes *restrict w, search *restrict find)
+/* One phase of the stances whose turn it is. */
+static void advance(lanes *w, search *find)
 {
-    column stops;
+    column stops, how, touches;
+    if (!choose_mode(w)) {
+        return;
+    }
     start_phases(w);
     find_first_events(w, find);
     cross_at_the_limit(w);
     meet_stops(w, stops);
-    end_phases(w, stops);
+    choose_ends(w, stops, how);
+    look_at_takeoffs(w, how);
+    arrive(w, how, touches);
+    pass(w, how, touches);
 }
 
 /* ---- stances in and out ---- */
 
 /* Where a batch is, and whose turn it is. */
 typedef struct {
-    int64_t count;
     const hopform_stances_in_real *in;
     const hopform_stances_out_real *out;
     int64_t next;
-    int64_t pause;          /* where lanes are filled no further, to look whether they are worth it */
-    hopform_plan_real plan; /* of the robot of the stance that was taken last */
-    int64_t robot_number;
-    int32_t robot_status;
+    int64_t pause; /* where lanes are filled no further, to look whether they are worth it */
+    int64_t end;
     int32_t kept;
-    bool many_robots; /* or one for all */
 } queue;
 
-static void put_robot(lanes *w, int l, const queue *from)
-{
-    if (w->robot_number[l] == from->robot_number) {
-        return;
-    }
-    w->robot_number[l] = from->robot_number;
-    w->plan[l] = from->plan;
-    put_robot_columns(&w->robot, l, &from->plan.robot);
-    put_rates_columns(&w->rates, l, &from->plan.rates);
-    put_poles_columns(&w->both, l, &from->plan.both);
-}
-
 /* Put a stance into a lane; whether it can be solved there is still to be seen. */
-static void take(lanes *w, int l, const queue *from, int64_t i)
+static void take(lanes *w, int l, const hopform_stances_in_real *in, int64_t i)
 {
-    const hopform_stances_in_real *in = from->in;
-    put_robot(w, l, from);
     w->start.x1[l] = hopform_number_real(&in->x1, i);
     w->start.v1[l] = hopform_number_real(&in->v1, i);
     w->start.v2[l] = hopform_number_real(&in->v2, i);
@@ -1552,95 +1126,84 @@ static void take(lanes *w, int l, const queue *from, int64_t i)
     w->u[l] = hopform_number_real(&in->u, i);
     w->horizon[l] = hopform_number_real(&in->horizon, i);
     w->index[l] = i;
-    w->live[l] = w->begins[l] = 1.0;
+    w->listed[l] = 0;
+    w->live[l] = 1.0;
+    w->busy++;
 }
 
 /* The start of the stances that have just been taken; `odd` is 1 where one does not start as most do: a leg that is
  * compressed, or begins to be, no mass on its threshold. */
-LANES_CODE static void start_stances(lanes *restrict w, const real *restrict fresh, real max_phases, real *restrict odd)
+LANES_CODE static void start_stances(lanes *restrict w, const real *restrict fresh, real *restrict odd)
 {
-    column strange, blocked_below, blocked_above, rests_1, rests_2, doubt, side_1, side_2, v1;
+    column v1, strange;
+    const hopform_robot_real robot = w->plan.robot;
+    const hopform_rates_real rates = w->plan.rates;
+    const bool locked = !(robot.x1_min < robot.x1_max);
     for (int l = 0; l < LANES; l++) {
-        const hopform_robot_real robot = one_of_robot_columns(&w->robot, l);
-        const hopform_state_real state = one_of_state_columns(&w->start, l);
-        const real sound =
-            flag(fabs_real(state.x1) <= HOPFORM_NEVER_real) * flag(fabs_real(state.v1) <= HOPFORM_NEVER_real)
-            * flag(fabs_real(state.v2) <= HOPFORM_NEVER_real) * flag(state.y >= 0.0)
-            * flag(state.y <= HOPFORM_NEVER_real) * flag(state.x1 >= robot.x1_min) * flag(state.x1 <= robot.x1_max)
-            * flag(fabs_real(w->u[l]) <= HOPFORM_NEVER_real) * flag(w->horizon[l] > 0.0)
-            * flag(w->horizon[l] <= HOPFORM_NEVER_real) * flag(!hopform_stores_much_real(&robot, &state));
-        const real locked = flag(!(robot.x1_min < robot.x1_max));
+        const hopform_state_real state = one_state(&w->start, l);
+        const real sound = flag(within_range(state.x1) & within_range(state.v1) & within_range(state.v2)
+                                & within_range(state.y) & within_range(w->u[l]))
+                           * flag((state.y >= 0.0) & (state.x1 >= robot.x1_min) & (state.x1 <= robot.x1_max))
+                           * flag((w->horizon[l] > 0.0) & (w->horizon[l] <= HOPFORM_NEVER_real))
+                           * flag(!hopform_stores_much_real(&robot, &state));
         strange[l] = HOPFORM_CONTACT_IS_COMPRESSION ? 1.0 - sound : 1.0;
-        blocked_below[l] = flag(locked + flag(state.x1 <= robot.x1_min) > 0.0);
-        blocked_above[l] = flag(locked + flag(state.x1 >= robot.x1_max) > 0.0);
+        const real stops = flag(state.v1 > 0.0) * flag(locked | (state.x1 >= robot.x1_max))
+                           + flag(state.v1 < 0.0) * flag(locked | (state.x1 <= robot.x1_min));
+        v1[l] = stops > 0.0 ? 0.0 : state.v1;
     }
     for (int l = 0; l < LANES; l++) {
-        const real stops =
-            flag(w->start.v1[l] > 0.0) * blocked_above[l] + flag(w->start.v1[l] < 0.0) * blocked_below[l];
-        v1[l] = stops > 0.0 ? 0.0 : w->start.v1[l];
-        rests_1[l] = flag(!(fabs_real(v1[l]) > 0.0));
-        rests_2[l] = flag(!(fabs_real(w->start.v2[l]) > 0.0));
-    }
-    for (int l = 0; l < LANES; l++) {
-        const hopform_rates_real rates = one_of_rates_columns(&w->rates, l);
         const hopform_state_real state = {w->start.x1[l], v1[l], w->start.v2[l], w->start.y[l]};
         const hopform_free_real free = hopform_free_accelerations_real(&rates, &state, w->u[l]);
-        const real from_rest_1 = side_from_rest(free.free_1, w->robot.f1[l], blocked_below[l], blocked_above[l]);
-        const real from_rest_2 = side_from_rest(free.free_2, w->robot.f2[l], 0.0, 0.0);
-        doubt[l] = rests_1[l] * on_threshold(free.free_1, w->robot.f1[l])
-                   + rests_2[l] * on_threshold(free.free_2, w->robot.f2[l]);
-        side_1[l] = rests_1[l] * from_rest_1 + flag(v1[l] > 0.0) - flag(v1[l] < 0.0);
-        side_2[l] = rests_2[l] * from_rest_2 + flag(w->start.v2[l] > 0.0) - flag(w->start.v2[l] < 0.0);
-    }
-    for (int l = 0; l < LANES; l++) {
-        const real leaves = flag(!(w->start.y[l] > 0.0)) * flag(!(v1[l] > w->start.v2[l]));
-        const real rests = (1.0 - fabs_real(side_1[l])) * (1.0 - fabs_real(side_2[l]));
-        odd[l] = fresh[l] * flag(strange[l] + doubt[l] + leaves + rests > 0.0);
+        const real goes_1 = hopform_goes_real(free.free_1, robot.f1);
+        const real goes_2 = hopform_goes_real(free.free_2, robot.f2);
+        const real blocked = flag(goes_1 > 0.0) * flag(locked | (state.x1 >= robot.x1_max))
+                             + flag(goes_1 < 0.0) * flag(locked | (state.x1 <= robot.x1_min));
+        const real from_rest_1 = blocked > 0.0 ? 0.0 : goes_1;
+        const real rests_1 = flag(!(fabs_real(state.v1) > 0.0));
+        const real rests_2 = flag(!(fabs_real(state.v2) > 0.0));
+        const real doubt =
+            rests_1 * on_threshold(free.free_1, robot.f1) + rests_2 * on_threshold(free.free_2, robot.f2);
+        const real side_1 = rests_1 * from_rest_1 + flag(state.v1 > 0.0) - flag(state.v1 < 0.0);
+        const real side_2 = rests_2 * goes_2 + flag(state.v2 > 0.0) - flag(state.v2 < 0.0);
+        const real leaves = flag(!(state.y > 0.0)) * flag(!(state.v1 > state.v2));
+        const real rests = (1.0 - fabs_real(side_1)) * (1.0 - fabs_real(side_2));
+        const bool here = fresh[l] > 0.0;
+        odd[l] = fresh[l] * flag(strange[l] + doubt + leaves + rests > 0.0);
+        keep_state(&w->state, l, here, &state);
+        keep(&w->from_min[l], here, state.x1 - robot.x1_min);
+        keep(&w->from_max[l], here, state.x1 - robot.x1_max);
+        keep(&w->mode[l], here, 3.0 * (side_1 + 1.0) + side_2 + 1.0);
     }
     for (int l = 0; l < LANES; l++) {
         const bool here = fresh[l] > 0.0;
-        keep(&w->state.x1[l], here, w->start.x1[l]);
-        keep(&w->state.v1[l], here, v1[l]);
-        keep(&w->state.v2[l], here, w->start.v2[l]);
-        keep(&w->state.y[l], here, w->start.y[l]);
-        keep(&w->from_min[l], here, w->start.x1[l] - w->robot.x1_min[l]);
-        keep(&w->from_max[l], here, w->start.x1[l] - w->robot.x1_max[l]);
-        keep(&w->side_1[l], here, side_1[l]);
-        keep(&w->side_2[l], here, side_2[l]);
-    }
-    for (int l = 0; l < LANES; l++) {
-        const real before = 1.0 - fresh[l];
-        const bool here = fresh[l] > 0.0;
-        w->max_phases[l] = max_phases;
-        w->fresh_1[l] *= before;
-        w->fresh_2[l] *= before;
-        w->alone[l] *= before;
-        w->events[l] *= before;
-        w->left[l] *= before;
-        w->event[l] *= before;
-        w->ending[l] *= before;
+        keep(&w->fresh_1[l], here, 0.0);
+        keep(&w->fresh_2[l], here, 0.0);
+        keep(&w->alone[l], here, 0.0);
+        keep(&w->events[l], here, 0.0);
+        keep(&w->left[l], here, 0.0);
         keep(&w->t[l], here, 0.0);
-        keep(&w->free[l], here, 0.0);
         keep(&w->count[l], here, 1.0);
     }
 }
 
-/* The number of the next stance, its robot at hand. */
-static int64_t next_stance(queue *from)
+static void solve_alone(queue *from, const hopform_plan_real *plan, int64_t i)
 {
-    const int64_t i = from->next++;
-    if (i == 0 || (from->many_robots && hopform_robot_changes_real(from->in, i))) {
-        const hopform_robot_real robot = hopform_robot_of_real(from->in, i);
-        from->robot_status = hopform_plan_init_real(&from->plan, &robot);
-        from->robot_number++;
+    if (hopform_solve_column_real(plan, HOPFORM_OK, from->in, from->out, i) != HOPFORM_OK) {
+        from->kept = HOPFORM_PHASES_NOT_KEPT;
     }
-    return i;
 }
 
-static void solve_alone(queue *from, const hopform_plan_real *plan, int32_t robot_status, int64_t i)
+/* Lanes become idle; the stances that were there are solved by themselves where a flag says so. */
+static void empty_lanes(lanes *w, queue *from, const real *leaves, const real *alone)
 {
-    if (hopform_solve_column_real(plan, robot_status, from->in, from->out, i) != HOPFORM_OK) {
-        from->kept = HOPFORM_PHASES_NOT_KEPT;
+    for (int l = 0; l < LANES; l++) {
+        if (leaves[l] > 0.0) {
+            w->live[l] = 0.0;
+            w->busy--;
+            if (alone[l] > 0.0) {
+                solve_alone(from, &w->plan, w->index[l]);
+            }
+        }
     }
 }
 
@@ -1648,36 +1211,16 @@ static void solve_alone(queue *from, const hopform_plan_real *plan, int32_t robo
 static void refill(lanes *w, queue *from)
 {
     column fresh, odd;
-    int32_t taken = 1;
-    while (taken > 0) {
-        taken = 0;
+    do {
         for (int l = 0; l < LANES; l++) {
-            fresh[l] = 0.0;
-            while (!(w->live[l] > 0.0) && from->next < from->pause) {
-                const int64_t i = next_stance(from);
-                if (from->robot_status < 0) {
-                    solve_alone(from, &from->plan, from->robot_status, i);
-                } else {
-                    take(w, l, from, i);
-                    w->listed[l] = 0;
-                    fresh[l] = 1.0;
-                    taken++;
-                    w->busy++;
-                }
+            fresh[l] = flag(!(w->live[l] > 0.0) && from->next < from->pause);
+            if (fresh[l] > 0.0) {
+                take(w, l, from->in, from->next++);
             }
         }
-        start_stances(w, fresh, (real)from->in->max_phases, odd);
-        if (!any(odd)) {
-            return;
-        }
-        for (int l = 0; l < LANES; l++) {
-            if (odd[l] > 0.0) {
-                solve_alone(from, &w->plan[l], HOPFORM_OK, w->index[l]);
-                w->live[l] = w->begins[l] = 0.0;
-                w->busy--;
-            }
-        }
-    }
+        start_stances(w, fresh, odd);
+        empty_lanes(w, from, odd, odd);
+    } while (any(odd));
 }
 
 /* With all lanes empty: if they have not been worth it, solve as many stances as a long run of them one by one. */
@@ -1685,18 +1228,17 @@ static void look_back(lanes *w, queue *from)
 {
     const int64_t run = w->evaluations > 0 ? LONG_RUN : SHORT_RUN;
     const bool worth = w->evaluations <= w->solved;
-    const int64_t until = from->count - from->next < run ? from->count : from->next + run;
+    const int64_t until = from->end - from->next < run ? from->end : from->next + run;
     while (!worth && from->next < until) {
-        const int64_t i = next_stance(from);
-        solve_alone(from, &from->plan, from->robot_status, i);
+        solve_alone(from, &w->plan, from->next++);
     }
     const int64_t ahead = worth ? run : SHORT_RUN;
-    from->pause = from->count - from->next < ahead ? from->count : from->next + ahead;
+    from->pause = from->end - from->next < ahead ? from->end : from->next + ahead;
     w->evaluations = 0;
     w->solved = 0;
 }
 
-/* List the event that a window has ended with, if its phase could be kept. */
+/* List the event that a round has ended with, if its phase could be kept. */
 static void list_event(lanes *w, int l, const hopform_stances_out_real *out)
 {
     if (w->event[l] > 0.0 && w->listed[l] < out->event_capacity && w->count[l] <= (real)hopform_phases_kept_real(out)) {
@@ -1715,41 +1257,27 @@ typedef struct {
 /* The results; a stance whose numbers left the range of the type is left. */
 LANES_CODE static void end_stances(lanes *restrict w, result_columns *restrict result)
 {
-    column strange;
+    const hopform_robot_real robot = w->plan.robot;
+    const bool falls = robot.g > 0.0;
+    hopform_robot_real pulled = robot;
+    pulled.g = falls ? robot.g : 1.0;
     for (int l = 0; l < LANES; l++) {
-        const hopform_robot_real robot = one_of_robot_columns(&w->robot, l);
-        const hopform_state_real start = one_of_state_columns(&w->start, l);
-        const hopform_state_real end = one_of_state_columns(&w->state, l);
+        const hopform_state_real start = one_state(&w->start, l);
+        const hopform_state_real end = one_state(&w->state, l);
         const hopform_at_real at = {end.x1, end.v1, end.v2, end.y};
-        const real flies = is(w->ending[l], HOPFORM_ENDING_TAKEOFF) * flag(robot.g > 0.0);
-        hopform_robot_real pulled = robot;
-        pulled.g = flies > 0.0 ? robot.g : 1.0;
+        const bool flies = falls & (is(w->ending[l], HOPFORM_ENDING_TAKEOFF) > 0.0);
         const real reached = hopform_apex_of_takeoff_real(&pulled, end.x1, end.y, end.v2 > 0.0 ? end.v2 : 0.0);
-        const real apex = flies > 0.0 ? reached : 0.0;
+        const real apex = flies ? reached : 0.0;
         const real aed = hopform_body_energy_gain_real(&robot, &start, &at);
-        const real sound =
-            flag(fabs_real(w->t[l]) <= HOPFORM_NEVER_real) * flag(fabs_real(end.x1) <= HOPFORM_NEVER_real)
-            * flag(fabs_real(end.v1) <= HOPFORM_NEVER_real) * flag(fabs_real(end.v2) <= HOPFORM_NEVER_real)
-            * flag(fabs_real(end.y) <= HOPFORM_NEVER_real) * flag(fabs_real(apex) <= HOPFORM_NEVER_real)
-            * flag(fabs_real(aed) <= HOPFORM_NEVER_real)
-            * flag(fabs_real(0.5 * robot.m_eff * start.v1 * start.v1) <= HOPFORM_NEVER_real);
+        const bool sound = within_range(w->t[l]) & within_range(end.x1) & within_range(end.v1) & within_range(end.v2)
+                           & within_range(end.y) & within_range(apex) & within_range(aed)
+                           & within_range(0.5 * robot.m_eff * start.v1 * start.v1);
         result->x2[l] = hopform_body_height_real(&robot, end.x1, end.y);
-        result->apex[l] = flies > 0.0 ? apex : (real)NAN;
+        result->apex[l] = flies ? apex : (real)NAN;
         result->aed[l] = aed;
-        result->ended[l] = w->live[l] * flag(w->ending[l] > 0.0);
-        strange[l] = result->ended[l] * (1.0 - sound);
-    }
-    leave(w, strange);
-    for (int l = 0; l < LANES; l++) {
-        result->ended[l] *= flag(!(w->left[l] > 0.0));
+        result->ended[l] = w->live[l] * flag(w->ending[l] > 0.0) * (1.0 - w->left[l]) * flag(sound);
     }
 }
-
-/* Some of the lanes. */
-typedef struct {
-    int32_t count;
-    int32_t lane[LANES];
-} crew;
 
 /* The list of a stance that has ended, closed. */
 static void close_list(const lanes *w, int l, queue *to)
@@ -1764,33 +1292,22 @@ static void close_list(const lanes *w, int l, queue *to)
     }
 }
 
-/* The results, and how many there are. */
-static int32_t write(const lanes *w, const result_columns *result, queue *to)
+static void write_result(const lanes *w, int l, const result_columns *result, queue *to)
 {
     const hopform_stances_out_real *out = to->out;
-    crew who;
-    who.count = 0;
-    for (int32_t l = 0; l < LANES; l++) {
-        who.lane[who.count] = l;
-        who.count += result->ended[l] > 0.0 ? 1 : 0;
+    const int64_t i = w->index[l];
+    hopform_put_code_real(&out->status, i, (int32_t)w->ending[l]);
+    hopform_put_real(&out->duration, i, w->t[l]);
+    hopform_put_real(&out->x1, i, w->state.x1[l]);
+    hopform_put_real(&out->v1, i, w->state.v1[l]);
+    hopform_put_real(&out->x2, i, result->x2[l]);
+    hopform_put_real(&out->v2, i, w->state.v2[l]);
+    hopform_put_real(&out->apex, i, result->apex[l]);
+    hopform_put_real(&out->aed, i, result->aed[l]);
+    hopform_put_code_real(&out->event_count, i, (int32_t)w->events[l]);
+    if (out->event_time != NULL) {
+        close_list(w, l, to);
     }
-    for (int32_t n = 0; n < who.count; n++) {
-        const int32_t l = who.lane[n];
-        const int64_t i = w->index[l];
-        hopform_put_code_real(&out->status, i, (int32_t)w->ending[l]);
-        hopform_put_real(&out->duration, i, w->t[l]);
-        hopform_put_real(&out->x1, i, w->state.x1[l]);
-        hopform_put_real(&out->v1, i, w->state.v1[l]);
-        hopform_put_real(&out->x2, i, result->x2[l]);
-        hopform_put_real(&out->v2, i, w->state.v2[l]);
-        hopform_put_real(&out->apex, i, result->apex[l]);
-        hopform_put_real(&out->aed, i, result->aed[l]);
-        hopform_put_code_real(&out->event_count, i, (int32_t)w->events[l]);
-    }
-    for (int32_t n = 0; n < who.count && out->event_time != NULL; n++) {
-        close_list(w, who.lane[n], to);
-    }
-    return who.count;
 }
 
 /* Whether stances leave their lanes: they have ended, or cannot be solved here. */
@@ -1800,18 +1317,6 @@ LANES_CODE static bool some_leave(const lanes *restrict w, real *restrict leaves
         leaves[l] = w->live[l] * flag(w->left[l] + w->ending[l] > 0.0);
     }
     return any(leaves);
-}
-
-/* Lanes become idle; `alone` is 1 where the stance that was there has no answer. */
-LANES_CODE static bool empty_lanes(lanes *restrict w, const real *restrict leaves, const real *restrict ended,
-                                   real *restrict alone)
-{
-    for (int l = 0; l < LANES; l++) {
-        alone[l] = leaves[l] * (1.0 - ended[l]);
-        w->live[l] *= 1.0 - leaves[l];
-        w->begins[l] *= 1.0 - leaves[l];
-    }
-    return any(alone);
 }
 
 /* Take the stances that have ended out of their lanes, and those that cannot be solved here. */
@@ -1828,41 +1333,26 @@ static void collect(lanes *w, queue *to)
         return;
     }
     end_stances(w, &result);
-    const int32_t ended = write(w, &result, to);
-    w->solved += ended;
-    w->busy -= ended;
-    if (!empty_lanes(w, leaves, result.ended, alone)) {
-        return;
-    }
     for (int l = 0; l < LANES; l++) {
-        if (alone[l] > 0.0) {
-            solve_alone(to, &w->plan[l], HOPFORM_OK, w->index[l]);
-            w->busy--;
+        alone[l] = leaves[l] * (1.0 - result.ended[l]);
+        if (result.ended[l] > 0.0) {
+            write_result(w, l, &result, to);
+            w->solved++;
         }
     }
+    empty_lanes(w, to, leaves, alone);
 }
 
-/* An idle lane holds numbers that no step stumbles over. */
-static void clear(lanes *w)
-{
-    memset(w, 0, sizeof *w);
-    for (int l = 0; l < LANES; l++) {
-        w->poles.p[l] = w->poles.q[l] = w->poles.s_1[l] = w->poles.s_2[l] = 1.0;
-        w->chi[l] = w->omega[l] = w->half_turn[l] = 1.0;
-    }
-}
-
-int32_t LANES_NAME(int64_t count, const hopform_stances_in_real *in, const hopform_stances_out_real *out)
+int32_t LANES_NAME(const hopform_plan_real *plan, int64_t first, int64_t end, const hopform_stances_in_real *in,
+                   const hopform_stances_out_real *out)
 {
     lanes w;
     search find;
-    queue stances = {0};
-    stances.count = count;
-    stances.in = in;
-    stances.out = out;
-    stances.many_robots = hopform_has_many_robots_real(in);
-    clear(&w);
+    queue stances = {in, out, first, first, end, HOPFORM_OK};
+    memset(&w, 0, sizeof w);
     memset(&find, 0, sizeof find);
+    w.plan = *plan;
+    w.max_phases = (real)in->max_phases;
     for (;;) {
         if (stances.next < stances.pause && w.busy <= MOST_BUSY) {
             refill(&w, &stances);
@@ -1870,7 +1360,7 @@ int32_t LANES_NAME(int64_t count, const hopform_stances_in_real *in, const hopfo
         if (w.busy > 0) {
             advance(&w, &find);
             collect(&w, &stances);
-        } else if (stances.next < count) {
+        } else if (stances.next < end) {
             look_back(&w, &stances);
         } else {
             return stances.kept;

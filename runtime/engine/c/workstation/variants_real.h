@@ -11,12 +11,14 @@
 #define HOPFORM_X86_LANES
 #endif
 
-int32_t hopform_lanes_baseline_real(int64_t count, const hopform_stances_in_real *in,
-                                    const hopform_stances_out_real *out);
+/* Stances `first` to `end` of one robot. */
+int32_t hopform_lanes_baseline_real(const hopform_plan_real *plan, int64_t first, int64_t end,
+                                    const hopform_stances_in_real *in, const hopform_stances_out_real *out);
 #if defined(HOPFORM_X86_LANES)
-int32_t hopform_lanes_avx2_real(int64_t count, const hopform_stances_in_real *in, const hopform_stances_out_real *out);
-int32_t hopform_lanes_avx512_real(int64_t count, const hopform_stances_in_real *in,
-                                  const hopform_stances_out_real *out);
+int32_t hopform_lanes_avx2_real(const hopform_plan_real *plan, int64_t first, int64_t end,
+                                const hopform_stances_in_real *in, const hopform_stances_out_real *out);
+int32_t hopform_lanes_avx512_real(const hopform_plan_real *plan, int64_t first, int64_t end,
+                                  const hopform_stances_in_real *in, const hopform_stances_out_real *out);
 #endif
 
 #endif
