@@ -259,9 +259,9 @@ typedef struct {
     float low, high, next;
 } root_step_f32;
 
-/* Of an event function, above zero at the lower time. */
-static inline root_step_f32 step_between_f32(const hopform_poles_f32 *poles, const jet_f32 *at, float t, float low,
-                                               float high)
+/* Of a function that is above zero at the lower time; `fourth` is its fourth derivative, but for the sign. */
+static inline root_step_f32 step_between_f32(const hopform_poles_f32 *poles, const jet_f32 *at, float fourth, float t,
+                                               float low, float high)
 {
     const bool arrives = fabs_f32(at->value) <= HOPFORM_EPS_f32 * t * fabs_f32(at->rate);
     const float step = step_to_root_f32(at);
@@ -269,7 +269,7 @@ static inline root_step_f32 step_between_f32(const hopform_poles_f32 *poles, con
     const float from = at->value > 0.0f ? t : low;
     const float to = at->value < 0.0f ? t : high;
     const bool inside = (next > from) & (next < to);
-    const bool lands = (!arrives) & inside & step_converges_f32(poles, at, fourth_of_f32(poles, at), next, step);
+    const bool lands = (!arrives) & inside & step_converges_f32(poles, at, fourth, next, step);
     const root_step_f32 towards = {arrives, lands, inside, from, to, next};
     return towards;
 }
@@ -290,7 +290,7 @@ static inline propagator_f32 located_root_f32(const event_set_f32 *set, const ev
         }
         const propagator_f32 at = propagator_at_f32(poles, t);
         const jet_f32 jet = jet_at_f32(poles, g, &at);
-        const root_step_f32 step = step_between_f32(poles, &jet, t, low, high.t);
+        const root_step_f32 step = step_between_f32(poles, &jet, fourth_of_f32(poles, &jet), t, low, high.t);
         if (step.arrives) {
             return at;
         }

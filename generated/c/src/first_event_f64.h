@@ -259,9 +259,9 @@ typedef struct {
     double low, high, next;
 } root_step_f64;
 
-/* Of an event function, above zero at the lower time. */
-static inline root_step_f64 step_between_f64(const hopform_poles_f64 *poles, const jet_f64 *at, double t, double low,
-                                               double high)
+/* Of a function that is above zero at the lower time; `fourth` is its fourth derivative, but for the sign. */
+static inline root_step_f64 step_between_f64(const hopform_poles_f64 *poles, const jet_f64 *at, double fourth, double t,
+                                               double low, double high)
 {
     const bool arrives = fabs_f64(at->value) <= HOPFORM_EPS_f64 * t * fabs_f64(at->rate);
     const double step = step_to_root_f64(at);
@@ -269,7 +269,7 @@ static inline root_step_f64 step_between_f64(const hopform_poles_f64 *poles, con
     const double from = at->value > 0.0 ? t : low;
     const double to = at->value < 0.0 ? t : high;
     const bool inside = (next > from) & (next < to);
-    const bool lands = (!arrives) & inside & step_converges_f64(poles, at, fourth_of_f64(poles, at), next, step);
+    const bool lands = (!arrives) & inside & step_converges_f64(poles, at, fourth, next, step);
     const root_step_f64 towards = {arrives, lands, inside, from, to, next};
     return towards;
 }
@@ -290,7 +290,7 @@ static inline propagator_f64 located_root_f64(const event_set_f64 *set, const ev
         }
         const propagator_f64 at = propagator_at_f64(poles, t);
         const jet_f64 jet = jet_at_f64(poles, g, &at);
-        const root_step_f64 step = step_between_f64(poles, &jet, t, low, high.t);
+        const root_step_f64 step = step_between_f64(poles, &jet, fourth_of_f64(poles, &jet), t, low, high.t);
         if (step.arrives) {
             return at;
         }

@@ -4,13 +4,13 @@
  * current, slips or is held. It ends at the first downward crossing of the ground ahead by the foot.
  *
  * Nothing is stepped over. In a phase v_1, the jerk and the rate of the law's pull are motions of the pair of poles
- * alone. A phase in which the actuator slips ends at the latest where v_1 vanishes, within a half turn of the pair, so
- * the jerk and the pull's rate change sign at most once in it. Between its change of sign the pull is monotone; between
- * those of the jerk so is the foot's acceleration, between the roots of that its rate, between the roots of that the
- * foot itself: each root is bracketed.
+ * alone, whose zeros rule 3 of docs/explanation/events.md has in closed form. A phase in which the actuator slips ends
+ * at the latest where v_1 vanishes, within a half turn of the pair, so the jerk and the pull's rate change sign at most
+ * once in it. Between its change of sign the pull is monotone; between those of the jerk so is the foot's acceleration,
+ * between the roots of that its rate, between the roots of that the foot itself: each root is bracketed.
  */
 #include "facts.h"
-#include "kernels_f32.h"
+#include "first_event_f32.h"
 #include "overlap_f32.h"
 
 enum { MOST_POINTS_f32 = 9, MOST_TURNS_f32 = 3 };
@@ -25,16 +25,7 @@ typedef enum {
 } flight_end_kind_f32;
 
 /* What has a root. */
-typedef enum {
-    VELOCITY_f32,
-    JERK_f32,
-    PULL_RATE_f32,
-    WAY_f32,
-    PULL_f32,
-    FOOT_CURVATURE_f32,
-    FOOT_RATE_f32,
-    FOOT_f32
-} function_of_time_f32;
+typedef enum { WAY_f32, PULL_f32, FOOT_CURVATURE_f32, FOOT_RATE_f32, FOOT_f32 } function_of_time_f32;
 
 /* Everything at one time of a phase. */
 typedef struct {
@@ -43,14 +34,6 @@ typedef struct {
     hopform_pull_f32 pull;
     hopform_foot_at_f32 foot;
 } instant_f32;
-
-/* A function of time and its first three derivatives. */
-typedef struct {
-    float value;
-    float rate;
-    float curvature;
-    float third;
-} sample_f32;
 
 /* What is kept of an instant where there are many: the foot there, or the pull. The whole of it is looked up again by
  * its time. */
@@ -89,7 +72,6 @@ typedef struct {
     hopform_ballistic_f32 ballistic;
     hopform_poles_f32 poles;
     instant_f32 first; /* of the phase */
-    float fastest;       /* rate of the poles */
     int side;
     int limit;
     bool airborne;
@@ -105,11 +87,6 @@ typedef struct {
     int32_t highest_count;
     int32_t highest_event_count;
 } flight_chain_f32;
-
-static int flight_sign_of_f32(float value)
-{
-    return value > 0.0f ? 1 : (value < 0.0f ? -1 : 0);
-}
 
 /* x_1, which rounding or underflow may have put a last digit beyond a stop. */
 static float within_stroke_f32(const hopform_robot_f32 *robot, float x1)
@@ -181,83 +158,45 @@ static instant_f32 look_f32(const flight_chain_f32 *chain, float t)
     return now;
 }
 
-static sample_f32 sample_of_f32(const flight_chain_f32 *chain, const instant_f32 *at,
-                                  function_of_time_f32 function)
+/* A function at an instant, with its derivatives up to the fourth. */
+static approach_f32 sample_of_f32(const flight_chain_f32 *chain, const instant_f32 *at,
+                                    function_of_time_f32 function)
 {
     const hopform_actuator_at_f32 *x = &at->actuator;
+    const hopform_foot_at_f32 *foot = &at->foot;
+    const hopform_pull_f32 *pull = &at->pull;
     const float p = chain->poles.p;
     const float q = chain->poles.q;
     const float snap = -p * x->jerk1_t - q * x->acc1_t;
     const float crackle = -p * snap - q * x->jerk1_t;
-    sample_f32 found;
+    const float pull_third = -p * pull->pull_curvature - q * pull->pull_rate;
     switch (function) {
-    case VELOCITY_f32:
-        found.value = x->v1_t;
-        found.rate = x->acc1_t;
-        found.curvature = x->jerk1_t;
-        found.third = snap;
-        break;
-    case JERK_f32:
-        found.value = x->jerk1_t;
-        found.rate = snap;
-        found.curvature = crackle;
-        found.third = -p * crackle - q * snap;
-        break;
-    case PULL_RATE_f32:
-        found.value = at->pull.pull_rate;
-        found.rate = at->pull.pull_curvature;
-        found.curvature = -p * at->pull.pull_curvature - q * at->pull.pull_rate;
-        found.third = -p * found.curvature - q * found.rate;
-        break;
-    case WAY_f32:
-        found.value = x->moved;
-        found.rate = x->v1_t;
-        found.curvature = x->acc1_t;
-        found.third = x->jerk1_t;
-        break;
-    case PULL_f32:
-        found.value = at->pull.pull;
-        found.rate = at->pull.pull_rate;
-        found.curvature = at->pull.pull_curvature;
-        found.third = -p * found.curvature - q * found.rate;
-        break;
-    case FOOT_CURVATURE_f32:
-        found.value = at->foot.foot_curvature;
-        found.rate = -x->jerk1_t;
-        found.curvature = -snap;
-        found.third = -crackle;
-        break;
-    case FOOT_RATE_f32:
-        found.value = at->foot.foot_rate;
-        found.rate = at->foot.foot_curvature;
-        found.curvature = -x->jerk1_t;
-        found.third = -snap;
-        break;
-    case FOOT_f32:
-    default:
-        found.value = at->foot.foot_t;
-        found.rate = at->foot.foot_rate;
-        found.curvature = at->foot.foot_curvature;
-        found.third = -x->jerk1_t;
-        break;
+    case WAY_f32: {
+        const approach_f32 way = {{x->moved, x->v1_t, x->acc1_t, x->jerk1_t}, snap};
+        return way;
     }
-    return found;
+    case PULL_f32: {
+        const approach_f32 force = {{pull->pull, pull->pull_rate, pull->pull_curvature, pull_third},
+                                     -p * pull_third - q * pull->pull_curvature};
+        return force;
+    }
+    case FOOT_CURVATURE_f32: {
+        const approach_f32 bend = {{foot->foot_curvature, -x->jerk1_t, -snap, -crackle}, p * crackle + q * snap};
+        return bend;
+    }
+    case FOOT_RATE_f32: {
+        const approach_f32 rate = {{foot->foot_rate, foot->foot_curvature, -x->jerk1_t, -snap}, -crackle};
+        return rate;
+    }
+    case FOOT_f32:
+    default: {
+        const approach_f32 height = {{foot->foot_t, foot->foot_rate, foot->foot_curvature, -x->jerk1_t}, -snap};
+        return height;
+    }
+    }
 }
 
 /* ---- roots ---- */
-
-/* True if a step of Halley's method lands on the root: its error is the cube of the step times (f2/2)^2 - f3/6, over
- * f1. What the higher derivatives add is of the order of the poles' rates. */
-static bool is_last_step_f32(const flight_chain_f32 *chain, const sample_f32 *at, float step, float t)
-{
-    const float bend = 0.5f * step * at->curvature;
-    const float twist = step * step * at->third * at->rate / 6.0f;
-    const float swift = chain->fastest * step;
-    const float size = at->rate * at->rate;
-    return bend * bend <= 1e-6f * size
-           && (bend * bend + fabs_f32(twist) + swift * swift * size) * fabs_f32(step)
-                  < 0.25f * HOPFORM_EPS_f32 * size * t; /* never true of what has faded to 0 */
-}
 
 /* The one root of sign (f - level) between a time where it is positive and one where it is negative, looked for from
  * `last` on. */
@@ -265,31 +204,19 @@ static instant_f32 root_from_f32(const flight_chain_f32 *chain, function_of_time
                                    float level, float low, float high, instant_f32 last)
 {
     for (int n = 0; n < 100; n++) {
-        const sample_f32 at = sample_of_f32(chain, &last, function);
-        const float value = sign * (at.value - level);
-        const float rate = sign * at.rate;
-        if (fabs_f32(value)
-            <= HOPFORM_EPS_f32 * last.t * fabs_f32(rate)) { /* Newton's step: Halley's is 0 at an extremum */
+        const approach_f32 at = sample_of_f32(chain, &last, function);
+        const jet_f32 jet = {sign * (at.at.value - level), sign * at.at.rate, sign * at.at.curvature,
+                              sign * at.at.third};
+        const root_step_f32 step = step_between_f32(&chain->poles, &jet, at.fourth, last.t, low, high);
+        low = step.low;
+        high = step.high;
+        const bool follows = step.inside && !(n > 8 && n % 2 == 1);
+        const float next = follows ? step.next : low + 0.5f * (high - low);
+        if (step.arrives || !(next > low && next < high)) {
             return last;
         }
-        if (value > 0.0f) {
-            low = last.t;
-        } else {
-            high = last.t;
-        }
-        const float below = rate * rate - 0.5f * value * sign * at.curvature;
-        const float step = fabs_f32(below) > 0.0f ? value * rate / below : HOPFORM_NEVER_f32;
-        float next = last.t - step;
-        const bool leaves = !(next > low && next < high) || (n > 8 && n % 2 == 1);
-        if (leaves) {
-            next = low + 0.5f * (high - low);
-        }
-        if (!(next > low && next < high)) {
-            return last;
-        }
-        const bool sure = !leaves && is_last_step_f32(chain, &at, step, next);
         last = look_f32(chain, next);
-        if (sure) {
+        if (follows && step.lands) {
             return last;
         }
     }
@@ -345,74 +272,19 @@ static int split_f32(const flight_chain_f32 *chain, function_of_time_f32 functio
     return count;
 }
 
-/* The times at which a motion of the pair may first vanish; a half turn lies between its zeros. */
-typedef struct {
-    float half_turn;
-    float fast;
-} swing_f32;
-
-static swing_f32 swing_of_f32(const hopform_poles_f32 *poles)
+/* When a motion of the pair, which begins with a value and a rate, first vanishes behind the start of the phase; NEVER
+ * if it does not. */
+static float zero_of_pair_f32(const hopform_poles_f32 *poles, float value, float rate)
 {
-    const float mean = 0.5f * poles->p;
-    const float square = mean * mean - poles->q;
-    swing_f32 found = {HOPFORM_NEVER_f32, mean};
-    if (square < 0.0f) {
-        found.half_turn = 3.1415927f / sqrt_f32(-square);
-    } else {
-        found.fast = mean + sqrt_f32(square);
-    }
-    return found;
+    const float sign = hopform_goes_f32(fabs_f32(value) > 0.0f ? value : rate, 0.0f);
+    return time_to_rest_f32(poles, sign * value, sign * rate);
 }
 
-/* Two real poles, and the slower one does not bring a motion of the pair, which begins so, to the other side. */
-static bool never_turns_f32(const swing_f32 *pair, const sample_f32 *from)
+/* When the jerk changes its sign. */
+static float turn_of_jerk_f32(const flight_chain_f32 *chain)
 {
-    const float sign = from->value > 0.0f ? 1.0f : -1.0f;
-    return !(pair->half_turn < HOPFORM_NEVER_f32) && !(-sign * from->rate > pair->fast * fabs_f32(from->value));
-}
-
-/* The first zero behind the start of the phase of a function that is a motion of the pair; false if there is none up to
- * `until`. */
-static bool zero_of_pair_f32(const flight_chain_f32 *chain, function_of_time_f32 function, float until,
-                              instant_f32 *zero)
-{
-    const sample_f32 from = sample_of_f32(chain, &chain->first, function);
-    const swing_f32 pair = swing_of_f32(&chain->poles);
-    const float sign = from.value > 0.0f ? 1.0f : -1.0f;
-    const float falls = -sign * from.rate;
-    if (!(fabs_f32(from.value) > 0.0f)) { /* the next one is a half turn later */
-        *zero = pair.half_turn < until ? look_f32(chain, pair.half_turn) : chain->first;
-        return pair.half_turn < until;
-    }
-    if (never_turns_f32(&pair, &from)) {
-        return false;
-    }
-    const float longest = hopform_lesser_f32(pair.half_turn, until);
-    float low = 0.0f;
-    float reach = falls * longest > 1.5f * fabs_f32(from.value) ? 1.5f * fabs_f32(from.value) / falls : longest;
-    reach = hopform_greater_f32(reach, longest * HOPFORM_EPS_f32);
-    for (int n = 0; n < 60; n++) {
-        const instant_f32 end = look_f32(chain, reach);
-        if (sign * sample_of_f32(chain, &end, function).value < 0.0f) {
-            *zero = root_between_f32(chain, function, sign, 0.0f, low, &end);
-            return true;
-        }
-        if (!(reach < longest)) {
-            *zero = end;
-            return pair.half_turn <= until; /* a half turn later it has the other sign, or is 0 to rounding */
-        }
-        low = reach;
-        reach = hopform_lesser_f32(2.0f * reach, longest);
-    }
-    return false;
-}
-
-/* Where a function changes sign before the end of a phase, on both sides of which the functions whose rate it is are
- * monotone. */
-static bool turns_before_f32(const flight_chain_f32 *chain, function_of_time_f32 function, float last,
-                              instant_f32 *turn)
-{
-    return chain->side != 0 && zero_of_pair_f32(chain, function, last, turn) && turn->t < last;
+    const hopform_actuator_at_f32 *x = &chain->first.actuator;
+    return zero_of_pair_f32(&chain->poles, x->jerk1_t, -chain->poles.p * x->jerk1_t - chain->poles.q * x->acc1_t);
 }
 
 /* ---- the end of a phase ---- */
@@ -489,11 +361,13 @@ static void watch_pull_f32(const flight_chain_f32 *chain, flight_phase_end_f32 *
         return;
     }
     pull_point_f32 points[MOST_TURNS_f32] = {0};
-    instant_f32 turn = chain->first;
     int count = 0;
     points[count++] = pull_point_of_f32(chain, &chain->first);
-    if (turns_before_f32(chain, PULL_RATE_f32, end->at.t, &turn)) {
-        points[count++] = pull_point_of_f32(chain, &turn);
+    const hopform_pull_f32 *pull = &chain->first.pull;
+    const float turn = zero_of_pair_f32(&chain->poles, pull->pull_rate, pull->pull_curvature);
+    if (turn < end->at.t) {
+        const instant_f32 there = look_f32(chain, turn);
+        points[count++] = pull_point_of_f32(chain, &there);
     }
     points[count++] = pull_point_of_f32(chain, &end->at);
     if (chain->limit == 0) {
@@ -552,9 +426,7 @@ static bool is_concave_f32(const flight_chain_f32 *chain, const instant_f32 *las
     if (!(chain->first.foot.foot_curvature < 0.0f && last->foot.foot_curvature < 0.0f)) {
         return false;
     }
-    const sample_f32 from = sample_of_f32(chain, &chain->first, JERK_f32);
-    const swing_f32 pair = swing_of_f32(&chain->poles);
-    return chain->side == 0 || never_turns_f32(&pair, &from) || from.value * last->actuator.jerk1_t > 0.0f;
+    return chain->side == 0 || !(turn_of_jerk_f32(chain) < last->t);
 }
 
 /* A concave way of the foot has one root behind its start; it is looked for from where the body alone would come down.
@@ -574,11 +446,12 @@ static void land_f32(const flight_chain_f32 *chain, flight_phase_end_f32 *end)
 static void search_foot_f32(flight_chain_f32 *chain, flight_phase_end_f32 *end)
 {
     foot_point_f32 points[MOST_POINTS_f32] = {0};
-    instant_f32 turn = chain->first;
     int count = 0;
     points[count++] = foot_point_of_f32(&chain->first);
-    if (turns_before_f32(chain, JERK_f32, end->at.t, &turn)) {
-        points[count++] = foot_point_of_f32(&turn);
+    const float turn = chain->side == 0 ? HOPFORM_NEVER_f32 : turn_of_jerk_f32(chain);
+    if (turn < end->at.t) {
+        const instant_f32 there = look_f32(chain, turn);
+        points[count++] = foot_point_of_f32(&there);
     }
     points[count++] = foot_point_of_f32(&end->at);
     count = split_f32(chain, FOOT_CURVATURE_f32, points, count);
@@ -640,12 +513,10 @@ static float longest_phase_f32(const flight_chain_f32 *chain)
 static flight_phase_end_f32 flight_find_end_f32(flight_chain_f32 *chain)
 {
     const float until = longest_phase_f32(chain);
-    flight_phase_end_f32 end = {chain->first, FLIGHT_END_LIMIT_f32, chain->limit};
-    if (chain->side != 0 && zero_of_pair_f32(chain, VELOCITY_f32, until, &end.at)) {
-        end.kind = END_VELOCITY_f32;
-    } else {
-        end.at = look_f32(chain, until);
-    }
+    const hopform_actuator_at_f32 *x = &chain->first.actuator;
+    const float rest = chain->side == 0 ? HOPFORM_NEVER_f32 : zero_of_pair_f32(&chain->poles, x->v1_t, x->acc1_t);
+    flight_phase_end_f32 end = {look_f32(chain, rest < until ? rest : until),
+                                 rest <= until ? END_VELOCITY_f32 : FLIGHT_END_LIMIT_f32, chain->limit};
     if (chain->side != 0) {
         watch_stop_f32(chain, &end);
         watch_pull_f32(chain, &end);
@@ -694,11 +565,11 @@ static float acceleration_of_f32(const flight_chain_f32 *chain, int side)
 static void choose_limit_f32(flight_chain_f32 *chain)
 {
     const float pull = chain->gains.Kp * chain->actuator.x1 + chain->gains.Kd * chain->actuator.v1;
-    chain->limit = pull > chain->largest ? 1 : (pull < -chain->largest ? -1 : 0);
+    chain->limit = (int)hopform_goes_f32(pull, chain->largest);
     if (chain->limit == 0 && !(fabs_f32(pull) < chain->largest) && chain->side != 0) {
         const float rate =
             chain->gains.Kp * chain->actuator.v1 + chain->gains.Kd * acceleration_of_f32(chain, chain->side);
-        chain->limit = rate * pull > 0.0f ? flight_sign_of_f32(pull) : 0;
+        chain->limit = rate * pull > 0.0f ? (int)hopform_goes_f32(pull, 0.0f) : 0;
     }
 }
 
@@ -708,7 +579,7 @@ static void flight_settle_f32(flight_chain_f32 *chain)
 {
     const float f1 = chain->robot->f1;
     const float free = acceleration_of_f32(chain, 0);
-    const int side = free > f1 ? 1 : (free < -f1 ? -1 : 0);
+    const int side = (int)hopform_goes_f32(free, f1);
     chain->side = flight_blocked_f32(chain->robot, chain->actuator.x1, side) ? 0 : side;
     chain->actuator.acc1 = chain->side == 0 ? 0.0f : acceleration_of_f32(chain, chain->side);
 }
@@ -730,7 +601,7 @@ static void rest_f32(flight_chain_f32 *chain, flight_end_kind_f32 kind)
     }
     flight_settle_f32(chain);
     if (!(robot->f1 > 0.0f)) {
-        const int side = flight_sign_of_f32(acceleration);
+        const int side = (int)hopform_goes_f32(acceleration, 0.0f);
         chain->side = flight_blocked_f32(robot, chain->actuator.x1, side) ? 0 : side;
         chain->actuator.acc1 = chain->side == 0 ? 0.0f : acceleration;
     }
@@ -746,7 +617,6 @@ static void place_body_f32(flight_chain_f32 *chain)
     chain->ballistic.v2 = chain->v2 - g * chain->t;
     chain->ballistic.foot = (chain->x1 - chain->actuator.x1) + (chain->v2 - 0.5f * g * chain->t) * chain->t - chain->y;
     chain->poles = poles_in_flight_f32(&chain->rates, chain->limit);
-    chain->fastest = chain->side == 0 ? 0.0f : chain->poles.p + sqrt_f32(chain->poles.q);
     chain->first = look_f32(chain, 0.0f);
 }
 
@@ -754,7 +624,7 @@ static void place_body_f32(flight_chain_f32 *chain)
 static void flight_begin_f32(flight_chain_f32 *chain)
 {
     const hopform_robot_f32 *robot = chain->robot;
-    chain->side = flight_sign_of_f32(chain->actuator.v1);
+    chain->side = (int)hopform_goes_f32(chain->actuator.v1, 0.0f);
     if (chain->side != 0 && flight_blocked_f32(robot, chain->actuator.x1, chain->side)) {
         chain->start_loss = -0.5f * robot->m_eff * chain->actuator.v1 * chain->actuator.v1;
         chain->actuator.v1 = 0.0f;

@@ -4,13 +4,13 @@
  * current, slips or is held. It ends at the first downward crossing of the ground ahead by the foot.
  *
  * Nothing is stepped over. In a phase v_1, the jerk and the rate of the law's pull are motions of the pair of poles
- * alone. A phase in which the actuator slips ends at the latest where v_1 vanishes, within a half turn of the pair, so
- * the jerk and the pull's rate change sign at most once in it. Between its change of sign the pull is monotone; between
- * those of the jerk so is the foot's acceleration, between the roots of that its rate, between the roots of that the
- * foot itself: each root is bracketed.
+ * alone, whose zeros rule 3 of docs/explanation/events.md has in closed form. A phase in which the actuator slips ends
+ * at the latest where v_1 vanishes, within a half turn of the pair, so the jerk and the pull's rate change sign at most
+ * once in it. Between its change of sign the pull is monotone; between those of the jerk so is the foot's acceleration,
+ * between the roots of that its rate, between the roots of that the foot itself: each root is bracketed.
  */
 #include "facts.h"
-#include "kernels_f64.h"
+#include "first_event_f64.h"
 #include "overlap_f64.h"
 
 enum { MOST_POINTS_f64 = 9, MOST_TURNS_f64 = 3 };
@@ -25,16 +25,7 @@ typedef enum {
 } flight_end_kind_f64;
 
 /* What has a root. */
-typedef enum {
-    VELOCITY_f64,
-    JERK_f64,
-    PULL_RATE_f64,
-    WAY_f64,
-    PULL_f64,
-    FOOT_CURVATURE_f64,
-    FOOT_RATE_f64,
-    FOOT_f64
-} function_of_time_f64;
+typedef enum { WAY_f64, PULL_f64, FOOT_CURVATURE_f64, FOOT_RATE_f64, FOOT_f64 } function_of_time_f64;
 
 /* Everything at one time of a phase. */
 typedef struct {
@@ -43,14 +34,6 @@ typedef struct {
     hopform_pull_f64 pull;
     hopform_foot_at_f64 foot;
 } instant_f64;
-
-/* A function of time and its first three derivatives. */
-typedef struct {
-    double value;
-    double rate;
-    double curvature;
-    double third;
-} sample_f64;
 
 /* What is kept of an instant where there are many: the foot there, or the pull. The whole of it is looked up again by
  * its time. */
@@ -89,7 +72,6 @@ typedef struct {
     hopform_ballistic_f64 ballistic;
     hopform_poles_f64 poles;
     instant_f64 first; /* of the phase */
-    double fastest;       /* rate of the poles */
     int side;
     int limit;
     bool airborne;
@@ -105,11 +87,6 @@ typedef struct {
     int32_t highest_count;
     int32_t highest_event_count;
 } flight_chain_f64;
-
-static int flight_sign_of_f64(double value)
-{
-    return value > 0.0 ? 1 : (value < 0.0 ? -1 : 0);
-}
 
 /* x_1, which rounding or underflow may have put a last digit beyond a stop. */
 static double within_stroke_f64(const hopform_robot_f64 *robot, double x1)
@@ -181,83 +158,45 @@ static instant_f64 look_f64(const flight_chain_f64 *chain, double t)
     return now;
 }
 
-static sample_f64 sample_of_f64(const flight_chain_f64 *chain, const instant_f64 *at,
-                                  function_of_time_f64 function)
+/* A function at an instant, with its derivatives up to the fourth. */
+static approach_f64 sample_of_f64(const flight_chain_f64 *chain, const instant_f64 *at,
+                                    function_of_time_f64 function)
 {
     const hopform_actuator_at_f64 *x = &at->actuator;
+    const hopform_foot_at_f64 *foot = &at->foot;
+    const hopform_pull_f64 *pull = &at->pull;
     const double p = chain->poles.p;
     const double q = chain->poles.q;
     const double snap = -p * x->jerk1_t - q * x->acc1_t;
     const double crackle = -p * snap - q * x->jerk1_t;
-    sample_f64 found;
+    const double pull_third = -p * pull->pull_curvature - q * pull->pull_rate;
     switch (function) {
-    case VELOCITY_f64:
-        found.value = x->v1_t;
-        found.rate = x->acc1_t;
-        found.curvature = x->jerk1_t;
-        found.third = snap;
-        break;
-    case JERK_f64:
-        found.value = x->jerk1_t;
-        found.rate = snap;
-        found.curvature = crackle;
-        found.third = -p * crackle - q * snap;
-        break;
-    case PULL_RATE_f64:
-        found.value = at->pull.pull_rate;
-        found.rate = at->pull.pull_curvature;
-        found.curvature = -p * at->pull.pull_curvature - q * at->pull.pull_rate;
-        found.third = -p * found.curvature - q * found.rate;
-        break;
-    case WAY_f64:
-        found.value = x->moved;
-        found.rate = x->v1_t;
-        found.curvature = x->acc1_t;
-        found.third = x->jerk1_t;
-        break;
-    case PULL_f64:
-        found.value = at->pull.pull;
-        found.rate = at->pull.pull_rate;
-        found.curvature = at->pull.pull_curvature;
-        found.third = -p * found.curvature - q * found.rate;
-        break;
-    case FOOT_CURVATURE_f64:
-        found.value = at->foot.foot_curvature;
-        found.rate = -x->jerk1_t;
-        found.curvature = -snap;
-        found.third = -crackle;
-        break;
-    case FOOT_RATE_f64:
-        found.value = at->foot.foot_rate;
-        found.rate = at->foot.foot_curvature;
-        found.curvature = -x->jerk1_t;
-        found.third = -snap;
-        break;
-    case FOOT_f64:
-    default:
-        found.value = at->foot.foot_t;
-        found.rate = at->foot.foot_rate;
-        found.curvature = at->foot.foot_curvature;
-        found.third = -x->jerk1_t;
-        break;
+    case WAY_f64: {
+        const approach_f64 way = {{x->moved, x->v1_t, x->acc1_t, x->jerk1_t}, snap};
+        return way;
     }
-    return found;
+    case PULL_f64: {
+        const approach_f64 force = {{pull->pull, pull->pull_rate, pull->pull_curvature, pull_third},
+                                     -p * pull_third - q * pull->pull_curvature};
+        return force;
+    }
+    case FOOT_CURVATURE_f64: {
+        const approach_f64 bend = {{foot->foot_curvature, -x->jerk1_t, -snap, -crackle}, p * crackle + q * snap};
+        return bend;
+    }
+    case FOOT_RATE_f64: {
+        const approach_f64 rate = {{foot->foot_rate, foot->foot_curvature, -x->jerk1_t, -snap}, -crackle};
+        return rate;
+    }
+    case FOOT_f64:
+    default: {
+        const approach_f64 height = {{foot->foot_t, foot->foot_rate, foot->foot_curvature, -x->jerk1_t}, -snap};
+        return height;
+    }
+    }
 }
 
 /* ---- roots ---- */
-
-/* True if a step of Halley's method lands on the root: its error is the cube of the step times (f2/2)^2 - f3/6, over
- * f1. What the higher derivatives add is of the order of the poles' rates. */
-static bool is_last_step_f64(const flight_chain_f64 *chain, const sample_f64 *at, double step, double t)
-{
-    const double bend = 0.5 * step * at->curvature;
-    const double twist = step * step * at->third * at->rate / 6.0;
-    const double swift = chain->fastest * step;
-    const double size = at->rate * at->rate;
-    return bend * bend <= 1e-6 * size
-           && (bend * bend + fabs_f64(twist) + swift * swift * size) * fabs_f64(step)
-                  < 0.25 * HOPFORM_EPS_f64 * size * t; /* never true of what has faded to 0 */
-}
 
 /* The one root of sign (f - level) between a time where it is positive and one where it is negative, looked for from
  * `last` on. */
@@ -265,31 +204,19 @@ static instant_f64 root_from_f64(const flight_chain_f64 *chain, function_of_time
                                    double level, double low, double high, instant_f64 last)
 {
     for (int n = 0; n < 100; n++) {
-        const sample_f64 at = sample_of_f64(chain, &last, function);
-        const double value = sign * (at.value - level);
-        const double rate = sign * at.rate;
-        if (fabs_f64(value)
-            <= HOPFORM_EPS_f64 * last.t * fabs_f64(rate)) { /* Newton's step: Halley's is 0 at an extremum */
+        const approach_f64 at = sample_of_f64(chain, &last, function);
+        const jet_f64 jet = {sign * (at.at.value - level), sign * at.at.rate, sign * at.at.curvature,
+                              sign * at.at.third};
+        const root_step_f64 step = step_between_f64(&chain->poles, &jet, at.fourth, last.t, low, high);
+        low = step.low;
+        high = step.high;
+        const bool follows = step.inside && !(n > 8 && n % 2 == 1);
+        const double next = follows ? step.next : low + 0.5 * (high - low);
+        if (step.arrives || !(next > low && next < high)) {
             return last;
         }
-        if (value > 0.0) {
-            low = last.t;
-        } else {
-            high = last.t;
-        }
-        const double below = rate * rate - 0.5 * value * sign * at.curvature;
-        const double step = fabs_f64(below) > 0.0 ? value * rate / below : HOPFORM_NEVER_f64;
-        double next = last.t - step;
-        const bool leaves = !(next > low && next < high) || (n > 8 && n % 2 == 1);
-        if (leaves) {
-            next = low + 0.5 * (high - low);
-        }
-        if (!(next > low && next < high)) {
-            return last;
-        }
-        const bool sure = !leaves && is_last_step_f64(chain, &at, step, next);
         last = look_f64(chain, next);
-        if (sure) {
+        if (follows && step.lands) {
             return last;
         }
     }
@@ -345,74 +272,19 @@ static int split_f64(const flight_chain_f64 *chain, function_of_time_f64 functio
     return count;
 }
 
-/* The times at which a motion of the pair may first vanish; a half turn lies between its zeros. */
-typedef struct {
-    double half_turn;
-    double fast;
-} swing_f64;
-
-static swing_f64 swing_of_f64(const hopform_poles_f64 *poles)
+/* When a motion of the pair, which begins with a value and a rate, first vanishes behind the start of the phase; NEVER
+ * if it does not. */
+static double zero_of_pair_f64(const hopform_poles_f64 *poles, double value, double rate)
 {
-    const double mean = 0.5 * poles->p;
-    const double square = mean * mean - poles->q;
-    swing_f64 found = {HOPFORM_NEVER_f64, mean};
-    if (square < 0.0) {
-        found.half_turn = 3.14159265358979323846 / sqrt_f64(-square);
-    } else {
-        found.fast = mean + sqrt_f64(square);
-    }
-    return found;
+    const double sign = hopform_goes_f64(fabs_f64(value) > 0.0 ? value : rate, 0.0);
+    return time_to_rest_f64(poles, sign * value, sign * rate);
 }
 
-/* Two real poles, and the slower one does not bring a motion of the pair, which begins so, to the other side. */
-static bool never_turns_f64(const swing_f64 *pair, const sample_f64 *from)
+/* When the jerk changes its sign. */
+static double turn_of_jerk_f64(const flight_chain_f64 *chain)
 {
-    const double sign = from->value > 0.0 ? 1.0 : -1.0;
-    return !(pair->half_turn < HOPFORM_NEVER_f64) && !(-sign * from->rate > pair->fast * fabs_f64(from->value));
-}
-
-/* The first zero behind the start of the phase of a function that is a motion of the pair; false if there is none up to
- * `until`. */
-static bool zero_of_pair_f64(const flight_chain_f64 *chain, function_of_time_f64 function, double until,
-                              instant_f64 *zero)
-{
-    const sample_f64 from = sample_of_f64(chain, &chain->first, function);
-    const swing_f64 pair = swing_of_f64(&chain->poles);
-    const double sign = from.value > 0.0 ? 1.0 : -1.0;
-    const double falls = -sign * from.rate;
-    if (!(fabs_f64(from.value) > 0.0)) { /* the next one is a half turn later */
-        *zero = pair.half_turn < until ? look_f64(chain, pair.half_turn) : chain->first;
-        return pair.half_turn < until;
-    }
-    if (never_turns_f64(&pair, &from)) {
-        return false;
-    }
-    const double longest = hopform_lesser_f64(pair.half_turn, until);
-    double low = 0.0;
-    double reach = falls * longest > 1.5 * fabs_f64(from.value) ? 1.5 * fabs_f64(from.value) / falls : longest;
-    reach = hopform_greater_f64(reach, longest * HOPFORM_EPS_f64);
-    for (int n = 0; n < 60; n++) {
-        const instant_f64 end = look_f64(chain, reach);
-        if (sign * sample_of_f64(chain, &end, function).value < 0.0) {
-            *zero = root_between_f64(chain, function, sign, 0.0, low, &end);
-            return true;
-        }
-        if (!(reach < longest)) {
-            *zero = end;
-            return pair.half_turn <= until; /* a half turn later it has the other sign, or is 0 to rounding */
-        }
-        low = reach;
-        reach = hopform_lesser_f64(2.0 * reach, longest);
-    }
-    return false;
-}
-
-/* Where a function changes sign before the end of a phase, on both sides of which the functions whose rate it is are
- * monotone. */
-static bool turns_before_f64(const flight_chain_f64 *chain, function_of_time_f64 function, double last,
-                              instant_f64 *turn)
-{
-    return chain->side != 0 && zero_of_pair_f64(chain, function, last, turn) && turn->t < last;
+    const hopform_actuator_at_f64 *x = &chain->first.actuator;
+    return zero_of_pair_f64(&chain->poles, x->jerk1_t, -chain->poles.p * x->jerk1_t - chain->poles.q * x->acc1_t);
 }
 
 /* ---- the end of a phase ---- */
@@ -489,11 +361,13 @@ static void watch_pull_f64(const flight_chain_f64 *chain, flight_phase_end_f64 *
         return;
     }
     pull_point_f64 points[MOST_TURNS_f64] = {0};
-    instant_f64 turn = chain->first;
     int count = 0;
     points[count++] = pull_point_of_f64(chain, &chain->first);
-    if (turns_before_f64(chain, PULL_RATE_f64, end->at.t, &turn)) {
-        points[count++] = pull_point_of_f64(chain, &turn);
+    const hopform_pull_f64 *pull = &chain->first.pull;
+    const double turn = zero_of_pair_f64(&chain->poles, pull->pull_rate, pull->pull_curvature);
+    if (turn < end->at.t) {
+        const instant_f64 there = look_f64(chain, turn);
+        points[count++] = pull_point_of_f64(chain, &there);
     }
     points[count++] = pull_point_of_f64(chain, &end->at);
     if (chain->limit == 0) {
@@ -552,9 +426,7 @@ static bool is_concave_f64(const flight_chain_f64 *chain, const instant_f64 *las
     if (!(chain->first.foot.foot_curvature < 0.0 && last->foot.foot_curvature < 0.0)) {
         return false;
     }
-    const sample_f64 from = sample_of_f64(chain, &chain->first, JERK_f64);
-    const swing_f64 pair = swing_of_f64(&chain->poles);
-    return chain->side == 0 || never_turns_f64(&pair, &from) || from.value * last->actuator.jerk1_t > 0.0;
+    return chain->side == 0 || !(turn_of_jerk_f64(chain) < last->t);
 }
 
 /* A concave way of the foot has one root behind its start; it is looked for from where the body alone would come down.
@@ -574,11 +446,12 @@ static void land_f64(const flight_chain_f64 *chain, flight_phase_end_f64 *end)
 static void search_foot_f64(flight_chain_f64 *chain, flight_phase_end_f64 *end)
 {
     foot_point_f64 points[MOST_POINTS_f64] = {0};
-    instant_f64 turn = chain->first;
     int count = 0;
     points[count++] = foot_point_of_f64(&chain->first);
-    if (turns_before_f64(chain, JERK_f64, end->at.t, &turn)) {
-        points[count++] = foot_point_of_f64(&turn);
+    const double turn = chain->side == 0 ? HOPFORM_NEVER_f64 : turn_of_jerk_f64(chain);
+    if (turn < end->at.t) {
+        const instant_f64 there = look_f64(chain, turn);
+        points[count++] = foot_point_of_f64(&there);
     }
     points[count++] = foot_point_of_f64(&end->at);
     count = split_f64(chain, FOOT_CURVATURE_f64, points, count);
@@ -640,12 +513,10 @@ static double longest_phase_f64(const flight_chain_f64 *chain)
 static flight_phase_end_f64 flight_find_end_f64(flight_chain_f64 *chain)
 {
     const double until = longest_phase_f64(chain);
-    flight_phase_end_f64 end = {chain->first, FLIGHT_END_LIMIT_f64, chain->limit};
-    if (chain->side != 0 && zero_of_pair_f64(chain, VELOCITY_f64, until, &end.at)) {
-        end.kind = END_VELOCITY_f64;
-    } else {
-        end.at = look_f64(chain, until);
-    }
+    const hopform_actuator_at_f64 *x = &chain->first.actuator;
+    const double rest = chain->side == 0 ? HOPFORM_NEVER_f64 : zero_of_pair_f64(&chain->poles, x->v1_t, x->acc1_t);
+    flight_phase_end_f64 end = {look_f64(chain, rest < until ? rest : until),
+                                 rest <= until ? END_VELOCITY_f64 : FLIGHT_END_LIMIT_f64, chain->limit};
     if (chain->side != 0) {
         watch_stop_f64(chain, &end);
         watch_pull_f64(chain, &end);
@@ -694,11 +565,11 @@ static double acceleration_of_f64(const flight_chain_f64 *chain, int side)
 static void choose_limit_f64(flight_chain_f64 *chain)
 {
     const double pull = chain->gains.Kp * chain->actuator.x1 + chain->gains.Kd * chain->actuator.v1;
-    chain->limit = pull > chain->largest ? 1 : (pull < -chain->largest ? -1 : 0);
+    chain->limit = (int)hopform_goes_f64(pull, chain->largest);
     if (chain->limit == 0 && !(fabs_f64(pull) < chain->largest) && chain->side != 0) {
         const double rate =
             chain->gains.Kp * chain->actuator.v1 + chain->gains.Kd * acceleration_of_f64(chain, chain->side);
-        chain->limit = rate * pull > 0.0 ? flight_sign_of_f64(pull) : 0;
+        chain->limit = rate * pull > 0.0 ? (int)hopform_goes_f64(pull, 0.0) : 0;
     }
 }
 
@@ -708,7 +579,7 @@ static void flight_settle_f64(flight_chain_f64 *chain)
 {
     const double f1 = chain->robot->f1;
     const double free = acceleration_of_f64(chain, 0);
-    const int side = free > f1 ? 1 : (free < -f1 ? -1 : 0);
+    const int side = (int)hopform_goes_f64(free, f1);
     chain->side = flight_blocked_f64(chain->robot, chain->actuator.x1, side) ? 0 : side;
     chain->actuator.acc1 = chain->side == 0 ? 0.0 : acceleration_of_f64(chain, chain->side);
 }
@@ -730,7 +601,7 @@ static void rest_f64(flight_chain_f64 *chain, flight_end_kind_f64 kind)
     }
     flight_settle_f64(chain);
     if (!(robot->f1 > 0.0)) {
-        const int side = flight_sign_of_f64(acceleration);
+        const int side = (int)hopform_goes_f64(acceleration, 0.0);
         chain->side = flight_blocked_f64(robot, chain->actuator.x1, side) ? 0 : side;
         chain->actuator.acc1 = chain->side == 0 ? 0.0 : acceleration;
     }
@@ -746,7 +617,6 @@ static void place_body_f64(flight_chain_f64 *chain)
     chain->ballistic.v2 = chain->v2 - g * chain->t;
     chain->ballistic.foot = (chain->x1 - chain->actuator.x1) + (chain->v2 - 0.5 * g * chain->t) * chain->t - chain->y;
     chain->poles = poles_in_flight_f64(&chain->rates, chain->limit);
-    chain->fastest = chain->side == 0 ? 0.0 : chain->poles.p + sqrt_f64(chain->poles.q);
     chain->first = look_f64(chain, 0.0);
 }
 
@@ -754,7 +624,7 @@ static void place_body_f64(flight_chain_f64 *chain)
 static void flight_begin_f64(flight_chain_f64 *chain)
 {
     const hopform_robot_f64 *robot = chain->robot;
-    chain->side = flight_sign_of_f64(chain->actuator.v1);
+    chain->side = (int)hopform_goes_f64(chain->actuator.v1, 0.0);
     if (chain->side != 0 && flight_blocked_f64(robot, chain->actuator.x1, chain->side)) {
         chain->start_loss = -0.5 * robot->m_eff * chain->actuator.v1 * chain->actuator.v1;
         chain->actuator.v1 = 0.0;

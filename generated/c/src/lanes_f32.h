@@ -673,7 +673,8 @@ LANES_CODE static void find_roots(lanes *restrict w, search *restrict find)
             const event_function_f32 g = one_function(&find->function, l);
             const propagator_f32 at = propagator_of_f32(&poles, find->t[l], &basis);
             const jet_f32 jet = jet_at_f32(&poles, &g, &at);
-            const root_step_f32 step = step_between_f32(&poles, &jet, find->t[l], find->low[l], find->high[l]);
+            const root_step_f32 step =
+                step_between_f32(&poles, &jet, fourth_of_f32(&poles, &jet), find->t[l], find->low[l], find->high[l]);
             const float going = find->going[l];
             const float arrives = going * flag(step.arrives);
             keep_basis(&w->end, l, arrives > 0.0f, &basis);

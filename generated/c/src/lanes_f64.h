@@ -673,7 +673,8 @@ LANES_CODE static void find_roots(lanes *restrict w, search *restrict find)
             const event_function_f64 g = one_function(&find->function, l);
             const propagator_f64 at = propagator_of_f64(&poles, find->t[l], &basis);
             const jet_f64 jet = jet_at_f64(&poles, &g, &at);
-            const root_step_f64 step = step_between_f64(&poles, &jet, find->t[l], find->low[l], find->high[l]);
+            const root_step_f64 step =
+                step_between_f64(&poles, &jet, fourth_of_f64(&poles, &jet), find->t[l], find->low[l], find->high[l]);
             const double going = find->going[l];
             const double arrives = going * flag(step.arrives);
             keep_basis(&w->end, l, arrives > 0.0, &basis);

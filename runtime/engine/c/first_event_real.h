@@ -259,9 +259,9 @@ typedef struct {
     real low, high, next;
 } root_step_real;
 
-/* Of an event function, above zero at the lower time. */
-static inline root_step_real step_between_real(const hopform_poles_real *poles, const jet_real *at, real t, real low,
-                                               real high)
+/* Of a function that is above zero at the lower time; `fourth` is its fourth derivative, but for the sign. */
+static inline root_step_real step_between_real(const hopform_poles_real *poles, const jet_real *at, real fourth, real t,
+                                               real low, real high)
 {
     const bool arrives = fabs_real(at->value) <= HOPFORM_EPS_real * t * fabs_real(at->rate);
     const real step = step_to_root_real(at);
@@ -269,7 +269,7 @@ static inline root_step_real step_between_real(const hopform_poles_real *poles, 
     const real from = at->value > 0.0 ? t : low;
     const real to = at->value < 0.0 ? t : high;
     const bool inside = (next > from) & (next < to);
-    const bool lands = (!arrives) & inside & step_converges_real(poles, at, fourth_of_real(poles, at), next, step);
+    const bool lands = (!arrives) & inside & step_converges_real(poles, at, fourth, next, step);
     const root_step_real towards = {arrives, lands, inside, from, to, next};
     return towards;
 }
@@ -290,7 +290,7 @@ static inline propagator_real located_root_real(const event_set_real *set, const
         }
         const propagator_real at = propagator_at_real(poles, t);
         const jet_real jet = jet_at_real(poles, g, &at);
-        const root_step_real step = step_between_real(poles, &jet, t, low, high.t);
+        const root_step_real step = step_between_real(poles, &jet, fourth_of_real(poles, &jet), t, low, high.t);
         if (step.arrives) {
             return at;
         }

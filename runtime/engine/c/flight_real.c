@@ -4,13 +4,13 @@
  * current, slips or is held. It ends at the first downward crossing of the ground ahead by the foot.
  *
  * Nothing is stepped over. In a phase v_1, the jerk and the rate of the law's pull are motions of the pair of poles
- * alone. A phase in which the actuator slips ends at the latest where v_1 vanishes, within a half turn of the pair, so
- * the jerk and the pull's rate change sign at most once in it. Between its change of sign the pull is monotone; between
- * those of the jerk so is the foot's acceleration, between the roots of that its rate, between the roots of that the
- * foot itself: each root is bracketed.
+ * alone, whose zeros rule 3 of docs/explanation/events.md has in closed form. A phase in which the actuator slips ends
+ * at the latest where v_1 vanishes, within a half turn of the pair, so the jerk and the pull's rate change sign at most
+ * once in it. Between its change of sign the pull is monotone; between those of the jerk so is the foot's acceleration,
+ * between the roots of that its rate, between the roots of that the foot itself: each root is bracketed.
  */
 #include "facts.h"
-#include "kernels_real.h"
+#include "first_event_real.h"
 #include "overlap_real.h"
 
 enum { MOST_POINTS_real = 9, MOST_TURNS_real = 3 };
@@ -25,16 +25,7 @@ typedef enum {
 } flight_end_kind_real;
 
 /* What has a root. */
-typedef enum {
-    VELOCITY_real,
-    JERK_real,
-    PULL_RATE_real,
-    WAY_real,
-    PULL_real,
-    FOOT_CURVATURE_real,
-    FOOT_RATE_real,
-    FOOT_real
-} function_of_time_real;
+typedef enum { WAY_real, PULL_real, FOOT_CURVATURE_real, FOOT_RATE_real, FOOT_real } function_of_time_real;
 
 /* Everything at one time of a phase. */
 typedef struct {
@@ -43,14 +34,6 @@ typedef struct {
     hopform_pull_real pull;
     hopform_foot_at_real foot;
 } instant_real;
-
-/* A function of time and its first three derivatives. */
-typedef struct {
-    real value;
-    real rate;
-    real curvature;
-    real third;
-} sample_real;
 
 /* What is kept of an instant where there are many: the foot there, or the pull. The whole of it is looked up again by
  * its time. */
@@ -89,7 +72,6 @@ typedef struct {
     hopform_ballistic_real ballistic;
     hopform_poles_real poles;
     instant_real first; /* of the phase */
-    real fastest;       /* rate of the poles */
     int side;
     int limit;
     bool airborne;
@@ -105,11 +87,6 @@ typedef struct {
     int32_t highest_count;
     int32_t highest_event_count;
 } flight_chain_real;
-
-static int flight_sign_of_real(real value)
-{
-    return value > 0.0 ? 1 : (value < 0.0 ? -1 : 0);
-}
 
 /* x_1, which rounding or underflow may have put a last digit beyond a stop. */
 static real within_stroke_real(const hopform_robot_real *robot, real x1)
@@ -181,83 +158,45 @@ static instant_real look_real(const flight_chain_real *chain, real t)
     return now;
 }
 
-static sample_real sample_of_real(const flight_chain_real *chain, const instant_real *at,
-                                  function_of_time_real function)
+/* A function at an instant, with its derivatives up to the fourth. */
+static approach_real sample_of_real(const flight_chain_real *chain, const instant_real *at,
+                                    function_of_time_real function)
 {
     const hopform_actuator_at_real *x = &at->actuator;
+    const hopform_foot_at_real *foot = &at->foot;
+    const hopform_pull_real *pull = &at->pull;
     const real p = chain->poles.p;
     const real q = chain->poles.q;
     const real snap = -p * x->jerk1_t - q * x->acc1_t;
     const real crackle = -p * snap - q * x->jerk1_t;
-    sample_real found;
+    const real pull_third = -p * pull->pull_curvature - q * pull->pull_rate;
     switch (function) {
-    case VELOCITY_real:
-        found.value = x->v1_t;
-        found.rate = x->acc1_t;
-        found.curvature = x->jerk1_t;
-        found.third = snap;
-        break;
-    case JERK_real:
-        found.value = x->jerk1_t;
-        found.rate = snap;
-        found.curvature = crackle;
-        found.third = -p * crackle - q * snap;
-        break;
-    case PULL_RATE_real:
-        found.value = at->pull.pull_rate;
-        found.rate = at->pull.pull_curvature;
-        found.curvature = -p * at->pull.pull_curvature - q * at->pull.pull_rate;
-        found.third = -p * found.curvature - q * found.rate;
-        break;
-    case WAY_real:
-        found.value = x->moved;
-        found.rate = x->v1_t;
-        found.curvature = x->acc1_t;
-        found.third = x->jerk1_t;
-        break;
-    case PULL_real:
-        found.value = at->pull.pull;
-        found.rate = at->pull.pull_rate;
-        found.curvature = at->pull.pull_curvature;
-        found.third = -p * found.curvature - q * found.rate;
-        break;
-    case FOOT_CURVATURE_real:
-        found.value = at->foot.foot_curvature;
-        found.rate = -x->jerk1_t;
-        found.curvature = -snap;
-        found.third = -crackle;
-        break;
-    case FOOT_RATE_real:
-        found.value = at->foot.foot_rate;
-        found.rate = at->foot.foot_curvature;
-        found.curvature = -x->jerk1_t;
-        found.third = -snap;
-        break;
-    case FOOT_real:
-    default:
-        found.value = at->foot.foot_t;
-        found.rate = at->foot.foot_rate;
-        found.curvature = at->foot.foot_curvature;
-        found.third = -x->jerk1_t;
-        break;
+    case WAY_real: {
+        const approach_real way = {{x->moved, x->v1_t, x->acc1_t, x->jerk1_t}, snap};
+        return way;
     }
-    return found;
+    case PULL_real: {
+        const approach_real force = {{pull->pull, pull->pull_rate, pull->pull_curvature, pull_third},
+                                     -p * pull_third - q * pull->pull_curvature};
+        return force;
+    }
+    case FOOT_CURVATURE_real: {
+        const approach_real bend = {{foot->foot_curvature, -x->jerk1_t, -snap, -crackle}, p * crackle + q * snap};
+        return bend;
+    }
+    case FOOT_RATE_real: {
+        const approach_real rate = {{foot->foot_rate, foot->foot_curvature, -x->jerk1_t, -snap}, -crackle};
+        return rate;
+    }
+    case FOOT_real:
+    default: {
+        const approach_real height = {{foot->foot_t, foot->foot_rate, foot->foot_curvature, -x->jerk1_t}, -snap};
+        return height;
+    }
+    }
 }
 
 /* ---- roots ---- */
-
-/* True if a step of Halley's method lands on the root: its error is the cube of the step times (f2/2)^2 - f3/6, over
- * f1. What the higher derivatives add is of the order of the poles' rates. */
-static bool is_last_step_real(const flight_chain_real *chain, const sample_real *at, real step, real t)
-{
-    const real bend = 0.5 * step * at->curvature;
-    const real twist = step * step * at->third * at->rate / 6.0;
-    const real swift = chain->fastest * step;
-    const real size = at->rate * at->rate;
-    return bend * bend <= 1e-6 * size
-           && (bend * bend + fabs_real(twist) + swift * swift * size) * fabs_real(step)
-                  < 0.25 * HOPFORM_EPS_real * size * t; /* never true of what has faded to 0 */
-}
 
 /* The one root of sign (f - level) between a time where it is positive and one where it is negative, looked for from
  * `last` on. */
@@ -265,31 +204,19 @@ static instant_real root_from_real(const flight_chain_real *chain, function_of_t
                                    real level, real low, real high, instant_real last)
 {
     for (int n = 0; n < 100; n++) {
-        const sample_real at = sample_of_real(chain, &last, function);
-        const real value = sign * (at.value - level);
-        const real rate = sign * at.rate;
-        if (fabs_real(value)
-            <= HOPFORM_EPS_real * last.t * fabs_real(rate)) { /* Newton's step: Halley's is 0 at an extremum */
+        const approach_real at = sample_of_real(chain, &last, function);
+        const jet_real jet = {sign * (at.at.value - level), sign * at.at.rate, sign * at.at.curvature,
+                              sign * at.at.third};
+        const root_step_real step = step_between_real(&chain->poles, &jet, at.fourth, last.t, low, high);
+        low = step.low;
+        high = step.high;
+        const bool follows = step.inside && !(n > 8 && n % 2 == 1);
+        const real next = follows ? step.next : low + 0.5 * (high - low);
+        if (step.arrives || !(next > low && next < high)) {
             return last;
         }
-        if (value > 0.0) {
-            low = last.t;
-        } else {
-            high = last.t;
-        }
-        const real below = rate * rate - 0.5 * value * sign * at.curvature;
-        const real step = fabs_real(below) > 0.0 ? value * rate / below : HOPFORM_NEVER_real;
-        real next = last.t - step;
-        const bool leaves = !(next > low && next < high) || (n > 8 && n % 2 == 1);
-        if (leaves) {
-            next = low + 0.5 * (high - low);
-        }
-        if (!(next > low && next < high)) {
-            return last;
-        }
-        const bool sure = !leaves && is_last_step_real(chain, &at, step, next);
         last = look_real(chain, next);
-        if (sure) {
+        if (follows && step.lands) {
             return last;
         }
     }
@@ -345,74 +272,19 @@ static int split_real(const flight_chain_real *chain, function_of_time_real func
     return count;
 }
 
-/* The times at which a motion of the pair may first vanish; a half turn lies between its zeros. */
-typedef struct {
-    real half_turn;
-    real fast;
-} swing_real;
-
-static swing_real swing_of_real(const hopform_poles_real *poles)
+/* When a motion of the pair, which begins with a value and a rate, first vanishes behind the start of the phase; NEVER
+ * if it does not. */
+static real zero_of_pair_real(const hopform_poles_real *poles, real value, real rate)
 {
-    const real mean = 0.5 * poles->p;
-    const real square = mean * mean - poles->q;
-    swing_real found = {HOPFORM_NEVER_real, mean};
-    if (square < 0.0) {
-        found.half_turn = 3.14159265358979323846 / sqrt_real(-square);
-    } else {
-        found.fast = mean + sqrt_real(square);
-    }
-    return found;
+    const real sign = hopform_goes_real(fabs_real(value) > 0.0 ? value : rate, 0.0);
+    return time_to_rest_real(poles, sign * value, sign * rate);
 }
 
-/* Two real poles, and the slower one does not bring a motion of the pair, which begins so, to the other side. */
-static bool never_turns_real(const swing_real *pair, const sample_real *from)
+/* When the jerk changes its sign. */
+static real turn_of_jerk_real(const flight_chain_real *chain)
 {
-    const real sign = from->value > 0.0 ? 1.0 : -1.0;
-    return !(pair->half_turn < HOPFORM_NEVER_real) && !(-sign * from->rate > pair->fast * fabs_real(from->value));
-}
-
-/* The first zero behind the start of the phase of a function that is a motion of the pair; false if there is none up to
- * `until`. */
-static bool zero_of_pair_real(const flight_chain_real *chain, function_of_time_real function, real until,
-                              instant_real *zero)
-{
-    const sample_real from = sample_of_real(chain, &chain->first, function);
-    const swing_real pair = swing_of_real(&chain->poles);
-    const real sign = from.value > 0.0 ? 1.0 : -1.0;
-    const real falls = -sign * from.rate;
-    if (!(fabs_real(from.value) > 0.0)) { /* the next one is a half turn later */
-        *zero = pair.half_turn < until ? look_real(chain, pair.half_turn) : chain->first;
-        return pair.half_turn < until;
-    }
-    if (never_turns_real(&pair, &from)) {
-        return false;
-    }
-    const real longest = hopform_lesser_real(pair.half_turn, until);
-    real low = 0.0;
-    real reach = falls * longest > 1.5 * fabs_real(from.value) ? 1.5 * fabs_real(from.value) / falls : longest;
-    reach = hopform_greater_real(reach, longest * HOPFORM_EPS_real);
-    for (int n = 0; n < 60; n++) {
-        const instant_real end = look_real(chain, reach);
-        if (sign * sample_of_real(chain, &end, function).value < 0.0) {
-            *zero = root_between_real(chain, function, sign, 0.0, low, &end);
-            return true;
-        }
-        if (!(reach < longest)) {
-            *zero = end;
-            return pair.half_turn <= until; /* a half turn later it has the other sign, or is 0 to rounding */
-        }
-        low = reach;
-        reach = hopform_lesser_real(2.0 * reach, longest);
-    }
-    return false;
-}
-
-/* Where a function changes sign before the end of a phase, on both sides of which the functions whose rate it is are
- * monotone. */
-static bool turns_before_real(const flight_chain_real *chain, function_of_time_real function, real last,
-                              instant_real *turn)
-{
-    return chain->side != 0 && zero_of_pair_real(chain, function, last, turn) && turn->t < last;
+    const hopform_actuator_at_real *x = &chain->first.actuator;
+    return zero_of_pair_real(&chain->poles, x->jerk1_t, -chain->poles.p * x->jerk1_t - chain->poles.q * x->acc1_t);
 }
 
 /* ---- the end of a phase ---- */
@@ -489,11 +361,13 @@ static void watch_pull_real(const flight_chain_real *chain, flight_phase_end_rea
         return;
     }
     pull_point_real points[MOST_TURNS_real] = {0};
-    instant_real turn = chain->first;
     int count = 0;
     points[count++] = pull_point_of_real(chain, &chain->first);
-    if (turns_before_real(chain, PULL_RATE_real, end->at.t, &turn)) {
-        points[count++] = pull_point_of_real(chain, &turn);
+    const hopform_pull_real *pull = &chain->first.pull;
+    const real turn = zero_of_pair_real(&chain->poles, pull->pull_rate, pull->pull_curvature);
+    if (turn < end->at.t) {
+        const instant_real there = look_real(chain, turn);
+        points[count++] = pull_point_of_real(chain, &there);
     }
     points[count++] = pull_point_of_real(chain, &end->at);
     if (chain->limit == 0) {
@@ -552,9 +426,7 @@ static bool is_concave_real(const flight_chain_real *chain, const instant_real *
     if (!(chain->first.foot.foot_curvature < 0.0 && last->foot.foot_curvature < 0.0)) {
         return false;
     }
-    const sample_real from = sample_of_real(chain, &chain->first, JERK_real);
-    const swing_real pair = swing_of_real(&chain->poles);
-    return chain->side == 0 || never_turns_real(&pair, &from) || from.value * last->actuator.jerk1_t > 0.0;
+    return chain->side == 0 || !(turn_of_jerk_real(chain) < last->t);
 }
 
 /* A concave way of the foot has one root behind its start; it is looked for from where the body alone would come down.
@@ -574,11 +446,12 @@ static void land_real(const flight_chain_real *chain, flight_phase_end_real *end
 static void search_foot_real(flight_chain_real *chain, flight_phase_end_real *end)
 {
     foot_point_real points[MOST_POINTS_real] = {0};
-    instant_real turn = chain->first;
     int count = 0;
     points[count++] = foot_point_of_real(&chain->first);
-    if (turns_before_real(chain, JERK_real, end->at.t, &turn)) {
-        points[count++] = foot_point_of_real(&turn);
+    const real turn = chain->side == 0 ? HOPFORM_NEVER_real : turn_of_jerk_real(chain);
+    if (turn < end->at.t) {
+        const instant_real there = look_real(chain, turn);
+        points[count++] = foot_point_of_real(&there);
     }
     points[count++] = foot_point_of_real(&end->at);
     count = split_real(chain, FOOT_CURVATURE_real, points, count);
@@ -640,12 +513,10 @@ static real longest_phase_real(const flight_chain_real *chain)
 static flight_phase_end_real flight_find_end_real(flight_chain_real *chain)
 {
     const real until = longest_phase_real(chain);
-    flight_phase_end_real end = {chain->first, FLIGHT_END_LIMIT_real, chain->limit};
-    if (chain->side != 0 && zero_of_pair_real(chain, VELOCITY_real, until, &end.at)) {
-        end.kind = END_VELOCITY_real;
-    } else {
-        end.at = look_real(chain, until);
-    }
+    const hopform_actuator_at_real *x = &chain->first.actuator;
+    const real rest = chain->side == 0 ? HOPFORM_NEVER_real : zero_of_pair_real(&chain->poles, x->v1_t, x->acc1_t);
+    flight_phase_end_real end = {look_real(chain, rest < until ? rest : until),
+                                 rest <= until ? END_VELOCITY_real : FLIGHT_END_LIMIT_real, chain->limit};
     if (chain->side != 0) {
         watch_stop_real(chain, &end);
         watch_pull_real(chain, &end);
@@ -694,11 +565,11 @@ static real acceleration_of_real(const flight_chain_real *chain, int side)
 static void choose_limit_real(flight_chain_real *chain)
 {
     const real pull = chain->gains.Kp * chain->actuator.x1 + chain->gains.Kd * chain->actuator.v1;
-    chain->limit = pull > chain->largest ? 1 : (pull < -chain->largest ? -1 : 0);
+    chain->limit = (int)hopform_goes_real(pull, chain->largest);
     if (chain->limit == 0 && !(fabs_real(pull) < chain->largest) && chain->side != 0) {
         const real rate =
             chain->gains.Kp * chain->actuator.v1 + chain->gains.Kd * acceleration_of_real(chain, chain->side);
-        chain->limit = rate * pull > 0.0 ? flight_sign_of_real(pull) : 0;
+        chain->limit = rate * pull > 0.0 ? (int)hopform_goes_real(pull, 0.0) : 0;
     }
 }
 
@@ -708,7 +579,7 @@ static void flight_settle_real(flight_chain_real *chain)
 {
     const real f1 = chain->robot->f1;
     const real free = acceleration_of_real(chain, 0);
-    const int side = free > f1 ? 1 : (free < -f1 ? -1 : 0);
+    const int side = (int)hopform_goes_real(free, f1);
     chain->side = flight_blocked_real(chain->robot, chain->actuator.x1, side) ? 0 : side;
     chain->actuator.acc1 = chain->side == 0 ? 0.0 : acceleration_of_real(chain, chain->side);
 }
@@ -730,7 +601,7 @@ static void rest_real(flight_chain_real *chain, flight_end_kind_real kind)
     }
     flight_settle_real(chain);
     if (!(robot->f1 > 0.0)) {
-        const int side = flight_sign_of_real(acceleration);
+        const int side = (int)hopform_goes_real(acceleration, 0.0);
         chain->side = flight_blocked_real(robot, chain->actuator.x1, side) ? 0 : side;
         chain->actuator.acc1 = chain->side == 0 ? 0.0 : acceleration;
     }
@@ -746,7 +617,6 @@ static void place_body_real(flight_chain_real *chain)
     chain->ballistic.v2 = chain->v2 - g * chain->t;
     chain->ballistic.foot = (chain->x1 - chain->actuator.x1) + (chain->v2 - 0.5 * g * chain->t) * chain->t - chain->y;
     chain->poles = poles_in_flight_real(&chain->rates, chain->limit);
-    chain->fastest = chain->side == 0 ? 0.0 : chain->poles.p + sqrt_real(chain->poles.q);
     chain->first = look_real(chain, 0.0);
 }
 
@@ -754,7 +624,7 @@ static void place_body_real(flight_chain_real *chain)
 static void flight_begin_real(flight_chain_real *chain)
 {
     const hopform_robot_real *robot = chain->robot;
-    chain->side = flight_sign_of_real(chain->actuator.v1);
+    chain->side = (int)hopform_goes_real(chain->actuator.v1, 0.0);
     if (chain->side != 0 && flight_blocked_real(robot, chain->actuator.x1, chain->side)) {
         chain->start_loss = -0.5 * robot->m_eff * chain->actuator.v1 * chain->actuator.v1;
         chain->actuator.v1 = 0.0;

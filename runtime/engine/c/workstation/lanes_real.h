@@ -673,7 +673,8 @@ LANES_CODE static void find_roots(lanes *restrict w, search *restrict find)
             const event_function_real g = one_function(&find->function, l);
             const propagator_real at = propagator_of_real(&poles, find->t[l], &basis);
             const jet_real jet = jet_at_real(&poles, &g, &at);
-            const root_step_real step = step_between_real(&poles, &jet, find->t[l], find->low[l], find->high[l]);
+            const root_step_real step =
+                step_between_real(&poles, &jet, fourth_of_real(&poles, &jet), find->t[l], find->low[l], find->high[l]);
             const real going = find->going[l];
             const real arrives = going * flag(step.arrives);
             keep_basis(&w->end, l, arrives > 0.0, &basis);
