@@ -7,7 +7,7 @@
 #define HOPFORM_FACTS_H
 
 /* Text that this library and a package generated with it have in common. */
-#define HOPFORM_SOURCE "33e929ebd08a5ecf"
+#define HOPFORM_SOURCE "e3b9f97fefcc63df"
 
 /* Routh's conditions that a robot may violate, X(what must not be negative), in its rates; none for the paper's hopper.
  * */
