@@ -4,6 +4,7 @@ The source of the site is the checkout itself, so that a link between two files 
 """
 
 import re
+import runpy
 import subprocess
 import sys
 import tempfile
@@ -31,6 +32,7 @@ include_patterns = [
 exclude_patterns = [".*", "build", "dist", "runtime", "tests", "derive", "templates", "tools", "generated/packages"]
 suppress_warnings = ["myst.header"]  # a heading may skip a level
 highlight_language = "text"
+smartquotes = False  # a prime is a derivative
 
 myst_enable_extensions = ["dollarmath"]
 myst_fence_as_directive = ["math"]
@@ -54,7 +56,10 @@ NAVIGATION = {
         "docs/site/python", "docs/site/c", "generated/c/README", "docs/site/help", "generated/JSON",
         "docs/reference/*", "generated/EQUATIONS",
     ],
-    "Explanation": ["docs/explanation/*"],
+    "Explanation": [
+        *(f"docs/explanation/{page}" for page in ("derivation", "poles", "events", "certificate", "stick-slip")),
+        *(f"docs/explanation/{page}" for page in ("controller", "energy", "sensitivities", "*")),
+    ],
     "Evidence": ["docs/evidence/*"],
     "Develop": ["CONTRIBUTING", "CHANGELOG", "SECURITY", "docs/README"],
 }  # fmt: skip
@@ -65,7 +70,7 @@ def navigation() -> str:
     listed = set[str]()
     parts: list[str] = []
     for caption, pages in NAVIGATION.items():
-        found = [name for page in pages for name in names(page) if name not in listed]
+        found = [name for name in dict.fromkeys(n for page in pages for n in names(page)) if name not in listed]
         listed.update(found)
         parts += [f"```{{toctree}}\n:hidden:\n:caption: {caption}\n\n" + "\n".join(found) + "\n```"]
     return "\n\n".join(parts)
@@ -107,6 +112,12 @@ def notebook(text: str) -> str:
     return str(body).replace("](output_", "](../../out/notebook/output_")
 
 
+def with_figures(name: str, text: str) -> str:
+    """A page with the figures that it marks, which docs/explanation/figures.py has drawn."""
+    up = "../" * name.count("/")
+    return re.sub(r"<!-- figure (\w+) -->\n", rf"![Figure: \1]({up}out/explanation/\1.svg)\n\n", text)
+
+
 def on_read(app: Any, name: str, source: list[str]) -> None:
     """Pages as MyST reads them: headings' own anchors become targets; what is generated goes where it is asked for."""
     if "```{code-cell}" in source[0]:
@@ -115,6 +126,7 @@ def on_read(app: Any, name: str, source: list[str]) -> None:
     for mark, made in (("{{commands}}", commands), ("{{gallery}}", gallery)):
         if mark in text and name.startswith("docs/site/"):
             text = text.replace(mark, made())
+    text = with_figures(name, text)
     source[0] = text + ("\n" + navigation() if name == root_doc else "")
 
 
@@ -146,6 +158,7 @@ def in_block(self: Any, node: nodes.math_block) -> None:
 
 
 def setup(app: Any) -> None:
+    runpy.run_path(str(ROOT / "docs" / "explanation" / "figures.py"))["draw"](ROOT / "out" / "explanation")
     app.add_html_math_renderer("mathml", (in_line, None), (in_block, None))
     app.connect("source-read", on_read)
     app.connect("autodoc-process-docstring", on_docstring)
