@@ -16,6 +16,7 @@ from docutils import nodes
 from latex2mathml.converter import convert
 from nbconvert.exporters import MarkdownExporter
 from nbconvert.preprocessors import ExecutePreprocessor
+from traitlets.config import Config
 
 import hopform
 from hopform._cli import COMMANDS
@@ -105,7 +106,8 @@ def notebook(text: str) -> str:
     folder.mkdir(parents=True, exist_ok=True)
     book = jupytext.reads(text, fmt="md:myst")
     with tempfile.TemporaryDirectory() as empty:
-        ExecutePreprocessor(timeout=300).preprocess(book, {"metadata": {"path": empty}})
+        sockets = Config({"KernelManager": {"transport": "ipc", "ip": f"{empty}/kernel"}})  # in place of ports
+        ExecutePreprocessor(timeout=300, config=sockets).preprocess(book, {"metadata": {"path": empty}})
     body, resources = MarkdownExporter().from_notebook_node(book)
     for picture, content in resources["outputs"].items():
         (folder / picture).write_bytes(content)
