@@ -46,6 +46,7 @@ autodoc_typehints_format = "short"
 html_theme = "furo"
 html_title = f"hopform {release}"
 html_extra_path = ["index.html"]
+html_static_path = html_css_files = ["site.css"]
 html_math_renderer = "mathml"
 html_copy_source = html_show_sphinx = html_show_search_summary = False
 
