@@ -280,7 +280,7 @@ def test_it_stands_still_where_motion_is_unwanted_and_plays_at_a_button(page):
 @browser
 @pytest.mark.parametrize("width", [390, 1280])
 def test_nothing_is_wider_than_the_window(page, driver, width):
-    """Of a telephone, where the parameters are folded, and of a desk; legends stay in their pictures."""
+    """Of a telephone, where the parameters are folded, and of a screen; legends stay in their pictures."""
     driver.execute_cdp_cmd(
         "Emulation.setDeviceMetricsOverride", {"width": width, "height": 900, "deviceScaleFactor": 1, "mobile": True}
     )
