@@ -170,9 +170,22 @@ const path = (points, x, y) => {
   }).join("");
 };
 
+// Named curves and where their names stand, line by line between two edges.
+function placed(curves, left, right) {
+  let x = left, y = 13;
+  return curves.map((curve) => {
+    const width = 46 + 6.8 * curve.name.length;
+    if (x > left && x + width - 14 > right) [x, y] = [left, y + 17];
+    x += width;
+    return { ...curve, x: x - width, y };
+  });
+}
+
 // Axes, curves {label, points, class, dashed} and what lies behind them; returns the scales.
 function plot(svg, { from, to, label, curves, tall = 190, behind = () => [], low = [], square = false }) {
-  const wide = Math.max(320, svg.clientWidth || 800), left = 52, right = 12, top = 22, bottom = 34;
+  const wide = Math.max(320, svg.clientWidth || 800), left = 52, right = 12, bottom = 34;
+  const legend = placed(curves.filter((curve) => curve.name), left, wide - right), top = 9 + legend.at(-1).y;
+  tall += top - 22; // each further line of the legend makes the picture taller
   svg.setAttribute("viewBox", `0 0 ${wide} ${tall}`);
   const values = [...low, ...curves.flatMap(({ points }) => points.map(([, b]) => b))].filter(Number.isFinite);
   let [least, most] = values.length ? [Math.min(...values), Math.max(...values)] : [0, 1];
@@ -193,16 +206,14 @@ function plot(svg, { from, to, label, curves, tall = 190, behind = () => [], low
   made.push(element("text", { x: wide - right, y: tall - 3, "text-anchor": "end" }, label));
   curves.forEach(({ points, colour, dashed }) =>
     made.push(element("path", { class: `curve ${colour} ${dashed ? "dashed" : ""}`, d: path(points, x, y) })));
-  let at = left;
-  for (const { name, colour, dashed } of curves.filter((curve) => curve.name)) {
-    made.push(element("path", { class: `curve ${colour} ${dashed ? "dashed" : ""}`, d: `M${at} 9h24` }));
-    made.push(element("text", { x: at + 29, y: 13 }, name));
-    at += 46 + 6.8 * name.length;
+  for (const { x: at, y: line, name, colour, dashed } of legend) {
+    made.push(element("path", { class: `curve ${colour} ${dashed ? "dashed" : ""}`, d: `M${at} ${line - 4}h24` }));
+    made.push(element("text", { x: at + 29, y: line }, name));
   }
   svg.replaceChildren(...made);
   svg.setAttribute("aria-label", `${svg.parentElement.querySelector("figcaption")?.textContent ?? ""}: ${curves
     .filter((curve) => curve.name).map((curve) => curve.name).join(", ")}`);
-  return { x, y };
+  return { x, y, top, bottom: tall - bottom };
 }
 
 const hopAt = (t) => (run.duration ? Math.min(sample(t, t, 1)[0].hop, Math.max(run.hops.length - 1, 0)) : 0);
@@ -248,7 +259,7 @@ function drawPlots() {
   cursors = PLOTS.map((name, n) => {
     const line = element("path", { class: "cursor" });
     id(name).append(line);
-    return { line, x: scales[n].x, from, to };
+    return { line, from, to, ...scales[n] };
   });
 }
 
@@ -305,10 +316,10 @@ function drawScene() {
     element("rect", { class: "plate", x: middle - 20, y: plate - 5, width: 40, height: 5 }),
     element("path", { class: "spring", d: `M${middle - 14} ${plate}V${body}M${middle + 14} ${plate}V${body}` }),
     element("rect", { class: "body", x: middle - 34, y: body - 26, width: 68, height: 26, rx: 4 }),
-    element("text", { x: 8, y: 16 }, `t = ${now.t.toFixed(3)} s   u = ${short(now.u, 3)} A`),
+    element("text", { x: 8, y: 16 }, `t = ${now.t.toFixed(3)} s, u = ${short(now.u, 3)} A`),
   );
-  for (const { line, x: at, from, to } of cursors)
-    line.setAttribute("d", state.time >= from && state.time <= to ? `M${at(state.time)} 20V${156}` : "");
+  for (const { line, x: at, from, to, top, bottom } of cursors)
+    line.setAttribute("d", state.time >= from && state.time <= to ? `M${at(state.time)} ${top}V${bottom}` : "");
 }
 
 // ---- tables ----
@@ -452,6 +463,7 @@ function begin() {
     Object.assign(box.dataset, { name, label: `${name} [${unit}]: ${meaning}` });
     return box;
   }));
+  id("details").open = matchMedia("(min-width: 851px)").matches;
   readUrl();
   document.querySelectorAll(".slider").forEach(slider);
   for (const name of ["mode", "terrain", "window"])

@@ -4,6 +4,7 @@ The source of the site is the checkout itself, so that a link between two files 
 """
 
 import re
+import runpy
 import subprocess
 import sys
 import tempfile
@@ -15,6 +16,7 @@ from docutils import nodes
 from latex2mathml.converter import convert
 from nbconvert.exporters import MarkdownExporter
 from nbconvert.preprocessors import ExecutePreprocessor
+from traitlets.config import Config
 
 import hopform
 from hopform._cli import COMMANDS
@@ -31,6 +33,7 @@ include_patterns = [
 exclude_patterns = [".*", "build", "dist", "runtime", "tests", "derive", "templates", "tools", "generated/packages"]
 suppress_warnings = ["myst.header"]  # a heading may skip a level
 highlight_language = "text"
+smartquotes = False  # a prime is a derivative
 
 myst_enable_extensions = ["dollarmath"]
 myst_fence_as_directive = ["math"]
@@ -43,6 +46,7 @@ autodoc_typehints_format = "short"
 html_theme = "furo"
 html_title = f"hopform {release}"
 html_extra_path = ["index.html"]
+html_static_path = html_css_files = ["site.css"]
 html_math_renderer = "mathml"
 html_copy_source = html_show_sphinx = html_show_search_summary = False
 
@@ -54,7 +58,10 @@ NAVIGATION = {
         "docs/site/python", "docs/site/c", "generated/c/README", "docs/site/help", "generated/JSON",
         "docs/reference/*", "generated/EQUATIONS",
     ],
-    "Explanation": ["docs/explanation/*"],
+    "Explanation": [
+        *(f"docs/explanation/{page}" for page in ("derivation", "poles", "events", "certificate", "stick-slip")),
+        *(f"docs/explanation/{page}" for page in ("controller", "energy", "sensitivities", "*")),
+    ],
     "Evidence": ["docs/evidence/*"],
     "Develop": ["CONTRIBUTING", "CHANGELOG", "SECURITY", "docs/README"],
 }  # fmt: skip
@@ -65,7 +72,7 @@ def navigation() -> str:
     listed = set[str]()
     parts: list[str] = []
     for caption, pages in NAVIGATION.items():
-        found = [name for page in pages for name in names(page) if name not in listed]
+        found = [name for name in dict.fromkeys(n for page in pages for n in names(page)) if name not in listed]
         listed.update(found)
         parts += [f"```{{toctree}}\n:hidden:\n:caption: {caption}\n\n" + "\n".join(found) + "\n```"]
     return "\n\n".join(parts)
@@ -100,11 +107,18 @@ def notebook(text: str) -> str:
     folder.mkdir(parents=True, exist_ok=True)
     book = jupytext.reads(text, fmt="md:myst")
     with tempfile.TemporaryDirectory() as empty:
-        ExecutePreprocessor(timeout=300).preprocess(book, {"metadata": {"path": empty}})
+        sockets = Config({"KernelManager": {"transport": "ipc", "ip": f"{empty}/kernel"}})  # in place of ports
+        ExecutePreprocessor(timeout=300, config=sockets).preprocess(book, {"metadata": {"path": empty}})
     body, resources = MarkdownExporter().from_notebook_node(book)
     for picture, content in resources["outputs"].items():
         (folder / picture).write_bytes(content)
     return str(body).replace("](output_", "](../../out/notebook/output_")
+
+
+def with_figures(name: str, text: str) -> str:
+    """A page with the figures that it marks, which docs/explanation/figures.py has drawn."""
+    up = "../" * name.count("/")
+    return re.sub(r"<!-- figure (\w+) -->\n", rf"![Figure: \1]({up}out/explanation/\1.svg)\n\n", text)
 
 
 def on_read(app: Any, name: str, source: list[str]) -> None:
@@ -115,6 +129,7 @@ def on_read(app: Any, name: str, source: list[str]) -> None:
     for mark, made in (("{{commands}}", commands), ("{{gallery}}", gallery)):
         if mark in text and name.startswith("docs/site/"):
             text = text.replace(mark, made())
+    text = with_figures(name, text)
     source[0] = text + ("\n" + navigation() if name == root_doc else "")
 
 
@@ -146,6 +161,7 @@ def in_block(self: Any, node: nodes.math_block) -> None:
 
 
 def setup(app: Any) -> None:
+    runpy.run_path(str(ROOT / "docs" / "explanation" / "figures.py"))["draw"](ROOT / "out" / "explanation")
     app.add_html_math_renderer("mathml", (in_line, None), (in_block, None))
     app.connect("source-read", on_read)
     app.connect("autodoc-process-docstring", on_docstring)

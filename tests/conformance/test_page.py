@@ -277,6 +277,27 @@ def test_it_stands_still_where_motion_is_unwanted_and_plays_at_a_button(page):
     assert at() == stopped
 
 
+@browser
+@pytest.mark.parametrize("width", [390, 1280])
+def test_nothing_is_wider_than_the_window(page, driver, width):
+    """Of a telephone, where the parameters are folded, and of a screen; legends stay in their pictures."""
+    driver.execute_cdp_cmd(
+        "Emulation.setDeviceMetricsOverride", {"width": width, "height": 900, "deviceScaleFactor": 1, "mobile": True}
+    )
+    try:
+        page(mode="constant", u=2.5)
+        assert driver.execute_script("return document.documentElement.scrollWidth") == width
+        assert driver.find_element("id", "k").is_displayed() == (width > 850)
+        beyond = driver.execute_script(
+            "return [...document.querySelectorAll('svg')].flatMap(svg => [...svg.querySelectorAll('text')].filter(t =>"
+            "t.getBoundingClientRect().right > svg.getBoundingClientRect().right + 1).map(t => t.textContent))"
+        )
+        assert beyond == []
+        assert driver.execute_script("return document.getElementById('time-range').clientWidth") > 150
+    finally:
+        driver.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
+
+
 def test_the_page_has_no_physics_in_its_program():
     """Of the functions of numbers it takes those that scale, round and draw ground."""
     used = set(re.findall(r"Math\.(\w+)", (PAGE / "play.js").read_text("utf-8")))

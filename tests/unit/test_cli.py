@@ -22,6 +22,7 @@ import hopform
 from hopform import _cli as cli
 from hopform import _progress
 from hopform._cli import output, tables
+from tests.conformance.test_selftest import CC
 
 GENERATED = Path(__file__).resolve().parents[2] / "generated"
 DROP = ("stance", "--height", "0.2", "--u", "3")
@@ -204,6 +205,25 @@ def test_the_toml_to_start_from_reads_back(answer, tmp_path, name):
     path = tmp_path / "copy.toml"
     path.write_text(answer("robots", name, "--toml"))
     assert hopform.load_robot(path) == hopform.load_robot(name)
+
+
+@pytest.mark.parametrize("precision", ["float32", "float64"])
+def test_the_struct_for_c_holds_the_numbers_of_the_robot(answer, robot_file, tmp_path, precision):
+    mine = robot_file(m_s="2.7182818284590452", x1_min="-inf", b1="1e-7")
+    suffix = precision.replace("float", "f")
+    program = tmp_path / "robot.c"
+    program.write_text(
+        f'#include <stdio.h>\n#include "hopform/hopform.h"\n{answer("robots", mine, "--c", precision)}'
+        f"int main(void)\n{{\n    const {'float' if suffix == 'f32' else 'double'} *number = &robot.m_eff;\n"
+        "    for (unsigned i = 0; i < sizeof robot / sizeof *number; i++) {\n"
+        '        printf("%.17g\\n", (double)number[i]);\n    }\n    return 0;\n}\n'
+    )
+    include = f"-I{GENERATED / 'c' / 'include'}"
+    subprocess.run([*CC, "-std=c99", "-Werror", "-Wall", "-Wextra", "-Wdouble-promotion", include, program, "-o",
+                    tmp_path / "robot"], check=True)  # fmt: skip
+    printed = subprocess.run([tmp_path / "robot"], capture_output=True, text=True, check=True).stdout
+    dtype = np.dtype(precision).type
+    assert [float(line) for line in printed.split()] == [float(dtype(x)) for x in hopform.load_robot(mine).parameters]
 
 
 def test_the_register_has_every_equation_of_the_paper(answer):
@@ -499,6 +519,7 @@ def test_an_output_that_cannot_be_is_refused_before_anything_is_computed(run, tm
         (("stanc",), "'stance'"),
         (("equations", "99"), "there is no equation '99'; known: (1) to (27)"),
         (("robots", "--json", "--toml"), "exclude each other"),
+        (("robots", "--toml", "--c", "float32"), "exclude each other"),
         (("robots", "hoper_b"), "'hopper_b'"),
         (("hop",), "--height"),
         (("hop", "--height", "0.2", "--hops", "0"), "--hops"),

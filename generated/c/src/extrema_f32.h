@@ -63,8 +63,8 @@ static inline bool hopform_is_decided_f32(const event_function_f32 *g, const pro
            && fabs_f32(jet->curvature) > 64.0f * HOPFORM_EPS_f32 * of_curvature;
 }
 
-/* Rule 2 of docs/explanation/events.md for the rate of an event function: how often it may vanish between two times
- * that lie less than half a period of the pair apart. */
+/* Rule 2 of docs/explanation/certificate.md for the rate of an event function: how often it may vanish between two
+ * times that lie less than half a period of the pair apart. */
 static inline int hopform_most_turns_f32(const hopform_node_f32 *node, const jet_f32 *from, const jet_f32 *to)
 {
     const float d = from->third + node->pole * from->curvature;

@@ -63,8 +63,8 @@ static inline bool hopform_is_decided_f64(const event_function_f64 *g, const pro
            && fabs_f64(jet->curvature) > 64.0 * HOPFORM_EPS_f64 * of_curvature;
 }
 
-/* Rule 2 of docs/explanation/events.md for the rate of an event function: how often it may vanish between two times
- * that lie less than half a period of the pair apart. */
+/* Rule 2 of docs/explanation/certificate.md for the rate of an event function: how often it may vanish between two
+ * times that lie less than half a period of the pair apart. */
 static inline int hopform_most_turns_f64(const hopform_node_f64 *node, const jet_f64 *from, const jet_f64 *to)
 {
     const double d = from->third + node->pole * from->curvature;

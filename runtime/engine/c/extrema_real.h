@@ -63,8 +63,8 @@ static inline bool hopform_is_decided_real(const event_function_real *g, const p
            && fabs_real(jet->curvature) > 64.0 * HOPFORM_EPS_real * of_curvature;
 }
 
-/* Rule 2 of docs/explanation/events.md for the rate of an event function: how often it may vanish between two times
- * that lie less than half a period of the pair apart. */
+/* Rule 2 of docs/explanation/certificate.md for the rate of an event function: how often it may vanish between two
+ * times that lie less than half a period of the pair apart. */
 static inline int hopform_most_turns_real(const hopform_node_real *node, const jet_real *from, const jet_real *to)
 {
     const real d = from->third + node->pole * from->curvature;

@@ -5,7 +5,7 @@
  * An event function of a phase is g(t) = start + H3 W' + H2 W + H1 W1 with the three poles of the phase, positive right
  * after its start; an event is its first root. The search goes from interval to interval. In each, roots are predicted
  * from the values and derivatives at both ends, located by Householder's method, and certified to be the first by the
- * numbered rules of docs/explanation/events.md:
+ * numbered rules of docs/explanation/certificate.md:
  *
  * Rule 2, sign variations (Budan and Fourier for exponential polynomials): on an interval shorter than half a period of
  * the pair, the number of roots of g is at most V(from) - V(to) + c. V counts the sign changes of (g, g', d), c is 1 if

@@ -4,10 +4,10 @@
  * current, slips or is held. It ends at the first downward crossing of the ground ahead by the foot.
  *
  * Nothing is stepped over. In a phase v_1, the jerk and the rate of the law's pull are motions of the pair of poles
- * alone, whose zeros rule 3 of docs/explanation/events.md has in closed form. A phase in which the actuator slips ends
- * at the latest where v_1 vanishes, within a half turn of the pair, so the jerk and the pull's rate change sign at most
- * once in it. Between its change of sign the pull is monotone; between those of the jerk so is the foot's acceleration,
- * between the roots of that its rate, between the roots of that the foot itself: each root is bracketed.
+ * alone, whose zeros rule 3 of docs/explanation/certificate.md has in closed form. A phase in which the actuator slips
+ * ends at the latest where v_1 vanishes, within a half turn of the pair, so the jerk and the pull's rate change sign at
+ * most once in it. Between its change of sign the pull is monotone; between those of the jerk so is the foot's
+ * acceleration, between the roots of that its rate, between the roots of that the foot itself: each root is bracketed.
  */
 #include "facts.h"
 #include "first_event_real.h"

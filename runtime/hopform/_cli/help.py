@@ -16,7 +16,7 @@ GROUPS = {
     "Uncertainty of a fit": "from_fit draws control.seed reach.seed",
     "Figures": "only recordings format width caption style",
     "Solver": "horizon max_phases backend dtype",
-    "Output": "samples sensitivities json toml csv hops_csv npz plot out report export",
+    "Output": "samples sensitivities json toml c csv hops_csv npz plot out report export",
 }  # fmt: skip
 """Options by group; `command.option` where other commands mean something else by the name."""
 

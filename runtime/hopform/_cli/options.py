@@ -190,6 +190,10 @@ WithSensitivities = Annotated[
     bool, option("--sensitivities", "show what the take-off depends on, which JSON always has")
 ]
 Toml = Annotated[bool, option("--toml", "print a TOML to start from (of hopper_c if no NAME)")]
+RobotInC = Annotated[
+    Precision | None,
+    option("--c", "print a struct for the C library (of hopper_c if no NAME)", metavar="float32|float64"),
+]
 Csv = Annotated[str | None, option("--csv", "write a table over time; - prints it", metavar="FILE|-")]
 Plot = Annotated[Path | None, option("--plot", "draw it: .svg, .pdf or .png", metavar="FILE")]
 Identified = Annotated[Identification, typer.Argument(help="what the files are; check says what they could tell")]

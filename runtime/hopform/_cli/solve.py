@@ -25,18 +25,35 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 
-def robots(name: options.OneRobot = None, json: options.Json = False, toml: options.Toml = False) -> None:
+def robots(
+    name: options.OneRobot = None,
+    json: options.Json = False,
+    toml: options.Toml = False,
+    c: options.RobotInC = None,
+) -> None:
     """Show the shipped robots, or one robot with all its parameters."""
-    if json and toml:
-        raise hopform.HopformError("--json and --toml exclude each other")
-    if toml:
-        print(hopform.load_robot(name or "hopper_c").to_toml(), end="")
+    if json + toml + (c is not None) > 1:
+        raise hopform.HopformError("--json, --toml and --c exclude each other")
+    if toml or c is not None:
+        one = hopform.load_robot(name or "hopper_c")
+        print(one.to_toml() if c is None else in_c(one, c), end="")
         return
     found = [hopform.load_robot(each) for each in ([name] if name else hopform.ROBOTS)]
     if json:
         print(to_json(**tables.robots_record(found)))
     else:
         show(tables.robots(found, with_meaning=name is not None))
+
+
+def in_c(robot: hopform.Robot, precision: options.Precision) -> str:
+    """The struct of a robot as C initialises it; a number has the digits of the robot file."""
+    suffix = "f" if precision is options.Precision.float32 else ""
+    lines = [f"static const hopform_robot_f{precision.value.removeprefix('float')} robot = {{"]
+    for field in robot.fields():
+        value = getattr(robot, field.name)
+        number = f"{value!r}{suffix}" if math.isfinite(value) else "INFINITY" if value > 0.0 else "-INFINITY"
+        lines.append(f"    .{f'{field.name} = {number},':<22} /* [{field.unit}] {field.meaning} */")
+    return "\n".join(["#include <math.h>"] * ("INFINITY" in "".join(lines)) + [*lines, "};"]) + "\n"
 
 
 def equations(number: options.OneEquation = None, json: options.Json = False) -> None:

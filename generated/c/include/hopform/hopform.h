@@ -22,10 +22,11 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#if defined(__FAST_MATH__)
-#error "hopform checks for NaN and infinities, which -ffast-math deletes"
+#if defined(__FAST_MATH__) || defined(_M_FP_FAST)
+#error "hopform checks for NaN and infinities, which -ffast-math and /fp:fast delete"
 #endif
-#if defined(__FLT_EVAL_METHOD__) && __FLT_EVAL_METHOD__ != 0 && __FLT_EVAL_METHOD__ != 16
+#if (defined(__FLT_EVAL_METHOD__) && __FLT_EVAL_METHOD__ != 0 && __FLT_EVAL_METHOD__ != 16) \
+    || (defined(_M_IX86_FP) && _M_IX86_FP < 2)
 #error "hopform needs each result rounded to its type: FLT_EVAL_METHOD must be 0 (on x86, -msse2 -mfpmath=sse)"
 #endif
 
