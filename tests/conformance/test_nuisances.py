@@ -11,7 +11,8 @@ import pytest
 import hopform
 from hopform._cli import main
 from hopform._identify import Recording, fit_drop_test, fit_force, fit_step_response, parse_recording
-from hopform._identify.drop import drop_problem
+from hopform._identify.drop import ATTACHED, GROUND
+from hopform._identify.kinds import problem_of
 from hopform._identify.synthetic import record, to_csv
 from tests.conformance import nuisances
 from tests.conformance.nuisances import RANGES, measured
@@ -104,7 +105,7 @@ def test_the_response_to_friction_at_rest_is_that_of_the_motion(rig):
     zero = np.zeros(1500)
     at, high, low = (simulate(replace(rig, stribeck=each, speed=0.1), zero, 500.0) for each in (0.0, 0.01, -0.01))
     text = "\n".join(["time_s,x2_m", *(f"{n / 500.0!r},{x!r}" for n, x in enumerate(at.tolist()))])
-    problem = drop_problem([parse_recording(text, "still.csv")], "attached" if rig is BODY else "ground", {"m_s": 3.0})
+    problem = problem_of({ATTACHED if rig is BODY else GROUND: parse_recording(text, "still.csv")}, {"m_s": 3.0})
     own = problem.experiments[0]
     truth = {"k": 1200.0, "b2": 5.0, "f2": 0.6, "length": 0.4, "impact_loss": 0.05, "rest@0": 0.0}
     fit = fit_drop_test(
@@ -197,7 +198,7 @@ def test_outliers_that_explain_a_misfit_are_named_with_the_loss_that_withstands_
 
 
 def test_a_nuisance_that_the_recordings_cannot_have_is_refused():
-    with pytest.raises(hopform.HopformError, match="nuisances must be of delay, gain, clock, lag, got 'drift'"):
+    with pytest.raises(hopform.HopformError, match="nuisances must be one of delay, gain, clock, lag, got 'drift'"):
         fit_drop_test(record(HOPPER, "drop", seed=1), nuisances=["drift"])
     with pytest.raises(hopform.HopformError, match="delay is none of these recordings"):
         fit_drop_test(record(HOPPER, "drop", seed=1), known={"m_s": 3.0}, nuisances=["delay"])

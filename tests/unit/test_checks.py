@@ -110,3 +110,22 @@ def test_fits_are_not_changed_by_a_check():
     check({"drop": [drop], "step": [step]}, {"m_s": 3.0})
     assert fit_drop_test(drop, known={"m_s": 3.0}, compare=False, holdout=False).values == before
     assert fit_step_response(step, known={"m_eff": 25.0}, compare=False)["k"].low < 1200.0
+
+
+def test_a_fit_reads_files_as_it_takes_recordings(tmp_path):
+    files = [tmp_path / f"{n}.csv" for n in range(2)]
+    for n, file in enumerate(files):
+        file.write_text(to_csv(record(HOPPER, "decay", height=0.04, seed=n)))
+    how = {"attached": True, "known": {"m_s": 3.0}, "compare": False, "holdout": False, "diagnose": False}
+    read = fit_drop_test([hopform.read_recording(file) for file in files], **how)
+    assert fit_drop_test([str(files[0]), files[1]], **how).values == read.values
+    with pytest.raises(hopform.HopformError, match=r"recordings\[1\] must be a Recording.*, or a file of one, got 3"):
+        fit_drop_test([files[0], 3], **how)
+
+
+@pytest.mark.parametrize(("wrong", "name"), [(["air", "--export", "foo"], "--export"), (["fall"], "kind")])
+def test_a_wrong_word_is_answered_with_those_that_there_are(wrong, name, capsys):
+    assert main(["identify", wrong[0], "x.csv", *wrong[1:]]) == 2
+    words = {"--export": "'mjcf', 'urdf', 'isaac'", "kind": "'drop', 'free', 'decay', 'step', 'air', 'ramp', 'all', "}
+    message = capsys.readouterr().err
+    assert message.startswith(f"hopform: Invalid value for '{name}': '{wrong[-1]}' is not one of {words[name]}")

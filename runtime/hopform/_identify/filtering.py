@@ -13,8 +13,8 @@ from hopform._identify import recordings as of_recordings
 from hopform._identify.motion import Array
 from hopform._identify.recordings import Recording
 
-CUTOFFS = (4.0, 8.0, 16.0, 32.0)
-"""[Hz] of filters whose linear least squares are starts of the fit in position."""
+CUTOFFS = (8.0, 16.0, 4.0, 32.0)
+"""[Hz] of filters whose linear least squares are starts of the fit in position, the most trusted first."""
 
 
 def low_passed(rows: Array, cutoff: float, rate: float, derivative: int = 0) -> Array:

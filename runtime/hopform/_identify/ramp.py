@@ -25,10 +25,12 @@ from hopform._checks import finite, flag
 from hopform._errors import HopformError
 from hopform._identify import recordings as of_recordings
 from hopform._identify.estimation import LEVEL, scipy_optimize, student
-from hopform._identify.fits import as_several, checked_loss
+from hopform._identify.kinds import Group, Kind, Recordings, read_some
 from hopform._identify.motion import Array
+from hopform._identify.recipe import checked
 from hopform._identify.recordings import Recording, units_of
-from hopform._identify.rigs import UNITS
+from hopform._identify.rigs import UNITS, Experiment
+from hopform._identify.search import Problem
 from hopform._identify.units import HOPPER, Units
 from hopform._show import Arrays, Card, Curve, Shown, span
 
@@ -97,7 +99,7 @@ class Threshold(Shown):
 
 
 def friction_threshold(
-    recordings: Sequence[Recording] | Recording,
+    recordings: Recordings,
     *,
     spring: bool = False,
     m_eff: float | None = None,
@@ -113,7 +115,7 @@ def friction_threshold(
     taken off. loss: as in `Options`; a robust one leaves single samples out that are far off their neighbours. One
     recording may hold several ramps from 0. Raises HopformError where no motion begins, or before the ramp does.
     """
-    several = as_several(recordings)
+    several = read_some(recordings)
     given = {"m_eff": m_eff, "gamma2": gamma2, "k": k}
     numbers = {name: finite(name, value, UNITS[name]) for name, value in given.items() if value is not None}
     units = units_of(several, "x1", driven=True)
@@ -124,7 +126,7 @@ def friction_threshold(
                 f"{number!r}"
             )
     attached = flag("spring", spring) or k is not None
-    robust = checked_loss({"loss": loss}) != "linear"
+    robust = checked({"loss": loss}).loss != "linear"
     rises = tuple(rise for each in several for rise in _onsets(each, attached, robust))
     onsets = tuple(rise.onset for rise in rises)
     carried = k / gamma2 if k is not None and gamma2 is not None else 0.0
@@ -139,6 +141,34 @@ def friction_threshold(
     notes = tuple(f"{each.source}: {note}" for each in several for note in each.notes)
     low, high = max(u - spread, 0.0), u + spread
     return Threshold(u, low, high, load, u * per, low * per, high * per, onsets, statements, notes, rises, units)
+
+
+class _Ramp(Kind):
+    """A ramp beside other recordings: its threshold is one more measurement [A]."""
+
+    def check(self, group: Group, scaled: bool) -> Group:
+        """As it is: others have the scale."""
+        return group
+
+    def segment(self, group: Group, first: int) -> Group:
+        """As it is: the onsets of motion are found with their threshold."""
+        return group
+
+    def start(self, group: Group) -> list[list[dict[str, float]]]:
+        """Nowhere: its parameters are those of other recordings."""
+        return []
+
+    def posed(self, group: Group, first: int, backend: str | None) -> Problem:
+        """A problem of one measurement, in the air."""
+        found = friction_threshold(group.recordings, loss=group.loss)
+        sigma, one = max((found.high - found.low) / (2.0 * 1.96), 1e-9), np.zeros(1)
+        names = {letter: letter for letter in self.letters}
+        measured = Experiment("threshold of friction", self.rig, one, one + found.u, names, {}, noise=sigma)
+        said = tuple(each for each in found.statements if each.startswith("one direction"))
+        return Problem("ramp", "x1", (measured,), (), (), group.known, said, found.warnings, units=group.units)
+
+
+RAMP = _Ramp("ramp", "threshold", "x1", ("m_eff", "f1", "gamma2"))
 
 
 def _both(onsets: Sequence[Onset], carried: float) -> tuple[float, float, float, tuple[str, ...]]:
