@@ -13,11 +13,12 @@ from hopform._cli import main
 from hopform._identify import Recording, fit_drop_test, fit_force, fit_step_response, parse_recording
 from hopform._identify.drop import ATTACHED, GROUND
 from hopform._identify.kinds import problem_of
+from hopform._identify.recordings import Column
 from hopform._identify.synthetic import record, to_csv
 from tests.conformance import nuisances
 from tests.conformance.nuisances import RANGES, measured
 from tests.fits import ALONE
-from tests.oracle.recordings import Rig, simulate
+from tests.oracle.recordings import Rig, leg, simulate
 
 HOPPER = hopform.load_robot("hopper_c")
 PULSES = np.concatenate([np.zeros(100), np.repeat([3.0, -3.0, 1.5, -1.5], 225)])
@@ -116,6 +117,26 @@ def test_the_response_to_friction_at_rest_is_that_of_the_motion(rig):
     found = own.response_to_stribeck(values, (0.1 / fastest,))[:, 0]
     expected = (high - low)[-own.time.size :] / 0.02
     assert np.abs(found - expected).max() < 0.03 * np.abs(expected).max()
+
+
+def over_an_actuator(level: float) -> Recording:
+    """A drop over a free actuator whose friction is higher at rest, x1 and x2 at 400 Hz, by steps of 10 us."""
+    u = np.repeat([2.1, -1.0, 3.0, -2.0, 1.0], 160)
+    x = leg(HOPPER, u, 400.0, level, 0.02) + 2e-5 * np.random.default_rng(1).standard_normal((u.size, 2))
+    columns = {f"x{n}": Column(f"x{n}_m", "length", n + 1, x[:, n - 1]) for n in (1, 2)}
+    return Recording("leg.csv", np.arange(u.size) / 400.0, {**columns, "current": Column("current_A", "current", 4, u)})
+
+
+@pytest.mark.parametrize("level", [0.0, 0.5])
+def test_a_free_actuator_whose_friction_is_higher_at_rest_is_named(level):
+    """Its x1 shows where the fit starts though it hits its stops; without that, it ends at three times the masses."""
+    known = {"m_s": 3.0, "x1_min": 0.0, "x1_max": 0.08}
+    fit = fit_drop_test(over_an_actuator(level), free=True, known=known, compare=False, holdout=False)
+    assert fit["m_eff"].value == pytest.approx(25.0, rel=0.03)
+    assert [each.name for each in fit.diagnoses[:1]] == (["Stribeck"] if level else [])
+    if level:
+        assert 0.3 < fit.diagnoses[0].values["level"] < 1.0
+        assert fit.diagnoses[0].after < 0.5 * fit.diagnoses[0].before
 
 
 AXIS = Rig(95.0, 0.0, 200.0, 0.2, gamma=35.0)

@@ -284,6 +284,10 @@ def _first_stance(time: Array, x: Array, g: float) -> Oscillation:
     return Oscillation(length - g / square, math.sqrt(square), 0.1 * math.sqrt(square), 0.3)
 
 
+_REFINED = 3
+"""Times that the length is refined: the body is seen to leave its parabola long after it does."""
+
+
 def _seen_stances(cut: Cut, x1: Array, g: float) -> Oscillation:
     """The same of a leg whose x1 is recorded: L0 is where the body leaves its parabola, the rest by least squares on
     (4) with all stances.
@@ -298,12 +302,16 @@ def _seen_stances(cut: Cut, x1: Array, g: float) -> Oscillation:
     off = np.abs(of_recordings.calm(x) - start - v * time + 0.5 * g * time**2)[early:] > 8.0 * noise + 0.01 * depth
     length = float((x - x1)[early + int(off.argmax())])
     step = float(np.median(np.diff(time)))
-    rows = filtered_part(time, x, np.maximum(length - x + x1, 0.0), step, min(CUTOFFS[-1], 0.2 / step))
-    stance = rows.u > 0.1 * float(rows.u.max())
-    sides = np.stack([rows.u, -rows.v, -rows.side], axis=1)[stance]
-    square, viscous, coulomb = np.linalg.lstsq(sides, rows.acceleration[stance] + g * rows.one[stance], rcond=None)[
-        0
-    ].tolist()
+    square = viscous = coulomb = 0.0
+    for _ in range(_REFINED):  # m_s a = k (length - x + x1) - ...: what is missing of the length is a constant
+        rows = filtered_part(time, x, np.maximum(length - x + x1, 0.0), step, min(CUTOFFS[-1], 0.2 / step))
+        stance = rows.u > 0.3 * float(rows.u.max())
+        sides = np.stack([rows.u, -rows.v, -rows.side, rows.one], axis=1)[stance]
+        found = np.linalg.lstsq(sides, rows.acceleration[stance] + g * rows.one[stance], rcond=None)[0]
+        square, viscous, coulomb, missing = found.tolist()
+        if not square > 0.0:
+            break
+        length += min(max(missing / square, -depth), depth)
     if not square > 0.0:
         return _first_stance(time, x - x1, g)
     return Oscillation(length - g / square, math.sqrt(square), max(viscous, 0.0), max(coulomb, 0.0))
@@ -347,7 +355,7 @@ def _driven_starts(
     return [
         _driven_start(cut, guess, known, cutoff)
         for cut, guess in zip(cuts, guesses, strict=True) if cut.x1 is not None
-        for cutoff in CUTOFFS
+        for cutoff in sorted(CUTOFFS, reverse=True)  # hits of a stop are short
     ]  # fmt: skip
 
 
@@ -361,7 +369,7 @@ def _driven_start(cut: Cut, guess: Oscillation, known: Mapping[str, float], cuto
     rows, pressed = (
         filtered_part(cut.time, x1, drive, step, cutoff) for drive in (u, np.maximum(x1 - cut.x + length, 0.0))
     )
-    b, f, gamma, constant, k = moving_rows(rows, [-rows.v, -rows.side, -rows.u, rows.one, -pressed.u])
+    b, f, gamma, constant, k = moving_rows(rows, [-rows.v, -rows.side, -rows.u, rows.one, -pressed.u], robust=True)
     stiffness = known.get("k", guess.omega**2 * (known.get("m_s", 1.0) + cut.recording.added_mass))
     masses = (
         known.get("m_eff"), known["gamma2"] / gamma if "gamma2" in known and gamma else None,

@@ -121,8 +121,20 @@ def _interpolated(t: Array, time: Array, x: Array) -> Array:
     return np.asarray(Akima1DInterpolator(time, x)(np.minimum(t, time[-1])))
 
 
-def moving_rows(rows: Filtered, columns: Sequence[Array]) -> list[float]:
-    """The coefficients of columns that make up the acceleration, by the rows in which something moves."""
+def moving_rows(rows: Filtered, columns: Sequence[Array], *, robust: bool = False) -> list[float]:
+    """The coefficients of columns that make up the acceleration, by the rows in which something moves; robust: by
+    Cauchy's loss, to which hits of a stop are outliers.
+    """
     moving = np.abs(rows.v) > 0.02 * float(np.abs(rows.v).max())
-    found = np.linalg.lstsq(np.stack(columns, axis=1)[moving], rows.acceleration[moving], rcond=None)[0]
+    a, b = np.stack(columns, axis=1)[moving], rows.acceleration[moving]
+    found = np.linalg.lstsq(a, b, rcond=None)[0]
+    if robust and moving.any():
+        from scipy.optimize import least_squares
+
+        spread = max(float(np.median(np.abs(a @ found - b))), 1e-12)
+
+        def missed(p: Array) -> Array:
+            return np.asarray((a @ p - b) / spread)
+
+        found = least_squares(missed, found, loss="cauchy", x_scale="jac").x
     return [float(each) for each in found]

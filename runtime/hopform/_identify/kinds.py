@@ -12,12 +12,13 @@ from pathlib import Path
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hopform._checks import items, mapping, real, shown
 from hopform._errors import HopformError
 from hopform._identify.estimation import Parameter
 from hopform._identify.motion import Array
-from hopform._identify.recordings import Recording, mended, read_recording, units_of
+from hopform._identify.recordings import Recording, independent, mended, read_recording, units_of
 from hopform._identify.rigs import LETTERS, UNITS, Experiment
 from hopform._identify.rigs import Kind as Rig
 from hopform._identify.search import Problem
@@ -48,6 +49,16 @@ class Cut(NamedTuple):
     def mended(self) -> "Cut":
         """The motion without outliers, for the starts."""
         return self._replace(x=mended(self.x), x1=None if self.x1 is None else mended(self.x1))
+
+    def independent(self) -> NDArray[np.bool_]:
+        """Which samples are measurements of their own, of x1 or x2."""
+        return independent(self.x) if self.x1 is None else independent(self.x) | independent(self.x1)
+
+    def rests(self) -> list[str]:
+        """What is left out of a motion that rests within one count of its encoder."""
+        left = self.x.size - int(np.count_nonzero(self.independent()))
+        said = f"{self.label}: {left} of {self.x.size} samples repeat others, at rest within one count of the encoder"
+        return [f"{said}; the fit leaves them out"] if left else []
 
 
 @dataclass(frozen=True)
@@ -132,14 +143,15 @@ class Kind(ABC):
         starts[0] = {name: each.start for name, each in parameters.items()}
         experiments = list[Experiment]()
         for cut, own in zip(group.cuts, names, strict=True):
-            constants = {**group.known, **cut.still}
-            experiments.append(Experiment(cut.label, self.rig, cut.time, cut.x, own, constants, cut.steps,
+            constants, kept = {**group.known, **cut.still}, cut.independent()
+            experiments.append(Experiment(cut.label, self.rig, cut.time[kept], cut.x[kept], own, constants, cut.steps,
                                           cut.recording.added_mass, cut.begin, backend))  # fmt: skip
             if cut.x1 is not None:
-                experiments.append(replace(experiments[-1], label=f"{cut.label}, x1", measured=cut.x1, of="x1"))
+                experiments.append(replace(experiments[-1], label=f"{cut.label}, x1", measured=cut.x1[kept], of="x1"))
         return Problem(
             self.answer, self.position, tuple(experiments), tuple(parameters.values()), tuple(self.further(starts)),
-            {name: value for name, value in group.known.items() if math.isfinite(value)}, group.statements,
+            {name: value for name, value in group.known.items() if math.isfinite(value)},
+            (*group.statements, *(note for cut in group.cuts for note in cut.rests())),
             tuple(f"{each.source}: {note}" for each in group.recordings for note in each.notes),
             parts=self.parts, units=group.units, scale=group.scale,
         )  # fmt: skip
