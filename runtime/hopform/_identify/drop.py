@@ -139,15 +139,17 @@ class _Body(Kind):
 
     def start(self, group: Group) -> list[list[Guess]]:
         """From frequencies, envelopes and added masses; an actuator whose x1 is recorded also from its own motion."""
-        cuts, known = [cut.mended() for cut in group.cuts], group.known
-        oscillations = [_guess(cut, self.rig, known["g"]) for cut in cuts]
-        shared = _shared_starts(known, oscillations, group.masses, self.rig)
-        first = [
-            each | _own_starts(cut, oscillation, known["g"] * (each["m_s"] + cut.recording.added_mass) / each["k"])
-            for each, cut, oscillation in zip(shared, cuts, oscillations, strict=True)
-        ]
-        driven = _driven_starts(cuts, oscillations, known) if self.driven else []
-        return [first, *([each | other for each in first] for other in driven)]
+        cuts, known, tries = [cut.mended() for cut in group.cuts], group.known, list[list[Guess]]()
+        for rounds in (1, _REFINED) if any(cut.x1 is not None for cut in cuts) else (1,):
+            oscillations = [_guess(cut, self.rig, known["g"], rounds) for cut in cuts]
+            shared = _shared_starts(known, oscillations, group.masses, self.rig)
+            first = [
+                each | _own_starts(cut, oscillation, known["g"] * (each["m_s"] + cut.recording.added_mass) / each["k"])
+                for each, cut, oscillation in zip(shared, cuts, oscillations, strict=True)
+            ]
+            driven = _driven_starts(cuts, oscillations, known)
+            tries += [first, *([each | other for each in first] for other in driven)]
+        return tries
 
     def bounded(self, parameter: Parameter, letter: str, cut: Cut, known: Mapping[str, float]) -> Parameter:
         """An actuator begins within its stops."""
@@ -248,7 +250,7 @@ def _check_fall(recording: Recording, line: int, x: Array, g: float) -> None:
         )
 
 
-def _guess(cut: Cut, rig: Rig, g: float) -> Oscillation:
+def _guess(cut: Cut, rig: Rig, g: float, rounds: int) -> Oscillation:
     """Estimates from one motion: a decay by its extrema, a drop by its lowest point and its rest, of the leg where x1
     is known.
     """
@@ -258,7 +260,7 @@ def _guess(cut: Cut, rig: Rig, g: float) -> Oscillation:
     low, top = float(x.min()), float(x.max())
     fall = 0.9 * (top - low)
     if rig == "free":
-        return _first_stance(cut.time, x, g) if cut.x1 is None else _seen_stances(cut, cut.x1, g)
+        return _first_stance(cut.time, x, g) if cut.x1 is None else _seen_stances(cut, cut.x1, g, rounds)
     rest = float(np.median(x[-max(x.size // 10, 5) :]))
     # m_s g (top - low), less a tenth, goes into the spring: k (L0 - low)^2/2, L0 = rest + m_s g/k.
     depth = max(rest - low, 1e-6)
@@ -285,10 +287,11 @@ def _first_stance(time: Array, x: Array, g: float) -> Oscillation:
 
 
 _REFINED = 3
-"""Times that the length is refined: the body is seen to leave its parabola long after it does."""
+"""Rounds in which the length is refined, for a second start: the body is seen to leave its parabola long after it does.
+"""
 
 
-def _seen_stances(cut: Cut, x1: Array, g: float) -> Oscillation:
+def _seen_stances(cut: Cut, x1: Array, g: float, rounds: int) -> Oscillation:
     """The same of a leg whose x1 is recorded: L0 is where the body leaves its parabola, the rest by least squares on
     (4) with all stances.
     """
@@ -303,10 +306,10 @@ def _seen_stances(cut: Cut, x1: Array, g: float) -> Oscillation:
     length = float((x - x1)[early + int(off.argmax())])
     step = float(np.median(np.diff(time)))
     square = viscous = coulomb = 0.0
-    for _ in range(_REFINED):  # m_s a = k (length - x + x1) - ...: what is missing of the length is a constant
+    for n in range(rounds):  # m_s a = k (length - x + x1) - ...: what is missing of the length is a constant
         rows = filtered_part(time, x, np.maximum(length - x + x1, 0.0), step, min(CUTOFFS[-1], 0.2 / step))
-        stance = rows.u > 0.3 * float(rows.u.max())
-        sides = np.stack([rows.u, -rows.v, -rows.side, rows.one], axis=1)[stance]
+        stance = rows.u > (0.3 if n else 0.1) * float(rows.u.max())
+        sides = np.stack([rows.u, -rows.v, -rows.side, rows.one if n else 0.0 * rows.one], axis=1)[stance]
         found = np.linalg.lstsq(sides, rows.acceleration[stance] + g * rows.one[stance], rcond=None)[0]
         square, viscous, coulomb, missing = found.tolist()
         if not square > 0.0:
