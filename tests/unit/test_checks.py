@@ -95,6 +95,28 @@ def test_a_decay_that_is_called_a_drop_is_asked_about(tmp_path, capsys):
     assert "or is it a decay: hopform identify decay?" in capsys.readouterr().err
 
 
+def test_what_was_asked_wrongly_is_answered_with_how_to_ask(tmp_path, capsys):
+    """A kind that the columns do not show; a cause that no recording can have; stops that nobody gave."""
+    names = ("drop", "decay", "step", "free")
+    files = {name: str(tmp_path / f"{name}.csv") for name in names}
+    for name in names:
+        (tmp_path / f"{name}.csv").write_text(to_csv(record(HOPPER, name, height=0.04, seed=1)))
+
+    def answer(*ask):
+        assert main(["identify", *ask]) == 2
+        return capsys.readouterr().err
+
+    assert f"it was taken for a drop: name its kind, as in decay:{files['decay']}" in answer(
+        "check", files["step"], files["decay"]
+    )
+    assert "no current changes in any of them\n" in answer("drop", files["drop"], "--delay")
+    stops = ["--known", "x1_min=0.1", "--known", "x1_max=0.08"]
+    assert "known: x1_min must be <= x1_max, got 0.1 and 0.08 m" in answer("free", files["free"], *stops)
+    made = record(HOPPER, "free", seed=4)
+    (tmp_path / "free.csv").write_text(to_csv(made))
+    assert "does x1 reach a stop, which --known x1_min=" in answer("free", files["free"], "--known", "m_s=3")
+
+
 def test_a_check_has_no_robot_to_write(tmp_path, capsys):
     file = tmp_path / "drop.csv"
     file.write_text(to_csv(record(HOPPER, "drop", seed=1)), "utf-8")

@@ -30,7 +30,6 @@ from hopform._identify.recipe import fit
 from hopform._identify.recordings import Recording, read_recording
 from hopform._identify.simulators import exported
 from hopform._identify.step import fit_force
-from hopform._identify.units import Units
 from hopform._progress import progress_bar
 from hopform._robots import Robot
 from hopform._robots import file_of as robot_file
@@ -87,17 +86,34 @@ def answer_to(wanted: Wanted, progress: Progress | None = None) -> reports.Answe
     if wanted.kind == "ramp":
         given = {name: wanted.known.get(name) for name in ("m_eff", "gamma2", "k")}
         return friction_threshold(recordings, spring=wanted.spring, loss=wanted.loss, **given)
-    if wanted.kind == "check":
-        return check(_by_role(roles, recordings), wanted.known)
-    found = _fitted(wanted, roles, recordings, progress)
+    try:
+        if wanted.kind == "check":
+            return check(_by_role(roles, recordings), wanted.known)
+        found = _fitted(wanted, roles, recordings, progress)
+    except HopformError as error:
+        if wanted.kind not in ("all", "check"):
+            raise
+        raise HopformError(f"{error}{_taken_for(str(error), wanted.files, roles, recordings)}") from None
     off = [trace for trace in found.traces if is_no_fit(trace)]
     if off:
         worst = max(off, key=lambda each: each.tests.rms / float(np.std(each.measured)))
-        raise _no_fit(worst, recordings, said(found.diagnoses, found.shown), found.units)
+        raise _no_fit(worst, recordings, found)
     return found
 
 
-def _no_fit(trace: Trace, recordings: Sequence[Recording], causes: Sequence[str], units: Units) -> HopformError:
+_OTHER = {"drop": "decay", "free": "drop", "step": "air", "ramp": "step"}
+"""What a recording without a kind may be instead of what its columns show."""
+
+
+def _taken_for(error: str, files: Sequence[str], roles: Sequence[str], recordings: Sequence[Recording]) -> str:
+    """The kind that a file was taken for, where none was given and the error is about it."""
+    for name, role, recording in zip(files, roles, recordings, strict=True):
+        if error.startswith(f"{recording.source}, ") and role_and_path(name)[0] is None:
+            return f"; it was taken for a {role}: name its kind, as in {_OTHER[role]}:{name}"
+    return ""
+
+
+def _no_fit(trace: Trace, recordings: Sequence[Recording], fit: Fit) -> HopformError:
     """The error about a fit that explains too little: where it is off most, and what may be wrong."""
     own = max((each for each in recordings if trace.label.startswith(each.source)), key=lambda each: len(each.source))
     left = trace.measured - trace.predicted
@@ -108,7 +124,10 @@ def _no_fit(trace: Trace, recordings: Sequence[Recording], causes: Sequence[str]
     lengths = " and ".join(each.title for each in own.columns.values() if each.quantity in ("length", "angle"))
     asked = [f"is the unit of {lengths} right"]
     asked += [f"are {position.title} and {drives.title} of one run, each in its column"] if drives else []
-    what, unit, least = ("force", units.force, 75) if force else ("motion", units.position, 96)
+    unstopped = {"x1", "x2"} <= own.columns.keys() and not {"x1_min", "x1_max"} & fit.known.keys()
+    asked += ["does x1 reach a stop, which --known x1_min=... or x1_max=... gives"] if unstopped else []
+    causes = said(fit.diagnoses, fit.shown)
+    what, unit, least = ("force", fit.units.force, 75) if force else ("motion", fit.units.position, 96)
     return own.error(
         f"the fit explains {100.0 * share:.3g} % of the {what}, less than {least} % is no fit; it is off most here, by "
         f"{abs(left[at]):.3g} {unit}: {', '.join([*asked, 'is it of this rig?', *causes])}",
@@ -128,7 +147,8 @@ def _fitted(wanted: Wanted, roles: Sequence[str], recordings: Sequence[Recording
     try:
         return fit({KINDS[kind]: recordings}, wanted.known, **how)
     except HopformError as error:
-        raise HopformError(f"{error}{_other_kind(kind, recordings, wanted.known)}") from None
+        of_file = str(error).startswith(tuple(each.source for each in recordings))
+        raise HopformError(f"{error}{_other_kind(kind, recordings, wanted.known) if of_file else ''}") from None
 
 
 def _other_kind(kind: str, recordings: Sequence[Recording], known: Mapping[str, float]) -> str:

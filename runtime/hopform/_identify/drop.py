@@ -125,6 +125,8 @@ class _Body(Kind):
             raise recordings[0].error_of("x2", "is an angle; a drop is of a height in m", 1)
         if self.rig != "attached" and not known["g"] > 0.0:
             raise HopformError(f"known: g must be > 0 m/s^2 for a drop, got {known['g']!r}")
+        if self.driven and known["x1_min"] > known["x1_max"]:
+            raise HopformError(f"known: x1_min must be <= x1_max, got {known['x1_min']!r} and {known['x1_max']!r} m")
         apart = len({each.added_mass for each in recordings}) > 1
         held, statements = ({}, []) if apart else _scale(known, group.units)
         scale = apart or bool({"m_s", "k", "m_eff", "gamma2"} & set(known))
@@ -238,9 +240,12 @@ def _check_fall(recording: Recording, line: int, x: Array, g: float) -> None:
     if count < 5:
         return
     t = recording.time[line : line + count] - recording.time[line]
-    parabola = np.asarray(np.polyfit(t, x[:count], 2), dtype=np.float64)
+    powers = np.vander(t, 3)
+    parabola = np.linalg.lstsq(powers, x[:count], rcond=None)[0]
     found = -2.0 * float(parabola[0])
-    if not g / 3.0 < found < 3.0 * g:
+    error = 2.0 * of_recordings.noise_of(x) * math.sqrt(float(np.linalg.pinv(powers.T @ powers)[0, 0]))
+    margin = 3.0 * error
+    if not g / 3.0 - margin < found < 3.0 * g + margin:
         raise recording.error_of(
             "x2",
             f"falls with {found:.3g} m/s^2, not {g / 3.0:.3g} to {3.0 * g:.3g} as g = {g:.4g}: is its unit right, is "

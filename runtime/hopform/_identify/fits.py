@@ -309,12 +309,8 @@ def _coloured(traces: Sequence[Trace], inflation: float) -> list[str]:
         for trace in traces
         if not trace.tests.white
     ]
-    if coloured:
-        statements += [
-            *coloured,
-            f"intervals are widened by sqrt({inflation:.3g}) for what neighbouring residuals have in common",
-        ]
-    return statements
+    widened = f"intervals are widened by sqrt({inflation:.3g}) for what neighbouring residuals have in common"
+    return [*statements, *coloured, *([widened] if inflation > 1.0 else [])]
 
 
 def _correlations(estimates: Sequence[Estimate], spread: estimation.Spread) -> dict[tuple[str, str], float]:

@@ -429,7 +429,10 @@ def _notes(time: Array, columns: Mapping[str, Column]) -> tuple[str, ...]:
     if float(np.ptp(steps)) > 0.02 * float(np.median(steps)) and not gaps:
         notes.append(f"time stamps are uneven: {steps.min():.3g} to {steps.max():.3g} s apart")
     for column in columns.values():
-        if column.quantity in DRIVES and (stay := saturated(column.values)) is not None:
+        least = max(2.0 * quantum_of(column.values), 3e-5 * float(np.ptp(column.values)))
+        noisy = noise_of(column.values) > least  # so much that a rest shows it
+        may = column.quantity in DRIVES or (column.quantity in _MOST_WAY and noisy)
+        if may and (stay := saturated(column.values)) is not None:
             notes.append(f"{column.title} stays at its limit from sample {stay[0] + 1} to {stay[1] + 1}")
     return tuple(notes)
 
