@@ -5,7 +5,6 @@ names.
 """
 
 import math
-from abc import ABC, abstractmethod
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -87,7 +86,7 @@ Guess = dict[str, float]
 
 
 @dataclass(frozen=True, eq=False)
-class Kind(ABC):
+class Kind:
     """A kind of recording: the rig, which position is fitted, letters that are fitted unless they are known, further
     ones that may be known, values of those that are not given, over how much of a recording a fit is followed at first,
     and then.
@@ -106,17 +105,17 @@ class Kind(ABC):
         """Whether a current moves it."""
         return "gamma2" in self.letters
 
-    @abstractmethod
     def check(self, group: Group, scaled: bool) -> Group:
         """The group with what fixes its scale; HopformError for what cannot be of this kind. scaled: by others."""
+        return group
 
-    @abstractmethod
     def segment(self, group: Group, first: int) -> Group:
         """The group with its motions; the first recording has the number `first` in names of parameters."""
+        return group
 
-    @abstractmethod
     def start(self, group: Group) -> list[list[Guess]]:
         """Where each motion starts, letter by letter: several guesses, the most trusted first."""
+        return [[]]
 
     def bounded(self, parameter: Parameter, letter: str, cut: Cut, known: Mapping[str, float]) -> Parameter:
         """A parameter within what is known of its motion."""

@@ -144,19 +144,7 @@ def friction_threshold(
 
 
 class _Ramp(Kind):
-    """A ramp beside other recordings: its threshold is one more measurement [A]."""
-
-    def check(self, group: Group, scaled: bool) -> Group:
-        """As it is: others have the scale."""
-        return group
-
-    def segment(self, group: Group, first: int) -> Group:
-        """As it is: the onsets of motion are found with their threshold."""
-        return group
-
-    def start(self, group: Group) -> list[list[dict[str, float]]]:
-        """Nowhere: its parameters are those of other recordings."""
-        return []
+    """A ramp beside other recordings: its threshold is one more measurement [A] of their parameters."""
 
     def posed(self, group: Group, first: int, backend: str | None) -> Problem:
         """A problem of one measurement, in the air."""
@@ -353,7 +341,7 @@ def _costs(t: Array, x: Array, spring: bool) -> tuple[Callable[[float], _Best], 
             return float(rest @ rest)
 
         low, high = max(about - _NEAR, lowest), min(about + _NEAR, highest)
-        log = _golden(left, low, high, 0.02 * _NEAR) if math.isfinite(about) else math.nan
+        log = _between(left, low, high, 0.02 * _NEAR) if math.isfinite(about) else math.nan
         inside = min(log - low, high - log) > 0.05 * _NEAR
         about = log if inside else _least(left, lowest, highest, 15, 1e-3)
         return found(begin, math.exp(about), 0.0)
@@ -388,40 +376,29 @@ _NEAR = math.log(3.0)
 
 
 def _least(cost: Callable[[float], float], low: float, high: float, places: int = 31, precision: float = 1e-4) -> float:
-    """Minimiser of a cost, to a share of the range: on a grid, then by golden sections around its best place."""
+    """Minimiser of a cost, to a share of the range: on a grid, then around its best place."""
     grid = np.linspace(low, high, places)
     n = int(np.argmin([cost(float(each)) for each in grid]))
-    return _golden(cost, float(grid[max(n - 1, 0)]), float(grid[min(n + 1, places - 1)]), precision * (high - low))
+    return _between(cost, float(grid[max(n - 1, 0)]), float(grid[min(n + 1, places - 1)]), precision * (high - low))
 
 
-def _golden(cost: Callable[[float], float], a: float, b: float, width: float) -> float:
-    """Minimiser of a cost between a and b, to a width, by golden sections."""
-    golden = 0.5 * (math.sqrt(5.0) - 1.0)
-    left, right = b - golden * (b - a), a + golden * (b - a)
-    at_left, at_right = cost(left), cost(right)
-    while b - a > width:
-        if at_left < at_right:
-            b, right, at_right = right, left, at_left
-            left = b - golden * (b - a)
-            at_left = cost(left)
-        else:
-            a, left, at_left = left, right, at_right
-            right = a + golden * (b - a)
-            at_right = cost(right)
-    return 0.5 * (a + b)
+def _between(cost: Callable[[float], float], a: float, b: float, width: float) -> float:
+    """Minimiser of a cost between a and b, to a width."""
+    return float(scipy_optimize().minimize_scalar(cost, bounds=(a, b), method="bounded", options={"xatol": width}).x)
 
 
 def _reach(cost: Callable[[float], float], at: float, limit: float, end: float, step: float) -> float:
-    """How far the cost stays under a limit towards an end, from outside in steps that double, then halved."""
-    sign, inside, reach = math.copysign(1.0, end - at), 0.0, step
-    most = abs(end - at)
-    while reach < most and cost(at + sign * reach) <= limit:
-        inside, reach = reach, 2.0 * reach
-    outside = min(reach, most)
-    for _ in range(12):
-        middle = 0.5 * (inside + outside)
-        if cost(at + sign * middle) <= limit:
-            inside = middle
-        else:
-            outside = middle
-    return at + sign * outside
+    """How far the cost stays under a limit towards an end: between steps that double."""
+    inside = outside = at
+    while outside != end and cost(outside) <= limit:
+        inside, outside = (
+            outside,
+            at + min(max(2.0 * abs(outside - at), step), abs(end - at)) * math.copysign(1.0, end - at),
+        )
+    if cost(outside) <= limit:
+        return end
+
+    def surplus(place: float) -> float:
+        return cost(place) - limit
+
+    return float(scipy_optimize().brentq(surplus, inside, outside, xtol=1e-3 * step))
