@@ -16,6 +16,7 @@ what it carries where the actuator rests, k x0, which is taken off if k and gamm
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from functools import cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -388,17 +389,15 @@ def _between(cost: Callable[[float], float], a: float, b: float, width: float) -
 
 
 def _reach(cost: Callable[[float], float], at: float, limit: float, end: float, step: float) -> float:
-    """How far the cost stays under a limit towards an end: between steps that double."""
-    inside = outside = at
-    while outside != end and cost(outside) <= limit:
-        inside, outside = (
-            outside,
-            at + min(max(2.0 * abs(outside - at), step), abs(end - at)) * math.copysign(1.0, end - at),
-        )
-    if cost(outside) <= limit:
-        return end
+    """How far the cost stays under a limit towards an end, from where it is least: between steps that double."""
 
+    @cache
     def surplus(place: float) -> float:
-        return cost(place) - limit
+        return cost(place) - limit if place != at else -limit
 
+    sign, inside, reach = math.copysign(1.0, end - at), at, step
+    while surplus(outside := at + sign * min(reach, abs(end - at))) <= 0.0:
+        if reach >= abs(end - at):
+            return end
+        inside, reach = outside, 2.0 * reach
     return float(scipy_optimize().brentq(surplus, inside, outside, xtol=1e-3 * step))
