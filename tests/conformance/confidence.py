@@ -1,7 +1,8 @@
 """How often the 95 % intervals hold the truth: synthetic recordings of random robots, fitted,
 all identifiable parameters pooled.
 
-A drop, a decay and a step response of each robot, of every fourth also a drop with the actuator free.
+A drop, a decay and a step response of each robot, a decay by a coarse encoder, of every fourth also a drop with the
+actuator free.
 
 `python -m tests.conformance.confidence --count 300` prints a line per parameter. Noise 0.2 mm, quantum 1/56000 m, 200
 Hz to 1 kHz.
@@ -22,6 +23,8 @@ from hopform._identify.fits import Fit
 from hopform._identify.step import fit_step_response
 from hopform._identify.synthetic import record
 
+QUIET, COUNT = 2e-5, 2e-4
+"""[m] noise and step of a coarse encoder, whose last digit rests."""
 TRUTH = {"length": "L0", "offset": None}  # the offset is 0, no parameter of a robot
 
 
@@ -96,6 +99,10 @@ def measure(seed: int, robots: int) -> Count:
             "step": lambda r=robot, f=rate, s=own: fit_step_response(
                 record(r, "step", rate=f, duration=2.0, seed=s + 2), known={"m_eff": r.m_eff}, compare=False,
                 holdout=False,
+            ),
+            "counts": lambda r=robot, f=rate, s=own: fit_drop_test(
+                record(r, "decay", rate=f, duration=1.6, height=0.04, noise=QUIET, quantum=COUNT, seed=s + 4),
+                attached=True, known={"m_s": r.m_s}, compare=False, holdout=False,
             ),
         }  # fmt: skip
         if n % 4 == 0:

@@ -15,11 +15,10 @@ from collections import defaultdict
 import numpy as np
 
 import hopform
-from hopform._identify import Fit, Recording, estimation, fit_drop_test, fit_step_response
-from hopform._identify.drop import drop_problem
+from hopform._identify import Fit, Recording, estimation, fit_drop_test, fit_step_response, kinds
+from hopform._identify.joint import KINDS as ALL_KINDS
 from hopform._identify.recordings import Column
 from hopform._identify.search import Problem
-from hopform._identify.step import step_problem
 from tests.conformance.confidence import TRUTH, random_robot
 from tests.oracle.recordings import Rig, simulate
 
@@ -64,9 +63,7 @@ def fitted(robot: hopform.Robot, kind: str, recording: Recording, loss: str) -> 
 
 
 def problem_of(robot: hopform.Robot, kind: str, recording: Recording) -> Problem:
-    if kind == "step":
-        return step_problem([recording], known=known_of(robot, kind))
-    return drop_problem([recording], "attached" if kind == "decay" else "ground", known_of(robot, kind))
+    return kinds.problem_of({ALL_KINDS[kind]: recording}, known_of(robot, kind))
 
 
 def lowest(problem: Problem, fit: Fit, starts: int, rng: np.random.Generator) -> float:

@@ -11,12 +11,14 @@ import pytest
 import hopform
 from hopform._cli import main
 from hopform._identify import Recording, fit_drop_test, fit_force, fit_step_response, parse_recording
-from hopform._identify.drop import drop_problem
+from hopform._identify.drop import ATTACHED, GROUND
+from hopform._identify.kinds import problem_of
+from hopform._identify.recordings import Column
 from hopform._identify.synthetic import record, to_csv
 from tests.conformance import nuisances
 from tests.conformance.nuisances import RANGES, measured
 from tests.fits import ALONE
-from tests.oracle.recordings import Rig, simulate
+from tests.oracle.recordings import Rig, leg, simulate
 
 HOPPER = hopform.load_robot("hopper_c")
 PULSES = np.concatenate([np.zeros(100), np.repeat([3.0, -3.0, 1.5, -1.5], 225)])
@@ -104,7 +106,7 @@ def test_the_response_to_friction_at_rest_is_that_of_the_motion(rig):
     zero = np.zeros(1500)
     at, high, low = (simulate(replace(rig, stribeck=each, speed=0.1), zero, 500.0) for each in (0.0, 0.01, -0.01))
     text = "\n".join(["time_s,x2_m", *(f"{n / 500.0!r},{x!r}" for n, x in enumerate(at.tolist()))])
-    problem = drop_problem([parse_recording(text, "still.csv")], "attached" if rig is BODY else "ground", {"m_s": 3.0})
+    problem = problem_of({ATTACHED if rig is BODY else GROUND: parse_recording(text, "still.csv")}, {"m_s": 3.0})
     own = problem.experiments[0]
     truth = {"k": 1200.0, "b2": 5.0, "f2": 0.6, "length": 0.4, "impact_loss": 0.05, "rest@0": 0.0}
     fit = fit_drop_test(
@@ -115,6 +117,26 @@ def test_the_response_to_friction_at_rest_is_that_of_the_motion(rig):
     found = own.response_to_stribeck(values, (0.1 / fastest,))[:, 0]
     expected = (high - low)[-own.time.size :] / 0.02
     assert np.abs(found - expected).max() < 0.03 * np.abs(expected).max()
+
+
+def over_an_actuator(level: float) -> Recording:
+    """A drop over a free actuator whose friction is higher at rest, x1 and x2 at 400 Hz, by steps of 10 us."""
+    u = np.repeat([2.1, -1.0, 3.0, -2.0, 1.0], 160)
+    x = leg(HOPPER, u, 400.0, level, 0.02) + 2e-5 * np.random.default_rng(1).standard_normal((u.size, 2))
+    columns = {f"x{n}": Column(f"x{n}_m", "length", n + 1, x[:, n - 1]) for n in (1, 2)}
+    return Recording("leg.csv", np.arange(u.size) / 400.0, {**columns, "current": Column("current_A", "current", 4, u)})
+
+
+@pytest.mark.parametrize("level", [0.0, 0.5])
+def test_a_free_actuator_whose_friction_is_higher_at_rest_is_named(level):
+    """Its x1 shows where the fit starts though it hits its stops; without that, it ends at three times the masses."""
+    known = {"m_s": 3.0, "x1_min": 0.0, "x1_max": 0.08}
+    fit = fit_drop_test(over_an_actuator(level), free=True, known=known, compare=False, holdout=False)
+    assert fit["m_eff"].value == pytest.approx(25.0, rel=0.03)
+    assert [each.name for each in fit.diagnoses[:1]] == (["Stribeck"] if level else [])
+    if level:
+        assert 0.3 < fit.diagnoses[0].values["level"] < 1.0
+        assert fit.diagnoses[0].after < 0.5 * fit.diagnoses[0].before
 
 
 AXIS = Rig(95.0, 0.0, 200.0, 0.2, gamma=35.0)
@@ -197,7 +219,7 @@ def test_outliers_that_explain_a_misfit_are_named_with_the_loss_that_withstands_
 
 
 def test_a_nuisance_that_the_recordings_cannot_have_is_refused():
-    with pytest.raises(hopform.HopformError, match="nuisances must be of delay, gain, clock, lag, got 'drift'"):
+    with pytest.raises(hopform.HopformError, match="nuisances must be one of delay, gain, clock, lag, got 'drift'"):
         fit_drop_test(record(HOPPER, "drop", seed=1), nuisances=["drift"])
     with pytest.raises(hopform.HopformError, match="delay is none of these recordings"):
         fit_drop_test(record(HOPPER, "drop", seed=1), known={"m_s": 3.0}, nuisances=["delay"])

@@ -23,11 +23,12 @@ from hopform._identify import (
     fit_robot,
     fit_step_response,
     friction_threshold,
+    kinds,
     search,
 )
-from hopform._identify.drop import drop_problem
+from hopform._identify.drop import ATTACHED, GROUND
 from hopform._identify.recordings import Column, Recording, outliers
-from hopform._identify.step import step_problem
+from hopform._identify.step import HELD
 from hopform._identify.synthetic import record, to_csv
 from tests.fits import ALONE
 from tests.oracle.recordings import Rig, simulate
@@ -122,8 +123,8 @@ def test_a_robust_fit_has_the_intervals_of_a_fit_without_outliers_and_they_hold_
 
 def problem_of(case: str, recording: Recording) -> search.Problem:
     if case == "step":
-        return step_problem([recording], known={"m_eff": 25.0})
-    return drop_problem([recording], "ground" if case == "drop" else "attached", {"m_s": 2.2})
+        return kinds.problem_of({HELD: recording}, {"m_eff": 25.0})
+    return kinds.problem_of({GROUND if case == "drop" else ATTACHED: recording}, {"m_s": 2.2})
 
 
 def minima(problem: search.Problem, found: estimation.Solution) -> Iterator[estimation.Solution]:
@@ -287,7 +288,7 @@ def test_a_fall_with_outliers_about_its_release_is_one():
         values = x + NOISE * rng.standard_normal(x.size)
         values[55 + 10 * np.arange(10) + rng.integers(0, 10, 10)] += SIZE * rng.choice([-1.0, 1.0], 10)
         recording = Recording("drop", np.arange(x.size) / 500.0, {"x2": Column("x2_m", "length", 2, values)})
-        problem = drop_problem([recording], "ground", {"m_s": 2.2})
+        problem = kinds.problem_of({GROUND: recording}, {"m_s": 2.2})
         assert 0.1 <= problem.experiments[0].begin <= 0.15
 
 

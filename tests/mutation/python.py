@@ -70,6 +70,8 @@ NEAREST = {
     "_identify/estimation.py": RECORDED,
     "_identify/filtering.py": RECORDED,
     "_identify/hopping.py": RECORDED,
+    "_identify/kinds.py": RECORDED,
+    "_identify/recipe.py": RECORDED,
     "_identify/recordings.py": RECORDED,
     "_identify/rigs.py": RECORDED,
     "_identify/search.py": RECORDED,

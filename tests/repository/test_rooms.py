@@ -29,7 +29,7 @@ LAYERS = (
     ("_identify.motion", "_identify.units"), ("_identify.recordings",),
     ("_identify.hopping", "_identify.segments", "_identify.filtering", "_identify.sensors"),
     ("_identify.rigs",), ("_identify.estimation",), ("_identify.search",), ("_identify.nuisances", "_identify.repeats"),
-    ("_identify.fits",),
+    ("_identify.fits", "_identify.kinds"), ("_identify.recipe",),
     ("_identify.drop", "_identify.ramp", "_identify.step", "_identify.synthetic"),
     ("_identify.joint", "_identify.simulators"), ("_identify.checks",), ("_identify",),
     ("_studies",), ("_all",),

@@ -8,7 +8,7 @@ from hopform import _batch, _checks, _files, _robots, _stance, terrain
 from hopform._cli import options
 from hopform._control import reach
 from hopform._hopping import run, touchdown
-from hopform._identify import fits, synthetic
+from hopform._identify import kinds, synthetic
 from hopform._solver import c as native
 
 C = Path(__file__).resolve().parents[2] / "generated" / "c"
@@ -67,7 +67,7 @@ LIMITS = {
     "ticks of a sampled law in the longest stance": run.MOST_TICKS,
     "samples that a simulated detector draws": touchdown.MOST_DRAWN,
     "samples of a synthetic recording": synthetic.MOST_SAMPLES,
-    "recordings of a fit": fits.MOST_RECORDINGS,
+    "recordings of a fit": kinds.MOST_RECORDINGS,
     "robots of a sample": _robots.MOST_SAMPLES,
     "bytes of a robot file": _robots.LARGEST_TOML,
     "bytes of any other file that is read": _files.LARGEST,

@@ -95,6 +95,28 @@ def test_a_decay_that_is_called_a_drop_is_asked_about(tmp_path, capsys):
     assert "or is it a decay: hopform identify decay?" in capsys.readouterr().err
 
 
+def test_what_was_asked_wrongly_is_answered_with_how_to_ask(tmp_path, capsys):
+    """A kind that the columns do not show; a cause that no recording can have; stops that nobody gave."""
+    names = ("drop", "decay", "step", "free")
+    files = {name: str(tmp_path / f"{name}.csv") for name in names}
+    for name in names:
+        (tmp_path / f"{name}.csv").write_text(to_csv(record(HOPPER, name, height=0.04, seed=1)))
+
+    def answer(*ask):
+        assert main(["identify", *ask]) == 2
+        return capsys.readouterr().err
+
+    assert f"it was taken for a drop: name its kind, as in decay:{files['decay']}" in answer(
+        "check", files["step"], files["decay"]
+    )
+    assert "no current changes in any of them\n" in answer("drop", files["drop"], "--delay")
+    stops = ["--known", "x1_min=0.1", "--known", "x1_max=0.08"]
+    assert "known: x1_min must be <= x1_max, got 0.1 and 0.08 m" in answer("free", files["free"], *stops)
+    made = record(HOPPER, "free", seed=4)
+    (tmp_path / "free.csv").write_text(to_csv(made))
+    assert "does x1 reach a stop, which --known x1_min=" in answer("free", files["free"], "--known", "m_s=3")
+
+
 def test_a_check_has_no_robot_to_write(tmp_path, capsys):
     file = tmp_path / "drop.csv"
     file.write_text(to_csv(record(HOPPER, "drop", seed=1)), "utf-8")
@@ -110,3 +132,22 @@ def test_fits_are_not_changed_by_a_check():
     check({"drop": [drop], "step": [step]}, {"m_s": 3.0})
     assert fit_drop_test(drop, known={"m_s": 3.0}, compare=False, holdout=False).values == before
     assert fit_step_response(step, known={"m_eff": 25.0}, compare=False)["k"].low < 1200.0
+
+
+def test_a_fit_reads_files_as_it_takes_recordings(tmp_path):
+    files = [tmp_path / f"{n}.csv" for n in range(2)]
+    for n, file in enumerate(files):
+        file.write_text(to_csv(record(HOPPER, "decay", height=0.04, seed=n)))
+    how = {"attached": True, "known": {"m_s": 3.0}, "compare": False, "holdout": False, "diagnose": False}
+    read = fit_drop_test([hopform.read_recording(file) for file in files], **how)
+    assert fit_drop_test([str(files[0]), files[1]], **how).values == read.values
+    with pytest.raises(hopform.HopformError, match=r"recordings\[1\] must be a Recording.*, or a file of one, got 3"):
+        fit_drop_test([files[0], 3], **how)
+
+
+@pytest.mark.parametrize(("wrong", "name"), [(["air", "--export", "foo"], "--export"), (["fall"], "kind")])
+def test_a_wrong_word_is_answered_with_those_that_there_are(wrong, name, capsys):
+    assert main(["identify", wrong[0], "x.csv", *wrong[1:]]) == 2
+    words = {"--export": "'mjcf', 'urdf', 'isaac'", "kind": "'drop', 'free', 'decay', 'step', 'air', 'ramp', 'all', "}
+    message = capsys.readouterr().err
+    assert message.startswith(f"hopform: Invalid value for '{name}': '{wrong[-1]}' is not one of {words[name]}")

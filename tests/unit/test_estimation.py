@@ -10,10 +10,11 @@ import pytest
 from scipy import optimize, signal, stats
 
 import hopform
-from hopform._identify import estimation, fit_drop_test, fit_step_response
+from hopform._identify import estimation, fit_drop_test, fit_step_response, kinds
+from hopform._identify.drop import ATTACHED
 from hopform._identify.estimation import Parameter
 from hopform._identify.filtering import low_passed
-from hopform._identify.fits import finish
+from hopform._identify.recipe import fit as fit_of
 from hopform._identify.search import Problem
 from hopform._identify.synthetic import record
 from tests.fits import ALONE
@@ -169,15 +170,16 @@ def test_directions_that_the_data_do_not_see_are_named():
     assert methods == {"a": "t", "b": "not identifiable", "c": "not identifiable", "d": "not identifiable"}
 
 
-def test_correlations_and_hold_out_are_those_of_the_data():
+def test_correlations_and_hold_out_are_those_of_the_data(monkeypatch):
     """The last third of the measurements is off by 5 mm: the hold-out says so, the fit to all of it does not."""
     experiment = line({"a": 0.3, "b": -0.2}, count=300)
     shifted = experiment.measured + np.where(np.arange(300) >= 200, 0.005, 0.0)
     problem = Problem(
         "step", "x1", (Line(experiment.design, shifted),),
-        tuple(Parameter(name, "m", 0.0, 0.1) for name in experiment.design), (), {}, (), (), (),
+        tuple(Parameter(name, "m", 0.0, 0.1) for name in experiment.design), (), {}, (), (),
     )  # fmt: skip
-    fit = finish(problem, diagnose=False)
+    monkeypatch.setattr(kinds, "start", lambda *_, **__: problem)
+    fit = fit_of({ATTACHED: record(hopform.load_robot("hopper_c"), "decay", seed=1)}, diagnose=False)
     _, covariance, _ = closed_form(Line(experiment.design, shifted))
     expected = covariance[0, 1] / math.sqrt(covariance[0, 0] * covariance[1, 1])
     assert fit.correlations["a", "b"] == pytest.approx(expected, rel=1e-6)

@@ -18,7 +18,8 @@ from hopform._identify import (
     fit_step_response,
     friction_threshold,
 )  # fmt: skip
-from hopform._identify.drop import drop_problem
+from hopform._identify.drop import ATTACHED, GROUND
+from hopform._identify.kinds import problem_of
 from hopform._identify.recordings import Column, Recording, parse_recording
 from hopform._identify.synthetic import record, to_csv
 from tests.conformance import confidence
@@ -243,7 +244,7 @@ def test_several_motions_in_a_recording_are_found_and_fitted_together(test, dura
     """The hand takes the body while it still oscillates, or after it has come to rest."""
     made = record(HOPPER, test, height=0.2 if test == "drop" else 0.04, duration=duration, repeats=3, seed=1)
     attached = test == "decay"
-    problem = drop_problem([made], "attached" if attached else "ground", {"m_s": 3.0})
+    problem = problem_of({ATTACHED if attached else GROUND: made}, {"m_s": 3.0})
     assert [each.label.rpartition(" ")[2] for each in problem.experiments] == ["1", "2", "3"]
     still = 0.2 if test == "drop" else 0.0
     begins = [still + n * (duration + 0.9) for n in range(3)]

@@ -308,3 +308,30 @@ def test_a_column_that_no_fit_uses_needs_no_unit():
     assert list(made.columns) == ["x2"]
     assert made.notes == ("without a unit that is known, so left out: 'load', 'torque_on'",)
     assert not made.has_current()
+
+
+def changed(made, name, of):
+    """A recording with one column changed, read again from its text."""
+    column = made.columns[name]
+    columns = {**made.columns, name: column._replace(values=of(column.values))}
+    return parse_recording(to_csv(dataclasses.replace(made, columns=columns)), "changed.csv")
+
+
+def test_a_position_that_is_cut_off_is_noted_and_one_that_rests_is_not():
+    made = record(HOPPER, "step", seed=1, quantum=0.0)
+    notes = changed(made, "x1", lambda x: np.minimum(x, 0.8 * x.max())).notes
+    assert any(each.startswith("x1_m stays at its limit from sample ") for each in notes)
+    assert not parse_recording(to_csv(record(HOPPER, "step", seed=1, noise=2e-6)), "still.csv").notes
+
+
+def test_a_height_that_counts_downwards_is_asked_about():
+    down = changed(record(HOPPER, "drop", seed=1), "x2", np.negative)
+    with pytest.raises(hopform.HopformError, match=r"column 'x2_m': .* it rises: is it a height, upwards\?"):
+        fit_drop_test(down)
+
+
+def test_a_fall_in_much_noise_is_no_other_gravity():
+    """Its few samples alone show another acceleration; the fit shows what the noise leaves."""
+    made = record(HOPPER, "drop", seed=3, noise=6e-3)
+    fit = fit_drop_test(made, known={"m_s": 3.0}, compare=False, holdout=False, diagnose=False)
+    assert fit["k"].low <= 1200.0 <= fit["k"].high

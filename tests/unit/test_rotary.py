@@ -80,6 +80,23 @@ def test_a_pendulum_in_counts_has_its_inertia_by_its_known_stiffness():
     ]  # fmt: skip
 
 
+def test_a_servo_that_rests_within_one_count_is_measured_there_once():
+    """Its encoder is off by the same in every sample of the rest: 10 servos with noise of a tenth of a count."""
+    count, held, total = 2.0 * math.pi / 4096.0, 0, 0
+    for seed in range(10):
+        rng = np.random.default_rng([9, seed])
+        truth = {"m_s": rng.uniform(0.004, 0.01), "b2": rng.uniform(5e-4, 4e-3), "f2": rng.uniform(0.2, 2.5)}
+        rig = Rig(truth["m_s"], 0.4807, truth["b2"], truth["f2"], rest=rng.uniform(-0.01, 0.01), start=0.3)
+        x = simulate(rig, np.zeros(COUNT), RATE) + 0.1 * count * rng.standard_normal(COUNT)
+        made = recorded("time_s,position_rad", count * np.round(x / count))
+        fit = fit_drop_test(made, attached=True, known={"k": 0.4807}, **ALONE)
+        assert not holds(fit, **truth), seed
+        held += sum(fit[name].low <= value <= fit[name].high for name, value in truth.items())
+        total += len(truth)
+        assert any("rest within one count" in each for each in fit.statements)
+    assert held >= 0.9 * total
+
+
 def test_a_torque_is_a_known_drive():
     fit = fit_step_response(
         recorded("time_s,position_rad,torque_mNm", angles(SPRUNG), 50.0 * DRIVE), **ALONE,
@@ -189,15 +206,16 @@ def test_mujoco_moves_as_the_servo_did(fit, rig):
     model.dof_solref[0] = [-1e5, -2e2] if rig.k else [-1e6, -2e3]
     data, values = mujoco.MjData(model), fit().values
     data.qpos[0], data.qvel[0] = values["x@0"], values.get("v@0", 0.0)
-    trace, seen = fit().traces[0], []
-    drive = DRIVE[-trace.time.size :]
+    time, seen = fit().traces[0].time, []
+    count = round((time[-1] - time[0]) * RATE) + 1
+    drive = DRIVE[-count:]
     for u in drive.tolist():
         seen.append(float(data.qpos[0]))
         if model.nu:
             data.ctrl[0] = u
         for _ in range(round(1.0 / (RATE * model.opt.timestep))):
             mujoco.mj_step(model, data)
-    truth = simulate(rig, DRIVE if rig.gamma else np.zeros(COUNT), RATE)[-trace.time.size :]
+    truth = simulate(rig, DRIVE if rig.gamma else np.zeros(COUNT), RATE)[-count:]
     assert np.abs(np.array(seen) - truth).max() < 0.01 * np.ptp(truth)
 
 

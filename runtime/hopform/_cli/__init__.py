@@ -7,6 +7,7 @@ called.
 
 import ast
 import os
+import re
 import sys
 from collections.abc import Sequence
 from importlib import import_module
@@ -100,7 +101,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except HopformError as error:
         return refuse(str(error))
     except UsageError as error:
-        return refuse(getattr(error, "format_message", error.__str__)())
+        message = getattr(error, "format_message", error.__str__)()
+        return refuse(re.sub(r"^(Invalid value for [^:]+: )Value error, ", r"\1", message))
     except MemoryError:
         return refuse("there is not enough memory for that many numbers")
     except OSError as error:  # of the standard output, mostly: files are checked where they are read and written

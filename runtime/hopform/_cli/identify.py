@@ -20,22 +20,21 @@ from hopform._errors import HopformError
 from hopform._files import Named, name_of, write
 from hopform._identify import synthetic
 from hopform._identify.checks import Check, check
-from hopform._identify.drop import Rig, drop_problem, fit_drop_test
 from hopform._identify.estimation import Progress
 from hopform._identify.fits import Fit, Options, Trace, is_no_fit, missed
-from hopform._identify.joint import LETTERS, fit_robot
+from hopform._identify.joint import KINDS, LETTERS
+from hopform._identify.kinds import problem_of
 from hopform._identify.nuisances import NUISANCES, said
 from hopform._identify.ramp import Threshold, friction_threshold
+from hopform._identify.recipe import fit
 from hopform._identify.recordings import Recording, read_recording
 from hopform._identify.simulators import exported
-from hopform._identify.step import fit_force, fit_step_response
-from hopform._identify.units import Units
+from hopform._identify.step import fit_force
 from hopform._progress import progress_bar
 from hopform._robots import Robot
 from hopform._robots import file_of as robot_file
 from hopform._robots.provenance import Provenance
 
-KINDS = (*synthetic.TESTS, "all", "check")
 _NORMAL = 1.96
 """Standard errors of half a 95 % interval."""
 STAGES = 6
@@ -44,7 +43,7 @@ STAGES = 6
 
 @dataclass(frozen=True)
 class Wanted:
-    """The request. kind: of `KINDS`; force: fit in force; added_mass [kg], one per file or none."""
+    """The request. kind: a test, all or check; force: fit in force; added_mass [kg], one per file or none."""
 
     kind: str
     files: tuple[str, ...]
@@ -87,17 +86,34 @@ def answer_to(wanted: Wanted, progress: Progress | None = None) -> reports.Answe
     if wanted.kind == "ramp":
         given = {name: wanted.known.get(name) for name in ("m_eff", "gamma2", "k")}
         return friction_threshold(recordings, spring=wanted.spring, loss=wanted.loss, **given)
-    if wanted.kind == "check":
-        return check(_by_role(roles, recordings), wanted.known)
-    fit = _fitted(wanted, roles, recordings, progress)
-    off = [trace for trace in fit.traces if is_no_fit(trace)]
+    try:
+        if wanted.kind == "check":
+            return check(_by_role(roles, recordings), wanted.known)
+        found = _fitted(wanted, roles, recordings, progress)
+    except HopformError as error:
+        if wanted.kind not in ("all", "check"):
+            raise
+        raise HopformError(f"{error}{_taken_for(str(error), wanted.files, roles, recordings)}") from None
+    off = [trace for trace in found.traces if is_no_fit(trace)]
     if off:
         worst = max(off, key=lambda each: each.tests.rms / float(np.std(each.measured)))
-        raise _no_fit(worst, recordings, said(fit.diagnoses, fit.shown), fit.units)
-    return fit
+        raise _no_fit(worst, recordings, found)
+    return found
 
 
-def _no_fit(trace: Trace, recordings: Sequence[Recording], causes: Sequence[str], units: Units) -> HopformError:
+_OTHER = {"drop": "decay", "free": "drop", "step": "air", "ramp": "step"}
+"""What a recording without a kind may be instead of what its columns show."""
+
+
+def _taken_for(error: str, files: Sequence[str], roles: Sequence[str], recordings: Sequence[Recording]) -> str:
+    """The kind that a file was taken for, where none was given and the error is about it."""
+    for name, role, recording in zip(files, roles, recordings, strict=True):
+        if error.startswith(f"{recording.source}, ") and role_and_path(name)[0] is None:
+            return f"; it was taken for a {role}: name its kind, as in {_OTHER[role]}:{name}"
+    return ""
+
+
+def _no_fit(trace: Trace, recordings: Sequence[Recording], fit: Fit) -> HopformError:
     """The error about a fit that explains too little: where it is off most, and what may be wrong."""
     own = max((each for each in recordings if trace.label.startswith(each.source)), key=lambda each: len(each.source))
     left = trace.measured - trace.predicted
@@ -108,7 +124,10 @@ def _no_fit(trace: Trace, recordings: Sequence[Recording], causes: Sequence[str]
     lengths = " and ".join(each.title for each in own.columns.values() if each.quantity in ("length", "angle"))
     asked = [f"is the unit of {lengths} right"]
     asked += [f"are {position.title} and {drives.title} of one run, each in its column"] if drives else []
-    what, unit, least = ("force", units.force, 75) if force else ("motion", units.position, 96)
+    unstopped = {"x1", "x2"} <= own.columns.keys() and not {"x1_min", "x1_max"} & fit.known.keys()
+    asked += ["does x1 reach a stop, which --known x1_min=... or x1_max=... gives"] if unstopped else []
+    causes = said(fit.diagnoses, fit.shown)
+    what, unit, least = ("force", fit.units.force, 75) if force else ("motion", fit.units.position, 96)
     return own.error(
         f"the fit explains {100.0 * share:.3g} % of the {what}, less than {least} % is no fit; it is off most here, by "
         f"{abs(left[at]):.3g} {unit}: {', '.join([*asked, 'is it of this rig?', *causes])}",
@@ -122,27 +141,24 @@ def _fitted(wanted: Wanted, roles: Sequence[str], recordings: Sequence[Recording
     kind = wanted.kind
     if wanted.force:
         return fit_force(recordings, known=wanted.known, **how)
-    if kind in ("drop", "free", "decay"):
-        try:
-            return fit_drop_test(recordings, attached=kind == "decay", free=kind == "free", known=wanted.known, **how)
-        except HopformError as error:
-            raise HopformError(f"{error}{_other_kind(kind, recordings, wanted.known)}") from None
-    if kind in ("step", "air"):
-        return fit_step_response(recordings, spring=kind == "step", known=wanted.known, **how)
-    of = _by_role(roles, recordings)
-    return fit_robot(
-        drops=of["drop"], free_drops=of["free"], decays=of["decay"], steps=of["step"], air=of["air"], ramps=of["ramp"],
-        known=wanted.known, **how,
-    )  # fmt: skip
+    if kind == "all":
+        given = _by_role(roles, recordings)
+        return fit({of: given[role] for role, of in KINDS.items()}, wanted.known, **how)
+    try:
+        return fit({KINDS[kind]: recordings}, wanted.known, **how)
+    except HopformError as error:
+        of_file = str(error).startswith(tuple(each.source for each in recordings))
+        raise HopformError(f"{error}{_other_kind(kind, recordings, wanted.known) if of_file else ''}") from None
 
 
 def _other_kind(kind: str, recordings: Sequence[Recording], known: Mapping[str, float]) -> str:
     """A question about the kind, where recordings are none of this kind but could be of the other."""
-    rigs: dict[str, Rig] = {"decay": "attached", "drop": "ground"}
-    other = "decay" if kind == "drop" else "drop"
+    other = {"drop": "decay", "free": "drop", "decay": "drop"}.get(kind)
+    if other is None:
+        return ""
     shared = {name: value for name, value in known.items() if name in ("m_s", "k", "b2", "f2")}
     try:
-        drop_problem(recordings, rigs[other], shared)
+        problem_of({KINDS[other]: recordings}, shared)
     except HopformError:
         return ""
     return f"; or is it a {other}: hopform identify {other}?"
@@ -211,8 +227,8 @@ def files_of(
             raise HopformError("--out needs f1: give --known m_eff=... and --known gamma2=...")
         error = 0.5 * (answer.f1_high - answer.f1_low) / _NORMAL
         ends = (answer.f1_low,), (answer.f1_high,)
-        fit = Provenance(("f1",), (answer.f1,), *ends, ((error**2,),), (), base.name or "another robot", white=True)
-        files.append((out, replace(base, f1=answer.f1, fit=fit).to_toml().encode()))
+        only = Provenance(("f1",), (answer.f1,), *ends, ((error**2,),), (), base.name or "another robot", white=True)
+        files.append((out, replace(base, f1=answer.f1, fit=only).to_toml().encode()))
     elif out and isinstance(answer, Fit):
         _refuse_missed(answer)
         name = out.stem.encode("utf-8", "backslashreplace").decode()

@@ -14,7 +14,9 @@ import numpy as np
 
 from hopform._identify import estimation
 from hopform._identify.estimation import Estimate, Solution
-from hopform._identify.joint import robot_problem
+from hopform._identify.fits import blind
+from hopform._identify.joint import KINDS
+from hopform._identify.kinds import problem_of
 from hopform._identify.motion import Array
 from hopform._identify.recordings import Recording, gaps_of, noise_of, outliers, quantum_of
 from hopform._identify.search import Problem, follow
@@ -59,17 +61,15 @@ def check(
     parameters at which that is asked; if none, where the first start of the search leads. Raises HopformError as
     `fit_robot` does.
     """
-    problem = robot_problem(of, known)
+    problem = problem_of({kind: of.get(role, ()) for role, kind in KINDS.items()}, known)
     telemetry = tuple(_telemetry(each, role) for role, some in of.items() for each in some)
     found, spread = expected(problem, at if at is not None else follow(problem, "linear").values)
-    blind = [each.name for each in found if each.method == "not identifiable"]
-    helps = dict.fromkeys(_HELPS[name.partition("@")[0]] for name in blind if name.partition("@")[0] in _HELPS)
-    statements = [*problem.statements]
-    if blind:
-        statements.append(f"not identifiable from these recordings: {', '.join(blind)}")
-    statements += [f"only combinations of {together} are fixed" for together in spread.combinations]
+    letters = [name.partition("@")[0] for name in spread.weak]
+    helps = dict.fromkeys(_HELPS[letter] for letter in letters if letter in _HELPS)
     warnings = [each for one in telemetry for each in _odd(one)]
-    return Check(telemetry, found, (*statements, *helps), (*problem.warnings, *warnings), problem.units)
+    return Check(
+        telemetry, found, (*problem.statements, *blind(spread), *helps), (*problem.warnings, *warnings), problem.units
+    )
 
 
 _HELPS = {

@@ -10,7 +10,7 @@ that falls along a line is Coulomb's, one that falls exponentially is viscous.
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import Literal, NamedTuple, Unpack
+from typing import NamedTuple, Unpack
 
 import numpy as np
 
@@ -20,55 +20,18 @@ from hopform._identify import recordings as of_recordings
 from hopform._identify import segments
 from hopform._identify.estimation import Parameter
 from hopform._identify.filtering import CUTOFFS, filtered_part, moving_rows
-from hopform._identify.fits import Fit, Options, as_several, checked_known, finish, labelled
+from hopform._identify.fits import Fit, Options
+from hopform._identify.kinds import Cut, Group, Guess, Kind, Recordings
 from hopform._identify.motion import Array
+from hopform._identify.recipe import fit
 from hopform._identify.recordings import Recording
-from hopform._identify.rigs import UNITS, Experiment
-from hopform._identify.search import Problem
+from hopform._identify.rigs import Kind as Rig
 from hopform._identify.units import Units
 
-Rig = Literal["attached", "ground", "free"]
 _BODY = ("m_s", "k", "b2", "f2")
-_LETTERS: dict[Rig, tuple[str, ...]] = {
-    "attached": _BODY,
-    "ground": (*_BODY, "length", "impact_loss"),
-    "free": (*_BODY, "length", "impact_loss", "m_eff", "b1", "f1", "gamma2", "offset"),
-}
-"""Parameters that are fitted unless they are known."""
-_GIVEN: dict[Rig, tuple[str, ...]] = {"attached": ("g",), "ground": ("g",), "free": ("g", "x1_min", "x1_max")}
-"""Further parameters that may be known."""
-_PARTS: dict[Rig, tuple[float, ...]] = {
-    "attached": (0.3, 1.0),
-    "ground": (0.35, 0.65, 1.0),
-    "free": (0.25, 0.45, 0.7, 1.0),
-}
-"""Over how much of a recording a fit is followed at first, and then: each hop multiplies what is wrong about the one
-before.
-"""
-_DEFAULTS: dict[Rig, dict[str, float]] = {
-    "attached": {"g": 0.0},
-    "ground": {"g": 9.81},
-    "free": {"g": 9.81, "x1_min": -math.inf, "x1_max": math.inf},
-}
-
-
+_LEG = (*_BODY, "length", "impact_loss")
 _MOST_RANGE = {"m": 3.0, "rad": 12.0}
 """From end to end: no spring of a hopper is longer, no spring of a joint turns by more."""
-
-
-class Cut(NamedTuple):
-    """One motion out of a recording: times [s] since the release, x2 [m], when the release was; x1 where it is
-    recorded.
-    """
-
-    recording: Recording
-    number: int
-    label: str
-    time: Array
-    x: Array
-    begin: float
-    steps: tuple[tuple[float, float], ...]
-    x1: Array | None
 
 
 class Oscillation(NamedTuple):
@@ -127,7 +90,7 @@ def _extrema(time: Array, values: Array, half: float, least: float) -> list[tupl
 
 
 def fit_drop_test(
-    recordings: Sequence[Recording] | Recording,
+    recordings: Recordings,
     *,
     attached: bool = False,
     free: bool = False,
@@ -149,92 +112,94 @@ def fit_drop_test(
     """
     if all([flag("attached", attached), flag("free", free)]):
         raise HopformError("attached and free exclude each other: a free actuator is one of a leg that drops")
-    rig: Rig = "attached" if attached else "free" if free else "ground"
-    problem = drop_problem(as_several(recordings), rig, known, options.get("backend"))
-    return finish(problem, **options)
+    return fit({ATTACHED if attached else FREE if free else GROUND: recordings}, known, **options)
 
 
-def drop_problem(
-    recordings: Sequence[Recording],
-    rig: Rig = "ground",
-    known: Mapping[str, float] | None = None,
-    backend: str | None = None,
-    first: int = 0,
-) -> Problem:
-    """The least-squares problem of drop tests; first: the number of the first motion in names of parameters (x@0)."""
-    letters, units = _LETTERS[rig], of_recordings.units_of(recordings, "x2", driven=rig == "free")
-    if rig != "attached" and units.position != "m":
-        raise recordings[0].error_of("x2", "is an angle; a drop is of a height in m", 1)
-    values = checked_known(known, (*letters, *_GIVEN[rig]), units)
-    values = _DEFAULTS[rig] | values
-    if rig != "attached" and not values["g"] > 0.0:
-        raise HopformError(f"known: g must be > 0 m/s^2 for a drop, got {values['g']!r}")
-    apart = len({each.added_mass for each in recordings}) > 1
-    absolute = bool({"m_s", "k", "m_eff", "gamma2"} & set(values)) or apart
-    statements = _scale(values, apart, units)
-    cuts = [cut for number, each in enumerate(recordings) for cut in _cuts(each, number + first, rig, values["g"])]
-    if rig == "free":
-        statements += _driven(values, cuts)
-    mended = [_mended(cut) for cut in cuts]
-    guesses = [_guess(cut, rig, values["g"]) for cut in mended]
-    shared = _shared_starts(values, guesses, [cut.recording.added_mass for cut in cuts], rig)
-    experiments, parameters = list[Experiment](), dict[str, Parameter]()
-    for n, (cut, clean, guess) in enumerate(zip(cuts, mended, guesses, strict=True), first):
-        names = _names(letters, values, cut, n, rig, apart)
-        for letter, name in names.items():
-            start = shared[letter][n - first] if letter in shared else _own_start(letter, clean, guess)
-            made = _parameter(letter, name, start, clean.x)
-            if letter in ("x1", "v1"):
-                made = _within(made, clean, values["x1_min"], values["x1_max"])
-            parameters.setdefault(name, made)
-        experiments += _experiments(cut, rig, names, values, backend)
-    coulomb = tuple(name for name in parameters if name[:2] in ("f1", "f2"))
-    notes = tuple(f"{each.source}: {note}" for each in recordings for note in each.notes)
-    finite = {name: value for name, value in values.items() if math.isfinite(value)}
-    return Problem(
-        "drop", "x2", tuple(experiments), labelled(parameters.values(), units),
-        _starts(parameters, rig, _driven_starts(mended, guesses, values) if rig == "free" else []), finite,
-        tuple(statements),
-        notes, coulomb, parts=_PARTS[rig], motions=len(cuts), units=units, scale=absolute,
-    )  # fmt: skip
+class _Body(Kind):
+    """A body on its spring: dropped over a held or a free actuator, or fixed to the spring."""
+
+    def check(self, group: Group, scaled: bool) -> Group:
+        """With what fixes the scale; HopformError for a drop of an angle, or without gravity."""
+        known, recordings = group.known, group.recordings
+        if self.rig != "attached" and group.units.position != "m":
+            raise recordings[0].error_of("x2", "is an angle; a drop is of a height in m", 1)
+        if self.rig != "attached" and not known["g"] > 0.0:
+            raise HopformError(f"known: g must be > 0 m/s^2 for a drop, got {known['g']!r}")
+        if self.driven and known["x1_min"] > known["x1_max"]:
+            raise HopformError(f"known: x1_min must be <= x1_max, got {known['x1_min']!r} and {known['x1_max']!r} m")
+        apart = len({each.added_mass for each in recordings}) > 1
+        held, statements = ({}, []) if apart else _scale(known, group.units)
+        scale = apart or bool({"m_s", "k", "m_eff", "gamma2"} & set(known))
+        return replace(group, known={**known, **held}, statements=tuple(statements), scale=scale)
+
+    def segment(self, group: Group, first: int) -> Group:
+        """With the motions from their releases on, and without what no current of them shows."""
+        numbered = enumerate(group.recordings, first)
+        cuts = [cut for n, each in numbered for cut in _cuts(each, n, self, group.known["g"])]
+        held, statements = _driven(cuts) if self.driven else ({}, [])
+        return replace(group, cuts=cuts, known={**held, **group.known}, statements=(*group.statements, *statements))
+
+    def start(self, group: Group) -> list[list[Guess]]:
+        """From frequencies, envelopes and added masses; an actuator whose x1 is recorded also from its own motion."""
+        cuts, known, tries = [cut.mended() for cut in group.cuts], group.known, list[list[Guess]]()
+        for rounds in (1, _REFINED) if any(cut.x1 is not None for cut in cuts) else (1,):
+            oscillations = [_guess(cut, self.rig, known["g"], rounds) for cut in cuts]
+            shared = _shared_starts(known, oscillations, group.masses, self.rig)
+            first = [
+                each | _own_starts(cut, oscillation, known["g"] * (each["m_s"] + cut.recording.added_mass) / each["k"])
+                for each, cut, oscillation in zip(shared, cuts, oscillations, strict=True)
+            ]
+            driven = _driven_starts(cuts, oscillations, known)
+            tries += [first, *([each | other for each in first] for other in driven)]
+        return tries
+
+    def bounded(self, parameter: Parameter, letter: str, cut: Cut, known: Mapping[str, float]) -> Parameter:
+        """An actuator begins within its stops."""
+        return _within(parameter, cut, known["x1_min"], known["x1_max"]) if letter in ("x1", "v1") else parameter
+
+    def further(self, starts: Sequence[Guess]) -> list[Guess]:
+        """What the data show, then all friction viscous, then most of it Coulomb's; a drop also with other springs.
+
+        A free actuator of which nothing is seen starts from lighter and heavier, less and more damped, pushed either
+        way: of it x2 shows little by itself.
+        """
+        seen = starts[1:]
+        tries = [each for start in seen or starts for each in _traded(start, self.rig)]
+        return _pushed(tries) if self.driven and not seen else tries
 
 
-def _scale(values: dict[str, float], apart: bool, units: Units) -> list[str]:
+def _scale(known: Mapping[str, float], units: Units) -> tuple[Guess, list[str]]:
     """The parameter that sets the scale of all forces; without one, m_s is 1 kg, or 1 kg m^2."""
-    if "m_s" in values or apart:
-        return []
-    if "k" in values:
-        return ["m_s follows from the known k"]
-    forces = {"m_eff", "gamma2"} & set(values)
+    if "m_s" in known:
+        return {}, []
+    if "k" in known:
+        return {}, ["m_s follows from the known k"]
+    forces = {"m_eff", "gamma2"} & set(known)
     if forces:
-        return [f"the scale of all forces is that of the known {' and '.join(sorted(forces))}"]
-    values["m_s"] = 1.0
-    return [
+        return {}, [f"the scale of all forces is that of the known {' and '.join(sorted(forces))}"]
+    return {"m_s": 1.0}, [
         f"motion alone fixes k/m_s and b2/m_s: k and b2 are per {units.of('kg')} of m_s; weigh the body (known m_s), "
         "or record again with a weighed mass added"
     ]
 
 
-def _driven(values: dict[str, float], cuts: Sequence[Cut]) -> list[str]:
-    """Statements about gamma2 and a constant load where the currents of a free actuator do not identify them; they are
-    held then.
-    """
+def _driven(cuts: Sequence[Cut]) -> tuple[Guess, list[str]]:
+    """gamma2 and a constant load where the currents of a free actuator do not identify them: they are held then."""
     levels = np.array([u for cut in cuts for _, u in cut.steps])
     if not levels.any():
-        values.setdefault("gamma2", 1.0)
-        values.setdefault("offset", 0.0)
-        return ["no current flows: gamma2 cannot be identified; record a drop under a constant current too"]
+        return {"gamma2": 1.0, "offset": 0.0}, [
+            "no current flows: gamma2 cannot be identified; record a drop under a constant current too"
+        ]
     if float(np.ptp(levels)) <= 0.02 * float(np.abs(levels).max()):
-        values.setdefault("offset", 0.0)
-        return ["the current is constant: a constant load of the actuator counts as part of gamma2 u"]
-    return []
+        return {"offset": 0.0}, ["the current is constant: a constant load of the actuator counts as part of gamma2 u"]
+    return {}, []
 
 
-def _cuts(recording: Recording, number: int, rig: Rig, g: float) -> list[Cut]:
+def _cuts(recording: Recording, number: int, kind: Kind, g: float) -> list[Cut]:
     """The motions of a recording from their releases on, found to a sample where the actuator is free: until then it
     rests.
     """
-    values = recording.position("x2")
+    values, rig = recording.position("x2"), kind.rig
     unit = recording.units("x2").position
     if rig == "attached" and float(np.ptp(values)) > _MOST_RANGE[unit]:
         worst = int(np.abs(values - np.median(values)).argmax())
@@ -246,7 +211,7 @@ def _cuts(recording: Recording, number: int, rig: Rig, g: float) -> list[Cut]:
         )
     clean = of_recordings.mended(values)
     spans = segments.decays(recording, clean) if rig == "attached" else segments.drops(recording, clean, rig == "free")
-    driven = rig == "free" and recording.has_current()
+    driven = kind.driven and recording.has_current()
     x1 = recording.columns["x1"].values if rig == "free" and "x1" in recording.columns else None
     cuts = list[Cut]()
     step = float(np.median(np.diff(recording.time)))
@@ -260,14 +225,10 @@ def _cuts(recording: Recording, number: int, rig: Rig, g: float) -> list[Cut]:
         begin = float(time[0])
         steps = of_recordings.steps_of(recording, start, end) if driven else ((0.0, 0.0),)
         beside = None if x1 is None else x1[start:end]
+        still = {"x1": 0.0, "v1": 0.0} if rig == "free" and x1 is None else {}
         label = f"{recording.source}{which}"
-        cuts.append(Cut(recording, number, label, time - begin, values[start:end], begin, steps, beside))
+        cuts.append(Cut(recording, number, label, time - begin, values[start:end], begin, steps, beside, still))
     return cuts
-
-
-def _mended(cut: Cut) -> Cut:
-    """A motion without outliers, for the starts."""
-    return cut._replace(x=of_recordings.mended(cut.x), x1=None if cut.x1 is None else of_recordings.mended(cut.x1))
 
 
 def _check_fall(recording: Recording, line: int, x: Array, g: float) -> None:
@@ -279,9 +240,12 @@ def _check_fall(recording: Recording, line: int, x: Array, g: float) -> None:
     if count < 5:
         return
     t = recording.time[line : line + count] - recording.time[line]
-    parabola = np.asarray(np.polyfit(t, x[:count], 2), dtype=np.float64)
+    powers = np.vander(t, 3)
+    parabola = np.linalg.lstsq(powers, x[:count], rcond=None)[0]
     found = -2.0 * float(parabola[0])
-    if not g / 3.0 < found < 3.0 * g:
+    error = 2.0 * of_recordings.noise_of(x) * math.sqrt(float(np.linalg.pinv(powers.T @ powers)[0, 0]))
+    margin = 3.0 * error
+    if not g / 3.0 - margin < found < 3.0 * g + margin:
         raise recording.error_of(
             "x2",
             f"falls with {found:.3g} m/s^2, not {g / 3.0:.3g} to {3.0 * g:.3g} as g = {g:.4g}: is its unit right, is "
@@ -291,34 +255,7 @@ def _check_fall(recording: Recording, line: int, x: Array, g: float) -> None:
         )
 
 
-def _names(
-    letters: Sequence[str], values: Mapping[str, float], cut: Cut, n: int, rig: Rig, apart: bool
-) -> dict[str, str]:
-    """Which parameter each letter of a motion stands for: where it begins is its own, friction under a mass that is
-    added too.
-    """
-    own = {"attached": ("rest", "x", "v"), "ground": ("x", "v"), "free": ("x", "v")}[rig]
-    own += ("x1", "v1") if cut.x1 is not None else ()
-    names = {letter: f"{letter}@{cut.number}" if apart and letter in ("b2", "f2") else letter for letter in letters}
-    return {letter: name for letter, name in names.items() if letter not in values} | {
-        letter: f"{letter}@{n}" for letter in own
-    }
-
-
-def _experiments(
-    cut: Cut, rig: Rig, names: Mapping[str, str], values: Mapping[str, float], backend: str | None
-) -> list[Experiment]:
-    """A motion as what was measured of it: of the body, and of the actuator where that was recorded too."""
-    constants = {**values, "x1": 0.0, "v1": 0.0} if rig == "free" and cut.x1 is None else values
-    body = Experiment(
-        cut.label, rig, cut.time, cut.x, names, constants, cut.steps, cut.recording.added_mass, cut.begin, backend
-    )
-    if cut.x1 is None:
-        return [body]
-    return [body, replace(body, label=f"{cut.label}, x1", measured=cut.x1, of="x1")]
-
-
-def _guess(cut: Cut, rig: Rig, g: float) -> Oscillation:
+def _guess(cut: Cut, rig: Rig, g: float, rounds: int) -> Oscillation:
     """Estimates from one motion: a decay by its extrema, a drop by its lowest point and its rest, of the leg where x1
     is known.
     """
@@ -328,7 +265,7 @@ def _guess(cut: Cut, rig: Rig, g: float) -> Oscillation:
     low, top = float(x.min()), float(x.max())
     fall = 0.9 * (top - low)
     if rig == "free":
-        return _first_stance(cut.time, x, g) if cut.x1 is None else _seen_stances(cut, cut.x1, g)
+        return _first_stance(cut.time, x, g) if cut.x1 is None else _seen_stances(cut, cut.x1, g, rounds)
     rest = float(np.median(x[-max(x.size // 10, 5) :]))
     # m_s g (top - low), less a tenth, goes into the spring: k (L0 - low)^2/2, L0 = rest + m_s g/k.
     depth = max(rest - low, 1e-6)
@@ -354,7 +291,12 @@ def _first_stance(time: Array, x: Array, g: float) -> Oscillation:
     return Oscillation(length - g / square, math.sqrt(square), 0.1 * math.sqrt(square), 0.3)
 
 
-def _seen_stances(cut: Cut, x1: Array, g: float) -> Oscillation:
+_REFINED = 3
+"""Rounds in which the length is refined, for a second start: the body is seen to leave its parabola long after it does.
+"""
+
+
+def _seen_stances(cut: Cut, x1: Array, g: float, rounds: int) -> Oscillation:
     """The same of a leg whose x1 is recorded: L0 is where the body leaves its parabola, the rest by least squares on
     (4) with all stances.
     """
@@ -368,12 +310,16 @@ def _seen_stances(cut: Cut, x1: Array, g: float) -> Oscillation:
     off = np.abs(of_recordings.calm(x) - start - v * time + 0.5 * g * time**2)[early:] > 8.0 * noise + 0.01 * depth
     length = float((x - x1)[early + int(off.argmax())])
     step = float(np.median(np.diff(time)))
-    rows = filtered_part(time, x, np.maximum(length - x + x1, 0.0), step, min(CUTOFFS[-1], 0.2 / step))
-    stance = rows.u > 0.1 * float(rows.u.max())
-    sides = np.stack([rows.u, -rows.v, -rows.side], axis=1)[stance]
-    square, viscous, coulomb = np.linalg.lstsq(sides, rows.acceleration[stance] + g * rows.one[stance], rcond=None)[
-        0
-    ].tolist()
+    square = viscous = coulomb = 0.0
+    for n in range(rounds):  # m_s a = k (length - x + x1) - ...: what is missing of the length is a constant
+        rows = filtered_part(time, x, np.maximum(length - x + x1, 0.0), step, min(CUTOFFS[-1], 0.2 / step))
+        stance = rows.u > (0.3 if n else 0.1) * float(rows.u.max())
+        sides = np.stack([rows.u, -rows.v, -rows.side, rows.one if n else 0.0 * rows.one], axis=1)[stance]
+        found = np.linalg.lstsq(sides, rows.acceleration[stance] + g * rows.one[stance], rcond=None)[0]
+        square, viscous, coulomb, missing = found.tolist()
+        if not square > 0.0:
+            break
+        length += min(max(missing / square, -depth), depth)
     if not square > 0.0:
         return _first_stance(time, x - x1, g)
     return Oscillation(length - g / square, math.sqrt(square), max(viscous, 0.0), max(coulomb, 0.0))
@@ -381,8 +327,8 @@ def _seen_stances(cut: Cut, x1: Array, g: float) -> Oscillation:
 
 def _shared_starts(
     known: Mapping[str, float], guesses: Sequence[Oscillation], added: Sequence[float], rig: Rig
-) -> dict[str, list[float]]:
-    """Where each letter starts, per motion, from frequencies, envelopes and added masses."""
+) -> list[Guess]:
+    """Where the letters of each motion start, from frequencies, envelopes and added masses."""
     square = np.array([guess.omega**2 for guess in guesses])
     extra = np.array(added)
     if "m_s" in known:
@@ -395,21 +341,17 @@ def _shared_starts(
     else:
         mass = 0.2 * known.get("m_eff", 5.0)
     k = known.get("k", float(np.mean(square * (mass + extra))))
-    starts = {
-        "m_s": [mass] * len(guesses),
-        "k": [k] * len(guesses),
-        "b2": [guess.viscous * (mass + m) for guess, m in zip(guesses, added, strict=True)],
-        "f2": [guess.coulomb for guess in guesses],
-    }
+    start = {"m_s": mass, "k": k}
     if rig != "attached":
         sags = [(mass + m) * known["g"] / k for m in added]
-        length = float(np.mean([guess.rest + sag for guess, sag in zip(guesses, sags, strict=True)]))
-        starts |= {"length": [length] * len(guesses), "impact_loss": [0.05] * len(guesses)}
+        start["length"] = float(np.mean([guess.rest + sag for guess, sag in zip(guesses, sags, strict=True)]))
+        start["impact_loss"] = 0.05
     if rig == "free":
         m_eff = known.get("m_eff", 5.0 * mass)
-        actuator = {"m_eff": m_eff, "b1": 5.0 * m_eff, "f1": 0.5, "gamma2": -10.0 * mass, "offset": 0.0}
-        starts |= {letter: [value] * len(guesses) for letter, value in actuator.items()}
-    return starts
+        start |= {"m_eff": m_eff, "b1": 5.0 * m_eff, "f1": 0.5, "gamma2": -10.0 * mass, "offset": 0.0}
+    return [
+        start | {"b2": guess.viscous * (mass + m), "f2": guess.coulomb} for guess, m in zip(guesses, added, strict=True)
+    ]
 
 
 def _driven_starts(
@@ -421,7 +363,7 @@ def _driven_starts(
     return [
         _driven_start(cut, guess, known, cutoff)
         for cut, guess in zip(cuts, guesses, strict=True) if cut.x1 is not None
-        for cutoff in CUTOFFS
+        for cutoff in sorted(CUTOFFS, reverse=True)  # hits of a stop are short
     ]  # fmt: skip
 
 
@@ -435,7 +377,7 @@ def _driven_start(cut: Cut, guess: Oscillation, known: Mapping[str, float], cuto
     rows, pressed = (
         filtered_part(cut.time, x1, drive, step, cutoff) for drive in (u, np.maximum(x1 - cut.x + length, 0.0))
     )
-    b, f, gamma, constant, k = moving_rows(rows, [-rows.v, -rows.side, -rows.u, rows.one, -pressed.u])
+    b, f, gamma, constant, k = moving_rows(rows, [-rows.v, -rows.side, -rows.u, rows.one, -pressed.u], robust=True)
     stiffness = known.get("k", guess.omega**2 * (known.get("m_s", 1.0) + cut.recording.added_mass))
     masses = (
         known.get("m_eff"), known["gamma2"] / gamma if "gamma2" in known and gamma else None,
@@ -448,29 +390,17 @@ def _driven_start(cut: Cut, guess: Oscillation, known: Mapping[str, float], cuto
     }  # fmt: skip
 
 
-def _own_start(letter: str, cut: Cut, guess: Oscillation) -> float:
-    if letter == "rest":
-        return guess.rest
-    x = cut.x1 if letter in ("x1", "v1") and cut.x1 is not None else cut.x
-    count = min(5, x.size)
-    slope, height = np.polyfit(cut.time[:count], x[:count], 1)
-    return float(slope) if letter in ("v", "v1") else float(height)
+def _own_starts(cut: Cut, guess: Oscillation, sag: float) -> Guess:
+    """Where a motion begins: its rest without gravity, place and velocity of the body, and of the actuator."""
+    (v, x), *beside = (_line(cut.time, each) for each in (cut.x, cut.x1) if each is not None)
+    return {"rest": guess.rest + sag, "x": x, "v": v} | {
+        name: at for v1, x1 in beside for name, at in (("x1", x1), ("v1", v1))
+    }
 
 
-_KINDS = {
-    "m_s": "positive", "k": "positive", "m_eff": "positive", "b1": "nonnegative", "f1": "nonnegative",
-    "b2": "nonnegative",
-    "f2": "nonnegative", "impact_loss": "fraction",
-}  # fmt: skip
-
-
-def _parameter(letter: str, name: str, start: float, x: Array) -> Parameter:
-    reach, own = float(np.ptp(x)), letter in ("rest", "x", "v", "x1", "v1")
-    scales = {"v": reach, "v1": reach, "impact_loss": 0.1, "offset": 0.1}
-    scales |= dict.fromkeys(("rest", "x", "x1", "length"), 0.1 * reach)
-    scale = scales.get(letter, max(abs(start), 0.1))
-    kind = _KINDS.get(letter, "real")
-    return Parameter(name, UNITS[letter], start, scale, kind, profiled=letter in ("f1", "f2"), own=own)
+def _line(time: Array, values: Array) -> list[float]:
+    """Slope and height of the first samples."""
+    return [float(each) for each in np.polyfit(time[:5], values[:5], 1)]
 
 
 def _within(start: Parameter, cut: Cut, low: float, high: float) -> Parameter:
@@ -484,15 +414,8 @@ def _within(start: Parameter, cut: Cut, low: float, high: float) -> Parameter:
     return start._replace(start=min(max(start.start, low), high), low=low, high=high)
 
 
-def _starts(
-    parameters: Mapping[str, Parameter], rig: Rig, driven: Sequence[Mapping[str, float]] = ()
-) -> tuple[dict[str, float], ...]:
-    """Starts: what the data show, then all friction viscous, then most of it Coulomb's; a drop also with other springs.
-
-    A free actuator starts from what its own motion shows, if that was recorded; else from lighter and heavier, less and
-    more damped, pushed either way: of it x2 shows little by itself.
-    """
-    first = {name: each.start for name, each in parameters.items()}
+def _traded(first: Guess, rig: Rig) -> list[Guess]:
+    """A start with its friction as it is, with more of it Coulomb's, and of a drop with other springs."""
     coulomb = [name for name in first if name.startswith("f2")]
     viscous = [name for name in first if name.startswith("b2")]
     tries = [first]
@@ -502,13 +425,10 @@ def _starts(
         tries.append(first | less | more)
     if rig != "attached" and "k" in first:
         tries += [first | {"k": factor * first["k"]} for factor in (0.6, 1.6)]
-    if driven:
-        shown = [{name: value for name, value in each.items() if name in first} for each in driven]
-        return tuple(start | each for start in tries for each in shown)
-    return _pushed(tries) if rig == "free" else tuple(tries)
+    return tries
 
 
-def _pushed(tries: list[dict[str, float]]) -> tuple[dict[str, float], ...]:
+def _pushed(tries: list[Guess]) -> list[Guess]:
     """Starts of an actuator of which nothing is seen."""
     first = tries[0]
     changes: dict[str, tuple[float, ...]] = {
@@ -521,4 +441,13 @@ def _pushed(tries: list[dict[str, float]]) -> tuple[dict[str, float], ...]:
             tries = [start | {name: factor * start[name]} for start in tries for factor in factors]
         if name == "m_eff" and "b1" in first and "m_eff" in first:  # b1/m_eff is kept
             tries = [start | {"b1": start["b1"] * start["m_eff"] / first["m_eff"]} for start in tries]
-    return tuple(tries)
+    return tries
+
+
+GROUND = _Body("drop", "ground", "x2", _LEG, ("g",), {"g": 9.81}, (0.35, 0.65, 1.0))
+ATTACHED = _Body("drop", "attached", "x2", _BODY, ("g",), {"g": 0.0}, (0.3, 1.0))
+FREE = _Body(
+    "drop", "free", "x2", (*_LEG, "m_eff", "b1", "f1", "gamma2", "offset"), ("g", "x1_min", "x1_max"),
+    {"g": 9.81, "x1_min": -math.inf, "x1_max": math.inf}, (0.25, 0.45, 0.7, 1.0),
+)  # fmt: skip
+"""Of a leg a fit is followed over more and more: each hop multiplies what is wrong about the one before."""

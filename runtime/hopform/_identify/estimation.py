@@ -88,6 +88,7 @@ class Solution:
 
 
 def scipy_optimize() -> Any:
+    """scipy.optimize; MissingExtra without scipy."""
     try:
         from scipy import optimize
     except ImportError:
@@ -95,22 +96,22 @@ def scipy_optimize() -> Any:
     return optimize
 
 
-def student(level: float, freedom: float) -> float:
-    """The quantile of Student's t."""
+def _scipy_special() -> Any:
     try:
-        from scipy.special import stdtrit
+        from scipy import special
     except ImportError:
         raise MissingExtra("identification", "identify") from None
-    return float(stdtrit(freedom, level))
+    return special
+
+
+def student(level: float, freedom: float) -> float:
+    """The quantile of Student's t."""
+    return float(_scipy_special().stdtrit(freedom, level))
 
 
 def chi_square(level: float, freedom: float) -> float:
     """The quantile of chi square."""
-    try:
-        from scipy.special import chdtri
-    except ImportError:
-        raise MissingExtra("identification", "identify") from None
-    return float(chdtri(freedom, 1.0 - level))
+    return float(_scipy_special().chdtri(freedom, 1.0 - level))
 
 
 _FAR = 14.0

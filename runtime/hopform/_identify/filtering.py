@@ -13,8 +13,8 @@ from hopform._identify import recordings as of_recordings
 from hopform._identify.motion import Array
 from hopform._identify.recordings import Recording
 
-CUTOFFS = (4.0, 8.0, 16.0, 32.0)
-"""[Hz] of filters whose linear least squares are starts of the fit in position."""
+CUTOFFS = (8.0, 16.0, 4.0, 32.0)
+"""[Hz] of filters whose linear least squares are starts of the fit in position, the most trusted first."""
 
 
 def low_passed(rows: Array, cutoff: float, rate: float, derivative: int = 0) -> Array:
@@ -121,8 +121,20 @@ def _interpolated(t: Array, time: Array, x: Array) -> Array:
     return np.asarray(Akima1DInterpolator(time, x)(np.minimum(t, time[-1])))
 
 
-def moving_rows(rows: Filtered, columns: Sequence[Array]) -> list[float]:
-    """The coefficients of columns that make up the acceleration, by the rows in which something moves."""
+def moving_rows(rows: Filtered, columns: Sequence[Array], *, robust: bool = False) -> list[float]:
+    """The coefficients of columns that make up the acceleration, by the rows in which something moves; robust: by
+    Cauchy's loss, to which hits of a stop are outliers.
+    """
     moving = np.abs(rows.v) > 0.02 * float(np.abs(rows.v).max())
-    found = np.linalg.lstsq(np.stack(columns, axis=1)[moving], rows.acceleration[moving], rcond=None)[0]
+    a, b = np.stack(columns, axis=1)[moving], rows.acceleration[moving]
+    found = np.linalg.lstsq(a, b, rcond=None)[0]
+    if robust and moving.any():
+        from scipy.optimize import least_squares
+
+        spread = max(float(np.median(np.abs(a @ found - b))), 1e-12)
+
+        def missed(p: Array) -> Array:
+            return np.asarray((a @ p - b) / spread)
+
+        found = least_squares(missed, found, loss="cauchy", x_scale="jac").x
     return [float(each) for each in found]

@@ -4,24 +4,21 @@ identify.
 
 import dataclasses
 import math
-import time as clock
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
-from typing import NamedTuple, TypedDict, Unpack
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import NamedTuple, TypedDict
 
 import numpy as np
 from numpy.typing import NDArray
 
-from hopform._checks import flag, function, items, mapping, real, shown, word
 from hopform._errors import HopformError
 from hopform._identify import estimation
-from hopform._identify.estimation import Estimate, Parameter, Progress, Solution, Tests
+from hopform._identify.estimation import Estimate, Progress, Solution, Tests
 from hopform._identify.motion import Array
-from hopform._identify.nuisances import NUISANCES, Diagnosis, diagnose, extended, said, with_nuisances
-from hopform._identify.recordings import Recording, noise_of, quantum_of
-from hopform._identify.repeats import Repeat, repeats_of
-from hopform._identify.rigs import UNITS
-from hopform._identify.search import Problem, bulk, least_squares, minimise, part_of, selected
+from hopform._identify.nuisances import Diagnosis, said
+from hopform._identify.recordings import noise_of, quantum_of
+from hopform._identify.repeats import Repeat
+from hopform._identify.search import Problem
 from hopform._identify.units import HOPPER, Units
 from hopform._robots import Robot, load_robot
 from hopform._robots.provenance import Provenance
@@ -29,8 +26,6 @@ from hopform._show import Array as Variable
 from hopform._show import Arrays, Card, Curve, Shown
 
 Model = str
-MOST_RECORDINGS = 10_000
-"""Recordings of a fit at most."""
 TITLES = {
     "drop": "drop test", "step": "step response", "force": "in force", "robot": "all recordings together",
     "ramp": "friction threshold (5) from a ramp",
@@ -207,52 +202,7 @@ def _together(each: Sequence[float], traces: Sequence[Trace]) -> float:
     return math.sqrt(sum(rms**2 * size for rms, size in zip(each, sizes, strict=True) if size) / max(sum(sizes), 1))
 
 
-def as_several(recordings: Sequence[Recording] | Recording) -> tuple[Recording, ...]:
-    """One recording or several, as several; HopformError for none."""
-    several = as_many(recordings, "recordings")
-    if not several:
-        raise HopformError("a fit needs at least one recording, got none")
-    return several
-
-
-def as_many(recordings: Sequence[Recording] | Recording, name: str) -> tuple[Recording, ...]:
-    """One recording, several or none, as several; HopformError for what is no recording."""
-    several = (
-        [recordings] if isinstance(recordings, Recording) else items(name, recordings, "recordings", MOST_RECORDINGS)
-    )
-    for n, each in enumerate(several):
-        if not isinstance(each, Recording):
-            raise HopformError(f"{name}[{n}] must be a Recording, as read_recording gives it, got {shown(each)}")
-    return tuple(several)
-
-
-def finish(problem: Problem, **options: Unpack[Options]) -> Fit:
-    """A fit by the recipe: minimise, intervals, diagnose, compare, report. Before it recordings were read and checked,
-    motions were cut out of them, and parameters have their starts: that is the problem.
-    """
-    began = clock.perf_counter()
-    loss, progress = checked_loss(options), options.get("progress")
-    asked = {name: bool(options.get(name, True)) for name in ("compare", "holdout", "diagnose")}
-    stage: Callable[[str], None] = progress or (lambda _: None)
-
-    stage("fit")
-    best = _minimum(problem, loss, checked_nuisances(options))
-    intervals = estimation.estimates(
-        best.solution, best.problem.experiments, loss=loss, inflation=best.inflation, profiles=not best.hopeless,
-        progress=progress,
-    )  # fmt: skip
-    stage("diagnoses")
-    diagnoses = diagnose(best.problem, best.solution, loss) if asked["diagnose"] else ()
-    stage("the old model")
-    old = _old(best) if asked["compare"] and not best.hopeless and best.problem.coulomb else {}
-    stage("hold-out")
-    left_out = _holdout(best, loss) if asked["holdout"] and not best.hopeless else [math.nan] * len(best.tests)
-    repeats = repeats_of(best.problem, best.solution, intervals[0], loss) if not best.hopeless else ((), ())
-    fit = _reported(best, intervals, diagnoses, _traces(best, old, left_out), repeats)
-    return replace(fit, seconds=clock.perf_counter() - began)
-
-
-class _Minimum(NamedTuple):
+class Minimum(NamedTuple):
     """A minimum: of each recording which samples are no outliers, and the tests of their residuals."""
 
     problem: Problem
@@ -274,20 +224,8 @@ class _Minimum(NamedTuple):
         return max(each.inflation for each in self.tests)
 
 
-def _traces(best: _Minimum, old: Mapping[int, Array], left_out: Sequence[float]) -> tuple[Trace, ...]:
-    return tuple(
-        Trace(
-            each.label, each.of if each.kind == "free" else _QUANTITY[each.kind], each.time + each.begin, each.measured,
-            each.measured + residual,
-            each.measured + old[n] if n in old else None, best.tests[n],
-            estimation.tests_of(old[n][best.inliers[n]]).rms if n in old else math.nan, left_out[n],
-        )
-        for n, (each, residual) in enumerate(zip(best.problem.experiments, best.solution.residuals, strict=True))
-    )  # fmt: skip
-
-
-def _reported(
-    best: _Minimum,
+def reported(
+    best: Minimum,
     intervals: tuple[tuple[Estimate, ...], estimation.Spread],
     diagnoses: tuple[Diagnosis, ...],
     traces: tuple[Trace, ...],
@@ -298,32 +236,11 @@ def _reported(
     outlying, coloured = _outlying(traces, best.inliers), _coloured(traces, best.inflation)
     return Fit(
         problem.kind, estimates, problem.known, _correlations(estimates, spread), traces,
-        statements=(*problem.statements, *_blind(spread), *_boundary(estimates), *differing),
+        statements=(*problem.statements, *blind(spread), *_boundary(estimates), *differing),
         warnings=(*problem.warnings, *outlying, *coloured, *said(diagnoses, problem.units.shown("x1"))),
         evaluations=best.solution.evaluations, seconds=math.nan, solution=best.solution, diagnoses=diagnoses,
         covariance=spread.covariance * best.inflation, repeats=several, units=problem.units, scale=problem.scale,
     )  # fmt: skip
-
-
-def _minimum(problem: Problem, loss: str, wanted: Sequence[str]) -> _Minimum:
-    problem, solution = _minimised(problem, loss, wanted)
-    inliers = [bulk(residual, loss) for residual in solution.residuals]
-    tests = [estimation.tests_of(residual[some]) for residual, some in zip(solution.residuals, inliers, strict=True)]
-    return _Minimum(problem, solution, inliers, tests)
-
-
-def _minimised(problem: Problem, loss: str, wanted: Sequence[str]) -> tuple[Problem, Solution]:
-    """The minimum of a problem; with nuisances, those are fitted from where it is without them."""
-    solution = minimise(problem, loss)
-    if not wanted:
-        return problem, solution
-    wider = with_nuisances(problem, wanted)
-    idle = [each for each in wanted if all(each not in one.names for one in wider.experiments)]
-    if idle:
-        raise HopformError(f"nuisances: {idle[0]} is none of these recordings: no current changes in any of them")
-    _, parameters = extended(wider, solution, loss)
-    wider = replace(wider, parameters=tuple(parameters), starts=({p.name: p.start for p in parameters}, *wider.starts))
-    return wider, minimise(wider, loss)
 
 
 def _outlying(traces: Sequence[Trace], inliers: Sequence[NDArray[np.bool_]]) -> list[str]:
@@ -335,75 +252,8 @@ def _outlying(traces: Sequence[Trace], inliers: Sequence[NDArray[np.bool_]]) -> 
     ]  # fmt: skip
 
 
-def _old(best: _Minimum) -> dict[int, Array]:
-    """Residuals of the model without Coulomb friction, by the experiment's number; it has no threshold to compare.
-
-    It starts from the new one's parameters, with more viscous friction in place of the other, and is followed over more
-    and more of the recordings as that is. It is the least squares of the samples that are no outliers of the new one.
-    """
-    problem, solution, inliers, _ = best
-    numbers = [n for n, each in enumerate(problem.experiments) if each.kind != "threshold"]
-    viscous = {p.name: p for p in problem.parameters if p.name[:1] == "b"}
-    starts = [
-        solution.values
-        | {name: more * solution.values[name] + 0.02 * (more - 1.0) * p.scale for name, p in viscous.items()}
-        for more in (1.0, 1.6, 3.0)
-    ]
-    without = replace(
-        problem,
-        experiments=selected([problem.experiments[n] for n in numbers], [inliers[n] for n in numbers]),
-        starts=tuple(starts),
-        parts=problem.parts[-2:],
-    )
-    fixed = dict.fromkeys(problem.coulomb, 0.0)
-    found = least_squares(without, fixed)
-    whole = [problem.experiments[n] for n in numbers]
-    every = estimation.solve(whole, estimation.started(found), sigma=found.sigma, fixed=fixed, most=1)
-    return dict(zip(numbers, every.residuals, strict=True))
-
-
-_QUANTITY = {"attached": "x2", "ground": "x2", "free": "x2", "held": "x1", "air": "x1", "threshold": "threshold"}
-
-
-def checked_nuisances(options: Options) -> tuple[str, ...]:
-    """The nuisances of the options, each once; HopformError for one that is none."""
-    wanted = tuple(dict.fromkeys(options.get("nuisances", ())))
-    for each in wanted:
-        if each not in NUISANCES:
-            raise HopformError(f"nuisances must be of {', '.join(NUISANCES)}, got {each!r}")
-    return wanted
-
-
-def checked_loss(options: Options) -> str:
-    """The loss of the options; HopformError for an option that is none, or for a value that it cannot have."""
-    for name in options:
-        word("an option of a fit", name, tuple(Options.__annotations__))
-    for name in ("compare", "holdout"):
-        flag(name, options.get(name, True))
-    function("progress", options.get("progress"))
-    return word("loss", options.get("loss", "linear"), ("linear", "soft_l1", "huber", "cauchy"))
-
-
-def _holdout(best: _Minimum, loss: str) -> list[float]:
-    """rms over the last third of each recording, without outliers, of a fit to the first two."""
-    problem, solution, inliers, _ = best
-    short = [each.upto(part_of(each, 2.0 / 3.0)) for each in problem.experiments]
-    fitted = estimation.solve(
-        short, estimation.started(solution), sigma=solution.sigma, loss=loss, most=20, precision=1e-6
-    )
-    errors = list[float]()
-    for whole, part, some in zip(problem.experiments, short, inliers, strict=True):
-        last = np.flatnonzero(some[part.time.size :]) + part.time.size
-        try:
-            predicted, _ = whole.predict(fitted.values)
-            rest = (predicted - whole.measured)[last]
-            errors.append(math.sqrt(float((rest**2).mean())) if rest.size else math.nan)
-        except HopformError:
-            errors.append(math.nan)
-    return errors
-
-
-def _blind(spread: estimation.Spread) -> list[str]:
+def blind(spread: estimation.Spread) -> list[str]:
+    """What recordings do not identify."""
     statements = list[str]()
     if spread.weak:
         statements.append(f"not identifiable from these recordings: {', '.join(spread.weak)}")
@@ -459,12 +309,8 @@ def _coloured(traces: Sequence[Trace], inflation: float) -> list[str]:
         for trace in traces
         if not trace.tests.white
     ]
-    if coloured:
-        statements += [
-            *coloured,
-            f"intervals are widened by sqrt({inflation:.3g}) for what neighbouring residuals have in common",
-        ]
-    return statements
+    widened = f"intervals are widened by sqrt({inflation:.3g}) for what neighbouring residuals have in common"
+    return [*statements, *coloured, *([widened] if inflation > 1.0 else [])]
 
 
 def _correlations(estimates: Sequence[Estimate], spread: estimation.Spread) -> dict[tuple[str, str], float]:
@@ -476,28 +322,3 @@ def _correlations(estimates: Sequence[Estimate], spread: estimation.Spread) -> d
             if not (first.own or second.own) and math.isfinite(size[i] * size[j]) and size[i] * size[j] > 0.0:
                 found[second.name, first.name] = float(spread.covariance[i, j] / (size[i] * size[j]))
     return found
-
-
-def labelled(parameters: Iterable[Parameter], units: Units) -> tuple[Parameter, ...]:
-    """Parameters with the units that those of their recordings give them."""
-    return tuple(each._replace(unit=units.of(each.unit)) for each in parameters)
-
-
-def checked_known(known: Mapping[str, float] | None, allowed: Sequence[str], units: Units = HOPPER) -> dict[str, float]:
-    """The known values; HopformError for a name that is no parameter here or a value that is out of its domain."""
-    values = dict[str, float]()
-    for name, value in mapping("known", known).items():
-        if not isinstance(name, str) or name not in allowed:
-            raise HopformError(
-                f"known: there is no parameter {shown(name)} in this fit; there are {', '.join(allowed)}"
-            )
-        unit = units.of(UNITS[name])
-        number = real(f"known: {name}", value, unit or "1")
-        if not (math.isfinite(number) or name in ("x1_min", "x1_max")):
-            raise HopformError(f"known: {name} must be a finite number in {unit or '1'}, got {number!r}")
-        if name in ("m_s", "m_eff", "k") and not number > 0.0:
-            raise HopformError(f"known: {name} must be > 0 {unit}, got {number!r}")
-        if name in ("b1", "b2", "f1", "f2", "g", "impact_loss") and number < 0.0:
-            raise HopformError(f"known: {name} must be >= 0 {unit}, got {number!r}")
-        values[name] = number
-    return values

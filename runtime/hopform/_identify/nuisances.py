@@ -245,7 +245,7 @@ SPEEDS = (0.02, 0.06, 0.2)
 
 
 def _stribeck(problem: Problem, solution: Solution, loss: str) -> list[Diagnosis]:
-    """The score of friction that is higher at rest, for all but a free actuator."""
+    """The score of friction that is higher at rest; over a free actuator of its own friction, not of the body's."""
     response = np.concatenate([each.response_to_stribeck(solution.values, SPEEDS) for each in problem.experiments])
     tried = [each for column in response.T if column.any() for each in _stribeck_at(solution, column, loss)]
     found = [each for each in tried if each.values["level"] > 0.0 and each.after < WORTH * each.before]

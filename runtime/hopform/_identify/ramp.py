@@ -16,6 +16,7 @@ what it carries where the actuator rests, k x0, which is taken off if k and gamm
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from functools import cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -25,10 +26,12 @@ from hopform._checks import finite, flag
 from hopform._errors import HopformError
 from hopform._identify import recordings as of_recordings
 from hopform._identify.estimation import LEVEL, scipy_optimize, student
-from hopform._identify.fits import as_several, checked_loss
+from hopform._identify.kinds import Group, Kind, Recordings, read_some
 from hopform._identify.motion import Array
+from hopform._identify.recipe import checked
 from hopform._identify.recordings import Recording, units_of
-from hopform._identify.rigs import UNITS
+from hopform._identify.rigs import UNITS, Experiment
+from hopform._identify.search import Problem
 from hopform._identify.units import HOPPER, Units
 from hopform._show import Arrays, Card, Curve, Shown, span
 
@@ -97,7 +100,7 @@ class Threshold(Shown):
 
 
 def friction_threshold(
-    recordings: Sequence[Recording] | Recording,
+    recordings: Recordings,
     *,
     spring: bool = False,
     m_eff: float | None = None,
@@ -113,7 +116,7 @@ def friction_threshold(
     taken off. loss: as in `Options`; a robust one leaves single samples out that are far off their neighbours. One
     recording may hold several ramps from 0. Raises HopformError where no motion begins, or before the ramp does.
     """
-    several = as_several(recordings)
+    several = read_some(recordings)
     given = {"m_eff": m_eff, "gamma2": gamma2, "k": k}
     numbers = {name: finite(name, value, UNITS[name]) for name, value in given.items() if value is not None}
     units = units_of(several, "x1", driven=True)
@@ -124,7 +127,7 @@ def friction_threshold(
                 f"{number!r}"
             )
     attached = flag("spring", spring) or k is not None
-    robust = checked_loss({"loss": loss}) != "linear"
+    robust = checked({"loss": loss}).loss != "linear"
     rises = tuple(rise for each in several for rise in _onsets(each, attached, robust))
     onsets = tuple(rise.onset for rise in rises)
     carried = k / gamma2 if k is not None and gamma2 is not None else 0.0
@@ -139,6 +142,22 @@ def friction_threshold(
     notes = tuple(f"{each.source}: {note}" for each in several for note in each.notes)
     low, high = max(u - spread, 0.0), u + spread
     return Threshold(u, low, high, load, u * per, low * per, high * per, onsets, statements, notes, rises, units)
+
+
+class _Ramp(Kind):
+    """A ramp beside other recordings: its threshold is one more measurement [A] of their parameters."""
+
+    def posed(self, group: Group, first: int, backend: str | None) -> Problem:
+        """A problem of one measurement, in the air."""
+        found = friction_threshold(group.recordings, loss=group.loss)
+        sigma, one = max((found.high - found.low) / (2.0 * 1.96), 1e-9), np.zeros(1)
+        names = {letter: letter for letter in self.letters}
+        measured = Experiment("threshold of friction", self.rig, one, one + found.u, names, {}, noise=sigma)
+        said = tuple(each for each in found.statements if each.startswith("one direction"))
+        return Problem("ramp", "x1", (measured,), (), (), group.known, said, found.warnings, units=group.units)
+
+
+RAMP = _Ramp("ramp", "threshold", "x1", ("m_eff", "f1", "gamma2"))
 
 
 def _both(onsets: Sequence[Onset], carried: float) -> tuple[float, float, float, tuple[str, ...]]:
@@ -323,7 +342,7 @@ def _costs(t: Array, x: Array, spring: bool) -> tuple[Callable[[float], _Best], 
             return float(rest @ rest)
 
         low, high = max(about - _NEAR, lowest), min(about + _NEAR, highest)
-        log = _golden(left, low, high, 0.02 * _NEAR) if math.isfinite(about) else math.nan
+        log = _between(left, low, high, 0.02 * _NEAR) if math.isfinite(about) else math.nan
         inside = min(log - low, high - log) > 0.05 * _NEAR
         about = log if inside else _least(left, lowest, highest, 15, 1e-3)
         return found(begin, math.exp(about), 0.0)
@@ -358,40 +377,27 @@ _NEAR = math.log(3.0)
 
 
 def _least(cost: Callable[[float], float], low: float, high: float, places: int = 31, precision: float = 1e-4) -> float:
-    """Minimiser of a cost, to a share of the range: on a grid, then by golden sections around its best place."""
+    """Minimiser of a cost, to a share of the range: on a grid, then around its best place."""
     grid = np.linspace(low, high, places)
     n = int(np.argmin([cost(float(each)) for each in grid]))
-    return _golden(cost, float(grid[max(n - 1, 0)]), float(grid[min(n + 1, places - 1)]), precision * (high - low))
+    return _between(cost, float(grid[max(n - 1, 0)]), float(grid[min(n + 1, places - 1)]), precision * (high - low))
 
 
-def _golden(cost: Callable[[float], float], a: float, b: float, width: float) -> float:
-    """Minimiser of a cost between a and b, to a width, by golden sections."""
-    golden = 0.5 * (math.sqrt(5.0) - 1.0)
-    left, right = b - golden * (b - a), a + golden * (b - a)
-    at_left, at_right = cost(left), cost(right)
-    while b - a > width:
-        if at_left < at_right:
-            b, right, at_right = right, left, at_left
-            left = b - golden * (b - a)
-            at_left = cost(left)
-        else:
-            a, left, at_left = left, right, at_right
-            right = a + golden * (b - a)
-            at_right = cost(right)
-    return 0.5 * (a + b)
+def _between(cost: Callable[[float], float], a: float, b: float, width: float) -> float:
+    """Minimiser of a cost between a and b, to a width."""
+    return float(scipy_optimize().minimize_scalar(cost, bounds=(a, b), method="bounded", options={"xatol": width}).x)
 
 
 def _reach(cost: Callable[[float], float], at: float, limit: float, end: float, step: float) -> float:
-    """How far the cost stays under a limit towards an end, from outside in steps that double, then halved."""
-    sign, inside, reach = math.copysign(1.0, end - at), 0.0, step
-    most = abs(end - at)
-    while reach < most and cost(at + sign * reach) <= limit:
-        inside, reach = reach, 2.0 * reach
-    outside = min(reach, most)
-    for _ in range(12):
-        middle = 0.5 * (inside + outside)
-        if cost(at + sign * middle) <= limit:
-            inside = middle
-        else:
-            outside = middle
-    return at + sign * outside
+    """How far the cost stays under a limit towards an end, from where it is least: between steps that double."""
+
+    @cache
+    def surplus(place: float) -> float:
+        return cost(place) - limit if place != at else -limit
+
+    sign, inside, reach = math.copysign(1.0, end - at), at, step
+    while surplus(outside := at + sign * min(reach, abs(end - at))) <= 0.0:
+        if reach >= abs(end - at):
+            return end
+        inside, reach = outside, 2.0 * reach
+    return float(scipy_optimize().brentq(surplus, inside, outside, xtol=1e-3 * step))

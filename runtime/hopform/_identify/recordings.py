@@ -371,6 +371,25 @@ def outliers(values: Array) -> NDArray[np.bool_]:
     return found
 
 
+_REST, _KEPT = 8, 4
+"""Samples in a row within one quantum from which on they are one measurement; how many of them count at either end."""
+
+
+def independent(values: Array) -> NDArray[np.bool_]:
+    """Which samples are measurements of their own. What rests within one quantum is measured once, off by up to half of
+    it, however many samples say so: of each rest the first and last few are left.
+    """
+    kept, quantum = np.full(values.size, True), 1.01 * quantum_of(values)
+    begin, low, high = 0, math.inf, -math.inf
+    for n, value in enumerate([*values.tolist(), math.inf] if quantum > 0.0 else []):
+        low, high = min(low, value), max(high, value)
+        if high - low > quantum:
+            if n - begin >= _REST:
+                kept[begin + _KEPT : n - _KEPT] = False
+            begin, low, high = n, value, value
+    return kept
+
+
 def mended(values: Array) -> Array:
     """The values with the median of their neighbours in place of each outlier."""
     return np.where(outliers(values), _neighbours(values), values)
@@ -410,7 +429,10 @@ def _notes(time: Array, columns: Mapping[str, Column]) -> tuple[str, ...]:
     if float(np.ptp(steps)) > 0.02 * float(np.median(steps)) and not gaps:
         notes.append(f"time stamps are uneven: {steps.min():.3g} to {steps.max():.3g} s apart")
     for column in columns.values():
-        if column.quantity in DRIVES and (stay := saturated(column.values)) is not None:
+        least = max(2.0 * quantum_of(column.values), 3e-5 * float(np.ptp(column.values)))
+        noisy = noise_of(column.values) > least  # so much that a rest shows it
+        may = column.quantity in DRIVES or (column.quantity in _MOST_WAY and noisy)
+        if may and (stay := saturated(column.values)) is not None:
             notes.append(f"{column.title} stays at its limit from sample {stay[0] + 1} to {stay[1] + 1}")
     return tuple(notes)
 

@@ -119,11 +119,12 @@ class Experiment:
 
     def response_to_stribeck(self, values: Mapping[str, float], shares: Sequence[float]) -> Array:
         """The change of the prediction by friction that is 1 + level e^(-(v/v_s)^2) times as high, per level, a column
-        for each v_s, a share of the largest velocity; 0 for a free actuator and for a threshold.
+        for each v_s, a share of the largest velocity: of the actuator's friction where both masses move; 0 for a
+        threshold.
         """
         sensor = self.sensor(values)
         at = sensors.in_recorded_time(self.letters(values), sensor.clock)
-        if self.kind in ("free", "threshold") or at["f2" if self.kind in ("attached", "ground") else "f1"] == 0.0:
+        if self.kind == "threshold" or at["f2" if self.kind in ("attached", "ground") else "f1"] == 0.0:
             return np.zeros((self.time.size, len(shares)))
         fine = np.interp(np.arange(4 * self.time.size - 3) / 4.0, np.arange(self.time.size), self.time)
         steps = sensors.delayed(self.steps, sensor.delay)
@@ -153,25 +154,29 @@ class Experiment:
         return found
 
     def _driven_response(self, at: Mapping[str, float], steps: Steps, fine: Array, shares: Sequence[float]) -> Array:
-        """Of an actuator, which sticks at every turn of its drive: the difference that a small force makes."""
-        k, rest, gamma = at.get("k", SOFT * at["m_eff"]), at.get("rest", 0.0), at["gamma2"]
+        """Of an actuator, which sticks at every turn of its drive: the difference that a small force makes, in what is
+        measured."""
         begins, levels = np.array(steps).T
-        force = gamma * (levels + at.get("offset", 0.0))[np.searchsorted(begins, fine, side="right") - 1]
-        robot, start = _actuator_robot(self, {**at, "gamma2": 1.0}), (at["x"], at["v"], 0.0, 0.0)
+        force = at["gamma2"] * (levels + at.get("offset", 0.0))[np.searchsorted(begins, fine, side="right") - 1]
+        unit, place = {**at, "gamma2": 1.0, "offset": 0.0}, STATE.index(self.of) if self.kind == "free" else 0
 
         def moved(force: Array) -> Array:
-            return motion.states(
-                robot, start, tuple(zip(fine.tolist(), force.tolist(), strict=True)), fine, self.backend
-            )
+            under = tuple(zip(fine.tolist(), force.tolist(), strict=True))
+            if self.kind == "free":
+                start = (at["x1"], at["v1"], at["x"], at["v"])
+                return hopping.drop(_leg_robot(self, unit), start, under, fine, self.backend).states
+            return motion.states(_actuator_robot(self, unit), (at["x"], at["v"], 0.0, 0.0), under, fine, self.backend)
 
-        x, v = moved(force).T[:2]
-        pull = np.asarray(k * (rest - x) - force, dtype=np.float64)
+        states = moved(force)
+        (x, v, height), leg = states.T[:3], self.kind == "free"
+        spring = np.maximum(x - height + at["length"], 0.0) if leg else x - at.get("rest", 0.0)
+        pull = np.asarray(-at.get("k", 0.0) * spring - force, dtype=np.float64)
         side = np.sign(np.where(v != 0.0, v, pull))
         largest, found = float(np.abs(v).max()), list[Array]()
-        for share in shares:
+        for share in shares if largest > 0.0 else ():
             more: Array = at["m_eff"] * at["f1"] * np.exp(-((v / (share * largest)) ** 2)) * side
-            found.append((moved(force + _SMALL * more)[:, 0] - x) / _SMALL)
-        return np.stack(found, axis=1)
+            found.append((moved(force + _SMALL * more) - states)[:, place] / _SMALL)
+        return np.stack(found, axis=1) if found else np.zeros((fine.size, len(shares)))
 
     def only(self, chosen: NDArray[np.bool_]) -> "Experiment":
         """The samples that a mask selects."""
@@ -261,12 +266,13 @@ def _dropped(
     return hopping.drop(robot, start, steps, np.frombuffer(times), backend)
 
 
+def _leg_robot(of: Experiment, at: Mapping[str, float]) -> records.Robot:
+    letters = ("k", "b2", "f2", "g", "impact_loss", "m_eff", "b1", "f1", "gamma2", "x1_min", "x1_max")
+    return _robot(m_s=at["m_s"] + of.added_mass, L0=at["length"], **{letter: at[letter] for letter in letters})
+
+
 def _free(of: Experiment, at: Mapping[str, float], steps: Steps, time: Array) -> tuple[Moved, Rates]:
-    robot = _robot(
-        m_s=at["m_s"] + of.added_mass, k=at["k"], b2=at["b2"], f2=at["f2"], g=at["g"], L0=at["length"],
-        impact_loss=at["impact_loss"], m_eff=at["m_eff"], b1=at["b1"], f1=at["f1"], gamma2=at["gamma2"],
-        x1_min=at["x1_min"], x1_max=at["x1_max"],
-    )  # fmt: skip
+    robot = _leg_robot(of, at)
     steps = tuple((t, u + at["offset"]) for t, u in steps)
     moved = _dropped(robot, (at["x1"], at["v1"], at["x"], at["v"]), steps, time.tobytes(), of.backend)
     pull = -(at["b1"] * at["v1"] + at["gamma2"] * steps[0][1]) / at["m_eff"]

@@ -32,15 +32,16 @@ class Problem:
     known: Mapping[str, float]
     statements: tuple[str, ...]
     warnings: tuple[str, ...]
-    coulomb: tuple[str, ...]
-    """names of the parameters that the old model lacks"""
     parts: tuple[float, ...] = (1.0,)
     """of each recording, over which a fit is followed from its start to its end"""
-    motions: int = 0
-    """how many motions there are, each with a beginning of its own (x@0, x@1, ...)"""
     units: Units = HOPPER
     scale: bool = True
     """whether something known fixes the scale of all forces"""
+
+    @property
+    def coulomb(self) -> list[str]:
+        """Names of the parameters that the old model lacks."""
+        return [p.name for p in self.parameters if p.name[:1] == "f"]
 
 
 def minimise(problem: Problem, loss: str) -> Solution:

@@ -152,9 +152,12 @@ def _fall(recording: Recording, whole: Array, begin: int, end: int, noise: float
     """A fall from the height at which some samples begin; HopformError if there is none."""
     values = calm(whole[begin:end])
     level = float(np.median(values[:5]))
-    fallen = np.flatnonzero(values < level - max(8.0 * noise, 0.002 * float(np.ptp(values))))
+    beyond = max(8.0 * noise, 0.002 * float(np.ptp(values)))
+    fallen = np.flatnonzero(values < level - beyond)
     if not fallen.size:
-        raise recording.error_of("x2", "the release is not found: the height does not fall", recording.line + begin)
+        instead = ", it rises: is it a height, upwards?" if float(values.max()) > level + beyond else ""
+        message = f"the release is not found: the height does not fall{instead}"
+        raise recording.error_of("x2", message, recording.line + begin)
     start, last, least = int(fallen[0]), values.size, 8.0 * noise + 0.02 * float(np.ptp(values))
     higher = np.flatnonzero(values[start:] > level + least)  # than it was let go at: there a hand is at work
     if higher.size and not driven:

@@ -22,31 +22,19 @@ from hopform._identify import estimation
 from hopform._identify import recordings as of_recordings
 from hopform._identify.estimation import LEVEL, Estimate, Parameter
 from hopform._identify.filtering import CUTOFFS, Filtered, filtered, moving_rows
-from hopform._identify.fits import (
-    Fit,
-    Options,
-    Trace,
-    as_several,
-    checked_known,
-    checked_loss,
-    checked_nuisances,
-    finish,
-    labelled,
-)
+from hopform._identify.fits import Fit, Options, Trace
+from hopform._identify.kinds import Cut, Group, Guess, Kind, Recordings, checked_known, read_some
 from hopform._identify.motion import Array
 from hopform._identify.nuisances import SPEEDS, WORTH, Diagnosis, brought, said
+from hopform._identify.recipe import checked, fit
 from hopform._identify.recordings import Recording
-from hopform._identify.rigs import UNITS, Experiment, Kind
-from hopform._identify.search import Problem, bulk, follow
+from hopform._identify.rigs import UNITS
+from hopform._identify.search import bulk, follow
 from hopform._identify.units import Units
-
-_LETTERS = {"held": ("m_eff", "k", "b1", "f1", "gamma2"), "air": ("m_eff", "b1", "f1", "gamma2", "offset")}
-SCALED = ("m_eff", "k", "b1", "gamma2")
-"""Motion and current fix these only up to one common factor."""
 
 
 def fit_step_response(
-    recordings: Sequence[Recording] | Recording,
+    recordings: Recordings,
     *,
     spring: bool = True,
     known: Mapping[str, float] | None = None,
@@ -59,67 +47,51 @@ def fit_step_response(
     k, gamma2 at least, else m_eff is taken as 1 kg and k, b1, gamma2 are per kg of it. options: `Options`. Raises
     HopformError for data that cannot be a step response, MissingExtra without scipy.
     """
-    several, against = as_several(recordings), flag("spring", spring)
-    return finish(step_problem(several, against, known, options.get("backend")), **options)
+    return fit({HELD if flag("spring", spring) else AIR: recordings}, known, **options)
 
 
-def step_problem(
-    recordings: Sequence[Recording],
-    spring: bool = True,
-    known: Mapping[str, float] | None = None,
-    backend: str | None = None,
-    first: int = 0,
-    scaled: bool = False,
-) -> Problem:
-    """The least-squares problem of step responses; first: the number of the first recording in names of parameters
-    (x@0).
+class _Actuator(Kind):
+    """An actuator under a current: against its spring, or in the air."""
 
-    scaled: other recordings give the scale, so that m_eff is no longer 1 kg if nothing is known.
-    """
-    kind: Kind = "held" if spring else "air"
-    letters, units = _LETTERS[kind], of_recordings.units_of(recordings, "x1", driven=True)
-    values = checked_known(known, letters, units)
-    if units.drive == units.force:
-        values.setdefault("gamma2", -1.0)
-    statements, absolute = list[str](), bool({"m_eff", "k", "gamma2"} & set(values)) or scaled
-    if not absolute:
-        values["m_eff"] = 1.0
-        statements.append(
+    def check(self, group: Group, scaled: bool) -> Group:
+        """With what fixes the scale: something known, or a spring that other recordings show."""
+        known = dict(group.known)
+        if group.units.drive == group.units.force:
+            known.setdefault("gamma2", -1.0)
+        if scaled or {"m_eff", "k", "gamma2"} & set(known):
+            return replace(group, known=known)
+        statement = (
             "motion and current fix m_eff, k, b1, gamma2 only up to a common factor: they are per "
-            f"{units.of('kg')} of m_eff; give a weighed mass, the stiffness or the force constant as known"
+            f"{group.units.of('kg')} of m_eff; give a weighed mass, the stiffness or the force constant as known"
         )
-    tries = [[_regress(each, letters, values, cutoff) for each in recordings] for cutoff in CUTOFFS]
-    guesses = tries[1]
-    experiments, parameters = list[Experiment](), dict[str, Parameter]()
-    for n, recording in enumerate(recordings, first):
-        x = recording.position("x1")
-        clean = of_recordings.mended(x)
-        own: tuple[str, ...] = ("rest", "x", "v") if spring else ("x", "v")
-        constants = {**values}
-        if rests_at_first(clean):
-            constants["v"] = 0.0
-            own = own[:-1]
-        names = {letter: letter for letter in letters if letter not in values} | {
-            letter: f"{letter}@{n}" for letter in own
-        }
-        for letter, name in names.items():
-            start = (
-                float(np.median([guess[letter] for guess in guesses]))
-                if letter not in own
-                else guesses[n - first][letter]
-            )
-            made = _parameter(letter, name, start, clean)
-            parameters.setdefault(name, _near(made, clean) if letter == "x" and "v" in constants else made)
-        under = of_recordings.steps_of(recording)
-        experiments.append(
-            Experiment(recording.source, kind, recording.time, x, names, constants, under, backend=backend)
-        )
-    notes = tuple(f"{each.source}: {note}" for each in recordings for note in each.notes)
-    return Problem(
-        "step", "x1", tuple(experiments), labelled(parameters.values(), units),
-        _starts(parameters, tries, first), values, tuple(statements), notes, ("f1",) if "f1" in parameters else (),
-        parts=(0.35, 1.0), motions=len(recordings), units=units, scale=absolute,
-    )  # fmt: skip
+        return replace(group, known={**known, "m_eff": 1.0}, statements=(statement,), scale=False)
+
+    def segment(self, group: Group, first: int) -> Group:
+        """With each recording as one motion, which may begin at rest."""
+        cuts = list[Cut]()
+        for n, each in enumerate(group.recordings, first):
+            x, under = each.position("x1"), of_recordings.steps_of(each)
+            still = {"v": 0.0} if rests_at_first(of_recordings.mended(x)) else {}
+            cuts.append(Cut(each, n, each.source, each.time, x, 0.0, under, still=still))
+        return replace(group, cuts=cuts)
+
+    def start(self, group: Group) -> list[list[Guess]]:
+        """Least squares on the equation through each filter."""
+        return [[_regress(each, self.letters, group.known, cutoff) for each in group.recordings] for cutoff in CUTOFFS]
+
+    def bounded(self, parameter: Parameter, letter: str, cut: Cut, known: Mapping[str, float]) -> Parameter:
+        """A recording that begins at rest begins within the noise of what is measured there."""
+        return _near(parameter, cut.x) if letter == "x" and "v" in cut.still else parameter
+
+    def further(self, starts: Sequence[Guess]) -> list[Guess]:
+        """Of the most trusted two also with more and less Coulomb friction."""
+        some = [each for each in starts[:2] if {"f1", "b1"} <= each.keys()]
+        less = [each | {"f1": 0.3 * each["f1"] + 0.02, "b1": 1.5 * each["b1"]} for each in some]
+        return [*starts, *less, *(each | {"f1": 1.5 * each["f1"] + 0.1, "b1": 0.5 * each["b1"]} for each in some)]
+
+
+HELD = _Actuator("step", "held", "x1", ("m_eff", "k", "b1", "f1", "gamma2"), parts=(0.35, 1.0))
+AIR = _Actuator("step", "air", "x1", ("m_eff", "b1", "f1", "gamma2", "offset"), parts=(0.35, 1.0))
 
 
 def _near(position: Parameter, x: Array) -> Parameter:
@@ -161,35 +133,8 @@ def _regress(
     return start | {"x": float(np.median(x[:5])), "v": float(np.polyfit(recording.time[:5], x[:5], 1)[0])}
 
 
-def _parameter(letter: str, name: str, start: float, x: Array) -> Parameter:
-    reach = float(np.ptp(x))
-    kind = {"m_eff": "positive", "k": "positive", "b1": "nonnegative", "f1": "nonnegative"}.get(letter, "real")
-    scale = {"rest": 0.1 * reach, "x": 0.1 * reach, "v": reach, "offset": 0.1}.get(letter, max(abs(start), 0.1))
-    return Parameter(name, UNITS[letter], start, scale, kind, profiled=letter == "f1", own=letter in ("rest", "x", "v"))
-
-
-def _starts(
-    parameters: Mapping[str, Parameter], tries: Sequence[Sequence[Mapping[str, float]]], first: int
-) -> tuple[dict[str, float], ...]:
-    """Starts: least squares on the equation through each filter, then more and less Coulomb friction."""
-    starts = list[dict[str, float]]()
-    for guesses in tries:
-        start = dict[str, float]()
-        for name in parameters:
-            letter, _, n = name.partition("@")
-            start[name] = (
-                guesses[int(n) - first][letter] if n else float(np.median([guess[letter] for guess in guesses]))
-            )
-        starts.append(start)
-    if "f1" in parameters and "b1" in parameters:
-        less = [start | {"f1": 0.3 * start["f1"] + 0.02, "b1": 1.5 * start["b1"]} for start in starts[1:3]]
-        more = [start | {"f1": 1.5 * start["f1"] + 0.1, "b1": 0.5 * start["b1"]} for start in starts[1:3]]
-        starts += less + more
-    return tuple(starts)
-
-
 def fit_force(
-    recordings: Sequence[Recording] | Recording,
+    recordings: Recordings,
     *,
     known: Mapping[str, float],
     cutoff: float | None = None,
@@ -208,7 +153,7 @@ def fit_force(
     Residuals of the traces are in N.
     """
     began = clock.perf_counter()
-    several = as_several(recordings)
+    several = read_some(recordings)
     units = of_recordings.units_of(several, "x1", driven=True)
     values = checked_known(known, ("gamma2", "m_eff"), units)
     if units.drive == units.force and not values:
@@ -216,14 +161,13 @@ def fit_force(
     flag("position", position)
     if cutoff is not None:
         positive("cutoff", cutoff, "Hz")
-    loss, progress = checked_loss(options), options.get("progress")
-    wanted = checked_nuisances(options)
+    asked = checked(options)
+    loss, wanted = asked.loss, asked.nuisances
     if len(values) != 1:
         raise HopformError("known: a fit in force needs gamma2 or m_eff, one of them: it is the scale of all forces")
     if set(wanted) - {"delay"}:
         raise HopformError(f"nuisances: a fit in force takes delay alone, got {', '.join(wanted)}")
-    if progress:
-        progress("fit in force")
+    asked.stage("fit in force")
     solve = _late if wanted else _sides
     delay, parts, equation = solve(several, values, cutoff, loss)
     names, a, b = equation
@@ -235,10 +179,10 @@ def fit_force(
     sizes = np.cumsum([part.time.size for part in parts])[:-1]
     estimates, spread = _force_estimates(names, found, covariance, values, a.shape[0], units, delay)
     step = max(float(np.median(np.diff(each.time))) for each in several)
-    diagnoses = _causes(parts, equation, values, loss, step) if options.get("diagnose", True) else ()
+    diagnoses = _causes(parts, equation, values, loss, step) if asked.diagnose else ()
     scale = -values["gamma2"] if "gamma2" in values else -found[names.index("gamma2")]
-    old = _viscous_alone(names, a, b) if options.get("compare", True) else np.full_like(b, np.nan)
-    left_out = _left_out(parts, a, b) if options.get("holdout", True) else [math.nan] * len(parts)
+    old = _viscous_alone(names, a, b) if asked.compare else np.full_like(b, np.nan)
+    left_out = _left_out(parts, a, b) if asked.holdout else [math.nan] * len(parts)
     traces = tuple(
         Trace(
             each.source, "force", part.time, scale * part.u, scale * part.u - rest,
@@ -250,15 +194,14 @@ def fit_force(
         )
     )  # fmt: skip
     took = clock.perf_counter() - began
-    fit = Fit(
+    force = Fit(
         "force", estimates, values, {}, traces, (), tuple(said(diagnoses, units.shown("force"))), 1, took,
         covariance=spread, units=units, diagnoses=diagnoses,
     )  # fmt: skip
     if not position:
-        return fit
-    if progress:
-        progress("fit in position")
-    return replace(fit, statements=_beside(several, fit, loss), seconds=clock.perf_counter() - began)
+        return force
+    asked.stage("fit in position")
+    return replace(force, statements=_beside(several, force, loss), seconds=clock.perf_counter() - began)
 
 
 _Equation = tuple[list[str], Array, Array]
@@ -439,41 +382,29 @@ def _force_estimates(
     return tuple(estimate(*each[:3], error) for each, error in zip(made, errors, strict=True)), whole
 
 
-def _coarse(recording: Recording, every: int) -> tuple[tuple[float, float], ...]:
-    """The current as steps of some samples each, whose mean it takes: what a mass that integrates twice sees of it."""
-    u, begins = recording.current(), np.arange(0, recording.time.size, every)
+def _coarse(recording: Recording, number: int) -> Cut:
+    """A recording at every so manieth sample; its current as steps of as many, whose mean it takes: what a mass that
+    integrates twice sees of it.
+    """
+    time, x, u = recording.time, recording.position("x1"), recording.current()
+    every = max(time.size // 2500, 1)
+    begins = np.arange(0, time.size, every)
     means = np.add.reduceat(u, begins) / np.diff(np.append(begins, u.size))
-    return tuple(zip(recording.time[begins].tolist(), means.tolist(), strict=True))
+    under = tuple(zip(time[begins].tolist(), means.tolist(), strict=True))
+    return Cut(recording, number, recording.source, time[::every], x[::every], 0.0, under)
 
 
-def _beside(recordings: Sequence[Recording], fit: Fit, loss: str) -> tuple[str, ...]:
+def _beside(recordings: Sequence[Recording], force: Fit, loss: str) -> tuple[str, ...]:
     """The fit in position from that in force, and what their difference comes from."""
-    values = fit.values
-    experiments, parameters = list[Experiment](), list[Parameter]()
-    for n, recording in enumerate(recordings):
-        x = recording.position("x1")
-        every = max(recording.time.size // 2500, 1)
-        names = {each: each for each in ("m_eff", "b1", "f1", "offset")} | {"x": f"x@{n}", "v": f"v@{n}"}
-        constants = {"gamma2": values["gamma2"]}
-        time, under = recording.time[::every], _coarse(recording, every)
-        experiments.append(Experiment(recording.source, "air", time, x[::every], names, constants, under))
-        slope = float(np.polyfit(recording.time[:20], x[:20], 1)[0])
-        start = {"x": float(x[0]), "v": slope}
-        parameters += [_parameter(letter, f"{letter}@{n}", start[letter], x) for letter in ("x", "v")]
-    shared = [_parameter(name, name, values[name], np.array([0.0, 1.0])) for name in ("m_eff", "b1", "f1", "offset")]
-    if "m_eff" in fit.known:
-        shared = shared[1:]
-        experiments = [
-            replace(each, names={k: v for k, v in each.names.items() if k != "m_eff"},
-                    constants={**each.constants, "m_eff": fit.known["m_eff"]})
-            for each in experiments
-        ]  # fmt: skip
-    problem = Problem("step", "x1", tuple(experiments), (*shared, *parameters), (), fit.known, (), (), (), parts=(1.0,))
-    solution = follow(problem, loss)
+    known = {"gamma2": force.values["gamma2"], **force.known}
+    cuts = [_coarse(each, n) for n, each in enumerate(recordings)]
+    problem = AIR.posed(Group(AIR, recordings, force.units, known, cuts=cuts), 0, None)
+    first = {p.name: force.values.get(p.name, p.start) for p in problem.parameters}
+    solution = follow(replace(problem, starts=(first,), parts=(1.0,)), loss)
     rest = np.concatenate([each[bulk(each, loss)] for each in solution.residuals])
     rms = math.sqrt(float((rest**2).mean()))
-    found = ", ".join(f"{p.name} {solution.values[p.name]:.6g} {fit.units.of(p.unit)}" for p in shared)
-    unit, factor = fit.units.shown("x1")
+    found = ", ".join(f"{p.name} {solution.values[p.name]:.6g} {p.unit}" for p in problem.parameters if not p.own)
+    unit, factor = force.units.shown("x1")
     return (
         f"the fit in position, by the same current without feedback, gives {found}, rms {factor * rms:.3g} {unit}",
         "a closed loop keeps the position near its reference whatever the model misses, so an error of the force of "

@@ -1,0 +1,349 @@
+"""Kinds of recordings, and what a fit does before its least squares: read, check, segment, start.
+
+A `Kind` (drop, free, decay, step, air, ramp) says what these stages are for it; residuals are those of the rig that it
+names.
+"""
+
+import math
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any, Literal, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hopform._checks import items, mapping, real, shown
+from hopform._errors import HopformError
+from hopform._identify.estimation import Parameter
+from hopform._identify.motion import Array
+from hopform._identify.recordings import Recording, independent, mended, read_recording, units_of
+from hopform._identify.rigs import LETTERS, UNITS, Experiment
+from hopform._identify.rigs import Kind as Rig
+from hopform._identify.search import Problem
+from hopform._identify.units import HOPPER, Units
+
+File = str | Path
+Recordings = Sequence[Recording | File] | Recording | File
+"""One recording, several, or the files that hold them."""
+MOST_RECORDINGS = 10_000
+"""Recordings of a fit at most."""
+
+
+class Cut(NamedTuple):
+    """One motion out of a recording: times [s] from its beginning, its position [m], when it begins, its current; x1
+    where it is recorded beside x2; letters of its beginning that are known; number: of its recording.
+    """
+
+    recording: Recording
+    number: int
+    label: str
+    time: Array
+    x: Array
+    begin: float
+    steps: tuple[tuple[float, float], ...]
+    x1: Array | None = None
+    still: Mapping[str, float] = {}
+
+    def mended(self) -> "Cut":
+        """The motion without outliers, for the starts."""
+        return self._replace(x=mended(self.x), x1=None if self.x1 is None else mended(self.x1))
+
+    def independent(self) -> NDArray[np.bool_]:
+        """Which samples are measurements of their own, of x1 or x2."""
+        return independent(self.x) if self.x1 is None else independent(self.x) | independent(self.x1)
+
+    def rests(self) -> list[str]:
+        """What is left out of a motion that rests within one count of its encoder."""
+        left = self.x.size - int(np.count_nonzero(self.independent()))
+        said = f"{self.label}: {left} of {self.x.size} samples repeat others, at rest within one count of the encoder"
+        return [f"{said}; the fit leaves them out"] if left else []
+
+
+@dataclass(frozen=True)
+class Group:
+    """The recordings of one kind on their way through the stages: what is known of them, what is to be said; scale:
+    whether something known fixes that of all forces; loss: of the fit.
+    """
+
+    kind: "Kind"
+    recordings: Sequence[Recording]
+    units: Units
+    known: Mapping[str, float]
+    statements: tuple[str, ...] = ()
+    scale: bool = True
+    cuts: Sequence[Cut] = ()
+    loss: str = "linear"
+
+    @property
+    def masses(self) -> list[float]:
+        """What each motion carries beside the body [kg]."""
+        return [cut.recording.added_mass for cut in self.cuts]
+
+
+Guess = dict[str, float]
+"""Where letters, or parameters by their names, start."""
+
+
+@dataclass(frozen=True, eq=False)
+class Kind:
+    """A kind of recording: the rig, which position is fitted, letters that are fitted unless they are known, further
+    ones that may be known, values of those that are not given, over how much of a recording a fit is followed at first,
+    and then.
+    """
+
+    answer: str
+    rig: Rig
+    position: Literal["x1", "x2"]
+    letters: tuple[str, ...]
+    given: tuple[str, ...] = ()
+    defaults: Mapping[str, float] = field(default_factory=dict[str, float])
+    parts: tuple[float, ...] = (1.0,)
+
+    @property
+    def driven(self) -> bool:
+        """Whether a current moves it."""
+        return "gamma2" in self.letters
+
+    def check(self, group: Group, scaled: bool) -> Group:
+        """The group with what fixes its scale; HopformError for what cannot be of this kind. scaled: by others."""
+        return group
+
+    def segment(self, group: Group, first: int) -> Group:
+        """The group with its motions; the first recording has the number `first` in names of parameters."""
+        return group
+
+    def start(self, group: Group) -> list[list[Guess]]:
+        """Where each motion starts, letter by letter: several guesses, the most trusted first."""
+        return [[]]
+
+    def bounded(self, parameter: Parameter, letter: str, cut: Cut, known: Mapping[str, float]) -> Parameter:
+        """A parameter within what is known of its motion."""
+        return parameter
+
+    def further(self, starts: Sequence[Guess]) -> list[Guess]:
+        """All starts from those of the guesses, by the names of parameters."""
+        return list(starts)
+
+    def posed(self, group: Group, first: int, backend: str | None) -> Problem:
+        """The least-squares problem of the motions, the first of which has the number `first`."""
+        clean, tries = [cut.mended() for cut in group.cuts], self.start(group)
+        apart, numbers = len(set(group.masses)) > 1, range(first, first + len(clean))
+        names = [
+            {letter: _name(letter, n, cut.number if apart else None) for letter in (*self.letters, *_OWN)
+             if letter in LETTERS[self.rig] and letter in guess.keys() - group.known.keys() - cut.still.keys()}
+            for n, cut, guess in zip(numbers, clean, tries[0], strict=True)
+        ]  # fmt: skip
+        starts, parameters = [_by_name(guesses, names) for guesses in tries], dict[str, Parameter]()
+        for cut, own in zip(clean, names, strict=True):
+            for letter, name in own.items():
+                made = _parameter(letter, name, starts[0][name], cut.x, group.units)
+                parameters.setdefault(name, self.bounded(made, letter, cut, group.known))
+        starts[0] = {name: each.start for name, each in parameters.items()}
+        experiments = list[Experiment]()
+        for cut, own in zip(group.cuts, names, strict=True):
+            constants, kept = {**group.known, **cut.still}, cut.independent()
+            experiments.append(Experiment(cut.label, self.rig, cut.time[kept], cut.x[kept], own, constants, cut.steps,
+                                          cut.recording.added_mass, cut.begin, backend))  # fmt: skip
+            if cut.x1 is not None:
+                experiments.append(replace(experiments[-1], label=f"{cut.label}, x1", measured=cut.x1[kept], of="x1"))
+        return Problem(
+            self.answer, self.position, tuple(experiments), tuple(parameters.values()), tuple(self.further(starts)),
+            {name: value for name, value in group.known.items() if math.isfinite(value)},
+            (*group.statements, *(note for cut in group.cuts for note in cut.rests())),
+            tuple(f"{each.source}: {note}" for each in group.recordings for note in each.notes),
+            parts=self.parts, units=group.units, scale=group.scale,
+        )  # fmt: skip
+
+
+def read(given: Mapping[Kind, Recordings]) -> dict[Kind, tuple[Recording, ...]]:
+    """The recordings of each kind."""
+    return {kind: read_several(recordings, "recordings") for kind, recordings in given.items()}
+
+
+def read_several(recordings: Recordings, name: str) -> tuple[Recording, ...]:
+    """One recording, several or none, as several, those of files read; HopformError for what is no recording."""
+    one = isinstance(recordings, Recording | File)
+    several: list[Any] = [recordings] if one else items(name, recordings, "recordings", MOST_RECORDINGS)
+    found = [read_recording(each) if isinstance(each, File) else each for each in several]
+    for n, each in enumerate(found):
+        if not isinstance(each, Recording):
+            raise HopformError(
+                f"{name}[{n}] must be a Recording, as read_recording gives it, or a file of one, got {shown(each)}"
+            )
+    return tuple(found)
+
+
+def read_some(recordings: Recordings) -> tuple[Recording, ...]:
+    """The same; HopformError for none."""
+    several = read_several(recordings, "recordings")
+    if not several:
+        raise HopformError("a fit needs at least one recording, got none")
+    return several
+
+
+def check(
+    recordings: Mapping[Kind, Sequence[Recording]], known: Mapping[str, float] | None = None, loss: str = "linear"
+) -> list[Group]:
+    """Each kind with its units, with what is known of it, and with what fixes its scale. A spring that a body shows
+    gives the scale of step responses against it.
+    """
+    allowed = tuple(dict.fromkeys(letter for kind in recordings for letter in (*kind.letters, *kind.given)))
+    some = {kind: several for kind, several in recordings.items() if several}
+    if all(kind.rig == "threshold" for kind in some):
+        of = " of a drop, a decay or a step; a ramp alone gives a threshold" if len(recordings) > 1 else ", got none"
+        raise HopformError(f"a fit needs at least one recording{of}")
+    shared = any("k" in kind.letters and kind.position == "x2" for kind in some) or "k" in (known or {})
+    scaled = shared and any(kind.rig == "held" for kind in some)
+    groups = list[Group]()
+    for kind, several in some.items():
+        units = units_of(several, kind.position, driven=kind.driven)
+        values = checked_known(known, allowed, units)
+        own = {name: value for name, value in values.items() if name in (*kind.letters, *kind.given)}
+        groups.append(kind.check(Group(kind, several, units, {**kind.defaults, **own}, loss=loss), scaled))
+    if len({each.units.position for each in groups}) > 1:
+        raise HopformError("recordings in m and in rad are of two mechanisms: fit them apart")
+    return groups
+
+
+def segment(groups: Sequence[Group]) -> list[Group]:
+    """Each kind with its motions."""
+    found = list[Group]()
+    for group in groups:
+        found.append(group.kind.segment(group, _motions(found)))
+    return found
+
+
+def _motions(groups: Sequence[Group]) -> int:
+    return sum(len(each.cuts) for each in groups)
+
+
+def start(groups: Sequence[Group], backend: str | None = None, *, whole: bool = False) -> Problem:
+    """The least-squares problem of all motions, with the starts that they show; whole: of a robot, of several kinds."""
+    several = [each.kind.posed(each, _motions(groups[:n]), backend) for n, each in enumerate(groups)]
+    return _merged(several) if whole else several[0]
+
+
+def problem_of(
+    given: Mapping[Kind, Recordings], known: Mapping[str, float] | None = None, backend: str | None = None
+) -> Problem:
+    """The least-squares problem of recordings, to which the first stages lead."""
+    return start(segment(check(read(given), known)), backend, whole=len(given) > 1)
+
+
+_OWN = ("rest", "x", "v", "x1", "v1")
+"""Letters of the beginning of a motion."""
+_SCALED: tuple[str, ...] = ("m_eff", "k", "b1", "gamma2")
+"""Motion and current fix these only up to one common factor."""
+_DOMAINS = {
+    "m_s": "positive", "k": "positive", "m_eff": "positive", "b1": "nonnegative", "f1": "nonnegative",
+    "b2": "nonnegative", "f2": "nonnegative", "impact_loss": "fraction",
+}  # fmt: skip
+
+
+def _name(letter: str, motion: int, recording: int | None) -> str:
+    """The parameter of a letter: where a motion begins is its own; under a mass that is added, friction is that of a
+    recording.
+    """
+    if letter in _OWN:
+        return f"{letter}@{motion}"
+    return f"{letter}@{recording}" if recording is not None and letter in ("b2", "f2") else letter
+
+
+def _by_name(guesses: Sequence[Guess], names: Sequence[Mapping[str, str]]) -> Guess:
+    """Where each parameter starts: the median over the motions that share it."""
+    found = dict[str, list[float]]()
+    for guess, own in zip(guesses, names, strict=True):
+        for letter, name in own.items():
+            found.setdefault(name, []).append(guess[letter])
+    return {name: float(np.median(values)) for name, values in found.items()}
+
+
+def _parameter(letter: str, name: str, value: float, x: Array, units: Units) -> Parameter:
+    reach = float(np.ptp(x))
+    scales = dict.fromkeys(("rest", "x", "x1", "length"), 0.1 * reach) | dict.fromkeys(("v", "v1"), reach)
+    scale = (scales | {"impact_loss": 0.1, "offset": 0.1}).get(letter, max(abs(value), 0.1))
+    return Parameter(name, units.of(UNITS[letter]), value, scale, _DOMAINS.get(letter, "real"),
+                     profiled=letter in ("f1", "f2"), own=letter in _OWN)  # fmt: skip
+
+
+def _merged(problems: Sequence[Problem]) -> Problem:
+    """One problem of several: parameters of one name are one, those fitted first give the starts.
+
+    Each problem's other starts are tried beside the first of all the rest.
+    """
+    parameters, known = dict[str, Parameter](), dict[str, float]()
+    first, others = Guess(), list[Guess]()
+    for problem in problems:
+        own = {p.name: p.start for p in problem.parameters}
+        shared = next((name for name in ("k", "m_eff") if name in parameters and own.get(name, 0.0) > 0.0), None)
+        factor = parameters[shared].start / own[shared] if shared and problem.quantity == "x1" else 1.0
+        factors = {name: factor for name in _SCALED}
+        several = [
+            {name: value * factors.get(name, 1.0) for name, value in each.items()} for each in problem.starts or (own,)
+        ]
+        for p in problem.parameters:
+            by = factors.get(p.name, 1.0)
+            parameters.setdefault(p.name, p._replace(start=p.start * by, scale=max(p.scale * by, 1e-12)))
+        new = [{name: value for name, value in each.items() if name not in first} for each in several]
+        others += [each for each in new[1:] if each != new[0]]
+        first |= new[0]
+        known |= problem.known
+    known = {name: value for name, value in known.items() if name not in parameters}
+    statements = dict.fromkeys(each for p in problems for each in p.statements)
+    return Problem(
+        "robot", "x1, x2", tuple(_experiments(problems, parameters, known)), tuple(parameters.values()),
+        (first, *(first | each for each in others)), known, (*statements, *_missing(parameters, known)),
+        tuple(each for p in problems for each in p.warnings),
+        parts=max((p.parts for p in problems), key=len),
+        units=next((each.units for each in problems if each.quantity == "x1"), problems[0].units),
+        scale=all(p.scale for p in problems),
+    )  # fmt: skip
+
+
+def _experiments(
+    problems: Sequence[Problem], parameters: Mapping[str, Parameter], known: Mapping[str, float]
+) -> Iterator[Experiment]:
+    """All of them; a threshold is one of parameters that others fit or know, and counts where friction is fitted."""
+    for each in (each for problem in problems for each in problem.experiments):
+        if each.kind != "threshold":
+            yield each
+        elif "f1" in parameters:
+            names = {letter: letter for letter in each.names if letter in parameters}
+            yield replace(each, names=names, constants={name: known[name] for name in each.names if name not in names})
+
+
+def _missing(names: Iterable[str], known: Mapping[str, float]) -> list[str]:
+    """Parameters that no recording identifies, with one that would."""
+    has = {name.partition("@")[0] for name in names} | set(known)
+    statements = list[str]()
+    if "b2" not in has:
+        statements.append("nothing was recorded of the body: a drop test gives k/m_s, b2, f2, L0 + c and impact_loss")
+    elif "length" not in has:
+        statements.append(
+            "L0 + c and impact_loss cannot be identified from a body that is fixed to its spring: "
+            "drop it onto the ground"
+        )
+    if "b1" not in has:
+        statements.append("nothing was recorded of the actuator: a step response gives m_eff, b1, f1 and gamma2")
+    return statements
+
+
+def checked_known(known: Mapping[str, float] | None, allowed: Sequence[str], units: Units = HOPPER) -> dict[str, float]:
+    """The known values; HopformError for a name that is no parameter here or a value that is out of its domain."""
+    values = dict[str, float]()
+    for name, value in mapping("known", known).items():
+        if not isinstance(name, str) or name not in allowed:
+            raise HopformError(
+                f"known: there is no parameter {shown(name)} in this fit; there are {', '.join(allowed)}"
+            )
+        unit = units.of(UNITS[name])
+        number = real(f"known: {name}", value, unit or "1")
+        if not (math.isfinite(number) or name in ("x1_min", "x1_max")):
+            raise HopformError(f"known: {name} must be a finite number in {unit or '1'}, got {number!r}")
+        if name in ("m_s", "m_eff", "k") and not number > 0.0:
+            raise HopformError(f"known: {name} must be > 0 {unit}, got {number!r}")
+        if name in ("b1", "b2", "f1", "f2", "g", "impact_loss") and number < 0.0:
+            raise HopformError(f"known: {name} must be >= 0 {unit}, got {number!r}")
+        values[name] = number
+    return values
