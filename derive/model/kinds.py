@@ -81,6 +81,7 @@ ENDINGS = Kind(
         Word(2, "rest", "both masses are held and nothing can change"),
         Word(3, "horizon", "the longest time was reached"),
         Word(4, "too_many_phases", "the cap on phases was reached"),
+        Word(5, "uncertified", "no first event was certified within the bound; up to here it is"),
     ),
 )
 EVENTS = Kind(

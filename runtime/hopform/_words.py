@@ -13,6 +13,7 @@ ENDINGS = {
     "rest": "comes to rest after",
     "horizon": "is still on the ground after",
     "too_many_phases": "has had the allowed number of phases after",
+    "uncertified": "is certified up to",
 }
 EVENTS: dict[str, str] = {
     kind: kind.replace("x1_", "actuator ").replace("x2_", "body ").replace("_", " ") for kind in KINDS.values()

@@ -20,7 +20,12 @@
 
 #include "phase_f32.h"
 
-enum { MOST_EVENT_FUNCTIONS_f32 = 3, MOST_CUTS_f32 = 400 };
+enum { MOST_EVENT_FUNCTIONS_f32 = 3 };
+
+/* Intervals that are certified, or cut, in a phase at most. */
+#ifndef HOPFORM_MOST_INTERVALS
+#define HOPFORM_MOST_INTERVALS 100000
+#endif
 
 /* An event function. `kind` and `side` are the caller's. */
 typedef struct {
@@ -502,6 +507,7 @@ typedef struct {
     float low;
     propagator_f32 high;
     int32_t found; /* -1: none */
+    int32_t count; /* of the phase, so far */
     jet_f32 from[MOST_EVENT_FUNCTIONS_f32];
     jet_f32 to[MOST_EVENT_FUNCTIONS_f32];
 } interval_f32;
@@ -647,22 +653,25 @@ static inline bool is_certified_inside_f32(const event_set_f32 *set, interval_f3
     return false;
 }
 
-/* Ends the interval at the first root in it, if it has one. */
-static inline void find_first_root_f32(const event_set_f32 *set, interval_f32 *in)
+/* Ends the interval at the first root in it, if it has one; false if no certificate is found within the bound. */
+static inline bool find_first_root_f32(const event_set_f32 *set, interval_f32 *in)
 {
-    for (int32_t cuts = 0; cuts < MOST_CUTS_f32; cuts++) {
+    bool certified = false;
+    while (!certified) {
+        if (in->count >= HOPFORM_MOST_INTERVALS) {
+            return false;
+        }
+        in->count++;
         end_at_first_crossing_f32(set, in);
-        bool certified = true;
+        certified = true;
         for (int32_t n = 0; n < set->count && certified; n++) {
             certified = is_certified_f32(set, in, n) || is_certified_inside_f32(set, in, n);
-        }
-        if (certified) {
-            break;
         }
     }
     if (in->found > 0) {
         settle_ties_f32(set, in);
     }
+    return true;
 }
 
 /* The next interval begins where this one has ended. */

@@ -20,7 +20,12 @@
 
 #include "phase_f64.h"
 
-enum { MOST_EVENT_FUNCTIONS_f64 = 3, MOST_CUTS_f64 = 400 };
+enum { MOST_EVENT_FUNCTIONS_f64 = 3 };
+
+/* Intervals that are certified, or cut, in a phase at most. */
+#ifndef HOPFORM_MOST_INTERVALS
+#define HOPFORM_MOST_INTERVALS 100000
+#endif
 
 /* An event function. `kind` and `side` are the caller's. */
 typedef struct {
@@ -502,6 +507,7 @@ typedef struct {
     double low;
     propagator_f64 high;
     int32_t found; /* -1: none */
+    int32_t count; /* of the phase, so far */
     jet_f64 from[MOST_EVENT_FUNCTIONS_f64];
     jet_f64 to[MOST_EVENT_FUNCTIONS_f64];
 } interval_f64;
@@ -647,22 +653,25 @@ static inline bool is_certified_inside_f64(const event_set_f64 *set, interval_f6
     return false;
 }
 
-/* Ends the interval at the first root in it, if it has one. */
-static inline void find_first_root_f64(const event_set_f64 *set, interval_f64 *in)
+/* Ends the interval at the first root in it, if it has one; false if no certificate is found within the bound. */
+static inline bool find_first_root_f64(const event_set_f64 *set, interval_f64 *in)
 {
-    for (int32_t cuts = 0; cuts < MOST_CUTS_f64; cuts++) {
+    bool certified = false;
+    while (!certified) {
+        if (in->count >= HOPFORM_MOST_INTERVALS) {
+            return false;
+        }
+        in->count++;
         end_at_first_crossing_f64(set, in);
-        bool certified = true;
+        certified = true;
         for (int32_t n = 0; n < set->count && certified; n++) {
             certified = is_certified_f64(set, in, n) || is_certified_inside_f64(set, in, n);
-        }
-        if (certified) {
-            break;
         }
     }
     if (in->found > 0) {
         settle_ties_f64(set, in);
     }
+    return true;
 }
 
 /* The next interval begins where this one has ended. */

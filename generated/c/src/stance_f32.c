@@ -16,7 +16,8 @@ typedef enum {
     STANCE_END_STOP_f32,
     END_VELOCITY_2_f32,
     END_THRESHOLD_2_f32,
-    END_TAKEOFF_f32
+    END_TAKEOFF_f32,
+    END_UNCERTIFIED_f32
 } stance_end_kind_f32;
 
 typedef struct {
@@ -364,8 +365,10 @@ static stance_phase_end_f32 stance_find_end_f32(const stance_chain_f32 *chain, c
         in.from[n] = jet_at_start_f32(poles, &set->function[n]);
     }
     in.found = lost_at_once_f32(set, &in);
+    in.count = 0;
     bool stops = false;
-    for (int32_t intervals = 1; in.found < 0 && !stops && in.high.t < limit; intervals++) {
+    bool certified = true;
+    for (int32_t intervals = 1; in.found < 0 && !stops && certified && in.high.t < limit; intervals++) {
         if (intervals > 1) {
             begin_interval_f32(set, &in);
         }
@@ -375,15 +378,20 @@ static stance_phase_end_f32 stance_find_end_f32(const stance_chain_f32 *chain, c
         } else {
             reach_ahead_f32(set, &in, limit);
             bool later = true; /* once at most, and then what else happens by then is looked at */
-            for (int n = 0; n < 2 && later; n++) {
-                find_first_root_f32(set, &in);
+            for (int n = 0; n < 2 && later && certified; n++) {
+                certified = find_first_root_f32(set, &in);
                 cross_at_the_limit_f32(&events, limit, &in);
                 later = n == 0 && sharpen_takeoff_f32(chain, &events, limit, &in);
             }
         }
         const float t = in.high.t;
-        stops = meets_stop_f32(chain, &events, &in.high)
+        stops = certified && meets_stop_f32(chain, &events, &in.high)
                 && !(is_takeoff_f32(set, in.found) && t <= in.high.t * (1.0f + 8.0f * HOPFORM_EPS_f32));
+    }
+    if (!certified) {
+        const propagator_f32 last = propagator_at_f32(poles, in.low);
+        const stance_phase_end_f32 result = {in.low, END_UNCERTIFIED_f32, 0, last.basis, 0.0f};
+        return result;
     }
     stance_phase_end_f32 result = end_of_f32(&events, &in, stops, limit);
     if (result.kind == END_VELOCITY_1_f32) {
@@ -576,6 +584,7 @@ static void stance_pass_f32(stance_chain_f32 *chain, const hopform_motion_f32 *m
         next_step_f32(chain);
         break;
     case END_TAKEOFF_f32:
+    case END_UNCERTIFIED_f32:
     default:
         break;
     }
@@ -673,6 +682,9 @@ static int32_t stance_run_f32(stance_chain_f32 *chain)
         }
         if (end.kind == STANCE_END_LIMIT_f32 && !(until < chain->horizon)) {
             return HOPFORM_ENDING_HORIZON;
+        }
+        if (end.kind == END_UNCERTIFIED_f32) {
+            return HOPFORM_ENDING_UNCERTIFIED;
         }
         stance_pass_f32(chain, &motion, &end);
         if (!HOPFORM_CONTACT_IS_COMPRESSION && end.kind == STANCE_END_STOP_f32

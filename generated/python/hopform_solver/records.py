@@ -135,6 +135,7 @@ Ending: TypeAlias = Literal[
     "rest",
     "horizon",
     "too_many_phases",
+    "uncertified",
 ]
 """How a stance ended."""
 
@@ -143,6 +144,7 @@ ENDINGS = {
     2: "rest",  # both masses are held and nothing can change
     3: "horizon",  # the longest time was reached
     4: "too_many_phases",  # the cap on phases was reached
+    5: "uncertified",  # no first event was certified within the bound; up to here it is
 }
 """Its words by their numbers in the C library."""
 

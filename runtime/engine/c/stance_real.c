@@ -16,7 +16,8 @@ typedef enum {
     STANCE_END_STOP_real,
     END_VELOCITY_2_real,
     END_THRESHOLD_2_real,
-    END_TAKEOFF_real
+    END_TAKEOFF_real,
+    END_UNCERTIFIED_real
 } stance_end_kind_real;
 
 typedef struct {
@@ -364,8 +365,10 @@ static stance_phase_end_real stance_find_end_real(const stance_chain_real *chain
         in.from[n] = jet_at_start_real(poles, &set->function[n]);
     }
     in.found = lost_at_once_real(set, &in);
+    in.count = 0;
     bool stops = false;
-    for (int32_t intervals = 1; in.found < 0 && !stops && in.high.t < limit; intervals++) {
+    bool certified = true;
+    for (int32_t intervals = 1; in.found < 0 && !stops && certified && in.high.t < limit; intervals++) {
         if (intervals > 1) {
             begin_interval_real(set, &in);
         }
@@ -375,15 +378,20 @@ static stance_phase_end_real stance_find_end_real(const stance_chain_real *chain
         } else {
             reach_ahead_real(set, &in, limit);
             bool later = true; /* once at most, and then what else happens by then is looked at */
-            for (int n = 0; n < 2 && later; n++) {
-                find_first_root_real(set, &in);
+            for (int n = 0; n < 2 && later && certified; n++) {
+                certified = find_first_root_real(set, &in);
                 cross_at_the_limit_real(&events, limit, &in);
                 later = n == 0 && sharpen_takeoff_real(chain, &events, limit, &in);
             }
         }
         const real t = in.high.t;
-        stops = meets_stop_real(chain, &events, &in.high)
+        stops = certified && meets_stop_real(chain, &events, &in.high)
                 && !(is_takeoff_real(set, in.found) && t <= in.high.t * (1.0 + 8.0 * HOPFORM_EPS_real));
+    }
+    if (!certified) {
+        const propagator_real last = propagator_at_real(poles, in.low);
+        const stance_phase_end_real result = {in.low, END_UNCERTIFIED_real, 0, last.basis, 0.0};
+        return result;
     }
     stance_phase_end_real result = end_of_real(&events, &in, stops, limit);
     if (result.kind == END_VELOCITY_1_real) {
@@ -576,6 +584,7 @@ static void stance_pass_real(stance_chain_real *chain, const hopform_motion_real
         next_step_real(chain);
         break;
     case END_TAKEOFF_real:
+    case END_UNCERTIFIED_real:
     default:
         break;
     }
@@ -673,6 +682,9 @@ static int32_t stance_run_real(stance_chain_real *chain)
         }
         if (end.kind == STANCE_END_LIMIT_real && !(until < chain->horizon)) {
             return HOPFORM_ENDING_HORIZON;
+        }
+        if (end.kind == END_UNCERTIFIED_real) {
+            return HOPFORM_ENDING_UNCERTIFIED;
         }
         stance_pass_real(chain, &motion, &end);
         if (!HOPFORM_CONTACT_IS_COMPRESSION && end.kind == STANCE_END_STOP_real

@@ -522,7 +522,7 @@ static void any_intervals(void) {
     double h;
     any_phase(&poles, &node);
     const event_set_f64 set = any_function(&poles, &node, &h);
-    interval_f64 in;
+    interval_f64 in = {0};
     in.low = 0.0;
     in.found = -1;
     in.high = propagator_at_f64(&poles, h);

@@ -64,6 +64,7 @@ extern "C" {
 #define HOPFORM_ENDING_REST 2        /**< both masses are held and nothing can change */
 #define HOPFORM_ENDING_HORIZON 3     /**< the longest time was reached */
 #define HOPFORM_ENDING_TOO_MANY_PHASES 4 /**< the cap on phases was reached */
+#define HOPFORM_ENDING_UNCERTIFIED 5 /**< no first event was certified within the bound; up to here it is */
 
 /** What starts a phase; 0 is the start of the stance or a step of the current. */
 #define HOPFORM_EVENT_X1_REVERSES 1  /**< the actuator reverses */

@@ -316,7 +316,9 @@ int32_t hopform_plan_init_f32(hopform_plan_f32 *plan, const hopform_robot_f32 *r
  *
  * start: state after the impact, y = 0 at touchdown; it may lie in the stance or in the phases. steps: the current, at
  * most HOPFORM_MOST_STEPS, steps[0].t = 0, times increase. horizon [s]: longest time. max_phases: after so many phases
- * the ending is too_many_phases. A plan or steps that overlap the phases or the stance are refused.
+ * the ending is too_many_phases; where no first event of a phase is certified within 100 000 intervals it is
+ * uncertified, and the stance is known up to its duration. A plan or steps that overlap the phases or the stance are
+ * refused.
  */
 int32_t hopform_solve_stance_f32(const hopform_plan_f32 *plan, const hopform_state_f32 *start,
                                   const hopform_step_f32 *steps, int32_t step_count, float horizon,
