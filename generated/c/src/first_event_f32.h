@@ -20,7 +20,8 @@
 
 #include "phase_f32.h"
 
-enum { MOST_EVENT_FUNCTIONS_f32 = 3 };
+/* A function may be located at a later root first, and so more than once. */
+enum { MOST_EVENT_FUNCTIONS_f32 = 3, MOST_TRIES_f32 = 4 * MOST_EVENT_FUNCTIONS_f32 };
 
 /* Intervals that are certified, or cut, in a phase at most. */
 #ifndef HOPFORM_MOST_INTERVALS
@@ -537,7 +538,7 @@ static inline void look_there_f32(const event_set_f32 *set, interval_f32 *in)
 static inline void end_at_first_crossing_f32(const event_set_f32 *set, interval_f32 *in)
 {
     look_there_f32(set, in);
-    for (int32_t tries = 0; tries < MOST_EVENT_FUNCTIONS_f32; tries++) {
+    for (int32_t tries = 0; tries < MOST_TRIES_f32; tries++) {
         const float h = in->high.t - in->low;
         int32_t first = -1;
         float share = 2.0f;
@@ -600,12 +601,21 @@ static inline float deflated_f32(const event_set_f32 *set, const event_function_
     return at->curvature + set->node->pole * at->rate;
 }
 
+/* What the rules rest on: at the end of the interval no function but that with its root there is below zero. */
+static inline bool is_above_zero_f32(const jet_f32 *to, float rounding)
+{
+    return !(to->value < -rounding);
+}
+
 /* Whether function n has no root before the end of the interval, by the rules that take no further evaluation. */
 static inline bool is_certified_f32(const event_set_f32 *set, const interval_f32 *in, int32_t n)
 {
     const event_function_f32 *g = &set->function[n];
     const jet_f32 *from = &in->from[n];
     const jet_f32 *to = &in->to[n];
+    if (to->value < 0.0f && n != in->found && !is_above_zero_f32(to, rounding_of_f32(g, &in->high, to->rate))) {
+        return false;
+    }
     const float d = deflated_f32(set, g, from, in->low);
     const float d_then = deflated_f32(set, g, to, in->high.t);
     if (has_no_root_f32(from, d, to, d_then)) {

@@ -20,7 +20,8 @@
 
 #include "phase_f64.h"
 
-enum { MOST_EVENT_FUNCTIONS_f64 = 3 };
+/* A function may be located at a later root first, and so more than once. */
+enum { MOST_EVENT_FUNCTIONS_f64 = 3, MOST_TRIES_f64 = 4 * MOST_EVENT_FUNCTIONS_f64 };
 
 /* Intervals that are certified, or cut, in a phase at most. */
 #ifndef HOPFORM_MOST_INTERVALS
@@ -537,7 +538,7 @@ static inline void look_there_f64(const event_set_f64 *set, interval_f64 *in)
 static inline void end_at_first_crossing_f64(const event_set_f64 *set, interval_f64 *in)
 {
     look_there_f64(set, in);
-    for (int32_t tries = 0; tries < MOST_EVENT_FUNCTIONS_f64; tries++) {
+    for (int32_t tries = 0; tries < MOST_TRIES_f64; tries++) {
         const double h = in->high.t - in->low;
         int32_t first = -1;
         double share = 2.0;
@@ -600,12 +601,21 @@ static inline double deflated_f64(const event_set_f64 *set, const event_function
     return at->curvature + set->node->pole * at->rate;
 }
 
+/* What the rules rest on: at the end of the interval no function but that with its root there is below zero. */
+static inline bool is_above_zero_f64(const jet_f64 *to, double rounding)
+{
+    return !(to->value < -rounding);
+}
+
 /* Whether function n has no root before the end of the interval, by the rules that take no further evaluation. */
 static inline bool is_certified_f64(const event_set_f64 *set, const interval_f64 *in, int32_t n)
 {
     const event_function_f64 *g = &set->function[n];
     const jet_f64 *from = &in->from[n];
     const jet_f64 *to = &in->to[n];
+    if (to->value < 0.0 && n != in->found && !is_above_zero_f64(to, rounding_of_f64(g, &in->high, to->rate))) {
+        return false;
+    }
     const double d = deflated_f64(set, g, from, in->low);
     const double d_then = deflated_f64(set, g, to, in->high.t);
     if (has_no_root_f64(from, d, to, d_then)) {

@@ -20,7 +20,8 @@
 
 #include "phase_real.h"
 
-enum { MOST_EVENT_FUNCTIONS_real = 3 };
+/* A function may be located at a later root first, and so more than once. */
+enum { MOST_EVENT_FUNCTIONS_real = 3, MOST_TRIES_real = 4 * MOST_EVENT_FUNCTIONS_real };
 
 /* Intervals that are certified, or cut, in a phase at most. */
 #ifndef HOPFORM_MOST_INTERVALS
@@ -537,7 +538,7 @@ static inline void look_there_real(const event_set_real *set, interval_real *in)
 static inline void end_at_first_crossing_real(const event_set_real *set, interval_real *in)
 {
     look_there_real(set, in);
-    for (int32_t tries = 0; tries < MOST_EVENT_FUNCTIONS_real; tries++) {
+    for (int32_t tries = 0; tries < MOST_TRIES_real; tries++) {
         const real h = in->high.t - in->low;
         int32_t first = -1;
         real share = 2.0;
@@ -600,12 +601,21 @@ static inline real deflated_real(const event_set_real *set, const event_function
     return at->curvature + set->node->pole * at->rate;
 }
 
+/* What the rules rest on: at the end of the interval no function but that with its root there is below zero. */
+static inline bool is_above_zero_real(const jet_real *to, real rounding)
+{
+    return !(to->value < -rounding);
+}
+
 /* Whether function n has no root before the end of the interval, by the rules that take no further evaluation. */
 static inline bool is_certified_real(const event_set_real *set, const interval_real *in, int32_t n)
 {
     const event_function_real *g = &set->function[n];
     const jet_real *from = &in->from[n];
     const jet_real *to = &in->to[n];
+    if (to->value < 0.0 && n != in->found && !is_above_zero_real(to, rounding_of_real(g, &in->high, to->rate))) {
+        return false;
+    }
     const real d = deflated_real(set, g, from, in->low);
     const real d_then = deflated_real(set, g, to, in->high.t);
     if (has_no_root_real(from, d, to, d_then)) {
