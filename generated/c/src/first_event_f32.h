@@ -447,10 +447,12 @@ static inline propagator_f32 minimum_between_f32(const event_set_f32 *set, const
     return at;
 }
 
-/* Where d, which changes its sign within an interval, has its root: the chord's, kept off the ends. */
+/* Where d has its root within an interval: the chord's, kept off the ends; a quarter of it where it has no two signs.
+ */
 static inline float cut_between_f32(float d, float d_then, float h)
 {
-    const float share = fabs_f32(d_then) > 0.0f ? d / (d - d_then) : 0.25f;
+    const bool changes = (d < 0.0f) != (d_then < 0.0f) && fabs_f32(d_then) > 0.0f;
+    const float share = changes ? d / (d - d_then) : 0.25f;
     const float inside = share > 0.015625f ? (share < 0.984375f ? share : 0.984375f) : 0.015625f;
     return inside * h;
 }
@@ -726,7 +728,8 @@ static inline int32_t lost_at_once_f32(const event_set_f32 *set, interval_f32 *i
 /* Rule 3 of a pair that rings with omega. From rest a mass swings for a half turn. */
 static inline float time_to_rest_of_ringing_f32(const hopform_poles_f32 *poles, float omega, float v, float acc)
 {
-    const float slowing = hopform_angle_f32(-(acc + 0.5f * poles->p * v) / omega, v) / omega;
+    const float back = v > 0.0f ? -(acc + 0.5f * poles->p * v) / omega : 1.0f;
+    const float slowing = hopform_angle_f32(back, v) / omega;
     const float at_once = acc < 0.0f ? 0.0f : HOPFORM_NEVER_f32;
     const float from_rest = acc > 0.0f ? 3.1415927f / omega : at_once;
     return v > 0.0f ? slowing : from_rest;

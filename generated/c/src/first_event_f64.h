@@ -447,10 +447,12 @@ static inline propagator_f64 minimum_between_f64(const event_set_f64 *set, const
     return at;
 }
 
-/* Where d, which changes its sign within an interval, has its root: the chord's, kept off the ends. */
+/* Where d has its root within an interval: the chord's, kept off the ends; a quarter of it where it has no two signs.
+ */
 static inline double cut_between_f64(double d, double d_then, double h)
 {
-    const double share = fabs_f64(d_then) > 0.0 ? d / (d - d_then) : 0.25;
+    const bool changes = (d < 0.0) != (d_then < 0.0) && fabs_f64(d_then) > 0.0;
+    const double share = changes ? d / (d - d_then) : 0.25;
     const double inside = share > 0.015625 ? (share < 0.984375 ? share : 0.984375) : 0.015625;
     return inside * h;
 }
@@ -726,7 +728,8 @@ static inline int32_t lost_at_once_f64(const event_set_f64 *set, interval_f64 *i
 /* Rule 3 of a pair that rings with omega. From rest a mass swings for a half turn. */
 static inline double time_to_rest_of_ringing_f64(const hopform_poles_f64 *poles, double omega, double v, double acc)
 {
-    const double slowing = hopform_angle_f64(-(acc + 0.5 * poles->p * v) / omega, v) / omega;
+    const double back = v > 0.0 ? -(acc + 0.5 * poles->p * v) / omega : 1.0;
+    const double slowing = hopform_angle_f64(back, v) / omega;
     const double at_once = acc < 0.0 ? 0.0 : HOPFORM_NEVER_f64;
     const double from_rest = acc > 0.0 ? 3.141592653589793 / omega : at_once;
     return v > 0.0 ? slowing : from_rest;

@@ -447,10 +447,12 @@ static inline propagator_real minimum_between_real(const event_set_real *set, co
     return at;
 }
 
-/* Where d, which changes its sign within an interval, has its root: the chord's, kept off the ends. */
+/* Where d has its root within an interval: the chord's, kept off the ends; a quarter of it where it has no two signs.
+ */
 static inline real cut_between_real(real d, real d_then, real h)
 {
-    const real share = fabs_real(d_then) > 0.0 ? d / (d - d_then) : 0.25;
+    const bool changes = (d < 0.0) != (d_then < 0.0) && fabs_real(d_then) > 0.0;
+    const real share = changes ? d / (d - d_then) : 0.25;
     const real inside = share > 0.015625 ? (share < 0.984375 ? share : 0.984375) : 0.015625;
     return inside * h;
 }
@@ -726,7 +728,8 @@ static inline int32_t lost_at_once_real(const event_set_real *set, interval_real
 /* Rule 3 of a pair that rings with omega. From rest a mass swings for a half turn. */
 static inline real time_to_rest_of_ringing_real(const hopform_poles_real *poles, real omega, real v, real acc)
 {
-    const real slowing = hopform_angle_real(-(acc + 0.5 * poles->p * v) / omega, v) / omega;
+    const real back = v > 0.0 ? -(acc + 0.5 * poles->p * v) / omega : 1.0;
+    const real slowing = hopform_angle_real(back, v) / omega;
     const real at_once = acc < 0.0 ? 0.0 : HOPFORM_NEVER_real;
     const real from_rest = acc > 0.0 ? 3.141592653589793 / omega : at_once;
     return v > 0.0 ? slowing : from_rest;
