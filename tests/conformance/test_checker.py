@@ -73,6 +73,7 @@ def test_the_reference_measures_the_errors_that_the_checker_measures():
     assert compared >= 25
 
 
+@pytest.mark.sliced
 def test_hardly_a_random_stance_is_ill_conditioned():
     """Those above 1000, or that other inputs take to other events, are at most 0.1 %:
     an error is hardly ever excused.

@@ -29,6 +29,8 @@ from tests.oracle.mechanism import builders
 from tests.oracle.mechanism.compare import WRONG, Answer, compare
 from tools.build_library import compile_sources
 
+pytestmark = pytest.mark.sliced  # a solver is generated and compiled
+
 MODELS = Path(__file__).resolve().parents[1] / "models"
 PARAMETERS = ("m_eff", "m_s", "k", "L0", "c", "b1", "b2", "f1", "f2", "gamma2", "g", "x1_min", "x1_max")
 DROP = -math.sqrt(2.0 * 9.81 * 0.2 * 0.95)

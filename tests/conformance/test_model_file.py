@@ -156,6 +156,7 @@ def in_reference(robot: hopform.Robot, k_emf: float) -> dict[str, Any]:
     return parameters | {"b1": mp.mpf(parameters["b1"]) + mp.mpf(k_emf)}
 
 
+@pytest.mark.sliced
 def test_derivatives_with_a_back_emf_are_those_of_the_reference(package, library):
     """Through a stop, and by the new parameter, which moves whatever it moves as b1 does."""
     robot, k_emf = dataclasses.replace(hopform.load_robot("hopper_c"), x1_max=0.05), 10.0

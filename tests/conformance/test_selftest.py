@@ -66,6 +66,7 @@ def test_the_library_of_python_returns_the_digest_of_every_compiler(tmp_path, li
     assert found.groups() == (f"{selftest('float32'):08x}", f"{selftest('float64'):08x}")
 
 
+@pytest.mark.sliced
 def test_random_stances_flights_and_commands_have_the_same_bits_with_every_compiler(tmp_path, library):
     digests = {
         output_of(built(tmp_path, library, "digests", *compiler, level))

@@ -161,6 +161,7 @@ def asks(source: Path) -> set[str]:
     )
 
 
+@pytest.mark.sliced
 @pytest.mark.parametrize("compiler", the_first(COMPILERS))
 def test_the_library_needs_no_libm(tmp_path, compiler):
     """As the README says: optimised, with -fno-math-errno, a square root is an instruction;

@@ -133,6 +133,7 @@ int main(void)
 """
 
 
+@pytest.mark.sliced
 @pytest.mark.parametrize("way", the_first(list(WAYS)))
 def test_another_cmake_project_consumes_the_package(packages, tmp_path, way):
     from hopform._export.selftest import selftest

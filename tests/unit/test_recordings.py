@@ -138,6 +138,7 @@ def with_column(recording, name, values) -> str:
     return to_csv(dataclasses.replace(recording, columns={**recording.columns, name: column}))
 
 
+@pytest.mark.sliced
 def test_a_fit_that_misses_is_refused(tmp_path, capsys):
     """Heights in m that are called cm: a free actuator hides it from the check by g, the fit does not."""
     path = tmp_path / "free.csv"
