@@ -190,15 +190,15 @@ static inline void hopform_put_refusal_f32(const hopform_stances_out_f32 *out, i
 
 /* The events among the phases kept; true if they are all that there are. */
 static inline bool hopform_put_events_f32(const hopform_stances_out_f32 *out, int64_t i,
-                                           const hopform_stance_f32 *stance)
+                                           const hopform_stance_f32 *stance, const hopform_phase_f32 *phases)
 {
     float *times = out->event_time + i * out->event_capacity;
     int8_t *kinds = out->event_kind + i * out->event_capacity;
     int32_t found = 0;
     for (int32_t n = 0; n < stance->phases_kept && found < out->event_capacity; n++) {
-        if (out->phases[n].event != HOPFORM_EVENT_NONE) {
-            times[found] = out->phases[n].t;
-            kinds[found] = out->phases[n].event;
+        if (phases[n].event != HOPFORM_EVENT_NONE) {
+            times[found] = phases[n].t;
+            kinds[found] = phases[n].event;
             found++;
         }
     }
@@ -211,9 +211,31 @@ static inline bool hopform_put_events_f32(const hopform_stances_out_f32 *out, in
 
 /* ---- one stance ---- */
 
-static inline int32_t hopform_phases_kept_f32(const hopform_stances_out_f32 *out)
+/* How many phases of a stance are to be kept for its list. */
+static inline int32_t hopform_phases_wanted_f32(const hopform_stances_out_f32 *out)
 {
-    return out->phases == NULL ? 0 : out->phase_capacity;
+    return out->phases == NULL || out->event_time == NULL ? 0 : out->phase_capacity;
+}
+
+static inline hopform_state_f32 hopform_start_of_f32(const hopform_stances_in_f32 *in, int64_t i)
+{
+    const hopform_state_f32 start = {hopform_number_f32(&in->x1, i), hopform_number_f32(&in->v1, i),
+                                      hopform_number_f32(&in->v2, i), hopform_number_f32(&in->y, i)};
+    return start;
+}
+
+/* Put stance i, solved or refused, where it belongs; HOPFORM_PHASES_NOT_KEPT if its events do not fit. */
+static inline int32_t hopform_put_solved_f32(const hopform_stances_out_f32 *out, int64_t i,
+                                              const hopform_robot_f32 *robot, int32_t status,
+                                              const hopform_stance_f32 *stance, const hopform_phase_f32 *phases)
+{
+    if (status < 0) {
+        hopform_put_refusal_f32(out, i, status);
+    } else {
+        hopform_put_stance_f32(out, i, robot, stance);
+    }
+    const bool listed = out->event_time == NULL || hopform_put_events_f32(out, i, stance, phases);
+    return listed ? HOPFORM_OK : HOPFORM_PHASES_NOT_KEPT;
 }
 
 /* Solve stance i by itself; HOPFORM_PHASES_NOT_KEPT if its events did not fit. */
@@ -221,22 +243,15 @@ static inline int32_t hopform_solve_column_f32(const hopform_plan_f32 *plan, int
                                                 const hopform_stances_in_f32 *in, const hopform_stances_out_f32 *out,
                                                 int64_t i)
 {
-    const hopform_state_f32 start = {hopform_number_f32(&in->x1, i), hopform_number_f32(&in->v1, i),
-                                      hopform_number_f32(&in->v2, i), hopform_number_f32(&in->y, i)};
+    const hopform_state_f32 start = hopform_start_of_f32(in, i);
     const hopform_step_f32 step = {0.0f, hopform_number_f32(&in->u, i)};
     hopform_stance_f32 stance = {0, {0, 0, 0, 0}, 0, 0, 0, 0, 0, 0, 0};
     int32_t status = robot_status;
     if (status >= 0) {
         status = hopform_solve_stance_f32(plan, &start, &step, 1, hopform_number_f32(&in->horizon, i), in->max_phases,
-                                           out->phases, hopform_phases_kept_f32(out), &stance);
+                                           out->phases, hopform_phases_wanted_f32(out), &stance);
     }
-    if (status < 0) {
-        hopform_put_refusal_f32(out, i, status);
-    } else {
-        hopform_put_stance_f32(out, i, &plan->robot, &stance);
-    }
-    const bool listed = out->event_time == NULL || hopform_put_events_f32(out, i, &stance);
-    return listed ? HOPFORM_OK : HOPFORM_PHASES_NOT_KEPT;
+    return hopform_put_solved_f32(out, i, &plan->robot, status, &stance, out->phases);
 }
 
 #endif

@@ -190,15 +190,15 @@ static inline void hopform_put_refusal_real(const hopform_stances_out_real *out,
 
 /* The events among the phases kept; true if they are all that there are. */
 static inline bool hopform_put_events_real(const hopform_stances_out_real *out, int64_t i,
-                                           const hopform_stance_real *stance)
+                                           const hopform_stance_real *stance, const hopform_phase_real *phases)
 {
     real *times = out->event_time + i * out->event_capacity;
     int8_t *kinds = out->event_kind + i * out->event_capacity;
     int32_t found = 0;
     for (int32_t n = 0; n < stance->phases_kept && found < out->event_capacity; n++) {
-        if (out->phases[n].event != HOPFORM_EVENT_NONE) {
-            times[found] = out->phases[n].t;
-            kinds[found] = out->phases[n].event;
+        if (phases[n].event != HOPFORM_EVENT_NONE) {
+            times[found] = phases[n].t;
+            kinds[found] = phases[n].event;
             found++;
         }
     }
@@ -211,9 +211,31 @@ static inline bool hopform_put_events_real(const hopform_stances_out_real *out, 
 
 /* ---- one stance ---- */
 
-static inline int32_t hopform_phases_kept_real(const hopform_stances_out_real *out)
+/* How many phases of a stance are to be kept for its list. */
+static inline int32_t hopform_phases_wanted_real(const hopform_stances_out_real *out)
 {
-    return out->phases == NULL ? 0 : out->phase_capacity;
+    return out->phases == NULL || out->event_time == NULL ? 0 : out->phase_capacity;
+}
+
+static inline hopform_state_real hopform_start_of_real(const hopform_stances_in_real *in, int64_t i)
+{
+    const hopform_state_real start = {hopform_number_real(&in->x1, i), hopform_number_real(&in->v1, i),
+                                      hopform_number_real(&in->v2, i), hopform_number_real(&in->y, i)};
+    return start;
+}
+
+/* Put stance i, solved or refused, where it belongs; HOPFORM_PHASES_NOT_KEPT if its events do not fit. */
+static inline int32_t hopform_put_solved_real(const hopform_stances_out_real *out, int64_t i,
+                                              const hopform_robot_real *robot, int32_t status,
+                                              const hopform_stance_real *stance, const hopform_phase_real *phases)
+{
+    if (status < 0) {
+        hopform_put_refusal_real(out, i, status);
+    } else {
+        hopform_put_stance_real(out, i, robot, stance);
+    }
+    const bool listed = out->event_time == NULL || hopform_put_events_real(out, i, stance, phases);
+    return listed ? HOPFORM_OK : HOPFORM_PHASES_NOT_KEPT;
 }
 
 /* Solve stance i by itself; HOPFORM_PHASES_NOT_KEPT if its events did not fit. */
@@ -221,22 +243,15 @@ static inline int32_t hopform_solve_column_real(const hopform_plan_real *plan, i
                                                 const hopform_stances_in_real *in, const hopform_stances_out_real *out,
                                                 int64_t i)
 {
-    const hopform_state_real start = {hopform_number_real(&in->x1, i), hopform_number_real(&in->v1, i),
-                                      hopform_number_real(&in->v2, i), hopform_number_real(&in->y, i)};
+    const hopform_state_real start = hopform_start_of_real(in, i);
     const hopform_step_real step = {0.0, hopform_number_real(&in->u, i)};
     hopform_stance_real stance = {0, {0, 0, 0, 0}, 0, 0, 0, 0, 0, 0, 0};
     int32_t status = robot_status;
     if (status >= 0) {
         status = hopform_solve_stance_real(plan, &start, &step, 1, hopform_number_real(&in->horizon, i), in->max_phases,
-                                           out->phases, hopform_phases_kept_real(out), &stance);
+                                           out->phases, hopform_phases_wanted_real(out), &stance);
     }
-    if (status < 0) {
-        hopform_put_refusal_real(out, i, status);
-    } else {
-        hopform_put_stance_real(out, i, &plan->robot, &stance);
-    }
-    const bool listed = out->event_time == NULL || hopform_put_events_real(out, i, &stance);
-    return listed ? HOPFORM_OK : HOPFORM_PHASES_NOT_KEPT;
+    return hopform_put_solved_real(out, i, &plan->robot, status, &stance, out->phases);
 }
 
 #endif
