@@ -664,18 +664,6 @@ int32_t hopform_choose_current_f32(hopform_search_f32 *search, const hopform_pla
     return status == HOPFORM_SEARCHING ? HOPFORM_PHASES_NOT_KEPT : status;
 }
 
-/* Zeros in the array, if it is given, and the status. */
-static int32_t control_refuse_f32(int32_t status, int32_t start_count, int32_t current_count,
-                                   hopform_trial_f32 *trials)
-{
-    for (int32_t i = 0; trials != NULL && i < start_count; i++) {
-        for (int32_t j = 0; j < current_count; j++) {
-            trials[i * current_count + j] = control_nothing_f32;
-        }
-    }
-    return status;
-}
-
 /* Whether what currents are tried into holds some of what is read until the end. */
 static bool control_overwrites_inputs_f32(const hopform_plan_f32 *plan, const hopform_state_f32 *starts,
                                            int32_t start_count, const float *currents, int32_t current_count,
@@ -699,14 +687,16 @@ int32_t hopform_try_currents_f32(const hopform_plan_f32 *plan, const hopform_sta
                                   const float *currents, int32_t current_count, float horizon, hopform_phase_f32 *phases,
                                   int32_t capacity, hopform_trial_f32 *trials)
 {
+    const size_t row = current_count > 0 ? (size_t)current_count * sizeof *trials : 0;
+    const hopform_memory_f32 all = hopform_array_f32(trials, start_count, row);
     if (plan == NULL || starts == NULL || currents == NULL || phases == NULL || trials == NULL) {
-        return control_refuse_f32(HOPFORM_ERROR_NULL, start_count, current_count, trials);
+        return hopform_refuse_f32(HOPFORM_ERROR_NULL, &all, 1);
     }
     if (control_overwrites_inputs_f32(plan, starts, start_count, currents, current_count, phases, capacity, trials)) {
-        return control_refuse_f32(HOPFORM_ERROR_OVERLAP, start_count, current_count, trials);
+        return hopform_refuse_f32(HOPFORM_ERROR_OVERLAP, &all, 1);
     }
     if (!hopform_is_made_f32(plan) || !(plan->robot.g > 0.0f)) {
-        return control_refuse_f32(HOPFORM_ERROR_ROBOT, start_count, current_count, trials);
+        return hopform_refuse_f32(HOPFORM_ERROR_ROBOT, &all, 1);
     }
     int32_t kept = HOPFORM_OK;
     for (int32_t i = 0; i < start_count; i++) {
@@ -715,7 +705,7 @@ int32_t hopform_try_currents_f32(const hopform_plan_f32 *plan, const hopform_sta
             const int32_t status = evaluate_candidate_f32(plan, &starts[i], currents[j], horizon, phases, capacity,
                                                            &trials[i * current_count + j], &fits);
             if (status < 0) {
-                return control_refuse_f32(status, start_count, current_count, trials);
+                return hopform_refuse_f32(status, &all, 1);
             }
             kept = fits ? kept : HOPFORM_PHASES_NOT_KEPT;
         }

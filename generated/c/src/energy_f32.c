@@ -27,22 +27,6 @@ static float energy_loss_before_f32(const hopform_plan_f32 *plan, const hopform_
     return -0.5f * plan->robot.m_eff * hit.v1 * hit.v1;
 }
 
-/* Zeros in the arrays that are given, and the status. */
-static int32_t energy_refuse_f32(int32_t status, int32_t count, hopform_energy_f32 *energies,
-                                  hopform_ledger_f32 *ledgers, float *stop_losses)
-{
-    const hopform_energy_f32 none = {0};
-    const hopform_ledger_f32 nothing = {0};
-    for (int32_t n = 0; energies != NULL && n < count; n++) {
-        energies[n] = none;
-    }
-    for (int32_t n = 0; ledgers != NULL && n < count; n++) {
-        ledgers[n] = nothing;
-    }
-    hopform_clear_f32(stop_losses, count);
-    return status;
-}
-
 int32_t hopform_stance_energy_f32(const hopform_plan_f32 *plan, const hopform_step_f32 *steps,
                                    const hopform_phase_f32 *phases, const hopform_stance_f32 *stance,
                                    const float *times, int32_t count, hopform_energy_f32 *energies,
@@ -60,7 +44,7 @@ int32_t hopform_stance_energy_f32(const hopform_plan_f32 *plan, const hopform_st
         reading = hopform_reading_status_f32(plan, steps, phases, stance, read_times, arrays, wanted ? 3 : 1);
     }
     if (reading < 0) {
-        return energy_refuse_f32(reading, count, energies, ledgers, stop_losses);
+        return hopform_refuse_f32(reading, arrays, 3);
     }
     hopform_ledger_f32 sum = {0};
     float loss = stance->start_loss;
@@ -69,7 +53,7 @@ int32_t hopform_stance_energy_f32(const hopform_plan_f32 *plan, const hopform_st
         hopform_state_f32 state;
         const int32_t status = hopform_stance_at_f32(plan, steps, phases, stance, times[i], &state);
         if (status < 0 || (wanted && i > 0 && times[i] < times[i - 1])) {
-            return energy_refuse_f32(HOPFORM_ERROR_TIME, count, energies, ledgers, stop_losses);
+            return hopform_refuse_f32(HOPFORM_ERROR_TIME, arrays, 3);
         }
         energies[i] = hopform_energies_f32(&plan->robot, &state);
         if (!wanted) {

@@ -27,22 +27,6 @@ static double energy_loss_before_f64(const hopform_plan_f64 *plan, const hopform
     return -0.5 * plan->robot.m_eff * hit.v1 * hit.v1;
 }
 
-/* Zeros in the arrays that are given, and the status. */
-static int32_t energy_refuse_f64(int32_t status, int32_t count, hopform_energy_f64 *energies,
-                                  hopform_ledger_f64 *ledgers, double *stop_losses)
-{
-    const hopform_energy_f64 none = {0};
-    const hopform_ledger_f64 nothing = {0};
-    for (int32_t n = 0; energies != NULL && n < count; n++) {
-        energies[n] = none;
-    }
-    for (int32_t n = 0; ledgers != NULL && n < count; n++) {
-        ledgers[n] = nothing;
-    }
-    hopform_clear_f64(stop_losses, count);
-    return status;
-}
-
 int32_t hopform_stance_energy_f64(const hopform_plan_f64 *plan, const hopform_step_f64 *steps,
                                    const hopform_phase_f64 *phases, const hopform_stance_f64 *stance,
                                    const double *times, int32_t count, hopform_energy_f64 *energies,
@@ -60,7 +44,7 @@ int32_t hopform_stance_energy_f64(const hopform_plan_f64 *plan, const hopform_st
         reading = hopform_reading_status_f64(plan, steps, phases, stance, read_times, arrays, wanted ? 3 : 1);
     }
     if (reading < 0) {
-        return energy_refuse_f64(reading, count, energies, ledgers, stop_losses);
+        return hopform_refuse_f64(reading, arrays, 3);
     }
     hopform_ledger_f64 sum = {0};
     double loss = stance->start_loss;
@@ -69,7 +53,7 @@ int32_t hopform_stance_energy_f64(const hopform_plan_f64 *plan, const hopform_st
         hopform_state_f64 state;
         const int32_t status = hopform_stance_at_f64(plan, steps, phases, stance, times[i], &state);
         if (status < 0 || (wanted && i > 0 && times[i] < times[i - 1])) {
-            return energy_refuse_f64(HOPFORM_ERROR_TIME, count, energies, ledgers, stop_losses);
+            return hopform_refuse_f64(HOPFORM_ERROR_TIME, arrays, 3);
         }
         energies[i] = hopform_energies_f64(&plan->robot, &state);
         if (!wanted) {

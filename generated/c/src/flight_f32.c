@@ -922,10 +922,7 @@ int32_t hopform_flight_at_f32(const hopform_plan_f32 *plan, const hopform_flight
     const int32_t status =
         given ? reading_status_f32(plan, phases, flight, times, count, &array, 1) : HOPFORM_ERROR_NULL;
     if (status < 0) {
-        for (int32_t n = 0; states != NULL && n < count; n++) {
-            states[n] = flight_nothing_f32.start;
-        }
-        return status;
+        return hopform_refuse_f32(status, &array, 1);
     }
     const hopform_flight_rates_f32 rates =
         hopform_flight_rates_of_f32(&plan->robot, &flight->gains, largest_force_f32(&plan->robot));
@@ -1033,24 +1030,6 @@ static bool can_be_followed_f32(const float *times, int32_t count)
     return sound;
 }
 
-/* Zeros in the arrays that are given, and the status. */
-static int32_t flight_refuse_f32(int32_t status, int32_t count, hopform_energy_f32 *energies,
-                                  hopform_flight_ledger_f32 *ledgers, float *stop_losses)
-{
-    const hopform_energy_f32 none = {0};
-    const hopform_flight_ledger_f32 empty = {0};
-    for (int32_t n = 0; energies != NULL && n < count; n++) {
-        energies[n] = none;
-    }
-    for (int32_t n = 0; ledgers != NULL && n < count; n++) {
-        ledgers[n] = empty;
-    }
-    for (int32_t n = 0; stop_losses != NULL && n < count; n++) {
-        stop_losses[n] = 0.0f;
-    }
-    return status;
-}
-
 int32_t hopform_flight_energy_f32(const hopform_plan_f32 *plan, const hopform_flight_phase_f32 *phases,
                                    const hopform_flight_f32 *flight, const float *times, int32_t count,
                                    hopform_energy_f32 *energies, hopform_flight_ledger_f32 *ledgers,
@@ -1066,10 +1045,10 @@ int32_t hopform_flight_energy_f32(const hopform_plan_f32 *plan, const hopform_fl
     const int32_t status =
         given ? reading_status_f32(plan, phases, flight, times, count, arrays, 3) : HOPFORM_ERROR_NULL;
     if (status < 0) {
-        return flight_refuse_f32(status, count, energies, ledgers, stop_losses);
+        return hopform_refuse_f32(status, arrays, 3);
     }
     if (!can_be_followed_f32(times, count)) {
-        return flight_refuse_f32(HOPFORM_ERROR_TIME, count, energies, ledgers, stop_losses);
+        return hopform_refuse_f32(HOPFORM_ERROR_TIME, arrays, 3);
     }
     const hopform_gains_f32 *gains = &flight->gains;
     const float largest = largest_force_f32(&plan->robot);

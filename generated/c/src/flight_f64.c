@@ -922,10 +922,7 @@ int32_t hopform_flight_at_f64(const hopform_plan_f64 *plan, const hopform_flight
     const int32_t status =
         given ? reading_status_f64(plan, phases, flight, times, count, &array, 1) : HOPFORM_ERROR_NULL;
     if (status < 0) {
-        for (int32_t n = 0; states != NULL && n < count; n++) {
-            states[n] = flight_nothing_f64.start;
-        }
-        return status;
+        return hopform_refuse_f64(status, &array, 1);
     }
     const hopform_flight_rates_f64 rates =
         hopform_flight_rates_of_f64(&plan->robot, &flight->gains, largest_force_f64(&plan->robot));
@@ -1033,24 +1030,6 @@ static bool can_be_followed_f64(const double *times, int32_t count)
     return sound;
 }
 
-/* Zeros in the arrays that are given, and the status. */
-static int32_t flight_refuse_f64(int32_t status, int32_t count, hopform_energy_f64 *energies,
-                                  hopform_flight_ledger_f64 *ledgers, double *stop_losses)
-{
-    const hopform_energy_f64 none = {0};
-    const hopform_flight_ledger_f64 empty = {0};
-    for (int32_t n = 0; energies != NULL && n < count; n++) {
-        energies[n] = none;
-    }
-    for (int32_t n = 0; ledgers != NULL && n < count; n++) {
-        ledgers[n] = empty;
-    }
-    for (int32_t n = 0; stop_losses != NULL && n < count; n++) {
-        stop_losses[n] = 0.0;
-    }
-    return status;
-}
-
 int32_t hopform_flight_energy_f64(const hopform_plan_f64 *plan, const hopform_flight_phase_f64 *phases,
                                    const hopform_flight_f64 *flight, const double *times, int32_t count,
                                    hopform_energy_f64 *energies, hopform_flight_ledger_f64 *ledgers,
@@ -1066,10 +1045,10 @@ int32_t hopform_flight_energy_f64(const hopform_plan_f64 *plan, const hopform_fl
     const int32_t status =
         given ? reading_status_f64(plan, phases, flight, times, count, arrays, 3) : HOPFORM_ERROR_NULL;
     if (status < 0) {
-        return flight_refuse_f64(status, count, energies, ledgers, stop_losses);
+        return hopform_refuse_f64(status, arrays, 3);
     }
     if (!can_be_followed_f64(times, count)) {
-        return flight_refuse_f64(HOPFORM_ERROR_TIME, count, energies, ledgers, stop_losses);
+        return hopform_refuse_f64(HOPFORM_ERROR_TIME, arrays, 3);
     }
     const hopform_gains_f64 *gains = &flight->gains;
     const double largest = largest_force_f64(&plan->robot);

@@ -234,15 +234,13 @@ int32_t hopform_stance_grid_f32(const hopform_plan_f32 *plan, const hopform_step
     const hopform_memory_f32 no_times = {NULL, 0};
     const int32_t status = hopform_reading_status_f32(plan, steps, phases, stance, no_times, arrays, 4);
     if (status < 0) {
-        hopform_clear_states_f32(x1, v1, v2, y, count);
-        return status;
+        return hopform_refuse_f32(status, arrays, 4);
     }
     const bool rests = stance->ending == HOPFORM_ENDING_REST;
     const float last = t0 + (float)(count - 1) * dt;
     const float latest = rests ? HOPFORM_NEVER_f32 : stance->duration + 8.0f * HOPFORM_EPS_f32 * stance->duration;
     if (count < 0 || !(t0 >= 0.0f) || !(dt > 0.0f) || !(last <= latest)) {
-        hopform_clear_states_f32(x1, v1, v2, y, count);
-        return HOPFORM_ERROR_TIME;
+        return hopform_refuse_f32(HOPFORM_ERROR_TIME, arrays, 4);
     }
     const grid_arrays_f32 all = {x1, v1, v2, y};
     int32_t first = 0;

@@ -234,15 +234,13 @@ int32_t hopform_stance_grid_f64(const hopform_plan_f64 *plan, const hopform_step
     const hopform_memory_f64 no_times = {NULL, 0};
     const int32_t status = hopform_reading_status_f64(plan, steps, phases, stance, no_times, arrays, 4);
     if (status < 0) {
-        hopform_clear_states_f64(x1, v1, v2, y, count);
-        return status;
+        return hopform_refuse_f64(status, arrays, 4);
     }
     const bool rests = stance->ending == HOPFORM_ENDING_REST;
     const double last = t0 + (double)(count - 1) * dt;
     const double latest = rests ? HOPFORM_NEVER_f64 : stance->duration + 8.0 * HOPFORM_EPS_f64 * stance->duration;
     if (count < 0 || !(t0 >= 0.0) || !(dt > 0.0) || !(last <= latest)) {
-        hopform_clear_states_f64(x1, v1, v2, y, count);
-        return HOPFORM_ERROR_TIME;
+        return hopform_refuse_f64(HOPFORM_ERROR_TIME, arrays, 4);
     }
     const grid_arrays_f64 all = {x1, v1, v2, y};
     int32_t first = 0;

@@ -25,6 +25,17 @@ bool hopform_overlap_f64(const hopform_memory_f64 *written, int written_count, c
     return overlap;
 }
 
+int32_t hopform_refuse_f64(int32_t status, const hopform_memory_f64 *written, int count)
+{
+    for (int n = 0; n < count; n++) {
+        unsigned char *bytes = (unsigned char *)(uintptr_t)written[n].first; /* the caller's, who may write there */
+        for (size_t i = 0; bytes != NULL && i < written[n].size; i++) {
+            bytes[i] = 0;
+        }
+    }
+    return status;
+}
+
 int32_t hopform_reading_status_f64(const hopform_plan_f64 *plan, const hopform_step_f64 *steps,
                                     const hopform_phase_f64 *phases, const hopform_stance_f64 *stance,
                                     hopform_memory_f64 times, const hopform_memory_f64 *arrays, int array_count)

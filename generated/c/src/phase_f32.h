@@ -8,22 +8,6 @@
 #include "kernels_f32.h"
 #include "overlap_f32.h"
 
-/* The output of a refusal: zeros; none where there is no array. */
-static inline void hopform_clear_f32(float *values, int32_t count)
-{
-    for (int32_t n = 0; values != NULL && n < count; n++) {
-        values[n] = 0.0f;
-    }
-}
-
-static inline void hopform_clear_states_f32(float *x1, float *v1, float *v2, float *y, int32_t count)
-{
-    hopform_clear_f32(x1, count);
-    hopform_clear_f32(v1, count);
-    hopform_clear_f32(v2, count);
-    hopform_clear_f32(y, count);
-}
-
 /* True where the AED is a small difference of two energies of the body, and added up from the ledger instead. */
 static inline bool hopform_stores_much_f32(const hopform_robot_f32 *robot, const hopform_state_f32 *start)
 {

@@ -8,22 +8,6 @@
 #include "kernels_f64.h"
 #include "overlap_f64.h"
 
-/* The output of a refusal: zeros; none where there is no array. */
-static inline void hopform_clear_f64(double *values, int32_t count)
-{
-    for (int32_t n = 0; values != NULL && n < count; n++) {
-        values[n] = 0.0;
-    }
-}
-
-static inline void hopform_clear_states_f64(double *x1, double *v1, double *v2, double *y, int32_t count)
-{
-    hopform_clear_f64(x1, count);
-    hopform_clear_f64(v1, count);
-    hopform_clear_f64(v2, count);
-    hopform_clear_f64(y, count);
-}
-
 /* True where the AED is a small difference of two energies of the body, and added up from the ledger instead. */
 static inline bool hopform_stores_much_f64(const hopform_robot_f64 *robot, const hopform_state_f64 *start)
 {

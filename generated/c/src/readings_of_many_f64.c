@@ -6,121 +6,103 @@
 #include "facts.h"
 #include "columns_f64.h"
 
-/* NaN in the rows from `first` to before `last` of a matrix. */
-static void no_rows(double *matrix, int first, int last)
-{
-    for (int n = first * HOPFORM_SENSITIVITY_COLUMNS; n < last * HOPFORM_SENSITIVITY_COLUMNS; n++) {
-        matrix[n] = (double)NAN;
-    }
-}
+enum { APEX = 5, ROW = HOPFORM_SENSITIVITY_COLUMNS, MATRIX = HOPFORM_SENSITIVITY_ROWS * ROW };
 
-/* One stance after the other. */
-typedef struct {
+/* Stances to be solved one after the other, and what is read of the one that has been: `each` numbers by `reading`. */
+typedef struct row_solver row_solver;
+struct row_solver {
     const hopform_stances_in_f64 *in;
     hopform_phase_f64 *phases;
     int32_t capacity;
+    int32_t (*reading)(const row_solver *row, double *numbers);
+    int64_t each;
     hopform_plan_f64 plan;
     int32_t plan_status;
     hopform_step_f64 step;
     hopform_stance_f64 stance;
-} row_solver;
+};
 
-/* Solves stance i. */
-static int32_t solve_row(row_solver *row, int64_t i)
+static void no_numbers(double *numbers, int64_t count)
+{
+    for (int64_t n = 0; n < count; n++) {
+        numbers[n] = (double)NAN;
+    }
+}
+
+/* Solves stance i, and reads it. */
+static int32_t read_row(row_solver *row, int64_t i, double *numbers)
 {
     const hopform_stances_in_f64 *in = row->in;
     if (i == 0 || hopform_has_many_robots_f64(in)) {
         const hopform_robot_f64 robot = hopform_robot_of_f64(in, i);
         row->plan_status = hopform_plan_init_f64(&row->plan, &robot);
     }
-    if (row->plan_status < 0) {
-        return row->plan_status;
-    }
-    const hopform_state_f64 start = {hopform_number_f64(&in->x1, i), hopform_number_f64(&in->v1, i),
-                                      hopform_number_f64(&in->v2, i), hopform_number_f64(&in->y, i)};
+    const hopform_state_f64 start = hopform_start_of_f64(in, i);
     row->step.t = 0.0;
     row->step.u = hopform_number_f64(&in->u, i);
-    return hopform_solve_stance_f64(&row->plan, &start, &row->step, 1, hopform_number_f64(&in->horizon, i),
-                                     in->max_phases, row->phases, row->capacity, &row->stance);
+    int32_t status = row->plan_status;
+    if (status >= 0) {
+        status = hopform_solve_stance_f64(&row->plan, &start, &row->step, 1, hopform_number_f64(&in->horizon, i),
+                                           in->max_phases, row->phases, row->capacity, &row->stance);
+    }
+    if (status == HOPFORM_OK) {
+        status = row->reading(row, numbers);
+    }
+    if (status != HOPFORM_OK) {
+        no_numbers(numbers, row->each);
+    }
+    return status;
 }
 
-/* Status of the call: HOPFORM_OK if the stances can be solved. `size`: bytes of one result. */
-static int32_t status_of(int64_t count, const row_solver *row, const double *first, size_t size, const int32_t *status)
+/* All of them; where the call is refused, so is every stance. */
+static int32_t read_all(row_solver *row, int64_t count, double *results, int32_t *status)
 {
-    if (row->in == NULL || row->phases == NULL || first == NULL || status == NULL) {
-        return HOPFORM_ERROR_NULL;
+    int32_t whole = HOPFORM_ERROR_NULL;
+    if (row->in != NULL && row->phases != NULL && results != NULL && status != NULL) {
+        const size_t size = sizeof(double) * (size_t)row->each;
+        const hopform_elements_f64 written[] = {
+            {row->phases, 0, row->capacity > 0 ? (size_t)row->capacity * sizeof *row->phases : 0},
+            {results, (ptrdiff_t)size, size},
+            {status, sizeof *status, sizeof *status},
+        };
+        whole = hopform_batch_status_f64(count, row->in, written, 3);
     }
-    const hopform_elements_f64 written[] = {
-        {row->phases, 0, row->capacity > 0 ? (size_t)row->capacity * sizeof *row->phases : 0},
-        {first, (ptrdiff_t)size, size},
-        {status, sizeof *status, sizeof *status},
-    };
-    return hopform_batch_status_f64(count, row->in, written, 3);
+    if (whole < 0) {
+        no_numbers(results, results != NULL ? count * row->each : 0);
+        for (int64_t i = 0; status != NULL && i < count; i++) {
+            status[i] = whole;
+        }
+        return whole;
+    }
+    for (int64_t i = 0; i < count; i++) {
+        status[i] = read_row(row, i, results + i * row->each);
+        whole = status[i] == HOPFORM_PHASES_NOT_KEPT ? status[i] : whole;
+    }
+    return whole;
 }
 
-/* Every stance refused with a status. */
-static int32_t refuse(int32_t refused, int64_t count, double *results, int64_t each, int32_t *status)
+static int32_t read_sensitivities(const row_solver *row, double *matrix)
 {
-    for (int64_t i = 0; results != NULL && i < count * each; i++) {
-        results[i] = (double)NAN;
-    }
-    for (int64_t i = 0; status != NULL && i < count; i++) {
-        status[i] = refused;
-    }
-    return refused;
-}
-
-/* The status of the whole, of which a row has one more. */
-static int32_t status_with(int32_t whole, int32_t row)
-{
-    return row == HOPFORM_PHASES_NOT_KEPT ? HOPFORM_PHASES_NOT_KEPT : whole;
+    const int32_t status = hopform_stance_sensitivities_f64(&row->plan, &row->step, row->phases, &row->stance, matrix);
+    no_numbers(matrix + APEX * ROW, row->plan.robot.g > 0.0 ? 0 : ROW);
+    return status;
 }
 
 int32_t hopform_stances_sensitivities_f64(int64_t count, const hopform_stances_in_f64 *in, hopform_phase_f64 *phases,
                                            int32_t capacity, double *matrices, int32_t *status)
 {
-    enum { APEX = 5, MATRIX = HOPFORM_SENSITIVITY_ROWS * HOPFORM_SENSITIVITY_COLUMNS };
-    row_solver row = {.in = in, .phases = phases, .capacity = capacity};
-    const int32_t refused = status_of(count, &row, matrices, sizeof(double) * MATRIX, status);
-    if (refused < 0) {
-        return refuse(refused, count, matrices, MATRIX, status);
-    }
-    int32_t whole = HOPFORM_OK;
-    for (int64_t i = 0; i < count; i++) {
-        double *matrix = matrices + i * MATRIX;
-        status[i] = solve_row(&row, i);
-        if (status[i] == HOPFORM_OK) {
-            status[i] = hopform_stance_sensitivities_f64(&row.plan, &row.step, phases, &row.stance, matrix);
-        }
-        if (status[i] != HOPFORM_OK) {
-            no_rows(matrix, 0, HOPFORM_SENSITIVITY_ROWS);
-        } else if (!(row.plan.robot.g > 0.0)) {
-            no_rows(matrix, APEX, APEX + 1);
-        }
-        whole = status_with(whole, status[i]);
-    }
-    return whole;
+    row_solver row = {.in = in, .phases = phases, .capacity = capacity, .reading = read_sensitivities, .each = MATRIX};
+    return read_all(&row, count, matrices, status);
+}
+
+static int32_t read_compression(const row_solver *row, double *compression)
+{
+    return hopform_stance_compression_f64(&row->plan, &row->step, row->phases, &row->stance, compression);
 }
 
 int32_t hopform_stances_compressions_f64(int64_t count, const hopform_stances_in_f64 *in, hopform_phase_f64 *phases,
                                           int32_t capacity, double *compressions, int32_t *status)
 {
-    row_solver row = {.in = in, .phases = phases, .capacity = capacity};
-    const int32_t refused = status_of(count, &row, compressions, sizeof(double), status);
-    if (refused < 0) {
-        return refuse(refused, count, compressions, 1, status);
-    }
-    int32_t whole = HOPFORM_OK;
-    for (int64_t i = 0; i < count; i++) {
-        double *compression = compressions + i;
-        status[i] = solve_row(&row, i);
-        if (status[i] == HOPFORM_OK) {
-            status[i] = hopform_stance_compression_f64(&row.plan, &row.step, phases, &row.stance, compression);
-        }
-        if (status[i] != HOPFORM_OK) {
-            *compression = (double)NAN;
-        }
-        whole = status_with(whole, status[i]);
-    }
-    return whole;
+    row_solver row = {.in = in, .phases = phases, .capacity = capacity, .reading = read_compression, .each = 1};
+    return read_all(&row, count, compressions, status);
 }

@@ -298,7 +298,7 @@ int32_t hopform_stance_sensitivities_f32(const hopform_plan_f32 *plan, const hop
         hopform_array_f32(matrix, HOPFORM_SENSITIVITY_ROWS * COLUMNS_f32, sizeof *matrix);
     const hopform_memory_f32 no_times = {NULL, 0};
     const int32_t status = hopform_reading_status_f32(plan, steps, phases, stance, no_times, &array, 1);
-    hopform_clear_f32(matrix, HOPFORM_SENSITIVITY_ROWS * COLUMNS_f32);
+    (void)hopform_refuse_f32(status, &array, 1);
     if (status < 0) {
         return status;
     }
@@ -333,17 +333,6 @@ static void travel_f32(const hopform_plan_f32 *plan, const hopform_step_f32 *ste
     place->t = t;
 }
 
-/* Zeros in the arrays that are given, and the status. */
-static int32_t sensitivity_refuse_f32(int32_t status, int32_t count, hopform_state_f32 *states, float *tangents)
-{
-    const hopform_state_f32 none = {0.0f, 0.0f, 0.0f, 0.0f};
-    for (int32_t n = 0; states != NULL && n < count; n++) {
-        states[n] = none;
-    }
-    hopform_clear_f32(tangents, count * HOPFORM_TANGENT_ROWS * COLUMNS_f32);
-    return status;
-}
-
 int32_t hopform_stance_tangents_f32(const hopform_plan_f32 *plan, const hopform_step_f32 *steps,
                                      const hopform_phase_f32 *phases, const hopform_stance_f32 *stance,
                                      const float *times, int32_t count, hopform_state_f32 *states, float *tangents)
@@ -358,7 +347,7 @@ int32_t hopform_stance_tangents_f32(const hopform_plan_f32 *plan, const hopform_
         status = hopform_reading_status_f32(plan, steps, phases, stance, read_times, arrays, 2);
     }
     if (status < 0) {
-        return sensitivity_refuse_f32(status, count, states, tangents);
+        return hopform_refuse_f32(status, arrays, 2);
     }
     const bool rests = stance->ending == HOPFORM_ENDING_REST;
     changes_f32 change = sensitivity_start_of_f32(&phases[0], stance);
@@ -368,7 +357,7 @@ int32_t hopform_stance_tangents_f32(const hopform_plan_f32 *plan, const hopform_
     for (int32_t i = 0; i < count; i++) {
         const float t = times[i];
         if (!(t >= 0.0f && t <= HOPFORM_NEVER_f32) || (t > stance->duration && !rests) || (i > 0 && t < times[i - 1])) {
-            return sensitivity_refuse_f32(HOPFORM_ERROR_TIME, count, states, tangents);
+            return hopform_refuse_f32(HOPFORM_ERROR_TIME, arrays, 2);
         }
         const float within = hopform_lesser_f32(t, stance->duration);
         for (; n < stance->phases_kept - 1 && phases[n + 1].t <= within; n++) {

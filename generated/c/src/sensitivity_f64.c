@@ -298,7 +298,7 @@ int32_t hopform_stance_sensitivities_f64(const hopform_plan_f64 *plan, const hop
         hopform_array_f64(matrix, HOPFORM_SENSITIVITY_ROWS * COLUMNS_f64, sizeof *matrix);
     const hopform_memory_f64 no_times = {NULL, 0};
     const int32_t status = hopform_reading_status_f64(plan, steps, phases, stance, no_times, &array, 1);
-    hopform_clear_f64(matrix, HOPFORM_SENSITIVITY_ROWS * COLUMNS_f64);
+    (void)hopform_refuse_f64(status, &array, 1);
     if (status < 0) {
         return status;
     }
@@ -333,17 +333,6 @@ static void travel_f64(const hopform_plan_f64 *plan, const hopform_step_f64 *ste
     place->t = t;
 }
 
-/* Zeros in the arrays that are given, and the status. */
-static int32_t sensitivity_refuse_f64(int32_t status, int32_t count, hopform_state_f64 *states, double *tangents)
-{
-    const hopform_state_f64 none = {0.0, 0.0, 0.0, 0.0};
-    for (int32_t n = 0; states != NULL && n < count; n++) {
-        states[n] = none;
-    }
-    hopform_clear_f64(tangents, count * HOPFORM_TANGENT_ROWS * COLUMNS_f64);
-    return status;
-}
-
 int32_t hopform_stance_tangents_f64(const hopform_plan_f64 *plan, const hopform_step_f64 *steps,
                                      const hopform_phase_f64 *phases, const hopform_stance_f64 *stance,
                                      const double *times, int32_t count, hopform_state_f64 *states, double *tangents)
@@ -358,7 +347,7 @@ int32_t hopform_stance_tangents_f64(const hopform_plan_f64 *plan, const hopform_
         status = hopform_reading_status_f64(plan, steps, phases, stance, read_times, arrays, 2);
     }
     if (status < 0) {
-        return sensitivity_refuse_f64(status, count, states, tangents);
+        return hopform_refuse_f64(status, arrays, 2);
     }
     const bool rests = stance->ending == HOPFORM_ENDING_REST;
     changes_f64 change = sensitivity_start_of_f64(&phases[0], stance);
@@ -368,7 +357,7 @@ int32_t hopform_stance_tangents_f64(const hopform_plan_f64 *plan, const hopform_
     for (int32_t i = 0; i < count; i++) {
         const double t = times[i];
         if (!(t >= 0.0 && t <= HOPFORM_NEVER_f64) || (t > stance->duration && !rests) || (i > 0 && t < times[i - 1])) {
-            return sensitivity_refuse_f64(HOPFORM_ERROR_TIME, count, states, tangents);
+            return hopform_refuse_f64(HOPFORM_ERROR_TIME, arrays, 2);
         }
         const double within = hopform_lesser_f64(t, stance->duration);
         for (; n < stance->phases_kept - 1 && phases[n + 1].t <= within; n++) {

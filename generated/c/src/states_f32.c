@@ -34,8 +34,7 @@ int32_t hopform_stance_states_f32(const hopform_plan_f32 *plan, const hopform_st
         status = hopform_reading_status_f32(plan, steps, phases, stance, read_times, arrays, 4);
     }
     if (status < 0) {
-        hopform_clear_states_f32(x1, v1, v2, y, count);
-        return status;
+        return hopform_refuse_f32(status, arrays, 4);
     }
     const bool rests = stance->ending == HOPFORM_ENDING_REST;
     int32_t prepared = 0;
@@ -44,8 +43,7 @@ int32_t hopform_stance_states_f32(const hopform_plan_f32 *plan, const hopform_st
     for (int32_t i = 0; i < count; i++) {
         const float t = times[i];
         if (!(t >= 0.0f && t <= HOPFORM_NEVER_f32) || (t > stance->duration && !rests)) {
-            hopform_clear_states_f32(x1, v1, v2, y, count);
-            return HOPFORM_ERROR_TIME;
+            return hopform_refuse_f32(HOPFORM_ERROR_TIME, arrays, 4);
         }
         const float within = hopform_lesser_f32(t, stance->duration);
         const int32_t n = hopform_phase_index_f32(phases, stance->phases_kept, within);

@@ -34,8 +34,7 @@ int32_t hopform_stance_states_f64(const hopform_plan_f64 *plan, const hopform_st
         status = hopform_reading_status_f64(plan, steps, phases, stance, read_times, arrays, 4);
     }
     if (status < 0) {
-        hopform_clear_states_f64(x1, v1, v2, y, count);
-        return status;
+        return hopform_refuse_f64(status, arrays, 4);
     }
     const bool rests = stance->ending == HOPFORM_ENDING_REST;
     int32_t prepared = 0;
@@ -44,8 +43,7 @@ int32_t hopform_stance_states_f64(const hopform_plan_f64 *plan, const hopform_st
     for (int32_t i = 0; i < count; i++) {
         const double t = times[i];
         if (!(t >= 0.0 && t <= HOPFORM_NEVER_f64) || (t > stance->duration && !rests)) {
-            hopform_clear_states_f64(x1, v1, v2, y, count);
-            return HOPFORM_ERROR_TIME;
+            return hopform_refuse_f64(HOPFORM_ERROR_TIME, arrays, 4);
         }
         const double within = hopform_lesser_f64(t, stance->duration);
         const int32_t n = hopform_phase_index_f64(phases, stance->phases_kept, within);

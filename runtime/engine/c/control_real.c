@@ -664,18 +664,6 @@ int32_t hopform_choose_current_real(hopform_search_real *search, const hopform_p
     return status == HOPFORM_SEARCHING ? HOPFORM_PHASES_NOT_KEPT : status;
 }
 
-/* Zeros in the array, if it is given, and the status. */
-static int32_t control_refuse_real(int32_t status, int32_t start_count, int32_t current_count,
-                                   hopform_trial_real *trials)
-{
-    for (int32_t i = 0; trials != NULL && i < start_count; i++) {
-        for (int32_t j = 0; j < current_count; j++) {
-            trials[i * current_count + j] = control_nothing_real;
-        }
-    }
-    return status;
-}
-
 /* Whether what currents are tried into holds some of what is read until the end. */
 static bool control_overwrites_inputs_real(const hopform_plan_real *plan, const hopform_state_real *starts,
                                            int32_t start_count, const real *currents, int32_t current_count,
@@ -699,14 +687,16 @@ int32_t hopform_try_currents_real(const hopform_plan_real *plan, const hopform_s
                                   const real *currents, int32_t current_count, real horizon, hopform_phase_real *phases,
                                   int32_t capacity, hopform_trial_real *trials)
 {
+    const size_t row = current_count > 0 ? (size_t)current_count * sizeof *trials : 0;
+    const hopform_memory_real all = hopform_array_real(trials, start_count, row);
     if (plan == NULL || starts == NULL || currents == NULL || phases == NULL || trials == NULL) {
-        return control_refuse_real(HOPFORM_ERROR_NULL, start_count, current_count, trials);
+        return hopform_refuse_real(HOPFORM_ERROR_NULL, &all, 1);
     }
     if (control_overwrites_inputs_real(plan, starts, start_count, currents, current_count, phases, capacity, trials)) {
-        return control_refuse_real(HOPFORM_ERROR_OVERLAP, start_count, current_count, trials);
+        return hopform_refuse_real(HOPFORM_ERROR_OVERLAP, &all, 1);
     }
     if (!hopform_is_made_real(plan) || !(plan->robot.g > 0.0)) {
-        return control_refuse_real(HOPFORM_ERROR_ROBOT, start_count, current_count, trials);
+        return hopform_refuse_real(HOPFORM_ERROR_ROBOT, &all, 1);
     }
     int32_t kept = HOPFORM_OK;
     for (int32_t i = 0; i < start_count; i++) {
@@ -715,7 +705,7 @@ int32_t hopform_try_currents_real(const hopform_plan_real *plan, const hopform_s
             const int32_t status = evaluate_candidate_real(plan, &starts[i], currents[j], horizon, phases, capacity,
                                                            &trials[i * current_count + j], &fits);
             if (status < 0) {
-                return control_refuse_real(status, start_count, current_count, trials);
+                return hopform_refuse_real(status, &all, 1);
             }
             kept = fits ? kept : HOPFORM_PHASES_NOT_KEPT;
         }

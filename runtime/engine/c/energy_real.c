@@ -27,22 +27,6 @@ static real energy_loss_before_real(const hopform_plan_real *plan, const hopform
     return -0.5 * plan->robot.m_eff * hit.v1 * hit.v1;
 }
 
-/* Zeros in the arrays that are given, and the status. */
-static int32_t energy_refuse_real(int32_t status, int32_t count, hopform_energy_real *energies,
-                                  hopform_ledger_real *ledgers, real *stop_losses)
-{
-    const hopform_energy_real none = {0};
-    const hopform_ledger_real nothing = {0};
-    for (int32_t n = 0; energies != NULL && n < count; n++) {
-        energies[n] = none;
-    }
-    for (int32_t n = 0; ledgers != NULL && n < count; n++) {
-        ledgers[n] = nothing;
-    }
-    hopform_clear_real(stop_losses, count);
-    return status;
-}
-
 int32_t hopform_stance_energy_real(const hopform_plan_real *plan, const hopform_step_real *steps,
                                    const hopform_phase_real *phases, const hopform_stance_real *stance,
                                    const real *times, int32_t count, hopform_energy_real *energies,
@@ -60,7 +44,7 @@ int32_t hopform_stance_energy_real(const hopform_plan_real *plan, const hopform_
         reading = hopform_reading_status_real(plan, steps, phases, stance, read_times, arrays, wanted ? 3 : 1);
     }
     if (reading < 0) {
-        return energy_refuse_real(reading, count, energies, ledgers, stop_losses);
+        return hopform_refuse_real(reading, arrays, 3);
     }
     hopform_ledger_real sum = {0};
     real loss = stance->start_loss;
@@ -69,7 +53,7 @@ int32_t hopform_stance_energy_real(const hopform_plan_real *plan, const hopform_
         hopform_state_real state;
         const int32_t status = hopform_stance_at_real(plan, steps, phases, stance, times[i], &state);
         if (status < 0 || (wanted && i > 0 && times[i] < times[i - 1])) {
-            return energy_refuse_real(HOPFORM_ERROR_TIME, count, energies, ledgers, stop_losses);
+            return hopform_refuse_real(HOPFORM_ERROR_TIME, arrays, 3);
         }
         energies[i] = hopform_energies_real(&plan->robot, &state);
         if (!wanted) {

@@ -922,10 +922,7 @@ int32_t hopform_flight_at_real(const hopform_plan_real *plan, const hopform_flig
     const int32_t status =
         given ? reading_status_real(plan, phases, flight, times, count, &array, 1) : HOPFORM_ERROR_NULL;
     if (status < 0) {
-        for (int32_t n = 0; states != NULL && n < count; n++) {
-            states[n] = flight_nothing_real.start;
-        }
-        return status;
+        return hopform_refuse_real(status, &array, 1);
     }
     const hopform_flight_rates_real rates =
         hopform_flight_rates_of_real(&plan->robot, &flight->gains, largest_force_real(&plan->robot));
@@ -1033,24 +1030,6 @@ static bool can_be_followed_real(const real *times, int32_t count)
     return sound;
 }
 
-/* Zeros in the arrays that are given, and the status. */
-static int32_t flight_refuse_real(int32_t status, int32_t count, hopform_energy_real *energies,
-                                  hopform_flight_ledger_real *ledgers, real *stop_losses)
-{
-    const hopform_energy_real none = {0};
-    const hopform_flight_ledger_real empty = {0};
-    for (int32_t n = 0; energies != NULL && n < count; n++) {
-        energies[n] = none;
-    }
-    for (int32_t n = 0; ledgers != NULL && n < count; n++) {
-        ledgers[n] = empty;
-    }
-    for (int32_t n = 0; stop_losses != NULL && n < count; n++) {
-        stop_losses[n] = 0.0;
-    }
-    return status;
-}
-
 int32_t hopform_flight_energy_real(const hopform_plan_real *plan, const hopform_flight_phase_real *phases,
                                    const hopform_flight_real *flight, const real *times, int32_t count,
                                    hopform_energy_real *energies, hopform_flight_ledger_real *ledgers,
@@ -1066,10 +1045,10 @@ int32_t hopform_flight_energy_real(const hopform_plan_real *plan, const hopform_
     const int32_t status =
         given ? reading_status_real(plan, phases, flight, times, count, arrays, 3) : HOPFORM_ERROR_NULL;
     if (status < 0) {
-        return flight_refuse_real(status, count, energies, ledgers, stop_losses);
+        return hopform_refuse_real(status, arrays, 3);
     }
     if (!can_be_followed_real(times, count)) {
-        return flight_refuse_real(HOPFORM_ERROR_TIME, count, energies, ledgers, stop_losses);
+        return hopform_refuse_real(HOPFORM_ERROR_TIME, arrays, 3);
     }
     const hopform_gains_real *gains = &flight->gains;
     const real largest = largest_force_real(&plan->robot);

@@ -234,15 +234,13 @@ int32_t hopform_stance_grid_real(const hopform_plan_real *plan, const hopform_st
     const hopform_memory_real no_times = {NULL, 0};
     const int32_t status = hopform_reading_status_real(plan, steps, phases, stance, no_times, arrays, 4);
     if (status < 0) {
-        hopform_clear_states_real(x1, v1, v2, y, count);
-        return status;
+        return hopform_refuse_real(status, arrays, 4);
     }
     const bool rests = stance->ending == HOPFORM_ENDING_REST;
     const real last = t0 + (real)(count - 1) * dt;
     const real latest = rests ? HOPFORM_NEVER_real : stance->duration + 8.0 * HOPFORM_EPS_real * stance->duration;
     if (count < 0 || !(t0 >= 0.0) || !(dt > 0.0) || !(last <= latest)) {
-        hopform_clear_states_real(x1, v1, v2, y, count);
-        return HOPFORM_ERROR_TIME;
+        return hopform_refuse_real(HOPFORM_ERROR_TIME, arrays, 4);
     }
     const grid_arrays_real all = {x1, v1, v2, y};
     int32_t first = 0;

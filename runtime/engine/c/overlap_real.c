@@ -25,6 +25,17 @@ bool hopform_overlap_real(const hopform_memory_real *written, int written_count,
     return overlap;
 }
 
+int32_t hopform_refuse_real(int32_t status, const hopform_memory_real *written, int count)
+{
+    for (int n = 0; n < count; n++) {
+        unsigned char *bytes = (unsigned char *)(uintptr_t)written[n].first; /* the caller's, who may write there */
+        for (size_t i = 0; bytes != NULL && i < written[n].size; i++) {
+            bytes[i] = 0;
+        }
+    }
+    return status;
+}
+
 int32_t hopform_reading_status_real(const hopform_plan_real *plan, const hopform_step_real *steps,
                                     const hopform_phase_real *phases, const hopform_stance_real *stance,
                                     hopform_memory_real times, const hopform_memory_real *arrays, int array_count)

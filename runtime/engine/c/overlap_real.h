@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT-0
  *
- * Whether memory that a function writes holds some of what it reads.
+ * Whether memory that a function writes holds some of what it reads, and what a refusal writes.
  */
 #ifndef HOPFORM_OVERLAP_H_real
 #define HOPFORM_OVERLAP_H_real
@@ -25,5 +25,8 @@ static inline hopform_memory_real hopform_array_real(const void *first, int32_t 
 /* Whether a range that is written has a byte in common with one that is read. */
 bool hopform_overlap_real(const hopform_memory_real *written, int written_count, const hopform_memory_real *read,
                           int read_count);
+
+/* The output of a refusal: zeros, in the arrays that are given; the status. */
+int32_t hopform_refuse_real(int32_t status, const hopform_memory_real *written, int count);
 
 #endif

@@ -8,22 +8,6 @@
 #include "kernels_real.h"
 #include "overlap_real.h"
 
-/* The output of a refusal: zeros; none where there is no array. */
-static inline void hopform_clear_real(real *values, int32_t count)
-{
-    for (int32_t n = 0; values != NULL && n < count; n++) {
-        values[n] = 0.0;
-    }
-}
-
-static inline void hopform_clear_states_real(real *x1, real *v1, real *v2, real *y, int32_t count)
-{
-    hopform_clear_real(x1, count);
-    hopform_clear_real(v1, count);
-    hopform_clear_real(v2, count);
-    hopform_clear_real(y, count);
-}
-
 /* True where the AED is a small difference of two energies of the body, and added up from the ledger instead. */
 static inline bool hopform_stores_much_real(const hopform_robot_real *robot, const hopform_state_real *start)
 {

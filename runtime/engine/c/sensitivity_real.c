@@ -298,7 +298,7 @@ int32_t hopform_stance_sensitivities_real(const hopform_plan_real *plan, const h
         hopform_array_real(matrix, HOPFORM_SENSITIVITY_ROWS * COLUMNS_real, sizeof *matrix);
     const hopform_memory_real no_times = {NULL, 0};
     const int32_t status = hopform_reading_status_real(plan, steps, phases, stance, no_times, &array, 1);
-    hopform_clear_real(matrix, HOPFORM_SENSITIVITY_ROWS * COLUMNS_real);
+    (void)hopform_refuse_real(status, &array, 1);
     if (status < 0) {
         return status;
     }
@@ -333,17 +333,6 @@ static void travel_real(const hopform_plan_real *plan, const hopform_step_real *
     place->t = t;
 }
 
-/* Zeros in the arrays that are given, and the status. */
-static int32_t sensitivity_refuse_real(int32_t status, int32_t count, hopform_state_real *states, real *tangents)
-{
-    const hopform_state_real none = {0.0, 0.0, 0.0, 0.0};
-    for (int32_t n = 0; states != NULL && n < count; n++) {
-        states[n] = none;
-    }
-    hopform_clear_real(tangents, count * HOPFORM_TANGENT_ROWS * COLUMNS_real);
-    return status;
-}
-
 int32_t hopform_stance_tangents_real(const hopform_plan_real *plan, const hopform_step_real *steps,
                                      const hopform_phase_real *phases, const hopform_stance_real *stance,
                                      const real *times, int32_t count, hopform_state_real *states, real *tangents)
@@ -358,7 +347,7 @@ int32_t hopform_stance_tangents_real(const hopform_plan_real *plan, const hopfor
         status = hopform_reading_status_real(plan, steps, phases, stance, read_times, arrays, 2);
     }
     if (status < 0) {
-        return sensitivity_refuse_real(status, count, states, tangents);
+        return hopform_refuse_real(status, arrays, 2);
     }
     const bool rests = stance->ending == HOPFORM_ENDING_REST;
     changes_real change = sensitivity_start_of_real(&phases[0], stance);
@@ -368,7 +357,7 @@ int32_t hopform_stance_tangents_real(const hopform_plan_real *plan, const hopfor
     for (int32_t i = 0; i < count; i++) {
         const real t = times[i];
         if (!(t >= 0.0 && t <= HOPFORM_NEVER_real) || (t > stance->duration && !rests) || (i > 0 && t < times[i - 1])) {
-            return sensitivity_refuse_real(HOPFORM_ERROR_TIME, count, states, tangents);
+            return hopform_refuse_real(HOPFORM_ERROR_TIME, arrays, 2);
         }
         const real within = hopform_lesser_real(t, stance->duration);
         for (; n < stance->phases_kept - 1 && phases[n + 1].t <= within; n++) {

@@ -34,8 +34,7 @@ int32_t hopform_stance_states_real(const hopform_plan_real *plan, const hopform_
         status = hopform_reading_status_real(plan, steps, phases, stance, read_times, arrays, 4);
     }
     if (status < 0) {
-        hopform_clear_states_real(x1, v1, v2, y, count);
-        return status;
+        return hopform_refuse_real(status, arrays, 4);
     }
     const bool rests = stance->ending == HOPFORM_ENDING_REST;
     int32_t prepared = 0;
@@ -44,8 +43,7 @@ int32_t hopform_stance_states_real(const hopform_plan_real *plan, const hopform_
     for (int32_t i = 0; i < count; i++) {
         const real t = times[i];
         if (!(t >= 0.0 && t <= HOPFORM_NEVER_real) || (t > stance->duration && !rests)) {
-            hopform_clear_states_real(x1, v1, v2, y, count);
-            return HOPFORM_ERROR_TIME;
+            return hopform_refuse_real(HOPFORM_ERROR_TIME, arrays, 4);
         }
         const real within = hopform_lesser_real(t, stance->duration);
         const int32_t n = hopform_phase_index_real(phases, stance->phases_kept, within);
