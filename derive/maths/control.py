@@ -34,15 +34,15 @@ E_td, E_dist, E_spring = sp.symbols("E_td E_dist E_spring", real=True)
 
 
 @function(takes=(ROBOT, HEIGHT), returns=V_AFTER)
-def touchdown_velocity() -> tuple[Step, ...]:
+def touchdown_velocity(model: Model) -> tuple[Step, ...]:
     """Velocity of the body after the impact of a drop from a hop height."""
-    return (Step(v_after, -sp.sqrt(2 * g * height * (1 - impact_loss)), "drop from rest, after the impact"),)
+    return (Step(v_after, -sp.sqrt(2 * model.fall * height * (1 - impact_loss)), "drop from rest, after the impact"),)
 
 
 @function(takes=(ROBOT, STATE.quantities[0], STATE.quantities[3], V_UP), returns=APEX)
 def apex_of_takeoff(model: Model) -> tuple[Step, ...]:
     """Hop height of the apex after a take-off."""
-    return (Step(apex, x1 - (y - model.rest) + v_up**2 / (2 * g), "apex of the ballistic flight"),)
+    return (Step(apex, x1 - (y - model.rest) + v_up**2 / (2 * model.fall), "apex of the ballistic flight"),)
 
 
 @function(takes=(ROBOT, STATE, AED, X1_T, STEP), returns=APEX)

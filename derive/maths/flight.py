@@ -14,7 +14,7 @@ p = b_1/m_eff, q = 0 at the limit. With R, the response of the pair to an impuls
 nothing is divided by p or q. The foot is above the ground by foot + v_2 t - g t^2/2 - (x_1(t) - x_1).
 
 A further term acts in flight unless it is declared for stance alone or acts in the leg. In flight it may be a force on
-the actuator, constant or linear in v_1; the body has no force but its weight.
+the actuator, constant or linear in v_1, and a constant force on the body: for g stands then what that leaves of it.
 """
 
 import sympy as sp
@@ -122,10 +122,12 @@ DROP = Quantity("drop", r"h", "m", "height of the body over where it comes back 
 WAY_OF_FLIGHT = Record(
     "Way",
     "Integrals over a part of a phase of the flight.",
-    (ACTUATOR_AT.quantities[0], MOMENTS.quantities[2]),
+    (ACTUATOR_AT.quantities[0], MOMENTS.quantities[2], Quantity("rise", r"\Delta x_2", "m", "of the body")),
 )
+FALL = scalar("fall", "m/s^2", "acceleration with which the body falls in flight")
 TOUCHDOWN_TIME = scalar("touchdown_time", "s", "time of the touchdown")
 V2_AFTER = scalar("v2_after", "m/s", "velocity of the body after the impact")
+rise = WAY_OF_FLIGHT.symbols[2]
 hop_height, drop, touchdown_time, v2_after = (
     quantity.symbol for quantity in (HOP_HEIGHT, DROP, TOUCHDOWN_TIME, V2_AFTER)
 )
@@ -140,7 +142,7 @@ ACTS = ("both", "stance", "flight")
 
 
 def refuse_what_flight_cannot_carry(term: Term) -> None:
-    """ModelError for a term that acts in flight on more than the actuator, or by more than its velocity."""
+    """ModelError for a term that acts in flight by more than a constant force, or a velocity of the actuator."""
     here = f"the term '{term.name}' acts"
     if term.acts not in ACTS:
         raise ModelError(f"{here} in {term.acts!r}: it must be one of {', '.join(map(repr, ACTS))}")
@@ -149,10 +151,11 @@ def refuse_what_flight_cannot_carry(term: Term) -> None:
             f"{here} in the leg, which carries nothing in flight: it must not be declared for flight alone"
         )
     force_1, force_2 = (sp.cancel(force) for force in term.force_in("flight"))
-    if force_2 != 0:
+    if variables := sorted(str(symbol) for symbol in force_2.free_symbols & {x1, x2, v1, v2}):
         raise ModelError(
-            f"{here} on mass 2, the body: force_2 = {term.force_2} would act in flight, too, where the body has no "
-            'force but its weight; a force that ends at take-off is declared by acts="stance"'
+            f"{here} on mass 2, the body: force_2 = {term.force_2} would act in flight, too, and depends on "
+            f"{', '.join(variables)}: there it may be constant alone; a force that ends at take-off is declared by "
+            'acts="stance"'
         )
     for variable in (x1, x2, v2):
         if force_1.diff(variable) != 0:
@@ -226,15 +229,15 @@ def pull_of_law() -> tuple[Step, ...]:
 
 
 @function(takes=(ROBOT, BALLISTIC, ACTUATOR_AT, TIME), returns=FOOT_AT)
-def foot_in_flight() -> tuple[Step, ...]:
+def foot_in_flight(model: Model) -> tuple[Step, ...]:
     """The foot at time t of a phase of the flight.
 
     The body's parabola less what the actuator has moved.
     """
     return (
-        Step(foot_t, foot + (v2 * t - g * t**2 / 2 - moved), "x_2 - L_0 - c - x_1"),
-        Step(foot_rate, v2 - g * t - v1_t, "its derivative"),
-        Step(foot_curvature, -g - acc1_t, "its second derivative"),
+        Step(foot_t, foot + (v2 * t - model.fall * t**2 / 2 - moved), "x_2 - L_0 - c - x_1"),
+        Step(foot_rate, v2 - model.fall * t - v1_t, "its derivative"),
+        Step(foot_curvature, -model.fall - acc1_t, "its second derivative"),
     )
 
 
@@ -256,10 +259,16 @@ def critical_gains(model: Model) -> tuple[Step, ...]:
     )
 
 
+@function(takes=(ROBOT,), returns=FALL)
+def fall_of(model: Model) -> tuple[Step, ...]:
+    """Acceleration with which the body falls in flight."""
+    return (Step(FALL.symbol, model.fall, "(4) in flight"),)
+
+
 @function(takes=(ROBOT, STATE.quantities[2], DROP), returns=TOUCHDOWN_TIME)
-def time_of_fall() -> tuple[Step, ...]:
+def time_of_fall(model: Model) -> tuple[Step, ...]:
     """Time after which the body has come down from a height."""
-    return (Step(touchdown_time, (v2 + sp.sqrt(v2**2 + 2 * g * drop)) / g, "ballistic"),)
+    return (Step(touchdown_time, (v2 + sp.sqrt(v2**2 + 2 * model.fall * drop)) / model.fall, "ballistic"),)
 
 
 @function(takes=(ROBOT, STATE.quantities[2]), returns=V2_AFTER)
@@ -290,10 +299,11 @@ def flight_ledger_of(model: Model) -> tuple[Step, ...]:
     """
     follows = 1 - limit**2
     force = sp.expand(acceleration(model).subs({u: 0, side_1: 0}) * m_eff)
+    on_body = sp.expand((g - model.fall) * m_s)
     of_law = Kp * moved * (x1 + moved / 2) + Kd * int_v1v1
     return (
         Step(motor_work, -follows * of_law - limit * largest * moved, "law, or limit"),
-        Step(offset_work, sp.expand(force.subs(v1, 0)) * moved, "constant force"),
+        Step(offset_work, sp.expand(force.subs(v1, 0)) * moved + on_body * rise, "constant forces"),
         Step(viscous_1, force.diff(v1) * int_v1v1, "ledger"),
         Step(coulomb_1, -m_eff * f1 * side_1 * moved, "ledger"),
     )

@@ -94,6 +94,11 @@ class Model:
         body = -m_s * g + sum((force for _, force in further), sp.S.Zero)
         return sp.expand(actuator / m_eff), sp.expand(body / m_s)
 
+    @property
+    def fall(self) -> sp.Expr:
+        """How fast the body falls in flight: by its weight, and by what further terms pull at it, [m/s^2]."""
+        return -self.in_flight[1]
+
     @cached_property
     def accelerations(self) -> tuple[sp.Expr, sp.Expr]:
         """(3), (4) with sign(v_i) written as side_i, in x1, x2, v1, v2."""

@@ -483,7 +483,7 @@ REGISTER: tuple[Equation, ...] = (
         "to (27).",
         ("touchdown_velocity: v_after", "apex_from_energy: E_td"),
         m_s * v_td**2 / 2,
-        m_s * control.touchdown_velocity()[0].value.subs(height, v_td**2 / (2 * g)) ** 2 / 2,
+        m_s * control.touchdown_velocity(HOPPER)[0].value.subs(height, v_td**2 / (2 * g)) ** 2 / 2,
     ),
     Equation(
         26,

@@ -1,10 +1,12 @@
 """Forces beside the spring of the leg: take-off is where the contact force vanishes, and not where the spring's does.
 
 Models with a damper and with a second spring in the leg, and with a force on the body in stance, are derived, compiled
-and compared with the 60-digit oracle of mechanisms, which knows their equations of motion alone.
+and compared with the 60-digit oracle of mechanisms, which knows their equations of motion alone. One with a force on
+the body in flight, too, is compared with the hopper under another gravity.
 """
 
 import ctypes
+import dataclasses
 import importlib
 import math
 import random
@@ -73,7 +75,7 @@ class Leg:
 def legs(tmp_path_factory: pytest.TempPathFactory) -> Iterator[dict[str, Leg]]:
     made: dict[str, Leg] = {}
     paths = list(sys.path)
-    for name in ("damper", "second_spring", "held_body"):
+    for name in ("damper", "second_spring", "held_body", "cable"):
         out, prefix = tmp_path_factory.mktemp(name), f"with_{name}"
         assert main(["--model", str(MODELS / f"{name}.py"), "--out", str(out), "--prefix", prefix]) == 0
         path = out / f"lib{prefix}.so"
@@ -269,6 +271,52 @@ def fly(leg: Leg, parameters: tuple[float, ...], start: Any) -> float:
         phases, ctypes.c_int32(MOST), ctypes.byref(flight),
     )  # fmt: skip
     return float(flight.duration)
+
+
+@pytest.mark.parametrize("share", [0.3, -0.5])
+def test_a_constant_force_on_the_body_is_another_gravity(share, legs):
+    """In stance, flight, apex, drop and controller; (4) has g and F/m_s in one place."""
+    leg, force = legs["cable"], share * HOPPER.m_s * HOPPER.g
+    parameters, lighter = (*HOPPER.parameters, force), dataclasses.replace(HOPPER, g=HOPPER.g * (1.0 - share))
+    robot, state = leg.package.Robot(*parameters), leg.package.LegState(*START.values())
+    other = hopform.solve_stance(lighter, x1=START["x1"], v1=START["v1"], v2=START["v2"], u=2.5)
+    flown = other.fly()
+    formulas = importlib.import_module(f"{leg.package.__name__}.formulas")
+    drop = formulas.touchdown_velocity(robot, 0.2)
+    assert drop == pytest.approx(hopform.touchdown_velocity(lighter, 0.2), rel=1e-14)
+    flight = importlib.import_module(f"{leg.package.__name__}.flight")
+    for back_end in ("c", "numpy"):
+        ending, duration, end, apex, _ = leg.solve(back_end, parameters, START, 2.5).outcome()
+        assert leg.package.records.ENDINGS[ending] == other.status == "takeoff"
+        expected = (other.duration, other.end.x1, other.end.v1, other.end.v2, other.apex)
+        assert (duration, end.x1, end.v1, end.v2, apex) == pytest.approx(expected, rel=1e-12)
+        trial = tried(leg, back_end, parameters, np.array([2.5]))
+        slope = float(other.sensitivities["apex", "u"])
+        assert float(trial["apex_u"][0]) == pytest.approx(slope, rel=1e-10)
+    solution = flight.solve_flight(robot, end)
+    times = np.linspace(0.0, float(solution.duration), 7)
+    states = flight.flight_at(solution, times)
+    for duration in (float(solution.duration), fly(leg, parameters, end)):
+        assert duration == pytest.approx(flown.duration, rel=1e-12)
+    assert float(solution.apex) == pytest.approx(flown.apex, rel=1e-12)
+    np.testing.assert_allclose(states.v2, flown.at(times).v2, rtol=1e-12)
+    energy, ledger = (read(solution, times) for read in (flight.flight_energy_at, flight.flight_ledger_at))
+    np.testing.assert_allclose(energy.total - energy.total[0], sum(ledger), rtol=1e-12, atol=1e-12)
+    target = (0.1, 0.0, 1e-3, 2.0)
+    command = hopform.choose_current(
+        lighter, x1=START["x1"], v1=START["v1"], v2=START["v2"], h_des=0.1, stop_margin=1e-3
+    )
+    current, height, _, _ = c_control.choose_current(
+        C(leg.library), parameters, state, target, MOST, np.dtype(np.float64)
+    )  # type: ignore[arg-type]
+    assert (current, height) == pytest.approx((command.u, command.apex), rel=1e-9)
+
+
+def test_a_body_that_does_not_fall_has_no_flight(legs):
+    leg = legs["cable"]
+    parameters = (*HOPPER.parameters, HOPPER.m_s * HOPPER.g)
+    with pytest.raises(hopform.HopformError, match="robot"):
+        fly(leg, parameters, (0.0, 0.0, 1.0, 0.0))
 
 
 @pytest.mark.parametrize("name", ["damper", "second_spring"])

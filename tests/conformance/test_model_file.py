@@ -476,7 +476,7 @@ print([each for each in ledger.columns[0].cells if "drag" in each])
         ("drag", ("'drag'", "not linear in v2", "-d2*v2**2")),
         ("undeclared", ("k_emf", "`parameters`")),
         ("current", ("'reaction'", "may not contain u", "gamma2*u")),
-        ("cable", ("'cable'", "mass 2", "F_cable", "in flight, too", 'acts="stance"')),
+        ("rail", ("'rail'", "mass 2", "b_rail", "in flight, too", "depends on v2", 'acts="stance"')),
         ("pushrod", ("'rod'", "mass 1", "b_rod*v2", "depends on v2", "v1 alone", 'acts="stance"')),
     ],
 )

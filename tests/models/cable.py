@@ -1,6 +1,4 @@
-"""A cable that pulls the body up: the flight knows no force on the body but its weight,
-so the pull would end at take-off.
-"""
+"""A cable over a counterweight that pulls the body up, in stance and in flight."""
 
 from hopform.model import Quantity, Term
 

@@ -292,7 +292,7 @@ def test_a_lower_ground_adds_its_depth_to_the_apex_that_must_be_reached():
 
 
 def test_a_drop_arrives_with_the_energy_of_its_height_less_the_impact():
-    v_after = control.touchdown_velocity()[0].value
+    v_after = control.touchdown_velocity(HOPPER)[0].value
     fall = Q.m_s * Q.g * Q.height * (1 - Q.impact_loss)
     assert is_zero(Q.m_s * v_after**2 / 2 - fall)
     assert v_after.subs({Q.g: 1, Q.height: 1, Q.impact_loss: 0}).is_negative

@@ -775,7 +775,7 @@ static inline int32_t stance_report_f32(const stance_chain_f32 *chain, const hop
     stance->event_count = chain->event_count;
     stance->phases_kept = chain->count < chain->capacity ? chain->count : chain->capacity;
     stance->apex = 0.0f;
-    if (ending == HOPFORM_ENDING_TAKEOFF && robot->g > 0.0f) {
+    if (ending == HOPFORM_ENDING_TAKEOFF && hopform_fall_of_f32(robot) > 0.0f) {
         stance->apex = hopform_apex_of_takeoff_f32(robot, end->x1, end->y, end->v2 > 0.0f ? end->v2 : 0.0f);
     }
     if (!hopform_is_finite_f32(stance->duration) || !hopform_is_finite_f32(end->x1)

@@ -775,7 +775,7 @@ static inline int32_t stance_report_f64(const stance_chain_f64 *chain, const hop
     stance->event_count = chain->event_count;
     stance->phases_kept = chain->count < chain->capacity ? chain->count : chain->capacity;
     stance->apex = 0.0;
-    if (ending == HOPFORM_ENDING_TAKEOFF && robot->g > 0.0) {
+    if (ending == HOPFORM_ENDING_TAKEOFF && hopform_fall_of_f64(robot) > 0.0) {
         stance->apex = hopform_apex_of_takeoff_f64(robot, end->x1, end->y, end->v2 > 0.0 ? end->v2 : 0.0);
     }
     if (!hopform_is_finite_f64(stance->duration) || !hopform_is_finite_f64(end->x1)

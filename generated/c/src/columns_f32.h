@@ -165,7 +165,7 @@ static inline bool hopform_robot_changes_f32(const hopform_stances_in_f32 *in, i
 static inline void hopform_put_stance_f32(const hopform_stances_out_f32 *out, int64_t i,
                                            const hopform_robot_f32 *robot, const hopform_stance_f32 *stance)
 {
-    const bool flies = stance->ending == HOPFORM_ENDING_TAKEOFF && robot->g > 0.0f;
+    const bool flies = stance->ending == HOPFORM_ENDING_TAKEOFF && hopform_fall_of_f32(robot) > 0.0f;
     hopform_put_code_f32(&out->status, i, stance->ending);
     hopform_put_f32(&out->duration, i, stance->duration);
     hopform_put_f32(&out->x1, i, stance->end.x1);

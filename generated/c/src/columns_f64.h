@@ -165,7 +165,7 @@ static inline bool hopform_robot_changes_f64(const hopform_stances_in_f64 *in, i
 static inline void hopform_put_stance_f64(const hopform_stances_out_f64 *out, int64_t i,
                                            const hopform_robot_f64 *robot, const hopform_stance_f64 *stance)
 {
-    const bool flies = stance->ending == HOPFORM_ENDING_TAKEOFF && robot->g > 0.0;
+    const bool flies = stance->ending == HOPFORM_ENDING_TAKEOFF && hopform_fall_of_f64(robot) > 0.0;
     hopform_put_code_f64(&out->status, i, stance->ending);
     hopform_put_f64(&out->duration, i, stance->duration);
     hopform_put_f64(&out->x1, i, stance->end.x1);

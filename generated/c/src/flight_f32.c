@@ -381,8 +381,8 @@ static void watch_pull_f32(const flight_chain_f32 *chain, flight_phase_end_f32 *
 static float noise_of_foot_f32(const flight_chain_f32 *chain, float t, float moved)
 {
     return 16.0f * HOPFORM_EPS_f32
-           * (fabs_f32(chain->ballistic.foot) + fabs_f32(chain->ballistic.v2 * t) + 0.5f * chain->robot->g * t * t
-              + fabs_f32(moved));
+           * (fabs_f32(chain->ballistic.foot) + fabs_f32(chain->ballistic.v2 * t)
+              + 0.5f * hopform_fall_of_f32(chain->robot) * t * t + fabs_f32(moved));
 }
 
 /* True if the foot certainly stays above the ground: the lower end of the body's parabola over the higher one of x_1.
@@ -397,8 +397,8 @@ static bool stays_above_f32(const flight_chain_f32 *chain, const instant_f32 *la
 static hopform_state_f32 state_of_f32(const flight_chain_f32 *chain, const instant_f32 *at)
 {
     const float x1 = within_stroke_f32(chain->robot, chain->actuator.x1 + at->actuator.moved);
-    const hopform_state_f32 state = {x1, at->actuator.v1_t, chain->v2 - chain->robot->g * (chain->t + at->t),
-                                      -at->foot.foot_t};
+    const hopform_state_f32 state = {
+        x1, at->actuator.v1_t, chain->v2 - hopform_fall_of_f32(chain->robot) * (chain->t + at->t), -at->foot.foot_t};
     return state;
 }
 
@@ -434,7 +434,7 @@ static bool is_concave_f32(const flight_chain_f32 *chain, const instant_f32 *las
 static void land_f32(const flight_chain_f32 *chain, flight_phase_end_f32 *end)
 {
     const float v2 = chain->ballistic.v2;
-    const float g = chain->robot->g;
+    const float g = hopform_fall_of_f32(chain->robot);
     const float square = v2 * v2 + 2.0f * g * (chain->ballistic.foot - end->at.actuator.moved);
     const float guess = square > 0.0f ? (v2 + sqrt_f32(square)) / g : 0.0f;
     const instant_f32 from = guess > 0.0f && guess < end->at.t ? look_f32(chain, guess) : end->at;
@@ -613,7 +613,7 @@ static void rest_f32(flight_chain_f32 *chain, flight_end_kind_f32 kind)
 /* Body and foot where the next phase begins: from the take-off, so that nothing adds up. */
 static void place_body_f32(flight_chain_f32 *chain)
 {
-    const float g = chain->robot->g;
+    const float g = hopform_fall_of_f32(chain->robot);
     chain->ballistic.v2 = chain->v2 - g * chain->t;
     chain->ballistic.foot = (chain->x1 - chain->actuator.x1) + (chain->v2 - 0.5f * g * chain->t) * chain->t - chain->y;
     chain->poles = poles_in_flight_f32(&chain->rates, chain->limit);
@@ -716,7 +716,7 @@ static hopform_gains_f32 gains_for_f32(const hopform_robot_f32 *robot, const hop
 static void flight_report_f32(const flight_chain_f32 *chain, int32_t ending, const hopform_state_f32 *end,
                                hopform_flight_f32 *flight)
 {
-    const float g = chain->robot->g;
+    const float g = hopform_fall_of_f32(chain->robot);
     const float top = hopform_lesser_f32(hopform_greater_f32(chain->v2, 0.0f) / g, chain->t);
     flight->gains = chain->gains;
     flight->duration = chain->t;
@@ -793,7 +793,7 @@ int32_t hopform_solve_flight_f32(const hopform_plan_f32 *plan, const hopform_sta
         return HOPFORM_ERROR_OVERLAP;
     }
     const hopform_robot_f32 *robot = &plan->robot;
-    if (plan->made != HOPFORM_PLAN_MADE || !(robot->g > 0.0f)) {
+    if (plan->made != HOPFORM_PLAN_MADE || !(hopform_fall_of_f32(robot) > 0.0f)) {
         return HOPFORM_ERROR_ROBOT;
     }
     if (!hopform_is_finite_f32(from.x1) || !hopform_is_finite_f32(from.v1) || !hopform_is_finite_f32(from.v2)
@@ -899,7 +899,7 @@ static hopform_state_f32 state_of_flight_f32(const hopform_plan_f32 *plan, const
                                                const hopform_flight_rates_f32 *rates,
                                                const hopform_flight_f32 *flight, float t)
 {
-    const float g = plan->robot.g;
+    const float g = hopform_fall_of_f32(&plan->robot);
     const hopform_flight_phase_f32 *phase = &phases[phase_index_f32(phases, flight->phases_kept, t)];
     const hopform_actuator_at_f32 at = actuator_in_phase_f32(rates, phase, t - phase->t);
     const float moved = (phase->x1 - flight->start.x1) + at.moved;
@@ -990,13 +990,15 @@ static float square_of_velocity_f32(const hopform_poles_f32 *poles, const hopfor
     return sum.vv;
 }
 
-static hopform_flight_ledger_f32 ledger_in_phase_f32(const hopform_plan_f32 *plan, const hopform_gains_f32 *gains,
+static hopform_flight_ledger_f32 ledger_in_phase_f32(const hopform_plan_f32 *plan, const hopform_flight_f32 *flight,
                                                        float largest, const hopform_flight_phase_f32 *phase, float t)
 {
+    const hopform_gains_f32 *gains = &flight->gains;
     const hopform_flight_rates_f32 rates = hopform_flight_rates_of_f32(&plan->robot, gains, largest);
     const hopform_poles_f32 poles = poles_in_flight_f32(&rates, phase->limit);
     const hopform_actuator_at_f32 at = actuator_in_phase_f32(&rates, phase, t);
-    const hopform_way_f32 way = {at.moved, square_of_velocity_f32(&poles, phase, t)};
+    const float rise = (flight->start.v2 - hopform_fall_of_f32(&plan->robot) * (phase->t + 0.5f * t)) * t;
+    const hopform_way_f32 way = {at.moved, square_of_velocity_f32(&poles, phase, t), rise};
     return hopform_flight_ledger_of_f32(&plan->robot, gains, largest, phase->x1, (float)phase->side, (float)phase->limit,
                                          &way);
 }
@@ -1059,12 +1061,12 @@ int32_t hopform_flight_energy_f32(const hopform_plan_f32 *plan, const hopform_fl
     for (int32_t i = 0; i < count; i++) {
         for (; n < flight->phases_kept - 1 && phases[n + 1].t <= times[i]; n++) {
             const hopform_flight_ledger_f32 whole =
-                ledger_in_phase_f32(plan, gains, largest, &phases[n], phases[n + 1].t - phases[n].t);
+                ledger_in_phase_f32(plan, flight, largest, &phases[n], phases[n + 1].t - phases[n].t);
             flight_add_f32(&sum, &whole);
             loss += flight_loss_before_f32(plan, gains, largest, &phases[n], &phases[n + 1]);
         }
         const hopform_flight_ledger_f32 part =
-            ledger_in_phase_f32(plan, gains, largest, &phases[n], times[i] - phases[n].t);
+            ledger_in_phase_f32(plan, flight, largest, &phases[n], times[i] - phases[n].t);
         ledgers[i] = sum;
         flight_add_f32(&ledgers[i], &part);
         stop_losses[i] = loss;

@@ -381,8 +381,8 @@ static void watch_pull_f64(const flight_chain_f64 *chain, flight_phase_end_f64 *
 static double noise_of_foot_f64(const flight_chain_f64 *chain, double t, double moved)
 {
     return 16.0 * HOPFORM_EPS_f64
-           * (fabs_f64(chain->ballistic.foot) + fabs_f64(chain->ballistic.v2 * t) + 0.5 * chain->robot->g * t * t
-              + fabs_f64(moved));
+           * (fabs_f64(chain->ballistic.foot) + fabs_f64(chain->ballistic.v2 * t)
+              + 0.5 * hopform_fall_of_f64(chain->robot) * t * t + fabs_f64(moved));
 }
 
 /* True if the foot certainly stays above the ground: the lower end of the body's parabola over the higher one of x_1.
@@ -397,8 +397,8 @@ static bool stays_above_f64(const flight_chain_f64 *chain, const instant_f64 *la
 static hopform_state_f64 state_of_f64(const flight_chain_f64 *chain, const instant_f64 *at)
 {
     const double x1 = within_stroke_f64(chain->robot, chain->actuator.x1 + at->actuator.moved);
-    const hopform_state_f64 state = {x1, at->actuator.v1_t, chain->v2 - chain->robot->g * (chain->t + at->t),
-                                      -at->foot.foot_t};
+    const hopform_state_f64 state = {
+        x1, at->actuator.v1_t, chain->v2 - hopform_fall_of_f64(chain->robot) * (chain->t + at->t), -at->foot.foot_t};
     return state;
 }
 
@@ -434,7 +434,7 @@ static bool is_concave_f64(const flight_chain_f64 *chain, const instant_f64 *las
 static void land_f64(const flight_chain_f64 *chain, flight_phase_end_f64 *end)
 {
     const double v2 = chain->ballistic.v2;
-    const double g = chain->robot->g;
+    const double g = hopform_fall_of_f64(chain->robot);
     const double square = v2 * v2 + 2.0 * g * (chain->ballistic.foot - end->at.actuator.moved);
     const double guess = square > 0.0 ? (v2 + sqrt_f64(square)) / g : 0.0;
     const instant_f64 from = guess > 0.0 && guess < end->at.t ? look_f64(chain, guess) : end->at;
@@ -613,7 +613,7 @@ static void rest_f64(flight_chain_f64 *chain, flight_end_kind_f64 kind)
 /* Body and foot where the next phase begins: from the take-off, so that nothing adds up. */
 static void place_body_f64(flight_chain_f64 *chain)
 {
-    const double g = chain->robot->g;
+    const double g = hopform_fall_of_f64(chain->robot);
     chain->ballistic.v2 = chain->v2 - g * chain->t;
     chain->ballistic.foot = (chain->x1 - chain->actuator.x1) + (chain->v2 - 0.5 * g * chain->t) * chain->t - chain->y;
     chain->poles = poles_in_flight_f64(&chain->rates, chain->limit);
@@ -716,7 +716,7 @@ static hopform_gains_f64 gains_for_f64(const hopform_robot_f64 *robot, const hop
 static void flight_report_f64(const flight_chain_f64 *chain, int32_t ending, const hopform_state_f64 *end,
                                hopform_flight_f64 *flight)
 {
-    const double g = chain->robot->g;
+    const double g = hopform_fall_of_f64(chain->robot);
     const double top = hopform_lesser_f64(hopform_greater_f64(chain->v2, 0.0) / g, chain->t);
     flight->gains = chain->gains;
     flight->duration = chain->t;
@@ -793,7 +793,7 @@ int32_t hopform_solve_flight_f64(const hopform_plan_f64 *plan, const hopform_sta
         return HOPFORM_ERROR_OVERLAP;
     }
     const hopform_robot_f64 *robot = &plan->robot;
-    if (plan->made != HOPFORM_PLAN_MADE || !(robot->g > 0.0)) {
+    if (plan->made != HOPFORM_PLAN_MADE || !(hopform_fall_of_f64(robot) > 0.0)) {
         return HOPFORM_ERROR_ROBOT;
     }
     if (!hopform_is_finite_f64(from.x1) || !hopform_is_finite_f64(from.v1) || !hopform_is_finite_f64(from.v2)
@@ -899,7 +899,7 @@ static hopform_state_f64 state_of_flight_f64(const hopform_plan_f64 *plan, const
                                                const hopform_flight_rates_f64 *rates,
                                                const hopform_flight_f64 *flight, double t)
 {
-    const double g = plan->robot.g;
+    const double g = hopform_fall_of_f64(&plan->robot);
     const hopform_flight_phase_f64 *phase = &phases[phase_index_f64(phases, flight->phases_kept, t)];
     const hopform_actuator_at_f64 at = actuator_in_phase_f64(rates, phase, t - phase->t);
     const double moved = (phase->x1 - flight->start.x1) + at.moved;
@@ -990,13 +990,15 @@ static double square_of_velocity_f64(const hopform_poles_f64 *poles, const hopfo
     return sum.vv;
 }
 
-static hopform_flight_ledger_f64 ledger_in_phase_f64(const hopform_plan_f64 *plan, const hopform_gains_f64 *gains,
+static hopform_flight_ledger_f64 ledger_in_phase_f64(const hopform_plan_f64 *plan, const hopform_flight_f64 *flight,
                                                        double largest, const hopform_flight_phase_f64 *phase, double t)
 {
+    const hopform_gains_f64 *gains = &flight->gains;
     const hopform_flight_rates_f64 rates = hopform_flight_rates_of_f64(&plan->robot, gains, largest);
     const hopform_poles_f64 poles = poles_in_flight_f64(&rates, phase->limit);
     const hopform_actuator_at_f64 at = actuator_in_phase_f64(&rates, phase, t);
-    const hopform_way_f64 way = {at.moved, square_of_velocity_f64(&poles, phase, t)};
+    const double rise = (flight->start.v2 - hopform_fall_of_f64(&plan->robot) * (phase->t + 0.5 * t)) * t;
+    const hopform_way_f64 way = {at.moved, square_of_velocity_f64(&poles, phase, t), rise};
     return hopform_flight_ledger_of_f64(&plan->robot, gains, largest, phase->x1, (double)phase->side, (double)phase->limit,
                                          &way);
 }
@@ -1059,12 +1061,12 @@ int32_t hopform_flight_energy_f64(const hopform_plan_f64 *plan, const hopform_fl
     for (int32_t i = 0; i < count; i++) {
         for (; n < flight->phases_kept - 1 && phases[n + 1].t <= times[i]; n++) {
             const hopform_flight_ledger_f64 whole =
-                ledger_in_phase_f64(plan, gains, largest, &phases[n], phases[n + 1].t - phases[n].t);
+                ledger_in_phase_f64(plan, flight, largest, &phases[n], phases[n + 1].t - phases[n].t);
             flight_add_f64(&sum, &whole);
             loss += flight_loss_before_f64(plan, gains, largest, &phases[n], &phases[n + 1]);
         }
         const hopform_flight_ledger_f64 part =
-            ledger_in_phase_f64(plan, gains, largest, &phases[n], times[i] - phases[n].t);
+            ledger_in_phase_f64(plan, flight, largest, &phases[n], times[i] - phases[n].t);
         ledgers[i] = sum;
         flight_add_f64(&ledgers[i], &part);
         stop_losses[i] = loss;

@@ -277,6 +277,7 @@ typedef struct {
 typedef struct {
     float moved;     /* [m] how far it has moved since the phase began */
     float int_v1v1;  /* [m^2/s] integral of v_1^2 */
+    float rise;      /* [m] of the body */
 } hopform_way_f32;
 
 /* Coefficients of the equations of motion and of their characteristic polynomials. */
@@ -931,6 +932,14 @@ static inline hopform_gains_f32 hopform_critical_gains_f32(const hopform_robot_f
     return result;
 }
 
+/* Acceleration with which the body falls in flight. */
+static inline float hopform_fall_of_f32(const hopform_robot_f32 *robot)
+{
+    const float g = robot->g;
+    const float fall = g;  /* (4) in flight */
+    return fall;
+}
+
 /* Time after which the body has come down from a height. */
 static inline float hopform_time_of_fall_f32(const hopform_robot_f32 *robot, float v2, float drop)
 {
@@ -964,7 +973,7 @@ static inline hopform_flight_ledger_f32 hopform_flight_ledger_of_f32(const hopfo
     const float Kp = gains->Kp, Kd = gains->Kd;
     const float moved = way->moved, int_v1v1 = way->int_v1v1;
     const float motor_work = (Kd*int_v1v1 + Kp*moved*(0.5f*moved + x1))*(limit*limit - 1.0f) - largest*limit*moved;  /* law, or limit */
-    const float offset_work = c*k*moved;                                                                           /* constant force */
+    const float offset_work = c*k*moved;                                                                           /* constant forces */
     const float viscous_1 = -b1*int_v1v1;                                                                          /* ledger */
     const float coulomb_1 = -f1*m_eff*moved*side_1;                                                                /* ledger */
     const hopform_flight_ledger_f32 result = {motor_work, offset_work, viscous_1, coulomb_1};

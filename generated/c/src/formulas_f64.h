@@ -277,6 +277,7 @@ typedef struct {
 typedef struct {
     double moved;     /* [m] how far it has moved since the phase began */
     double int_v1v1;  /* [m^2/s] integral of v_1^2 */
+    double rise;      /* [m] of the body */
 } hopform_way_f64;
 
 /* Coefficients of the equations of motion and of their characteristic polynomials. */
@@ -931,6 +932,14 @@ static inline hopform_gains_f64 hopform_critical_gains_f64(const hopform_robot_f
     return result;
 }
 
+/* Acceleration with which the body falls in flight. */
+static inline double hopform_fall_of_f64(const hopform_robot_f64 *robot)
+{
+    const double g = robot->g;
+    const double fall = g;  /* (4) in flight */
+    return fall;
+}
+
 /* Time after which the body has come down from a height. */
 static inline double hopform_time_of_fall_f64(const hopform_robot_f64 *robot, double v2, double drop)
 {
@@ -964,7 +973,7 @@ static inline hopform_flight_ledger_f64 hopform_flight_ledger_of_f64(const hopfo
     const double Kp = gains->Kp, Kd = gains->Kd;
     const double moved = way->moved, int_v1v1 = way->int_v1v1;
     const double motor_work = (Kd*int_v1v1 + Kp*moved*(0.5*moved + x1))*(limit*limit - 1.0) - largest*limit*moved;  /* law, or limit */
-    const double offset_work = c*k*moved;                                                                           /* constant force */
+    const double offset_work = c*k*moved;                                                                           /* constant forces */
     const double viscous_1 = -b1*int_v1v1;                                                                          /* ledger */
     const double coulomb_1 = -f1*m_eff*moved*side_1;                                                                /* ledger */
     const hopform_flight_ledger_f64 result = {motor_work, offset_work, viscous_1, coulomb_1};

@@ -248,7 +248,8 @@ static bool finish_f32(const hopform_plan_f32 *plan, const hopform_step_f32 *ste
     speeds_f32(plan, steps, last, &stance->end, speed);
     const hopform_state_f32 rate = {speed[Z_X], speed[Z_V1], speed[Z_V2], speed[Z_Y]};
     const float contact_rate = hopform_contact_slope_f32(robot, &rate);
-    const bool underflows = robot->g > 0.0f && !(robot->g * robot->g > 0.0f); /* by which the apex's derivative divides */
+    const float fall = hopform_fall_of_f32(robot);
+    const bool underflows = fall > 0.0f && !(fall * fall > 0.0f); /* by which the apex's derivative divides */
     if (!(fabs_f32(contact_rate) > 0.0f) || underflows) {
         return false;
     }
@@ -270,7 +271,7 @@ static bool finish_f32(const hopform_plan_f32 *plan, const hopform_step_f32 *ste
         matrix[ROW_X2_f32 * COLUMNS_f32 + column] = d_x1 - d_y + by.d_L0 + by.d_c;
         matrix[ROW_V2_f32 * COLUMNS_f32 + column] = d_v2;
         matrix[ROW_APEX_f32 * COLUMNS_f32 + column] =
-            robot->g > 0.0f ? hopform_apex_change_f32(robot, v_up, &by, d_x1, d_y, d_v2) : 0.0f;
+            fall > 0.0f ? hopform_apex_change_f32(robot, v_up, &by, d_x1, d_y, d_v2) : 0.0f;
         matrix[ROW_AED_f32 * COLUMNS_f32 + column] =
             hopform_body_energy_change_f32(robot, &stance->end, &by, &at_end)
             - hopform_body_energy_change_f32(robot, &start, &by, &at_start);

@@ -248,7 +248,8 @@ static bool finish_f64(const hopform_plan_f64 *plan, const hopform_step_f64 *ste
     speeds_f64(plan, steps, last, &stance->end, speed);
     const hopform_state_f64 rate = {speed[Z_X], speed[Z_V1], speed[Z_V2], speed[Z_Y]};
     const double contact_rate = hopform_contact_slope_f64(robot, &rate);
-    const bool underflows = robot->g > 0.0 && !(robot->g * robot->g > 0.0); /* by which the apex's derivative divides */
+    const double fall = hopform_fall_of_f64(robot);
+    const bool underflows = fall > 0.0 && !(fall * fall > 0.0); /* by which the apex's derivative divides */
     if (!(fabs_f64(contact_rate) > 0.0) || underflows) {
         return false;
     }
@@ -270,7 +271,7 @@ static bool finish_f64(const hopform_plan_f64 *plan, const hopform_step_f64 *ste
         matrix[ROW_X2_f64 * COLUMNS_f64 + column] = d_x1 - d_y + by.d_L0 + by.d_c;
         matrix[ROW_V2_f64 * COLUMNS_f64 + column] = d_v2;
         matrix[ROW_APEX_f64 * COLUMNS_f64 + column] =
-            robot->g > 0.0 ? hopform_apex_change_f64(robot, v_up, &by, d_x1, d_y, d_v2) : 0.0;
+            fall > 0.0 ? hopform_apex_change_f64(robot, v_up, &by, d_x1, d_y, d_v2) : 0.0;
         matrix[ROW_AED_f64 * COLUMNS_f64 + column] =
             hopform_body_energy_change_f64(robot, &stance->end, &by, &at_end)
             - hopform_body_energy_change_f64(robot, &start, &by, &at_start);

@@ -54,10 +54,10 @@ static inline void hopform_note_hit_f32(const hopform_tally_f32 *tally, const ho
 {
     const hopform_robot_f32 *robot = &tally->plan->robot;
     const hopform_state_f32 *at = &tally->arrived;
-    const float height = 0.5f * at->v1 * at->v1 / robot->g;
+    const float height = 0.5f * at->v1 * at->v1 / hopform_fall_of_f32(robot);
     const float contact = hopform_contact_of_f32(robot, at);
     const bool slow = height < contact;
-    const float change = slow ? at->v1 * met->v1 / robot->g : hopform_contact_slope_f32(robot, met);
+    const float change = slow ? at->v1 * met->v1 / hopform_fall_of_f32(robot) : hopform_contact_slope_f32(robot, met);
     hopform_note_largest_f32(tally->trial, at->x1 + (slow ? height : contact), change);
 }
 
@@ -181,7 +181,7 @@ static inline void hopform_lift_f32(hopform_tally_f32 *tally, const hopform_phas
     const float x1_u = tally->change.x1 + speed.x1 * late;
     const float y_u = HOPFORM_CONTACT_IS_COMPRESSION ? 0.0f : tally->change.y + speed.y * late;
     const float v2_u = tally->change.v2 + speed.v2 * late;
-    trial->apex_u = (x1_u - y_u) + hopform_greater_f32(end->v2, 0.0f) * v2_u / robot->g;
+    trial->apex_u = (x1_u - y_u) + hopform_greater_f32(end->v2, 0.0f) * v2_u / hopform_fall_of_f32(robot);
     hopform_note_largest_f32(trial, end->x1, x1_u);
 }
 

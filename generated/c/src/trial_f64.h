@@ -54,10 +54,10 @@ static inline void hopform_note_hit_f64(const hopform_tally_f64 *tally, const ho
 {
     const hopform_robot_f64 *robot = &tally->plan->robot;
     const hopform_state_f64 *at = &tally->arrived;
-    const double height = 0.5 * at->v1 * at->v1 / robot->g;
+    const double height = 0.5 * at->v1 * at->v1 / hopform_fall_of_f64(robot);
     const double contact = hopform_contact_of_f64(robot, at);
     const bool slow = height < contact;
-    const double change = slow ? at->v1 * met->v1 / robot->g : hopform_contact_slope_f64(robot, met);
+    const double change = slow ? at->v1 * met->v1 / hopform_fall_of_f64(robot) : hopform_contact_slope_f64(robot, met);
     hopform_note_largest_f64(tally->trial, at->x1 + (slow ? height : contact), change);
 }
 
@@ -181,7 +181,7 @@ static inline void hopform_lift_f64(hopform_tally_f64 *tally, const hopform_phas
     const double x1_u = tally->change.x1 + speed.x1 * late;
     const double y_u = HOPFORM_CONTACT_IS_COMPRESSION ? 0.0 : tally->change.y + speed.y * late;
     const double v2_u = tally->change.v2 + speed.v2 * late;
-    trial->apex_u = (x1_u - y_u) + hopform_greater_f64(end->v2, 0.0) * v2_u / robot->g;
+    trial->apex_u = (x1_u - y_u) + hopform_greater_f64(end->v2, 0.0) * v2_u / hopform_fall_of_f64(robot);
     hopform_note_largest_f64(trial, end->x1, x1_u);
 }
 

@@ -84,6 +84,10 @@ class FlightSolution:
     ending: int
     phases: tuple[FlightPhase, ...]
 
+    @property
+    def fall(self) -> Real:
+        return formulas.fall_of(self.robot)
+
     def times(self, t: ArrayLike) -> Array:
         """Times in the precision of the flight."""
         return np.asarray(t, dtype=np.asarray(self.duration).dtype)
@@ -203,8 +207,12 @@ class _Chain:
         return _poles(self.rates, self.limit)
 
     @property
+    def fall(self) -> Real:
+        return formulas.fall_of(self.robot)
+
+    @property
     def v2(self) -> Real:
-        return self.start.v2 - self.robot.g * self.t
+        return self.start.v2 - self.fall * self.t
 
     def look(self, t: Real) -> _Instant:
         actuator = _move(self.actuator, self.poles, self.side, t)
@@ -213,7 +221,7 @@ class _Chain:
         return _Instant(t, actuator, pull, foot)
 
     def state_of(self, at: _Instant) -> LegState:
-        v2 = self.start.v2 - self.robot.g * (self.t + at.t)
+        v2 = self.start.v2 - self.fall * (self.t + at.t)
         return LegState(self.within_stroke(at.actuator.moved), at.actuator.v1_t, v2, -at.foot.foot_t)
 
     def within_stroke(self, moved: Real) -> Real:
@@ -322,7 +330,7 @@ def _watch_foot(chain: _Chain, end: _End) -> _End:
     for curve in (_foot_curvature, _foot_rate):
         points = chain.split(curve, points)
     for before, after in zip(points, points[1:], strict=False):
-        size = abs(chain.foot) + abs(chain.v2 * after.t) + 0.5 * chain.robot.g * after.t**2 + abs(after.actuator.moved)
+        size = abs(chain.foot) + abs(chain.v2 * after.t) + 0.5 * chain.fall * after.t**2 + abs(after.actuator.moved)
         noise = 16.0 * chain.eps * size
         foot, rate, _ = _foot(after)
         falls = foot < before.foot.foot_t and foot < 0.0 and (foot < -noise or rate * after.t < -noise)
@@ -462,7 +470,7 @@ def _run(chain: _Chain, max_phases: int) -> tuple[str, LegState]:
             return "too_many_phases", state
         since = chain.t
         chain.foot = (
-            chain.start.x1 - chain.start.y - chain.actuator.x1 + (chain.start.v2 - 0.5 * chain.robot.g * since) * since
+            chain.start.x1 - chain.start.y - chain.actuator.x1 + (chain.start.v2 - 0.5 * chain.fall * since) * since
         )
 
 
@@ -473,7 +481,7 @@ def expected_time(robot: Robot, start: LegState) -> Real:
     """The time in which a designed return settles: 50 ms before the touchdown on the ground that was left, 20 ms at
     least.
     """
-    square = start.v2 * start.v2 + 2.0 * robot.g * start.x1
+    square = start.v2 * start.v2 + 2.0 * formulas.fall_of(robot) * start.x1
     fall = formulas.time_of_fall(robot, start.v2, start.x1) if square > 0.0 else 0.0
     return type(start.v2)(max(fall - SETTLED_BEFORE, SHORTEST))
 
@@ -516,12 +524,13 @@ def solve_flight(
 
 def _report(chain: _Chain, ending: str, end: LegState) -> FlightSolution:
     robot, start = chain.robot, chain.start
-    top = min(max(start.v2 / robot.g, chain.t * 0.0), chain.t)
+    g = chain.fall
+    top = min(max(start.v2 / g, chain.t * 0.0), chain.t)
     lands = ending == "touchdown"
     return FlightSolution(
         robot, chain.gains, start, chain.t, end,
         formulas.velocity_after_impact(robot, end.v2) if lands else end.v2,
-        start.x1 - start.y + (start.v2 - 0.5 * robot.g * top) * top, top,
+        start.x1 - start.y + (start.v2 - 0.5 * g * top) * top, top,
         -0.5 * robot.m_s * end.v2**2 * robot.impact_loss if lands else end.v2 * 0.0,
         chain.start_loss, _ENDING[ending], tuple(chain.phases),
     )  # fmt: skip
@@ -541,7 +550,7 @@ def _phase_at(flight: FlightSolution, t: Real) -> FlightPhase:
 
 
 def _state_at(flight: FlightSolution, t: Real) -> LegState:
-    phase, start, g = _phase_at(flight, t), flight.start, flight.robot.g
+    phase, start, g = _phase_at(flight, t), flight.start, flight.fall
     at = _at_in_phase(flight, phase, t - phase.t)
     moved = (phase.x1 - start.x1) + at.moved
     return LegState(
@@ -590,8 +599,9 @@ def _ledger_in_phase(flight: FlightSolution, phase: FlightPhase, t: Real) -> Arr
     rates = formulas.flight_rates_of(flight.robot, flight.gains, largest)
     moved = _at_in_phase(flight, phase, t).moved
     squares = _square_of_velocity(_poles(rates, phase.limit), phase, t)
+    rise = (flight.start.v2 - flight.fall * (phase.t + 0.5 * t)) * t
     entries = formulas.flight_ledger_of(
-        flight.robot, flight.gains, largest, phase.x1, phase.side, phase.limit, Way(moved, squares)
+        flight.robot, flight.gains, largest, phase.x1, phase.side, phase.limit, Way(moved, squares, rise)
     )
     return flight.times(entries)
 

@@ -792,6 +792,16 @@ def critical_gains(robot: Robot, time: Real) -> Gains:
     return Gains(Kp, Kd)
 
 
+def fall_of(robot: Robot) -> Real:
+    """Acceleration with which the body falls in flight.
+
+    Returns fall [m/s^2], acceleration with which the body falls in flight.
+    """
+    g = robot.g
+    fall = g  # (4) in flight
+    return fall
+
+
 def time_of_fall(robot: Robot, v2: Real, drop: Real) -> Real:
     """Time after which the body has come down from a height.
 
@@ -840,7 +850,7 @@ def flight_ledger_of(robot: Robot, gains: Gains, largest: Real, x1: Real, side_1
     Kp, Kd = gains.Kp, gains.Kd
     moved, int_v1v1 = way.moved, way.int_v1v1
     motor_work = (Kd*int_v1v1 + Kp*moved*(0.5*moved + x1))*(limit*limit - 1.0) - largest*limit*moved  # law, or limit
-    offset_work = c*k*moved                                                                           # constant force
+    offset_work = c*k*moved                                                                           # constant forces
     viscous_1 = -b1*int_v1v1                                                                          # ledger
     coulomb_1 = -f1*m_eff*moved*side_1                                                                # ledger
     return FlightWork(motor_work, offset_work, viscous_1, coulomb_1)

@@ -841,6 +841,8 @@ class Way(NamedTuple):
     """[m] how far it has moved since the phase began"""
     int_v1v1: Real
     """[m^2/s] integral of v_1^2"""
+    rise: Real
+    """[m] of the body"""
 
 
 class Ledger(NamedTuple):

@@ -83,7 +83,7 @@ def try_currents(robot: Robot, start: LegState, u: Array, horizon: float, max_ph
     solution = solve(robot, start, u, (0.0,), horizon, max_phases, u.dtype.type)
     phases, count = solution.phases, solution.phase_count
     first = np.cumsum(count) - count
-    plan, gravity = solution.plan, solution.plan.robot.g
+    plan, gravity = solution.plan, formulas.fall_of(solution.plan.robot)
     trials = _blank(u)
     trials.takes_off[:] = solution.ending == _TAKEOFF
     trials.largest_x1[:] = phases.x1[first]
@@ -226,9 +226,9 @@ def _note_hit(trials: Trials, lanes: NDArray[np.intp], at: LegState, met: LegSta
     The lesser of the contact force over k and of the height from which a mass falls as fast; met: the change of the
     state, whose time moves.
     """
-    height, contact = np.asarray(0.5 * at.v1 * at.v1 / robot.g), formulas.contact_of(robot, at)
+    height, contact = np.asarray(0.5 * at.v1 * at.v1 / formulas.fall_of(robot)), formulas.contact_of(robot, at)
     slow = np.asarray(height < contact)
-    past_u = choose(slow, np.asarray(at.v1 * met.v1 / robot.g), formulas.contact_slope(robot, met))
+    past_u = choose(slow, np.asarray(at.v1 * met.v1 / formulas.fall_of(robot)), formulas.contact_slope(robot, met))
     past = choose(slow, height, contact)
     _note(trials.largest_x1, trials.largest_x1_u, lanes, np.asarray(at.x1 + past), past_u, 1.0)
 

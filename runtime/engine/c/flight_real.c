@@ -381,8 +381,8 @@ static void watch_pull_real(const flight_chain_real *chain, flight_phase_end_rea
 static real noise_of_foot_real(const flight_chain_real *chain, real t, real moved)
 {
     return 16.0 * HOPFORM_EPS_real
-           * (fabs_real(chain->ballistic.foot) + fabs_real(chain->ballistic.v2 * t) + 0.5 * chain->robot->g * t * t
-              + fabs_real(moved));
+           * (fabs_real(chain->ballistic.foot) + fabs_real(chain->ballistic.v2 * t)
+              + 0.5 * hopform_fall_of_real(chain->robot) * t * t + fabs_real(moved));
 }
 
 /* True if the foot certainly stays above the ground: the lower end of the body's parabola over the higher one of x_1.
@@ -397,8 +397,8 @@ static bool stays_above_real(const flight_chain_real *chain, const instant_real 
 static hopform_state_real state_of_real(const flight_chain_real *chain, const instant_real *at)
 {
     const real x1 = within_stroke_real(chain->robot, chain->actuator.x1 + at->actuator.moved);
-    const hopform_state_real state = {x1, at->actuator.v1_t, chain->v2 - chain->robot->g * (chain->t + at->t),
-                                      -at->foot.foot_t};
+    const hopform_state_real state = {
+        x1, at->actuator.v1_t, chain->v2 - hopform_fall_of_real(chain->robot) * (chain->t + at->t), -at->foot.foot_t};
     return state;
 }
 
@@ -434,7 +434,7 @@ static bool is_concave_real(const flight_chain_real *chain, const instant_real *
 static void land_real(const flight_chain_real *chain, flight_phase_end_real *end)
 {
     const real v2 = chain->ballistic.v2;
-    const real g = chain->robot->g;
+    const real g = hopform_fall_of_real(chain->robot);
     const real square = v2 * v2 + 2.0 * g * (chain->ballistic.foot - end->at.actuator.moved);
     const real guess = square > 0.0 ? (v2 + sqrt_real(square)) / g : 0.0;
     const instant_real from = guess > 0.0 && guess < end->at.t ? look_real(chain, guess) : end->at;
@@ -613,7 +613,7 @@ static void rest_real(flight_chain_real *chain, flight_end_kind_real kind)
 /* Body and foot where the next phase begins: from the take-off, so that nothing adds up. */
 static void place_body_real(flight_chain_real *chain)
 {
-    const real g = chain->robot->g;
+    const real g = hopform_fall_of_real(chain->robot);
     chain->ballistic.v2 = chain->v2 - g * chain->t;
     chain->ballistic.foot = (chain->x1 - chain->actuator.x1) + (chain->v2 - 0.5 * g * chain->t) * chain->t - chain->y;
     chain->poles = poles_in_flight_real(&chain->rates, chain->limit);
@@ -716,7 +716,7 @@ static hopform_gains_real gains_for_real(const hopform_robot_real *robot, const 
 static void flight_report_real(const flight_chain_real *chain, int32_t ending, const hopform_state_real *end,
                                hopform_flight_real *flight)
 {
-    const real g = chain->robot->g;
+    const real g = hopform_fall_of_real(chain->robot);
     const real top = hopform_lesser_real(hopform_greater_real(chain->v2, 0.0) / g, chain->t);
     flight->gains = chain->gains;
     flight->duration = chain->t;
@@ -793,7 +793,7 @@ int32_t hopform_solve_flight_real(const hopform_plan_real *plan, const hopform_s
         return HOPFORM_ERROR_OVERLAP;
     }
     const hopform_robot_real *robot = &plan->robot;
-    if (plan->made != HOPFORM_PLAN_MADE || !(robot->g > 0.0)) {
+    if (plan->made != HOPFORM_PLAN_MADE || !(hopform_fall_of_real(robot) > 0.0)) {
         return HOPFORM_ERROR_ROBOT;
     }
     if (!hopform_is_finite_real(from.x1) || !hopform_is_finite_real(from.v1) || !hopform_is_finite_real(from.v2)
@@ -899,7 +899,7 @@ static hopform_state_real state_of_flight_real(const hopform_plan_real *plan, co
                                                const hopform_flight_rates_real *rates,
                                                const hopform_flight_real *flight, real t)
 {
-    const real g = plan->robot.g;
+    const real g = hopform_fall_of_real(&plan->robot);
     const hopform_flight_phase_real *phase = &phases[phase_index_real(phases, flight->phases_kept, t)];
     const hopform_actuator_at_real at = actuator_in_phase_real(rates, phase, t - phase->t);
     const real moved = (phase->x1 - flight->start.x1) + at.moved;
@@ -990,13 +990,15 @@ static real square_of_velocity_real(const hopform_poles_real *poles, const hopfo
     return sum.vv;
 }
 
-static hopform_flight_ledger_real ledger_in_phase_real(const hopform_plan_real *plan, const hopform_gains_real *gains,
+static hopform_flight_ledger_real ledger_in_phase_real(const hopform_plan_real *plan, const hopform_flight_real *flight,
                                                        real largest, const hopform_flight_phase_real *phase, real t)
 {
+    const hopform_gains_real *gains = &flight->gains;
     const hopform_flight_rates_real rates = hopform_flight_rates_of_real(&plan->robot, gains, largest);
     const hopform_poles_real poles = poles_in_flight_real(&rates, phase->limit);
     const hopform_actuator_at_real at = actuator_in_phase_real(&rates, phase, t);
-    const hopform_way_real way = {at.moved, square_of_velocity_real(&poles, phase, t)};
+    const real rise = (flight->start.v2 - hopform_fall_of_real(&plan->robot) * (phase->t + 0.5 * t)) * t;
+    const hopform_way_real way = {at.moved, square_of_velocity_real(&poles, phase, t), rise};
     return hopform_flight_ledger_of_real(&plan->robot, gains, largest, phase->x1, (real)phase->side, (real)phase->limit,
                                          &way);
 }
@@ -1059,12 +1061,12 @@ int32_t hopform_flight_energy_real(const hopform_plan_real *plan, const hopform_
     for (int32_t i = 0; i < count; i++) {
         for (; n < flight->phases_kept - 1 && phases[n + 1].t <= times[i]; n++) {
             const hopform_flight_ledger_real whole =
-                ledger_in_phase_real(plan, gains, largest, &phases[n], phases[n + 1].t - phases[n].t);
+                ledger_in_phase_real(plan, flight, largest, &phases[n], phases[n + 1].t - phases[n].t);
             flight_add_real(&sum, &whole);
             loss += flight_loss_before_real(plan, gains, largest, &phases[n], &phases[n + 1]);
         }
         const hopform_flight_ledger_real part =
-            ledger_in_phase_real(plan, gains, largest, &phases[n], times[i] - phases[n].t);
+            ledger_in_phase_real(plan, flight, largest, &phases[n], times[i] - phases[n].t);
         ledgers[i] = sum;
         flight_add_real(&ledgers[i], &part);
         stop_losses[i] = loss;

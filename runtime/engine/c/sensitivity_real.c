@@ -248,7 +248,8 @@ static bool finish_real(const hopform_plan_real *plan, const hopform_step_real *
     speeds_real(plan, steps, last, &stance->end, speed);
     const hopform_state_real rate = {speed[Z_X], speed[Z_V1], speed[Z_V2], speed[Z_Y]};
     const real contact_rate = hopform_contact_slope_real(robot, &rate);
-    const bool underflows = robot->g > 0.0 && !(robot->g * robot->g > 0.0); /* by which the apex's derivative divides */
+    const real fall = hopform_fall_of_real(robot);
+    const bool underflows = fall > 0.0 && !(fall * fall > 0.0); /* by which the apex's derivative divides */
     if (!(fabs_real(contact_rate) > 0.0) || underflows) {
         return false;
     }
@@ -270,7 +271,7 @@ static bool finish_real(const hopform_plan_real *plan, const hopform_step_real *
         matrix[ROW_X2_real * COLUMNS_real + column] = d_x1 - d_y + by.d_L0 + by.d_c;
         matrix[ROW_V2_real * COLUMNS_real + column] = d_v2;
         matrix[ROW_APEX_real * COLUMNS_real + column] =
-            robot->g > 0.0 ? hopform_apex_change_real(robot, v_up, &by, d_x1, d_y, d_v2) : 0.0;
+            fall > 0.0 ? hopform_apex_change_real(robot, v_up, &by, d_x1, d_y, d_v2) : 0.0;
         matrix[ROW_AED_real * COLUMNS_real + column] =
             hopform_body_energy_change_real(robot, &stance->end, &by, &at_end)
             - hopform_body_energy_change_real(robot, &start, &by, &at_start);

@@ -54,10 +54,10 @@ static inline void hopform_note_hit_real(const hopform_tally_real *tally, const 
 {
     const hopform_robot_real *robot = &tally->plan->robot;
     const hopform_state_real *at = &tally->arrived;
-    const real height = 0.5 * at->v1 * at->v1 / robot->g;
+    const real height = 0.5 * at->v1 * at->v1 / hopform_fall_of_real(robot);
     const real contact = hopform_contact_of_real(robot, at);
     const bool slow = height < contact;
-    const real change = slow ? at->v1 * met->v1 / robot->g : hopform_contact_slope_real(robot, met);
+    const real change = slow ? at->v1 * met->v1 / hopform_fall_of_real(robot) : hopform_contact_slope_real(robot, met);
     hopform_note_largest_real(tally->trial, at->x1 + (slow ? height : contact), change);
 }
 
@@ -181,7 +181,7 @@ static inline void hopform_lift_real(hopform_tally_real *tally, const hopform_ph
     const real x1_u = tally->change.x1 + speed.x1 * late;
     const real y_u = HOPFORM_CONTACT_IS_COMPRESSION ? 0.0 : tally->change.y + speed.y * late;
     const real v2_u = tally->change.v2 + speed.v2 * late;
-    trial->apex_u = (x1_u - y_u) + hopform_greater_real(end->v2, 0.0) * v2_u / robot->g;
+    trial->apex_u = (x1_u - y_u) + hopform_greater_real(end->v2, 0.0) * v2_u / hopform_fall_of_real(robot);
     hopform_note_largest_real(trial, end->x1, x1_u);
 }
 

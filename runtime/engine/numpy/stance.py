@@ -721,7 +721,7 @@ def solve(
     loss = _run(chain, log, result)
     end = result.state
     aed = formulas.body_energy_gain(robots, first, At(*end))
-    lifts = (result.ending == _ENDING["takeoff"]) & (robots.g > 0.0)
+    lifts = (result.ending == _ENDING["takeoff"]) & (formulas.fall_of(robots) > 0.0)
     apex = np.full_like(like, np.nan)
     apex[lifts] = formulas.apex_of_takeoff(
         take(robots, lifts), end.x1[lifts], end.y[lifts], np.maximum(end.v2[lifts], 0.0)

@@ -165,7 +165,7 @@ static inline bool hopform_robot_changes_real(const hopform_stances_in_real *in,
 static inline void hopform_put_stance_real(const hopform_stances_out_real *out, int64_t i,
                                            const hopform_robot_real *robot, const hopform_stance_real *stance)
 {
-    const bool flies = stance->ending == HOPFORM_ENDING_TAKEOFF && robot->g > 0.0;
+    const bool flies = stance->ending == HOPFORM_ENDING_TAKEOFF && hopform_fall_of_real(robot) > 0.0;
     hopform_put_code_real(&out->status, i, stance->ending);
     hopform_put_real(&out->duration, i, stance->duration);
     hopform_put_real(&out->x1, i, stance->end.x1);

@@ -84,7 +84,7 @@ static int32_t read_all(row_solver *row, int64_t count, real *results, int32_t *
 static int32_t read_sensitivities(const row_solver *row, real *matrix)
 {
     const int32_t status = hopform_stance_sensitivities_real(&row->plan, &row->step, row->phases, &row->stance, matrix);
-    no_numbers(matrix + APEX * ROW, row->plan.robot.g > 0.0 ? 0 : ROW);
+    no_numbers(matrix + APEX * ROW, hopform_fall_of_real(&row->plan.robot) > 0.0 ? 0 : ROW);
     return status;
 }
 
