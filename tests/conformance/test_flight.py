@@ -88,7 +88,7 @@ def test_the_pull_and_the_foot_have_the_derivatives_that_they_say():
     pulls = {step.symbol: unfold(step.value.subs(MOTION), ()) for step in F.pull_of_law()}
     assert sp.expand(over_time(pulls[F.pull]) - pulls[F.pull_rate]) == 0
     assert sp.expand(over_time(pulls[F.pull_rate]) - pulls[F.pull_curvature]) == 0
-    feet = {step.symbol: step.value.subs(MOTION) for step in F.foot_in_flight()}
+    feet = {step.symbol: step.value.subs(MOTION) for step in F.foot_in_flight(HOPPER)}
     for before, after in ((F.foot_t, F.foot_rate), (F.foot_rate, F.foot_curvature)):
         assert sp.expand(feet[before].diff(Q.t) + over_time(feet[before]) - feet[after]) == 0
 
