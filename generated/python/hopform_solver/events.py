@@ -482,6 +482,8 @@ def begin_interval(on: Interval, lanes: Numbers) -> None:
     """The next interval of some lanes begins where this one has ended, and ends less than half a period of the pair
     later, and not so late that all has faded. By rule 5 it may end later.
     """
+    if not lanes.size:
+        return
     start, node = on.end[..., lanes], Node(*on.of.node[:, lanes])
     np.maximum(start[0], 0.0, out=start[0])
     low, limit, eps = on.high[lanes], on.limit[lanes], EPS[on.low.dtype]
@@ -614,8 +616,10 @@ def find_first_root(on: Interval) -> Flags:
     on.count[searched] += 1
     open_ = end_at_first_crossing(on, searched)
     d, d_then = deflated(on, on.start, on.low), deflated(on, on.end, on.high)
-    certified = ~cut_inside(on, *uncertified(on, open_, d, d_then), d, d_then)
-    settle_ties(on, np.flatnonzero(certified & (on.found > 0)))
+    slot, lane = uncertified(on, open_, d, d_then)
+    certified = ~cut_inside(on, slot, lane, d, d_then)
+    if (later := np.flatnonzero(certified & (on.found > 0))).size:
+        settle_ties(on, later)
     return certified
 
 
