@@ -166,8 +166,8 @@ MUTANTS = (
     Mutant(
         "controller, NumPy: a dip that is not at the turn",
         "runtime/engine/numpy/extrema.py",
-        "        last = new\n    return new\n",
-        "        last = new\n    return 0.5 * (new + between[1])\n",
+        "return found, _turn(of.only(found), low, high)",
+        "return found, 0.5 * (high + _turn(of.only(found), low, high))",
         first=("tests/conformance/test_control.py",),
     ),
     Mutant(
