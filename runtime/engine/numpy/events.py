@@ -322,14 +322,16 @@ def has_no_root_by_pair(of: EventSet, propagator: Array, start: Array, end: Arra
     ww = q - mu * mu
     R = propagator[3] + a * propagator[2]
     C = propagator[4] + a * propagator[3] + mu * R
-    wt = ww * R / (np.sqrt(ww * R * R + C * C) + C)  # w tan(w h/2)
+    below = np.sqrt(ww * R * R + C * C) + C
+    decided = below > 0.0  # else nothing is left of the pair
+    wt = ww * R / choose(decided, below, 1.0)  # w tan(w h/2)
     falls, falls_then = start[1] < 0.0, end[1] < 0.0
     f_is_negative = start[2] - (wt - mu) * start[1] < 0.0
     f_is_negative_then = end[2] + (wt + mu) * end[1] < 0.0
     with_positive = ~(falls | f_is_negative) | falls_then | f_is_negative_then
     with_negative = ~falls | f_is_negative | (falls_then & ~f_is_negative_then)
     e_is_negative = H1 - a * (H2 - a * H3) < 0.0
-    return np.asarray((e_is_negative & with_negative) | (~e_is_negative & with_positive))
+    return np.asarray(decided & ((e_is_negative & with_negative) | (~e_is_negative & with_positive)))
 
 
 def is_held_up_by_bernstein(
@@ -369,15 +371,15 @@ def is_held_up_by_tangents(start: Array, end: Array, pole: Array, h: Array, boun
 
 
 def quiet_time(of: EventSet, jet: Array, bound: Array) -> Array:
-    """Rule 5: how long from a jet on g, for certain, has no root; NEVER if it has none at all."""
+    """Rule 5: how long from jets on functions, for certain, have no root; NEVER if they have none at all."""
     rings = Node(*of.node).half_period < NEVER[bound.dtype]
     if rings.all():
         return _quiet_time_of_ringing(Poles(*of.poles), jet, bound)
     if not rings.any():
         return _quiet_time_of_decay(Node(*of.node), jet, bound)
     quiet = np.empty_like(bound)
-    quiet[rings] = _quiet_time_of_ringing(Poles(*of.poles[:, rings]), jet[:, rings], bound[rings])
-    quiet[~rings] = _quiet_time_of_decay(Node(*of.node[:, ~rings]), jet[:, ~rings], bound[~rings])
+    quiet[..., rings] = _quiet_time_of_ringing(Poles(*of.poles[:, rings]), jet[..., rings], bound[..., rings])
+    quiet[..., ~rings] = _quiet_time_of_decay(Node(*of.node[:, ~rings]), jet[..., ~rings], bound[..., ~rings])
     return quiet
 
 
@@ -484,15 +486,12 @@ def begin_interval(on: Interval, lanes: Numbers) -> None:
     """
     if not lanes.size:
         return
-    start, node = on.end[..., lanes], Node(*on.of.node[:, lanes])
+    start, low, limit, of = on.end[..., lanes], on.high[lanes], on.limit[lanes], on.of.only(lanes)
     np.maximum(start[0], 0.0, out=start[0])
-    low, limit, eps = on.high[lanes], on.limit[lanes], EPS[on.low.dtype]
-    quiet = np.full_like(low, NEVER[low.dtype])
-    for slot in range(SLOTS):
-        of = on.of.at(slot, lanes)
-        quiet = np.minimum(quiet, quiet_time(of, start[:, slot], 16.0 * eps * np.abs(of.start)))
+    node = Node(*of.node)
+    quiet = quiet_time(of, start, 16.0 * EPS[low.dtype] * np.abs(of.start)).min(axis=0)
     is_quiet = quiet > 2.0 * node.t
-    faded = -0.5 * on.of.poles[1, lanes] * low < SMALLEST_EXPONENT[low.dtype]  # the pair: what is left is monotone
+    faded = -0.5 * of.poles[1] * low < SMALLEST_EXPONENT[low.dtype]  # the pair: what is left is monotone
     far: Array = low + choose(is_quiet, quiet, np.minimum(np.maximum(node.t, 3.0 * low), 0.95 * node.half_period))
     far = choose((faded & ~is_quiet) | ~(far > low), limit, np.minimum(far, limit))
     on.low[lanes], on.high[lanes], on.start[..., lanes] = low, far, start
@@ -522,8 +521,8 @@ def crossings(on: Interval, lanes: Numbers) -> tuple[Numbers, Numbers]:
 
 
 def end_at_first_crossing(on: Interval, lanes: Numbers) -> Flags:
-    """End intervals at the earliest root of the functions that have crossed zero by their ends; true where that has not
-    come to an end.
+    """End intervals at the earliest root of the functions that have crossed zero by their ends; which of them have
+    crossed zero there still, after MOST_TRIES.
     """
     slot, lane = crossings(on, lanes)
     for _ in range(MOST_TRIES):
