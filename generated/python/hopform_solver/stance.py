@@ -226,7 +226,7 @@ def _rings_about_zero(chain: _Chain) -> NDArray[np.bool_]:
     none = np.zeros_like(chain.t)
     free = formulas.free_accelerations(chain.plan.rates, LegState(none, none, none, none), chain.u)
     left = choose(second == 0.0, free.free_1 - first * robot.f1, free.free_2 - second * robot.f2)
-    return np.asarray(((first == 0.0) | (second == 0.0)) & (left == 0.0) & (chain.state.y >= 0.0))
+    return np.asarray(((first == 0.0) != (second == 0.0)) & (left == 0.0) & (chain.state.y >= 0.0))
 
 
 def _put_events(chain: _Chain, poles: Poles, motion: Motion) -> _Events:
