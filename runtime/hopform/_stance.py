@@ -101,7 +101,7 @@ class Phase(NamedTuple):
 class Stance(Motion):
     """A stance, solved. Times in s from touchdown, heights in m over the ground under the foot.
 
-    status: "takeoff", "rest", "horizon", "too_many_phases", or in C "uncertified", where the search met its bound.
+    status: "takeoff", "rest", "horizon", "too_many_phases", or "uncertified", where the search met its bound.
     duration: time of the ending. takeoff: the state there, None without take-off. end: the state at the ending. apex:
     hop height of the apex, NaN without take-off. aed: change of the body's energy over the stance (24).
     """

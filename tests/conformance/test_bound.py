@@ -1,6 +1,6 @@
 """Where a phase needs more intervals than the bound allows, the stance ends there and is right up to there.
 
-The solver is compiled with a bound that random stances do meet.
+The solver is compiled with a bound that random stances do meet; NumPy, with the same bound, ends where it does.
 """
 
 import ctypes
@@ -12,10 +12,11 @@ import numpy as np
 import pytest
 
 from hopform._solver import c as native
+from hopform_solver import events
 from hopform_solver.records import ENDINGS, EVENTS, ROBOT_FIELDS
 from tests import needs
 from tests.conformance.firmware.targets import C
-from tests.conformance.random_stances import draw_stances
+from tests.conformance.random_stances import draw_stances, solve_with_numpy
 
 pytestmark = needs.library
 
@@ -64,4 +65,19 @@ def test_a_stance_ends_uncertified_where_the_bound_is_met(bounded):
             assert part.apex == 0.0
         else:
             assert (part.ending, phases) == (whole.ending, all_phases)
+    assert COUNT // 20 < met < COUNT
+
+
+def test_numpy_meets_the_bound_where_c_does(bounded, monkeypatch):
+    monkeypatch.setattr(events, "MOST_INTERVALS", 1)
+    drawn = draw_stances(20261124, COUNT)
+    met = 0
+    answers, phases = solve_with_numpy(drawn)
+    for p, answer in zip(drawn, answers, strict=True):
+        stance, listed = solve(bounded, p)
+        own = phases[answer["first"] : answer["first"] + answer["count"]]
+        assert answer["ending"] == stance.ending
+        assert [(mode, event) for _, mode, event in listed] == list(zip(own["mode"], own["event"], strict=True))
+        assert answer["duration"] == pytest.approx(stance.duration, rel=1e-9)
+        met += stance.ending == UNCERTIFIED
     assert COUNT // 20 < met < COUNT

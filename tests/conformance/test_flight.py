@@ -166,7 +166,7 @@ def test_the_random_flights_visit_every_ending_and_event():
 
 
 @needs.library
-@pytest.mark.parametrize("seed", range(1000, 1060))
+@pytest.mark.parametrize("seed", [*range(1000, 1060), 1281, 1984])
 def test_both_back_ends_agree(seed):
     robot, inputs = random_flight(seed)
     (ours, seen), (theirs, _) = (solved(robot, inputs, backend) for backend in hopform.backends())
@@ -175,10 +175,10 @@ def test_both_back_ends_agree(seed):
     first, second = (
         np.array(outcome(of_flight(flight), robot, seen, ours.duration), dtype=float) for flight in (ours, theirs)
     )
-    assert np.max(np.abs(first - second)) <= 1e-9  # a hundred times what conditioning was seen to cost
+    assert np.max(np.abs(first - second) / np.maximum(1.0, np.abs(first))) <= 1e-12  # what they do is the same
     t = np.linspace(0.0, min(ours.duration, theirs.duration), 7)
     for a, b in zip(ours.at(t), theirs.at(t), strict=True):
-        np.testing.assert_allclose(a, b, rtol=0.0, atol=1e-9)
+        np.testing.assert_allclose(a, b, rtol=0.0, atol=1e-12)
 
 
 # ---- what must hold of every flight ----

@@ -102,6 +102,16 @@ def test_a_step_of_the_current_is_exact(hopper_c, backend):
     assert stance.aed == pytest.approx(float(exact.aed), abs=1e-12)
 
 
+def test_a_leg_at_rest_stays_down_until_the_next_current(hopper_c, backend):
+    """Both masses are held, and the actuator would ring about y = 0 if it slipped."""
+    robot = dataclasses.replace(hopper_c, f1=5.0, f2=8.0, b2=60.0)
+    steps = [(0.0, 0.0), (1.0, 0.0), (1.2, 3.0)]
+    stance = hopform.solve_stance(robot, v2=-1.5, u=steps, backend=backend)
+    assert [event.kind for event in stance.events] == ["x2_sticks", "x1_slips", "x2_slips"]
+    assert stance.events[1].time == 1.2
+    assert stance.status == "horizon"
+
+
 def test_states_in_between_agree_with_the_reference(hopper_c, backend):
     v2 = hopform.touchdown_velocity(hopper_c, 0.2)
     exact, _ = reference_for(hopper_c, v2=v2, u=3.0)

@@ -4,8 +4,20 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from hopform_solver.events import (
+    EventSet,
+    Node,
+    jets_at_start,
+    jets_of,
+    node_of,
+    propagator_at,
+    refined_root,
+    root_between,
+    rough_root,
+)
 from hopform_solver.kernels import basis_at
 from hopform_solver.lanes import Array, choose, take
+from hopform_solver.limits import EPS
 from hopform_solver.phases import arrive, motion_of, plan_lanes, poles_of
 from hopform_solver.records import LegState, Numerator, Poles
 from hopform_solver.stance import Solution, sides_of
@@ -24,43 +36,68 @@ def rate_of(poles: Poles, numerator: Numerator, t: Array) -> Array:
 
 
 def minima(poles: Poles, numerator: Numerator, length: Array) -> tuple[NDArray[np.intp], Array]:
-    """Which phases have a minimum inside, and when; a phase may have several."""
-    looks = np.clip(2.0 + 1.3 * np.sqrt(poles.q) * length, LOOKS, MOST_LOOKS).astype(np.intp)
+    """Which phases have a minimum inside, and when; a phase may have several.
+
+    Between two times at which its rate has other signs lies one, by rule 2 of docs/explanation/certificate.md for the
+    rate between the ends of the phase; where that leaves more than one the rate is evaluated in between.
+    """
+    of = EventSet(np.array(poles), node_of(poles), np.array(numerator), np.zeros_like(length))
+    at_end = propagator_at(of.poles, length)
+    start, end = jets_at_start(of), jets_of(of, at_end)
+    turns = (start[1] < 0.0) & (end[1] > 0.0)
+    most = 1 + (turns | ((start[1] > 0.0) & (end[1] < 0.0)))
+    sizes = (np.abs(of.numerator * at_end[n : n - 3 : -1]).sum(axis=0) for n in (4, 5))
+    decided = [np.abs(jet) > 64.0 * EPS[length.dtype] * size for jet, size in zip(end[1:3], sizes, strict=True)]
+    once = (
+        (length < 0.95 * Node(*of.node).half_period) & decided[0] & decided[1] & (_most_turns(of, start, end) <= most)
+    )
+    one, rest = np.flatnonzero(once & turns), np.flatnonzero(~once)
+    phase, low, high = _looks(poles, numerator, length, rest)
+    found = np.append(one, phase)
+    low, high = np.append(np.zeros_like(length[one]), low), np.append(length[one], high)
+    return found, _turn(of.only(found), low, high)
+
+
+def _most_turns(of: EventSet, start: Array, end: Array) -> Array:
+    """How often the rates of functions may vanish between times that lie less than half a period of the pair apart."""
+    (rate, bend, d), (rate_then, bend_then, d_then) = (
+        (*jet[1:3], jet[3] + Node(*of.node).pole * jet[2]) for jet in (start, end)
+    )
+    before, after = ((x * y < 0.0) * 1 + (y * z < 0.0) for x, y, z in ((rate, bend, d), (rate_then, bend_then, d_then)))
+    decided = (rate != 0.0) & (bend != 0.0) & (d * d_then != 0.0)
+    return np.where(decided, before - after + (d * d_then < 0.0), 3)
+
+
+def _looks(
+    poles: Poles, numerator: Numerator, length: Array, phases: NDArray[np.intp]
+) -> tuple[NDArray[np.intp], Array, Array]:
+    """Between which of many times rates turn from falling to rising, phase by phase."""
+    looks = np.clip(2.0 + 1.3 * np.sqrt(poles.q[phases]) * length[phases], LOOKS, MOST_LOOKS).astype(np.intp)
     count = looks + HALVINGS + 1
-    phase = np.repeat(np.arange(length.size), count)
-    place = (np.arange(phase.size) - (np.cumsum(count) - count)[phase]) - HALVINGS
+    index = np.repeat(np.arange(phases.size), count)
+    place = (np.arange(index.size) - (np.cumsum(count) - count)[index]) - HALVINGS
     parts = choose(place > 0, place.astype(np.float64), np.exp2(np.minimum(place - 1, 0).astype(np.float64)))
-    share = choose(place > -HALVINGS, parts / looks[phase], np.zeros(phase.size))
+    share = choose(place > -HALVINGS, parts / looks[index], np.zeros(index.size))
+    phase = phases[index]
     t = length[phase] * share.astype(length.dtype)
     rate = rate_of(take(poles, phase), take(numerator, phase), t)
     turns = np.flatnonzero((rate[:-1] < 0.0) & (rate[1:] >= 0.0) & (phase[:-1] == phase[1:]))
-    found = phase[turns]
-    if not found.size:
-        return found, t[turns]
-    at, by = take(poles, found), take(numerator, found)
-    return found, _turn(at, by, length[found], (t[turns], t[turns + 1]), (rate[turns], rate[turns + 1]))
+    return phase[turns], t[turns], t[turns + 1]
 
 
-def _turn(
-    poles: Poles, numerator: Numerator, length: Array, between: tuple[Array, Array], rates: tuple[Array, Array]
-) -> Array:
-    """Where a rate vanishes between two times of each phase, with its values there, the first < 0: by false position,
-    the value at an end that stays being halved (Illinois).
-    """
-    (low, high), (falling, rising) = between, rates
-    last = new = high
-    for _ in range(60):
-        new = high - rising * (high - low) / (rising - falling)
-        new = np.where((new > low) & (new < high), new, np.where(rising == 0.0, high, 0.5 * (low + high)))
-        rate = rate_of(poles, numerator, new)
-        down, was_down = rate < 0.0, last == low
-        halved = np.where(was_down, falling, 0.5 * falling), np.where(was_down, 0.5 * rising, rising)
-        falling, rising = np.where(down, rate, halved[0]), np.where(down, halved[1], rate)
-        low, high = np.where(down, new, low), np.where(down, high, new)
-        if bool((np.abs(new - last) <= 4.0 * np.finfo(new.dtype).eps * length).all()):
-            break
-        last = new
-    return new
+def _turn(of: EventSet, low: Array, high: Array) -> Array:
+    """Where rates that are negative first vanish between two times."""
+
+    def falls(own: EventSet, propagator: Array) -> tuple[Array, Array]:
+        jet = jets_of(own, propagator)
+        s_1, s_2, s_3 = own.poles[3:]
+        fourth = -(s_1 * jet[3] + s_2 * jet[2] + s_3 * jet[1])
+        return -np.array([*jet[1:], fourth]), s_1 * fourth + s_2 * jet[3] + s_3 * jet[2]
+
+    h, at_high = high - low, propagator_at(of.poles, high)
+    before, after = falls(of, propagator_at(of.poles, low))[0], falls(of, at_high)[0]
+    guess = low + h * refined_root(before, after, h, rough_root(before, after, h))
+    return root_between(of.poles, lambda lanes, there: falls(of.only(lanes), there), low, high, at_high, guess)[0]
 
 
 def compressions(solution: Solution) -> Array:

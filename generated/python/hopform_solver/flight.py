@@ -2,9 +2,10 @@
 """A flight as a chain of phases: the body is ballistic, the actuator returns under the law or at the limit of its
 current.
 
-In a phase v_1, the jerk and the rate of the law's pull are motions of the pair of poles alone, whose zeros are known in
-closed form. Between those of the jerk the foot's acceleration is monotone, between the roots of that its rate, between
-the roots of that the foot itself: each root is bracketed. One flight at a time.
+In a phase v_1, the jerk and the rate of the law's pull are motions of the pair of poles alone, whose zeros rule 3 of
+docs/explanation/certificate.md has in closed form. Between those of the jerk the foot's acceleration is monotone,
+between the roots of that its rate, between the roots of that the foot itself: each root is bracketed. One flight at a
+time.
 """
 
 from collections.abc import Callable
@@ -15,6 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from hopform_solver import formulas
+from hopform_solver.events import step_converges, step_to_root, time_to_rest
 from hopform_solver.kernels import decay_at, pair_at
 from hopform_solver.lanes import Array
 from hopform_solver.limits import LEG_HAS_DAMPER
@@ -125,55 +127,48 @@ def _move(actuator: Actuator, poles: Poles, side: int, t: Real) -> ActuatorAt:
 
 
 class _Instant(NamedTuple):
-    """Everything at one time of a phase."""
+    """Everything at one time of a phase; further: the derivatives of x_1 from the third on."""
 
     t: Real
     actuator: ActuatorAt
+    further: tuple[Real, Real, Real, Real]
     pull: Pull
     foot: FootAt
 
 
-Curve: TypeAlias = Callable[[_Instant], tuple[Real, Real, Real]]
-"""A function of time: its value, rate and curvature at an instant."""
+Curve: TypeAlias = Callable[["_Chain", _Instant], tuple[Real, Real, Real, Real, Real]]
+"""A function of time: its value and derivatives up to the fourth at an instant."""
 
 
-def _foot_curvature(at: _Instant) -> tuple[Real, Real, Real]:
-    return at.foot.foot_curvature, -at.actuator.jerk1_t, at.t * 0.0
+def _foot_curvature(chain: "_Chain", at: _Instant) -> tuple[Real, Real, Real, Real, Real]:
+    third, fourth, fifth, sixth = at.further
+    return at.foot.foot_curvature, -third, -fourth, -fifth, -sixth
 
 
-def _foot_rate(at: _Instant) -> tuple[Real, Real, Real]:
-    return at.foot.foot_rate, at.foot.foot_curvature, -at.actuator.jerk1_t
+def _foot_rate(chain: "_Chain", at: _Instant) -> tuple[Real, Real, Real, Real, Real]:
+    third, fourth, fifth, _ = at.further
+    return at.foot.foot_rate, at.foot.foot_curvature, -third, -fourth, -fifth
 
 
-def _foot(at: _Instant) -> tuple[Real, Real, Real]:
-    return at.foot.foot_t, at.foot.foot_rate, at.foot.foot_curvature
+def _foot(chain: "_Chain", at: _Instant) -> tuple[Real, Real, Real, Real, Real]:
+    return *at.foot, -at.further[0], -at.further[1]
 
 
-def _way(at: _Instant) -> tuple[Real, Real, Real]:
-    return at.actuator.moved, at.actuator.v1_t, at.actuator.acc1_t
+def _way(chain: "_Chain", at: _Instant) -> tuple[Real, Real, Real, Real, Real]:
+    return at.actuator.moved, at.actuator.v1_t, at.actuator.acc1_t, at.further[0], at.further[1]
 
 
-def _pull(at: _Instant) -> tuple[Real, Real, Real]:
-    return at.pull.pull, at.pull.pull_rate, at.pull.pull_curvature
+def _pull(chain: "_Chain", at: _Instant) -> tuple[Real, Real, Real, Real, Real]:
+    (Kp, Kd), (third, fourth, fifth, _) = chain.gains, at.further
+    return *at.pull, Kp * third + Kd * fourth, Kp * fourth + Kd * fifth
 
 
-def zero_of_pair(poles: Poles, start: Real, rate: Real) -> Real:
-    """First zero after t = 0 of a motion of the pair that starts with a value and a rate; infinite if there is none."""
-    never = type(start)(np.inf)
-    mean = 0.5 * poles.p
-    square = mean * mean - poles.q
-    slope = rate + mean * start  # start cos(w t) + slope sin(w t)/w
-    if square < 0.0:
-        omega = np.sqrt(-square)
-        angle = np.arctan2(-start, slope / omega) if start != 0.0 else start
-        return (angle if angle > 0.0 else angle + type(start)(np.pi)) / omega
-    half = np.sqrt(square)
-    last = slope + half * start  # the sign with which it fades, that of the slower pole
-    if start == 0.0 or not last * np.sign(start) < 0.0:
-        return never
-    tau = -start / last
-    z = 2.0 * half * tau
-    return tau * (np.log1p(z) / z if z > 0.0 else 1.0)
+def zero_of_pair(poles: Poles, value: Real, rate: Real) -> Real:
+    """When a motion of the pair, which begins with a value and a rate, first vanishes behind the start of the phase;
+    NEVER if it does not.
+    """
+    sign = np.sign(value if value != 0.0 else rate)
+    return time_to_rest(Poles(*np.array(poles)[:, np.newaxis]), np.array([sign * value]), np.array([sign * rate]))[0]
 
 
 # ---- the chain ----
@@ -215,10 +210,15 @@ class _Chain:
         return self.start.v2 - self.fall * self.t
 
     def look(self, t: Real) -> _Instant:
-        actuator = _move(self.actuator, self.poles, self.side, t)
+        poles = self.poles
+        actuator = _move(self.actuator, poles, self.side, t)
         pull = formulas.pull_of_law(self.gains, self.actuator, actuator)
         foot = formulas.foot_in_flight(self.robot, Ballistic(self.foot, self.v2), actuator, t)
-        return _Instant(t, actuator, pull, foot)
+        third = actuator.jerk1_t
+        fourth = -poles.p * third - poles.q * actuator.acc1_t
+        fifth = -poles.p * fourth - poles.q * third
+        further = (third, fourth, fifth, -poles.p * fifth - poles.q * fourth)
+        return _Instant(t, actuator, further, pull, foot)
 
     def state_of(self, at: _Instant) -> LegState:
         v2 = self.start.v2 - self.fall * (self.t + at.t)
@@ -239,25 +239,28 @@ class _Chain:
         """The root of sign (f - level) between a time where it is positive and an instant where it is negative."""
         last, high = end, end.t
         for n in range(100):
-            value, rate, curvature = curve(last)
-            value, rate = sign * (value - level), sign * rate
-            if abs(value) <= self.eps * last.t * abs(rate):
+            at = np.array(curve(self, last))
+            at[0] -= level
+            at *= sign
+            if abs(at[0]) <= self.eps * last.t * abs(at[1]):
                 return last
-            low, high = (last.t, high) if value > 0.0 else (low, last.t)
-            below = rate * rate - 0.5 * value * sign * curvature
-            new = last.t - value * rate / below if below != 0.0 else low
-            if not low < new < high or (n > 8 and n % 2 == 1):
-                new = low + 0.5 * (high - low)
+            low, high = (last.t, high) if at[0] > 0.0 else (low, last.t)
+            step = step_to_root(at[:4])
+            follows = low < last.t - step < high and not (n > 8 and n % 2 == 1)
+            new = last.t - step if follows else low + 0.5 * (high - low)
             if not low < new < high:
                 return last
+            lands = follows and step_converges(np.array(self.poles), at[:4], at[4], last.t, step)
             last = self.look(new)
+            if lands:
+                return last
         return last
 
     def split(self, curve: Curve, points: list[_Instant]) -> list[_Instant]:
         """The points and, among them, the roots of a function that is monotone between them."""
         found = points[:1]
         for before, after in zip(points, points[1:], strict=False):
-            from_value, to_value = curve(before)[0], curve(after)[0]
+            from_value, to_value = curve(self, before)[0], curve(self, after)[0]
             if from_value * to_value < 0.0:
                 root = self.root_between(curve, float(np.sign(from_value)), from_value * 0.0, before.t, after)
                 found += [root] if before.t < root.t < after.t else []
@@ -325,14 +328,13 @@ def _watch_pull(chain: _Chain, end: _End) -> _End:
 def _watch_foot(chain: _Chain, end: _End) -> _End:
     """The foot's first downward crossing of the ground after it has been above it."""
     start = chain.look(end.t * 0.0)
-    poles, jerk = chain.poles, start.actuator.jerk1_t
-    points = chain.turned(jerk, -poles.p * jerk - poles.q * start.actuator.acc1_t, end.t)
+    points = chain.turned(*start.further[:2], end.t)
     for curve in (_foot_curvature, _foot_rate):
         points = chain.split(curve, points)
     for before, after in zip(points, points[1:], strict=False):
         size = abs(chain.foot) + abs(chain.v2 * after.t) + 0.5 * chain.fall * after.t**2 + abs(after.actuator.moved)
         noise = 16.0 * chain.eps * size
-        foot, rate, _ = _foot(after)
+        foot, rate, _ = after.foot
         falls = foot < before.foot.foot_t and foot < 0.0 and (foot < -noise or rate * after.t < -noise)
         if chain.airborne and falls:
             inside = before.foot.foot_t > 0.0

@@ -4,7 +4,6 @@ reverses, sticks, slips or hits a stop, or in which the spring force returns to 
 through its own events.
 """
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -12,11 +11,27 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from hopform_solver import formulas
-from hopform_solver.events import Watch, first_roots, halt_time, lanes_of, root_is_later, sample_at
-from hopform_solver.kernels import basis_at
-from hopform_solver.lanes import Array, choose, join, take
+from hopform_solver.events import (
+    SLOTS,
+    UNKNOWN,
+    EventSet,
+    Interval,
+    basis_of,
+    begin_interval,
+    crosses_at_limit,
+    find_first_root,
+    first_interval,
+    give_up,
+    node_of,
+    propagator_at,
+    root_between,
+    steady_state_correction,
+    step_to_root,
+    time_to_rest,
+)
+from hopform_solver.lanes import Array, choose, take
 from hopform_solver.ledgers import ledger_over
-from hopform_solver.limits import CONTACT_IS_COMPRESSION, NEVER, UNDERFLOW
+from hopform_solver.limits import CONTACT_IS_COMPRESSION, EPS, NEVER, UNDERFLOW
 from hopform_solver.phases import (
     Plan,
     Side,
@@ -28,11 +43,11 @@ from hopform_solver.phases import (
     poles_of,
     state_in_phase,
 )
-from hopform_solver.records import ENDINGS, EVENTS, At, Basis, LegState, Motion, Numerator, Poles, Robot
+from hopform_solver.records import ENDINGS, EVENTS, At, Basis, LegState, Motion, Poles, Robot
 
 _ENDING = {text: number for number, text in ENDINGS.items()}
 _EVENT = {text: number for number, text in EVENTS.items()} | {"": 0}
-LIMIT, VELOCITY_1, THRESHOLD_1, STOP, VELOCITY_2, THRESHOLD_2, TAKEOFF = range(7)
+LIMIT, VELOCITY_1, THRESHOLD_1, STOP, VELOCITY_2, THRESHOLD_2, TAKEOFF, UNCERTIFIED = range(8)
 
 
 class Phases(NamedTuple):
@@ -106,6 +121,8 @@ class _Chain:
         return np.asarray(self.step + 1 >= self.u_times.size)
 
     def only(self, keep: NDArray[np.bool_]) -> "_Chain":
+        if keep.all():
+            return self
         return _Chain(
             plan_lanes(self.plan, keep),
             self.u_times,
@@ -176,256 +193,233 @@ def _settle(chain: _Chain, rests_1: NDArray[np.bool_], rests_2: NDArray[np.bool_
 
 
 class _End:
-    """The earliest end found so far, lane by lane."""
+    """How phases end: when, by what, a threshold to which side, and the propagator there."""
 
     def __init__(self, limit: Array) -> None:
         self.t = limit.copy()
         self.kind = np.full(limit.shape, LIMIT)
         self.side = np.zeros_like(limit)
         self.touch = np.zeros_like(limit)  # how near x_1, where it turns, is to a stop that it touches
-        self.tie = 8.0 * float(np.finfo(limit.dtype).eps)
-
-    def earlier(self, lanes: NDArray[np.intp], t: Array, kind: int, side: float = 0.0) -> None:
-        """Keep the earlier of two ends; the first to be tried wins a tie."""
-        wins = t < self.t[lanes] * (1.0 - self.tie)
-        lanes = lanes[wins]
-        self.t[lanes], self.kind[lanes], self.side[lanes] = t[wins], kind, side
+        self.propagator = np.zeros((7, limit.size), limit.dtype)
 
 
-def _halts(chain: _Chain, poles: Poles, motion: Motion, mass: int) -> tuple[NDArray[np.intp], Array]:
-    """Where a mass slips alone, and when its velocity has its zero, in closed form."""
-    side, velocity = chain.side[mass - 1], (chain.state.v1, chain.state.v2)[mass - 1]
-    lanes = np.flatnonzero((side != 0.0) & (chain.side[2 - mass] == 0.0))
-    sign = side[lanes]
-    return lanes, halt_time(take(poles, lanes), sign * velocity[lanes], sign * motion[3 * (mass - 1)][lanes])
+class _Events(NamedTuple):
+    """The event functions of phases, take-off first, and what ends them in closed form.
 
-
-class _Watched(NamedTuple):
-    """What some lanes watch for, in the order in which ties are decided."""
-
-    lanes: NDArray[np.intp]
-    watch: Watch
-    kind: int
-    side: float = 0.0
-    doubt: Array | float = 0.0  # what rounding may have done to the start: friction less force
-
-
-def _velocities(chain: _Chain, poles: Poles, motion: Motion, mass: int) -> Iterator[_Watched]:
-    """Where both masses slip, each watches its velocity."""
-    side, velocity = chain.side[mass - 1], (chain.state.v1, chain.state.v2)[mass - 1]
-    numerator = Numerator(*motion[3 * (mass - 1) : 3 * mass])
-    fresh = (chain.fresh_1, chain.fresh_2)[mass - 1]
-    numerator = numerator._replace(H3=np.where(fresh, 0.0, numerator.H3).astype(velocity.dtype))
-    if (lanes := np.flatnonzero((side != 0.0) & (chain.side[2 - mass] != 0.0))).size:
-        watch = Watch(take(poles, lanes), take(numerator, lanes), velocity[lanes], side[lanes])
-        yield _Watched(lanes, watch, (VELOCITY_1, VELOCITY_2)[mass - 1])
-
-
-def _thresholds(chain: _Chain, poles: Poles, motion: Motion, mass: int) -> Iterator[_Watched]:
-    """Held masses slip where their free acceleration leaves [-f, f]; a stop holds on its side whatever the force."""
-    robot = chain.plan.robot
-    held = (chain.side[mass - 1] == 0.0) & (chain.side[2 - mass] != 0.0)
-    if not held.any():
-        return
-    free = formulas.free_accelerations(chain.plan.rates, chain.state, chain.u)[mass - 1]
-    numerator = (formulas.free_numerator_1, formulas.free_numerator_2)[mass - 1](chain.plan.rates, motion)
-    friction = (robot.f1, robot.f2)[mass - 1]
-    for side in (-1.0, 1.0):
-        open_ = held & ~_blocked(chain, np.full_like(free, side)) if mass == 1 else held
-        if (lanes := np.flatnonzero(open_)).size:
-            leaves = Numerator(*(-side * field[lanes] for field in numerator))
-            start = friction[lanes] - side * free[lanes]
-            watch = Watch(take(poles, lanes), leaves, start, np.ones_like(start))
-            doubt = 4.0 * np.finfo(start.dtype).eps * (friction[lanes] + np.abs(free[lanes]))
-            yield _Watched(lanes, watch, (THRESHOLD_1, THRESHOLD_2)[mass - 1], side, doubt)
-
-
-def _leg(chain: _Chain, poles: Poles, motion: Motion) -> Iterator[_Watched]:
-    """The contact force, wherever something moves."""
-    if (lanes := np.flatnonzero((chain.side.first != 0.0) | (chain.side.second != 0.0))).size:
-        robot = take(chain.plan.robot, lanes)
-        start = formulas.contact_of(robot, take(chain.state, lanes))
-        leg = contact_numerator(robot, take(motion, lanes))
-        yield _Watched(lanes, Watch(take(poles, lanes), leg, start, np.ones_like(start)), TAKEOFF)
-
-
-def _rings_down(chain: _Chain, poles: Poles, leg: _Watched, lift: Array) -> Array:
-    """Where one mass is held and the forces on the other one cancel at y = 0, y rings about 0: its first zero in closed
-    form.
+    Not in it are the velocity of a mass that slips alone, whose time to rest is known, and what cannot happen while v_1
+    and v_2 keep their signs. kind and side: of each slot. rest_time: when the mass that slips alone comes to rest, or
+    y, which rings about 0, vanishes; rests: which of them.
     """
-    robot, state, side = chain.plan.robot, take(chain.state, leg.lanes), take(chain.side, leg.lanes)
-    slack = chain.state._replace(y=np.zeros_like(chain.state.y), v1=np.zeros_like(chain.u), v2=np.zeros_like(chain.u))
-    free = take(formulas.free_accelerations(chain.plan.rates, slack, chain.u), leg.lanes)
-    left_1: Array = free.free_1 - side.first * robot.f1[leg.lanes]
-    left_2: Array = free.free_2 - side.second * robot.f2[leg.lanes]
-    alone = CONTACT_IS_COMPRESSION & ((side.first == 0.0) | (side.second == 0.0))
-    rings = alone & (np.where(side.second == 0.0, left_1, left_2) == 0.0) & (state.y >= 0.0)
-    if not rings.any():
-        return lift
-    lanes = leg.lanes[rings]
-    lift = lift.copy()
-    lift[rings] = halt_time(take(poles, lanes), state.y[rings], state.v1[rings] - state.v2[rings])
-    return lift
+
+    of: EventSet
+    kind: NDArray[np.intp]
+    side: Array
+    rest_time: Array
+    rests: NDArray[np.intp]
 
 
-def _roots(watched: list[_Watched], limit: Array, tie: float) -> list[Array]:
-    """The first root of each, looked for all together."""
-    watches = [of.watch for of in watched]
-    together = Watch(
-        join([watch.poles for watch in watches]),
-        join([watch.numerator for watch in watches]),
-        np.concatenate([watch.start for watch in watches]),
-        np.concatenate([watch.sign for watch in watches]),
+def _rings_about_zero(chain: _Chain) -> NDArray[np.bool_]:
+    """Where one mass is held and the forces on the other one cancel at y = 0, y rings about 0 as a velocity does: its
+    first zero is known however far it has faded by then.
+    """
+    robot, (first, second) = chain.plan.robot, chain.side
+    none = np.zeros_like(chain.t)
+    free = formulas.free_accelerations(chain.plan.rates, LegState(none, none, none, none), chain.u)
+    left = choose(second == 0.0, free.free_1 - first * robot.f1, free.free_2 - second * robot.f2)
+    return np.asarray(((first == 0.0) != (second == 0.0)) & (left == 0.0) & (chain.state.y >= 0.0))
+
+
+def _put_events(chain: _Chain, poles: Poles, motion: Motion) -> _Events:
+    side, state, robot, rates = chain.side, chain.state, chain.plan.robot, chain.plan.rates
+    held_1, held_2 = side.first == 0.0, side.second == 0.0
+    never = NEVER[chain.t.dtype]
+    numerator = np.zeros((3, SLOTS, chain.t.size), chain.t.dtype)
+    start = np.ones((SLOTS, chain.t.size), chain.t.dtype)  # not active
+    kind, towards = np.full(start.shape, LIMIT), np.zeros_like(start)
+    rest_time, rests = np.full_like(chain.t, never), np.full(chain.t.shape, LIMIT)
+
+    def put(slot: int, lanes: NDArray[np.intp], what: tuple[Array, ...], sign: Array | float, now: Array) -> None:
+        for row, field in zip(numerator, what, strict=True):
+            row[slot, lanes] = (sign * field)[lanes]
+        start[slot, lanes] = now[lanes]
+
+    rings = _rings_about_zero(chain) if CONTACT_IS_COMPRESSION else np.zeros(chain.t.shape, dtype=bool)
+    may_fall = (side.first < 0.0) | (side.second > 0.0) | (state.y < 0.0)  # else y rises
+    leg = np.flatnonzero(~rings & (may_fall | (not CONTACT_IS_COMPRESSION)) & ~(held_1 & held_2))
+    put(0, leg, contact_numerator(robot, motion), 1.0, formulas.contact_of(robot, state))
+    kind[0, leg] = TAKEOFF
+    both = np.flatnonzero(~held_1 & ~held_2)
+    slips = (
+        (1, VELOCITY_1, side.first, state.v1, chain.fresh_1),
+        (2, VELOCITY_2, side.second, state.v2, chain.fresh_2),
     )
-    phase = np.concatenate([of.lanes for of in watched])
-    roots = first_roots(together, limit[phase] * (1.0 + tie), phase, tie)
-    return np.split(roots, np.cumsum([of.lanes.size for of in watched])[:-1])
+    for slot, velocity, sign, v, fresh in slips:
+        H3, H2, H1 = motion[3 * slot - 3 : 3 * slot]
+        put(slot, both, (np.where(fresh, 0.0, H3), H2, H1), sign, sign * v)
+        kind[slot, both] = velocity
+        alone = np.flatnonzero((sign != 0.0) & (side[2 - slot] == 0.0))
+        sign_1 = sign[alone]
+        rest_time[alone] = time_to_rest(take(poles, alone), sign_1 * v[alone], sign_1 * H3[alone])
+        rests[alone] = velocity
+    if (held_1 != held_2).any():
+        free = formulas.free_accelerations(rates, state, chain.u)
+        holds = (
+            (held_1 & ~held_2, THRESHOLD_1, formulas.free_numerator_1, free.free_1, robot.f1, rates.a1_y, rates.a1_v2),
+            (held_2 & ~held_1, THRESHOLD_2, formulas.free_numerator_2, free.free_2, robot.f2, rates.a2_y, rates.a2_v1),
+        )
+        for held, threshold, formula, acceleration, friction, per_y, per_v in holds:
+            # Where it changes with y alone, which is monotone then, to the side that it goes towards.
+            goes = choose(per_v == 0.0, np.sign(per_y) * (side.first - side.second), 0.0)
+            slips_by = formula(rates, motion)
+            for slot, goal in ((1, -1.0), (2, 1.0)):
+                open_ = held & (goes != -goal)
+                if threshold == THRESHOLD_1:  # a stop holds on its side whatever the force
+                    open_ &= ~_blocked(chain, np.full_like(goes, goal))
+                lanes = np.flatnonzero(open_)
+                put(slot, lanes, slips_by, -goal, friction - goal * acceleration)
+                kind[slot, lanes], towards[slot, lanes] = threshold, goal
+    if rings.any():
+        lift = np.full_like(rest_time, never)
+        lift[rings] = time_to_rest(take(poles, rings), state.y[rings], (state.v1 - state.v2)[rings])
+        rests[rings & (lift <= rest_time)] = TAKEOFF
+        rest_time = np.minimum(rest_time, lift)
+    return _Events(EventSet(np.array(poles), node_of(poles), numerator, start), kind, towards, rest_time, rests)
 
 
-def _touch(from_stop: LegState, motion: Motion, basis: Basis) -> Array:
-    """How near to a stop, from which x_1 is counted, an extremum of x_1 touches it: 16 ulp of the terms."""
+def _grazing_tolerance(from_stop: LegState, motion: Motion, basis: Basis) -> Array:
+    """An extremum of x_1, counted from a stop, that is this near to it is a grazing contact: 16 ulp of the terms."""
     terms = (
         from_stop.x1, from_stop.v1 * basis.Wd, motion.N2_1 * basis.W, motion.N1_1 * basis.W1, motion.N0_1 * basis.W2,
     )  # fmt: skip
-    return np.asarray(16.0 * np.finfo(from_stop.x1.dtype).eps * sum(np.abs(term) for term in terms))
+    return np.asarray(16.0 * EPS[from_stop.x1.dtype] * sum(np.abs(term) for term in terms))
 
 
-def _watch_stop(chain: _Chain, poles: Poles, motion: Motion, until: Array, end: _End) -> None:
-    """Within a phase x_1 is monotone: it has met the stop ahead if it is beyond it at the time `until` which it lasts
-    at most.
-    """
-    eps = np.finfo(end.t.dtype).eps
+def _from_stop(chain: _Chain, lanes: NDArray[np.intp]) -> LegState:
+    """The states that phases start from, x_1 counted from the stop ahead."""
     gap = choose(chain.side.first > 0.0, chain.from_max, chain.from_min)
-    lanes = np.flatnonzero((chain.side.first != 0.0) & np.isfinite(gap))
-    start = chain.state._replace(x1=gap)  # counted from the stop ahead
-    low, high, t = np.zeros(lanes.size, end.t.dtype), until[lanes], until[lanes]
-    met: list[tuple[NDArray[np.intp], Array]] = []
-    for n in range(100):
-        basis = basis_at(take(poles, lanes), t)
-        at = formulas.state_at(take(start, lanes), take(motion, lanes), basis)
-        sign = chain.side.first[lanes]
-        beyond: Array = sign * at.x1_t
-        if n == 0:
-            touch = _touch(take(start, lanes), take(motion, lanes), basis)
-            over = (beyond > 0.0) & (beyond > touch)  # and does not just touch
-            lanes, low, high, t, beyond, sign = lanes[over], low[over], high[over], t[over], beyond[over], sign[over]
-            at = take(at, over)
-        high, low = np.where(beyond > 0.0, t, high), np.where(beyond > 0.0, low, t)
-        rate = sign * at.v1_t
-        step = np.full_like(rate, NEVER[rate.dtype])
-        step[rate > 0.0] = beyond[rate > 0.0] / rate[rate > 0.0]
-        done = np.abs(step) <= eps * t
-        new = t - step
-        outside = ~((new > low) & (new < high))
-        if n > 8 and n % 2 == 1:
-            outside |= True
-        new = np.where(outside, low + 0.5 * (high - low), new)
-        done |= ~((new > low) & (new < high))
-        met.append((lanes[done], t[done]))
-        lanes, low, high, t = lanes[~done], low[~done], high[~done], new[~done]
-        if not lanes.size:
-            break
-    met.append((lanes, t))
-    for where, when in met:
-        end.t[where] = np.minimum(end.t[where], when)
-        end.kind[where] = STOP
+    return take(chain.state._replace(x1=gap), lanes)
 
 
-def _blur(thresholds: list[_Watched], end: _End) -> Array:
-    """By how much rounding may have moved the time of a slip."""
-    blur = np.zeros_like(end.t)
-    for of in thresholds:
-        lanes = np.flatnonzero((end.kind[of.lanes] == of.kind) & (end.side[of.lanes] == of.side))
-        if lanes.size:
-            there = sample_at(lanes_of(of.watch, lanes), end.t[of.lanes[lanes]])
-            falls = there.rate < 0.0
-            doubt = there.noise + np.broadcast_to(of.doubt, of.lanes.shape)[lanes]
-            blur[of.lanes[lanes[falls]]] = doubt[falls] / -there.rate[falls]
-    return blur
+def _meets_stop(chain: _Chain, motion: Motion, on: Interval, lanes: NDArray[np.intp]) -> NDArray[np.bool_]:
+    """Where x_1, monotone within a phase, is beyond the stop ahead at the end of an interval, and does not just touch:
+    the interval ends where it meets it.
+    """
+    met = np.zeros(on.lane.shape, dtype=bool)
+    own = on.lane[lanes]
+    near = np.flatnonzero((chain.side.first[own] != 0.0) & np.isfinite(_from_stop(chain, own).x1))
+    if not near.size:
+        return met
+    lanes, own = lanes[near], own[near]
+    start, by, basis, sign = (
+        _from_stop(chain, own),
+        take(motion, own),
+        basis_of(on.propagator[:, lanes]),
+        chain.side.first[own],
+    )
+    beyond = sign * formulas.state_at(start, by, basis).x1_t
+    some = np.flatnonzero((beyond > 0.0) & (beyond > _grazing_tolerance(start, by, basis)))
+    if not some.size:
+        return met
+    lanes, start, by, sign = lanes[some], take(start, some), take(by, some), sign[some]
+
+    def curve(places: NDArray[np.intp], propagator: Array) -> tuple[Array, Array]:
+        """How far x_1 is short of the stop."""
+        own = take(by, places)
+        x_1, v_1 = formulas.state_at(take(start, places), own, basis_of(propagator))[:2]
+        rates = (
+            own.H3_1 * propagator[n] + own.H2_1 * propagator[n - 1] + own.H1_1 * propagator[n - 2] for n in (4, 5, 6)
+        )
+        rate, curvature, third = rates
+        return -sign[places] * np.array([x_1, v_1, rate, curvature]), third
+
+    high, at_high = on.high[lanes], on.propagator[:, lanes]
+    guess = high - step_to_root(curve(np.arange(lanes.size), at_high)[0])
+    on.high[lanes], on.propagator[:, lanes] = root_between(
+        on.of.poles[:, lanes], curve, np.zeros_like(high), high, at_high, guess
+    )
+    lifts = (on.found[lanes] == 0) & (high <= on.high[lanes] * (1.0 + 8.0 * EPS[high.dtype]))
+    met[lanes] = ~lifts
+    return met
 
 
-def _take_off(leg: _Watched, lift: Array, blur: Array, end: _End) -> None:
-    """Where the leg leaves the ground no later than what else would happen, within rounding."""
-    lanes = leg.lanes
-    lifts = lift <= end.t[lanes] * (1.0 + end.tie)
-    there = sample_at(leg.watch, end.t[lanes])
-    touches = ~lifts & (end.kind[lanes] != LIMIT) & (end.kind[lanes] != STOP)
-    touches &= there.value <= 4.0 * there.noise + np.abs(there.rate) * blur[lanes]
-    touches &= there.rate * there.t < -16.0 * there.noise  # it crosses, and does not just touch
-    lift, lifts = np.where(touches, end.t[lanes], lift), lifts | touches
-    end.t[lanes[lifts]], end.kind[lanes[lifts]] = lift[lifts], TAKEOFF
-
-
-def _sharpened(chain: _Chain, leg: _Watched, lift: Array, limit: Array) -> Array:
-    """Where the leg takes off late in a phase: the time with all its digits."""
-    lanes = np.flatnonzero(lift < NEVER[lift.dtype])
+def _cross_at_the_limit(events: _Events, on: Interval, certified: NDArray[np.bool_]) -> None:
+    """At the time of the limit a take-off comes before it, and before mass 2 comes to rest what mass 1 does."""
+    lanes = np.flatnonzero(certified & ~on.is_quiet & (on.found < 0) & ~(on.high < on.limit))
     if not lanes.size:
-        return lift
-    where, watch = leg.lanes[lanes], lanes_of(leg.watch, lanes)
-    plan, side = plan_lanes(chain.plan, where), take(chain.side, where)
-    slack = LegState(*(np.zeros(where.size, lift.dtype) for _ in LegState._fields))
-    motion = motion_of(plan, slack, chain.u[where], side)
-    slow = watch.poles.s_3 > 0.0
-    draws = choose(slow, watch.poles.s_3, watch.poles.s_2)
-    tends: NDArray[np.bool_] = draws > 0.0  # else nothing that is left of k draws y
-    settled: Array = choose(slow, motion.H1_y, motion.H2_y) / choose(tends, draws, np.ones_like(draws))
-    settled = choose(tends, settled, np.full_like(draws, NEVER[lift.dtype]))
+        return
+    own = on.lane[lanes]
+    rests_2 = (events.rests[own] == VELOCITY_2) & ~(events.rest_time[own] > on.limit[lanes])
+    is_first = (events.kind[:, own] == TAKEOFF) | ((events.kind[:, own] == THRESHOLD_1) & rests_2)
+    crosses = is_first & crosses_at_limit(on.end[..., lanes], on.rounding[:, lanes], on.limit[lanes])
+    on.found[lanes] = np.where(crosses.any(axis=0), crosses.argmax(axis=0), -1)
+
+
+def _sharpen_takeoff(chain: _Chain, on: Interval, certified: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Take-offs late in a phase: their times with all their digits. True where they come later, so that something else
+    may come first.
+    """
+    later = np.zeros(certified.shape, dtype=bool)
+    lanes = np.flatnonzero(certified & (on.found == 0) & ~on.is_late & (np.abs(on.propagator[4]) < 0.25))
+    if not lanes.size:
+        return later
+    own = on.lane[lanes]
+    plan, of = plan_lanes(chain.plan, own), on.of.at(0, lanes)
+    slack = LegState(*(np.zeros(lanes.size, on.high.dtype) for _ in LegState._fields))
+    motion, poles = motion_of(plan, slack, chain.u[own], take(chain.side, own)), Poles(*of.poles)
+    slow = poles.s_3 > 0.0
+    draws = choose(slow, poles.s_3, poles.s_2)  # 0: nothing that is left of k draws y
+    settled: Array = choose(slow, motion.H1_y, motion.H2_y) / choose(draws > 0.0, draws, np.ones_like(draws))
+    settled = choose(draws > 0.0, settled, np.full_like(draws, NEVER[draws.dtype]))
     settled = formulas.contact_of(plan.robot, slack._replace(y=settled))
-    t = lift[lanes]
+    before = on.high[lanes]
     for _ in range(4):
-        later = root_is_later(watch, settled, t)
-        t += np.where(t + later <= limit[where], later, 0.0).astype(t.dtype)
-        if not later.any():
+        t = on.high[lanes]
+        correction = steady_state_correction(of, settled, basis_of(on.propagator[:, lanes]), t)
+        moved = (correction != 0.0) & (t + correction <= on.limit[lanes])
+        if not moved.any():
             break
-    lift = lift.copy()
-    lift[lanes] = t
-    return lift
+        where, t = lanes[moved], (t + correction)[moved]
+        on.high[where], on.propagator[:, where] = t, propagator_at(of.poles[:, moved], t)
+    later[lanes] = on.is_late[lanes] = on.high[lanes] > before
+    return later
 
 
-def _look_further(watched: list[_Watched], found: list[Array], limit: Array, tie: float) -> list[Array]:
-    """Roots up to a limit where it is later than how far they were looked for, which is where there is one."""
-    further: list[Array] = []
-    for of, roots in zip(watched, [known.copy() for known in found], strict=True):
-        lanes = np.flatnonzero(limit[of.lanes] < NEVER[limit.dtype])
-        if lanes.size:
-            only = _Watched(of.lanes[lanes], lanes_of(of.watch, lanes), of.kind, of.side)
-            roots[lanes] = _roots([only], limit, tie)[0]
-        further.append(roots)
-    return further
+def _close(events: _Events, on: Interval, lanes: NDArray[np.intp], stops: NDArray[np.bool_], end: _End) -> None:
+    """What ends phases at the ends of their last intervals."""
+    own, t, found, limit = on.lane[lanes], on.high[lanes], on.found[lanes], on.limit[lanes]
+    rests = ~(events.rest_time[own] > limit) & ~(t < limit * (1.0 - 8.0 * EPS[t.dtype]))
+    kind = np.where(rests, events.rests[own], LIMIT)
+    wins = rests & (events.rests[own] != VELOCITY_2) & (found != 0)  # over mass 2 at the same time, not over take-off
+    root = (found >= 0) & ~wins
+    kind[root], end.side[own[root]] = events.kind[found[root], own[root]], events.side[found[root], own[root]]
+    kind[found == UNKNOWN] = UNCERTIFIED
+    kind[stops[lanes]] = STOP
+    end.t[own], end.kind[own], end.propagator[:, own] = t, kind, on.propagator[:, lanes]
 
 
-def _find_end(chain: _Chain, poles: Poles, motion: Motion, limit: Array) -> _End:
+def _find_end(chain: _Chain, poles: Poles, motion: Motion, until: Array) -> _End:
     """The first event of the phases that start at the chain's states."""
-    end = _End(limit)
-    halts = [_halts(chain, poles, motion, mass) for mass in (1, 2)]
-    watched = [[*_velocities(chain, poles, motion, mass), *_thresholds(chain, poles, motion, mass)] for mass in (1, 2)]
-    leg = list(_leg(chain, poles, motion))
-    limit = limit.copy()
-    for lanes, t in halts:
-        limit[lanes] = np.minimum(limit[lanes], t)
-    others = [*watched[0], *watched[1]]
-    found: list[Array] = _roots([*others, *leg], limit, end.tie) if leg else []
-    lifts: list[Array] = []
-    for of, lift in zip(leg, found[len(others) :], strict=True):
-        sharp = _sharpened(chain, of, lift, limit)
-        later: NDArray[np.bool_] = sharp > lift * (1.0 + end.tie)
-        if later.any():
-            beyond = np.full_like(limit, NEVER[limit.dtype])
-            beyond[of.lanes[later]] = sharp[later]
-            found[: len(others)] = _look_further(others, found[: len(others)], beyond, end.tie)
-        lifts.append(_rings_down(chain, poles, of, sharp))
-    roots = iter(found)
-    for mass in (1, 2):
-        end.earlier(*halts[mass - 1], (VELOCITY_1, VELOCITY_2)[mass - 1])
-        for of in watched[mass - 1]:
-            end.earlier(of.lanes, next(roots), of.kind, of.side)
-    until = end.t.copy()
-    for of, lift in zip(leg, lifts, strict=True):
-        until[of.lanes] = np.minimum(until[of.lanes], lift)
-    _watch_stop(chain, poles, motion, until, end)
-    blur = _blur([of for of in others if of.kind in (THRESHOLD_1, THRESHOLD_2)], end)
-    for of, lift in zip(leg, lifts, strict=True):
-        _take_off(of, lift, blur, end)
+    events = _put_events(chain, poles, motion)
+    limit = np.minimum(events.rest_time, until)
+    end, on = _End(limit), first_interval(events.of, limit)
+    stops, ended = np.zeros(limit.shape, dtype=bool), (on.found >= 0) | ~(limit > 0.0)
+    on.high[ended] = 0.0
+    while True:
+        _close(events, on, np.flatnonzero(ended), stops, end)
+        on = on.only(np.flatnonzero(~ended))
+        if not on.lane.size:
+            break
+        certified = find_first_root(on)
+        _cross_at_the_limit(events, on, certified)
+        certified &= ~_sharpen_takeoff(chain, on, certified)
+        stops = _meets_stop(chain, motion, on, np.flatnonzero(certified))
+        ended = certified & (stops | (on.found >= 0) | ~(on.high < on.limit))
+        begin_interval(on, np.flatnonzero(certified & ~ended))
+        ended |= give_up(on, ended)
+    lanes = np.flatnonzero(end.kind == VELOCITY_1)
+    ahead = _from_stop(chain, lanes)
+    near = _grazing_tolerance(ahead, take(motion, lanes), basis_of(end.propagator[:, lanes]))
+    end.touch[lanes] = np.where(np.isfinite(ahead.x1), near, 0.0)
     return end
 
 
@@ -639,20 +633,18 @@ def _run(chain: _Chain, log: _Log, result: _Result) -> Array:
         poles = poles_of(chain.plan, chain.side)
         motion = _motion_from(chain)
         end = _find_end(chain, poles, motion, until - chain.t)
-        basis = basis_at(poles, end.t)
+        basis = basis_of(end.propagator)
         moved = formulas.state_at(chain.state._replace(x1=np.zeros_like(chain.t)), motion, basis).x1_t
         moved[chain.side.first == 0.0] = 0.0
-        gap = choose(chain.side.first > 0.0, chain.from_max, chain.from_min)
-        near = np.isfinite(gap) & (end.kind == VELOCITY_1)
-        end.touch[near] = _touch(take(chain.state._replace(x1=gap), near), take(motion, near), take(basis, near))
         chain.from_min, chain.from_max = chain.from_min + moved, chain.from_max + moved
         chain.state = arrive(chain.state, motion, basis, chain.side)
         chain.t = np.where(end.kind == LIMIT, until, chain.t + end.t)
         lifts = end.kind == TAKEOFF
         if CONTACT_IS_COMPRESSION:
             chain.state.y[lifts] = 0.0
-        over = (end.kind == LIMIT) & ~(until < chain.horizon)
+        over, failed = (end.kind == LIMIT) & ~(until < chain.horizon), end.kind == UNCERTIFIED
         result.close(chain, lifts, "takeoff")
+        result.close(chain, failed, "uncertified")
         result.close(chain, over, "horizon")
         end.kind[over] = TAKEOFF
         _keep_free_accelerations(chain, motion, basis, end)
@@ -661,6 +653,7 @@ def _run(chain: _Chain, log: _Log, result: _Result) -> Array:
             lost = (end.kind == STOP) & (formulas.contact_of(chain.plan.robot, chain.state) < 0.0)
             result.close(chain, lost, "takeoff")
             lifts |= lost
+        over |= failed
         full = (chain.count > chain.max_phases) & ~lifts & ~over
         result.close(chain, full, "too_many_phases")
         result.count[chain.lane[full]] = chain.max_phases  # a step of the current may have begun two

@@ -1,116 +1,648 @@
 # SPDX-License-Identifier: MIT-0
-"""The first root of a function of time within a phase, with nothing stepped over.
+"""The first event of each phase: the earliest root of its event functions, certified to be the earliest.
 
-For g = y, v_1, v_2 or a free acceleration, (d/dt + a) g' = exp(-a t) d/dt(exp(a t) g') is a motion of the pair of poles
-alone, whose zeros are known in closed form. Between two of them exp(a t) g' is monotone, so g' has at most one
-root there, and between roots of g' the function g is monotone: each root is bracketed. All lanes at once.
+An event function of a phase is g(t) = start + H3 W' + H2 W + H1 W1 with the three poles of the phase, positive right
+after its start. Each lane has SLOTS of them, in the order in which they win a tie; one that is not active stays at 1.
+The search goes from interval to interval, all lanes at once. In each, roots are predicted from the jets at both ends
+(an array of value, rate, curvature and third derivative), located by Householder's method, and certified to be the
+first by the numbered rules of docs/explanation/certificate.md, under the names that they have in the C library.
 """
 
-from typing import NamedTuple
+from collections.abc import Callable
+from dataclasses import dataclass, fields
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hopform_solver import formulas
-from hopform_solver.kernels import basis_at, decay_at
-from hopform_solver.lanes import Array, Lanes, put, take
-from hopform_solver.limits import NEVER
-from hopform_solver.records import Numerator, Poles
+from hopform_solver.kernels import basis_at, pair_at
+from hopform_solver.lanes import Array, Lanes, choose
+from hopform_solver.limits import EPS, NEVER, PREDICTION, ROOT_EPS, SMALLEST_EXPONENT, UNDERFLOW
+from hopform_solver.records import Basis, Numerator, Poles
+
+Flags = NDArray[np.bool_]
+Numbers = NDArray[np.intp]
+Curve: TypeAlias = Callable[[Numbers, Array], tuple[Array, Array]]
+"""Jets of functions of some lanes, from the propagator there, and their fourth derivatives, of either sign."""
+
+SLOTS = 3
+SLOT = np.arange(SLOTS)[:, np.newaxis]
+NONE, UNKNOWN = -1, -2
+"""What is found where no function has a root, and where there is no certificate."""
+MOST_TRIES = 4 * SLOTS
+"""A function may be located at a later root first, and so more than once."""
+MOST_INTERVALS = 100_000
+"""Intervals that are certified, or cut, in a phase at most."""
 
 
-class Watch(NamedTuple):
-    """Functions g(t) = start + rise(t) that begin with a sign, and are watched until they lose it."""
-
-    poles: Poles
-    numerator: Numerator
-    start: Array
-    sign: Array
+def only(where: Lanes, *arrays: Array) -> list[Array]:
+    """Arrays of some lanes, which are their last axis."""
+    places = where.nonzero()[0] if where.dtype == np.bool_ else where.view(np.intp)
+    return [array[..., places] for array in arrays]
 
 
-class Sample(NamedTuple):
-    """g and its derivatives at t, each times the sign; `noise` is what rounding may have done to g."""
+class Node(NamedTuple):
+    """Of the poles of each lane: the first interval's length, half a period, NEVER where none rings, when the pair has
+    faded beside the real pole, and that, or three real poles from the fastest on.
+    """
 
     t: Array
-    value: Array
-    rate: Array
-    curvature: Array
-    noise: Array
+    half_period: Array
+    fades: Array
+    pole: Array
+    second: Array
+    third: Array
 
 
-def lanes_of(watch: Watch, lanes: Lanes) -> Watch:
-    return Watch(take(watch.poles, lanes), take(watch.numerator, lanes), watch.start[lanes], watch.sign[lanes])
+class EventSet(NamedTuple):
+    """The event functions of each lane: H3, H2, H1 of each slot, its start, and the poles and their node in rows."""
+
+    poles: Array
+    node: Array
+    numerator: Array
+    start: Array
+
+    def only(self, lanes: Numbers) -> "EventSet":
+        return EventSet(*only(lanes, *self))
+
+    def at(self, slots: Numbers | int, lanes: Numbers) -> "EventSet":
+        """One function each, of those slots."""
+        return EventSet(
+            self.poles[:, lanes], self.node[:, lanes], self.numerator[:, slots, lanes], self.start[slots, lanes]
+        )
 
 
-def sample_at(watch: Watch, t: Array) -> Sample:
-    basis = basis_at(watch.poles, t)
-    rise = formulas.step_response(watch.poles, watch.numerator, basis)
-    H3, H2, H1 = (np.abs(field) for field in watch.numerator)
-    Wd, W, W1 = (np.abs(field) for field in basis[1:4])
-    ulps = 16.0 * np.finfo(t.dtype).eps
-    rate = watch.sign * rise.rise_rate
-    return Sample(
+@dataclass
+class Interval:
+    """An interval of each lane's search: its ends, the propagator at the second one, the jets of all functions at both,
+    and which of them has its first root at the second one, NONE if none has. lane: the caller's number of each.
+    """
+
+    lane: Numbers
+    of: EventSet
+    limit: Array
+    low: Array
+    high: Array
+    propagator: Array
+    start: Array
+    end: Array
+    rounding: Array
+    found: Numbers
+    count: Numbers
+    is_quiet: Flags  # by rule 5: nothing is searched
+    is_late: Flags  # its take-off has been sharpened, once at most
+
+    def only(self, lanes: Numbers) -> "Interval":
+        if lanes.size == self.lane.size:
+            return self
+        own: dict[str, Any] = {field.name: getattr(self, field.name) for field in fields(self) if field.name != "of"}
+        return Interval(of=self.of.only(lanes), **{name: part[..., lanes] for name, part in own.items()})
+
+
+def node_of(poles: Poles) -> Array:
+    """A Node in rows. It lies at nearly half a period where the pair is not damped, sooner where it is."""
+    never = NEVER[poles.q.dtype]
+    mean = 0.5 * poles.p
+    square = mean * mean - poles.q
+    rings, root = square < 0.0, np.sqrt(np.abs(square))
+    fast = mean + root
+    slow = choose(fast > 0.0, poles.q / choose(fast > 0.0, fast, 1.0), 0.0)
+    t = choose(poles.q > UNDERFLOW[poles.q.dtype], 2.984 / np.sqrt(np.maximum(poles.q, 1.0 / never)), never)
+    lasts = rings & (poles.a > 0.0) & (mean > poles.a)
+    node = Node(
         t,
-        watch.sign * (watch.start + rise.rise),
-        rate,
-        watch.sign * rise.rise_curvature,
-        ulps * (np.abs(watch.start) + H3 * Wd + H2 * W + H1 * W1 + t * np.abs(rate)),
+        choose(rings, np.pi / choose(rings, root, 1.0), never),
+        choose(lasts, 10.0 / choose(lasts, mean - poles.a, 1.0), never),
+        choose(rings, poles.a, np.maximum(poles.a, fast)),
+        choose(rings, 0.0, np.minimum(fast, np.maximum(poles.a, slow))),
+        choose(rings, 0.0, np.minimum(poles.a, slow)),
+    )
+    return np.array(node, dtype=t.dtype)
+
+
+# ---- the propagator and jets ----
+
+
+def propagator_of(poles: Array, basis: Basis) -> Array:
+    """W2, W1, W and the derivatives of W up to the fourth, in rows."""
+    third = -(poles[3] * basis.Wdd + poles[4] * basis.Wd + poles[5] * basis.W)
+    fourth = -(poles[3] * third + poles[4] * basis.Wdd + poles[5] * basis.Wd)
+    return np.array([basis.W2, basis.W1, basis.W, basis.Wd, basis.Wdd, third, fourth])
+
+
+def propagator_at(poles: Array, t: Array) -> Array:
+    return propagator_of(poles, basis_at(Poles(*poles), t))
+
+
+def basis_of(propagator: Array) -> Basis:
+    return Basis(*propagator[4::-1])
+
+
+def carried(poles: Array, propagator: Array, d: Array) -> Array:
+    """The propagator a short time later, by its Taylor series."""
+    return propagator_of(poles, Basis(*formulas.taylor_step(Poles(*poles), basis_of(propagator), d)))
+
+
+def jets_of(of: EventSet, propagator: Array) -> Array:
+    """Value, rate, curvature and third derivative of event functions; the propagator's last axes are theirs."""
+    H3, H2, H1 = of.numerator
+    jets = H3 * propagator[3:7] + H2 * propagator[2:6] + H1 * propagator[1:5]
+    jets[0] += of.start
+    return np.asarray(jets)
+
+
+def jets_at_start(of: EventSet) -> Array:
+    (H3, H2, H1), (s_1, s_2) = of.numerator, of.poles[3:5]
+    curvature = H2 - H3 * s_1
+    return np.array([of.start, H3, curvature, H1 - s_1 * curvature - s_2 * H3])
+
+
+def rounding_of(of: EventSet, propagator: Array, t: Array, rate: Array) -> Array:
+    """Bound of what rounding may have done to the value of event functions."""
+    terms = np.abs(of.numerator * propagator[3:0:-1])
+    return np.asarray(16.0 * EPS[t.dtype] * (np.abs(of.start) + terms[0] + terms[1] + terms[2] + t * np.abs(rate)))
+
+
+# ---- prediction ----
+
+
+def rough_root(start: Array, end: Array, h: Array) -> Array:
+    """Where in (0, 1) of intervals of length h functions have a root after a value (or slope) above 0 and before a
+    value below: roughly, by inverse interpolation. Where they start at 0 they are divided by the time first.
+    """
+    above = start[0] > 0.0
+    rise, end_rise = h * start[1], h * end[1]
+    value = choose(above, start[0], rise)
+    slope = choose(above, rise, 0.5 * h * h * start[2])
+    end_slope = choose(above, end_rise, end_rise - end[0])
+    falls = (slope < 0.0) & (end_slope < 0.0)
+    s = value / choose(value > 0.0, value - end[0], 1.0)
+    by_slopes = (1.0 - s) / choose(falls, slope, -1.0) - s / choose(falls, end_slope, -1.0)
+    cubic = s * (s * (3.0 - 2.0 * s) + (1.0 - s) * (end[0] - value) * by_slopes)
+    return choose(value > 0.0, choose(falls & (cubic > 0.0) & (cubic < 1.0), cubic, s), 0.75)
+
+
+def refined_root(start: Array, end: Array, h: Array, x: Array) -> Array:
+    """A root, from a guess, of the polynomial of degree 7 through the jets at both ends: by Halley's steps.
+
+    With x from 0 to 1 it is c0 + c1 x + c2 x^2 + c3 x^3 + x^4 (r0 + s1 (x - 1) + s2 (x - 1)^2 + s3 (x - 1)^3). It
+    guesses, too: no bound rests on it.
+    """
+    hh = 0.5 * h * h
+    hhh = (1.0 / 3.0) * h * hh
+    c0, c1, c2, c3 = start[0], h * start[1], hh * start[2], hhh * start[3]
+    r0 = end[0] - (c0 + c1 + c2 + c3)
+    s1 = h * end[1] - (c1 + 2.0 * c2 + 3.0 * c3) - 4.0 * r0
+    s2 = hh * end[2] - (c2 + 3.0 * c3) - 4.0 * s1 - 6.0 * r0
+    s3 = hhh * end[3] - c3 - 4.0 * s2 - 6.0 * s1 - 4.0 * r0
+    going = np.ones(x.shape, dtype=bool)
+    for _ in range(3):
+        y = x - 1.0
+        tail = r0 + y * (s1 + y * (s2 + y * s3))
+        tail_1 = s1 + y * (2.0 * s2 + y * 3.0 * s3)
+        tail_2 = s2 + 3.0 * y * s3
+        value = c0 + x * (c1 + x * (c2 + x * (c3 + x * tail)))
+        slope = c1 + x * (2.0 * c2 + x * (3.0 * c3 + x * (4.0 * tail + x * tail_1)))
+        bend = c2 + x * (3.0 * c3 + x * (6.0 * tail + x * (4.0 * tail_1 + x * tail_2)))
+        below = slope * slope - value * bend
+        step = choose(below > 0.0, value * slope / choose(below > 0.0, below, 1.0), 0.0)
+        x = choose(going & (x - step > 0.0) & (x - step < 1.0), x - step, x)
+        going &= ~(np.abs(step) < PREDICTION[x.dtype])
+        if not going.any():
+            break
+    return x
+
+
+# ---- steps towards roots ----
+
+
+def step_to_root(jet: Array) -> Array:
+    """Householder's step of third order towards a root."""
+    value, rate, curvature, third = jet
+    square = rate * rate
+    below = 6.0 * square * rate - 6.0 * value * rate * curvature + value * value * third
+    usable = np.abs(below) > 0.0
+    step = value * (6.0 * square - 3.0 * value * curvature) / choose(usable, below, 1.0)
+    return choose(usable, step, NEVER[step.dtype])
+
+
+def step_converges(poles: Array, jet: Array, fourth: Array, t: Array, step: Array) -> Flags:
+    """True where Householder's step lands on the root to rounding, and the propagator can be carried there.
+
+    Its error is of the fourth order in the step: products of the derivatives up to the fourth. What a Taylor series of
+    the fourth order leaves out over the step is of the fifth order in d/t and in r d, r above all poles.
+    """
+    value, rate, curvature, third = jet
+    per_rate = np.abs(step) / choose(np.abs(rate) > 0.0, np.abs(rate), 1.0)
+    bend = per_rate * np.abs(curvature)
+    twist = per_rate * np.abs(step * third)
+    error = bend * (0.7 * bend * bend + 0.5 * twist) + 0.05 * per_rate * np.abs(step * step * fourth)
+    share = choose(t > 0.0, step / choose(t > 0.0, t, 1.0), 1.0)
+    near = step * step * (poles[3] * poles[3] + poles[4]) + share * share
+    eps = EPS[t.dtype]
+    return np.asarray(
+        (np.abs(value) <= 2.0 * np.abs(step * rate))
+        & (np.abs(step) * error <= eps * t)
+        & (near * near * near <= 0.0078125 * eps)
     )
 
 
-def root_is_later(watch: Watch, settled: Array, t: Array) -> Array:
-    """How much later than t the root next to it is.
-
-    Where the poles have faded, the start and the rise cancel, and with them most digits of the time; the final value
-    and what is left of the way to it do not. 0 where they tell no more.
+def root_between(
+    poles: Array, curve: Curve, low: Array, high: Array, at_high: Array, guess: Array
+) -> tuple[Array, Array]:
+    """The roots of functions between times at which they are above zero and times at which they are below, from
+    guesses: the times, and the propagator there. Where no number lies in between it is the later time.
     """
-    poles, (H3, H2, H1), start, basis = watch.poles, watch.numerator, watch.start, basis_at(watch.poles, t)
-    way = settled - start
-    slow, by_2 = poles.s_3 > 0.0, way * poles.s_2  # else W does not fade, but is not in it
-    fading = Numerator(H3, np.where(slow, H2, by_2), H1)
-    value = settled - formulas.residual_to_steady_state(poles, fading, basis, way)
-    rate = H3 * basis.Wdd + H2 * basis.Wd + H1 * basis.W
-    of_time = t * np.abs(rate)
-    of_rise = np.abs(start) + np.abs(H3 * basis.Wd) + np.abs(H2 * basis.W) + np.abs(H1 * basis.W1) + of_time
-    of_way = np.abs(settled) + np.abs(way * basis.Wdd) + of_time
-    of_way += (np.abs(H3) + np.abs(way * poles.s_1)) * np.abs(basis.Wd)
-    of_way += np.where(slow, np.abs(H2) + np.abs(by_2), 0.0) * np.abs(basis.W)
-    tells = (rate < 0.0) & (of_way < 0.25 * of_rise) & (np.abs(value) <= 16.0 * np.finfo(t.dtype).eps * of_rise)
-    later = np.zeros_like(t)
-    later[tells] = -value[tells] / rate[tells]
-    return np.where((np.abs(later) < 0.01 * t) & (np.abs(later) > 16.0 * np.finfo(t.dtype).eps * t), later, 0.0)
+    eps = EPS[low.dtype]
+    root, propagator = high.copy(), at_high.copy()
+    lanes, t = np.arange(low.size), guess
+    for n in range(100):
+        t = choose((t > low) & (t < high), t, low + 0.5 * (high - low))
+        if not (going := (t > low) & (t < high)).all():
+            lanes, (low, high, t) = lanes[going], only(going, low, high, t)
+        if not lanes.size:
+            break
+        own = poles[:, lanes]
+        there = propagator_at(own, t)
+        jet, fourth = curve(lanes, there)
+        value, rate = jet[:2]
+        arrives = np.abs(value) <= eps * t * np.abs(rate)
+        step = step_to_root(jet)
+        new: Array = t - step
+        low, high = choose(value > 0.0, t, low), choose(value < 0.0, t, high)
+        lands = ~arrives & (new > low) & (new < high) & step_converges(own, jet, fourth, t, step)
+        known = arrives | (value < 0.0)
+        root[lanes[known]], propagator[:, lanes[known]] = t[known], there[:, known]
+        if lands.any():
+            where = lanes[lands]
+            root[where] = new[lands]
+            propagator[:, where] = carried(own[:, lands], there[:, lands], new[lands] - t[lands])
+        going = ~arrives & ~lands
+        lanes, (low, high, new) = lanes[going], only(going, low, high, new)
+        t = low if n > 8 and n % 2 == 1 else new
+    return root, propagator
 
 
-def zeros_of_pair(watch: Watch) -> tuple[Array, Array]:
-    """First zero and spacing of the motion of the pair that is left of g' behind the real pole; infinite if none."""
-    left = formulas.deflated_numerator(watch.poles, watch.numerator)
-    never = NEVER[watch.start.dtype]
-    first, spacing = np.full_like(watch.start, never), np.full_like(watch.start, never)
-    mean = 0.5 * watch.poles.p
-    discriminant = mean * mean - watch.poles.q
-    root = np.sqrt(np.abs(discriminant))
-    slope = left.B - mean * left.A  # A cos(omega t) + slope sin(omega t)/omega
-    some = (left.A != 0.0) | (slope != 0.0)
-    if (swings := some & (discriminant < 0.0)).any():
-        omega = root[swings]
-        angle = np.arctan2(-left.A[swings], slope[swings] / omega)
-        spacing[swings] = np.pi / omega
-        first[swings] = np.where(angle > 0.0, angle, angle + np.pi) / omega
-    # A cosh(w t) + slope sinh(w t)/w: at most one zero, where tanh(w t)/w = -A/slope.
-    if (creeps := some & (discriminant >= 0.0) & (slope != 0.0)).any():
-        ratio = -left.A[creeps] / slope[creeps]
-        tangent = root[creeps] * ratio
-        found = (ratio > 0.0) & (tangent < 1.0)
-        far = found & (tangent > 0.001)
-        zero = np.full_like(ratio, never)
-        zero[far] = 0.5 * np.log((1.0 + tangent[far]) / (1.0 - tangent[far])) / root[creeps][far]
-        near = found & ~far
-        zero[near] = ratio[near] * (1.0 + tangent[near] * tangent[near] / 3.0)
-        first[creeps] = zero
-    return first, spacing
+def curve_of(of: EventSet) -> Curve:
+    """Jets of event functions, and their fourth derivatives but for the sign, which the poles give."""
+
+    def curve(lanes: Numbers, propagator: Array) -> tuple[Array, Array]:
+        jet = jets_of(of.only(lanes), propagator)
+        s_1, s_2, s_3 = of.poles[3:, lanes]
+        return jet, s_1 * jet[3] + s_2 * jet[2] + s_3 * jet[1]
+
+    return curve
 
 
-def halt_time(poles: Poles, v: Array, acc: Array) -> Array:
-    """When masses that slip alone come to rest, NEVER if they do not: v and v' = acc at t = 0, times their signs.
+# ---- certificate ----
+
+
+def has_no_root(start: Array, d: Array, end: Array, d_then: Array) -> Flags:
+    """Rule 2: true if g, above zero at both ends of an interval, has no root in it; d is g'' + l g'.
+
+    With V = 0, 1, 1, 2 for the signs (+, +), (+, -), (-, -), (-, +) of (g', d), V at the start, less V at the end, and
+    1 if d changes its sign, is 0 or less.
+    """
+    faded = (d_then == 0.0) & (d > 0.0)  # no sign is left of it: the worse one
+    negative_then, falls_then = (d_then < 0.0) | faded, end[1] < 0.0
+    after_positive = ~(start[1] < 0.0) | (falls_then & ~negative_then)
+    return np.asarray(((d < 0.0) & (falls_then | negative_then)) | (~(d < 0.0) & after_positive))
+
+
+def has_no_root_by_pair(of: EventSet, propagator: Array, start: Array, end: Array) -> Flags:
+    """Rule 2 with the pair removed first: u = exp(-mu t) sin(w (t + s)), centred on the interval, has no root in it.
+
+    V, the sign changes of (+, g', f, e), does not fall from the start to the end; e is the sign of the real pole's
+    part.
+    """
+    a, p, q = of.poles[:3]
+    H3, H2, H1 = of.numerator
+    mu = 0.5 * p
+    ww = q - mu * mu
+    R = propagator[3] + a * propagator[2]
+    C = propagator[4] + a * propagator[3] + mu * R
+    below = np.sqrt(ww * R * R + C * C) + C
+    decided = below > 0.0  # else nothing is left of the pair
+    wt = ww * R / choose(decided, below, 1.0)  # w tan(w h/2)
+    falls, falls_then = start[1] < 0.0, end[1] < 0.0
+    f_is_negative = start[2] - (wt - mu) * start[1] < 0.0
+    f_is_negative_then = end[2] + (wt + mu) * end[1] < 0.0
+    with_positive = ~(falls | f_is_negative) | falls_then | f_is_negative_then
+    with_negative = ~falls | f_is_negative | (falls_then & ~f_is_negative_then)
+    e_is_negative = H1 - a * (H2 - a * H3) < 0.0
+    return np.asarray(decided & ((e_is_negative & with_negative) | (~e_is_negative & with_positive)))
+
+
+def is_held_up_by_bernstein(
+    of: EventSet, start: Array, end: Array, h: Array, ends_at_root: Flags, bound: Array
+) -> Flags:
+    """Rule 1: Bernstein's coefficients of the quintic through value, slope and curvature at both ends, from which g
+    differs by at most M6 t^3 (h - t)^3/720; those that a root of order 0 or 1 at an end makes 0 do not count.
+    """
+    a, p, q, s_1 = of.poles[:4]
+    H3, H2, H1 = of.numerator
+    mu = 0.5 * p
+    ww = q - mu * mu
+    e = (H1 - a * (H2 - a * H3)) / formulas.residue(Poles(*of.poles))
+    c = H3 - e
+    sw = H2 - H3 * s_1 + a * e + mu * c
+    M6 = q * q * np.sqrt(q * (c * c + sw * sw / ww)) + a * a * a * a * a * np.abs(e)  # the envelopes of the modes
+    f, tw = 0.2 * h, 0.05 * h * h
+    b1, b4 = start[0] + f * start[1], end[0] - f * end[1]
+    b2, b3 = b1 + f * start[1] + tw * start[2], b4 - f * end[1] + tw * end[2]
+    least = np.minimum(np.minimum(b1, b2), np.minimum(b3, b4))
+    least = choose(start[0] > 0.0, np.minimum(least, start[0]), least)
+    least = choose(ends_at_root, least, np.minimum(least, end[0]))
+    hhh = h * h * h
+    return np.asarray(least > M6 * hhh * hhh / 43200.0 + bound)
+
+
+def is_held_up_by_tangents(start: Array, end: Array, pole: Array, h: Array, bound: Array) -> Flags:
+    """Rule 4: whether the tangents at both ends hold g above its rounding, where exp(pole t) g' rises: g lies above the
+    tangent at the start, and above one a little steeper than that at the end.
+    """
+    rises = ~(start[2] + pole * start[1] < 0.0) & ~(end[2] + pole * end[1] < 0.0)
+    last = choose(pole * h < 1.0, end[1] * (1.0 + pole * h), NEVER[h.dtype])
+    steeper = last - start[1]
+    some = np.abs(steeper) > 0.0
+    cross = choose(some, (start[0] - end[0] + last * h) / choose(some, steeper, 1.0), h)
+    return np.asarray(rises & (start[0] + start[1] * np.minimum(np.maximum(cross, 0.0), h) > bound))
+
+
+def quiet_time(of: EventSet, jet: Array, bound: Array) -> Array:
+    """Rule 5: how long from jets on functions, for certain, have no root; NEVER if they have none at all."""
+    rings = Node(*of.node).half_period < NEVER[bound.dtype]
+    if rings.all():
+        return _quiet_time_of_ringing(Poles(*of.poles), jet, bound)
+    if not rings.any():
+        return _quiet_time_of_decay(Node(*of.node), jet, bound)
+    quiet = np.empty_like(bound)
+    quiet[..., rings] = _quiet_time_of_ringing(Poles(*of.poles[:, rings]), jet[..., rings], bound[..., rings])
+    quiet[..., ~rings] = _quiet_time_of_decay(Node(*of.node[:, ~rings]), jet[..., ~rings], bound[..., ~rings])
+    return quiet
+
+
+def _quiet_time_of_ringing(poles: Poles, jet: Array, bound: Array) -> Array:
+    """g' = x + r, where x fades with the real pole and r rings. What rings in g is X = -(r' + p r)/q, of an amplitude
+    that does not grow; what does not, g - X, falls by no more than x times the time, or x/a.
+    """
+    value, rate, curvature, third = jet
+    mu = 0.5 * poles.p
+    x = (third + poles.p * curvature + poles.q * rate) / formulas.residue(poles)
+    r = rate - x
+    X = -(curvature + poles.a * x + poles.p * r) / poles.q
+    wY = r + mu * X
+    left = value - X - 1.001 * np.sqrt(X * X + wY * wY / (poles.q - mu * mu)) - bound
+    falls = x < 0.0
+    always = ~falls | (left * poles.a > -x)
+    quiet = choose(always, NEVER[bound.dtype], -left / choose(falls, x, -1.0))
+    return choose(left > 0.0, quiet, 0.0)
+
+
+def _quiet_time_of_decay(node: Node, jet: Array, bound: Array) -> Array:
+    """The same of three real poles, l_1 the fastest: g' is a sum of g', (D + l_1) g' and (D + l_2)(D + l_1) g' at the
+    start over kernels that are positive, of integrals 1/l_1, 1/(l_1 l_2) and 1/(l_1 l_2 l_3).
+    """
+    value, rate, curvature, third = jet
+    l_1, l_2 = node.pole, node.second
+    some = l_1 * l_2 > 0.0
+    product = choose(some, l_1 * l_2, 1.0)
+    second = np.minimum(curvature + l_1 * rate, 0.0)
+    falls = np.minimum(third + (l_1 + l_2) * curvature + product * rate, 0.0) / product
+    left = value + np.minimum(rate, 0.0) / choose(some, l_1, 1.0) + second / product - bound
+    always = ~(falls < 0.0) | (left * node.third > -falls)
+    quiet = choose(always, NEVER[bound.dtype], -left / choose(falls < 0.0, falls, -1.0))
+    return choose(some & (left > 0.0), quiet, 0.0)
+
+
+def minimum_between(of: EventSet, low: Array, start: Array, high: Array, end: Array) -> tuple[Array, Flags]:
+    """The minima of functions between times between which their rates become positive: the times, and which are below
+    zero. Ends early where g < 0 is found, or where g is known to stay above zero.
+    """
+    tolerance = 0.001 * ROOT_EPS[low.dtype]
+    turn = start[1] - end[1]
+    t: Array = low + (high - low) * choose(turn < 0.0, start[1] / choose(turn < 0.0, turn, 1.0), 0.5)
+    least, is_below = t.copy(), np.zeros(t.shape, dtype=bool)
+    lanes = np.arange(t.size)
+    for n in range(100):
+        inside = (t > low) & (t < high) & (n <= 8 or n % 2 == 1)
+        t = choose(inside, t, low + 0.5 * (high - low))
+        if not (going := (t > low) & (t < high)).all():
+            lanes, (low, high, t, start, end) = lanes[going], only(going, low, high, t, start, end)
+        if not lanes.size:
+            break
+        own = of.only(lanes)
+        there = propagator_at(own.poles, t)
+        jet = jets_of(own, there)
+        rounding = rounding_of(own, there, t, jet[1])
+        below = jet[0] < -rounding
+        least[lanes], is_below[lanes] = t, below
+        falls = jet[1] < 0.0  # a rate that has faded to 0 lies behind the minimum
+        low, start = choose(falls, t, low), choose(falls, jet, start)
+        high, end = choose(falls, high, t), choose(falls, end, jet)
+        bends = np.abs(jet[2]) > 0.0
+        step = choose(bends, jet[1] / choose(bends, jet[2], 1.0), NEVER[t.dtype])
+        known = below | (np.abs(step) <= tolerance * t)
+        known |= is_held_up_by_tangents(start, end, Node(*own.node).pole, high - low, rounding)
+        lanes, (low, high, t, start, end) = lanes[~known], only(~known, low, high, t - step, start, end)
+    return least, is_below
+
+
+# ---- the search ----
+
+
+def deflated(on: Interval, jets: Array, t: Array) -> Array:
+    """d of rule 2. Where the pair has faded beside the real pole, d is taken from the pair itself."""
+    node = Node(*on.of.node)
+    d: Array = jets[2] + node.pole * jets[1]
+    if (late := np.flatnonzero(t > node.fades)).size:
+        poles = Poles(*on.of.poles[:, late])
+        left = formulas.deflated_numerator(poles, Numerator(*on.of.numerator[..., late]))
+        pair = pair_at(poles, t[late])
+        d[:, late] = left.A * pair.Rd + left.B * pair.R
+    return d
+
+
+def first_interval(of: EventSet, limit: Array) -> Interval:
+    """From the start of each phase to its node, or to its limit; a function that is below zero already when the phase
+    begins is found there.
+    """
+    start = jets_at_start(of)
+    lost = (start[0] < 0.0) & (start[1] <= 0.0)
+    np.maximum(start[0], 0.0, out=start[0])
+    low, none = np.zeros_like(limit), np.zeros(limit.shape, dtype=bool)
+    at_start = np.repeat(np.array([0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0], low.dtype)[:, np.newaxis], low.size, axis=1)
+    return Interval(
+        np.arange(limit.size), of, limit, low, np.minimum(Node(*of.node).t, limit), at_start,
+        start, start, start[0], np.where(lost.any(axis=0), lost.argmax(axis=0), NONE),
+        np.zeros(limit.shape, dtype=np.intp), none, none.copy(),
+    )  # fmt: skip
+
+
+def begin_interval(on: Interval, lanes: Numbers) -> None:
+    """The next interval of some lanes begins where this one has ended, and ends less than half a period of the pair
+    later, and not so late that all has faded. By rule 5 it may end later.
+    """
+    if not lanes.size:
+        return
+    start, low, limit, of = on.end[..., lanes], on.high[lanes], on.limit[lanes], on.of.only(lanes)
+    np.maximum(start[0], 0.0, out=start[0])
+    node = Node(*of.node)
+    quiet = quiet_time(of, start, 16.0 * EPS[low.dtype] * np.abs(of.start)).min(axis=0)
+    is_quiet = quiet > 2.0 * node.t
+    faded = -0.5 * of.poles[1] * low < SMALLEST_EXPONENT[low.dtype]  # the pair: what is left is monotone
+    far: Array = low + choose(is_quiet, quiet, np.minimum(np.maximum(node.t, 3.0 * low), 0.95 * node.half_period))
+    far = choose((faded & ~is_quiet) | ~(far > low), limit, np.minimum(far, limit))
+    on.low[lanes], on.high[lanes], on.start[..., lanes] = low, far, start
+    on.found[lanes], on.is_quiet[lanes], on.is_late[lanes] = NONE, is_quiet, False
+
+
+def look_there(on: Interval, lanes: Numbers | None = None) -> None:
+    """The jets of all functions at the ends of intervals."""
+    if lanes is None:
+        on.end = jets_of(on.of, on.propagator[:, None])
+        on.rounding = rounding_of(on.of, on.propagator[:, None], on.high, on.end[1])
+    else:
+        of, propagator = on.of.only(lanes), on.propagator[:, None, lanes]
+        end = jets_of(of, propagator)
+        on.end[..., lanes], on.rounding[:, lanes] = end, rounding_of(of, propagator, on.high[lanes], end[1])
+
+
+def crossings(on: Interval, lanes: Numbers) -> tuple[Numbers, Numbers]:
+    """Functions, by slot and lane, that are below zero at the ends of intervals by more than rounding, or, where no
+    other root has been found before it, so steeply that the root is near.
+    """
+    slot, place = np.nonzero((on.end[0][:, lanes] < 0.0) & (on.found[lanes] != SLOT))
+    lane = lanes[place]
+    rounding, fall = -on.rounding[slot, lane], on.end[1, slot, lane] * (on.high - on.low)[lane]
+    crossed = (on.end[0, slot, lane] < rounding) | ((on.found[lane] < 0) & (fall < rounding))
+    return slot[crossed], lane[crossed]
+
+
+def end_at_first_crossing(on: Interval, lanes: Numbers) -> Flags:
+    """End intervals at the earliest root of the functions that have crossed zero by their ends; which of them have
+    crossed zero there still, after MOST_TRIES.
+    """
+    slot, lane = crossings(on, lanes)
+    for _ in range(MOST_TRIES):
+        if not lane.size:
+            break
+        start, end, h = on.start[:, slot, lane], on.end[:, slot, lane], (on.high - on.low)[lane]
+        share = np.full(on.rounding.shape, 2.0, h.dtype)
+        share[slot, lane] = refined_root(start, end, h, rough_root(start, end, h))
+        lanes = np.flatnonzero(share.min(axis=0) < 2.0)
+        first = share[:, lanes].argmin(axis=0)
+        of, low, high = on.of.at(first, lanes), on.low[lanes], on.high[lanes]
+        guess = low + (high - low) * share[first, lanes]
+        on.high[lanes], on.propagator[:, lanes] = root_between(
+            of.poles, curve_of(of), low, high, on.propagator[:, lanes], guess
+        )
+        on.found[lanes] = first
+        look_there(on, lanes)
+        slot, lane = crossings(on, lanes)
+    open_ = np.zeros(on.rounding.shape, dtype=bool)
+    open_[slot, lane] = True
+    return open_
+
+
+def uncertified(on: Interval, open_: Flags, d: Array, d_then: Array) -> tuple[Numbers, Numbers]:
+    """Functions, by slot and lane, of which the rules that take no further evaluation do not say that they have no root
+    before the end of the interval; `open_` are below zero there.
+    """
+    slot, lane = np.nonzero(open_ | (~has_no_root(on.start, d, on.end, d_then) & ~on.is_quiet))
+    if not lane.size:
+        return slot, lane
+    of, start, end, rounding = on.of.at(slot, lane), *(x[..., slot, lane] for x in (on.start, on.end, on.rounding))
+    h, is_open = (on.high - on.low)[lane], open_[slot, lane]
+    is_open |= ~(quiet_time(of, start, rounding) > h)
+    some = np.flatnonzero(is_open & ~open_[slot, lane] & (Node(*of.node).half_period < NEVER[h.dtype]))
+    if some.size:
+        of, start, end, where = of.only(some), start[:, some], end[:, some], lane[some]
+        first = ~(on.low[where] > 0.0) & has_no_root_by_pair(of, on.propagator[:, where], start, end)
+        ends_there = slot[some] == on.found[where]
+        held = is_held_up_by_bernstein(of, start, end, h[some], ends_there, rounding[some])
+        is_open[some] = ~(first | held)
+    return slot[is_open], lane[is_open]
+
+
+def cut_inside(on: Interval, slots: Numbers, lane: Numbers, d: Array, d_then: Array) -> Flags:
+    """A look inside the intervals of functions without certificate: true where there is a root, or still none, and the
+    interval ends there.
+    """
+    is_cut = np.zeros(on.low.shape, dtype=bool)
+    for slot in range(SLOTS):
+        lanes = lane[(slots == slot) & ~is_cut[lane]]
+        if not lanes.size:
+            continue
+        of, start, end = on.of.at(slot, lanes), on.start[:, slot, lanes], on.end[:, slot, lanes]
+        low, high, before, after = on.low[lanes], on.high[lanes], d[slot, lanes], d_then[slot, lanes]
+        h = high - low
+        # Where d has its root: the chord's, kept off the ends; a quarter of it where it has no two signs.
+        changes = ((before < 0.0) != (after < 0.0)) & (np.abs(after) > 0.0)
+        share = choose(changes, before / choose(changes, before - after, 1.0), 0.25)
+        cut = low + np.minimum(np.maximum(share, 0.015625), 0.984375) * h
+        cuts = (cut > low) & (cut < high)  # else no number lies in between
+        dips = ~(before < 0.0) & ~(after < 0.0) & (start[1] < 0.0) & ~(end[1] < 0.0)
+        cuts &= ~dips
+        if (deep := np.flatnonzero(dips)).size:
+            held = is_held_up_by_tangents(
+                start[:, deep], end[:, deep], Node(*of.node).pole[deep], h[deep], on.rounding[slot, lanes[deep]]
+            )
+            deep = deep[~held]
+            cut[deep], cuts[deep] = minimum_between(of.only(deep), low[deep], start[:, deep], high[deep], end[:, deep])
+        where = lanes[cuts]
+        on.high[where], on.found[where], is_cut[where] = cut[cuts], NONE, True
+    return is_cut
+
+
+def settle_ties(on: Interval, lanes: Numbers) -> None:
+    """Two roots within rounding are at the same time, and the function that is listed first wins."""
+    found, h = on.found[lanes], (on.high - on.low)[lanes]
+    value, rate, rounding = on.end[0][:, lanes], on.end[1][:, lanes], on.rounding[:, lanes]
+    near = (value - 4.0 * rounding) * np.abs(on.end[1, found, lanes]) < np.abs(rate) * on.rounding[found, lanes]
+    ties = (rate * h < -16.0 * rounding) & near & (found > SLOT)
+    on.found[lanes] = np.where(ties.any(axis=0), ties.argmax(axis=0), found)
+
+
+def find_first_root(on: Interval) -> Flags:
+    """End intervals at the first root in them, if they have one. True where that is certified; the others have been cut
+    and are looked at again.
+    """
+    on.propagator = propagator_at(on.of.poles, on.high)
+    look_there(on)
+    searched = np.flatnonzero(~on.is_quiet)
+    on.count[searched] += 1
+    open_ = end_at_first_crossing(on, searched)
+    d, d_then = deflated(on, on.start, on.low), deflated(on, on.end, on.high)
+    slot, lane = uncertified(on, open_, d, d_then)
+    certified = ~cut_inside(on, slot, lane, d, d_then)
+    if (later := np.flatnonzero(certified & (on.found > 0))).size:
+        settle_ties(on, later)
+    return certified
+
+
+def give_up(on: Interval, ended: Flags) -> Flags:
+    """Phases that have no certificate within the bound: they are found UNKNOWN from the start of their interval on."""
+    over = ~ended & ~on.is_quiet & (on.count >= MOST_INTERVALS)
+    if over.any():
+        on.high[over], on.found[over] = on.low[over], UNKNOWN
+        on.propagator[:, over] = propagator_at(on.of.poles[:, over], on.low[over])
+    return over
+
+
+def crosses_at_limit(at: Array, rounding: Array, limit: Array) -> Flags:
+    """Whether functions cross zero, and do not just touch it, at the time of the limit."""
+    eps = EPS[limit.dtype]
+    return np.asarray((at[0] < -8.0 * eps * limit * at[1]) & (at[1] * limit < -16.0 * rounding))
+
+
+# ---- closed forms, contacts ----
+
+
+def time_to_rest(poles: Poles, v: Array, acc: Array) -> Array:
+    """Rule 3: when masses that slip alone come to rest, NEVER if they do not: v and v' = acc at t = 0, times their
+    signs.
 
     v'' + p v' + q v = 0 without a constant force, so v keeps its relative accuracy however far it has faded: its first
     zero is where v cos(w t) + (acc + p v/2) sin(w t)/w is 0, or where two decays have become equal.
@@ -120,222 +652,45 @@ def halt_time(poles: Poles, v: Array, acc: Array) -> Array:
     mean = 0.5 * poles.p
     discriminant = mean * mean - poles.q
     root = np.sqrt(np.abs(discriminant))
-    swings, rests = discriminant < 0.0, ~(v > 0.0)
-    half_turn = np.full_like(v, never)
-    half_turn[swings] = np.pi / root[swings]
-    time[rests] = np.where(acc > 0.0, half_turn, np.where(acc < 0.0, 0.0, never))[rests]
-    if (some := swings & ~rests).any():
+    rings, rests = discriminant < 0.0, ~(v > 0.0)
+    half_period = np.full_like(v, never)
+    half_period[rings] = np.pi / root[rings]
+    time[rests] = choose(acc > 0.0, half_period, choose(acc < 0.0, 0.0, never))[rests]
+    if (some := rings & ~rests).any():
         w = root[some]
         time[some] = np.arctan2(v[some], -(acc + mean * v)[some] / w) / w
-    back = -(acc + poles.q / np.where(swings, 1.0, mean + root) * v)  # what the slow decay alone would leave over
-    if (some := ~swings & ~rests & (back > 0.0)).any():
+    if rings.all():
+        return time
+    fast = mean + root
+    back = -(acc + poles.q / choose(fast > 0.0, fast, 1.0) * v)  # what the slow decay alone would leave over
+    if (some := ~rings & ~rests & (back > 0.0)).any():
         v_s, back_s, root_s = v[some], back[some], root[some]
         x = 2.0 * root_s * (v_s / back_s)
-        near, found = x < 0.25, (x < 1.0) & (acc[some] + (mean + root)[some] * v_s < 0.0)
+        near, found = x < 0.25, (x < 1.0) & (acc[some] + fast[some] * v_s < 0.0)
         times = v_s / back_s
         small, large = near & (x > 0.0), ~near & found
         times[small] *= -np.log1p(-x[small]) / x[small]
-        left = -(acc + (mean + root) * v)[some][large]
+        left = -(acc + fast * v)[some][large]
         times[large] = -np.log(left / back_s[large]) / (2.0 * root_s[large])
-        time[some] = np.where(found, times, never)
+        time[some] = choose(found, times, never)
     return time
 
 
-def is_quiet(watch: Watch, start: Array, end: Array) -> np.ndarray:
-    """True where g has no root in [start, end]: its slow part, monotone, stays larger than its oscillation."""
-    mean = 0.5 * watch.poles.p
-    omega = np.sqrt(watch.poles.q - mean * mean)
-    chi = formulas.residue(watch.poles)
-    first = formulas.ringing_at(watch.poles, chi, watch.numerator, decay_at(watch.poles.a, start))
-    last = formulas.ringing_at(watch.poles, chi, watch.numerator, decay_at(watch.poles.a, end))
-    least = np.minimum(watch.sign * (watch.start + first.slow), watch.sign * (watch.start + last.slow))
-    amplitude = np.abs(first.X) + np.abs((first.Y - mean * first.X) / omega)
-    return np.asarray(least > 1.001 * amplitude * np.exp(-mean * start))
-
-
-def root_between(watch: Watch, low: Array, last: Sample) -> Array:
-    """The roots of g between times where g > 0 and samples where g < 0: Halley's step, kept in the bracket."""
-    eps = np.finfo(low.dtype).eps
-    low, high = low.copy(), last.t.copy()
-    root = high.copy()
-    lanes = np.arange(low.size)
-    for n in range(100):
-        slope = last.rate * last.rate - 0.5 * last.value * last.curvature
-        usable = slope != 0.0
-        step = np.zeros_like(slope)
-        step[usable] = (last.value * last.rate)[usable] / slope[usable]
-        done = np.abs(last.value) <= eps * last.t * np.abs(last.rate)  # Newton's step: Halley's is 0 at an extremum
-        root[lanes[done]] = last.t[done]
-        new = last.t - step
-        outside = ~usable | ~((new > low) & (new < high))
-        if n > 8 and n % 2 == 1:
-            outside |= True
-        new = np.where(outside, low + 0.5 * (high - low), new)
-        stuck = ~done & ~((new > low) & (new < high))
-        root[lanes[stuck]] = high[stuck]
-        going = ~done & ~stuck
-        if not going.any():
-            return root
-        lanes, low, high, new, watch = lanes[going], low[going], high[going], new[going], lanes_of(watch, going)
-        last = sample_at(watch, new)
-        low = np.where(last.value > 0.0, new, low)
-        high = np.where(last.value < 0.0, new, high)
-        exact = last.value == 0.0
-        low, high = np.where(exact, new, low), np.where(exact, new, high)
-        root[lanes] = high
-    return root
-
-
-def extremum_between(watch: Watch, low: Array, high: Array, sign_after: float) -> Sample:
-    """The extrema of g between times at which its rates differ in sign; stops early where g < 0 is found."""
-    tolerance = 0.001 * np.sqrt(np.finfo(low.dtype).eps)
-    low, high = low.copy(), high.copy()
-    last = sample_at(watch, low + 0.5 * (high - low))
-    found = Sample(*(field.copy() for field in last))
-    lanes = np.arange(low.size)
-    for n in range(100):
-        going = ~((sign_after > 0.0) & (last.value < -last.noise))
-        # Where nothing is left that could move g its rate has no sign: the extremum lies before.
-        faded = (np.abs(last.rate) * last.t <= last.noise) & (np.abs(last.curvature) * last.t * last.t <= last.noise)
-        ahead = (sign_after * last.rate < 0.0) & ~faded
-        high, low = np.where(ahead, high, last.t), np.where(ahead, last.t, low)
-        usable = last.curvature != 0.0
-        step = np.zeros_like(last.rate)
-        step[usable] = last.rate[usable] / last.curvature[usable]
-        usable &= ~faded
-        going &= ~(usable & (np.abs(step) <= tolerance * last.t))
-        new = last.t - step
-        outside = ~usable | ~((new > low) & (new < high))
-        if n > 8 and n % 2 == 1:
-            outside |= True
-        new = np.where(outside, low + 0.5 * (high - low), new)
-        going &= (new > low) & (new < high)
-        if not going.any():
-            break
-        lanes, low, high, watch = lanes[going], low[going], high[going], lanes_of(watch, going)
-        last = sample_at(watch, new[going])
-        for field, value in zip(found, last, strict=True):
-            field[lanes] = value
-    return found
-
-
-def quiet_until(watch: Watch, start: Array, limit: Array, half_turn: Array) -> Array:
-    """Up to where g has no root, from `start` on: the far end, or nearer ends while they are many half turns away."""
-    until = start.copy()
-    reach = limit - start
-    open_ = reach > 8.0 * half_turn
-    while open_.any():
-        lanes = np.flatnonzero(open_)
-        end = start[lanes] + reach[lanes]
-        quiet = is_quiet(lanes_of(watch, lanes), start[lanes], end)
-        until[lanes[quiet]] = end[quiet]
-        open_[lanes[quiet]] = False
-        reach = 0.125 * reach
-        open_ &= reach > 8.0 * half_turn
-    return until
-
-
-def brief_rise(watch: Watch, t: Array) -> Array:
-    """Root of a g that rises from zero at t and falls again within too short a time for rounding to show its top."""
-    start = sample_at(watch, t)
-    falls = start.curvature < 0.0
-    first = t + np.where(falls, 2.0 * start.rate / np.where(falls, -start.curvature, 1.0), 0.0)
-    root = first.copy()
-    for _ in range(4):
-        there = sample_at(watch, root)
-        steep = there.rate < 0.0
-        step = np.zeros_like(root)
-        step[steep] = there.value[steep] / there.rate[steep]
-        root = np.where(np.abs(step) < 0.5 * (first - t), root - step, root)
-    return np.where(np.abs(root - first) < 0.5 * (first - t), root, first)
-
-
-class _Search:
-    """Where each lane's search stands: the last time looked at, with g and g' there, and how many zeros lie behind."""
-
-    def __init__(self, watch: Watch, limit: Array) -> None:
-        self.watch, self.limit = watch, limit
-        self.never = NEVER[watch.start.dtype]
-        self.first, self.spacing = zeros_of_pair(watch)
-        self.t, self.rate = np.zeros_like(watch.start), watch.sign * watch.numerator.H3
-        value = watch.sign * watch.start
-        self.root = np.where((value < 0.0) & (self.rate <= 0.0), np.zeros_like(value), np.full_like(value, self.never))
-        self.value = np.maximum(value, 0.0)
-        self.turn, self.patience = np.zeros_like(value), np.full_like(value, 8.0)
-
-    def next_time(self, lanes: Lanes) -> Array:
-        """The next zero of the pair, or the limit."""
-        turn = self.turn[lanes]
-        ahead = np.where(turn > 0.0, turn * np.where(turn > 0.0, self.spacing[lanes], 0.0), 0.0)
-        self.turn[lanes] += 1.0
-        return np.asarray(np.minimum(self.first[lanes] + ahead, self.limit[lanes]))
-
-    def move(self, lanes: Lanes, here: Sample) -> None:
-        self.t[lanes], self.value[lanes], self.rate[lanes] = here.t, np.maximum(here.value, 0.0), here.rate
-
-    def look(self, lanes: Lanes) -> np.ndarray:
-        """Look at the next monotone piece of some lanes; True where it ends the search with a root."""
-        part = lanes_of(self.watch, lanes)
-        here = sample_at(part, self.next_time(lanes))
-        before_t, before_rate = self.t[lanes], self.rate[lanes]
-        from_zero = ~(self.value[lanes] > 0.0)
-        # Below zero by more than rounding, or so steep that the root is near; else it touches, or has faded away.
-        steep = here.rate * (here.t - before_t) < -here.noise
-        crosses = (here.value < 0.0) & ((here.value < -here.noise) | steep)
-        low, last = before_t.copy(), Sample(*(field.copy() for field in here))
-        lost = crosses & from_zero & ~(before_rate > 0.0)
-        if (rises := crosses & from_zero & (before_rate > 0.0)).any():
-            top = extremum_between(lanes_of(part, rises), before_t[rises], here.t[rises], -1.0)
-            low[rises] = np.where(top.value > 0.0, top.t, before_t[rises])
-            lost[rises] = ~(top.value > 0.0)
-        if (dips := ~crosses & (before_rate < 0.0) & ~steep).any():  # a rate that has faded may hide one
-            bottom = extremum_between(lanes_of(part, dips), before_t[dips], here.t[dips], 1.0)
-            put(last, dips, bottom)
-            crosses[dips] = bottom.value < -bottom.noise
-            lost[dips] = crosses[dips] & from_zero[dips]
-        self.root[lanes[lost]] = before_t[lost]
-        if (brief := lost & from_zero & (before_rate > 0.0)).any():
-            self.root[lanes[brief]] = brief_rise(lanes_of(part, brief), before_t[brief])
-        if (bracketed := crosses & ~lost).any():
-            self.root[lanes[bracketed]] = root_between(lanes_of(part, bracketed), low[bracketed], take(last, bracketed))
-        self.move(lanes, here)
-        return np.asarray(crosses)
-
-    def skip(self, lanes: Lanes) -> None:
-        """Lanes that have waited for long jump over the time in which g certainly has no root."""
-        self.patience[lanes] -= 1.0
-        many = self.limit[lanes] - self.t[lanes] > 8.0 * np.minimum(self.spacing[lanes], 0.1 * self.never)
-        waits = lanes[(self.patience[lanes] <= 0.0) & (self.spacing[lanes] < self.never) & many]
-        if not waits.size:
-            return
-        until = quiet_until(lanes_of(self.watch, waits), self.t[waits], self.limit[waits], self.spacing[waits])
-        skips = until > self.t[waits]
-        self.patience[waits[~skips]] = 8.0
-        if skips.any():
-            ahead = waits[skips]
-            self.move(ahead, sample_at(lanes_of(self.watch, ahead), until[skips]))
-            self.turn[ahead] = np.floor((self.t[ahead] - self.first[ahead]) / self.spacing[ahead]) + 1.0
-
-
-def first_roots(watch: Watch, limit: Array, phase: NDArray[np.intp], tie: float) -> Array:
-    """First times in (0, limit] at which each g loses its sign, NEVER where it keeps it.
-
-    Those with the same number of a phase are watched together: once one has lost its sign, the others are followed no
-    longer than to the same time, and a share `tie` of it more. An extremum within rounding of zero is a touch, not a
-    crossing, and so is a g that fades away below its rounding. A g that starts at zero is taken to begin with its sign;
-    the zero at the start is no root.
+def steady_state_correction(of: EventSet, settled: Array, basis: Basis, t: Array) -> Array:
+    """Correction to a root estimate from the steady-state form of g, which keeps its digits after the transients have
+    decayed; 0 where it is no more accurate.
     """
-    search = _Search(watch, limit)
-    first = np.full(phase.max(initial=-1) + 1, search.never, dtype=limit.dtype)
-    np.minimum.at(first, phase, search.root)
-    search.limit = np.minimum(limit, first[phase] * (1.0 + tie))
-    lanes = np.flatnonzero((search.root == search.never) & (search.t < search.limit))
-    while lanes.size:
-        found = search.look(lanes)
-        if found.any():
-            np.minimum.at(first, phase[lanes[found]], search.root[lanes[found]])
-            search.limit[lanes] = np.minimum(search.limit[lanes], first[phase[lanes]] * (1.0 + tie))
-        lanes = lanes[~found & (search.t[lanes] < search.limit[lanes])]
-        search.skip(lanes)
-        lanes = lanes[search.t[lanes] < search.limit[lanes]]
-    return search.root
+    poles, (H3, H2, H1), start, eps = Poles(*of.poles), of.numerator, of.start, EPS[t.dtype]
+    residual = settled - start
+    slow, by_2 = poles.s_3 > 0.0, residual * poles.s_2  # else W does not fade, but is not in it
+    fading = Numerator(H3, choose(slow, H2, by_2), H1)
+    value = settled - formulas.residual_to_steady_state(poles, fading, basis, residual)
+    rate = H3 * basis.Wdd + H2 * basis.Wd + H1 * basis.W
+    of_time = t * np.abs(rate)
+    of_rise = np.abs(start) + np.abs(H3 * basis.Wd) + np.abs(H2 * basis.W) + np.abs(H1 * basis.W1) + of_time
+    of_residual = np.abs(settled) + np.abs(residual * basis.Wdd) + of_time
+    of_residual += (np.abs(H3) + np.abs(residual * poles.s_1)) * np.abs(basis.Wd)
+    of_residual += choose(slow, np.abs(H2) + np.abs(by_2), 0.0) * np.abs(basis.W)
+    better = (rate < 0.0) & (of_residual < 0.25 * of_rise) & (np.abs(value) <= 16.0 * eps * of_rise)
+    later = choose(better, -value / choose(better, rate, -1.0), 0.0)
+    return choose((np.abs(later) < 0.01 * t) & (np.abs(later) > 16.0 * eps * t), later, 0.0)

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT-0
 """Records of arrays, taken apart and put together lane by lane: each branch computes its own lanes only."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from typing import Any, TypeVar
 
 import numpy as np
@@ -35,11 +35,6 @@ def blank(kind: type[Record], like: Array) -> Record:
     return kind(*(np.zeros_like(like) for _ in kind._fields))  # type: ignore[attr-defined]
 
 
-def choose(where: NDArray[np.bool_], first: Array, second: Array) -> Array:
+def choose(where: NDArray[np.bool_], first: Array | float, second: Array | float) -> Array:
     """`first` where a condition holds, `second` elsewhere; for values at hand, not for branches to compute."""
-    return np.where(where, first, second)
-
-
-def join(records: Sequence[Record]) -> Record:
-    """One record of the lanes of several, one after the other."""
-    return type(records[0])(*(np.concatenate(fields) for fields in zip(*records, strict=True)))
+    return np.asarray(np.where(where, first, second))
