@@ -29,7 +29,7 @@ enum {
     SLOTS = MOST_EVENT_FUNCTIONS_real,
     MODES = 9,
     ROOT_STEPS = 6,
-    PHASES_OF_LANE = 64, /* a stance whose list is wanted and takes more is solved by itself */
+    PHASES_OF_LANE = 16, /* a stance whose list is wanted and takes more is solved by itself */
     SHORT_RUN = 2 * LANES,
     LONG_RUN = 4096
 };
