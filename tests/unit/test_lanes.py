@@ -121,6 +121,18 @@ def test_a_sweep_has_the_same_bits(variant, dtype, how):
 
 
 @pytest.mark.parametrize("dtype", [np.float64, np.float32])
+def test_a_list_longer_than_a_lane_holds_is_whole(variant, dtype):
+    problems = sweep(100)  # a light actuator rings under a body whose weight the motor carries
+    for name, value in {"m_eff": 0.05, "k": 1.2e5, "b1": 0.0, "f1": 0.0, "x1_min": -1.0, "x1_max": 1.0}.items():
+        problems[name] = value
+    problems["v1"], problems["v2"], problems["y"], problems["horizon"] = 0.2, -0.001, 2.4e-4, 0.05
+    problems["u"] = np.linspace(0.44, 0.46, 100)
+    expected = solve(ONE_BY_ONE, problems, dtype, room=60)
+    assert 20 < expected.results["event_count"].max() <= 60
+    assert same(solve(variant, problems, dtype, room=60), expected)
+
+
+@pytest.mark.parametrize("dtype", [np.float64, np.float32])
 def test_runs_of_one_robot_have_the_same_bits(variant, dtype):
     problems = np.repeat(draw_stances(7, 90), 40)  # one run of each robot, and a run of one where it is refused
     problems["u"] += np.tile(np.linspace(-1.0, 1.0, 40), 90)
