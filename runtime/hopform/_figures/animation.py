@@ -16,8 +16,8 @@ from matplotlib.text import Text
 
 from hopform._checks import finite, positive, shown, whole
 from hopform._errors import HopformError
-from hopform._figures.picture import GREEN, ORANGE, Array, cm, completed, movable, scale
-from hopform._figures.plots import BLACK, BLUE, GREY, house_style
+from hopform._figures.picture import Array, cm, completed, movable, scale
+from hopform._figures.plots import BLACK, BLUE, GREEN, GREY, ORANGE, house_style
 from hopform._hopping.run import Run, simulate
 from hopform._robots import Robot, load_robot
 from hopform._show import Animation, name_of

@@ -52,6 +52,8 @@ SUFFIXES = {
 """Suffixes of files with their metadata, without date or version."""
 
 BLUE, PALE_BLUE, MAGENTA, GREY, BLACK = "#0072B2", "#8CC4E8", "#A6257A", "#666666", "#222222"
+ORANGE, GREEN, SKY = "#D55E00", "#009E73", "#56B4E9"
+"""Of the palette of Okabe and Ito, which colour-blind readers distinguish."""
 SHADES: dict[str, dict[str, Any]] = {
     "slips up": {"facecolor": "#CFE6F5", "edgecolor": "none"},
     "slips down": {"facecolor": "#FBE3C5", "edgecolor": "none"},
