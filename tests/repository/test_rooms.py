@@ -34,7 +34,7 @@ LAYERS = (
     ("_identify.joint", "_identify.simulators"), ("_identify.checks",), ("_identify",),
     ("_studies",), ("_all",),
     ("_export",), ("_export.selftest",),
-    ("_words",), ("_cli.options", "_cli.render", "_cli.help"),
+    ("_words",), ("_cli.options", "_cli.render"), ("_cli.help",),
     ("_figures.plots",), ("_figures.fits",), ("_figures.results",), ("_figures.picture",),
     ("_figures.actuator", "_figures.animation", "_figures.contact", "_figures.energies", "_figures.first_controller",
      "_figures.schematic", "_figures.recorded"),

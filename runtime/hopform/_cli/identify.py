@@ -6,14 +6,13 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Annotated
 
 import numpy as np
 
 import hopform
 from hopform._checks import number_of, shown
-from hopform._cli import options
 from hopform._cli import report as reports
+from hopform._cli.options import Identification, Recordable, SimulatorFormat
 from hopform._cli.output import check_outputs, figures, picture, show, warn
 from hopform._cli.render import to_json
 from hopform._errors import HopformError
@@ -245,24 +244,11 @@ def files_of(
 
 
 def identify(
-    kind: options.Identified,
-    files: options.Recordings,
-    known: options.Known = None,
-    spring: options.Spring = False,
-    force: options.Force = False,
-    delay: options.FitDelay = False,
-    gain: options.FitGain = False,
-    clock: options.FitClock = False,
-    lag: options.FitLag = False,
-    added_mass: options.AddedMasses = "",
-    loss: options.Loss = "linear",
-    robot: options.RobotName = "hopper_c",
-    out: options.TomlOut = None,
-    export: options.Export = None,
-    report: options.Report = None,
-    json: options.Json = False,
-    plot: options.Plot = None,
-) -> None:
+    kind: Identification, files: list[str], known: list[str] | None = None, spring: bool = False, force: bool = False,
+    delay: bool = False, gain: bool = False, clock: bool = False, lag: bool = False, added_mass: str = "",
+    loss: str = "linear", robot: str = "hopper_c", out: Path | None = None, export: SimulatorFormat | None = None,
+    report: Path | None = None, json: bool = False, plot: Path | None = None,
+) -> None:  # fmt: skip
     """Identify a robot from CSV recordings of one kind, or of all; check says what they could tell."""
     pages: list[Named] = []
     if report is not None:
@@ -305,25 +291,11 @@ _WEIGHED = dict.fromkeys(("drop", "free", "decay"), "m_s") | dict.fromkeys(("ste
 
 
 def record(
-    test: options.Recorded,
-    robot: options.RobotName = "hopper_c",
-    duration: Annotated[float, options.quantity("--duration", "s", "how long")] = 2.0,
-    rate: Annotated[float, options.quantity("--rate", "Hz", "samples per second")] = 500.0,
-    noise: Annotated[float, options.quantity("--noise", "m", "standard deviation of the position's noise")] = 2e-4,
-    quantum: Annotated[float, options.quantity("--quantum", "m", "step of the encoder, 0 for none")] = 1.0 / 56000.0,
-    height: Annotated[float, options.quantity("--height", "m", "hop height of a drop, pull of a decay")] = 0.2,
-    current: Annotated[float | None, options.quantity("--current", "A", "largest current; u_max if left out")] = None,
-    hold: Annotated[float, options.quantity("--hold", "s", "stillness at first")] = 0.2,
-    added_mass: Annotated[
-        float, options.quantity("--added-mass", "kg", "mass that the body carries beside its own")
-    ] = 0.0,
-    repeats: Annotated[int, options.count("--repeats", 1, "drops or decays in the recording")] = 1,
-    spring: options.Spring = False,
-    seed: Annotated[int | None, options.count("--seed", 0, "of the noise", math.inf)] = None,
-    plan: options.Plan = False,
-    known: options.Known = None,
-    csv: options.Csv = "-",
-) -> None:
+    test: Recordable, robot: str = "hopper_c", duration: float = 2.0, rate: float = 500.0,
+    noise: float = synthetic.NOISE, quantum: float = synthetic.QUANTUM, height: float = 0.2,
+    current: float | None = None, hold: float = 0.2, added_mass: float = 0.0, repeats: int = 1, spring: bool = False,
+    seed: int | None = None, plan: bool = False, known: list[str] | None = None, csv: str | None = "-",
+) -> None:  # fmt: skip
     """Make a synthetic recording of a robot, as a lab would record it, to plan experiments with."""
     check_outputs(False, csv, reads=[("--robot", robot_file(robot))])
     base = hopform.load_robot(robot)
