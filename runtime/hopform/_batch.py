@@ -20,10 +20,10 @@ from hopform._errors import HopformError
 from hopform._robots import Robot, checked_robot
 from hopform._sensitivities import COLUMNS, ManySensitivities, of_matrices
 from hopform._show import UNITS, Arrays, Card, Curve, Shown, counted, span
+from hopform._solver.choice import BackEnd
 from hopform._solver.columns import CHUNK, MAX_PHASES, RESULTS, STATES, STATUS, Events, results_like
 from hopform._solver.library import Backend
 from hopform._solver.package import EVENTS, ROBOT_FIELDS, ROWS, Field, checked
-from hopform._solver.protocol import BackEnd
 from hopform._stance import State, precision_of
 
 Progress = Callable[[int, int], object]

@@ -18,10 +18,10 @@ from hopform._checks import finite, nonnegative, pair, positive, shaped, times_o
 from hopform._errors import HopformError
 from hopform._robots import Robot, checked_robot
 from hopform._show import Arrays, Card, Motion, events_of, name_of
+from hopform._solver.choice import SolvedFlight
 from hopform._solver.library import Backend
 from hopform._solver.package import FLIGHT_ENDINGS, FLIGHT_EVENTS, Energy, FlightEnding, FlightLedger, Gains, formulas
 from hopform._solver.package import records as solver_records
-from hopform._solver.protocol import SolvedFlight
 from hopform._stance import Event, Real, State, body_height, precision_of
 
 _TOUCHING_ULP = 4.0

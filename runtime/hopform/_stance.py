@@ -31,6 +31,7 @@ from hopform._robots import Robot, checked_robot
 from hopform._sensitivities import Sensitivities, of_matrix
 from hopform._show import Arrays, Card, Motion, events_of, name_of
 from hopform._solver.c import tuple_of
+from hopform._solver.choice import SolvedStance
 from hopform._solver.library import Backend
 from hopform._solver.package import (
     ENDINGS,
@@ -43,7 +44,6 @@ from hopform._solver.package import (
     formulas,
 )
 from hopform._solver.package import records as solver_records
-from hopform._solver.protocol import SolvedStance
 
 if TYPE_CHECKING:
     from hopform._flight import Flight

@@ -20,7 +20,7 @@ LAYERS = (
     ("hopform", "_errors", "_progress"),
     ("_solver", "_solver.library", "_solver.package"),
     ("_checks",), ("_files",),
-    ("_solver.columns",), ("_solver.protocol",),
+    ("_solver.columns",),
     ("_solver.c", "_solver.arrays"), ("_solver.c_flight", "_solver.c_control", "_solver.c_batch"), ("_solver.choice",),
     ("_robots.provenance",), ("_show",), ("_robots", "_sensitivities", "model", "terrain", "ufuncs"),
     ("_stance",), ("_flight", "_batch"),

@@ -18,9 +18,8 @@ from numpy.typing import NDArray
 
 from hopform._errors import HopformError
 from hopform._sensitivities import COLUMNS, in_height
-from hopform._solver.choice import DEFAULT
+from hopform._solver.choice import DEFAULT, SolvedStance
 from hopform._solver.package import ENDINGS, ROWS, records
-from hopform._solver.protocol import SolvedStance
 
 Array = NDArray[np.float64]
 STATE = ("x1", "v1", "x2", "v2")

@@ -8,10 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hopform._errors import HopformError
-from hopform._solver.columns import CODES, RESULTS, Columns, Events
+from hopform._solver.columns import CODES, RESULTS, Columns, Events, FlightRow, Steps, Target
 from hopform._solver.library import Backend
 from hopform._solver.package import REFUSALS, Energy, FlightLedger, Gains, Ledger, Package, records
-from hopform._solver.protocol import FlightRow, Steps, Target
 
 
 @dataclass(frozen=True)
