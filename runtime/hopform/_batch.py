@@ -24,11 +24,10 @@ from hopform._solver.choice import BackEnd
 from hopform._solver.columns import CHUNK, MAX_PHASES, RESULTS, STATES, STATUS, Events, results_like
 from hopform._solver.library import Backend
 from hopform._solver.package import EVENTS, ROBOT_FIELDS, ROWS, Field, checked
-from hopform._stance import State, precision_of
+from hopform._stance import TOUCHING_ULP, State, precision_of
 
 Progress = Callable[[int, int], object]
 
-_TOUCHING_ULP = 4.0
 EACH, EACH_DIFFERENTIATED = 128, 128 + 16 * len(ROWS) * len(COLUMNS)
 """[B] the results of a stance; with its derivatives, twice while they are put into the coordinates of the inputs."""
 MOST_THREADS = 1024
@@ -373,7 +372,7 @@ def _compression(x1: NDArray[Any], x2: NDArray[Any] | None, robots: dict[str, ND
         return np.zeros(())
     place, height, L0, c = (np.asarray(a, float) for a in (x1, x2, robots["L0"], robots["c"]))
     y = (place - height + L0) + c  # in double precision, as for one stance
-    y = np.where(np.abs(y) <= _TOUCHING_ULP * np.spacing(np.abs(L0)), 0.0, y)
+    y = np.where(np.abs(y) <= TOUCHING_ULP * np.spacing(np.abs(L0)), 0.0, y)
     highest = float(np.max(place + (L0 + c), initial=-math.inf))
     refuse_any(
         "x2", np.broadcast_to(height, y.shape), y >= 0.0,

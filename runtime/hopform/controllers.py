@@ -23,12 +23,11 @@ from hopform._errors import HopformError
 from hopform._flight import solve_flight
 from hopform._robots import Robot
 from hopform._solver.columns import MAX_PHASES
-from hopform._stance import Current, Stance, State, solve_stance, start_of
+from hopform._stance import DOUBLE, Current, Stance, State, solve_stance, start_of
 from hopform.terrain import MOST_HOPS, heights_of
 
 Array = NDArray[np.float64]
 Heights = float | tuple[float, ...]
-_DOUBLE = np.dtype(np.float64)
 SETTLING = 5
 """Hops after which one is taken to be steady."""
 
@@ -135,7 +134,7 @@ class FeedForward:
             target = (self.h_des if self.h_des > ground else ground, -ground, self.stop_margin, self.horizon)
             robot = touchdown.robot
             back_end = robot.solver.back_end(self.backend)
-            return back_end.choose_current(robot.parameters, start, target, MAX_PHASES, _DOUBLE)[0]
+            return back_end.choose_current(robot.parameters, start, target, MAX_PHASES, DOUBLE)[0]
         return choose_current(
             touchdown.robot, x1=touchdown.x1, v1=touchdown.v1, v2=touchdown.v2, **target_of(self.h_des, touchdown),
             stop_margin=self.stop_margin, horizon=self.horizon, backend=self.backend,

@@ -267,7 +267,7 @@ def identify(
     with progress_bar("identification") as advance:
         asked = {"delay": delay, "gain": gain, "clock": clock, "lag": lag}
         nuisances = tuple(name for name in NUISANCES if asked[name])
-        wanted = Wanted(kind.value, tuple(files), values, masses, force, loss, spring, nuisances)
+        wanted = Wanted(str(kind), tuple(files), values, masses, force, loss, spring, nuisances)
         stages = iter(range(STAGES))
         answer = answer_to(wanted, lambda _: advance(next(stages, STAGES), STAGES))
         model = model_of(answer, export) if export else ""
@@ -300,15 +300,15 @@ def record(
     check_outputs(False, csv, reads=[("--robot", robot_file(robot))])
     base = hopform.load_robot(robot)
     made = synthetic.record(
-        base, test.value, duration=duration, rate=rate, noise=noise, quantum=quantum,
+        base, str(test), duration=duration, rate=rate, noise=noise, quantum=quantum,
         height=height,
         current=current, hold=hold, added_mass=added_mass, repeats=repeats, spring=spring, seed=seed,
     )  # fmt: skip
     if plan:
-        given = known_values(known or []) or {_WEIGHED[test.value]: getattr(base, _WEIGHED[test.value])}
+        given = known_values(known or []) or {_WEIGHED[str(test)]: getattr(base, _WEIGHED[str(test)])}
         letters = {field.name: getattr(base, field.name) for field in Robot.fields()} | {"length": base.L0 + base.c}
-        ramp = test.value == "ramp"
-        plan_of = friction_threshold([made], spring=spring) if ramp else check({test.value: [made]}, given, letters)
+        ramp = str(test) == "ramp"
+        plan_of = friction_threshold([made], spring=spring) if ramp else check({str(test): [made]}, given, letters)
         show(reports.tables_of(plan_of))
     elif csv is None or csv == "-":
         print(synthetic.to_csv(made), end="")

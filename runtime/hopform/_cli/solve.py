@@ -45,7 +45,7 @@ def robots(name: str | None = None, json: bool = False, toml: bool = False, c: P
 def in_c(robot: hopform.Robot, precision: Precision) -> str:
     """The struct of a robot as C initialises it; a number has the digits of the robot file."""
     suffix = "f" if precision is Precision.float32 else ""
-    lines = [f"static const hopform_robot_f{precision.value.removeprefix('float')} robot = {{"]
+    lines = [f"static const hopform_robot_f{str(precision).removeprefix('float')} robot = {{"]
     for field in robot.fields():
         value = getattr(robot, field.name)
         number = f"{value!r}{suffix}" if math.isfinite(value) else "INFINITY" if value > 0.0 else "-INFINITY"
@@ -87,7 +87,7 @@ def stance(
         horizon=horizon,
         max_phases=max_phases,
         backend=backend,
-        dtype=np.dtype(dtype.value),
+        dtype=np.dtype(str(dtype)),
     )
     emit(
         json=(lambda: tables.stance_record(solved, height)) if json else None,
@@ -175,7 +175,7 @@ def control(
     how: dict[str, Any] = {"horizon": horizon, "backend": backend}
     with progress_bar("solving"):
         found = hopform.choose_current(
-            hopper, **start, **asked, stop_margin=stop_margin, **how, dtype=np.dtype(dtype.value)
+            hopper, **start, **asked, stop_margin=stop_margin, **how, dtype=np.dtype(str(dtype))
         )
         others = [
             (words, hopform.choose_current_as_printed(hopper, **start, **asked, **form, **how))

@@ -103,14 +103,7 @@ def with_errors_of_measurement(robot: Robot) -> Drawn:
         f"touchdown seen at a 1 kHz tick and {1e3 * errors.delay:.0f} ms late. Once settled the apex is off by "
         f"{mm(rms(after_steps(miss)))} rms, against {mm(rms(after_steps(before)))} without these errors"
     )
-    data = {
-        "run": run,
-        "clean": clean,
-        "wanted": wanted,
-        "miss": miss,
-        "miss without errors": before,
-        "errors": errors,
-    }
+    data = {"run": run, "clean": clean, "wanted": wanted, "miss": miss, "miss without errors": before, "errors": errors}
     return figure, ours, data
 
 

@@ -22,6 +22,7 @@ from hopform._identify.rigs import LETTERS, UNITS, Experiment
 from hopform._identify.rigs import Kind as Rig
 from hopform._identify.search import Problem
 from hopform._identify.units import HOPPER, Units
+from hopform._solver.columns import Steps
 
 File = str | Path
 Recordings = Sequence[Recording | File] | Recording | File
@@ -41,7 +42,7 @@ class Cut(NamedTuple):
     time: Array
     x: Array
     begin: float
-    steps: tuple[tuple[float, float], ...]
+    steps: Steps
     x1: Array | None = None
     still: Mapping[str, float] = {}
 

@@ -19,6 +19,7 @@ from hopform._files import name_of, path_of, read_text, rows_of
 from hopform._identify.motion import Array
 from hopform._identify.units import COLUMNS, COUNTS, DRIVES, SI, Units, unit_of
 from hopform._show import Arrays, Card, Curve, Shown, span
+from hopform._solver.columns import Steps
 from hopform._solver.package import MOST_STEPS
 
 TIMES = ("time", "t")
@@ -437,7 +438,7 @@ def _notes(time: Array, columns: Mapping[str, Column]) -> tuple[str, ...]:
     return tuple(notes)
 
 
-def steps_of(recording: Recording, start: int = 0, end: int | None = None) -> tuple[tuple[float, float], ...]:
+def steps_of(recording: Recording, start: int = 0, end: int | None = None) -> Steps:
     """The measured current of samples start to end as steps from t = 0 on: one holds until the next; equal neighbours
     are one.
     """

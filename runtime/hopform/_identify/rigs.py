@@ -21,7 +21,8 @@ from numpy.typing import NDArray
 
 from hopform._identify import hopping, motion, sensors
 from hopform._identify.motion import AT, STATE, Array
-from hopform._identify.sensors import Moved, Sensor, Steps
+from hopform._identify.sensors import Moved, Sensor
+from hopform._solver.columns import Steps
 from hopform._solver.package import records
 
 Kind = Literal["attached", "ground", "free", "held", "air", "threshold"]
@@ -69,7 +70,7 @@ class Experiment:
     measured: Array
     names: Mapping[str, str]
     constants: Mapping[str, float]
-    steps: tuple[tuple[float, float], ...] = ((0.0, 0.0),)
+    steps: Steps = ((0.0, 0.0),)
     added_mass: float = 0.0
     begin: float = 0.0
     backend: str | None = None

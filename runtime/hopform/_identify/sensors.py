@@ -18,8 +18,8 @@ from typing import NamedTuple
 import numpy as np
 
 from hopform._identify.motion import Array
+from hopform._solver.columns import Steps
 
-Steps = tuple[tuple[float, float], ...]
 Moved = tuple[Array, dict[str, Array]]
 """Position and velocity at the samples, (samples, 2), and their derivatives by each letter."""
 

@@ -34,11 +34,7 @@ from hopform._identify.units import Units
 
 
 def fit_step_response(
-    recordings: Recordings,
-    *,
-    spring: bool = True,
-    known: Mapping[str, float] | None = None,
-    **options: Unpack[Options],
+    recordings: Recordings, *, spring: bool = True, known: Mapping[str, float] | None = None, **options: Unpack[Options]
 ) -> Fit:
     """Mass, friction and force constant of an actuator from recordings of x1 and the current.
 

@@ -13,6 +13,7 @@ from hopform._identify import rigs
 from hopform._identify.motion import Array
 from hopform._identify.recordings import Column, Recording
 from hopform._robots import Robot, checked_robot
+from hopform._solver.columns import Steps
 from hopform._solver.package import MOST_STEPS
 
 Test = Literal["drop", "free", "decay", "step", "air", "ramp"]
@@ -174,7 +175,7 @@ def _again(x: Array, repeats: int, rate: float) -> tuple[Array, Array]:
     return whole, np.arange(whole.size) / rate
 
 
-def _steps(time: Array, u: Array) -> tuple[tuple[float, float], ...]:
+def _steps(time: Array, u: Array) -> Steps:
     starts = np.concatenate([[True], u[1:] != u[:-1]])
     return tuple(zip((time[starts] - time[0]).tolist(), u[starts].tolist(), strict=True))
 
@@ -193,7 +194,7 @@ def _of(
     values: dict[str, float],
     time: Array,
     added: float,
-    steps: tuple[tuple[float, float], ...] = ((0.0, 0.0),),
+    steps: Steps = ((0.0, 0.0),),
     which: Literal["x1", "x2"] = "x2",
 ) -> Array:
     reach = np.array([0.0, abs(values["x"]) + 1.0])
