@@ -17,9 +17,10 @@ from hopform._cli.bands import Bands, Draws, text_of
 from hopform._cli.render import Record, number, pick, table, to_csv
 from hopform._errors import printable
 from hopform._robots import FIELDS
+from hopform._show import name_of
 from hopform._solver.package import LEDGER_OF_BODY, LEDGER_OF_ROBOT
 from hopform._stance import aed_at
-from hopform._words import EVENTS, current, ending, mode, mode_of_actuator, printable_name, unit_of_time, value_of
+from hopform._words import EVENTS, current, ending, mode, mode_of_actuator, unit_of_time, value_of
 
 READABLE = 90
 """Columns of a paragraph, however wide the line may be."""
@@ -45,7 +46,7 @@ OURS = "Values of shipped robots are this project's own: the paper gives none."
 def robots(shown: Sequence[Robot], *, with_meaning: bool) -> Iterator[RenderableType]:
     """Robots side by side, a row per parameter."""
     meaning = ("meaning",) if with_meaning else ()
-    columns = ("parameter", *map(printable_name, shown), "unit", *meaning)
+    columns = ("parameter", *map(name_of, shown), "unit", *meaning)
     rows = (
         (
             field.name, *(value_of(getattr(robot, field.name), "") for robot in shown),
@@ -57,7 +58,7 @@ def robots(shown: Sequence[Robot], *, with_meaning: bool) -> Iterator[Renderable
     yield ""
     for robot in shown:
         if robot.description:
-            yield f"{printable_name(robot)}: {printable(' '.join(robot.description.split()))}"
+            yield f"{name_of(robot)}: {printable(' '.join(robot.description.split()))}"
     if any(robot.name in hopform.ROBOTS for robot in shown):
         yield OURS
 
@@ -93,7 +94,7 @@ def stance(solved: Stance, with_sensitivities: bool = False) -> Iterator[Rendera
     for.
     """
     first = solved.phases[0].state
-    begin = f"{printable_name(solved.robot)}: touchdown at {float(first.v2) + 0.0:.4g} m/s"
+    begin = f"{name_of(solved.robot)}: touchdown at {float(first.v2) + 0.0:.4g} m/s"
     head = f"{begin}, {current(solved.u)}; {ending(solved)}"
     yield Text(head, style="bold")
     parts = [phases(solved), states(solved), ledger(solved)]
@@ -183,7 +184,7 @@ def run(solved: Run, designed: bool, drawn: Draws | None, bands: Bands | None) -
     for each.
     """
     count = len(solved.hops)
-    head = f"{printable_name(solved.robot)}: {OUTCOMES[solved.status]} after {count} touchdowns"
+    head = f"{name_of(solved.robot)}: {OUTCOMES[solved.status]} after {count} touchdowns"
     yield Text(head.replace(" 1 touchdowns", " 1 touchdown"), style="bold")
     yield ""
     numbers = ("hop", "ground [cm]", "from [cm]", "at [s]", "u [A]", "stance [ms]")

@@ -13,7 +13,7 @@ from hopform import Command, FixedPoint, PrintedCommand, Reachability, Robot
 from hopform._cli.bands import Band, Bands, Draws, text_of
 from hopform._cli.render import Record, number, pick, table
 from hopform._cli.tables import robot_record
-from hopform._words import printable_name
+from hopform._show import name_of
 
 STATUSES = {
     "reached": "reaches the desired apex",
@@ -39,7 +39,7 @@ def command(
     band: Band | None,
 ) -> Iterator[RenderableType]:
     """The controller's answer, and what the printed forms would have done."""
-    yield Text(f"{printable_name(robot)}: {STATUSES[found.status]}", style="bold")
+    yield Text(f"{name_of(robot)}: {STATUSES[found.status]}", style="bold")
     yield ""
     shown: list[tuple[str, Command | PrintedCommand]] = [("exact", found), *printed]
     rows = (
@@ -75,7 +75,7 @@ def command_record(
 def reach(found: Reachability, drawn: Draws | None, bands: Mapping[str, Bands] | None) -> Iterator[RenderableType]:
     """A map: bounds and holds by height, then the fixed points."""
     held = np.isfinite(found.hold)
-    head = f"{printable_name(found.robot)}: {int(held.sum())} of {held.size} heights can be held"
+    head = f"{name_of(found.robot)}: {int(held.sum())} of {held.size} heights can be held"
     yield Text(head, style="bold")
     yield ""
     columns = (

@@ -34,8 +34,7 @@ def step_response(robot: Robot) -> Drawn:
     middle.set_ylabel("velocity [m/s]")
     legend(middle)
     bottom.step(1e3 * t, u, color=ORANGE, where="post")
-    bottom.set_ylabel(f"current $u$ [{volts(robot)}]")
-    bottom.set_xlabel("time [ms]")
+    bottom.set(xlabel="time [ms]", ylabel=f"current $u$ [{volts(robot)}]")
     ours = (
         f"simulated, {robot.u_max:g} {volts(robot)} for {1e3 * pulse:.0f} ms while it stands on its spring. After "
         f"that pulse x1 has moved {cm(float(stance.at(pulse).x1))}, its velocity is at most {v1.max():.2f} m/s, and "
@@ -70,8 +69,7 @@ def compression_cycles(robot: Robot) -> Drawn:
     top.set_ylabel("actuator $x_1$ [cm]")
     legend(top)
     bottom.plot(t - t[0], 100.0 * np.asarray(state.x2), color=BLUE)
-    bottom.set_ylabel("body $x_2$ [cm]")
-    bottom.set_xlabel("time [s]")
+    bottom.set(xlabel="time [s]", ylabel="body $x_2$ [cm]")
     ours = (
         f"the last {shown} of {len(run.hops)} simulated hops at {robot.u_max:g} {volts(robot)}, settled at an apex "
         f"of {cm(run.hops[-1].apex)}. At take-off x1 is {cm(float(x1[-1]))} and still compresses at {v1[-1]:.2f} "
@@ -106,13 +104,11 @@ def friction_threshold(robot: Robot) -> Drawn:
         words = f"{name}: moves from {onset[name]:.2f} {volts(robot)} on"
         top.plot(t, 1e3 * x1, color=colour, linestyle=line, linewidth=1.0, label=words)
         bottom.axvline(onset[name] / rate, color=colour, linestyle=":", linewidth=1.0)
-    top.set_ylabel("actuator $x_1$ [mm]")
-    top.set_ylim(-0.1, 1.0)
+    top.set(ylabel="actuator $x_1$ [mm]", ylim=(-0.1, 1.0))
     legend(top)
     ramp = np.array([0.0, seconds])
     bottom.plot(ramp, rate * ramp, color=ORANGE)
-    bottom.set_ylabel(f"current $u$ [{volts(robot)}]")
-    bottom.set_xlabel("time [s]")
+    bottom.set(xlabel="time [s]", ylabel=f"current $u$ [{volts(robot)}]")
     ours = (
         f"a ramp of {rate:g} {volts(robot)}/s in steps of 5 ms, noise of 0.02 mm on x1. With the spring unloaded x1 "
         f"moves from {onset['spring unloaded']:.3f} {volts(robot)} on, and (5), taken in magnitudes, gives f1 = "

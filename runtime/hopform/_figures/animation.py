@@ -96,10 +96,7 @@ def scene(axes: Axes, run: Run, wanted: float | None) -> Parts:
         axes.add_patch(box)
     (foot,) = axes.plot([], [], "_", color=BLACK, markersize=14.0, markeredgewidth=3.0, label="foot")
     said = axes.text(0.99, 0.01, "", transform=axes.transAxes, ha="right", va="bottom", family="monospace", fontsize=8)
-    axes.set_ylim(low, high)
-    axes.set_ylabel("height [m]")
-    axes.set_xticks([])
-    axes.set_aspect("equal")
+    axes.set(ylim=(low, high), ylabel="height [m]", xticks=[], aspect="equal")
     axes.legend(loc="upper left", ncols=4)
     lines = {"trace": trace, "spring": spring, "rod": rod, "foot": foot}
     return {**lines, "body": body, "actuator": actuator, "said": said}

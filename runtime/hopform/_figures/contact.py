@@ -45,14 +45,11 @@ def hall_sensor(robot: Robot) -> Drawn:
     places["B"].set_ylabel("mean delay [ms]")
     places["B"].legend(loc="upper left")
     places["C"].semilogy(noise, alarms, color=BLUE)
-    places["C"].set_ylabel("false alarms [1/s]")
-    places["C"].set_ylim(1e-12, 1e2)
+    places["C"].set(ylabel="false alarms [1/s]", ylim=(1e-12, 1e2))
     for name in "BC":
-        places[name].set_xlabel("noise [of the step]")
-        places[name].set_xticks([0.1, 0.2, 0.3, 0.4])
+        places[name].set(xlabel="noise [of the step]", xticks=[0.1, 0.2, 0.3, 0.4])
     places["D"].plot(1e3 * delays, 1e3 * cost, color=BLUE)
-    places["D"].set_xlabel("delay [ms]")
-    places["D"].set_ylabel("apex error [mm]")
+    places["D"].set(xlabel="delay [ms]", ylabel="apex error [mm]")
     late = detected[: true.size] - true
     ours = (
         f"a synthetic signal of {true.size} hops at 1 kHz, noise {NOISE:g} of the step, through hysteresis "
@@ -82,6 +79,5 @@ def draw_signal(axes: Axes, run: Run, t: Array, signal: Array, detector: Touchdo
     axes.axhline(detector.low, color=MAGENTA, linestyle=":", linewidth=1.2, label="ends below")
     axes.plot(detected, np.full(detected.size, detector.high), "v", color=ORANGE, markersize=6.0, markeredgecolor=BLACK,
               markeredgewidth=0.5, label="touchdown detected")  # fmt: skip
-    axes.set_ylabel("Hall signal [of its step]")
-    axes.set_xlabel("time [s]")
+    axes.set(xlabel="time [s]", ylabel="Hall signal [of its step]")
     legend(axes, 5)

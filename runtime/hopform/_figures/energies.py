@@ -98,8 +98,7 @@ def drawn(run: Run) -> tuple[dict[str, Any], Figure]:
     bottom.plot(t, kinetic, color=BLUE, linewidth=1.0, label="kinetic")
     bottom.plot(t, weight, color=GREEN, linewidth=1.0, linestyle="--", label="gravitational")
     bottom.plot(t, spring, color=ORANGE, linewidth=1.0, linestyle="-.", label="spring")
-    bottom.set_ylabel("its parts [J]")
-    bottom.set_xlabel("time [s]")
+    bottom.set(xlabel="time [s]", ylabel="its parts [J]")
     legend(bottom, handles=bottom.get_lines()[1:])
     off = float(np.abs(energy - predicted).max())
     data = {"run": run, "t": t, "energy": energy, "predicted": predicted, "kinetic": kinetic, "weight": weight,

@@ -75,7 +75,6 @@ def drawn(run: Run, miss: dict[str, Array]) -> Figure:
         bottom.plot(times[: shown.size], shown, marker, color=colour, markersize=3.5, clip_on=False, label=name)
     bottom.set_yscale("symlog", linthresh=LEAST)
     shade_stances(bottom, run)
-    bottom.set_ylabel("apex error [mm]")
-    bottom.set_xlabel("time [s]")
+    bottom.set(xlabel="time [s]", ylabel="apex error [mm]")
     legend(bottom, 5)
     return figure

@@ -117,8 +117,7 @@ def tracked(run: Run, compared: Mapping[str, Run]) -> Figure:
         times, heights = apexes(each)
         miss = 1e3 * (heights - np.array(run.h_des[: times.size]))
         bottom.plot(times, miss, marker, color=colour, markersize=3.5, clip_on=False, label=name)
-    bottom.set_ylabel("apex error [mm]")
-    bottom.set_xlabel("time [s]")
+    bottom.set(xlabel="time [s]", ylabel="apex error [mm]")
     if len(compared) > 1:
         legend(bottom)
     return figure

@@ -200,6 +200,12 @@ def draw_current(axes: Axes, stance: Stance, t: Curve, shown: Curve) -> None:
     room_for_a_constant(axes, 0.5)
 
 
+def draw_currents(axes: Axes, moved: Run | Hop | Flight, t: Curve) -> None:
+    axes.plot(t, moved.current(t), color=BLUE, linewidth=1.4 if isinstance(moved, Flight) else 0.9)
+    axes.set_ylabel("current $u$ [A]")
+    room_for_a_constant(axes, 0.5)
+
+
 def room_for_a_constant(axes: Axes, least: float) -> None:
     """At least so much on the vertical axis, so that rounding does not look like motion."""
     low, high = axes.get_ylim()
@@ -274,9 +280,7 @@ def plot_run(run: Run | Hop, make: Make = Figure) -> Figure:
         draw_heights(rows[0], run, t)
         draw_strokes(rows[1], run, t)
         draw_twice(rows[2], t, np.asarray(run.energy(t).body), np.asarray(run.aed(t)), PREDICTED)
-        rows[3].plot(t, np.asarray(run.current(t)), color=BLUE, linewidth=0.9)
-        rows[3].set_ylabel("current $u$ [A]")
-        room_for_a_constant(rows[3], 0.5)
+        draw_currents(rows[3], run, t)
         for axes in rows:
             shade_stances(axes, run)
         named = [each for axes in (rows[0], rows[2]) for each in zip(*axes.get_legend_handles_labels(), strict=True)]
@@ -387,9 +391,7 @@ def plot_flight(flight: Flight, make: Make = Figure) -> Figure:
         flight_panel(rows[0], flight)
         rows[0].set_xlabel("")
         draw_strokes(rows[1], flight, t)
-        rows[2].plot(t, np.asarray(flight.current(t)), color=BLUE)
-        rows[2].set_ylabel("current $u$ [A]")
-        room_for_a_constant(rows[2], 0.5)
+        draw_currents(rows[2], flight, t)
         rows[2].set_xlabel("time since take-off [s]")
         figure.align_ylabels(rows)
         figure.suptitle(literal(name_of(flight.robot)) + plain(f": {flight.status} after {flight.duration:.4g} s"))
@@ -401,8 +403,7 @@ def flight_panel(axes: Axes, flight: Flight) -> None:
     t = np.linspace(0.0, flight.duration, SAMPLES)
     axes.plot(t, 100.0 * np.asarray(flight.at(t).x2), color=BLUE, label="body")
     axes.plot(t, 100.0 * np.asarray(flight.foot(t)), color=GREY, label="foot")
-    axes.set_ylabel("height [cm]")
-    axes.set_xlabel("time since take-off [s]")
+    axes.set(xlabel="time since take-off [s]", ylabel="height [cm]")
     axes.legend()
 
 
@@ -436,8 +437,7 @@ def sensitivities_panel(axes: Axes, found: Sensitivities) -> None:
     axes.imshow(share, cmap="RdBu_r", vmin=-1.0, vmax=1.0, aspect="auto")
     for (row, column), value in np.ndenumerate(found.matrix):
         axes.text(column, row, f"{value:.2g}", ha="center", va="center", fontsize=5.5, rotation=90)
-    axes.set_ylabel("derivative of")
-    axes.set_xlabel("by")
+    axes.set(xlabel="by", ylabel="derivative of")
     axes.set_xticks(range(len(found.columns)), [f"{name} [{UNITS[name]}]" for name in found.columns], rotation=90)
     axes.set_yticks(range(len(found.rows)), [f"{name} [{UNITS[name]}]" for name in found.rows])
 
@@ -479,8 +479,7 @@ def reach_panel(axes: Axes, found: Reachability) -> None:
         points = [100.0 * each.height for each in found.fixed_points if each.stable is stable and each.admissible]
         if points:
             axes.plot(points, points, marker, color=MAGENTA, markersize=4.0, label=f"fixed point, {words}")
-    axes.set_xlabel("apex [cm]")
-    axes.set_ylabel("next apex [cm]")
+    axes.set(xlabel="apex [cm]", ylabel="next apex [cm]")
 
 
 def limits(values: Curve) -> tuple[float, float]:
@@ -505,6 +504,5 @@ def command_panel(axes: Axes, found: Command) -> None:
     axes.axhline(100.0 * found.question.target[0], color=GREY, linestyle="--", linewidth=0.8, label="desired")
     if found.status != "no_takeoff":
         axes.plot([found.u], [100.0 * found.apex], "o", color=MAGENTA, label=found.status)
-    axes.set_xlabel("current [A]")
-    axes.set_ylabel("next apex [cm]")
+    axes.set(xlabel="current [A]", ylabel="next apex [cm]")
     axes.legend()

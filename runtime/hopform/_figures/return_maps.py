@@ -159,5 +159,4 @@ def diagonal(axes: Axes, reach: Reachability) -> None:
     """The line of fixed points, and the axes' names."""
     ends = 100 * reach.heights[[0, -1]]
     axes.plot(ends, ends, color=BLACK, linestyle=":", linewidth=1.0, label="next = current")
-    axes.set_xlabel("current apex [cm]")
-    axes.set_ylabel("next apex [cm]")
+    axes.set(xlabel="current apex [cm]", ylabel="next apex [cm]")

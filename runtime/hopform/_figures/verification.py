@@ -139,11 +139,8 @@ def drawn(measured: Recordings, models: dict[str, tuple[Recordings, str, str]], 
     for name, (model, colour, line) in models.items():
         top.plot(STEP_TIMES, 1e3 * model.x1, color=colour, linestyle=line, label=name)
         bottom.plot(DROP_TIMES, 1e2 * model.x2, color=colour, linestyle=line)
-    top.set_ylabel("actuator $x_1$ [mm]")
-    top.set_xlabel(f"time since the step [s], {pulse}")
-    bottom.set_ylabel("body $x_2$ [cm]")
-    bottom.set_xlabel("time since the drop [s]")
-    top.set_xlim(0.0, STEP_TIMES[-1] + STEP_TIMES[1])
-    bottom.set_xlim(0.0, DROP_TIMES[-1] + DROP_TIMES[1])
+    step, drop = (0.0, STEP_TIMES[-1] + STEP_TIMES[1]), (0.0, DROP_TIMES[-1] + DROP_TIMES[1])
+    top.set(xlabel=f"time since the step [s], {pulse}", ylabel="actuator $x_1$ [mm]", xlim=step)
+    bottom.set(xlabel="time since the drop [s]", ylabel="body $x_2$ [cm]", xlim=drop)
     legend(top)
     return figure

@@ -359,7 +359,8 @@ class Run(_Legs):
         k, first, ground = self.robot.k, self._first_flight(), self.terrain[0]
         level = float(first.energy(0.0).body) + self.robot.m_s * self.robot.g * ground
         legs = [_Leg(0.0, first, ground, level)]
-        for hop, after in zip(self.hops, [*(hop.flight for hop in self.hops[1:]), self.last], strict=True):
+        flights = [*(hop.flight for hop in self.hops), self.last]
+        for hop, after in zip(self.hops, flights[1:], strict=True):
             level += k * float(hop.touchdown.x1) ** 2 / 2.0 - hop.energy_lost_at_impact
             legs.append(_Leg(hop.touchdown_time, hop.stance, hop.ground, level))
             level += hop.stance.aed - k * float(hop.stance.end.x1) ** 2 / 2.0

@@ -11,14 +11,16 @@ interval ends where the sum of squares has grown by the factor 1 + t^2/(n - p).
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from importlib import import_module
 from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from hopform._errors import HopformError, MissingExtra
+from hopform._errors import HopformError
 from hopform._identify.motion import Array
 from hopform._identify.rigs import Experiment
+from hopform._show import of_extra
 
 Masks = Sequence[NDArray[np.bool_]]
 Fitted = TypeVar("Fitted")
@@ -87,31 +89,20 @@ class Solution:
         return max(self.count - len(self.parameters), 1)
 
 
-def scipy_optimize() -> Any:
-    """scipy.optimize; MissingExtra without scipy."""
-    try:
-        from scipy import optimize
-    except ImportError:
-        raise MissingExtra("identification", "identify") from None
-    return optimize
-
-
-def _scipy_special() -> Any:
-    try:
-        from scipy import special
-    except ImportError:
-        raise MissingExtra("identification", "identify") from None
-    return special
+def of_scipy(module: str) -> Any:
+    """A module of scipy; MissingExtra without it."""
+    of_extra("scipy", "identify", "identification")
+    return import_module(f"scipy.{module}")
 
 
 def student(level: float, freedom: float) -> float:
     """The quantile of Student's t."""
-    return float(_scipy_special().stdtrit(freedom, level))
+    return float(of_scipy("special").stdtrit(freedom, level))
 
 
 def chi_square(level: float, freedom: float) -> float:
     """The quantile of chi square."""
-    return float(_scipy_special().chdtri(freedom, 1.0 - level))
+    return float(of_scipy("special").chdtri(freedom, 1.0 - level))
 
 
 _FAR = 14.0
@@ -171,7 +162,7 @@ def solve(
     """The least squares from where the parameters start; experiments count by their sigma [m], all alike if not
     given.
     """
-    optimize = scipy_optimize()
+    optimize = of_scipy("optimize")
     held = dict(fixed or {})
     weights = tuple(sigma or [each.noise or 1e-4 for each in experiments])
     coordinates = _Coordinates(parameters)

@@ -311,7 +311,7 @@ def _linear(a: Array, b: Array, loss: str) -> tuple[list[float], Array, Array]:
         def missed(p: Array) -> Array:
             return np.asarray((scaled @ p - b) / spread)
 
-        least = estimation.scipy_optimize().least_squares
+        least = estimation.of_scipy("optimize").least_squares
         tried = [least(missed, start, loss=loss, f_scale=estimation.BEND) for start in (found, trimmed)]
         found = np.asarray(min(tried, key=lambda each: float(each.cost)).x, dtype=np.float64)
     residual = np.asarray(b - scaled @ found, dtype=np.float64)
