@@ -261,10 +261,9 @@ def _run(
         lists = back_end.solve_columns(columns, results, job.max_phases, events)
         if events:
             found[part.start] = [(lane + part.start, t, kind) for lane, t, kind in lists]
-        if job.matrices is not None:
-            back_end.differentiate_columns(columns, job.matrices[part], results[0], job.max_phases)
-        if job.compressions is not None:
-            back_end.compress_columns(columns, job.compressions[part], results[0], job.max_phases)
+        for name, into in (("sensitivities", job.matrices), ("compressions", job.compressions)):
+            if into is not None:
+                back_end.read_columns(name, columns, into[part], results[0], job.max_phases)
         return int(part.stop - part.start)
 
     parts = [slice(first, min(first + CHUNK, job.size)) for first in range(0, job.size, CHUNK)]

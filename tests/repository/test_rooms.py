@@ -39,7 +39,7 @@ LAYERS = (
     ("_figures.actuator", "_figures.animation", "_figures.contact", "_figures.energies", "_figures.first_controller",
      "_figures.schematic", "_figures.recorded"),
     ("_figures.feedforward", "_figures.return_maps", "_figures.verification"), ("_figures",),
-    ("_cli.bands",), ("_cli.tables", "_cli.report", "_cli.output"), ("_cli.tables_control",),
+    ("_cli.bands",), ("_cli.tables", "_cli.report", "_cli.output"),
     ("_cli.solve", "_cli.identify", "_cli.figures", "_cli.export"), ("_cli",), ("__main__",),
 )  # fmt: skip
 LEVEL = {name: level for level, names in enumerate(LAYERS) for name in names}

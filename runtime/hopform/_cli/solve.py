@@ -11,7 +11,7 @@ import numpy as np
 
 import hopform
 from hopform._checks import shown
-from hopform._cli import tables, tables_control
+from hopform._cli import tables
 from hopform._cli.bands import Bands, Draws, bands_of, draw, legend, robot_and_draws
 from hopform._cli.options import BackendName, ControllerName, Precision
 from hopform._cli.output import check_outputs, emit, show
@@ -179,7 +179,7 @@ def control(
         )
         others = [
             (words, hopform.choose_current_as_printed(hopper, **start, **asked, **form, **how))
-            for words, form in (tables_control.PRINTED.items() if printed else ())
+            for words, form in (tables.PRINTED.items() if printed else ())
         ]
 
     def bands(drawn: Draws, u: Any) -> Bands:
@@ -194,11 +194,11 @@ def control(
     band = bands(drawn, found.u).at(0) if drawn else None
     settings = start | asked | {"stop_margin": stop_margin}
     emit(
-        json=(lambda: tables_control.command_record(hopper, settings, found, others, drawn, band)) if json else None,
+        json=(lambda: tables.command_record(hopper, settings, found, others, drawn, band)) if json else None,
         csv=None,
         plot=(plot, found) if plot else None,
         over=over if drawn else None,
-        readable=lambda: tables_control.command(hopper, h_des, found, others, drawn, band),
+        readable=lambda: tables.command(hopper, h_des, found, others, drawn, band),
         warnings=drawn.warnings() if drawn else (),
     )
 
@@ -234,11 +234,11 @@ def reach(
             legend(axes, ends[:1])
 
     emit(
-        json=(lambda: tables_control.reach_record(found, drawn, bands)) if json else None,
+        json=(lambda: tables.reach_record(found, drawn, bands)) if json else None,
         csv=None,
         plot=(plot, found) if plot else None,
         over=over if bands else None,
-        readable=lambda: tables_control.reach(found, drawn, bands),
+        readable=lambda: tables.reach(found, drawn, bands),
         warnings=drawn.warnings() if drawn else (),
     )
 

@@ -19,8 +19,7 @@ class C(c.Compiled):
     choose_current = c_control.choose_current
     apexes = c_control.apexes
     solve_columns = c_batch.solve_columns
-    differentiate_columns = c_batch.differentiate_columns
-    compress_columns = c_batch.compress_columns
+    read_columns = c_batch.read_columns
 
 
 BackEnd: TypeAlias = C | OnArrays
