@@ -238,7 +238,7 @@ def solve_stances(
     of = {name: result.reshape(shape) for name, result in zip(RESULTS, results, strict=True)}
 
     def shaped(values: NDArray[Any] | None) -> Any:
-        return None if values is None else values.reshape(*shape, *values.shape[1:])
+        return None if values is None else values.reshape((*shape, *values.shape[1:]))
 
     derivatives = None if matrices is None else of_matrices(shaped(matrices), x2 is not None)
     end = State(of["x1"], of["v1"], of["x2"], of["v2"])

@@ -71,19 +71,11 @@ def figures(
     write_folder(folder, {Path(name): content for name, content in files.items()})
     warn(left_out)
     if json:
-        print(
-            to_json(
-                figures=[pick(each, "number", "title", "paper", "ours", "robot") for each in pictures],
-                files=[str(folder / name) for name in files],
-            )
-        )
+        records = [pick(each, "number", "title", "paper", "ours", "robot") for each in pictures]
+        print(to_json(figures=records, files=[str(folder / name) for name in files]))
     else:
-        show(
-            [
-                *(f"Fig. {each.number:<3} {each.title}" for each in pictures),
-                f"wrote {len(files)} files to {name_of(folder)}",
-            ]
-        )
+        titles = (f"Fig. {each.number:<3} {each.title}" for each in pictures)
+        show([*titles, f"wrote {len(files)} files to {name_of(folder)}"])
 
 
 def asked_for(only: str | None) -> tuple[int | str, ...]:

@@ -286,7 +286,7 @@ def identify(
     show(shown)
 
 
-_WEIGHED = dict.fromkeys(("drop", "free", "decay"), "m_s") | dict.fromkeys(("step", "air", "ramp"), "m_eff")
+_WEIGHED: dict[str, str] = {each: "m_eff" if each in ("step", "air", "ramp") else "m_s" for each in synthetic.TESTS}
 """What is taken as known in the plan of a test if nothing is given."""
 
 

@@ -57,27 +57,23 @@ def check_outputs(
 
 
 def emit(
-    *,
-    json: Callable[[], Record] | None,
-    csv: tuple[str, Callable[[], str]] | None,
-    plot: tuple[Path, Shown] | None,
-    over: Callable[["Axes"], None] | None = None,
-    readable: Callable[[], Iterable[RenderableType]],
-    warnings: Iterable[str],
-    more: Iterable[tuple[Path, Callable[[], bytes]]] = (),
-) -> None:
+    answer: Shown, record: Callable[[], Record], readable: Callable[[], Iterable[RenderableType]],
+    warnings: Iterable[str], *, json: bool, plot: Path | None, over: Callable[["Axes"], None] | None = None,
+    csv: str | None = None, columns: Callable[[], str] = str,
+    more: Iterable[tuple[Path | None, Callable[[], bytes]]] = (),
+) -> None:  # fmt: skip
     """Make everything that was asked for; only then write the files, then print."""
     printed, shown, files = "", list[RenderableType](), list[tuple[Path, bytes]]()
     with progress_bar("writing"):
-        if csv is not None and csv[0] != "-":
-            files.append((Path(csv[0]), csv[1]().encode()))
-        elif csv is not None:
-            printed = csv[1]()
+        if csv == "-":
+            printed = columns()
+        elif csv:
+            files.append((Path(csv), columns().encode()))
         if plot is not None:
-            files.append((plot[0], picture(*plot, over)))
-        files += [(path, content()) for path, content in more]
-        if json is not None:
-            printed = to_json(**json()) + "\n"
+            files.append((plot, picture(plot, answer, over)))
+        files += [(path, content()) for path, content in more if path is not None]
+        if json:
+            printed = to_json(**record()) + "\n"
         if not printed:
             shown = [*readable(), *(f"wrote {name_of(path)}" for path, _ in files)]
     write(files)

@@ -78,24 +78,13 @@ def stance(
         raise hopform.HopformError("give either --u or --u-steps")
     hopper = hopform.load_robot(robot)
     solved = hopform.solve_stance(
-        hopper,
-        v2=velocity_after_impact(hopper, height, v2),
-        x1=x1,
-        v1=v1,
-        x2=x2,
-        u=u_steps or u,
-        horizon=horizon,
-        max_phases=max_phases,
-        backend=backend,
-        dtype=np.dtype(str(dtype)),
-    )
+        hopper, v2=velocity_after_impact(hopper, height, v2), x1=x1, v1=v1, x2=x2, u=u_steps or u, horizon=horizon,
+        max_phases=max_phases, backend=backend, dtype=np.dtype(str(dtype)),
+    )  # fmt: skip
     emit(
-        json=(lambda: tables.stance_record(solved, height)) if json else None,
-        csv=(csv, lambda: tables.stance_csv(solved, samples)) if csv else None,
-        plot=(plot, solved) if plot else None,
-        readable=lambda: tables.stance(solved, sensitivities),
-        warnings=solved.warnings,
-    )
+        solved, lambda: tables.stance_record(solved, height), lambda: tables.stance(solved, sensitivities),
+        solved.warnings, json=json, plot=plot, csv=csv, columns=lambda: tables.stance_csv(solved, samples),
+    )  # fmt: skip
 
 
 def hop(
@@ -146,19 +135,16 @@ def hop(
         if bands:
             legend(axes, [draw(bands, axes, np.array(apexes), one_each=True)])
 
-    settings = {"height": height, "controller": controller.value, "u": u if h_des is None else None, "h_des": h_des}
+    settings = {
+        "height": height, "controller": controller.value, "u": u if h_des is None else None, "h_des": h_des,
+        "seed": seed,
+    }  # fmt: skip
     emit(
-        json=(lambda: tables.run_record(run, settings | {"seed": seed}, drawn, bands)) if json else None,
-        csv=(csv, lambda: tables.run_csv(run, samples)) if csv else None,
-        plot=(plot, run) if plot else None,
-        over=over if bands else None,
-        readable=lambda: tables.run(run, gains is None, drawn, bands),
-        warnings=[*run.warnings, *(drawn.warnings() if drawn else ())],
-        more=[
-            *([(hops_csv, lambda: csv_of(run.table).encode())] if hops_csv else []),
-            *([(npz, lambda: run.archive(samples))] if npz else []),
-        ],
-    )
+        run, lambda: tables.run_record(run, settings, drawn, bands),
+        lambda: tables.run(run, gains is None, drawn, bands), [*run.warnings, *(drawn.warnings() if drawn else ())],
+        json=json, plot=plot, over=over, csv=csv, columns=lambda: tables.run_csv(run, samples),
+        more=[(hops_csv, lambda: csv_of(run.table).encode()), (npz, lambda: run.archive(samples))],
+    )  # fmt: skip
 
 
 def control(
@@ -186,21 +172,18 @@ def control(
         return bands_of(drawn.apexes(start, height, u, how) - datum)
 
     def over(axes: "Axes") -> None:
-        u, _ = found.curve()
         if drawn:
+            u, _ = found.curve()
             draw(bands(drawn, u), axes, u)
             legend(axes, axes.get_legend_handles_labels()[0])
 
     band = bands(drawn, found.u).at(0) if drawn else None
     settings = start | asked | {"stop_margin": stop_margin}
     emit(
-        json=(lambda: tables.command_record(hopper, settings, found, others, drawn, band)) if json else None,
-        csv=None,
-        plot=(plot, found) if plot else None,
-        over=over if drawn else None,
-        readable=lambda: tables.command(hopper, h_des, found, others, drawn, band),
-        warnings=drawn.warnings() if drawn else (),
-    )
+        found, lambda: tables.command_record(hopper, settings, found, others, drawn, band),
+        lambda: tables.command(hopper, h_des, found, others, drawn, band), drawn.warnings() if drawn else (),
+        json=json, plot=plot, over=over,
+    )  # fmt: skip
 
 
 def reach(
@@ -234,13 +217,9 @@ def reach(
             legend(axes, ends[:1])
 
     emit(
-        json=(lambda: tables.reach_record(found, drawn, bands)) if json else None,
-        csv=None,
-        plot=(plot, found) if plot else None,
-        over=over if bands else None,
-        readable=lambda: tables.reach(found, drawn, bands),
-        warnings=drawn.warnings() if drawn else (),
-    )
+        found, lambda: tables.reach_record(found, drawn, bands), lambda: tables.reach(found, drawn, bands),
+        drawn.warnings() if drawn else (), json=json, plot=plot, over=over,
+    )  # fmt: skip
 
 
 def terrain_of(name: str, size: float, hops: int | None, seed: int) -> tuple[float, ...]:

@@ -15,8 +15,9 @@ from hopform import Command, Equation, FixedPoint, Hop, PrintedCommand, Reachabi
 from hopform._cli.bands import Band, Bands, Draws, text_of
 from hopform._cli.render import Record, number, pick, table, to_csv
 from hopform._errors import printable
+from hopform._hopping.run import motion_of
 from hopform._robots import FIELDS
-from hopform._show import name_of
+from hopform._show import UNITS, name_of
 from hopform._solver.package import LEDGER_OF_BODY, LEDGER_OF_ROBOT
 from hopform._stance import aed_at
 from hopform._words import EVENTS, current, ending, mode, mode_of_actuator, unit_of_time, value_of
@@ -91,14 +92,10 @@ def equation(shown: Equation) -> Iterator[RenderableType]:
     made = Table(box=None, show_header=False, pad_edge=False, padding=(0, 2, 0, 0))
     made.add_column(style="bold", no_wrap=True)
     made.add_column(max_width=READABLE)
-    rows = {
-        "as printed": shown.printed,
-        "as derived": shown.derived,
-        "reason": shown.reason,
-        "computed by": "\n".join(shown.computed_by),
-    }
-    for name, text in rows.items():
-        made.add_row(name, text)
+    for name in ("printed", "derived"):
+        made.add_row(f"as {name}", getattr(shown, name))
+    made.add_row("reason", shown.reason)
+    made.add_row("computed by", "\n".join(shown.computed_by))
     yield ""
     yield made
 
@@ -182,12 +179,9 @@ def ledger(solved: Stance) -> Table:
 def sensitivities(solved: Stance) -> Table:
     """Derivatives of the take-off: a row per input, a column per result, "-" where there is no derivative."""
     derivatives = solved.sensitivities
-    units = {"x1": "m", "v1": "m/s", "x2": "m", "v2": "m/s", "u": "A"}
-    units |= {field.name: field.unit for field in Robot.fields()}
-    of = {"T": "s", "apex": "m", "aed": "J"}
-    heads = ("", *(f"{row} [{of.get(row) or units[row]}]" for row in derivatives.rows))
+    heads = ("", *(f"{row} [{UNITS[row]}]" for row in derivatives.rows))
     rows = (
-        (f"{column} [{units[column]}]", *(number(derivatives[row, column] + 0.0) for row in derivatives.rows))
+        (f"{column} [{UNITS[column]}]", *(number(derivatives[row, column] + 0.0) for row in derivatives.rows))
         for column in derivatives.columns
     )
     return table("Sensitivities: change of the take-off per unit of", heads, rows, ("",))
@@ -201,16 +195,10 @@ def run(solved: Run, designed: bool, drawn: Draws | None, bands: Bands | None) -
     head = f"{name_of(solved.robot)}: {OUTCOMES[solved.status]} after {count} touchdowns"
     yield Text(head.replace(" 1 touchdowns", " 1 touchdown"), style="bold")
     yield ""
-    numbers = ("hop", "ground [cm]", "from [cm]", "at [s]", "u [A]", "stance [ms]")
     columns = (
-        *numbers,
-        "ending",
-        "apex [cm]",
-        "AED [J]",
-        "impact [J]",
-        "stops",
-        *(["apex, 95 % [cm]"] if bands else ()),
-    )
+        "hop", "ground [cm]", "from [cm]", "at [s]", "u [A]", "stance [ms]", "ending", "apex [cm]", "AED [J]",
+        "impact [J]", "stops", *(["apex, 95 % [cm]"] if bands else ()),
+    )  # fmt: skip
     rows = ((*hop_row(hop), *([text_of(bands.at(hop.index))] if bands else ())) for hop in solved.hops)
     yield table("Hops", columns, rows, ("ending", "stops"))
     yield ""
@@ -448,31 +436,15 @@ def _row_record(found: Reachability, row: int, bands: Mapping[str, Bands] | None
 def stance_csv(solved: Stance, samples: int) -> str:
     """A stance over time: uniform times, and those of the events."""
     t = times(solved.duration, samples, (phase.start for phase in solved.phases))
-    columns = {
-        "t": t,
-        **solved.at(t)._asdict(),
-        "F": solved.robot.k * np.asarray(solved.compression(t)),
-        "E": solved.energy(t).body,
-        "AED": aed_at(solved, t),
-    }
-    return to_csv(columns)
+    force, energy = solved.robot.k * np.asarray(solved.compression(t)), solved.energy(t).body
+    return to_csv({"t": t, **solved.at(t)._asdict(), "F": force, "E": energy, "AED": aed_at(solved, t)})
 
 
 def run_csv(solved: Run, samples: int) -> str:
     """A run over time: uniform times, and those of touchdowns and take-offs."""
     t = solved.times(samples)
-    energy, predicted = solved.energy(t), np.asarray(solved.aed(t))
-    columns = {
-        "t": t,
-        **solved.at(t)._asdict(),
-        "ground": solved.ground(t),
-        "foot": solved.foot(t),
-        "u": solved.current(t),
-        "E": energy.body,
-        "H": energy.total,
-        "AED": predicted - predicted[0],
-    }
-    return to_csv(columns)
+    columns = motion_of(solved, t)
+    return to_csv(columns | {"AED": columns["AED"] - columns["AED"][0]})
 
 
 def times(duration: float, samples: int, events: Iterable[float]) -> NDArray[np.float64]:

@@ -333,13 +333,8 @@ class Run(_Legs):
         """table, terrain, and, at `times(samples)`, t, x1, v1, x2, v2, ground, foot, u, E, H (`energy`), AED
         (`aed`).
         """
-        t = self.times(samples)
-        energy = self.energy(t)
-        return {
-            "table": self.table, "terrain": np.array(self.terrain), "t": t, **self.at(t)._asdict(),
-            "ground": self.ground(t), "foot": self.foot(t), "u": self.current(t),
-            "E": energy.body, "H": energy.total, "AED": self.aed(t),
-        }  # fmt: skip
+        motion = motion_of(self, self.times(samples))
+        return {"table": self.table, "terrain": np.array(self.terrain), **motion}
 
     def times(self, samples: int) -> Array:
         """Uniform times over the run, and those of touchdowns and take-offs."""
@@ -637,6 +632,15 @@ def _mean(stance: Stance) -> float:
     t, u = (np.array(column) for column in zip(*stance.u, strict=True))
     lengths = np.diff(np.minimum([*t, stance.duration], stance.duration), append=stance.duration)[: u.size]
     return float(lengths @ u / stance.duration)
+
+
+def motion_of(run: Run, t: Array) -> dict[str, Any]:
+    """t, x1, v1, x2, v2, ground, foot, u, E, H, AED at times [s]."""
+    energy = run.energy(t)
+    return {
+        "t": t, **run.at(t)._asdict(), "ground": run.ground(t), "foot": run.foot(t), "u": run.current(t),
+        "E": energy.body, "H": energy.total, "AED": run.aed(t),
+    }  # fmt: skip
 
 
 def csv_of(table: NDArray[Any]) -> str:

@@ -431,12 +431,7 @@ def _traded(first: Guess, rig: Rig) -> list[Guess]:
 def _pushed(tries: list[Guess]) -> list[Guess]:
     """Starts of an actuator of which nothing is seen."""
     first = tries[0]
-    changes: dict[str, tuple[float, ...]] = {
-        "m_eff": (0.4, 1.0, 2.5),
-        "b1": (0.25, 1.0),
-        "gamma2": (1.0, -1.0, 4.0, -4.0),
-    }
-    for name, factors in changes.items():
+    for name, factors in (("m_eff", (0.4, 1.0, 2.5)), ("b1", (0.25, 1.0)), ("gamma2", (1.0, -1.0, 4.0, -4.0))):
         if name in first:
             tries = [start | {name: factor * start[name]} for start in tries for factor in factors]
         if name == "m_eff" and "b1" in first and "m_eff" in first:  # b1/m_eff is kept

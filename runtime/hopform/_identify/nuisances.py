@@ -50,19 +50,16 @@ class Diagnosis(NamedTuple):
     def cause(self) -> str:
         """The cause with its size."""
         sizes = list(self.values.values())
-        if self.name == "delay":
-            late = ", ".join(f"{1e3 * each:.3g}" for each in sizes)
-            return f"a delay of {late} ms between current and position"
-        if self.name == "lag":
-            return f"a first-order lag of {', '.join(f'{1e3 * each:.3g}' for each in sizes)} ms"
-        if self.name == "gain":
-            return f"a sensor gain of {', '.join(f'{each:.4g}' for each in sizes)}"
-        if self.name == "clock":
-            fast = 100.0 * (sizes[0] - 1.0)
-            return f"a clock of the recording that is {abs(fast):.3g} % {'slow' if fast > 0.0 else 'fast'}"
-        if self.name == "outliers":
-            return f"leaving out {sizes[0]:.0f} samples"
-        return f"friction that is higher at rest, by about {100.0 * sizes[0]:.1g} % (Stribeck),"
+        in_ms = ", ".join(f"{1e3 * each:.3g}" for each in sizes)
+        fast = 100.0 * (sizes[0] - 1.0)
+        return {
+            "delay": f"a delay of {in_ms} ms between current and position",
+            "lag": f"a first-order lag of {in_ms} ms",
+            "gain": f"a sensor gain of {', '.join(f'{each:.4g}' for each in sizes)}",
+            "clock": f"a clock of the recording that is {abs(fast):.3g} % {'slow' if fast > 0.0 else 'fast'}",
+            "outliers": f"leaving out {sizes[0]:.0f} samples",
+            "Stribeck": f"friction that is higher at rest, by about {100.0 * sizes[0]:.1g} % (Stribeck),",
+        }[self.name]
 
 
 def said(found: Sequence[Diagnosis], shown: tuple[str, float]) -> list[str]:

@@ -30,11 +30,8 @@ Kind = Literal["attached", "ground", "free", "held", "air", "threshold"]
 LETTERS: dict[Kind, tuple[str, ...]] = {
     "attached": ("m_s", "k", "b2", "f2", "g", "rest", "x", "v"),
     "ground": ("m_s", "k", "b2", "f2", "g", "length", "impact_loss", "x", "v"),
-    "free": (
-        "m_s", "k", "b2", "f2", "g", "length", "impact_loss", "m_eff", "b1", "f1", "gamma2", "offset", "x1_min",
-        "x1_max",
-        "x", "v", "x1", "v1",
-    ),
+    "free": ("m_s", "k", "b2", "f2", "g", "length", "impact_loss", "m_eff", "b1", "f1", "gamma2", "offset", "x1_min",
+             "x1_max", "x", "v", "x1", "v1"),
     "held": ("m_eff", "k", "b1", "f1", "gamma2", "rest", "x", "v"),
     "air": ("m_eff", "b1", "f1", "gamma2", "offset", "x", "v"),
     "threshold": ("m_eff", "f1", "gamma2"),
@@ -215,10 +212,15 @@ def _first_acceleration(pull: float, velocity: float, friction: float) -> float:
     return 0.0 if velocity == 0.0 and abs(pull) <= friction else pull - math.copysign(friction, side)
 
 
-def _rows(moved: motion.Motion, place: int, letters: Mapping[str, str]) -> Moved:
-    """Position and velocity of one mass, and their derivatives by letters."""
-    both = slice(place, place + 2)
-    return moved.states[:, both], {letter: moved.by[:, both, AT[field]] for letter, field in letters.items()}
+_OF_BODY = {"length": "L0", "x": "x2", "v": "v2", "offset": "u"}
+_OF_ACTUATOR = {"x": "x1", "v": "v1", "offset": "u"}
+"""Columns of derivatives by letters that are not named as they are."""
+
+
+def _rows(of: Experiment, moved: motion.Motion, place: int, names: Mapping[str, str]) -> Moved:
+    """Position and velocity of one mass, and their derivatives by the letters of its rig but a rest."""
+    both, letters = slice(place, place + 2), (letter for letter in LETTERS[of.kind] if letter != "rest")
+    return moved.states[:, both], {letter: moved.by[:, both, AT[names.get(letter, letter)]] for letter in letters}
 
 
 def _attached(of: Experiment, at: Mapping[str, float], steps: Steps, time: Array) -> tuple[Moved, Rates]:
@@ -228,7 +230,7 @@ def _attached(of: Experiment, at: Mapping[str, float], steps: Steps, time: Array
         x1_min=0.0, x1_max=0.0,
     )  # fmt: skip
     moved = motion.stance(robot, (0.0, 0.0, at["x"], at["v"]), steps, time, of.backend)
-    states, by = _rows(moved, 2, {letter: field for letter, field in _BODY.items() if letter != "length"})
+    states, by = _rows(of, moved, 2, _OF_BODY)
     by["rest"] = moved.by[:, 2:4, AT["L0"]]
     # The preload is a number: it moves with nothing. The gravity that balances it does.
     by["k"] = by["k"] + by["g"] * preload / mass
@@ -237,26 +239,10 @@ def _attached(of: Experiment, at: Mapping[str, float], steps: Steps, time: Array
     return (states, by), {"x": at["v"], "v": _first_acceleration(pull, at["v"], at["f2"])}
 
 
-_BODY = {"m_s": "m_s", "k": "k", "b2": "b2", "f2": "f2", "g": "g", "length": "L0", "x": "x2", "v": "v2"}
-_ACTUATOR = {
-    "m_eff": "m_eff", "k": "k", "b1": "b1", "f1": "f1", "gamma2": "gamma2", "offset": "u", "x": "x1", "v": "v1",
-}  # fmt: skip
-
-
-_LANDING = {**_BODY, "impact_loss": "impact_loss"}
-_FREE_LEG = {
-    **_LANDING, "m_eff": "m_eff", "b1": "b1", "f1": "f1", "gamma2": "gamma2", "offset": "u", "x1_min": "x1_min",
-    "x1_max": "x1_max", "x1": "x1", "v1": "v1",
-}  # fmt: skip
-
-
 def _ground(of: Experiment, at: Mapping[str, float], _: Steps, time: Array) -> tuple[Moved, Rates]:
-    robot = _robot(
-        m_s=at["m_s"] + of.added_mass, k=at["k"], b2=at["b2"], f2=at["f2"], g=at["g"], L0=at["length"],
-        impact_loss=at["impact_loss"], x1_min=0.0, x1_max=0.0,
-    )  # fmt: skip
+    robot = _leg_robot(of, {**at, "x1_min": 0.0, "x1_max": 0.0})
     moved = hopping.drop(robot, (0.0, 0.0, at["x"], at["v"]), ((0.0, 0.0),), time, of.backend)
-    return _rows(moved, 2, _LANDING), {"x": at["v"], "v": -at["g"]}
+    return _rows(of, moved, 2, _OF_BODY), {"x": at["v"], "v": -at["g"]}
 
 
 @lru_cache(maxsize=2)
@@ -268,8 +254,8 @@ def _dropped(
 
 
 def _leg_robot(of: Experiment, at: Mapping[str, float]) -> records.Robot:
-    letters = ("k", "b2", "f2", "g", "impact_loss", "m_eff", "b1", "f1", "gamma2", "x1_min", "x1_max")
-    return _robot(m_s=at["m_s"] + of.added_mass, L0=at["length"], **{letter: at[letter] for letter in letters})
+    own = {letter: value for letter, value in at.items() if letter in records.Robot._fields}
+    return _robot(**{**own, "m_s": at["m_s"] + of.added_mass, "L0": at["length"]})
 
 
 def _free(of: Experiment, at: Mapping[str, float], steps: Steps, time: Array) -> tuple[Moved, Rates]:
@@ -282,7 +268,7 @@ def _free(of: Experiment, at: Mapping[str, float], steps: Steps, time: Array) ->
     )
     first = 0.0 if stopped else _first_acceleration(pull, at["v1"], at["f1"])
     rates = {"x": at["v"], "v": -at["g"], "x1": at["v1"], "v1": first}
-    return _rows(moved, STATE.index(of.of), _FREE_LEG), rates
+    return _rows(of, moved, STATE.index(of.of), _OF_BODY), rates
 
 
 def _actuator(of: Experiment, at: Mapping[str, float], steps: Steps, time: Array) -> tuple[Moved, Rates]:
@@ -290,7 +276,7 @@ def _actuator(of: Experiment, at: Mapping[str, float], steps: Steps, time: Array
     robot, offset = _actuator_robot(of, at), at.get("offset", 0.0)
     steps = tuple((t, u + offset) for t, u in steps) if offset else steps
     moved = motion.stance(robot, (at["x"], at["v"], 0.0, 0.0), steps, time, of.backend)
-    states, by = _rows(moved, 0, _ACTUATOR)
+    states, by = _rows(of, moved, 0, _OF_ACTUATOR)
     by["rest"] = -moved.by[:, 0:2, AT["L0"]]
     pull = (-robot.k * (robot.L0 + at["x"]) - at["b1"] * at["v"] - at["gamma2"] * steps[0][1]) / at["m_eff"]
     return (states, by), {"x": at["v"], "v": _first_acceleration(pull, at["v"], at["f1"])}

@@ -21,7 +21,7 @@ from hopform._errors import HopformError
 from hopform._identify import estimation
 from hopform._identify import recordings as of_recordings
 from hopform._identify.estimation import LEVEL, Estimate, Parameter
-from hopform._identify.filtering import CUTOFFS, Filtered, filtered, moving_rows
+from hopform._identify.filtering import CUTOFFS, Filtered, filtered, joined, moving_rows
 from hopform._identify.fits import Fit, Options, Trace
 from hopform._identify.kinds import Cut, Group, Guess, Kind, Recordings, checked_known, read_some
 from hopform._identify.motion import Array
@@ -115,14 +115,8 @@ def _regress(
     found = moving_rows(rows, columns)
     b, f, gamma, constant = found[:4]
     k = max(found[4], 1e-3) if spring else 0.0
-    mass = next(
-        (
-            known[name] / per
-            for name, per in (("m_eff", 1.0), ("k", k), ("gamma2", gamma))
-            if name in known and per != 0.0
-        ),
-        1.0,
-    )
+    scales = (("m_eff", 1.0), ("k", k), ("gamma2", gamma))
+    mass = next((known[name] / per for name, per in scales if name in known and per != 0.0), 1.0)
     mass = mass if mass > 0.0 else 1.0
     start = {"m_eff": mass, "b1": max(b, 0.01) * mass, "f1": max(f, 0.0), "gamma2": gamma * mass, "k": k * mass}
     start |= {"rest": constant / k if spring else 0.0, "offset": -constant / gamma if gamma else 0.0}
@@ -244,16 +238,13 @@ def _delay_of(names: Sequence[str], found: Sequence[float], known: Mapping[str, 
 
 
 def _force_equation(parts: Sequence[Filtered], known: Mapping[str, float], late: bool = False) -> _Equation:
-    rows = {
-        name: np.concatenate([getattr(part, name) for part in parts])
-        for name in ("acceleration", "v", "side", "one", "u", "rate")
-    }
+    rows = joined(parts)
     # gamma2 u(t - delay) is gamma2 u - (gamma2 delay) u'.
-    common = [rows["v"], rows["side"], rows["one"], *([rows["rate"]] if late else [])]
+    common = [rows.v, rows.side, rows.one, *([rows.rate] if late else [])]
     names = ["b1", "coulomb", "constant", *(["late"] if late else [])]
     if "gamma2" in known:
-        return ["m_eff", *names], np.stack([rows["acceleration"], *common], axis=1), -known["gamma2"] * rows["u"]
-    return ["gamma2", *names], np.stack([rows["u"], *common], axis=1), -known["m_eff"] * rows["acceleration"]
+        return ["m_eff", *names], np.stack([rows.acceleration, *common], axis=1), -known["gamma2"] * rows.u
+    return ["gamma2", *names], np.stack([rows.u, *common], axis=1), -known["m_eff"] * rows.acceleration
 
 
 def _causes(
@@ -281,7 +272,8 @@ def _causes(
         old, new = ([part[some] for part, some in zip(rest, chosen, strict=True)] for rest in (before, after))
         return brought(name, {"delay" if of_time else "level": value}, old, new, sigma, len(names))
 
-    side, v, rate = (np.concatenate([getattr(part, name) for part in parts]) for name in ("side", "v", "rate"))
+    rows = joined(parts)
+    side, v, rate = rows.side, rows.v, rows.rate
     # Between samples a current may be held or not, which is half a sample: no delay within one is named.
     late = [] if "late" in names else with_it("delay", rate)
     late = [each for each in late if abs(each.values["delay"]) > step]
