@@ -8,7 +8,7 @@ that falls along a line is Coulomb's, one that falls exponentially is viscous.
 """
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import NamedTuple, Unpack
 
@@ -22,7 +22,7 @@ from hopform._identify.estimation import Parameter
 from hopform._identify.filtering import CUTOFFS, filtered_part, moving_rows
 from hopform._identify.fits import Fit, Options
 from hopform._identify.kinds import Cut, Group, Guess, Kind, Recordings
-from hopform._identify.motion import Array
+from hopform._identify.motion import Array, Values
 from hopform._identify.recipe import fit
 from hopform._identify.recordings import Recording
 from hopform._identify.rigs import Kind as Rig
@@ -94,7 +94,7 @@ def fit_drop_test(
     *,
     attached: bool = False,
     free: bool = False,
-    known: Mapping[str, float] | None = None,
+    known: Values | None = None,
     **options: Unpack[Options],
 ) -> Fit:
     """Spring, mass and friction of a body from recordings of x2, by least squares on exact motions.
@@ -153,7 +153,7 @@ class _Body(Kind):
             tries += [first, *([each | other for each in first] for other in driven)]
         return tries
 
-    def bounded(self, parameter: Parameter, letter: str, cut: Cut, known: Mapping[str, float]) -> Parameter:
+    def bounded(self, parameter: Parameter, letter: str, cut: Cut, known: Values) -> Parameter:
         """An actuator begins within its stops."""
         return _within(parameter, cut, known["x1_min"], known["x1_max"]) if letter in ("x1", "v1") else parameter
 
@@ -168,7 +168,7 @@ class _Body(Kind):
         return _pushed(tries) if self.driven and not seen else tries
 
 
-def _scale(known: Mapping[str, float], units: Units) -> tuple[Guess, list[str]]:
+def _scale(known: Values, units: Units) -> tuple[Guess, list[str]]:
     """The parameter that sets the scale of all forces; without one, m_s is 1 kg, or 1 kg m^2."""
     if "m_s" in known:
         return {}, []
@@ -325,9 +325,7 @@ def _seen_stances(cut: Cut, x1: Array, g: float, rounds: int) -> Oscillation:
     return Oscillation(length - g / square, math.sqrt(square), max(viscous, 0.0), max(coulomb, 0.0))
 
 
-def _shared_starts(
-    known: Mapping[str, float], guesses: Sequence[Oscillation], added: Sequence[float], rig: Rig
-) -> list[Guess]:
+def _shared_starts(known: Values, guesses: Sequence[Oscillation], added: Sequence[float], rig: Rig) -> list[Guess]:
     """Where the letters of each motion start, from frequencies, envelopes and added masses."""
     square = np.array([guess.omega**2 for guess in guesses])
     extra = np.array(added)
@@ -354,9 +352,7 @@ def _shared_starts(
     ]
 
 
-def _driven_starts(
-    cuts: Sequence[Cut], guesses: Sequence[Oscillation], known: Mapping[str, float]
-) -> list[dict[str, float]]:
+def _driven_starts(cuts: Sequence[Cut], guesses: Sequence[Oscillation], known: Values) -> list[dict[str, float]]:
     """Least squares on (3) for an actuator whose x1 was recorded, through each filter: acceleration over v1, current
     and compression.
     """
@@ -367,7 +363,7 @@ def _driven_starts(
     ]  # fmt: skip
 
 
-def _driven_start(cut: Cut, guess: Oscillation, known: Mapping[str, float], cutoff: float) -> dict[str, float]:
+def _driven_start(cut: Cut, guess: Oscillation, known: Values, cutoff: float) -> dict[str, float]:
     x1 = cut.x if cut.x1 is None else cut.x1
     step = float(np.median(np.diff(cut.time)))
     cutoff = min(cutoff, 0.2 / step)

@@ -9,7 +9,7 @@ y grows by P while both (3) and (4) stay as they are: k (x_2 - x_1 - L0) knows n
 m_s g. So a spring that pulls is one that is preloaded by more than it ever moves.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -24,6 +24,8 @@ from hopform._solver.package import ENDINGS, ROWS, records
 from hopform._stance import DOUBLE
 
 Array = NDArray[np.float64]
+Values = Mapping[str, float]
+"""Letters of a rig, or parameters, by their names."""
 STATE = ("x1", "v1", "x2", "v2")
 AT = {name: number for number, name in enumerate(COLUMNS)}
 """Where a derivative's column is: initial state x1, v1, x2, v2, the current u (all steps alike), the robot's fields."""

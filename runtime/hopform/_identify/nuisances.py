@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from hopform._identify import estimation
 from hopform._identify.estimation import Parameter, Solution
-from hopform._identify.motion import Array
+from hopform._identify.motion import Array, Values
 from hopform._identify.recordings import outliers
 from hopform._identify.rigs import UNITS, Experiment
 from hopform._identify.search import Problem, bulk, follow, is_noise, selected
@@ -41,7 +41,7 @@ class Diagnosis(NamedTuple):
     """
 
     name: str
-    values: Mapping[str, float]
+    values: Values
     before: float
     after: float
     decrease: float
@@ -154,7 +154,7 @@ def extended(problem: Problem, solution: Solution, loss: str) -> tuple[_Score, l
     return score, [*estimation.started(solution), *moved]
 
 
-def _whitened(problem: Problem, solution: Solution, values: Mapping[str, float], loss: str) -> tuple[Array, Array]:
+def _whitened(problem: Problem, solution: Solution, values: Values, loss: str) -> tuple[Array, Array]:
     """Residuals and their derivatives in standard deviations, samples that are outliers left out."""
     parts, rows = estimation.residuals(problem.experiments, problem.parameters, values)
     weight = _weights(solution, loss)
@@ -199,9 +199,7 @@ def _fitted(problem: Problem, solution: Solution, loss: str, letter: str) -> lis
     return _worth(letter, values, solution, again.residuals, loss)
 
 
-def _worth(
-    name: str, values: Mapping[str, float], solution: Solution, after: Sequence[Array], loss: str
-) -> list[Diagnosis]:
+def _worth(name: str, values: Values, solution: Solution, after: Sequence[Array], loss: str) -> list[Diagnosis]:
     """A diagnosis, if it explains more than noise would, of the samples that are no outliers after it."""
     chosen = [bulk(part, loss) for part in after]
     old, new = ([part[some] for part, some in zip(parts, chosen, strict=True)] for parts in (solution.residuals, after))
@@ -209,12 +207,7 @@ def _worth(
 
 
 def brought(
-    name: str,
-    values: Mapping[str, float],
-    old: Sequence[Array],
-    new: Sequence[Array],
-    sigma: Sequence[float],
-    free: int,
+    name: str, values: Values, old: Sequence[Array], new: Sequence[Array], sigma: Sequence[float], free: int
 ) -> list[Diagnosis]:
     """A diagnosis by the residuals of each recording without a cause and with it, if it explains more than noise would;
     sigma: the noise of each; free: how many parameters the fit without it has.

@@ -14,13 +14,13 @@ from hopform._identify import estimation, kinds
 from hopform._identify.estimation import Progress, Solution
 from hopform._identify.fits import Fit, Minimum, Options, Trace, reported
 from hopform._identify.kinds import Kind, Recordings
-from hopform._identify.motion import Array
+from hopform._identify.motion import Array, Values
 from hopform._identify.nuisances import NUISANCES, diagnose, extended, with_nuisances
 from hopform._identify.repeats import repeats_of
 from hopform._identify.search import Problem, bulk, least_squares, minimise, part_of, selected
 
 
-def fit(given: Mapping[Kind, Recordings], known: Mapping[str, float] | None = None, **options: Unpack[Options]) -> Fit:
+def fit(given: Mapping[Kind, Recordings], known: Values | None = None, **options: Unpack[Options]) -> Fit:
     """The recipe. given: recordings, or their files, by their kind. Raises HopformError where one cannot be of its
     kind, MissingExtra without scipy.
     """

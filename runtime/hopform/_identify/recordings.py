@@ -39,6 +39,12 @@ _MOST_DRIVE = {"current": 300.0, "voltage": 1000.0, "force": 1e5, "torque": 1e4}
 """[A, V, N, N m] the same of what drives it."""
 
 
+def fault(source: str, message: str, line: int | None, column: str | None = None) -> HopformError:
+    """An error that says where it is."""
+    places = [source, *([f"line {line}"] if line else []), *([f"column {column!r}"] if column else [])]
+    return HopformError(f"{', '.join(places)}: {message}")
+
+
 class Column(NamedTuple):
     """A column in SI units: its name in the file, its quantity, its place, its values."""
 
@@ -133,8 +139,7 @@ class Recording(Shown):
 
     def error(self, message: str, line: int | None = None, column: Column | None = None) -> HopformError:
         """An error that says where it is."""
-        places = [self.source, *([f"line {line}"] if line else []), *([f"column {column.title!r}"] if column else [])]
-        return HopformError(f"{', '.join(places)}: {message}")
+        return fault(self.source, message, line, column.title if column else None)
 
     def error_of(self, of: str, message: str, line: int) -> HopformError:
         """An error about the measured x1 or x2."""
@@ -234,14 +239,10 @@ def parse_recording(text: str, source: str, added_mass: float = 0.0) -> Recordin
     names = [name for name, _, _ in known]
     for n, name in enumerate(names):
         if name in names[:n]:
-            raise HopformError(
-                f"{source}, line {head_line}, column {titles[n]!r}: {titles[names.index(name)]!r} is named {name} too"
-            )
+            raise fault(source, f"{titles[names.index(name)]!r} is named {name} too", head_line, titles[n])
     table = np.array([_numbers(row, titles, source, number) for number, row in rows[1:]], dtype=float)
     if len(table) < FEWEST:
-        raise HopformError(
-            f"{source}, line {rows[-1][0]}: ends after {len(table)} samples, at least {FEWEST} are needed"
-        )
+        raise fault(source, f"ends after {len(table)} samples, at least {FEWEST} are needed", rows[-1][0])
     first = rows[1][0]
     columns = {
         name: Column(title, quantity, place + 1, table[:, place] * factor)
@@ -258,17 +259,14 @@ def _title(title: str, source: str, line: int, place: int) -> tuple[str, str, fl
     name, _, unit = title.rpartition("_")
     apart = next((mark for mark in ";\t|" if mark in title), None)
     if apart is not None:
-        raise HopformError(
-            f"{source}, line {line}: columns must be separated by commas, got {apart!r} in {shown(title)}"
-        )
+        raise fault(source, f"columns must be separated by commas, got {apart!r} in {shown(title)}", line)
     found = unit_of(unit)
     if name.endswith("_counts") and COUNTS.fullmatch(unit):
         name = name.removesuffix("_counts")
     if not name or found is None:
         if not name and number_of(title) is not None:
-            raise HopformError(
-                f"{source}, line {line}: the first line must name the columns, as in time_s,x2_mm, got {shown(title)}"
-            )
+            words = "the first line must name the columns, as in time_s,x2_mm"
+            raise fault(source, f"{words}, got {shown(title)}", line)
         if not {title.lower(), name.lower()} & _NAMED:
             return title.lower(), UNUSED, 1.0
         raise HopformError(
@@ -280,13 +278,13 @@ def _title(title: str, source: str, line: int, place: int) -> tuple[str, str, fl
 
 def _numbers(row: list[str], titles: list[str], source: str, line: int) -> list[float]:
     if len(row) != len(titles):
-        raise HopformError(f"{source}, line {line}: has {len(row)} columns, the first line names {len(titles)}")
+        raise fault(source, f"has {len(row)} columns, the first line names {len(titles)}", line)
     numbers = list[float]()
     for title, cell in zip(titles, row, strict=True):
         number = number_of(cell)
         if number is None or not math.isfinite(number):
             wanted = "a number" if number is None else "finite"
-            raise HopformError(f"{source}, line {line}, column {title!r}: must be {wanted}, got {shown(cell.strip())}")
+            raise fault(source, f"must be {wanted}, got {shown(cell.strip())}", line, title)
         numbers.append(number)
     return numbers
 
@@ -294,31 +292,22 @@ def _numbers(row: list[str], titles: list[str], source: str, line: int) -> list[
 def _time(columns: Mapping[str, Column], source: str, first: int) -> Array:
     name = next((name for name in TIMES if name in columns), None)
     if name is None:
-        raise HopformError(
-            f"{source}, line 1: no column is the time: one must be named time or t, with its unit, as in time_s"
-        )
+        raise fault(source, "no column is the time: one must be named time or t, with its unit, as in time_s", 1)
     column = columns[name]
     if column.quantity != "time":
-        raise HopformError(
-            f"{source}, line 1, column {column.title!r}: is to be the time, but its unit is that of a {column.quantity}"
-        )
+        raise fault(source, f"is to be the time, but its unit is that of a {column.quantity}", 1, column.title)
     steps = np.diff(column.values)
     if not bool((steps > 0.0).all()):
         back = int(np.argmin(steps > 0.0)) + 1
         rising = [c.title for n, c in columns.items() if n != name and bool((np.diff(c.values) > 0.0).all())]
         hint = f"; column {rising[0]!r} does: are the two swapped?" if rising else ""
         went = "stands still" if steps[back - 1] == 0.0 else "goes back"
-        raise HopformError(
-            f"{source}, line {first + back}, column {column.title!r}: time {went}, from "
-            f"{float(column.values[back - 1])!r} to "
-            f"{float(column.values[back])!r} s; it must increase{hint}"
-        )
+        before, after = column.values[back - 1 : back + 1].tolist()
+        words = f"time {went}, from {before!r} to {after!r} s; it must increase{hint}"
+        raise fault(source, words, first + back, column.title)
     if not 2e-5 <= float(np.median(steps)) <= 0.5:
-        raise HopformError(
-            f"{source}, line {first + 1}, column {column.title!r}: samples are {float(np.median(steps)):.3g} s "
-            "apart, 2e-05 to "
-            "0.5 s are allowed: is its unit right?"
-        )
+        words = f"samples are {float(np.median(steps)):.3g} s apart, 2e-05 to 0.5 s are allowed: is its unit right?"
+        raise fault(source, words, first + 1, column.title)
     return column.values
 
 

@@ -6,7 +6,7 @@ there is no better one. What leaves more is compared with the rest of them, and 
 """
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from hopform._identify import estimation
 from hopform._identify.estimation import Parameter, Solution
-from hopform._identify.motion import Array
+from hopform._identify.motion import Array, Values
 from hopform._identify.recordings import noise_of, outliers, quantum_of
 from hopform._identify.rigs import Experiment
 from hopform._identify.units import HOPPER, Units
@@ -28,8 +28,8 @@ class Problem:
     quantity: str
     experiments: tuple[Experiment, ...]
     parameters: tuple[Parameter, ...]
-    starts: tuple[Mapping[str, float], ...]
-    known: Mapping[str, float]
+    starts: tuple[Values, ...]
+    known: Values
     statements: tuple[str, ...]
     warnings: tuple[str, ...]
     parts: tuple[float, ...] = (1.0,)
@@ -64,7 +64,7 @@ def minimise(problem: Problem, loss: str) -> Solution:
     return _unstuck(problem, _traded(problem, least, loss), loss)
 
 
-def least_squares(problem: Problem, fixed: Mapping[str, float] | None = None) -> Solution:
+def least_squares(problem: Problem, fixed: Values | None = None) -> Solution:
     """The least sum of squares from all starts, where some parameters may be fixed."""
     found = _searched(problem, "linear", held := dict(fixed or {}))
     return found if held else _unstuck(problem, _traded(problem, found, "linear"), "linear")
@@ -79,7 +79,7 @@ def follow(problem: Problem, loss: str) -> Solution:
     return _weighed(problem, found, {}, loss)
 
 
-def _searched(problem: Problem, loss: str, held: Mapping[str, float], sigma: Sequence[float] | None = None) -> Solution:
+def _searched(problem: Problem, loss: str, held: Values, sigma: Sequence[float] | None = None) -> Solution:
     """The best minimum from a problem's starts: first over the beginning of each recording, the best of these over more
     and more.
 
@@ -119,7 +119,7 @@ def selected(several: Sequence[Experiment], masks: estimation.Masks) -> tuple[Ex
     return tuple(each.only(common(each)) for each in several)
 
 
-def _from_start(parameters: Sequence[Parameter], start: Mapping[str, float]) -> list[Parameter]:
+def _from_start(parameters: Sequence[Parameter], start: Values) -> list[Parameter]:
     return [p._replace(start=start.get(p.name, p.start)) for p in parameters]
 
 
@@ -134,9 +134,9 @@ least.
 def _from(
     problem: Problem,
     loss: str,
-    held: Mapping[str, float],
+    held: Values,
     free: Sequence[Parameter],
-    starts: Sequence[Mapping[str, float]],
+    starts: Sequence[Values],
     sigma: Sequence[float] | None = None,
 ) -> Solution:
     first, *longer = ([_beginning(each, part) for each in problem.experiments] for part in problem.parts)
@@ -234,7 +234,7 @@ _SAME, _ALIKE = 1e-3, 1e-2
 Coulomb friction the sum of squares has no kinks, and what is alike is one, too."""
 
 
-def _further(parameters: Sequence[Parameter], found: Mapping[str, float]) -> list[dict[str, float]]:
+def _further(parameters: Sequence[Parameter], found: Values) -> list[dict[str, float]]:
     """Starts all around: what is shared by factors of up to 2, friction from none to much, drawn alike every time."""
     rng = np.random.default_rng(len(parameters))
     starts = list[dict[str, float]]()
@@ -251,7 +251,7 @@ def _further(parameters: Sequence[Parameter], found: Mapping[str, float]) -> lis
     return starts
 
 
-def _weighed(problem: Problem, found: Solution, fixed: Mapping[str, float], loss: str) -> Solution:
+def _weighed(problem: Problem, found: Solution, fixed: Values, loss: str) -> Solution:
     """Of all samples, each recording counted by its own noise, until that no longer changes what counts how much.
 
     A common factor of all noises moves no least squares; a robust loss takes the noise itself.
@@ -302,7 +302,7 @@ def _traded(problem: Problem, found: Solution, loss: str) -> Solution:
         return found
     some = [_beginning(each, 1.0) for each in problem.experiments]
 
-    def least(start: Mapping[str, float]) -> Solution:
+    def least(start: Values) -> Solution:
         tried = _from_start(estimation.started(found), start)
         return estimation.solve(some, tried, sigma=found.sigma, loss=loss, most=6, precision=1e-4)
 

@@ -60,12 +60,8 @@ def _decay(recording: Recording, whole: Array, begin: int, end: int) -> Span:
     half_periods = sum(size > max(8.0 * noise, 0.1 * reach) for size in sizes)
     at = recording.line + begin + start
     moves = float(np.ptp(tail)) / reach if reach > 0.0 else math.inf  # at the end, still
-    if (
-        reach <= 10.0 * noise
-        or left.size <= FEWEST
-        or (half_periods < 2 and moves > 0.05)
-        or (half_periods < 3 and moves > 0.3)
-    ):
+    few = (half_periods < 2 and moves > 0.05) or (half_periods < 3 and moves > 0.3)
+    if few or reach <= 10.0 * noise or left.size <= FEWEST:
         raise recording.error_of("x2", "the release is not found: no decay follows the largest deviation", at)
     way = np.abs(left - left[0])
     turn = int((way >= float(way.max()) - 8.0 * noise).argmax())

@@ -17,7 +17,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hopform._identify.motion import Array
+from hopform._identify.motion import Array, Values
 from hopform._solver.columns import Steps
 
 Moved = tuple[Array, dict[str, Array]]
@@ -38,12 +38,12 @@ class Sensor(NamedTuple):
     lag: float = 0.0
 
 
-def in_recorded_time(at: Mapping[str, float], clock: float) -> dict[str, float]:
+def in_recorded_time(at: Values, clock: float) -> dict[str, float]:
     """Letters of a rig in the time of the recording, of which true time is `clock` times as much."""
     return {name: value * clock ** _POWERS.get(name, 0) for name, value in at.items()}
 
 
-def by_clock(at: Mapping[str, float], by: Mapping[str, Array], clock: float) -> dict[str, Array]:
+def by_clock(at: Values, by: Mapping[str, Array], clock: float) -> dict[str, Array]:
     """Derivatives by the letters in true time, and by the clock, from those by letters in recorded time."""
     powers = {name: power for name, power in _POWERS.items() if name in by and name in at}
     found = {name: rows * clock ** powers.get(name, 0) for name, rows in by.items()}

@@ -10,7 +10,7 @@ current depend on each other through the controller; an error of the current the
 
 import math
 import time as clock
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Unpack
 
@@ -24,7 +24,7 @@ from hopform._identify.estimation import LEVEL, Estimate, Parameter
 from hopform._identify.filtering import CUTOFFS, Filtered, filtered, joined, moving_rows
 from hopform._identify.fits import Fit, Options, Trace
 from hopform._identify.kinds import Cut, Group, Guess, Kind, Recordings, checked_known, read_some
-from hopform._identify.motion import Array
+from hopform._identify.motion import Array, Values
 from hopform._identify.nuisances import SPEEDS, WORTH, Diagnosis, brought, said
 from hopform._identify.recipe import checked, fit
 from hopform._identify.recordings import Recording
@@ -34,7 +34,7 @@ from hopform._identify.units import Units
 
 
 def fit_step_response(
-    recordings: Recordings, *, spring: bool = True, known: Mapping[str, float] | None = None, **options: Unpack[Options]
+    recordings: Recordings, *, spring: bool = True, known: Values | None = None, **options: Unpack[Options]
 ) -> Fit:
     """Mass, friction and force constant of an actuator from recordings of x1 and the current.
 
@@ -75,7 +75,7 @@ class _Actuator(Kind):
         """Least squares on the equation through each filter."""
         return [[_regress(each, self.letters, group.known, cutoff) for each in group.recordings] for cutoff in CUTOFFS]
 
-    def bounded(self, parameter: Parameter, letter: str, cut: Cut, known: Mapping[str, float]) -> Parameter:
+    def bounded(self, parameter: Parameter, letter: str, cut: Cut, known: Values) -> Parameter:
         """A recording that begins at rest begins within the noise of what is measured there."""
         return _near(parameter, cut.x) if letter == "x" and "v" in cut.still else parameter
 
@@ -104,9 +104,7 @@ def rests_at_first(x: Array) -> bool:
     return float(np.ptp(x[:10])) <= 8.0 * noise and float(np.ptp(x[:10])) < 0.02 * float(np.ptp(x))
 
 
-def _regress(
-    recording: Recording, letters: Sequence[str], known: Mapping[str, float], cutoff: float
-) -> dict[str, float]:
+def _regress(recording: Recording, letters: Sequence[str], known: Values, cutoff: float) -> dict[str, float]:
     """A start from the filtered equation, a linear least squares per unit of m_eff, scaled by what is known."""
     x = of_recordings.mended(recording.position("x1"))
     rows = filtered(recording, cutoff, mend=True)
@@ -126,7 +124,7 @@ def _regress(
 def fit_force(
     recordings: Recordings,
     *,
-    known: Mapping[str, float],
+    known: Values,
     cutoff: float | None = None,
     position: bool = True,
     **options: Unpack[Options],
@@ -199,11 +197,7 @@ _Equation = tuple[list[str], Array, Array]
 
 
 def _sides(
-    recordings: Sequence[Recording],
-    known: Mapping[str, float],
-    cutoff: float | None,
-    loss: str,
-    delay: float | None = None,
+    recordings: Sequence[Recording], known: Values, cutoff: float | None, loss: str, delay: float | None = None
 ) -> tuple[float, list[Filtered], _Equation]:
     """Both sides of the equation, filtered; with a delay [s] of the position, the current comes as much later, and what
     is left of it is a coefficient.
@@ -214,7 +208,7 @@ def _sides(
 
 
 def _late(
-    recordings: Sequence[Recording], known: Mapping[str, float], cutoff: float | None, loss: str
+    recordings: Sequence[Recording], known: Values, cutoff: float | None, loss: str
 ) -> tuple[float, list[Filtered], _Equation]:
     """The delay, by Gauss and Newton, and the equation there."""
     delay = 0.0
@@ -231,13 +225,13 @@ _MOST_STEPS, _ALIKE, _LONGEST = 12, 1e-6, 0.1
 """Steps to a delay, and the last one's size [s]; the longest delay [s]."""
 
 
-def _delay_of(names: Sequence[str], found: Sequence[float], known: Mapping[str, float]) -> float:
+def _delay_of(names: Sequence[str], found: Sequence[float], known: Values) -> float:
     """The delay [s] by its coefficient, -gamma2 delay."""
     at = {name: n for n, name in enumerate(names)}
     return -found[at["late"]] / known.get("gamma2", found[at["gamma2"]] if "gamma2" in at else math.nan)
 
 
-def _force_equation(parts: Sequence[Filtered], known: Mapping[str, float], late: bool = False) -> _Equation:
+def _force_equation(parts: Sequence[Filtered], known: Values, late: bool = False) -> _Equation:
     rows = joined(parts)
     # gamma2 u(t - delay) is gamma2 u - (gamma2 delay) u'.
     common = [rows.v, rows.side, rows.one, *([rows.rate] if late else [])]
@@ -248,7 +242,7 @@ def _force_equation(parts: Sequence[Filtered], known: Mapping[str, float], late:
 
 
 def _causes(
-    parts: Sequence[Filtered], equation: _Equation, known: Mapping[str, float], loss: str, step: float
+    parts: Sequence[Filtered], equation: _Equation, known: Values, loss: str, step: float
 ) -> tuple[Diagnosis, ...]:
     """A delay and friction that is higher at rest, as further columns, where they explain more than noise does.
 
@@ -335,7 +329,7 @@ def _force_estimates(
     names: Sequence[str],
     found: Sequence[float],
     covariance: Array,
-    known: Mapping[str, float],
+    known: Values,
     count: int,
     units: Units,
     delay: float,
