@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 from hopform._checks import MEMORY, array_of, flag, function, numbers, refuse_any, shown, whole
 from hopform._errors import HopformError
 from hopform._robots import Robot, checked_robot
-from hopform._sensitivities import COLUMNS, ManySensitivities, of_matrices
+from hopform._sensitivities import COLUMNS, ManySensitivities, of_matrix
 from hopform._show import UNITS, Arrays, Card, Curve, Shown, counted, span
 from hopform._solver.choice import BackEnd
 from hopform._solver.columns import CHUNK, MAX_PHASES, RESULTS, STATES, STATUS, Events, results_like
@@ -240,7 +240,7 @@ def solve_stances(
     def shaped(values: NDArray[Any] | None) -> Any:
         return None if values is None else values.reshape((*shape, *values.shape[1:]))
 
-    derivatives = None if matrices is None else of_matrices(shaped(matrices), x2 is not None)
+    derivatives = None if matrices is None else of_matrix(ManySensitivities, shaped(matrices), x2 is not None)
     end = State(of["x1"], of["v1"], of["x2"], of["v2"])
     return Batch(
         of["status"], of["duration"], end, of["apex"], of["aed"], of["event_count"], shaped(times), shaped(kinds),

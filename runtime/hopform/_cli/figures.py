@@ -13,8 +13,7 @@ import numpy as np
 
 from hopform._checks import shown
 from hopform._cli.output import figures as renderer
-from hopform._cli.output import show, warn
-from hopform._cli.render import pick, to_json
+from hopform._cli.output import pick, show, to_json, warn
 from hopform._control.reach import Reachability
 from hopform._errors import HopformError
 from hopform._figures import DRAWN, draw, draw_recordings

@@ -13,8 +13,7 @@ import hopform
 from hopform._checks import number_of, shown
 from hopform._cli import report as reports
 from hopform._cli.options import Identification, Recordable, SimulatorFormat
-from hopform._cli.output import check_outputs, figures, picture, show, warn
-from hopform._cli.render import to_json
+from hopform._cli.output import check_outputs, figures, picture, show, to_json, warn
 from hopform._errors import HopformError
 from hopform._files import Named, name_of, write
 from hopform._identify import synthetic
@@ -286,10 +285,6 @@ def identify(
     show(shown)
 
 
-_WEIGHED: dict[str, str] = {each: "m_eff" if each in ("step", "air", "ramp") else "m_s" for each in synthetic.TESTS}
-"""What is taken as known in the plan of a test if nothing is given."""
-
-
 def record(
     test: Recordable, robot: str = "hopper_c", duration: float = 2.0, rate: float = 500.0,
     noise: float = synthetic.NOISE, quantum: float = synthetic.QUANTUM, height: float = 0.2,
@@ -305,7 +300,8 @@ def record(
         current=current, hold=hold, added_mass=added_mass, repeats=repeats, spring=spring, seed=seed,
     )  # fmt: skip
     if plan:
-        given = known_values(known or []) or {_WEIGHED[str(test)]: getattr(base, _WEIGHED[str(test)])}
+        weighed = "m_eff" if test in ("step", "air", "ramp") else "m_s"  # what is taken as known if nothing is given
+        given = known_values(known or []) or {weighed: getattr(base, weighed)}
         letters = {field.name: getattr(base, field.name) for field in Robot.fields()} | {"length": base.L0 + base.c}
         ramp = str(test) == "ramp"
         plan_of = friction_threshold([made], spring=spring) if ramp else check({str(test): [made]}, given, letters)

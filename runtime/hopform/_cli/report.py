@@ -12,7 +12,7 @@ from urllib.parse import quote
 import numpy as np
 from rich.console import RenderableType
 
-from hopform._cli.render import number, pick, table
+from hopform._cli.output import number, pick, table
 from hopform._errors import HopformError, printable
 from hopform._identify.checks import Check
 from hopform._identify.fits import NEW, OLD, TITLES, Fit

@@ -1,4 +1,4 @@
-"""What the commands that solve print: tables for people, records for JSON, which `render` writes."""
+"""What the commands that solve print: tables for people, records for JSON, which `output` writes."""
 
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -13,7 +13,7 @@ from rich.text import Text
 import hopform
 from hopform import Command, Equation, FixedPoint, Hop, PrintedCommand, Reachability, Robot, Run, Stance
 from hopform._cli.bands import Band, Bands, Draws, text_of
-from hopform._cli.render import Record, number, pick, table, to_csv
+from hopform._cli.output import Record, number, pick, table, to_csv
 from hopform._errors import printable
 from hopform._hopping.run import motion_of
 from hopform._robots import FIELDS
@@ -40,6 +40,8 @@ OUTCOMES = {"completed": "hops on", "stopped": "stays on the ground", "tripped":
 OURS = "Values of shipped robots are this project's own: the paper gives none."
 
 
+Printed = list[tuple[str, PrintedCommand]]
+"""Forms of the printed controller with what they would have done."""
 STATUSES = {
     "reached": "reaches the desired apex",
     "nearest": "cannot reach the desired apex; this comes nearest",
@@ -229,12 +231,7 @@ def hop_row(hop: Hop) -> tuple[str, ...]:
 
 
 def command(
-    robot: Robot,
-    h_des: float,
-    found: Command,
-    printed: list[tuple[str, PrintedCommand]],
-    drawn: Draws | None,
-    band: Band | None,
+    robot: Robot, h_des: float, found: Command, printed: Printed, drawn: Draws | None, band: Band | None
 ) -> Iterator[RenderableType]:
     """The controller's answer, and what the printed forms would have done."""
     yield Text(f"{name_of(robot)}: {STATUSES[found.status]}", style="bold")
@@ -385,12 +382,7 @@ def hop_record(hop: Hop) -> Record:
 
 
 def command_record(
-    robot: Robot,
-    asked: Record,
-    found: Command,
-    printed: list[tuple[str, PrintedCommand]],
-    drawn: Draws | None,
-    band: Band | None,
+    robot: Robot, asked: Record, found: Command, printed: Printed, drawn: Draws | None, band: Band | None
 ) -> Record:
     """The same for JSON."""
     return {

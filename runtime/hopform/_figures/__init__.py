@@ -10,12 +10,12 @@ computed and a caption.
 
 from collections.abc import Mapping
 from dataclasses import replace
-from importlib import import_module
 from typing import TYPE_CHECKING
 
 from hopform._checks import shown
 from hopform._errors import HopformError
 from hopform._robots import Robot, load_robot
+from hopform._show import drawing
 
 if TYPE_CHECKING:
     from hopform._figures.picture import Picture
@@ -73,12 +73,12 @@ def draw(number: int, robot: Robot | None = None) -> "Picture":
     """
     if number not in DRAWN:
         raise HopformError(f"figure must be one of {', '.join(map(str, DRAWN))}, got {shown(number)}")
-    picture = import_module("hopform._figures.picture")  # raises MissingExtra
+    picture = drawing("picture")
     module, function, name, title, paper = DRAWN[number]
     own = load_robot(name) if robot is None else robot
     if own.gamma2 > 0.0 and number != 1:  # the same robot, its current counted so that it lifts
         own = replace(own, gamma2=-own.gamma2)
-    make = getattr(import_module(f"hopform._figures.{module}"), function)
+    make = getattr(drawing(module), function)
     found: Picture = picture.finished(number, title, paper, own, make)
     return found
 
@@ -91,7 +91,7 @@ def draw_recordings(number: int, robot: Robot | None, sources: Mapping[str, str]
     roles = {4: ("drop", "step"), 9: ("ramp",), 10: ("drop", "step")}.get(number, ())
     if not roles or not set(roles) <= sources.keys():
         return None
-    picture, recorded = (import_module(f"hopform._figures.{module}") for module in ("picture", "recorded"))
+    picture, recorded = drawing("picture"), drawing("recorded")
     _, _, name, title, paper = DRAWN[number]
     own, paper = load_robot(name) if robot is None else robot, recorded.PAPER.get(number, paper)
     found: Picture = picture.finished(number, title, paper, own, recorded.drawn(number, sources))

@@ -10,6 +10,9 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.layout_engine import ConstrainedLayoutEngine
 from numpy.typing import NDArray
 
 from hopform._errors import HopformError
@@ -17,17 +20,6 @@ from hopform._figures.plots import LOOK, house_style, plain
 from hopform._hopping.run import Run
 from hopform._robots import ROBOTS, Robot
 from hopform._words import name_of
-
-try:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
-    from matplotlib.layout_engine import ConstrainedLayoutEngine
-except ModuleNotFoundError as error:
-    if error.name is None or error.name.partition(".")[0] != "matplotlib":
-        raise
-    from hopform._errors import MissingExtra
-
-    raise MissingExtra("a figure", "plot") from None
 
 Array = NDArray[np.float64]
 

@@ -18,31 +18,25 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any, NamedTuple
 
+import matplotlib.style
 import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import Normalize
+from matplotlib.figure import Figure
+from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
 from hopform._batch import Batch
 from hopform._control.exact import Command
 from hopform._control.reach import Reachability
-from hopform._errors import HopformError, MissingExtra
+from hopform._errors import HopformError
 from hopform._flight import Flight
 from hopform._hopping.run import Hop, Run
 from hopform._sensitivities import Sensitivities
 from hopform._show import UNITS
 from hopform._stance import Phase, Stance, aed_at
 from hopform._words import current, ending, mode, mode_of_actuator, name_of, unit_of_time
-
-try:
-    import matplotlib.style
-    from matplotlib.axes import Axes
-    from matplotlib.cm import ScalarMappable
-    from matplotlib.colors import Normalize
-    from matplotlib.figure import Figure
-    from matplotlib.patches import Patch
-except ModuleNotFoundError as error:
-    if error.name is None or error.name.partition(".")[0] != "matplotlib":
-        raise
-    raise MissingExtra("a plot", "plot") from None
 
 SUFFIXES = {
     ".svg": {"Date": None, "Creator": "hopform"},

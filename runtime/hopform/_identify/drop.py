@@ -203,12 +203,9 @@ def _cuts(recording: Recording, number: int, kind: Kind, g: float) -> list[Cut]:
     unit = recording.units("x2").position
     if rig == "attached" and float(np.ptp(values)) > _MOST_RANGE[unit]:
         worst = int(np.abs(values - np.median(values)).argmax())
-        raise recording.error_of(
-            "x2",
-            f"moves over {np.ptp(values):.3g} {unit}; a body on its spring does over {_MOST_RANGE[unit]:g} {unit} at "
-            "most: is its unit right?",
-            recording.line + worst,
-        )
+        most = f"a body on its spring does over {_MOST_RANGE[unit]:g} {unit} at most"
+        message = f"moves over {np.ptp(values):.3g} {unit}; {most}: is its unit right?"
+        raise recording.error_of("x2", message, recording.line + worst)
     clean = of_recordings.mended(values)
     spans = segments.decays(recording, clean) if rig == "attached" else segments.drops(recording, clean, rig == "free")
     driven = kind.driven and recording.has_current()
@@ -231,10 +228,15 @@ def _cuts(recording: Recording, number: int, kind: Kind, g: float) -> list[Cut]:
     return cuts
 
 
+def _lowest(x: Array) -> int:
+    """The lowest sample of a first fall."""
+    rises = np.flatnonzero(x > np.minimum.accumulate(x) + 0.05 * float(np.ptp(x)))
+    return int(x[: int(rises[0]) if rises.size else None].argmin())
+
+
 def _check_fall(recording: Recording, line: int, x: Array, g: float) -> None:
     """HopformError if a free fall does not show g: then the units of height or time cannot be right."""
-    rises = np.flatnonzero(x > np.minimum.accumulate(x) + 0.05 * float(np.ptp(x)))
-    lowest = int(x[: int(rises[0]) if rises.size else None].argmin())
+    lowest = _lowest(x)
     fallen = np.flatnonzero(x[:lowest] < x[0] - 0.4 * (x[0] - x[lowest]))
     count = int(fallen[0]) if fallen.size else lowest
     if count < 5:
@@ -246,13 +248,9 @@ def _check_fall(recording: Recording, line: int, x: Array, g: float) -> None:
     error = 2.0 * of_recordings.noise_of(x) * math.sqrt(float(np.linalg.pinv(powers.T @ powers)[0, 0]))
     margin = 3.0 * error
     if not g / 3.0 - margin < found < 3.0 * g + margin:
-        raise recording.error_of(
-            "x2",
-            f"falls with {found:.3g} m/s^2, not {g / 3.0:.3g} to {3.0 * g:.3g} as g = {g:.4g}: is its unit right, is "
-            "that of "
-            "time, is this the release?",
-            recording.line + line,
-        )
+        fall = f"falls with {found:.3g} m/s^2, not {g / 3.0:.3g} to {3.0 * g:.3g} as g = {g:.4g}"
+        message = f"{fall}: is its unit right, is that of time, is this the release?"
+        raise recording.error_of("x2", message, recording.line + line)
 
 
 def _guess(cut: Cut, rig: Rig, g: float, rounds: int) -> Oscillation:
@@ -301,8 +299,7 @@ def _seen_stances(cut: Cut, x1: Array, g: float, rounds: int) -> Oscillation:
     (4) with all stances.
     """
     time, x = cut.time, cut.x
-    rises = np.flatnonzero(x > np.minimum.accumulate(x) + 0.05 * float(np.ptp(x)))
-    lowest = int(x[: int(rises[0]) if rises.size else None].argmin())
+    lowest = _lowest(x)
     depth = float(x[0] - x[lowest])
     early = max(int(np.count_nonzero(x[:lowest] > x[0] - 0.3 * depth)), 5)
     v, start = np.polyfit(time[:early], x[:early] + 0.5 * g * time[:early] ** 2, 1)

@@ -336,6 +336,11 @@ def scale(residual: Array) -> float:
     return 1.4826 * float(np.median(np.abs(residual)))
 
 
+def rms(residual: Array) -> float:
+    """Root of the mean square, 0 of none."""
+    return math.sqrt(float((residual**2).mean())) if residual.size else 0.0
+
+
 _HAMPEL = 3.0
 """Standard deviations beyond which the Hampel identifier takes a residual for an outlier."""
 _REFITS, _FEW = 3, 0.01

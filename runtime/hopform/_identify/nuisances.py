@@ -263,10 +263,10 @@ def _without_outliers(problem: Problem, solution: Solution) -> list[Diagnosis]:
     again = estimation.solve(some, estimation.started(solution), sigma=solution.sigma, most=25, precision=1e-6)
     whole = estimation.solve(problem.experiments, estimation.started(again), sigma=solution.sigma, most=1)
     pairs = zip(whole.residuals, again.residuals, strict=True)
-    off = sum(int((np.abs(part) > _OFF * _size(kept)).sum()) for part, kept in pairs)
+    off = sum(int((np.abs(part) > _OFF * estimation.rms(kept)).sum()) for part, kept in pairs)
     if not off:
         return []
-    before, after = (_size(np.concatenate(each.residuals)) for each in (solution, again))
+    before, after = (estimation.rms(np.concatenate(each.residuals)) for each in (solution, again))
     decrease = solution.count * ((before / max(after, 1e-300)) ** 2 - 1.0)
     found = Diagnosis("outliers", {"samples": off}, before, after, decrease, "--loss huber")
     return [found] if after < _SPOILT * before else []
@@ -276,7 +276,3 @@ _SPOILT = 0.8
 """Share of the rms that outliers must leave, to be named."""
 _OFF = 6.0
 """Times the rms of a fit without them that outliers are off it."""
-
-
-def _size(residual: Array) -> float:
-    return math.sqrt(float((residual**2).mean())) if residual.size else 0.0

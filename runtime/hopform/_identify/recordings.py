@@ -97,12 +97,9 @@ class Recording(Shown):
         quantity, most = column.quantity, float(np.abs(column.values).max())
         if most > 0.0 and not _LEAST_DRIVE[quantity] <= most <= _MOST_DRIVE[quantity]:
             worst, unit = int(np.abs(column.values).argmax()), DRIVES[quantity]
-            raise self.error(
-                f"reaches {column.values[worst]:.6g} {unit}; what drives a hopper reaches {_LEAST_DRIVE[quantity]:g} "
-                f"to {_MOST_DRIVE[quantity]:g} {unit}: is its unit right?",
-                self.line + worst,
-                column,
-            )
+            allowed = f"{_LEAST_DRIVE[quantity]:g} to {_MOST_DRIVE[quantity]:g} {unit}"
+            message = f"reaches {column.values[worst]:.6g} {unit}; what drives a hopper reaches {allowed}"
+            raise self.error(f"{message}: is its unit right?", self.line + worst, column)
         return column.values
 
     def driving_current(self) -> Array:
@@ -170,22 +167,14 @@ class Recording(Shown):
         allowed = f"{1e3 * _LEAST_WAY:g} m{unit} to {most:g} {unit}"
         if float(np.abs(values).max()) > most:
             worst = int(np.abs(values).argmax())
-            raise self.error(
-                f"reaches {values[worst]:.6g} {unit}; a position of a hopper is within {most:g} {unit}: is its unit "
-                "right?",
-                self.line + worst,
-                column,
-            )
+            message = f"reaches {values[worst]:.6g} {unit}; a position of a hopper is within {most:g} {unit}"
+            raise self.error(f"{message}: is its unit right?", self.line + worst, column)
         if reach > most:
-            raise self.error(
-                f"moves by {reach:.3g} {unit} in all; a hopper moves by {allowed}: is its unit right?", self.line,
-                column,
-            )  # fmt: skip
+            message = f"moves by {reach:.3g} {unit} in all; a hopper moves by {allowed}: is its unit right?"
+            raise self.error(message, self.line, column)
         if reach < _LEAST_WAY:
-            raise self.error(
-                f"moves by {1e3 * reach:.2g} m{unit} in all; a fit can use {allowed}: is its unit right?", self.line,
-                column,
-            )  # fmt: skip
+            message = f"moves by {1e3 * reach:.2g} m{unit} in all; a fit can use {allowed}: is its unit right?"
+            raise self.error(message, self.line, column)
         noise = max(noise_of(values), quantum_of(values))
         if float(np.std(values)) < 3.0 * noise:
             raise self.error(
@@ -433,10 +422,7 @@ def steps_of(recording: Recording, start: int = 0, end: int | None = None) -> St
     """
     time, u = recording.time[start:end], recording.current()[start:end]
     if time.size > MOST_STEPS:
-        raise recording.error_of(
-            "x1",
-            f"has {time.size} samples; a fit in position takes up to {MOST_STEPS}: record at a lower rate",
-            recording.line + MOST_STEPS,
-        )
+        message = f"has {time.size} samples; a fit in position takes up to {MOST_STEPS}: record at a lower rate"
+        raise recording.error_of("x1", message, recording.line + MOST_STEPS)
     starts = np.concatenate([[True], u[1:] != u[:-1]])
     return tuple(zip((time[starts] - time[0]).tolist(), u[starts].tolist(), strict=True))

@@ -8,6 +8,7 @@ there is no better one. What leaves more is compared with the rest of them, and 
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -140,20 +141,18 @@ def _from(
     sigma: Sequence[float] | None = None,
 ) -> Solution:
     first, *longer = ([_beginning(each, part) for each in problem.experiments] for part in problem.parts)
-    tried = [_from_start(free, start) for start in starts]
+    tried, solve = [_from_start(free, start) for start in starts], partial(estimation.solve, fixed=held, loss=loss)
     if len(tried) > _FINALISTS:
-        costs = [estimation.solve(first, each, sigma=sigma, fixed=held, loss=loss, most=1).cost for each in tried]
+        costs = [solve(first, each, sigma=sigma, most=1).cost for each in tried]
         order: list[int] = np.argsort(costs, kind="stable").tolist()
         tried = [tried[n] for n in order[:_FINALISTS]]
 
     def settled(part: Sequence[Experiment], start: Sequence[Parameter]) -> Solution:
         """Where a start comes to over a part; what comes near the noise is followed further."""
-        one = estimation.solve(part, start, sigma=sigma, fixed=held, loss=loss, most=8, precision=1e-3)
+        one = solve(part, start, sigma=sigma, most=8, precision=1e-3)
         if held or not 1.0 < _level(problem, one, loss) <= _NEAR:
             return one
-        return estimation.solve(
-            part, estimation.started(one), sigma=sigma, fixed=held, loss=loss, most=8, precision=1e-3
-        )
+        return solve(part, estimation.started(one), sigma=sigma, most=8, precision=1e-3)
 
     def followed(one: Solution) -> Solution:
         """Where it leads over more and more of the recordings."""
@@ -175,9 +174,7 @@ def _from(
         rest = _apart(sorted(begun, key=lambda each: each.cost), _ALIKE if held else _SAME)
         ends += [followed(each) for each in rest[: max(_CONTENDERS - len(ends), 1)]]
     last = longer[-1] if longer else first
-    return estimation.solve(
-        last, estimation.started(estimation.best(ends)), sigma=sigma, fixed=held, loss=loss, most=25, precision=1e-5
-    )
+    return solve(last, estimation.started(estimation.best(ends)), sigma=sigma, most=25, precision=1e-5)
 
 
 _NEAR = 3.0
@@ -194,13 +191,9 @@ def is_noise(problem: Problem, found: Solution, loss: str) -> bool:
 def _level(problem: Problem, found: Solution, loss: str) -> float:
     """Residual of the worst recording, over the share that noise and the smallest errors of a model explain."""
     return max(
-        _size(rest[bulk(rest, loss)]) / _limit(each)
+        estimation.rms(rest[bulk(rest, loss)]) / _limit(each)
         for each, rest in zip(problem.experiments, found.residuals, strict=True)
     )
-
-
-def _size(residual: Array) -> float:
-    return math.sqrt(float((residual**2).mean())) if residual.size else 0.0
 
 
 def _limit(experiment: Experiment) -> float:
@@ -257,23 +250,16 @@ def _weighed(problem: Problem, found: Solution, fixed: Values, loss: str) -> Sol
     A common factor of all noises moves no least squares; a robust loss takes the noise itself.
     """
     rounds, precision = (1, 1e-6) if fixed else (3, 1e-8)
-    noise = found.sigma
+    noise, solve = found.sigma, partial(estimation.solve, problem.experiments, fixed=fixed, loss=loss)
     if len(problem.experiments) > 1 or loss != "linear":
-        seen = estimation.solve(
-            problem.experiments, estimation.started(found), sigma=noise, fixed=fixed, loss=loss, most=1
-        )
+        seen = solve(estimation.started(found), sigma=noise, most=1)
         noise = estimation.deviations(seen, problem.experiments, loss)
     for _ in range(rounds):
-        found = estimation.solve(
-            problem.experiments, estimation.started(found), sigma=noise, fixed=fixed, loss=loss, most=20,
-            precision=precision
-        )  # fmt: skip
+        found = solve(estimation.started(found), sigma=noise, most=20, precision=precision)
         last, noise = noise, estimation.deviations(found, problem.experiments, loss)
         changes = np.array(noise) / np.array(last)
-        if (
-            float(changes.max() / changes.min() if loss == "linear" else np.exp(np.abs(np.log(changes)).max()))
-            < _STEADY
-        ):
+        change = changes.max() / changes.min() if loss == "linear" else np.exp(np.abs(np.log(changes)).max())
+        if float(change) < _STEADY:
             break
     return found
 

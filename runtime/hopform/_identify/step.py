@@ -175,7 +175,7 @@ def fit_force(
         Trace(
             each.source, "force", part.time, scale * part.u, scale * part.u - rest,
             None if np.isnan(worse).any() else scale * part.u - worse, estimation.tests_of(rest),
-            math.sqrt(float((worse**2).mean())), error,
+            estimation.rms(worse), error,
         )
         for each, part, rest, worse, error in zip(
             several, parts, np.split(residual, sizes), np.split(old, sizes), left_out, strict=True
@@ -384,7 +384,7 @@ def _beside(recordings: Sequence[Recording], force: Fit, loss: str) -> tuple[str
     first = {p.name: force.values.get(p.name, p.start) for p in problem.parameters}
     solution = follow(replace(problem, starts=(first,), parts=(1.0,)), loss)
     rest = np.concatenate([each[bulk(each, loss)] for each in solution.residuals])
-    rms = math.sqrt(float((rest**2).mean()))
+    rms = estimation.rms(rest)
     found = ", ".join(f"{p.name} {solution.values[p.name]:.6g} {p.unit}" for p in problem.parameters if not p.own)
     unit, factor = force.units.shown("x1")
     return (
