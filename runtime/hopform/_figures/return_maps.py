@@ -84,12 +84,9 @@ def bounds_of_map(robot: Robot) -> Drawn:
     fixed_points(axes, reach)
     diagonal(axes, reach)
     legend(axes)
-    top = [point for point in reach.fixed_points if point.u == robot.u_max]
-    holds = (
-        f"at {robot.u_max:g} {volts(robot)} {cm(top[0].height)} is given back (multiplier {top[0].multiplier:.2f})"
-        if top
-        else "none is held"
-    )
+    top = next((point for point in reach.fixed_points if point.u == robot.u_max), None)
+    back = top and f"{cm(top.height)} is given back (multiplier {top.multiplier:.2f})"
+    holds = f"at {robot.u_max:g} {volts(robot)} {back}" if back else "none is held"
     half = 0.2 * scale(robot)
     row, below = int(np.abs(reach.heights - half).argmin()), reach.apex[:, 0] - reach.lowest
     ours = (

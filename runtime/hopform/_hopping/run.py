@@ -556,10 +556,8 @@ def _stance(task: _Task, answer: Answer, ground: float, time: float, flight: Fli
     assert state is not None
     if isinstance(answer, Sampled):
         u: Any = _sampled(task, answer, ground, wait, state)
-    elif wait == 0.0:
-        u = answer
-    else:
-        u = _later(answer, wait)
+    else:  # none flows before the touchdown is seen
+        u = [(0.0, 0.0), *((wait + t, u) for t, u in steps_of(answer))] if wait else answer
     return solve_stance(
         task.plant, x1=state.x1, v1=state.v1, v2=state.v2, u=u,
         horizon=task.horizon, max_phases=task.max_phases, backend=task.backend,
@@ -571,11 +569,6 @@ def _wait(errors: Errors, time: float) -> float:
     ticks = errors.quantum > math.ulp(time)  # a clock that is finer than the time's last digit makes no tick
     tick = math.ceil(time / errors.quantum) * errors.quantum - time if ticks else 0.0
     return max(tick, 0.0) + errors.delay
-
-
-def _later(answer: Any, wait: float) -> list[tuple[float, float]]:
-    """Steps of the current that begin when the touchdown is seen; none flows before."""
-    return [(0.0, 0.0), *((wait + t, u) for t, u in steps_of(answer))]
 
 
 def _sampled(task: _Task, answer: Sampled, ground: float, wait: float, state: State) -> list[tuple[float, float]]:

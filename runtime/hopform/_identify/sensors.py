@@ -109,8 +109,7 @@ class _Filter:
         rise, left, right = np.diff(x), h * v[:-1], h * v[1:]
         gain = x[:-1] * m0 + left * m1 + (3.0 * rise - 2.0 * left - right) * m2 + (left + right - 2.0 * rise) * m3
         start = x[0] - self.lag * v[0] if first is None else first
-        y = _recursion(self.decay, np.concatenate([[start], gain]))
-        return y
+        return _recursion(self.decay, np.concatenate([[start], gain]))
 
 
 def _recursion(decay: Array, gain: Array) -> Array:
