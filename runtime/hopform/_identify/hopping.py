@@ -164,14 +164,23 @@ class _Actuator(NamedTuple):
     with_derivatives: Callable[[Array], tuple[Array, Array, Array]]
 
 
+def _locked(x1: float) -> _Actuator:
+    """An actuator that stays where it is."""
+
+    def at(t: Array) -> tuple[Array, Array]:
+        return np.full(t.shape, x1), np.zeros(t.shape)
+
+    def with_derivatives(t: Array) -> tuple[Array, Array, Array]:
+        return (*at(t), np.zeros((t.size, 2, len(COLUMNS))))
+
+    return _Actuator(at, with_derivatives)
+
+
 def _actuator(rig: _Rig, run: _Run, longest: float) -> _Actuator:
     """The actuator in the air over a longest time."""
     x1, v1 = float(run.state[0]), float(run.state[1])
-    if rig.robot.x1_min == rig.robot.x1_max:  # locked: it stays where it is
-        return _Actuator(
-            lambda t: (np.full(t.shape, x1), np.zeros(t.shape)),
-            lambda t: (np.full(t.shape, x1), np.zeros(t.shape), np.zeros((t.size, 2, len(COLUMNS)))),
-        )
+    if rig.robot.x1_min == rig.robot.x1_max:
+        return _locked(x1)
     alone = rig.robot._replace(k=_NO_SPRING, L0=0.0, c=_FAR, b2=0.0, f2=FIRM, g=0.0)
     state = records.LegState(x1, v1, 0.0, x1 + _FAR)
     found = motion.solved(alone, state, _steps_from(rig.steps, run.begin), longest, rig.backend)
